@@ -16,12 +16,12 @@ namespace {
 
 using estimator::Pose2;
 
-// Over half a second the sensors' drift is millimetres, and the noise of 14 poses of a usual camera
-// (28 Hz) a quarter of that of one. A slower camera needs longer, up to a drift like its noise.
+// Over half a second a usual camera (28 Hz) has 14 poses, and the speed error of a car's sensors
+// hardly changes. A slower camera needs longer.
 constexpr std::int64_t usual_window_ns = 500'000'000;
 constexpr std::int64_t longest_window_ns = 2'000'000'000;
 constexpr std::int64_t poses_in_window = 5;
-constexpr std::size_t least_poses = 3;  // for a scatter
+constexpr std::size_t least_poses = 4;  // for the scatter about a line
 constexpr std::int64_t least_ns = 1'000'000'000;
 
 double nearest_turn(double angle, double near) {
@@ -43,55 +43,118 @@ std::vector<Seen> seen_by(const Trajectory& camera, const Trajectory& odometry) 
   return all;
 }
 
-std::int64_t window_of(const std::vector<Seen>& seen) {
+std::int64_t length_of_windows(const std::vector<Seen>& seen) {
   std::vector<std::int64_t> steps;
   for (std::size_t i = 1; i < seen.size(); ++i) steps.push_back(seen[i].t_ns - seen[i - 1].t_ns);
   return std::clamp(poses_in_window * median_of(std::move(steps)), usual_window_ns,
                     longest_window_ns);
 }
 
-/// Mean and variance of the mean.
-struct Mean {
-  double value = 0.0;
-  double variance = 0.0;
+/// The poses that follow an instant, carried back to it by the odometry. A speed that the odometry
+/// has wrong makes them drift with their lag: `slope`.
+struct Line {
+  double mean = 0.0;
+  double slope = 0.0;
+  double scatter = 0.0;  ///< about the line, as variance of a pose
 };
+struct Window {
+  TrajectoryPoint now;
+  double count = 0.0;
+  double mean_lag = 0.0;  ///< [s]
+  double lags = 0.0;      ///< sum of the squared lags about it
+  double yaw = 0.0;
+  double yaw_variance = 0.0;  ///< of the mean
+  Line x, y;
+};
+
 template <typename Value>
-Mean mean_of(std::span<const Seen> poses, const Value& value) {
-  const auto count = static_cast<double>(poses.size());
-  Mean mean;
-  for (const Seen& pose : poses) mean.value += value(pose) / count;
-  for (const Seen& pose : poses)
-    mean.variance += std::pow(value(pose) - mean.value, 2) / (count * (count - 1.0));
-  return mean;
+double mean_of(std::span<const Seen> poses, const Value& value) {
+  double sum = 0.0;
+  for (const Seen& pose : poses) sum += value(pose);
+  return sum / static_cast<double>(poses.size());
 }
 
-/// Where the car was at `now`, by the poses that came next.
-TrajectoryPoint carried_back(std::span<const Seen> next, const TrajectoryPoint& now) {
+template <typename Value, typename Lag>
+Line line_of(std::span<const Seen> poses, const Window& window, const Value& value,
+             const Lag& lag) {
+  Line line;
+  line.mean = mean_of(poses, value);
+  for (const Seen& pose : poses)
+    line.slope += (lag(pose) - window.mean_lag) * (value(pose) - line.mean) / window.lags;
+  for (const Seen& pose : poses)
+    line.scatter +=
+        std::pow(value(pose) - line.mean - line.slope * (lag(pose) - window.mean_lag), 2);
+  line.scatter /= window.count - 2.0;
+  return line;
+}
+
+Window window_of(std::span<const Seen> next, const TrajectoryPoint& now) {
   const Pose2& from = now.pose;
-  const auto yaw_by = [&from](const Seen& pose) {
-    return pose.camera.yaw - (pose.odometry.yaw - from.yaw);
+  Window window{.now = now, .count = static_cast<double>(next.size()), .x = {}, .y = {}};
+  const auto lag = [&now](const Seen& pose) {
+    return static_cast<double>(pose.t_ns - now.t_ns) * 1e-9;
   };
-  const Mean yaw = mean_of(
-      next, [&](const Seen& pose) { return nearest_turn(yaw_by(pose), yaw_by(next.front())); });
-  const double c = std::cos(yaw.value - from.yaw);
-  const double s = std::sin(yaw.value - from.yaw);
-  const auto driven_x = [&](const Seen& pose) {
-    return c * (pose.odometry.x - from.x) - s * (pose.odometry.y - from.y);
+  window.mean_lag = mean_of(next, lag);
+  for (const Seen& pose : next) window.lags += std::pow(lag(pose) - window.mean_lag, 2);
+  const auto yaw_by = [&](const Seen& pose) {
+    const Pose2& first = next.front().camera;
+    return nearest_turn(pose.camera.yaw,
+                        first.yaw + pose.odometry.yaw - next.front().odometry.yaw) -
+           (pose.odometry.yaw - from.yaw);
   };
-  const auto driven_y = [&](const Seen& pose) {
-    return s * (pose.odometry.x - from.x) + c * (pose.odometry.y - from.y);
+  window.yaw = mean_of(next, yaw_by);
+  for (const Seen& pose : next)
+    window.yaw_variance +=
+        std::pow(yaw_by(pose) - window.yaw, 2) / (window.count * (window.count - 1.0));
+  const double c = std::cos(window.yaw - from.yaw);
+  const double s = std::sin(window.yaw - from.yaw);
+  window.x = line_of(
+      next, window,
+      [&](const Seen& pose) {
+        return pose.camera.x - c * (pose.odometry.x - from.x) + s * (pose.odometry.y - from.y);
+      },
+      lag);
+  window.y = line_of(
+      next, window,
+      [&](const Seen& pose) {
+        return pose.camera.y - s * (pose.odometry.x - from.x) - c * (pose.odometry.y - from.y);
+      },
+      lag);
+  return window;
+}
+
+/// Variances of a drive: of a camera pose, and of the speed that the odometry has wrong.
+struct Variances {
+  double pose = 0.0;
+  double speed = 0.0;
+};
+
+Variances variances_of(const std::vector<Window>& windows) {
+  Variances all;
+  const double axes = 2.0 * static_cast<double>(windows.size());
+  for (const Window& window : windows) all.pose += (window.x.scatter + window.y.scatter) / axes;
+  for (const Window& window : windows)
+    all.speed +=
+        (std::pow(window.x.slope, 2) + std::pow(window.y.slope, 2) - 2.0 * all.pose / window.lags) /
+        axes;
+  all.speed = std::max(all.speed, 0.0);
+  return all;
+}
+
+/// Where the car was: the line at no lag, its slope as probable as the drive's speed errors make
+/// it.
+TrajectoryPoint carried_back(const Window& window, const Variances& variances) {
+  const double weight = variances.speed * window.lags;
+  const double believed = weight > 0.0 ? weight / (weight + variances.pose) : 0.0;
+  const auto at_no_lag = [&](const Line& line) {
+    return line.mean - believed * line.slope * window.mean_lag;
   };
-  const Mean x = mean_of(next, [&](const Seen& pose) { return pose.camera.x - driven_x(pose); });
-  const Mean y = mean_of(next, [&](const Seen& pose) { return pose.camera.y - driven_y(pose); });
-  // A heading that is off turns what was driven.
-  const double dx = mean_of(next, driven_x).value;
-  const double dy = mean_of(next, driven_y).value;
+  const double variance = variances.pose / window.count +
+                          std::pow(window.mean_lag, 2) * (1.0 - believed) * variances.speed;
   TrajectoryPoint point;
-  point.t_ns = now.t_ns;
-  point.pose = {x.value, y.value, yaw.value};
-  point.covariance = {
-      x.variance + dy * dy * yaw.variance, -dx * dy * yaw.variance, dy * yaw.variance,
-      y.variance + dx * dx * yaw.variance, -dx * yaw.variance,      yaw.variance};
+  point.t_ns = window.now.t_ns;
+  point.pose = {at_no_lag(window.x), at_no_lag(window.y), window.yaw};
+  point.covariance = {variance, 0.0, 0.0, variance, 0.0, window.yaw_variance};
   return point;
 }
 
@@ -120,24 +183,29 @@ Trajectory camera_trajectory(std::span<const estimator::CameraPose> poses, const
 std::optional<Trajectory> camera_reference(const Trajectory& camera, const Trajectory& odometry) {
   const std::vector<Seen> seen = seen_by(camera, odometry);
   if (seen.size() < least_poses) return std::nullopt;
-  const std::int64_t window_ns = window_of(seen);
-  Trajectory reference;
-  reference.name = camera.name;
-  reference.is_camera = true;
-  reference.has_covariance = true;
-  reference.bridge_ns = usual_window_ns;
+  const std::int64_t window_ns = length_of_windows(seen);
+  std::vector<Window> windows;
   auto first = seen.begin();
   auto last = seen.begin();
-  std::optional<double> turned;  // of the reference against the odometry
   for (const TrajectoryPoint& now : odometry.points) {
     while (first != seen.end() && first->t_ns <= now.t_ns) ++first;
     last = std::max(last, first);
     while (last != seen.end() && last->t_ns - now.t_ns <= window_ns) ++last;
     const std::span<const Seen> next(first, last);
-    if (next.size() < least_poses) continue;
-    TrajectoryPoint point = carried_back(next, now);
-    if (turned) point.pose.yaw = nearest_turn(point.pose.yaw, now.pose.yaw + *turned);
-    turned = point.pose.yaw - now.pose.yaw;
+    if (next.size() >= least_poses) windows.push_back(window_of(next, now));
+  }
+  const Variances variances = variances_of(windows);
+  Trajectory reference;
+  reference.name = camera.name;
+  reference.is_camera = true;
+  reference.has_covariance = true;
+  reference.bridge_ns = usual_window_ns;
+  std::optional<double> turned;  // of the reference against the odometry
+  for (const Window& window : windows) {
+    TrajectoryPoint point = carried_back(window, variances);
+    const double yaw = window.now.pose.yaw;
+    if (turned) point.pose.yaw = nearest_turn(point.pose.yaw, yaw + *turned);
+    turned = point.pose.yaw - yaw;
     reference.points.push_back(point);
   }
   if (reference.points.empty() ||

@@ -1,7 +1,7 @@
 // A reference from the camera's poses, for a drive without truth.
 //
-// Of each instant: the mean of the camera's next poses, carried back by the motion that the full
-// filter saw meanwhile, whose sensors the camera has calibrated. No filter can know a pose that was
+// Of each instant: the camera's next poses, carried back by the motion that the full filter saw
+// meanwhile, whose sensors the camera has calibrated. No filter can know a pose that was
 // taken after the instant that it publishes for: so each pose is held out from every estimate that
 // it judges, and judging with the camera is not circular. docs/evaluation.md, "Drives without
 // truth".

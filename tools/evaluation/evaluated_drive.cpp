@@ -90,7 +90,7 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
       if (drive.replays.empty()) append(drive.warnings, check_headings(estimate));
       report.evaluations.push_back(evaluate_closed_loop(estimate));
     }
-    // Beside truth and camera in the picture, to which dead reckoning has no place of its own.
+    // For the picture with truth and camera: dead reckoning begins anywhere.
     if (drive.shown && !has_cameras)
       for (std::size_t i = 0; i < drive.estimates.size(); ++i)
         if (const auto there = at(*drive.shown, drive.estimates[i].points.front().t_ns))

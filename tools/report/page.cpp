@@ -67,7 +67,7 @@ pre { background: #fff; border: 1px solid #e0e4e9; border-radius: 8px; padding: 
   .scroll { overflow: visible; }
   table, tbody, td { display: block; }
   thead { display: none; }
-  tr { display: grid; grid-template-columns: repeat(auto-fill, minmax(6.6rem, 1fr)); border: 1px solid #e0e4e9; border-radius: 6px; margin-bottom: .5rem; }
+  tr { display: grid; grid-template-columns: repeat(auto-fill, minmax(5.2rem, 1fr)); border: 1px solid #e0e4e9; border-radius: 6px; margin-bottom: .5rem; }
   td, tr.first td { border: none; padding: .25rem .5rem; text-align: left; overflow-wrap: anywhere; min-width: 0; }
   td:first-child { grid-column: 1 / -1; font-weight: 600; }
   td[data-name]::before { content: attr(data-name); display: block; color: #5f6b7a; font-size: .75rem; }

@@ -42,7 +42,7 @@ constexpr double least_nis = 0.25;
 constexpr double most_nis = 4.0;
 
 /// A car that ends this near by chance says nothing of a drift.
-constexpr double least_path = 10.0;  // m
+constexpr double least_path = 5.0;  // m
 
 class Reasons {
  public:

@@ -76,7 +76,7 @@ TEST(CameraReference, HasTheNoiseThatItsCovarianceStates) {
   EXPECT_NEAR(error / stated, 1.0, 0.25);
   EXPECT_NEAR(turn / stated_turn, 1.0, 0.25);
   const auto rows = static_cast<double>(reference->points.size());
-  EXPECT_LT(std::sqrt(stated / rows), 0.4 * sigma);  // of 14 poses, and of their headings
+  EXPECT_LT(std::sqrt(stated / rows), 0.5 * sigma);  // x and y of 14 poses
   // It counts the turns as the odometry does.
   EXPECT_NEAR(
       reference->points.back().pose.yaw - reference->points.front().pose.yaw,
@@ -93,8 +93,12 @@ TEST(CameraReference, KnowsNothingOfPosesUpToItsInstant) {
     if (pose.capture_ns <= instant) pose.x += 1.0;
   const auto after = camera_reference(camera_trajectory(poses, {}), truth);
   ASSERT_TRUE(before && after);
-  EXPECT_EQ(at(*before, instant)->pose.x, at(*after, instant)->pose.x);
-  EXPECT_GT(at(*after, instant - 100'000'000)->pose.x, at(*before, instant - 100'000'000)->pose.x);
+  // But for what the whole drive says of the noise.
+  const auto moved = [&](std::int64_t t_ns) {
+    return at(*after, t_ns)->pose.x - at(*before, t_ns)->pose.x;
+  };
+  EXPECT_NEAR(moved(instant), 0.0, 0.02);
+  EXPECT_NEAR(moved(instant - 1'000'000'000), 1.0, 0.02);
 }
 
 TEST(CameraReference, IsNotInterpolatedAcrossAGap) {
