@@ -144,13 +144,17 @@ Variances variances_of(const std::vector<Window>& windows) {
 /// Where the car was: the line at no lag, its slope as probable as the drive's speed errors make
 /// it.
 TrajectoryPoint carried_back(const Window& window, const Variances& variances) {
-  const double weight = variances.speed * window.lags;
+  // Noise is taken out afterwards, but a speed error that the filter has too adds to its own: so a
+  // slope is believed as if speed errors were twice as large.
+  const double weight = 4.0 * variances.speed * window.lags;
   const double believed = weight > 0.0 ? weight / (weight + variances.pose) : 0.0;
   const auto at_no_lag = [&](const Line& line) {
     return line.mean - believed * line.slope * window.mean_lag;
   };
-  const double variance = variances.pose / window.count +
-                          std::pow(window.mean_lag, 2) * (1.0 - believed) * variances.speed;
+  const double variance =
+      variances.pose / window.count +
+      std::pow(window.mean_lag, 2) * (std::pow(believed, 2) * variances.pose / window.lags +
+                                      std::pow(1.0 - believed, 2) * variances.speed);
   TrajectoryPoint point;
   point.t_ns = window.now.t_ns;
   point.pose = {at_no_lag(window.x), at_no_lag(window.y), window.yaw};

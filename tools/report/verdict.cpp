@@ -79,13 +79,17 @@ void judge_warnings(const EvaluatedDrive& drive, Reasons& reasons) {
 
 void judge_drift(const Evaluation& e, Reasons& reasons) {
   if (!e.end_cm_per_m || e.path_length < least_path) return;
-  const Grade grade = drift.of(*e.end_cm_per_m);
+  // The end of a lap may be right by chance.
+  const double off =
+      std::max(has_reference(e.against) ? e.position.rms : 0.0, e.end_error) / e.path_length;
+  const std::string rms =
+      has_reference(e.against) ? fmt::format("{} m off rms and ", fixed(e.position.rms, 2)) : "";
   reasons.add(
-      grade,
-      fmt::format("Without the camera it ends {} m off after {} m, {} % of the way; up to {} % "
-                  "is good, and from {} % on it is no better than the paper's car without "
-                  "a filter.",
-                  fixed(e.end_error, 2), fixed(e.path_length, 0), fixed(*e.end_cm_per_m, 2),
+      drift.of(100.0 * off),
+      fmt::format("Without the camera it is {}{} m off at the end, of {} m: {} % of the way. "
+                  "Up to {} % is good; from {} % on it is no better than the paper's car "
+                  "without a filter.",
+                  rms, fixed(e.end_error, 2), fixed(e.path_length, 0), fixed(100.0 * off, 2),
                   fixed(drift.good, 1), fixed(drift.look_at, 1)));
 }
 
