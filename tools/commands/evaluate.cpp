@@ -146,9 +146,8 @@ void run_evaluate(const Options& options) {
                 inputs_of(options));
   const std::vector<EvaluatedDrive> drives = evaluated(options);
   if (options.closed_loop && options.judging.frame == Frame::map &&
-      std::ranges::any_of(drives, [](const EvaluatedDrive& drive) {
-        return !drive.replays.empty() && !drive.cameras.empty();
-      }))
+      std::ranges::any_of(drives,
+                          [](const EvaluatedDrive& drive) { return camera_came_in(drive); }))
     std::cerr << "odom evaluate: warning: --closed-loop with camera poses: the error at the end is "
                  "only as good as the camera; use --dead-reckoning to evaluate the odometry\n";
   for (const EvaluatedDrive& drive : drives) {
@@ -172,6 +171,10 @@ void run_evaluate(const Options& options) {
   } else {
     if (drives.size() == 1) std::cout << details_of(drives.front()) << '\n';
     std::cout << summary_table(drives).text();
+    if (drives.size() > 1)
+      for (const EvaluatedDrive& drive : drives)
+        if (drive.report.evaluations.front().against != Against::reference)
+          std::cout << drive.name << ": reference " << basis_in_words(drive.report) << '\n';
   }
 }
 
@@ -209,8 +212,8 @@ void add_inputs(Command command, Options& options) {
           .type_name("CSV");
   const Option drive = command
                            .add_option("--drive", options.drives,
-                                       "Folder with drive.log (or can.log), car.toml, truth.csv "
-                                       "and camera.csv, to replay; repeatable")
+                                       "Folder with drive.log (or can.log), car.toml, and "
+                                       "truth.csv or camera.csv, to replay; repeatable")
                            .repeatable()
                            .type_name("DIR")
                            .excludes(pose);
@@ -313,7 +316,9 @@ void add_evaluate(Command odom) {
       "  odom evaluate --drive monday --drive tuesday --model kinematic --model full\n"
       "  odom evaluate --drive drive-20261121-140300 --closed-loop --dead-reckoning\n"
       "Only times that both cover are used; the reference is interpolated, never extrapolated.\n"
-      "A drive is replayed as by odom replay, and its models are evaluated like pose files.\n"
+      "A drive is replayed as by odom replay, and its models are evaluated like pose files. Its\n"
+      "reference is its truth.csv, else its camera.csv, else itself if it ends where it began;\n"
+      "else only its innovations are shown.\n"
       "\n" +
       std::string(daemon::models_help));
   command.callback([options] {

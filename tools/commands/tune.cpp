@@ -26,6 +26,7 @@
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/evaluation/drive_checks.hpp"
+#include "tools/evaluation/evaluation_report.hpp"
 #include "tools/tune/config_difference.hpp"
 #include "tools/tune/tune_report.hpp"
 #include "tools/tune/tuning.hpp"
@@ -63,6 +64,16 @@ std::vector<Drive> read_drives(const std::vector<std::string>& folders, const Op
     const Drive& drive = drives.back();
     warn("tune", drive.config.warnings, folder);
     warn("tune", drive.warnings, folder);
+    if (drive.reference) continue;
+    find_reference(drives.back());
+    if (drive.reference && !options.lever_arm.empty())
+      throw std::invalid_argument(folder +
+                                  ": --lever-arm is of a truth.csv; without one the reference is "
+                                  "camera.csv with [camera] lever_arm");
+    say("odom tune: " + folder + ": reference " +
+        basis_in_words(drive.reference     ? Against::camera
+                       : drive.closed_loop ? Against::closed_loop
+                                           : Against::nothing));
   }
   return drives;
 }
@@ -80,8 +91,9 @@ std::vector<std::filesystem::path> inputs_of(const Options& options) {
 Goal goal_named(const std::string& name) {
   const auto* const found = std::ranges::find(goal_names, name);
   if (found == goal_names.end())
-    throw std::invalid_argument("--goal: \"" + name +
-                                "\" is none of position, heading, prediction, second, end, nees");
+    throw std::invalid_argument(
+        "--goal: \"" + name +
+        "\" is none of position, heading, prediction, second, end, nees, nis");
   return static_cast<Goal>(found - goal_names.begin());
 }
 
@@ -96,8 +108,8 @@ TuneJob job_of(const Options& options) {
   }
   for (const std::string& name : options.goals) job.goals.push_back(goal_named(name));
   if (job.goals.empty()) {
-    job.goals = {Goal::position, Goal::heading, Goal::prediction};
-    job.goals_if_known = {Goal::nees};
+    job.goals_if_known = {Goal::position, Goal::heading, Goal::prediction, Goal::nees};
+    job.goals_else = {Goal::end, Goal::nis};
   }
   const auto is_same = [](const std::string& one, const std::string& other) {
     std::error_code missing;  // which the reader reports
@@ -241,9 +253,10 @@ void add_tune(Command odom) {
       "tune", "Search for settings that reduce the errors of drives, and report over-fitting");
   const auto options = std::make_shared<Options>();
   command
-      .add_option("--drive", options->drives,
-                  "Drive to tune on: a folder with drive.log (or can.log), car.toml, truth.csv and "
-                  "optionally camera.csv; repeatable")
+      .add_option(
+          "--drive", options->drives,
+          "Drive to tune on: a folder with drive.log (or can.log), car.toml, and truth.csv or "
+          "camera.csv; repeatable")
       .required()
       .repeatable()
       .type_name("DIR");
@@ -266,8 +279,9 @@ void add_tune(Command odom) {
   command
       .add_option(
           "--goal", options->goals,
-          "Objectives, of position, heading, prediction (35 ms), second (1 s), end (cm/m), nees; "
-          "default: position,heading,prediction and, where the drives determine it, nees")
+          "Objectives, of position, heading, prediction (35 ms), second (1 s), end (cm/m), nees, "
+          "nis; default: of position,heading,prediction,nees what the drives determine, else end, "
+          "else nis")
       .delimiter(',')
       .type_name("NAMES");
   command.add_option("--model", options->model, "Model of the filter; instead of [filter] model")
@@ -311,7 +325,8 @@ void add_tune(Command odom) {
       "The error is a ratio: each error divided by its value with the present configuration, as\n"
       "geometric mean over drives and goals; below 1 is better. Ranges above zero are searched\n"
       "on a logarithmic scale. A key that helps the drives tuned on and harms those held out is\n"
-      "over-fitted, and keeps its value.\n"
+      "over-fitted, and keeps its value. A drive without truth.csv is judged by its camera.csv,\n"
+      "else as a closed loop if it ends where it began, else by its innovations (nis).\n"
       "\n" +
       std::string(daemon::models_help) +
       "\n\n"

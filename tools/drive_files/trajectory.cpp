@@ -137,6 +137,7 @@ std::optional<TrajectoryPoint> at(const Trajectory& trajectory, std::int64_t t_n
   if (after == points.end()) return std::nullopt;
   if (after->t_ns == t_ns) return *after;
   if (after == points.begin()) return std::nullopt;
+  if (after->t_ns - (after - 1)->t_ns > trajectory.bridge_ns) return std::nullopt;
   return between(*(after - 1), *after, t_ns);
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <iosfwd>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,6 +34,9 @@ struct Trajectory {
   std::vector<TrajectoryPoint> points;  ///< at least one; times strictly increasing
   bool has_motion = false;
   bool has_covariance = false;  ///< from sigma_x, sigma_y, sigma_yaw; off-diagonal where given
+  bool is_camera = false;       ///< a camera's poses as a reference: the covariance is their noise
+  std::int64_t bridge_ns = std::numeric_limits<std::int64_t>::max();  ///< a longer gap between two
+                                                                      ///< rows is not interpolated
   diagnostics::Diagnostics warnings;
 };
 
@@ -53,7 +57,7 @@ enum class Frame : std::uint8_t {
                                          Frame frame = Frame::map);
 
 /// The point at a time: linear between neighbours (yaw is unwrapped, so this is the shorter way;
-/// velocities and covariance likewise). Nothing outside the span: it does not extrapolate.
+/// velocities and covariance likewise). Nothing outside the span, and in a gap of over bridge_ns.
 [[nodiscard]] std::optional<TrajectoryPoint> at(const Trajectory& trajectory, std::int64_t t_ns);
 
 /// The point at a time between those of `a` and `b`.

@@ -62,7 +62,10 @@ Pose2 least_squares(std::span<const Pair> pairs) {
 std::vector<Pair> common_times(const Trajectory& reference, const Trajectory& estimate) {
   std::vector<Pair> pairs;
   for (const TrajectoryPoint& point : estimate.points) {
-    if (const auto there = at(reference, point.t_ns)) pairs.push_back({point, *there});
+    auto there = at(reference, point.t_ns);
+    if (!there) continue;
+    if (!reference.is_camera) there->covariance = {};
+    pairs.push_back({point, *there});
   }
   if (pairs.size() < 2) {
     throw std::invalid_argument(span_of(estimate) + ", " + span_of(reference) +

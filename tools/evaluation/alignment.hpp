@@ -20,7 +20,7 @@ enum class Align : std::uint8_t {
 /// An estimate and the reference at one common time.
 struct Pair {
   TrajectoryPoint estimate;
-  TrajectoryPoint reference;
+  TrajectoryPoint reference;  ///< its covariance is a camera's noise, else 0
 };
 
 /// The pairs at common times: the rows of the estimate within the span of the reference, with the

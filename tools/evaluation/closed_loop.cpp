@@ -34,6 +34,20 @@ std::string how_far(const Evaluation& e) {
          fixed(e.path_length, 1) + " m) and " + fixed(degrees_off(e), 0) + " deg from its start";
 }
 
+bool closes_badly(const Evaluation& e) {
+  return e.end_error > warn_share_of_path * e.path_length || degrees_off(e) > warn_turn;
+}
+
+const Evaluation& best_of(std::span<const Evaluation> evaluations) {
+  return *std::min_element(evaluations.begin(), evaluations.end(),
+                           [](const Evaluation& a, const Evaluation& b) {
+                             if ((a.path_length < least_path) != (b.path_length < least_path)) {
+                               return b.path_length < least_path;
+                             }
+                             return excess(a) < excess(b);
+                           });
+}
+
 }  // namespace
 
 Evaluation evaluate_closed_loop(const Trajectory& estimate) {
@@ -58,15 +72,22 @@ Evaluation evaluate_closed_loop(const Trajectory& estimate) {
   return e;
 }
 
+bool closes(std::span<const Evaluation> evaluations) {
+  const Evaluation& best = best_of(evaluations);
+  return best.path_length >= least_path && excess(best) <= 1.0 && !closes_badly(best);
+}
+
+Evaluation without_errors(const Evaluation& open) {
+  Evaluation e = open;
+  e.against = Against::nothing;
+  e.end_error = e.heading_end = 0.0;
+  e.end_cm_per_m.reset();
+  return e;
+}
+
 std::optional<diagnostics::Diagnostic> check_that_it_closes(
     const std::string& drive, std::span<const Evaluation> evaluations) {
-  const auto best = std::min_element(
-      evaluations.begin(), evaluations.end(), [](const Evaluation& a, const Evaluation& b) {
-        if ((a.path_length < least_path) != (b.path_length < least_path)) {
-          return b.path_length < least_path;
-        }
-        return excess(a) < excess(b);
-      });
+  const Evaluation* const best = &best_of(evaluations);
   if (best->path_length < least_path) {
     throw std::invalid_argument(drive + ": the car hardly moves (" + fixed(best->path_length, 2) +
                                 " m); a closed loop needs a lap");
@@ -76,7 +97,7 @@ std::optional<diagnostics::Diagnostic> check_that_it_closes(
         drive + ": the lap does not close: by the best estimate it ends " + how_far(*best) +
         "; cut it to whole laps with --from and --to, or give a --reference");
   }
-  if (best->end_error > warn_share_of_path * best->path_length || degrees_off(*best) > warn_turn) {
+  if (closes_badly(*best)) {
     return found(diagnostics::kind("loop_closes_badly"), drive,
                  "the lap closes badly: by the best estimate it ends " + how_far(*best));
   }

@@ -16,6 +16,13 @@ namespace odomd::tools {
 /// std::invalid_argument for fewer than two rows.
 [[nodiscard]] Evaluation evaluate_closed_loop(const Trajectory& estimate);
 
+/// Whether the drive is a closed lap, for one that nobody said is: by the best of the estimates it
+/// ends within 3 % of the path and 20°, where the error is the estimate's.
+[[nodiscard]] bool closes(std::span<const Evaluation> evaluations);
+
+/// The same for a drive whose errors are not known.
+[[nodiscard]] Evaluation without_errors(const Evaluation& open);
+
 /// Checks by the best of the estimates that the car came back. Throws std::invalid_argument if it
 /// hardly moved, or if even the best ends more than a tenth of the path, half the lap's size, or
 /// 45° from the start. More than 3 % of the path or 20° is a diagnostic: then it is not known

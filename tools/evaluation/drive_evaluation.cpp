@@ -1,5 +1,7 @@
 #include "tools/evaluation/drive_evaluation.hpp"
 
+#include <array>
+#include <cmath>
 #include <memory>
 #include <span>
 #include <stdexcept>
@@ -7,18 +9,21 @@
 
 #include "daemon/core/pipeline.hpp"
 #include "tools/drive_files/pose_point.hpp"
+#include "tools/evaluation/camera_reference.hpp"
+#include "tools/evaluation/closed_loop.hpp"
 #include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools {
-ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config, Frame frame,
-                           Judgements judgements, CameraUse camera) try {
+namespace {
+
+ReplayedDrive replay_with(const Drive& drive, const daemon::Config& config, Frame frame,
+                          Judgements judgements,
+                          std::span<const estimator::CameraPose> cameras) try {
   ReplayedDrive result;
   result.poses.name = drive.name;
   result.poses.has_motion = true;
   result.poses.has_covariance = frame == Frame::map;
 
-  std::span<const estimator::CameraPose> cameras;
-  if (camera == CameraUse::take) cameras = drive.cameras;
   const auto pipeline =
       std::make_unique<daemon::Pipeline>(config, drive.databases, drive.buses, !cameras.empty());
   JudgementSink keep;
@@ -47,12 +52,19 @@ ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config, Fra
   throw std::invalid_argument(drive.folder.string() + ": " + error.what());
 }
 
-std::optional<Trajectory> dead_reckoning(const Drive& drive) {
+}  // namespace
+
+ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config, Frame frame,
+                           Judgements judgements) {
+  return replay_with(drive, config, frame, judgements, drive.cameras);
+}
+
+std::optional<Trajectory> motion(const Drive& drive,
+                                 std::span<const estimator::CameraPose> cameras) {
   daemon::Config config = drive.config;
   config.model = estimator::Model::full;
   try {
-    ReplayedDrive replayed =
-        replay_drive(drive, config, Frame::odom, Judgements::forget, CameraUse::leave_out);
+    ReplayedDrive replayed = replay_with(drive, config, Frame::odom, Judgements::forget, cameras);
     if (replayed.summary.fault_ns) return std::nullopt;
     return std::move(replayed.poses);
   } catch (const std::invalid_argument&) {  // the caller that needs the poses reports it
@@ -60,18 +72,43 @@ std::optional<Trajectory> dead_reckoning(const Drive& drive) {
   }
 }
 
+std::optional<double> nis_factor(const ReplaySummary& summary) {
+  double logarithms = 0.0;
+  int sources = 0;
+  for (const daemon::InnovationStatistics& source : summary.innovations) {
+    if (source.count() == 0 || !(source.mean_nis() > 0.0)) continue;
+    logarithms += std::fabs(std::log(source.mean_nis() / source.dimension()));
+    ++sources;
+  }
+  if (sources == 0) return std::nullopt;
+  return std::exp(logarithms / sources);
+}
+
+void find_reference(Drive& drive) {
+  if (drive.reference) return;
+  drive.reference = camera_reference(drive);
+  if (drive.reference) return;
+  const std::optional<Trajectory> odometry = motion(drive);
+  if (!odometry || odometry->points.size() < 2) return;
+  drive.closed_loop = closes(std::array{evaluate_closed_loop(*odometry)});
+}
+
 Evaluation evaluate_drive(const Drive& drive, const daemon::Config& config,
                           const Measure& measure) {
-  if (!drive.reference) {
-    throw std::invalid_argument(drive.folder.string() +
-                                ": has no truth.csv to compare with; put the true poses there "
-                                "(t,x,y,yaw)");
-  }
   const ReplayedDrive replayed = replay_drive(drive, config, measure.frame);
-  return evaluate(measure.lever_arm ? at_centre_of_gravity(*drive.reference, *measure.lever_arm)
-                                    : *drive.reference,
-                  replayed.poses,
-                  measure.align.value_or(usual_align(!drive.cameras.empty(), measure.frame)));
+  const auto compared = [&] {
+    if (drive.reference) {
+      return evaluate(measure.lever_arm ? at_centre_of_gravity(*drive.reference, *measure.lever_arm)
+                                        : *drive.reference,
+                      replayed.poses,
+                      measure.align.value_or(usual_align(!drive.cameras.empty(), measure.frame)));
+    }
+    const Evaluation loop = evaluate_closed_loop(replayed.poses);
+    return drive.closed_loop ? loop : without_errors(loop);
+  };
+  Evaluation evaluation = compared();
+  evaluation.nis_factor = nis_factor(replayed.summary);
+  return evaluation;
 }
 
 }  // namespace odomd::tools

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -37,16 +38,20 @@ struct ReplayedDrive {
 
 /// `config` is the drive's own or a changed copy of it (model, vehicle, noise, signals, initial
 /// pose, ...); buses and databases are the drive's. The same inputs give the same bits, and those
-/// of `odom replay`. The camera's poses can be left out. Throws std::invalid_argument for
+/// of `odom replay`. Throws std::invalid_argument for
 /// impossible settings, and for a drive without a pose.
 [[nodiscard]] ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config,
                                          Frame frame = Frame::map,
-                                         Judgements judgements = Judgements::forget,
-                                         CameraUse camera = CameraUse::take);
+                                         Judgements judgements = Judgements::forget);
 
-/// The motion by the car's own sensors only, through the full filter: on the bus's clock, without
-/// the camera. Nothing if that gives no pose.
-[[nodiscard]] std::optional<Trajectory> dead_reckoning(const Drive& drive);
+/// Evaluation::nis_factor of a replay.
+[[nodiscard]] std::optional<double> nis_factor(const ReplaySummary& summary);
+
+/// The motion by the car's own sensors, through the full filter, in the frame without jumps; with
+/// the camera's poses their scales and offsets are learnt, without it is on the bus's clock alone.
+/// Nothing if that gives no pose.
+[[nodiscard]] std::optional<Trajectory> motion(const Drive& drive,
+                                               std::span<const estimator::CameraPose> cameras = {});
 
 /// The default alignment with the reference: none for poses with camera poses, which are in its
 /// frame already; the odometry frame, without camera poses, needs one.
@@ -61,7 +66,12 @@ struct Measure {
   std::optional<estimator::Pose2> lever_arm;  ///< of the reference's point in the body frame
 };
 
-/// replay_drive() and evaluate(). Also throws std::invalid_argument if the drive has no reference.
+/// For a drive without truth.csv: its camera's poses as the reference, else whether it is a closed
+/// loop. Needs a replay.
+void find_reference(Drive& drive);
+
+/// replay_drive() and evaluate(), without a reference as a closed loop if it is one, else
+/// without_errors().
 [[nodiscard]] Evaluation evaluate_drive(const Drive& drive, const daemon::Config& config,
                                         const Measure& measure = {});
 

@@ -14,9 +14,11 @@
 #include "tools/diagnostics/drive_mismatch.hpp"
 #include "tools/diagnostics/heading_check.hpp"
 #include "tools/diagnostics/initial_pose_check.hpp"
+#include "tools/evaluation/camera_reference.hpp"
 #include "tools/evaluation/closed_loop.hpp"
 #include "tools/evaluation/evaluation_checks.hpp"
 #include "tools/evaluation/time_check.hpp"
+#include "tools/math/se2.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -75,24 +77,35 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
   EvaluationReport& report = drive.report;
   drive.is_part = !judging.from.empty() || !judging.to.empty();
   report.frame = judging.frame;
-  const bool has_cameras = !drive.replays.empty() && !drive.cameras.empty();
+  const bool has_cameras = read != nullptr && !read->cameras.empty();
   report.align = judging.align.value_or(usual_align(has_cameras, judging.frame));
   const std::int64_t first_ns =
-      (judging.against == Against::reference ? drive.reference.value() : drive.estimates.front())
-          .points.front()
-          .t_ns;
+      (drive.reference ? *drive.reference : drive.estimates.front()).points.front().t_ns;
   const Part part = part_of(judging, first_ns);
   for (Trajectory& estimate : drive.estimates)
     if (drive.is_part) estimate = cut_to(std::move(estimate), part.from_ns, part.to_ns);
   report.baseline = baseline_of(drive, judging.baseline);
-  if (judging.against == Against::closed_loop) {
+  if (!drive.reference) {
     for (const Trajectory& estimate : drive.estimates) {
       if (drive.replays.empty()) append(drive.warnings, check_headings(estimate));
       report.evaluations.push_back(evaluate_closed_loop(estimate));
     }
-    append(drive.warnings, check_that_it_closes(drive.name, report.evaluations));
+    // For the picture with truth and camera: dead reckoning begins anywhere.
+    if (drive.shown && !has_cameras)
+      for (std::size_t i = 0; i < drive.estimates.size(); ++i)
+        if (const auto there = at(*drive.shown, drive.estimates[i].points.front().t_ns))
+          report.evaluations[i].alignment =
+              compose(there->pose, inverse(drive.estimates[i].points.front().pose));
+    if (judging.against == Against::closed_loop)
+      append(drive.warnings, check_that_it_closes(drive.name, report.evaluations));
+    else if (!closes(report.evaluations))
+      for (Evaluation& e : report.evaluations) e = without_errors(e);
     return;
   }
+  if (drive.reference->is_camera && (judging.lever_arm || judging.fit_lever_arm))
+    throw std::invalid_argument(drive.name +
+                                ": --lever-arm and --fit-lever-arm are of a truth.csv; without one "
+                                "the reference is camera.csv with [camera] lever_arm");
   report.reference = drive.reference->name;
   if (judging.lever_arm) {
     report.lever_arm = judging.lever_arm;
@@ -132,6 +145,10 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
 }
 
 }  // namespace
+
+bool camera_came_in(const EvaluatedDrive& drive) {
+  return !drive.replays.empty() && drive.replays.front().summary.cameras > 0;
+}
 
 std::vector<std::string> names_of(const EvaluatedDrive& drive) {
   std::vector<std::string> files;
@@ -188,18 +205,14 @@ EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estima
   Drive read = read_drive(files);
   EvaluatedDrive drive;
   drive.name = read.name;
-  drive.cameras = read.cameras;
+  drive.cameras = read.cameras.empty() ? read.cameras_left_out : read.cameras;
   drive.config = read.config;
   append(drive.warnings, read.config.warnings);
   append(drive.warnings, read.warnings);
-  if (judging.against == Against::reference) {
-    if (!read.reference) {
-      throw std::invalid_argument(read.folder.string() +
-                                  ": has no truth.csv; give a --reference, or --closed-loop if the "
-                                  "drive ends where it began");
-    }
-    drive.reference = std::move(read.reference);
-  }
+  if (judging.against != Against::closed_loop)
+    drive.reference = read.reference ? std::move(read.reference) : camera_reference(read);
+  else
+    drive.shown = read.reference;
   const std::filesystem::path beat = judging.beat.empty() ? read.folder / "beat.csv" : judging.beat;
   if (!judging.beat.empty() || std::filesystem::exists(beat)) drive.beat = read_beat_log(beat);
 
@@ -217,6 +230,8 @@ EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estima
   if (replayed.camera_units.empty()) append(drive.warnings, elsewhere);
   check_sensors(drive);
   judge(drive, judging, &read);
+  for (std::size_t i = 0; i < drive.replays.size(); ++i)
+    drive.report.evaluations[i].nis_factor = nis_factor(drive.replays[i].summary);
   return drive;
 }
 

@@ -20,11 +20,12 @@ namespace odomd::tools {
 struct EvaluatedDrive {
   std::string name;
   EvaluationReport report;              ///< one evaluation per estimate
-  std::optional<Trajectory> reference;  ///< of the centre of gravity; none for a closed loop
+  std::optional<Trajectory> reference;  ///< of the centre of gravity: truth or camera, or none
+  std::optional<Trajectory> shown;  ///< in a picture of estimates that were not compared with it
   std::vector<Trajectory> estimates;
   std::vector<ReplayedDrive> replays;  ///< of each estimate, its poses moved to `estimates`; of
                                        ///< pose files none
-  std::vector<estimator::CameraPose> cameras;
+  std::vector<estimator::CameraPose> cameras;  ///< also those that were left out
   bool is_part = false;           ///< limited by --from or --to; the statistics of samples are not
   bool begins_elsewhere = false;  ///< the configuration's initial pose is of another drive
   std::optional<BeatHistogram> beat;
@@ -32,14 +33,18 @@ struct EvaluatedDrive {
   diagnostics::Diagnostics warnings;
 };
 
+/// Whether the estimates were replayed with the camera's poses.
+[[nodiscard]] bool camera_came_in(const EvaluatedDrive& drive);
+
 /// Short names of the estimates, and their colours: each model has its own in every picture.
 [[nodiscard]] std::vector<std::string> names_of(const EvaluatedDrive& drive);
 [[nodiscard]] std::vector<std::string> colours_of(const EvaluatedDrive& drive);
 
 /// How to evaluate, for pose files and folders.
 struct Judging {
-  Against against = Against::reference;
-  std::optional<Align> align;  ///< else the default; for pose files `first`
+  Against against = Against::reference;  ///< or closed_loop. A drive without truth.csv: its camera,
+                                         ///< else itself where it ends where it began, else nothing
+  std::optional<Align> align;            ///< else the default; for pose files `first`
   Frame frame = Frame::map;
   std::string from;  ///< a time of the files [s], "+T": after the first row of the reference, or of
   std::string to;    ///< the estimate if there is none; empty: all

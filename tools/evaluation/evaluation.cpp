@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <span>
 
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -19,12 +18,14 @@ constexpr double fastest_car = diagnostics::kind("reference_jumps").limits.most;
 constexpr double standing = 0.1;  // m: no car turns so tightly; the path of a reference that
                                   // stays within is its noise
 
-// The rows of the reference between two times, and its interpolated ends.
+// The rows of the reference between two times, and its interpolated ends; of a camera's, whose
+// noise would lengthen the path, one every half second.
 std::vector<TrajectoryPoint> piece(const Trajectory& reference, std::int64_t first_ns,
                                    std::int64_t last_ns) {
   std::vector<TrajectoryPoint> points{*at(reference, first_ns)};
-  std::copy_if(reference.points.begin(), reference.points.end(), std::back_inserter(points),
-               [=](const auto& point) { return point.t_ns > first_ns && point.t_ns < last_ns; });
+  const std::int64_t step_ns = reference.is_camera ? 500'000'000 : 0;
+  for (const TrajectoryPoint& point : reference.points)
+    if (point.t_ns > points.back().t_ns + step_ns && point.t_ns < last_ns) points.push_back(point);
   points.push_back(*at(reference, last_ns));
   return points;
 }
@@ -65,6 +66,26 @@ Motion velocity_rms(std::span<const Pair> pairs) {
   return {vx.spread().rms, vy.spread().rms, yaw_rate.spread().rms};
 }
 
+// The camera's noise is independent of an error that it judges: the squares add up.
+void take_out_noise(std::span<const Pair> pairs, Evaluation& result) {
+  double position = 0.0;
+  double heading = 0.0;
+  for (const Pair& pair : pairs) {
+    const estimator::PoseCovariance& noise = pair.reference.covariance;
+    position += (noise[0] + noise[3]) / static_cast<double>(pairs.size());
+    heading += noise[5] / static_cast<double>(pairs.size());
+  }
+  // The noise is known to a few per cent: what is left of it may be an error of a fifth of it.
+  constexpr double least = 0.2;
+  const auto without = [](double rms, double variance) {
+    return std::sqrt(std::max(rms * rms - variance, least * least * variance));
+  };
+  result.against = Against::camera;
+  result.reference_noise = std::sqrt(position);
+  result.position.rms = without(result.position.rms, position);
+  result.heading.rms = without(result.heading.rms, heading);
+}
+
 }  // namespace
 
 Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Align align) {
@@ -83,6 +104,7 @@ Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Ali
     result.reference_gap_ns = std::max(result.reference_gap_ns, gap_ns);
     if (step > fastest_car * static_cast<double>(gap_ns) * 1e-9) ++result.reference_jumps;
   }
+  if (reference.is_camera) result.reference_gap_ns = 0;  // not interpolated across
   result.reference_stuck_ns = stuck_ns(pairs);
   result.alignment = alignment(pairs, align);
 
@@ -101,6 +123,7 @@ Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Ali
   }
   result.position = position.spread();
   result.heading = heading.spread();
+  if (reference.is_camera) take_out_noise(pairs, result);
   const Pose2& end = errors.back().error;
   result.end_error = std::hypot(end.x, end.y);
   result.heading_end = end.yaw;
@@ -113,6 +136,10 @@ Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Ali
                                      static_cast<double>(inside_95) / count, consistency.count()};
   }
   result.horizons = horizon_errors(reference, estimate, pairs);
+  // Poses less than that apart have camera poses in common: their distance is the odometry's.
+  if (reference.is_camera)
+    std::erase_if(result.horizons,
+                  [](const HorizonError& e) { return e.horizon_ns < 1'000'000'000; });
   const auto short_term =
       std::ranges::find(result.horizons, short_horizon_ns, &HorizonError::horizon_ns);
   if (short_term != result.horizons.end()) result.short_term = *short_term;

@@ -18,8 +18,15 @@ namespace odomd::tools {
 /// What an estimate is compared with.
 enum class Against : std::uint8_t {
   reference,
+  camera,       ///< the camera's next poses: see camera_reference.hpp
   closed_loop,  ///< its own start: see closed_loop.hpp
+  nothing,      ///< its error is not known; innovations alone
 };
+
+/// Whether the errors at every time are known.
+[[nodiscard]] constexpr bool has_reference(Against against) {
+  return against == Against::reference || against == Against::camera;
+}
 
 struct Consistency {
   double nees = 0.0;       ///< mean of eᵀP⁻¹e over (x, y, yaw); 3 if the sigmas are consistent
@@ -45,13 +52,18 @@ struct Evaluation {
   std::optional<double> end_cm_per_m;  ///< over the path; nothing for a car that stands
   double heading_end = 0.0;            ///< accumulated, estimate - reference [rad]
 
-  // Only with a reference:
+  // Only with a reference. The rms of a camera's are without its noise; mean and max contain it:
   Spread position;                         ///< [m]
   Spread heading;                          ///< [rad]
+  double reference_noise = 0.0;            ///< rms of a camera's positions [m]
   std::vector<HorizonError> horizons;      ///< as far as the span reaches
   std::optional<HorizonError> short_term;  ///< the one of 35 ms
-  std::optional<Consistency> consistency;  ///< if the estimate has sigmas
+  std::optional<Consistency> consistency;  ///< if the estimate has sigmas; with a camera's noise
   std::optional<Motion> velocity_rms;      ///< if both have velocities: rms of each difference
+
+  /// Of a replay whose model tests its samples, with or without a reference: by what factor the
+  /// mean NIS over its dimension is off 1, as geometric mean over the sources. 1 is consistent.
+  std::optional<double> nis_factor;
 };
 
 /// Throws std::invalid_argument if the two have fewer than two times in common.

@@ -1,12 +1,14 @@
 #include "tools/evaluation/evaluation_report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cstdio>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <set>
+#include <string_view>
 
 #include "tools/cli/csv.hpp"
 #include "tools/cli/text.hpp"
@@ -15,6 +17,9 @@ namespace odomd::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
+constexpr std::array<std::string_view, 4> against_names{"truth", "camera", "closed_loop",
+                                                        "nothing"};
+
 using Cell = std::function<std::optional<std::string>(const Evaluation&)>;
 
 double degrees(double radians) {
@@ -47,6 +52,7 @@ Json short_term(const HorizonError& e) {
 void add_reference_figures(const Evaluation& e, Json& json) {
   json["alignment"] = {e.alignment.x, e.alignment.y, e.alignment.yaw};
   json["position"] = spread(e.position);
+  if (e.against == Against::camera) json["reference_noise"] = e.reference_noise;
   json["heading"]["rms"] = e.heading.rms;
   json["heading"]["max"] = e.heading.max;
   json["error_35ms"] = e.short_term ? short_term(*e.short_term) : Json(nullptr);
@@ -77,16 +83,18 @@ Json json_of(const Evaluation& e, const Evaluation* baseline) {
             {"t_last", stamp(e.last_ns)},
             {"duration", static_cast<double>(e.last_ns - e.first_ns) / 1e9},
             {"path_length", e.path_length},
-            {"end_error", e.end_error},
-            {"end_error_cm_per_m", e.end_cm_per_m ? Json(*e.end_cm_per_m) : Json(nullptr)},
-            {"heading", {{"end", e.heading_end}}}};
-  if (e.against == Against::reference) add_reference_figures(e, json);
+            {"nis_factor", e.nis_factor ? Json(*e.nis_factor) : Json(nullptr)}};
+  if (e.against == Against::nothing) return json;
+  json["end_error"] = e.end_error;
+  json["end_error_cm_per_m"] = e.end_cm_per_m ? Json(*e.end_cm_per_m) : Json(nullptr);
+  json["heading"]["end"] = e.heading_end;
+  if (has_reference(e.against)) add_reference_figures(e, json);
   if (baseline == nullptr) return json;
   Json percent{{"against", baseline->name},
                {"end_error", better(e.end_error, baseline->end_error, baseline->position.rms)},
                {"heading_end", better(std::abs(e.heading_end), std::abs(baseline->heading_end),
                                       baseline->heading.rms)}};
-  if (e.against == Against::reference) {
+  if (has_reference(e.against)) {
     percent["position_rms"] = better(e.position.rms, baseline->position.rms);
     percent["heading_rms"] = better(e.heading.rms, baseline->heading.rms);
     percent["error_35ms_mean"] =
@@ -170,14 +178,17 @@ std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report
     return fixed(static_cast<double>(e.last_ns - e.first_ns) * 1e-9, 3);
   });
   row("path length [m]", [](const Evaluation& e) { return fixed(e.path_length, 3); });
-  row("end error [m]", [](const Evaluation& e) { return fixed(e.end_error, 4); });
+  row("end error [m]", [](const Evaluation& e) -> std::optional<std::string> {
+    if (e.against == Against::nothing) return std::nullopt;
+    return fixed(e.end_error, 4);
+  });
   row("end error [cm/m]", [](const Evaluation& e) -> std::optional<std::string> {
     if (!e.end_cm_per_m) return std::nullopt;
     return fixed(*e.end_cm_per_m, 3);
   });
   const auto reference_row = [&](const std::string& label, const auto& metric, int decimals) {
     row(label, [&](const Evaluation& e) -> std::optional<std::string> {
-      if (e.against == Against::closed_loop) return std::nullopt;
+      if (!has_reference(e.against)) return std::nullopt;
       return fixed(metric(e), decimals);
     });
   };
@@ -185,8 +196,10 @@ std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report
       "position rms [m]", [](const Evaluation& e) { return e.position.rms; }, 4);
   reference_row(
       "position max [m]", [](const Evaluation& e) { return e.position.max; }, 4);
-  row("heading error at the end [deg]",
-      [](const Evaluation& e) { return fixed(degrees(e.heading_end), 3); });
+  row("heading error at the end [deg]", [](const Evaluation& e) -> std::optional<std::string> {
+    if (e.against == Against::nothing) return std::nullopt;
+    return fixed(degrees(e.heading_end), 3);
+  });
   reference_row(
       "heading error rms [deg]", [](const Evaluation& e) { return degrees(e.heading.rms); }, 3);
   reference_row(
@@ -217,6 +230,10 @@ std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report
     if (!e.consistency) return std::nullopt;
     return fixed(e.consistency->nees, 3);
   });
+  row("NIS factor (honest: 1)", [](const Evaluation& e) -> std::optional<std::string> {
+    if (!e.nis_factor) return std::nullopt;
+    return fixed(*e.nis_factor, 2);
+  });
   const auto motion_row = [&](const std::string& label, const auto& metric) {
     row(label, [&](const Evaluation& e) -> std::optional<std::string> {
       if (!e.velocity_rms) return std::nullopt;
@@ -240,14 +257,40 @@ std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report
   return all;
 }
 
-std::string as_text(const EvaluationReport& report) {
-  const bool closed_loop = report.evaluations.front().against == Against::closed_loop;
-  std::string text;
-  if (closed_loop) {
-    text = "reference  none: closed loop, the drive ends where it began\n";
-  } else {
-    text = "reference  " + report.reference + "\nalignment  " + align_in_words(report.align) + '\n';
+std::string basis_in_words(Against against) {
+  switch (against) {
+    case Against::reference:
+      return "truth.csv";
+    case Against::camera:
+      return "camera.csv, as there is no truth.csv: each instant against the camera poses taken "
+             "after it. The rms is without their noise. What is wrong with the camera itself is "
+             "not seen, nor are errors over less than a second";
+    case Against::closed_loop:
+      return "none: closed loop, the drive ends where it began. Only the error at the end is "
+             "known, "
+             "and what cancels on the way round is not seen";
+    case Against::nothing:
+      break;
   }
+  return "none: no truth.csv, no camera poses, and the drive does not end where it began. Errors "
+         "of "
+         "position and heading are not known; innovations show only whether the filter agrees with "
+         "its sensors";
+}
+
+std::string basis_in_words(const EvaluationReport& report) {
+  const Evaluation& e = report.evaluations.front();
+  if (e.against == Against::reference) return report.reference;
+  std::string text = basis_in_words(e.against);
+  if (e.against == Against::camera)
+    text += "; errors below its noise, " + fixed(1e3 * e.reference_noise, 1) + " mm, are uncertain";
+  return text;
+}
+
+std::string as_text(const EvaluationReport& report) {
+  std::string text = "reference  " + basis_in_words(report) + '\n';
+  if (has_reference(report.evaluations.front().against))
+    text += "alignment  " + align_in_words(report.align) + '\n';
   if (report.frame == Frame::odom) text += "frame      odom (the pose without jumps)\n";
   if (report.lever_arm) {
     text += "lever arm  " + fixed(report.lever_arm->x, 4) + " m, " + fixed(report.lever_arm->y, 4) +
@@ -269,9 +312,10 @@ std::string as_text(const EvaluationReport& report) {
 
 Json json_of(const EvaluationReport& report) {
   Json json;
-  if (report.evaluations.front().against == Against::closed_loop) {
-    json["closed_loop"] = true;
-  } else {
+  const Against against = report.evaluations.front().against;
+  json["against"] = against_names[static_cast<std::size_t>(against)];
+  if (against == Against::closed_loop) json["closed_loop"] = true;
+  if (has_reference(against)) {
     json["reference"] = report.reference;
     json["align"] = align_name(report.align);
   }

@@ -32,6 +32,10 @@ struct EvaluationReport {
 /// to be near zero at the end makes the ratio meaningless.
 [[nodiscard]] std::optional<double> improvement(double value, double baseline, double usual = 0.0);
 
+/// What estimates are compared with, and what their figures are worth; in one line.
+[[nodiscard]] std::string basis_in_words(Against against);
+[[nodiscard]] std::string basis_in_words(const EvaluationReport& report);
+
 /// The rows: a label and one cell per estimate.
 [[nodiscard]] std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report);
 

@@ -29,6 +29,7 @@ struct Figures {
   std::optional<double> better;        // %, of the end error
   std::optional<double> position_rms;  // m
   std::optional<double> nees;
+  std::optional<double> nis_factor;
 };
 
 struct Column {
@@ -38,13 +39,14 @@ struct Column {
 };
 
 // In the order of the paper's conclusion.
-constexpr std::array<Column, 7> columns{{
+constexpr std::array<Column, 8> columns{{
     {"end [cm/m]", &Figures::cm_per_m, 3},
     {"heading end [deg]", &Figures::heading_end, 2},
     {"35 ms [mm]", &Figures::short_term, 2},
     {"end better by [%]", &Figures::better, 1},
     {"position rms [m]", &Figures::position_rms, 4},
     {"NEES", &Figures::nees, 2},
+    {"NIS factor", &Figures::nis_factor, 2},
     {"path [m]", &Figures::path, 1},
 }};
 
@@ -57,11 +59,12 @@ std::vector<Figures> figures_of(const EvaluatedDrive& drive) {
     const Evaluation& e = evaluations[i];
     Figures row{.drive = drive.name, .estimate = names[i], .path = e.path_length};
     row.cm_per_m = e.end_cm_per_m;
-    row.heading_end = e.heading_end * degrees;
+    if (e.against != Against::nothing) row.heading_end = e.heading_end * degrees;
+    row.nis_factor = e.nis_factor;
     if (e.short_term) row.short_term = 1e3 * e.short_term->displacement.mean;
     if (&e != &baseline)
       row.better = improvement(e.end_error, baseline.end_error, baseline.position.rms);
-    if (e.against == Against::reference) row.position_rms = e.position.rms;
+    if (has_reference(e.against)) row.position_rms = e.position.rms;
     if (e.consistency) row.nees = e.consistency->nees;
     rows.push_back(std::move(row));
   }
@@ -194,7 +197,8 @@ Json summary_json(std::span<const EvaluatedDrive> drives) {
                                {"error_35ms_mean", value(row.short_term, 1e-3)},
                                {"better_percent", value(row.better, 1.0)},
                                {"position_rms", value(row.position_rms, 1.0)},
-                               {"nees", value(row.nees, 1.0)}});
+                               {"nees", value(row.nees, 1.0)},
+                               {"nis_factor", value(row.nis_factor, 1.0)}});
   }
   return json;
 }

@@ -13,16 +13,22 @@ using estimator::Pose2;
 // Poses of a trajectory at times that only increase, all within its span.
 class Walk {
  public:
-  explicit Walk(const Trajectory& trajectory) : points_(trajectory.points) {}
+  explicit Walk(const Trajectory& trajectory)
+      : points_(trajectory.points), bridge_ns_(trajectory.bridge_ns) {}
 
-  [[nodiscard]] Pose2 at(std::int64_t t_ns) {
+  /// Nothing in a gap.
+  [[nodiscard]] std::optional<Pose2> at(std::int64_t t_ns) {
     while (points_[after_].t_ns < t_ns) ++after_;
     const TrajectoryPoint& b = points_[after_];
-    return b.t_ns == t_ns ? b.pose : between(points_[after_ - 1], b, t_ns).pose;
+    if (b.t_ns == t_ns) return b.pose;
+    const TrajectoryPoint& a = points_[after_ - 1];
+    if (b.t_ns - a.t_ns > bridge_ns_) return std::nullopt;
+    return between(a, b, t_ns).pose;
   }
 
  private:
   std::span<const TrajectoryPoint> points_;
+  std::int64_t bridge_ns_;
   std::size_t after_ = 0;
 };
 
@@ -36,8 +42,11 @@ std::optional<HorizonError> error_over(std::int64_t horizon_ns, const Trajectory
   for (const Pair& pair : pairs) {
     const std::int64_t later_ns = pair.estimate.t_ns + horizon_ns;
     if (later_ns > last_ns) break;
-    const Pose2 d = relative(pair.estimate.pose, estimated_way.at(later_ns));
-    const Pose2 d_true = relative(pair.reference.pose, true_way.at(later_ns));
+    const std::optional<Pose2> there = estimated_way.at(later_ns);
+    const std::optional<Pose2> true_there = true_way.at(later_ns);
+    if (!there || !true_there) continue;
+    const Pose2 d = relative(pair.estimate.pose, *there);
+    const Pose2 d_true = relative(pair.reference.pose, *true_there);
     displacement.add(std::hypot(d_true.x - d.x, d_true.y - d.y));
     yaw.add(std::abs(d.yaw - d_true.yaw));
   }

@@ -58,6 +58,8 @@ std::vector<PoseError> pose_errors(std::span<const Pair> pairs, const estimator:
     e.heading = truth.yaw;
     if (has_covariance) {
       e.covariance = estimator::rotated(pair.estimate.covariance, c, s);  // the map is turned
+      for (std::size_t i = 0; i < e.covariance.size(); ++i)
+        e.covariance[i] += pair.reference.covariance[i];
       e.nees = nees(e.covariance, e.error);
     }
     errors.push_back(e);

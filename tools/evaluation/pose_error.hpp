@@ -16,7 +16,7 @@ struct PoseError {
   std::int64_t t_ns = 0;
   estimator::Pose2 error;                  ///< in the axes of the map [m, m, rad], yaw accumulated
   double heading = 0.0;                    ///< of the reference [rad]
-  estimator::PoseCovariance covariance{};  ///< of the estimate, in the axes of the map
+  estimator::PoseCovariance covariance{};  ///< of the estimate and of a camera's noise, likewise
   std::optional<double> nees;              ///< eᵀP⁻¹e; nothing if P is not positive definite
 };
 

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string>
 
+#include "tools/evaluation/camera_reference.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
 
 namespace odomd::tools {
@@ -52,36 +52,12 @@ std::optional<Diagnostic> check_times(const Trajectory& reference,
                                     by_how_much(*found, error));
 }
 
-Trajectory camera_trajectory(std::span<const estimator::CameraPose> poses,
-                             const estimator::Pose2& lever_arm) {
-  Trajectory trajectory;
-  trajectory.name = "camera.csv";
-  for (const estimator::CameraPose& pose : poses) {
-    TrajectoryPoint point;
-    point.t_ns = pose.capture_ns;
-    point.pose = {pose.x, pose.y, pose.yaw};
-    trajectory.points.push_back(point);
-  }
-  auto& points = trajectory.points;
-  std::ranges::stable_sort(points, {}, &TrajectoryPoint::t_ns);
-  const auto same_time = [](const TrajectoryPoint& a, const TrajectoryPoint& b) {
-    return a.t_ns == b.t_ns;
-  };
-  points.erase(std::unique(points.begin(), points.end(), same_time), points.end());
-  for (std::size_t i = 1; i < points.size(); ++i) {
-    const double before = points[i - 1].pose.yaw;
-    double& yaw = points[i].pose.yaw;
-    yaw = before + std::remainder(yaw - before, 2.0 * std::numbers::pi);
-  }
-  return at_centre_of_gravity(trajectory, lever_arm);
-}
-
 std::optional<Diagnostic> check_times(const Trajectory& reference, const Drive& drive,
                                       Align align) {
-  const std::optional<Trajectory> odometry = dead_reckoning(drive);
+  const std::optional<Trajectory> odometry = motion(drive);
   if (!odometry) return std::nullopt;
   const std::optional<TimeOffset> of_reference = offset_by_motion(reference, *odometry);
-  if (drive.cameras.empty()) {
+  if (drive.cameras.empty() || reference.is_camera) {
     if (!of_reference) return std::nullopt;
     return report(reference.name, "its times " + look(of_reference->late_s) + " against the bus" +
                                       by_how_much(*of_reference, "error over a second"));

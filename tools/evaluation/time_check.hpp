@@ -16,12 +16,8 @@ namespace odomd::tools {
 [[nodiscard]] std::optional<diagnostics::Diagnostic> check_times(
     const Trajectory& reference, std::span<const Trajectory> estimates, Align align);
 
-/// The poses of a camera as those of the centre of gravity, in the order in which they were taken.
-[[nodiscard]] Trajectory camera_trajectory(std::span<const estimator::CameraPose> poses,
-                                           const estimator::Pose2& lever_arm);
-
-/// The same for a drive, compared with dead_reckoning(), which is on the log's clock. The reference
-/// is that of the centre of gravity. Needs a replay.
+/// The same for a drive, compared with motion() without the camera, which is on the log's clock.
+/// The reference is that of the centre of gravity. Needs a replay.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> check_times(const Trajectory& reference,
                                                                  const Drive& drive, Align align);
 

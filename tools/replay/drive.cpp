@@ -50,6 +50,17 @@ void append(std::vector<fs::path>& to, const std::vector<fs::path>& from) {
   to.insert(to.end(), from.begin(), from.end());
 }
 
+void read_camera(Drive& drive, const fs::path& file, CameraUse use) try {
+  CameraLog camera = read_camera_log(file);
+  append(drive.warnings, camera.warnings);
+  if (camera.poses.empty() && drive.config.camera.configured && use == CameraUse::take)
+    drive.warnings.push_back(no_camera_pose(file));
+  (use == CameraUse::take ? drive.cameras : drive.cameras_left_out) = std::move(camera.poses);
+} catch (const std::invalid_argument& error) {
+  if (use == CameraUse::take) throw;
+  drive.warnings.push_back(found(diagnostics::kind("file_content"), {}, error.what()));
+}
+
 }  // namespace
 
 void check_folder(const fs::path& folder) {
@@ -113,15 +124,8 @@ Drive read_drive(const DriveFiles& files) {
     drive.warnings.push_back(found(diagnostics::kind("log_content"), {}, log.warning()));
   drive.buses = buses.all();
 
-  if (files.camera == CameraUse::take) {
-    if (const auto file = file_in(files.folder, "camera.csv")) {
-      CameraLog camera = read_camera_log(*file);
-      drive.cameras = std::move(camera.poses);
-      append(drive.warnings, camera.warnings);
-      if (drive.cameras.empty() && drive.config.camera.configured)
-        drive.warnings.push_back(no_camera_pose(*file));
-    }
-  }
+  if (const auto file = file_in(files.folder, "camera.csv"))
+    read_camera(drive, *file, files.camera);
   const auto reference =
       files.reference.empty() ? file_in(files.folder, "truth.csv") : std::optional(files.reference);
   if (reference) {

@@ -36,10 +36,12 @@ struct Drive {
   std::filesystem::path folder;
   daemon::Config config;  ///< with the time-outs that the databases give
   std::vector<can::Database> databases;
-  std::vector<std::string> buses;  ///< as the frames are numbered
-  std::vector<can::Frame> frames;  ///< in the order in which a tick takes them
-  std::vector<estimator::CameraPose> cameras;
-  std::optional<Trajectory> reference;  ///< as the file has it
+  std::vector<std::string> buses;                       ///< as the frames are numbered
+  std::vector<can::Frame> frames;                       ///< in the order in which a tick takes them
+  std::vector<estimator::CameraPose> cameras;           ///< that come in
+  std::vector<estimator::CameraPose> cameras_left_out;  ///< those of CameraUse::leave_out
+  std::optional<Trajectory> reference;                  ///< as the file has it
+  bool closed_loop = false;  ///< where there is no reference: ends where it began
   diagnostics::Diagnostics warnings;
 };
 

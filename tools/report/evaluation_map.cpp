@@ -47,10 +47,10 @@ chart::Map evaluation_map(const EvaluatedDrive& drive, const std::string& title)
 
   chart::Map map;
   map.title = title;
-  if (drive.reference) {
-    map.reference.label = "reference";
+  if (const auto& reference = drive.reference ? drive.reference : drive.shown) {
+    map.reference.label = drive.reference ? "reference" : "truth";
     map.reference.note = fixed(path, path < 1000.0 ? 1 : 0) + " m";
-    map.reference.points = points_between(*drive.reference, first_ns, last_ns);
+    map.reference.points = points_between(*reference, first_ns, last_ns);
   }
   for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
     const Evaluation& e = drive.report.evaluations[i];
@@ -69,7 +69,7 @@ chart::Map evaluation_map(const EvaluatedDrive& drive, const std::string& title)
       map.dots.push_back({pose.x, pose.y});
     }
   }
-  map.dots_label = "camera";
+  map.dots_label = drive.replays.empty() || camera_came_in(drive) ? "camera" : "camera, left out";
   return map;
 }
 

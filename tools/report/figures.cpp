@@ -194,8 +194,9 @@ std::vector<Figure> errors(const EvaluatedDrive& drive) {
                               drive.report.evaluations[i].alignment,
                               drive.report.evaluations[i].consistency.has_value()));
   }
-  std::vector<Figure> figures{horizon(drive), position_errors(drive, all),
-                              heading_errors(drive, all)};
+  std::vector<Figure> figures{position_errors(drive, all), heading_errors(drive, all)};
+  // Of a camera only the error over a second is known.
+  if (!drive.reference->is_camera) figures.insert(figures.begin(), horizon(drive));
   static constexpr std::array<Component, 3> components{{
       {"error along", &DrivenError::along, &DrivenError::sigma_along},
       {"error across", &DrivenError::cross, &DrivenError::sigma_cross},
@@ -205,13 +206,14 @@ std::vector<Figure> errors(const EvaluatedDrive& drive) {
   for (const Component& component : components) {
     figures.push_back(with_band(drive, all[focus], focus, component));
   }
-  figures[3].caption = "Ahead of the reference (positive) or behind it.";
-  figures[4].caption = "To the left of the reference (positive) or to the right.";
+  const std::size_t heading = figures.size() - 1;
+  figures[heading - 2].caption = "Ahead of the reference (positive) or behind it.";
+  figures[heading - 1].caption = "To the left of the reference (positive) or to the right.";
   if (drive.report.evaluations[focus].consistency) {
-    figures[5].caption = "Heading with the filter's own three standard deviations.";
+    figures[heading].caption = "Heading with the filter's own three standard deviations.";
     figures.push_back(nees(drive, all[focus], focus));
   } else if (drive.estimates[focus].has_covariance) {
-    figures[5].caption =
+    figures[heading].caption =
         "Without the filter's standard deviations: they include the uncertainty of its start, "
         "which the alignment removes.";
   }

@@ -12,15 +12,17 @@
 #include "tools/chart/svg.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/evaluation_summary.hpp"
+#include "tools/report/definitions.hpp"
 #include "tools/report/figures.hpp"
+#include "tools/report/verdict.hpp"
 
 namespace odomd::tools::report {
 namespace {
 
 using svg::escaped;
 
-// Two pictures side by side if there is room, one on a phone; three small ones; tables scroll by
-// themselves if they must.
+// Two pictures side by side if there is room, one on a phone; three small ones. On a phone each row
+// of a table becomes a card with its cells below each other, so that nothing scrolls sideways.
 constexpr const char* style = R"css(
 :root { color-scheme: light; }
 * { box-sizing: border-box; }
@@ -37,7 +39,13 @@ th, td { padding: .35rem .7rem; text-align: right; border-bottom: 1px solid #e6e
 th { font-weight: 600; border-bottom: 2px solid #cbd2d9; }
 td.words, th.words { text-align: left; }
 td.words { min-width: 5.5rem; }
-td:first-child, th:first-child { position: sticky; left: 0; background: #fff; }
+td small { display: block; max-width: 26rem; color: #5f6b7a; font-weight: 400; }
+dl { display: grid; grid-template-columns: max-content 1fr; gap: .1rem .8rem; margin: -.4rem 0 1rem; max-width: 60rem; color: #5f6b7a; font-size: .85rem; }
+dt { font-weight: 600; } dd { margin: 0; }
+.verdict { background: #fff; border-left: 8px solid; border-radius: 4px; padding: .5rem 1rem; margin: .6rem 0 1.2rem; }
+.verdict p { margin: .2rem 0; } .verdict ul { margin: .4rem 0; padding-left: 1.2rem; }
+.verdict b { text-transform: capitalize; }
+.good { border-color: #009e73; } .look-at { border-color: #e69f00; } .wrong { border-color: #d55e00; }
 tr.first td { border-top: 2px solid #e6e9ed; }
 .figures { display: grid; gap: 1rem; grid-template-columns: repeat(auto-fill, minmax(min(100%, 26rem), 1fr)); align-items: start; }
 .figures.small { grid-template-columns: repeat(auto-fill, minmax(min(100%, 22rem), 1fr)); }
@@ -52,10 +60,17 @@ code { overflow-wrap: anywhere; }
 pre { background: #fff; border: 1px solid #e0e4e9; border-radius: 8px; padding: .7rem; overflow-x: auto; }
 @media (max-width: 40rem) {
   body { padding: .6rem .5rem 2rem; font-size: 15px; }
-  table { font-size: .8rem; }
-  th, td { padding: .3rem .4rem; }
-  td.words:first-child { min-width: 0; }
   figure { padding: .2rem; }
+  pre { white-space: pre-wrap; overflow-wrap: anywhere; }
+  dl { display: block; margin-top: 0; }
+  dd { margin-bottom: .3rem; }
+  .scroll { overflow: visible; }
+  table, tbody, td { display: block; }
+  thead { display: none; }
+  tr { display: grid; grid-template-columns: repeat(auto-fill, minmax(5.2rem, 1fr)); border: 1px solid #e0e4e9; border-radius: 6px; margin-bottom: .5rem; }
+  td, tr.first td { border: none; padding: .25rem .5rem; text-align: left; overflow-wrap: anywhere; min-width: 0; }
+  td:first-child { grid-column: 1 / -1; font-weight: 600; }
+  td[data-name]::before { content: attr(data-name); display: block; color: #5f6b7a; font-size: .75rem; }
 }
 @media print {
   @page { margin: 14mm; }
@@ -84,6 +99,15 @@ std::string breakable(const std::string& name) {
   return words;
 }
 
+// What its columns mean.
+std::string definitions_of(const Table& table) {
+  std::string list;
+  for (const std::string& label : table.header)
+    if (const std::string text = definition_of(label); !text.empty())
+      list += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escaped(label), escaped(text));
+  return list.empty() ? "" : "<dl>\n" + list + "</dl>\n";
+}
+
 std::string html_of(const Table& table) {
   constexpr std::size_t rows_of_a_short_one = 24;
   const auto is_words = [&table](std::size_t column) {
@@ -96,7 +120,14 @@ std::string html_of(const Table& table) {
       std::string words = escaped(cells[i]);
       if (std::string_view{tag} == "th") words = breakable(words);
       if (words.starts_with('-') && words.size() > 1) words.replace(0, 1, "\u2212");
-      row += fmt::format("<{0}{1}>{2}</{0}>", tag, is_words(i) ? " class=\"words\"" : "", words);
+      std::string name;
+      if (std::string_view{tag} == "td" && i > 0 && !table.header[i].empty())
+        name = fmt::format(" data-name=\"{}\"", escaped(table.header[i]));
+      else if (const std::string text = definition_of(cells[i]);
+               i == 0 && table.header[0].empty() && !text.empty())
+        words += "<small>" + escaped(text) + "</small>";
+      row += fmt::format("<{0}{1}{3}>{2}</{0}>", tag, is_words(i) ? " class=\"words\"" : "", words,
+                         name);
     }
     return row + "</tr>\n";
   };
@@ -109,7 +140,7 @@ std::string html_of(const Table& table) {
         i > 0 && is_words(0) && is_words(1) && table.rows[i][0] != table.rows[i - 1][0];
     out += row_of(table.rows[i], "td", begins ? " class=\"first\"" : "");
   }
-  return out + "</tbody></table></div>\n";
+  return out + "</tbody></table></div>\n" + definitions_of(table);
 }
 
 std::string html_of(const std::vector<Figure>& figures, const char* kind = "") {
@@ -133,20 +164,19 @@ std::string facts(const EvaluatedDrive& drive) {
   const Evaluation& e = drive.report.evaluations.front();
   std::string text = fixed(static_cast<double>(e.last_ns - e.first_ns) * 1e-9, 1) + " s, " +
                      fixed(e.path_length, 1) + " m. ";
-  if (e.against == Against::closed_loop) {
-    text += "Closed loop: compared with its own start.";
-    if (!drive.replays.empty() && !drive.cameras.empty() && drive.report.frame == Frame::map)
-      text += " With camera poses the error at the end is only as good as the camera.";
-  } else {
-    text += "Reference " + drive.report.reference + "; alignment " +
-            align_in_words(drive.report.align) + ".";
-  }
+  text += "Reference: " + basis_in_words(drive.report);
+  if (has_reference(e.against)) text += "; alignment " + align_in_words(drive.report.align);
+  text += '.';
+  if (e.against == Against::closed_loop && camera_came_in(drive) &&
+      drive.report.frame == Frame::map)
+    text += " With camera poses the error at the end is only as good as the camera.";
   if (drive.report.frame == Frame::odom) text += " The pose without jumps.";
   if (!drive.replays.empty()) {
     const ReplaySummary& summary = drive.replays.front().summary;
     text += " " + std::to_string(summary.frames) + " CAN frames, " +
-            (summary.cameras > 0 ? std::to_string(summary.cameras) + " camera poses."
-                                 : "no camera: dead reckoning.");
+            (summary.cameras > 0     ? std::to_string(summary.cameras) + " camera poses."
+             : drive.cameras.empty() ? "no camera: dead reckoning."
+                                     : "camera left out: dead reckoning.");
   }
   return paragraph(text, "faint");
 }
@@ -236,29 +266,25 @@ std::string title_of(std::span<const EvaluatedDrive> drives, const PageInfo& inf
   return "Odometry of " + names;
 }
 
-// What the columns of the summary mean.
-std::string legend_of(const Table& summary, std::span<const EvaluatedDrive> drives) {
-  const auto has = [&summary](std::string_view column) {
-    return std::ranges::any_of(
-        summary.header, [column](const std::string& header) { return header.starts_with(column); });
-  };
-  const EvaluationReport& report = drives.front().report;
-  const bool closed_loop = report.evaluations.front().against == Against::closed_loop;
-  std::string text = closed_loop
-                         ? "End: distance of the last pose from the first, over the estimate's own "
-                           "path. Heading: at the end, to the nearest whole turn."
-                         : "End: distance of the last pose from the truth, over the path. Heading: "
-                           "accumulated, at the end.";
-  if (has("end better by"))
-    text += " End better by: the error at the end compared with " +
-            names_of(drives.front())[report.baseline] + ".";
-  if (has("35 ms"))
-    text += " 35 ms: mean error of the displacement over seven ticks of 5 ms, in the body frame.";
-  if (has("NEES"))
-    text +=
-        " NEES: squared error over the filter's own covariance; consistent is 3; none if the "
-        "alignment removes what the filter did not know at the start.";
-  return text;
+// At the top of the page.
+std::string verdict(const EvaluatedDrive& drive, bool several) {
+  const Verdict verdict = verdict_of(drive);
+  std::string kind = in_words(verdict.grade);
+  std::ranges::replace(kind, ' ', '-');
+  std::string out = fmt::format("<div class=\"verdict {}\"><p><b>{}</b>: {}{}{}.</p>\n<ul>\n", kind,
+                                in_words(verdict.grade), several ? escaped(drive.name) + ", " : "",
+                                escaped(names_of(drive)[focus_of(drive)]),
+                                camera_came_in(drive)    ? " with the camera"
+                                : !drive.replays.empty() ? " by dead reckoning"
+                                                         : "");
+  for (const Grade grade : {Grade::wrong, Grade::look_at, Grade::good})
+    for (const Reason& reason : verdict.reasons)
+      if (reason.grade == grade)
+        out += fmt::format("<li>{}{}</li>\n",
+                           grade == Grade::good ? "" : "<b>" + in_words(grade) + "</b>: ",
+                           escaped(reason.sentence));
+  return out + "</ul>\n<p class=\"faint\">Compared with " + escaped(verdict.basis) +
+         ".</p></div>\n";
 }
 
 }  // namespace
@@ -266,8 +292,11 @@ std::string legend_of(const Table& summary, std::span<const EvaluatedDrive> driv
 std::string page(std::span<const EvaluatedDrive> drives, const PageInfo& info) {
   const std::string title = escaped(title_of(drives, info));
   const Table summary = summary_table(drives);
-  std::string body = "<h1>" + title + "</h1>\n" + html_of(summary) +
-                     paragraph(legend_of(summary, drives), "faint");
+  std::string body = "<h1>" + title + "</h1>\n";
+  for (const EvaluatedDrive& drive : drives) body += verdict(drive, drives.size() > 1);
+  body += html_of(summary);
+  body += paragraph(
+      "The baseline is " + names_of(drives.front())[drives.front().report.baseline] + ".", "faint");
   for (const EvaluatedDrive& drive : drives) {
     body += "<section>\n" + section(drive) + "</section>\n";
   }

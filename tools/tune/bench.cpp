@@ -48,9 +48,13 @@ Bench::Bench(const TuneJob& job, const TuneWatch& watch)
   result_.goals = job.goals;
   for (const Goal goal : job.goals_if_known)
     if (is_known(goal, before_)) result_.goals.push_back(goal);
+  for (const Goal goal : job.goals_else)
+    if (result_.goals.empty() && is_known(goal, before_)) result_.goals.push_back(goal);
+  check_any("tuned on", before_);
   if (!job.held_out.empty()) {
     held_out_before_ = run(job_.held_out, std::span(&as_configured_, 1)).front().scores;
     check_known("held out", held_out_before_);
+    check_any("held out", held_out_before_);
   }
   result_.from_state = log_.read();
 }
@@ -119,6 +123,15 @@ void Bench::check_known(const char* which, const std::vector<Score>& scores) con
       throw std::invalid_argument(fmt::format("--goal {}: none of the drives {} determines it: {}",
                                               goal_names[static_cast<std::size_t>(goal)], which,
                                               why_unknown(goal)));
+}
+
+void Bench::check_any(const char* which, const std::vector<Score>& scores) const {
+  if (std::ranges::any_of(result_.goals, [&](Goal goal) { return is_known(goal, scores); })) return;
+  throw std::invalid_argument(fmt::format(
+      "none of the drives {} determines a goal of the search: they have neither "
+      "truth.csv nor camera.csv, and no closed loop; give drives that have one, or tune "
+      "the innovations with --goal nis --model full",
+      which));
 }
 
 std::vector<GoalChange> Bench::worse_goals(const std::vector<Score>& after,

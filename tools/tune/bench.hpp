@@ -35,6 +35,7 @@ class Bench {
 
  private:
   void check_known(const char* which, const std::vector<Score>& scores) const;
+  void check_any(const char* which, const std::vector<Score>& scores) const;
   [[nodiscard]] std::vector<GoalChange> worse_goals(const std::vector<Score>& after,
                                                     const std::vector<Score>& held_out) const;
   [[nodiscard]] double error_of(const TrialOutcome& outcome,

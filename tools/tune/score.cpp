@@ -27,17 +27,24 @@ double error_of(const Score& score, Goal goal) {
 std::string why_unknown(Goal goal) {
   switch (goal) {
     case Goal::prediction:
-      return "they are shorter than 35 ms; use longer ones";
+      return "they are shorter than 35 ms, or have no truth.csv: a camera's noise hides it; use "
+             "longer drives with truth.csv, or the goal second";
     case Goal::second:
-      return "they are shorter than a second; use longer ones";
+      return "they are shorter than a second, or have neither truth.csv nor camera.csv; use longer "
+             "ones with one of them";
     case Goal::end:
-      return "the car does not move; use drives on which it does";
+      return "the car does not move, or they have neither truth.csv nor camera.csv and do not end "
+             "where they began; use other drives, or the goal nis";
+    case Goal::nis:
+      return "the model does not test its samples; use --model full";
     case Goal::nees:
       return "the covariance matches the errors only in a map with camera poses without alignment, "
              "or if the uncertainty at the start is small compared with that at the end; use such "
              "drives, or other goals";
     default:
-      return {};
+      return "they have neither truth.csv nor camera.csv; record camera poses, or use the goals "
+             "end "
+             "(of a closed loop) or nis";
   }
 }
 
@@ -45,8 +52,11 @@ Score score_of(const Evaluation& evaluation) {
   Score score;
   score.fill(unknown);
   const auto set = [&](Goal goal, double value) { score[static_cast<std::size_t>(goal)] = value; };
-  set(Goal::position, evaluation.position.rms);
-  set(Goal::heading, evaluation.heading.rms);
+  if (evaluation.nis_factor) set(Goal::nis, *evaluation.nis_factor);
+  if (has_reference(evaluation.against)) {
+    set(Goal::position, evaluation.position.rms);
+    set(Goal::heading, evaluation.heading.rms);
+  }
   if (evaluation.short_term) set(Goal::prediction, evaluation.short_term->displacement.mean);
   for (const HorizonError& error : evaluation.horizons)
     if (error.horizon_ns == second_ns) set(Goal::second, error.displacement.mean);

@@ -20,11 +20,12 @@ enum class Goal : std::uint8_t {
   second,      ///< mean over 1 s [m]
   end,         ///< error at the end, per metre [cm/m]
   nees,        ///< consistency of the sigmas: the factor between the mean NEES and 3
+  nis,         ///< of the innovations: Evaluation::nis_factor; needs neither truth nor camera
   count
 };
 inline constexpr std::size_t goal_count = static_cast<std::size_t>(Goal::count);
 inline constexpr std::array<std::string_view, goal_count> goal_names{
-    "position", "heading", "prediction", "second", "end", "nees"};
+    "position", "heading", "prediction", "second", "end", "nees", "nis"};
 
 /// By Goal; NaN if the drive does not determine it. For Goal::nees it is the mean NEES itself,
 /// which distinguishes too confident from too cautious.
@@ -33,7 +34,7 @@ using Score = std::array<double, goal_count>;
 /// The mean NEES of consistent sigmas, for x, y and yaw.
 inline constexpr double honest_nees = 3.0;
 
-/// Why a drive may not determine it, and the fix; empty for goals that every drive determines.
+/// Why a drive may not determine it, and the fix.
 [[nodiscard]] std::string why_unknown(Goal goal);
 
 [[nodiscard]] Score score_of(const Evaluation& evaluation);

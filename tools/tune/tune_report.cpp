@@ -26,7 +26,8 @@ constexpr std::array<Shown, goal_count> shown{{{"position mm", 1e3, 1},
                                                {"35 ms mm", 1e3, 3},
                                                {"1 s mm", 1e3, 2},
                                                {"end cm/m", 1.0, 2},
-                                               {"NEES", 1.0, 2}}};
+                                               {"NEES", 1.0, 2},
+                                               {"NIS factor", 1.0, 2}}};
 
 constexpr std::array<std::string_view, 3> fate_names{"taken", "over_fitted", "idle"};
 

@@ -22,6 +22,7 @@ struct TuneJob {
   std::vector<Parameter> parameters;
   std::vector<Goal> goals;
   std::vector<Goal> goals_if_known;  ///< goals too, where a drive to tune on determines them
+  std::vector<Goal> goals_else;      ///< without any of these: the first that is determined
   WorseGoals worse_goals = WorseGoals::refused;
   std::optional<estimator::Model> model;
   Measure measure;

@@ -194,12 +194,13 @@ TEST_F(Report, SaysWhatItsColumnsMeanAndWhatIsOfTheWholeDrive) {
     return contents(file);
   };
   EXPECT_THAT(page(" --model full --model paper --baseline full"),
-              AllOf(HasSubstr("distance of the last pose from the truth"),
-                    HasSubstr("the error at the end compared with full."), HasSubstr("NEES: "),
+              AllOf(HasSubstr("distance of the last pose from the reference"),
+                    HasSubstr("The baseline is full."), HasSubstr("<dt>NEES</dt><dd>"),
                     Not(HasSubstr("over the whole drive"))));
   EXPECT_THAT(page(" --model paper --closed-loop --dead-reckoning"),
-              AllOf(HasSubstr("distance of the last pose from the first"),
-                    Not(HasSubstr("35 ms: ")), Not(HasSubstr("Better by"))));
+              AllOf(HasSubstr("or from the start of a closed loop"), HasSubstr(">truth<"),
+                    HasSubstr("camera, left out"), Not(HasSubstr("<dt>35 ms")),
+                    Not(HasSubstr("better by"))));
   EXPECT_THAT(page(" --model paper --to +3"),
               HasSubstr("Samples, as paper took them, over the whole drive"));
 }
@@ -243,8 +244,33 @@ TEST_F(Report, KeepsItsColumnsOnAPhone) {
       0);
   const std::string page = contents(html);
   EXPECT_THAT(page, HasSubstr("kinematic_<wbr/>printed</th>"));
-  EXPECT_THAT(page, HasSubstr("th:first-child { position: sticky;"));
+  // Each cell of a card has its column's name, and every row of figures says what it is.
+  EXPECT_THAT(page, HasSubstr("<td data-name=\"kinematic_printed\">"));
+  EXPECT_THAT(page, Not(ContainsRegex("<td class=\"words\">[a-z0-9 ]+ (rms|max|error)[^<]*</td>")));
   EXPECT_THAT(page, HasSubstr("<div class=\"scroll short\">"));  // whole on a printed page
+}
+
+TEST_F(Report, OpensWithAVerdictAndItsReasons) {
+  const auto page = [](const std::string& how) {
+    const auto file = scratch_->path("verdict.html");
+    EXPECT_EQ(run("--drive " + lap() + how + " --html " + file.string()).status, 0);
+    const std::string text = contents(file);
+    EXPECT_LT(text.find("<div class=\"verdict"), text.find("<table>"));
+    return text.substr(text.find("<div class=\"verdict"));
+  };
+  EXPECT_THAT(
+      page(" --model kinematic --model full"),
+      AllOf(StartsWith("<div class=\"verdict good\"><p><b>good</b>: full with the camera."),
+            HasSubstr("less than one camera pose"), HasSubstr("smaller than that of kinematic"),
+            HasSubstr("Its sigmas fit its errors")));
+  EXPECT_THAT(page(" --model full --model kinematic --dead-reckoning --baseline full"),
+              HasSubstr("by dead reckoning"));
+  const auto wrong = scratch_->write(
+      "turned.toml",
+      std::regex_replace(contents(lap() + "/car.toml"),
+                         std::regex("(yaw_rate = .*unit = \"rad/s\")"), "$1, scale = -1"));
+  EXPECT_THAT(page(" --model inertial --dead-reckoning --config " + wrong.string()),
+              StartsWith("<div class=\"verdict wrong\">"));
 }
 
 TEST_F(Report, IsTheSameEveryTime) {

@@ -317,8 +317,35 @@ TEST_F(Tune, SaysWhatIsWrongWithAKeyADriveOrARange) {
                 HasSubstr(option + ": " + truth + " is what is read; name another file"));
   EXPECT_EQ(contents(state), "");
   ASSERT_EQ(run_shell("rm " + one + "/truth.csv").status, 0);
-  EXPECT_THAT(refused("--drive " + one + " --set filter.window=0.2:0.4"),
-              HasSubstr("has no truth.csv"));
+  const std::string narrow = "--drive " + one + " --set filter.window=0.2:0.4";
+  EXPECT_THAT(refused(narrow + " --goal prediction"),
+              HasSubstr("--goal prediction: none of the drives tuned on determines it"));
+  EXPECT_THAT(refused(narrow + " --lever-arm 0,0,0"), HasSubstr("--lever-arm is of a truth.csv"));
+  ASSERT_EQ(run_shell("rm " + one + "/camera.csv").status, 0);
+  EXPECT_THAT(refused(narrow + " --goal position"),
+              HasSubstr("they have neither truth.csv nor camera.csv"));
+  EXPECT_THAT(refused(narrow + " --model paper"),
+              HasSubstr("none of the drives tuned on determines a goal of the search"));
+}
+
+TEST_F(Tune, FindsTheScaleOfAGyroByTheCameraAlone) {
+  const std::string one = drive("one", "0.05", 1);
+  ASSERT_EQ(run_shell("rm " + one + "/truth.csv").status, 0);
+  const Outcome tuned = run_shell("odom tune --drive " + one + " " + gyro_ + how_ + "--json");
+  ASSERT_EQ(tuned.status, 0) << tuned.err;
+  EXPECT_THAT(tuned.err, HasSubstr(one + ": reference camera.csv"));
+  const json result = json::parse(tuned.out);
+  EXPECT_NEAR(result["keys"][0]["after"].get<double>(), 1.0 / 1.05, 0.01);
+  EXPECT_EQ(result["goals"], json::array({"heading"}));
+}
+
+TEST_F(Tune, TakesTheInnovationsWhereNothingElseIsKnown) {
+  const std::string one = drive("one", "0", 1);
+  ASSERT_EQ(run_shell("rm " + one + "/truth.csv " + one + "/camera.csv").status, 0);
+  const Outcome tuned =
+      run_shell("odom tune --drive " + one + " --set filter.window=0.3,0.4 --json");
+  ASSERT_EQ(tuned.status, 0) << tuned.err;
+  EXPECT_EQ(json::parse(tuned.out)["goals"], json::array({"nis"}));
 }
 
 }  // namespace

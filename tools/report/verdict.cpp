@@ -1,0 +1,204 @@
+#include "tools/report/verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "tools/cli/text.hpp"
+#include "tools/math/median.hpp"
+#include "tools/report/figures.hpp"
+
+namespace odomd::tools::report {
+namespace {
+
+/// Good up to the first, to look at up to the second, wrong beyond.
+struct Bar {
+  double good;
+  double look_at;
+
+  [[nodiscard]] Grade of(double value) const {
+    return value <= good ? Grade::good : value <= look_at ? Grade::look_at : Grade::wrong;
+  }
+};
+
+// The paper's filter ends within 1.25 cm/m of its lap, its kinematic model within 7.2: a car whose
+// filter is at twice the one is usual, and beyond the other it needs no filter.
+constexpr Bar drift{2.5, 7.2};  // cm/m
+
+// A filter with a camera averages its poses: it should be off by less than one pose is, and by
+// three times that it does not follow the camera.
+constexpr Bar against_a_pose{1.0, 3.0};
+
+// Twice 3 means sigmas that are too small by 1.4, which limits made for 3 sigma bear; five times,
+// by 2.2, so that what the filter calls 3 sigma is passed every tenth time.
+constexpr Bar nees{6.0, 15.0};
+constexpr double cautious_nees = 0.75;  // sigmas twice as large as they need be
+
+// Of a source: noises that are wrong by a factor of two.
+constexpr double least_nis = 0.25;
+constexpr double most_nis = 4.0;
+
+/// A car that ends this near by chance says nothing of a drift.
+constexpr double least_path = 5.0;  // m
+
+class Reasons {
+ public:
+  void add(Grade grade, std::string sentence) {
+    verdict.grade = std::max(verdict.grade, grade);
+    verdict.reasons.push_back({grade, std::move(sentence)});
+  }
+  Verdict verdict;
+};
+
+void judge_fault(const EvaluatedDrive& drive, std::size_t focus, Reasons& reasons) {
+  if (focus >= drive.replays.size()) return;
+  const ReplaySummary& summary = drive.replays[focus].summary;
+  if (!summary.fault_ns) return;
+  reasons.add(
+      Grade::wrong,
+      fmt::format("It stopped with a fault {} s after the start; its figures are of the pose "
+                  "that stayed behind.",
+                  fixed(static_cast<double>(*summary.fault_ns - summary.first_tick_ns) * 1e-9, 1)));
+}
+
+void judge_warnings(const EvaluatedDrive& drive, Reasons& reasons) {
+  if (drive.warnings.empty()) return;
+  std::string codes;
+  for (const diagnostics::Diagnostic& warning : drive.warnings) {
+    const std::string code{warning.kind->code};
+    if (codes.find(code) == std::string::npos) codes += (codes.empty() ? "" : ", ") + code;
+  }
+  reasons.add(Grade::look_at,
+              fmt::format("{} ({}), listed with the drive: fix these first, as they "
+                          "may explain the rest.",
+                          counted(drive.warnings.size(), "warning"), codes));
+}
+
+void judge_drift(const Evaluation& e, Reasons& reasons) {
+  if (!e.end_cm_per_m || e.path_length < least_path) return;
+  // The end of a lap may be right by chance.
+  const double off =
+      std::max(has_reference(e.against) ? e.position.rms : 0.0, e.end_error) / e.path_length;
+  const std::string rms =
+      has_reference(e.against) ? fmt::format("{} m off rms and ", fixed(e.position.rms, 2)) : "";
+  reasons.add(
+      drift.of(100.0 * off),
+      fmt::format("Without the camera it is {}{} m off at the end, of {} m: {} % of the way. "
+                  "Up to {} % is good; from {} % on it is no better than the paper's car "
+                  "without a filter.",
+                  rms, fixed(e.end_error, 2), fixed(e.path_length, 0), fixed(100.0 * off, 2),
+                  fixed(drift.good, 1), fixed(drift.look_at, 1)));
+}
+
+void judge_with_camera(const EvaluatedDrive& drive, const Evaluation& e, Reasons& reasons) {
+  if (!has_reference(e.against) || drive.cameras.empty()) return;
+  std::vector<double> sigmas;
+  for (const estimator::CameraPose& pose : drive.cameras)
+    sigmas.push_back(std::hypot(pose.sigma_x, pose.sigma_y));
+  const double pose = median_of(std::move(sigmas));
+  const Grade grade = against_a_pose.of(e.position.rms / pose);
+  reasons.add(grade,
+              fmt::format("With the camera its position is off by {} mm rms, {} than one camera "
+                          "pose, whose stated sigma is {} mm.",
+                          fixed(1e3 * e.position.rms, 1),
+                          grade == Grade::good      ? "less"
+                          : grade == Grade::look_at ? "more"
+                                                    : "far more",
+                          fixed(1e3 * pose, 1)));
+}
+
+void judge_baseline(const EvaluatedDrive& drive, std::size_t focus, Reasons& reasons) {
+  const Evaluation& e = drive.report.evaluations[focus];
+  const Evaluation& baseline = drive.report.evaluations[drive.report.baseline];
+  if (&e == &baseline) return;
+  const bool everywhere = has_reference(e.against);
+  const std::optional<double> better = everywhere
+                                           ? improvement(e.position.rms, baseline.position.rms)
+                                           : improvement(e.end_error, baseline.end_error);
+  if (!better || e.against == Against::nothing) return;
+  const std::string than = names_of(drive)[drive.report.baseline];
+  const char* const of = everywhere ? "position rms" : "error at the end";
+  if (*better >= 0.0)
+    reasons.add(Grade::good, fmt::format("Its {} is {} % smaller than that of {}.", of,
+                                         fixed(*better, 0), than));
+  else
+    reasons.add(
+        Grade::look_at,
+        fmt::format("Its {} is {} % larger than that of {}, a plainer model: check what only "
+                    "it uses (gyro, accelerometers, tyres).",
+                    of, fixed(-*better, 0), than));
+}
+
+void judge_nees(const Evaluation& e, Reasons& reasons) {
+  if (!e.consistency) return;
+  const double mean = e.consistency->nees;
+  const std::string figure = "the mean NEES is " + fixed(mean, 1) + " (3 is expected)";
+  if (mean < cautious_nees)
+    reasons.add(Grade::look_at, "Its sigmas are too large: " + figure + ".");
+  else if (nees.of(mean) == Grade::good)
+    reasons.add(Grade::good, "Its sigmas fit its errors: " + figure + ".");
+  else
+    reasons.add(
+        nees.of(mean),
+        fmt::format("It is more certain than it should be: {}, so its errors are {} times as "
+                    "large as its sigmas say.",
+                    figure, fixed(std::sqrt(mean / 3.0), 1)));
+}
+
+void judge_innovations(const EvaluatedDrive& drive, std::size_t focus, Reasons& reasons) {
+  if (focus >= drive.replays.size() || !drive.report.evaluations[focus].nis_factor) return;
+  std::string off;
+  const auto& all = drive.replays[focus].summary.innovations;
+  for (std::size_t source = 0; source < all.size(); ++source) {
+    if (all[source].count() == 0) continue;
+    const double ratio = all[source].mean_nis() / all[source].dimension();
+    if (ratio >= least_nis && ratio <= most_nis) continue;
+    off += fmt::format("{}{} ({})", off.empty() ? "" : ", ", estimator::source_names[source],
+                       fixed(ratio, 2));
+  }
+  if (off.empty())
+    reasons.add(
+        Grade::good,
+        fmt::format("Every sensor agrees with it as well as its noise says: NIS over expected "
+                    "is between {} and {} for each.",
+                    fixed(least_nis, 2), fixed(most_nis, 0)));
+  else
+    reasons.add(Grade::look_at,
+                fmt::format("Noises that do not fit, by NIS over expected (1 is honest, {} to {} "
+                            "accepted): {}. Above, the noise is set too small or the model wrong; "
+                            "below, too large.",
+                            fixed(least_nis, 2), fixed(most_nis, 0), off));
+}
+
+}  // namespace
+
+std::string in_words(Grade grade) {
+  static constexpr std::array words{"good", "look at", "wrong"};
+  return words.at(static_cast<std::size_t>(grade));
+}
+
+Verdict verdict_of(const EvaluatedDrive& drive) {
+  const std::size_t focus = focus_of(drive);
+  const Evaluation& e = drive.report.evaluations[focus];
+  Reasons reasons;
+  judge_fault(drive, focus, reasons);
+  judge_warnings(drive, reasons);
+  if (camera_came_in(drive) && drive.report.frame == Frame::map)
+    judge_with_camera(drive, e, reasons);
+  else
+    judge_drift(e, reasons);
+  judge_baseline(drive, focus, reasons);
+  judge_nees(e, reasons);
+  judge_innovations(drive, focus, reasons);
+  if (e.against == Against::nothing)
+    reasons.add(Grade::look_at,
+                "Whether the position is right is not known: the drive has no truth, "
+                "no camera poses, and does not end where it began.");
+  reasons.verdict.basis = basis_in_words(drive.report);
+  return reasons.verdict;
+}
+
+}  // namespace odomd::tools::report
