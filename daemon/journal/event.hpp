@@ -11,11 +11,11 @@
 namespace odomd::daemon {
 
 enum class EventKind : std::uint8_t {
-  overrun,          ///< a: execution time of the tick [ns], b: its wake-up latency [ns]
-  missed,           ///< a: cycles skipped, b: wake-up latency of the tick [ns]
-  pose_reset,       ///< a: the reset count
-  clock_stepped,    ///< a: step of CLOCK_REALTIME [ns]
-  suspended,        ///< a: how long the machine was suspended [ns]
+  overrun,        ///< a: execution time of the tick [ns], b: its wake-up latency [ns]
+  missed,         ///< a: cycles skipped, b: wake-up latency of the tick [ns]
+  pose_reset,     ///< a: the reset count
+  clock_stepped,  ///< a: step of CLOCK_REALTIME [ns]
+  suspended,      ///< a: how long the machine was suspended [ns]
   camera_gone,
   camera_malformed  ///< a: a MalformedCause
 };
