@@ -1,0 +1,53 @@
+# odom doctor and odom init on a live bus: an interface that is missing, down or silent; a sound
+# car; one whose yaw rate has the wrong sign; and a proposal from frames and database alone.
+. "$(dirname "$0")/../guest.sh"
+
+# finds CODE ARGUMENT...: whether odom doctor gives this code, with exit status 1.
+finds() {
+  local code=$1
+  shift
+  odom doctor --json "$@" >found.json 2>doctor.log
+  [ $? = 1 ] && jq -e --arg code "$code" '[.parts[].diagnostics[].code] | index($code)' found.json
+}
+codes() { jq -c '[.parts[].diagnostics[].code]' found.json; }
+
+odom sim --scenario slalom --standstill 1 --duration 20 --out drive >/dev/null 2>&1
+sed 's/ can[0-9]* / vcan0 /' drive/drive.log >drive.log
+
+check "finds a missing interface" "$(codes)" \
+  finds W701 --can vcan0 --for 1 --config drive/car.toml
+ip link add vcan0 type vcan
+check "finds an interface that is down" "$(codes)" \
+  finds W703 --can vcan0 --for 1 --config drive/car.toml
+ip link set vcan0 mtu 72 up
+check "finds a silent bus" "$(codes)" finds W711 --can vcan0 --for 1 --config drive/car.toml
+
+# while_played LOG COMMAND...: the command, while the log is on the bus.
+while_played() {
+  local log=$1 player
+  shift
+  canplayer -I "$log" &
+  player=$!
+  "$@"
+  local status=$?
+  kill $player
+  wait $player 2>/dev/null
+  return $status
+}
+
+check "finds nothing on a sound bus" "$(odom doctor --drive drive)" \
+  while_played drive.log odom doctor --can vcan0 --for 18 --config drive/car.toml
+odom fault --config drive/car.toml --kind gyro.inverted drive.log -o inverted.log 2>/dev/null
+check "finds a yaw rate of the wrong sign" "$(codes)" \
+  while_played inverted.log finds W301 --can vcan0 --for 18 --config drive/car.toml
+check "lists what is on the bus" "$(jq -c .identifiers found.json)" \
+  jq -e '.identifiers | length > 3 and all(.frames > 0)' found.json
+
+car=$(ls drive/*.dbc)
+check "proposes a configuration from the live bus" "$(cat init.log)" \
+  while_played drive.log odom init --dbc "$car" --can vcan0 --for 18 --yes --mass 3 \
+  --wheelbase 0.26 --track 0.2 --out proposed.toml 2>init.log
+check "the proposal maps the gyro" "$(cat proposed.toml)" grep -q yaw_rate proposed.toml
+check "odomd takes it" "$(cat check.log)" odomd --config proposed.toml --check 2>check.log
+
+remove_link vcan0
