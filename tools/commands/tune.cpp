@@ -70,6 +70,12 @@ std::vector<Drive> read_drives(const std::vector<std::string>& folders, const Op
       throw std::invalid_argument(folder +
                                   ": --lever-arm is of a truth.csv; without one the reference is "
                                   "camera.csv with [camera] lever_arm");
+    if (drive.reference && std::ranges::any_of(options.set, [](const std::string& key) {
+          return key.starts_with("camera.lever_arm");
+        }))
+      throw std::invalid_argument(folder +
+                                  ": --set camera.lever_arm needs a truth.csv: the reference is "
+                                  "camera.csv by the lever arm itself");
     say("odom tune: " + folder + ": reference " +
         basis_in_words(drive.reference     ? Against::camera
                        : drive.closed_loop ? Against::closed_loop

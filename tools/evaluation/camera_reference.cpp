@@ -203,7 +203,7 @@ std::optional<Trajectory> camera_reference(const Trajectory& camera, const Traje
   reference.name = camera.name;
   reference.is_camera = true;
   reference.has_covariance = true;
-  reference.bridge_ns = usual_window_ns;
+  reference.bridge_ns = window_ns;
   std::optional<double> turned;  // of the reference against the odometry
   for (const Window& window : windows) {
     TrajectoryPoint point = carried_back(window, variances);

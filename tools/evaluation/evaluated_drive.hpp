@@ -27,6 +27,7 @@ struct EvaluatedDrive {
                                        ///< pose files none
   std::vector<estimator::CameraPose> cameras;  ///< also those that were left out
   bool is_part = false;           ///< limited by --from or --to; the statistics of samples are not
+  bool loop_is_assumed = false;   ///< nobody said that the drive ends where it began
   bool begins_elsewhere = false;  ///< the configuration's initial pose is of another drive
   std::optional<BeatHistogram> beat;
   std::optional<daemon::Config> config;  ///< of replays

@@ -19,11 +19,11 @@ constexpr double standing = 0.1;  // m: no car turns so tightly; the path of a r
                                   // stays within is its noise
 
 // The rows of the reference between two times, and its interpolated ends; of a camera's, whose
-// noise would lengthen the path, one every half second.
+// noise would lengthen the path, one every tenth of a second.
 std::vector<TrajectoryPoint> piece(const Trajectory& reference, std::int64_t first_ns,
                                    std::int64_t last_ns) {
   std::vector<TrajectoryPoint> points{*at(reference, first_ns)};
-  const std::int64_t step_ns = reference.is_camera ? 500'000'000 : 0;
+  const std::int64_t step_ns = reference.is_camera ? 100'000'000 : 0;
   for (const TrajectoryPoint& point : reference.points)
     if (point.t_ns > points.back().t_ns + step_ns && point.t_ns < last_ns) points.push_back(point);
   points.push_back(*at(reference, last_ns));
@@ -139,7 +139,7 @@ Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Ali
   // Poses less than that apart have camera poses in common: their distance is the odometry's.
   if (reference.is_camera)
     std::erase_if(result.horizons,
-                  [](const HorizonError& e) { return e.horizon_ns < 1'000'000'000; });
+                  [&](const HorizonError& e) { return e.horizon_ns < 2 * reference.bridge_ns; });
   const auto short_term =
       std::ranges::find(result.horizons, short_horizon_ns, &HorizonError::horizon_ns);
   if (short_term != result.horizons.end()) result.short_term = *short_term;

@@ -266,16 +266,14 @@ std::string basis_in_words(Against against) {
              "after it. The rms is without their noise. What is wrong with the camera itself is "
              "not seen, nor are errors over less than a second";
     case Against::closed_loop:
-      return "none: closed loop, the drive ends where it began. Only the error at the end is "
-             "known, "
-             "and what cancels on the way round is not seen";
+      return "its own start: a closed loop, the drive ends where it began. Only the error at the "
+             "end is known, and what cancels on the way round is not seen";
     case Against::nothing:
       break;
   }
-  return "none: no truth.csv, no camera poses, and the drive does not end where it began. Errors "
-         "of "
-         "position and heading are not known; innovations show only whether the filter agrees with "
-         "its sensors";
+  return "nothing: there is no truth.csv, camera.csv has not a second of usable poses, and the "
+         "drive is no closed loop. Errors of position and heading are not known; innovations show "
+         "only whether the filter agrees with its sensors";
 }
 
 std::string basis_in_words(const EvaluationReport& report) {

@@ -91,11 +91,21 @@ double squared(double value) {
   return value * value;
 }
 
+/// Whether the reference is known at a time and at all offsets from it: a camera's has gaps.
+bool is_known_around(const Trajectory& reference, std::int64_t t_ns) {
+  for (std::int64_t k = -steps; k <= steps; ++k)
+    if (!at(reference, t_ns + k * step_ns)) return false;
+  return true;
+}
+
 }  // namespace
 
 std::optional<TimeOffset> offset_by_positions(const Trajectory& reference,
                                               const Trajectory& estimate, Align align) {
-  const std::vector<TrajectoryPoint> points = thinned(estimate, judged(reference, estimate));
+  std::vector<TrajectoryPoint> points = thinned(estimate, judged(reference, estimate));
+  std::erase_if(points, [&reference](const TrajectoryPoint& point) {
+    return !is_known_around(reference, point.t_ns);
+  });
   if (points.size() < fewest) return std::nullopt;
   const std::size_t half = half_of_the_way(points);
   Scan position, first_half, second_half, heading;
@@ -147,6 +157,7 @@ std::optional<TimeOffset> offset_by_motion(const Trajectory& reference,
   for (std::int64_t t = span.from; t <= span.to - window_ns; t += stride) {
     const auto from = at(estimate, t), to = at(estimate, t + window_ns);
     if (!from || !to || from->reset_count != to->reset_count) continue;
+    if (!is_known_around(reference, t) || !is_known_around(reference, t + window_ns)) continue;
     windows.push_back({t, relative(from->pose, to->pose)});
   }
   if (windows.size() < fewest) return std::nullopt;

@@ -52,12 +52,14 @@ void append(std::vector<fs::path>& to, const std::vector<fs::path>& from) {
 
 void read_camera(Drive& drive, const fs::path& file, CameraUse use) try {
   CameraLog camera = read_camera_log(file);
-  append(drive.warnings, camera.warnings);
+  // Left out, and not in place of a reference either: nobody is to fix it.
+  if (use == CameraUse::take || !drive.reference) append(drive.warnings, camera.warnings);
   if (camera.poses.empty() && drive.config.camera.configured && use == CameraUse::take)
     drive.warnings.push_back(no_camera_pose(file));
   (use == CameraUse::take ? drive.cameras : drive.cameras_left_out) = std::move(camera.poses);
 } catch (const std::invalid_argument& error) {
   if (use == CameraUse::take) throw;
+  if (drive.reference) return;
   drive.warnings.push_back(found(diagnostics::kind("file_content"), {}, error.what()));
 }
 
@@ -124,14 +126,14 @@ Drive read_drive(const DriveFiles& files) {
     drive.warnings.push_back(found(diagnostics::kind("log_content"), {}, log.warning()));
   drive.buses = buses.all();
 
-  if (const auto file = file_in(files.folder, "camera.csv"))
-    read_camera(drive, *file, files.camera);
   const auto reference =
       files.reference.empty() ? file_in(files.folder, "truth.csv") : std::optional(files.reference);
   if (reference) {
     drive.reference = read_trajectory(*reference);
     append(drive.warnings, drive.reference->warnings);
   }
+  if (const auto file = file_in(files.folder, "camera.csv"))
+    read_camera(drive, *file, files.camera);
   return drive;
 }
 

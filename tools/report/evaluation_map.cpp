@@ -25,6 +25,7 @@ std::vector<chart::Point> points_between(const Trajectory& trajectory, std::int6
 }
 
 std::string note_of(const Evaluation& e) {
+  if (e.against == Against::nothing) return {};
   const double degrees = std::abs(e.heading_end) * 180.0 / std::numbers::pi;
   std::string heading = fixed(degrees, degrees < 1.0 ? 2 : 1) + "°";
   if (!e.end_cm_per_m) return heading;
