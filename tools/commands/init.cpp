@@ -64,7 +64,7 @@ void add_init(Command odom) {
   command
       .add_option("--for", options->init.listen_s,
                   "Time to listen to an interface [s]; default: 20")
-      .positive()
+      .within(1.0, 600.0)
       .type_name("S");
   command.add_option("--out", options->init.out, "Configuration to write; default: car.toml")
       .type_name("FILE");

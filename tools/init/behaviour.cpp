@@ -161,7 +161,12 @@ void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& k
       size = 1.0 / std::fabs(relation.slope);
   }
   if (!size) return;
-  if (*size > 1.0 / factor && *size < factor)
+  constexpr double alike = 0.2;  // a track by a ruler against one by turns
+  if (known.track && std::fabs(*size - 1.0) > alike && *size > 1.0 / factor && *size < factor)
+    choice.warnings.push_back(fmt::format(
+        "it is {:.3g} times what the wheels say by the track: check --track, its scale and unit",
+        *size));
+  else if (*size > 1.0 / factor && *size < factor)
     choice.reasons.push_back(fmt::format("its size fits within {:.0f} %",
                                          std::max(1.0, 100.0 * std::fabs(*size - 1.0))));
   else

@@ -1,6 +1,8 @@
 #include "tools/init/init.hpp"
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <set>
 #include <stdexcept>
 
@@ -112,6 +114,11 @@ diagnostics::Diagnostics checked(const std::string& text, const fs::path& out) {
   return warnings;
 }
 
+std::string text_in(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
 void write(const fs::path& file, std::string_view text) {
   WholeFile whole(file);
   whole.stream() << text;
@@ -123,6 +130,9 @@ void write(const fs::path& file, std::string_view text) {
 InitResult init(const InitOptions& options, Dialogue* dialogue) {
   check_free(options.out, options.overwrite);
   const fs::path own = folder_of(options.out) / own_database;
+  std::vector<fs::path> inputs{options.databases.begin(), options.databases.end()};
+  inputs.insert(inputs.end(), options.can.begin(), options.can.end());
+  check_outputs(std::vector<Output>{{"--out", options.out.string()}}, inputs);
   Car car = parse_car(options.car);
   const Traffic traffic = traffic_of(options);
   InitResult result;
@@ -142,6 +152,10 @@ InitResult init(const InitOptions& options, Dialogue* dialogue) {
   if (files.empty()) {
     files.push_back(own.string());
     result.wrote_database = !fs::exists(own);
+    if (!result.wrote_database && text_in(own) != sim::bus_database_text())
+      throw std::invalid_argument(fmt::format(
+          "{}: exists already and is another database; name it with --dbc, or move it away",
+          own.string()));
     if (result.wrote_database) write(own, sim::bus_database_text());
   }
   result.draft = {std::move(proposal),    car,

@@ -50,7 +50,7 @@ std::optional<Ratio> ratio_of(const DriveCourse& drive, double wheelbase) {
   constexpr double together = 20.0;
   const double variance =
       (y - x * found).squaredNorm() / std::max(1.0, static_cast<double>(n) / together - 3.0);
-  return Ratio{found[0], std::sqrt(variance * inverse.inverse()(0, 0) / together)};
+  return Ratio{found[0], std::sqrt(variance * inverse.inverse()(0, 0))};
 }
 
 /// The measured angle over that of a turn without slip: enough to separate front wheels, about 1,

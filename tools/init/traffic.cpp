@@ -1,9 +1,12 @@
 #include "tools/init/traffic.hpp"
 
+#include <net/if.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <stdexcept>
 #include <thread>
 
@@ -65,8 +68,15 @@ Traffic read_logs(std::span<const std::string> logs) {
   Traffic traffic;
   can::BusNames buses;
   can::MergedLog log(logs, buses);
-  while (const can::Frame* frame = log.next())
+  constexpr std::int64_t longest_pause_ns = 3'600'000'000'000;
+  std::int64_t last_ns = 0;
+  while (const can::Frame* frame = log.next()) {
+    if (last_ns != 0 && std::abs(frame->time_ns - last_ns) > longest_pause_ns)
+      throw std::invalid_argument(log.position() +
+                                  "the log jumps by more than an hour; cut it there");
+    last_ns = frame->time_ns;
     if (frame->kind == can::FrameKind::data) traffic.frames.push_back(*frame);
+  }
   traffic.buses = buses.all();
   traffic.name = can::log_label(logs.front());
   return traffic;
@@ -74,6 +84,9 @@ Traffic read_logs(std::span<const std::string> logs) {
 
 Traffic listen(const std::string& interface, double seconds) {
   using std::chrono::steady_clock;
+  if (::if_nametoindex(interface.c_str()) == 0)
+    throw std::invalid_argument(
+        interface + ": no such interface; ip -brief link show type can lists the CAN interfaces");
   Traffic traffic;
   traffic.name = interface;
   can::BusNames buses;
