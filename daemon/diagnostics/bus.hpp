@@ -39,13 +39,13 @@ inline constexpr auto bus = std::to_array<Kind>({
     {.code = "W707",
      .name = "bus_off",
      .meaning = "A CAN controller has left the bus.",
-     .fix = "check bit rate and wiring, then sudo ip link set {INTERFACE} type can restart"},
+     .fix = "check bit rate and wiring, then set {INTERFACE} down and up again"},
     {.code = "W708",
      .name = "no_can_fd",
      .meaning = "A mapped message is sent as CAN FD, which the interface does not carry.",
-     .fix = "set it down, then sudo ip link set {INTERFACE} type can dbitrate 2000000 fd on (a "
-            "virtual one: "
-            "mtu 72), and up again"},
+     .fix =
+         "set it down, then sudo ip link set {INTERFACE} type can bitrate 500000 dbitrate 2000000 "
+         "fd on, with the rates of the bus (a virtual one: mtu 72), and up again"},
     {.code = "W711",
      .name = "no_frames",
      .meaning = "No frame comes.",

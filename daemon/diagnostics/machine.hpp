@@ -15,9 +15,9 @@ inline constexpr auto machine = std::to_array<Kind>({
     {.code = "W602",
      .name = "no_realtime_priority",
      .meaning = "odomd may not run with its real-time priority (SCHED_FIFO).",
-     .fix = "started by hand: write the line \"{USER} - rtprio 49\" into "
-            "/etc/security/limits.d/odomd.conf and log in again; as a service: LimitRTPRIO=49 "
-            "under [Service] in sudo systemctl edit odomd@.service"},
+     .fix = "started by hand: write the line \"{USER - rtprio PRIORITY}\" into "
+            "/etc/security/limits.d/odomd.conf and log in again; as a service: the "
+            "same number as LimitRTPRIO= under [Service] in sudo systemctl edit odomd@.service"},
     {.code = "W603",
      .name = "memory_not_locked",
      .meaning = "odomd may not lock its memory, so a tick may wait for a page.",

@@ -63,7 +63,14 @@ inline constexpr auto running = std::to_array<Kind>({
     {.code = "W810",
      .name = "cpu_not_pinned",
      .meaning = "The beat does not run on the CPU of [realtime] cpu.",
-     .fix = ""},
+     .fix = "write a CPU that exists and that the service may use"},
+    {.code = "W811",
+     .name = "controller_overflows",
+     .meaning = "The CAN controller lost frames, as nobody fetched them in time.",
+     .fix = "raise its interrupt thread above the beat (docs/operations.md, Real time), or use a "
+            "controller with a larger buffer",
+     .limits = {.most = 1e-4},
+     .reason = "share of the frames"},
 });
 
 }  // namespace odomd::diagnostics

@@ -38,7 +38,7 @@ struct Options {
   std::filesystem::path config;
   std::filesystem::path drive;
   std::vector<std::string> interfaces;
-  int listen_s = 10;
+  int listen_s = 30;
   bool json = false;
 };
 
@@ -159,10 +159,14 @@ void examine_here(const Options& options, Examination& examination) {
 }
 
 void examine_buses(const Options& options, Examination& examination) {
+  daemon::Config config = daemon::load_config(options.config);
+  Diagnostics ignored;  // examined with the frames
+  const can::FrameProtocol protocol =
+      doctor::needed_protocol(config, daemon::load_databases(config, ignored));
   bool up = true;
   for (const std::string& bus : options.interfaces) {
     const auto link = doctor::read_link(bus);
-    examination.add("bus " + bus, doctor::examine_link(bus, link));
+    examination.add("bus " + bus, doctor::examine_link(bus, link, protocol));
     up &= link && link->is_can && link->is_up;
   }
   if (!up) return;  // nothing would come
@@ -213,10 +217,10 @@ void add_doctor(Command odom) {
           .needs(config)
           .excludes(drive)
           .type_name("IFACE");
-  constexpr int longest_s = 3600;
+  constexpr int longest_s = 600;
   command
       .add_option("--for", options->listen_s,
-                  "Listen for this time [s], while somebody drives; default: 10")
+                  "Listen for this time [s], while somebody drives; default: 30")
       .within(1, longest_s)
       .needs(can)
       .type_name("S");

@@ -162,8 +162,8 @@ Drive listen(const std::filesystem::path& config, const std::vector<std::string>
   drive.name = fmt::format("{}", fmt::join(interfaces, ", "));
   drive.folder = drive.name;
   drive.config = daemon::load_config(config);
-  drive.config.can.sources = interfaces;
   drive.databases = daemon::load_databases(drive.config, drive.warnings);
+  drive.config.can.sources = interfaces;
   can::BusNames buses;
   for (const std::string& name : daemon::expected_buses(drive.config)) buses.index_of(name);
   std::vector<std::unique_ptr<can::SocketCanSource>> sources;
@@ -186,9 +186,8 @@ Drive listen(const std::filesystem::path& config, const std::vector<std::string>
   while (std::chrono::steady_clock::now() < end && !interrupt.requested()) {
     std::this_thread::sleep_for(pause);
     for (const auto& source : sources)
-      while (const std::size_t count = source->drain(some, 0, 0))
-        drive.frames.insert(drive.frames.end(), some.begin(),
-                            some.begin() + static_cast<std::ptrdiff_t>(count));
+      drive.frames.insert(drive.frames.end(), some.begin(),
+                          some.begin() + static_cast<std::ptrdiff_t>(source->drain(some, 0, 0)));
   }
   std::ranges::stable_sort(drive.frames, {}, &can::Frame::time_ns);
   return drive;

@@ -69,7 +69,7 @@ void examine_grants(const Json& status, const Machine& machine, Diagnostics& all
   if (number_of(granted, "priority") == 0.0)
     all.push_back(found(kind("no_realtime_priority"), "odomd",
                         "its beat has no real-time priority, so other programs delay the poses",
-                        machine.user));
+                        fmt::format("{} - rtprio 99", machine.user)));
   if (!is_true(member(granted, "memory_locked")))
     all.push_back(found(kind("memory_not_locked"), "odomd",
                         "its memory is not locked, so a tick may wait for the disk", machine.user));
@@ -127,15 +127,14 @@ Traffic examine_buses(const Json& status, Diagnostics& all) {
     if (link == "up" && received == 0.0 && uptime_s > settled_s)
       all.push_back(found(kind("no_frames"), name,
                           fmt::format("no frame came since odomd started {:.0f} s ago", uptime_s)));
-    constexpr const Kind& lost = kind("frames_lost");
-    for (const auto& [key, by] : {std::pair{"lost", "the kernel"},
-                                  std::pair{"controller_overflows", "the CAN controller"}}) {
+    const auto examine_losses = [&](const Kind& lost, const std::string& key) {
       const double count = number_of(bus, key);
       if (!lost.limits.hold(count / std::max(count + received, 1.0)))
-        all.push_back(
-            found(lost, name,
-                  fmt::format("{} dropped {:.0f} frames, {:.0f} arrived", by, count, received)));
-    }
+        all.push_back(found(
+            lost, name, fmt::format("{:.0f} frames are lost, {:.0f} arrived", count, received)));
+    };
+    examine_losses(kind("frames_lost"), "lost");
+    examine_losses(kind("controller_overflows"), "controller_overflows");
   }
   if (ended) return Traffic::ended;
   // Frames came once; the newest mapped one says until when.

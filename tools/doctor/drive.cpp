@@ -88,9 +88,9 @@ Diagnostics examine_drive(const Drive& drive) {
   append_new(all, traffic);
   try {
     append_new(all, check_drive(drive, drive.config));
-  } catch (const std::invalid_argument&) {
-    if (traffic.empty()) throw;
-    return all;  // no pose without the messages that have been named
+  } catch (const NoPose& none) {
+    if (traffic.empty()) append_new(all, none.warnings);
+    return all;  // else no pose without the messages that have been named
   }
   if (std::ranges::none_of(all, is_cause)) {
     const Diagnostics compared = compare_sensors(drive);

@@ -48,7 +48,7 @@ void examine_rights(const Machine& machine, const Needs& needs, Diagnostics& all
                                     machine.priority_limit == 0
                                         ? ""
                                         : fmt::format("; the limit is {}", machine.priority_limit)),
-                        machine.user));
+                        fmt::format("{} - rtprio {}", machine.user, needs.priority)));
   if (!machine.may_lock_memory)
     all.push_back(found(kind("memory_not_locked"), machine.user,
                         "may not lock odomd's memory (memlock), so a tick may wait for the disk",

@@ -44,10 +44,12 @@ ReplayedDrive replay_with(const Drive& drive, const daemon::Config& config, Fram
       keep);
   result.warnings = check_replay(pipeline->decoder(), result.summary);
   if (result.poses.points.empty()) {
-    throw std::invalid_argument(
-        text_of(result.warnings.back()));  // which says what is missing for a pose
+    // The last one says what is missing for a pose.
+    throw NoPose(drive.folder.string() + ": " + text_of(result.warnings.back()), result.warnings);
   }
   return result;
+} catch (const NoPose&) {
+  throw;
 } catch (const std::invalid_argument& error) {
   throw std::invalid_argument(drive.folder.string() + ": " + error.what());
 }

@@ -8,7 +8,9 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/core/config.hpp"
@@ -36,10 +38,17 @@ struct ReplayedDrive {
   std::vector<estimator::Judgement> judgements;
 };
 
+/// A drive whose replay gave no pose, and what the replay showed.
+struct NoPose : std::invalid_argument {
+  NoPose(const std::string& text, diagnostics::Diagnostics shown)
+      : std::invalid_argument(text), warnings(std::move(shown)) {}
+  diagnostics::Diagnostics warnings;
+};
+
 /// `config` is the drive's own or a changed copy of it (model, vehicle, noise, signals, initial
 /// pose, ...); buses and databases are the drive's. The same inputs give the same bits, and those
-/// of `odom replay`. Throws std::invalid_argument for
-/// impossible settings, and for a drive without a pose.
+/// of `odom replay`. Throws std::invalid_argument for impossible settings, NoPose for a drive
+/// without a pose.
 [[nodiscard]] ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config,
                                          Frame frame = Frame::map,
                                          Judgements judgements = Judgements::forget);

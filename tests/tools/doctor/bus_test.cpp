@@ -92,7 +92,7 @@ TEST(Link, ThatStaysOffTheBusOrSeesErrorsIsNamed) {
   link.controller->health = can::ControllerHealth::bus_off;
   found = of(link);
   ASSERT_THAT(found, ElementsAre(Named("bus_off")));
-  EXPECT_THAT(fix_of(found[0]), HasSubstr("ip link set can0 type can restart"));
+  EXPECT_THAT(fix_of(found[0]), HasSubstr("set can0 down and up"));
 }
 
 TEST(Link, WithoutCanFdIsNamedWhereItIsNeeded) {

@@ -73,10 +73,10 @@ TEST(Daemon, WhoseBeatIsLateOrTooLongIsNamed) {
 TEST(Daemon, WhoseFramesAreLostOrDoNotComeIsNamed) {
   json status = sound_status();
   status["can"][0]["lost"] = 40;
-  EXPECT_THAT(of(status), ElementsAre(Named("frames_lost", "the kernel dropped 40")));
+  EXPECT_THAT(of(status), ElementsAre(Named("frames_lost", "40 frames")));
   status["can"][0]["lost"] = 0;
   status["can"][0]["controller_overflows"] = 40;
-  EXPECT_THAT(of(status), ElementsAre(Named("frames_lost", "controller dropped 40")));
+  EXPECT_THAT(of(status), ElementsAre(Named("controller_overflows", "40 frames")));
 
   // A bus without a frame: nothing on each of its messages and sources.
   status = sound_status();

@@ -135,8 +135,8 @@ TEST(Doctor, ExaminesAConfigurationAndItsBuses) {
 }
 
 TEST(Doctor, NamesAnInterfaceThatIsMissingWithoutListening) {
-  const Outcome outcome = run_shell("odom doctor --json --can no_such_bus --for 3600 --config " +
-                                    drive() + "/car.toml");
+  const Outcome outcome =
+      run_shell("odom doctor --json --can no_such_bus --for 600 --config " + drive() + "/car.toml");
   EXPECT_EQ(outcome.status, 1) << outcome.err;
   EXPECT_EQ(part_of(outcome, "bus no_such_bus").at("diagnostics").at(0).at("name"),
             "interface_missing");

@@ -192,6 +192,16 @@ TEST(Latency, OfTheCameraIsAMatterOfItsClock) {
   }
 }
 
+TEST(Camera, ByAnotherClockIsNamedEvenIfThereIsNoPoseForIt) {
+  Drive drive = drive_with({});
+  drive.config.initial_pose.reset();
+  for (estimator::CameraPose& pose : drive.cameras) {
+    pose.capture_ns += 1'000'000'000'000;
+    pose.arrival_ns += 1'000'000'000'000;
+  }
+  EXPECT_THAT(examine_drive(drive), ::testing::Contains(Named("camera_outside_log")));
+}
+
 TEST(Configuration, InOtherUnitsIsNamedOnce) {
   EXPECT_THAT(examine_drive(drive_with({{"mass = 2.985", "mass = 2985"}})),
               ElementsAre(Named("mass_unlike_a_car", "mass in kilograms")));

@@ -45,7 +45,7 @@ TEST(Machine, ThatRefusesPriorityOrLockingNamesTheLinesOfTheLimits) {
   machine.may_lock_memory = false;
   const Diagnostics found = examine_machine(machine);
   ASSERT_THAT(found, ElementsAre(Named("no_realtime_priority", "45"), Named("memory_not_locked")));
-  EXPECT_THAT(fix_of(found[0]), HasSubstr("\"ada - rtprio 49\""));
+  EXPECT_THAT(fix_of(found[0]), HasSubstr("\"ada - rtprio 45\""));
   EXPECT_THAT(fix_of(found[1]), HasSubstr("\"ada - memlock unlimited\""));
 }
 
