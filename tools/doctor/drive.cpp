@@ -91,6 +91,9 @@ Diagnostics examine_drive(const Drive& drive) {
   } catch (const NoPose& none) {
     if (traffic.empty()) append_new(all, none.warnings);
     return all;  // else no pose without the messages that have been named
+  } catch (const std::invalid_argument&) {
+    if (traffic.empty()) throw;
+    return all;  // without a frame
   }
   if (std::ranges::none_of(all, is_cause)) {
     const Diagnostics compared = compare_sensors(drive);

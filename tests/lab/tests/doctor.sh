@@ -7,20 +7,21 @@ finds() {
   local code=$1
   shift
   odom doctor --json "$@" >found.json 2>doctor.log
-  [ $? = 1 ] && jq -e --arg code "$code" '[.parts[].diagnostics[].code] | index($code)' found.json
+  [ $? = 1 ] && jq -e --arg code "$code" '[.parts[].diagnostics[].code] | index($code)' found.json && return
+  cat found.json doctor.log >&2
+  return 1
 }
-codes() { jq -c '[.parts[].diagnostics[].code]' found.json 2>&1; }
 
 odom sim --scenario slalom --standstill 1 --duration 13 --out drive >/dev/null 2>&1
 sed 's/ can[0-9]* / vcan0 /' drive/drive.log >drive.log
 
-check "finds a missing interface" "$(codes)" \
+check "finds a missing interface" "see above" \
   finds W701 --can vcan0 --for 1 --config drive/car.toml
 ip link add vcan0 type vcan
-check "finds an interface that is down" "$(codes)" \
+check "finds an interface that is down" "see above" \
   finds W703 --can vcan0 --for 1 --config drive/car.toml
 ip link set vcan0 mtu 72 up
-check "finds a silent bus" "$(codes)" finds W711 --can vcan0 --for 1 --config drive/car.toml
+check "finds a silent bus" "see above" finds W711 --can vcan0 --for 1 --config drive/car.toml
 
 # while_played LOG COMMAND...: the command, while the log is on the bus.
 while_played() {
@@ -52,7 +53,7 @@ check "the proposal maps the gyro" "$(cat proposed.toml)" grep -q '^yaw_rate = '
 check "odomd takes it" "$(cat init.log)" odomd --config proposed.toml --check
 
 odom fault --config drive/car.toml --kind gyro.inverted drive.log -o inverted.log 2>/dev/null
-check "finds a yaw rate of the wrong sign" "$(codes)" \
+check "finds a yaw rate of the wrong sign" "see above" \
   while_played inverted.log finds W301 --can vcan0 --for 12 --config drive/car.toml
 check "lists what is on the bus" "$(jq -c .identifiers found.json)" \
   jq -e '.identifiers | length > 3 and all(.frames > 0)' found.json

@@ -226,6 +226,12 @@ TEST(Configuration, OfAnotherCarIsNamedOnce) {
   EXPECT_THAT(examine_drive(drive), ElementsAre(Named("other_database", "can.dbc")));
 }
 
+TEST(Traffic, ThatIsMissingIsNamed) {
+  Drive drive = drive_with({});
+  drive.frames.clear();
+  EXPECT_THAT(examine_drive(drive), ElementsAre(Named("no_frames")));
+}
+
 TEST(Traffic, WithoutAMessageNamesItAndNothingElse) {
   Drive drive = drive_with({});
   std::erase_if(drive.frames, [](const can::Frame& frame) { return frame.id == 0x1A3; });
