@@ -56,8 +56,8 @@ tools/replay: daemon/diagnostics can_protocol can_protocol/dbc can_protocol/deco
     estimator/common estimator/integrity daemon/core tools/cli tools/drive_files tools/diagnostics
 tools/evaluation: daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files tools/chart
     tools/diagnostics tools/replay
-tools/live: base can_protocol/decode estimator/common shm_api/include/odom shm_api/libodom daemon/core tools/cli
-    tools/drive_files tools/diagnostics
+tools/live: base can_protocol can_protocol/decode can_protocol/sources estimator/common shm_api/include/odom
+    shm_api/libodom daemon/core tools/cli tools/drive_files tools/diagnostics
 tools/live/watch: base shm_api/include/odom shm_api tools/cli tools/drive_files tools/diagnostics tools/live
 tools/report: estimator/common daemon/core tools/math tools/cli tools/drive_files tools/chart tools/evaluation
     tools/live
@@ -92,9 +92,9 @@ tools/identify/fit: daemon/diagnostics base can_protocol can_protocol/sources es
     tools/math tools/cli tools/drive_files tools/chart tools/replay tools/evaluation tools/config_patch tools/tune
     tools/identify tools/identify/common tools/identify/latency
 tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
-    daemon/core tools/cli tools/replay tools/evaluation tools/live tools/identify/common tools/identify/latency
+    daemon/core tools/replay tools/evaluation tools/live tools/identify/common tools/identify/latency
 tools/init: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
-    daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/sim tools/identify/common
+    daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/live tools/sim tools/identify/common
 tools/commands: daemon/diagnostics can_protocol can_protocol/dbc can_protocol/sources daemon/core tools/cli
     tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation tools/live tools/live/watch
     tools/report tools/bridge tools/export tools/config_patch tools/tune tools/sim/car tools/sim tools/fault

@@ -11,17 +11,13 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <memory>
-#include <stdexcept>
-#include <thread>
 #include <tuple>
 #include <utility>
 
 #include "base/file_descriptor.hpp"
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/decode/decoder.hpp"
-#include "can_protocol/sources/socketcan.hpp"
-#include "tools/cli/interrupt.hpp"
+#include "tools/live/listen.hpp"
 #include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools::doctor {
@@ -166,30 +162,8 @@ Drive listen(const std::filesystem::path& config, const std::vector<std::string>
   drive.config.can.sources = interfaces;
   can::BusNames buses;
   for (const std::string& name : daemon::expected_buses(drive.config)) buses.index_of(name);
-  std::vector<std::unique_ptr<can::SocketCanSource>> sources;
-  for (const std::string& interface : interfaces) {
-    const auto bus = buses.index_of(interface);
-    if (!bus)
-      throw std::invalid_argument(
-          fmt::format("{}: at most {} buses; name fewer", interface, can::max_buses));
-    can::SocketCanSettings settings;
-    settings.bus = *bus;
-    settings.receive_buffer = drive.config.can.receive_buffer;
-    sources.push_back(std::make_unique<can::SocketCanSource>(interface, settings));
-  }
+  drive.frames = tools::listen(interfaces, buses, drive.config.can.receive_buffer, duration);
   drive.buses = buses.all();
-
-  Interrupt interrupt;
-  std::vector<can::Frame> some(can::max_frames_per_drain);
-  constexpr std::chrono::milliseconds pause{5};
-  const auto end = std::chrono::steady_clock::now() + duration;
-  while (std::chrono::steady_clock::now() < end && !interrupt.requested()) {
-    std::this_thread::sleep_for(pause);
-    for (const auto& source : sources)
-      drive.frames.insert(drive.frames.end(), some.begin(),
-                          some.begin() + static_cast<std::ptrdiff_t>(source->drain(some, 0, 0)));
-  }
-  std::ranges::stable_sort(drive.frames, {}, &can::Frame::time_ns);
   return drive;
 }
 

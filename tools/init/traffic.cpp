@@ -1,22 +1,19 @@
 #include "tools/init/traffic.hpp"
 
-#include <net/if.h>
-
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <stdexcept>
-#include <thread>
 
 #include <fmt/format.h>
 
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/decode/decoder.hpp"
 #include "can_protocol/sources/log_reader.hpp"
-#include "can_protocol/sources/open_source.hpp"
-#include "tools/cli/interrupt.hpp"
+#include "daemon/core/config.hpp"
+#include "tools/live/listen.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -83,28 +80,13 @@ Traffic read_logs(std::span<const std::string> logs) {
 }
 
 Traffic listen(const std::string& interface, double seconds) {
-  using std::chrono::steady_clock;
-  if (::if_nametoindex(interface.c_str()) == 0)
-    throw std::invalid_argument(
-        interface + ": no such interface; ip -brief link show type can lists the CAN interfaces");
   Traffic traffic;
   traffic.name = interface;
   can::BusNames buses;
-  can::LogClock clock(0, 5'000'000);  // of logs; an interface does not use it
-  Interrupt interrupt;
-  const auto source = can::open_source(interface, buses, clock, {});
-  std::vector<can::Frame> batch(can::max_frames_per_drain);
-  const auto end = steady_clock::now() + std::chrono::duration<double>(seconds);
-  while (steady_clock::now() < end && !interrupt.requested()) {
-    const std::int64_t now_ns =
-        std::chrono::duration_cast<std::chrono::nanoseconds>(steady_clock::now().time_since_epoch())
-            .count();
-    const std::size_t count = source->drain(batch, now_ns, now_ns);
-    traffic.frames.insert(traffic.frames.end(), batch.begin(),
-                          batch.begin() + static_cast<std::ptrdiff_t>(count));
-    source->maintain();
-    if (count < batch.size()) std::this_thread::sleep_for(std::chrono::milliseconds{5});
-  }
+  traffic.frames = listen({interface}, buses, daemon::CanConfig{}.receive_buffer,
+                          std::chrono::duration<double>(seconds));
+  std::erase_if(traffic.frames,
+                [](const can::Frame& frame) { return frame.kind != can::FrameKind::data; });
   traffic.buses = buses.all();
   if (traffic.empty())
     throw std::invalid_argument(fmt::format(
