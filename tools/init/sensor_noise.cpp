@@ -1,5 +1,3 @@
-// From sample to sample a car changes little, so that third differences are noise: their standard
-// deviation is √20 times a sample's. Driving adds to it, so it is an upper bound.
 #include "tools/init/sensor_noise.hpp"
 
 #include <algorithm>
@@ -9,23 +7,11 @@
 #include <fmt/format.h>
 
 #include "tools/identify/common/quantisation.hpp"
-#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 namespace {
 
 using estimator::Source;
-
-constexpr double to_sigma = 1.4826;  // from a median magnitude of normal values
-
-double noise_of(const Series& series) {
-  std::vector<double> differences;
-  for (std::size_t i = 3; i < series.size(); ++i)
-    differences.push_back(series.value[i] - 3.0 * series.value[i - 1] + 3.0 * series.value[i - 2] -
-                          series.value[i - 3]);
-  if (differences.empty()) return 0.0;
-  return to_sigma * median_of_magnitudes(differences) / std::sqrt(20.0);
-}
 
 double two_digits(double value) {
   return std::stod(fmt::format("{:.2g}", value));
@@ -42,7 +28,7 @@ Range range_of(Source role) {
   return {0.02, 0.1};
 }
 
-/// The first part of the log in which the wheels stand: of all its samples the mean.
+/// The mean of all samples taken while the wheels stand.
 std::optional<double> bias_standing(const Series& signal, const Series& wheel) {
   constexpr std::size_t enough = 50;
   constexpr double still = 0.01;                // m/s
@@ -74,7 +60,7 @@ void set_noise(Proposal& proposal) {
   for (std::size_t i = 0; i < estimator::index_of(Source::steering); ++i) {
     auto& choice = proposal.roles.at(i);
     if (!choice || choice->series.size() < 20) continue;
-    const double noise = std::max(noise_of(choice->series), resolution_of(choice->series.value));
+    const double noise = std::max(white_sigma(choice->series), resolution_of(choice->series.value));
     const auto [least, most] = range_of(static_cast<Source>(i));
     choice->sigma = two_digits(std::clamp(noise, least, most));
     choice->reasons.emplace_back("sigma from the log");

@@ -44,10 +44,6 @@ MatrixXd derivatives_of(const LeastSquares& problem, const VectorXd& p, const Ve
 
 }  // namespace
 
-double robust_sigma(const VectorXd& values) {
-  return 1.4826 * median_of_magnitudes(values);
-}
-
 MatrixXd inverse_of(const MatrixXd& information) {
   // Scaled to a unit diagonal.
   const VectorXd scale = information.diagonal().unaryExpr(

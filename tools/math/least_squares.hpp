@@ -61,9 +61,6 @@ struct LeastSquaresSolution {
                                                    std::span<const std::size_t> block,
                                                    double times = 1.0);
 
-/// The standard deviation of normal values with this median of magnitudes.
-[[nodiscard]] double robust_sigma(const Eigen::VectorXd& values);
-
 /// The inverse of a symmetric matrix whose rows have different units.
 [[nodiscard]] Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& information);
 

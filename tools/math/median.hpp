@@ -24,4 +24,10 @@ template <typename Range>
   return median_of(std::move(magnitudes));
 }
 
+/// The standard deviation of normal values with this median of magnitudes; 0 of none.
+template <typename Range>
+[[nodiscard]] double robust_sigma(const Range& values) {
+  return values.begin() == values.end() ? 0.0 : 1.4826 * median_of_magnitudes(values);
+}
+
 }  // namespace odomd::tools

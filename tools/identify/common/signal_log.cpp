@@ -16,6 +16,7 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/log_order.hpp"
+#include "tools/math/median.hpp"
 #include "tools/replay/drive.hpp"
 #include "tools/replay/replay_checks.hpp"
 
@@ -117,6 +118,14 @@ const Series& SignalLog::need(estimator::Source source) const {
       !series.empty() ? "log it completely"
       : why.empty()   ? "it is mapped to no signal; map it in [can.signals]"
                       : why));
+}
+
+double white_sigma(const Series& series) {
+  std::vector<double> third;
+  for (std::size_t i = 0; i + 3 < series.size(); ++i)
+    third.push_back(series.value[i + 3] - 3.0 * series.value[i + 2] + 3.0 * series.value[i + 1] -
+                    series.value[i]);
+  return robust_sigma(third) / std::sqrt(20.0);  // 1 + 9 + 9 + 1
 }
 
 SignalLog read_signals(daemon::Config config, std::span<const std::string> logs) {

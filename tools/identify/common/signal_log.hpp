@@ -59,6 +59,10 @@ struct SignalLog {
 /// A speed that is negative in reverse gear. Without a gear it is as measured.
 [[nodiscard]] Series with_direction(Series speed, const Series& gear);
 
+/// The noise of a sample: an upper bound while the car drives. From third differences, which remove
+/// smooth motion, and from the median of their size, so that jerks and outliers do not count.
+[[nodiscard]] double white_sigma(const Series& series);
+
 /// Where a camera or a reference sees the car.
 struct PoseSample {
   double t = 0.0;                      ///< [s]

@@ -136,10 +136,6 @@ Unexplained unexplained(const Setup& setup, const std::vector<Chain>& chains,
   return result;
 }
 
-double robust_sigma(const std::vector<double>& values) {
-  return values.empty() ? 0.0 : 1.4826 * median_of_magnitudes(values);
-}
-
 void take_noises(Setup& setup, const Unexplained& rest) {
   for (std::size_t kind = 0; kind < kinds; ++kind)
     if (!rest.values[kind].empty())

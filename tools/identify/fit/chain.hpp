@@ -41,8 +41,6 @@ struct Unexplained {
 [[nodiscard]] Unexplained unexplained(const Setup& setup, const std::vector<Chain>& chains,
                                       const Numbers<double>& p);
 
-[[nodiscard]] double robust_sigma(const std::vector<double>& values);
-
 /// Noise from the residuals if it is larger than stated: model errors count as noise of the source
 /// that shows them. (It is smaller if a wheel stands for long.)
 void take_noises(Setup& setup, const Unexplained& rest);

@@ -12,6 +12,7 @@
 
 #include "tools/cli/text.hpp"
 #include "tools/identify/fit/problem.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools::fitting {
 namespace {

@@ -6,6 +6,7 @@
 
 #include "tools/cli/text.hpp"
 #include "tools/math/least_squares.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "tools/identify/latency/source_offsets.hpp"
-#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -22,18 +21,6 @@ constexpr double unmodelled_wheel = 0.3e-3;
 // Effect of the delayed load transfer on the slip of the outer wheels; per metre of the wheelbase
 // and g of lateral acceleration, rms. From simulated cars of 0.26 and 2.7 m.
 constexpr double unmodelled_load = 15e-3;
-
-// The noise of a sample, from third differences, which remove smooth motion; from the median of
-// their size, so that jerks and outliers do not count.
-double white_variance(const Series& series) {
-  std::vector<double> third;
-  for (std::size_t i = 0; i + 3 < series.size(); ++i)
-    third.push_back(std::fabs(series.value[i + 3] - 3.0 * series.value[i + 2] +
-                              3.0 * series.value[i + 1] - series.value[i]));
-  if (third.empty()) return 0.0;
-  const double scatter = 1.4826 * median_of(std::move(third));
-  return scatter * scatter / 20.0;  // 1 + 9 + 9 + 1
-}
 
 Resampled mean_of(const Resampled& left, const Resampled& right) {
   return combined(left, right, [](double a, double b) { return 0.5 * (a + b); });
@@ -102,7 +89,7 @@ struct Turning {
 // limit for turns.
 Turning turning_above_noise(const GyroDrive& drive, double shortest) {
   const double cycle = 0.5 * two_cycles(drive.log.of(Source::yaw_rate));
-  const double white = white_variance(drive.log.of(Source::yaw_rate));
+  const double white = std::pow(white_sigma(drive.log.of(Source::yaw_rate)), 2);
   constexpr double enough = 0.1, longest = 0.25;
   double half = shortest;
   while (true) {
