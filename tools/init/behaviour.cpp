@@ -146,11 +146,13 @@ void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& k
   const auto yaw = shown_by(drive, Source::yaw_rate);
   constexpr double factor = 3.0;
   std::optional<double> size;  // of the gyro over what it should be
+  bool by_track = false;
   if (const auto difference = wheel_difference(drive)) {
     const Relation relation = relation_of(*difference, yaw);
     if (relation.clear()) {
       proposal.measured_track = std::fabs(relation.slope);
-      if (known.track) size = *known.track / std::fabs(relation.slope);
+      by_track = known.track.has_value();
+      if (by_track) size = *known.track / std::fabs(relation.slope);
     }
   }
   if (!size && drive.has(Source::accel_y)) {
@@ -162,7 +164,7 @@ void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& k
   }
   if (!size) return;
   constexpr double alike = 0.2;  // a track by a ruler against one by turns
-  if (known.track && std::fabs(*size - 1.0) > alike && *size > 1.0 / factor && *size < factor)
+  if (by_track && std::fabs(*size - 1.0) > alike && *size > 1.0 / factor && *size < factor)
     choice.warnings.push_back(fmt::format(
         "it is {:.3g} times what the wheels say by the track: check --track, its scale and unit",
         *size));

@@ -156,13 +156,13 @@ InitResult init(const InitOptions& options, Dialogue* dialogue) {
       throw std::invalid_argument(fmt::format(
           "{}: exists already and is another database; name it with --dbc, or move it away",
           own.string()));
-    if (result.wrote_database) write(own, sim::bus_database_text());
   }
   result.draft = {std::move(proposal),    car,
                   std::move(protections), named_from(options.out, files),
                   std::move(sources),     described(options, traffic)};
   const std::string text = as_toml(result.draft);
   try {
+    if (result.wrote_database) write(own, sim::bus_database_text());
     result.warnings = checked(text, options.out);
     write(options.out, text);
   } catch (...) {

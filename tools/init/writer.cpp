@@ -172,9 +172,12 @@ std::string as_toml(const Draft& draft) {
   text += fmt::format("dbc = {}\n", list_of(draft.databases));
   if (!draft.protections.empty()) text += "\n[can.e2e]\n";
   for (const can::E2eBinding& protection : draft.protections)
-    text += fmt::format("{} = {{ profile = \"P01\", data_id = 0x{:X}, crc = {}, counter = {} }}\n",
-                        toml_key(protection.message), protection.data_id,
-                        quoted(protection.crc_signal), quoted(protection.counter_signal));
+    text += fmt::format(
+        "{} = {{ profile = {}, data_id = 0x{:X}, crc = {}, counter = {} }}\n",
+        toml_key(protection.message),
+        quoted(
+            std::string{can::e2e_profile_names.at(static_cast<std::size_t>(protection.profile))}),
+        protection.data_id, quoted(protection.crc_signal), quoted(protection.counter_signal));
   add_signals(text, draft);
   text += "\n# [camera] # if a camera sends poses: docs/camera.md\n";
   return text;
