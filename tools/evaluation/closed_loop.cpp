@@ -72,9 +72,8 @@ Evaluation evaluate_closed_loop(const Trajectory& estimate) {
   return e;
 }
 
-bool closes(std::span<const Evaluation> evaluations) {
-  const Evaluation& best = best_of(evaluations);
-  return best.path_length >= least_path && excess(best) <= 1.0 && !closes_badly(best);
+bool closes(const Evaluation& loop) {
+  return loop.path_length >= least_path && excess(loop) <= 1.0 && !closes_badly(loop);
 }
 
 Evaluation without_errors(const Evaluation& open) {

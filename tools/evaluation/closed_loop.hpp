@@ -16,9 +16,9 @@ namespace odomd::tools {
 /// std::invalid_argument for fewer than two rows.
 [[nodiscard]] Evaluation evaluate_closed_loop(const Trajectory& estimate);
 
-/// Whether the drive is a closed lap, for one that nobody said is: by the best of the estimates it
-/// ends within 3 % of the path and 20°, where the error is the estimate's.
-[[nodiscard]] bool closes(std::span<const Evaluation> evaluations);
+/// Whether the drive is a closed lap, for one that nobody said is: by this evaluation of it as one
+/// it ends within 3 % of the path and 20°, where the error is the estimate's.
+[[nodiscard]] bool closes(const Evaluation& loop);
 
 /// The same for a drive whose errors are not known.
 [[nodiscard]] Evaluation without_errors(const Evaluation& open);

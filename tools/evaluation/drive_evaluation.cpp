@@ -92,7 +92,7 @@ void find_reference(Drive& drive) {
   if (drive.reference) return;
   const std::optional<Trajectory> odometry = motion(drive);
   if (!odometry || odometry->points.size() < 2) return;
-  drive.closed_loop = closes(std::array{evaluate_closed_loop(*odometry)});
+  drive.closed_loop = closes(evaluate_closed_loop(*odometry));
 }
 
 Evaluation evaluate_drive(const Drive& drive, const daemon::Config& config,

@@ -98,7 +98,7 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
               compose(there->pose, inverse(drive.estimates[i].points.front().pose));
     if (judging.against == Against::closed_loop)
       append(drive.warnings, check_that_it_closes(drive.name, report.evaluations));
-    else if (drive.loop_is_assumed = closes(report.evaluations); !drive.loop_is_assumed)
+    else if (!drive.loop_is_assumed)
       for (Evaluation& e : report.evaluations) e = without_errors(e);
     return;
   }
@@ -209,10 +209,13 @@ EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estima
   drive.config = read.config;
   append(drive.warnings, read.config.warnings);
   append(drive.warnings, read.warnings);
-  if (judging.against != Against::closed_loop)
-    drive.reference = read.reference ? std::move(read.reference) : camera_reference(read);
-  else
+  if (judging.against != Against::closed_loop) {
+    find_reference(read);
+    drive.reference = std::move(read.reference);
+    drive.loop_is_assumed = read.closed_loop;
+  } else {
     drive.shown = read.reference;
+  }
   const std::filesystem::path beat = judging.beat.empty() ? read.folder / "beat.csv" : judging.beat;
   if (!judging.beat.empty() || std::filesystem::exists(beat)) drive.beat = read_beat_log(beat);
 

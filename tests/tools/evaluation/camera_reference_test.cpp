@@ -5,14 +5,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
+#include "tests/diagnostics.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
@@ -131,6 +135,8 @@ struct Judged {
 };
 constexpr double equal = 0.05;
 constexpr double most_off = 0.25;
+// Of `full` with the camera, which misses it on some drives: docs/evaluation.md.
+constexpr double most_off_full = 0.35;
 
 std::vector<double> rms_of(const EvaluatedDrive& drive, Against against) {
   std::vector<double> all;
@@ -141,9 +147,12 @@ std::vector<double> rms_of(const EvaluatedDrive& drive, Against against) {
   return all;
 }
 
-void expect_alike(const Judged& judged, const std::string& what) {
+// `full` is the last.
+void expect_alike(const Judged& judged, double of_full, const std::string& what) {
   for (std::size_t i = 0; i < judged.by_truth.size(); ++i) {
-    EXPECT_NEAR(judged.without[i] / judged.by_truth[i], 1.0, most_off) << what << ", model " << i;
+    EXPECT_NEAR(judged.without[i] / judged.by_truth[i], 1.0,
+                i + 1 == judged.by_truth.size() ? of_full : most_off)
+        << what << ", model " << i;
     for (std::size_t j = 0; j < i; ++j) {
       if (std::fabs(judged.by_truth[i] / judged.by_truth[j] - 1.0) <= equal) continue;
       EXPECT_EQ(judged.by_truth[i] < judged.by_truth[j], judged.without[i] < judged.without[j])
@@ -170,6 +179,7 @@ void compare(const fs::path& folder, const fs::path& config, const Scratch& scra
     };
     expect_alike({.by_truth = rms_of(evaluated(folder, by_truth), Against::reference),
                   .without = rms_of(evaluated(blind, {}), Against::camera)},
+                 camera == CameraUse::take ? most_off_full : most_off,
                  folder.filename().string() +
                      (camera == CameraUse::take ? ", with camera" : ", dead reckoning"));
   }
@@ -177,15 +187,35 @@ void compare(const fs::path& folder, const fs::path& config, const Scratch& scra
 
 TEST(DrivesWithoutTruth, AreJudgedAsByTheTruthOnSimulatedDrives) {
   const Scratch scratch;
-  // Not every seed meets the bar: docs/evaluation.md, "Drives without truth", names one that
-  // misses.
-  for (const std::string course : {"lap --laps 2", "slalom --duration 30"}) {
-    const fs::path folder = scratch.path(course.substr(0, course.find(' ')));
-    ASSERT_EQ(
-        run_shell("odom sim --seed 1 --out " + folder.string() + " --scenario " + course).status,
-        0);
+  for (const std::string course : {"lap --laps 2 --seed 1", "slalom --duration 30 --seed 1",
+                                   "slalom --duration 40 --seed 2"}) {
+    const fs::path folder = scratch.path(course.substr(0, course.find(' ')) + "_" + course.back());
+    ASSERT_EQ(run_shell("odom sim --out " + folder.string() + " --scenario " + course).status, 0);
     compare(folder, {}, scratch);
   }
+}
+
+TEST(DrivesWithoutTruth, BearAGapOfTheCamera) {
+  const Scratch scratch;
+  const fs::path folder = scratch.path("gap");
+  ASSERT_EQ(run_shell("odom sim --scenario lap --duration 20 --out " + folder.string()).status, 0);
+  fs::remove(folder / "truth.csv");
+  std::istringstream rows(contents(folder / "camera.csv"));
+  std::ofstream kept(folder / "camera.csv");
+  double first = -1.0;
+  for (std::string row; std::getline(rows, row);) {
+    if (std::isdigit(static_cast<unsigned char>(row.front())) != 0) {
+      const double t = std::stod(row);
+      if (first < 0.0) first = t;
+      if (t > first + 8.0 && t < first + 12.0) continue;
+    }
+    kept << row << '\n';
+  }
+  kept.close();
+  const EvaluatedDrive drive = evaluate_folder({.folder = folder, .config = {}, .reference = {}},
+                                               {estimator::Model::full}, {});
+  EXPECT_EQ(drive.report.evaluations.front().against, Against::camera);
+  EXPECT_THAT(drive.warnings, ::testing::Contains(diagnostics::Named("reference_covers_part")));
 }
 
 TEST(DrivesWithoutTruth, AreJudgedAsByTheTruthOnRecordedDrives) {
