@@ -136,7 +136,7 @@ struct Judged {
 constexpr double equal = 0.05;
 constexpr double most_off = 0.25;
 // Of `full` with the camera, which misses it on some drives: docs/evaluation.md.
-constexpr double most_off_full = 0.35;
+constexpr double most_off_full = 0.30;
 
 std::vector<double> rms_of(const EvaluatedDrive& drive, Against against) {
   std::vector<double> all;
