@@ -71,10 +71,11 @@ void turn(Choice& choice, std::string_view against) {
 }
 
 std::optional<std::vector<double>> wheel_difference(const DriveCourse& drive) {
-  for (const auto& [left, right] : {std::pair{Source::wheel_rear_left, Source::wheel_rear_right},
-                                    std::pair{Source::wheel_front_left, Source::wheel_front_right}})
-    if (drive.has(left) && drive.has(right))
-      return drive.moving([&](std::size_t i) { return drive.at(right, i) - drive.at(left, i); });
+  for (const auto& axle : {std::pair{Source::wheel_rear_left, Source::wheel_rear_right},
+                           std::pair{Source::wheel_front_left, Source::wheel_front_right}})
+    if (drive.has(axle.first) && drive.has(axle.second))
+      return drive.moving(
+          [&](std::size_t i) { return drive.at(axle.second, i) - drive.at(axle.first, i); });
   return std::nullopt;
 }
 
