@@ -73,8 +73,9 @@ TEST_F(Init, WithoutALogSaysThatNothingWasCompared) {
   const Outcome outcome =
       init("--json --track 0.16 --dbc " + lap_ + "/car.dbc" + car, "database.toml");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  for (const json& role : json::parse(outcome.out)["roles"])
-    EXPECT_FALSE(role["sure"].get<bool>()) << role;
+  const json roles = json::parse(outcome.out).at("roles");
+  ASSERT_FALSE(roles.empty());
+  for (const json& role : roles) EXPECT_FALSE(role["sure"].get<bool>()) << role;
 }
 
 TEST_F(Init, NamesWhatIsMissing) {
