@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+"""What `odom init` writes, compared with a configuration written by hand: the errors of dead reckoning with each.
+
+  tests/campaign/init.py                                        simulated drives
+  ODOMD_DRIVES=DIRECTORY tests/campaign/init.py --training      recorded training drives
+  ODOMD_DRIVES=DIRECTORY tests/campaign/init.py --judged        the others: log the look in docs/judged.md
+
+By hand is what its owner knows before any identification: the signals with their signs, units and ratios, and what is
+published of the car (with the fitted stiffness of tyres where none is). Nothing else is fitted: no offset, latency,
+sigma, or scale within 10 % of 1. For a simulated drive it is the car.toml of `odom sim`. Exit status 1 where an error
+with init's file is more than 10 % larger, or a role differs and is not marked as unsure.
+"""
+
+import argparse
+import json
+import math
+import os
+import pathlib
+import sys
+import tempfile
+import tomllib
+from typing import Any
+
+from recorded import measure
+
+MOST_WORSE = 1.10
+COURSES = {"lap": ["--scenario", "lap", "--laps", "3"], "road": ["--scenario", "road", "--duration", "60"],
+           "parking": ["--scenario", "parking", "--duration", "40"]}
+KNOWN = {"message", "signal", "sum", "unit", "valid_when"}
+
+Table = dict[str, Any]
+
+
+def toml(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {toml(one)}" for key, one in value.items()) + " }"
+    return json.dumps(value)
+
+
+def write_by_hand(config: pathlib.Path, folder: pathlib.Path, out: pathlib.Path) -> None:
+    """The tested configuration without what was fitted to drives."""
+    fitted = tomllib.loads(config.read_text())
+    lines = ["[vehicle]", *(f"{key} = {toml(value)}" for key, value in fitted["vehicle"].items()),
+             "[can]", f'source = "{folder / "drive.log"}"', f'dbc = "{folder / "car.dbc"}"', "[can.signals]"]
+    for role, signal in fitted["can"]["signals"].items():
+        known = {key: value for key, value in signal.items() if key in KNOWN}
+        if abs(signal.get("scale", 1.0) - 1.0) > 0.1:
+            known["scale"] = signal["scale"]
+        lines.append(f"{role} = {toml(known)}")
+    out.write_text("\n".join(lines) + "\n")
+
+
+def errors(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Path, part: measure.Part, arm: str,
+           work: pathlib.Path) -> measure.Figures:
+    poses = work / "pose.csv"
+    measure.run(odom, "replay", "--config", config, "--dbc", folder / "car.dbc", "--can", folder / "drive.log",
+                f"--initial={measure.first_pose(folder / 'truth.csv')}", "--out", poses)
+    text = measure.run(odom, "evaluate", "--reference", folder / "truth.csv", "--pose", poses, "--align", "first",
+                       "--json", *([f"--lever-arm={arm}"] if arm else []), *part.options)
+    found: Table = json.loads(text)["estimates"][0]
+    figures = {"error_35ms [mm]": 1e3 * found["error_35ms"]["position"]["mean"]}
+    if folder.name in measure.VELOCITIES_ONLY:
+        return figures
+    return {"heading [deg]": math.degrees(found["heading"]["rms"]), "position [m]": found["position"]["rms"], **figures}
+
+
+def is_same_role(by_hand: Table, found: Table) -> bool:
+    named = by_hand["sum"] if "sum" in by_hand else [by_hand.get("signal")]
+    return bool(by_hand.get("message") == found["message"] and named == found["signals"])
+
+
+def compare(odom: pathlib.Path, folder: pathlib.Path, by_hand: pathlib.Path, part: measure.Part, arm: str,
+            work: pathlib.Path) -> bool:
+    hand = tomllib.loads(by_hand.read_text())
+    vehicle = hand["vehicle"]
+    config = work / "init.toml"
+    car: list[object] = ["--mass", vehicle["mass"], "--front-axle", vehicle["front_axle"],
+                         "--wheelbase", vehicle["front_axle"] + vehicle["rear_axle"], "--track", vehicle["track_width"]]
+    proposal = json.loads(measure.run(odom, "init", "--yes", "--json", "--dbc", folder / "car.dbc",
+                                      "--can", folder / "drive.log", *car, "--out", config, "--force"))
+    good = True
+    found = {role["role"]: role for role in proposal["roles"]}
+    for role in sorted(set(hand["can"]["signals"]) | set(found)):
+        if role not in found:
+            print(f"{part.name}: {role} is not proposed", flush=True)
+        elif role not in hand["can"]["signals"]:
+            print(f"{part.name}: {role} is proposed too", flush=True)
+        elif not is_same_role(hand["can"]["signals"][role], found[role]):
+            good &= not found[role]["sure"]
+            print(f"{part.name}: {role} = {found[role]['message']}.{'+'.join(found[role]['signals'])}, "
+                  f"{'SURE' if found[role]['sure'] else 'unsure'}", flush=True)
+    with_hand = errors(odom, by_hand, folder, part, arm, work)
+    with_init = errors(odom, config, folder, part, arm, work)
+    for name, before in with_hand.items():
+        ratio = with_init[name] / before
+        good &= ratio <= MOST_WORSE
+        print(f"| {part.name} | {name} | {before:.4g} | {with_init[name]:.4g} | {ratio:.2f} |", flush=True)
+    return good
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--training", action="store_true", help="the recorded training drives")
+    which.add_argument("--judged", action="store_true", help="the recorded drives that judge")
+    parser.add_argument("--seeds", type=int, default=2, metavar="N", help="simulated drives per course; default: 2")
+    parser.add_argument("--odom", type=pathlib.Path, metavar="FILE",
+                        default=pathlib.Path(os.environ.get("ODOM", measure.ROOT / "build/release/bin/odom")),
+                        help="the program; default: $ODOM, else the one of the release build")
+    given = parser.parse_args()
+    drives = os.environ.get("ODOMD_DRIVES")
+    if (given.training or given.judged) and not drives:
+        sys.exit("init: set ODOMD_DRIVES to the folder of recorded drives")
+    print("| drive | error | by hand | init | ratio |\n|---|---|--:|--:|--:|")
+    good = True
+    with tempfile.TemporaryDirectory(prefix="init-") as scratch:
+        work = pathlib.Path(scratch)
+        if given.training or given.judged:
+            for part in measure.TRAINING if given.training else measure.JUDGED:
+                folder = (pathlib.Path(drives or "") / part.drive).resolve()
+                by_hand = work / "hand.toml"
+                tested = measure.config_of(part.drive)
+                write_by_hand(tested, folder, by_hand)
+                good &= compare(given.odom, folder, by_hand, part, measure.lever_arm(tested), work)
+            return 0 if good else 1
+        for course, options in COURSES.items():
+            for seed in range(1, given.seeds + 1):
+                folder = work / f"{course}_{seed}"
+                measure.run(given.odom, "sim", *options, "--seed", seed, "--out", folder)
+                good &= compare(given.odom, folder, folder / "car.toml", measure.Part(folder.name), "", work)
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
