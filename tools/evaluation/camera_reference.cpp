@@ -43,6 +43,44 @@ std::vector<Seen> seen_by(const Trajectory& camera, const Trajectory& odometry) 
   return all;
 }
 
+/// How far two poses in a row contradict the odometry between them.
+struct Contradiction {
+  double distance = 0.0;
+  double turn = 0.0;
+};
+
+Contradiction between(const Seen& a, const Seen& b) {
+  const Pose2 there = estimator::compose(a.camera, relative(a.odometry, b.odometry));
+  return {distance(there, b.camera),
+          std::fabs(std::remainder(b.camera.yaw - there.yaw, 2.0 * std::numbers::pi))};
+}
+
+/// Drops the poses that contradict both their neighbours ten times as much as half of those on the
+/// move do: a camera that took something else for the car. Normal noise does not reach it in a
+/// lifetime, and a jump of the map contradicts one neighbour alone.
+void drop_outliers(std::vector<Seen>& seen) {
+  constexpr double most = 10.0;
+  constexpr double moves_m = 1e-3;  // a camera may repeat a standing car's pose to the last digit
+  std::vector<Contradiction> steps;
+  std::vector<double> distances, turns;  // on the move
+  for (std::size_t i = 1; i < seen.size(); ++i) {
+    steps.push_back(between(seen[i - 1], seen[i]));
+    if (distance(seen[i - 1].odometry, seen[i].odometry) < moves_m) continue;
+    distances.push_back(steps.back().distance);
+    turns.push_back(steps.back().turn);
+  }
+  if (distances.empty()) return;
+  const double far = most * median_of(std::move(distances));
+  const double askew = most * median_of(std::move(turns));
+  const auto fits = [&](std::size_t step) {
+    return steps[step].distance <= far && steps[step].turn <= askew;
+  };
+  std::vector<Seen> kept;
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    if ((i > 0 && fits(i - 1)) || (i < steps.size() && fits(i))) kept.push_back(seen[i]);
+  seen = std::move(kept);
+}
+
 std::int64_t length_of_windows(const std::vector<Seen>& seen) {
   std::vector<std::int64_t> steps;
   for (std::size_t i = 1; i < seen.size(); ++i) steps.push_back(seen[i].t_ns - seen[i - 1].t_ns);
@@ -185,7 +223,8 @@ Trajectory camera_trajectory(std::span<const estimator::CameraPose> poses, const
 }
 
 std::optional<Trajectory> camera_reference(const Trajectory& camera, const Trajectory& odometry) {
-  const std::vector<Seen> seen = seen_by(camera, odometry);
+  std::vector<Seen> seen = seen_by(camera, odometry);
+  drop_outliers(seen);
   if (seen.size() < least_poses) return std::nullopt;
   const std::int64_t window_ns = length_of_windows(seen);
   std::vector<Window> windows;

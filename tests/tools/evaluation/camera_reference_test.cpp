@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -103,6 +104,34 @@ TEST(CameraReference, KnowsNothingOfPosesUpToItsInstant) {
   };
   EXPECT_NEAR(moved(instant), 0.0, 0.02);
   EXPECT_NEAR(moved(instant - 1'000'000'000), 1.0, 0.02);
+}
+
+TEST(CameraReference, LeavesOutPosesOfSomethingElse) {
+  const Trajectory truth = circle(30.0);
+  std::vector<estimator::CameraPose> poses = seen(30.0);
+  const auto sound = camera_reference(camera_trajectory(poses, {}), truth);
+  for (std::size_t i = 10; i + 20 < poses.size(); i += 40) {
+    poses[i].x += 3.0;
+    poses[i + 20].yaw += 1.0;
+  }
+  const auto disturbed = camera_reference(camera_trajectory(poses, {}), truth);
+  ASSERT_TRUE(sound && disturbed);
+  const auto rms = [&](const Trajectory& reference) {
+    return evaluate(reference, truth, Align::none).position.rms;
+  };
+  EXPECT_LT(rms(*disturbed), 1.2 * rms(*sound));
+  EXPECT_LT(disturbed->points.front().covariance[0], 1.2 * sound->points.front().covariance[0]);
+}
+
+TEST(CameraReference, KeepsAJumpOfTheMap) {
+  const Trajectory truth = circle(20.0);
+  std::vector<estimator::CameraPose> poses = seen(20.0);
+  for (estimator::CameraPose& pose : poses)
+    if (pose.capture_ns > 10'000'000'000) pose.x += 3.0;
+  const auto reference = camera_reference(camera_trajectory(poses, {}), truth);
+  ASSERT_TRUE(reference);
+  EXPECT_NEAR(at(*reference, 15'000'000'000)->pose.x - at(truth, 15'000'000'000)->pose.x, 3.0,
+              0.02);
 }
 
 TEST(CameraReference, IsNotInterpolatedAcrossAGap) {
