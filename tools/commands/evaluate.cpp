@@ -14,6 +14,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "daemon/core/usage.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -226,8 +227,8 @@ void add_inputs(Command command, Options& options) {
       .needs(drive);
   command
       .add_option("--config", options.config,
-                  "Configuration of the car (TOML); instead of the folder's car.toml, whose "
-                  "car.dbc stays in use")
+                  "Configuration of the car (TOML); instead of the folder's car.toml. The "
+                  "folder's car.dbc is used, not the file's dbc")
       .type_name("FILE")
       .needs(drive);
   command
@@ -317,8 +318,8 @@ void add_evaluate(Command odom) {
       "  odom evaluate --drive drive-20261121-140300 --closed-loop --dead-reckoning\n"
       "Only times that both cover are used; the reference is interpolated, never extrapolated.\n"
       "A drive is replayed as by odom replay, and its models are evaluated like pose files. Its\n"
-      "reference is its truth.csv, else its camera.csv, else itself if it ends where it began;\n"
-      "else only its innovations are shown.\n"
+      "reference is its truth.csv, else its camera.csv, else its own start if it came back there;\n"
+      "else there are no errors, only innovations.\n"
       "\n" +
       std::string(daemon::models_help));
   command.callback([options] {

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "tools/cli/json_text.hpp"
 #include "tools/cli/output.hpp"
@@ -51,7 +52,7 @@ void add_init(Command odom) {
   command
       .add_option(
           "--dbc", options->init.databases,
-          "Database (DBC); repeatable. Default: odomd.dbc, if the log's identifiers are its")
+          "Database (DBC); repeatable. Default: odomd.dbc, if the log's identifiers match it")
       .type_name("DBC")
       .one_each();
   command
@@ -70,7 +71,7 @@ void add_init(Command odom) {
       .type_name("FILE");
   command.add_flag("--force", options->force, "Replace an existing file");
   command.add_flag("--yes", options->yes,
-                   "Ask nothing: what is not given is an error or a marked guess");
+                   "Ask nothing: a missing mass or wheelbase is an error, the rest a marked guess");
   command.add_flag("--json", options->json, "Print the proposal as JSON");
   const std::string car = "The car (asked for on a terminal if they are missing)";
   const auto number = [&](const std::string& name, std::string& value, const std::string& type,

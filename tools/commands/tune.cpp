@@ -286,8 +286,8 @@ void add_tune(Command odom) {
       .add_option(
           "--goal", options->goals,
           "Objectives, of position, heading, prediction (35 ms), second (1 s), end (cm/m), nees, "
-          "nis; default: of position,heading,prediction,nees what the drives determine, else end, "
-          "else nis")
+          "nis; default: those of position, heading, prediction, nees that the drives allow, else "
+          "end, else nis")
       .delimiter(',')
       .type_name("NAMES");
   command.add_option("--model", options->model, "Model of the filter; instead of [filter] model")

@@ -26,36 +26,39 @@ struct Item {
 };
 
 const std::array items{
-    Item{{"--mass", "mass as it drives", "scales under all wheels: odom identify mass"},
+    Item{{"--mass", "mass ready to drive [kg, or as 2985g]",
+          "weighed with battery and all that is on it; odom identify mass helps"},
          Dimension::mass,
          {0.2, 60000.0},
          &Car::mass,
          nullptr},
-    Item{
-        {"--wheelbase", "front to rear axle", "a tape on the ground, wheel centre to wheel centre"},
-        Dimension::length,
-        {0.05, 15.0},
-        nullptr,
-        &Known::wheelbase},
-    Item{{"--front-axle", "centre of gravity to the front axle",
-          "wheelbase times the rear axle's share of the weight: odom identify cog"},
+    Item{{"--wheelbase", "wheelbase [m, or as 260mm]",
+          "front to rear axle, by a tape along the ground"},
+         Dimension::length,
+         {0.05, 15.0},
+         nullptr,
+         &Known::wheelbase},
+    Item{{"--front-axle", "front axle to centre of gravity [m, or as 175mm]",
+          "wheelbase times the rear axle's share of the weight; odom identify cog helps"},
          Dimension::length,
          {0.01, 12.0},
          &Car::front_axle,
          nullptr},
-    Item{{"--track", "left to right wheel", "a tape, middle of a rear tyre to middle of the other"},
+    Item{{"--track", "track [m, or as 160mm]",
+          "middle of a rear tyre to the middle of the other, by a tape"},
          Dimension::length,
          {0.03, 5.0},
          nullptr,
          &Known::track},
-    Item{{"--wheel-radius", "rolling radius of a wheel",
+    Item{{"--wheel-radius", "rolling radius of a wheel [m, or as 33mm]",
           "roll the car ten turns of a wheel and divide the way by 62.83"},
          Dimension::length,
          {0.005, 2.0},
          nullptr,
          &Known::wheel_radius},
-    Item{{"--steering-ratio", "steering wheel's angle over the front wheels'",
-          "the maker's data sheet; cars have 12 to 20"},
+    Item{{"--steering-ratio",
+          "steering ratio: turn of the steering wheel over that of the front wheels",
+          "in the data sheet; cars have 12 to 20"},
          Dimension::pure,
          {0.5, 60.0},
          nullptr,
@@ -77,8 +80,8 @@ bool is_optional(const Question& question) {
 }
 
 std::string_view if_empty(const Question& question) {
-  if (question.option == "--front-axle") return ", empty: half the wheelbase";
-  return is_optional(question) ? ", empty: as proposed" : "";
+  if (question.option == "--front-axle") return "; empty: half the wheelbase, a guess";
+  return is_optional(question) ? "; empty: as proposed" : "";
 }
 
 void check_axle(const Car& car) {
@@ -128,8 +131,12 @@ void ask(const std::vector<Question>& questions, Car& car, std::istream& in, std
       out << fmt::format("{} ({}{}): ", question.what, question.hint, if_empty(question))
           << std::flush;
       std::string answer;
-      if (!std::getline(in, answer)) refuse({question});
+      if (!std::getline(in, answer)) {
+        out << '\n' << std::flush;
+        refuse({question});
+      }
       if (answer.empty() && is_optional(question)) break;
+      if (answer.empty()) out << "a number is needed here; Ctrl-C leaves, and nothing is written\n";
       try {
         set(car, item, answer);
         check_axle(car);
@@ -147,7 +154,7 @@ std::vector<Question> required(std::vector<Question> questions) {
 }
 
 void refuse(const std::vector<Question>& missing) {
-  std::string text = "say about the car what the bus does not:";
+  std::string text = "still needed, and not on the bus:";
   for (const Question& question : missing)
     text += fmt::format("{} {} ({}; {})", &question == missing.data() ? "" : ";", question.option,
                         question.what, question.hint);

@@ -27,7 +27,7 @@ struct Car {
 
 struct Question {
   std::string_view option;  ///< "--mass"
-  std::string_view what;    ///< "mass as it drives, with camera and batteries"
+  std::string_view what;    ///< "mass ready to drive [kg, or as 2985g]"
   std::string_view hint;    ///< how to measure
 };
 

@@ -1,7 +1,7 @@
 // The proposal as a commented car.toml, as a table for people and as JSON.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 

@@ -15,7 +15,7 @@ namespace {
 
 struct UnitName {
   std::string_view name;
-  double factor;
+  double in_si;  // of them in one SI unit: 175 mm is 175 / 1000, to the last digit
   Unit unit = Unit::si;
 };
 
@@ -26,11 +26,11 @@ struct Units {
 
 // In the order of Dimension.
 constexpr std::array<Units, 5> units{{
-    {"kg, g or N", {{{"kg", 1.0}, {"g", 1e-3}, {"N", 1.0, Unit::newton}}}},
-    {"m, cm or mm", {{{"m", 1.0}, {"cm", 1e-2}, {"mm", 1e-3}}}},
-    {"rad or deg", {{{"rad", 1.0}, {"deg", std::numbers::pi / 180.0}}}},
-    {"s or ms", {{{"s", 1.0}, {"ms", 1e-3}}}},
-    {"no unit, or %", {{{"", 1.0}, {"%", 1e-2}}}},
+    {"kg, g or N", {{{"kg", 1.0}, {"g", 1e3}, {"N", 1.0, Unit::newton}}}},
+    {"m, cm or mm", {{{"m", 1.0}, {"cm", 1e2}, {"mm", 1e3}}}},
+    {"rad or deg", {{{"rad", 1.0}, {"deg", 180.0 / std::numbers::pi}}}},
+    {"s or ms", {{{"s", 1.0}, {"ms", 1e3}}}},
+    {"no unit, or %", {{{"", 1.0}, {"%", 1e2}}}},
 }};
 
 const Units& of(Dimension dimension) {
@@ -61,7 +61,7 @@ Quantity parse_quantity(std::string_view text, Dimension dimension, std::string_
   const std::string_view unit = trimmed(whole.substr(static_cast<std::size_t>(end - whole.data())));
   if (unit.empty()) return {value, Unit::si};
   for (const UnitName& name : of(dimension).names)
-    if (name.name == unit) return {value * name.factor, name.unit};
+    if (name.name == unit) return {value / name.in_si, name.unit};
   if (unit.front() == ',')
     throw std::invalid_argument(
         fmt::format("{}: {}: write a decimal point, not a comma", option, quoted(text)));
