@@ -1,4 +1,6 @@
 #include "daemon/core/recording_wire.hpp"
+#include "daemon/core/pipeline.hpp"
+#include "daemon/core/recording_tap.hpp"
 
 #include <algorithm>
 #include <cstring>

@@ -16,9 +16,12 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/core/recording_tap.hpp"
+#include "daemon/core/record.hpp"
 
 namespace odomd::daemon {
+
+class Pipeline;
+struct Checkpoint;
 
 enum class RecordingMessage : std::uint32_t { hello, file, buses, state, tick, end, refused };
 

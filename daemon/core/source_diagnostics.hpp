@@ -8,7 +8,7 @@
 
 #include "daemon/core/wiring.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "estimator/integrity/integrity.hpp"
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::daemon {
 

@@ -9,7 +9,6 @@
 #include <algorithm>
 
 #include "estimator/common/measurement.hpp"
-#include "estimator/integrity/integrity.hpp"
 
 namespace odomd::daemon {
 

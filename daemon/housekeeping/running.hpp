@@ -10,8 +10,6 @@
 #include "can_protocol/sources/frame_source.hpp"
 #include "can_protocol/sources/log_clock.hpp"
 #include "daemon/core/config.hpp"
-#include "daemon/core/pipeline.hpp"
-#include "daemon/core/recording_tap.hpp"
 #include "daemon/housekeeping/controller_watch.hpp"
 #include "daemon/journal/event.hpp"
 #include "daemon/realtime/beat.hpp"
@@ -20,6 +18,9 @@
 #include "shm_api/writer.hpp"
 
 namespace odomd::daemon {
+
+class Pipeline;
+class RecordingTap;
 
 /// The real-time privileges that the machine granted, for the status.
 struct RealtimeFacts {

@@ -4,6 +4,7 @@
 
 #include <string_view>
 
+#include "daemon/core/pipeline.hpp"
 #include "daemon/core/source_diagnostics.hpp"
 
 namespace odomd::daemon {

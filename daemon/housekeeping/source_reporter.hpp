@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/core/wiring.hpp"
 #include "daemon/housekeeping/controller_reporter.hpp"
 #include "daemon/housekeeping/running.hpp"
 #include "daemon/housekeeping/status.hpp"

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "daemon/core/pipeline.hpp"
 #include "daemon/core/record.hpp"
 #include "daemon/sockets/json.hpp"
 #include "estimator/common/measurement.hpp"

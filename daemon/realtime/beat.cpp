@@ -1,4 +1,6 @@
 #include "daemon/realtime/beat.hpp"
+#include "daemon/core/pipeline.hpp"
+#include "daemon/core/recording_tap.hpp"
 
 #include <ctime>
 

@@ -16,8 +16,7 @@
 #include "base/wall_clock.hpp"
 #include "can_protocol/sources/frame_source.hpp"
 #include "can_protocol/sources/log_clock.hpp"
-#include "daemon/core/pipeline.hpp"
-#include "daemon/core/recording_tap.hpp"
+#include "daemon/core/record.hpp"
 #include "daemon/journal/event.hpp"
 #include "daemon/realtime/relay.hpp"
 #include "daemon/realtime/surroundings.hpp"
@@ -26,6 +25,9 @@
 #include "shm_api/writer.hpp"
 
 namespace odomd::daemon {
+
+class Pipeline;
+class RecordingTap;
 
 /// The parts that the beat uses. All of them outlive it.
 struct BeatParts {

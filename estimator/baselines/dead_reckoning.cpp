@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "estimator/baselines/motion.hpp"
+#include "estimator/common/symmetric3_matrix.hpp"
 
 namespace odomd::estimator {
 namespace {

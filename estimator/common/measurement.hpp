@@ -87,6 +87,22 @@ inline constexpr std::array<std::string_view, verdict_count> verdict_names{
     "fused",      "gated",      "too_old",           "future", "duplicate",
     "non_finite", "source_off", "failed_protection", "forced"};
 
+/// What the integrity layer says of a source.
+enum class SourceFlag : std::uint8_t {
+  ok,
+  out_of_range,  ///< beyond what any car does (integrity/admission.hpp), twice in a row
+  non_finite,    ///< NaN, infinity or an impossible sigma, twice in a row
+  frozen,        ///< identical bits in a row although the car has moved on
+  drifting,      ///< contradicts the consensus of the others
+  slipping,      ///< a wheel, an axle or the motor: its speed contradicts that of the car
+  timed_out,     ///< set by the daemon, as the next one
+  failed_protection,
+  count
+};
+inline constexpr std::array<std::string_view, static_cast<std::size_t>(SourceFlag::count)>
+    source_flag_names{"ok",       "out_of_range", "non_finite", "frozen",
+                      "drifting", "slipping",     "timed_out",  "failed_protection"};
+
 /// How a filter judged a sample at a later step.
 struct Judgement {
   Source source = Source::yaw_rate;

@@ -8,7 +8,7 @@
 
 #include "estimator/common/pose.hpp"
 #include "estimator/common/predecessor.hpp"
-#include "estimator/common/symmetric3.hpp"
+#include "estimator/common/symmetric3_matrix.hpp"
 #include "estimator/ekf/bounds.hpp"
 #include "estimator/ekf/update.hpp"
 

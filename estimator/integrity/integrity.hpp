@@ -9,28 +9,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string_view>
 
 #include "estimator/common/measurement.hpp"
 #include "estimator/integrity/consensus.hpp"
 #include "estimator/integrity/parity.hpp"
 
 namespace odomd::estimator {
-
-enum class SourceFlag : std::uint8_t {
-  ok,
-  out_of_range,  ///< beyond what any car does (admission.hpp), twice in a row
-  non_finite,    ///< NaN, infinity or an impossible sigma, twice in a row
-  frozen,        ///< identical bits in a row although the car has moved on
-  drifting,      ///< contradicts the consensus of the others
-  slipping,      ///< a wheel, an axle or the motor: its speed contradicts that of the car
-  timed_out,     ///< set by the daemon, as the next one
-  failed_protection,
-  count
-};
-inline constexpr std::array<std::string_view, static_cast<std::size_t>(SourceFlag::count)>
-    source_flag_names{"ok",       "out_of_range", "non_finite", "frozen",
-                      "drifting", "slipping",     "timed_out",  "failed_protection"};
 
 class Integrity {
  public:

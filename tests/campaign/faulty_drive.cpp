@@ -1,4 +1,5 @@
 #include "tests/campaign/faulty_drive.hpp"
+#include "daemon/core/pipeline.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -18,6 +18,7 @@
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/camera_pose.hpp"
 #include "daemon/core/config.hpp"
+#include "daemon/core/pipeline.hpp"
 #include "daemon/core/source_watch.hpp"
 #include "estimator/filter.hpp"
 #include "estimator/integrity/admission.hpp"

@@ -1,6 +1,7 @@
 #include "tools/cli/json_text.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 namespace odomd::tools {
 

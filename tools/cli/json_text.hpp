@@ -1,7 +1,7 @@
 // JSON as text, and numbers as short as in JSON.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 

@@ -1,6 +1,7 @@
 // odom dbc show: a database for people, or as JSON.
 #include <algorithm>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>

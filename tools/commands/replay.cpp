@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -14,6 +15,7 @@
 
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
+#include "daemon/core/pipeline.hpp"
 #include "daemon/core/usage.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/files.hpp"

@@ -3,6 +3,7 @@
 
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "tools/cli/json_text.hpp"
 #include "tools/sim/experiments.hpp"

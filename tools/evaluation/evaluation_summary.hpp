@@ -1,7 +1,7 @@
 // The main figures of several estimates on several drives: the paper's table.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 
 #include "tools/cli/text.hpp"

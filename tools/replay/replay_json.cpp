@@ -1,6 +1,7 @@
 #include "tools/replay/replay_json.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/diagnostics/output.hpp"

@@ -10,7 +10,6 @@
 #include "daemon/core/source_diagnostics.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
-#include "estimator/integrity/integrity.hpp"
 
 namespace odomd::tools {
 namespace {

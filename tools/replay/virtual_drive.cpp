@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "daemon/core/pipeline.hpp"
 #include "tools/diagnostics/unit_check.hpp"
 #include "tools/drive_files/pose_point.hpp"
 

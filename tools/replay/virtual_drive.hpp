@@ -11,12 +11,17 @@
 #include <string>
 
 #include "can_protocol/frame.hpp"
-#include "daemon/core/pipeline.hpp"
+#include "daemon/core/innovation_statistics.hpp"
+#include "daemon/core/record.hpp"
+#include "daemon/core/wiring.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
-#include "estimator/integrity/integrity.hpp"
 #include "tools/diagnostics/log_order.hpp"
 #include "tools/drive_files/trajectory.hpp"
+
+namespace odomd::daemon {
+class Pipeline;
+}
 
 namespace odomd::tools {
 

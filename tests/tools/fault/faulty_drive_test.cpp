@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/core/pipeline.hpp"
 #include "tests/campaign/faulty_drive.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/fault/camera_fault.hpp"

@@ -12,6 +12,7 @@
 #include "can_protocol/decode/decoder.hpp"
 #include "can_protocol/decode/message_encoder.hpp"
 #include "daemon/core/config.hpp"
+#include "daemon/core/pipeline.hpp"
 #include "tools/fault/injector.hpp"
 #include "tools/sim/car_bus.hpp"
 

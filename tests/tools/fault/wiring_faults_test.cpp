@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/core/pipeline.hpp"
 #include "tests/campaign/faulty_drive.hpp"
 #include "tests/diagnostics.hpp"
 #include "tests/tools/scratch.hpp"

@@ -4,6 +4,7 @@
 
 #include <odom/odom.h>
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "daemon/housekeeping/status.hpp"

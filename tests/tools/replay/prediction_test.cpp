@@ -14,6 +14,7 @@
 
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
+#include "daemon/core/pipeline.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/replay/virtual_drive.hpp"

@@ -15,6 +15,7 @@
 
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
+#include "daemon/core/pipeline.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/replay/virtual_drive.hpp"
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/core/pipeline.hpp"
 #include "daemon/core/recording_files.hpp"
 #include "daemon/core/recording_wire.hpp"
 #include "tests/tools/scratch.hpp"

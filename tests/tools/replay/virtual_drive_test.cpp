@@ -1,4 +1,5 @@
 #include "tools/replay/virtual_drive.hpp"
+#include "daemon/core/pipeline.hpp"
 
 #include <gtest/gtest.h>
 

@@ -11,6 +11,7 @@
 
 #include "can_protocol/decode/decoder.hpp"
 #include "daemon/core/config.hpp"
+#include "daemon/core/pipeline.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/sim/drive_folder.hpp"

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/identify/common/measured.hpp"
 
 namespace odomd::tools {
 
@@ -42,12 +43,6 @@ struct Findings {
   std::vector<Finding> values;
   diagnostics::Diagnostics warnings;
   nlohmann::ordered_json details;  ///< further figures of the method for --json; may be null
-};
-
-/// A measured input: its value and standard uncertainty, in one unit.
-struct Measured {
-  double value = 0.0;
-  double sigma = 0.0;
 };
 
 /// A value that the experiment determined.

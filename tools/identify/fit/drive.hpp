@@ -8,7 +8,7 @@
 
 #include "daemon/core/config.hpp"
 #include "estimator/common/measurement.hpp"
-#include "tools/identify/common/finding.hpp"
+#include "tools/identify/common/measured.hpp"
 #include "tools/identify/common/resampled.hpp"
 #include "tools/identify/common/signal_log.hpp"
 

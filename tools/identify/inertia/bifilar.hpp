@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/identify/common/finding.hpp"
+#include "tools/identify/common/measured.hpp"
 
 namespace odomd::tools {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/identify/common/finding.hpp"
+#include "tools/identify/common/measured.hpp"
 
 namespace odomd::tools {
 

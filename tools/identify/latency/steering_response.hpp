@@ -7,7 +7,7 @@
 
 #include "estimator/common/vehicle.hpp"
 #include "tools/cli/progress.hpp"
-#include "tools/identify/common/finding.hpp"
+#include "tools/identify/common/measured.hpp"
 #include "tools/identify/common/resampled.hpp"
 
 namespace odomd::tools {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/identify/common/finding.hpp"
+#include "tools/identify/common/measured.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/identify/stiffness/film_motion.hpp"
 

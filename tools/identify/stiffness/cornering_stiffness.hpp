@@ -29,7 +29,7 @@
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/identify/common/finding.hpp"
+#include "tools/identify/common/measured.hpp"
 #include "tools/identify/stiffness/circle_runs.hpp"
 
 namespace odomd::tools {

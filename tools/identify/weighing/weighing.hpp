@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/identify/common/finding.hpp"
+#include "tools/identify/common/measured.hpp"
 
 namespace odomd::tools {
 

@@ -1,0 +1,35 @@
+// Counters of a pipeline, by source and by frame: any thread may read them while the beat runs.
+#pragma once
+
+#include <array>
+
+#include "base/counter.hpp"
+#include "can_protocol/decode/decoder.hpp"
+#include "can_protocol/sources/stamp_guard.hpp"
+#include "daemon/core/innovation_statistics.hpp"
+#include "daemon/core/noise_statistics.hpp"
+#include "estimator/common/measurement.hpp"
+
+namespace odomd::daemon {
+
+struct SourceStatistics {
+  std::array<Counter, estimator::verdict_count> verdicts;
+  Counter last_time_ns;     ///< when the newest sample was taken (bit pattern of the signed time)
+  Counter last_verdict;     ///< an estimator::Verdict
+  Counter flag;             ///< an estimator::SourceFlag, at the last tick
+  Counter wiring;           ///< a WiringFault, likewise
+  Counter inconsistent;     ///< 1: its NIS has been too large for seconds, likewise
+  Counter last_latency_ns;  ///< from the capture of the newest pose to its arrival; camera
+  Counter last_test_ratio;  ///< νᵀS⁻¹ν over its gate (bit pattern of the double); camera
+  InnovationStatistics innovations;  ///< for models that test each sample
+  NoiseStatistics noise;             ///< likewise, at the last tick
+};
+
+struct PipelineStatistics {
+  std::array<SourceStatistics, estimator::source_count> sources;
+  std::array<Counter, can::frame_verdict_count> frames;
+  std::array<Counter, can::stamp_verdict_count> stamps;
+  Counter camera_malformed;  ///< messages with a wrong size, magic, version or clock
+};
+
+}  // namespace odomd::daemon
