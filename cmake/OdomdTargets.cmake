@@ -87,8 +87,8 @@ function(odomd_test name)
     target_link_libraries(${name} PRIVATE odomd_without_ubsan) # linked last: its options come last
   endif()
   set(timeout 300)
-  if(CMAKE_CROSSCOMPILING OR ODOMD_SANITIZE MATCHES "thread")
-    set(timeout 1500)  # an emulator is slow, and so is ThreadSanitizer
+  if(CMAKE_CROSSCOMPILING OR ODOMD_SANITIZE)
+    set(timeout 1500)  # an emulator is slow, and so are sanitizers
   endif()
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${timeout})
 endfunction()
