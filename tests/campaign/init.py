@@ -11,10 +11,9 @@ sigma, or scale within 10 % of 1. For a simulated drive it is the car.toml of `o
 with init's file is more than 10 % larger, or a role differs and is not marked as unsure.
 """
 
-import argparse
+import itertools
 import json
 import math
-import os
 import pathlib
 import sys
 import tempfile
@@ -99,35 +98,23 @@ def compare(odom: pathlib.Path, folder: pathlib.Path, by_hand: pathlib.Path, par
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    which = parser.add_mutually_exclusive_group()
-    which.add_argument("--training", action="store_true", help="the recorded training drives")
-    which.add_argument("--judged", action="store_true", help="the recorded drives that judge")
-    parser.add_argument("--seeds", type=int, default=2, metavar="N", help="simulated drives per course; default: 2")
-    parser.add_argument("--odom", type=pathlib.Path, metavar="FILE",
-                        default=pathlib.Path(os.environ.get("ODOM", measure.ROOT / "build/release/bin/odom")),
-                        help="the program; default: $ODOM, else the one of the release build")
-    given = parser.parse_args()
-    drives = os.environ.get("ODOMD_DRIVES")
-    if (given.training or given.judged) and not drives:
-        sys.exit("init: set ODOMD_DRIVES to the folder of recorded drives")
+    chosen = measure.choose(__doc__ or "", seeds=2, judged=measure.JUDGED)
     print("| drive | error | by hand | init | ratio |\n|---|---|--:|--:|--:|")
     good = True
     with tempfile.TemporaryDirectory(prefix="init-") as scratch:
         work = pathlib.Path(scratch)
-        if given.training or given.judged:
-            for part in measure.TRAINING if given.training else measure.JUDGED:
-                folder = (pathlib.Path(drives or "") / part.drive).resolve()
-                by_hand = work / "hand.toml"
-                tested = measure.config_of(part.drive)
-                write_by_hand(tested, folder, by_hand)
-                good &= compare(given.odom, folder, by_hand, part, measure.lever_arm(tested), work)
+        for part in chosen.parts:
+            folder = chosen.drives / part.drive
+            by_hand = work / "hand.toml"
+            tested = measure.config_of(part.drive)
+            write_by_hand(tested, folder, by_hand)
+            good &= compare(chosen.odom, folder, by_hand, part, measure.lever_arm(tested), work)
+        if chosen.parts:
             return 0 if good else 1
-        for course, options in COURSES.items():
-            for seed in range(1, given.seeds + 1):
-                folder = work / f"{course}_{seed}"
-                measure.run(given.odom, "sim", *options, "--seed", seed, "--out", folder)
-                good &= compare(given.odom, folder, folder / "car.toml", measure.Part(folder.name), "", work)
+        for (course, options), seed in itertools.product(COURSES.items(), range(1, chosen.seeds + 1)):
+            folder = work / f"{course}_{seed}"
+            measure.run(chosen.odom, "sim", *options, "--seed", seed, "--out", folder)
+            good &= compare(chosen.odom, folder, folder / "car.toml", measure.Part(folder.name), "", work)
     return 0 if good else 1
 
 

@@ -10,10 +10,8 @@ Two models whose true rms differ by less than 5 % may change places. Exit status
 25 % or the order differs.
 """
 
-import argparse
 import itertools
 import json
-import os
 import pathlib
 import sys
 import tempfile
@@ -66,34 +64,23 @@ def compare(odom: pathlib.Path, folder: pathlib.Path, name: str, options: tuple[
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    which = parser.add_mutually_exclusive_group()
-    which.add_argument("--training", action="store_true", help="the recorded training drives")
-    which.add_argument("--judged", action="store_true", help="the recorded drives that judge")
-    parser.add_argument("--seeds", type=int, default=3, metavar="N", help="simulated drives per course; default: 3")
-    parser.add_argument("--odom", type=pathlib.Path, metavar="FILE",
-                        default=pathlib.Path(os.environ.get("ODOM", measure.ROOT / "build/release/bin/odom")),
-                        help="the program; default: $ODOM, else the one of the release build")
-    given = parser.parse_args()
+    chosen = measure.choose(__doc__ or "", seeds=3, judged=measure.JUDGED + measure.APART)
     print("| drive | | model | true rms [m] | without truth [m] | ratio | same order |\n|---|---|---|--:|--:|--:|---|")
     good = True
-    if given.training or given.judged:
-        drives = os.environ.get("ODOMD_DRIVES")
-        if not drives:
-            sys.exit("without_truth: set ODOMD_DRIVES to the folder of recorded drives")
-        for part in measure.TRAINING if given.training else measure.JUDGED + measure.APART:
-            folder = pathlib.Path(drives) / part.drive
-            if part.drive in measure.VELOCITIES_ONLY or not (folder / "camera.csv").exists():
-                continue
-            config = measure.config_of(part.drive)
-            good &= compare(given.odom, folder, part.name, ("--config", str(config), *part.options),
-                            measure.lever_arm(config))
+    for part in chosen.parts:
+        folder = chosen.drives / part.drive
+        if part.drive in measure.VELOCITIES_ONLY or not (folder / "camera.csv").exists():
+            continue
+        config = measure.config_of(part.drive)
+        good &= compare(chosen.odom, folder, part.name, ("--config", str(config), *part.options),
+                        measure.lever_arm(config))
+    if chosen.parts:
         return 0 if good else 1
     with tempfile.TemporaryDirectory() as work:
-        for (course, options), seed in itertools.product(COURSES.items(), range(1, given.seeds + 1)):
+        for (course, options), seed in itertools.product(COURSES.items(), range(1, chosen.seeds + 1)):
             folder = pathlib.Path(work) / f"{course}_{seed}"
-            measure.run(given.odom, "sim", *options, "--seed", seed, "--out", folder)
-            good &= compare(given.odom, folder, folder.name, (), "")
+            measure.run(chosen.odom, "sim", *options, "--seed", seed, "--out", folder)
+            good &= compare(chosen.odom, folder, folder.name, (), "")
     return 0 if good else 1
 
 

@@ -1,11 +1,14 @@
 """The recorded drives, which part of each is for training and which for evaluation, and a model's errors there."""
 
+import argparse
 import concurrent.futures
 import csv
 import json
 import math
+import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 import tomllib
 from typing import Any, NamedTuple
@@ -79,6 +82,34 @@ def run(*command: object) -> str:
         lines = done.stderr.strip().splitlines()
         raise Failed(lines[-1] if lines else f"{command[0]}: exit status {done.returncode}")
     return done.stdout
+
+
+class Chosen(NamedTuple):
+    """What a campaign is asked to measure: parts of recorded drives, or simulated drives where there are none."""
+
+    odom: pathlib.Path
+    drives: pathlib.Path
+    parts: list[Part]
+    seeds: int
+
+
+def choose(doc: str, seeds: int, judged: list[Part]) -> Chosen:
+    """By the command line of a campaign with this docstring."""
+    parser = argparse.ArgumentParser(description=doc.splitlines()[0])
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--training", action="store_true", help="the recorded training drives")
+    which.add_argument("--judged", action="store_true", help="the recorded drives that judge")
+    parser.add_argument("--seeds", type=int, default=seeds, metavar="N",
+                        help=f"simulated drives per course; default: {seeds}")
+    parser.add_argument("--odom", type=pathlib.Path, metavar="FILE",
+                        default=pathlib.Path(os.environ.get("ODOM", ROOT / "build/release/bin/odom")),
+                        help="the program; default: $ODOM, else the one of the release build")
+    given = parser.parse_args()
+    parts = TRAINING if given.training else judged if given.judged else []
+    drives = os.environ.get("ODOMD_DRIVES", "")
+    if parts and not drives:
+        sys.exit(f"{parser.prog}: set ODOMD_DRIVES to the folder of recorded drives")
+    return Chosen(given.odom, pathlib.Path(drives).resolve(), parts, given.seeds)
 
 
 def config_of(drive: str) -> pathlib.Path:
