@@ -1,12 +1,13 @@
 #include "daemon/core/recording_wire.hpp"
-#include "daemon/core/pipeline.hpp"
-#include "daemon/core/recording_tap.hpp"
 
 #include <algorithm>
 #include <cstring>
 #include <stdexcept>
 
 #include <fmt/format.h>
+
+#include "daemon/core/pipeline.hpp"
+#include "daemon/core/recording_tap.hpp"
 
 namespace odomd::daemon {
 namespace {

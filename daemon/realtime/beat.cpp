@@ -1,10 +1,11 @@
 #include "daemon/realtime/beat.hpp"
-#include "daemon/core/pipeline.hpp"
-#include "daemon/core/recording_tap.hpp"
 
 #include <ctime>
 
 #include <cerrno>
+
+#include "daemon/core/pipeline.hpp"
+#include "daemon/core/recording_tap.hpp"
 
 namespace odomd::daemon {
 namespace {

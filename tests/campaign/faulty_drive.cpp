@@ -1,11 +1,11 @@
 #include "tests/campaign/faulty_drive.hpp"
-#include "daemon/core/pipeline.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "can_protocol/sources/log_reader.hpp"
+#include "daemon/core/pipeline.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"

@@ -16,13 +16,14 @@ using testing::IsEmpty;
 
 TEST(Car, IsAskedForUntilTheAnswerIsANumber) {
   Car car;
-  std::istringstream in("heavy\n2985g\n0.26\n\n");
+  std::istringstream in("heavy\n\n2985g\n0.26\n\n");
   std::ostringstream out;
   ask(missing_first(car, {}), car, in, out);
   EXPECT_DOUBLE_EQ(car.mass.value(), 2.985);
   EXPECT_DOUBLE_EQ(car.known.wheelbase.value(), 0.26);
   EXPECT_FALSE(car.front_axle.has_value());  // left open
   EXPECT_THAT(out.str(), HasSubstr("not a number"));
+  EXPECT_THAT(out.str(), HasSubstr("a number is needed"));  // of the empty answer
 }
 
 TEST(Car, RefusesAnAxleBeyondTheWheelbase) {

@@ -1,5 +1,4 @@
 #include "tools/replay/virtual_drive.hpp"
-#include "daemon/core/pipeline.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "daemon/core/pipeline.hpp"
 #include "tests/daemon/core/one_wheel.hpp"
 
 namespace odomd::tools::virtual_drive_test {

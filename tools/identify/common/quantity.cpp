@@ -15,7 +15,7 @@ namespace {
 
 struct UnitName {
   std::string_view name;
-  double in_si;  // of them in one SI unit: 175 mm is 175 / 1000, to the last digit
+  double per_si;  // how many make one SI unit: 175 / 1000 is 0.175, 175 * 1e-3 is not
   Unit unit = Unit::si;
 };
 
@@ -61,7 +61,7 @@ Quantity parse_quantity(std::string_view text, Dimension dimension, std::string_
   const std::string_view unit = trimmed(whole.substr(static_cast<std::size_t>(end - whole.data())));
   if (unit.empty()) return {value, Unit::si};
   for (const UnitName& name : of(dimension).names)
-    if (name.name == unit) return {value / name.in_si, name.unit};
+    if (name.name == unit) return {value / name.per_si, name.unit};
   if (unit.front() == ',')
     throw std::invalid_argument(
         fmt::format("{}: {}: write a decimal point, not a comma", option, quoted(text)));

@@ -21,6 +21,7 @@ using testing::Not;
 TEST(Quantity, IsReadWithItsUnit) {
   EXPECT_DOUBLE_EQ(parse_quantity("2.985", Dimension::mass, "--x").value, 2.985);
   EXPECT_DOUBLE_EQ(parse_quantity(" 2985 g ", Dimension::mass, "--x").value, 2.985);
+  EXPECT_EQ(parse_quantity("175mm", Dimension::length, "--x").value, 0.175);  // to the last bit
   EXPECT_EQ(parse_quantity("29.3N", Dimension::mass, "--x").unit, Unit::newton);
   EXPECT_DOUBLE_EQ(parse_positive("26cm", Dimension::length, "--x"), 0.26);
   EXPECT_DOUBLE_EQ(parse_positive("180deg", Dimension::angle, "--x"), 3.14159265358979323846);
