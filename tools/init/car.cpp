@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/quantity.hpp"
 
 namespace odomd::tools {
@@ -91,6 +92,38 @@ void check_axle(const Car& car) {
                     *car.front_axle, *car.known.wheelbase));
 }
 
+/// Mass and wheelbase of no car (W102): one of them has another unit.
+bool is_unlike_a_car(const Car& car) {
+  if (!car.mass || !car.known.wheelbase) return false;
+  const double base = *car.known.wheelbase;
+  return !diagnostics::kind("mass_unlike_a_car").limits.hold(*car.mass / (base * base * base));
+}
+
+void ask_each(const std::vector<Question>& questions, Car& car, std::istream& in,
+              std::ostream& out) {
+  for (const Question& question : questions) {
+    const Item& item = item_of(question.option);
+    while (!item.in(car)) {
+      out << fmt::format("{} ({}{}): ", question.what, question.hint, if_empty(question))
+          << std::flush;
+      std::string answer;
+      if (!std::getline(in, answer)) {
+        out << '\n' << std::flush;
+        refuse({question});
+      }
+      if (answer.empty() && is_optional(question)) break;
+      if (answer.empty()) out << "a number is needed here; Ctrl-C leaves, and nothing is written\n";
+      try {
+        set(car, item, answer);
+        check_axle(car);
+      } catch (const std::invalid_argument& error) {
+        item.in(car).reset();
+        out << error.what() << '\n';
+      }
+    }
+  }
+}
+
 }  // namespace
 
 Car parse_car(const CarTexts& texts) {
@@ -125,27 +158,16 @@ std::vector<Question> missing_last(const Car& car, const Proposal& proposal) {
 }
 
 void ask(const std::vector<Question>& questions, Car& car, std::istream& in, std::ostream& out) {
-  for (const Question& question : questions) {
-    const Item& item = item_of(question.option);
-    while (!item.in(car)) {
-      out << fmt::format("{} ({}{}): ", question.what, question.hint, if_empty(question))
-          << std::flush;
-      std::string answer;
-      if (!std::getline(in, answer)) {
-        out << '\n' << std::flush;
-        refuse({question});
-      }
-      if (answer.empty() && is_optional(question)) break;
-      if (answer.empty()) out << "a number is needed here; Ctrl-C leaves, and nothing is written\n";
-      try {
-        set(car, item, answer);
-        check_axle(car);
-      } catch (const std::invalid_argument& error) {
-        item.in(car).reset();
-        out << error.what() << '\n';
-      }
-    }
-  }
+  ask_each(questions, car, in, out);
+  const auto is_size = [](const Question& one) {
+    return one.option == "--mass" || one.option == "--wheelbase";
+  };
+  if (std::ranges::none_of(questions, is_size) || !is_unlike_a_car(car)) return;
+  out << fmt::format(
+      "{:g} kg on a wheelbase of {:g} m is unlike a car; once more, with the units:\n", *car.mass,
+      *car.known.wheelbase);
+  for (const Question& question : questions) item_of(question.option).in(car).reset();
+  ask_each(questions, car, in, out);
 }
 
 std::vector<Question> required(std::vector<Question> questions) {

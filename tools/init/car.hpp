@@ -39,7 +39,7 @@ struct Question {
 [[nodiscard]] std::vector<Question> missing_last(const Car& car, const Proposal& proposal);
 
 /// Asks until the answer is a number with a unit; the front axle and the
-/// steering ratio may stay open.
+/// steering ratio may stay open. A mass and wheelbase unlike a car are asked for once more.
 /// Throws std::invalid_argument at the end of the input.
 void ask(const std::vector<Question>& questions, Car& car, std::istream& in, std::ostream& out);
 

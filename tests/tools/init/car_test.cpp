@@ -37,6 +37,22 @@ TEST(Car, RefusesAnAxleBeyondTheWheelbase) {
       HasSubstr("--front-axle"));
 }
 
+TEST(Car, SizesUnlikeACarAreAskedForOnceMore) {
+  Car car;
+  std::istringstream in("2.985\n26\n13\n2.985\n260mm\n0.13\n");
+  std::ostringstream out;
+  ask(missing_first(car, {}), car, in, out);
+  EXPECT_DOUBLE_EQ(car.known.wheelbase.value(), 0.26);
+  EXPECT_DOUBLE_EQ(car.front_axle.value(), 0.13);
+  EXPECT_THAT(out.str(), HasSubstr("2.985 kg on a wheelbase of 26 m"));
+
+  Car odd = parse_car({.mass = "2985", .wheelbase = "0.26", .front_axle = "0.13"});
+  odd.mass.reset();
+  std::istringstream twice("2985\n2985\n\n");
+  ask(missing_first(odd, {}), odd, twice, out);
+  EXPECT_DOUBLE_EQ(odd.mass.value(), 2985.0);  // who says it twice means it
+}
+
 TEST(Car, EndOfInputNamesTheOption) {
   Car car;
   std::istringstream in;
