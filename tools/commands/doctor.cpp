@@ -201,7 +201,7 @@ void add_doctor(Command odom) {
       command
           .add_option("--config", options->config,
                       "Configuration of the car (TOML), to check with its buses; with --drive "
-                      "instead of its car.toml; the drive's car.dbc is used, not the file's dbc")
+                      "instead of its car.toml")
           .type_name("TOML");
   const Option drive =
       command

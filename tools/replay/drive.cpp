@@ -1,5 +1,7 @@
 #include "tools/replay/drive.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <stdexcept>
@@ -30,12 +32,23 @@ std::string name_of(const fs::path& folder) {
   return failed || !whole.has_filename() ? folder.string() : whole.filename().string();
 }
 
+/// A configuration that lies elsewhere may lie there without its databases.
+void use_own_database(daemon::Config& config, const fs::path& folder) {
+  std::error_code ignored;
+  const auto missing = std::ranges::find_if(
+      config.can.dbc, [&](const fs::path& file) { return !fs::exists(file, ignored); });
+  const auto own = file_in(folder, "car.dbc");
+  if (missing == config.can.dbc.end() || !own) return;
+  config.warnings.push_back(found(diagnostics::kind("database_missing"), {},
+                                  fmt::format("{} does not exist; {} is used", missing->string(),
+                                              own->string())));
+  config.can.dbc = {fs::absolute(*own)};
+}
+
 daemon::Config config_of(const DriveFiles& files) {
   if (!files.config.empty()) {
     daemon::Config config = daemon::load_config(files.config);
-    if (const auto database = file_in(files.folder, "car.dbc")) {
-      config.can.dbc = {fs::absolute(*database)};
-    }
+    use_own_database(config, files.folder);
     return config;
   }
   const auto own = file_in(files.folder, "car.toml");

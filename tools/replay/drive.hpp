@@ -25,7 +25,7 @@ enum class CameraUse : std::uint8_t {
 
 struct DriveFiles {
   std::filesystem::path folder;
-  std::filesystem::path config;     ///< instead of the folder's car.toml; its own car.dbc stays
+  std::filesystem::path config;     ///< instead of the folder's car.toml, with its databases
   std::filesystem::path reference;  ///< instead of the folder's truth.csv
   CameraUse camera = CameraUse::take;
 };

@@ -59,7 +59,7 @@ Drive drive_with(const std::vector<Edit>& edits, const std::string& options = sl
   std::string text = contents(scratch.path("drive") / "car.toml");
   for (const Edit& edit : edits) text = edited(std::move(text), edit);
   return read_drive(
-      {.folder = scratch.path("drive"), .config = scratch.write("edited.toml", text)});
+      {.folder = scratch.path("drive"), .config = scratch.write("drive/edited.toml", text)});
 }
 
 std::vector<Edit> exchange(const std::string& one, const std::string& other) {

@@ -8,11 +8,14 @@
 #include <string>
 #include <vector>
 
+#include "tests/diagnostics.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::drive_evaluation_test {
 namespace {
 
+using diagnostics::Named;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -108,6 +111,8 @@ TEST_F(DriveEvaluation, TakesAnotherConfigurationAndReference) {
       read_drive({.folder = lap(), .config = config, .reference = lap() / "truth.csv"});
   EXPECT_EQ(drive.config.model, estimator::Model::kinematic);
   EXPECT_EQ(drive.config.can.dbc.front(), std::filesystem::absolute(lap() / "car.dbc"));
+  EXPECT_THAT(drive.config.warnings,
+              ElementsAre(Named("database_missing", (config.parent_path() / "car.dbc").string())));
   EXPECT_GT(evaluate_drive(drive, drive.config).samples, 500U);
 }
 
