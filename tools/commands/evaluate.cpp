@@ -29,6 +29,7 @@
 #include "tools/evaluation/evaluation_summary.hpp"
 #include "tools/report/evaluation_map.hpp"
 #include "tools/report/page.hpp"
+#include "tools/report/verdict.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -142,6 +143,30 @@ std::vector<std::filesystem::path> inputs_of(const Options& options) {
   return inputs;
 }
 
+nlohmann::ordered_json drives_json(const std::vector<EvaluatedDrive>& drives) {
+  nlohmann::ordered_json json = summary_json(drives);
+  for (std::size_t i = 0; i < drives.size(); ++i)
+    json["drives"][i]["verdict"] = report::as_json(report::verdict_of(drives[i]));
+  return json;
+}
+
+// All about a single drive; of several, the table and the worst of each.
+std::string drives_text(const std::vector<EvaluatedDrive>& drives) {
+  const std::string table = summary_table(drives).text();
+  if (drives.size() == 1)
+    return details_of(drives.front()) + '\n' + table +
+           "\nverdict: " + report::as_text(report::verdict_of(drives.front()));
+  std::string text = table + '\n';
+  for (const EvaluatedDrive& drive : drives) {
+    const report::Verdict verdict = report::verdict_of(drive);
+    text += fmt::format("{}: {}: {}\n", drive.name, report::in_words(verdict.grade),
+                        verdict.reasons.front().sentence);
+    if (drive.report.evaluations.front().against != Against::reference)
+      text += fmt::format("  reference {}\n", verdict.basis);
+  }
+  return text;
+}
+
 void run_evaluate(const Options& options) {
   check_outputs(std::vector<Output>{{"--html", options.html}, {"--picture", options.picture}},
                 inputs_of(options));
@@ -165,17 +190,11 @@ void run_evaluate(const Options& options) {
     file.finish();
   }
   if (options.json) {
-    std::cout << text_of(options.drives.empty() ? files_json(drives.front())
-                                                : summary_json(drives));
+    std::cout << text_of(options.drives.empty() ? files_json(drives.front()) : drives_json(drives));
   } else if (options.drives.empty()) {
     std::cout << as_text(drives.front().report);
   } else {
-    if (drives.size() == 1) std::cout << details_of(drives.front()) << '\n';
-    std::cout << summary_table(drives).text();
-    if (drives.size() > 1)
-      for (const EvaluatedDrive& drive : drives)
-        if (drive.report.evaluations.front().against != Against::reference)
-          std::cout << drive.name << ": reference " << basis_in_words(drive.report) << '\n';
+    std::cout << drives_text(drives);
   }
 }
 
@@ -228,7 +247,7 @@ void add_inputs(Command command, Options& options) {
   command
       .add_option("--config", options.config,
                   "Configuration of the car (TOML); instead of the folder's car.toml. The "
-                  "folder's car.dbc is used, not the file's dbc")
+                  "folder's car.dbc is used if the file's dbc is not there")
       .type_name("FILE")
       .needs(drive);
   command

@@ -148,6 +148,10 @@ std::optional<double> improvement(double value, double baseline, double usual) {
   return 100.0 * (1.0 - value / baseline);
 }
 
+std::string improvement_text(double percent) {
+  return percent < -999.0 ? "< -999" : fixed(percent, 1);
+}
+
 std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report) {
   const auto& evaluations = report.evaluations;
   const Evaluation& baseline = evaluations.at(report.baseline);
@@ -169,7 +173,7 @@ std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report
       if (&e == &baseline) return std::nullopt;
       const auto percent = improvement(metric(e), metric(baseline), usual(baseline));
       if (!percent) return std::nullopt;
-      return fixed(*percent, 1);
+      return improvement_text(*percent);
     });
   };
 

@@ -31,6 +31,8 @@ struct EvaluationReport {
 /// the baseline is 0, or less than a tenth of its usual value on the drive: an error that happens
 /// to be near zero at the end makes the ratio meaningless.
 [[nodiscard]] std::optional<double> improvement(double value, double baseline, double usual = 0.0);
+/// "12.3", and "< -999" for what is far worse.
+[[nodiscard]] std::string improvement_text(double percent);
 
 /// What estimates are compared with, and what their figures are worth; in one line.
 [[nodiscard]] std::string basis_in_words(Against against);

@@ -138,7 +138,9 @@ Table summary_table(std::span<const EvaluatedDrive> drives) {
     cells.push_back(row.estimate);
     for (const Column& column : shown) {
       const auto value = row.*column.value;
-      cells.push_back(value ? fixed(*value, column.decimals) : "-");
+      cells.push_back(!value                             ? "-"
+                      : column.value == &Figures::better ? improvement_text(*value)
+                                                         : fixed(*value, column.decimals));
     }
     table.rows.push_back(std::move(cells));
   }

@@ -271,18 +271,13 @@ std::string verdict(const EvaluatedDrive& drive, bool several) {
   const Verdict verdict = verdict_of(drive);
   std::string kind = in_words(verdict.grade);
   std::ranges::replace(kind, ' ', '-');
-  std::string out = fmt::format("<div class=\"verdict {}\"><p><b>{}</b>: {}{}{}.</p>\n<ul>\n", kind,
+  std::string out = fmt::format("<div class=\"verdict {}\"><p><b>{}</b>: {}{}.</p>\n<ul>\n", kind,
                                 in_words(verdict.grade), several ? escaped(drive.name) + ", " : "",
-                                escaped(names_of(drive)[focus_of(drive)]),
-                                camera_came_in(drive)    ? " with the camera"
-                                : !drive.replays.empty() ? " by dead reckoning"
-                                                         : "");
-  for (const Grade grade : {Grade::wrong, Grade::look_at, Grade::good})
-    for (const Reason& reason : verdict.reasons)
-      if (reason.grade == grade)
-        out += fmt::format("<li>{}{}</li>\n",
-                           grade == Grade::good ? "" : "<b>" + in_words(grade) + "</b>: ",
-                           escaped(reason.sentence));
+                                escaped(verdict.subject));
+  for (const Reason& reason : verdict.reasons)
+    out += fmt::format("<li>{}{}</li>\n",
+                       reason.grade == Grade::good ? "" : "<b>" + in_words(reason.grade) + "</b>: ",
+                       escaped(reason.sentence));
   return out + "</ul>\n<p class=\"faint\">Compared with " + escaped(verdict.basis) +
          ".</p></div>\n";
 }

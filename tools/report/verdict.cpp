@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "tools/cli/text.hpp"
 #include "tools/math/median.hpp"
@@ -215,8 +218,30 @@ Verdict verdict_of(const EvaluatedDrive& drive) {
     reasons.add(Grade::look_at,
                 "Whether the position is right is not known: there is nothing to compare it "
                 "with, or the car drove less than 5 m.");
-  reasons.verdict.basis = basis_in_words(drive.report);
-  return reasons.verdict;
+  Verdict verdict = std::move(reasons.verdict);
+  verdict.subject = names_of(drive)[focus] + (camera_came_in(drive)    ? " with the camera"
+                                              : !drive.replays.empty() ? " by dead reckoning"
+                                                                       : "");
+  verdict.basis = basis_in_words(drive.report);
+  std::ranges::stable_sort(verdict.reasons, std::ranges::greater{}, &Reason::grade);
+  return verdict;
+}
+
+std::string as_text(const Verdict& verdict) {
+  std::string text = fmt::format("{}: {}\n", in_words(verdict.grade), verdict.subject);
+  for (const Reason& reason : verdict.reasons)
+    text += fmt::format("  {}: {}\n", in_words(reason.grade), reason.sentence);
+  return text;
+}
+
+nlohmann::ordered_json as_json(const Verdict& verdict) {
+  nlohmann::ordered_json reasons = nlohmann::ordered_json::array();
+  for (const Reason& reason : verdict.reasons)
+    reasons.push_back({{"grade", in_words(reason.grade)}, {"sentence", reason.sentence}});
+  return {{"grade", in_words(verdict.grade)},
+          {"subject", verdict.subject},
+          {"basis", verdict.basis},
+          {"reasons", std::move(reasons)}};
 }
 
 }  // namespace odomd::tools::report

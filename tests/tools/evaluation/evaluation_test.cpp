@@ -202,6 +202,8 @@ TEST(Improvement, IsInPercentOfTheBaseline) {
   EXPECT_NEAR(improvement(0.174, 1.0).value(), 82.6, 1e-9);
   EXPECT_NEAR(improvement(2.0, 1.0).value(), -100.0, 1e-9);
   EXPECT_FALSE(improvement(1.0, 0.0));
+  EXPECT_EQ(improvement_text(improvement(2.0, 1.0).value()), "-100.0");
+  EXPECT_EQ(improvement_text(improvement(311.0, 1.0).value()), "< -999");
   EXPECT_FALSE(improvement(3.2, 0.01, 2.0));  // a heading that passes through zero at the end
   EXPECT_TRUE(improvement(3.2, 0.5, 2.0));
 }

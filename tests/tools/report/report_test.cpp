@@ -87,6 +87,7 @@ TEST_F(Report, OfADriveHasTheFiguresOfItsPoseFiles) {
   EXPECT_EQ(full["horizons"][3]["position"], full["error_35ms"]["position"]);
   EXPECT_GT(full["innovations"]["yaw_rate"]["count"], 500);
   EXPECT_GT(full["verdicts"]["steering"]["fused"], 500);
+  EXPECT_EQ(json["drives"][0]["verdict"]["subject"], "full by dead reckoning");
   EXPECT_EQ(json["summary"][1]["estimate"], "full");
 }
 
@@ -265,12 +266,18 @@ TEST_F(Report, OpensWithAVerdictAndItsReasons) {
             HasSubstr("Its sigmas fit its errors")));
   EXPECT_THAT(page(" --model full --model kinematic --dead-reckoning --baseline full"),
               HasSubstr("by dead reckoning"));
+  EXPECT_THAT(run("--drive " + lap() + " --model full").out,
+              ContainsRegex("\nverdict: good: full with the camera\n  good: With the camera its "
+                            "position is off by [0-9.]+ mm rms"));
   const auto wrong = scratch_->write(
       "turned.toml",
       std::regex_replace(contents(lap() + "/car.toml"),
                          std::regex("(yaw_rate = .*unit = \"rad/s\")"), "$1, scale = -1"));
   EXPECT_THAT(page(" --model inertial --dead-reckoning --config " + wrong.string()),
               StartsWith("<div class=\"verdict wrong\">"));
+  const Outcome two = run("--drive " + lap() + " --drive " + lap() +
+                          "/. --model inertial --dead-reckoning --config " + wrong.string());
+  EXPECT_THAT(two.out, ContainsRegex("\n[^\n]*: wrong: Without the camera its position"));
 }
 
 TEST_F(Report, IsTheSameEveryTime) {
