@@ -37,7 +37,9 @@ int CommandLine::run(int argc, const char* const* argv) noexcept {
     } catch (const Ended& ended) {
       status = ended.status();
     } catch (const CLI::ParseError& error) {
-      if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+      // "odom nonsense --help" is no question about odom.
+      const bool of_no_command = odom.get_subcommands().empty() && !odom.remaining().empty();
+      if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success) && !of_no_command) {
         odom.exit(error);  // help or version, to standard output
       } else {
         const daemon::Mistake mistake = daemon::mistake_in(odom, error);

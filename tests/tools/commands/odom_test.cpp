@@ -17,7 +17,7 @@ TEST(Odom, PrintsItsVersion) {
 }
 
 TEST(Odom, WrongUsageIsOneLineAndStatusTwo) {
-  for (const char* line : {"odom", "odom nonsense", "odom --nonsense"}) {
+  for (const char* line : {"odom", "odom nonsense", "odom --nonsense", "odom nonsense --help"}) {
     const Outcome outcome = run_shell(line);
     EXPECT_EQ(outcome.status, 2) << line;
     EXPECT_EQ(outcome.out, "") << line;
