@@ -75,9 +75,10 @@ void Housekeeping::run() {
     const PublishedPose seen = published();
     if (seen.valid) report_mode(seen.pose, now_ns);
     running_.cameras.close_ended();
-    sources_.look(seen, now_ns, journal_);
-    look_at_segment(now_ns);
     look_at_end(now_ns);
+    const bool leaving = at_end_ == AtEnd::exit && ended_ns_ != 0;  // no signal is missed then
+    if (!leaving) sources_.look(seen, now_ns, journal_);
+    look_at_segment(now_ns);
     notify_service_manager(now_ns);
   }
   notify_stopping();
