@@ -45,16 +45,20 @@ struct Options {
 // One thing that was examined.
 struct Part {
   std::string name;  ///< "machine", "bus can0"
-  std::string note;  ///< why it was not examined
+  std::string note;  ///< why it was not examined, or what could not be
   Diagnostics diagnostics;
+  bool examined = true;
 };
 
 struct Examination {
   std::vector<Part> parts;
   std::vector<doctor::Identifier> identifiers;  ///< that were listened to
 
-  void add(const std::string& name, Diagnostics diagnostics) {
-    parts.push_back({name, {}, std::move(diagnostics)});
+  void add(const std::string& name, Diagnostics diagnostics, const std::string& note = {}) {
+    parts.push_back({name, note, std::move(diagnostics)});
+  }
+  void add(const std::string& name, doctor::DriveExamination drive) {
+    add(name, std::move(drive.diagnostics), drive.note);
   }
   [[nodiscard]] std::size_t count() const {
     std::size_t all = 0;
@@ -67,10 +71,11 @@ std::string as_text(const Examination& examination) {
   std::string text;
   for (const Part& part : examination.parts) {
     if (part.diagnostics.empty()) {
-      text += part.name + ": " + (part.note.empty() ? "fine" : part.note) + '\n';
+      text += fmt::format("{}: {}{}{}\n", part.name, part.examined ? "fine" : "",
+                          part.examined && !part.note.empty() ? "; " : "", part.note);
       continue;
     }
-    text += part.name + ":\n";
+    text += part.name + (part.note.empty() ? ":\n" : ": " + part.note + '\n');
     for (const diagnostics::Diagnostic& one : part.diagnostics) {
       text += fmt::format("  {}{}{} [{}]\n", one.subject, one.subject.empty() ? "" : ": ", one.seen,
                           one.kind->code);
@@ -150,9 +155,11 @@ void examine_here(const Options& options, Examination& examination) {
                       status->value("version", "?"), ODOMD_VERSION, error.what()));
     }
   } else {
-    examination.parts.push_back({"odomd", why, {}});
+    examination.parts.push_back({"odomd", why, {}, false});
   }
-  if (!options.config.empty()) examination.add(options.config.string(), std::move(configured));
+  if (!options.config.empty())
+    examination.add(options.config.string(), std::move(configured),
+                    doctor::guesses_in(options.config));
   for (const std::string& bus : buses)
     if (can::source_kind(bus) == can::SourceKind::interface)
       examination.add("bus " + bus, examine_link(bus, doctor::read_link(bus), protocol));
@@ -180,8 +187,8 @@ void run_doctor(const Options& options) {
   Examination examination;
   if (!options.drive.empty()) {
     examination.add(options.drive.string(),
-                    doctor::examine_drive(DriveFiles{
-                        .folder = options.drive, .config = options.config, .reference = {}}));
+                    doctor::examine_drive(read_drive(
+                        {.folder = options.drive, .config = options.config, .reference = {}})));
   } else if (!options.interfaces.empty()) {
     examine_buses(options, examination);
   } else {

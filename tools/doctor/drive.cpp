@@ -1,10 +1,15 @@
 #include "tools/doctor/drive.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
+#include "tools/cli/text.hpp"
 #include "tools/doctor/bus.hpp"
 #include "tools/doctor/latencies.hpp"
 #include "tools/evaluation/drive_checks.hpp"
@@ -66,23 +71,30 @@ void append_new(Diagnostics& to, const Diagnostics& others) {
 }
 
 // Signs and scales that the replay does not compare, else times.
-Diagnostics compare_sensors(const Drive& drive) try {
+DriveExamination compare_sensors(const Drive& drive) try {
   const SignalLog log = signals_of(drive);
-  if (const auto wrong = find_disagreement(drive.config, log, drive.cameras)) return {*wrong};
-  return examine_latencies(drive.config,
-                           estimate_latencies(drive.config, log, drive.cameras).offsets);
-} catch (const std::invalid_argument&) {
-  return {};  // without a gyro or too short
+  if (const auto wrong = find_disagreement(drive.config, log, drive.cameras)) return {{*wrong}, {}};
+  const auto offsets = estimate_latencies(drive.config, log, drive.cameras).offsets;
+  return {examine_latencies(drive.config, offsets), latencies_unjudged(offsets)};
+} catch (const std::invalid_argument& error) {  // without a gyro or too short
+  return {{}, fmt::format("latencies were not compared: {}", error.what())};
 }
 
 }  // namespace
 
-Diagnostics examine_drive(const DriveFiles& files) {
-  return examine_drive(read_drive(files));
+std::string guesses_in(const std::filesystem::path& config) {
+  std::ifstream file(config);
+  std::size_t guesses = 0;
+  for (std::string line; std::getline(file, line);)
+    guesses += line.find("UNSURE:") == std::string::npos ? 0U : 1U;
+  if (guesses == 0) return {};
+  return fmt::format("{} of {} marked UNSURE: measure what they say", counted(guesses, "line"),
+                     config.filename().string());
 }
 
-Diagnostics examine_drive(const Drive& drive) {
-  Diagnostics all = drive.config.warnings;
+DriveExamination examine_drive(const Drive& drive) {
+  DriveExamination examination{drive.config.warnings, guesses_in(drive.config.file)};
+  Diagnostics& all = examination.diagnostics;
   append_new(all, drive.warnings);
   const Diagnostics traffic = examine_traffic(drive);
   append_new(all, traffic);
@@ -90,20 +102,21 @@ Diagnostics examine_drive(const Drive& drive) {
     append_new(all, check_drive(drive, drive.config));
   } catch (const NoPose& none) {
     if (traffic.empty()) append_new(all, none.warnings);
-    return all;  // else no pose without the messages that have been named
+    return examination;  // else no pose without the messages that have been named
   } catch (const std::invalid_argument&) {
     if (traffic.empty()) throw;
-    return all;  // without a frame
+    return examination;  // without a frame
   }
   if (std::ranges::none_of(all, is_cause)) {
-    const Diagnostics compared = compare_sensors(drive);
+    const auto [compared, note] = compare_sensors(drive);
     if (!compared.empty()) std::erase_if(all, is_consequence);
     append_new(all, compared);
+    if (!note.empty()) examination.note += (examination.note.empty() ? "" : "; ") + note;
   }
   if (std::ranges::any_of(all, is_cause)) std::erase_if(all, is_consequence);
   const auto is_mass = [](const Diagnostic& one) { return one.kind == &kind("mass_unlike_a_car"); };
   if (std::ranges::any_of(all, is_mass)) std::erase_if(all, follows_from_mass);
-  return all;
+  return examination;
 }
 
 }  // namespace odomd::tools::doctor

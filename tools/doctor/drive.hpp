@@ -2,16 +2,24 @@
 // sensors, its camera and its reference.
 #pragma once
 
+#include <filesystem>
+#include <string>
+
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/replay/drive.hpp"
 
 namespace odomd::tools::doctor {
 
-/// What is wrong with a drive, causes without their consequences: its configuration, its traffic
-/// (examine_traffic() in bus.hpp), and what the replay shows. Throws std::invalid_argument for a
-/// folder that cannot be read.
-[[nodiscard]] diagnostics::Diagnostics examine_drive(const DriveFiles& files);
-/// The same for a drive that has been read or listened to.
-[[nodiscard]] diagnostics::Diagnostics examine_drive(const Drive& drive);
+struct DriveExamination {
+  diagnostics::Diagnostics diagnostics;  ///< causes without their consequences
+  std::string note;                      ///< what could not be judged; may be empty
+};
+
+/// How many lines of a configuration odom init has marked as guesses, in words; empty for none.
+[[nodiscard]] std::string guesses_in(const std::filesystem::path& config);
+
+/// What is wrong with a drive: its configuration, its traffic (examine_traffic() in bus.hpp), and
+/// what the replay shows.
+[[nodiscard]] DriveExamination examine_drive(const Drive& drive);
 
 }  // namespace odomd::tools::doctor

@@ -1,6 +1,7 @@
 #include "tools/doctor/latencies.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -60,6 +61,14 @@ Diagnostic of_sensor(const daemon::Config& config, Source source, double offset)
 }
 
 }  // namespace
+
+std::string latencies_unjudged(std::span<const SourceOffset> offsets) {
+  std::vector<std::string_view> names;
+  for (const SourceOffset& one : offsets)
+    if (!is_accel(one) && !is_judged(one)) names.push_back(name_of(one.source));
+  if (names.empty()) return {};
+  return fmt::format("too little driving to judge the latency of {}", fmt::join(names, ", "));
+}
 
 Diagnostics examine_latencies(const daemon::Config& config, std::span<const SourceOffset> offsets) {
   std::vector<SourceOffset> judged;

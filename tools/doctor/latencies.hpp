@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 
 #include "daemon/core/config.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -13,5 +14,8 @@ namespace odomd::tools::doctor {
 /// off alike. Accelerations are not judged: tyres and slopes shift them.
 [[nodiscard]] diagnostics::Diagnostics examine_latencies(const daemon::Config& config,
                                                          std::span<const SourceOffset> offsets);
+
+/// The sources of which the drive shows too little to judge their latency, in words; or empty.
+[[nodiscard]] std::string latencies_unjudged(std::span<const SourceOffset> offsets);
 
 }  // namespace odomd::tools::doctor

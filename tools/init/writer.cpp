@@ -180,7 +180,11 @@ std::string as_toml(const Draft& draft) {
             std::string{can::e2e_profile_names.at(static_cast<std::size_t>(protection.profile))}),
         protection.data_id, quoted(protection.crc_signal), quoted(protection.counter_signal));
   add_signals(text, draft);
-  text += "\n# [camera] # if a camera sends poses: docs/camera.md\n";
+  text +=
+      "\n# [imu] # if it is not at the centre of gravity\n"
+      "# position = [0.0, 0.0] # m, forward and to the left of it\n"
+      "\n# [camera] # if a camera sends poses: docs/camera.md\n"
+      "# lever_arm = [0.0, 0.0, 0.0] # m, m, rad: what it sees, forward and to the left of it\n";
   return text;
 }
 

@@ -23,9 +23,11 @@ using diagnostics::Named;
 using diagnostics::text_of;
 using ::testing::Each;
 using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 constexpr auto slalom = "--scenario slalom --duration 22";
 
@@ -66,6 +68,10 @@ std::vector<Edit> exchange(const std::string& one, const std::string& other) {
   return {{one, "EXCHANGED"}, {other, one}, {"EXCHANGED", other}};
 }
 
+Diagnostics found_in(const Drive& drive) {
+  return examine_drive(drive).diagnostics;
+}
+
 /// One kind only, and its first finding names the part of the file.
 void expect_only(const Diagnostics& found, const std::string& name, const std::string& key) {
   ASSERT_THAT(found, Not(IsEmpty()));
@@ -83,10 +89,10 @@ class SoundDrive : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(SoundDrive, GivesNothing) {
   Drive drive = drive_with({}, GetParam());
-  EXPECT_THAT(examine_drive(drive), IsEmpty());
+  EXPECT_THAT(found_in(drive), IsEmpty());
   drive.reference.reset();
   drive.cameras.clear();
-  EXPECT_THAT(examine_drive(drive), IsEmpty());
+  EXPECT_THAT(found_in(drive), IsEmpty());
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -106,35 +112,34 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 TEST(Wiring, WithAWrongSignNamesTheScale) {
-  expect_only(examine_drive(drive_with({{gyro, gyro + ", scale = -1"}})), "wrong_sign",
+  expect_only(found_in(drive_with({{gyro, gyro + ", scale = -1"}})), "wrong_sign",
               "can.signals.yaw_rate.scale");
-  expect_only(examine_drive(drive_with({{steering, steering + ", scale = -1"}})), "wrong_sign",
+  expect_only(found_in(drive_with({{steering, steering + ", scale = -1"}})), "wrong_sign",
               "can.signals.steering.scale");
-  expect_only(examine_drive(drive_with({{across, across + ", scale = -1"}})), "wrong_sign",
+  expect_only(found_in(drive_with({{across, across + ", scale = -1"}})), "wrong_sign",
               "can.signals.accel_y.scale");
 }
 
 TEST(Wiring, WithExchangedSignalsNamesThem) {
-  expect_only(examine_drive(drive_with(exchange("\"AccX\"", "\"AccY\""))), "axes_swapped",
+  expect_only(found_in(drive_with(exchange("\"AccX\"", "\"AccY\""))), "axes_swapped",
               "can.signals.accel_x");
   std::vector<Edit> sides = exchange("\"WheelFrontLeft\"", "\"WheelFrontRight\"");
   const std::vector<Edit> rear = exchange("\"WheelRearLeft\"", "\"WheelRearRight\"");
   sides.insert(sides.end(), rear.begin(), rear.end());
-  expect_only(examine_drive(drive_with(sides)), "left_right_swapped",
-              "can.signals.wheel_front_left");
+  expect_only(found_in(drive_with(sides)), "left_right_swapped", "can.signals.wheel_front_left");
   // It shows in tight turns that are driven gently.
-  expect_only(examine_drive(drive_with(exchange(R"("WHEELS_FRONT", signal = "WheelFront)",
-                                                R"("WHEELS_REAR", signal = "WheelRear)"),
-                                       "--scenario parking --laps 1")),
+  expect_only(found_in(drive_with(exchange(R"("WHEELS_FRONT", signal = "WheelFront)",
+                                           R"("WHEELS_REAR", signal = "WheelRear)"),
+                                  "--scenario parking --laps 1")),
               "front_rear_swapped", "can.signals.wheel_front_left");
 }
 
 TEST(Wiring, InAnotherUnitNamesTheSignal) {
-  expect_only(examine_drive(drive_with({{accel, accel + " scale = 0.102,"}})), "wrong_unit",
+  expect_only(found_in(drive_with({{accel, accel + " scale = 0.102,"}})), "wrong_unit",
               "can.signals.accel_x");
-  expect_only(examine_drive(drive_with({{speed, speed + " scale = 3.6,"}})), "wrong_unit",
+  expect_only(found_in(drive_with({{speed, speed + " scale = 3.6,"}})), "wrong_unit",
               "can.signals.wheel_front_left");
-  expect_only(examine_drive(drive_with({{gyro, gyro + ", scale = 57.3"}})), "wrong_unit",
+  expect_only(found_in(drive_with({{gyro, gyro + ", scale = 57.3"}})), "wrong_unit",
               "can.signals.yaw_rate");
 }
 
@@ -145,23 +150,23 @@ TEST(Camera, OfAnotherMapOrUnitIsNamed) {
     pose.x *= 1e3;
     pose.y *= 1e3;
   }
-  expect_only(examine_drive(drive), "positions_in_millimetres", "camera");
+  expect_only(found_in(drive), "positions_in_millimetres", "camera");
   drive.cameras = poses;
   for (auto& pose : drive.cameras) {
     pose.y = -pose.y;
     pose.yaw = -pose.yaw;
   }
-  expect_only(examine_drive(drive), "camera_mirrored", "camera");
+  expect_only(found_in(drive), "camera_mirrored", "camera");
   drive.cameras = poses;
   for (auto& pose : drive.cameras) pose.x += 5.0;
-  expect_only(examine_drive(drive), "initial_pose_elsewhere", "[initial] pose");
+  expect_only(found_in(drive), "initial_pose_elsewhere", "[initial] pose");
 }
 
 TEST(Latency, ThatIsWrongGivesTheLineToWrite) {
-  Diagnostics found = examine_drive(drive_with({{"latency = 0.005", "latency = 0.055"}}));
+  Diagnostics found = found_in(drive_with({{"latency = 0.005", "latency = 0.055"}}));
   expect_only(found, "latency_off", "can.signals.wheel_front_left.latency = 0.0");
   EXPECT_EQ(found.size(), 4U);
-  found = examine_drive(drive_with({{gyro, gyro + ", latency = 0.05"}}));
+  found = found_in(drive_with({{gyro, gyro + ", latency = 0.05"}}));
   expect_only(found, "latency_off", "can.signals.yaw_rate.latency = 0.00");
   EXPECT_EQ(found.size(), 1U);
 }
@@ -173,8 +178,10 @@ TEST(Latency, OfASignalWhoseMessageIsOnTimeIsNoFinding) {
                                     {Source::wheel_rear_left, "", 0.05, 0.001, 1.0, ""}};
   EXPECT_THAT(examine_latencies(drive.config, offsets),
               ElementsAre(Named("latency_off", "can.signals.wheel_rear_left.latency = 0.055")));
+  EXPECT_EQ(latencies_unjudged(offsets), "");
   offsets[1].sigma = 0.006;
   EXPECT_THAT(examine_latencies(drive.config, offsets), IsEmpty());
+  EXPECT_THAT(latencies_unjudged(offsets), EndsWith(" wheel_rear_left"));
   offsets[1].sigma = 0.001;
   for (can::SignalBinding& binding : drive.config.can.bindings) binding.message = "WHEELS";
   EXPECT_THAT(examine_latencies(drive.config, offsets), IsEmpty());
@@ -188,7 +195,7 @@ TEST(Latency, OfTheCameraIsAMatterOfItsClock) {
       pose.capture_ns += 50'000'000;
       pose.arrival_ns += 50'000'000;
     }
-    expect_only(examine_drive(drive), "clocks_differ", "t_capture");
+    expect_only(found_in(drive), "clocks_differ", "t_capture");
   }
 }
 
@@ -199,43 +206,47 @@ TEST(Camera, ByAnotherClockIsNamedEvenIfThereIsNoPoseForIt) {
     pose.capture_ns += 1'000'000'000'000;
     pose.arrival_ns += 1'000'000'000'000;
   }
-  EXPECT_THAT(examine_drive(drive), ::testing::Contains(Named("camera_outside_log")));
+  EXPECT_THAT(found_in(drive), ::testing::Contains(Named("camera_outside_log")));
 }
 
 TEST(Configuration, InOtherUnitsIsNamedOnce) {
-  EXPECT_THAT(examine_drive(drive_with({{"mass = 2.985", "mass = 2985"}})),
+  EXPECT_THAT(found_in(drive_with({{"mass = 2.985", "mass = 2985"}})),
               ElementsAre(Named("mass_unlike_a_car", "mass in kilograms")));
-  EXPECT_THAT(
-      examine_drive(drive_with({{"axle = 0.175", "axle = 175"}, {"axle = 0.085", "axle = 85"}})),
-      ElementsAre(Named("mass_unlike_a_car", "front_axle and rear_axle in metres")));
+  EXPECT_THAT(found_in(drive_with({{"axle = 0.175", "axle = 175"}, {"axle = 0.085", "axle = 85"}})),
+              ElementsAre(Named("mass_unlike_a_car", "front_axle and rear_axle in metres")));
+}
+
+TEST(Configuration, WithGuessesOfInitSaysHowMany) {
+  const Drive drive = drive_with({{"mass = 2.985", "mass = 2.985  # UNSURE: a guess"}});
+  EXPECT_THAT(examine_drive(drive).note, StartsWith("1 line of edited.toml marked UNSURE"));
 }
 
 TEST(Configuration, WithAWrongWheelRadiusNamesIt) {
-  expect_only(examine_drive(drive_with({{speed, speed + " scale = 0.5,"}})), "scale_off",
+  expect_only(found_in(drive_with({{speed, speed + " scale = 0.5,"}})), "scale_off",
               "radius of can.signals.wheel_front_left");
 }
 
 TEST(Configuration, WithoutARoleNamesIt) {
-  EXPECT_THAT(examine_drive(drive_with({{"yaw_rate = {", "#"}})),
+  EXPECT_THAT(found_in(drive_with({{"yaw_rate = {", "#"}})),
               ElementsAre(Named("role_not_mapped", "yaw_rate")));
 }
 
 TEST(Configuration, OfAnotherCarIsNamedOnce) {
   Drive drive = drive_with({});
   for (can::Frame& frame : drive.frames) frame.id += 0x100;
-  EXPECT_THAT(examine_drive(drive), ElementsAre(Named("other_database", "can.dbc")));
+  EXPECT_THAT(found_in(drive), ElementsAre(Named("other_database", "can.dbc")));
 }
 
 TEST(Traffic, ThatIsMissingIsNamed) {
   Drive drive = drive_with({});
   drive.frames.clear();
-  EXPECT_THAT(examine_drive(drive), ElementsAre(Named("no_frames")));
+  EXPECT_THAT(found_in(drive), ElementsAre(Named("no_frames")));
 }
 
 TEST(Traffic, WithoutAMessageNamesItAndNothingElse) {
   Drive drive = drive_with({});
   std::erase_if(drive.frames, [](const can::Frame& frame) { return frame.id == 0x1A3; });
-  EXPECT_THAT(examine_drive(drive), ElementsAre(Named("message_missing", "steering")));
+  EXPECT_THAT(found_in(drive), ElementsAre(Named("message_missing", "steering")));
 }
 
 }  // namespace

@@ -12,6 +12,7 @@ namespace odomd::tools::init_command_test {
 namespace {
 
 using nlohmann::json;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -65,7 +66,9 @@ TEST_F(Init, KnowsItsOwnBusWithoutADatabaseAndProtectsIt) {
   const Outcome outcome = init("--can " + lap_ + "/drive.log" + car, "own/car.toml");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_TRUE(std::filesystem::exists(folder + "/odomd.dbc"));
-  EXPECT_THAT(contents(folder + "/car.toml"), HasSubstr("data_id = 0x1A2"));
+  EXPECT_THAT(contents(folder + "/car.toml"),
+              AllOf(HasSubstr("data_id = 0x1A2"), HasSubstr("# position = ["),
+                    HasSubstr("# lever_arm = [")));
   EXPECT_EQ(run_shell("odomd --check --config " + folder + "/car.toml").status, 0);
 }
 
