@@ -258,13 +258,16 @@ void try_out(Findings& findings, std::span<const tools::Drive> drives, const Pro
     const double then = turned(groups, i, judge).all;
     const double change = group.taken ? now.all / then : then / now.all;
     tried[group.name] = {{"taken", group.taken}, {"error", change}};
-    if (group.taken) continue;
+    const bool equal = change <= as_good;
+    if (group.taken && change <= 1.0) continue;
+    const std::string remark =
+        group.taken ? "replayed " + in_words(change) + (equal ? ", which counts as equal" : "")
+                    : "left as configured: replayed " + in_words(change) +
+                          (equal ? ", but much worse on half of it" : "");
     for (const std::size_t k : group.findings) {
       Finding& finding = findings.values[k];
-      finding.use = Use::leave;
-      finding.remark += (finding.remark.empty() ? "" : "; ") +
-                        ("left as configured: replayed " + in_words(change)) +
-                        (change <= as_good ? ", but much worse on half of it" : "");
+      if (!group.taken) finding.use = Use::leave;
+      finding.remark += (finding.remark.empty() ? "" : "; ") + remark;
     }
   }
   findings.details["trial"] = {{"error", now.all}, {"replays", replays}, {"groups", tried}};
