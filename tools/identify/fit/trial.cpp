@@ -23,9 +23,10 @@ constexpr double part_s = 8.0;         // of a 1:10 car
 constexpr std::size_t most_parts = 8;  // of a drive
 
 // Ratios of the errors after a change to those before it.
-constexpr double as_good = 1.003;     // counts as no worse
-constexpr double better = 0.995;      // clearly smaller
-constexpr double half_as_good = 1.1;  // largest for each half
+constexpr double as_good = 1.003;       // counts as no worse
+constexpr double better = 0.995;        // clearly smaller
+constexpr double shown_worse = 1.0005;  // 0.1 %, rounded
+constexpr double half_as_good = 1.1;    // largest for each half
 
 constexpr std::int64_t spacing_ns = 20'000'000;
 constexpr double far_off = 3.0;      // from the cubic, in standard deviations
@@ -259,7 +260,7 @@ void try_out(Findings& findings, std::span<const tools::Drive> drives, const Pro
     const double change = group.taken ? now.all / then : then / now.all;
     tried[group.name] = {{"taken", group.taken}, {"error", change}};
     const bool equal = change <= as_good;
-    if (group.taken && change <= 1.0) continue;
+    if (group.taken && change < shown_worse) continue;
     const std::string remark =
         group.taken ? "replayed " + in_words(change) + (equal ? ", which counts as equal" : "")
                     : "left as configured: replayed " + in_words(change) +
