@@ -239,7 +239,8 @@ void add_doctor(Command odom) {
       "  odom doctor --config /etc/odomd/can0.toml      # and the configuration with its buses\n"
       "  odom doctor --can can0 --for 30 --config car.toml   # drive some turns meanwhile\n"
       "  odom doctor --drive drive-20261121-140300\n"
-      "Each finding has a fix and a code, which docs/diagnostics.md explains.\n"
+      "Each finding has a fix and a code, which docs/diagnostics.md explains. A fix of machine\n"
+      "or bus that writes nothing under /etc lasts until the next reboot.\n"
       "Exit status: 0 nothing found, 1 findings, 2 wrong usage or unusable input.");
   command.callback([options] { run_doctor(*options); });
 }

@@ -44,7 +44,9 @@ std::string page() {
       "`doctor`, `replay`, `evaluate` and `identify` the list `diagnostics` has an object for "
       "each:\n"
       "`code`, `name`, `subject`, `seen`, `fix`. A diagnostic with a limit is given outside of "
-      "it.\n\n"
+      "it.\n"
+      "A fix of the machine or a bus that writes nothing under /etc lasts until the next "
+      "reboot.\n\n"
       "<!-- Made from the table in daemon/diagnostics/: ODOMD_WRITE_PAGES=1 test_diagnostics -->\n";
   for (const Chapter& chapter : chapters) {
     text += fmt::format(

@@ -46,11 +46,11 @@ TEST(Car, SizesUnlikeACarAreAskedForOnceMore) {
   EXPECT_DOUBLE_EQ(car.front_axle.value(), 0.13);
   EXPECT_THAT(out.str(), HasSubstr("2.985 kg on a wheelbase of 26 m"));
 
-  Car odd = parse_car({.mass = "2985", .wheelbase = "0.26", .front_axle = "0.13"});
-  odd.mass.reset();
+  Car unusual = parse_car({.mass = "2985", .wheelbase = "0.26", .front_axle = "0.13"});
+  unusual.mass.reset();
   std::istringstream twice("2985\n2985\n\n");
-  ask(missing_first(odd, {}), odd, twice, out);
-  EXPECT_DOUBLE_EQ(odd.mass.value(), 2985.0);  // who says it twice means it
+  ask(missing_first(unusual, {}), unusual, twice, out);
+  EXPECT_DOUBLE_EQ(unusual.mass.value(), 2985.0);  // who says it twice means it
 }
 
 TEST(Car, EndOfInputNamesTheOption) {
