@@ -173,8 +173,8 @@ void Housekeeping::report_mode(const odom_pose& pose, std::int64_t now_ns) {
   const auto conditions = condition_names(pose.conditions);
   const auto because =
       conditions.empty() ? std::string() : fmt::format(" ({})", fmt::join(conditions, ", "));
-  const std::string text = fmt::format("mode: {}{}, was {}", name_of_mode(pose.mode), because,
-                                       name_of_mode(logged_mode_));
+  const std::string text = fmt::format("mode: {}{}, was {}", odom_mode_name(pose.mode), because,
+                                       odom_mode_name(logged_mode_));
   const bool matters = pose.mode == ODOM_FAULT || pose.mode == ODOM_DEGRADED ||
                        (pose.mode == ODOM_DEAD_RECKONING && logged_mode_ == ODOM_TRACKING);
   matters ? journal_.warn(text) : journal_.info(text);
@@ -235,7 +235,7 @@ void Housekeeping::notify_service_manager(std::int64_t now_ns) {
   if (now_ns - last_status_ns_ < status_every_ns) return;
   last_status_ns_ = now_ns;
   const auto seen = published();
-  notify_status(fmt::format("{}, {} poses", name_of_mode(seen.pose.mode), ticks));
+  notify_status(fmt::format("{}, {} poses", odom_mode_name(seen.pose.mode), ticks));
 }
 
 PublishedPose Housekeeping::published() {

@@ -52,7 +52,7 @@ void write_head(JsonWriter& json, const Running& running, const PublishedPose& p
   json.member("config", running.config.file.string());
   json.member("shm", running.config.shm.name);
   json.member("model", name_of(running.config.model));
-  json.member("mode", name_of_mode(published.pose.mode));
+  json.member("mode", odom_mode_name(published.pose.mode));
   json.begin_array("conditions");
   for (const auto name : condition_names(published.valid ? published.pose.conditions : 0))
     json.element(name);
@@ -372,10 +372,6 @@ std::string status_json(const Running& running, const PublishedPose& published,
   json.member("events_dropped", running.events.dropped());
   json.end_object();
   return json.text() + "\n";
-}
-
-std::string_view name_of_mode(std::uint32_t mode) {
-  return mode < estimator::mode_names.size() ? estimator::mode_names[mode] : "unknown";
 }
 
 std::vector<std::string_view> condition_names(std::uint32_t conditions) {

@@ -21,9 +21,6 @@ struct PublishedPose {
   odom_details details{};
 };
 
-/// An odom_mode in words.
-[[nodiscard]] std::string_view name_of_mode(std::uint32_t mode);
-
 [[nodiscard]] std::string status_json(const Running& running, const PublishedPose& published,
                                       std::int64_t now_ns);
 

@@ -45,11 +45,6 @@ TEST(ConditionNames, NameEveryBit) {
   EXPECT_EQ(condition_names(0xFFFF'FFFF).size(), 17U);
 }
 
-TEST(ModeNames, CoverWhatNoDaemonPublishes) {
-  EXPECT_EQ(name_of_mode(ODOM_TRACKING), "tracking");
-  EXPECT_EQ(name_of_mode(77), "unknown");
-}
-
 TEST(Json, IsReadBackAsItWasWritten) {
   JsonWriter json;
   json.begin_object();
