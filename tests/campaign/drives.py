@@ -5,9 +5,9 @@
   ODOMD_DRIVES=DIRECTORY tests/campaign/drives.py --judge
 
 Numbers are tuned on simulated cars and on the training drives, and judged on the others, when a version is
-finished: so --training runs the training drives alone, as often as one likes, and --judge runs all and appends
-date, commit and figures to docs/judged.md, where every look is counted. Training drives of which a part is for
-training are cut there. --check holds the figures against tests/data/drives/training.csv: exit status 1 where
+finished: so --training runs the training drives alone, as often as one likes, and --judge runs all and logs the look
+in docs/judged.md: it appends a row and replaces the tables of the newest look. Training drives of which a part is
+for training are cut there. --check holds the figures against tests/data/drives/training.csv: exit status 1 where
 full is worse by more than 3 % in one of them, or another model is not what it was; --update writes that file.
 
 Configurations are tests/data/drives/SET.toml; SET is how the drive's folder begins. The camera's lever arm there
@@ -15,13 +15,11 @@ is the reference's too. Output is Markdown. Exit status 1 where a check or the w
 """
 
 import argparse
-import datetime
 import os
 import pathlib
-import subprocess
 import sys
 
-from recorded import measure, tables, training
+from recorded import log, measure, tables, training
 
 DEFAULT_MODELS = ["kinematic", "paper", "inertial", "full"]
 GROUPS = [("Training drives", measure.TRAINING, True), ("Judged drives", measure.JUDGED, True),
@@ -33,7 +31,7 @@ def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     mode = parser.add_mutually_exclusive_group(required=True)
     mode.add_argument("--training", action="store_true", help="the training drives only")
-    mode.add_argument("--judge", action="store_true", help="all drives, and append the figures to the log")
+    mode.add_argument("--judge", action="store_true", help="all drives, and log the look")
     then = parser.add_mutually_exclusive_group()
     then.add_argument("--check", action="store_true", help="with --training: compare with training.csv")
     then.add_argument("--update", action="store_true", help="with --training: write training.csv")
@@ -48,8 +46,8 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--odom", type=pathlib.Path, metavar="FILE",
                         default=pathlib.Path(os.environ.get("ODOM", measure.ROOT / "build/release/bin/odom")),
                         help="the program; default: $ODOM, else the one of the release build")
-    parser.add_argument("--log", type=pathlib.Path, default=measure.ROOT / "docs/judged.md", metavar="FILE",
-                        help="the file that --judge appends to; default: docs/judged.md")
+    parser.add_argument("--log", type=pathlib.Path, default=measure.LOG, metavar="FILE",
+                        help="the file that --judge logs in; default: docs/judged.md")
     given = parser.parse_args()
     if (given.check or given.update) and not given.training:
         parser.error("--check and --update go with --training")
@@ -60,14 +58,6 @@ def arguments() -> argparse.Namespace:
     if not os.access(given.odom, os.X_OK):
         parser.error(f"{given.odom} is missing: cmake --preset release && cmake --build --preset release")
     return given
-
-
-def commit() -> str:
-    def git(*words: str) -> str:
-        return subprocess.run(["git", "-C", str(measure.ROOT), *words], capture_output=True, text=True,
-                              check=False).stdout.strip()
-    changed = git("status", "--porcelain", "--untracked-files=no")
-    return (git("rev-parse", "--short=12", "HEAD") or "unknown") + (", with changes" if changed else "")
 
 
 def main() -> int:
@@ -86,16 +76,13 @@ def main() -> int:
         print(f"drives: {error}", file=sys.stderr)
         return 1
 
-    lines: list[str] = []
-    for title, some, verdict in groups:
-        lines += tables.section(title, [row for row in rows if row.part in some], verdict)
-    text = "\n".join(lines)
-    print(text)
+    sections = ["\n".join(tables.section(title, [row for row in rows if row.part in some], verdict))
+                for title, some, verdict in groups]
+    print("\n".join(filter(None, sections)))
     if given.judge:
-        head = f"## {datetime.datetime.now(datetime.timezone.utc):%F %H:%M} UTC, commit {commit()}"
-        what = f"Models: {', '.join(models)}." + (f" Only {', '.join(given.only)}." if given.only else "")
-        with given.log.open("a") as log:
-            log.write(f"\n{head}\n\n{what}\n\n{text}")
+        what = ["`drives.py --judge`", *(f"--only {drive}" for drive in given.only or []),
+                *(f"--model {model}" for model in given.model or [])]
+        log.add(given.log, " ".join(what), log.headline(rows), "\n".join(filter(None, sections[1:])))
     if given.update:
         training.write(rows)
     worse = list(training.complaints(rows, given.tolerance)) if given.check else []

@@ -3,7 +3,7 @@
 
   tests/campaign/init.py                                        simulated drives
   ODOMD_DRIVES=DIRECTORY tests/campaign/init.py --training      recorded training drives
-  ODOMD_DRIVES=DIRECTORY tests/campaign/init.py --judged        the others: log the look in docs/judged.md
+  ODOMD_DRIVES=DIRECTORY tests/campaign/init.py --judged        the others; logs the look in docs/judged.md
 
 By hand is what its owner knows before any identification: the signals with their signs, units and ratios, and what is
 published of the car (with the fitted stiffness of tyres where none is). Nothing else is fitted: no offset, latency,
@@ -18,9 +18,9 @@ import pathlib
 import sys
 import tempfile
 import tomllib
-from typing import Any
+from typing import Any, NamedTuple
 
-from recorded import measure
+from recorded import log, measure
 
 MOST_WORSE = 1.10
 COURSES = {"lap": ["--scenario", "lap", "--laps", "3"], "road": ["--scenario", "road", "--duration", "60"],
@@ -28,6 +28,27 @@ COURSES = {"lap": ["--scenario", "lap", "--laps", "3"], "road": ["--scenario", "
 KNOWN = {"message", "signal", "sum", "unit", "valid_when"}
 
 Table = dict[str, Any]
+
+
+class Found(NamedTuple):
+    """What the drives show so far."""
+
+    ratios: list[tuple[str, str, float]]  # drive, error, with init / by hand
+    other_roles: list[tuple[str, str, bool]]  # drive, role, sure of it
+
+    def good(self) -> bool:
+        return (all(ratio <= MOST_WORSE for _, _, ratio in self.ratios)
+                and not any(sure for _, _, sure in self.other_roles))
+
+    def headline(self) -> str:
+        ranges = []
+        for name in dict.fromkeys(name for _, name, _ in self.ratios):
+            some = [ratio for _, other, ratio in self.ratios if other == name]
+            ranges.append(f"{name} {min(some):.2f} to {max(some):.2f}")
+        worse = [f"{drive} {name} {ratio:.2f}" for drive, name, ratio in self.ratios if ratio > MOST_WORSE]
+        roles = [f"{drive} {role} ({'SURE' if sure else 'unsure'})" for drive, role, sure in self.other_roles]
+        return (f"init / by hand: {', '.join(ranges) or 'none'}; above {MOST_WORSE}: {', '.join(worse) or 'none'}; "
+                f"other roles: {', '.join(roles) or 'none'}")
 
 
 def toml(value: Any) -> str:
@@ -69,7 +90,7 @@ def is_same_role(by_hand: Table, found: Table) -> bool:
 
 
 def compare(odom: pathlib.Path, folder: pathlib.Path, by_hand: pathlib.Path, part: measure.Part, arm: str,
-            work: pathlib.Path) -> bool:
+            work: pathlib.Path, seen: Found) -> None:
     hand = tomllib.loads(by_hand.read_text())
     vehicle = hand["vehicle"]
     config = work / "init.toml"
@@ -77,7 +98,6 @@ def compare(odom: pathlib.Path, folder: pathlib.Path, by_hand: pathlib.Path, par
                          "--wheelbase", vehicle["front_axle"] + vehicle["rear_axle"], "--track", vehicle["track_width"]]
     proposal = json.loads(measure.run(odom, "init", "--yes", "--json", "--dbc", folder / "car.dbc",
                                       "--can", folder / "drive.log", *car, "--out", config, "--force"))
-    good = True
     found = {role["role"]: role for role in proposal["roles"]}
     for role in sorted(set(hand["can"]["signals"]) | set(found)):
         if role not in found:
@@ -85,37 +105,41 @@ def compare(odom: pathlib.Path, folder: pathlib.Path, by_hand: pathlib.Path, par
         elif role not in hand["can"]["signals"]:
             print(f"{part.name}: {role} is proposed too", flush=True)
         elif not is_same_role(hand["can"]["signals"][role], found[role]):
-            good &= not found[role]["sure"]
+            seen.other_roles.append((part.name, role, found[role]["sure"]))
             print(f"{part.name}: {role} = {found[role]['message']}.{'+'.join(found[role]['signals'])}, "
                   f"{'SURE' if found[role]['sure'] else 'unsure'}", flush=True)
     with_hand = errors(odom, by_hand, folder, part, arm, work)
     with_init = errors(odom, config, folder, part, arm, work)
     for name, before in with_hand.items():
         ratio = with_init[name] / before
-        good &= ratio <= MOST_WORSE
+        seen.ratios.append((part.name, name, ratio))
         print(f"| {part.name} | {name} | {before:.4g} | {with_init[name]:.4g} | {ratio:.2f} |", flush=True)
-    return good
 
 
 def main() -> int:
     chosen = measure.choose(__doc__ or "", seeds=2, judged=measure.JUDGED)
     print("| drive | error | by hand | init | ratio |\n|---|---|--:|--:|--:|")
-    good = True
+    seen = Found([], [])
     with tempfile.TemporaryDirectory(prefix="init-") as scratch:
         work = pathlib.Path(scratch)
-        for part in chosen.parts:
-            folder = chosen.drives / part.drive
-            by_hand = work / "hand.toml"
-            tested = measure.config_of(part.drive)
-            write_by_hand(tested, folder, by_hand)
-            good &= compare(chosen.odom, folder, by_hand, part, measure.lever_arm(tested), work)
+        try:
+            for part in chosen.parts:
+                folder = chosen.drives / part.drive
+                by_hand = work / "hand.toml"
+                tested = measure.config_of(part.drive)
+                write_by_hand(tested, folder, by_hand)
+                compare(chosen.odom, folder, by_hand, part, measure.lever_arm(tested), work, seen)
+        finally:
+            if chosen.log and (seen.ratios or seen.other_roles):  # also a look that was broken off
+                drives = dict.fromkeys(drive for drive, *_ in seen.other_roles + seen.ratios)
+                log.add(chosen.log, f"`init.py --judged`, {', '.join(drives)}", seen.headline())
         if chosen.parts:
-            return 0 if good else 1
+            return 0 if seen.good() else 1
         for (course, options), seed in itertools.product(COURSES.items(), range(1, chosen.seeds + 1)):
             folder = work / f"{course}_{seed}"
             measure.run(chosen.odom, "sim", *options, "--seed", seed, "--out", folder)
-            good &= compare(chosen.odom, folder, folder / "car.toml", measure.Part(folder.name), "", work)
-    return 0 if good else 1
+            compare(chosen.odom, folder, folder / "car.toml", measure.Part(folder.name), "", work, seen)
+    return 0 if seen.good() else 1
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 
   tests/campaign/without_truth.py                               simulated drives
   ODOMD_DRIVES=DIRECTORY tests/campaign/without_truth.py --training    recorded training drives
-  ODOMD_DRIVES=DIRECTORY tests/campaign/without_truth.py --judged      the others: log the look in docs/judged.md
+  ODOMD_DRIVES=DIRECTORY tests/campaign/without_truth.py --judged      the others; logs the look in docs/judged.md
 
 Each drive is evaluated twice, by dead reckoning and with the camera: as it is, and in a folder without truth.csv.
 Two models whose true rms differ by less than 5 % may change places. Exit status 1 where an rms is off by more than
@@ -15,13 +15,27 @@ import json
 import pathlib
 import sys
 import tempfile
+from collections.abc import Iterator
+from typing import NamedTuple
 
-from recorded import measure
+from recorded import log, measure
 
 MODELS = ["kinematic", "paper", "inertial", "full"]
 MOST_OFF = 0.25
 EQUAL = 0.05
 COURSES = {"laps": ["--scenario", "lap", "--laps", "3"], "slalom": ["--scenario", "slalom", "--duration", "40"]}
+
+
+class Row(NamedTuple):
+    drive: str
+    how: str
+    model: str
+    ratio: float  # of the rms without truth to the true one
+    same_order: bool
+
+    @property
+    def off(self) -> bool:
+        return not abs(self.ratio - 1) <= MOST_OFF  # NaN is off
 
 
 def rms(odom: pathlib.Path, folder: pathlib.Path, *options: str) -> dict[str, float]:
@@ -45,8 +59,8 @@ def without_truth(folder: pathlib.Path, work: pathlib.Path) -> pathlib.Path:
     return copy
 
 
-def compare(odom: pathlib.Path, folder: pathlib.Path, name: str, options: tuple[str, ...], arm: str) -> bool:
-    good = True
+def compare(odom: pathlib.Path, folder: pathlib.Path, name: str, options: tuple[str, ...],
+            arm: str) -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as work:
         blind = without_truth(folder, pathlib.Path(work))
         for how in ("dead reckoning", "camera"):
@@ -54,34 +68,50 @@ def compare(odom: pathlib.Path, folder: pathlib.Path, name: str, options: tuple[
             true = rms(odom, folder, *given, *([f"--lever-arm={arm}"] if arm else []))
             found = rms(odom, blind, *given)
             order = same_order(true, found)
-            good = good and order
             for model in MODELS:
                 ratio = found[model] / true[model]
-                good = good and abs(ratio - 1) <= MOST_OFF
                 print(f"| {name} | {how} | {model} | {true[model]:.4f} | {found[model]:.4f} | {ratio:.2f} | "
                       f"{'yes' if order else 'no'} |", flush=True)
-    return good
+                yield Row(name, how, model, ratio, order)
+
+
+def headline(rows: list[Row]) -> str:
+    ratios = {how: [row.ratio for row in rows if row.how == how] for how in dict.fromkeys(row.how for row in rows)}
+    ranges = [f"{how} {min(some):.2f} to {max(some):.2f}" for how, some in ratios.items()]
+    off = [f"{row.drive} {row.how} {row.model} {row.ratio:.2f}" for row in rows if row.off]
+    other = dict.fromkeys(f"{row.drive} {row.how}" for row in rows if not row.same_order)
+    return (f"position rms without truth / true: {', '.join(ranges)}; off by more than {100 * MOST_OFF:.0f} %: "
+            f"{', '.join(off) or 'none'}; another order: {', '.join(other) or 'none'}")
+
+
+def status(rows: list[Row]) -> int:
+    return 1 if any(row.off or not row.same_order for row in rows) else 0
 
 
 def main() -> int:
     chosen = measure.choose(__doc__ or "", seeds=3, judged=measure.JUDGED + measure.APART)
     print("| drive | | model | true rms [m] | without truth [m] | ratio | same order |\n|---|---|---|--:|--:|--:|---|")
-    good = True
-    for part in chosen.parts:
-        folder = chosen.drives / part.drive
-        if part.drive in measure.VELOCITIES_ONLY or not (folder / "camera.csv").exists():
-            continue
-        config = measure.config_of(part.drive)
-        good &= compare(chosen.odom, folder, part.name, ("--config", str(config), *part.options),
-                        measure.lever_arm(config))
+    rows: list[Row] = []
+    try:
+        for part in chosen.parts:
+            folder = chosen.drives / part.drive
+            if part.drive in measure.VELOCITIES_ONLY or not (folder / "camera.csv").exists():
+                continue
+            config = measure.config_of(part.drive)
+            rows += compare(chosen.odom, folder, part.name, ("--config", str(config), *part.options),
+                            measure.lever_arm(config))
+    finally:
+        if chosen.log and rows:  # also a look that was broken off
+            log.add(chosen.log, f"`without_truth.py --judged`, {', '.join(dict.fromkeys(row.drive for row in rows))}",
+                    headline(rows))
     if chosen.parts:
-        return 0 if good else 1
+        return status(rows)
     with tempfile.TemporaryDirectory() as work:
         for (course, options), seed in itertools.product(COURSES.items(), range(1, chosen.seeds + 1)):
             folder = pathlib.Path(work) / f"{course}_{seed}"
             measure.run(chosen.odom, "sim", *options, "--seed", seed, "--out", folder)
-            good &= compare(chosen.odom, folder, folder.name, (), "")
-    return 0 if good else 1
+            rows += compare(chosen.odom, folder, folder.name, (), "")
+    return status(rows)
 
 
 if __name__ == "__main__":

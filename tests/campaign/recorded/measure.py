@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent.parent
 CONFIGS = ROOT / "tests/data/drives"
+LOG = ROOT / "docs/judged.md"
 MODELS = ["kinematic", "kinematic_printed", "paper", "inertial", "full"]
 
 
@@ -91,6 +92,7 @@ class Chosen(NamedTuple):
     drives: pathlib.Path
     parts: list[Part]
     seeds: int
+    log: pathlib.Path | None  # of the look, if the parts are judged drives
 
 
 def choose(doc: str, seeds: int, judged: list[Part]) -> Chosen:
@@ -98,9 +100,11 @@ def choose(doc: str, seeds: int, judged: list[Part]) -> Chosen:
     parser = argparse.ArgumentParser(description=doc.splitlines()[0])
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--training", action="store_true", help="the recorded training drives")
-    which.add_argument("--judged", action="store_true", help="the recorded drives that judge")
+    which.add_argument("--judged", action="store_true", help="the recorded drives that judge; logged")
     parser.add_argument("--seeds", type=int, default=seeds, metavar="N",
                         help=f"simulated drives per course; default: {seeds}")
+    parser.add_argument("--log", type=pathlib.Path, default=LOG, metavar="FILE",
+                        help="the file that --judged logs in; default: docs/judged.md")
     parser.add_argument("--odom", type=pathlib.Path, metavar="FILE",
                         default=pathlib.Path(os.environ.get("ODOM", ROOT / "build/release/bin/odom")),
                         help="the program; default: $ODOM, else the one of the release build")
@@ -109,7 +113,8 @@ def choose(doc: str, seeds: int, judged: list[Part]) -> Chosen:
     drives = os.environ.get("ODOMD_DRIVES", "")
     if parts and not drives:
         sys.exit(f"{parser.prog}: set ODOMD_DRIVES to the folder of recorded drives")
-    return Chosen(given.odom, pathlib.Path(drives).resolve(), parts, given.seeds)
+    return Chosen(given.odom, pathlib.Path(drives).resolve(), parts, given.seeds,
+                  given.log if given.judged else None)
 
 
 def config_of(drive: str) -> pathlib.Path:
