@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <exception>
+#include <fstream>
 #include <iostream>
 #include <stdexcept>
 #include <string>
@@ -56,6 +57,17 @@ int CommandLine::run(int argc, const char* const* argv) noexcept {
   } catch (const std::exception& error) {
     return report(daemon::called_name(odom), error.what(), exit_failed);
   }
+}
+
+std::string given_command() {
+  std::ifstream file{"/proc/self/cmdline", std::ios::binary};
+  std::string text;
+  for (std::string word; std::getline(file, word, '\0');) {
+    if (text.empty()) word = "odom";
+    const bool plain = word.find_first_of(" '\"\\$&|;<>()*?\n") == std::string::npos;
+    text += (text.empty() ? "" : " ") + (plain && !word.empty() ? word : '\'' + word + '\'');
+  }
+  return text;
 }
 
 int run_program(const std::function<void(Command)>& describe, int argc, const char* const* argv) {

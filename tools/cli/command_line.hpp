@@ -4,6 +4,7 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "tools/cli/command.hpp"
 
@@ -43,6 +44,9 @@ class CommandLine {
  private:
   std::unique_ptr<CLI::App> app_;
 };
+
+/// The command line of this process as a shell would take it, for reports.
+[[nodiscard]] std::string given_command();
 
 /// The whole of a program: `describe` sets up its command. A reader that closes the pipe (odom ...
 /// | head) ends it silently, even if a parent process left SIGPIPE ignored.

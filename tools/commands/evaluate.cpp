@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -20,6 +19,7 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/chart/drawing.hpp"
 #include "tools/cli/choice.hpp"
+#include "tools/cli/command_line.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
@@ -108,18 +108,6 @@ std::string details_of(const EvaluatedDrive& drive) {
          source_table(drive.replays.back().summary).text();
 }
 
-// The command line, for the report.
-std::string command_line() {
-  std::ifstream file{"/proc/self/cmdline", std::ios::binary};
-  std::string text;
-  for (std::string word; std::getline(file, word, '\0');) {
-    if (text.empty()) word = "odom";
-    const bool plain = word.find_first_of(" '\"\\$&|;<>()*?\n") == std::string::npos;
-    text += (text.empty() ? "" : " ") + (plain && !word.empty() ? word : '\'' + word + '\'');
-  }
-  return text;
-}
-
 // Warnings about pose files contain the file's name.
 void warn_of(const EvaluatedDrive& drive) {
   warn("evaluate", drive.warnings, drive.replays.empty() ? "" : drive.name);
@@ -186,7 +174,7 @@ void run_evaluate(const Options& options) {
   if (!options.html.empty()) {
     WholeFile file(options.html);
     file.stream() << report::page(
-        drives, {.title = options.title, .version = ODOMD_VERSION, .command = command_line()});
+        drives, {.title = options.title, .version = ODOMD_VERSION, .command = given_command()});
     file.finish();
   }
   if (options.json) {

@@ -9,7 +9,6 @@
 #include <string>
 #include <utility>
 
-#include "tools/cli/text.hpp"
 #include "tools/doctor/bus.hpp"
 #include "tools/doctor/latencies.hpp"
 #include "tools/evaluation/drive_checks.hpp"
@@ -88,8 +87,8 @@ std::string guesses_in(const std::filesystem::path& config) {
   for (std::string line; std::getline(file, line);)
     guesses += line.find("UNSURE:") == std::string::npos ? 0U : 1U;
   if (guesses == 0) return {};
-  return fmt::format("{} of {} marked UNSURE: measure what they say", counted(guesses, "line"),
-                     config.filename().string());
+  return fmt::format("{} line{} of {} marked UNSURE: measure what they say", guesses,
+                     guesses == 1 ? "" : "s", config.filename().string());
 }
 
 DriveExamination examine_drive(const Drive& drive) {
