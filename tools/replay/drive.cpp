@@ -39,9 +39,9 @@ void use_own_database(daemon::Config& config, const fs::path& folder) {
       config.can.dbc, [&](const fs::path& file) { return !fs::exists(file, ignored); });
   const auto own = file_in(folder, "car.dbc");
   if (missing == config.can.dbc.end() || !own) return;
-  config.warnings.push_back(found(diagnostics::kind("database_missing"), {},
-                                  fmt::format("{} does not exist; {} is used", missing->string(),
-                                              own->string())));
+  config.warnings.push_back(
+      found(diagnostics::kind("database_missing"), {},
+            fmt::format("{} does not exist; {} is used", missing->string(), own->string())));
   config.can.dbc = {fs::absolute(*own)};
 }
 
