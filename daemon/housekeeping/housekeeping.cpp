@@ -75,10 +75,9 @@ void Housekeeping::run() {
     const PublishedPose seen = published();
     if (seen.valid) report_mode(seen.pose, now_ns);
     running_.cameras.close_ended();
-    look_at_end(now_ns);
-    const bool leaving = at_end_ == AtEnd::exit && ended_ns_ != 0;  // no signal is missed then
-    if (!leaving) sources_.look(seen, now_ns, journal_);
+    sources_.look(seen, now_ns, journal_);
     look_at_segment(now_ns);
+    look_at_end(now_ns);
     notify_service_manager(now_ns);
   }
   notify_stopping();
@@ -211,9 +210,7 @@ void Housekeeping::look_at_segment(std::int64_t now_ns) {
 }
 
 void Housekeeping::look_at_end(std::int64_t now_ns) {
-  const bool ended = std::ranges::all_of(
-      running_.sources, [](const auto& source) { return source->link() == can::LinkState::ended; });
-  if (!ended) {
+  if (!inputs_ended(running_)) {
     ended_ns_ = 0;
   } else if (ended_ns_ == 0) {
     ended_ns_ = now_ns;

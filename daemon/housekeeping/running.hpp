@@ -1,6 +1,7 @@
 // References to all running parts, for housekeeping and the status.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -46,5 +47,11 @@ struct Running {
   RecordingTap& tap;
   std::int64_t started_ns = 0;  ///< CLOCK_MONOTONIC
 };
+
+/// All of them: of files and pipes; an interface never ends.
+[[nodiscard]] inline bool inputs_ended(const Running& running) {
+  return std::ranges::all_of(
+      running.sources, [](const auto& source) { return source->link() == can::LinkState::ended; });
+}
 
 }  // namespace odomd::daemon

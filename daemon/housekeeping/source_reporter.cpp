@@ -158,6 +158,7 @@ void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_
       const std::int64_t unheard_ns =
           published.details.source_age_ns[i] - binding_of(running_.config, i).latency_ns;
       const bool overdue = unheard_ns > running_.config.can.signals[i].timeout_ns;
+      if (overdue && inputs_ended(running_)) continue;  // that is said, and no sender is at fault
       const auto wrong = overdue ? std::nullopt : diagnostic_of(flag, label());
       journal.warn(wrong ? text_of(*wrong)
                          : fmt::format("{} is overdue: the last sample is {:.3f} s old", label(),

@@ -63,9 +63,9 @@ Diagnostic of_sensor(const daemon::Config& config, Source source, double offset)
 }  // namespace
 
 std::string latencies_unjudged(std::span<const SourceOffset> offsets) {
-  std::vector<std::string_view> names;
+  std::vector<std::string> names;
   for (const SourceOffset& one : offsets)
-    if (!is_accel(one) && !is_judged(one)) names.push_back(name_of(one.source));
+    if (!is_accel(one) && !is_judged(one)) names.emplace_back(name_of(one.source));
   if (names.empty()) return {};
   return fmt::format("too little driving to judge the latency of {}", fmt::join(names, ", "));
 }

@@ -203,7 +203,6 @@ TEST(Improvement, IsInPercentOfTheBaseline) {
   EXPECT_NEAR(improvement(2.0, 1.0).value(), -100.0, 1e-9);
   EXPECT_FALSE(improvement(1.0, 0.0));
   EXPECT_EQ(improvement_text(improvement(2.0, 1.0).value()), "-100.0");
-  EXPECT_EQ(improvement_text(improvement(311.0, 1.0).value()), "< -999");
   EXPECT_FALSE(improvement(3.2, 0.01, 2.0));  // a heading that passes through zero at the end
   EXPECT_TRUE(improvement(3.2, 0.5, 2.0));
 }
@@ -217,7 +216,7 @@ TEST(Improvement, IsAlwaysInTheUnitOfItsRow) {
   int rows = 0;
   for (const auto& row : report_rows(report)) {
     if (!row.front().ends_with("[%]")) continue;
-    EXPECT_THAT(row, ::testing::ElementsAre(row.front(), "-", "82.6", "-44900.0"));
+    EXPECT_THAT(row, ::testing::ElementsAre(row.front(), "-", "82.6", "< -999"));
     ++rows;
   }
   EXPECT_GE(rows, 2);

@@ -39,12 +39,12 @@ TEST(Car, RefusesAnAxleBeyondTheWheelbase) {
 
 TEST(Car, SizesUnlikeACarAreAskedForOnceMore) {
   Car car;
-  std::istringstream in("2.985\n26\n13\n2.985\n260mm\n0.13\n");
+  std::istringstream in("2.985\n2.6\n1.3\n2.985\n260mm\n0.13\n");
   std::ostringstream out;
   ask(missing_first(car, {}), car, in, out);
   EXPECT_DOUBLE_EQ(car.known.wheelbase.value(), 0.26);
   EXPECT_DOUBLE_EQ(car.front_axle.value(), 0.13);
-  EXPECT_THAT(out.str(), HasSubstr("2.985 kg on a wheelbase of 26 m"));
+  EXPECT_THAT(out.str(), HasSubstr("2.985 kg on a wheelbase of 2.6 m"));
 
   Car unusual = parse_car({.mass = "2985", .wheelbase = "0.26", .front_axle = "0.13"});
   unusual.mass.reset();
