@@ -58,19 +58,21 @@ Pose2 step_difference(const PosePair& before, const PosePair& now) noexcept {
 }
 
 double chi_squared(const Pose2& difference, const std::array<double, 3>& sigma,
-                   double allowed) noexcept {
-  const double way = sigma[0] * sigma[0] + sigma[1] * sigma[1] + allowed * allowed;
-  const double turn = 2.0 * sigma[2] * sigma[2] + allowed * allowed;
+                   double allowed_way = 0.0, double allowed_turn = 0.0) noexcept {
+  const double way = sigma[0] * sigma[0] + sigma[1] * sigma[1] + allowed_way * allowed_way;
+  const double turn = 2.0 * sigma[2] * sigma[2] + allowed_turn * allowed_turn;
   return (difference.x * difference.x + difference.y * difference.y) / way +
          difference.yaw * difference.yaw / turn;
 }
 
-/// Whether camera and filter saw the same motion from one pose to the other.
-bool is_same_motion(const PosePair& from, const PosePair& to,
-                    const std::array<double, 3>& sigma) noexcept {
+/// Whether camera and filter saw the same motion from one pose to the other. Of the way of a car
+/// that slides the filter knows little: there the camera must only have moved.
+bool is_same_motion(const PosePair& from, const PosePair& to, const std::array<double, 3>& sigma,
+                    bool slides) noexcept {
   constexpr double share = 0.1;  // error of the filter's motion
-  return chi_squared(step_difference(from, to), sigma,
-                     share * distance(from.estimated, to.estimated)) <= CameraGate{}.gate;
+  const double turn = share * distance(from.estimated, to.estimated);
+  const double way = slides ? std::max(turn, distance(from.measured, to.measured)) : turn;
+  return chi_squared(step_difference(from, to), sigma, way, turn) <= CameraGate{}.gate;
 }
 
 /// Whether the car has moved so far that a frozen camera would be detected.
@@ -115,7 +117,7 @@ void note_camera_pose(State& state, const Sample& pose) noexcept {
                       now.step_error.y - before.step_error.y,
                       now.step_error.yaw - before.step_error.yaw};
   double& noise_scale = state.camera_noise_scale;
-  const double ratio = chi_squared(scatter, pose.sigma, 0.0) / 3.0;
+  const double ratio = chi_squared(scatter, pose.sigma) / 3.0;
   noise_scale =
       std::clamp(ratio > median * noise_scale ? noise_scale * step : noise_scale / step, 1.0, most);
 }
@@ -192,7 +194,8 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
 
   state.confirming_poses = 0;
   if (!state.integrity.agrees(Source::camera) ||
-      !is_same_motion(state.first_rejected, state.last_camera_pose, sample.sigma)) {
+      !is_same_motion(state.first_rejected, state.last_camera_pose, sample.sigma,
+                      state.integrity.slides())) {
     state.rejected_poses = 0;
   }
   if (state.rejected_poses++ == 0) {

@@ -249,7 +249,6 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
   // The car may slide at a high lateral acceleration or while an axle slips; and then as long as it
   // yaws faster than any steering angle makes it.
   constexpr double sharpest = 0.55;  // tan δ
-  constexpr double slide_memory_s = 0.24;
   const double largest_yaw_rate = std::abs(observed_.speed()) * sharpest / sensors.car.wheelbase();
   const bool spins =
       observed_.slides(now_ns, slide_memory_s) &&
