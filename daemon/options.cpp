@@ -109,8 +109,8 @@ void add_options(CLI::App& app, Options& options) {
                  "record.sock; instead of the paths in the configuration")
       ->type_name("DIR");
   app.add_option("--readers", options.readers,
-                 "The only group that may read the pose and the status; instead of the modes and "
-                 "groups of [shm] and [status]")
+                 "The only group that may read the pose and the status; instead of the "
+                 "permissions and groups of [shm] and [status]")
       ->type_name("GROUP");
   app.add_option(
          "--camera-senders", options.camera_senders,
@@ -131,7 +131,7 @@ void add_options(CLI::App& app, Options& options) {
              "  odomd --config car.toml --can can0\n"
              "  odomd --config car.toml --can drive.log --exit-at-end --initial 0,0,0\n"
              "  candump -L can0 | odomd --config car.toml --can -\n"
-             "TERM and INT stop odomd cleanly; HUP reopens the log.\n"
+             "TERM and INT stop odomd cleanly; HUP reopens the file of [log].\n"
              "Exit status: 0 success, 1 failure while running, 2 wrong usage or unusable input.");
 }
 

@@ -175,7 +175,8 @@ void add_camera(Command odom) {
       "  my_camera | odom camera send --clock realtime\n"
       "Without --pose and --log rows of t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw,\n"
       "with this header, are read from standard input and sent as they come. A --log is paced by\n"
-      "the daemon's log clock, which is read from its segment (--shm); --from-now needs none.");
+      "the daemon's log clock, which is read from its segment (--shm); --from-now needs no "
+      "daemon's clock.");
   command.callback([options, clock] {
     options->clock_named = clock.is_given();
     run_send(*options);

@@ -207,8 +207,8 @@ void add_doctor(Command odom) {
   const Option config =
       command
           .add_option("--config", options->config,
-                      "Configuration of the car (TOML), to check with its buses; with --drive "
-                      "instead of its car.toml")
+                      "Configuration of the car (TOML), to check with its buses; with --drive: "
+                      "replaces its car.toml")
           .type_name("TOML");
   const Option drive =
       command
@@ -239,8 +239,8 @@ void add_doctor(Command odom) {
       "  odom doctor --config /etc/odomd/can0.toml      # and the configuration with its buses\n"
       "  odom doctor --can can0 --for 30 --config car.toml   # drive some turns meanwhile\n"
       "  odom doctor --drive drive-20261121-140300\n"
-      "Each finding has a fix and a code, which docs/diagnostics.md explains. A fix of machine\n"
-      "or bus that writes nothing under /etc lasts until the next reboot.\n"
+      "Each finding has a fix and a code, which docs/diagnostics.md explains. What\n"
+      "writes nothing under /etc is lost at the next reboot.\n"
       "Exit status: 0 nothing found, 1 findings, 2 wrong usage or unusable input.");
   command.callback([options] { run_doctor(*options); });
 }

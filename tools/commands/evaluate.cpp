@@ -210,7 +210,7 @@ void add_inputs(Command command, Options& options) {
   const Option reference =
       command
           .add_option("--reference", options.reference,
-                      "Reference with the columns t,x,y,yaw; for a drive instead of its truth.csv")
+                      "Reference with the columns t,x,y,yaw; with --drive: replaces its truth.csv")
           .type_name("CSV");
   const Option pose =
       command
@@ -234,8 +234,8 @@ void add_inputs(Command command, Options& options) {
       .needs(drive);
   command
       .add_option("--config", options.config,
-                  "Configuration of the car (TOML); instead of the folder's car.toml. The "
-                  "folder's car.dbc is used if the file's dbc is not there")
+                  "Configuration of the car (TOML): replaces the drive's car.toml. The "
+                  "drive's car.dbc is used if the file's dbc is not there")
       .type_name("FILE")
       .needs(drive);
   command
@@ -275,7 +275,7 @@ void add_judging(Command command, Options& options) {
           .type_name("X,Y,YAW");
   command
       .add_flag("--fit-lever-arm", options.judging.fit_lever_arm,
-                "Fit one lever arm to all estimates of a drive")
+                "Fit one lever arm to all estimates")
       .excludes(lever_arm);
   command
       .add_option("--baseline", options.judging.baseline,

@@ -297,9 +297,9 @@ void add_fault(Command odom) {
       .type_name("X")
       .needs(kind);
   command
-      .add_option(
-          "--fault", options->faults,
-          "The same as one argument; omitted or empty fields have the defaults above; repeatable")
+      .add_option("--fault", options->faults,
+                  "Kind, begin, duration and size as one argument; omitted or empty fields have "
+                  "the defaults above; repeatable")
       .one_each()
       .type_name("KIND:BEGIN:LENGTH:SIZE");
   command.add_option("--seed", options->seed, "Seed of random faults; default: 1").type_name("N");
@@ -336,7 +336,7 @@ void add_fault(Command odom) {
       "      odom fault --config drive/car.toml --kind imu.lost --begin 20 - -o - |\n"
       "      odomd --config drive/car.toml --can - --exit-at-end\n"
       "  odom fault --config car.toml --kind steering.biased --from can0 --to vcan0\n"
-      "Only the bits of the signals that fail change; counters and checksums are "
+      "Only the bits of the failing signals are changed; counters and checksums are "
       "recomputed.\n"
       "Times count from the log's first frame, live from the start. Live, INT ends it.");
   command.callback([options] { run(*options); });

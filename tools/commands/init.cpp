@@ -59,7 +59,7 @@ void add_init(Command odom) {
       .add_option(
           "--can", options->init.can,
           "Log of candump -L with the car driving turns, or an interface; logs: repeatable. "
-          "Without it nothing is compared")
+          "Without it the database is compared with nothing")
       .type_name("SRC")
       .one_each();
   command
@@ -96,8 +96,8 @@ void add_init(Command odom) {
       "  odom init --can drive.log --yes --mass 2.98 --wheelbase 260mm --track 160mm\n"
       "  odom init --dbc car.dbc --yes --mass 1700 --wheelbase 2.66 --track 1.56 --json\n"
       "Drive for a minute: stand, curves to the left and right, braking. The file says where each\n"
-      "value comes from; lines marked UNSURE are guesses. It loads as a configuration, or is not\n"
-      "written. Exit status: 0 written, 2 unusable input.");
+      "value comes from; lines marked UNSURE are guesses. It is written only if odomd can load\n"
+      "it. Exit status: 0 written, 2 unusable input.");
   command.callback([options] { run(*options); });
 }
 

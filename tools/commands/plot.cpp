@@ -177,8 +177,8 @@ void add_plot(Command odom) {
   auto options = std::make_shared<Options>();
   Command command =
       odom.add_subcommand("plot", "Draw pose files, or the poses of the running daemon");
-  const Option files =
-      command.add_option("CSV", options->files, "Pose files in the format of odom replay");
+  const Option files = command.add_option("CSV", options->files,
+                                          "Pose files of odom replay, or references (t,x,y,yaw)");
   command
       .add_option("--out", options->out,
                   "Picture to write, .svg or .png; -: SVG to standard "

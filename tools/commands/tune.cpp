@@ -328,8 +328,8 @@ void add_tune(Command odom) {
       "Search for and write the smallest error, even if a goal or the held-out drives get worse");
   command.add_flag("--json", options->json, "Print the result as JSON");
   command.footer(
-      "The error is a ratio: each error divided by its value with the present configuration, as\n"
-      "geometric mean over drives and goals; below 1 is better. Ranges above zero are searched\n"
+      "Every error is divided by the same error with the present configuration; the geometric\n"
+      "mean over drives and goals is minimised, below 1 is better. Ranges above zero are searched\n"
       "on a logarithmic scale. A key that helps the drives tuned on and harms those held out is\n"
       "over-fitted, and keeps its value. A drive without truth.csv is judged by its camera.csv,\n"
       "else as a closed loop if it ends where it began, else by its innovations (nis).\n"

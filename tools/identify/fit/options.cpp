@@ -37,8 +37,8 @@ void describe_fit(Command command, FitOptions& options) {
   all.add("--to", "S", options.to, "End time [s] after the log's first frame; default: its end");
   all.add("--fix", "NAME", options.fixed, "Leave this parameter as configured; repeatable");
   all.add("--free", "NAME", options.freed,
-          "Fit this parameter, too: load_lag, drive_spin and those that no mapped signal shows "
-          "otherwise stay as configured; repeatable");
+          "Fit this parameter too; otherwise load_lag, drive_spin and what no mapped signal shows "
+          "stay as configured; repeatable");
   all.add("--prior", "NAME=SIGMA", options.priors,
           "Standard uncertainty of a parameter before the fit, in its unit; for those marked * "
           "relative (0.02: 2 %); default of mass: 0.01; repeatable");
@@ -50,8 +50,8 @@ void describe_fit(Command command, FitOptions& options) {
       .within(1, 64, Bounds::in_text);
   all.add("--plot", "FILE", options.plot, "Plot of the residuals, .svg or .png");
   command.add_flag("--untried", options.untried,
-                   "Write every value that was determined, without the trial that replays the "
-                   "drive with it first");
+                   "Write every value that was determined, without the replays that otherwise "
+                   "decide which are written");
   command.add_flag("--quiet", options.quiet, "Do not show progress");
   add_delivery(command, options.delivery);
   std::string names;
@@ -68,8 +68,8 @@ that saturate and a steering that lags is fitted to all sensors and poses; what 
 best is the result. The poses' stamps are the time reference of all latencies. The inertia
 is that of the car with its wheels spinning.
 
-Only ratios to the mass show in a drive: state how well the car is
-weighed (--prior mass=0.002). What the drive did not determine is
+A drive shows stiffness and inertia only in proportion to the mass: state how
+well the car is weighed (--prior mass=0.002). What the drive did not determine is
 marked, with the reason, and is not written.
 
 Parameters (* --prior is relative); the result names their keys:)" +
