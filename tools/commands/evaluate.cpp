@@ -291,8 +291,8 @@ void add_outputs(Command command, Options& options) {
                           .type_name("FILE");
   command
       .add_option("--beat", options.beat,
-                  "Timing of the ticks (beat.csv of a recording), for the report; for a drive "
-                  "instead of its own")
+                  "Timing of the ticks (beat.csv of a recording), for the report; with "
+                  "--drive: replaces its own")
       .type_name("CSV")
       .needs(html);
   command

@@ -1,5 +1,5 @@
 // A simulated car that slides and spins under a camera: the filter follows the camera, as wheels
-// and tyres tell little then.
+// and tyres say little then.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
