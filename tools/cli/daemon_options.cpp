@@ -11,8 +11,8 @@ Option add_segment_option(Command command, std::string& name, SegmentElse otherw
       .add_option(
           "--shm", name,
           fmt::format(
-              "Segment: a name (/odomd) or a path; default: {}$ODOM_SHM, or the first "
-              "that exists of /odomd, the service's /run/odomd/INTERFACE/pose",
+              "Segment: a name (/odomd) or a path; default: {}$ODOM_SHM; else "
+              "/odomd, if it exists; else the service's /run/odomd/INTERFACE/pose",
               otherwise == SegmentElse::of_socket ? "with --socket that daemon's, else " : ""))
       .type_name("NAME");
 }
@@ -22,9 +22,9 @@ Option add_socket_option(Command command, std::string& path, const std::string& 
   capital.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(door.front())));
   return command
       .add_option("--socket", path,
-                  fmt::format("{} socket of the daemon; default: the first that exists of "
-                              "$XDG_RUNTIME_DIR/odomd/{}.sock, the service's "
-                              "/run/odomd/INTERFACE/{}.sock, /run/odomd/{}.sock",
+                  fmt::format("{} socket of the daemon; default: "
+                              "$XDG_RUNTIME_DIR/odomd/{}.sock, if it exists; else the service's "
+                              "/run/odomd/INTERFACE/{}.sock; else /run/odomd/{}.sock",
                               capital, door, door, door))
       .type_name("PATH");
 }
