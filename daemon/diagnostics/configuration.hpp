@@ -72,10 +72,6 @@ inline constexpr auto configuration = std::to_array<Kind>({
      .name = "database_content",
      .meaning = "A database holds something that is left out or unusual.",
      .fix = ""},
-    {.code = "W113",
-     .name = "database_missing",
-     .meaning = "A configuration's database is not there; the drive's own car.dbc is used.",
-     .fix = "correct dbc in [can]"},
 });
 
 }  // namespace odomd::diagnostics

@@ -82,7 +82,8 @@ def main() -> int:
     if given.judge:
         what = ["`drives.py --judge`", *(f"--only {drive}" for drive in given.only or []),
                 *(f"--model {model}" for model in given.model or [])]
-        log.add(given.log, " ".join(what), log.headline(rows), "\n".join(filter(None, sections[1:])))
+        log.add(given.log, " ".join(what), log.headline(rows),
+                "" if given.only or given.model else "\n".join(filter(None, sections[1:])))
     if given.update:
         training.write(rows)
     worse = list(training.complaints(rows, given.tolerance)) if given.check else []

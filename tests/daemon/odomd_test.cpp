@@ -134,6 +134,18 @@ TEST_F(OdomdTest, PlaysALogToItsEnd) {
               AllOf(HasSubstr("has ended after 150 frames"), Not(HasSubstr("overdue"))));
 }
 
+TEST_F(OdomdTest, CallsASignalOverdueThatStopsBeforeItsLog) {
+  std::istringstream lines(straight_drive(1.0, 2.0));
+  std::string log;
+  int gyro = 0;
+  for (std::string line; std::getline(lines, line);)
+    if (line.find(" 101#") == std::string::npos || ++gyro <= 30) log += line + '\n';
+  ASSERT_GT(gyro, 90);
+  desk_.write("drive.log", log);
+  EXPECT_EQ(DaemonProcess(desk_, {"--can", desk_.file("drive.log"), "--exit-at-end"}).wait(), 0);
+  EXPECT_THAT(desk_.read("stderr"), HasSubstr("yaw_rate (GYRO) is overdue"));
+}
+
 /// Poses by their time on the log's clock, as `odom replay` writes them.
 std::map<std::string, std::string> replayed_poses(const Desk& desk) {
   const std::string command =
@@ -213,6 +225,7 @@ TEST_F(OdomdTest, GoesOnAfterTheEndOfItsInput) {
   })) << desk_.read("stderr");
   odomd.signal(SIGINT);
   EXPECT_EQ(odomd.wait(), 0);
+  EXPECT_THAT(desk_.read("stderr"), Not(HasSubstr("overdue")));
 }
 
 TEST_F(OdomdTest, ReportsItsStatus) {

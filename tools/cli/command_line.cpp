@@ -1,6 +1,8 @@
 #include "tools/cli/command_line.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
 #include <csignal>
 #include <exception>
 #include <fstream>
@@ -23,6 +25,18 @@ int report(const std::string& command, std::string_view text, int status) {
   return status;
 }
 
+// As a shell takes it for this word.
+std::string shell_word(const std::string& word) {
+  const auto is_plain = [](char one) {
+    return std::isalnum(static_cast<unsigned char>(one)) != 0 ||
+           std::string_view{"_./:=,+@%-"}.find(one) != std::string_view::npos;
+  };
+  if (!word.empty() && std::ranges::all_of(word, is_plain)) return word;
+  std::string quoted = "'";
+  for (const char one : word) quoted += one == '\'' ? std::string{"'\\''"} : std::string{one};
+  return quoted + '\'';
+}
+
 }  // namespace
 
 CommandLine::CommandLine() : app_(std::make_unique<CLI::App>()) {}
@@ -39,7 +53,11 @@ int CommandLine::run(int argc, const char* const* argv) noexcept {
       status = ended.status();
     } catch (const CLI::ParseError& error) {
       // "odom nonsense --help" is no question about odom.
-      const bool of_no_command = odom.get_subcommands().empty() && !odom.remaining().empty();
+      const CLI::App* called = &odom;
+      while (!called->get_subcommands().empty()) called = called->get_subcommands().front();
+      const auto any = [](const CLI::App*) { return true; };
+      const bool of_no_command =
+          !called->get_subcommands(any).empty() && !called->remaining().empty();
       if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success) && !of_no_command) {
         odom.exit(error);  // help or version, to standard output
       } else {
@@ -64,8 +82,7 @@ std::string given_command() {
   std::string text;
   for (std::string word; std::getline(file, word, '\0');) {
     if (text.empty()) word = "odom";
-    const bool plain = word.find_first_of(" '\"\\$&|;<>()*?\n") == std::string::npos;
-    text += (text.empty() ? "" : " ") + (plain && !word.empty() ? word : '\'' + word + '\'');
+    text += (text.empty() ? "" : " ") + shell_word(word);
   }
   return text;
 }

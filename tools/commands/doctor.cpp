@@ -98,8 +98,10 @@ std::string json_of(const Examination& examination) {
   nlohmann::ordered_json json{{"findings", examination.count()},
                               {"parts", nlohmann::ordered_json::array()}};
   for (const Part& part : examination.parts)
-    json["parts"].push_back(
-        {{"name", part.name}, {"note", part.note}, {"diagnostics", as_json(part.diagnostics)}});
+    json["parts"].push_back({{"name", part.name},
+                             {"examined", part.examined},
+                             {"note", part.note},
+                             {"diagnostics", as_json(part.diagnostics)}});
   for (const doctor::Identifier& one : examination.identifiers)
     json["identifiers"].push_back({{"bus", one.bus},
                                    {"id", one.id},

@@ -117,6 +117,7 @@ nlohmann::ordered_json files_json(const EvaluatedDrive& drive) {
   nlohmann::ordered_json json = json_of(drive.report);
   json["warnings"] = texts_of(drive.warnings);
   json["diagnostics"] = as_json(drive.warnings);
+  json["verdict"] = report::as_json(report::verdict_of(drive));
   return json;
 }
 
@@ -180,7 +181,8 @@ void run_evaluate(const Options& options) {
   if (options.json) {
     std::cout << text_of(options.drives.empty() ? files_json(drives.front()) : drives_json(drives));
   } else if (options.drives.empty()) {
-    std::cout << as_text(drives.front().report);
+    std::cout << as_text(drives.front().report)
+              << "\nverdict: " << report::as_text(report::verdict_of(drives.front()));
   } else {
     std::cout << drives_text(drives);
   }
@@ -234,8 +236,8 @@ void add_inputs(Command command, Options& options) {
       .needs(drive);
   command
       .add_option("--config", options.config,
-                  "Configuration of the car (TOML): replaces the drive's car.toml. The "
-                  "drive's car.dbc is used if the file's dbc is not there")
+                  "Configuration of the car (TOML): replaces the drive's car.toml. A "
+                  "database that is not where it says is taken from the drive's folder")
       .type_name("FILE")
       .needs(drive);
   command

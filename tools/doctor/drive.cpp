@@ -76,7 +76,7 @@ DriveExamination compare_sensors(const Drive& drive) try {
   const auto offsets = estimate_latencies(drive.config, log, drive.cameras).offsets;
   return {examine_latencies(drive.config, offsets), latencies_unjudged(offsets)};
 } catch (const std::invalid_argument& error) {  // without a gyro or too short
-  return {{}, fmt::format("latencies were not compared: {}", error.what())};
+  return {{}, fmt::format("signs, scales and latencies were not compared: {}", error.what())};
 }
 
 }  // namespace
@@ -87,8 +87,9 @@ std::string guesses_in(const std::filesystem::path& config) {
   for (std::string line; std::getline(file, line);)
     guesses += line.find("UNSURE:") == std::string::npos ? 0U : 1U;
   if (guesses == 0) return {};
-  return fmt::format("{} line{} of {} marked UNSURE: measure what they say", guesses,
-                     guesses == 1 ? "" : "s", config.filename().string());
+  return fmt::format("{} of {} {} marked UNSURE",
+                     guesses == 1 ? "1 line" : fmt::format("{} lines", guesses),
+                     config.filename().string(), guesses == 1 ? "is" : "are");
 }
 
 DriveExamination examine_drive(const Drive& drive) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -63,11 +64,16 @@ Diagnostic of_sensor(const daemon::Config& config, Source source, double offset)
 }  // namespace
 
 std::string latencies_unjudged(std::span<const SourceOffset> offsets) {
-  std::vector<std::string> names;
+  std::map<std::string, std::vector<std::string>> names;  // by reason
   for (const SourceOffset& one : offsets)
-    if (!is_accel(one) && !is_judged(one)) names.emplace_back(name_of(one.source));
-  if (names.empty()) return {};
-  return fmt::format("too little driving to judge the latency of {}", fmt::join(names, ", "));
+    if (!is_accel(one) && !is_judged(one))
+      names[one.failure.empty() ? "too little driving" : one.failure].emplace_back(
+          name_of(one.source));
+  std::string text;
+  for (const auto& [reason, sources] : names)
+    text += fmt::format("{}latency of {} not judged: {}", text.empty() ? "" : "; ",
+                        fmt::join(sources, ", "), reason);
+  return text;
 }
 
 Diagnostics examine_latencies(const daemon::Config& config, std::span<const SourceOffset> offsets) {

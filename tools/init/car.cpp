@@ -166,8 +166,10 @@ void ask(const std::vector<Question>& questions, Car& car, std::istream& in, std
   out << fmt::format(
       "{:g} kg on a wheelbase of {:g} m is unlike a car; once more, with the units:\n", *car.mass,
       *car.known.wheelbase);
-  for (const Question& question : questions) item_of(question.option).in(car).reset();
-  ask_each(questions, car, in, out);
+  const std::vector<Question> sizes{item_of("--mass").question, item_of("--wheelbase").question,
+                                    item_of("--front-axle").question};
+  for (const Question& question : sizes) item_of(question.option).in(car).reset();
+  ask_each(sizes, car, in, out);
 }
 
 std::vector<Question> required(std::vector<Question> questions) {

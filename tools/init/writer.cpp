@@ -181,10 +181,11 @@ std::string as_toml(const Draft& draft) {
         protection.data_id, quoted(protection.crc_signal), quoted(protection.counter_signal));
   add_signals(text, draft);
   text +=
-      "\n# [imu] # if it is not at the centre of gravity\n"
-      "# position = [0.0, 0.0] # m, forward and to the left of it\n"
+      "\n# [imu] # if the sensor is not at the centre of gravity\n"
+      "# position = [0.0, 0.0] # m, forward and to the left of the centre of gravity\n"
       "\n# [camera] # if a camera sends poses: docs/camera.md\n"
-      "# lever_arm = [0.0, 0.0, 0.0] # m, m, rad: what it sees, forward and to the left of it\n";
+      "# lever_arm = [0.0, 0.0, 0.0] # m, m, rad: the point whose pose is sent, likewise, and its "
+      "yaw\n";
   return text;
 }
 

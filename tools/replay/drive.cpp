@@ -1,7 +1,5 @@
 #include "tools/replay/drive.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <stdexcept>
@@ -32,23 +30,20 @@ std::string name_of(const fs::path& folder) {
   return failed || !whole.has_filename() ? folder.string() : whole.filename().string();
 }
 
-/// A configuration that lies elsewhere may lie there without its databases.
-void use_own_database(daemon::Config& config, const fs::path& folder) {
+/// A configuration that lies elsewhere may lie there without its databases: then those of the same
+/// name in the folder are meant.
+void look_for_databases_in(const fs::path& folder, std::vector<fs::path>& databases) {
   std::error_code ignored;
-  const auto missing = std::ranges::find_if(
-      config.can.dbc, [&](const fs::path& file) { return !fs::exists(file, ignored); });
-  const auto own = file_in(folder, "car.dbc");
-  if (missing == config.can.dbc.end() || !own) return;
-  config.warnings.push_back(
-      found(diagnostics::kind("database_missing"), {},
-            fmt::format("{} does not exist; {} is used", missing->string(), own->string())));
-  config.can.dbc = {fs::absolute(*own)};
+  for (fs::path& database : databases)
+    if (const fs::path own = folder / database.filename();
+        !fs::exists(database, ignored) && fs::exists(own, ignored))
+      database = fs::absolute(own);
 }
 
 daemon::Config config_of(const DriveFiles& files) {
   if (!files.config.empty()) {
     daemon::Config config = daemon::load_config(files.config);
-    use_own_database(config, files.folder);
+    look_for_databases_in(files.folder, config.can.dbc);
     return config;
   }
   const auto own = file_in(files.folder, "car.toml");

@@ -25,7 +25,8 @@ enum class CameraUse : std::uint8_t {
 
 struct DriveFiles {
   std::filesystem::path folder;
-  std::filesystem::path config;     ///< instead of the folder's car.toml, with its databases
+  std::filesystem::path config;  ///< instead of the folder's car.toml; a database that is not where
+                                 ///< it says is taken from the folder
   std::filesystem::path reference;  ///< instead of the folder's truth.csv
   CameraUse camera = CameraUse::take;
 };

@@ -45,5 +45,7 @@ def add(page: pathlib.Path, looked_at: str, figures: str, newest: str = "") -> N
     stamp, at = f"{datetime.datetime.now(datetime.timezone.utc):%F %H:%M}", commit()
     row = f"| {stamp} | {at} | {looked_at} | {UNSAID} | {figures} |"
     below = f"\n{stamp} UTC, commit {at}: {looked_at}. {TRAINING}\n\n{newest.strip()}\n" if newest else old
-    page.write_text(f"{head.rstrip()}\n{row}\n" + (NEWEST + below if below else ""), encoding="utf-8")
+    whole = page.with_name(page.name + ".new")
+    whole.write_text(f"{head.rstrip()}\n{row}\n" + (NEWEST + below if below else ""), encoding="utf-8")
+    whole.replace(page)
     print(f"logged in {page}: write there, for {UNSAID}, what was changed before and after", file=sys.stderr)

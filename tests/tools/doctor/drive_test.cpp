@@ -23,7 +23,6 @@ using diagnostics::Named;
 using diagnostics::text_of;
 using ::testing::Each;
 using ::testing::ElementsAre;
-using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -181,7 +180,11 @@ TEST(Latency, OfASignalWhoseMessageIsOnTimeIsNoFinding) {
   EXPECT_EQ(latencies_unjudged(offsets), "");
   offsets[1].sigma = 0.006;
   EXPECT_THAT(examine_latencies(drive.config, offsets), IsEmpty());
-  EXPECT_THAT(latencies_unjudged(offsets), EndsWith(" wheel_rear_left"));
+  offsets[0].failure = "the signal never changes";
+  EXPECT_EQ(latencies_unjudged(offsets),
+            "latency of wheel_front_left not judged: the signal never changes; "
+            "latency of wheel_rear_left not judged: too little driving");
+  offsets[0].failure.clear();
   offsets[1].sigma = 0.001;
   for (can::SignalBinding& binding : drive.config.can.bindings) binding.message = "WHEELS";
   EXPECT_THAT(examine_latencies(drive.config, offsets), IsEmpty());
@@ -218,7 +221,7 @@ TEST(Configuration, InOtherUnitsIsNamedOnce) {
 
 TEST(Configuration, WithGuessesOfInitSaysHowMany) {
   const Drive drive = drive_with({{"mass = 2.985", "mass = 2.985  # UNSURE: a guess"}});
-  EXPECT_THAT(examine_drive(drive).note, StartsWith("1 line of edited.toml marked UNSURE"));
+  EXPECT_THAT(examine_drive(drive).note, StartsWith("1 line of edited.toml is marked UNSURE"));
 }
 
 TEST(Configuration, WithAWrongWheelRadiusNamesIt) {

@@ -8,14 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "tests/diagnostics.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::drive_evaluation_test {
 namespace {
 
-using diagnostics::Named;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -111,9 +108,22 @@ TEST_F(DriveEvaluation, TakesAnotherConfigurationAndReference) {
       read_drive({.folder = lap(), .config = config, .reference = lap() / "truth.csv"});
   EXPECT_EQ(drive.config.model, estimator::Model::kinematic);
   EXPECT_EQ(drive.config.can.dbc.front(), std::filesystem::absolute(lap() / "car.dbc"));
-  EXPECT_THAT(drive.config.warnings,
-              ElementsAre(Named("database_missing", (config.parent_path() / "car.dbc").string())));
   EXPECT_GT(evaluate_drive(drive, drive.config).samples, 500U);
+}
+
+TEST_F(DriveEvaluation, TakesTheDatabasesOfTheConfigurationThatIsGiven) {
+  const std::string text = contents(lap() / "car.toml");
+  std::filesystem::create_directory(scratch_->path("with"));
+  scratch_->write("with/car.dbc", contents(lap() / "car.dbc"));
+  const auto with = scratch_->write("with/car.toml", text);
+  EXPECT_EQ(read_drive({.folder = lap(), .config = with, .reference = {}}).config.can.dbc.front(),
+            with.parent_path() / "car.dbc");
+  const std::size_t at = text.find("car.dbc");
+  ASSERT_NE(at, std::string::npos);
+  const auto other = scratch_->write("other_name.toml", std::string(text).replace(at, 7, "no.dbc"));
+  EXPECT_THAT(
+      message_of([&] { (void)read_drive({.folder = lap(), .config = other, .reference = {}}); }),
+      HasSubstr("no.dbc"));
 }
 
 TEST_F(DriveEvaluation, SaysInOneLineWhatAFolderLacks) {

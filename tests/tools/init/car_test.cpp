@@ -48,7 +48,7 @@ TEST(Car, SizesUnlikeACarAreAskedForOnceMore) {
 
   Car unusual = parse_car({.mass = "2985", .wheelbase = "0.26", .front_axle = "0.13"});
   unusual.mass.reset();
-  std::istringstream twice("2985\n2985\n\n");
+  std::istringstream twice("2985\n2985\n0.26\n\n");
   ask(missing_first(unusual, {}), unusual, twice, out);
   EXPECT_DOUBLE_EQ(unusual.mass.value(), 2985.0);  // who says it twice means it
 }

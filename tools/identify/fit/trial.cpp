@@ -261,10 +261,10 @@ void try_out(Findings& findings, std::span<const tools::Drive> drives, const Pro
     tried[group.name] = {{"taken", group.taken}, {"error", change}};
     const bool equal = change <= as_good;
     if (group.taken && change < shown_worse) continue;
-    const std::string remark =
-        group.taken ? "replayed " + in_words(change) + (equal ? ", which counts as equal" : "")
-                    : "left as configured: replayed " + in_words(change) +
-                          (equal ? ", but much worse on half of it" : "");
+    const std::string remark = group.taken
+                                   ? "kept: replayed " + in_words(change) + ", too little to matter"
+                                   : "left as configured: replayed " + in_words(change) +
+                                         (equal ? ", but much worse on half of it" : "");
     for (const std::size_t k : group.findings) {
       Finding& finding = findings.values[k];
       if (!group.taken) finding.use = Use::leave;
