@@ -251,7 +251,7 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
   constexpr double sharpest = 0.55;  // tan δ
   const double largest_yaw_rate = std::abs(observed_.speed()) * sharpest / sensors.car.wheelbase();
   const bool spins =
-      observed_.slides(now_ns, slide_memory_s) &&
+      observed_.slides(now_ns, integrity::slide_memory_s) &&
       std::abs(observed_.yaw_rate()) > largest_yaw_rate + integrity::largest_gyro_bias;
   if (lateral_accel(observed_, Over::short_time) > integrity::sliding_accel ||
       all_distrusted(front_wheels) || all_distrusted(rear_wheels) || spins) {

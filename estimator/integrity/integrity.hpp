@@ -64,7 +64,7 @@ class Integrity {
   [[nodiscard]] bool backwards() const noexcept { return backwards_; }
   /// Whether the car may slide, by the last check.
   [[nodiscard]] bool slides() const noexcept {
-    return observed_.slides(checked_ns_, slide_memory_s);
+    return observed_.slides(checked_ns_, integrity::slide_memory_s);
   }
   [[nodiscard]] std::int64_t checked_ns() const noexcept { return checked_ns_; }
 
@@ -83,7 +83,6 @@ class Integrity {
   void raise_flags(integrity::Sources suspects, bool by_long_mean) noexcept;
   void lower_flag(std::size_t source, double misfit, double dt) noexcept;
 
-  static constexpr double slide_memory_s = 0.24;
   static constexpr int max_votes = 50;
   static constexpr int decisive_votes = 20;
 

@@ -78,6 +78,8 @@ struct Observations {
 
 /// Above this lateral acceleration all tyres may slide [m/s²].
 inline constexpr double sliding_accel = 4.0;
+/// How long a car that has slid may still slide: twelve checks [s].
+inline constexpr double slide_memory_s = 0.24;
 
 /// A larger reading of a gyro is no bias but a turn [rad/s].
 inline constexpr double largest_gyro_bias = 0.5;
