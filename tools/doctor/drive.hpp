@@ -19,7 +19,7 @@ struct DriveExamination {
 [[nodiscard]] std::string guesses_in(const std::filesystem::path& config);
 
 /// What is wrong with a drive: its configuration, its traffic (examine_traffic() in bus.hpp), and
-/// what the replay shows.
+/// what the replay shows. Throws std::invalid_argument if the drive cannot be replayed.
 [[nodiscard]] DriveExamination examine_drive(const Drive& drive);
 
 }  // namespace odomd::tools::doctor

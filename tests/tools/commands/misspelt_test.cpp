@@ -33,6 +33,11 @@ TEST(Misspelt, AnOptionIsNamedWithTheOneThatWasMeant) {
             "odom watch: unknown option \"--nonsense\"; see odom watch --help");
 }
 
+TEST(Misspelt, AnUnknownCommandHasNoHelp) {
+  EXPECT_EQ(refused("odom dbc shwo --help"),
+            "odom dbc: no command \"shwo\" (did you mean \"show\"?); see odom dbc --help");
+}
+
 TEST(Misspelt, TheFirstArgumentIsReportedFirst) {
   EXPECT_EQ(refused("odom evaluate --refrence x --poes y"),
             "odom evaluate: unknown option \"--refrence\" (did you mean \"--reference\"?); see "

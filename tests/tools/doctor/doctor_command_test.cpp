@@ -82,7 +82,9 @@ TEST(Doctor, FindsNothingInASoundDrive) {
   EXPECT_EQ(text.err, "");
   const Outcome outcome = run_shell("odom doctor --json --drive " + drive());
   EXPECT_EQ(outcome.status, 0);
-  EXPECT_EQ(json::parse(outcome.out).at("findings"), 0);
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result.at("findings"), 0);
+  EXPECT_TRUE(result.at("parts").at(0).at("examined"));
 }
 
 TEST(Doctor, NamesAMistakeWithItsCodeAndItsFix) {

@@ -280,6 +280,12 @@ TEST_F(Report, OpensWithAVerdictAndItsReasons) {
   EXPECT_THAT(two.out, ContainsRegex("\n[^\n]*: wrong: Without the camera its position"));
 }
 
+TEST_F(Report, HasItsCommandAsAShellTakesIt) {
+  const auto file = scratch_->path("quoted.html").string();
+  ASSERT_EQ(run("--drive " + lap() + " --model paper --title \"it's\" --html " + file).status, 0);
+  EXPECT_THAT(contents(file), HasSubstr("--title 'it'\\''s' --html "));
+}
+
 TEST_F(Report, IsTheSameEveryTime) {
   const auto page = [](const std::string& name) {
     const auto file = scratch_->path(name);
