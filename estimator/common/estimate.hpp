@@ -45,7 +45,10 @@ struct Estimate {
   bool initialised = false;  ///< the pose is valid
   Mode mode = Mode::initialising;
   bool doubtful = false;  ///< a fault may have moved the pose, and no camera has confirmed it since
-  bool model_fault = false;  ///< the model has left its domain and stopped (paper: reversing)
+  bool model_fault = false;    ///< the model has left its domain and stopped (paper: reversing)
+  bool bias_unlearnt = false;  ///< the gyro's bias is not known well: stand for 2 s
+  bool scale_implausible =
+      false;  ///< a learnt scale is far beyond its prior: check the configured one
 
   Pose2 map;   ///< centre of gravity in the map frame; jumps when a camera pose re-anchors it
   Pose2 odom;  ///< the same in a frame that never jumps; starts at the initial pose

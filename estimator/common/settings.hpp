@@ -56,6 +56,9 @@ struct FilterSettings {
   /// Standard deviations for samples that state none. 0: the default of the source.
   std::array<double, source_count> sigma{};
 
+  /// A wheel that reads 0 may turn at up to this speed [m/s]. 0: by the sensor's step.
+  std::array<double, source_count> dead_band{};
+
   double initial_sigma_position = 0.05;  ///< of a pose that is set [m]
   double initial_sigma_yaw = 0.05;       ///< [rad]
 
