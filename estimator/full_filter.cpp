@@ -287,7 +287,7 @@ Estimate FullFilter::estimate(std::int64_t tick_ns) noexcept {
   e.reset_count = reset_count_;
   e.last_jump = last_jump_;
   e.recoveries = recoveries_;
-  e.doubtful = now.doubtful || now.disputed;
+  e.doubtful = now.doubtful;
   e.mode =
       modes_.update({.time_ns = tick_ns,
                      .initialised = e.initialised,

@@ -44,8 +44,24 @@ struct Tuning {
 
   // --- gates ---
   double signal_gate = 20.0;  ///< ν²/S of a scalar sample: 4.5 σ
+  double wheel_gate = 100.0;  ///< of a wheel, whose noise has heavy tails: 10 σ
   double pedal = 0.3;         ///< sudden change of a_x by brakes or motor, one sigma [g]
   double turn_in = 2.0;       ///< fastest change of ψ̇ that is no outlier [g / wheelbase]
+
+  // --- standing ---
+  double standing_odds = 4.6;     ///< log odds at which the car stands: 100 : 1
+  double most_odds = 20.0;        ///< log odds that wheels alone give
+  double still_s = 0.06;          ///< a moving car's wheels read 0 for so long [s] ...
+  double still_per_speed = 0.35;  ///< ... and longer by their dead band [s²/m]
+  double dead_band = 0.3;         ///< of wheels that have not shown a smaller one [wheelbases/s]
+  double sharpest_turn = 0.55;    ///< tan δ
+
+  // --- camera poses beyond the gate ---
+  double outlier_odds = 12.0;   ///< log odds of an outlier over a wrong filter
+  double outlier_range = 20.0;  ///< range of outliers [wheelbases]
+  double motion_error = 0.1;    ///< error of the filter's motion between two poses [1, rad/m]
+  double slip_of_way = 0.3;     ///< error of the way that motion explains
+  double disputed_s = 60.0;     ///< time constant of what a correction may hide [s]
 
   // --- noise of gyro and accelerometers from the data (ratios to the stated variance) ---
   int noise_samples = 300;    ///< averaged samples
@@ -70,6 +86,9 @@ struct Tuning {
   double pitch_gradient = 0.05;   ///< ρ_x [rad/g]
   double accel_bias = 0.3;        ///< b_ax, b_ay [m/s²]
   double steering_offset = 0.02;  ///< δ_0 [rad]
+  double latency = 0.02;          ///< τ_g, τ_w [s]
+  double tyre_softness = 0.04;    ///< 1/μ of tyres without a configured grip [s²/m] ...
+  double softness = 0.05;         ///< ... and its sigma [s²/m]
 
   // --- random walks of these, per √s ---
   double gyro_bias_walk = 6e-5;        ///< b_g [rad/s/√s]

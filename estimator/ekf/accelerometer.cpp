@@ -56,6 +56,7 @@ Prediction predict_accel_y(const CarModel& model, const Input& input, const Stat
   z.by_slow[slow::roll_gradient] = force;
   z.by_slow[slow::stiffness_scale] =
       scale * per_dt * (step.by_stiffness[0] + ahead * step.by_stiffness[1]);
+  z.by_slow[slow::softness] = scale * per_dt * (step.by_softness[0] + ahead * step.by_softness[1]);
 
   const Eigen::RowVector3d by = scale * per_dt * (step.by.row(1) + ahead * step.by.row(2));
   const double by_front =

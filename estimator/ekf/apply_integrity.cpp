@@ -31,7 +31,8 @@ void apply_integrity(const Context& context, State& state) noexcept {
            std::sqrt(state.covariance(at::steering_offset, at::steering_offset)),
        .wheel_slip = std::abs(state.slow.mean[slow::wheel_slip]) +
                      std::sqrt(state.slow.covariance(slow::wheel_slip, slow::wheel_slip)),
-       .camera_noise_scale = state.camera_noise_scale});
+       .camera_noise_scale = state.camera_noise_scale,
+       .dead_band = state.standstill.dead_band});
   state.integrity.check(context.sensors, state.time_ns);
   const double dt = seconds_between(checked_ns, state.integrity.checked_ns());
   if (checked_ns == 0 || dt <= 0.0) {

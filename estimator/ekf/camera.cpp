@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "estimator/common/pose.hpp"
+#include "estimator/common/squares.hpp"
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/noise.hpp"
@@ -18,15 +20,13 @@ namespace {
 // Below this noise scale the stated noise is used.
 constexpr double least_camera_noise_scale = 2.5;
 
+// Poses nearer in time than this say nothing about a velocity [s].
+constexpr double shortest_drift_s = 0.03;
+
 constexpr std::array<at::Index, 3> pose_states{at::x, at::y, at::yaw};
 
-constexpr double longest_pause_s = 0.5;  // between two poses of a run
-
-// Uncertainty of the motion after a reset, at least and at most.
-constexpr double reset_speed_sigma = 0.1;  // [m/s]
-constexpr double largest_reset_speed_sigma = 1.0;
-constexpr double reset_bias_sigma = 0.03;  // [rad/s], of the gyro
-constexpr double largest_reset_bias_sigma = 0.1;
+// Longest time between two poses whose motion is compared [s].
+constexpr double longest_pause_s = 0.5;
 
 /// Limits of the slow errors, within which the model holds.
 void clamp_scales(State& state) noexcept {
@@ -37,6 +37,9 @@ void clamp_scales(State& state) noexcept {
   keep(slow::stiffness_scale, -0.7, 2.0);
   keep(slow::gyro_scale, -0.5, 0.5);
   keep(slow::wheel_scale, -0.5, 0.5);
+  keep(slow::gyro_latency, -0.2, 0.2);
+  keep(slow::wheel_latency, -0.2, 0.2);
+  keep(slow::softness, -0.2, 1.0);
 }
 
 double distance(const Pose2& a, const Pose2& b) noexcept {
@@ -57,30 +60,34 @@ Pose2 step_difference(const PosePair& before, const PosePair& now) noexcept {
                      (now.estimated.yaw - before.estimated.yaw))};
 }
 
-double chi_squared(const Pose2& difference, const std::array<double, 3>& sigma,
-                   double allowed_way = 0.0, double allowed_turn = 0.0) noexcept {
-  const double way = sigma[0] * sigma[0] + sigma[1] * sigma[1] + allowed_way * allowed_way;
-  const double turn = 2.0 * sigma[2] * sigma[2] + allowed_turn * allowed_turn;
-  return (difference.x * difference.x + difference.y * difference.y) / way +
-         difference.yaw * difference.yaw / turn;
+/// A step between two poses that are this precise, of the standard deviations `way` and `turn`
+/// more.
+double log_density(const Pose2& step, const std::array<double, 3>& sigma, double way, double turn) {
+  const double of_way = squared(sigma[0]) + squared(sigma[1]) + squared(way);
+  const double of_turn = 2.0 * squared(sigma[2]) + squared(turn);
+  return -0.5 * ((squared(step.x) + squared(step.y)) / of_way + squared(step.yaw) / of_turn +
+                 std::log(squared(of_way) * of_turn));
 }
 
-/// Whether camera and filter saw the same motion from one pose to the other. Of the way of a car
-/// that slides the filter knows little: there the camera must only have moved.
-bool is_same_motion(const PosePair& from, const PosePair& to, const std::array<double, 3>& sigma,
-                    bool slides) noexcept {
-  constexpr double share = 0.1;  // error of the filter's motion
-  const double turn = share * distance(from.estimated, to.estimated);
-  const double way = slides ? std::max(turn, distance(from.measured, to.measured)) : turn;
-  return chi_squared(step_difference(from, to), sigma, way, turn) <= CameraGate{}.gate;
-}
-
-/// Whether the car has moved so far that a frozen camera would be detected.
-bool has_moved_enough(const State& state, const PosePair& from,
-                      const std::array<double, 3>& sigma) noexcept {
-  constexpr double sigmas = 8.0;
-  return state.standstill.standing ||
-         distance(from.estimated, state.pose()) >= sigmas * std::hypot(sigma[0], sigma[1]);
+/// What the step from one camera pose to the next says: log p(it | the car moves like the filter,
+/// but elsewhere) - log p(it | outliers, or a tracker that stands still). Of the way of a car that
+/// slides the filter knows little.
+double evidence_of_step(const CarModel& model, const State& state, const PosePair& before,
+                        const std::array<double, 3>& sigma) noexcept {
+  const Tuning& tuning = model.tuning;
+  const PosePair& now = state.last_camera_pose;
+  const Pose2 seen{now.measured.x - before.measured.x, now.measured.y - before.measured.y,
+                   wrap_angle(now.measured.yaw - before.measured.yaw)};
+  const double turn = tuning.motion_error * distance(before.estimated, now.estimated);
+  const double way = state.integrity.slides() ? std::max(turn, std::hypot(seen.x, seen.y)) : turn;
+  const double moves = log_density(now.step_error, sigma, way, turn);
+  const double stands = log_density(seen, sigma, 0.0, 0.0);
+  const double map = tuning.outlier_range * model.car.wheelbase();
+  const double anywhere = -0.5 * std::log(squared(squared(map)) * squared(std::numbers::pi));
+  // A tracker that stands still is right about a car that stands.
+  const double share = state.standstill.standing ? 0.5 : 1.0;
+  const double other = std::max(stands, anywhere);
+  return moves - other - std::log(share * std::exp(stands - other) + std::exp(anywhere - other));
 }
 
 /// Sets the pose and its covariance to those of the camera, without correlations.
@@ -91,14 +98,41 @@ void move_to(State& state, const Pose2& measured, const std::array<double, 3>& s
   }
 }
 
+/// The filter is wrong by ν: its pose, and what has made it wrong since the last fused pose, its
+/// velocity or the gyro's bias. A jump that no motion explains may be one of the map: what it hides
+/// is published for a while.
+void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
+           double since_fused_s, bool first) noexcept {
+  const double speed = std::hypot(state.mean[at::v_x], state.mean[at::v_y]);
+  const double way = std::hypot(nu[0], nu[1]);
+  const double dt = std::max(since_fused_s, shortest_drift_s);
+  state.covariance.diagonal().head<3>() +=
+      Eigen::Vector3d(squared(way), squared(way), squared(nu[2]));
+  const double drift = std::min(way / dt, std::max(1.0, 0.5 * speed));
+  state.covariance.diagonal().segment<2>(at::v_x).array() += squared(drift);
+  state.slow.covariance(slow::gyro_bias, slow::gyro_bias) +=
+      squared(std::min(std::abs(nu[2]) / dt, model.tuning.gyro_bias));
+  if (first || state.doubtful) {
+    return;
+  }
+  const double driven = dt * speed * (state.integrity.slides() ? 1.0 : model.tuning.slip_of_way);
+  const double hidden = squared(way) - squared(driven);
+  const double hidden_turn = squared(nu[2]) - squared(driven / model.car.wheelbase());
+  state.disputed = {.since_ns = state.time_ns,
+                    .way = 0.25 * std::max(hidden, 0.0),
+                    .turn = 0.25 * std::max(hidden_turn, 0.0)};
+  state.doubtful = hidden > 0.0 || hidden_turn > 0.0;
+}
+
 }  // namespace
 
 /// The step error's change n_k - 2 n_k-1 + n_k-2 has six times the variance of one pose. The scale
 /// tracks its median, which for χ² with three degrees of freedom is 2.37: robust against outliers.
+/// Its first steps are long: stated sigmas may be wrong by orders of magnitude.
 void note_camera_pose(State& state, const Sample& pose) noexcept {
   constexpr double median = 2.37;
-  constexpr double step = 1.16;
-  constexpr double most = 100.0;
+  constexpr double shortest_step = 0.15;
+  constexpr double most = 1e6;
   const auto& [x, y, yaw] = pose.value;
   const PosePair before = std::exchange(
       state.last_camera_pose,
@@ -113,29 +147,34 @@ void note_camera_pose(State& state, const Sample& pose) noexcept {
   if (!before.has_step) {
     return;
   }
-  const Pose2 scatter{now.step_error.x - before.step_error.x,
-                      now.step_error.y - before.step_error.y,
-                      now.step_error.yaw - before.step_error.yaw};
+  const Pose2 change{now.step_error.x - before.step_error.x, now.step_error.y - before.step_error.y,
+                     now.step_error.yaw - before.step_error.yaw};
+  const double ratio =
+      ((squared(change.x) + squared(change.y)) / (squared(pose.sigma[0]) + squared(pose.sigma[1])) +
+       0.5 * squared(change.yaw / pose.sigma[2])) /
+      3.0;
   double& noise_scale = state.camera_noise_scale;
-  const double ratio = chi_squared(scatter, pose.sigma) / 3.0;
+  const double step = std::max(shortest_step, 1.0 / std::sqrt(++state.camera_steps));
   noise_scale =
-      std::clamp(ratio > median * noise_scale ? noise_scale * step : noise_scale / step, 1.0, most);
+      std::clamp(noise_scale * std::exp(ratio > median * noise_scale ? step : -step), 1.0, most);
 }
 
 Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
-                      const Sample& stated) noexcept {
+                      const PosePair& before, const Sample& stated) noexcept {
   Sample sample = stated;
   Judgement judgement{.source = Source::camera, .verdict = Verdict::fused, .degrees = 0};
   const auto& [z_x, z_y, z_yaw] = sample.value;
+  std::int64_t& fused_ns = state.fused_ns[index_of(Source::camera)];
+  const double since_fused_s = seconds_between(fused_ns, sample.time_ns);
+  const bool first = fused_ns == 0;
   const auto fused = [&] {
-    state.fused_ns[index_of(Source::camera)] = sample.time_ns;
-    state.rejected_poses = 0;
-    state.camera_was_distrusted = false;
-    state.turned_since_ns = 0;
-    state.confirming_poses = std::min(state.confirming_poses + 1, rejections_to_accept);
-    if (state.confirming_poses == rejections_to_accept) {
-      state.doubtful = false;
-    }
+    fused_ns = sample.time_ns;
+    state.camera_evidence = 0.0;
+    state.turned_since_ns = sample.time_ns;
+    state.turned = 0.0;
+    state.turned_by.setZero();
+    state.confirming_poses = std::min(state.confirming_poses + 1, poses_to_confirm);
+    state.doubtful = state.doubtful && state.confirming_poses < poses_to_confirm;
     state.last_camera_pose.estimated = state.pose();
   };
   if (!state.located) {
@@ -158,87 +197,55 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   judgement.degrees = 3;
   judgement.innovation = {z_x - estimated.x, z_y - estimated.y, wrap_angle(z_yaw - estimated.yaw)};
   const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
-  const Symmetric3 S{P(0, 0) + sample.sigma[0] * sample.sigma[0],
-                     P(0, 1),
-                     P(0, 2),
-                     P(1, 1) + sample.sigma[1] * sample.sigma[1],
-                     P(1, 2),
-                     P(2, 2) + sample.sigma[2] * sample.sigma[2]};
+  const Symmetric3 S{
+      P(0, 0) + squared(sample.sigma[0]), P(0, 1), P(0, 2),
+      P(1, 1) + squared(sample.sigma[1]), P(1, 2), P(2, 2) + squared(sample.sigma[2])};
   judgement.variance = {S[0], S[3], S[5]};
   judgement.squared_ratio = mahalanobis_squared(S, judgement.innovation);
   judgement.test_ratio = judgement.squared_ratio / gate.gate;
   state.camera_test_ratio = judgement.test_ratio;
 
+  const bool beyond = !(judgement.test_ratio <= 1.0);
+  if (beyond) {
+    state.confirming_poses = 0;
+    const bool run = before.beyond && state.last_camera_pose.has_step;
+    state.last_camera_pose.beyond = true;
+    if (run) {
+      state.camera_evidence =
+          std::max(std::min(state.camera_evidence, 0.0),
+                   state.camera_evidence + evidence_of_step(model, state, before, sample.sigma));
+    }
+    if (state.camera_evidence < model.tuning.outlier_odds) {
+      judgement.verdict = Verdict::gated;
+      return judgement;
+    }
+    // Fused against the test, so it does not enter the filter's statistics.
+    judgement.degrees = 0;
+    judgement.verdict = Verdict::forced;
+    if (state.standstill.standing) {
+      set_off(model, state, 0.0);
+    }
+    widen(model, state, judgement.innovation, since_fused_s, first);
+  }
   // The yaw nearest to the filter's, of all turns.
-  const Pose2 measured{z_x, z_y, estimated.yaw + judgement.innovation[2]};
-  if (judgement.squared_ratio <= gate.gate) {
-    const std::array<double, 3> values{measured.x, measured.y, measured.yaw};
-    for (std::size_t i = 0; i < pose_states.size(); ++i) {
-      Prediction z;
-      z.value = state.mean[pose_states[i]];
-      z.variance = sample.sigma[i] * sample.sigma[i];
-      z.depends_on(pose_states[i], 1.0);
-      const Innovation nu = full::innovation(state, z, values[i]);
-      correct(state, nu, optimal_gain(nu));
-      correct_slow_errors(state, nu, all());
-    }
-    clamp_scales(state);
-    const std::int64_t before_ns = state.fused_ns[index_of(Source::camera)];
-    if (before_ns != 0) {
-      adapt_way_noise_scale(model.tuning, state, judgement.squared_ratio,
-                            seconds_between(before_ns, sample.time_ns));
-    }
-    fused();
-    return judgement;
+  for (std::size_t i = 0; i < pose_states.size(); ++i) {
+    Prediction z;
+    z.value = state.mean[pose_states[i]];
+    z.variance = squared(sample.sigma[i]);
+    z.depends_on(pose_states[i], 1.0);
+    const Innovation nu = full::innovation(
+        state, z, i == 2 ? estimated.yaw + judgement.innovation[2] : sample.value[i]);
+    correct(state, nu, optimal_gain(nu));
+    correct_slow_errors(state, nu, all());
   }
-
-  state.confirming_poses = 0;
-  if (!state.integrity.agrees(Source::camera) ||
-      !is_same_motion(state.first_rejected, state.last_camera_pose, sample.sigma,
-                      state.integrity.slides())) {
-    state.rejected_poses = 0;
+  clamp_scales(state);
+  if (beyond) {
+    ++state.resets;
+    const Pose2 now = state.pose();
+    state.last_jump = {now.x - estimated.x, now.y - estimated.y, now.yaw - estimated.yaw};
+  } else if (!first) {
+    adapt_way_noise_scale(model.tuning, state, judgement.squared_ratio, since_fused_s);
   }
-  if (state.rejected_poses++ == 0) {
-    state.first_rejected = state.last_camera_pose;
-  }
-  if (state.rejected_poses < rejections_to_accept ||
-      seconds_between(state.first_rejected.capture_ns, sample.time_ns) < rejection_timeout_s ||
-      !has_moved_enough(state, state.first_rejected, sample.sigma)) {
-    judgement.verdict = Verdict::gated;
-    return judgement;
-  }
-  // A camera that was distrusted does not reset a pose that is not doubtful; but one of both is
-  // wrong.
-  if (state.camera_was_distrusted && !state.doubtful) {
-    state.doubtful = state.disputed = true;
-    judgement.verdict = Verdict::gated;
-    return judgement;
-  }
-  // Fused against the test, so it does not enter the filter's statistics.
-  judgement.degrees = 0;
-  judgement.verdict = Verdict::forced;
-  if (state.standstill.standing) {
-    set_off(model, state, 0.0);
-  }
-  // The first fused pose initialises; later either of both may be wrong.
-  state.disputed =
-      state.disputed || (state.fused_ns[index_of(Source::camera)] != 0 && !state.doubtful);
-  const double since_fused_s =
-      seconds_between(state.fused_ns[index_of(Source::camera)], sample.time_ns);
-  move_to(state, measured, sample.sigma);
-  // The jump has come from an error of the motion since the last fused pose.
-  const auto inflation = [&](double jump, double least, double most) {
-    const double rate = jump / std::max(since_fused_s, rejection_timeout_s);
-    return std::min(least * least + rate * rate, most * most);
-  };
-  const double way = std::hypot(measured.x - estimated.x, measured.y - estimated.y);
-  state.covariance(at::v_x, at::v_x) +=
-      inflation(way, reset_speed_sigma, largest_reset_speed_sigma);
-  state.slow.covariance(slow::gyro_bias, slow::gyro_bias) +=
-      inflation(measured.yaw - estimated.yaw, reset_bias_sigma, largest_reset_bias_sigma);
-  ++state.resets;
-  state.last_jump = {measured.x - estimated.x, measured.y - estimated.y,
-                     measured.yaw - estimated.yaw};
   fused();
   return judgement;
 }

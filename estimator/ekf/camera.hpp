@@ -10,9 +10,8 @@
 
 namespace odomd::estimator::full {
 
-/// The filter accepts this many rejected poses in a row over this time, if they move as it does.
-inline constexpr int rejections_to_accept = 6;
-inline constexpr double rejection_timeout_s = 0.25;
+/// So many fused poses in a row confirm the pose.
+inline constexpr int poses_to_confirm = 6;
 
 struct CameraGate {
   double gate = 16.27;  ///< χ² with 3 degrees of freedom, 99.9 %
@@ -22,10 +21,11 @@ struct CameraGate {
 /// Updates the camera's noise scale with any pose, fused or not.
 void note_camera_pose(State& state, const Sample& pose) noexcept;
 
-/// ν = z - (X, Y, ψ), S = P + R; fused if νᵀS⁻¹ν <= gate. A run of rejected poses that is
-/// consistent with the filter's motion and the other sources resets the pose (`resets`,
-/// `last_jump`). The state is that at the time of the sample.
+/// ν = z - (X, Y, ψ), S = P + R; fused if νᵀS⁻¹ν <= gate. A pose beyond it is an outlier, or the
+/// filter is wrong: the odds are carried from pose to pose. Once they favour the camera, P is
+/// widened by ν and the pose is fused with its correlations (`resets`, `last_jump`). The state is
+/// that at the time of the sample; `before` is the camera pose before this one.
 [[nodiscard]] Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
-                                    const Sample& sample) noexcept;
+                                    const PosePair& before, const Sample& sample) noexcept;
 
 }  // namespace odomd::estimator::full

@@ -1,4 +1,4 @@
-// The gyro: z = (1 + s_g) ψ̇ + b_g.
+// The gyro: z = (1 + s_g) (ψ̇ - τ_g ψ̈) + b_g.
 //
 // docs/model.md, "Gyro".
 #pragma once
@@ -8,7 +8,13 @@
 namespace odomd::estimator::full {
 
 [[nodiscard]] inline Prediction predict_yaw_rate(const State& state, double sigma) noexcept {
-  const double yaw_rate = state.mean[at::yaw_rate];
+  // ψ̈ by the gyro's own mean rate of change.
+  const double yaw_accel =
+      state.standstill.standing
+          ? 0.0
+          : state.integrity.history(Source::yaw_rate).rate(integrity::Over::short_time);
+  const double yaw_rate =
+      state.mean[at::yaw_rate] - state.slow.mean[slow::gyro_latency] * yaw_accel;
   const double scale = 1.0 + state.slow.mean[slow::gyro_scale];
   Prediction z;
   z.value = scale * yaw_rate + state.slow.mean[slow::gyro_bias];
@@ -16,6 +22,7 @@ namespace odomd::estimator::full {
   z.depends_on(at::yaw_rate, scale);
   z.by_slow[slow::gyro_bias] = 1.0;
   z.by_slow[slow::gyro_scale] = yaw_rate;
+  z.by_slow[slow::gyro_latency] = -scale * yaw_accel;
   return z;
 }
 

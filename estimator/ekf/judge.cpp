@@ -76,6 +76,15 @@ void inflate_yaw(State& state, const Sample& sample, double off) noexcept {
   state.covariance += error * error.transpose();
 }
 
+/// Noise with heavy tails (Student's t): S grows by (k + q) / (k + 1), q = ν²/S, as noise of the
+/// sample.
+void weigh(Innovation& nu) noexcept {
+  constexpr double degrees = 4.0;
+  const double more = std::max(nu.squared_ratio() - 1.0, 0.0) / (degrees + 1.0) * nu.variance;
+  nu.variance += more;
+  nu.variance_of_noise += more;
+}
+
 /// Whether the gyro's readings are consistent. Then the car does turn like that, whatever the tyre
 /// model predicts: it slides or spins.
 bool continues_steadily(const State& state, const Sample& sample) noexcept {
@@ -83,28 +92,35 @@ bool continues_steadily(const State& state, const Sample& sample) noexcept {
          consistent_samples(state, sample) > 1;
 }
 
-/// Replaces the yaw since the last gyro sample by the trapezium of the two readings, corrected by
-/// bias and scale. The update alone would settle between tyre model and gyro, and a model error
-/// would turn the car. A reading that differs from both its neighbours by more than a car can is an
-/// outlier: the median replaces it, in the trapezium before too. `yaw` and `by` are ψ and its row
-/// of B before the update.
+/// Replaces the yaw since the last gyro sample, or the last camera pose after it, by the trapezium
+/// of the two readings, corrected by bias, scale and latency. The update alone would settle between
+/// tyre model and gyro, and a model error would turn the car. A reading that differs from both its
+/// neighbours by more than a car can is an outlier: the median replaces it, in the trapezium before
+/// too. `yaw` and `by` are ψ and its row of B before the update.
 void integrate_gyro(const CarModel& model, State& state, const Reading& before,
                     const Sample& sample, double yaw, const SlowVector& by) noexcept {
   const SlowVector& s = state.slow.mean;
-  const double tau = seconds_between(before.time_ns, sample.time_ns) / (1.0 + s[slow::gyro_scale]);
+  const double per_scale = 1.0 / (1.0 + s[slow::gyro_scale]);
   const double z = sample.value[0];
   const auto [least, most] = std::minmax(z, before.previous);
   const double outlier = before.value - std::clamp(before.value, least, most);
   const double possible =
       model.tuning.turn_in * gravity / model.car.wheelbase() * before.interval_s;
   const double wrong = std::abs(outlier) > possible && before.interval_s > 0.0 ? outlier : 0.0;
-  const double turn = tau * (0.5 * (before.value - wrong + z) - s[slow::gyro_bias]) -
-                      0.5 * before.interval_s / (1.0 + s[slow::gyro_scale]) * wrong;
+  const double interval_s = seconds_between(before.time_ns, sample.time_ns);
+  const double since_s = seconds_between(state.turned_since_ns, sample.time_ns);
+  const double change = (z - before.value + wrong) * since_s / interval_s;
+  const bool whole = state.turned_since_ns == before.time_ns;
+  const double tau = since_s * per_scale;
+  const double turn = tau * (z - 0.5 * change - s[slow::gyro_bias]) +
+                      per_scale * (s[slow::gyro_latency] * change -
+                                   (whole ? 0.5 * before.interval_s * wrong : 0.0));
   state.mean[at::yaw] = yaw - state.turned + turn;
   auto B = state.slow.sensitivity.row(at::yaw);
   B = (by - state.turned_by).transpose();
   B[slow::gyro_bias] -= tau;
-  B[slow::gyro_scale] -= turn / (1.0 + s[slow::gyro_scale]);
+  B[slow::gyro_scale] -= turn * per_scale;
+  B[slow::gyro_latency] += change * per_scale;
 }
 
 }  // namespace
@@ -127,13 +143,14 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   judgement.variance[0] = nu.variance;
   judgement.squared_ratio = nu.squared_ratio();
   const double possible = possible_change(model, state, sample);
-  judgement.test_ratio =
-      nu.value * nu.value / (nu.variance + possible * possible) / model.tuning.signal_gate;
+  const double gate = is_wheel(sample.source) ? model.tuning.wheel_gate : model.tuning.signal_gate;
+  judgement.test_ratio = nu.value * nu.value / (nu.variance + possible * possible) / gate;
 
   adapt_noise_scales(model.tuning, state, sample, prediction, nu);
   std::int64_t& rejected_ns = state.rejected_since_ns[index_of(sample.source)];
   const bool first = rejected_ns == 0;
-  if (!(judgement.test_ratio <= 1.0) && !continues_steadily(state, sample)) {
+  const bool bias = sample.source == Source::yaw_rate && state.standstill.standing;
+  if (!bias && !(judgement.test_ratio <= 1.0) && !continues_steadily(state, sample)) {
     judgement.verdict = Verdict::gated;
     const RejectionTimeout timeout = rejection_timeout(sample.source);
     const double before =
@@ -148,19 +165,13 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
       return judgement;
     }
     judgement.verdict = Verdict::forced;
-    // At standstill the gyro's bias has changed, not the motion.
-    const double off = nu.value * nu.value;
-    if (sample.source == Source::yaw_rate && state.standstill.standing) {
-      state.slow.covariance(slow::gyro_bias, slow::gyro_bias) += off;
-    } else {
-      state.covariance(timeout.inflated, timeout.inflated) += off;
-    }
+    state.covariance(timeout.inflated, timeout.inflated) += nu.value * nu.value;
     nu = innovation(state, prediction, sample.value[0]);
-  } else if (nu.squared_ratio() > model.tuning.signal_gate && sample.source == Source::yaw_rate) {
+  } else if (!bias && nu.squared_ratio() > gate && sample.source == Source::yaw_rate) {
     inflate_yaw(state, sample, nu.value);
     state.turn_noise_scale = std::max(state.turn_noise_scale, 0.2);
     nu = innovation(state, prediction, sample.value[0]);
-  } else if (nu.squared_ratio() > model.tuning.signal_gate) {
+  } else if (!bias && nu.squared_ratio() > gate) {
     if (first) {
       rejected_ns = sample.time_ns;
       judgement.verdict = Verdict::gated;  // one corrupt frame does not brake a car
@@ -171,6 +182,9 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   }
   rejected_ns = 0;
   state.fused_ns[index_of(sample.source)] = sample.time_ns;
+  if (is_wheel(sample.source)) {
+    weigh(nu);
+  }
   Vector gain = optimal_gain(nu);
   // A corrected speed does not move the position: that would be a correction of the past.
   gain[at::x] = gain[at::y] = 0.0;
@@ -188,7 +202,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   if (sample.source == Source::yaw_rate) {
     const Reading& before = state.readings[index_of(sample.source)];
     if (updates.heading && !state.standstill.wheels_still && before.consistent > 0 &&
-        before.time_ns == state.turned_since_ns &&
+        before.time_ns <= state.turned_since_ns &&
         seconds_between(before.time_ns, sample.time_ns) <= longest_gap_s) {
       integrate_gyro(model, state, before, sample, yaw, yaw_by);
     }

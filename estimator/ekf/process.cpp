@@ -1,12 +1,19 @@
 // docs/model.md, "Process".
 #include "estimator/ekf/process.hpp"
 
+#include <algorithm>
 #include <memory>
 
 #include "estimator/common/squares.hpp"
 
 namespace odomd::estimator::full {
 namespace {
+
+/// 1/μ [s²/m], of an axle with the configured grip, if there is one.
+double softness_of(double grip, const Moving& now) noexcept {
+  constexpr double most = 2.0;
+  return std::clamp((grip > 0.0 ? 1.0 / grip : Tuning{}.tyre_softness) + now.softness, 0.0, most);
+}
 
 /// Process noise of the random walks.
 void add_walks(const Tuning& walks, double dt, State& state) noexcept {
@@ -66,11 +73,12 @@ template <Eigen::Index stride>
   of(at::side_force) *= F.force_decay;
 }
 
-/// Adds the effect of κ on velocity and pose in the step to B.
-void add_stiffness(const Jacobian& F, State& state) noexcept {
-  auto by = state.slow.sensitivity.col(slow::stiffness_scale);
-  const double across = F.velocity.by_stiffness[0];
-  const double turn = F.velocity.by_stiffness[1];
+/// Adds the effect of a slow error of the tyres on velocity and pose in the step to B.
+void add_tyres(const Jacobian& F, const Eigen::Vector2d& by_error, slow::Index error,
+               State& state) noexcept {
+  auto by = state.slow.sensitivity.col(error);
+  const double across = by_error[0];
+  const double turn = by_error[1];
   const double middle = 0.5 * F.half * turn;
   by[at::x] -= F.half_s * across + F.dy * middle;
   by[at::y] += F.half_c * across + F.dx * middle;
@@ -140,15 +148,14 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
 
 }  // namespace
 
-double secant_stiffness(double stiffness, double slip_angle, double grip,
+Secant secant_stiffness(double stiffness, double slip_angle, double softness,
                         double share_of_mass) noexcept {
-  if (!(grip > 0.0)) {
-    return stiffness;
-  }
-  const double most = grip * share_of_mass;
-  const double linear = stiffness * std::abs(slip_angle);
-  const double q = linear / (3.0 * most);
-  return q < 1.0 ? stiffness * (1.0 - q + q * q / 3.0) : stiffness * most / linear;
+  const double linear = stiffness * std::abs(slip_angle) / share_of_mass;
+  const double q = linear * softness / 3.0;
+  return q < 1.0
+             ? Secant{stiffness * (1.0 - q + q * q / 3.0),
+                      stiffness * linear / 3.0 * (2.0 / 3.0 * q - 1.0)}
+             : Secant{stiffness / (linear * softness), -stiffness / (linear * softness * softness)};
 }
 
 VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noexcept {
@@ -166,13 +173,17 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   const double sign = (v_x > 0.0 ? 1.0 : 0.0) - (v_x < 0.0 ? 1.0 : 0.0);
 
   // Secant stiffnesses at the slip angles α of the axles (eqs 6 and 7)
-  double c_v = car.cornering_stiffness_front;
-  double c_h = car.cornering_stiffness_rear;
+  Secant front{car.cornering_stiffness_front};
+  Secant rear{car.cornering_stiffness_rear};
   if (w > 0.0) {
     const double l = car.wheelbase();
-    c_v = secant_stiffness(c_v, (v_x * delta - v_y - l_v * r) / w, car.grip_front, m * l_h / l);
-    c_h = secant_stiffness(c_h, (l_h * r - v_y) / w, car.grip_rear, m * l_v / l);
+    const double slip = (v_x * delta - v_y - l_v * r) / w;
+    front = secant_stiffness(front.stiffness, slip, softness_of(car.grip_front, now), m * l_h / l);
+    rear = secant_stiffness(rear.stiffness, (l_h * r - v_y) / w, softness_of(car.grip_rear, now),
+                            m * l_v / l);
   }
+  const double c_v = front.stiffness;
+  const double c_h = rear.stiffness;
   // Everything that stiffness multiplies, per unit of k
   const double coupling = dt * (l_v * c_v - l_h * c_h);
   const double steer_by_delta = dt * c_v * v_x;
@@ -201,6 +212,13 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   step.by_front_wheel << k * steer_by_delta * per_y, k * l_v * steer_by_delta * per_yaw;
   step.by_stiffness << (steer - coupling * r - v_y_next * damping_y) * per_y,
       (l_v * steer - coupling * v_y - r_next * damping_yaw) * per_yaw;
+  const double by_front = k * dt * front.by_softness;
+  const double by_rear = k * dt * rear.by_softness;
+  step.by_softness << (by_front * (v_x * delta - l_v * r - v_y_next) +
+                       by_rear * (l_h * r - v_y_next)) *
+                          per_y,
+      (by_front * l_v * (v_x * delta - v_y - l_v * r_next) + by_rear * l_h * (v_y - l_h * r_next)) *
+          per_yaw;
   return step;
 }
 
@@ -228,7 +246,8 @@ Moving moving(const State& state, const Input& input) noexcept {
           x[at::accel_x],
           known + x[at::front_angle],
           x[at::side_force],
-          1.0 + state.slow.mean[slow::stiffness_scale]};
+          1.0 + state.slow.mean[slow::stiffness_scale],
+          state.slow.mean[slow::softness]};
 }
 
 void propagate(const CarModel& model, const Input& input, double dt, State& state) noexcept {
@@ -252,7 +271,8 @@ void propagate(const CarModel& model, const Input& input, double dt, State& stat
   for (Eigen::Index column = 0; column < slow::size; ++column) {
     apply<slow::size>(F, at::x, B + column);
   }
-  add_stiffness(F, state);
+  add_tyres(F, F.velocity.by_stiffness, slow::stiffness_scale, state);
+  add_tyres(F, F.velocity.by_softness, slow::softness, state);
   state.turned_by += state.slow.sensitivity.row(at::yaw).transpose() - yaw_by;
   add_noise(model, F, state);
 }

@@ -36,12 +36,17 @@ struct Moving {
   double front_wheel;  ///< δ - δ_0 + ε
   double side_force;   ///< e
   double stiffness;    ///< 1 + κ
+  double softness;     ///< 1/μ beyond that of the car [s²/m]
 };
 
-/// Secant stiffness F(α) / α of an axle with a brush tyre: C (1 - q + q²/3), q = C |α| / (3 F_max),
-/// and F_max / |α| for a sliding tyre (q ≥ 1). `grip` is F_max over the axle's share of m [m/s²];
-/// 0: linear.
-[[nodiscard]] double secant_stiffness(double stiffness, double slip_angle, double grip,
+/// Secant stiffness F(α) / α of an axle with a brush tyre, and its derivative by the softness 1/μ:
+/// C (1 - q + q²/3) with q = C |α| / (3 μ m_a), and μ m_a / |α| for a sliding tyre (q ≥ 1). μ is
+/// F_max over m_a, the axle's share of m [m/s²]; a softness of 0: linear.
+struct Secant {
+  double stiffness = 0.0;
+  double by_softness = 0.0;
+};
+[[nodiscard]] Secant secant_stiffness(double stiffness, double slip_angle, double softness,
                                       double share_of_mass) noexcept;
 
 /// A step of (v_x, v_y, ψ̇) and its derivatives.
@@ -55,6 +60,7 @@ struct VelocityStep {
   double by_side_force = 0.0;      ///< ∂v_y/∂e
   Eigen::Vector2d by_front_wheel;  ///< ∂(v_y, ψ̇)/∂(δ - δ_0 + ε)
   Eigen::Vector2d by_stiffness;    ///< ∂(v_y, ψ̇)/∂κ
+  Eigen::Vector2d by_softness;     ///< ∂(v_y, ψ̇)/∂(1/μ)
 };
 [[nodiscard]] VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noexcept;
 

@@ -9,6 +9,8 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/symmetric3_matrix.hpp"
+#include "estimator/common/time.hpp"
+#include "estimator/common/wheel_place.hpp"
 #include "estimator/ekf/bounds.hpp"
 #include "estimator/ekf/update.hpp"
 
@@ -88,7 +90,14 @@ State initial_state(const FilterSettings& settings) noexcept {
   state.covariance.diagonal() = sigma.array().square();
   SlowVector slow_sigma;
   slow_sigma << t.gyro_bias, t.gyro_scale, t.wheel_scale, t.wheel_slip, t.stiffness_scale,
-      t.roll_gradient, t.pitch_gradient;
+      t.roll_gradient, t.pitch_gradient, t.latency, t.latency, t.softness;
+  double& dead_band = state.standstill.dead_band;
+  dead_band = t.dead_band * settings.vehicle.wheelbase();
+  for (const Source wheel : wheel_sources) {
+    if (settings.dead_band[index_of(wheel)] > 0.0) {
+      dead_band = settings.dead_band[index_of(wheel)];
+    }
+  }
   for (const auto& [index, configured] :
        {std::pair{slow::roll_gradient, settings.roll_gradient},
         std::pair{slow::pitch_gradient, settings.pitch_gradient}}) {
@@ -104,7 +113,11 @@ State initial_state(const FilterSettings& settings) noexcept {
 Estimate publication(const CarModel& model, const Input& input, double period_s, const State& state,
                      const State& initial) noexcept {
   const Vector& x = state.mean;
-  const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
+  Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
+  const double share =
+      std::exp(-seconds_between(state.disputed.since_ns, state.time_ns) / model.tuning.disputed_s);
+  P.diagonal().head<3>() +=
+      share * Eigen::Vector3d(state.disputed.way, state.disputed.way, state.disputed.turn);
   Estimate e;
   e.time_ns = state.time_ns;
   e.initialised = state.located && state.moving;
@@ -124,6 +137,13 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   e.camera_ns = state.fused_ns[index_of(Source::camera)];
   e.camera_test_ratio = state.camera_test_ratio;
   e.calibration = calibration_of(state, initial);
+  const auto implausible = [&](slow::Index scale) {
+    constexpr double sigmas = 3.0;
+    return std::abs(state.slow.mean[scale]) >
+           sigmas * std::sqrt(initial.slow.covariance(scale, scale));
+  };
+  e.bias_unlearnt = e.initialised && (e.calibration.valid & 1U) == 0;
+  e.scale_implausible = implausible(slow::gyro_scale) || implausible(slow::wheel_scale);
   if (e.initialised && !state.standstill.standing) {
     const BodyVelocity rate = mean_rate_ahead(model, input, period_s, state);
     e.v_x_dot = rate.v_x;
@@ -165,7 +185,7 @@ void bridge_gap(State& state, double gap_s) noexcept {
   more << way[0] + gone * gone, way[3] + gone * gone, way[5] + turned * turned, change[0],
       change[3], change[5];
   state.covariance.diagonal().head<6>() += more;
-  state.standstill = {};
+  state.standstill = {.dead_band = state.standstill.dead_band};
   limit(state);
 }
 

@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numbers>
 
 #include "estimator/common/pose.hpp"
+#include "estimator/common/squares.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/judge.hpp"
 #include "estimator/ekf/update.hpp"
@@ -17,17 +18,9 @@ namespace {
 constexpr double slowest_turning = 0.01;  // [m/s]
 constexpr double surely_turning = 0.03;   // [m/s]
 
-// Spread of a still gyro's readings, and distance from a known bias. The outermost readings are
-// slowly forgotten, as a bias drifts with the temperature.
-constexpr double quiet_swing = 0.02;   // [rad/s]
-constexpr double swing_sigmas = 10.0;  // of its noise
-constexpr double bias_sigmas = 6.0;
-constexpr double memory_s = 5.0;
-// A bias known this well [rad/s] is trusted for this long against readings that stay elsewhere.
-constexpr double known_bias = 0.01;
-constexpr double bias_trusted_s = 5.0;
-constexpr double surprising_ratio = 9.0;
-using integrity::largest_gyro_bias;
+// Range of a still gyro's mean in seconds, in its standard deviations; and the memory for it [s].
+constexpr double gyro_swing = 3.5;
+constexpr double swing_memory_s = 5.0;
 
 // Standard deviations of the velocity at standstill, and after setting off.
 constexpr double held_sigma = 1e-4;
@@ -35,10 +28,59 @@ constexpr double departing_speed = 0.05;     // [m/s]
 constexpr double departing_side = 0.02;      // [m/s]
 constexpr double departing_yaw_rate = 0.05;  // [rad/s]
 
-void begin_still_period(Standstill& standstill, std::int64_t time_ns) noexcept {
-  standstill = {.wheels_still = true, .since_ns = time_ns};
-  standstill.lowest_gyro = std::numeric_limits<double>::max();
-  standstill.highest_gyro = std::numeric_limits<double>::lowest();
+/// log p(off | the car stands) - log p(off | it moves), by one source: off is its deviation from
+/// what a standing car gives, `sigma` the deviation to expect of that, and a moving car adds
+/// `range` or, half of the time, nothing. Student's t with four degrees of freedom: no single
+/// source is certain.
+double evidence(double off, double sigma, double range) noexcept {
+  const auto log_density = [off](double variance) {
+    return -2.5 * std::log1p(off * off / (4.0 * variance)) - 0.5 * std::log(variance);
+  };
+  const double moving = log_density(sigma * sigma + range * range) - log_density(sigma * sigma);
+  return std::numbers::ln2 - std::log1p(std::exp(moving));
+}
+
+/// The log odds that the car stands, by all sources since the wheels read 0.
+double odds_of_standing(const CarModel& model, const State& state) noexcept {
+  const Standstill& standstill = state.standstill;
+  const Tuning& tuning = model.tuning;
+  const double still_s = seconds_between(standstill.since_ns, state.time_ns);
+  // 1. A moving car leaves the dead band of its wheels soon.
+  const double leaves_s = tuning.still_s + tuning.still_per_speed * standstill.dead_band;
+  double odds = std::min(still_s / leaves_s,
+                         standstill.standing ? 2.0 * tuning.standing_odds : tuning.most_odds);
+  // 2. The gyro shows its bias, and does not move.
+  const double speed = standstill.dead_band + brisk_accel * tuning.still_s;
+  const double turn = speed * tuning.sharpest_turn / model.car.wheelbase();
+  const integrity::SourceHistory& gyro = state.integrity.history(Source::yaw_rate);
+  if (gyro.alive(state.time_ns)) {
+    const double noise = gyro.noise(integrity::Over::short_time);
+    const double bias = state.slow.covariance(slow::gyro_bias, slow::gyro_bias);
+    odds += evidence(gyro.mean() - state.slow.mean[slow::gyro_bias],
+                     std::sqrt(noise * noise + bias), turn);
+    odds += evidence(standstill.highest_gyro - standstill.lowest_gyro, gyro_swing * noise, turn);
+  }
+  // 3. A car that reverses is accelerated.
+  const integrity::SourceHistory& accel = state.integrity.history(Source::accel_x);
+  if (accel.alive(state.time_ns)) {
+    const double noise = accel.noise(integrity::Over::short_time);
+    const double bias = state.covariance(at::accel_bias_x, at::accel_bias_x);
+    odds += evidence(accel.mean() - state.mean[at::accel_bias_x], std::sqrt(noise * noise + bias),
+                     tuning.pedal * gravity);
+  }
+  // 4. The camera sees it at the same place.
+  const PosePair& now = state.last_camera_pose;
+  const double seen_s = seconds_between(standstill.camera_ns, now.capture_ns);
+  if (standstill.camera_ns != 0 && seen_s > 0.0) {
+    const double variance = 2.0 * squared(standstill.camera_sigma);
+    const double moved =
+        std::hypot(now.measured.x - standstill.seen.x, now.measured.y - standstill.seen.y);
+    const double range = variance + squared(speed * seen_s);
+    odds += std::max(
+        0.5 * (squared(moved) * (1.0 / range - 1.0 / variance) + 2.0 * std::log(range / variance)),
+        -2.0 * tuning.most_odds);
+  }
+  return odds;
 }
 
 /// Fuses v = 0, which also corrects all correlated states.
@@ -47,17 +89,16 @@ void enter_standstill(State& state, std::int64_t time_ns) noexcept {
   standstill.standing = true;
   // A change of the bias must not move the pose that was driven with the old one.
   detach_from_pose(state, slow::gyro_bias);
-  if (standstill.lowest_gyro <= standstill.highest_gyro) {
-    // The reading is the bias, however unlikely.
-    const double surprise =
-        0.5 * (standstill.lowest_gyro + standstill.highest_gyro) - state.slow.mean[slow::gyro_bias];
+  const integrity::SourceHistory& gyro = state.integrity.history(Source::yaw_rate);
+  if (gyro.alive(time_ns)) {
+    // All sources together say that this is the bias: what its covariance does not explain widens
+    // it. Until now it was integrated as a turn.
+    const double off = gyro.mean() - state.slow.mean[slow::gyro_bias];
     double& variance = state.slow.covariance(slow::gyro_bias, slow::gyro_bias);
-    if (surprise * surprise > surprising_ratio * variance) {
-      variance += surprise * surprise;
-      // Until now it was integrated as a turn.
-      const double turned = surprise * seconds_between(standstill.since_ns, time_ns);
-      state.covariance(at::yaw, at::yaw) += turned * turned;
-    }
+    const double more = std::max(off * off - variance, 0.0);
+    variance += more;
+    state.covariance(at::yaw, at::yaw) +=
+        more * squared(seconds_between(standstill.since_ns, time_ns));
   }
   for (const at::Index index : {at::v_x, at::v_y, at::yaw_rate, at::accel_x}) {
     Prediction zero;
@@ -82,7 +123,7 @@ void enter_standstill(State& state, std::int64_t time_ns) noexcept {
 
 /// The wheels may have turned below the slowest speed that they resolve: for the distance ½ v² / a.
 void set_off(const CarModel& model, State& state, double speed) noexcept {
-  state.standstill = {};
+  state.standstill = {.dead_band = state.standstill.dead_band};
   const Eigen::Vector2d way = state.along_heading(0.5 * speed * speed / brisk_accel);
   state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
   forget(state, at::v_x, std::max(departing_speed, std::abs(speed)));
@@ -129,57 +170,53 @@ bool is_turning(double speed, double sigma) noexcept {
   return std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning);
 }
 
-void update_standstill_by_wheels(State& state, std::int64_t time_ns) noexcept {
+void note_wheels(State& state, const Sample& sample, bool still) noexcept {
   Standstill& standstill = state.standstill;
-  if (!standstill.wheels_still) {
-    begin_still_period(standstill, time_ns);
-  } else if (!standstill.standing &&
-             seconds_between(standstill.since_ns, time_ns) >=
-                 (standstill.gyro_off_bias ? bias_trusted_s : standing_after_s)) {
-    enter_standstill(state, time_ns);
+  if (!still) {
+    standstill.wheels_still = false;
+  } else if (!standstill.wheels_still) {
+    standstill.wheels_still = true;
+    standstill.since_ns = sample.time_ns;
+    standstill.camera_ns = 0;
+    standstill.lowest_gyro = standstill.highest_gyro =
+        state.integrity.history(Source::yaw_rate).mean();
   }
 }
 
-void update_standstill_by_gyro(const CarModel& model, State& state, std::int64_t time_ns,
-                               double yaw_rate, double sigma) noexcept {
+void update_standstill(const CarModel& model, State& state, const Sample& sample) noexcept {
   Standstill& standstill = state.standstill;
-  if (!standstill.wheels_still) {
+  if (!standstill.wheels_still || !state.moving) {
     return;
   }
-  const bool first = standstill.highest_gyro < standstill.lowest_gyro;
-  const bool known =
-      state.slow.covariance(slow::gyro_bias, slow::gyro_bias) < known_bias * known_bias;
-  const auto far_from_bias = [&](double reading) {
-    return known &&
-           std::abs(reading - state.slow.mean[slow::gyro_bias]) > quiet_swing + bias_sigmas * sigma;
-  };
-  const auto leaves = [&](double reading) {
-    return std::max(reading, standstill.highest_gyro) - std::min(reading, standstill.lowest_gyro) >
-               quiet_swing + swing_sigmas * sigma ||
-           std::abs(reading) > largest_gyro_bias || (standstill.standing && far_from_bias(reading));
-  };
-  const Reading& before = state.readings[index_of(Source::yaw_rate)];
-  if (standstill.standing && !first && leaves(yaw_rate) && before.consistent > 0 &&
-      !leaves(before.value) && seconds_between(before.time_ns, time_ns) <= next_sample_s) {
-    return;  // one corrupt frame does not end a standstill
+  if (sample.source == Source::camera && standstill.camera_ns == 0) {
+    standstill.camera_ns = sample.time_ns;
+    standstill.seen = state.last_camera_pose.measured;
+    standstill.camera_sigma =
+        std::max(sample.sigma[0], sample.sigma[1]) * std::sqrt(state.camera_noise_scale);
+  } else if (sample.source == Source::yaw_rate) {
+    // The outermost readings are slowly forgotten, as a bias drifts with the temperature.
+    const double reading = state.integrity.history(Source::yaw_rate).mean();
+    const double forgotten =
+        std::min(state.readings[index_of(sample.source)].interval_s / swing_memory_s, 1.0);
+    const auto after = [&](double extreme) { return extreme + forgotten * (reading - extreme); };
+    standstill.lowest_gyro = std::min(reading, after(standstill.lowest_gyro));
+    standstill.highest_gyro = std::max(reading, after(standstill.highest_gyro));
   }
-  const bool left = !first && leaves(yaw_rate);
-  const double forgotten =
-      std::clamp(seconds_between(standstill.gyro_ns, time_ns) / memory_s, 0.0, 1.0);
-  const auto after = [&](double extreme) {
-    return first ? yaw_rate : extreme + forgotten * (yaw_rate - extreme);
-  };
-  standstill.gyro_ns = time_ns;
-  standstill.lowest_gyro = std::min(yaw_rate, after(standstill.lowest_gyro));
-  standstill.highest_gyro = std::max(yaw_rate, after(standstill.highest_gyro));
-  standstill.gyro_off_bias = far_from_bias(yaw_rate);
-  if (!left && std::abs(yaw_rate) <= largest_gyro_bias) {
-    return;
+  const double odds = odds_of_standing(model, state);
+  if (!standstill.standing && odds > model.tuning.standing_odds) {
+    enter_standstill(state, sample.time_ns);
+  } else if (standstill.standing && odds < -model.tuning.standing_odds) {
+    set_off(model, state, brisk_accel * seconds_between(last_wheel_ns(state), sample.time_ns));
   }
-  if (standstill.standing) {
-    set_off(model, state, brisk_accel * seconds_between(last_wheel_ns(state), time_ns));
+}
+
+void learn_dead_band(State& state, const Sample& sample) noexcept {
+  const Reading& before = state.readings[index_of(sample.source)];
+  if (before.consistent > 0 && sample.value[0] != 0.0 && before.value != 0.0) {
+    state.standstill.dead_band =
+        std::min(state.standstill.dead_band,
+                 std::max({std::abs(sample.value[0]), std::abs(before.value), slowest_turning}));
   }
-  begin_still_period(standstill, time_ns);
 }
 
 }  // namespace odomd::estimator::full

@@ -28,19 +28,18 @@ void begin_motion(State& state, const Sample& sample) noexcept;
 /// dead. Driven wheels that spin alone do not move a car.
 [[nodiscard]] bool sets_off(State& state, const Sample& sample, const WheelCount& wheels) noexcept;
 
-/// The car stands when no wheel has turned for this long [s].
-inline constexpr double standing_after_s = 0.3;
-
 /// Whether a wheel that measures `speed` with the noise `sigma` turns.
 [[nodiscard]] bool is_turning(double speed, double sigma) noexcept;
 
-/// Call it with a wheel that does not turn at `time_ns` while most wheels do not: begins a still
-/// period, or a standstill after it. `wheels_still = false` ends the period.
-void update_standstill_by_wheels(State& state, std::int64_t time_ns) noexcept;
+/// Notes whether most wheels are still, at a wheel's sample. A still period begins with the first.
+void note_wheels(State& state, const Sample& sample, bool still) noexcept;
 
-/// A gyro reading that moves, or is far from a known bias, ends the still period. One that stays
-/// there for seconds is accepted as a new bias.
-void update_standstill_by_gyro(const CarModel& model, State& state, std::int64_t time_ns,
-                               double yaw_rate, double sigma) noexcept;
+/// Call it after each sample. The car stands if all sources since the wheels read 0 say so
+/// together: at odds of 100 : 1, and until they are 1 : 100. A gyro that shows a bias which is not
+/// its known one, a force and a camera that sees the car move speak against it; time speaks for it.
+void update_standstill(const CarModel& model, State& state, const Sample& sample) noexcept;
+
+/// A wheel that reads less than its dead band, twice, has a smaller one.
+void learn_dead_band(State& state, const Sample& sample) noexcept;
 
 }  // namespace odomd::estimator::full

@@ -48,6 +48,9 @@ enum Index : Eigen::Index {
   stiffness_scale,  ///< κ: C = (1 + κ) C as configured
   roll_gradient,    ///< ρ_y: measured a_y = (1 + ρ_y) a_y + b_ay
   pitch_gradient,   ///< ρ_x: likewise along x
+  gyro_latency,     ///< τ_g [s]: the gyro is later than configured
+  wheel_latency,    ///< τ_w [s]: likewise the wheels
+  softness,         ///< 1/μ [s²/m]: of the tyres' grip μ, beyond the configured or assumed one
   size
 };
 }  // namespace slow
@@ -85,15 +88,25 @@ struct NoiseLevel {
   bool wheels_still = false;
 };
 
-/// Whether the car stands, by wheels and gyro; see standstill.hpp.
+/// Readings of the gyro of a standing car.
+struct StillGyro {
+  std::int64_t since_ns = 0;
+  double sum = 0.0;
+  int samples = 0;
+};
+
+/// Whether the car stands; see standstill.hpp.
 struct Standstill {
   bool standing = false;
   bool wheels_still = false;  ///< since since_ns
   std::int64_t since_ns = 0;
-  bool gyro_off_bias = false;  ///< the newest gyro reading is far from its known bias
-  std::int64_t gyro_ns = 0;    ///< newest gyro reading
-  double lowest_gyro = 0.0;    ///< of the readings since since_ns [rad/s]
+  double lowest_gyro = 0.0;  ///< mean readings since since_ns [rad/s]
   double highest_gyro = 0.0;
+  std::array<StillGyro, 2> gyro;  ///< the older one has no sample of a car that sets off
+  std::int64_t camera_ns = 0;     ///< first camera pose since since_ns; 0: none
+  Pose2 seen;                     ///< it
+  double camera_sigma = 0.0;      ///< its position's [m]
+  double dead_band = 0.0;         ///< a wheel that reads 0 may turn at this speed [m/s]
 };
 
 /// The newest sample of a source, fused or not.
@@ -112,6 +125,14 @@ struct PosePair {
   Pose2 estimated;
   Pose2 step_error;       ///< measured minus estimated motion since the camera pose before
   bool has_step = false;  ///< there was one before
+  bool beyond = false;    ///< beyond the gate
+};
+
+/// What a correction by the camera may hide: the map may have jumped instead [m², rad²].
+struct Disputed {
+  std::int64_t since_ns = 0;
+  double way = 0.0;
+  double turn = 0.0;
 };
 
 constexpr std::array<double, source_count> filled(double value) noexcept {
@@ -164,14 +185,12 @@ struct State {
   Deviation deviation;
   bool doubtful = false;  ///< a fault may have moved the pose, and no camera has confirmed it since
   int confirming_poses = 0;  ///< fused camera poses in a row
-  bool disputed =
-      false;  ///< the camera has moved a pose that was not doubtful: either may be wrong
+  Disputed disputed;
   double camera_noise_scale = 1.0;  ///< variance of the camera's poses over the stated one
+  int camera_steps = 0;             ///< that it was learnt from
   PosePair last_camera_pose;        ///< fused or not
 
-  bool camera_was_distrusted = false;  ///< since its last fused pose
-  int rejected_poses = 0;              ///< in a row, consistent with each other
-  PosePair first_rejected;
+  double camera_evidence = 0.0;    ///< by poses beyond the gate: that the filter is wrong, log odds
   double camera_test_ratio = 0.0;  ///< of the newest judged camera pose
   std::uint32_t resets = 0;        ///< by the camera
   Pose2 last_jump;

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "estimator/common/squares.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/accelerometer.hpp"
 #include "estimator/ekf/gyro.hpp"
@@ -52,6 +54,23 @@ Judgement gated(Source source) noexcept {
   return {.source = source, .verdict = Verdict::gated, .degrees = 0};
 }
 
+/// A few turning or locked wheels neither begin nor end a still period.
+Judgement note(const Context& context, State& state, const Sample& sample,
+               const Judgement& judgement) noexcept {
+  const bool turning = is_turning(sample.value[0], sample.sigma[0]);
+  const WheelCount wheels = count_wheels(context.model.car.driven, state, sample);
+  const bool most_still = wheels.still > wheels.turning;
+  if (most_still && !turning && is_taken(judgement.verdict)) {
+    note_wheels(state, sample, true);
+  } else if (!most_still ||
+             (!turning && seconds_between(last_wheel_ns(state), sample.time_ns) > next_sample_s)) {
+    // Sliding wheels are all gated. If only those of one side are, a biased gyro turns the car
+    // about the other side.
+    note_wheels(state, sample, false);
+  }
+  return judgement;
+}
+
 Judgement take_wheel(const Context& context, State& state, const Sample& sample) noexcept {
   const double speed = sample.value[0];
   const double sigma = sample.sigma[0];
@@ -79,6 +98,17 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
     return predict_wheel_speed(context.model, input_of(state), state, sample.source, sigma, gyro);
   };
   Prediction z = predict();
+  if (!turning) {
+    // 0 is any speed within the dead band: it narrows the speed to that, and no further.
+    const double known = state.covariance(at::v_x, at::v_x);
+    const double band = squared(state.standstill.dead_band) / 3.0;
+    if (known <= band && std::abs(state.mean[at::v_x]) <= state.standstill.dead_band) {
+      state.fused_ns[index_of(sample.source)] = sample.time_ns;
+      state.rejected_since_ns[index_of(sample.source)] = 0;
+      return note(context, state, sample, held(sample.source));
+    }
+    z.variance += known > band ? band * known / (known - band) : band;
+  }
   double& noise_scale = state.wheel_noise_scale[index_of(sample.source)];
   const double before = noise_scale;
   const bool surprising = noise_scale < 1.0 && innovation(state, z, speed).squared_ratio() >
@@ -92,21 +122,31 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
     noise_scale = before;
   }
 
-  if (turning && !state.standstill.wheels_still) {
-    return judgement;
+  return turning && !state.standstill.wheels_still ? judgement
+                                                   : note(context, state, sample, judgement);
+}
+
+/// The gyro of a standing car measures its bias. A car that sets off is noticed a little later, so
+/// a stretch of samples counts only once the next one is over, too.
+Judgement take_still_gyro(const Context& context, State& state, const Sample& sample) noexcept {
+  constexpr double stretch_s = 0.25;
+  auto& [older, newer] = state.standstill.gyro;
+  newer.since_ns = newer.samples == 0 ? sample.time_ns : newer.since_ns;
+  newer.sum += sample.value[0];
+  ++newer.samples;
+  state.fused_ns[index_of(sample.source)] = sample.time_ns;
+  if (seconds_between(newer.since_ns, sample.time_ns) < stretch_s) {
+    return held(sample.source);
   }
-  // A few turning or locked wheels neither begin nor end a still period.
-  const WheelCount wheels = count_wheels(context.model.car.driven, state, sample);
-  const bool most_still = wheels.still > wheels.turning;
-  if (most_still && !turning && is_taken(judgement.verdict)) {
-    update_standstill_by_wheels(state, sample.time_ns);
-  } else if (!most_still ||
-             (!turning && seconds_between(last_wheel_ns(state), sample.time_ns) > next_sample_s)) {
-    // Sliding wheels are all gated. If only those of one side are, a biased gyro turns the car
-    // about the other side.
-    state.standstill.wheels_still = false;
+  const StillGyro stretch = std::exchange(older, std::exchange(newer, {}));
+  if (stretch.samples == 0) {
+    return held(sample.source);
   }
-  return judgement;
+  Sample mean = sample;
+  mean.value[0] = stretch.sum / stretch.samples;
+  mean.sigma[0] /= std::sqrt(stretch.samples);
+  return judge(context.model, state, mean, predict_yaw_rate(state, mean.sigma[0]),
+               {.heading = false, .slow = only(slow::gyro_bias)});
 }
 
 Judgement take_accel_x(const Context& context, State& state, const Sample& sample) noexcept {
@@ -154,8 +194,7 @@ Judgement hold_before_motion(State& state, const Sample& sample) noexcept {
 }
 
 /// After a silence the covariance is too wide for a gate: it takes two consistent samples before.
-Judgement take_signal(const Context& context, State& state, const Sample& sample,
-                      double stated_sigma) noexcept {
+Judgement take_signal(const Context& context, State& state, const Sample& sample) noexcept {
   const std::int64_t fused_ns = last_fused_ns(state, sample.source);
   if (fused_ns != 0 && seconds_between(fused_ns, sample.time_ns) > silence_s &&
       consistent_samples(state, sample) < 2) {
@@ -166,12 +205,10 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
   }
   switch (sample.source) {
     case Source::yaw_rate:
-      // With the stated noise: after a calm time every bump would look like a turn.
-      update_standstill_by_gyro(context.model, state, sample.time_ns, sample.value[0],
-                                stated_sigma);
-      return judge(context.model, state, sample, predict_yaw_rate(state, sample.sigma[0]),
-                   {.heading = !state.standstill.standing,
-                    .slow = state.standstill.standing ? only(slow::gyro_bias) : none()});
+      return state.standstill.standing
+                 ? take_still_gyro(context, state, sample)
+                 : judge(context.model, state, sample, predict_yaw_rate(state, sample.sigma[0]),
+                         {.heading = true});
     case Source::accel_x:
       return take_accel_x(context, state, sample);
     case Source::accel_y:
@@ -271,7 +308,7 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
 
 Judgement take(const Context& context, State& state, const Sample& sample) noexcept {
   switch (sample.source) {
-    case Source::camera:
+    case Source::camera: {
       state.integrity.add({.capture_ns = sample.time_ns,
                            .x = sample.value[0],
                            .y = sample.value[1],
@@ -279,12 +316,17 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
                            .sigma_x = sample.sigma[0],
                            .sigma_y = sample.sigma[1],
                            .sigma_yaw = sample.sigma[2]});
+      const PosePair before = state.last_camera_pose;
       note_camera_pose(state, sample);
-      state.camera_was_distrusted =
-          state.camera_was_distrusted || !state.integrity.trusted(Source::camera);
-      return state.integrity.trusted(Source::camera)
-                 ? take_camera(context.model, context.camera, state, sample)
-                 : gated(sample.source);
+      if (!state.integrity.trusted(Source::camera)) {
+        // It takes more evidence until it may correct a filter that it contradicts.
+        state.camera_evidence = -2.0 * context.model.tuning.outlier_odds;
+        return gated(sample.source);
+      }
+      const Judgement judgement = take_camera(context.model, context.camera, state, before, sample);
+      update_standstill(context.model, state, sample);
+      return judgement;
+    }
     case Source::steering: {
       const bool lags =
           context.model.car.steering.lag_s > 0.0 || context.model.car.steering.rate_limit > 0.0;
@@ -315,9 +357,13 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
   if (is_wheel(sample.source) && state.integrity.backwards()) {
     reading.value[0] = -std::abs(sample.value[0]);
   }
+  update_standstill(context.model, state, reading);
   const Judgement judgement = state.integrity.trusted(sample.source)
-                                  ? take_signal(context, state, reading, sample.sigma[0])
+                                  ? take_signal(context, state, reading)
                                   : gated(sample.source);
+  if (is_wheel(sample.source)) {
+    learn_dead_band(state, reading);
+  }
   note_reading(state, reading);
   return judgement;
 }

@@ -41,7 +41,10 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   const double delta = place.steered ? steering : 0.0;
   const double c = std::cos(delta);
   const double s = std::sin(delta);
-  const double along = x[at::v_x] - place.left * yaw_rate;
+  // v̇_x = a_x + v_y ψ̇ (errata, 4); the sample is of τ_w earlier.
+  const double v_x_dot = x[at::accel_x] + x[at::v_y] * yaw_rate;
+  const double v_x = x[at::v_x] - state.slow.mean[slow::wheel_latency] * v_x_dot;
+  const double along = v_x - place.left * yaw_rate;
   const double across = x[at::v_y] + place.ahead * yaw_rate;
   const double rolling = along * c + across * s;
   // Driving force over m: acceleration, and drag of the front tyres in a turn,
@@ -76,6 +79,7 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   z.variance = squared(sigma) + z.relative + slipping + squared(by_delta * tuning.front_wheel) +
                squared(s) * state.covariance(at::v_y, at::v_y);
   z.depends_on(at::v_x, scale * c);
+  z.by_slow[slow::wheel_latency] = -scale * c * v_x_dot;
   z.by_slow[slow::wheel_scale] = slip * rolling;
   const double scale_alone = 1.0 + state.slow.mean[slow::wheel_scale];
   z.by_slow[slow::wheel_slip] = scale_alone * share * force * rolling;

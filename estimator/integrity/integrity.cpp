@@ -67,8 +67,12 @@ void Integrity::add(Source source, std::int64_t time_ns, double value, double si
 /// too, the map has jumped: the motion is then measured from there.
 void Integrity::add(const CameraPose& pose) noexcept {
   constexpr double longest_pause_s = 0.5;
+  constexpr double shortest_step_s = 0.005;  // several looks at one instant measure no speed
   SourceHistory& seen = observed_.sources[index_of(Source::camera)];
   if (seen.seen && pose.capture_ns <= seen.time_ns) {
+    return;
+  }
+  if (seen.seen && seconds_between(reference_pose_.capture_ns, pose.capture_ns) < shortest_step_s) {
     return;
   }
   const auto [x, y, yaw] = std::exchange(newest_pose_, {pose.x, pose.y, pose.yaw});

@@ -66,6 +66,10 @@ class Integrity {
   [[nodiscard]] bool slides() const noexcept {
     return observed_.slides(checked_ns_, integrity::slide_memory_s);
   }
+  /// The recent samples of a source, with those that were not fused.
+  [[nodiscard]] const integrity::SourceHistory& history(Source source) const noexcept {
+    return observed_.history(source);
+  }
   [[nodiscard]] std::int64_t checked_ns() const noexcept { return checked_ns_; }
 
  private:

@@ -15,6 +15,7 @@ namespace {
 constexpr double skew_s = 0.01;   // between two sensors, on top of their cycles
 constexpr double servo_s = 0.05;  // lag of a steering servo
 constexpr double camera_averaging_s = 0.15;
+constexpr double slowest_turning = 0.02;  // [m/s]
 
 /// The observations, averaged over one of the two times.
 struct View {
@@ -70,8 +71,9 @@ Row wheel_row(const View& view, Source source, bool backwards) noexcept {
   const double mean = view.mean(source) /
                       (1.0 + view.observed.radius[index_of(source)] + view.observed.load * outer);
   row.z = (backwards ? -mean : mean) - f + row.by[of::speed] * v + row.by[of::yaw_rate] * r;
+  const double hidden = std::abs(mean) < slowest_turning ? view.observed.errors.dead_band : 0.0;
   row.sigma =
-      root_of_squares(view.noise(source), 0.25 * view.observed.history(source).sigma,
+      root_of_squares(hidden, view.noise(source), 0.25 * view.observed.history(source).sigma,
                       view.sensors.tuning.wheel_radius * f,
                       view.observed.load_sigma * view.side() / gravity * f, view.lateness(source));
   return row;
@@ -173,7 +175,6 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
                    Over over) noexcept {
   constexpr double slip_floor = 0.02;  // [m/s]
   constexpr double slip_share = 0.01;
-  constexpr double slowest_turning = 0.02;  // [m/s]
   const View view{sensors, observed, over};
   Consensus all;
   const auto add = [&all](Sources sources, std::initializer_list<std::pair<of::Index, double>> by,

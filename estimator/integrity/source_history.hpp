@@ -21,6 +21,9 @@ inline constexpr std::array<double, 2> mean_s{0.06, 0.6};
   return mean_s[static_cast<std::size_t>(over)];
 }
 
+/// A source counts from so many samples on.
+inline constexpr std::size_t least_samples = 3;
+
 /// Exponential moving average, and the same average of it.
 struct Mean {
   double value = 0.0;
@@ -29,9 +32,11 @@ struct Mean {
 
 struct SourceHistory {
   bool seen = false;
-  std::int64_t time_ns = 0;     ///< of the newest sample
-  std::int64_t arrival_ns = 0;  ///< of the newest sample
-  std::int64_t since_ns = 0;    ///< first sample after the last gap
+  std::array<double, 5> first{};  ///< samples after the last gap ...
+  std::size_t begun = 0;          ///< ... and how many of them there are
+  std::int64_t time_ns = 0;       ///< of the newest sample
+  std::int64_t arrival_ns = 0;    ///< of the newest sample
+  std::int64_t since_ns = 0;      ///< first sample after the last gap
   double value = 0.0;
   double previous = 0.0;
   std::array<Mean, 2> means{};
@@ -59,9 +64,10 @@ struct SourceHistory {
     return sigma * std::sqrt(cycle_s / (std::min(2.0 * seconds_of(over), duration_s()) + cycle_s));
   }
 
-  /// Whether the last sample is recent enough for the mean to hold now.
+  /// Whether the last sample is recent enough for the mean to hold now, and not the only one.
   [[nodiscard]] bool alive(std::int64_t now_ns) const noexcept {
-    return seen && cycle_s > 0.0 && seconds_between(arrival_ns, now_ns) <= 3.5 * cycle_s + 0.01;
+    return begun >= least_samples && cycle_s > 0.0 &&
+           seconds_between(arrival_ns, now_ns) <= 3.5 * cycle_s + 0.01;
   }
 
   /// Whether the bits have been identical for longer than a sensor of a moving car can repeat them.
@@ -81,8 +87,7 @@ inline void add_sample(SourceHistory& history, std::int64_t time_ns, double valu
   constexpr double longest_cycle_s = 0.3;
   const double elapsed_s = history.seen ? seconds_between(history.time_ns, time_ns) : 0.0;
   if (!history.seen || elapsed_s > 1.0) {
-    history.means.fill({value, value});
-    history.value = history.previous = value;
+    history.begun = 0;
     history.since_ns = time_ns;
   } else {
     // A source slower than the short mean gets no median: it would be too late.
@@ -102,6 +107,15 @@ inline void add_sample(SourceHistory& history, std::int64_t time_ns, double valu
       mean.value += share * (middle - mean.value);
       mean.slow += share * (mean.value - mean.slow);
     }
+  }
+  // The median of the first samples: none of them decides.
+  if (history.begun < history.first.size()) {
+    const auto begin = history.first.begin();
+    const auto end = begin + static_cast<std::ptrdiff_t>(++history.begun);
+    std::copy_backward(std::upper_bound(begin, end - 1, value), end - 1, end);
+    *std::lower_bound(begin, end, value) = value;
+    const double median = history.first[history.begun / 2];
+    history.means.fill({median, median});
   }
   if (history.seen && std::abs(value - history.value) > change) {
     history.jumped_ns = time_ns;
