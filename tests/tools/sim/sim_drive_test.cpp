@@ -1,10 +1,12 @@
 // Whole simulated drives: they end, they close, they repeat, and their frames say what was sensed.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -120,6 +122,26 @@ TEST(Sim, ASlowServoStillDrivesTheLap) {
   options.sizes = slow_servo();
   const Drive d = drive(options);
   EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.1);
+}
+
+TEST(Sim, AMovingStartNeverStands) {
+  const std::array<std::pair<std::string, double>, 3> drives{
+      {{"lap", 1.4}, {"circle", 0.9}, {"road", 15.0}}};
+  for (const auto& [scenario, slowest] : drives) {
+    const Drive d = drive({.scenario = scenario, .laps = 1, .ends = Ends::moving});
+    // The driver may slow down for the curves of the road.
+    for (const TruthRow& row : d.all.truth) EXPECT_GT(row.v_x, 0.5 * slowest) << scenario;
+    EXPECT_GT(d.all.truth.front().v_x, slowest) << scenario;
+    const double scale = size_of(d.plan.car_kind) == CarSize::full ? 10.0 : 1.0;
+    EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.1 * scale);
+    // Its wheels turn from the first frame on.
+    const auto wheels = std::ranges::find(d.all.frames, 0x1A1U, &can::Frame::id);
+    EXPECT_NE(std::vector(wheels->data.begin() + 2, wheels->data.begin() + 5),
+              std::vector<std::uint8_t>(3, 0))
+        << scenario;
+  }
+  EXPECT_THROW((void)make_plan({.scenario = "parking", .ends = Ends::moving}),
+               std::invalid_argument);
 }
 
 TEST(Sim, LapsCloseAtEverySpeed) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -43,10 +44,16 @@ TrackPoint standing_pose(const PlantParameters& car, const Leg& leg) {
   return p;
 }
 
-Driver::Driver(PlantParameters car, std::vector<Leg> legs, const DriverLimits& limits, double wait)
-    : car_(std::move(car)), legs_(std::move(legs)), limits_(limits), wait_(wait) {
+Driver::Driver(PlantParameters car, std::vector<Leg> legs, const DriverLimits& limits, double wait,
+               Ends ends)
+    : car_(std::move(car)),
+      legs_(std::move(legs)),
+      limits_(limits),
+      ends_(ends),
+      wait_(ends == Ends::moving ? 0.0 : wait) {
   for (const Leg& leg : legs_) total_ += leg.end - leg.begin;
   begin_leg();
+  wanted_speed_ = start_speed();
 }
 
 void Driver::begin_leg() {
@@ -58,7 +65,8 @@ void Driver::begin_leg() {
 
 double Driver::planned_speed(double s) const {
   const Leg& leg = legs_[leg_];
-  const double remaining = leg.end - s;
+  const double remaining =
+      ends_ == Ends::moving ? std::numeric_limits<double>::infinity() : leg.end - s;
   if (remaining <= arrived) return 0.0;
   double on_track = s;
   if (leg.track->shape() == Shape::closed)
@@ -116,9 +124,9 @@ PlantInput Driver::drive(const PlantOutput& car, double dt) {
   s_ = leg.track->nearest(rear_x, rear_y, s_);
   const TrackPoint foot = leg.track->at(s_);
   off_track_ = std::hypot(rear_x - foot.x, rear_y - foot.y);
-  if (standing && leg.end - s_ <= arrived) {
+  if (ends_ == Ends::moving ? s_ >= leg.end : standing && leg.end - s_ <= arrived) {
     finished_ += leg.end - leg.begin;
-    wait_ = leg.pause;
+    wait_ = ends_ == Ends::moving ? 0.0 : leg.pause;
     waited_ = 0.0;
     ++leg_;
     begin_leg();

@@ -24,6 +24,9 @@ struct Leg {
   Gear gear = Gear::forward;
 };
 
+/// How a drive begins and ends: standing, or at the planned speed.
+enum class Ends : std::uint8_t { standing, moving };
+
 /// How hard the driver drives.
 struct DriverLimits {
   double lateral = 5.0;       ///< slows down for curves to this a_y [m/s²]
@@ -34,7 +37,9 @@ struct DriverLimits {
 
 class Driver {
  public:
-  Driver(PlantParameters car, std::vector<Leg> legs, const DriverLimits& limits, double wait);
+  /// Waits for `wait` seconds before a standing start. A moving one needs routes of a single leg.
+  Driver(PlantParameters car, std::vector<Leg> legs, const DriverLimits& limits, double wait,
+         Ends ends = Ends::standing);
 
   /// What the driver wants now; `dt` since the last call.
   PlantInput drive(const PlantOutput& car, double dt);
@@ -54,6 +59,11 @@ class Driver {
   }
   [[nodiscard]] double total() const { return total_; }
 
+  /// Speed of the car at the start, along its leg [m/s].
+  [[nodiscard]] double start_speed() const {
+    return ends_ == Ends::moving ? planned_speed(legs_.front().begin) : 0.0;
+  }
+
  private:
   void begin_leg();
   [[nodiscard]] double planned_speed(double s) const;
@@ -62,6 +72,7 @@ class Driver {
   PlantParameters car_;
   std::vector<Leg> legs_;
   DriverLimits limits_;
+  Ends ends_;
   double wait_;  // until the next leg, or until it is over
   double waited_ = 0.0;
   std::size_t leg_ = 0;
