@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "tools/sim/car/plant.hpp"
@@ -22,6 +23,7 @@ struct Leg {
   double speed = 1.0;  ///< on straights [m/s]
   double pause = 1.0;  ///< stands so long afterwards [s]
   Gear gear = Gear::forward;
+  double slide = 0.0;  ///< sideslip angle to hold in curves, by the throttle [rad]
 };
 
 /// How a drive begins and ends: standing, or at the planned speed.
@@ -67,7 +69,9 @@ class Driver {
  private:
   void begin_leg();
   [[nodiscard]] double planned_speed(double s) const;
+  [[nodiscard]] double path_curvature(const PlantOutput& car, double curvature, double reach) const;
   [[nodiscard]] double steering(const PlantOutput& car) const;
+  [[nodiscard]] std::optional<PlantInput> slide(const PlantOutput& car, double dt);
 
   PlantParameters car_;
   std::vector<Leg> legs_;
@@ -80,6 +84,8 @@ class Driver {
   double off_track_ = 0.0;     // distance of the rear axle from the track
   double wanted_speed_ = 0.0;  // ramped
   double steering_ = 0.0;
+  double sideslip_ = 0.0;         // to hold in a slide, ramped [rad]
+  double slide_curvature_ = 0.0;  // of the curve that it slides through
   double finished_ = 0.0;
   double total_ = 0.0;
   std::vector<double> plan_;  // v² at the track's samples, braking before curves included
