@@ -95,6 +95,8 @@ INSTANTIATE_TEST_SUITE_P(Sim, EveryFullSizeDrive,
                                            FullSizeDrive{CarKind::ford_escort, "slalom", 8.0},
                                            FullSizeDrive{CarKind::vw_vanagon, "slalom", 15.0},
                                            FullSizeDrive{CarKind::vw_vanagon, "hills", 18.0},
+                                           FullSizeDrive{CarKind::bmw_320i, "banked", 20.0},
+                                           FullSizeDrive{CarKind::vw_vanagon, "banked", 15.0},
                                            FullSizeDrive{CarKind::ford_escort, "parking", 3.0},
                                            FullSizeDrive{CarKind::bmw_320i, "circle", 14.0},
                                            FullSizeDrive{CarKind::bmw_320i, "stop-and-go", 15.0}));
@@ -115,6 +117,49 @@ TEST(Sim, ACarOfPublishedDataRepeatsAndSpeaksAtItsOwnPace) {
   EXPECT_NE(bus_database_text(a.plan.truth).find("\"GenMsgCycleTime\" BO_ 418 10;"),
             std::string::npos);
   EXPECT_EQ(bus_database_text(make_plan({}).truth), bus_database_text());
+}
+
+// Mean lateral specific force, bank and roll in the half circles of the oval, and what a level road
+// would give.
+struct BankedTurn {
+  double read = 0.0, level = 0.0, bank = 0.0, roll = 0.0;
+};
+
+BankedTurn banked_turn(CarKind car, double bank) {
+  Simulation simulation(make_plan({.scenario = "banked",
+                                   .car = car,
+                                   .laps = 1,
+                                   .standstill = 0.0,
+                                   .errors = ErrorModel::ideal,
+                                   .sizes = {{Parameter::road_bank, bank}}}));
+  BankedTurn sum;
+  double count = 0.0;
+  Happenings happenings;
+  while (simulation.advance(simulation.time_ns() + 10'000'000, happenings) == RunState::running) {
+    const PlantOutput& out = simulation.plant().output();
+    if (out.yaw_rate < 0.9 * out.v_x / 45.0 || out.v_x < 14.0) continue;
+    sum.read += specific_force_at(out, 0.0, 0.0).y;
+    sum.level += out.v_x * out.yaw_rate;
+    sum.bank += out.bank;
+    sum.roll += out.roll;
+    count += 1.0;
+  }
+  return {sum.read / count, sum.level / count, sum.bank / count, sum.roll / count};
+}
+
+TEST(Sim, TheAccelerometerReadsGravityInABankedTurn) {
+  constexpr double gravity = 9.80665;
+  for (const CarKind car : {CarKind::bmw_320i, CarKind::vw_vanagon}) {
+    const BankedTurn level = banked_turn(car, 0.0), banked = banked_turn(car, 0.17);
+    EXPECT_EQ(level.bank, 0.0);
+    EXPECT_NEAR(banked.bank, -0.17, 0.005);
+    EXPECT_GT(level.level, 4.0);
+    // The body leans outwards, by less where the bank takes a part of the load.
+    EXPECT_GT(level.roll, 0.03);
+    EXPECT_LT(banked.roll, 0.8 * level.roll);
+    for (const BankedTurn& turn : {level, banked})
+      EXPECT_NEAR(turn.read, turn.level + gravity * std::sin(turn.bank + turn.roll), 0.06);
+  }
 }
 
 TEST(Sim, ASlowServoStillDrivesTheLap) {

@@ -29,7 +29,8 @@ constexpr std::array<ParameterInfo, parameter_count> table{{
     {road_grade, "road_grade", "1", "Road and car", exact, property, 0.0, 0.0, 0.0, 0.15,
      "steepest grade of the road (published cars; scenario hills: 0.05)"},
     {road_bank, "road_bank", "rad", "Road and car", exact, property, 0.0, 0.0, 0.0, 0.2,
-     "largest banking of the road in its curves (published cars; scenario hills: 0.07)"},
+     "largest banking of the road in its curves (published cars; scenario hills: 0.07, banked: "
+     "0.17)"},
     {stiffness_error_front, "stiffness_error_front", "1", "Road and car", uniform, error, 0.12,
      0.15, 0.0, 0.8, "how far the front tyres differ from the configuration"},
     {stiffness_error_rear, "stiffness_error_rear", "1", "Road and car", uniform, error, 0.12, 0.15,

@@ -185,6 +185,8 @@ constexpr std::array scenarios{
              on_the_road, country_road},
     Scenario{"hills", "a full-size car on that road, uphill, downhill and banked",
              CarKind::bmw_320i, 18.0, 30.0, 1, on_the_road, country_road, 0.05, 4.0 * degree},
+    Scenario{"banked", "a full-size car on an oval, 45 m radius, with 10 degrees of bank",
+             CarKind::bmw_320i, 15.0, 20.0, 2, on_the_course, banked_oval, 0.0, 10.0 * degree},
     Scenario{"lap", "full-size cars: laps of a handling course, up to 7 m/s2", CarKind::bmw_320i,
              15.0, 25.0, 2, on_the_course, course_laps},
     Scenario{"circle", "full-size cars: steady turns to the left, 40 m radius", CarKind::bmw_320i,
