@@ -39,6 +39,7 @@ struct Arguments {
   int decimals = 6;
   bool ideal = false;
   bool servo = false;
+  bool moving_start = false;
   bool list = false;
   bool live = false;
   bool force = false;
@@ -52,6 +53,7 @@ sim::RunOptions run_options(const Arguments& arguments) {
   sim::RunOptions run = arguments.run;
   if (!arguments.car.empty()) run.car = sim::find_car(arguments.car);
   if (arguments.ideal) run.errors = sim::ErrorModel::ideal;
+  if (arguments.moving_start) run.ends = sim::Ends::moving;
   if (arguments.servo) run.sizes = sim::slow_servo();
   for (const sim::ParameterInfo& info : sim::parameter_table())
     if (const auto& size = arguments.sizes[static_cast<std::size_t>(info.parameter)])
@@ -260,10 +262,14 @@ void add_sim(Command odom) {
       .add_option("--duration", arguments->run.duration,
                   "End after this time [s], while the car moves")
       .type_name("T");
+  const Option standstill = command
+                                .add_option("--standstill", arguments->run.standstill,
+                                            "Time to stand before the start [s]; default: 3")
+                                .type_name("T");
   command
-      .add_option("--standstill", arguments->run.standstill,
-                  "Time to stand before the start [s]; default: 3")
-      .type_name("T");
+      .add_flag("--moving-start", arguments->moving_start,
+                "Start and end at speed: the car never stands")
+      .excludes(standstill);
   command.add_option("--seed", arguments->run.seed, "Seed of the errors and the noise; default: 1")
       .type_name("N");
 

@@ -58,9 +58,7 @@ can::E2eBinding bus_protection(const can::Message& message) {
 
 CarBus::CarBus(const ParameterSet& truth, double configured_wheel_radius, std::uint64_t seed,
                std::int64_t stamp_step_ns)
-    : clock_error_(truth[clock_error]),
-      cycle_jitter_(truth[cycle_jitter]),
-      stamp_jitter_(truth[stamp_jitter]),
+    : truth_(truth),
       stamp_step_ns_(stamp_step_ns),
       imu_(truth, seed),
       steering_(truth, seed),
@@ -68,6 +66,8 @@ CarBus::CarBus(const ParameterSet& truth, double configured_wheel_radius, std::u
               WheelEncoder(truth, front_right, configured_wheel_radius, seed),
               WheelEncoder(truth, rear_left, configured_wheel_radius, seed),
               WheelEncoder(truth, rear_right, configured_wheel_radius, seed)},
+      past_(nanoseconds(std::max({truth[gyro_latency], truth[accel_latency], truth[wheel_latency],
+                                  truth[steering_latency]}))),
       stamp_noise_(seed, "time stamps") {
   for (const can::Message& message : bus_database().messages) {
     Unit unit{.encoder = can::MessageEncoder(message, bus_protection(message)),
@@ -82,9 +82,10 @@ CarBus::CarBus(const ParameterSet& truth, double configured_wheel_radius, std::u
 // The jitter does not add up: each sample strays from its own place on the grid, by less than a
 // quarter of a cycle.
 void CarBus::schedule(Unit& unit) const {
-  const double stray = cycle_jitter_ * unit.jitter.normal();
+  const double stray = truth_[cycle_jitter] * unit.jitter.normal();
   const double most = 0.25 * seconds(unit.cycle_ns);
-  const double grid = static_cast<double>(unit.count) * seconds(unit.cycle_ns) * clock_error_;
+  const double grid =
+      static_cast<double>(unit.count) * seconds(unit.cycle_ns) * truth_[clock_error];
   unit.last_ns = unit.count > 0 ? unit.due_ns : 0;
   unit.due_ns = unit.phase_ns + unit.count * unit.cycle_ns +
                 nanoseconds(grid + std::clamp(stray, -most, most));
@@ -93,34 +94,41 @@ void CarBus::schedule(Unit& unit) const {
 
 void CarBus::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t to_ns,
                      const PlantOutput& to, std::vector<can::Frame>& frames) {
+  if (past_.empty()) past_.add(from_ns, from);
+  past_.add(to_ns, to);
   while (true) {
     const auto next = std::ranges::min_element(units_, {}, &Unit::due_ns);
     if (next->due_ns > to_ns) return;
-    const double part = seconds(next->due_ns - from_ns) / seconds(to_ns - from_ns);
-    sample(*next, interpolate(from, to, std::max(part, 0.0)));
+    sample(*next);
     frames.push_back(transmit(*next));
     schedule(*next);
   }
 }
 
-void CarBus::sample(Unit& unit, const PlantOutput& car) {
+PlantOutput CarBus::car_before(std::int64_t time_ns, Parameter latency) const {
+  return past_.at(time_ns - nanoseconds(truth_[latency]));
+}
+
+void CarBus::sample(Unit& unit) {
   can::MessageEncoder& encoder = unit.encoder;
   const double dt = unit.count > 1 ? seconds(unit.due_ns - unit.last_ns) : seconds(unit.cycle_ns);
-  const double measured_dt = dt / (1.0 + clock_error_);
+  const double measured_dt = dt / (1.0 + truth_[clock_error]);
   const std::string& name = encoder.message().name;
   if (name == "IMU") {
-    const ImuReading reading = imu_.read(car, dt);
+    const ImuReading reading = imu_.read(car_before(unit.due_ns, gyro_latency),
+                                         car_before(unit.due_ns, accel_latency), dt);
     encoder.set("YawRate", reading.yaw_rate);
     encoder.set("AccX", reading.accel_x);
     encoder.set("AccY", reading.accel_y);
   } else if (name == "STEERING") {
-    encoder.set("SteeringAngle", steering_.read(car));
-  } else if (name == "WHEELS_FRONT") {
-    encoder.set("WheelFrontLeft", wheels_[front_left].read(car, measured_dt));
-    encoder.set("WheelFrontRight", wheels_[front_right].read(car, measured_dt));
+    encoder.set("SteeringAngle", steering_.read(car_before(unit.due_ns, steering_latency)));
   } else {
-    encoder.set("WheelRearLeft", wheels_[rear_left].read(car, measured_dt));
-    encoder.set("WheelRearRight", wheels_[rear_right].read(car, measured_dt));
+    const PlantOutput car = car_before(unit.due_ns, wheel_latency);
+    const bool front = name == "WHEELS_FRONT";
+    encoder.set(front ? "WheelFrontLeft" : "WheelRearLeft",
+                wheels_[front ? front_left : rear_left].read(car, measured_dt));
+    encoder.set(front ? "WheelFrontRight" : "WheelRearRight",
+                wheels_[front ? front_right : rear_right].read(car, measured_dt));
   }
 }
 
@@ -128,7 +136,8 @@ void CarBus::sample(Unit& unit, const PlantOutput& car) {
 // comes to it.
 can::Frame CarBus::transmit(Unit& unit) {
   bus_free_ns_ = std::max(bus_free_ns_, unit.due_ns) + frame_ns;
-  const std::int64_t seen = bus_free_ns_ + nanoseconds(stamp_jitter_ * stamp_noise_.exponential());
+  const std::int64_t seen =
+      bus_free_ns_ + nanoseconds(truth_[stamp_jitter] * stamp_noise_.exponential());
   std::int64_t stamp = seen / stamp_step_ns_ * stamp_step_ns_;
   stamp = std::max(stamp, last_stamp_ns_ + stamp_step_ns_);
   last_stamp_ns_ = stamp;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "can_protocol/decode/message_encoder.hpp"
+#include "tools/sim/sensors/past_outputs.hpp"
 #include "tools/sim/sensors/sensors.hpp"
 
 namespace odomd::sim {
@@ -48,17 +49,17 @@ class CarBus {
   };
 
   void schedule(Unit& unit) const;
-  void sample(Unit& unit, const PlantOutput& car);
+  void sample(Unit& unit);
+  [[nodiscard]] PlantOutput car_before(std::int64_t time_ns, Parameter latency) const;
   can::Frame transmit(Unit& unit);
 
-  double clock_error_;
-  double cycle_jitter_;
-  double stamp_jitter_;
+  ParameterSet truth_;
   std::int64_t stamp_step_ns_;
   std::vector<Unit> units_;
   Imu imu_;
   SteeringSensor steering_;
   std::array<WheelEncoder, wheel_count> wheels_;
+  PastOutputs past_;
   RandomStream stamp_noise_;
   std::int64_t bus_free_ns_ = 0;
   std::int64_t last_stamp_ns_ = 0;

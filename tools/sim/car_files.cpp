@@ -149,7 +149,8 @@ nlohmann::ordered_json describe(const RunPlan& plan) {
   result["seed"] = plan.options.seed;
   result["speed"] = plan.speed;
   result["laps"] = plan.laps;
-  result["standstill"] = plan.options.standstill;
+  result["standstill"] = plan.options.ends == Ends::moving ? 0.0 : plan.options.standstill;
+  result["moving_start"] = plan.options.ends == Ends::moving;
   result["route_length"] = plan.length;
   result["start_pose"] = {plan.start.x, plan.start.y, plan.start.heading};
   result["start_time_ns"] = plan.options.start_ns;

@@ -75,7 +75,8 @@ RunPlan plan_of(const ExperimentOptions& options) {
 Json plant_of(const RunPlan& plan, const char* experiment) {
   Json plant = describe(plan);
   plant["scenario"] = experiment;
-  for (const char* key : {"speed", "laps", "standstill", "route_length", "start_pose"})
+  for (const char* key :
+       {"speed", "laps", "standstill", "moving_start", "route_length", "start_pose"})
     plant.erase(key);
   return plant;
 }

@@ -88,6 +88,9 @@ RunPlan make_plan(const RunOptions& options) {
     throw std::invalid_argument("camera_latency_max: must not be less than camera_latency_min");
 
   plan.route = scenario.route(plan.speed, plan.laps);
+  if (options.ends == Ends::moving && plan.route.legs.size() > 1)
+    throw std::invalid_argument("moving start: scenario " + options.scenario +
+                                " stops on its way; choose another, such as lap");
   plan.length = route_length(plan.route);
   for (FrictionPatch& patch : plan.route.patches)
     patch.friction = plan.truth[Parameter::patch_friction];
@@ -103,12 +106,15 @@ Simulation::Simulation(const RunPlan& plan)
                                     : std::numeric_limits<std::int64_t>::max()),
       deadline_ns_(deadline(plan)),
       plant_(plan.car, plan.start.x, plan.start.y, plan.start.heading),
-      driver_(plan.car, plan.route.legs, plan.scenario.limits, plan.options.standstill),
+      driver_(plan.car, plan.route.legs, plan.scenario.limits, plan.options.standstill,
+              plan.options.ends),
       bus_(plan.truth, configured_wheel_radius(plan.car_kind), plan.options.seed,
            plan.options.stamp_step_ns),
       camera_(plan.truth, plan.options.dropouts, plan.options.seed, plan.options.stamp_step_ns),
       film_(plan.car_kind, plan.truth, plan.options.seed),
-      road_{.grade = plan.truth[Parameter::road_grade], .bank = plan.truth[Parameter::road_bank]} {}
+      road_{.grade = plan.truth[Parameter::road_grade], .bank = plan.truth[Parameter::road_bank]} {
+  if (plan.options.ends == Ends::moving) plant_.set_speed(driver_.start_speed());
+}
 
 // Seen from the car, which may go along the track in reverse.
 RoadTilt Simulation::road_here(std::int64_t since_ns) const {

@@ -1,4 +1,4 @@
-// One run: the car, its driver, its bus and the camera, from standing to standing.
+// One run: the car, its driver, its bus and the camera, from standing to standing or on the move.
 #pragma once
 
 #include <cstdint>
@@ -29,6 +29,7 @@ struct RunOptions {
   std::optional<int> laps;
   std::optional<double> duration;  ///< ends then, wherever the car is [s]
   double standstill = 3.0;         ///< before the car sets off [s]
+  Ends ends = Ends::standing;      ///< moving: without any standstill
   std::uint64_t seed = 1;
   ErrorModel errors = ErrorModel::realistic;
   std::vector<Assignment> sizes;  ///< in the place of the defaults

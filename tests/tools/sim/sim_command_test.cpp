@@ -138,7 +138,7 @@ TEST(SimCommand, ListsItsScenarios) {
   const Outcome outcome = run_shell("odom sim --list");
   EXPECT_EQ(outcome.status, 0);
   for (const char* name : {"lap", "circle", "circles", "exercise", "slalom", "stop-and-go",
-                           "parking", "patch", "road"})
+                           "parking", "patch", "drift", "road", "hills", "banked"})
     EXPECT_THAT(outcome.out, HasSubstr(name));
 }
 

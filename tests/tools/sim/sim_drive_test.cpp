@@ -1,10 +1,12 @@
 // Whole simulated drives: they end, they close, they repeat, and their frames say what was sensed.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -93,6 +95,8 @@ INSTANTIATE_TEST_SUITE_P(Sim, EveryFullSizeDrive,
                                            FullSizeDrive{CarKind::ford_escort, "slalom", 8.0},
                                            FullSizeDrive{CarKind::vw_vanagon, "slalom", 15.0},
                                            FullSizeDrive{CarKind::vw_vanagon, "hills", 18.0},
+                                           FullSizeDrive{CarKind::bmw_320i, "banked", 20.0},
+                                           FullSizeDrive{CarKind::vw_vanagon, "banked", 15.0},
                                            FullSizeDrive{CarKind::ford_escort, "parking", 3.0},
                                            FullSizeDrive{CarKind::bmw_320i, "circle", 14.0},
                                            FullSizeDrive{CarKind::bmw_320i, "stop-and-go", 15.0}));
@@ -115,11 +119,74 @@ TEST(Sim, ACarOfPublishedDataRepeatsAndSpeaksAtItsOwnPace) {
   EXPECT_EQ(bus_database_text(make_plan({}).truth), bus_database_text());
 }
 
+// Mean lateral specific force, bank and roll in the half circles of the oval, and what a level road
+// would give.
+struct BankedTurn {
+  double read = 0.0, level = 0.0, bank = 0.0, roll = 0.0;
+};
+
+BankedTurn banked_turn(CarKind car, double bank) {
+  Simulation simulation(make_plan({.scenario = "banked",
+                                   .car = car,
+                                   .laps = 1,
+                                   .standstill = 0.0,
+                                   .errors = ErrorModel::ideal,
+                                   .sizes = {{Parameter::road_bank, bank}}}));
+  BankedTurn sum;
+  double count = 0.0;
+  Happenings happenings;
+  while (simulation.advance(simulation.time_ns() + 10'000'000, happenings) == RunState::running) {
+    const PlantOutput& out = simulation.plant().output();
+    if (out.yaw_rate < 0.9 * out.v_x / 45.0 || out.v_x < 14.0) continue;
+    sum.read += specific_force_at(out, 0.0, 0.0).y;
+    sum.level += out.v_x * out.yaw_rate;
+    sum.bank += out.bank;
+    sum.roll += out.roll;
+    count += 1.0;
+  }
+  return {sum.read / count, sum.level / count, sum.bank / count, sum.roll / count};
+}
+
+TEST(Sim, TheAccelerometerReadsGravityInABankedTurn) {
+  constexpr double gravity = 9.80665;
+  for (const CarKind car : {CarKind::bmw_320i, CarKind::vw_vanagon}) {
+    const BankedTurn level = banked_turn(car, 0.0), banked = banked_turn(car, 0.17);
+    EXPECT_EQ(level.bank, 0.0);
+    EXPECT_NEAR(banked.bank, -0.17, 0.005);
+    EXPECT_GT(level.level, 4.0);
+    // The body leans outwards, by less where the bank takes a part of the load.
+    EXPECT_GT(level.roll, 0.03);
+    EXPECT_LT(banked.roll, 0.8 * level.roll);
+    for (const BankedTurn& turn : {level, banked})
+      EXPECT_NEAR(turn.read, turn.level + gravity * std::sin(turn.bank + turn.roll), 0.06);
+  }
+}
+
 TEST(Sim, ASlowServoStillDrivesTheLap) {
   RunOptions options{.scenario = "lap", .speed = 2.0, .laps = 1, .standstill = 0.0};
   options.sizes = slow_servo();
   const Drive d = drive(options);
   EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.1);
+}
+
+TEST(Sim, AMovingStartNeverStands) {
+  const std::array<std::pair<std::string, double>, 3> drives{
+      {{"lap", 1.4}, {"circle", 0.9}, {"road", 15.0}}};
+  for (const auto& [scenario, slowest] : drives) {
+    const Drive d = drive({.scenario = scenario, .laps = 1, .ends = Ends::moving});
+    // The driver may slow down for the curves of the road.
+    for (const TruthRow& row : d.all.truth) EXPECT_GT(row.v_x, 0.5 * slowest) << scenario;
+    EXPECT_GT(d.all.truth.front().v_x, slowest) << scenario;
+    const double scale = size_of(d.plan.car_kind) == CarSize::full ? 10.0 : 1.0;
+    EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.1 * scale);
+    // Its wheels turn from the first frame on.
+    const auto wheels = std::ranges::find(d.all.frames, 0x1A1U, &can::Frame::id);
+    EXPECT_NE(std::vector(wheels->data.begin() + 2, wheels->data.begin() + 5),
+              std::vector<std::uint8_t>(3, 0))
+        << scenario;
+  }
+  EXPECT_THROW((void)make_plan({.scenario = "parking", .ends = Ends::moving}),
+               std::invalid_argument);
 }
 
 TEST(Sim, LapsCloseAtEverySpeed) {

@@ -176,6 +176,7 @@ void Plant::write_output(const PlantInput& input) {
              .steering = state_[steer],
              .commanded_steering = input.steering,
              .wheel_angle = {},
+             .wheel_rate = {},
              .roll = state_[roll],
              .pitch = state_[pitch],
              .roll_rate = state_[roll_rate],
@@ -186,8 +187,10 @@ void Plant::write_output(const PlantInput& input) {
              .bank = road_.bank,
              .grade_rate = road_.grade_rate,
              .bank_rate = road_.bank_rate};
-  for (std::size_t wheel = 0; wheel < wheel_count; ++wheel)
+  for (std::size_t wheel = 0; wheel < wheel_count; ++wheel) {
     output_.wheel_angle[wheel] = state_[at(wheel, turned)];
+    output_.wheel_rate[wheel] = state_[at(wheel, spin)];
+  }
 }
 
 void Plant::set_speed(double v_x) {

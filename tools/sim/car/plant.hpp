@@ -94,7 +94,7 @@ class Plant {
   [[nodiscard]] std::array<double, wheel_count> slip_x() const;
   [[nodiscard]] std::array<double, wheel_count> slip_y() const;
 
-  /// For tests: sets it rolling straight on without slip.
+  /// Sets it rolling straight on without slip.
   void set_speed(double v_x);
 
   /// Energy of motion: the body's and the wheels' [J].

@@ -18,6 +18,7 @@ struct PlantOutput {
   double steering = 0.0;  ///< where the front wheels are
   double commanded_steering = 0.0;
   std::array<double, wheel_count> wheel_angle{};  ///< turned since the start [rad]
+  std::array<double, wheel_count> wheel_rate{};   ///< [rad/s]
   /// Of the body against the road, and of the road.
   double roll = 0.0, pitch = 0.0;
   double roll_rate = 0.0, pitch_rate = 0.0;

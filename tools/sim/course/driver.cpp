@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
+
+#include "tools/sim/course/power_slide.hpp"
 
 namespace odomd::sim {
 namespace {
@@ -43,10 +46,16 @@ TrackPoint standing_pose(const PlantParameters& car, const Leg& leg) {
   return p;
 }
 
-Driver::Driver(PlantParameters car, std::vector<Leg> legs, const DriverLimits& limits, double wait)
-    : car_(std::move(car)), legs_(std::move(legs)), limits_(limits), wait_(wait) {
+Driver::Driver(PlantParameters car, std::vector<Leg> legs, const DriverLimits& limits, double wait,
+               Ends ends)
+    : car_(std::move(car)),
+      legs_(std::move(legs)),
+      limits_(limits),
+      ends_(ends),
+      wait_(ends == Ends::moving ? 0.0 : wait) {
   for (const Leg& leg : legs_) total_ += leg.end - leg.begin;
   begin_leg();
+  wanted_speed_ = start_speed();
 }
 
 void Driver::begin_leg() {
@@ -58,7 +67,8 @@ void Driver::begin_leg() {
 
 double Driver::planned_speed(double s) const {
   const Leg& leg = legs_[leg_];
-  const double remaining = leg.end - s;
+  const double remaining =
+      ends_ == Ends::moving ? std::numeric_limits<double>::infinity() : leg.end - s;
   if (remaining <= arrived) return 0.0;
   double on_track = s;
   if (leg.track->shape() == Shape::closed)
@@ -70,37 +80,68 @@ double Driver::planned_speed(double s) const {
 }
 
 // Path following at the rear axle. With e the lateral error and θ the error of the course, both of
-// the travelled direction, and u = ±tan δ:  e' = sin θ,  θ' = u / l - κ  per metre of way, so that
-//   u = l (κ - e / λ² - 2 sin θ / λ)
-// closes the loop critically damped with the length λ, forward and in reverse alike. Driving
-// forward, the understeer that the linear tyres will show is added, δ += (m/l)(l_h/C_v - l_v/C_h)
-// a_y.
+// the travelled direction, and κ_c the curvature to drive:  e' = sin θ,  θ' = κ_c - κ  per metre of
+// way, so that
+//   κ_c = κ - e / λ² - 2 sin θ / λ
+// closes the loop critically damped with the length λ, forward and in reverse alike.
+double Driver::path_curvature(const PlantOutput& car, double curvature, double reach) const {
+  const Leg& leg = legs_[leg_];
+  const double wheelbase = car_.front_axle + car_.rear_axle;
+  const double rear_x = car.x - car_.rear_axle * std::cos(car.yaw);
+  const double rear_y = car.y - car_.rear_axle * std::sin(car.yaw);
+  const TrackPoint here = leg.track->at(s_);
+  const double e =
+      (rear_y - here.y) * std::cos(here.heading) - (rear_x - here.x) * std::sin(here.heading);
+  double course = car.yaw + (leg.gear == Gear::reverse ? std::numbers::pi : 0.0);
+  if (std::abs(car.v_x) > 2.0 * wheelbase)
+    course += std::atan((car.v_y - car_.rear_axle * car.yaw_rate) / car.v_x);
+  const double theta = course - here.heading;
+  return curvature - std::clamp(e, -reach, reach) / (reach * reach) - 2.0 * std::sin(theta) / reach;
+}
+
+// u = ±tan δ = l κ_c. Driving forward, the understeer that the linear tyres will show is added,
+// δ += (m/l)(l_h/C_v - l_v/C_h) a_y.
 double Driver::steering(const PlantOutput& car) const {
   const Leg& leg = legs_[leg_];
   const double sign = gear_sign(leg.gear);
   const double wheelbase = car_.front_axle + car_.rear_axle;
-  const double rear_x = car.x - car_.rear_axle * std::cos(car.yaw);
-  const double rear_y = car.y - car_.rear_axle * std::sin(car.yaw);
   const double speed = std::abs(car.v_x);
-
-  const TrackPoint here = leg.track->at(s_);
   const double preview = (car_.steering_delay + car_.steering_lag + 0.07) * speed;
   const double curvature = leg.track->at(s_ + preview).curvature;
-  const double e =
-      (rear_y - here.y) * std::cos(here.heading) - (rear_x - here.x) * std::sin(here.heading);
-  double course = car.yaw + (leg.gear == Gear::reverse ? std::numbers::pi : 0.0);
-  if (speed > 2.0 * wheelbase)
-    course += std::atan((car.v_y - car_.rear_axle * car.yaw_rate) / car.v_x);
-  const double theta = course - here.heading;
-
   const double reach = std::max(1.5 * wheelbase, limits_.horizon * speed);
-  const double u = wheelbase * (curvature - std::clamp(e, -reach, reach) / (reach * reach) -
-                                2.0 * std::sin(theta) / reach);
+  const double u = wheelbase * path_curvature(car, curvature, reach);
   const double understeer = car_.mass / wheelbase *
                             (car_.rear_axle / car_.cornering_stiffness_front -
                              car_.front_axle / car_.cornering_stiffness_rear);
   const double extra = leg.gear == Gear::forward ? understeer * speed * speed * curvature : 0.0;
   return std::clamp(sign * std::atan(u) + extra, -car_.steering_limit, car_.steering_limit);
+}
+
+// A slide begins a little before a curve that the car is quick enough for, and ends before the
+// curve does. The sideslip angle is ramped; until the car grips again there is no other driving.
+std::optional<PlantInput> Driver::slide(const PlantOutput& car, double dt) {
+  const Leg& leg = legs_[leg_];
+  if (leg.slide == 0.0) return std::nullopt;
+  constexpr double begin = 0.3, end = 0.6;    // this long before the curve does [s]
+  constexpr double ramp = 3.0, grips = 0.3;   // [rad/s], [rad]
+  constexpr double quick = 0.4, reach = 3.0;  // of the grip; [m]
+  const double speed = std::hypot(car.v_x, car.v_y);
+  const double near = leg.track->at(s_ + begin * speed).curvature;
+  const double far = leg.track->at(s_ + end * speed).curvature;
+  const double curvature = std::abs(near) < std::abs(far) ? near : far;
+  double sideslip = 0.0;
+  if (speed * speed * std::abs(curvature) > quick * car_.friction * standard_gravity) {
+    slide_curvature_ = curvature;
+    sideslip = -std::copysign(leg.slide, curvature);
+  }
+  sideslip_ += std::clamp(sideslip - sideslip_, -ramp * dt, ramp * dt);
+  if (sideslip_ == 0.0 && std::abs(std::atan2(car.v_y, car.v_x)) < grips) return std::nullopt;
+
+  // Not much wider or tighter than the curve: a slide does not change sides.
+  const double corrected = path_curvature(car, slide_curvature_, reach) / slide_curvature_;
+  return hold_slide(
+      car_, car,
+      {.sideslip = sideslip_, .curvature = slide_curvature_ * std::clamp(corrected, 0.5, 1.5)});
 }
 
 PlantInput Driver::drive(const PlantOutput& car, double dt) {
@@ -116,13 +157,18 @@ PlantInput Driver::drive(const PlantOutput& car, double dt) {
   s_ = leg.track->nearest(rear_x, rear_y, s_);
   const TrackPoint foot = leg.track->at(s_);
   off_track_ = std::hypot(rear_x - foot.x, rear_y - foot.y);
-  if (standing && leg.end - s_ <= arrived) {
+  if (ends_ == Ends::moving ? s_ >= leg.end : standing && leg.end - s_ <= arrived) {
     finished_ += leg.end - leg.begin;
-    wait_ = leg.pause;
+    wait_ = ends_ == Ends::moving ? 0.0 : leg.pause;
     waited_ = 0.0;
     ++leg_;
     begin_leg();
     return {.steering = steering_, .force = 0.0};
+  }
+  if (const auto input = slide(car, dt)) {
+    wanted_speed_ = car.v_x;
+    steering_ = input->steering;
+    return *input;
   }
   steering_ = steering(car);
 

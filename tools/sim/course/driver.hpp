@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "tools/sim/car/plant.hpp"
@@ -22,7 +23,11 @@ struct Leg {
   double speed = 1.0;  ///< on straights [m/s]
   double pause = 1.0;  ///< stands so long afterwards [s]
   Gear gear = Gear::forward;
+  double slide = 0.0;  ///< sideslip angle to hold in curves, by the throttle [rad]
 };
+
+/// How a drive begins and ends: standing, or at the planned speed.
+enum class Ends : std::uint8_t { standing, moving };
 
 /// How hard the driver drives.
 struct DriverLimits {
@@ -34,7 +39,9 @@ struct DriverLimits {
 
 class Driver {
  public:
-  Driver(PlantParameters car, std::vector<Leg> legs, const DriverLimits& limits, double wait);
+  /// Waits for `wait` seconds before a standing start. A moving one needs routes of a single leg.
+  Driver(PlantParameters car, std::vector<Leg> legs, const DriverLimits& limits, double wait,
+         Ends ends = Ends::standing);
 
   /// What the driver wants now; `dt` since the last call.
   PlantInput drive(const PlantOutput& car, double dt);
@@ -54,14 +61,22 @@ class Driver {
   }
   [[nodiscard]] double total() const { return total_; }
 
+  /// Speed of the car at the start, along its leg [m/s].
+  [[nodiscard]] double start_speed() const {
+    return ends_ == Ends::moving ? planned_speed(legs_.front().begin) : 0.0;
+  }
+
  private:
   void begin_leg();
   [[nodiscard]] double planned_speed(double s) const;
+  [[nodiscard]] double path_curvature(const PlantOutput& car, double curvature, double reach) const;
   [[nodiscard]] double steering(const PlantOutput& car) const;
+  [[nodiscard]] std::optional<PlantInput> slide(const PlantOutput& car, double dt);
 
   PlantParameters car_;
   std::vector<Leg> legs_;
   DriverLimits limits_;
+  Ends ends_;
   double wait_;  // until the next leg, or until it is over
   double waited_ = 0.0;
   std::size_t leg_ = 0;
@@ -69,6 +84,8 @@ class Driver {
   double off_track_ = 0.0;     // distance of the rear axle from the track
   double wanted_speed_ = 0.0;  // ramped
   double steering_ = 0.0;
+  double sideslip_ = 0.0;         // to hold in a slide, ramped [rad]
+  double slide_curvature_ = 0.0;  // of the curve that it slides through
   double finished_ = 0.0;
   double total_ = 0.0;
   std::vector<double> plan_;  // v² at the track's samples, braking before curves included

@@ -119,6 +119,15 @@ Route car_park(double speed, int laps) {
   return route;
 }
 
+// Two straights, and two half circles to the left that have all of the bank.
+Route banked_oval(double speed, int laps) {
+  static const std::vector<Corner> corners{
+      {0, 0, 40}, {85, 0, 45}, {85, 91, 45}, {-85, 91, 45}, {-85, 0, 45}};
+  return rounds(
+      std::make_shared<Track>(rounded_polygon(corners, Shape::closed, 0.2), Shape::closed, 12.0),
+      speed, laps);
+}
+
 Route country_road(double speed, int laps) {
   static const std::vector<Corner> corners{
       {150, 0, 60},   {330, 0, 60},   {420, 110, 45}, {330, 190, 35}, {380, 290, 40},

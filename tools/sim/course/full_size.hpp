@@ -20,6 +20,9 @@ namespace odomd::sim {
 /// Into a bay in reverse, out, to the kerb, out, and home in reverse.
 [[nodiscard]] Route car_park(double speed, int laps);
 
+/// An oval whose half circles, to the left, have a radius of 45 m.
+[[nodiscard]] Route banked_oval(double speed, int laps);
+
 /// A winding country road of 1.5 km that closes.
 [[nodiscard]] Route country_road(double speed, int laps);
 

@@ -91,6 +91,29 @@ Route stop_and_go(double speed, int laps) {
   return route;
 }
 
+// A figure of eight whose loops are driven in power slides. Starts at the crossing.
+Route drift(double speed, int laps) {
+  constexpr double radius = 1.8, distance = 4.5;  // of the loops' centres from the crossing
+  constexpr int points = 500;
+  const double angle = std::asin(radius / distance);
+  const double straight = distance * std::cos(angle);
+  std::vector<Point> line;
+  for (const double side : {1.0, -1.0}) {
+    const auto add_straight = [&](double way, double y) {
+      line.push_back({side * way * std::cos(angle), y * way * std::sin(angle)});
+    };
+    for (int k = 0; k < points; ++k) add_straight(straight * k / points, -1.0);
+    for (int k = 0; k < points; ++k) {
+      const double turned = -angle + (pi + 2.0 * angle) * k / points;
+      line.push_back({side * (distance + radius * std::sin(turned)), -radius * std::cos(turned)});
+    }
+    for (int k = points; k > 0; --k) add_straight(straight * k / points, 1.0);
+  }
+  Leg leg = rounds(std::make_shared<Track>(line, Shape::closed, 0.5), speed, laps);
+  leg.slide = 55.0 * pi / 180.0;
+  return {{leg}, {}};
+}
+
 TrackPointer open_line(const std::vector<Corner>& corners) {
   return std::make_shared<Track>(rounded_polygon(corners, Shape::open, 0.01), Shape::open, 0.3);
 }
@@ -130,6 +153,7 @@ Route patch(double speed, int laps) {
 }
 
 constexpr DriverLimits brisk{.lateral = 5.0, .acceleration = 2.0, .deceleration = 2.0};
+constexpr DriverLimits drifting{.lateral = 7.5, .acceleration = 3.0, .deceleration = 3.0};
 constexpr DriverLimits gentle{.lateral = 3.0, .acceleration = 0.8, .deceleration = 0.8};
 constexpr DriverLimits blind{.lateral = 50.0, .acceleration = 1.5, .deceleration = 1.5};
 constexpr DriverLimits on_the_road{.lateral = 3.5, .acceleration = 1.8, .deceleration = 2.0};
@@ -155,10 +179,14 @@ constexpr std::array scenarios{
              0.6, 1.5, 3, gentle, parking},
     Scenario{"patch", "laps with ice in two curves and on the straight", CarKind::scale_car, 1.6,
              3.0, 3, blind, patch},
+    Scenario{"drift", "a figure of eight in power slides, left and right", CarKind::scale_car, 3.4,
+             4.0, 3, drifting, drift},
     Scenario{"road", "a full-size car on 1.5 km of winding road", CarKind::saloon, 18.0, 30.0, 1,
              on_the_road, country_road},
     Scenario{"hills", "a full-size car on that road, uphill, downhill and banked",
              CarKind::bmw_320i, 18.0, 30.0, 1, on_the_road, country_road, 0.05, 4.0 * degree},
+    Scenario{"banked", "a full-size car on an oval, 45 m radius, with 10 degrees of bank",
+             CarKind::bmw_320i, 15.0, 20.0, 2, on_the_course, banked_oval, 0.0, 10.0 * degree},
     Scenario{"lap", "full-size cars: laps of a handling course, up to 7 m/s2", CarKind::bmw_320i,
              15.0, 25.0, 2, on_the_course, course_laps},
     Scenario{"circle", "full-size cars: steady turns to the left, 40 m radius", CarKind::bmw_320i,

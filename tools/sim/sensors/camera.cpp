@@ -40,13 +40,23 @@ Camera::Camera(const ParameterSet& truth, std::vector<Dropout> dropouts, std::ui
       timing_(seed, "latency of the camera"),
       noise_(seed, "noise of the camera"),
       outliers_(seed, "outliers of the camera"),
+      lasting_noise_(seed, "lasting errors of the camera"),
       stamp_step_ns_(stamp_step_ns),
-      due_ns_(nanoseconds(timing_.uniform() * truth[camera_period])) {}
+      due_ns_(nanoseconds(timing_.uniform() * truth[camera_period])) {
+  for (double& error : lasting_) error = lasting_noise_.normal();
+}
+
+// Gauss-Markov processes of variance 1: e_k = a e_(k-1) + √(1 - a²) n,  a = e^(-Δt/τ)
+void Camera::age_lasting_errors() {
+  const double a = std::exp(-truth_[camera_period] / truth_[camera_lasting_time]);
+  for (double& error : lasting_)
+    error = a * error + std::sqrt(1.0 - a * a) * lasting_noise_.normal();
+}
 
 void Camera::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t to_ns,
                      const PlantOutput& to, std::vector<estimator::CameraPose>& poses) {
   for (; due_ns_ <= to_ns; due_ns_ += nanoseconds(truth_[camera_period])) {
-    // The stamp says exactly when the picture was taken.
+    // Without a delay the stamp says exactly when the picture was taken.
     const std::int64_t capture_ns = due_ns_ / stamp_step_ns_ * stamp_step_ns_;
     const PlantOutput car = interpolate(
         from, to, static_cast<double>(capture_ns - from_ns) / static_cast<double>(to_ns - from_ns));
@@ -54,6 +64,7 @@ void Camera::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t
     const double c = std::cos(car.yaw), s = std::sin(car.yaw);
 
     // All draws are taken, needed or not.
+    age_lasting_errors();
     const double latency = timing_.uniform(truth_[camera_latency_min], truth_[camera_latency_max]);
     const double noise_x = noise_.normal(), noise_y = noise_.normal(), noise_yaw = noise_.normal();
     const bool outlier = outliers_.uniform() < truth_[camera_outliers];
@@ -67,20 +78,25 @@ void Camera::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t
     if (blind) continue;
 
     estimator::CameraPose pose;
-    pose.capture_ns = capture_ns;
-    pose.arrival_ns = (capture_ns + nanoseconds(latency)) / stamp_step_ns_ * stamp_step_ns_;
+    pose.capture_ns =
+        (capture_ns + nanoseconds(truth_[camera_stamp_delay])) / stamp_step_ns_ * stamp_step_ns_;
+    pose.arrival_ns = (pose.capture_ns + nanoseconds(latency)) / stamp_step_ns_ * stamp_step_ns_;
     pose.arrival_ns = std::max(pose.arrival_ns, last_arrival_ns_ + stamp_step_ns_);
     last_arrival_ns_ = pose.arrival_ns;
-    pose.x = car.x + c * x - s * y + truth_[camera_noise] * noise_x;
-    pose.y = car.y + s * x + c * y + truth_[camera_noise] * noise_y;
-    pose.yaw = std::remainder(car.yaw + truth_[camera_yaw] + truth_[camera_yaw_noise] * noise_yaw,
+    const double lasting = truth_[camera_lasting_noise];
+    const double lasting_yaw = truth_[camera_lasting_yaw_noise];
+    pose.x = car.x + c * x - s * y + truth_[camera_noise] * noise_x + lasting * lasting_[0];
+    pose.y = car.y + s * x + c * y + truth_[camera_noise] * noise_y + lasting * lasting_[1];
+    pose.yaw = std::remainder(car.yaw + truth_[camera_yaw] + truth_[camera_yaw_noise] * noise_yaw +
+                                  lasting_yaw * lasting_[2],
                               2.0 * std::numbers::pi);
     if (outlier) {
       pose.x += astray * std::cos(direction);
       pose.y += astray * std::sin(direction);
     }
-    pose.sigma_x = pose.sigma_y = std::max(truth_[camera_noise], 1e-3);
-    pose.sigma_yaw = std::max(truth_[camera_yaw_noise], 1e-3);
+    // The sigmas are right; only that errors last is not stated.
+    pose.sigma_x = pose.sigma_y = std::max(std::hypot(truth_[camera_noise], lasting), 1e-3);
+    pose.sigma_yaw = std::max(std::hypot(truth_[camera_yaw_noise], lasting_yaw), 1e-3);
     poses.push_back(pose);
   }
 }

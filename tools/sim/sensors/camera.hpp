@@ -1,7 +1,8 @@
-// The camera next to the track: sees the car's pose late and with noise, sometimes wrong, sometimes
-// not at all.
+// The camera next to the track: sees the car's pose late, with noise and with errors that last,
+// sometimes wrong, sometimes not at all.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string_view>
 #include <vector>
@@ -32,9 +33,12 @@ class Camera {
                const PlantOutput& to, std::vector<estimator::CameraPose>& poses);
 
  private:
+  void age_lasting_errors();
+
   ParameterSet truth_;
   std::vector<Dropout> dropouts_;
-  RandomStream timing_, noise_, outliers_;
+  RandomStream timing_, noise_, outliers_, lasting_noise_;
+  std::array<double, 3> lasting_{};  // of x, y and yaw, in standard deviations
   std::int64_t stamp_step_ns_;
   std::int64_t due_ns_ = 0;
   std::int64_t last_arrival_ns_ = 0;

@@ -26,21 +26,31 @@ double noise_share(const ParameterSet& truth, const PlantOutput& car) {
   return rest + (1.0 - rest) * std::min(1.0, std::abs(car.v_x) / truth[vibration_speed]);
 }
 
+// A range of 0 does not limit.
+double saturated(double value, double range) {
+  return range > 0.0 ? std::clamp(value, -range, range) : value;
+}
+
 }  // namespace
 
-ImuReading Imu::read(const PlantOutput& car, double dt) {
+ImuReading Imu::read(const PlantOutput& gyro_car, const PlantOutput& car, double dt) {
   const BodyForce force = specific_force_at(car, truth_[imu_x], truth_[imu_y], truth_[imu_z]);
   const double c = std::cos(truth_[imu_yaw_error]), s = std::sin(truth_[imu_yaw_error]);
   const double share = noise_share(truth_, car);
   const double scale = 1.0 + truth_[accel_scale_error];
-  ImuReading reading;
-  reading.yaw_rate = (1.0 + truth_[gyro_scale_error]) * body_yaw_rate(car) + gyro_bias_.after(dt) +
-                     share * truth_[gyro_noise] * gyro_noise_.normal();
-  reading.accel_x = scale * (c * force.x + s * force.y) + accel_bias_x_.after(dt) +
-                    share * truth_[accel_noise] * accel_noise_.normal();
-  reading.accel_y = scale * (-s * force.x + c * force.y) + accel_bias_y_.after(dt) +
-                    share * truth_[accel_noise] * accel_noise_.normal();
-  return reading;
+  // b(t) = b_0 + walk + Δ (1 - e^(-t/τ))
+  on_for_ += dt;
+  const double drift = -truth_[gyro_drift] * std::expm1(-on_for_ / truth_[gyro_drift_time]);
+  const double yaw_rate = (1.0 + truth_[gyro_scale_error]) * body_yaw_rate(gyro_car) +
+                          gyro_bias_.after(dt) + drift +
+                          share * truth_[gyro_noise] * gyro_noise_.normal();
+  const double accel_x = scale * (c * force.x + s * force.y) + accel_bias_x_.after(dt) +
+                         share * truth_[accel_noise] * accel_noise_.normal();
+  const double accel_y = scale * (-s * force.x + c * force.y) + accel_bias_y_.after(dt) +
+                         share * truth_[accel_noise] * accel_noise_.normal();
+  return {.yaw_rate = saturated(yaw_rate, truth_[gyro_range]),
+          .accel_x = saturated(accel_x, truth_[accel_range]),
+          .accel_y = saturated(accel_y, truth_[accel_range])};
 }
 
 WheelEncoder::WheelEncoder(const ParameterSet& truth, Wheel wheel, double configured_radius,
@@ -50,17 +60,24 @@ WheelEncoder::WheelEncoder(const ParameterSet& truth, Wheel wheel, double config
       counts_(truth[encoder_counts]),
       noise_(truth[wheel_noise]),
       step_(truth[wheel_step]),
+      dead_band_(truth[wheel_dead_band]),
       stream_(seed, "wheel " + std::to_string(wheel)),
       phase_(stream_.uniform()) {}
 
+double WheelEncoder::quantised_turns(double angle) const {
+  const double turns = angle / (2.0 * std::numbers::pi);
+  return counts_ > 0.0 ? std::floor(turns * counts_ + phase_) / counts_ : turns;
+}
+
 double WheelEncoder::read(const PlantOutput& car, double dt) {
-  const double turns = car.wheel_angle[wheel_] / (2.0 * std::numbers::pi);
-  const double seen = counts_ > 0.0 ? std::floor(turns * counts_ + phase_) / counts_ : turns;
-  const double moved = last_ ? seen - *last_ : 0.0;
+  const double seen = quantised_turns(car.wheel_angle[wheel_]);
+  const double before = quantised_turns(car.wheel_angle[wheel_] - car.wheel_rate[wheel_] * dt);
+  const double moved = seen - last_.value_or(before);
   last_ = seen;
   const double noise = noise_ * stream_.normal();
   if (moved == 0.0) return 0.0;
   const double speed = 2.0 * std::numbers::pi * radius_ * moved / dt + noise;
+  if (std::abs(speed) < dead_band_) return 0.0;
   return step_ > 0.0 ? step_ * std::round(speed / step_) : speed;
 }
 
@@ -72,7 +89,7 @@ double SteeringSensor::read(const PlantOutput& car) {
   const double read = (1.0 + truth_[steering_scale_error]) * angle + truth_[steering_offset] +
                       truth_[steering_noise] * stream_.normal();
   const double step = truth_[steering_step];
-  return step > 0.0 ? step * std::round(read / step) : read;
+  return saturated(step > 0.0 ? step * std::round(read / step) : read, truth_[steering_range]);
 }
 
 double wheel_speed_sigma(const ParameterSet& sizes, double configured_radius, double cycle_s) {

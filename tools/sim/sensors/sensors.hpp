@@ -42,11 +42,13 @@ class Imu {
  public:
   Imu(const ParameterSet& truth, std::uint64_t seed);
 
-  /// `dt` since the last reading.
-  ImuReading read(const PlantOutput& car, double dt);
+  /// `dt` since the last reading. The gyro measures `gyro_car`, the accelerometers `car`: the car
+  /// as it was before the latency of each.
+  ImuReading read(const PlantOutput& gyro_car, const PlantOutput& car, double dt);
 
  private:
   ParameterSet truth_;
+  double on_for_ = 0.0;  // [s]
   WalkingBias gyro_bias_, accel_bias_x_, accel_bias_y_;
   RandomStream gyro_noise_, accel_noise_;
 };
@@ -58,15 +60,18 @@ class WheelEncoder {
                std::uint64_t seed);
 
   /// Speed of the wheel [m/s]; `dt` since the last reading, by the control unit's clock. A wheel
-  /// that stands reads 0 exactly.
+  /// that stands, or is in the dead band, reads 0 exactly.
   double read(const PlantOutput& car, double dt);
 
  private:
+  [[nodiscard]] double quantised_turns(double angle) const;
+
   Wheel wheel_;
   double radius_;
   double counts_;
   double noise_;
   double step_;
+  double dead_band_;
   RandomStream stream_;
   double phase_;  ///< of the marks when the wheel is at 0 [turns]
   std::optional<double> last_;

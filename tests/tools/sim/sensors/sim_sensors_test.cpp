@@ -92,7 +92,7 @@ TEST(Imu, TheBiasWalksAsItsDensitySays) {
     truth[gyro_bias_walk] = 1e-3;
     Imu imu(truth, seed);
     double last = 0.0;
-    for (int k = 0; k < 2000; ++k) last = imu.read({}, 0.005).yaw_rate;
+    for (int k = 0; k < 2000; ++k) last = imu.read({}, {}, 0.005).yaw_rate;
     ends.add(last);
   }
   EXPECT_NEAR(ends.mean(), 0.0, 5e-4);
@@ -110,7 +110,7 @@ TEST(Imu, ScalesBiasesAndTurnsWhatItFeels) {
   car.yaw_rate = 2.0;
   car.accel_x = 1.0;
   car.accel_y = 3.0;
-  const ImuReading reading = imu.read(car, 0.005);
+  const ImuReading reading = imu.read(car, car, 0.005);
   EXPECT_NEAR(reading.yaw_rate, 2.0 * 1.02 + 0.01, 1e-12);
   const double at_x = 1.0 - 4.0 * truth[imu_x], at_y = 3.0 - 4.0 * truth[imu_y];
   EXPECT_NEAR(reading.accel_x, std::cos(0.1) * at_x + std::sin(0.1) * at_y + 0.3, 1e-12);
@@ -124,7 +124,7 @@ std::array<double, 2> noise_at(const ParameterSet& truth, double speed) {
   PlantOutput car;
   car.v_x = speed;
   for (int k = 0; k < 20'000; ++k) {
-    const ImuReading reading = imu.read(car, 0.01);
+    const ImuReading reading = imu.read(car, car, 0.01);
     gyro.add(reading.yaw_rate);
     accel.add(reading.accel_y);
   }
