@@ -112,8 +112,8 @@ inline void add_sample(SourceHistory& history, std::int64_t time_ns, double valu
   if (history.begun < history.first.size()) {
     const auto begin = history.first.begin();
     const auto end = begin + static_cast<std::ptrdiff_t>(++history.begun);
-    std::copy_backward(std::upper_bound(begin, end - 1, value), end - 1, end);
-    *std::lower_bound(begin, end, value) = value;
+    *(end - 1) = value;
+    std::rotate(std::upper_bound(begin, end - 1, value), end - 1, end);
     const double median = history.first[history.begun / 2];
     history.means.fill({median, median});
   }
