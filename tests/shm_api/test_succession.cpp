@@ -151,6 +151,21 @@ TEST_F(Succession, ADamagedSegmentLeavesAWholePoseOrNone) {
   EXPECT_GT(refused, 450);
 }
 
+TEST_F(Succession, ADamagedTickDoesNotPassForThatOfAnotherSlot) {
+  {
+    Writer writer(settings, test_info());
+    for (std::uint64_t tick = 1; tick <= 100; ++tick) publish_patterned(writer, tick, 10);
+  }
+  const std::uint64_t other = 44;  // its slot is whole
+  std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+  file.seekp(8 * (ODOM_SEGMENT_HEADER_WORDS + 100 % 64 * ODOM_SLOT_WORDS + ODOM_SLOT_POSE));
+  file.write(reinterpret_cast<const char*>(&other), sizeof other);
+  file.close();
+  const Claim claim(settings);
+  EXPECT_TRUE(claim.predecessor_is_damaged());
+  EXPECT_FALSE(claim.predecessor().has_value());
+}
+
 TEST_F(Succession, WhatATruncationLeftIsReplaced) {
   for (const off_t size : {0, 8, 4096}) {
     { const Writer writer(settings, test_info()); }
