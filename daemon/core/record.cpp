@@ -44,6 +44,15 @@ static_assert(std::extent_v<decltype(odom_details::calibration_sigma)> +
 
 }  // namespace
 
+std::uint32_t estimator_conditions(const Estimate& estimate) noexcept {
+  std::uint32_t bits = 0;
+  if (estimate.doubtful) bits |= ODOM_COND_SENSOR_FAULT;
+  if (estimate.model_fault) bits |= ODOM_COND_MODEL_FAULT;
+  if (estimate.bias_unlearnt) bits |= ODOM_COND_BIAS_UNLEARNT;
+  if (estimate.scale_implausible) bits |= ODOM_COND_SCALE_IMPLAUSIBLE;
+  return bits;
+}
+
 odom_mode published_mode(const Estimate& estimate, std::uint32_t conditions) noexcept {
   if (estimate.model_fault || estimate.mode == Mode::fault) return ODOM_FAULT;
   if (!estimate.initialised) return ODOM_INITIALISING;

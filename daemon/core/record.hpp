@@ -46,6 +46,9 @@ inline constexpr std::array<PublishedCalibration, estimator::calibration_count> 
   return i < first ? details.calibration_sigma[i] : details.further_calibration_sigma[i - first];
 }
 
+/// The ODOM_COND_ bits that an estimate states itself.
+[[nodiscard]] std::uint32_t estimator_conditions(const estimator::Estimate& estimate) noexcept;
+
 /// The mode to publish, by precedence: fault, initialising, degraded, standstill, dead reckoning,
 /// tracking. `conditions` are ODOM_COND_ bits; some of them degrade.
 [[nodiscard]] odom_mode published_mode(const estimator::Estimate& estimate,

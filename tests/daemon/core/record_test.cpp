@@ -27,6 +27,19 @@ TEST(PublishedMode, FollowsThePrecedence) {
   EXPECT_EQ(published_mode(estimate, ODOM_COND_NOT_REALTIME), ODOM_FAULT);
 }
 
+TEST(Conditions, AreThoseThatTheEstimateStates) {
+  Estimate estimate;
+  EXPECT_EQ(estimator_conditions(estimate), 0U);
+  estimate.bias_unlearnt = true;
+  EXPECT_EQ(estimator_conditions(estimate), ODOM_COND_BIAS_UNLEARNT);
+  estimate.scale_implausible = true;
+  EXPECT_EQ(estimator_conditions(estimate), ODOM_COND_BIAS_UNLEARNT | ODOM_COND_SCALE_IMPLAUSIBLE);
+  estimate = {};
+  estimate.doubtful = true;
+  estimate.model_fault = true;
+  EXPECT_EQ(estimator_conditions(estimate), ODOM_COND_SENSOR_FAULT | ODOM_COND_MODEL_FAULT);
+}
+
 Estimate some_estimate() {
   Estimate estimate;
   estimate.time_ns = 12'345;
