@@ -85,6 +85,7 @@ void add_signals(Lines& lines, const Config& config) {
     if (binding.valid_when)
       extra += fmt::format(", valid when {} = {}", binding.valid_when->signal,
                            binding.valid_when->equals);
+    if (settings.dead_band > 0.0) extra += fmt::format(", dead band {} m/s", settings.dead_band);
     lines.add(binding.role, "{}.{} {}, sigma {}, time-out {}{}", binding.message,
               fmt::join(binding.signals, " + "), conversion(binding), settings.sigma,
               seconds(settings.timeout_ns), extra);

@@ -59,7 +59,9 @@ struct Predecessor {
   bool damaged = false;
 };
 
-bool is_whole(const odomi_segment& segment, std::uint64_t tick) {
+// By the head: a damaged tick names another slot.
+bool is_newest_whole(const odomi_segment& segment) {
+  const std::uint64_t tick = odomi_tick(odomi_read_head(segment.words));
   const std::uint64_t* slot = segment.slots + (tick & segment.slot_mask) * segment.slot_words;
   return odomi_load(slot + segment.slot_words - 1) ==
          odomi_checksum(slot + ODOM_SLOT_POSE, ODOM_POSE_WORDS + segment.details_words);
@@ -75,8 +77,7 @@ Predecessor read_predecessor(const std::string& path) {
   found.last.emplace();
   odomi_read_info(&segment, &found.last->info);
   const odom_status read = odomi_newest(&segment, &found.last->pose, &found.last->details);
-  found.damaged =
-      read == ODOM_BUSY || (read == ODOM_OK && !is_whole(segment, found.last->pose.tick));
+  found.damaged = read == ODOM_BUSY || (read == ODOM_OK && !is_newest_whole(segment));
   if (read != ODOM_OK || found.damaged) found.last.reset();
   odomi_detach(&segment);
   return found;

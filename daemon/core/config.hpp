@@ -24,6 +24,7 @@ struct SignalSettings {
   bool configured = false;
   double sigma = 0.0;           ///< standard deviation in the role's SI unit
   std::int64_t timeout_ns = 0;  ///< overdue after this time; default: three cycle times
+  double dead_band = 0.0;       ///< of a wheel [m/s]; 0: by the sensor's step
 };
 
 enum class Timestamps : std::uint8_t { software, hardware };

@@ -146,8 +146,10 @@ estimator::FilterSettings filter_settings(const Config& config) {
   settings.roll_gradient = config.roll_gradient;
   settings.pitch_gradient = config.pitch_gradient;
   settings.window_s = config.window_s;
-  for (std::size_t i = 0; i < estimator::source_count; ++i)
+  for (std::size_t i = 0; i < estimator::source_count; ++i) {
     settings.sigma[i] = config.can.signals[i].sigma;
+    settings.dead_band[i] = config.can.signals[i].dead_band;
+  }
   settings.camera_max_latency_s = config.camera.max_latency_s;
   settings.camera_gate = config.camera_gate;
   return settings;

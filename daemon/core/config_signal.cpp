@@ -154,6 +154,11 @@ void read_signal(const std::string& role, TableReader table, CanConfig& can) {
   settings.sigma = traits.sigma;
   table.read("sigma", settings.sigma, positive);
   table.read_seconds("timeout", settings.timeout_ns, {0.0, 60.0, false, "between 0 and 60 (s)"});
+  if (estimator::is_wheel(source)) {
+    table.read("dead_band", settings.dead_band, {0.0, 3.0, true, "between 0 and 3 (m/s)"});
+  } else if (table.has("dead_band")) {
+    table.fail("dead_band", "applies only to wheels and motor; leave it out");
+  }
   table.finish();
   can.bindings.push_back(std::move(binding));
 }

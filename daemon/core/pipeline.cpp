@@ -166,7 +166,7 @@ estimator::SourceFlag Pipeline::flag_of(std::size_t source, std::int64_t tick_ns
 
 std::uint32_t Pipeline::conditions(const estimator::Estimate& estimate,
                                    std::int64_t tick_ns) const noexcept {
-  std::uint32_t bits = state_.outside_conditions;
+  std::uint32_t bits = state_.outside_conditions | estimator_conditions(estimate);
   using estimator::SourceFlag;
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
     const SourceFlag flagged = flag(state_.filter, static_cast<Source>(source));
@@ -176,7 +176,6 @@ std::uint32_t Pipeline::conditions(const estimator::Estimate& estimate,
       bits |= ODOM_COND_SENSOR_FAULT;
     }
   }
-  if (estimate.doubtful) bits |= ODOM_COND_SENSOR_FAULT;
   for (std::size_t source = 0; source < camera; ++source) {
     if (state_.watch.overdue(source, tick_ns, state_.start_ns)) bits |= ODOM_COND_SIGNAL_TIMEOUT;
     if (state_.watch.failing(source)) bits |= ODOM_COND_PROTECTION;
@@ -186,7 +185,6 @@ std::uint32_t Pipeline::conditions(const estimator::Estimate& estimate,
     if (state_.consistency[source].inconsistent()) bits |= ODOM_COND_INCONSISTENT;
   }
   if (state_.camera_rejected) bits |= ODOM_COND_CAMERA_REJECTED;
-  if (estimate.model_fault) bits |= ODOM_COND_MODEL_FAULT;
   if (state_.recovered_ns != 0 && tick_ns - state_.recovered_ns < recovery_shown_ns)
     bits |= ODOM_COND_NON_FINITE;
   return bits;

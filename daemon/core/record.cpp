@@ -38,10 +38,20 @@ constexpr std::size_t velocity_block = std::tuple_size_v<decltype(Estimate::cros
 static_assert(velocity_block + std::tuple_size_v<estimator::PoseCovariance> ==
               std::extent_v<decltype(odom_details::velocity_covariance)>);
 
-static_assert(std::extent_v<decltype(odom_details::calibration_sigma)> ==
+static_assert(std::extent_v<decltype(odom_details::calibration_sigma)> +
+                  std::extent_v<decltype(odom_details::further_calibration_sigma)> ==
               estimator::calibration_count);
 
 }  // namespace
+
+std::uint32_t estimator_conditions(const Estimate& estimate) noexcept {
+  std::uint32_t bits = 0;
+  if (estimate.doubtful) bits |= ODOM_COND_SENSOR_FAULT;
+  if (estimate.model_fault) bits |= ODOM_COND_MODEL_FAULT;
+  if (estimate.bias_unlearnt) bits |= ODOM_COND_BIAS_UNLEARNT;
+  if (estimate.scale_implausible) bits |= ODOM_COND_SCALE_IMPLAUSIBLE;
+  return bits;
+}
 
 odom_mode published_mode(const Estimate& estimate, std::uint32_t conditions) noexcept {
   if (estimate.model_fault || estimate.mode == Mode::fault) return ODOM_FAULT;
@@ -77,9 +87,10 @@ void fill_record(const Estimate& estimate, TickRecord& record) noexcept {
   odom_details& details = record.details;
   std::ranges::copy(estimate.cross_covariance, details.velocity_covariance);
   std::ranges::copy(estimate.velocity_covariance, details.velocity_covariance + velocity_block);
-  for (std::size_t i = 0; i < calibrations.size(); ++i)
+  for (std::size_t i = 0; i < calibrations.size(); ++i) {
     details.*calibrations[i].value = estimate.calibration.value[i];
-  std::ranges::copy(estimate.calibration.sigma, details.calibration_sigma);
+    calibration_sigma(details, i) = estimate.calibration.sigma[i];
+  }
   details.calibration_valid = estimate.calibration.valid;
   details.dead_reckoning_since_ns = estimate.camera_ns;
 
@@ -115,9 +126,10 @@ Estimate to_estimate(const odom_pose& pose, const odom_details& details) noexcep
               estimate.cross_covariance.begin());
   std::copy_n(details.velocity_covariance + velocity_block, estimate.velocity_covariance.size(),
               estimate.velocity_covariance.begin());
-  for (std::size_t i = 0; i < calibrations.size(); ++i)
+  for (std::size_t i = 0; i < calibrations.size(); ++i) {
     estimate.calibration.value[i] = details.*calibrations[i].value;
-  std::ranges::copy(details.calibration_sigma, estimate.calibration.sigma.begin());
+    estimate.calibration.sigma[i] = calibration_sigma(details, i);
+  }
   estimate.calibration.valid = details.calibration_valid;
   estimate.reset_count = pose.reset_count;
   estimate.last_jump = {pose.jump_x, pose.jump_y, pose.jump_yaw};

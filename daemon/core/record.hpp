@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
+#include <type_traits>
 
 #include <odom/types.h>
 
@@ -33,7 +34,20 @@ inline constexpr std::array<PublishedCalibration, estimator::calibration_count> 
     {"wheel_scale", &odom_details::wheel_scale},
     {"steering_offset", &odom_details::steering_offset},
     {"stiffness_scale", &odom_details::stiffness_scale},
+    {"gyro_latency", &odom_details::gyro_latency},
+    {"wheel_latency", &odom_details::wheel_latency},
+    {"steering_latency", &odom_details::steering_latency},
+    {"grip", &odom_details::grip},
 }};
+
+/// The standard deviation of calibration `i` of odom_details; 0: not estimated.
+[[nodiscard]] constexpr auto& calibration_sigma(auto& details, std::size_t i) noexcept {
+  constexpr std::size_t first = std::extent_v<decltype(odom_details::calibration_sigma)>;
+  return i < first ? details.calibration_sigma[i] : details.further_calibration_sigma[i - first];
+}
+
+/// The ODOM_COND_ bits that an estimate states itself.
+[[nodiscard]] std::uint32_t estimator_conditions(const estimator::Estimate& estimate) noexcept;
 
 /// The mode to publish, by precedence: fault, initialising, degraded, standstill, dead reckoning,
 /// tracking. `conditions` are ODOM_COND_ bits; some of them degrade.

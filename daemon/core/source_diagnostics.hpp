@@ -43,6 +43,15 @@ namespace odomd::daemon {
                "has not fitted the filter's prediction for seconds");
 }
 
+[[nodiscard]] inline diagnostics::Diagnostic unlearnt_bias() {
+  return found(diagnostics::kind("bias_unlearnt"), "yaw_rate", "the gyro's bias is not known");
+}
+
+[[nodiscard]] inline diagnostics::Diagnostic implausible_scale() {
+  return found(diagnostics::kind("scale_implausible"), "calibrations",
+               "a learnt scale is far from its configured value");
+}
+
 /// The same for a fault in the wiring or its description; `source` gives the key.
 [[nodiscard]] inline std::optional<diagnostics::Diagnostic> diagnostic_of(WiringFault fault,
                                                                           std::string_view source,

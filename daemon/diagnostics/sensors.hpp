@@ -87,6 +87,14 @@ inline constexpr auto sensors = std::to_array<Kind>({
      .limits = {.most = 0.02},
      .unit = "s",
      .reason = "against the other sensors and the camera; as for the clocks of poses"},
+    {.code = "W320",
+     .name = "bias_unlearnt",
+     .meaning = "The gyro's bias is not known, so the heading drifts.",
+     .fix = "let the car stand for 2 s"},
+    {.code = "W321",
+     .name = "scale_implausible",
+     .meaning = "A scale that the filter has learnt is far from its configured value.",
+     .fix = "check scale and radius under [can.signals], and [vehicle]"},
 });
 
 }  // namespace odomd::diagnostics

@@ -28,7 +28,9 @@ void SourceReporter::look(const PublishedPose& published, std::int64_t now_ns, J
   look_at_links(now_ns, journal);
   look_at_camera_times(journal);
   look_at_wiring(journal);
-  if (published.valid) look_at_signals(published, now_ns, journal);
+  if (!published.valid) return;
+  look_at_learning(published.pose, journal);
+  look_at_signals(published, now_ns, journal);
 }
 
 void SourceReporter::look_at_camera_times(Journal& journal) {
@@ -68,6 +70,20 @@ void SourceReporter::look_at_wiring(Journal& journal) {
                    : journal.info(fmt::format("{} fits the filter's prediction again", name));
     inconsistent_[i] = inconsistent;
   }
+}
+
+void SourceReporter::look_at_learning(const odom_pose& pose, Journal& journal) {
+  const auto report = [&](bool is, bool& was, const diagnostics::Diagnostic& warning,
+                          const char* over) {
+    if (is != was) is ? journal.warn(text_of(warning)) : journal.info(over);
+    was = is;
+  };
+  // A car at rest is learning its bias.
+  const bool at_rest = pose.mode == ODOM_INITIALISING || pose.mode == ODOM_STANDSTILL;
+  report((pose.conditions & ODOM_COND_BIAS_UNLEARNT) != 0 && (bias_unlearnt_ || !at_rest),
+         bias_unlearnt_, unlearnt_bias(), "the gyro's bias is known");
+  report((pose.conditions & ODOM_COND_SCALE_IMPLAUSIBLE) != 0, scale_implausible_,
+         implausible_scale(), "the learnt scales are plausible again");
 }
 
 void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {

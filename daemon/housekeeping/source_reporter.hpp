@@ -28,6 +28,7 @@ class SourceReporter {
   void look_at_signals(const PublishedPose& published, std::int64_t now_ns, Journal& journal);
   void look_at_camera_times(Journal& journal);
   void look_at_wiring(Journal& journal);
+  void look_at_learning(const odom_pose& pose, Journal& journal);
 
   /// A signal that was never received is reported after this time.
   static constexpr std::int64_t first_sample_timeout_ns = 2'000'000'000;
@@ -56,6 +57,8 @@ class SourceReporter {
   std::array<Signal, estimator::source_count> signals_{};
   std::array<WiringFault, estimator::source_count> wiring_{};
   std::array<bool, estimator::source_count> inconsistent_{};
+  bool bias_unlearnt_ = false;
+  bool scale_implausible_ = false;
   CameraTimes camera_;
 };
 

@@ -21,10 +21,11 @@ namespace {
 constexpr double ns_per_s = 1e9;
 constexpr double ns_per_us = 1e3;
 
-constexpr std::array<std::string_view, 17> conditions_by_bit{
-    "not_realtime", "restarted",     "bus_down",   "signal_timeout",  "protection",  "frames_lost",
-    "carried_over", "clock_stepped", "suspended",  "camera_rejected", "model_fault", "non_finite",
-    "input_ended",  "sensor_fault",  "wheel_slip", "miswired",        "inconsistent"};
+constexpr std::array<std::string_view, 19> conditions_by_bit{
+    "not_realtime", "restarted",    "bus_down",      "signal_timeout",   "protection",
+    "frames_lost",  "carried_over", "clock_stepped", "suspended",        "camera_rejected",
+    "model_fault",  "non_finite",   "input_ended",   "sensor_fault",     "wheel_slip",
+    "miswired",     "inconsistent", "bias_unlearnt", "scale_implausible"};
 
 constexpr std::array<std::string_view, 4> link_names{"up", "down", "gone", "ended"};
 
@@ -87,7 +88,8 @@ void write_calibrations(JsonWriter& json, const odom_details& details) {
     json.member("name", calibrations[i].name);
     json.member("value", details.*calibrations[i].value);
     // 0: the model does not estimate it
-    json.member("sigma", details.calibration_sigma[i] > 0.0 ? details.calibration_sigma[i] : NAN);
+    const double sigma = calibration_sigma(details, i);
+    json.member("sigma", sigma > 0.0 ? sigma : NAN);
     json.member("valid", (details.calibration_valid >> i & 1U) != 0);
     json.end_object();
   }

@@ -31,11 +31,14 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(Mode::cou
 using PoseCovariance = std::array<double, 6>;
 
 /// Calibration by a filter, in the order of the shared memory: gyro_bias [rad/s], gyro_scale,
-/// accel_bias_x, accel_bias_y [m/s²], wheel_scale, steering_offset [rad], stiffness_scale. A scale
-/// of 1 is exact.
-inline constexpr std::size_t calibration_count = 7;
+/// accel_bias_x, accel_bias_y [m/s²], wheel_scale, steering_offset [rad], stiffness_scale,
+/// gyro_latency, wheel_latency, steering_latency [s], grip [m/s²]. A scale of 1 is exact. Latencies
+/// are beyond the configured ones (positive: the sensor is later), grip is the largest lateral
+/// acceleration that the tyres allow.
+inline constexpr std::size_t calibration_count = 11;
 struct Calibration {
-  std::array<double, calibration_count> value{0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0};
+  std::array<double, calibration_count> value{0.0, 1.0, 0.0, 0.0, 1.0, 0.0,
+                                              1.0, 0.0, 0.0, 0.0, 0.0};
   std::array<double, calibration_count> sigma{};  ///< standard deviations; 0: not estimated
   std::uint64_t valid = 0;                        ///< bit i: the i-th has been learnt
 };

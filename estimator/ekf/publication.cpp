@@ -33,8 +33,8 @@ struct Calibrated {
   double neutral;
 };
 
-/// In the order of Calibration.
-constexpr std::array<Calibrated, calibration_count> calibrated{{
+/// In the order of Calibration, whose further ones this filter does not estimate.
+constexpr auto calibrated = std::to_array<Calibrated>({
     {true, slow::gyro_bias, 0.0},
     {true, slow::gyro_scale, 1.0},
     {false, at::accel_bias_x, 0.0},
@@ -42,7 +42,8 @@ constexpr std::array<Calibrated, calibration_count> calibrated{{
     {true, slow::wheel_scale, 1.0},
     {false, at::steering_offset, 0.0},
     {true, slow::stiffness_scale, 1.0},
-}};
+});
+static_assert(calibrated.size() <= calibration_count);
 
 /// For const and non-const states.
 auto& value_of(auto& state, const Calibrated& c) noexcept {
@@ -54,7 +55,7 @@ auto& variance_of(auto& state, const Calibrated& c) noexcept {
 
 Calibration calibration_of(const State& state, const State& initial) noexcept {
   Calibration calibration;
-  for (std::size_t i = 0; i < calibration_count; ++i) {
+  for (std::size_t i = 0; i < calibrated.size(); ++i) {
     const Calibrated& c = calibrated[i];
     const double variance = variance_of(state, c);
     calibration.value[i] = value_of(state, c) + c.neutral;
@@ -161,7 +162,7 @@ State resumed(const Estimate& predecessor, double gap_s, const State& initial) n
   state.covariance.block<3, 3>(at::v_x, at::v_x) = unpacked(now.velocity_covariance);
 
   const Calibration& known = predecessor.calibration;
-  for (std::size_t i = 0; i < calibration_count; ++i) {
+  for (std::size_t i = 0; i < calibrated.size(); ++i) {
     const Calibrated& c = calibrated[i];
     const double value = known.value[i] - c.neutral;
     const double variance = known.sigma[i] * known.sigma[i];

@@ -97,6 +97,11 @@ class DetailsStruct(ctypes.Structure):
         ("camera_messages", c_uint64),
         ("wakeup_latency_ns", c_int64),
         ("execution_ns", c_int64),
+        ("gyro_latency", c_double),
+        ("wheel_latency", c_double),
+        ("steering_latency", c_double),
+        ("grip", c_double),
+        ("further_calibration_sigma", c_double * 4),
     ]
 
 

@@ -70,6 +70,8 @@ class Conditions(enum.IntFlag):
     WHEEL_SLIP = 1 << 14  #: a wheel's speed disagrees with the car's motion
     MISWIRED = 1 << 15  #: a sensor is wired or described wrongly; see `Pose.health`
     INCONSISTENT = 1 << 16  #: a source has been inconsistent with the filter for seconds
+    BIAS_UNLEARNT = 1 << 17  #: the gyro's bias is not known: let the car stand for 2 s
+    SCALE_IMPLAUSIBLE = 1 << 18  #: a learnt scale is far from its configured value: check it
 
 
 class Source(enum.IntEnum):
@@ -175,8 +177,8 @@ class Details:
     wheel_scale: float  #: 1: exact
     steering_offset: float  #: [rad]
     stiffness_scale: float  #: 1: as configured
-    calibration_sigma: tuple[float, ...]  #: standard deviations of the seven above
-    calibration_valid: int  #: bit i: the i-th of the seven has been learnt
+    calibration_sigma: tuple[float, ...]  #: standard deviations of the seven above; 0: not estimated
+    calibration_valid: int  #: bit i: the i-th has been learnt; bits 7 to 10: the four at the end
     correction_x: float  #: map from odometry frame [m]
     correction_y: float
     correction_yaw: float  #: [rad]
@@ -186,6 +188,11 @@ class Details:
     camera_messages: int  #: taken in since start
     wakeup_latency_ns: int  #: how late the beat woke for this tick
     execution_ns: int  #: how long the tick before this one worked
+    gyro_latency: float  #: [s] beyond the configured one; positive: the sensor is later
+    wheel_latency: float  #: likewise
+    steering_latency: float
+    grip: float  #: largest lateral acceleration on these tyres [m/s2]
+    further_calibration_sigma: tuple[float, ...]  #: standard deviations of the four above; 0: not estimated
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,7 @@
 
 #define ODOM_WORD_BYTES sizeof(uint64_t)
 
-enum { ODOM_ABI_MAJOR = 1, ODOM_ABI_MINOR = 0 };
+enum { ODOM_ABI_MAJOR = 1, ODOM_ABI_MINOR = 1 };
 
 enum {
   ODOM_SEGMENT_LINE_WORDS = 8, /* a cache line */
@@ -72,15 +72,15 @@ enum {
   ODOM_SEGMENT_HEADER_WORDS = 512,
 
   ODOM_POSE_WORDS = 28,
-  ODOM_DETAILS_WORDS = 61,
+  ODOM_DETAILS_WORDS = 69,
   ODOM_INFO_WORDS = 24,
   ODOM_BEAT_WORDS = 137,
 
   ODOM_SLOT_SEQUENCE = 0,
   ODOM_SLOT_POSE = 1,
   ODOM_SLOT_DETAILS = ODOM_SLOT_POSE + ODOM_POSE_WORDS,
-  ODOM_SLOT_WORDS = 96,    /* 90 used, then room for odom_details, then */
-  ODOM_SLOT_CHECKSUM = 95, /* the last: of pose and details, for the writer's successor alone */
+  ODOM_SLOT_WORDS = 104,    /* 98 used, then room for odom_details, then */
+  ODOM_SLOT_CHECKSUM = 103, /* the last: of pose and details, for the writer's successor alone */
 
   ODOM_SEGMENT_SLOTS_MIN = 4,
   ODOM_SEGMENT_SLOTS_MAX = 1 << 20,

@@ -109,14 +109,17 @@ TEST(Begin, ResumesWithTheCalibrationOfItsPredecessor) {
   FullFilter filter({});
   ASSERT_TRUE(filter.resume(predecessor, 0.3));
   const Calibration& resumed = filter.step(start_ns).calibration;
+  std::uint64_t every = 0;
   for (std::size_t i = 0; i < calibration_count; ++i) {
+    if (learnt.sigma[i] == 0.0) continue;
+    every |= std::uint64_t{1} << i;
     EXPECT_NEAR(resumed.value[i], learnt.value[i], 1e-12) << i;
     EXPECT_GE(resumed.sigma[i], learnt.sigma[i]) << i;
     // The road's slope may have changed in a tick, and is a bias of the accelerometers.
     const double slope = i == 2 || i == 3 ? 0.015 * std::sqrt(circle.v_x * 0.005) * gravity : 0.0;
     EXPECT_LT(resumed.sigma[i], 1.1 * std::hypot(learnt.sigma[i], slope)) << i;
   }
-  EXPECT_EQ(resumed.valid, (std::uint64_t{1} << calibration_count) - 1);
+  EXPECT_EQ(resumed.valid, every);
 }
 
 TEST(Begin, ResumesInTheMiddleOfADriveAsWellAsAtItsBegin) {

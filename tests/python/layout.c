@@ -60,6 +60,11 @@ static void details(void) {
   FIELD(odom_details, camera_messages);
   FIELD(odom_details, wakeup_latency_ns);
   FIELD(odom_details, execution_ns);
+  FIELD(odom_details, gyro_latency);
+  FIELD(odom_details, wheel_latency);
+  FIELD(odom_details, steering_latency);
+  FIELD(odom_details, grip);
+  FIELD(odom_details, further_calibration_sigma);
 }
 
 static void info(void) {
@@ -156,6 +161,8 @@ static void constants(void) {
   CONSTANT(ODOM_COND_WHEEL_SLIP);
   CONSTANT(ODOM_COND_MISWIRED);
   CONSTANT(ODOM_COND_INCONSISTENT);
+  CONSTANT(ODOM_COND_BIAS_UNLEARNT);
+  CONSTANT(ODOM_COND_SCALE_IMPLAUSIBLE);
 
   CONSTANT(ODOM_SOURCE_YAW_RATE);
   CONSTANT(ODOM_SOURCE_ACCEL_X);

@@ -121,10 +121,11 @@ class EveryWay {
     odom_view view{};
     if (odom_begin(client_, &view) > ODOM_STALE) return;
     const std::uint64_t tick = odom_view_word(&view, ODOM_WORD_TICK);
-    const std::uint64_t last = odom_view_word(&view, ODOM_WORD_DETAILS + 60);
+    constexpr std::size_t last_index = ODOM_POSE_WORDS + ODOM_DETAILS_WORDS - 1;
+    const std::uint64_t last = odom_view_word(&view, ODOM_WORD_TICK + last_index);
     if (odom_validate(&view) == 0)
       count(counts_.overtaken);
-    else if (last != pattern(tick, 88))
+    else if (last != pattern(tick, last_index))
       count(counts_.torn);
   }
 

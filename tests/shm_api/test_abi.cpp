@@ -37,7 +37,7 @@ TEST(Abi, StructsArePinned) {
   EXPECT_EQ(offsetof(odom_pose, jump_y), 208U);
   EXPECT_EQ(offsetof(odom_pose, jump_yaw), 216U);
 
-  EXPECT_EQ(sizeof(odom_details), 488U);
+  EXPECT_EQ(sizeof(odom_details), 552U);
   EXPECT_EQ(offsetof(odom_details, velocity_covariance), 0U);
   EXPECT_EQ(offsetof(odom_details, gyro_bias), 120U);
   EXPECT_EQ(offsetof(odom_details, gyro_scale), 128U);
@@ -57,6 +57,11 @@ TEST(Abi, StructsArePinned) {
   EXPECT_EQ(offsetof(odom_details, camera_messages), 464U);
   EXPECT_EQ(offsetof(odom_details, wakeup_latency_ns), 472U);
   EXPECT_EQ(offsetof(odom_details, execution_ns), 480U);
+  EXPECT_EQ(offsetof(odom_details, gyro_latency), 488U);
+  EXPECT_EQ(offsetof(odom_details, wheel_latency), 496U);
+  EXPECT_EQ(offsetof(odom_details, steering_latency), 504U);
+  EXPECT_EQ(offsetof(odom_details, grip), 512U);
+  EXPECT_EQ(offsetof(odom_details, further_calibration_sigma), 520U);
 
   EXPECT_EQ(sizeof(odom_info), 192U);
   EXPECT_EQ(offsetof(odom_info, abi_major), 0U);
@@ -132,6 +137,8 @@ TEST(Abi, NumbersOfEnumsArePinned) {
   EXPECT_EQ(ODOM_COND_WHEEL_SLIP, 16384);
   EXPECT_EQ(ODOM_COND_MISWIRED, 32768);
   EXPECT_EQ(ODOM_COND_INCONSISTENT, 65536);
+  EXPECT_EQ(ODOM_COND_BIAS_UNLEARNT, 131072);
+  EXPECT_EQ(ODOM_COND_SCALE_IMPLAUSIBLE, 262144);
   EXPECT_EQ(ODOM_SOURCE_YAW_RATE, 0);
   EXPECT_EQ(ODOM_SOURCE_ACCEL_X, 1);
   EXPECT_EQ(ODOM_SOURCE_ACCEL_Y, 2);
@@ -192,7 +199,7 @@ TEST(Abi, NumbersOfEnumsArePinned) {
 TEST(Abi, WordsOfTheSegmentArePinned) {
   EXPECT_EQ(ODOM_SEGMENT_MAGIC, 0x314745534D4F444FU);
   EXPECT_EQ(ODOM_ABI_MAJOR, 1);
-  EXPECT_EQ(ODOM_ABI_MINOR, 0);
+  EXPECT_EQ(ODOM_ABI_MINOR, 1);
   EXPECT_EQ(ODOM_SEGMENT_LINE_WORDS, 8);
   EXPECT_EQ(ODOM_HEADER_MAGIC, 0);
   EXPECT_EQ(ODOM_HEADER_BYTES, 1);
@@ -227,13 +234,13 @@ TEST(Abi, WordsOfTheSegmentArePinned) {
   EXPECT_EQ(ODOM_HEADER_EXECUTION, 140);
   EXPECT_EQ(ODOM_SEGMENT_HEADER_WORDS, 512);
   EXPECT_EQ(ODOM_POSE_WORDS, 28);
-  EXPECT_EQ(ODOM_DETAILS_WORDS, 61);
+  EXPECT_EQ(ODOM_DETAILS_WORDS, 69);
   EXPECT_EQ(ODOM_INFO_WORDS, 24);
   EXPECT_EQ(ODOM_BEAT_WORDS, 137);
   EXPECT_EQ(ODOM_SLOT_SEQUENCE, 0);
   EXPECT_EQ(ODOM_SLOT_POSE, 1);
   EXPECT_EQ(ODOM_SLOT_DETAILS, 29);
-  EXPECT_EQ(ODOM_SLOT_WORDS, 96);
+  EXPECT_EQ(ODOM_SLOT_WORDS, 104);
   EXPECT_EQ(ODOM_SEGMENT_SLOTS_MIN, 4);
   EXPECT_EQ(ODOM_SEGMENT_SLOTS_MAX, 1048576);
   EXPECT_EQ(ODOM_STALE_PERIODS, 4);

@@ -137,7 +137,7 @@ TEST_F(Access, WhatIsNoSegmentIsAnotherAbi) {
 
 TEST_F(Access, ATruncatedSegmentIsRefusedAtOpen) {
   { const Writer writer({.name = path, .slots = 8}, test_info()); }
-  ASSERT_EQ(truncate(path.c_str(), 4096 + 8 * 768 - 1), 0);
+  ASSERT_EQ(truncate(path.c_str(), 4096 + 8 * 832 - 1), 0);
   EXPECT_EQ(try_open(path), ODOM_ABI);
 }
 

@@ -1,13 +1,16 @@
-// The segment as a whole, against an image that ABI 1.0 wrote: it is kept, still written, still
-// read. The numbers by which programs look into it are pinned in test_abi.cpp.
+// The segment as a whole, against images that ABI 1.0 and 1.1 wrote: they are kept, the newest is
+// still written, all are still read. The numbers by which programs look into it are pinned in
+// test_abi.cpp.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <array>
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <utility>
 #include <vector>
 
+#include "shm_api/layout/slot.h"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_layout {
@@ -50,22 +53,22 @@ TEST(Layout, TheSegmentLiesWhereReadersLook) {
   const std::string path = directory.file("pose");
   write_reference(path);
   const std::vector<std::uint64_t> words = words_of(path);
-  ASSERT_EQ(words.size(), 512U + 4U * 96U);
+  ASSERT_EQ(words.size(), 512U + 4U * 104U);
   EXPECT_EQ(std::memcmp(words.data(), "ODOMSEG1", 8), 0);
   EXPECT_EQ(words[1], 4096U);             // bytes of the header
-  EXPECT_EQ(words[2], 768U);              // bytes from slot to slot
+  EXPECT_EQ(words[2], 832U);              // bytes from slot to slot
   EXPECT_EQ(words[3], 8 * words.size());  // bytes of the whole
   EXPECT_EQ(words[4], 28U);               // words of a pose
-  EXPECT_EQ(words[5], 61U);               // words of its details
+  EXPECT_EQ(words[5], 69U);               // words of its details
   EXPECT_EQ(words[6], 24U);
   EXPECT_EQ(words[7], 137U);
-  EXPECT_EQ(words[8], 1U);    // ABI 1.0: major low, minor high
-  EXPECT_EQ(words[64], 14U);  // head: tick 6
-  EXPECT_EQ(words[65], 1U);   // one wake-up
-  EXPECT_EQ(words[67], 4U);   // ticks
-  EXPECT_EQ(words[68], 2U);   // missed
+  EXPECT_EQ(words[8], 1U | (std::uint64_t{1} << 32U));  // ABI 1.1: major low, minor high
+  EXPECT_EQ(words[64], 14U);                            // head: tick 6
+  EXPECT_EQ(words[65], 1U);                             // one wake-up
+  EXPECT_EQ(words[67], 4U);                             // ticks
+  EXPECT_EQ(words[68], 2U);                             // missed
   for (const std::uint64_t tick : {1U, 3U, 6U}) {
-    const std::size_t slot = 512 + (tick % 4) * 96;
+    const std::size_t slot = 512 + (tick % 4) * 104;
     EXPECT_EQ(words[slot], 2 * tick + 2);
     EXPECT_EQ(words[slot + 1], tick);
     EXPECT_EQ(words[slot + 1 + 3], pattern(tick, 3));
@@ -74,38 +77,90 @@ TEST(Layout, TheSegmentLiesWhereReadersLook) {
   EXPECT_EQ(words[512], 0U);  // tick 4 was missed
 }
 
-TEST(Layout, TheWriterStillWritesTheImageOfAbi1) {
+std::vector<std::uint64_t> written_words() {
   const TemporaryDirectory directory;
   const std::string path = directory.file("pose");
   write_reference(path);
-  std::vector<std::uint64_t> written = words_of(path);
-  std::vector<std::uint64_t> kept = words_of(ODOMD_TEST_DATA "/segment_abi_1_0.bin");
+  return words_of(path);
+}
+
+TEST(Layout, TheWriterStillWritesTheNewestImage) {
+  std::vector<std::uint64_t> written = written_words();
+  std::vector<std::uint64_t> kept = words_of(ODOMD_TEST_DATA "/segment_abi_1_1.bin");
   ASSERT_EQ(written.size(), kept.size());
   for (const std::size_t i : volatile_words) written[i] = kept[i] = 0;
-  // Of pose and details, in what is room for those who do not know it: younger than the image.
-  for (const std::uint64_t tick : {1U, 3U, 6U}) {
-    std::uint64_t& checksum = written[512 + (tick % 4) * 96 + 95];
-    EXPECT_NE(checksum, 0U);
-    checksum = 0;
-  }
   for (std::size_t i = 0; i < kept.size(); ++i) EXPECT_EQ(written[i], kept[i]) << "word " << i;
 }
 
-TEST(Layout, ClientsStillReadTheImageOfAbi1) {
+TEST(Layout, TheWriterHasOnlyAppendedToTheImageOfAbi1) {
+  std::vector<std::uint64_t> written = written_words();
+  std::vector<std::uint64_t> kept = words_of(ODOMD_TEST_DATA "/segment_abi_1_0.bin");
+  for (const std::size_t i : volatile_words) written[i] = kept[i] = 0;
+  // What grows: bytes from slot to slot and of the whole, words of the details; and the ABI minor.
+  for (const std::size_t i : {2U, 3U, 5U, 8U}) written[i] = kept[i] = 0;
+  for (std::size_t i = 0; i < 512; ++i) EXPECT_EQ(written[i], kept[i]) << "word " << i;
+  // The words of slots that ABI 1.0 knows: the sequence, 28 of the pose, 61 of the details.
+  for (std::size_t slot = 0; slot < 4; ++slot)
+    for (std::size_t i = 0; i < 90; ++i)
+      EXPECT_EQ(written[512 + 104 * slot + i], kept[512 + 96 * slot + i]) << slot << ", word " << i;
+}
+
+void copy_image(const std::string& name, const std::string& path) {
+  std::filesystem::copy_file(std::string{ODOMD_TEST_DATA "/"} + name, path);
+  ASSERT_EQ(chmod(path.c_str(), 0644), 0);
+}
+
+/// The patterned details of a tick, as a daemon that has only the first `words` leaves them.
+odom_details details_of(std::uint64_t tick, std::size_t words) {
+  odom_details details{};
+  const Record record = patterned(tick, 0);
+  std::memcpy(&details, &record.details, 8 * words);
+  return details;
+}
+
+TEST(Layout, ClientsStillReadEveryImage) {
+  for (const auto& [image, words] :
+       {std::pair{"segment_abi_1_0.bin", 61U}, std::pair{"segment_abi_1_1.bin", 69U}}) {
+    SCOPED_TRACE(image);
+    const TemporaryDirectory directory;
+    const std::string path = directory.file("pose");
+    copy_image(image, path);
+    const ClientPointer client = open_client(path);
+    odom_pose pose{};
+    odom_details details{};
+    std::memset(&details, 0x5A, sizeof details);
+    ASSERT_EQ(odom_latest_details(client.get(), &pose, sizeof pose, &details, sizeof details),
+              ODOM_STALE);
+    EXPECT_EQ(pose.tick, 6U);
+    EXPECT_TRUE(is_whole(pose));
+    const odom_details expected = details_of(6, words);
+    EXPECT_EQ(std::memcmp(&details, &expected, sizeof details), 0);
+    odom_info info{};
+    ASSERT_EQ(odom_get_info(client.get(), &info, sizeof info), ODOM_STALE);
+    EXPECT_EQ(info.cornering_stiffness_rear, 60.0);
+  }
+}
+
+// Its calibrations go on, what it does not have is not estimated.
+TEST(Layout, AWriterInheritsFromOneOfAbi1) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("pose");
-  std::filesystem::copy_file(ODOMD_TEST_DATA "/segment_abi_1_0.bin", path);
-  ASSERT_EQ(chmod(path.c_str(), 0644), 0);
-  const ClientPointer client = open_client(path);
-  odom_pose pose{};
-  odom_details details{};
-  ASSERT_EQ(odom_latest_details(client.get(), &pose, sizeof pose, &details, sizeof details),
-            ODOM_STALE);
-  EXPECT_EQ(pose.tick, 6U);
-  EXPECT_TRUE(is_whole(pose, &details));
-  odom_info info{};
-  ASSERT_EQ(odom_get_info(client.get(), &info, sizeof info), ODOM_STALE);
-  EXPECT_EQ(info.cornering_stiffness_rear, 60.0);
+  copy_image("segment_abi_1_0.bin", path);
+  // The image is older than the checksum, the last word of a slot.
+  const std::vector<std::uint64_t> words = words_of(path);
+  const std::size_t slot = 512 + 6 % 4 * 96;
+  const std::uint64_t checksum = odomi_checksum(words.data() + slot + 1, 28 + 61);
+  std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+  file.seekp(static_cast<std::streamoff>(8 * (slot + 95)));
+  file.write(reinterpret_cast<const char*>(&checksum), sizeof checksum);
+  file.close();
+
+  const Writer successor({.name = path, .slots = 4}, test_info());
+  ASSERT_TRUE(successor.predecessor().has_value());
+  const odom_details expected = details_of(6, 61);
+  const odom_details& inherited = successor.predecessor()->details;
+  EXPECT_EQ(std::memcmp(&inherited, &expected, sizeof expected), 0);
+  EXPECT_EQ(inherited.further_calibration_sigma[3], 0.0);
 }
 
 }  // namespace

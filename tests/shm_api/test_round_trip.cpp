@@ -107,6 +107,15 @@ TEST_F(RoundTrip, AnOlderProgramsSmallerStructIsFilledAndNothingBeyondIt) {
   std::uint64_t beyond = 0;
   std::memcpy(&beyond, &pose.odom_x, sizeof beyond);
   EXPECT_EQ(beyond, 0x5A5A5A5A5A5A5A5AU);
+
+  odom_details details{};  // of a program that was built with ABI 1.0
+  std::memset(&details, 0x5A, sizeof details);
+  ASSERT_EQ(odom_latest_details(client.get(), &pose, sizeof pose, &details,
+                                offsetof(odom_details, gyro_latency)),
+            ODOM_OK);
+  EXPECT_EQ(details.execution_ns, patterned(1, 1).details.execution_ns);
+  std::memcpy(&beyond, &details.gyro_latency, sizeof beyond);
+  EXPECT_EQ(beyond, 0x5A5A5A5A5A5A5A5AU);
 }
 
 TEST_F(RoundTrip, AYoungerProgramsLargerStructEndsInZeros) {

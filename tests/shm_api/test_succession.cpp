@@ -123,7 +123,7 @@ TEST_F(Succession, ADamagedSegmentLeavesAWholePoseOrNone) {
     std::ifstream file(path, std::ios::binary);
     whole.assign(std::istreambuf_iterator<char>(file), {});
   }
-  const std::size_t newest = 8 * (512 + 100 % 64 * 96);
+  const std::size_t newest = 8 * (512 + 100 % 64 * 104);
   int refused = 0;
   for (unsigned seed = 0; seed < 1000; ++seed) {
     std::mt19937 random(seed);
@@ -131,7 +131,7 @@ TEST_F(Succession, ADamagedSegmentLeavesAWholePoseOrNone) {
     // Half of them in the newest slot, the others anywhere.
     for (unsigned i = 0; i <= random() % 8; ++i) {
       const std::size_t at =
-          seed % 2 == 0 ? newest + random() % (8 * 90) : random() % damaged.size();
+          seed % 2 == 0 ? newest + random() % (8 * 98) : random() % damaged.size();
       damaged[at] = static_cast<char>(static_cast<unsigned char>(damaged[at]) ^ 1U << random() % 8);
     }
     std::ofstream(path, std::ios::binary | std::ios::trunc) << damaged;
@@ -149,6 +149,21 @@ TEST_F(Succession, ADamagedSegmentLeavesAWholePoseOrNone) {
     }
   }
   EXPECT_GT(refused, 450);
+}
+
+TEST_F(Succession, ADamagedTickDoesNotPassForThatOfAnotherSlot) {
+  {
+    Writer writer(settings, test_info());
+    for (std::uint64_t tick = 1; tick <= 100; ++tick) publish_patterned(writer, tick, 10);
+  }
+  const std::uint64_t other = 44;  // its slot is whole
+  std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+  file.seekp(8 * (ODOM_SEGMENT_HEADER_WORDS + 100 % 64 * ODOM_SLOT_WORDS + ODOM_SLOT_POSE));
+  file.write(reinterpret_cast<const char*>(&other), sizeof other);
+  file.close();
+  const Claim claim(settings);
+  EXPECT_TRUE(claim.predecessor_is_damaged());
+  EXPECT_FALSE(claim.predecessor().has_value());
 }
 
 TEST_F(Succession, WhatATruncationLeftIsReplaced) {

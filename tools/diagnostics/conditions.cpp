@@ -9,7 +9,7 @@
 namespace odomd::tools {
 namespace {
 
-constexpr std::array<Condition, 17> all{{
+constexpr std::array<Condition, 19> all{{
     {ODOM_COND_NOT_REALTIME, "not_realtime", "the machine refused real-time scheduling or locking"},
     {ODOM_COND_RESTARTED, "restarted", "resumed from the last pose"},
     {ODOM_COND_BUS_DOWN, "bus_down", "a bus is down or gone"},
@@ -29,6 +29,10 @@ constexpr std::array<Condition, 17> all{{
     {ODOM_COND_MISWIRED, "miswired", "a sensor is wired or described wrongly: see its wiring"},
     {ODOM_COND_INCONSISTENT, "inconsistent",
      "a source has been inconsistent with the filter for seconds"},
+    {ODOM_COND_BIAS_UNLEARNT, "bias_unlearnt",
+     "the gyro's bias is not known: let the car stand for 2 s"},
+    {ODOM_COND_SCALE_IMPLAUSIBLE, "scale_implausible",
+     "a learnt scale is far from its configured value: check it"},
 }};
 
 }  // namespace

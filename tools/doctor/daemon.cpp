@@ -275,9 +275,12 @@ Diagnostics examine_daemon(const Json& status, const Machine& machine) {
   examine_grants(status, machine, all);
   examine_beat(status, all);
   const Traffic traffic = examine_buses(status, all);
-  for (const Json& condition : member(status, "conditions"))
+  for (const Json& condition : member(status, "conditions")) {
     if (condition == "model_fault")
       all.push_back(found(kind("model_fault"), "odomd", "its model stopped"));
+    if (condition == "bias_unlearnt") all.push_back(daemon::unlearnt_bias());
+    if (condition == "scale_implausible") all.push_back(daemon::implausible_scale());
+  }
   if (traffic == Traffic::comes && number_of(status, "uptime_s") > settled_s) {
     examine_messages(status, all);
     examine_sources(status, all);

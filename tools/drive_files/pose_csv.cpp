@@ -19,7 +19,7 @@ constexpr std::string_view pose_columns =
     "tick,odom_x,odom_y,odom_yaw,reset_count,conditions,cov_xy,cov_xyaw,cov_yyaw,"
     "steering,accel_x,accel_y";
 
-// Longer than 25 numbers of 24 characters, a mode and three counts.
+// Longer than 29 numbers of 25 characters, a mode and three counts.
 constexpr std::size_t longest_row = 1024;
 
 double sigma_of(double variance) {

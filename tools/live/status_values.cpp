@@ -109,7 +109,9 @@ std::vector<Calibration> calibrations_of(const Json& now) {
   };
   constexpr std::array with_unit{
       Shown{"gyro_bias", " deg/s", degrees}, Shown{"accel_bias_x", " m/s2", 1.0},
-      Shown{"accel_bias_y", " m/s2", 1.0}, Shown{"steering_offset", " deg", degrees}};
+      Shown{"accel_bias_y", " m/s2", 1.0},   Shown{"steering_offset", " deg", degrees},
+      Shown{"gyro_latency", " ms", 1e3},     Shown{"wheel_latency", " ms", 1e3},
+      Shown{"steering_latency", " ms", 1e3}, Shown{"grip", " m/s2", 1.0}};
   std::vector<Calibration> all;
   for (const auto& calibration : member(now, "calibrations")) {
     if (member(calibration, "sigma").is_null()) continue;

@@ -282,7 +282,7 @@ RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink)
   summary.first_tick_ns = summary.last_tick_ns = drive.begin().tick.time_ns;
   while (const daemon::TickRecord* record = drive.next(summary)) {
     ++summary.ticks;
-    summary.take_flags(*pipeline);
+    summary.take_flags(*pipeline, record->pose);
     summary.last_tick_ns = drive.tick().time_ns;
     summary.last_mode = record->pose.mode;
     if (record->initialised) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "daemon/core/source_diagnostics.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -35,12 +36,27 @@ std::string label(const can::Decoder& decoder, std::size_t source) {
   return std::string{estimator::source_names[source]};
 }
 
+double drive_seconds(const ReplaySummary& summary) {
+  return static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
+}
+
+// The share of the drive that `count` ticks are.
+double share(const ReplaySummary& summary, std::uint64_t count) {
+  return static_cast<double>(count) /
+         static_cast<double>(std::max<std::uint64_t>(summary.ticks, 1));
+}
+
+// Whether `count` ticks are long enough to report.
+bool is_long(const ReplaySummary& summary, std::uint64_t count) {
+  const double drive_s = drive_seconds(summary);
+  return count > 0 &&
+         share(summary, count) * drive_s >= std::min(long_flagged_s, long_part * drive_s);
+}
+
 // The duration of `count` ticks.
 std::string seconds(const ReplaySummary& summary, std::uint64_t count) {
-  const double drive_s = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
-  const auto ticks = static_cast<double>(std::max<std::uint64_t>(summary.ticks, 1));
-  return fmt::format(" (for {:.1f} of {:.1f} s)", static_cast<double>(count) / ticks * drive_s,
-                     drive_s);
+  const double drive_s = drive_seconds(summary);
+  return fmt::format(" (for {:.1f} of {:.1f} s)", share(summary, count) * drive_s, drive_s);
 }
 
 // One per wiring fault: sources with the same duration share one fault.
@@ -64,6 +80,17 @@ void warn_of_wiring(const can::Decoder& decoder, const ReplaySummary& summary,
       warnings.back().seen += seconds(summary, count);
     }
   }
+}
+
+// What the filter could not learn, or only implausibly.
+void warn_of_learning(const ReplaySummary& summary, diagnostics::Diagnostics& warnings) {
+  const auto warn = [&](std::uint64_t ticks, diagnostics::Diagnostic warning) {
+    if (!is_long(summary, ticks)) return;
+    warnings.push_back(std::move(warning));
+    warnings.back().seen += seconds(summary, ticks);
+  };
+  warn(summary.bias_unlearnt, daemon::unlearnt_bias());
+  warn(summary.scale_implausible, daemon::implausible_scale());
 }
 
 bool is_miswired(const ReplaySummary& summary, std::size_t source) {
@@ -91,8 +118,7 @@ diagnostics::Diagnostics check_sources(const can::Decoder& decoder, const Replay
   // Other findings on the camera, and some on other sources, follow from this one.
   diagnostics::Diagnostics warnings = summary.camera_units;
   warn_of_wiring(decoder, summary, warnings);
-  const auto ticks = static_cast<double>(std::max<std::uint64_t>(summary.ticks, 1));
-  const double drive_s = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
+  warn_of_learning(summary, warnings);
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
     if (static_cast<Source>(source) == Source::camera && !summary.camera_units.empty()) continue;
     const bool miswired = is_miswired(summary, source);
@@ -102,12 +128,10 @@ diagnostics::Diagnostics check_sources(const can::Decoder& decoder, const Replay
     }
     for (const SourceFlag flag : reported_flags) {
       if (miswired && flag == SourceFlag::drifting) continue;
-      const double part =
-          static_cast<double>(summary.flagged[source][static_cast<std::size_t>(flag)]) / ticks;
-      if (part <= 0.0 || part * drive_s < std::min(long_flagged_s, long_part * drive_s)) continue;
+      const std::uint64_t count = summary.flagged[source][static_cast<std::size_t>(flag)];
+      if (!is_long(summary, count)) continue;
       append(warnings, daemon::diagnostic_of(flag, label(decoder, source)));
-      warnings.back().seen +=
-          seconds(summary, summary.flagged[source][static_cast<std::size_t>(flag)]);
+      warnings.back().seen += seconds(summary, count);
     }
     const auto& verdicts = summary.verdicts[source];
     const std::uint64_t gated = verdicts[static_cast<std::size_t>(Verdict::gated)];

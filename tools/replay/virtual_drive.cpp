@@ -16,13 +16,16 @@ void ReplaySummary::take_odometry(const odom_pose& pose) {
     points.push_back(point_of(pose, Frame::odom));
 }
 
-void ReplaySummary::take_flags(const daemon::Pipeline& pipeline) {
+void ReplaySummary::take_flags(const daemon::Pipeline& pipeline, const odom_pose& pose) {
   for (std::size_t source = 0; source < flagged.size(); ++source) {
     const daemon::SourceStatistics& statistics = pipeline.statistics().sources[source];
     ++flagged[source].at(statistics.flag.get());
     ++wired[source].at(statistics.wiring.get());
     inconsistent[source] += statistics.inconsistent.get();
   }
+  const bool moves = pose.mode != ODOM_INITIALISING && pose.mode != ODOM_STANDSTILL;
+  if ((pose.conditions & ODOM_COND_BIAS_UNLEARNT) != 0 && moves) ++bias_unlearnt;
+  if ((pose.conditions & ODOM_COND_SCALE_IMPLAUSIBLE) != 0) ++scale_implausible;
 }
 
 void ReplaySummary::take_statistics(const daemon::Pipeline& pipeline) {
@@ -66,7 +69,7 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
 
     const daemon::TickRecord& record = pipeline.tick(tick, tick_ns);
     if (judged) judged(pipeline.judgements());
-    summary.take_flags(pipeline);
+    summary.take_flags(pipeline, record.pose);
     ++summary.ticks;
     summary.last_tick_ns = tick_ns;
     summary.last_mode = record.pose.mode;

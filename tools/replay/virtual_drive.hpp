@@ -59,6 +59,10 @@ struct ReplaySummary {
       wired{};  ///< ticks with each daemon::WiringFault
   std::array<std::uint64_t, estimator::source_count> inconsistent{};  ///< ticks
 
+  // Ticks with these conditions; of the bias only those in which the car moves.
+  std::uint64_t bias_unlearnt = 0;
+  std::uint64_t scale_implausible = 0;
+
   /// Wheels and gyro alone, a point every 0.1 s; and what is wrong with the units of the camera's
   /// poses compared with it.
   Trajectory odometry;
@@ -67,7 +71,7 @@ struct ReplaySummary {
   /// After every tick with a pose.
   void take_odometry(const odom_pose& pose);
   /// After every tick.
-  void take_flags(const daemon::Pipeline& pipeline);
+  void take_flags(const daemon::Pipeline& pipeline, const odom_pose& pose);
   /// After the last.
   void take_statistics(const daemon::Pipeline& pipeline);
 };

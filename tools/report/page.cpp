@@ -194,10 +194,10 @@ std::optional<Table> calibration_table(const EvaluatedDrive& drive) {
   if (focus >= drive.replays.size()) return std::nullopt;
   const odom_details& details = drive.replays[focus].last.details;
   static constexpr std::array<const char*, daemon::calibrations.size()> units{
-      " [rad/s]", "", " [m/s²]", " [m/s²]", "", " [rad]", ""};
+      " [rad/s]", "", " [m/s²]", " [m/s²]", "", " [rad]", "", " [s]", " [s]", " [s]", " [m/s²]"};
   Table table{{"learnt", "value", "3σ", ""}, {}, {0, 3}};
   for (std::size_t i = 0; i < daemon::calibrations.size(); ++i) {
-    const double sigma = details.calibration_sigma[i];
+    const double sigma = daemon::calibration_sigma(details, i);
     if (!(sigma > 0.0)) continue;
     const bool valid = (details.calibration_valid >> i & 1U) != 0;
     table.rows.push_back({std::string{daemon::calibrations[i].name} + units[i],

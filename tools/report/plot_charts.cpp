@@ -155,7 +155,11 @@ std::vector<Chart> calibrations(const std::vector<Drawn>& tracks) {
                                                                         {"m/s²", 1.0},
                                                                         {"1: exact", 1.0},
                                                                         {"deg", degrees},
-                                                                        {"1: as configured", 1.0}}};
+                                                                        {"1: as configured", 1.0},
+                                                                        {"ms", 1e3},
+                                                                        {"ms", 1e3},
+                                                                        {"ms", 1e3},
+                                                                        {"m/s²", 1.0}}};
   std::vector<Chart> charts;
   for (std::size_t i = 0; i < units.size(); ++i) {
     const std::string name{daemon::calibrations[i].name};

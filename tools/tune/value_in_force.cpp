@@ -21,6 +21,7 @@ std::optional<double> of_signal(const daemon::Config& config, std::string_view r
   if (name == "latency") return seconds(binding->latency_ns);
   if (name == "sigma") return settings.sigma;
   if (name == "timeout") return seconds(settings.timeout_ns);
+  if (name == "dead_band" && settings.dead_band > 0.0) return settings.dead_band;
   return std::nullopt;
 }
 

@@ -125,7 +125,8 @@ odom_status odom_get_beat(odom_client* client, odom_beat* beat, size_t size);
  *   } while (!odom_validate(&view));
  *
  * The words are read in place. They are valid only after odom_validate() has returned true. A view
- * is valid until the next call with the same client.
+ * is valid until the next call with the same client. A daemon of an older odom_info.abi_minor does
+ * not have the fields that odom_details has gained since: do not read these words then.
  */
 typedef struct odom_view {
   const uint64_t* words; /**< of the slot; words[0] is its sequence. Read by the accessors only. */

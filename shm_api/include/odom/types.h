@@ -31,23 +31,25 @@ typedef enum odom_mode {
 
 /** Bits of odom_pose.conditions. */
 enum {
-  ODOM_COND_NOT_REALTIME = 1u << 0,    /**< the machine refused real-time scheduling or locking */
-  ODOM_COND_RESTARTED = 1u << 1,       /**< went on from the pose of a predecessor */
-  ODOM_COND_BUS_DOWN = 1u << 2,        /**< a bus is down or gone */
-  ODOM_COND_SIGNAL_TIMEOUT = 1u << 3,  /**< a mapped signal is overdue (see health) */
-  ODOM_COND_PROTECTION = 1u << 4,      /**< a message fails its end-to-end protection */
-  ODOM_COND_FRAMES_LOST = 1u << 5,     /**< the kernel dropped frames within the last second */
-  ODOM_COND_CARRIED_OVER = 1u << 6,    /**< this tick left frames behind for the next */
-  ODOM_COND_CLOCK_STEPPED = 1u << 7,   /**< the wall clock stepped within the last second */
-  ODOM_COND_SUSPENDED = 1u << 8,       /**< the machine slept within the last second */
-  ODOM_COND_CAMERA_REJECTED = 1u << 9, /**< the last camera pose was refused */
-  ODOM_COND_MODEL_FAULT = 1u << 10,    /**< the model left its domain and stopped */
-  ODOM_COND_NON_FINITE = 1u << 11,     /**< a non-finite state was reset, never published */
-  ODOM_COND_INPUT_ENDED = 1u << 12,    /**< the log or the pipe has ended */
-  ODOM_COND_SENSOR_FAULT = 1u << 13,   /**< a sensor's values cannot be true (see health) */
-  ODOM_COND_WHEEL_SLIP = 1u << 14,     /**< a wheel turns otherwise than the car moves */
-  ODOM_COND_MISWIRED = 1u << 15,       /**< a sensor is wired or described wrongly (see health) */
-  ODOM_COND_INCONSISTENT = 1u << 16    /**< a source does not fit what the filter expects */
+  ODOM_COND_NOT_REALTIME = 1u << 0,      /**< the machine refused real-time scheduling or locking */
+  ODOM_COND_RESTARTED = 1u << 1,         /**< went on from the pose of a predecessor */
+  ODOM_COND_BUS_DOWN = 1u << 2,          /**< a bus is down or gone */
+  ODOM_COND_SIGNAL_TIMEOUT = 1u << 3,    /**< a mapped signal is overdue (see health) */
+  ODOM_COND_PROTECTION = 1u << 4,        /**< a message fails its end-to-end protection */
+  ODOM_COND_FRAMES_LOST = 1u << 5,       /**< the kernel dropped frames within the last second */
+  ODOM_COND_CARRIED_OVER = 1u << 6,      /**< this tick left frames behind for the next */
+  ODOM_COND_CLOCK_STEPPED = 1u << 7,     /**< the wall clock stepped within the last second */
+  ODOM_COND_SUSPENDED = 1u << 8,         /**< the machine slept within the last second */
+  ODOM_COND_CAMERA_REJECTED = 1u << 9,   /**< the last camera pose was refused */
+  ODOM_COND_MODEL_FAULT = 1u << 10,      /**< the model left its domain and stopped */
+  ODOM_COND_NON_FINITE = 1u << 11,       /**< a non-finite state was reset, never published */
+  ODOM_COND_INPUT_ENDED = 1u << 12,      /**< the log or the pipe has ended */
+  ODOM_COND_SENSOR_FAULT = 1u << 13,     /**< a sensor's values cannot be true (see health) */
+  ODOM_COND_WHEEL_SLIP = 1u << 14,       /**< a wheel turns otherwise than the car moves */
+  ODOM_COND_MISWIRED = 1u << 15,         /**< a sensor is wired or described wrongly (see health) */
+  ODOM_COND_INCONSISTENT = 1u << 16,     /**< a source does not fit what the filter expects */
+  ODOM_COND_BIAS_UNLEARNT = 1u << 17,    /**< the gyro's bias is not known: stand for 2 s */
+  ODOM_COND_SCALE_IMPLAUSIBLE = 1u << 18 /**< a learnt scale is far from its configured value */
 };
 
 /** Index of a source in health, source_age_ns and the status. Append-only. */
@@ -105,8 +107,9 @@ typedef struct odom_details {
   double wheel_scale;          /**< 1: exact */
   double steering_offset;      /**< [rad] */
   double stiffness_scale;      /**< 1: as configured */
-  double calibration_sigma[7]; /**< standard deviations of the seven above */
-  uint64_t calibration_valid;  /**< bit i: the i-th of the seven has been learnt */
+  double calibration_sigma[7]; /**< standard deviations of the seven above; 0: not estimated */
+  uint64_t calibration_valid;  /**< bit i: the i-th has been learnt; bits 7 to 10: the four at the
+                                  end */
 
   double correction_x, correction_y, correction_yaw; /**< map from odometry frame */
 
@@ -118,6 +121,14 @@ typedef struct odom_details {
 
   int64_t wakeup_latency_ns; /**< how late the beat woke for this tick */
   int64_t execution_ns;      /**< how long the tick before this one worked */
+
+  /* Since ABI 1.1. Latencies are beyond the configured ones; positive: the sensor is later. */
+  double gyro_latency;                 /**< [s] */
+  double wheel_latency;                /**< [s] */
+  double steering_latency;             /**< [s] */
+  double grip;                         /**< largest lateral acceleration on these tyres [m/s2] */
+  double further_calibration_sigma[4]; /**< standard deviations of the four above; 0: not
+                                          estimated */
 } odom_details;
 
 /** Longest name of a model or version string, with its terminating zero. */

@@ -205,6 +205,19 @@ const Mistake mistakes[] = {
      "(s)"},
     {"TimeoutOfZero", signal("motor", R"(, signal = "S", unit = "m/s", timeout = 0)"),
      "car.toml:4: [can.signals] motor timeout: 0 is not possible; it must be between 0 and 60 (s)"},
+    {"DeadBandTooWide", signal("motor", R"(, signal = "S", unit = "m/s", dead_band = 3.1)"),
+     "car.toml:4: [can.signals] motor dead_band: 3.1 is not possible; it must be between 0 and 3 "
+     "(m/s)"},
+    {"NegativeDeadBand", signal("wheel_rear", R"(, signal = "S", unit = "m/s", dead_band = -0.1)"),
+     "car.toml:4: [can.signals] wheel_rear dead_band: -0.1 is not possible; it must be between 0 "
+     "and 3 (m/s)"},
+    {"DeadBandOfAnAngle", signal("steering", R"(, signal = "S", unit = "rad", dead_band = 0.1)"),
+     "car.toml:4: [can.signals] steering dead_band: applies only to wheels and motor; leave it "
+     "out"},
+    {"DeadBandOfADirection",
+     signal("direction", R"(, signal = "S", forward = 1, reverse = 2, dead_band = 0.1)"),
+     "car.toml:4: [can.signals] direction dead_band: applies only to wheels and motor; leave it "
+     "out"},
     {"UnknownSignalKey", signal("motor", R"(, signal = "S", unit = "m/s", scal = 2)"),
      R"(car.toml:4: [can.signals] motor scal: unknown key; did you mean "scale"?)"},
     {"ValidWhenWithoutSignal",

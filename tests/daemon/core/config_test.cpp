@@ -80,7 +80,7 @@ yaw_rate          = { message = "IMU_01", signal = "YawRate", unit = "rad/s", la
 accel_x           = { message = "IMU_01", signal = "AccX", unit = "m/s2" }
 accel_y           = { message = "IMU_01", signal = "AccY", unit = "g", scale = -1.0 }
 wheel_rear_left   = { message = "WHEEL", signal = "RL", unit = "m/s", valid_when = { signal = "RL_FAULT", equals = 0 } }
-wheel_rear_right  = { message = "WHEEL", signal = "RR", unit = "km/h", bus = "can0" }
+wheel_rear_right  = { message = "WHEEL", signal = "RR", unit = "km/h", bus = "can0", dead_band = 0.3 }
 motor             = { message = "MOTOR", signal = "N", unit = "rpm", radius = 0.033, ratio = 9.5 }
 steering          = { message = "STEER", sum = ["ANGLE", "FRACTION"], unit = "deg", scale = 0.0592, offset = 0.01, timeout = 0.5 }
 direction         = { message = "GEAR", signal = "Dir", forward = 1, reverse = 2 }
@@ -191,6 +191,9 @@ level = "debug"
   EXPECT_EQ(signal(Source::yaw_rate).sigma, 0.04);
   EXPECT_EQ(signal(Source::yaw_rate).timeout_ns, 0);  // from the database, later
   EXPECT_EQ(signal(Source::steering).timeout_ns, 500'000'000);
+  EXPECT_EQ(signal(Source::wheel_rear_right).dead_band, 0.3);
+  EXPECT_EQ(signal(Source::motor).dead_band, 0.0);
+  EXPECT_EQ(filter_settings(config).dead_band[estimator::index_of(Source::wheel_rear_right)], 0.3);
   EXPECT_FALSE(signal(Source::wheel_rear).configured);
 
   EXPECT_TRUE(config.camera.configured);

@@ -15,7 +15,9 @@ TEST(PublishedMode, FollowsThePrecedence) {
   estimate.initialised = true;
   estimate.mode = Mode::tracking;
   EXPECT_EQ(published_mode(estimate, 0), ODOM_TRACKING);
-  EXPECT_EQ(published_mode(estimate, ODOM_COND_CAMERA_REJECTED), ODOM_TRACKING);
+  for (const std::uint32_t harmless :
+       {ODOM_COND_CAMERA_REJECTED, ODOM_COND_BIAS_UNLEARNT, ODOM_COND_SCALE_IMPLAUSIBLE})
+    EXPECT_EQ(published_mode(estimate, harmless), ODOM_TRACKING);
   estimate.mode = Mode::standstill;
   EXPECT_EQ(published_mode(estimate, 0), ODOM_STANDSTILL);
   EXPECT_EQ(published_mode(estimate, ODOM_COND_NOT_REALTIME), ODOM_DEGRADED);
@@ -23,6 +25,19 @@ TEST(PublishedMode, FollowsThePrecedence) {
   EXPECT_EQ(published_mode(estimate, ODOM_COND_NOT_REALTIME), ODOM_INITIALISING);
   estimate.model_fault = true;
   EXPECT_EQ(published_mode(estimate, ODOM_COND_NOT_REALTIME), ODOM_FAULT);
+}
+
+TEST(Conditions, AreThoseThatTheEstimateStates) {
+  Estimate estimate;
+  EXPECT_EQ(estimator_conditions(estimate), 0U);
+  estimate.bias_unlearnt = true;
+  EXPECT_EQ(estimator_conditions(estimate), ODOM_COND_BIAS_UNLEARNT);
+  estimate.scale_implausible = true;
+  EXPECT_EQ(estimator_conditions(estimate), ODOM_COND_BIAS_UNLEARNT | ODOM_COND_SCALE_IMPLAUSIBLE);
+  estimate = {};
+  estimate.doubtful = true;
+  estimate.model_fault = true;
+  EXPECT_EQ(estimator_conditions(estimate), ODOM_COND_SENSOR_FAULT | ODOM_COND_MODEL_FAULT);
 }
 
 Estimate some_estimate() {
@@ -38,9 +53,10 @@ Estimate some_estimate() {
   estimate.covariance = {1, 2, 3, 4, 5, 6};
   estimate.cross_covariance = {21, 22, 23, 24, 25, 26, 27, 28, 29};
   estimate.velocity_covariance = {7, 8, 9, 10, 11, 12};
-  estimate.calibration = {.value = {0.01, 1.02, 0.3, -0.4, 0.99, -0.02, 1.1},
-                          .sigma = {0.001, 0.002, 0.003, 0.004, 0.005, 0.006, 0.007},
-                          .valid = 0b1010011};
+  estimate.calibration = {
+      .value = {0.01, 1.02, 0.3, -0.4, 0.99, -0.02, 1.1, 0.012, -0.003, 0.04, 8.5},
+      .sigma = {0.001, 0.002, 0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.009, 0.010, 0.011},
+      .valid = 0b10101010011};
   estimate.reset_count = 3;
   estimate.last_jump = {0.1, 0.2, 0.3};
   estimate.camera_ns = 999;
@@ -77,8 +93,16 @@ TEST(Record, CarriesTheCalibrations) {
   EXPECT_EQ(d.wheel_scale, 0.99);
   EXPECT_EQ(d.steering_offset, -0.02);
   EXPECT_EQ(d.stiffness_scale, 1.1);
+  EXPECT_EQ(d.gyro_latency, 0.012);
+  EXPECT_EQ(d.wheel_latency, -0.003);
+  EXPECT_EQ(d.steering_latency, 0.04);
+  EXPECT_EQ(d.grip, 8.5);
   for (int i = 0; i < 7; ++i) EXPECT_EQ(d.calibration_sigma[i], 0.001 * (i + 1)) << i;
-  EXPECT_EQ(d.calibration_valid, 0b1010011U);
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_EQ(d.further_calibration_sigma[i], some_estimate().calibration.sigma[7 + i]) << i;
+  for (std::size_t i = 0; i < calibrations.size(); ++i)
+    EXPECT_EQ(calibration_sigma(d, i), some_estimate().calibration.sigma[i]) << i;
+  EXPECT_EQ(d.calibration_valid, 0b10101010011U);
 }
 
 TEST(Record, SaysOfAModelThatLearnsNothingThatAllIsExactAndNothingKnown) {
@@ -89,6 +113,8 @@ TEST(Record, SaysOfAModelThatLearnsNothingThatAllIsExactAndNothingKnown) {
   EXPECT_EQ(d.gyro_scale, 1.0);
   EXPECT_EQ(d.wheel_scale, 1.0);
   EXPECT_EQ(d.stiffness_scale, 1.0);
+  EXPECT_EQ(d.steering_latency, 0.0);
+  EXPECT_EQ(d.grip, 0.0);
   EXPECT_EQ(d.calibration_valid, 0U);
 }
 

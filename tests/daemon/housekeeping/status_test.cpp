@@ -42,7 +42,9 @@ TEST(ConditionNames, NameEveryBit) {
               ElementsAre("not_realtime", "input_ended"));
   EXPECT_THAT(condition_names(ODOM_COND_MISWIRED | ODOM_COND_INCONSISTENT),
               ElementsAre("miswired", "inconsistent"));
-  EXPECT_EQ(condition_names(0xFFFF'FFFF).size(), 17U);
+  EXPECT_THAT(condition_names(ODOM_COND_BIAS_UNLEARNT | ODOM_COND_SCALE_IMPLAUSIBLE),
+              ElementsAre("bias_unlearnt", "scale_implausible"));
+  EXPECT_EQ(condition_names(0xFFFF'FFFF).size(), 19U);
 }
 
 TEST(Json, IsReadBackAsItWasWritten) {

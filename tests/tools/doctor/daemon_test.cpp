@@ -127,6 +127,15 @@ TEST(Daemon, WhoseSourcesAreFlaggedIsNamed) {
   EXPECT_THAT(of(status), ElementsAre(Named("inconsistent", "yaw_rate")));
 }
 
+TEST(Daemon, WhoseFilterHasNotLearntIsNamed) {
+  json status = sound_status();
+  status["conditions"] = {"bias_unlearnt", "scale_implausible"};
+  const Diagnostics found = of(status);
+  ASSERT_THAT(found, ElementsAre(Named("bias_unlearnt", "the gyro's bias is not known"),
+                                 Named("scale_implausible", "far from its configured value")));
+  EXPECT_THAT(fix_of(found[0]), HasSubstr("stand for 2 s"));
+}
+
 TEST(Daemon, WhoseWiringIsWrongIsNamedOnce) {
   json status = sound_status();
   for (const char* const name : {"wheel_front_left", "wheel_rear"}) {

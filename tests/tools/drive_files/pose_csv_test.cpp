@@ -54,6 +54,8 @@ TEST(PoseCsv, ShowsTheCalibrationsOfAWholeRecordBehindItsPose) {
   record.details.gyro_bias = 0.01;
   record.details.wheel_scale = 0.98;
   record.details.stiffness_scale = 1.25;
+  record.details.steering_latency = 0.04;
+  record.details.grip = 8.5;
   std::ostringstream plain;
   std::ostringstream whole;
   write_pose_header(plain);
@@ -62,13 +64,14 @@ TEST(PoseCsv, ShowsTheCalibrationsOfAWholeRecordBehindItsPose) {
   columns.back() = ',';
   EXPECT_EQ(whole.str(), columns +
                              "gyro_bias,gyro_scale,accel_bias_x,accel_bias_y,wheel_scale,"
-                             "steering_offset,stiffness_scale\n");
+                             "steering_offset,stiffness_scale,gyro_latency,wheel_latency,"
+                             "steering_latency,grip\n");
   std::string pose;
   append_pose_row(pose, record.pose, 5);
   pose.back() = ',';
   std::string row;
   append_record_row(row, record, 5);
-  EXPECT_EQ(row, pose + "0.01,0,0,0,0.98,0,1.25\n");
+  EXPECT_EQ(row, pose + "0.01,0,0,0,0.98,0,1.25,0,0,0.04,8.5\n");
 }
 
 TEST(PoseCsv, ReadsBackToTheSameBits) {

@@ -164,11 +164,15 @@ TEST(StatusText, ShowsWhatAModelHasLearnt) {
   now["calibrations"] = {
       {{"name", "gyro_bias"}, {"value", 0.01}, {"sigma", 0.001}, {"valid", true}},
       {{"name", "wheel_scale"}, {"value", 0.985}, {"sigma", 0.03}, {"valid", false}},
-      {{"name", "gyro_scale"}, {"value", 1.0}, {"sigma", nullptr}, {"valid", false}}};
+      {{"name", "gyro_scale"}, {"value", 1.0}, {"sigma", nullptr}, {"valid", false}},
+      {{"name", "wheel_latency"}, {"value", 0.0125}, {"sigma", 0.002}, {"valid", true}},
+      {{"name", "grip"}, {"value", 8.5}, {"sigma", 0.25}, {"valid", true}}};
   const std::string text = status_as_text(now, {});
   EXPECT_THAT(text, MatchesRegex("(.|\n)*\ngyro_bias +0.5730  ± 0.0573 deg/s +yes\n(.|\n)*"));
   EXPECT_THAT(text, MatchesRegex("(.|\n)*\nwheel_scale +0.9850  ± 0.0300 +not yet\n(.|\n)*"));
   EXPECT_THAT(text, Not(HasSubstr("gyro_scale")));
+  EXPECT_THAT(text, MatchesRegex("(.|\n)*\nwheel_latency +12.5000  ± 2.0000 ms +yes\n(.|\n)*"));
+  EXPECT_THAT(text, MatchesRegex("(.|\n)*\ngrip +8.5000  ± 0.2500 m/s2 +yes\n(.|\n)*"));
 }
 
 TEST(StatusText, SaysWhatIsWrongWithASource) {
@@ -212,7 +216,7 @@ TEST(Conditions, HaveANameAndAMeaningForEveryBit) {
     EXPECT_EQ(bits & condition.bit, 0U);
     bits |= condition.bit;
   }
-  EXPECT_EQ(bits, 2U * ODOM_COND_INCONSISTENT - 1U);
+  EXPECT_EQ(bits, 2U * ODOM_COND_SCALE_IMPLAUSIBLE - 1U);
 }
 
 TEST(Status, PassesTheDocumentOnOrShowsIt) {

@@ -1,16 +1,22 @@
 #include "tools/replay/virtual_drive.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <memory>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "daemon/core/pipeline.hpp"
 #include "tests/daemon/core/one_wheel.hpp"
+#include "tools/replay/source_checks.hpp"
 
 namespace odomd::tools::virtual_drive_test {
 namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
 
 constexpr std::int64_t ms = 1'000'000;
 constexpr std::int64_t period = 5 * ms;
@@ -96,6 +102,29 @@ TEST(Replay, CountsFramesThatAreFarBehindTheirTick) {
 TEST(Replay, RefusesToTickThroughAPauseOfHours) {
   Drive drive{.stamps = {1000 * ms, 1000 * ms + 2 * longest_pause_ns}};
   EXPECT_THROW(play(drive), PauseError);
+}
+
+std::vector<std::string> warnings_after(std::uint64_t ticks, std::uint32_t conditions,
+                                        odom_mode mode) {
+  const auto idle = pipeline(false);
+  ReplaySummary summary;
+  summary.ticks = 2000;
+  summary.last_tick_ns = 10'000 * ms;
+  const odom_pose pose{.mode = static_cast<std::uint32_t>(mode), .conditions = conditions};
+  for (std::uint64_t i = 0; i < ticks; ++i) summary.take_flags(*idle, pose);
+  return texts_of(check_sources(idle->decoder(), summary));
+}
+
+TEST(Replay, WarnsOfWhatTheFilterHasNotLearntForASecond) {
+  EXPECT_THAT(warnings_after(300, ODOM_COND_BIAS_UNLEARNT, ODOM_DEAD_RECKONING),
+              ElementsAre("yaw_rate: the gyro's bias is not known (for 1.5 of 10.0 s); let the car "
+                          "stand for 2 s [W320]"));
+  EXPECT_THAT(warnings_after(100, ODOM_COND_BIAS_UNLEARNT, ODOM_DEAD_RECKONING), IsEmpty());
+  EXPECT_THAT(warnings_after(300, ODOM_COND_BIAS_UNLEARNT, ODOM_STANDSTILL), IsEmpty());
+  EXPECT_THAT(
+      warnings_after(300, ODOM_COND_SCALE_IMPLAUSIBLE, ODOM_STANDSTILL),
+      ElementsAre("calibrations: a learnt scale is far from its configured value (for 1.5 of 10.0 "
+                  "s); check scale and radius under [can.signals], and [vehicle] [W321]"));
 }
 
 }  // namespace

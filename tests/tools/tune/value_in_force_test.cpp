@@ -81,6 +81,13 @@ TEST(ValueInForce, OfALimitIsNothingWhereThereIsNone) {
   }
 }
 
+TEST(ValueInForce, OfADeadBandIsNothingWhereTheFilterChoosesIt) {
+  const char* const key = "can.signals.wheel_rear.dead_band";
+  EXPECT_FALSE(value_in_force(config_of(text), key));
+  const std::array patch{ConfigValue{key, 0.3, ""}};
+  EXPECT_EQ(value_in_force(config_of(patched(text, "car.toml", patch)), key), 0.3);
+}
+
 TEST(ValueInForce, IsNothingForWhatIsNoNumberOfTheConfiguration) {
   for (const char* key : {"filter.nonsense", "can.signals", "can.signals.wheel_rear",
                           "can.signals.yaw_rate.sigma", "can.signals.wheel_rear.message", ""})
