@@ -42,6 +42,8 @@ constexpr auto calibrated = std::to_array<Calibrated>({
     {true, slow::wheel_scale, 1.0},
     {false, at::steering_offset, 0.0},
     {true, slow::stiffness_scale, 1.0},
+    {true, slow::gyro_latency, 0.0},
+    {true, slow::wheel_latency, 0.0},
 });
 static_assert(calibrated.size() <= calibration_count);
 
