@@ -6,8 +6,8 @@
 #   bash tests/run.sh
 #   bash tests/run.sh --quick    for small changes: formatting, release build and unit tests, no more
 #
-# Installs the packages it needs (Debian). ODOMD_DRIVES=DIRECTORY adds the tests on real drives;
-# without it these say `not run: N`. The last line is `N passed, N failed`; the exit status is 0
+# Installs the packages it needs (Debian). ODOMD_DRIVES=DIRECTORY[:DIRECTORY...] adds the tests on
+# real drives; without it these say `not run: N`. The last line is `N passed, N failed`; the exit status is 0
 # only when nothing failed. Logs stay in build/logs.
 set -uo pipefail
 cd "$(dirname "$0")/.."

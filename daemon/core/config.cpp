@@ -166,6 +166,12 @@ void read_imu(TableReader table, Config& config) {
   table.finish();
 }
 
+void read_reference(TableReader table, Config& config) {
+  if (table.has("lever_arm"))
+    table.read("lever_arm", config.reference_lever_arm.emplace(), any_number);
+  table.finish();
+}
+
 void read_initial(TableReader table, Config& config) {
   std::array<double, 3> pose{};
   table.require("pose");
@@ -199,6 +205,7 @@ Config parse_config(std::string text, const std::filesystem::path& file) {
   auto can = root.table("can", "[can]");
   config.can = read_can(*can);
   if (auto table = root.table("camera", "[camera]")) config.camera = read_camera(*table);
+  if (auto table = root.table("reference", "[reference]")) read_reference(*table, config);
   if (auto table = root.table("steering", "[steering]"))
     config.vehicle.steering = read_steering(*table);
   if (auto table = root.table("imu", "[imu]")) read_imu(*table, config);

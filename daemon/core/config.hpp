@@ -86,6 +86,9 @@ struct Config {
   estimator::Vehicle vehicle;
   CanConfig can;
   CameraConfig camera;
+  /// As the camera's, of the point that a drive's truth.csv follows. Empty: the camera's. Not used
+  /// by the daemon.
+  std::optional<std::array<double, 3>> reference_lever_arm;
   std::array<double, 2> imu_position{};  ///< lever arm from the centre of gravity [m]
   double imu_yaw = 0.0;                  ///< of the accelerometer's x axis in the body frame [rad]
   /// Of the accelerometers on the rolling and pitching body: a measured = (1 + gradient) a. Empty:

@@ -64,6 +64,8 @@ void check_sizes(const Config& config, diagnostics::Diagnostics& warnings) {
                             wheelbases)));
   };
   check("[camera] lever_arm", config.camera.lever_arm[0], config.camera.lever_arm[1]);
+  if (const auto& arm = config.reference_lever_arm)
+    check("[reference] lever_arm", (*arm)[0], (*arm)[1]);
   check("[imu] position", config.imu_position[0], config.imu_position[1]);
 }
 

@@ -15,6 +15,7 @@ BaselineFilter::BaselineFilter(Model model, const FilterSettings& settings) noex
       settings_(settings),
       period_ns_(std::llround(settings.period_s * ns_per_second)),
       held_(settings.sigma),
+      gyro_bias_(settings.tuning),
       anchor_(settings),
       modes_(settings.camera_timeout_s) {}
 
@@ -44,6 +45,9 @@ Verdict BaselineFilter::add(const Measurement& sample) noexcept {
     const bool reverse = is_wheel(sample.source) && held_[Source::direction].value < 0.0;
     integrity_.add(sample.source, sample.time_ns, reverse ? -std::abs(sample.value) : sample.value,
                    held_[sample.source].sigma, sample.arrival_ns);
+    if (model_ == Model::inertial && sample.source == Source::yaw_rate) {
+      gyro_bias_.add(held_[Source::yaw_rate], held_.wheels_still());
+    }
   }
   const bool used =
       sample.source != Source::accel_y && (sample.source != Source::yaw_rate || uses_gyro(model_));
@@ -81,8 +85,8 @@ Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
   const std::int64_t due = elapsed / period_ns_ + (elapsed % period_ns_ >= period_ns_ / 2 ? 1 : 0);
 
   // 2. The speed by the available wheels, and the motion, a period at a time.
-  const double yaw_rate =
-      uses_gyro(model_) ? held_[Source::yaw_rate].value : motion_.velocity.yaw_rate;
+  const double yaw_rate = uses_gyro(model_) ? held_[Source::yaw_rate].value - gyro_bias_.value()
+                                            : motion_.velocity.yaw_rate;
   if (const auto measured = rear_axle_speed(settings_.vehicle, held_, yaw_rate)) {
     speed_ = measured;
   }
@@ -105,7 +109,7 @@ void BaselineFilter::advance(std::int64_t tick_ns) noexcept {
   if (model_ == Model::paper) {
     advance_paper(settings_, held_, *speed_, next);
   } else {
-    advance_dead_reckoning(model_, settings_, held_, *speed_, next);
+    advance_dead_reckoning(model_, settings_, held_, gyro_bias_, *speed_, next);
   }
   if (is_finite(next.way) && is_finite(next.velocity) && is_finite(next.covariance)) {
     motion_ = next;
@@ -134,6 +138,10 @@ Estimate BaselineFilter::estimate(std::int64_t tick_ns) noexcept {
   e.v_y = motion_.velocity.v_y;
   e.yaw_rate = motion_.velocity.yaw_rate;
   e.velocity_covariance = motion_.covariance;
+  if (model_ == Model::inertial) {
+    e.velocity_covariance =
+        sum(e.velocity_covariance, by_errors(motion_.sensitivity, motion_.error_variance));
+  }
 
   e.accel_x = held_[Source::accel_x].value;
   e.accel_y = held_[Source::accel_y].value;

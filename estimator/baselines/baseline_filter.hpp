@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "estimator/baselines/gyro_bias.hpp"
 #include "estimator/baselines/motion.hpp"
 #include "estimator/baselines/pose_anchor.hpp"
 #include "estimator/baselines/signals.hpp"
@@ -41,6 +42,7 @@ class BaselineFilter {
   FilterSettings settings_;
   std::int64_t period_ns_ = 5'000'000;
   HeldSignals held_;
+  GyroBias gyro_bias_;  ///< of the inertial model
   Motion motion_;
   PoseAnchor anchor_;
   ModeMonitor modes_;

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "estimator/baselines/motion.hpp"
-#include "estimator/common/symmetric3_matrix.hpp"
+#include "estimator/common/squares.hpp"
 
 namespace odomd::estimator {
 namespace {
@@ -24,16 +24,23 @@ Symmetric3 covariance_of(const DeadReckoning& model, double sigma_speed, double 
 }  // namespace
 
 void advance_dead_reckoning(Model model, const FilterSettings& settings, const HeldSignals& held,
-                            const AxleSpeed& speed, Motion& motion) noexcept {
-  const HeldSignal& turn = held[uses_gyro(model) ? Source::yaw_rate : Source::steering];
-  const DeadReckoning now = reckon(model, settings.vehicle, speed.v_x, turn.value);
+                            const GyroBias& bias, const AxleSpeed& speed, Motion& motion) noexcept {
+  const HeldSignal& held_turn = held[uses_gyro(model) ? Source::yaw_rate : Source::steering];
+  const double turn = held_turn.value - (uses_gyro(model) ? bias.value() : 0.0);
+  const DeadReckoning now = reckon(model, settings.vehicle, speed.v_x, turn);
   const BodyVelocity& v = now.velocity;
   const BodyVelocity& before = uses_gyro(model) || !motion.moving ? v : motion.velocity;
   motion.mean = {(before.v_x + v.v_x) / 2.0, (before.v_y + v.v_y) / 2.0,
                  (before.yaw_rate + v.yaw_rate) / 2.0};
   motion.way = motion.moving ? moved({}, motion.mean, settings.period_s) : Pose2{};
   motion.velocity = v;
-  motion.covariance = covariance_of(now, speed.sigma, turn.sigma);
+  motion.covariance = covariance_of(now, speed.sigma, held_turn.sigma);
+  if (uses_gyro(model)) {
+    const Eigen::Vector3d by_turn = now.jacobian.col(1);
+    motion.sensitivity << by_turn, turn * by_turn, speed.v_x * now.jacobian.col(0);
+    motion.error_variance << bias.variance(), squared(settings.tuning.gyro_scale),
+        squared(settings.tuning.wheel_scale);
+  }
   motion.moving = true;
 
   motion.rate = {};

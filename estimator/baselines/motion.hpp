@@ -5,10 +5,12 @@
 
 #include <Eigen/Core>
 
+#include "estimator/baselines/gyro_bias.hpp"
 #include "estimator/baselines/signals.hpp"
 #include "estimator/common/pose.hpp"
 #include "estimator/common/settings.hpp"
 #include "estimator/common/symmetric3.hpp"
+#include "estimator/common/symmetric3_matrix.hpp"
 
 namespace odomd::estimator {
 
@@ -16,12 +18,22 @@ namespace odomd::estimator {
 struct Motion {
   BodyVelocity velocity;
   Symmetric3 covariance = diagonal(1.0, 1.0, 1.0);  ///< of the velocity
-  BodyVelocity rate;     ///< (v̇_x, v̇_y, ψ̈) of the model [m/s², m/s², rad/s²]
-  BodyVelocity mean;     ///< velocity over the period
-  Pose2 way;             ///< displacement over the period, in the car's axes before it
+  BodyVelocity rate;  ///< (v̇_x, v̇_y, ψ̈) of the model [m/s², m/s², rad/s²]
+  BodyVelocity mean;  ///< velocity over the period
+  Pose2 way;          ///< displacement over the period, in the car's axes before it
+  /// Errors that last: the gyro's bias [rad/s], its scale, the wheels' scale. Of the inertial
+  /// model.
+  Eigen::Matrix3d sensitivity = Eigen::Matrix3d::Zero();  ///< ∂velocity / ∂errors
+  Eigen::Vector3d error_variance = Eigen::Vector3d::Zero();
   bool moving = false;   ///< the velocity comes from an earlier tick or a predecessor
   bool stopped = false;  ///< the model has left its domain: it stands still for good
 };
+
+/// B D Bᵀ: the covariance by lasting errors of variances D.
+[[nodiscard]] inline Symmetric3 by_errors(const Eigen::Matrix3d& sensitivity,
+                                          const Eigen::Vector3d& variance) noexcept {
+  return packed(sensitivity * variance.asDiagonal() * sensitivity.transpose());
+}
 
 /// The kinematic models derive the yaw rate from the steering.
 [[nodiscard]] constexpr bool uses_gyro(Model model) noexcept {
@@ -32,7 +44,7 @@ struct Motion {
 /// move along the arc of the mean velocity of the period, the inertial one along that of the
 /// newest. Neither moves in its first tick.
 void advance_dead_reckoning(Model model, const FilterSettings& settings, const HeldSignals& held,
-                            const AxleSpeed& speed, Motion& motion) noexcept;
+                            const GyroBias& bias, const AxleSpeed& speed, Motion& motion) noexcept;
 
 /// The paper's filter as its author runs it: each tick one predict and one correct, whatever the
 /// samples' times; then X, Y and ψ from the corrected state. It starts at x = 0, P = I, and moves

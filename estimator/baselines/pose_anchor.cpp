@@ -1,5 +1,7 @@
 #include "estimator/baselines/pose_anchor.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -37,6 +39,12 @@ Symmetric3 grown(const Symmetric3& p, const Pose2& from, const Pose2& to, double
   return limited(next, largest_variance);
 }
 
+/// R(yaw) B, of rows x, y, yaw.
+Eigen::Matrix3d rotated(Eigen::Matrix3d b, double yaw) noexcept {
+  b.topRows<2>() = Eigen::Rotation2Dd(yaw).toRotationMatrix() * b.topRows<2>().eval();
+  return b;
+}
+
 /// Covariance of a suspect odometry between two poses, whose error is constant.
 Symmetric3 suspect_motion(const Pose2& from, const Pose2& to, double dt) noexcept {
   const double way = std::hypot(to.x - from.x, to.y - from.y);
@@ -59,19 +67,20 @@ PoseAnchor::PoseAnchor(const FilterSettings& settings) noexcept
     : settings_(settings),
       initial_covariance_(covariance_of(settings.initial_sigma_position,
                                         settings.initial_sigma_position,
-                                        settings.initial_sigma_yaw)) {
+                                        settings.initial_sigma_yaw)),
+      white_(initial_covariance_) {
   tick(0).covariance = initial_covariance_;
 }
 
 void PoseAnchor::set_pose(const Pose2& pose) noexcept {
   re_anchor({odom(), last_, 0.0}, pose, {});
-  tick(last_).covariance = initial_covariance_;
+  tick(last_).covariance = white_ = initial_covariance_;
 }
 
 void PoseAnchor::resume(const Estimate& predecessor) noexcept {
   *this = PoseAnchor(settings_);
   tick(0).odom = predecessor.odom;
-  tick(0).covariance = predecessor.covariance;
+  tick(0).covariance = white_ = predecessor.covariance;
   map_from_odom_ = frame_of(predecessor.map, predecessor.odom);
   initialised_ = true;
   reset_count_ = predecessor.reset_count + 1;
@@ -99,7 +108,14 @@ void PoseAnchor::extend(std::int64_t time_ns, const Motion& motion) noexcept {
     const double n = std::clamp(seconds_between(fused_capture_ns_, time_ns) / dt, 1.0, 40.0);
     now.noise = sum(now.noise, scaled(suspect_motion(before.odom, now.odom, dt), 2.0 * n - 1.0));
   }
-  now.covariance = grown(before.covariance, before.odom, now.odom, map_from_odom_.yaw, now.noise);
+  now.by_errors = dt * rotated(motion.sensitivity, yaw);
+  // What is learnt of an error corrects no pose: its effect so far no longer depends on it.
+  if (const Eigen::Vector3d learnt = error_variance_ - motion.error_variance;
+      learnt.maxCoeff() > 0.0) {
+    white_ = sum(white_, by_errors(sensitivity_, learnt.cwiseMax(0.0)));
+  }
+  error_variance_ = motion.error_variance;
+  grow(before.odom, now, 1.0);
 }
 
 Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
@@ -188,6 +204,25 @@ bool PoseAnchor::accepts_run(const RejectedPose& rejected) noexcept {
   return rejected_in_a_row_ >= rejections_to_accept;
 }
 
+/// Grows the covariance of the map pose to a tick, and sets it there.
+void PoseAnchor::grow(const Pose2& from, Tick& to, double steps) noexcept {
+  const double yaw = map_from_odom_.yaw;
+  white_ = grown(white_, from, to.odom, yaw, scaled(to.noise, steps));
+  to.covariance = white_;
+  if (error_variance_.isZero(0.0)) {
+    return;
+  }
+  // B ← F B + Δt G ∂velocity / ∂errors,  P = P_white + B D Bᵀ
+  const double c = std::cos(yaw);
+  const double s = std::sin(yaw);
+  const double dx = to.odom.x - from.x;
+  const double dy = to.odom.y - from.y;
+  sensitivity_.row(0) -= (s * dx + c * dy) * sensitivity_.row(2);
+  sensitivity_.row(1) += (c * dx - s * dy) * sensitivity_.row(2);
+  sensitivity_ += steps * rotated(to.by_errors, yaw);
+  to.covariance = limited(sum(white_, by_errors(sensitivity_, error_variance_)), largest_variance);
+}
+
 /// Sets the map pose at `at` to `map`, and grows its covariance from there to the newest tick. The
 /// first time this moves the odometry frame, which has not been published yet.
 void PoseAnchor::re_anchor(Place at, const Pose2& map, const Symmetric3& covariance) noexcept {
@@ -199,17 +234,17 @@ void PoseAnchor::re_anchor(Place at, const Pose2& map, const Symmetric3& covaria
     for (Tick& tick : ring_) {
       tick.odom = compose(shift, tick.odom);
       tick.noise = rotated(tick.noise, c, s);
+      tick.by_errors = rotated(tick.by_errors, shift.yaw);
     }
     at.odom = map;
   }
   map_from_odom_ = frame_of(map, at.odom);
 
-  Symmetric3 P = covariance;
+  white_ = covariance;
+  sensitivity_.setZero();
   for (std::size_t k = at.next; k <= last_; ++k) {
-    Tick& to = tick(k);
-    P = grown(P, at.odom, to.odom, map_from_odom_.yaw, scaled(to.noise, at.steps));
-    to.covariance = P;
-    at = {to.odom, k, 1.0};
+    grow(at.odom, tick(k), at.steps);
+    at = {tick(k).odom, k, 1.0};
   }
 
   const Pose2 after = this->map();

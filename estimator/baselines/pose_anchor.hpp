@@ -6,7 +6,7 @@
 //
 // The odometry never jumps. A ring holds the last 256 ticks (1.28 s at 5 ms), so that a camera pose
 // sets map_from_odom at its capture time. From there on the covariance of the map pose is that of
-// the camera plus the noise of the ticks since.
+// the camera plus the noise of the ticks since, and what lasting errors did since.
 #pragma once
 
 #include <array>
@@ -37,8 +37,8 @@ class PoseAnchor {
   /// Resumes from a predecessor: its poses in both frames, the covariance of the map's, its resets.
   void resume(const Estimate& predecessor) noexcept;
 
-  /// Appends a tick. The velocity's error is white from tick to tick; in a gap before the tick's
-  /// own period the motion is unknown.
+  /// Appends a tick. The velocity's error is white from tick to tick, but for the lasting errors;
+  /// in a gap before the tick's own period the motion is unknown.
   void extend(std::int64_t time_ns, const Motion& motion) noexcept;
 
   /// Gates a camera pose against the map pose at the capture time and, if it is fused, re-anchors.
@@ -61,9 +61,10 @@ class PoseAnchor {
   struct Tick {
     std::int64_t time_ns = 0;
     Pose2 odom;
-    BodyVelocity velocity;    ///< since the tick before
-    Symmetric3 noise{};       ///< of the displacement since the tick before, odometry axes
-    Symmetric3 covariance{};  ///< of the map pose, map axes
+    BodyVelocity velocity;  ///< since the tick before
+    Symmetric3 noise{};     ///< of the displacement since the tick before, odometry axes
+    Eigen::Matrix3d by_errors = Eigen::Matrix3d::Zero();  ///< ∂(the same) / ∂(lasting errors)
+    Symmetric3 covariance{};                              ///< of the map pose, map axes
   };
   struct Place {
     Pose2 odom;
@@ -83,12 +84,18 @@ class PoseAnchor {
   }
   [[nodiscard]] Place place(std::int64_t time_ns) const noexcept;
   [[nodiscard]] bool accepts_run(const RejectedPose& rejected) noexcept;
+  void grow(const Pose2& from, Tick& to, double steps) noexcept;
   void re_anchor(Place at, const Pose2& map, const Symmetric3& covariance) noexcept;
 
   FilterSettings settings_;
   Symmetric3 initial_covariance_;
   std::array<Tick, ring_ticks> ring_{};
   std::size_t last_ = 0;  ///< the newest tick's number, counted from the start of the history
+
+  // Of the newest map pose, since its covariance was last set; map axes
+  Symmetric3 white_;  ///< covariance without the lasting errors
+  Eigen::Matrix3d sensitivity_ = Eigen::Matrix3d::Zero();  ///< ∂pose / ∂(lasting errors)
+  Eigen::Vector3d error_variance_ = Eigen::Vector3d::Zero();
 
   bool initialised_ = false;
   Pose2 map_from_odom_;

@@ -40,6 +40,21 @@ bool HeldSignals::alive(Source wheel) const noexcept {
   return held.seen && seconds_between(held.time_ns, newest_wheel_ns_) <= silent_after_s;
 }
 
+bool HeldSignals::wheels_still() const noexcept {
+  bool any = false;
+  for (std::size_t i = 0; i < source_count; ++i) {
+    const auto source = static_cast<Source>(i);
+    if (!is_wheel(source) || !alive(source)) {
+      continue;
+    }
+    any = true;
+    if (std::abs(held_[i].value) > std::clamp(2.0 * held_[i].sigma, 0.01, 0.03)) {
+      return false;
+    }
+  }
+  return any;
+}
+
 std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& held,
                                          double car_yaw_rate) noexcept {
   const auto speed = [&, reversing = held[Source::direction].value < 0.0](Source source) {

@@ -35,6 +35,9 @@ class HeldSignals {
   }
   /// Whether there is a sample within half a second of the newest wheel sample.
   [[nodiscard]] bool alive(Source wheel) const noexcept;
+  /// Whether none of the wheels that are alive turns: faster than twice its sigma, within 0.01 to
+  /// 0.03 m/s. False without a wheel.
+  [[nodiscard]] bool wheels_still() const noexcept;
 
  private:
   std::array<HeldSignal, source_count> held_{};

@@ -3,7 +3,7 @@
 
 Each course (scenario, speed, errors, camera) is driven with the seeds 1 to N, replayed through the models
 and evaluated against the truth. Standard output is a table in Markdown, a row a bar; a folder gets it with
-charts. Where ODOMD_DRIVES names a folder of recorded drives, and no bar is asked for by name, the tables of those
+charts. Where ODOMD_DRIVES names folders of recorded drives, and no bar is asked for by name, the tables of those
 for training follow. Exit status 1 where a bar is missed or the work failed, 2 on wrong usage.
 """
 

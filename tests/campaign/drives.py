@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """The recorded drives through every model: by dead reckoning from the reference's first pose, and with the camera.
 
-  ODOMD_DRIVES=DIRECTORY tests/campaign/drives.py --training [--check | --update]
-  ODOMD_DRIVES=DIRECTORY tests/campaign/drives.py --judge
+  ODOMD_DRIVES=DIRECTORIES tests/campaign/drives.py --training [--check | --update]
+  ODOMD_DRIVES=DIRECTORIES tests/campaign/drives.py --judge
 
 Numbers are tuned on simulated cars and on the training drives, and judged on the others, when a version is
 finished: so --training runs the training drives alone, as often as one likes, and --judge runs all and logs the look
@@ -10,8 +10,9 @@ in docs/judged.md: it appends a row and replaces the tables of the newest look. 
 for training are cut there. --check holds the figures against tests/data/drives/training.csv: exit status 1 where
 full is worse by more than 3 % in one of them, or another model is not what it was; --update writes that file.
 
-Configurations are tests/data/drives/SET.toml; SET is how the drive's folder begins. The camera's lever arm there
-is the reference's too. Output is Markdown. Exit status 1 where a check or the work failed, 2 on wrong usage.
+A drive's configuration is its own car.toml, else tests/data/drives/SET.toml; SET is how its folder begins. The
+reference's lever arm is that of [reference] there, else the camera's. Output is Markdown. Exit status 1 where a check
+or the work failed, 2 on wrong usage.
 """
 
 import argparse
@@ -66,12 +67,11 @@ def main() -> int:
               for title, parts, verdict in GROUPS[:1 if given.training else None]]
     parts = [part for _, some, _ in groups for part in some]
     models = given.model or DEFAULT_MODELS
-    folder = os.environ.get("ODOMD_DRIVES")
-    if not folder:
+    if not os.environ.get("ODOMD_DRIVES"):
         print(f"not run: {len(parts)}")
         return 0 if given.check else 2
     try:
-        rows = measure.measure(given.odom, pathlib.Path(folder), parts, models, given.jobs)
+        rows = measure.measure(given.odom, parts, models, given.jobs)
     except (measure.Failed, OSError) as error:
         print(f"drives: {error}", file=sys.stderr)
         return 1

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The gain of `odom identify fit` on recorded drives: fitted on one, evaluated on others.
 
-  ODOMD_DRIVES=DIRECTORY tests/campaign/fit_drives.py [dart] [genesis]
+  ODOMD_DRIVES=DIRECTORIES tests/campaign/fit_drives.py [dart] [genesis]
 
 What is published of each car (mass, axles, inertia, stiffnesses, age of the gyro; its sensors as they are
 delivered) is fitted on one drive with the poses of its camera, as anybody would do it: what the fit writes is
@@ -24,6 +24,8 @@ import subprocess
 import sys
 import tempfile
 import time
+
+from recorded import measure
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
@@ -84,9 +86,8 @@ def fit(published: pathlib.Path, folder: pathlib.Path, until: float, fitted: pat
 
 
 def main() -> int:
-    drives = pathlib.Path(os.environ.get("ODOMD_DRIVES", ""))
     if not os.environ.get("ODOMD_DRIVES"):
-        sys.exit("fit_drives: set ODOMD_DRIVES to the folder of recorded drives")
+        sys.exit("fit_drives: set ODOMD_DRIVES to the folders of recorded drives")
     print(f"Fitted parameters, {datetime.date.today()}:\n")
     print("| fitted on | judged on | parameters | end [m] | cm/m | heading end [°] "
           "| position rms [m] | 35 ms mean [mm] |")
@@ -99,7 +100,7 @@ def main() -> int:
             by_hand = ROOT / f"tests/data/drives/{car}.toml"
             published, fitted = work / "published.toml", work / "fitted.toml"
             as_delivered(by_hand, published)
-            fit(published, drives / taught, until, fitted)
+            fit(published, measure.folder_of(taught), until, fitted)
             arm, own = arm_of(fitted), arm_of(published)
             for other, options in others:
                 name = " ".join([other, *options])
@@ -110,7 +111,7 @@ def main() -> int:
                 for label, config, lever in rows:
                     if label.endswith("arm of the fit") and lever == own:
                         continue
-                    e = judged(config, drives / other, lever, options, work)
+                    e = judged(config, measure.folder_of(other), lever, options, work)
                     figures.append((e["error_35ms"]["position"]["mean"], e["end_error"], e["position"]["rms"]))
                     print(f"| {taught} to {until:g} s | {name} "
                           f"| {label} | {e['end_error']:.2f} | {e['end_error_cm_per_m']:.2f} "

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """What `odom init` writes, compared with a configuration written by hand: the errors of dead reckoning with each.
 
-  tests/campaign/init.py                                        simulated drives
-  ODOMD_DRIVES=DIRECTORY tests/campaign/init.py --training      recorded training drives
-  ODOMD_DRIVES=DIRECTORY tests/campaign/init.py --judged        the others; logs the look in docs/judged.md
+  tests/campaign/init.py                                      simulated drives
+  ODOMD_DRIVES=DIRECTORIES tests/campaign/init.py --training  recorded training drives
+  ODOMD_DRIVES=DIRECTORIES tests/campaign/init.py --judged    the others; logs the look in docs/judged.md
 
 By hand is what its owner knows before any identification: the signals with their signs, units and ratios, and what is
 published of the car (with the fitted stiffness of tyres where none is). Nothing else is fitted: no offset, latency,
@@ -124,9 +124,9 @@ def main() -> int:
         work = pathlib.Path(scratch)
         try:
             for part in chosen.parts:
-                folder = chosen.drives / part.drive
+                folder = measure.folder_of(part.drive)
                 by_hand = work / "hand.toml"
-                tested = measure.config_of(part.drive)
+                tested = measure.config_of(folder)
                 write_by_hand(tested, folder, by_hand)
                 compare(chosen.odom, folder, by_hand, part, measure.lever_arm(tested), work, seen)
         finally:

@@ -22,13 +22,13 @@ def figures(scale: float) -> measure.Figures:
     return {"heading_rms_deg": scale, "position_rms_m": scale / 10, "error_35ms_mm": 1.0}
 
 
-def made_up(_odom, _drives, parts, models, _jobs):
+def made_up(_odom, parts, models, _jobs):
     """The errors of the first part are 1, of the second 2, ...; inertial's are half of that."""
     return [measure.Row(part, model, figures((i + 1) / (2 if model == "inertial" else 1)), "")
             for i, part in enumerate(parts) for model in models]
 
 
-def compared(_odom, _folder, name, _options, _arm):
+def compared(_odom, _folder, name, _options):
     yield without_truth.Row(name, "camera", "full", 1.3, True)
     if name == measure.JUDGED[1].name:
         raise measure.Failed("broken off")
@@ -68,12 +68,12 @@ class Log(unittest.TestCase):
         self.assertTrue(text.startswith(PAGE.partition(log.NEWEST)[0]))
         self.assertEqual(len(table(text)), 2)
         self.assertEqual(self.newest_row()[2:4], ["`drives.py --judge`", log.UNSAID])
-        # Judged are the parts 7 to 14; revs_250lm, the last, has made-up headings too.
+        # Judged are the parts 10 to 17; revs_250lm, the last, has made-up headings too.
         self.assertTrue(self.newest_row()[4].startswith(
-            "heading 10.5° median, 14.0° worst (revs_250lm, second half); position 1.05 m median, 1.40 m worst "
+            "heading 13.5° median, 17.0° worst (revs_250lm, second half); position 1.35 m median, 1.70 m worst "
             "(revs_250lm, second half); at most 1.05: 8 of 24 cells, 33 %; above 1.3: dart_circles1 heading 2.00, "))
         self.assertNotIn("old tables", text)
-        self.assertIn("| dart_circles1 | full | 7.0 | 0.70 | 1.00 |", text.partition(log.NEWEST)[2])
+        self.assertIn("| dart_circles1 | full | 10.0 | 1.00 | 1.00 |", text.partition(log.NEWEST)[2])
         self.assertNotIn("Training drives\n", text)
 
     def test_a_look_at_some_drives_says_so(self):

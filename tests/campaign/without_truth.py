@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Drives judged without their truth, compared with the judgement by it: position rms and order of the models.
 
-  tests/campaign/without_truth.py                               simulated drives
-  ODOMD_DRIVES=DIRECTORY tests/campaign/without_truth.py --training    recorded training drives
-  ODOMD_DRIVES=DIRECTORY tests/campaign/without_truth.py --judged      the others; logs the look in docs/judged.md
+  tests/campaign/without_truth.py                                      simulated drives
+  ODOMD_DRIVES=DIRECTORIES tests/campaign/without_truth.py --training  recorded training drives
+  ODOMD_DRIVES=DIRECTORIES tests/campaign/without_truth.py --judged    the others; logs the look in docs/judged.md
 
 Each drive is evaluated twice, by dead reckoning and with the camera: as it is, and in a folder without truth.csv.
 Two models whose true rms differ by less than 5 % may change places. Exit status 1 where an rms is off by more than
@@ -59,13 +59,12 @@ def without_truth(folder: pathlib.Path, work: pathlib.Path) -> pathlib.Path:
     return copy
 
 
-def compare(odom: pathlib.Path, folder: pathlib.Path, name: str, options: tuple[str, ...],
-            arm: str) -> Iterator[Row]:
+def compare(odom: pathlib.Path, folder: pathlib.Path, name: str, options: tuple[str, ...]) -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as work:
         blind = without_truth(folder, pathlib.Path(work))
         for how in ("dead reckoning", "camera"):
             given = (*options, *(["--dead-reckoning"] if how != "camera" else []))
-            true = rms(odom, folder, *given, *([f"--lever-arm={arm}"] if arm else []))
+            true = rms(odom, folder, *given)
             found = rms(odom, blind, *given)
             order = same_order(true, found)
             for model in MODELS:
@@ -94,12 +93,11 @@ def main() -> int:
     rows: list[Row] = []
     try:
         for part in chosen.parts:
-            folder = chosen.drives / part.drive
+            folder = measure.folder_of(part.drive)
             if part.drive in measure.VELOCITIES_ONLY or not (folder / "camera.csv").exists():
                 continue
-            config = measure.config_of(part.drive)
-            rows += compare(chosen.odom, folder, part.name, ("--config", str(config), *part.options),
-                            measure.lever_arm(config))
+            config = measure.config_of(folder)
+            rows += compare(chosen.odom, folder, part.name, ("--config", str(config), *part.options))
     finally:
         if chosen.log and rows:  # also a look that was broken off
             log.add(chosen.log, f"`without_truth.py --judged`, {', '.join(dict.fromkeys(row.drive for row in rows))}",
@@ -110,7 +108,7 @@ def main() -> int:
         for (course, options), seed in itertools.product(COURSES.items(), range(1, chosen.seeds + 1)):
             folder = pathlib.Path(work) / f"{course}_{seed}"
             measure.run(chosen.odom, "sim", *options, "--seed", seed, "--out", folder)
-            rows += compare(chosen.odom, folder, folder.name, (), "")
+            rows += compare(chosen.odom, folder, folder.name, ())
     return status(rows)
 
 

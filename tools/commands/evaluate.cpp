@@ -271,7 +271,8 @@ void add_judging(Command command, Options& options) {
   const Option lever_arm =
       command
           .add_option("--lever-arm", options.lever_arm,
-                      "Position of the reference's point in the body frame [m, m, rad]")
+                      "Pose of the reference's point in the body frame [m, m, rad]; default: 0; "
+                      "with --drive: [reference] lever_arm, else the camera's")
           .delimiter(',')
           .values(3)
           .type_name("X,Y,YAW");

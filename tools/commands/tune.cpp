@@ -299,7 +299,8 @@ void add_tune(Command odom) {
       "poses, else first");
   command
       .add_option("--lever-arm", options->lever_arm,
-                  "Position of the reference's point in the body frame [m, m, rad]")
+                  "Pose of the reference's point in the body frame [m, m, rad]; default: "
+                  "[reference] lever_arm, else the camera's")
       .delimiter(',')
       .values(3)
       .type_name("X,Y,YAW");

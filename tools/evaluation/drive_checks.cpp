@@ -16,9 +16,7 @@ diagnostics::Diagnostics check_drive(const Drive& drive, const daemon::Config& c
   if (replayed.summary.camera_units.empty())
     append(warnings, check_initial_pose(config, drive.cameras, replayed.summary.first_tick_ns));
   if (!drive.reference) return warnings;
-  const Trajectory reference = measure.lever_arm && !drive.reference->is_camera
-                                   ? at_centre_of_gravity(*drive.reference, *measure.lever_arm)
-                                   : *drive.reference;
+  const Trajectory reference = reference_of(drive, measure.lever_arm);
   if (const auto units = check_units_of(reference, replayed.poses, "the estimate");
       !units.empty()) {
     append(warnings, units);

@@ -95,14 +95,22 @@ void find_reference(Drive& drive) {
   drive.closed_loop = closes(evaluate_closed_loop(*odometry));
 }
 
+estimator::Pose2 reference_arm(const daemon::Config& config) {
+  const auto& [x, y, yaw] = config.reference_lever_arm.value_or(config.camera.lever_arm);
+  return {x, y, yaw};
+}
+
+Trajectory reference_of(const Drive& drive, const std::optional<estimator::Pose2>& lever_arm) {
+  if (drive.reference->is_camera) return *drive.reference;
+  return at_centre_of_gravity(*drive.reference, lever_arm.value_or(reference_arm(drive.config)));
+}
+
 Evaluation evaluate_drive(const Drive& drive, const daemon::Config& config,
                           const Measure& measure) {
   const ReplayedDrive replayed = replay_drive(drive, config, measure.frame);
   const auto compared = [&] {
     if (drive.reference) {
-      return evaluate(measure.lever_arm ? at_centre_of_gravity(*drive.reference, *measure.lever_arm)
-                                        : *drive.reference,
-                      replayed.poses,
+      return evaluate(reference_of(drive, measure.lever_arm), replayed.poses,
                       measure.align.value_or(usual_align(!drive.cameras.empty(), measure.frame)));
     }
     const Evaluation loop = evaluate_closed_loop(replayed.poses);

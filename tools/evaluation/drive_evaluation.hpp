@@ -72,8 +72,16 @@ struct NoPose : std::invalid_argument {
 struct Measure {
   std::optional<Align> align;  ///< else usual_align()
   Frame frame = Frame::map;
-  std::optional<estimator::Pose2> lever_arm;  ///< of the reference's point in the body frame
+  std::optional<estimator::Pose2> lever_arm;  ///< of truth.csv's point; else reference_arm()
 };
+
+/// The pose in the body frame of the point that truth.csv follows: [reference] lever_arm, else the
+/// camera's.
+[[nodiscard]] estimator::Pose2 reference_arm(const daemon::Config& config);
+
+/// The drive's reference, of the centre of gravity; that of the camera is so already.
+[[nodiscard]] Trajectory reference_of(const Drive& drive,
+                                      const std::optional<estimator::Pose2>& lever_arm);
 
 /// For a drive without truth.csv: its camera's poses as the reference, else whether it is a closed
 /// loop. Needs a replay.

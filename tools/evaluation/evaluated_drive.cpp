@@ -116,6 +116,9 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
     const LeverArmFit fit = fit_lever_arm(*drive.reference, drive.estimates);
     report.lever_arm = fit.lever_arm;
     report.fitted_windows = fit.windows;
+  } else if (read != nullptr && !drive.reference->is_camera) {
+    const estimator::Pose2 arm = reference_arm(read->config);
+    if (arm.x != 0.0 || arm.y != 0.0 || arm.yaw != 0.0) report.lever_arm = arm;
   }
   if (report.lever_arm) drive.reference = at_centre_of_gravity(*drive.reference, *report.lever_arm);
   const std::vector<Units> units = check_units(drive);
@@ -214,7 +217,7 @@ EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estima
     drive.reference = std::move(read.reference);
     drive.loop_is_assumed = read.closed_loop;
   } else {
-    drive.shown = read.reference;
+    if (read.reference) drive.shown = reference_of(read, judging.lever_arm);
   }
   const std::filesystem::path beat = judging.beat.empty() ? read.folder / "beat.csv" : judging.beat;
   if (!judging.beat.empty() || std::filesystem::exists(beat)) drive.beat = read_beat_log(beat);

@@ -133,6 +133,9 @@ std::string configuration_text(const RunPlan& plan, const Wiring& wiring) {
   line("lever_arm", "[" + number(plan.truth[camera_x]) + ", " + number(plan.truth[camera_y]) +
                         ", " + number(plan.truth[camera_yaw]) + "]");
 
+  text += "\n[reference]\n";
+  line("lever_arm", "[0.0, 0.0, 0.0]");
+
   text += "\n[imu]\n";
   line("position", "[" + number(plan.truth[imu_x]) + ", " + number(plan.truth[imu_y]) + "]");
 

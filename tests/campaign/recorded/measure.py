@@ -43,6 +43,9 @@ TRAINING = [
     Part("genesis_slow", "first half", ("--to", "+180.575")),
     Part("rav4", "first 20 s", ("--to", "+20")),
     Part("revs_250lm", "first half", ("--to", "+275")),
+    Part("cpm_ucar"),
+    Part("f110_ds3"),
+    Part("xray_duck_1"),
 ]
 JUDGED = [
     Part("dart_circles1"),
@@ -59,8 +62,8 @@ WHOLE = [Part("genesis_slow", "whole"), Part("rav4", "whole"), Part("revs_250lm"
 # In one the wheels spin, in the other the reference loses the car: shown, and part of no verdict.
 APART = [Part("dart_drift1"), Part("dart_track_v1")]
 
-# Whose position and heading are the gyro's own integral.
-VELOCITIES_ONLY = {"revs_250lm"}
+# Whose position is an integral of the true velocity.
+VELOCITIES_ONLY = {"revs_250lm", "xray_duck_1"}
 
 # Of a model on a part, in the units of the column's name; "" if it has none.
 COLUMNS = ["heading_rms_deg", "position_rms_m", "error_35ms_mm", "vx_rms", "vy_rms",
@@ -77,6 +80,19 @@ class Row(NamedTuple):
     remark: str
 
 
+def folder_of(drive: str) -> pathlib.Path:
+    """In one of the folders that ODOMD_DRIVES names."""
+    listed = os.environ.get("ODOMD_DRIVES", "")
+    places = [pathlib.Path(place).resolve() for place in listed.split(":") if place]
+    for place in places:
+        if not place.is_dir():
+            raise Failed(f"ODOMD_DRIVES: {place} is not a folder")
+    for place in places:
+        if (place / drive).is_dir():
+            return place / drive
+    raise Failed(f"ODOMD_DRIVES: no folder {drive} in {listed}")
+
+
 def run(*command: object) -> str:
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
     if done.returncode != 0:
@@ -89,7 +105,6 @@ class Chosen(NamedTuple):
     """What a campaign is asked to measure: parts of recorded drives, or simulated drives where there are none."""
 
     odom: pathlib.Path
-    drives: pathlib.Path
     parts: list[Part]
     seeds: int
     log: pathlib.Path | None  # of the look, if the parts are judged drives
@@ -110,20 +125,20 @@ def choose(doc: str, seeds: int, judged: list[Part]) -> Chosen:
                         help="the program; default: $ODOM, else the one of the release build")
     given = parser.parse_args()
     parts = TRAINING if given.training else judged if given.judged else []
-    drives = os.environ.get("ODOMD_DRIVES", "")
-    if parts and not drives:
-        sys.exit(f"{parser.prog}: set ODOMD_DRIVES to the folder of recorded drives")
-    return Chosen(given.odom, pathlib.Path(drives).resolve(), parts, given.seeds,
-                  given.log if given.judged else None)
+    if parts and not os.environ.get("ODOMD_DRIVES"):
+        sys.exit(f"{parser.prog}: set ODOMD_DRIVES to the folders of recorded drives")
+    return Chosen(given.odom, parts, given.seeds, given.log if given.judged else None)
 
 
-def config_of(drive: str) -> pathlib.Path:
-    return CONFIGS / f"{drive.split('_')[0]}.toml"
+def config_of(folder: pathlib.Path) -> pathlib.Path:
+    own = folder / "car.toml"
+    return own if own.exists() else CONFIGS / f"{folder.name.split('_')[0]}.toml"
 
 
 def lever_arm(config: pathlib.Path) -> str:
     with config.open("rb") as file:
-        arm = tomllib.load(file).get("camera", {}).get("lever_arm", [0, 0, 0])
+        tables = tomllib.load(file)
+    arm = {**tables.get("camera", {}), **tables.get("reference", {})}.get("lever_arm", [0, 0, 0])
     return ",".join(map(str, arm))
 
 
@@ -152,7 +167,7 @@ class Replays(NamedTuple):
 
 
 def replays(odom: pathlib.Path, folder: pathlib.Path, model: str, work: pathlib.Path) -> Replays:
-    given = [odom, "replay", "--config", config_of(folder.name), "--dbc", folder / "car.dbc",
+    given = [odom, "replay", "--config", config_of(folder), "--dbc", folder / "car.dbc",
              "--can", folder / "drive.log", "--model", model]
     alone = work / "alone.csv"
     run(*given, f"--initial={first_pose(folder / 'truth.csv')}", "--out", alone)
@@ -166,7 +181,7 @@ def replays(odom: pathlib.Path, folder: pathlib.Path, model: str, work: pathlib.
 def figures_of(odom: pathlib.Path, folder: pathlib.Path, part: Part, poses: Replays) -> Figures:
     def errors(pose: pathlib.Path, align: str) -> dict[str, Any]:
         text = run(odom, "evaluate", "--reference", folder / "truth.csv", "--pose", pose, "--align", align,
-                   f"--lever-arm={lever_arm(config_of(folder.name))}", "--json", *part.options)
+                   f"--lever-arm={lever_arm(config_of(folder))}", "--json", *part.options)
         found: dict[str, Any] = json.loads(text)["estimates"][0]
         return found
 
@@ -195,13 +210,12 @@ def rows_of(odom: pathlib.Path, folder: pathlib.Path, model: str, parts: list[Pa
             raise Failed(f"{folder.name}, {model}: {error}") from error
 
 
-def measure(odom: pathlib.Path, drives: pathlib.Path, parts: list[Part], models: list[str],
-            jobs: int) -> list[Row]:
+def measure(odom: pathlib.Path, parts: list[Part], models: list[str], jobs: int) -> list[Row]:
     """In the order of the parts, then of the models. A drive is replayed once, whatever its parts."""
     of_drive: dict[str, list[Part]] = {}
     for part in parts:
         of_drive.setdefault(part.drive, []).append(part)
-    tasks = [(odom, drives / drive, model, own) for drive, own in of_drive.items() for model in models]
+    tasks = [(odom, folder_of(drive), model, own) for drive, own in of_drive.items() for model in models]
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         found = [row for rows in pool.map(lambda task: rows_of(*task), tasks) for row in rows]
     return sorted(found, key=lambda row: (parts.index(row.part), models.index(row.model)))

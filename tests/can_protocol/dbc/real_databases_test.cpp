@@ -10,7 +10,7 @@
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/dbc/signal_layout.hpp"
 #include "can_protocol/decode/message_encoder.hpp"
-#include "tests/can_protocol/real_data.hpp"
+#include "tests/recorded_drives.hpp"
 
 namespace odomd::can::real_databases_test {
 namespace {
@@ -25,9 +25,10 @@ struct RealDatabase {
   json expected;
 };
 
-RealDatabase load(const std::filesystem::path& folder, const std::string& name) {
-  return {read_dbc(folder / "dbc" / (name + ".dbc")),
-          json::parse(read_text(folder / "dbc" / (name + ".json")))};
+RealDatabase load(const std::string& name) {
+  const auto folder = recorded::folder("dbc");
+  return {read_dbc(folder / (name + ".dbc")),
+          json::parse(recorded::text_of(folder / (name + ".json")))};
 }
 
 std::vector<std::uint8_t> bytes_of(const std::string& hex) {
@@ -85,11 +86,10 @@ void expect_same_layout(const Message& message, const Signal& signal, const json
 }
 
 TEST(RealDatabases, HaveTheLayoutsThatAnIndependentReaderFinds) {
-  const auto folder = drives(names.size());
-  if (!folder) return;
+  if (!recorded::at_hand(names.size())) return;
   for (const char* name : names) {
     SCOPED_TRACE(name);
-    const auto [database, expected] = load(*folder, name);
+    const auto [database, expected] = load(name);
     EXPECT_EQ(database.messages.size(), expected["messages"].size());
     for (const json& expected_message : expected["messages"]) {
       const Message* message = find(database, expected_message);
@@ -109,13 +109,12 @@ TEST(RealDatabases, HaveTheLayoutsThatAnIndependentReaderFinds) {
 }
 
 TEST(RealDatabases, DecodeAllPayloadsExactly) {
-  const auto folder = drives(names.size());
-  if (!folder) return;
+  if (!recorded::at_hand(names.size())) return;
   int values = 0;
   int payloads = 0;
   for (const char* name : names) {
     SCOPED_TRACE(name);
-    const auto [database, expected] = load(*folder, name);
+    const auto [database, expected] = load(name);
     for (const json& expected_message : expected["messages"]) {
       const Message* message = find(database, expected_message);
       ASSERT_NE(message, nullptr);
@@ -150,12 +149,11 @@ TEST(RealDatabases, DecodeAllPayloadsExactly) {
 }
 
 TEST(RealDatabases, EncodeBackToThePayloadsTheyDecode) {
-  const auto folder = drives(names.size());
-  if (!folder) return;
+  if (!recorded::at_hand(names.size())) return;
   int values = 0;
   for (const char* name : names) {
     SCOPED_TRACE(name);
-    const auto [database, expected] = load(*folder, name);
+    const auto [database, expected] = load(name);
     for (const json& expected_message : expected["messages"]) {
       const Message* message = find(database, expected_message);
       ASSERT_NE(message, nullptr);

@@ -13,7 +13,7 @@
 #include "can_protocol/decode/decoder.hpp"
 #include "can_protocol/decode/message_encoder.hpp"
 #include "can_protocol/sources/log_reader.hpp"
-#include "tests/can_protocol/real_data.hpp"
+#include "tests/recorded_drives.hpp"
 
 namespace odomd::can::real_traffic_test {
 namespace {
@@ -33,7 +33,7 @@ std::int64_t microseconds(std::string stamp) {
 
 std::map<FrameKey, std::vector<GoldenValue>> read_golden(const std::filesystem::path& file) {
   std::map<FrameKey, std::vector<GoldenValue>> golden;
-  std::istringstream in(read_text(file));
+  std::istringstream in(recorded::text_of(file));
   std::string line;
   std::getline(in, line);  // t_s,bus,id_hex,message,signal,value
   while (std::getline(in, line)) {
@@ -59,10 +59,10 @@ SignalBinding bind(std::size_t channel, const Message& message, const Signal& si
 }
 
 TEST(RealTraffic, DecodesExactlyAsAnIndependentToolDoes) {
-  const auto folder = drives(1);
-  if (!folder) return;
-  const std::vector<Database> databases{read_dbc(*folder / "rav4" / "car.dbc")};
-  const auto golden = read_golden(*folder / "rav4" / "golden_decode.csv");
+  if (!recorded::at_hand(1)) return;
+  const auto folder = recorded::folder("rav4");
+  const std::vector<Database> databases{read_dbc(folder / "car.dbc")};
+  const auto golden = read_golden(folder / "golden_decode.csv");
 
   // Both ways: signal by signal, and through the decoder with every signal bound.
   std::vector<SignalBinding> bindings;
@@ -76,7 +76,7 @@ TEST(RealTraffic, DecodesExactlyAsAnIndependentToolDoes) {
   Decoder decoder(databases, bindings, {}, {});
 
   BusNames buses;
-  LogReader log((*folder / "rav4" / "drive.log").string(), buses);
+  LogReader log((folder / "drive.log").string(), buses);
   std::size_t frames = 0;
   std::size_t values = 0;
   std::size_t decoded_values = 0;
@@ -114,14 +114,14 @@ TEST(RealTraffic, DecodesExactlyAsAnIndependentToolDoes) {
 
 /// Every signal of every frame through its physical value back into the same bits.
 TEST(RealTraffic, EncodesBackToThePayloadsItCameFrom) {
-  const auto folder = drives(1);
-  if (!folder) return;
-  const Database database = read_dbc(*folder / "rav4" / "car.dbc");
+  if (!recorded::at_hand(1)) return;
+  const auto folder = recorded::folder("rav4");
+  const Database database = read_dbc(folder / "car.dbc");
   std::map<std::uint32_t, MessageEncoder> encoders;
   for (const Message& message : database.messages)
     encoders.try_emplace(frame_key(message.id, message.format), message);
   BusNames buses;
-  LogReader log((*folder / "rav4" / "drive.log").string(), buses);
+  LogReader log((folder / "drive.log").string(), buses);
   std::size_t values = 0;
   while (const auto* frame = log.next()) {
     const auto found = encoders.find(frame_key(*frame));

@@ -59,6 +59,10 @@ TEST(ConfigChecks, NameTheNumberThatIsInAnotherUnit) {
       }),
       one("sensor_outside_car", "car.toml: [camera] lever_arm: [50, 0] is 1.9e+02 wheelbases"));
   EXPECT_THAT(warnings_of([](Config& c) {
+                c.reference_lever_arm = {0.0, -50.0, 0.0};
+              }),
+              one("sensor_outside_car", "car.toml: [reference] lever_arm: [0, -50]"));
+  EXPECT_THAT(warnings_of([](Config& c) {
                 c.imu_position = {0.0, -12.0};
               }),
               one("sensor_outside_car", "[imu] position"));

@@ -350,6 +350,8 @@ const Mistake mistakes[] = {
      "car.toml:3: [shm] mode: must be 0o600, 0o640 or 0o644: clients refuse what others may write"},
     {"CameraLatency", also("[camera]\nmax_latency = 0\n"),
      "car.toml:3: [camera] max_latency: 0 is not possible; it must be between 0 and 10 (s)"},
+    {"ReferenceIsThreeNumbers", also("[reference]\nlever_arm = [0.1, 0]\n"),
+     "car.toml:3: [reference] lever_arm: must be a list of 3 numbers"},
     {"EmptySocket", also("[camera]\nsocket = \"\"\n"),
      "car.toml:3: [camera] socket: is empty; it must name a file"},
     {"UnknownLevel", also("[log]\nlevel = \"warning\"\n"),

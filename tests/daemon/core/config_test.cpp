@@ -92,6 +92,9 @@ socket_group = "odom"
 lever_arm = [0.1, 0.0, 0.5]
 max_latency = 0.3
 
+[reference]
+lever_arm = [-0.2, 0.1, 0.0]
+
 [imu]
 position = [0.05, -0.01]
 yaw = -0.2
@@ -202,6 +205,7 @@ level = "debug"
   EXPECT_EQ(config.camera.socket_group, "odom");
   EXPECT_THAT(config.camera.lever_arm, ElementsAre(0.1, 0.0, 0.5));
   EXPECT_EQ(config.camera.max_latency_s, 0.3);
+  EXPECT_THAT(config.reference_lever_arm, testing::Optional(ElementsAre(-0.2, 0.1, 0.0)));
   EXPECT_THAT(config.imu_position, ElementsAre(0.05, -0.01));
   EXPECT_EQ(config.imu_yaw, -0.2);
   EXPECT_EQ(config.roll_gradient, 0.12);
@@ -240,6 +244,7 @@ TEST_F(ConfigTest, TakesDefaultsWhereTheFileIsSilent) {
   const Config config = load(std::string(reference_car) + small_bus);
   EXPECT_THAT(config.can.sources, IsEmpty());
   EXPECT_FALSE(config.camera.configured);
+  EXPECT_FALSE(config.reference_lever_arm);
   EXPECT_FALSE(config.initial_pose.has_value());
   EXPECT_EQ(config.model, estimator::Model::full);
   EXPECT_EQ(config.vehicle.grip_front, 0.0);

@@ -321,7 +321,7 @@ std::string with_a_date(const std::string& table, const std::string& key) {
 
 TEST_F(ConfigurationPage, ListsNoKeyThatIsUnknown) {
   const auto all = listed_keys();
-  EXPECT_EQ(all.size(), 15U);
+  EXPECT_EQ(all.size(), 16U);
   for (const auto& [table, keys] : all) {
     EXPECT_THAT(error_of(with_a_date(table, "never_a_key")), HasSubstr("unknown key")) << table;
     for (const auto& key : keys) {

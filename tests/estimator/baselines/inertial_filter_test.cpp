@@ -1,10 +1,12 @@
 // Dead reckoning by gyro, wheels and a steady turn's slip.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
 #include "estimator/baselines/motion.hpp"
+#include "estimator/common/pose.hpp"
 #include "tests/estimator/drive.hpp"
 
 namespace odomd::estimator::inertial_filter_test {
@@ -121,9 +123,16 @@ TEST(InertialFilter, AccelerationFollowsTheAccelerometerWithTheYawRateHeld) {
   EXPECT_NEAR(e.v_y_dot, (ahead - e.v_y) / step, 1e-5);
 }
 
+/// Of a sensor without lasting errors.
+FilterSettings calibrated() {
+  FilterSettings settings;
+  settings.tuning.gyro_bias = settings.tuning.gyro_scale = settings.tuning.wheel_scale = 0.0;
+  return settings;
+}
+
 TEST(InertialFilter, CovarianceComesFromTheSigmasOfTheSamples) {
   const auto yaw_sigma_after = [](double sigma_yaw_rate) {
-    Drive drive = start(Model::inertial);
+    Drive drive = start(Model::inertial, calibrated());
     for (int i = 0; i < 1000; ++i) {
       add(drive.filter, Measurement{Source::yaw_rate, drive.now_ns + 1, 0.0, sigma_yaw_rate});
       drive.tick({.speed = 2.0});
@@ -134,6 +143,95 @@ TEST(InertialFilter, CovarianceComesFromTheSigmasOfTheSamples) {
   const double expected = std::sqrt(1000.0) * 0.005 * 0.1;
   EXPECT_NEAR(yaw_sigma_after(0.1), expected, 0.01 * expected);
   EXPECT_NEAR(yaw_sigma_after(0.2), 2.0 * expected, 0.01 * expected);
+}
+
+/// Ten seconds of turns in both directions, whose readings have lasting errors.
+Estimate turns(const FilterSettings& settings, double bias, double gyro_scale, double wheel_scale) {
+  Drive drive = start(Model::inertial, settings, Pose2{1.0, 2.0, 0.5});
+  for (int i = 0; i < 2000; ++i) {
+    const double speed = 1.0 + 0.5 * std::sin(0.01 * i);
+    const double yaw_rate = 0.4 + std::cos(0.005 * i);
+    drive.tick(
+        {.speed = (1.0 + wheel_scale) * speed, .yaw_rate = (1.0 + gyro_scale) * yaw_rate + bias});
+  }
+  return drive.last;
+}
+
+TEST(InertialFilter, CovarianceHasWhatLastingErrorsDoToThePose) {
+  constexpr double small = 1e-5;
+  const Estimate base = turns(calibrated(), 0.0, 0.0, 0.0);
+  for (const int error : {0, 1, 2}) {
+    SCOPED_TRACE(error);
+    FilterSettings settings = calibrated();
+    double* const sigma = std::array{&settings.tuning.gyro_bias, &settings.tuning.gyro_scale,
+                                     &settings.tuning.wheel_scale}[error];
+    *sigma = 0.01;
+    const Estimate considered = turns(settings, 0.0, 0.0, 0.0);
+    EXPECT_EQ(considered.map.x, base.map.x);
+    const Estimate off = turns(settings, error == 0 ? small : 0.0, error == 1 ? small : 0.0,
+                               error == 2 ? small : 0.0);
+    const std::array<double, 3> by = difference(off.map, base.map);
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = i; j < 3; ++j, ++k) {
+        const double expected = by[i] * by[j] * 0.01 * 0.01 / (small * small);
+        EXPECT_NEAR(considered.covariance[k] - base.covariance[k], expected,
+                    1e-6 + 0.02 * std::abs(expected));
+      }
+    }
+  }
+}
+
+TEST(InertialFilter, CameraEndsWhatLastingErrorsHaveDone) {
+  Drive drive = start(Model::inertial);
+  drive.ticks(4000, {.speed = 1.0, .yaw_rate = 0.5});
+  EXPECT_GT(drive.last.covariance[5], 0.3);
+  // Sees the car as it was 20 ticks ago.
+  const std::int64_t capture_ns = drive.now_ns;
+  const Estimate before = drive.last;
+  drive.ticks(20, {.speed = 1.0, .yaw_rate = 0.5});
+  EXPECT_EQ(add(drive.filter, CameraPose{.capture_ns = capture_ns,
+                                         .arrival_ns = drive.now_ns,
+                                         .x = before.map.x,
+                                         .y = before.map.y,
+                                         .yaw = before.map.yaw,
+                                         .sigma_x = 0.02,
+                                         .sigma_y = 0.02,
+                                         .sigma_yaw = 0.02}),
+            Verdict::fused);
+  const Estimate e = drive.tick({.speed = 1.0, .yaw_rate = 0.5});
+  // R, 21 ticks of noise, and of bias and scale
+  const double t = 21 * 0.005;
+  const double expected = 4e-4 + 21 * 25e-6 * 9e-4 + std::pow(0.03 * t, 2) + std::pow(0.01 * t, 2);
+  EXPECT_NEAR(e.covariance[5], expected, 0.01 * expected);
+}
+
+TEST(InertialFilter, AveragesTheGyroAtRest) {
+  Drive drive = start(Model::inertial);
+  drive.ticks(2000, {.speed = 0.0, .yaw_rate = 0.02});
+  const Estimate rest = drive.last;
+  EXPECT_NEAR(rest.yaw_rate, 0.0, 1e-4);
+  // All the turn there was until then is possible.
+  EXPECT_LT(rest.map.yaw, 2.0 * std::sqrt(rest.covariance[5]));
+  const Estimate e = drive.ticks(2000, {.speed = 1.0, .yaw_rate = 0.02});
+  EXPECT_NEAR(e.map.yaw, rest.map.yaw, 1e-3);
+  // P_b = σ² / n after n samples; the turn at rest has the same error.
+  const double bias = 9e-4 / 1830.0;
+  const double expected = (20.0 * 20.0 - 10.0 * 10.0) * bias + 2000 * 25e-6 * 9e-4;
+  EXPECT_NEAR(e.covariance[5] - rest.covariance[5], expected, 0.1 * expected);
+}
+
+TEST(InertialFilter, StretchAtRestCountsByItsLength) {
+  const auto after_rest_of = [](int ticks, double reading) {
+    Drive drive = start(Model::inertial);
+    drive.ticks(2000, {.speed = 0.0, .yaw_rate = 0.0});
+    drive.ticks(200, {.speed = 1.0, .yaw_rate = 0.0});
+    drive.ticks(ticks, {.speed = 0.0, .yaw_rate = reading});
+    return -drive.tick({.speed = 1.0, .yaw_rate = 0.0}).yaw_rate;
+  };
+  EXPECT_EQ(after_rest_of(170, 0.1), 0.0);   // too short
+  EXPECT_EQ(after_rest_of(2000, 0.2), 0.0);  // turns
+  EXPECT_NEAR(after_rest_of(250, 0.1), 0.1 * 122.0 / 1952.0, 5e-4);
 }
 
 TEST(InertialFilter, CovariancesArePositiveDefiniteAtRestAndInFastTurns) {

@@ -5,12 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cctype>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
@@ -18,6 +17,7 @@
 #include <vector>
 
 #include "tests/diagnostics.hpp"
+#include "tests/recorded_drives.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
@@ -197,17 +197,13 @@ void compare(const fs::path& folder, const fs::path& config, const Scratch& scra
   for (const auto& file : fs::directory_iterator(folder))
     if (file.path().filename() != "truth.csv")
       fs::create_symlink(file.path(), blind / file.path().filename());
-  const daemon::Config read = daemon::load_config(config.empty() ? folder / "car.toml" : config);
-  Judging by_truth;
-  const auto& arm = read.camera.lever_arm;  // the drives' truth is of the camera's point
-  if (!config.empty()) by_truth.lever_arm = {arm[0], arm[1], arm[2]};
   for (const CameraUse camera : {CameraUse::take, CameraUse::leave_out}) {
-    const auto evaluated = [&](const fs::path& drive, const Judging& judging) {
+    const auto evaluated = [&](const fs::path& drive) {
       return evaluate_folder({.folder = drive, .config = config, .reference = {}, .camera = camera},
-                             {}, judging);
+                             {}, {});
     };
-    expect_alike({.by_truth = rms_of(evaluated(folder, by_truth), Against::reference),
-                  .without = rms_of(evaluated(blind, {}), Against::camera)},
+    expect_alike({.by_truth = rms_of(evaluated(folder), Against::reference),
+                  .without = rms_of(evaluated(blind), Against::camera)},
                  camera == CameraUse::take ? most_off_full : most_off,
                  folder.filename().string() +
                      (camera == CameraUse::take ? ", with camera" : ", dead reckoning"));
@@ -248,16 +244,11 @@ TEST(DrivesWithoutTruth, BearAGapOfTheCamera) {
 }
 
 TEST(DrivesWithoutTruth, AreJudgedAsByTheTruthOnRecordedDrives) {
-  constexpr int training = 3;
-  const char* const data = std::getenv("ODOMD_DRIVES");
-  if (data == nullptr) {
-    std::cout << "not run: " << training << '\n';
-    return;
-  }
+  const std::array training{"dart_free1", "dart_slow_steerid", "ini_2026_01_16_01_22_28"};
+  if (!recorded::at_hand(training.size())) return;
   const Scratch scratch;
-  const fs::path configs = fs::path(ODOMD_TEST_DATA) / "drives";
-  for (const std::string name : {"dart_free1", "dart_slow_steerid", "ini_2026_01_16_01_22_28"})
-    compare(fs::path(data) / name, configs / (name.substr(0, name.find('_')) + ".toml"), scratch);
+  for (const std::string name : training)
+    compare(recorded::folder(name), recorded::config(name), scratch);
 }
 
 // A folder of a simulated drive without truth and camera.

@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "estimator/common/pose.hpp"
 #include "tests/tools/scratch.hpp"
+#include "tools/evaluation/evaluated_drive.hpp"
 
 namespace odomd::tools::drive_evaluation_test {
 namespace {
@@ -109,6 +111,43 @@ TEST_F(DriveEvaluation, TakesAnotherConfigurationAndReference) {
   EXPECT_EQ(drive.config.model, estimator::Model::kinematic);
   EXPECT_EQ(drive.config.can.dbc.front(), std::filesystem::absolute(lap() / "car.dbc"));
   EXPECT_GT(evaluate_drive(drive, drive.config).samples, 500U);
+}
+
+TEST_F(DriveEvaluation, TakesTheTruthToTheCentreOfGravityByItsLeverArm) {
+  const Drive drive =
+      read_drive({.folder = lap(), .config = {}, .reference = {}, .camera = CameraUse::leave_out});
+  ASSERT_TRUE(drive.config.reference_lever_arm);  // of odom sim: 0
+  const double expected = evaluate_drive(drive, drive.config).position.rms;
+
+  const estimator::Pose2 arm{0.1, -0.05, 0.2};
+  Drive armed = drive;
+  for (TrajectoryPoint& point : armed.reference->points)
+    point.pose = estimator::compose(point.pose, arm);
+  EXPECT_GT(evaluate_drive(armed, armed.config).position.rms, expected + 0.05);
+  EXPECT_NEAR(evaluate_drive(armed, armed.config, {.lever_arm = arm}).position.rms, expected, 1e-9);
+  armed.config.reference_lever_arm = {arm.x, arm.y, arm.yaw};
+  EXPECT_NEAR(evaluate_drive(armed, armed.config).position.rms, expected, 1e-9);
+  armed.config.reference_lever_arm.reset();
+  armed.config.camera.lever_arm = {arm.x, arm.y, arm.yaw};
+  EXPECT_NEAR(evaluate_drive(armed, armed.config).position.rms, expected, 1e-9);
+}
+
+TEST_F(DriveEvaluation, ReportHasTheLeverArmOfTheConfiguration) {
+  const auto arm_of = [](const std::filesystem::path& config, const Judging& judging) {
+    const DriveFiles files{
+        .folder = lap(), .config = config, .reference = {}, .camera = CameraUse::leave_out};
+    return evaluate_folder(files, {estimator::Model::inertial}, judging).report.lever_arm;
+  };
+  EXPECT_FALSE(arm_of({}, {}));
+  std::string text = contents(lap() / "car.toml");
+  const std::string of_sim = "[reference]\nlever_arm = [0.0, 0.0, 0.0]\n";
+  const std::size_t at = text.find(of_sim);
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at, of_sim.size(), "[reference]\nlever_arm = [0.1, -0.05, 0.2]\n");
+  const auto config = scratch_->write("armed.toml", text);
+  EXPECT_EQ(arm_of(config, {}).value_or(estimator::Pose2{}).y, -0.05);
+  EXPECT_EQ(arm_of(config, {.lever_arm = estimator::Pose2{}}).value_or(estimator::Pose2{1.0}).x,
+            0.0);
 }
 
 TEST_F(DriveEvaluation, TakesTheDatabasesOfTheConfigurationThatIsGiven) {

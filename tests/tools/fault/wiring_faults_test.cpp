@@ -4,18 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <cctype>
-#include <cstdlib>
 #include <filesystem>
-#include <iostream>
 #include <map>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "daemon/core/pipeline.hpp"
 #include "tests/campaign/faulty_drive.hpp"
 #include "tests/diagnostics.hpp"
+#include "tests/recorded_drives.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"
@@ -187,22 +185,14 @@ TEST(ScatteringSource, BringsTheCondition) {
 }
 
 TEST(RecordedDrive, ForTrainingIsNotSpokenOf) {
-  const std::vector<std::pair<std::string, std::string>> training{
-      {"dart", "dart_free1"},
-      {"dart", "dart_slow_steerid"},
-      {"ini", "ini_2026_01_16_01_22_28"},
-      {"genesis", "genesis_slow"},
-      {"rav4", "rav4"},
-      {"revs", "revs_250lm"}};
-  const char* const data = std::getenv("ODOMD_DRIVES");
-  if (data == nullptr) {
-    std::cout << "not run: " << training.size() << '\n';
-    return;
-  }
-  for (const auto& [car, name] : training) {
+  const std::vector<std::string> training{
+      "dart_free1", "dart_slow_steerid", "ini_2026_01_16_01_22_28", "genesis_slow",
+      "rav4",       "revs_250lm"};
+  if (!recorded::at_hand(training.size())) return;
+  for (const std::string& name : training) {
     const tools::Scratch scratch;
-    const fs::path folder = fs::path(data) / name;
-    const fs::path config = fs::path(ODOMD_TEST_DATA) / "drives" / (car + ".toml");
+    const fs::path folder = recorded::folder(name);
+    const fs::path config = recorded::config(name);
     const bool seen = fs::exists(folder / "camera.csv");
     const std::string command =
         "odom replay --config " + config.string() + " --can " + (folder / "drive.log").string() +

@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +14,7 @@
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/core/pipeline.hpp"
+#include "tests/recorded_drives.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
@@ -24,8 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using estimator::Model;
-
-constexpr std::size_t recorded_drives = 13;
 
 /// Full first: it is what cars drive with.
 constexpr std::array models{Model::full, Model::inertial, Model::paper, Model::kinematic,
@@ -37,16 +34,6 @@ struct Drive {
   fs::path folder;
   fs::path config;
 };
-
-// Configuration `dart.toml` belongs to every folder whose name begins with "dart".
-std::vector<Drive> drives(const fs::path& data) {
-  std::vector<Drive> found;
-  for (const auto& config : fs::directory_iterator(fs::path(ODOMD_TEST_DATA) / "drives"))
-    for (const auto& folder : fs::directory_iterator(data))
-      if (folder.path().filename().string().starts_with(config.path().stem().string()))
-        found.push_back({folder.path().filename().string(), folder.path(), config.path()});
-  return found;
-}
 
 std::vector<odom_pose> replayed(const Drive& drive, Model model, bool with_camera) {
   daemon::Config config = daemon::load_config(drive.config);
@@ -98,13 +85,12 @@ void expect_no_fault(const std::vector<odom_pose>& poses, Model model, const std
 class RealDrives : public testing::Test {
  protected:
   void SetUp() override {
-    const char* const data = std::getenv("ODOMD_DRIVES");
-    if (data == nullptr) {
-      std::cout << "not run: " << recorded_drives << '\n';
-      return;
-    }
-    drives_ = drives(data);
-    ASSERT_EQ(drives_.size(), recorded_drives);
+    std::vector<std::string> names(recorded::drives.begin(), recorded::drives.end());
+    names.insert(names.end(), recorded::drives_with_config.begin(),
+                 recorded::drives_with_config.end());
+    if (!recorded::at_hand(names.size())) return;
+    for (const std::string& name : names)
+      drives_.push_back({name, recorded::folder(name), recorded::config(name)});
   }
   std::vector<Drive> drives_;
 };

@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -15,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/recorded_drives.hpp"
 #include "tests/tools/monitored_drive.hpp"
 #include "tests/tools/scratch.hpp"
 
@@ -81,8 +80,6 @@ TEST(SourceFlags, ShowWhatFails) {
   EXPECT_GE(shown, 18);
 }
 
-constexpr std::size_t recorded_drives = 13;
-
 /// v_x over a fifth of a second about a time, by the drive's reference; none where there is none.
 std::optional<double> true_speed(const fs::path& truth_file, std::int64_t time_ns) {
   std::ifstream file(truth_file);
@@ -114,43 +111,33 @@ double last_said(const MonitoredDrive& drive, Source source, std::int64_t tick_n
 }
 
 TEST(SourceFlags, RaiseNoAlarmOnRecordedDrives) {
-  const char* const data = std::getenv("ODOMD_DRIVES");
-  if (data == nullptr) {
-    std::cout << "not run: " << recorded_drives << '\n';
-    return;
-  }
-  std::size_t drives = 0;
+  if (!recorded::at_hand(recorded::drives.size())) return;
   std::map<std::string, bool> slipped;
-  for (const auto& config_file : fs::directory_iterator(fs::path(ODOMD_TEST_DATA) / "drives")) {
-    for (const auto& folder : fs::directory_iterator(data)) {
-      const std::string name = folder.path().filename().string();
-      if (!name.starts_with(config_file.path().stem().string())) continue;
-      ++drives;
-      for (const bool with_camera : {false, true}) {
-        const fs::path camera = folder.path() / "camera.csv";
-        if (with_camera && !fs::exists(camera)) continue;
-        daemon::Config config = daemon::load_config(config_file.path());
-        config.can.dbc = {folder.path() / "car.dbc"};
-        const MonitoredDrive drive =
-            load_drive(config, folder.path() / "drive.log", with_camera ? camera : fs::path{});
-        for (const FlagChange& change : monitored(drive)) {
-          if (change.flag == SourceFlag::slipping) {
-            // Right where the wheel turns otherwise than the car goes: in a drift, or a spin.
-            const auto speed = true_speed(folder.path() / "truth.csv", change.tick_ns);
-            const double said = last_said(drive, change.source, change.tick_ns);
-            slipped[name] = true;
-            if (speed && std::abs(said - *speed) > 0.5) continue;
-          }
-          // Its motion capture loses the car for seconds, while it drives on.
-          if (name == "dart_track_v1" && change.source == Source::camera) continue;
-          if (change.flag == SourceFlag::ok) continue;
-          ADD_FAILURE() << name << (with_camera ? ", with camera: " : ": ")
-                        << described(drive, change);
+  for (const std::string name : recorded::drives) {
+    const fs::path folder = recorded::folder(name);
+    for (const bool with_camera : {false, true}) {
+      const fs::path camera = folder / "camera.csv";
+      if (with_camera && !fs::exists(camera)) continue;
+      daemon::Config config = daemon::load_config(recorded::config(name));
+      config.can.dbc = {folder / "car.dbc"};
+      const MonitoredDrive drive =
+          load_drive(config, folder / "drive.log", with_camera ? camera : fs::path{});
+      for (const FlagChange& change : monitored(drive)) {
+        if (change.flag == SourceFlag::slipping) {
+          // Right where the wheel turns otherwise than the car goes: in a drift, or a spin.
+          const auto speed = true_speed(folder / "truth.csv", change.tick_ns);
+          const double said = last_said(drive, change.source, change.tick_ns);
+          slipped[name] = true;
+          if (speed && std::abs(said - *speed) > 0.5) continue;
         }
+        // Its motion capture loses the car for seconds, while it drives on.
+        if (name == "dart_track_v1" && change.source == Source::camera) continue;
+        if (change.flag == SourceFlag::ok) continue;
+        ADD_FAILURE() << name << (with_camera ? ", with camera: " : ": ")
+                      << described(drive, change);
       }
     }
   }
-  EXPECT_EQ(drives, recorded_drives);
   EXPECT_TRUE(slipped["dart_drift1"]);  // its wheels spin at five times its speed
 }
 
