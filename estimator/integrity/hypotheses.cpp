@@ -37,6 +37,9 @@ constexpr std::array hypotheses{
     Hypothesis{inertial, group},
 };
 
+// A car that spins contradicts an IMU that has no fault, and outer wheels roll in a slide.
+constexpr double slide_penalty = 10.0;
+
 // A source whose bits repeat, or that jumped, is so much more likely to be at fault.
 constexpr double anomaly_bonus = 20.0;
 constexpr double jump_memory_s = 1.0;
@@ -61,7 +64,7 @@ bool is_anomalous(const Observations& observed, Sources sources,
         (stands ||
          std::abs(observed.speed() - observed.speed(Over::long_time)) < 3.0 * history.sigma) &&
         std::abs(history.mean() - without.speed) < (stands ? 0.5 : 3.0) * without.sigma;
-    if (!jumped && (constant || !history.repeats())) {
+    if (!jumped && (constant || !observed.repeats(static_cast<Source>(i)))) {
       return false;
     }
   }
@@ -80,18 +83,29 @@ Sources isolate_fault(const Observations& observed, const Consensus& all, const 
   for (const Row& row : all) {
     present |= row.sources;
   }
+  const Sources speeds = present & ~out & (wheels | only(Source::camera));
   const bool slides = observed.slides(observed.now_ns, 4.0 * mean_s.back());
+  const bool spins = slides && (out & wheels) != 0;
+  const Sources outer_wheels =
+      observed.speed() * observed.yaw_rate() > 0.0
+          ? only(Source::wheel_front_right) | only(Source::wheel_rear_right)
+          : only(Source::wheel_front_left) | only(Source::wheel_rear_left);
   std::array<Candidate, hypotheses.size()> tried{};
   Candidate best{.score = base.misfit - gate};
   for (std::size_t i = 0; i < hypotheses.size(); ++i) {
     const Sources sources = hypotheses[i].sources & present & ~out;
     const bool anomalous = is_anomalous(observed, sources, without_wheels);
-    // A spinning car contradicts an IMU that has no fault.
-    if (sources == 0 || (sources == inertial && !anomalous && slides)) {
+    if (sources == 0) {
       continue;
     }
-    tried[i] = {sources, all.without(out | sources).misfit + hypotheses[i].penalty -
-                             (anomalous ? anomaly_bonus : 0.0)};
+    // The inner wheels carry less and slip first.
+    const bool outer = slides && (sources & outer_wheels) != 0 && (sources & ~outer_wheels) == 0;
+    // Without its last speed the car has only what it integrates.
+    const bool only_speed = (sources & speeds) != 0 && (speeds & ~sources) == 0;
+    tried[i] = {sources,
+                all.without(out | sources).misfit + (only_speed ? group : hypotheses[i].penalty) +
+                    (outer || (spins && (sources & ~inertial) == 0) ? slide_penalty : 0.0) -
+                    (anomalous ? anomaly_bonus : 0.0)};
     if (tried[i].score < best.score) {
       best = tried[i];
     }

@@ -160,6 +160,7 @@ bool Integrity::decide_sign(const integrity::Sensors& sensors, Consensus& all,
     for (SourceHistory& history : observed_.sources) {
       restart_means(history);
     }
+    slow_ = {};
     all = reversed;
     base = reversed_base;
     return true;
@@ -205,27 +206,35 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
   const Consensus longer = parities(sensors, observed_, backwards_, Over::long_time);
   Solution longer_base = longer.without(out);
   const bool by_short_mean = base.misfit > gate;
-  agreed_.contradicted = by_short_mean || longer_base.misfit > gate;
+  contradicted_now_ = by_short_mean || longer_base.misfit > gate;
   const integrity::WithoutWheels without_wheels{agreed_.speed_without_wheels,
                                                 agreed_.speed_without_wheels_sigma};
   const auto isolate_fault = [&](const Consensus& rows, const Solution& solution) {
     return integrity::isolate_fault(observed_, rows, solution, out, without_wheels);
   };
-  const Sources faulty = !sign_known            ? 0
-                         : by_short_mean        ? isolate_fault(all, base)
-                         : agreed_.contradicted ? isolate_fault(longer, longer_base)
-                                                : 0;
+  const Sources stuck = std::abs(agreed_.speed) > integrity::min_learning_speed &&
+                                observed_.history(Source::yaw_rate).is_stuck()
+                            ? only(Source::yaw_rate)
+                            : 0;
+  const Sources isolated = !sign_known         ? 0
+                           : by_short_mean     ? isolate_fault(all, base)
+                           : contradicted_now_ ? isolate_fault(longer, longer_base)
+                                               : 0;
+  const Sources faulty = isolated | ((stuck | slow_.faulty()) & ~out);
   raise_flags(faulty, !by_short_mean);
-  if (!agreed_.contradicted || faulty != 0) {
+  contradicted_now_ = contradicted_now_ && faulty == 0;
+  agreed_.contradicted = contradicted_now_ || (slow_.contradicted() && slow_.faulty() == 0);
+  agreed_.camera_inconsistent =
+      camera_innovations_.contradicted() || observed_.errors.camera_clock_drifts;
+  if (!agreed_.contradicted) {
     agreed_.contradicted_since_ns = now_ns;
   }
   if (faulty != 0) {
-    agreed_.contradicted = false;
     base = all.without(out | faulty);
     longer_base = longer.without(out | faulty);
   }
   // 3. The result, and what is learnt from it.
-  if (suspected_ == 0 && distrusted() == 0 && !agreed_.contradicted) {
+  if (suspected_ == 0 && distrusted() == 0 && !contradicted_now_) {
     learn_radii(sensors, longer, longer_base, dt, observed_);
   }
   const Sources speed_sources = wheels | only(Source::camera) | only(Source::accel_x);
@@ -261,12 +270,19 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
       all_distrusted(front_wheels) || all_distrusted(rear_wheels) || spins) {
     observed_.last_slide_ns = now_ns;
   }
+  // What the instants have detected does not count as lasting.
+  if (!sign_known ||
+      (!this->trusted(Source::yaw_rate) && !contains(slow_.faulty(), index_of(Source::yaw_rate)))) {
+    slow_ = {};
+  } else {
+    slow_.add(sensors, observed_, backwards_, dt);
+  }
   const Sources trusted = ~distrusted();
   follow_consensus(
       observed_, dt,
       {.accel_usable = accel_usable,
        .known = (present_ & trusted & (wheels | only(Source::camera))) != 0,
-       .contradicted = agreed_.contradicted,
+       .contradicted = contradicted_now_,
        .trusted = suspected_ == 0 && (~trusted & (wheels | only(Source::accel_x))) == 0});
   for (std::size_t i = 0; i < source_count; ++i) {
     const Sources it = Sources{1} << i;
@@ -293,7 +309,7 @@ void Integrity::raise_flags(Sources suspects, bool by_long_mean) noexcept {
       continue;
     }
     const bool wheel = is_wheel(static_cast<Source>(i));
-    const bool frozen = observed_.sources[i].repeats();
+    const bool frozen = observed_.repeats(static_cast<Source>(i));
     const double elapsed_s = seconds_between(suspected_since_ns_, checked_ns_);
     if (elapsed_s >= (frozen || wheel ? frozen_persistence_s : persistence_s)) {
       Trust& trust = trust_[i];
@@ -321,12 +337,13 @@ void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcep
   constexpr double slowest_turn = 0.1;  // [rad/s]
   constexpr double without_turn = 0.2;
   Trust& trust = trust_[source];
-  if (trust.flag == SourceFlag::drifting && observed_.sources[source].repeats()) {
+  if (trust.flag == SourceFlag::drifting && observed_.repeats(static_cast<Source>(source))) {
     trust.flag = SourceFlag::frozen;
   }
   const bool still =
       trust.flag == SourceFlag::frozen && observed_.sources[source].same_since_ns < trust.raised_ns;
-  if (misfit > agreeing_misfit || still || !observed_.sources[source].alive(checked_ns_)) {
+  if (misfit > agreeing_misfit || still || contains(slow_.faulty(), source) ||
+      !observed_.sources[source].alive(checked_ns_)) {
     trust.agreed_s = 0.0;
     return;
   }

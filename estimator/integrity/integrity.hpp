@@ -13,6 +13,7 @@
 #include "estimator/common/measurement.hpp"
 #include "estimator/integrity/consensus.hpp"
 #include "estimator/integrity/parity.hpp"
+#include "estimator/integrity/slow_parity.hpp"
 
 namespace odomd::estimator {
 
@@ -24,6 +25,12 @@ class Integrity {
   void add(Source source, std::int64_t time_ns, double value, double sigma,
            std::int64_t arrival_ns = 0) noexcept;
   void add(const CameraPose& pose) noexcept;
+  /// Innovation of a camera pose and its variances, x, y and yaw, fused or not. Call it for every
+  /// pose that is compared with the filter.
+  void add_camera_innovation(const std::array<double, 3>& innovation,
+                             const std::array<double, 3>& variance) noexcept {
+    camera_innovations_.add(innovation, variance);
+  }
 
   void set_sensor_errors(const integrity::SensorErrors& errors) noexcept {
     observed_.errors = errors;
@@ -41,7 +48,7 @@ class Integrity {
 
   /// Trusted, and consistent with the others at the last check.
   [[nodiscard]] bool agrees(Source source) const noexcept {
-    return trusted(source) && !agreed_.contradicted && (suspected_ & integrity::only(source)) == 0;
+    return trusted(source) && !contradicted_now_ && (suspected_ & integrity::only(source)) == 0;
   }
 
   /// Consensus of the trusted sources at the last check.
@@ -57,7 +64,10 @@ class Integrity {
     bool wheels_distrusted = false;  ///< all of them
     double reversed_distance = 0.0;  ///< distance driven with the wrong sign, now known [m]
     std::int64_t contradicted_since_ns = 0;
-    bool contradicted = false;  ///< and the fault cannot be isolated
+    bool contradicted = false;  ///< now or over seconds, and the fault cannot be isolated
+    /// The camera contradicts the filter over several poses, or its clock drifts: the pose is
+    /// uncertain while this lasts.
+    bool camera_inconsistent = false;
   };
   [[nodiscard]] const Agreed& agreed() const noexcept { return agreed_; }
   /// Whether unsigned wheel speeds are negative, by all other sources.
@@ -91,8 +101,11 @@ class Integrity {
   static constexpr int decisive_votes = 20;
 
   integrity::Observations observed_;
+  integrity::SlowParities slow_;
+  integrity::CameraConsistency camera_innovations_;
   std::array<Trust, source_count> trust_{};
   integrity::Sources suspected_ = 0;  ///< by the last check
+  bool contradicted_now_ = false;     ///< and the fault cannot be isolated
   std::int64_t suspected_since_ns_ = 0;
   integrity::Sources present_ = 0;  ///< sources with an equation at the last check
   std::array<double, 3> newest_pose_{};

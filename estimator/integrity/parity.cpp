@@ -12,8 +12,10 @@
 namespace odomd::estimator::integrity {
 namespace {
 
-constexpr double skew_s = 0.01;   // between two sensors, on top of their cycles
-constexpr double servo_s = 0.05;  // lag of a steering servo
+constexpr double skew_s = 0.01;  // between two sensors, on top of their cycles
+// Lag of the front wheels behind the steering: of a sensor or a modelled servo; of a command.
+constexpr double linkage_s = 0.05;
+constexpr double servo_s = 0.1;
 constexpr double camera_averaging_s = 0.15;
 constexpr double slowest_turning = 0.02;  // [m/s]
 
@@ -37,6 +39,11 @@ struct View {
     const SourceHistory& history = observed.history(source);
     const double most = is_wheel(source) ? 1.5 * gravity : 1e9;
     return (history.cycle_s + skew_s) * std::min(std::abs(history.rate(over)), most);
+  }
+  /// Largest rate of change in the averaging time [1/s].
+  [[nodiscard]] double fastest_change(Source source) const noexcept {
+    return std::max(std::abs(observed.history(source).rate(over)),
+                    std::abs(changed(source)) / seconds_of(over));
   }
   /// The mean of a product is not the product of the means: these two estimate the difference.
   [[nodiscard]] double speed_changed() const noexcept {
@@ -117,9 +124,11 @@ Row steering_row(const View& view) noexcept {
                              ? std::max(std::abs(view.yaw_rate()),
                                         sliding_accel / std::max(std::abs(view.speed()), slowest))
                              : 0.0;
+  // A command is an intention that the wheels follow.
+  const bool modelled = car.steering.lag_s > 0.0 || car.steering.rate_limit > 0.0;
   const double lateness =
       view.lateness(Source::steering) +
-      (servo_s + response_s) * std::abs(view.observed.history(Source::steering).rate(view.over));
+      ((modelled ? linkage_s : servo_s) + response_s) * view.fastest_change(Source::steering);
   const double offset = std::max(least_off, errors.steering_offset_sigma);
   row.sigma = root_of_squares(by_delta * view.noise(Source::steering), by_delta * offset,
                               by_delta * lateness, share * most, 0.5 * (most - least), counter,

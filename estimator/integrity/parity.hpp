@@ -29,6 +29,7 @@ struct SensorErrors {
   double wheel_slip = Tuning{}.wheel_slip;  ///< of a driven wheel, per acceleration [s²/m]
   double camera_noise_scale = 1.0;          ///< variance of its poses over the stated one
   double dead_band = 0.0;                   ///< a wheel that reads 0 may turn at this speed [m/s]
+  bool camera_clock_drifts = false;         ///< CameraClock, slow_parity.hpp
 };
 
 /// All observations up to `now_ns`, and what was learnt from them.
@@ -70,6 +71,13 @@ struct Observations {
   }
   [[nodiscard]] const SourceHistory& history(Source source) const noexcept {
     return sources[index_of(source)];
+  }
+  /// Whether a source repeats its bits. A steering command also rests at 0 and at full lock.
+  [[nodiscard]] bool repeats(Source source) const noexcept {
+    const SourceHistory& recent = history(source);
+    const bool rests = source == Source::steering &&
+                       (recent.value == 0.0 || std::abs(recent.value) >= recent.largest);
+    return recent.repeats() && !rests;
   }
 };
 

@@ -42,8 +42,10 @@ struct SourceHistory {
   std::array<Mean, 2> means{};
   double cycle_s = 0.0;  ///< mean time between two samples; 0: unknown
   double sigma = 0.0;    ///< of the newest sample
+  double largest = 0.0;  ///< magnitude of all samples
   int same = 0;          ///< samples in a row with identical bits
   std::int64_t same_since_ns = 0;
+  double same_share = 1.0;  ///< of the samples of some ten seconds; unknown: 1
 
   std::int64_t jumped_ns = 0;  ///< last change that no car can make; 0: never
 
@@ -73,6 +75,12 @@ struct SourceHistory {
   /// Whether the bits have been identical for longer than a sensor of a moving car can repeat them.
   [[nodiscard]] bool repeats() const noexcept {
     return same >= 4 && seconds_between(same_since_ns, time_ns) >= 0.15;
+  }
+  /// Whether noise does not repeat its bits so often: n repeats have the probability pⁿ, 3e-10 at
+  /// 100 samples per second being one in 10⁴ hours.
+  [[nodiscard]] bool is_stuck() const noexcept {
+    constexpr double least_share = 0.1;
+    return repeats() && -(same - 1) * std::log(std::max(same_share, least_share)) > 22.0;
   }
 };
 
@@ -120,6 +128,9 @@ inline void add_sample(SourceHistory& history, std::int64_t time_ns, double valu
   if (history.seen && std::abs(value - history.value) > change) {
     history.jumped_ns = time_ns;
   }
+  constexpr double share_s = 10.0;
+  history.same_share +=
+      std::min(history.cycle_s / share_s, 1.0) * ((same ? 1.0 : 0.0) - history.same_share);
   if (!history.seen || !same) {
     history.same = 0;
     history.same_since_ns = time_ns;
@@ -130,6 +141,7 @@ inline void add_sample(SourceHistory& history, std::int64_t time_ns, double valu
   history.previous = history.value;
   history.value = value;
   history.sigma = sigma;
+  history.largest = std::max(history.largest, std::abs(value));
 }
 
 /// Restarts the long mean from the short one.

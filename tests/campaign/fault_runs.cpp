@@ -3,6 +3,7 @@
 //
 //   fault_runs FOLDER SEED [--kinds a,b,c] [--camera on|off|both] [--list]
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <exception>
@@ -10,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -45,7 +47,22 @@ constexpr std::string_view tried =
     "imu.frozen,imu.lost,imu.delayed,imu.jittered,imu.bit_flips,imu.bit_flips_repaired,"
     "bus.jittered,bus.shifted,"
     "camera.lost,camera.frozen,camera.frozen_noisy,camera.moved,camera.turned,camera.drifting,"
-    "camera.mirrored,camera.outliers,camera.early,camera.late,camera.noisy";
+    "camera.mirrored,camera.outliers,camera.early,camera.late,camera.noisy,"
+    "gyro.one_sided,gyro.rounded,gyro.fading,gyro.frozen_without_camera,gyro.offset_with_steering,"
+    "wheels.zero_with_frozen_camera,bus.sagging,camera.skewed,camera.mixed,camera.vague_offset";
+
+// Several faults at once, KIND:BEGIN:LENGTH:SIZE as odom fault takes them, begin after that of the
+// run.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 6> composed{{
+    {"gyro.fading",
+     "gyro.scaled:0:20:0.93+gyro.scaled:4:16:0.93+gyro.scaled:8:12:0.93+gyro.scaled:12:8:0.93+"
+     "gyro.scaled:16:4:0.93"},
+    {"gyro.frozen_without_camera", "gyro.frozen+camera.lost"},
+    {"gyro.offset_with_steering", "gyro.biased+steering.biased"},
+    {"wheels.zero_with_frozen_camera", "wheels.zero+camera.frozen"},
+    {"bus.sagging", "imu.scaled:::0.7+wheels.scaled:::0.7+steering.scaled:::0.7"},
+    {"camera.vague_offset", "camera.vague+camera.moved:::2.5"},
+}};
 
 // What a controller goes by. Not: what only the machine knows (not_realtime, restarted,
 // carried_over, ...), which no replay sets.
@@ -153,7 +170,7 @@ class Report {
     return tick ? nlohmann::ordered_json(seconds(*tick)) : nlohmann::ordered_json(nullptr);
   }
   static std::vector<std::string> names(std::uint32_t bits) {
-    static constexpr std::array<std::pair<std::uint32_t, const char*>, 9> all{{
+    static constexpr std::array<std::pair<std::uint32_t, const char*>, 11> all{{
         {ODOM_COND_BUS_DOWN, "bus_down"},
         {ODOM_COND_SIGNAL_TIMEOUT, "signal_timeout"},
         {ODOM_COND_PROTECTION, "protection"},
@@ -163,6 +180,8 @@ class Report {
         {ODOM_COND_NON_FINITE, "non_finite"},
         {ODOM_COND_SENSOR_FAULT, "sensor_fault"},
         {ODOM_COND_WHEEL_SLIP, "wheel_slip"},
+        {ODOM_COND_MISWIRED, "miswired"},
+        {ODOM_COND_INCONSISTENT, "inconsistent"},
     }};
     std::vector<std::string> result;
     for (const auto& [bit, name] : all)
@@ -181,15 +200,32 @@ void print(const nlohmann::ordered_json& head, const nlohmann::ordered_json& res
   fmt::print("{}\n", line.dump());
 }
 
-std::vector<fault::Kind> kinds_of(const std::string& list) {
-  std::vector<fault::Kind> kinds;
+std::vector<std::string> split(std::string_view list, char separator) {
+  std::vector<std::string> words;
   for (std::size_t at = 0; at <= list.size();) {
-    const std::size_t end = std::min(list.find(',', at), list.size());
-    const std::string name = list.substr(at, end - at);
-    if (!name.empty() && name != "none") kinds.push_back(fault::parse_kind(name));
+    const std::size_t end = std::min(list.find(separator, at), list.size());
+    if (end > at) words.emplace_back(list.substr(at, end - at));
     at = end + 1;
   }
-  return kinds;
+  return words;
+}
+
+struct Trial {
+  std::string name;
+  std::vector<fault::Fault> faults;
+};
+
+std::vector<Trial> trials_of(const std::string& list) {
+  std::vector<Trial> trials;
+  for (const std::string& name : split(list, ',')) {
+    if (name == "none") continue;
+    const auto* const found =
+        std::ranges::find(composed, name, &decltype(composed)::value_type::first);
+    Trial& trial = trials.emplace_back(name);
+    for (const std::string& word : split(found != composed.end() ? found->second : name, '+'))
+      trial.faults.push_back(fault::parse_fault(word));
+  }
+  return trials;
 }
 
 void run_all(const Drive& drive, Camera camera, const Options& options) {
@@ -217,19 +253,20 @@ void run_all(const Drive& drive, Camera camera, const Options& options) {
   const std::span healthy = std::span(runs.healthy()).subspan(begin + 1);
   const Report report(drive, camera, begin + 1);
   std::map<fault::Sources, Tick> left_out{{0, runs.healthy().back()}};
-  for (const fault::Kind kind : kinds_of(options.kinds)) {
-    if (kind.part == fault::Part::camera && !on) continue;
-    fault::Fault one{.kind = kind,
-                     .begin_s = begin_s,
-                     .magnitude = fault::default_magnitude(kind).value,
-                     .seed = options.seed};
-    if (ends) one.duration_s = 5.0;
-    const fault::Sources sources = fault::sources_of(kind);
+  for (Trial& trial : trials_of(options.kinds)) {
+    fault::Sources sources = 0;
+    for (fault::Fault& one : trial.faults) {
+      one.begin_s += begin_s;
+      one.seed = options.seed;
+      if (ends && std::isinf(one.duration_s)) one.duration_s = 5.0;
+      sources |= fault::sources_of(one.kind);
+    }
+    if (sources == camera_bit && !on) continue;
     if (!left_out.contains(sources)) left_out[sources] = runs.without(sources).back();
-    nlohmann::ordered_json result = report.of(runs.with(one), healthy);
+    nlohmann::ordered_json result = report.of(runs.with(trial.faults), healthy);
     result["left_out_m"] = Report::rounded(left_out[sources].position_m);
     result["left_out_rad"] = Report::rounded(left_out[sources].yaw_rad);
-    print(head(fault::name_of(kind)), result);
+    print(head(trial.name), result);
   }
 }
 
@@ -245,7 +282,7 @@ int run(int argc, char** argv) {
   app.add_flag("--list", list, "The kinds that are tried, a line each");
   CLI11_PARSE(app, argc, argv);
   if (list) {
-    for (const fault::Kind kind : kinds_of(options.kinds)) fmt::print("{}\n", fault::name_of(kind));
+    for (const Trial& trial : trials_of(options.kinds)) fmt::print("{}\n", trial.name);
     return 0;
   }
   const Drive drive = read_drive(options.folder);

@@ -131,8 +131,7 @@ Run FaultyDrive::play(daemon::Pipeline& pipeline, std::span<const can::Frame> fr
   return run;
 }
 
-Run FaultyDrive::with(const fault::Fault& fault) const {
-  const std::vector<fault::Fault> faults{fault};
+Run FaultyDrive::with(std::span<const fault::Fault> faults) const {
   fault::Injector injector(drive_.config, drive_.databases, drive_.buses, faults);
   injector.start(drive_.start_ns());
   std::vector<can::Frame> frames;

@@ -71,7 +71,7 @@ class FaultyDrive {
   /// The drive as it is, from its first tick on.
   [[nodiscard]] const Run& healthy() const noexcept { return healthy_; }
   /// From the tick behind `begin` on.
-  [[nodiscard]] Run with(const fault::Fault& fault) const;
+  [[nodiscard]] Run with(std::span<const fault::Fault> faults) const;
   [[nodiscard]] Run without(fault::Sources sources) const;
 
  private:

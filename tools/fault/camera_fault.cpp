@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace odomd::fault {
 namespace {
@@ -94,6 +95,25 @@ CameraPose CameraFault::changed(const CameraPose& pose, std::uint64_t number) {
       break;
     case Act::late:
       result.capture_ns += nanoseconds(size);
+      break;
+    case Act::skewed:
+      result.capture_ns -=
+          nanoseconds(size * static_cast<double>(pose.arrival_ns - span_.begin_ns) * 1e-9);
+      break;
+    case Act::mixed: {
+      // 0, -1, 2, 1, 4, 3, ...
+      const CameraPose before = std::exchange(shown_[0], std::exchange(shown_[1], pose));
+      if (number % 2 == 1 && number > 1) {
+        result.x = before.x;
+        result.y = before.y;
+        result.yaw = before.yaw;
+      }
+      break;
+    }
+    case Act::vague:
+      result.sigma_x *= size;
+      result.sigma_y *= size;
+      result.sigma_yaw *= size;
       break;
     default:
       break;

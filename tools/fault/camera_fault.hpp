@@ -1,6 +1,7 @@
 // One fault in a stream of camera poses, of the camera's reference point.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -34,9 +35,10 @@ class CameraFault {
   Fault fault_;
   Span span_;
   sim::RandomStream random_;
-  std::optional<estimator::CameraPose> latest_;  ///< before the fault
-  std::uint64_t poses_ = 0;                      ///< received during the fault
-  std::vector<estimator::CameraPose> held_;      ///< by arrival
+  std::optional<estimator::CameraPose> latest_;   ///< before the fault
+  std::array<estimator::CameraPose, 2> shown_{};  ///< the two poses before this one
+  std::uint64_t poses_ = 0;                       ///< received during the fault
+  std::vector<estimator::CameraPose> held_;       ///< by arrival
 };
 
 /// Several faults at once in a stream of poses; those of other parts are ignored.

@@ -175,6 +175,12 @@ double FrameFault::changed(const Reading& reading, std::int64_t time_ns) {
       return -value;
     case Act::noisy:
       return value + size * sigma_[estimator::index_of(reading.source)] * random_.normal();
+    case Act::one_sided:
+      return value < 0.0 ? size * value : value;
+    case Act::rounded: {
+      const double step = size * sigma_[estimator::index_of(reading.source)];
+      return step > 0.0 ? step * std::round(value / step) : value;
+    }
     case Act::slipping:
       return value * (1.0 + (size - 1.0) * -std::expm1(-t / spinning_up_s));
     case Act::locked:

@@ -54,6 +54,8 @@ constexpr std::array act_table{
     ActInfo{Act::ramped, "ramped", "has a bias that grows at this rate per second"},
     ActInfo{Act::inverted, "inverted", "has the wrong sign"},
     ActInfo{Act::noisy, "noisy", "has noise of this many of its stated sigmas"},
+    ActInfo{Act::one_sided, "one_sided", "reads a multiple of the true value below 0"},
+    ActInfo{Act::rounded, "rounded", "is rounded to multiples of this many of its stated sigmas"},
     ActInfo{Act::slipping, "slipping", "spins up to a multiple of its speed within half a second"},
     ActInfo{Act::locked, "locked", "comes to a halt within half a second"},
     ActInfo{Act::left_right, "left_right", "left and right are exchanged"},
@@ -76,6 +78,9 @@ constexpr std::array act_table{
             "is off by this distance in every fifth pose, in any direction"},
     ActInfo{Act::early, "early", "has capture stamps too early by this time"},
     ActInfo{Act::late, "late", "has capture stamps too late by this time"},
+    ActInfo{Act::skewed, "skewed", "has capture stamps of a clock that loses this time per second"},
+    ActInfo{Act::mixed, "mixed", "shows its pictures in swapped pairs, with stamps in order"},
+    ActInfo{Act::vague, "vague", "states sigmas larger by this factor"},
 };
 
 constexpr bool is_first_to_last(const auto& table, auto member) {
@@ -138,7 +143,7 @@ constexpr bool can(Part part, Act act) {
     case Act::axes_swapped:
       return part == Part::accel;
     default:
-      return act <= Act::noisy || frames;
+      return act <= Act::rounded || frames;
   }
 }
 
@@ -200,10 +205,14 @@ Magnitude default_magnitude(Kind kind) noexcept {
       return {2.0, "x"};
     case Act::scaled:
       return {1.3, "x"};
+    case Act::one_sided:
+      return {0.7, "x"};
     case Act::slipping:
       return {1.5, "x"};
     case Act::noisy:
       return {6.0, "sigma"};
+    case Act::rounded:
+      return {20.0, "sigma"};
     case Act::delayed:
       return {0.1, "s"};
     case Act::jittered:
@@ -226,6 +235,10 @@ Magnitude default_magnitude(Kind kind) noexcept {
     case Act::early:
     case Act::late:
       return {0.05, "s"};
+    case Act::skewed:
+      return {0.005, "s/s"};
+    case Act::vague:
+      return {20.0, "x"};
     default:
       return {};
   }

@@ -63,6 +63,8 @@ enum class Act : std::uint8_t {
   ramped,
   inverted,
   noisy,
+  one_sided,
+  rounded,
   slipping,
   locked,
   left_right,
@@ -87,6 +89,9 @@ enum class Act : std::uint8_t {
   outliers,
   early,
   late,
+  skewed,
+  mixed,
+  vague,
 };
 
 struct ActInfo {

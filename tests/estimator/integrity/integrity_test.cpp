@@ -407,7 +407,7 @@ TEST(Integrity, FlagsNeitherOfTwoThatContradictEachOther) {
   };
   drive.until(8.0, only_gyro_and_steering);
   drive.until(9.0, [&](Source source, double t, double value) {
-    return only_gyro_and_steering(source, t, source == Source::yaw_rate ? value + 1.5 : value);
+    return only_gyro_and_steering(source, t, source == Source::yaw_rate ? value + 2.5 : value);
   });
   EXPECT_TRUE(drive.integrity.trusted(Source::yaw_rate));
   EXPECT_TRUE(drive.integrity.trusted(Source::steering));
@@ -581,6 +581,16 @@ TEST(Integrity, ASilentSourceRegainsNoTrust) {
   };
   drive.until(15.0, fails);
   EXPECT_FALSE(drive.integrity.trusted(Source::yaw_rate));
+}
+
+TEST(Integrity, ASteeringCommandAtRestIsNotFrozen) {
+  // Held at full lock, and let go to 0, while a slow servo follows.
+  const auto lock_to_lock = [](double t) {
+    return Motion{1.0, std::clamp(0.6 * std::sin(0.8 * t), -0.3, 0.3)};
+  };
+  Drive drive(lock_to_lock);
+  drive.until(30.0);
+  EXPECT_EQ(drive.flagged(), 0);
 }
 
 TEST(Integrity, TakesNoMemory) {

@@ -104,6 +104,25 @@ TEST(CameraFault, CapturesAreStampedWrongly) {
   EXPECT_EQ(with("camera.early")[75].capture_ns, old[75].capture_ns - 50'000'000);
   EXPECT_EQ(with("camera.late")[75].capture_ns, old[75].capture_ns + 50'000'000);
   EXPECT_EQ(with("camera.late")[75].arrival_ns, old[75].arrival_ns);
+  const auto skewed = with("camera.skewed");
+  EXPECT_EQ(
+      (skewed[60].capture_ns - old[60].capture_ns) - (skewed[85].capture_ns - old[85].capture_ns),
+      2'500'000);  // 5 ms/s for half a second
+}
+
+TEST(CameraFault, PicturesAreMixed) {
+  const auto old = healthy_poses();
+  const auto now = with("camera.mixed");
+  std::size_t shifted = 0;
+  for (std::size_t i = 55; i < 95; ++i) {
+    EXPECT_EQ(now[i].capture_ns, old[i].capture_ns);
+    shifted += now[i].x == old[i - 2].x ? 1 : 0;
+  }
+  EXPECT_EQ(shifted, 20U);
+}
+
+TEST(CameraFault, SigmasAreStatedTooLarge) {
+  EXPECT_EQ(with("camera.vague")[75].sigma_x, 20.0 * healthy_poses()[75].sigma_x);
 }
 
 TEST(CameraFault, NoiseIsOfTheStatedSigmas) {
