@@ -94,6 +94,7 @@ std::optional<Verdict> FullFilter::add(const CameraPose& camera) noexcept {
       ns_between(camera.capture_ns, camera.arrival_ns) > camera_latency_ns_) {
     return Verdict::too_old;
   }
+  camera_clock_.add(camera.capture_ns, camera.arrival_ns);
   const auto bounded = [](double sigma) {
     return std::clamp(sigma, smallest_sigma, largest_camera_sigma);
   };
@@ -287,7 +288,7 @@ Estimate FullFilter::estimate(std::int64_t tick_ns) noexcept {
   e.reset_count = reset_count_;
   e.last_jump = last_jump_;
   e.recoveries = recoveries_;
-  e.doubtful = now.doubtful;
+  e.doubtful = now.doubtful || now.integrity.agreed().camera_inconsistent || camera_clock_.drifts();
   e.mode =
       modes_.update({.time_ns = tick_ns,
                      .initialised = e.initialised,

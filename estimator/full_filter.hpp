@@ -25,6 +25,7 @@
 #include "estimator/ekf/state.hpp"
 #include "estimator/ekf/take.hpp"
 #include "estimator/integrity/mode_monitor.hpp"
+#include "estimator/integrity/slow_parity.hpp"
 
 namespace odomd::estimator {
 
@@ -78,6 +79,7 @@ class FullFilter {
 
   full::Judgements judgements_;
 
+  integrity::CameraClock camera_clock_;
   ModeMonitor modes_;
   Pose2 odom_;
   bool odom_begun_ = false;

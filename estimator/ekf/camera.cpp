@@ -201,6 +201,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
       P(0, 0) + squared(sample.sigma[0]), P(0, 1), P(0, 2),
       P(1, 1) + squared(sample.sigma[1]), P(1, 2), P(2, 2) + squared(sample.sigma[2])};
   judgement.variance = {S[0], S[3], S[5]};
+  state.integrity.add_camera_innovation(judgement.innovation, judgement.variance);
   judgement.squared_ratio = mahalanobis_squared(S, judgement.innovation);
   judgement.test_ratio = judgement.squared_ratio / gate.gate;
   state.camera_test_ratio = judgement.test_ratio;

@@ -224,8 +224,7 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
   raise_flags(faulty, !by_short_mean);
   contradicted_now_ = contradicted_now_ && faulty == 0;
   agreed_.contradicted = contradicted_now_ || (slow_.contradicted() && slow_.faulty() == 0);
-  agreed_.camera_inconsistent =
-      camera_innovations_.contradicted() || observed_.errors.camera_clock_drifts;
+  agreed_.camera_inconsistent = camera_innovations_.contradicted();
   if (!agreed_.contradicted) {
     agreed_.contradicted_since_ns = now_ns;
   }

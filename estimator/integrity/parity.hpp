@@ -29,7 +29,6 @@ struct SensorErrors {
   double wheel_slip = Tuning{}.wheel_slip;  ///< of a driven wheel, per acceleration [s²/m]
   double camera_noise_scale = 1.0;          ///< variance of its poses over the stated one
   double dead_band = 0.0;                   ///< a wheel that reads 0 may turn at this speed [m/s]
-  bool camera_clock_drifts = false;         ///< CameraClock, slow_parity.hpp
 };
 
 /// All observations up to `now_ns`, and what was learnt from them.
