@@ -61,8 +61,8 @@ void SlowParities::add(const Sensors& sensors, const Observations& observed, boo
   constexpr double slowest_turn = 0.05;  // [rad/s]
   constexpr double skew_s = 0.02;
   constexpr double speed_scale = 0.03;
-  for (auto& of_side : turns_) {
-    for (Regression& regression : of_side) {
+  for (auto& regressions : turns_) {
+    for (Regression& regression : regressions) {
       regression.fade(dt);
     }
   }
@@ -154,8 +154,8 @@ void SlowParities::add(const Sensors& sensors, const Observations& observed, boo
 void CameraConsistency::add(const std::array<double, 3>& innovation,
                             const std::array<double, 3>& variance) noexcept {
   constexpr double poses = 100.0;
-  constexpr double largest = 35.0;  // χ²₃ with P = 1e-7: at a window in 3 s one in 10⁴ hours
-  constexpr double most = 5.0;      // of an outlier [sigmas]
+  constexpr double threshold = 35.0;  // χ²₃ with P = 1e-7: at a window in 3 s one in 10⁴ hours
+  constexpr double most = 5.0;   // of an outlier [sigmas]
   constexpr double share = 2.0 / (poses + 1.0);
   double sum = 0.0;
   for (std::size_t i = 0; i < mean_.size(); ++i) {
@@ -163,7 +163,7 @@ void CameraConsistency::add(const std::array<double, 3>& innovation,
     mean_[i] += share * (normalised - mean_[i]);
     sum += squared(mean_[i]) * (2.0 - share) / share;
   }
-  contradicted_ = sum > largest;
+  contradicted_ = sum > threshold;
 }
 
 /// The slope of an exponential mean m and of its mean m' is (m - m') / T; of white noise σ it has
