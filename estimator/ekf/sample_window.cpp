@@ -10,7 +10,9 @@ Insertion SampleWindow::insert(const Sample& sample) noexcept {
     --at;
   }
   const auto same = [&](const Sample& other) {
-    return other.time_ns == sample.time_ns && other.source == sample.source;
+    // Several cameras may look at one instant.
+    return other.time_ns == sample.time_ns && other.source == sample.source &&
+           (sample.source != Source::camera || other.value == sample.value);
   };
   if (at > begin_ && same(samples_[at - 1])) {
     return Insertion::duplicate;

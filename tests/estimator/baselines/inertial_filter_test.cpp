@@ -160,7 +160,7 @@ Estimate turns(const FilterSettings& settings, double bias, double gyro_scale, d
 TEST(InertialFilter, CovarianceHasWhatLastingErrorsDoToThePose) {
   constexpr double small = 1e-5;
   const Estimate base = turns(calibrated(), 0.0, 0.0, 0.0);
-  for (const int error : {0, 1, 2}) {
+  for (const std::size_t error : {0U, 1U, 2U}) {
     SCOPED_TRACE(error);
     FilterSettings settings = calibrated();
     double* const sigma = std::array{&settings.tuning.gyro_bias, &settings.tuning.gyro_scale,

@@ -22,7 +22,7 @@ TEST(ApplyIntegrity, ADriveWithoutFaultsIsNotCorrectedNorDoubtful) {
   car.drive(3.0, straight_at(1.5));
   car.drive(3.0, bend_at(1.5, 0.8));
   EXPECT_FALSE(car.state.doubtful);
-  EXPECT_FALSE(car.state.disputed);
+  EXPECT_EQ(car.state.disputed.way, 0.0);
   EXPECT_EQ(car.state.deviation.speed_since_ns, 0);
   EXPECT_EQ(car.state.deviation.yaw_rate_since_ns, 0);
   EXPECT_NEAR(car.state.integrity.agreed().yaw_rate, 0.8, 0.05);

@@ -42,11 +42,11 @@ TEST(FullCamera, FirstPoseLocatesWhereItMay) {
   State state;
   state.covariance = testing::some_covariance();
   const Judgement refused =
-      take_camera(CarModel{}, {.locates = false}, state, seen(1, {1.0, 2.0, 0.5}));
+      take_camera(CarModel{}, {.locates = false}, state, {}, seen(1, {1.0, 2.0, 0.5}));
   EXPECT_EQ(refused.verdict, Verdict::source_off);
   EXPECT_EQ(refused.degrees, 0);
   EXPECT_FALSE(state.located);
-  const Judgement first = take_camera(CarModel{}, {}, state, seen(1, {1.0, 2.0, 0.5}, 0.02));
+  const Judgement first = take_camera(CarModel{}, {}, state, {}, seen(1, {1.0, 2.0, 0.5}, 0.02));
   EXPECT_EQ(first.verdict, Verdict::fused);
   EXPECT_EQ(first.degrees, 0);  // held against nothing
   EXPECT_TRUE(state.located);
@@ -63,7 +63,7 @@ TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
   before.slow.sensitivity(at::x, slow::wheel_scale) = 1.5;
   const Pose2 pose{1.05, 1.9, 0.36};
   State state = before;
-  const Judgement judgement = take_camera(CarModel{}, {}, state, seen(1, pose, 0.02));
+  const Judgement judgement = take_camera(CarModel{}, {}, state, {}, seen(1, pose, 0.02));
   const Eigen::Vector3d nu(0.05, -0.1, 0.06);
   const Eigen::Matrix3d S =
       covariance_of_motion(before).topLeftCorner<3, 3>() + 4e-4 * Eigen::Matrix3d::Identity();
@@ -78,11 +78,13 @@ TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
   // The gate is at its stated limit.
   const double just = judgement.squared_ratio;
   State inside = before;
-  EXPECT_EQ(take_camera(CarModel{}, {.gate = just * 1.001}, inside, seen(1, pose, 0.02)).verdict,
-            Verdict::fused);
+  EXPECT_EQ(
+      take_camera(CarModel{}, {.gate = just * 1.001}, inside, {}, seen(1, pose, 0.02)).verdict,
+      Verdict::fused);
   State outside = before;
-  EXPECT_EQ(take_camera(CarModel{}, {.gate = just * 0.999}, outside, seen(1, pose, 0.02)).verdict,
-            Verdict::gated);
+  EXPECT_EQ(
+      take_camera(CarModel{}, {.gate = just * 0.999}, outside, {}, seen(1, pose, 0.02)).verdict,
+      Verdict::gated);
   EXPECT_EQ(outside.mean, before.mean);
   EXPECT_EQ(outside.covariance, before.covariance);
 }
@@ -92,8 +94,9 @@ TEST(FullCamera, CorrectsEverythingCorrelatedWithThePose) {
   State before = located({1.0, 2.0, 0.3});
   before.slow = testing::some_slow_errors(1e-3);
   State state = before;
-  ASSERT_EQ(take_camera(CarModel{}, {.gate = 1e9}, state, seen(1, {1.05, 1.9, 0.36}, 0.02)).verdict,
-            Verdict::fused);
+  ASSERT_EQ(
+      take_camera(CarModel{}, {.gate = 1e9}, state, {}, seen(1, {1.05, 1.9, 0.36}, 0.02)).verdict,
+      Verdict::fused);
   constexpr int all_states = int{at::size} + int{slow::size};
   using Joint = Eigen::Matrix<double, all_states, all_states>;
   const auto joint = [](const State& s) {
@@ -120,7 +123,8 @@ TEST(FullCamera, YawGoesOnThroughAnyNumberOfTurns) {
   for (const double turns : {-7.0, 0.0, 12.0}) {
     const double yaw = 3.1 + turns * 2.0 * std::numbers::pi;
     State state = located({0.0, 0.0, yaw});
-    const Judgement judgement = take_camera(CarModel{}, {}, state, seen(1, {0.0, 0.0, yaw + 0.06}));
+    const Judgement judgement =
+        take_camera(CarModel{}, {}, state, {}, seen(1, {0.0, 0.0, yaw + 0.06}));
     EXPECT_EQ(judgement.verdict, Verdict::fused);
     EXPECT_NEAR(judgement.innovation[2], 0.06, 1e-12);
     EXPECT_NEAR(state.mean[at::yaw], yaw, 0.1);
@@ -169,6 +173,7 @@ struct Disagreement {
 };
 
 constexpr double seconds_per_pose = static_cast<double>(between_poses_ns) * 1e-9;
+constexpr double longest_recovery_s = 0.3;
 
 TEST(FullCamera, ConsistentPosesAreAcceptedInTheEnd) {
   Disagreement car{.truth = {5.0, -3.0, 0.0}};
@@ -179,20 +184,19 @@ TEST(FullCamera, ConsistentPosesAreAcceptedInTheEnd) {
     EXPECT_EQ(car.state.resets, 0U);
     EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-12);
   }
-  // Forced, not fused.
-  EXPECT_GE(poses, rejections_to_accept);
-  EXPECT_GE(poses * seconds_per_pose, rejection_timeout_s);
-  EXPECT_LT(poses * seconds_per_pose, rejection_timeout_s + 2 * seconds_per_pose);
+  // Forced, not fused; and not at once: an outlier looks like that, too.
+  EXPECT_GE(poses, 3);
+  EXPECT_LT(poses * seconds_per_pose, longest_recovery_s);
   EXPECT_EQ(judgement.verdict, Verdict::forced);
   EXPECT_EQ(judgement.degrees, 0);
   EXPECT_GT(judgement.test_ratio, 1.0);
   EXPECT_NEAR(judgement.innovation[0], 5.0, 1e-12);
   EXPECT_EQ(car.state.resets, 1U);
-  EXPECT_NEAR(car.state.mean[at::x], 5.0 + 0.036 * poses, 1e-12);
-  EXPECT_NEAR(car.state.mean[at::y], -3.0, 1e-12);
-  EXPECT_NEAR(car.state.last_jump.x, 5.0, 1e-12);
-  EXPECT_NEAR(car.state.last_jump.y, -3.0, 1e-12);
-  EXPECT_NEAR(car.state.covariance(at::x, at::x), 1e-4, 1e-15);
+  EXPECT_NEAR(car.state.mean[at::x], 5.0 + 0.036 * poses, 1e-3);
+  EXPECT_NEAR(car.state.mean[at::y], -3.0, 1e-3);
+  EXPECT_NEAR(car.state.last_jump.x, 5.0, 1e-3);
+  EXPECT_NEAR(car.state.last_jump.y, -3.0, 1e-3);
+  EXPECT_NEAR(car.state.covariance(at::x, at::x), 1e-4, 1e-6);
   EXPECT_TRUE(testing::is_covariance(car.state.covariance));
   EXPECT_EQ(car.pose(poses + 1).verdict, Verdict::fused);
   EXPECT_EQ(car.state.resets, 1U);
@@ -213,12 +217,13 @@ TEST(FullCamera, AStepToAnotherPlaceIsAcceptedWithinThreeSeconds) {
   EXPECT_NEAR(car.state.mean[at::y], -2.0, 0.01);
 }
 
-TEST(FullCamera, WhereNothingElseWasWrongAJumpIsDisputed) {
-  // The first pose initialises; a later one that moves the pose contradicts fused ones.
+TEST(FullCamera, WhereNothingElseWasWrongTheMapMayHaveJumpedInstead) {
+  // The first pose initialises; a later one that moves the pose contradicts fused ones, so what it
+  // may hide is published. A pose that is doubtful anyway is only corrected.
   Disagreement first{.truth = {5.0, -3.0, 0.0}};
   first.until_accepted(50);
   ASSERT_EQ(first.state.resets, 1U);
-  EXPECT_FALSE(first.state.disputed);
+  EXPECT_EQ(first.state.disputed.way, 0.0);
   for (const bool doubtful : {false, true}) {
     Disagreement later;
     for (int i = 1; i <= 60; ++i) {
@@ -230,37 +235,35 @@ TEST(FullCamera, WhereNothingElseWasWrongAJumpIsDisputed) {
       later.pose(i);
     }
     ASSERT_EQ(later.state.resets, 1U);
-    EXPECT_EQ(later.state.disputed, !doubtful);
+    EXPECT_NEAR(later.state.disputed.way, doubtful ? 0.0 : 0.25 * 0.3 * 0.3, 0.005);
   }
 }
 
-TEST(FullCamera, ACameraThatWasFaultyCannotConfirmThePose) {
-  Disagreement car;
-  for (int i = 1; i <= 60; ++i) {
-    ASSERT_EQ(car.pose(i).verdict, Verdict::fused) << i;
-  }
-  car.truth = {0.0, -0.3, 0.0};
-  car.state.camera_was_distrusted = true;
-  int i = 61;
-  for (; car.state.resets == 0 && i < 400; ++i) {
-    car.pose(i);
-  }
-  ASSERT_EQ(car.state.resets, 1U);
-  for (const int end = i + 2 * rejections_to_accept; i < end; ++i) {
-    ASSERT_EQ(car.pose(i).verdict, Verdict::fused);
-  }
-  EXPECT_FALSE(car.state.doubtful);
-  EXPECT_TRUE(car.state.disputed);
+TEST(FullCamera, ACameraThatWasDistrustedNeedsMoreEvidence) {
+  const auto poses_needed = [](double evidence) {
+    Disagreement car;
+    for (int i = 1; i <= 60; ++i) {
+      car.pose(i);
+    }
+    car.truth = {0.0, -0.3, 0.0};
+    car.state.camera_evidence = evidence;
+    int i = 61;
+    for (; car.state.resets == 0 && i < 400; ++i) {
+      car.pose(i);
+    }
+    return i - 61;
+  };
+  EXPECT_GT(poses_needed(-2.0 * Tuning{}.outlier_odds), 2 * poses_needed(0.0));
 }
 
 TEST(FullCamera, SixFusedPosesInARowConfirmThePose) {
   Disagreement car;
   car.state.doubtful = true;
-  for (int i = 1; i < rejections_to_accept; ++i) {
+  for (int i = 1; i < poses_to_confirm; ++i) {
     ASSERT_EQ(car.pose(i).verdict, Verdict::fused) << i;
     EXPECT_TRUE(car.state.doubtful) << i;
   }
-  ASSERT_EQ(car.pose(rejections_to_accept).verdict, Verdict::fused);
+  ASSERT_EQ(car.pose(poses_to_confirm).verdict, Verdict::fused);
   EXPECT_FALSE(car.state.doubtful);
 }
 
@@ -301,7 +304,7 @@ TEST(FullCamera, OutliersAreNot) {
 TEST(FullCamera, AFewThatFitBetweenThemClearTheFilterOfSuspicion) {
   Disagreement car;
   for (int i = 1; i < 300; ++i) {
-    const bool fits = i % rejections_to_accept == 0;
+    const bool fits = i % poses_to_confirm == 0;
     car.pose(i, fits ? Pose2{} : Pose2{0.0, 2.0, 0.0});
     EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-9) << i;
   }
@@ -337,10 +340,10 @@ TEST(FullCamera, AWrongHeadingIsRecoveredFrom) {
     Disagreement car;
     car.state.mean[at::yaw] = wrong;
     const int poses = car.until_accepted(50);
-    EXPECT_LT(poses * seconds_per_pose, rejection_timeout_s + 2 * seconds_per_pose) << wrong;
-    EXPECT_NEAR(wrap_angle(car.state.mean[at::yaw]), 0.0, 1e-9);
-    EXPECT_NEAR(car.state.mean[at::x], 0.036 * poses, 1e-9);
-    EXPECT_NEAR(std::abs(car.state.last_jump.yaw), std::abs(wrong), 1e-9);
+    EXPECT_LT(poses * seconds_per_pose, longest_recovery_s) << wrong;
+    EXPECT_NEAR(wrap_angle(car.state.mean[at::yaw]), 0.0, 1e-3);
+    EXPECT_NEAR(car.state.mean[at::x], 0.036 * poses, 2e-3);
+    EXPECT_NEAR(std::abs(car.state.last_jump.yaw), std::abs(wrong), 1e-3);
   }
 }
 

@@ -93,11 +93,14 @@ Stiffnesses tyres_at(const CarModel& model, const Input& input, const State& sta
       delta * (v_x > 0.0 ? 1.0 : -1.0) - (v_y + car.front_axle * yaw_rate) / std::abs(v_x);
   const double rear = -(v_y - car.rear_axle * yaw_rate) / std::abs(v_x);
   const double m_front = car.mass * car.rear_axle / car.wheelbase();
-  if (car.grip_front > 0.0 && front != 0.0) {
-    tyres.front = force(tyres.front, front, car.grip_front * m_front) / front;
+  const auto softness = [&state](double grip) {
+    return (grip > 0.0 ? 1.0 / grip : Tuning{}.tyre_softness) + state.slow.mean[slow::softness];
+  };
+  if (front != 0.0) {
+    tyres.front = force(tyres.front, front, m_front / softness(car.grip_front)) / front;
   }
-  if (car.grip_rear > 0.0 && rear != 0.0) {
-    tyres.rear = force(tyres.rear, rear, car.grip_rear * (car.mass - m_front)) / rear;
+  if (rear != 0.0) {
+    tyres.rear = force(tyres.rear, rear, (car.mass - m_front) / softness(car.grip_rear)) / rear;
   }
   return tyres;
 }
@@ -125,7 +128,9 @@ void expect_step_of_automatic_differentiation(const CarModel& model) {
       EXPECT_LT((step.by_slow.col(slow::stiffness_scale) - J.col(at::size)).cwiseAbs().maxCoeff(),
                 1e-11 * scale);
       for (Eigen::Index i = 0; i < slow::size; ++i) {
-        EXPECT_TRUE(i == slow::stiffness_scale || step.by_slow.col(i).isZero(0.0)) << i;
+        EXPECT_TRUE(i == slow::stiffness_scale || i == slow::softness ||
+                    step.by_slow.col(i).isZero(0.0))
+            << i;
       }
     }
   }
@@ -155,7 +160,8 @@ TEST(Process, WithoutCorrectionsItIsTheReversibleStep) {
                                              .yaw_rate = 0.8,
                                              .accel_x = 0.5,
                                              .front_wheel = 0.2,
-                                             .stiffness = 1.0},
+                                             .stiffness = 1.0,
+                                             .softness = -1.0},
                                             dt);
     // The discrete form as printed drops v_y ψ̇ (errata, 4).
     EXPECT_NEAR(step.velocity[0], expected[0] + dt * 0.1 * 0.8, 1e-15);
@@ -276,22 +282,24 @@ TEST(Process, StandingOnlyWhatVariesSlowlyDoesSo) {
 }
 
 TEST(BrushTyre, IsLinearWhereItHardlySlips) {
-  EXPECT_EQ(secant_stiffness(20.0, 0.3, 0.0, 1.5), 20.0);  // of a grip that is not known, always
-  EXPECT_EQ(secant_stiffness(20.0, 0.0, 9.0, 1.5), 20.0);
-  EXPECT_NEAR(secant_stiffness(20.0, 1e-6, 9.0, 1.5), 20.0, 1e-4);
+  EXPECT_EQ(secant_stiffness(20.0, 0.3, 0.0, 1.5).stiffness, 20.0);  // of an unlimited grip, always
+  EXPECT_EQ(secant_stiffness(20.0, 0.0, 1.0 / 9.0, 1.5).stiffness, 20.0);
+  EXPECT_NEAR(secant_stiffness(20.0, 1e-6, 1.0 / 9.0, 1.5).stiffness, 20.0, 1e-4);
 }
 
 TEST(BrushTyre, PushesAllItHoldsWhereItSlides) {
   const double most = 9.0 * 1.5;
   const double sliding = 3.0 * most / 20.0;  // q = 1
   for (const double alpha : {sliding, 1.5 * sliding, 40.0}) {
-    EXPECT_NEAR(secant_stiffness(20.0, alpha, 9.0, 1.5) * alpha, most, 1e-12);
+    EXPECT_NEAR(secant_stiffness(20.0, alpha, 1.0 / 9.0, 1.5).stiffness * alpha, most, 1e-12);
   }
 }
 
 TEST(BrushTyre, ForceAndItsSlopeAreContinuousAndItNeverFalls) {
   const double sliding = 3.0 * 9.0 * 1.5 / 20.0;
-  const auto pushes = [](double alpha) { return secant_stiffness(20.0, alpha, 9.0, 1.5) * alpha; };
+  const auto pushes = [](double alpha) {
+    return secant_stiffness(20.0, alpha, 1.0 / 9.0, 1.5).stiffness * alpha;
+  };
   const double step = 1e-5;
   EXPECT_NEAR(pushes(sliding * (1.0 - 1e-9)), pushes(sliding * (1.0 + 1e-9)), 1e-9);
   EXPECT_NEAR((pushes(sliding) - pushes(sliding - step)) / step, 0.0, 1e-3);
@@ -299,7 +307,38 @@ TEST(BrushTyre, ForceAndItsSlopeAreContinuousAndItNeverFalls) {
   for (double alpha = 0.01; alpha < 2.0 * sliding; alpha += 0.01) {
     EXPECT_GE(pushes(alpha), pushes(alpha - 0.01) - 1e-12) << alpha;
     EXPECT_NEAR(pushes(alpha), force(20.0, alpha, 9.0 * 1.5), 1e-12) << alpha;
-    EXPECT_EQ(secant_stiffness(20.0, alpha, 9.0, 1.5), secant_stiffness(20.0, -alpha, 9.0, 1.5));
+    EXPECT_EQ(secant_stiffness(20.0, alpha, 1.0 / 9.0, 1.5).stiffness,
+              secant_stiffness(20.0, -alpha, 1.0 / 9.0, 1.5).stiffness);
+  }
+}
+
+TEST(BrushTyre, ItsDerivativesByTheSoftnessAreThoseOfDifferences) {
+  constexpr double h = 1e-6;
+  for (const double alpha : {0.01, 0.3, 0.9, 3.0}) {
+    const auto stiffness = [alpha](double softness) {
+      return secant_stiffness(20.0, alpha, softness, 1.5).stiffness;
+    };
+    for (const double softness : {0.02, 0.1, 0.4}) {
+      EXPECT_NEAR(secant_stiffness(20.0, alpha, softness, 1.5).by_softness,
+                  (stiffness(softness + h) - stiffness(softness - h)) / (2.0 * h), 1e-3);
+    }
+  }
+  const Vehicle car;
+  for (const double v_y : {-0.6, 0.02, 0.4}) {
+    const auto at = [&](double softness) {
+      return velocity_step(car,
+                           {.v_x = 2.0,
+                            .v_y = v_y,
+                            .yaw_rate = 1.2,
+                            .accel_x = 0.5,
+                            .front_wheel = 0.2,
+                            .stiffness = 0.9,
+                            .softness = softness},
+                           dt);
+    };
+    const Eigen::Vector2d by =
+        (at(0.03 + h).velocity - at(0.03 - h).velocity).tail<2>() / (2.0 * h);
+    EXPECT_LT((at(0.03).by_softness - by).norm(), 1e-5 * (1.0 + by.norm())) << v_y;
   }
 }
 

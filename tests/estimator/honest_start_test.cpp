@@ -1,0 +1,202 @@
+// What one sensor says alone, at the start, of a standing car or of one instant, decides nothing.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <tuple>
+#include <vector>
+
+#include "tests/estimator/circle_drive.hpp"
+#include "tests/estimator/signalled_car.hpp"
+
+namespace odomd::estimator::full::honest_start_test {
+namespace {
+
+using estimator::testing::Arrival;
+using estimator::testing::circle;
+using estimator::testing::drive_on_a_circle;
+using estimator::testing::run;
+using estimator::testing::start_ns;
+using estimator::testing::started;
+using testing::Car;
+using testing::millisecond;
+using testing::period_ns;
+using testing::SensorValues;
+using testing::straight_at;
+using testing::with;
+using testing::without;
+
+TEST(HonestStart, GarbageInTheFirstSamplesMovesNoCarThatStands) {
+  for (const Source source : {Source::wheel_front_left, Source::wheel_rear_right, Source::yaw_rate,
+                              Source::accel_x, Source::steering}) {
+    for (const double value : {-20.0, 0.5, 20.0, 140.0}) {
+      const double garbage =
+          source == Source::steering   ? std::copysign(std::min(std::abs(value), 1.3), value)
+          : source == Source::yaw_rate ? std::copysign(std::min(std::abs(value), 30.0), value)
+                                       : value;
+      for (const int burst : {1, 2}) {
+        Car car;
+        car.push(source, garbage);
+        if (burst == 2) {
+          advance(car.context, car.state, car.state.time_ns + period_ns);
+          car.push(source, garbage);
+        }
+        car.drive(3.0, straight_at(0.0));
+        const std::string name = std::string(source_names[index_of(source)]) + " " +
+                                 std::to_string(garbage) + ", " + std::to_string(burst);
+        EXPECT_LT(std::hypot(car.state.mean[at::x], car.state.mean[at::y]), 0.05) << name;
+        EXPECT_NEAR(car.state.mean[at::v_x], 0.0, 0.01) << name;
+        EXPECT_TRUE(car.state.standstill.standing) << name;
+      }
+    }
+  }
+}
+
+TEST(HonestStart, ASpeedThatIsRightFromTheStartIsFollowed) {
+  for (const double speed : {0.5, 3.0, -2.0}) {
+    Car car;
+    car.drive(2.0, straight_at(speed));
+    EXPECT_NEAR(car.state.mean[at::v_x], speed, 0.02);
+    EXPECT_NEAR(car.state.mean[at::x], 2.0 * speed, 0.03 + 0.01 * std::abs(speed));
+  }
+}
+
+/// A reversal, or a departure before the wheels turn: the gyro turns at `turn` while they read 0.
+TEST(HonestStart, AShortHaltDoesNotRewriteTheBias) {
+  for (const double turn : {-1.0, 0.1, 0.3, 1.5}) {
+    for (const double halt_s : {0.1, 0.3, 0.5}) {
+      Car car;
+      car.drive(2.0, testing::bend_at(1.0, turn));
+      const SensorValues halt =
+          with(with(straight_at(0.0), Source::yaw_rate, turn), Source::accel_x, -2.0);
+      car.drive(halt_s, halt);
+      car.drive(1.0, testing::bend_at(1.0, turn));
+      EXPECT_LT(std::abs(car.state.slow.mean[slow::gyro_bias]), 0.02) << turn << ' ' << halt_s;
+    }
+  }
+}
+
+TEST(HonestStart, ADepartureIsNoBias) {
+  // The wheels are late: they still read 0 while the car turns.
+  for (const double late_s : {0.1, 0.2}) {
+    Car car;
+    car.drive(1.5, straight_at(0.0));
+    ASSERT_TRUE(car.state.standstill.standing);
+    for (int i = 0; i < static_cast<int>(200.0 * late_s); ++i) {
+      car.tick(with(with(straight_at(0.0), Source::yaw_rate, 0.01 * i), Source::accel_x, 2.0));
+    }
+    car.drive(1.0, testing::bend_at(1.0, 0.4));
+    EXPECT_LT(std::abs(car.state.slow.mean[slow::gyro_bias]), 0.005) << late_s;
+  }
+}
+
+/// Metres between filter and truth after ten seconds on the circle, with `looks` camera poses of
+/// each picture, `apart` nanoseconds one after the other.
+std::tuple<double, int> after_looks(int looks, std::int64_t apart, double stated) {
+  std::vector<Arrival> arrivals;
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (const Arrival& arrival : drive_on_a_circle(10'000 * millisecond)) {
+    if (!arrival.camera) {
+      arrivals.push_back(arrival);
+      continue;
+    }
+    for (int look = 0; look < looks; ++look) {
+      Arrival other = arrival;
+      CameraPose& pose = *other.camera;
+      const std::int64_t later = look * apart;
+      const Pose2 truth =
+          moved({}, circle, static_cast<double>(pose.capture_ns + later - start_ns) * 1e-9);
+      pose = {pose.capture_ns + later,
+              pose.arrival_ns + later,
+              truth.x + 0.008 * normal(random),
+              truth.y + 0.008 * normal(random),
+              truth.yaw + 0.009 * normal(random),
+              0.008 * stated,
+              0.008 * stated,
+              0.009 * stated};
+      other.arrival_ns += later;
+      arrivals.push_back(other);
+    }
+  }
+  std::ranges::stable_sort(arrivals, {}, &Arrival::arrival_ns);
+  FullFilter filter = started();
+  double squares = 0.0;
+  int doubtful = 0;
+  const std::vector<Estimate> estimates = run(filter, arrivals, 2000);
+  for (std::size_t i = 1000; i < estimates.size(); ++i) {
+    const Estimate& e = estimates[i];
+    const Pose2 truth = moved({}, circle, static_cast<double>(e.time_ns - start_ns) * 1e-9);
+    squares += std::pow(e.map.x - truth.x, 2) + std::pow(e.map.y - truth.y, 2);
+    doubtful += e.doubtful ? 1 : 0;
+  }
+  return {std::sqrt(squares / static_cast<double>(estimates.size() - 1000)), doubtful};
+}
+
+TEST(HonestStart, PosesOfOneInstantAreSeveralLooks) {
+  const double one = std::get<0>(after_looks(1, 0, 1.0));
+  for (const int looks : {2, 3, 5}) {
+    for (const std::int64_t apart : {std::int64_t{0}, std::int64_t{1'000}, millisecond / 2}) {
+      const auto [error, doubtful] = after_looks(looks, apart, 1.0);
+      EXPECT_LT(error, 1.1 * one) << looks << ' ' << apart;
+      EXPECT_EQ(doubtful, 0) << looks << ' ' << apart;
+    }
+  }
+}
+
+TEST(HonestStart, ACameraThatIsNoBetterThanItsScatterIsUsedForThat) {
+  for (const double stated : {1.0 / 30.0, 1.0 / 80.0, 1.0 / 1000.0}) {
+    const auto [error, doubtful] = after_looks(1, 0, stated);
+    EXPECT_LT(error, 0.012) << stated;
+  }
+}
+
+/// A full-size car creeps on a circle with wheels that read 0; camera, gyro and steering are right.
+TEST(HonestStart, WheelsThatAreBlindToACreepDoNotBeatACameraThatSeesIt) {
+  for (const double speed : {0.3, 0.5, 0.7}) {
+    FilterSettings settings;
+    settings.vehicle.front_axle = 1.25;
+    settings.vehicle.rear_axle = 1.45;
+    settings.vehicle.mass = 1700.0;
+    settings.vehicle.yaw_inertia = 2800.0;
+    settings.vehicle.cornering_stiffness_front = 110000.0;
+    settings.vehicle.cornering_stiffness_rear = 135000.0;
+    settings.vehicle.track_width = 1.58;
+    FullFilter filter(settings);
+    filter.set_initial_pose({});
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    double off = 0.0;
+    double sigmas = 0.0;
+    for (int k = 1; k <= 4000; ++k) {
+      const std::int64_t now = start_ns + k * period_ns;
+      const double t = std::max(k * 0.005 - 3.0, 0.0);
+      const double v = std::min(t, speed);
+      const double turn = v / 40.0;
+      const double way = v < speed ? 0.5 * t * t : speed * (t - 0.5 * speed);
+      const Pose2 truth = moved({}, {way, 0.0, way / 40.0}, 1.0);
+      (void)filter.add(Measurement{Source::yaw_rate, now, turn + 0.002 * normal(random), 0.002});
+      (void)filter.add(Measurement{Source::steering, now, 2.7 / 40.0, 0.001});
+      if (k % 2 == 0) {
+        for (const Source wheel : {Source::wheel_front_left, Source::wheel_front_right,
+                                   Source::wheel_rear_left, Source::wheel_rear_right}) {
+          (void)filter.add(Measurement{wheel, now, 0.0, 0.014});
+        }
+      }
+      if (k % 7 == 0) {
+        (void)filter.add(CameraPose{now, now, truth.x + 0.08 * normal(random),
+                                    truth.y + 0.08 * normal(random),
+                                    truth.yaw + 0.009 * normal(random), 0.08, 0.08, 0.009});
+      }
+      const Estimate e = filter.step(now);
+      off = std::hypot(e.map.x - truth.x, e.map.y - truth.y);
+      sigmas = std::max(sigmas, off / std::sqrt(e.covariance[0] + e.covariance[3]));
+    }
+    EXPECT_LT(off, 0.3) << speed;
+    EXPECT_LT(sigmas, 4.0) << speed;
+  }
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::honest_start_test
