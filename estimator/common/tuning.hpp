@@ -50,7 +50,8 @@ struct Tuning {
 
   // --- standing ---
   double standing_odds = 4.6;     ///< log odds at which the car stands: 100 : 1
-  double most_odds = 20.0;        ///< log odds that wheels alone give
+  double most_odds = 22.0;        ///< log odds that wheels alone give
+  double bias_step_odds = 16.0;   ///< log odds against a step of the gyro's bias
   double still_s = 0.06;          ///< a moving car's wheels read 0 for so long [s] ...
   double still_per_speed = 0.35;  ///< ... and longer by their dead band [s²/m]
   double dead_band = 0.3;         ///< of wheels that have not shown a smaller one [wheelbases/s]

@@ -82,7 +82,11 @@ void apply_integrity(const Context& context, State& state) noexcept {
   }
   if (wheels_failed) {
     mark_doubtful();
-    const Eigen::Vector2d way = state.along_heading(deviation.distance);
+    // A camera that sees the car has corrected the pose already.
+    const double unseen_s =
+        seconds_between(state.fused_ns[index_of(Source::camera)], state.time_ns);
+    const Eigen::Vector2d way =
+        state.along_heading(unseen_s < contradicted_s ? 0.0 : deviation.distance);
     state.mean.head<2>() -= way;
     state.covariance.topLeftCorner<2, 2>() += 0.25 * way * way.transpose();
   }

@@ -85,7 +85,7 @@ double evidence_of_step(const CarModel& model, const State& state, const PosePai
   const double map = tuning.outlier_range * model.car.wheelbase();
   const double anywhere = -0.5 * std::log(squared(squared(map)) * squared(std::numbers::pi));
   // A tracker that stands still is right about a car that stands.
-  const double share = state.standstill.standing ? 0.5 : 1.0;
+  const double share = state.standstill.wheels_still ? 0.5 : 1.0;
   const double other = std::max(stands, anywhere);
   return moves - other - std::log(share * std::exp(stands - other) + std::exp(anywhere - other));
 }

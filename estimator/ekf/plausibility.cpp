@@ -2,6 +2,7 @@
 #include "estimator/ekf/plausibility.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "estimator/common/time.hpp"
@@ -65,6 +66,23 @@ int consistent_samples(const State& state, const Sample& sample) noexcept {
     most = std::max(most, of(wheel));
   }
   return most;
+}
+
+FirstSpeeds first_speeds(const State& state) noexcept {
+  std::array<double, wheel_sources.size()> means{};
+  std::size_t wheels = 0;
+  FirstSpeeds first;
+  for (const Source wheel : wheel_sources) {
+    const integrity::SourceHistory& history = state.integrity.history(wheel);
+    if (history.seen) {
+      means[wheels++] = history.mean();
+      first.samples += history.begun;
+    }
+  }
+  auto* const middle = means.begin() + wheels / 2;
+  std::nth_element(means.begin(), middle, means.begin() + wheels);
+  first.median = *middle;
+  return first;
 }
 
 std::int64_t consistent_since_ns(const State& state, const Sample& sample) noexcept {

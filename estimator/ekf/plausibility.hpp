@@ -22,6 +22,13 @@ inline constexpr double next_sample_s = 0.05;
 /// wheel for a wheel.
 [[nodiscard]] int consistent_samples(const State& state, const Sample& sample) noexcept;
 
+/// The median of the wheels' first samples, and how many there are, at most five of each wheel.
+struct FirstSpeeds {
+  double median = 0.0;  ///< [m/s]
+  std::size_t samples = 0;
+};
+[[nodiscard]] FirstSpeeds first_speeds(const State& state) noexcept;
+
 /// Time of the earliest wheel sample that is consistent with this one; its own time if none is.
 [[nodiscard]] std::int64_t consistent_since_ns(const State& state, const Sample& sample) noexcept;
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "estimator/common/pose.hpp"
 #include "estimator/common/squares.hpp"
@@ -18,9 +19,13 @@ namespace {
 constexpr double slowest_turning = 0.01;  // [m/s]
 constexpr double surely_turning = 0.03;   // [m/s]
 
-// Range of a still gyro's mean in seconds, in its standard deviations; and the memory for it [s].
-constexpr double gyro_swing = 3.5;
-constexpr double swing_memory_s = 5.0;
+// Range of a still gyro's readings, in their standard deviations; and the stretches in which it is
+// taken [s].
+constexpr double gyro_swing = 3.0;
+// Share of a pose in the mean of those of a standing car.
+constexpr double camera_share = 0.125;
+constexpr double swing_s = 0.15;
+constexpr double drifts_s = 5.0;
 
 // Standard deviations of the velocity at standstill, and after setting off.
 constexpr double held_sigma = 1e-4;
@@ -56,9 +61,16 @@ double odds_of_standing(const CarModel& model, const State& state) noexcept {
   if (gyro.alive(state.time_ns)) {
     const double noise = gyro.noise(integrity::Over::short_time);
     const double bias = state.slow.covariance(slow::gyro_bias, slow::gyro_bias);
-    odds += evidence(gyro.mean() - state.slow.mean[slow::gyro_bias],
-                     std::sqrt(noise * noise + bias), turn);
-    odds += evidence(standstill.highest_gyro - standstill.lowest_gyro, gyro_swing * noise, turn);
+    // A bias may have made a step.
+    odds +=
+        std::max(evidence(gyro.mean() - (standstill.standing ? standstill.still_gyro
+                                                             : state.slow.mean[slow::gyro_bias]),
+                          std::sqrt(noise * noise + bias), turn),
+                 -tuning.bias_step_odds);
+    const auto& [older, newer] = standstill.gyro_ranges;
+    const double swing =
+        std::max(older.highest, newer.highest) - std::min(older.lowest, newer.lowest);
+    odds += 2.0 * evidence(swing, gyro_swing * gyro.sigma, turn);  // one of each stretch
   }
   // 3. A car that reverses is accelerated.
   const integrity::SourceHistory& accel = state.integrity.history(Source::accel_x);
@@ -68,17 +80,19 @@ double odds_of_standing(const CarModel& model, const State& state) noexcept {
     odds += evidence(accel.mean() - state.mean[at::accel_bias_x], std::sqrt(noise * noise + bias),
                      tuning.pedal * gravity);
   }
-  // 4. The camera sees it at the same place.
-  const PosePair& now = state.last_camera_pose;
-  const double seen_s = seconds_between(standstill.camera_ns, now.capture_ns);
-  if (standstill.camera_ns != 0 && seen_s > 0.0) {
-    const double variance = 2.0 * squared(standstill.camera_sigma);
-    const double moved =
-        std::hypot(now.measured.x - standstill.seen.x, now.measured.y - standstill.seen.y);
-    const double range = variance + squared(speed * seen_s);
-    odds += std::max(
-        0.5 * (squared(moved) * (1.0 / range - 1.0 / variance) + 2.0 * std::log(range / variance)),
-        -2.0 * tuning.most_odds);
+  // 4. The camera sees it at one place: the mean of its poses where the car stands, or else the
+  // newest one where the first one was.
+  if (standstill.camera_ns != 0) {
+    const double seen_s = seconds_between(standstill.camera_ns, state.last_camera_pose.capture_ns);
+    const double known = state.covariance(at::x, at::x) + state.covariance(at::y, at::y);
+    const double variance = squared(standstill.camera_sigma) *
+                                (standstill.standing ? camera_share / (2.0 - camera_share) : 2.0) +
+                            (standstill.standing ? known : 0.0);
+    const double range =
+        variance + squared(speed * (standstill.standing ? camera_share : std::max(seen_s, 0.0)));
+    const double off = squared(standstill.off.x) + squared(standstill.off.y);
+    odds += std::max(0.5 * off * (1.0 / range - 1.0 / variance) + std::log(range / variance),
+                     -2.0 * tuning.most_odds);
   }
   return odds;
 }
@@ -87,18 +101,17 @@ double odds_of_standing(const CarModel& model, const State& state) noexcept {
 void enter_standstill(State& state, std::int64_t time_ns) noexcept {
   Standstill& standstill = state.standstill;
   standstill.standing = true;
+  standstill.off = {};
+  standstill.still_gyro = state.integrity.history(Source::yaw_rate).mean();
   // A change of the bias must not move the pose that was driven with the old one.
   detach_from_pose(state, slow::gyro_bias);
   const integrity::SourceHistory& gyro = state.integrity.history(Source::yaw_rate);
   if (gyro.alive(time_ns)) {
-    // All sources together say that this is the bias: what its covariance does not explain widens
-    // it. Until now it was integrated as a turn.
+    // What the bias does not explain was integrated as a turn.
     const double off = gyro.mean() - state.slow.mean[slow::gyro_bias];
-    double& variance = state.slow.covariance(slow::gyro_bias, slow::gyro_bias);
-    const double more = std::max(off * off - variance, 0.0);
-    variance += more;
     state.covariance(at::yaw, at::yaw) +=
-        more * squared(seconds_between(standstill.since_ns, time_ns));
+        std::max(off * off - state.slow.covariance(slow::gyro_bias, slow::gyro_bias), 0.0) *
+        squared(seconds_between(standstill.since_ns, time_ns));
   }
   for (const at::Index index : {at::v_x, at::v_y, at::yaw_rate, at::accel_x}) {
     Prediction zero;
@@ -139,19 +152,40 @@ void begin_motion(State& state, const Sample& sample) noexcept {
   const double yaw_rate = state.mean[at::yaw_rate];
   const std::int64_t consistent_ns = consistent_since_ns(state, sample);
   const std::int64_t camera_ns = state.fused_ns[index_of(Source::camera)];
-  const Pose2 pose = moved(state.pose(), {speed, 0.0, yaw_rate},
+  state.start = state.pose();
+  const Pose2 pose = moved(state.start, {speed, 0.0, yaw_rate},
                            seconds_between(std::max(consistent_ns, camera_ns), sample.time_ns));
   const double uncertain = 0.5 * std::hypot(pose.x - state.mean[at::x], pose.y - state.mean[at::y]);
   state.covariance.diagonal().head<2>().array() += uncertain * uncertain;
   state.moving = true;
   state.turned_since_ns = 0;
   state.mean.segment<4>(at::x) << pose.x, pose.y, pose.yaw, speed;
+  state.started_ns = consistent_ns;
   if (camera_ns != 0 && camera_ns < consistent_ns) {
     const double unknown_s = seconds_between(camera_ns, consistent_ns);
     const double way = speed * unknown_s;
     const double turn = yaw_rate * unknown_s;
     state.covariance.diagonal().head<3>() += Eigen::Vector3d(way * way, way * way, turn * turn);
   }
+}
+
+void correct_start(State& state, const Sample& sample) noexcept {
+  constexpr std::size_t enough = 5;
+  const FirstSpeeds first = first_speeds(state);
+  const double off = first.median - state.mean[at::v_x];
+  const double surprising = std::max(0.5, 0.5 * std::abs(first.median));
+  if (state.started_ns == 0 || std::abs(off) <= surprising) {
+    state.started_ns = first.samples >= enough ? 0 : state.started_ns;
+    return;
+  }
+  if (state.fused_ns[index_of(Source::camera)] < state.started_ns) {
+    const Pose2 pose = moved(state.start, {first.median, 0.0, state.mean[at::yaw_rate]},
+                             seconds_between(state.started_ns, sample.time_ns));
+    state.mean.head<2>() << pose.x, pose.y;
+  }
+  state.mean[at::v_x] = first.median;
+  forget(state, at::v_x, std::abs(off));
+  state.started_ns = first.samples >= enough ? 0 : state.started_ns;
 }
 
 bool sets_off(State& state, const Sample& sample, const WheelCount& wheels) noexcept {
@@ -177,9 +211,10 @@ void note_wheels(State& state, const Sample& sample, bool still) noexcept {
   } else if (!standstill.wheels_still) {
     standstill.wheels_still = true;
     standstill.since_ns = sample.time_ns;
+    const double reading = state.integrity.history(Source::yaw_rate).mean();
+    standstill.gyro_ranges.fill({reading, reading});
+    standstill.range_since_ns = sample.time_ns;
     standstill.camera_ns = 0;
-    standstill.lowest_gyro = standstill.highest_gyro =
-        state.integrity.history(Source::yaw_rate).mean();
   }
 }
 
@@ -188,19 +223,33 @@ void update_standstill(const CarModel& model, State& state, const Sample& sample
   if (!standstill.wheels_still || !state.moving) {
     return;
   }
-  if (sample.source == Source::camera && standstill.camera_ns == 0) {
-    standstill.camera_ns = sample.time_ns;
-    standstill.seen = state.last_camera_pose.measured;
-    standstill.camera_sigma =
-        std::max(sample.sigma[0], sample.sigma[1]) * std::sqrt(state.camera_noise_scale);
+  if (sample.source == Source::camera) {
+    const Pose2& seen = state.last_camera_pose.measured;
+    if (standstill.camera_ns == 0) {
+      standstill.camera_ns = sample.time_ns;
+      standstill.first_seen = seen;
+      standstill.camera_sigma =
+          std::max(sample.sigma[0], sample.sigma[1]) * std::sqrt(state.camera_noise_scale);
+    }
+    const Pose2 from = standstill.standing ? state.pose() : standstill.first_seen;
+    const double share = standstill.standing ? camera_share : 1.0;
+    standstill.off.x += share * (seen.x - from.x - standstill.off.x);
+    standstill.off.y += share * (seen.y - from.y - standstill.off.y);
   } else if (sample.source == Source::yaw_rate) {
-    // The outermost readings are slowly forgotten, as a bias drifts with the temperature.
-    const double reading = state.integrity.history(Source::yaw_rate).mean();
-    const double forgotten =
-        std::min(state.readings[index_of(sample.source)].interval_s / swing_memory_s, 1.0);
-    const auto after = [&](double extreme) { return extreme + forgotten * (reading - extreme); };
-    standstill.lowest_gyro = std::min(reading, after(standstill.lowest_gyro));
-    standstill.highest_gyro = std::max(reading, after(standstill.highest_gyro));
+    // The median of three: one corrupt frame is no motion.
+    const Reading& before = state.readings[index_of(sample.source)];
+    const auto [least, most] = std::minmax(sample.value[0], before.previous);
+    const double reading = std::clamp(before.value, least, most);
+    auto& [older, newer] = standstill.gyro_ranges;
+    if (seconds_between(standstill.range_since_ns, sample.time_ns) >= swing_s) {
+      older = std::exchange(newer, {reading, reading});
+      standstill.range_since_ns = sample.time_ns;
+    }
+    newer = {std::min(reading, newer.lowest), std::max(reading, newer.highest)};
+    // A bias drifts with the temperature.
+    standstill.still_gyro +=
+        std::min(before.interval_s / drifts_s, 1.0) *
+        (state.integrity.history(Source::yaw_rate).mean() - standstill.still_gyro);
   }
   const double odds = odds_of_standing(model, state);
   if (!standstill.standing && odds > model.tuning.standing_odds) {

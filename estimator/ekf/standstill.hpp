@@ -23,6 +23,10 @@ void set_off(const CarModel& model, State& state, double speed) noexcept;
 /// uncertain.
 void begin_motion(State& state, const Sample& sample) noexcept;
 
+/// The first samples may be garbage: until there are five, the speed is their median, and the car
+/// has moved at that. Call it with every sample of a wheel.
+void correct_start(State& state, const Sample& sample) noexcept;
+
 /// Whether a turning wheel ends the standstill. Most wheels must turn: two of them, or one whose
 /// last sample is consistent or not recent. Or half of them for so long that the others must be
 /// dead. Driven wheels that spin alone do not move a car.

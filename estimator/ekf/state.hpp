@@ -95,18 +95,25 @@ struct StillGyro {
   int samples = 0;
 };
 
+struct Range {
+  double lowest = 0.0;
+  double highest = 0.0;
+};
+
 /// Whether the car stands; see standstill.hpp.
 struct Standstill {
   bool standing = false;
   bool wheels_still = false;  ///< since since_ns
   std::int64_t since_ns = 0;
-  double lowest_gyro = 0.0;  ///< mean readings since since_ns [rad/s]
-  double highest_gyro = 0.0;
+  std::array<Range, 2> gyro_ranges;  ///< of its mean readings, in the last two stretches [rad/s]
+  std::int64_t range_since_ns = 0;
+  double still_gyro = 0.0;        ///< what the gyro of the standing car reads [rad/s]
   std::array<StillGyro, 2> gyro;  ///< the older one has no sample of a car that sets off
   std::int64_t camera_ns = 0;     ///< first camera pose since since_ns; 0: none
-  Pose2 seen;                     ///< it
+  Pose2 first_seen;               ///< it
   double camera_sigma = 0.0;      ///< its position's [m]
-  double dead_band = 0.0;         ///< a wheel that reads 0 may turn at this speed [m/s]
+  Pose2 off;  ///< of the camera's positions from that, or their mean from the standing car's [m]
+  double dead_band = 0.0;  ///< a wheel that reads 0 may turn at this speed [m/s]
 };
 
 /// The newest sample of a source, fused or not.
@@ -169,8 +176,10 @@ struct State {
   double front_wheels = 0.0;                  ///< δ behind the steering's actuator [rad]
   std::array<NoiseLevel, index_of(Source::wheel_front_left)> noise{};  ///< of the inertial sensors
 
-  bool moving = false;   ///< a wheel speed has started the motion
-  bool located = false;  ///< the pose is initialised
+  bool moving = false;          ///< a wheel speed has started the motion
+  Pose2 start;                  ///< the pose then
+  std::int64_t started_ns = 0;  ///< when; 0: long ago
+  bool located = false;         ///< the pose is initialised
   Standstill standstill;
   HeldInput steering;
   HeldInput accel_x;

@@ -81,6 +81,7 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
     }
     begin_motion(state, sample);
   }
+  correct_start(state, sample);
   if (state.standstill.standing) {
     if (!turning) {
       state.fused_ns[index_of(sample.source)] = sample.time_ns;
@@ -130,6 +131,7 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
 /// a stretch of samples counts only once the next one is over, too.
 Judgement take_still_gyro(const Context& context, State& state, const Sample& sample) noexcept {
   constexpr double stretch_s = 0.25;
+  constexpr double bias_step_s = 20.0;
   auto& [older, newer] = state.standstill.gyro;
   newer.since_ns = newer.samples == 0 ? sample.time_ns : newer.since_ns;
   newer.sum += sample.value[0];
@@ -145,8 +147,12 @@ Judgement take_still_gyro(const Context& context, State& state, const Sample& sa
   Sample mean = sample;
   mean.value[0] = stretch.sum / stretch.samples;
   mean.sigma[0] /= std::sqrt(stretch.samples);
-  return judge(context.model, state, mean, predict_yaw_rate(state, mean.sigma[0]),
-               {.heading = false, .slow = only(slow::gyro_bias)});
+  const Prediction z = predict_yaw_rate(state, mean.sigma[0]);
+  // A bias that makes a step has to last.
+  const Innovation nu = innovation(state, z, mean.value[0]);
+  state.slow.covariance(slow::gyro_bias, slow::gyro_bias) +=
+      std::max(nu.value * nu.value - nu.variance, 0.0) * stretch_s / bias_step_s;
+  return judge(context.model, state, mean, z, {.heading = false, .slow = only(slow::gyro_bias)});
 }
 
 Judgement take_accel_x(const Context& context, State& state, const Sample& sample) noexcept {

@@ -155,7 +155,7 @@ void CameraConsistency::add(const std::array<double, 3>& innovation,
                             const std::array<double, 3>& variance) noexcept {
   constexpr double poses = 100.0;
   constexpr double threshold = 35.0;  // χ²₃ with P = 1e-7: at a window in 3 s one in 10⁴ hours
-  constexpr double most = 5.0;   // of an outlier [sigmas]
+  constexpr double most = 5.0;        // of an outlier [sigmas]
   constexpr double share = 2.0 / (poses + 1.0);
   double sum = 0.0;
   for (std::size_t i = 0; i < mean_.size(); ++i) {

@@ -22,7 +22,7 @@ inline constexpr std::array<double, 2> mean_s{0.06, 0.6};
 }
 
 /// A source counts from so many samples on.
-inline constexpr std::size_t least_samples = 3;
+inline constexpr std::size_t least_samples = 5;
 
 /// Exponential moving average, and the same average of it.
 struct Mean {
@@ -32,11 +32,11 @@ struct Mean {
 
 struct SourceHistory {
   bool seen = false;
-  std::array<double, 5> first{};  ///< samples after the last gap ...
-  std::size_t begun = 0;          ///< ... and how many of them there are
-  std::int64_t time_ns = 0;       ///< of the newest sample
-  std::int64_t arrival_ns = 0;    ///< of the newest sample
-  std::int64_t since_ns = 0;      ///< first sample after the last gap
+  std::array<double, least_samples> first{};  ///< samples after the last gap ...
+  std::size_t begun = 0;                      ///< ... and how many of them there are
+  std::int64_t time_ns = 0;                   ///< of the newest sample
+  std::int64_t arrival_ns = 0;                ///< of the newest sample
+  std::int64_t since_ns = 0;                  ///< first sample after the last gap
   double value = 0.0;
   double previous = 0.0;
   std::array<Mean, 2> means{};

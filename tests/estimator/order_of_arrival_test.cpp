@@ -66,7 +66,7 @@ TEST(OrderOfArrival, AnyOrderOfArrivalGivesTheSameBitsThroughGatesSlipRestAndRes
   ASSERT_TRUE(stood);
   ASSERT_GT(gated[index_of(Source::yaw_rate)], 0);
   ASSERT_GT(gated[index_of(Source::wheel_rear_left)], 10);
-  ASSERT_GT(gated[index_of(Source::camera)], 4);
+  ASSERT_GT(gated[index_of(Source::camera)], 1);
   ASSERT_EQ(expected.reset_count, 2U);
   ASSERT_NEAR(expected.last_jump.y, -2.0, 0.05);
 
@@ -108,18 +108,21 @@ TEST(OrderOfArrival, OfTwoClaimsOfOneSampleTheSameOneCountsInAnyOrder) {
 
   // Both at once, or the second when the first has long been fused.
   for (const int ticks_between : {0, 5}) {
-    const auto end_with = [&](const auto& first, const auto& second) {
+    // Of a camera they are two looks.
+    const auto end_with = [&](const auto& first, const auto& second,
+                              std::optional<Verdict> verdict) {
       FullFilter filter = started();
       (void)run(filter, arrivals, 79);
       EXPECT_EQ(filter.add(first), std::nullopt);
       for (int i = 0; i < ticks_between; ++i) {
         (void)filter.step(start_ns + (80 + i) * period_ns);
       }
-      EXPECT_EQ(filter.add(second), Verdict::duplicate);
+      EXPECT_EQ(filter.add(second), verdict);
       return filter.step(start_ns + 90 * period_ns);
     };
-    expect_same_state(end_with(one, other), end_with(other, one));
-    expect_same_state(end_with(here, there), end_with(there, here));
+    expect_same_state(end_with(one, other, Verdict::duplicate),
+                      end_with(other, one, Verdict::duplicate));
+    expect_same_state(end_with(here, there, std::nullopt), end_with(there, here, std::nullopt));
   }
 }
 

@@ -140,7 +140,8 @@ TEST(Publication, ACalibrationIsValidOnceItIsKnownClearlyBetter) {
   state.slow.mean = SlowVector::Constant(0.01);
   state.mean.tail<3>().setConstant(0.02);  // the accelerometers' biases, the steering's offset
   const Calibration calibration = published(state).calibration;
-  const std::array<double, calibration_count> values{0.01, 1.01, 0.02, 0.02, 1.01, 0.02, 1.01};
+  const std::array<double, calibration_count> values{0.01, 1.01, 0.02, 0.02, 1.01,
+                                                     0.02, 1.01, 0.01, 0.01};
   for (std::size_t i = 0; i < calibration_count; ++i) {
     EXPECT_NEAR(calibration.value[i], values[i], 1e-15) << i;
   }

@@ -27,7 +27,8 @@ VelocityStep step_of(const Vehicle& car, const Eigen::Vector3d& x, double steeri
                         .yaw_rate = x[2],
                         .accel_x = accel - x[1] * x[2],
                         .front_wheel = steering,
-                        .stiffness = 1.0},
+                        .stiffness = 1.0,
+                        .softness = -1.0},
                        dt);
 }
 

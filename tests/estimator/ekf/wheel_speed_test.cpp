@@ -14,6 +14,15 @@
 namespace odomd::estimator::full::wheel_speed_test {
 namespace {
 
+/// With wheels of no latency: the derivatives by what its correction depends on are left out.
+std::vector<State> states_on_time() {
+  std::vector<State> states = testing::grid_of_states();
+  for (State& state : states) {
+    state.slow.mean[slow::wheel_latency] = 0.0;
+  }
+  return states;
+}
+
 constexpr double sigma = 0.02;
 
 /// 1 ± c_s η (a_x + d) of the grid's states, d the drag of the front tyres.
@@ -28,7 +37,7 @@ double slip_of(const State& state, Source source) {
 
 /// The grid's states, of a car whose wheels do not slip: the slip's own derivatives are left out.
 std::vector<State> states_without_slip() {
-  std::vector<State> states = testing::grid_of_states();
+  std::vector<State> states = states_on_time();
   for (State& state : states) {
     state.slow.mean[slow::wheel_slip] = 0.0;
   }
@@ -54,7 +63,7 @@ TEST(FullWheelSpeed, EveryWheelIsAtItsCornerOfTheCar) {
 
 TEST(FullWheelSpeed, IsTheScaledVelocityOfItsPlaceAlongTheWheel) {
   const CarModel model;
-  for (const State& state : testing::grid_of_states()) {
+  for (const State& state : states_on_time()) {
     for (const Source source : sources) {
       // (v_x, v_y, 0) + (0, 0, ψ̇) × (x_w, y_w, 0), on the wheel's direction
       const WheelPlace place = wheel_place(model.car, source);
@@ -116,7 +125,7 @@ TEST(FullWheelSpeed, WhatCountsAsKnownDoesSoWithItsVariance) {
 
 TEST(FullWheelSpeed, IsNeverTakenForBetterThanItsSensor) {
   const CarModel model;
-  for (const State& state : testing::grid_of_states()) {
+  for (const State& state : states_on_time()) {
     for (const Source source : sources) {
       EXPECT_GE(predict_wheel_speed(model, input_of(state), state, source, sigma, true).variance,
                 sigma * sigma);
@@ -169,7 +178,7 @@ TEST(FullWheelSpeed, SlipsWhereItDrivesAndHalfAsMuchWhereAllBrake) {
 
 TEST(FullWheelSpeed, WhatTheSlipMakesOfAnAccelerationIsItsDerivative) {
   const CarModel model;
-  for (State state : testing::grid_of_states()) {
+  for (State state : states_on_time()) {
     state.steering = {};  // no drag, which is left out of the derivatives
     for (const Source source : sources) {
       const auto predict = [&](const State& at) {

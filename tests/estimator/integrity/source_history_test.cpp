@@ -40,13 +40,18 @@ TEST(SourceHistory, MeanOfARampLagsAndItsRateIsThatOfTheRamp) {
   }
 }
 
-TEST(SourceHistory, MeanOfTheFirstFewIsThatOfAll) {
+TEST(SourceHistory, BeginsWithTheMedianOfTheFirstFive) {
   SourceHistory history;
-  for (const double value : {1.0, 2.0, 3.0, 4.0}) {
-    add_sample(history, start_ns + static_cast<std::int64_t>(value) * ms, value, 0.1, false, 1e9);
+  std::int64_t now = start_ns;
+  std::vector<double> means;
+  for (const double value : {20.0, 20.0, 1.0, 2.0, 1.5}) {
+    add_sample(history, now += ms, value, 0.1, false, 1e9);
+    means.push_back(history.mean(Over::long_time));
+    EXPECT_EQ(history.alive(now), means.size() >= least_samples);
   }
-  // Each but the last is the middle one of three.
-  EXPECT_NEAR(history.mean(Over::long_time), 1.75, 0.01);
+  EXPECT_EQ(means, (std::vector{20.0, 20.0, 20.0, 20.0, 2.0}));
+  add_sample(history, now += ms, 1.7, 0.1, false, 1e9);
+  EXPECT_NEAR(history.mean(Over::long_time), 2.0, 0.1);
 }
 
 TEST(SourceHistory, NoiseOfTheMeanIsLessThanThatOfASample) {
