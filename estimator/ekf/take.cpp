@@ -8,6 +8,7 @@
 #include "estimator/common/squares.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/accelerometer.hpp"
+#include "estimator/ekf/direction.hpp"
 #include "estimator/ekf/gyro.hpp"
 #include "estimator/ekf/judge.hpp"
 #include "estimator/ekf/noise.hpp"
@@ -23,11 +24,6 @@ namespace {
 constexpr double steering_lifetime_s = 0.5;
 // After this gap wheels and steering determine ψ̇.
 constexpr double gyro_lifetime_s = 0.35;
-
-// Above this speed [m/s] a reversal needs two samples.
-constexpr double fastest_reversal = 0.5;
-// Above this speed [m/s] a car in neutral keeps its direction.
-constexpr double slowest_rolling = 0.1;
 
 // Fastest turn of the front wheels [rad/s].
 constexpr double fastest_steering = 20.0;
@@ -226,32 +222,6 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
     default:
       return take_wheel(context, state, sample);
   }
-}
-
-/// The sign of unsigned wheel speeds, which may have been wrong until now. 0 (unknown) keeps the
-/// last direction until the car may have stood. `gated`: a single reversal that is too fast for a
-/// car.
-Verdict take_direction(const CarModel& model, State& state, const Sample& sample) noexcept {
-  const Reading before = state.readings[index_of(Source::direction)];
-  note_reading(state, sample);
-  const double direction = sample.value[0];
-  const double v_x = state.mean[at::v_x];
-  if (direction == 0.0) {
-    if (state.standstill.wheels_still || std::abs(v_x) < slowest_rolling) {
-      state.direction = {true, sample.time_ns, direction};
-    }
-    return Verdict::fused;
-  }
-  const bool reversed = direction * (state.direction.value < 0.0 ? -1.0 : 1.0) < 0.0;
-  if (reversed && state.moving && !state.standstill.standing && direction * v_x < 0.0) {
-    if (std::abs(v_x) > fastest_reversal && direction * before.value <= 0.0) {
-      return Verdict::gated;  // one corrupt frame does not reverse a car
-    }
-    state.mean.segment<6>(at::v_x) << -v_x, 0.0, state.mean[at::yaw_rate], 0.0, 0.0, 0.0;
-    set_off(model, state, 2.0 * v_x);
-  }
-  state.direction = {true, sample.time_ns, direction};
-  return Verdict::fused;
 }
 
 /// The front wheels follow the command, within the rate limit:

@@ -36,7 +36,6 @@ constexpr double frozen_persistence_s = 0.05;
 constexpr std::pair required_s{1.0, 60.0};
 constexpr std::pair required_of_wheels_s{0.4, 5.0};
 constexpr double penalty_decay_s = 60.0;
-constexpr double largest_yaw_accel = 30.0;  // [rad/s²]
 // One negative wheel speed may be a corrupt frame.
 constexpr int sign_known_after = 3;
 
@@ -61,55 +60,6 @@ void Integrity::add(Source source, std::int64_t time_ns, double value, double si
   add_sample(history, time_ns, value, sigma, value == history.value,
              largest_change(source, history.value, seconds_between(history.time_ns, time_ns)));
   history.arrival_ns = std::max(arrival_ns, time_ns);
-}
-
-/// The motion between two poses, along the car. An outlier is left out. If the next pose is one
-/// too, the map has jumped: the motion is then measured from there.
-void Integrity::add(const CameraPose& pose) noexcept {
-  constexpr double longest_pause_s = 0.5;
-  constexpr double shortest_step_s = 0.005;  // several looks at one instant measure no speed
-  SourceHistory& seen = observed_.sources[index_of(Source::camera)];
-  if (seen.seen && pose.capture_ns <= seen.time_ns) {
-    return;
-  }
-  if (seen.seen && seconds_between(reference_pose_.capture_ns, pose.capture_ns) < shortest_step_s) {
-    return;
-  }
-  const auto [x, y, yaw] = std::exchange(newest_pose_, {pose.x, pose.y, pose.yaw});
-  const bool same = pose.x == x && pose.y == y && pose.yaw == yaw;
-  const double dt = seconds_between(reference_pose_.capture_ns, pose.capture_ns);
-  bool outlier = false;
-  if (seen.seen && dt < longest_pause_s) {
-    const double turned = wrap_angle(pose.yaw - reference_pose_.yaw);
-    const double middle = reference_pose_.yaw + 0.5 * turned;
-    const double way = (pose.x - reference_pose_.x) * std::cos(middle) +
-                       (pose.y - reference_pose_.y) * std::sin(middle);
-    const double sigma = std::max(pose.sigma_x, pose.sigma_y);
-    const auto is_motion = [&](const SourceHistory& recent, double by, double noise, double rate) {
-      constexpr double sigmas = 8.0;
-      const double most = sigmas * std::sqrt(observed_.errors.camera_noise_scale) * noise +
-                          rate * (integrity::mean_s.front() + dt) * dt;
-      return !recent.seen || std::abs(by - recent.mean() * dt) <= most;
-    };
-    outlier = !is_motion(observed_.camera_speed, way, sigma, 1.5 * gravity) ||
-              !is_motion(observed_.camera_yaw_rate, turned, pose.sigma_yaw, largest_yaw_accel);
-    if (!outlier) {
-      constexpr auto unfiltered = integrity::Prefilter::none;
-      add_sample(observed_.camera_speed, pose.capture_ns, way / dt, sigma, same, 1e9, unfiltered);
-      add_sample(observed_.camera_yaw_rate, pose.capture_ns, turned / dt, pose.sigma_yaw, same, 1e9,
-                 unfiltered);
-    }
-  }
-  const bool jumps = outlier && last_was_outlier_;
-  last_was_outlier_ = outlier && !jumps;
-  if (!last_was_outlier_) {
-    reference_pose_ = pose;
-  }
-  add_sample(seen, pose.capture_ns, 0.0, 0.0, same, 1e9);
-  for (SourceHistory* const history :
-       {&seen, &observed_.camera_speed, &observed_.camera_yaw_rate}) {
-    history->arrival_ns = std::max(pose.arrival_ns, pose.capture_ns);
-  }
 }
 
 Sources Integrity::distrusted() const noexcept {

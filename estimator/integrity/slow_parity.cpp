@@ -71,6 +71,10 @@ void SlowParities::add(const Sensors& sensors, const Observations& observed, boo
   const double v = observed.speed();
   const double yaw_rate = gyro.mean() - observed.errors.gyro_bias;
   const double skew = skew_s * std::abs(gyro.rate(Over::short_time));
+  // Of a sensor, per √Hz.
+  const auto white = [](const SourceHistory& sensor) {
+    return sensor.sigma * std::sqrt(sensor.cycle_s);
+  };
   auto& [of_accel, of_wheels, of_camera] = turns_[yaw_rate > 0.0 ? 1 : 0];
   const bool grips = !observed.slides(observed.now_ns, 4.0 * mean_s.back());
   if (gyro.alive(observed.now_ns) && std::abs(v) > min_learning_speed &&
@@ -83,13 +87,15 @@ void SlowParities::add(const Sensors& sensors, const Observations& observed, boo
       // a_y = v ψ̇ (1 + ρ): a body rolls outwards, by 0 to `roll_gradient`.
       constexpr double bank = 0.03;   // [g], the road's
       constexpr double noise = 0.01;  // [g]
-      const double roll = 0.3 * tuning.roll_gradient;
-      of_accel.add(v * yaw_rate, observed.history(Source::accel_y).mean(),
-                   {.scale = roll,
-                    .scale_sigma = root_of_squares(scale, speed_scale, tuning.accel_scale, roll),
-                    .offset_sigma = root_of_squares(tuning.accel_bias, bank * gravity, v * bias),
-                    .noise = root_of_squares(noise * gravity, v * skew)},
-                   dt);
+      const double roll = tuning.roll_gradient;
+      const SourceHistory& accel = observed.history(Source::accel_y);
+      of_accel.add(
+          v * yaw_rate, accel.mean(),
+          {.scale = roll,
+           .scale_sigma = root_of_squares(scale, speed_scale, tuning.accel_scale, roll),
+           .offset_sigma = root_of_squares(tuning.accel_bias, bank * gravity, v * bias),
+           .noise = root_of_squares(noise * gravity, v * skew, white(accel), v * white(gyro))},
+          dt);
     }
     if (grips && observed.usable(Source::wheel_rear_left) &&
         observed.usable(Source::wheel_rear_right)) {

@@ -117,7 +117,7 @@ TEST(CameraFault, PicturesAreMixed) {
   std::size_t shifted = 0;
   for (std::size_t i = 55; i < 95; ++i) {
     EXPECT_EQ(now[i].capture_ns, old[i].capture_ns);
-    shifted += now[i].x == old[i - 2].x ? 1 : 0;
+    shifted += now[i].x == old[i - 2].x ? 1U : 0U;
   }
   EXPECT_EQ(shifted, 20U);
 }

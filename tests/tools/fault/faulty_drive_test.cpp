@@ -94,7 +94,7 @@ TEST_P(FaultyDriveTest, ARunWithAFaultIsTheReplayOfAFaultyLog) {
   for (const char* kind : {"gyro.stuck", "wheels.noisy", "imu.delayed", "camera.moved"}) {
     SCOPED_TRACE(kind);
     const Fault one = from_begin_on(kind);
-    expect_same(runs.with(one), begin() + 1, replayed({one}));
+    expect_same(runs.with({&one, 1}), begin() + 1, replayed({one}));
   }
 }
 

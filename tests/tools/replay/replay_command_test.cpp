@@ -223,7 +223,7 @@ TEST(ReplayCommand, ReportsTheInnovationsOfTheFullFilter) {
     return nlohmann::json::parse(outcome.err)["innovations"];
   };
   const auto full = innovations("full");
-  EXPECT_GT(full["yaw_rate"]["count"], 1500);
+  EXPECT_GT(full["yaw_rate"]["count"], 1000);
   EXPECT_EQ(full["yaw_rate"]["dimension"], 1);
   EXPECT_GT(full["yaw_rate"]["mean_nis"], 0.0);
   EXPECT_GT(full["camera"]["count"], 200);

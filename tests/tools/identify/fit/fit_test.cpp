@@ -266,7 +266,8 @@ Numbers<double> without_load_transfer() {
 
 // The filter's own tyre [N].
 double force(const BrushTyre& tyre, double slip, double mass) {
-  return slip * estimator::full::secant_stiffness(tyre.stiffness, slip, tyre.grip, mass);
+  return slip *
+         estimator::full::secant_stiffness(tyre.stiffness, slip, 1.0 / tyre.grip, mass).stiffness;
 }
 
 TEST(FitTyres, AreTheFiltersAtTheHardestTurnsAndAtHalfOfThem) {
