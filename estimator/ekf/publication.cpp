@@ -145,9 +145,10 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
     return std::abs(state.slow.mean[scale]) >
            sigmas * std::sqrt(initial.slow.covariance(scale, scale));
   };
-  // With a camera the heading does not need it.
+  // A camera or a standing car will teach it.
   constexpr double unseen_s = 0.5;
-  e.bias_unlearnt = e.initialised && (e.calibration.valid & 1U) == 0 &&
+  e.bias_unlearnt = e.initialised && !state.standstill.wheels_still &&
+                    (e.calibration.valid & 1U) == 0 &&
                     (e.camera_ns == 0 || seconds_between(e.camera_ns, state.time_ns) > unseen_s);
   e.scale_implausible = implausible(slow::gyro_scale) || implausible(slow::wheel_scale);
   if (e.initialised && !state.standstill.standing) {

@@ -87,7 +87,7 @@ void SlowParities::add(const Sensors& sensors, const Observations& observed, boo
       // a_y = v ψ̇ (1 + ρ): a body rolls outwards, by 0 to `roll_gradient`.
       constexpr double bank = 0.03;   // [g], the road's
       constexpr double noise = 0.01;  // [g]
-      const double roll = tuning.roll_gradient;
+      const double roll = 0.5 * tuning.roll_gradient;
       const SourceHistory& accel = observed.history(Source::accel_y);
       of_accel.add(
           v * yaw_rate, accel.mean(),

@@ -23,10 +23,10 @@ using diagnostics::Diagnostics;
 using diagnostics::kind;
 
 // What the filter does not fit because of a cause is no finding of its own.
-constexpr std::array consequences{&kind("model_fault"),       &kind("out_of_range"),
-                                  &kind("scale_implausible"), &kind("contradicts_others"),
-                                  &kind("inconsistent"),      &kind("often_gated"),
-                                  &kind("clocks_differ"),     &kind("other_drive")};
+constexpr std::array consequences{
+    &kind("bias_unlearnt"),     &kind("model_fault"),        &kind("out_of_range"),
+    &kind("scale_implausible"), &kind("contradicts_others"), &kind("inconsistent"),
+    &kind("often_gated"),       &kind("clocks_differ"),      &kind("other_drive")};
 
 bool is_consequence(const Diagnostic& one) {
   return std::ranges::find(consequences, one.kind) != consequences.end();

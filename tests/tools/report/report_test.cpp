@@ -26,7 +26,7 @@ class Report : public ::testing::Test {
   static void SetUpTestSuite() {
     scratch_ = new Scratch;
     const Outcome outcome = run_shell(
-        "odom sim --scenario circle --laps 1 --speed 1.5 --standstill 0.5 --seed 3 --out " + lap());
+        "odom sim --scenario circle --laps 1 --speed 1.5 --standstill 2 --seed 3 --out " + lap());
     ASSERT_EQ(outcome.status, 0) << outcome.err;
   }
   static void TearDownTestSuite() {
