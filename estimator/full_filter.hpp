@@ -24,8 +24,8 @@
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
 #include "estimator/ekf/take.hpp"
+#include "estimator/integrity/camera_consistency.hpp"
 #include "estimator/integrity/mode_monitor.hpp"
-#include "estimator/integrity/slow_parity.hpp"
 
 namespace odomd::estimator {
 

@@ -110,7 +110,6 @@ bool Integrity::decide_sign(const integrity::Sensors& sensors, Consensus& all,
     for (SourceHistory& history : observed_.sources) {
       restart_means(history);
     }
-    slow_ = {};
     all = reversed;
     base = reversed_base;
     return true;
@@ -156,7 +155,7 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
   const Consensus longer = parities(sensors, observed_, backwards_, Over::long_time);
   Solution longer_base = longer.without(out);
   const bool by_short_mean = base.misfit > gate;
-  contradicted_now_ = by_short_mean || longer_base.misfit > gate;
+  agreed_.contradicted = by_short_mean || longer_base.misfit > gate;
   const integrity::WithoutWheels without_wheels{agreed_.speed_without_wheels,
                                                 agreed_.speed_without_wheels_sigma};
   const auto isolate_fault = [&](const Consensus& rows, const Solution& solution) {
@@ -166,14 +165,13 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
                                 observed_.history(Source::yaw_rate).is_stuck()
                             ? only(Source::yaw_rate)
                             : 0;
-  const Sources isolated = !sign_known         ? 0
-                           : by_short_mean     ? isolate_fault(all, base)
-                           : contradicted_now_ ? isolate_fault(longer, longer_base)
-                                               : 0;
-  const Sources faulty = isolated | ((stuck | slow_.faulty()) & ~out);
+  const Sources isolated = !sign_known            ? 0
+                           : by_short_mean        ? isolate_fault(all, base)
+                           : agreed_.contradicted ? isolate_fault(longer, longer_base)
+                                                  : 0;
+  const Sources faulty = isolated | (stuck & ~out);
   raise_flags(faulty, !by_short_mean);
-  contradicted_now_ = contradicted_now_ && faulty == 0;
-  agreed_.contradicted = contradicted_now_ || (slow_.contradicted() && slow_.faulty() == 0);
+  agreed_.contradicted = agreed_.contradicted && faulty == 0;
   agreed_.camera_inconsistent = camera_innovations_.contradicted();
   if (!agreed_.contradicted) {
     agreed_.contradicted_since_ns = now_ns;
@@ -183,7 +181,7 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
     longer_base = longer.without(out | faulty);
   }
   // 3. The result, and what is learnt from it.
-  if (suspected_ == 0 && distrusted() == 0 && !contradicted_now_) {
+  if (suspected_ == 0 && distrusted() == 0 && !agreed_.contradicted) {
     learn_radii(sensors, longer, longer_base, dt, observed_);
   }
   const Sources speed_sources = wheels | only(Source::camera) | only(Source::accel_x);
@@ -219,19 +217,12 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
       all_distrusted(front_wheels) || all_distrusted(rear_wheels) || spins) {
     observed_.last_slide_ns = now_ns;
   }
-  // What the instants have detected does not count as lasting.
-  if (!sign_known ||
-      (!this->trusted(Source::yaw_rate) && !contains(slow_.faulty(), index_of(Source::yaw_rate)))) {
-    slow_ = {};
-  } else {
-    slow_.add(sensors, observed_, backwards_, dt);
-  }
   const Sources trusted = ~distrusted();
   follow_consensus(
       observed_, dt,
       {.accel_usable = accel_usable,
        .known = (present_ & trusted & (wheels | only(Source::camera))) != 0,
-       .contradicted = contradicted_now_,
+       .contradicted = agreed_.contradicted,
        .trusted = suspected_ == 0 && (~trusted & (wheels | only(Source::accel_x))) == 0});
   for (std::size_t i = 0; i < source_count; ++i) {
     const Sources it = Sources{1} << i;
@@ -291,8 +282,7 @@ void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcep
   }
   const bool still =
       trust.flag == SourceFlag::frozen && observed_.sources[source].same_since_ns < trust.raised_ns;
-  if (misfit > agreeing_misfit || still || contains(slow_.faulty(), source) ||
-      !observed_.sources[source].alive(checked_ns_)) {
+  if (misfit > agreeing_misfit || still || !observed_.sources[source].alive(checked_ns_)) {
     trust.agreed_s = 0.0;
     return;
   }

@@ -11,9 +11,9 @@
 #include <cstdint>
 
 #include "estimator/common/measurement.hpp"
+#include "estimator/integrity/camera_consistency.hpp"
 #include "estimator/integrity/consensus.hpp"
 #include "estimator/integrity/parity.hpp"
-#include "estimator/integrity/slow_parity.hpp"
 
 namespace odomd::estimator {
 
@@ -48,7 +48,7 @@ class Integrity {
 
   /// Trusted, and consistent with the others at the last check.
   [[nodiscard]] bool agrees(Source source) const noexcept {
-    return trusted(source) && !contradicted_now_ && (suspected_ & integrity::only(source)) == 0;
+    return trusted(source) && !agreed_.contradicted && (suspected_ & integrity::only(source)) == 0;
   }
 
   /// Consensus of the trusted sources at the last check.
@@ -64,7 +64,7 @@ class Integrity {
     bool wheels_distrusted = false;  ///< all of them
     double reversed_distance = 0.0;  ///< distance driven with the wrong sign, now known [m]
     std::int64_t contradicted_since_ns = 0;
-    bool contradicted = false;  ///< now or over seconds, and the fault cannot be isolated
+    bool contradicted = false;  ///< and the fault cannot be isolated
     /// The camera contradicts the filter over several poses, or its clock drifts: the pose is
     /// uncertain while this lasts.
     bool camera_inconsistent = false;
@@ -101,11 +101,9 @@ class Integrity {
   static constexpr int decisive_votes = 20;
 
   integrity::Observations observed_;
-  integrity::SlowParities slow_;
   integrity::CameraConsistency camera_innovations_;
   std::array<Trust, source_count> trust_{};
   integrity::Sources suspected_ = 0;  ///< by the last check
-  bool contradicted_now_ = false;     ///< and the fault cannot be isolated
   std::int64_t suspected_since_ns_ = 0;
   integrity::Sources present_ = 0;  ///< sources with an equation at the last check
   std::array<double, 3> newest_pose_{};
