@@ -38,7 +38,8 @@ struct View {
   [[nodiscard]] double lateness(Source source) const noexcept {
     const SourceHistory& history = observed.history(source);
     const double most = is_wheel(source) ? 1.5 * gravity : 1e9;
-    return (history.cycle_s + skew_s) * std::min(std::abs(history.rate(over)), most);
+    const double late_s = source == Source::yaw_rate ? observed.errors.gyro_latency : 0.0;
+    return (history.cycle_s + skew_s + late_s) * std::min(std::abs(history.rate(over)), most);
   }
   /// Largest rate of change in the averaging time [1/s].
   [[nodiscard]] double fastest_change(Source source) const noexcept {

@@ -28,6 +28,7 @@ struct SensorErrors {
   double steering_offset_sigma = Tuning{}.steering_offset;
   double wheel_slip = Tuning{}.wheel_slip;  ///< of a driven wheel, per acceleration [s²/m]
   double camera_noise_scale = 1.0;          ///< variance of its poses over the stated one
+  double gyro_latency = Tuning{}.latency;   ///< beyond the configured one, with its sigma [s]
   double dead_band = 0.0;                   ///< a wheel that reads 0 may turn at this speed [m/s]
 };
 
