@@ -76,10 +76,11 @@ void inflate_yaw(State& state, const Sample& sample, double off) noexcept {
   state.covariance += error * error.transpose();
 }
 
-/// Noise with heavy tails (Student's t): R grows by (k + q) / (k + 1), q = ν²/S.
-void weigh(Innovation& nu, double R) noexcept {
+/// Noise with heavy tails (Student's t): S grows by (k + q) / (k + 1), q = ν²/S, as noise of the
+/// sample.
+void weigh(Innovation& nu) noexcept {
   constexpr double degrees = 4.0;
-  const double more = std::max(nu.squared_ratio() - 1.0, 0.0) / (degrees + 1.0) * R;
+  const double more = std::max(nu.squared_ratio() - 1.0, 0.0) / (degrees + 1.0) * nu.variance;
   nu.variance += more;
   nu.variance_of_noise += more;
 }
@@ -182,7 +183,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   rejected_ns = 0;
   state.fused_ns[index_of(sample.source)] = sample.time_ns;
   if (is_wheel(sample.source)) {
-    weigh(nu, prediction.variance);
+    weigh(nu);
   }
   Vector gain = optimal_gain(nu);
   // A corrected speed does not move the position: that would be a correction of the past.

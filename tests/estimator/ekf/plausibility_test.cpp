@@ -49,7 +49,7 @@ TEST(Plausibility, ASpeedThatIsPolledOnceASecondIsFollowed) {
     car.push(Source::motor, second < 10 ? 3.0 * second : 30.0);
   }
   EXPECT_NEAR(car.state.mean[at::v_x], 30.0, 0.1);
-  EXPECT_NEAR(car.state.mean[at::x], 20.0 * 30.0 + 0.5 * 10.0 * 30.0, 60.0);
+  EXPECT_NEAR(car.state.mean[at::x], 20.0 * 30.0 + 0.5 * 10.0 * 30.0, 80.0);
 }
 
 TEST(Plausibility, FramesThatContradictEachOtherAreNeverForced) {
