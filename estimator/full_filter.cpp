@@ -32,6 +32,7 @@ FullFilter::FullFilter(const FilterSettings& settings) noexcept
       window_ns_(std::llround(settings.window_s * ns_per_second)),
       camera_latency_ns_(std::llround(settings.camera_max_latency_s * ns_per_second)),
       steering_delay_ns_(std::llround(settings.vehicle.steering.delay_s * ns_per_second)),
+      latencies_(window_ns_),
       modes_(settings.camera_timeout_s) {
   context_.model = {settings.vehicle, settings.imu_position, settings.tuning};
   context_.camera = {settings.camera_gate, settings.initialise_from_camera};
@@ -45,6 +46,7 @@ FullFilter::FullFilter(const FilterSettings& settings) noexcept
   context_.model.gyro_sigma = sigma_[index_of(Source::yaw_rate)];
   initial_ = full::initial_state(settings);
   history_.restart() = initial_;
+  latencies_.begin(initial_);
 }
 
 void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
@@ -75,11 +77,14 @@ std::optional<Verdict> FullFilter::add(const Measurement& sample) noexcept {
   const std::size_t index = index_of(sample.source);
   const double sigma = sample.sigma > 0.0 ? sample.sigma : sigma_[index];
   // An actuator follows its command later.
-  const std::int64_t delay_ns = sample.source == Source::steering ? steering_delay_ns_ : 0;
+  const std::int64_t advance_ns = latencies_.advance_ns(sample.source, sample.time_ns);
+  const std::int64_t delay_ns =
+      (sample.source == Source::steering ? steering_delay_ns_ : 0) - advance_ns;
   return insert({.time_ns = ns_after(sample.time_ns, delay_ns),
                  .source = sample.source,
                  .value = {sample.value},
-                 .sigma = {std::clamp(sigma, smallest_sigma, physical_limit[index])}},
+                 .sigma = {std::clamp(sigma, smallest_sigma, physical_limit[index])},
+                 .advanced_s = static_cast<double>(advance_ns) * seconds_per_ns},
                 sample.arrival_ns, delay_ns);
 }
 
@@ -211,6 +216,7 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
     last_tick_ns_ = ns_after(tick_ns, -ticks * period_ns_);
     full::bridge_gap(now, seconds_between(now.time_ns, *last_tick_ns_));
     now.time_ns = *last_tick_ns_;
+    latencies_.begin(now);
   }
   std::span<Sample> samples = window_.after(history_.now().time_ns);
   for (std::int64_t left = ticks; left-- > 0;) {
@@ -228,6 +234,7 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
     full::advance(context_, now, grid_ns);
     full::apply_integrity(context_, now);
     full::limit(now);
+    latencies_.note(now, period_ns_);
     if (now.moving && grid_ns > *last_tick_ns_) {
       const BodyVelocity next = velocity_of(now);
       const BodyVelocity mean{0.5 * (velocity.v_x + next.v_x), 0.5 * (velocity.v_y + next.v_y),
@@ -256,6 +263,7 @@ void FullFilter::recover(std::int64_t tick_ns) noexcept {
   const Pose2 pose = last_.initialised ? last_.map : odom_;
   now.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
   now.covariance(at::v_x, at::v_x) += last_.v_x * last_.v_x;
+  latencies_.begin(now);
 }
 
 bool FullFilter::resume(const Estimate& predecessor, double gap_s) noexcept {
@@ -266,6 +274,7 @@ bool FullFilter::resume(const Estimate& predecessor, double gap_s) noexcept {
   const std::int64_t time_ns = now.time_ns;
   now = full::resumed(predecessor, gap_s, initial_);
   now.time_ns = time_ns;
+  latencies_.begin(now);
   published_resets_ = now.resets;
   published_jump_ = now.last_jump;
   odom_begun_ = true;

@@ -21,6 +21,7 @@
 #include "estimator/common/settings.hpp"
 #include "estimator/ekf/history.hpp"
 #include "estimator/ekf/judgements.hpp"
+#include "estimator/ekf/latencies.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
 #include "estimator/ekf/take.hpp"
@@ -78,6 +79,7 @@ class FullFilter {
   std::int64_t oldest_new_sample_ns_ = std::numeric_limits<std::int64_t>::max();
 
   full::Judgements judgements_;
+  full::Latencies latencies_;
 
   integrity::CameraClock camera_clock_;
   ModeMonitor modes_;

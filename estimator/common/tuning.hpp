@@ -87,7 +87,8 @@ struct Tuning {
   double pitch_gradient = 0.05;   ///< ρ_x [rad/g]
   double accel_bias = 0.3;        ///< b_ax, b_ay [m/s²]
   double steering_offset = 0.02;  ///< δ_0 [rad]
-  double latency = 0.02;          ///< τ_g, τ_w [s]
+  double latency = 0.02;          ///< τ_g, τ_w, τ_δ [s]
+  double wheel_difference = 0.005;  ///< d
   double tyre_softness = 0.04;    ///< 1/μ of tyres without a configured grip [s²/m] ...
   double softness = 0.05;         ///< ... and its sigma [s²/m]
 

@@ -32,7 +32,8 @@ void apply_integrity(const Context& context, State& state) noexcept {
        .wheel_slip = std::abs(state.slow.mean[slow::wheel_slip]) +
                      std::sqrt(state.slow.covariance(slow::wheel_slip, slow::wheel_slip)),
        .camera_noise_scale = state.camera_noise_scale,
-       .gyro_latency = std::abs(state.slow.mean[slow::gyro_latency]) +
+       .gyro_latency = std::abs(state.slow.mean[slow::gyro_latency] -
+                                state.readings[index_of(Source::yaw_rate)].advanced_s) +
                        std::sqrt(state.slow.covariance(slow::gyro_latency, slow::gyro_latency)),
        .dead_band = state.standstill.dead_band});
   state.integrity.check(context.sensors, state.time_ns);

@@ -18,8 +18,8 @@ constexpr double largest_state = 1e4;
 /// Larger deviations mean that nothing is known: half a turn, a kilometre, 100 m/s.
 constexpr std::array<double, at::size> largest_deviation{1e3,  1e3, 3.2,  1e2,  1e2,  35.0,
                                                          50.0, 1.0, 50.0, 10.0, 10.0, 0.5};
-constexpr std::array<double, slow::size> largest_slow_error{1.0, 0.5, 0.5, 0.1, 0.9,
-                                                            1.0, 1.0, 0.3, 0.3, 1.0};
+constexpr std::array<double, slow::size> largest_slow_error{1.0, 0.5, 0.5, 0.1, 0.9, 1.0,
+                                                            1.0, 0.3, 0.3, 0.3, 0.1, 1.0};
 
 /// P = L D Lᵀ with all of D finite and positive. A NaN or infinity anywhere in P makes some element
 /// of D not finite.

@@ -39,6 +39,8 @@ void clamp_scales(State& state) noexcept {
   keep(slow::wheel_scale, -0.5, 0.5);
   keep(slow::gyro_latency, -0.2, 0.2);
   keep(slow::wheel_latency, -0.2, 0.2);
+  keep(slow::steering_latency, -0.2, 0.2);
+  keep(slow::wheel_difference, -0.1, 0.1);
   keep(slow::softness, -0.2, 1.0);
 }
 

@@ -113,7 +113,7 @@ void integrate_gyro(const CarModel& model, State& state, const Reading& before,
   const bool whole = state.turned_since_ns == before.time_ns;
   const double tau = since_s * per_scale;
   const double turn = tau * (z - 0.5 * change - s[slow::gyro_bias]) +
-                      per_scale * (s[slow::gyro_latency] * change -
+                      per_scale * ((s[slow::gyro_latency] - sample.advanced_s) * change -
                                    (whole ? 0.5 * before.interval_s * wrong : 0.0));
   state.mean[at::yaw] = yaw - state.turned + turn;
   auto B = state.slow.sensitivity.row(at::yaw);

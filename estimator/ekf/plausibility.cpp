@@ -131,7 +131,11 @@ void note_reading(State& state, const Sample& sample) noexcept {
   const double interval_s =
       reading.consistent > 0 ? seconds_between(reading.time_ns, sample.time_ns) : 0.0;
   reading = {agree(reading, sample) ? std::min(reading.consistent + 1, most_counted) : 1,
-             sample.time_ns, sample.value[0], reading.value, interval_s};
+             sample.time_ns,
+             sample.value[0],
+             reading.value,
+             sample.advanced_s,
+             interval_s};
 }
 
 }  // namespace odomd::estimator::full

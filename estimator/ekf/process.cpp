@@ -73,9 +73,9 @@ template <Eigen::Index stride>
   of(at::side_force) *= F.force_decay;
 }
 
-/// Adds the effect of a slow error of the tyres on velocity and pose in the step to B.
-void add_tyres(const Jacobian& F, const Eigen::Vector2d& by_error, slow::Index error,
-               State& state) noexcept {
+/// Adds the effect of a slow error of tyres or steering on velocity and pose in the step to B.
+void add_turn(const Jacobian& F, const Eigen::Vector2d& by_error, slow::Index error,
+              State& state) noexcept {
   auto by = state.slow.sensitivity.col(error);
   const double across = by_error[0];
   const double turn = by_error[1];
@@ -271,8 +271,12 @@ void propagate(const CarModel& model, const Input& input, double dt, State& stat
   for (Eigen::Index column = 0; column < slow::size; ++column) {
     apply<slow::size>(F, at::x, B + column);
   }
-  add_tyres(F, F.velocity.by_stiffness, slow::stiffness_scale, state);
-  add_tyres(F, F.velocity.by_softness, slow::softness, state);
+  add_turn(F, F.velocity.by_stiffness, slow::stiffness_scale, state);
+  add_turn(F, F.velocity.by_softness, slow::softness, state);
+  if (input.has_steering) {
+    // δ is later by τ_δ than it was: ∂δ/∂τ_δ = δ̇
+    add_turn(F, F.velocity.by_front_wheel * (input.change / dt), slow::steering_latency, state);
+  }
   state.turned_by += state.slow.sensitivity.row(at::yaw).transpose() - yaw_by;
   add_noise(model, F, state);
 }

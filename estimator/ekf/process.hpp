@@ -19,6 +19,7 @@ namespace odomd::estimator::full {
 struct Input {
   double steering = 0.0;  ///< δ behind the actuator [rad]
   bool has_steering = false;
+  double change = 0.0;  ///< of δ in the step [rad]
 };
 
 /// Constant parameters of the model.

@@ -44,6 +44,7 @@ constexpr auto calibrated = std::to_array<Calibrated>({
     {true, slow::stiffness_scale, 1.0},
     {true, slow::gyro_latency, 0.0},
     {true, slow::wheel_latency, 0.0},
+    {true, slow::steering_latency, 0.0},
 });
 static_assert(calibrated.size() <= calibration_count);
 
@@ -93,7 +94,8 @@ State initial_state(const FilterSettings& settings) noexcept {
   state.covariance.diagonal() = sigma.array().square();
   SlowVector slow_sigma;
   slow_sigma << t.gyro_bias, t.gyro_scale, t.wheel_scale, t.wheel_slip, t.stiffness_scale,
-      t.roll_gradient, t.pitch_gradient, t.latency, t.latency, t.softness;
+      t.roll_gradient, t.pitch_gradient, t.latency, t.latency, t.latency, t.wheel_difference,
+      t.softness;
   double& dead_band = state.standstill.dead_band;
   dead_band = t.dead_band * settings.vehicle.wheelbase();
   for (const Source wheel : wheel_sources) {

@@ -24,6 +24,7 @@ struct Sample {
   bool judged = false;  ///< its verdict has been reported
   std::array<double, 3> value{};
   std::array<double, 3> sigma{};
+  double advanced_s = 0.0;  ///< its time is earlier than stated: the source's learnt latency
 };
 
 /// A total order: time, source and, for two samples with the same of both, the numbers.

@@ -41,16 +41,18 @@ enum Index : Eigen::Index {
 /// A camera corrects all of them, a gyro its bias at standstill, an accelerometer its gradient.
 namespace slow {
 enum Index : Eigen::Index {
-  gyro_bias,        ///< b_g [rad/s]
-  gyro_scale,       ///< s_g: measured = (1 + s_g) ψ̇ + b_g
-  wheel_scale,      ///< s_w: measured = (1 + s_w) v
-  wheel_slip,       ///< c_s [s²/m]: a driven wheel is faster by c_s a_x v
-  stiffness_scale,  ///< κ: C = (1 + κ) C as configured
-  roll_gradient,    ///< ρ_y: measured a_y = (1 + ρ_y) a_y + b_ay
-  pitch_gradient,   ///< ρ_x: likewise along x
-  gyro_latency,     ///< τ_g [s]: the gyro is later than configured
-  wheel_latency,    ///< τ_w [s]: likewise the wheels
-  softness,         ///< 1/μ [s²/m]: of the tyres' grip μ, beyond the configured or assumed one
+  gyro_bias,         ///< b_g [rad/s]
+  gyro_scale,        ///< s_g: measured = (1 + s_g) ψ̇ + b_g
+  wheel_scale,       ///< s_w: measured = (1 + s_w) v
+  wheel_slip,        ///< c_s [s²/m]: a driven wheel is faster by c_s a_x v
+  stiffness_scale,   ///< κ: C = (1 + κ) C as configured
+  roll_gradient,     ///< ρ_y: measured a_y = (1 + ρ_y) a_y + b_ay
+  pitch_gradient,    ///< ρ_x: likewise along x
+  gyro_latency,      ///< τ_g [s]: the gyro is later than configured
+  wheel_latency,     ///< τ_w [s]: likewise the wheels
+  steering_latency,  ///< τ_δ [s]: likewise the steering
+  wheel_difference,  ///< d: a left wheel is faster by d / 2, a right one slower
+  softness,          ///< 1/μ [s²/m]: of the tyres' grip μ, beyond the configured or assumed one
   size
 };
 }  // namespace slow
@@ -122,6 +124,7 @@ struct Reading {
   std::int64_t time_ns = 0;
   double value = 0.0;
   double previous = 0.0;
+  double advanced_s = 0.0;  ///< see Sample
   double interval_s = 0.0;  ///< to the sample before; 0: there was none
 };
 

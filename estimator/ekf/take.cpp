@@ -92,7 +92,8 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   }
   const bool gyro = gyro_alive(state);
   const auto predict = [&] {
-    return predict_wheel_speed(context.model, input_of(state), state, sample.source, sigma, gyro);
+    return predict_wheel_speed(context.model, input_of(state), state, sample.source, sigma, gyro,
+                               sample.advanced_s);
   };
   Prediction z = predict();
   if (!turning) {
@@ -209,7 +210,8 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
     case Source::yaw_rate:
       return state.standstill.standing
                  ? take_still_gyro(context, state, sample)
-                 : judge(context.model, state, sample, predict_yaw_rate(state, sample.sigma[0]),
+                 : judge(context.model, state, sample,
+                         predict_yaw_rate(state, sample.sigma[0], sample.advanced_s),
                          {.heading = true});
     case Source::accel_x:
       return take_accel_x(context, state, sample);
@@ -226,13 +228,15 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
 
 /// The front wheels follow the command, within the rate limit:
 /// δ' = δ + (δ_c - δ) (1 - exp(-Δt / T)).
-void steer(const SteeringActuator& actuator, double dt, State& state) noexcept {
+/// Returns the change.
+double steer(const SteeringActuator& actuator, double dt, State& state) noexcept {
   const double share = actuator.lag_s > 0.0 ? -std::expm1(-dt / actuator.lag_s) : 1.0;
   double change = share * (state.steering.value - state.front_wheels);
   if (actuator.rate_limit > 0.0) {
     change = std::clamp(change, -actuator.rate_limit * dt, actuator.rate_limit * dt);
   }
   state.front_wheels += change;
+  return change;
 }
 
 }  // namespace
@@ -272,13 +276,16 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
     state.time_ns = time_ns;
     return;
   }
-  while (left > 1.5 * context.period_s) {
-    steer(context.model.car.steering, context.period_s, state);
-    propagate(context.model, input_of(state), context.period_s, state);
-    left -= context.period_s;
+  const auto step = [&](double dt) {
+    const double change = steer(context.model.car.steering, dt, state);
+    Input input = input_of(state);
+    input.change = change;
+    propagate(context.model, input, dt, state);
+  };
+  for (; left > 1.5 * context.period_s; left -= context.period_s) {
+    step(context.period_s);
   }
-  steer(context.model.car.steering, left, state);
-  propagate(context.model, input_of(state), left, state);
+  step(left);
   state.time_ns = time_ns;
 }
 

@@ -32,7 +32,7 @@ double steering_of(const Vehicle& car, const Input& input, const Vector& x) noex
 }  // namespace
 
 Prediction predict_wheel_speed(const CarModel& model, const Input& input, const State& state,
-                               Source source, double sigma, bool gyro) noexcept {
+                               Source source, double sigma, bool gyro, double advanced_s) noexcept {
   const WheelPlace place = wheel_place(model.car, source);
   const Tuning& tuning = model.tuning;
   const Vector& x = state.mean;
@@ -41,9 +41,9 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   const double delta = place.steered ? steering : 0.0;
   const double c = std::cos(delta);
   const double s = std::sin(delta);
-  // v̇_x = a_x + v_y ψ̇ (errata, 4); the sample is of τ_w earlier.
+  // v̇_x = a_x + v_y ψ̇ (errata, 4); the sample is of τ_w - what it was advanced by earlier.
   const double v_x_dot = x[at::accel_x] + x[at::v_y] * yaw_rate;
-  const double v_x = x[at::v_x] - state.slow.mean[slow::wheel_latency] * v_x_dot;
+  const double v_x = x[at::v_x] - (state.slow.mean[slow::wheel_latency] - advanced_s) * v_x_dot;
   const double along = v_x - place.left * yaw_rate;
   const double across = x[at::v_y] + place.ahead * yaw_rate;
   const double rolling = along * c + across * s;
@@ -55,7 +55,10 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   const double force = forward * (x[at::accel_x] + drag);
   const double share = slip_share(model.car.driven, source, force);
   const double slip = 1.0 + state.slow.mean[slow::wheel_slip] * share * force;
-  const double scale = (1.0 + state.slow.mean[slow::wheel_scale]) * slip;
+  const double side = place.left == 0.0 ? 0.0 : std::copysign(0.5, place.left);
+  const double radius = (1.0 + state.slow.mean[slow::wheel_scale]) *
+                        (1.0 + side * state.slow.mean[slow::wheel_difference]);
+  const double scale = radius * slip;
   const double by_yaw_rate = -place.left * c + place.ahead * s;
   const double by_delta = place.steered ? across * c - along * s : 0.0;
 
@@ -81,11 +84,11 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   z.depends_on(at::v_x, scale * c);
   z.by_slow[slow::wheel_latency] = -scale * c * v_x_dot;
   z.by_slow[slow::wheel_scale] = slip * rolling;
-  const double scale_alone = 1.0 + state.slow.mean[slow::wheel_scale];
-  z.by_slow[slow::wheel_slip] = scale_alone * share * force * rolling;
+  z.by_slow[slow::wheel_difference] = side * slip * rolling;
+  z.by_slow[slow::wheel_slip] = radius * share * force * rolling;
   if (share > 0.0) {
     z.depends_on(at::accel_x,
-                 scale_alone * forward * state.slow.mean[slow::wheel_slip] * share * rolling);
+                 radius * forward * state.slow.mean[slow::wheel_slip] * share * rolling);
   }
   if (gyro) {
     z.variance += squared(by_yaw_rate) * state.covariance(at::yaw_rate, at::yaw_rate);
