@@ -58,11 +58,14 @@ struct Tuning {
   double sharpest_turn = 0.55;    ///< tan δ
 
   // --- camera poses beyond the gate ---
-  double outlier_odds = 12.0;   ///< log odds of an outlier over a wrong filter
-  double outlier_range = 20.0;  ///< range of outliers [wheelbases]
-  double motion_error = 0.1;    ///< error of the filter's motion between two poses [1, rad/m]
-  double slip_of_way = 0.3;     ///< error of the way that motion explains
-  double disputed_s = 60.0;     ///< time constant of what a correction may hide [s]
+  double outlier_odds = 12.0;      ///< log odds of an outlier over a wrong filter
+  double outlier_range = 20.0;     ///< range of outliers [wheelbases]
+  double motion_error = 0.1;       ///< error of the filter's motion between two poses [1, rad/m]
+  double slip_of_way = 0.3;        ///< error of the way that motion explains
+  double lasting_s = 5.0;          ///< correlation time of a camera's lasting error [s]
+  double lasting_mean_s = 0.5;     ///< of the mean by which it shows [s] ...
+  double lasting_memory_s = 20.0;  ///< ... and of what is remembered [s]
+  double disputed_s = 60.0;        ///< time constant of what a correction may hide [s]
 
   // --- noise of gyro and accelerometers from the data (ratios to the stated variance) ---
   int noise_samples = 300;    ///< averaged samples
@@ -78,19 +81,19 @@ struct Tuning {
   double way_noise_scale_range = 1e4;     ///< ... up
 
   // --- slow errors and calibrations: prior standard deviations ---
-  double gyro_bias = 0.03;        ///< b_g [rad/s]
-  double gyro_scale = 0.02;       ///< s_g
-  double wheel_scale = 0.03;      ///< s_w
-  double wheel_slip = 0.02;       ///< c_s: of a driven wheel, per acceleration [s²/m]
-  double stiffness_scale = 0.15;  ///< κ
-  double roll_gradient = 0.1;     ///< ρ_y [rad/g]
-  double pitch_gradient = 0.05;   ///< ρ_x [rad/g]
-  double accel_bias = 0.3;        ///< b_ax, b_ay [m/s²]
-  double steering_offset = 0.02;  ///< δ_0 [rad]
-  double latency = 0.02;          ///< τ_g, τ_w, τ_δ [s]
+  double gyro_bias = 0.03;          ///< b_g [rad/s]
+  double gyro_scale = 0.02;         ///< s_g
+  double wheel_scale = 0.03;        ///< s_w
+  double wheel_slip = 0.02;         ///< c_s: of a driven wheel, per acceleration [s²/m]
+  double stiffness_scale = 0.15;    ///< κ
+  double roll_gradient = 0.1;       ///< ρ_y [rad/g]
+  double pitch_gradient = 0.05;     ///< ρ_x [rad/g]
+  double accel_bias = 0.3;          ///< b_ax, b_ay [m/s²]
+  double steering_offset = 0.02;    ///< δ_0 [rad]
+  double latency = 0.02;            ///< τ_g, τ_w, τ_δ [s]
   double wheel_difference = 0.005;  ///< d
-  double tyre_softness = 0.04;    ///< 1/μ of tyres without a configured grip [s²/m] ...
-  double softness = 0.05;         ///< ... and its sigma [s²/m]
+  double tyre_softness = 0.04;      ///< 1/μ of tyres without a configured grip [s²/m] ...
+  double softness = 0.05;           ///< ... and its sigma [s²/m]
 
   // --- random walks of these, per √s ---
   double gyro_bias_walk = 6e-5;        ///< b_g [rad/s/√s]

@@ -92,6 +92,31 @@ double evidence_of_step(const CarModel& model, const State& state, const PosePai
   return moves - other - std::log(share * std::exp(stands - other) + std::exp(anywhere - other));
 }
 
+/// A white innovation says nothing about the next one. What the camera's error and its white noise
+/// have in common with the moments before, Γ, is an error that lasts: the filter, whose time
+/// constant is Δt / K, has followed it by T / (Δt / K) times that. Γ counts by its significance.
+void note_lasting_errors(const Tuning& tuning, State& state, const std::array<double, 3>& nu,
+                         const Eigen::Matrix<double, 6, 6>& P, const Symmetric3& S,
+                         double dt) noexcept {
+  LastingCameraErrors& e = state.lasting;
+  const double fresh = std::min(dt / tuning.lasting_mean_s, 0.5);
+  e.seen_s = std::min(e.seen_s + dt, tuning.lasting_memory_s);
+  const double share = std::min(dt / std::max(e.seen_s, tuning.lasting_mean_s), 0.5);
+  e.way += share * (0.5 * (nu[0] * e.mean.x + nu[1] * e.mean.y) - e.way);
+  e.turn += share * (nu[2] * e.mean.yaw - e.turn);
+  e.mean.x += fresh * (nu[0] - e.mean.x);
+  e.mean.y += fresh * (nu[1] - e.mean.y);
+  e.mean.yaw += fresh * (nu[2] - e.mean.yaw);
+  const auto variance = [&](double common, double known, double whole) {
+    const double by_chance = 0.5 * whole * std::sqrt(fresh * share);  // a sigma of Γ
+    const double counts = squared(common) / (squared(common) + 4.0 * squared(by_chance));
+    const double followed = known / whole * tuning.lasting_s / dt;
+    return std::max(common, 0.0) * counts * (1.0 + followed);
+  };
+  e.variance_way = variance(e.way, 0.5 * (P(0, 0) + P(1, 1)), 0.5 * (S[0] + S[3]));
+  e.variance_turn = variance(e.turn, P(2, 2), S[5]);
+}
+
 /// Sets the pose and its covariance to those of the camera, without correlations.
 void move_to(State& state, const Pose2& measured, const std::array<double, 3>& sigma) noexcept {
   state.mean.head<3>() << measured.x, measured.y, measured.yaw;
@@ -248,6 +273,8 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     state.last_jump = {now.x - estimated.x, now.y - estimated.y, now.yaw - estimated.yaw};
   } else if (!first) {
     adapt_way_noise_scale(model.tuning, state, judgement.squared_ratio, since_fused_s);
+    note_lasting_errors(model.tuning, state, judgement.innovation, P, S,
+                        std::max(since_fused_s, 1e-3));
   }
   fused();
   return judgement;

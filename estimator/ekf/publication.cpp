@@ -123,6 +123,9 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
       std::exp(-seconds_between(state.disputed.since_ns, state.time_ns) / model.tuning.disputed_s);
   P.diagonal().head<3>() +=
       share * Eigen::Vector3d(state.disputed.way, state.disputed.way, state.disputed.turn);
+  const LastingCameraErrors& lasting = state.lasting;
+  P.diagonal().head<3>() +=
+      Eigen::Vector3d(lasting.variance_way, lasting.variance_way, lasting.variance_turn);
   Estimate e;
   e.time_ns = state.time_ns;
   e.initialised = state.located && state.moving;

@@ -145,6 +145,17 @@ struct Disputed {
   double turn = 0.0;
 };
 
+/// Errors of the camera that last, which P does not contain: they show in innovations that are
+/// correlated.
+struct LastingCameraErrors {
+  Pose2 mean;           ///< of the innovations in the last moments
+  double seen_s = 0.0;  ///< time of camera poses that it averages over [s]
+  double way = 0.0;     ///< covariance of innovations with the mean before, of each axis [m²] ...
+  double turn = 0.0;    ///< ... and of the yaw [rad²]
+  double variance_way = 0.0;   ///< of the pose's error by it [m²] ...
+  double variance_turn = 0.0;  ///< ... and of the yaw's [rad²]
+};
+
 constexpr std::array<double, source_count> filled(double value) noexcept {
   std::array<double, source_count> all{};
   all.fill(value);
@@ -198,6 +209,7 @@ struct State {
   bool doubtful = false;  ///< a fault may have moved the pose, and no camera has confirmed it since
   int confirming_poses = 0;  ///< fused camera poses in a row
   Disputed disputed;
+  LastingCameraErrors lasting;
   double camera_noise_scale = 1.0;  ///< variance of the camera's poses over the stated one
   int camera_steps = 0;             ///< that it was learnt from
   PosePair last_camera_pose;        ///< fused or not
