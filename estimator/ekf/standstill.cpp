@@ -53,7 +53,8 @@ double odds_of_standing(const CarModel& model, const State& state) noexcept {
   // 1. A moving car leaves the dead band of its wheels soon.
   const double leaves_s = tuning.still_s + tuning.still_per_speed * standstill.dead_band;
   double odds = std::min(still_s / leaves_s,
-                         standstill.standing ? 2.0 * tuning.standing_odds : tuning.most_odds);
+                         standstill.standing ? 2.0 * tuning.standing_odds : tuning.most_odds) -
+                standstill.blind;
   // 2. The gyro shows its bias, and does not move.
   const double speed = standstill.dead_band + brisk_accel * tuning.still_s;
   const double turn = speed * tuning.sharpest_turn / model.car.wheelbase();
@@ -208,6 +209,7 @@ void note_wheels(State& state, const Sample& sample, bool still) noexcept {
   Standstill& standstill = state.standstill;
   if (!still) {
     standstill.wheels_still = false;
+    standstill.blind = 0.0;
   } else if (!standstill.wheels_still) {
     standstill.wheels_still = true;
     standstill.since_ns = sample.time_ns;
@@ -255,7 +257,9 @@ void update_standstill(const CarModel& model, State& state, const Sample& sample
   if (!standstill.standing && odds > model.tuning.standing_odds) {
     enter_standstill(state, sample.time_ns);
   } else if (standstill.standing && odds < -model.tuning.standing_odds) {
+    const double blind = standstill.blind + model.tuning.standing_odds;
     set_off(model, state, brisk_accel * seconds_between(last_wheel_ns(state), sample.time_ns));
+    standstill.blind = blind;
   }
 }
 

@@ -115,6 +115,7 @@ struct Standstill {
   Pose2 first_seen;               ///< it
   double camera_sigma = 0.0;      ///< its position's [m]
   Pose2 off;  ///< of the camera's positions from that, or their mean from the standing car's [m]
+  double blind = 0.0;      ///< log odds that wheels have lost: the car moved while they read 0
   double dead_band = 0.0;  ///< a wheel that reads 0 may turn at this speed [m/s]
 };
 
