@@ -40,7 +40,8 @@ FullFilter::FullFilter(const FilterSettings& settings) noexcept
   for (std::size_t i = 0; i < source_count; ++i) {
     sigma_[i] = settings.sigma[i] > 0.0 ? settings.sigma[i] : default_sigma[i];
   }
-  const std::int64_t window_ticks = window_ns_ / period_ns_ + 1;
+  reach_ns_ = window_ns_ + latencies_.most_ns();
+  const std::int64_t window_ticks = reach_ns_ / period_ns_ + 1;
   stride_ = window_ticks / static_cast<std::int64_t>(full::History::capacity - 3) + 1;
   context_.sensors = {settings.vehicle, settings.tuning};
   context_.model.gyro_sigma = sigma_[index_of(Source::yaw_rate)];
@@ -120,8 +121,9 @@ std::optional<Verdict> FullFilter::insert(const Sample& sample, std::int64_t arr
     return Verdict::future;
   }
   if (last_tick_ns_ &&
-      sample.time_ns <= std::max({ns_after(*last_tick_ns_, -window_ns_), window_.dropped_until_ns(),
-                                  history_.oldest_ns()})) {
+      (ns_after(sample.time_ns, std::llround(sample.advanced_s * ns_per_second)) <=
+           ns_after(*last_tick_ns_, -window_ns_) ||
+       sample.time_ns <= std::max(window_.dropped_until_ns(), history_.oldest_ns()))) {
     return Verdict::too_old;
   }
   const full::Insertion insertion = window_.insert(sample);
@@ -168,7 +170,7 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   last_tick_ns_ = tick_ns;
   judgements_.report_dropped(window_);
   // 3. Drop samples that are too old for a replay, or from the future.
-  const std::int64_t oldest_ns = std::min(ns_after(tick_ns, -window_ns_), history_.oldest_ns());
+  const std::int64_t oldest_ns = std::min(ns_after(tick_ns, -reach_ns_), history_.oldest_ns());
   judgements_.refuse(window_.until(oldest_ns), Verdict::too_old);
   window_.forget_until(oldest_ns);
   const std::int64_t newest_ns = ns_after(tick_ns, period_ns_ + steering_delay_ns_);
@@ -182,7 +184,7 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
 /// state is that of the tick before.
 void FullFilter::begin(std::int64_t tick_ns) noexcept {
   State& now = history_.restart();
-  now.time_ns = ns_after(tick_ns, now.moving ? -period_ns_ : -window_ns_ - period_ns_);
+  now.time_ns = ns_after(tick_ns, now.moving ? -period_ns_ : -reach_ns_ - period_ns_);
   last_tick_ns_ = now.time_ns;
 }
 
@@ -210,7 +212,7 @@ void FullFilter::count_resets() noexcept {
 void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept {
   const std::int64_t behind = ns_between(history_.now().time_ns, tick_ns);
   std::int64_t ticks = behind / period_ns_ + (behind % period_ns_ >= period_ns_ / 2 ? 1 : 0);
-  if (ticks > max_bridged_ticks + window_ns_ / period_ns_) {
+  if (ticks > max_bridged_ticks + reach_ns_ / period_ns_) {
     ticks = max_bridged_ticks;
     State& now = history_.restart();
     last_tick_ns_ = ns_after(tick_ns, -ticks * period_ns_);
@@ -272,7 +274,7 @@ bool FullFilter::resume(const Estimate& predecessor, double gap_s) noexcept {
   }
   State& now = history_.restart();
   const std::int64_t time_ns = now.time_ns;
-  now = full::resumed(predecessor, gap_s, initial_);
+  now = full::resumed(context_.model, predecessor, gap_s, initial_);
   now.time_ns = time_ns;
   latencies_.begin(now);
   published_resets_ = now.resets;

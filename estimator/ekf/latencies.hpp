@@ -32,6 +32,7 @@ class Latencies {
   }
 
   /// A sample is never put later than stated, nor earlier by more than half a window.
+  [[nodiscard]] std::int64_t most_ns() const noexcept { return window_ns_ / 2; }
   [[nodiscard]] std::int64_t advance_ns(Source source, std::int64_t time_ns) const noexcept {
     slow::Index latency = slow::wheel_latency;
     if (source == Source::yaw_rate) {
@@ -42,7 +43,7 @@ class Latencies {
       return 0;
     }
     const double learnt_s = learnt_[place(window_of(time_ns) - 2)][latency];
-    return std::clamp<std::int64_t>(std::llround(learnt_s * ns_per_second), 0, window_ns_ / 2);
+    return std::clamp<std::int64_t>(std::llround(learnt_s * ns_per_second), 0, most_ns());
   }
 
  private:

@@ -12,7 +12,7 @@ namespace {
 /// 1/μ [s²/m], of an axle with the configured grip, if there is one.
 double softness_of(double grip, const Moving& now) noexcept {
   constexpr double most = 2.0;
-  return std::clamp((grip > 0.0 ? 1.0 / grip : Tuning{}.tyre_softness) + now.softness, 0.0, most);
+  return std::clamp(usual_softness(grip) + now.softness, 0.0, most);
 }
 
 /// Process noise of the random walks.

@@ -40,6 +40,11 @@ struct Moving {
   double softness;     ///< 1/μ beyond that of the car [s²/m]
 };
 
+/// 1/μ [s²/m] of an axle, if its softness has no error.
+[[nodiscard]] inline double usual_softness(double grip) noexcept {
+  return grip > 0.0 ? 1.0 / grip : Tuning{}.tyre_softness;
+}
+
 /// Secant stiffness F(α) / α of an axle with a brush tyre, and its derivative by the softness 1/μ:
 /// C (1 - q + q²/3) with q = C |α| / (3 μ m_a), and μ m_a / |α| for a sliding tyre (q ≥ 1). μ is
 /// F_max over m_a, the axle's share of m [m/s²]; a softness of 0: linear.

@@ -8,6 +8,7 @@
 
 #include "estimator/common/pose.hpp"
 #include "estimator/common/predecessor.hpp"
+#include "estimator/common/squares.hpp"
 #include "estimator/common/symmetric3_matrix.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/common/wheel_place.hpp"
@@ -33,7 +34,7 @@ struct Calibrated {
   double neutral;
 };
 
-/// In the order of Calibration, whose further ones this filter does not estimate.
+/// In the order of Calibration, but for its last: the grip μ, of which the filter knows 1/μ.
 constexpr auto calibrated = std::to_array<Calibrated>({
     {true, slow::gyro_bias, 0.0},
     {true, slow::gyro_scale, 1.0},
@@ -46,7 +47,9 @@ constexpr auto calibrated = std::to_array<Calibrated>({
     {true, slow::wheel_latency, 0.0},
     {true, slow::steering_latency, 0.0},
 });
-static_assert(calibrated.size() <= calibration_count);
+static_assert(calibrated.size() + 1 == calibration_count);
+constexpr std::size_t grip = calibrated.size();
+constexpr double least_softness = 1e-3;
 
 /// For const and non-const states.
 auto& value_of(auto& state, const Calibrated& c) noexcept {
@@ -56,7 +59,8 @@ auto& variance_of(auto& state, const Calibrated& c) noexcept {
   return c.is_slow ? state.slow.covariance(c.index, c.index) : state.covariance(c.index, c.index);
 }
 
-Calibration calibration_of(const State& state, const State& initial) noexcept {
+Calibration calibration_of(const CarModel& model, const State& state,
+                           const State& initial) noexcept {
   Calibration calibration;
   for (std::size_t i = 0; i < calibrated.size(); ++i) {
     const Calibrated& c = calibrated[i];
@@ -66,6 +70,15 @@ Calibration calibration_of(const State& state, const State& initial) noexcept {
     if (variance < learnt_share * learnt_share * variance_of(initial, c)) {
       calibration.valid |= std::uint64_t{1} << i;
     }
+  }
+  // μ = 1 / (1/μ_0 + softness), ∂μ/∂softness = -μ²
+  const double variance = state.slow.covariance(slow::softness, slow::softness);
+  calibration.value[grip] =
+      1.0 / std::max(usual_softness(model.car.grip_rear) + state.slow.mean[slow::softness],
+                     least_softness);
+  calibration.sigma[grip] = squared(calibration.value[grip]) * std::sqrt(variance);
+  if (variance < squared(learnt_share) * initial.slow.covariance(slow::softness, slow::softness)) {
+    calibration.valid |= std::uint64_t{1} << grip;
   }
   return calibration;
 }
@@ -144,7 +157,7 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   e.steering = state.steering.value;
   e.camera_ns = state.fused_ns[index_of(Source::camera)];
   e.camera_test_ratio = state.camera_test_ratio;
-  e.calibration = calibration_of(state, initial);
+  e.calibration = calibration_of(model, state, initial);
   const auto implausible = [&](slow::Index scale) {
     constexpr double sigmas = 3.0;
     return std::abs(state.slow.mean[scale]) >
@@ -165,7 +178,8 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   return e;
 }
 
-State resumed(const Estimate& predecessor, double gap_s, const State& initial) noexcept {
+State resumed(const CarModel& model, const Estimate& predecessor, double gap_s,
+              const State& initial) noexcept {
   State state = initial;
   const Estimate now = after_gap(predecessor, gap_s);
   state.mean.head<6>() << now.map.x, now.map.y, now.map.yaw, now.v_x, now.v_y, now.yaw_rate;
@@ -181,6 +195,13 @@ State resumed(const Estimate& predecessor, double gap_s, const State& initial) n
       value_of(state, c) = value;
       variance_of(state, c) = variance;
     }
+  }
+  const double softness_sigma = known.sigma[grip] / squared(known.value[grip]);
+  double& softness_variance = state.slow.covariance(slow::softness, slow::softness);
+  if (known.value[grip] > 0.0 && softness_sigma > 0.0 &&
+      squared(softness_sigma) < softness_variance) {
+    state.slow.mean[slow::softness] = 1.0 / known.value[grip] - usual_softness(model.car.grip_rear);
+    softness_variance = squared(softness_sigma);
   }
   state.fused_ns[index_of(Source::camera)] = predecessor.camera_ns;
   state.located = true;

@@ -20,7 +20,7 @@ namespace odomd::estimator::full {
 
 /// The state that resumes from a usable predecessor (predecessor.hpp) that is `gap_s` [s] old:
 /// pose, velocity and covariances moved on by the gap, calibrations, time of the last camera pose.
-[[nodiscard]] State resumed(const Estimate& predecessor, double gap_s,
+[[nodiscard]] State resumed(const CarModel& model, const Estimate& predecessor, double gap_s,
                             const State& initial) noexcept;
 
 /// Widens the covariance of a state without samples for `gap_s` [s], in which the car may have kept

@@ -257,7 +257,9 @@ void update_standstill(const CarModel& model, State& state, const Sample& sample
   if (!standstill.standing && odds > model.tuning.standing_odds) {
     enter_standstill(state, sample.time_ns);
   } else if (standstill.standing && odds < -model.tuning.standing_odds) {
-    const double blind = standstill.blind + model.tuning.standing_odds;
+    // Wheels that read 0 while the camera sees the car move say less from now on.
+    const double blind =
+        standstill.blind + (sample.source == Source::camera ? model.tuning.standing_odds : 0.0);
     set_off(model, state, brisk_accel * seconds_between(last_wheel_ns(state), sample.time_ns));
     standstill.blind = blind;
   }

@@ -105,7 +105,7 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
       state.rejected_since_ns[index_of(sample.source)] = 0;
       return note(context, state, sample, held(sample.source));
     }
-    z.by_slow.setZero();
+    z.by_slow[slow::wheel_scale] = 0.0;
     z.variance += known > band ? band * known / (known - band) : band;
   }
   double& noise_scale = state.wheel_noise_scale[index_of(sample.source)];

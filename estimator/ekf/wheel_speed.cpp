@@ -56,8 +56,9 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   const double share = slip_share(model.car.driven, source, force);
   const double slip = 1.0 + state.slow.mean[slow::wheel_slip] * share * force;
   const double side = place.left == 0.0 ? 0.0 : std::copysign(0.5, place.left);
-  const double radius = (1.0 + state.slow.mean[slow::wheel_scale]) *
-                        (1.0 + side * state.slow.mean[slow::wheel_difference]);
+  const double scale_alone = 1.0 + state.slow.mean[slow::wheel_scale];
+  const double unlike = 1.0 + side * state.slow.mean[slow::wheel_difference];
+  const double radius = scale_alone * unlike;
   const double scale = radius * slip;
   const double by_yaw_rate = -place.left * c + place.ahead * s;
   const double by_delta = place.steered ? across * c - along * s : 0.0;
@@ -83,8 +84,8 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
                squared(s) * state.covariance(at::v_y, at::v_y);
   z.depends_on(at::v_x, scale * c);
   z.by_slow[slow::wheel_latency] = -scale * c * v_x_dot;
-  z.by_slow[slow::wheel_scale] = slip * rolling;
-  z.by_slow[slow::wheel_difference] = side * slip * rolling;
+  z.by_slow[slow::wheel_scale] = unlike * slip * rolling;
+  z.by_slow[slow::wheel_difference] = side * scale_alone * slip * rolling;
   z.by_slow[slow::wheel_slip] = radius * share * force * rolling;
   if (share > 0.0) {
     z.depends_on(at::accel_x,

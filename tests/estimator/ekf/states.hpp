@@ -13,7 +13,7 @@ namespace odomd::estimator::full::testing {
 /// All slow errors nonzero.
 inline SlowVector some_slow_values() {
   SlowVector errors;
-  errors << 0.02, 0.01, 0.015, 0.004, -0.2, 0.07, -0.03, 0.02, -0.015, 0.03;
+  errors << 0.02, 0.01, 0.015, 0.004, -0.2, 0.07, -0.03, 0.02, -0.015, 0.01, 0.004, 0.03;
   return errors;
 }
 
