@@ -11,6 +11,8 @@
 namespace odomd::estimator::full {
 namespace {
 
+namespace of = integrity::of;
+
 // The filter deviates from the consensus if it is off by this many sigmas for this long.
 constexpr double deviation_sigmas = 4.0;
 constexpr double deviation_s = 0.1;
@@ -60,64 +62,63 @@ void apply_integrity(const Context& context, State& state) noexcept {
     deviation = {};
     return;
   }
-  add_sample(deviation.speed, state.time_ns, state.mean[at::v_x], 0.0, false, 1e9);
-  add_sample(deviation.yaw_rate, state.time_ns, state.mean[at::yaw_rate], 0.0, false, 1e9);
+  add_sample(deviation.speed, state.time_ns, state.mean[at::v_x], 0.0, false);
+  add_sample(deviation.yaw_rate, state.time_ns, state.mean[at::yaw_rate], 0.0, false);
   const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
-  const auto root = [](double sigma, double variance) {
-    return std::sqrt(sigma * sigma + variance);
-  };
   // 1. Take back what a faulty source has done to the pose since its disagreement began.
-  const auto follow = [&](double& sum, double off, double sigma) {
-    sum = std::abs(off) > onset_sigmas * sigma ? sum + off * dt : 0.0;
+  const auto follow = [dt](double& sum, const integrity::SourceHistory& filter,
+                           const integrity::Solution& others, of::Index index) {
+    const double off = filter.mean() - others.motion[index];
+    sum = std::abs(off) > onset_sigmas * others.sigma[index] ? sum + off * dt : 0.0;
   };
-  follow(deviation.yaw, deviation.yaw_rate.mean() - agreed.yaw_rate_without_gyro,
-         agreed.yaw_rate_without_gyro_sigma);
-  follow(deviation.distance, deviation.speed.mean() - agreed.speed_without_wheels,
-         agreed.speed_without_wheels_sigma);
+  follow(deviation.yaw, deviation.yaw_rate, agreed.without_gyro, of::yaw_rate);
+  follow(deviation.distance, deviation.speed, agreed.without_wheels, of::speed);
   const bool gyro_failed =
       !std::exchange(deviation.gyro_distrusted, gyro_distrusted) && gyro_distrusted;
   const bool wheels_failed =
       !std::exchange(deviation.wheels_distrusted, agreed.wheels_distrusted) &&
       agreed.wheels_distrusted;
+  const auto take_back = [&](double distance) {
+    mark_doubtful();
+    const Eigen::Vector2d way = state.along_heading(distance);
+    state.mean.head<2>() -= way;
+    state.covariance.topLeftCorner<2, 2>() += 0.25 * way * way.transpose();
+  };
   if (gyro_failed) {
     state.mean[at::yaw] -= deviation.yaw;
     state.covariance(at::yaw, at::yaw) += 0.25 * deviation.yaw * deviation.yaw;
   }
   if (wheels_failed) {
-    mark_doubtful();
     // A camera that sees the car has corrected the pose already.
     const double unseen_s =
         seconds_between(state.fused_ns[index_of(Source::camera)], state.time_ns);
-    const Eigen::Vector2d way =
-        state.along_heading(unseen_s < contradicted_s ? 0.0 : deviation.distance);
-    state.mean.head<2>() -= way;
-    state.covariance.topLeftCorner<2, 2>() += 0.25 * way * way.transpose();
+    take_back(unseen_s < contradicted_s ? 0.0 : deviation.distance);
   }
   if (agreed.reversed_distance != 0.0) {
-    mark_doubtful();
-    const Eigen::Vector2d way = state.along_heading(agreed.reversed_distance);
-    state.mean.head<2>() -= 2.0 * way;
-    state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
+    take_back(2.0 * agreed.reversed_distance);
   }
   // 2. Reset the motion to the consensus where it deviates.
-  const auto lasts = [&](std::int64_t& since_ns, double off, double sigma) {
-    if (std::abs(off) <= deviation_sigmas * sigma || agreed.contradicted) {
+  const integrity::Solution& all = state.integrity.motion();
+  const auto lasts = [&](std::int64_t& since_ns, double off, double sigma, double variance) {
+    if (std::abs(off) <= deviation_sigmas * std::sqrt(sigma * sigma + variance) ||
+        agreed.contradicted) {
       since_ns = 0;
       return false;
     }
     since_ns = since_ns == 0 ? checked_ns : since_ns;
     return seconds_between(since_ns, state.time_ns) >= deviation_s;
   };
-  const double faster = agreed.speed - deviation.speed.mean();
-  if (lasts(deviation.speed_since_ns, faster, root(agreed.speed_sigma, P(3, 3))) || wheels_failed) {
+  const double speed = all.motion[of::speed];
+  const double faster = speed - deviation.speed.mean();
+  if (lasts(deviation.speed_since_ns, faster, all.sigma[of::speed], P(3, 3)) || wheels_failed) {
     if (state.standstill.standing) {
-      set_off(context.model, state, agreed.speed);
+      set_off(context.model, state, speed);
     }
     const Eigen::Vector2d way = state.along_heading(faster * deviation_s);
     state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
-    state.mean[at::v_x] = agreed.speed;
+    state.mean[at::v_x] = speed;
     state.mean[at::accel_x] = 0.0;
-    forget(state, at::v_x, agreed.speed_sigma);
+    forget(state, at::v_x, all.sigma[of::speed]);
     forget(state, at::accel_x, context.model.tuning.drive_accel * gravity);
     deviation.speed = {};
     deviation.speed_since_ns = 0;
@@ -125,14 +126,15 @@ void apply_integrity(const Context& context, State& state) noexcept {
   if (state.standstill.standing) {
     return;  // the gyro measures its bias
   }
-  const double turning = agreed.yaw_rate - deviation.yaw_rate.mean();
-  if (lasts(deviation.yaw_rate_since_ns, turning, root(agreed.yaw_rate_sigma, P(5, 5))) ||
+  const double yaw_rate = all.motion[of::yaw_rate];
+  const double turning = yaw_rate - deviation.yaw_rate.mean();
+  if (lasts(deviation.yaw_rate_since_ns, turning, all.sigma[of::yaw_rate], P(5, 5)) ||
       gyro_failed) {
     const double turn = turning * deviation_s;
     state.covariance(at::yaw, at::yaw) += turn * turn;
-    state.mean[at::yaw_rate] = agreed.yaw_rate;
+    state.mean[at::yaw_rate] = yaw_rate;
     state.mean[at::front_angle] = 0.0;
-    forget(state, at::yaw_rate, agreed.yaw_rate_sigma);
+    forget(state, at::yaw_rate, all.sigma[of::yaw_rate]);
     forget(state, at::front_angle, context.model.tuning.front_angle);
     state.turned_since_ns = 0;
     deviation.yaw_rate = {};

@@ -74,7 +74,7 @@ FirstSpeeds first_speeds(const State& state) noexcept {
   FirstSpeeds first;
   for (const Source wheel : wheel_sources) {
     const integrity::SourceHistory& history = state.integrity.history(wheel);
-    if (history.seen) {
+    if (history.seen()) {
       means[wheels++] = history.mean();
       first.samples += history.begun;
     }

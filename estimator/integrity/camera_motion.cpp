@@ -21,18 +21,15 @@ constexpr double largest_yaw_accel = 30.0;  // [rad/s²]
 void Integrity::add(const CameraPose& pose) noexcept {
   constexpr double longest_pause_s = 0.5;
   constexpr double shortest_step_s = 0.005;  // several looks at one instant measure no speed
-  SourceHistory& seen = observed_.sources[index_of(Source::camera)];
-  if (seen.seen && pose.capture_ns <= seen.time_ns) {
-    return;
-  }
-  if (seen.seen && seconds_between(reference_pose_.capture_ns, pose.capture_ns) < shortest_step_s) {
-    return;
-  }
-  const auto [x, y, yaw] = std::exchange(newest_pose_, {pose.x, pose.y, pose.yaw});
-  const bool same = pose.x == x && pose.y == y && pose.yaw == yaw;
+  SourceHistory& poses = observed_.sources[index_of(Source::camera)];
   const double dt = seconds_between(reference_pose_.capture_ns, pose.capture_ns);
+  if (poses.seen() && (pose.capture_ns <= poses.time_ns || dt < shortest_step_s)) {
+    return;
+  }
+  const std::array<double, 3> numbers{pose.x, pose.y, pose.yaw};
+  const bool same = std::exchange(newest_pose_, numbers) == numbers;
   bool outlier = false;
-  if (seen.seen && dt < longest_pause_s) {
+  if (poses.seen() && dt < longest_pause_s) {
     const double turned = wrap_angle(pose.yaw - reference_pose_.yaw);
     const double middle = reference_pose_.yaw + 0.5 * turned;
     const double way = (pose.x - reference_pose_.x) * std::cos(middle) +
@@ -42,14 +39,14 @@ void Integrity::add(const CameraPose& pose) noexcept {
       constexpr double sigmas = 8.0;
       const double most = sigmas * std::sqrt(observed_.errors.camera_noise_scale) * noise +
                           rate * (integrity::mean_s.front() + dt) * dt;
-      return !recent.seen || std::abs(by - recent.mean() * dt) <= most;
+      return !recent.seen() || std::abs(by - recent.mean() * dt) <= most;
     };
-    outlier = !is_motion(observed_.camera_speed, way, sigma, 1.5 * gravity) ||
+    outlier = !is_motion(observed_.camera_speed, way, sigma, integrity::largest_accel) ||
               !is_motion(observed_.camera_yaw_rate, turned, pose.sigma_yaw, largest_yaw_accel);
     if (!outlier) {
       constexpr auto unfiltered = integrity::Prefilter::none;
-      add_sample(observed_.camera_speed, pose.capture_ns, way / dt, sigma, same, 1e9, unfiltered);
-      add_sample(observed_.camera_yaw_rate, pose.capture_ns, turned / dt, pose.sigma_yaw, same, 1e9,
+      add_sample(observed_.camera_speed, pose.capture_ns, way / dt, sigma, same, unfiltered);
+      add_sample(observed_.camera_yaw_rate, pose.capture_ns, turned / dt, pose.sigma_yaw, same,
                  unfiltered);
     }
   }
@@ -58,9 +55,9 @@ void Integrity::add(const CameraPose& pose) noexcept {
   if (!last_was_outlier_) {
     reference_pose_ = pose;
   }
-  add_sample(seen, pose.capture_ns, 0.0, 0.0, same, 1e9);
+  add_sample(poses, pose.capture_ns, 0.0, 0.0, same);
   for (SourceHistory* const history :
-       {&seen, &observed_.camera_speed, &observed_.camera_yaw_rate}) {
+       {&poses, &observed_.camera_speed, &observed_.camera_yaw_rate}) {
     history->arrival_ns = std::max(pose.arrival_ns, pose.capture_ns);
   }
 }

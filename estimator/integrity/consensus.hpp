@@ -32,7 +32,8 @@ inline constexpr Sources rear_wheels = only(Source::wheel_rear_left) |
                                        only(Source::motor);
 inline constexpr Sources wheels = front_wheels | rear_wheels;
 
-/// The unknowns: speed and yaw rate of the car, and the slip of front and rear wheels [m/s].
+/// The unknowns: speed [m/s] and yaw rate [rad/s] of the car, and the slip of front and rear wheels
+/// [m/s].
 namespace of {
 enum Index : Eigen::Index { speed, yaw_rate, front_slip, rear_slip, size };
 }  // namespace of
@@ -51,8 +52,8 @@ struct Row {
 
 struct Solution {
   Motion motion = Motion::Zero();
-  Motion sigma = Motion::Ones();
-  double misfit = 0.0;  ///< Σ ((z - aᵀ x) / σ)²
+  Motion sigma = Motion::Constant(100.0);  ///< before any equation: as large as any car's
+  double misfit = 0.0;                     ///< Σ ((z - aᵀ x) / σ)²
 };
 
 class Consensus {
@@ -62,8 +63,11 @@ class Consensus {
   void add(const Row& row) noexcept {
     if (count_ < capacity) {
       rows_[count_++] = row;
+      present_ |= row.sources;
     }
   }
+  /// All sources with an equation.
+  [[nodiscard]] Sources present() const noexcept { return present_; }
   /// Least squares over all rows that use no source of `left_out`. The rows without a source must
   /// make it unique.
   [[nodiscard]] Solution without(Sources left_out) const noexcept;
@@ -74,6 +78,7 @@ class Consensus {
  private:
   std::array<Row, capacity> rows_{};
   std::size_t count_ = 0;
+  Sources present_ = 0;
 };
 
 }  // namespace odomd::estimator::integrity

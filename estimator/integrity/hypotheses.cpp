@@ -11,31 +11,16 @@ namespace {
 
 constexpr Sources inertial = only(Source::yaw_rate) | only(Source::accel_x) | only(Source::accel_y);
 
-/// What may fail together, and how penalty that is: -2 log of its probability, over that of a
-/// single source.
+/// A set of sources that may fail together, and its penalty: -2 log of its probability relative to
+/// that of a single source.
 struct Hypothesis {
   Sources sources;
   double penalty;
 };
 constexpr double pair = 8.0;
 constexpr double group = 14.0;
-constexpr std::array hypotheses{
-    Hypothesis{only(Source::yaw_rate), 0.0},
-    Hypothesis{only(Source::accel_x), 0.0},
-    Hypothesis{only(Source::accel_y), 0.0},
-    Hypothesis{only(Source::wheel_front_left), 0.0},
-    Hypothesis{only(Source::wheel_front_right), 0.0},
-    Hypothesis{only(Source::wheel_rear_left), 0.0},
-    Hypothesis{only(Source::wheel_rear_right), 0.0},
-    Hypothesis{only(Source::wheel_rear), 0.0},
-    Hypothesis{only(Source::motor), 0.0},
-    Hypothesis{only(Source::steering), 0.0},
-    Hypothesis{only(Source::camera), 0.0},
-    Hypothesis{front_wheels, pair},
-    Hypothesis{rear_wheels, pair},
-    Hypothesis{wheels, group},
-    Hypothesis{inertial, group},
-};
+constexpr std::array groups{Hypothesis{front_wheels, pair}, Hypothesis{rear_wheels, pair},
+                            Hypothesis{wheels, group}, Hypothesis{inertial, group}};
 
 // A car that spins contradicts an IMU that has no fault, and outer wheels roll in a slide.
 constexpr double slide_penalty = 10.0;
@@ -45,9 +30,7 @@ constexpr double anomaly_bonus = 20.0;
 constexpr double jump_memory_s = 1.0;
 
 /// Whether all of these sources that are alive repeat their bits, or have jumped.
-bool is_anomalous(const Observations& observed, Sources sources,
-                  const WithoutWheels& without) noexcept {
-  constexpr double standing_speed = 0.02;  // [m/s]
+bool is_anomalous(const Observations& observed, Sources sources, const Solution& without) noexcept {
   for (std::size_t i = 0; i < source_count; ++i) {
     const SourceHistory& history = observed.sources[i];
     if (!contains(sources, i) || !history.alive(observed.now_ns)) {
@@ -58,12 +41,12 @@ bool is_anomalous(const Observations& observed, Sources sources,
                         (history.jumped_ns != 0 &&
                          seconds_between(history.jumped_ns, observed.now_ns) <= jump_memory_s);
     // A quantised wheel speed repeats while the car goes at a constant speed, or stands.
-    const bool stands = std::abs(history.value) < standing_speed;
-    const bool constant =
-        wheel &&
-        (stands ||
-         std::abs(observed.speed() - observed.speed(Over::long_time)) < 3.0 * history.sigma) &&
-        std::abs(history.mean() - without.speed) < (stands ? 0.5 : 3.0) * without.sigma;
+    const bool stands = std::abs(history.value) < slowest_turning;
+    const bool constant = wheel &&
+                          (stands || std::abs(observed.speed() - observed.speed(Over::long_time)) <
+                                         3.0 * history.sigma) &&
+                          std::abs(history.mean() - without.motion[of::speed]) <
+                              (stands ? 0.5 : 3.0) * without.sigma[of::speed];
     if (!jumped && (constant || !observed.repeats(static_cast<Source>(i)))) {
       return false;
     }
@@ -74,27 +57,26 @@ bool is_anomalous(const Observations& observed, Sources sources,
 }  // namespace
 
 Sources isolate_fault(const Observations& observed, const Consensus& all, const Solution& base,
-                      Sources out, const WithoutWheels& without_wheels) noexcept {
+                      const Solution& without_wheels) noexcept {
   struct Candidate {
     Sources sources = 0;
     double score = 0.0;
   };
-  Sources present = 0;
-  for (const Row& row : all) {
-    present |= row.sources;
-  }
-  const Sources speeds = present & ~out & (wheels | only(Source::camera));
-  const bool slides = observed.slides(observed.now_ns, 4.0 * mean_s.back());
+  const Sources out = observed.distrusted;
+  const Sources suspects = all.present() & ~out;
+  const Sources speeds = suspects & (wheels | only(Source::camera));
+  const bool slides = observed.slides(observed.now_ns, Over::long_time);
   const bool spins = slides && (out & wheels) != 0;
   const Sources outer_wheels =
       observed.speed() * observed.yaw_rate() > 0.0
           ? only(Source::wheel_front_right) | only(Source::wheel_rear_right)
           : only(Source::wheel_front_left) | only(Source::wheel_rear_left);
-  std::array<Candidate, hypotheses.size()> tried{};
+  std::array<Candidate, source_count + groups.size()> tried{};
   Candidate best{.score = base.misfit - gate};
-  for (std::size_t i = 0; i < hypotheses.size(); ++i) {
-    const Sources sources = hypotheses[i].sources & present & ~out;
-    const bool anomalous = is_anomalous(observed, sources, without_wheels);
+  for (std::size_t i = 0; i < tried.size(); ++i) {
+    const Hypothesis hypothesis =
+        i < source_count ? Hypothesis{only(static_cast<Source>(i)), 0.0} : groups[i - source_count];
+    const Sources sources = hypothesis.sources & suspects;
     if (sources == 0) {
       continue;
     }
@@ -103,9 +85,9 @@ Sources isolate_fault(const Observations& observed, const Consensus& all, const 
     // Without its last speed the car has only what it integrates.
     const bool only_speed = (sources & speeds) != 0 && (speeds & ~sources) == 0;
     tried[i] = {sources,
-                all.without(out | sources).misfit + (only_speed ? group : hypotheses[i].penalty) +
+                all.without(out | sources).misfit + (only_speed ? group : hypothesis.penalty) +
                     (outer || (spins && (sources & ~inertial) == 0) ? slide_penalty : 0.0) -
-                    (anomalous ? anomaly_bonus : 0.0)};
+                    (is_anomalous(observed, sources, without_wheels) ? anomaly_bonus : 0.0)};
     if (tried[i].score < best.score) {
       best = tried[i];
     }

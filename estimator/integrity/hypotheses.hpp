@@ -13,17 +13,10 @@ inline constexpr double gate = 25.0;
 /// The best hypothesis must be better than every other one by this.
 inline constexpr double margin = 6.0;
 
-/// v_x by all sources but the wheels [m/s].
-struct WithoutWheels {
-  double speed = 0.0;
-  double sigma = 0.0;
-};
-
-/// The sources at fault, of those that have an equation in `all` and are not yet in `out`. `base`
-/// is the solution without those in `out`. None if no hypothesis explains its misfit, or if two do
-/// about equally well.
+/// The sources at fault, of those that have an equation in `all` and are trusted. `base` is the
+/// solution by the trusted ones, `without_wheels` that by all of them but the wheels. None if no
+/// hypothesis explains the misfit of `base`, or if two do about equally well.
 [[nodiscard]] Sources isolate_fault(const Observations& observed, const Consensus& all,
-                                    const Solution& base, Sources out,
-                                    const WithoutWheels& without_wheels) noexcept;
+                                    const Solution& base, const Solution& without_wheels) noexcept;
 
 }  // namespace odomd::estimator::integrity

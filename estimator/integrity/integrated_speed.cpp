@@ -14,12 +14,38 @@ namespace {
 // Time constant of following the consensus [s].
 constexpr double follow_s = 0.3;
 
+/// Locked wheels brake, which the accelerometer measures. So the car stands if all wheels are
+/// distrusted and neither accelerometer, gyro nor camera has shown any motion for a while.
+void stop_with_locked_wheels(Observations& observed, bool wheels_distrusted) noexcept {
+  constexpr double stands_after_s = 2.0;
+  constexpr double braking = 0.05;        // [g]
+  constexpr double standing_sigma = 0.1;  // [m/s]
+  const double accel = observed.history(Source::accel_x).mean(Over::long_time);
+  bool still = wheels_distrusted && is_steady(observed.history(Source::yaw_rate)) &&
+               std::abs(accel - observed.accel_offset) < braking * gravity &&
+               !observed.camera_speed.alive(observed.now_ns);
+  for (const Source source : wheel_sources) {
+    const SourceHistory& wheel = observed.history(source);
+    still = still && (!wheel.alive(observed.now_ns) || std::abs(wheel.mean()) < slowest_turning);
+  }
+  if (!still) {
+    observed.still_since_ns = observed.now_ns;
+  } else if (seconds_between(observed.still_since_ns, observed.now_ns) >= stands_after_s) {
+    observed.integrated_speed = 0.0;
+    observed.integrated_sigma = standing_sigma;
+  }
+}
+
 }  // namespace
 
 /// v̇_x = a_x + v_y ψ̇, v_y = l_h ψ̇ - α_h v, with linear tyres α_h = m l_v a_y / (l C_h).
-void integrate_acceleration(const Sensors& sensors, Observations& observed, double dt) noexcept {
+void integrate_acceleration(const Sensors& sensors, Observations& observed, double dt,
+                            bool wheels_distrusted) noexcept {
   constexpr double sliding_share = 0.5;  // v_y over v of a sliding car
-  constexpr double recent_s = 0.24;
+  if (!observed.usable(Source::accel_x)) {
+    observed.integrated_sigma += gravity * dt;
+    return;
+  }
   const Vehicle& car = sensors.car;
   const SourceHistory& accel_x = observed.history(Source::accel_x);
   const double yaw_rate = observed.yaw_rate();
@@ -30,54 +56,33 @@ void integrate_acceleration(const Sensors& sensors, Observations& observed, doub
   const double by_tyres = std::copysign(compliance * side * side, observed.speed());
   const double v_x_dot = accel_x.mean() - observed.accel_offset + by_turn - by_tyres;
   observed.integrated_speed += v_x_dot * dt;
-  const double sideways = observed.slides(observed.now_ns, recent_s)
+  const double sideways = observed.slides(observed.now_ns)
                               ? sliding_share * observed.speed() * yaw_rate
                               : by_turn + std::abs(by_tyres);
   observed.integrated_sigma +=
       dt * std::sqrt(squared(observed.accel_offset_sigma) +
                      squared(accel_x.sigma) * accel_x.cycle_s / follow_s +
                      squared(sensors.tuning.pitch_gradient * v_x_dot) + squared(sideways));
+  stop_with_locked_wheels(observed, wheels_distrusted);
 }
 
-/// Locked wheels brake, which the accelerometer measures. So the car stands if all wheels are
-/// distrusted and neither accelerometer, gyro nor camera has shown any motion for a while.
-void stop_with_locked_wheels(Observations& observed) noexcept {
-  constexpr double stands_after_s = 2.0;
-  constexpr double slowest_turning = 0.02;  // [m/s]
-  constexpr double braking = 0.05;          // [g]
-  constexpr double standing_sigma = 0.1;    // [m/s]
-  const double accel = observed.history(Source::accel_x).mean(Over::long_time);
-  bool still = is_steady(observed.history(Source::yaw_rate)) &&
-               std::abs(accel - observed.accel_offset) < braking * gravity;
-  for (const Source source : wheel_sources) {
-    const SourceHistory& wheel = observed.history(source);
-    still = still && (!wheel.alive(observed.now_ns) || std::abs(wheel.mean()) < slowest_turning);
-  }
-  if (!still || observed.camera_speed.alive(observed.now_ns)) {
-    observed.still_since_ns = observed.now_ns;
-  } else if (seconds_between(observed.still_since_ns, observed.now_ns) >= stands_after_s) {
-    observed.integrated_speed = 0.0;
-    observed.integrated_sigma = standing_sigma;
-  }
-}
-
-void follow_consensus(Observations& observed, double dt, const SpeedReference& reference) noexcept {
+void follow_consensus(Observations& observed, double dt, bool contradicted, bool learns) noexcept {
   constexpr double slope_s = 20.0;
   constexpr double least_slope = 0.02;  // [g], sigma of the offset, at least ...
   constexpr double most_slope = 0.06;   // ... and at most; three times that bounds the offset
   constexpr double contradicting_sigmas = 2.5;
   constexpr double unknown_sigma = 10.0;  // [m/s]
   const double ahead = observed.integrated_speed - observed.speed();
-  const bool valid = reference.accel_usable && observed.integrated_sigma < unknown_sigma;
-  if (!reference.known ||
-      (valid && (reference.contradicted ||
-                 std::abs(ahead) > contradicting_sigmas * observed.integrated_sigma))) {
+  const bool valid = observed.usable(Source::accel_x) && observed.integrated_sigma < unknown_sigma;
+  if (valid &&
+      (contradicted || std::abs(ahead) > contradicting_sigmas * observed.integrated_sigma)) {
     return;
   }
   const double share = valid ? -std::expm1(-dt / follow_s) : 1.0;
   observed.integrated_speed -= share * ahead;
-  observed.integrated_sigma += share * (observed.speed_sigma - observed.integrated_sigma);
-  if (valid && reference.trusted) {
+  observed.integrated_sigma +=
+      share * (observed.last_consensus.front().sigma[of::speed] - observed.integrated_sigma);
+  if (valid && learns) {
     const double error = ahead / follow_s;
     observed.offset_averaging_s = std::min(observed.offset_averaging_s + dt, slope_s);
     const double gain = dt / observed.offset_averaging_s;

@@ -9,7 +9,6 @@
 #include "estimator/common/time.hpp"
 #include "estimator/integrity/hypotheses.hpp"
 #include "estimator/integrity/integrated_speed.hpp"
-#include "estimator/integrity/wheel_radii.hpp"
 
 namespace odomd::estimator {
 namespace {
@@ -39,11 +38,13 @@ constexpr double penalty_decay_s = 60.0;
 // One negative wheel speed may be a corrupt frame.
 constexpr int sign_known_after = 3;
 
-/// Largest change of a sensor from one sample to the next that a motion can cause.
-double largest_change(Source source, double value, double elapsed_s) noexcept {
+/// Whether a wheel's speed changes from one sample to the next as no motion makes it.
+bool jumps(const SourceHistory& wheel, std::int64_t time_ns, double value) noexcept {
   constexpr double at_once = 0.2;  // [m/s], and of the speed: steps of an encoder, kerbs
   constexpr double share = 0.1;
-  return is_wheel(source) ? at_once + share * std::abs(value) + 2.0 * gravity * elapsed_s : 1e9;
+  return wheel.seen() && std::abs(value - wheel.value) >
+                             at_once + share * std::abs(wheel.value) +
+                                 2.0 * gravity * seconds_between(wheel.time_ns, time_ns);
 }
 
 }  // namespace
@@ -51,14 +52,16 @@ double largest_change(Source source, double value, double elapsed_s) noexcept {
 void Integrity::add(Source source, std::int64_t time_ns, double value, double sigma,
                     std::int64_t arrival_ns) noexcept {
   SourceHistory& history = observed_.sources[index_of(source)];
-  if (history.seen && time_ns <= history.time_ns) {
+  if (history.seen() && time_ns <= history.time_ns) {
     return;
   }
   if (is_wheel(source) && value < 0.0 && observed_.history(Source::direction).value >= 0.0) {
     negative_speeds_ = std::min(negative_speeds_ + 1, sign_known_after);
   }
-  add_sample(history, time_ns, value, sigma, value == history.value,
-             largest_change(source, history.value, seconds_between(history.time_ns, time_ns)));
+  if (is_wheel(source) && jumps(history, time_ns, value)) {
+    history.jumped_ns = time_ns;
+  }
+  add_sample(history, time_ns, value, sigma, value == history.value);
   history.arrival_ns = std::max(arrival_ns, time_ns);
 }
 
@@ -78,22 +81,22 @@ bool Integrity::decide_sign(const integrity::Sensors& sensors, Consensus& all,
   constexpr double slowest = 0.1;  // [m/s]
   const SourceHistory& direction = observed_.history(Source::direction);
   if (negative_speeds_ == sign_known_after ||
-      (direction.alive(checked_ns_) && direction.value != 0.0)) {
+      (direction.alive(observed_.now_ns) && direction.value != 0.0)) {
     backwards_ = false;
     return true;
   }
-  if ((present_ & wheels & ~distrusted()) == 0) {
+  if ((all.present() & wheels & ~observed_.distrusted) == 0) {
     return true;
   }
   integrity::Observations mirrored = observed_;
-  for (double& speed : mirrored.speeds) {
-    speed = -speed;
+  for (Solution& solution : mirrored.last_consensus) {
+    solution.motion[of::speed] *= -1.0;
   }
   if (!halted_) {
     mirrored.integrated_speed = -observed_.integrated_speed;  // its sign is known only since a halt
   }
   const Consensus reversed = parities(sensors, mirrored, !backwards_, Over::short_time);
-  const Solution reversed_base = reversed.without(distrusted());
+  const Solution reversed_base = reversed.without(observed_.distrusted);
   if (std::abs(base.motion[of::speed]) < slowest) {
     forward_votes_ = 0;
     halted_ = true;
@@ -121,54 +124,37 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
   constexpr double usual_misfit = 8.0;
   constexpr double longest_s = 0.1;
   constexpr std::int64_t slack_ns = 1'000'000;
-  if (checked_ns_ != 0 && ns_between(checked_ns_, now_ns) < check_interval_ns - slack_ns) {
+  if (observed_.now_ns != 0 &&
+      ns_between(observed_.now_ns, now_ns) < check_interval_ns - slack_ns) {
     return;
   }
-  const double elapsed_s = checked_ns_ != 0 ? seconds_between(checked_ns_, now_ns) : 0.0;
+  const std::int64_t before_ns = std::exchange(observed_.now_ns, now_ns);
+  const double elapsed_s = before_ns != 0 ? seconds_between(before_ns, now_ns) : 0.0;
   const double dt = std::min(elapsed_s, longest_s);
-  checked_ns_ = observed_.now_ns = now_ns;
-  const Sources out = distrusted();
-  observed_.distrusted = out;
+  const Sources out = observed_.distrusted = distrusted();
   // 1. The integrated speed. It is unknown how the speed has changed in a gap.
   observed_.integrated_sigma += gravity * (elapsed_s - dt);
   observed_.speed_unknown_s += elapsed_s - dt;
-  const bool accel_usable = observed_.usable(Source::accel_x);
-  if (accel_usable) {
-    integrate_acceleration(sensors, observed_, dt);
-    if (agreed_.wheels_distrusted) {
-      stop_with_locked_wheels(observed_);
-    } else {
-      observed_.still_since_ns = now_ns;
-    }
-  } else {
-    observed_.integrated_sigma += gravity * dt;
-  }
+  integrate_acceleration(sensors, observed_, dt, agreed_.wheels_distrusted);
   // 2. The consensus of the trusted sources, or else the sources at fault.
   Consensus all = parities(sensors, observed_, backwards_, Over::short_time);
   Solution base = all.without(out);
-  present_ = 0;
-  for (const integrity::Row& row : all) {
-    present_ |= row.sources;
-  }
+  const Sources present = all.present();
   agreed_.reversed_distance = 0.0;
   const bool sign_known = decide_sign(sensors, all, base);
   const Consensus longer = parities(sensors, observed_, backwards_, Over::long_time);
   Solution longer_base = longer.without(out);
   const bool by_short_mean = base.misfit > gate;
   agreed_.contradicted = by_short_mean || longer_base.misfit > gate;
-  const integrity::WithoutWheels without_wheels{agreed_.speed_without_wheels,
-                                                agreed_.speed_without_wheels_sigma};
-  const auto isolate_fault = [&](const Consensus& rows, const Solution& solution) {
-    return integrity::isolate_fault(observed_, rows, solution, out, without_wheels);
-  };
-  const Sources stuck = std::abs(agreed_.speed) > integrity::min_learning_speed &&
+  const Sources stuck = std::abs(observed_.speed()) > integrity::min_learning_speed &&
                                 observed_.history(Source::yaw_rate).is_stuck()
                             ? only(Source::yaw_rate)
                             : 0;
-  const Sources isolated = !sign_known            ? 0
-                           : by_short_mean        ? isolate_fault(all, base)
-                           : agreed_.contradicted ? isolate_fault(longer, longer_base)
-                                                  : 0;
+  const Sources isolated =
+      !sign_known            ? 0
+      : by_short_mean        ? isolate_fault(observed_, all, base, agreed_.without_wheels)
+      : agreed_.contradicted ? isolate_fault(observed_, longer, longer_base, agreed_.without_wheels)
+                             : 0;
   const Sources faulty = isolated | (stuck & ~out);
   raise_flags(faulty, !by_short_mean);
   agreed_.contradicted = agreed_.contradicted && faulty == 0;
@@ -186,24 +172,15 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
   }
   const Sources speed_sources = wheels | only(Source::camera) | only(Source::accel_x);
   observed_.speed_unknown_s =
-      (present_ & ~(out | faulty) & speed_sources) != 0 ? 0.0 : observed_.speed_unknown_s + dt;
-  const double stretch = std::sqrt(std::max(1.0, base.misfit / usual_misfit));
+      (present & ~(out | faulty) & speed_sources) != 0 ? 0.0 : observed_.speed_unknown_s + dt;
+  base.sigma *= std::sqrt(std::max(1.0, base.misfit / usual_misfit));
   distance_ += dt * base.motion[of::speed];
-  observed_.speeds = {base.motion[of::speed], longer_base.motion[of::speed]};
-  observed_.yaw_rates = {base.motion[of::yaw_rate], longer_base.motion[of::yaw_rate]};
-  observed_.speed_sigma = stretch * base.sigma[of::speed];
-  agreed_.speed = observed_.speed();
-  agreed_.speed_sigma = observed_.speed_sigma;
-  agreed_.yaw_rate = observed_.yaw_rate();
-  agreed_.yaw_rate_sigma = stretch * base.sigma[of::yaw_rate];
-  const Solution no_gyro = all.without(out | faulty | only(Source::yaw_rate));
-  agreed_.yaw_rate_without_gyro = no_gyro.motion[of::yaw_rate];
-  agreed_.yaw_rate_without_gyro_sigma = no_gyro.sigma[of::yaw_rate];
-  const Solution no_wheels = all.without(out | faulty | wheels);
-  agreed_.speed_without_wheels = no_wheels.motion[of::speed];
-  agreed_.speed_without_wheels_sigma = no_wheels.sigma[of::speed];
+  observed_.last_consensus = {base, longer_base};
+  agreed_.without_gyro = all.without(out | faulty | only(Source::yaw_rate));
+  agreed_.without_wheels = all.without(out | faulty | wheels);
+  const Sources trusted = ~distrusted();
   const auto all_distrusted = [&](Sources sources) {
-    return (present_ & sources) != 0 && (present_ & sources & ~distrusted()) == 0;
+    return (present & sources) != 0 && (present & sources & trusted) == 0;
   };
   agreed_.wheels_distrusted = all_distrusted(wheels);
   // The car may slide at a high lateral acceleration or while an axle slips; and then as long as it
@@ -211,19 +188,16 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
   constexpr double sharpest = 0.55;  // tan δ
   const double largest_yaw_rate = std::abs(observed_.speed()) * sharpest / sensors.car.wheelbase();
   const bool spins =
-      observed_.slides(now_ns, integrity::slide_memory_s) &&
+      observed_.slides(now_ns) &&
       std::abs(observed_.yaw_rate()) > largest_yaw_rate + integrity::largest_gyro_bias;
   if (lateral_accel(observed_, Over::short_time) > integrity::sliding_accel ||
       all_distrusted(front_wheels) || all_distrusted(rear_wheels) || spins) {
     observed_.last_slide_ns = now_ns;
   }
-  const Sources trusted = ~distrusted();
-  follow_consensus(
-      observed_, dt,
-      {.accel_usable = accel_usable,
-       .known = (present_ & trusted & (wheels | only(Source::camera))) != 0,
-       .contradicted = agreed_.contradicted,
-       .trusted = suspected_ == 0 && (~trusted & (wheels | only(Source::accel_x))) == 0});
+  if ((present & trusted & (wheels | only(Source::camera))) != 0) {
+    follow_consensus(observed_, dt, agreed_.contradicted,
+                     suspected_ == 0 && (~trusted & (wheels | only(Source::accel_x))) == 0);
+  }
   for (std::size_t i = 0; i < source_count; ++i) {
     const Sources it = Sources{1} << i;
     if (trust_[i].flag != SourceFlag::ok) {
@@ -241,7 +215,7 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
 /// Flags the suspects once they have been suspected for long enough.
 void Integrity::raise_flags(Sources suspects, bool by_long_mean) noexcept {
   if ((suspects & suspected_) == 0) {
-    suspected_since_ns_ = checked_ns_;
+    suspected_since_ns_ = observed_.now_ns;
   }
   suspected_ = suspects;
   for (std::size_t i = 0; i < source_count; ++i) {
@@ -250,11 +224,11 @@ void Integrity::raise_flags(Sources suspects, bool by_long_mean) noexcept {
     }
     const bool wheel = is_wheel(static_cast<Source>(i));
     const bool frozen = observed_.repeats(static_cast<Source>(i));
-    const double elapsed_s = seconds_between(suspected_since_ns_, checked_ns_);
+    const double elapsed_s = seconds_between(suspected_since_ns_, observed_.now_ns);
     if (elapsed_s >= (frozen || wheel ? frozen_persistence_s : persistence_s)) {
       Trust& trust = trust_[i];
       if (trust.flag == SourceFlag::ok) {
-        trust.raised_ns = checked_ns_;
+        trust.raised_ns = observed_.now_ns;
         trust.by_long_mean = by_long_mean;
         // A source that fails again has to agree for longer.
         const auto [first_s, longest_s] = wheel ? required_of_wheels_s : required_s;
@@ -282,7 +256,7 @@ void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcep
   }
   const bool still =
       trust.flag == SourceFlag::frozen && observed_.sources[source].same_since_ns < trust.raised_ns;
-  if (misfit > agreeing_misfit || still || !observed_.sources[source].alive(checked_ns_)) {
+  if (misfit > agreeing_misfit || still || !observed_.sources[source].alive(observed_.now_ns)) {
     trust.agreed_s = 0.0;
     return;
   }

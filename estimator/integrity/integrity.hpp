@@ -51,18 +51,17 @@ class Integrity {
     return trusted(source) && !agreed_.contradicted && (suspected_ & integrity::only(source)) == 0;
   }
 
-  /// Consensus of the trusted sources at the last check.
+  /// Motion by all trusted sources at the last check, over the short mean.
+  [[nodiscard]] const integrity::Solution& motion() const noexcept {
+    return observed_.last_consensus.front();
+  }
+
+  /// What the last check has found beside.
   struct Agreed {
-    double speed = 0.0;  ///< v_x [m/s], a short mean
-    double speed_sigma = 0.0;
-    double yaw_rate = 0.0;  ///< ψ̇ [rad/s], likewise
-    double yaw_rate_sigma = 0.0;
-    double yaw_rate_without_gyro = 0.0;  ///< [rad/s]
-    double yaw_rate_without_gyro_sigma = 0.0;
-    double speed_without_wheels = 0.0;  ///< [m/s]
-    double speed_without_wheels_sigma = 0.0;
-    bool wheels_distrusted = false;  ///< all of them
-    double reversed_distance = 0.0;  ///< distance driven with the wrong sign, now known [m]
+    integrity::Solution without_gyro;    ///< motion by all trusted sources but the gyro
+    integrity::Solution without_wheels;  ///< likewise
+    bool wheels_distrusted = false;      ///< all of them
+    double reversed_distance = 0.0;      ///< driven with the wrong sign, now known [m]
     std::int64_t contradicted_since_ns = 0;
     bool contradicted = false;  ///< and the fault cannot be isolated
     /// The camera contradicts the filter over several poses, or its clock drifts: the pose is
@@ -73,14 +72,13 @@ class Integrity {
   /// Whether unsigned wheel speeds are negative, by all other sources.
   [[nodiscard]] bool backwards() const noexcept { return backwards_; }
   /// Whether the car may slide, by the last check.
-  [[nodiscard]] bool slides() const noexcept {
-    return observed_.slides(checked_ns_, integrity::slide_memory_s);
-  }
+  [[nodiscard]] bool slides() const noexcept { return observed_.slides(observed_.now_ns); }
   /// The recent samples of a source, with those that were not fused.
   [[nodiscard]] const integrity::SourceHistory& history(Source source) const noexcept {
     return observed_.history(source);
   }
-  [[nodiscard]] std::int64_t checked_ns() const noexcept { return checked_ns_; }
+  /// Time of the last check; 0: never.
+  [[nodiscard]] std::int64_t checked_ns() const noexcept { return observed_.now_ns; }
 
  private:
   struct Trust {
@@ -105,7 +103,6 @@ class Integrity {
   std::array<Trust, source_count> trust_{};
   integrity::Sources suspected_ = 0;  ///< by the last check
   std::int64_t suspected_since_ns_ = 0;
-  integrity::Sources present_ = 0;  ///< sources with an equation at the last check
   std::array<double, 3> newest_pose_{};
   CameraPose reference_pose_;  ///< from which the next pose is measured
   bool last_was_outlier_ = false;
@@ -113,8 +110,7 @@ class Integrity {
   int forward_votes_ = 10;  ///< checks since the last halt: forward minus backwards
   bool halted_ = false;     ///< the car has stood
   bool backwards_ = false;
-  double distance_ = 0.0;        ///< since the last halt [m]
-  std::int64_t checked_ns_ = 0;  ///< 0: never
+  double distance_ = 0.0;  ///< since the last halt [m]
   Agreed agreed_;
 };
 

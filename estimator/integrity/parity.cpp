@@ -3,8 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
-#include <utility>
+#include <limits>
 
 #include "estimator/common/squares.hpp"
 #include "estimator/common/wheel_place.hpp"
@@ -17,7 +16,6 @@ constexpr double skew_s = 0.01;  // between two sensors, on top of their cycles
 constexpr double linkage_s = 0.05;
 constexpr double servo_s = 0.1;
 constexpr double camera_averaging_s = 0.15;
-constexpr double slowest_turning = 0.02;  // [m/s]
 
 /// The observations, averaged over one of the two times.
 struct View {
@@ -32,23 +30,18 @@ struct View {
   }
   [[nodiscard]] double side() const noexcept { return lateral_accel(observed, over); }
   [[nodiscard]] bool slides(Source source) const noexcept {
-    return observed.slides(observed.history(source).time_ns, 4.0 * seconds_of(over));
+    return observed.slides(observed.history(source).time_ns, over);
   }
-  /// Error of a mean by its age. No car changes its speed at more than 1.5 g.
+  /// Error of a mean by its age. No car changes its speed faster.
   [[nodiscard]] double lateness(Source source) const noexcept {
     const SourceHistory& history = observed.history(source);
-    const double most = is_wheel(source) ? 1.5 * gravity : 1e9;
+    const double most = is_wheel(source) ? largest_accel : std::numeric_limits<double>::infinity();
     const double late_s = source == Source::yaw_rate ? observed.errors.gyro_latency : 0.0;
     return (history.cycle_s + skew_s + late_s) * std::min(std::abs(history.rate(over)), most);
   }
-  /// Largest rate of change in the averaging time [1/s].
-  [[nodiscard]] double fastest_change(Source source) const noexcept {
-    return std::max(std::abs(observed.history(source).rate(over)),
-                    std::abs(changed(source)) / seconds_of(over));
-  }
   /// The mean of a product is not the product of the means: these two estimate the difference.
   [[nodiscard]] double speed_changed() const noexcept {
-    return over == Over::long_time ? observed.speed() - observed.speed(over) : 0.0;
+    return observed.speed() - observed.speed(over);
   }
   [[nodiscard]] double changed(Source source) const noexcept {
     const SourceHistory& history = observed.history(source);
@@ -69,28 +62,28 @@ Row wheel_row(const View& view, Source source, bool backwards) noexcept {
   const double along = v - place.left * r;
   const double across = l * r;
   const double f = std::copysign(std::hypot(along, across), along);
-  Row row{.sources = only(source)};
   const bool still = std::abs(f) < 1e-3;
-  row.by[of::speed] = still ? 1.0 : along / f;
-  row.by[of::yaw_rate] = still ? -place.left : (l * across - place.left * along) / f;
-  row.by[place.steered ? of::front_slip : of::rear_slip] = 1.0;
+  const double by_v = still ? 1.0 : along / f;
+  const double by_r = still ? -place.left : (l * across - place.left * along) / f;
   // Radii differ, and load transfer makes those of the outer wheels smaller.
   const double outer = -std::copysign(place.left == 0.0 ? 0.0 : 1.0, place.left) * v * r / gravity;
   const double mean = view.mean(source) /
                       (1.0 + view.observed.radius[index_of(source)] + view.observed.load * outer);
-  row.z = (backwards ? -mean : mean) - f + row.by[of::speed] * v + row.by[of::yaw_rate] * r;
   const double hidden = std::abs(mean) < slowest_turning ? view.observed.errors.dead_band : 0.0;
-  row.sigma =
+  return {
+      only(source),
+      {by_v, by_r, place.steered ? 1.0 : 0.0, place.steered ? 0.0 : 1.0},
+      (backwards ? -mean : mean) - f + by_v * v + by_r * r,
       root_of_squares(hidden, view.noise(source), 0.25 * view.observed.history(source).sigma,
                       view.sensors.tuning.wheel_radius * f,
-                      view.observed.load_sigma * view.side() / gravity * f, view.lateness(source));
-  return row;
+                      view.observed.load_sigma * view.side() / gravity * f, view.lateness(source))};
 }
 
 /// ψ̇ = v tan δ / (l + K v²), K the understeer gradient.
 Row steering_row(const View& view) noexcept {
   constexpr double share = 0.1;        // of the yaw rate: play, linkage
   constexpr double least_off = 0.005;  // [rad]
+  constexpr double floor = 0.02;       // [rad/s]
   constexpr double slowest = 0.5;      // [m/s]
   const Vehicle& car = view.sensors.car;
   // From this lateral acceleration on the front may slide [m/s²]. A driver who loses the car does
@@ -109,11 +102,6 @@ Row steering_row(const View& view) noexcept {
   const double least = std::abs(v * most) > sliding
                            ? 0.0
                            : v * tangent / (l + 1.5 * std::max(gradient, 0.0) * v * v);
-  Row row{.sources = only(Source::steering)};
-  row.by[of::yaw_rate] = 1.0;
-  // ∂ψ̇/∂v of a car without understeer.
-  row.by[of::speed] = -tangent / l;
-  row.z = 0.5 * (most + least) - tangent / l * v;
   const double by_v = (1.0 + tangent * tangent) / l;
   const double by_delta = std::abs(v) * by_v;
   // Response time of the car to its steering: ψ̈ = -ψ̇ (l_v² C_v + l_h² C_h) / (J_z v) + ...
@@ -127,43 +115,46 @@ Row steering_row(const View& view) noexcept {
                              : 0.0;
   // A command is an intention that the wheels follow.
   const bool modelled = car.steering.lag_s > 0.0 || car.steering.rate_limit > 0.0;
-  const double lateness =
-      view.lateness(Source::steering) +
-      ((modelled ? linkage_s : servo_s) + response_s) * view.fastest_change(Source::steering);
+  const double changed = view.changed(Source::steering);
+  const double fastest_change =
+      std::max(std::abs(view.observed.history(Source::steering).rate(view.over)),
+               std::abs(changed) / seconds_of(view.over));
+  const double lateness = view.lateness(Source::steering) +
+                          ((modelled ? linkage_s : servo_s) + response_s) * fastest_change;
   const double offset = std::max(least_off, errors.steering_offset_sigma);
-  row.sigma = root_of_squares(by_delta * view.noise(Source::steering), by_delta * offset,
-                              by_delta * lateness, share * most, 0.5 * (most - least), counter,
-                              0.02, by_v * view.changed(Source::steering) * view.speed_changed());
-  return row;
+  // tan δ / l is ∂ψ̇/∂v of a car without understeer.
+  return {only(Source::steering),
+          {-tangent / l, 1.0, 0.0, 0.0},
+          0.5 * (most + least) - tangent / l * v,
+          root_of_squares(by_delta * view.noise(Source::steering), by_delta * offset,
+                          by_delta * lateness, share * most, 0.5 * (most - least), counter, floor,
+                          by_v * changed * view.speed_changed())};
 }
 
 Row gyro_row(const View& view) noexcept {
   constexpr double least_off = 0.01;  // [rad/s]
   const SensorErrors& errors = view.observed.errors;
-  Row row{.sources = only(Source::yaw_rate)};
-  row.by[of::yaw_rate] = 1.0;
-  row.z = view.mean(Source::yaw_rate) - errors.gyro_bias;
-  row.sigma =
-      root_of_squares(view.noise(Source::yaw_rate), std::max(least_off, errors.gyro_bias_sigma),
-                      view.sensors.tuning.gyro_scale * row.z, view.lateness(Source::yaw_rate));
-  return row;
+  const double z = view.mean(Source::yaw_rate) - errors.gyro_bias;
+  return {only(Source::yaw_rate),
+          {0.0, 1.0, 0.0, 0.0},
+          z,
+          root_of_squares(view.noise(Source::yaw_rate), std::max(least_off, errors.gyro_bias_sigma),
+                          view.sensors.tuning.gyro_scale * z, view.lateness(Source::yaw_rate))};
 }
 
 /// a_y = v ψ̇, linear about (v_0, ψ̇_0). In a slide v̇_y is not small.
 Row accel_y_row(const View& view) noexcept {
   constexpr double bank = 0.05;  // [g]
-  const double measured = view.mean(Source::accel_y);
-  const double demanded = std::abs(view.speed() * view.yaw_rate());
-  Row row{.sources = only(Source::accel_y)};
-  row.by[of::speed] = view.yaw_rate();
-  row.by[of::yaw_rate] = view.speed();
-  row.z = measured + view.speed() * view.yaw_rate();
-  row.sigma = root_of_squares(
-      view.noise(Source::accel_y), view.sensors.tuning.accel_bias, bank * gravity,
-      view.sensors.tuning.roll_gradient * view.side(), view.lateness(Source::accel_y),
-      view.slides(Source::accel_y) ? 0.5 * std::max(demanded, sliding_accel) : 0.0,
-      view.changed(Source::yaw_rate) * view.speed_changed());
-  return row;
+  const double demanded = view.speed() * view.yaw_rate();
+  return {
+      only(Source::accel_y),
+      {view.yaw_rate(), view.speed(), 0.0, 0.0},
+      view.mean(Source::accel_y) + demanded,
+      root_of_squares(
+          view.noise(Source::accel_y), view.sensors.tuning.accel_bias, bank * gravity,
+          view.sensors.tuning.roll_gradient * view.side(), view.lateness(Source::accel_y),
+          view.slides(Source::accel_y) ? 0.5 * std::max(std::abs(demanded), sliding_accel) : 0.0,
+          view.changed(Source::yaw_rate) * view.speed_changed())};
 }
 
 }  // namespace
@@ -187,21 +178,18 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
   constexpr double slip_share = 0.01;
   const View view{sensors, observed, over};
   Consensus all;
-  const auto add = [&all](Sources sources, std::initializer_list<std::pair<of::Index, double>> by,
-                          double z, double sigma) {
-    Row row{.sources = sources, .z = z, .sigma = sigma};
-    for (const auto& [index, value] : by) {
-      row.by[index] = value;
-    }
-    all.add(row);
-  };
   // 1. Prior knowledge: how fast a car can change its motion, and how much wheels slip.
   const double hold_s = 0.03 + seconds_of(over) - seconds_of(Over::short_time);
   const double v = view.speed();
-  add(0, {{of::speed, 1.0}}, v,
-      root_of_squares(observed.speed_sigma, gravity * (hold_s + observed.speed_unknown_s)));
-  add(0, {{of::yaw_rate, 1.0}}, view.yaw_rate(),
-      sensors.tuning.turn_in * gravity / sensors.car.wheelbase() * 3.0 * hold_s);
+  all.add({0,
+           {1.0, 0.0, 0.0, 0.0},
+           v,
+           root_of_squares(observed.last_consensus.front().sigma[of::speed],
+                           gravity * (hold_s + observed.speed_unknown_s))});
+  all.add({0,
+           {0.0, 1.0, 0.0, 0.0},
+           view.yaw_rate(),
+           sensors.tuning.turn_in * gravity / sensors.car.wheelbase() * 3.0 * hold_s});
   // Driven wheels slip, and all that brake, in proportion to the acceleration: the smaller one of
   // accelerometer and wheels.
   double faster = 0.0;
@@ -221,8 +209,8 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
     return root_of_squares(slip_floor, slip_share * v,
                            slips ? observed.errors.wheel_slip * accel * v : 0.0);
   };
-  add(0, {{of::front_slip, 1.0}}, 0.0, slip(Source::wheel_front_left));
-  add(0, {{of::rear_slip, 1.0}}, 0.0, slip(Source::wheel_rear_left));
+  all.add({0, {0.0, 0.0, 1.0, 0.0}, 0.0, slip(Source::wheel_front_left)});
+  all.add({0, {0.0, 0.0, 0.0, 1.0}, 0.0, slip(Source::wheel_rear_left)});
 
   // 2. The sources.
   const auto has_mean = [&](const SourceHistory& history) {
@@ -251,25 +239,58 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
     all.add(accel_y_row(view));
   }
   if (alive(Source::accel_x) && over == Over::short_time) {
-    add(only(Source::accel_x), {{of::speed, 1.0}}, observed.integrated_speed,
-        observed.integrated_sigma);
+    all.add({only(Source::accel_x),
+             {1.0, 0.0, 0.0, 0.0},
+             observed.integrated_speed,
+             observed.integrated_sigma});
   }
   if (has_mean(observed.camera_speed)) {
     constexpr double share = 0.05;
-    const SourceHistory& speed = observed.camera_speed;
-    const SourceHistory& turn = observed.camera_yaw_rate;
+    constexpr double floor = 0.03;  // [m/s, rad/s]
     // The noise of a mean rate is that of the position over the averaging time.
+    const SourceHistory& speed = observed.camera_speed;
     const double seconds =
         std::min(std::max(camera_averaging_s, seconds_of(over)), speed.duration_s() + 1e-3);
     const double age_s = camera_averaging_s + seconds_between(speed.time_ns, observed.now_ns);
     const double noise = std::sqrt(observed.errors.camera_noise_scale) / seconds;
-    add(only(Source::camera), {{of::speed, 1.0}}, speed.mean(over),
-        root_of_squares(0.03 + share * std::abs(v), speed.sigma * noise, age_s * speed.rate(over)));
-    add(only(Source::camera), {{of::yaw_rate, 1.0}}, turn.mean(over),
-        root_of_squares(0.03 + share * std::abs(view.yaw_rate()), turn.sigma * noise,
-                        age_s * turn.rate(over)));
+    const auto add = [&](const Motion& by, const SourceHistory& rate, double last) {
+      all.add({only(Source::camera), by, rate.mean(over),
+               root_of_squares(floor + share * std::abs(last), rate.sigma * noise,
+                               age_s * rate.rate(over))});
+    };
+    add({1.0, 0.0, 0.0, 0.0}, speed, v);
+    add({0.0, 1.0, 0.0, 0.0}, observed.camera_yaw_rate, view.yaw_rate());
   }
   return all;
+}
+
+void learn_radii(const Sensors& sensors, const Consensus& all, const Solution& base, double dt,
+                 Observations& observed) noexcept {
+  constexpr double learnt_s = 20.0;
+  constexpr double most = 0.02;
+  constexpr double load_known = 0.002;
+  const double v = base.motion[of::speed];
+  if (std::abs(v) < min_learning_speed) {
+    return;
+  }
+  const double side = v * base.motion[of::yaw_rate] / gravity;
+  for (const Row& row : all) {
+    for (const Source wheel : wheel_sources) {
+      if (row.sources != only(wheel)) {
+        continue;
+      }
+      const double error = row.off(base.motion) * row.sigma / v;
+      double& radius = observed.radius[index_of(wheel)];
+      radius = std::clamp(radius + dt / learnt_s * error, -most, most);
+      const double left = wheel_place(sensors.car, wheel).left;
+      if (left != 0.0) {
+        observed.load =
+            std::clamp(observed.load - std::copysign(dt, left) * side * error, -most, most);
+      }
+    }
+  }
+  const double unknown = observed.load_sigma - load_known;
+  observed.load_sigma -= std::min(2.0 * dt * side * side, 1.0) * unknown;
 }
 
 }  // namespace odomd::estimator::integrity

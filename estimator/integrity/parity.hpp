@@ -45,25 +45,23 @@ struct Observations {
   double accel_offset_sigma = 0.06 * gravity;  ///< how much it varies
   double offset_averaging_s = 2.0;             ///< averaging time of the two above
   std::int64_t still_since_ns = 0;             ///< since then no sensor has shown motion
-  double speed_sigma = 100.0;
-  double speed_unknown_s = 0.0;       ///< time since a source last measured the speed
-  std::array<double, 2> speeds{};     ///< last consensus v_x, by Over
-  std::array<double, 2> yaw_rates{};  ///< last consensus ψ̇, by Over
-  std::int64_t last_slide_ns = 0;     ///< last time that the car may have slid; 0: never
+  double speed_unknown_s = 0.0;                ///< time since a source last measured the speed
+  std::array<Solution, 2> last_consensus;      ///< by Over
+  std::int64_t last_slide_ns = 0;              ///< last time that the car may have slid; 0: never
   SensorErrors errors;
   std::array<double, source_count> radius{};  ///< relative error of each wheel's speed
   double load = 0.0;  ///< relative speed increase of an outer wheel at 1 g lateral acceleration
   double load_sigma = 0.013;
 
   [[nodiscard]] double speed(Over over = Over::short_time) const noexcept {
-    return speeds[static_cast<std::size_t>(over)];
+    return last_consensus[static_cast<std::size_t>(over)].motion[of::speed];
   }
   [[nodiscard]] double yaw_rate(Over over = Over::short_time) const noexcept {
-    return yaw_rates[static_cast<std::size_t>(over)];
+    return last_consensus[static_cast<std::size_t>(over)].motion[of::yaw_rate];
   }
-  /// Whether the car may have slid in the `recent_s` seconds before `time_ns`.
-  [[nodiscard]] bool slides(std::int64_t time_ns, double recent_s) const noexcept {
-    return last_slide_ns != 0 && seconds_between(last_slide_ns, time_ns) < recent_s;
+  /// Whether the car may have slid shortly before `time_ns`: within four averaging times.
+  [[nodiscard]] bool slides(std::int64_t time_ns, Over over = Over::short_time) const noexcept {
+    return last_slide_ns != 0 && seconds_between(last_slide_ns, time_ns) < 4.0 * seconds_of(over);
   }
   /// Alive and trusted.
   [[nodiscard]] bool usable(Source source) const noexcept {
@@ -85,13 +83,19 @@ struct Observations {
 /// signs differ [m/s²].
 [[nodiscard]] double lateral_accel(const Observations& observed, Over over) noexcept;
 
+/// No car changes its speed faster [m/s²].
+inline constexpr double largest_accel = 1.5 * gravity;
+
 /// Above this lateral acceleration all tyres may slide [m/s²].
 inline constexpr double sliding_accel = 4.0;
-/// How long a car that has slid may still slide: twelve checks [s].
-inline constexpr double slide_memory_s = 0.24;
-
 /// A larger reading of a gyro is no bias but a turn [rad/s].
 inline constexpr double largest_gyro_bias = 0.5;
+
+/// A slower wheel may stand [m/s].
+inline constexpr double slowest_turning = 0.02;
+
+/// Nothing is learnt at lower speeds [m/s].
+inline constexpr double min_learning_speed = 0.3;
 
 /// Whether the gyro's reading may be its bias: small and constant.
 [[nodiscard]] bool is_steady(const SourceHistory& gyro) noexcept;
@@ -99,5 +103,10 @@ inline constexpr double largest_gyro_bias = 0.5;
 /// The equations of all sources that are alive. `backwards`: unsigned wheel speeds count negative.
 [[nodiscard]] Consensus parities(const Sensors& sensors, const Observations& observed,
                                  bool backwards, Over over) noexcept;
+
+/// Learns the radius error of each wheel, and the load transfer, from the residuals of `all` at
+/// `base` over `dt` [s]. Call it while no source is suspected.
+void learn_radii(const Sensors& sensors, const Consensus& all, const Solution& base, double dt,
+                 Observations& observed) noexcept;
 
 }  // namespace odomd::estimator::integrity

@@ -1,4 +1,4 @@
-// The recent samples of one source: their means, the rate of change, repeats and jumps.
+// The recent samples of one source: their means, the rate of change, and repeats.
 //
 // docs/model.md, "Integrity".
 #pragma once
@@ -31,9 +31,8 @@ struct Mean {
 };
 
 struct SourceHistory {
-  bool seen = false;
-  std::array<double, least_samples> first{};  ///< samples after the last gap ...
-  std::size_t begun = 0;                      ///< ... and how many of them there are
+  std::array<double, least_samples> first{};  ///< samples after the last gap, sorted
+  std::size_t begun = 0;                      ///< number of these; 0: no sample yet
   std::int64_t time_ns = 0;                   ///< of the newest sample
   std::int64_t arrival_ns = 0;                ///< of the newest sample
   std::int64_t since_ns = 0;                  ///< first sample after the last gap
@@ -49,6 +48,7 @@ struct SourceHistory {
 
   std::int64_t jumped_ns = 0;  ///< last change that no car can make; 0: never
 
+  [[nodiscard]] bool seen() const noexcept { return begun > 0; }
   [[nodiscard]] double mean(Over over = Over::short_time) const noexcept {
     return means[static_cast<std::size_t>(over)].value;
   }
@@ -88,22 +88,22 @@ struct SourceHistory {
 /// cancel only if all samples count.
 enum class Prefilter : std::uint8_t { median, none };
 
-/// Adds a sample that is newer than the last one. `change` is the largest change that a car's
-/// motion can cause.
+/// Adds a sample that is newer than the last one.
 inline void add_sample(SourceHistory& history, std::int64_t time_ns, double value, double sigma,
-                       bool same, double change, Prefilter prefilter = Prefilter::median) noexcept {
+                       bool same, Prefilter prefilter = Prefilter::median) noexcept {
   constexpr double longest_cycle_s = 0.3;
-  const double elapsed_s = history.seen ? seconds_between(history.time_ns, time_ns) : 0.0;
-  if (!history.seen || elapsed_s > 1.0) {
+  constexpr double gap_s = 1.0;
+  const bool first = !history.seen();
+  const double elapsed_s = seconds_between(history.time_ns, time_ns);
+  if (first || elapsed_s > gap_s) {
     history.begun = 0;
     history.since_ns = time_ns;
   } else {
     // A source slower than the short mean gets no median: it would be too late.
-    const double middle =
-        prefilter == Prefilter::none || history.cycle_s > mean_s.front()
-            ? value
-            : std::max(std::min(value, history.value),
-                       std::min(std::max(value, history.value), history.previous));
+    const auto [low, high] = std::minmax(value, history.value);
+    const double middle = prefilter == Prefilter::none || history.cycle_s > mean_s.front()
+                              ? value
+                              : std::clamp(history.previous, low, high);
     const double cycle_s = std::min(elapsed_s, longest_cycle_s);
     history.cycle_s += (history.cycle_s > 0.0 ? 0.1 : 1.0) * (cycle_s - history.cycle_s);
     for (std::size_t i = 0; i < mean_s.size(); ++i) {
@@ -125,18 +125,14 @@ inline void add_sample(SourceHistory& history, std::int64_t time_ns, double valu
     const double median = history.first[history.begun / 2];
     history.means.fill({median, median});
   }
-  if (history.seen && std::abs(value - history.value) > change) {
-    history.jumped_ns = time_ns;
-  }
   constexpr double share_s = 10.0;
   history.same_share +=
       std::min(history.cycle_s / share_s, 1.0) * ((same ? 1.0 : 0.0) - history.same_share);
-  if (!history.seen || !same) {
+  if (first || !same) {
     history.same = 0;
     history.same_since_ns = time_ns;
   }
   history.same += 1;
-  history.seen = true;
   history.time_ns = history.arrival_ns = time_ns;
   history.previous = history.value;
   history.value = value;

@@ -25,7 +25,7 @@ TEST(ApplyIntegrity, ADriveWithoutFaultsIsNotCorrectedNorDoubtful) {
   EXPECT_EQ(car.state.disputed.way, 0.0);
   EXPECT_EQ(car.state.deviation.speed_since_ns, 0);
   EXPECT_EQ(car.state.deviation.yaw_rate_since_ns, 0);
-  EXPECT_NEAR(car.state.integrity.agreed().yaw_rate, 0.8, 0.05);
+  EXPECT_NEAR(car.state.integrity.motion().motion[integrity::of::yaw_rate], 0.8, 0.05);
 }
 
 TEST(ApplyIntegrity, AWrongSpeedIsResetToTheConsensus) {

@@ -54,8 +54,8 @@ TEST(SourceHistory, ANoisySourceThatRepeatsIsStuck) {
   SourceHistory quantised;
   for (int i = 1; i < 4000; ++i) {
     const bool frozen = i > 3970;
-    add_sample(noisy, 10 * ms * i, frozen ? 0.0 : std::sin(9.0 * i), 0.01, frozen && i > 3971, 1e9);
-    add_sample(quantised, 10 * ms * i, 0.0, 0.01, i % 50 != 0, 1e9);
+    add_sample(noisy, 10 * ms * i, frozen ? 0.0 : std::sin(9.0 * i), 0.01, frozen && i > 3971);
+    add_sample(quantised, 10 * ms * i, 0.0, 0.01, i % 50 != 0);
     EXPECT_FALSE(quantised.is_stuck());
     EXPECT_TRUE(frozen || !noisy.is_stuck());
   }

@@ -149,8 +149,8 @@ TEST(Integrity, HasNothingToSayOfASlalom) {
     drive.until(60.0);
     EXPECT_EQ(drive.flagged(), 0);
     EXPECT_FALSE(drive.integrity.agreed().contradicted);
-    EXPECT_NEAR(drive.integrity.agreed().speed, slalom(59.97).speed, 0.03);
-    EXPECT_LT(drive.integrity.agreed().speed_sigma, 0.1);
+    EXPECT_NEAR(drive.integrity.motion().motion[integrity::of::speed], slalom(59.97).speed, 0.03);
+    EXPECT_LT(drive.integrity.motion().sigma[integrity::of::speed], 0.1);
   }
 }
 
@@ -189,10 +189,10 @@ TEST(Integrity, FindsTheSignOfUnsignedWheelsAfterEachHalt) {
   for (int round = 0; round < 3; ++round) {
     drive.until(12.0 * round + 2.0);
     EXPECT_FALSE(drive.integrity.backwards()) << round;
-    EXPECT_GT(drive.integrity.agreed().speed, 1.0) << round;
+    EXPECT_GT(drive.integrity.motion().motion[integrity::of::speed], 1.0) << round;
     drive.until(12.0 * round + 8.0);
     EXPECT_TRUE(drive.integrity.backwards()) << round;
-    EXPECT_LT(drive.integrity.agreed().speed, -1.0) << round;
+    EXPECT_LT(drive.integrity.motion().motion[integrity::of::speed], -1.0) << round;
     drive.until(12.0 * round + 12.0);
   }
   for (std::size_t i = 0; i < source_count; ++i)
@@ -257,7 +257,7 @@ TEST(Integrity, DetectsAContradictionWithinHalfASecond) {
     EXPECT_LT(*drive.raised_s(source), 7.8) << source_names[index_of(source)];
     EXPECT_EQ(drive.flagged(), 1) << source_names[index_of(source)];
     // What they agree on does not follow the one.
-    EXPECT_NEAR(drive.integrity.agreed().speed, slalom(8.0).speed, 0.1);
+    EXPECT_NEAR(drive.integrity.motion().motion[integrity::of::speed], slalom(8.0).speed, 0.1);
   }
 }
 
@@ -511,8 +511,10 @@ TEST(Integrity, IgnoresASampleOlderThanTheNewest) {
   // So soon that the gyro still counts.
   late.check({}, start_ns + 5'015 * ms);
   drive.integrity.check({}, start_ns + 5'015 * ms);
-  EXPECT_NE(drive.integrity.agreed().yaw_rate, drive.integrity.agreed().yaw_rate_without_gyro);
-  EXPECT_EQ(late.agreed().yaw_rate, drive.integrity.agreed().yaw_rate);
+  EXPECT_NE(drive.integrity.motion().motion[integrity::of::yaw_rate],
+            drive.integrity.agreed().without_gyro.motion[integrity::of::yaw_rate]);
+  EXPECT_EQ(late.motion().motion[integrity::of::yaw_rate],
+            drive.integrity.motion().motion[integrity::of::yaw_rate]);
 }
 
 TEST(Integrity, AGyroOfTheWrongSignIsNoReversing) {
@@ -524,7 +526,7 @@ TEST(Integrity, AGyroOfTheWrongSignIsNoReversing) {
     return source == Source::yaw_rate ? -value : value;
   });
   EXPECT_FALSE(drive.integrity.backwards());
-  EXPECT_NEAR(drive.integrity.agreed().speed, 1.5, 0.1);
+  EXPECT_NEAR(drive.integrity.motion().motion[integrity::of::speed], 1.5, 0.1);
   EXPECT_TRUE(drive.raised_s(Source::yaw_rate));
   EXPECT_EQ(drive.flagged(), 1);
 }
@@ -538,8 +540,8 @@ TEST(Integrity, AChangeDuringAGapIsAcceptedAfterwards) {
   drive.until(10.0, [](Source, double t, double value) {
     return t < 4.0 || t > 7.0 ? std::optional(value) : std::nullopt;
   });
-  EXPECT_NEAR(drive.integrity.agreed().speed, 6.0, 0.5);
-  EXPECT_LT(drive.integrity.agreed().speed_sigma, 0.1);
+  EXPECT_NEAR(drive.integrity.motion().motion[integrity::of::speed], 6.0, 0.5);
+  EXPECT_LT(drive.integrity.motion().sigma[integrity::of::speed], 0.1);
   for (std::size_t i = 0; i < source_count; ++i)
     EXPECT_TRUE(drive.integrity.trusted(static_cast<Source>(i))) << source_names[i];
 }
@@ -604,6 +606,15 @@ TEST(Integrity, TakesNoMemory) {
   drive.until(4.0, fails);
   EXPECT_EQ(allocation_count(), before);
   EXPECT_FALSE(drive.integrity.trusted(Source::yaw_rate));
+}
+
+TEST(Integrity, NotesWhenAWheelJumps) {
+  for (const double after : {1.4, 1.6}) {
+    Integrity integrity;
+    for (std::int64_t t = 0; t < 100; ++t)
+      integrity.add(Source::motor, 1'000 * ms + 10 * t * ms, t < 50 ? 1.0 : after, 0.1);
+    EXPECT_EQ(integrity.history(Source::motor).jumped_ns, after > 1.5 ? 1'500 * ms : 0) << after;
+  }
 }
 
 }  // namespace

@@ -32,14 +32,13 @@ struct Circle {
 
   [[nodiscard]] Observations observed() const {
     Observations observed;
-    observed.speeds = {speed, speed};
-    observed.yaw_rates = {turn, turn};
-    observed.speed_sigma = 0.1;
+    observed.last_consensus.fill(
+        {.motion = {speed, turn, 0.0, 0.0}, .sigma = Motion::Constant(0.1)});
     observed.integrated_speed = speed;
     observed.integrated_sigma = 0.1;
     const auto push = [&observed](Source source, double value, double sigma) {
       for (std::int64_t t = start_ns; t <= now_ns; t += 10 * ms)
-        add_sample(observed.sources[index_of(source)], t, value, sigma, false, 1e9);
+        add_sample(observed.sources[index_of(source)], t, value, sigma, false);
     };
     for (const Source source :
          {Source::wheel_front_left, Source::wheel_front_right, Source::wheel_rear_left,
@@ -50,8 +49,8 @@ struct Circle {
     push(Source::accel_y, speed * turn, 0.1);
     push(Source::steering, steering(), 0.002);
     for (std::int64_t t = start_ns; t <= now_ns; t += 10 * ms) {
-      add_sample(observed.camera_speed, t, speed, 0.008, false, 1e9);
-      add_sample(observed.camera_yaw_rate, t, turn, 0.009, false, 1e9);
+      add_sample(observed.camera_speed, t, speed, 0.008, false);
+      add_sample(observed.camera_yaw_rate, t, turn, 0.009, false);
     }
     return observed;
   }
@@ -157,9 +156,9 @@ TEST(Parity, SteeringBeyondTheGripPredictsNoYawRate) {
   const double wheelbase = Vehicle{}.wheelbase();
   const double delta = std::atan(3.0 * wheelbase / 6.0);
   for (std::int64_t t = Circle::now_ns; t <= Circle::now_ns + 3'000 * ms; t += 10 * ms)
-    add_sample(observed.sources[index_of(Source::steering)], t, delta, 0.002, false, 1e9);
+    add_sample(observed.sources[index_of(Source::steering)], t, delta, 0.002, false);
   for (std::size_t i = 0; i < source_count; ++i)
-    if (observed.sources[i].seen) observed.sources[i].time_ns = Circle::now_ns + 3'000 * ms;
+    if (observed.sources[i].seen()) observed.sources[i].time_ns = Circle::now_ns + 3'000 * ms;
   const Consensus all = parities_at(Circle::now_ns + 3'000 * ms, observed, false, Over::short_time);
   EXPECT_LT(off(all, Source::steering, sliding.truth()), 2.0);
 }
@@ -192,11 +191,10 @@ TEST(Parity, UnsignedWheelsAreReadBackwards) {
 TEST(Parity, SteeringIsAsLateToTheLeftAsToTheRight) {
   const auto sigma_of = [](double rate) {
     Observations observed;
-    observed.speeds = {1.5, 1.5};
+    observed.last_consensus.fill({.motion = {1.5, 0.0, 0.0, 0.0}});
     for (std::int64_t t = start_ns; t <= Circle::now_ns; t += 20 * ms) {
       const double from_end_s = static_cast<double>(t - Circle::now_ns) * 1e-9;
-      add_sample(observed.sources[index_of(Source::steering)], t, rate * from_end_s, 0.002, false,
-                 1e9);
+      add_sample(observed.sources[index_of(Source::steering)], t, rate * from_end_s, 0.002, false);
     }
     for (const Row& row : parities_at(Circle::now_ns, observed, false, Over::short_time))
       if (row.sources == only(Source::steering)) return row.sigma;

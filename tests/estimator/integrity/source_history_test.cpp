@@ -1,4 +1,4 @@
-// The history of a source: means and their rates, repeats and jumps.
+// The history of a source: means and their rates, and repeats.
 #include "estimator/integrity/source_history.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ SourceHistory of(double seconds, const std::function<double(double)>& value) {
   SourceHistory history;
   for (std::int64_t t = 0; t <= static_cast<std::int64_t>(seconds * 1e3); t += 10) {
     const double z = value(static_cast<double>(t) * 1e-3);
-    add_sample(history, start_ns + t * ms, z, 0.1, z == history.value, 0.5);
+    add_sample(history, start_ns + t * ms, z, 0.1, z == history.value);
   }
   return history;
 }
@@ -45,12 +45,12 @@ TEST(SourceHistory, BeginsWithTheMedianOfTheFirstFive) {
   std::int64_t now = start_ns;
   std::vector<double> means;
   for (const double value : {20.0, 20.0, 1.0, 2.0, 1.5}) {
-    add_sample(history, now += ms, value, 0.1, false, 1e9);
+    add_sample(history, now += ms, value, 0.1, false);
     means.push_back(history.mean(Over::long_time));
     EXPECT_EQ(history.alive(now), means.size() >= least_samples);
   }
   EXPECT_EQ(means, (std::vector{20.0, 20.0, 20.0, 20.0, 2.0}));
-  add_sample(history, now += ms, 1.7, 0.1, false, 1e9);
+  add_sample(history, now += ms, 1.7, 0.1, false);
   EXPECT_NEAR(history.mean(Over::long_time), 2.0, 0.1);
 }
 
@@ -66,17 +66,10 @@ TEST(SourceHistory, RepeatsAfterFourSamplesOfTheSameBitsOverALongEnoughTime) {
   EXPECT_FALSE(of(1.0, [](double t) { return 1.0 + 1e-9 * t; }).repeats());
   // A slow one: over a long enough time, but too few.
   SourceHistory slow;
-  for (int i = 0; i < 3; ++i) add_sample(slow, start_ns + 100 * i * ms, 1.0, 0.1, i > 0, 0.5);
+  for (int i = 0; i < 3; ++i) add_sample(slow, start_ns + 100 * i * ms, 1.0, 0.1, i > 0);
   EXPECT_FALSE(slow.repeats());
-  add_sample(slow, start_ns + 300 * ms, 1.0, 0.1, true, 0.5);
+  add_sample(slow, start_ns + 300 * ms, 1.0, 0.1, true);
   EXPECT_TRUE(slow.repeats());
-}
-
-TEST(SourceHistory, NotesAJumpAndWhen) {
-  const SourceHistory calm = of(1.0, [](double t) { return t < 0.5 ? 1.0 : 1.4; });
-  EXPECT_EQ(calm.jumped_ns, 0);
-  const SourceHistory jumped = of(1.0, [](double t) { return t < 0.5 ? 1.0 : 1.6; });
-  EXPECT_EQ(jumped.jumped_ns, start_ns + 500 * ms);
 }
 
 TEST(SourceHistory, IsAliveForAFewCycles) {
@@ -89,7 +82,7 @@ TEST(SourceHistory, IsAliveForAFewCycles) {
 
 TEST(SourceHistory, RestartsAfterAGap) {
   SourceHistory history = of(1.0, [](double) { return 1.0; });
-  add_sample(history, history.time_ns + 2'000 * ms, 5.0, 0.1, false, 0.5);
+  add_sample(history, history.time_ns + 2'000 * ms, 5.0, 0.1, false);
   EXPECT_EQ(history.mean(Over::short_time), 5.0);
   EXPECT_EQ(history.mean(Over::long_time), 5.0);
   EXPECT_EQ(history.duration_s(), 0.0);
