@@ -8,9 +8,10 @@
 #include "estimator/integrity/integrity.hpp"
 
 namespace odomd::estimator {
-namespace {
 
-using integrity::SourceHistory;
+using namespace integrity;
+
+namespace {
 
 constexpr double largest_yaw_accel = 30.0;  // [rad/s²]
 
@@ -38,13 +39,13 @@ void Integrity::add(const CameraPose& pose) noexcept {
     const auto is_motion = [&](const SourceHistory& recent, double by, double noise, double rate) {
       constexpr double sigmas = 8.0;
       const double most = sigmas * std::sqrt(observed_.errors.camera_noise_scale) * noise +
-                          rate * (integrity::mean_s.front() + dt) * dt;
+                          rate * (mean_s.front() + dt) * dt;
       return !recent.seen() || std::abs(by - recent.mean() * dt) <= most;
     };
-    outlier = !is_motion(observed_.camera_speed, way, sigma, integrity::largest_accel) ||
+    outlier = !is_motion(observed_.camera_speed, way, sigma, largest_accel) ||
               !is_motion(observed_.camera_yaw_rate, turned, pose.sigma_yaw, largest_yaw_accel);
     if (!outlier) {
-      constexpr auto unfiltered = integrity::Prefilter::none;
+      constexpr auto unfiltered = Prefilter::none;
       add_sample(observed_.camera_speed, pose.capture_ns, way / dt, sigma, same, unfiltered);
       add_sample(observed_.camera_yaw_rate, pose.capture_ns, turned / dt, pose.sigma_yaw, same,
                  unfiltered);

@@ -11,21 +11,10 @@
 #include "estimator/integrity/integrated_speed.hpp"
 
 namespace odomd::estimator {
-namespace {
 
-using integrity::Consensus;
-using integrity::contains;
-using integrity::front_wheels;
-using integrity::gate;
-using integrity::margin;
-using integrity::only;
-using integrity::Over;
-using integrity::rear_wheels;
-using integrity::Solution;
-using integrity::SourceHistory;
-using integrity::Sources;
-using integrity::wheels;
-namespace of = integrity::of;
+using namespace integrity;
+
+namespace {
 
 constexpr std::int64_t check_interval_ns = 20'000'000;
 
@@ -76,8 +65,7 @@ Sources Integrity::distrusted() const noexcept {
 /// The sign of unsigned wheel speeds. A car reverses only after a halt, so all checks since the
 /// last halt vote: a failing sensor does not change the sign. False: the other sign explains more,
 /// but has not won yet.
-bool Integrity::decide_sign(const integrity::Sensors& sensors, Consensus& all,
-                            Solution& base) noexcept {
+bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& base) noexcept {
   constexpr double slowest = 0.1;  // [m/s]
   const SourceHistory& direction = observed_.history(Source::direction);
   if (negative_speeds_ == sign_known_after ||
@@ -88,7 +76,7 @@ bool Integrity::decide_sign(const integrity::Sensors& sensors, Consensus& all,
   if ((all.present() & wheels & ~observed_.distrusted) == 0) {
     return true;
   }
-  integrity::Observations mirrored = observed_;
+  Observations mirrored = observed_;
   for (Solution& solution : mirrored.last_consensus) {
     solution.motion[of::speed] *= -1.0;
   }
@@ -109,7 +97,7 @@ bool Integrity::decide_sign(const integrity::Sensors& sensors, Consensus& all,
     backwards_ = forward_votes_ < 0;
     agreed_.reversed_distance = std::exchange(distance_, -distance_);
     observed_ = mirrored;
-    observed_.integrated_sigma = integrity::Observations{}.integrated_sigma;
+    observed_.integrated_sigma = Observations{}.integrated_sigma;
     for (SourceHistory& history : observed_.sources) {
       restart_means(history);
     }
@@ -120,7 +108,7 @@ bool Integrity::decide_sign(const integrity::Sensors& sensors, Consensus& all,
   return better > -margin || std::abs(forward_votes_) >= decisive_votes;
 }
 
-void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) noexcept {
+void Integrity::check(const Sensors& sensors, std::int64_t now_ns) noexcept {
   constexpr double usual_misfit = 8.0;
   constexpr double longest_s = 0.1;
   constexpr std::int64_t slack_ns = 1'000'000;
@@ -146,7 +134,7 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
   Solution longer_base = longer.without(out);
   const bool by_short_mean = base.misfit > gate;
   agreed_.contradicted = by_short_mean || longer_base.misfit > gate;
-  const Sources stuck = std::abs(observed_.speed()) > integrity::min_learning_speed &&
+  const Sources stuck = std::abs(observed_.speed()) > min_learning_speed &&
                                 observed_.history(Source::yaw_rate).is_stuck()
                             ? only(Source::yaw_rate)
                             : 0;
@@ -187,11 +175,10 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
   // yaws faster than any steering angle makes it.
   constexpr double sharpest = 0.55;  // tan δ
   const double largest_yaw_rate = std::abs(observed_.speed()) * sharpest / sensors.car.wheelbase();
-  const bool spins =
-      observed_.slides(now_ns) &&
-      std::abs(observed_.yaw_rate()) > largest_yaw_rate + integrity::largest_gyro_bias;
-  if (lateral_accel(observed_, Over::short_time) > integrity::sliding_accel ||
-      all_distrusted(front_wheels) || all_distrusted(rear_wheels) || spins) {
+  const bool spins = observed_.slides(now_ns) &&
+                     std::abs(observed_.yaw_rate()) > largest_yaw_rate + largest_gyro_bias;
+  if (lateral_accel(observed_, Over::short_time) > sliding_accel || all_distrusted(front_wheels) ||
+      all_distrusted(rear_wheels) || spins) {
     observed_.last_slide_ns = now_ns;
   }
   if ((present & trusted & (wheels | only(Source::camera))) != 0) {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <utility>
 
 #include "estimator/common/squares.hpp"
 #include "estimator/common/wheel_place.hpp"
@@ -17,66 +17,63 @@ constexpr double linkage_s = 0.05;
 constexpr double servo_s = 0.1;
 constexpr double camera_averaging_s = 0.15;
 
+/// The mean of a source, and its errors.
+struct Averaged {
+  double mean;
+  double noise;
+  double lateness;  ///< error of the mean by its age
+  double changed;   ///< the short mean minus this one
+  bool slides;      ///< the car may have slid meanwhile
+};
+
 /// The observations, averaged over one of the two times.
 struct View {
   const Sensors& sensors;
   const Observations& observed;
   Over over;
+  double v = observed.speed(over);     ///< by the last consensus
+  double r = observed.yaw_rate(over);  ///< likewise
+  double side = lateral_accel(observed, over);
+  /// The mean of a product is not the product of the means: this and `Averaged::changed` estimate
+  /// the difference.
+  double speed_changed = observed.speed() - v;
 
-  [[nodiscard]] double speed() const noexcept { return observed.speed(over); }
-  [[nodiscard]] double yaw_rate() const noexcept { return observed.yaw_rate(over); }
-  [[nodiscard]] double mean(Source source) const noexcept {
-    return observed.history(source).mean(over);
-  }
-  [[nodiscard]] double side() const noexcept { return lateral_accel(observed, over); }
-  [[nodiscard]] bool slides(Source source) const noexcept {
-    return observed.slides(observed.history(source).time_ns, over);
-  }
-  /// Error of a mean by its age. No car changes its speed faster.
-  [[nodiscard]] double lateness(Source source) const noexcept {
+  [[nodiscard]] Averaged average(Source source) const noexcept {
     const SourceHistory& history = observed.history(source);
-    const double most = is_wheel(source) ? largest_accel : std::numeric_limits<double>::infinity();
+    const double fastest = is_wheel(source) ? largest_accel : HUGE_VAL;
     const double late_s = source == Source::yaw_rate ? observed.errors.gyro_latency : 0.0;
-    return (history.cycle_s + skew_s + late_s) * std::min(std::abs(history.rate(over)), most);
-  }
-  /// The mean of a product is not the product of the means: these two estimate the difference.
-  [[nodiscard]] double speed_changed() const noexcept {
-    return observed.speed() - observed.speed(over);
-  }
-  [[nodiscard]] double changed(Source source) const noexcept {
-    const SourceHistory& history = observed.history(source);
-    return history.mean() - history.mean(over);
-  }
-  [[nodiscard]] double noise(Source source) const noexcept {
-    return observed.history(source).noise(over);
+    return {history.mean(over), history.noise(over),
+            (history.cycle_s + skew_s + late_s) * std::min(std::abs(history.rate(over)), fastest),
+            history.mean() - history.mean(over), observed.slides(history.time_ns, over)};
   }
 };
 
 /// Speed of a wheel's contact point, linear about (v_0, ψ̇_0): f = ± |(v - y ψ̇, l ψ̇)|.
 Row wheel_row(const View& view, Source source, bool backwards) noexcept {
+  constexpr double lasting_share = 0.25;  // of a sample's noise, which does not average out
+  constexpr double slowest = 1e-3;        // [m/s]
   const WheelPlace place = wheel_place(view.sensors.car, source);
-  const double v = view.speed();
-  const double r = view.yaw_rate();
+  const Averaged wheel = view.average(source);
+  const auto [v, r] = std::pair(view.v, view.r);
   // A front wheel moves sideways with l ψ̇, as the rear axle does not slip.
   const double l = place.steered ? view.sensors.car.wheelbase() : 0.0;
   const double along = v - place.left * r;
   const double across = l * r;
   const double f = std::copysign(std::hypot(along, across), along);
-  const bool still = std::abs(f) < 1e-3;
+  const bool still = std::abs(f) < slowest;
   const double by_v = still ? 1.0 : along / f;
   const double by_r = still ? -place.left : (l * across - place.left * along) / f;
   // Radii differ, and load transfer makes those of the outer wheels smaller.
   const double outer = -std::copysign(place.left == 0.0 ? 0.0 : 1.0, place.left) * v * r / gravity;
-  const double mean = view.mean(source) /
-                      (1.0 + view.observed.radius[index_of(source)] + view.observed.load * outer);
+  const double mean =
+      wheel.mean / (1.0 + view.observed.radius[index_of(source)] + view.observed.load * outer);
   const double hidden = std::abs(mean) < slowest_turning ? view.observed.errors.dead_band : 0.0;
-  return {
-      only(source),
-      {by_v, by_r, place.steered ? 1.0 : 0.0, place.steered ? 0.0 : 1.0},
-      (backwards ? -mean : mean) - f + by_v * v + by_r * r,
-      root_of_squares(hidden, view.noise(source), 0.25 * view.observed.history(source).sigma,
+  const double sigma =
+      root_of_squares(hidden, wheel.noise, lasting_share * view.observed.history(source).sigma,
                       view.sensors.tuning.wheel_radius * f,
-                      view.observed.load_sigma * view.side() / gravity * f, view.lateness(source))};
+                      view.observed.load_sigma * view.side / gravity * f, wheel.lateness);
+  const Motion by{by_v, by_r, place.steered ? 1.0 : 0.0, place.steered ? 0.0 : 1.0};
+  return {only(source), by, (backwards ? -mean : mean) - f + by_v * v + by_r * r, sigma};
 }
 
 /// ψ̇ = v tan δ / (l + K v²), K the understeer gradient.
@@ -85,76 +82,70 @@ Row steering_row(const View& view) noexcept {
   constexpr double least_off = 0.005;  // [rad]
   constexpr double floor = 0.02;       // [rad/s]
   constexpr double slowest = 0.5;      // [m/s]
+  constexpr double largest = 1.4;      // [rad], short of the tangent's pole
+  constexpr double understeer = 1.5;   // the car's may be that many times the stated one
   const Vehicle& car = view.sensors.car;
+  const SourceHistory& history = view.observed.history(Source::steering);
+  const Averaged steering = view.average(Source::steering);
   // From this lateral acceleration on the front may slide [m/s²]. A driver who loses the car does
   // not hold the steering still.
-  const double sliding = view.observed.history(Source::steering).repeats() ? 5.0 : 2.5;
+  const double sliding = history.repeats() ? 5.0 : 2.5;
   const double l = car.wheelbase();
-  const double gradient = car.mass *
-                          (car.rear_axle * car.cornering_stiffness_rear -
-                           car.front_axle * car.cornering_stiffness_front) /
-                          (l * car.cornering_stiffness_front * car.cornering_stiffness_rear);
-  const double v = view.speed();
-  const SensorErrors& errors = view.observed.errors;
-  const double tangent =
-      std::tan(std::clamp(view.mean(Source::steering) - errors.steering_offset, -1.4, 1.4));
+  const double c_v = car.cornering_stiffness_front;
+  const double c_h = car.cornering_stiffness_rear;
+  const double gradient = car.mass * (car.rear_axle * c_h - car.front_axle * c_v) / (l * c_v * c_h);
+  const double v = view.v;
+  const double offset = view.observed.errors.steering_offset;
+  const double tangent = std::tan(std::clamp(steering.mean - offset, -largest, largest));
   const double most = v * tangent / std::max(0.5 * l, l + std::min(gradient, 0.0) * v * v);
   const double least = std::abs(v * most) > sliding
                            ? 0.0
-                           : v * tangent / (l + 1.5 * std::max(gradient, 0.0) * v * v);
+                           : v * tangent / (l + understeer * std::max(gradient, 0.0) * v * v);
   const double by_v = (1.0 + tangent * tangent) / l;
   const double by_delta = std::abs(v) * by_v;
   // Response time of the car to its steering: ψ̈ = -ψ̇ (l_v² C_v + l_h² C_h) / (J_z v) + ...
-  const double response_s = car.yaw_inertia * std::abs(v) /
-                            (car.front_axle * car.front_axle * car.cornering_stiffness_front +
-                             car.rear_axle * car.rear_axle * car.cornering_stiffness_rear);
+  const double response_s =
+      car.yaw_inertia * std::abs(v) /
+      (car.front_axle * car.front_axle * c_v + car.rear_axle * car.rear_axle * c_h);
   // In a slide the driver countersteers.
-  const double counter = view.slides(Source::steering)
-                             ? std::max(std::abs(view.yaw_rate()),
-                                        sliding_accel / std::max(std::abs(view.speed()), slowest))
-                             : 0.0;
+  const double counter =
+      steering.slides ? std::max(std::abs(view.r), sliding_accel / std::max(std::abs(v), slowest))
+                      : 0.0;
   // A command is an intention that the wheels follow.
   const bool modelled = car.steering.lag_s > 0.0 || car.steering.rate_limit > 0.0;
-  const double changed = view.changed(Source::steering);
-  const double fastest_change =
-      std::max(std::abs(view.observed.history(Source::steering).rate(view.over)),
-               std::abs(changed) / seconds_of(view.over));
-  const double lateness = view.lateness(Source::steering) +
-                          ((modelled ? linkage_s : servo_s) + response_s) * fastest_change;
-  const double offset = std::max(least_off, errors.steering_offset_sigma);
+  const double fastest_change = std::max(std::abs(history.rate(view.over)),
+                                         std::abs(steering.changed) / seconds_of(view.over));
+  const double lateness =
+      steering.lateness + ((modelled ? linkage_s : servo_s) + response_s) * fastest_change;
+  const double offset_sigma = std::max(least_off, view.observed.errors.steering_offset_sigma);
+  const double sigma = root_of_squares(
+      by_delta * steering.noise, by_delta * offset_sigma, by_delta * lateness, share * most,
+      0.5 * (most - least), counter, floor, by_v * steering.changed * view.speed_changed);
   // tan δ / l is ∂ψ̇/∂v of a car without understeer.
-  return {only(Source::steering),
-          {-tangent / l, 1.0, 0.0, 0.0},
-          0.5 * (most + least) - tangent / l * v,
-          root_of_squares(by_delta * view.noise(Source::steering), by_delta * offset,
-                          by_delta * lateness, share * most, 0.5 * (most - least), counter, floor,
-                          by_v * changed * view.speed_changed())};
+  const Motion by{-tangent / l, 1.0, 0.0, 0.0};
+  return {only(Source::steering), by, 0.5 * (most + least) - tangent / l * v, sigma};
 }
 
 Row gyro_row(const View& view) noexcept {
   constexpr double least_off = 0.01;  // [rad/s]
-  const SensorErrors& errors = view.observed.errors;
-  const double z = view.mean(Source::yaw_rate) - errors.gyro_bias;
-  return {only(Source::yaw_rate),
-          {0.0, 1.0, 0.0, 0.0},
-          z,
-          root_of_squares(view.noise(Source::yaw_rate), std::max(least_off, errors.gyro_bias_sigma),
-                          view.sensors.tuning.gyro_scale * z, view.lateness(Source::yaw_rate))};
+  const Averaged gyro = view.average(Source::yaw_rate);
+  const double z = gyro.mean - view.observed.errors.gyro_bias;
+  return {only(Source::yaw_rate), Motion::Unit(of::yaw_rate), z,
+          root_of_squares(gyro.noise, std::max(least_off, view.observed.errors.gyro_bias_sigma),
+                          view.sensors.tuning.gyro_scale * z, gyro.lateness)};
 }
 
 /// a_y = v ψ̇, linear about (v_0, ψ̇_0). In a slide v̇_y is not small.
 Row accel_y_row(const View& view) noexcept {
   constexpr double bank = 0.05;  // [g]
-  const double demanded = view.speed() * view.yaw_rate();
-  return {
-      only(Source::accel_y),
-      {view.yaw_rate(), view.speed(), 0.0, 0.0},
-      view.mean(Source::accel_y) + demanded,
-      root_of_squares(
-          view.noise(Source::accel_y), view.sensors.tuning.accel_bias, bank * gravity,
-          view.sensors.tuning.roll_gradient * view.side(), view.lateness(Source::accel_y),
-          view.slides(Source::accel_y) ? 0.5 * std::max(std::abs(demanded), sliding_accel) : 0.0,
-          view.changed(Source::yaw_rate) * view.speed_changed())};
+  const Averaged accel_y = view.average(Source::accel_y);
+  const double demanded = view.v * view.r;
+  const double sideways = accel_y.slides ? 0.5 * std::max(std::abs(demanded), sliding_accel) : 0.0;
+  const double sigma =
+      root_of_squares(accel_y.noise, view.sensors.tuning.accel_bias, bank * gravity,
+                      view.sensors.tuning.roll_gradient * view.side, accel_y.lateness, sideways,
+                      view.average(Source::yaw_rate).changed * view.speed_changed);
+  return {only(Source::accel_y), {view.r, view.v, 0.0, 0.0}, accel_y.mean + demanded, sigma};
 }
 
 }  // namespace
@@ -177,19 +168,18 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
   constexpr double slip_floor = 0.02;  // [m/s]
   constexpr double slip_share = 0.01;
   const View view{sensors, observed, over};
+  const double v = view.v;
   Consensus all;
+  const auto add = [&all](Sources sources, of::Index index, double z, double sigma) {
+    all.add({sources, Motion::Unit(index), z, sigma});
+  };
   // 1. Prior knowledge: how fast a car can change its motion, and how much wheels slip.
   const double hold_s = 0.03 + seconds_of(over) - seconds_of(Over::short_time);
-  const double v = view.speed();
-  all.add({0,
-           {1.0, 0.0, 0.0, 0.0},
-           v,
-           root_of_squares(observed.last_consensus.front().sigma[of::speed],
-                           gravity * (hold_s + observed.speed_unknown_s))});
-  all.add({0,
-           {0.0, 1.0, 0.0, 0.0},
-           view.yaw_rate(),
-           sensors.tuning.turn_in * gravity / sensors.car.wheelbase() * 3.0 * hold_s});
+  add(0, of::speed, v,
+      root_of_squares(observed.last_consensus.front().sigma[of::speed],
+                      gravity * (hold_s + observed.speed_unknown_s)));
+  add(0, of::yaw_rate, view.r,
+      sensors.tuning.turn_in * gravity / sensors.car.wheelbase() * 3.0 * hold_s);
   // Driven wheels slip, and all that brake, in proportion to the acceleration: the smaller one of
   // accelerometer and wheels.
   double faster = 0.0;
@@ -199,9 +189,10 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
       faster = rate;
     }
   }
-  const double measured = observed.usable(Source::accel_x)
-                              ? std::abs(view.mean(Source::accel_x) - observed.accel_offset)
-                              : std::abs(faster);
+  const double measured =
+      observed.usable(Source::accel_x)
+          ? std::abs(observed.history(Source::accel_x).mean(over) - observed.accel_offset)
+          : std::abs(faster);
   const double accel = std::min(measured, std::abs(faster));
   const bool brakes = faster * v < 0.0;
   const auto slip = [&](Source wheel) {
@@ -209,8 +200,8 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
     return root_of_squares(slip_floor, slip_share * v,
                            slips ? observed.errors.wheel_slip * accel * v : 0.0);
   };
-  all.add({0, {0.0, 0.0, 1.0, 0.0}, 0.0, slip(Source::wheel_front_left)});
-  all.add({0, {0.0, 0.0, 0.0, 1.0}, 0.0, slip(Source::wheel_rear_left)});
+  add(0, of::front_slip, 0.0, slip(Source::wheel_front_left));
+  add(0, of::rear_slip, 0.0, slip(Source::wheel_rear_left));
 
   // 2. The sources.
   const auto has_mean = [&](const SourceHistory& history) {
@@ -218,17 +209,17 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
            (over == Over::short_time || history.duration_s() >= 2.0 * seconds_of(over));
   };
   const auto alive = [&](Source source) { return has_mean(observed.history(source)); };
-  int turning = 0;
-  int standing = 0;
+  bool turning = false;
+  bool standing = false;
   for (const Source wheel : wheel_sources) {
     if (alive(wheel)) {
-      if (observed.usable(wheel)) {
-        ++(std::abs(observed.history(wheel).mean()) < slowest_turning ? standing : turning);
-      }
+      const bool turns = std::abs(observed.history(wheel).mean()) >= slowest_turning;
+      turning |= observed.usable(wheel) && turns;
+      standing |= observed.usable(wheel) && !turns;
       all.add(wheel_row(view, wheel, backwards));
     }
   }
-  const bool stands = standing > 0 && turning == 0;
+  const bool stands = standing && !turning;
   if (alive(Source::yaw_rate) && !(stands && is_steady(observed.history(Source::yaw_rate)))) {
     all.add(gyro_row(view));
   }
@@ -239,10 +230,7 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
     all.add(accel_y_row(view));
   }
   if (alive(Source::accel_x) && over == Over::short_time) {
-    all.add({only(Source::accel_x),
-             {1.0, 0.0, 0.0, 0.0},
-             observed.integrated_speed,
-             observed.integrated_sigma});
+    add(only(Source::accel_x), of::speed, observed.integrated_speed, observed.integrated_sigma);
   }
   if (has_mean(observed.camera_speed)) {
     constexpr double share = 0.05;
@@ -253,13 +241,13 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
         std::min(std::max(camera_averaging_s, seconds_of(over)), speed.duration_s() + 1e-3);
     const double age_s = camera_averaging_s + seconds_between(speed.time_ns, observed.now_ns);
     const double noise = std::sqrt(observed.errors.camera_noise_scale) / seconds;
-    const auto add = [&](const Motion& by, const SourceHistory& rate, double last) {
-      all.add({only(Source::camera), by, rate.mean(over),
-               root_of_squares(floor + share * std::abs(last), rate.sigma * noise,
-                               age_s * rate.rate(over))});
+    const auto add_rate = [&](of::Index index, const SourceHistory& rate, double last) {
+      add(only(Source::camera), index, rate.mean(over),
+          root_of_squares(floor + share * std::abs(last), rate.sigma * noise,
+                          age_s * rate.rate(over)));
     };
-    add({1.0, 0.0, 0.0, 0.0}, speed, v);
-    add({0.0, 1.0, 0.0, 0.0}, observed.camera_yaw_rate, view.yaw_rate());
+    add_rate(of::speed, speed, v);
+    add_rate(of::yaw_rate, observed.camera_yaw_rate, view.r);
   }
   return all;
 }
