@@ -106,11 +106,9 @@ Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
 /// One period. Skips a step whose result is not finite.
 void BaselineFilter::advance(std::int64_t tick_ns) noexcept {
   Motion next = motion_;
-  if (model_ == Model::paper) {
-    advance_paper(settings_, held_, *speed_, next);
-  } else {
-    advance_dead_reckoning(model_, settings_, held_, gyro_bias_, *speed_, next);
-  }
+  model_ == Model::paper
+      ? advance_paper(settings_, held_, *speed_, next)
+      : advance_dead_reckoning(model_, settings_, held_, gyro_bias_, *speed_, next);
   if (is_finite(next.way) && is_finite(next.velocity) && is_finite(next.covariance)) {
     motion_ = next;
   } else {
@@ -137,11 +135,8 @@ Estimate BaselineFilter::estimate(std::int64_t tick_ns) noexcept {
   e.v_x = motion_.velocity.v_x;
   e.v_y = motion_.velocity.v_y;
   e.yaw_rate = motion_.velocity.yaw_rate;
-  e.velocity_covariance = motion_.covariance;
-  if (model_ == Model::inertial) {
-    e.velocity_covariance =
-        sum(e.velocity_covariance, by_errors(motion_.sensitivity, motion_.error_variance));
-  }
+  e.velocity_covariance =
+      sum(motion_.covariance, by_errors(motion_.sensitivity, motion_.error_variance));
 
   e.accel_x = held_[Source::accel_x].value;
   e.accel_y = held_[Source::accel_y].value;

@@ -4,7 +4,6 @@
 // length.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <utility>
 
@@ -36,8 +35,6 @@ class GyroBias {
   static constexpr double block_s = 0.3;
   static constexpr double quiet_ratio = 16.0;  ///< ν²/S: 4 σ
 
-  void average(const Block& block, double noise, std::int64_t time_ns) noexcept;
-
   double walk_;  ///< of the variance, per second
   double value_ = 0.0;
   double variance_;
@@ -61,19 +58,14 @@ inline void GyroBias::add(const HeldSignal& gyro, bool wheels_still) noexcept {
   if (seconds_between(block_.since_ns, gyro.time_ns) < block_s) {
     return;
   }
-  // The block before has one before and one after it.
-  if (complete_ >= 2) {
-    average(before_, noise, gyro.time_ns);
+  const Block block = std::exchange(before_, std::exchange(block_, {}));
+  if (++complete_ < 3) {
+    return;  // the block before the last needs one before it
   }
-  before_ = std::exchange(block_, {});
-  complete_ = std::min(complete_ + 1, 2);
-}
-
-inline void GyroBias::average(const Block& block, double noise, std::int64_t time_ns) noexcept {
   if (averaged_ns_ != 0) {
-    variance_ += walk_ * seconds_between(averaged_ns_, time_ns);
+    variance_ += walk_ * seconds_between(averaged_ns_, gyro.time_ns);
   }
-  averaged_ns_ = time_ns;
+  averaged_ns_ = gyro.time_ns;
   // K = P / (P + R / n),  b ← b + K ν,  P ← (1 - K) P
   const double gain = variance_ / (variance_ + noise / block.readings);
   value_ += gain * (block.sum / block.readings - value_);

@@ -10,7 +10,6 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/settings.hpp"
 #include "estimator/common/symmetric3.hpp"
-#include "estimator/common/symmetric3_matrix.hpp"
 
 namespace odomd::estimator {
 

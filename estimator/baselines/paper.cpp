@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 
 #include "estimator/baselines/motion.hpp"
-#include "estimator/common/symmetric3_matrix.hpp"
+#include "estimator/common/symmetric3.hpp"
 
 namespace odomd::estimator {
 namespace {

@@ -33,9 +33,9 @@ Symmetric3 grown(const Symmetric3& p, const Pose2& from, const Pose2& to, double
   const double dx = to.x - from.x;
   const double dy = to.y - from.y;
   Symmetric3 next = sum(displaced(p, c * dx - s * dy, s * dx + c * dy), rotated(noise, c, s));
-  next[0] *= rounding_inflation;
-  next[3] *= rounding_inflation;
-  next[5] *= rounding_inflation;
+  for (const std::size_t variance : {0U, 3U, 5U}) {
+    next[variance] *= rounding_inflation;
+  }
   return limited(next, largest_variance);
 }
 
@@ -49,32 +49,30 @@ Eigen::Matrix3d rotated(Eigen::Matrix3d b, double yaw) noexcept {
 Symmetric3 suspect_motion(const Pose2& from, const Pose2& to, double dt) noexcept {
   const double way = std::hypot(to.x - from.x, to.y - from.y);
   const double position = suspect_share * way + suspect_speed * dt;
-  const double yaw = suspect_share * std::abs(to.yaw - from.yaw) + suspect_yaw_rate * dt;
-  return diagonal(position * position, position * position, yaw * yaw);
+  return isotropic(position, suspect_share * std::abs(to.yaw - from.yaw) + suspect_yaw_rate * dt);
 }
 
 Symmetric3 covariance_of(double sigma_x, double sigma_y, double sigma_yaw) noexcept {
   const auto variance = [](double sigma) {
-    const double bounded = std::clamp(sigma, smallest_sigma, largest_camera_sigma);
-    return bounded * bounded;
+    return squared(std::clamp(sigma, smallest_sigma, largest_camera_sigma));
   };
   return diagonal(variance(sigma_x), variance(sigma_y), variance(sigma_yaw));
 }
 
 }  // namespace
 
-PoseAnchor::PoseAnchor(const FilterSettings& settings) noexcept
-    : settings_(settings),
-      initial_covariance_(covariance_of(settings.initial_sigma_position,
-                                        settings.initial_sigma_position,
-                                        settings.initial_sigma_yaw)),
-      white_(initial_covariance_) {
-  tick(0).covariance = initial_covariance_;
+PoseAnchor::PoseAnchor(const FilterSettings& settings) noexcept : settings_(settings) {
+  tick(0).covariance = white_ = initial_covariance();
+}
+
+Symmetric3 PoseAnchor::initial_covariance() const noexcept {
+  return covariance_of(settings_.initial_sigma_position, settings_.initial_sigma_position,
+                       settings_.initial_sigma_yaw);
 }
 
 void PoseAnchor::set_pose(const Pose2& pose) noexcept {
   re_anchor({odom(), last_, 0.0}, pose, {});
-  tick(last_).covariance = white_ = initial_covariance_;
+  tick(last_).covariance = white_ = initial_covariance();
 }
 
 void PoseAnchor::resume(const Estimate& predecessor) noexcept {

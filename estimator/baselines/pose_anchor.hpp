@@ -82,18 +82,18 @@ class PoseAnchor {
   [[nodiscard]] std::size_t oldest() const noexcept {
     return last_ < ring_ticks ? 0 : last_ - ring_ticks + 1;
   }
+  [[nodiscard]] Symmetric3 initial_covariance() const noexcept;
   [[nodiscard]] Place place(std::int64_t time_ns) const noexcept;
   [[nodiscard]] bool accepts_run(const RejectedPose& rejected) noexcept;
   void grow(const Pose2& from, Tick& to, double steps) noexcept;
   void re_anchor(Place at, const Pose2& map, const Symmetric3& covariance) noexcept;
 
   FilterSettings settings_;
-  Symmetric3 initial_covariance_;
   std::array<Tick, ring_ticks> ring_{};
   std::size_t last_ = 0;  ///< the newest tick's number, counted from the start of the history
 
   // Of the newest map pose, since its covariance was last set; map axes
-  Symmetric3 white_;  ///< covariance without the lasting errors
+  Symmetric3 white_{};  ///< covariance without the lasting errors
   Eigen::Matrix3d sensitivity_ = Eigen::Matrix3d::Zero();  ///< ∂pose / ∂(lasting errors)
   Eigen::Vector3d error_variance_ = Eigen::Vector3d::Zero();
 

@@ -13,20 +13,19 @@ namespace odomd::estimator {
 /// A longer gap between ticks is not stepped through: the covariance grows instead.
 inline constexpr std::int64_t max_bridged_ticks = 200;
 
-/// Covariance that an unobserved time of `gap_s` [s] adds to a pose: the car may have braked, sped
-/// up or steered, σ = ½ a t², with a = 2 m/s² and 5 rad/s².
+/// How a driver brakes, speeds up or steers while nobody observes it [m/s², rad/s²].
+inline constexpr double unobserved_accel = 2.0;
+inline constexpr double unobserved_yaw_accel = 5.0;
+
+/// Covariance that an unobserved time of `gap_s` [s] adds to a pose: σ = ½ a t².
 [[nodiscard]] inline Symmetric3 gap_noise(double gap_s) noexcept {
   const double half_square = 0.5 * gap_s * gap_s;
-  const double position = 2.0 * half_square;
-  const double yaw = 5.0 * half_square;
-  return diagonal(position * position, position * position, yaw * yaw);
+  return isotropic(unobserved_accel * half_square, unobserved_yaw_accel * half_square);
 }
 
 /// The same for the velocity: σ = a t.
 [[nodiscard]] inline Symmetric3 velocity_gap_noise(double gap_s) noexcept {
-  const double speed = 2.0 * gap_s;
-  const double yaw_rate = 5.0 * gap_s;
-  return diagonal(speed * speed, speed * speed, yaw_rate * yaw_rate);
+  return isotropic(unobserved_accel * gap_s, unobserved_yaw_accel * gap_s);
 }
 
 [[nodiscard]] inline BodyVelocity velocity_of(const Estimate& estimate) noexcept {

@@ -6,13 +6,28 @@
 #include <array>
 #include <cmath>
 
+#include <Eigen/Core>
+
 namespace odomd::estimator {
 
 /// (0,0), (0,1), (0,2), (1,1), (1,2), (2,2); the packing of PoseCovariance.
 using Symmetric3 = std::array<double, 6>;
 
+[[nodiscard]] inline Symmetric3 packed(const Eigen::Matrix3d& m) noexcept {
+  return {m(0, 0), m(0, 1), m(0, 2), m(1, 1), m(1, 2), m(2, 2)};
+}
+[[nodiscard]] inline Eigen::Matrix3d unpacked(const Symmetric3& s) noexcept {
+  return Eigen::Matrix3d{{s[0], s[1], s[2]}, {s[1], s[3], s[4]}, {s[2], s[4], s[5]}};
+}
+
 [[nodiscard]] constexpr Symmetric3 diagonal(double a, double b, double c) noexcept {
   return {a, 0.0, 0.0, b, 0.0, c};
+}
+
+/// Covariance of independent errors of a position (or velocity), the same along x and y, and of a
+/// yaw (or yaw rate): their standard deviations.
+[[nodiscard]] constexpr Symmetric3 isotropic(double position, double yaw) noexcept {
+  return diagonal(position * position, position * position, yaw * yaw);
 }
 
 [[nodiscard]] constexpr Symmetric3 scaled(const Symmetric3& m, double factor) noexcept {

@@ -13,10 +13,14 @@ inline constexpr std::array wheel_sources{Source::wheel_front_left, Source::whee
                                           Source::wheel_rear_left,  Source::wheel_rear_right,
                                           Source::wheel_rear,       Source::motor};
 
+[[nodiscard]] constexpr bool is_front(Source wheel) noexcept {
+  return wheel == Source::wheel_front_left || wheel == Source::wheel_front_right;
+}
+
 /// Whether a source's wheel is driven; the motor counts as one.
 [[nodiscard]] constexpr bool is_driven(Driven driven, Source source) noexcept {
-  const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
-  return driven == Driven::all || source == Source::motor || front == (driven == Driven::front);
+  return driven == Driven::all || source == Source::motor ||
+         is_front(source) == (driven == Driven::front);
 }
 
 /// Place of a source's wheel: ahead and left of the centre of gravity [m]; steered or not.
@@ -27,18 +31,13 @@ struct WheelPlace {
 };
 [[nodiscard]] inline WheelPlace wheel_place(const Vehicle& car, Source source) noexcept {
   const double half_track = 0.5 * car.track_width;
-  switch (source) {
-    case Source::wheel_front_left:
-      return {car.front_axle, half_track, true};
-    case Source::wheel_front_right:
-      return {car.front_axle, -half_track, true};
-    case Source::wheel_rear_left:
-      return {-car.rear_axle, half_track, false};
-    case Source::wheel_rear_right:
-      return {-car.rear_axle, -half_track, false};
-    default:  // the rear axle, the motor
-      return {-car.rear_axle, 0.0, false};
-  }
+  const bool left = source == Source::wheel_front_left || source == Source::wheel_rear_left;
+  const bool right = source == Source::wheel_front_right || source == Source::wheel_rear_right;
+  return {is_front(source) ? car.front_axle : -car.rear_axle,
+          left    ? half_track
+          : right ? -half_track
+                  : 0.0,
+          is_front(source)};
 }
 
 }  // namespace odomd::estimator

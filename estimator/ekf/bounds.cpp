@@ -1,9 +1,9 @@
 // docs/model.md, "Bounds".
 #include "estimator/ekf/bounds.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
+
+#include <Eigen/Cholesky>
 
 #include "estimator/common/pose.hpp"
 #include "estimator/common/squares.hpp"
@@ -16,35 +16,23 @@ constexpr double largest_position = 1e9;
 constexpr double largest_state = 1e4;
 
 /// Larger deviations mean that nothing is known: half a turn, a kilometre, 100 m/s.
-constexpr std::array<double, at::size> largest_deviation{1e3,  1e3, 3.2,  1e2,  1e2,  35.0,
-                                                         50.0, 1.0, 50.0, 10.0, 10.0, 0.5};
-constexpr std::array<double, slow::size> largest_slow_error{1.0, 0.5, 0.5, 0.1, 0.9, 1.0,
-                                                            1.0, 0.3, 0.3, 0.3, 0.1, 1.0};
+const Vector largest_deviation{{1e3, 1e3, 3.2, 1e2, 1e2, 35.0, 50.0, 1.0, 50.0, 10.0, 10.0, 0.5}};
+const SlowVector largest_slow_error{{1.0, 0.5, 0.5, 0.1, 0.9, 1.0, 1.0, 0.3, 0.3, 0.3, 0.1, 1.0}};
 
-/// P = L D Lᵀ with all of D finite and positive. A NaN or infinity anywhere in P makes some element
-/// of D not finite.
+/// P = L Lᵀ. A NaN or infinity anywhere in P makes some element of L's diagonal not finite.
 template <typename Covariance>
-bool is_positive_definite(Covariance P) noexcept {
-  for (Eigen::Index k = 0; k < P.cols(); ++k) {
-    const double d = P(k, k);
-    if (!(d > 0.0) || !std::isfinite(d)) {
-      return false;
-    }
-    for (Eigen::Index j = k + 1; j < P.cols(); ++j) {
-      P.col(j) -= P(j, k) / d * P.col(k);
-    }
-  }
-  return true;
+bool is_positive_definite(const Covariance& P) noexcept {
+  const Eigen::LLT<Covariance> factors(P);
+  return factors.info() == Eigen::Success && factors.matrixLLT().diagonal().allFinite();
 }
 
-template <int Size, std::size_t Count>
-void limit(Eigen::Matrix<double, Size, Size>& P, const std::array<double, Count>& most) noexcept {
-  static_assert(Size == Count);
+template <int Size>
+void limit(Eigen::Matrix<double, Size, Size>& P,
+           const Eigen::Matrix<double, Size, 1>& largest) noexcept {
   P.diagonal() *= rounding_inflation;
   for (Eigen::Index i = 0; i < Size; ++i) {
-    const double largest = most[static_cast<std::size_t>(i)];
-    if (P(i, i) > largest * largest) {
-      const double factor = largest / std::sqrt(P(i, i));
+    if (P(i, i) > largest[i] * largest[i]) {
+      const double factor = largest[i] / std::sqrt(P(i, i));
       P.row(i) *= factor;
       P.col(i) *= factor;
     }
@@ -57,12 +45,8 @@ void limit(State& state) noexcept {
   limit(state.covariance, largest_deviation);
   limit(state.slow.covariance, largest_slow_error);
   for (Eigen::Index j = 0; j < slow::size; ++j) {
-    const double sigma = std::sqrt(state.slow.covariance(j, j));
-    for (Eigen::Index i = 0; i < at::size; ++i) {
-      const double most = largest_deviation[static_cast<std::size_t>(i)] / sigma;
-      double& by = state.slow.sensitivity(i, j);
-      by = std::clamp(by, -most, most);
-    }
+    const Vector most = largest_deviation / std::sqrt(state.slow.covariance(j, j));
+    state.slow.sensitivity.col(j) = state.slow.sensitivity.col(j).cwiseMax(-most).cwiseMin(most);
   }
 }
 

@@ -30,21 +30,16 @@ struct Change {
 };
 constexpr double largest_share = 2.0;
 
-constexpr Change largest_change(Source source) noexcept {
-  switch (source) {
-    case Source::yaw_rate:
-      return {0.5, 0.0, 30.0};
-    case Source::accel_x:
-    case Source::accel_y:
-      return {10.0, 0.0, 100.0};
-    default:  // wheels
-      return {0.3, 0.3, 10.0};
-  }
-}
+constexpr Change largest_turn{0.5, 0.0, integrity::largest_yaw_accel};
+constexpr Change largest_jerk{10.0, 0.0, 100.0};
+constexpr Change largest_wheel_change{0.3, 0.3, 10.0};
 
 bool agree(const Reading& before, const Sample& sample) noexcept {
   const double elapsed_s = seconds_between(before.time_ns, sample.time_ns);
-  const Change change = largest_change(sample.source);
+  const bool accel = sample.source == Source::accel_x || sample.source == Source::accel_y;
+  const Change& change = sample.source == Source::yaw_rate ? largest_turn
+                         : accel                           ? largest_jerk
+                                                           : largest_wheel_change;
   return before.consistent > 0 && elapsed_s <= longest_pause_s &&
          std::abs(sample.value[0] - before.value) <=
              change.at_once + std::min(change.share * std::abs(sample.value[0]), largest_share) +
@@ -54,16 +49,14 @@ bool agree(const Reading& before, const Sample& sample) noexcept {
 }  // namespace
 
 int consistent_samples(const State& state, const Sample& sample) noexcept {
-  const auto of = [&](Source source) {
-    const Reading& before = state.readings[index_of(source)];
-    return agree(before, sample) ? before.consistent : 0;
-  };
-  if (!is_wheel(sample.source)) {
-    return of(sample.source);
-  }
   int most = 0;
-  for (const Source wheel : wheel_sources) {
-    most = std::max(most, of(wheel));
+  for (std::size_t i = 0; i < source_count; ++i) {
+    const auto source = static_cast<Source>(i);
+    const Reading& before = state.readings[i];
+    if ((source == sample.source || (is_wheel(source) && is_wheel(sample.source))) &&
+        agree(before, sample)) {
+      most = std::max(most, before.consistent);
+    }
   }
   return most;
 }

@@ -9,7 +9,7 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/squares.hpp"
-#include "estimator/common/symmetric3_matrix.hpp"
+#include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/common/wheel_place.hpp"
 #include "estimator/ekf/bounds.hpp"

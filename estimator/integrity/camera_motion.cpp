@@ -11,12 +11,6 @@ namespace odomd::estimator {
 
 using namespace integrity;
 
-namespace {
-
-constexpr double largest_yaw_accel = 30.0;  // [rad/s²]
-
-}  // namespace
-
 /// The motion between two poses, along the car. An outlier is left out. If the next pose is one
 /// too, the map has jumped: the motion is then measured from there.
 void Integrity::add(const CameraPose& pose) noexcept {

@@ -85,6 +85,8 @@ struct Observations {
 
 /// No car changes its speed faster [m/s²].
 inline constexpr double largest_accel = 1.5 * gravity;
+/// No car changes its yaw rate faster [rad/s²].
+inline constexpr double largest_yaw_accel = 30.0;
 
 /// Above this lateral acceleration all tyres may slide [m/s²].
 inline constexpr double sliding_accel = 4.0;

@@ -1,5 +1,5 @@
 // Compares packed covariances with full matrices.
-#include "estimator/common/symmetric3_matrix.hpp"
+#include "estimator/common/symmetric3.hpp"
 
 #include <gtest/gtest.h>
 
