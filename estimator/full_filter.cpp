@@ -32,8 +32,7 @@ FullFilter::FullFilter(const FilterSettings& settings) noexcept
       window_ns_(std::llround(settings.window_s * ns_per_second)),
       camera_latency_ns_(std::llround(settings.camera_max_latency_s * ns_per_second)),
       steering_delay_ns_(std::llround(settings.vehicle.steering.delay_s * ns_per_second)),
-      latencies_(window_ns_),
-      modes_(settings.camera_timeout_s) {
+      latencies_(window_ns_) {
   context_.model = {settings.vehicle, settings.imu_position, settings.tuning};
   context_.camera = {settings.camera_gate, settings.initialise_from_camera};
   context_.period_s = settings.period_s;

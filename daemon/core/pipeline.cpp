@@ -48,7 +48,7 @@ Pipeline::Pipeline(const Config& config, std::span<const can::Database> database
     if (signal.configured) state_.watch.configure(source, signal.timeout_ns);
   }
   if (camera_expected)
-    state_.watch.configure(camera, std::llround(filter_settings(config).camera_timeout_s * 1e9));
+    state_.watch.configure(camera, std::llround(estimator::camera_timeout_s * 1e9));
 }
 
 void Pipeline::take(const can::Frame& frame, std::int64_t now_ns) noexcept {

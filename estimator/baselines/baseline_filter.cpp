@@ -16,8 +16,7 @@ BaselineFilter::BaselineFilter(Model model, const FilterSettings& settings) noex
       period_ns_(std::llround(settings.period_s * ns_per_second)),
       held_(settings.sigma),
       gyro_bias_(settings.tuning),
-      anchor_(settings),
-      modes_(settings.camera_timeout_s) {}
+      anchor_(settings) {}
 
 void BaselineFilter::set_initial_pose(const Pose2& pose) noexcept {
   if (is_possible(pose)) {

@@ -62,17 +62,12 @@ Symmetric3 covariance_of(double sigma_x, double sigma_y, double sigma_yaw) noexc
 }  // namespace
 
 PoseAnchor::PoseAnchor(const FilterSettings& settings) noexcept : settings_(settings) {
-  tick(0).covariance = white_ = initial_covariance();
-}
-
-Symmetric3 PoseAnchor::initial_covariance() const noexcept {
-  return covariance_of(settings_.initial_sigma_position, settings_.initial_sigma_position,
-                       settings_.initial_sigma_yaw);
+  tick(0).covariance = white_;
 }
 
 void PoseAnchor::set_pose(const Pose2& pose) noexcept {
   re_anchor({odom(), last_, 0.0}, pose, {});
-  tick(last_).covariance = white_ = initial_covariance();
+  tick(last_).covariance = white_ = initial_covariance;
 }
 
 void PoseAnchor::resume(const Estimate& predecessor) noexcept {

@@ -27,6 +27,7 @@ class PoseAnchor {
  public:
   static constexpr std::size_t ring_ticks = 256;
   static constexpr int rejections_to_accept = 10;
+  static constexpr Symmetric3 initial_covariance = isotropic(initial_sigma, initial_sigma);
 
   explicit PoseAnchor(const FilterSettings& settings) noexcept;
 
@@ -82,7 +83,6 @@ class PoseAnchor {
   [[nodiscard]] std::size_t oldest() const noexcept {
     return last_ < ring_ticks ? 0 : last_ - ring_ticks + 1;
   }
-  [[nodiscard]] Symmetric3 initial_covariance() const noexcept;
   [[nodiscard]] Place place(std::int64_t time_ns) const noexcept;
   [[nodiscard]] bool accepts_run(const RejectedPose& rejected) noexcept;
   void grow(const Pose2& from, Tick& to, double steps) noexcept;
@@ -93,7 +93,7 @@ class PoseAnchor {
   std::size_t last_ = 0;  ///< the newest tick's number, counted from the start of the history
 
   // Of the newest map pose, since its covariance was last set; map axes
-  Symmetric3 white_{};  ///< covariance without the lasting errors
+  Symmetric3 white_ = initial_covariance;  ///< covariance without the lasting errors
   Eigen::Matrix3d sensitivity_ = Eigen::Matrix3d::Zero();  ///< ∂pose / ∂(lasting errors)
   Eigen::Vector3d error_variance_ = Eigen::Vector3d::Zero();
 

@@ -42,6 +42,12 @@ inline constexpr std::array<double, source_count> default_sigma{
     1.0,                     // camera
 };
 
+/// Standard deviation of a pose that is set [m, rad].
+inline constexpr double initial_sigma = 0.05;
+
+/// Without a fused camera pose for so long: dead reckoning [s].
+inline constexpr double camera_timeout_s = 0.5;
+
 struct FilterSettings {
   Vehicle vehicle;
   double period_s = 0.005;
@@ -59,13 +65,9 @@ struct FilterSettings {
   /// A wheel that reads 0 may turn at up to this speed [m/s]. 0: by the sensor's step.
   std::array<double, source_count> dead_band{};
 
-  double initial_sigma_position = 0.05;  ///< of a pose that is set [m]
-  double initial_sigma_yaw = 0.05;       ///< [rad]
-
   bool initialise_from_camera = false;  ///< wait for a camera pose when no initial pose is set
   double camera_max_latency_s = 0.2;    ///< older poses are too_old
   double camera_gate = 16.27;           ///< χ² with 3 degrees of freedom, 99.9 %
-  double camera_timeout_s = 0.5;        ///< without a fused camera pose for so long: dead reckoning
 };
 
 }  // namespace odomd::estimator

@@ -99,9 +99,8 @@ State initial_state(const FilterSettings& settings) noexcept {
   const Tuning& t = settings.tuning;
   State state;
   Vector sigma;
-  sigma << settings.initial_sigma_position, settings.initial_sigma_position,
-      settings.initial_sigma_yaw,  //
-      1.0, 0.5, 1.0,               // v_x, v_y [m/s], yaw_rate [rad/s]
+  sigma << initial_sigma, initial_sigma, initial_sigma, 1.0, 0.5,
+      1.0,  // v_x, v_y [m/s], yaw_rate [rad/s]
       t.drive_accel * gravity, t.front_angle, t.side_force_floor * gravity, t.accel_bias,
       t.accel_bias, t.steering_offset;
   state.covariance.diagonal() = sigma.array().square();

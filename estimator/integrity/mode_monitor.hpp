@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "estimator/common/estimate.hpp"
+#include "estimator/common/settings.hpp"
 #include "estimator/common/time.hpp"
 
 namespace odomd::estimator {
@@ -21,8 +22,6 @@ struct ModeInputs {
 
 class ModeMonitor {
  public:
-  explicit ModeMonitor(double camera_timeout_s) noexcept : camera_timeout_s_(camera_timeout_s) {}
-
   /// Once a tick, in order of time. Precedence: fault, initialising, standstill, then tracking or
   /// dead_reckoning. (The daemon sets `degraded`.)
   Mode update(const ModeInputs& inputs) noexcept;
@@ -33,7 +32,6 @@ class ModeMonitor {
   static constexpr double leaves_at = 2.0;          // times the thresholds above
   static constexpr double standing_after_s = 0.5;
 
-  double camera_timeout_s_ = 0.5;
   std::optional<std::int64_t> still_since_ns_;
   bool standing_ = false;  ///< still for long enough
   bool tracking_ = false;
@@ -55,9 +53,9 @@ inline Mode ModeMonitor::update(const ModeInputs& inputs) noexcept {
   // It takes two poses within the timeout to enter `tracking`, so that rare poses do not make the
   // mode flap.
   const bool seen_twice = last_camera_ns_ != 0 && inputs.camera_ns != last_camera_ns_ &&
-                          seconds_between(last_camera_ns_, inputs.camera_ns) <= camera_timeout_s_;
+                          seconds_between(last_camera_ns_, inputs.camera_ns) <= camera_timeout_s;
   const bool seen_lately =
-      inputs.camera_ns != 0 && seconds_between(inputs.camera_ns, now_ns) <= camera_timeout_s_;
+      inputs.camera_ns != 0 && seconds_between(inputs.camera_ns, now_ns) <= camera_timeout_s;
   tracking_ = seen_lately && (tracking_ || seen_twice);
   last_camera_ns_ = inputs.camera_ns;
 

@@ -513,9 +513,6 @@ TEST(MakeFilter, RefusesImpossibleSettingsByName) {
   settings.sigma[static_cast<std::size_t>(Source::motor)] = std::nan("");
   EXPECT_NE(message(settings).find("motor"), std::string::npos);
   settings = {};
-  settings.initial_sigma_yaw = 1e200;
-  EXPECT_NE(message(settings).find("initial"), std::string::npos);
-  settings = {};
   settings.paper.R[1] = -1.0;
   EXPECT_NE(message(settings).find("R[1]"), std::string::npos);
   EXPECT_THROW((void)make_filter(static_cast<Model>(9), {}), std::invalid_argument);

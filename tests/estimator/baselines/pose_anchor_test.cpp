@@ -170,14 +170,12 @@ TEST_F(PoseAnchorTest, ImplausiblePoseIsGatedAndChangesNothing) {
 
 TEST_F(PoseAnchorTest, GateIsAtTheChiSquareOfTheSettings) {
   // ν along x alone: ν² / (P + R) against 16.27. A tight yaw keeps P diagonal.
-  FilterSettings settings;
-  settings.initial_sigma_position = 0.03;
-  begin(settings);
-  const double sigma = 0.04;  // S = 0.03² + 0.04² = 0.05²
+  begin();
+  const double sigma = 0.12;  // S = 0.05² + 0.12² = 0.13²
   const auto off_by = [&](double edges) {
     drive(1);
     Pose2 map = anchor_.map();
-    map.x += edges * std::sqrt(16.27) * 0.05;
+    map.x += edges * std::sqrt(16.27) * 0.13;
     return take(seen(map, 0, sigma));
   };
   EXPECT_EQ(off_by(1.01), Verdict::gated);

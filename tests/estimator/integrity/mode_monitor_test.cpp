@@ -37,7 +37,7 @@ class ModeMonitorTest : public ::testing::Test {
     return mode_;
   }
 
-  ModeMonitor modes_{0.5};
+  ModeMonitor modes_;
   std::int64_t now_ = 1'000'000'000;
   std::int64_t camera_ = 0;
   Mode mode_ = Mode::initialising;
