@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimator/common/time.hpp"
+#include "estimator/common/wheel_place.hpp"
 #include "estimator/integrity/admission.hpp"
 
 namespace odomd::estimator {
@@ -41,16 +42,16 @@ bool HeldSignals::alive(Source wheel) const noexcept {
 }
 
 bool HeldSignals::wheels_still() const noexcept {
+  constexpr double slowest_turning = 0.01;  // [m/s]
+  constexpr double surely_turning = 0.03;   // [m/s]
   bool any = false;
-  for (std::size_t i = 0; i < source_count; ++i) {
-    const auto source = static_cast<Source>(i);
-    if (!is_wheel(source) || !alive(source)) {
-      continue;
-    }
-    any = true;
-    if (std::abs(held_[i].value) > std::clamp(2.0 * held_[i].sigma, 0.01, 0.03)) {
+  for (const Source wheel : wheel_sources) {
+    const HeldSignal& held = (*this)[wheel];
+    if (alive(wheel) &&
+        std::abs(held.value) > std::clamp(2.0 * held.sigma, slowest_turning, surely_turning)) {
       return false;
     }
+    any |= alive(wheel);
   }
   return any;
 }

@@ -11,11 +11,11 @@ namespace {
 
 constexpr Sources inertial = only(Source::yaw_rate) | only(Source::accel_x) | only(Source::accel_y);
 
-/// A set of sources that may fail together, and its penalty: -2 log of its probability relative to
-/// that of a single source.
+/// A set of sources that may fail together, and its score: first the penalty, -2 log of its
+/// probability relative to that of a single source, then with what the observations say.
 struct Hypothesis {
-  Sources sources;
-  double penalty;
+  Sources sources = 0;
+  double score = 0.0;
 };
 constexpr double pair = 8.0;
 constexpr double group = 14.0;
@@ -58,10 +58,6 @@ bool is_anomalous(const Observations& observed, Sources sources, const Solution&
 
 Sources isolate_fault(const Observations& observed, const Consensus& all, const Solution& base,
                       const Solution& without_wheels) noexcept {
-  struct Candidate {
-    Sources sources = 0;
-    double score = 0.0;
-  };
   const Sources out = observed.distrusted;
   const Sources suspects = all.present() & ~out;
   const Sources speeds = suspects & (wheels | only(Source::camera));
@@ -71,8 +67,8 @@ Sources isolate_fault(const Observations& observed, const Consensus& all, const 
       observed.speed() * observed.yaw_rate() > 0.0
           ? only(Source::wheel_front_right) | only(Source::wheel_rear_right)
           : only(Source::wheel_front_left) | only(Source::wheel_rear_left);
-  std::array<Candidate, source_count + groups.size()> tried{};
-  Candidate best{.score = base.misfit - gate};
+  std::array<Hypothesis, source_count + groups.size()> tried{};
+  Hypothesis best{.score = base.misfit - gate};
   for (std::size_t i = 0; i < tried.size(); ++i) {
     const Hypothesis hypothesis =
         i < source_count ? Hypothesis{only(static_cast<Source>(i)), 0.0} : groups[i - source_count];
@@ -85,14 +81,14 @@ Sources isolate_fault(const Observations& observed, const Consensus& all, const 
     // Without its last speed the car has only what it integrates.
     const bool only_speed = (sources & speeds) != 0 && (speeds & ~sources) == 0;
     tried[i] = {sources,
-                all.without(out | sources).misfit + (only_speed ? group : hypothesis.penalty) +
+                all.without(out | sources).misfit + (only_speed ? group : hypothesis.score) +
                     (outer || (spins && (sources & ~inertial) == 0) ? slide_penalty : 0.0) -
                     (is_anomalous(observed, sources, without_wheels) ? anomaly_bonus : 0.0)};
     if (tried[i].score < best.score) {
       best = tried[i];
     }
   }
-  for (const Candidate& other : tried) {
+  for (const Hypothesis& other : tried) {
     if (other.sources != 0 && (other.sources & best.sources) == 0 &&
         other.score < best.score + margin) {
       return 0;  // ambiguous

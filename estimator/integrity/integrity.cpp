@@ -173,8 +173,8 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns) noexcept {
   agreed_.wheels_distrusted = all_distrusted(wheels);
   // The car may slide at a high lateral acceleration or while an axle slips; and then as long as it
   // yaws faster than any steering angle makes it.
-  constexpr double sharpest = 0.55;  // tan δ
-  const double largest_yaw_rate = std::abs(observed_.speed()) * sharpest / sensors.car.wheelbase();
+  const double largest_yaw_rate =
+      std::abs(observed_.speed()) * sensors.tuning.sharpest_turn / sensors.car.wheelbase();
   const bool spins = observed_.slides(now_ns) &&
                      std::abs(observed_.yaw_rate()) > largest_yaw_rate + largest_gyro_bias;
   if (lateral_accel(observed_, Over::short_time) > sliding_accel || all_distrusted(front_wheels) ||

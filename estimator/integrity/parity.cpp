@@ -7,6 +7,7 @@
 
 #include "estimator/common/squares.hpp"
 #include "estimator/common/wheel_place.hpp"
+#include "estimator/integrity/admission.hpp"
 
 namespace odomd::estimator::integrity {
 namespace {
@@ -82,9 +83,9 @@ Row steering_row(const View& view) noexcept {
   constexpr double least_off = 0.005;  // [rad]
   constexpr double floor = 0.02;       // [rad/s]
   constexpr double slowest = 0.5;      // [m/s]
-  constexpr double largest = 1.4;      // [rad], short of the tangent's pole
   constexpr double understeer = 1.5;   // the car's may be that many times the stated one
   const Vehicle& car = view.sensors.car;
+  constexpr double largest = physical_limit[index_of(Source::steering)];
   const SourceHistory& history = view.observed.history(Source::steering);
   const Averaged steering = view.average(Source::steering);
   // From this lateral acceleration on the front may slide [m/s²]. A driver who loses the car does
