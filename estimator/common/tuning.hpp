@@ -62,7 +62,7 @@ struct Tuning {
   double outlier_range = 20.0;     ///< range of outliers [wheelbases]
   double motion_error = 0.1;       ///< error of the filter's motion between two poses [1, rad/m]
   double slip_of_way = 0.3;        ///< error of the way that motion explains
-  double lasting_s = 5.0;          ///< correlation time of a camera's lasting error [s]
+  double lasting_s = 3.0;          ///< correlation time of a camera's lasting error [s]
   double lasting_mean_s = 0.5;     ///< of the mean by which it shows [s] ...
   double lasting_memory_s = 20.0;  ///< ... and of what is remembered [s]
   double disputed_s = 60.0;        ///< time constant of what a correction may hide [s]
@@ -96,12 +96,13 @@ struct Tuning {
   double softness = 0.05;           ///< ... and its sigma [s²/m]
 
   // --- random walks of these, per √s ---
-  double gyro_bias_walk = 6e-5;        ///< b_g [rad/s/√s]
-  double gyro_scale_walk = 2e-5;       ///< s_g [1/√s]
-  double accel_bias_walk = 3e-3;       ///< b_ax, b_ay [m/s²/√s]
-  double wheel_scale_walk = 1.5e-3;    ///< s_w [1/√s]
-  double steering_offset_walk = 1e-4;  ///< δ_0 [rad/√s]
-  double stiffness_scale_walk = 2e-3;  ///< κ [1/√s]
+  double gyro_bias_walk = 6e-5;         ///< b_g [rad/s/√s] ...
+  double gyro_bias_walk_share = 0.012;  ///< ... of a noisier gyro by its noise at rest [1/√s]
+  double gyro_scale_walk = 2e-5;        ///< s_g [1/√s]
+  double accel_bias_walk = 3e-3;        ///< b_ax, b_ay [m/s²/√s]
+  double wheel_scale_walk = 1.5e-3;     ///< s_w [1/√s]
+  double steering_offset_walk = 1e-4;   ///< δ_0 [rad/√s]
+  double stiffness_scale_walk = 2e-3;   ///< κ [1/√s]
 };
 
 }  // namespace odomd::estimator

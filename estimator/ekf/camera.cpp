@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <utility>
 
 #include "estimator/common/pose.hpp"
@@ -92,29 +93,35 @@ double evidence_of_step(const CarModel& model, const State& state, const PosePai
   return moves - other - std::log(share * std::exp(stands - other) + std::exp(anywhere - other));
 }
 
-/// A white innovation says nothing about the next one. What the camera's error and its white noise
-/// have in common with the moments before, Γ, is an error that lasts: the filter, whose time
-/// constant is Δt / K, has followed it by T / (Δt / K) times that. Γ counts by its significance.
-void note_lasting_errors(const Tuning& tuning, State& state, const std::array<double, 3>& nu,
-                         const Eigen::Matrix<double, 6, 6>& P, const Symmetric3& S,
-                         double dt) noexcept {
-  LastingCameraErrors& e = state.lasting;
+/// A white innovation says nothing about the next one: what ν has in common with m is a lasting
+/// error, as far as it is more than chance. c is a Gauss-Markov process, ν = c - e + noise, and an
+/// update is e ← e + K (c - e).
+void note_lasting(const Tuning& tuning, LastingError& lasting, std::span<const double> nu, double K,
+                  double S, double dt) noexcept {
+  auto& [seen_s, mean, product, expected, e_c, e_e, m_c, m_e, variance] = lasting;
+  seen_s = std::min(seen_s + dt, tuning.lasting_memory_s);
+  const double share = std::min(dt / std::max(seen_s, tuning.lasting_mean_s), 0.5);
   const double fresh = std::min(dt / tuning.lasting_mean_s, 0.5);
-  e.seen_s = std::min(e.seen_s + dt, tuning.lasting_memory_s);
-  const double share = std::min(dt / std::max(e.seen_s, tuning.lasting_mean_s), 0.5);
-  e.way += share * (0.5 * (nu[0] * e.mean.x + nu[1] * e.mean.y) - e.way);
-  e.turn += share * (nu[2] * e.mean.yaw - e.turn);
-  e.mean.x += fresh * (nu[0] - e.mean.x);
-  e.mean.y += fresh * (nu[1] - e.mean.y);
-  e.mean.yaw += fresh * (nu[2] - e.mean.yaw);
-  const auto variance = [&](double common, double known, double whole) {
-    const double by_chance = 0.5 * whole * std::sqrt(fresh * share);  // a sigma of Γ
-    const double counts = squared(common) / (squared(common) + 4.0 * squared(by_chance));
-    const double followed = known / whole * tuning.lasting_s / dt;
-    return std::max(common, 0.0) * counts * (1.0 + followed);
-  };
-  e.variance_way = variance(e.way, 0.5 * (P(0, 0) + P(1, 1)), 0.5 * (S[0] + S[3]));
-  e.variance_turn = variance(e.turn, P(2, 2), S[5]);
+  const double fades = std::exp(-dt / tuning.lasting_s);
+  e_c *= fades;
+  m_c *= fades;
+  double common = 0.0;
+  for (std::size_t i = 0; i < nu.size(); ++i) {
+    common += nu[i] * mean[i] / static_cast<double>(nu.size());
+    mean[i] += fresh * (nu[i] - mean[i]);
+  }
+  const double counts_by = m_c - m_e;
+  product += share * (common * counts_by - product);
+  expected += share * (squared(counts_by) - expected);
+  m_e = (1.0 - fresh) * ((1.0 - K) * m_e + K * m_c) +
+        fresh * ((1.0 - K) * (e_c - e_e) + K * (1.0 - e_c));
+  m_c = (1.0 - fresh) * m_c + fresh * (1.0 - e_c);
+  e_e = squared(1.0 - K) * e_e + 2.0 * K * (1.0 - K) * e_c + squared(K);
+  e_c += K * (1.0 - e_c);
+  // Four sigmas of `product` by chance
+  const double chance = 2.0 * S * std::sqrt(fresh * share * expected);
+  const double counts = squared(product) / (squared(product) + squared(chance));
+  variance = counts * std::max(product, 0.0) / std::max(expected, 1e-9) * e_e;
 }
 
 /// Sets the pose and its covariance to those of the camera, without correlations.
@@ -273,8 +280,12 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     state.last_jump = {now.x - estimated.x, now.y - estimated.y, now.yaw - estimated.yaw};
   } else if (!first) {
     adapt_way_noise_scale(model.tuning, state, judgement.squared_ratio, since_fused_s);
-    note_lasting_errors(model.tuning, state, judgement.innovation, P, S,
-                        std::max(since_fused_s, 1e-3));
+    const double dt = std::max(since_fused_s, 1e-3);
+    const std::span nu(judgement.innovation);
+    const double S_way = 0.5 * (S[0] + S[3]);
+    note_lasting(model.tuning, state.lasting_way, nu.first(2), 0.5 * (P(0, 0) + P(1, 1)) / S_way,
+                 S_way, dt);
+    note_lasting(model.tuning, state.lasting_turn, nu.last(1), P(2, 2) / S[5], S[5], dt);
   }
   fused();
   return judgement;

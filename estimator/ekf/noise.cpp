@@ -16,14 +16,14 @@ constexpr int least_samples_to_use = 5;
 constexpr int least_samples_to_bound = 10;
 // From 0 the mean could not grow again.
 constexpr double smallest_mean = 1e-4;
-// A gyro, or a still sensor, is never taken as noisier than stated.
+// A still sensor is never taken as noisier than stated.
 constexpr double as_stated = 1.0;
 
 /// The sigma to use, relative to the stated one, from a relative mean square.
-double bounded(const Tuning& tuning, double mean, Source source, bool wheels_still) noexcept {
+double bounded(const Tuning& tuning, double mean, bool wheels_still) noexcept {
   const double range = tuning.noise_range;
   const double least = wheels_still ? 1.0 / (range * range) : 1.0 / range;
-  const double most = wheels_still || source == Source::yaw_rate ? as_stated : range;
+  const double most = wheels_still ? as_stated : range;
   return std::sqrt(std::clamp(mean, least, most));
 }
 
@@ -62,7 +62,7 @@ void measure_noise(const Tuning& tuning, State& state, Sample& sample) noexcept 
   level.last = {now, level.last[0]};
   level.run = std::min(level.run + 1, 2);
   if (samples >= least_samples_to_use) {
-    sample.sigma[0] *= bounded(tuning, mean, sample.source, level.wheels_still);
+    sample.sigma[0] *= bounded(tuning, mean, level.wheels_still);
   }
 }
 
@@ -73,10 +73,10 @@ SourceNoise noise_of(const Tuning& tuning, const State& state, Source source,
   if (i < state.noise.size()) {
     const NoiseLevel& level = state.noise[i];
     if (level.still_samples >= least_samples_to_use) {
-      noise.at_rest = stated * bounded(tuning, level.at_rest, source, true);
+      noise.at_rest = stated * bounded(tuning, level.at_rest, true);
     }
     if (level.moving_samples >= least_samples_to_use) {
-      noise.moving = stated * bounded(tuning, level.moving, source, false);
+      noise.moving = stated * bounded(tuning, level.moving, false);
     }
   } else if (is_wheel(source) && state.readings[i].consistent > 0) {
     noise.speed_share = tuning.wheel_radius * std::sqrt(state.wheel_noise_scale[i]);

@@ -15,14 +15,22 @@ double softness_of(double grip, const Moving& now) noexcept {
   return std::clamp(usual_softness(grip) + now.softness, 0.0, most);
 }
 
+/// A noisy gyro's bias walks faster, too.
+double gyro_bias_walk(const CarModel& model, const State& state) noexcept {
+  const NoiseLevel& level = state.noise[index_of(Source::yaw_rate)];
+  const double noise = level.still_samples > 0 ? model.gyro_sigma * std::sqrt(level.at_rest) : 0.0;
+  return std::max(model.tuning.gyro_bias_walk, model.tuning.gyro_bias_walk_share * noise);
+}
+
 /// Process noise of the random walks.
-void add_walks(const Tuning& walks, double dt, State& state) noexcept {
+void add_walks(const CarModel& model, double dt, State& state) noexcept {
+  const Tuning& walks = model.tuning;
   Matrix& P = state.covariance;
   P(at::accel_bias_x, at::accel_bias_x) += squared(walks.accel_bias_walk) * dt;
   P(at::accel_bias_y, at::accel_bias_y) += squared(walks.accel_bias_walk) * dt;
   P(at::steering_offset, at::steering_offset) += squared(walks.steering_offset_walk) * dt;
   SlowMatrix& P_s = state.slow.covariance;
-  P_s(slow::gyro_bias, slow::gyro_bias) += squared(walks.gyro_bias_walk) * dt;
+  P_s(slow::gyro_bias, slow::gyro_bias) += squared(gyro_bias_walk(model, state)) * dt;
   P_s(slow::gyro_scale, slow::gyro_scale) += squared(walks.gyro_scale_walk) * dt;
   P_s(slow::wheel_scale, slow::wheel_scale) += squared(walks.wheel_scale_walk) * dt;
   P_s(slow::stiffness_scale, slow::stiffness_scale) += squared(walks.stiffness_scale_walk) * dt;
@@ -143,7 +151,7 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
                                  (1.0 - squared(F.driving_decay));
   P(at::front_angle, at::front_angle) +=
       state.turn_noise_scale * squared(tuning.front_angle) * (1.0 - squared(F.driving_decay));
-  add_walks(model.tuning, F.dt, state);
+  add_walks(model, F.dt, state);
 }
 
 }  // namespace
@@ -282,7 +290,7 @@ void propagate(const CarModel& model, const Input& input, double dt, State& stat
 }
 
 void propagate_standing(const CarModel& model, double dt, State& state) noexcept {
-  add_walks(model.tuning, dt, state);
+  add_walks(model, dt, state);
 }
 
 }  // namespace odomd::estimator::full

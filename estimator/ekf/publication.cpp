@@ -135,9 +135,8 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
       std::exp(-seconds_between(state.disputed.since_ns, state.time_ns) / model.tuning.disputed_s);
   P.diagonal().head<3>() +=
       share * Eigen::Vector3d(state.disputed.way, state.disputed.way, state.disputed.turn);
-  const LastingCameraErrors& lasting = state.lasting;
-  P.diagonal().head<3>() +=
-      Eigen::Vector3d(lasting.variance_way, lasting.variance_way, lasting.variance_turn);
+  P.diagonal().head<3>() += Eigen::Vector3d(state.lasting_way.variance, state.lasting_way.variance,
+                                            state.lasting_turn.variance);
   Estimate e;
   e.time_ns = state.time_ns;
   e.initialised = state.located && state.moving;

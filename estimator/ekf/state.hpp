@@ -146,15 +146,17 @@ struct Disputed {
   double turn = 0.0;
 };
 
-/// Errors of the camera that last, which P does not contain: they show in innovations that are
-/// correlated.
-struct LastingCameraErrors {
-  Pose2 mean;           ///< of the innovations in the last moments
-  double seen_s = 0.0;  ///< time of camera poses that it averages over [s]
-  double way = 0.0;     ///< covariance of innovations with the mean before, of each axis [m²] ...
-  double turn = 0.0;    ///< ... and of the yaw [rad²]
-  double variance_way = 0.0;   ///< of the pose's error by it [m²] ...
-  double variance_turn = 0.0;  ///< ... and of the yaw's [rad²]
+/// An error of the camera that lasts, c, which P does not contain. The filter follows it: its own
+/// error e grows with it, and innovations are correlated with the mean m of those before. Moments
+/// of c, e and m are those by a c of variance 1.
+struct LastingError {
+  double seen_s = 0.0;           ///< time of the camera poses that it averages over [s]
+  std::array<double, 2> mean{};  ///< m: of the innovations in the last moments
+  double product = 0.0;          ///< mean of ν m E[ν m] ...
+  double expected = 0.0;         ///< ... and of E[ν m]²
+  double e_c = 0.0, e_e = 0.0;   ///< E[e c], E[e²]
+  double m_c = 0.0, m_e = 0.0;   ///< E[m c], E[m e]
+  double variance = 0.0;         ///< of the pose's error [m², rad²]
 };
 
 constexpr std::array<double, source_count> filled(double value) noexcept {
@@ -210,7 +212,8 @@ struct State {
   bool doubtful = false;  ///< a fault may have moved the pose, and no camera has confirmed it since
   int confirming_poses = 0;  ///< fused camera poses in a row
   Disputed disputed;
-  LastingCameraErrors lasting;
+  LastingError lasting_way;  ///< of the camera's x and y
+  LastingError lasting_turn;
   double camera_noise_scale = 1.0;  ///< variance of the camera's poses over the stated one
   int camera_steps = 0;             ///< that it was learnt from
   PosePair last_camera_pose;        ///< fused or not

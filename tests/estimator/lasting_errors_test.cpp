@@ -1,0 +1,164 @@
+// Errors that last: sensors that are later than configured, and a camera whose errors are not
+// white.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <random>
+
+#include <Eigen/LU>
+
+#include "estimator/common/pose.hpp"
+#include "estimator/full_filter.hpp"
+
+namespace odomd::estimator {
+namespace {
+
+constexpr double period_s = 0.005;
+
+/// A car of the default size on stiff tyres: its rear axle follows its heading.
+struct Truth {
+  Pose2 pose;
+  double v_x = 0.0;
+  double yaw_rate = 0.0;
+};
+
+struct Errors {
+  double gyro_latency_s = 0.0;
+  double wheel_latency_s = 0.0;
+  double steering_latency_s = 0.0;
+  double camera_lasting = 0.0;    ///< sigma of x and y [m], of the yaw half as much [rad] ...
+  double camera_lasting_s = 3.0;  ///< ... and its correlation time
+};
+
+struct Outcome {
+  double nees = 0.0;     ///< mean of the second half
+  double off = 0.0;      ///< rms of the position there [m]
+  double sigma_x = 0.0;  ///< at the end
+  Calibration calibration;
+};
+
+double speed_at(double t) {
+  return t < 2.0
+             ? 0.0
+             : 1.5 - 1.5 * std::exp(2.0 - t) + 0.3 * std::sin(1.7 * t) * (1.0 - std::exp(2.0 - t));
+}
+double turn_at(double t) {
+  return t < 2.0 ? 0.0 : 1.2 * std::sin(2.1 * (t - 2.0)) * (1.0 - std::exp(2.0 - t));
+}
+
+Outcome drive(const Errors& errors, unsigned seed) {
+  FilterSettings settings;
+  settings.vehicle.cornering_stiffness_front = 2000.0;
+  settings.vehicle.cornering_stiffness_rear = 2000.0;
+  const double rear = settings.vehicle.rear_axle;
+  FullFilter filter(settings);
+  filter.set_initial_pose({});
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::array<double, 3> lasting{};
+  for (double& error : lasting) {
+    error = errors.camera_lasting * normal(random);
+  }
+  Pose2 truth;
+  Outcome outcome;
+  constexpr int ticks = 12'000;
+  for (int k = 1; k <= ticks; ++k) {
+    const double t = k * period_s;
+    const std::int64_t now = 1'000'000'000 + k * 5'000'000LL;
+    truth = moved(truth,
+                  {speed_at(t - 0.5 * period_s), rear * turn_at(t - 0.5 * period_s),
+                   turn_at(t - 0.5 * period_s)},
+                  period_s);
+    const auto add = [&](Source source, double value, double sigma) {
+      (void)filter.add(Measurement{source, now, value + sigma * normal(random), sigma});
+    };
+    const double steered = t - errors.steering_latency_s;
+    const double v = speed_at(steered);
+    add(Source::steering,
+        v > 0.05 ? std::atan(settings.vehicle.wheelbase() * turn_at(steered) / v) : 0.0, 0.002);
+    add(Source::yaw_rate, turn_at(t - errors.gyro_latency_s), 0.01);
+    if (k % 2 == 0) {
+      add(Source::wheel_rear, speed_at(t - errors.wheel_latency_s), 0.01);
+    }
+    if (k % 7 == 0) {
+      const double fades = std::exp(-7.0 * period_s / errors.camera_lasting_s);
+      for (double& error : lasting) {
+        error =
+            fades * error + std::sqrt(1.0 - fades * fades) * errors.camera_lasting * normal(random);
+      }
+      (void)filter.add(CameraPose{now, now, truth.x + lasting[0] + 0.008 * normal(random),
+                                  truth.y + lasting[1] + 0.008 * normal(random),
+                                  truth.yaw + 0.5 * lasting[2] + 0.01 * normal(random), 0.008,
+                                  0.008, 0.01});
+    }
+    const Estimate e = filter.step(now);
+    outcome.calibration = e.calibration;
+    outcome.sigma_x = std::sqrt(e.covariance[0]);
+    if (k > ticks / 2) {
+      const Eigen::Vector3d off(e.map.x - truth.x, e.map.y - truth.y,
+                                wrap_angle(e.map.yaw - truth.yaw));
+      const auto& c = e.covariance;
+      Eigen::Matrix3d P;
+      P << c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5];
+      outcome.nees += off.dot(P.inverse() * off) / (ticks / 2);
+      outcome.off += off.head<2>().squaredNorm() / (ticks / 2);
+    }
+  }
+  outcome.off = std::sqrt(outcome.off);
+  return outcome;
+}
+
+/// In the order of Calibration.
+constexpr std::size_t gyro_latency = 7;
+constexpr std::size_t wheel_latency = 8;
+constexpr std::size_t steering_latency = 9;
+
+TEST(LastingErrors, ACarWithoutThemIsHonest) {
+  const Outcome outcome = drive({}, 1);
+  EXPECT_LT(outcome.off, 0.006);
+  EXPECT_GT(outcome.nees, 0.5);
+  EXPECT_LT(outcome.nees, 6.0);
+}
+
+TEST(LastingErrors, AGyroLaterThanConfiguredIsPutBackInTime) {
+  for (const double latency_s : {0.03, 0.08, 0.11}) {
+    const Outcome outcome = drive({.gyro_latency_s = latency_s}, 2);
+    EXPECT_NEAR(outcome.calibration.value[gyro_latency], latency_s, 0.004);
+    EXPECT_LT(outcome.off, 0.006) << latency_s;
+    EXPECT_LT(outcome.nees, 6.0) << latency_s;
+  }
+}
+
+TEST(LastingErrors, WheelsLaterThanConfiguredArePutBackInTime) {
+  for (const double latency_s : {0.04, 0.08}) {
+    const Outcome outcome = drive({.wheel_latency_s = latency_s}, 3);
+    EXPECT_NEAR(outcome.calibration.value[wheel_latency], latency_s, 0.01);
+    EXPECT_LT(outcome.off, 0.008) << latency_s;
+    EXPECT_LT(outcome.nees, 6.0) << latency_s;
+  }
+}
+
+TEST(LastingErrors, SteeringLaterThanConfiguredHarmsNothing) {
+  const Outcome outcome = drive({.steering_latency_s = 0.05}, 4);
+  EXPECT_LT(outcome.calibration.sigma[steering_latency], 0.02);
+  EXPECT_LT(outcome.off, 0.006);
+  EXPECT_LT(outcome.nees, 6.0);
+}
+
+TEST(LastingErrors, ACameraWhoseErrorsLastIsNotAveragedAway) {
+  const double white = drive({}, 5).sigma_x;
+  for (const double sigma : {0.02, 0.05}) {
+    for (const double time_s : {1.0, 3.0, 8.0}) {
+      const Outcome outcome = drive({.camera_lasting = sigma, .camera_lasting_s = time_s}, 5);
+      EXPECT_GT(outcome.sigma_x, 3.0 * white) << sigma << ' ' << time_s;
+      EXPECT_GT(outcome.nees, 0.3) << sigma << ' ' << time_s;
+      EXPECT_LT(outcome.nees, 12.0) << sigma << ' ' << time_s;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace odomd::estimator

@@ -1,0 +1,51 @@
+"""Every number in estimator/ outside of tuning.hpp is written down in literals.txt, and they only become fewer.
+
+Numbers other than 0, 1, 2 and ½ belong into tuning.hpp, with meaning and origin. Those that are elsewhere are listed
+with their line of code; a new one fails this test, and so does one that has gone but is still listed.
+
+  tests/estimator/literals_test.py            checks the list
+  tests/estimator/literals_test.py --update   writes it: only to take lines away
+"""
+
+import pathlib
+import re
+import sys
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+LIST = pathlib.Path(__file__).with_name("literals.txt")
+
+NUMBER = re.compile(r"(?<![\w.'])(\d[\d']*(?:\.\d*)?(?:e[+-]?\d+)?)(?!['\w.])")
+# Shapes of matrices and arrays, indices, and what is no code.
+NO_QUANTITY = re.compile(r'//.*|"[^"]*"|#include.*|<[^<>;=]*\d[^<>;=]*>\(?(?:\d(?:, \d)*\))?|\[\d+\]|\bP\(\d, \d\)')
+PLAIN = {0.0, 0.5, 1.0, 2.0}
+
+
+def numbers():
+    """Lines "file: number: code" of all numbers."""
+    found = []
+    for path in sorted((ROOT / "estimator").rglob("*.?pp")):
+        if path.name == "tuning.hpp":
+            continue
+        for line in path.read_text(encoding="utf-8").splitlines():
+            for number in NUMBER.findall(NO_QUANTITY.sub(" ", line)):
+                if float(number.replace("'", "")) not in PLAIN:
+                    found.append(f"{path.relative_to(ROOT / 'estimator')}: {number}: {line.strip()}")
+    return found
+
+
+class Literals(unittest.TestCase):
+    def test_every_number_outside_of_tuning_is_listed(self):
+        listed = LIST.read_text(encoding="utf-8").splitlines()
+        found = numbers()
+        new = [line for line in found if found.count(line) > listed.count(line)]
+        gone = [line for line in listed if listed.count(line) > found.count(line)]
+        self.assertFalse(new, f"write it into tuning.hpp, with its meaning: {new}")
+        self.assertFalse(gone, f"take it off {LIST.name}: {gone}")
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--update"]:
+        LIST.write_text("\n".join(numbers()) + "\n", encoding="utf-8")
+    else:
+        unittest.main()
