@@ -16,7 +16,8 @@ using namespace integrity;
 
 namespace {
 
-constexpr std::int64_t check_interval_ns = 20'000'000;
+// Every 20 ms, less the jitter of the ticks.
+constexpr std::int64_t check_interval_ns = 19'000'000;
 
 constexpr double persistence_s = 0.1;
 constexpr double frozen_persistence_s = 0.05;
@@ -111,9 +112,7 @@ bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& ba
 void Integrity::check(const Sensors& sensors, std::int64_t now_ns) noexcept {
   constexpr double usual_misfit = 8.0;
   constexpr double longest_s = 0.1;
-  constexpr std::int64_t slack_ns = 1'000'000;
-  if (observed_.now_ns != 0 &&
-      ns_between(observed_.now_ns, now_ns) < check_interval_ns - slack_ns) {
+  if (observed_.now_ns != 0 && ns_between(observed_.now_ns, now_ns) < check_interval_ns) {
     return;
   }
   const std::int64_t before_ns = std::exchange(observed_.now_ns, now_ns);
