@@ -120,8 +120,10 @@ void note_lasting(const Tuning& tuning, LastingError& lasting, std::span<const d
   e_c += K * (1.0 - e_c);
   // Four sigmas of `product` by chance
   const double chance = 2.0 * S * std::sqrt(fresh * share * expected);
-  const double counts = squared(product) / (squared(product) + squared(chance));
-  variance = counts * std::max(product, 0.0) / std::max(expected, 1e-9) * e_e;
+  variance = 0.0;
+  if (product > 0.0 && expected > 0.0) {
+    variance = e_e * product / expected / (1.0 + squared(chance / product));
+  }
 }
 
 /// Sets the pose and its covariance to those of the camera, without correlations.

@@ -54,7 +54,7 @@ TEST(MeasuredNoise, IsBoundedAroundWhatIsStated) {
   for (const Case& c : {Case{Source::yaw_rate, true, 0.0, 0.1},
                         {Source::yaw_rate, true, 20.0, 1.0},
                         {Source::yaw_rate, false, 0.0, std::sqrt(0.1)},
-                        {Source::yaw_rate, false, 20.0, 1.0},
+                        {Source::yaw_rate, false, 20.0, std::sqrt(10.0)},
                         {Source::accel_y, true, 20.0, 1.0},
                         {Source::accel_y, false, 0.0, std::sqrt(0.1)},
                         {Source::accel_y, false, 20.0, std::sqrt(10.0)}}) {
@@ -102,8 +102,7 @@ TEST(NoiseOf, IsTheSigmaThatIsUsed) {
     EXPECT_DOUBLE_EQ(noise.at_rest, at_rest);
     EXPECT_DOUBLE_EQ(noise.moving, moving);
     EXPECT_EQ(noise.speed_share, 0.0);
-    EXPECT_NEAR(noise.moving, source == Source::yaw_rate ? stated : std::sqrt(10.0) * stated,
-                1e-12);
+    EXPECT_NEAR(noise.moving, std::sqrt(10.0) * stated, 1e-12);
   }
 }
 
