@@ -64,9 +64,7 @@ tools/report: estimator/common daemon/core tools/math tools/cli tools/drive_file
 tools/bridge: base estimator/common shm_api/include/odom tools/math tools/cli tools/drive_files tools/live
 tools/export: daemon/diagnostics can_protocol/decode can_protocol/sources estimator/common daemon/core tools/cli
     tools/drive_files tools/replay tools/bridge
-tools/config_patch: base daemon/core tools/cli
-tools/tune: daemon/diagnostics base estimator/common daemon/core tools/cli tools/replay tools/evaluation
-    tools/config_patch
+tools/config_patch: daemon/diagnostics base daemon/core tools/cli
 tools/sim/car: base estimator/common tools/math
 tools/sim/course: tools/sim/car
 tools/sim/sensors: estimator/common tools/math tools/sim/car
@@ -89,7 +87,7 @@ tools/identify/latency: daemon/diagnostics estimator/common daemon/core tools/ma
 tools/identify/stiffness: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/identify
     tools/identify/common
 tools/identify/fit: daemon/diagnostics base can_protocol can_protocol/sources estimator/common daemon/core
-    tools/math tools/cli tools/drive_files tools/chart tools/replay tools/evaluation tools/config_patch tools/tune
+    tools/math tools/cli tools/drive_files tools/chart tools/replay tools/evaluation tools/config_patch
     tools/identify tools/identify/common tools/identify/latency
 tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
     daemon/core tools/replay tools/evaluation tools/live tools/identify/common tools/identify/latency
@@ -97,7 +95,7 @@ tools/init: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sourc
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/live tools/sim tools/identify/common
 tools/commands: daemon/diagnostics can_protocol can_protocol/dbc can_protocol/sources daemon/core tools/cli
     tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation tools/live tools/live/watch
-    tools/report tools/bridge tools/export tools/config_patch tools/tune tools/sim/car tools/sim tools/fault
+    tools/report tools/bridge tools/export tools/sim/car tools/sim tools/fault
     tools/identify tools/doctor tools/init
 tools/completion: daemon tools/cli tools/commands
 tools: tools/cli tools/commands

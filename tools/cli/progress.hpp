@@ -17,7 +17,7 @@ enum class WithoutTerminal : std::uint8_t { lines, nothing };
 
 class ProgressLine {
  public:
-  /// `who` is the start of each line without a terminal: "odom tune".
+  /// `who` is the start of each line without a terminal: "odom fault".
   explicit ProgressLine(std::string who, WithoutTerminal without = WithoutTerminal::lines);
   /// Ends the line.
   ~ProgressLine();

@@ -32,7 +32,6 @@ void describe(Command odom) {
   add_replay(odom);
   add_sim(odom);
   add_status(odom);
-  add_tune(odom);
   add_watch(odom);
 }
 

@@ -26,7 +26,6 @@ void add_status(Command odom);
 void add_pose(Command odom);
 void add_camera(Command odom);
 void add_sim(Command odom);
-void add_tune(Command odom);
 void add_watch(Command odom);
 void add_dbc(Command odom);
 

@@ -7,6 +7,8 @@
 #include <span>
 #include <string>
 
+#include "daemon/core/config.hpp"
+
 namespace odomd::tools {
 
 /// One number and its place: "vehicle.mass", "can.signals.yaw_rate.latency", "camera.lever_arm[2]".
@@ -38,6 +40,11 @@ struct ConfigValue {
                                               const std::string& key);
 [[nodiscard]] std::optional<double> number_in(const std::filesystem::path& file,
                                               const std::string& key);
+
+/// A loaded configuration with these numbers in it, and its own logs and databases. Throws
+/// std::invalid_argument if the result is not a valid configuration.
+[[nodiscard]] daemon::Config config_with(const daemon::Config& config,
+                                         std::span<const ConfigValue> values);
 
 /// Throws what patch_config would throw about the file itself: missing, not a regular file, not
 /// TOML, or in a folder that cannot be written (std::runtime_error).

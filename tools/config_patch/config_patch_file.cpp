@@ -12,6 +12,7 @@
 #include "base/file_descriptor.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/core/config_toml.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/config_patch/config_patch.hpp"
 
 namespace odomd::tools {
@@ -110,6 +111,16 @@ std::optional<ConfigValue> value_in(const std::filesystem::path& file, const std
 
 std::optional<double> number_in(const std::filesystem::path& file, const std::string& key) {
   return number_in(daemon::read_toml_file(file), file, key);
+}
+
+daemon::Config config_with(const daemon::Config& config, std::span<const ConfigValue> values) {
+  daemon::Config result =
+      daemon::parse_config(patched(config.text, config.file, values), config.file);
+  result.can.sources = config.can.sources;
+  result.can.dbc = config.can.dbc;
+  diagnostics::Diagnostics warnings;  // were given when the configuration was loaded
+  (void)daemon::load_databases(result, warnings);
+  return result;
 }
 
 void check_patchable(const std::filesystem::path& file) {

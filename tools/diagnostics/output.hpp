@@ -8,7 +8,7 @@
 
 namespace odomd::tools {
 
-/// "odom tune: warning: drives/lap: ...", one line each; `command` is "tune", `whose` "drives/lap"
+/// "odom replay: warning: lap.toml: ...", one line each; `command` is "replay", `whose` "lap.toml"
 /// or empty.
 void warn(const std::string& command, const diagnostics::Diagnostics& diagnostics,
           const std::string& whose = {});

@@ -99,7 +99,7 @@ DriveExamination examine_drive(const Drive& drive) {
   const Diagnostics traffic = examine_traffic(drive);
   append_new(all, traffic);
   try {
-    append_new(all, check_drive(drive, drive.config));
+    append_new(all, check_drive(drive));
   } catch (const NoPose& none) {
     if (traffic.empty()) append_new(all, none.warnings);
     return examination;  // else no pose without the messages that have been named

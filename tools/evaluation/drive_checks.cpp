@@ -9,14 +9,14 @@
 
 namespace odomd::tools {
 
-diagnostics::Diagnostics check_drive(const Drive& drive, const daemon::Config& config,
-                                     const Measure& measure) {
-  const ReplayedDrive replayed = replay_drive(drive, config, measure.frame);
+diagnostics::Diagnostics check_drive(const Drive& drive) {
+  const daemon::Config& config = drive.config;
+  const ReplayedDrive replayed = replay_drive(drive, config);
   diagnostics::Diagnostics warnings = replayed.warnings;
   if (replayed.summary.camera_units.empty())
     append(warnings, check_initial_pose(config, drive.cameras, replayed.summary.first_tick_ns));
   if (!drive.reference) return warnings;
-  const Trajectory reference = reference_of(drive, measure.lever_arm);
+  const Trajectory reference = reference_of(drive);
   if (const auto units = check_units_of(reference, replayed.poses, "the estimate");
       !units.empty()) {
     append(warnings, units);
@@ -27,10 +27,9 @@ diagnostics::Diagnostics check_drive(const Drive& drive, const daemon::Config& c
   std::optional<diagnostics::Diagnostic> mismatch;
   if (!replayed.summary.fault_ns) mismatch = drive_mismatch(reference, replayed.poses);
   if (mismatch) mismatch->subject = daemon::name_of(config.model);
-  append(warnings, mismatch ? mismatch
-                            : check_times(reference, drive,
-                                          measure.align.value_or(
-                                              usual_align(!drive.cameras.empty(), measure.frame))));
+  append(warnings,
+         mismatch ? mismatch
+                  : check_times(reference, drive, usual_align(!drive.cameras.empty(), Frame::map)));
   return warnings;
 }
 

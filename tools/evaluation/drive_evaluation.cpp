@@ -105,20 +105,4 @@ Trajectory reference_of(const Drive& drive, const std::optional<estimator::Pose2
   return at_centre_of_gravity(*drive.reference, lever_arm.value_or(reference_arm(drive.config)));
 }
 
-Evaluation evaluate_drive(const Drive& drive, const daemon::Config& config,
-                          const Measure& measure) {
-  const ReplayedDrive replayed = replay_drive(drive, config, measure.frame);
-  const auto compared = [&] {
-    if (drive.reference) {
-      return evaluate(reference_of(drive, measure.lever_arm), replayed.poses,
-                      measure.align.value_or(usual_align(!drive.cameras.empty(), measure.frame)));
-    }
-    const Evaluation loop = evaluate_closed_loop(replayed.poses);
-    return drive.closed_loop ? loop : without_errors(loop);
-  };
-  Evaluation evaluation = compared();
-  evaluation.nis_factor = nis_factor(replayed.summary);
-  return evaluation;
-}
-
 }  // namespace odomd::tools

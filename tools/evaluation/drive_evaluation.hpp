@@ -1,8 +1,5 @@
-// Replays a drive through the pipeline and evaluates it, all in memory: for `odom evaluate
-// --drive`, and many times for a search for better settings.
-//
-// Pure functions: any number of threads may replay one drive at once, each with its own
-// configuration.
+// Replays a drive through the pipeline in memory, with its own configuration or another one, and
+// finds what to compare it with.
 #pragma once
 
 #include <cstdint>
@@ -68,28 +65,16 @@ struct NoPose : std::invalid_argument {
   return camera_poses_came_in && frame == Frame::map ? Align::none : Align::first;
 }
 
-/// How a drive is compared with its reference.
-struct Measure {
-  std::optional<Align> align;  ///< else usual_align()
-  Frame frame = Frame::map;
-  std::optional<estimator::Pose2> lever_arm;  ///< of truth.csv's point; else reference_arm()
-};
-
 /// The pose in the body frame of the point that truth.csv follows: [reference] lever_arm, else the
 /// camera's.
 [[nodiscard]] estimator::Pose2 reference_arm(const daemon::Config& config);
 
 /// The drive's reference, of the centre of gravity; that of the camera is so already.
-[[nodiscard]] Trajectory reference_of(const Drive& drive,
-                                      const std::optional<estimator::Pose2>& lever_arm);
+[[nodiscard]] Trajectory reference_of(
+    const Drive& drive, const std::optional<estimator::Pose2>& lever_arm = std::nullopt);
 
 /// For a drive without truth.csv: its camera's poses as the reference, else whether it is a closed
 /// loop. Needs a replay.
 void find_reference(Drive& drive);
-
-/// replay_drive() and evaluate(), without a reference as a closed loop if it is one, else
-/// without_errors().
-[[nodiscard]] Evaluation evaluate_drive(const Drive& drive, const daemon::Config& config,
-                                        const Measure& measure = {});
 
 }  // namespace odomd::tools

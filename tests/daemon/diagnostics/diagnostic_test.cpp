@@ -38,7 +38,7 @@ std::string cell(std::string text) {
 std::string page() {
   std::string text =
       "# Diagnostics\n\n"
-      "What `odomd`, `odomd --check`, `odom doctor`, `replay`, `evaluate`, `tune`, `export` and\n"
+      "What `odomd`, `odomd --check`, `odom doctor`, `replay`, `evaluate`, `export` and\n"
       "`identify` find wrong or doubtful in a configuration, a log, the sensors, the poses, an\n"
       "experiment, the machine, a bus or a running daemon ends with a code. With `--json` of\n"
       "`doctor`, `replay`, `evaluate` and `identify` the list `diagnostics` has an object for "

@@ -210,7 +210,6 @@ TEST(Messages, AreOneHarmlessLine) {
       "odom sim --out x --scenario ",
       "odom sim --out x --fix ",
       "odom status --socket ",
-      "odom tune --drive x --set ",
       "odom export --drive ",
       "odom bridge --ros --frame-map ",
       "odomd --config ",

@@ -12,13 +12,12 @@
 #include "can_protocol/sources/log_reader.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
+#include "tools/evaluation/score.hpp"
 #include "tools/identify/fit/drive.hpp"
-#include "tools/tune/trials.hpp"
 
 namespace odomd::tools::fitting {
 namespace {
 
-constexpr std::array goals{Goal::prediction, Goal::second, Goal::position, Goal::heading};
 constexpr double part_s = 8.0;         // of a 1:10 car
 constexpr std::size_t most_parts = 8;  // of a drive
 
@@ -118,7 +117,7 @@ Ratio turned(std::vector<Group> groups, std::size_t which,
 std::vector<Score> scores(std::span<const tools::Drive> drives, const Patch& patch) {
   std::vector<Score> result;
   for (const tools::Drive& drive : drives) {
-    const daemon::Config config = config_with(drive, patch);
+    const daemon::Config config = config_with(drive.config, patch);
     const ReplayedDrive replayed = replay_drive(drive, config);
     const auto [x, y, yaw] = config.camera.lever_arm;
     const Trajectory whole = at_centre_of_gravity(*drive.reference, {x, y, yaw});
@@ -138,14 +137,14 @@ std::vector<Score> scores(std::span<const tools::Drive> drives, const Patch& pat
 }
 
 Ratio ratio_of(const std::vector<Score>& tried, const std::vector<Score>& before) {
-  Ratio result{.all = relative_error(tried, before, goals)};
+  Ratio result{.all = relative_error(tried, before)};
   for (const std::size_t half : {0U, 1U}) {
     std::vector<Score> now, then;
     for (std::size_t i = half; i < tried.size(); i += 2) {
       now.push_back(tried[i]);
       then.push_back(before[i]);
     }
-    result.half[half] = relative_error(now, then, goals);
+    result.half[half] = relative_error(now, then);
   }
   return result;
 }

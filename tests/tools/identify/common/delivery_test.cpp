@@ -19,7 +19,7 @@ using testing::Not;
 constexpr auto car = R"([vehicle]
 mass = 3.0            # kg (odom identify mass: +- 0.004 kg, scale)
 front_axle = 0.175    # m, by hand
-rear_axle = 0.085     # m (odom tune: helps by +1.0 %)
+rear_axle = 0.085     # m (odom identify fit: +1.0 %)
 yaw_inertia = 0.028   # (odom identify inertia: +- 0.0001 kg m2, bifilar pendulum)
 cornering_stiffness_front = 20.0
 cornering_stiffness_rear = 60.0
