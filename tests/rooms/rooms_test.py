@@ -1,6 +1,8 @@
 """The rooms of the tree: which folder may include which, and how large folders and files may become. Python's own
 unittest; needs no build.
 
+budget.txt has what each room may hold in all.
+
 ROOMS is the one place where the arrows are written down. A folder may include itself and the folders that stand behind
 its colon, and these stand above it: so there is no circle. Folders of one house stand together, so that houses
 (tools/identify, tools, ...) include in no circle either. Who needs another arrow writes it down here; one that points
@@ -10,6 +12,7 @@ down the list is a circle, and is broken by moving a file.
 import os
 import pathlib
 import re
+import subprocess
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -180,6 +183,40 @@ def mistakes(tree: dict[str, str], rooms: dict[str, list[str]]) -> list[str]:
     found += [f"{path} is not longer than {LINES_AT_MOST} lines: strike it out" for path in LONGER
               if tree.get(path, "").count("\n") <= LINES_AT_MOST]
     return found
+
+
+def read_budget(text: str) -> list[tuple[str, list[str], int, int]]:
+    """Room, what git lists, allowed, target."""
+    rows = [[cell.strip() for cell in line.split("|")] for line in text.splitlines() if not line.startswith("#")]
+    return [(room, paths.split(), int(allowed), int(target)) for room, paths, allowed, target in rows]
+
+
+def size_of(room: str, paths: list[str]) -> int:
+    """Lines of the files, or words of the room of that name."""
+    listed = subprocess.run(["git", "ls-files", "-z", "--", *paths], cwd=ROOT, capture_output=True, text=True, check=True)
+    texts = [(ROOT / name).read_bytes() for name in listed.stdout.split("\0") if name and (ROOT / name).exists()]
+    return sum(len(text.decode().split()) if room == "words" else text.count(b"\n") for text in texts)
+
+
+def excesses(sizes: dict[str, int], budget: list[tuple[str, list[str], int, int]]) -> list[str]:
+    return [f"{room} has {sizes[room]}, {allowed} are allowed: save as many as you add, see budget.txt"
+            for room, _, allowed, _ in budget if sizes[room] > allowed]
+
+
+class Budget(unittest.TestCase):
+    budget = read_budget((pathlib.Path(__file__).parent / "budget.txt").read_text(encoding="utf-8"))
+
+    def test_no_room_exceeds_it(self):
+        sizes = {room: size_of(room, paths) for room, paths, _, _ in self.budget}
+        print(f"\n{'room':26}{'lines':>7}{'allowed':>9}{'target':>8}")
+        for room, _, allowed, target in self.budget:
+            print(f"{room:26}{sizes[room]:7}{allowed:9}{target:8}")
+        self.assertEqual(excesses(sizes, self.budget), [])
+        self.assertGreater(min(sizes.values()), 0)
+
+    def test_an_excess_is_found(self):
+        self.assertEqual(excesses({"fault": 11, "sim": 3}, [("fault", [], 10, 9), ("sim", [], 3, 2)]),
+                         ["fault has 11, 10 are allowed: save as many as you add, see budget.txt"])
 
 
 class Rooms(unittest.TestCase):
