@@ -100,8 +100,8 @@ tools/commands: daemon/diagnostics can_protocol can_protocol/dbc can_protocol/so
     tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation tools/live tools/live/watch
     tools/report tools/bridge tools/export tools/sim/car tools/sim tools/fault
     tools/identify tools/doctor tools/init
-tools/completion: daemon tools/cli tools/commands
-tools: tools/cli tools/commands
+tools/completion: daemon tools/commands
+tools: tools/cli tools/commands tools/completion
 """
 
 FILES_AT_MOST = 45
