@@ -48,37 +48,29 @@ void describe_bridge(Command command, BridgeOptions& options) {
   command.add_flag("--ros", options.ros,
                    "ROS 2 topics /odom and /tf by DDS; default if no other output is given");
   command
-      .add_option("--udp", options.udp,
-                  "JSON to this address, for PlotJuggler; default address: 127.0.0.1:9870")
-      .value_if_none(plotjuggler_address)
-      .type_name("HOST:PORT");
+      .add("--udp", "HOST:PORT", options.udp,
+           "JSON to this address, for PlotJuggler; default address: 127.0.0.1:9870")
+      .value_if_none(plotjuggler_address);
   add_segment_option(command, options.shm);
   command
-      .add_option("--rate", options.rate_hz,
-                  "Poses per second, at most every tick [Hz]; default: 50")
-      .check(problem_of_rate)
-      .type_name("HZ");
-  command.add_option("--domain", options.domain, "DDS domain, 0 to 232; else $ROS_DOMAIN_ID, or 0")
-      .type_name("N");
+      .add("--rate", "HZ", options.rate_hz,
+           "Poses per second, at most every tick [Hz]; default: 50")
+      .check(problem_of_rate);
+  command.add("--domain", "N", options.domain, "DDS domain, 0 to 232; else $ROS_DOMAIN_ID, or 0");
   add_choice(command, "--frame", options.frame, frames(),
              "Frame of the pose in /odom; default: odom");
   add_choice(command, "--tf", options.transforms, transforms(),
              "Transforms on /tf: map to odom to base, odom to base alone, none; default: all");
-  command.add_option("--frame-map", options.names.map, "Name of the map's frame; default: map")
-      .check(problem_of_name)
-      .type_name("NAME");
+  command.add("--frame-map", "NAME", options.names.map, "Name of the map's frame; default: map")
+      .check(problem_of_name);
   command
-      .add_option("--frame-odom", options.names.odom, "Name of the odometry frame; default: odom")
-      .check(problem_of_name)
-      .type_name("NAME");
+      .add("--frame-odom", "NAME", options.names.odom, "Name of the odometry frame; default: odom")
+      .check(problem_of_name);
   command
-      .add_option("--frame-base", options.names.base,
-                  "Name of the car's frame, at its centre of gravity; default: base_link")
-      .check(problem_of_name)
-      .type_name("NAME");
-  command.add_option("--duration", options.duration_s, "End after this time [s]")
-      .positive()
-      .type_name("S");
+      .add("--frame-base", "NAME", options.names.base,
+           "Name of the car's frame, at its centre of gravity; default: base_link")
+      .check(problem_of_name);
+  command.add("--duration", "S", options.duration_s, "End after this time [s]").positive();
   command.add_flag("--json", options.json, "Print the summary as JSON on standard output");
   command.footer(
       "Examples:\n"

@@ -22,16 +22,6 @@ bool is_number(std::string text, const Check& check) {
 
 }  // namespace
 
-Option Option::type_name(const std::string& name) const {
-  option_->type_name(name);
-  return *this;
-}
-
-Option Option::group(const std::string& heading) const {
-  option_->group(heading);
-  return *this;
-}
-
 Option Option::required() const {
   option_->required();
   return *this;
@@ -125,6 +115,17 @@ bool Option::is_given() const {
   return option_->count() > 0;
 }
 
+Command Command::group(const std::string& heading) const {
+  Command same = *this;
+  same.heading_ = heading;
+  return same;
+}
+
+Option Command::grouped(CLI::Option& option) const {
+  if (!heading_.empty()) option.group(heading_);
+  return Option(option);
+}
+
 Command Command::rename(const std::string& name) const {
   app_->name(name);
   return *this;
@@ -164,22 +165,23 @@ bool Command::has_called_subcommand() const {
 }
 
 template <OptionValue T>
-Option Command::add_option(const std::string& name, T& value, const std::string& help) const {
-  return Option(*app_->add_option(name, value, help));
+Option Command::add(const std::string& name, const std::string& type, T& value,
+                    const std::string& help) const {
+  return grouped(*app_->add_option(name, value, help)->type_name(type));
 }
 using Text = const std::string&;
-template Option Command::add_option(Text, std::string&, Text) const;
-template Option Command::add_option(Text, std::filesystem::path&, Text) const;
-template Option Command::add_option(Text, int&, Text) const;
-template Option Command::add_option(Text, std::uint64_t&, Text) const;
-template Option Command::add_option(Text, double&, Text) const;
-template Option Command::add_option(Text, std::optional<int>&, Text) const;
-template Option Command::add_option(Text, std::optional<double>&, Text) const;
-template Option Command::add_option(Text, std::vector<std::string>&, Text) const;
-template Option Command::add_option(Text, std::vector<double>&, Text) const;
+template Option Command::add(Text, Text, std::string&, Text) const;
+template Option Command::add(Text, Text, std::filesystem::path&, Text) const;
+template Option Command::add(Text, Text, int&, Text) const;
+template Option Command::add(Text, Text, std::uint64_t&, Text) const;
+template Option Command::add(Text, Text, double&, Text) const;
+template Option Command::add(Text, Text, std::optional<int>&, Text) const;
+template Option Command::add(Text, Text, std::optional<double>&, Text) const;
+template Option Command::add(Text, Text, std::vector<std::string>&, Text) const;
+template Option Command::add(Text, Text, std::vector<double>&, Text) const;
 
 Option Command::add_flag(const std::string& name, bool& value, const std::string& help) const {
-  return Option(*app_->add_flag(name, value, help));
+  return grouped(*app_->add_flag(name, value, help));
 }
 
 Option Command::add_choice(const std::string& name, const std::vector<std::string>& choices,
@@ -193,7 +195,7 @@ Option Command::add_choice(const std::string& name, const std::vector<std::strin
       throw CLI::ValidationError(name, tools::quoted(given) + " is none of " + names);
     chosen(static_cast<std::size_t>(found - choices.begin()));
   };
-  return Option(*app_->add_option_function<std::string>(name, choose, help)->type_name(names));
+  return grouped(*app_->add_option_function<std::string>(name, choose, help)->type_name(names));
 }
 
 std::vector<Option> Command::options() const {

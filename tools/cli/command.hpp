@@ -34,11 +34,6 @@ class Option {
  public:
   explicit Option(CLI::Option& option) : option_(&option) {}
 
-  /// The name of the value in the help: FILE, S, a|b|c. It also selects the shell completion.
-  Option type_name(const std::string& name) const;
-  /// The heading in the help under which it is listed.
-  Option group(const std::string& heading) const;
-
   Option required() const;
   Option needs(Option other) const;
   Option excludes(Option other) const;
@@ -76,6 +71,9 @@ class Command {
  public:
   explicit Command(CLI::App& app) : app_(&app) {}
 
+  /// The same command, whose options are listed under this heading in the help; empty: none.
+  [[nodiscard]] Command group(const std::string& heading) const;
+
   Command rename(const std::string& name) const;
   Command description(const std::string& sentence) const;
   /// The text at the end of the help.
@@ -92,9 +90,11 @@ class Command {
   [[nodiscard]] std::vector<Command> subcommands() const;
 
   /// An option (--name) or an argument (NAME), which sets `value`; that one must last until the
-  /// command line has been parsed.
+  /// command line has been parsed. `type` is the name of the value in the help: FILE, S, a|b|c. It
+  /// also selects the shell completion.
   template <OptionValue T>
-  Option add_option(const std::string& name, T& value, const std::string& help) const;
+  Option add(const std::string& name, const std::string& type, T& value,
+             const std::string& help) const;
   Option add_flag(const std::string& name, bool& value, const std::string& help) const;
   /// Calls `chosen` with the index of the name that was given.
   Option add_choice(const std::string& name, const std::vector<std::string>& choices,
@@ -116,7 +116,10 @@ class Command {
   [[nodiscard]] CLI::App& app() const { return *app_; }
 
  private:
+  Option grouped(CLI::Option& option) const;
+
   CLI::App* app_;
+  std::string heading_;
 };
 
 /// For an action that finds a required option missing: reports wrong usage.

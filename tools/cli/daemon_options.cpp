@@ -7,33 +7,27 @@
 namespace odomd::tools {
 
 Option add_segment_option(Command command, std::string& name, SegmentElse otherwise) {
-  return command
-      .add_option(
-          "--shm", name,
-          fmt::format(
-              "Segment: a name (/odomd) or a path; default: {}$ODOM_SHM; else "
-              "/odomd, if it exists; else the service's /run/odomd/INTERFACE/pose",
-              otherwise == SegmentElse::of_socket ? "with --socket that daemon's, else " : ""))
-      .type_name("NAME");
+  return command.add(
+      "--shm", "NAME", name,
+      fmt::format("Segment: a name (/odomd) or a path; default: {}$ODOM_SHM; else /odomd, if it "
+                  "exists; else the service's /run/odomd/INTERFACE/pose",
+                  otherwise == SegmentElse::of_socket ? "with --socket that daemon's, else " : ""));
 }
 
 Option add_socket_option(Command command, std::string& path, const std::string& door) {
   std::string capital = door;
   capital.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(door.front())));
-  return command
-      .add_option("--socket", path,
-                  fmt::format("{} socket of the daemon; default: "
-                              "$XDG_RUNTIME_DIR/odomd/{}.sock, if it exists; else the service's "
-                              "/run/odomd/INTERFACE/{}.sock; else /run/odomd/{}.sock",
-                              capital, door, door, door))
-      .type_name("PATH");
+  return command.add(
+      "--socket", "PATH", path,
+      fmt::format("{} socket of the daemon; default: $XDG_RUNTIME_DIR/odomd/{}.sock, if it exists; "
+                  "else the service's /run/odomd/INTERFACE/{}.sock; else /run/odomd/{}.sock",
+                  capital, door, door, door));
 }
 
 Option add_wait_option(Command command, double& seconds) {
   return command
-      .add_option("--wait", seconds, "Wait this long for a daemon to appear [s]; default: 0")
-      .not_negative()
-      .type_name("S");
+      .add("--wait", "S", seconds, "Wait this long for a daemon to appear [s]; default: 0")
+      .not_negative();
 }
 
 }  // namespace odomd::tools

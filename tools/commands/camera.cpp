@@ -137,26 +137,22 @@ void add_camera(Command odom) {
   add_socket_option(command, options->socket, "camera");
   add_wait_option(command, options->wait_s);
   const Option pose =
-      command.add_option("--pose", options->pose, "One pose of the reference point [m, m, rad]")
+      command.add("--pose", "X,Y,YAW", options->pose, "One pose of the reference point [m, m, rad]")
           .delimiter(',')
-          .values(3)
-          .type_name("X,Y,YAW");
+          .values(3);
   command
-      .add_option("--sigma", options->sigma,
-                  "Standard uncertainty of the pose [m, m, rad]; default: 0.01 each")
+      .add("--sigma", "SX,SY,SYAW", options->sigma,
+           "Standard uncertainty of the pose [m, m, rad]; default: 0.01 each")
       .delimiter(',')
       .values(3)
-      .type_name("SX,SY,SYAW")
       .needs(pose);
   command
-      .add_option("--age-ms", options->age_ms,
-                  "Age of the pose: time since the picture was taken [ms]; default: 0")
-      .type_name("MS")
+      .add("--age-ms", "MS", options->age_ms,
+           "Age of the pose: time since the picture was taken [ms]; default: 0")
       .needs(pose);
   const Option log = command
-                         .add_option("--log", options->log,
-                                     "Camera log, sent in step with the log that the daemon plays")
-                         .type_name("CSV")
+                         .add("--log", "CSV", options->log,
+                              "Camera log, sent in step with the log that the daemon plays")
                          .excludes(pose);
   command.add_flag("--from-now", options->from_now, "Play the log on its own, beginning now")
       .needs(log);

@@ -34,7 +34,7 @@ void add_dbc(Command odom) {
       "odom dbc show --help and odom dbc decode --help have more.");
 
   Command show_command = dbc.add_subcommand("show", "Print the messages and signals of a DBC");
-  show_command.add_option("DBC", options->file, "Database (DBC)").required().type_name("");
+  show_command.add("DBC", "", options->file, "Database (DBC)").required();
   show_command.add_flag("--json", options->json, "Print the database as JSON");
   show_command.footer(
       "Examples:\n"
@@ -44,14 +44,12 @@ void add_dbc(Command odom) {
 
   Command decode_command = dbc.add_subcommand("decode", "Decode a candump log, one line per frame");
   decode_command
-      .add_option("--dbc", options->databases,
-                  "Database (DBC); repeatable: the first that contains the identifier is used")
-      .type_name("DBC")
+      .add("--dbc", "DBC", options->databases,
+           "Database (DBC); repeatable: the first that contains the identifier is used")
       .required()
       .one_each();
-  decode_command.add_option("LOG", options->log, "Log of candump -L, or - for standard input")
-      .required()
-      .type_name("");
+  decode_command.add("LOG", "", options->log, "Log of candump -L, or - for standard input")
+      .required();
   decode_command.add_flag("--json", options->json, "Print each frame as JSON, one per line");
   decode_command.add_flag("--all", options->all, "Also print frames that are in no database");
   decode_command.footer(

@@ -206,33 +206,25 @@ void add_doctor(Command odom) {
   Command command = odom.add_subcommand(
       "doctor", "Find what is wrong with the machine, the daemon, a bus or a drive, with the fix");
   const auto options = std::make_shared<Options>();
-  const Option config =
-      command
-          .add_option("--config", options->config,
-                      "Configuration of the car (TOML), to check with its buses; with --drive: "
-                      "replaces its car.toml")
-          .type_name("TOML");
+  const Option config = command.add("--config", "TOML", options->config,
+                                    "Configuration of the car (TOML), to check with its buses; "
+                                    "with --drive: replaces its car.toml");
   const Option drive =
-      command
-          .add_option("--drive", options->drive,
-                      "Examine a drive, and nothing else: a folder of odom record or odom sim")
-          .type_name("DIR");
+      command.add("--drive", "DIR", options->drive,
+                  "Examine a drive, and nothing else: a folder of odom record or odom sim");
   const Option can =
       command
-          .add_option("--can", options->interfaces,
-                      "Listen to a CAN interface and examine what comes, and nothing else; "
-                      "repeatable")
+          .add("--can", "IFACE", options->interfaces,
+               "Listen to a CAN interface and examine what comes, and nothing else; repeatable")
           .repeatable()
           .needs(config)
-          .excludes(drive)
-          .type_name("IFACE");
+          .excludes(drive);
   constexpr int longest_s = 600;
   command
-      .add_option("--for", options->listen_s,
-                  "Listen for this time [s], while somebody drives; default: 30")
+      .add("--for", "S", options->listen_s,
+           "Listen for this time [s], while somebody drives; default: 30")
       .within(1, longest_s)
-      .needs(can)
-      .type_name("S");
+      .needs(can);
   add_socket_option(command, options->socket, "status").excludes(drive).excludes(can);
   command.add_flag("--json", options->json, "Print the result as JSON");
   command.footer(

@@ -210,35 +210,29 @@ void check(const Options& options) {
 
 void add_inputs(Command command, Options& options) {
   const Option reference =
-      command
-          .add_option("--reference", options.reference,
-                      "Reference with the columns t,x,y,yaw; with --drive: replaces its truth.csv")
-          .type_name("CSV");
+      command.add("--reference", "CSV", options.reference,
+                  "Reference with the columns t,x,y,yaw; with --drive: replaces its truth.csv");
   const Option pose =
       command
-          .add_option("--pose", options.poses,
-                      "Poses in the format of odom replay; repeatable, compared side by side")
-          .repeatable()
-          .type_name("CSV");
+          .add("--pose", "CSV", options.poses,
+               "Poses in the format of odom replay; repeatable, compared side by side")
+          .repeatable();
   const Option drive = command
-                           .add_option("--drive", options.drives,
-                                       "Folder with drive.log (or can.log), car.toml, and "
-                                       "truth.csv or camera.csv, to replay; repeatable")
+                           .add("--drive", "DIR", options.drives,
+                                "Folder with drive.log (or can.log), car.toml, and truth.csv or "
+                                "camera.csv, to replay; repeatable")
                            .repeatable()
-                           .type_name("DIR")
                            .excludes(pose);
   command
-      .add_option("--model", options.models,
-                  "Model for the replay; repeatable; default: kinematic, paper, inertial (if there "
-                  "is a gyro), full")
+      .add("--model", fmt::format("{}", fmt::join(estimator::model_names, "|")), options.models,
+           "Model for the replay; repeatable; default: kinematic, paper, inertial (if there is a "
+           "gyro), full")
       .repeatable()
-      .type_name(fmt::format("{}", fmt::join(estimator::model_names, "|")))
       .needs(drive);
   command
-      .add_option("--config", options.config,
-                  "Configuration of the car (TOML): replaces the drive's car.toml. A "
-                  "database that is not where it says is taken from the drive's folder")
-      .type_name("FILE")
+      .add("--config", "FILE", options.config,
+           "Configuration of the car (TOML): replaces the drive's car.toml. A database that is not "
+           "where it says is taken from the drive's folder")
       .needs(drive);
   command
       .add_flag("--dead-reckoning", options.dead_reckoning,
@@ -260,51 +254,38 @@ void add_judging(Command command, Options& options) {
   add_choice<Frame>(
       command, "--frame", options.judging.frame, {{"map", Frame::map}, {"odom", Frame::odom}},
       "Frame of the pose: the map, or the odometry frame without jumps; default: map");
-  command
-      .add_option("--from", options.judging.from,
-                  "Start time [s] by the files' clock; +T: after the reference's first row")
-      .type_name("T|+T");
-  command
-      .add_option("--to", options.judging.to,
-                  "End time [s] by the files' clock; +T: after the reference's first row")
-      .type_name("T|+T");
+  command.add("--from", "T|+T", options.judging.from,
+              "Start time [s] by the files' clock; +T: after the reference's first row");
+  command.add("--to", "T|+T", options.judging.to,
+              "End time [s] by the files' clock; +T: after the reference's first row");
   const Option lever_arm =
       command
-          .add_option("--lever-arm", options.lever_arm,
-                      "Pose of the reference's point in the body frame [m, m, rad]; default: 0; "
-                      "with --drive: [reference] lever_arm, else the camera's")
+          .add("--lever-arm", "X,Y,YAW", options.lever_arm,
+               "Pose of the reference's point in the body frame [m, m, rad]; default: 0; with "
+               "--drive: [reference] lever_arm, else the camera's")
           .delimiter(',')
-          .values(3)
-          .type_name("X,Y,YAW");
+          .values(3);
   command
       .add_flag("--fit-lever-arm", options.judging.fit_lever_arm,
                 "Fit one lever arm to all estimates")
       .excludes(lever_arm);
-  command
-      .add_option("--baseline", options.judging.baseline,
-                  "Estimate that the others are compared with; default: kinematic, else the first")
-      .type_name("ESTIMATE");
+  command.add("--baseline", "ESTIMATE", options.judging.baseline,
+              "Estimate that the others are compared with; default: kinematic, else the first");
 }
 
 void add_outputs(Command command, Options& options) {
   command.add_flag("--json", options.json, "Print the result as JSON, in SI units");
-  const Option html = command
-                          .add_option("--html", options.html,
-                                      "Write a report with pictures: one file, nothing else needed")
-                          .type_name("FILE");
+  const Option html = command.add("--html", "FILE", options.html,
+                                  "Write a report with pictures: one file, nothing else needed");
   command
-      .add_option("--beat", options.beat,
-                  "Timing of the ticks (beat.csv of a recording), for the report; with "
-                  "--drive: replaces its own")
-      .type_name("CSV")
+      .add("--beat", "CSV", options.beat,
+           "Timing of the ticks (beat.csv of a recording), for the report; with --drive: replaces "
+           "its own")
       .needs(html);
-  command
-      .add_option("--picture", options.picture, "Draw the trajectories into a file, .svg or .png")
-      .type_name("FILE");
-  command.add_option("--title", options.title, "Title of report and picture").type_name("TEXT");
-  command.add_option("--camera", options.camera, "Camera log to draw as dots")
-      .type_name("CSV")
-      .excludes("--drive");
+  command.add("--picture", "FILE", options.picture,
+              "Draw the trajectories into a file, .svg or .png");
+  command.add("--title", "TEXT", options.title, "Title of report and picture");
+  command.add("--camera", "CSV", options.camera, "Camera log to draw as dots").excludes("--drive");
 }
 
 }  // namespace

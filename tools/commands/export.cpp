@@ -76,40 +76,27 @@ void add_export(Command odom) {
   auto options = std::make_shared<Options>();
   Command command =
       odom.add_subcommand("export", "Export a drive to Foxglove (MCAP) and PlotJuggler (CSV)");
-  command
-      .add_option("SOURCE", options->source,
-                  "Pose file, folder of odom record, or folder with a drive (drive.log or can.log, "
-                  "car.toml, camera.csv, truth.csv, pose.csv)")
-      .type_name("");
-  command.add_option("--mcap", options->mcap, "MCAP file to write, for Foxglove").type_name("FILE");
-  command.add_option("--csv", options->csv, "CSV file to write, the poses for PlotJuggler")
-      .type_name("FILE");
+  command.add("SOURCE", "", options->source,
+              "Pose file, folder of odom record, or folder with a drive (drive.log or can.log, "
+              "car.toml, camera.csv, truth.csv, pose.csv)");
+  command.add("--mcap", "FILE", options->mcap, "MCAP file to write, for Foxglove");
+  command.add("--csv", "FILE", options->csv, "CSV file to write, the poses for PlotJuggler");
   command.add_flag("--relative-time", options->relative,
                    "Write times [s] since the beginning of the drive instead of the files' times");
   add_choice(
       command, "--compression", options->compression,
       Choices<McapCompression>{{"zstd", McapCompression::zstd}, {"none", McapCompression::none}},
       "Compression of the MCAP file; default: zstd");
-  command.add_option("--pose", options->files.pose, "Pose file; instead of the source's")
-      .type_name("CSV");
-  command
-      .add_option("--config", options->files.config,
-                  "Configuration of the car (TOML); instead of the source's")
-      .type_name("FILE");
-  command
-      .add_option("--can", options->files.logs,
-                  "Log of candump -L; repeatable, for several buses; instead of the source's")
-      .type_name("LOG");
-  command
-      .add_option("--dbc", options->files.databases,
-                  "Database (DBC); repeatable; instead of [can] dbc")
-      .type_name("DBC");
-  command.add_option("--camera", options->files.camera, "Camera log; instead of the source's")
-      .type_name("CSV");
-  command
-      .add_option("--truth", options->files.truth,
-                  "Reference trajectory (t,x,y,yaw); instead of the source's")
-      .type_name("CSV");
+  command.add("--pose", "CSV", options->files.pose, "Pose file; instead of the source's");
+  command.add("--config", "FILE", options->files.config,
+              "Configuration of the car (TOML); instead of the source's");
+  command.add("--can", "LOG", options->files.logs,
+              "Log of candump -L; repeatable, for several buses; instead of the source's");
+  command.add("--dbc", "DBC", options->files.databases,
+              "Database (DBC); repeatable; instead of [can] dbc");
+  command.add("--camera", "CSV", options->files.camera, "Camera log; instead of the source's");
+  command.add("--truth", "CSV", options->files.truth,
+              "Reference trajectory (t,x,y,yaw); instead of the source's");
   command.footer(
       "Examples:\n"
       "  odom export drive-20261121-140300 --mcap drive.mcap\n"

@@ -272,57 +272,40 @@ void add_fault(Command odom) {
   auto options = std::make_shared<Options>();
   Command command = odom.add_subcommand(
       "fault", "Inject faults of sensors, the bus or the camera, into logs or live");
-  command.add_option("LOG", options->log, "Log of candump -L, or - for standard input")
-      .type_name("");
+  command.add("LOG", "", options->log, "Log of candump -L, or - for standard input");
   const Option list =
       command.add_flag("--list", options->list, "List the kinds of faults and their default sizes");
-  command.add_option("--config", options->config, "Configuration of the car (TOML)")
-      .type_name("FILE");
+  command.add("--config", "FILE", options->config, "Configuration of the car (TOML)");
   const Option kind =
-      command.add_option("--kind", options->kind, "Kind of the fault, such as gyro.frozen")
-          .type_name("KIND");
+      command.add("--kind", "KIND", options->kind, "Kind of the fault, such as gyro.frozen");
   command
-      .add_option("--begin", options->begin_s,
-                  "Start of the fault after the first frame [s]; default: 0")
+      .add("--begin", "S", options->begin_s,
+           "Start of the fault after the first frame [s]; default: 0")
       .not_negative()
-      .type_name("S")
       .needs(kind);
-  command.add_option("--for", options->duration_s, "Duration of the fault [s]; default: to the end")
+  command.add("--for", "S", options->duration_s, "Duration of the fault [s]; default: to the end")
       .positive()
-      .type_name("S")
       .needs(kind);
   command
-      .add_option("--size", options->size,
-                  "Size of the fault, in the unit that --list shows; default: see --list")
-      .type_name("X")
+      .add("--size", "X", options->size,
+           "Size of the fault, in the unit that --list shows; default: see --list")
       .needs(kind);
   command
-      .add_option("--fault", options->faults,
-                  "Kind, begin, duration and size as one argument; omitted or empty fields have "
-                  "the defaults above; repeatable")
-      .one_each()
-      .type_name("KIND:BEGIN:LENGTH:SIZE");
-  command.add_option("--seed", options->seed, "Seed of random faults; default: 1").type_name("N");
-  command.add_option("-o,--out", options->out, "Log to write, or - for standard output")
-      .type_name("LOG");
-  command.add_option("--camera", options->camera, "Camera log").type_name("CSV");
-  command.add_option("--camera-out", options->camera_out, "Camera log to write").type_name("CSV");
-  const std::string live = "Live";
-  command.add_option("--from", options->from, "CAN interface to read frames from")
-      .type_name("IFACE")
-      .group(live);
-  command.add_option("--to", options->to, "CAN interface to send the frames to")
-      .type_name("IFACE")
-      .group(live);
-  command
-      .add_option("--camera-from", options->camera_from,
-                  "Socket to create, to which the camera sends its poses")
-      .type_name("PATH")
-      .group(live);
-  command.add_option("--camera-to", options->camera_to, "Camera socket of the daemon")
-      .type_name("PATH")
-      .group(live);
-  add_wait_option(command, options->wait_s).group(live);
+      .add("--fault", "KIND:BEGIN:LENGTH:SIZE", options->faults,
+           "Kind, begin, duration and size as one argument; omitted or empty fields have the "
+           "defaults above; repeatable")
+      .one_each();
+  command.add("--seed", "N", options->seed, "Seed of random faults; default: 1");
+  command.add("-o,--out", "LOG", options->out, "Log to write, or - for standard output");
+  command.add("--camera", "CSV", options->camera, "Camera log");
+  command.add("--camera-out", "CSV", options->camera_out, "Camera log to write");
+  const Command live = command.group("Live");
+  live.add("--from", "IFACE", options->from, "CAN interface to read frames from");
+  live.add("--to", "IFACE", options->to, "CAN interface to send the frames to");
+  live.add("--camera-from", "PATH", options->camera_from,
+           "Socket to create, to which the camera sends its poses");
+  live.add("--camera-to", "PATH", options->camera_to, "Camera socket of the daemon");
+  add_wait_option(live, options->wait_s);
   command.add_flag("--json", options->json, "Print the list as JSON").needs(list);
   command.footer(
       "Examples:\n"

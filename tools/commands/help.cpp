@@ -36,7 +36,7 @@ void print_help(Command odom, const std::vector<std::string>& words) {
 void add_help(Command odom) {
   auto words = std::make_shared<std::vector<std::string>>();
   Command command = odom.add_subcommand("help", "Print the help of a command");
-  command.add_option("COMMAND", *words, "The command; none: odom itself").type_name("");
+  command.add("COMMAND", "", *words, "The command; none: odom itself");
   command.footer(
       "Examples:\n"
       "  odom help\n"

@@ -50,34 +50,25 @@ void add_init(Command odom) {
   Command command =
       odom.add_subcommand("init", "Write a configuration from a CAN database and a drive");
   command
-      .add_option(
-          "--dbc", options->init.databases,
-          "Database (DBC); repeatable. Default: odomd.dbc, if the log's identifiers match it")
-      .type_name("DBC")
+      .add("--dbc", "DBC", options->init.databases,
+           "Database (DBC); repeatable. Default: odomd.dbc, if the log's identifiers match it")
       .one_each();
   command
-      .add_option(
-          "--can", options->init.can,
-          "Log of candump -L with the car driving turns, or an interface; logs: repeatable. "
-          "Without it the database is compared with nothing")
-      .type_name("SRC")
+      .add("--can", "SRC", options->init.can,
+           "Log of candump -L with the car driving turns, or an interface; logs: repeatable. "
+           "Without it the database is compared with nothing")
       .one_each();
   command
-      .add_option("--for", options->init.listen_s,
-                  "Time to listen to an interface [s]; default: 20")
-      .within(1.0, 600.0)
-      .type_name("S");
-  command.add_option("--out", options->init.out, "Configuration to write; default: car.toml")
-      .type_name("FILE");
+      .add("--for", "S", options->init.listen_s, "Time to listen to an interface [s]; default: 20")
+      .within(1.0, 600.0);
+  command.add("--out", "FILE", options->init.out, "Configuration to write; default: car.toml");
   command.add_flag("--force", options->force, "Replace an existing file");
   command.add_flag("--yes", options->yes,
                    "Ask nothing: a missing mass or wheelbase is an error, the rest a marked guess");
   command.add_flag("--json", options->json, "Print the proposal as JSON");
-  const std::string car = "The car (asked for on a terminal if they are missing)";
+  const Command car = command.group("The car (asked for on a terminal if they are missing)");
   const auto number = [&](const std::string& name, std::string& value, const std::string& type,
-                          const std::string& help) {
-    command.add_option(name, value, help).type_name(type).group(car);
-  };
+                          const std::string& help) { car.add(name, type, value, help); };
   CarTexts& texts = options->init.car;
   number("--mass", texts.mass, "KG", "Mass as it drives; units: kg, g");
   number("--wheelbase", texts.wheelbase, "M", "Front to rear axle; units: m, cm, mm");

@@ -177,41 +177,35 @@ void add_plot(Command odom) {
   auto options = std::make_shared<Options>();
   Command command =
       odom.add_subcommand("plot", "Draw pose files, or the poses of the running daemon");
-  const Option files = command.add_option("CSV", options->files,
-                                          "Pose files of odom replay, or references (t,x,y,yaw)");
+  const Option files = command.add("CSV", "TEXT", options->files,
+                                   "Pose files of odom replay, or references (t,x,y,yaw)");
   command
-      .add_option("--out", options->out,
-                  "Picture to write, .svg or .png; -: SVG to standard "
-                  "output")
-      .required()
-      .type_name("FILE");
+      .add("--out", "FILE", options->out,
+           "Picture to write, .svg or .png; -: SVG to standard output")
+      .required();
   std::string names;
   for (const auto& subject : subjects()) names += (names.empty() ? "" : "|") + subject.first;
   command
-      .add_option("--what", options->what,
-                  "Quantity to draw; repeatable, one below the other; default: trajectory. beat is "
-                  "the timing of the ticks")
+      .add("--what", names, options->what,
+           "Quantity to draw; repeatable, one below the other; default: trajectory. beat is the "
+           "timing of the ticks")
       .repeatable()
-      .type_name(names)
       .check([names](const std::string& name) {
         for (const auto& subject : subjects()) {
           if (subject.first == name) return std::string{};
         }
         return "\"" + name + "\" cannot be drawn; available: " + names;
       });
-  command.add_option("--reference", options->reference, "Reference trajectory, drawn in grey")
-      .type_name("CSV");
+  command.add("--reference", "CSV", options->reference, "Reference trajectory, drawn in grey");
   add_choice<Frame>(
       command, "--frame", options->frame, {{"map", Frame::map}, {"odom", Frame::odom}},
       "Frame of the pose: the map, or the odometry frame without jumps; default: map");
-  command.add_option("--title", options->title, "Title of the picture").type_name("TEXT");
-  const Option seconds =
-      command
-          .add_option("--for", options->seconds,
-                      "Follow the running daemon for this time [s], instead of files")
-          .positive()
-          .type_name("S")
-          .excludes(files);
+  command.add("--title", "TEXT", options->title, "Title of the picture");
+  const Option seconds = command
+                             .add("--for", "S", options->seconds,
+                                  "Follow the running daemon for this time [s], instead of files")
+                             .positive()
+                             .excludes(files);
   add_segment_option(command, options->shm).needs(seconds);
   command.footer(
       "Examples:\n"

@@ -193,18 +193,15 @@ void add_pose(Command odom) {
       .add_flag("--csv", options->csv,
                 "Print rows in the format of odom replay, without the calibrations")
       .needs(follow_flag);
-  command.add_option("--out", options->out, "Write the rows to a file instead of standard output")
-      .type_name("FILE")
+  command.add("--out", "FILE", options->out, "Write the rows to a file instead of standard output")
       .needs(follow_flag);
-  command.add_option("--duration", options->duration_s, "End after this time [s]")
+  command.add("--duration", "S", options->duration_s, "End after this time [s]")
       .positive()
-      .type_name("S")
       .needs(follow_flag);
   command
-      .add_option("--rate", options->rate_hz,
-                  "Rows per second [Hz]; default: 5, with --csv every tick")
+      .add("--rate", "HZ", options->rate_hz,
+           "Rows per second [Hz]; default: 5, with --csv every tick")
       .positive()
-      .type_name("HZ")
       .needs(follow_flag);
   command.add_flag("--until-stale", options->until_stale, "End when the daemon ends")
       .needs(follow_flag);

@@ -251,12 +251,9 @@ void add_record(Command odom) {
   auto options = std::make_shared<Options>();
   Command command = odom.add_subcommand(
       "record", "Record a drive: everything that the running daemon receives and publishes");
-  command.add_option("--out", options->out, "Folder to create; default: drive-DATE-TIME")
-      .type_name("DIR");
+  command.add("--out", "DIR", options->out, "Folder to create; default: drive-DATE-TIME");
   add_socket_option(command, options->socket, "record");
-  command.add_option("--duration", options->duration_s, "End after this time [s]")
-      .positive()
-      .type_name("S");
+  command.add("--duration", "S", options->duration_s, "End after this time [s]").positive();
   add_wait_option(command, options->wait_s);
   command.add_flag("--once", options->once, "End with the daemon instead of waiting for the next");
   command.add_flag("--quiet", options->quiet, "Print errors only");

@@ -195,34 +195,24 @@ void add_replay(Command odom) {
   Command replay = odom.add_subcommand(
       "replay", "Replay a drive through the daemon's pipeline, as fast as the machine allows");
   const Option config =
-      replay.add_option("--config", options->config, "Configuration of the car (TOML)")
-          .type_name("FILE");
-  replay
-      .add_option("--can", options->logs,
-                  "Log of candump -L, or - for standard input; repeatable, for several buses; "
-                  "instead of [can] source")
-      .type_name("LOG");
-  replay.add_option("--dbc", options->databases, "Database (DBC); repeatable; instead of [can] dbc")
-      .type_name("DBC");
-  replay.add_option("--camera", options->camera, "Camera log").type_name("CSV");
-  replay.add_option("--model", options->model, "Model of the filter; instead of [filter] model")
-      .type_name(fmt::format("{}", fmt::join(estimator::model_names, "|")));
-  replay
-      .add_option("--initial", options->initial,
-                  "Pose to start from [m, m, rad]; instead of [initial] pose")
-      .type_name("X,Y,YAW");
-  replay
-      .add_option("--innovations", options->innovations,
-                  "Write the innovation of every sample; only with the model full")
-      .type_name("CSV");
+      replay.add("--config", "FILE", options->config, "Configuration of the car (TOML)");
+  replay.add("--can", "LOG", options->logs,
+             "Log of candump -L, or - for standard input; repeatable, for several buses; instead "
+             "of [can] source");
+  replay.add("--dbc", "DBC", options->databases,
+             "Database (DBC); repeatable; instead of [can] dbc");
+  replay.add("--camera", "CSV", options->camera, "Camera log");
+  replay.add("--model", fmt::format("{}", fmt::join(estimator::model_names, "|")), options->model,
+             "Model of the filter; instead of [filter] model");
+  replay.add("--initial", "X,Y,YAW", options->initial,
+             "Pose to start from [m, m, rad]; instead of [initial] pose");
+  replay.add("--innovations", "CSV", options->innovations,
+             "Write the innovation of every sample; only with the model full");
   const std::vector<Option> others = replay.options();
-  const Option recording = replay
-                               .add_option("--recording", options->recording,
-                                           "Folder of odom record, instead of all options above")
-                               .type_name("DIR");
+  const Option recording = replay.add("--recording", "DIR", options->recording,
+                                      "Folder of odom record, instead of all options above");
   for (const Option other : others) recording.excludes(other);
-  replay.add_option("--out", options->out, "Pose file to write, or - for standard output")
-      .type_name("CSV");
+  replay.add("--out", "CSV", options->out, "Pose file to write, or - for standard output");
   replay
       .add_flag("--verify", options->verify,
                 "Compare every tick of the recording with the published one, bit by bit")

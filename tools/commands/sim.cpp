@@ -215,9 +215,8 @@ void add_parameter_options(Command command, Arguments& arguments) {
     std::string help = fmt::format("{}{}{}; default: {}", info.meaning, draw, unit, defaults);
     if (help.front() >= 'a' && help.front() <= 'z')
       help.front() = static_cast<char>(help.front() - 32);
-    command.add_option(option, arguments.sizes[static_cast<std::size_t>(info.parameter)], help)
-        .group(std::string(info.group))
-        .type_name("X");
+    command.group(std::string(info.group))
+        .add(option, "X", arguments.sizes[static_cast<std::size_t>(info.parameter)], help);
   }
 }
 
@@ -245,97 +244,57 @@ void add_sim(Command odom) {
       "      odomd --config drive/car.toml --can - --exit-at-end");
 
   command.add_flag("--list", arguments->list, "List the scenarios");
-  command.add_option("--scenario", arguments->run.scenario, "Scenario to drive; default: lap")
-      .type_name(scenario_names());
-  command
-      .add_option("--speed", arguments->run.speed,
-                  "Speed on the straights [m/s]; default: the scenario's")
-      .type_name("V");
-  command
-      .add_option("--car", arguments->car,
-                  "Car: scale (1:10), saloon (on rigid springs), or a published car (bmw_320i, "
-                  "ford_escort, vw_vanagon), whose body rolls and pitches; default: the scenario's")
-      .type_name(sim::car_names());
-  command.add_option("--laps", arguments->run.laps, "Number of laps; default: the scenario's")
-      .type_name("N");
-  command
-      .add_option("--duration", arguments->run.duration,
-                  "End after this time [s], while the car moves")
-      .type_name("T");
-  const Option standstill = command
-                                .add_option("--standstill", arguments->run.standstill,
-                                            "Time to stand before the start [s]; default: 3")
-                                .type_name("T");
+  command.add("--scenario", scenario_names(), arguments->run.scenario,
+              "Scenario to drive; default: lap");
+  command.add("--speed", "V", arguments->run.speed,
+              "Speed on the straights [m/s]; default: the scenario's");
+  command.add("--car", sim::car_names(), arguments->car,
+              "Car: scale (1:10), saloon (on rigid springs), or a published car (bmw_320i, "
+              "ford_escort, vw_vanagon), whose body rolls and pitches; default: the scenario's");
+  command.add("--laps", "N", arguments->run.laps, "Number of laps; default: the scenario's");
+  command.add("--duration", "T", arguments->run.duration,
+              "End after this time [s], while the car moves");
+  const Option standstill = command.add("--standstill", "T", arguments->run.standstill,
+                                        "Time to stand before the start [s]; default: 3");
   command
       .add_flag("--moving-start", arguments->moving_start,
                 "Start and end at speed: the car never stands")
       .excludes(standstill);
-  command.add_option("--seed", arguments->run.seed, "Seed of the errors and the noise; default: 1")
-      .type_name("N");
+  command.add("--seed", "N", arguments->run.seed, "Seed of the errors and the noise; default: 1");
 
-  const std::string output = "Output";
-  command
-      .add_option("--out", arguments->out,
-                  "Folder for drive.log, camera.csv, truth.csv, car.toml, car.dbc, plant.json")
-      .type_name("DIR")
-      .group(output);
-  command.add_flag("--force", arguments->force, "Replace the drive in a folder that is not empty")
-      .group(output);
-  command
-      .add_flag("--markers", arguments->markers,
-                "Also write markers.csv: two markers on the car, filmed from above, in pixels (for "
-                "odom identify stiffness)")
-      .group(output);
-  command
-      .add_flag("--config-only", arguments->config_only,
-                "Write only car.toml, car.dbc and plant.json")
-      .group(output);
-  command
-      .add_option("--decimals", arguments->decimals,
-                  "Decimals of the stamps in drive.log; default: 6")
-      .type_name("6|9")
-      .group(output);
-  command
-      .add_option("--start-time", arguments->start_time,
-                  "Stamp of the start [s]; default: 1760000000, live: now")
-      .type_name("T")
-      .group(output);
-  command.add_flag("--json", arguments->json, "Print the report as JSON, with the sampled errors")
-      .group(output);
-  command.add_flag("--progress", arguments->progress, "Show progress even without a terminal")
-      .group(output);
+  const Command output = command.group("Output");
+  output.add("--out", "DIR", arguments->out,
+             "Folder for drive.log, camera.csv, truth.csv, car.toml, car.dbc, plant.json");
+  output.add_flag("--force", arguments->force, "Replace the drive in a folder that is not empty");
+  output.add_flag("--markers", arguments->markers,
+                  "Also write markers.csv: two markers on the car, filmed from above, in pixels "
+                  "(for odom identify stiffness)");
+  output.add_flag("--config-only", arguments->config_only,
+                  "Write only car.toml, car.dbc and plant.json");
+  output.add("--decimals", "6|9", arguments->decimals,
+             "Decimals of the stamps in drive.log; default: 6");
+  output.add("--start-time", "T", arguments->start_time,
+             "Stamp of the start [s]; default: 1760000000, live: now");
+  output.add_flag("--json", arguments->json, "Print the report as JSON, with the sampled errors");
+  output.add_flag("--progress", arguments->progress, "Show progress even without a terminal");
 
-  const std::string live = "Live";
-  command.add_flag("--live", arguments->live, "Drive in real time").group(live);
-  command
-      .add_option("--can", arguments->can,
-                  "Interface to send on, or - for standard output; default: -")
-      .type_name("IFACE")
-      .group(live);
-  command
-      .add_option("--camera-socket", arguments->camera_socket,
-                  "Send the camera poses to this socket of a daemon")
-      .type_name("PATH")
-      .group(live);
+  const Command live = command.group("Live");
+  live.add_flag("--live", arguments->live, "Drive in real time");
+  live.add("--can", "IFACE", arguments->can,
+           "Interface to send on, or - for standard output; default: -");
+  live.add("--camera-socket", "PATH", arguments->camera_socket,
+           "Send the camera poses to this socket of a daemon");
 
-  const std::string errors = "Errors";
-  command.add_flag("--ideal", arguments->ideal, "No errors except those given").group(errors);
-  command
-      .add_flag("--servo", arguments->servo,
-                "Slow steering servo: sets --steering-delay 0.06, --steering-lag 0.1, "
-                "--steering-rate-limit 3, --steering-commanded 1")
-      .group(errors);
-  command
-      .add_option("--fix", arguments->fixed,
-                  "Set a parameter to this value instead of sampling it; the names are those of "
-                  "the options below, with underscores; repeatable")
-      .type_name("NAME=VALUE")
-      .group(errors);
-  command
-      .add_option("--camera-dropout", arguments->dropouts,
-                  "No camera from BEGIN [s] for LENGTH [s]; repeatable")
-      .type_name("BEGIN:LENGTH")
-      .group(errors);
+  const Command errors = command.group("Errors");
+  errors.add_flag("--ideal", arguments->ideal, "No errors except those given");
+  errors.add_flag("--servo", arguments->servo,
+                  "Slow steering servo: sets --steering-delay 0.06, --steering-lag 0.1, "
+                  "--steering-rate-limit 3, --steering-commanded 1");
+  errors.add("--fix", "NAME=VALUE", arguments->fixed,
+             "Set a parameter to this value instead of sampling it; the names are those of the "
+             "options below, with underscores; repeatable");
+  errors.add("--camera-dropout", "BEGIN:LENGTH", arguments->dropouts,
+             "No camera from BEGIN [s] for LENGTH [s]; repeatable");
   add_parameter_options(command, *arguments);
 
   add_sim_experiments(command);

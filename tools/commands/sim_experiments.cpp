@@ -22,14 +22,10 @@ struct Arguments {
 Command add_experiment(Command sim, const std::string& name, const std::string& sentence,
                        Experiment experiment, const std::shared_ptr<Arguments>& arguments) {
   Command command = sim.add_subcommand(name, sentence);
-  command.add_option("--out", arguments->options.folder, "Folder for the results")
-      .type_name("DIR")
-      .required();
+  command.add("--out", "DIR", arguments->options.folder, "Folder for the results").required();
   command.add_flag("--force", arguments->force, "Replace what is in a folder that is not empty");
-  command
-      .add_option("--seed", arguments->options.seed,
-                  "Seed of the car, the errors and the noise; default: 1")
-      .type_name("N");
+  command.add("--seed", "N", arguments->options.seed,
+              "Seed of the car, the errors and the noise; default: 1");
   command.add_flag("--json", arguments->json, "Print the measurements as JSON");
   command.callback([arguments, experiment] {
     arguments->options.existing = arguments->force ? sim::Existing::replace : sim::Existing::keep;
@@ -50,9 +46,8 @@ void add_sim_experiments(Command sim) {
   Command swing_command =
       add_experiment(sim, "swing", "Swing a simulated car on two cords, for odom identify inertia",
                      sim::simulate_swing, swing);
-  swing_command
-      .add_option("--duration", swing->options.duration, "Time that it swings [s]; default: 180")
-      .type_name("T");
+  swing_command.add("--duration", "T", swing->options.duration,
+                    "Time that it swings [s]; default: 180");
   swing_command.footer(
       "The car is a rigid body in space on two slightly elastic cords; it sways, tilts and is\n"
       "not hung exactly at its centre of gravity. Its gyro goes to drive.log as on a drive.\n"

@@ -120,82 +120,42 @@ void check(const TrackOptions& o) {
 
 void describe_track(Command command, TrackOptions& options) {
   command.description("Track two markers on the car through a film, for odom identify stiffness");
-  command.add_option("FILM", options.film, "Film: a video in any format that FFmpeg reads")
-      .type_name("")
-      .required();
-  command
-      .add_option("--out", options.out,
-                  "Track: CSV of t,x_front,y_front,x_rear,y_rear; default: standard output. With "
-                  "--calibrate: the lens")
-      .type_name("FILE");
-  const std::string markers = "Markers on the car";
-  command
-      .add_option("--aruco", options.aruco,
-                  "ArUco markers of this dictionary: 4x4_50 to 7x7_1000, original, apriltag_36h11")
-      .type_name("DICT")
-      .group(markers);
-  command.add_option("--front", options.front, "Identifier of the front marker")
-      .type_name("ID")
-      .group(markers);
-  command.add_option("--rear", options.rear, "Identifier of the rear marker")
-      .type_name("ID")
-      .group(markers);
-  command
-      .add_option("--colour-front", options.colour_front,
-                  "Coloured front marker: hue [degrees], least saturation and brightness [%], and "
-                  "tolerance of the hue [degrees]; default: 15")
-      .type_name("H,S,V[,T]")
-      .group(markers);
-  command
-      .add_option("--colour-rear", options.colour_rear, "Coloured rear marker, of another colour")
-      .type_name("H,S,V[,T]")
-      .group(markers);
-  const std::string view = "From pixels to metres";
-  command
-      .add_option("--lens", options.lens,
-                  "Calibration of the lens: camera_matrix and distortion_coefficients as OpenCV "
-                  "writes them (YAML, XML)")
-      .type_name("FILE")
-      .group(view);
-  command
-      .add_option(
-          "--ground", options.ground,
-          "A place in the picture [px] and on the ground [m]; repeatable: at least four, and a "
-          "fifth to detect a mistyped one. Seen from above, y points to the left of x")
-      .type_name("U,V=X,Y")
-      .group(view);
-  command
-      .add_option("--ground-marker", options.ground_markers,
-                  "An ArUco marker on the ground and the place of its middle [m]; repeatable, as "
-                  "many as --ground")
-      .type_name("ID=X,Y")
-      .group(view);
-  command
-      .add_option("--height", options.height,
-                  "Height of the car's markers above the ground [m]; needs --lens; default: 0")
-      .type_name("H")
-      .group(view);
-  const std::string time = "Time of the frames";
-  command
-      .add_option("--fps", options.frames_per_second,
-                  "Frames per second as filmed [1/s]; default: the film's own times")
-      .type_name("N")
-      .group(time);
-  command
-      .add_option("--frame-times", options.frame_times,
-                  "Times of the frames: CSV with the column t [s], one row per frame")
-      .type_name("CSV")
-      .group(time);
-  const std::string lens = "Calibration of a lens";
-  command
-      .add_option("--calibrate", options.calibrate,
-                  "FILM shows a chessboard with this many inner corners, held at all angles and "
-                  "everywhere in the picture; writes the lens to --out")
-      .type_name("COLSxROWS")
-      .group(lens);
-  command.add_option("--square", options.square, "Edge of a square of the chessboard [m]")
-      .type_name("L")
-      .group(lens);
+  command.add("FILM", "", options.film, "Film: a video in any format that FFmpeg reads").required();
+  command.add("--out", "FILE", options.out,
+              "Track: CSV of t,x_front,y_front,x_rear,y_rear; default: standard output. With "
+              "--calibrate: the lens");
+  const Command markers = command.group("Markers on the car");
+  markers.add("--aruco", "DICT", options.aruco,
+              "ArUco markers of this dictionary: 4x4_50 to 7x7_1000, original, apriltag_36h11");
+  markers.add("--front", "ID", options.front, "Identifier of the front marker");
+  markers.add("--rear", "ID", options.rear, "Identifier of the rear marker");
+  markers.add("--colour-front", "H,S,V[,T]", options.colour_front,
+              "Coloured front marker: hue [degrees], least saturation and brightness [%], and "
+              "tolerance of the hue [degrees]; default: 15");
+  markers.add("--colour-rear", "H,S,V[,T]", options.colour_rear,
+              "Coloured rear marker, of another colour");
+  const Command view = command.group("From pixels to metres");
+  view.add("--lens", "FILE", options.lens,
+           "Calibration of the lens: camera_matrix and distortion_coefficients as OpenCV writes "
+           "them (YAML, XML)");
+  view.add("--ground", "U,V=X,Y", options.ground,
+           "A place in the picture [px] and on the ground [m]; repeatable: at least four, and a "
+           "fifth to detect a mistyped one. Seen from above, y points to the left of x");
+  view.add("--ground-marker", "ID=X,Y", options.ground_markers,
+           "An ArUco marker on the ground and the place of its middle [m]; repeatable, as many as "
+           "--ground");
+  view.add("--height", "H", options.height,
+           "Height of the car's markers above the ground [m]; needs --lens; default: 0");
+  const Command time = command.group("Time of the frames");
+  time.add("--fps", "N", options.frames_per_second,
+           "Frames per second as filmed [1/s]; default: the film's own times");
+  time.add("--frame-times", "CSV", options.frame_times,
+           "Times of the frames: CSV with the column t [s], one row per frame");
+  const Command lens = command.group("Calibration of a lens");
+  lens.add("--calibrate", "COLSxROWS", options.calibrate,
+           "FILM shows a chessboard with this many inner corners, held at all angles and "
+           "everywhere in the picture; writes the lens to --out");
+  lens.add("--square", "L", options.square, "Edge of a square of the chessboard [m]");
   command.add_flag("--progress", options.progress, "Show progress even without a terminal");
   command.footer(
       "Print two ArUco markers as large as the car's roof takes, 20 pixels of the film a side or\n"

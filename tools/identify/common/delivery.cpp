@@ -189,11 +189,9 @@ std::string report_of(const Writing& writing, const std::string& file) {
 
 void add_delivery(Command method, Delivery& delivery) {
   method.add_flag("--json", delivery.json, "Print the result as JSON");
-  method
-      .add_option("--write", delivery.write,
-                  "Configuration to write the numbers to, each with a note on its origin; more "
-                  "precise numbers there are kept")
-      .type_name("TOML");
+  method.add("--write", "TOML", delivery.write,
+             "Configuration to write the numbers to, each with a note on its origin; more precise "
+             "numbers there are kept");
   method.add_flag("--force", delivery.force, "Also replace numbers that are more precise");
 }
 

@@ -11,7 +11,6 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
-#include "tools/identify/common/option_group.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -26,15 +25,15 @@ std::int64_t limit(const std::string& text, const std::string& option, std::int6
 
 }  // namespace
 
-void add_record_options(Command method, RecordOptions& options, const std::string& group) {
-  const OptionGroup all{method, group};
-  all.add("--config", "TOML", options.config,
-          "Configuration of the car (TOML), for the signals of --can");
-  all.add("--can", "SRC", options.logs, "Log of candump -L, or - for standard input; repeatable")
+void add_record_options(Command method, RecordOptions& options) {
+  method.add("--config", "TOML", options.config,
+             "Configuration of the car (TOML), for the signals of --can");
+  method.add("--can", "SRC", options.logs, "Log of candump -L, or - for standard input; repeatable")
       .one_each();
-  all.add("--csv", "CSV", options.csv, "Record instead of a log: columns t [s], yaw_rate [rad/s]");
-  all.add("--from", "T", options.from, "Start time [s] after the record's first sample");
-  all.add("--to", "T", options.to, "End time [s] after the record's first sample");
+  method.add("--csv", "CSV", options.csv,
+             "Record instead of a log: columns t [s], yaw_rate [rad/s]");
+  method.add("--from", "T", options.from, "Start time [s] after the record's first sample");
+  method.add("--to", "T", options.to, "End time [s] after the record's first sample");
 }
 
 bool is_given(const RecordOptions& options) {

@@ -17,7 +17,7 @@ struct RecordOptions {
   std::string from, to;
 };
 
-void add_record_options(Command method, RecordOptions& options, const std::string& group);
+void add_record_options(Command method, RecordOptions& options);
 
 [[nodiscard]] bool is_given(const RecordOptions& options);
 [[nodiscard]] std::string name_of(const RecordOptions& options);

@@ -8,7 +8,6 @@
 
 #include "tools/chart/drawing.hpp"
 #include "tools/cli/companion.hpp"
-#include "tools/identify/common/option_group.hpp"
 #include "tools/identify/fit/parameters.hpp"
 #include "tools/identify/methods.hpp"
 
@@ -16,39 +15,45 @@ namespace odomd::tools {
 
 void describe_fit(Command command, FitOptions& options) {
   command.description("Fit all parameters at once, on a drive with camera poses or a reference");
-  const OptionGroup all{command, ""};
-  all.add("--config", "TOML", options.config,
-          "Configuration of the car (TOML) to start from, as measured by hand; default: the "
-          "drive's car.toml");
-  all.add("--drive", "DIR", options.drives,
-          "Folder with drive.log (or can.log) and camera.csv (or truth.csv); repeatable");
-  all.add("--can", "LOG", options.can, "Log of candump -L of a drive; repeatable");
-  all.add("--camera", "CSV", options.camera, "Camera log of that drive");
-  all.add("--reference", "CSV", options.reference,
-          "Reference trajectory of that drive, instead of camera poses");
+  command.add("--config", "TOML", options.config,
+              "Configuration of the car (TOML) to start from, as measured by hand; default: the "
+              "drive's car.toml");
+  command.add("--drive", "DIR", options.drives,
+              "Folder with drive.log (or can.log) and camera.csv (or truth.csv); repeatable");
+  command.add("--can", "LOG", options.can, "Log of candump -L of a drive; repeatable");
+  command.add("--camera", "CSV", options.camera, "Camera log of that drive");
+  command.add("--reference", "CSV", options.reference,
+              "Reference trajectory of that drive, instead of camera poses");
   command.add_flag("--use-reference", options.use_reference,
                    "Use truth.csv of each --drive instead of camera.csv");
-  all.add("--reference-sigma", "M RAD", options.reference_sigma,
+  command
+      .add(
+          "--reference-sigma", "M RAD", options.reference_sigma,
           "Standard uncertainty of a reference [m, rad]; the residuals decide in the end; default: "
           "0.005 0.005")
       .values(2);
-  all.add("--dbc", "FILE", options.dbc, "Database (DBC); repeatable; instead of [can] dbc");
-  all.add("--from", "S", options.from, "Start time [s] after the log's first frame; default: 0");
-  all.add("--to", "S", options.to, "End time [s] after the log's first frame; default: its end");
-  all.add("--fix", "NAME", options.fixed, "Leave this parameter as configured; repeatable");
-  all.add("--free", "NAME", options.freed,
-          "Fit this parameter too; otherwise load_lag, drive_spin and what no mapped signal shows "
-          "stay as configured; repeatable");
-  all.add("--prior", "NAME=SIGMA", options.priors,
-          "Standard uncertainty of a parameter before the fit, in its unit; for those marked * "
-          "relative (0.02: 2 %); default of mass: 0.01; repeatable");
-  all.add("--window", "S", options.window,
+  command.add("--dbc", "FILE", options.dbc, "Database (DBC); repeatable; instead of [can] dbc");
+  command.add("--from", "S", options.from,
+              "Start time [s] after the log's first frame; default: 0");
+  command.add("--to", "S", options.to,
+              "End time [s] after the log's first frame; default: its end");
+  command.add("--fix", "NAME", options.fixed, "Leave this parameter as configured; repeatable");
+  command.add(
+      "--free", "NAME", options.freed,
+      "Fit this parameter too; otherwise load_lag, drive_spin and what no mapped signal shows "
+      "stay as configured; repeatable");
+  command.add("--prior", "NAME=SIGMA", options.priors,
+              "Standard uncertainty of a parameter before the fit, in its unit; for those marked * "
+              "relative (0.02: 2 %); default of mass: 0.01; repeatable");
+  command
+      .add(
+          "--window", "S", options.window,
           "Length of a shooting window [s], 0.1 to 5; default: 0.5 for a 1:10 car, up to 1.5 for a "
           "larger one")
       .within(0.1, 5.0, Bounds::in_text);
-  all.add("--threads", "N", options.threads, "Number of threads, 1 to 64; default: 1")
+  command.add("--threads", "N", options.threads, "Number of threads, 1 to 64; default: 1")
       .within(1, 64, Bounds::in_text);
-  all.add("--plot", "FILE", options.plot, "Plot of the residuals, .svg or .png");
+  command.add("--plot", "FILE", options.plot, "Plot of the residuals, .svg or .png");
   command.add_flag("--untried", options.untried,
                    "Write every value that was determined, without the replays that otherwise "
                    "decide which are written");

@@ -9,7 +9,6 @@
 #include "tools/cli/text.hpp"
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/identify/common/delivery.hpp"
-#include "tools/identify/common/option_group.hpp"
 #include "tools/identify/common/quantity.hpp"
 #include "tools/identify/common/record.hpp"
 #include "tools/identify/inertia/bifilar.hpp"
@@ -269,34 +268,36 @@ Examples:
   odom identify inertia --mass 2.985 --spacing 0.2 --cord 1.2 --csv phone.csv \
       --platform-mass 310g --platform-swings 20 --platform-time 38.2)");
 
-  const OptionGroup all{command, ""};
-  all.add("--mass", "MASS", options.mass,
-          "Mass of the car as it hangs, without the board [kg], or 2985g")
+  command
+      .add("--mass", "MASS", options.mass,
+           "Mass of the car as it hangs, without the board [kg], or 2985g")
       .required();
-  all.add("--mass-sigma", "MASS", options.mass_sigma,
-          "Standard uncertainty of the mass; default: 0.2 % of it");
-  all.add("--spacing", "LENGTH", options.spacing,
-          "Distance of the cords from each other [m], or 200mm")
+  command.add("--mass-sigma", "MASS", options.mass_sigma,
+              "Standard uncertainty of the mass; default: 0.2 % of it");
+  command
+      .add("--spacing", "LENGTH", options.spacing,
+           "Distance of the cords from each other [m], or 200mm")
       .required();
-  all.add("--spacing-below", "LENGTH", options.spacing_below,
-          "Distance of the cords at the car, if different; default: the same");
-  all.add("--spacing-sigma", "LENGTH", options.spacing_sigma,
-          "Standard uncertainty of each distance of the cords; default: 0.5mm");
-  all.add("--cord", "LENGTH", options.cord,
-          "Length of the cords between their fixings, under load [m]")
+  command.add("--spacing-below", "LENGTH", options.spacing_below,
+              "Distance of the cords at the car, if different; default: the same");
+  command.add("--spacing-sigma", "LENGTH", options.spacing_sigma,
+              "Standard uncertainty of each distance of the cords; default: 0.5mm");
+  command
+      .add("--cord", "LENGTH", options.cord,
+           "Length of the cords between their fixings, under load [m]")
       .required();
-  all.add("--cord-sigma", "LENGTH", options.cord_sigma,
-          "Standard uncertainty of the cords' length; default: 2mm");
-  all.add("--offset", "LENGTH", options.offset,
-          "Offset of the centre of gravity from the middle, along the line of the cords [m]; "
-          "default: 0");
-  all.add("--offset-sigma", "LENGTH", options.offset_sigma,
-          "Standard uncertainty of the offset; default: 2 % of the distance of the cords");
-  all.add("--tilt", "ANGLE", options.tilt,
-          "Standard uncertainty of the level of the car [rad]; default: 2deg");
+  command.add("--cord-sigma", "LENGTH", options.cord_sigma,
+              "Standard uncertainty of the cords' length; default: 2mm");
+  command.add("--offset", "LENGTH", options.offset,
+              "Offset of the centre of gravity from the middle, along the line of the cords [m]; "
+              "default: 0");
+  command.add("--offset-sigma", "LENGTH", options.offset_sigma,
+              "Standard uncertainty of the offset; default: 2 % of the distance of the cords");
+  command.add("--tilt", "ANGLE", options.tilt,
+              "Standard uncertainty of the level of the car [rad]; default: 2deg");
   add_gravity_option(command, options.gravity);
 
-  const OptionGroup watch{command, "By stop-watch"};
+  const Command watch = command.group("By stop-watch");
   watch
       .add("--time", "T", options.times,
            "Time of --swings swings [s]; repeat the option for each timing")
@@ -309,15 +310,15 @@ Examples:
   watch.add("--amplitude-end", "ANGLE", options.amplitude_end,
             "Amplitude of the last swing timed [rad]; default: half of the first");
 
-  const OptionGroup log{command, "By a gyro's record"};
-  add_record_options(command, options.record, log.heading);
+  const Command log = command.group("By a gyro's record");
+  add_record_options(log, options.record);
   log.add("--clock-sigma", "X", options.clock_sigma,
           "Standard uncertainty of the rate of the log's clock, relative; default: 0.0001");
   log.add(
       "--gyro-scale-sigma", "X", options.gyro_scale_sigma,
       "Standard uncertainty of the gyro's scale, which gives the amplitude, relative; default: 3%");
 
-  const OptionGroup board{command, "The board that the car stands on"};
+  const Command board = command.group("The board that the car stands on");
   board.add("--platform-mass", "MASS", options.platform_mass,
             "Mass of the board that the car stands on [kg], or 310g");
   board.add("--platform-mass-sigma", "MASS", options.platform_mass_sigma,

@@ -9,7 +9,6 @@
 #include "tools/cli/text.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/identify/common/delivery.hpp"
-#include "tools/identify/common/option_group.hpp"
 #include "tools/identify/latency/actuator_findings.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
 #include "tools/identify/methods.hpp"
@@ -185,11 +184,10 @@ void add_latency(Command identify) {
   Command latency = identify.add_subcommand(
       "latency",
       "Measure how late each source is against the gyro or the camera, and the steering's lag");
-  const OptionGroup all{latency, ""};
-  all.add("--config", "TOML", options->config, "Configuration of the car (TOML)").required();
-  all.add("--can", "LOG", options->can, "Log of candump -L; repeatable").required();
-  all.add("--dbc", "FILE", options->dbc, "Database (DBC); repeatable; instead of [can] dbc");
-  all.add("--camera", "CSV", options->camera, "Camera log of the same drive");
+  latency.add("--config", "TOML", options->config, "Configuration of the car (TOML)").required();
+  latency.add("--can", "LOG", options->can, "Log of candump -L; repeatable").required();
+  latency.add("--dbc", "FILE", options->dbc, "Database (DBC); repeatable; instead of [can] dbc");
+  latency.add("--camera", "CSV", options->camera, "Camera log of the same drive");
   add_delivery(latency, options->delivery);
   latency.footer(R"(Drive for ten minutes with a camera: quick curves to both sides, with a stop
 every few metres, no two stretches alike. Smooth signals carry no timing: steer abruptly.

@@ -6,7 +6,6 @@
 
 #include "tools/chart/drawing.hpp"
 #include "tools/identify/common/delivery.hpp"
-#include "tools/identify/common/option_group.hpp"
 #include "tools/identify/common/record.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/noise/noise_findings.hpp"
@@ -83,12 +82,12 @@ Examples:
   odom identify noise --csv phone.csv --from 10 --to 600
   odom identify noise --drive lap --write car.toml
   odom identify noise --config car.toml --can standing.log --drive lap --write car.toml)");
-  const OptionGroup standing{method, "Standing"}, driving{method, "Driving"};
-  add_record_options(method, options->standing, standing.heading);
+  const Command standing = method.group("Standing"), driving = method.group("Driving");
+  add_record_options(standing, options->standing);
   standing.add("--plot", "FILE", options->plot, "Draw the Allan deviation, .svg or .png");
   driving.add("--drive", "DIR", options->drive, "Folder of a drive, from odom sim or odom record");
-  method.add_flag("--no-camera", options->no_camera, "Leave the camera's poses out: dead reckoning")
-      .group(driving.heading);
+  driving.add_flag("--no-camera", options->no_camera,
+                   "Leave the camera's poses out: dead reckoning");
   add_delivery(method, options->delivery);
   method.callback([options] { identify_noise(*options); });
 }

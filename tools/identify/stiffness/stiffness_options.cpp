@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "tools/identify/common/option_group.hpp"
 #include "tools/identify/common/quantity.hpp"
 
 namespace odomd::tools {
@@ -153,28 +152,30 @@ Examples:
     --run left.csv,left.log --run right.csv,right.log
   odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 \
     --run front.txt,rear.txt,drive.log)");
-  const OptionGroup all{command, ""};
-  all.add("--run", "MARKERS[,REAR],LOG", options.runs,
+  command
+      .add(
+          "--run", "MARKERS[,REAR],LOG", options.runs,
           "Film and its log: a table with t,x_front,y_front,x_rear,y_rear, or one table per marker "
           "with t,x,y; repeatable")
       .required();
-  all.add("--config", "FILE", options.config, "Configuration of the car (TOML)").required();
-  all.add("--front", "X,Y", options.front,
-          "Place of the front marker: ahead of the centre of gravity and to its left [m]")
+  command.add("--config", "FILE", options.config, "Configuration of the car (TOML)").required();
+  command
+      .add("--front", "X,Y", options.front,
+           "Place of the front marker: ahead of the centre of gravity and to its left [m]")
       .required();
-  all.add("--rear", "X,Y", options.rear, "Place of the rear marker, likewise: -0.12,0 [m]")
+  command.add("--rear", "X,Y", options.rear, "Place of the rear marker, likewise: -0.12,0 [m]")
       .required();
-  all.add("--metres-per-pixel", "S", options.metres_per_pixel,
-          "Scale of the tracks [m/px]; default: from the distance of the markers");
+  command.add("--metres-per-pixel", "S", options.metres_per_pixel,
+              "Scale of the tracks [m/px]; default: from the distance of the markers");
   command.add_flag("--metres", options.metres, "The tracks are in metres");
   command.add_flag("--y-down", options.y_down,
                    "The tracks' y points down, as pixels do, or the film is mirrored");
-  all.add("--fps", "N", options.frames_per_second,
-          "The tracks' t counts frames, this many per second [1/s]");
-  all.add("--time-offset", "T", options.time_offset,
-          "The film's time 0 after the log's first frame [s]; default: found");
-  all.add("--plot", "FILE", options.plot, "Picture of force over slip angle, .svg or .png");
-  const OptionGroup known{command, "Uncertainty of the measurements"};
+  command.add("--fps", "N", options.frames_per_second,
+              "The tracks' t counts frames, this many per second [1/s]");
+  command.add("--time-offset", "T", options.time_offset,
+              "The film's time 0 after the log's first frame [s]; default: found");
+  command.add("--plot", "FILE", options.plot, "Picture of force over slip angle, .svg or .png");
+  const Command known = command.group("Uncertainty of the measurements");
   known.add("--sigma-mass", "S", options.sigma_mass,
             "Standard uncertainty of the mass [kg]; default: 0.5 %");
   known.add("--sigma-axle", "S", options.sigma_axle,

@@ -9,7 +9,6 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/identify/common/delivery.hpp"
-#include "tools/identify/common/option_group.hpp"
 #include "tools/identify/common/quantity.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/weighing/scale_options.hpp"
@@ -161,19 +160,19 @@ Examples:
   odom identify cog --front 9.57N --rear 19.7N --scale-sigma 0.05N --wheelbase 0.26 \
       --wheelbase-sigma 0.5mm --write car.toml)");
   add_scale_options(method, options->scale);
-  const OptionGroup all{method, ""};
-  all.add("--wheelbase", "LENGTH", options->wheelbase,
-          "Distance between the centres of front and rear wheels [m], or 260mm")
+  method
+      .add("--wheelbase", "LENGTH", options->wheelbase,
+           "Distance between the centres of front and rear wheels [m], or 260mm")
       .required();
-  all.add("--wheelbase-sigma", "LENGTH", options->wheelbase_sigma,
-          "Standard uncertainty of the wheelbase; default: 1mm");
-  all.add(
+  method.add("--wheelbase-sigma", "LENGTH", options->wheelbase_sigma,
+             "Standard uncertainty of the wheelbase; default: 1mm");
+  method.add(
       "--track-width", "LENGTH", options->track_width,
       "Distance between the middles of left and right tyres [m], or 160mm; for the lateral offset");
-  all.add("--track-width-sigma", "LENGTH", options->track_width_sigma,
-          "Standard uncertainty of the track width; default: 1mm");
+  method.add("--track-width-sigma", "LENGTH", options->track_width_sigma,
+             "Standard uncertainty of the track width; default: 1mm");
   add_level_options(method, options->level);
-  all.add(
+  method.add(
       "--config", "TOML", options->config,
       "Configuration of the car (TOML) to compare the wheelbase with; default: the one of --write");
   add_delivery(method, options->delivery);

@@ -3,7 +3,6 @@
 #include <stdexcept>
 
 #include "tools/identify/common/delivery.hpp"
-#include "tools/identify/common/option_group.hpp"
 #include "tools/identify/common/quantity.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/weighing/scale_options.hpp"
@@ -76,13 +75,13 @@ Examples:
   odom identify mass --front 9.6N --rear 19.7N --scale-sigma 0.05N --gravity 9.8077
   odom identify mass --total 2985g --scale-resolution 1g --write car.toml)");
   add_scale_options(method, options->scale);
-  const OptionGroup all{method, ""};
-  all.add("--wheelbase", "LENGTH", options->wheelbase,
-          "Distance between the centres of front and rear wheels [m], or 260mm; needed for "
-          "--height and --track-width");
-  all.add("--track-width", "LENGTH", options->track_width,
-          "Distance between the middles of left and right tyres [m], or 160mm; default: 0.6 of the "
-          "wheelbase");
+  method.add("--wheelbase", "LENGTH", options->wheelbase,
+             "Distance between the centres of front and rear wheels [m], or 260mm; needed for "
+             "--height and --track-width");
+  method.add(
+      "--track-width", "LENGTH", options->track_width,
+      "Distance between the middles of left and right tyres [m], or 160mm; default: 0.6 of the "
+      "wheelbase");
   add_level_options(method, options->level);
   add_delivery(method, options->delivery);
   method.callback([options] { identify_mass(*options); });

@@ -7,14 +7,12 @@
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/identify/common/option_group.hpp"
 #include "tools/identify/common/quantity.hpp"
 
 namespace odomd::tools {
 void add_gravity_option(Command method, std::string& gravity) {
-  OptionGroup{method, ""}.add(
-      "--gravity", "G", gravity,
-      "Local gravity [m/s2], known to 0.001; default: 9.806 +- 0.015, anywhere on Earth");
+  method.add("--gravity", "G", gravity,
+             "Local gravity [m/s2], known to 0.001; default: 9.806 +- 0.015, anywhere on Earth");
 }
 
 Measured gravity_of(const std::string& gravity) {
@@ -28,22 +26,22 @@ Measured gravity_of(const std::string& gravity) {
 }
 
 void add_scale_options(Command method, ScaleOptions& options) {
-  const OptionGroup all{method, ""};
   for (std::size_t i = 0; i < options.loads.size(); ++i) {
     const auto load = static_cast<Load>(i);
-    all.add("--" + std::string(info_of(load).option), "LOAD", options.loads[i],
-            std::string(info_of(load).help) +
-                (load == Load::total
-                     ? " [kg], or 2985g, or 29.3N; repeat the option for each weighing"
-                     : ""))
+    method
+        .add("--" + std::string(info_of(load).option), "LOAD", options.loads[i],
+             std::string(info_of(load).help) +
+                 (load == Load::total
+                      ? " [kg], or 2985g, or 29.3N; repeat the option for each weighing"
+                      : ""))
         .one_each();
   }
-  all.add("--scale-resolution", "LOAD", options.resolution,
-          "Last digit that the scale shows [kg], or 1g");
-  all.add("--scale-sigma", "LOAD", options.sigma,
-          "Standard uncertainty of a weighing [kg], or 2g; default: half of the last digit");
-  all.add("--scale-accuracy", "X", options.accuracy,
-          "Standard uncertainty of the scale's gain, relative: 0.001, or 0.1%; default: 0.1%");
+  method.add("--scale-resolution", "LOAD", options.resolution,
+             "Last digit that the scale shows [kg], or 1g");
+  method.add("--scale-sigma", "LOAD", options.sigma,
+             "Standard uncertainty of a weighing [kg], or 2g; default: half of the last digit");
+  method.add("--scale-accuracy", "X", options.accuracy,
+             "Standard uncertainty of the scale's gain, relative: 0.001, or 0.1%; default: 0.1%");
   add_gravity_option(method, options.gravity);
 }
 
@@ -83,12 +81,12 @@ Weighings weighings_of(const ScaleOptions& options) {
 }
 
 void add_level_options(Command method, LevelOptions& options) {
-  const OptionGroup all{method, ""};
-  all.add("--height", "LENGTH", options.height,
-          "Approximate height of the centre of gravity above the ground [m]; default: a quarter of "
-          "the wheelbase");
-  all.add("--level", "ANGLE", options.level,
-          "Standard uncertainty of the level of the car [rad], or 0.5deg; default: 0.25deg");
+  method.add(
+      "--height", "LENGTH", options.height,
+      "Approximate height of the centre of gravity above the ground [m]; default: a quarter of "
+      "the wheelbase");
+  method.add("--level", "ANGLE", options.level,
+             "Standard uncertainty of the level of the car [rad], or 0.5deg; default: 0.25deg");
 }
 
 void set_level(const LevelOptions& options, Dimensions& dimensions) {
