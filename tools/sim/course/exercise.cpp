@@ -3,62 +3,52 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
 #include <numbers>
-#include <utility>
-#include <vector>
 
-#include "tools/sim/course/circles.hpp"
+#include "tools/sim/course/shapes.hpp"
 
 namespace odomd::sim {
 namespace {
 
-using std::numbers::pi;
+constexpr double smoothing = 0.3;
 
-// Out along x in waves, a turn, and back in waves, a turn.
-std::shared_ptr<const Track> weaving(double wave, double curvature) {
-  constexpr double way = 9.0, gap = 3.2;
-  const double amplitude = curvature * std::pow(wave / (2.0 * pi), 2);
-  std::vector<Point> line;
-  constexpr int points = 1200;
-  const auto weave = [&](double x) {
-    const double ends = std::clamp(std::min(x, way - x) / wave, 0.0, 1.0);  // fades in and out
-    return amplitude * ends * std::sin(2.0 * pi * x / wave);
-  };
-  const auto half_turn = [&line](double x, double from) {
-    for (int k = 0; k < points; ++k) {
-      const double angle = from + pi * k / points;
-      line.push_back({x + 0.5 * gap * std::sin(angle), 0.5 * gap * (1.0 - std::cos(angle))});
-    }
-  };
-  for (int k = 0; k < points; ++k) line.push_back({way * k / points, weave(way * k / points)});
-  half_turn(way, 0.0);
-  for (int k = points; k > 0; --k)
-    line.push_back({way * k / points, gap + weave(way * k / points)});
-  half_turn(0.0, pi);
-  return std::make_shared<Track>(line, Shape::closed, 0.3);
+void append(Route& route, const Route& more) {
+  route.legs.insert(route.legs.end(), more.legs.begin(), more.legs.end());
+}
+
+struct Circle {
+  double pace = 1.0;
+  double radius = 1.0;  // [m]
+};
+
+Route to_both_sides(std::span<const Circle> all, double top_speed, int turns) {
+  Route route;
+  for (const Circle& circle : all)
+    for (const double side : {1.0, -1.0})
+      append(route, rounds(circle_through_origin(side * circle.radius, smoothing),
+                           circle.pace * top_speed, turns));
+  return route;
 }
 
 }  // namespace
 
-Route exercise(double top_speed, int rounds) {
-  Route route;
-  const auto drive = [&](std::shared_ptr<const Track> track, double speed, int times) {
-    const double end = times * track->length();
-    route.legs.push_back({.track = std::move(track), .begin = 0.0, .end = end, .speed = speed});
-  };
-  struct Circle {
-    double pace, radius;
-  };
-  for (const Circle circle : {Circle{0.45, 1.2}, Circle{0.75, 1.2}, Circle{1.0, 1.6}})
-    for (const double side : {1.0, -1.0})
-      drive(circle_through_origin(side * circle.radius), circle.pace * top_speed, rounds);
+Route circles(double top_speed, int turns) {
+  constexpr std::array<Circle, 6> all{
+      {{0.3, 1.2}, {0.5, 1.6}, {0.65, 1.2}, {0.8, 1.6}, {0.9, 1.2}, {1.0, 1.6}}};
+  return to_both_sides(all, top_speed, turns);
+}
+
+Route exercise(double top_speed, int turns) {
+  constexpr std::array<Circle, 3> all{{{0.45, 1.2}, {0.75, 1.2}, {1.0, 1.6}}};
+  Route route = to_both_sides(all, top_speed, turns);
   // As quick as steering and grip allow: a_y of 2.5 m/s², curvatures that the steering reaches.
   constexpr double frequency = 1.3, lateral = 2.5, tightest = 1.2;
   for (const double pace : {0.6, 0.8, 1.0}) {
     const double speed = pace * top_speed;
-    drive(weaving(speed / frequency, std::min(tightest, lateral / (speed * speed))), speed,
-          2 * rounds);
+    const double wave = speed / frequency;
+    const double curvature = std::min(tightest, lateral / (speed * speed));
+    const double amplitude = curvature * std::pow(wave / (2.0 * std::numbers::pi), 2);
+    append(route, rounds(weaving({9.0, wave, amplitude, 3.2, 1200}, smoothing), speed, 2 * turns));
   }
   return route;
 }

@@ -1,13 +1,16 @@
-// The drive with the most information for odom identify fit: circles to both sides and quick
-// weaving, each at several speeds, within half of the grip.
+// The drives of a 1:10 car that odom identify learns from.
 #pragma once
 
 #include "tools/sim/course/scenario.hpp"
 
 namespace odomd::sim {
 
-/// Each part begins and ends at the origin, heading along x; circles `rounds` times each, weaving
-/// twice as often.
-[[nodiscard]] Route exercise(double top_speed, int rounds);
+/// For the cornering stiffness: steady circles, left and right, slow to fast. Each begins and ends
+/// at the origin, heading along x; `turns` rounds each.
+[[nodiscard]] Route circles(double top_speed, int turns);
+
+/// For odom identify fit: circles to both sides and quick weaving, each at several speeds, within
+/// half of the grip. Circles `turns` times each, weaving twice as often.
+[[nodiscard]] Route exercise(double top_speed, int turns);
 
 }  // namespace odomd::sim

@@ -8,21 +8,14 @@
 #include <stdexcept>
 #include <string>
 
-#include "tools/sim/course/circles.hpp"
 #include "tools/sim/course/exercise.hpp"
 #include "tools/sim/course/full_size.hpp"
+#include "tools/sim/course/shapes.hpp"
 
 namespace odomd::sim {
 namespace {
 
 using std::numbers::pi;
-using TrackPointer = std::shared_ptr<const Track>;
-
-// Round a closed track `laps` times, and a stop on the start line.
-Leg rounds(TrackPointer track, double speed, int laps) {
-  const double length = track->length();
-  return {.track = std::move(track), .begin = 0.0, .end = laps * length, .speed = speed};
-}
 
 // 8 m x 5 m, as the tracks of 1:10 competitions are laid out: a long straight, tight curves, an S
 // through the infield. Starts on the long straight.
@@ -32,63 +25,26 @@ TrackPointer competition_track() {
       {5.2, 2.0, 1.0}, {2.6, 2.0, 1.0}, {2.4, 5.0, 1.0}, {0.0, 5.0, 1.0},
       {0.0, 3.2, 1.0}, {0.8, 1.8, 1.0}, {0.8, 0.0, 0.9},
   };
-  return std::make_shared<Track>(rounded_polygon(corners, Shape::closed, 0.01), Shape::closed, 1.0);
+  return polygon(corners, Shape::closed, 0.01, 1.0);
 }
 
 Route lap(double speed, int laps) {
-  return {{rounds(competition_track(), speed, laps)}, {}};
+  return rounds(competition_track(), speed, laps);
 }
 
 Route circle(double speed, int laps) {
-  constexpr double radius = 1.2;
-  std::vector<Point> line;
-  for (int k = 0; k < 720; ++k) {
-    const double angle = k * pi / 360.0;
-    line.push_back({radius * std::sin(angle), radius * (1.0 - std::cos(angle))});
-  }
-  return {{rounds(std::make_shared<Track>(line, Shape::closed, 0.3), speed, laps)}, {}};
+  return rounds(circle_through_origin(1.2, 0.3), speed, laps);
 }
 
 // Out through the cones, a turn, and back through them.
 Route slalom(double speed, int laps) {
-  constexpr double wave = 2.5, amplitude = 0.25, way = 12.5, gap = 3.0;
-  std::vector<Point> line;
-  const auto weave = [](double x) {
-    const double ends = std::min({1.0, x / wave, (way - x) / wave});  // fades in and out
-    return amplitude * ends * std::sin(2.0 * pi * x / wave);
-  };
-  const auto half_turn = [&line](double x, double angle) {
-    line.push_back({x + 0.5 * gap * std::sin(angle), 0.5 * gap * (1.0 - std::cos(angle))});
-  };
-  constexpr int points = 1000;
-  const auto part = [](int k, double whole) { return whole * k / points; };
-  for (int k = 0; k < points; ++k) line.push_back({part(k, way), weave(part(k, way))});
-  for (int k = 0; k < points; ++k) half_turn(way, part(k, pi));
-  for (int k = points; k > 0; --k) line.push_back({part(k, way), gap + weave(part(k, way))});
-  for (int k = 0; k < points; ++k) half_turn(0.0, pi + part(k, pi));
-  return {{rounds(std::make_shared<Track>(line, Shape::closed, 0.5), speed, laps)}, {}};
+  return rounds(weaving({12.5, 2.5, 0.25, 3.0, 1000}, 0.5), speed, laps);
 }
 
 // Laps with a stop at every few metres, no two of them alike.
 Route stop_and_go(double speed, int laps) {
-  const TrackPointer track = competition_track();
   constexpr std::array stretches{2.5, 1.2, 3.4, 0.6, 1.9, 4.1};
-  constexpr std::array paces{0.7, 1.0, 0.5, 0.85};
-  constexpr std::array pauses{1.0, 2.0, 0.5, 1.5, 3.0};
-  const double total = laps * track->length();
-  Route route;
-  double begin = 0.0;
-  for (std::size_t k = 0; begin < total; ++k) {
-    double end = begin + stretches[k % stretches.size()];
-    if (end > total - 0.5) end = total;
-    route.legs.push_back({.track = track,
-                          .begin = begin,
-                          .end = end,
-                          .speed = speed * paces[k % paces.size()],
-                          .pause = pauses[k % pauses.size()]});
-    begin = end;
-  }
-  return route;
+  return rounds_with_stops(competition_track(), stretches, 0.5, speed, laps);
 }
 
 // A figure of eight whose loops are driven in power slides. Starts at the crossing.
@@ -109,40 +65,27 @@ Route drift(double speed, int laps) {
     }
     for (int k = points; k > 0; --k) add_straight(straight * k / points, 1.0);
   }
-  Leg leg = rounds(std::make_shared<Track>(line, Shape::closed, 0.5), speed, laps);
-  leg.slide = 55.0 * pi / 180.0;
-  return {{leg}, {}};
+  Route route = rounds(std::make_shared<Track>(line, Shape::closed, 0.5), speed, laps);
+  route.legs.front().slide = 55.0 * pi / 180.0;
+  return route;
 }
 
 TrackPointer open_line(const std::vector<Corner>& corners) {
-  return std::make_shared<Track>(rounded_polygon(corners, Shape::open, 0.01), Shape::open, 0.3);
+  return polygon(corners, Shape::open, 0.01, 0.3);
 }
 
 // Past a bay, in by the back, out again, and parallel to the kerb in two pulls; then back to where
 // it started.
 Route parking(double speed, int laps) {
-  const TrackPointer past = open_line({{0.0, 0.0, 0.0}, {1.5, 0.0, 0.0}, {3.0, 0.0, 0.0}});
-  const TrackPointer into_bay = open_line({{3.0, 0.0, 0.0}, {1.5, 0.0, 0.9}, {1.5, -1.6, 0.0}});
-  const TrackPointer out_of_bay = open_line({{1.5, -1.6, 0.0}, {1.5, 0.0, 0.9}, {4.5, 0.0, 0.0}});
-  const TrackPointer to_the_kerb =
-      open_line({{4.5, 0.0, 0.0}, {4.0, 0.0, 0.9}, {3.1, -0.5, 0.9}, {2.4, -0.5, 0.0}});
-  const TrackPointer from_the_kerb =
-      open_line({{2.4, -0.5, 0.0}, {2.9, -0.5, 0.9}, {3.8, 0.0, 0.9}, {4.6, 0.0, 0.0}});
-  const TrackPointer home = open_line({{4.6, 0.0, 0.0}, {2.3, 0.0, 0.0}, {0.0, 0.0, 0.0}});
-  Route route;
-  const auto drive = [&route](const TrackPointer& track, double pace, Gear gear) {
-    route.legs.push_back(
-        {.track = track, .end = track->length(), .speed = pace, .pause = 0.7, .gear = gear});
-  };
-  for (int k = 0; k < laps; ++k) {
-    drive(past, speed, Gear::forward);
-    drive(into_bay, 0.6 * speed, Gear::reverse);
-    drive(out_of_bay, 0.8 * speed, Gear::forward);
-    drive(to_the_kerb, 0.6 * speed, Gear::reverse);
-    drive(from_the_kerb, 0.8 * speed, Gear::forward);
-    drive(home, speed, Gear::reverse);
-  }
-  return route;
+  return manoeuvres(
+      {{open_line({{0, 0, 0}, {1.5, 0, 0}, {3, 0, 0}})},
+       {open_line({{3, 0, 0}, {1.5, 0, 0.9}, {1.5, -1.6, 0}}), 0.6, Gear::reverse},
+       {open_line({{1.5, -1.6, 0}, {1.5, 0, 0.9}, {4.5, 0, 0}}), 0.8},
+       {open_line({{4.5, 0, 0}, {4, 0, 0.9}, {3.1, -0.5, 0.9}, {2.4, -0.5, 0}}), 0.6,
+        Gear::reverse},
+       {open_line({{2.4, -0.5, 0}, {2.9, -0.5, 0.9}, {3.8, 0, 0.9}, {4.6, 0, 0}}), 0.8},
+       {open_line({{4.6, 0, 0}, {2.3, 0, 0}, {0, 0, 0}}), 1.0, Gear::reverse}},
+      speed, laps);
 }
 
 // The lap, with ice in two of its curves and on the long straight.
