@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cstdio>
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <set>
@@ -19,8 +17,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr std::array<std::string_view, 4> against_names{"truth", "camera", "closed_loop",
                                                         "nothing"};
-
-using Cell = std::function<std::optional<std::string>(const Evaluation&)>;
 
 double degrees(double radians) {
   return radians * 180.0 / std::numbers::pi;
@@ -106,6 +102,66 @@ Json json_of(const Evaluation& e, const Evaluation* baseline) {
   return json;
 }
 
+/// A label and a cell; nothing if it is not known.
+using Figure = std::pair<std::string, std::optional<std::string>>;
+
+/// In the order of the report: the same labels for every evaluation.
+std::vector<Figure> figures_of(const Evaluation& e, const Evaluation& baseline) {
+  std::vector<Figure> all;
+  const auto add = [&all](const std::string& label, int decimals, std::optional<double> value) {
+    all.emplace_back(label, value ? std::optional(fixed(*value, decimals)) : std::nullopt);
+  };
+  const auto add_if = [&add](bool known, const std::string& label, int decimals, double value) {
+    add(label, decimals, known ? std::optional(value) : std::nullopt);
+  };
+  const auto add_spread = [&](const std::string& label, const std::string& unit, Spread value,
+                              double factor) {
+    const bool known = e.short_term.has_value();
+    add_if(known, label + " mean " + unit, 3, factor * value.mean);
+    add_if(known, label + " rms " + unit, 3, factor * value.rms);
+    add_if(known, label + " max " + unit, 3, factor * value.max);
+  };
+  const auto add_better = [&](const std::string& label, double value, double before,
+                              double usual = 0.0) {
+    const auto percent = &e == &baseline ? std::nullopt : improvement(value, before, usual);
+    all.emplace_back(label, percent ? std::optional(improvement_text(*percent)) : std::nullopt);
+  };
+  const bool compared = e.against != Against::nothing, reference = has_reference(e.against);
+  const HorizonError short_term = e.short_term.value_or(HorizonError{});
+
+  add("samples", 0, static_cast<double>(e.samples));
+  add("time span [s]", 3, static_cast<double>(e.last_ns - e.first_ns) * 1e-9);
+  add("path length [m]", 3, e.path_length);
+  add_if(compared, "end error [m]", 4, e.end_error);
+  add("end error [cm/m]", 3, e.end_cm_per_m);
+  add_if(reference, "position rms [m]", 4, e.position.rms);
+  add_if(reference, "position max [m]", 4, e.position.max);
+  add_if(compared, "heading error at the end [deg]", 3, degrees(e.heading_end));
+  add_if(reference, "heading error rms [deg]", 3, degrees(e.heading.rms));
+  add_if(reference, "heading error max [deg]", 3, degrees(e.heading.max));
+  add_spread("35 ms error", "[mm]", short_term.displacement, 1e3);
+  add_spread("35 ms yaw error", "[deg]", short_term.yaw, 180.0 / std::numbers::pi);
+  for (const std::int64_t horizon_ns : {5'000'000LL, 100'000'000LL, 1'000'000'000LL}) {
+    const auto at = std::ranges::find(e.horizons, horizon_ns, &HorizonError::horizon_ns);
+    add(fixed(static_cast<double>(horizon_ns) * 1e-6, 0) + " ms error mean [mm]", 3,
+        at == e.horizons.end() ? std::nullopt : std::optional(1e3 * at->displacement.mean));
+  }
+  add_if(e.consistency.has_value(), "NEES mean (honest: 3)", 3,
+         e.consistency.value_or(Consistency{}).nees);
+  add("NIS factor (honest: 1)", 2, e.nis_factor);
+  const Motion motion = e.velocity_rms.value_or(Motion{});
+  add_if(e.velocity_rms.has_value(), "vx rms [m/s]", 4, motion.vx);
+  add_if(e.velocity_rms.has_value(), "vy rms [m/s]", 4, motion.vy);
+  add_if(e.velocity_rms.has_value(), "yaw rate rms [deg/s]", 4, degrees(motion.yaw_rate));
+  add_better("end error better by [%]", e.end_error, baseline.end_error, baseline.position.rms);
+  add_better("position rms better by [%]", e.position.rms, baseline.position.rms);
+  add_better("heading end better by [%]", std::abs(e.heading_end), std::abs(baseline.heading_end),
+             baseline.heading.rms);
+  add_better("35 ms error mean better by [%]", short_term.displacement.mean,
+             baseline.short_term.value_or(HorizonError{}).displacement.mean);
+  return all;
+}
+
 }  // namespace
 
 std::string align_name(Align align) {
@@ -153,112 +209,17 @@ std::string improvement_text(double percent) {
 }
 
 std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report) {
-  const auto& evaluations = report.evaluations;
-  const Evaluation& baseline = evaluations.at(report.baseline);
-  std::vector<std::vector<std::string>> all;
-  const auto row = [&](const std::string& label, const Cell& cell) {
-    std::vector<std::string> cells{label};
-    bool any = false;
-    for (const auto& e : evaluations) {
-      const auto value = cell(e);
-      any = any || value.has_value();
-      cells.push_back(value.value_or("-"));
-    }
-    if (any) all.push_back(std::move(cells));
-  };
-  const auto never = [](const Evaluation&) { return 0.0; };
-  const auto against = [&](const std::string& label, const auto& metric, const auto& usual) {
-    if (evaluations.size() < 2) return;
-    row(label, [&](const Evaluation& e) -> std::optional<std::string> {
-      if (&e == &baseline) return std::nullopt;
-      const auto percent = improvement(metric(e), metric(baseline), usual(baseline));
-      if (!percent) return std::nullopt;
-      return improvement_text(*percent);
-    });
-  };
-
-  row("samples", [](const Evaluation& e) { return std::to_string(e.samples); });
-  row("time span [s]", [](const Evaluation& e) {
-    return fixed(static_cast<double>(e.last_ns - e.first_ns) * 1e-9, 3);
-  });
-  row("path length [m]", [](const Evaluation& e) { return fixed(e.path_length, 3); });
-  row("end error [m]", [](const Evaluation& e) -> std::optional<std::string> {
-    if (e.against == Against::nothing) return std::nullopt;
-    return fixed(e.end_error, 4);
-  });
-  row("end error [cm/m]", [](const Evaluation& e) -> std::optional<std::string> {
-    if (!e.end_cm_per_m) return std::nullopt;
-    return fixed(*e.end_cm_per_m, 3);
-  });
-  const auto reference_row = [&](const std::string& label, const auto& metric, int decimals) {
-    row(label, [&](const Evaluation& e) -> std::optional<std::string> {
-      if (!has_reference(e.against)) return std::nullopt;
-      return fixed(metric(e), decimals);
-    });
-  };
-  reference_row(
-      "position rms [m]", [](const Evaluation& e) { return e.position.rms; }, 4);
-  reference_row(
-      "position max [m]", [](const Evaluation& e) { return e.position.max; }, 4);
-  row("heading error at the end [deg]", [](const Evaluation& e) -> std::optional<std::string> {
-    if (e.against == Against::nothing) return std::nullopt;
-    return fixed(degrees(e.heading_end), 3);
-  });
-  reference_row(
-      "heading error rms [deg]", [](const Evaluation& e) { return degrees(e.heading.rms); }, 3);
-  reference_row(
-      "heading error max [deg]", [](const Evaluation& e) { return degrees(e.heading.max); }, 3);
-  const auto short_row = [&](const std::string& label, const auto& metric) {
-    row(label, [&](const Evaluation& e) -> std::optional<std::string> {
-      if (!e.short_term) return std::nullopt;
-      return fixed(metric(*e.short_term), 3);
-    });
-  };
-  short_row("35 ms error mean [mm]",
-            [](const HorizonError& s) { return 1e3 * s.displacement.mean; });
-  short_row("35 ms error rms [mm]", [](const HorizonError& s) { return 1e3 * s.displacement.rms; });
-  short_row("35 ms error max [mm]", [](const HorizonError& s) { return 1e3 * s.displacement.max; });
-  short_row("35 ms yaw error mean [deg]",
-            [](const HorizonError& s) { return degrees(s.yaw.mean); });
-  short_row("35 ms yaw error rms [deg]", [](const HorizonError& s) { return degrees(s.yaw.rms); });
-  short_row("35 ms yaw error max [deg]", [](const HorizonError& s) { return degrees(s.yaw.max); });
-  for (const std::int64_t horizon_ns : {5'000'000LL, 100'000'000LL, 1'000'000'000LL}) {
-    row(fixed(static_cast<double>(horizon_ns) * 1e-6, 0) + " ms error mean [mm]",
-        [&](const Evaluation& e) -> std::optional<std::string> {
-          const auto at = std::ranges::find(e.horizons, horizon_ns, &HorizonError::horizon_ns);
-          if (at == e.horizons.end()) return std::nullopt;
-          return fixed(1e3 * at->displacement.mean, 3);
-        });
+  std::vector<std::vector<Figure>> columns;
+  for (const Evaluation& e : report.evaluations)
+    columns.push_back(figures_of(e, report.evaluations.at(report.baseline)));
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t i = 0; i < columns.front().size(); ++i) {
+    const auto is_known = [i](const auto& column) { return column[i].second.has_value(); };
+    if (std::ranges::none_of(columns, is_known)) continue;
+    rows.push_back({columns.front()[i].first});
+    for (const auto& column : columns) rows.back().push_back(column[i].second.value_or("-"));
   }
-  row("NEES mean (honest: 3)", [](const Evaluation& e) -> std::optional<std::string> {
-    if (!e.consistency) return std::nullopt;
-    return fixed(e.consistency->nees, 3);
-  });
-  row("NIS factor (honest: 1)", [](const Evaluation& e) -> std::optional<std::string> {
-    if (!e.nis_factor) return std::nullopt;
-    return fixed(*e.nis_factor, 2);
-  });
-  const auto motion_row = [&](const std::string& label, const auto& metric) {
-    row(label, [&](const Evaluation& e) -> std::optional<std::string> {
-      if (!e.velocity_rms) return std::nullopt;
-      return fixed(metric(*e.velocity_rms), 4);
-    });
-  };
-  motion_row("vx rms [m/s]", [](const Motion& m) { return m.vx; });
-  motion_row("vy rms [m/s]", [](const Motion& m) { return m.vy; });
-  motion_row("yaw rate rms [deg/s]", [](const Motion& m) { return degrees(m.yaw_rate); });
-  const auto position_rms = [](const Evaluation& e) { return e.position.rms; };
-  against(
-      "end error better by [%]", [](const Evaluation& e) { return e.end_error; }, position_rms);
-  against("position rms better by [%]", position_rms, never);
-  against(
-      "heading end better by [%]", [](const Evaluation& e) { return std::abs(e.heading_end); },
-      [](const Evaluation& e) { return e.heading.rms; });
-  against(
-      "35 ms error mean better by [%]",
-      [](const Evaluation& e) { return e.short_term ? e.short_term->displacement.mean : 0.0; },
-      never);
-  return all;
+  return rows;
 }
 
 std::string basis_in_words(Against against) {

@@ -19,64 +19,66 @@ using Json = nlohmann::ordered_json;
 
 constexpr double degrees = 180.0 / std::numbers::pi;
 
-// One line of the table; a missing figure is a dash.
-struct Figures {
-  std::string drive;
-  std::string estimate;
-  std::optional<double> path;  // m
-  std::optional<double> cm_per_m;
-  std::optional<double> heading_end;   // deg
-  std::optional<double> short_term;    // mm
-  std::optional<double> better;        // %, of the end error
-  std::optional<double> position_rms;  // m
-  std::optional<double> nees;
-  std::optional<double> nis_factor;
-};
+using Value = std::optional<double>;
 
+// A column of the table, in the header's unit.
 struct Column {
   const char* header;
-  std::optional<double> Figures::*value;
   int decimals;
+  const char* json;  // its name there
+  double si;         // the header's unit
 };
 
 // In the order of the paper's conclusion.
 constexpr std::array<Column, 8> columns{{
-    {"end [cm/m]", &Figures::cm_per_m, 3},
-    {"heading end [deg]", &Figures::heading_end, 2},
-    {"35 ms [mm]", &Figures::short_term, 2},
-    {"end better by [%]", &Figures::better, 1},
-    {"position rms [m]", &Figures::position_rms, 4},
-    {"NEES", &Figures::nees, 2},
-    {"NIS factor", &Figures::nis_factor, 2},
-    {"path [m]", &Figures::path, 1},
+    {"end [cm/m]", 3, "end_error_cm_per_m", 1.0},
+    {"heading end [deg]", 2, "heading_end", 1.0 / degrees},
+    {"35 ms [mm]", 2, "error_35ms_mean", 1e-3},
+    {"end better by [%]", 1, "better_percent", 1.0},
+    {"position rms [m]", 4, "position_rms", 1.0},
+    {"NEES", 2, "nees", 1.0},
+    {"NIS factor", 2, "nis_factor", 1.0},
+    {"path [m]", 1, "path_length", 1.0},
 }};
+constexpr std::size_t per_metre = 0, better = 3;
+
+// One line of the table; a missing figure is a dash.
+struct Figures {
+  std::string drive;
+  std::string estimate;
+  std::array<Value, columns.size()> values;
+};
+
+Figures figures_of(const std::string& drive, const std::string& estimate, const Evaluation& e,
+                   const Evaluation& baseline) {
+  const auto value_if = [](bool known, double value) { return known ? Value{value} : Value{}; };
+  return {drive,
+          estimate,
+          {e.end_cm_per_m, value_if(e.against != Against::nothing, e.heading_end * degrees),
+           value_if(e.short_term.has_value(),
+                    1e3 * e.short_term.value_or(HorizonError{}).displacement.mean),
+           &e == &baseline ? std::nullopt
+                           : improvement(e.end_error, baseline.end_error, baseline.position.rms),
+           value_if(has_reference(e.against), e.position.rms),
+           value_if(e.consistency.has_value(), e.consistency.value_or(Consistency{}).nees),
+           e.nis_factor, e.path_length}};
+}
 
 std::vector<Figures> figures_of(const EvaluatedDrive& drive) {
   const auto& evaluations = drive.report.evaluations;
-  const Evaluation& baseline = evaluations.at(drive.report.baseline);
   const auto names = names_of(drive);
   std::vector<Figures> rows;
-  for (std::size_t i = 0; i < evaluations.size(); ++i) {
-    const Evaluation& e = evaluations[i];
-    Figures row{.drive = drive.name, .estimate = names[i], .path = e.path_length};
-    row.cm_per_m = e.end_cm_per_m;
-    if (e.against != Against::nothing) row.heading_end = e.heading_end * degrees;
-    row.nis_factor = e.nis_factor;
-    if (e.short_term) row.short_term = 1e3 * e.short_term->displacement.mean;
-    if (&e != &baseline)
-      row.better = improvement(e.end_error, baseline.end_error, baseline.position.rms);
-    if (has_reference(e.against)) row.position_rms = e.position.rms;
-    if (e.consistency) row.nees = e.consistency->nees;
-    rows.push_back(std::move(row));
-  }
+  for (std::size_t i = 0; i < evaluations.size(); ++i)
+    rows.push_back(
+        figures_of(drive.name, names[i], evaluations[i], evaluations.at(drive.report.baseline)));
   return rows;
 }
 
 std::optional<double> mean(const std::vector<std::vector<Figures>>& drives, std::size_t estimate,
-                           std::optional<double> Figures::*value) {
+                           std::size_t column) {
   double sum = 0.0;
   for (const auto& rows : drives) {
-    const auto one = rows[estimate].*value;
+    const Value one = rows[estimate].values[column];
     if (!one) return std::nullopt;
     sum += std::abs(*one);
   }
@@ -94,15 +96,15 @@ std::vector<Figures> means_of(const std::vector<std::vector<Figures>>& drives,
   std::vector<Figures> rows;
   for (std::size_t i = 0; i < drives.front().size(); ++i) {
     Figures row{.drive = "mean of " + std::to_string(drives.size()),
-                .estimate = drives.front()[i].estimate};
-    for (const Column& column : columns) {
-      if (column.value != &Figures::better) row.*column.value = mean(drives, i, column.value);
-    }
+                .estimate = drives.front()[i].estimate,
+                .values = {}};
+    for (std::size_t k = 0; k < columns.size(); ++k)
+      if (k != better) row.values[k] = mean(drives, i, k);
     rows.push_back(std::move(row));
   }
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (i == baseline || !rows[i].cm_per_m || !rows[baseline].cm_per_m) continue;
-    rows[i].better = improvement(*rows[i].cm_per_m, *rows[baseline].cm_per_m);
+    const Value its = rows[i].values[per_metre], before = rows[baseline].values[per_metre];
+    if (i != baseline && its && before) rows[i].values[better] = improvement(*its, *before);
   }
   return rows;
 }
@@ -122,25 +124,24 @@ std::vector<Figures> all_figures(std::span<const EvaluatedDrive> drives) {
 Table summary_table(std::span<const EvaluatedDrive> drives) {
   const std::vector<Figures> all = all_figures(drives);
   const bool several = drives.size() > 1;
-  std::vector<Column> shown;
-  std::ranges::copy_if(columns, std::back_inserter(shown), [&all](const Column& column) {
-    return std::ranges::any_of(all,
-                               [&](const Figures& row) { return (row.*column.value).has_value(); });
-  });
+  std::vector<std::size_t> shown;
+  for (std::size_t k = 0; k < columns.size(); ++k)
+    if (std::ranges::any_of(all, [k](const Figures& row) { return row.values[k].has_value(); }))
+      shown.push_back(k);
   Table table;
   if (several) table.header.emplace_back("drive");
   if (several) table.flush_left.push_back(1);
   table.header.emplace_back("estimate");
-  for (const Column& column : shown) table.header.emplace_back(column.header);
+  for (const std::size_t k : shown) table.header.emplace_back(columns[k].header);
   for (const Figures& row : all) {
     std::vector<std::string> cells;
     if (several) cells.push_back(row.drive);
     cells.push_back(row.estimate);
-    for (const Column& column : shown) {
-      const auto value = row.*column.value;
-      cells.push_back(!value                             ? "-"
-                      : column.value == &Figures::better ? improvement_text(*value)
-                                                         : fixed(*value, column.decimals));
+    for (const std::size_t k : shown) {
+      const Value value = row.values[k];
+      cells.push_back(!value        ? "-"
+                      : k == better ? improvement_text(*value)
+                                    : fixed(*value, columns[k].decimals));
     }
     table.rows.push_back(std::move(cells));
   }
@@ -189,19 +190,12 @@ Json summary_json(std::span<const EvaluatedDrive> drives) {
   }
   json["summary"] = Json::array();
   for (const Figures& row : all_figures(drives)) {
-    const auto value = [](std::optional<double> number, double factor) {
-      return number ? Json(*number * factor) : Json(nullptr);
-    };
-    json["summary"].push_back({{"drive", row.drive},
-                               {"estimate", row.estimate},
-                               {"path_length", value(row.path, 1.0)},
-                               {"end_error_cm_per_m", value(row.cm_per_m, 1.0)},
-                               {"heading_end", value(row.heading_end, 1.0 / degrees)},
-                               {"error_35ms_mean", value(row.short_term, 1e-3)},
-                               {"better_percent", value(row.better, 1.0)},
-                               {"position_rms", value(row.position_rms, 1.0)},
-                               {"nees", value(row.nees, 1.0)},
-                               {"nis_factor", value(row.nis_factor, 1.0)}});
+    Json one{{"drive", row.drive}, {"estimate", row.estimate}, {"path_length", nullptr}};
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      const Value value = row.values[k];
+      one[columns[k].json] = value ? Json(*value * columns[k].si) : Json(nullptr);
+    }
+    json["summary"].push_back(std::move(one));
   }
   return json;
 }
