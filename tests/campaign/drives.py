@@ -6,7 +6,7 @@
 
 Numbers are tuned on simulated cars and on the training drives, and judged on the others, when a version is
 finished: so --training runs the training drives alone, as often as one likes, and --judge runs all and logs the look
-in docs/judged.md: it appends a row and replaces the tables of the newest look. Training drives of which a part is
+in docs/dev/judged.md: it appends a row and replaces the tables of the newest look. Training drives of which a part is
 for training are cut there. --check holds the figures against tests/data/drives/training.csv: exit status 1 where
 full is worse by more than 3 % in one of them, or another model is not what it was; --update writes that file.
 
@@ -48,7 +48,7 @@ def arguments() -> argparse.Namespace:
                         default=pathlib.Path(os.environ.get("ODOM", measure.ROOT / "build/release/bin/odom")),
                         help="the program; default: $ODOM, else the one of the release build")
     parser.add_argument("--log", type=pathlib.Path, default=measure.LOG, metavar="FILE",
-                        help="the file that --judge logs in; default: docs/judged.md")
+                        help="the file that --judge logs in; default: docs/dev/judged.md")
     given = parser.parse_args()
     if (given.check or given.update) and not given.training:
         parser.error("--check and --update go with --training")

@@ -9,7 +9,7 @@ what is judged. Other drives (or the rest of it) are then replayed by dead recko
 references. Rows: as published; as published, but the reference's lever arm taken from the fit, so that the
 error of the point that is compared is out of it; by hand, which is tests/data/drives: the scales and offsets of
 the sensors by somebody who knew the references of all these drives; as fitted. The table is Markdown;
-docs/evaluation.md has the figures that matter. Exit status 1 where a fit does not lower the 35 ms error, the
+docs/dev/results.md has the figures that matter. Exit status 1 where a fit does not lower the 35 ms error, the
 end error and the rms of the position against the published parameters on every drive.
 
 ODOM=FILE: that program.

@@ -7,8 +7,8 @@ For each of the simulated cars (8) a configuration as scale, cords and film meas
 0.5 mm, stiffnesses to 1.5 %, yaw inertia to 0.5 %, standard uncertainties, the sensors as their
 data sheets have them. The fit starts from it, knows these uncertainties, and is given one lap at 1.5 m/s with
 its camera. Other laps of the same car, at other speeds and with the biases of another start, are replayed by
-dead reckoning with both. The table is Markdown; docs/evaluation.md has the figures that matter. Exit status 1 where the
-fit does not lower the errors of each lap, as a geometric mean over the cars.
+dead reckoning with both. The table is Markdown; docs/dev/results.md has the figures that matter. Exit
+status 1 where the fit does not lower the errors of each lap, as a geometric mean over the cars.
 
 ODOM=FILE: that program.
 """

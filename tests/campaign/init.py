@@ -3,7 +3,7 @@
 
   tests/campaign/init.py                                      simulated drives
   ODOMD_DRIVES=DIRECTORIES tests/campaign/init.py --training  recorded training drives
-  ODOMD_DRIVES=DIRECTORIES tests/campaign/init.py --judged    the others; logs the look in docs/judged.md
+  ODOMD_DRIVES=DIRECTORIES tests/campaign/init.py --judged    the others; logs the look in docs/dev/judged.md
 
 By hand is what its owner knows before any identification: the signals with their signs, units and ratios, and what is
 published of the car (with the fitted stiffness of tyres where none is). Nothing else is fitted: no offset, latency,

@@ -3,7 +3,7 @@
 
   tests/campaign/without_truth.py                                      simulated drives
   ODOMD_DRIVES=DIRECTORIES tests/campaign/without_truth.py --training  recorded training drives
-  ODOMD_DRIVES=DIRECTORIES tests/campaign/without_truth.py --judged    the others; logs the look in docs/judged.md
+  ODOMD_DRIVES=DIRECTORIES tests/campaign/without_truth.py --judged    the others; logs the look in docs/dev/judged.md
 
 Each drive is evaluated twice, by dead reckoning and with the camera: as it is, and in a folder without truth.csv.
 Two models whose true rms differ by less than 5 % may change places. Exit status 1 where an rms is off by more than

@@ -1,4 +1,4 @@
-"""docs/judged.md: a row for every look at the judged drives, and the tables of the newest one of drives.py."""
+"""docs/dev/judged.md: a row for every look at the judged drives, and the tables of the newest one of drives.py."""
 
 import datetime
 import pathlib

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent.parent
 CONFIGS = ROOT / "tests/data/drives"
-LOG = ROOT / "docs/judged.md"
+LOG = ROOT / "docs/dev/judged.md"
 MODELS = ["kinematic", "kinematic_printed", "paper", "inertial", "full"]
 
 
@@ -119,7 +119,7 @@ def choose(doc: str, seeds: int, judged: list[Part]) -> Chosen:
     parser.add_argument("--seeds", type=int, default=seeds, metavar="N",
                         help=f"simulated drives per course; default: {seeds}")
     parser.add_argument("--log", type=pathlib.Path, default=LOG, metavar="FILE",
-                        help="the file that --judged logs in; default: docs/judged.md")
+                        help="the file that --judged logs in; default: docs/dev/judged.md")
     parser.add_argument("--odom", type=pathlib.Path, metavar="FILE",
                         default=pathlib.Path(os.environ.get("ODOM", ROOT / "build/release/bin/odom")),
                         help="the program; default: $ODOM, else the one of the release build")
