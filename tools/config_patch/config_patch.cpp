@@ -1,6 +1,7 @@
 #include "tools/config_patch/config_patch.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <cstdint>
@@ -11,12 +12,36 @@
 #include "daemon/core/config_toml.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/config_patch/toml_lines.hpp"
-#include "tools/config_patch/toml_path.hpp"
 
 namespace odomd::tools {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// "camera.lever_arm[2]": names, and at the end perhaps an element of a list.
+struct Path {
+  std::vector<std::string> names;
+  std::optional<std::size_t> element;
+};
+
+Path path_of(const std::string& key) {
+  Path path;
+  const std::size_t end = std::min(key.find('['), key.size());
+  if (end < key.size()) path.element = std::stoul(key.substr(end + 1));
+  for (std::size_t at = 0; at < end;) {
+    const std::size_t dot = std::min(key.find('.', at), end);
+    path.names.push_back(key.substr(at, dot - at));
+    at = dot + 1;
+  }
+  return path;
+}
+
+/// "[camera] lever_arm[2]", as the configuration's own errors have it.
+std::string shown(const Path& path) {
+  const std::vector<std::string> tables(path.names.begin(), path.names.end() - 1);
+  return (tables.empty() ? "" : fmt::format("[{}] ", fmt::join(tables, "."))) + path.names.back() +
+         (path.element ? fmt::format("[{}]", *path.element) : "");
+}
 
 /// The shortest form that reads back to the same bits, always with a decimal point or exponent.
 std::string number_text(double value) {
@@ -34,14 +59,10 @@ std::optional<std::size_t> length_of_list(const std::string& name) {
 }
 
 std::string list_text(std::size_t length, std::size_t element, const std::string& number) {
-  std::string text = "[";
-  for (std::size_t i = 0; i < length; ++i)
-    text += (i == 0 ? "" : ", ") + (i == element ? number : std::string("0.0"));
-  return text + "]";
+  std::vector<std::string> numbers(length, "0.0");
+  numbers[element] = number;
+  return fmt::format("[{}]", fmt::join(numbers, ", "));
 }
-
-/// How a table was defined, which decides how something is added to it.
-enum class Origin : std::uint8_t { root, header, inline_table, dotted_keys, implied };
 
 class Patch {
  public:
@@ -49,9 +70,8 @@ class Patch {
       : text_(text),
         file_(file),
         value_(value),
-        path_(parse_toml_path(value.key)),
-        root_(daemon::parse_toml(text, file)),
-        lines_(toml_lines(text)) {}
+        path_(path_of(value.key)),
+        root_(daemon::parse_toml(text, file)) {}
 
   void apply() {
     if (!std::isfinite(value_.value))
@@ -65,7 +85,7 @@ class Patch {
     verify();
   }
 
-  /// Replaces an existing value.
+  /// The present value.
   [[nodiscard]] std::optional<ConfigValue> there() {
     const toml::node* node = find();
     if (node != nullptr && path_.element) node = &element_of(*node);
@@ -83,7 +103,7 @@ class Patch {
   }
 
   [[nodiscard]] std::size_t offset(const toml::source_position& place) const {
-    return toml_offset(text_, lines_, place.line, place.column);
+    return toml_offset(text_, place.line, place.column);
   }
 
   /// Fills tables_ with the tables on the way, as far as there are any.
@@ -112,12 +132,11 @@ class Patch {
     const std::size_t begin = offset(node.source().begin);
     const std::size_t end = offset(node.source().end);
     const std::string number = number_text(value_.value);
-    const TomlLine line = lines_[toml_line_of(lines_, begin)];
     // Comments of neighbouring lines are often aligned: keep that.
-    if (line.has_comment() && line.comment > end) {
-      std::size_t blanks = line.comment;
+    if (const std::size_t comment = toml_comment(text_, begin); comment != std::string::npos) {
+      std::size_t blanks = comment;
       while (text_[blanks - 1] == ' ') --blanks;
-      const std::size_t now = line.comment - blanks;
+      const std::size_t now = comment - blanks;
       const std::size_t width = now + (end - begin);
       if (now > 1)
         text_.replace(blanks, now, std::max(width, number.size() + 2) - number.size(), ' ');
@@ -130,23 +149,14 @@ class Patch {
   [[nodiscard]] std::string label() const {
     std::string text;
     for (std::size_t i = 0; i < path_.names.size(); ++i)
-      if (!text.empty() || (i < tables_.size() && origin_of(*tables_[i]) == Origin::inline_table))
-        text += (text.empty() ? "" : ".") + toml_key(path_.names[i]);
+      if (!text.empty() || (i < tables_.size() && tables_[i]->is_inline()))
+        text += (text.empty() ? "" : ".") + path_.names[i];
     if (path_.element) text += fmt::format("[{}]", *path_.element);
     return text;
   }
 
-  [[nodiscard]] Origin origin_of(const toml::table& table) const {
-    if (&table == &root_) return Origin::root;
-    if (table.is_inline()) return Origin::inline_table;
-    const toml::source_position begin = table.source().begin;
-    if (text_[offset(begin)] != '[') return Origin::dotted_keys;
-    // [a.b] also creates a, whose position is then that of b.
-    for (const auto& [key, child] : table)
-      if (child.source().begin == begin) return Origin::implied;
-    return Origin::header;
-  }
-
+  /// Into the braces of an inline table, below the last entry of a [table], or in a new [table] at
+  /// the end. What needs another shape, verify() refuses.
   void add() {
     std::string value = number_text(value_.value);
     if (path_.element) {
@@ -156,24 +166,15 @@ class Patch {
             "{}: {}: there is no such list; give the whole list", file_.string(), shown(path_)));
       value = list_text(*length, *path_.element, value);
     }
-    // The table that text can be added to: dotted keys belong to the table that contains them.
-    std::size_t depth = tables_.size() - 1;
-    const bool dotted = origin_of(*tables_[depth]) == Origin::dotted_keys;
-    while (origin_of(*tables_[depth]) == Origin::dotted_keys) --depth;
-    const toml::table& table = *tables_[depth];
-    std::string key;
-    for (std::size_t i = depth; i < path_.names.size(); ++i)
-      key += (i == depth ? "" : ".") + toml_key(path_.names[i]);
-    const std::string entry = key + " = " + value;
-
-    const Origin origin = origin_of(table);
-    if (origin == Origin::inline_table)
-      add_in_braces(table, entry);
-    else if ((origin == Origin::root || origin == Origin::header) &&
-             (dotted || depth + 1 == path_.names.size()))
-      add_line(table, entry);
+    const toml::table& table = *tables_.back();
+    const auto missing = path_.names.begin() + static_cast<std::ptrdiff_t>(tables_.size()) - 1;
+    if (table.is_inline())
+      add_in_braces(table,
+                    fmt::format("{} = {}", fmt::join(missing, path_.names.end(), "."), value));
+    else if (tables_.size() > 1 && tables_.size() == path_.names.size())
+      add_line(table, path_.names.back() + " = " + value);
     else
-      add_table(toml_key(path_.names.back()) + " = " + value);
+      add_table(path_.names.back() + " = " + value);
   }
 
   void add_in_braces(const toml::table& table, const std::string& entry) {
@@ -187,47 +188,23 @@ class Patch {
     set_toml_note(text_, at, label(), value_.note);
   }
 
-  struct Entry {
-    std::size_t begin = 0;
-    std::size_t end = 0;  ///< 0: there is none
-  };
-
-  /// The last of the entries below a table's own header.
-  [[nodiscard]] Entry last_entry(const toml::table& table) const {
-    Entry last;
-    for (const auto& [key, node] : table) {
-      Entry entry{offset(node.source().begin), offset(node.source().end)};
-      const TomlLine& line = lines_[toml_line_of(lines_, entry.begin)];
-      const bool a_header =
-          text_.find_first_not_of(" \t", line.begin) == entry.begin && text_[entry.begin] == '[';
-      if (a_header) continue;
-      if (node.is_table() && !node.as_table()->is_inline()) entry = last_entry(*node.as_table());
-      if (entry.end > last.end) last = entry;
-    }
-    return last;
-  }
-
   [[nodiscard]] std::string line_break() const {
     const std::size_t at = text_.find('\n');
     return at != std::string::npos && at > 0 && text_[at - 1] == '\r' ? "\r\n" : "\n";
   }
 
   void add_line(const toml::table& table, const std::string& entry) {
-    const Entry last = last_entry(table);
-    if (last.end == 0 && &table == &root_) {
-      const std::size_t at = lines_.front().begin;
-      text_.insert(at, entry + line_break());
-      set_toml_note(text_, at, label(), value_.note);
-      return;
-    }
-    const std::size_t begin = last.end != 0 ? last.begin : offset(table.source().begin);
-    const std::size_t end = last.end != 0 ? last.end : offset(table.source().end);
-    const TomlLine& above = lines_[toml_line_of(lines_, end)];
-    const std::size_t indented = lines_[toml_line_of(lines_, begin)].begin;
+    toml::source_region last = table.source();  // of the header, or of the last entry
+    last.end.line = last.begin.line;
+    for (const auto& [key, node] : table)
+      if ((!node.is_table() || node.as_table()->is_inline()) &&
+          node.source().end.line >= last.end.line)
+        last = node.source();
+    const TomlLine above = toml_line(text_, offset(last.begin));
+    const std::size_t at = toml_line(text_, toml_offset(text_, last.end.line, 1)).end;
     const std::string indent =
-        text_.substr(indented, text_.find_first_not_of(" \t", indented) - indented);
+        text_.substr(above.begin, text_.find_first_not_of(" \t", above.begin) - above.begin);
     const std::string added = line_break() + indent + entry;
-    const std::size_t at = above.end;
     text_.insert(at, added);
     set_toml_note(text_, at + added.size(), label(), value_.note);
   }
@@ -237,14 +214,11 @@ class Patch {
     std::string added;
     if (!text_.empty() && text_.back() != '\n') added += eol;
     if (!text_.empty()) added += eol;
-    added += "[";
-    for (std::size_t i = 0; i + 1 < path_.names.size(); ++i)
-      added += (i == 0 ? "" : ".") + toml_key(path_.names[i]);
-    added += "]" + eol + entry;
-    text_ += added;
+    const auto last = path_.names.end() - 1;
+    text_ += added + fmt::format("[{}]", fmt::join(path_.names.begin(), last, ".")) + eol + entry;
     const std::size_t at = text_.size();
     text_ += eol;
-    set_toml_note(text_, at, path_.element ? fmt::format("[{}]", *path_.element) : "", value_.note);
+    set_toml_note(text_, at, label(), value_.note);
   }
 
   /// Checks the result: apart from the one number it must mean the same as before.
@@ -279,9 +253,8 @@ class Patch {
   std::string& text_;
   const fs::path& file_;
   const ConfigValue& value_;
-  TomlPath path_;
+  Path path_;
   toml::table root_;
-  std::vector<TomlLine> lines_;
   std::vector<const toml::table*> tables_;  // from the root down, the existing ones
 };
 
@@ -291,12 +264,6 @@ std::optional<ConfigValue> value_in(const std::string& text, const std::filesyst
                                     const std::string& key) {
   std::string same = text;
   return Patch(same, file, {.key = key}).there();
-}
-
-std::optional<double> number_in(const std::string& text, const std::filesystem::path& file,
-                                const std::string& key) {
-  const std::optional<ConfigValue> there = value_in(text, file, key);
-  return there ? std::optional(there->value) : std::nullopt;
 }
 
 std::string patched(const std::string& text, const std::filesystem::path& file,

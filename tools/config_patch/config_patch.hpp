@@ -22,9 +22,10 @@ struct ConfigValue {
 };
 
 /// The text with the numbers: an existing value is replaced in place, a missing one is added to its
-/// table (also to an inline one), a missing table is added at the end. Numbers have the shortest
-/// form that reads back to the same bits. Throws std::invalid_argument, naming file, line and key,
-/// if the text is not TOML or a key is not a number.
+/// [table] or inline table, a missing table is added at the end. Numbers have the shortest form
+/// that reads back to the same bits. Throws std::invalid_argument, naming file, line and key, if
+/// the text is not TOML, a key is not a number, or the text needs another shape than these: a table
+/// of dotted keys, or one that only [table.below] implies.
 [[nodiscard]] std::string patched(const std::string& text, const std::filesystem::path& file,
                                   std::span<const ConfigValue> values);
 
@@ -35,9 +36,6 @@ struct ConfigValue {
                                                   const std::string& key);
 [[nodiscard]] std::optional<ConfigValue> value_in(const std::filesystem::path& file,
                                                   const std::string& key);
-[[nodiscard]] std::optional<double> number_in(const std::string& text,
-                                              const std::filesystem::path& file,
-                                              const std::string& key);
 [[nodiscard]] std::optional<double> number_in(const std::filesystem::path& file,
                                               const std::string& key);
 

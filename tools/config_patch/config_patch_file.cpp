@@ -110,7 +110,8 @@ std::optional<ConfigValue> value_in(const std::filesystem::path& file, const std
 }
 
 std::optional<double> number_in(const std::filesystem::path& file, const std::string& key) {
-  return number_in(daemon::read_toml_file(file), file, key);
+  const std::optional<ConfigValue> there = value_in(file, key);
+  return there ? std::optional(there->value) : std::nullopt;
 }
 
 daemon::Config config_with(const daemon::Config& config, std::span<const ConfigValue> values) {

@@ -1,32 +1,26 @@
-// Positions in the text of a TOML file that the parser does not keep, above all of comments.
+// Lines of the text of a TOML file and odom's notes in their comments, which no parser keeps. A
+// line is read for itself: what is done inside a text of several lines, the caller finds out by
+// parsing.
 #pragma once
 
 #include <cstddef>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace odomd::tools {
 
-/// A line of the text, by offsets into it.
+/// The begin of the line that an offset lies in, and its end before the line break.
 struct TomlLine {
   std::size_t begin = 0;
-  std::size_t end = 0;                                ///< before the line break
-  std::size_t comment = std::string_view::npos;       ///< of its '#', if it has a comment
-  enum class Ends { plainly, inside_a_text } ends{};  ///< inside: of a text of several lines
-
-  [[nodiscard]] bool has_comment() const { return comment != std::string_view::npos; }
+  std::size_t end = 0;
 };
+[[nodiscard]] TomlLine toml_line(std::string_view text, std::size_t offset);
 
-/// The lines; never empty. The text must be TOML; a byte order mark is part of no line.
-[[nodiscard]] std::vector<TomlLine> toml_lines(std::string_view text);
+/// The '#' of the comment in the line of an offset; npos if it has none.
+[[nodiscard]] std::size_t toml_comment(std::string_view text, std::size_t offset);
 
 /// The offset of a position that the parser reported: line and character, both from 1.
-[[nodiscard]] std::size_t toml_offset(std::string_view text, const std::vector<TomlLine>& lines,
-                                      std::size_t line, std::size_t column);
-
-/// The index of the line that an offset lies in.
-[[nodiscard]] std::size_t toml_line_of(const std::vector<TomlLine>& lines, std::size_t offset);
+[[nodiscard]] std::size_t toml_offset(std::string_view text, std::size_t line, std::size_t column);
 
 /// Puts a note into the comment at the end of the line of an offset, as "(note)" or "(label:
 /// note)", replacing an earlier note of odom with that label; an empty note removes it. Everything
