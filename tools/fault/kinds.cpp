@@ -44,43 +44,69 @@ constexpr std::array part_table{
 };
 
 constexpr std::array act_table{
-    ActInfo{Act::frozen, "frozen", "repeats its last value"},
-    ActInfo{Act::zero, "zero", "reads 0"},
-    ActInfo{Act::stuck, "stuck", "reads one value"},
-    ActInfo{Act::halved, "halved", "reads half the true value"},
-    ActInfo{Act::doubled, "doubled", "reads twice the true value"},
-    ActInfo{Act::scaled, "scaled", "reads a multiple of the true value"},
-    ActInfo{Act::biased, "biased", "has a constant bias"},
-    ActInfo{Act::ramped, "ramped", "has a bias that grows at this rate per second"},
-    ActInfo{Act::inverted, "inverted", "has the wrong sign"},
-    ActInfo{Act::noisy, "noisy", "has noise of this many of its stated sigmas"},
-    ActInfo{Act::one_sided, "one_sided", "reads a multiple of the true value below 0"},
-    ActInfo{Act::rounded, "rounded", "is rounded to multiples of this many of its stated sigmas"},
-    ActInfo{Act::slipping, "slipping", "spins up to a multiple of its speed within half a second"},
-    ActInfo{Act::locked, "locked", "comes to a halt within half a second"},
-    ActInfo{Act::left_right, "left_right", "left and right are exchanged"},
-    ActInfo{Act::front_rear, "front_rear", "front and rear are exchanged"},
-    ActInfo{Act::axes_swapped, "axes_swapped", "x and y are exchanged"},
-    ActInfo{Act::lost, "lost", "is no longer sent"},
-    ActInfo{Act::delayed, "delayed", "comes later by this time, with a late stamp"},
-    ActInfo{Act::duplicated, "duplicated", "comes twice, with counters of its own"},
-    ActInfo{Act::reordered, "reordered", "comes in swapped pairs"},
-    ActInfo{Act::jittered, "jittered", "has stamps up to this time too early or too late"},
-    ActInfo{Act::shifted, "shifted", "has stamps too late by this time; below 0: too early"},
-    ActInfo{Act::bit_flips, "bit_flips", "has one bit wrong in this share of its frames"},
-    ActInfo{Act::bit_flips_repaired, "bit_flips_repaired", "likewise, with a valid CRC"},
-    ActInfo{Act::frozen_noisy, "frozen_noisy", "repeats its last pose with fresh noise"},
-    ActInfo{Act::moved, "moved", "is offset along the map's x"},
-    ActInfo{Act::turned, "turned", "is offset in yaw"},
-    ActInfo{Act::drifting, "drifting", "drifts along the map's x at this speed"},
-    ActInfo{Act::mirrored, "mirrored", "has the wrong sign of y and yaw"},
-    ActInfo{Act::outliers, "outliers",
-            "is off by this distance in every fifth pose, in any direction"},
-    ActInfo{Act::early, "early", "has capture stamps too early by this time"},
-    ActInfo{Act::late, "late", "has capture stamps too late by this time"},
-    ActInfo{Act::skewed, "skewed", "has capture stamps of a clock that loses this time per second"},
-    ActInfo{Act::mixed, "mixed", "shows its pictures in swapped pairs, with stamps in order"},
-    ActInfo{Act::vague, "vague", "states sigmas larger by this factor"},
+    ActInfo{Act::frozen, "frozen", "repeats its last value", {}},
+    ActInfo{Act::zero, "zero", "reads 0", {}},
+    ActInfo{Act::stuck, "stuck", "reads one value", {}},
+    ActInfo{Act::halved, "halved", "reads half the true value", {0.5, "x"}},
+    ActInfo{Act::doubled, "doubled", "reads twice the true value", {2.0, "x"}},
+    ActInfo{Act::scaled, "scaled", "reads a multiple of the true value", {1.3, "x"}},
+    ActInfo{Act::biased, "biased", "has a constant bias", {}},
+    ActInfo{Act::ramped, "ramped", "has a bias that grows at this rate per second", {}},
+    ActInfo{Act::inverted, "inverted", "has the wrong sign", {}},
+    ActInfo{Act::noisy, "noisy", "has noise of this many of its stated sigmas", {6.0, "sigma"}},
+    ActInfo{Act::one_sided, "one_sided", "reads a multiple of the true value below 0", {0.7, "x"}},
+    ActInfo{Act::rounded,
+            "rounded",
+            "is rounded to multiples of this many of its stated sigmas",
+            {20.0, "sigma"}},
+    ActInfo{Act::slipping,
+            "slipping",
+            "spins up to a multiple of its speed within half a second",
+            {1.5, "x"}},
+    ActInfo{Act::locked, "locked", "comes to a halt within half a second", {}},
+    ActInfo{Act::left_right, "left_right", "left and right are exchanged", {}},
+    ActInfo{Act::front_rear, "front_rear", "front and rear are exchanged", {}},
+    ActInfo{Act::axes_swapped, "axes_swapped", "x and y are exchanged", {}},
+    ActInfo{Act::lost, "lost", "is no longer sent", {}},
+    ActInfo{Act::delayed, "delayed", "comes later by this time, with a late stamp", {0.1, "s"}},
+    ActInfo{Act::duplicated, "duplicated", "comes twice, with counters of its own", {}},
+    ActInfo{Act::reordered, "reordered", "comes in swapped pairs", {}},
+    ActInfo{Act::jittered,
+            "jittered",
+            "has stamps up to this time too early or too late",
+            {0.003, "s"}},
+    ActInfo{Act::shifted,
+            "shifted",
+            "has stamps too late by this time; below 0: too early",
+            {-0.05, "s"}},
+    ActInfo{Act::bit_flips,
+            "bit_flips",
+            "has one bit wrong in this share of its frames",
+            {0.1, "share"}},
+    ActInfo{Act::bit_flips_repaired,
+            "bit_flips_repaired",
+            "likewise, with a valid CRC",
+            {0.1, "share"}},
+    ActInfo{Act::frozen_noisy,
+            "frozen_noisy",
+            "repeats its last pose with fresh noise",
+            {1.0, "sigma"}},
+    ActInfo{Act::moved, "moved", "is offset along the map's x", {0.5, "m"}},
+    ActInfo{Act::turned, "turned", "is offset in yaw", {0.3, "rad"}},
+    ActInfo{Act::drifting, "drifting", "drifts along the map's x at this speed", {0.1, "m/s"}},
+    ActInfo{Act::mirrored, "mirrored", "has the wrong sign of y and yaw", {}},
+    ActInfo{Act::outliers,
+            "outliers",
+            "is off by this distance in every fifth pose, in any direction",
+            {1.0, "m"}},
+    ActInfo{Act::early, "early", "has capture stamps too early by this time", {0.05, "s"}},
+    ActInfo{Act::late, "late", "has capture stamps too late by this time", {0.05, "s"}},
+    ActInfo{Act::skewed,
+            "skewed",
+            "has capture stamps of a clock that loses this time per second",
+            {0.005, "s/s"}},
+    ActInfo{Act::mixed, "mixed", "shows its pictures in swapped pairs, with stamps in order", {}},
+    ActInfo{Act::vague, "vague", "states sigmas larger by this factor", {20.0, "x"}},
 };
 
 constexpr bool is_first_to_last(const auto& table, auto member) {
@@ -192,56 +218,10 @@ Kind parse_kind(std::string_view name) {
 
 Magnitude default_magnitude(Kind kind) noexcept {
   const Quantity* const quantity = quantity_of(kind.part);
-  switch (kind.act) {
-    case Act::stuck:
-      return {quantity->stuck, quantity->unit};
-    case Act::biased:
-      return {quantity->bias, quantity->unit};
-    case Act::ramped:
-      return {quantity->ramp, quantity->rate_unit};
-    case Act::halved:
-      return {0.5, "x"};
-    case Act::doubled:
-      return {2.0, "x"};
-    case Act::scaled:
-      return {1.3, "x"};
-    case Act::one_sided:
-      return {0.7, "x"};
-    case Act::slipping:
-      return {1.5, "x"};
-    case Act::noisy:
-      return {6.0, "sigma"};
-    case Act::rounded:
-      return {20.0, "sigma"};
-    case Act::delayed:
-      return {0.1, "s"};
-    case Act::jittered:
-      return {0.003, "s"};
-    case Act::shifted:
-      return {-0.05, "s"};
-    case Act::bit_flips:
-    case Act::bit_flips_repaired:
-      return {0.1, "share"};
-    case Act::frozen_noisy:
-      return {1.0, "sigma"};
-    case Act::moved:
-      return {0.5, "m"};
-    case Act::turned:
-      return {0.3, "rad"};
-    case Act::drifting:
-      return {0.1, "m/s"};
-    case Act::outliers:
-      return {1.0, "m"};
-    case Act::early:
-    case Act::late:
-      return {0.05, "s"};
-    case Act::skewed:
-      return {0.005, "s/s"};
-    case Act::vague:
-      return {20.0, "x"};
-    default:
-      return {};
-  }
+  if (kind.act == Act::stuck) return {quantity->stuck, quantity->unit};
+  if (kind.act == Act::biased) return {quantity->bias, quantity->unit};
+  if (kind.act == Act::ramped) return {quantity->ramp, quantity->rate_unit};
+  return info(kind.act).magnitude;
 }
 
 Sources sources_of(Kind kind) noexcept {

@@ -94,10 +94,18 @@ enum class Act : std::uint8_t {
   vague,
 };
 
+/// The default size of a fault and its unit: "rad/s", "s", "x" (a factor), "sigma" (times the
+/// stated one), "share" (of the frames); empty if it has no size.
+struct Magnitude {
+  double value = 0.0;
+  std::string_view unit;
+};
+
 struct ActInfo {
   Act act;
   std::string_view name;
   std::string_view what;
+  Magnitude magnitude;  ///< empty where it depends on the part, too: default_magnitude()
 };
 [[nodiscard]] std::span<const ActInfo> acts() noexcept;
 
@@ -118,12 +126,6 @@ struct Kind {
 /// Throws std::invalid_argument that names the nearest kind.
 [[nodiscard]] Kind parse_kind(std::string_view name);
 
-/// The default size of a fault and its unit: "rad/s", "s", "x" (a factor), "sigma" (times the
-/// stated one), "share" (of the frames); empty if it has no size.
-struct Magnitude {
-  double value = 0.0;
-  std::string_view unit;
-};
 [[nodiscard]] Magnitude default_magnitude(Kind kind) noexcept;
 
 /// The sources that the car must do without once the fault is known. None if the fault affects the

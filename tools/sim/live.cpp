@@ -1,14 +1,15 @@
 #include "tools/sim/live.hpp"
 
-#include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <ctime>
 #include <memory>
+#include <thread>
 #include <utility>
 
 #include <odom/odom.h>
 
-#include "tools/cli/output.hpp"
+#include "tools/cli/interrupt.hpp"
 #include "tools/sim/can_output.hpp"
 
 namespace odomd::sim {
@@ -26,49 +27,16 @@ std::int64_t clock_ns(clockid_t clock) {
   return now.tv_sec * second_ns + now.tv_nsec;
 }
 
-// While it lives, a closed pipe is an error of write(), and SIGINT and SIGTERM wait to be asked
-// for. Once one has come they stay held back: timeout(1) sends two, and the second must not cut the
-// end short.
-class SignalScope {
+// While it lives, a closed pipe is an error of write().
+class WithoutPipeSignal {
  public:
-  SignalScope() {
-    struct sigaction ignore {};
-    ignore.sa_handler = SIG_IGN;
-    ::sigaction(SIGPIPE, &ignore, &old_pipe_);
-    ::sigemptyset(&stop_);
-    ::sigaddset(&stop_, SIGINT);
-    ::sigaddset(&stop_, SIGTERM);
-    ::pthread_sigmask(SIG_BLOCK, &stop_, &old_mask_);
-  }
-  SignalScope(const SignalScope&) = delete;
-  SignalScope& operator=(const SignalScope&) = delete;
-  ~SignalScope() {
-    if (!stopped_ && !tools::stop_is_asked()) ::pthread_sigmask(SIG_SETMASK, &old_mask_, nullptr);
-    ::sigaction(SIGPIPE, &old_pipe_, nullptr);
-  }
-
-  enum class Woken : std::uint8_t { time_is_up, stop };
-
-  /// Sleeps until a time of CLOCK_MONOTONIC, or a signal to stop.
-  Woken sleep_until(std::int64_t monotonic_ns) {
-    while (true) {
-      const std::int64_t left = std::max<std::int64_t>(0, monotonic_ns - clock_ns(CLOCK_MONOTONIC));
-      const timespec timeout{left / second_ns, left % second_ns};
-      const int signal = ::sigtimedwait(&stop_, nullptr, &timeout);
-      stopped_ = signal > 0;
-      if (stopped_) {
-        static_cast<void>(::raise(signal));  // stays pending, for writes that wait for a reader
-        return Woken::stop;
-      }
-      if (left == 0 || clock_ns(CLOCK_MONOTONIC) >= monotonic_ns) return Woken::time_is_up;
-    }
-  }
+  WithoutPipeSignal() : before_(std::signal(SIGPIPE, SIG_IGN)) {}
+  ~WithoutPipeSignal() { static_cast<void>(std::signal(SIGPIPE, before_)); }
+  WithoutPipeSignal(const WithoutPipeSignal&) = delete;
+  WithoutPipeSignal& operator=(const WithoutPipeSignal&) = delete;
 
  private:
-  sigset_t stop_{};
-  sigset_t old_mask_{};
-  struct sigaction old_pipe_ {};
-  bool stopped_ = false;
+  void (*before_)(int);
 };
 
 // The daemon's camera socket, opened as soon as it is there.
@@ -112,7 +80,8 @@ std::int64_t live_start_ns() {
 
 LiveSummary play_live(Simulation& simulation, const LiveOptions& options, Progress& progress,
                       const std::function<void(const Happenings&)>& also) {
-  SignalScope signals;
+  const WithoutPipeSignal no_signal;
+  tools::Interrupt interrupt;
   CanOutput output(options.can, options.decimals);
   CameraLine camera(options.camera_socket,
                     options.can == "-" ? ODOM_CLOCK_LOG : ODOM_CLOCK_REALTIME);
@@ -125,7 +94,9 @@ LiveSummary play_live(Simulation& simulation, const LiveOptions& options, Progre
   while (state == RunState::running) {
     happenings.clear();
     state = simulation.advance(simulation.time_ns() + stretch_ns, happenings);
-    if (signals.sleep_until(start_ns + simulation.time_ns()) == SignalScope::Woken::stop) {
+    std::this_thread::sleep_until(std::chrono::steady_clock::time_point{
+        std::chrono::nanoseconds{start_ns + simulation.time_ns()}});
+    if (interrupt.requested()) {
       summary.end = LiveEnd::interrupted;
       break;
     }
