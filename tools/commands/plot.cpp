@@ -1,4 +1,7 @@
 // odom plot: one picture of pose files, or of the running daemon.
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <iostream>
 #include <iterator>
 #include <memory>
@@ -21,28 +24,10 @@
 namespace odomd::tools {
 namespace {
 
-// What a picture shows: a quantity of the poses, or the contents of other files.
-struct Subject {
-  enum class Kind : std::uint8_t { poses, innovations, beat };
-  Kind kind = Kind::poses;
-  Quantity quantity = Quantity::trajectory;
-};
-
-const Choices<Subject>& subjects() {
-  using Kind = Subject::Kind;
-  static const Choices<Subject> all{
-      {"trajectory", {Kind::poses, Quantity::trajectory}},
-      {"speed", {Kind::poses, Quantity::speed}},
-      {"lateral_speed", {Kind::poses, Quantity::lateral_speed}},
-      {"yaw_rate", {Kind::poses, Quantity::yaw_rate}},
-      {"heading", {Kind::poses, Quantity::heading}},
-      {"steering", {Kind::poses, Quantity::steering}},
-      {"acceleration", {Kind::poses, Quantity::acceleration}},
-      {"sigma", {Kind::poses, Quantity::sigma}},
-      {"calibrations", {Kind::poses, Quantity::calibrations}},
-      {"innovation", {Kind::innovations, {}}},
-      {"beat", {Kind::beat, {}}},
-  };
+// What a picture may show: a quantity of the poses, or the contents of other files.
+std::vector<std::string> subjects() {
+  std::vector<std::string> all = plot_quantities();
+  all.insert(all.end(), {"innovation", "beat"});
   return all;
 }
 
@@ -56,17 +41,6 @@ struct Options {
   double seconds = 0.0;  // of the running daemon; 0: files
   std::string shm;
 };
-
-std::vector<Subject> subjects_of(const Options& options) {
-  if (options.what.empty()) return {Subject{}};
-  std::vector<Subject> chosen;
-  for (const std::string& name : options.what) {
-    for (const auto& [known, subject] : subjects()) {
-      if (known == name) chosen.push_back(subject);
-    }
-  }
-  return chosen;
-}
 
 using Drawings = std::vector<chart::Drawing>;
 
@@ -151,19 +125,11 @@ void run_plot(const Options& options) {
   Drawings drawings;
   if (!options.title.empty()) drawings.push_back(chart::heading(options.title));
   Source source(options);
-  for (const Subject& subject : subjects_of(options)) {
-    switch (subject.kind) {
-      case Subject::Kind::innovations:
-        append(drawings, innovations_of(options));
-        break;
-      case Subject::Kind::beat:
-        append(drawings, beat_of(source.beat()));
-        break;
-      case Subject::Kind::poses:
-        append(drawings, plot(subject.quantity, source.poses()));
-        break;
-    }
-  }
+  for (const std::string& subject :
+       options.what.empty() ? std::vector<std::string>{"trajectory"} : options.what)
+    append(drawings, subject == "innovation" ? innovations_of(options)
+                     : subject == "beat"     ? beat_of(source.beat())
+                                             : plot(subject, source.poses()));
   if (options.out == "-") {
     std::cout << chart::as_svg(drawings);
   } else {
@@ -183,17 +149,15 @@ void add_plot(Command odom) {
       .add("--out", "FILE", options->out,
            "Picture to write, .svg or .png; -: SVG to standard output")
       .required();
-  std::string names;
-  for (const auto& subject : subjects()) names += (names.empty() ? "" : "|") + subject.first;
+  const std::string names = fmt::format("{}", fmt::join(subjects(), "|"));
   command
       .add("--what", names, options->what,
            "Quantity to draw; repeatable, one below the other; default: trajectory. beat is the "
            "timing of the ticks")
       .repeatable()
-      .check([names](const std::string& name) {
-        for (const auto& subject : subjects()) {
-          if (subject.first == name) return std::string{};
-        }
+      .check([names](const std::string& name) -> std::string {
+        const std::vector<std::string> all = subjects();
+        if (std::ranges::find(all, name) != all.end()) return "";
         return "\"" + name + "\" cannot be drawn; available: " + names;
       });
   command.add("--reference", "CSV", options->reference, "Reference trajectory, drawn in grey");

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
+#include <string_view>
 
 #include "daemon/core/record.hpp"
 #include "tools/chart/chart.hpp"
@@ -22,11 +22,68 @@ using chart::Series;
 
 constexpr double degrees = 180.0 / std::numbers::pi;
 
-// Columns beyond the trajectory's, in the order of plot_columns().
-constexpr std::size_t steering_column = 0;
-constexpr std::size_t accel_x_column = 1;
-constexpr std::size_t accel_y_column = 2;
-constexpr std::size_t calibration_column = 3;
+using Value = double (*)(const TrajectoryPoint&);
+
+// A curve of a quantity: from the trajectory, or from a further column of the pose file. The curves
+// of one quantity stand below each other.
+struct Curve {
+  std::string_view quantity;
+  std::string_view title;
+  std::string_view label;
+  Value value = nullptr;
+  bool Trajectory::*needs = nullptr;  // else every trajectory has the value
+  std::string_view column;
+  double factor = 1.0;
+};
+
+double sigma(const TrajectoryPoint& p, std::size_t variance) {
+  return std::sqrt(std::max(p.covariance[variance], 0.0));
+}
+
+const std::vector<Curve>& all_curves() {
+  using P = const TrajectoryPoint&;
+  static const std::vector<Curve> all = [] {
+    constexpr auto motion = &Trajectory::has_motion;
+    constexpr auto covariance = &Trajectory::has_covariance;
+    std::vector<Curve> curves{
+        {"speed", "Speed", "v_x [m/s]", [](P p) { return p.motion.vx; }, motion},
+        {"lateral_speed", "Lateral speed", "v_y [m/s]", [](P p) { return p.motion.vy; }, motion},
+        {"yaw_rate", "Yaw rate", "yaw rate [deg/s]",
+         [](P p) { return p.motion.yaw_rate * degrees; }, motion},
+        {"heading", "Heading", "yaw, unwrapped [deg]", [](P p) { return p.pose.yaw * degrees; }},
+        {"steering", "Steering", "at the front wheels [deg]", {}, {}, "steering", degrees},
+        {"acceleration", "Acceleration along x", "accel_x [m/s²]", {}, {}, "accel_x"},
+        {"acceleration", "Acceleration along y", "accel_y [m/s²]", {}, {}, "accel_y"},
+        {"sigma", "Standard deviation of x", "sigma_x [mm]", [](P p) { return 1e3 * sigma(p, 0); },
+         covariance},
+        {"sigma", "Standard deviation of y", "sigma_y [mm]", [](P p) { return 1e3 * sigma(p, 3); },
+         covariance},
+        {"sigma", "Standard deviation of the heading", "sigma_yaw [deg]",
+         [](P p) { return degrees * sigma(p, 5); }, covariance},
+    };
+    struct Unit {
+      const char* label;
+      double factor;
+    };
+    constexpr std::array<Unit, daemon::calibrations.size()> units{{{"deg/s", degrees},
+                                                                   {"1: exact", 1.0},
+                                                                   {"m/s²", 1.0},
+                                                                   {"m/s²", 1.0},
+                                                                   {"1: exact", 1.0},
+                                                                   {"deg", degrees},
+                                                                   {"1: as configured", 1.0},
+                                                                   {"ms", 1e3},
+                                                                   {"ms", 1e3},
+                                                                   {"ms", 1e3},
+                                                                   {"m/s²", 1.0}}};
+    for (std::size_t i = 0; i < units.size(); ++i) {
+      const std::string_view name = daemon::calibrations[i].name;
+      curves.push_back({"calibrations", name, units[i].label, {}, {}, name, units[i].factor});
+    }
+    return curves;
+  }();
+  return all;
+}
 
 // The tracks with their names, colours and starts; the reference first, where there is one.
 struct Drawn {
@@ -63,47 +120,29 @@ double seconds(const Drawn& one, std::int64_t t_ns) {
   return static_cast<double>(t_ns - one.zero_ns) * 1e-9;
 }
 
-Chart over_time(const std::string& title, const std::string& y_label) {
-  Chart chart;
-  chart.title = title;
-  chart.x.label = "time [s]";
-  chart.y.label = y_label;
-  return chart;
-}
-
-[[noreturn]] void nothing_to_draw(const PlotInput& input, const std::string& what) {
-  throw std::invalid_argument(input.tracks.front().trajectory.name + ": has no " + what +
-                              "; use a file of odom replay");
-}
-
-using Value = std::function<double(const TrajectoryPoint&)>;
-
 // Of the tracks that have it.
-Chart of_points(const std::vector<Drawn>& tracks, const std::string& title,
-                const std::string& y_label, bool Trajectory::*needs, const Value& value) {
-  Chart chart = over_time(title, y_label);
+Chart chart_of(const Curve& curve, const std::vector<Drawn>& tracks) {
+  Chart chart;
+  chart.title = curve.title;
+  chart.x.label = "time [s]";
+  chart.y.label = curve.label;
+  if (curve.needs == &Trajectory::has_covariance) chart.y.scaling = chart::Scaling::logarithmic;
+  if (curve.quantity == "calibrations") chart.height = 300.0;
+  const std::vector<std::string> columns = plot_columns();
+  const auto column =
+      static_cast<std::size_t>(std::ranges::find(columns, curve.column) - columns.begin());
   for (const Drawn& one : tracks) {
-    if (needs != nullptr && !(one.track->trajectory.*needs)) continue;
+    const Track& track = *one.track;
     Series series{one.name, "", one.colour, {}, chart::Mark::line, one.stroke};
-    for (const TrajectoryPoint& point : one.track->trajectory.points) {
-      series.points.push_back({seconds(one, point.t_ns), value(point)});
+    if (curve.value == nullptr) {
+      const std::vector<double>& values = track.columns.at(column);
+      for (std::size_t i = 0; i < values.size(); ++i)
+        series.points.push_back({seconds(one, track.times_ns[i]), values[i] * curve.factor});
+    } else if (curve.needs == nullptr || track.trajectory.*curve.needs) {
+      for (const TrajectoryPoint& point : track.trajectory.points)
+        series.points.push_back({seconds(one, point.t_ns), curve.value(point)});
     }
-    chart.series.push_back(std::move(series));
-  }
-  return chart;
-}
-
-Chart of_column(const std::vector<Drawn>& tracks, const std::string& title,
-                const std::string& y_label, std::size_t column, double factor) {
-  Chart chart = over_time(title, y_label);
-  for (const Drawn& one : tracks) {
-    const auto& values = one.track->columns.at(column);
-    if (values.empty()) continue;
-    Series series{one.name, "", one.colour, {}, chart::Mark::line, one.stroke};
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      series.points.push_back({seconds(one, one.track->times_ns[i]), values[i] * factor});
-    }
-    chart.series.push_back(std::move(series));
+    if (!series.points.empty()) chart.series.push_back(std::move(series));
   }
   return chart;
 }
@@ -128,101 +167,27 @@ chart::Drawing map_of(const PlotInput& input) {
   return draw(map);
 }
 
-std::vector<Chart> sigmas(const std::vector<Drawn>& tracks) {
-  const auto root = [](std::size_t variance, double factor) {
-    return [variance, factor](const TrajectoryPoint& p) {
-      return factor * std::sqrt(std::max(p.covariance[variance], 0.0));
-    };
-  };
-  const auto chart = [&](const char* title, const char* label, const Value& value) {
-    Chart one = of_points(tracks, title, label, &Trajectory::has_covariance, value);
-    one.y.scaling = chart::Scaling::logarithmic;
-    return one;
-  };
-  return {chart("Standard deviation of x", "sigma_x [mm]", root(0, 1e3)),
-          chart("Standard deviation of y", "sigma_y [mm]", root(3, 1e3)),
-          chart("Standard deviation of the heading", "sigma_yaw [deg]", root(5, degrees))};
-}
-
-std::vector<Chart> calibrations(const std::vector<Drawn>& tracks) {
-  struct Unit {
-    const char* label;
-    double factor;
-  };
-  static constexpr std::array<Unit, daemon::calibrations.size()> units{{{"deg/s", degrees},
-                                                                        {"1: exact", 1.0},
-                                                                        {"m/s²", 1.0},
-                                                                        {"m/s²", 1.0},
-                                                                        {"1: exact", 1.0},
-                                                                        {"deg", degrees},
-                                                                        {"1: as configured", 1.0},
-                                                                        {"ms", 1e3},
-                                                                        {"ms", 1e3},
-                                                                        {"ms", 1e3},
-                                                                        {"m/s²", 1.0}}};
-  std::vector<Chart> charts;
-  for (std::size_t i = 0; i < units.size(); ++i) {
-    const std::string name{daemon::calibrations[i].name};
-    charts.push_back(
-        of_column(tracks, name, units[i].label, calibration_column + i, units[i].factor));
-    charts.back().height = 300.0;
-  }
-  return charts;
-}
-
-std::vector<Chart> charts_of(Quantity quantity, const std::vector<Drawn>& tracks) {
-  switch (quantity) {
-    case Quantity::speed:
-      return {of_points(tracks, "Speed", "v_x [m/s]", &Trajectory::has_motion,
-                        [](const auto& p) { return p.motion.vx; })};
-    case Quantity::lateral_speed:
-      return {of_points(tracks, "Lateral speed", "v_y [m/s]", &Trajectory::has_motion,
-                        [](const auto& p) { return p.motion.vy; })};
-    case Quantity::yaw_rate:
-      return {of_points(tracks, "Yaw rate", "yaw rate [deg/s]", &Trajectory::has_motion,
-                        [](const auto& p) { return p.motion.yaw_rate * degrees; })};
-    case Quantity::heading:
-      return {of_points(tracks, "Heading", "yaw, unwrapped [deg]", nullptr,
-                        [](const auto& p) { return p.pose.yaw * degrees; })};
-    case Quantity::steering:
-      return {of_column(tracks, "Steering", "at the front wheels [deg]", steering_column, degrees)};
-    case Quantity::acceleration:
-      return {of_column(tracks, "Acceleration along x", "accel_x [m/s²]", accel_x_column, 1.0),
-              of_column(tracks, "Acceleration along y", "accel_y [m/s²]", accel_y_column, 1.0)};
-    case Quantity::sigma:
-      return sigmas(tracks);
-    case Quantity::calibrations:
-      return calibrations(tracks);
-    case Quantity::trajectory:
-      break;
-  }
-  return {};
-}
-
-const char* columns_for(Quantity quantity) {
-  switch (quantity) {
-    case Quantity::speed:
-    case Quantity::lateral_speed:
-    case Quantity::yaw_rate:
-      return R"(columns "vx", "vy", "yaw_rate")";
-    case Quantity::steering:
-      return R"(column "steering")";
-    case Quantity::acceleration:
-      return R"(columns "accel_x", "accel_y")";
-    case Quantity::sigma:
-      return R"(columns "sigma_x", "sigma_y", "sigma_yaw" of the map's pose)";
-    case Quantity::calibrations:
-      return R"(calibrations (column "gyro_bias", ...))";
-    default:
-      return "rows";
-  }
+std::string what_is_missing(std::string_view quantity) {
+  if (quantity == "sigma") return R"(columns "sigma_x", "sigma_y", "sigma_yaw" of the map's pose)";
+  if (quantity == "calibrations") return R"(calibrations (column "gyro_bias", ...))";
+  if (quantity == "steering") return R"(column "steering")";
+  if (quantity == "acceleration") return R"(columns "accel_x", "accel_y")";
+  return R"(columns "vx", "vy", "yaw_rate")";
 }
 
 }  // namespace
 
+std::vector<std::string> plot_quantities() {
+  std::vector<std::string> names{"trajectory"};
+  for (const Curve& curve : all_curves())
+    if (names.back() != curve.quantity) names.emplace_back(curve.quantity);
+  return names;
+}
+
 std::vector<std::string> plot_columns() {
-  std::vector<std::string> names{"steering", "accel_x", "accel_y"};
-  for (const auto& calibration : daemon::calibrations) names.emplace_back(calibration.name);
+  std::vector<std::string> names;
+  for (const Curve& curve : all_curves())
+    if (!curve.column.empty()) names.emplace_back(curve.column);
   return names;
 }
 
@@ -238,17 +203,22 @@ bool overlap(const PlotInput& input) {
   return latest_start <= earliest_end;
 }
 
-std::vector<chart::Drawing> plot(Quantity quantity, const PlotInput& input) {
-  if (quantity == Quantity::trajectory) return {map_of(input)};
+std::vector<chart::Drawing> plot(std::string_view quantity, const PlotInput& input) {
+  if (quantity == "trajectory") return {map_of(input)};
   std::vector<chart::Drawing> drawings;
-  for (const Chart& chart : charts_of(quantity, drawn(input))) {
+  const std::vector<Drawn> tracks = drawn(input);
+  for (const Curve& curve : all_curves()) {
+    if (curve.quantity != quantity) continue;
+    const Chart chart = chart_of(curve, tracks);
     // A reference alone is no picture of the poses.
     const auto is_reference = [](const Series& series) {
       return series.colour == chart::reference_colour;
     };
     if (!std::ranges::all_of(chart.series, is_reference)) drawings.push_back(draw(chart));
   }
-  if (drawings.empty()) nothing_to_draw(input, columns_for(quantity));
+  if (drawings.empty())
+    throw std::invalid_argument(input.tracks.front().trajectory.name + ": has no " +
+                                what_is_missing(quantity) + "; use a file of odom replay");
   return drawings;
 }
 
