@@ -30,30 +30,16 @@ std::size_t width(std::string_view text) {
 }
 
 std::string Table::text() const {
-  std::vector<std::size_t> widths;
-  const auto measure = [&widths](const std::vector<std::string>& cells) {
-    widths.resize(std::max(widths.size(), cells.size()));
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      widths[i] = std::max(widths[i], width(cells[i]));
-    }
-  };
-  measure(header);
-  for (const auto& row : rows) measure(row);
-
+  std::vector<std::vector<std::string>> all{header};
+  all.insert(all.end(), rows.begin(), rows.end());
+  align_columns(all, flush_left, [](std::string& cell) -> std::string& { return cell; });
   std::string out;
-  const auto write = [&](const std::vector<std::string>& cells) {
+  for (const auto& cells : all) {
     std::string line;
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      const std::string padding(widths[i] - width(cells[i]), ' ');
-      const bool left = std::find(flush_left.begin(), flush_left.end(), i) != flush_left.end();
-      line += i == 0 ? "" : "  ";
-      line += left ? cells[i] + padding : padding + cells[i];
-    }
+    for (std::size_t i = 0; i < cells.size(); ++i) line += (i == 0 ? "" : "  ") + cells[i];
     line.erase(line.find_last_not_of(' ') + 1);
     out += line + '\n';
-  };
-  write(header);
-  for (const auto& row : rows) write(row);
+  }
   return out;
 }
 

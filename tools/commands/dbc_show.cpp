@@ -8,6 +8,7 @@
 
 #include "can_protocol/dbc/dbc.hpp"
 #include "tools/cli/output.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/commands/dbc_commands.hpp"
 
 namespace odomd::tools {
@@ -98,30 +99,6 @@ std::string multiplexing_text(const Message& message, const Signal& signal) {
   return text;
 }
 
-/// Number of characters on a terminal: the UTF-8 bytes that begin one.
-std::size_t width(const std::string& text) {
-  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
-  }));
-}
-
-/// Rows in columns as wide as their widest cell; the last column is not padded.
-void print_columns(const std::vector<std::vector<std::string>>& rows) {
-  std::vector<std::size_t> widths;
-  for (const auto& row : rows) {
-    widths.resize(std::max(widths.size(), row.size()));
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width(row[i]));
-  }
-  for (const auto& row : rows) {
-    std::string line = " ";
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      line += ' ' + row[i];
-      line.append(widths[i] - width(row[i]) + 1, ' ');
-    }
-    std::cout << line.substr(0, line.find_last_not_of(' ') + 1) << '\n';
-  }
-}
-
 std::string one_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
@@ -145,19 +122,22 @@ void print_message(const Message& message) {
   std::cout << '\n';
   if (!message.comment.empty()) std::cout << "  " << one_line(message.comment) << '\n';
   if (message.signals.empty()) return;
-  std::vector<std::vector<std::string>> rows{{"signal", "bits", "order", "type", "factor", "offset",
-                                              "range", "unit", "multiplexing", "comment"}};
+  Table table{{"  signal", "bits", "order", "type", "factor", "offset", "range", "unit",
+               "multiplexing", "comment"},
+              {},
+              {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}};
   for (const Signal& signal : message.signals) {
     std::string range;
     if (signal.minimum != 0.0 || signal.maximum != 0.0)
       range = shortest(signal.minimum) + " to " + shortest(signal.maximum);
-    rows.push_back(
-        {both_names(signal), std::to_string(signal.start_bit) + '|' + std::to_string(signal.length),
-         signal.byte_order == can::ByteOrder::little_endian ? "little" : "big",
-         std::string(type_name(signal.type)), shortest(signal.scale), shortest(signal.offset),
-         range, signal.unit, multiplexing_text(message, signal), one_line(signal.comment)});
+    table.rows.push_back({"  " + both_names(signal),
+                          std::to_string(signal.start_bit) + '|' + std::to_string(signal.length),
+                          signal.byte_order == can::ByteOrder::little_endian ? "little" : "big",
+                          std::string(type_name(signal.type)), shortest(signal.scale),
+                          shortest(signal.offset), range, signal.unit,
+                          multiplexing_text(message, signal), one_line(signal.comment)});
   }
-  print_columns(rows);
+  std::cout << table.text();
 }
 
 }  // namespace

@@ -54,17 +54,12 @@ std::string pose(const Json& pose) {
 
 std::string beat(const Json& beat, const Rates& rates) {
   if (!beat.is_object()) return {};
-  const Json& earlier = member(rates.before(), "beat");
-  const auto ticks_before =
-      earlier.is_object() ? member(earlier, "ticks").get<std::uint64_t>() : std::uint64_t{0};
-  std::string text = "beat        " +
-                     (member(beat, "ticks").is_null()
-                          ? std::string{"-"}
-                          : rates.of(member(beat, "ticks").get<std::uint64_t>(), ticks_before)) +
-                     " Hz, " + counted(member(beat, "ticks"), "tick") + ", " +
-                     count(member(beat, "missed")) + " missed, " +
-                     counted(member(beat, "overruns"), "overrun") + ", " +
-                     count(member(beat, "carried_over")) + " carried over\n";
+  std::string text =
+      "beat        " +
+      rates.of(member(beat, "ticks"), member(member(rates.before(), "beat"), "ticks")) + " Hz, " +
+      counted(member(beat, "ticks"), "tick") + ", " + count(member(beat, "missed")) + " missed, " +
+      counted(member(beat, "overruns"), "overrun") + ", " + count(member(beat, "carried_over")) +
+      " carried over\n";
   if (!member(beat, "last_overrun_age_s").is_null()) {
     text += "            last overrun " + duration(member(beat, "last_overrun_age_s")) +
             " ago: that tick worked for " + number(member(beat, "last_overrun_execution_us"), 0) +
@@ -100,11 +95,9 @@ std::string buses(const Json& now, const Rates& rates) {
   Table table{{"bus", "link", "frames", "1/s", "lost", "errors", "malformed", "downs"}, {}, {0, 1}};
   for (const auto& bus : member(now, "can")) {
     const Json& earlier = namesake(member(rates.before(), "can"), member(bus, "name"));
-    const auto then =
-        earlier.is_object() ? member(earlier, "received").get<std::uint64_t>() : std::uint64_t{0};
     table.rows.push_back({word(member(bus, "name")), word(member(bus, "link")),
                           count(member(bus, "received")),
-                          rates.of(member(bus, "received").get<std::uint64_t>(), then),
+                          rates.of(member(bus, "received"), member(earlier, "received")),
                           count(member(bus, "lost")), count(member(bus, "error_frames")),
                           count(member(bus, "malformed")), count(member(bus, "link_downs"))});
   }
@@ -192,7 +185,6 @@ std::string sources(const Json& now, const Rates& rates) {
     if (configured.is_null() || !configured.get<bool>()) continue;
     const Json& verdicts = member(source, "verdicts");
     const Json& earlier = namesake(member(rates.before(), "sources"), member(source, "name"));
-    const auto then = earlier.is_object() ? sum(member(earlier, "verdicts")) : std::uint64_t{0};
     std::string refused;
     for (const auto& [verdict, value] : verdicts.items()) {
       if (verdict == "fused" || value.get<std::uint64_t>() == 0) continue;
@@ -203,7 +195,8 @@ std::string sources(const Json& now, const Rates& rates) {
       last += " (test ratio " + number(member(source, "test_ratio"), 2) + ")";
     }
     table.rows.push_back({word(member(source, "name")), source_state(source),
-                          duration(member(source, "age_s")), rates.of(sum(verdicts), then),
+                          duration(member(source, "age_s")),
+                          rates.of(sum(verdicts), sum(member(earlier, "verdicts"))),
                           count(member(verdicts, "fused")), refused.empty() ? "0" : refused, last});
     if (!tested) continue;
     std::string innovation;

@@ -135,6 +135,11 @@ Rates::Rates(const Json& now, const std::optional<Json>& before) {
   seconds_ = up - earlier.get<double>();
 }
 
+std::string Rates::of(const Json& now, const Json& then) const {
+  if (now.is_null()) return "-";
+  return of(now.get<std::uint64_t>(), then.is_null() ? 0 : then.get<std::uint64_t>());
+}
+
 std::string Rates::of(std::uint64_t now, std::uint64_t then) const {
   if (!(seconds_ > 0.0) || now < then) return "-";
   return fixed(static_cast<double>(now - then) / seconds_, 1);

@@ -69,8 +69,9 @@ class Rates {
 
   /// The earlier document; an empty object where there is none that counts.
   [[nodiscard]] const Json& before() const { return before_; }
-  /// Per second, "-" where there is none.
+  /// Per second, "-" where there is none. Of counts in the documents null then counts as 0.
   [[nodiscard]] std::string of(std::uint64_t now, std::uint64_t then) const;
+  [[nodiscard]] std::string of(const Json& now, const Json& then) const;
 
  private:
   Json before_ = Json::object();

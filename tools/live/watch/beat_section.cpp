@@ -65,10 +65,7 @@ std::string rate(const State& state) {
   const Json& beat = member(*state.status, "beat");
   if (!beat.is_object()) return "";
   const tools::Rates rates{*state.status, state.before};
-  const Json& earlier = member(rates.before(), "beat");
-  const std::uint64_t before =
-      earlier.is_object() ? member(earlier, "ticks").get<std::uint64_t>() : 0;
-  return rates.of(member(beat, "ticks").get<std::uint64_t>(), before) + " Hz";
+  return rates.of(member(beat, "ticks"), member(member(rates.before(), "beat"), "ticks")) + " Hz";
 }
 
 }  // namespace

@@ -18,29 +18,17 @@ using tools::word;
 // Narrower, and the innovations would push out what was not fused.
 constexpr std::size_t with_innovations = 96;
 
-// A table of styled cells that line up; the columns in `right` are flush right.
+// A table of styled cells that line up; columns are flush right but for those in `left`.
 struct Table {
   std::vector<std::vector<Span>> rows;
-  std::vector<std::size_t> right;
+  std::vector<std::size_t> left;
 
   [[nodiscard]] Lines lines() const {
-    std::vector<std::size_t> widths;
-    for (const auto& row : rows) {
-      widths.resize(std::max(widths.size(), row.size()));
-      for (std::size_t i = 0; i < row.size(); ++i)
-        widths[i] = std::max(widths[i], tools::width(row[i].text));
-    }
-    Lines all;
-    for (const auto& row : rows) {
-      Line line{{"  "}};
-      for (std::size_t i = 0; i < row.size(); ++i) {
-        const std::string padding(widths[i] - tools::width(row[i].text), ' ');
-        const bool flush_right = std::find(right.begin(), right.end(), i) != right.end();
-        if (i > 0) line.push_back({"  "});
-        line.push_back({flush_right ? padding + row[i].text : row[i].text + padding, row[i].style});
-      }
-      all.push_back(std::move(line));
-    }
+    Lines all = rows;
+    tools::align_columns(all, left, [](Span& cell) -> std::string& { return cell.text; });
+    for (Line& line : all)
+      for (std::size_t i = line.size(); i-- > 0;)
+        line.insert(line.begin() + static_cast<std::ptrdiff_t>(i), {"  "});
     return all;
   }
 };
@@ -109,22 +97,20 @@ Line controller_line(const Json& controller) {
 
 Lines source_section(const State& state, const Page& page) {
   const tools::Rates rates{*state.status, state.before};
-  Table table{{header({"source", "state", "1/s", "age", "fused", "last"})}, {2, 3, 4}};
+  Table table{{header({"source", "state", "1/s", "age", "fused", "last"})}, {0, 1, 5}};
   const bool tested =
       page.columns >= with_innovations && tools::is_tested(member(*state.status, "sources"));
   if (tested) {
     table.rows[0].push_back({"NIS", Style::dim});
     table.rows[0].push_back({"in 95 %", Style::dim});
-    table.right.insert(table.right.end(), {6, 7});
   }
+  table.left.push_back(table.rows[0].size());
   table.rows[0].push_back({"not fused", Style::dim});
   for (const auto& source : member(*state.status, "sources")) {
     if (!is_true(member(source, "configured"))) continue;
     const Json& verdicts = member(source, "verdicts");
     const Json& earlier =
         tools::namesake(member(rates.before(), "sources"), member(source, "name"));
-    const std::uint64_t then =
-        earlier.is_object() ? tools::sum(member(earlier, "verdicts")) : std::uint64_t{0};
     const bool healthy = is_true(member(source, "healthy"));
     std::string last = word(member(source, "last_verdict"));
     const bool fine = last == "fused" || last == "source_off" || last == "none";
@@ -135,7 +121,7 @@ Lines source_section(const State& state, const Page& page) {
         number_of(member(verdicts, "source_off")) > 0 && number_of(member(verdicts, "fused")) == 0;
     table.rows.push_back({{word(member(source, "name"))},
                           {tools::source_state(source), healthy ? Style::good : Style::bad},
-                          {rates.of(tools::sum(verdicts), then)},
+                          {rates.of(tools::sum(verdicts), tools::sum(member(earlier, "verdicts")))},
                           {duration(member(source, "age_s"))},
                           {count(member(verdicts, "fused")), unused ? Style::dim : Style::plain},
                           {unused ? "unused by the model" : last, unused ? Style::dim
@@ -153,7 +139,7 @@ Lines source_section(const State& state, const Page& page) {
 }
 
 Lines calibration_section(const State& state, const Page& page) {
-  Table table{{}, {1}};
+  Table table{{}, {0, 2, 3}};
   for (const auto& [name, value, sigma, unit, valid] : tools::calibrations_of(*state.status))
     table.rows.push_back({{name},
                           {value, Style::strong},
@@ -168,10 +154,9 @@ Lines camera_section(const State& state, const Page& page) {
   if (!camera.is_object() || word(member(camera, "socket")).empty()) return {};
   const tools::Rates rates{*state.status, state.before};
   const Json& earlier = member(rates.before(), "camera");
-  const std::uint64_t then =
-      earlier.is_object() ? number_of(member(earlier, "messages")) : std::uint64_t{0};
   Lines lines{title("camera", word(member(camera, "socket")), page)};
-  Line line{{"  " + rates.of(number_of(member(camera, "messages")), then) + " poses/s"}};
+  Line line{
+      {"  " + rates.of(member(camera, "messages"), member(earlier, "messages")) + " poses/s"}};
   if (const Json& latency = member(camera, "last_latency_s"); !latency.is_null())
     line.push_back({", the last one " + duration(latency) + " late"});
   const auto connections = member(camera, "connections").size();
@@ -186,19 +171,17 @@ Lines camera_section(const State& state, const Page& page) {
 
 Lines message_section(const State& state, const Page& page) {
   const tools::Rates rates{*state.status, state.before};
-  Table table{{header({"message", "id", "1/s", "age", "decoded", "refused"})}, {2, 3, 4}};
+  Table table{{header({"message", "id", "1/s", "age", "decoded", "refused"})}, {0, 1, 5}};
   for (const auto& message : member(*state.status, "messages")) {
     const Json& verdicts = member(message, "verdicts");
     const Json& earlier =
         tools::namesake(member(rates.before(), "messages"), member(message, "name"));
-    const std::uint64_t then =
-        earlier.is_object() ? tools::sum(member(earlier, "verdicts")) : std::uint64_t{0};
     std::string refused = counts_in_words(verdicts, {"decoded", "unmapped"});
     if (const std::uint64_t some_lost = number_of(member(message, "some_lost")); some_lost > 0)
       refused += (refused.empty() ? "" : ", ") + std::to_string(some_lost) + " after a gap";
     table.rows.push_back({{word(member(message, "name"))},
                           {tools::hexadecimal(member(message, "id"))},
-                          {rates.of(tools::sum(verdicts), then)},
+                          {rates.of(tools::sum(verdicts), tools::sum(member(earlier, "verdicts")))},
                           {duration(member(message, "age_s"))},
                           {count(member(verdicts, "decoded"))},
                           {refused, Style::warning}});
@@ -212,13 +195,11 @@ Lines bus_section(const State& state, const Page& page) {
   Lines lines{title("bus", "", page)};
   for (const auto& bus : member(*state.status, "can")) {
     const Json& earlier = tools::namesake(member(rates.before(), "can"), member(bus, "name"));
-    const std::uint64_t then =
-        earlier.is_object() ? number_of(member(earlier, "received")) : std::uint64_t{0};
     const std::string link = word(member(bus, "link"));
     Line line{{"  " + word(member(bus, "name")) + ' ', Style::strong},
               {link, link == "up" ? Style::good : Style::bad},
-              {", " + rates.of(number_of(member(bus, "received")), then) + " frames/s, " +
-               count(member(bus, "received")) + " in all"}};
+              {", " + rates.of(member(bus, "received"), member(earlier, "received")) +
+               " frames/s, " + count(member(bus, "received")) + " in all"}};
     constexpr std::array wrong{std::pair{"lost", " lost"},
                                std::pair{"error_frames", " error frames"},
                                std::pair{"malformed", " malformed lines"},
