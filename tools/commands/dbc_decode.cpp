@@ -1,6 +1,7 @@
 // odom dbc decode: a log's frames as physical values.
 #include <fmt/format.h>
 
+#include <array>
 #include <cstdint>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -79,15 +80,8 @@ std::string stamp_text(std::int64_t time_ns) {
 }
 
 std::string_view kind_name(can::FrameKind kind) {
-  switch (kind) {
-    case can::FrameKind::data:
-      return "data";
-    case can::FrameKind::remote:
-      return "remote";
-    case can::FrameKind::error:
-      return "error";
-  }
-  return "";
+  constexpr std::array<std::string_view, 3> names{"data", "remote", "error"};
+  return names[static_cast<std::size_t>(kind)];
 }
 
 std::string payload_text(const Frame& frame) {

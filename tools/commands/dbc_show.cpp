@@ -1,5 +1,6 @@
 // odom dbc show: a database for people, or as JSON.
 #include <algorithm>
+#include <array>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -21,17 +22,8 @@ using can::Signal;
 using nlohmann::ordered_json;
 
 std::string_view type_name(can::ValueType type) {
-  switch (type) {
-    case can::ValueType::unsigned_integer:
-      return "unsigned";
-    case can::ValueType::signed_integer:
-      return "signed";
-    case can::ValueType::float32:
-      return "float";
-    case can::ValueType::float64:
-      return "double";
-  }
-  return "";
+  constexpr std::array<std::string_view, 4> names{"unsigned", "signed", "float", "double"};
+  return names[static_cast<std::size_t>(type)];
 }
 
 ordered_json signal_json(const Message& message, const Signal& signal) {

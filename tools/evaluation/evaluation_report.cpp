@@ -18,6 +18,8 @@ using Json = nlohmann::ordered_json;
 constexpr std::array<std::string_view, 4> against_names{"truth", "camera", "closed_loop",
                                                         "nothing"};
 
+constexpr std::array<std::string_view, 3> align_names{"first", "fit", "none"};
+
 double degrees(double radians) {
   return radians * 180.0 / std::numbers::pi;
 }
@@ -164,28 +166,9 @@ std::vector<Figure> figures_of(const Evaluation& e, const Evaluation& baseline) 
 
 }  // namespace
 
-std::string align_name(Align align) {
-  switch (align) {
-    case Align::first:
-      return "first";
-    case Align::fit:
-      return "fit";
-    case Align::none:
-      break;
-  }
-  return "none";
-}
-
 std::string align_in_words(Align align) {
-  switch (align) {
-    case Align::first:
-      return "first (position and heading agree at the first common time)";
-    case Align::fit:
-      return "fit (least squares over all common positions)";
-    case Align::none:
-      break;
-  }
-  return "none (unchanged)";
+  if (align == Align::first) return "first (position and heading agree at the first common time)";
+  return align == Align::fit ? "fit (least squares over all common positions)" : "none (unchanged)";
 }
 
 std::vector<std::string> short_names(const std::vector<std::string>& files) {
@@ -280,7 +263,7 @@ Json json_of(const EvaluationReport& report) {
   if (against == Against::closed_loop) json["closed_loop"] = true;
   if (has_reference(against)) {
     json["reference"] = report.reference;
-    json["align"] = align_name(report.align);
+    json["align"] = align_names[static_cast<std::size_t>(report.align)];
   }
   json["frame"] = report.frame == Frame::odom ? "odom" : "map";
   if (report.lever_arm) {

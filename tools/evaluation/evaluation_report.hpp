@@ -21,7 +21,6 @@ struct EvaluationReport {
   std::size_t baseline = 0;                   ///< the one that the others are compared with
 };
 
-[[nodiscard]] std::string align_name(Align align);      ///< "first"
 [[nodiscard]] std::string align_in_words(Align align);  ///< "first (position and ...)"
 
 /// A short name for each file: its stem, or the whole path if stems are equal.

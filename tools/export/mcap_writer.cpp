@@ -116,20 +116,14 @@ McapWriter::Id McapWriter::add_schema(std::string_view name, std::string_view te
   return id;
 }
 
-McapWriter::Id McapWriter::add_channel(std::string_view topic, Id schema,
-                                       const std::map<std::string, std::string>& metadata) {
+McapWriter::Id McapWriter::add_channel(std::string_view topic, Id schema) {
   const auto id = static_cast<Id>(channels_.size() + 1);
-  std::string entries;
-  for (const auto& [name, value] : metadata) {
-    put_string(entries, name);
-    put_string(entries, value);
-  }
   std::string content;
   put_integer(content, id);
   put_integer(content, schema);
   put_string(content, topic);
   put_string(content, "json");
-  put_string(content, entries);  // a map: its length in bytes, and its entries
+  put_string(content, "");  // no metadata
   channels_.push_back({record(Opcode::channel, content), schema});
   return id;
 }

@@ -30,8 +30,7 @@ class McapWriter {
 
   /// `text` is a JSON schema.
   [[nodiscard]] Id add_schema(std::string_view name, std::string_view text);
-  [[nodiscard]] Id add_channel(std::string_view topic, Id schema,
-                               const std::map<std::string, std::string>& metadata = {});
+  [[nodiscard]] Id add_channel(std::string_view topic, Id schema);
   /// A message on the channel. `time_ns` is not negative.
   void write(Id id, std::int64_t time_ns, std::string_view json);
   /// Ends the file. Check `out` for write errors.

@@ -1,8 +1,10 @@
 #include "tools/fault/frame_fault.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
+#include <utility>
 
 namespace odomd::fault {
 namespace {
@@ -14,38 +16,20 @@ constexpr std::int64_t after_it_ns = 1000;  // the second of two frames that lea
 // How quickly a wheel spins up or locks.
 constexpr double spinning_up_s = 0.15;
 
-Source mirrored(Source source) {
-  switch (source) {
-    case Source::wheel_front_left:
-      return Source::wheel_front_right;
-    case Source::wheel_front_right:
-      return Source::wheel_front_left;
-    case Source::wheel_rear_left:
-      return Source::wheel_rear_right;
-    case Source::wheel_rear_right:
-      return Source::wheel_rear_left;
-    default:
-      return source;
-  }
-}
+using Pair = std::pair<Source, Source>;
+constexpr std::array left_and_right{Pair{Source::wheel_front_left, Source::wheel_front_right},
+                                    Pair{Source::wheel_rear_left, Source::wheel_rear_right}};
+constexpr std::array front_and_rear{Pair{Source::wheel_front_left, Source::wheel_rear_left},
+                                    Pair{Source::wheel_front_right, Source::wheel_rear_right}};
+constexpr std::array x_and_y{Pair{Source::accel_x, Source::accel_y}};
 
-Source other_axle(Source source) {
-  switch (source) {
-    case Source::wheel_front_left:
-      return Source::wheel_rear_left;
-    case Source::wheel_front_right:
-      return Source::wheel_rear_right;
-    case Source::wheel_rear_left:
-      return Source::wheel_front_left;
-    case Source::wheel_rear_right:
-      return Source::wheel_front_right;
-    default:
-      return source;
+/// Itself where it is in no pair.
+Source exchanged(Source source, std::span<const Pair> pairs) {
+  for (const auto& [first, second] : pairs) {
+    if (source == first) return second;
+    if (source == second) return first;
   }
-}
-
-Source other_axis(Source source) {
-  return source == Source::accel_x ? Source::accel_y : Source::accel_x;
+  return source;
 }
 
 bool is_of_values(Act act) {
@@ -142,14 +126,10 @@ void FrameFault::change_values(std::size_t message, can::Frame& frame) {
 }
 
 std::optional<double> FrameFault::partner(Source source) const {
-  switch (fault_.kind.act) {
-    case Act::left_right:
-      return seen_[estimator::index_of(mirrored(source))].latest;
-    case Act::front_rear:
-      return seen_[estimator::index_of(other_axle(source))].latest;
-    default:
-      return seen_[estimator::index_of(other_axis(source))].latest;
-  }
+  std::span<const Pair> pairs = x_and_y;
+  if (fault_.kind.act == Act::left_right) pairs = left_and_right;
+  if (fault_.kind.act == Act::front_rear) pairs = front_and_rear;
+  return seen_[estimator::index_of(exchanged(source, pairs))].latest;
 }
 
 double FrameFault::changed(const Reading& reading, std::int64_t time_ns) {
