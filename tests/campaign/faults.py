@@ -8,19 +8,16 @@ source's before it. Standard output is a table in Markdown. Exit status 1 where 
 false, or the work failed; 2 on wrong usage.
 """
 
-import argparse
 import collections
-import concurrent.futures
 import datetime
 import json
-import os
 import pathlib
 import statistics
-import subprocess
 import sys
 import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+import common
+
 SCENARIOS = ("lap", "circle", "slalom", "stop-and-go", "parking", "patch", "road")
 SLIPPERY = ("patch",)  # where wheels do slip
 IMMEDIATE = ("non_finite", "out_of_range")
@@ -31,25 +28,12 @@ STEP = 0.005  # s, of the ticks: a flag within one is seen at its end
 
 
 def arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=20, metavar="N", help="drives of a scenario; default: 20")
-    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
-                        help="drives in parallel; default: one per processor")
+    parser = common.parser(__doc__, seeds=20)
     parser.add_argument("--scenario", action="append", choices=SCENARIOS, help="this one; several times: these")
-    parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release", metavar="DIR",
+    parser.add_argument("--bin", type=pathlib.Path, default=common.ROOT / "build/release", metavar="DIR",
                         help="the build; default: build/release")
     parser.add_argument("--verbose", action="store_true", help="name every fault that was missed or late")
-    given = parser.parse_args()
-    if given.seeds < 1 or given.jobs < 1:
-        parser.error("--seeds and --jobs: 1 or more")
-    return given
-
-
-def run(*command):
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise RuntimeError(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else str(command[0]))
-    return done.stdout
+    return common.parse(parser)
 
 
 def measure(build, scenario, seed):
@@ -57,9 +41,9 @@ def measure(build, scenario, seed):
     second drive."""
     with tempfile.TemporaryDirectory(prefix="faults-") as scratch:
         folder = pathlib.Path(scratch) / "drive"
-        run(build / "bin/odom", "sim", "--scenario", scenario, "--seed", seed, "--out", folder)
+        common.run(build / "bin/odom", "sim", "--scenario", scenario, "--seed", seed, "--out", folder)
         camera = folder / "camera.csv" if seed % 2 else "-"
-        lines = run(build / "bin/source_faults", folder / "car.toml", folder / "drive.log", camera, seed)
+        lines = common.run(build / "bin/source_faults", folder / "car.toml", folder / "drive.log", camera, seed).stdout
         return scenario, seed, [json.loads(line) for line in lines.splitlines()]
 
 
@@ -82,14 +66,8 @@ def judge(fault, known):
 def main():
     given = arguments()
     scenarios = given.scenario or SCENARIOS
-    results = []
-    with concurrent.futures.ProcessPoolExecutor(given.jobs) as pool:
-        started = [pool.submit(measure, given.bin, scenario, seed)
-                   for scenario in scenarios for seed in range(1, given.seeds + 1)]
-        for done, one in enumerate(started, start=1):
-            results.append(one.result())
-            if sys.stderr.isatty():
-                print(f"\r{done} of {len(started)} drives ", end="", file=sys.stderr, flush=True)
+    results = common.side_by_side(given.jobs, measure, [(given.bin, scenario, seed) for scenario in scenarios
+                                                        for seed in range(1, given.seeds + 1)])
 
     good = True
     print(f"Source flags, {datetime.date.today()}: {given.seeds} drives of each of "
@@ -141,6 +119,6 @@ def main():
 if __name__ == "__main__":
     try:
         sys.exit(main())
-    except (RuntimeError, OSError) as error:
+    except (common.Failed, OSError) as error:
         print(f"faults: {error}", file=sys.stderr)
         sys.exit(1)

@@ -20,15 +20,13 @@ import os
 import pathlib
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 import time
 
 from recorded import measure
+from recorded.measure import ROOT, run
 
-HERE = pathlib.Path(__file__).resolve().parent
-ROOT = HERE.parent.parent
 ODOM = os.environ.get("ODOM", str(ROOT / "build/release/bin/odom"))
 
 # Car, drive fitted on, until when [s], and the drives judged with the options of evaluate. The reference of
@@ -38,13 +36,6 @@ CASES = [
      [("dart_free2", []), ("dart_track_v1", []), ("dart_track_v1", ["--from", "+18"])]),
     ("genesis", "genesis_slow", 180.0, [("genesis_slow", ["--from", "+180"])]),
 ]
-
-
-def run(*command: str) -> str:
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        sys.exit(f"fit_drives: {' '.join(command)}\n{done.stderr}")
-    return done.stdout
 
 
 def as_delivered(by_hand: pathlib.Path, published: pathlib.Path) -> None:

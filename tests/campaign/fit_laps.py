@@ -22,11 +22,11 @@ import random
 import re
 import shutil
 import statistics
-import subprocess
 import sys
 import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+from recorded.measure import ROOT, run
+
 ODOM = os.environ.get("ODOM", str(ROOT / "build/release/bin/odom"))
 MASS, FRONT, REAR, INERTIA, STIFFNESS_FRONT, STIFFNESS_REAR = 2.985, 0.175, 0.085, 0.0283384, 20.0, 60.0
 OTHERS = {"lap at 1 m/s": ("lap", 1.0, 1), "lap at 2 m/s": ("lap", 2.0, 1), "three laps at 2.5 m/s": ("lap", 2.5, 3),
@@ -35,13 +35,6 @@ ERRORS = {"35 ms, mean": lambda e: e["error_35ms"]["position"]["mean"],
           "position, rms": lambda e: e["position"]["rms"],
           "end": lambda e: e["end_error"],
           "heading, rms": lambda e: e["heading"]["rms"]}
-
-
-def run(*command: object) -> str:
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        sys.exit(f"fit_laps: {' '.join(map(str, command))}\n{done.stderr}")
-    return done.stdout
 
 
 def drive(folder: pathlib.Path, seed: int, scenario: str, speed: float, laps: int, *more: object) -> None:

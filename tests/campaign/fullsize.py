@@ -8,52 +8,29 @@ output is a table in Markdown, a row a bar, and one of all courses. Exit status 
 the work failed, 2 on wrong usage.
 """
 
-import argparse
 import datetime
-import json
-import os
 import pathlib
 import sys
 import tempfile
 
-from accuracy import drives, fullsize, runner
-
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+import common
+from accuracy import fullsize
 
 
 def arguments():
-    courses = [course.name for course in fullsize.all_courses()]
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=10, metavar="N",
-                        help="drives of each course; default: 10")
-    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
-                        help="drives in parallel; default: one per processor")
-    parser.add_argument("--only", action="append", choices=fullsize.BARS, metavar="BAR",
-                        help=f"this bar; several times: these. One of {', '.join(fullsize.BARS)}")
+    parser = common.parser(__doc__, seeds=10)
+    common.add_bars(parser, fullsize.BARS)
     parser.add_argument("--course", action="append", metavar="NAME",
                         help="only courses whose name begins or ends like this, such as bmw or lap-15; may be "
                              "given several times")
-    parser.add_argument("--slack", type=float, default=1.0, metavar="X",
-                        help="widen the limits by this factor: means of a few seeds scatter")
-    parser.add_argument("--model", default="full", help="the model to evaluate; default: full")
     parser.add_argument("--reference", default="inertial", metavar="MODEL",
                         help="the reference model that it must beat; default: inertial")
-    parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write all figures as JSON")
-    parser.add_argument("--work", type=pathlib.Path, metavar="DIR",
-                        help="keep the simulated drives here, and reuse existing ones: "
-                             "empty it when the simulator has changed")
-    parser.add_argument("--odom", type=pathlib.Path, default=ROOT / "build/release/bin/odom", metavar="FILE",
-                        help="the program; default: the one of the release build")
-    given = parser.parse_args()
-    if given.seeds < 1 or given.jobs < 1 or not given.slack >= 1:
-        parser.error("--seeds, --jobs and --slack: 1 or more")
+    given = common.parse(parser)
     wanted = given.course or [""]
     given.courses = [course for course in fullsize.all_courses()
                      if any(course.name.startswith(one) or course.name.endswith(one) for one in wanted)]
     if not given.courses:
-        parser.error(f"--course: there are {', '.join(courses)}")
-    if not os.access(given.odom, os.X_OK):
-        parser.error(f"{given.odom} is missing: cmake --preset release && cmake --build --preset release")
+        parser.error(f"--course: there are {', '.join(course.name for course in fullsize.all_courses())}")
     return given
 
 
@@ -63,8 +40,8 @@ def measure(given, course, seed, models):
         folder = (given.work or scratch / "drives") / course.name / str(seed)
         try:
             return fullsize.measure(given.odom, course, seed, models, folder, scratch)
-        except drives.Failed as error:
-            raise drives.Failed(f"{course.name}, seed {seed}: {error}") from error
+        except common.Failed as error:
+            raise common.Failed(f"{course.name}, seed {seed}: {error}") from error
 
 
 def main():
@@ -74,23 +51,17 @@ def main():
     tasks = [(given, course, fullsize.seed_of(course, number), models)
              for course in given.courses for number in range(1, given.seeds + 1)]
     try:
-        measured = runner.side_by_side(given.jobs, measure, tasks)
-    except drives.Failed as error:
+        measured = common.side_by_side(given.jobs, measure, tasks)
+    except common.Failed as error:
         sys.exit(f"fullsize: {error}")
     results = fullsize.Results(measured, given.model, given.reference, given.slack)
     rows = [(name, row) for name in given.only or fullsize.BARS for row in fullsize.BARS[name](results)]
     print(f"`--model {given.model}` and `{given.reference}`, {begun:%F}, {given.seeds} seeds a course; medians "
           "(smallest to largest):\n")
-    print("\n".join(runner.table(rows)), "\n")
+    print("\n".join(common.table(rows)), "\n")
     print("\n".join(fullsize.by_course(results)), "\n")
-    if given.json:
-        document = {"model": given.model, "reference": given.reference, "seeds": given.seeds,
-                    "rows": [{"bar": name, **vars(row)} for name, row in rows], "drives": measured}
-        given.json.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
-    missed = sum(not row.met for _, row in rows)
-    took = (datetime.datetime.now(datetime.timezone.utc) - begun).total_seconds()
-    print(f"{begun:%F} fullsize: {len(rows) - missed} bars met, {missed} missed, in {took:.0f} s")
-    sys.exit(1 if missed else 0)
+    common.finish("fullsize", begun, rows, given.json,
+                  {"model": given.model, "reference": given.reference, "seeds": given.seeds, "drives": measured})
 
 
 if __name__ == "__main__":

@@ -14,18 +14,15 @@ Standard output is a table in Markdown. Exit status 1 where a bar is missed or t
 usage.
 """
 
-import argparse
-import concurrent.futures
 import datetime
 import json
-import os
 import pathlib
 import statistics
-import subprocess
 import sys
 import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+import common
+
 SCENARIOS = {
     "lap": ("--scenario", "lap"),
     "stop-and-go": ("--scenario", "stop-and-go"),
@@ -40,7 +37,7 @@ MEDIAN_RATIO = 1.2
 LARGEST_RATIO = 2.0
 WITHIN_LARGEST = 0.95  # of the runs
 
-DOCUMENT = ROOT / "docs/reliability.md"
+DOCUMENT = common.ROOT / "docs/reliability.md"
 MARKS = ("<!-- by tests/campaign/integrity.py --write: begin -->\n", "<!-- end -->\n")
 
 ALONE = ("a speed independent of the wheels; an accelerometer shows nothing at constant speed, and at walking pace its "
@@ -68,48 +65,32 @@ MOST_NOT_DETECTABLE = 8
 
 
 def arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=20, metavar="N", help="drives of a scenario; default: 20")
-    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
-                        help="drives in parallel; default: one per processor")
+    parser = common.parser(__doc__, seeds=20)
     parser.add_argument("--scenario", action="append", choices=SCENARIOS, help="this one; several times: these")
     parser.add_argument("--kind", action="append", metavar="NAME",
                         help="this kind of fault, or all of a part (gyro), or the drives as they are (none); "
                              "several times: these")
     parser.add_argument("--camera", choices=("on", "off", "both"), default="both",
                         help="replay with the camera, without, or both; default: both")
-    parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin", metavar="DIR",
+    parser.add_argument("--bin", type=pathlib.Path, default=common.ROOT / "build/release/bin", metavar="DIR",
                         help="folder of odom and fault_runs; default: the release build")
-    parser.add_argument("--work", type=pathlib.Path, metavar="DIR",
-                        help="keep the simulated drives here, and take those that are there already: empty it "
-                             "when the simulator has changed")
+    common.add_work(parser)
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write every run as JSON")
     parser.add_argument("--write", action="store_true", help="write the results to docs/reliability.md")
     parser.add_argument("--verbose", action="store_true", help="name every run that is silent too long")
-    given = parser.parse_args()
+    given = common.parse(parser)
     if given.write and (given.scenario or given.kind or given.camera != "both"):
         parser.error("--write: with all scenarios and kinds, the camera on and off")
-    if given.seeds < 1 or given.jobs < 1:
-        parser.error("--seeds and --jobs: 1 or more")
     if max(map(len, NOT_DETECTABLE.values())) > MOST_NOT_DETECTABLE:
         sys.exit(f"integrity: {MOST_NOT_DETECTABLE} kinds at most may be declared not detectable")
     for program in ("odom", "fault_runs"):
-        if not os.access(given.bin / program, os.X_OK):
-            parser.error(f"{given.bin / program} is missing: cmake --build --preset release --target {program}")
+        common.require_program(parser, given.bin / program)
     return given
-
-
-def run(*command):
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise RuntimeError(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else
-                           f"{command[0]}: exit status {done.returncode}")
-    return done.stdout
 
 
 def kinds(given):
     """The kinds for fault_runs: all that it knows, or the requested ones."""
-    every = run(given.bin / "fault_runs", "--list").split()
+    every = common.run(given.bin / "fault_runs", "--list").stdout.split()
     if not given.kind:
         return every
     chosen = []
@@ -126,9 +107,9 @@ def measure(given, scenario, seed, wanted):
         folder = (given.work or pathlib.Path(scratch)) / f"{scenario}-{seed}"
         if not (folder / "truth.csv").exists():
             folder.parent.mkdir(parents=True, exist_ok=True)
-            run(given.bin / "odom", "sim", *SCENARIOS[scenario], "--seed", seed, "--out", folder, "--force")
-        lines = run(given.bin / "fault_runs", folder, seed, "--camera", given.camera, "--kinds",
-                    ",".join(wanted) or "none")
+            common.run(given.bin / "odom", "sim", *SCENARIOS[scenario], "--seed", seed, "--out", folder, "--force")
+        lines = common.run(given.bin / "fault_runs", folder, seed, "--camera", given.camera, "--kinds",
+                           ",".join(wanted) or "none").stdout
         return [{"scenario": scenario, "seed": seed, **json.loads(line)} for line in lines.splitlines()]
 
 
@@ -260,14 +241,9 @@ def main():
     given = arguments()
     begun = datetime.datetime.now(datetime.timezone.utc)
     wanted = kinds(given)
-    runs = []
-    with concurrent.futures.ProcessPoolExecutor(given.jobs) as pool:
-        started = [pool.submit(measure, given, scenario, seed, wanted)
-                   for scenario in given.scenario or SCENARIOS for seed in range(1, given.seeds + 1)]
-        for done, one in enumerate(started, start=1):
-            runs += one.result()
-            if sys.stderr.isatty():
-                print(f"\r{done} of {len(started)} drives ", end="", file=sys.stderr, flush=True)
+    tasks = [(given, scenario, seed, wanted)
+             for scenario in given.scenario or SCENARIOS for seed in range(1, given.seeds + 1)]
+    runs = [one for drive in common.side_by_side(given.jobs, measure, tasks) for one in drive]
     found = {}
     for one in runs:
         found.setdefault((one["camera"], one["kind"]), []).append(one)
@@ -296,6 +272,6 @@ def main():
 if __name__ == "__main__":
     try:
         sys.exit(main())
-    except (RuntimeError, OSError) as error:
+    except (common.Failed, OSError) as error:
         print(f"integrity: {error}", file=sys.stderr)
         sys.exit(1)

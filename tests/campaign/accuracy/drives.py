@@ -4,26 +4,11 @@ import csv
 import json
 import math
 import pathlib
-import subprocess
+
+from common import Failed, last_line, run
 
 SHIFT_NS = 1000  # of all stamps
 PERIOD_NS = 5_000_000  # of the tick grid
-
-
-class Failed(Exception):
-    """A command that failed; in one line."""
-
-
-def run(*command):
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise Failed(last_line(done.stderr) or f"{command[0]}: exit status {done.returncode}")
-    return done
-
-
-def last_line(text):
-    lines = text.strip().splitlines()
-    return lines[-1] if lines else ""
 
 
 def simulate(odom, course, seed, folder):

@@ -7,20 +7,17 @@ import json
 import math
 import os
 import pathlib
-import subprocess
 import sys
 import tempfile
 import tomllib
 from typing import Any, NamedTuple
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent.parent
+import common
+from common import ROOT, Failed
+
 CONFIGS = ROOT / "tests/data/drives"
 LOG = ROOT / "docs/dev/judged.md"
 MODELS = ["kinematic", "kinematic_printed", "paper", "inertial", "full"]
-
-
-class Failed(Exception):
-    """A command that failed; in one line."""
 
 
 class Part(NamedTuple):
@@ -94,11 +91,7 @@ def folder_of(drive: str) -> pathlib.Path:
 
 
 def run(*command: object) -> str:
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        lines = done.stderr.strip().splitlines()
-        raise Failed(lines[-1] if lines else f"{command[0]}: exit status {done.returncode}")
-    return done.stdout
+    return common.run(*command).stdout
 
 
 class Chosen(NamedTuple):
