@@ -24,15 +24,10 @@ void append_decimal(std::string& out, double value, int decimals) {
   out.append(1, ',').append(text.data(), end);
 }
 
-// Under a name of its own first: whoever reads the file finds the old one or this one.
 void write_whole(const std::filesystem::path& file, std::string_view text) {
-  const std::filesystem::path draft = file.string() + ".part";
-  std::ofstream output = tools::open_output(draft);
-  output << text;
-  tools::close_output(output, draft);
-  std::error_code error;
-  std::filesystem::rename(draft, file, error);
-  if (error) throw std::runtime_error(file.string() + ": " + error.message());
+  tools::WholeFile whole(file);
+  whole.stream() << text;
+  whole.finish();
 }
 
 }  // namespace
