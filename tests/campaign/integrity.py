@@ -37,7 +37,7 @@ MEDIAN_RATIO = 1.2
 LARGEST_RATIO = 2.0
 WITHIN_LARGEST = 0.95  # of the runs
 
-DOCUMENT = common.ROOT / "docs/reliability.md"
+DOCUMENT = common.ROOT / "docs/dev/integrity.md"
 MARKS = ("<!-- by tests/campaign/integrity.py --write: begin -->\n", "<!-- end -->\n")
 
 ALONE = ("a speed independent of the wheels; an accelerometer shows nothing at constant speed, and at walking pace its "
@@ -76,7 +76,7 @@ def arguments():
                         help="folder of odom and fault_runs; default: the release build")
     common.add_work(parser)
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write every run as JSON")
-    parser.add_argument("--write", action="store_true", help="write the results to docs/reliability.md")
+    parser.add_argument("--write", action="store_true", help="write the results to docs/dev/integrity.md")
     parser.add_argument("--verbose", action="store_true", help="name every run that is silent too long")
     given = common.parse(parser)
     if given.write and (given.scenario or given.kind or given.camera != "both"):
@@ -188,12 +188,12 @@ def documented_table(rows, ends):
 
 
 def documented(rows, begun, given):
-    """The part of docs/reliability.md that is measured."""
+    """The part of docs/dev/integrity.md that is measured."""
     yield (f"Measured on {begun:%F}: {given.seeds} simulated drives of each of {len(SCENARIOS)} scenarios "
            f"({', '.join(SCENARIOS)}), with one fault each.")
     for camera in (False, True):
         these = [row for row in rows if row.camera == camera and row.kind != "none"]
-        yield f"\n### With{'' if camera else 'out'} a camera\n"
+        yield f"\n## With{'' if camera else 'out'} a camera\n"
         yield from documented_table(these, ends=0 if camera else 1)  # with a camera the ratio is 0
         excuses = {}
         for row in these:
