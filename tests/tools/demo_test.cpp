@@ -59,11 +59,9 @@ TEST_F(Demo, KeepsAnEarlierOutputWhereAnOptionIsWrong) {
 }
 
 TEST_F(Demo, SaysWhereOptionsGo) {
-  const Outcome outcome = run("", " --laps 3");
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_EQ(outcome.err,
-            "demo: takes no arguments; for odom sim: ODOMD_DEMO_ARGUMENTS='--laps 3' bash "
-            "tools/demo.sh\n");
+  EXPECT_THAT(run("", " --laps 3"), Ends(2,
+                                         "demo: takes no arguments; for odom sim: "
+                                         "ODOMD_DEMO_ARGUMENTS='--laps 3' bash tools/demo.sh\n"));
 }
 
 }  // namespace

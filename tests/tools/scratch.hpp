@@ -1,6 +1,7 @@
 // What tests of the tools share: a directory of their own, and running a program.
 #pragma once
 
+#include <gmock/gmock.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -54,6 +55,13 @@ struct Outcome {
   std::string out;
   std::string err;
 };
+
+/// Matches an outcome of this exit status whose standard error is, or matches, `err`.
+inline ::testing::Matcher<const Outcome&> Ends(int status,
+                                               const ::testing::Matcher<std::string>& err) {
+  return ::testing::AllOf(::testing::Field("status", &Outcome::status, status),
+                          ::testing::Field("err", &Outcome::err, err));
+}
 
 /// Runs a shell command line; `odom` in it is the built program.
 inline Outcome run_shell(const std::string& command) {

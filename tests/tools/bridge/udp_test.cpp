@@ -274,9 +274,7 @@ TEST_F(UdpBridge, EndsAfterItsTimeWhetherSomebodyListensOrNot) {
 
 TEST_F(UdpBridge, WithoutADaemonFailsAfterItsTime) {
   Child bridge = start({"--udp", receiver_.address(), "--duration", "0.2"});
-  const Outcome outcome = bridge.wait();
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("no such segment: is odomd running?"));
+  EXPECT_THAT(bridge.wait(), Ends(1, HasSubstr("no such segment: is odomd running?")));
 }
 
 TEST(BridgeCommand, RefusesWhatCannotBe) {
@@ -289,19 +287,15 @@ TEST(BridgeCommand, RefusesWhatCannotBe) {
   EXPECT_EQ(run_shell("odom bridge --udp --shm nonsense").status, 2);
   EXPECT_EQ(run_shell("odom bridge --udp --rate 0").status, 2);
   EXPECT_EQ(run_shell("odom bridge --frame moon").status, 2);
-  const Outcome outcome = run_shell("odom bridge --domain 233");
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("a number from 0 to 232"));
+  EXPECT_THAT(run_shell("odom bridge --domain 233"), Ends(2, HasSubstr("a number from 0 to 232")));
   EXPECT_EQ(run_shell("ROS_DOMAIN_ID=ten odom bridge").status, 2);
 }
 
 TEST(BridgeCommand, SaysWhatToInstallWhereTheProgramIsMissing) {
   const Scratch scratch;
   const std::string alone = scratch.path("odom").string();
-  const Outcome outcome =
-      run_shell("cp \"$(command -v odom)\" " + alone + " && exec " + alone + " bridge");
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("install the package odom-bridge"));
+  EXPECT_THAT(run_shell("cp \"$(command -v odom)\" " + alone + " && exec " + alone + " bridge"),
+              Ends(1, HasSubstr("install the package odom-bridge")));
 }
 
 TEST(SampleJson, IsOneObjectWhateverIsInIt) {

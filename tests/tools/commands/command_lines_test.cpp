@@ -105,9 +105,8 @@ TEST(Help, IsWrittenInOneManner) {
 TEST(Help, IsFoundByName) {
   EXPECT_EQ(run_shell("odom help").out, run_shell("odom --help").out);
   EXPECT_EQ(run_shell("odom help camera send").out, run_shell("odom camera send --help").out);
-  const Outcome outcome = run_shell("odom help camera sned");
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_EQ(outcome.err, "odom help: no command \"sned\" (did you mean \"send\"?)\n");
+  EXPECT_THAT(run_shell("odom help camera sned"),
+              Ends(2, "odom help: no command \"sned\" (did you mean \"send\"?)\n"));
 }
 
 TEST(Completions, OfBashOfferEveryOptionAndCommandOfTheHelp) {

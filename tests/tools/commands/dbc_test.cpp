@@ -142,9 +142,8 @@ TEST_F(OdomDbc, ShowsLongNamesWithTheShortOnes) {
 
 TEST_F(OdomDbc, SaysWhatIsWrongWithTheOnlyMessage) {
   const auto dbc = scratch_.write("wide.dbc", "BO_ 536870912 Wide: 8 X\n");
-  const Outcome outcome = run_shell("odom dbc show " + dbc.string());
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("wide.dbc:1: no frame has the identifier 536870912"));
+  EXPECT_THAT(run_shell("odom dbc show " + dbc.string()),
+              Ends(2, HasSubstr("wide.dbc:1: no frame has the identifier 536870912")));
 }
 
 TEST_F(OdomDbc, SaysWhichFileItCannotUseAndWhy) {

@@ -28,9 +28,8 @@ TEST(Odom, WrongUsageIsOneLineAndStatusTwo) {
 }
 
 TEST(Odom, AFullDiskIsFailedWork) {
-  const Outcome outcome = run_shell("odom --help >/dev/full");
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_EQ(outcome.err, "odom: standard output: No space left on device\n");
+  EXPECT_THAT(run_shell("odom --help >/dev/full"),
+              Ends(1, "odom: standard output: No space left on device\n"));
 }
 
 TEST(OdomBridge, RefusesRatesAndNamesThatCannotBe) {

@@ -107,10 +107,8 @@ TEST_F(Evaluate, KeepsWhatItReads) {
 }
 
 TEST_F(Evaluate, SaysWhyAReportCannotBeWritten) {
-  const Outcome outcome =
-      run("--reference " + reference_ + " --pose " + good_ + " --html /dev/full");
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_EQ(outcome.err, "odom evaluate: /dev/full: cannot be written: No space left on device\n");
+  EXPECT_THAT(run("--reference " + reference_ + " --pose " + good_ + " --html /dev/full"),
+              Ends(1, "odom evaluate: /dev/full: cannot be written: No space left on device\n"));
 }
 
 TEST_F(Evaluate, RefusesBadFilesInOneLine) {
@@ -126,18 +124,16 @@ TEST_F(Evaluate, RefusesBadFilesInOneLine) {
 TEST_F(Evaluate, KeepsADriveWhoseLastLineIsCutOff) {
   const std::string whole = contents(good_);
   const auto cut = scratch_.write("cut.csv", whole.substr(0, whole.size() - 40)).string();
-  const Outcome outcome = run("--reference " + reference_ + " --pose " + cut);
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("warning: " + cut + ":802: the last line is cut off"));
+  EXPECT_THAT(run("--reference " + reference_ + " --pose " + cut),
+              Ends(0, HasSubstr("warning: " + cut + ":802: the last line is cut off")));
 }
 
 TEST_F(Evaluate, SaysWhereTheReferenceEndsEarly) {
   const auto early = scratch_.write("early.csv", csv_of(wavy_drive(0.0, 2.0, 0.01))).string();
-  const Outcome outcome = run("--reference " + early + " --pose " + good_);
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_EQ(outcome.err,
-            "odom evaluate: warning: " + good_ +
-                ": the reference covers 2.0 s of 4.0 s; the rest is not evaluated [W412]\n");
+  EXPECT_THAT(
+      run("--reference " + early + " --pose " + good_),
+      Ends(0, "odom evaluate: warning: " + good_ +
+                  ": the reference covers 2.0 s of 4.0 s; the rest is not evaluated [W412]\n"));
 }
 
 TEST_F(Evaluate, SaysThatAnEstimateIsOfAPartOfTheReference) {
@@ -160,10 +156,9 @@ TEST_F(Evaluate, SaysThatTheTimesOfTheReferenceAreOff) {
   for (auto& point : late.points) point.t_ns += 60'000'000;
   const auto reference = scratch_.write("late.csv", csv_of(late)).string();
   const auto pose = scratch_.write("pose.csv", csv_of(wavy_drive(0.0, 20.0, 0.005))).string();
-  const Outcome outcome = run("--reference " + reference + " --pose " + pose);
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, StartsWith("odom evaluate: warning: " + reference +
-                                      ": its times look 60 ms late compared with the poses"));
+  EXPECT_THAT(run("--reference " + reference + " --pose " + pose),
+              Ends(0, StartsWith("odom evaluate: warning: " + reference +
+                                 ": its times look 60 ms late compared with the poses")));
   EXPECT_EQ(run("--reference " + pose + " --pose " + pose).err, "");
 }
 
@@ -254,13 +249,11 @@ TEST_F(Evaluate, WrongUsageIsStatusTwoWithTheFix) {
   EXPECT_THAT(run("").err, HasSubstr("--pose or --drive is required; see odom evaluate --help"));
   EXPECT_THAT(run("--pose " + good_).err,
               HasSubstr("--reference (or --closed-loop) is required; see odom evaluate --help"));
-  const Outcome missing = run("--reference /nonexistent.csv --pose " + good_);
-  EXPECT_EQ(missing.status, 2);
-  EXPECT_EQ(missing.err,
-            "odom evaluate: /nonexistent.csv: no such file or directory; check the path\n");
-  const Outcome last = run("--reference " + reference_ + " --pose " + good_ + " --align last");
-  EXPECT_EQ(last.status, 2);
-  EXPECT_THAT(last.err, HasSubstr("--align: \"last\" is none of first|fit|none"));
+  EXPECT_THAT(
+      run("--reference /nonexistent.csv --pose " + good_),
+      Ends(2, "odom evaluate: /nonexistent.csv: no such file or directory; check the path\n"));
+  EXPECT_THAT(run("--reference " + reference_ + " --pose " + good_ + " --align last"),
+              Ends(2, HasSubstr("--align: \"last\" is none of first|fit|none")));
   EXPECT_EQ(run("--reference " + reference_ + " --pose /").status, 2);
 }
 
@@ -316,18 +309,16 @@ TEST_F(Evaluate, WarnsOfHeadingsInDegrees) {
 
 TEST_F(Evaluate, RefusesAWindowWithoutRows) {
   const std::string files = "--reference " + reference_ + " --pose " + good_;
-  const Outcome late = run(files + " --from +60");
-  EXPECT_EQ(late.status, 2);
-  EXPECT_EQ(late.err, "odom evaluate: " + good_ +
-                          ": no row within --from and --to; its times are 0.000000000 to "
-                          "4.000000000\n");
+  EXPECT_THAT(
+      run(files + " --from +60"),
+      Ends(2, "odom evaluate: " + good_ +
+                  ": no row within --from and --to; its times are 0.000000000 to 4.000000000\n"));
   EXPECT_EQ(run(files + " --from 3 --to 2").status, 2);
   EXPECT_THAT(run(files + " --to 0").err, HasSubstr("fewer than two common times"));
   EXPECT_THAT(run(files + " --from -90000").err, HasSubstr("lies more than a day before"));
   for (const std::string bad : {"+", "x", "++1", "1e999", "+9223372036.9"}) {
-    const Outcome from = run(std::string{files}.append(" --from ").append(bad));
-    EXPECT_EQ(from.status, 2);
-    EXPECT_THAT(from.err, HasSubstr("--from: \"" + bad + "\" is not a time"));
+    EXPECT_THAT(run(std::string{files}.append(" --from ").append(bad)),
+                Ends(2, HasSubstr("--from: \"" + bad + "\" is not a time")));
     EXPECT_EQ(run(std::string{files}.append(" --to ").append(bad)).status, 2);
   }
 }

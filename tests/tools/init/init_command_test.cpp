@@ -92,9 +92,8 @@ TEST_F(Init, NamesWhatIsMissing) {
 
 TEST_F(Init, OverwritesNothingUnasked) {
   const std::string before = contents(lap_ + "/car.toml");
-  const Outcome outcome = init("--can " + lap_ + "/drive.log" + car, "car.toml");
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("--force"));
+  EXPECT_THAT(init("--can " + lap_ + "/drive.log" + car, "car.toml"),
+              Ends(2, HasSubstr("--force")));
   EXPECT_EQ(contents(lap_ + "/car.toml"), before);
 }
 
@@ -109,9 +108,7 @@ TEST_F(Init, NamesFileAndLineOfBadInput) {
 TEST_F(Init, SaysWhatToDoAboutAnUnknownBus) {
   const std::string log =
       scratch_->write("other.log", "(1.000000) can0 111#00\n(1.100000) can0 111#00\n").string();
-  const Outcome outcome = init("--can " + log + car, "other.toml");
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("--dbc"));
+  EXPECT_THAT(init("--can " + log + car, "other.toml"), Ends(2, HasSubstr("--dbc")));
   const std::string dbc =
       scratch_
           ->write("lamps.dbc",

@@ -113,10 +113,8 @@ TEST_F(CameraSend, PlaysALogInStepWithTheDaemons) {
   const auto log = scratch_.write("camera.csv", header_ +
                                                     "990,989.9,1,0,0,1,1,1\n"
                                                     "1001.5,1001.45,2,0,0,1,1,1\n");
-  const Outcome outcome =
-      run("--clock log --shm " + scratch_.path("pose").string() + " --log " + log.string());
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("1 poses were due before the start"));
+  EXPECT_THAT(run("--clock log --shm " + scratch_.path("pose").string() + " --log " + log.string()),
+              Ends(0, HasSubstr("1 poses were due before the start")));
   const auto messages = received();
   ASSERT_EQ(messages.size(), 1U);
   EXPECT_EQ(messages[0].clock, ODOM_CLOCK_LOG);
@@ -150,9 +148,8 @@ TEST_F(CameraSend, TakesTheClockOfTheDaemonBehindTheSocket) {
 }
 
 TEST_F(CameraSend, SaysThatNobodyListens) {
-  const Outcome outcome = run("--pose 1,2,3 --wait 0.05");
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("odom camera send: " + path_ + ": no such socket; is odomd"));
+  EXPECT_THAT(run("--pose 1,2,3 --wait 0.05"),
+              Ends(1, HasSubstr("odom camera send: " + path_ + ": no such socket; is odomd")));
 }
 
 TEST_F(CameraSend, RefusesBadPosesAndRowsInOneLine) {
@@ -164,9 +161,8 @@ TEST_F(CameraSend, RefusesBadPosesAndRowsInOneLine) {
     EXPECT_EQ(outcome.status, 2) << bad << outcome.err;
     EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << bad;
   }
-  const Outcome outcome = run("", header_ + "1,1,0,0,0,1,-1,1\n");
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("standard input:2: column \"sigma_y\""));
+  EXPECT_THAT(run("", header_ + "1,1,0,0,0,1,-1,1\n"),
+              Ends(2, HasSubstr("standard input:2: column \"sigma_y\"")));
 }
 
 }  // namespace

@@ -72,25 +72,21 @@ TEST_F(PoseCommand, OfADeadDaemonIsShownAndFails) {
 }
 
 TEST_F(PoseCommand, WithoutADaemonIsOneSentence) {
-  const Outcome outcome = run("");
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_EQ(outcome.err, "odom pose: " + segment_ + ": no such segment: is odomd running?\n");
+  EXPECT_THAT(run(""),
+              Ends(1, "odom pose: " + segment_ + ": no such segment: is odomd running?\n"));
   EXPECT_EQ(run_shell("odom pose --shm nonsense").status, 2);
 }
 
 TEST_F(PoseCommand, KnowsNoLogClockWhereNoLogIsPlayed) {
   publish(slow_ns);
-  const Outcome outcome = run("--clock log");
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("the daemon is not playing a log"));
+  EXPECT_THAT(run("--clock log"), Ends(1, HasSubstr("the daemon is not playing a log")));
 }
 
 TEST_F(PoseCommand, FollowingEndsWithTheDaemonAndSumsUp) {
   publish(100'000);
   const auto file = scratch_.path("live.csv");
-  const Outcome outcome = run("--follow --until-stale --csv --out " + file.string());
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("odom pose: 0 ticks in"));
+  EXPECT_THAT(run("--follow --until-stale --csv --out " + file.string()),
+              Ends(0, HasSubstr("odom pose: 0 ticks in")));
   EXPECT_THAT(contents(file), StartsWith("t,x,y,yaw,vx,vy,yaw_rate,"));
 }
 
@@ -98,12 +94,11 @@ TEST_F(PoseCommand, FollowingEndsCleanlyOnTerm) {
   publish(slow_ns);
   const auto file = scratch_.path("l.csv").string();
   // It follows, and listens to signals, once the header is there.
-  const Outcome outcome = run_shell(
-      "odom pose --shm " + segment_ + " --follow --csv --out " + file +
-      " & tries=0; while [ ! -s " + file +
-      " ] && [ $tries -lt 200 ]; do sleep 0.1; tries=$((tries + 1)); done; kill -TERM $!; wait $!");
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("odom pose: 0 ticks in"));
+  EXPECT_THAT(run_shell("odom pose --shm " + segment_ + " --follow --csv --out " + file +
+                        " & tries=0; while [ ! -s " + file +
+                        " ] && [ $tries -lt 200 ]; do sleep 0.1; tries=$((tries + 1)); done; kill "
+                        "-TERM $!; wait $!"),
+              Ends(0, HasSubstr("odom pose: 0 ticks in")));
 }
 
 TEST_F(PoseCommand, OptionsOfFollowingNeedIt) {

@@ -259,10 +259,10 @@ TEST(Status, RefusesWhatIsNoStatus) {
 }
 
 TEST(Status, SaysThatNobodyIsThere) {
-  const Outcome outcome = run_shell("odom status --socket /nonexistent/status.sock");
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("odom status: /nonexistent/status.sock: no such socket; is "
-                                     "odomd running?"));
+  EXPECT_THAT(
+      run_shell("odom status --socket /nonexistent/status.sock"),
+      Ends(1,
+           HasSubstr("odom status: /nonexistent/status.sock: no such socket; is odomd running?")));
   EXPECT_EQ(run_shell("odom status --socket " + std::string(200, 'x')).status, 2);
 }
 

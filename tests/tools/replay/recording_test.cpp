@@ -256,10 +256,9 @@ TEST_F(RecordingTest, TheFilesAreThoseOfAPlainReplay) {
 TEST_F(RecordingTest, TheCommandWritesThePosesThatWereRecorded) {
   const auto folder = record(137);
   const auto out = scratch_.path("replayed.csv");
-  const Outcome outcome =
-      run_shell("odom replay --recording " + folder.string() + " --verify --out " + out.string());
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("bit-identical to what was published: 400 ticks, "));
+  EXPECT_THAT(
+      run_shell("odom replay --recording " + folder.string() + " --verify --out " + out.string()),
+      Ends(0, HasSubstr("bit-identical to what was published: 400 ticks, ")));
   EXPECT_EQ(contents(out), contents(folder / "pose.csv"));
 }
 
@@ -274,10 +273,8 @@ TEST_F(RecordingTest, ADifferenceIsNamedByTickAndColumn) {
   const std::string difference = verify(scratch_.path("drive")).difference;
   EXPECT_THAT(difference, StartsWith("tick "));
   EXPECT_THAT(difference, HasSubstr("): x is "));
-  const Outcome outcome =
-      run_shell("odom replay --verify --recording " + scratch_.path("drive").string());
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("odom replay: differs from the published poses: tick "));
+  EXPECT_THAT(run_shell("odom replay --verify --recording " + scratch_.path("drive").string()),
+              Ends(1, HasSubstr("odom replay: differs from the published poses: tick ")));
 }
 
 TEST_F(RecordingTest, AChangedFrameMakesADifference) {
@@ -315,14 +312,11 @@ TEST_F(RecordingTest, WithoutItsStateItBeginsAtTheRecordedPoseAndSaysSo) {
   std::filesystem::remove(folder / "state.bin");
   EXPECT_THAT(verify(folder).inexact, HasSubstr("state.bin: no such file"));
 
-  const Outcome verified = run_shell("odom replay --verify --recording " + folder.string());
-  EXPECT_EQ(verified.status, 1);
-  EXPECT_THAT(verified.err, HasSubstr("cannot be verified without the filter's state"));
+  EXPECT_THAT(run_shell("odom replay --verify --recording " + folder.string()),
+              Ends(1, HasSubstr("cannot be verified without the filter's state")));
   const auto out = scratch_.path("replayed.csv");
-  const Outcome outcome =
-      run_shell("odom replay --recording " + folder.string() + " --out " + out.string());
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("the replay begins with the recorded pose"));
+  EXPECT_THAT(run_shell("odom replay --recording " + folder.string() + " --out " + out.string()),
+              Ends(0, HasSubstr("the replay begins with the recorded pose")));
   EXPECT_GT(std::filesystem::file_size(out), 50'000U);
 }
 

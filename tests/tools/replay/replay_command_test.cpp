@@ -64,19 +64,17 @@ TEST_F(OdomReplay, SaysThatALogIsOutOfOrder) {
 }
 
 TEST_F(OdomReplay, NamesTheLineOfAStampThatIsHoursAhead) {
-  const Outcome outcome = replay("(1.000000) can0 102#00\n\n(9000.000000) can0 102#00\n");
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("drive.log:3: the log pauses for more than an hour"));
+  EXPECT_THAT(replay("(1.000000) can0 102#00\n\n(9000.000000) can0 102#00\n"),
+              Ends(2, HasSubstr("drive.log:3: the log pauses for more than an hour")));
 }
 
 TEST_F(OdomReplay, RefusesALogInWhichNoTimePasses) {
   for (const std::string stamp : {"0.000000", "1700000000.250000"}) {
     std::string log = "\n";
     for (int i = 0; i < 150; ++i) log += "(" + stamp + ") can0 102#00\n";
-    const Outcome outcome = replay(log);
-    EXPECT_EQ(outcome.status, 2);
-    EXPECT_THAT(outcome.err,
-                HasSubstr("drive.log:151: all 150 frames so far have the time stamp " + stamp));
+    EXPECT_THAT(
+        replay(log),
+        Ends(2, HasSubstr("drive.log:151: all 150 frames so far have the time stamp " + stamp)));
     EXPECT_FALSE(std::filesystem::exists(scratch_.path("pose.csv")));
   }
 }
@@ -89,9 +87,8 @@ TEST_F(OdomReplay, KeepsWhatItReads) {
         name == std::string("drive.log") ? log : contents(scratch_.path(name));
     const std::string file = scratch_.path(name);
     for (const std::string option : {"--out ", "--out /dev/null --innovations "}) {
-      const Outcome outcome = replay(log, " --camera " + camera + " " + option + file);
-      EXPECT_EQ(outcome.status, 2) << outcome.err;
-      EXPECT_THAT(outcome.err, HasSubstr(file + " is what is read; name another file"));
+      EXPECT_THAT(replay(log, " --camera " + camera + " " + option + file),
+                  Ends(2, HasSubstr(file + " is what is read; name another file")));
       EXPECT_EQ(contents(file), before);
     }
   }
@@ -115,12 +112,10 @@ TEST_F(OdomReplay, LeavesNoPoseFileOfADriveThatFailed) {
 
 TEST_F(OdomReplay, NamesTheFolderThatAFileCannotGoInto) {
   const std::string folder = scratch_.path("nowhere").string();
-  const Outcome outcome = replay("(1.000000) can0 102#00\n", " --out " + folder + "/pose.csv");
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_EQ(outcome.err, "odom replay: " + folder +
-                             "/pose.csv: cannot be written: there is no "
-                             "folder " +
-                             folder + "; create it, or check the path\n");
+  EXPECT_THAT(
+      replay("(1.000000) can0 102#00\n", " --out " + folder + "/pose.csv"),
+      Ends(2, "odom replay: " + folder + "/pose.csv: cannot be written: there is no folder " +
+                  folder + "; create it, or check the path\n"));
 }
 
 TEST_F(OdomReplay, WritesThroughLinksAndIntoPipes) {
@@ -145,10 +140,9 @@ TEST_F(OdomReplay, SaysThatTheCameraIsMissing) {
 TEST_F(OdomReplay, SaysThatTheCameraFileHoldsNoPoseAndBeginsAtZero) {
   const auto camera =
       scratch_.write("camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n");
-  const Outcome outcome =
-      replay("(1.000000) can0 101#95E803\n", " --model kinematic --camera " + camera.string());
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, HasSubstr(camera.string() + ": contains no camera pose"));
+  EXPECT_THAT(
+      replay("(1.000000) can0 101#95E803\n", " --model kinematic --camera " + camera.string()),
+      Ends(0, HasSubstr(camera.string() + ": contains no camera pose")));
   EXPECT_THAT(contents(scratch_.path("pose.csv")), HasSubstr("\n1.000000000,0,0,0,1,0,0,"));
 }
 

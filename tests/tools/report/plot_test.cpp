@@ -96,10 +96,9 @@ TEST_F(Plot, PutsSeveralFilesOverEachOtherAndSeveralQuantitiesBelow) {
 
 TEST_F(Plot, OfFilesWithoutACommonTimeBeginsEachAtZeroAndSaysSo) {
   const auto early = scratch_.write("early.csv", csv_of(wavy_drive(0.0, 1.0, 0.01))).string();
-  const Outcome outcome = run(pose_ + " " + early + " --what heading --out -");
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_EQ(outcome.err,
-            "odom plot: warning: the files have no time in common; each begins at 0 s\n");
+  EXPECT_THAT(
+      run(pose_ + " " + early + " --what heading --out -"),
+      Ends(0, "odom plot: warning: the files have no time in common; each begins at 0 s\n"));
 }
 
 TEST_F(Plot, DrawsTheInnovationsOfAReplay) {
@@ -158,9 +157,8 @@ TEST_F(Plot, SaysInOneLineWhatIsWrong) {
   const auto nan = scratch_.write("nan.csv", "t,x,y,yaw,steering\n1,0,0,0,nan\n").string();
   expect_refused(nan + " --what steering", "nan.csv:2: column \"steering\": \"nan\"");
   EXPECT_THAT(run(pose_ + " --out x.jpg").err, HasSubstr("pictures end in .svg or .png"));
-  const Outcome silent = run("--for 1 --shm " + scratch_.path("none").string() + " --out -");
-  EXPECT_EQ(silent.status, 1);
-  EXPECT_THAT(silent.err, HasSubstr("no such segment: is odomd running?"));
+  EXPECT_THAT(run("--for 1 --shm " + scratch_.path("none").string() + " --out -"),
+              Ends(1, HasSubstr("no such segment: is odomd running?")));
 }
 
 TEST(InnovationChart, ExpectsNothingWhereThereAreNoSamples) {

@@ -50,9 +50,7 @@ TEST(SimCommand, KeepsAForeignDirectory) {
   const Scratch scratch;
   scratch.write("precious", "data");
   const std::string folder = scratch.path("").string();
-  const Outcome refused = run_shell("odom sim --duration 1 --out " + folder);
-  EXPECT_EQ(refused.status, 2);
-  EXPECT_THAT(refused.err, HasSubstr("--force"));
+  EXPECT_THAT(run_shell("odom sim --duration 1 --out " + folder), Ends(2, HasSubstr("--force")));
   EXPECT_EQ(run_shell("odom sim --duration 1 --force --out " + folder).status, 0);
   EXPECT_EQ(contents(scratch.path("precious")), "data");
 }
@@ -213,19 +211,17 @@ std::string drive_live(const std::string& folder) {
 TEST(SimCommand, ASignalEndsItWithWholeFiles) {
   const Scratch scratch;
   const std::string folder = scratch.path("drive").string();
-  const Outcome outcome =
+  EXPECT_THAT(
       run_shell(drive_live(folder) + "kill -INT $pid; wait $pid; odom replay --config " + folder +
-                "/car.toml --can " + folder + "/drive.log --out " + folder + "/pose.csv");
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("interrupted"));
+                "/car.toml --can " + folder + "/drive.log --out " + folder + "/pose.csv"),
+      Ends(0, HasSubstr("interrupted")));
 }
 
 TEST(SimCommand, ASecondSignalDoesNotCutTheEndShort) {
   const Scratch scratch;
-  const Outcome outcome = run_shell(drive_live(scratch.path("drive").string()) +
-                                    "kill -INT $pid; kill -TERM $pid; kill -TERM $pid; wait $pid");
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("interrupted"));
+  EXPECT_THAT(run_shell(drive_live(scratch.path("drive").string()) +
+                        "kill -INT $pid; kill -TERM $pid; kill -TERM $pid; wait $pid"),
+              Ends(0, HasSubstr("interrupted")));
 }
 
 TEST(SimCommand, SendsCameraPosesToTheSocket) {

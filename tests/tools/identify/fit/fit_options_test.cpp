@@ -74,13 +74,12 @@ TEST(FitOptions, APriorIsANameAndASigma) {
 TEST(FitOptions, WithoutTheProgramItIsSaidHowToHaveIt) {
   const Scratch scratch;
   const std::string alone = scratch.path("odom").string();
-  const Outcome outcome = run_shell("cp \"$(command -v odom)\" " + alone + " && exec " + alone +
-                                    " identify fit --drive somewhere");
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_EQ(outcome.err,
-            "odom identify fit: fitting needs odom-fit: install the package odom-fit; or install "
-            "libceres-dev, and configure and build all: cmake --preset release && cmake --build "
-            "--preset release\n");
+  EXPECT_THAT(run_shell("cp \"$(command -v odom)\" " + alone + " && exec " + alone +
+                        " identify fit --drive somewhere"),
+              Ends(1,
+                   "odom identify fit: fitting needs odom-fit: install the package odom-fit; or "
+                   "install libceres-dev, and configure and build all: cmake --preset release && "
+                   "cmake --build --preset release\n"));
 }
 
 std::string refusal_of_prior(const std::string& text) {

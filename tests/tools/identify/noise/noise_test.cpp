@@ -287,10 +287,9 @@ TEST_F(IdentifyNoise, FindsThePapersConditionViolated) {
   const std::string folder = standing();
   std::ofstream(folder + "/car.toml", std::ios::app)
       << "\n[filter]\npaper_q = [1e-9, 0.01, 0.01]\n";
-  const Outcome outcome = run_shell("odom identify noise --config " + folder + "/car.toml --can " +
-                                    folder + "/drive.log");
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("paper_q: gives v_x a variance of 1e-09"));
+  EXPECT_THAT(run_shell("odom identify noise --config " + folder + "/car.toml --can " + folder +
+                        "/drive.log"),
+              Ends(0, HasSubstr("paper_q: gives v_x a variance of 1e-09")));
 }
 
 TEST_F(IdentifyNoise, OfADriveMakesTheFilterConsistent) {
@@ -317,13 +316,10 @@ TEST_F(IdentifyNoise, RefusesADriveWhoseGyroContradictsTheOtherSensors) {
   ASSERT_EQ(run_shell("odom sim --scenario slalom --duration 15 --out " + folder).status, 0);
   ASSERT_EQ(run_shell("sed -i '/^yaw_rate/s/}/, scale = -1.0 }/' " + folder + "/car.toml").status,
             0);
-  const Outcome seen = run_shell("odom identify noise --drive " + folder);
-  EXPECT_EQ(seen.status, 2);
-  EXPECT_THAT(seen.err, HasSubstr("drive: yaw_rate: turns the other way than the camera; check"));
-  const Outcome blind = run_shell("odom identify noise --no-camera --drive " + folder);
-  EXPECT_EQ(blind.status, 2);
-  EXPECT_THAT(blind.err,
-              HasSubstr("drive: yaw_rate: turns the other way than wheels and steering"));
+  EXPECT_THAT(run_shell("odom identify noise --drive " + folder),
+              Ends(2, HasSubstr("drive: yaw_rate: turns the other way than the camera; check")));
+  EXPECT_THAT(run_shell("odom identify noise --no-camera --drive " + folder),
+              Ends(2, HasSubstr("drive: yaw_rate: turns the other way than wheels and steering")));
 }
 
 TEST_F(IdentifyNoise, SaysWhatCannotBeUsed) {

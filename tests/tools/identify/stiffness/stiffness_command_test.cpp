@@ -72,10 +72,9 @@ TEST(StiffnessCommand, AFilmWhoseScaleTheAccelerometerContradictsGivesAWarning) 
   ASSERT_NE(text.find(entry), std::string::npos);
   text.insert(text.find(entry) + entry.size(), ", scale = 1.05");
   write("loud.toml", text);
-  const Outcome outcome = run_shell(
-      "cd " + afternoon() + " && odom identify stiffness --config loud.toml " + places + film);
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("% of the film's lateral acceleration"));
+  EXPECT_THAT(run_shell("cd " + afternoon() + " && odom identify stiffness --config loud.toml " +
+                        places + film),
+              Ends(0, HasSubstr("% of the film's lateral acceleration")));
 }
 
 TEST(StiffnessCommand, WhatTheCirclesContradictIsNotWritten) {
@@ -112,9 +111,8 @@ TEST(StiffnessCommand, ASteeringOfAnotherScaleIsRefusedOrContradicted) {
                      places + film);
   };
   for (const char* scale : {"17", "0.0588"}) {
-    const Outcome refused = with_scale(scale);
-    EXPECT_EQ(refused.status, 2);
-    EXPECT_THAT(refused.err, HasSubstr("correct scale and unit of [can.signals] steering"));
+    EXPECT_THAT(with_scale(scale),
+                Ends(2, HasSubstr("correct scale and unit of [can.signals] steering")));
   }
   const Outcome contradicted = with_scale("1.5");
   EXPECT_EQ(contradicted.status, 0);
@@ -123,9 +121,8 @@ TEST(StiffnessCommand, ASteeringOfAnotherScaleIsRefusedOrContradicted) {
 }
 
 TEST(StiffnessCommand, SaysWhereItIsLessExactThanItCouldBe) {
-  const Outcome outcome = identify(places + film + "--sigma-mass 0.15");
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("and 5 % is possible; drive faster circles"));
+  EXPECT_THAT(identify(places + film + "--sigma-mass 0.15"),
+              Ends(0, HasSubstr("and 5 % is possible; drive faster circles")));
 }
 
 TEST(StiffnessCommand, TakesUnits) {
@@ -162,10 +159,9 @@ TEST(StiffnessCommand, EachMistakeIsOneLineThatSaysWhatToDo) {
   std::string text = contents("car.toml");
   text.erase(text.find("[vehicle]"), text.find("[can]") - text.find("[vehicle]"));
   write("no_car.toml", text);
-  const Outcome no_car = run_shell(
-      "cd " + afternoon() + " && odom identify stiffness --config no_car.toml " + places + film);
-  EXPECT_EQ(no_car.status, 2);
-  EXPECT_THAT(no_car.err, HasSubstr("[vehicle] mass is missing"));
+  EXPECT_THAT(run_shell("cd " + afternoon() + " && odom identify stiffness --config no_car.toml " +
+                        places + film),
+              Ends(2, HasSubstr("[vehicle] mass is missing")));
 
   // Only the slowest circles, and markers that nobody has measured.
   std::string slow;

@@ -365,15 +365,12 @@ TEST(IdentifyMass, AsksForTheUnitsOfWhatIsCoarse) {
 }
 
 TEST(IdentifyMass, SaysWhatIsMissing) {
-  const Outcome height = run_shell("odom identify mass --total 3 --scale-sigma 1g --height 5cm");
-  EXPECT_EQ(height.status, 2);
-  EXPECT_THAT(height.err, HasSubstr("--wheelbase is missing"));
-  const Outcome half = run_shell("odom identify mass --front 1 --scale-resolution 1g");
-  EXPECT_EQ(half.status, 2);
-  EXPECT_THAT(half.err, HasSubstr("do not add up to the whole car"));
-  const Outcome nothing = run_shell("odom identify cog --total 3 --scale-sigma 1g --wheelbase 1");
-  EXPECT_EQ(nothing.status, 2);
-  EXPECT_THAT(nothing.err, HasSubstr("do not determine the weight distribution"));
+  EXPECT_THAT(run_shell("odom identify mass --total 3 --scale-sigma 1g --height 5cm"),
+              Ends(2, HasSubstr("--wheelbase is missing")));
+  EXPECT_THAT(run_shell("odom identify mass --front 1 --scale-resolution 1g"),
+              Ends(2, HasSubstr("do not add up to the whole car")));
+  EXPECT_THAT(run_shell("odom identify cog --total 3 --scale-sigma 1g --wheelbase 1"),
+              Ends(2, HasSubstr("do not determine the weight distribution")));
 }
 
 }  // namespace

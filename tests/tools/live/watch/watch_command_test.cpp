@@ -194,17 +194,15 @@ TEST_F(WatchCommand, SaysIntoAPipeThatItWaitsAndEndsWithItsReader) {
                            ": no such segment: is odomd running? Waiting for it; --once does "
                            "not\n");
   const auto writer = publish(segment_);  // ticks once
-  const Outcome silent =
-      run_shell("timeout 60 odom watch --interval 0.05 " + target() + " | grep -m 1 SILENT");
-  EXPECT_EQ(silent.status, 0);
-  EXPECT_THAT(silent.err, HasSubstr("the daemon has stopped publishing"));
+  EXPECT_THAT(
+      run_shell("timeout 60 odom watch --interval 0.05 " + target() + " | grep -m 1 SILENT"),
+      Ends(0, HasSubstr("the daemon has stopped publishing")));
 }
 
 TEST_F(WatchCommand, ShowsTheSegmentOfTheDaemonBehindTheSocket) {
   const std::string socket = scratch_.path("s").string();
-  const Outcome nobody = run_shell("odom watch --once --socket " + socket);
-  EXPECT_EQ(nobody.status, 1);
-  EXPECT_THAT(nobody.err, HasSubstr("odom watch: " + socket + ": no such socket; is odomd"));
+  EXPECT_THAT(run_shell("odom watch --once --socket " + socket),
+              Ends(1, HasSubstr("odom watch: " + socket + ": no such socket; is odomd")));
   const Beating daemon{segment_};
   const AnsweringSocket status{socket, R"({"shm":")" + segment_ + "\"}"};
   const Outcome once = run_shell("odom watch --once --socket " + socket);
