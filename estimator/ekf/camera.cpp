@@ -154,9 +154,11 @@ void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
   const double driven = dt * speed * (state.integrity.slides() ? 1.0 : model.tuning.slip_of_way);
   const double hidden = squared(way) - squared(driven);
   const double hidden_turn = squared(nu[2]) - squared(driven / model.car.wheelbase());
+  const double left =
+      std::exp(-seconds_between(state.disputed.since_ns, state.time_ns) / model.tuning.disputed_s);
   state.disputed = {.since_ns = state.time_ns,
-                    .way = 0.25 * std::max(hidden, 0.0),
-                    .turn = 0.25 * std::max(hidden_turn, 0.0)};
+                    .way = left * state.disputed.way + 0.25 * std::max(hidden, 0.0),
+                    .turn = left * state.disputed.turn + 0.25 * std::max(hidden_turn, 0.0)};
   state.doubtful = hidden > 0.0 || hidden_turn > 0.0;
 }
 

@@ -185,10 +185,12 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   Secant rear{car.cornering_stiffness_rear};
   if (w > 0.0) {
     const double l = car.wheelbase();
-    const double slip = (v_x * delta - v_y - l_v * r) / w;
+    // A tyre that hardly rolls does not slide: there α is that of a wheelbase per second.
+    const double rolls = std::max(w, l);
+    const double slip = (v_x * delta - v_y - l_v * r) / rolls;
     front = secant_stiffness(front.stiffness, slip, softness_of(car.grip_front, now), m * l_h / l);
-    rear = secant_stiffness(rear.stiffness, (l_h * r - v_y) / w, softness_of(car.grip_rear, now),
-                            m * l_v / l);
+    rear = secant_stiffness(rear.stiffness, (l_h * r - v_y) / rolls,
+                            softness_of(car.grip_rear, now), m * l_v / l);
   }
   const double c_v = front.stiffness;
   const double c_h = rear.stiffness;
