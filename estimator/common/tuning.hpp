@@ -61,7 +61,6 @@ struct Tuning {
   double outlier_odds = 12.0;      ///< log odds of an outlier over a wrong filter
   double outlier_range = 20.0;     ///< range of outliers [wheelbases]
   double motion_error = 0.1;       ///< error of the filter's motion between two poses [1, rad/m]
-  double slip_of_way = 0.3;        ///< error of the way that motion explains
   double lasting_s = 3.0;          ///< correlation time of a camera's lasting error [s]
   double lasting_mean_s = 0.5;     ///< of the mean by which it shows [s] ...
   double lasting_memory_s = 20.0;  ///< ... and of what is remembered [s]

@@ -134,32 +134,51 @@ void move_to(State& state, const Pose2& measured, const std::array<double, 3>& s
   }
 }
 
+// Of what a fault may have done to the pose, as one sigma.
+constexpr double half_of_it = 0.5;
+
+Disputed disputed_now(const Tuning& tuning, const State& state) noexcept {
+  const double left =
+      std::exp(-seconds_between(state.disputed.since_ns, state.time_ns) / tuning.disputed_s);
+  return {.since_ns = state.time_ns,
+          .way = left * state.disputed.way,
+          .turn = left * state.disputed.turn};
+}
+
+/// A camera whose innovations stay off draws the pose along: by their mean.
+void dispute_drawn(const Tuning& tuning, State& state) noexcept {
+  Disputed now = disputed_now(tuning, state);
+  const auto& [x, y] = state.lasting_way.mean;
+  now.way = std::max(now.way, squared(half_of_it) * (squared(x) + squared(y)));
+  now.turn = std::max(now.turn, squared(half_of_it * state.lasting_turn.mean[0]));
+  state.disputed = now;
+}
+
 /// The filter is wrong by ν: its pose, and what has made it wrong since the last fused pose, its
-/// velocity or the gyro's bias. A jump that no motion explains may be one of the map: what it hides
-/// is published for a while.
+/// velocity or the gyro's bias. The map may have jumped instead: what S does not explain, this pose
+/// may hide, and it is published for a while.
 void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
-           double since_fused_s, bool first) noexcept {
-  const double speed = std::hypot(state.mean[at::v_x], state.mean[at::v_y]);
-  const double way = std::hypot(nu[0], nu[1]);
+           const Symmetric3& S, double since_fused_s, bool first) noexcept {
+  const double way = squared(nu[0]) + squared(nu[1]);
+  const double turn = squared(nu[2]);
   const double dt = std::max(since_fused_s, shortest_drift_s);
-  state.covariance.diagonal().head<3>() +=
-      Eigen::Vector3d(squared(way), squared(way), squared(nu[2]));
-  const double drift = std::min(way / dt, std::max(1.0, 0.5 * speed));
+  const double speed = std::hypot(state.mean[at::v_x], state.mean[at::v_y]);
+  state.covariance.diagonal().head<3>() += Eigen::Vector3d(way, way, turn);
+  const double drift = std::min(std::sqrt(way) / dt, std::max(1.0, 0.5 * speed));
   state.covariance.diagonal().segment<2>(at::v_x).array() += squared(drift);
   state.slow.covariance(slow::gyro_bias, slow::gyro_bias) +=
-      squared(std::min(std::abs(nu[2]) / dt, model.tuning.gyro_bias));
-  if (first || state.doubtful) {
+      std::min(turn / squared(dt), squared(model.tuning.gyro_bias));
+  if (first) {
     return;
   }
-  const double driven = dt * speed * (state.integrity.slides() ? 1.0 : model.tuning.slip_of_way);
-  const double hidden = squared(way) - squared(driven);
-  const double hidden_turn = squared(nu[2]) - squared(driven / model.car.wheelbase());
-  const double left =
-      std::exp(-seconds_between(state.disputed.since_ns, state.time_ns) / model.tuning.disputed_s);
+  // Of a car that slides the filter knows little.
+  const bool slides = state.integrity.slides();
+  const Disputed before = disputed_now(model.tuning, state);
+  const double share = slides ? squared(half_of_it) : half_of_it;
   state.disputed = {.since_ns = state.time_ns,
-                    .way = left * state.disputed.way + 0.25 * std::max(hidden, 0.0),
-                    .turn = left * state.disputed.turn + 0.25 * std::max(hidden_turn, 0.0)};
-  state.doubtful = hidden > 0.0 || hidden_turn > 0.0;
+                    .way = before.way + squared(share) * std::max(way - S[0] - S[3], 0.0),
+                    .turn = before.turn + squared(share) * std::max(turn - S[5], 0.0)};
+  state.doubtful = state.doubtful || !slides;
 }
 
 }  // namespace
@@ -264,7 +283,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     if (state.standstill.standing) {
       set_off(model, state, 0.0);
     }
-    widen(model, state, judgement.innovation, since_fused_s, first);
+    widen(model, state, judgement.innovation, S, since_fused_s, first);
   }
   // The yaw nearest to the filter's, of all turns.
   for (std::size_t i = 0; i < pose_states.size(); ++i) {
@@ -290,6 +309,9 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     note_lasting(model.tuning, state.lasting_way, nu.first(2), 0.5 * (P(0, 0) + P(1, 1)) / S_way,
                  S_way, dt);
     note_lasting(model.tuning, state.lasting_turn, nu.last(1), P(2, 2) / S[5], S[5], dt);
+    if (state.integrity.agreed().camera_inconsistent) {
+      dispute_drawn(model.tuning, state);
+    }
   }
   fused();
   return judgement;
