@@ -9,6 +9,7 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/squares.hpp"
 #include "estimator/common/time.hpp"
+#include "estimator/ekf/gyro.hpp"
 #include "estimator/ekf/judge.hpp"
 #include "estimator/ekf/update.hpp"
 
@@ -263,6 +264,33 @@ void update_standstill(const CarModel& model, State& state, const Sample& sample
     set_off(model, state, brisk_accel * seconds_between(last_wheel_ns(state), sample.time_ns));
     standstill.blind = blind;
   }
+}
+
+Judgement take_still_gyro(const CarModel& model, State& state, const Sample& sample) noexcept {
+  const Judgement unused{.source = sample.source, .verdict = Verdict::fused, .degrees = 0};
+  constexpr double stretch_s = 0.25;
+  constexpr double bias_step_s = 20.0;
+  auto& [older, newer] = state.standstill.gyro;
+  newer.since_ns = newer.samples == 0 ? sample.time_ns : newer.since_ns;
+  newer.sum += sample.value[0];
+  ++newer.samples;
+  state.fused_ns[index_of(sample.source)] = sample.time_ns;
+  if (seconds_between(newer.since_ns, sample.time_ns) < stretch_s) {
+    return unused;
+  }
+  const StillGyro stretch = std::exchange(older, std::exchange(newer, {}));
+  if (stretch.samples == 0) {
+    return unused;
+  }
+  Sample mean = sample;
+  mean.value[0] = stretch.sum / stretch.samples;
+  mean.sigma[0] /= std::sqrt(stretch.samples);
+  const Prediction z = predict_yaw_rate(state, mean.sigma[0]);
+  // A bias that makes a step has to last.
+  const Innovation nu = innovation(state, z, mean.value[0]);
+  state.slow.covariance(slow::gyro_bias, slow::gyro_bias) +=
+      std::max(nu.value * nu.value - nu.variance, 0.0) * stretch_s / bias_step_s;
+  return judge(model, state, mean, z, {.heading = false, .slow = only(slow::gyro_bias)});
 }
 
 void learn_dead_band(State& state, const Sample& sample) noexcept {

@@ -46,4 +46,9 @@ void update_standstill(const CarModel& model, State& state, const Sample& sample
 /// A wheel that reads less than its dead band, twice, has a smaller one.
 void learn_dead_band(State& state, const Sample& sample) noexcept;
 
+/// The gyro of a standing car measures its bias. A car that sets off is noticed a little later, so
+/// a stretch of samples counts only once the next one is over, too.
+[[nodiscard]] Judgement take_still_gyro(const CarModel& model, State& state,
+                                        const Sample& sample) noexcept;
+
 }  // namespace odomd::estimator::full

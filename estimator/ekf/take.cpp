@@ -125,34 +125,6 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
                                                    : note(context, state, sample, judgement);
 }
 
-/// The gyro of a standing car measures its bias. A car that sets off is noticed a little later, so
-/// a stretch of samples counts only once the next one is over, too.
-Judgement take_still_gyro(const Context& context, State& state, const Sample& sample) noexcept {
-  constexpr double stretch_s = 0.25;
-  constexpr double bias_step_s = 20.0;
-  auto& [older, newer] = state.standstill.gyro;
-  newer.since_ns = newer.samples == 0 ? sample.time_ns : newer.since_ns;
-  newer.sum += sample.value[0];
-  ++newer.samples;
-  state.fused_ns[index_of(sample.source)] = sample.time_ns;
-  if (seconds_between(newer.since_ns, sample.time_ns) < stretch_s) {
-    return held(sample.source);
-  }
-  const StillGyro stretch = std::exchange(older, std::exchange(newer, {}));
-  if (stretch.samples == 0) {
-    return held(sample.source);
-  }
-  Sample mean = sample;
-  mean.value[0] = stretch.sum / stretch.samples;
-  mean.sigma[0] /= std::sqrt(stretch.samples);
-  const Prediction z = predict_yaw_rate(state, mean.sigma[0]);
-  // A bias that makes a step has to last.
-  const Innovation nu = innovation(state, z, mean.value[0]);
-  state.slow.covariance(slow::gyro_bias, slow::gyro_bias) +=
-      std::max(nu.value * nu.value - nu.variance, 0.0) * stretch_s / bias_step_s;
-  return judge(context.model, state, mean, z, {.heading = false, .slow = only(slow::gyro_bias)});
-}
-
 Judgement take_accel_x(const Context& context, State& state, const Sample& sample) noexcept {
   if (state.accel_x.seen && consistent_samples(state, sample) == 0) {
     return gated(sample.source);
@@ -210,7 +182,7 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
   switch (sample.source) {
     case Source::yaw_rate:
       return state.standstill.standing
-                 ? take_still_gyro(context, state, sample)
+                 ? take_still_gyro(context.model, state, sample)
                  : judge(context.model, state, sample,
                          predict_yaw_rate(state, sample.sigma[0], sample.advanced_s),
                          {.heading = true});
