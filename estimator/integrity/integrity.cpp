@@ -166,8 +166,17 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns) noexcept {
   agreed_.without_gyro = all.without(out | faulty | only(Source::yaw_rate));
   agreed_.without_wheels = all.without(out | faulty | wheels);
   const Sources trusted = ~distrusted();
+  // A source that pauses has not failed.
+  Sources lately = 0;
+  for (std::size_t i = 0; i < source_count; ++i) {
+    constexpr double pause_s = 0.5;
+    const SourceHistory& history = observed_.sources[i];
+    if (history.seen() && seconds_between(history.time_ns, now_ns) <= pause_s) {
+      lately |= only(static_cast<Source>(i));
+    }
+  }
   const auto all_distrusted = [&](Sources sources) {
-    return (present & sources) != 0 && (present & sources & trusted) == 0;
+    return (present & sources) != 0 && (lately & sources & trusted) == 0;
   };
   agreed_.wheels_distrusted = all_distrusted(wheels);
   // The car may slide at a high lateral acceleration or while an axle slips; and then as long as it

@@ -89,9 +89,9 @@ Stiffnesses tyres_at(const CarModel& model, const Input& input, const State& sta
   const double delta = moving(state, input).front_wheel;
   const double v_y = state.mean[at::v_y];
   const double yaw_rate = state.mean[at::yaw_rate];
-  const double front =
-      delta * (v_x > 0.0 ? 1.0 : -1.0) - (v_y + car.front_axle * yaw_rate) / std::abs(v_x);
-  const double rear = -(v_y - car.rear_axle * yaw_rate) / std::abs(v_x);
+  const double rolls = std::max(std::abs(v_x), car.wheelbase());
+  const double front = (delta * v_x - v_y - car.front_axle * yaw_rate) / rolls;
+  const double rear = -(v_y - car.rear_axle * yaw_rate) / rolls;
   const double m_front = car.mass * car.rear_axle / car.wheelbase();
   const auto softness = [&state](double grip) {
     return (grip > 0.0 ? 1.0 / grip : Tuning{}.tyre_softness) + state.slow.mean[slow::softness];
