@@ -226,7 +226,8 @@ TEST(Standstill, BiasesAreLearntBeforeTheFirstMove) {
 }
 
 TEST(Standstill, TheBiasIsLearntWithTheNoiseAtRest) {
-  // A fifth of the stated noise: some 1.5 s of 200 samples a second, by their scatter, and the walk.
+  // A fifth of the stated noise: some 1.5 s of 200 samples a second, by their scatter, and the
+  // walk.
   for (const double share : {0.2, 1.0}) {
     State state = never_moved();
     const Context context;
