@@ -15,7 +15,7 @@ namespace odomd::estimator::full {
 class History {
  public:
   /// Number of states, the present one included.
-  static constexpr std::size_t capacity = 96;
+  static constexpr std::size_t capacity = 64;
 
   /// The present state. writable() first copies it if it is kept.
   [[nodiscard]] const State& now() const noexcept { return states_[now_]; }
