@@ -58,6 +58,9 @@ void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
   const Pose2 before = now.pose();
   now.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
   now.turned_since_ns = 0;
+  now.lasting_way = {};
+  now.lasting_turn = {};
+  now.disputed = {};
   for (const at::Index index : {at::x, at::y, at::yaw}) {
     full::forget(now, index, std::sqrt(initial_.covariance(index, index)));
   }
@@ -76,10 +79,13 @@ std::optional<Verdict> FullFilter::add(const Measurement& sample) noexcept {
   }
   const std::size_t index = index_of(sample.source);
   const double sigma = sample.sigma > 0.0 ? sample.sigma : sigma_[index];
-  // An actuator follows its command later.
-  const std::int64_t advance_ns = latencies_.advance_ns(sample.source, sample.time_ns);
-  const std::int64_t delay_ns =
-      (sample.source == Source::steering ? steering_delay_ns_ : 0) - advance_ns;
+  // An actuator follows its command later; a late sensor is put earlier, as far as states go back.
+  const std::int64_t actuator_ns = sample.source == Source::steering ? steering_delay_ns_ : 0;
+  const std::int64_t time_ns = ns_after(sample.time_ns, actuator_ns);
+  const std::int64_t room_ns = std::max<std::int64_t>(ns_between(history_.oldest_ns(), time_ns), 1);
+  const std::int64_t advance_ns =
+      std::min(latencies_.advance_ns(sample.source, time_ns), room_ns - 1);
+  const std::int64_t delay_ns = actuator_ns - advance_ns;
   return insert({.time_ns = ns_after(sample.time_ns, delay_ns),
                  .source = sample.source,
                  .value = {sample.value},
@@ -223,6 +229,7 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
   for (std::int64_t left = ticks; left-- > 0;) {
     const std::int64_t grid_ns = ns_after(tick_ns, -left * period_ns_);
     State& now = history_.writable();
+    const std::int64_t before_ns = now.time_ns;
     for (; !samples.empty() && samples.front().time_ns <= grid_ns; samples = samples.subspan(1)) {
       Sample& sample = samples.front();
       full::advance(context_, now, sample.time_ns);
@@ -235,7 +242,7 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
     full::advance(context_, now, grid_ns);
     full::apply_integrity(context_, now);
     full::limit(now);
-    latencies_.note(now, period_ns_);
+    latencies_.note(now, before_ns);
     if (now.moving && grid_ns > *last_tick_ns_) {
       const BodyVelocity next = velocity_of(now);
       const BodyVelocity mean{0.5 * (velocity.v_x + next.v_x), 0.5 * (velocity.v_y + next.v_y),

@@ -40,7 +40,7 @@ void clamp_scales(State& state) noexcept {
   keep(slow::wheel_scale, -0.5, 0.5);
   keep(slow::gyro_latency, -0.2, 0.2);
   keep(slow::wheel_latency, -0.2, 0.2);
-  keep(slow::steering_latency, -0.2, 0.2);
+  keep(slow::steering_latency, 0.0, 0.1);  // it counts only as far as samples can be advanced
   keep(slow::wheel_difference, -0.1, 0.1);
   keep(slow::softness, -0.2, 1.0);
 }
@@ -98,7 +98,7 @@ double evidence_of_step(const CarModel& model, const State& state, const PosePai
 /// update is e ← e + K (c - e).
 void note_lasting(const Tuning& tuning, LastingError& lasting, std::span<const double> nu, double K,
                   double S, double dt) noexcept {
-  auto& [seen_s, mean, product, expected, e_c, e_e, m_c, m_e, variance, drawn] = lasting;
+  auto& [seen_s, mean, product, expected, e_c, e_e, m_c, m_e, variance] = lasting;
   seen_s = std::min(seen_s + dt, tuning.lasting_memory_s);
   const double share = std::min(dt / std::max(seen_s, tuning.lasting_mean_s), 0.5);
   const double fresh = std::min(dt / tuning.lasting_mean_s, 0.5);
@@ -145,20 +145,13 @@ Disputed disputed_now(const Tuning& tuning, const State& state) noexcept {
           .turn = left * state.disputed.turn};
 }
 
-/// A camera whose innovations stay off has drawn the pose along.
-void note_drawn(const Tuning& tuning, State& state, const Pose2& before, double dt) noexcept {
-  const double keeps = std::exp(-dt / tuning.lasting_memory_s);
-  auto& [x, y] = state.lasting_way.drawn;
-  double& yaw = state.lasting_turn.drawn[0];
-  x = keeps * x + state.mean[at::x] - before.x;
-  y = keeps * y + state.mean[at::y] - before.y;
-  yaw = keeps * yaw + state.mean[at::yaw] - before.yaw;
-  if (state.integrity.agreed().camera_inconsistent) {
-    Disputed now = disputed_now(tuning, state);
-    now.way = std::max(now.way, squared(half_of_it) * (squared(x) + squared(y)));
-    now.turn = std::max(now.turn, squared(half_of_it * yaw));
-    state.disputed = now;
-  }
+/// A camera whose innovations stay off draws the pose along: by their mean.
+void dispute_drawn(const Tuning& tuning, State& state) noexcept {
+  Disputed now = disputed_now(tuning, state);
+  const auto& [x, y] = state.lasting_way.mean;
+  now.way = std::max(now.way, squared(half_of_it) * (squared(x) + squared(y)));
+  now.turn = std::max(now.turn, squared(half_of_it * state.lasting_turn.mean[0]));
+  state.disputed = now;
 }
 
 /// The filter is wrong by ν: its pose, and what has made it wrong since the last fused pose, its
@@ -310,13 +303,19 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     state.last_jump = {now.x - estimated.x, now.y - estimated.y, now.yaw - estimated.yaw};
   } else if (!first) {
     adapt_way_noise_scale(model.tuning, state, judgement.squared_ratio, since_fused_s);
+    if (since_fused_s > model.tuning.lasting_s) {
+      state.lasting_way = {};
+      state.lasting_turn = {};
+    }
     const double dt = std::max(since_fused_s, 1e-3);
     const std::span nu(judgement.innovation);
     const double S_way = 0.5 * (S[0] + S[3]);
     note_lasting(model.tuning, state.lasting_way, nu.first(2), 0.5 * (P(0, 0) + P(1, 1)) / S_way,
                  S_way, dt);
     note_lasting(model.tuning, state.lasting_turn, nu.last(1), P(2, 2) / S[5], S[5], dt);
-    note_drawn(model.tuning, state, estimated, dt);
+    if (state.integrity.agreed().camera_inconsistent) {
+      dispute_drawn(model.tuning, state);
+    }
   }
   fused();
   return judgement;

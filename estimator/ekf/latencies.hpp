@@ -24,9 +24,9 @@ class Latencies {
   /// Takes over the latencies of a state, for all times.
   void begin(const State& state) noexcept { learnt_.fill(state.slow.mean); }
 
-  /// Notes those at a tick, the one before being `period_ns` earlier.
-  void note(const State& state, std::int64_t period_ns) noexcept {
-    if (window_of(state.time_ns) != window_of(state.time_ns - period_ns)) {
+  /// Notes those at a tick, the one before being at `before_ns`.
+  void note(const State& state, std::int64_t before_ns) noexcept {
+    if (window_of(state.time_ns) != window_of(before_ns)) {
       learnt_[place(window_of(state.time_ns))] = state.slow.mean;
     }
   }

@@ -18,7 +18,9 @@ double softness_of(double grip, const Moving& now) noexcept {
 /// A noisy gyro's bias walks faster, too.
 double gyro_bias_walk(const CarModel& model, const State& state) noexcept {
   const NoiseLevel& level = state.noise[index_of(Source::yaw_rate)];
-  const double noise = level.still_samples > 0 ? model.gyro_sigma * std::sqrt(level.at_rest) : 0.0;
+  // Before its scatter is known, and where a running engine shakes it, that is not its noise.
+  const bool known = level.still_samples > 1 && level.at_rest < 1.0;
+  const double noise = known ? model.gyro_sigma * std::sqrt(level.at_rest) : 0.0;
   return std::max(model.tuning.gyro_bias_walk, model.tuning.gyro_bias_walk_share * noise);
 }
 

@@ -77,7 +77,9 @@ Calibration calibration_of(const CarModel& model, const State& state,
       1.0 / std::max(usual_softness(model.car.grip_rear) + state.slow.mean[slow::softness],
                      least_softness);
   calibration.sigma[grip] = squared(calibration.value[grip]) * std::sqrt(variance);
-  if (variance < squared(learnt_share) * initial.slow.covariance(slow::softness, slow::softness)) {
+  const double softness = 1.0 / calibration.value[grip];
+  if (variance < squared(learnt_share) * initial.slow.covariance(slow::softness, slow::softness) &&
+      squared(softness) > 4.0 * variance) {
     calibration.valid |= std::uint64_t{1} << grip;
   }
   return calibration;

@@ -138,7 +138,7 @@ void enter_standstill(State& state, std::int64_t time_ns) noexcept {
 
 /// The wheels may have turned below the slowest speed that they resolve: for the distance ½ v² / a.
 void set_off(const CarModel& model, State& state, double speed) noexcept {
-  state.standstill = {.dead_band = state.standstill.dead_band};
+  state.standstill = {.blind = state.standstill.blind, .dead_band = state.standstill.dead_band};
   const Eigen::Vector2d way = state.along_heading(0.5 * speed * speed / brisk_accel);
   state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
   forget(state, at::v_x, std::max(departing_speed, std::abs(speed)));
@@ -259,10 +259,11 @@ void update_standstill(const CarModel& model, State& state, const Sample& sample
     enter_standstill(state, sample.time_ns);
   } else if (standstill.standing && odds < -model.tuning.standing_odds) {
     // Wheels that read 0 while the camera sees the car move say less from now on.
-    const double blind =
-        standstill.blind + (sample.source == Source::camera ? model.tuning.standing_odds : 0.0);
+    const double less = model.tuning.standing_odds;
+    if (sample.source == Source::camera) {
+      standstill.blind = std::min(standstill.blind + less, 2.0 * less);
+    }
     set_off(model, state, brisk_accel * seconds_between(last_wheel_ns(state), sample.time_ns));
-    standstill.blind = blind;
   }
 }
 

@@ -150,14 +150,13 @@ struct Disputed {
 /// error e grows with it, and innovations are correlated with the mean m of those before. Moments
 /// of c, e and m are those by a c of variance 1.
 struct LastingError {
-  double seen_s = 0.0;            ///< time of the camera poses that it averages over [s]
-  std::array<double, 2> mean{};   ///< m: of the innovations in the last moments
-  double product = 0.0;           ///< mean of ν m E[ν m] ...
-  double expected = 0.0;          ///< ... and of E[ν m]²
-  double e_c = 0.0, e_e = 0.0;    ///< E[e c], E[e²]
-  double m_c = 0.0, m_e = 0.0;    ///< E[m c], E[m e]
-  double variance = 0.0;          ///< of the pose's error [m², rad²]
-  std::array<double, 2> drawn{};  ///< how far the camera has moved the pose lately [m, rad]
+  double seen_s = 0.0;           ///< time of the camera poses that it averages over [s]
+  std::array<double, 2> mean{};  ///< m: of the innovations in the last moments
+  double product = 0.0;          ///< mean of ν m E[ν m] ...
+  double expected = 0.0;         ///< ... and of E[ν m]²
+  double e_c = 0.0, e_e = 0.0;   ///< E[e c], E[e²]
+  double m_c = 0.0, m_e = 0.0;   ///< E[m c], E[m e]
+  double variance = 0.0;         ///< of the pose's error [m², rad²]
 };
 
 constexpr std::array<double, source_count> filled(double value) noexcept {

@@ -78,6 +78,9 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
     begin_motion(state, sample);
   }
   correct_start(state, sample);
+  if (turning) {
+    state.standstill.blind = 0.0;
+  }
   if (state.standstill.standing) {
     if (!turning) {
       state.fused_ns[index_of(sample.source)] = sample.time_ns;
@@ -105,7 +108,7 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
       state.rejected_since_ns[index_of(sample.source)] = 0;
       return note(context, state, sample, held(sample.source));
     }
-    z.by_slow[slow::wheel_scale] = 0.0;
+    z.by_slow[slow::wheel_scale] = z.by_slow[slow::wheel_difference] = 0.0;
     z.variance += known > band ? band * known / (known - band) : band;
   }
   double& noise_scale = state.wheel_noise_scale[index_of(sample.source)];
