@@ -117,21 +117,24 @@ void check_model(const Config& config, diagnostics::Diagnostics& warnings) {
 void check_rates(const Config& config, std::span<const can::BoundMessage> messages,
                  diagnostics::Diagnostics& warnings) {
   if (config.model != Model::full) return;
-  // The window and one tick more.
+  // A window and a half, by which a late sample may be put earlier, and one tick more.
+  constexpr double windows = 1.5;
   const double tick_s = static_cast<double>(config.realtime.period_ns) * 1e-9;
-  const double kept_s = config.window_s + tick_s;
+  const double kept_s = windows * config.window_s + tick_s;
   double samples = 0.0;
   for (const auto& message : messages)
     if (message.cycle_time_ns > 0)
       samples += static_cast<double>(message.channels.size()) * kept_s * 1e9 /
                  static_cast<double>(message.cycle_time_ns);
-  const double longest_s = kept_s * static_cast<double>(SampleWindow::capacity) / samples - tick_s;
+  const double longest_s =
+      (kept_s * static_cast<double>(SampleWindow::capacity) / samples - tick_s) / windows;
   if (longest_s < config.window_s)
     warnings.push_back(found(
         kind("window_overflows"), config.file.string() + ": [filter] window",
-        fmt::format("{:.0f} samples come in {} s and one tick at the databases' cycle times, but "
-                    "only {} fit: the effective window is shorter",
-                    samples, config.window_s, SampleWindow::capacity),
+        fmt::format(
+            "{:.0f} samples come in {} s (a window and a half) and one tick at the databases' "
+            "cycle times, but only {} fit: the effective window is shorter",
+            samples, windows * config.window_s, SampleWindow::capacity),
         fmt::format("{:.2g} s",
                     std::max(shortest_window_s, std::floor(100.0 * longest_s) / 100.0))));
 }

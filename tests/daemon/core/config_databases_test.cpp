@@ -163,9 +163,9 @@ TEST_F(DatabasesTest, WarnsWhereMoreSamplesComeThanTheWindowHolds) {
   diagnostics::Diagnostics warnings;
   Config config = load(both + "1.0\n");
   static_cast<void>(load_databases(config, warnings));
-  EXPECT_THAT(warnings, Contains(Named("window_overflows", "2010 samples")));
+  EXPECT_THAT(warnings, Contains(Named("window_overflows", "3010 samples come in 1.5 s")));
   warnings.clear();
-  config = load(both + "0.5\n");
+  config = load(both + "0.3\n");
   static_cast<void>(load_databases(config, warnings));
   EXPECT_THAT(warnings, testing::Not(Contains(Named("window_overflows"))));
 }
