@@ -64,6 +64,7 @@ struct Tuning {
   double lasting_s = 3.0;          ///< correlation time of a camera's lasting error [s]
   double lasting_mean_s = 0.5;     ///< of the mean by which it shows [s] ...
   double lasting_memory_s = 20.0;  ///< ... and of what is remembered [s]
+  double fault_share = 0.5;        ///< σ of what a fault may have done to the pose, of its size
   double disputed_s = 60.0;        ///< time constant of what a correction may hide [s]
 
   // --- noise of gyro and accelerometers from the data (ratios to the stated variance) ---

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "estimator/common/squares.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/standstill.hpp"
 #include "estimator/ekf/update.hpp"
@@ -78,15 +79,16 @@ void apply_integrity(const Context& context, State& state) noexcept {
   const bool wheels_failed =
       !std::exchange(deviation.wheels_distrusted, agreed.wheels_distrusted) &&
       agreed.wheels_distrusted;
+  const double uncertain = squared(context.model.tuning.fault_share);
   const auto take_back = [&](double distance) {
     mark_doubtful();
     const Eigen::Vector2d way = state.along_heading(distance);
     state.mean.head<2>() -= way;
-    state.covariance.topLeftCorner<2, 2>() += 0.25 * way * way.transpose();
+    state.covariance.topLeftCorner<2, 2>() += uncertain * way * way.transpose();
   };
   if (gyro_failed) {
     state.mean[at::yaw] -= deviation.yaw;
-    state.covariance(at::yaw, at::yaw) += 0.25 * deviation.yaw * deviation.yaw;
+    state.covariance(at::yaw, at::yaw) += uncertain * deviation.yaw * deviation.yaw;
   }
   if (wheels_failed) {
     // A camera that sees the car has corrected the pose already.

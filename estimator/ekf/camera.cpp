@@ -134,24 +134,12 @@ void move_to(State& state, const Pose2& measured, const std::array<double, 3>& s
   }
 }
 
-// Of what a fault may have done to the pose, as one sigma.
-constexpr double half_of_it = 0.5;
-
-Disputed disputed_now(const Tuning& tuning, const State& state) noexcept {
-  const double left =
-      std::exp(-seconds_between(state.disputed.since_ns, state.time_ns) / tuning.disputed_s);
-  return {.since_ns = state.time_ns,
-          .way = left * state.disputed.way,
-          .turn = left * state.disputed.turn};
-}
-
 /// A camera whose innovations stay off draws the pose along: by their mean.
 void dispute_drawn(const Tuning& tuning, State& state) noexcept {
-  Disputed now = disputed_now(tuning, state);
+  Disputed& now = state.disputed = state.disputed.at_time(state.time_ns, tuning.disputed_s);
   const auto& [x, y] = state.lasting_way.mean;
-  now.way = std::max(now.way, squared(half_of_it) * (squared(x) + squared(y)));
-  now.turn = std::max(now.turn, squared(half_of_it * state.lasting_turn.mean[0]));
-  state.disputed = now;
+  now.way = std::max(now.way, squared(tuning.fault_share) * (squared(x) + squared(y)));
+  now.turn = std::max(now.turn, squared(tuning.fault_share * state.lasting_turn.mean[0]));
 }
 
 /// The filter is wrong by ν: its pose, and what has made it wrong since the last fused pose, its
@@ -173,11 +161,10 @@ void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
   }
   // Of a car that slides the filter knows little.
   const bool slides = state.integrity.slides();
-  const Disputed before = disputed_now(model.tuning, state);
-  const double share = slides ? squared(half_of_it) : half_of_it;
-  state.disputed = {.since_ns = state.time_ns,
-                    .way = before.way + squared(share) * std::max(way - S[0] - S[3], 0.0),
-                    .turn = before.turn + squared(share) * std::max(turn - S[5], 0.0)};
+  const double share = slides ? squared(model.tuning.fault_share) : model.tuning.fault_share;
+  Disputed& now = state.disputed = state.disputed.at_time(state.time_ns, model.tuning.disputed_s);
+  now.way += squared(share) * std::max(way - S[0] - S[3], 0.0);
+  now.turn += squared(share) * std::max(turn - S[5], 0.0);
   state.doubtful = state.doubtful || !slides;
 }
 

@@ -31,8 +31,10 @@ class Latencies {
     }
   }
 
-  /// A sample is never put later than stated, nor earlier by more than half a window.
+  /// The most by which a sample is put earlier: half a window.
   [[nodiscard]] std::int64_t most_ns() const noexcept { return window_ns_ / 2; }
+
+  /// By how much a sample of this time is put earlier; it is never put later than stated.
   [[nodiscard]] std::int64_t advance_ns(Source source, std::int64_t time_ns) const noexcept {
     slow::Index latency = slow::wheel_latency;
     if (source == Source::yaw_rate) {

@@ -133,12 +133,9 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
                      const State& initial) noexcept {
   const Vector& x = state.mean;
   Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
-  const double share =
-      std::exp(-seconds_between(state.disputed.since_ns, state.time_ns) / model.tuning.disputed_s);
-  P.diagonal().head<3>() +=
-      share * Eigen::Vector3d(state.disputed.way, state.disputed.way, state.disputed.turn);
-  P.diagonal().head<3>() += Eigen::Vector3d(state.lasting_way.variance, state.lasting_way.variance,
-                                            state.lasting_turn.variance);
+  const Disputed disputed = state.disputed.at_time(state.time_ns, model.tuning.disputed_s);
+  const double way = disputed.way + state.lasting_way.variance;
+  P.diagonal().head<3>() += Eigen::Vector3d(way, way, disputed.turn + state.lasting_turn.variance);
   Estimate e;
   e.time_ns = state.time_ns;
   e.initialised = state.located && state.moving;

@@ -210,7 +210,6 @@ void note_wheels(State& state, const Sample& sample, bool still) noexcept {
   Standstill& standstill = state.standstill;
   if (!still) {
     standstill.wheels_still = false;
-    standstill.blind = 0.0;
   } else if (!standstill.wheels_still) {
     standstill.wheels_still = true;
     standstill.since_ns = sample.time_ns;

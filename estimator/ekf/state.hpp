@@ -12,6 +12,7 @@
 
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
+#include "estimator/common/time.hpp"
 #include "estimator/integrity/integrity.hpp"
 
 namespace odomd::estimator::full {
@@ -139,11 +140,17 @@ struct PosePair {
   bool beyond = false;    ///< beyond the gate
 };
 
-/// What a correction by the camera may hide: the map may have jumped instead [m², rad²].
+/// What a correction by the camera may hide: the map may have jumped instead.
 struct Disputed {
   std::int64_t since_ns = 0;
-  double way = 0.0;
-  double turn = 0.0;
+  double way = 0.0;   ///< variance of each axis [m²]
+  double turn = 0.0;  ///< of the yaw [rad²]
+
+  /// What is left of it: it fades with the time constant `disputed_s`.
+  [[nodiscard]] Disputed at_time(std::int64_t time_ns, double disputed_s) const noexcept {
+    const double left = std::exp(-seconds_between(since_ns, time_ns) / disputed_s);
+    return {time_ns, left * way, left * turn};
+  }
 };
 
 /// An error of the camera that lasts, c, which P does not contain. The filter follows it: its own

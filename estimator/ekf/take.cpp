@@ -312,7 +312,9 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
   if (!is_wheel(sample.source)) {
     measure_noise(context.model.tuning, state, reading);
   }
-  state.integrity.add(reading.source, reading.time_ns, reading.value[0], reading.sigma[0]);
+  // A late sensor is alive as long as its samples come, whenever they were taken.
+  state.integrity.add(reading.source, reading.time_ns, reading.value[0], reading.sigma[0],
+                      ns_after(reading.time_ns, std::llround(reading.advanced_s * ns_per_second)));
   if (is_wheel(sample.source) && state.integrity.backwards()) {
     reading.value[0] = -std::abs(sample.value[0]);
   }

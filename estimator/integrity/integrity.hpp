@@ -56,7 +56,7 @@ class Integrity {
     return observed_.last_consensus.front();
   }
 
-  /// What the last check has found beside.
+  /// Other results of the last check.
   struct Agreed {
     integrity::Solution without_gyro;    ///< motion by all trusted sources but the gyro
     integrity::Solution without_wheels;  ///< likewise

@@ -41,7 +41,7 @@ struct Outcome {
   double off = 0.0;      ///< rms of the position there [m]
   double sigma_x = 0.0;  ///< at the end
   Calibration calibration;
-  double silent_s = 0.0;  ///< time beyond five sigmas without a doubt [s]
+  double silent_s = 0.0;  ///< time with an error beyond five sigmas that is not `doubtful` [s]
 };
 
 double speed_at(double t) {
@@ -172,7 +172,7 @@ TEST(LastingErrors, ACameraWhoseErrorsLastIsNotAveragedAway) {
   }
 }
 
-/// Whether the map or the filter was wrong nobody can tell: the covariance contains both.
+/// The map or the filter may have been wrong: the covariance contains both.
 TEST(LastingErrors, ACameraWhoseMapJumpsIsNotFollowedInSilence) {
   for (const double jump : {0.2, 0.5, 3.0}) {
     EXPECT_LT(drive({.jump = jump}, 6).silent_s, 0.5) << jump;
