@@ -51,17 +51,16 @@ std::string number_text(double value) {
   return text;
 }
 
-/// A missing list is written completely: the number of elements that the configuration needs.
-std::optional<std::size_t> length_of_list(const std::string& name) {
-  if (name == "lever_arm" || name == "pose") return 3;
-  if (name == "position") return 2;
-  return std::nullopt;
-}
-
-std::string list_text(std::size_t length, std::size_t element, const std::string& number) {
-  std::vector<std::string> numbers(length, "0.0");
-  numbers[element] = number;
-  return fmt::format("[{}]", fmt::join(numbers, ", "));
+/// A missing list is written completely: what the configuration takes where it is missing; empty
+/// if the key is no list.
+std::vector<double> default_list(const std::string& name) {
+  if (name == "lever_arm" || name == "pose") return {0.0, 0.0, 0.0};
+  if (name == "position") return {0.0, 0.0};
+  if (name == "paper_r") {
+    const auto diagonal = estimator::PaperNoise{}.R;
+    return {diagonal.begin(), diagonal.end()};
+  }
+  return {};
 }
 
 class Patch {
@@ -160,11 +159,9 @@ class Patch {
   void add() {
     std::string value = number_text(value_.value);
     if (path_.element) {
-      const auto length = length_of_list(path_.names.back());
-      if (!length || *path_.element >= *length)
-        throw std::invalid_argument(fmt::format(
-            "{}: {}: there is no such list; give the whole list", file_.string(), shown(path_)));
-      value = list_text(*length, *path_.element, value);
+      std::vector<std::string> numbers;
+      for (const double number : list_with_value()) numbers.push_back(number_text(number));
+      value = fmt::format("[{}]", fmt::join(numbers, ", "));
     }
     const toml::table& table = *tables_.back();
     const auto missing = path_.names.begin() + static_cast<std::ptrdiff_t>(tables_.size()) - 1;
@@ -175,6 +172,15 @@ class Patch {
       add_line(table, path_.names.back() + " = " + value);
     else
       add_table(path_.names.back() + " = " + value);
+  }
+
+  [[nodiscard]] std::vector<double> list_with_value() const {
+    std::vector<double> list = default_list(path_.names.back());
+    if (*path_.element >= list.size())
+      throw std::invalid_argument(fmt::format("{}: {}: there is no such list; give the whole list",
+                                              file_.string(), shown(path_)));
+    list[*path_.element] = value_.value;
+    return list;
   }
 
   void add_in_braces(const toml::table& table, const std::string& entry) {
@@ -235,8 +241,7 @@ class Patch {
       list->replace(list->cbegin() + static_cast<std::ptrdiff_t>(*path_.element), value_.value);
     } else {
       toml::array whole;
-      for (std::size_t i = 0; i < *length_of_list(name); ++i)
-        whole.push_back(i == *path_.element ? value_.value : 0.0);
+      for (const double number : list_with_value()) whole.push_back(number);
       table->insert_or_assign(name, std::move(whole));
     }
     bool same = false;

@@ -113,6 +113,8 @@ TEST(ConfigPatch, ReachesIntoListsAlsoOfSeveralLines) {
   EXPECT_EQ(patch(lines, {{"camera.lever_arm[0]", 5, note}, {"camera.lever_arm[1]", 6, note}}),
             "[camera]\nlever_arm = [ # all\n  5.0, # x ([0]: " + note +
                 ")\n\t6.0,  # ([1]: " + note + ")\n  2.0\n]\n");
+  EXPECT_EQ(patch("[filter]\n", {{"filter.paper_r[0]", 2.5e-4, ""}}),
+            "[filter]\npaper_r = [0.00025, 0.1]\n");  // the other element as by default
   EXPECT_EQ(patch("[camera]\n", {{"camera.lever_arm[0]", 1, ""}, {"camera.lever_arm[2]", 3, ""}}),
             "[camera]\nlever_arm = [1.0, 0.0, 3.0]\n");
   EXPECT_EQ(patch("", {{"imu.position[1]", 1, ""}}), "[imu]\nposition = [0.0, 1.0]\n");

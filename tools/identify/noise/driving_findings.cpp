@@ -159,6 +159,8 @@ void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::C
       drive.config.can.signals[static_cast<std::size_t>(source)].sigma = noise.sigma.value;
     }
     findings.values.push_back(finding);
+    if (source == Source::yaw_rate && finding.determined == Determined::yes)
+      add_paper_variance(noise.sigma, config, findings);
   };
   for (const InertialSource& quantity : inertial_sources) measure(quantity.source, quantity.unit);
   for (const Source wheel : wheel_sources) measure(wheel, "m/s");

@@ -40,6 +40,11 @@ inline constexpr std::array<InertialSource, 3> inertial_sources{{
 void add_standing_findings(const RecordOptions& options, const std::string& plot,
                            const std::optional<daemon::Config>& config, Findings& findings);
 
+/// The variance of the yaw rate in R of the paper's filter: "multiplied by a factor of ten to
+/// compensate for additional uncertainties and vibrations". Replaces an earlier one.
+void add_paper_variance(const Measured& gyro_sigma, const std::optional<daemon::Config>& config,
+                        Findings& findings);
+
 // Checks that a record is of a standing car.
 
 /// Whether no wheel turns faster than `limit` [m/s]; also true if the log has no wheel.

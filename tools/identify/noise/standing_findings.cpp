@@ -45,6 +45,7 @@ void add_standing(const InertialSource& quantity, const StandingNoise& noise,
                                          "held: the value fits their means",
                                          noise.together)
                            : "white, of a sample, at rest");
+  if (quantity.source == Source::yaw_rate) add_paper_variance(noise.sigma, config, findings);
   add(", density", "", noise.density, std::string(quantity.unit) + "/√Hz");
   add(", bias", "", noise.bias, quantity.unit, "at the start of the record");
   Finding walk{.name = name + ", bias walk",
@@ -182,6 +183,18 @@ void add_papers_condition(const daemon::Config& config, const Measured& sigma, d
 }
 
 }  // namespace
+
+void add_paper_variance(const Measured& gyro_sigma, const std::optional<daemon::Config>& config,
+                        Findings& findings) {
+  const std::string key = "filter.paper_r[0]";
+  for (Finding& earlier : findings.values)
+    if (earlier.key == key) earlier.key.clear();
+  const double sigma = gyro_sigma.value;
+  findings.values.push_back(as_finding(
+      "yaw_rate, variance in the paper's R", is_configured(config, Source::yaw_rate) ? key : "",
+      {10.0 * sigma * sigma, 20.0 * sigma * gyro_sigma.sigma}, "rad2/s2",
+      fmt::format("ten times the gyro's, {:.3g}^2, as printed", sigma)));
+}
 
 bool wheels_stand(const SignalLog& log, double limit) {
   return std::ranges::all_of(wheel_sources, [&](Source wheel) {

@@ -277,6 +277,10 @@ TEST_F(IdentifyNoise, OfAStandingCarIsWrittenAndDrawn) {
   EXPECT_THAT(contents(folder + "/allan.svg"), HasSubstr("Allan deviation of yaw_rate"));
   const std::string car = contents(folder + "/car.toml");
   EXPECT_THAT(car, HasSubstr("(sigma: odom identify noise: +- "));
+  // R as the paper has it: ten times the gyro's variance; v_x as it was.
+  const auto R = daemon::load_config(folder + "/car.toml").paper_noise.R;
+  EXPECT_NEAR(R[0], 10.0 * 0.012 * 0.012, 1e-4);
+  EXPECT_EQ(R[1], 0.10);
   EXPECT_EQ(run_shell("odom replay --config " + folder + "/car.toml --can " + folder +
                       "/drive.log --out /dev/null")
                 .status,
@@ -303,6 +307,10 @@ TEST_F(IdentifyNoise, OfADriveMakesTheFilterConsistent) {
     const double found = value["value"];
     if (name == "yaw_rate, noise on the move") {
       EXPECT_NEAR(found, 0.005, 0.001);
+    }
+    if (name == "yaw_rate, variance in the paper's R") {
+      EXPECT_NEAR(found, 10.0 * 0.005 * 0.005, 1e-4);
+      EXPECT_EQ(value["key"], "filter.paper_r[0]");
     }
     if (name.starts_with("wheel") && name.ends_with("mean NIS")) {
       EXPECT_LT(found, 1.3) << name;
