@@ -5,9 +5,11 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "tools/cli/csv.hpp"
+#include "tools/cli/files.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -18,6 +20,50 @@ bool is_number(std::string text, const Check& check) {
   T value{};
   return CLI::detail::lexical_cast(text, value) && std::isfinite(static_cast<double>(value)) &&
          check(value);
+}
+
+using Json = nlohmann::json;
+
+[[noreturn]] void fail(const std::string& file, const std::string& what) {
+  throw CLI::ValidationError(file, what);
+}
+
+Json read_measurements(const std::string& file) {
+  std::ifstream input = open_input(file);
+  const Json json = Json::parse(input, nullptr, false);
+  if (!json.is_object())
+    fail(file, "is not a JSON object of measurements, such as {\"total\": 2.985}");
+  return json;
+}
+
+std::string value_text(const Json& value, const std::string& name, const std::string& file) {
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_number()) return value.dump();
+  fail(file, name + " must be a number, a text, or a list of them");
+}
+
+/// Gives the options of a command what the file has for them.
+void apply_measurements(CLI::App& app, const std::string& file) {
+  const Json measurements = read_measurements(file);
+  for (const auto& [name, value] : measurements.items()) {
+    std::string flag = "--" + name;
+    std::ranges::replace(flag, '_', '-');
+    CLI::Option* const option = app.get_option_no_throw(flag);
+    if (option == nullptr) {
+      const auto siblings = app.get_parent()->get_subcommands([](CLI::App*) { return true; });
+      if (std::ranges::none_of(siblings, [&](const CLI::App* sibling) {
+            return sibling->get_option_no_throw(flag) != nullptr;
+          }))
+        fail(file, name + " is not the name of an option");
+      continue;
+    }
+    const auto given = [](const CLI::Option* one) { return one->count() > 0; };
+    if (given(option) || std::ranges::any_of(option->get_excludes(), given)) continue;
+    if (!value.is_array())
+      option->add_result(value_text(value, name, file));
+    else
+      for (const Json& one : value) option->add_result(value_text(one, name, file));
+  }
 }
 
 }  // namespace
@@ -196,6 +242,12 @@ Option Command::add_choice(const std::string& name, const std::vector<std::strin
     chosen(static_cast<std::size_t>(found - choices.begin()));
   };
   return grouped(*app_->add_option_function<std::string>(name, choose, help)->type_name(names));
+}
+
+Option Command::add_measurements(const std::string& name, const std::string& type,
+                                 const std::string& help) const {
+  const auto apply = [app = app_](const std::string& file) { apply_measurements(*app, file); };
+  return grouped(*app_->add_option_function<std::string>(name, apply, help)->type_name(type));
 }
 
 std::vector<Option> Command::options() const {

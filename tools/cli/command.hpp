@@ -100,6 +100,14 @@ class Command {
   Option add_choice(const std::string& name, const std::vector<std::string>& choices,
                     const std::function<void(std::size_t)>& chosen, const std::string& help) const;
 
+  /// An option for a file of measurements. Add it before the options that the file may give.
+  /// The file is a JSON object: names are those of options, with underscores; values are numbers,
+  /// texts, or lists of them. The command line has precedence, also by an option that excludes one
+  /// of the file. One file serves sibling commands: their options are passed over, other names are
+  /// errors.
+  Option add_measurements(const std::string& name, const std::string& type,
+                          const std::string& help) const;
+
   /// All options so far except the help flag.
   [[nodiscard]] std::vector<Option> options() const;
 

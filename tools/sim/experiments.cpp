@@ -25,10 +25,12 @@ double rounded(double value, double step) {
   return std::round(value / step) / std::round(1.0 / step);
 }
 
-/// What a person measures: the truth with an error of this size, rounded as it is read off.
-Json measured(double truth, double sigma, double step, RandomStream& stream) {
-  return {{"value", rounded(truth + sigma * stream.normal(), step)},
-          {"sigma", std::hypot(sigma, step / std::sqrt(12.0))}};
+/// A length that a person measures: the truth with an error of this size, rounded as it is read
+/// off. Under the names of the options of odom identify, as are all measurements.
+void measure(Json& result, const std::string& name, double truth, double sigma, double step,
+             RandomStream& hand) {
+  result[name] = rounded(truth + sigma * hand.normal(), step);
+  result[name + "_sigma"] = std::hypot(sigma, step / std::sqrt(12.0));
 }
 
 /// The kitchen scale of the afternoon. All experiments of a seed have the same one, so that their
@@ -44,12 +46,8 @@ class KitchenScale {
     return rounded(gain_ * load + placing * hand.normal(), resolution);
   }
   [[nodiscard]] double gain() const { return gain_; }
-  /// Of one reading of a mass.
-  [[nodiscard]] static double uncertainty(double mass) {
-    return std::hypot(accuracy * mass, sigma);
-  }
   [[nodiscard]] static Json data_sheet() {
-    return {{"resolution", resolution}, {"sigma", sigma}, {"accuracy", accuracy}};
+    return {{"scale_resolution", resolution}, {"scale_sigma", sigma}, {"scale_accuracy", accuracy}};
   }
 
  private:
@@ -83,7 +81,8 @@ Json plant_of(const RunPlan& plan, const char* experiment) {
 
 /// Times of 20 swings to and fro, thrice in succession, of one who stops at passages through the
 /// middle in one direction.
-Json stop_watch(const std::vector<double>& passages, double sigma, RandomStream& stream) {
+void time_swings(Json& result, const std::vector<double>& passages, double sigma,
+                 RandomStream& stream) {
   constexpr std::size_t swings = 20, timings = 3;
   Json times = Json::array();
   for (std::size_t i = 0; i < timings; ++i) {
@@ -93,7 +92,9 @@ Json stop_watch(const std::vector<double>& passages, double sigma, RandomStream&
                         sigma / std::sqrt(2.0) * (stream.normal() - stream.normal());
     times.push_back(rounded(time, 0.01));
   }
-  return {{"swings", swings}, {"times", times}, {"sigma", sigma}};
+  result["swings"] = swings;
+  result["time"] = times;
+  result["time_sigma"] = sigma;
 }
 
 }  // namespace
@@ -171,14 +172,13 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
 
   RandomStream hand(options.seed, "who measures the swing");
   Json result;
-  const double mass = KitchenScale(options.seed).read(rig.mass, hand);
-  result["mass"] = {{"value", mass}, {"sigma", KitchenScale::uncertainty(mass)}};
-  result["spacing"] = measured(rig.spacing_above, 4e-4, 5e-4, hand);
-  result["spacing_below"] = measured(rig.spacing_below, 4e-4, 5e-4, hand);
-  result["cord"] = measured(rig.cord, 1.5e-3, 1e-3, hand);
+  measure(result, "spacing", rig.spacing_above, 4e-4, 5e-4, hand);
+  measure(result, "spacing_below", rig.spacing_below, 4e-4, 5e-4, hand);
+  result.erase("spacing_below_sigma");  // spacing_sigma is of both
+  measure(result, "cord", rig.cord, 1.5e-3, 1e-3, hand);
   result["offset_sigma"] = 0.003;
   result["amplitude"] = rig.amplitude * (1.0 + 0.1 * hand.normal());
-  result["stop_watch"] = stop_watch(passages, 0.12, hand);
+  time_swings(result, passages, 0.12, hand);
   const double last = turns.at(std::min<std::size_t>(61, turns.size() - 1));
   result["amplitude_end"] =
       std::min(last * (1.0 + 0.1 * hand.normal()), result["amplitude"].get<double>());
@@ -212,27 +212,25 @@ nlohmann::ordered_json simulate_weighing(const ExperimentOptions& options) {
   write_json(options.folder / "plant.json", plant);
 
   RandomStream hand(options.seed, "who weighs");
-  Json loads;
+  Json measured;
   // On a slope the load line through the centre of gravity is off by height × slope.
   const auto weigh = [&](const char* name, double share_on_the_level, double base) {
     const double load =
         mass *
         (share_on_the_level + (base > 0.0 ? height * std::tan(level * hand.normal()) / base : 0.0));
-    for (int i = 0; i < 3; ++i) loads[name].push_back(scale.read(load, hand));
+    for (int i = 0; i < 3; ++i) measured[name].push_back(scale.read(load, hand));
   };
   weigh("total", 1.0, 0.0);
   weigh("front", 1.0 - front_axle / wheelbase, wheelbase);
   weigh("rear", front_axle / wheelbase, wheelbase);
   weigh("left", 0.5 + lateral / track, track);
   weigh("right", 0.5 - lateral / track, track);
-  Json result;
-  result["loads"] = loads;
-  result["scale"] = KitchenScale::data_sheet();
-  result["level"] = level;
-  result["wheelbase"] = measured(wheelbase, 5e-4, 5e-4, hand);
-  result["track_width"] = measured(track, 5e-4, 5e-4, hand);
-  write_json(options.folder / "measured.json", result);
-  return result;
+  measured.update(KitchenScale::data_sheet());
+  measured["level"] = level;
+  measure(measured, "wheelbase", wheelbase, 5e-4, 5e-4, hand);
+  measure(measured, "track_width", track, 5e-4, 5e-4, hand);
+  write_json(options.folder / "measured.json", measured);
+  return measured;
 }
 
 }  // namespace odomd::sim

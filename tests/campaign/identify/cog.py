@@ -1,7 +1,7 @@
 """odom identify cog, with a car that is never quite level and a tape."""
 
-from .mass import scale, weigh
-from .rows import each, findings, judge, options, sample
+from .mass import weigh
+from .rows import each, findings, judge, sample
 
 NAMES = {"centre of gravity to front axle": "front_axle",
          "centre of gravity to rear axle": "rear_axle",
@@ -10,13 +10,8 @@ NAMES = {"centre of gravity to front axle": "front_axle",
 
 def run(seeds, work, odom):
     def one(seed):
-        measured, truth = weigh(odom, work / str(seed), seed)
-        tape = {}
-        for name in "wheelbase", "track_width":
-            tape[name] = measured[name]["value"]
-            tape[name + "_sigma"] = measured[name]["sigma"]
-        found, _ = findings(odom, "cog", *scale(measured), *options(**measured["loads"], **tape),
-                            *options(level=measured["level"]))
+        truth, _ = weigh(odom, work / str(seed), seed)
+        found, _ = findings(odom, "cog", "--measured", work / str(seed) / "measured.json")
         return [sample(truth[key], found[name]) for name, key in NAMES.items()]
 
     columns = zip(*each(seeds, one))

@@ -6,26 +6,20 @@ from .rows import command, each, findings, judge, options, sample
 
 
 def weigh(odom, folder, seed):
-    """A simulated weighing: what was measured, and the truth."""
+    """A simulated weighing: the truth, and what was measured."""
     command(odom, "sim", "weighing", "--force", "--seed", seed, "--out", folder)
-    measured = json.loads((folder / "measured.json").read_text())
     truth = json.loads((folder / "plant.json").read_text())["experiment"]
-    return measured, truth
-
-
-def scale(measured):
-    return options(**{"scale_" + name: value for name, value in measured["scale"].items()})
+    return truth, json.loads((folder / "measured.json").read_text())
 
 
 def run(seeds, work, odom):
     def one(seed):
-        measured, truth = weigh(odom, work / str(seed), seed)
-        loads = measured["loads"]
-        tape = options(wheelbase=measured["wheelbase"]["value"], level=measured["level"])
-        ways = {"whole": options(total=loads["total"]),
-                "by axles": options(front=loads["front"], rear=loads["rear"]) + tape}
-        return [sample(truth["mass"], findings(odom, "mass", *scale(measured), *way)[0]["mass"])
-                for way in ways.values()]
+        folder = work / str(seed)
+        truth, measured = weigh(odom, folder, seed)
+        axles = {name: value for name, value in measured.items() if name not in ("total", "left", "right")}
+        (folder / "axles.json").write_text(json.dumps(axles))
+        return [sample(truth["mass"], findings(odom, "mass", "--measured", folder / name)[0]["mass"])
+                for name in ("measured.json", "axles.json")]
 
     whole, by_axles = zip(*each(seeds, one))
     return [judge("mass, as a whole", list(whole)), judge("mass, by axles", list(by_axles))]

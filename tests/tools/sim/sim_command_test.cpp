@@ -96,39 +96,35 @@ TEST(SimCommand, WeighsAndSwingsTheCarThatItDrives) {
   }
 }
 
-TEST(SimCommand, WeighsTheCarAlikeInAllExperiments) {
-  for (const std::string seed : {"1", "5", "15", "20"}) {
-    const Scratch scratch;
-    const auto measured = [&](const std::string& what) {
-      const std::string folder = scratch.path(what).string();
-      EXPECT_EQ(run_shell("odom sim " + what + " --seed " + seed + " --out " + folder).status, 0);
-      return nlohmann::json::parse(contents(folder + "/measured.json"));
-    };
-    const auto weighed = measured("weighing");
-    const double hung = measured("swing").at("mass").at("value");
-    for (const double total : weighed.at("loads").at("total")) EXPECT_NEAR(hung, total, 0.0031);
-
-    // As its owner does: with the last digit of the scale alone.
-    std::string command =
-        "odom identify cog --scale-resolution 1g --wheelbase 0.26 --track-width 0.16";
-    for (const auto& [load, readings] : weighed.at("loads").items())
-      for (const auto& reading : readings) command += " --" + load + ' ' + reading.dump();
-    const Outcome outcome = run_shell(command);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_EQ(outcome.err.find("contradict"), std::string::npos) << outcome.err;
-  }
-}
-
-TEST(SimCommand, WritesMeasurementsAsTheyAreRead) {
+TEST(SimCommand, WritesMeasurementsThatIdentifyTakes) {
   const Scratch scratch;
-  const std::string folder = scratch.path("swing").string();
-  for (const std::string seed : {"7", "8", "9"}) {
-    EXPECT_EQ(run_shell("odom sim swing --force --duration 20 --seed " + seed + " --out " + folder)
-                  .status,
-              0);
-    const auto measured = nlohmann::json::parse(contents(folder + "/measured.json"));
-    for (const char* name : {"mass", "spacing", "spacing_below", "cord"})
-      EXPECT_LE(measured.at(name).at("value").dump().size(), std::string("0.2195").size()) << seed;
+  const std::string scale = scratch.path("weighing").string(),
+                    swing = scratch.path("swing").string();
+  for (const std::string seed : {"1", "5", "15", "20"}) {
+    for (const std::string& folder : {scale, swing})
+      EXPECT_EQ(run_shell("odom sim " + folder.substr(folder.rfind('/') + 1) + " --force --seed " +
+                          seed + " --out " + folder)
+                    .status,
+                0);
+    // As they are read off
+    for (const std::string name : {"wheelbase", "spacing", "spacing_below", "cord"}) {
+      const auto measured =
+          nlohmann::json::parse(contents((name == "wheelbase" ? scale : swing) + "/measured.json"));
+      EXPECT_LE(measured.at(name).dump().size(), std::string("0.2195").size()) << name;
+    }
+    // One method's result is the next one's input: the noted mass.
+    const std::string car = swing + "/car.toml";
+    const std::string weighed = " --measured " + scale + "/measured.json --write " + car;
+    for (const std::string& method :
+         {"mass" + weighed, "cog" + weighed,
+          "inertia --measured " + swing + "/measured.json --write " + car}) {
+      const Outcome outcome = run_shell("odom identify " + method);
+      EXPECT_EQ(outcome.status, 0) << outcome.err;
+      EXPECT_EQ(outcome.err.find("contradict"), std::string::npos) << outcome.err;
+    }
+    const std::string text = contents(car);
+    for (const char* note : {"odom identify mass", "odom identify cog", "odom identify inertia"})
+      EXPECT_NE(text.find(note), std::string::npos) << note;
   }
 }
 

@@ -235,6 +235,12 @@ void check(const Delivery& delivery) {
   if (!delivery.write.empty()) check_patchable(delivery.write);
 }
 
+std::optional<Measured> measured_in(const std::string& file, const std::string& key) {
+  const std::optional<ConfigValue> there = value_in(std::filesystem::path(file), key);
+  if (!there) return std::nullopt;
+  return Measured{there->value, 0.5 * uncertainty_in(there->note)};
+}
+
 void deliver(Findings findings, const Delivery& delivery) {
   Writing writing;
   std::exception_ptr problem;  // the numbers are printed also where they cannot be written

@@ -2,6 +2,7 @@
 // standard error, and, if requested, the numbers in a configuration.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "tools/cli/command.hpp"
@@ -21,6 +22,10 @@ void add_delivery(Command method, Delivery& delivery);
 /// For use before the work: throws if the configuration to patch does not exist or cannot be
 /// written.
 void check(const Delivery& delivery);
+
+/// A number in a configuration with the uncertainty that an earlier method noted beside it; sigma
+/// 0: there is no note. Nothing if the key is missing.
+[[nodiscard]] std::optional<Measured> measured_in(const std::string& file, const std::string& key);
 
 /// Prints, then patches the configuration and lists the keys on standard error. A value there whose
 /// note states a smaller uncertainty is kept, with a warning, unless forced. Throws if the

@@ -82,6 +82,16 @@ Measured mass_of(const std::string& text, const std::string& sigma, const std::s
   return {mass, parse_or(0.002 * mass, sigma, Dimension::mass, option + "-sigma")};
 }
 
+/// The car's mass: given, or as the configuration has it.
+Measured mass_of_car(const Options& options, const std::string& config) {
+  if (!options.mass.empty()) return mass_of(options.mass, options.mass_sigma, "--mass");
+  const auto there = config.empty() ? std::nullopt : measured_in(config, "vehicle.mass");
+  if (!there)
+    throw std::invalid_argument(
+        "the mass is missing; give --mass, or a --config with [vehicle] mass");
+  return {there->value, there->sigma > 0.0 ? there->sigma : 0.002 * there->value};
+}
+
 /// From the record: adds the uncertainty of the clock's rate, and of the amplitude from the gyro's
 /// scale, to that of the fit.
 Period period_of_record(const Options& options, const Bifilar& pendulum, Findings& findings) {
@@ -119,11 +129,10 @@ Period period_of_watch(const StopWatch& watch, const Bifilar& pendulum, Findings
 
 Period period_of_car(const Options& options, const Bifilar& pendulum, Findings& findings) {
   const bool recorded = is_given(options.record);
-  if (recorded == !options.times.empty())
+  if (!recorded && options.times.empty())
     throw std::invalid_argument(
-        recorded ? "--time and a record: give one of them"
-                 : "give --time and --swings, --csv, or --config and --can; odom identify inertia "
-                   "--help explains each");
+        "give --time and --swings, --csv, or --config and --can; odom identify inertia --help "
+        "explains each");
   return recorded ? period_of_record(options, pendulum, findings)
                   : period_of_watch(watch_of(options, options.times, options.swings, "--"),
                                     pendulum, findings);
@@ -219,7 +228,9 @@ void identify_inertia(const Options& options) {
   Findings findings{.method = "inertia"};
   const Bifilar pendulum = pendulum_of(options);
   const Period period = period_of_car(options, pendulum, findings);
-  const Measured mass = mass_of(options.mass, options.mass_sigma, "--mass");
+  const std::string& config =
+      options.record.config.empty() ? options.delivery.write : options.record.config;
+  const Measured mass = mass_of_car(options, config);
   check_size(pendulum, period.small.value);
   check_mass(pendulum, period.small.value, mass.value);
   const Propagated inertia = inertia_on_cords(options, pendulum, mass, period.small);
@@ -235,8 +246,6 @@ void identify_inertia(const Options& options) {
     findings.warnings.push_back(
         found(diagnostics::kind("inertia_uncertain"), {},
               "2 sigma is more than 2 %: " + largest_contributions(inertia)));
-  const std::string& config =
-      options.delivery.write.empty() ? options.record.config : options.delivery.write;
   if (!config.empty()) compare_with_axles(config, mass.value, inertia.result.value, findings);
   deliver(findings, options.delivery);
 }
@@ -261,17 +270,17 @@ offset e of the centre of gravity along the line of the cords reduces J by the s
 by 0.5 %: level the car to 2 degrees.
 
 Examples:
-  odom identify inertia --mass 2.985 --spacing 200mm --cord 1.2m --config car.toml \
+  odom identify inertia --measured swing/measured.json --config car.toml \
       --can swing/drive.log --write car.toml
   odom identify inertia --mass 2985g --spacing 0.2 --cord 1.2 --swings 20 --time 42.81 \
       --time 42.95 --time 42.77 --amplitude 15deg --amplitude-end 8deg
   odom identify inertia --mass 2.985 --spacing 0.2 --cord 1.2 --csv phone.csv \
       --platform-mass 310g --platform-swings 20 --platform-time 38.2)");
 
-  command
-      .add("--mass", "MASS", options.mass,
-           "Mass of the car as it hangs, without the board [kg], or 2985g")
-      .required();
+  add_measured_option(command);
+  command.add("--mass", "MASS", options.mass,
+              "Mass of the car as it hangs, without the board [kg], or 2985g; default: the one of "
+              "--config or --write, with the uncertainty in its note");
   command.add("--mass-sigma", "MASS", options.mass_sigma,
               "Standard uncertainty of the mass; default: 0.2 % of it");
   command
@@ -298,10 +307,10 @@ Examples:
   add_gravity_option(command, options.gravity);
 
   const Command watch = command.group("By stop-watch");
-  watch
-      .add("--time", "T", options.times,
-           "Time of --swings swings [s]; repeat the option for each timing")
-      .one_each();
+  const Option times = watch
+                           .add("--time", "T", options.times,
+                                "Time of --swings swings [s]; repeat the option for each timing")
+                           .one_each();
   watch.add("--swings", "N", options.swings, "Number of full swings in each timing");
   watch.add("--time-sigma", "T", options.time_sigma,
             "Standard uncertainty of a timing, start and stop [s]; default: 0.15");
@@ -312,6 +321,7 @@ Examples:
 
   const Command log = command.group("By a gyro's record");
   add_record_options(log, options.record);
+  times.excludes("--can").excludes("--csv");
   log.add("--clock-sigma", "X", options.clock_sigma,
           "Standard uncertainty of the rate of the log's clock, relative; default: 0.0001");
   log.add(

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/identify/common/delivery.hpp"
 #include "tools/identify/common/quantity.hpp"
 
 namespace odomd::tools {
@@ -110,15 +111,21 @@ CircleCar circle_car(const StiffnessOptions& options, const daemon::Config& conf
                      const MarkerPlaces& places) {
   const double wheelbase = config.vehicle.wheelbase();
   const double mass = config.vehicle.mass;
-  const double sigma_mass =
-      given_or(options.sigma_mass, Dimension::mass, "--sigma-mass", 0.005 * mass);
-  const double sigma_axle =
-      given_or(options.sigma_axle, Dimension::length, "--sigma-axle", 0.004 * wheelbase);
+  const auto sigma_of = [&](const std::string& given, Dimension dimension, const char* option,
+                            const char* key, double otherwise) {
+    const auto noted = measured_in(options.config, key);
+    return given_or(given, dimension, option,
+                    noted && noted->sigma > 0.0 ? noted->sigma : otherwise);
+  };
+  const auto axle_sigma = [&](const char* key) {
+    return sigma_of(options.sigma_axle, Dimension::length, "--sigma-axle", key, 0.004 * wheelbase);
+  };
   const double sigma_marker = sigma_marker_of(options, places);
   const double given = sigma_scale_of(options);
-  return {.mass = {mass, sigma_mass},
-          .front_axle = {config.vehicle.front_axle, sigma_axle},
-          .rear_axle = {config.vehicle.rear_axle, sigma_axle},
+  return {.mass = {mass, sigma_of(options.sigma_mass, Dimension::mass, "--sigma-mass",
+                                  "vehicle.mass", 0.005 * mass)},
+          .front_axle = {config.vehicle.front_axle, axle_sigma("vehicle.front_axle")},
+          .rear_axle = {config.vehicle.rear_axle, axle_sigma("vehicle.rear_axle")},
           .rolling_resistance = {options.rolling_resistance, 0.01},
           .sigma_scale = scale_given(options) ? given : sigma_by_distance(options, places),
           .sigma_marker = sigma_marker,
@@ -176,11 +183,12 @@ Examples:
               "The film's time 0 after the log's first frame [s]; default: found");
   command.add("--plot", "FILE", options.plot, "Picture of force over slip angle, .svg or .png");
   const Command known = command.group("Uncertainty of the measurements");
-  known.add("--sigma-mass", "S", options.sigma_mass,
-            "Standard uncertainty of the mass [kg]; default: 0.5 %");
+  known.add(
+      "--sigma-mass", "S", options.sigma_mass,
+      "Standard uncertainty of the mass [kg]; default: the one noted in --config, else 0.5 %");
   known.add("--sigma-axle", "S", options.sigma_axle,
-            "Standard uncertainty of front_axle and rear_axle, each [m]; default: 0.4 % of the "
-            "wheelbase");
+            "Standard uncertainty of front_axle and rear_axle, each [m]; default: those noted in "
+            "--config, else 0.4 % of the wheelbase");
   known.add(
       "--sigma-marker", "S", options.sigma_marker,
       "Standard uncertainty of a marker's place on the car [m]; default: 1/300 of their distance");

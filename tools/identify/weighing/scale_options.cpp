@@ -10,6 +10,13 @@
 #include "tools/identify/common/quantity.hpp"
 
 namespace odomd::tools {
+void add_measured_option(Command method) {
+  method.add_measurements(
+      "--measured", "JSON",
+      "Measurements written down in a file: {\"total\": [2.985, 2.986], "
+      "\"spacing\": \"200mm\"}; names are those of the options, with underscores");
+}
+
 void add_gravity_option(Command method, std::string& gravity) {
   method.add("--gravity", "G", gravity,
              "Local gravity [m/s2], known to 0.001; default: 9.806 +- 0.015, anywhere on Earth");
@@ -26,6 +33,7 @@ Measured gravity_of(const std::string& gravity) {
 }
 
 void add_scale_options(Command method, ScaleOptions& options) {
+  add_measured_option(method);
   for (std::size_t i = 0; i < options.loads.size(); ++i) {
     const auto load = static_cast<Load>(i);
     method

@@ -48,6 +48,9 @@ void set_level(const LevelOptions& options, Dimensions& dimensions);
 /// The loads by a scale that has got the shifts of a car on slopes: so have `weighings` afterwards.
 [[nodiscard]] WheelLoads loads_on_slopes(Weighings& weighings, const Dimensions& dimensions);
 
+/// --measured, for the methods of scale, tape and stop-watch. Add it before their other options.
+void add_measured_option(Command method);
+
 /// --gravity: local, or the mean of the Earth's with the spread of it.
 void add_gravity_option(Command method, std::string& gravity);
 [[nodiscard]] Measured gravity_of(const std::string& gravity);
