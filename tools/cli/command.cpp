@@ -278,7 +278,9 @@ std::vector<std::string> Command::given() const {
   for (const CLI::Option* option : app_->get_options()) {
     if (option->count() == 0) continue;
     const std::string name = option->get_name();
-    if (option->get_items_expected_max() == 0) {
+    if (option->get_positional()) {
+      result.insert(result.end(), option->results().begin(), option->results().end());
+    } else if (option->get_items_expected_max() == 0) {
       result.push_back(name);
     } else if (option->get_items_expected_max() == 2) {
       result.push_back(name);

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "tools/cli/companion.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/json_text.hpp"
 #include "tools/commands/commands.hpp"
@@ -45,6 +46,7 @@ struct Arguments {
   bool force = false;
   bool config_only = false;
   bool markers = false;
+  std::string film;
   bool json = false;
   bool progress = false;
 };
@@ -127,6 +129,8 @@ void simulate(const Arguments& arguments) {
     throw std::invalid_argument("--camera-socket needs --live or --config-only");
   if (arguments.markers && arguments.out.empty())
     throw std::invalid_argument("--markers: the film goes to a folder; add --out DIR");
+  if (!arguments.film.empty() && (arguments.out.empty() || arguments.config_only))
+    throw std::invalid_argument("--film: renders the drive in a folder; add --out DIR");
   if (!arguments.live && arguments.out.empty())
     throw std::invalid_argument("no output: give --out DIR, or --live; see odom sim --help");
   if (arguments.live && can == "-" && arguments.json)
@@ -183,6 +187,12 @@ void simulate(const Arguments& arguments) {
   }
   if (writer) writer->close();
   report(arguments, plan, drive, counts);
+  if (arguments.film.empty()) return;
+  std::cout.flush();
+  become("odom-track", {"render", arguments.out, arguments.film},
+         "--film needs odom-track: install the package odom-track, or libopencv-dev, and configure "
+         "and build again; the drive is in " +
+             arguments.out);
 }
 
 std::string scenario_names() {
@@ -238,6 +248,7 @@ void add_sim(Command odom) {
       "  odom sim --fix gyro_bias=0.01 --camera-dropout 20:2 --camera-dropout 40:5 --out drive\n"
       "  odom sim --car bmw_320i --scenario slalom --speed 12 --out drive\n"
       "  odom sim --scenario circles --markers --out circles\n"
+      "  odom sim --scenario circles --laps 1 --film circles.avi --film-rate 25 --out circles\n"
       "  odom sim --live --can vcan0 --camera-socket /run/odomd/vcan0/camera.sock --out drive\n"
       "  odom sim --config-only --out drive\n"
       "  odom sim --live --out drive --force |\n"
@@ -269,6 +280,10 @@ void add_sim(Command odom) {
   output.add_flag("--markers", arguments->markers,
                   "Also write markers.csv: two markers on the car, filmed from above, in pixels "
                   "(for odom identify stiffness)");
+  output.add(
+      "--film", "FILE", arguments->film,
+      "Also render a video (.avi) of the drive from above, with ArUco markers on the car, and "
+      "FILE.yaml, its lens (for odom identify track); takes minutes");
   output.add_flag("--config-only", arguments->config_only,
                   "Write only car.toml, car.dbc and plant.json");
   output.add("--decimals", "6|9", arguments->decimals,

@@ -11,9 +11,9 @@ void add_track(Command identify) {
   auto options = std::make_shared<TrackOptions>();
   Command method = identify.add_subcommand("track");
   describe_track(method, *options);
-  method.callback([options] {
+  method.callback([method, options] {
     check(*options);
-    become("odom-track", arguments_of(*options),
+    become("odom-track", method.given(),
            "films need odom-track: install the package odom-track, or libopencv-dev, and configure "
            "and build again; odom identify stiffness also accepts tracks of other programs");
   });

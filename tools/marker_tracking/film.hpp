@@ -26,6 +26,7 @@ class FilmReader {
   [[nodiscard]] std::int64_t count() const { return count_; }  ///< frames so far
   [[nodiscard]] std::int64_t total() const { return total_; }  ///< as the container says; or 0
   [[nodiscard]] cv::Size size() const { return size_; }
+  [[nodiscard]] double rate() const { return capture_.get(cv::CAP_PROP_FPS); }  ///< [1/s]
 
  private:
   [[nodiscard]] std::int64_t time_of_frame();

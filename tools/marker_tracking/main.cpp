@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iostream>
 #include <opencv2/core/utils/logger.hpp>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -10,6 +11,7 @@
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/marker_tracking/options.hpp"
+#include "tools/marker_tracking/render_film.hpp"
 #include "tools/marker_tracking/track_film.hpp"
 
 namespace odomd::tools {
@@ -45,8 +47,20 @@ void track(const TrackOptions& options) {
 }  // namespace
 }  // namespace odomd::tools
 
+// odom sim --film: odom-track render DRIVE FILM
+int render(const char* drive, const char* film) {
+  try {
+    std::cout << "to track it: " << odomd::tools::render_film(drive, film) << std::endl;
+    return odomd::tools::exit_done;
+  } catch (const std::exception& error) {
+    odomd::tools::say(std::string("odom sim: ") + error.what());
+    return odomd::tools::exit_failed;
+  }
+}
+
 int main(int argc, char** argv) {
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  if (argc == 4 && std::string_view(argv[1]) == "render") return render(argv[2], argv[3]);
   odomd::tools::TrackOptions options;
   const auto describe = [&options](odomd::tools::Command command) {
     command.rename("odom identify track").help_flag().version_flag("odom-track " ODOMD_VERSION);

@@ -8,7 +8,6 @@
 
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
-#include "tools/cli/json_text.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -82,7 +81,7 @@ BoardSize parse_board(const std::string& text) {
 void check(const TrackOptions& o) {
   const auto refuse = [](const char* what) { throw std::invalid_argument(what); };
   const std::vector<std::filesystem::path> inputs{o.film, o.lens, o.frame_times};
-  check_outputs(std::vector<Output>{{"--out", o.out}}, inputs);
+  check_outputs(std::vector<Output>{{"--out", o.out}, {"--overlay", o.overlay}}, inputs);
   if (!o.calibrate.empty()) {
     static_cast<void>(parse_board(o.calibrate));
     if (!(o.square > 0.0)) refuse("--calibrate: give the size of a square: --square 0.025");
@@ -124,6 +123,8 @@ void describe_track(Command command, TrackOptions& options) {
   command.add("--out", "FILE", options.out,
               "Track: CSV of t,x_front,y_front,x_rear,y_rear; default: standard output. With "
               "--calibrate: the lens");
+  command.add("--overlay", "FILE", options.overlay,
+              "Video (.avi) of the film with what was found: both markers and their tracks");
   const Command markers = command.group("Markers on the car");
   markers.add("--aruco", "DICT", options.aruco,
               "ArUco markers of this dictionary: 4x4_50 to 7x7_1000, original, apriltag_36h11");
@@ -170,29 +171,6 @@ void describe_track(Command command, TrackOptions& options) {
       "    --ground-marker 3=0,3 --ground-marker 4=1,1.5 --height 0.12 --out markers.csv\n"
       "  odom identify track circles.mp4 --colour-front 120,40,30 --colour-rear 340,50,40 \\\n"
       "    --out markers.csv");
-}
-
-std::vector<std::string> arguments_of(const TrackOptions& options) {
-  std::vector<std::string> arguments{options.film};
-  const auto add = [&arguments](const char* name, const std::string& value) {
-    if (!value.empty()) arguments.push_back(std::string(name) + '=' + value);
-  };
-  add("--out", options.out);
-  add("--aruco", options.aruco);
-  if (options.front) add("--front", std::to_string(*options.front));
-  if (options.rear) add("--rear", std::to_string(*options.rear));
-  add("--colour-front", options.colour_front);
-  add("--colour-rear", options.colour_rear);
-  add("--lens", options.lens);
-  for (const std::string& text : options.ground) add("--ground", text);
-  for (const std::string& text : options.ground_markers) add("--ground-marker", text);
-  add("--height", shortest(options.height));
-  if (options.frames_per_second) add("--fps", shortest(*options.frames_per_second));
-  add("--frame-times", options.frame_times);
-  add("--calibrate", options.calibrate);
-  if (options.square > 0.0) add("--square", shortest(options.square));
-  if (options.progress) arguments.emplace_back("--progress");
-  return arguments;
 }
 
 }  // namespace odomd::tools

@@ -13,6 +13,7 @@ namespace odomd::tools {
 struct TrackOptions {
   std::string film;
   std::string out;
+  std::string overlay;             ///< video of what was found; empty: none
   std::string aruco;               ///< dictionary: "4x4_50"; empty: none
   std::optional<int> front, rear;  ///< ArUco identifiers
   std::string colour_front, colour_rear;
@@ -29,9 +30,6 @@ struct TrackOptions {
 
 /// Adds the options, the description and the examples.
 void describe_track(Command command, TrackOptions& options);
-
-/// The same options, as arguments.
-[[nodiscard]] std::vector<std::string> arguments_of(const TrackOptions& options);
 
 /// Checks the options together. Throws std::invalid_argument.
 void check(const TrackOptions& options);

@@ -13,6 +13,7 @@
 #include "tools/cli/text.hpp"
 #include "tools/marker_tracking/film.hpp"
 #include "tools/marker_tracking/markers.hpp"
+#include "tools/marker_tracking/overlay.hpp"
 #include "tools/marker_tracking/progress.hpp"
 #include "tools/marker_tracking/view.hpp"
 
@@ -82,6 +83,12 @@ std::vector<GroundPoint> find_ground(const TrackOptions& options) {
   return points;
 }
 
+std::string seconds_text(std::int64_t t_ns) {
+  std::string text;
+  append_seconds(text, t_ns);
+  return text;
+}
+
 void append(std::string& line, const MarkerPixel& place, int decimals) {
   line += place ? "," + fixed(place->x, decimals) + "," + fixed(place->y, decimals) : ",,";
 }
@@ -125,12 +132,18 @@ TrackSummary track_film(const TrackOptions& options, std::ostream& track) {
   }
 
   track << "t,x_front,y_front,x_rear,y_rear\n";
+  std::optional<Overlay> overlay;
+  if (!options.overlay.empty())
+    overlay.emplace(options.overlay, options.frames_per_second.value_or(film.rate()), film.size());
   std::int64_t both = 0, gap = 0;
   FrameProgress progress(options.progress);
   while (film.next()) {
     std::array<MarkerPixel, 2> found = find(film.picture());
     if (found[0]) ++summary.front;
     if (found[1]) ++summary.rear;
+    if (overlay)
+      overlay->add(film.picture().clone(), found,
+                   fixed(1e-9 * static_cast<double>(film.t_ns()), 2) + " s");
     const bool whole = found[0] && found[1];
     both += whole ? 1 : 0;
     gap = whole ? 0 : gap + 1;
@@ -142,8 +155,7 @@ TrackSummary track_film(const TrackOptions& options, std::ostream& track) {
       else if (lens)
         place = lens->straightened(*place);
     }
-    std::string line;
-    append_seconds(line, film.t_ns());
+    std::string line = seconds_text(film.t_ns());
     const int decimals = view ? 6 : 3;
     append(line, found[0], decimals);
     append(line, found[1], decimals);

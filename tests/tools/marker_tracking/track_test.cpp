@@ -10,9 +10,9 @@
 #include <opencv2/videoio.hpp>
 #include <sstream>
 
-#include "tests/tools/marker_tracking/film_renderer.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/stiffness/marker_track.hpp"
+#include "tools/marker_tracking/film_renderer.hpp"
 #include "tools/marker_tracking/view.hpp"
 
 namespace odomd::tools::track_test {
@@ -351,6 +351,29 @@ TEST(TrackCommand, OdomHandsOverToTheProgramWithOpenCv) {
   EXPECT_EQ(wrong.status, 2);
   EXPECT_THAT(wrong.err, testing::StartsWith("odom identify track: nothing.avi: no such file"));
   EXPECT_EQ(wrong.err.find('\n'), wrong.err.size() - 1);
+}
+
+TEST(TrackCommand, FollowsTheMarkersOfASimulatedFilm) {
+  const Scratch scratch;
+  const std::string drive = scratch.path("drive"), film = scratch.path("film.avi"),
+                    overlay = scratch.path("found.avi"), out = scratch.path("markers.csv");
+  const Outcome made = run_shell("odom sim --scenario circle --duration 4 --film-rate 10 --film " +
+                                 film + " --out " + drive);
+  ASSERT_EQ(made.status, 0) << made.err;
+  const std::string says = "to track it: ";
+  ASSERT_THAT(made.out, HasSubstr(says));
+  std::string command = made.out.substr(made.out.find(says) + says.size());
+  command.pop_back();
+  const Outcome tracked = run_shell(command + " --overlay " + overlay + " --out " + out);
+  ASSERT_EQ(tracked.status, 0) << tracked.err;
+  // 30 cm from marker to marker, in every frame.
+  const MarkerTrack track = read_marker_track(out);
+  EXPECT_GT(track.frames.size(), 30U);
+  for (const MarkerFrame& frame : track.frames)
+    EXPECT_NEAR(std::abs(frame.front - frame.rear), 0.3, 0.005);
+  cv::VideoCapture video(overlay);
+  EXPECT_EQ(static_cast<int>(video.get(cv::CAP_PROP_FRAME_COUNT)),
+            static_cast<int>(track.frames.size()));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "tests/tools/marker_tracking/film_renderer.hpp"
+#include "tools/marker_tracking/film_renderer.hpp"
 
 #include <algorithm>
 #include <cmath>
