@@ -1,6 +1,5 @@
 // odom evaluate: errors of estimates, from pose files or whole drives.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -28,6 +27,7 @@
 #include "tools/evaluation/evaluated_drive.hpp"
 #include "tools/evaluation/evaluation_summary.hpp"
 #include "tools/report/evaluation_map.hpp"
+#include "tools/report/figures.hpp"
 #include "tools/report/page.hpp"
 #include "tools/report/verdict.hpp"
 
@@ -156,6 +156,17 @@ std::string drives_text(const std::vector<EvaluatedDrive>& drives) {
   return text;
 }
 
+// Of one drive its trajectories; of several the errors by speed.
+void write_picture_of(const std::vector<EvaluatedDrive>& drives, const Options& options) {
+  std::vector<chart::Drawing> drawings;
+  if (drives.size() == 1)
+    drawings.push_back(draw(evaluation_map(drives.front(), options.title)));
+  else
+    for (report::Figure& figure : report::errors_by_speed(drives))
+      drawings.push_back(std::move(figure.drawing));
+  chart::write_picture(options.picture, drawings);
+}
+
 void run_evaluate(const Options& options) {
   check_outputs(std::vector<Output>{{"--html", options.html}, {"--picture", options.picture}},
                 inputs_of(options));
@@ -168,10 +179,7 @@ void run_evaluate(const Options& options) {
   for (const EvaluatedDrive& drive : drives) {
     warn_of(drive);
   }
-  if (!options.picture.empty()) {
-    chart::write_picture(options.picture,
-                         std::array{draw(evaluation_map(drives.front(), options.title))});
-  }
+  if (!options.picture.empty()) write_picture_of(drives, options);
   if (!options.html.empty()) {
     WholeFile file(options.html);
     file.stream() << report::page(
@@ -199,9 +207,6 @@ void check(const Options& options) {
   if (options.drives.size() > 1 && !options.reference.empty()) {
     throw std::invalid_argument(
         "--reference: is for one drive only; put truth.csv into each folder");
-  }
-  if (options.drives.size() > 1 && !options.picture.empty()) {
-    throw std::invalid_argument("--picture: is for one drive only; --html shows all drives");
   }
   if (options.drives.size() > 1 && !options.beat.empty()) {
     throw std::invalid_argument("--beat: is for one drive only; put beat.csv into each folder");
@@ -283,7 +288,8 @@ void add_outputs(Command command, Options& options) {
            "its own")
       .needs(html);
   command.add("--picture", "FILE", options.picture,
-              "Draw the trajectories into a file, .svg or .png");
+              "Draw the trajectories, or of several drives the errors by mean speed, into a file, "
+              ".svg or .png");
   command.add("--title", "TEXT", options.title, "Title of report and picture");
   command.add("--camera", "CSV", options.camera, "Camera log to draw as dots").excludes("--drive");
 }

@@ -245,4 +245,55 @@ std::vector<Figure> beat(const BeatHistogram& beat) {
   return figures;
 }
 
+std::vector<Figure> errors_by_speed(const std::vector<EvaluatedDrive>& drives) {
+  using Value = std::optional<double>;
+  struct Quantity {
+    const char* label;
+    const char* caption;
+    Value (*value)(const Evaluation&);
+  };
+  constexpr std::array<Quantity, 3> quantities{{
+      {"35 ms error [mm]", "Mean error of the displacement over 35 ms.",
+       [](const Evaluation& e) {
+         return e.short_term ? Value{1e3 * e.short_term->displacement.mean} : Value{};
+       }},
+      {"end error [cm/m]", "End error per metre of path.",
+       [](const Evaluation& e) { return e.end_cm_per_m; }},
+      {"heading at the end [deg]", "Heading error at the end, magnitude.",
+       [](const Evaluation& e) {
+         return e.against == Against::nothing ? Value{} : Value{std::fabs(e.heading_end) * degrees};
+       }},
+  }};
+  std::vector<Figure> figures;
+  for (const Quantity& quantity : quantities) {
+    Chart chart;
+    chart.x.label = "mean speed [m/s]";
+    chart.y = {quantity.label, chart::Scaling::logarithmic, {}};
+    for (const EvaluatedDrive& drive : drives) {
+      const auto names = names_of(drive), colours = colours_of(drive);
+      for (std::size_t i = 0; i < names.size(); ++i) {
+        const Evaluation& e = drive.report.evaluations[i];
+        const Value value = quantity.value(e);
+        const double duration = 1e-9 * static_cast<double>(e.last_ns - e.first_ns);
+        if (!value || !(duration > 0.0)) continue;
+        auto series = std::ranges::find(chart.series, names[i], &Series::label);
+        if (series == chart.series.end())
+          series = chart.series.insert(series,
+                                       {names[i], "", colours[i], {}, chart::Mark::line_and_dots});
+        series->points.push_back({e.path_length / duration, *value});
+      }
+    }
+    if (chart.series.empty()) continue;
+    chart::Range speeds{chart.series[0].points[0].x, chart.series[0].points[0].x};
+    for (Series& series : chart.series) {
+      std::ranges::sort(series.points, {}, &chart::Point::x);
+      speeds = {std::min(speeds.low, series.points.front().x),
+                std::max(speeds.high, series.points.back().x)};
+    }
+    chart.x.range = with_room(speeds, chart::Scaling::linear);
+    figures.push_back({draw(chart), quantity.caption});
+  }
+  return figures;
+}
+
 }  // namespace odomd::tools::report

@@ -27,6 +27,10 @@ struct Figure {
 /// NEES.
 [[nodiscard]] std::vector<Figure> errors(const EvaluatedDrive& drive);
 
+/// Errors over the mean speed of each drive, by model: 35 ms, end per metre, heading at the end.
+/// Figures that no drive has are left out.
+[[nodiscard]] std::vector<Figure> errors_by_speed(const std::vector<EvaluatedDrive>& drives);
+
 /// Of the focus, a figure a source (of the camera three) whose samples were tested.
 [[nodiscard]] std::vector<Figure> innovations(const EvaluatedDrive& drive);
 

@@ -113,6 +113,19 @@ TEST_F(Report, TakesACameraInWithoutAligning) {
   EXPECT_EQ(align(" --align fit"), "fit");
 }
 
+TEST_F(Report, OfSeveralDrivesDrawsTheErrorsBySpeed) {
+  const Scratch scratch;
+  const std::string slow = scratch.path("slow"), picture = scratch.path("speed.svg");
+  ASSERT_EQ(run_shell("odom sim --speed 0.8 --duration 8 --out " + slow).status, 0);
+  const Outcome outcome = run("--drive " + lap() + " --drive " + slow +
+                              " --model paper --model full --dead-reckoning --picture " + picture);
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const std::string svg = contents(picture);
+  for (const char* axis : {"mean speed [m/s]", "35 ms error [mm]", "end error [cm/m]",
+                           "heading at the end [deg]", "paper", "full"})
+    EXPECT_THAT(svg, HasSubstr(axis));
+}
+
 TEST_F(Report, OfSeveralDrivesHasTheMeans) {
   const Outcome outcome =
       run("--drive " + lap() + " --drive " + lap() + " --model kinematic --model paper");
