@@ -87,7 +87,8 @@ bool of_another_quantity(const ConfigValue& before, const ConfigValue& value) {
            (value.note.find(words) != std::string::npos);
   };
   return (value.key == "vehicle.yaw_inertia" && differ("odom identify fit:")) ||
-         (value.key.ends_with(".sigma") && differ("driving"));
+         ((value.key.ends_with(".sigma") || value.key.starts_with("filter.paper_r")) &&
+          differ("driving"));
 }
 
 // By more than the scatter of one experiment done twice.

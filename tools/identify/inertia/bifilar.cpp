@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/config_patch/config_patch.hpp"
 
 namespace odomd::tools {
 
@@ -140,6 +141,20 @@ TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
               fmt::format("the timings scatter by {:.2f} s, more than --time-sigma {} s", scatter,
                           watch.sigma)));
   return result;
+}
+
+// It is a quarter if passages were counted instead of swings.
+diagnostics::Diagnostics check_inertia(const std::string& config, double mass, double inertia) {
+  const auto front = number_in(config, "vehicle.front_axle");
+  const auto rear = number_in(config, "vehicle.rear_axle");
+  if (!front || !rear || !(*front * *rear > 0.0)) return {};
+  const double ratio = inertia / (mass * *front * *rear);
+  constexpr double least = 0.4, most = 2.0;
+  if (ratio > least && ratio < most) return {};
+  return {found(diagnostics::kind("measured_inertia_unlike"), config,
+                fmt::format("the yaw inertia is {:.2g} times m l_v l_h with its axles, and cars "
+                            "have {} to {}",
+                            ratio, least, most))};
 }
 
 }  // namespace odomd::tools

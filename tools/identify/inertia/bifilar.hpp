@@ -6,7 +6,7 @@
 //   (J + m z'²) θ" + m z' z" θ'² + m g z' + c θ' + d |θ'| θ' = 0,   z' = p sin θ / h.
 //
 // For small swings T = 2π sqrt(J h(0) / (m g p)), which for a = b = D/2 is the formula that the
-// paper prints with π in the place of π²: J = m g D² T² / (16 π² L).
+// paper prints with π in the place of π² (eq. 23): J = m g D² T² / (16 π² L).
 #pragma once
 
 #include <cmath>
@@ -90,5 +90,10 @@ struct TimedSwing {
 /// The mean of the timings, corrected for the swings' width and damping; a quarter of the
 /// correction counts as uncertainty. Throws std::invalid_argument for impossible values.
 [[nodiscard]] TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum);
+
+/// A warning if J / (m l_v l_h), which is about 1 for cars, is unlike it with a configuration's
+/// axles.
+[[nodiscard]] diagnostics::Diagnostics check_inertia(const std::string& config, double mass,
+                                                     double inertia);
 
 }  // namespace odomd::tools

@@ -7,7 +7,6 @@
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/config_patch/config_patch.hpp"
 #include "tools/identify/common/delivery.hpp"
 #include "tools/identify/common/quantity.hpp"
 #include "tools/identify/common/record.hpp"
@@ -50,11 +49,11 @@ Bifilar pendulum_of(const Options& options) {
   const auto length = [](const std::string& text, const std::string& option, Plausible range) {
     return parse_plausible(text, Dimension::length, option, range);
   };
+  const std::string& below =
+      options.spacing_below.empty() ? options.spacing : options.spacing_below;
   const Bifilar pendulum{
       .spacing_above = length(options.spacing, "--spacing", between_cords),
-      .spacing_below = options.spacing_below.empty()
-                           ? length(options.spacing, "--spacing", between_cords)
-                           : length(options.spacing_below, "--spacing-below", between_cords),
+      .spacing_below = length(below, "--spacing-below", between_cords),
       .cord = length(options.cord, "--cord", along_cords),
       .offset = parse_not_negative(options.offset, Dimension::length, "--offset")};
   check(pendulum);
@@ -82,14 +81,15 @@ Measured mass_of(const std::string& text, const std::string& sigma, const std::s
   return {mass, parse_or(0.002 * mass, sigma, Dimension::mass, option + "-sigma")};
 }
 
-/// The car's mass: given, or as the configuration has it.
+/// Given, or as the configuration has it.
 Measured mass_of_car(const Options& options, const std::string& config) {
   if (!options.mass.empty()) return mass_of(options.mass, options.mass_sigma, "--mass");
-  const auto there = config.empty() ? std::nullopt : measured_in(config, "vehicle.mass");
-  if (!there)
+  auto mass = config.empty() ? std::nullopt : measured_in(config, "vehicle.mass");
+  if (!mass)
     throw std::invalid_argument(
         "the mass is missing; give --mass, or a --config with [vehicle] mass");
-  return {there->value, there->sigma > 0.0 ? there->sigma : 0.002 * there->value};
+  if (mass->sigma == 0.0) mass->sigma = 0.002 * mass->value;
+  return *mass;
 }
 
 /// From the record: adds the uncertainty of the clock's rate, and of the amplitude from the gyro's
@@ -128,14 +128,13 @@ Period period_of_watch(const StopWatch& watch, const Bifilar& pendulum, Findings
 }
 
 Period period_of_car(const Options& options, const Bifilar& pendulum, Findings& findings) {
-  const bool recorded = is_given(options.record);
-  if (!recorded && options.times.empty())
+  if (is_given(options.record)) return period_of_record(options, pendulum, findings);
+  if (options.times.empty())
     throw std::invalid_argument(
         "give --time and --swings, --csv, or --config and --can; odom identify inertia --help "
         "explains each");
-  return recorded ? period_of_record(options, pendulum, findings)
-                  : period_of_watch(watch_of(options, options.times, options.swings, "--"),
-                                    pendulum, findings);
+  return period_of_watch(watch_of(options, options.times, options.swings, "--"), pendulum,
+                         findings);
 }
 
 /// What is carried with the car: its mass, and the period in which it swings alone or its inertia.
@@ -165,11 +164,9 @@ std::vector<Input> platform_inputs(const Options& options, const Bifilar& pendul
 // J = (m + m_p) g p T² / (4 π² h) - J_p
 Propagated inertia_on_cords(const Options& options, const Bifilar& pendulum, const Measured& mass,
                             const Measured& period) {
-  const auto sigma = [](const std::string& text, Dimension dimension, const std::string& option) {
-    return parse_not_negative(text, dimension, option);
-  };
-  const double tape = sigma(options.spacing_sigma, Dimension::length, "--spacing-sigma");
-  const double tilt = sigma(options.tilt, Dimension::angle, "--tilt");
+  const double tape =
+      parse_not_negative(options.spacing_sigma, Dimension::length, "--spacing-sigma");
+  const double tilt = parse_not_negative(options.tilt, Dimension::angle, "--tilt");
   // Only e² matters, whose mean is sigma² if e is unknown.
   const double off2 = pendulum.offset * pendulum.offset;
   const double variance = std::pow(parse_or(0.02 * pendulum.spacing_below, options.offset_sigma,
@@ -181,7 +178,7 @@ Propagated inertia_on_cords(const Options& options, const Bifilar& pendulum, con
       {"distance of the cords above", {pendulum.spacing_above, tape}},
       {"distance of the cords below", {pendulum.spacing_below, tape}},
       {"length of the cords",
-       {pendulum.cord, sigma(options.cord_sigma, Dimension::length, "--cord-sigma")}},
+       {pendulum.cord, parse_not_negative(options.cord_sigma, Dimension::length, "--cord-sigma")}},
       {"period", period},
       {"offset of the centre of gravity",
        {off2 + variance, std::sqrt(2.0 * variance * variance + 4.0 * off2 * variance)}},
@@ -208,21 +205,6 @@ Propagated inertia_on_cords(const Options& options, const Bifilar& pendulum, con
   return inertia;
 }
 
-/// J / (m l_v l_h) of cars is about 1; it is a quarter if passages were counted instead of swings.
-void compare_with_axles(const std::string& file, double mass, double inertia, Findings& findings) {
-  const auto front = number_in(file, "vehicle.front_axle");
-  const auto rear = number_in(file, "vehicle.rear_axle");
-  if (!front || !rear || !(*front * *rear > 0.0)) return;
-  const double ratio = inertia / (mass * *front * *rear);
-  constexpr double least = 0.4, most = 2.0;
-  if (ratio > least && ratio < most) return;
-  findings.warnings.push_back(
-      found(diagnostics::kind("measured_inertia_unlike"), file,
-            fmt::format("the yaw inertia is {:.2g} times m l_v l_h with its axles, and cars have "
-                        "{} to {}",
-                        ratio, least, most)));
-}
-
 void identify_inertia(const Options& options) {
   check(options.delivery);
   Findings findings{.method = "inertia"};
@@ -246,7 +228,8 @@ void identify_inertia(const Options& options) {
     findings.warnings.push_back(
         found(diagnostics::kind("inertia_uncertain"), {},
               "2 sigma is more than 2 %: " + largest_contributions(inertia)));
-  if (!config.empty()) compare_with_axles(config, mass.value, inertia.result.value, findings);
+  if (!config.empty())
+    append(findings.warnings, check_inertia(config, mass.value, inertia.result.value));
   deliver(findings, options.delivery);
 }
 

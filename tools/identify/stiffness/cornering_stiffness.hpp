@@ -5,15 +5,16 @@
 //
 //   F_h = l_v m a_y / l,     F_v = (l_h m a_y / l + R_v sin δ) / cos δ,     a_y = v_x ψ̇,
 //
-// (eqs. querkraft_vorne, cornering_stiffness_rear, with a_x ≈ 0 and without their small angles;
+// (eqs 25 and 27 with a_x ≈ 0, without the small angles of eq. 26;
 // R_v = c_r m g l_h / l is the rolling resistance of the front axle) and the slip angles from the
 // film's drift angle β and the log's steering angle,
 //
 //   v_x = v cos β,   v_y = v sin β,   α_v = δ - atan2(v_y + l_v ψ̇, v_x),
 //   α_h = -atan2(v_y - l_h ψ̇, v_x).
 //
-// The force is known well and the angle is not, so the fit is of angles over forces, by a curve
-// that saturates at the grip D of the axle, F = D tanh(C α / D), that is
+// C = F / α (eqs 24 and 27) for small slip. The force is known well and the angle is not, so the
+// fit is of angles over forces, by a curve that saturates at the grip D of the axle, F = D tanh(C α
+// / D), that is
 //
 //   α = F / C · atanh(u) / u,   u = F / D,   D = μ F_z.
 //

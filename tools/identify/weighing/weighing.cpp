@@ -234,7 +234,7 @@ CentreOfGravity centre_of_gravity(const WheelLoads& loads, const Dimensions& dim
   if (const auto front = share_of(loads, wheels_of(Load::front))) {
     const double base = dimensions.wheelbase.value;
     const double moved = base * front->sigma;
-    const double share_h = front->value;  // l_h / l
+    const double share_h = front->value;  // l_h / l = F_gv / (m g)          (eq. 22)
     const double share_v = 1.0 - share_h;
     const double tape = dimensions.wheelbase.sigma;
     centre.rear_axle = {share_h * base, std::hypot(share_h * tape, moved)};

@@ -1,0 +1,122 @@
+#!/usr/bin/env python3
+"""The paper's story on simulated cars: weigh, swing, film circles, measure the noise, and drive a lap.
+
+Every method takes the results of those before it from the configuration that they share. Each stated 2 sigma
+must hold the simulator's truth on 90 % of the cars, and the paper's claims on its lap must hold on their mean:
+a lap whose gyro has been set to zero at rest, as the author's is. Prints tables in Markdown. Exit status 1
+where a bar is missed or the work failed, 2 on wrong usage.
+"""
+
+import argparse
+import datetime
+import json
+import math
+import pathlib
+import shutil
+import statistics
+import sys
+import tempfile
+
+from identify import rows
+from identify.rows import command, sample
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+MODELS = ["kinematic_printed", "kinematic", "paper", "full"]
+# Heading of a column: its key in the summary, and its unit there.
+FIGURES = {"end [cm/m]": ("end_error_cm_per_m", 1.0), "heading at the end [deg]": ("heading_end", math.pi / 180),
+           "35 ms [mm]": ("error_35ms_mean", 1e-3), "better than kinematic by [%]": ("better_percent", 1.0)}
+CLAIMS = [lambda end: end <= 1.25, lambda heading: heading <= 2.9, lambda ms: ms < 1.0, lambda by: by >= 82.6]
+
+
+def identified(odom, work, seed):
+    """The chain. Returns the configuration, and a sample per value."""
+    def sim(name, *options):
+        command(odom, "sim", *options, "--force", "--seed", seed, "--out", work / name)
+        return json.loads((work / name / "plant.json").read_text())
+
+    weighed = sim("weighing", "weighing")["experiment"]
+    swung = sim("swing", "swing")["experiment"]
+    plant = sim("circles", "--scenario", "circles", "--laps", 1, "--markers")
+    sim("standing", "--standstill", 60, "--duration", 60)
+    car = work / "car.toml"
+    for name in "car.toml", "car.dbc":
+        shutil.copy(work / "swing" / name, work / name)
+
+    def identify(method, *options):
+        said = json.loads(command(odom, "identify", method, "--json", *options, "--write", car))
+        return {value["name"]: value for value in said["values"]}
+
+    scale = "--measured", work / "weighing/measured.json"
+    found = identify("mass", *scale)
+    found |= identify("cog", *scale)
+    found |= identify("inertia", "--measured", work / "swing/measured.json", "--config", car,
+                      "--can", work / "swing/drive.log")
+    places = [f"--{end}={x},{y}" for end, (x, y) in plant["markers"].items()]
+    found |= identify("stiffness", "--config", car, *places, "--y-down",
+                      "--run", f"{work}/circles/markers.csv,{work}/circles/drive.log")
+    found |= identify("noise", "--config", car, "--can", work / "standing/drive.log")
+    truth = {"mass": weighed["mass"],
+             "centre of gravity to front axle": weighed["front_axle"],
+             "centre of gravity to rear axle": weighed["rear_axle"],
+             "yaw inertia": swung["yaw_inertia"],
+             "cornering stiffness, front": 20.0 * (1.0 + plant["truth"]["stiffness_error_front"]),
+             "cornering stiffness, rear": 60.0 * (1.0 + plant["truth"]["stiffness_error_rear"]),
+             "yaw_rate, noise": plant["truth"]["gyro_noise"]}
+    return car, {name: sample(value, found[name]) for name, value in truth.items()}
+
+
+def lap_of(odom, work, seed, car):
+    """The magnitudes of FIGURES of each model on the lap, by its name."""
+    command(odom, "sim", "--laps", 1, "--fix", "gyro_bias=0", "--gyro-scale-error", 0.003, "--force",
+            "--seed", seed, "--out", work / "lap")
+    models = [option for model in MODELS for option in ("--model", model)]
+    said = json.loads(command(odom, "evaluate", "--json", "--dead-reckoning", "--config", car,
+                              "--drive", work / "lap", *models))
+    return {row["estimate"]: [abs((row[key] or 0.0) / unit) for key, unit in FIGURES.values()]
+            for row in said["summary"] if row["drive"] == "lap"}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=10, metavar="N", help="cars; default: 10")
+    parser.add_argument("--odom", type=pathlib.Path, default=ROOT / "build/release/bin/odom", metavar="FILE",
+                        help="the program; default: the one of the release build")
+    given = parser.parse_args()
+    if given.seeds < 1:
+        parser.error("--seeds: 1 or more")
+
+    def one(seed):
+        with tempfile.TemporaryDirectory(prefix="paper-") as folder:
+            work = pathlib.Path(folder)
+            car, values = identified(given.odom, work, seed)
+            return values, lap_of(given.odom, work, seed, car)
+
+    try:
+        cars = rows.each(range(1, given.seeds + 1), one)
+    except rows.Failed as error:
+        print(f"paper.py: {error}", file=sys.stderr)
+        return 1
+    passed = failed = 0
+
+    def bar(met, text):
+        nonlocal passed, failed
+        passed, failed = passed + met, failed + (not met)
+        return text if met else f"**{text}**"
+
+    print("| value | truth within 2 sigma | rms error [%] |\n|---|--:|--:|")
+    for name in cars[0][0]:
+        row = rows.judge(name, [values[name] for values, _ in cars])
+        met = row.undetermined == 0 and row.inside >= 0.9 * row.of
+        print(f"| {name} | {bar(met, f'{row.inside} of {row.of}')} | {row.error:.2g} |")
+    print(f"\n| mean of {given.seeds} laps | {' | '.join(FIGURES)} |\n|---|" + "--:|" * len(FIGURES))
+    for model in MODELS:
+        means = [statistics.fmean(column) for column in zip(*(laps[model] for _, laps in cars))]
+        cells = [bar(claim(mean), f"{mean:.2f}") if model == "paper" else f"{mean:.2f}"
+                 for mean, claim in zip(means, CLAIMS)]
+        print(f"| {model} | {' | '.join(cells)} |")
+    print(f"{datetime.date.today()} paper: {passed} passed, {failed} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
