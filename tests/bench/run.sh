@@ -6,7 +6,7 @@
 #
 # Installs what it needs (Debian), builds, measures for about five minutes and prints Markdown. Wants
 # a quiet machine and, for SCHED_FIFO, root or its limits. What is measured, and how, is at the
-# head of beat.py and of each bench_*.cpp; what the figures are, in docs/realtime.md.
+# head of beat.py and of each bench_*.cpp; what the figures are, in docs/dev/results.md.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
