@@ -2,7 +2,6 @@
 #include "can_protocol/dbc/cursor.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -14,19 +13,8 @@
 namespace odomd::can {
 namespace {
 
-constexpr std::array<std::string_view, 34> keywords{
-    "VERSION",       "NS_",         "BS_",
-    "BU_",           "BO_",         "SG_",
-    "CM_",           "VAL_",        "VAL_TABLE_",
-    "BA_",           "BA_DEF_",     "BA_DEF_DEF_",
-    "SIG_VALTYPE_",  "SG_MUL_VAL_", "NS_DESC_",
-    "CAT_DEF_",      "CAT_",        "FILTER",
-    "EV_",           "EV_DATA_",    "ENVVAR_DATA_",
-    "SGTYPE_",       "SGTYPE_VAL_", "SIG_GROUP_",
-    "SIG_TYPE_REF_", "BA_SGTYPE_",  "BA_DEF_SGTYPE_",
-    "BA_DEF_REL_",   "BA_REL_",     "BA_DEF_DEF_REL_",
-    "BO_TX_BU_",     "BU_SG_REL_",  "BU_EV_REL_",
-    "BU_BO_REL_"};
+/// How many things that are left out have a warning of their own.
+constexpr std::size_t listed_left_out = 20;
 
 /// The limit of the format is 32; editors write up to 128.
 constexpr std::size_t longest_name = 255;
@@ -40,10 +28,6 @@ bool is_digit(char c) {
 
 }  // namespace
 
-bool is_dbc_keyword(std::string_view word) {
-  return std::find(keywords.begin(), keywords.end(), word) != keywords.end();
-}
-
 std::optional<std::uint64_t> unsigned_of(std::string_view word) {
   std::uint64_t value = 0;
   const char* end = word.data() + word.size();
@@ -53,7 +37,8 @@ std::optional<std::uint64_t> unsigned_of(std::string_view word) {
 }
 
 DbcCursor::DbcCursor(std::string_view text, std::string file_name)
-    : file_name_(std::move(file_name)), tokens_(tokenize(to_utf8(text))) {}
+    : file_name_(std::move(file_name)),
+      tokens_(tokenize(to_utf8(text), is_utf8(text) ? Encoding::utf8 : Encoding::other)) {}
 
 const Token& DbcCursor::peek(std::size_t ahead) const {
   return tokens_[std::min(at_ + ahead, tokens_.size() - 1)];
@@ -71,7 +56,8 @@ bool DbcCursor::at_statement() const {
 
 const Token& DbcCursor::take() {
   const Token& token = peek();
-  if (token.kind == TokenKind::broken) fail_at(token.line, token.text);
+  if (token.kind == TokenKind::broken || token.kind == TokenKind::cut)
+    fail_at(token.line, token.text);
   if (token.kind != TokenKind::end) ++at_;
   return token;
 }
@@ -113,6 +99,15 @@ std::string DbcCursor::take_text(std::string_view what, std::string_view fix) {
   return take().text;
 }
 
+std::string DbcCursor::take_line(std::string_view what, std::string_view fix) {
+  const Token token = peek();
+  std::string text = take_text(what, fix);
+  if (text.find('\n') == std::string::npos) return text;
+  warn(token.line, "the text " + show(token) + " is on several lines; joined to one");
+  std::ranges::replace(text, '\n', ' ');
+  return text;
+}
+
 std::string DbcCursor::take_long_name() {
   const Token token = peek();
   std::string name = take_text("the long name in quotes", "write \"NAME\"");
@@ -152,7 +147,7 @@ double DbcCursor::take_number(std::string_view what, std::string_view fix) {
 
 void DbcCursor::end_statement(std::string_view keyword) {
   if (take_if(';')) return;
-  if (peek().kind == TokenKind::broken) take();
+  if (peek().kind == TokenKind::broken || peek().kind == TokenKind::cut) take();
   const std::uint32_t line = tokens_[at_ == 0 ? 0 : at_ - 1].line;  // where it should be
   const std::string text =
       "expected ';' at the end of " + std::string(keyword) + ", found " + show(peek());
@@ -171,8 +166,15 @@ void DbcCursor::skip_statement(std::string_view keyword) {
   end_statement(keyword);
 }
 
+void DbcCursor::skip_to_statement() {
+  while (!at_end() && !(at_statement() && peek().starts_line)) ++at_;
+}
+
 void DbcCursor::check_ending() {
-  if (peek().starts_line || at_ == 0 || tokens_[at_ - 1].text == ";") return;
+  if (peek().kind == TokenKind::cut) take();
+  if (peek().starts_line || at_ == 0 || tokens_[at_ - 1].text == ";" ||
+      tokens_[at_ - 1].kind == TokenKind::broken)
+    return;
   // Such a file ends with a receiver or a sender. A node that was named before is probably
   // complete.
   const Token& last = tokens_[at_ - 1];
@@ -187,7 +189,8 @@ void DbcCursor::check_ending() {
 }
 
 void DbcCursor::fail(const Token& found, std::string_view what, std::string_view fix) const {
-  if (found.kind == TokenKind::broken) fail_at(found.line, found.text);
+  if (found.kind == TokenKind::broken || found.kind == TokenKind::cut)
+    fail_at(found.line, found.text);
   fail_at(found.line, std::string("expected ")
                           .append(what)
                           .append(", found ")
@@ -197,11 +200,25 @@ void DbcCursor::fail(const Token& found, std::string_view what, std::string_view
 }
 
 void DbcCursor::fail_at(std::uint32_t line, const std::string& text) const {
-  throw DbcError(at_line(file_name_, line, text));
+  throw DbcMistake(file_name_, line, text);
 }
 
 void DbcCursor::warn(std::uint32_t line, std::string text) {
-  warnings_.push_back({line, std::move(text)});
+  warnings_.push_back({line, std::move(text), message_});
+}
+
+void DbcCursor::warn_left_out(std::uint32_t line, std::string text) {
+  if (++left_out_ <= listed_left_out) warn(line, std::move(text));
+}
+
+std::vector<Warning> DbcCursor::take_warnings() {
+  std::ranges::stable_sort(warnings_, {}, &Warning::line);
+  if (left_out_ > listed_left_out)
+    warnings_.push_back({peek().line,
+                         std::to_string(left_out_ - listed_left_out) +
+                             " more messages, signals or statements cannot be used; left out",
+                         no_message});
+  return std::move(warnings_);
 }
 
 }  // namespace odomd::can

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "can_protocol/dbc/dbc.hpp"
@@ -13,13 +14,31 @@
 
 namespace odomd::can {
 
+/// The key of no message: what nothing depends on.
+inline constexpr std::uint64_t no_message = ~std::uint64_t{0};
+
+/// A mistake in a statement. It costs that statement only, unless the file ends there.
+class DbcMistake : public DbcError {
+ public:
+  DbcMistake(const std::string& file_name, std::uint32_t at_line, std::string what)
+      : DbcError(odomd::can::at_line(file_name, at_line, what)),
+        line(at_line),
+        text(std::move(what)) {}
+
+  std::uint32_t line;
+  std::string text;  ///< without file and line
+};
+
 class DbcCursor {
  public:
-  /// Tokenizes. Throws DbcError, as every function here that takes something does.
+  /// Tokenizes. Every function here that takes something throws DbcMistake.
   DbcCursor(std::string_view text, std::string file_name);
 
   [[nodiscard]] const Token& peek(std::size_t ahead = 0) const;
-  [[nodiscard]] bool at_end() const { return peek().kind == TokenKind::end; }
+  /// At the end of the file, or at a text that it cuts off.
+  [[nodiscard]] bool at_end() const {
+    return peek().kind == TokenKind::end || peek().kind == TokenKind::cut;
+  }
   [[nodiscard]] bool at_punctuation(char c) const;
   /// Whether a statement begins here, on a new line or not: names may look like keywords.
   [[nodiscard]] bool at_statement() const;
@@ -33,6 +52,8 @@ class DbcCursor {
   /// A word with at least one letter; warns of characters that are not valid in a DBC name.
   std::string take_name(std::string_view what, std::string_view fix);
   std::string take_text(std::string_view what, std::string_view fix);
+  /// A text that belongs on one line: joined, with a warning, if it is on several.
+  std::string take_line(std::string_view what, std::string_view fix);
   /// A name in quotes. Empty, with a warning, if it cannot be one.
   std::string take_long_name();
   std::uint64_t take_unsigned(std::string_view what, std::uint64_t largest, std::string_view fix);
@@ -46,6 +67,8 @@ class DbcCursor {
   void skip_to_end();
   /// The same, and then end_statement.
   void skip_statement(std::string_view keyword);
+  /// Recovers from a mistake: skips to the next line that begins with a keyword. Throws nothing.
+  void skip_to_statement();
 
   /// At the end of the file: rejects a last line without line end that looks truncated, and warns
   /// of one that may be truncated.
@@ -54,19 +77,23 @@ class DbcCursor {
   [[noreturn]] void fail(const Token& found, std::string_view what, std::string_view fix) const;
   [[noreturn]] void fail_at(std::uint32_t line, const std::string& text) const;
   void warn(std::uint32_t line, std::string text);
+  /// Warns that something cannot be used. After 20 of these they are counted.
+  void warn_left_out(std::uint32_t line, std::string text);
+  /// The message that warnings concern from now on (frame_key, or no_message); empty: the file.
+  void concern(std::optional<std::uint64_t> message) { message_ = message; }
 
   [[nodiscard]] const std::string& file_name() const { return file_name_; }
-  [[nodiscard]] std::vector<Warning>& warnings() { return warnings_; }
+  /// By line.
+  [[nodiscard]] std::vector<Warning> take_warnings();
 
  private:
   std::string file_name_;
   std::vector<Token> tokens_;
   std::size_t at_ = 0;
   std::vector<Warning> warnings_;
+  std::optional<std::uint64_t> message_;
+  std::size_t left_out_ = 0;
 };
-
-/// Whether a statement of the DBC format begins with this word.
-[[nodiscard]] bool is_dbc_keyword(std::string_view word);
 
 /// The value of a word that is a number in [0, 2^64); otherwise empty.
 [[nodiscard]] std::optional<std::uint64_t> unsigned_of(std::string_view word);

@@ -56,6 +56,13 @@ struct Signal {
   std::uint32_t line = 0;  ///< of its SG_
 };
 
+/// A message or signal of the file that cannot be used.
+struct LeftOut {
+  std::string name;
+  std::uint32_t line = 0;
+  std::string why;  ///< the text of its warning
+};
+
 struct Message {
   std::string name;
   std::string short_name;  ///< in its BO_, if `name` is a long one (SystemMessageLongSymbol)
@@ -67,22 +74,25 @@ struct Message {
   std::string comment;
   std::int64_t cycle_time_ns = 0;  ///< GenMsgCycleTime; 0: none
   std::vector<Signal> signals;     ///< in the file's order
+  std::vector<LeftOut> left_out;   ///< signals
   std::uint32_t line = 0;          ///< of its BO_
 };
 
-/// An irregularity that was accepted because its meaning is clear.
+/// An irregularity that was accepted because its meaning is clear, or something that is left out.
 struct Warning {
   std::uint32_t line = 0;
   std::string text;
+  std::optional<std::uint64_t> message;  ///< frame_key of the one it concerns; empty: the file
 };
 
 struct Database {
   std::string file;
   std::vector<Message> messages;  ///< in the file's order; identifiers are unique
+  std::vector<LeftOut> left_out;  ///< messages
   std::vector<Warning> warnings;  ///< by line
 };
 
-/// The file is not a DBC, or its meaning is not clear: "file:line: expected X, found Y; fix".
+/// The file is not a DBC, or it is cut off: "file:line: expected X, found Y; fix".
 class DbcError : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;

@@ -20,13 +20,15 @@ struct Multiplexors {
   std::optional<std::size_t> root;  ///< the last of the roots
   std::size_t roots = 0;
   std::size_t others = 0;
+  bool all_usable = true;
 };
 
 Multiplexors multiplexors_of(const DraftMessage& draft) {
   Multiplexors found;
   for (std::size_t i = 0; i < draft.message.signals.size(); ++i) {
     if (!draft.message.signals[i].is_multiplexor) continue;
-    if (draft.multiplexing[i].marked) {
+    if (draft.signals[i].left_out) found.all_usable = false;
+    if (draft.signals[i].marked) {
       ++found.others;
     } else {
       ++found.roots;
@@ -36,41 +38,63 @@ Multiplexors multiplexors_of(const DraftMessage& draft) {
   return found;
 }
 
-/// The multiplexor of a plain `m3`: the only one of the message.
-std::optional<std::size_t> implied_multiplexor(const DraftMessage& draft, const Multiplexors& all,
-                                               const Signal& signal, DbcCursor& cursor) {
+/// Gives a signal with a plain `m3` its multiplexor: the only one of the message.
+void find_implied_multiplexor(DraftMessage& draft, std::size_t i, const Multiplexors& all,
+                              DbcCursor& cursor) {
+  Signal& signal = draft.message.signals[i];
   const std::size_t others = all.others - (signal.is_multiplexor ? 1 : 0);  // except itself
-  if (all.roots == 0 && others == 0) {
-    cursor.warn(signal.line, "signal '" + signal.name + "' is multiplexed, but message '" +
-                                 draft.message.name +
-                                 "' has no multiplexor; treated as always present");
-    return std::nullopt;
-  }
+  const std::string name = "signal '" + signal.name + "'";
+  if (all.roots == 0 && others == 0)
+    return cursor.warn(signal.line, name + " is multiplexed, but message '" + draft.message.name +
+                                        "' has no multiplexor; treated as always present");
   // A nested multiplexor is selected by the root; any other signal could be selected by either.
   if (all.roots != 1 || (others > 0 && !signal.is_multiplexor))
-    cursor.fail_at(signal.line, "expected one multiplexor for signal '" + signal.name +
-                                    "', found " + std::to_string(all.roots + others) +
-                                    " in message '" + draft.message.name +
-                                    "'; say which by SG_MUL_VAL_");
-  return all.root;
+    return leave_out(draft, i, signal.line,
+                     "expected one multiplexor for " + name + ", found " +
+                         std::to_string(all.roots + others) + " in message '" + draft.message.name +
+                         "'; say which by SG_MUL_VAL_",
+                     cursor);
+  if (!all.all_usable)
+    return leave_out(draft, i, signal.line, "the multiplexor of " + name + " cannot be used",
+                     cursor);
+  signal.multiplexor = all.root;
+  if (const auto value = draft.signals[i].selected_by) signal.selected_by = {{*value, *value}};
 }
 
-/// Rejects cycles of multiplexors, and nesting deeper than in any real database.
-void check_depth(const Message& message, const Signal& signal, DbcCursor& cursor) {
+/// Leaves out signals in cycles of multiplexors, nested deeper than in any real database, or below
+/// a multiplexor that is left out.
+void check_multiplexors_above(DraftMessage& draft, std::size_t i, DbcCursor& cursor) {
+  const Message& message = draft.message;
+  const Signal& signal = message.signals[i];
+  const auto refuse = [&](const std::string& why) {
+    leave_out(draft, i, signal.line, why, cursor);
+  };
+  const std::string fix = "; fix the SG_MUL_VAL_ of message '" + message.name + "'";
   std::vector<const Signal*> above;
   for (const Signal* at = &signal; at->multiplexor; at = &message.signals[*at->multiplexor]) {
+    if (draft.signals[*at->multiplexor].left_out)
+      return refuse("the multiplexor of signal '" + signal.name + "' cannot be used");
     if (std::find(above.begin(), above.end(), at) != above.end())
-      cursor.fail_at(signal.line, "expected a multiplexor above signal '" + signal.name +
-                                      "', found a cycle; fix the SG_MUL_VAL_ of message '" +
-                                      message.name + "'");
+      return refuse("expected a multiplexor above signal '" + signal.name + "', found a cycle" +
+                    fix);
     if (above.size() == deepest_multiplexing)
-      cursor.fail_at(signal.line, "expected at most " + std::to_string(deepest_multiplexing) +
-                                      " multiplexors one above the other, found more above "
-                                      "signal '" +
-                                      signal.name + "'; fix the SG_MUL_VAL_ of message '" +
-                                      message.name + "'");
+      return refuse("expected at most " + std::to_string(deepest_multiplexing) +
+                    " multiplexors one above the other, found more above signal '" + signal.name +
+                    "'" + fix);
     above.push_back(at);
   }
+}
+
+void drop_left_out(DraftMessage& draft) {
+  std::vector<std::size_t> places;
+  std::vector<Signal> kept;
+  for (std::size_t i = 0; i < draft.signals.size(); ++i) {
+    places.push_back(kept.size());
+    if (!draft.signals[i].left_out) kept.push_back(std::move(draft.message.signals[i]));
+  }
+  for (Signal& signal : kept)
+    if (signal.multiplexor) signal.multiplexor = places[*signal.multiplexor];
+  draft.message.signals = std::move(kept);
 }
 
 /// Whether the multiplexor's bits can hold a value that selects the signal.
@@ -127,20 +151,37 @@ std::optional<std::size_t> find_signal(const DraftMessage& draft, const std::str
   return found == draft.by_name.end() ? std::nullopt : std::optional(found->second);
 }
 
-void resolve_multiplexing(DraftMessage& draft, DbcCursor& cursor) {
+void leave_out(DraftMessage& draft, std::size_t signal, std::uint32_t line, const std::string& why,
+               DbcCursor& cursor) {
+  if (draft.signals[signal].left_out) return;
+  draft.signals[signal].left_out = true;
+  const std::string& name = draft.message.signals[signal].name;
+  draft.message.left_out.push_back({name, line, why});
+  cursor.warn_left_out(line, why + "; signal '" + name + "' left out");
+}
+
+void resolve_signals(DraftMessage& draft, DbcCursor& cursor) {
   auto& signals = draft.message.signals;
+  for (std::size_t i = 0; i < signals.size(); ++i)
+    if (!draft.signals[i].left_out && layout_of(signals[i]).bytes_needed > draft.message.length)
+      leave_out(draft, i, signals[i].line,
+                "signal '" + signals[i].name + "' ends beyond the " +
+                    std::to_string(draft.message.length) + " bytes of message '" +
+                    draft.message.name + "'",
+                cursor);
   const Multiplexors all = multiplexors_of(draft);
   for (std::size_t i = 0; i < signals.size(); ++i) {
-    const DraftMultiplexing& written = draft.multiplexing[i];
+    const DraftSignal& written = draft.signals[i];
+    if (written.left_out) continue;
     if (!written.multiplexor.empty()) {
       signals[i].multiplexor = find_signal(draft, written.multiplexor);
       signals[i].selected_by = written.ranges;
     } else if (written.marked) {
-      signals[i].multiplexor = implied_multiplexor(draft, all, signals[i], cursor);
-      if (signals[i].multiplexor && written.selected_by)
-        signals[i].selected_by = {{*written.selected_by, *written.selected_by}};
+      find_implied_multiplexor(draft, i, all, cursor);
     }
   }
+  for (std::size_t i = 0; i < signals.size(); ++i) check_multiplexors_above(draft, i, cursor);
+  drop_left_out(draft);
   for (const Signal& signal : signals) {
     if (signal.multiplexor && signal.selected_by.empty())
       cursor.warn(signal.line, "signal '" + signal.name +
@@ -151,19 +192,12 @@ void resolve_multiplexing(DraftMessage& draft, DbcCursor& cursor) {
       cursor.warn(signal.line, "signal '" + signal.name + "' is never present: multiplexor '" +
                                    signals[*signal.multiplexor].name +
                                    "' has no bits for a value that selects it");
-    check_depth(draft.message, signal, cursor);
   }
 }
 
-void warn_of_misfits(const Message& message, Effort& effort, DbcCursor& cursor) {
+void warn_of_overlaps(const Message& message, Effort& effort, DbcCursor& cursor) {
   std::vector<Bits> bits;
-  for (const Signal& signal : message.signals) {
-    bits.push_back(occupied_bits(signal));
-    if (layout_of(signal).bytes_needed > message.length)
-      cursor.warn(signal.line, "signal '" + signal.name + "' ends beyond the " +
-                                   std::to_string(message.length) + " bytes of message '" +
-                                   message.name + "'");
-  }
+  for (const Signal& signal : message.signals) bits.push_back(occupied_bits(signal));
   for (std::size_t i = 0; i < bits.size(); ++i) {
     const Signal* first = nullptr;
     std::size_t others = 0;

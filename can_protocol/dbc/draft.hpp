@@ -13,8 +13,9 @@
 
 namespace odomd::can {
 
-/// What SG_ (`m3`) and SG_MUL_VAL_ say of one signal.
-struct DraftMultiplexing {
+/// What SG_ (`m3`) and SG_MUL_VAL_ say of one signal, and whether it can be used.
+struct DraftSignal {
+  bool left_out = false;
   bool marked = false;  ///< `m`, with or without a number
   std::optional<std::uint64_t> selected_by;
   std::string multiplexor;
@@ -23,7 +24,7 @@ struct DraftMultiplexing {
 
 struct DraftMessage {
   Message message;
-  std::vector<DraftMultiplexing> multiplexing;           ///< by signal
+  std::vector<DraftSignal> signals;                      ///< of the message
   std::unordered_map<std::string, std::size_t> by_name;  ///< indices of the signals
   std::optional<double> cycle_time_ms;
   std::optional<FrameProtocol> protocol;  ///< as VFrameFormat says
@@ -49,11 +50,15 @@ class Effort {
   std::size_t left_;
 };
 
-/// Finds the multiplexor of every multiplexed signal. Throws DbcError when it is not clear.
-void resolve_multiplexing(DraftMessage& draft, DbcCursor& cursor);
+/// Leaves out a signal that cannot be used, with one warning.
+void leave_out(DraftMessage& draft, std::size_t signal, std::uint32_t line, const std::string& why,
+               DbcCursor& cursor);
 
-/// Warns of signals beyond the payload and of overlapping signals; the latter only while there is
-/// effort left.
-void warn_of_misfits(const Message& message, Effort& effort, DbcCursor& cursor);
+/// Finds the multiplexor of every multiplexed signal, and leaves out the signals that the payload
+/// does not hold and those whose multiplexing is not clear.
+void resolve_signals(DraftMessage& draft, DbcCursor& cursor);
+
+/// Warns of overlapping signals while there is effort left.
+void warn_of_overlaps(const Message& message, Effort& effort, DbcCursor& cursor);
 
 }  // namespace odomd::can

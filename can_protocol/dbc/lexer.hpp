@@ -13,7 +13,8 @@ enum class TokenKind : std::uint8_t {
   word,         ///< a name, keyword or number, also "1+" and "0-5"
   text,         ///< "in quotes", without them
   punctuation,  ///< one other character
-  broken,       ///< an error: `text` says why, and only `end` follows
+  broken,       ///< a mistake that costs the rest of its line: `text` says which
+  cut,          ///< a text that the file's end cuts off: `text` says so, and only `end` follows
   end           ///< of the file
 };
 
@@ -24,10 +25,15 @@ struct Token {
   bool starts_line = false;  ///< nothing but blanks before it on its line
 };
 
-/// The tokens of UTF-8 `text`, ended by one of kind `end`; a comment from `//` to the end of its
-/// line is none. A quoted text that never ends, or a binary byte, becomes a broken token, so that
-/// an error before it, such as a missing quote, is reported first.
-[[nodiscard]] std::vector<Token> tokenize(std::string_view text);
+/// How the bytes of a quoted text were written before they became UTF-8.
+enum class Encoding : std::uint8_t { utf8, other };
+
+/// The tokens of UTF-8 `text`, ended by one of kind `end`; comments from `//` to the end of their
+/// line, and between `/*` and `*/`, are none.
+[[nodiscard]] std::vector<Token> tokenize(std::string_view text, Encoding encoding);
+
+/// Whether a statement of the DBC format begins with this word.
+[[nodiscard]] bool is_dbc_keyword(std::string_view word);
 
 /// How a message shows a token: 'word', a shortened "text", end of file.
 [[nodiscard]] std::string show(const Token& token);

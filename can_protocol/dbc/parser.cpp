@@ -32,24 +32,65 @@ DbcParser::DbcParser(std::string_view text, std::string file_name)
     : cursor_(text, std::move(file_name)), by_key_{{unused_signals_id, std::nullopt}} {}
 
 Database DbcParser::run() {
-  while (!cursor_.at_end()) statement();
+  std::optional<DbcMistake> first_mistake;
+  while (!cursor_.at_end()) {
+    const Token first = cursor_.peek();
+    cursor_.concern(no_message);
+    lost_signal_.reset();
+    lost_message_.clear();
+    try {
+      statement();
+    } catch (const DbcMistake& mistake) {
+      if (cursor_.at_end()) throw;  // the file is cut off, and with it who knows what
+      if (!first_mistake) first_mistake.emplace(mistake);
+      leave_out_statement(first, mistake);
+      cursor_.skip_to_statement();
+    }
+  }
+  cursor_.concern(std::nullopt);
   cursor_.check_ending();
+  if (drafts_.empty() && first_mistake) throw DbcError(*first_mistake);
   for (const auto& apply : later_) apply();
   Database database;
   Effort effort(comparisons);
   for (DraftMessage& draft : drafts_) {
+    cursor_.concern(frame_key(draft.message.id, draft.message.format));
     apply_attributes(draft);
-    resolve_multiplexing(draft, cursor_);
-    warn_of_misfits(draft.message, effort, cursor_);
+    resolve_signals(draft, cursor_);
+    warn_of_overlaps(draft.message, effort, cursor_);
     database.messages.push_back(std::move(draft.message));
   }
+  cursor_.concern(std::nullopt);
   if (!effort.spend(1))
     cursor_.warn(1, "too many signals to compare them all; some may overlap without a warning");
   database.file = cursor_.file_name();
-  database.warnings = std::move(cursor_.warnings());
-  std::stable_sort(database.warnings.begin(), database.warnings.end(),
-                   [](const Warning& a, const Warning& b) { return a.line < b.line; });
+  database.left_out = std::move(left_out_);
+  database.warnings = cursor_.take_warnings();
   return database;
+}
+
+void DbcParser::leave_out_statement(const Token& first, const DbcMistake& mistake) {
+  if (lost_signal_)
+    return with_signal(
+        std::move(lost_signal_->first), std::move(lost_signal_->second),
+        [this, line = mistake.line, text = mistake.text](DraftMessage& draft, std::size_t i) {
+          leave_out(draft, i, line, text, cursor_);
+        });
+  // What cannot be read may have been a BO_: the signals below it are of an unknown message.
+  if (first.text == "BO_" || !is_dbc_keyword(first.text)) {
+    current_ = nullptr;
+    inside_message_ = true;
+  }
+  if (lost_message_.empty())
+    cursor_.warn_left_out(mistake.line, mistake.text + "; left out");
+  else
+    ignore_message(lost_message_, mistake.line,
+                   mistake.text + "; message '" + lost_message_ + "' left out");
+}
+
+void DbcParser::ignore_message(const std::string& name, std::uint32_t line, std::string why) {
+  cursor_.warn_left_out(line, why);
+  left_out_.push_back({name, line, std::move(why)});
 }
 
 void DbcParser::statement() {
@@ -61,6 +102,7 @@ void DbcParser::statement() {
     if (keyword == "BO_") return message(token.line);
     if (keyword == "SG_") return signal(token.line);
     if (keyword == "CM_") return comment();
+    if (keyword == "VAL_TABLE_") return value_table();
     if (keyword == "VAL_") return value_names();
     if (keyword == "BA_") return attribute();
     if (keyword == "BA_DEF_") return attribute_definition();
@@ -137,7 +179,10 @@ void DbcParser::message(std::uint32_t line) {
   Message& message = draft.message;
   const std::string number_text = cursor_.peek().text;
   const std::uint64_t number = take_identifier("the message's identifier", message_form);
+  const auto [place, first] = by_key_.try_emplace(key_of(number), std::optional<std::size_t>{});
+  cursor_.concern(key_of(number));
   message.name = cursor_.take_name("the message's name", message_form);
+  lost_message_ = message.name;
   cursor_.take_punctuation(':', "after the message's name", message_form);
   const std::uint64_t length =
       cursor_.take_unsigned("the message's length in bytes", 0xFFFF, message_form);
@@ -147,32 +192,27 @@ void DbcParser::message(std::uint32_t line) {
 
   current_ = nullptr;
   inside_message_ = true;
-  if (number == unused_signals_id) return;  // its signals are read and ignored
-  const auto [place, first] = by_key_.try_emplace(key_of(number), std::optional<std::size_t>{});
+  if (number == unused_signals_id) return;  // its signals are ignored
   const auto identifier = identifier_of(number);
-  if (!identifier) {
-    cursor_.warn(line,
-                 "no frame has the identifier " + shortened(number_text, 40) + " of message '" +
-                     message.name +
-                     "'; ignored. Write its 11 or 29 bits, plus 2147483648 if it is extended");
-    return;
-  }
+  if (!identifier)
+    return ignore_message(
+        message.name, line,
+        "no frame has the identifier " + shortened(number_text, 40) + " of message '" +
+            message.name +
+            "'; ignored. Write its 11 or 29 bits, plus 2147483648 if it is extended");
   if (identifier->flag_missing)
     cursor_.warn(line, "identifier " + number_text + " of message '" + message.name +
                            "' has more than 11 bits but no extended flag; treated as extended");
   message.id = identifier->id;
   message.format = identifier->format;
-  if (!first) {
-    cursor_.warn(line, "message '" + message.name +
-                           "' has the identifier of another one above; "
-                           "ignored");
-    return;
-  }
-  if (length > max_payload) {
-    cursor_.warn(line, "message '" + message.name + "' has " + std::to_string(length) +
-                           " bytes, more than a frame; ignored");
-    return;
-  }
+  if (!first)
+    return ignore_message(
+        message.name, line,
+        "message '" + message.name + "' has the identifier of another one above; ignored");
+  if (length > max_payload)
+    return ignore_message(message.name, line,
+                          "message '" + message.name + "' has " + std::to_string(length) +
+                              " bytes, more than a frame; ignored");
   if (!names_.insert(message.name).second)
     cursor_.warn(line, "message '" + message.name +
                            "' has the name of another one above, "
@@ -183,24 +223,43 @@ void DbcParser::message(std::uint32_t line) {
 }
 
 void DbcParser::signal(std::uint32_t line) {
-  Signal signal;
-  DraftMultiplexing multiplexing;
-  signal.line = line;
-  const Token name = cursor_.peek();
-  signal.name = cursor_.take_name("the signal's name", signal_form);
   if (!inside_message_)
-    cursor_.fail(name, "a message (BO_) before the first signal", "put the signal below its BO_");
-  if (!cursor_.at_punctuation(':')) multiplexing_of(signal, multiplexing);
+    cursor_.fail(cursor_.peek(), "a message (BO_) before the first signal",
+                 "put the signal below its BO_");
+  if (current_ == nullptr) return cursor_.skip_to_statement();
+  cursor_.concern(frame_key(current_->message.id, current_->message.format));
+  Signal signal;
+  DraftSignal draft;
+  signal.line = line;
+  signal.name = cursor_.take_name("the signal's name", signal_form);
+  try {
+    layout(signal, draft);
+  } catch (const DbcMistake& mistake) {
+    if (cursor_.at_end()) throw;
+    cursor_.skip_to_statement();
+    if (const auto index = add_signal(std::move(signal), std::move(draft)))
+      leave_out(*current_, *index, mistake.line, mistake.text, cursor_);
+    return;
+  }
+  while ((cursor_.peek().kind == TokenKind::word && !cursor_.at_statement()) ||
+         cursor_.at_punctuation(','))
+    cursor_.take();  // receivers
+  if (signal.scale == 0.0) cursor_.warn(line, "signal '" + signal.name + "' has the factor 0");
+  add_signal(std::move(signal), std::move(draft));
+}
+
+void DbcParser::layout(Signal& signal, DraftSignal& draft) {
+  if (!cursor_.at_punctuation(':')) multiplexing_of(signal, draft);
   cursor_.take_punctuation(':', "after the signal's name", signal_form);
   const Token start = cursor_.peek();
   const std::uint64_t start_bit =
       cursor_.take_unsigned("the signal's start bit", max_payload * 8 - 1, signal_form);
   cursor_.take_punctuation('|', "after the start bit", signal_form);
-  signal.length = static_cast<std::uint8_t>(
-      cursor_.take_unsigned("the signal's length in bits, 1 to 64", 64, signal_form));
+  signal.length = static_cast<std::uint8_t>(cursor_.take_unsigned(
+      "the signal's length in bits, 1 to 64", 64, "longer ones cannot be used"));
   if (signal.length == 0)
-    cursor_.fail_at(line, "expected the length of signal '" + signal.name +
-                              "', 1 to 64 bits, found 0; fix or remove the signal");
+    cursor_.fail_at(signal.line, "expected the length of signal '" + signal.name +
+                                     "', 1 to 64 bits, found 0; fix or remove the signal");
   cursor_.take_punctuation('@', "after the signal's length", signal_form);
   order_and_sign(signal);
   if (bytes_needed(static_cast<unsigned>(start_bit), signal.length, signal.byte_order) >
@@ -208,19 +267,13 @@ void DbcParser::signal(std::uint32_t line) {
     cursor_.fail(start, "a start bit from which signal '" + signal.name + "' fits 64 bytes",
                  "fix its start bit or its length");
   signal.start_bit = static_cast<std::uint16_t>(start_bit);
-  scaling_and_range(signal);
-  const Token unit = cursor_.peek();
-  signal.unit = cursor_.take_text("the signal's unit in quotes", signal_form);
-  if (signal.unit.find('\n') != std::string::npos)
-    cursor_.fail(unit, "'\"' that closes the unit on its line", signal_form);
-  while ((cursor_.peek().kind == TokenKind::word && !cursor_.at_statement()) ||
-         cursor_.at_punctuation(','))
-    cursor_.take();  // receivers
-  add_signal(std::move(signal), std::move(multiplexing));
+  scaling(signal);
+  range(signal);
+  signal.unit = cursor_.take_line("the signal's unit in quotes", signal_form);
 }
 
 /// M, m3 or m3M; m or mM if SG_MUL_VAL_ says the value.
-void DbcParser::multiplexing_of(Signal& signal, DraftMultiplexing& multiplexing) {
+void DbcParser::multiplexing_of(Signal& signal, DraftSignal& draft) {
   const Token token = cursor_.peek();
   std::string_view word = token.text;
   if (word.ends_with('M')) {
@@ -228,9 +281,9 @@ void DbcParser::multiplexing_of(Signal& signal, DraftMultiplexing& multiplexing)
     word.remove_suffix(1);
   }
   if (word.starts_with('m')) {
-    multiplexing.marked = true;
-    multiplexing.selected_by = unsigned_of(word.substr(1));
-    if (multiplexing.selected_by || word == "m") word = {};
+    draft.marked = true;
+    draft.selected_by = unsigned_of(word.substr(1));
+    if (draft.selected_by || word == "m") word = {};
   }
   if (token.kind != TokenKind::word || !word.empty())
     cursor_.fail(token, "':' or a multiplexing (M, m0, m0M) after the signal's name", signal_form);
@@ -247,30 +300,43 @@ void DbcParser::order_and_sign(Signal& signal) {
   signal.type = word[1] == '-' ? ValueType::signed_integer : ValueType::unsigned_integer;
 }
 
-void DbcParser::scaling_and_range(Signal& signal) {
+void DbcParser::scaling(Signal& signal) {
   cursor_.take_punctuation('(', "before the factor", signal_form);
   signal.scale = cursor_.take_number("the signal's factor", signal_form);
   cursor_.take_punctuation(',', "between factor and offset", signal_form);
   signal.offset = cursor_.take_number("the signal's offset", signal_form);
   cursor_.take_punctuation(')', "after the offset", signal_form);
+}
+
+/// Nothing depends on the range: a mistake in it costs no more.
+void DbcParser::range(Signal& signal) {
   cursor_.take_punctuation('[', "before the range", signal_form);
-  signal.minimum = cursor_.take_number("the signal's minimum", signal_form);
-  cursor_.take_punctuation('|', "between minimum and maximum", signal_form);
-  signal.maximum = cursor_.take_number("the signal's maximum", signal_form);
+  try {
+    const double minimum = cursor_.take_number("the signal's minimum", signal_form);
+    cursor_.take_punctuation('|', "between minimum and maximum", signal_form);
+    signal.maximum = cursor_.take_number("the signal's maximum", signal_form);
+    signal.minimum = minimum;
+  } catch (const DbcMistake& mistake) {
+    if (cursor_.at_end()) throw;
+    cursor_.warn_left_out(mistake.line, "expected a range of numbers, found " +
+                                            show(cursor_.peek()) + "; the range of signal '" +
+                                            signal.name + "' left out");
+    while (!cursor_.at_end() && !cursor_.at_punctuation(']') && !cursor_.peek().starts_line)
+      cursor_.take();
+  }
   cursor_.take_punctuation(']', "after the range", signal_form);
 }
 
-void DbcParser::add_signal(Signal signal, DraftMultiplexing multiplexing) {
-  if (current_ == nullptr) return;
-  if (!current_->by_name.try_emplace(signal.name, current_->message.signals.size()).second) {
+std::optional<std::size_t> DbcParser::add_signal(Signal signal, DraftSignal draft) {
+  const std::size_t index = current_->message.signals.size();
+  if (!current_->by_name.try_emplace(signal.name, index).second) {
     cursor_.warn(signal.line, "message '" + current_->message.name + "' has two signals '" +
                                   signal.name + "'; the first one is used");
-    return;
+    return std::nullopt;
   }
-  if (signal.scale == 0.0)
-    cursor_.warn(signal.line, "signal '" + signal.name + "' has the factor 0");
   current_->message.signals.push_back(std::move(signal));
-  current_->multiplexing.push_back(std::move(multiplexing));
+  current_->signals.push_back(std::move(draft));
+  return index;
 }
 
 }  // namespace odomd::can

@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "can_protocol/dbc/cursor.hpp"
@@ -22,25 +23,32 @@ class DbcParser {
  public:
   DbcParser(std::string_view text, std::string file_name);
 
-  /// Throws DbcError.
+  /// Throws DbcError if the file is cut off, or if nothing can be used.
   Database run();
 
  private:
   // parser.cpp: the statements that build messages.
   void statement();
+  /// After a mistake in the statement that began with `first`.
+  void leave_out_statement(const Token& first, const DbcMistake& mistake);
+  void ignore_message(const std::string& name, std::uint32_t line, std::string why);
   void version();
   void symbols();
   void pass_over_list();
   void message(std::uint32_t line);
   void signal(std::uint32_t line);
-  void multiplexing_of(Signal& signal, DraftMultiplexing& multiplexing);
+  void layout(Signal& signal, DraftSignal& draft);
+  void multiplexing_of(Signal& signal, DraftSignal& draft);
   void order_and_sign(Signal& signal);
-  void scaling_and_range(Signal& signal);
-  void add_signal(Signal signal, DraftMultiplexing multiplexing);
+  void scaling(Signal& signal);
+  void range(Signal& signal);
+  std::optional<std::size_t> add_signal(Signal signal, DraftSignal draft);
 
   // references.cpp: the statements that refer to them.
   void comment();
+  void value_table();
   void value_names();
+  std::vector<ValueName> values(std::string_view form);
   void value_type();
   void extended_multiplexing();
 
@@ -76,6 +84,9 @@ class DbcParser {
     std::uint64_t number = 0;
   };
   Reference reference(std::string statement);
+  /// The name of a signal without which its values mean something else: a mistake in the rest of
+  /// the statement costs the signal.
+  std::string take_meaning(const Reference& of, std::string_view form);
   /// The message; null with a warning if it is unknown, or without one if it was ignored.
   DraftMessage* find(const Reference& reference);
   /// Calls `apply(draft, index of the signal)` once everything is known.
@@ -94,9 +105,14 @@ class DbcParser {
   bool inside_message_ = false;
   std::map<std::uint64_t, std::optional<std::size_t>> by_key_;  ///< empty: ignored
   std::vector<std::function<void()>> later_;
-  std::set<std::string> names_;                    ///< of the messages
-  std::map<std::string, std::string> node_names_;  ///< long names by short ones
-  std::vector<FrameProtocol> frame_formats_;       ///< that VFrameFormat numbers
+  /// What a mistake in the current statement costs: a signal, or the message of a BO_.
+  std::optional<std::pair<Reference, std::string>> lost_signal_;
+  std::string lost_message_;
+  std::vector<LeftOut> left_out_;                               ///< messages
+  std::map<std::string, std::vector<ValueName>> value_tables_;  ///< VAL_TABLE_
+  std::set<std::string> names_;                                 ///< of the messages
+  std::map<std::string, std::string> node_names_;               ///< long names by short ones
+  std::vector<FrameProtocol> frame_formats_;                    ///< that VFrameFormat numbers
   FrameProtocol default_protocol_ = FrameProtocol::classic;
   double default_cycle_time_ms_ = 0.0;
 };

@@ -14,10 +14,19 @@ constexpr std::string_view id_form = "write the number that stands after BO_";
 
 DbcParser::Reference DbcParser::reference(std::string statement) {
   const std::uint32_t line = cursor_.peek().line;
-  return {line, std::move(statement), take_identifier("the identifier of a message", id_form)};
+  const std::uint64_t number = take_identifier("the identifier of a message", id_form);
+  cursor_.concern(key_of(number));
+  return {line, std::move(statement), number};
+}
+
+std::string DbcParser::take_meaning(const Reference& of, std::string_view form) {
+  std::string name = cursor_.take_word("the signal's name", form);
+  lost_signal_.emplace(of, name);
+  return name;
 }
 
 DraftMessage* DbcParser::find(const Reference& reference) {
+  cursor_.concern(key_of(reference.number));
   const auto found = by_key_.find(key_of(reference.number));
   if (found == by_key_.end()) {
     cursor_.warn(reference.line, reference.statement + " names message " +
@@ -76,36 +85,56 @@ void DbcParser::message_comment(Reference of, std::string_view form) {
   });
 }
 
+void DbcParser::value_table() {
+  const std::string name = cursor_.peek().text;
+  if (cursor_.peek().kind == TokenKind::word) cursor_.take();
+  value_tables_[name] = values(R"(write VAL_TABLE_ NAME 0 "name" 1 "name" ;)");
+  cursor_.end_statement("VAL_TABLE_");
+}
+
 void DbcParser::value_names() {
   constexpr std::string_view form = R"(write VAL_ ID SIGNAL 0 "name" 1 "name" ;)";
   if (!unsigned_of(cursor_.peek().text))  // belongs to an environment variable
     return cursor_.skip_statement("VAL_");
   Reference of = reference("VAL_");
   std::string name = cursor_.take_word("the signal's name", form);
+  const Token table = cursor_.peek();
+  std::function<void(DraftMessage&, std::size_t)> apply;
+  if (table.kind == TokenKind::word && value_tables_.contains(table.text)) {
+    cursor_.take();
+    cursor_.warn(table.line, "VAL_ of signal '" + name + "' names " + show(table) +
+                                 " instead of values; taken from that VAL_TABLE_");
+    apply = [this, table = table.text](DraftMessage& draft, std::size_t i) {
+      draft.message.signals[i].values = value_tables_.at(table);
+    };
+  } else {
+    apply = [values = values(form)](DraftMessage& draft, std::size_t i) {
+      draft.message.signals[i].values = values;
+    };
+  }
+  cursor_.end_statement("VAL_");
+  with_signal(std::move(of), std::move(name), std::move(apply));
+}
+
+std::vector<ValueName> DbcParser::values(std::string_view form) {
   std::vector<ValueName> values;
   while (cursor_.peek().kind == TokenKind::word && !cursor_.at_statement()) {
     const Token token = cursor_.peek();
     const double raw = cursor_.take_number("a raw value", form);
-    const Token name_token = cursor_.peek();
-    std::string text = cursor_.take_text("the value's name in quotes", form);
-    if (text.find('\n') != std::string::npos)
-      cursor_.fail(name_token, "'\"' that closes the value's name on its line", form);
+    std::string text = cursor_.take_line("the value's name in quotes", form);
     // 2^63 as a double: the largest raw value.
     if (raw != std::nearbyint(raw) || std::abs(raw) >= 9223372036854775808.0)
       cursor_.warn(token.line, "VAL_ names " + show(token) + ", which is not a raw value");
     else
       values.push_back({static_cast<std::int64_t>(raw), std::move(text)});
   }
-  cursor_.end_statement("VAL_");
-  with_signal(std::move(of), std::move(name), [values](DraftMessage& draft, std::size_t i) {
-    draft.message.signals[i].values = values;
-  });
+  return values;
 }
 
 void DbcParser::value_type() {
   constexpr std::string_view form = "write SIG_VALTYPE_ ID SIGNAL : 1;";
   Reference of = reference("SIG_VALTYPE_");
-  std::string name = cursor_.take_word("the signal's name", form);
+  std::string name = take_meaning(of, form);
   cursor_.take_if(':');
   const std::uint64_t type = cursor_.take_unsigned("0 (integer), 1 (float) or 2 (double)", 2, form);
   cursor_.end_statement("SIG_VALTYPE_");
@@ -116,10 +145,11 @@ void DbcParser::value_type() {
         Signal& signal = draft.message.signals[i];
         const unsigned length = type == 1 ? 32 : 64;
         if (signal.length != length)
-          cursor_.fail_at(line, "expected " + std::to_string(length) +
-                                    " bits for the floating-point " + "signal '" + signal.name +
-                                    "', found " + std::to_string(signal.length) +
-                                    "; fix its SG_ or SIG_VALTYPE_");
+          return leave_out(draft, i, line,
+                           "expected " + std::to_string(length) +
+                               " bits for the floating-point signal '" + signal.name + "', found " +
+                               std::to_string(signal.length) + "; fix its SG_ or SIG_VALTYPE_",
+                           cursor_);
         signal.type = type == 1 ? ValueType::float32 : ValueType::float64;
       });
 }
@@ -127,7 +157,7 @@ void DbcParser::value_type() {
 void DbcParser::extended_multiplexing() {
   constexpr std::string_view form = "write SG_MUL_VAL_ ID SIGNAL MULTIPLEXOR 0-0, 2-5;";
   Reference of = reference("SG_MUL_VAL_");
-  std::string name = cursor_.take_word("the signal's name", form);
+  std::string name = take_meaning(of, form);
   const Token multiplexor = cursor_.peek();
   cursor_.take_word("the multiplexor's name", form);
   std::vector<MultiplexRange> ranges;
@@ -154,13 +184,15 @@ void DbcParser::extended_multiplexing() {
 void DbcParser::set_multiplexor(DraftMessage& draft, std::size_t signal, std::uint32_t line,
                                 const std::string& multiplexor,
                                 const std::vector<MultiplexRange>& ranges) {
-  DraftMultiplexing& written = draft.multiplexing[signal];
+  DraftSignal& written = draft.signals[signal];
   auto& signals = draft.message.signals;
   const auto found = find_signal(draft, multiplexor);
   if (!found || (!written.multiplexor.empty() && written.multiplexor != multiplexor))
-    cursor_.fail_at(line, "expected the one multiplexor of signal '" + signals[signal].name +
-                              "', found '" + multiplexor + "'; name a signal of message '" +
-                              draft.message.name + "'");
+    return leave_out(draft, signal, line,
+                     "expected the one multiplexor of signal '" + signals[signal].name +
+                         "', found '" + multiplexor + "'; name a signal of message '" +
+                         draft.message.name + "'",
+                     cursor_);
   if (!signals[*found].is_multiplexor) {
     cursor_.warn(line, "signal '" + multiplexor +
                            "' is not marked as a multiplexor (M); treated "

@@ -10,4 +10,6 @@ namespace odomd::can {
 /// superset of Latin-1 that DBC editors write. Never fails.
 [[nodiscard]] std::string to_utf8(std::string_view text);
 
+[[nodiscard]] bool is_utf8(std::string_view text);
+
 }  // namespace odomd::can

@@ -99,10 +99,19 @@ std::string nearest(std::string_view name) {
   return std::string("; the nearest is '").append(name).append("'");
 }
 
+/// "; it was left out in line 9: expected ..."; nothing if there is none of this name.
+std::string left_out_hint(const std::vector<LeftOut>& all, std::string_view name) {
+  const auto found = std::ranges::find(all, name, &LeftOut::name);
+  if (found == all.end()) return {};
+  return "; it was left out in line " + std::to_string(found->line) + ": " + found->why;
+}
+
 std::string likely_message_hint(std::span<const Database> databases, std::string_view message) {
   std::vector<std::string> names;
-  for (const Database& database : databases)
+  for (const Database& database : databases) {
+    if (std::string hint = left_out_hint(database.left_out, message); !hint.empty()) return hint;
     for (const Message& candidate : database.messages) names.push_back(candidate.name);
+  }
   const std::string_view likely = likely_name(message, names);
   return likely.empty() ? std::string{} : nearest(likely);
 }
@@ -127,6 +136,7 @@ std::string message_hint(std::span<const Database> databases, std::string_view m
 
 std::string signal_hint(std::span<const Database> databases, const Message& message,
                         const SignalBinding& binding, std::string_view signal) {
+  if (std::string hint = left_out_hint(message.left_out, signal); !hint.empty()) return hint;
   const std::vector<std::string> names = names_of(message);
   const std::string_view likely = likely_name(signal, names);
   if (!likely.empty()) return nearest(likely);
@@ -135,7 +145,8 @@ std::string signal_hint(std::span<const Database> databases, const Message& mess
 }
 
 std::string nearest_signal_hint(const Message& message, std::string_view signal) {
-  return nearest_hint(signal, names_of(message));
+  const std::string hint = left_out_hint(message.left_out, signal);
+  return hint.empty() ? nearest_hint(signal, names_of(message)) : hint;
 }
 
 }  // namespace odomd::can

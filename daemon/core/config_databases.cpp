@@ -30,6 +30,22 @@ void check_buses(const Config& config) {
                                     nearest_hint(binding.bus, sources)));
 }
 
+/// What is odd in messages that no role uses concerns nobody; `odom dbc show` lists it.
+void add_content_warnings(std::span<const can::Database> databases,
+                          std::span<const can::BoundMessage> messages,
+                          diagnostics::Diagnostics& warnings) {
+  const auto is_mapped = [&](std::uint64_t key) {
+    return std::ranges::any_of(messages, [key](const can::BoundMessage& message) {
+      return can::frame_key(message.id, message.format) == key;
+    });
+  };
+  for (const can::Database& database : databases)
+    for (const can::Warning& warning : database.warnings)
+      if (!warning.message || is_mapped(*warning.message))
+        warnings.push_back(
+            found(diagnostics::kind("database_content"), {}, can::describe(database, warning)));
+}
+
 }  // namespace
 
 std::vector<std::string> expected_buses(const Config& config) {
@@ -51,9 +67,6 @@ std::vector<can::Database> load_databases(Config& config, diagnostics::Diagnosti
     } catch (const can::DbcError& error) {
       throw ConfigError(fmt::format("{} (a database for {})", error.what(), config.file.string()));
     }
-    for (const auto& warning : databases.back().warnings)
-      warnings.push_back(found(diagnostics::kind("database_content"), {},
-                               can::describe(databases.back(), warning)));
   }
   check_model(config, warnings);
   check_buses(config);
@@ -69,6 +82,7 @@ std::vector<can::Database> load_databases(Config& config, diagnostics::Diagnosti
         if (auto& signal = config.can.signals[channel]; signal.timeout_ns == 0)
           signal.timeout_ns = timeout_ns;
     }
+    add_content_warnings(databases, decoder.messages(), warnings);
     check_rates(config, decoder.messages(), warnings);
   } catch (const std::invalid_argument& error) {
     throw ConfigError(fmt::format("{}: {}", config.file.string(), error.what()));

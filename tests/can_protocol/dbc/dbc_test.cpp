@@ -331,14 +331,15 @@ struct BadDbc {
 class DbcErrors : public testing::TestWithParam<BadDbc> {};
 
 TEST_P(DbcErrors, NameFileLineAndWhatWasExpected) {
+  std::vector<std::string> complaints;
   try {
-    const Database database = parse(GetParam().text);
-    FAIL() << "was taken";
+    complaints = warnings_of(parse(GetParam().text));  // of what is left out
   } catch (const DbcError& error) {
-    EXPECT_THAT(error.what(), testing::StartsWith(GetParam().error));
-    EXPECT_THAT(error.what(), HasSubstr("; "));  // the fix
-    EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
+    complaints = {error.what()};
   }
+  EXPECT_THAT(complaints, testing::Contains(testing::AllOf(testing::StartsWith(GetParam().error),
+                                                           HasSubstr("; "),  // the fix
+                                                           testing::Not(HasSubstr("\n")))));
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -397,12 +398,12 @@ INSTANTIATE_TEST_SUITE_P(
         BadDbc{"UnitNotClosedBeforeOthers",
                "BO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"rad X\n"
                " SG_ T : 0|8@1+ (1,0) [0|0] \"m\" X\n",
-               "car.dbc:2: expected '\"' that closes the unit on its line, found \"rad X\\n SG_ T"},
+               "car.dbc:2: expected '\"' that closes the text begun here, found another statement"},
         BadDbc{"ValueNameNotClosed",
                "BO_ 1 A: 8 X\nVAL_ 1 S 0 \"a 1 \"b\" ;\nCM_ BO_ 1 \"text\";\n",
                "car.dbc:2: expected a raw value, found 'b'"},
         BadDbc{"LastValueNameNotClosed", "BO_ 1 A: 8 X\nVAL_ 1 S 0 \"a ;\nCM_ BO_ 1 \"text\";\n",
-               "car.dbc:2: expected '\"' that closes the value's name on its line"},
+               "car.dbc:2: expected '\"' that closes the text begun here, found another statement"},
         BadDbc{"BinaryBehindAMistake", "BO_ 1 A 8 X\n\x01",
                "car.dbc:1: expected ':' after the message's name"},
         BadDbc{"Multiplexing", "BO_ 1 A: 8 X\n SG_ S mX : 0|8@1+ (1,0) [0|0] \"\" X\n",
@@ -411,10 +412,12 @@ INSTANTIATE_TEST_SUITE_P(
         BadDbc{"FloatOfSixteenBits",
                "BO_ 1 A: 8 X\n SG_ S : 0|16@1+ (1,0) [0|0] \"\" X\n\nSIG_VALTYPE_ 1 S : 1;\n",
                "car.dbc:4: expected 32 bits for the floating-point signal 'S', found 16"},
-        BadDbc{"ValueType", "BO_ 1 A: 8 X\nSIG_VALTYPE_ 1 S : 3;\n",
-               "car.dbc:2: expected 0 (integer), 1 (float) or 2 (double), found '3'"},
-        BadDbc{"MultiplexRange", "BO_ 1 A: 8 X\nSG_MUL_VAL_ 1 S M 3-1;\n",
-               "car.dbc:2: expected a range of multiplexor values, found '3-1'"},
+        BadDbc{"ValueType",
+               "BO_ 1 A: 8 X\n SG_ S : 0|16@1+ (1,0) [0|0] \"\" X\nSIG_VALTYPE_ 1 S : 3;\n",
+               "car.dbc:3: expected 0 (integer), 1 (float) or 2 (double), found '3'"},
+        BadDbc{"MultiplexRange",
+               "BO_ 1 A: 8 X\n SG_ S : 0|16@1+ (1,0) [0|0] \"\" X\nSG_MUL_VAL_ 1 S M 3-1;\n",
+               "car.dbc:3: expected a range of multiplexor values, found '3-1'"},
         BadDbc{"UnknownMultiplexor",
                "BO_ 1 A: 8 X\n SG_ S m0 : 0|16@1+ (1,0) [0|0] \"\" X\nSG_MUL_VAL_ 1 S M 1-1;\n",
                "car.dbc:3: expected the one multiplexor of signal 'S', found 'M'"},

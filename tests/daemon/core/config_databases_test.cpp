@@ -82,6 +82,20 @@ TEST_F(DatabasesTest, TimeOutsAreThreeCycleTimesOrATenthOfASecond) {
   EXPECT_THAT(warnings, IsEmpty());
 }
 
+TEST_F(DatabasesTest, WarnsOfWhatIsOddInMappedMessagesOnly) {
+  std::ofstream(directory_ / "car.dbc", std::ios::app)
+      << "BO_ 300 ODD: 8 CAR\n SG_ Vin : 0|136@1+ (1,0) [0|0] \"\" CAR\n"
+         "CM_ BO_ 77 \"of nothing\";\nVAL_ 256 RR 0 \"on\ntwo lines\" ;\n";
+  Config config = load(std::string(wheel) + gyro);
+  diagnostics::Diagnostics warnings;
+  EXPECT_EQ(load_databases(config, warnings).front().warnings.size(), 3U);
+  EXPECT_THAT(warnings, Contains(Named("database_content", "two lines")));
+  EXPECT_THAT(warnings, testing::Not(Contains(Named("database_content", "Vin"))));
+  EXPECT_THAT(warnings, testing::Not(Contains(Named("database_content", "77"))));
+  EXPECT_THAT(error_of("motor = { message = \"ODD\", signal = \"Vin\", unit = \"m/s\" }\n"),
+              HasSubstr("it was left out in line 13: "));
+}
+
 TEST_F(DatabasesTest, WarnsOfRolesThatTheModelWouldLike) {
   Config config = load(wheel);
   diagnostics::Diagnostics warnings;

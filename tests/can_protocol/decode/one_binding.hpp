@@ -1,0 +1,33 @@
+// A binding of one signal, and what the decoder says of it.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "can_protocol/decode/decoder.hpp"
+
+namespace odomd::can {
+
+inline SignalBinding binding_of(std::string message, std::string signal,
+                                std::uint16_t channel = 0) {
+  SignalBinding binding;
+  binding.channel = channel;
+  binding.role = "role_" + std::to_string(channel);
+  binding.message = std::move(message);
+  binding.signals = {std::move(signal)};
+  return binding;
+}
+
+/// Why the bindings are refused; empty if they are not.
+inline std::string refusal(const Database& database, const std::vector<SignalBinding>& bindings) {
+  try {
+    const Decoder decoder({&database, 1}, bindings, {}, {});
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace odomd::can
