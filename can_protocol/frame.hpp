@@ -39,6 +39,17 @@ struct Frame {
          length == 32 || length == 48 || length == 64;
 }
 
+/// Masks of 29-bit identifiers: all bits, all but a J1939 priority, and the parameter group alone,
+/// without priority, source address and, below PDU format 240 (PDU1), destination address.
+inline constexpr std::uint32_t whole_id = 0x1FFF'FFFFU;
+inline constexpr std::uint32_t id_without_priority = 0x03FF'FFFFU;
+[[nodiscard]] constexpr std::uint32_t j1939_group_mask(std::uint32_t id) noexcept {
+  return (id >> 16U & 0xFFU) < 240 ? 0x03FF'0000U : 0x03FF'FF00U;
+}
+
+/// In a key to listen to: all identifiers of this one's J1939 group.
+inline constexpr std::uint32_t j1939_group_flag = 0x4000'0000U;
+
 /// Identifier and format in one number, to compare and to look frames up by.
 [[nodiscard]] constexpr std::uint32_t frame_key(std::uint32_t id, IdFormat format) {
   return id | (format == IdFormat::extended ? 0x8000'0000U : 0U);

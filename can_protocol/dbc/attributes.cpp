@@ -1,4 +1,4 @@
-// DBC attributes: the cycle time in milliseconds, the frame format, and long names.
+// DBC attributes: the cycle time in milliseconds, the frame format, J1939, and long names.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,10 +14,8 @@ namespace {
 constexpr std::string_view long_name_form =
     R"(write BA_ "SystemSignalLongSymbol" SG_ ID SIGNAL "NAME";)";
 
-/// Of VFrameFormat: "StandardCAN_FD", "ExtendedCAN_FD", and others.
-FrameProtocol protocol_named(std::string_view format) {
-  return format.ends_with("CAN_FD") ? FrameProtocol::fd : FrameProtocol::classic;
-}
+/// ProtocolType, and the beginning of the VFrameFormat J1939PG.
+constexpr std::string_view j1939 = "J1939";
 
 template <typename Named>
 void give_long_name(Named& named, const std::string& name) {
@@ -33,7 +31,7 @@ void DbcParser::attribute_definition() {
     cursor_.take();
     while (!cursor_.at_end() && !cursor_.at_punctuation(';') && !cursor_.at_statement()) {
       const Token& token = cursor_.take();
-      if (token.kind == TokenKind::text) frame_formats_.push_back(protocol_named(token.text));
+      if (token.kind == TokenKind::text) frame_formats_.push_back(token.text);
     }
   }
   cursor_.skip_statement("BA_DEF_");
@@ -47,7 +45,10 @@ void DbcParser::attribute_default() {
       default_cycle_time_ms_ = cycle_time();
     } else if (name == "VFrameFormat") {
       cursor_.take();
-      default_protocol_ = protocol_named(cursor_.take().text);
+      default_frame_format_ = cursor_.take().text;
+    } else if (name == "ProtocolType") {
+      cursor_.take();
+      is_j1939_ = cursor_.take().text == j1939;
     }
   }
   cursor_.skip_statement("BA_DEF_DEF_");
@@ -55,6 +56,8 @@ void DbcParser::attribute_default() {
 
 void DbcParser::attribute() {
   const std::string name = cursor_.peek().text;
+  if (name == "ProtocolType" && cursor_.peek(1).kind == TokenKind::text)
+    is_j1939_ = cursor_.peek(1).text == j1939;
   const std::string object =
       cursor_.peek(1).kind == TokenKind::word ? cursor_.peek(1).text : std::string{};
   struct Known {
@@ -87,9 +90,9 @@ void DbcParser::message_cycle_time() {
 void DbcParser::frame_format() {
   const Reference of = reference("BA_ \"VFrameFormat\"");
   const std::string word = cursor_.take().text;
-  later_.emplace_back([this, of, index = unsigned_of(word), named = protocol_named(word)] {
+  later_.emplace_back([this, of, index = unsigned_of(word), word] {
     if (DraftMessage* draft = find(of))
-      draft->protocol = index && *index < frame_formats_.size() ? frame_formats_[*index] : named;
+      draft->frame_format = index && *index < frame_formats_.size() ? frame_formats_[*index] : word;
   });
 }
 
@@ -108,8 +111,28 @@ void DbcParser::apply_attributes(DraftMessage& draft) const {
     draft.message.sender = node->second;
   const double ms = draft.cycle_time_ms.value_or(default_cycle_time_ms_);
   draft.message.cycle_time_ns = std::llround(ms * 1e6);
-  draft.message.protocol =
-      draft.message.length > 8 ? FrameProtocol::fd : draft.protocol.value_or(default_protocol_);
+  const std::string& format = draft.frame_format ? *draft.frame_format : default_frame_format_;
+  const bool fd = draft.message.length > 8 || format.ends_with("CAN_FD");
+  draft.message.protocol = fd ? FrameProtocol::fd : FrameProtocol::classic;
+  if (draft.message.format == IdFormat::extended &&
+      (format.starts_with(j1939) || (is_j1939_ && !draft.frame_format)))
+    draft.message.id_mask = j1939_group_mask(draft.message.id);
+}
+
+/// Messages of one J1939 group that the file distinguishes by their addresses match by them, too.
+void DbcParser::tell_groups_apart(std::vector<Message>& messages) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> count;  // by mask and masked identifier
+  const auto key = [](const Message& message, std::uint32_t mask) {
+    return std::pair{mask, message.id & mask};
+  };
+  for (const Message& message : messages)
+    if (message.format == IdFormat::extended)
+      for (const std::uint32_t mask : {j1939_group_mask(message.id), id_without_priority})
+        ++count[key(message, mask)];
+  for (Message& message : messages)
+    for (const std::uint32_t mask : {id_without_priority, whole_id})
+      if (message.id_mask != whole_id && count[key(message, message.id_mask)] > 1)
+        message.id_mask = mask;
 }
 
 // Long names: editors write names of more than 32 characters as attributes, and shortened ones

@@ -67,6 +67,9 @@ struct Message {
   std::string name;
   std::string short_name;  ///< in its BO_, if `name` is a long one (SystemMessageLongSymbol)
   std::uint32_t id = 0;    ///< without flags
+  /// The bits of `id` that a frame must have. Of a J1939 message the group, unless the file has
+  /// several of that group: then the addresses, too.
+  std::uint32_t id_mask = whole_id;
   IdFormat format = IdFormat::standard;
   FrameProtocol protocol = FrameProtocol::classic;
   std::uint8_t length = 0;  ///< payload bytes, 0 to max_payload

@@ -27,7 +27,7 @@ struct DraftMessage {
   std::vector<DraftSignal> signals;                      ///< of the message
   std::unordered_map<std::string, std::size_t> by_name;  ///< indices of the signals
   std::optional<double> cycle_time_ms;
-  std::optional<FrameProtocol> protocol;  ///< as VFrameFormat says
+  std::optional<std::string> frame_format;  ///< VFrameFormat
 };
 
 /// The signal's index, or nothing.

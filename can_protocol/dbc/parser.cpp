@@ -60,6 +60,7 @@ Database DbcParser::run() {
     warn_of_overlaps(draft.message, effort, cursor_);
     database.messages.push_back(std::move(draft.message));
   }
+  tell_groups_apart(database.messages);
   cursor_.concern(std::nullopt);
   if (!effort.spend(1))
     cursor_.warn(1, "too many signals to compare them all; some may overlap without a warning");

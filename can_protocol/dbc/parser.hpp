@@ -97,6 +97,7 @@ class DbcParser {
                        const std::string& multiplexor, const std::vector<MultiplexRange>& ranges);
   double cycle_time();
   void apply_attributes(DraftMessage& draft) const;
+  static void tell_groups_apart(std::vector<Message>& messages);
 
   DbcCursor cursor_;
   std::vector<DraftMessage> drafts_;
@@ -112,8 +113,9 @@ class DbcParser {
   std::map<std::string, std::vector<ValueName>> value_tables_;  ///< VAL_TABLE_
   std::set<std::string> names_;                                 ///< of the messages
   std::map<std::string, std::string> node_names_;               ///< long names by short ones
-  std::vector<FrameProtocol> frame_formats_;                    ///< that VFrameFormat numbers
-  FrameProtocol default_protocol_ = FrameProtocol::classic;
+  std::vector<std::string> frame_formats_;                      ///< that VFrameFormat numbers
+  std::string default_frame_format_;
+  bool is_j1939_ = false;  ///< by ProtocolType
   double default_cycle_time_ms_ = 0.0;
 };
 

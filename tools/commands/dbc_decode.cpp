@@ -6,11 +6,11 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/dbc/message_index.hpp"
 #include "can_protocol/dbc/signal_layout.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "tools/cli/output.hpp"
@@ -25,24 +25,6 @@ using can::IdFormat;
 using can::Message;
 using can::Signal;
 using nlohmann::ordered_json;
-
-/// Messages by identifier, from the first database that has it.
-class MessageIndex {
- public:
-  explicit MessageIndex(const std::vector<Database>& databases) {
-    for (const Database& database : databases)
-      for (const Message& message : database.messages)
-        messages_.try_emplace(frame_key(message.id, message.format), &message);
-  }
-
-  [[nodiscard]] const Message* find(const Frame& frame) const {
-    const auto found = messages_.find(frame_key(frame));
-    return found == messages_.end() ? nullptr : found->second;
-  }
-
- private:
-  std::unordered_map<std::uint32_t, const Message*> messages_;
-};
 
 struct DecodedSignal {
   const Signal* signal = nullptr;
@@ -130,7 +112,7 @@ void decode_log(const std::vector<std::string>& databases, const std::string& lo
   std::vector<Database> read;
   read.reserve(databases.size());
   for (const std::string& file : databases) read.push_back(can::read_dbc(file));
-  const MessageIndex index(read);
+  const can::MessageIndex index(read);
   can::BusNames buses;
   can::LogReader reader(log, buses);
   std::vector<std::string> bus_names;

@@ -106,7 +106,8 @@ void print_message(const Message& message) {
   std::cout << '\n'
             << hexadecimal(message.id, message.format) << ' ' << both_names(message) << "  id "
             << message.id << (message.format == IdFormat::extended ? " extended, " : ", ")
-            << int{message.length} << (message.length == 1 ? " byte" : " bytes")
+            << (message.id_mask == can::whole_id ? "" : "J1939, ") << int{message.length}
+            << (message.length == 1 ? " byte" : " bytes")
             << (message.protocol == can::FrameProtocol::fd ? ", CAN FD" : "");
   if (message.cycle_time_ns > 0)
     std::cout << ", every " << shortest(static_cast<double>(message.cycle_time_ns) / 1e6) << " ms";

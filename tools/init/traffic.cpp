@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "can_protocol/bus_names.hpp"
+#include "can_protocol/dbc/message_index.hpp"
 #include "can_protocol/decode/decoder.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
@@ -97,17 +98,15 @@ Traffic listen(const std::string& interface, double seconds) {
 std::map<std::uint32_t, Rhythm> rhythms(const Traffic& traffic,
                                         std::span<const can::Database> databases) {
   std::map<std::uint32_t, Arrivals> arrivals;
-  for (const can::Database& database : databases)
-    for (const can::Message& message : database.messages)
-      arrivals[can::frame_key(message.id, message.format)];
+  const can::MessageIndex index(databases);
   for (const can::Frame& frame : traffic.frames)
-    if (const auto found = arrivals.find(can::frame_key(frame)); found != arrivals.end()) {
-      found->second.t_ns.push_back(frame.time_ns);
-      ++found->second.of_bus.at(frame.bus);
+    if (const can::Message* message = index.find(frame)) {
+      Arrivals& arrived = arrivals[can::frame_key(message->id, message->format)];
+      arrived.t_ns.push_back(frame.time_ns);
+      ++arrived.of_bus.at(frame.bus);
     }
   std::map<std::uint32_t, Rhythm> result;
-  for (auto& [key, arrived] : arrivals)
-    if (!arrived.t_ns.empty()) result[key] = rhythm_of(std::move(arrived), traffic.buses);
+  for (auto& [key, arrived] : arrivals) result[key] = rhythm_of(std::move(arrived), traffic.buses);
   return result;
 }
 
