@@ -40,7 +40,7 @@ std::string conversion(const can::SignalBinding& binding) {
   if (binding.forward)
     return fmt::format("forward = {}, reverse = {}", *binding.forward, *binding.reverse);
   auto text = fmt::format("in {}", can::unit_name(binding.unit));
-  if (binding.unit == can::Unit::rpm)
+  if (binding.radius_m > 0.0)
     text += fmt::format(", radius {} m, ratio {}", binding.radius_m, binding.ratio);
   if (binding.scale != 1.0) text += fmt::format(", times {}", binding.scale);
   if (binding.offset != 0.0) text += fmt::format(", plus {}", binding.offset);

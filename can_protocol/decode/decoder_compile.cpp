@@ -232,14 +232,17 @@ class Compiler {
                                 : "; fix one of them, or use unit = \"1\" with a scale"));
   }
 
-  /// For rpm: the speed of the wheel, v = omega * radius / ratio.
+  /// With a radius: the speed of the wheel, v = omega * radius / ratio.
   static double unit_factor(const SignalBinding& binding) {
-    if (binding.unit != Unit::rpm) return si_factor(binding.unit);
+    const double factor = si_factor(binding.unit);
+    if (!is_rotation(binding.unit) || (binding.radius_m == 0.0 && !is_revolutions(binding.unit)))
+      return factor;
     if (!(binding.radius_m > 0.0) || !std::isfinite(binding.radius_m))
-      refuse(binding, "unit rpm needs the wheel's radius in metres; add a positive radius");
+      refuse(binding, "unit " + std::string(unit_name(binding.unit)) +
+                          " needs the wheel's radius in metres; add a positive radius");
     if (binding.ratio == 0.0 || !std::isfinite(binding.ratio))
       refuse(binding, "the ratio must be a number other than 0; fix it");
-    return si_factor(Unit::rpm) * binding.radius_m / binding.ratio;
+    return factor * binding.radius_m / binding.ratio;
   }
 
   static CompiledMatch match(const SignalBinding& binding, const Signal& signal, double value) {

@@ -42,6 +42,7 @@ bool abbreviates(std::string_view shorter, std::string_view longer) {
 Dimension dimension_of(Unit unit) noexcept {
   switch (unit) {
     case Unit::none:
+    case Unit::percent:
       return Dimension::none;
     case Unit::rad:
     case Unit::deg:
@@ -52,6 +53,7 @@ Dimension dimension_of(Unit unit) noexcept {
     case Unit::m_per_s:
     case Unit::km_per_h:
     case Unit::rpm:
+    case Unit::erpm:
       return Dimension::speed;
     case Unit::m_per_s2:
     case Unit::g:

@@ -12,6 +12,7 @@
 namespace odomd::can {
 
 /// Units of a physical value. Conversion to SI happens in the decoder: rad, rad/s, m/s, m/s², 1.
+/// A rotation of a wheel or motor becomes, by SignalBinding::radius_m and ratio, its rolling speed.
 enum class Unit : std::uint8_t {
   none,
   rad,
@@ -20,9 +21,11 @@ enum class Unit : std::uint8_t {
   deg_per_s,
   m_per_s,
   km_per_h,
-  rpm,  ///< with SignalBinding::radius_m and ratio: the speed of the rolling wheel
+  rpm,
+  erpm,  ///< electrical turns: `ratio` includes the pole pairs
   m_per_s2,
   g,  ///< 9.80665 m/s²
+  percent,
 };
 
 /// Accepts a sample only while another signal of the same message has this physical value.
@@ -39,8 +42,8 @@ struct SignalBinding {
   std::string bus;                   ///< name of the bus; empty: any
 
   Unit unit = Unit::none;
-  double radius_m = 0.0;  ///< wheel radius, for rpm
-  double ratio = 1.0;     ///< motor turns per wheel turn, for rpm
+  double radius_m = 0.0;  ///< of the wheel, for rotations
+  double ratio = 1.0;     ///< turns per wheel turn, for rotations
 
   double scale = 1.0;   ///< applied to the converted value ...
   double offset = 0.0;  ///< ... then added: quantity = scale * converted + offset

@@ -12,41 +12,17 @@ namespace {
 
 using Spelling = std::pair<std::string_view, Unit>;
 
-// After normalisation: lower case, no blanks, no '^', no '*', a plain 2, "deg" for the degree
-// signs.
+// Normalised: lower case, without blanks, signs and prefixes, words as symbols.
 constexpr std::array spellings{Spelling{"rad", Unit::rad},
-                               Spelling{"radian", Unit::rad},
-                               Spelling{"radians", Unit::rad},
                                Spelling{"deg", Unit::deg},
-                               Spelling{"degree", Unit::deg},
-                               Spelling{"degrees", Unit::deg},
                                Spelling{"rad/s", Unit::rad_per_s},
-                               Spelling{"rad/sec", Unit::rad_per_s},
-                               Spelling{"radians/s", Unit::rad_per_s},
                                Spelling{"rads-1", Unit::rad_per_s},
-                               Spelling{"rad/second", Unit::rad_per_s},
-                               Spelling{"radians/sec", Unit::rad_per_s},
-                               Spelling{"radians/second", Unit::rad_per_s},
                                Spelling{"deg/s", Unit::deg_per_s},
-                               Spelling{"deg/second", Unit::deg_per_s},
-                               Spelling{"degree/second", Unit::deg_per_s},
-                               Spelling{"degrees/second", Unit::deg_per_s},
-                               Spelling{"deg/sec", Unit::deg_per_s},
-                               Spelling{"degree/s", Unit::deg_per_s},
-                               Spelling{"degrees/s", Unit::deg_per_s},
-                               Spelling{"degrees/sec", Unit::deg_per_s},
-                               Spelling{"degree/sec", Unit::deg_per_s},
                                Spelling{"dps", Unit::deg_per_s},
                                Spelling{"m/s", Unit::m_per_s},
-                               Spelling{"m/sec", Unit::m_per_s},
-                               Spelling{"m/second", Unit::m_per_s},
-                               Spelling{"meters/sec", Unit::m_per_s},
-                               Spelling{"meters/second", Unit::m_per_s},
-                               Spelling{"metres/second", Unit::m_per_s},
                                Spelling{"mps", Unit::m_per_s},
                                Spelling{"ms-1", Unit::m_per_s},
                                Spelling{"km/h", Unit::km_per_h},
-                               Spelling{"km/hr", Unit::km_per_h},
                                Spelling{"kph", Unit::km_per_h},
                                Spelling{"kmh", Unit::km_per_h},
                                Spelling{"kmph", Unit::km_per_h},
@@ -55,24 +31,32 @@ constexpr std::array spellings{Spelling{"rad", Unit::rad},
                                Spelling{"min-1", Unit::rpm},
                                Spelling{"u/min", Unit::rpm},
                                Spelling{"r/min", Unit::rpm},
-                               Spelling{"rev/min", Unit::rpm},
+                               Spelling{"erpm", Unit::erpm},
+                               Spelling{"er/min", Unit::erpm},
                                Spelling{"m/s2", Unit::m_per_s2},
                                Spelling{"m/s/s", Unit::m_per_s2},
-                               Spelling{"m/sec2", Unit::m_per_s2},
-                               Spelling{"m/second2", Unit::m_per_s2},
                                Spelling{"ms-2", Unit::m_per_s2},
                                Spelling{"mps2", Unit::m_per_s2},
-                               Spelling{"g", Unit::g}};
+                               Spelling{"g", Unit::g},
+                               Spelling{"%", Unit::percent}};
 
 // Normalised as above.
-constexpr std::array<std::string_view, 58> others{
-    "mph",   "mi/h",    "mile/h",  "miles/h", "mm/s",   "cm/s",  "ft/s",   "knots",  "kt",
-    "kts",   "mrad",    "mrad/s",  "mdeg",    "mdeg/s", "mdps",  "rad/s2", "deg/s2", "m/s3",
-    "mm/s2", "cm/s2",   "ft/s2",   "mg",      "rps",    "rev/s", "1/s",    "hz",     "khz",
-    "%",     "percent", "m",       "mm",      "cm",     "km",    "meter",  "meters", "s",
-    "sec",   "second",  "seconds", "ms",      "min",    "h",     "v",      "mv",     "volt",
-    "volts", "a",       "ma",      "amps",    "w",      "kw",    "nm",     "n",      "kg",
-    "bar",   "kpa",     "degc",    "celsius"};
+constexpr std::array<std::string_view, 51> others{
+    "mph",   "mi/h",  "mile/h", "miles/h", "mm/s",   "cm/s",   "ft/s",   "knots",  "kt",
+    "kts",   "mrad",  "mrad/s", "mdeg",    "mdeg/s", "mdps",   "rad/s2", "deg/s2", "m/s3",
+    "mm/s2", "cm/s2", "ft/s2",  "mg",      "rps",    "r/s",    "1/s",    "hz",     "khz",
+    "m",     "mm",    "cm",     "km",      "s",      "ms",     "min",    "h",      "v",
+    "mv",    "volt",  "volts",  "a",       "ma",     "amps",   "w",      "kw",     "nm",
+    "n",     "kg",    "bar",    "kpa",     "degc",   "celsius"};
+
+/// Words and their symbols in the order of replacement: a longer word before its beginning. Some
+/// editors cut words off: "Unit_DegreOfArcPerSecon".
+constexpr std::string_view words =
+    "unit_= percent=% pct=% ofarc= forceofgravity=g forceofgravi=g minuteinverse=1/min "
+    "minutinver=1/min per=/ squared=2 square=2 squar=2 milli=m centi=c kilo=k meters=m metres=m "
+    "meter=m metre=m degrees=deg degree=deg degre=deg radians=rad radian=rad seconds=s second=s "
+    "secon=s sec=s hours=h hour=h hr=h minutes=min minute=min revolutions=r revolution=r "
+    "rotations=r rev=r ";
 
 void replace_all(std::string& text, std::string_view what, std::string_view by) {
   for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at))
@@ -92,6 +76,12 @@ std::string normalised(std::string_view unit) {
   std::transform(text.begin(), text.end(), text.begin(), [](char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   });
+  for (std::string_view rest = words; !rest.empty();) {
+    const std::size_t equals = rest.find('=');
+    const std::size_t end = rest.find(' ');
+    replace_all(text, rest.substr(0, equals), rest.substr(equals + 1, end - equals - 1));
+    rest.remove_prefix(end + 1);
+  }
   return text;
 }
 
@@ -105,7 +95,8 @@ std::optional<Unit> unit_of_text(std::string_view text) {
 }
 
 bool is_other_unit(std::string_view text) {
-  return std::find(others.begin(), others.end(), normalised(text)) != others.end();
+  const std::string other = normalised(text);
+  return other == "%" || std::ranges::find(others, other) != others.end();
 }
 
 std::string_view unit_name(Unit unit) noexcept {
@@ -126,10 +117,14 @@ std::string_view unit_name(Unit unit) noexcept {
       return "km/h";
     case Unit::rpm:
       return "rpm";
+    case Unit::erpm:
+      return "erpm";
     case Unit::m_per_s2:
       return "m/s2";
     case Unit::g:
       return "g";
+    case Unit::percent:
+      return "%";
   }
   return "";
 }
@@ -141,7 +136,10 @@ double si_factor(Unit unit) noexcept {
       return std::numbers::pi / 180.0;
     case Unit::km_per_h:
       return 1.0 / 3.6;
+    case Unit::percent:
+      return 0.01;
     case Unit::rpm:
+    case Unit::erpm:
       return 2.0 * std::numbers::pi / 60.0;
     case Unit::g:
       return 9.80665;  // standard gravity

@@ -9,14 +9,23 @@
 namespace odomd::can {
 
 /// The unit that a text in a database means; empty when the text is empty or unknown. Ignores case,
-/// blanks and the spelling of signs: "m/s^2", "m/s2", "m/s²", "kph", "°/s", "1/min".
+/// blanks and the spelling of signs and words: "m/s^2", "m/s²", "kph", "°/s", "1/min",
+/// "Unit_KiloMeterPerHour".
 [[nodiscard]] std::optional<Unit> unit_of_text(std::string_view text);
 
-/// Whether the text is a unit that is not supported: "mph", "%".
+/// Whether the text is a unit of which no role's quantity can be: "mph", "Nm", "%".
 [[nodiscard]] bool is_other_unit(std::string_view text);
 
 /// The spelling in a configuration: "m/s2".
 [[nodiscard]] std::string_view unit_name(Unit unit) noexcept;
+
+/// Of a wheel or motor: angular velocities.
+[[nodiscard]] constexpr bool is_revolutions(Unit unit) noexcept {
+  return unit == Unit::rpm || unit == Unit::erpm;
+}
+[[nodiscard]] constexpr bool is_rotation(Unit unit) noexcept {
+  return is_revolutions(unit) || unit == Unit::rad_per_s || unit == Unit::deg_per_s;
+}
 
 /// The factor from a physical value to SI. For rpm that of an angular velocity: rad/s.
 [[nodiscard]] double si_factor(Unit unit) noexcept;

@@ -19,7 +19,8 @@ using estimator::Source;
 constexpr std::array angle{Unit::rad, Unit::deg};
 constexpr std::array angular_rate{Unit::rad_per_s, Unit::deg_per_s};
 constexpr std::array acceleration{Unit::m_per_s2, Unit::g};
-constexpr std::array speed{Unit::m_per_s, Unit::km_per_h, Unit::rpm};
+constexpr std::array speed{Unit::m_per_s,   Unit::km_per_h,  Unit::rpm,
+                           Unit::rad_per_s, Unit::deg_per_s, Unit::erpm};
 
 /// The units that a role may have, and the default of `sigma`, for sensors of a 1:10 car.
 struct RoleTraits {
@@ -70,6 +71,31 @@ void read_signal_names(TableReader& table, can::SignalBinding& binding) {
   }
 }
 
+/// Of the rotation of a wheel or motor: what makes it a speed.
+void read_rolling(TableReader& table, bool rolls, can::SignalBinding& binding) {
+  if (!rolls) {
+    for (const auto* key : {"radius", "ratio", "pole_pairs"})
+      if (table.has(key))
+        table.fail(key,
+                   "applies only to wheels and motor with unit = \"rpm\", \"erpm\", \"rad/s\" "
+                   "or \"deg/s\"");
+    return;
+  }
+  const auto unit = can::unit_name(binding.unit);
+  if (!table.has("radius"))
+    table.fail(
+        "unit",
+        fmt::format("\"{}\" needs `radius`, the rolling radius of the wheel in metres", unit));
+  table.read("radius", binding.radius_m, {0.0, 10.0, false, "between 0 and 10 (m)"});
+  table.read("ratio", binding.ratio,
+             {0.0, 1000.0, false, "between 0 and 1000 (motor turns per wheel turn)"});
+  if (binding.unit == Unit::erpm && !table.has("pole_pairs"))
+    table.fail("unit", "\"erpm\" needs `pole_pairs`, the pole pairs of the motor");
+  int pole_pairs = 1;
+  table.read("pole_pairs", pole_pairs, 1, 100);
+  binding.ratio *= pole_pairs;
+}
+
 void read_unit(TableReader& table, std::span<const Unit> possible, can::SignalBinding& binding) {
   std::vector<std::string> fitting;
   for (const Unit unit : possible) fitting.push_back(fmt::format("\"{}\"", can::unit_name(unit)));
@@ -82,29 +108,22 @@ void read_unit(TableReader& table, std::span<const Unit> possible, can::SignalBi
       name == can::unit_name(Unit::none) ? std::optional(Unit::none) : can::unit_of_text(name);
   if (!chosen) table.fail("unit", fmt::format("\"{}\" is not known; it is one of {}", name, list));
   binding.unit = *chosen;
-  if (binding.unit == Unit::none) {
+  if (binding.unit == Unit::none || binding.unit == Unit::percent) {
     if (!table.has("scale"))
-      table.fail("unit", "\"1\" needs `scale`, which turns the number into the role's SI quantity");
+      table.fail("unit", fmt::format("\"{}\" needs `scale`, which turns the number into the role's "
+                                     "SI quantity",
+                                     can::unit_name(binding.unit)));
   } else if (std::ranges::find(possible, binding.unit) == possible.end()) {
     table.fail("unit", fmt::format("\"{}\" does not fit this role; it is one of {}", name, list));
   }
-
-  if (binding.unit == Unit::rpm) {
-    if (!table.has("radius"))
-      table.fail("unit", "\"rpm\" needs `radius`, the rolling radius of the wheel in metres");
-    table.read("radius", binding.radius_m, {0.0, 10.0, false, "between 0 and 10 (m)"});
-    table.read("ratio", binding.ratio,
-               {0.0, 1000.0, false, "between 0 and 1000 (motor turns per wheel turn)"});
-  } else {
-    for (const auto* key : {"radius", "ratio"})
-      if (table.has(key)) table.fail(key, "applies only with unit = \"rpm\"");
-  }
+  const bool is_speed = std::ranges::find(possible, Unit::rpm) != possible.end();
+  read_rolling(table, is_speed && can::is_rotation(binding.unit), binding);
 }
 
 /// Forward and reverse are physical values of the signal: the sample is +1, -1 or 0.
 void read_direction(TableReader& table, can::SignalBinding& binding) {
   if (binding.signals.size() > 1) table.fail("sum", "a direction is taken from one signal");
-  for (const auto* key : {"unit", "scale", "offset", "radius", "ratio"})
+  for (const auto* key : {"unit", "scale", "offset", "radius", "ratio", "pole_pairs"})
     if (table.has(key)) table.fail(key, "does not apply to a direction");
   table.require("forward");
   table.require("reverse");

@@ -9,11 +9,13 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "can_protocol/decode/e2e_trust.hpp"
 #include "can_protocol/decode/message_encoder.hpp"
+#include "can_protocol/decode/units.hpp"
 #include "tests/allocation_count.hpp"
 
 namespace odomd::can::decoder_test {
@@ -130,6 +132,29 @@ TEST(Decoder, ConvertsUnitsThenScaleThenOffset) {
   // 600 wheel turns a minute are 10 a second: 10 * 2 pi * 0.05 m.
   EXPECT_THAT(rig.values(),
               ElementsAre(Pair(3, DoubleEq(10.0)), Pair(4, DoubleEq(-std::numbers::pi))));
+}
+
+TEST(Decoder, TurnsRotationsOfAWheelIntoItsSpeed) {
+  const std::vector<Database> databases{
+      parse_dbc("BO_ 1 M: 8 X\n SG_ V : 0|32@1+ (0.01,0) [0|0] \"\" X\n", "car.dbc")};
+  constexpr double radius = 0.05;
+  for (const double omega : {0.0, 1.0, 40.0, 250.0})  // rad/s of the wheel
+    for (const auto& [unit, value, ratio] :
+         {std::tuple{Unit::rad_per_s, omega, 1.0},
+          {Unit::rad_per_s, 8.0 * omega, 8.0},
+          {Unit::deg_per_s, omega * 180.0 / std::numbers::pi, 1.0},
+          {Unit::rpm, omega * 30.0 / std::numbers::pi, 1.0},
+          {Unit::erpm, 7.0 * 8.0 * omega * 30.0 / std::numbers::pi, 7.0 * 8.0}}) {
+      SignalBinding wheel = bind(1, "M", "V", unit);
+      wheel.radius_m = radius;
+      wheel.ratio = ratio;
+      Decoder decoder(databases, std::vector{wheel}, {}, {});
+      MessageEncoder encoder(databases[0].messages[0]);
+      encoder.set("V", value);
+      std::array<Sample, max_samples_per_frame> samples;
+      ASSERT_EQ(decoder.decode(encoder.frame(0), samples).count, 1);
+      EXPECT_NEAR(samples[0].value, radius * omega, 1e-3 * radius) << unit_name(unit);
+    }
 }
 
 TEST(Decoder, SumsSignals) {

@@ -31,7 +31,16 @@ TEST(Units, AreKnownInTheSpellingsOfRealDatabases) {
   expect_unit(Unit::km_per_h, {"km/h", "kph", "KPH", "kmh"});
   expect_unit(Unit::rpm, {"rpm", "1/min", "RPM", "min-1", "min^-1", "U/min"});
   expect_unit(Unit::m_per_s2, {"m/s2", "m/s^2", "m/s²", "m/s^2 ", "m/s/s", "m/(s^2)"});
-  expect_unit(Unit::g, {"g", "G"});
+  expect_unit(Unit::g, {"g", "G", "Unit_ForceOfGravi"});
+  expect_unit(Unit::erpm, {"erpm", "ERPM", "eRPM", "erev/min"});
+  expect_unit(Unit::percent, {"%", "percent", "Per cent", "pct", "Unit_PerCent"});
+  expect_unit(Unit::km_per_h, {"Unit_KiloMeterPerHour", "km per hour", "kilometres/hour"});
+  expect_unit(Unit::m_per_s, {"Unit_MeterPerSecon", "Unit_MeterPerSecond", "metre per second"});
+  expect_unit(Unit::m_per_s2, {"Unit_MeterPerSeconSquar", "Unit_MeterPerSecondSquared"});
+  expect_unit(Unit::deg, {"Unit_DegreOfArc", "Unit_Degree"});
+  expect_unit(Unit::deg_per_s, {"Unit_DegreOfArcPerSecon", "Unit_DegreePerSecond"});
+  expect_unit(Unit::rad_per_s, {"Unit_RadianPerSecon", "Unit_RadianPerSecond"});
+  expect_unit(Unit::rpm, {"Unit_MinutInver", "Unit_RevolutionsPerMinute", "rotations per minute"});
 }
 
 // docs/can.md: a table of units, the first cell of a row being the configuration's spelling.
@@ -59,17 +68,18 @@ TEST(Units, AreAllThatThePageLists) {
       at = end + 1;
     }
   }
-  EXPECT_EQ(listed.size(), static_cast<std::size_t>(Unit::g));  // all but none
+  EXPECT_EQ(listed.size(), static_cast<std::size_t>(Unit::percent));  // all but none
   EXPECT_GT(spellings, 40);
 }
 
 TEST(Units, AreUnknownWhenTheyAreNoneOfOurs) {
-  for (const char* text : {"", "SED", "%", "Nm", "Unitless", "V", "m", "s", "mph", "Unit_Liter"})
+  for (const char* text : {"", "SED", "%/s", "Nm", "Unitless", "V", "m", "s", "mph", "Unit_Liter"})
     EXPECT_EQ(unit_of_text(text), std::nullopt) << text;
 }
 
 TEST(Units, AreOthersWhenTheyMeasureSomethingElse) {
-  for (const char* text : {"mph", "MPH", "mi/h", "%", "mm/s", "mrad", "Nm", "V", "m", "\u00B0C"})
+  for (const char* text :
+       {"mph", "MPH", "mi/h", "%", "Unit_Meter", "mm/s", "mrad", "Nm", "V", "m", "\u00B0C"})
     EXPECT_TRUE(is_other_unit(text)) << text;
   for (const char* text : {"", "SED", "Unitless", "m/s", "km/h", "g", "rpm", "\u00B0"})
     EXPECT_FALSE(is_other_unit(text)) << text;
@@ -85,7 +95,7 @@ TEST(Units, ConvertToSi) {
 }
 
 TEST(Units, HaveNamesThatMeanThem) {
-  for (int i = 1; i <= static_cast<int>(Unit::g); ++i)
+  for (int i = 1; i <= static_cast<int>(Unit::percent); ++i)
     EXPECT_EQ(unit_of_text(unit_name(static_cast<Unit>(i))), static_cast<Unit>(i));
 }
 

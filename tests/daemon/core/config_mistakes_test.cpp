@@ -191,7 +191,8 @@ const Mistake mistakes[] = {
     {"NegativeRadius", signal("motor", R"(, signal = "S", unit = "rpm", radius = -1)"),
      "car.toml:4: [can.signals] motor radius: -1 is not possible; it must be between 0 and 10 (m)"},
     {"RadiusWithoutRpm", signal("motor", R"(, signal = "S", unit = "m/s", radius = 1)"),
-     R"(car.toml:4: [can.signals] motor radius: applies only with unit = "rpm")"},
+     R"(car.toml:4: [can.signals] motor radius: applies only to wheels and motor with unit = )"
+     R"("rpm", "erpm", "rad/s" or "deg/s")"},
     {"PureNumberWithoutScale", signal("steering", R"(, signal = "S", unit = "1")"),
      R"(car.toml:4: [can.signals] steering unit: "1" needs `scale`, which turns the number into )"
      "the "
@@ -225,6 +226,11 @@ const Mistake mistakes[] = {
      "car.toml:4: [can.signals] motor valid_when signal: is missing"},
     {"ValidWhenIsNoTable", signal("motor", R"(, signal = "S", unit = "m/s", valid_when = 1)"),
      "car.toml:4: [can.signals] motor valid_when: is a number; it must be a table"},
+    {"ErpmWithoutPolePairs", signal("motor", R"(, signal = "S", unit = "erpm", radius = 0.03)"),
+     R"(car.toml:4: [can.signals] motor unit: "erpm" needs `pole_pairs`, the pole pairs of the motor)"},
+    {"PercentWithoutScale", signal("steering", R"(, signal = "S", unit = "%")"),
+     R"(car.toml:4: [can.signals] steering unit: "%" needs `scale`, which turns the number into )"
+     "the role's SI quantity"},
     {"ForwardOfASpeed", signal("motor", R"(, signal = "S", unit = "m/s", forward = 1)"),
      "car.toml:4: [can.signals] motor forward: belongs to the role direction"},
     {"DirectionWithoutReverse", signal("direction", R"(, signal = "S", forward = 1)"),

@@ -81,7 +81,7 @@ accel_x           = { message = "IMU_01", signal = "AccX", unit = "m/s2" }
 accel_y           = { message = "IMU_01", signal = "AccY", unit = "g", scale = -1.0 }
 wheel_rear_left   = { message = "WHEEL", signal = "RL", unit = "m/s", valid_when = { signal = "RL_FAULT", equals = 0 } }
 wheel_rear_right  = { message = "WHEEL", signal = "RR", unit = "km/h", bus = "can0", dead_band = 0.3 }
-motor             = { message = "MOTOR", signal = "N", unit = "rpm", radius = 0.033, ratio = 9.5 }
+motor             = { message = "MOTOR", signal = "N", unit = "erpm", radius = 0.033, ratio = 9.5, pole_pairs = 2 }
 steering          = { message = "STEER", sum = ["ANGLE", "FRACTION"], unit = "deg", scale = 0.0592, offset = 0.01, timeout = 0.5 }
 direction         = { message = "GEAR", signal = "Dir", forward = 1, reverse = 2 }
 
@@ -176,9 +176,9 @@ level = "debug"
   EXPECT_EQ(config.can.bindings[4].bus, "can0");
   EXPECT_EQ(config.can.bindings[4].unit, can::Unit::km_per_h);
   const auto& motor = config.can.bindings[5];
-  EXPECT_EQ(motor.unit, can::Unit::rpm);
+  EXPECT_EQ(motor.unit, can::Unit::erpm);
   EXPECT_EQ(motor.radius_m, 0.033);
-  EXPECT_EQ(motor.ratio, 9.5);
+  EXPECT_EQ(motor.ratio, 19.0);  // with the pole pairs
   const auto& steering = config.can.bindings[6];
   EXPECT_THAT(steering.signals, ElementsAre("ANGLE", "FRACTION"));
   EXPECT_EQ(steering.scale, 0.0592);

@@ -403,8 +403,12 @@ TEST_F(ConfigurationPage, ListsTheRolesWithTheirUnitsAndSigmas) {
   for (const Row& row : rows(tables.begin()->second)) {
     std::vector<std::string> endings;
     for (const auto& unit : quoted(row.at(2)))
-      endings.push_back(
-          fmt::format(R"(unit = "{}"{})", unit, unit == "rpm" ? ", radius = 1.0" : ""));
+      endings.push_back(fmt::format(R"(unit = "{}"{}{})", unit,
+                                    unit.ends_with("rpm") || (quoted(row.at(2)).size() > 2 &&
+                                                              unit.ends_with("/s") && unit != "m/s")
+                                        ? ", radius = 1.0"
+                                        : "",
+                                    unit == "erpm" ? ", pole_pairs = 7" : ""));
     if (endings.empty()) endings = {"forward = 1, reverse = 2"};
     for (const auto& role : quoted(row.at(0))) {
       roles.push_back(role);
