@@ -61,6 +61,12 @@ std::string described(const std::string& source) {
   return source;
 }
 
+/// In the order of can::Comparison.
+constexpr std::array symbols{"=", "!=", "<", ">="};
+
+/// In the order of can::UnlessRaw::Pattern.
+constexpr std::array unavailable{"raw ", "the largest raw value", "all ones"};
+
 std::string access(std::uint32_t mode, const std::string& group) {
   return group.empty() ? fmt::format("mode {:04o}", mode)
                        : fmt::format("mode {:04o}, group {}", mode, group);
@@ -82,9 +88,16 @@ void add_signals(Lines& lines, const Config& config) {
     std::string extra;
     if (!binding.bus.empty()) extra += fmt::format(", only on {}", binding.bus);
     if (binding.latency_ns != 0) extra += fmt::format(", latency {}", seconds(binding.latency_ns));
-    if (binding.valid_when)
-      extra += fmt::format(", valid when {} = {}", binding.valid_when->signal,
-                           binding.valid_when->equals);
+    if (binding.source) extra += fmt::format(", only from {:#04x}", *binding.source);
+    if (binding.sign)
+      extra += fmt::format(", negative when {} = {}", binding.sign->signal, binding.sign->negative);
+    for (const auto& condition : binding.valid_when)
+      extra +=
+          fmt::format(", valid when {} {} {}", condition.signal,
+                      symbols.at(static_cast<std::size_t>(condition.comparison)), condition.value);
+    if (const auto& unless = binding.unless_raw)
+      extra += fmt::format(", not {}{}", unavailable.at(static_cast<std::size_t>(unless->pattern)),
+                           fmt::join(unless->values, " "));
     if (settings.dead_band > 0.0) extra += fmt::format(", dead band {} m/s", settings.dead_band);
     lines.add(binding.role, "{}.{} {}, sigma {}, time-out {}{}", binding.message,
               fmt::join(binding.signals, " + "), conversion(binding), settings.sigma,

@@ -68,7 +68,8 @@ std::vector<std::unique_ptr<can::FrameSource>> open_sources(const Config& config
                                                             can::LogClock& log_clock) {
   can::InterfaceSettings settings;
   for (const auto& message : decoder.messages())
-    settings.keys.push_back(can::frame_key(message.id, message.format));
+    settings.keys.push_back(can::frame_key(message.id, message.format) |
+                            (message.id_mask == can::whole_id ? 0U : can::j1939_group_flag));
   settings.stamps = config.can.timestamps == Timestamps::hardware ? can::StampSource::hardware
                                                                   : can::StampSource::software;
   settings.receive_buffer = config.can.receive_buffer;

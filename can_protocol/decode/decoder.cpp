@@ -9,39 +9,54 @@
 namespace odomd::can {
 namespace {
 
-/// All bytes of a frame, so that a signal can be read from eight bytes at once. Bytes after
-/// `length` are never part of a signal.
-struct Payload {
-  std::span<const std::uint8_t, max_payload> bytes;
-  std::size_t length;
-};
-
-std::int16_t message_index(const Decoder::Tables& tables, const Frame& frame) noexcept {
-  if (frame.format == IdFormat::standard)
-    return frame.id < tables.standard.size() ? tables.standard[frame.id] : std::int16_t{-1};
-  const auto found =
-      std::lower_bound(tables.extended.begin(), tables.extended.end(), frame.id,
-                       [](const ExtendedEntry& entry, std::uint32_t id) { return entry.id < id; });
-  return found != tables.extended.end() && found->id == frame.id ? found->message
-                                                                 : std::int16_t{-1};
+std::size_t length_of(const Frame& frame) noexcept {
+  return std::min<std::size_t>(frame.length, max_payload);
 }
 
-bool matches(const CompiledMatch& match, std::uint64_t bits) noexcept {
+std::uint8_t source_of(const Frame& frame) noexcept {
+  return static_cast<std::uint8_t>(frame.id & 0xFFU);
+}
+
+/// The first message of a chain that takes the frame's bus and sender.
+std::int16_t first_taker(const Decoder::Tables& tables, std::int16_t at,
+                         const Frame& frame) noexcept {
+  for (; at >= 0; at = tables.messages[static_cast<std::size_t>(at)].next) {
+    const CompiledMessage& message = tables.messages[static_cast<std::size_t>(at)];
+    if ((message.bus_mask & 1U << frame.bus) != 0 && message.sources[source_of(frame)]) return at;
+  }
+  return -1;
+}
+
+bool matches(const CompiledMatch& match, const Frame& frame) noexcept {
+  const std::uint64_t bits = extract_bits(match.signal, frame.data);
   const ValueType type = match.signal.type;
   if (type == ValueType::float32 || type == ValueType::float64)  // 0 and -0 are the same value
     return physical_value(match.signal, bits) == physical_value(match.signal, match.bits);
   return bits == match.bits;
 }
 
-enum class Outcome : std::uint8_t { value, absent, too_short };
+bool holds(const CompiledCondition& condition, const Frame& frame) noexcept {
+  const SignalLayout& signal = condition.match.signal;
+  switch (condition.comparison) {
+    case Comparison::equals:
+      return matches(condition.match, frame);
+    case Comparison::not_equals:
+      return !matches(condition.match, frame);
+    case Comparison::below:
+      return physical_value(signal, extract_bits(signal, frame.data)) < condition.limit;
+    case Comparison::at_least:
+      return physical_value(signal, extract_bits(signal, frame.data)) >= condition.limit;
+  }
+  return false;
+}
 
 /// Whether the multiplexors in the payload select the binding.
 Outcome selected(const Decoder::Tables& tables, const CompiledBinding& binding,
-                 Payload payload) noexcept {
+                 const Frame& frame) noexcept {
   for (std::uint32_t i = 0; i < binding.selectors.count; ++i) {
     const CompiledSelector& selector = tables.selectors[binding.selectors.first + i];
-    if (payload.length < selector.multiplexor.bytes_needed) return Outcome::too_short;
-    const std::uint64_t raw = extract_bits(selector.multiplexor, payload.bytes);
+    if (length_of(frame) < selector.multiplexor.bytes_needed) return Outcome::too_short;
+    const std::uint64_t raw = extract_bits(selector.multiplexor, frame.data);
     const auto* range = tables.ranges.data() + selector.ranges.first;
     if (std::none_of(range, range + selector.ranges.count,
                      [raw](const MultiplexRange& r) { return r.first <= raw && raw <= r.last; }))
@@ -50,45 +65,51 @@ Outcome selected(const Decoder::Tables& tables, const CompiledBinding& binding,
   return Outcome::value;
 }
 
-/// quantity = scale * (unit_factor * sum of physical values) + offset, or a direction.
-Outcome evaluate(const Decoder::Tables& tables, const CompiledBinding& binding, Payload payload,
-                 double& value) noexcept {
-  const Outcome selection = selected(tables, binding, payload);
-  if (selection != Outcome::value) return selection;
-  if (payload.length < binding.bytes_needed) return Outcome::too_short;
-  if (binding.valid_when &&
-      !matches(*binding.valid_when, extract_bits(binding.valid_when->signal, payload.bytes)))
-    return Outcome::absent;
+/// All ones of an unsigned number, either end of a signed one: what a control unit sends until its
+/// sensor has measured. No sensor of a car that starts is at the end of its range, so such a value
+/// is not believed before the first other one. Shorter numbers may mean just this value.
+bool is_at_an_end(const SignalLayout& signal, const Frame& frame) noexcept {
+  constexpr unsigned shortest_measurement = 8;  // bits
+  if (signal.length < shortest_measurement) return false;
+  const std::uint64_t bits = extract_bits(signal, frame.data);
+  const std::uint64_t largest = low_bits(signal.length);
+  if (signal.type == ValueType::unsigned_integer) return bits == largest;
+  return signal.type == ValueType::signed_integer &&
+         (bits == largest >> 1U || bits == (largest >> 1U) + 1);
+}
+
+bool starts_at_an_end(const Decoder::Tables& tables, const CompiledBinding& binding,
+                      const Frame& frame) noexcept {
   const auto* terms = tables.terms.data() + binding.terms.first;
-  if (binding.forward || binding.reverse) {
-    const std::uint64_t bits = extract_bits(terms[0], payload.bytes);
-    const bool forward = binding.forward && matches(*binding.forward, bits);
-    const bool reverse = binding.reverse && matches(*binding.reverse, bits);
-    value = forward ? 1.0 : reverse ? -1.0 : 0.0;
-    return Outcome::value;
-  }
-  double sum = 0.0;
-  for (std::uint32_t i = 0; i < binding.terms.count; ++i)
-    sum += physical_value(terms[i], extract_bits(terms[i], payload.bytes));
-  value = binding.scale * (binding.unit_factor * sum) + binding.offset;
-  return Outcome::value;
+  return binding.doubts_first_ends &&
+         std::any_of(terms, terms + binding.terms.count,
+                     [&](const SignalLayout& term) { return is_at_an_end(term, frame); });
 }
 
 DecodeResult decode_signals(const Decoder::Tables& tables, const CompiledMessage& message,
-                            const Frame& frame, Payload payload,
+                            const Frame& frame, ProtectionState& state,
                             std::span<Sample> samples) noexcept {
-  const unsigned bus_bit = 1U << frame.bus;
-  std::uint8_t count = 0;
-  const std::span bindings(tables.bindings);
-  for (const auto& binding : bindings.subspan(message.bindings.first, message.bindings.count)) {
-    if ((binding.bus_mask & bus_bit) == 0) continue;
+  if (frame.time_ns - state.last_time_ns > message.restart_ns) state.started = 0;
+  state.last_time_ns = frame.time_ns;
+  DecodeResult result;
+  for (std::uint32_t i = 0; i < message.bindings.count; ++i) {
+    const CompiledBinding& binding = tables.bindings[message.bindings.first + i];
+    if (!takes(binding, frame)) continue;
     double value = 0.0;
-    const Outcome outcome = evaluate(tables, binding, payload, value);
+    Outcome outcome = read_value(tables, binding, frame, value);
     if (outcome == Outcome::too_short) return {FrameVerdict::too_short, 0};
-    if (outcome == Outcome::value && count < samples.size())
-      samples[count++] = {binding.channel, frame.time_ns - binding.latency_ns, value};
+    if (outcome == Outcome::value && (state.started & 1U << i) == 0) {
+      if (starts_at_an_end(tables, binding, frame))
+        outcome = Outcome::not_valid;
+      else
+        state.started |= 1U << i;
+    }
+    if (outcome == Outcome::not_valid) result.not_valid |= 1U << i;
+    if (outcome == Outcome::value && result.count < samples.size())
+      samples[result.count++] = {binding.channel, frame.time_ns - binding.latency_ns, value};
   }
-  return {count > 0 ? FrameVerdict::decoded : FrameVerdict::no_sample, count};
+  result.verdict = result.count > 0 ? FrameVerdict::decoded : FrameVerdict::no_sample;
+  return result;
 }
 
 FrameVerdict verdict_of(E2eStatus status) noexcept {
@@ -111,18 +132,17 @@ FrameVerdict verdict_of(E2eStatus status) noexcept {
 DecodeResult decode_message(const Decoder::Tables& tables, const CompiledMessage& message,
                             ProtectionState& state, MessageCounters& counters, const Frame& frame,
                             std::span<Sample> samples) noexcept {
-  const Payload payload{frame.data, std::min<std::size_t>(frame.length, max_payload)};
   E2eStatus status = E2eStatus::ok;
   if (message.protection) {
-    if (payload.length < message.protection->length()) return {FrameVerdict::too_short, 0};
-    status =
-        message.protection->check(payload.bytes.first(payload.length), state.counters[frame.bus]);
+    const auto payload = std::span(frame.data).first(length_of(frame));
+    if (payload.size() < message.protection->length()) return {FrameVerdict::too_short, 0};
+    status = message.protection->check(payload, state.counters[frame.bus]);
     const bool trusted = state.trust[frame.bus].after(status);
     if (const FrameVerdict verdict = verdict_of(status); verdict != FrameVerdict::decoded)
       return {verdict, 0};
     if (!trusted) return {FrameVerdict::distrusted, 0};
   }
-  const DecodeResult result = decode_signals(tables, message, frame, payload, samples);
+  const DecodeResult result = decode_signals(tables, message, frame, state, samples);
   if (result.verdict == FrameVerdict::decoded) {
     if (status == E2eStatus::ok_some_lost) counters.some_lost.add();
     counters.last_time_ns.set(static_cast<std::uint64_t>(frame.time_ns));
@@ -131,6 +151,51 @@ DecodeResult decode_message(const Decoder::Tables& tables, const CompiledMessage
 }
 
 }  // namespace
+
+std::int16_t message_index(const Decoder::Tables& tables, const Frame& frame) noexcept {
+  if (frame.kind != FrameKind::data || frame.bus >= max_buses) return -1;
+  if (frame.format == IdFormat::standard)
+    return frame.id < tables.standard.size() ? first_taker(tables, tables.standard[frame.id], frame)
+                                             : std::int16_t{-1};
+  if (frame.id > whole_id) return -1;
+  for (const auto& [mask, entries] : tables.extended) {
+    const std::uint32_t id = frame.id & mask;
+    const auto found =
+        std::lower_bound(entries.begin(), entries.end(), id,
+                         [](const ExtendedEntry& a, std::uint32_t b) { return a.id < b; });
+    if (found == entries.end() || found->id != id) continue;
+    if (const std::int16_t at = first_taker(tables, found->message, frame); at >= 0) return at;
+  }
+  return -1;
+}
+
+bool takes(const CompiledBinding& binding, const Frame& frame) noexcept {
+  return (binding.bus_mask & 1U << frame.bus) != 0 &&
+         (!binding.source || *binding.source == source_of(frame));
+}
+
+/// quantity = scale * (unit_factor * sum of physical values) + offset, or a direction.
+Outcome read_value(const Decoder::Tables& tables, const CompiledBinding& binding,
+                   const Frame& frame, double& value) noexcept {
+  const Outcome selection = selected(tables, binding, frame);
+  if (selection != Outcome::value) return selection;
+  if (length_of(frame) < binding.bytes_needed) return Outcome::too_short;
+  for (std::uint32_t i = 0; i < binding.conditions.count; ++i)
+    if (!holds(tables.conditions[binding.conditions.first + i], frame)) return Outcome::not_valid;
+  if (binding.forward || binding.reverse) {
+    const bool forward = binding.forward && matches(*binding.forward, frame);
+    const bool reverse = binding.reverse && matches(*binding.reverse, frame);
+    value = forward ? 1.0 : reverse ? -1.0 : 0.0;
+    return Outcome::value;
+  }
+  const auto* terms = tables.terms.data() + binding.terms.first;
+  double sum = 0.0;
+  for (std::uint32_t i = 0; i < binding.terms.count; ++i)
+    sum += physical_value(terms[i], extract_bits(terms[i], frame.data));
+  if (binding.negative && matches(*binding.negative, frame)) sum = -sum;
+  value = binding.scale * (binding.unit_factor * sum) + binding.offset;
+  return Outcome::value;
+}
 
 Decoder::Decoder(std::span<const Database> databases, std::span<const SignalBinding> bindings,
                  std::span<const E2eBinding> protections, std::span<const std::string> bus_names)
@@ -143,22 +208,15 @@ Decoder::Decoder(Decoder&&) noexcept = default;
 Decoder& Decoder::operator=(Decoder&&) noexcept = default;
 
 DecodeResult Decoder::decode(const Frame& frame, std::span<Sample> samples) noexcept {
-  if (frame.kind != FrameKind::data || frame.bus >= max_buses) return {};
-  const unsigned bus_bit = 1U << frame.bus;
-  for (std::int16_t at = message_index(*tables_, frame); at >= 0;) {
-    const auto index = static_cast<std::size_t>(at);
-    const CompiledMessage& message = tables_->messages[index];
-    if ((message.bus_mask & bus_bit) != 0) {
-      MessageCounters& counters = tables_->counters[index];
-      DecodeResult result =
-          decode_message(*tables_, message, tables_->protections[index], counters, frame, samples);
-      result.message = at;
-      counters.verdicts[static_cast<std::size_t>(result.verdict)].add();
-      return result;
-    }
-    at = message.next;
-  }
-  return {};
+  const std::int16_t at = message_index(*tables_, frame);
+  if (at < 0) return {};
+  const auto index = static_cast<std::size_t>(at);
+  MessageCounters& counters = tables_->counters[index];
+  DecodeResult result = decode_message(*tables_, tables_->messages[index],
+                                       tables_->protections[index], counters, frame, samples);
+  result.message = at;
+  counters.verdicts[static_cast<std::size_t>(result.verdict)].add();
+  return result;
 }
 
 std::span<const BoundMessage> Decoder::messages() const noexcept {

@@ -33,7 +33,7 @@ inline constexpr std::size_t max_samples_per_frame = 24;
 enum class FrameVerdict : std::uint8_t {
   decoded,         ///< at least one sample came out
   unmapped,        ///< no binding uses this id
-  no_sample,       ///< bound, but its multiplexed signals are absent or valid_when does not hold
+  no_sample,       ///< bound, but its multiplexed signals are absent or no value counts
   too_short,       ///< payload ends before a bound signal does
   failed_crc,      ///< protection: ERROR
   repeated,        ///< protection: REPEATED
@@ -62,6 +62,9 @@ struct DecodeResult {
   FrameVerdict verdict = FrameVerdict::unmapped;
   std::uint8_t count = 0;     ///< samples written
   std::int16_t message = -1;  ///< index into messages(), -1: unmapped
+  /// Bit i: the value of the message's channel i did not count, by valid_when or unless_raw, or
+  /// since its source starts.
+  std::uint32_t not_valid = 0;
 };
 
 /// A bound message, for status and for kernel filters.
@@ -71,12 +74,16 @@ struct BoundMessage {
   IdFormat format = IdFormat::standard;
   std::int64_t cycle_time_ns = 0;  ///< GenMsgCycleTime; 0: none
   std::vector<std::uint16_t> channels;
+  std::uint32_t id_mask = whole_id;  ///< see Message
 };
 
-/// The state of the protection of a message, per bus, since each bus has its own counter.
+/// What protects against bad values of a message: its counters, per bus, since each bus has its
+/// own, and which sources have started.
 struct ProtectionState {
   std::array<E2eState, max_buses> counters{};
   std::array<E2eTrust, max_buses> trust{};
+  std::uint32_t started = 0;  ///< bit i: channel i has sent a value inside of its raw range
+  std::int64_t last_time_ns = 0;
 };
 
 class Decoder {

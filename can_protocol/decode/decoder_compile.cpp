@@ -1,29 +1,18 @@
 // Compiles bindings and databases into the decoder's tables, and reports every mismatch.
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
 
 #include "base/nearest_name.hpp"
+#include "can_protocol/decode/condition_compile.hpp"
 #include "can_protocol/decode/decoder_tables.hpp"
 #include "can_protocol/decode/name_hints.hpp"
 #include "can_protocol/decode/units.hpp"
 
 namespace odomd::can {
 namespace {
-
-[[noreturn]] void refuse(const SignalBinding& binding, const std::string& text) {
-  throw std::invalid_argument("signal '" + binding.role + "': " + text);
-}
-
-/// Shortest decimal form, for messages.
-std::string show(double value) {
-  std::array<char, 32> text{};
-  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
-}
 
 /// A message and its database: the first one that has a message of this name.
 struct Found {
@@ -41,8 +30,9 @@ class Compiler {
     for (const SignalBinding& binding : inputs_.bindings) group(binding);
     for (const Group& group : groups_) add_message(group);
     for (std::size_t i = 0; i < groups_.size(); ++i) add_identifier(i);
-    std::sort(tables_.extended.begin(), tables_.extended.end(),
-              [](const ExtendedEntry& a, const ExtendedEntry& b) { return a.id < b.id; });
+    std::ranges::sort(tables_.extended, std::ranges::greater{}, &MaskedEntries::mask);
+    for (MaskedEntries& masked : tables_.extended)
+      std::ranges::sort(masked.entries, {}, &ExtendedEntry::id);
     tables_.counters.resize(groups_.size());
     tables_.protections.resize(groups_.size());
   }
@@ -117,11 +107,18 @@ class Compiler {
     CompiledMessage compiled;
     compiled.bindings = {size_of(tables_.bindings),
                          static_cast<std::uint32_t>(group.bindings.size())};
-    BoundMessage bound{message.name, message.id, message.format, message.cycle_time_ns, {}};
+    // A control unit that was silent for so long has restarted.
+    compiled.restart_ns = std::max<std::int64_t>(1'000'000'000, 3 * message.cycle_time_ns);
+    BoundMessage bound{message.name,          message.id, message.format,
+                       message.cycle_time_ns, {},         message.id_mask};
     for (const SignalBinding* binding : group.bindings) {
       const CompiledBinding& added =
           tables_.bindings.emplace_back(compile_binding(*binding, group.found));
       compiled.bus_mask |= added.bus_mask;
+      if (added.source)
+        compiled.sources.set(*added.source);
+      else
+        compiled.sources.set();
       bound.channels.push_back(binding->channel);
     }
     for (const E2eBinding& protection : inputs_.protections)
@@ -131,28 +128,33 @@ class Compiler {
     tables_.bound.push_back(std::move(bound));
   }
 
-  /// Messages with the same identifier are chained, each on different buses.
+  /// Where the first message with this (masked) identifier is noted.
+  std::int16_t& first_place(const Message& message) {
+    if (message.format == IdFormat::standard) return tables_.standard[message.id];
+    auto masked = std::ranges::find(tables_.extended, message.id_mask, &MaskedEntries::mask);
+    if (masked == tables_.extended.end())
+      masked = tables_.extended.insert(masked, {message.id_mask, {}});
+    const std::uint32_t id = message.id & message.id_mask;
+    const auto entry = std::ranges::find(masked->entries, id, &ExtendedEntry::id);
+    return entry != masked->entries.end()
+               ? entry->message
+               : masked->entries.emplace_back(ExtendedEntry{id, -1}).message;
+  }
+
+  /// Messages with the same identifier are chained, each of different buses or sources.
   void add_identifier(std::size_t index) {
     const Message& message = *groups_[index].found.message;
     CompiledMessage& compiled = tables_.messages[index];
-    std::int16_t* first = nullptr;
-    if (message.format == IdFormat::standard) {
-      first = &tables_.standard[message.id];
-    } else {
-      const auto entry =
-          std::find_if(tables_.extended.begin(), tables_.extended.end(),
-                       [&](const ExtendedEntry& other) { return other.id == message.id; });
-      first = entry != tables_.extended.end()
-                  ? &entry->message
-                  : &tables_.extended.emplace_back(ExtendedEntry{message.id, -1}).message;
-    }
+    std::int16_t* const first = &first_place(message);
     for (std::int16_t at = *first; at >= 0;) {
       const auto other = static_cast<std::size_t>(at);
-      if ((tables_.messages[other].bus_mask & compiled.bus_mask) != 0)
+      if ((tables_.messages[other].bus_mask & compiled.bus_mask) != 0 &&
+          (tables_.messages[other].sources & compiled.sources).any())
         refuse(*groups_[index].bindings.front(),
                "message '" + message.name + "' has the identifier of message '" +
                    tables_.bound[other].name +
-                   "', which is bound as well; give their signals different buses");
+                   "', which is bound as well; give their signals different buses" +
+                   (message.id_mask == whole_id ? "" : " or sources"));
       at = tables_.messages[other].next;
     }
     compiled.next = *first;
@@ -164,6 +166,7 @@ class Compiler {
     compiled.channel = binding.channel;
     compiled.latency_ns = binding.latency_ns;
     compiled.bus_mask = bus_mask(binding);
+    compiled.source = source(binding, found);
     compiled.scale = binding.scale;
     compiled.offset = binding.offset;
     if (!std::isfinite(binding.scale) || !std::isfinite(binding.offset))
@@ -181,8 +184,8 @@ class Compiler {
     compiled.terms = {size_of(tables_.terms), static_cast<std::uint32_t>(read.size())};
     for (const Signal* signal : read) tables_.terms.push_back(layout_of(*signal));
     if (direction) {
-      if (binding.forward) compiled.forward = match(binding, *read[0], *binding.forward);
-      if (binding.reverse) compiled.reverse = match(binding, *read[0], *binding.reverse);
+      if (binding.forward) compiled.forward = compile_match(binding, *read[0], *binding.forward);
+      if (binding.reverse) compiled.reverse = compile_match(binding, *read[0], *binding.reverse);
       if (compiled.forward && compiled.reverse && compiled.forward->bits == compiled.reverse->bits)
         refuse(binding, "forward and reverse are the same value; fix one");
     } else {
@@ -195,13 +198,21 @@ class Compiler {
       }
       compiled.unit_factor = unit_factor(binding);
     }
-    if (binding.valid_when) {
-      const Signal& condition = require_signal(  // of the same message
-          binding, found, binding.valid_when->signal,
-          [&](const std::string& absent) { return nearest_signal_hint(*found.message, absent); });
-      compiled.valid_when = match(binding, condition, binding.valid_when->equals);
-      read.push_back(&condition);
-    }
+    compiled.conditions.first = size_of(tables_.conditions);
+    for (const Signal* signal : read) add_unless_raw(binding, *signal, tables_.conditions);
+    const auto read_other = [&](const std::string& name) -> const Signal& {
+      return *read.emplace_back(&require_signal(binding, found, name, [&](const auto& absent) {
+        return nearest_signal_hint(*found.message, absent);
+      }));
+    };
+    for (const ValidWhen& condition : binding.valid_when)
+      tables_.conditions.push_back(
+          compile_condition(binding, read_other(condition.signal), condition));
+    compiled.conditions.count = size_of(tables_.conditions) - compiled.conditions.first;
+    if (binding.sign)
+      compiled.negative =
+          compile_match(binding, read_other(binding.sign->signal), binding.sign->negative);
+    compiled.doubts_first_ends = !binding.unless_raw && !direction;
     for (const Signal* signal : read)
       compiled.bytes_needed = std::max(compiled.bytes_needed, layout_of(*signal).bytes_needed);
     compiled.selectors.first = size_of(tables_.selectors);
@@ -218,6 +229,18 @@ class Compiler {
       refuse(binding, "there is no bus '" + binding.bus + "'" +
                           nearest_hint(binding.bus, inputs_.bus_names));
     return static_cast<std::uint8_t>(1U << (found - inputs_.bus_names.begin()));
+  }
+
+  static std::optional<std::uint8_t> source(const SignalBinding& binding, const Found& found) {
+    const Message& message = *found.message;
+    if (binding.source &&
+        (message.id_mask == whole_id ||
+         ((message.id_mask & 0xFFU) != 0 && *binding.source != (message.id & 0xFFU))))
+      refuse(binding, "source " + std::to_string(*binding.source) +
+                          " chooses a sender of a J1939 group, but message '" + message.name +
+                          "' of " + found.database->file + ':' + std::to_string(message.line) +
+                          " has one identifier only; leave source out");
+    return binding.source;
   }
 
   static void check_unit(const SignalBinding& binding, const Found& found, const Signal& signal) {
@@ -243,17 +266,6 @@ class Compiler {
     if (binding.ratio == 0.0 || !std::isfinite(binding.ratio))
       refuse(binding, "the ratio must be a number other than 0; fix it");
     return factor * binding.radius_m / binding.ratio;
-  }
-
-  static CompiledMatch match(const SignalBinding& binding, const Signal& signal, double value) {
-    const SignalLayout layout = layout_of(signal);
-    const std::uint64_t bits = bits_for(layout, value);
-    const double nearest = physical_value(layout, bits);
-    const double tolerance = 1e-6 * std::abs(signal.scale) + 1e-12 * std::abs(value);
-    if (!(std::abs(nearest - value) <= tolerance))
-      refuse(binding, "signal '" + signal.name + "' never has the value " + show(value) +
-                          "; the nearest is " + show(as_written(layout, nearest)));
-    return {layout, bits};
   }
 
   void add_selectors(const Message& message, const Signal& signal) {

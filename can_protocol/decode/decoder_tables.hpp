@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -33,27 +34,40 @@ struct CompiledMatch {
   std::uint64_t bits = 0;
 };
 
+/// What must hold for a value to count: bits that are (not) those of a match, or a physical value
+/// below or from `limit` on.
+struct CompiledCondition {
+  CompiledMatch match;
+  Comparison comparison = Comparison::equals;
+  double limit = 0.0;
+};
+
 /// One binding: what to read from a payload, and how to convert it into a sample.
 struct CompiledBinding {
-  Stretch selectors;  ///< of Tables::selectors: all of them must hold
-  Stretch terms;      ///< of Tables::terms: their physical values are summed
-  std::optional<CompiledMatch> valid_when;
-  std::optional<CompiledMatch> forward;  ///< if set, the sample is a direction
+  Stretch selectors;                      ///< of Tables::selectors: all of them must hold
+  Stretch terms;                          ///< of Tables::terms: their physical values are summed
+  Stretch conditions;                     ///< of Tables::conditions: all of them must hold
+  std::optional<CompiledMatch> negative;  ///< if it holds, the sum's sign is changed
+  std::optional<CompiledMatch> forward;   ///< if set, the sample is a direction
   std::optional<CompiledMatch> reverse;
   double unit_factor = 1.0;
   double scale = 1.0;
   double offset = 0.0;
   std::int64_t latency_ns = 0;
   std::uint16_t channel = 0;
-  std::uint8_t bus_mask = 0;      ///< bit b: accepted from bus b
-  std::uint8_t bytes_needed = 0;  ///< for its terms and conditions; selectors have their own
+  std::uint8_t bus_mask = 0;           ///< bit b: accepted from bus b
+  std::uint8_t bytes_needed = 0;       ///< for its terms and conditions; selectors have their own
+  std::optional<std::uint8_t> source;  ///< address of a J1939 sender
+  bool doubts_first_ends = false;      ///< see starts_at_an_end()
 };
 
 struct CompiledMessage {
   Stretch bindings;  ///< of Tables::bindings
   std::optional<E2eProtection> protection;
-  std::uint8_t bus_mask = 0;  ///< of all its bindings
-  std::int16_t next = -1;     ///< another message with this identifier, on other buses
+  std::uint8_t bus_mask = 0;    ///< of all its bindings
+  std::bitset<256> sources;     ///< likewise: the last bytes of identifiers
+  std::int16_t next = -1;       ///< another message with this identifier, of other buses or sources
+  std::int64_t restart_ns = 0;  ///< after a silence of this length its sources start anew
 };
 
 struct ExtendedEntry {
@@ -61,15 +75,22 @@ struct ExtendedEntry {
   std::int16_t message = -1;
 };
 
+/// Messages by the masked bits of their 29-bit identifiers, ascending.
+struct MaskedEntries {
+  std::uint32_t mask = whole_id;
+  std::vector<ExtendedEntry> entries;
+};
+
 struct Decoder::Tables {
   Tables() { standard.fill(-1); }
 
   std::array<std::int16_t, 2048> standard{};  ///< by 11-bit identifier; -1: none
-  std::vector<ExtendedEntry> extended;        ///< by 29-bit identifier, ascending
+  std::vector<MaskedEntries> extended;        ///< the strictest mask first; at most four
   std::vector<CompiledMessage> messages;
   std::vector<CompiledBinding> bindings;
   std::vector<CompiledSelector> selectors;
   std::vector<SignalLayout> terms;
+  std::vector<CompiledCondition> conditions;
   std::vector<MultiplexRange> ranges;
 
   std::vector<ProtectionState> protections;  ///< by message
@@ -77,6 +98,19 @@ struct Decoder::Tables {
   std::vector<BoundMessage> bound;        ///< by message
   std::vector<MessageCounters> counters;  ///< by message
 };
+
+/// The index of the message that takes a data frame; -1: none.
+[[nodiscard]] std::int16_t message_index(const Decoder::Tables& tables,
+                                         const Frame& frame) noexcept;
+
+/// Whether the binding takes frames of this bus and sender.
+[[nodiscard]] bool takes(const CompiledBinding& binding, const Frame& frame) noexcept;
+
+enum class Outcome : std::uint8_t { value, absent, not_valid, too_short };
+
+/// The value of a binding in a frame of its message, if it counts.
+Outcome read_value(const Decoder::Tables& tables, const CompiledBinding& binding,
+                   const Frame& frame, double& value) noexcept;
 
 /// The inputs of a compilation.
 struct DecoderInputs {

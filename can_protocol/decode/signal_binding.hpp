@@ -28,18 +28,38 @@ enum class Unit : std::uint8_t {
   percent,
 };
 
-/// Accepts a sample only while another signal of the same message has this physical value.
+enum class Comparison : std::uint8_t { equals, not_equals, below, at_least };
+/// As configurations name them.
+inline constexpr std::array<std::string_view, 4> comparison_names{"equals", "not_equals", "below",
+                                                                  "at_least"};
+
+/// Accepts a sample only while the physical value of another signal of the message compares so.
 struct ValidWhen {
   std::string signal;
-  double equals = 0.0;
+  double value = 0.0;
+  Comparison comparison = Comparison::equals;
+};
+
+/// Raw values that mean "not available".
+struct UnlessRaw {
+  enum class Pattern : std::uint8_t { listed, max, all_ones };
+  Pattern pattern = Pattern::listed;
+  std::vector<std::int64_t> values;  ///< if listed
+};
+
+/// The sign of a magnitude, in another signal of the message.
+struct SignSignal {
+  std::string signal;
+  double negative = 1.0;  ///< its physical value for negative quantities
 };
 
 struct SignalBinding {
   std::uint16_t channel = 0;  ///< the caller's number for the quantity; comes back in Sample
   std::string role;           ///< the caller's name for it, used in messages: "wheel_rear_left"
   std::string message;
-  std::vector<std::string> signals;  ///< one, or several whose physical values are summed
-  std::string bus;                   ///< name of the bus; empty: any
+  std::vector<std::string> signals;    ///< one, or several whose physical values are summed
+  std::string bus;                     ///< name of the bus; empty: any
+  std::optional<std::uint8_t> source;  ///< address of a J1939 sender; empty: any
 
   Unit unit = Unit::none;
   double radius_m = 0.0;  ///< of the wheel, for rotations
@@ -48,7 +68,10 @@ struct SignalBinding {
   double scale = 1.0;   ///< applied to the converted value ...
   double offset = 0.0;  ///< ... then added: quantity = scale * converted + offset
 
-  std::optional<ValidWhen> valid_when;
+  std::optional<SignSignal> sign;     ///< applied to the sum of the physical values
+  std::vector<ValidWhen> valid_when;  ///< all must hold
+  /// Without it, raw values at an end of the range are not believed while the source starts.
+  std::optional<UnlessRaw> unless_raw;
 
   /// For a direction signal: the physical values for forward (+1) and reverse (-1). The value of
   /// the sample is then +1, -1, or 0 for anything else; unit, scale and offset do not apply.

@@ -53,8 +53,10 @@ std::vector<can_filter> exact_filters(std::span<const std::uint32_t> keys) {
   if (sorted.size() > CAN_RAW_FILTER_MAX) return filters;
   for (const std::uint32_t key : sorted) {
     const bool extended = (key & CAN_EFF_FLAG) != 0;  // frame_key has the kernel's flag
-    filters.push_back(
-        {key, CAN_EFF_FLAG | CAN_RTR_FLAG | (extended ? CAN_EFF_MASK : CAN_SFF_MASK)});
+    const std::uint32_t mask = (key & j1939_group_flag) != 0 ? j1939_group_mask(key)
+                               : extended                    ? CAN_EFF_MASK
+                                                             : CAN_SFF_MASK;
+    filters.push_back({key & (CAN_EFF_FLAG | mask), CAN_EFF_FLAG | CAN_RTR_FLAG | mask});
   }
   return filters;
 }

@@ -21,8 +21,9 @@ namespace odomd::can {
 /// Counts an error frame and the errors that it reports. Real-time safe.
 void count_error_frame(const Frame& frame, SourceCounters& counters) noexcept;
 
-/// Exact filters for data frames of the given identifiers (frame_key), sorted, each once. Empty,
-/// which means every frame, when `keys` is empty or there are more than the kernel takes.
+/// Exact filters for data frames of the given identifiers (frame_key, or its J1939 group), sorted,
+/// each once. Empty, which means every frame, when `keys` is empty or there are more than the
+/// kernel takes.
 [[nodiscard]] std::vector<can_filter> exact_filters(std::span<const std::uint32_t> keys);
 
 /// The growth of the kernel's 32-bit, wrapping count of dropped frames.

@@ -123,7 +123,7 @@ void read_unit(TableReader& table, std::span<const Unit> possible, can::SignalBi
 /// Forward and reverse are physical values of the signal: the sample is +1, -1 or 0.
 void read_direction(TableReader& table, can::SignalBinding& binding) {
   if (binding.signals.size() > 1) table.fail("sum", "a direction is taken from one signal");
-  for (const auto* key : {"unit", "scale", "offset", "radius", "ratio", "pole_pairs"})
+  for (const auto* key : {"unit", "scale", "offset", "radius", "ratio", "pole_pairs", "sign"})
     if (table.has(key)) table.fail(key, "does not apply to a direction");
   table.require("forward");
   table.require("reverse");
@@ -132,16 +132,45 @@ void read_direction(TableReader& table, can::SignalBinding& binding) {
   if (*binding.forward == *binding.reverse) table.fail("reverse", "is the same value as forward");
 }
 
-std::optional<can::ValidWhen> read_valid_when(TableReader& table) {
-  auto condition = table.table("valid_when", table.name() + " valid_when");
-  if (!condition) return std::nullopt;
+can::ValidWhen read_condition(TableReader condition) {
   can::ValidWhen valid_when;
-  condition->require("signal");
-  condition->require("equals");
-  condition->read("signal", valid_when.signal);
-  condition->read("equals", valid_when.equals, any_number);
-  condition->finish();
+  condition.require("signal");
+  condition.read("signal", valid_when.signal);
+  int comparisons = 0;
+  for (std::size_t i = 0; i < can::comparison_names.size(); ++i) {
+    if (!condition.has(can::comparison_names[i])) continue;
+    ++comparisons;
+    valid_when.comparison = static_cast<can::Comparison>(i);
+    condition.read(can::comparison_names[i], valid_when.value, any_number);
+  }
+  condition.finish();
+  if (comparisons != 1)
+    condition.fail(fmt::format("needs one of {}", fmt::join(can::comparison_names, ", ")));
   return valid_when;
+}
+
+void read_unless_raw(TableReader& table, can::SignalBinding& binding) {
+  using Pattern = can::UnlessRaw::Pattern;
+  if (!table.has("unless_raw")) return;
+  can::UnlessRaw& unless = binding.unless_raw.emplace();
+  if (table.is_text("unless_raw")) {
+    constexpr std::array<std::string_view, 2> names{"max", "all_ones"};
+    unless.pattern =
+        table.read_choice("unless_raw", names) == 0U ? Pattern::max : Pattern::all_ones;
+  } else {
+    table.read("unless_raw", unless.values);
+  }
+}
+
+void read_sign(TableReader& table, can::SignalBinding& binding) {
+  auto sign = table.table("sign", table.name() + " sign");
+  if (!sign) return;
+  binding.sign.emplace();
+  sign->require("signal");
+  sign->require("negative");
+  sign->read("signal", binding.sign->signal);
+  sign->read("negative", binding.sign->negative, any_number);
+  sign->finish();
 }
 
 }  // namespace
@@ -155,6 +184,11 @@ void read_signal(const std::string& role, TableReader table, CanConfig& can) {
   binding.role = role;
   read_signal_names(table, binding);
   table.read("bus", binding.bus);
+  if (table.has("source")) {
+    int address = 0;
+    table.read("source", address, 0, 255);
+    binding.source = static_cast<std::uint8_t>(address);
+  }
   if (source == Source::direction) {
     read_direction(table, binding);
   } else {
@@ -164,8 +198,11 @@ void read_signal(const std::string& role, TableReader table, CanConfig& can) {
     table.read("scale", binding.scale, any_number);
     if (binding.scale == 0.0) table.fail("scale", "must not be 0");
     table.read("offset", binding.offset, any_number);
+    read_sign(table, binding);
   }
-  binding.valid_when = read_valid_when(table);
+  for (TableReader& condition : table.tables("valid_when", table.name() + " valid_when"))
+    binding.valid_when.push_back(read_condition(std::move(condition)));
+  read_unless_raw(table, binding);
   table.read_seconds("latency", binding.latency_ns, {0.0, 1.0, true, "between 0 and 1 (s)"});
 
   SignalSettings& settings = can.signals[static_cast<std::size_t>(source)];

@@ -178,6 +178,18 @@ void TableReader::read(std::string_view key, std::vector<std::uint8_t>& bytes, s
   }
 }
 
+void TableReader::read(std::string_view key, std::vector<std::int64_t>& values) {
+  const auto* node = find(key);
+  if (node == nullptr) return;
+  if (!node->is_array())
+    fail(key, fmt::format("is {}; it must be a list of whole numbers", kind_of(*node)));
+  for (const auto& element : *node->as_array()) {
+    const auto value = element.value_exact<std::int64_t>();
+    if (!value) fail(key, "must hold whole numbers");
+    values.push_back(*value);
+  }
+}
+
 void TableReader::read_texts(std::string_view key, std::vector<std::string>& values) {
   const auto* node = find(key);
   if (node == nullptr) return;
@@ -210,6 +222,22 @@ std::optional<TableReader> TableReader::table(std::string_view key, std::string 
   if (node == nullptr) return std::nullopt;
   if (!node->is_table()) fail(key, fmt::format("is {}; it must be a table", kind_of(*node)));
   return TableReader(*node->as_table(), std::move(name), *file_);
+}
+
+std::vector<TableReader> TableReader::tables(std::string_view key, const std::string& name) {
+  const auto* node = find(key);
+  if (node == nullptr || !node->is_array()) {
+    auto single = table(key, name);
+    return single ? std::vector{std::move(*single)} : std::vector<TableReader>{};
+  }
+  std::vector<TableReader> all;
+  for (const auto& element : *node->as_array()) {
+    if (!element.is_table())
+      fail(key, fmt::format("holds {}; it must hold tables", kind_of(element)));
+    all.emplace_back(*element.as_table(), name, *file_);
+  }
+  if (all.empty()) fail(key, "is an empty list");
+  return all;
 }
 
 std::vector<std::pair<std::string, TableReader>> TableReader::tables() {

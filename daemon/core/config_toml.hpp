@@ -46,6 +46,7 @@ class TableReader {
   [[nodiscard]] bool has(std::string_view key);
   /// The same for a key that is not allowed: it does not appear in suggestions.
   [[nodiscard]] bool contains(std::string_view key) const { return table_->contains(key); }
+  [[nodiscard]] bool is_text(std::string_view key) const { return (*table_)[key].is_string(); }
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const std::filesystem::path& file() const { return *file_; }
 
@@ -58,6 +59,7 @@ class TableReader {
   void read_seconds(std::string_view key, std::int64_t& nanoseconds, const Range& range);
   void read(std::string_view key, std::span<double> values, const Range& range);
   void read(std::string_view key, std::vector<std::uint8_t>& bytes, std::size_t count);
+  void read(std::string_view key, std::vector<std::int64_t>& values);       ///< a list
   void read_texts(std::string_view key, std::vector<std::string>& values);  ///< one, or a list
 
   /// The index of the value in `names`. Case-insensitive.
@@ -66,6 +68,9 @@ class TableReader {
 
   /// The table of this name inside this one, if it exists.
   [[nodiscard]] std::optional<TableReader> table(std::string_view key, std::string name);
+
+  /// The table of this name inside this one, or the tables of a list; none without the key.
+  [[nodiscard]] std::vector<TableReader> tables(std::string_view key, const std::string& name);
 
   /// All keys and their tables, for tables whose keys are names.
   [[nodiscard]] std::vector<std::pair<std::string, TableReader>> tables();

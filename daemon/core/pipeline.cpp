@@ -74,6 +74,8 @@ void Pipeline::take(const can::Frame& frame, std::int64_t now_ns) noexcept {
     }
     return;
   }
+  for (std::size_t i = 0; i < message.channels.size(); ++i)
+    if ((result.not_valid >> i & 1U) != 0) count(message.channels[i], Verdict::not_valid);
   take_samples({samples_.data(), result.count}, timed, stamp, now_ns);
 }
 

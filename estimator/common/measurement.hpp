@@ -75,7 +75,8 @@ enum class Verdict : std::uint8_t {
   non_finite,  ///< NaN, infinity, a negative sigma, or a camera's sigma that is not positive
   source_off,  ///< the model does not use this source
   failed_protection,
-  forced,  ///< taken against the test: the filter was wrong, by the consensus of the sources
+  forced,     ///< taken against the test: the filter was wrong, by the consensus of the sources
+  not_valid,  ///< by valid_when or its raw value; counted by the daemon
   count
 };
 [[nodiscard]] constexpr bool is_taken(Verdict verdict) noexcept {
@@ -85,7 +86,7 @@ inline constexpr std::size_t verdict_count = static_cast<std::size_t>(Verdict::c
 
 inline constexpr std::array<std::string_view, verdict_count> verdict_names{
     "fused",      "gated",      "too_old",           "future", "duplicate",
-    "non_finite", "source_off", "failed_protection", "forced"};
+    "non_finite", "source_off", "failed_protection", "forced", "not_valid"};
 
 /// What the integrity layer says of a source.
 enum class SourceFlag : std::uint8_t {

@@ -41,6 +41,10 @@ std::string id_text(const can::BoundMessage& message, can::IdFormat format) {
                                            : fmt::format("{:08X} (29 bits)", message.id);
 }
 
+bool comes_as(const can::BoundMessage& message, std::uint32_t id, can::IdFormat format) {
+  return message.format == format && ((message.id ^ id) & message.id_mask) == 0;
+}
+
 // The number of a message in a database: bit 31 marks an extended identifier.
 std::uint32_t number_of(const can::BoundMessage& message, can::IdFormat format) {
   return can::frame_key(message.id, format);
@@ -188,7 +192,7 @@ std::vector<Identifier> identifiers_of(const Drive& drive) {
       one.rate_hz = 1e9 * static_cast<double>(times.frames - 1) /
                     static_cast<double>(times.last_ns - times.first_ns);
     for (const can::BoundMessage& message : decoder.messages())
-      if (message.id == id && message.format == format) one.message = message.name;
+      if (comes_as(message, id, format)) one.message = message.name;
     all.push_back(std::move(one));
   }
   return all;
@@ -201,7 +205,8 @@ Diagnostics examine_traffic(const Drive& drive) {
   if (std::ranges::all_of(seen, [](const Identifier& one) { return one.message.empty(); }) &&
       decoder.messages().size() > 1 &&
       std::ranges::none_of(decoder.messages(), [&](const can::BoundMessage& message) {
-        return std::ranges::find(seen, message.id, &Identifier::id) != seen.end();
+        return std::ranges::any_of(
+            seen, [&](const Identifier& one) { return comes_as(message, one.id, message.format); });
       }))
     return {found(kind("other_database"), drive.name,
                   fmt::format("none of the {} mapped messages comes, but {} other identifiers",
@@ -215,7 +220,7 @@ Diagnostics examine_traffic(const Drive& drive) {
     const can::BoundMessage& message = decoder.messages()[i];
     const auto with_format = [&](can::IdFormat format) {
       return std::ranges::find_if(seen, [&](const Identifier& one) {
-        return one.id == message.id && one.format == format;
+        return one.format == format && comes_as(message, one.id, message.format);
       });
     };
     const can::IdFormat swapped = other(message.format);

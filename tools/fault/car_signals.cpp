@@ -12,44 +12,12 @@ using can::CompiledBinding;
 using can::Decoder;
 using can::SignalLayout;
 
-bool matches(const can::CompiledMatch& match, std::span<const std::uint8_t> payload) {
-  return can::extract_bits(match.signal, payload) == match.bits;
-}
-
-bool is_there(const Decoder::Tables& tables, const CompiledBinding& binding,
-              const can::Frame& frame) {
-  const auto payload = frame.payload();
-  const std::span selectors(tables.selectors);
-  for (const auto& one : selectors.subspan(binding.selectors.first, binding.selectors.count)) {
-    if (payload.size() < one.multiplexor.bytes_needed) return false;
-    const std::uint64_t selected = can::extract_bits(one.multiplexor, payload);
-    const std::span ranges = std::span(tables.ranges).subspan(one.ranges.first, one.ranges.count);
-    if (std::ranges::none_of(ranges, [&](const can::MultiplexRange& range) {
-          return range.first <= selected && selected <= range.last;
-        }))
-      return false;
-  }
-  return payload.size() >= binding.bytes_needed &&
-         (!binding.valid_when || matches(*binding.valid_when, payload));
-}
-
 bool is_direction(const CompiledBinding& binding) {
   return binding.forward || binding.reverse;
 }
 
 double physical_of(const SignalLayout& term, std::span<const std::uint8_t> payload) {
   return can::physical_value(term, can::extract_bits(term, payload));
-}
-
-double value_of(const CompiledBinding& binding, std::span<const SignalLayout> terms,
-                std::span<const std::uint8_t> payload) {
-  if (is_direction(binding)) {
-    if (binding.forward && matches(*binding.forward, payload)) return 1.0;
-    return binding.reverse && matches(*binding.reverse, payload) ? -1.0 : 0.0;
-  }
-  double sum = 0.0;
-  for (const SignalLayout& term : terms) sum += physical_of(term, payload);
-  return binding.scale * (binding.unit_factor * sum) + binding.offset;
 }
 
 std::span<const SignalLayout> terms_of(const Decoder::Tables& tables,
@@ -93,18 +61,8 @@ CarSignals::CarSignals(const daemon::CanConfig& config, std::span<const can::Dat
 }
 
 std::optional<std::size_t> CarSignals::message_of(const can::Frame& frame) const noexcept {
-  if (frame.kind != can::FrameKind::data || frame.bus >= can::max_buses) return std::nullopt;
-  std::int16_t at = -1;
-  if (frame.format == can::IdFormat::standard) {
-    if (frame.id < tables_.standard.size()) at = tables_.standard[frame.id];
-  } else {
-    const auto entry = std::ranges::find(tables_.extended, frame.id, &can::ExtendedEntry::id);
-    if (entry != tables_.extended.end()) at = entry->message;
-  }
-  for (; at >= 0; at = tables_.messages[static_cast<std::size_t>(at)].next)
-    if ((tables_.messages[static_cast<std::size_t>(at)].bus_mask & (1U << frame.bus)) != 0)
-      return static_cast<std::size_t>(at);
-  return std::nullopt;
+  const std::int16_t at = can::message_index(tables_, frame);
+  return at < 0 ? std::nullopt : std::optional(static_cast<std::size_t>(at));
 }
 
 bool CarSignals::carries(std::size_t message, std::uint32_t sources) const noexcept {
@@ -118,9 +76,11 @@ std::size_t CarSignals::read(std::size_t message, const can::Frame& frame,
   std::size_t found = 0;
   for (std::uint32_t i = first; i < first + count && found < readings.size(); ++i) {
     const CompiledBinding& binding = tables_.bindings[i];
-    if ((binding.bus_mask & (1U << frame.bus)) == 0 || !is_there(tables_, binding, frame)) continue;
-    readings[found++] = {i, static_cast<estimator::Source>(binding.channel),
-                         value_of(binding, terms_of(tables_, binding), frame.payload())};
+    double value = 0.0;
+    if (!can::takes(binding, frame) ||
+        can::read_value(tables_, binding, frame, value) != can::Outcome::value)
+      continue;
+    readings[found++] = {i, static_cast<estimator::Source>(binding.channel), value};
   }
   return found;
 }
@@ -138,7 +98,12 @@ void CarSignals::write(std::uint32_t binding_index, double value,
     return;
   }
   // value = scale · factor · Σ terms + offset
-  write_sum(terms, (value - binding.offset) / (binding.scale * binding.unit_factor), payload);
+  double sum = (value - binding.offset) / (binding.scale * binding.unit_factor);
+  if (const auto& negative = binding.negative) {
+    can::insert_bits(negative->signal, sum < 0.0 ? negative->bits : negative->bits ^ 1U, payload);
+    sum = std::abs(sum);
+  }
+  write_sum(terms, sum, payload);
 }
 
 void CarSignals::flip_bit(std::uint32_t binding_index, std::uint64_t draw,

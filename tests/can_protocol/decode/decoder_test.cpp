@@ -171,7 +171,7 @@ TEST(Decoder, SumsSignals) {
 
 TEST(Decoder, CountsASampleOnlyWhileItIsValid) {
   SignalBinding left = bind(1, "WHEELS", "Left", Unit::km_per_h);
-  left.valid_when = ValidWhen{"Fault", 2.0};
+  left.valid_when = {{"Fault", 2.0}};
   Rig rig({left, bind(2, "WHEELS", "Right", Unit::km_per_h)});
   MessageEncoder wheels = rig.encoder("WHEELS");
   EXPECT_EQ(rig.decode(wheels.frame(0)), FrameVerdict::decoded);
@@ -437,7 +437,9 @@ TEST(Decoder, TakesLongAndShortNamesForTheSameMessage) {
 
 TEST(Decoder, NeverAllocatesWhileDecoding) {
   SignalBinding gated = bind(3, "WHEELS", "Left", Unit::km_per_h);
-  gated.valid_when = ValidWhen{"Fault", 0.0};
+  gated.valid_when = {{"Fault", 0.0}};
+  gated.sign = SignSignal{"Fault", 1.0};
+  gated.unless_raw = UnlessRaw{UnlessRaw::Pattern::max, {}};
   Rig rig({bind(1, "IMU", "Yaw"), bind(2, "MIXED", "Speed"), gated}, {imu_protection()});
   MessageEncoder imu = rig.encoder("IMU", imu_protection());
   std::vector<Frame> frames;
@@ -483,7 +485,7 @@ TEST(DecoderErrors, NameTheRoleAndTheNearestName) {
   EXPECT_EQ(refusal([](auto& b, auto&) { b.bus = "can2"; }),
             "signal 'role_1': there is no bus 'can2'; the nearest is 'can0'");
   EXPECT_EQ(refusal([](auto& b, auto&) {
-              b.valid_when = ValidWhen{"Acx", 0.0};
+              b.valid_when = {{"Acx", 0.0}};
             }),
             "signal 'role_1': message 'IMU' of car.dbc has no signal 'Acx'; the nearest is 'Acc'");
   EXPECT_EQ(refusal([](auto&, auto& e) { e.message = "IMUU"; }),
@@ -524,7 +526,7 @@ TEST(DecoderErrors, ReportUnitsAndFactorsThatNoValueComesOutOf) {
 
 TEST(DecoderErrors, ReportValuesThatASignalNeverHas) {
   EXPECT_THAT(refusal([](auto& b, auto&) {
-                b.valid_when = ValidWhen{"Counter", 16.0};
+                b.valid_when = {{"Counter", 16.0}};
               }),
               HasSubstr("signal 'Counter' never has the value 16; the nearest is 15"));
   EXPECT_THAT(refusal([](auto& b, auto&) { b.forward = 0.005; }),

@@ -76,12 +76,12 @@ receive_buffer = 2097152
 IMU_01 = { profile = "P01", data_id = 0x1A0, data_id_mode = "BOTH", crc = "IMU_01_CRC", counter = "IMU_01_BZ" }
 
 [can.signals]
-yaw_rate          = { message = "IMU_01", signal = "YawRate", unit = "rad/s", latency = 0.015, sigma = 0.04 }
+yaw_rate          = { message = "IMU_01", signal = "YawRate", unit = "rad/s", latency = 0.015, sigma = 0.04, sign = { signal = "Minus", negative = 1 }, source = 0x0B }
 accel_x           = { message = "IMU_01", signal = "AccX", unit = "m/s2" }
 accel_y           = { message = "IMU_01", signal = "AccY", unit = "g", scale = -1.0 }
-wheel_rear_left   = { message = "WHEEL", signal = "RL", unit = "m/s", valid_when = { signal = "RL_FAULT", equals = 0 } }
+wheel_rear_left   = { message = "WHEEL", signal = "RL", unit = "m/s", valid_when = [{ signal = "RL_FAULT", equals = 0 }, { signal = "RL_Q", below = 2.5 }], unless_raw = [65535, -1] }
 wheel_rear_right  = { message = "WHEEL", signal = "RR", unit = "km/h", bus = "can0", dead_band = 0.3 }
-motor             = { message = "MOTOR", signal = "N", unit = "erpm", radius = 0.033, ratio = 9.5, pole_pairs = 2 }
+motor             = { message = "MOTOR", signal = "N", unit = "erpm", radius = 0.033, ratio = 9.5, pole_pairs = 2, unless_raw = "all_ones" }
 steering          = { message = "STEER", sum = ["ANGLE", "FRACTION"], unit = "deg", scale = 0.0592, offset = 0.01, timeout = 0.5 }
 direction         = { message = "GEAR", signal = "Dir", forward = 1, reverse = 2 }
 
@@ -170,15 +170,25 @@ level = "debug"
   EXPECT_EQ(accel_y.unit, can::Unit::g);
   EXPECT_EQ(accel_y.scale, -1.0);
   const auto& wheel = config.can.bindings[3];
-  ASSERT_TRUE(wheel.valid_when.has_value());
-  EXPECT_EQ(wheel.valid_when->signal, "RL_FAULT");
-  EXPECT_EQ(wheel.valid_when->equals, 0.0);
+  ASSERT_EQ(wheel.valid_when.size(), 2U);
+  EXPECT_EQ(wheel.valid_when[0].signal, "RL_FAULT");
+  EXPECT_EQ(wheel.valid_when[0].comparison, can::Comparison::equals);
+  EXPECT_EQ(wheel.valid_when[0].value, 0.0);
+  EXPECT_EQ(wheel.valid_when[1].comparison, can::Comparison::below);
+  EXPECT_EQ(wheel.valid_when[1].value, 2.5);
+  ASSERT_TRUE(wheel.unless_raw && wheel.unless_raw->pattern == can::UnlessRaw::Pattern::listed);
+  EXPECT_THAT(wheel.unless_raw->values, ElementsAre(65535, -1));
+  ASSERT_TRUE(config.can.bindings[0].sign);
+  EXPECT_EQ(config.can.bindings[0].sign->signal, "Minus");
+  EXPECT_EQ(config.can.bindings[0].sign->negative, 1.0);
+  EXPECT_EQ(config.can.bindings[0].source, 0x0B);
   EXPECT_EQ(config.can.bindings[4].bus, "can0");
   EXPECT_EQ(config.can.bindings[4].unit, can::Unit::km_per_h);
   const auto& motor = config.can.bindings[5];
   EXPECT_EQ(motor.unit, can::Unit::erpm);
   EXPECT_EQ(motor.radius_m, 0.033);
   EXPECT_EQ(motor.ratio, 19.0);  // with the pole pairs
+  EXPECT_EQ(motor.unless_raw.value().pattern, can::UnlessRaw::Pattern::all_ones);
   const auto& steering = config.can.bindings[6];
   EXPECT_THAT(steering.signals, ElementsAre("ANGLE", "FRACTION"));
   EXPECT_EQ(steering.scale, 0.0592);

@@ -300,6 +300,7 @@ std::string with_a_date(const std::string& table, const std::string& key) {
        {{"dbc", "'a.dbc'"}, {"signals.motor", "{ message = 'M', signal = 'S', unit = 'm/s' }"}}},
       {"can.signals.ROLE", signal},
       {"can.signals.ROLE.valid_when", {{"signal", "'S'"}, {"equals", "0"}}},
+      {"can.signals.ROLE.sign", {{"signal", "'S'"}, {"negative", "1"}}},
       {"can.e2e.MESSAGE", {{"profile", "'none'"}}},
       {"initial", {{"pose", "[0, 0, 0]"}}},
   };
@@ -314,14 +315,14 @@ std::string with_a_date(const std::string& table, const std::string& key) {
     if (has_the_date) text += fmt::format("{} = 1979-05-27\n", key);
   };
   if (table != "can") add("can", false);
-  if (table == "can.signals.ROLE.valid_when") add("can.signals.ROLE", false);
+  if (table.starts_with("can.signals.ROLE.")) add("can.signals.ROLE", false);
   add(table, true);
   return text;
 }
 
 TEST_F(ConfigurationPage, ListsNoKeyThatIsUnknown) {
   const auto all = listed_keys();
-  EXPECT_EQ(all.size(), 16U);
+  EXPECT_EQ(all.size(), 17U);
   for (const auto& [table, keys] : all) {
     EXPECT_THAT(error_of(with_a_date(table, "never_a_key")), HasSubstr("unknown key")) << table;
     for (const auto& key : keys) {

@@ -115,6 +115,20 @@ TEST(Pipeline, WaitsForTheCameraWhereItIsToInitialise) {
   EXPECT_EQ(verdicts(*p, camera, Verdict::fused), 1U);
 }
 
+TEST(Pipeline, CountsValuesThatDoNotCount) {
+  Config odd = config();
+  odd.can.bindings[0].valid_when = {{"YawRate", 1.0, can::Comparison::below}};
+  const auto p = pipeline(odd);
+  p->take(frame(257, start, 32767), start);  // the first value, at an end of the range
+  p->take(frame(256, start, 1000, 1), start);
+  p->take(frame(257, start + 1 * ms, 500), start + 1 * ms);
+  EXPECT_FALSE(p->tick(0, start + 5 * ms).pose.health & 1U << gyro);
+  EXPECT_EQ(verdicts(*p, wheel, Verdict::not_valid), 1U);
+  EXPECT_EQ(verdicts(*p, wheel, Verdict::fused), 1U);
+  EXPECT_EQ(verdicts(*p, gyro, Verdict::not_valid), 1U);
+  EXPECT_EQ(verdicts(*p, gyro, Verdict::fused), 0U);
+}
+
 TEST(Pipeline, AFrameThatFailsItsProtectionUpdatesNothing) {
   const auto p = pipeline(config());
   p->take(frame(257, start, 1000), start);

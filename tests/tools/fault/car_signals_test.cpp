@@ -41,7 +41,7 @@ struct Car {
                           .signals = {"Speed"},
                           .unit = can::Unit::km_per_h,
                           .scale = 1.02,
-                          .valid_when = can::ValidWhen{"Valid", 1.0}};
+                          .valid_when = {{"Valid", 1.0}}};
     config.bindings[2] = {.channel = static_cast<std::uint16_t>(Source::steering),
                           .role = "steering",
                           .message = "STEER",
@@ -112,6 +112,26 @@ TEST(CarSignals, ASumIsSharedOutAmongItsSignals) {
     EXPECT_NEAR(only_reading(signals, frame).value, angle, 0.006 * degree) << angle;
   }
   EXPECT_EQ(frame.data[2], 0x77);
+}
+
+TEST(CarSignals, ASignIsWrittenToItsOwnSignal) {
+  Car car;
+  car.databases = {
+      can::parse_dbc("BO_ 104 GYRO: 4 CAR\n"
+                     " SG_ Rate : 0|16@1+ (0.01,0) [0|0] \"\" CAR\n"
+                     " SG_ Minus : 16|1@1+ (1,0) [0|0] \"\" CAR\n",
+                     "car.dbc")};
+  car.config.bindings = {{.channel = static_cast<std::uint16_t>(Source::yaw_rate),
+                          .role = "yaw_rate",
+                          .message = "GYRO",
+                          .signals = {"Rate"},
+                          .sign = can::SignSignal{"Minus", 1.0}}};
+  const CarSignals signals = car.signals();
+  can::Frame frame = frame_of(104, {0, 0, 0, 0});
+  for (const double rate : {-2.0, 3.0, -0.5, 0.0}) {
+    signals.write(0, rate, frame);
+    EXPECT_NEAR(only_reading(signals, frame).value, rate, 1e-12);
+  }
 }
 
 // The mean of an axle's two wheels: both change alike.

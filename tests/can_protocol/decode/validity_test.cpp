@@ -1,0 +1,223 @@
+// What counts as a value: conditions, raw values that mean "not available", the first values of a
+// source, and a sign in a signal of its own. Twenty siblings of each.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "can_protocol/decode/message_encoder.hpp"
+#include "tests/can_protocol/decode/one_binding.hpp"
+
+namespace odomd::can::validity_test {
+namespace {
+
+using testing::HasSubstr;
+
+struct Result {
+  FrameVerdict verdict = FrameVerdict::unmapped;
+  std::optional<double> value;
+  bool not_valid = false;
+};
+
+/// One message with one binding.
+class Rig {
+ public:
+  Rig(const std::string& signals, SignalBinding binding)
+      : database_(parse_dbc("BO_ 1 M: 16 X\n" + signals, "car.dbc")),
+        encoder(database_.messages.at(0)),
+        decoder_({&database_, 1}, {&binding, 1}, {}, {}) {}
+
+  Result decode(std::int64_t time_ns = 0) {
+    std::array<Sample, max_samples_per_frame> samples;
+    const DecodeResult result = decoder_.decode(encoder.frame(time_ns), samples);
+    return {result.verdict, result.count == 1 ? std::optional(samples[0].value) : std::nullopt,
+            result.not_valid == 1};
+  }
+
+ private:
+  Database database_;
+
+ public:
+  MessageEncoder encoder;
+
+ private:
+  Decoder decoder_;
+};
+
+SignalBinding binding() {
+  return binding_of("M", "S");
+}
+
+std::string signal(std::string_view name, int start, int length, char sign = '+',
+                   double scale = 1.0) {
+  return fmt::format(" SG_ {} : {}|{}@1{} ({},0) [0|0] \"\" X\n", name, start, length, sign, scale);
+}
+
+std::string refusal_of(const std::string& signals, const SignalBinding& binding) {
+  return refusal(parse_dbc("BO_ 1 M: 16 X\n" + signals, "car.dbc"), {binding});
+}
+
+TEST(ValidWhen, ComparesPhysicalValuesWithoutRounding) {
+  for (int i = 0; i < 20; ++i) {
+    const double scale = std::array{1.0, 0.1, 0.3, 0.7, 1e-3}[static_cast<std::size_t>(i) % 5];
+    const int limit = 3 + 7 * i;
+    const double value = limit * scale;
+    for (const Comparison comparison :
+         {Comparison::equals, Comparison::not_equals, Comparison::below, Comparison::at_least}) {
+      SignalBinding one = binding();
+      one.valid_when = {{"State", value, comparison}};
+      Rig rig(signal("S", 0, 16) + signal("State", 16, 12, '+', scale), one);
+      for (const int raw : {limit - 1, limit, limit + 1}) {
+        SCOPED_TRACE(fmt::format("{} {} {}", raw,
+                                 comparison_names.at(static_cast<std::size_t>(comparison)), value));
+        rig.encoder.set_bits("State", static_cast<std::uint64_t>(raw));
+        const bool expected = comparison == Comparison::equals       ? raw == limit
+                              : comparison == Comparison::not_equals ? raw != limit
+                              : comparison == Comparison::below      ? raw < limit
+                                                                     : raw >= limit;
+        const Result result = rig.decode();
+        EXPECT_EQ(result.value.has_value(), expected);
+        EXPECT_EQ(result.not_valid, !expected);
+        EXPECT_EQ(result.verdict, expected ? FrameVerdict::decoded : FrameVerdict::no_sample);
+      }
+    }
+  }
+}
+
+TEST(ValidWhen, HoldsIfAllConditionsDo) {
+  SignalBinding both = binding();
+  both.valid_when = {{"A", 1.0}, {"F", 2.0, Comparison::below}};
+  Rig rig(signal("S", 0, 16) + signal("A", 16, 4) + signal("F", 32, 32) + "SIG_VALTYPE_ 1 F : 1;\n",
+          both);
+  for (const auto& [a, f, valid] :
+       {std::tuple{1U, 1.0, true}, {0U, 1.0, false}, {1U, 2.0, false}, {1U, std::nan(""), false}}) {
+    rig.encoder.set_bits("A", a);
+    rig.encoder.set("F", f);
+    EXPECT_EQ(rig.decode().value.has_value(), valid) << a << ' ' << f;
+  }
+}
+
+TEST(UnlessRaw, DropsItsValuesAtAnyTime) {
+  using Pattern = UnlessRaw::Pattern;
+  for (int length = 2; length < 22; ++length)
+    for (const char sign : {'+', '-'}) {
+      SCOPED_TRACE(fmt::format("{} bits {}", length, sign));
+      const std::uint64_t ones = (1ULL << static_cast<unsigned>(length)) - 1;
+      const std::uint64_t max = sign == '+' ? ones : ones >> 1U;
+      const std::int64_t listed = sign == '+' ? 2 : -2;
+      for (const auto& [unless, bits] :
+           {std::pair{UnlessRaw{Pattern::max, {}}, max},
+            {UnlessRaw{Pattern::all_ones, {}}, ones},
+            {UnlessRaw{Pattern::listed, {1, listed}}, static_cast<std::uint64_t>(listed) & ones}}) {
+        SignalBinding unavailable = binding();
+        unavailable.unless_raw = unless;
+        Rig rig(signal("S", 0, length, sign), unavailable);
+        EXPECT_TRUE(rig.decode().value);
+        rig.encoder.set_bits("S", bits);
+        EXPECT_TRUE(rig.decode().not_valid);
+        rig.encoder.set_bits("S", 0);
+        EXPECT_TRUE(rig.decode().value);
+      }
+    }
+}
+
+TEST(UnlessRaw, IsRefusedForWhatASignalNeverHas) {
+  SignalBinding never = binding();
+  never.unless_raw = UnlessRaw{UnlessRaw::Pattern::listed, {256}};
+  EXPECT_THAT(refusal_of(signal("S", 0, 8), never), HasSubstr("never has the raw value 256"));
+  EXPECT_EQ(refusal_of(signal("S", 0, 9), never), "");
+  EXPECT_THAT(refusal_of(signal("S", 0, 9, '-'), never), HasSubstr("never has the raw value 256"));
+  EXPECT_THAT(refusal_of(signal("S", 0, 32) + "SIG_VALTYPE_ 1 S : 1;\n", never),
+              HasSubstr("floating-point"));
+}
+
+TEST(FirstValues, AtAnEndOfTheRangeAreNotBelievedBeforeAnother) {
+  for (int length = 8; length < 28; ++length)
+    for (const char sign : {'+', '-'}) {
+      SCOPED_TRACE(fmt::format("{} bits {}", length, sign));
+      const std::uint64_t ones = (1ULL << static_cast<unsigned>(length)) - 1;
+      std::vector<std::uint64_t> ends{ones};
+      if (sign == '-') ends = {ones >> 1U, (ones >> 1U) + 1};
+      for (const std::uint64_t end : ends) {
+        Rig rig(signal("S", 0, length, sign), binding());
+        std::int64_t time_ns = 0;
+        const auto decode = [&](std::uint64_t bits, std::int64_t after_ns) {
+          rig.encoder.set_bits("S", bits);
+          return rig.decode(time_ns += after_ns);
+        };
+        EXPECT_TRUE(decode(end, 10'000'000).not_valid);
+        EXPECT_TRUE(decode(end, 10'000'000).not_valid);
+        EXPECT_TRUE(decode(1, 10'000'000).value);
+        EXPECT_TRUE(decode(end, 10'000'000).value);         // of a sensor that measures
+        EXPECT_TRUE(decode(end, 2'000'000'000).not_valid);  // it was off
+        EXPECT_TRUE(decode(end - 2, 10'000'000).value);
+        EXPECT_TRUE(decode(end, 10'000'000).value);
+      }
+    }
+}
+
+TEST(FirstValues, AreBelievedWhereAllOnesMeanSomething) {
+  for (int length = 1; length < 8; ++length) {
+    Rig flag(signal("S", 0, length), binding());
+    flag.encoder.set_bits("S", ~std::uint64_t{0});
+    EXPECT_TRUE(flag.decode().value) << length;
+  }
+  SignalBinding gear = binding();
+  gear.forward = 255.0;
+  gear.reverse = 1.0;
+  Rig direction(signal("S", 0, 8), gear);
+  direction.encoder.set_bits("S", 255);
+  EXPECT_EQ(direction.decode().value, 1.0);
+
+  SignalBinding always = binding();
+  always.unless_raw.emplace();
+  Rig rig(signal("S", 0, 16), always);
+  rig.encoder.set_bits("S", 0xFFFF);
+  EXPECT_TRUE(rig.decode().value);
+  Rig minus_one(signal("S", 0, 16, '-'), binding());
+  minus_one.encoder.set_bits("S", 0xFFFF);
+  EXPECT_EQ(minus_one.decode().value, -1.0);
+}
+
+TEST(Sign, ComesFromAnotherSignal) {
+  for (int i = 0; i < 20; ++i) {
+    const double scale = 0.01 * (i + 1);
+    const double negative = i % 2;
+    SignalBinding turn = binding();
+    turn.signals = {"S", "Fraction"};
+    turn.sign = SignSignal{"Minus", negative};
+    turn.unit = Unit::deg_per_s;
+    turn.scale = i % 3 == 0 ? -2.0 : 1.0;
+    turn.offset = 0.5;
+    Rig rig(signal("S", 0, 14, '+', scale) + signal("Fraction", 14, 4, '+', 0.001) +
+                signal("Minus", 20 + i, 1),
+            turn);
+    rig.encoder.set_bits("S", 100);
+    rig.encoder.set_bits("Fraction", 3);
+    const double magnitude = (100 * scale + 0.003) * std::acos(-1.0) / 180.0;
+    for (const unsigned bit : {0U, 1U}) {
+      rig.encoder.set_bits("Minus", bit);
+      const double sign = bit == static_cast<unsigned>(negative) ? -1.0 : 1.0;
+      EXPECT_NEAR(rig.decode().value.value(), turn.scale * sign * magnitude + 0.5, 1e-12) << i;
+    }
+  }
+}
+
+TEST(Sign, MustBeASignalOfTheMessage) {
+  SignalBinding turn = binding();
+  turn.sign = SignSignal{"Minsu", 1.0};
+  EXPECT_THAT(refusal_of(signal("S", 0, 8) + signal("Minus", 8, 1), turn),
+              HasSubstr("the nearest is 'Minus'"));
+  turn.sign = SignSignal{"Minus", 2.0};
+  EXPECT_THAT(refusal_of(signal("S", 0, 8) + signal("Minus", 8, 1), turn),
+              HasSubstr("'Minus' never has the value 2"));
+}
+
+}  // namespace
+}  // namespace odomd::can::validity_test
