@@ -26,8 +26,8 @@ namespace odomd::can {
 }
 
 /// Shared by the feeders of all logs that one daemon plays: the first frame of any of them sets it
-/// permanently, except for a live pipe, whose clock may be stepped, or whose first line may have
-/// arrived late. Any thread, lock-free.
+/// permanently, except for a live pipe, whose clock may be stepped or drift, or whose first line
+/// may have arrived late. Any thread, lock-free.
 ///
 /// A frame's release is its stamp - base - advance, and the clock's offset base + advance. A feeder
 /// subtracts the base when it reads a frame, the drain subtracts the advance when it returns the
@@ -69,16 +69,22 @@ class LogClock {
 
   /// Maps `stamp_ns` in the same way when the result is earlier by two periods or more, but by less
   /// than `most_ns`: the line that started the clock was late. Returns the advance in whole
-  /// periods; 0: unchanged. This only advances the clock, never sets it back.
-  std::int64_t advance(std::int64_t stamp_ns, std::int64_t earliest_ns,
-                       std::int64_t most_ns) noexcept {
-    const std::int64_t base = base_ns_.load(std::memory_order_acquire);
-    if (base == unset) return 0;
-    std::int64_t before = advance_ns();
-    const std::int64_t by = base_for(stamp_ns, earliest_ns) - base;
-    if (by < 2 * period_ns_ || by >= most_ns) return 0;
-    return advance_ns_.compare_exchange_strong(before, before + by, std::memory_order_acq_rel) ? by
-                                                                                               : 0;
+  /// periods; 0: unchanged.
+  std::int64_t advance(std::int64_t stamp_ns, std::int64_t earliest_ns, std::int64_t most_ns,
+                       std::int64_t now_ns) noexcept {
+    const std::int64_t by = advance_for(stamp_ns, earliest_ns);
+    if (by > -2 * period_ns_) in_time_ns_.store(now_ns, std::memory_order_release);
+    return by >= 2 * period_ns_ && by < most_ns ? advance_by(by) : 0;
+  }
+
+  /// The other direction, when all lines of a feeder are late: returns by how much the clock was
+  /// set back. It is kept while the lines of another feeder are in time.
+  std::int64_t set_back(std::int64_t stamp_ns, std::int64_t earliest_ns, std::int64_t most_ns,
+                        std::int64_t now_ns) noexcept {
+    constexpr std::int64_t recent_ns = 600'000'000;
+    const std::int64_t by = -advance_for(stamp_ns, earliest_ns);
+    const bool kept = now_ns - in_time_ns_.load(std::memory_order_acquire) < recent_ns;
+    return by < 2 * period_ns_ || by >= most_ns || kept ? 0 : -advance_by(-by);
   }
 
  private:
@@ -90,8 +96,23 @@ class LogClock {
            advance_ns();
   }
 
+  /// 0 before the first frame.
+  [[nodiscard]] std::int64_t advance_for(std::int64_t stamp_ns,
+                                         std::int64_t earliest_ns) const noexcept {
+    const std::int64_t base = base_ns_.load(std::memory_order_acquire);
+    return base == unset ? 0 : base_for(stamp_ns, earliest_ns) - base;
+  }
+
+  std::int64_t advance_by(std::int64_t by_ns) noexcept {
+    std::int64_t before = advance_ns();
+    const bool done =
+        advance_ns_.compare_exchange_strong(before, before + by_ns, std::memory_order_acq_rel);
+    return done ? by_ns : 0;
+  }
+
   std::int64_t first_tick_ns_;
   std::int64_t period_ns_;
+  std::atomic<std::int64_t> in_time_ns_{INT64_MIN / 2};
   std::atomic<std::int64_t> base_ns_{unset};
   std::atomic<std::int64_t> advance_ns_{0};
 };

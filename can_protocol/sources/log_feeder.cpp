@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <ctime>
 #include <system_error>
 #include <utility>
@@ -71,7 +72,8 @@ LogFeeder::LogFeeder(std::string path, BusNames& buses, LogClock& clock)
       file_(open_log(path_, FifoOpening::at_once)),
       stop_(::eventfd(0, EFD_CLOEXEC)),
       pipe_(is_pipe(file_.get())),
-      lead_ns_(head_start(pipe_, clock.period_ns())) {
+      lead_ns_(head_start(pipe_, clock.period_ns())),
+      arrivals_(clock, lead_ns_, pipe_ahead_ns + lead_ns_) {
   if (!stop_) throw std::system_error(errno, std::generic_category(), label_ + ": eventfd");
   const AllSignalsBlocked blocked;
   thread_ = std::thread([this] { run(); });
@@ -177,16 +179,20 @@ std::int64_t LogFeeder::earliest_release(const Frame& first) const {
 
 void LogFeeder::follow_arrivals(const Frame& frame) {
   if (!pipe_ || !input_was_empty_) return;
-  const auto delay_ns = delay_.take(frame.time_ns, monotonic_now());
-  if (!delay_ns) return;
-  const std::int64_t by_ns =
-      clock_.advance(frame.time_ns, frame.time_ns + *delay_ns + lead_ns_, pipe_ahead_ns + lead_ns_);
+  const std::int64_t by_ns = arrivals_.take(frame.time_ns, monotonic_now());
+  if (by_ns == 0) return;
+  const std::string by =
+      label_ + ": lines arrive " + std::to_string(std::abs(by_ns) / 1'000'000) + " ms ";
   if (by_ns > 0)
-    warnings_.add(SourceWarning::late_first_line,
-                  label_ + ": the first line arrived late: the next ones arrive " +
-                      std::to_string(by_ns / 1'000'000) +
-                      " ms earlier relative to their time stamps; the log clock follows them, and "
-                      "the time in between is lost");
+    warnings_.add(SourceWarning::earlier_lines,
+                  by + "earlier than before relative to their time stamps: the first one was late, "
+                       "or their clock is fast or was stepped; the log clock follows, and the time "
+                       "in between is lost");
+  else
+    warnings_.add(SourceWarning::later_lines,
+                  by +
+                      "later than before relative to their time stamps: their clock is slow or was "
+                      "stepped; the log clock follows");
 }
 
 void LogFeeder::follow_step(const Frame& frame) {
@@ -194,7 +200,7 @@ void LogFeeder::follow_step(const Frame& frame) {
   const auto step_ns = live_stamps_.step(frame.time_ns, now_ns);
   if (!step_ns || !clock_.offset_ns()) return;
   clock_.restart(frame.time_ns, now_ns + lead_ns_);
-  delay_.restart();
+  arrivals_.restart();
   counters_.clock_steps.add();
   warnings_.add(SourceWarning::clock_step, at_line(label_, lines_.line_number()) +
                                                "the clock of the time stamps was stepped by " +

@@ -12,12 +12,11 @@
 #include "base/file_descriptor.hpp"
 #include "base/spsc_ring.hpp"
 #include "can_protocol/bus_names.hpp"
+#include "can_protocol/sources/arrivals.hpp"
 #include "can_protocol/sources/candump.hpp"
 #include "can_protocol/sources/frame_source.hpp"
 #include "can_protocol/sources/line_buffer.hpp"
 #include "can_protocol/sources/live_stamps.hpp"
-#include "can_protocol/sources/log_clock.hpp"
-#include "can_protocol/sources/smallest_delay.hpp"
 #include "can_protocol/sources/source_warnings.hpp"
 
 namespace odomd::can {
@@ -27,8 +26,8 @@ namespace odomd::can {
 /// tick is due. A frame whose time has passed (the input is late, or its stamps go backwards) is
 /// released at once; at a gap the thread waits; a stamp of zero means none, and the frame is
 /// released at once with time 0. Error frames are counted, but not delivered. For a live pipe, a
-/// step of the clock behind its stamps is detected and followed (live_stamps.hpp), and so is a
-/// first line that arrived late (smallest_delay.hpp).
+/// step of the clock behind its stamps is detected and followed (live_stamps.hpp), and so are
+/// lines that come earlier or later relative to their stamps than before (arrivals.hpp).
 ///
 /// A line without a valid frame is counted as malformed and skipped. At the end of the input, when
 /// the ring is empty, the link is `ended`.
@@ -90,7 +89,7 @@ class LogFeeder final : public FrameSource {
   // The thread's own.
   LineBuffer lines_;
   LiveStamps live_stamps_;
-  SmallestDelay delay_;
+  Arrivals arrivals_;
   bool input_was_empty_ = false;               // before the current lines
   std::optional<std::int64_t> only_stamp_ns_;  // if all frames so far have the same one
   std::uint64_t with_only_stamp_ = 0;

@@ -109,15 +109,15 @@ TEST(LogClock, IsSetByTheFirstFrameForGood) {
 TEST(LogClock, IsPutForwardWhereItsFirstLineCameLate) {
   LogClock clock(0, period);
   const std::int64_t stamp = 1'000'000'000'000;
-  EXPECT_EQ(clock.advance(stamp, 0, 1'000'000'000), 0) << "it does not run";
+  EXPECT_EQ(clock.advance(stamp, 0, 1'000'000'000, 0), 0) << "it does not run";
   const std::int64_t late = clock.start(stamp, 140'000'000);
-  EXPECT_EQ(clock.advance(stamp, 135'000'000, 1'000'000'000), 0) << "one period is none";
-  EXPECT_EQ(clock.advance(stamp, 39'000'000, 1'000'000'000), 100'000'000);
+  EXPECT_EQ(clock.advance(stamp, 135'000'000, 1'000'000'000, 0), 0) << "one period is none";
+  EXPECT_EQ(clock.advance(stamp, 39'000'000, 1'000'000'000, 0), 100'000'000);
   EXPECT_EQ(clock.offset_ns(), late + 100'000'000);
   EXPECT_EQ(clock.advance_ns(), 100'000'000);
   EXPECT_EQ(clock.start(stamp, 0), late) << "the base is as it was";
-  EXPECT_EQ(clock.advance(stamp, 140'000'000, 1'000'000'000), 0) << "it is never put back";
-  EXPECT_EQ(clock.advance(stamp, -2'000'000'000, 1'000'000'000), 0) << "that is no delay";
+  EXPECT_EQ(clock.advance(stamp, 140'000'000, 1'000'000'000, 0), 0) << "it is never put back";
+  EXPECT_EQ(clock.advance(stamp, -2'000'000'000, 1'000'000'000, 0), 0) << "that is no delay";
   clock.restart(stamp, 500'000'000);
   EXPECT_EQ(clock.offset_ns(), stamp - 500'000'000) << "whatever was advanced before";
 }
@@ -279,7 +279,8 @@ TEST(LogFeeder, SaysEachKindOfComplaintOnce) {
   std::string text = "nonsense\nmore nonsense\n";
   for (int i = 0; i < 600; ++i) text += "(1.000000) can0 102#00\n";
   for (int i = 0; i < 2; ++i)
-    for (char bus = '1'; bus <= '9'; ++bus) text += std::string("(1.000000) can") + bus + " 003#\n";
+    for (char bus = '1'; bus <= '9'; ++bus)
+      text.append("(1.000000) can").append(1, bus).append(" 003#\n");
   const TemporaryFile file("drive.log", text + "nonsense\n");
   BusNames buses;
   LogClock clock(0, period);

@@ -1,0 +1,118 @@
+// The log clock of live pipes: stepped, fast and slow ones, and those whose lines are held up.
+#include "can_protocol/sources/arrivals.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+#include <string>
+
+namespace odomd::can::arrivals_test {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+constexpr std::int64_t s = 1000 * ms;
+constexpr std::int64_t period = 5 * ms;
+constexpr std::int64_t lead = 2 * period;
+constexpr std::int64_t most = s + lead;
+constexpr std::int64_t stamp_zero = 1'700'000'000 * s;
+
+/// A pipe: at `now`, the stamp and the delay of a line.
+struct Pipe {
+  std::string name;
+  std::function<std::int64_t(std::int64_t)> stamp;
+  std::function<std::int64_t(std::int64_t)> delay = [](std::int64_t) { return 0; };
+  std::int64_t cycle = 10 * ms;
+};
+
+struct Moves {
+  int count = 0;
+  std::int64_t lag = 0;  ///< between a line without delay and its release, at the end
+};
+
+Moves play(const Pipe& pipe, std::int64_t duration) {
+  LogClock clock(0, period);
+  Arrivals arrivals(clock, lead, most);
+  Moves moves;
+  for (std::int64_t now = s; now < s + duration; now += pipe.cycle) {
+    const std::int64_t sent = now - pipe.delay(now);
+    const std::int64_t stamp = stamp_zero + pipe.stamp(sent);
+    clock.start(stamp, now + lead);
+    moves.count += arrivals.take(stamp, now) != 0 ? 1 : 0;
+    moves.lag = stamp_zero + pipe.stamp(now) - *clock.offset_ns() - now;
+  }
+  return moves;
+}
+
+std::int64_t same(std::int64_t t) {
+  return t;
+}
+auto stepped(std::int64_t by) {
+  return [by](std::int64_t t) { return t < 5 * s ? t : t + by; };
+}
+auto at_rate(double rate) {
+  return [rate](std::int64_t t) { return std::llround(rate * static_cast<double>(t)); };
+}
+
+TEST(Arrivals, FollowAClockThatIsSteppedOrRunsAtAnotherRate) {
+  for (const std::int64_t by : {-1000 * ms, -300 * ms, -30 * ms, 30 * ms, 300 * ms, 900 * ms}) {
+    const Moves moves = play({"step", stepped(by)}, 6 * s);  // within two seconds
+    EXPECT_EQ(moves.count, 1) << by;
+    EXPECT_GE(moves.lag, -period) << by;
+    EXPECT_LE(moves.lag, lead + 2 * period) << by;
+  }
+  for (const double rate : {0.95, 0.98, 0.99, 0.999, 1.001, 1.01, 1.02}) {
+    const Moves moves = play({"rate", at_rate(rate)}, 60 * s);
+    EXPECT_GT(moves.count, 3) << rate;
+    EXPECT_GE(moves.lag, -100 * ms) << rate;
+    EXPECT_LE(moves.lag, lead + 3 * period) << rate;
+  }
+}
+
+TEST(Arrivals, LeaveTheClockWhereLinesAreHeldUp) {
+  std::mt19937 random(7);
+  const auto jitter = [&random](std::int64_t most_ns) {
+    return [&random, most_ns](std::int64_t) {
+      return std::uniform_int_distribution<std::int64_t>(0, most_ns)(random);
+    };
+  };
+  const auto caught_up = [](std::int64_t stalled, double speed) {
+    // Nothing for a time, then the backlog at this multiple of real time.
+    return [=](std::int64_t t) {
+      const std::int64_t into = (t - s) % (10 * s) - 5 * s;
+      const double left = static_cast<double>(stalled) - speed * static_cast<double>(into);
+      return into < 0 ? 0 : std::max<std::int64_t>(0, std::llround(left));
+    };
+  };
+  const Pipe pipes[]{
+      {"exact", same},
+      {"jitter", same, jitter(8 * ms)},
+      {"a stall of 0.5 s, and a backlog", same, caught_up(500 * ms, 1.0)},
+      {"a stall of 5 s, and a slow backlog", same, caught_up(5 * s, 2.0)},
+      {"single lines held up", same,
+       [](std::int64_t t) { return t / ms % 100 == 50 ? 400 * ms : 0; }},
+  };
+  for (const Pipe& pipe : pipes) {
+    const Moves moves = play(pipe, 60 * s);
+    EXPECT_EQ(moves.count, 0) << pipe.name;
+  }
+  // Much jitter may move it while the first lines come, but it does not breathe.
+  EXPECT_LE(play({"much jitter", same, jitter(40 * ms)}, 60 * s).count, 3);
+}
+
+TEST(Arrivals, KeepTheClockThatAnotherPipeIsInTimeWith) {
+  LogClock clock(0, period);
+  Arrivals prompt(clock, lead, most);
+  Arrivals late(clock, lead, most);
+  int moves = 0;
+  for (std::int64_t now = s; now < 20 * s; now += 10 * ms) {
+    clock.start(stamp_zero + now, now + lead);
+    moves += prompt.take(stamp_zero + now, now) != 0 ? 1 : 0;
+    moves += late.take(stamp_zero + now - 80 * ms, now) != 0 ? 1 : 0;
+  }
+  EXPECT_EQ(moves, 0);
+}
+
+}  // namespace
+}  // namespace odomd::can::arrivals_test
