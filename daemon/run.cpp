@@ -66,7 +66,8 @@ std::vector<std::unique_ptr<can::FrameSource>> open_sources(const Config& config
                                                             const can::Decoder& decoder,
                                                             can::BusNames& buses,
                                                             can::LogClock& log_clock) {
-  can::InterfaceSettings settings;
+  can::SourceSettings settings;
+  settings.selected = [&decoder](const can::Frame& frame) { return decoder.is_mapped(frame); };
   for (const auto& message : decoder.messages())
     settings.keys.push_back(can::frame_key(message.id, message.format) |
                             (message.id_mask == can::whole_id ? 0U : can::j1939_group_flag));

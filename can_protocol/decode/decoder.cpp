@@ -219,6 +219,10 @@ DecodeResult Decoder::decode(const Frame& frame, std::span<Sample> samples) noex
   return result;
 }
 
+bool Decoder::is_mapped(const Frame& frame) const noexcept {
+  return message_index(*tables_, frame) >= 0;
+}
+
 std::span<const BoundMessage> Decoder::messages() const noexcept {
   return tables_->bound;
 }

@@ -105,6 +105,9 @@ class Decoder {
   /// fails its protection writes none.
   DecodeResult decode(const Frame& frame, std::span<Sample> samples) noexcept;
 
+  /// Whether a binding uses frames of this identifier on this bus. Any thread.
+  [[nodiscard]] bool is_mapped(const Frame& frame) const noexcept;
+
   [[nodiscard]] std::span<const BoundMessage> messages() const noexcept;
   [[nodiscard]] const MessageCounters& counters(std::size_t message) const noexcept;
 

@@ -21,6 +21,9 @@
 
 namespace odomd::can {
 
+/// A line for messages about lines that are none.
+inline constexpr std::string_view candump_example = "(1760000000.069964) can0 120#0400A0FF";
+
 /// The frame of a line, or its error.
 struct CandumpLine {
   Frame frame;                 ///< `time_ns` on the log's clock; `bus` is left at 0

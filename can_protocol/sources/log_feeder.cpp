@@ -64,15 +64,17 @@ class AllSignalsBlocked {
 
 }  // namespace
 
-LogFeeder::LogFeeder(std::string path, BusNames& buses, LogClock& clock)
+LogFeeder::LogFeeder(std::string path, BusNames& buses, LogClock& clock, FrameSelection selected)
     : path_(std::move(path)),
       label_(log_label(path_)),
-      buses_(buses),
       clock_(clock),
       file_(open_log(path_, FifoOpening::at_once)),
       stop_(::eventfd(0, EFD_CLOEXEC)),
       pipe_(is_pipe(file_.get())),
       lead_ns_(head_start(pipe_, clock.period_ns())),
+      lines_(label_, buses),
+      selected_(std::move(selected)),
+      stamps_(label_, pipe_ ? LogStamps::Judging::live : LogStamps::Judging::offline),
       arrivals_(clock, lead_ns_, pipe_ahead_ns + lead_ns_) {
   if (!stop_) throw std::system_error(errno, std::generic_category(), label_ + ": eventfd");
   const AllSignalsBlocked blocked;
@@ -90,25 +92,19 @@ LogFeeder::~LogFeeder() {
 std::size_t LogFeeder::drain(std::span<Frame> frames, std::int64_t tick_ns,
                              std::int64_t /*now_ns*/) noexcept {
   std::size_t count = 0;
-  std::size_t taken = 0;
   const Frame* frame = nullptr;
   const std::int64_t advance_ns = clock_.advance_ns();
   const auto released = [advance_ns](const Frame& f) {
     return f.time_ns == 0 ? 0 : f.time_ns - advance_ns;
   };
   while ((frame = ring_.front()) != nullptr && released(*frame) <= tick_ns) {
-    if (taken == frames.size()) {
+    if (count == frames.size()) {
       counters_.carried_over.add();
       break;
     }
-    if (frame->kind == FrameKind::error) {
-      count_error_frame(*frame, counters_);
-    } else {
-      frames[count] = *frame;
-      frames[count++].time_ns = released(*frame);
-    }
+    frames[count] = *frame;
+    frames[count++].time_ns = released(*frame);
     ring_.pop();
-    ++taken;
   }
   counters_.received.add(count);
   return count;
@@ -125,6 +121,8 @@ LinkState LogFeeder::link() const noexcept {
 void LogFeeder::run() noexcept {
   try {
     feed();
+  } catch (const LogError& error) {
+    warnings_.add(SourceWarning::failure, error.what());
   } catch (const std::exception& error) {
     warnings_.add(SourceWarning::failure, label_ + ": " + error.what());
   }
@@ -132,41 +130,34 @@ void LogFeeder::run() noexcept {
 }
 
 void LogFeeder::feed() {
-  while (std::optional<Frame> frame = next()) {
-    check_stamps(*frame);
-    if (frame->time_ns != 0) {
-      follow_step(*frame);
-      const std::int64_t base_ns = clock_.start(frame->time_ns, earliest_release(*frame));
-      follow_arrivals(*frame);
-      frame->time_ns -= base_ns;
-      const std::int64_t release_ns = frame->time_ns - clock_.advance_ns();
+  while (const LoggedFrame* const logged = next()) {
+    Frame frame = logged->frame;
+    line_ = logged->line;
+    if (frame.time_ns != 0) {
+      follow_step(frame);
+      const std::int64_t base_ns = clock_.start(frame.time_ns, earliest_release(frame));
+      follow_arrivals(frame);
+      frame.time_ns -= base_ns;
+      const std::int64_t release_ns = frame.time_ns - clock_.advance_ns();
       const std::int64_t pause_ns = release_ns - monotonic_now();
       if (pause_ns > long_pause_ns)
-        warnings_.add(SourceWarning::long_pause,
-                      at_line(label_, lines_.line_number()) + "the time stamps jump ahead by " +
-                          std::to_string(pause_ns / ns_per_s) +
-                          " s, and odomd waits that long; cut the log at the pause");
+        warnings_.add(SourceWarning::long_pause, place() + "the time stamps jump ahead by " +
+                                                     std::to_string(pause_ns / ns_per_s) +
+                                                     " s, and odomd waits that long; cut the log "
+                                                     "at the pause");
       // Runs ahead in steps of half the window, so that one wake-up reads many frames.
       if (pause_ns > reads_ahead_ns() &&
           wait_until(release_ns - reads_ahead_ns() / 2) == Waited::stopped)
         return;
     }
-    while (!ring_.push(*frame))
+    while (!ring_.push(frame))
       if (wait_until(monotonic_now() + ring_full_wait_ns) == Waited::stopped) return;
   }
-  if (input_ended_ && !stamps_differ_ && with_only_stamp_ > 1) warn_of_one_stamp();
 }
 
-void LogFeeder::check_stamps(const Frame& frame) {
-  if (stamps_differ_) return;
-  stamps_differ_ = only_stamp_ns_.value_or(frame.time_ns) != frame.time_ns;
-  only_stamp_ns_ = frame.time_ns;
-  if (!stamps_differ_ && ++with_only_stamp_ == too_many_with_one_stamp) warn_of_one_stamp();
-}
-
-void LogFeeder::warn_of_one_stamp() {
-  warnings_.add(SourceWarning::one_stamp, describe_one_stamp(at_line(label_, lines_.line_number()),
-                                                             with_only_stamp_, *only_stamp_ns_));
+void LogFeeder::check_one_stamp(std::uint64_t min_frames) {
+  if (std::string text = stamps_.describe_one_stamp(min_frames); !text.empty())
+    warnings_.add(SourceWarning::one_stamp, std::move(text));
 }
 
 /// Now plus the head start. The first line of a pipe may be older, because it was delayed or waited
@@ -202,60 +193,72 @@ void LogFeeder::follow_step(const Frame& frame) {
   clock_.restart(frame.time_ns, now_ns + lead_ns_);
   arrivals_.restart();
   counters_.clock_steps.add();
-  warnings_.add(SourceWarning::clock_step, at_line(label_, lines_.line_number()) +
-                                               "the clock of the time stamps was stepped by " +
-                                               std::to_string(*step_ns / ns_per_s) +
-                                               " s; following it from here on");
+  warnings_.add(SourceWarning::clock_step,
+                place() + "the clock of the time stamps was stepped by " +
+                    std::to_string(*step_ns / ns_per_s) + " s; following it from here on");
 }
 
-std::optional<Frame> LogFeeder::next() {
-  Frame frame;
-  while (!input_ended_) {
-    if (const auto text = lines_.next_line()) {
-      if (take(*text, frame)) return frame;
-      continue;
-    }
-    if (wait_for_input() == Waited::stopped) return std::nullopt;
-    switch (lines_.fill(file_.get())) {
-      case LineBuffer::Fill::data:
-      case LineBuffer::Fill::again:
-        break;
-      case LineBuffer::Fill::error:
-        warnings_.add(SourceWarning::failure,
-                      label_ + ": reading failed: " + std::generic_category().message(errno));
-        [[fallthrough]];
-      case LineBuffer::Fill::end:
-        input_ended_ = true;
-        if (const auto text = lines_.last_line(); text && take(*text, frame)) return frame;
+const LoggedFrame* LogFeeder::next() {
+  for (;;) {
+    if (const LoggedFrame* const frame = stamps_.next()) return frame;
+    if (stamps_.ended()) return nullptr;
+    if (input_ended_) {
+      stamps_.end();
+      check_one_stamp(2);
+    } else if (!read_line()) {
+      return nullptr;
     }
   }
-  return std::nullopt;
 }
 
-bool LogFeeder::take(std::string_view text, Frame& frame) {
-  if (is_blank(text)) return false;
-  const CandumpLine line = parse_candump_line(text);
-  if (!line.good()) {
-    counters_.malformed.add();
-    warnings_.add(SourceWarning::malformed_line,
-                  input_ended_ ? describe_cut_off(label_, lines_.line_number())
-                               : describe(label_, lines_.line_number(), line));
-    return false;
+/// False: the thread must end.
+bool LogFeeder::read_line() {
+  if (const auto text = buffer_.next_line()) {
+    take(*text, LineEnd::newline);
+    return true;
   }
-  if (line.interface != last_interface_) {
-    const auto bus = buses_.index_of(line.interface);
-    if (!bus) {
-      counters_.malformed.add();
-      warnings_.add(SourceWarning::too_many_buses,
-                    describe_bus_too_many(label_, lines_.line_number(), line.interface));
-      return false;
-    }
-    last_interface_ = line.interface;
-    last_bus_ = *bus;
+  if (wait_for_input() == Waited::stopped) return false;
+  switch (buffer_.fill(file_.get())) {
+    case LineBuffer::Fill::data:
+      break;
+    case LineBuffer::Fill::again:
+      break;
+    case LineBuffer::Fill::error:
+      warnings_.add(SourceWarning::failure,
+                    label_ + ": reading failed: " + std::generic_category().message(errno));
+      [[fallthrough]];
+    case LineBuffer::Fill::end:
+      input_ended_ = true;
+      if (const auto text = buffer_.last_line()) take(*text, LineEnd::end_of_log);
   }
-  frame = line.frame;
-  frame.bus = last_bus_;
   return true;
+}
+
+void LogFeeder::take(std::string_view text, LineEnd end) {
+  Frame frame;
+  switch (const LineKind kind = lines_.read(text, buffer_.line_number(), end, frame)) {
+    case LineKind::frame:
+      break;
+    case LineKind::blank:
+      return;
+    case LineKind::passed_over:
+    case LineKind::damaged:
+    case LineKind::cut_off:
+    case LineKind::bus_too_many:
+      counters_.malformed.add();
+      warnings_.add(kind == LineKind::bus_too_many ? SourceWarning::too_many_buses
+                    : kind == LineKind::damaged    ? SourceWarning::damaged_line
+                                                   : SourceWarning::malformed_line,
+                    lines_.problem());
+      return;
+  }
+  if (frame.kind == FrameKind::error) {
+    count_error_frame(frame, counters_);
+    return;
+  }
+  if (selected_ && !selected_(frame)) return;
+  stamps_.add(frame, buffer_.line_number());
+  check_one_stamp(too_many_with_one_stamp);
 }
 
 LogFeeder::Waited LogFeeder::wait_for_input() {

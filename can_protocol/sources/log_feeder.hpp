@@ -13,10 +13,11 @@
 #include "base/spsc_ring.hpp"
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/sources/arrivals.hpp"
-#include "can_protocol/sources/candump.hpp"
 #include "can_protocol/sources/frame_source.hpp"
 #include "can_protocol/sources/line_buffer.hpp"
 #include "can_protocol/sources/live_stamps.hpp"
+#include "can_protocol/sources/log_lines.hpp"
+#include "can_protocol/sources/log_stamps.hpp"
 #include "can_protocol/sources/source_warnings.hpp"
 
 namespace odomd::can {
@@ -29,8 +30,9 @@ namespace odomd::can {
 /// step of the clock behind its stamps is detected and followed (live_stamps.hpp), and so are
 /// lines that come earlier or later relative to their stamps than before (arrivals.hpp).
 ///
-/// A line without a valid frame is counted as malformed and skipped. At the end of the input, when
-/// the ring is empty, the link is `ended`.
+/// Lines, frames and their stamps are judged as MergedLog judges them, so that a replay uses the
+/// same frames; a pipe is not read ahead, though. Lines without a frame are counted as malformed.
+/// At the end of the input, when the ring is empty, the link is `ended`.
 class LogFeeder final : public FrameSource {
  public:
   static constexpr std::int64_t ahead_ns = 50'000'000;
@@ -38,9 +40,10 @@ class LogFeeder final : public FrameSource {
   /// left in the pipe.
   static constexpr std::int64_t pipe_ahead_ns = 1'000'000'000;
 
-  /// `path` may be "-" and may be a FIFO. `buses` and `clock` must outlive this. Throws LogError
-  /// when the log cannot be opened.
-  LogFeeder(std::string path, BusNames& buses, LogClock& clock);
+  /// `path` may be "-" and may be a FIFO. `buses` and `clock` must outlive this. Only `selected`
+  /// frames are released, and only their stamps move the clock. Throws LogError when the log cannot
+  /// be opened.
+  LogFeeder(std::string path, BusNames& buses, LogClock& clock, FrameSelection selected = {});
   ~LogFeeder() override;
   LogFeeder(const LogFeeder&) = delete;
   LogFeeder& operator=(const LogFeeder&) = delete;
@@ -65,37 +68,36 @@ class LogFeeder final : public FrameSource {
 
   void run() noexcept;
   void feed();
-  void check_stamps(const Frame& frame);
-  void warn_of_one_stamp();
+  void check_one_stamp(std::uint64_t min_frames);
   void follow_step(const Frame& frame);
   void follow_arrivals(const Frame& frame);
   [[nodiscard]] std::int64_t earliest_release(const Frame& first) const;
   [[nodiscard]] std::int64_t reads_ahead_ns() const { return pipe_ ? pipe_ahead_ns : ahead_ns; }
-  std::optional<Frame> next();
-  bool take(std::string_view text, Frame& frame);
+  [[nodiscard]] const LoggedFrame* next();
+  bool read_line();
+  void take(std::string_view text, LineEnd end);
+  [[nodiscard]] std::string place() const { return at_line(label_, line_); }
   Waited wait_for_input();
   Waited wait_until(std::int64_t monotonic_ns) const;
 
   std::string path_;
   std::string label_;
-  BusNames& buses_;
   LogClock& clock_;
   FileDescriptor file_;
   FileDescriptor stop_;       // an eventfd: readable when the thread must end
   bool pipe_ = false;         // not a regular file
   std::int64_t lead_ns_ = 0;  // head start of the first frame
-  SourceCounters counters_;   // malformed, clock_steps: the thread's; the others: the drain's
+  SourceCounters counters_;   // received, carried_over: the drain's; the others: the thread's
 
   // The thread's own.
-  LineBuffer lines_;
+  LineBuffer buffer_;
+  LogLines lines_;
+  FrameSelection selected_;
+  LogStamps stamps_;
+  std::uint64_t line_ = 0;  // of the current frame
   LiveStamps live_stamps_;
   Arrivals arrivals_;
-  bool input_was_empty_ = false;               // before the current lines
-  std::optional<std::int64_t> only_stamp_ns_;  // if all frames so far have the same one
-  std::uint64_t with_only_stamp_ = 0;
-  bool stamps_differ_ = false;
-  std::string last_interface_;
-  std::uint8_t last_bus_ = 0;
+  bool input_was_empty_ = false;  // before the current lines
   bool input_ended_ = false;
 
   SourceWarnings warnings_;

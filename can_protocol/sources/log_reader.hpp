@@ -2,25 +2,18 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "base/file_descriptor.hpp"
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/frame.hpp"
-#include "can_protocol/sources/candump.hpp"
 #include "can_protocol/sources/line_buffer.hpp"
+#include "can_protocol/sources/log_lines.hpp"
+#include "can_protocol/sources/log_stamps.hpp"
 
 namespace odomd::can {
-
-/// A log that cannot be used: one line that names the file, the line and the fix.
-class LogError : public std::invalid_argument {
- public:
-  using std::invalid_argument::invalid_argument;
-};
 
 /// Whether opening a FIFO waits for a writer.
 enum class FifoOpening : std::uint8_t { wait_for_writer, at_once };
@@ -33,67 +26,58 @@ enum class FifoOpening : std::uint8_t { wait_for_writer, at_once };
 /// "drive.log", or "standard input" for "-".
 [[nodiscard]] std::string log_label(const std::string& path);
 
-/// The error for a log in which no time passes; `position`, "drive.log:150: ", is that of its last
-/// frame.
-[[nodiscard]] std::string describe_one_stamp(const std::string& position, std::uint64_t frames,
-                                             std::int64_t stamp_ns);
+/// What becomes of a log with damaged lines.
+enum class Damage : std::uint8_t { left_out, refused };
 
-// Errors about a line, in one line: label, line number, problem, fix.
-[[nodiscard]] std::string at_line(const std::string& label, std::uint64_t line_number);
-[[nodiscard]] std::string describe(const std::string& label, std::uint64_t line_number,
-                                   const CandumpLine& line);
-[[nodiscard]] std::string describe_cut_off(const std::string& label, std::uint64_t line_number);
-[[nodiscard]] std::string describe_bus_too_many(const std::string& label, std::uint64_t line_number,
-                                                std::string_view interface);
-
-/// Whether the line has only spaces; such lines are skipped.
-[[nodiscard]] bool is_blank(std::string_view line) noexcept;
+/// Whether this program refuses damaged logs: set once, by its command line.
+inline bool strict_logs = false;
 
 /// One log, frame by frame, in the file's order. One thread.
 class LogReader {
  public:
   /// `path` may be "-", standard input. Interfaces are numbered by `buses`, which must outlive
   /// this. Throws LogError as open_log does.
-  LogReader(const std::string& path, BusNames& buses);
+  LogReader(const std::string& path, BusNames& buses,
+            Damage damage = strict_logs ? Damage::refused : Damage::left_out);
 
   /// The next frame with its time on the log's clock, valid until the next call; nullptr at the
-  /// end. Throws LogError at a line that is not a frame, at one bus too many, and at the end of a
-  /// log without frames; std::system_error when reading fails. A truncated last line (no newline,
+  /// end. Throws LogError at a damaged line that is refused, at one bus too many, and at the end of
+  /// a log without frames; std::system_error when reading fails. A truncated last line (no newline,
   /// no frame) ends the log with a warning.
   [[nodiscard]] const Frame* next();
 
-  /// Empty, or one line about what was skipped.
-  [[nodiscard]] const std::string& warning() const noexcept { return warning_; }
+  /// One line about each kind of lines that gave no frame.
+  [[nodiscard]] std::vector<std::string> warnings() const { return lines_.warnings(); }
   [[nodiscard]] const std::string& label() const noexcept { return label_; }
-  [[nodiscard]] std::uint64_t line_number() const noexcept { return lines_.line_number(); }
+  [[nodiscard]] std::uint64_t line_number() const noexcept { return buffer_.line_number(); }
+  [[nodiscard]] std::uint64_t frames() const noexcept { return lines_.frames(); }
 
  private:
-  enum class Ending : std::uint8_t { newline, cut_off };
-  bool take(std::string_view text, Ending ending);
+  bool take(std::string_view text, LineEnd end);
 
   std::string label_;
-  BusNames& buses_;
+  Damage damage_;
   FileDescriptor file_;
-  LineBuffer lines_;
-  std::string last_interface_;  // avoids the look-up in the common case
-  std::uint8_t last_bus_ = 0;
+  LineBuffer buffer_;
+  LogLines lines_;
   Frame frame_;
-  std::uint64_t frames_ = 0;
   bool ended_ = false;
-  std::string warning_;
 };
 
 /// Several logs as one, in the order of their stamps; equal stamps in the order of naming. A log
-/// whose stamps go backwards keeps its own order. One thread.
+/// whose stamps go backwards keeps its own order. Frames whose stamps stand alone are left out. One
+/// thread.
 class MergedLog {
  public:
-  /// Throws as LogReader does, also for logs without frames.
-  MergedLog(std::span<const std::string> paths, BusNames& buses);
+  /// Only `selected` frames are returned, and only their stamps count. Throws as LogReader does,
+  /// also for logs without frames, and for logs in which no time passes or whose stamps are the
+  /// time since the frame before.
+  MergedLog(std::span<const std::string> paths, BusNames& buses, FrameSelection selected = {});
 
   /// As LogReader does.
   [[nodiscard]] const Frame* next();
 
-  /// "drive.log:12: ", the position of the newest frame; empty before the first.
+  /// "drive.log:12: ", the position of the newest frame; empty before the first and at the end.
   [[nodiscard]] std::string position() const;
 
   /// The warnings so far, in the order of naming.
@@ -102,9 +86,12 @@ class MergedLog {
  private:
   struct Input {
     LogReader reader;
-    const Frame* head = nullptr;  ///< read, but not yet returned; nullptr at the end
+    LogStamps stamps;
+    const LoggedFrame* head = nullptr;  ///< read, but not yet returned; nullptr at the end
   };
+  [[nodiscard]] const LoggedFrame* read(Input& input) const;
 
+  FrameSelection selected_;
   std::vector<Input> inputs_;
   Input* newest_ = nullptr;  ///< its head is the frame that was returned last
 };

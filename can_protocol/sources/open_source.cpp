@@ -38,9 +38,9 @@ SourceKind source_kind(const std::string& name) {
 }
 
 std::unique_ptr<FrameSource> open_source(const std::string& name, BusNames& buses, LogClock& clock,
-                                         const InterfaceSettings& settings) {
+                                         const SourceSettings& settings) {
   if (source_kind(name) != SourceKind::interface)
-    return std::make_unique<LogFeeder>(name, buses, clock);
+    return std::make_unique<LogFeeder>(name, buses, clock, settings.selected);
   const auto bus = buses.index_of(name);
   if (!bus)
     throw std::invalid_argument(name + ": one bus too many; odomd reads at most " +

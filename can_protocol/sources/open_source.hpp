@@ -9,6 +9,7 @@
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/sources/frame_source.hpp"
 #include "can_protocol/sources/log_clock.hpp"
+#include "can_protocol/sources/log_stamps.hpp"
 #include "can_protocol/sources/socketcan.hpp"
 
 namespace odomd::can {
@@ -20,8 +21,9 @@ enum class SourceKind : std::uint8_t { standard_input, log, interface };
 /// std::invalid_argument for a name that can be neither.
 [[nodiscard]] SourceKind source_kind(const std::string& name);
 
-/// Settings that only interfaces need.
-struct InterfaceSettings {
+struct SourceSettings {
+  FrameSelection selected;  ///< what is read from logs; empty: all frames
+  // Only for interfaces.
   std::vector<std::uint32_t> keys;  ///< identifiers to listen to (frame_key); empty: all
   StampSource stamps = StampSource::software;
   int receive_buffer = 1 << 20;
@@ -32,6 +34,6 @@ struct InterfaceSettings {
 /// SocketCanSource do, and std::invalid_argument at one bus too many.
 [[nodiscard]] std::unique_ptr<FrameSource> open_source(const std::string& name, BusNames& buses,
                                                        LogClock& clock,
-                                                       const InterfaceSettings& settings);
+                                                       const SourceSettings& settings);
 
 }  // namespace odomd::can

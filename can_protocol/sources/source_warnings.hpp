@@ -15,6 +15,7 @@ namespace odomd::can {
 
 enum class SourceWarning : std::uint8_t {
   malformed_line,
+  damaged_line,
   too_many_buses,
   one_stamp,
   long_pause,

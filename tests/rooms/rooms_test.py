@@ -65,7 +65,7 @@ tools/live/watch: base shm_api/include/odom shm_api tools/cli tools/drive_files 
 tools/report: estimator/common daemon/core tools/math tools/cli tools/drive_files tools/chart tools/evaluation
     tools/live
 tools/bridge: base estimator/common shm_api/include/odom tools/math tools/cli tools/drive_files tools/live
-tools/export: daemon/diagnostics can_protocol/decode can_protocol/sources estimator/common daemon/core tools/cli
+tools/export: daemon/diagnostics can_protocol/decode estimator/common daemon/core tools/cli
     tools/drive_files tools/replay tools/bridge
 tools/config_patch: daemon/diagnostics base daemon/core tools/cli
 tools/sim/car: base estimator/common tools/math
@@ -89,7 +89,7 @@ tools/identify/latency: daemon/diagnostics estimator/common daemon/core tools/ma
     tools/identify tools/identify/common
 tools/identify/stiffness: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/identify
     tools/identify/common
-tools/identify/fit: daemon/diagnostics base can_protocol can_protocol/sources estimator/common daemon/core
+tools/identify/fit: daemon/diagnostics base can_protocol estimator/common daemon/core
     tools/math tools/cli tools/drive_files tools/chart tools/replay tools/evaluation tools/config_patch
     tools/identify tools/identify/common tools/identify/latency
 tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources

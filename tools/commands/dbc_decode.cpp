@@ -130,7 +130,7 @@ void decode_log(const std::vector<std::string>& databases, const std::string& lo
     if (const std::size_t warnings = database.warnings.size(); warnings > 0)
       say(fmt::format("{0}: {1} {2}; odom dbc show {0} lists them", database.file, warnings,
                       warnings == 1 ? "warning" : "warnings"));
-  if (!reader.warning().empty()) say(reader.warning());
+  for (const std::string& warning : reader.warnings()) say(warning);
 }
 
 }  // namespace odomd::tools

@@ -174,7 +174,7 @@ std::int64_t fail_in_log(const Options& options, const Car& car, const std::vect
                                              [&](const std::string& text) { progress.show(text); });
   sink.finish();
   progress.end();
-  if (!log.warning().empty()) warn("fault", log.warning());
+  for (const std::string& warning : log.warnings()) warn("fault", warning);
   std::cerr << fmt::format("odom fault: {}: {} frames in, {} out\n", log.label(), streamed.in,
                            streamed.out);
   report(injector);

@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/core/pipeline.hpp"
 #include "daemon/core/usage.hpp"
@@ -29,6 +28,7 @@
 #include "tools/drive_files/innovation_file.hpp"
 #include "tools/drive_files/pose_csv.hpp"
 #include "tools/drive_files/pose_file.hpp"
+#include "tools/replay/drive.hpp"
 #include "tools/replay/replay_checks.hpp"
 #include "tools/replay/replay_json.hpp"
 #include "tools/replay/virtual_drive.hpp"
@@ -83,35 +83,10 @@ void report(const Options& options, const ReplaySummary& summary, double seconds
       mode_name(summary.last_mode));
 }
 
-/// Whether time passes in a log.
-class Stamps {
- public:
-  const can::Frame* seen(const can::Frame* frame) {
-    if (frame == nullptr) return frame;
-    differ_ |= count_ > 0 && frame->time_ns != stamp_ns_;
-    stamp_ns_ = frame->time_ns;
-    ++count_;
-    return frame;
-  }
-  /// `log` has ended.
-  void require_time(const can::MergedLog& log) const {
-    if (count_ > 1 && !differ_)
-      throw std::invalid_argument(can::describe_one_stamp(log.position(), count_, stamp_ns_));
-  }
-
- private:
-  std::uint64_t count_ = 0;
-  std::int64_t stamp_ns_ = 0;
-  bool differ_ = false;
-};
-
 ReplaySummary play(daemon::Pipeline& pipeline, std::int64_t period_ns, can::MergedLog& log,
                    const CameraLog& camera, const PoseSink& sink, const JudgementSink& judged) try {
-  Stamps stamps;
-  ReplaySummary summary = replay(
-      pipeline, period_ns, [&] { return stamps.seen(log.next()); }, camera.poses, sink, judged);
-  stamps.require_time(log);
-  return summary;
+  return replay(
+      pipeline, period_ns, [&log] { return log.next(); }, camera.poses, sink, judged);
 } catch (const PauseError& error) {
   throw PauseError(log.position() + error.what());
 }
@@ -146,9 +121,7 @@ void run(const Options& options) {
   const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
 
   can::BusNames buses;
-  for (const can::SignalBinding& binding : config.can.bindings)
-    if (!binding.bus.empty()) buses.index_of(binding.bus);
-  can::MergedLog log(config.can.sources, buses);
+  can::MergedLog log = open_mapped_log(config, databases, config.can.sources, buses);
 
   check_outputs(std::vector<Output>{{"--out", options.out == "-" ? "" : options.out},
                                     {"--innovations", options.innovations}},

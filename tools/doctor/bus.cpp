@@ -177,12 +177,13 @@ std::vector<Identifier> identifiers_of(const Drive& drive) {
     std::int64_t first_ns = 0, last_ns = 0;
   };
   std::map<std::tuple<std::uint8_t, can::IdFormat, std::uint32_t>, Times> seen;
-  for (const can::Frame& frame : drive.frames) {
-    if (frame.kind != can::FrameKind::data) continue;
-    Times& times = seen[{frame.bus, frame.format, frame.id}];
-    if (times.frames++ == 0) times.first_ns = frame.time_ns;
-    times.last_ns = frame.time_ns;
-  }
+  for (const auto* frames : {&drive.frames, &drive.unmapped})
+    for (const can::Frame& frame : *frames) {
+      if (frame.kind != can::FrameKind::data) continue;
+      Times& times = seen[{frame.bus, frame.format, frame.id}];
+      if (times.frames++ == 0) times.first_ns = frame.time_ns;
+      times.last_ns = frame.time_ns;
+    }
   const can::Decoder decoder = decoder_of(drive);
   std::vector<Identifier> all;
   for (const auto& [key, times] : seen) {

@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "can_protocol/decode/decoder.hpp"
-#include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/core/pipeline.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -109,7 +108,7 @@ class FramePass {
   }
 
   void run() {
-    can::MergedLog log(source_.logs, buses_);
+    can::MergedLog log = open_mapped_log(source_.config, source_.databases, source_.logs, buses_);
     can::Decoder decoder(source_.databases, source_.config.can.bindings,
                          source_.config.can.protections, buses_.all());
     const auto next = [&] {

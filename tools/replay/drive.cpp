@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <stdexcept>
 #include <utility>
 
-#include "can_protocol/bus_names.hpp"
-#include "can_protocol/sources/log_reader.hpp"
+#include "can_protocol/decode/decoder.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/diagnostics/log_order.hpp"
 #include "tools/drive_files/camera_csv.hpp"
@@ -112,6 +112,21 @@ std::vector<fs::path> files_of(const DriveFiles& files) {
   return all;
 }
 
+can::MergedLog open_mapped_log(const daemon::Config& config,
+                               std::span<const can::Database> databases,
+                               std::span<const std::string> logs, can::BusNames& buses,
+                               std::vector<can::Frame>* unmapped) {
+  for (const std::string& bus : daemon::expected_buses(config))
+    static_cast<void>(buses.index_of(bus));
+  const auto decoder = std::make_shared<const can::Decoder>(databases, config.can.bindings,
+                                                            config.can.protections, buses.all());
+  return can::MergedLog(logs, buses, [decoder, unmapped](const can::Frame& frame) {
+    const bool mapped = decoder->is_mapped(frame);
+    if (!mapped && unmapped != nullptr) unmapped->push_back(frame);
+    return mapped;
+  });
+}
+
 Drive read_drive(const DriveFiles& files) {
   check_folder(files.folder);
   Drive drive;
@@ -122,16 +137,15 @@ Drive read_drive(const DriveFiles& files) {
   drive.databases = daemon::load_databases(drive.config, drive.warnings);
 
   can::BusNames buses;
-  for (const std::string& name : daemon::expected_buses(drive.config)) buses.index_of(name);
-  can::LogReader log(drive.config.can.sources.front(), buses);
+  can::MergedLog log = open_mapped_log(drive.config, drive.databases, drive.config.can.sources,
+                                       buses, &drive.unmapped);
   LogOrder order;
   while (const can::Frame* frame = log.next()) {
-    order.take(frame->time_ns, [&log] { return can::at_line(log.label(), log.line_number()); });
+    order.take(frame->time_ns, [&log] { return log.position(); });
     drive.frames.push_back(*frame);
   }
   order.require_sorted();
-  if (!log.warning().empty())
-    drive.warnings.push_back(found(diagnostics::kind("log_content"), {}, log.warning()));
+  append(drive.warnings, diagnostics::kind("log_content"), log.warnings());
   drive.buses = buses.all();
 
   const auto reference =

@@ -5,11 +5,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/frame.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
@@ -39,6 +41,7 @@ struct Drive {
   std::vector<can::Database> databases;
   std::vector<std::string> buses;                       ///< as the frames are numbered
   std::vector<can::Frame> frames;                       ///< in the order in which a tick takes them
+  std::vector<can::Frame> unmapped;                     ///< of no mapped message
   std::vector<estimator::CameraPose> cameras;           ///< that come in
   std::vector<estimator::CameraPose> cameras_left_out;  ///< those of CameraUse::leave_out
   std::optional<Trajectory> reference;                  ///< as the file has it
@@ -60,6 +63,14 @@ void check_folder(const std::filesystem::path& folder);
 /// The files that a drive is read from, existing or not, which must not be overwritten. Throws like
 /// read_drive if there is no configuration.
 [[nodiscard]] std::vector<std::filesystem::path> files_of(const DriveFiles& files);
+
+/// Opens logs for the frames of mapped messages. `buses` numbers their buses, after those that the
+/// configuration names. Other frames go to `unmapped`, if given. Throws as can::MergedLog does.
+[[nodiscard]] can::MergedLog open_mapped_log(const daemon::Config& config,
+                                             std::span<const can::Database> databases,
+                                             std::span<const std::string> logs,
+                                             can::BusNames& buses,
+                                             std::vector<can::Frame>* unmapped = nullptr);
 
 /// Reads car.toml, the databases that it names, drive.log or can.log, camera.csv and truth.csv; the
 /// last two if they exist. Throws std::invalid_argument that names the file and the fix.

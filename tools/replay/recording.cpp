@@ -101,7 +101,8 @@ class FrameLog {
     const auto file = recording.folder / recorded_frames;
     static_cast<void>(open_input(file));
     // A quiet bus leaves a file without a line.
-    if (std::filesystem::file_size(file) > 0) reader_.emplace(file.string(), buses);
+    if (std::filesystem::file_size(file) > 0)
+      reader_.emplace(file.string(), buses, can::Damage::refused);  // beat.csv counts its frames
   }
 
   [[nodiscard]] std::optional<can::Frame> next() {

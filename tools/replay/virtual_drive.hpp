@@ -93,9 +93,8 @@ using JudgementSink = std::function<void(std::span<const estimator::Judgement>)>
 
 /// Tick k takes in the frames stamped <= T_k and the camera poses that arrived by T_k (sorted by
 /// arrival). The last tick is the first one that has taken in every frame. `sink` is handed every
-/// record from initialisation on, `judged` the judgements of every tick. Throws
-/// std::invalid_argument for a log that holds no frame, PauseError at the frame behind a pause
-/// longer than longest_pause_ns.
+/// record from initialisation on, `judged` the judgements of every tick. Throws PauseError at the
+/// frame behind a pause longer than longest_pause_ns.
 ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
                      const NextFrame& next_frame, std::span<const estimator::CameraPose> cameras,
                      const PoseSink& sink, const JudgementSink& judged = {});

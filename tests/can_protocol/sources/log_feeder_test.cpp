@@ -257,7 +257,8 @@ TEST(LogFeeder, CountsWhatIsNoFrameAndGoesOn) {
   EXPECT_EQ(feeder.link(), LinkState::ended);
   EXPECT_EQ(feeder.counters().malformed.get(), 4U);  // two lines, one bus, the truncated end
   EXPECT_THAT(feeder.warnings(),
-              ElementsAre(HasSubstr("drive.log:2: expected '('"), HasSubstr("can8")));
+              ElementsAre(HasSubstr("drive.log:2: \"nonsense\" is no frame"),
+                          HasSubstr("drive.log:3: expected an identifier"), HasSubstr("can8")));
 }
 
 TEST(LogFeeder, SaysThatNoTimePassesInALog) {
@@ -287,7 +288,7 @@ TEST(LogFeeder, SaysEachKindOfComplaintOnce) {
   LogFeeder feeder(file.path(), buses, clock);
   await_end(feeder);
   EXPECT_THAT(feeder.warnings(),
-              ElementsAre(HasSubstr("drive.log:1: expected '('"),
+              ElementsAre(HasSubstr("drive.log:1: \"nonsense\" is no frame"),
                           HasSubstr("drive.log:502: all 500"), HasSubstr("can8")));
 }
 

@@ -15,12 +15,14 @@ namespace odomd::can::log_reader_test {
 namespace {
 
 using testing::AllOf;
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing::Not;
 using testing::StartsWith;
 
 std::vector<Frame> read_all(const std::string& path, BusNames& buses) {
-  LogReader reader(path, buses);
+  LogReader reader(path, buses, Damage::refused);
   std::vector<Frame> frames;
   while (const auto* frame = reader.next()) frames.push_back(*frame);
   return frames;
@@ -76,7 +78,8 @@ TEST(LogReader, KeepsTheDriveWhenTheLastLineIsCutOff) {
     const bool parsable = last.substr(0, cut) == "(1.000100) can0 100#";
     EXPECT_EQ(frames, parsable ? 2U : 1U) << cut;
     if (!parsable) {
-      EXPECT_THAT(reader.warning(), HasSubstr("drive.log:2: the last line is cut off"));
+      EXPECT_THAT(reader.warnings(),
+                  ElementsAre(HasSubstr("drive.log:2: the last line is cut off")));
     }
   }
 }
@@ -87,7 +90,7 @@ TEST(LogReader, KeepsTheDriveWhenAPowerCutLeftZeros) {
   LogReader reader(file.path(), buses);
   EXPECT_TRUE(reader.next());
   EXPECT_FALSE(reader.next());
-  EXPECT_FALSE(reader.warning().empty());
+  EXPECT_FALSE(reader.warnings().empty());
 }
 
 TEST(LogReader, NamesTheLineTheColumnAndTheFix) {
@@ -100,14 +103,14 @@ TEST(LogReader, RefusesALogWithoutAFrame) {
   EXPECT_THAT(error_of_content(""), HasSubstr("contains no frame"));
   EXPECT_THAT(error_of_content("\n\n"), HasSubstr("contains no frame"));
   EXPECT_THAT(error_of_content("(1.0000"), StartsWith(":1: expected 6 or 9 decimals"));
-  EXPECT_THAT(error_of_content("\ngarbage"), StartsWith(":2: expected '('"));
+  EXPECT_THAT(error_of_content("\ngarbage"), StartsWith(":2: \"garbage\" is no frame; a line"));
 }
 
 TEST(LogReader, RefusesBinaryGarbageWithOneLine) {
   std::string garbage;
   for (unsigned i = 0; i < 400'000; ++i) garbage.push_back(static_cast<char>(i * i >> 3U));
   EXPECT_THAT(error_of_content(garbage), HasSubstr(":1: expected"));
-  EXPECT_THAT(error_of_content(std::string(400'000, 'x')), HasSubstr(":1: expected"));
+  EXPECT_THAT(error_of_content(std::string(400'000, 'x')), HasSubstr(":1: \"xxx"));
 }
 
 TEST(LogReader, RefusesOneBusTooMany) {
@@ -207,7 +210,7 @@ TEST(RealDrives, ReadToTheLastLineAndWriteBackAsTheyAre) {
       ASSERT_EQ(written, line + "\n") << path;
     }
     EXPECT_FALSE(reader.next());
-    EXPECT_EQ(reader.warning(), "");
+    EXPECT_THAT(reader.warnings(), IsEmpty());
   }
 }
 

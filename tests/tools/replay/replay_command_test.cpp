@@ -63,6 +63,25 @@ TEST_F(OdomReplay, SaysThatALogIsOutOfOrder) {
   EXPECT_THAT(replay("(9.000000" + frame + "(8.900000" + frame).err, Not(HasSubstr("stamped")));
 }
 
+TEST_F(OdomReplay, RefusesADamagedLogOnlyWhenStrict) {
+  const std::string log = "(1.000000) can0 101#95E803\n(1.00\n# wet\n(1.010000) can0 101#95E803\n";
+  const Outcome outcome = replay(log, " --model kinematic");
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err,
+              AllOf(HasSubstr("drive.log:2: the log is damaged here: 1 line is left out"),
+                    HasSubstr("drive.log:3: 1 line is no frame"), HasSubstr("[W201]")));
+  EXPECT_THAT(replay(log, " --model kinematic --strict"),
+              Ends(2, HasSubstr("drive.log:2: expected 6 or 9 decimals")));
+  for (const std::string command :
+       {"dbc decode --dbc DIR/car.dbc", "init --yes --dbc DIR/car.dbc --out DIR/new.toml --can",
+        "fault --config DIR/car.toml --kind wheel_rear.zero --out /dev/null"}) {
+    const std::string line =
+        std::regex_replace(command, std::regex("DIR"), scratch_.path("").string());
+    EXPECT_THAT(run_shell("odom " + line + " " + scratch_.path("drive.log").string() + " --strict"),
+                Ends(2, HasSubstr("drive.log:2: expected 6 or 9 decimals")));
+  }
+}
+
 TEST_F(OdomReplay, NamesTheLineOfAStampThatIsHoursAhead) {
   EXPECT_THAT(replay("(1.000000) can0 102#00\n\n(9000.000000) can0 102#00\n"),
               Ends(2, HasSubstr("drive.log:3: the log pauses for more than an hour")));

@@ -132,12 +132,10 @@ SignalLog read_signals(daemon::Config config, std::span<const std::string> logs)
   diagnostics::Diagnostics warnings;
   const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
   can::BusNames buses;
-  for (const std::string& bus : daemon::expected_buses(config)) buses.index_of(bus);
-  can::MergedLog log(logs, buses);
+  can::MergedLog log = open_mapped_log(config, databases, logs, buses);
   SignalReader reader(config, databases, buses.all());
   LogOrder order;
   while (const can::Frame* frame = log.next()) {
-    if (frame->kind == can::FrameKind::error) continue;
     order.take(frame->time_ns, [&log] { return log.position(); });
     reader.take(*frame);
   }

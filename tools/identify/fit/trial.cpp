@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "can_protocol/bus_names.hpp"
-#include "can_protocol/sources/log_reader.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
 #include "tools/evaluation/score.hpp"
@@ -180,8 +179,7 @@ tools::Drive trial_drive(const std::string& name, const daemon::Config& config,
   tools::Drive drive{.name = name, .folder = name, .config = config};
   drive.databases = daemon::load_databases(drive.config, drive.warnings);
   can::BusNames buses;
-  for (const std::string& bus : daemon::expected_buses(drive.config)) buses.index_of(bus);
-  can::MergedLog log(logs, buses);
+  can::MergedLog log = tools::open_mapped_log(drive.config, drive.databases, logs, buses);
   const auto after = [&drive](double seconds) {
     return drive.frames.front().time_ns + static_cast<std::int64_t>(1e9 * seconds);
   };
