@@ -27,6 +27,11 @@ class LineBuffer {
   /// Reads once. `error` leaves errno as read(2) set it; `again`: no data yet.
   Fill fill(int descriptor) noexcept;
 
+  /// What has been read and not yet returned; valid until the next fill.
+  [[nodiscard]] std::string_view rest() const noexcept {
+    return {data_.get() + begin_, end_ - begin_};
+  }
+
   /// The number of the last line, 1-based.
   [[nodiscard]] std::uint64_t line_number() const noexcept { return line_number_; }
 

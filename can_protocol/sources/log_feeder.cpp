@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "can_protocol/sources/kernel_frame.hpp"
+#include "can_protocol/sources/log_format.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 
 namespace odomd::can {
@@ -220,6 +221,9 @@ bool LogFeeder::read_line() {
   if (wait_for_input() == Waited::stopped) return false;
   switch (buffer_.fill(file_.get())) {
     case LineBuffer::Fill::data:
+      if (buffer_.line_number() > 0) break;
+      if (const auto format = describe_foreign_format(buffer_.rest()))
+        warnings_.add(SourceWarning::foreign_format, label_ + ": " + *format);
       break;
     case LineBuffer::Fill::again:
       break;

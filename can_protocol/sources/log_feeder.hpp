@@ -42,7 +42,7 @@ class LogFeeder final : public FrameSource {
 
   /// `path` may be "-" and may be a FIFO. `buses` and `clock` must outlive this. Only `selected`
   /// frames are released, and only their stamps move the clock. Throws LogError when the log cannot
-  /// be opened.
+  /// be opened or is of another format.
   LogFeeder(std::string path, BusNames& buses, LogClock& clock, FrameSelection selected = {});
   ~LogFeeder() override;
   LogFeeder(const LogFeeder&) = delete;

@@ -6,15 +6,22 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <system_error>
 #include <utility>
+
+#include "can_protocol/sources/log_format.hpp"
 
 namespace odomd::can {
 namespace {
 
 std::string reason(int error) {
   return std::generic_category().message(error);
+}
+
+void require_candump(const std::string& label, std::string_view start) {
+  if (const auto format = describe_foreign_format(start)) throw LogError(label + ": " + *format);
 }
 
 }  // namespace
@@ -36,6 +43,11 @@ FileDescriptor open_log(const std::string& path, FifoOpening fifo) {
   struct stat status {};
   if (::fstat(file.get(), &status) == 0 && S_ISDIR(status.st_mode))
     throw LogError(path + ": is a directory; name a candump log (candump -L) in it");
+  if (S_ISREG(status.st_mode)) {
+    std::array<char, 16384> start;
+    const ssize_t size = ::pread(file.get(), start.data(), start.size(), 0);
+    if (size > 0) require_candump(path, {start.data(), static_cast<std::size_t>(size)});
+  }
   return file;
 }
 
@@ -57,6 +69,7 @@ const Frame* LogReader::next() {
     }
     switch (buffer_.fill(file_.get())) {
       case LineBuffer::Fill::data:
+        if (buffer_.line_number() == 0) require_candump(label_, buffer_.rest());
         break;
       case LineBuffer::Fill::again: {
         pollfd readable{file_.get(), POLLIN, 0};

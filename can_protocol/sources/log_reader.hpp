@@ -19,7 +19,7 @@ namespace odomd::can {
 enum class FifoOpening : std::uint8_t { wait_for_writer, at_once };
 
 /// Opens a log for reading; "-" is standard input. Throws LogError when it is missing, a directory,
-/// or not readable.
+/// not readable, or a file of another format.
 [[nodiscard]] FileDescriptor open_log(const std::string& path,
                                       FifoOpening fifo = FifoOpening::wait_for_writer);
 

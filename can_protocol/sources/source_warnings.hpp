@@ -16,6 +16,7 @@ namespace odomd::can {
 enum class SourceWarning : std::uint8_t {
   malformed_line,
   damaged_line,
+  foreign_format,
   too_many_buses,
   one_stamp,
   long_pause,

@@ -1,4 +1,4 @@
-// Lines that are no frames, and damaged ones.
+// Lines that are no frames, damaged ones, and files of other formats: offline and live alike.
 #include "can_protocol/sources/log_lines.hpp"
 
 #include <gmock/gmock.h>
@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "can_protocol/sources/log_format.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "tests/can_protocol/temporary_file.hpp"
 
@@ -95,6 +96,61 @@ TEST(LogLines, CountsDamagedStretchesAndRefusesThemWhenStrict) {
     EXPECT_EQ(strict.frames, 1U);
     EXPECT_THAT(strict.error, HasSubstr("drive.log:2: expected"));
   }
+}
+
+struct Foreign {
+  std::string start;
+  std::string what;
+  std::string way;
+};
+
+TEST(LogFormat, NamesWhatTheFileIsAndTheWayToACandumpLog) {
+  const std::string trc =
+      "\n;---+--   ----+----  --+--\n     1)         0.1  Rx         0123  4  64\n";
+  const std::vector<Foreign> files{
+      {"date Mon Jan 5 10:00:00.000 am 2026\nbase hex  timestamps absolute\n", "ASC", "asc2log"},
+      {"LOGG\x90\0\0\0"s, "BLF", "can_logconvert"},
+      {";$FILEVERSION=1.1" + trc, "TRC", "can_logconvert"},
+      {";$FILEVERSION=2.1\n;$STARTTIME=43008.920986006946\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n", "TRC",
+       "can_logconvert"},
+      {";##########\n;   C:\\test.trc\n;    CAN activities" + trc, "TRC", "can_logconvert"},
+      {"MDF     4.10    CANedge\0"s, "MF4", "can_logconvert"},
+      {"\n\r\r\n\x1C\0\0\0"s, "pcapng", "candump -L"},
+      {"\xD4\xC3\xB2\xA1\2\0\4\0"s, "pcap", "candump -L"},
+      {"\x4D\x3C\xB2\xA1\2\0\4\0"s, "pcap", "candump -L"},
+      {"Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2\n166064000,00000123,false,Rx,0,8,1,2\n", "CSV",
+       "SavvyCAN"},
+      {"timestamp,arbitration_id,extended,remote,error,dlc,data\n", "CSV", "can_logconvert"},
+      {"# Logger type: CL2000\nTimestamp;Type;ID;Data\n21T170000123;0;123;64003200\n", "CSV",
+       "(seconds) interface id#data"},
+      {"***BUSMASTER Ver 3.2.2***\n***PROTOCOL CAN***\n", "BUSMASTER", "asc2log"},
+      {"#ROSBAG V2.0\nE\0\0\0"s, "ROS bag", "candump -L vcan0"},
+      {"\x89MCAP0\r\n\1"s, "MCAP", "candump -L vcan0"},
+      {"SQLite format 3\0"s, "ROS 2", "candump -L vcan0"},
+      {"  can0  123   [4]  64 00 32 00\n", "display of candump", "candump -L"},
+      {" (1700000000.000100)  can0  123   [4]  64 00 32 00\n", "display of candump", "candump -L"},
+      {" (000.000000)  vcan1  18DAF110  [08]  02 10 03 00 00 00 00 00\n", "display of candump",
+       "candump -L"},
+      {"\x1F\x8B\x08\0"s, "gzip", "zcat FILE | odom ... -"},
+      {"\xFD"
+       "7zXZ\0"s,
+       "xz", "xzcat"},
+      {"\x28\xB5\x2F\xFD\4"s, "zstd", "zstdcat"},
+      {"BZh91AY&SY", "bzip2", "bzcat"},
+      {"PK\3\4\x14\0"s, "zip", "unzip -p"},
+      {"\xFF\xFE(\0001\0"s, "UTF-16", "iconv"},
+  };
+  for (const Foreign& file : files) {
+    const auto text = describe_foreign_format(file.start);
+    EXPECT_THAT(text.value_or("unknown"), AllOf(HasSubstr(file.what), HasSubstr(file.way)))
+        << file.start;
+    const Outcome outcome = read(file.start);
+    EXPECT_THAT(outcome.error, HasSubstr("drive.log: is ")) << file.start;
+  }
+  for (const std::string& log : {first, joined({"; a, b, c, d\n", first}),
+                                 joined({"# base hex\n", first}), joined({"\xEF\xBB\xBF", first}),
+                                 ""s, joined({std::string(100, '\0'), "\n", first}), "(1.0000"s})
+    EXPECT_EQ(describe_foreign_format(log).value_or(""), "") << log;
 }
 
 }  // namespace
