@@ -5,6 +5,7 @@
 #include <array>
 #include <fstream>
 
+#include "base/input_file.hpp"
 #include "can_protocol/dbc/lexer.hpp"
 
 namespace odomd::can {
@@ -34,10 +35,10 @@ const Named* find_named(const std::vector<Named>& all, std::string_view name) {
 }  // namespace
 
 Database read_dbc(const std::filesystem::path& file) {
-  std::error_code ignored;
+  if (const std::string problem = problem_with_input(file); !problem.empty())
+    throw DbcError(file.string() + ": " + problem);
   std::ifstream in(file, std::ios::binary);
-  if (!in || std::filesystem::is_directory(file, ignored))
-    throw DbcError(file.string() + ": cannot be read; name a DBC file that exists");
+  if (!in) throw DbcError(file.string() + ": cannot be read; name a DBC file that exists");
   const std::string text = read_up_to(in, largest_file + 1);
   if (text.size() > largest_file)
     throw DbcError(file.string() + ": is larger than 16 MiB; name a DBC file");

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "base/input_file.hpp"
 #include "base/nearest_name.hpp"
 #include "daemon/core/toml_depth.hpp"
 
@@ -262,8 +263,7 @@ std::string read_toml_file(const std::filesystem::path& file) {
   const auto unusable = [&](std::string_view what) {
     throw ConfigError(fmt::format("{}: {}", file.string(), what));
   };
-  std::error_code error;
-  if (std::filesystem::is_directory(file, error)) unusable("is a directory, not a configuration");
+  if (const std::string problem = problem_with_input(file); !problem.empty()) unusable(problem);
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
   if (!stream)

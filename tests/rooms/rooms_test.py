@@ -55,7 +55,7 @@ tools/drive_files: daemon/diagnostics base can_protocol/sources estimator/common
 tools/chart: tools/cli
 tools/diagnostics: daemon/diagnostics estimator/common shm_api/include/odom daemon/core tools/math tools/cli
     tools/drive_files
-tools/replay: daemon/diagnostics can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
+tools/replay: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
     estimator/common daemon/core tools/cli tools/drive_files tools/diagnostics
 tools/evaluation: daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files tools/chart
     tools/diagnostics tools/replay

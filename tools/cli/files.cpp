@@ -5,6 +5,7 @@
 #include <string>
 #include <system_error>
 
+#include "base/input_file.hpp"
 #include "tools/cli/output.hpp"
 
 namespace odomd::tools {
@@ -39,10 +40,8 @@ std::ofstream open_output_for(const std::filesystem::path& file,
 }  // namespace
 
 std::ifstream open_input(const std::filesystem::path& file) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(file, ignored)) {
-    throw std::invalid_argument(file.string() + ": is a directory; name a file");
-  }
+  if (const std::string problem = problem_with_input(file); !problem.empty())
+    throw std::invalid_argument(file.string() + ": " + problem);
   errno = 0;
   std::ifstream input{file, std::ios::binary};
   if (!input) throw std::invalid_argument(file.string() + ": " + reason());

@@ -9,7 +9,7 @@
 
 namespace odomd::tools {
 
-/// Throws std::invalid_argument: "x.csv: no such file", "x.csv: is a directory, not a file", ...
+/// Throws std::invalid_argument: "x.csv: no such file", "x.csv: is a directory; name a file", ...
 [[nodiscard]] std::ifstream open_input(const std::filesystem::path& file);
 
 /// Opens a file for writing. Throws std::invalid_argument if that fails.

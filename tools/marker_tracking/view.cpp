@@ -34,7 +34,7 @@ Lens read_lens(const std::filesystem::path& file) {
     throw std::invalid_argument(file.string() + ": " + what +
                                 "; calibrate with odom identify track --calibrate");
   };
-  if (!std::filesystem::exists(file)) fail("no such file");
+  if (!std::filesystem::is_regular_file(file)) fail("no such file");
   Lens lens;
   try {
     const cv::FileStorage storage(file.string(), cv::FileStorage::READ);

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/input_file.hpp"
 #include "can_protocol/decode/decoder.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/diagnostics/log_order.hpp"
@@ -81,7 +82,12 @@ void check_folder(const fs::path& folder) {
 
 std::optional<fs::path> log_in(const fs::path& folder) {
   for (const char* name : {"drive.log", "can.log"}) {
-    if (auto file = file_in(folder, name)) return file;
+    const auto file = file_in(folder, name);
+    if (!file) continue;
+    if (const std::string_view kind = kind_of_no_file(*file); !kind.empty())
+      throw std::invalid_argument(file->string() + ": is " + std::string(kind) +
+                                  ", not a file; give a log that is no file with --can");
+    return file;
   }
   return std::nullopt;
 }

@@ -20,7 +20,7 @@ TEST_F(ConfigTest, RefusesAFileThatIsNotThere) {
 
 TEST_F(ConfigTest, RefusesADirectory) {
   std::filesystem::create_directory(file_);
-  EXPECT_EQ(error(), "car.toml: is a directory, not a configuration");
+  EXPECT_EQ(error(), "car.toml: is a directory; name a file");
 }
 
 TEST_F(ConfigTest, RefusesWhatIsNotToml) {
