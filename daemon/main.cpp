@@ -45,6 +45,7 @@ int run_command_line(int argc, char** argv) {
   Options options;
   try {
     add_options(app, options);
+    refuse_empty_values(app);
     app.parse(argc, argv);
     start(options);
     return std::cout.flush() ? done : report("standard output: cannot be written", failed);

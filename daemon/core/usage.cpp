@@ -122,6 +122,16 @@ std::string no_command(std::string_view given, std::span<const std::string> name
   return names.empty() ? what : what + fmt::format("; there are: {}", fmt::join(names, ", "));
 }
 
+void refuse_empty_values(CLI::App& program) {
+  for (CLI::Option* option : program.get_options())
+    if (option->get_items_expected_max() > 0)
+      option->check([](const std::string& value) {
+        return value.empty() ? "is empty; give a value, or leave it out" : "";
+      });
+  for (CLI::App* command : program.get_subcommands([](CLI::App*) { return true; }))
+    refuse_empty_values(*command);
+}
+
 Mistake mistake_in(const CLI::App& program, const CLI::ParseError& error) {
   if (const auto stray = first_stray(program)) return {stray->called, unknown(*stray)};
   const CLI::App& command = innermost(program);
@@ -129,6 +139,11 @@ Mistake mistake_in(const CLI::App& program, const CLI::ParseError& error) {
       dynamic_cast<const CLI::RequiredError*>(&error) != nullptr)
     return {called_name(program),
             fmt::format("no command given; there are: {}", fmt::join(names_below(command), ", "))};
+  if (dynamic_cast<const CLI::ConversionError*>(&error) != nullptr)
+    return {called_name(program),
+            fmt::format("{}: write a number with a decimal point and without a unit, in the unit "
+                        "of the help",
+                        error.what())};
   return {called_name(program), error.what()};
 }
 

@@ -31,6 +31,10 @@ struct Mistake {
 /// that is missing.
 [[nodiscard]] Mistake mistake_in(const CLI::App& program, const CLI::ParseError& error);
 
+/// Makes an option or argument whose value is empty wrong usage: a variable of a shell may be
+/// unset.
+void refuse_empty_values(CLI::App& program);
+
 /// "odom camera send": the program and the subcommands that were recognised.
 [[nodiscard]] std::string called_name(const CLI::App& program);
 

@@ -48,6 +48,7 @@ int CommandLine::run(int argc, const char* const* argv) noexcept {
   int status = exit_done;
   try {
     try {
+      daemon::refuse_empty_values(odom);
       odom.parse(argc, argv);
     } catch (const Ended& ended) {
       status = ended.status();
