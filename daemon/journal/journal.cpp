@@ -11,6 +11,7 @@
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/basic_file_sink.h>
 
+#include "base/input_file.hpp"
 #include "daemon/journal/error_sink.hpp"
 
 namespace odomd::daemon {
@@ -53,6 +54,8 @@ bool writes_to_journal() {
          fmt::format("{}:{}", error.st_dev, error.st_ino) == stream;
 }
 
+constexpr auto terminal_pattern = "%H:%M:%S.%e odomd %l: %v";
+
 std::shared_ptr<spdlog::sinks::sink> open_sink(const LogConfig& config) {
   if (config.file.empty()) {
     auto sink = std::make_shared<ErrorSink>();
@@ -61,10 +64,13 @@ std::shared_ptr<spdlog::sinks::sink> open_sink(const LogConfig& config) {
       formatter->add_flag<SyslogLevel>('*').set_pattern("%*%l: %v");
       sink->set_formatter(std::move(formatter));
     } else {
-      sink->set_pattern("%H:%M:%S.%e odomd %l: %v");
+      sink->set_pattern(terminal_pattern);
     }
     return sink;
   }
+  if (const std::string_view kind = kind_of_no_file(config.file); !kind.empty())
+    throw spdlog::spdlog_ex(
+        fmt::format("is {}; name a file, or remove the key to log to standard error", kind));
   auto sink = std::make_shared<spdlog::sinks::basic_file_sink_st>(config.file.string());
   sink->set_pattern("%Y-%m-%dT%H:%M:%S.%e%z odomd[%P] %l: %v");
   return sink;
@@ -81,6 +87,17 @@ Journal::Journal(const LogConfig& config) : config_(config) {
   }
   logger_->set_level(spdlog::level::from_str(config.level));
   logger_->flush_on(spdlog::level::trace);
+  logger_->set_error_handler([this](const std::string& what) { report_unwritten(what); });
+}
+
+void Journal::report_unwritten(const std::string& what) {
+  const Message message{spdlog::level::err,
+                        fmt::format("{}: messages are lost: {}; make room, or correct [log] file",
+                                    config_.file.string(), what)};
+  if (!repeats_.take(message, now_ns_)) return;
+  ErrorSink terminal;
+  terminal.set_pattern(terminal_pattern);
+  terminal.log({"odomd", message.level, one_line(message.text)});
 }
 
 void Journal::reopen() {

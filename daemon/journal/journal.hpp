@@ -42,6 +42,8 @@ class Journal {
 
  private:
   void count(spdlog::level::level_enum level, const std::string& text);
+  /// Says on standard error that the file cannot be written; repeats are counted for the file.
+  void report_unwritten(const std::string& what);
   void write(const Message& message) { logger_->log(message.level, "{}", message.text); }
 
   LogConfig config_;

@@ -2,8 +2,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -116,6 +119,38 @@ TEST_F(JournalTest, KeepsTheOldFileWhereTheNewOneCannotBeMade) {
 
 TEST_F(JournalTest, RefusesAFileThatCannotBeOpened) {
   EXPECT_THROW(Journal({directory_, "info"}), std::invalid_argument);
+  EXPECT_THROW(Journal({"/dev/null", "info"}), std::invalid_argument);
+  ASSERT_EQ(::mkfifo(file_.c_str(), 0600), 0);
+  EXPECT_THROW(Journal({file_, "info"}), std::invalid_argument) << "it would wait for a reader";
+}
+
+TEST_F(JournalTest, KeepsItsFileWhereAPipeTookItsName) {
+  Journal journal({file_, "info"});
+  const auto moved = directory_ / "moved";
+  std::filesystem::rename(file_, moved);
+  ASSERT_EQ(::mkfifo(file_.c_str(), 0600), 0);
+  journal.reopen();
+  EXPECT_THAT(content(moved), HasSubstr("keeping the old one: is a named pipe"));
+}
+
+TEST_F(JournalTest, SaysOnceOnStandardErrorThatItsFileIsFull) {
+  Journal journal({file_, "info"});
+  journal.turn(0);
+  std::filesystem::resize_file(file_, 1 << 20);
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit smaller{1 << 19, before.rlim_max};
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  testing::internal::CaptureStderr();
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &smaller), 0);
+  for (int i = 0; i < 5; ++i) journal.info("lost");
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  static_cast<void>(std::signal(SIGXFSZ, handler));
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(said, HasSubstr(" odomd error: " + file_.string() + ": messages are lost: "));
+  EXPECT_EQ(said.find('\n'), said.size() - 1) << said;
+  journal.turn(second);
+  EXPECT_THAT(content(file_), HasSubstr("messages are lost"));
 }
 
 }  // namespace
