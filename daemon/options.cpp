@@ -7,9 +7,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "can_protocol/sources/open_source.hpp"
 #include "daemon/core/usage.hpp"
 #include "daemon/sockets/local_socket.hpp"
 #include "shm_api/libodom/service.h"
+#include "shm_api/segment_file.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -70,6 +72,47 @@ void place(const Options& options, Config& config) {
   if (!options.camera_senders.empty()) {
     config.camera.socket_mode = 0660;
     config.camera.socket_group = options.camera_senders;
+  }
+}
+
+struct Used {
+  std::string by;
+  std::filesystem::path path;
+};
+
+std::vector<Used> created_files(const Config& config) {
+  const std::string segment = shm::segment_path(config.shm.name);
+  std::vector<Used> all{
+      {"the segment ([shm] name, --shm)", segment},
+      {"the lock of the segment", segment + ".lock"},
+      {"the unfinished segment", segment + ".tmp"},
+      {"the status socket ([status] socket, --status-socket)", config.status.socket},
+      {"the record socket ([record] socket)", record_socket(config)}};
+  if (config.camera.configured)
+    all.push_back({"the camera socket ([camera] socket, --camera-socket)", config.camera.socket});
+  if (!config.log.file.empty()) all.push_back({"the log ([log] file)", config.log.file});
+  return all;
+}
+
+/// Whatever the daemon creates must have a path that nothing else has that it creates or reads.
+void require_distinct_paths(const Config& config) {
+  const auto is_same = [](const auto& one, const auto& other) {
+    std::error_code missing;
+    return std::filesystem::equivalent(one, other, missing) ||
+           std::filesystem::weakly_canonical(one, missing) ==
+               std::filesystem::weakly_canonical(other, missing);
+  };
+  std::vector<Used> others{{"the configuration", config.file}};
+  for (const auto& database : config.can.dbc) others.push_back({"a database", database});
+  for (const std::string& source : config.can.sources)
+    if (can::source_kind(source) == can::SourceKind::log)
+      others.push_back({"a log that is played", source});
+  for (const Used& mine : created_files(config)) {
+    for (const Used& other : others)
+      if (is_same(mine.path, other.path))
+        throw std::invalid_argument(fmt::format("{} and {} have one path, {}; name another for one",
+                                                other.by, mine.by, mine.path.string()));
+    others.push_back(mine);
   }
 }
 
@@ -150,6 +193,7 @@ Config configure(const Options& options) {
     config.initial_pose = parsed("--initial", [&] { return parse_pose(options.initial); });
   place(options, config);
   if (!options.log_level.empty()) config.log.level = options.log_level;
+  require_distinct_paths(config);
   return config;
 }
 
