@@ -22,7 +22,7 @@ constexpr int accepts_per_turn =
     16;  // per socket: a flood of connections does not block housekeeping
 constexpr std::int64_t linger_ns = 200'000'000;  // after the last input has ended
 constexpr std::int64_t mode_every_ns = 1'000'000'000;
-constexpr std::int64_t segment_every_ns = 500'000'000;
+constexpr std::int64_t files_every_ns = 500'000'000;
 constexpr std::int64_t status_every_ns = 1'000'000'000;  // to the service manager
 
 double milliseconds(std::int64_t ns) {
@@ -56,12 +56,12 @@ Housekeeping::Housekeeping(const Running& running, Journal& journal, FileDescrip
       at_end_(at_end) {}
 
 void Housekeeping::run() {
-  std::array<pollfd, 4> inputs{pollfd{signals_.get(), POLLIN, 0},
-                               pollfd{camera_ ? camera_->get() : -1, POLLIN, 0},
-                               pollfd{status_ ? status_->get() : -1, POLLIN, 0},
-                               pollfd{recorders_ ? recorders_->get() : -1, POLLIN, 0}};
   while (!stop_) {
     ::poll(inputs.data(), inputs.size(), turn_ms);
+    std::array<pollfd, 4> inputs{pollfd{signals_.get(), POLLIN, 0},
+                                 pollfd{camera_ ? camera_->get() : -1, POLLIN, 0},
+                                 pollfd{status_ ? status_->get() : -1, POLLIN, 0},
+                                 pollfd{recorders_ ? recorders_->socket().get() : -1, POLLIN, 0}};
     const std::int64_t now_ns = monotonic_now();
     journal_.turn(now_ns);
     if (inputs[0].revents != 0) read_signals();
@@ -76,7 +76,7 @@ void Housekeeping::run() {
     if (seen.valid) report_mode(seen.pose, now_ns);
     running_.cameras.close_ended();
     sources_.look(seen, now_ns, journal_);
-    look_at_segment(now_ns);
+    look_at_files(now_ns);
     look_at_end(now_ns);
     notify_service_manager(now_ns);
   }
@@ -181,9 +181,29 @@ void Housekeeping::report_mode(const odom_pose& pose, std::int64_t now_ns) {
   mode_logged_ns_ = now_ns;
 }
 
-void Housekeeping::look_at_segment(std::int64_t now_ns) {
-  if (now_ns - segment_seen_ns_ < segment_every_ns) return;
-  segment_seen_ns_ = now_ns;
+void Housekeeping::look_at_files(std::int64_t now_ns) {
+  if (now_ns - files_seen_ns_ < files_every_ns) return;
+  files_seen_ns_ = now_ns;
+  look_at_segment();
+  if (camera_) look_at_socket(*camera_);
+  if (status_) look_at_socket(*status_);
+  if (recorders_) look_at_socket(recorders_->socket());
+}
+
+void Housekeeping::look_at_socket(LocalSocket& socket) {
+  try {
+    if (socket.renew())
+      journal_.warn(
+          fmt::format("{}: the socket was removed or replaced while odomd was running; it has been "
+                      "recreated: leave it in place",
+                      socket.path().string()));
+  } catch (const std::exception& error) {
+    journal_.warn_counted(fmt::format(
+        "a socket was removed while odomd was running and cannot be recreated: {}", error.what()));
+  }
+}
+
+void Housekeeping::look_at_segment() {
   const std::string& name = running_.config.shm.name;
   try {
     switch (running_.writer.look_after()) {

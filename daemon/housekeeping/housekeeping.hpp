@@ -41,7 +41,9 @@ class Housekeeping {
   void report_events();
   void report(const Event& event);
   void report_mode(const odom_pose& pose, std::int64_t now_ns);
-  void look_at_segment(std::int64_t now_ns);
+  void look_at_files(std::int64_t now_ns);
+  void look_at_segment();
+  void look_at_socket(LocalSocket& socket);
   void look_at_end(std::int64_t now_ns);
   void notify_service_manager(std::int64_t now_ns);
   [[nodiscard]] PublishedPose published();
@@ -61,7 +63,7 @@ class Housekeeping {
   gid_t camera_group_ = 0;
   AtEnd at_end_;
   std::unique_ptr<odom_client, CloseClient> client_;  // reads what the beat publishes
-  std::int64_t segment_seen_ns_ = 0;
+  std::int64_t files_seen_ns_ = 0;
   std::int64_t ended_ns_ = 0;  // since when all inputs have ended
   std::int64_t last_status_ns_ = 0;
   std::uint32_t logged_mode_ = ODOM_INITIALISING;  // as logged last; at most once a second

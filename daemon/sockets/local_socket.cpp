@@ -75,8 +75,9 @@ void remove_stale(const LocalSocketSettings& settings, const sockaddr_un& addres
 
 }  // namespace
 
-LocalSocket::LocalSocket(const LocalSocketSettings& settings) : path_(settings.path) {
-  const sockaddr_un address = address_of(path_);
+LocalSocket::LocalSocket(const LocalSocketSettings& settings) : settings_(settings) {
+  const std::filesystem::path& path = settings_.path;
+  const sockaddr_un address = address_of(path);
   // As chown has it: -1 changes nothing.
   const gid_t group = settings.group.empty() ? static_cast<gid_t>(-1) : group_named(settings.group);
   make_directory(settings);
@@ -84,27 +85,39 @@ LocalSocket::LocalSocket(const LocalSocketSettings& settings) : path_(settings.p
 
   FileDescriptor descriptor(
       ::socket(AF_UNIX, type_of(settings.type) | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  if (!descriptor) fail(path_, "cannot create a socket");
+  if (!descriptor) fail(path, "cannot create a socket");
   if (::bind(descriptor.get(), generic(address), sizeof address) != 0)
-    refuse(path_, fmt::format("cannot be created: {}; {}", std::strerror(errno), settings.fix));
+    refuse(path, fmt::format("cannot be created: {}; {}", std::strerror(errno), settings.fix));
   struct stat status {};
-  if (::lstat(path_.c_str(), &status) != 0) fail(path_, "cannot be found again");
+  if (::lstat(path.c_str(), &status) != 0) fail(path, "cannot be found again");
   device_ = status.st_dev;
   inode_ = status.st_ino;
   descriptor_ = std::move(descriptor);
   // Nobody can connect before listen(), so mode and group are set in time.
-  if (::chown(path_.c_str(), static_cast<uid_t>(-1), group) != 0)
-    fail(path_, fmt::format("cannot give it to the group {}", settings.group));
-  if (::chmod(path_.c_str(), settings.mode) != 0) fail(path_, "cannot set its mode");
-  if (::listen(descriptor_.get(), backlog) != 0) fail(path_, "cannot listen");
+  if (::chown(path.c_str(), static_cast<uid_t>(-1), group) != 0)
+    fail(path, fmt::format("cannot give it to the group {}", settings.group));
+  if (::chmod(path.c_str(), settings.mode) != 0) fail(path, "cannot set its mode");
+  if (::listen(descriptor_.get(), backlog) != 0) fail(path, "cannot listen");
 }
 
 LocalSocket::~LocalSocket() {
-  if (!descriptor_) return;
   // Our file may have been removed, and another daemon may be listening under its name.
+  if (descriptor_ && is_in_place()) ::unlink(path().c_str());
+}
+
+bool LocalSocket::is_in_place() const noexcept {
   struct stat status {};
-  if (::lstat(path_.c_str(), &status) != 0) return;
-  if (status.st_dev == device_ && status.st_ino == inode_) ::unlink(path_.c_str());
+  return ::lstat(path().c_str(), &status) == 0 && status.st_dev == device_ &&
+         status.st_ino == inode_;
+}
+
+bool LocalSocket::renew() {
+  if (is_in_place()) return false;
+  LocalSocket successor(settings_);
+  std::swap(device_, successor.device_);
+  std::swap(inode_, successor.inode_);
+  std::swap(descriptor_, successor.descriptor_);
+  return true;
 }
 
 FileDescriptor LocalSocket::accept() const noexcept {

@@ -37,13 +37,19 @@ class LocalSocket {
   LocalSocket& operator=(const LocalSocket&) = delete;
 
   [[nodiscard]] int get() const noexcept { return descriptor_.get(); }
-  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+  [[nodiscard]] const std::filesystem::path& path() const noexcept { return settings_.path; }
 
   /// A connection, non-blocking and close-on-exec; empty when none is waiting.
   [[nodiscard]] FileDescriptor accept() const noexcept;
 
+  /// Listens anew if its file was removed or replaced; false if it is in place. Throws as the
+  /// constructor does, and then still listens as before.
+  bool renew();
+
  private:
-  std::filesystem::path path_;
+  [[nodiscard]] bool is_in_place() const noexcept;
+
+  LocalSocketSettings settings_;
   dev_t device_ = 0;  // with the inode: identifies our file
   ino_t inode_ = 0;
   FileDescriptor descriptor_;

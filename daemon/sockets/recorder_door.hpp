@@ -32,8 +32,8 @@ class RecorderDoor {
  public:
   RecorderDoor(const Recorded& recorded, LocalSocket socket, std::vector<RecordingFile> files);
 
-  /// The listening socket, to poll.
-  [[nodiscard]] int get() const noexcept { return socket_.get(); }
+  /// The listening socket, to poll and to renew.
+  [[nodiscard]] LocalSocket& socket() noexcept { return socket_; }
 
   /// Accepts a recorder, or sends it the reason for refusing it.
   void accept(std::int64_t now_ns, Journal& journal);

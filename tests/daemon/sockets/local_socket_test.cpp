@@ -56,6 +56,24 @@ class LocalSocketTest : public testing::Test {
   std::filesystem::path path_;
 };
 
+TEST_F(LocalSocketTest, ListensAnewWhereItsFileWasRemovedOrReplaced) {
+  LocalSocket socket(settings());
+  EXPECT_FALSE(socket.renew());
+  std::filesystem::remove(path_);
+  EXPECT_TRUE(socket.renew());
+  EXPECT_FALSE(socket.renew());
+  const FileDescriptor camera(connect_to(path_));
+  EXPECT_TRUE(camera);
+  EXPECT_TRUE(socket.accept());
+
+  std::filesystem::remove(path_);
+  std::ofstream(path_) << "precious";
+  EXPECT_THROW(socket.renew(), std::runtime_error);
+  EXPECT_EQ(std::filesystem::file_size(path_), 8U);
+  std::filesystem::remove(path_);
+  EXPECT_TRUE(socket.renew());
+}
+
 TEST_F(LocalSocketTest, LeavesTheFileOfASuccessorAlone) {
   std::optional<LocalSocket> first(settings());
   std::filesystem::remove(path_);
