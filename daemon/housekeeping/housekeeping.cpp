@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <utility>
 
 #include <fmt/format.h>
@@ -57,15 +58,16 @@ Housekeeping::Housekeeping(const Running& running, Journal& journal, FileDescrip
 
 void Housekeeping::run() {
   while (!stop_) {
-    ::poll(inputs.data(), inputs.size(), turn_ms);
     std::array<pollfd, 4> inputs{pollfd{signals_.get(), POLLIN, 0},
                                  pollfd{camera_ ? camera_->get() : -1, POLLIN, 0},
                                  pollfd{status_ ? status_->get() : -1, POLLIN, 0},
                                  pollfd{recorders_ ? recorders_->socket().get() : -1, POLLIN, 0}};
+    ::poll(inputs.data(), inputs.size(), turn_ms);
     const std::int64_t now_ns = monotonic_now();
     journal_.turn(now_ns);
     if (inputs[0].revents != 0) read_signals();
-    if (inputs[1].revents != 0) accept_cameras();
+    running_.cameras.close_ended(now_ns);  // first: it makes room
+    if (inputs[1].revents != 0) accept_cameras(now_ns);
     if (inputs[2].revents != 0) serve_status(now_ns);
     // In this order, so that a recorder that disconnected does not block the next one.
     if (recorders_) recorders_->serve(now_ns, journal_);
@@ -74,7 +76,6 @@ void Housekeeping::run() {
     report_events();
     const PublishedPose seen = published();
     if (seen.valid) report_mode(seen.pose, now_ns);
-    running_.cameras.close_ended();
     sources_.look(seen, now_ns, journal_);
     look_at_files(now_ns);
     look_at_end(now_ns);
@@ -96,7 +97,7 @@ void Housekeeping::read_signals() {
   }
 }
 
-void Housekeeping::accept_cameras() {
+void Housekeeping::accept_cameras(std::int64_t now_ns) {
   for (int i = 0; i < accepts_per_turn; ++i) {
     auto connection = camera_->accept();
     if (!connection) return;
@@ -107,16 +108,20 @@ void Housekeeping::accept_cameras() {
           fmt::format("a camera process (pid {}, uid {}) was refused; add its user to "
                       "the group of [camera] socket_group",
                       peer ? peer->pid : 0, peer ? peer->uid : 0));
+      running_.cameras.refuse(std::move(connection), -EACCES);
       continue;
     }
-    if (running_.cameras.admit(std::move(connection), *peer)) {
-      journal_.info_counted(
-          fmt::format("a camera process connected (pid {}, uid {})", peer->pid, peer->uid));
-    } else {
+    const auto admission = running_.cameras.admit(std::move(connection), *peer, now_ns);
+    if (admission == CameraDoor::Admission::refused)
       journal_.warn_counted(fmt::format(
           "a camera process (pid {}) was refused: {} are already connected; stop one of them",
           peer->pid, CameraDoor::max_connections));
-    }
+    else
+      journal_.info_counted(
+          fmt::format("a camera process connected (pid {}, uid {}){}", peer->pid, peer->uid,
+                      admission == CameraDoor::Admission::free_slot
+                          ? ""
+                          : " in place of one that sent no valid pose for 2 s: all were taken"));
   }
 }
 

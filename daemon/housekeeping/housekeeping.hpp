@@ -36,7 +36,7 @@ class Housekeeping {
 
  private:
   void read_signals();
-  void accept_cameras();
+  void accept_cameras(std::int64_t now_ns);
   void serve_status(std::int64_t now_ns);
   void report_events();
   void report(const Event& event);

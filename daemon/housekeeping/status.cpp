@@ -21,11 +21,11 @@ namespace {
 constexpr double ns_per_s = 1e9;
 constexpr double ns_per_us = 1e3;
 
-constexpr std::array<std::string_view, 19> conditions_by_bit{
-    "not_realtime", "restarted",    "bus_down",      "signal_timeout",   "protection",
-    "frames_lost",  "carried_over", "clock_stepped", "suspended",        "camera_rejected",
-    "model_fault",  "non_finite",   "input_ended",   "sensor_fault",     "wheel_slip",
-    "miswired",     "inconsistent", "bias_unlearnt", "scale_implausible"};
+constexpr std::array<std::string_view, 20> conditions_by_bit{
+    "not_realtime", "restarted",    "bus_down",      "signal_timeout",    "protection",
+    "frames_lost",  "carried_over", "clock_stepped", "suspended",         "camera_rejected",
+    "model_fault",  "non_finite",   "input_ended",   "sensor_fault",      "wheel_slip",
+    "miswired",     "inconsistent", "bias_unlearnt", "scale_implausible", "camera_refused"};
 
 constexpr std::array<std::string_view, 4> link_names{"up", "down", "gone", "ended"};
 

@@ -99,6 +99,7 @@ void Beat::drain_cameras(std::int64_t now_ns) noexcept {
   }
   for (std::size_t i = 0; i < drained.malformed; ++i)
     parts_.pipeline.take_malformed_camera_message();
+  seen_.cameras_refused = parts_.cameras.refused();
   counters_.camera_messages.add(drained.poses + drained.malformed);
   counters_.camera_malformed.add(drained.malformed);
 }

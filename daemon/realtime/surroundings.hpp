@@ -11,18 +11,20 @@ namespace odomd::daemon {
 /// The observations of one tick.
 struct Sighting {
   std::int64_t now_ns = 0;
-  bool link_down = false;         ///< a bus is down or gone
-  bool input_ended = false;       ///< a log or a pipe has ended
-  bool carried_over = false;      ///< a drain left frames for the next tick
-  bool clock_stepped = false;     ///< since the previous tick
-  bool suspended = false;         ///< since the previous tick
-  std::uint64_t frames_lost = 0;  ///< dropped by the kernel since start, all buses
+  bool link_down = false;             ///< a bus is down or gone
+  bool input_ended = false;           ///< a log or a pipe has ended
+  bool carried_over = false;          ///< a drain left frames for the next tick
+  bool clock_stepped = false;         ///< since the previous tick
+  bool suspended = false;             ///< since the previous tick
+  std::uint64_t frames_lost = 0;      ///< dropped by the kernel since start, all buses
+  std::uint64_t cameras_refused = 0;  ///< connections since start
 };
 
 class Surroundings {
  public:
   static constexpr std::int64_t memory_ns = 1'000'000'000;    ///< how long an incident is reported
   static constexpr std::int64_t restart_ns = 10'000'000'000;  ///< how long a restart is reported
+  static constexpr std::int64_t refusal_ns = 10'000'000'000;  ///< how long a refusal is reported
 
   /// `standing` are conditions that hold from start to end.
   explicit Surroundings(std::uint32_t standing) : standing_(standing) {}
@@ -34,7 +36,9 @@ class Surroundings {
     if (seen.frames_lost != frames_lost_) lost_.happened(seen.now_ns);
     if (seen.clock_stepped) stepped_.happened(seen.now_ns);
     if (seen.suspended) suspended_.happened(seen.now_ns);
+    if (seen.cameras_refused != cameras_refused_) refused_.happened(seen.now_ns);
     frames_lost_ = seen.frames_lost;
+    cameras_refused_ = seen.cameras_refused;
 
     std::uint32_t bits = standing_;
     const auto add = [&](bool holds, std::uint32_t bit) { bits |= holds ? bit : 0U; };
@@ -45,6 +49,7 @@ class Surroundings {
     add(stepped_.within(memory_ns, seen.now_ns), ODOM_COND_CLOCK_STEPPED);
     add(suspended_.within(memory_ns, seen.now_ns), ODOM_COND_SUSPENDED);
     add(restarted_.within(restart_ns, seen.now_ns), ODOM_COND_RESTARTED);
+    add(refused_.within(refusal_ns, seen.now_ns), ODOM_COND_CAMERA_REFUSED);
     return bits;
   }
 
@@ -63,10 +68,12 @@ class Surroundings {
 
   std::uint32_t standing_;
   std::uint64_t frames_lost_ = 0;
+  std::uint64_t cameras_refused_ = 0;
   Incident lost_;
   Incident stepped_;
   Incident suspended_;
   Incident restarted_;
+  Incident refused_;
 };
 
 }  // namespace odomd::daemon

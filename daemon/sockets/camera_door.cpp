@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <utility>
 
 namespace odomd::daemon {
 
@@ -33,6 +34,7 @@ CameraDoor::Drained CameraDoor::drain(std::span<estimator::CameraPose> poses,
       }
       slot.messages.add();
       if (received == Received::pose) {
+        slot.heard_ns.set(static_cast<std::uint64_t>(now_ns));
         ++drained.poses;
       } else {
         slot.malformed.add();
@@ -64,24 +66,55 @@ CameraDoor::Received CameraDoor::receive(int descriptor, const MessageClocks& cl
   return Received::pose;
 }
 
-bool CameraDoor::admit(FileDescriptor connection, Peer peer) {
+CameraDoor::Admission CameraDoor::admit(FileDescriptor connection, Peer peer, std::int64_t now_ns) {
+  Slot* idlest = nullptr;
   for (auto& slot : slots_) {
-    if (slot.state.load(std::memory_order_relaxed) != Slot::free) continue;
-    slot.peer = peer;
-    slot.messages.set(0);
-    slot.malformed.set(0);
-    slot.state.store(connection.release(), std::memory_order_release);
-    return true;
+    const int state = slot.state.load(std::memory_order_acquire);
+    if (state == Slot::free) {
+      open(slot, std::move(connection), peer, now_ns);
+      return Admission::free_slot;
+    }
+    const auto heard_ns = static_cast<std::int64_t>(slot.heard_ns.get());
+    if (state >= 0 && !slot.successor && now_ns - heard_ns >= idle_ns &&
+        (idlest == nullptr || slot.heard_ns.get() < idlest->heard_ns.get()))
+      idlest = &slot;
   }
-  return false;
+  if (idlest == nullptr) {
+    refuse(std::move(connection), -EBUSY);
+    return Admission::refused;
+  }
+  // The beat may be reading it: it sees the end, and close_ended() does the rest.
+  ::shutdown(idlest->state.load(std::memory_order_relaxed), SHUT_RDWR);
+  idlest->successor = std::move(connection);
+  idlest->successor_peer = peer;
+  return Admission::in_place_of_idle;
 }
 
-void CameraDoor::close_ended() noexcept {
+void CameraDoor::refuse(FileDescriptor connection, std::int32_t reason) noexcept {
+  static_cast<void>(::send(connection.get(), &reason, sizeof reason, MSG_NOSIGNAL | MSG_DONTWAIT));
+  connection = {};
+  refused_.add();
+}
+
+void CameraDoor::open(Slot& slot, FileDescriptor connection, Peer peer,
+                      std::int64_t now_ns) noexcept {
+  slot.peer = peer;
+  slot.messages.set(0);
+  slot.malformed.set(0);
+  slot.heard_ns.set(static_cast<std::uint64_t>(now_ns));
+  slot.state.store(connection.release(), std::memory_order_release);
+}
+
+void CameraDoor::close_ended(std::int64_t now_ns) noexcept {
   for (auto& slot : slots_) {
     const int state = slot.state.load(std::memory_order_acquire);
     if (state >= Slot::free) continue;
     ::close(Slot::ended(state));
-    slot.state.store(Slot::free, std::memory_order_relaxed);
+    if (slot.successor) {
+      open(slot, std::exchange(slot.successor, {}), slot.successor_peer, now_ns);
+    } else {
+      slot.state.store(Slot::free, std::memory_order_relaxed);
+    }
   }
 }
 

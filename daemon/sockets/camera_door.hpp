@@ -22,6 +22,8 @@ class CameraDoor {
   static constexpr std::size_t max_connections = 4;
   static constexpr std::size_t max_messages_per_drain = 8;  ///< of each connection
   static constexpr std::size_t max_poses = max_connections * max_messages_per_drain;
+  /// A connection that sent no valid message for this long makes room for a new one.
+  static constexpr std::int64_t idle_ns = 2'000'000'000;
 
   CameraDoor() = default;
   ~CameraDoor();
@@ -42,11 +44,18 @@ class CameraDoor {
 
   // Housekeeping's ------------------------------------------------------------------------------
 
-  /// Hands a connection to the beat; false when all slots are taken.
-  bool admit(FileDescriptor connection, Peer peer);
+  enum class Admission : std::uint8_t { free_slot, in_place_of_idle, refused };
+  /// Hands a connection to the beat. When all slots are taken, it replaces the one that has been
+  /// idle longest; when none is idle, it is refused.
+  Admission admit(FileDescriptor connection, Peer peer, std::int64_t now_ns);
 
-  /// Closes connections that the peer has closed.
-  void close_ended() noexcept;
+  /// Tells the sender the reason, a negative errno, and closes the connection.
+  void refuse(FileDescriptor connection, std::int32_t reason) noexcept;
+  /// Connections that were refused. Any thread.
+  [[nodiscard]] std::uint64_t refused() const noexcept { return refused_.get(); }
+
+  /// Closes connections that have ended, and admits those that replace them.
+  void close_ended(std::int64_t now_ns) noexcept;
 
   struct Connection {
     bool open = false;
@@ -67,13 +76,18 @@ class CameraDoor {
     Peer peer;          // housekeeping's
     Counter messages;   // the beat's, reset while the slot is free
     Counter malformed;  // the beat's
+    Counter heard_ns;   // the beat's: time of the last valid message, at first of the admission
+    FileDescriptor successor;  // housekeeping's: replaces the connection, which is being ended
+    Peer successor_peer;
   };
+  static void open(Slot& slot, FileDescriptor connection, Peer peer, std::int64_t now_ns) noexcept;
 
   enum class Received : std::uint8_t { pose, malformed, nothing, ended };
   static Received receive(int descriptor, const MessageClocks& clocks, std::int64_t now_ns,
                           estimator::CameraPose& pose, EventRing& events) noexcept;
 
   std::array<Slot, max_connections> slots_;
+  Counter refused_;  // housekeeping's
 };
 
 }  // namespace odomd::daemon

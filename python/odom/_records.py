@@ -72,6 +72,7 @@ class Conditions(enum.IntFlag):
     INCONSISTENT = 1 << 16  #: a source has been inconsistent with the filter for seconds
     BIAS_UNLEARNT = 1 << 17  #: the gyro's bias is not known: let the car stand for 2 s
     SCALE_IMPLAUSIBLE = 1 << 18  #: a learnt scale is far from its configured value: check it
+    CAMERA_REFUSED = 1 << 19  #: a camera connection was refused within the last ten seconds
 
 
 class Source(enum.IntEnum):

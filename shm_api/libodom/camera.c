@@ -3,8 +3,10 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/un.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <odom/odom.h>
@@ -78,6 +80,16 @@ static int send_once(odom_camera* camera, const odom_camera_message* message) {
   return -errno;
 }
 
+/* The reason that the daemon sent before it closed the connection; 0: none. */
+static int refusal_of(const odom_camera* camera) {
+  int32_t reason = 0;
+  /* The first call may return the error that the poses in the closed connection are lost. */
+  for (int attempt = 0; attempt < 2; ++attempt)
+    if (recv(camera->socket, &reason, sizeof reason, MSG_DONTWAIT) == (ssize_t)sizeof reason)
+      return reason < 0 ? reason : 0;
+  return 0;
+}
+
 int odom_camera_send(odom_camera* camera, const odom_camera_message* message) {
   if (camera == NULL || message == NULL || !is_usable(message)) return -EINVAL;
   odom_camera_message filled = *message;
@@ -86,7 +98,7 @@ int odom_camera_send(odom_camera* camera, const odom_camera_message* message) {
   filled.sequence = ++camera->sequence; /* counts dropped poses too: the daemon sees the loss */
   filled.reserved = 0;
 
-  /* Two attempts: the daemon may have ended since the last pose. */
+  /* Two attempts: the daemon may have ended since the last pose, or closed an idle connection. */
   int error = -ENOTCONN;
   for (int attempt = 0; attempt < 2; ++attempt) {
     if (camera->socket < 0) {
@@ -95,9 +107,27 @@ int odom_camera_send(odom_camera* camera, const odom_camera_message* message) {
     }
     error = send_once(camera, &filled);
     if (error == 0 || error == -EAGAIN || error == -EINTR || error == -ENOBUFS) return error;
+    const int refused = refusal_of(camera);
     disconnect(camera);
+    if (refused != 0) return refused;
   }
   return error;
+}
+
+int odom_camera_flush(odom_camera* camera, int64_t timeout_ns) {
+  if (camera == NULL) return -EINVAL;
+  if (camera->socket < 0) return -ENOTCONN;
+  const struct timespec pause = {0, 1000000};
+  for (int64_t left_ns = timeout_ns;; left_ns -= pause.tv_nsec) {
+    int unread = 0;
+    if (ioctl(camera->socket, TIOCOUTQ, &unread) != 0) return -errno;
+    if (unread == 0) break;
+    if (left_ns <= 0) return -EAGAIN;
+    nanosleep(&pause, NULL);
+  }
+  const int refused = refusal_of(camera);
+  if (refused != 0) disconnect(camera);
+  return refused;
 }
 
 void odom_camera_close(odom_camera* camera) {

@@ -1,11 +1,13 @@
 // Events that a running odomd survives, and those that end it, with the line and exit status.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -250,6 +252,48 @@ TEST_F(OdomdSurvival, AReaderOfATruncatedSegmentEndsWithOneLine) {
   ::pclose(shell);
   EXPECT_THAT(desk_.read("reader"),
               HasSubstr("odom: the segment was truncated while it was in use (SIGBUS)"));
+}
+
+// Its sockets
+// ------------------------------------------------------------------------------------------
+
+TEST_F(OdomdSurvival, MakesRemovedSocketsAgain) {
+  const DaemonProcess odomd(desk_, {});
+  ASSERT_TRUE(open_client());
+  for (const std::string name : {"camera.sock", "status.sock", "record.sock"}) {
+    ASSERT_TRUE(eventually([&] { return ::unlink(desk_.file(name).c_str()) == 0; })) << name;
+    EXPECT_TRUE(is_logged(name + ": the socket was removed or replaced while odomd was running"))
+        << name;
+    EXPECT_TRUE(std::filesystem::is_socket(desk_.file(name))) << name;
+  }
+  EXPECT_FALSE(desk_.status().is_null());
+  odom_camera* camera = nullptr;
+  EXPECT_EQ(odom_camera_open(desk_.file("camera.sock").c_str(), &camera), 0);
+  odom_camera_close(camera);
+}
+
+TEST_F(OdomdSurvival, IdleCamerasDoNotLockTheCameraOut) {
+  const DaemonProcess odomd(desk_, {});
+  const Client client = open_client();
+  std::vector<odom_camera*> idle(4);
+  for (odom_camera*& one : idle)
+    ASSERT_EQ(odom_camera_open(desk_.file("camera.sock").c_str(), &one), 0);
+  const auto send = [&] {
+    const std::string command = ODOMD_BIN_DIR "/odom camera send --pose 1,2,0 --socket " +
+                                desk_.file("camera.sock").string() + " 2> " +
+                                desk_.file("sent").string();
+    return WEXITSTATUS(std::system(command.c_str()));
+  };
+  EXPECT_EQ(send(), 1);
+  EXPECT_THAT(desk_.read("sent"), HasSubstr("refused: odomd has as many camera connections"));
+  odom_pose pose{};
+  EXPECT_TRUE(eventually([&] {
+    return next_pose(client, pose) && (pose.conditions & ODOM_COND_CAMERA_REFUSED) != 0;
+  }));
+  EXPECT_TRUE(eventually([&] { return send() == 0; })) << desk_.read("sent");
+  EXPECT_EQ(desk_.status()["camera"]["messages"], 1);
+  EXPECT_TRUE(is_logged("in place of one that sent no valid pose for 2 s"));
+  for (odom_camera* one : idle) odom_camera_close(one);
 }
 
 // A predecessor's segment

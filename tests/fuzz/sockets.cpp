@@ -69,7 +69,7 @@ class Cameras {
         ::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends.data()) == 0,
         "socketpair");
     ends_.at(which) = FileDescriptor(ends[0]);
-    static_cast<void>(door_.admit(FileDescriptor(ends[1]), {1, 2}));
+    static_cast<void>(door_.admit(FileDescriptor(ends[1]), {1, 2}, 77));
   }
   void end(std::size_t which) { ends_.at(which) = FileDescriptor(); }
 
@@ -92,7 +92,7 @@ class Cameras {
     require(events_->dropped() == 0, "a tick's events find room");
     for (const auto& connection : door_.connections())
       require(connection.malformed <= connection.messages, "what is malformed is a message");
-    door_.close_ended();
+    door_.close_ended(77);
   }
 
  private:

@@ -33,7 +33,19 @@ class Daemon {
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
 
-  void accept_one() { connection_ = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC); }
+  void accept_one() {
+    close_one();
+    connection_ = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
+  }
+  void close_one() {
+    if (connection_ >= 0) close(connection_);
+    connection_ = -1;
+  }
+  void refuse_one(std::int32_t reason) {
+    accept_one();
+    EXPECT_EQ(::send(connection_, &reason, sizeof reason, MSG_NOSIGNAL), 4);
+    close_one();
+  }
   [[nodiscard]] odom_camera_message receive() const {
     std::array<char, 256> bytes{};
     EXPECT_EQ(recv(connection_, bytes.data(), bytes.size(), MSG_DONTWAIT), 80);
@@ -66,6 +78,31 @@ class CameraSender : public ::testing::Test {
   std::string path = directory.file("camera.sock");
   odom::CameraSender sender;
 };
+
+TEST_F(CameraSender, ARefusalIsAnErrorOfTheNextCall) {
+  Daemon daemon(path);
+  for (const bool flushes : {true, false}) {
+    ASSERT_EQ(sender.open(path.c_str()), 0);
+    ASSERT_EQ(sender.send(seen_pose()), 0);
+    EXPECT_EQ(sender.flush(0), -EAGAIN) << "nobody has read it";
+    daemon.refuse_one(-EBUSY);
+    EXPECT_EQ(flushes ? sender.flush(1'000'000'000) : sender.send(seen_pose()), -EBUSY);
+    ASSERT_EQ(sender.send(seen_pose()), 0) << "on a new connection";
+    daemon.accept_one();
+    EXPECT_EQ(daemon.receive().x, 1.5);
+    EXPECT_EQ(sender.flush(0), 0);
+  }
+}
+
+TEST_F(CameraSender, AClosedIdleConnectionIsNoError) {
+  Daemon daemon(path);
+  ASSERT_EQ(sender.open(path.c_str()), 0);
+  daemon.accept_one();
+  daemon.close_one();
+  ASSERT_EQ(sender.send(seen_pose()), 0);
+  daemon.accept_one();
+  EXPECT_EQ(daemon.receive().x, 1.5);
+}
 
 TEST_F(CameraSender, APoseIsOneMessage) {
   Daemon daemon(path);

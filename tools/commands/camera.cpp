@@ -61,8 +61,18 @@ void send_one(const Options& options) {
   pose.sigma_y = options.sigma[1];
   pose.sigma_yaw = options.sigma[2];
   if (!feed.send(pose, ODOM_CLOCK_MONOTONIC)) {
-    throw std::runtime_error(feed.socket() + ": the daemon closed the connection");
+    throw std::runtime_error(feed.refusal().empty()
+                                 ? feed.socket() + ": the daemon closed the connection"
+                                 : feed.refusal());
   }
+}
+
+// What is said of poses that were not taken; a refusal is an error, although others were taken.
+void report_untaken(const CameraFeed& feed, std::uint64_t untaken) {
+  if (!feed.refusal().empty())
+    throw std::runtime_error(feed.refusal() + " (" + std::to_string(untaken) +
+                             " poses were not taken)");
+  if (untaken > 0) warn("camera send", std::to_string(untaken) + " poses found no daemon");
 }
 
 void send_log(const Options& options) {
@@ -87,9 +97,8 @@ void send_log(const Options& options) {
   if (played.late > 0) {
     warn("camera send", std::to_string(played.late) + " poses were due before the start; left out");
   }
-  if (played.refused > 0)
-    warn("camera send", std::to_string(played.refused) + " poses found no daemon");
   std::cerr << "odom camera send: " << played.sent << " of " << log.poses.size() << " poses sent\n";
+  report_untaken(feed, played.refused);
   if (played.sent == 0 && !log.poses.empty()) throw std::runtime_error("no pose was sent");
 }
 
@@ -107,8 +116,8 @@ void send_rows(const Options& options) {
     }
   }
   for (const auto& text : reader.warnings()) warn("camera send", text);
-  if (refused > 0) warn("camera send", std::to_string(refused) + " poses found no daemon");
   std::cerr << "odom camera send: " << sent << " poses sent\n";
+  report_untaken(feed, refused);
   if (sent == 0 && refused > 0) throw std::runtime_error("no pose was sent");
 }
 

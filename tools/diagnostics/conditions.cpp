@@ -9,7 +9,7 @@
 namespace odomd::tools {
 namespace {
 
-constexpr std::array<Condition, 19> all{{
+constexpr std::array<Condition, 20> all{{
     {ODOM_COND_NOT_REALTIME, "not_realtime", "the machine refused real-time scheduling or locking"},
     {ODOM_COND_RESTARTED, "restarted", "resumed from the last pose"},
     {ODOM_COND_BUS_DOWN, "bus_down", "a bus is down or gone"},
@@ -33,6 +33,8 @@ constexpr std::array<Condition, 19> all{{
      "the gyro's bias is not known: let the car stand for 2 s"},
     {ODOM_COND_SCALE_IMPLAUSIBLE, "scale_implausible",
      "a learnt scale is far from its configured value: check it"},
+    {ODOM_COND_CAMERA_REFUSED, "camera_refused",
+     "a camera connection was refused within the last ten seconds"},
 }};
 
 }  // namespace

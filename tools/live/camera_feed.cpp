@@ -15,6 +15,8 @@ namespace {
 using std::chrono::nanoseconds;
 using std::chrono::steady_clock;  // CLOCK_MONOTONIC here
 
+constexpr std::int64_t admission_timeout_ns = 2'000'000'000;
+
 bool nobody_is_there(int error) {
   return error == -ENOENT || error == -ECONNREFUSED;
 }
@@ -26,6 +28,9 @@ std::string why(int error) {
   if (error == -ECONNREFUSED) return "nobody listens; is odomd running?";
   if (error == -EACCES || error == -EPERM) {
     return "not allowed; join the group of the socket ([camera] socket_group)";
+  }
+  if (error == -EBUSY) {
+    return "refused: odomd has as many camera connections as it takes; stop one of the senders";
   }
   return std::generic_category().message(-error);
 }
@@ -74,11 +79,17 @@ bool CameraFeed::send(const estimator::CameraPose& pose, odom_clock clock) {
   int error = 0;
   for (int attempt = 0; attempt < attempts; ++attempt) {
     error = sender_.send(message);
-    if (error == 0) return true;
+    if (error == 0) break;
     if (error != -EAGAIN && error != -ENOBUFS && error != -EINTR) break;
     std::this_thread::sleep_for(std::chrono::milliseconds{1});
   }
-  if (nobody_is_there(error) || error == -EPIPE || error == -ECONNRESET) return false;
+  // Of a refused connection the library knows only later.
+  if (error == 0 && !admitted_) error = sender_.flush(admission_timeout_ns);
+  admitted_ = error == 0;
+  if (admitted_) return true;
+  if (error == -EBUSY || error == -EACCES) refusal_ = socket_ + ": " + why(error);
+  if (nobody_is_there(error) || error == -EPIPE || error == -ECONNRESET || !refusal_.empty())
+    return false;
   if (error == -EAGAIN) {
     throw std::runtime_error(socket_ + ": the daemon does not take poses; is it stopped?");
   }

@@ -21,18 +21,24 @@ class CameraFeed {
   [[nodiscard]] const std::string& socket() const { return socket_; }
 
   /// Sends one pose, its capture time on `clock`. Waits some milliseconds for a daemon that is
-  /// behind. False if the daemon is not there (it may come back); other failures throw.
+  /// behind, and on a new connection until the daemon has read the pose. False if the daemon is not
+  /// there or refuses the connection (both may change); other failures throw.
   bool send(const estimator::CameraPose& pose, odom_clock clock);
+
+  /// Why the last connection was refused; empty if none was.
+  [[nodiscard]] const std::string& refusal() const { return refusal_; }
 
  private:
   std::string socket_;
   odom::CameraSender sender_;
+  bool admitted_ = false;
+  std::string refusal_;
 };
 
 struct PlayedLog {
   std::uint64_t sent = 0;
   std::uint64_t late = 0;     ///< were due before the daemon's log was at them: left out
-  std::uint64_t refused = 0;  ///< nobody was there to take them
+  std::uint64_t refused = 0;  ///< nobody was there to take them, or the daemon refused
   bool daemon_ended = false;  ///< before the log did
 };
 

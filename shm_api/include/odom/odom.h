@@ -222,9 +222,15 @@ int odom_camera_open(const char* path, odom_camera** camera);
 
 /** Sends one pose (magic, version, sequence and reserved are filled in). Never blocks; reconnects
  * by itself when the daemon was restarted. 0, or a negative errno (-EAGAIN: the daemon does not
- * keep up; -ECONNREFUSED, -ENOENT: it is not running; -EINVAL: not finite, a sigma that is not
- * positive, or an unknown clock); on an error the pose is dropped. */
+ * keep up; -ECONNREFUSED, -ENOENT: it is not running; -EBUSY, -EACCES: it refused the connection
+ * of the poses before, because all are taken or the user may not send; -EINVAL: not finite, a sigma
+ * that is not positive, or an unknown clock); on an error the pose is dropped. */
 int odom_camera_send(odom_camera* camera, const odom_camera_message* message);
+
+/** Waits at most `timeout_ns` until the daemon has read what was sent. 0, or a negative errno as of
+ * odom_camera_send(), -EAGAIN also when the time is over. For a program that sends one pose, or that
+ * wants to know at its start whether it is admitted. */
+int odom_camera_flush(odom_camera* camera, int64_t timeout_ns);
 void odom_camera_close(odom_camera* camera);
 
 #ifdef __cplusplus

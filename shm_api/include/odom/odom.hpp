@@ -229,6 +229,11 @@ class CameraSender {
     return odom_camera_send(camera_.get(), &message);
   }
 
+  /// See odom_camera_flush().
+  [[nodiscard]] int flush(std::int64_t timeout_ns) noexcept {
+    return odom_camera_flush(camera_.get(), timeout_ns);
+  }
+
  private:
   struct Close {
     void operator()(odom_camera* camera) const noexcept { odom_camera_close(camera); }

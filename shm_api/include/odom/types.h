@@ -49,7 +49,8 @@ enum {
   ODOM_COND_MISWIRED = 1u << 15,         /**< a sensor is wired or described wrongly (see health) */
   ODOM_COND_INCONSISTENT = 1u << 16,     /**< a source does not fit what the filter expects */
   ODOM_COND_BIAS_UNLEARNT = 1u << 17,    /**< the gyro's bias is not known: stand for 2 s */
-  ODOM_COND_SCALE_IMPLAUSIBLE = 1u << 18 /**< a learnt scale is far from its configured value */
+  ODOM_COND_SCALE_IMPLAUSIBLE = 1u << 18, /**< a learnt scale is far from its configured value */
+  ODOM_COND_CAMERA_REFUSED = 1u << 19 /**< a camera connection was refused in the last 10 s */
 };
 
 /** Index of a source in health, source_age_ns and the status. Append-only. */

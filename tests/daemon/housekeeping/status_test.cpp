@@ -44,7 +44,7 @@ TEST(ConditionNames, NameEveryBit) {
               ElementsAre("miswired", "inconsistent"));
   EXPECT_THAT(condition_names(ODOM_COND_BIAS_UNLEARNT | ODOM_COND_SCALE_IMPLAUSIBLE),
               ElementsAre("bias_unlearnt", "scale_implausible"));
-  EXPECT_EQ(condition_names(0xFFFF'FFFF).size(), 19U);
+  EXPECT_EQ(condition_names(0xFFFF'FFFF).size(), 20U);
 }
 
 TEST(Json, IsReadBackAsItWasWritten) {

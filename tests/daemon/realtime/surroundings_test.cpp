@@ -44,6 +44,16 @@ TEST(Surroundings, ReportAnIncidentForASecond) {
   EXPECT_EQ(surroundings.conditions({.now_ns = 6 * second, .frames_lost = 3}), 0U);
 }
 
+TEST(Surroundings, ReportARefusedCameraForAWhile) {
+  Surroundings surroundings(0);
+  const std::int64_t end_ns = second + Surroundings::refusal_ns;
+  EXPECT_EQ(surroundings.conditions({.now_ns = second, .cameras_refused = 2}),
+            ODOM_COND_CAMERA_REFUSED);
+  EXPECT_EQ(surroundings.conditions({.now_ns = end_ns - 1, .cameras_refused = 2}),
+            ODOM_COND_CAMERA_REFUSED);
+  EXPECT_EQ(surroundings.conditions({.now_ns = end_ns, .cameras_refused = 2}), 0U);
+}
+
 TEST(Surroundings, ReportARestartForAWhile) {
   Surroundings surroundings(0);
   surroundings.restarted(second);

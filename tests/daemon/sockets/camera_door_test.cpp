@@ -6,11 +6,15 @@
 #include <sys/socket.h>
 
 #include <array>
+#include <cerrno>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace odomd::daemon::camera_door_test {
 namespace {
+
+using Admission = CameraDoor::Admission;
 
 class CameraDoorTest : public testing::Test {
  protected:
@@ -19,8 +23,15 @@ class CameraDoorTest : public testing::Test {
     std::array<int, 2> ends{};
     EXPECT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()), 0);
     FileDescriptor mine(ends[0]);
-    admitted_ = door_.admit(FileDescriptor(ends[1]), peer);
+    admission_ = door_.admit(FileDescriptor(ends[1]), peer, now_ns_);
+    admitted_ = admission_ == Admission::free_slot;
     return mine;
+  }
+  /// What the daemon sent before it closed the connection; empty if it is open, 0 if nothing.
+  static std::optional<std::int32_t> refusal(const FileDescriptor& camera) {
+    std::int32_t reason = 0;
+    const ssize_t size = ::recv(camera.get(), &reason, sizeof reason, MSG_DONTWAIT);
+    return size < 0 ? std::nullopt : std::optional(reason);
   }
 
   static void send(const FileDescriptor& camera, std::int64_t capture_ns) {
@@ -32,12 +43,14 @@ class CameraDoorTest : public testing::Test {
               static_cast<ssize_t>(sizeof message));
   }
 
-  CameraDoor::Drained drain() { return door_.drain(poses_, {wall_, {}}, 77, *events_); }
+  CameraDoor::Drained drain() { return door_.drain(poses_, {wall_, {}}, now_ns_, *events_); }
 
   CameraDoor door_;
   std::unique_ptr<EventRing> events_ = std::make_unique<EventRing>();
   WallClock wall_;
   std::array<estimator::CameraPose, CameraDoor::max_poses> poses_{};
+  std::int64_t now_ns_ = 77;
+  Admission admission_ = Admission::refused;
   bool admitted_ = false;
 };
 
@@ -115,7 +128,7 @@ TEST_F(CameraDoorTest, HasRoomForFourAndForTheNextOnceOneHasGone) {
     const auto too_early = connect();
     EXPECT_FALSE(admitted_) << "the slot is free only once housekeeping has closed it";
   }
-  door_.close_ended();
+  door_.close_ended(now_ns_);
   const auto next = connect({30, 40});
   EXPECT_TRUE(admitted_);
   const auto connection = door_.connections()[2];
@@ -125,14 +138,43 @@ TEST_F(CameraDoorTest, HasRoomForFourAndForTheNextOnceOneHasGone) {
   EXPECT_EQ(connection.messages, 0U);
 }
 
+TEST_F(CameraDoorTest, TheConnectionThatWasIdleLongestMakesRoomAfterTwoSeconds) {
+  std::vector<FileDescriptor> cameras;
+  for (std::size_t i = 0; i < CameraDoor::max_connections; ++i) {
+    cameras.push_back(connect({static_cast<pid_t>(i), 2}));
+    now_ns_ += 1000;
+  }
+  now_ns_ = 77 + CameraDoor::idle_ns - 1;
+  EXPECT_EQ(refusal(connect()), -EBUSY);
+  EXPECT_EQ(admission_, Admission::refused);
+  EXPECT_EQ(door_.refused(), 1U);
+
+  // The first sends a pose, the second rubbish, which does not count.
+  send(cameras[0], 1);
+  EXPECT_EQ(::send(cameras[1].get(), "x", 1, MSG_NOSIGNAL), 1);
+  drain();
+  now_ns_ += 1001;
+  const auto next = connect({30, 40});
+  EXPECT_EQ(admission_, Admission::in_place_of_idle);
+  EXPECT_EQ(refusal(connect()), -EBUSY) << "no other has been idle for so long";
+  send(next, 2);
+  drain();  // sees the end
+  door_.close_ended(now_ns_);
+  EXPECT_EQ(refusal(cameras[1]), 0) << "closed, without a word: it may connect again";
+  for (const std::size_t kept : {0U, 2U, 3U}) EXPECT_EQ(refusal(cameras[kept]), std::nullopt);
+  EXPECT_EQ(door_.connections()[1].peer.pid, 30);
+  EXPECT_EQ(door_.connections()[1].messages, 0U);
+  EXPECT_EQ(drain().poses, 1U) << "what it sent while it waited";
+}
+
 TEST_F(CameraDoorTest, ClosesTheConnectionsThatHaveEnded) {
   std::array<int, 2> ends{};
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()), 0);
-  ASSERT_TRUE(door_.admit(FileDescriptor(ends[1]), {}));
+  ASSERT_EQ(door_.admit(FileDescriptor(ends[1]), {}, now_ns_), Admission::free_slot);
   ::close(ends[0]);
   drain();
   EXPECT_NE(::fcntl(ends[1], F_GETFD), -1) << "not the beat's to close";
-  door_.close_ended();
+  door_.close_ended(now_ns_);
   EXPECT_EQ(::fcntl(ends[1], F_GETFD), -1);
 }
 

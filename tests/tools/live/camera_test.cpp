@@ -1,16 +1,20 @@
 // odom camera send, to a socket of our own.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
 #include <odom/odom.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "base/file_descriptor.hpp"
@@ -21,6 +25,7 @@
 namespace odomd::tools::camera_test {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 std::int64_t now_ns() {
@@ -37,25 +42,36 @@ class CameraSend : public ::testing::Test {
     ASSERT_EQ(::bind(socket_.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
     ASSERT_EQ(::listen(socket_.get(), 4), 0);
   }
-  // What the program that has ended by now left in its connection.
-  std::vector<odom_camera_message> received() const {
-    std::vector<odom_camera_message> messages;
-    const FileDescriptor connection{::accept(socket_.get(), nullptr, nullptr)};
-    odom_camera_message message{};
-    while (::recv(connection.get(), &message, sizeof message, 0) == sizeof message) {
-      messages.push_back(message);
-    }
-    return messages;
-  }
-  Outcome run(const std::string& arguments, const std::string& input = "") const {
+  // Of the program that has ended by now.
+  const std::vector<odom_camera_message>& received() const { return messages_; }
+  Outcome run(const std::string& arguments, const std::string& input = "") {
     const auto file = scratch_.write("in", input).string();
+    messages_.clear();
+    std::jthread daemon([this](const std::stop_token& stop) { read_poses(stop); });
     return run_shell("odom camera send --socket " + path_ + " " + arguments + " <" + file);
+  }
+  // As odomd does, one connection after the other.
+  void read_poses(const std::stop_token& stop) {
+    while (socket_ && !stop.stop_requested()) {
+      pollfd wanted{socket_.get(), POLLIN, 0};
+      if (::poll(&wanted, 1, 5) == 0) continue;
+      const FileDescriptor connection{::accept(socket_.get(), nullptr, nullptr)};
+      if (refusal_ != 0) {
+        EXPECT_EQ(::send(connection.get(), &refusal_, sizeof refusal_, MSG_NOSIGNAL), 4);
+        continue;
+      }
+      odom_camera_message message{};
+      while (::recv(connection.get(), &message, sizeof message, 0) == sizeof message)
+        messages_.push_back(message);
+    }
   }
 
   const std::string header_ = "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n";
   Scratch scratch_;
   std::string path_ = scratch_.path("camera.sock").string();
   FileDescriptor socket_;
+  std::int32_t refusal_ = 0;
+  std::vector<odom_camera_message> messages_;
 };
 
 TEST_F(CameraSend, SendsOnePoseWithItsAge) {
@@ -145,6 +161,26 @@ TEST_F(CameraSend, TakesTheClockOfTheDaemonBehindTheSocket) {
   const AnsweringSocket of_another{scratch_.path("status.sock").string(),
                                    R"({"shm":")" + segment + R"(","camera":{"socket":"/else"}})"};
   EXPECT_THAT(run("--log " + log.string()).err, HasSubstr(refusal));
+}
+
+TEST_F(CameraSend, SaysThatItIsRefusedHoweverThePosesCome) {
+  listen();
+  const auto log = scratch_.write("camera.csv", header_ + "1,1,1,0,0,1,1,1\n2,1.1,2,0,0,1,1,1\n");
+  const std::string rows = header_ + "1,1,0,0,0,1,1,1\n2,2,0,0,0,1,1,1\n";
+  for (const auto& [reason, text] : {std::pair{-EBUSY, "as many camera connections as it takes"},
+                                     std::pair{-EACCES, "not allowed; join the group"}}) {
+    refusal_ = reason;
+    for (const std::string& how : {std::string("--pose 1,2,3"), "--from-now --log " + log.string(),
+                                   std::string("--clock realtime")})
+      EXPECT_THAT(run(how, rows), Ends(1, AllOf(HasSubstr(path_ + ": "), HasSubstr(text)))) << how;
+  }
+}
+
+TEST_F(CameraSend, SaysThatNobodyReadsThePose) {
+  listen();
+  const FileDescriptor stopped{::dup(socket_.get())};
+  socket_ = {};  // nobody accepts
+  EXPECT_THAT(run("--pose 1,2,3"), Ends(1, HasSubstr("does not take poses; is it stopped?")));
 }
 
 TEST_F(CameraSend, SaysThatNobodyListens) {

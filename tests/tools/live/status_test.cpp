@@ -216,7 +216,7 @@ TEST(Conditions, HaveANameAndAMeaningForEveryBit) {
     EXPECT_EQ(bits & condition.bit, 0U);
     bits |= condition.bit;
   }
-  EXPECT_EQ(bits, 2U * ODOM_COND_SCALE_IMPLAUSIBLE - 1U);
+  EXPECT_EQ(bits, 2U * ODOM_COND_CAMERA_REFUSED - 1U);
 }
 
 TEST(Status, PassesTheDocumentOnOrShowsIt) {
