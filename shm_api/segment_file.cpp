@@ -169,7 +169,10 @@ FileDescriptor lock_file(const std::string& path) {
   if (lock.get() < 0) fail(name, "open the lock of the segment's writer");
   struct stat status {};
   if (fstat(lock.get(), &status) != 0) fail(name, "inspect the lock");
-  if (!S_ISREG(status.st_mode) || (status.st_uid != geteuid() && status.st_uid != 0))
+  if (!S_ISREG(status.st_mode))
+    throw std::runtime_error(name + ": is " + kind_of(status.st_mode) +
+                             ", not a lock of odomd: remove it, or set another [shm] name");
+  if (status.st_uid != geteuid() && status.st_uid != 0)
     throw std::runtime_error(name + ": belongs to user " + std::to_string(status.st_uid) +
                              ": remove it, or set another [shm] name");
   const std::string text = text_of(lock.get());

@@ -247,6 +247,9 @@ TEST_F(Access, OtherFilesUnderTheNamesOfLockAndTemporaryFileAreKept) {
     EXPECT_EQ(std::filesystem::file_size(lock), std::string(content).size());
     std::filesystem::remove(lock);
   }
+  ASSERT_EQ(mkfifo(lock.c_str(), 0600), 0);
+  EXPECT_THAT(refusal({.name = path}), HasSubstr(lock + ": is a pipe, not a lock of odomd"));
+  std::filesystem::remove(lock);
   EXPECT_EQ(refusal({.name = path, .slots = 8}), "accepted");
 }
 
