@@ -36,22 +36,22 @@ void SourceReporter::look(const PublishedPose& published, std::int64_t now_ns, J
 void SourceReporter::look_at_camera_times(Journal& journal) {
   const auto& camera =
       running_.pipeline.statistics().sources[static_cast<std::size_t>(estimator::Source::camera)];
-  const auto count = [&](estimator::Verdict verdict) {
-    return camera.verdicts[static_cast<std::size_t>(verdict)].get();
-  };
-  const std::uint64_t future = count(estimator::Verdict::future);
-  const std::uint64_t in_time = count(estimator::Verdict::fused) + count(estimator::Verdict::gated);
-  if (future + in_time < camera_.future + camera_.in_time + enough_poses) return;
-  const bool all_future = in_time == camera_.in_time;
+  std::uint64_t all = 0;
+  for (const Counter& verdict : camera.verdicts) all += verdict.get();
+  const std::uint64_t future =
+      camera.verdicts[static_cast<std::size_t>(estimator::Verdict::future)].get();
+  if (all < camera_.all + enough_poses) return;
+  const bool all_future = all - camera_.all == future - camera_.future;
   if (all_future && !camera_.reported) {
     const auto latency_ns = static_cast<std::int64_t>(camera.last_latency_ns.get());
+    if (latency_ns >= 0) return;  // of a pose that came after the counts were read
     journal.warn(
         fmt::format("the last {} camera poses are all stamped in the future, the newest by {:.3f} "
                     "s, and are not used: the camera's clock is ahead of this machine's, or the "
                     "log whose clock it uses is late",
                     future - camera_.future, static_cast<double>(-latency_ns) * 1e-9));
   }
-  camera_ = {future, in_time, all_future};
+  camera_ = {all, future, all_future};
 }
 
 void SourceReporter::look_at_wiring(Journal& journal) {

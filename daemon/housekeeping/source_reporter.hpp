@@ -46,8 +46,8 @@ class SourceReporter {
   static constexpr std::uint64_t enough_poses = 10;
   /// The counts at the last check.
   struct CameraTimes {
+    std::uint64_t all = 0;
     std::uint64_t future = 0;
-    std::uint64_t in_time = 0;
     bool reported = false;
   };
   enum class Signal : std::uint8_t { awaited, healthy, unhealthy };

@@ -378,6 +378,31 @@ TEST_F(OdomdTest, WarnsOfACameraWhosePosesAreAllInTheFuture) {
   })) << desk_.read("stderr");
 }
 
+TEST_F(OdomdTest, NamesHowFarAheadTheNewestOfTheFuturePosesIs) {
+  const DaemonProcess odomd(desk_, {});
+  const Client client = open_client(desk_);
+  odom_camera* camera = nullptr;
+  ASSERT_EQ(odom_camera_open(desk_.file("camera.sock").c_str(), &camera), 0);
+  odom_pose pose{};
+  ASSERT_TRUE(next_pose(client, pose));
+  const auto send = [&](double ahead_s) {
+    odom_camera_message message = camera_pose(pose);
+    message.capture_ns += static_cast<std::int64_t>(ahead_s * 1e9);
+    EXPECT_EQ(odom_camera_send(camera, &message), 0);
+  };
+  for (int i = 0; i < 12; ++i) send(1000.0);
+  send(-1000.0);
+  const std::int64_t sent_ns = pose.time_ns;
+  ASSERT_TRUE(wait_for_pose(client, pose,
+                            [=](const odom_pose& p) { return p.time_ns > sent_ns + 100'000'000; }));
+  for (int i = 0; i < 30; ++i) send(1000.0);
+  EXPECT_TRUE(eventually([&] {
+    return desk_.read("stderr").find("the newest by 999.") != std::string::npos;
+  })) << desk_.read("stderr");
+  EXPECT_THAT(desk_.read("stderr"), Not(HasSubstr("the newest by -")));
+  odom_camera_close(camera);
+}
+
 TEST_F(OdomdTest, WarnsOfACameraThatIsAheadOfTheFirstFrameOfItsLog) {
   const DaemonProcess odomd(desk_, {});
   odom_camera* camera = nullptr;
