@@ -104,7 +104,8 @@ class Recorder {
       }
       if (message) take(*message, start, folder);
       if (!message && feed.ended()) {
-        why = "odomd went away";
+        why = feed.is_daemon_running() ? "odomd dropped the recorder, which did not keep up"
+                                       : "odomd went away";
         break;
       }
       if (folder && seconds_since(flushed) >= flush_s) {

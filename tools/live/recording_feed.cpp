@@ -2,7 +2,9 @@
 
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/un.h>
+#include <unistd.h>
 
 #include <array>
 #include <cerrno>
@@ -46,10 +48,25 @@ FileDescriptor connect_to(const std::string& path) {
   return connection;
 }
 
+FileDescriptor process_behind(const FileDescriptor& connection) {
+  ucred peer{};
+  socklen_t size = sizeof peer;
+  if (::getsockopt(connection.get(), SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return {};
+  return FileDescriptor{static_cast<int>(::syscall(SYS_pidfd_open, peer.pid, 0))};
+}
+
 }  // namespace
 
 RecordingFeed::RecordingFeed(const std::filesystem::path& socket)
-    : name_(socket.string()), connection_(connect_to(name_)) {}
+    : name_(socket.string()),
+      connection_(connect_to(name_)),
+      daemon_(process_behind(connection_)) {}
+
+bool RecordingFeed::is_daemon_running() const {
+  constexpr int ending_ms = 500;
+  pollfd end{daemon_.get(), POLLIN, 0};
+  return daemon_ && ::poll(&end, 1, ending_ms) == 0;
+}
 
 std::optional<RecordingFeed::Message> RecordingFeed::buffered() {
   daemon::RecordingHeader header;

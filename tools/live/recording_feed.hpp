@@ -29,11 +29,16 @@ class RecordingFeed {
   /// The other end has gone.
   [[nodiscard]] bool ended() const { return ended_; }
 
+  /// Call after the end: whether odomd still runs, so that it has dropped this recorder. Waits half
+  /// a second for a process that is ending.
+  [[nodiscard]] bool is_daemon_running() const;
+
  private:
   [[nodiscard]] std::optional<Message> buffered();
 
   std::string name_;
   FileDescriptor connection_;
+  FileDescriptor daemon_;  // its process; none if it cannot be seen from here
   std::string buffer_;
   std::size_t at_ = 0;
   bool ended_ = false;
