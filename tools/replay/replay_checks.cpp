@@ -90,10 +90,13 @@ diagnostics::Diagnostics check_replay(const can::Decoder& decoder, const ReplayS
     append(warnings, cut_frames(messages[i], decoder.counters(i)));
   }
   if (summary.late > 0)
-    warnings.push_back(found(kind("frames_late"), {},
-                             fmt::format("{} frames have stamps {:g} s or more earlier than "
-                                         "frames before them",
-                                         summary.late, kind("frames_late").limits.most)));
+    warnings.push_back(found(
+        kind("frames_late"), {},
+        fmt::format(
+            "{}{} frames have stamps {:g} s or more earlier than "
+            "frames before them",
+            2 * summary.late > summary.frames ? "the log is in reverse, which tac undoes: " : "",
+            summary.late, kind("frames_late").limits.most)));
   const std::uint64_t camera_poses = summary.cameras + summary.cameras_after;
   if (camera_poses > 0 && camera_poses == summary.cameras_before + summary.cameras_after)
     warnings.push_back(found(

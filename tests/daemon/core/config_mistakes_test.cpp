@@ -115,6 +115,9 @@ const Mistake mistakes[] = {
     {"NotATable", "vehicle = 3\n", "car.toml:1: vehicle: is a number; it must be a table"},
     {"NegativeMass", vehicle("mass = -1"),
      "car.toml:2: [vehicle] mass: -1 is not possible; it must be greater than 0"},
+    {"DecimalComma", vehicle("mass = 2,985"),
+     "car.toml:2: not TOML: Error while parsing key-value pair: expected a comment or whitespace, "
+     "saw ','; write a number with a decimal point: 2.5, not 2,5"},
     {"ZeroMass", vehicle("mass = 0"),
      "car.toml:2: [vehicle] mass: 0 is not possible; it must be greater than 0"},
     {"NanMass", vehicle("mass = nan"),

@@ -54,6 +54,12 @@ TEST(LogFaults, TimesThatRunBackwardsAreNamedByEveryCommand) {
     drive.expect(command, "sort the log");
 }
 
+TEST(LogFaults, ALogInReverseIsToBeTurned) {
+  const Drive drive("tac drive.log >new.log");
+  for (const std::string& command : {latency, noise, std::string{"odom evaluate --drive ."}})
+    drive.expect(command, "(tac turns one in reverse)");
+}
+
 TEST(LogFaults, AMissingMessageIsNamedWithItsLog) {
   const Drive drive("grep -v ' 1A2#' drive.log >new.log");  // the IMU
   for (const std::string& command : {stiffness, latency, inertia})
