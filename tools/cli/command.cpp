@@ -153,7 +153,7 @@ Option Option::one_each() const {
 }
 
 Option Option::repeatable() const {
-  option_->expected(1)->take_all();
+  option_->expected(1)->take_all()->allow_extra_args(false);
   return *this;
 }
 
@@ -278,7 +278,7 @@ std::vector<std::string> Command::given() const {
   for (const CLI::Option* option : app_->get_options()) {
     if (option->count() == 0) continue;
     const std::string name = option->get_name();
-    if (option->get_positional()) {
+    if (!option->nonpositional()) {
       result.insert(result.end(), option->results().begin(), option->results().end());
     } else if (option->get_items_expected_max() == 0) {
       result.push_back(name);

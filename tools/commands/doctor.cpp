@@ -210,7 +210,7 @@ void add_doctor(Command odom) {
                                     "Configuration of the car (TOML), to check with its buses; "
                                     "with --drive: replaces its car.toml");
   const Option drive =
-      command.add("--drive", "DIR", options->drive,
+      command.add("--drive,DIR", "DIR", options->drive,
                   "Examine a drive, and nothing else: a folder of odom record or odom sim");
   const Option can =
       command

@@ -223,10 +223,9 @@ void add_inputs(Command command, Options& options) {
                "Poses in the format of odom replay; repeatable, compared side by side")
           .repeatable();
   const Option drive = command
-                           .add("--drive", "DIR", options.drives,
+                           .add("--drive,DIR", "DIR", options.drives,
                                 "Folder with drive.log (or can.log), car.toml, and truth.csv or "
                                 "camera.csv, to replay; repeatable")
-                           .repeatable()
                            .excludes(pose);
   command
       .add("--model", fmt::format("{}", fmt::join(estimator::model_names, "|")), options.models,

@@ -76,7 +76,7 @@ void add_export(Command odom) {
   auto options = std::make_shared<Options>();
   Command command =
       odom.add_subcommand("export", "Export a drive to Foxglove (MCAP) and PlotJuggler (CSV)");
-  command.add("SOURCE", "", options->source,
+  command.add("--drive,SOURCE", "SOURCE", options->source,
               "Pose file, folder of odom record, or folder with a drive (drive.log or can.log, "
               "car.toml, camera.csv, truth.csv, pose.csv)");
   command.add("--mcap", "FILE", options->mcap, "MCAP file to write, for Foxglove");

@@ -37,6 +37,7 @@ namespace odomd::tools {
 namespace {
 
 struct Options {
+  std::string drive;
   std::string config;
   std::vector<std::string> logs;
   std::vector<std::string> databases;
@@ -51,7 +52,10 @@ struct Options {
 };
 
 daemon::Config configuration(const Options& options) {
-  daemon::Config config = daemon::load_config(options.config);
+  daemon::Config config =
+      options.drive.empty()
+          ? daemon::load_config(options.config)
+          : drive_config({.folder = options.drive, .config = options.config, .reference = {}});
   if (!options.logs.empty()) config.can.sources = options.logs;
   if (!options.databases.empty())
     config.can.dbc.assign(options.databases.begin(), options.databases.end());
@@ -62,7 +66,7 @@ daemon::Config configuration(const Options& options) {
 
 std::vector<std::filesystem::path> inputs_of(const Options& options, const daemon::Config& config) {
   std::vector<std::filesystem::path> inputs = config.can.dbc;
-  inputs.insert(inputs.end(), {options.config, options.camera});
+  inputs.insert(inputs.end(), {config.file, options.camera});
   for (const std::string& source : config.can.sources)
     inputs.emplace_back(source == "-" ? "/dev/stdin" : source);
   return inputs;
@@ -115,8 +119,11 @@ class InnovationFile {
   std::string text_;
 };
 
-void run(const Options& options) {
+void run(Options options) {
   daemon::Config config = configuration(options);
+  if (const auto own = std::filesystem::path(options.drive) / "camera.csv";
+      !options.drive.empty() && options.camera.empty() && std::filesystem::exists(own))
+    options.camera = own.string();
   diagnostics::Diagnostics warnings;
   const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
 
@@ -131,7 +138,7 @@ void run(const Options& options) {
     camera = read_camera_log(options.camera);
     if (camera.poses.empty()) warnings.push_back(no_camera_pose(options.camera));
   } else if (config.camera.configured)
-    warnings.push_back(found(diagnostics::kind("no_camera_file"), options.config,
+    warnings.push_back(found(diagnostics::kind("no_camera_file"), config.file.string(),
                              "has a [camera], but its poses are not given: this is odometry only"));
 
   const auto pipeline =
@@ -167,14 +174,18 @@ void add_replay(Command odom) {
   auto options = std::make_shared<Options>();
   Command replay = odom.add_subcommand(
       "replay", "Replay a drive through the daemon's pipeline, as fast as the machine allows");
-  const Option config =
-      replay.add("--config", "FILE", options->config, "Configuration of the car (TOML)");
+  const Option drive = replay.add("--drive,DIR", "DIR", options->drive,
+                                  "Folder of a drive: its car.toml, its drive.log or can.log, and "
+                                  "its camera.csv if there is one");
+  const Option config = replay.add("--config", "FILE", options->config,
+                                   "Configuration of the car (TOML); with --drive: replaces its "
+                                   "car.toml");
   replay.add("--can", "LOG", options->logs,
              "Log of candump -L, or - for standard input; repeatable, for several buses; instead "
-             "of [can] source");
+             "of [can] source or the drive's");
   replay.add("--dbc", "DBC", options->databases,
              "Database (DBC); repeatable; instead of [can] dbc");
-  replay.add("--camera", "CSV", options->camera, "Camera log");
+  replay.add("--camera", "CSV", options->camera, "Camera log; instead of the drive's");
   replay.add("--model", fmt::format("{}", fmt::join(estimator::model_names, "|")), options->model,
              "Model of the filter; instead of [filter] model");
   replay.add("--initial", "X,Y,YAW", options->initial,
@@ -193,6 +204,7 @@ void add_replay(Command odom) {
   replay.add_flag("--json", options->json, "Print summary and warnings as JSON on standard error");
   replay.footer(
       "Examples:\n"
+      "  odom replay --drive lap --out pose.csv\n"
       "  odom replay --config car.toml --can drive.log --out pose.csv\n"
       "  odom replay --config car.toml --can drive.log --camera camera.csv --model paper \\\n"
       "      --initial 1.2,0.4,1.57 --out pose.csv\n"
@@ -203,13 +215,13 @@ void add_replay(Command odom) {
       "Times in the output are the log's; there is one row per tick, from initialisation on.\n"
       "\n" +
       std::string(daemon::models_help));
-  replay.callback([options, config] {
+  replay.callback([options, config, drive] {
     if (options->out.empty() && !options->verify) require("--out");
     if (!options->recording.empty()) {
       replay_recording({options->recording, options->out, options->verify, options->json});
       return;
     }
-    if (!config.is_given()) require("--config (or --recording)");
+    if (!config.is_given() && !drive.is_given()) require("--drive, --config or --recording");
     run(*options);
   });
 }

@@ -84,11 +84,12 @@ void complete(const CLI::App& program, std::span<const std::string> before,
       offer('-' + name, option->get_description());
     for (const std::string& name : option->get_lnames())
       offer("--" + name, option->get_description());
-    if (option->nonpositional() || is_option) continue;
-    if (option->get_name() == "COMMAND") {
+    if (!option->get_positional() || is_option) continue;
+    const std::string name = option->get_name(true);
+    if (name == "COMMAND") {
       offer_commands(program);
     } else {
-      offer_values(option->get_name(), false);
+      offer_values(name, false);
     }
   }
   offer_commands(*command);

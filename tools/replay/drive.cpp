@@ -133,13 +133,18 @@ can::MergedLog open_mapped_log(const daemon::Config& config,
   });
 }
 
-Drive read_drive(const DriveFiles& files) {
+daemon::Config drive_config(const DriveFiles& files) {
   check_folder(files.folder);
+  daemon::Config config = config_of(files);
+  config.can.sources = {need_log_in(files.folder).string()};
+  return config;
+}
+
+Drive read_drive(const DriveFiles& files) {
   Drive drive;
   drive.folder = files.folder;
   drive.name = name_of(files.folder);
-  drive.config = config_of(files);
-  drive.config.can.sources = {need_log_in(files.folder).string()};
+  drive.config = drive_config(files);
   drive.databases = daemon::load_databases(drive.config, drive.warnings);
 
   can::BusNames buses;

@@ -60,6 +60,9 @@ void check_folder(const std::filesystem::path& folder);
 /// Names for several drives: the last part of each folder, or the whole path if that is not unique.
 [[nodiscard]] std::vector<std::string> names_side_by_side(const std::vector<std::string>& folders);
 
+/// The configuration of a drive, with its log as the source. Throws like read_drive.
+[[nodiscard]] daemon::Config drive_config(const DriveFiles& files);
+
 /// The files that a drive is read from, existing or not, which must not be overwritten. Throws like
 /// read_drive if there is no configuration.
 [[nodiscard]] std::vector<std::filesystem::path> files_of(const DriveFiles& files);

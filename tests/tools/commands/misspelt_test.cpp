@@ -42,8 +42,7 @@ TEST(Misspelt, TheFirstArgumentIsReportedFirst) {
   EXPECT_EQ(refused("odom evaluate --refrence x --poes y"),
             "odom evaluate: unknown option \"--refrence\" (did you mean \"--reference\"?); see "
             "odom evaluate --help");
-  EXPECT_EQ(refused("odom evaluate a b c"),
-            "odom evaluate: unexpected argument \"a\"; see odom evaluate --help");
+  EXPECT_EQ(refused("odom evaluate a b c"), "odom evaluate: a: is not a folder; check the path");
   EXPECT_EQ(refused("odom watch status"),
             "odom watch: unexpected argument \"status\"; see odom watch --help");
 }

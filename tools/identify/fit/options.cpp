@@ -18,7 +18,7 @@ void describe_fit(Command command, FitOptions& options) {
   command.add("--config", "TOML", options.config,
               "Configuration of the car (TOML) to start from, as measured by hand; default: the "
               "drive's car.toml");
-  command.add("--drive", "DIR", options.drives,
+  command.add("--drive,DIR", "DIR", options.drives,
               "Folder with drive.log (or can.log) and camera.csv (or truth.csv); repeatable");
   command.add("--can", "LOG", options.can, "Log of candump -L of a drive; repeatable");
   command.add("--camera", "CSV", options.camera, "Camera log of that drive");

@@ -85,7 +85,8 @@ Examples:
   const Command standing = method.group("Standing"), driving = method.group("Driving");
   add_record_options(standing, options->standing);
   standing.add("--plot", "FILE", options->plot, "Draw the Allan deviation, .svg or .png");
-  driving.add("--drive", "DIR", options->drive, "Folder of a drive, from odom sim or odom record");
+  driving.add("--drive,DIR", "DIR", options->drive,
+              "Folder of a drive, from odom sim or odom record");
   driving.add_flag("--no-camera", options->no_camera,
                    "Leave the camera's poses out: dead reckoning");
   add_delivery(method, options->delivery);

@@ -1,0 +1,132 @@
+// Inputs that are no files of text are refused by every command, at once and with the fix.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools::inputs_test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class Inputs : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    scratch_ = new Scratch;
+    ASSERT_EQ(run_shell("cd " + folder() +
+                        " && mkfifo pipe && ln -s /dev/zero zero && "
+                        "odom sim --scenario circle --laps 1 --out d && cp -r d piped && "
+                        "rm piped/drive.log && mkfifo piped/drive.log && "
+                        "gzip -k d/car.toml d/car.dbc d/camera.csv")
+                  .status,
+              0);
+  }
+  static void TearDownTestSuite() { delete scratch_; }
+  static std::string folder() { return scratch_->path("").string(); }
+  /// The error of a command line in the folder, which has ten seconds.
+  static std::string refused(const std::string& line) {
+    const Outcome outcome = run_shell("cd " + folder() + " && timeout 10 " + line);
+    EXPECT_EQ(outcome.status, 2) << line << ": " << outcome.err;
+    return outcome.err;
+  }
+
+ private:
+  static Scratch* scratch_;
+};
+Scratch* Inputs::scratch_ = nullptr;
+
+TEST_F(Inputs, APipeOrADeviceIsRefusedWhereverAFileIsRead) {
+  for (const auto& [input, kind] : {std::pair{"pipe", "pipe: is a named pipe; name a file"},
+                                    std::pair{"zero", "zero: is a device; name a file"}})
+    for (const std::string& line : std::vector<std::string>{
+             "odom replay --can d/drive.log --out o --config ",
+             "odom replay --can d/drive.log --out o --config d/car.toml --dbc ",
+             "odom replay --can d/drive.log --out o --config d/car.toml --camera ",
+             "odom evaluate --reference d/truth.csv --pose ",
+             "odom evaluate --pose d/truth.csv --reference ", "odom evaluate --drive d --config ",
+             "odom plot --out o.svg ", "odom export --mcap o.mcap ", "odom doctor --config ",
+             "odom dbc show ", "odom camera send --log ", "odom identify noise --csv ",
+             "odom init --yes --can d/drive.log --out o.toml --dbc ", "odomd --check --config "})
+      EXPECT_THAT(refused(line + input), HasSubstr(kind)) << line;
+}
+
+TEST_F(Inputs, ADriveWhoseLogIsAPipeIsRefused) {
+  for (const char* line : {"odom evaluate --drive piped", "odom doctor --drive piped",
+                           "odom replay --out o --drive piped", "odom export --csv o piped"})
+    EXPECT_THAT(refused(line), HasSubstr("piped/drive.log: is a named pipe, not a file"));
+}
+
+TEST_F(Inputs, APipeOfTheShellIsRead) {
+  EXPECT_EQ(run_shell("cd " + folder() +
+                      " && bash -c 'timeout 60 odom replay --can d/drive.log "
+                      "--config d/car.toml --dbc <(cat d/car.dbc) --camera <(cat d/camera.csv) "
+                      "--out o'")
+                .status,
+            0);
+}
+
+TEST_F(Inputs, WhatIsPackedIsNamedWithTheCommandThatUnpacksIt) {
+  for (const std::string& line : std::vector<std::string>{
+           "odomd --check --config d/car.toml",
+           "odom replay --config d/car.toml --can d/drive.log --out o --dbc d/car.dbc",
+           "odom replay --config d/car.toml --can d/drive.log --out o --camera d/camera.csv"})
+    EXPECT_THAT(refused(line + ".gz"), HasSubstr(".gz: is packed; unpack it: gunzip -k d/"));
+}
+
+TEST_F(Inputs, ALogInReverseIsNamed) {
+  EXPECT_THAT(run_shell("cd " + folder() +
+                        " && tac d/drive.log > reverse.log && odom replay "
+                        "--config d/car.toml --can reverse.log --out o")
+                  .err,
+              HasSubstr("the log is in reverse, which tac undoes: "));
+}
+
+TEST_F(Inputs, EmptyValuesAreRefused) {
+  for (const char* line : {"odom pose --shm ''", "odom status --socket ''", "odom export ''",
+                           "odom replay --drive d --out o --camera ''"})
+    EXPECT_THAT(refused(line), HasSubstr(": is empty; give a value, or leave it out")) << line;
+}
+
+TEST_F(Inputs, NumbersWithUnitsOrDecimalCommasAreNamed) {
+  EXPECT_THAT(refused("odom camera send --pose 1,2,90deg"),
+              AllOf(HasSubstr("--pose = 1,2,90deg"), HasSubstr("without a unit")));
+}
+
+TEST_F(Inputs, DrivesAreTakenWithAndWithoutTheirOption) {
+  const auto out = [](const std::string& line) {
+    const Outcome outcome = run_shell("cd " + folder() + " && " + line);
+    EXPECT_LE(outcome.status, 1) << line << ": " << outcome.err;
+    return outcome.out;
+  };
+  EXPECT_NE(out("odom replay --drive d --out -"), "");
+  for (const auto& [before, after] : {std::pair{"odom replay --out - ", ""},
+                                      {"odom doctor ", ""},
+                                      {"odom evaluate --model kinematic ", ""},
+                                      {"odom export --csv - ", ""}})
+    EXPECT_EQ(out(before + std::string("--drive d") + after),
+              out(before + std::string("d") + after));
+  EXPECT_THAT(refused("odom evaluate nowhere"), HasSubstr("nowhere: is not a folder"));
+  EXPECT_THAT(refused("odom replay --out - nowhere"), HasSubstr("nowhere: is not a folder"));
+  EXPECT_THAT(refused("odom identify noise nowhere"), HasSubstr("nowhere: is not a folder"));
+}
+
+TEST_F(Inputs, ADriveIsReplayedLikeItsFiles) {
+  const auto replayed = [](const std::string& options) {
+    const Outcome outcome = run_shell("cd " + folder() + " && odom replay --out - " + options);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.out;
+  };
+  const std::string whole = replayed("--config d/car.toml --can d/drive.log --camera d/camera.csv");
+  EXPECT_EQ(replayed("--drive d"), whole);
+  EXPECT_EQ(replayed("--drive d --config d/car.toml"), whole);
+  EXPECT_NE(replayed("--drive d --model kinematic"), whole);
+  EXPECT_THAT(refused("odom replay --drive d --recording d --out o"), HasSubstr("excludes"));
+}
+
+}  // namespace
+}  // namespace odomd::tools::inputs_test
