@@ -74,7 +74,7 @@ tools/sim/sensors: estimator/common tools/math tools/sim/car
 tools/sim: base can_protocol can_protocol/decode can_protocol/sources estimator/common shm_api/include/odom
     tools/cli tools/sim/car tools/sim/course tools/sim/sensors
 tools/fault: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
-    daemon/core daemon/sockets tools/math tools/cli tools/live tools/sim
+    daemon/core daemon/sockets tools/math tools/cli tools/drive_files tools/live tools/sim
 tools/marker_tracking: tools/cli
 tools/identify: tools/cli tools/marker_tracking
 tools/identify/common: daemon/diagnostics can_protocol can_protocol/decode can_protocol/sources estimator/common
@@ -96,10 +96,12 @@ tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol
     daemon/core tools/replay tools/evaluation tools/live tools/identify/common tools/identify/latency
 tools/init: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/live tools/sim tools/identify/common
+tools/import: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
+    daemon/diagnostics daemon/core tools/cli tools/config_patch tools/drive_files tools/init tools/sim
 tools/commands: daemon/diagnostics can_protocol can_protocol/dbc can_protocol/sources daemon/core tools/cli
     tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation tools/live tools/live/watch
     tools/report tools/bridge tools/export tools/sim/car tools/sim tools/fault
-    tools/identify tools/doctor tools/init
+    tools/identify tools/doctor tools/import tools/init
 tools/completion: daemon tools/commands
 tools: tools/cli tools/commands tools/completion
 """

@@ -26,6 +26,18 @@ double sigma_at(const CsvReader& reader, Column column) {
 
 }  // namespace
 
+void append_camera_row(std::string& out, const estimator::CameraPose& pose) {
+  append_seconds(out, pose.arrival_ns);
+  out += ',';
+  append_seconds(out, pose.capture_ns);
+  for (const double value :
+       {pose.x, pose.y, pose.yaw, pose.sigma_x, pose.sigma_y, pose.sigma_yaw}) {
+    out += ',';
+    append_number(out, value);
+  }
+  out += '\n';
+}
+
 CsvReader camera_reader(std::istream& input, const std::string& name) {
   return {input,
           name,

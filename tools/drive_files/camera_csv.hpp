@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -11,6 +12,11 @@
 #include "tools/cli/csv.hpp"
 
 namespace odomd::tools {
+
+inline constexpr std::string_view camera_columns =
+    "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw";
+/// Appends a row with its newline.
+void append_camera_row(std::string& out, const estimator::CameraPose& pose);
 
 struct CameraLog {
   /// In order of arrival; poses of the camera's reference point, not of the centre of gravity.

@@ -18,6 +18,7 @@
 #include "daemon/core/recording_wire.hpp"
 #include "estimator/integrity/admission.hpp"
 #include "tools/cli/csv.hpp"
+#include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/pose_csv.hpp"
 
 namespace odomd::tools {
@@ -95,7 +96,7 @@ RecordingFolder::RecordingFolder(std::filesystem::path folder, RecordingStart st
       poses_(folder_ / recorded_poses) {
   for (const auto& file : start_.files) write_whole(folder_ / file.name, file.text);
   write_whole(folder_ / recorded_state, start_.state);
-  cameras_.text() = "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n";
+  cameras_.text() = std::string(camera_columns) + '\n';
   beat_.text() = "tick,t,t_woke";
   for (std::size_t bus = 0; bus < can::max_buses; ++bus)
     beat_.text() += fmt::format(",frames_{}", bus);
@@ -134,21 +135,15 @@ void RecordingFolder::take(const daemon::TickMark& mark, std::span<const can::Fr
   counts_.frames += frames.size();
 
   std::string& rows = cameras_.text();
-  for (const estimator::CameraPose& camera : cameras) {
+  for (estimator::CameraPose camera : cameras) {
     if (!estimator::is_usable(camera)) {
       ++counts_.unusable_cameras;
       continue;
     }
     ++counts_.cameras;
-    append_seconds(rows, camera.arrival_ns + clock_offset_ns_);
-    rows += ',';
-    append_seconds(rows, camera.capture_ns + clock_offset_ns_);
-    for (const double value :
-         {camera.x, camera.y, camera.yaw, camera.sigma_x, camera.sigma_y, camera.sigma_yaw}) {
-      rows += ',';
-      append_number(rows, value);
-    }
-    rows += '\n';
+    camera.arrival_ns += clock_offset_ns_;
+    camera.capture_ns += clock_offset_ns_;
+    append_camera_row(rows, camera);
   }
   append_row(mark);
   counts_.last_tick = mark.record.pose.tick;

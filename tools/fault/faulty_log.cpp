@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "can_protocol/sources/candump.hpp"
-#include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
+#include "tools/drive_files/camera_csv.hpp"
 
 namespace odomd::fault {
 namespace {
@@ -27,18 +27,6 @@ void write(std::ostream& out, std::string& text, Flush flush) {
   if (flush == Flush::every_frame) out.flush();
   if (!out) throw std::runtime_error("the log cannot be written: " + tools::why_unwritten(out));
   text.clear();
-}
-
-void append_row(std::string& text, const estimator::CameraPose& pose) {
-  tools::append_seconds(text, pose.arrival_ns);
-  text += ',';
-  tools::append_seconds(text, pose.capture_ns);
-  for (const double value :
-       {pose.x, pose.y, pose.yaw, pose.sigma_x, pose.sigma_y, pose.sigma_yaw}) {
-    text += ',';
-    tools::append_number(text, value);
-  }
-  text += '\n';
 }
 
 }  // namespace
@@ -85,8 +73,8 @@ Streamed write_camera_log(const std::vector<estimator::CameraPose>& poses, Camer
     streamed.first_ns = poses.front().arrival_ns;
     streamed.last_ns = poses.back().arrival_ns;
   }
-  std::string text = "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n";
-  for (const estimator::CameraPose& pose : leaving) append_row(text, pose);
+  std::string text = std::string(tools::camera_columns) + '\n';
+  for (const estimator::CameraPose& pose : leaving) tools::append_camera_row(text, pose);
   write(out, text, Flush::at_the_end);
   return streamed;
 }

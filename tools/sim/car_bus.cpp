@@ -19,6 +19,17 @@ std::int64_t nanoseconds(double s) {
   return std::llround(1e9 * s);
 }
 
+constexpr std::array roles{
+    BusRole{"yaw_rate", "IMU", "YawRate", "rad/s"},
+    BusRole{"accel_x", "IMU", "AccX", "m/s2"},
+    BusRole{"accel_y", "IMU", "AccY", "m/s2"},
+    BusRole{"wheel_front_left", "WHEELS_FRONT", "WheelFrontLeft", "m/s"},
+    BusRole{"wheel_front_right", "WHEELS_FRONT", "WheelFrontRight", "m/s"},
+    BusRole{"wheel_rear_left", "WHEELS_REAR", "WheelRearLeft", "m/s"},
+    BusRole{"wheel_rear_right", "WHEELS_REAR", "WheelRearRight", "m/s"},
+    BusRole{"steering", "STEERING", "SteeringAngle", "rad"},
+};
+
 }  // namespace
 
 // Whole milliseconds, as the database states it.
@@ -29,15 +40,20 @@ std::int64_t cycle_ns(const ParameterSet& truth, std::string_view message) {
   return 1'000'000 * std::llround(1000.0 * truth[cycle]);
 }
 
-std::string bus_database_text(const ParameterSet& truth) {
+std::string bus_database_text(
+    const std::function<std::int64_t(std::string_view message)>& cycle_ns) {
   std::string text(bus_database_text());
   for (const can::Message& message : bus_database().messages) {
     const std::string key = "BA_ \"GenMsgCycleTime\" BO_ " + std::to_string(message.id) + " ";
     const std::size_t begin = text.find(key) + key.size();
     const std::size_t end = text.find(';', begin);
-    text.replace(begin, end - begin, std::to_string(cycle_ns(truth, message.name) / 1'000'000));
+    text.replace(begin, end - begin, std::to_string(cycle_ns(message.name) / 1'000'000));
   }
   return text;
+}
+
+std::string bus_database_text(const ParameterSet& truth) {
+  return bus_database_text([&](std::string_view message) { return cycle_ns(truth, message); });
 }
 
 const can::Database& bus_database() {
@@ -54,6 +70,21 @@ can::E2eBinding bus_protection(const can::Message& message) {
   binding.crc_signal = message.name + "_CRC";
   binding.counter_signal = message.name + "_Counter";
   return binding;
+}
+
+std::string bus_protection_text() {
+  std::string text = "[can.e2e]\n";
+  for (const can::Message& message : bus_database().messages) {
+    const can::E2eBinding binding = bus_protection(message);
+    text += message.name + " = { profile = \"P01\", data_id = " + std::to_string(binding.data_id) +
+            ", data_id_mode = \"BOTH\", crc = \"" + binding.crc_signal + "\", counter = \"" +
+            binding.counter_signal + "\" }\n";
+  }
+  return text;
+}
+
+std::span<const BusRole> bus_roles() {
+  return roles;
 }
 
 CarBus::CarBus(const ParameterSet& truth, double configured_wheel_radius, std::uint64_t seed,

@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,9 +16,12 @@
 
 namespace odomd::sim {
 
-/// The text of odomd.dbc, as it stands and with the cycle times of a car.
+/// The text of odomd.dbc, as it stands and with the cycle times of a car, or others.
 [[nodiscard]] std::string_view bus_database_text();
 [[nodiscard]] std::string bus_database_text(const ParameterSet& truth);
+/// A cycle time of 0 ns: none.
+[[nodiscard]] std::string bus_database_text(
+    const std::function<std::int64_t(std::string_view message)>& cycle_ns);
 
 /// Cycle time of a message [ns].
 [[nodiscard]] std::int64_t cycle_ns(const ParameterSet& truth, std::string_view message);
@@ -24,6 +29,14 @@ namespace odomd::sim {
 /// Its messages, each protected by Profile 1 with its identifier as the data id.
 [[nodiscard]] const can::Database& bus_database();
 [[nodiscard]] can::E2eBinding bus_protection(const can::Message& message);
+/// The table [can.e2e] of them all.
+[[nodiscard]] std::string bus_protection_text();
+
+/// Where the roles of a configuration are on this bus.
+struct BusRole {
+  std::string_view role, message, signal, unit;
+};
+[[nodiscard]] std::span<const BusRole> bus_roles();
 
 class CarBus {
  public:

@@ -43,30 +43,13 @@ std::string quote(std::string_view text) {
   return result + '"';
 }
 
-struct Role {
-  std::string_view name;
-  std::string_view message;
-  std::string_view signal;
-  std::string_view unit;
-};
-constexpr std::array roles{
-    Role{"yaw_rate", "IMU", "YawRate", "rad/s"},
-    Role{"accel_x", "IMU", "AccX", "m/s2"},
-    Role{"accel_y", "IMU", "AccY", "m/s2"},
-    Role{"wheel_front_left", "WHEELS_FRONT", "WheelFrontLeft", "m/s"},
-    Role{"wheel_front_right", "WHEELS_FRONT", "WheelFrontRight", "m/s"},
-    Role{"wheel_rear_left", "WHEELS_REAR", "WheelRearLeft", "m/s"},
-    Role{"wheel_rear_right", "WHEELS_REAR", "WheelRearRight", "m/s"},
-    Role{"steering", "STEERING", "SteeringAngle", "rad"},
-};
-
 // A wheel's speed is a mean over the cycle before, and so half a cycle old.
 struct Quality {
   double sigma;
   double latency = 0.0;
 };
 
-Quality quality(const RunPlan& plan, const Role& role) {
+Quality quality(const RunPlan& plan, const BusRole& role) {
   if (role.message == "IMU")
     return {role.signal == "YawRate" ? std::max(plan.sizes[gyro_noise], 5e-4)
                                      : std::max(plan.sizes[accel_noise], 5e-3)};
@@ -112,18 +95,12 @@ std::string configuration_text(const RunPlan& plan, const Wiring& wiring) {
   line("source", quote(wiring.can));
   line("dbc", quote("car.dbc"));
 
-  text += "\n[can.e2e]\n";
-  for (const can::Message& message : bus_database().messages) {
-    const can::E2eBinding binding = bus_protection(message);
-    line(message.name, "{ profile = \"P01\", data_id = " + std::to_string(binding.data_id) +
-                           ", data_id_mode = \"BOTH\", crc = " + quote(binding.crc_signal) +
-                           ", counter = " + quote(binding.counter_signal) + " }");
-  }
+  text += '\n' + bus_protection_text();
 
   text += "\n[can.signals]\n";
-  for (const Role& role : roles) {
+  for (const BusRole& role : bus_roles()) {
     const Quality q = quality(plan, role);
-    line(role.name, "{ message = " + quote(role.message) + ", signal = " + quote(role.signal) +
+    line(role.role, "{ message = " + quote(role.message) + ", signal = " + quote(role.signal) +
                         ", unit = " + quote(role.unit) + ", sigma = " + number(q.sigma, 3) +
                         (q.latency > 0.0 ? ", latency = " + number(q.latency, 6) : "") + " }");
   }
