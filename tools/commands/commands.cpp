@@ -49,6 +49,7 @@ void describe(Command odom) {
   add_fault(odom);
   add_help(odom);
   add_identify(odom);
+  add_import(odom);
   add_init(odom);
   add_plot(odom);
   add_pose(odom);

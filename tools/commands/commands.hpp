@@ -17,6 +17,7 @@ void add_export(Command odom);
 void add_fault(Command odom);
 void add_help(Command odom);
 void add_identify(Command odom);
+void add_import(Command odom);
 void add_init(Command odom);
 void add_record(Command odom);
 void add_replay(Command odom);

@@ -57,8 +57,8 @@ TEST(Misspelt, AnOptionComesBeforeTheOneThatIsMissingForIt) {
 }
 
 TEST(Misspelt, AnOptionBeforeItsCommandIsSentThere) {
-  EXPECT_EQ(refused("odom --lap"),
-            "odom: unknown option \"--lap\" (did you mean \"odom sim --laps\"?); see odom --help");
+  EXPECT_EQ(refused("odom --lasp"),
+            "odom: unknown option \"--lasp\" (did you mean \"odom sim --laps\"?); see odom --help");
   EXPECT_EQ(refused("odom --config car.toml replay"),
             "odom: unknown option \"--config\" (did you mean \"odom replay --config\"?); see odom "
             "--help");

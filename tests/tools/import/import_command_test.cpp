@@ -1,0 +1,300 @@
+// odom import: tables as tools write them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/tools/import/importing.hpp"
+
+namespace odomd::tools::import_command_test {
+namespace {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+/// What becomes of the role that comes first: its samples, least and most value, and the time of
+/// the first frame.
+struct Case {
+  std::string what;
+  std::vector<TextFile> files;
+  std::string options;
+  std::size_t samples;
+  double least, most, first;
+};
+
+const std::vector<Case> cases{
+    {"a ROS 2 topic with nested names and two columns of the stamp",
+     {{"odom.csv",
+       "header.stamp.sec,header.stamp.nanosec,header.frame_id,twist.twist.linear.x\n"
+       "1700000000,5,\"a, \"\"b\"\"\",1.5\n1700000000,50000005,odom,2.5\n"}},
+     "--column motor=twist.twist.linear.x",
+     2,
+     1.5,
+     2.5,
+     1700000000.000000005},
+    {"a ROS 1 topic in nanoseconds: the sensor's stamp goes before the recorder's",
+     {{"imu.csv",
+       "%time,field.header.seq,field.header.stamp,field.angular_velocity.z,field.v\n"
+       "1700000000200000000,1,1700000000100000000,0.25,1\n"
+       "1700000000300000000,2,1700000000200000000,-0.5,1\n"}},
+     "--column yaw_rate=field.angular_velocity.z --column motor=field.v",
+     2,
+     -0.5,
+     0.25,
+     1700000000.1},
+    {"PlotJuggler's export, with empty cells",
+     {{"pj.csv",
+       "__time,/imu/gyro/z,/odom/v\n1700000000.1,0.5,\n1700000000.15,,1\n"
+       "1700000000.2,1.5,\n1700000000.25,nan,2\n"}},
+     "--column yaw_rate=/imu/gyro/z --column motor=/odom/v",
+     2,
+     0.5,
+     1.5,
+     1700000000.1},
+    {"no header: columns by their numbers",
+     {{"echo.csv", "1700000000,500000000,odom,1.25\n1700000000,600000000,odom,1.5\n"}},
+     "--time '#1+#2' --column motor=#4",
+     2,
+     1.25,
+     1.5,
+     1700000000.5},
+    {"semicolons, decimal commas, a byte order mark and CRLF",
+     {{"de.csv", "\xEF\xBB\xBFTime (s);Speed (km/h)\r\n10,5;36,0\r\n10,6;72\r\n10,7;-\r\n"}},
+     "--column 'wheel_rear=Speed (km/h)'",
+     2,
+     10.0,
+     20.0,
+     10.5},
+    {"tabs, lines before the header, a row of units below",
+     {{"motec.csv",
+       "Format\tMoTeC CSV File\n\nVenue\tTrack, north\nTime\tYaw\tVel\ns\tdeg/s\tkm/h\n\n"
+       "0.0\t90\t3.6\n0.1\t-90\t3.6\n"}},
+     "--column yaw_rate=Yaw --column motor=Vel",
+     2,
+     -1.5707963,
+     1.5707963,
+     0.0},
+    {"the header as a comment, and comments between",
+     {{"np.csv", "# t, v\n0.0, 1.5\n# gap\n0.1, 2.5\n"}},
+     "--column motor=v",
+     2,
+     1.5,
+     2.5,
+     0.0},
+    {"milliseconds by the name",
+     {{"a.csv", "time_ms,v\n5000,1\n5100,2\n"}},
+     "--column motor=v",
+     2,
+     1,
+     2,
+     5.0},
+    {"microseconds as stated",
+     {{"a.csv", "tick,v\n5000000,1\n5100000,2\n"}},
+     "--column motor=v --time tick,unit=us",
+     2,
+     1,
+     2,
+     5.0},
+    {"milliseconds by their size",
+     {{"a.csv", "timestamp,v\n1700000000125,1\n1700000000225,2\n"}},
+     "--column motor=v",
+     2,
+     1,
+     2,
+     1700000000.125},
+    {"seconds in the exponent form of a spreadsheet",
+     {{"a.csv", "timestamp,v\n1.7000000001E+09,1\n1.7000000002E+09,2\n"}},
+     "--column motor=v",
+     2,
+     1,
+     2,
+     1700000000.1},
+    {"the time of day of a VBOX",
+     {{"vbox.csv", "sats,time,velocity\n9,003523.40,36\n9,003600.50,72\n"}},
+     "--column motor=velocity,unit=km/h --time time,unit=hhmmss",
+     2,
+     10,
+     20,
+     2123.4},
+    {"times with a date",
+     {{"a.csv", "t,v\n2026-01-16 01:22:28.125,1\n2026-01-16T01:22:29.5Z,2\n"}},
+     "--column motor=v",
+     2,
+     1,
+     2,
+     1768526548.125},
+    {"negative times are shifted by whole seconds",
+     {{"a.csv", "t,v\n-1.5,1\n-1.4,2\n"}},
+     "--column motor=v",
+     2,
+     1,
+     2,
+     0.5},
+    {"turns of the motor",
+     {{"a.csv", "t,erpm\n0,6000\n0.1,3000\n"}},
+     "--column motor=erpm,unit=rpm,radius=0.05,ratio=10,scale=-1",
+     2,
+     -3.1415927,
+     -1.5707963,
+     0.0},
+    {"a steering command with a trim",
+     {{"a.csv", "t,v,cmd\n0,1,-1\n0.1,1,1\n"}},
+     "--column steering=cmd,unit=1,scale=0.35,offset=0.01 --column motor=v",
+     2,
+     1,
+     1,
+     0.0},
+    {"g",
+     {{"a.csv", "t,ay,v\n0,1,1\n0.1,-1,1\n"}},
+     "--column accel_y=ay,unit=g --column motor=v",
+     2,
+     -9.80665,
+     9.80665,
+     0.0},
+    {"a last line that is cut off",
+     {{"a.csv", "t,x,v\n0,7,1\n0.1,7,2\n0.2,"}},
+     "--column motor=v",
+     2,
+     1,
+     2,
+     0.0},
+    {"a column with a comma in its name",
+     {{"a.csv", "t,\"v, rear\"\n0,1\n0.1,2\n"}},
+     "--column 'motor=\"v, rear\",unit=m/s'",
+     2,
+     1,
+     2,
+     0.0},
+    {"one name in two tables",
+     {{"a.csv", rows_of("t,x", 0)}, {"b.csv", rows_of("t,x", 0.05)}},
+     "--column yaw_rate=a:x --column motor=b.csv:x",
+     5,
+     1.0,
+     1.4,
+     0.0},
+    {"a map",
+     {{"a.csv", rows_of("stamp,v", 7)},
+      {"map.toml",
+       "tables = 'a.csv'\ntime = { column = 'stamp', unit = 's' }\n"
+       "[columns]\nmotor = { column = 'v', scale = 2 }\n"}},
+     "--map map.toml",
+     5,
+     2.0,
+     2.8,
+     7.0},
+};
+
+TEST(Import, ReadsTheTablesOfTools) {
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.what);
+    const Scratch scratch;
+    const Outcome outcome = import(scratch, one.files, one.options + a_car + "--json");
+    if (outcome.status != 0) {
+      ADD_FAILURE() << outcome.err;
+      continue;
+    }
+    const json result = json::parse(outcome.out), role = result["roles"][0];
+    EXPECT_EQ(role["samples"], one.samples);
+    EXPECT_NEAR(role["least"].get<double>(), one.least, 1e-6);
+    EXPECT_NEAR(role["most"].get<double>(), one.most, 1e-6);
+    EXPECT_NEAR(result["first"].get<double>(), one.first, 1e-6);
+    EXPECT_EQ(run_shell("odomd --check --config " + scratch.path("out/car.toml").string()).status,
+              0);
+  }
+}
+
+// A value must not be sent again because another one came.
+TEST(Import, SendsEachValueOnceAtItsTime) {
+  const Scratch scratch;
+  const Outcome outcome =
+      import(scratch,
+             {{"a.csv", "t,r,ax,ay,v\n1,0.1,1,,1\n1.1,0.2,,,\n1.2,0.3,2,5,1\n"},
+              {"b.csv", "t,s\n1.05,0.1\n1.15,0.2\n"}},
+             "--column yaw_rate=r --column accel_x=ax --column accel_y=ay --column wheel_rear=v "
+             "--column motor=b:s" +
+                 std::string(a_car));
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(contents(scratch.path("out/car.toml")),
+              AllOf(HasSubstr("signal = \"AccX\""), HasSubstr("bus = \"can2\"")));
+  const std::string log = contents(scratch.path("out/drive.log"));
+  EXPECT_EQ(std::ranges::count(log, '\n'), 3 + 2 + 1 + 2 + 2);
+  EXPECT_THAT(log, AllOf(HasSubstr("1.050000000) can1 1A1#"), HasSubstr("1.100000000) can0 1A2#"),
+                         Not(HasSubstr("1.100000000) can1 1A2#"))));
+}
+
+TEST(Import, GivesUnsignedSpeedsADirection) {
+  const Scratch scratch;
+  std::string table = "t,v,gear,yaw\n";
+  for (int i = 0; i < 300; ++i)
+    table += std::to_string(0.01 * i) + ",1.0," + (i < 100 ? "true" : "false") + ",0\n";
+  const Outcome outcome =
+      import(scratch, {{"a.csv", table}},
+             "--column motor=v --column yaw_rate=yaw --column direction=gear,forward=0,reverse=1" +
+                 std::string(a_car));
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome replay =
+      run_shell("cd " + scratch.path("out").string() +
+                " && odom replay --config car.toml --can drive.log --out - | sed "
+                "-n 150p");
+  const std::string row = replay.out;
+  EXPECT_LT(std::stod(row.substr(row.find(',') + 1)), -0.5) << row;
+}
+
+TEST(Import, MakesPosesOfQuaternionsDegreesAndPositionsOnEarth) {
+  const Scratch scratch;
+  const Outcome outcome = import(
+      scratch,
+      {{"odom.csv", rows_of("t,v", 100)},
+       {"pose.csv",
+        "t,rx,px,py,qx,qy,qz,qw\n100.1,100.15,1000,2000,0,0,0.70710678,0.70710678\n"
+        "100.2,,1000,2000,0,0,0,1\n100.3,100.31,0,0,0,0,0,0\n"},
+       {"gps.csv", "t,lat,lon,head\n100,48.0,11.0,90\n100.2,48.00001,11.00001,0\n"}},
+      "--column motor=v --column camera.x=px,scale=0.001 --column camera.y=py,unit=mm "
+      "--column camera.qx=qx --column camera.qy=qy --column camera.qz=qz --column camera.qw=qw "
+      "--column camera.sigma_x=0.01 --column camera.sigma_yaw=1,unit=deg "
+      "--column camera.arrival=rx --column camera.latency=0.01 "
+      "--column truth.latitude=lat --column truth.longitude=lon "
+      "--column truth.yaw=head,unit=deg,scale=-1,offset=1.57079632679" +
+          std::string(a_car));
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("2 of 3 rows lack a value"));
+  const std::string camera = contents(scratch.path("out/camera.csv"));
+  EXPECT_THAT(camera, HasSubstr("\n100.160000000,100.100000000,1,2,1.570796"));
+  EXPECT_THAT(camera, HasSubstr(",0.01,0.01,0.0174532"));
+  const std::string truth = contents(scratch.path("out/truth.csv"));
+  EXPECT_THAT(truth, HasSubstr("t,x,y,yaw\n100.000000000,0,0,"));
+  EXPECT_THAT(truth, HasSubstr("\n100.200000000,0.744"));  // metres east
+  EXPECT_THAT(truth, HasSubstr(",1.1119"));                // metres north
+}
+
+TEST(Import, KeepsTheCarOfAConfigurationAndReplacesADriveOnlyByForce) {
+  const Scratch scratch;
+  ASSERT_EQ(run_shell("odom sim --config-only --out " + scratch.path("sim").string()).status, 0);
+  const std::vector<TextFile> files{{"a.csv", rows_of("t,v,x,yaw", 0, ",1,2")}};
+  const std::string columns = "--config sim/car.toml --column wheel_rear_left=v,timeout=0.7 ";
+  ASSERT_EQ(import(scratch, files,
+                   columns + "--column truth.x=x --column truth.y=x --column truth.yaw=yaw")
+                .status,
+            0);
+  EXPECT_THAT(contents(scratch.path("out/car.toml")),
+              AllOf(HasSubstr("yaw_inertia = 0.028"), HasSubstr("lever_arm"), HasSubstr("[imu]"),
+                    HasSubstr("sigma = 0.00649, timeout = 0.7, latency = 0.005"),
+                    Not(HasSubstr("SteeringAngle"))));
+  ASSERT_TRUE(std::filesystem::exists(scratch.path("out/truth.csv")));
+  scratch.write("out/notes.txt", "mine");
+  const std::string log = contents(scratch.path("out/drive.log"));
+  EXPECT_THAT(import(scratch, files, columns), Ends(2, HasSubstr("--force")));
+  EXPECT_EQ(import(scratch, files, "--force --column motor=w").status, 2);
+  EXPECT_EQ(contents(scratch.path("out/drive.log")), log);
+  EXPECT_EQ(import(scratch, files, columns + "--force").status, 0);
+  EXPECT_FALSE(std::filesystem::exists(scratch.path("out/truth.csv")));
+  EXPECT_EQ(contents(scratch.path("out/notes.txt")), "mine");
+}
+
+}  // namespace
+}  // namespace odomd::tools::import_command_test

@@ -1,0 +1,157 @@
+// odom import: what is no table of a drive is refused in one line, and nothing is left behind.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/tools/import/importing.hpp"
+
+namespace odomd::tools::import_refusals_test {
+namespace {
+
+using testing::HasSubstr;
+
+struct Case {
+  std::string what;
+  std::vector<TextFile> files;
+  std::string options;
+  std::string message;
+};
+
+const std::string motor = "--column motor=v ";
+const std::string pose = "--column camera.x=a --column camera.y=a --column camera.yaw=a ";
+
+const std::vector<Case> cases{
+    {"time that runs back",
+     {{"a.csv", "t,v\n1,1\n1.1,1\n1.05,1\n"}},
+     motor,
+     "a.csv:4: the time runs back by 0.050000 s"},
+    {"an unknown column",
+     {{"a.csv", "t,speed_x,speed_y\n1,1,1\n"}},
+     "--column motor=sped_x",
+     "no column \"sped_x\"; the nearest are \"speed_x\""},
+    {"an unknown column for the time",
+     {{"a.csv", "tick,v\n1,1\n"}},
+     motor + "--time tik",
+     "no column \"tik\" for the time; the nearest are \"tick\""},
+    {"no time", {{"a.csv", "tick,v\n1,1\n"}}, motor, "name it with --time COLUMN: tick, v"},
+    {"a column in two tables",
+     {{"a.csv", "t,v\n1,1\n"}, {"b.csv", "t,v\n1,1\n"}},
+     motor,
+     "is in a.csv and in b.csv; name its table too: b.csv:v"},
+    {"a column that occurs twice",
+     {{"a.csv", "t,v,v\n1,1,2\n"}},
+     motor,
+     "name it by its number, #2"},
+    {"a word for a number",
+     {{"a.csv", "t,v\n1,1\n2,fast\n"}},
+     motor,
+     "a.csv:3: column \"v\": \"fast\" is not a number"},
+    {"a word for a time", {{"a.csv", "t,v\n1,1\nlater,2\n"}}, motor, "\"later\" is not a time"},
+    {"a row of other length",
+     {{"a.csv", "t,v\n1,1\n2,1,5\n"}},
+     motor,
+     "a.csv:3: 3 cells where the header has 2"},
+    {"rows of hours",
+     {{"a.csv", "t,v\n0,1\n10,1\n20,1\n"}},
+     motor,
+     "its rows are 10 s apart; state the unit of the time"},
+    {"a unit that is not supported",
+     {{"a.csv", "t,v (mph)\n0,1\n"}},
+     motor,
+     "its unit \"mph\" is none of motor"},
+    {"a unit of something else",
+     {{"a.csv", "t,v\n0,1\n"}},
+     "--column motor=v,unit=deg/s",
+     "does not fit this role"},
+    {"turns without a radius", {{"a.csv", "t,v\n0,1\n"}}, "--column motor=v,unit=rpm", "radius"},
+    {"an unknown key",
+     {{"a.csv", "t,v\n0,1\n"}},
+     "--column motor=v,scal=2",
+     "did you mean \"scale\""},
+    {"a key of frames", {{"a.csv", "t,v\n0,1\n"}}, "--column motor=v,bus=can0", "unknown key"},
+    {"an unknown role", {{"a.csv", "t,v\n0,1\n"}}, "--column moter=v", "did you mean \"motor\""},
+    {"no role", {{"a.csv", "t,v\n0,1\n"}}, "--column v", "ROLE=COLUMN"},
+    {"no sensor", {{"a.csv", "t,a\n0,1\n"}}, pose, "no column is mapped to a role"},
+    {"speeds beyond any car",
+     {{"a.csv", "t,v\n0,100\n0.1,300\n"}},
+     motor,
+     "2 of 2 values are beyond -83 to 83 m/s, up to 300"},
+    {"a column without a value",
+     {{"a.csv", "t,v,w\n0,1,\n0.1,1,nan\n"}},
+     motor + "--column yaw_rate=w",
+     "the column has no value"},
+    {"other clocks",
+     {{"a.csv", rows_of("t,v", 0)}, {"b.csv", rows_of("t,w", 1.7e9)}},
+     motor + "--column yaw_rate=w",
+     "these have no time in common"},
+    {"a camera without sigma",
+     {{"a.csv", "t,v,a\n0,1,1\n"}},
+     motor + pose,
+     "camera.sigma_x is missing"},
+    {"a camera without a heading",
+     {{"a.csv", "t,v,a\n0,1,1\n"}},
+     motor + "--column camera.x=a --column camera.y=a",
+     "camera.yaw is missing"},
+    {"half a quaternion",
+     {{"a.csv", "t,v,a\n0,1,1\n"}},
+     motor + "--column truth.x=a --column truth.y=a --column truth.qw=a",
+     "truth.qz is missing"},
+    {"poses of two tables",
+     {{"a.csv", "t,v,a\n0,1,1\n"}, {"b.csv", "t,b\n0,1\n"}},
+     motor + "--column truth.x=a --column truth.y=b --column truth.yaw=a",
+     "in another table"},
+    {"an unknown field",
+     {{"a.csv", "t,v,a\n0,1,1\n"}},
+     motor + "--column camera.z=a",
+     "unknown column"},
+    {"UTF-16", {{"a.csv", std::string("\xFF\xFEt\0,\0v\0", 8)}}, motor, "iconv -f UTF-16"},
+    {"nothing", {{"a.csv", ""}}, motor, "a.csv: is empty"},
+    {"a header alone", {{"a.csv", "t,v\n"}}, motor, "a.csv: has no rows"},
+    {"numbers alone", {{"a.csv", "1,2\n2,3\n"}}, motor, "has no line of column names"},
+    {"no table", {}, motor, "no table"},
+    {"an empty name", {{"a.csv", "t,v,\n0,1,\n"}}, "--column motor=", "names no column"},
+    {"a map without columns",
+     {{"a.csv", "t,v\n0,1\n"}, {"m.toml", "columns = 1\n"}},
+     motor + "--map m.toml",
+     "m.toml:1: columns: is a number; it must be a table"},
+    {"a map with an unknown key",
+     {{"a.csv", "t,v\n0,1\n"}, {"m.toml", "colums = 1\n"}},
+     motor + "--map m.toml",
+     "m.toml:1: colums: unknown key"},
+};
+
+TEST(Import, RefusesAndLeavesNothingBehind) {
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.what);
+    const Scratch scratch;
+    EXPECT_THAT(import(scratch, one.files, one.options + a_car), Ends(2, HasSubstr(one.message)));
+    std::size_t entries = 0;
+    for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(scratch.path("")))
+      ++entries;
+    EXPECT_EQ(entries, one.files.size());
+  }
+}
+
+TEST(Import, AsksForTheCar) {
+  const Scratch scratch;
+  EXPECT_THAT(import(scratch, {{"a.csv", "t,v\n0,1\n"}}, motor), Ends(2, HasSubstr("--wheelbase")));
+}
+
+TEST(Import, LeavesOutAndCountsWhatDoesNotFit) {
+  const Scratch scratch;
+  std::string table = "t,v,w\n";
+  for (int i = 0; i < 50; ++i)
+    table += std::to_string(0.01 * i) + (i == 7 ? ",900" : ",1") + ",0.000" +
+             std::to_string(i % 3) + "\n";
+  EXPECT_THAT(
+      import(scratch, {{"a.csv", table + ",1,1\n"}}, motor + "--column yaw_rate=w" + a_car),
+      Ends(0, testing::AllOf(HasSubstr("1 of 50 values are beyond -83 to 83 m/s, up to 900"),
+                             HasSubstr("vary by 0.0002 rad/s only"),
+                             HasSubstr("1 row without a time left out"))));
+}
+
+}  // namespace
+}  // namespace odomd::tools::import_refusals_test

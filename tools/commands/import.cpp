@@ -1,0 +1,111 @@
+// odom import: a drive from tables.
+#include <iostream>
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "tools/cli/json_text.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/cli/progress.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/diagnostics/output.hpp"
+#include "tools/import/import.hpp"
+
+namespace odomd::tools {
+namespace {
+
+struct Options {
+  ImportOptions import;
+  bool force = false;
+  bool json = false;
+};
+
+void run(Options& options) {
+  options.import.overwrite = options.force ? Overwrite::replace : Overwrite::refuse;
+  ProgressLine progress("odom import");
+  const ImportResult result =
+      import_drive(options.import, [&](const std::string& text) { progress.show(text); });
+  progress.end();
+  const std::string out = options.import.out.string();
+  if (options.json) {
+    auto json = as_json(result);
+    json["out"] = out;
+    json["diagnostics"] = as_json(result.warnings);
+    std::cout << json_text(json, 2) << '\n';
+    return;
+  }
+  warn("import", result.warnings);
+  std::cout << as_text(result);
+  say(
+      fmt::format("odom import: {}: {:.1f} s, {} frames, {} camera poses, {} rows of truth; try: "
+                  "odom doctor --drive {}",
+                  out, static_cast<double>(result.last_ns - result.first_ns) * 1e-9, result.frames,
+                  result.camera_poses, result.truth_rows, out));
+}
+
+}  // namespace
+
+void add_import(Command odom) {
+  const auto options = std::make_shared<Options>();
+  ImportOptions& import = options->import;
+  Command command =
+      odom.add_subcommand("import", "Make a drive from tables: a ROS bag's topics, a logger's CSV");
+  command.add("CSV", "", import.tables, "Tables, merged by their times; instead of the map's");
+  command
+      .add("--column", "ROLE=COLUMN[,KEY=VALUE]", import.map.columns,
+           "A column for a role; repeatable. Keys: unit, scale, offset, ...")
+      .one_each();
+  command
+      .add("--time", "COLUMN[,unit=U]", import.map.times,
+           "Column of the time, or SECONDS+NANOSECONDS; U: s, ms, us, ns or hhmmss; repeatable. "
+           "Default: by its name and size")
+      .one_each();
+  command.add("--map", "TOML", import.map.map, "File with tables, time and [columns]");
+  command.add("--config", "FILE", import.map.config,
+              "Configuration of the car (TOML), for all but [can]; sigma, latency, timeout and "
+              "dead_band of its roles are kept");
+  command.add("--out", "DIR", import.out, "Folder to write").required();
+  command.add_flag("--force", options->force, "Replace the drive in a folder that is not empty");
+  command.add_flag("--json", options->json, "Print the report as JSON");
+  const Command car = command.group("The car, without --config");
+  car.add("--mass", "KG", import.car.mass, "Mass as it drives; units: kg, g");
+  car.add("--wheelbase", "M", import.car.wheelbase, "Front to rear axle; units: m, cm, mm");
+  car.add("--front-axle", "M", import.car.front_axle,
+          "Centre of gravity to the front axle; default: half the wheelbase");
+  car.add("--track", "M", import.car.track, "Left to right wheel");
+  command.footer(
+      "Roles are those of [can.signals]: yaw_rate, accel_x, accel_y, wheel_..., motor, steering,\n"
+      "direction; their keys, too: unit, radius, ratio, scale (-1 turns the sign), offset, sigma,\n"
+      "latency, timeout, dead_band, forward, reverse. Poses: camera.x, .y, .yaw (or .qx .qy .qz\n"
+      ".qw), .sigma_x, .sigma_y, .sigma_yaw, .arrival or .latency; truth.x, .y, .yaw (or\n"
+      "quaternion), .vx, .vy, .yaw_rate, or truth.latitude and .longitude. A number may stand for "
+      "a\n"
+      "column, '#3' for the third, imu.csv:NAME for one of two tables. Units that the header or "
+      "the\n"
+      "row below states are used, else SI is assumed.\n"
+      "\n"
+      "Examples:\n"
+      "  odom import odom.csv imu.csv --out lap --config car.toml \\\n"
+      "      --column motor=twist.twist.linear.x --column yaw_rate=angular_velocity.z\n"
+      "  odom import logger.csv --out lap --mass 2.985 --wheelbase 0.26 --track 0.16 \\\n"
+      "      --time 'T,unit=ms' --column 'wheel_rear=RPM,unit=rpm,radius=0.033' \\\n"
+      "      --column 'yaw_rate=Gz,unit=deg/s,scale=-1'\n"
+      "  odom import vbox.csv --out lap --config car.toml --column wheel_rear=Speed,unit=km/h \\\n"
+      "      --column truth.latitude=Lat --column truth.longitude=Long \\\n"
+      "      --column truth.yaw=Heading,unit=deg,scale=-1,offset=1.5708\n"
+      "  odom import --map map.toml --config car.toml --out lap\n"
+      "\n"
+      "map.toml:\n"
+      "  tables = [\"imu.csv\", \"vicon.csv\"]\n"
+      "  time = { column = [\"header.stamp.sec\", \"header.stamp.nanosec\"] }\n"
+      "  [columns]\n"
+      "  yaw_rate = { column = \"imu:angular_velocity.z\", scale = -1 }\n"
+      "  camera.x = \"vicon:pose.position.x\"\n"
+      "  camera.sigma_x = 0.005\n"
+      "\n"
+      "Exit status: 0 written, 2 unusable input; then nothing is written.");
+  command.callback([options] { run(*options); });
+}
+
+}  // namespace odomd::tools
