@@ -74,8 +74,8 @@ inline constexpr auto sensors = std::to_array<Kind>({
      .name = "often_gated",
      .meaning = "Many samples of a source are too far from what the others let expect.",
      .fix = "check {KEY}",
-     .limits = {.most = 0.25},
-     .reason = "share of its tested samples"},
+     .limits = {.most = 0.1},
+     .reason = "share of its tested samples; recorded drives whose sensors are sound have less"},
     {.code = "W318",
      .name = "actuator_not_seen",
      .meaning = "The drive shows another delay and lag of the steering than [steering].",
@@ -95,6 +95,12 @@ inline constexpr auto sensors = std::to_array<Kind>({
      .name = "scale_implausible",
      .meaning = "A scale that the filter has learnt is far from its configured value.",
      .fix = "check scale and radius under [can.signals], and [vehicle]"},
+    {.code = "W322",
+     .name = "source_unused",
+     .meaning = "A source is not used, or much of it is not.",
+     .fix = "{KEY}",
+     .limits = {.most = 0.1},
+     .reason = "share of its samples, or of the time"},
 });
 
 }  // namespace odomd::diagnostics

@@ -51,6 +51,7 @@ bool is_cause(const Diagnostic& one) {
                               &kind("yaw_in_degrees"),
                               &kind("camera_turns_unrelated"),
                               &kind("camera_outside_log"),
+                              &kind("source_unused"),
                               &kind("latency_off")};
   return std::ranges::find(causes, one.kind) != causes.end();
 }

@@ -44,8 +44,11 @@ ReplayedDrive replay_with(const Drive& drive, const daemon::Config& config, Fram
       keep);
   result.warnings = check_replay(pipeline->decoder(), result.summary);
   if (result.poses.points.empty()) {
-    // The last one says what is missing for a pose.
-    throw NoPose(drive.folder.string() + ": " + text_of(result.warnings.back()), result.warnings);
+    // The last one says what is missing for a pose, if anything of this car came.
+    const auto& first = result.warnings.front();
+    const bool is_cause = first.kind == &diagnostics::kind("other_database");
+    throw NoPose(drive.folder.string() + ": " + text_of(is_cause ? first : result.warnings.back()),
+                 result.warnings);
   }
   return result;
 } catch (const NoPose&) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -85,7 +86,17 @@ std::optional<Diagnostic> check_message(const can::BoundMessage& message,
 diagnostics::Diagnostics check_replay(const can::Decoder& decoder, const ReplaySummary& summary) {
   diagnostics::Diagnostics warnings;
   const auto messages = decoder.messages();
-  for (std::size_t i = 0; i < messages.size(); ++i) {
+  const bool none_came = std::ranges::all_of(messages, [&](const can::BoundMessage& message) {
+    const auto& verdicts =
+        decoder.counters(static_cast<std::size_t>(&message - messages.data())).verdicts;
+    return std::ranges::all_of(verdicts, [](const auto& count) { return count.get() == 0; });
+  });
+  if (none_came && summary.frames > 0)
+    warnings.push_back(
+        found(kind("other_database"), {},
+              fmt::format("none of the {} mapped messages is among the {} frames of the log",
+                          messages.size(), summary.frames)));
+  for (std::size_t i = 0; i < messages.size() && !none_came; ++i) {
     append(warnings, check_message(messages[i], decoder.counters(i)));
     append(warnings, cut_frames(messages[i], decoder.counters(i)));
   }

@@ -6,6 +6,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
+#include <optional>
 #include <utility>
 
 #include "daemon/core/source_diagnostics.hpp"
@@ -93,6 +95,86 @@ void warn_of_learning(const ReplaySummary& summary, diagnostics::Diagnostics& wa
   warn(summary.scale_implausible, daemon::implausible_scale());
 }
 
+// How to have these samples used. A gated one is a matter of its own (often_gated).
+std::string fix_for(const ReplaySummary& summary, Source source, Verdict verdict) {
+  switch (verdict) {
+    case Verdict::too_old:
+      if (source == Source::camera)
+        return fmt::format(
+            "raise camera.max_latency, and filter.window with it, above {:.3f} s, the median age "
+            "of "
+            "its poses at their arrival",
+            summary.camera_delay_s);
+      return fmt::format(
+          "check can.signals.{}.latency, which filter.window must cover, and that all buses have "
+          "one clock",
+          estimator::source_names[estimator::index_of(source)]);
+    case Verdict::future:
+      return "put its times on the log's clock";
+    case Verdict::duplicate:
+      return "give each sample its own time";
+    case Verdict::failed_protection:
+      return "check [can.e2e]";
+    default:
+      return fmt::format("check {}", what_to_check(source));
+  }
+}
+
+const can::BoundMessage* message_of(const can::Decoder& decoder, std::size_t source) {
+  const auto found = std::ranges::find_if(decoder.messages(), [&](const auto& message) {
+    return std::ranges::find(message.channels, source) != message.channels.end();
+  });
+  return found == decoder.messages().end() ? nullptr : &*found;
+}
+
+// Samples that were refused, and the time without any. What a message without a value means has
+// been said of the message.
+std::optional<diagnostics::Diagnostic> unused(const can::Decoder& decoder,
+                                              const ReplaySummary& summary, std::size_t source) {
+  constexpr const diagnostics::Kind& kind = diagnostics::kind("source_unused");
+  const auto& verdicts = summary.verdicts[source];
+  const auto count = [&](Verdict verdict) { return verdicts[static_cast<std::size_t>(verdict)]; };
+  const std::uint64_t all = std::accumulate(verdicts.begin(), verdicts.end(), std::uint64_t{0}) -
+                            count(Verdict::source_off);
+  const auto is_reported = [&](Verdict verdict) {
+    const SourceFlag flag = verdict == Verdict::non_finite          ? SourceFlag::non_finite
+                            : verdict == Verdict::failed_protection ? SourceFlag::failed_protection
+                                                                    : SourceFlag::ok;
+    return flag != SourceFlag::ok &&
+           is_long(summary, summary.flagged[source][static_cast<std::size_t>(flag)]);
+  };
+  std::uint64_t refused = 0;
+  Verdict most = Verdict::gated;
+  std::string why;
+  for (const Verdict verdict : {Verdict::too_old, Verdict::future, Verdict::duplicate,
+                                Verdict::non_finite, Verdict::failed_protection}) {
+    if (count(verdict) == 0 || is_reported(verdict)) continue;
+    refused += count(verdict);
+    if (most == Verdict::gated || count(verdict) > count(most)) most = verdict;
+    why += fmt::format("{}{} {}", why.empty() ? "" : ", ", count(verdict),
+                       estimator::verdict_names[static_cast<std::size_t>(verdict)]);
+  }
+  if (refused > 0 && !kind.limits.hold(static_cast<double>(refused) / static_cast<double>(all)))
+    return found(kind, label(decoder, source),
+                 fmt::format("{} of its {} samples were not used: {}",
+                             refused == all ? "all" : std::to_string(refused), all, why),
+                 fix_for(summary, static_cast<Source>(source), most));
+  const can::BoundMessage* message = message_of(decoder, source);
+  if (message == nullptr) return std::nullopt;
+  const auto index = static_cast<std::size_t>(message - decoder.messages().data());
+  if (decoder.counters(index)
+          .verdicts[static_cast<std::size_t>(can::FrameVerdict::decoded)]
+          .get() == 0)
+    return std::nullopt;
+  const std::uint64_t silent =
+      summary.flagged[source][static_cast<std::size_t>(SourceFlag::timed_out)];
+  if (kind.limits.hold(share(summary, silent))) return std::nullopt;
+  return found(kind, label(decoder, source),
+               "it gave no value in its timeout" + seconds(summary, silent),
+               fmt::format("check the rate of its frames, and can.signals.{0}: valid_when, timeout",
+                           estimator::source_names[source]));
+}
+
 bool is_miswired(const ReplaySummary& summary, std::size_t source) {
   return std::any_of(summary.wired[source].begin() + 1, summary.wired[source].end(),
                      [](std::uint64_t ticks) { return ticks > 0; });
@@ -133,6 +215,7 @@ diagnostics::Diagnostics check_sources(const can::Decoder& decoder, const Replay
       append(warnings, daemon::diagnostic_of(flag, label(decoder, source)));
       warnings.back().seen += seconds(summary, count);
     }
+    append(warnings, unused(decoder, summary, source));
     const auto& verdicts = summary.verdicts[source];
     const std::uint64_t gated = verdicts[static_cast<std::size_t>(Verdict::gated)];
     const std::uint64_t judged = gated + verdicts[static_cast<std::size_t>(Verdict::fused)];

@@ -17,8 +17,8 @@ namespace odomd::tools {
 /// (daemon/core/wiring.hpp), with its sources; consequences of it are left out. Then one per source
 /// that was inconsistent with the filter; that was flagged for a second or more (a tenth of a
 /// shorter drive) as out of range, NaN or infinite, frozen, contradicting the others or failing its
-/// protection; or of whose samples more than a quarter was gated. For a camera in other units there
-/// is that one only.
+/// protection; or of whose samples more than a tenth was gated, or not used for another reason; or
+/// that was silent for a tenth of the time. For a camera in other units there is that one only.
 [[nodiscard]] diagnostics::Diagnostics check_sources(const can::Decoder& decoder,
                                                      const ReplaySummary& summary);
 

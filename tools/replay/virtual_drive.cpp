@@ -1,6 +1,8 @@
 #include "tools/replay/virtual_drive.hpp"
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
 #include "daemon/core/pipeline.hpp"
 #include "tools/diagnostics/unit_check.hpp"
@@ -36,6 +38,20 @@ void ReplaySummary::take_statistics(const daemon::Pipeline& pipeline) {
       verdicts[source][verdict] = statistics.verdicts[verdict].get();
   }
 }
+
+namespace {
+
+double median_delay_s(std::span<const estimator::CameraPose> cameras) {
+  if (cameras.empty()) return 0.0;
+  std::vector<std::int64_t> delays;
+  for (const estimator::CameraPose& pose : cameras)
+    delays.push_back(pose.arrival_ns - pose.capture_ns);
+  const auto middle = delays.begin() + static_cast<std::ptrdiff_t>(delays.size() / 2);
+  std::ranges::nth_element(delays, middle);
+  return static_cast<double>(*middle) * 1e-9;
+}
+
+}  // namespace
 
 ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
                      const NextFrame& next_frame, std::span<const estimator::CameraPose> cameras,
@@ -80,6 +96,7 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
     sink(record);
   }
   summary.cameras_after = static_cast<std::uint64_t>(cameras.end() - camera);
+  summary.camera_delay_s = median_delay_s(cameras);
   summary.take_statistics(pipeline);
   summary.camera_units = check_units("camera", cameras, {.trajectory = summary.odometry});
   return summary;

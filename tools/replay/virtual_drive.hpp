@@ -37,6 +37,7 @@ struct ReplaySummary {
   std::uint64_t cameras = 0;
   std::uint64_t cameras_before = 0;  ///< of these, arrived before the first tick
   std::uint64_t cameras_after = 0;   ///< arrived after the last tick
+  double camera_delay_s = 0.0;       ///< median, from the picture to the arrival
   std::uint64_t ticks = 0;
   std::uint64_t late = 0;   ///< frames stamped late_ns or more before the tick they came into
   std::uint64_t poses = 0;  ///< ticks from initialisation on

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -43,6 +44,10 @@ constexpr double cautious_nees = 0.75;  // sigmas twice as large as they need be
 // Of a source: noises that are wrong by a factor of two.
 constexpr double least_nis = 0.25;
 constexpr double most_nis = 4.0;
+
+/// A heading that is less certain than this for more than this share of the drive says nothing of
+/// where the car points, right or not.
+constexpr double max_heading_sigma = 10.0, max_uncertain_share = 0.1;  // deg
 
 /// A car that ends this near by chance says nothing of a drift.
 constexpr double least_path = 5.0;  // m
@@ -170,6 +175,21 @@ void judge_nees(const Evaluation& e, Reasons& reasons) {
                     figure, fixed(std::sqrt(mean / 3.0), 1)));
 }
 
+void judge_heading(const EvaluatedDrive& drive, std::size_t focus, Reasons& reasons) {
+  const Trajectory& poses = drive.estimates[focus];
+  if (!poses.has_covariance || poses.points.empty()) return;
+  const auto uncertain = std::ranges::count_if(poses.points, [](const TrajectoryPoint& point) {
+    return std::sqrt(std::max(point.covariance[5], 0.0)) * 180.0 / std::numbers::pi >
+           max_heading_sigma;
+  });
+  const double share = static_cast<double>(uncertain) / static_cast<double>(poses.points.size());
+  if (share > max_uncertain_share)
+    reasons.add(Grade::look_at,
+                fmt::format("Its heading is uncertain: its sigma is above {} degrees for {} % of "
+                            "the time.",
+                            fixed(max_heading_sigma, 0), fixed(100.0 * share, 0)));
+}
+
 void judge_innovations(const EvaluatedDrive& drive, std::size_t focus, Reasons& reasons) {
   if (focus >= drive.replays.size() || !drive.report.evaluations[focus].nis_factor) return;
   std::string off;
@@ -213,6 +233,7 @@ Verdict verdict_of(const EvaluatedDrive& drive) {
                                       : judge_drift(drive, e, reasons);
   judge_baseline(drive, focus, reasons);
   judge_nees(e, reasons);
+  judge_heading(drive, focus, reasons);
   judge_innovations(drive, focus, reasons);
   if (!position_is_judged)
     reasons.add(Grade::look_at,

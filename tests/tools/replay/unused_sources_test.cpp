@@ -1,0 +1,181 @@
+// Sources that a drive does not use are named, with the reason.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools::unused_sources_test {
+namespace {
+
+using nlohmann::json;
+using testing::Contains;
+using testing::Each;
+using testing::HasSubstr;
+using testing::Not;
+
+class UnusedSources : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    sound_ = new Scratch;  // NOLINT(cppcoreguidelines-owning-memory): gtest's way
+    const Outcome sim =
+        run_shell("odom sim --seed 3 --duration 20 --out " + sound_->path("drive").string());
+    ASSERT_EQ(sim.status, 0) << sim.err;
+  }
+  static void TearDownTestSuite() { delete sound_; }  // NOLINT
+
+  static inline Scratch* sound_ = nullptr;
+};
+
+/// A copy of the sound drive with something wrong.
+class Copy {
+ public:
+  explicit Copy(const Scratch& sound) : folder_(scratch_.path("drive")) {
+    std::filesystem::copy(sound.path("drive"), folder_);
+  }
+  void change(const std::string& file, const std::string& what, const std::string& by) const {
+    std::string text = contents(folder_ / file);
+    const std::size_t at = text.find(what);
+    ASSERT_NE(at, std::string::npos) << what;
+    text.replace(at, what.size(), by);
+    std::ofstream(folder_ / file) << text;
+  }
+  void shell(const std::string& command) const {
+    const Outcome outcome = run_shell("cd " + folder_.string() + " && " + command);
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+  }
+  [[nodiscard]] Outcome run(const std::string& command) const {
+    return run_shell("cd " + folder_.string() + " && " + command);
+  }
+  /// "W322 camera: what was seen", one per diagnostic.
+  [[nodiscard]] std::vector<std::string> replayed() const {
+    return lines(run("odom replay --json --config car.toml --can drive.log --camera camera.csv "
+                     "--out pose.csv")
+                     .err);
+  }
+  static std::vector<std::string> lines(const std::string& text) {
+    std::vector<std::string> all;
+    const json result = json::parse(text.substr(0, text.find('\n')));
+    for (const json& one : result["diagnostics"])
+      all.push_back(one["code"].get<std::string>() + ' ' + one["subject"].get<std::string>() +
+                    ": " + one["seen"].get<std::string>() + "; " + one["fix"].get<std::string>());
+    return all;
+  }
+
+ private:
+  Scratch scratch_;
+  std::filesystem::path folder_;
+};
+
+struct Case {
+  std::string what;
+  std::function<void(const Copy&)> spoil;
+  std::string code, said;
+};
+
+const std::vector<Case> cases{
+    {"every camera pose is too old",
+     [](const Copy& drive) {
+       drive.change("car.toml", "[camera]", "[camera]\nmax_latency = 0.005");
+     },
+     "W322 camera: all of its", "camera.max_latency"},
+    {"a quarter of the camera poses arrive late",
+     [](const Copy& drive) {
+       drive.shell(
+           "awk -F, -v OFS=, 'NR>1 && NR%4==0 {$1=sprintf(\"%.6f\", $2+0.5)} {print}' "
+           "camera.csv >c && mv c camera.csv");
+     },
+     "W322 camera: ", "too_old"},
+    {"poses that come three times",
+     [](const Copy& drive) {
+       drive.shell(
+           "awk 'NR==1 {print; next} {print; print; print}' camera.csv >c && mv c camera.csv");
+     },
+     "W322 camera: ", "duplicate"},
+    {"a wheel that is never valid",
+     [](const Copy& drive) {
+       drive.change("car.toml", "signal = \"WheelRearLeft\"",
+                    "signal = \"WheelRearLeft\", valid_when = { signal = \"WHEELS_REAR_Counter\", "
+                    "equals = 15 }");
+     },
+     "W322 wheel_rear_left (WHEELS_REAR): it gave no value", "valid_when"},
+    {"a gyro that is rarely valid",
+     [](const Copy& drive) {
+       drive.change("car.toml", "signal = \"YawRate\"",
+                    "signal = \"YawRate\", valid_when = { signal = \"IMU_Counter\", equals = 3 }");
+     },
+     "W322 yaw_rate (IMU): it gave no value", "timeout"},
+    {"a steering that comes for half of the drive",
+     [](const Copy& drive) {
+       drive.shell("awk '!/ 1A3#/ || NR%6000<3000' drive.log >l && mv l drive.log");
+     },
+     "W322 steering (STEERING): it gave no value", "rate of its frames"},
+    {"a message whose protection always fails",
+     [](const Copy& drive) { drive.change("car.toml", "data_id = 419", "data_id = 7"); },
+     "W204 message 'STEERING' (steering)", "failed their protection"},
+    {"a message that is not in the log",
+     [](const Copy& drive) { drive.shell("grep -v ' 1A3#' drive.log >l && mv l drive.log"); },
+     "W203 message 'STEERING' (steering)", "no frame of it"},
+    {"every seventh wheel sample is nonsense",
+     [](const Copy& drive) {
+       drive.change("car.toml", "WHEELS_REAR = {", "WHEELS_FRONT = {");
+       drive.change("car.toml", "WHEELS_FRONT = {", "# ");
+       drive.change("car.toml", "\nWHEELS_FRONT = {", "\n# ");
+       drive.shell(
+           "awk '/ 1A1#/ && ++n%7==0 {sub(/#.*/, \"#0000404B4C404B4C\")} {print}' drive.log "
+           ">l && mv l drive.log");
+     },
+     "W317 wheel_rear_left", "were gated"},
+};
+
+TEST_F(UnusedSources, AreNamedWithTheReason) {
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.what);
+    const Copy drive(*sound_);
+    one.spoil(drive);
+    EXPECT_THAT(drive.replayed(),
+                Contains(testing::AllOf(HasSubstr(one.code), HasSubstr(one.said))));
+    const json evaluation = json::parse(drive.run("odom evaluate --drive . --json").out);
+    EXPECT_NE(evaluation["drives"][0]["verdict"]["grade"], "good");
+    // doctor names the cause of wheels that are gated.
+    EXPECT_THAT(
+        drive.run("odom doctor --drive .").out,
+        HasSubstr(one.code.starts_with("W317") ? "wheel_rear_left" : one.code.substr(0, 4)));
+  }
+}
+
+TEST_F(UnusedSources, AreNoneInASoundDrive) {
+  const Copy drive(*sound_);
+  EXPECT_THAT(drive.replayed(), Each(Not(testing::AnyOf(HasSubstr("W322"), HasSubstr("W317")))));
+}
+
+TEST_F(UnusedSources, LogOfAnotherCarIsOneFinding) {
+  const Copy drive(*sound_);
+  drive.shell("sed 's/ 1A/ 2B/' drive.log >l && mv l drive.log");
+  const auto lines = drive.replayed();
+  EXPECT_THAT(lines, Contains(HasSubstr("none of the 4 mapped messages is among the ")));
+  EXPECT_THAT(lines, Each(Not(HasSubstr("W203"))));
+  EXPECT_THAT(drive.run("odom evaluate --drive .").err, HasSubstr("none of the 4 mapped messages"));
+  EXPECT_THAT(drive.run("odom doctor --drive .").out, HasSubstr("none of the 4 mapped messages"));
+}
+
+// A heading that may be anything is not good, however near it is.
+TEST_F(UnusedSources, UncertainHeadingIsNotGood) {
+  const Copy drive(*sound_);
+  drive.shell("odom replay --config car.toml --can drive.log --camera camera.csv --out pose.csv");
+  for (const auto& [degrees, is_uncertain] : {std::pair{9.0, false}, {11.0, true}}) {
+    drive.shell("awk -F, -v OFS=, 'NR>1 {$10=" + std::to_string(degrees * 3.14159265 / 180.0) +
+                "} {print}' pose.csv >other.csv");
+    const Outcome outcome =
+        drive.run("odom evaluate --reference truth.csv --pose other.csv --json");
+    EXPECT_EQ(outcome.out.find("Its heading is uncertain") != std::string::npos, is_uncertain)
+        << degrees;
+  }
+}
+
+}  // namespace
+}  // namespace odomd::tools::unused_sources_test
