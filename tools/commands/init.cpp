@@ -63,8 +63,10 @@ void add_init(Command odom) {
       .within(1.0, 600.0);
   command.add("--out", "FILE", options->init.out, "Configuration to write; default: car.toml");
   command.add_flag("--force", options->force, "Replace an existing file");
-  command.add_flag("--yes", options->yes,
-                   "Ask nothing: a missing mass or wheelbase is an error, the rest a marked guess");
+  command.add_flag(
+      "--yes", options->yes,
+      "Ask nothing: what a proposed signal needs is an error if it is missing, the rest a "
+      "marked guess");
   command.add_flag("--json", options->json, "Print the proposal as JSON");
   const Command car = command.group("The car (asked for on a terminal if they are missing)");
   const auto number = [&](const std::string& name, std::string& value, const std::string& type,
@@ -77,9 +79,13 @@ void add_init(Command odom) {
   number("--track", texts.track, "M",
          "Left to right wheel; default: from wheels and gyro, if both are there");
   number("--wheel-radius", texts.wheel_radius, "M",
-         "Rolling radius, for speeds in turns per minute");
+         "Rolling radius, for wheels and motors that report turns");
   number("--steering-ratio", texts.steering_ratio, "R",
          "Steering wheel's angle over the front wheels'; default: from the turns");
+  number("--full-lock", texts.full_lock, "RAD",
+         "Front wheels' angle at a steering command of 1; default: from the turns");
+  number("--gear-ratio", texts.gear_ratio, "R", "Turns of the motor for one of a wheel");
+  number("--pole-pairs", texts.pole_pairs, "N", "Of a motor that reports electrical turns");
   command.footer(
       "Examples:\n"
       "  odom init --dbc car.dbc --can drive.log\n"

@@ -22,15 +22,18 @@ namespace {
 
 using estimator::Source;
 
-/// Speeds in turns per minute were decoded as angular velocities.
-void take_radius(Proposal& proposal, std::optional<double> radius) {
-  for (const Source role : wheel_sources)
-    if (auto& choice = proposal.of(role); choice && choice->candidate.unit == can::Unit::rpm) {
-      choice->radius = radius.value_or(1.0);
-      for (double& value : choice->series.value) value *= *choice->radius;
-      if (role == Source::motor)
-        choice->warnings.emplace_back("set ratio: turns of the motor for one of the wheel");
-    }
+/// Angular velocities become speeds.
+void take_radius(Proposal& proposal, const Known& known) {
+  for (const Source role : wheel_sources) {
+    auto& choice = proposal.of(role);
+    if (!choice || !choice->turns()) continue;
+    choice->radius = known.wheel_radius.value_or(1.0);
+    if (role == Source::motor) choice->ratio = known.gear_ratio;
+    if (choice->candidate.electrical) choice->pole_pairs = known.pole_pairs;
+    const double factor =
+        *choice->radius / choice->ratio.value_or(1.0) / choice->pole_pairs.value_or(1.0);
+    for (double& value : choice->series.value) value *= factor;
+  }
 }
 
 /// Each wheel against the mean of all.
@@ -141,9 +144,22 @@ void sign_by_majority(Proposal& proposal, const DriveCourse& drive) {
       "hand: yaw_rate and steering must be positive");
 }
 
+/// The only speed is that of a motor, by numbers that a person gave.
+bool only_motor_turns(const Proposal& proposal) {
+  return proposal.has(Source::motor) && proposal.of(Source::motor)->turns() &&
+         std::ranges::none_of(wheel_sources, [&](Source role) {
+           return role != Source::motor && proposal.has(role);
+         });
+}
+
 void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& known) {
   if (!drive.has(Source::yaw_rate)) return;
   Choice& choice = *proposal.of(Source::yaw_rate);
+  proposal.lateral = 0.0;
+  for (const double value : drive.moving([&](std::size_t i) {
+         return std::fabs(drive.at(Source::yaw_rate, i) * drive.speed(i));
+       }))
+    proposal.lateral = std::max(proposal.lateral, value);
   const auto yaw = shown_by(drive, Source::yaw_rate);
   constexpr double factor = 3.0;
   std::optional<double> size;  // of the gyro over what it should be
@@ -172,6 +188,12 @@ void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& k
   else if (*size > 1.0 / factor && *size < factor)
     choice.reasons.push_back(fmt::format("its size fits within {:.0f} %",
                                          std::max(1.0, 100.0 * std::fabs(*size - 1.0))));
+  else if (!by_track && only_motor_turns(proposal))
+    proposal.of(Source::motor)
+        ->warnings.push_back(
+            fmt::format("yaw rate and acceleration need {:.3g} times its speed: check the wheel's "
+                        "radius, the gear ratio and the pole pairs",
+                        1.0 / *size));
   else
     choice.warnings.push_back(
         fmt::format("it is {:.3g} times what the other sensors say: check the unit", *size));
@@ -204,11 +226,15 @@ void check_accel_y(Proposal& proposal, const DriveCourse& drive) {
   const Relation relation = relation_of(side, turning);
   if (!relation.clear()) return;
   constexpr double worth_a_word = 0.3;  // m/s², the default sigma
+  constexpr double far_off = 1.5;       // m/s², of a sensor that is tilted by 9°
   if (const double slope = std::fabs(relation.slope); slope < 0.5 || slope > 2.0)
     choice.warnings.push_back(fmt::format("it is {:.2g} times speed times yaw rate", slope));
   if (std::fabs(relation.offset) > worth_a_word) {
     choice.offset = -std::round(100.0 * relation.offset) / 100.0;
     choice.reasons.emplace_back("offset: what is left of it without a turn");
+    if (std::fabs(relation.offset) > far_off)
+      choice.warnings.push_back(
+          fmt::format("an offset of {:.2g} m/s² is large: check its mounting", relation.offset));
   }
 }
 
@@ -237,7 +263,8 @@ void warn_of_standing_log(Proposal& proposal) {
 }  // namespace
 
 void check_behaviour(Proposal& proposal, const Known& known) {
-  take_radius(proposal, known.wheel_radius);
+  take_radius(proposal, known);
+  take_command(proposal);
   const DriveCourse before(proposal);
   if (!before.has_motion()) {
     warn_of_standing_log(proposal);

@@ -64,6 +64,24 @@ const std::array items{
          {0.5, 60.0},
          nullptr,
          &Known::steering_ratio},
+    Item{{"--full-lock", "angle of the front wheels at a command of 1 [rad, or as 20deg]",
+          "turn the steering fully and measure the mean of both front wheels"},
+         Dimension::angle,
+         {0.05, 1.2},
+         nullptr,
+         &Known::full_lock},
+    Item{{"--gear-ratio", "turns of the motor for one of a wheel",
+          "gear teeth: spur over pinion, times the differential's ratio"},
+         Dimension::pure,
+         {0.1, 100.0},
+         nullptr,
+         &Known::gear_ratio},
+    Item{{"--pole-pairs", "pole pairs of the motor, as it reports electrical turns",
+          "half the poles in its data sheet; 1 if the controller divides by them"},
+         Dimension::pure,
+         {1.0, 50.0},
+         nullptr,
+         &Known::pole_pairs},
 };
 
 const Item& item_of(std::string_view option) {
@@ -134,6 +152,9 @@ Car parse_car(const CarTexts& texts) {
   set(car, item_of("--track"), texts.track);
   set(car, item_of("--wheel-radius"), texts.wheel_radius);
   set(car, item_of("--steering-ratio"), texts.steering_ratio);
+  set(car, item_of("--full-lock"), texts.full_lock);
+  set(car, item_of("--gear-ratio"), texts.gear_ratio);
+  set(car, item_of("--pole-pairs"), texts.pole_pairs);
   check_axle(car);
   return car;
 }
@@ -145,15 +166,26 @@ std::vector<Question> missing_first(const Car& car, const Proposal& proposal) {
   if (!car.front_axle) missing.push_back(item_of("--front-axle").question);
   if (!car.known.wheel_radius && proposal.needs_radius())
     missing.push_back(item_of("--wheel-radius").question);
+  const auto& motor = proposal.of(estimator::Source::motor);
+  if (!motor || !motor->turns()) return missing;
+  if (!car.known.gear_ratio) missing.push_back(item_of("--gear-ratio").question);
+  if (motor->candidate.electrical && !car.known.pole_pairs)
+    missing.push_back(item_of("--pole-pairs").question);
   return missing;
 }
 
 std::vector<Question> missing_last(const Car& car, const Proposal& proposal) {
   std::vector<Question> missing;
-  if (!car.known.track && !proposal.measured_track) missing.push_back(item_of("--track").question);
+  if (!car.known.track && !proposal.measured_track && proposal.has_axle())
+    missing.push_back(item_of("--track").question);
   const auto& steering = proposal.of(estimator::Source::steering);
-  if (steering && !steering->sure() && !car.known.steering_ratio)
+  if (!steering || steering->sure()) return missing;
+  if (steering->candidate.unit == can::Unit::none) {
+    if (!car.known.full_lock && !steering->scale_fits)
+      missing.push_back(item_of("--full-lock").question);
+  } else if (!car.known.steering_ratio) {
     missing.push_back(item_of("--steering-ratio").question);
+  }
   return missing;
 }
 

@@ -14,7 +14,8 @@ namespace odomd::tools {
 
 /// The numbers as given, with their units; empty: not given.
 struct CarTexts {
-  std::string mass, wheelbase, front_axle, track, wheel_radius, steering_ratio;
+  std::string mass, wheelbase, front_axle, track, wheel_radius, steering_ratio, full_lock,
+      gear_ratio, pole_pairs;
 };
 
 struct Car {
@@ -31,11 +32,11 @@ struct Question {
   std::string_view hint;    ///< how to measure
 };
 
-/// What is missing before the log can be read: mass and wheelbase, and a radius for turns per
-/// minute. The front axle may be missing: half of the wheelbase is then a guess.
+/// What is missing before the log can be read: mass and wheelbase, a radius for turns per minute,
+/// and the motor's gear. The front axle may be missing: half of the wheelbase is then a guess.
 [[nodiscard]] std::vector<Question> missing_first(const Car& car, const Proposal& proposal);
-/// What is missing after it: the track, if no wheels and gyro measured it; the steering ratio,
-/// if that is not certain.
+/// What is missing after it: the track, if there are both wheels of an axle and no gyro measured
+/// it; the steering ratio or full lock, if that is not certain.
 [[nodiscard]] std::vector<Question> missing_last(const Car& car, const Proposal& proposal);
 
 /// Asks until the answer is a number with a unit; the front axle and the

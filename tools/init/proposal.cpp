@@ -83,9 +83,7 @@ constexpr std::array four_wheels{Source::wheel_front_left, Source::wheel_front_r
 
 /// One sensor once: the wheels, else one speed, else the motor.
 void keep_one_speed(Proposal& proposal) {
-  const bool pair =
-      (proposal.has(Source::wheel_rear_left) && proposal.has(Source::wheel_rear_right)) ||
-      (proposal.has(Source::wheel_front_left) && proposal.has(Source::wheel_front_right));
+  const bool pair = proposal.has_axle();
   if (pair) {
     proposal.of(Source::wheel_rear).reset();
   } else if (proposal.has(Source::wheel_rear)) {
@@ -111,13 +109,22 @@ void require_speed(const Proposal& proposal, std::span<const can::Database> data
                   fmt::join(files, ", ")));
 }
 
+/// A gear does what the sign of a speed would.
+void keep_one_direction(Proposal& proposal) {
+  const auto& gear = proposal.of(Source::direction);
+  for (const Source role : wheel_sources)
+    if (auto& choice = proposal.of(role); choice && gear && choice->candidate.sign &&
+                                          choice->candidate.sign->signal == gear->candidate.signal)
+      choice->candidate.sign.reset();
+}
+
 /// Speeds that do not move, or a car without a sign.
 void add_speed_notes(Proposal& proposal) {
   bool signed_speed = false;
   for (const Source role : wheel_sources)
     if (const auto& choice = proposal.of(role)) {
       const can::Signal& signal = *choice->candidate.signal;
-      signed_speed = signed_speed || signal.minimum < 0.0 ||
+      signed_speed = signed_speed || choice->candidate.sign || signal.minimum < 0.0 ||
                      (signal.maximum <= signal.minimum && signal.offset < 0.0);
     }
   if (!signed_speed && !proposal.has(Source::direction))
@@ -129,9 +136,13 @@ void add_speed_notes(Proposal& proposal) {
 }  // namespace
 
 bool Proposal::needs_radius() const {
-  return std::ranges::any_of(wheel_sources, [&](Source role) {
-    return has(role) && of(role)->candidate.unit == can::Unit::rpm;
-  });
+  return std::ranges::any_of(wheel_sources,
+                             [&](Source role) { return has(role) && of(role)->turns(); });
+}
+
+bool Proposal::has_axle() const {
+  return (has(Source::wheel_rear_left) && has(Source::wheel_rear_right)) ||
+         (has(Source::wheel_front_left) && has(Source::wheel_front_right));
 }
 
 Proposal propose(std::span<const can::Database> databases, const Traffic& traffic) {
@@ -156,17 +167,18 @@ Proposal propose(std::span<const can::Database> databases, const Traffic& traffi
       if (!absent.empty() && estimator::is_wheel(role)) absent_speeds.push_back(absent);
       continue;
     }
-    std::vector<Series> series = has_log ? series_of(traffic, databases, candidates)
-                                         : std::vector<Series>(candidates.size());
     std::vector<Observed> observed;
-    for (std::size_t k = 0; k < candidates.size(); ++k)
-      observed.push_back({std::move(candidates[k]), std::move(series[k])});
+    for (Candidate& candidate : candidates) {
+      Series series = series_of(traffic, databases, candidate);
+      observed.push_back({std::move(candidate), std::move(series)});
+    }
     Choice choice = best_of(std::move(observed), has_log);
     if (has_log) take_rhythm(choice, came.at(key_of(choice.candidate)));
     proposal.roles.at(i) = std::move(choice);
   }
   require_speed(proposal, databases, traffic, absent_speeds);
   keep_one_speed(proposal);
+  keep_one_direction(proposal);
   add_speed_notes(proposal);
   if (!has_log) {
     proposal.notes.emplace_back(

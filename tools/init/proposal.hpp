@@ -19,17 +19,24 @@ struct Choice {
   Candidate candidate;
   Series series;  ///< SI, as decoded; empty without a log
   double scale = 1.0, offset = 0.0;
-  std::optional<double> sigma, timeout, radius;  ///< none: odomd's default
-  std::string bus;                               ///< empty: any
+  bool scale_fits = false;  ///< the drive shows the scale of a steering command
+  std::optional<double> sigma, timeout, radius, ratio, pole_pairs;  ///< none: odomd's default
+  std::string bus;                                                  ///< empty: any
   std::vector<std::string> reasons;   ///< what speaks for it, and where numbers come from
   std::vector<std::string> warnings;  ///< empty: sure
 
   [[nodiscard]] bool sure() const { return warnings.empty(); }
+  /// A speed that comes as an angular velocity.
+  [[nodiscard]] bool turns() const {
+    return estimator::is_wheel(candidate.role) &&
+           (candidate.unit == can::Unit::rpm || candidate.unit == can::Unit::rad_per_s);
+  }
 };
 
 struct Proposal {
   std::array<std::optional<Choice>, estimator::source_count> roles;
   std::optional<double> measured_track;  ///< from wheels and gyro [m]
+  double lateral = 0.0;                  ///< largest acceleration in turns of the log [m/s²]
   std::vector<std::string> notes;        ///< of the whole: what the log did not show
 
   [[nodiscard]] std::optional<Choice>& of(estimator::Source role) {
@@ -40,6 +47,7 @@ struct Proposal {
   }
   [[nodiscard]] bool has(estimator::Source role) const { return of(role).has_value(); }
   [[nodiscard]] bool needs_radius() const;  ///< a speed in turns per minute
+  [[nodiscard]] bool has_axle() const;      ///< both wheels of one
 };
 
 /// By names, units and what comes on the bus; without traffic by the database alone. One speed at
@@ -48,7 +56,8 @@ struct Proposal {
 
 /// What a person must say of the car; lengths in metres. None: not given.
 struct Known {
-  std::optional<double> wheelbase, track, wheel_radius, steering_ratio;
+  std::optional<double> wheelbase, track, wheel_radius, steering_ratio, full_lock, gear_ratio,
+      pole_pairs;
 };
 
 /// Compares the signals with each other, where there are any: sets signs, the steering's scale,

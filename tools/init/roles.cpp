@@ -7,8 +7,9 @@
 #include <optional>
 #include <string_view>
 
-#include "can_protocol/decode/name_words.hpp"
 #include "can_protocol/decode/units.hpp"
+#include "tools/init/role_words.hpp"
+#include "tools/init/words.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -16,77 +17,7 @@ namespace {
 using can::Dimension;
 using can::NameWords;
 using estimator::Source;
-using Vocabulary = std::span<const std::string_view>;
-
-constexpr auto yaw = std::to_array<std::string_view>({"yaw", "gier", "lacet", "gyro"});
-constexpr auto rate = std::to_array<std::string_view>(
-    {"rate", "speed", "velocity", "gyro", "omega", "geschwindigkeit"});
-constexpr auto acceleration =
-    std::to_array<std::string_view>({"acceleration", "accel", "beschleunigung", "ax", "ay", "ac"});
-constexpr auto along =
-    std::to_array<std::string_view>({"x", "ax", "longitudinal", "laengs", "forward"});
-constexpr auto across =
-    std::to_array<std::string_view>({"y", "ay", "lateral", "quer", "transversal"});
-constexpr auto wheel =
-    std::to_array<std::string_view>({"wheel", "whl", "rad", "roue", "rueda", "ruota", "wss", "ws"});
-constexpr auto speed = std::to_array<std::string_view>(
-    {"speed", "velocity", "geschwindigkeit", "vitesse", "v", "encoder"});
-constexpr auto car =
-    std::to_array<std::string_view>({"vehicle", "car", "fahrzeug", "fzg", "ego", "host"});
-constexpr auto motor = std::to_array<std::string_view>({"motor", "erpm", "inverter", "traction"});
-constexpr auto steering = std::to_array<std::string_view>(
-    {"steering", "steer", "lenkrad", "lenk", "volant", "sas", "swa", "lws"});
-constexpr auto angle =
-    std::to_array<std::string_view>({"angle", "winkel", "position", "steering", "lenkwinkel"});
-constexpr auto front = std::to_array<std::string_view>({"front", "vorne", "vorn", "avant"});
-constexpr auto rear = std::to_array<std::string_view>({"rear", "back", "hinten", "arriere"});
-constexpr auto left = std::to_array<std::string_view>({"left", "links", "gauche", "lh", "l"});
-constexpr auto right = std::to_array<std::string_view>({"right", "rechts", "droite", "rh", "r"});
-constexpr auto fraction_words = std::to_array<std::string_view>({"fraction", "fractional", "fine"});
-
-/// Of wheels: front and left, ... in English, German and French.
-constexpr std::array corner_codes{
-    std::to_array<std::string_view>({"fl", "lf", "vl", "avg"}),
-    std::to_array<std::string_view>({"fr", "rf", "vr", "avd"}),
-    std::to_array<std::string_view>({"rl", "lr", "hl", "arg"}),
-    std::to_array<std::string_view>({"rr", "rr", "hr", "ard"}),
-};
-
-/// A name with one of these is not the measured value of the car itself.
-constexpr auto foreign = std::to_array<std::string_view>(
-    {"target",     "requested",   "request",   "req",     "desired",   "setpoint",  "set",
-     "limit",      "maximum",     "max",       "minimum", "min",       "offset",    "bias",
-     "torque",     "crc",         "checksum",  "counter", "cnt",       "status",    "state",
-     "valid",      "validity",    "quality",   "qf",      "fault",     "error",     "err",
-     "pressure",   "pulse",       "tick",      "display", "disp",      "ui",        "cruise",
-     "lead",       "object",      "relative",  "rel",     "pedal",     "gradient",  "sign",
-     "vorzeichen", "curvature",   "gps",       "gnss",    "roll",      "pitch",     "vertical",
-     "radius",     "temperature", "timestamp", "default", "threshold", "estimated", "difference",
-     "cmd",        "command",     "lkas",      "lka",     "ped",       "vz"});
-
-/// "speed", "spd" and "speedfront" for "speed": short words must be equal.
-bool means(const std::string& word, std::string_view entry) {
-  constexpr std::size_t long_entry = 5, compound = 3;
-  const bool plural =
-      word.size() == entry.size() + 1 && word.starts_with(entry) && word.back() == 's';
-  return word == entry || plural || (entry.size() >= long_entry && can::abbreviates(word, entry)) ||
-         (entry.size() >= compound && word.size() >= entry.size() + compound &&
-          word.starts_with(entry));
-}
-
-bool has(const NameWords& name, Vocabulary vocabulary) {
-  return std::ranges::any_of(name, [&](const std::string& word) {
-    return std::ranges::any_of(vocabulary,
-                               [&](std::string_view entry) { return means(word, entry); });
-  });
-}
-
-/// As it stands: "acc" is a system there, an acceleration elsewhere.
-bool has_word(const NameWords& name, Vocabulary vocabulary) {
-  return std::ranges::any_of(name, [&](const std::string& word) {
-    return std::ranges::find(vocabulary, word) != vocabulary.end();
-  });
-}
+using namespace role_words;
 
 /// The corner of the car that a name states: 0 to 3 as in corner_codes; -1: none.
 int corner_of(const NameWords& name) {
@@ -109,19 +40,22 @@ struct Fit {
   double score = 0.0;
   std::vector<std::string> warnings;
   bool possible = true;
+  bool in_own_name = false;  ///< a word of the signal itself says something of the role
 
   constexpr static double in_name = 3.0, in_message = 1.5, by_unit = 1.0;
 
   /// A group of words that must be met; where it stands only in the message, by_unit may be enough.
   void need(Vocabulary words, bool unit_says_it = false) {
-    if (has(seen.own, words))
+    if (has(seen.own, words)) {
       score += in_name;
-    else if (has(seen.around, words))
+      in_own_name = true;
+    } else if (has(seen.around, words)) {
       score += in_message;
-    else if (unit_says_it)
+    } else if (unit_says_it) {
       score += by_unit;
-    else
+    } else {
       possible = false;
+    }
   }
   void warn(std::string why, double cost = 0.0) {
     score -= cost;
@@ -133,6 +67,7 @@ void fit_wheel(Fit& fit, int corner) {
   const int own = corner_of(fit.seen.own);
   const int stated = own >= 0 ? own : corner_of(fit.seen.around);
   if (stated != corner) fit.possible = false;
+  fit.in_own_name = own >= 0;
   fit.score += own >= 0 ? Fit::in_name : Fit::in_message;
   fit.need(wheel);
   if (!has(fit.seen.own, speed)) fit.score -= 0.5;
@@ -140,8 +75,10 @@ void fit_wheel(Fit& fit, int corner) {
 
 void fit_one_speed(Fit& fit) {
   const bool of_wheel = has(fit.seen.own, wheel) || has(fit.seen.around, wheel);
-  if (corner_of(fit.seen.own) >= 0 || has(fit.seen.own, front) || has(fit.seen.own, motor))
-    fit.possible = false;
+  if ((of_wheel && corner_of(fit.seen.own) >= 0) || has(fit.seen.own, front) ||
+      has(fit.seen.own, motor) || (!of_wheel && has(fit.seen.around, motor)) ||
+      has(fit.seen.own, left) || has(fit.seen.own, right))
+    fit.possible = false;  // or another axle's, or one wheel
   fit.need(speed, of_wheel);
   if (!of_wheel)
     fit.warn(
@@ -157,7 +94,7 @@ void fit_steering(Fit& fit) {
   fit.need(steering);
   fit.need(angle, true);
   if (has(fit.seen.own, rear)) fit.possible = false;
-  if (has(fit.seen.own, speed) && !has(fit.seen.own, angle)) fit.possible = false;
+  if (has(fit.seen.own, speed)) fit.possible = false;
   if (has_word(fit.seen.own, std::to_array<std::string_view>({"rate"}))) fit.possible = false;
 }
 
@@ -230,35 +167,57 @@ void fit_words(Fit& fit, Source role) {
   }
 }
 
+/// Wheels may come as angular velocities.
+bool is_unit_of(Source role, Dimension dimension) {
+  return dimension == dimension_of(role) ||
+         (estimator::is_wheel(role) && dimension == Dimension::angular_rate);
+}
+
+/// No unit, or one without a dimension, which only a steering command has.
+bool is_dimensionless(std::string_view unit) {
+  const NameWords words = can::words_of(unit);
+  return words.size() == 1 && has_word(words, no_dimension);
+}
+
+bool is_another(const Seen& seen) {
+  return has_word(seen.own, other_quantity) || has_word(seen.own, other_thing) ||
+         has_word(seen.around, other_thing);
+}
+
 Fit fit_of(Source role, const Seen& seen, const can::Signal& signal) {
   Fit fit{.seen = seen, .score = 0.0, .warnings = {}};
   constexpr int shortest = 8;  // bits
-  const bool other = can::is_other_unit(signal.unit);
-  const bool fits = seen.dimension == dimension_of(role);
-  if (other || signal.length < shortest || (seen.dimension != Dimension::none && !fits)) {
+  const bool other = can::is_other_unit(signal.unit) ||
+                     (is_dimensionless(signal.unit) && role != Source::steering);
+  const bool fits = is_unit_of(role, seen.dimension);
+  if (other || signal.length < shortest || (seen.dimension != Dimension::none && !fits) ||
+      is_another(seen)) {
     fit.possible = false;
     return fit;
   }
   fit_words(fit, role);
+  fit.possible = fit.possible && fit.in_own_name;
   if (!fit.possible) return fit;
   if (fits)
     fit.score += 3.0;
   else
     fit.warn("the database gives no unit that is known");
-  if (has_word(seen.own, foreign))
-    fit.warn("the name may mean a request, a limit or a status", 4.0);
-  else if (has_word(seen.around, foreign) ||
+  if (has_word(seen.own, perhaps_other))
+    fit.warn("the name may mean a command or a status", 4.0);
+  else if (has_word(seen.around, other_quantity) || has_word(seen.around, perhaps_other) ||
            has_word(seen.around, std::to_array<std::string_view>({"acc"})))
     fit.score -= 2.0;
   if (signal.multiplexor) fit.warn("it is multiplexed", 1.0);
+  constexpr double per_word = 0.1;  // the plainest name
+  fit.score -= per_word * static_cast<double>(seen.own.size());
   return fit;
 }
 
 /// "STEER_ANGLE" and "STEER_FRACTION" of one message are the coarse and the fine part.
 const can::Signal* fraction_of(const can::Message& message, const can::Signal& coarse) {
-  const NameWords name = can::words_of(coarse.name);
+  const NameWords name = split_words(coarse.name);
   for (const can::Signal& fine : message.signals) {
-    const NameWords words = can::words_of(fine.name);
+    const NameWords words = split_words(fine.name);
     if (&fine != &coarse && fine.unit == coarse.unit && has(words, fraction_words) &&
         words.front() == name.front() && fine.scale < coarse.scale)
       return &fine;
@@ -277,15 +236,21 @@ std::optional<double> value_named(const can::Signal& signal, Vocabulary names) {
 
 void add_direction(const can::Message& message, const can::Signal& signal,
                    std::vector<Candidate>& found) {
-  constexpr auto onward = std::to_array<std::string_view>({"d", "drive", "forward", "vorwaerts"});
+  constexpr auto onward =
+      std::to_array<std::string_view>({"d", "drive", "forward", "forwards", "vorwaerts"});
   constexpr auto back =
-      std::to_array<std::string_view>({"r", "reverse", "backward", "rueckwaerts"});
+      std::to_array<std::string_view>({"r", "reverse", "backward", "backwards", "rueckwaerts"});
   const auto forward = value_named(signal, onward), reverse = value_named(signal, back);
-  if (!forward || !reverse) return;
+  const NameWords own = split_words(signal.name), around = split_words(message.name);
+  if (!forward || !reverse || is_another({own, around})) return;
   Candidate candidate{.role = Source::direction, .message = &message, .signal = &signal};
   candidate.forward = *forward;
   candidate.reverse = *reverse;
-  candidate.score = static_cast<double>(signal.values.size());
+  candidate.score = has(own, gear) ? Fit::in_name : has(around, gear) ? Fit::in_message : 0.0;
+  if (has(own, gear_lever)) {
+    candidate.score -= Fit::in_message;
+    candidate.warnings.emplace_back("the name may mean the lever, not the gear");
+  }
   found.push_back(std::move(candidate));
 }
 
@@ -313,14 +278,14 @@ std::vector<Candidate> candidates_for(Source role, std::span<const can::Database
   std::vector<Candidate> found;
   for (const can::Database& database : databases)
     for (const can::Message& message : database.messages) {
-      const NameWords around = can::words_of(message.name);
+      const NameWords around = split_words(message.name);
       for (const can::Signal& signal : message.signals) {
         if (role == Source::direction) {
           add_direction(message, signal, found);
           continue;
         }
         const auto unit = can::unit_of_text(signal.unit);
-        const Seen seen{can::words_of(signal.name), around,
+        const Seen seen{split_words(signal.name), around,
                         unit ? can::dimension_of(*unit) : Dimension::none};
         Fit fit = fit_of(role, seen, signal);
         if (!fit.possible || has(seen.own, fraction_words)) continue;
@@ -328,9 +293,17 @@ std::vector<Candidate> candidates_for(Source role, std::span<const can::Database
         candidate.role = role;
         candidate.message = &message;
         candidate.signal = &signal;
-        candidate.unit = unit ? *unit : usual_unit(role);
+        candidate.unit = unit && *unit != can::Unit::none ? *unit : usual_unit(role);
         candidate.score = fit.score;
         candidate.warnings = std::move(fit.warnings);
+        candidate.valid_when = validity_of(message, signal);
+        candidate.sign = sign_of(message, signal);
+        candidate.unless_raw = invalid_raws(signal);
+        if (role == Source::motor && (has_word(seen.own, {&electrical, 1}) ||
+                                      has_word(can::words_of(signal.unit), {&electrical, 1}))) {
+          candidate.electrical = true;
+          candidate.unit = can::Unit::rpm;
+        }
         if (role == Source::steering) candidate.fraction = fraction_of(message, signal);
       }
     }

@@ -9,6 +9,7 @@
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/decode/signal_binding.hpp"
 #include "estimator/common/measurement.hpp"
+#include "tools/init/companions.hpp"
 
 namespace odomd::tools {
 
@@ -18,10 +19,15 @@ struct Candidate {
   const can::Message* message = nullptr;
   const can::Signal* signal = nullptr;
   const can::Signal* fraction = nullptr;  ///< the fine part of a coarse signal, to be added
-  can::Unit unit = can::Unit::none;       ///< the database's, else the role's usual one
-  double score = 0.0;                     ///< comparable within a role only
-  std::vector<std::string> warnings;      ///< why name, unit or size leave it open; empty: clear
-  double forward = 0.0, reverse = 0.0;    ///< of direction: physical values
+  std::vector<Companion> valid_when;      ///< all of them; those without a value do not count
+  std::optional<Companion> sign;
+  std::vector<std::int64_t> unless_raw;  ///< names of values that are none
+  bool all_ones = false;                 ///< seen in the log, and left out
+  can::Unit unit = can::Unit::none;      ///< the database's, else the role's usual one
+  bool electrical = false;               ///< of a motor: its turns times its pole pairs
+  double score = 0.0;                    ///< comparable within a role only
+  std::vector<std::string> warnings;     ///< why name, unit or size leave it open; empty: clear
+  double forward = 0.0, reverse = 0.0;   ///< of direction: physical values
 
   [[nodiscard]] std::string name() const { return message->name + "." + signal->name; }
 };

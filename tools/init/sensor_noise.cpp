@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "tools/identify/common/quantisation.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -28,30 +29,50 @@ Range range_of(Source role) {
   return {0.02, 0.1};
 }
 
-/// The mean of all samples taken while the wheels stand.
-std::optional<double> bias_standing(const Series& signal, const Series& wheel) {
-  constexpr std::size_t enough = 50;
-  constexpr double still = 0.01;                // m/s
-  constexpr std::int64_t margin = 500'000'000;  // ns around a motion
-  double sum = 0.0;
-  std::size_t count = 0, w = 0;
-  for (std::size_t i = 0; i < signal.size(); ++i) {
-    while (w < wheel.size() && wheel.t_ns[w] < signal.t_ns[i] - margin) ++w;
-    bool stands = w > 0;
-    for (std::size_t k = w; k < wheel.size() && wheel.t_ns[k] <= signal.t_ns[i] + margin; ++k)
-      stands = stands && std::fabs(wheel.value[k]) < still;
-    if (!stands) continue;
-    sum += signal.value[i];
-    ++count;
+/// Whether a wheel stands for longer than the margin before and after; times only go forward.
+class Rest {
+ public:
+  explicit Rest(const Series& wheel) : wheel_(&wheel) {}
+  [[nodiscard]] bool holds_at(std::int64_t t_ns) {
+    constexpr double still = 0.01;                // m/s
+    constexpr std::int64_t margin = 750'000'000;  // ns
+    while (from_ < wheel_->size() && wheel_->t_ns[from_] < t_ns - margin) ++from_;
+    bool stands = from_ > 0;
+    std::size_t k = from_;
+    for (; k < wheel_->size() && wheel_->t_ns[k] <= t_ns + margin; ++k)
+      stands = stands && std::fabs(wheel_->value[k]) < still;
+    return stands && k > from_ && k < wheel_->size();
   }
-  if (count < enough) return std::nullopt;
-  return sum / static_cast<double>(count);
-}
 
-const Series* any_speed(const Proposal& proposal) {
+ private:
+  const Series* wheel_;
+  std::size_t from_ = 0;
+};
+
+/// The mean reading while all wheels stand, without outliers; none if it still turns then.
+std::optional<double> bias_standing(const Series& signal, const Proposal& proposal) {
+  constexpr std::size_t enough = 50;
+  constexpr double quiet = 0.02;  // rad/s: a car that creeps turns more unevenly
+  std::vector<Rest> wheels;
   for (const Source role : wheel_sources)
-    if (proposal.has(role)) return &proposal.of(role)->series;
-  return nullptr;
+    if (proposal.has(role)) wheels.emplace_back(proposal.of(role)->series);
+  std::vector<double> values;
+  for (std::size_t i = 0; i < signal.size(); ++i) {
+    bool stands = !wheels.empty();
+    for (Rest& wheel : wheels) stands = wheel.holds_at(signal.t_ns[i]) && stands;
+    if (stands) values.push_back(signal.value[i]);
+  }
+  if (values.size() < enough) return std::nullopt;
+  const double middle = median_of(values);
+  std::vector<double> off;
+  for (const double value : values) off.push_back(value - middle);
+  const double spread = median_of_magnitudes(off);
+  if (spread > quiet) return std::nullopt;
+  const double bound = std::max(4.0 * spread, std::min(resolution_of(values), quiet));
+  double sum = 0.0, count = 0.0;
+  for (const double value : off)
+    if (std::fabs(value) <= bound) sum += value, ++count;
+  return middle + sum / count;
 }
 
 }  // namespace
@@ -65,14 +86,16 @@ void set_noise(Proposal& proposal) {
     choice->sigma = two_digits(std::clamp(noise, least, most));
     choice->reasons.emplace_back("sigma from the log");
   }
-  const Series* speed = any_speed(proposal);
   auto& gyro = proposal.of(Source::yaw_rate);
-  if (speed == nullptr || !gyro) return;
-  constexpr double worth_a_word = 0.001;  // rad/s
-  if (const auto bias = bias_standing(gyro->series, *speed);
+  if (!gyro) return;
+  constexpr double worth_a_word = 0.001, far_off = 0.035;  // rad/s
+  if (const auto bias = bias_standing(gyro->series, proposal);
       bias && std::fabs(*bias) > worth_a_word) {
     gyro->offset = -std::round(1e5 * *bias) / 1e5;
     gyro->reasons.emplace_back("offset: its bias while the car stands");
+    if (std::fabs(*bias) > far_off)
+      gyro->warnings.push_back(fmt::format(
+          "a bias of {:.2g} rad/s is large: did the car stand wherever the wheels read 0?", *bias));
   }
 }
 

@@ -1,14 +1,18 @@
 // In a steady turn δ = l ψ̇ / v + K v ψ̇, with the understeer K. The measured angle is the ratio
-// times that, plus an offset: three unknowns, by least squares over all of the drive.
+// times that, plus an offset: three unknowns, by least squares over all of the drive, and what is
+// typical of K.
 #include "tools/init/steering_scale.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
 
 #include "can_protocol/decode/units.hpp"
+#include "tools/init/typical.hpp"
+#include "tools/init/words.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -16,11 +20,10 @@ namespace {
 using estimator::Source;
 
 struct Ratio {
-  double value = 0.0;
-  double sigma = 0.0;
+  double value = 0.0, sigma = 0.0;  ///< of the measured angle over the front wheels'
 };
 
-/// Of the measured angle over the front wheels'.
+/// At one speed both terms are the same; then a typical understeer separates them.
 std::optional<Ratio> ratio_of(const DriveCourse& drive, double wheelbase) {
   const auto angle = drive.moving([&](std::size_t i) { return drive.at(Source::steering, i); });
   const auto slow = drive.moving([&](std::size_t i) {
@@ -29,6 +32,8 @@ std::optional<Ratio> ratio_of(const DriveCourse& drive, double wheelbase) {
   const auto fast =
       drive.moving([&](std::size_t i) { return drive.at(Source::yaw_rate, i) * drive.speed(i); });
   const auto n = static_cast<Eigen::Index>(angle.size());
+  const Relation rough = relation_of(angle, slow);
+  if (!(std::fabs(rough.slope) > 0.0)) return std::nullopt;
   Eigen::MatrixXd x(n, 3);
   Eigen::VectorXd y(n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -36,46 +41,62 @@ std::optional<Ratio> ratio_of(const DriveCourse& drive, double wheelbase) {
     x.row(i) << slow[k], fast[k], 1.0;
     y[i] = angle[k];
   }
-  // At one speed both terms are the same: then only their sum is known.
-  const Eigen::MatrixXd centred = x.leftCols<2>().rowwise() - x.leftCols<2>().colwise().mean();
-  const Eigen::Matrix2d moments = centred.transpose() * centred;
-  const double alike = moments(0, 1) * moments(0, 1) / (moments(0, 0) * moments(1, 1));
-  constexpr double too_much = 0.9;
-  if (!(alike < too_much)) return std::nullopt;
-  const Eigen::Matrix3d information = x.transpose() * x;
-  const Eigen::FullPivLU<Eigen::Matrix3d> inverse(information);
-  if (!inverse.isInvertible()) return std::nullopt;
-  const Eigen::Vector3d found = inverse.solve(x.transpose() * y);
+  const auto rest = [&](const Eigen::Vector3d& b) { return (y - x * b).squaredNorm(); };
   // points that hang together over a second count as one
   constexpr double together = 20.0;
-  const double variance =
-      (y - x * found).squaredNorm() / std::max(1.0, static_cast<double>(n) / together - 3.0);
-  return Ratio{found[0], std::sqrt(variance * inverse.inverse()(0, 0))};
+  const double spread = (y.array() - y.mean()).square().sum();
+  const double expected = typical_for(wheelbase).understeer();
+  const Eigen::Vector3d prior = Eigen::Vector3d(-expected, 1.0, 0.0) / (rough.slope * expected);
+  double variance = together * spread / static_cast<double>(n);
+  const double least = 1e-6 * variance;
+  Eigen::Vector3d found = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance;
+  for (int round = 0; round < 3; ++round) {
+    const Eigen::Matrix3d information = x.transpose() * x / variance + prior * prior.transpose();
+    const Eigen::FullPivLU<Eigen::Matrix3d> inverse(information);
+    if (!inverse.isInvertible()) return std::nullopt;
+    covariance = inverse.inverse();
+    found = covariance * x.transpose() * y / variance;
+    variance = std::max(together * rest(found) / static_cast<double>(n), least);
+  }
+  const double unexplained = rest(found) / spread;
+  if (!(unexplained < 1.0) || !(std::fabs(found[0]) > 0.0)) return std::nullopt;
+  // Noise of the gyro makes the slope smaller, by as much as the inverse relation is larger.
+  const double noise = 0.5 * found[0] * unexplained / (1.0 - unexplained);
+  return Ratio{found[0], std::hypot(std::sqrt(covariance(0, 0)), noise)};
 }
 
-/// The measured angle over that of a turn without slip: enough to separate front wheels, about 1,
-/// from a steering wheel, 10 or more, also at one speed.
-std::optional<double> rough_ratio(const DriveCourse& drive, double wheelbase) {
-  const Relation relation =
-      relation_of(drive.moving([&](std::size_t i) { return drive.at(Source::steering, i); }),
-                  drive.moving([&](std::size_t i) {
-                    return std::atan(wheelbase * drive.at(Source::yaw_rate, i) / drive.speed(i));
-                  }));
-  if (!relation.clear()) return std::nullopt;
-  return relation.slope;
-}
-
-/// The largest angle that the signal had; without a log, can have [rad].
+/// The largest angle that the signal had or, as the database says, can have [rad].
 double largest_angle(const Choice& choice) {
   const can::Signal& signal = *choice.candidate.signal;
-  double largest = choice.series.empty() ? can::si_factor(choice.candidate.unit) *
-                                               std::max(-signal.minimum, signal.maximum)
-                                         : 0.0;
+  double largest =
+      can::si_factor(choice.candidate.unit) * std::max(-signal.minimum, signal.maximum);
+  if (!choice.series.empty()) largest = 0.0;
   for (const double value : choice.series.value) largest = std::max(largest, std::fabs(value));
   return largest;
 }
 
+bool names_steering_wheel(const Candidate& candidate) {
+  const can::NameWords words = split_words(candidate.signal->name);
+  return has(words, std::to_array<std::string_view>({"wheel", "whl", "lenkrad", "volant"}));
+}
+
 }  // namespace
+
+void take_command(Proposal& proposal) {
+  if (!proposal.has(Source::steering)) return;
+  Choice& choice = *proposal.of(Source::steering);
+  const can::Signal& signal = *choice.candidate.signal;
+  constexpr double one = 1.05;
+  const double factor = can::si_factor(choice.candidate.unit);
+  if (can::unit_of_text(signal.unit).value_or(can::Unit::none) != can::Unit::none) return;
+  const bool within = choice.series.empty() ? signal.maximum > signal.minimum &&
+                                                  -signal.minimum <= one && signal.maximum <= one
+                                            : largest_angle(choice) <= one * factor;
+  if (!within) return;
+  choice.candidate.unit = can::Unit::none;
+  for (double& value : choice.series.value) value /= factor;
+}
 
 void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Known& known) {
   if (!proposal.has(Source::steering)) return;
@@ -83,7 +104,13 @@ void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Know
   constexpr double usual_ratio = 16.0, full_lock = 0.9;  // rad
   const double sign = choice.scale < 0.0 ? -1.0 : 1.0;
   const auto use = [&](double ratio) { choice.scale = sign * std::round(1e5 / ratio) / 1e5; };
-  if (known.steering_ratio) {
+  const bool is_command = choice.candidate.unit == can::Unit::none;
+  if (is_command && known.full_lock) {
+    use(1.0 / *known.full_lock);
+    choice.reasons.emplace_back("scale: the angle at full lock as given");
+    return;
+  }
+  if (!is_command && known.steering_ratio) {
     use(*known.steering_ratio);
     choice.reasons.emplace_back("scale: one over the steering ratio as given");
     return;
@@ -91,42 +118,46 @@ void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Know
   const bool compares =
       drive.has(Source::steering) && drive.has(Source::yaw_rate) && drive.has_motion();
   const auto ratio = known.wheelbase && compares ? ratio_of(drive, *known.wheelbase) : std::nullopt;
-  constexpr double precise = 0.1, wheels_at_most = 1.5, steering_wheel = 10.0, most = 40.0;
-  if (ratio && ratio->sigma < precise * std::fabs(ratio->value)) {
-    if (ratio->value > 1.0 / wheels_at_most && ratio->value < wheels_at_most) {
-      choice.reasons.push_back(
-          fmt::format("the front wheels' angle: {:.2f} ± {:.2f} times what the turns need",
-                      ratio->value, ratio->sigma));
-      return;
-    }
-    if (ratio->value > wheels_at_most && ratio->value < most) {
-      use(ratio->value);
-      choice.reasons.push_back(fmt::format("scale: a ratio of {:.1f} ± {:.1f} fits the turns",
-                                           ratio->value, ratio->sigma));
-      if (ratio->value < steering_wheel)
-        choice.warnings.emplace_back(
-            "few steering wheels have so small a ratio: check it, and the unit");
-      return;
-    }
-  }
-  constexpr double front_least = 0.4, front_most = 4.0;
-  const auto rough =
-      known.wheelbase && compares ? rough_ratio(drive, *known.wheelbase) : std::nullopt;
-  if (rough && *rough > front_least && *rough < front_most) {
-    choice.reasons.push_back(
-        fmt::format("the front wheels' angle: {:.2f} times that of turns without slip", *rough));
+  constexpr double front_least = 0.4, front_most = 2.5, steering_wheel = 10.0, most = 40.0;
+  constexpr double precise = 0.15;
+  const bool is_precise = ratio && ratio->sigma < precise * ratio->value;
+  if (is_command) {
+    if (ratio && ratio->value > 0.0) use(ratio->value);
+    choice.scale_fits = is_precise;
+    if (is_precise)
+      choice.reasons.push_back(fmt::format("scale: {:.2f} ± {:.2f} rad at 1 fits the turns",
+                                           1.0 / ratio->value,
+                                           ratio->sigma / (ratio->value * ratio->value)));
+    else
+      choice.warnings.emplace_back("a command without a unit: give --full-lock");
     return;
   }
-  if (largest_angle(choice) > full_lock) {
+  if (is_precise && ratio->value > front_least && ratio->value < front_most) {
+    choice.reasons.push_back(
+        fmt::format("the front wheels' angle: {:.2f} ± {:.2f} times what the turns need",
+                    ratio->value, ratio->sigma));
+    return;
+  }
+  if (is_precise && ratio->value > front_most && ratio->value < most) {
+    use(ratio->value);
+    choice.reasons.push_back(fmt::format("scale: a ratio of {:.1f} ± {:.1f} fits the turns",
+                                         ratio->value, ratio->sigma));
+    if (ratio->value < steering_wheel)
+      choice.warnings.emplace_back(
+          "few steering wheels have so small a ratio: check it, and the unit");
+    return;
+  }
+  constexpr double clear = 2.0;  // sigmas
+  const bool turns_more = ratio && ratio->value - clear * ratio->sigma > front_most;
+  if (turns_more || largest_angle(choice) > full_lock || names_steering_wheel(choice.candidate)) {
     use(usual_ratio);
     choice.warnings.emplace_back(
-        "larger than front wheels turn, so the steering wheel's; its ratio is a guess: give "
-        "--steering-ratio");
+        "the steering wheel's angle, by its name, its size or the turns; its ratio is a guess: "
+        "give --steering-ratio");
   } else {
     choice.warnings.emplace_back(
         "taken as the front wheels' angle: the log does not say; if it is the steering wheel's, "
-        "give "
-        "--steering-ratio");
+        "give --steering-ratio");
   }
 }
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -44,9 +45,8 @@ Rhythm rhythm_of(Arrivals arrivals, const std::vector<std::string>& buses) {
   return rhythm;
 }
 
-can::SignalBinding binding_for(const Candidate& candidate, std::size_t channel) {
+can::SignalBinding binding_for(const Candidate& candidate) {
   can::SignalBinding binding;
-  binding.channel = static_cast<std::uint16_t>(channel);
   binding.role = estimator::source_names.at(estimator::index_of(candidate.role));
   binding.message = candidate.message->name;
   binding.signals = {candidate.signal->name};
@@ -58,6 +58,41 @@ can::SignalBinding binding_for(const Candidate& candidate, std::size_t channel) 
     binding.reverse = candidate.reverse;
   }
   return binding;
+}
+
+/// Of what was decoded (the value, its physical value, then the companions') the samples that the
+/// candidate's own conditions accept, with their signs.
+Series believed(Candidate& candidate, std::span<const Series> decoded) {
+  const can::Signal& signal = *candidate.signal;
+  const bool is_unsigned = signal.type == can::ValueType::unsigned_integer;
+  constexpr int shortest = 8, longest = 52;  // bits
+  const double all_ones = is_unsigned && signal.length >= shortest && signal.length < longest
+                              ? std::ldexp(1.0, signal.length) - 1.0
+                              : std::numeric_limits<double>::quiet_NaN();
+  const auto holds = [&](const Companion& companion, std::size_t channel, std::size_t i) {
+    return !companion.value || decoded[channel].value[i] == *companion.value;
+  };
+  Series series;
+  bool starts = true;
+  for (std::size_t i = 0; i < decoded[0].size(); ++i) {
+    const double physical = decoded[1].value[i];
+    const double raw = std::round((physical - signal.offset) / signal.scale);
+    const bool at_the_end = signal.maximum > signal.minimum &&
+                            (physical <= signal.minimum || physical >= signal.maximum);
+    const bool is_out = raw == all_ones;
+    candidate.all_ones = candidate.all_ones || is_out;
+    bool good =
+        std::isfinite(decoded[0].value[i]) && !is_out &&
+        std::ranges::find(candidate.unless_raw, std::llround(raw)) == candidate.unless_raw.end();
+    for (std::size_t k = 0; k < candidate.valid_when.size(); ++k)
+      good = good && holds(candidate.valid_when[k], k + 2, i);
+    starts = starts && at_the_end && physical != 0.0;
+    if (!good || starts) continue;
+    const bool negative = candidate.sign && holds(*candidate.sign, decoded.size() - 1, i);
+    series.t_ns.push_back(decoded[0].t_ns[i]);
+    series.value.push_back(negative ? -decoded[0].value[i] : decoded[0].value[i]);
+  }
+  return series;
 }
 
 }  // namespace
@@ -110,30 +145,40 @@ std::map<std::uint32_t, Rhythm> rhythms(const Traffic& traffic,
   return result;
 }
 
-std::vector<Series> series_of(const Traffic& traffic, std::span<const can::Database> databases,
-                              std::span<const Candidate> candidates) {
-  std::vector<Series> result(candidates.size());
+Series series_of(const Traffic& traffic, std::span<const can::Database> databases,
+                 Candidate& candidate) {
+  const can::Signal& signal = *candidate.signal;
+  std::vector<can::SignalBinding> bindings{binding_for(candidate)};
+  const auto add_physical = [&](const can::Signal& of) {
+    can::SignalBinding& binding = bindings.emplace_back();
+    binding.channel = static_cast<std::uint16_t>(bindings.size() - 1);
+    binding.role = binding.message = candidate.message->name;
+    binding.signals = {of.name};
+  };
+  add_physical(signal);
+  for (const Companion& companion : candidate.valid_when) add_physical(*companion.signal);
+  if (candidate.sign) add_physical(*candidate.sign->signal);
+  std::vector<Series> all(bindings.size());
+  can::Decoder decoder(databases, bindings, {}, traffic.buses);
   std::array<can::Sample, can::max_samples_per_frame> samples{};
-  // in groups, as a decoder takes no more signals of a message
-  for (std::size_t from = 0; from < candidates.size(); from += can::max_samples_per_frame) {
-    std::vector<can::SignalBinding> bindings;
-    for (std::size_t i = from; i < std::min(candidates.size(), from + can::max_samples_per_frame);
-         ++i)
-      bindings.push_back(binding_for(candidates[i], i));
-    can::Decoder decoder(databases, bindings, {}, traffic.buses);
-    for (const can::Frame& frame : traffic.frames) {
-      const can::DecodeResult decoded = decoder.decode(frame, samples);
-      for (const can::Sample& sample : std::span(samples).first(decoded.count)) {
-        Series& series = result[sample.channel];
-        if (!std::isfinite(sample.value) ||
-            (!series.empty() && sample.time_ns <= series.t_ns.back()))
-          continue;
-        series.t_ns.push_back(sample.time_ns);
-        series.value.push_back(sample.value);
-      }
+  const auto key = can::frame_key(candidate.message->id, candidate.message->format);
+  for (const can::Frame& frame : traffic.frames) {
+    if (can::frame_key(frame) != key || (!all[0].empty() && frame.time_ns <= all[0].t_ns.back()))
+      continue;
+    const can::DecodeResult decoded = decoder.decode(frame, samples);
+    if (decoded.count != all.size()) continue;  // multiplexed, and not in this frame
+    for (const can::Sample& sample : std::span(samples).first(decoded.count)) {
+      all[sample.channel].t_ns.push_back(sample.time_ns);
+      all[sample.channel].value.push_back(sample.value);
     }
   }
-  return result;
+  for (std::size_t k = 0; k < candidate.valid_when.size(); ++k)
+    settle(candidate.valid_when[k], all[k + 2].value, candidate.warnings);
+  const Series series = believed(candidate, all);
+  if (candidate.all_ones && !candidate.unless_raw.empty())
+    candidate.unless_raw.push_back((std::int64_t{1} << candidate.signal->length) - 1);
+  std::erase_if(candidate.valid_when, [](const Companion& one) { return !one.value; });
+  return series;
 }
 
 }  // namespace odomd::tools

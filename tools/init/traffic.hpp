@@ -41,9 +41,9 @@ struct Rhythm {
 [[nodiscard]] std::map<std::uint32_t, Rhythm> rhythms(const Traffic& traffic,
                                                       std::span<const can::Database> databases);
 
-/// The values of each candidate in SI units, by the daemon's decoder; fractions are added.
-[[nodiscard]] std::vector<Series> series_of(const Traffic& traffic,
-                                            std::span<const can::Database> databases,
-                                            std::span<const Candidate> candidates);
+/// The values of a candidate in SI units, by the daemon's decoder; fractions are added, signs
+/// given, and what is not valid left out. Settles the candidate's conditions.
+[[nodiscard]] Series series_of(const Traffic& traffic, std::span<const can::Database> databases,
+                               Candidate& candidate);
 
 }  // namespace odomd::tools

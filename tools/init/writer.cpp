@@ -12,6 +12,7 @@
 #include "tools/cli/json_text.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/config_patch/toml_lines.hpp"
+#include "tools/init/typical.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -30,16 +31,6 @@ std::string list_of(const std::vector<std::string>& names) {
   std::vector<std::string> quotes;
   for (const std::string& name : names) quotes.push_back(quoted(name));
   return names.size() == 1 ? quotes.front() : fmt::format("[{}]", fmt::join(quotes, ", "));
-}
-
-/// What is typical of a class of cars: stiffness per weight on the axle, inertia over m l_v l_h.
-struct Typical {
-  double inertia, stiffness_front, stiffness_rear;
-};
-
-Typical typical_for(double wheelbase) {
-  constexpr double model_car = 1.0;  // m, shorter ones are models
-  return wheelbase < model_car ? Typical{0.5, 4.0, 6.0} : Typical{1.0, 13.0, 18.0};
 }
 
 double rounded(double value) {
@@ -61,6 +52,31 @@ std::vector<std::string> signals_of(const Choice& choice) {
   return signals;
 }
 
+std::string unit_of(const Candidate& candidate) {
+  if (candidate.electrical) return "ERPM";
+  return std::string(can::unit_name(candidate.unit));
+}
+
+/// The keys that say which samples count, and their sign.
+std::string conditions(const Candidate& candidate) {
+  std::vector<std::string> valid;
+  for (const Companion& one : candidate.valid_when)
+    if (one.value)
+      valid.push_back(fmt::format("{{ signal = {}, equals = {} }}", quoted(one.signal->name),
+                                  shortest(*one.value)));
+  std::string text;
+  if (candidate.sign)
+    text += fmt::format(", sign = {{ signal = {}, negative = {} }}",
+                        quoted(candidate.sign->signal->name), shortest(*candidate.sign->value));
+  if (valid.size() == 1) text += ", valid_when = " + valid.front();
+  if (valid.size() > 1) text += fmt::format(", valid_when = [{}]", fmt::join(valid, ", "));
+  if (!candidate.unless_raw.empty())
+    text += fmt::format(", unless_raw = [{}]", fmt::join(candidate.unless_raw, ", "));
+  else if (candidate.all_ones)
+    text += ", unless_raw = \"all_ones\"";
+  return text;
+}
+
 /// "{ message = ..., signal = ..., unit = ... }"
 std::string entry(const Choice& choice) {
   const Candidate& candidate = choice.candidate;
@@ -71,12 +87,15 @@ std::string entry(const Choice& choice) {
     text += fmt::format(", forward = {}, reverse = {}", shortest(candidate.forward),
                         shortest(candidate.reverse));
   } else {
-    text += fmt::format(", unit = {}", quoted(std::string(can::unit_name(candidate.unit))));
+    text += fmt::format(", unit = {}", quoted(unit_of(candidate)));
     if (choice.radius) text += ", radius = " + number(*choice.radius);
+    if (choice.ratio) text += ", ratio = " + number(*choice.ratio);
+    if (choice.pole_pairs) text += ", pole_pairs = " + shortest(*choice.pole_pairs);
     if (choice.scale != 1.0) text += ", scale = " + number(choice.scale);
     if (choice.offset != 0.0) text += ", offset = " + number(choice.offset);
     if (choice.sigma) text += ", sigma = " + number(*choice.sigma);
   }
+  text += conditions(candidate);
   if (choice.timeout) text += ", timeout = " + number(*choice.timeout);
   if (!choice.bus.empty()) text += ", bus = " + quoted(choice.bus);
   return text + " }";
@@ -135,9 +154,15 @@ std::vector<VehicleValue> vehicle_values(const Draft& draft) {
   const bool has_axle = draft.car.front_axle.has_value();
   const std::string axle_origin =
       has_axle ? "m, as given" : "m, half of the wheelbase; weigh both axles: odom identify cog";
+  constexpr double above = 1.2, possible = 20.0;  // m/s²
+  const double shown = above * draft.proposal.lateral;
+  const double grip = rounded(shown < possible ? std::max(typical.grip, shown) : typical.grip);
+  const std::string grip_origin = "m/s2, " + guess + "fit finds it";
   VehicleValue track{"track_width", 0.0, "m, as given"};
   if (draft.car.known.track) {
     track.value = *draft.car.known.track;
+  } else if (!draft.proposal.measured_track) {
+    track = {"track_width", rounded(0.6 * wheelbase), "m, typical; no role here needs it", false};
   } else {
     track.value = rounded(draft.proposal.measured_track.value());
     track.origin = "m, from wheels and gyro in the log; compare with a tape";
@@ -154,6 +179,8 @@ std::vector<VehicleValue> vehicle_values(const Draft& draft) {
       {"cornering_stiffness_rear", rounded(typical.stiffness_rear * weight * front / wheelbase),
        "N/rad, " + guess + "stiffness or fit measures it", false},
       track,
+      {"grip_front", grip, grip_origin, false},
+      {"grip_rear", grip, grip_origin, false},
   };
 }
 
@@ -204,8 +231,7 @@ std::string as_text(const Draft& draft) {
     table.rows.push_back(
         {std::string(role_name(candidate.role)),
          fmt::format("{}.{}", candidate.message->name, fmt::join(signals_of(*choice), " + ")),
-         std::string(has_unit ? can::unit_name(candidate.unit) : "-"),
-         choice->sure() ? "yes" : "no"});
+         has_unit ? unit_of(candidate) : "-", choice->sure() ? "yes" : "no"});
     for (const std::string& warning : choice->warnings)
       add_warning(warning, role_name(candidate.role));
   }
@@ -233,7 +259,7 @@ nlohmann::ordered_json as_json(const Draft& draft) {
       role["forward"] = candidate.forward;
       role["reverse"] = candidate.reverse;
     } else {
-      role["unit"] = can::unit_name(candidate.unit);
+      role["unit"] = unit_of(candidate);
       role["scale"] = choice->scale;
       role["offset"] = choice->offset;
     }
@@ -241,6 +267,8 @@ nlohmann::ordered_json as_json(const Draft& draft) {
       if (value) role[key] = *value;
     };
     optional("radius", choice->radius);
+    optional("ratio", choice->ratio);
+    optional("pole_pairs", choice->pole_pairs);
     optional("sigma", choice->sigma);
     optional("timeout", choice->timeout);
     if (!choice->bus.empty()) role["bus"] = choice->bus;

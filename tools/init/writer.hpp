@@ -28,7 +28,7 @@ struct VehicleValue {
   bool sure = true;
 };
 
-/// The seven of [vehicle]. What is not known is typical of the class, and not sure.
+/// The keys of [vehicle]. What is not known is typical of the class, and not sure.
 [[nodiscard]] std::vector<VehicleValue> vehicle_values(const Draft& draft);
 
 [[nodiscard]] std::string as_toml(const Draft& draft);

@@ -56,7 +56,7 @@ class Behaviour : public testing::Test {
   }
 
   can::Message message_;
-  can::Signal signal_;
+  can::Signal signal_{.unit = "rad"};
   Proposal proposal_;
 };
 
@@ -92,6 +92,26 @@ TEST_F(Behaviour, KeepsTheAngleOfTheFrontWheels) {
   EXPECT_TRUE(proposal_.of(Source::steering)->sure());
 }
 
+TEST_F(Behaviour, FindsTheRatioAtOneSpeedAndTheLockOfACommand) {
+  const auto slow = [](double) { return 4.0; };
+  add(Source::wheel_rear, slow, can::Unit::m_per_s);
+  add(
+      Source::yaw_rate, [&](double t) { return slow(t) * std::tan(Motion::angle(t)) / wheelbase; },
+      can::Unit::rad_per_s);
+  for (const double ratio : {15.0, 22.0, 1.0}) {
+    SCOPED_TRACE(ratio);
+    add(
+        Source::steering, [&](double t) { return ratio * Motion::angle(t); }, can::Unit::rad);
+    EXPECT_NEAR(checked(Source::steering).scale, 1.0 / ratio, 0.08 / ratio);
+    EXPECT_TRUE(proposal_.of(Source::steering)->sure());
+  }
+  signal_.unit = "";
+  add(
+      Source::steering, [](double t) { return Motion::angle(t) / 0.4; }, can::Unit::none);
+  EXPECT_NEAR(checked(Source::steering).scale, 0.4, 0.03);
+  EXPECT_TRUE(proposal_.of(Source::steering)->scale_fits);
+}
+
 TEST_F(Behaviour, SetsASignByMajorityButIsUnsure) {
   add(Source::wheel_rear, Motion::speed, can::Unit::m_per_s);
   add(Source::yaw_rate, Motion::yaw_rate, can::Unit::rad_per_s);
@@ -123,6 +143,53 @@ TEST_F(Behaviour, FindsAnAccelerometerThatCountsBackwardsAndABiasAtRest) {
       Source::yaw_rate, [](double t) { return Motion::yaw_rate(t) + 0.02; }, can::Unit::rad_per_s);
   EXPECT_EQ(checked(Source::accel_x).scale, -1.0);
   EXPECT_NEAR(proposal_.of(Source::yaw_rate)->offset, -0.02, 1e-3);
+}
+
+TEST_F(Behaviour, TakesABiasOnlyOfACarThatStandsAndDoubtsALargeOne) {
+  struct Case {
+    const char* what;
+    double halt, bias;  // [s], [rad/s]
+    bool creeps, has_offset, sure;
+  };
+  for (const Case& one : {Case{"stands", 10.0, 0.02, false, true, true},
+                          {"a brief halt", 1.2, 0.02, false, false, true},
+                          {"far off", 10.0, -0.11, false, true, false},
+                          {"creeps with wheels at 0", 10.0, 0.0, true, false, true}}) {
+    SCOPED_TRACE(one.what);
+    const auto speed = [&](double t) { return t < one.halt ? 0.0 : Motion::speed(t + 10.0); };
+    proposal_ = {};
+    add(
+        Source::wheel_rear_left,
+        [&](double t) { return speed(t) - 0.5 * track * speed(t) * Motion::angle(t) / wheelbase; },
+        can::Unit::m_per_s);
+    add(
+        Source::wheel_rear_right,
+        [&](double t) { return speed(t) + 0.5 * track * speed(t) * Motion::angle(t) / wheelbase; },
+        can::Unit::m_per_s);
+    add(
+        Source::yaw_rate,
+        [&](double t) {
+          const double outlier = std::fmod(t, 1.0) < 0.02 ? 2.0 : 0.0;
+          const double creep = one.creeps && t < one.halt ? 0.1 * std::sin(2.0 * t) : 0.0;
+          return speed(t) * Motion::angle(t) / wheelbase + one.bias + outlier + creep;
+        },
+        can::Unit::rad_per_s);
+    const Choice& gyro = checked(Source::yaw_rate);
+    EXPECT_NEAR(gyro.offset, one.has_offset ? -one.bias : 0.0, 1e-3);
+    EXPECT_EQ(gyro.sure(), one.sure);
+  }
+}
+
+TEST_F(Behaviour, BlamesTheNumbersOfAMotorBeforeTheGyro) {
+  add(
+      Source::motor, [](double t) { return 60.0 * Motion::speed(t); }, can::Unit::rpm);
+  add(Source::yaw_rate, Motion::yaw_rate, can::Unit::rad_per_s);
+  add(
+      Source::accel_y, [](double t) { return Motion::speed(t) * Motion::yaw_rate(t); },
+      can::Unit::m_per_s2);
+  check_behaviour(proposal_, {.wheelbase = wheelbase, .wheel_radius = 0.1, .gear_ratio = 1.0});
+  EXPECT_EQ(proposal_.of(Source::motor)->warnings.size(), 1U);
+  EXPECT_TRUE(proposal_.of(Source::yaw_rate)->warnings.size() <= 1U);
 }
 
 TEST_F(Behaviour, WarnOfAYawRateInTheWrongUnitAndAWheelThatDoesNotFit) {

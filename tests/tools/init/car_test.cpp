@@ -11,6 +11,7 @@
 namespace odomd::tools::car_test {
 namespace {
 
+using estimator::Source;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -67,11 +68,38 @@ TEST(Car, NothingIsAskedThatIsKnown) {
   EXPECT_THAT(missing_last(car, {}), IsEmpty());
 }
 
-TEST(Car, ATrackThatWasMeasuredIsNotAsked) {
-  Proposal proposal;
-  EXPECT_EQ(missing_last({}, proposal).size(), 1U);
-  proposal.measured_track = 1.5;
-  EXPECT_THAT(missing_last({}, proposal), IsEmpty());
+TEST(Car, OnlyWhatARoleNeedsIsAsked) {
+  const auto asked = [](const Proposal& proposal) {
+    std::string options;
+    for (const auto& questions : {missing_first({}, proposal), missing_last({}, proposal)})
+      for (const Question& one : required(questions)) options += std::string(one.option) + ' ';
+    return options;
+  };
+  const auto mapped = [](Source role, can::Unit unit, bool electrical = false) {
+    Proposal proposal;
+    Choice& choice = proposal.of(role).emplace();
+    choice.candidate.role = role;
+    choice.candidate.unit = unit;
+    choice.candidate.electrical = electrical;
+    choice.warnings.emplace_back("not compared");
+    return proposal;
+  };
+  const std::string sizes = "--mass --wheelbase ";
+  Proposal wheels = mapped(Source::wheel_rear_left, can::Unit::rad_per_s);
+  EXPECT_EQ(asked(wheels), sizes + "--wheel-radius ");
+  wheels.of(Source::wheel_rear_right) = wheels.of(Source::wheel_rear_left);
+  EXPECT_EQ(asked(wheels), sizes + "--wheel-radius --track ");
+  wheels.measured_track = 1.5;
+  EXPECT_EQ(asked(wheels), sizes + "--wheel-radius ");
+  EXPECT_EQ(asked(mapped(Source::motor, can::Unit::m_per_s)), sizes);
+  EXPECT_EQ(asked(mapped(Source::motor, can::Unit::rpm)), sizes + "--wheel-radius --gear-ratio ");
+  EXPECT_EQ(asked(mapped(Source::motor, can::Unit::rpm, true)),
+            sizes + "--wheel-radius --gear-ratio --pole-pairs ");
+  EXPECT_EQ(asked(mapped(Source::steering, can::Unit::deg)), sizes);  // the ratio may stay open
+  Proposal command = mapped(Source::steering, can::Unit::none);
+  EXPECT_EQ(asked(command), sizes + "--full-lock ");
+  command.of(Source::steering)->scale_fits = true;
+  EXPECT_EQ(asked(command), sizes);
 }
 
 }  // namespace

@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace odomd::tools::roles_test {
 namespace {
@@ -58,14 +60,95 @@ TEST(Roles, AreNotTakenByOtherQuantities) {
     EXPECT_EQ(best(role, other), "") << estimator::source_names.at(estimator::index_of(role));
 }
 
-TEST(Roles, TakeTheMeasuredValueBeforeARequest) {
-  const can::Database both =
-      database(signal("YawRateTarget", "deg/s") + signal("YawRate", "deg/s"));
-  EXPECT_EQ(best(Source::yaw_rate, both), "YawRate");
-  const can::Database request = database(signal("YawRateTarget", "deg/s"));
-  const auto found = candidates_for(Source::yaw_rate, {&request, 1});
-  ASSERT_EQ(found.size(), 1U);
-  EXPECT_THAT(found.front().warnings, Not(IsEmpty()));
+TEST(Roles, AreNotTakenByWhatHasAnotherUnitOrMeaning) {
+  struct Case {
+    Source role;
+    const char *message, *name, *unit, *values;
+  };
+  for (const Case& one : {
+           Case{Source::wheel_rear_left, "ESP_07", "ESP_RTA_HL", "%", ""},
+           {Source::wheel_front_left, "WheelData", "WhlRotatFl_No_Cnt", "Unitless", ""},
+           {Source::wheel_front_left, "Wheels", "WhlPulseFL", "", ""},
+           {Source::wheel_rear, "Wheels", "WheelVelDrvnChksm", "", ""},
+           {Source::wheel_rear, "Wheels", "WhlGndVelLeft", "km/h", ""},
+           {Source::wheel_rear, "Vision_Obj_Track_12", "LongVlctyTrk12", "m/s", ""},
+           {Source::yaw_rate, "MSG", "YawRateTarget", "deg/s", ""},
+           {Source::yaw_rate, "TrailerAid", "YawRate", "deg/s", ""},
+           {Source::yaw_rate, "MSG", "TrlrYaw_W_Actl", "rad/s", ""},
+           {Source::accel_x, "SCS", "VehTrgtLongtAcc", "", ""},
+           {Source::steering, "SteeringStatus", "AlwaysF0", "", ""},
+           {Source::steering, "LWI", "LWI_Lenkradw_Geschw", "", ""},
+           {Source::direction, "GEAR", "GEAR_BUTTON", "", "1 \"D\" 2 \"R\""},
+           {Source::direction, "GEAR", "TrnGear_D_RqDrv", "", "1 \"Drive\" 2 \"Reverse\""},
+       }) {
+    std::string text = signal(one.name, one.unit);
+    if (*one.values != '\0')
+      text += std::string("VAL_ 100 ") + one.name + ' ' + one.values + " ;\n";
+    EXPECT_EQ(best(one.role, database(text, one.message)), "") << one.name;
+  }
+}
+
+TEST(Roles, PreferThePlainestNameAndTheGearToItsLever) {
+  EXPECT_EQ(best(Source::yaw_rate,
+                 database(signal("YawRateTarget", "deg/s") + signal("YawRate", "deg/s"))),
+            "YawRate");
+  EXPECT_EQ(best(Source::steering,
+                 database(signal("PaStrAnglVal", "deg") + signal("STEERING_ANGLE", "deg"))),
+            "STEERING_ANGLE");
+  EXPECT_EQ(best(Source::direction, database(signal("GearLever", "") + signal("GearActual", "") +
+                                             "VAL_ 100 GearLever 1 \"D\" 2 \"R\" ;\n"
+                                             "VAL_ 100 GearActual 1 \"D\" 2 \"R\" ;\n")),
+            "GearActual");
+}
+
+TEST(Roles, KnowWhoSpeaksOfASignal) {
+  struct Case {
+    const char *name, *companion, *values;
+    std::optional<double> valid, negative;
+  };
+  for (const Case& one : {
+           Case{"ESP_Gierrate", "ESP_QBit_Gierrate", "", 0.0, {}},
+           {"ESP_Querbeschleunigung", "ESP_QBit_Querb", "", 0.0, {}},
+           {"VehYaw_W_Actl",
+            "VehYawWActl_D_Qf",
+            "3 \"OK\" 1 \"No_Data_Exists\" 0 \"Faulty\"",
+            3.0,
+            {}},
+           {"YAW_RATE", "YAW_RATE_VALIDITY", "1 \"Valid\" 0 \"Invalid\"", 1.0, {}},
+           {"StrgWhlAngHSC2", "StrgWhlAngVHSC2", "1 \"Invalid\" 0 \"Valid\"", 0.0, {}},
+           {"WHEEL_SPEED_FL", "WHEEL_SPEED_FL_FAULT", "", 0.0, {}},
+           {"IMU_YawRtVal", "IMU_YawSigSta", "0 \"Init\" 1 \"Normal\" 2 \"Faulty\"", 1.0, {}},
+           {"PowerIn", "Power_Stat", "1 \"No_Fault\" 0 \"Fault\"", 1.0, {}},
+           {"YawRate", "Valid", "", 1.0, {}},  // of the whole message
+           {"YawRate", "RollRate_Valid", "", {}, {}},
+           {"ESP_Gierrate", "ESP_VZ_Gierrate", "", {}, 1.0},
+           {"STEERING_ANGLE",
+            "STEERING_ANGLE_SIGN",
+            "1 \"Left CounterClockwise\" 0 \"Right Clockwise\"",
+            {},
+            0.0},
+           {"WheelSpeedFL",
+            "WheelSpeedFL_Dir",
+            "0 \"Unknown\" 1 \"Forward\" 2 \"Backward\"",
+            {},
+            2.0},
+           {"STEERING_ANGLE", "STEERING_RATE_SIGN", "", {}, {}},
+       }) {
+    SCOPED_TRACE(one.companion);
+    std::string text = std::string(" SG_ ") + one.name +
+                       " : 0|16@1+ (0.1,0) [0|6553] \"\" A\n SG_ " + one.companion + " : 16|" +
+                       (*one.values == '\0' ? "1" : "2") + "@1+ (1,0) [0|0] \"\" A\n";
+    if (*one.values != '\0')
+      text += std::string("VAL_ 100 ") + one.companion + ' ' + one.values + " ;\n";
+    const can::Database made = database(text);
+    const can::Message& message = made.messages.front();
+    auto found = validity_of(message, message.signals.front());
+    std::vector<std::string> warnings;
+    for (Companion& companion : found) settle(companion, {}, warnings);
+    EXPECT_EQ(found.empty() ? std::nullopt : found.front().value, one.valid);
+    const auto sign = sign_of(message, message.signals.front());
+    EXPECT_EQ(sign ? sign->value : std::nullopt, one.negative);
+  }
 }
 
 TEST(Roles, WarnOfAnUnknownUnitAndASpeedThatIsNoWheels) {

@@ -1,0 +1,176 @@
+// A companion is named as its signal, with one token more, and perhaps without the end:
+// "IMU_YawSigSta" of "IMU_YawRtVal".
+#include "tools/init/companions.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "tools/init/words.hpp"
+
+namespace odomd::tools {
+namespace {
+
+constexpr auto validity = std::to_array<std::string_view>(
+    {"validity", "valid",  "vld",  "available", "qualitybit", "quality", "qbit",    "dqf",   "qf",
+     "sigsta",   "status", "stat", "sts",       "sta",        "state",   "invalid", "fault", "falt",
+     "flt",      "error",  "err",  "fehler",    "fail",       "ok",      "v"});
+constexpr auto sign = std::to_array<std::string_view>(
+    {"vorzeichen", "vz", "signbit", "sign", "sgn", "direction", "dircn", "richtung", "dir"});
+
+constexpr auto good = std::to_array<std::string_view>(
+    {"valid", "ok", "okay", "normal", "good", "true", "available", "gueltig", "plausible"});
+constexpr auto bad = std::to_array<std::string_view>(
+    {"invalid",     "fault",        "faulty",      "error",   "fail",         "failed",
+     "failure",     "false",        "init",        "initial", "initialising", "initializing",
+     "unknown",     "undefined",    "unavailable", "sna",     "fehler",       "ungueltig",
+     "implausible", "nodataexists", "reserved"});
+constexpr auto no = std::to_array<std::string_view>({"no", "not", "none", "kein", "without"});
+constexpr auto negative =
+    std::to_array<std::string_view>({"right", "rechts", "negative", "negativ", "minus", "backward",
+                                     "backwards", "reverse", "rueckwaerts"});
+
+/// In lower case, letters and digits alone.
+std::string squeezed(std::string_view name) {
+  std::string text;
+  for (const char c : name)
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+      text += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+enum class Match : std::uint8_t { none, message, begin, whole };
+
+/// Whether `name` without one of the tokens is `own`, or the begin of it and not of all signals.
+Match match(const can::Message& message, const can::Signal& measured, const can::Signal& candidate,
+            Vocabulary tokens) {
+  const std::string name = squeezed(candidate.name), own = squeezed(measured.name);
+  Match best = Match::none;
+  for (const std::string_view token : tokens)
+    for (auto at = name.find(token); at != std::string::npos; at = name.find(token, at + 1)) {
+      const std::string rest = std::string(name).erase(at, token.size());
+      if (rest == own) return Match::whole;
+      if (token.size() == 1 ||
+          (!rest.empty() && !own.starts_with(rest) && !squeezed(message.name).starts_with(rest)))
+        continue;
+      const auto others = std::ranges::count_if(message.signals, [&](const can::Signal& signal) {
+        return &signal != &candidate && squeezed(signal.name).starts_with(rest);
+      });
+      constexpr std::size_t telling = 4;
+      const bool of_one = own.starts_with(rest) && rest.size() >= telling &&
+                          static_cast<std::size_t>(others) + 1 < message.signals.size();
+      best = std::max(best, of_one ? Match::begin : Match::message);
+    }
+  return best;
+}
+
+double physical(const can::Signal& signal, std::int64_t raw) {
+  return static_cast<double>(raw) * signal.scale + signal.offset;
+}
+
+bool is_good(const can::ValueName& value) {
+  const can::NameWords words = split_words(value.name);
+  return has_word(words, no) ? has_word(words, bad) : has_word(words, good);
+}
+
+bool is_bad(const can::ValueName& value) {
+  const can::NameWords words = split_words(value.name);
+  const bool nothing =
+      has_word(words, no) &&
+      has_word(words, std::to_array<std::string_view>({"data", "available", "valid"}));
+  return nothing || (has_word(words, bad) && !has_word(words, no));
+}
+
+/// The one value that is named so; none: none, or several.
+template <class Named>
+std::optional<double> value_where(const can::Signal& signal, Named named) {
+  if (std::ranges::count_if(signal.values, named) != 1) return std::nullopt;
+  return physical(signal, std::ranges::find_if(signal.values, named)->raw);
+}
+
+/// Where neither the database nor a log says it.
+std::optional<double> value_by_name(const can::Signal& signal) {
+  constexpr auto wrong = std::to_array<std::string_view>(
+      {"invalid", "fault", "falt", "flt", "err", "fehler", "fail", "qbit"});
+  constexpr auto right = std::to_array<std::string_view>({"valid", "vld", "available", "ok"});
+  const auto contains = [name = squeezed(signal.name)](std::string_view token) {
+    return name.find(token) != std::string::npos;
+  };
+  if (signal.length > 1) return std::nullopt;
+  if (std::ranges::any_of(wrong, contains)) return physical(signal, 0);
+  if (std::ranges::any_of(right, contains)) return physical(signal, 1);
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<Companion> validity_of(const can::Message& message, const can::Signal& measured) {
+  constexpr int longest = 4;  // bits
+  std::vector<Companion> found;
+  for (const can::Signal& signal : message.signals) {
+    if (&signal == &measured || signal.length > longest ||
+        signal.multiplexor != measured.multiplexor)
+      continue;
+    const auto value = value_where(signal, is_good);
+    const Match how = match(message, measured, signal, validity);
+    const bool speaks = value.has_value() || signal.length == 1;  // of a whole message
+    if (how >= Match::begin || (how == Match::message && speaks)) found.push_back({&signal, value});
+  }
+  return found;
+}
+
+std::optional<Companion> sign_of(const can::Message& message, const can::Signal& measured) {
+  constexpr int longest = 3;  // bits
+  if (measured.type != can::ValueType::unsigned_integer || measured.minimum < 0.0 ||
+      measured.offset < 0.0)
+    return std::nullopt;
+  std::optional<Companion> found;
+  Match best = Match::message;
+  for (const can::Signal& signal : message.signals) {
+    if (&signal == &measured || signal.length > longest ||
+        signal.multiplexor != measured.multiplexor)
+      continue;
+    const Match how = match(message, measured, signal, sign);
+    const auto value = value_where(signal, [](const can::ValueName& one) {
+      return has_word(split_words(one.name), negative);
+    });
+    if (how <= best || (signal.length > 1 && !value)) continue;
+    best = how;
+    found = {&signal, value.value_or(physical(signal, 1))};
+  }
+  return found;
+}
+
+std::vector<std::int64_t> invalid_raws(const can::Signal& measured) {
+  std::vector<std::int64_t> raws;
+  for (const can::ValueName& value : measured.values)
+    if (is_bad(value)) raws.push_back(value.raw);
+  std::ranges::sort(raws);
+  return raws;
+}
+
+void settle(Companion& companion, std::span<const double> seen,
+            std::vector<std::string>& warnings) {
+  // A sensor that starts is ready in the second half.
+  std::map<double, std::size_t> counts;
+  for (const double value : seen.subspan(seen.size() / 2)) ++counts[value];
+  if (counts.empty()) {
+    if (!companion.value) companion.value = value_by_name(*companion.signal);
+    return;
+  }
+  const auto usual =
+      std::ranges::max_element(counts, {}, [](const auto& one) { return one.second; });
+  if (!companion.value) {
+    companion.value = usual->first;
+  } else if (usual->first != *companion.value) {
+    warnings.push_back(fmt::format(
+        "{} is {:g} most of the log, but its names make {:g} the valid one: it is left out",
+        companion.signal->name, usual->first, *companion.value));
+    companion.value.reset();
+  }
+}
+
+}  // namespace odomd::tools

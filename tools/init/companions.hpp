@@ -1,0 +1,35 @@
+// Signals next to a measured one, in its message: whether it is valid, and its sign.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "can_protocol/dbc/dbc.hpp"
+
+namespace odomd::tools {
+
+struct Companion {
+  const can::Signal* signal = nullptr;
+  /// Physical: with it the measured signal is valid, or negative. None: only a log can show it.
+  std::optional<double> value;
+};
+
+/// By name ("YawRate_Stat", "QBit_YawRate", "IMU_Valid") and by the names of the values.
+[[nodiscard]] std::vector<Companion> validity_of(const can::Message& message,
+                                                 const can::Signal& measured);
+
+/// By name ("VZ_YawRate", "YawRateSign", "YawRate_Dir"), of a signal without a sign of its own.
+[[nodiscard]] std::optional<Companion> sign_of(const can::Message& message,
+                                               const can::Signal& measured);
+
+/// Raw values that the database names as invalid.
+[[nodiscard]] std::vector<std::int64_t> invalid_raws(const can::Signal& measured);
+
+/// Sets the value of a validity by all that it had in the log, or by its name without a log. A log
+/// that contradicts the database leaves none, with a warning.
+void settle(Companion& companion, std::span<const double> seen, std::vector<std::string>& warnings);
+
+}  // namespace odomd::tools

@@ -1,0 +1,23 @@
+// What is typical of a class of cars, where nobody has measured it.
+#pragma once
+
+namespace odomd::tools {
+
+struct Typical {
+  double inertia;                          ///< over m l_v l_h
+  double stiffness_front, stiffness_rear;  ///< over the weight on the axle [1/rad]
+  double grip;                             ///< [m/s²]
+
+  /// Angle at the front wheels per lateral acceleration, above that of a turn without slip [s²/m].
+  [[nodiscard]] double understeer() const {
+    constexpr double gravity = 9.80665;
+    return (1.0 / stiffness_front - 1.0 / stiffness_rear) / gravity;
+  }
+};
+
+[[nodiscard]] inline Typical typical_for(double wheelbase) {
+  constexpr double model_car = 1.0;  // m, shorter ones are models
+  return wheelbase < model_car ? Typical{0.5, 4.0, 6.0, 10.0} : Typical{1.0, 15.0, 22.0, 9.0};
+}
+
+}  // namespace odomd::tools

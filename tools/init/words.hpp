@@ -1,0 +1,25 @@
+// What the words of a signal's name mean, in English, German and French, for roles.cpp and
+// companions.cpp.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "can_protocol/decode/name_words.hpp"
+
+namespace odomd::tools {
+
+using Vocabulary = std::span<const std::string_view>;
+
+/// The words of a name, compounds taken apart: "Lenkradwinkel" is lenkrad and winkel, "yawrate" yaw
+/// and rate.
+[[nodiscard]] can::NameWords split_words(std::string_view name);
+
+/// Whether a word of the name means an entry: "speed", "spd" and "speedfront" mean "speed".
+[[nodiscard]] bool has(const can::NameWords& name, Vocabulary vocabulary);
+
+/// As it stands: "acc" is a system there, an acceleration elsewhere.
+[[nodiscard]] bool has_word(const can::NameWords& name, Vocabulary vocabulary);
+
+}  // namespace odomd::tools
