@@ -143,7 +143,7 @@ class Lexer {
   }
 
   /// Whether a line that begins in the text is that of another statement.
-  [[nodiscard]] bool holds_statement(std::string_view text) const {
+  [[nodiscard]] static bool holds_statement(std::string_view text) {
     for (std::size_t at = text.find('\n'); at != std::string_view::npos; at = text.find('\n', at)) {
       ++at;
       while (at < text.size() && is_blank(text[at])) ++at;
