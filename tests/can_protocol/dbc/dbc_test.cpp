@@ -478,12 +478,12 @@ TEST(Dbc, WarnsOnceOfAMessageWhoseNameManyOthersHave) {
   EXPECT_EQ(parse(text).warnings.size(), 299U);
 }
 
-TEST(DbcErrors, RefuseAFileWithoutEnd) {
+TEST(DbcErrors, RefuseADevice) {
   try {
     (void)read_dbc("/dev/zero");
     FAIL() << "was taken";
   } catch (const DbcError& error) {
-    EXPECT_STREQ(error.what(), "/dev/zero: is larger than 16 MiB; name a DBC file");
+    EXPECT_STREQ(error.what(), "/dev/zero: is a device; name a file");
   }
 }
 
