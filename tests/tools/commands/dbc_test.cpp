@@ -165,7 +165,8 @@ TEST_F(OdomDbc, SaysWhichFileItCannotUseAndWhy) {
   const auto unusual =
       scratch_.write("unusual.dbc", std::string(car) + "CM_ BO_ 77 \"no such\";\n");
   const auto bad = scratch_.write("bad.log", std::string(drive) + "(1) can0 1#\n");
-  expect_refused("odom dbc decode --dbc " + unusual.string() + ' ' + bad.string(), "bad.log:7: ");
+  expect_refused("odom dbc decode --strict --dbc " + unusual.string() + ' ' + bad.string(),
+                 "bad.log:7: expected ");
   expect_refused("odom dbc", "");
 }
 
