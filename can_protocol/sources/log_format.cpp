@@ -48,9 +48,11 @@ constexpr std::array text_formats{
 };
 constexpr Format trc{"", "a PEAK TRC log", convert};
 constexpr Format display{"", "the display of candump", "record with candump -L, or candump -l"};
-constexpr Format table{"", "a table (CSV)",
-                       "SavvyCAN saves candump logs, can_logconvert converts tables of python-can; "
-                       "else write (seconds) interface id#data for each frame"};
+constexpr Format table{
+    "", "a table (CSV)",
+    "SavvyCAN saves candump logs, can_logconvert converts tables of python-can; "
+    "odom import takes tables of signals; else write (seconds) interface id#data "
+    "for each frame"};
 
 /// "  can0  123   [4]  64 00 32 00", with or without a stamp before it.
 bool is_displayed_frame(std::string_view line) {
