@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "estimator/common/time.hpp"
 #include "estimator/common/wheel_place.hpp"
@@ -56,28 +55,33 @@ bool HeldSignals::wheels_still() const noexcept {
 
 std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& held,
                                          double car_yaw_rate) noexcept {
-  // The mean of an axle's wheels, each moved to its middle: v_x = v cos(angle) + y ψ̇, a front wheel
-  // rolls along δ.
+  const auto speed = [&, reversing = held[Source::direction].value < 0.0](Source source) {
+    const double value = held[source].value;
+    return reversing ? -std::abs(value) : value;
+  };
+
+  // Both wheels of an axle, or one of them moved to its middle: v_x = v cos(angle) ± ψ̇ t/2, with t
+  // the track width; a front wheel rolls along δ.
   using enum Source;
-  const bool reversing = held[direction].value < 0.0;
-  for (const auto& [left, right] : {std::pair{wheel_rear_left, wheel_rear_right},
-                                    {wheel_rear, wheel_rear},
-                                    {motor, motor},
-                                    {wheel_front_left, wheel_front_right}}) {
-    AxleSpeed axle;
-    double wheels = 0.0;
-    for (const Source wheel : {left, right}) {
-      if (held.alive(wheel) && (left != right || wheels == 0.0)) {
-        const WheelPlace place = wheel_place(car, wheel);
-        const double value = reversing ? -std::abs(held[wheel].value) : held[wheel].value;
-        const double along = place.steered ? std::cos(held[steering].value) : 1.0;
-        axle.v_x += value * along + place.left * car_yaw_rate;
-        axle.sigma = std::hypot(axle.sigma, held[wheel].sigma);
-        ++wheels;
-      }
-    }
-    if (wheels > 0.0) {
-      return AxleSpeed{axle.v_x / wheels, axle.sigma / wheels};
+  const double turn = car_yaw_rate * car.track_width / 2.0;
+  const double front = std::cos(held[steering].value);
+  struct Choice {
+    Source left, right;  // equal for a single one
+    double along, turn;
+  };
+  for (const Choice& of : {Choice{wheel_rear_left, wheel_rear_right, 1.0, 0.0},
+                           {wheel_rear, wheel_rear, 1.0, 0.0},
+                           {wheel_rear_left, wheel_rear_left, 1.0, turn},
+                           {wheel_rear_right, wheel_rear_right, 1.0, -turn},
+                           {motor, motor, 1.0, 0.0},
+                           {wheel_front_left, wheel_front_right, front, 0.0},
+                           {wheel_front_left, wheel_front_left, front, turn},
+                           {wheel_front_right, wheel_front_right, front, -turn}}) {
+    if (held.alive(of.left) && held.alive(of.right)) {
+      const double sigma = of.left == of.right
+                               ? held[of.left].sigma
+                               : 0.5 * std::hypot(held[of.left].sigma, held[of.right].sigma);
+      return AxleSpeed{(speed(of.left) + speed(of.right)) / 2.0 * of.along + of.turn, sigma};
     }
   }
   return std::nullopt;

@@ -11,6 +11,9 @@
 namespace odomd::estimator::full {
 namespace {
 
+// Beyond any car and sensor; larger numbers might overflow.
+constexpr double largest_state = 1e4;
+
 /// Larger deviations mean that nothing is known: half a turn, a kilometre, 100 m/s.
 const Vector largest_deviation{{1e3, 1e3, 3.2, 1e2, 1e2, 35.0, 50.0, 1.0, 50.0, 10.0, 10.0, 0.5}};
 /// Of the slow errors also the largest values, within which the model holds.
@@ -53,8 +56,10 @@ void limit(State& state) noexcept {
 
 bool is_valid(const State& state) noexcept {
   return state.mean.allFinite() && is_possible(state.pose()) && is_possible(state.velocity()) &&
-         state.slow.mean.allFinite() && state.slow.sensitivity.allFinite() &&
-         is_positive_definite(state.covariance) && is_positive_definite(state.slow.covariance);
+         state.mean.tail<at::size - 3>().cwiseAbs().maxCoeff() < largest_state &&
+         state.slow.mean.allFinite() && state.slow.mean.cwiseAbs().maxCoeff() < largest_state &&
+         state.slow.sensitivity.allFinite() && is_positive_definite(state.covariance) &&
+         is_positive_definite(state.slow.covariance);
 }
 
 }  // namespace odomd::estimator::full

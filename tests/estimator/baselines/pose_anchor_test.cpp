@@ -477,7 +477,7 @@ TEST_F(PoseAnchorTest, CameraPoseFromBeforeARestartDoesNotMoveIt) {
   settings.initialise_from_camera = true;
   anchor_ = PoseAnchor{settings};
   const Pose2 map{5.0, 6.0, 2.0};
-  anchor_.resume({.map = map, .covariance = diagonal(1e-2, 1e-2, 1e-2), .reset_count = 3});
+  anchor_.resume({.map = map, .covariance = packed(isotropic(0.1, 0.1)), .reset_count = 3});
   now_ = start_ns;
   EXPECT_EQ(take(seen({1.0, 1.0, 1.0}, 40 * millisecond)), Verdict::too_old);
   expect_near(anchor_.map(), map, 1e-12);
