@@ -176,7 +176,13 @@ TEST_F(DriveEvaluation, SaysInOneLineWhatAFolderLacks) {
   EXPECT_FALSE(replay_drive(blind, blind.config).poses.points.empty());
   std::ofstream{folder / "drive.log"} << "(1.000000) can0 123#00\n";
   const Drive silent = read_drive({.folder = folder, .config = {}, .reference = {}});
-  EXPECT_THAT(message_of([&] { (void)replay_drive(silent, silent.config); }),
+  EXPECT_THAT(
+      message_of([&] { (void)replay_drive(silent, silent.config); }),
+      StartsWith(folder.string() + ": none of the 4 mapped messages is among the 1 frames"));
+  // Of this car, but no wheel.
+  std::ofstream{folder / "drive.log"} << "(1.000000) can0 1A2#0000000000000000\n";
+  const Drive still = read_drive({.folder = folder, .config = {}, .reference = {}});
+  EXPECT_THAT(message_of([&] { (void)replay_drive(still, still.config); }),
               StartsWith(folder.string() + ": no pose: "));
 }
 
