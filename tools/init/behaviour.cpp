@@ -29,7 +29,7 @@ void take_radius(Proposal& proposal, const Known& known) {
     if (!choice || !choice->turns()) continue;
     choice->radius = known.wheel_radius.value_or(1.0);
     if (role == Source::motor) choice->ratio = known.gear_ratio;
-    if (choice->candidate.electrical) choice->pole_pairs = known.pole_pairs;
+    if (choice->candidate.unit == can::Unit::erpm) choice->pole_pairs = known.pole_pairs;
     const double factor =
         *choice->radius / choice->ratio.value_or(1.0) / choice->pole_pairs.value_or(1.0);
     for (double& value : choice->series.value) value *= factor;

@@ -169,7 +169,7 @@ std::vector<Question> missing_first(const Car& car, const Proposal& proposal) {
   const auto& motor = proposal.of(estimator::Source::motor);
   if (!motor || !motor->turns()) return missing;
   if (!car.known.gear_ratio) missing.push_back(item_of("--gear-ratio").question);
-  if (motor->candidate.electrical && !car.known.pole_pairs)
+  if (motor->candidate.unit == can::Unit::erpm && !car.known.pole_pairs)
     missing.push_back(item_of("--pole-pairs").question);
   return missing;
 }

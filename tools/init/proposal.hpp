@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/decode/units.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/init/roles.hpp"
@@ -28,8 +29,7 @@ struct Choice {
   [[nodiscard]] bool sure() const { return warnings.empty(); }
   /// A speed that comes as an angular velocity.
   [[nodiscard]] bool turns() const {
-    return estimator::is_wheel(candidate.role) &&
-           (candidate.unit == can::Unit::rpm || candidate.unit == can::Unit::rad_per_s);
+    return estimator::is_wheel(candidate.role) && can::is_rotation(candidate.unit);
   }
 };
 

@@ -173,9 +173,11 @@ bool is_unit_of(Source role, Dimension dimension) {
          (estimator::is_wheel(role) && dimension == Dimension::angular_rate);
 }
 
-/// No unit, or one without a dimension, which only a steering command has.
-bool is_dimensionless(std::string_view unit) {
-  const NameWords words = can::words_of(unit);
+/// Of a share or a count, which only a steering command can be.
+bool is_dimensionless(std::string_view text) {
+  const auto unit = can::unit_of_text(text);
+  if (unit) return can::dimension_of(*unit) == Dimension::none;
+  const NameWords words = can::words_of(text);
   return words.size() == 1 && has_word(words, no_dimension);
 }
 
@@ -293,17 +295,14 @@ std::vector<Candidate> candidates_for(Source role, std::span<const can::Database
         candidate.role = role;
         candidate.message = &message;
         candidate.signal = &signal;
-        candidate.unit = unit && *unit != can::Unit::none ? *unit : usual_unit(role);
+        candidate.unit = seen.dimension != Dimension::none ? *unit : usual_unit(role);
         candidate.score = fit.score;
         candidate.warnings = std::move(fit.warnings);
         candidate.valid_when = validity_of(message, signal);
         candidate.sign = sign_of(message, signal);
         candidate.unless_raw = invalid_raws(signal);
-        if (role == Source::motor && (has_word(seen.own, {&electrical, 1}) ||
-                                      has_word(can::words_of(signal.unit), {&electrical, 1}))) {
-          candidate.electrical = true;
-          candidate.unit = can::Unit::rpm;
-        }
+        if (role == Source::motor && has_word(seen.own, {&electrical, 1}))
+          candidate.unit = can::Unit::erpm;
         if (role == Source::steering) candidate.fraction = fraction_of(message, signal);
       }
     }

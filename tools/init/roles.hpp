@@ -24,7 +24,6 @@ struct Candidate {
   std::vector<std::int64_t> unless_raw;  ///< names of values that are none
   bool all_ones = false;                 ///< seen in the log, and left out
   can::Unit unit = can::Unit::none;      ///< the database's, else the role's usual one
-  bool electrical = false;               ///< of a motor: its turns times its pole pairs
   double score = 0.0;                    ///< comparable within a role only
   std::vector<std::string> warnings;     ///< why name, unit or size leave it open; empty: clear
   double forward = 0.0, reverse = 0.0;   ///< of direction: physical values

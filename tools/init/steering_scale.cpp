@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "can_protocol/decode/name_words.hpp"
 #include "can_protocol/decode/units.hpp"
 #include "tools/init/typical.hpp"
 #include "tools/init/words.hpp"
@@ -89,7 +90,9 @@ void take_command(Proposal& proposal) {
   const can::Signal& signal = *choice.candidate.signal;
   constexpr double one = 1.05;
   const double factor = can::si_factor(choice.candidate.unit);
-  if (can::unit_of_text(signal.unit).value_or(can::Unit::none) != can::Unit::none) return;
+  if (can::dimension_of(can::unit_of_text(signal.unit).value_or(can::Unit::none)) !=
+      can::Dimension::none)
+    return;
   const bool within = choice.series.empty() ? signal.maximum > signal.minimum &&
                                                   -signal.minimum <= one && signal.maximum <= one
                                             : largest_angle(choice) <= one * factor;

@@ -45,12 +45,20 @@ Rhythm rhythm_of(Arrivals arrivals, const std::vector<std::string>& buses) {
   return rhythm;
 }
 
+/// believed() says which values at the ends of a range count.
+void believe_ends(can::SignalBinding& binding, const can::Signal& signal) {
+  if (signal.type == can::ValueType::unsigned_integer ||
+      signal.type == can::ValueType::signed_integer)
+    binding.unless_raw.emplace();
+}
+
 can::SignalBinding binding_for(const Candidate& candidate) {
   can::SignalBinding binding;
   binding.role = estimator::source_names.at(estimator::index_of(candidate.role));
   binding.message = candidate.message->name;
   binding.signals = {candidate.signal->name};
   if (candidate.fraction != nullptr) binding.signals.push_back(candidate.fraction->name);
+  believe_ends(binding, *candidate.signal);
   binding.unit = candidate.unit;
   binding.radius_m = 1.0;  // rpm: the angular velocity
   if (candidate.role == estimator::Source::direction) {
@@ -154,6 +162,7 @@ Series series_of(const Traffic& traffic, std::span<const can::Database> database
     binding.channel = static_cast<std::uint16_t>(bindings.size() - 1);
     binding.role = binding.message = candidate.message->name;
     binding.signals = {of.name};
+    believe_ends(binding, of);
   };
   add_physical(signal);
   for (const Companion& companion : candidate.valid_when) add_physical(*companion.signal);

@@ -52,11 +52,6 @@ std::vector<std::string> signals_of(const Choice& choice) {
   return signals;
 }
 
-std::string unit_of(const Candidate& candidate) {
-  if (candidate.electrical) return "ERPM";
-  return std::string(can::unit_name(candidate.unit));
-}
-
 /// The keys that say which samples count, and their sign.
 std::string conditions(const Candidate& candidate) {
   std::vector<std::string> valid;
@@ -87,7 +82,7 @@ std::string entry(const Choice& choice) {
     text += fmt::format(", forward = {}, reverse = {}", shortest(candidate.forward),
                         shortest(candidate.reverse));
   } else {
-    text += fmt::format(", unit = {}", quoted(unit_of(candidate)));
+    text += fmt::format(", unit = {}", quoted(std::string(can::unit_name(candidate.unit))));
     if (choice.radius) text += ", radius = " + number(*choice.radius);
     if (choice.ratio) text += ", ratio = " + number(*choice.ratio);
     if (choice.pole_pairs) text += ", pole_pairs = " + shortest(*choice.pole_pairs);
@@ -231,7 +226,8 @@ std::string as_text(const Draft& draft) {
     table.rows.push_back(
         {std::string(role_name(candidate.role)),
          fmt::format("{}.{}", candidate.message->name, fmt::join(signals_of(*choice), " + ")),
-         has_unit ? unit_of(candidate) : "-", choice->sure() ? "yes" : "no"});
+         std::string(has_unit ? can::unit_name(candidate.unit) : "-"),
+         choice->sure() ? "yes" : "no"});
     for (const std::string& warning : choice->warnings)
       add_warning(warning, role_name(candidate.role));
   }
@@ -259,7 +255,7 @@ nlohmann::ordered_json as_json(const Draft& draft) {
       role["forward"] = candidate.forward;
       role["reverse"] = candidate.reverse;
     } else {
-      role["unit"] = unit_of(candidate);
+      role["unit"] = can::unit_name(candidate.unit);
       role["scale"] = choice->scale;
       role["offset"] = choice->offset;
     }

@@ -75,12 +75,11 @@ TEST(Car, OnlyWhatARoleNeedsIsAsked) {
       for (const Question& one : required(questions)) options += std::string(one.option) + ' ';
     return options;
   };
-  const auto mapped = [](Source role, can::Unit unit, bool electrical = false) {
+  const auto mapped = [](Source role, can::Unit unit) {
     Proposal proposal;
     Choice& choice = proposal.of(role).emplace();
     choice.candidate.role = role;
     choice.candidate.unit = unit;
-    choice.candidate.electrical = electrical;
     choice.warnings.emplace_back("not compared");
     return proposal;
   };
@@ -93,7 +92,7 @@ TEST(Car, OnlyWhatARoleNeedsIsAsked) {
   EXPECT_EQ(asked(wheels), sizes + "--wheel-radius ");
   EXPECT_EQ(asked(mapped(Source::motor, can::Unit::m_per_s)), sizes);
   EXPECT_EQ(asked(mapped(Source::motor, can::Unit::rpm)), sizes + "--wheel-radius --gear-ratio ");
-  EXPECT_EQ(asked(mapped(Source::motor, can::Unit::rpm, true)),
+  EXPECT_EQ(asked(mapped(Source::motor, can::Unit::erpm)),
             sizes + "--wheel-radius --gear-ratio --pole-pairs ");
   EXPECT_EQ(asked(mapped(Source::steering, can::Unit::deg)), sizes);  // the ratio may stay open
   Proposal command = mapped(Source::steering, can::Unit::none);
