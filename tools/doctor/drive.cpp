@@ -8,8 +8,10 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "tools/doctor/bus.hpp"
+#include "tools/doctor/culprits.hpp"
 #include "tools/doctor/latencies.hpp"
 #include "tools/evaluation/drive_checks.hpp"
 #include "tools/identify/common/agreement.hpp"
@@ -23,10 +25,11 @@ using diagnostics::Diagnostics;
 using diagnostics::kind;
 
 // What the filter does not fit because of a cause is no finding of its own.
-constexpr std::array consequences{
-    &kind("bias_unlearnt"),     &kind("model_fault"),        &kind("out_of_range"),
-    &kind("scale_implausible"), &kind("contradicts_others"), &kind("inconsistent"),
-    &kind("often_gated"),       &kind("clocks_differ"),      &kind("other_drive")};
+constexpr std::array consequences{&kind("bias_unlearnt"),      &kind("model_fault"),
+                                  &kind("out_of_range"),       &kind("scale_implausible"),
+                                  &kind("contradicts_others"), &kind("inconsistent"),
+                                  &kind("often_gated"),        &kind("clocks_differ"),
+                                  &kind("other_drive"),        &kind("frozen")};
 
 bool is_consequence(const Diagnostic& one) {
   return std::ranges::find(consequences, one.kind) != consequences.end();
@@ -70,12 +73,31 @@ void append_new(Diagnostics& to, const Diagnostics& others) {
       to.push_back(one);
 }
 
-// Signs and scales that the replay does not compare, else times.
-DriveExamination compare_sensors(const Drive& drive) try {
+// What a sensor cannot show, then signs and scales that the replay does not compare, then times:
+// poses that come at other times than the gyro's turns are those of a late sensor, if one is found.
+DriveExamination compare_sensors(const Drive& drive, bool has_consequences) try {
   const SignalLog log = signals_of(drive);
-  if (const auto wrong = find_disagreement(drive.config, log, drive.cameras)) return {{*wrong}, {}};
-  const auto offsets = estimate_latencies(drive.config, log, drive.cameras).offsets;
-  return {examine_latencies(drive.config, offsets), latencies_unjudged(offsets)};
+  DriveExamination compared{find_culprits(drive, log), {}};
+  if (!compared.diagnostics.empty()) return compared;
+  const auto wrong = find_disagreement(drive.config, log, drive.cameras);
+  if (wrong && wrong->kind != &kind("clocks_differ") &&
+      wrong->kind != &kind("camera_turns_unrelated"))
+    return {{*wrong}, {}};
+  if (const auto wheel = has_consequences ? find_wrong_wheel(log) : std::nullopt)
+    return {{*wheel}, {}};
+  const LatencyEstimate estimate = estimate_latencies(drive.config, log, drive.cameras);
+  std::vector<SourceOffset> offsets = estimate.offsets;
+  if (const auto& steering = estimate.steering;
+      steering && steering->failure.empty() && steering->dead_time.value < 0.0)
+    offsets.push_back({estimator::Source::steering,
+                       {},
+                       -steering->dead_time.value,
+                       steering->dead_time.sigma,
+                       steering->explained,
+                       {}});
+  compared = {examine_latencies(drive.config, offsets), latencies_unjudged(offsets)};
+  if (compared.diagnostics.empty() && wrong) return {{*wrong}, {}};
+  return compared;
 } catch (const std::invalid_argument& error) {  // without a gyro or too short
   return {{}, fmt::format("signs, scales and latencies were not compared: {}", error.what())};
 }
@@ -109,7 +131,7 @@ DriveExamination examine_drive(const Drive& drive) {
     return examination;  // without a frame
   }
   if (std::ranges::none_of(all, is_cause)) {
-    const auto [compared, note] = compare_sensors(drive);
+    const auto [compared, note] = compare_sensors(drive, std::ranges::any_of(all, is_consequence));
     if (!compared.empty()) std::erase_if(all, is_consequence);
     append_new(all, compared);
     if (!note.empty()) examination.note += (examination.note.empty() ? "" : "; ") + note;

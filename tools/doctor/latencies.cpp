@@ -61,6 +61,24 @@ Diagnostic of_sensor(const daemon::Config& config, Source source, double offset)
                            std::max(stated + offset, 0.0)));
 }
 
+/// Whether the gyro is off if all others are alike: several kinds of sensors, which agree, or what
+/// only its latency explains, as no sensor is early.
+bool is_the_gyros(const daemon::Config& config, std::span<const SourceOffset> judged,
+                  double offset) {
+  // The wheels of an axle are measured by their difference, and count once.
+  const auto is_camera = [](const SourceOffset& one) { return one.source == Source::camera; };
+  if (std::ranges::any_of(judged, is_camera) && !std::ranges::all_of(judged, is_camera))
+    return true;
+  const auto stated = [&config](Source source) {
+    const can::SignalBinding* const binding = binding_of(config, source);
+    return binding == nullptr ? 0.0 : 1e-9 * static_cast<double>(binding->latency_ns);
+  };
+  if (offset > 0.0) return off_kind.limits.hold(offset - stated(Source::yaw_rate));
+  return std::ranges::any_of(judged, [&](const SourceOffset& one) {
+    return !off_kind.limits.hold(-one.offset - stated(one.source));
+  });
+}
+
 }  // namespace
 
 std::string latencies_unjudged(std::span<const SourceOffset> offsets) {
@@ -81,13 +99,10 @@ Diagnostics examine_latencies(const daemon::Config& config, std::span<const Sour
   std::ranges::copy_if(offsets, std::back_inserter(judged), is_judged);
   if (std::ranges::none_of(judged, is_off)) return {};
   const auto [least, most] = std::ranges::minmax(judged, {}, &SourceOffset::offset);
-  // The wheels of an axle are measured by their difference, and count once.
-  const auto is_camera = [](const SourceOffset& one) { return one.source == Source::camera; };
-  const bool several =
-      std::ranges::any_of(judged, is_camera) && !std::ranges::all_of(judged, is_camera);
-  if (several && std::ranges::all_of(judged, is_off) &&
-      off_kind.limits.hold(most.offset - least.offset))
-    return {of_sensor(config, Source::yaw_rate, -0.5 * (least.offset + most.offset))};
+  const double mean = 0.5 * (least.offset + most.offset);
+  if (std::ranges::all_of(judged, is_off) && off_kind.limits.hold(most.offset - least.offset) &&
+      is_the_gyros(config, judged, mean))
+    return {of_sensor(config, Source::yaw_rate, -mean)};
   Diagnostics all;
   for (const SourceOffset& one : judged) {
     if (!is_off(one) || !is_late_as_a_whole(config, one, offsets)) continue;

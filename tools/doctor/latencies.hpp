@@ -11,7 +11,8 @@
 namespace odomd::tools::doctor {
 
 /// From the offsets against the gyro: each source that is off, or the gyro alone if all others are
-/// off alike. Accelerations are not judged: tyres and slopes shift them.
+/// off alike, and its latency explains that. Accelerations are not judged: tyres and slopes shift
+/// them.
 [[nodiscard]] diagnostics::Diagnostics examine_latencies(const daemon::Config& config,
                                                          std::span<const SourceOffset> offsets);
 

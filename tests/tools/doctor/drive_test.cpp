@@ -5,7 +5,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cctype>
+#include <cstdint>
+#include <cstring>
 #include <map>
 #include <string>
 #include <utility>
@@ -168,6 +171,59 @@ TEST(Latency, ThatIsWrongGivesTheLineToWrite) {
   found = found_in(drive_with({{gyro, gyro + ", latency = 0.05"}}));
   expect_only(found, "latency_off", "can.signals.yaw_rate.latency = 0.00");
   EXPECT_EQ(found.size(), 1U);
+}
+
+/// Each frame of a message comes later.
+void delay(Drive& drive, std::uint32_t id, std::int64_t by_ns) {
+  for (can::Frame& frame : drive.frames)
+    if (frame.id == id) frame.time_ns += by_ns;
+  std::ranges::stable_sort(drive.frames, {}, &can::Frame::time_ns);
+}
+
+TEST(Latency, OfTheGyroIsNamedAtItWithAndWithoutACamera) {
+  for (const auto* const course : {slalom, "--scenario lap --laps 1"})
+    for (const int ms : {40, 300, 1200})
+      for (const bool with_camera : {true, false}) {
+        SCOPED_TRACE(std::string(course) + ' ' + std::to_string(ms) + (with_camera ? " c" : ""));
+        Drive drive = drive_with({}, course);
+        delay(drive, 0x1A2, ms * 1'000'000LL);
+        if (!with_camera) {
+          drive.cameras.clear();
+          drive.reference.reset();
+        }
+        const Diagnostics found = found_in(drive);
+        expect_only(found, "latency_off", "can.signals.yaw_rate.latency");
+        EXPECT_EQ(found.size(), 1U);
+      }
+}
+
+TEST(Culprit, IsNamedBeforeTheSensorThatContradictsIt) {
+  Drive drive = drive_with({});
+  for (estimator::CameraPose& pose : drive.cameras)
+    pose.sigma_x = pose.sigma_y = pose.sigma_yaw = 1e-4;
+  expect_only(found_in(drive), "inconsistent", "its sigma");
+
+  const std::string left = R"("WheelFrontLeft", unit = "m/s")";
+  expect_only(found_in(drive_with({{left, left + ", scale = 1.3"}})), "scale_off",
+              "wheel_front_left");
+}
+
+TEST(Culprit, IsAGyroAtTheEndOfItsRange) {
+  Drive drive = drive_with({});
+  drive.config.can.protections.clear();
+  constexpr std::uint64_t mask = (1U << 18U) - 1;
+  constexpr std::int64_t end = 4500;  // 0.9 rad/s
+  for (can::Frame& frame : drive.frames) {
+    if (frame.id != 0x1A2) continue;
+    std::uint64_t payload = 0;
+    std::memcpy(&payload, frame.data.data(), sizeof payload);
+    std::int64_t raw = static_cast<std::int64_t>(payload >> 12U & mask);
+    if (raw >= 1 << 17) raw -= 1 << 18;
+    raw = std::clamp(raw, -end, end);
+    payload = (payload & ~(mask << 12U)) | (static_cast<std::uint64_t>(raw) & mask) << 12U;
+    std::memcpy(frame.data.data(), &payload, sizeof payload);
+  }
+  expect_only(found_in(drive), "frozen", "the end of its range");
 }
 
 TEST(Latency, OfASignalWhoseMessageIsOnTimeIsNoFinding) {

@@ -27,6 +27,7 @@ using estimator::Source;
 constexpr double piece = 0.5, stride = 0.25, grid = 0.01;  // [s]
 constexpr double lag_step = 0.02;                          // [s]
 constexpr int latest = 20;                                 // steps
+constexpr int latest_of_all = 75;                          // ... of a sensor that is very late
 constexpr double off_clock = 0.15;            // more than the latency of any sensor [s]
 constexpr double least_turn = 0.05;           // rms of a piece's [rad]
 constexpr double least_way = 0.1;             // in a piece [m]
@@ -75,8 +76,9 @@ double cosine(const std::vector<double>& a, const std::vector<double>& b) {
 Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, double least) {
   double most = -1.0, fewest_alike = 1.0, most_shape = -1.0, least_shape = 1.0, ratio = 1.0;
   double best_lag = 0.0;
+  double most_of_all = -1.0;
   bool turns = false, varies = false;
-  for (int step = -latest; step <= latest; ++step) {
+  for (int step = -latest_of_all; step <= latest_of_all; ++step) {
     const double lag = lag_step * step;
     std::vector<double> seen, by_sensor;
     for (const Piece& p : pieces) {
@@ -90,6 +92,8 @@ Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, do
     const double bound = std::max(3.0 * rms(by_sensor), 6.0 * least);
     for (double& turn : seen) turn = std::clamp(turn, -bound, bound);
     const double whole = cosine(seen, by_sensor);
+    most_of_all = std::max(most_of_all, whole);
+    if (std::abs(step) > latest) continue;
     if (whole > most && rms(seen) > 0.0) ratio = rms(by_sensor) / rms(seen);
     most = std::max(most, whole);
     fewest_alike = std::min(fewest_alike, whole);
@@ -103,7 +107,9 @@ Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, do
              (rms(b) > std::max(least, 0.3 * rms(by_sensor)));
   }
   if (!turns) return {};
-  if (fewest_alike < -certain && most < alike && (!varies || least_shape < -certain))
+  // What turns the other way does so more than it follows late.
+  if (fewest_alike < -certain && most < alike && most_of_all < -fewest_alike &&
+      (!varies || least_shape < -certain))
     return {Verdict::other_way};
   if (varies && most_shape < alike) return {Verdict::unlike};
   const double shown = varies && most_shape > certain ? best_lag : 0.0;

@@ -29,7 +29,7 @@ struct OffsetRegression {
   std::vector<double> t;  ///< [s], rising
   std::vector<double> y;
   std::vector<BasisFunction> basis;  ///< of these, the first is the one that carries the offset
-  double range = 0.6;                ///< offsets from minus to plus this are tried [s]
+  double range = 1.5;                ///< offsets from minus to plus this are tried [s]
   double block = 2.0;                ///< residuals further apart are independent [s]
   double slope_noise = 0.0;          ///< variance of the noise in the first function's derivative
 };
