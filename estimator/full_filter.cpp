@@ -21,6 +21,10 @@ using full::Sample;
 using full::State;
 namespace at = full::at;
 
+BodyVelocity velocity_of(const State& state) noexcept {
+  return {state.mean[at::v_x], state.mean[at::v_y], state.mean[at::yaw_rate]};
+}
+
 }  // namespace
 
 FullFilter::FullFilter(const FilterSettings& settings) noexcept
@@ -147,7 +151,7 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   const bool located_before = history_.now().located;
 
   // 1. Rewind to the oldest new sample, and replay from there.
-  const BodyVelocity published = history_.now().velocity();
+  const BodyVelocity published = velocity_of(history_.now());
   const Pose2 odom_before = odom_;
   history_.rewind_to(
       std::exchange(oldest_new_sample_ns_, std::numeric_limits<std::int64_t>::max()));
@@ -240,7 +244,7 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
     full::limit(now);
     latencies_.note(now, before_ns);
     if (now.moving && grid_ns > *last_tick_ns_) {
-      const BodyVelocity next = now.velocity();
+      const BodyVelocity next = velocity_of(now);
       const BodyVelocity mean{0.5 * (velocity.v_x + next.v_x), 0.5 * (velocity.v_y + next.v_y),
                               0.5 * (velocity.yaw_rate + next.yaw_rate)};
       odom_ = moved(odom_, mean, seconds_between(*last_tick_ns_, grid_ns));
@@ -302,10 +306,12 @@ Estimate FullFilter::estimate(std::int64_t tick_ns) noexcept {
   e.last_jump = last_jump_;
   e.recoveries = recoveries_;
   e.doubtful = now.doubtful || now.integrity.agreed().camera_inconsistent || camera_clock_.drifts();
-  e.mode = modes_.update({.time_ns = tick_ns,
-                          .initialised = e.initialised,
-                          .still = now.standstill.standing,
-                          .camera_ns = e.camera_ns});
+  e.mode =
+      modes_.update({.time_ns = tick_ns,
+                     .initialised = e.initialised,
+                     .wheel_speed = now.standstill.standing ? 0.0 : std::max(std::abs(e.v_x), 0.1),
+                     .yaw_rate = e.yaw_rate,
+                     .camera_ns = e.camera_ns});
   return e;
 }
 

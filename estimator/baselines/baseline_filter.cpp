@@ -31,7 +31,7 @@ bool BaselineFilter::resume(const Estimate& predecessor, double gap_s) noexcept 
   const Estimate now = after_gap(predecessor, gap_s);
   anchor_.resume(now);
   motion_.velocity = velocity_of(now);
-  motion_.covariance = unpacked(now.velocity_covariance);
+  motion_.covariance = now.velocity_covariance;
   motion_.moving = true;
   speed_ = AxleSpeed{now.v_x, std::sqrt(now.velocity_covariance[0])};
   return true;
@@ -108,7 +108,7 @@ void BaselineFilter::advance(std::int64_t tick_ns) noexcept {
   model_ == Model::paper
       ? advance_paper(settings_, held_, *speed_, next)
       : advance_dead_reckoning(model_, settings_, held_, gyro_bias_, *speed_, next);
-  if (is_finite(next.way) && is_finite(next.velocity) && next.covariance.allFinite()) {
+  if (is_finite(next.way) && is_finite(next.velocity) && is_finite(next.covariance)) {
     motion_ = next;
   } else {
     motion_.way = {};
@@ -125,7 +125,7 @@ Estimate BaselineFilter::estimate(std::int64_t tick_ns) noexcept {
 
   e.map = anchor_.map();
   e.odom = anchor_.odom();
-  e.covariance = packed(anchor_.covariance());
+  e.covariance = anchor_.covariance();
   e.reset_count = anchor_.reset_count();
   e.last_jump = anchor_.last_jump();
   e.camera_ns = anchor_.camera_ns();
@@ -135,7 +135,7 @@ Estimate BaselineFilter::estimate(std::int64_t tick_ns) noexcept {
   e.v_y = motion_.velocity.v_y;
   e.yaw_rate = motion_.velocity.yaw_rate;
   e.velocity_covariance =
-      packed(motion_.covariance + by_errors(motion_.sensitivity, motion_.error_variance));
+      sum(motion_.covariance, by_errors(motion_.sensitivity, motion_.error_variance));
 
   e.accel_x = held_[Source::accel_x].value;
   e.accel_y = held_[Source::accel_y].value;
@@ -145,7 +145,8 @@ Estimate BaselineFilter::estimate(std::int64_t tick_ns) noexcept {
   e.mode = modes_.update({.time_ns = tick_ns,
                           .initialised = e.initialised,
                           .fault = e.model_fault,
-                          .still = held_.wheels_still(),
+                          .wheel_speed = speed_ ? speed_->v_x : 0.0,
+                          .yaw_rate = e.yaw_rate,
                           .camera_ns = e.camera_ns});
   // A standing car does not accelerate, whatever the sensors' bias.
   if (e.mode != Mode::standstill) {

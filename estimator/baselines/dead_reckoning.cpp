@@ -13,12 +13,12 @@ constexpr double floor_yaw_rate = 1e-3;  // [rad/s]
 constexpr double inflation = 1.0 + 1e-6;
 
 /// J diag(σ²) Jᵀ, with the σ of v_x and of steering or gyro; v_y also errs by the slip.
-Eigen::Matrix3d covariance_of(const DeadReckoning& model, double sigma_speed, double sigma_turn) {
+Symmetric3 covariance_of(const DeadReckoning& model, double sigma_speed, double sigma_turn) {
   const Eigen::Vector2d sigma(sigma_speed, sigma_turn);
   const Eigen::Vector3d least(floor_speed, std::hypot(floor_speed, model.slip), floor_yaw_rate);
   Eigen::Matrix3d V = model.jacobian * sigma.cwiseAbs2().asDiagonal() * model.jacobian.transpose();
   V.diagonal() = inflation * V.diagonal() + least.cwiseAbs2();
-  return V;
+  return packed(V);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include "estimator/baselines/motion.hpp"
+#include "estimator/common/symmetric3.hpp"
 
 namespace odomd::estimator {
 namespace {
@@ -25,7 +26,7 @@ void step_paper_ekf(const FilterSettings& settings, const Eigen::Vector2d& u,
   // x̂⁻ = f(x̂⁺, u),  Φ = ∂f/∂x at x̂⁺          (eqs 17, state_prediction, and 15)
   auto [x, phi] = paper_step(settings.vehicle, motion.velocity, u[0], u[1], settings.period_s);
   // P⁻ = Φ P Φᵀ + Q                             (eq. 18, covariance_prediction)
-  Eigen::Matrix3d P = product(product(phi, motion.covariance), phi.transpose());
+  Eigen::Matrix3d P = product(product(phi, unpacked(motion.covariance)), phi.transpose());
   P.diagonal() += Eigen::Vector3d(Q[0], Q[1], Q[2]);
   // P⁻ Hᵀ with H = [0 0 1; 1 0 0],  S = H P⁻ Hᵀ + R
   Eigen::Matrix<double, 3, 2> PHt;
@@ -38,7 +39,7 @@ void step_paper_ekf(const FilterSettings& settings, const Eigen::Vector2d& u,
   motion.velocity = {x.v_x + correction[0], x.v_y + correction[1], x.yaw_rate + correction[2]};
   // P⁺ = (I - K H) P⁻                           (eq. 21, covariance_update)
   P = P - K.col(0) * PHt.col(0).transpose() - K.col(1) * PHt.col(1).transpose();
-  motion.covariance = P.selfadjointView<Eigen::Upper>();
+  motion.covariance = packed(P);
 }
 
 void advance_paper(const FilterSettings& settings, const HeldSignals& held, const AxleSpeed& speed,

@@ -1,5 +1,7 @@
 #include "estimator/baselines/pose_anchor.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -14,53 +16,64 @@ namespace odomd::estimator {
 namespace {
 
 // Larger deviations mean that nothing is known: a kilometre, half a turn.
-const Eigen::Vector3d largest_variance(1e6, 1e6, std::numbers::pi* std::numbers::pi);
+constexpr std::array<double, 3> largest_variance{1e6, 1e6, std::numbers::pi* std::numbers::pi};
 
-// A pause ends a run of rejected poses, during which the odometry is suspect.
+// A pause ends a run of rejected poses. After an accepted run the odometry is suspect for a while.
 constexpr double longest_pause_s = 0.5;
+constexpr double suspect_s = 2.0;
 constexpr double suspect_share = 0.5;
 constexpr double suspect_speed = 0.5;     // [m/s]
 constexpr double suspect_yaw_rate = 1.0;  // [rad/s]
 
 /// P ← F P Fᵀ + Q from one odometry pose to another, in a frame rotated by `yaw`.
-Eigen::Matrix3d grown(const Eigen::Matrix3d& P, const Pose2& from, const Pose2& to, double yaw,
-                      const Eigen::Matrix3d& noise) noexcept {
-  const Eigen::Vector3d way = rotation(yaw) * Eigen::Vector3d(to.x - from.x, to.y - from.y, 0.0);
-  Eigen::Matrix3d next = displaced(P, way[0], way[1]) + rotated(noise, yaw);
-  next.diagonal() *= rounding_inflation;
+Symmetric3 grown(const Symmetric3& p, const Pose2& from, const Pose2& to, double yaw,
+                 const Symmetric3& noise) noexcept {
+  const double c = std::cos(yaw);
+  const double s = std::sin(yaw);
+  const double dx = to.x - from.x;
+  const double dy = to.y - from.y;
+  Symmetric3 next = sum(displaced(p, c * dx - s * dy, s * dx + c * dy), rotated(noise, c, s));
+  for (const std::size_t variance : {0U, 3U, 5U}) {
+    next[variance] *= rounding_inflation;
+  }
   return limited(next, largest_variance);
 }
 
+/// R(yaw) B, of rows x, y, yaw.
+Eigen::Matrix3d rotated(Eigen::Matrix3d b, double yaw) noexcept {
+  b.topRows<2>() = Eigen::Rotation2Dd(yaw).toRotationMatrix() * b.topRows<2>().eval();
+  return b;
+}
+
 /// Covariance of a suspect odometry between two poses, whose error is constant.
-Eigen::Matrix3d suspect_motion(const Pose2& from, const Pose2& to, double dt) noexcept {
+Symmetric3 suspect_motion(const Pose2& from, const Pose2& to, double dt) noexcept {
   const double way = std::hypot(to.x - from.x, to.y - from.y);
   const double position = suspect_share * way + suspect_speed * dt;
   return isotropic(position, suspect_share * std::abs(to.yaw - from.yaw) + suspect_yaw_rate * dt);
 }
 
-Eigen::Matrix3d covariance_of(const CameraPose& camera) noexcept {
-  return Eigen::Array3d(camera.sigma_x, camera.sigma_y, camera.sigma_yaw)
-      .max(smallest_sigma)
-      .min(largest_camera_sigma)
-      .square()
-      .matrix()
-      .asDiagonal();
+Symmetric3 covariance_of(double sigma_x, double sigma_y, double sigma_yaw) noexcept {
+  const auto variance = [](double sigma) {
+    return squared(std::clamp(sigma, smallest_sigma, largest_camera_sigma));
+  };
+  return diagonal(variance(sigma_x), variance(sigma_y), variance(sigma_yaw));
 }
 
 }  // namespace
 
-PoseAnchor::PoseAnchor(const FilterSettings& settings) noexcept : settings_(settings) {}
+PoseAnchor::PoseAnchor(const FilterSettings& settings) noexcept : settings_(settings) {
+  tick(0).covariance = white_;
+}
 
 void PoseAnchor::set_pose(const Pose2& pose) noexcept {
-  rejected_in_a_row_ = 0;
-  re_anchor({odom(), last_, 0.0}, pose, Eigen::Matrix3d::Zero());
-  covariance_ = white_ = isotropic(initial_sigma, initial_sigma);
+  re_anchor({odom(), last_, 0.0}, pose, {});
+  tick(last_).covariance = white_ = initial_covariance;
 }
 
 void PoseAnchor::resume(const Estimate& predecessor) noexcept {
   *this = PoseAnchor(settings_);
   tick(0).odom = predecessor.odom;
-  covariance_ = white_ = unpacked(predecessor.covariance);
+  tick(0).covariance = white_ = predecessor.covariance;
   map_from_odom_ = frame_of(predecessor.map, predecessor.odom);
   initialised_ = true;
   reset_count_ = predecessor.reset_count + 1;
@@ -78,16 +91,21 @@ void PoseAnchor::extend(std::int64_t time_ns, const Motion& motion) noexcept {
   now.velocity = motion.mean;
   // Q = Δt² G V Gᵀ
   const double yaw = before.odom.yaw;
-  now.noise = dt * dt * rotated(motion.covariance, yaw);
+  now.noise = scaled(rotated(motion.covariance, std::cos(yaw), std::sin(yaw)), dt * dt);
   const double gap_s = seconds_between(before.time_ns, time_ns) - dt;
   if (gap_s >= dt) {
-    now.noise += gap_noise(gap_s);
+    now.noise = sum(now.noise, gap_noise(gap_s));
   }
-  now.by_errors = dt * rotation(yaw) * motion.sensitivity;
+  if (time_ns <= suspect_until_ns_) {
+    // n ticks after the last camera pose σ is n σ_1, so a tick adds σ_1² (2n - 1).
+    const double n = std::clamp(seconds_between(fused_capture_ns_, time_ns) / dt, 1.0, 40.0);
+    now.noise = sum(now.noise, scaled(suspect_motion(before.odom, now.odom, dt), 2.0 * n - 1.0));
+  }
+  now.by_errors = dt * rotated(motion.sensitivity, yaw);
   // What is learnt of an error corrects no pose: its effect so far no longer depends on it.
   if (const Eigen::Vector3d learnt = error_variance_ - motion.error_variance;
       learnt.maxCoeff() > 0.0) {
-    white_ += by_errors(sensitivity_, learnt.cwiseMax(0.0));
+    white_ = sum(white_, by_errors(sensitivity_, learnt.cwiseMax(0.0)));
   }
   error_variance_ = motion.error_variance;
   grow(before.odom, now, 1.0);
@@ -122,23 +140,28 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
 
   judged_capture_ns_ = time_ns;
   const Place at = place(time_ns);
-  const Eigen::Matrix3d R = covariance_of(camera);
+  const Symmetric3 R = covariance_of(camera.sigma_x, camera.sigma_y, camera.sigma_yaw);
   Pose2 seen{camera.x, camera.y, wrap_angle(camera.yaw)};
   if (initialises) {
     initialised_ = false;
     reset_count_ = 0;
   } else {
-    // ν = camera - map(t_capture),  S = P + R with the present P,  νᵀS⁻¹ν <= gate
+    // P at the capture time, from the next tick
+    const Tick& next = tick(at.next);
+    const Symmetric3 P = grown(next.covariance, next.odom, at.odom, map_from_odom_.yaw,
+                               scaled(next.noise, at.steps));
+    // ν = camera - map(t_capture),  S = P(t_capture) + R,  νᵀS⁻¹ν <= gate
     const Pose2 estimated = compose(map_from_odom_, at.odom);
     const std::array<double, 3> nu = difference(seen, estimated);
-    const double squared_ratio = mahalanobis_squared(covariance_ + R, nu);
+    const double squared_ratio = mahalanobis_squared(sum(P, R), nu);
     test_ratio_ = squared_ratio / settings_.camera_gate;
     // The yaw nearest to the map yaw, of all turns.
     seen.yaw = estimated.yaw + nu[2];
-    if (squared_ratio <= settings_.camera_gate) {
-      rejected_in_a_row_ = 0;
-    } else if (!accepts_run({time_ns, seen, at.odom, R})) {
-      return Verdict::gated;
+    if (!(squared_ratio <= settings_.camera_gate)) {
+      if (!accepts_run({time_ns, seen, at.odom, R})) {
+        return Verdict::gated;
+      }
+      suspect_until_ns_ = ns_after(tick(last_).time_ns, std::llround(suspect_s * ns_per_second));
     }
   }
   re_anchor(at, seen, R);
@@ -165,8 +188,8 @@ bool PoseAnchor::accepts_run(const RejectedPose& rejected) noexcept {
   // ν = camera - (the pose before, moved on by the odometry), S = both covariances and that of the
   // odometry
   const Pose2 expected = compose(frame_of(last.map, last.odom), rejected.odom);
-  const Eigen::Matrix3d S =
-      last.covariance + rejected.covariance + suspect_motion(last.odom, rejected.odom, dt);
+  const Symmetric3 S =
+      sum(sum(last.covariance, rejected.covariance), suspect_motion(last.odom, rejected.odom, dt));
   const bool agrees =
       dt > 0.0 && dt <= longest_pause_s &&
       mahalanobis_squared(S, difference(rejected.map, expected)) <= settings_.camera_gate;
@@ -174,33 +197,37 @@ bool PoseAnchor::accepts_run(const RejectedPose& rejected) noexcept {
   return rejected_in_a_row_ >= rejections_to_accept;
 }
 
-/// Grows the covariance of the map pose to a tick.
-void PoseAnchor::grow(const Pose2& from, const Tick& to, double steps) noexcept {
+/// Grows the covariance of the map pose to a tick, and sets it there.
+void PoseAnchor::grow(const Pose2& from, Tick& to, double steps) noexcept {
   const double yaw = map_from_odom_.yaw;
-  white_ = grown(white_, from, to.odom, yaw, steps * to.noise);
-  covariance_ = white_;
+  white_ = grown(white_, from, to.odom, yaw, scaled(to.noise, steps));
+  to.covariance = white_;
   if (error_variance_.isZero(0.0)) {
     return;
   }
   // B ← F B + Δt G ∂velocity / ∂errors,  P = P_white + B D Bᵀ
-  const Eigen::Matrix3d R = rotation(yaw);
-  const Eigen::Vector3d way = R * Eigen::Vector3d(to.odom.x - from.x, to.odom.y - from.y, 0.0);
-  sensitivity_.row(0) -= way[1] * sensitivity_.row(2);
-  sensitivity_.row(1) += way[0] * sensitivity_.row(2);
-  sensitivity_ += steps * R * to.by_errors;
-  covariance_ = limited(white_ + by_errors(sensitivity_, error_variance_), largest_variance);
+  const double c = std::cos(yaw);
+  const double s = std::sin(yaw);
+  const double dx = to.odom.x - from.x;
+  const double dy = to.odom.y - from.y;
+  sensitivity_.row(0) -= (s * dx + c * dy) * sensitivity_.row(2);
+  sensitivity_.row(1) += (c * dx - s * dy) * sensitivity_.row(2);
+  sensitivity_ += steps * rotated(to.by_errors, yaw);
+  to.covariance = limited(sum(white_, by_errors(sensitivity_, error_variance_)), largest_variance);
 }
 
 /// Sets the map pose at `at` to `map`, and grows its covariance from there to the newest tick. The
 /// first time this moves the odometry frame, which has not been published yet.
-void PoseAnchor::re_anchor(Place at, const Pose2& map, const Eigen::Matrix3d& covariance) noexcept {
+void PoseAnchor::re_anchor(Place at, const Pose2& map, const Symmetric3& covariance) noexcept {
   const Pose2 before = this->map();
   if (!initialised_) {
     const Pose2 shift = frame_of(map, at.odom);
+    const double c = std::cos(shift.yaw);
+    const double s = std::sin(shift.yaw);
     for (Tick& tick : ring_) {
       tick.odom = compose(shift, tick.odom);
-      tick.noise = rotated(tick.noise, shift.yaw);
-      tick.by_errors = rotation(shift.yaw) * tick.by_errors;
+      tick.noise = rotated(tick.noise, c, s);
+      tick.by_errors = rotated(tick.by_errors, shift.yaw);
     }
     at.odom = map;
   }
@@ -217,6 +244,7 @@ void PoseAnchor::re_anchor(Place at, const Pose2& map, const Eigen::Matrix3d& co
   last_jump_ = initialised_ ? Pose2{after.x - before.x, after.y - before.y, after.yaw - before.yaw}
                             : Pose2{};
   ++reset_count_;
+  rejected_in_a_row_ = 0;
   initialised_ = true;
 }
 

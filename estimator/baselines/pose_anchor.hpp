@@ -12,6 +12,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "estimator/baselines/motion.hpp"
 #include "estimator/common/estimate.hpp"
@@ -26,6 +27,7 @@ class PoseAnchor {
  public:
   static constexpr std::size_t ring_ticks = 256;
   static constexpr int rejections_to_accept = 10;
+  static constexpr Symmetric3 initial_covariance = isotropic(initial_sigma, initial_sigma);
 
   explicit PoseAnchor(const FilterSettings& settings) noexcept;
 
@@ -49,7 +51,7 @@ class PoseAnchor {
   [[nodiscard]] bool initialised() const noexcept { return initialised_; }
   [[nodiscard]] const Pose2& odom() const noexcept { return tick(last_).odom; }
   [[nodiscard]] Pose2 map() const noexcept { return compose(map_from_odom_, odom()); }
-  [[nodiscard]] const Eigen::Matrix3d& covariance() const noexcept { return covariance_; }
+  [[nodiscard]] const Symmetric3& covariance() const noexcept { return tick(last_).covariance; }
 
   [[nodiscard]] std::uint32_t reset_count() const noexcept { return reset_count_; }
   [[nodiscard]] const Pose2& last_jump() const noexcept { return last_jump_; }
@@ -61,9 +63,9 @@ class PoseAnchor {
     std::int64_t time_ns = 0;
     Pose2 odom;
     BodyVelocity velocity;  ///< since the tick before
-    Eigen::Matrix3d noise =
-        Eigen::Matrix3d::Zero();  ///< of the displacement since the tick before, odometry axes
+    Symmetric3 noise{};     ///< of the displacement since the tick before, odometry axes
     Eigen::Matrix3d by_errors = Eigen::Matrix3d::Zero();  ///< ∂(the same) / ∂(lasting errors)
+    Symmetric3 covariance{};                              ///< of the map pose, map axes
   };
   struct Place {
     Pose2 odom;
@@ -73,7 +75,7 @@ class PoseAnchor {
   struct RejectedPose {
     std::int64_t capture_ns = 0;
     Pose2 map, odom;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    Symmetric3 covariance{};
   };
 
   [[nodiscard]] const Tick& tick(std::size_t k) const noexcept { return ring_[k % ring_ticks]; }
@@ -83,16 +85,15 @@ class PoseAnchor {
   }
   [[nodiscard]] Place place(std::int64_t time_ns) const noexcept;
   [[nodiscard]] bool accepts_run(const RejectedPose& rejected) noexcept;
-  void grow(const Pose2& from, const Tick& to, double steps) noexcept;
-  void re_anchor(Place at, const Pose2& map, const Eigen::Matrix3d& covariance) noexcept;
+  void grow(const Pose2& from, Tick& to, double steps) noexcept;
+  void re_anchor(Place at, const Pose2& map, const Symmetric3& covariance) noexcept;
 
   FilterSettings settings_;
   std::array<Tick, ring_ticks> ring_{};
   std::size_t last_ = 0;  ///< the newest tick's number, counted from the start of the history
 
   // Of the newest map pose, since its covariance was last set; map axes
-  Eigen::Matrix3d covariance_ = isotropic(initial_sigma, initial_sigma);
-  Eigen::Matrix3d white_ = covariance_;  ///< covariance without the lasting errors
+  Symmetric3 white_ = initial_covariance;  ///< covariance without the lasting errors
   Eigen::Matrix3d sensitivity_ = Eigen::Matrix3d::Zero();  ///< ∂pose / ∂(lasting errors)
   Eigen::Vector3d error_variance_ = Eigen::Vector3d::Zero();
 
@@ -105,7 +106,8 @@ class PoseAnchor {
   std::int64_t fused_capture_ns_ = 0;   ///< 0: none yet
   double test_ratio_ = 0.0;
   RejectedPose last_rejected_;
-  int rejected_in_a_row_ = 0;  ///< consistent with each other, since one fitted
+  int rejected_in_a_row_ = 0;  ///< consistent with each other, since one was fused
+  std::int64_t suspect_until_ns_ = std::numeric_limits<std::int64_t>::min();  ///< the odometry
 };
 
 }  // namespace odomd::estimator

@@ -42,10 +42,13 @@ bool HeldSignals::alive(Source wheel) const noexcept {
 }
 
 bool HeldSignals::wheels_still() const noexcept {
+  constexpr double slowest_turning = 0.01;  // [m/s]
+  constexpr double surely_turning = 0.03;   // [m/s]
   bool any = false;
   for (const Source wheel : wheel_sources) {
     const HeldSignal& held = (*this)[wheel];
-    if (alive(wheel) && is_turning(held.value, held.sigma)) {
+    if (alive(wheel) &&
+        std::abs(held.value) > std::clamp(2.0 * held.sigma, slowest_turning, surely_turning)) {
       return false;
     }
     any |= alive(wheel);

@@ -1,6 +1,7 @@
 // Moves the last estimate of an ended filter on, so that a new filter can resume from it.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "estimator/common/estimate.hpp"
@@ -17,13 +18,13 @@ inline constexpr double unobserved_accel = 2.0;
 inline constexpr double unobserved_yaw_accel = 5.0;
 
 /// Covariance that an unobserved time of `gap_s` [s] adds to a pose: σ = ½ a t².
-[[nodiscard]] inline Eigen::Matrix3d gap_noise(double gap_s) noexcept {
+[[nodiscard]] inline Symmetric3 gap_noise(double gap_s) noexcept {
   const double half_square = 0.5 * gap_s * gap_s;
   return isotropic(unobserved_accel * half_square, unobserved_yaw_accel * half_square);
 }
 
 /// The same for the velocity: σ = a t.
-[[nodiscard]] inline Eigen::Matrix3d velocity_gap_noise(double gap_s) noexcept {
+[[nodiscard]] inline Symmetric3 velocity_gap_noise(double gap_s) noexcept {
   return isotropic(unobserved_accel * gap_s, unobserved_yaw_accel * gap_s);
 }
 
@@ -45,14 +46,17 @@ inline constexpr double unobserved_yaw_accel = 5.0;
   e.odom = moved(predecessor.odom, velocity, gap_s);
 
   constexpr double most = 2.0 * fastest * fastest + fastest_turn * fastest_turn;
-  Eigen::Matrix3d V = unpacked(predecessor.velocity_covariance);
-  if (!is_positive_definite(V) || V.trace() > most) {
-    V.setIdentity();
-  }
-  const Eigen::Matrix3d P = displaced(unpacked(predecessor.covariance), e.map.x - predecessor.map.x,
-                                      e.map.y - predecessor.map.y);
-  e.covariance = packed(P + gap_s * gap_s * rotated(V, predecessor.map.yaw) + gap_noise(gap_s));
-  e.velocity_covariance = packed(V + velocity_gap_noise(gap_s));
+  const Symmetric3& given = predecessor.velocity_covariance;
+  const bool usable =
+      is_finite(given) && given[0] + given[3] + given[5] <= most && is_positive_definite(given);
+  const Symmetric3 V = usable ? given : diagonal(1.0, 1.0, 1.0);
+  const double c = std::cos(predecessor.map.yaw);
+  const double s = std::sin(predecessor.map.yaw);
+  const Symmetric3 P = sum(
+      displaced(predecessor.covariance, e.map.x - predecessor.map.x, e.map.y - predecessor.map.y),
+      scaled(rotated(V, c, s), gap_s * gap_s));
+  e.covariance = sum(P, gap_noise(gap_s));
+  e.velocity_covariance = sum(V, velocity_gap_noise(gap_s));
   return e;
 }
 

@@ -1,18 +1,12 @@
 // Places of the wheels, and which of them are driven.
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/vehicle.hpp"
 
 namespace odomd::estimator {
-
-/// A slower wheel may stand, a faster one turns [m/s].
-inline constexpr double slowest_turning = 0.01;
-inline constexpr double surely_turning = 0.03;
 
 /// All sources of wheel speeds: is_wheel().
 inline constexpr std::array wheel_sources{Source::wheel_front_left, Source::wheel_front_right,
@@ -27,12 +21,6 @@ inline constexpr std::array wheel_sources{Source::wheel_front_left, Source::whee
 [[nodiscard]] constexpr bool is_driven(Driven driven, Source source) noexcept {
   return driven == Driven::all || source == Source::motor ||
          is_front(source) == (driven == Driven::front);
-}
-
-/// Whether a wheel that measures `speed` with the noise `sigma` turns: at twice its noise, within
-/// limits.
-[[nodiscard]] inline bool is_turning(double speed, double sigma) noexcept {
-  return std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning);
 }
 
 /// Place of a source's wheel: ahead and left of the centre of gravity [m]; steered or not.

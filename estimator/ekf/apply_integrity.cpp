@@ -22,29 +22,6 @@ constexpr double onset_sigmas = 1.5;
 // Sources that contradict each other for this long make the pose doubtful.
 constexpr double contradicted_s = 0.25;
 
-/// Sums what the filter has driven or turned beyond the motion by the others since a disagreement
-/// began. Whether the sources that measure this motion have just failed.
-bool follow(const State& state, Deviation& deviation, at::Index index,
-            const integrity::Solution& others, of::Index motion, bool distrusted,
-            double dt) noexcept {
-  add_sample(deviation.filter, state.time_ns, state.mean[index], 0.0, false);
-  const double off = deviation.filter.mean() - others.motion[motion];
-  deviation.sum =
-      std::abs(off) > onset_sigmas * others.sigma[motion] ? deviation.sum + off * dt : 0.0;
-  return !std::exchange(deviation.distrusted, distrusted) && distrusted;
-}
-
-/// Sets a motion to that by the consensus, and what drives it to nothing known.
-void reset(State& state, Deviation& deviation, at::Index index, double value, double sigma,
-           at::Index driver, double driver_sigma) noexcept {
-  state.mean[index] = value;
-  state.mean[driver] = 0.0;
-  forget(state, index, sigma);
-  forget(state, driver, driver_sigma);
-  deviation.filter = {};
-  deviation.since_ns = 0;
-}
-
 }  // namespace
 
 void apply_integrity(const Context& context, State& state) noexcept {
@@ -81,17 +58,27 @@ void apply_integrity(const Context& context, State& state) noexcept {
   if (!gyro_alive(state)) {
     state.turn_noise_scale = 1.0;
   }
-  auto& [speed_off, turn_off] = state.deviations;
+  Deviation& deviation = state.deviation;
   if (!state.moving) {
-    state.deviations = {};
+    deviation = {};
     return;
   }
+  add_sample(deviation.speed, state.time_ns, state.mean[at::v_x], 0.0, false);
+  add_sample(deviation.yaw_rate, state.time_ns, state.mean[at::yaw_rate], 0.0, false);
   const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
   // 1. Take back what a faulty source has done to the pose since its disagreement began.
+  const auto follow = [dt](double& sum, const integrity::SourceHistory& filter,
+                           const integrity::Solution& others, of::Index index) {
+    const double off = filter.mean() - others.motion[index];
+    sum = std::abs(off) > onset_sigmas * others.sigma[index] ? sum + off * dt : 0.0;
+  };
+  follow(deviation.yaw, deviation.yaw_rate, agreed.without_gyro, of::yaw_rate);
+  follow(deviation.distance, deviation.speed, agreed.without_wheels, of::speed);
   const bool gyro_failed =
-      follow(state, turn_off, at::yaw_rate, agreed.without_gyro, of::yaw_rate, gyro_distrusted, dt);
-  const bool wheels_failed = follow(state, speed_off, at::v_x, agreed.without_wheels, of::speed,
-                                    agreed.wheels_distrusted, dt);
+      !std::exchange(deviation.gyro_distrusted, gyro_distrusted) && gyro_distrusted;
+  const bool wheels_failed =
+      !std::exchange(deviation.wheels_distrusted, agreed.wheels_distrusted) &&
+      agreed.wheels_distrusted;
   const double uncertain = squared(context.model.tuning.fault_share);
   const auto take_back = [&](double distance) {
     mark_doubtful();
@@ -100,50 +87,60 @@ void apply_integrity(const Context& context, State& state) noexcept {
     state.covariance.topLeftCorner<2, 2>() += uncertain * way * way.transpose();
   };
   if (gyro_failed) {
-    state.mean[at::yaw] -= turn_off.sum;
-    state.covariance(at::yaw, at::yaw) += uncertain * squared(turn_off.sum);
+    state.mean[at::yaw] -= deviation.yaw;
+    state.covariance(at::yaw, at::yaw) += uncertain * deviation.yaw * deviation.yaw;
   }
   if (wheels_failed) {
     // A camera that sees the car has corrected the pose already.
     const double unseen_s =
         seconds_between(state.fused_ns[index_of(Source::camera)], state.time_ns);
-    take_back(unseen_s < contradicted_s ? 0.0 : speed_off.sum);
+    take_back(unseen_s < contradicted_s ? 0.0 : deviation.distance);
   }
   if (agreed.reversed_distance != 0.0) {
     take_back(2.0 * agreed.reversed_distance);
   }
   // 2. Reset the motion to the consensus where it deviates.
   const integrity::Solution& all = state.integrity.motion();
-  const auto lasts = [&](Deviation& deviation, double off, double sigma, double variance) {
+  const auto lasts = [&](std::int64_t& since_ns, double off, double sigma, double variance) {
     if (std::abs(off) <= deviation_sigmas * std::sqrt(sigma * sigma + variance) ||
         agreed.contradicted) {
-      deviation.since_ns = 0;
+      since_ns = 0;
       return false;
     }
-    deviation.since_ns = deviation.since_ns == 0 ? checked_ns : deviation.since_ns;
-    return seconds_between(deviation.since_ns, state.time_ns) >= deviation_s;
+    since_ns = since_ns == 0 ? checked_ns : since_ns;
+    return seconds_between(since_ns, state.time_ns) >= deviation_s;
   };
   const double speed = all.motion[of::speed];
-  const double faster = speed - speed_off.filter.mean();
-  if (lasts(speed_off, faster, all.sigma[of::speed], P(3, 3)) || wheels_failed) {
+  const double faster = speed - deviation.speed.mean();
+  if (lasts(deviation.speed_since_ns, faster, all.sigma[of::speed], P(3, 3)) || wheels_failed) {
     if (state.standstill.standing) {
       set_off(context.model, state, speed);
     }
     const Eigen::Vector2d way = state.along_heading(faster * deviation_s);
     state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
-    reset(state, speed_off, at::v_x, speed, all.sigma[of::speed], at::accel_x,
-          context.model.tuning.drive_accel * gravity);
+    state.mean[at::v_x] = speed;
+    state.mean[at::accel_x] = 0.0;
+    forget(state, at::v_x, all.sigma[of::speed]);
+    forget(state, at::accel_x, context.model.tuning.drive_accel * gravity);
+    deviation.speed = {};
+    deviation.speed_since_ns = 0;
   }
   if (state.standstill.standing) {
     return;  // the gyro measures its bias
   }
   const double yaw_rate = all.motion[of::yaw_rate];
-  const double turning = yaw_rate - turn_off.filter.mean();
-  if (lasts(turn_off, turning, all.sigma[of::yaw_rate], P(5, 5)) || gyro_failed) {
-    state.covariance(at::yaw, at::yaw) += squared(turning * deviation_s);
-    reset(state, turn_off, at::yaw_rate, yaw_rate, all.sigma[of::yaw_rate], at::front_angle,
-          context.model.tuning.front_angle);
+  const double turning = yaw_rate - deviation.yaw_rate.mean();
+  if (lasts(deviation.yaw_rate_since_ns, turning, all.sigma[of::yaw_rate], P(5, 5)) ||
+      gyro_failed) {
+    const double turn = turning * deviation_s;
+    state.covariance(at::yaw, at::yaw) += turn * turn;
+    state.mean[at::yaw_rate] = yaw_rate;
+    state.mean[at::front_angle] = 0.0;
+    forget(state, at::yaw_rate, all.sigma[of::yaw_rate]);
+    forget(state, at::front_angle, context.model.tuning.front_angle);
     state.turned_since_ns = 0;
+    deviation.yaw_rate = {};
+    deviation.yaw_rate_since_ns = 0;
   }
 }
 

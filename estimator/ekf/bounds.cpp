@@ -5,19 +5,19 @@
 
 #include <Eigen/Cholesky>
 
+#include "estimator/common/pose.hpp"
 #include "estimator/common/squares.hpp"
-#include "estimator/integrity/admission.hpp"
 
 namespace odomd::estimator::full {
 namespace {
 
 // Beyond any car and sensor; larger numbers might overflow.
+constexpr double largest_position = 1e9;
 constexpr double largest_state = 1e4;
 
 /// Larger deviations mean that nothing is known: half a turn, a kilometre, 100 m/s.
 const Vector largest_deviation{{1e3, 1e3, 3.2, 1e2, 1e2, 35.0, 50.0, 1.0, 50.0, 10.0, 10.0, 0.5}};
-/// Of the slow errors also the largest values, within which the model holds.
-const SlowVector largest_slow_error{{1.0, 0.5, 0.5, 0.1, 0.9, 1.0, 1.0, 0.2, 0.2, 0.1, 0.1, 1.0}};
+const SlowVector largest_slow_error{{1.0, 0.5, 0.5, 0.1, 0.9, 1.0, 1.0, 0.3, 0.3, 0.3, 0.1, 1.0}};
 
 /// P = L Lᵀ. A NaN or infinity anywhere in P makes some element of L's diagonal not finite.
 template <typename Covariance>
@@ -41,10 +41,6 @@ void limit(Eigen::Matrix<double, Size, Size>& P,
 
 }  // namespace
 
-void limit_slow_errors(State& state) noexcept {
-  state.slow.mean = state.slow.mean.cwiseMax(-largest_slow_error).cwiseMin(largest_slow_error);
-}
-
 void limit(State& state) noexcept {
   limit(state.covariance, largest_deviation);
   limit(state.slow.covariance, largest_slow_error);
@@ -55,9 +51,11 @@ void limit(State& state) noexcept {
 }
 
 bool is_valid(const State& state) noexcept {
-  return state.mean.allFinite() && is_possible(state.pose()) && is_possible(state.velocity()) &&
+  return state.mean.allFinite() && state.mean.head<2>().cwiseAbs().maxCoeff() < largest_position &&
          state.mean.tail<at::size - 3>().cwiseAbs().maxCoeff() < largest_state &&
-         state.slow.mean.allFinite() && state.slow.mean.cwiseAbs().maxCoeff() < largest_state &&
+         state.mean.segment<2>(at::v_x).cwiseAbs().maxCoeff() < fastest &&
+         std::abs(state.mean[at::yaw_rate]) < fastest_turn && state.slow.mean.allFinite() &&
+         state.slow.mean.cwiseAbs().maxCoeff() < largest_state &&
          state.slow.sensitivity.allFinite() && is_positive_definite(state.covariance) &&
          is_positive_definite(state.slow.covariance);
 }

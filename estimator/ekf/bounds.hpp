@@ -7,9 +7,6 @@
 
 namespace odomd::estimator::full {
 
-/// Keeps the slow errors within the range in which the model holds.
-void limit_slow_errors(State& state) noexcept;
-
 /// Inflates P against rounding, and limits its variances by D P D. Once a tick.
 void limit(State& state) noexcept;
 

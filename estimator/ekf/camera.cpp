@@ -11,7 +11,6 @@
 #include "estimator/common/squares.hpp"
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/ekf/bounds.hpp"
 #include "estimator/ekf/noise.hpp"
 #include "estimator/ekf/standstill.hpp"
 #include "estimator/ekf/update.hpp"
@@ -29,6 +28,22 @@ constexpr std::array<at::Index, 3> pose_states{at::x, at::y, at::yaw};
 
 // Longest time between two poses whose motion is compared [s].
 constexpr double longest_pause_s = 0.5;
+
+/// Limits of the slow errors, within which the model holds.
+void clamp_scales(State& state) noexcept {
+  SlowVector& scales = state.slow.mean;
+  const auto keep = [&scales](slow::Index index, double lowest, double highest) {
+    scales[index] = std::clamp(scales[index], lowest, highest);
+  };
+  keep(slow::stiffness_scale, -0.7, 2.0);
+  keep(slow::gyro_scale, -0.5, 0.5);
+  keep(slow::wheel_scale, -0.5, 0.5);
+  keep(slow::gyro_latency, -0.2, 0.2);
+  keep(slow::wheel_latency, -0.2, 0.2);
+  keep(slow::steering_latency, 0.0, 0.1);  // it counts only as far as samples can be advanced
+  keep(slow::wheel_difference, -0.1, 0.1);
+  keep(slow::softness, -0.2, 1.0);
+}
 
 double distance(const Pose2& a, const Pose2& b) noexcept {
   return std::hypot(b.x - a.x, b.y - a.y);
@@ -131,7 +146,7 @@ void dispute_drawn(const Tuning& tuning, State& state) noexcept {
 /// velocity or the gyro's bias. The map may have jumped instead: what S does not explain, this pose
 /// may hide, and it is published for a while.
 void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
-           const Eigen::Matrix3d& S, double since_fused_s, bool first) noexcept {
+           const Symmetric3& S, double since_fused_s, bool first) noexcept {
   const double way = squared(nu[0]) + squared(nu[1]);
   const double turn = squared(nu[2]);
   const double dt = std::max(since_fused_s, shortest_drift_s);
@@ -148,8 +163,8 @@ void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
   const bool slides = state.integrity.slides();
   const double share = slides ? squared(model.tuning.fault_share) : model.tuning.fault_share;
   Disputed& now = state.disputed = state.disputed.at_time(state.time_ns, model.tuning.disputed_s);
-  now.way += squared(share) * std::max(way - S(0, 0) - S(1, 1), 0.0);
-  now.turn += squared(share) * std::max(turn - S(2, 2), 0.0);
+  now.way += squared(share) * std::max(way - S[0] - S[3], 0.0);
+  now.turn += squared(share) * std::max(turn - S[5], 0.0);
   state.doubtful = state.doubtful || !slides;
 }
 
@@ -226,9 +241,10 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   judgement.degrees = 3;
   judgement.innovation = {z_x - estimated.x, z_y - estimated.y, wrap_angle(z_yaw - estimated.yaw)};
   const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
-  Eigen::Matrix3d S = P.topLeftCorner<3, 3>();
-  S.diagonal() += Eigen::Vector3d::Map(sample.sigma.data()).cwiseAbs2();
-  judgement.variance = {S(0, 0), S(1, 1), S(2, 2)};
+  const Symmetric3 S{
+      P(0, 0) + squared(sample.sigma[0]), P(0, 1), P(0, 2),
+      P(1, 1) + squared(sample.sigma[1]), P(1, 2), P(2, 2) + squared(sample.sigma[2])};
+  judgement.variance = {S[0], S[3], S[5]};
   state.integrity.add_camera_innovation(judgement.innovation, judgement.variance);
   judgement.squared_ratio = mahalanobis_squared(S, judgement.innovation);
   judgement.test_ratio = judgement.squared_ratio / gate.gate;
@@ -267,7 +283,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     correct(state, nu, optimal_gain(nu));
     correct_slow_errors(state, nu, all());
   }
-  limit_slow_errors(state);
+  clamp_scales(state);
   if (beyond) {
     ++state.resets;
     const Pose2 now = state.pose();
@@ -280,10 +296,10 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     }
     const double dt = std::max(since_fused_s, 1e-3);
     const std::span nu(judgement.innovation);
-    const double S_way = 0.5 * (S(0, 0) + S(1, 1));
+    const double S_way = 0.5 * (S[0] + S[3]);
     note_lasting(model.tuning, state.lasting_way, nu.first(2), 0.5 * (P(0, 0) + P(1, 1)) / S_way,
                  S_way, dt);
-    note_lasting(model.tuning, state.lasting_turn, nu.last(1), P(2, 2) / S(2, 2), S(2, 2), dt);
+    note_lasting(model.tuning, state.lasting_turn, nu.last(1), P(2, 2) / S[5], S[5], dt);
     if (state.integrity.agreed().camera_inconsistent) {
       dispute_drawn(model.tuning, state);
     }

@@ -34,7 +34,7 @@ struct Calibrated {
   double neutral;
 };
 
-/// In the order of Calibration. Of its last, the grip μ, the filter knows 1/μ.
+/// In the order of Calibration, but for its last: the grip μ, of which the filter knows 1/μ.
 constexpr auto calibrated = std::to_array<Calibrated>({
     {true, slow::gyro_bias, 0.0},
     {true, slow::gyro_scale, 1.0},
@@ -46,10 +46,9 @@ constexpr auto calibrated = std::to_array<Calibrated>({
     {true, slow::gyro_latency, 0.0},
     {true, slow::wheel_latency, 0.0},
     {true, slow::steering_latency, 0.0},
-    {true, slow::softness, 0.0},
 });
-static_assert(calibrated.size() == calibration_count);
-constexpr std::size_t grip = calibration_count - 1;
+static_assert(calibrated.size() + 1 == calibration_count);
+constexpr std::size_t grip = calibrated.size();
 constexpr double least_softness = 1e-3;
 
 /// For const and non-const states.
@@ -73,11 +72,15 @@ Calibration calibration_of(const CarModel& model, const State& state,
     }
   }
   // μ = 1 / (1/μ_0 + softness), ∂μ/∂softness = -μ²
-  double& mu = calibration.value[grip];
-  mu = 1.0 / std::max(usual_softness(model.car.grip_rear) + mu, least_softness);
-  calibration.sigma[grip] *= squared(mu);
-  if (2.0 * calibration.sigma[grip] > mu) {
-    calibration.valid &= ~(std::uint64_t{1} << grip);
+  const double variance = state.slow.covariance(slow::softness, slow::softness);
+  calibration.value[grip] =
+      1.0 / std::max(usual_softness(model.car.grip_rear) + state.slow.mean[slow::softness],
+                     least_softness);
+  calibration.sigma[grip] = squared(calibration.value[grip]) * std::sqrt(variance);
+  const double softness = 1.0 / calibration.value[grip];
+  if (variance < squared(learnt_share) * initial.slow.covariance(slow::softness, slow::softness) &&
+      squared(softness) > 4.0 * variance) {
+    calibration.valid |= std::uint64_t{1} << grip;
   }
   return calibration;
 }
@@ -140,10 +143,12 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   e.v_x = x[at::v_x];
   e.v_y = x[at::v_y];
   e.yaw_rate = x[at::yaw_rate];
-  e.covariance = packed(P.topLeftCorner<3, 3>());
-  e.velocity_covariance = packed(P.bottomRightCorner<3, 3>());
-  Eigen::Matrix<double, 3, 3, Eigen::RowMajor>::Map(e.cross_covariance.data()) =
-      P.topRightCorner<3, 3>();
+  e.covariance = {P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2)};
+  e.velocity_covariance = {P(3, 3), P(3, 4), P(3, 5), P(4, 4), P(4, 5), P(5, 5)};
+  for (std::size_t i = 0; i < 9; ++i) {
+    e.cross_covariance[i] =
+        P(static_cast<Eigen::Index>(i / 3), 3 + static_cast<Eigen::Index>(i % 3));
+  }
   e.accel_x = state.accel_x.value;
   e.accel_y = state.accel_y.value;
   e.steering = state.steering.value;
@@ -178,9 +183,7 @@ State resumed(const CarModel& model, const Estimate& predecessor, double gap_s,
   state.covariance.topLeftCorner<3, 3>() = unpacked(now.covariance);
   state.covariance.block<3, 3>(at::v_x, at::v_x) = unpacked(now.velocity_covariance);
 
-  Calibration known = predecessor.calibration;
-  known.sigma[grip] /= squared(known.value[grip]);
-  known.value[grip] = 1.0 / known.value[grip] - usual_softness(model.car.grip_rear);
+  const Calibration& known = predecessor.calibration;
   for (std::size_t i = 0; i < calibrated.size(); ++i) {
     const Calibrated& c = calibrated[i];
     const double value = known.value[i] - c.neutral;
@@ -190,6 +193,13 @@ State resumed(const CarModel& model, const Estimate& predecessor, double gap_s,
       variance_of(state, c) = variance;
     }
   }
+  const double softness_sigma = known.sigma[grip] / squared(known.value[grip]);
+  double& softness_variance = state.slow.covariance(slow::softness, slow::softness);
+  if (known.value[grip] > 0.0 && softness_sigma > 0.0 &&
+      squared(softness_sigma) < softness_variance) {
+    state.slow.mean[slow::softness] = 1.0 / known.value[grip] - usual_softness(model.car.grip_rear);
+    softness_variance = squared(softness_sigma);
+  }
   state.fused_ns[index_of(Source::camera)] = predecessor.camera_ns;
   state.located = true;
   state.moving = true;
@@ -197,10 +207,14 @@ State resumed(const CarModel& model, const Estimate& predecessor, double gap_s,
 }
 
 void bridge_gap(State& state, double gap_s) noexcept {
+  const Symmetric3 way = gap_noise(gap_s);
+  const Symmetric3 change = velocity_gap_noise(gap_s);
   const double gone = gap_s * std::hypot(state.mean[at::v_x], state.mean[at::v_y]);
   const double turned = gap_s * state.mean[at::yaw_rate];
-  state.covariance.topLeftCorner<3, 3>() += gap_noise(gap_s) + isotropic(gone, turned);
-  state.covariance.block<3, 3>(at::v_x, at::v_x) += velocity_gap_noise(gap_s);
+  Eigen::Matrix<double, 6, 1> more;
+  more << way[0] + gone * gone, way[3] + gone * gone, way[5] + turned * turned, change[0],
+      change[3], change[5];
+  state.covariance.diagonal().head<6>() += more;
   state.standstill = {.dead_band = state.standstill.dead_band};
   limit(state);
 }

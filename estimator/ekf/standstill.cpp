@@ -9,13 +9,16 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/squares.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/common/wheel_place.hpp"
 #include "estimator/ekf/gyro.hpp"
 #include "estimator/ekf/judge.hpp"
 #include "estimator/ekf/update.hpp"
 
 namespace odomd::estimator::full {
 namespace {
+
+// A wheel turns if it is faster than twice its noise, within these limits.
+constexpr double slowest_turning = 0.01;  // [m/s]
+constexpr double surely_turning = 0.03;   // [m/s]
 
 // Range of a still gyro's readings, in their standard deviations; and the stretches in which it is
 // taken [s].
@@ -197,6 +200,10 @@ bool sets_off(State& state, const Sample& sample, const WheelCount& wheels) noex
   }
   return rejected_s(state, sample) >= dead_after_s && wheels.turning == wheels.still &&
          (wheels.free_turning || !wheels.free_still);
+}
+
+bool is_turning(double speed, double sigma) noexcept {
+  return std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning);
 }
 
 void note_wheels(State& state, const Sample& sample, bool still) noexcept {

@@ -12,7 +12,6 @@
 
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
-#include "estimator/common/pose.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/integrity/integrity.hpp"
 
@@ -173,12 +172,16 @@ constexpr std::array<double, source_count> filled(double value) noexcept {
   return all;
 }
 
-/// Deviation of the filter's speed or yaw rate from the consensus of the sources.
+/// Deviation of the filter's motion from the consensus of the sources.
 struct Deviation {
-  integrity::SourceHistory filter;  ///< the filter's, averaged like a source
-  std::int64_t since_ns = 0;        ///< beginning of the deviation; 0: there is none
-  double sum = 0.0;         ///< driven or turned beyond the sources that do not measure this motion
-  bool distrusted = false;  ///< all that measure it
+  integrity::SourceHistory speed;  ///< v_x of the filter, averaged like a source
+  integrity::SourceHistory yaw_rate;
+  std::int64_t speed_since_ns = 0;  ///< beginning of the deviation; 0: there is none
+  std::int64_t yaw_rate_since_ns = 0;
+  double distance = 0.0;  ///< driven beyond the speed of all sources but the wheels [m]
+  double yaw = 0.0;       ///< turned beyond the yaw rate of all sources but the gyro [rad]
+  bool gyro_distrusted = false;
+  bool wheels_distrusted = false;  ///< all of them
 };
 
 struct State {
@@ -212,7 +215,7 @@ struct State {
   std::array<std::int64_t, source_count> rejected_since_ns{};  ///< 0: the newest sample was fused
 
   Integrity integrity;
-  std::array<Deviation, 2> deviations;  ///< of the speed, by the wheels; of the turn, by the gyro
+  Deviation deviation;
   bool doubtful = false;  ///< a fault may have moved the pose, and no camera has confirmed it since
   int confirming_poses = 0;  ///< fused camera poses in a row
   Disputed disputed;
@@ -232,9 +235,6 @@ struct State {
     return distance * Eigen::Vector2d(std::cos(mean[at::yaw]), std::sin(mean[at::yaw]));
   }
   [[nodiscard]] Pose2 pose() const noexcept { return {mean[at::x], mean[at::y], mean[at::yaw]}; }
-  [[nodiscard]] BodyVelocity velocity() const noexcept {
-    return {mean[at::v_x], mean[at::v_y], mean[at::yaw_rate]};
-  }
 };
 
 }  // namespace odomd::estimator::full

@@ -50,13 +50,6 @@ Judgement gated(Source source) noexcept {
   return {.source = source, .verdict = Verdict::gated, .degrees = 0};
 }
 
-/// A wheel that reads 0 as it should: nothing to correct.
-Judgement confirmed(State& state, const Sample& sample) noexcept {
-  state.fused_ns[index_of(sample.source)] = sample.time_ns;
-  state.rejected_since_ns[index_of(sample.source)] = 0;
-  return held(sample.source);
-}
-
 /// A few turning or locked wheels neither begin nor end a still period.
 Judgement note(const Context& context, State& state, const Sample& sample,
                const Judgement& judgement) noexcept {
@@ -90,7 +83,9 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   }
   if (state.standstill.standing) {
     if (!turning) {
-      return confirmed(state, sample);
+      state.fused_ns[index_of(sample.source)] = sample.time_ns;
+      state.rejected_since_ns[index_of(sample.source)] = 0;
+      return held(sample.source);
     }
     const WheelCount wheels = count_wheels(context.model.car.driven, state, sample);
     if (!sets_off(state, sample, wheels)) {
@@ -109,7 +104,9 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
     const double known = state.covariance(at::v_x, at::v_x);
     const double band = squared(state.standstill.dead_band) / 3.0;
     if (known <= band && std::abs(state.mean[at::v_x]) <= state.standstill.dead_band) {
-      return note(context, state, sample, confirmed(state, sample));
+      state.fused_ns[index_of(sample.source)] = sample.time_ns;
+      state.rejected_since_ns[index_of(sample.source)] = 0;
+      return note(context, state, sample, held(sample.source));
     }
     z.by_slow[slow::wheel_scale] = z.by_slow[slow::wheel_difference] = 0.0;
     z.variance += known > band ? band * known / (known - band) : band;

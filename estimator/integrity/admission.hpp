@@ -74,9 +74,10 @@ inline constexpr double largest_resumed_variance = 1e12;
 [[nodiscard]] inline bool may_resume(const Estimate& predecessor, double gap_s) noexcept {
   return predecessor.initialised && !predecessor.model_fault && gap_s >= 0.0 &&
          std::isfinite(gap_s) && is_possible(predecessor.map) && is_possible(predecessor.odom) &&
-         is_possible(velocity_of(predecessor)) &&
-         is_positive_definite(unpacked(predecessor.covariance)) &&
-         unpacked(predecessor.covariance).trace() <= largest_resumed_variance;
+         is_possible(velocity_of(predecessor)) && is_finite(predecessor.covariance) &&
+         predecessor.covariance[0] + predecessor.covariance[3] + predecessor.covariance[5] <=
+             largest_resumed_variance &&
+         is_positive_definite(predecessor.covariance);
 }
 
 }  // namespace odomd::estimator

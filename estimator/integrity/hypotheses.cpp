@@ -2,11 +2,14 @@
 #include "estimator/integrity/hypotheses.hpp"
 
 #include <array>
+#include <cmath>
 
 #include "estimator/common/time.hpp"
 
 namespace odomd::estimator::integrity {
 namespace {
+
+constexpr Sources inertial = only(Source::yaw_rate) | only(Source::accel_x) | only(Source::accel_y);
 
 /// A set of sources that may fail together, and its score: first the penalty, -2 log of its
 /// probability relative to that of a single source, then with what the observations say.
@@ -17,20 +20,34 @@ struct Hypothesis {
 constexpr double pair = 8.0;
 constexpr double group = 14.0;
 constexpr std::array groups{Hypothesis{front_wheels, pair}, Hypothesis{rear_wheels, pair},
-                            Hypothesis{wheels, group}};
+                            Hypothesis{wheels, group}, Hypothesis{inertial, group}};
+
+// A car that spins contradicts an IMU that has no fault, and outer wheels roll in a slide.
+constexpr double slide_penalty = 10.0;
 
 // A source whose bits repeat, or that jumped, is so much more likely to be at fault.
 constexpr double anomaly_bonus = 20.0;
 constexpr double jump_memory_s = 1.0;
 
 /// Whether all of these sources that are alive repeat their bits, or have jumped.
-bool is_anomalous(const Observations& observed, Sources sources) noexcept {
+bool is_anomalous(const Observations& observed, Sources sources, const Solution& without) noexcept {
   for (std::size_t i = 0; i < source_count; ++i) {
     const SourceHistory& history = observed.sources[i];
-    const bool jumped = history.jumped_ns != 0 &&
-                        seconds_between(history.jumped_ns, observed.now_ns) <= jump_memory_s;
-    if (contains(sources, i) && history.alive(observed.now_ns) && !jumped &&
-        !observed.repeats(static_cast<Source>(i))) {
+    if (!contains(sources, i) || !history.alive(observed.now_ns)) {
+      continue;
+    }
+    const bool wheel = is_wheel(static_cast<Source>(i));
+    const bool jumped = (wheel && std::abs(history.rate(Over::short_time)) > 3.0 * gravity) ||
+                        (history.jumped_ns != 0 &&
+                         seconds_between(history.jumped_ns, observed.now_ns) <= jump_memory_s);
+    // A quantised wheel speed repeats while the car goes at a constant speed, or stands.
+    const bool stands = std::abs(history.value) < slowest_turning;
+    const bool constant = wheel &&
+                          (stands || std::abs(observed.speed() - observed.speed(Over::long_time)) <
+                                         3.0 * history.sigma) &&
+                          std::abs(history.mean() - without.motion[of::speed]) <
+                              (stands ? 0.5 : 3.0) * without.sigma[of::speed];
+    if (!jumped && (constant || !observed.repeats(static_cast<Source>(i)))) {
       return false;
     }
   }
@@ -39,11 +56,17 @@ bool is_anomalous(const Observations& observed, Sources sources) noexcept {
 
 }  // namespace
 
-Sources isolate_fault(const Observations& observed, const Consensus& all,
-                      const Solution& base) noexcept {
+Sources isolate_fault(const Observations& observed, const Consensus& all, const Solution& base,
+                      const Solution& without_wheels) noexcept {
   const Sources out = observed.distrusted;
   const Sources suspects = all.present() & ~out;
   const Sources speeds = suspects & (wheels | only(Source::camera));
+  const bool slides = observed.slides(observed.now_ns, Over::long_time);
+  const bool spins = slides && (out & wheels) != 0;
+  const Sources outer_wheels =
+      observed.speed() * observed.yaw_rate() > 0.0
+          ? only(Source::wheel_front_right) | only(Source::wheel_rear_right)
+          : only(Source::wheel_front_left) | only(Source::wheel_rear_left);
   std::array<Hypothesis, source_count + groups.size()> tried{};
   Hypothesis best{.score = base.misfit - gate};
   for (std::size_t i = 0; i < tried.size(); ++i) {
@@ -53,11 +76,14 @@ Sources isolate_fault(const Observations& observed, const Consensus& all,
     if (sources == 0) {
       continue;
     }
+    // The inner wheels carry less and slip first.
+    const bool outer = slides && (sources & outer_wheels) != 0 && (sources & ~outer_wheels) == 0;
     // Without its last speed the car has only what it integrates.
     const bool only_speed = (sources & speeds) != 0 && (speeds & ~sources) == 0;
-    tried[i] = {sources, all.without(out | sources).misfit +
-                             (only_speed ? group : hypothesis.score) -
-                             (is_anomalous(observed, sources) ? anomaly_bonus : 0.0)};
+    tried[i] = {sources,
+                all.without(out | sources).misfit + (only_speed ? group : hypothesis.score) +
+                    (outer || (spins && (sources & ~inertial) == 0) ? slide_penalty : 0.0) -
+                    (is_anomalous(observed, sources, without_wheels) ? anomaly_bonus : 0.0)};
     if (tried[i].score < best.score) {
       best = tried[i];
     }

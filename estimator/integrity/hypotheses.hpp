@@ -14,9 +14,9 @@ inline constexpr double gate = 25.0;
 inline constexpr double margin = 6.0;
 
 /// The sources at fault, of those that have an equation in `all` and are trusted. `base` is the
-/// solution by the trusted ones. None if no hypothesis explains the misfit of `base`, or if two do
-/// about equally well.
+/// solution by the trusted ones, `without_wheels` that by all of them but the wheels. None if no
+/// hypothesis explains the misfit of `base`, or if two do about equally well.
 [[nodiscard]] Sources isolate_fault(const Observations& observed, const Consensus& all,
-                                    const Solution& base) noexcept;
+                                    const Solution& base, const Solution& without_wheels) noexcept;
 
 }  // namespace odomd::estimator::integrity

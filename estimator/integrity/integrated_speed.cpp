@@ -26,7 +26,7 @@ void stop_with_locked_wheels(Observations& observed, bool wheels_distrusted) noe
                !observed.camera_speed.alive(observed.now_ns);
   for (const Source source : wheel_sources) {
     const SourceHistory& wheel = observed.history(source);
-    still = still && (!wheel.alive(observed.now_ns) || std::abs(wheel.mean()) < surely_turning);
+    still = still && (!wheel.alive(observed.now_ns) || std::abs(wheel.mean()) < slowest_turning);
   }
   if (!still) {
     observed.still_since_ns = observed.now_ns;

@@ -20,7 +20,7 @@ namespace {
 constexpr std::int64_t check_interval_ns = 19'000'000;
 
 constexpr double persistence_s = 0.1;
-constexpr double persistence_of_wheels_s = 0.05;
+constexpr double frozen_persistence_s = 0.05;
 // Time of agreement before a flag is lowered [s]: the first time and at most.
 constexpr std::pair required_s{1.0, 60.0};
 constexpr std::pair required_of_wheels_s{0.4, 5.0};
@@ -137,12 +137,13 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns) noexcept {
                                 observed_.history(Source::yaw_rate).is_stuck()
                             ? only(Source::yaw_rate)
                             : 0;
-  const Sources isolated = !sign_known            ? 0
-                           : by_short_mean        ? isolate_fault(observed_, all, base)
-                           : agreed_.contradicted ? isolate_fault(observed_, longer, longer_base)
-                                                  : 0;
+  const Sources isolated =
+      !sign_known            ? 0
+      : by_short_mean        ? isolate_fault(observed_, all, base, agreed_.without_wheels)
+      : agreed_.contradicted ? isolate_fault(observed_, longer, longer_base, agreed_.without_wheels)
+                             : 0;
   const Sources faulty = isolated | (stuck & ~out);
-  raise_flags(faulty);
+  raise_flags(faulty, !by_short_mean);
   agreed_.contradicted = agreed_.contradicted && faulty == 0;
   agreed_.camera_inconsistent = camera_innovations_.contradicted();
   if (!agreed_.contradicted) {
@@ -195,7 +196,11 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns) noexcept {
   for (std::size_t i = 0; i < source_count; ++i) {
     const Sources it = Sources{1} << i;
     if (trust_[i].flag != SourceFlag::ok) {
-      lower_flag(i, all.without((out | faulty) & ~it).misfit - base.misfit, dt);
+      const Sources others = (out | faulty) & ~it;
+      const double short_increase = all.without(others).misfit - base.misfit;
+      const double long_increase = longer.without(others).misfit - longer_base.misfit;
+      lower_flag(
+          i, trust_[i].by_long_mean ? std::max(short_increase, long_increase) : short_increase, dt);
     } else {
       trust_[i].required_s -= dt / penalty_decay_s * trust_[i].required_s;
     }
@@ -203,7 +208,7 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns) noexcept {
 }
 
 /// Flags the suspects once they have been suspected for long enough.
-void Integrity::raise_flags(Sources suspects) noexcept {
+void Integrity::raise_flags(Sources suspects, bool by_long_mean) noexcept {
   if ((suspects & suspected_) == 0) {
     suspected_since_ns_ = observed_.now_ns;
   }
@@ -215,9 +220,11 @@ void Integrity::raise_flags(Sources suspects) noexcept {
     const bool wheel = is_wheel(static_cast<Source>(i));
     const bool frozen = observed_.repeats(static_cast<Source>(i));
     const double elapsed_s = seconds_between(suspected_since_ns_, observed_.now_ns);
-    if (elapsed_s >= (wheel ? persistence_of_wheels_s : persistence_s)) {
+    if (elapsed_s >= (frozen || wheel ? frozen_persistence_s : persistence_s)) {
       Trust& trust = trust_[i];
       if (trust.flag == SourceFlag::ok) {
+        trust.raised_ns = observed_.now_ns;
+        trust.by_long_mean = by_long_mean;
         // A source that fails again has to agree for longer.
         const auto [first_s, longest_s] = wheel ? required_of_wheels_s : required_s;
         trust.required_s = std::clamp(2.0 * trust.required_s, first_s, longest_s);
@@ -239,7 +246,12 @@ void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcep
   constexpr double slowest_turn = 0.1;  // [rad/s]
   constexpr double without_turn = 0.2;
   Trust& trust = trust_[source];
-  if (misfit > agreeing_misfit || !observed_.sources[source].alive(observed_.now_ns)) {
+  if (trust.flag == SourceFlag::drifting && observed_.repeats(static_cast<Source>(source))) {
+    trust.flag = SourceFlag::frozen;
+  }
+  const bool still =
+      trust.flag == SourceFlag::frozen && observed_.sources[source].same_since_ns < trust.raised_ns;
+  if (misfit > agreeing_misfit || still || !observed_.sources[source].alive(observed_.now_ns)) {
     trust.agreed_s = 0.0;
     return;
   }

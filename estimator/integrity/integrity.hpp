@@ -83,14 +83,16 @@ class Integrity {
  private:
   struct Trust {
     SourceFlag flag = SourceFlag::ok;
-    double agreed_s = 0.0;    ///< time since it last contradicted the others
-    double required_s = 0.0;  ///< of agreement before the flag is lowered
+    std::int64_t raised_ns = 0;
+    double agreed_s = 0.0;      ///< time since it last contradicted the others
+    double required_s = 0.0;    ///< of agreement before the flag is lowered
+    bool by_long_mean = false;  ///< only the long mean has detected the fault
   };
 
   bool decide_sign(const integrity::Sensors& sensors, integrity::Consensus& all,
                    integrity::Solution& base) noexcept;
   [[nodiscard]] integrity::Sources distrusted() const noexcept;
-  void raise_flags(integrity::Sources suspects) noexcept;
+  void raise_flags(integrity::Sources suspects, bool by_long_mean) noexcept;
   void lower_flag(std::size_t source, double misfit, double dt) noexcept;
 
   static constexpr int max_votes = 50;

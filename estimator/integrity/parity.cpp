@@ -68,7 +68,7 @@ Row wheel_row(const View& view, Source source, bool backwards) noexcept {
   const double outer = -std::copysign(place.left == 0.0 ? 0.0 : 1.0, place.left) * v * r / gravity;
   const double mean =
       wheel.mean / (1.0 + view.observed.radius[index_of(source)] + view.observed.load * outer);
-  const double hidden = std::abs(mean) < surely_turning ? view.observed.errors.dead_band : 0.0;
+  const double hidden = std::abs(mean) < slowest_turning ? view.observed.errors.dead_band : 0.0;
   const double sigma =
       root_of_squares(hidden, wheel.noise, lasting_share * view.observed.history(source).sigma,
                       view.sensors.tuning.wheel_radius * f,
@@ -79,9 +79,11 @@ Row wheel_row(const View& view, Source source, bool backwards) noexcept {
 
 /// ψ̇ = v tan δ / (l + K v²), K the understeer gradient.
 Row steering_row(const View& view) noexcept {
-  constexpr double share = 0.1;       // of the yaw rate: play, linkage
-  constexpr double floor = 0.02;      // [rad/s]
-  constexpr double understeer = 1.5;  // the car's may be that many times the stated one
+  constexpr double share = 0.1;        // of the yaw rate: play, linkage
+  constexpr double least_off = 0.005;  // [rad]
+  constexpr double floor = 0.02;       // [rad/s]
+  constexpr double slowest = 0.5;      // [m/s]
+  constexpr double understeer = 1.5;   // the car's may be that many times the stated one
   const Vehicle& car = view.sensors.car;
   constexpr double largest = physical_limit[index_of(Source::steering)];
   const SourceHistory& history = view.observed.history(Source::steering);
@@ -106,13 +108,20 @@ Row steering_row(const View& view) noexcept {
   const double response_s =
       car.yaw_inertia * std::abs(v) /
       (car.front_axle * car.front_axle * c_v + car.rear_axle * car.rear_axle * c_h);
+  // In a slide the driver countersteers.
+  const double counter =
+      steering.slides ? std::max(std::abs(view.r), sliding_accel / std::max(std::abs(v), slowest))
+                      : 0.0;
   // A command is an intention that the wheels follow.
   const bool modelled = car.steering.lag_s > 0.0 || car.steering.rate_limit > 0.0;
-  const double lateness = steering.lateness + ((modelled ? linkage_s : servo_s) + response_s) *
-                                                  std::abs(history.rate(view.over));
+  const double fastest_change = std::max(std::abs(history.rate(view.over)),
+                                         std::abs(steering.changed) / seconds_of(view.over));
+  const double lateness =
+      steering.lateness + ((modelled ? linkage_s : servo_s) + response_s) * fastest_change;
+  const double offset_sigma = std::max(least_off, view.observed.errors.steering_offset_sigma);
   const double sigma = root_of_squares(
-      by_delta * steering.noise, by_delta * view.observed.errors.steering_offset_sigma,
-      by_delta * lateness, share * most, 0.5 * (most - least), floor);
+      by_delta * steering.noise, by_delta * offset_sigma, by_delta * lateness, share * most,
+      0.5 * (most - least), counter, floor, by_v * steering.changed * view.speed_changed);
   // tan δ / l is ∂ψ̇/∂v of a car without understeer.
   const Motion by{-tangent / l, 1.0, 0.0, 0.0};
   return {only(Source::steering), by, 0.5 * (most + least) - tangent / l * v, sigma};
@@ -205,7 +214,7 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
   bool standing = false;
   for (const Source wheel : wheel_sources) {
     if (alive(wheel)) {
-      const bool turns = std::abs(observed.history(wheel).mean()) >= surely_turning;
+      const bool turns = std::abs(observed.history(wheel).mean()) >= slowest_turning;
       turning |= observed.usable(wheel) && turns;
       standing |= observed.usable(wheel) && !turns;
       all.add(wheel_row(view, wheel, backwards));

@@ -93,6 +93,9 @@ inline constexpr double sliding_accel = 4.0;
 /// A larger reading of a gyro is no bias but a turn [rad/s].
 inline constexpr double largest_gyro_bias = 0.5;
 
+/// A slower wheel may stand [m/s].
+inline constexpr double slowest_turning = 0.02;
+
 /// Nothing is learnt at lower speeds [m/s].
 inline constexpr double min_learning_speed = 0.3;
 

@@ -152,7 +152,7 @@ Trajectory aligned(const Trajectory& estimate, const Pose2& alignment) {
   for (TrajectoryPoint& point : moved.points) {
     point.pose = compose(alignment, point.pose);
     point.covariance =
-        estimator::packed(estimator::rotated(estimator::unpacked(point.covariance), alignment.yaw));
+        estimator::rotated(point.covariance, std::cos(alignment.yaw), std::sin(alignment.yaw));
   }
   return moved;
 }

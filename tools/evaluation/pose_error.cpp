@@ -13,7 +13,11 @@ namespace odomd::tools {
 namespace {
 
 std::optional<double> nees(const estimator::PoseCovariance& P, const estimator::Pose2& error) {
-  const Eigen::LLT<Eigen::Matrix3d> factor{estimator::unpacked(P)};
+  Eigen::Matrix3d full;
+  full << P[0], P[1], P[2],  //
+      P[1], P[3], P[4],      //
+      P[2], P[4], P[5];
+  const Eigen::LLT<Eigen::Matrix3d> factor{full};
   if (factor.info() != Eigen::Success) return std::nullopt;  // not positive definite
   const Eigen::Vector3d whitened =
       factor.matrixL().solve(Eigen::Vector3d{error.x, error.y, error.yaw});
@@ -34,6 +38,8 @@ bool covariance_is_of_error(std::span<const Pair> pairs, Align align) {
 
 std::vector<PoseError> pose_errors(std::span<const Pair> pairs, const estimator::Pose2& alignment,
                                    bool has_covariance) {
+  const double c = std::cos(alignment.yaw);
+  const double s = std::sin(alignment.yaw);
   std::vector<PoseError> errors;
   errors.reserve(pairs.size());
   double whole_turns = 0.0;
@@ -51,8 +57,7 @@ std::vector<PoseError> pose_errors(std::span<const Pair> pairs, const estimator:
     e.error = {pose.x - truth.x, pose.y - truth.y, pose.yaw - truth.yaw - whole_turns};
     e.heading = truth.yaw;
     if (has_covariance) {
-      e.covariance = estimator::packed(estimator::rotated(
-          estimator::unpacked(pair.estimate.covariance), alignment.yaw));  // the map is turned
+      e.covariance = estimator::rotated(pair.estimate.covariance, c, s);  // the map is turned
       for (std::size_t i = 0; i < e.covariance.size(); ++i)
         e.covariance[i] += pair.reference.covariance[i];
       e.nees = nees(e.covariance, e.error);
@@ -65,15 +70,14 @@ std::vector<PoseError> pose_errors(std::span<const Pair> pairs, const estimator:
 DrivenError driven(const PoseError& error) {
   const double c = std::cos(error.heading);
   const double s = std::sin(error.heading);
-  const Eigen::Matrix3d P =
-      estimator::rotated(estimator::unpacked(error.covariance), -error.heading);
+  const estimator::Symmetric3 P = estimator::rotated(error.covariance, c, -s);
   const auto sigma = [](double variance) { return std::sqrt(std::max(variance, 0.0)); };
   return {.along = c * error.error.x + s * error.error.y,
           .cross = -s * error.error.x + c * error.error.y,
           .yaw = error.error.yaw,
-          .sigma_along = sigma(P(0, 0)),
-          .sigma_cross = sigma(P(1, 1)),
-          .sigma_yaw = sigma(P(2, 2))};
+          .sigma_along = sigma(P[0]),
+          .sigma_cross = sigma(P[3]),
+          .sigma_yaw = sigma(P[5])};
 }
 
 }  // namespace odomd::tools

@@ -239,8 +239,8 @@ TEST(InertialFilter, CovariancesArePositiveDefiniteAtRestAndInFastTurns) {
   for (const double yaw_rate : {0.0, 5.0, -5.0}) {
     for (const double speed : {0.0, 3.0, -3.0}) {
       const Estimate e = drive.ticks(300, {.speed = speed, .yaw_rate = yaw_rate});
-      EXPECT_TRUE(is_positive_definite(unpacked(e.covariance)));
-      EXPECT_TRUE(is_positive_definite(unpacked(e.velocity_covariance)));
+      EXPECT_TRUE(is_positive_definite(e.covariance));
+      EXPECT_TRUE(is_positive_definite(e.velocity_covariance));
     }
   }
 }

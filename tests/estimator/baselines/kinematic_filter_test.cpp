@@ -140,8 +140,8 @@ TEST(KinematicFilter, CovariancesArePositiveDefiniteAtRestAndAtFullLock) {
   for (const double delta : {0.0, 0.5, -0.5}) {
     for (const double speed : {0.0, 3.0, -3.0}) {
       const Estimate e = drive.ticks(300, {.speed = speed, .steering = delta});
-      EXPECT_TRUE(is_positive_definite(unpacked(e.covariance)));
-      EXPECT_TRUE(is_positive_definite(unpacked(e.velocity_covariance)));
+      EXPECT_TRUE(is_positive_definite(e.covariance));
+      EXPECT_TRUE(is_positive_definite(e.velocity_covariance));
     }
   }
 }

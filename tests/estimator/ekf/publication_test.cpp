@@ -21,10 +21,6 @@ Estimate published(const State& state, double period_s = 0.005, const Input& inp
   return publication({}, input, period_s, state, fresh());
 }
 
-Symmetric3 diagonal(double a, double b, double c) {
-  return {a, 0.0, 0.0, b, 0.0, c};
-}
-
 Estimate predecessor() {
   Estimate e;
   e.initialised = true;
@@ -39,7 +35,8 @@ Estimate predecessor() {
 }
 
 Symmetric3 packed(const Matrix& P, Eigen::Index first) {
-  return estimator::packed(P.block<3, 3>(first, first));
+  return {P(first, first),         P(first, first + 1),     P(first, first + 2),
+          P(first + 1, first + 1), P(first + 1, first + 2), P(first + 2, first + 2)};
 }
 
 TEST(Resumed, KeepsWhatIsKnownOfTheVelocity) {

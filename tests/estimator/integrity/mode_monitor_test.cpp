@@ -32,7 +32,7 @@ class ModeMonitorTest : public ::testing::Test {
       if (now_ >= camera_ + interval_ms * millisecond) {
         camera_ = now_;
       }
-      run(0.005, {.initialised = true, .camera_ns = camera_});
+      run(0.005, {.initialised = true, .wheel_speed = 1.0, .camera_ns = camera_});
     }
     return mode_;
   }
@@ -45,8 +45,8 @@ class ModeMonitorTest : public ::testing::Test {
 };
 
 TEST_F(ModeMonitorTest, InitialisingUntilThereIsAPose) {
-  EXPECT_EQ(run(0.1, {.initialised = false}), Mode::initialising);
-  EXPECT_EQ(run(0.1, {.initialised = true}), Mode::dead_reckoning);
+  EXPECT_EQ(run(0.1, {.initialised = false, .wheel_speed = 1.0}), Mode::initialising);
+  EXPECT_EQ(run(0.1, {.initialised = true, .wheel_speed = 1.0}), Mode::dead_reckoning);
 }
 
 TEST_F(ModeMonitorTest, FaultComesBeforeEverything) {
@@ -54,19 +54,33 @@ TEST_F(ModeMonitorTest, FaultComesBeforeEverything) {
 }
 
 TEST_F(ModeMonitorTest, StandsAfterHalfASecondOfRest) {
-  EXPECT_EQ(run(0.5, {.initialised = true, .still = true}), Mode::dead_reckoning);
-  EXPECT_EQ(run(0.01, {.initialised = true, .still = true}), Mode::standstill);
+  EXPECT_EQ(run(0.5, {.initialised = true}), Mode::dead_reckoning);
+  EXPECT_EQ(run(0.01, {.initialised = true}), Mode::standstill);
 }
 
 TEST_F(ModeMonitorTest, LeavesStandstillAtOnceWhenTheWheelsTurn) {
-  run(1.0, {.initialised = true, .still = true});
-  EXPECT_EQ(run(0.005, {.initialised = true}), Mode::dead_reckoning);
+  run(1.0, {.initialised = true});
+  EXPECT_EQ(run(0.005, {.initialised = true, .wheel_speed = -0.03}), Mode::dead_reckoning);
+}
+
+TEST_F(ModeMonitorTest, TurningWithoutWheelSpeedIsNoStandstill) {
+  EXPECT_EQ(run(1.0, {.initialised = true, .yaw_rate = -0.15}), Mode::dead_reckoning);
+}
+
+TEST_F(ModeMonitorTest, SpeedAroundTheThresholdDoesNotFlap) {
+  run(1.0, {.initialised = true});
+  changes_ = 0;
+  for (int i = 0; i < 100; ++i) {
+    run(0.005, {.initialised = true, .wheel_speed = i % 2 == 0 ? 0.015 : 0.005});
+  }
+  EXPECT_EQ(mode_, Mode::standstill);
+  EXPECT_EQ(changes_, 0);
 }
 
 TEST_F(ModeMonitorTest, TracksWithTheCameraAndLeavesAfterItsTimeout) {
   EXPECT_EQ(run_with_camera(0.5, 35), Mode::tracking);
   const std::int64_t last_seen = camera_;
-  const ModeInputs blind{.initialised = true, .camera_ns = camera_};
+  const ModeInputs blind{.initialised = true, .wheel_speed = 1.0, .camera_ns = camera_};
   EXPECT_EQ(run(0.4, blind), Mode::tracking);
   EXPECT_EQ(run(0.2, blind), Mode::dead_reckoning);
   EXPECT_GT(now_ - last_seen, 500 * millisecond);
@@ -74,7 +88,7 @@ TEST_F(ModeMonitorTest, TracksWithTheCameraAndLeavesAfterItsTimeout) {
 }
 
 TEST_F(ModeMonitorTest, RareCameraDoesNotMakeTheModeFlap) {
-  run(0.1, {.initialised = true});
+  run(0.1, {.initialised = true, .wheel_speed = 1.0});
   changes_ = 0;
   EXPECT_EQ(run_with_camera(10.0, 600), Mode::dead_reckoning);
   EXPECT_EQ(changes_, 0);
