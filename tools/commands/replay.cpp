@@ -128,7 +128,9 @@ void run(Options options) {
   const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
 
   can::BusNames buses;
-  can::MergedLog log = open_mapped_log(config, databases, config.can.sources, buses);
+  std::uint64_t unmapped = 0;
+  can::MergedLog log = open_mapped_log(config, databases, config.can.sources, buses,
+                                       [&unmapped](const can::Frame&) { ++unmapped; });
 
   check_outputs(std::vector<Output>{{"--out", options.out == "-" ? "" : options.out},
                                     {"--innovations", options.innovations}},
@@ -150,10 +152,11 @@ void run(Options options) {
 
   const auto start = std::chrono::steady_clock::now();
   PoseFile poses(out);
-  const ReplaySummary summary = play(
+  ReplaySummary summary = play(
       *pipeline, config.realtime.period_ns, log, camera,
       [&](const daemon::TickRecord& record) { poses.add(record, record.pose.time_ns); },
       innovations.sink());
+  summary.unmapped = unmapped;
   poses.finish();
   innovations.finish();
   if (file && summary.poses > 0) file->finish();

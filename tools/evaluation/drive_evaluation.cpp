@@ -42,6 +42,7 @@ ReplayedDrive replay_with(const Drive& drive, const daemon::Config& config, Fram
         result.last = record;
       },
       keep);
+  result.summary.unmapped = drive.unmapped.size();
   result.warnings = check_replay(pipeline->decoder(), result.summary);
   if (result.poses.points.empty()) {
     // The last one says what is missing for a pose, if anything of this car came.

@@ -79,7 +79,7 @@ CameraRelay::CameraRelay(const std::filesystem::path& from, const std::string& t
     : socket_({.path = from,
                .type = daemon::SocketType::packets,
                .fix = "name another path by --camera-from"}),
-      feed_(to, wait_s),
+      feed_(to, wait_s, tools::Admission::assumed),
       injector_(faults, start_ns) {}
 
 void CameraRelay::take(const odom_camera_message& message, std::int64_t now_ns) {

@@ -163,7 +163,8 @@ InitResult init(const InitOptions& options, Dialogue* dialogue) {
   const std::string text = as_toml(result.draft);
   try {
     if (result.wrote_database) write(own, sim::bus_database_text());
-    result.warnings = checked(text, options.out);
+    append(result.warnings, diagnostics::kind("log_content"), traffic.warnings);
+    append(result.warnings, checked(text, options.out));
     write(options.out, text);
   } catch (...) {
     if (result.wrote_database) fs::remove(own);

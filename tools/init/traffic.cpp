@@ -119,6 +119,7 @@ Traffic read_logs(std::span<const std::string> logs) {
     if (frame->kind == can::FrameKind::data) traffic.frames.push_back(*frame);
   }
   traffic.buses = buses.all();
+  traffic.warnings = log.warnings();
   traffic.name = can::log_label(logs.front());
   return traffic;
 }

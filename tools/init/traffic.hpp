@@ -19,6 +19,7 @@ struct Traffic {
   std::string name;  ///< "drive.log", "can0"
   std::vector<can::Frame> frames;
   std::vector<std::string> buses;
+  std::vector<std::string> warnings;  ///< about the logs
 
   [[nodiscard]] bool empty() const { return frames.empty(); }
 };

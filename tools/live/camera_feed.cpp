@@ -45,7 +45,8 @@ std::int64_t monotonic_now_ns() {
 
 }  // namespace
 
-CameraFeed::CameraFeed(const std::string& named, double wait_s) {
+CameraFeed::CameraFeed(const std::string& named, double wait_s, Admission admission)
+    : admission_(admission) {
   const auto start = steady_clock::now();
   while (true) {
     try {
@@ -84,7 +85,8 @@ bool CameraFeed::send(const estimator::CameraPose& pose, odom_clock clock) {
     std::this_thread::sleep_for(std::chrono::milliseconds{1});
   }
   // Of a refused connection the library knows only later.
-  if (error == 0 && !admitted_) error = sender_.flush(admission_timeout_ns);
+  if (error == 0 && !admitted_ && admission_ == Admission::awaited)
+    error = sender_.flush(admission_timeout_ns);
   admitted_ = error == 0;
   if (admitted_) return true;
   if (error == -EBUSY || error == -EACCES) refusal_ = socket_ + ": " + why(error);

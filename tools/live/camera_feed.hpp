@@ -11,17 +11,21 @@
 
 namespace odomd::tools {
 
+/// Whether the first pose of a connection waits until the daemon has read it, which tells whether
+/// the daemon refuses the connection.
+enum class Admission : std::uint8_t { awaited, assumed };
+
 /// Connected to a camera socket. One thread.
 class CameraFeed {
  public:
   /// Connects to the socket `named`, or to the default one. Tries again for `wait_s` seconds while
   /// nobody listens. Throws std::runtime_error with the reason and the fix.
-  CameraFeed(const std::string& named, double wait_s);
+  CameraFeed(const std::string& named, double wait_s, Admission admission = Admission::awaited);
 
   [[nodiscard]] const std::string& socket() const { return socket_; }
 
   /// Sends one pose, its capture time on `clock`. Waits some milliseconds for a daemon that is
-  /// behind, and on a new connection until the daemon has read the pose. False if the daemon is not
+  /// behind, and for admission if awaited. False if the daemon is not
   /// there or refuses the connection (both may change); other failures throw.
   bool send(const estimator::CameraPose& pose, odom_clock clock);
 
@@ -31,6 +35,7 @@ class CameraFeed {
  private:
   std::string socket_;
   odom::CameraSender sender_;
+  Admission admission_;
   bool admitted_ = false;
   std::string refusal_;
 };

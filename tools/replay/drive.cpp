@@ -121,14 +121,14 @@ std::vector<fs::path> files_of(const DriveFiles& files) {
 can::MergedLog open_mapped_log(const daemon::Config& config,
                                std::span<const can::Database> databases,
                                std::span<const std::string> logs, can::BusNames& buses,
-                               std::vector<can::Frame>* unmapped) {
+                               const std::function<void(const can::Frame&)>& unmapped) {
   for (const std::string& bus : daemon::expected_buses(config))
     static_cast<void>(buses.index_of(bus));
   const auto decoder = std::make_shared<const can::Decoder>(databases, config.can.bindings,
                                                             config.can.protections, buses.all());
   return can::MergedLog(logs, buses, [decoder, unmapped](const can::Frame& frame) {
     const bool mapped = decoder->is_mapped(frame);
-    if (!mapped && unmapped != nullptr) unmapped->push_back(frame);
+    if (!mapped && unmapped) unmapped(frame);
     return mapped;
   });
 }
@@ -148,8 +148,9 @@ Drive read_drive(const DriveFiles& files) {
   drive.databases = daemon::load_databases(drive.config, drive.warnings);
 
   can::BusNames buses;
-  can::MergedLog log = open_mapped_log(drive.config, drive.databases, drive.config.can.sources,
-                                       buses, &drive.unmapped);
+  can::MergedLog log =
+      open_mapped_log(drive.config, drive.databases, drive.config.can.sources, buses,
+                      [&drive](const can::Frame& frame) { drive.unmapped.push_back(frame); });
   LogOrder order;
   while (const can::Frame* frame = log.next()) {
     order.take(frame->time_ns, [&log] { return log.position(); });

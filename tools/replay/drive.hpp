@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -69,11 +70,10 @@ void check_folder(const std::filesystem::path& folder);
 
 /// Opens logs for the frames of mapped messages. `buses` numbers their buses, after those that the
 /// configuration names. Other frames go to `unmapped`, if given. Throws as can::MergedLog does.
-[[nodiscard]] can::MergedLog open_mapped_log(const daemon::Config& config,
-                                             std::span<const can::Database> databases,
-                                             std::span<const std::string> logs,
-                                             can::BusNames& buses,
-                                             std::vector<can::Frame>* unmapped = nullptr);
+[[nodiscard]] can::MergedLog open_mapped_log(
+    const daemon::Config& config, std::span<const can::Database> databases,
+    std::span<const std::string> logs, can::BusNames& buses,
+    const std::function<void(const can::Frame&)>& unmapped = {});
 
 /// Reads car.toml, the databases that it names, drive.log or can.log, camera.csv and truth.csv; the
 /// last two if they exist. Throws std::invalid_argument that names the file and the fix.

@@ -91,11 +91,12 @@ diagnostics::Diagnostics check_replay(const can::Decoder& decoder, const ReplayS
         decoder.counters(static_cast<std::size_t>(&message - messages.data())).verdicts;
     return std::ranges::all_of(verdicts, [](const auto& count) { return count.get() == 0; });
   });
-  if (none_came && summary.frames > 0)
+  const std::uint64_t frames = summary.frames + summary.unmapped;
+  if (none_came && frames > 0)
     warnings.push_back(
         found(kind("other_database"), {},
               fmt::format("none of the {} mapped messages is among the {} frames of the log",
-                          messages.size(), summary.frames)));
+                          messages.size(), frames)));
   for (std::size_t i = 0; i < messages.size() && !none_came; ++i) {
     append(warnings, check_message(messages[i], decoder.counters(i)));
     append(warnings, cut_frames(messages[i], decoder.counters(i)));

@@ -34,6 +34,7 @@ namespace odomd::tools {
 
 struct ReplaySummary {
   std::uint64_t frames = 0;
+  std::uint64_t unmapped = 0;  ///< further frames of the log, which no message maps
   std::uint64_t cameras = 0;
   std::uint64_t cameras_before = 0;  ///< of these, arrived before the first tick
   std::uint64_t cameras_after = 0;   ///< arrived after the last tick

@@ -48,7 +48,8 @@ else
 fi
 
 if [ -z "$injected" ]; then
-  [ "$received" -ge $((published * 32)) ] || fail "the traffic was not full: $received frames"
+  # Of the 40 frames that a tick brings, 4 are of mapped messages; the others are passed over.
+  [ "$received" -ge $((published * 3)) ] || fail "the traffic was not full: $received frames"
   [ "$camera" -ge $((published / 15)) ] || fail "the traffic was not full: $camera camera poses"
   [ "$(wc -l <"$work/recorded/beat.csv")" -gt 2 ] || fail "nothing was recorded"
 fi

@@ -126,7 +126,7 @@ TEST_F(FaultCommand, RefusesToOverwriteWhatItReads) {
 // Nothing is left behind of a log that breaks off in the middle.
 TEST_F(FaultCommand, AnOutputIsWholeOrNotThere) {
   std::ofstream{in("broken.log")} << "(1.000000) can0 1A2#0000000000000000\nnonsense\n(2) x\n";
-  EXPECT_THAT(fault("--kind gyro.zero " + in("broken.log") + " -o " + in("not.log")),
+  EXPECT_THAT(fault("--strict --kind gyro.zero " + in("broken.log") + " -o " + in("not.log")),
               Ends(2, HasSubstr("broken.log:2")));
   EXPECT_FALSE(std::filesystem::exists(in("not.log")));
   EXPECT_FALSE(std::filesystem::exists(in("not.log.partial")));
