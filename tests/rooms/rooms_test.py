@@ -97,7 +97,7 @@ tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol
 tools/init: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/live tools/sim tools/identify/common
 tools/import: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
-    daemon/diagnostics daemon/core tools/cli tools/config_patch tools/drive_files tools/init tools/sim
+    daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/drive_files tools/init tools/sim
 tools/commands: daemon/diagnostics can_protocol can_protocol/dbc can_protocol/sources daemon/core tools/cli
     tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation tools/live tools/live/watch
     tools/report tools/bridge tools/export tools/sim/car tools/sim tools/fault

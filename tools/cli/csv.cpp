@@ -39,18 +39,24 @@ std::string joined(const std::vector<std::string>& names) {
 }  // namespace
 
 CsvReader::CsvReader(std::istream& input, std::string name, std::vector<std::string> required,
-                     std::vector<std::string> optional, LastLine last_line)
-    : input_(input), name_(std::move(name)), columns_(std::move(required)), last_line_(last_line) {
+                     std::vector<std::string> optional, LastLine last_line, CsvLayout layout)
+    : input_(input),
+      name_(std::move(name)),
+      columns_(std::move(required)),
+      last_line_(last_line),
+      layout_(layout) {
   const std::size_t required_count = columns_.size();
   const std::string wanted = joined(columns_);
   columns_.insert(columns_.end(), optional.begin(), optional.end());
 
+  while (line_number_ + 1 < layout_.header_line && read_line()) {
+  }
   if (!read_line()) {
     throw std::invalid_argument(name_ + ": is empty; a first line \"" + wanted + "\" is expected");
   }
   constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
   if (line_.starts_with(byte_order_mark)) line_.erase(0, byte_order_mark.size());
-  split();
+  split_cells(line_, layout_, fields_);
   header_fields_ = fields_.size();
   for (std::size_t column = 0; column < columns_.size(); ++column) {
     const auto found = std::find(fields_.begin(), fields_.end(), columns_[column]);
@@ -73,8 +79,9 @@ CsvReader::CsvReader(std::istream& input, std::string name, std::vector<std::str
 
 bool CsvReader::next() {
   while (read_line()) {
-    if (trimmed(line_).empty()) continue;
-    split();
+    const std::string_view content = trimmed(line_);
+    if (content.empty() || content.front() == layout_.comment) continue;
+    split_cells(line_, layout_, fields_);
     if (line_end_ == LineEnd::end_of_input) {
       if (last_line_ == LastLine::drop_unended || fields_.size() < header_fields_) {
         warnings_.push_back(place() +
@@ -155,14 +162,27 @@ bool CsvReader::read_line() {
   return true;
 }
 
-void CsvReader::split() {
-  fields_.clear();
-  std::string_view rest = line_;
+void split_cells(std::string& line, const CsvLayout& layout, std::vector<std::string_view>& cells) {
+  cells.clear();
+  std::size_t begin = 0;
   while (true) {
-    const auto comma = rest.find(',');
-    fields_.push_back(trimmed(rest.substr(0, comma)));
-    if (comma == std::string_view::npos) return;
-    rest.remove_prefix(comma + 1);
+    std::size_t end = begin;
+    const std::size_t first = std::min(line.find_first_not_of(' ', begin), line.size());
+    if (first < line.size() && line[first] == layout.quote) {
+      std::size_t kept = first, next = first + 1;
+      for (; next < line.size(); ++next) {
+        if (line[next] == layout.quote && (++next == line.size() || line[next] != layout.quote))
+          break;
+        line[kept++] = line[next];
+      }
+      cells.push_back(trimmed(std::string_view(line).substr(first, kept - first)));
+      end = line.find(layout.delimiter, next);
+    } else {
+      end = line.find(layout.delimiter, begin);
+      cells.push_back(trimmed(std::string_view(line).substr(begin, end - begin)));
+    }
+    if (end == std::string::npos) return;
+    begin = end + 1;
   }
 }
 

@@ -1,5 +1,5 @@
 // Strict CSV: columns by the names in the header, numbers exact to the last bit, times as integers,
-// and errors that name the file, the line and the column. Quoting is not supported.
+// and errors that name the file, the line and the column.
 #pragma once
 
 #include <cstddef>
@@ -18,6 +18,14 @@ enum class LastLine : std::uint8_t {
   keep_whole,    ///< use it if all its fields are there, with a warning; else leave it out
 };
 
+/// How the tables of other programs differ from odom's own.
+struct CsvLayout {
+  char delimiter = ',';
+  std::optional<char> quote;    ///< around cells
+  std::optional<char> comment;  ///< begins lines that are no rows
+  std::size_t header_line = 1;
+};
+
 /// Reads row by row, so that a pipe can be followed. Throws std::invalid_argument for unusable
 /// input, std::runtime_error when reading fails. Blank lines are skipped; CRLF and spaces around a
 /// field are accepted.
@@ -26,7 +34,8 @@ class CsvReader {
   /// Reads the header. `name` is the name of the input in messages. Columns other than `required`
   /// and `optional` are ignored.
   CsvReader(std::istream& input, std::string name, std::vector<std::string> required,
-            std::vector<std::string> optional = {}, LastLine last_line = LastLine::keep_whole);
+            std::vector<std::string> optional = {}, LastLine last_line = LastLine::keep_whole,
+            CsvLayout layout = {});
 
   /// Moves to the next row; false at the end.
   [[nodiscard]] bool next();
@@ -50,13 +59,13 @@ class CsvReader {
  private:
   enum class LineEnd : std::uint8_t { newline, end_of_input };
   [[nodiscard]] bool read_line();
-  void split();
 
   std::istream& input_;
   std::string name_;
   std::vector<std::string> columns_;                   ///< required, then optional
   std::vector<std::optional<std::size_t>> positions_;  ///< of columns_ in a row
   LastLine last_line_;
+  CsvLayout layout_;
   std::size_t header_fields_ = 0;
   std::size_t line_number_ = 0;
   std::string line_;
@@ -64,6 +73,10 @@ class CsvReader {
   std::vector<std::string_view> fields_;
   std::vector<std::string> warnings_;
 };
+
+/// Replaces `cells` by those of the line, without the blanks around them and their quotes, which
+/// the line loses, too.
+void split_cells(std::string& line, const CsvLayout& layout, std::vector<std::string_view>& cells);
 
 /// Decimal seconds to nanoseconds by integer arithmetic, never through a double; digits beyond the
 /// ninth decimal are rounded. Nothing if the text is not a number or does not fit.

@@ -22,14 +22,14 @@ struct Options {
 };
 
 void run(Options& options) {
-  options.import.overwrite = options.force ? Overwrite::replace : Overwrite::refuse;
+  options.import.existing = options.force ? sim::Existing::replace : sim::Existing::keep;
   ProgressLine progress("odom import");
   const ImportResult result =
       import_drive(options.import, [&](const std::string& text) { progress.show(text); });
   progress.end();
   const std::string out = options.import.out.string();
   if (options.json) {
-    auto json = as_json(result);
+    auto json = result.report;
     json["out"] = out;
     json["diagnostics"] = as_json(result.warnings);
     std::cout << json_text(json, 2) << '\n';
@@ -37,11 +37,13 @@ void run(Options& options) {
   }
   warn("import", result.warnings);
   std::cout << as_text(result);
+  const auto& report = result.report;
   say(
       fmt::format("odom import: {}: {:.1f} s, {} frames, {} camera poses, {} rows of truth; try: "
                   "odom doctor --drive {}",
-                  out, static_cast<double>(result.last_ns - result.first_ns) * 1e-9, result.frames,
-                  result.camera_poses, result.truth_rows, out));
+                  out, report["last"].get<double>() - report["first"].get<double>(),
+                  report["frames"].get<std::size_t>(), report["camera_poses"].get<std::size_t>(),
+                  report["truth_rows"].get<std::size_t>(), out));
 }
 
 }  // namespace
@@ -75,15 +77,13 @@ void add_import(Command odom) {
           "Centre of gravity to the front axle; default: half the wheelbase");
   car.add("--track", "M", import.car.track, "Left to right wheel");
   command.footer(
-      "Roles are those of [can.signals]: yaw_rate, accel_x, accel_y, wheel_..., motor, steering,\n"
-      "direction; their keys, too: unit, radius, ratio, scale (-1 turns the sign), offset, sigma,\n"
-      "latency, timeout, dead_band, forward, reverse. Poses: camera.x, .y, .yaw (or .qx .qy .qz\n"
-      ".qw), .sigma_x, .sigma_y, .sigma_yaw, .arrival or .latency; truth.x, .y, .yaw (or\n"
-      "quaternion), .vx, .vy, .yaw_rate, or truth.latitude and .longitude. A number may stand for "
-      "a\n"
-      "column, '#3' for the third, imu.csv:NAME for one of two tables. Units that the header or "
-      "the\n"
-      "row below states are used, else SI is assumed.\n"
+      "Roles are those of [can.signals]: yaw_rate, accel_x, accel_y, wheel_..., motor, steering;\n"
+      "their keys, too: unit, radius, ratio, pole_pairs, scale (-1 turns the sign), offset, "
+      "sigma,\n"
+      "latency, timeout, dead_band. Poses: camera.x, .y, .yaw (or .qx .qy .qz .qw), .sigma_x,\n"
+      ".sigma_y, .sigma_yaw, .arrival or .latency; truth.x, .y, .yaw (or quaternion), .vx, .vy,\n"
+      ".yaw_rate. A number may stand for a column, imu.csv:NAME for one of two tables. Units that\n"
+      "the header or the row below states are used, else SI is assumed.\n"
       "\n"
       "Examples:\n"
       "  odom import odom.csv imu.csv --out lap --config car.toml \\\n"
@@ -91,9 +91,8 @@ void add_import(Command odom) {
       "  odom import logger.csv --out lap --mass 2.985 --wheelbase 0.26 --track 0.16 \\\n"
       "      --time 'T,unit=ms' --column 'wheel_rear=RPM,unit=rpm,radius=0.033' \\\n"
       "      --column 'yaw_rate=Gz,unit=deg/s,scale=-1'\n"
-      "  odom import vbox.csv --out lap --config car.toml --column wheel_rear=Speed,unit=km/h \\\n"
-      "      --column truth.latitude=Lat --column truth.longitude=Long \\\n"
-      "      --column truth.yaw=Heading,unit=deg,scale=-1,offset=1.5708\n"
+      "  odom import vbox.csv --out lap --config car.toml --time time,unit=hhmmss \\\n"
+      "      --column wheel_rear=velocity,unit=km/h\n"
       "  odom import --map map.toml --config car.toml --out lap\n"
       "\n"
       "map.toml:\n"

@@ -4,7 +4,7 @@
 #include <array>
 #include <charconv>
 #include <numbers>
-#include <span>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -17,48 +17,40 @@
 namespace odomd::tools {
 namespace {
 
-using can::Unit;
 using daemon::TableReader;
 
+/// SI and one more unit.
+struct Quantity {
+  std::string_view si, other;
+  double factor;
+};
+constexpr Quantity length{"m", "mm", 1e-3}, angle{"rad", "deg", std::numbers::pi / 180.0},
+    speed{"m/s", "km/h", 1.0 / 3.6}, turning{"rad/s", "deg/s", angle.factor},
+    number{"1", "%", 0.01}, duration{"s", "ms", 1e-3};
+
 struct Field {
-  std::string_view name;
+  std::string_view role;
   Quantity quantity;
 };
-constexpr std::array camera_fields{
-    Field{"x", Quantity::length},        Field{"y", Quantity::length},
-    Field{"yaw", Quantity::angle},       Field{"qx", Quantity::number},
-    Field{"qy", Quantity::number},       Field{"qz", Quantity::number},
-    Field{"qw", Quantity::number},       Field{"arrival", Quantity::time},
-    Field{"latency", Quantity::seconds}, Field{"sigma_x", Quantity::length},
-    Field{"sigma_y", Quantity::length},  Field{"sigma_yaw", Quantity::angle}};
-constexpr std::array truth_fields{
-    Field{"x", Quantity::length},       Field{"y", Quantity::length},
-    Field{"yaw", Quantity::angle},      Field{"qx", Quantity::number},
-    Field{"qy", Quantity::number},      Field{"qz", Quantity::number},
-    Field{"qw", Quantity::number},      Field{"vx", Quantity::speed},
-    Field{"vy", Quantity::speed},       Field{"yaw_rate", Quantity::yaw_rate},
-    Field{"latitude", Quantity::angle}, Field{"longitude", Quantity::angle}};
+constexpr std::array fields{Field{"camera.x", length},         Field{"camera.y", length},
+                            Field{"camera.yaw", angle},        Field{"camera.qx", number},
+                            Field{"camera.qy", number},        Field{"camera.qz", number},
+                            Field{"camera.qw", number},        Field{"camera.arrival", duration},
+                            Field{"camera.latency", duration}, Field{"camera.sigma_x", length},
+                            Field{"camera.sigma_y", length},   Field{"camera.sigma_yaw", angle},
+                            Field{"truth.x", length},          Field{"truth.y", length},
+                            Field{"truth.yaw", angle},         Field{"truth.qx", number},
+                            Field{"truth.qy", number},         Field{"truth.qz", number},
+                            Field{"truth.qw", number},         Field{"truth.vx", speed},
+                            Field{"truth.vy", speed},          Field{"truth.yaw_rate", turning}};
 
-/// Nothing if the unit is none of the quantity.
-std::optional<double> factor_of(Quantity quantity, std::string_view unit) {
-  if (unit == "1") return 1.0;
-  if (quantity == Quantity::length) {
-    constexpr std::array<std::pair<std::string_view, double>, 4> lengths{
-        {{"m", 1.0}, {"cm", 1e-2}, {"mm", 1e-3}, {"km", 1e3}}};
-    const auto found = std::ranges::find(lengths, unit, [](const auto& one) { return one.first; });
-    return found == lengths.end() ? std::nullopt : std::optional(found->second);
-  }
-  if (quantity == Quantity::angle && unit == "min")  // of arc, as in a VBOX file
-    return std::numbers::pi / 180.0 / 60.0;
+/// Keys of a role of [can.signals] that belong to the sensor, not to its frames.
+constexpr std::array sensor_keys{"latency", "sigma", "timeout", "dead_band"};
+constexpr std::array value_keys{"unit", "radius", "ratio", "pole_pairs", "scale", "offset"};
+
+bool is_unit(std::string_view text, std::string_view unit) {
   const auto known = can::unit_of_text(unit);
-  using Units = std::pair<Unit, Unit>;
-  const auto [si, other] = quantity == Quantity::angle   ? Units{Unit::rad, Unit::deg}
-                           : quantity == Quantity::speed ? Units{Unit::m_per_s, Unit::km_per_h}
-                           : quantity == Quantity::yaw_rate
-                               ? Units{Unit::rad_per_s, Unit::deg_per_s}
-                               : Units{Unit::none, Unit::none};
-  if (known && (*known == si || *known == other)) return can::si_factor(*known);
-  return quantity == Quantity::seconds && unit == "s" ? std::optional(1.0) : std::nullopt;
+  return text == unit || (known && can::unit_of_text(text) == known);
 }
 
 std::optional<double> number_in(std::string_view text) {
@@ -68,41 +60,30 @@ std::optional<double> number_in(std::string_view text) {
   return value;
 }
 
-/// The pieces of "a,unit=m/s": a comma in double quotes separates nothing.
-std::vector<std::string> pieces_of(std::string_view text) {
-  std::vector<std::string> pieces(1);
-  bool quoted = false;
-  for (const char c : text) {
-    if (c == '"')
-      quoted = !quoted;
-    else if (c == ',' && !quoted)
-      pieces.emplace_back();
-    else
-      pieces.back() += c;
-  }
-  for (std::string& piece : pieces) {
-    piece.erase(0, piece.find_first_not_of(' '));
-    piece.erase(piece.find_last_not_of(' ') + 1);
-  }
-  return pieces;
-}
-
 /// { column = "a", unit = "m/s" } of "a,unit=m/s".
-toml::table entry_of(std::string_view option, std::string_view text) {
+toml::table entry_of(std::string_view option, const std::string& text) {
   toml::table entry;
-  const auto pieces = pieces_of(text);
-  entry.insert("column", pieces.front());
-  for (const std::string& piece : std::span(pieces).subspan(1)) {
+  std::vector<std::string_view> pieces;
+  std::string copy = text;
+  split_cells(copy, {.quote = '"'}, pieces);
+  for (const std::string_view piece : pieces) {
     const auto equals = piece.find('=');
-    if (equals == std::string::npos)
+    if (entry.empty()) {
+      entry.insert("column", piece);
+    } else if (equals == std::string_view::npos) {
       throw std::invalid_argument(
           fmt::format("{} {}: {} is no KEY=VALUE; a name with a comma needs double quotes", option,
                       tools::quoted(text), tools::quoted(piece)));
-    const std::string value = piece.substr(equals + 1);
-    if (const auto number = number_in(value); number && piece.substr(0, equals) != "unit")
-      entry.insert_or_assign(piece.substr(0, equals), *number);
-    else
-      entry.insert_or_assign(piece.substr(0, equals), value);
+    } else {
+      const std::string_view key = piece.substr(0, equals), value = piece.substr(equals + 1);
+      const auto as_number = key == "unit" ? std::nullopt : number_in(value);
+      if (!as_number)
+        entry.insert_or_assign(key, value);
+      else if (value.find_first_not_of("0123456789") == std::string_view::npos)
+        entry.insert_or_assign(key, static_cast<std::int64_t>(*as_number));
+      else
+        entry.insert_or_assign(key, *as_number);
+    }
   }
   return entry;
 }
@@ -115,26 +96,7 @@ toml::table entry_of(const toml::node& node) {
   return entry;
 }
 
-void add_option(toml::table& columns, const std::string& text) {
-  const auto equals = text.find('=');
-  const std::string role = text.substr(0, equals);
-  if (equals == std::string::npos || role.empty())
-    throw std::invalid_argument(
-        fmt::format("--column {}: is no ROLE=COLUMN, as yaw_rate=gyro_z or camera.x=pose.x",
-                    tools::quoted(text)));
-  toml::table entry = entry_of("--column", std::string_view(text).substr(equals + 1));
-  const auto point = role.find('.');
-  if (point == std::string::npos) {
-    columns.insert_or_assign(role, std::move(entry));
-    return;
-  }
-  toml::table* group = columns[role.substr(0, point)].as_table();
-  if (group == nullptr)
-    group = columns.insert_or_assign(role.substr(0, point), toml::table{}).first->second.as_table();
-  group->insert_or_assign(role.substr(point + 1), std::move(entry));
-}
-
-TimeColumn time_of(toml::table entry, const std::filesystem::path& file) {
+TimeColumn time_of(const toml::table& entry, const std::filesystem::path& file) {
   TableReader reader(entry, "time", file);
   TimeColumn time;
   reader.require("column");
@@ -143,113 +105,131 @@ TimeColumn time_of(toml::table entry, const std::filesystem::path& file) {
     if (const auto plus = time.columns[0].find('+'); plus != std::string::npos)
       time.columns = {time.columns[0].substr(0, plus), time.columns[0].substr(plus + 1)};
   if (time.columns.size() > 2) reader.fail("column", "is more than seconds and nanoseconds");
-  if (reader.has("unit")) {
-    std::string unit;
-    reader.read("unit", unit);
-    const auto known = time_unit(unit);
-    if (!known) reader.fail("unit", "is none of s, ms, us, ns, hhmmss");
-    time.unit = *known;
-  }
+  std::string unit;
+  reader.read("unit", unit);
+  time.unit = time_unit(unit);
+  if (!unit.empty() && time.unit == TimeUnit::unstated)
+    reader.fail("unit", "is none of s, ms, us, ns, hhmmss");
   reader.finish();
   return time;
 }
 
-std::string_view si_unit(std::string_view role) {
-  if (role == "yaw_rate") return "rad/s";
-  if (role == "steering") return "rad";
-  return role.starts_with("accel_") ? "m/s2" : "m/s";
-}
-
-/// Keys of a role of [can.signals] that belong to the sensor, not to its frames.
-constexpr std::array sensor_keys{"latency", "sigma", "timeout", "dead_band"};
-
-SensorColumn sensor_of(const std::string& role, toml::table entry, const toml::table* configured,
-                       const std::filesystem::path& file) {
-  SensorColumn sensor;
-  TableReader reader(entry, "[columns] " + role, file);
-  reader.require("column");
-  reader.read("column", sensor.column);
-  if (sensor.column.empty()) reader.fail("column", "names no column");
-  for (const char* key : {"unit", "radius", "ratio", "scale", "offset", "forward", "reverse"})
-    static_cast<void>(reader.has(key));
+MappedColumn column_of(std::string role, toml::table keys, const std::filesystem::path& file) {
+  MappedColumn column{.role = std::move(role)};
+  TableReader reader(keys, "[columns] " + column.role, file);
+  const bool is_field = column.role.find('.') != std::string::npos;
+  for (const char* key : value_keys) static_cast<void>(reader.has(key));
   for (const char* key : sensor_keys) static_cast<void>(reader.has(key));
-  reader.finish();
-
-  entry.erase("column");
-  sensor.unit_stated = entry.contains("unit") || role == "direction";
-  if (!sensor.unit_stated) entry.insert("unit", si_unit(role));
-  entry.insert("message", "table");
-  entry.insert("signal", "column");
-  for (const char* key : sensor_keys)
-    if (configured != nullptr && configured->contains(key) && !entry.contains(key))
-      entry.insert(key, *configured->get(key));
-  daemon::CanConfig can;
-  daemon::read_signal(role, TableReader(entry, "[columns] " + role, file), can);
-  sensor.binding = can.bindings.front();
-  sensor.settings = can.signals[sensor.binding.channel];
-  return sensor;
-}
-
-PoseColumn field_of(std::string_view group, const std::string& name, std::span<const Field> fields,
-                    const toml::table& entry, const std::filesystem::path& file) {
-  TableReader reader(entry, fmt::format("[columns] {}.{}", group, name), file);
-  const auto field = std::ranges::find(fields, name, &Field::name);
-  if (field == fields.end()) {
-    std::vector<std::string> names;
-    for (const Field& one : fields) names.emplace_back(one.name);
-    reader.fail("unknown column" + daemon::suggestion(name, names));
-  }
-  PoseColumn column{.field = name, .quantity = field->quantity};
-  if (reader.has("value")) {
-    reader.read("value", column.constant.emplace(), daemon::any_number);
+  if (is_field && reader.has("value")) {
+    reader.read("value", column.offset, daemon::any_number);
   } else {
     reader.require("column");
-    reader.read("column", column.column);
-    if (column.column.empty()) reader.fail("column", "names no column");
-    column.constant = number_in(column.column);
-  }
-  std::string unit = name == "latitude" || name == "longitude" ? "deg" : "1";
-  column.unit_stated = reader.has("unit");
-  reader.read("unit", unit);
-  if (column.quantity == Quantity::time) {
-    column.time_unit = time_unit(unit).value_or(TimeUnit::unstated);
-  } else {
-    const auto factor = factor_of(column.quantity, unit);
-    if (!factor)
-      reader.fail("unit", tools::quoted(unit) + " is none of this quantity; use a scale");
-    column.factor = *factor;
-    reader.read("scale", column.scale, daemon::any_number);
-    reader.read("offset", column.offset, daemon::any_number);
+    reader.read("column", column.name);
+    if (column.name.empty()) reader.fail("column", "names no column");
+    if (const auto constant = number_in(column.name); constant && is_field) {
+      column.offset = *constant;
+      column.name.clear();
+    }
   }
   reader.finish();
+  keys.erase("column");
+  keys.erase("value");
+  column.keys = std::move(keys);
   return column;
 }
 
-void read_columns(const toml::table& columns, const toml::table& configured,
-                  const std::filesystem::path& file, ColumnMap& map) {
+std::string_view si_unit(std::string_view role) {
+  return role == "yaw_rate"           ? "rad/s"
+         : role == "steering"         ? "rad"
+         : role.starts_with("accel_") ? "m/s2"
+                                      : "m/s";
+}
+
+void read_sensor(MappedColumn& column, const std::filesystem::path& file) {
+  const std::string name = "[columns] " + column.role;
+  toml::table keys = column.keys;
+  if (column.role == "direction")
+    TableReader(keys, name, file).fail("is not read from tables; map a speed that has a sign");
+  keys.insert("message", "table");
+  keys.insert("signal", "column");
+  daemon::CanConfig can;
+  daemon::read_signal(column.role, TableReader(keys, name, file), can);
+  const can::SignalBinding& binding = can.bindings.front();
+  column.factor = binding.scale * can::si_factor(binding.unit);
+  if (binding.radius_m > 0.0) column.factor *= binding.radius_m / binding.ratio;
+  column.offset = binding.offset;
+  column.unit = can::unit_name(binding.unit);
+  column.latency_ns = binding.latency_ns;
+  column.settings = can.signals[binding.channel];
+}
+
+void read_field(MappedColumn& column, const std::filesystem::path& file) {
+  const Quantity& quantity = std::ranges::find(fields, column.role, &Field::role)->quantity;
+  TableReader reader(column.keys, "[columns] " + column.role, file);
+  reader.read("unit", column.unit);
+  column.factor = 1.0;
+  column.time_unit = time_unit(column.unit);
+  if (is_unit(column.unit, quantity.other))
+    column.factor = quantity.factor;
+  else if (column.unit != "1" && !is_unit(column.unit, quantity.si) &&
+           (column.role != "camera.arrival" || column.time_unit == TimeUnit::unstated))
+    reader.fail("unit", fmt::format("{} is none of {}, {}; use unit = \"1\" and a scale",
+                                    tools::quoted(column.unit), quantity.si, quantity.other));
+  double scale = 1.0, offset = 0.0;
+  reader.read("scale", scale, daemon::any_number);
+  reader.read("offset", offset, daemon::any_number);
+  reader.finish();
+  column.factor *= scale;
+  column.offset = column.factor * column.offset + offset;
+}
+
+/// "camera.x" of x in the table camera.
+std::vector<std::pair<std::string, toml::table>> entries_in(const toml::table& columns,
+                                                            const std::filesystem::path& file) {
+  std::vector<std::pair<std::string, toml::table>> entries;
   for (const auto& [key, node] : columns) {
     const std::string role(key.str());
     if (role != "camera" && role != "truth") {
-      map.sensors.push_back(sensor_of(role, entry_of(node), configured[role].as_table(), file));
-      continue;
-    }
-    if (!node.is_table())
+      entries.emplace_back(role, entry_of(node));
+    } else if (node.is_table()) {
+      for (const auto& [field, entry] : *node.as_table())
+        entries.emplace_back(fmt::format("{}.{}", role, field.str()), entry_of(entry));
+    } else {
       throw std::invalid_argument(
           fmt::format("{}: {} has fields: {}.x, {}.y, ...", file.string(), role, role, role));
-    const bool is_camera = role == "camera";
-    for (const auto& [field, entry] : *node.as_table())
-      (is_camera ? map.camera : map.truth)
-          .push_back(field_of(role, std::string(field.str()),
-                              is_camera ? std::span<const Field>(camera_fields) : truth_fields,
-                              entry_of(entry), file));
+    }
+  }
+  return entries;
+}
+
+void add_columns(const std::vector<std::pair<std::string, toml::table>>& entries,
+                 const toml::table& configured, const std::filesystem::path& file, ColumnMap& map) {
+  for (const auto& [role, entry] : entries) {
+    MappedColumn column = column_of(role, entry, file);
+    if (role.find('.') != std::string::npos) {
+      if (std::ranges::find(fields, role, &Field::role) == fields.end()) {
+        std::vector<std::string> names;
+        for (const Field& field : fields) names.emplace_back(field.role);
+        throw std::invalid_argument(fmt::format("{}: {}: unknown field{}", file.string(), role,
+                                                daemon::suggestion(role, names)));
+      }
+      if (column.name.empty()) read_keys(column, "", file);
+      (role.starts_with("camera") ? map.camera : map.truth).push_back(std::move(column));
+      continue;
+    }
+    if (const toml::table* own = configured[role].as_table())
+      for (const char* key : sensor_keys)
+        if (own->contains(key) && !column.keys.contains(key))
+          column.keys.insert(key, *own->get(key));
+    map.sensors.push_back(std::move(column));
   }
 }
 
 }  // namespace
 
 ColumnMap read_map(const MapSources& sources) {
-  ColumnMap map;
-  toml::table file;
+  ColumnMap map{.file = sources.map.empty() ? std::filesystem::path("--column") : sources.map};
+  toml::table file, config;
   if (!sources.map.empty()) {
     file = daemon::parse_toml(daemon::read_toml_file(sources.map), sources.map);
     TableReader reader(file, "", sources.map);
@@ -259,11 +239,8 @@ ColumnMap read_map(const MapSources& sources) {
     static_cast<void>(reader.table("columns", "[columns]"));
     reader.finish();
   }
-  toml::table config;
   if (!sources.config.empty())
     config = daemon::parse_toml(daemon::read_toml_file(sources.config), sources.config);
-  toml::table none;
-  const toml::table* configured = config["can"]["signals"].as_table();
 
   for (const std::string& text : sources.times)
     map.times.push_back(time_of(entry_of("--time", text), "--time"));
@@ -272,49 +249,39 @@ ColumnMap read_map(const MapSources& sources) {
   else if (file.contains("time"))
     map.times.push_back(time_of(entry_of(*file.get("time")), sources.map));
 
-  toml::table columns = file["columns"].is_table() ? *file["columns"].as_table() : toml::table{};
-  for (const std::string& text : sources.columns) add_option(columns, text);
-  read_columns(columns, configured != nullptr ? *configured : none,
-               sources.map.empty() ? std::filesystem::path("--column") : sources.map, map);
+  std::vector<std::pair<std::string, toml::table>> entries;
+  if (const toml::table* columns = file["columns"].as_table())
+    entries = entries_in(*columns, sources.map);
+  for (const std::string& text : sources.columns) {
+    const auto equals = text.find('=');
+    const std::string role = text.substr(0, equals);
+    if (equals == std::string::npos || role.empty())
+      throw std::invalid_argument(
+          fmt::format("--column {}: is no ROLE=COLUMN, as yaw_rate=gyro_z or camera.x=pose.x",
+                      tools::quoted(text)));
+    std::erase_if(entries, [&role](const auto& entry) { return entry.first == role; });
+    entries.emplace_back(role, entry_of("--column", text.substr(equals + 1)));
+  }
+  const toml::table* configured = config["can"]["signals"].as_table();
+  add_columns(entries, configured != nullptr ? *configured : toml::table{}, map.file, map);
   if (map.sensors.empty())
     throw std::invalid_argument(
         "no column is mapped to a role: give --column ROLE=COLUMN (yaw_rate, accel_x, accel_y, "
-        "wheel_..., motor, steering, direction), or [columns] in a --map");
-  std::ranges::sort(map.sensors, {}, [](const auto& one) { return one.binding.channel; });
+        "wheel_..., motor, steering), or [columns] in a --map");
   return map;
 }
 
-void use_unit_of_table(SensorColumn& column, std::string_view unit, const std::string& place) {
-  if (column.unit_stated || unit.empty()) return;
-  const auto known = can::unit_of_text(unit);
-  if (!known && !can::is_other_unit(unit)) return;
-  using Units = std::array<Unit, 3>;
-  const Units fitting = column.binding.role == "yaw_rate" ? Units{Unit::rad_per_s, Unit::deg_per_s}
-                        : column.binding.role == "steering" ? Units{Unit::rad, Unit::deg}
-                        : column.binding.role.starts_with("accel_")
-                            ? Units{Unit::m_per_s2, Unit::g}
-                            : Units{Unit::m_per_s, Unit::km_per_h, Unit::rpm};
-  if (!known || std::ranges::find(fitting, *known) == fitting.end())
-    throw std::invalid_argument(fmt::format(
-        "{}: its unit {} is none of {}; state another unit, or unit=1 with a scale to SI", place,
-        tools::quoted(unit), column.binding.role));
-  if (*known == Unit::rpm && column.binding.radius_m <= 0.0)
-    throw std::invalid_argument(
-        place +
-        ": is in rpm; state unit=rpm with the wheel's radius=METRES, and for a motor ratio=");
-  column.binding.unit = *known;
-  column.unit_stated = true;
-}
-
-void use_unit_of_table(PoseColumn& column, std::string_view unit, const std::string& place) {
-  if (column.unit_stated || unit.empty() || column.quantity == Quantity::time) return;
-  if (const auto factor = factor_of(column.quantity, unit))
-    column.factor = *factor;
-  else if (can::unit_of_text(unit) || can::is_other_unit(unit))
-    throw std::invalid_argument(
-        fmt::format("{}: its unit {} is none of {}; state the unit, or a "
-                    "scale with unit=1",
-                    place, tools::quoted(unit), column.field));
+void read_keys(MappedColumn& column, std::string_view unit_of_table,
+               const std::filesystem::path& file) {
+  const bool is_field = column.role.find('.') != std::string::npos;
+  column.unit_stated = column.keys.contains("unit");
+  if (!column.unit_stated) {
+    column.unit_stated = can::unit_of_text(unit_of_table) || can::is_other_unit(unit_of_table);
+    column.keys.insert("unit", column.unit_stated ? unit_of_table
+                               : is_field         ? "1"
+                                                  : si_unit(column.role));
+  }
+  is_field ? read_field(column, file) : read_sensor(column, file);
 }
 
 }  // namespace odomd::tools

@@ -1,47 +1,43 @@
 // Which columns of tables are what: the map of odom import, from a TOML file and from options.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "can_protocol/decode/signal_binding.hpp"
 #include "daemon/core/config.hpp"
+#include "daemon/core/config_toml.hpp"
 #include "tools/import/time_column.hpp"
 
 namespace odomd::tools {
 
-/// A column that a role of [can.signals] is made of. Keys and arithmetic are those of a role.
-struct SensorColumn {
-  std::string column;
-  can::SignalBinding binding;  ///< without message and signal
+/// A column and the role of [can.signals] or the field of a pose that it is:
+/// quantity in SI = factor * value + offset.
+struct MappedColumn {
+  std::string role;  ///< "yaw_rate", "camera.x"
+  std::string name;  ///< of the column; empty: offset is the quantity
+  toml::table keys;  ///< those of a role
+  double factor = 0.0, offset = 0.0;
+  std::string unit;  ///< of the column
+  bool unit_stated = true;
+  TimeUnit time_unit = TimeUnit::unstated;  ///< of camera.arrival
+  std::int64_t latency_ns = 0;
   daemon::SignalSettings settings;
-  bool unit_stated = false;
-};
 
-enum class Quantity : std::uint8_t { length, angle, speed, yaw_rate, number, seconds, time };
-
-/// A column, or a number instead of one, that a field of camera poses or of the truth is made of:
-/// scale * factor * value + offset.
-struct PoseColumn {
-  std::string field;  ///< "x"
-  Quantity quantity = Quantity::number;
-  std::string column;
-  std::optional<double> constant;
-  double factor = 1.0;  ///< of the unit
-  double scale = 1.0, offset = 0.0;
-  bool unit_stated = false;
-  TimeUnit time_unit = TimeUnit::unstated;
+  // Filled by read_tables().
+  std::size_t table = 0;
+  std::string place;           ///< "imu.csv: gyro_z"
+  std::vector<double> values;  ///< in SI, one per row of the table; NaN: missing
 };
 
 struct ColumnMap {
+  std::filesystem::path file;  ///< or the option that stands for it
   std::vector<std::string> tables;
   std::vector<TimeColumn> times;
-  std::vector<SensorColumn> sensors;
-  std::vector<PoseColumn> camera, truth;
+  std::vector<MappedColumn> sensors, camera, truth;
 };
 
 struct MapSources {
@@ -54,9 +50,9 @@ struct MapSources {
 /// Throws std::invalid_argument that names file, line and key.
 [[nodiscard]] ColumnMap read_map(const MapSources& sources);
 
-/// Takes over the unit that a table states where the map states none; place is "imu.csv: gyro_z".
-/// Throws std::invalid_argument if that is none of the quantity.
-void use_unit_of_table(SensorColumn& column, std::string_view unit, const std::string& place);
-void use_unit_of_table(PoseColumn& column, std::string_view unit, const std::string& place);
+/// Works out factor and offset. The unit of the table counts where the map states none; neither:
+/// SI.
+void read_keys(MappedColumn& column, std::string_view unit_of_table,
+               const std::filesystem::path& file);
 
 }  // namespace odomd::tools

@@ -1,6 +1,5 @@
 // car.toml of an imported drive.
 #include <algorithm>
-#include <cmath>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -39,32 +38,28 @@ std::string vehicle(const CarTexts& texts) {
   return text;
 }
 
-std::string role_line(const SensorColumn& column, const ImportedRole& role) {
-  const daemon::SignalSettings& settings = column.settings;
+std::string role_line(const ImportedRole& role) {
+  const MappedColumn& column = *role.column;
   // Three periods of the table; its stamps may be less regular than those of a bus.
   constexpr double min_timeout = 0.1, max_timeout = 60.0;
-  const double timeout = settings.timeout_ns > 0
-                             ? static_cast<double>(settings.timeout_ns) * 1e-9
+  const double timeout = column.settings.timeout_ns > 0
+                             ? static_cast<double>(column.settings.timeout_ns) * 1e-9
                              : std::clamp(3.0 * role.period_s, min_timeout, max_timeout);
-  std::string text = fmt::format("{} = {{ message = \"{}\", signal = \"{}\"", role.role,
-                                 role.message, role.signal);
-  if (column.binding.forward)
-    text += ", forward = 0.5, reverse = -0.5";
-  else
-    text += fmt::format(", unit = \"{}\"", role.unit);
-  text += fmt::format(", sigma = {:.6g}, timeout = {:.3g}", settings.sigma, timeout);
-  if (column.binding.latency_ns > 0)
-    text +=
-        fmt::format(", latency = {:.6g}", static_cast<double>(column.binding.latency_ns) * 1e-9);
-  if (settings.dead_band > 0.0) text += fmt::format(", dead_band = {:.6g}", settings.dead_band);
-  if (!role.bus.empty()) text += fmt::format(", bus = \"{}\"", role.bus);
+  std::string text = fmt::format(
+      "{} = {{ message = \"{}\", signal = \"{}\", unit = \"{}\", sigma = {:.6g}, timeout = {:.3g}",
+      column.role, role.message, role.signal, role.unit, column.settings.sigma, timeout);
+  if (column.latency_ns > 0)
+    text += fmt::format(", latency = {:.6g}", static_cast<double>(column.latency_ns) * 1e-9);
+  if (column.settings.dead_band > 0.0)
+    text += fmt::format(", dead_band = {:.6g}", column.settings.dead_band);
+  if (role.has_bus) text += fmt::format(", bus = \"{}\"", bus_name(role.bus));
   return text + " }\n";
 }
 
 }  // namespace
 
 std::string configuration_of(const ImportOptions& options, const ColumnMap& map,
-                             const SensorFrames& sensors, bool has_camera) {
+                             const std::vector<ImportedRole>& roles) {
   const std::filesystem::path& own = options.map.config;
   std::string text = "# Made by odom import from ";
   for (const char c : fmt::format("{}", fmt::join(map.tables, ", ")))
@@ -73,9 +68,8 @@ std::string configuration_of(const ImportOptions& options, const ColumnMap& map,
   text += "\n[can]\nsource = \"drive.log\"\ndbc = \"car.dbc\"\n\n" + sim::bus_protection_text() +
           "\n# In SI units and to the left, ahead: what the columns were is worked in.\n"
           "[can.signals]\n";
-  for (std::size_t i = 0; i < sensors.roles.size(); ++i)
-    text += role_line(map.sensors[i], sensors.roles[i]);
-  if (has_camera && text.find("\n[camera]") == std::string::npos)
+  for (const ImportedRole& role : roles) text += role_line(role);
+  if (!map.camera.empty() && text.find("\n[camera]") == std::string::npos)
     text +=
         "\n[camera]\nlever_arm = [0.0, 0.0, 0.0] # m, m, rad: the point whose pose is sent, from "
         "the centre of gravity, and its yaw\n";

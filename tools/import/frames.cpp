@@ -4,183 +4,131 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <tuple>
 
 #include <fmt/format.h>
 
 #include "can_protocol/dbc/signal_layout.hpp"
-#include "can_protocol/decode/units.hpp"
-#include "tools/cli/json_text.hpp"
+#include "can_protocol/decode/message_encoder.hpp"
+#include "tools/math/median.hpp"
 #include "tools/sim/car_bus.hpp"
 
 namespace odomd::tools {
 namespace {
 
-/// A unit is wrong if more of the values than this are impossible.
-constexpr double max_share_beyond = 0.1;
-
-// What a direction is sent as, in the signal of the steering on a bus of its own.
-constexpr double sent_forward = 0.5;
-
 const sim::BusRole& target_of(std::string_view role) {
   // odomd.dbc has four wheels: one more speed takes the signal of a rear one, on another bus if
   // need be.
-  const std::string_view like = role == "wheel_rear" || role == "motor" ? "wheel_rear_left"
-                                : role == "direction"                   ? "steering"
-                                                                        : role;
-  return *std::ranges::find(sim::bus_roles(), like, &sim::BusRole::role);
+  const bool is_other_speed = role == "wheel_rear" || role == "motor";
+  return *std::ranges::find(sim::bus_roles(), is_other_speed ? "wheel_rear_left" : role,
+                            &sim::BusRole::role);
 }
 
-double si_value(const can::SignalBinding& binding, double value) {
-  if (binding.forward && binding.reverse)
-    return value == *binding.forward ? sent_forward : value == *binding.reverse ? -sent_forward : 0;
-  double factor = can::si_factor(binding.unit);
-  if (binding.unit == can::Unit::rpm) factor *= binding.radius_m / binding.ratio;
-  return binding.scale * factor * value + binding.offset;
-}
-
-double median_period(const std::vector<std::int64_t>& times, const std::vector<double>& values) {
-  std::vector<double> steps;
-  std::int64_t last = no_time;
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    if (std::isnan(values[i])) continue;
-    if (last != no_time) steps.push_back(static_cast<double>(times[i] - last) * 1e-9);
-    last = times[i];
-  }
-  if (steps.empty()) return 0.0;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::ranges::nth_element(steps, middle);
-  return *middle;
-}
-
-ImportedRole role_of(const SensorColumn& column, const Place& place, const TableRows& rows,
+ImportedRole role_of(const MappedColumn& column, const std::vector<std::int64_t>& times_ns,
                      std::vector<std::string>& warnings) {
-  const sim::BusRole& target = target_of(column.binding.role);
+  const sim::BusRole& target = target_of(column.role);
   const can::Signal& signal =
       *can::find_signal(*can::find_message(sim::bus_database(), target.message), target.signal);
-  ImportedRole role{.role = column.binding.role,
-                    .place = place.name,
+  ImportedRole role{.column = &column,
                     .message = target.message,
                     .signal = target.signal,
                     .unit = target.unit,
-                    .column_unit = can::unit_name(column.binding.unit),
-                    .unit_stated = column.unit_stated,
-                    .table = place.table,
-                    .values = rows.values.at(place.column)};
-  role.least = std::numeric_limits<double>::max();
-  role.most = std::numeric_limits<double>::lowest();
+                    .values = column.values,
+                    .least = std::numeric_limits<double>::max(),
+                    .most = std::numeric_limits<double>::lowest()};
   double worst = 0.0;
-  for (double& value : role.values) {
+  std::vector<double> steps;
+  std::int64_t last_ns = 0;
+  for (std::size_t row = 0; row < role.values.size(); ++row) {
+    double& value = role.values[row];
     if (std::isnan(value)) {
       ++role.missing;
       continue;
     }
-    value = si_value(column.binding, value);
-    if (!(value >= signal.minimum && value <= signal.maximum)) {
+    if (value < signal.minimum || value > signal.maximum) {
       if (role.beyond++ == 0 || std::abs(value) > std::abs(worst)) worst = value;
       value = std::numeric_limits<double>::quiet_NaN();
       continue;
     }
-    ++role.samples;
+    if (role.samples++ > 0) steps.push_back(static_cast<double>(times_ns[row] - last_ns) * 1e-9);
+    last_ns = times_ns[row];
     role.least = std::min(role.least, value);
     role.most = std::max(role.most, value);
   }
-  const std::string who = fmt::format("{} ({})", role.role, role.place);
-  if (role.samples + role.beyond == 0)
-    throw std::invalid_argument(who + ": the column has no value; map another one");
-  const double share =
-      static_cast<double>(role.beyond) / static_cast<double>(role.beyond + role.samples);
+  if (!steps.empty()) role.period_s = median_of(std::move(steps));
+  const std::string who = fmt::format("{} ({})", column.role, column.place);
+  const std::size_t all = role.samples + role.beyond;
+  if (all == 0) throw std::invalid_argument(who + ": the column has no value; map another one");
   const std::string beyond =
       fmt::format("{}: {} of {} values are beyond {:g} to {:g} {}, up to {:.4g}", who, role.beyond,
-                  role.beyond + role.samples, signal.minimum, signal.maximum, role.unit, worst);
-  if (share > max_share_beyond)
+                  all, signal.minimum, signal.maximum, role.unit, worst);
+  // With more of them the unit is wrong.
+  if (role.beyond * 10 > all)
     throw std::invalid_argument(beyond + "; check unit and scale of the column");
   if (role.beyond > 0) warnings.push_back(beyond + "; left out");
-  constexpr double few_steps = 20.0;
-  if (const double span = role.most - role.least;
-      span > 0.0 && span < few_steps * signal.scale && !column.binding.forward)
-    warnings.push_back(fmt::format(
-        "{}: its values vary by {:.2g} {} only, and are rounded to {:g}; check unit and scale", who,
-        span, role.unit, signal.scale));
-  role.period_s = median_period(rows.times_ns, role.values);
   return role;
 }
 
 bool come_together(const ImportedRole& a, const ImportedRole& b) {
-  return a.table == b.table && a.signal != b.signal &&
-         std::ranges::equal(a.values, b.values,
-                            [](double x, double y) { return std::isnan(x) == std::isnan(y); });
+  return a.column->table == b.column->table && a.signal != b.signal &&
+         std::ranges::equal(
+             a.values, b.values, {}, [](double x) { return std::isnan(x); },
+             [](double x) { return std::isnan(x); });
 }
 
 }  // namespace
 
-SensorFrames to_frames(const ColumnMap& map, const Tables& tables) {
-  SensorFrames result;
-  for (std::size_t i = 0; i < map.sensors.size(); ++i) {
-    const Place& place = tables.sensors[i];
-    result.roles.push_back(
-        role_of(map.sensors[i], place, tables.rows[place.table], result.warnings));
+std::vector<ImportedRole> to_roles(const ColumnMap& map, const std::vector<TableRows>& tables,
+                                   std::vector<std::string>& warnings) {
+  std::vector<ImportedRole> roles;
+  for (const MappedColumn& column : map.sensors) {
+    ImportedRole role = role_of(column, tables[column.table].times_ns, warnings);
+    // The first bus whose roles of this message all come together with it.
+    const auto is_taken = [&](const ImportedRole& other) {
+      return other.message == role.message && other.bus == role.bus && !come_together(role, other);
+    };
+    while (std::ranges::any_of(roles, is_taken)) ++role.bus;
+    roles.push_back(std::move(role));
   }
-  for (const can::Message& message : sim::bus_database().messages) {
-    const std::size_t first = result.groups.size();
-    for (std::size_t i = 0; i < result.roles.size(); ++i) {
-      const ImportedRole& role = result.roles[i];
-      if (role.message != message.name) continue;
-      const auto group =
-          std::find_if(result.groups.begin() + static_cast<std::ptrdiff_t>(first),
-                       result.groups.end(), [&](const FrameGroup& some) {
-                         return std::ranges::all_of(some.roles, [&](std::size_t other) {
-                           return come_together(role, result.roles[other]);
-                         });
-                       });
-      if (group != result.groups.end())
-        group->roles.push_back(i);
-      else
-        result.groups.push_back(
-            {&message, static_cast<std::uint8_t>(result.groups.size() - first), role.table, {i}});
-    }
-    if (result.groups.size() > first + 1)
-      for (std::size_t i = first; i < result.groups.size(); ++i)
-        for (const std::size_t role : result.groups[i].roles)
-          result.roles[role].bus = bus_name(result.groups[i].bus);
-  }
-  return result;
+  for (ImportedRole& role : roles)
+    role.has_bus = std::ranges::any_of(roles, [&role](const ImportedRole& other) {
+      return other.message == role.message && other.bus > 0;
+    });
+  return roles;
 }
 
 std::string bus_name(std::uint8_t bus) {
   return fmt::format("can{}", bus);
 }
 
-void send_frames(const SensorFrames& sensors, const Tables& tables, std::int64_t shift_ns,
-                 const std::function<void(const can::Frame&)>& send) {
+void send_frames(const std::vector<ImportedRole>& roles, const std::vector<TableRows>& tables,
+                 std::int64_t shift_ns, const std::function<void(const can::Frame&)>& send) {
   struct Sender {
-    const FrameGroup& group;
     can::MessageEncoder encoder;
-    const std::vector<std::int64_t>& times;
-    const std::vector<double>& values;  // of its first role: missing where those of all are
-    std::size_t row = 0;
-
-    void skip_missing() {
-      while (row < times.size() && std::isnan(values[row])) ++row;
-    }
-    [[nodiscard]] std::int64_t next_ns() const {
-      return row < times.size() ? times[row] : std::numeric_limits<std::int64_t>::max();
-    }
+    std::vector<const ImportedRole*> roles;
   };
   std::vector<Sender> senders;
-  for (const FrameGroup& group : sensors.groups) {
-    senders.push_back(
-        {group, can::MessageEncoder(*group.message, sim::bus_protection(*group.message)),
-         tables.rows[group.table].times_ns, sensors.roles[group.roles.front()].values});
-    senders.back().skip_missing();
+  std::vector<std::tuple<std::int64_t, std::size_t, std::size_t>> due;  // time, sender, row
+  for (const ImportedRole& role : roles) {
+    const auto found = std::ranges::find_if(senders, [&role](const Sender& sender) {
+      return sender.roles[0]->message == role.message && sender.roles[0]->bus == role.bus;
+    });
+    if (found != senders.end()) {
+      found->roles.push_back(&role);
+      continue;
+    }
+    const can::Message& message = *can::find_message(sim::bus_database(), role.message);
+    const auto& times_ns = tables[role.column->table].times_ns;
+    for (std::size_t row = 0; row < times_ns.size(); ++row)
+      if (!std::isnan(role.values[row])) due.emplace_back(times_ns[row], senders.size(), row);
+    senders.push_back({can::MessageEncoder(message, sim::bus_protection(message)), {&role}});
   }
-  while (true) {
-    Sender& next = *std::ranges::min_element(senders, {}, &Sender::next_ns);
-    if (next.row >= next.times.size()) return;
-    for (const std::size_t role : next.group.roles)
-      next.encoder.set(sensors.roles[role].signal, sensors.roles[role].values[next.row]);
-    send(next.encoder.frame(next.next_ns() + shift_ns, next.group.bus));
-    ++next.row;
-    next.skip_missing();
+  std::ranges::sort(due);
+  for (const auto& [time_ns, sender, row] : due) {
+    can::MessageEncoder& encoder = senders[sender].encoder;
+    for (const ImportedRole* role : senders[sender].roles)
+      encoder.set(role->signal, role->values[row]);
+    send(encoder.frame(time_ns + shift_ns, senders[sender].roles[0]->bus));
   }
 }
 

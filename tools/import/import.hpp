@@ -5,14 +5,13 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/import/column_map.hpp"
 #include "tools/import/frames.hpp"
-#include "tools/import/poses.hpp"
 #include "tools/init/car.hpp"
-#include "tools/init/init.hpp"
+#include "tools/sim/drive_folder.hpp"
 
 namespace odomd::tools {
 
@@ -21,14 +20,11 @@ struct ImportOptions {
   MapSources map;                   ///< its config is the car's: all tables of it but [can] stay
   CarTexts car;                     ///< without a config
   std::filesystem::path out;
-  Overwrite overwrite = Overwrite::refuse;
+  sim::Existing existing = sim::Existing::keep;
 };
 
 struct ImportResult {
-  SensorFrames sensors;
-  std::size_t frames = 0;
-  std::size_t camera_poses = 0, truth_rows = 0;
-  std::int64_t first_ns = 0, last_ns = 0;  ///< of the frames
+  nlohmann::ordered_json report;  ///< roles, frames, camera_poses, truth_rows, first, last
   diagnostics::Diagnostics warnings;
 };
 
@@ -37,11 +33,11 @@ struct ImportResult {
 /// option.
 [[nodiscard]] ImportResult import_drive(const ImportOptions& options, const ReportProgress& report);
 
+/// A table of the roles.
 [[nodiscard]] std::string as_text(const ImportResult& result);
-[[nodiscard]] nlohmann::ordered_json as_json(const ImportResult& result);
 
 /// The text of car.toml; without a config the numbers of the car come from its options.
 [[nodiscard]] std::string configuration_of(const ImportOptions& options, const ColumnMap& map,
-                                           const SensorFrames& sensors, bool has_camera);
+                                           const std::vector<ImportedRole>& roles);
 
 }  // namespace odomd::tools

@@ -1,34 +1,26 @@
-// Camera poses and the truth from the mapped columns.
+// camera.csv and truth.csv from the mapped columns.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
-#include "estimator/common/measurement.hpp"
 #include "tools/import/read_tables.hpp"
 
 namespace odomd::tools {
 
-struct ImportedCamera {
-  std::vector<estimator::CameraPose> poses;  ///< in the order of arrival
-  std::size_t left_out = 0;                  ///< rows with a missing value
-};
-
-struct ImportedTruth {
-  struct Row {
-    std::int64_t time_ns = 0;
-    double x = 0.0, y = 0.0, yaw = 0.0;
-    std::array<double, 3> motion{};  ///< vx, vy, yaw_rate
-  };
-  std::vector<Row> rows;
-  bool has_motion = false;
-  std::size_t left_out = 0;
+/// The text of a file, its times `shift_ns` later than the rows'. Rows with a missing value are
+/// left out.
+struct PoseText {
+  std::string text;  ///< empty: no column is mapped to it
+  std::size_t rows = 0, left_out = 0;
 };
 
 /// Both throw std::invalid_argument that says which column lacks.
-[[nodiscard]] ImportedCamera camera_of(const ColumnMap& map, const Tables& tables);
-[[nodiscard]] ImportedTruth truth_of(const ColumnMap& map, const Tables& tables);
+[[nodiscard]] PoseText camera_of(const ColumnMap& map, const std::vector<TableRows>& tables,
+                                 std::int64_t shift_ns);
+[[nodiscard]] PoseText truth_of(const ColumnMap& map, const std::vector<TableRows>& tables,
+                                std::int64_t shift_ns);
 
 }  // namespace odomd::tools

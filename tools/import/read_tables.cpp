@@ -1,210 +1,323 @@
 #include "tools/import/read_tables.hpp"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "base/nearest_name.hpp"
 #include "tools/cli/csv.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools {
 namespace {
 
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+struct OpenTable {
+  std::string path;
+  std::istringstream text;
+  CsvLayout layout{.quote = '"', .comment = '#'};
+  std::vector<std::string> columns;
+  std::vector<std::string> units;     ///< of the row below the header
+  std::vector<std::string> needed;    ///< columns
+  std::vector<MappedColumn*> mapped;  ///< with the index of each in needed
+  std::vector<std::size_t> indices;
+};
 
-/// A column's name without the table's before it: "gyro_z" of "imu.csv:gyro_z" in imu.csv; nothing
-/// if it is of another table.
-std::optional<std::string> name_in(const std::string& file, const std::string& column,
-                                   const std::vector<std::string>& files) {
-  const auto names = [&column](const std::string& path) {
-    const std::filesystem::path file_path(path);
-    std::size_t length = 0;
-    for (const std::string& name : {path, file_path.filename().string(), file_path.stem().string()})
-      if (column.starts_with(name + ':')) length = std::max(length, name.size() + 1);
-    return length;
-  };
-  if (const std::size_t length = names(file); length > 0) return column.substr(length);
-  const bool others = std::ranges::any_of(files, [&](const auto& path) { return names(path) > 0; });
-  return others ? std::nullopt : std::optional(column);
+/// A decimal comma where no comma separates cells.
+std::optional<double> number_in(std::string_view cell, char delimiter) {
+  std::string text(cell.substr(cell.starts_with('+') ? 1 : 0));
+  if (delimiter != ',') std::ranges::replace(text, ',', '.');
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return std::isfinite(value) ? value : std::numeric_limits<double>::quiet_NaN();
 }
 
-class Reader {
- public:
-  Reader(ColumnMap& map, const ReportProgress& report) : map_(map), report_(report) {}
+bool is_missing(std::string_view cell) {
+  constexpr std::array<std::string_view, 14> texts{"",     "nan", "NaN",  "null",     "NULL",
+                                                   "None", "n/a", "N/A",  "na",       "NA",
+                                                   "-",    "--",  "#N/A", "-nan(ind)"};
+  return std::ranges::find(texts, cell) != texts.end();
+}
 
-  Tables read() {
-    if (map_.tables.empty())
-      throw std::invalid_argument("no table: name its file, or write tables = [...] in the --map");
-    for (const std::string& file : map_.tables)
-      tables_.push_back(std::make_unique<CsvTable>(file, wanted_in(file)));
-    for (const TimeColumn& time : map_.times)
-      if (std::ranges::none_of(tables_,
-                               [&](const auto& table) { return in(*table, time).has_value(); }))
-        throw std::invalid_argument(fmt::format("{}: no column {} for the time{}", where(),
-                                                tools::quoted(time.columns.front()),
-                                                nearest_columns(time.columns.front())));
-    Tables result;
-    result.rows.resize(tables_.size());
-    const auto locate_all = [&](auto& columns, std::vector<Place>& places) {
-      for (auto& column : columns) {
-        if (column.column.empty() || is_constant(column)) {
-          places.push_back({});
-          continue;
-        }
-        const Place place = locate(column.column);
-        use_unit_of_table(column, tables_[place.table]->unit(place.column), place.name);
-        add(result.rows[place.table], place.column, column);
-        places.push_back(place);
+std::vector<std::string> cells_of(std::string line, const CsvLayout& layout) {
+  std::vector<std::string_view> cells;
+  split_cells(line, layout, cells);
+  return {cells.begin(), cells.end()};
+}
+
+bool has_number(const std::vector<std::string>& cells, char delimiter) {
+  return std::ranges::any_of(cells, [delimiter](const std::string& cell) {
+    return (!cell.empty() && number_in(cell, delimiter)) || cell.find(':') != std::string::npos;
+  });
+}
+
+/// By the whole name, else by that without unit.
+std::vector<std::string> matches(const OpenTable& table, std::string_view name) {
+  std::vector<std::string> found;
+  if (std::ranges::find(table.columns, name) != table.columns.end()) return {std::string(name)};
+  for (const std::string& column : table.columns)
+    if (split_unit(column).name == name) found.push_back(column);
+  return found;
+}
+
+/// A column's name in this table: without "imu:" or "imu.csv:" before it in imu.csv.
+std::string name_in(const OpenTable& table, const std::string& column) {
+  const std::filesystem::path path(table.path);
+  for (const std::string& before : {path.filename().string(), path.stem().string()})
+    if (column.starts_with(before + ':')) return column.substr(before.size() + 1);
+  return column;
+}
+
+/// The header is the line with most of the wanted names, else, for its names to suggest, the first
+/// one of several words.
+void find_header(OpenTable& table, const std::vector<std::string>& wanted) {
+  constexpr std::size_t max_header_line = 200;
+  constexpr std::string_view delimiters = "\t;,";  // commas may be decimal ones
+  std::size_t most = 0, number = 0;
+  std::string line;
+  while (number < max_header_line && std::getline(table.text, line)) {
+    ++number;
+    for (const char delimiter : delimiters) {
+      OpenTable candidate{.path = table.path, .layout = table.layout};
+      candidate.layout.delimiter = delimiter;
+      candidate.layout.header_line = number;
+      candidate.columns = cells_of(line, candidate.layout);
+      const auto names =
+          static_cast<std::size_t>(std::ranges::count_if(wanted, [&](const std::string& name) {
+            return !matches(candidate, name_in(table, name)).empty();
+          }));
+      const bool is_words =
+          candidate.columns.size() > 1 && !has_number(candidate.columns, delimiter);
+      if (names <= most && !(is_words && table.columns.empty())) continue;
+      most = names;
+      table.layout = candidate.layout;
+      table.columns = std::move(candidate.columns);
+    }
+  }
+  if (number == 0) throw std::invalid_argument(table.path + ": is empty; a table is expected");
+  if (table.columns.empty())
+    throw std::invalid_argument(table.path +
+                                ": has no line of column names; write one as its first");
+  table.text.clear();
+  table.text.seekg(0);
+  for (number = 0; number < table.layout.header_line; ++number) std::getline(table.text, line);
+  while (std::getline(table.text, line) && line.find_first_not_of(" \r") == std::string::npos) {
+  }
+  auto below = cells_of(line, table.layout);
+  if (table.text && below.size() == table.columns.size() &&
+      !has_number(below, table.layout.delimiter) && !std::ranges::all_of(below, is_missing))
+    table.units = std::move(below);
+  table.text.clear();
+  table.text.seekg(0);
+}
+
+std::unique_ptr<OpenTable> open_table(const std::string& path,
+                                      const std::vector<std::string>& wanted) {
+  auto table = std::make_unique<OpenTable>(OpenTable{.path = path});
+  auto input = open_input(path);
+  std::string text(std::istreambuf_iterator<char>(input), {});
+  if (input.bad()) throw std::runtime_error(path + ": cannot be read");
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
+  if (text.find('\0') != std::string::npos)
+    throw std::invalid_argument(path +
+                                ": is not a text in UTF-8; if it is a table in UTF-16, convert it: "
+                                "iconv -f UTF-16 -t UTF-8");
+  table->text = std::istringstream(std::move(text));
+  find_header(*table, wanted);
+  return table;
+}
+
+using Tables = std::vector<std::unique_ptr<OpenTable>>;
+
+/// The table and the name of the column in its header.
+std::pair<std::size_t, std::string> locate(const Tables& tables, const std::string& column,
+                                           std::string_view what) {
+  std::optional<std::pair<std::size_t, std::string>> found;
+  std::vector<std::string> all;
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    const std::string name = name_in(*tables[i], column);
+    all.insert(all.end(), tables[i]->columns.begin(), tables[i]->columns.end());
+    const auto names = matches(*tables[i], name);
+    if (names.size() > 1)
+      throw std::invalid_argument(fmt::format("{}: column {} may be {}; write the unit, too",
+                                              tables[i]->path, tools::quoted(name),
+                                              fmt::join(names, ", ")));
+    if (names.empty()) continue;
+    if (found)
+      throw std::invalid_argument(
+          fmt::format("column {} is in {} and in {}; name its table too: {}:{}",
+                      tools::quoted(column), tables[found->first]->path, tables[i]->path,
+                      std::filesystem::path(tables[i]->path).filename().string(), name));
+    found.emplace(i, names.front());
+  }
+  if (found) return *found;
+  throw std::invalid_argument(fmt::format(
+      "{}: no column {}{}{}",
+      tables.size() == 1 ? tables[0]->path : counted(tables.size(), "table"), tools::quoted(column),
+      what, nearest_hint(column.substr(column.find(':') + 1), all)));
+}
+
+std::size_t need(OpenTable& table, const std::string& column) {
+  const auto found = std::ranges::find(table.needed, column);
+  const auto index = static_cast<std::size_t>(found - table.needed.begin());
+  if (found == table.needed.end()) table.needed.push_back(column);
+  return index;
+}
+
+std::string_view unit_of(const OpenTable& table, const std::string& column) {
+  const auto index =
+      static_cast<std::size_t>(std::ranges::find(table.columns, column) - table.columns.begin());
+  const std::string_view unit = split_unit(column).unit;
+  return unit.empty() && index < table.units.size() ? table.units[index] : unit;
+}
+
+/// Named for this table, else the usual one.
+TimeColumn time_of(const OpenTable& table, const ColumnMap& map) {
+  for (TimeColumn time : map.times) {
+    const bool is_here = std::ranges::all_of(time.columns, [&](std::string& column) {
+      const auto names = matches(table, name_in(table, column));
+      if (!names.empty()) column = names.front();
+      return !names.empty();
+    });
+    if (is_here) return time;
+  }
+  if (auto time = usual_time(table.columns)) return *time;
+  throw std::invalid_argument(
+      fmt::format("{}: none of its columns is surely the time; name it with --time COLUMN: {}",
+                  table.path, fmt::join(table.columns, ", ")));
+}
+
+/// Of the current row; nothing where it is missing.
+std::optional<std::int64_t> time_in(const CsvReader& reader, std::size_t column, TimeUnit& unit) {
+  const std::string_view text = reader.text(column);
+  if (is_missing(text)) return std::nullopt;
+  if (unit == TimeUnit::unstated) unit = unit_by_size(text);
+  const auto time = parse_time(std::string(text), unit);
+  if (!time)
+    reader.fail(column, tools::quoted(text) +
+                            " is not a time; correct the row, or state the unit: --time "
+                            "'COLUMN,unit=ms' (s, ms, us, ns, hhmmss)");
+  return time;
+}
+
+/// Times that are no dates may be in any unit.
+void require_plausible(const TableRows& rows) {
+  constexpr std::int64_t first_date_ns = 900'000'000'000'000'000;
+  if (rows.times_ns.size() < 3 || rows.times_ns.front() > first_date_ns) return;
+  const double step = static_cast<double>(rows.times_ns.back() - rows.times_ns.front()) * 1e-9 /
+                      static_cast<double>(rows.times_ns.size() - 1);
+  if (step > 1e-5 && step < 1.0) return;
+  throw std::invalid_argument(
+      fmt::format("{}: read as seconds, its rows are {:g} s apart; state the unit of the time: "
+                  "--time '{},unit=ms' (s, ms, us, ns, hhmmss)",
+                  rows.name, step, rows.time_column));
+}
+
+TableRows read_rows(OpenTable& table, const ColumnMap& map, std::vector<std::string>& warnings) {
+  constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+  const TimeColumn time = time_of(table, map);
+  const std::size_t seconds = need(table, time.columns.front());
+  const std::size_t nanoseconds = need(table, time.columns.back());
+  TimeUnit unit = nanoseconds != seconds ? TimeUnit::s : time.unit;
+  if (unit == TimeUnit::unstated) unit = time_unit(unit_of(table, time.columns.front()));
+  if (unit == TimeUnit::unstated) unit = unit_in_name(time.columns.front());
+  const bool is_guess = unit == TimeUnit::unstated;
+  TableRows rows{.name = table.path, .time_column = time.columns.front()};
+  CsvReader reader(table.text, table.path, table.needed, {}, LastLine::keep_whole, table.layout);
+  if (!table.units.empty()) static_cast<void>(reader.next());
+  std::size_t without_time = 0;
+  while (reader.next()) {
+    auto time_ns = time_in(reader, seconds, unit);
+    if (!time_ns) {
+      ++without_time;
+      continue;
+    }
+    if (nanoseconds != seconds) {
+      TimeUnit unit_of_part = TimeUnit::ns;
+      const auto part = time_in(reader, nanoseconds, unit_of_part);
+      if (!part || *part < 0 || *part >= 1'000'000'000)
+        reader.fail(nanoseconds, "is no number of nanoseconds within a second");
+      *time_ns += *part;
+    }
+    if (!rows.times_ns.empty() && *time_ns < rows.times_ns.back())
+      throw std::invalid_argument(fmt::format(
+          "{}: the time runs back by {:.6f} s; sort the rows by {}, or cut the table there",
+          reader.place(), static_cast<double>(rows.times_ns.back() - *time_ns) * 1e-9,
+          tools::quoted(rows.time_column)));
+    rows.times_ns.push_back(*time_ns);
+    for (std::size_t i = 0; i < table.mapped.size(); ++i) {
+      MappedColumn& column = *table.mapped[i];
+      const std::string_view cell = reader.text(table.indices[i]);
+      if (is_missing(cell)) {
+        column.values.push_back(missing);
+      } else if (column.role == "camera.arrival") {
+        const auto arrival = time_in(reader, table.indices[i], column.time_unit);
+        column.values.push_back(static_cast<double>(*arrival - *time_ns) * 1e-9);
+      } else if (const auto value = number_in(cell, table.layout.delimiter)) {
+        column.values.push_back(column.factor * *value + column.offset);
+      } else {
+        reader.fail(table.indices[i],
+                    tools::quoted(cell) + " is not a number; correct the cell, or leave it empty");
       }
-    };
-    locate_all(map_.sensors, result.sensors);
-    locate_all(map_.camera, result.camera);
-    locate_all(map_.truth, result.truth);
-    for (std::size_t i = 0; i < tables_.size(); ++i)
-      if (!result.rows[i].values.empty() || !result.rows[i].value_times_ns.empty())
-        read_rows(*tables_[i], result.rows[i]);
-    return result;
-  }
-
- private:
-  static bool is_constant(const SensorColumn&) { return false; }
-  static bool is_constant(const PoseColumn& column) { return column.constant.has_value(); }
-
-  std::vector<std::string> wanted_in(const std::string& file) const {
-    std::vector<std::string> wanted;
-    const auto want = [&](const std::string& column) {
-      if (const auto name = name_in(file, column, map_.tables)) wanted.push_back(*name);
-    };
-    for (const SensorColumn& column : map_.sensors) want(column.column);
-    for (const auto* columns : {&map_.camera, &map_.truth})
-      for (const PoseColumn& column : *columns)
-        if (!column.constant) want(column.column);
-    for (const TimeColumn& time : map_.times)
-      for (const std::string& column : time.columns) want(column);
-    return wanted;
-  }
-
-  Place locate(const std::string& column) const {
-    std::optional<Place> found;
-    for (std::size_t i = 0; i < tables_.size(); ++i) {
-      const auto name = name_in(map_.tables[i], column, map_.tables);
-      const auto index = name ? tables_[i]->find(*name) : std::nullopt;
-      if (!index) continue;
-      if (found)
-        throw std::invalid_argument(
-            fmt::format("column {} is in {} and in {}; name its table too: {}:{}",
-                        tools::quoted(column), map_.tables[found->table], map_.tables[i],
-                        std::filesystem::path(map_.tables[i]).filename().string(), *name));
-      found = Place{i, *index, fmt::format("{}: {}", map_.tables[i], *name)};
-    }
-    if (found) return *found;
-    throw std::invalid_argument(
-        fmt::format("{}: no column {}{}", where(), tools::quoted(column), nearest_columns(column)));
-  }
-
-  std::string where() const {
-    return map_.tables.size() == 1 ? map_.tables.front() : fmt::format("{} tables", tables_.size());
-  }
-
-  std::string nearest_columns(const std::string& column) const {
-    std::vector<std::string> all;
-    for (std::size_t i = 0; i < tables_.size(); ++i)
-      if (name_in(map_.tables[i], column, map_.tables))
-        for (const std::string& name : tables_[i]->columns())
-          if (!name.empty()) all.push_back(name);
-    std::string text;
-    const std::string own = column.substr(column.find(':') + 1);
-    for (int i = 0; i < 3 && !all.empty(); ++i) {
-      const std::string nearest(nearest_name(own, all));
-      text += (text.empty() ? "; the nearest are " : ", ") + tools::quoted(nearest);
-      std::erase(all, nearest);
-    }
-    return text;
-  }
-
-  static void add(TableRows& rows, std::size_t column, const SensorColumn&) { rows.values[column]; }
-  void add(TableRows& rows, std::size_t column, const PoseColumn& pose) {
-    if (pose.quantity == Quantity::time) {
-      rows.value_times_ns[column];
-      arrival_ = {{fmt::format("#{}", column + 1)}, pose.time_unit};
-    } else {
-      rows.values[column];
     }
   }
-
-  /// A time column with its names in this table; nothing if it is not there.
-  std::optional<TimeColumn> in(const CsvTable& table, TimeColumn time) const {
-    for (std::string& column : time.columns) {
-      const auto name = name_in(table.name(), column, map_.tables);
-      if (!name || !table.find(*name)) return std::nullopt;
-      column = *name;
-    }
-    return time;
-  }
-
-  TimeColumn time_of(const CsvTable& table) const {
-    for (const TimeColumn& time : map_.times)
-      if (auto own = in(table, time)) return *std::move(own);
-    return usual_time(table);
-  }
-
-  void read_rows(CsvTable& table, TableRows& rows) const {
-    rows.name = table.name();
-    TimeReader time(table, time_of(table));
-    rows.time_column = time.column_name();
-    std::optional<TimeReader> arrival;
-    if (!rows.value_times_ns.empty()) arrival.emplace(table, arrival_);
-    while (table.next()) {
-      const auto time_ns = time.time_ns();
-      if (!time_ns) {
-        ++rows.without_time;
-        continue;
-      }
-      if (!rows.times_ns.empty() && *time_ns < rows.times_ns.back())
-        throw std::invalid_argument(
-            fmt::format("{}: the time runs back by {:.6f} s; sort the rows by {}, or cut the table "
-                        "there",
-                        table.place(), static_cast<double>(rows.times_ns.back() - *time_ns) * 1e-9,
-                        tools::quoted(time.column_name())));
-      rows.times_ns.push_back(*time_ns);
-      for (auto& [column, values] : rows.values)
-        values.push_back(table.number(column).value_or(missing));
-      if (arrival)
-        rows.value_times_ns.begin()->second.push_back(arrival->time_ns().value_or(no_time));
-      constexpr std::size_t rows_per_report = 1U << 16U;
-      if (rows.times_ns.size() % rows_per_report == 0 && report_)
-        report_(fmt::format("{}: {:.0f} %", table.name(), 100.0 * table.progress()));
-    }
-    if (rows.times_ns.empty()) throw std::invalid_argument(table.name() + ": has no rows");
-    if (time.is_guessed()) require_plausible(rows);
-  }
-
-  /// Times that are no dates may be in any unit.
-  static void require_plausible(const TableRows& rows) {
-    if (rows.times_ns.size() < 3) return;
-    const double step = static_cast<double>(rows.times_ns.back() - rows.times_ns.front()) * 1e-9 /
-                        static_cast<double>(rows.times_ns.size() - 1);
-    if (step > 1e-5 && step < 1.0) return;
-    throw std::invalid_argument(
-        fmt::format("{}: read as seconds, its rows are {:g} s apart; state the unit of the time: "
-                    "--time '{},unit=ms' (s, ms, us, ns, hhmmss)",
-                    rows.name, step, rows.time_column));
-  }
-
-  ColumnMap& map_;
-  const ReportProgress& report_;
-  std::vector<std::unique_ptr<CsvTable>> tables_;
-  TimeColumn arrival_;
-};
+  if (rows.times_ns.empty()) throw std::invalid_argument(table.path + ": has no rows");
+  if (is_guess && unit == TimeUnit::s) require_plausible(rows);
+  warnings.insert(warnings.end(), reader.warnings().begin(), reader.warnings().end());
+  if (without_time > 0)
+    warnings.push_back(
+        fmt::format("{}: {} without a time left out", table.path, counted(without_time, "row")));
+  return rows;
+}
 
 }  // namespace
 
-Tables read_tables(ColumnMap& map, const ReportProgress& report) {
-  return Reader(map, report).read();
+std::vector<TableRows> read_tables(ColumnMap& map, const ReportProgress& report,
+                                   std::vector<std::string>& warnings) {
+  if (map.tables.empty())
+    throw std::invalid_argument("no table: name its file, or write tables = [...] in the --map");
+  std::vector<std::string> wanted;
+  for (const auto* columns : {&map.sensors, &map.camera, &map.truth})
+    for (const MappedColumn& column : *columns)
+      if (!column.name.empty()) wanted.push_back(column.name);
+  for (const TimeColumn& time : map.times)
+    wanted.insert(wanted.end(), time.columns.begin(), time.columns.end());
+
+  Tables tables;
+  for (const std::string& path : map.tables) tables.push_back(open_table(path, wanted));
+  for (const TimeColumn& time : map.times)
+    if (std::ranges::none_of(tables, [&](const auto& table) {
+          return !matches(*table, name_in(*table, time.columns.front())).empty();
+        }))
+      static_cast<void>(locate(tables, time.columns.front(), " for the time"));
+  for (auto* columns : {&map.sensors, &map.camera, &map.truth})
+    for (MappedColumn& column : *columns) {
+      if (column.name.empty()) continue;
+      const auto [index, name] = locate(tables, column.name, "");
+      OpenTable& table = *tables[index];
+      read_keys(column, unit_of(table, name), map.file);
+      column.table = index;
+      column.place = fmt::format("{}: {}", table.path, name);
+      table.mapped.push_back(&column);
+      table.indices.push_back(need(table, name));
+    }
+  std::vector<TableRows> rows;
+  for (const auto& table : tables) {
+    if (report) report(table->path);
+    rows.push_back(table->mapped.empty() ? TableRows{} : read_rows(*table, map, warnings));
+  }
+  return rows;
 }
 
 }  // namespace odomd::tools

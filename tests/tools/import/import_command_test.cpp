@@ -56,13 +56,6 @@ const std::vector<Case> cases{
      0.5,
      1.5,
      1700000000.1},
-    {"no header: columns by their numbers",
-     {{"echo.csv", "1700000000,500000000,odom,1.25\n1700000000,600000000,odom,1.5\n"}},
-     "--time '#1+#2' --column motor=#4",
-     2,
-     1.25,
-     1.5,
-     1700000000.5},
     {"semicolons, decimal commas, a byte order mark and CRLF",
      {{"de.csv", "\xEF\xBB\xBFTime (s);Speed (km/h)\r\n10,5;36,0\r\n10,6;72\r\n10,7;-\r\n"}},
      "--column 'wheel_rear=Speed (km/h)'",
@@ -146,8 +139,22 @@ const std::vector<Case> cases{
      {{"a.csv", "t,v,cmd\n0,1,-1\n0.1,1,1\n"}},
      "--column steering=cmd,unit=1,scale=0.35,offset=0.01 --column motor=v",
      2,
-     1,
-     1,
+     -0.34,
+     0.36,
+     0.0},
+    {"electrical turns of the motor",
+     {{"a.csv", "t,erpm\n0,6000\n0.1,3000\n"}},
+     "--column motor=erpm,unit=erpm,radius=0.05,ratio=5,pole_pairs=2",
+     2,
+     1.5707963,
+     3.1415927,
+     0.0},
+    {"rad/s of a wheel, which the row below states",
+     {{"a.csv", "t,w\ns,rad/s\n0,20\n0.1,30\n"}},
+     "--column wheel_rear=w,unit=rad/s,radius=0.05",
+     2,
+     1.0,
+     1.5,
      0.0},
     {"g",
      {{"a.csv", "t,ay,v\n0,1,1\n0.1,-1,1\n"}},
@@ -227,25 +234,7 @@ TEST(Import, SendsEachValueOnceAtItsTime) {
                          Not(HasSubstr("1.100000000) can1 1A2#"))));
 }
 
-TEST(Import, GivesUnsignedSpeedsADirection) {
-  const Scratch scratch;
-  std::string table = "t,v,gear,yaw\n";
-  for (int i = 0; i < 300; ++i)
-    table += std::to_string(0.01 * i) + ",1.0," + (i < 100 ? "true" : "false") + ",0\n";
-  const Outcome outcome =
-      import(scratch, {{"a.csv", table}},
-             "--column motor=v --column yaw_rate=yaw --column direction=gear,forward=0,reverse=1" +
-                 std::string(a_car));
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
-  const Outcome replay =
-      run_shell("cd " + scratch.path("out").string() +
-                " && odom replay --config car.toml --can drive.log --out - | sed "
-                "-n 150p");
-  const std::string row = replay.out;
-  EXPECT_LT(std::stod(row.substr(row.find(',') + 1)), -0.5) << row;
-}
-
-TEST(Import, MakesPosesOfQuaternionsDegreesAndPositionsOnEarth) {
+TEST(Import, MakesPosesOfQuaternionsDegreesAndMillimetres) {
   const Scratch scratch;
   const Outcome outcome = import(
       scratch,
@@ -253,12 +242,13 @@ TEST(Import, MakesPosesOfQuaternionsDegreesAndPositionsOnEarth) {
        {"pose.csv",
         "t,rx,px,py,qx,qy,qz,qw\n100.1,100.15,1000,2000,0,0,0.70710678,0.70710678\n"
         "100.2,,1000,2000,0,0,0,1\n100.3,100.31,0,0,0,0,0,0\n"},
-       {"gps.csv", "t,lat,lon,head\n100,48.0,11.0,90\n100.2,48.00001,11.00001,0\n"}},
-      "--column motor=v --column camera.x=px,scale=0.001 --column camera.y=py,unit=mm "
+       {"gps.csv", "t,east,north,head,v\n100,0,1,90,3.6\n100.2,0.5,1,0,7.2\n"}},
+      "--column motor=odom:v --column camera.x=px,scale=0.001 --column camera.y=py,unit=mm "
       "--column camera.qx=qx --column camera.qy=qy --column camera.qz=qz --column camera.qw=qw "
       "--column camera.sigma_x=0.01 --column camera.sigma_yaw=1,unit=deg "
       "--column camera.arrival=rx --column camera.latency=0.01 "
-      "--column truth.latitude=lat --column truth.longitude=lon "
+      "--column truth.x=east --column truth.y=north --column truth.vx=gps:v,unit=km/h "
+      "--column truth.vy=0 --column truth.yaw_rate=0 "
       "--column truth.yaw=head,unit=deg,scale=-1,offset=1.57079632679" +
           std::string(a_car));
   ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -267,9 +257,8 @@ TEST(Import, MakesPosesOfQuaternionsDegreesAndPositionsOnEarth) {
   EXPECT_THAT(camera, HasSubstr("\n100.160000000,100.100000000,1,2,1.570796"));
   EXPECT_THAT(camera, HasSubstr(",0.01,0.01,0.0174532"));
   const std::string truth = contents(scratch.path("out/truth.csv"));
-  EXPECT_THAT(truth, HasSubstr("t,x,y,yaw\n100.000000000,0,0,"));
-  EXPECT_THAT(truth, HasSubstr("\n100.200000000,0.744"));  // metres east
-  EXPECT_THAT(truth, HasSubstr(",1.1119"));                // metres north
+  EXPECT_THAT(truth, HasSubstr("t,x,y,yaw,vx,vy,yaw_rate\n100.000000000,0,1,"));
+  EXPECT_THAT(truth, HasSubstr("\n100.200000000,0.5,1,1.57079632679,2,0,0\n"));
 }
 
 TEST(Import, KeepsTheCarOfAConfigurationAndReplacesADriveOnlyByForce) {
