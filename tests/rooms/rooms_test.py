@@ -96,7 +96,7 @@ tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol
     daemon/core tools/replay tools/evaluation tools/live tools/identify/common tools/identify/latency
 tools/init: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/live tools/sim tools/identify/common
-tools/import: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
+tools/import: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/drive_files tools/init tools/sim
 tools/commands: daemon/diagnostics can_protocol can_protocol/dbc can_protocol/sources daemon/core tools/cli
     tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation tools/live tools/live/watch

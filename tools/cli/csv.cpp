@@ -82,6 +82,8 @@ bool CsvReader::next() {
     const std::string_view content = trimmed(line_);
     if (content.empty() || content.front() == layout_.comment) continue;
     split_cells(line_, layout_, fields_);
+    while (layout_.quote && fields_.size() > header_fields_ && fields_.back().empty())
+      fields_.pop_back();
     if (line_end_ == LineEnd::end_of_input) {
       if (last_line_ == LastLine::drop_unended || fields_.size() < header_fields_) {
         warnings_.push_back(place() +

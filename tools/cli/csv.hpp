@@ -21,7 +21,7 @@ enum class LastLine : std::uint8_t {
 /// How the tables of other programs differ from odom's own.
 struct CsvLayout {
   char delimiter = ',';
-  std::optional<char> quote;    ///< around cells
+  std::optional<char> quote;    ///< around cells; empty ones too many may then end a row
   std::optional<char> comment;  ///< begins lines that are no rows
   std::size_t header_line = 1;
 };

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -19,39 +18,36 @@ namespace {
 
 using daemon::TableReader;
 
-/// SI and one more unit.
-struct Quantity {
-  std::string_view si, other;
-  double factor;
-};
-constexpr Quantity length{"m", "mm", 1e-3}, angle{"rad", "deg", std::numbers::pi / 180.0},
-    speed{"m/s", "km/h", 1.0 / 3.6}, turning{"rad/s", "deg/s", angle.factor},
-    number{"1", "%", 0.01}, duration{"s", "ms", 1e-3};
+const std::vector<std::string> fields{
+    "camera.x",       "camera.y",         "camera.yaw",     "camera.qx",      "camera.qy",
+    "camera.qz",      "camera.qw",        "camera.arrival", "camera.latency", "camera.sigma_x",
+    "camera.sigma_y", "camera.sigma_yaw", "truth.x",        "truth.y",        "truth.yaw",
+    "truth.qx",       "truth.qy",         "truth.qz",       "truth.qw",       "truth.vx",
+    "truth.vy",       "truth.yaw_rate"};
 
-struct Field {
-  std::string_view role;
-  Quantity quantity;
-};
-constexpr std::array fields{Field{"camera.x", length},         Field{"camera.y", length},
-                            Field{"camera.yaw", angle},        Field{"camera.qx", number},
-                            Field{"camera.qy", number},        Field{"camera.qz", number},
-                            Field{"camera.qw", number},        Field{"camera.arrival", duration},
-                            Field{"camera.latency", duration}, Field{"camera.sigma_x", length},
-                            Field{"camera.sigma_y", length},   Field{"camera.sigma_yaw", angle},
-                            Field{"truth.x", length},          Field{"truth.y", length},
-                            Field{"truth.yaw", angle},         Field{"truth.qx", number},
-                            Field{"truth.qy", number},         Field{"truth.qz", number},
-                            Field{"truth.qw", number},         Field{"truth.vx", speed},
-                            Field{"truth.vy", speed},          Field{"truth.yaw_rate", turning}};
+bool is_field(std::string_view role) {
+  return role.find('.') != std::string_view::npos;
+}
+
+/// The role with the units of a field; none: a length, time or number.
+std::string role_like(const std::string& role) {
+  if (!is_field(role)) return role;
+  if (role.ends_with("yaw_rate")) return "yaw_rate";
+  if (role.ends_with("yaw")) return "steering";
+  return role.ends_with(".vx") || role.ends_with(".vy") ? "motor" : "";
+}
+
+std::string_view si_unit(std::string_view role) {
+  return role.empty()                 ? "1"
+         : role == "yaw_rate"         ? "rad/s"
+         : role == "steering"         ? "rad"
+         : role.starts_with("accel_") ? "m/s2"
+                                      : "m/s";
+}
 
 /// Keys of a role of [can.signals] that belong to the sensor, not to its frames.
 constexpr std::array sensor_keys{"latency", "sigma", "timeout", "dead_band"};
 constexpr std::array value_keys{"unit", "radius", "ratio", "pole_pairs", "scale", "offset"};
-
-bool is_unit(std::string_view text, std::string_view unit) {
-  const auto known = can::unit_of_text(unit);
-  return text == unit || (known && can::unit_of_text(text) == known);
-}
 
 std::optional<double> number_in(std::string_view text) {
   double value = 0.0;
@@ -92,7 +88,10 @@ toml::table entry_of(std::string_view option, const std::string& text) {
 toml::table entry_of(const toml::node& node) {
   if (node.is_table()) return *node.as_table();
   toml::table entry;
-  entry.insert(node.is_number() ? "value" : "column", node);
+  if (const auto number = node.is_number() ? node.value<double>() : std::nullopt)
+    entry.insert("column", fmt::format("{}", *number));
+  else
+    entry.insert("column", node);
   return entry;
 }
 
@@ -114,73 +113,31 @@ TimeColumn time_of(const toml::table& entry, const std::filesystem::path& file) 
   return time;
 }
 
-MappedColumn column_of(std::string role, toml::table keys, const std::filesystem::path& file) {
-  MappedColumn column{.role = std::move(role)};
-  TableReader reader(keys, "[columns] " + column.role, file);
-  const bool is_field = column.role.find('.') != std::string::npos;
+/// With the sensor's keys of the role in a configuration.
+MappedColumn column_of(const std::string& role, toml::table keys, const toml::table* configured,
+                       const std::filesystem::path& file) {
+  MappedColumn column{.role = role};
+  TableReader reader(keys, "[columns] " + role, file);
+  if (is_field(role) && std::ranges::find(fields, role) == fields.end())
+    reader.fail("unknown field" + daemon::suggestion(role, fields));
   for (const char* key : value_keys) static_cast<void>(reader.has(key));
-  for (const char* key : sensor_keys) static_cast<void>(reader.has(key));
-  if (is_field && reader.has("value")) {
-    reader.read("value", column.offset, daemon::any_number);
-  } else {
-    reader.require("column");
-    reader.read("column", column.name);
-    if (column.name.empty()) reader.fail("column", "names no column");
-    if (const auto constant = number_in(column.name); constant && is_field) {
-      column.offset = *constant;
-      column.name.clear();
-    }
-  }
+  if (!is_field(role))
+    for (const char* key : sensor_keys) static_cast<void>(reader.has(key));
+  reader.require("column");
+  reader.read("column", column.name);
+  if (column.name.empty()) reader.fail("column", "names no column");
   reader.finish();
   keys.erase("column");
-  keys.erase("value");
+  for (const char* key : sensor_keys)
+    if (configured != nullptr && configured->contains(key) && !keys.contains(key))
+      keys.insert(key, *configured->get(key));
   column.keys = std::move(keys);
+  if (const auto constant = number_in(column.name); constant && is_field(role)) {
+    read_keys(column, "", file);
+    column.offset += column.factor * *constant;
+    column.name.clear();
+  }
   return column;
-}
-
-std::string_view si_unit(std::string_view role) {
-  return role == "yaw_rate"           ? "rad/s"
-         : role == "steering"         ? "rad"
-         : role.starts_with("accel_") ? "m/s2"
-                                      : "m/s";
-}
-
-void read_sensor(MappedColumn& column, const std::filesystem::path& file) {
-  const std::string name = "[columns] " + column.role;
-  toml::table keys = column.keys;
-  if (column.role == "direction")
-    TableReader(keys, name, file).fail("is not read from tables; map a speed that has a sign");
-  keys.insert("message", "table");
-  keys.insert("signal", "column");
-  daemon::CanConfig can;
-  daemon::read_signal(column.role, TableReader(keys, name, file), can);
-  const can::SignalBinding& binding = can.bindings.front();
-  column.factor = binding.scale * can::si_factor(binding.unit);
-  if (binding.radius_m > 0.0) column.factor *= binding.radius_m / binding.ratio;
-  column.offset = binding.offset;
-  column.unit = can::unit_name(binding.unit);
-  column.latency_ns = binding.latency_ns;
-  column.settings = can.signals[binding.channel];
-}
-
-void read_field(MappedColumn& column, const std::filesystem::path& file) {
-  const Quantity& quantity = std::ranges::find(fields, column.role, &Field::role)->quantity;
-  TableReader reader(column.keys, "[columns] " + column.role, file);
-  reader.read("unit", column.unit);
-  column.factor = 1.0;
-  column.time_unit = time_unit(column.unit);
-  if (is_unit(column.unit, quantity.other))
-    column.factor = quantity.factor;
-  else if (column.unit != "1" && !is_unit(column.unit, quantity.si) &&
-           (column.role != "camera.arrival" || column.time_unit == TimeUnit::unstated))
-    reader.fail("unit", fmt::format("{} is none of {}, {}; use unit = \"1\" and a scale",
-                                    tools::quoted(column.unit), quantity.si, quantity.other));
-  double scale = 1.0, offset = 0.0;
-  reader.read("scale", scale, daemon::any_number);
-  reader.read("offset", offset, daemon::any_number);
-  reader.finish();
-  column.factor *= scale;
-  column.offset = column.factor * column.offset + offset;
 }
 
 /// "camera.x" of x in the table camera.
@@ -200,29 +157,6 @@ std::vector<std::pair<std::string, toml::table>> entries_in(const toml::table& c
     }
   }
   return entries;
-}
-
-void add_columns(const std::vector<std::pair<std::string, toml::table>>& entries,
-                 const toml::table& configured, const std::filesystem::path& file, ColumnMap& map) {
-  for (const auto& [role, entry] : entries) {
-    MappedColumn column = column_of(role, entry, file);
-    if (role.find('.') != std::string::npos) {
-      if (std::ranges::find(fields, role, &Field::role) == fields.end()) {
-        std::vector<std::string> names;
-        for (const Field& field : fields) names.emplace_back(field.role);
-        throw std::invalid_argument(fmt::format("{}: {}: unknown field{}", file.string(), role,
-                                                daemon::suggestion(role, names)));
-      }
-      if (column.name.empty()) read_keys(column, "", file);
-      (role.starts_with("camera") ? map.camera : map.truth).push_back(std::move(column));
-      continue;
-    }
-    if (const toml::table* own = configured[role].as_table())
-      for (const char* key : sensor_keys)
-        if (own->contains(key) && !column.keys.contains(key))
-          column.keys.insert(key, *own->get(key));
-    map.sensors.push_back(std::move(column));
-  }
 }
 
 }  // namespace
@@ -262,8 +196,11 @@ ColumnMap read_map(const MapSources& sources) {
     std::erase_if(entries, [&role](const auto& entry) { return entry.first == role; });
     entries.emplace_back(role, entry_of("--column", text.substr(equals + 1)));
   }
-  const toml::table* configured = config["can"]["signals"].as_table();
-  add_columns(entries, configured != nullptr ? *configured : toml::table{}, map.file, map);
+  for (const auto& [role, entry] : entries)
+    (!is_field(role)              ? map.sensors
+     : role.starts_with("camera") ? map.camera
+                                  : map.truth)
+        .push_back(column_of(role, entry, config["can"]["signals"][role].as_table(), map.file));
   if (map.sensors.empty())
     throw std::invalid_argument(
         "no column is mapped to a role: give --column ROLE=COLUMN (yaw_rate, accel_x, accel_y, "
@@ -273,15 +210,34 @@ ColumnMap read_map(const MapSources& sources) {
 
 void read_keys(MappedColumn& column, std::string_view unit_of_table,
                const std::filesystem::path& file) {
-  const bool is_field = column.role.find('.') != std::string::npos;
-  column.unit_stated = column.keys.contains("unit");
-  if (!column.unit_stated) {
-    column.unit_stated = can::unit_of_text(unit_of_table) || can::is_other_unit(unit_of_table);
-    column.keys.insert("unit", column.unit_stated ? unit_of_table
-                               : is_field         ? "1"
-                                                  : si_unit(column.role));
+  const std::string name = "[columns] " + column.role, like = role_like(column.role);
+  toml::table keys = column.keys;
+  column.unit_stated = keys.contains("unit") || can::unit_of_text(unit_of_table) ||
+                       can::is_other_unit(unit_of_table);
+  keys.insert("unit", column.unit_stated ? unit_of_table : si_unit(like));
+  TableReader reader(keys, name, file);
+  reader.read("unit", column.unit);
+  if (like == "direction") reader.fail("is not read from tables; map a speed that has a sign");
+  double factor = 1.0;
+  if (like.empty()) {
+    column.time_unit = time_unit(column.unit);
+    if (column.unit == "mm" || column.unit == "cm" || column.unit == "ms")
+      factor = column.unit == "cm" ? 1e-2 : 1e-3;
+    else if (column.unit != "1" && column.unit != "m" && column.time_unit == TimeUnit::unstated)
+      reader.fail("unit", tools::quoted(column.unit) + " is none of m, cm, mm, s, ms; use a scale");
+    keys.insert_or_assign("unit", "1");
+    keys.insert("scale", 1.0);
   }
-  is_field ? read_field(column, file) : read_sensor(column, file);
+  keys.insert("message", "table");
+  keys.insert("signal", "column");
+  daemon::CanConfig can;
+  daemon::read_signal(like.empty() ? "motor" : like, TableReader(keys, name, file), can);
+  const can::SignalBinding& binding = can.bindings.front();
+  column.factor = factor * binding.scale * can::si_factor(binding.unit);
+  if (binding.radius_m > 0.0) column.factor *= binding.radius_m / binding.ratio;
+  column.offset = binding.offset;
+  column.latency_ns = binding.latency_ns;
+  column.settings = can.signals[binding.channel];
 }
 
 }  // namespace odomd::tools

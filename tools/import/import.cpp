@@ -2,16 +2,23 @@
 
 #include <algorithm>
 #include <memory>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "can_protocol/sources/candump.hpp"
 #include "daemon/core/config.hpp"
+#include "daemon/core/config_sections.hpp"
 #include "tools/cli/files.hpp"
+#include "tools/cli/json_text.hpp"
 #include "tools/cli/text.hpp"
+#include "tools/config_patch/toml_lines.hpp"
+#include "tools/import/frames.hpp"
 #include "tools/import/poses.hpp"
+#include "tools/init/writer.hpp"
 #include "tools/sim/car_bus.hpp"
 
 namespace odomd::tools {
@@ -86,6 +93,66 @@ nlohmann::ordered_json as_json(const ImportedRole& role) {
   return json;
 }
 
+/// All of a configuration but [can], as its owner has it.
+std::string own_tables(const std::filesystem::path& file) {
+  toml::table config = daemon::parse_toml(daemon::read_toml_file(file), file);
+  config.erase("can");
+  std::ostringstream text;
+  text << toml::default_formatter(config) << '\n';
+  return text.str();
+}
+
+std::string vehicle(const CarTexts& texts) {
+  Draft draft;
+  draft.car = parse_car(texts);
+  auto missing = required(missing_first(draft.car, draft.proposal));
+  for (const Question& question : required(missing_last(draft.car, draft.proposal)))
+    missing.push_back(question);
+  if (!missing.empty()) refuse(missing);
+  std::string text = "[vehicle]\n";
+  for (const VehicleValue& value : vehicle_values(draft))
+    text += fmt::format("{} = {} # {}{}\n", value.key, shortest(value.value),
+                        value.sure ? "" : "UNSURE: ", value.origin);
+  return text;
+}
+
+std::string role_line(const ImportedRole& role) {
+  const MappedColumn& column = *role.column;
+  // Three periods of the table; its stamps may be less regular than those of a bus.
+  constexpr double min_timeout = 0.1, max_timeout = 60.0;
+  const double timeout = column.settings.timeout_ns > 0
+                             ? static_cast<double>(column.settings.timeout_ns) * 1e-9
+                             : std::clamp(3.0 * role.period_s, min_timeout, max_timeout);
+  std::string text = fmt::format(
+      "{} = {{ message = \"{}\", signal = \"{}\", unit = \"{}\", sigma = {:.6g}, timeout = {:.3g}",
+      column.role, role.message, role.signal, role.unit, column.settings.sigma, timeout);
+  if (column.latency_ns > 0)
+    text += fmt::format(", latency = {:.6g}", static_cast<double>(column.latency_ns) * 1e-9);
+  if (column.settings.dead_band > 0.0)
+    text += fmt::format(", dead_band = {:.6g}", column.settings.dead_band);
+  if (role.has_bus) text += fmt::format(", bus = \"{}\"", bus_name(role.bus));
+  return text + " }\n";
+}
+
+/// The text of car.toml; without a config the numbers of the car come from its options.
+std::string configuration_of(const ImportOptions& options, const ColumnMap& map,
+                             const std::vector<ImportedRole>& roles) {
+  const std::filesystem::path& own = options.map.config;
+  std::string text = "# Made by odom import from ";
+  for (const char c : fmt::format("{}", fmt::join(map.tables, ", ")))
+    text += static_cast<unsigned char>(c) < ' ' ? '?' : c;
+  text += ".\n\n" + (own.empty() ? vehicle(options.car) : own_tables(own));
+  text += "\n[can]\nsource = \"drive.log\"\ndbc = \"car.dbc\"\n\n" + sim::bus_protection_text() +
+          "\n# In SI units and to the left, ahead: what the columns were is worked in.\n"
+          "[can.signals]\n";
+  for (const ImportedRole& role : roles) text += role_line(role);
+  if (!map.camera.empty() && text.find("\n[camera]") == std::string::npos)
+    text +=
+        "\n[camera]\nlever_arm = [0.0, 0.0, 0.0] # m, m, rad: the point whose pose is sent, from "
+        "the centre of gravity, and its yaw\n";
+  return text;
+}
+
 }  // namespace
 
 ImportResult import_drive(const ImportOptions& options, const ReportProgress& report) {
@@ -115,12 +182,14 @@ ImportResult import_drive(const ImportOptions& options, const ReportProgress& re
     last_ns = frame.time_ns;
   });
   const std::string car = configuration_of(options, map, roles);
-  ImportResult result{.warnings = daemon::parse_config(car, options.out / "car.toml").warnings};
+  const daemon::Config config = daemon::parse_config(car, options.out / "car.toml");
+  ImportResult result{.warnings = config.warnings};
+  daemon::check_model(config, result.warnings);
   for (const std::string& warning : warnings)
     result.warnings.push_back(diagnostics::found(diagnostics::kind("file_content"), {}, warning));
   // The rows of a table come as they come: without cycle times.
   write_files(options.out, options.existing,
-              {{"drive.log", log},
+              {{"drive.log", std::move(log)},
                {"car.dbc", sim::bus_database_text([](std::string_view) { return 0; })},
                {"car.toml", car},
                {"camera.csv", camera.text},

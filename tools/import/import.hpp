@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/cli/progress.hpp"
 #include "tools/import/column_map.hpp"
-#include "tools/import/frames.hpp"
 #include "tools/init/car.hpp"
 #include "tools/sim/drive_folder.hpp"
 
@@ -35,9 +35,5 @@ struct ImportResult {
 
 /// A table of the roles.
 [[nodiscard]] std::string as_text(const ImportResult& result);
-
-/// The text of car.toml; without a config the numbers of the car come from its options.
-[[nodiscard]] std::string configuration_of(const ImportOptions& options, const ColumnMap& map,
-                                           const std::vector<ImportedRole>& roles);
 
 }  // namespace odomd::tools

@@ -62,29 +62,26 @@ bool has_number(const std::vector<std::string>& cells, char delimiter) {
   });
 }
 
-/// By the whole name, else by that without unit.
+/// "speed (km/h)" of that, "speed", "imu:speed" and "imu.csv:speed" in imu.csv; several if the unit
+/// decides.
 std::vector<std::string> matches(const OpenTable& table, std::string_view name) {
-  std::vector<std::string> found;
+  const std::filesystem::path path(table.path);
+  for (const std::string& before : {path.filename().string() + ':', path.stem().string() + ':'})
+    if (name.starts_with(before)) name.remove_prefix(before.size());
   if (std::ranges::find(table.columns, name) != table.columns.end()) return {std::string(name)};
+  std::vector<std::string> found;
   for (const std::string& column : table.columns)
     if (split_unit(column).name == name) found.push_back(column);
   return found;
 }
 
-/// A column's name in this table: without "imu:" or "imu.csv:" before it in imu.csv.
-std::string name_in(const OpenTable& table, const std::string& column) {
-  const std::filesystem::path path(table.path);
-  for (const std::string& before : {path.filename().string(), path.stem().string()})
-    if (column.starts_with(before + ':')) return column.substr(before.size() + 1);
-  return column;
-}
-
-/// The header is the line with most of the wanted names, else, for its names to suggest, the first
-/// one of several words.
+/// The header is the first line with most of the wanted names, and of these with most cells: it has
+/// the names to suggest, too.
 void find_header(OpenTable& table, const std::vector<std::string>& wanted) {
   constexpr std::size_t max_header_line = 200;
   constexpr std::string_view delimiters = "\t;,";  // commas may be decimal ones
-  std::size_t most = 0, number = 0;
+  std::pair<std::size_t, std::size_t> most;
+  std::size_t number = 0;
   std::string line;
   while (number < max_header_line && std::getline(table.text, line)) {
     ++number;
@@ -93,22 +90,16 @@ void find_header(OpenTable& table, const std::vector<std::string>& wanted) {
       candidate.layout.delimiter = delimiter;
       candidate.layout.header_line = number;
       candidate.columns = cells_of(line, candidate.layout);
-      const auto names =
-          static_cast<std::size_t>(std::ranges::count_if(wanted, [&](const std::string& name) {
-            return !matches(candidate, name_in(table, name)).empty();
-          }));
-      const bool is_words =
-          candidate.columns.size() > 1 && !has_number(candidate.columns, delimiter);
-      if (names <= most && !(is_words && table.columns.empty())) continue;
-      most = names;
+      const auto names = std::ranges::count_if(
+          wanted, [&](const std::string& name) { return !matches(candidate, name).empty(); });
+      const std::pair found(static_cast<std::size_t>(names), candidate.columns.size());
+      if (found <= most) continue;
+      most = found;
       table.layout = candidate.layout;
       table.columns = std::move(candidate.columns);
     }
   }
   if (number == 0) throw std::invalid_argument(table.path + ": is empty; a table is expected");
-  if (table.columns.empty())
-    throw std::invalid_argument(table.path +
-                                ": has no line of column names; write one as its first");
   table.text.clear();
   table.text.seekg(0);
   for (number = 0; number < table.layout.header_line; ++number) std::getline(table.text, line);
@@ -146,19 +137,18 @@ std::pair<std::size_t, std::string> locate(const Tables& tables, const std::stri
   std::optional<std::pair<std::size_t, std::string>> found;
   std::vector<std::string> all;
   for (std::size_t i = 0; i < tables.size(); ++i) {
-    const std::string name = name_in(*tables[i], column);
     all.insert(all.end(), tables[i]->columns.begin(), tables[i]->columns.end());
-    const auto names = matches(*tables[i], name);
+    const auto names = matches(*tables[i], column);
     if (names.size() > 1)
       throw std::invalid_argument(fmt::format("{}: column {} may be {}; write the unit, too",
-                                              tables[i]->path, tools::quoted(name),
+                                              tables[i]->path, tools::quoted(column),
                                               fmt::join(names, ", ")));
     if (names.empty()) continue;
     if (found)
       throw std::invalid_argument(
           fmt::format("column {} is in {} and in {}; name its table too: {}:{}",
                       tools::quoted(column), tables[found->first]->path, tables[i]->path,
-                      std::filesystem::path(tables[i]->path).filename().string(), name));
+                      std::filesystem::path(tables[i]->path).filename().string(), names.front()));
     found.emplace(i, names.front());
   }
   if (found) return *found;
@@ -186,7 +176,7 @@ std::string_view unit_of(const OpenTable& table, const std::string& column) {
 TimeColumn time_of(const OpenTable& table, const ColumnMap& map) {
   for (TimeColumn time : map.times) {
     const bool is_here = std::ranges::all_of(time.columns, [&](std::string& column) {
-      const auto names = matches(table, name_in(table, column));
+      const auto names = matches(table, column);
       if (!names.empty()) column = names.front();
       return !names.empty();
     });
@@ -298,7 +288,7 @@ std::vector<TableRows> read_tables(ColumnMap& map, const ReportProgress& report,
   for (const std::string& path : map.tables) tables.push_back(open_table(path, wanted));
   for (const TimeColumn& time : map.times)
     if (std::ranges::none_of(tables, [&](const auto& table) {
-          return !matches(*table, name_in(*table, time.columns.front())).empty();
+          return !matches(*table, time.columns.front()).empty();
         }))
       static_cast<void>(locate(tables, time.columns.front(), " for the time"));
   for (auto* columns : {&map.sensors, &map.camera, &map.truth})

@@ -99,6 +99,18 @@ TEST(CsvReader, ALastLineWithoutNewlineIsKeptOrDroppedAsAskedAndNeverSilently) {
   EXPECT_THAT(warnings, IsEmpty());
 }
 
+TEST(CsvReader, ReadsTheLayoutsOfOtherPrograms) {
+  std::istringstream input{"of a track; wet\n\"b\"\"\";\"a\"\n# gap\n\"x;y\" ; 1;\n;2\n"};
+  CsvReader reader{input, "x.csv", {"a", "b\""}, {}, LastLine::keep_whole, {';', '"', '#', 2}};
+  ASSERT_TRUE(reader.next());
+  EXPECT_EQ(reader.number(0), 1.0);
+  EXPECT_EQ(reader.text(1), "x;y");
+  EXPECT_EQ(reader.place(), "x.csv:4");
+  ASSERT_TRUE(reader.next());
+  EXPECT_EQ(reader.number(0), 2.0);
+  EXPECT_FALSE(reader.next());
+}
+
 TEST(ParseSeconds, IsExactWhereADoubleIsNot) {
   EXPECT_EQ(parse_seconds("1760000000.123456789"), 1'760'000'000'123'456'789);
   EXPECT_EQ(parse_seconds("-0.000000001"), -1);
