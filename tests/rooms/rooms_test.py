@@ -92,10 +92,10 @@ tools/identify/stiffness: daemon/diagnostics daemon/core tools/math tools/cli to
 tools/identify/fit: daemon/diagnostics base can_protocol estimator/common daemon/core
     tools/math tools/cli tools/drive_files tools/chart tools/replay tools/evaluation tools/config_patch
     tools/identify tools/identify/common tools/identify/latency
-tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
-    daemon/core tools/replay tools/evaluation tools/live tools/identify/common tools/identify/latency
 tools/init: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/live tools/sim tools/identify/common
+tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
+    daemon/core tools/math tools/replay tools/evaluation tools/live tools/identify/common tools/identify/latency tools/init
 tools/import: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/drive_files tools/init tools/sim
 tools/commands: daemon/diagnostics can_protocol can_protocol/dbc can_protocol/sources daemon/core tools/cli

@@ -24,16 +24,14 @@ using diagnostics::found;
 using diagnostics::kind;
 using estimator::Source;
 
-constexpr double piece = 0.5, stride = 0.25, grid = 0.01;  // [s]
-constexpr double lag_step = 0.02;                          // [s]
-constexpr int latest = 20;                                 // steps
-constexpr int latest_of_all = 75;                          // ... of a sensor that is very late
-constexpr double off_clock = 0.15;            // more than the latency of any sensor [s]
-constexpr double least_turn = 0.05;           // rms of a piece's [rad]
-constexpr double least_way = 0.1;             // in a piece [m]
-constexpr std::size_t fewest = 20;            // pieces
-constexpr double alike = 0.5, certain = 0.7;  // correlations
-constexpr double far_off_unseen = 3.0;        // allowance for slipping wheels and tyres
+constexpr double piece = 0.5, stride = 0.25, grid = 0.01, lag_step = 0.02;  // [s]
+constexpr int latest = 20, latest_of_all = 75;  // steps, for a usual sensor and a very late one
+constexpr double off_clock = 0.15;              // more than the latency of any sensor [s]
+constexpr double least_turn = 0.05;             // rms of a piece's [rad]
+constexpr double least_way = 0.1;               // in a piece [m]
+constexpr std::size_t fewest = 20;              // pieces
+constexpr double alike = 0.5, certain = 0.7;    // correlations
+constexpr double far_off_unseen = 3.0;          // allowance for slipping wheels and tyres
 
 // Measurements over a piece of the drive.
 struct Piece {
@@ -75,8 +73,7 @@ double cosine(const std::vector<double>& a, const std::vector<double>& b) {
 // times.
 Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, double least) {
   double most = -1.0, fewest_alike = 1.0, most_shape = -1.0, least_shape = 1.0, ratio = 1.0;
-  double best_lag = 0.0;
-  double most_of_all = -1.0;
+  double best_lag = 0.0, most_of_all = -1.0;
   bool turns = false, varies = false;
   for (int step = -latest_of_all; step <= latest_of_all; ++step) {
     const double lag = lag_step * step;
