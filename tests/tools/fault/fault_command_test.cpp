@@ -127,7 +127,7 @@ TEST_F(FaultCommand, RefusesToOverwriteWhatItReads) {
 TEST_F(FaultCommand, AnOutputIsWholeOrNotThere) {
   std::ofstream{in("broken.log")} << "(1.000000) can0 1A2#0000000000000000\nnonsense\n(2) x\n";
   EXPECT_THAT(fault("--strict --kind gyro.zero " + in("broken.log") + " -o " + in("not.log")),
-              Ends(2, HasSubstr("broken.log:2")));
+              Ends(2, HasSubstr("broken.log:3")));
   EXPECT_FALSE(std::filesystem::exists(in("not.log")));
   EXPECT_FALSE(std::filesystem::exists(in("not.log.partial")));
   // Nor where it is the camera's log that cannot be used.
