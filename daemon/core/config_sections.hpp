@@ -1,5 +1,6 @@
 // One function for each section of the configuration file, and the checks against the model.
-// Private to load_config(), load_databases() and odom import, whose columns have the keys of a role.
+// Private to load_config(), load_databases() and odom import, whose columns have the keys of a
+// role.
 #pragma once
 
 #include "can_protocol/decode/decoder.hpp"

@@ -228,8 +228,8 @@ int odom_camera_open(const char* path, odom_camera** camera);
 int odom_camera_send(odom_camera* camera, const odom_camera_message* message);
 
 /** Waits at most `timeout_ns` until the daemon has read what was sent. 0, or a negative errno as of
- * odom_camera_send(), -EAGAIN also when the time is over. For a program that sends one pose, or that
- * wants to know at its start whether it is admitted. */
+ * odom_camera_send(), -EAGAIN also when the time is over. For a program that sends one pose, or
+ * that wants to know at its start whether it is admitted. */
 int odom_camera_flush(odom_camera* camera, int64_t timeout_ns);
 void odom_camera_close(odom_camera* camera);
 

@@ -31,26 +31,26 @@ typedef enum odom_mode {
 
 /** Bits of odom_pose.conditions. */
 enum {
-  ODOM_COND_NOT_REALTIME = 1u << 0,      /**< the machine refused real-time scheduling or locking */
-  ODOM_COND_RESTARTED = 1u << 1,         /**< went on from the pose of a predecessor */
-  ODOM_COND_BUS_DOWN = 1u << 2,          /**< a bus is down or gone */
-  ODOM_COND_SIGNAL_TIMEOUT = 1u << 3,    /**< a mapped signal is overdue (see health) */
-  ODOM_COND_PROTECTION = 1u << 4,        /**< a message fails its end-to-end protection */
-  ODOM_COND_FRAMES_LOST = 1u << 5,       /**< the kernel dropped frames within the last second */
-  ODOM_COND_CARRIED_OVER = 1u << 6,      /**< this tick left frames behind for the next */
-  ODOM_COND_CLOCK_STEPPED = 1u << 7,     /**< the wall clock stepped within the last second */
-  ODOM_COND_SUSPENDED = 1u << 8,         /**< the machine slept within the last second */
-  ODOM_COND_CAMERA_REJECTED = 1u << 9,   /**< the last camera pose was refused */
-  ODOM_COND_MODEL_FAULT = 1u << 10,      /**< the model left its domain and stopped */
-  ODOM_COND_NON_FINITE = 1u << 11,       /**< a non-finite state was reset, never published */
-  ODOM_COND_INPUT_ENDED = 1u << 12,      /**< the log or the pipe has ended */
-  ODOM_COND_SENSOR_FAULT = 1u << 13,     /**< a sensor's values cannot be true (see health) */
-  ODOM_COND_WHEEL_SLIP = 1u << 14,       /**< a wheel turns otherwise than the car moves */
-  ODOM_COND_MISWIRED = 1u << 15,         /**< a sensor is wired or described wrongly (see health) */
-  ODOM_COND_INCONSISTENT = 1u << 16,     /**< a source does not fit what the filter expects */
-  ODOM_COND_BIAS_UNLEARNT = 1u << 17,    /**< the gyro's bias is not known: stand for 2 s */
+  ODOM_COND_NOT_REALTIME = 1u << 0,    /**< the machine refused real-time scheduling or locking */
+  ODOM_COND_RESTARTED = 1u << 1,       /**< went on from the pose of a predecessor */
+  ODOM_COND_BUS_DOWN = 1u << 2,        /**< a bus is down or gone */
+  ODOM_COND_SIGNAL_TIMEOUT = 1u << 3,  /**< a mapped signal is overdue (see health) */
+  ODOM_COND_PROTECTION = 1u << 4,      /**< a message fails its end-to-end protection */
+  ODOM_COND_FRAMES_LOST = 1u << 5,     /**< the kernel dropped frames within the last second */
+  ODOM_COND_CARRIED_OVER = 1u << 6,    /**< this tick left frames behind for the next */
+  ODOM_COND_CLOCK_STEPPED = 1u << 7,   /**< the wall clock stepped within the last second */
+  ODOM_COND_SUSPENDED = 1u << 8,       /**< the machine slept within the last second */
+  ODOM_COND_CAMERA_REJECTED = 1u << 9, /**< the last camera pose was refused */
+  ODOM_COND_MODEL_FAULT = 1u << 10,    /**< the model left its domain and stopped */
+  ODOM_COND_NON_FINITE = 1u << 11,     /**< a non-finite state was reset, never published */
+  ODOM_COND_INPUT_ENDED = 1u << 12,    /**< the log or the pipe has ended */
+  ODOM_COND_SENSOR_FAULT = 1u << 13,   /**< a sensor's values cannot be true (see health) */
+  ODOM_COND_WHEEL_SLIP = 1u << 14,     /**< a wheel turns otherwise than the car moves */
+  ODOM_COND_MISWIRED = 1u << 15,       /**< a sensor is wired or described wrongly (see health) */
+  ODOM_COND_INCONSISTENT = 1u << 16,   /**< a source does not fit what the filter expects */
+  ODOM_COND_BIAS_UNLEARNT = 1u << 17,  /**< the gyro's bias is not known: stand for 2 s */
   ODOM_COND_SCALE_IMPLAUSIBLE = 1u << 18, /**< a learnt scale is far from its configured value */
-  ODOM_COND_CAMERA_REFUSED = 1u << 19 /**< a camera connection was refused in the last 10 s */
+  ODOM_COND_CAMERA_REFUSED = 1u << 19     /**< a camera connection was refused in the last 10 s */
 };
 
 /** Index of a source in health, source_age_ns and the status. Append-only. */
