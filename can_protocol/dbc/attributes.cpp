@@ -129,10 +129,11 @@ void DbcParser::tell_groups_apart(std::vector<Message>& messages) {
     if (message.format == IdFormat::extended)
       for (const std::uint32_t mask : {j1939_group_mask(message.id), id_without_priority})
         ++count[key(message, mask)];
+  constexpr std::uint32_t sender = 0xFF, nobody = 0xFE;  // the null address stands for any sender
   for (Message& message : messages)
     for (const std::uint32_t mask : {id_without_priority, whole_id})
       if (message.id_mask != whole_id && count[key(message, message.id_mask)] > 1)
-        message.id_mask = mask;
+        message.id_mask = (message.id & sender) == nobody ? id_without_priority & ~sender : mask;
 }
 
 // Long names: editors write names of more than 32 characters as attributes, and shortened ones

@@ -95,16 +95,22 @@ bool LogStamps::stands_alone(std::int64_t stamp_ns) const {
   std::vector<std::int64_t> after;
   for (const LoggedFrame& frame : ahead_)
     if (frame.frame.time_ns != 0) after.push_back(frame.frame.time_ns);
+  // Frames after a pause have company of their own.
+  const auto has_company = [&] {
+    return std::ranges::count_if(after, [=](std::int64_t ns) {
+             return std::abs(ns - stamp_ns) <= max_ahead_ns;
+           }) >= 2;
+  };
   if (after.size() < window / 4) {  // the end of the log
     if (before_.size() < window) return false;
     const Spread earlier = spread_of({before_.begin(), before_.end()});
-    if (is_far_from(std::abs(stamp_ns - earlier.median_ns), earlier)) return true;
+    if (is_far_from(std::abs(stamp_ns - earlier.median_ns), earlier)) return !has_company();
     if (after.empty()) return false;
   }
-  const Spread later = spread_of(std::move(after));
+  const Spread later = spread_of(after);
   if (before_.empty())
     return stamp_ns > later.median_ns + max_ahead_ns ||
-           is_far_from(later.median_ns - stamp_ns, later);
+           (is_far_from(later.median_ns - stamp_ns, later) && !has_company());
   const auto [low, high] = std::minmax(before_.back(), later.median_ns);
   return stamp_ns < low - max_behind_ns || stamp_ns > high + max_ahead_ns;
 }

@@ -29,8 +29,9 @@ class LogStamps {
  public:
   /// Frames that are read ahead of the one that is judged.
   static constexpr std::size_t window = 32;
-  /// Adapters and several buses mix up the order by milliseconds.
-  static constexpr std::int64_t max_ahead_ns = 100'000'000;
+  /// Buses whose clocks differ by less are used together: the filter's window holds what comes late
+  /// by as much.
+  static constexpr std::int64_t max_ahead_ns = 200'000'000;
   static constexpr std::int64_t max_behind_ns = 1'000'000'000;
 
   enum class Judging : std::uint8_t {

@@ -299,6 +299,7 @@ toml::table parse_toml(const std::string& text, const std::filesystem::path& fil
     std::istringstream lines(text);
     std::string line;
     for (auto left = parse_error.source().begin.line; left > 0; --left) std::getline(lines, line);
+    line.resize(std::min(line.size(), std::size_t{1000}));  // the matcher recurses
     if (std::regex_search(line, decimal_comma))
       what += "; write a number with a decimal point: 2.5, not 2,5";
     throw ConfigError(

@@ -125,9 +125,14 @@ int odom_camera_flush(odom_camera* camera, int64_t timeout_ns) {
     if (left_ns <= 0) return -EAGAIN;
     nanosleep(&pause, NULL);
   }
+  /* Poses in the queue of a connection that the daemon closed are lost, not read. */
+  int lost = 0;
+  socklen_t size = sizeof lost;
+  if (getsockopt(camera->socket, SOL_SOCKET, SO_ERROR, &lost, &size) != 0) lost = errno;
   const int refused = refusal_of(camera);
-  if (refused != 0) disconnect(camera);
-  return refused;
+  const int error = refused != 0 ? refused : -lost;
+  if (error != 0) disconnect(camera);
+  return error;
 }
 
 void odom_camera_close(odom_camera* camera) {

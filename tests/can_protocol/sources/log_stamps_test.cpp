@@ -63,7 +63,7 @@ Outcome read(const std::vector<Frame>& frames, const FrameSelection& selected = 
 }
 
 TEST(LogStamps, LeaveOutFramesWhoseStampsStandAlone) {
-  for (const std::int64_t off : {-3600 * s, -10 * s, 200 * ms, 900 * ms, 10 * s, 3600 * s})
+  for (const std::int64_t off : {-3600 * s, -10 * s, 400 * ms, 900 * ms, 10 * s, 3600 * s})
     for (const std::size_t at :
          {std::size_t{0}, std::size_t{1}, std::size_t{200}, count - 2, count - 1})
       for (const std::size_t many : {1U, 2U}) {
@@ -86,6 +86,9 @@ TEST(LogStamps, KeepStepsPausesAndSmallDisorder) {
       {"step back", [](std::size_t i) { return usual(i) - (i < 200 ? 0 : 10 * s); }},
       {"hours", [](std::size_t i) { return usual(i) + (i < 200 ? 0 : 7200 * s); }},
       {"mixed order", [](std::size_t i) { return usual(i) + (i % 2 == 0 ? 0 : 12 * ms); }},
+      {"two adapters", [](std::size_t i) { return usual(i) + (i % 5 == 0 ? 150 * ms : 0); }},
+      {"last after a pause", [](std::size_t i) { return usual(i) + (i < count - 5 ? 0 : 3 * s); }},
+      {"pause after the first", [](std::size_t i) { return usual(i) + (i < 10 ? 0 : 3 * s); }},
       {"one behind", [](std::size_t i) { return usual(i) - (i == 200 ? 500 * ms : 0); }},
       {"slow", [](std::size_t i) { return epoch + static_cast<std::int64_t>(i) * 2 * s; }},
       {"bursts", [](std::size_t i) { return epoch + static_cast<std::int64_t>(i / 20) * 2 * s; }},
