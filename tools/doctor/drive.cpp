@@ -68,7 +68,8 @@ bool follows_from_mass(const Diagnostic& one) {
 void append_new(Diagnostics& to, const Diagnostics& others) {
   for (const Diagnostic& one : others)
     if (std::ranges::none_of(to, [&](const Diagnostic& other) {
-          return other.kind == one.kind && other.subject == one.subject;
+          return other.kind == one.kind &&
+                 (one.subject.empty() ? other.seen == one.seen : other.subject == one.subject);
         }))
       to.push_back(one);
 }
