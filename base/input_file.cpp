@@ -10,17 +10,19 @@
 namespace odomd {
 namespace {
 
-struct Packing {
-  std::string_view begins;
-  std::string_view command;
-};
-constexpr std::array<Packing, 5> packings{{{"\x1F\x8B", "gunzip -k"},
-                                           {"\xFD\x37zXZ", "unxz -k"},
-                                           {"\x28\xB5\x2F\xFD", "unzstd"},
-                                           {"BZh", "bunzip2 -k"},
-                                           {"PK\x03\x04", "unzip"}}};
+constexpr std::array<Packing, 5> packings{{{"\x1F\x8B", "gzip", "gunzip -k", "zcat"},
+                                           {"\xFD\x37zXZ", "xz", "unxz -k", "xzcat"},
+                                           {"\x28\xB5\x2F\xFD", "zstd", "unzstd", "zstdcat"},
+                                           {"BZh", "bzip2", "bunzip2 -k", "bzcat"},
+                                           {"PK\x03\x04", "zip", "unzip", "unzip -p"}}};
 
 }  // namespace
+
+const Packing* packing_of(std::string_view head) noexcept {
+  for (const Packing& packing : packings)
+    if (head.starts_with(packing.begins)) return &packing;
+  return nullptr;
+}
 
 std::string_view kind_of_no_file(const std::filesystem::path& file) {
   struct stat status {};
@@ -39,9 +41,8 @@ std::string problem_with_input(const std::filesystem::path& file) {
   if (!kind.empty()) return "is " + std::string(kind) + "; name a file";
   std::array<char, 6> head{};
   std::ifstream(file, std::ios::binary).read(head.data(), head.size());
-  for (const Packing& packing : packings)
-    if (std::string_view(head.data(), head.size()).starts_with(packing.begins))
-      return "is packed; unpack it: " + std::string(packing.command) + ' ' + file.string();
+  if (const Packing* const packing = packing_of({head.data(), head.size()}))
+    return "is packed; unpack it: " + std::string(packing->to_file) + ' ' + file.string();
   return {};
 }
 

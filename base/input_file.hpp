@@ -8,6 +8,16 @@
 
 namespace odomd {
 
+struct Packing {
+  std::string_view begins;
+  std::string_view name;     ///< "gzip"
+  std::string_view to_file;  ///< the command that unpacks a file beside it
+  std::string_view to_pipe;  ///< the one that unpacks it to standard output
+};
+
+/// The packing of a file that begins so; nullptr: none that is known.
+[[nodiscard]] const Packing* packing_of(std::string_view head) noexcept;
+
 /// "a directory", "a named pipe", "a pipe", "a socket" or "a device"; empty for a regular file and
 /// for one that does not exist.
 [[nodiscard]] std::string_view kind_of_no_file(const std::filesystem::path& file);

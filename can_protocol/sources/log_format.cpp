@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "base/input_file.hpp"
 #include "can_protocol/sources/candump.hpp"
 
 namespace odomd::can {
@@ -22,11 +23,6 @@ constexpr auto play = "tcpreplay -i vcan0 FILE, and record: candump -L vcan0 >dr
 constexpr auto bag = "play its CAN topic on vcan0, and record: candump -L vcan0 >drive.log"sv;
 
 constexpr std::array binary_formats{
-    Format{"\x1F\x8B"sv, "compressed (gzip)", "zcat FILE | odom ... -"},
-    Format{"\xFD\x37zXZ"sv, "compressed (xz)", "xzcat FILE | odom ... -"},
-    Format{"\x28\xB5\x2F\xFD"sv, "compressed (zstd)", "zstdcat FILE | odom ... -"},
-    Format{"BZh"sv, "compressed (bzip2)", "bzcat FILE | odom ... -"},
-    Format{"PK\x03\x04"sv, "compressed (zip)", "unzip -p FILE | odom ... -"},
     Format{"LOGG"sv, "a Vector BLF log", convert},
     Format{"MDF "sv, "an MDF measurement (MF4)", convert},
     Format{"UnFinMF"sv, "an unfinished MDF measurement (MF4)", convert},
@@ -64,6 +60,7 @@ bool is_displayed_frame(std::string_view line) {
 }
 
 const Format* text_format(std::string_view line) {
+  if (line.starts_with('#')) return nullptr;  // a comment
   const auto many = [line](char separator) { return std::ranges::count(line, separator) >= 3; };
   if (std::ranges::any_of(line, [](char c) { return c >= 0 && c < ' ' && c != '\t' && c != '\r'; }))
     return nullptr;
@@ -78,9 +75,15 @@ std::string describe(const Format& format) {
   return "is " + std::string(format.name) + ", not a candump log; " + std::string(format.way);
 }
 
+std::string describe(const Packing& packing) {
+  return "is compressed (" + std::string(packing.name) + "), not a candump log; " +
+         std::string(packing.to_pipe) + " FILE | odom ... -";
+}
+
 }  // namespace
 
 std::optional<std::string> describe_foreign_format(std::string_view start) {
+  if (const Packing* const packing = packing_of(start)) return describe(*packing);
   for (const Format& format : binary_formats)
     if (start.starts_with(format.mark)) return describe(format);
   const Format* found = nullptr;
