@@ -206,6 +206,8 @@ const LoggedFrame* LogFeeder::next() {
     if (input_ended_) {
       stamps_.end();
       check_one_stamp(2);
+      if (std::string text = stamps_.warning(); !text.empty())
+        warnings_.add(SourceWarning::lone_stamps, std::move(text));
     } else if (!read_line()) {
       return nullptr;
     }

@@ -1,5 +1,5 @@
-// Judges the stamps of a log before its frames are used: a stamp that stands alone is told from a
-// step of the clock, and a log whose stamps are no times is refused.
+// Judges the stamps of a log before its frames are used: a stamp that stands alone is
+// distinguished from a step of the clock, and a log whose stamps are no times is refused.
 //
 // The clock of a log follows its frames, so that one wrong stamp ahead would make all frames after
 // it too old. After a step or a pause, the frames that follow stay there; after a wrong stamp they

@@ -19,6 +19,7 @@ enum class SourceWarning : std::uint8_t {
   foreign_format,
   too_many_buses,
   one_stamp,
+  lone_stamps,
   long_pause,
   earlier_lines,
   later_lines,

@@ -242,6 +242,12 @@ void Housekeeping::look_at_end(std::int64_t now_ns) {
     if (at_end_ == AtEnd::go_on)
       journal_.info("all inputs have ended; continuing (--exit-at-end would stop here)");
   } else if (at_end_ == AtEnd::exit && now_ns - ended_ns_ > linger_ns) {
+    const bool any = std::ranges::any_of(
+        running_.sources, [](const auto& source) { return source->counters().received.get() > 0; });
+    if (!any)
+      throw std::runtime_error(
+          "all inputs have ended without a frame of a mapped message; check what is piped in, and "
+          "that [can] dbc names this car's databases");
     journal_.info("stopping: all inputs have ended");
     stop_ = true;
   }

@@ -94,7 +94,7 @@ LocalSocket::LocalSocket(const LocalSocketSettings& settings) : settings_(settin
   inode_ = status.st_ino;
   descriptor_ = std::move(descriptor);
   // Nobody can connect before listen(), so mode and group are set in time.
-  if (::chown(path.c_str(), static_cast<uid_t>(-1), group) != 0)
+  if (::lchown(path.c_str(), static_cast<uid_t>(-1), group) != 0)
     fail(path, fmt::format("cannot give it to the group {}", settings.group));
   if (::chmod(path.c_str(), settings.mode) != 0) fail(path, "cannot set its mode");
   if (::listen(descriptor_.get(), backlog) != 0) fail(path, "cannot listen");

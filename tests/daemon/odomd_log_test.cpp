@@ -101,6 +101,10 @@ TEST(OdomdLogs, AreUsedAsAReplayUsesThem) {
       desk.write("drive.log", log);
       EXPECT_EQ(replayed(desk), sound) << name;
       live = played(desk);
+      // What is left out is told live, too.
+      EXPECT_EQ(desk.read("stderr").find("far from those around") != std::string::npos,
+                name.starts_with("mapped"))
+          << name;
     }
     EXPECT_EQ(live, sound) << name;
   }

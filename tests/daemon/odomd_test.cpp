@@ -146,6 +146,12 @@ TEST_F(OdomdTest, CallsASignalOverdueThatStopsBeforeItsLog) {
   EXPECT_THAT(desk_.read("stderr"), HasSubstr("yaw_rate (GYRO) is overdue"));
 }
 
+TEST_F(OdomdTest, OfALogWithoutAMappedFrameFails) {
+  desk_.write("drive.log", "(1700000000.100000) can0 7A2#00\n(1700000000.200000) can0 7A2#00\n");
+  EXPECT_EQ(DaemonProcess(desk_, {"--can", desk_.file("drive.log"), "--exit-at-end"}).wait(), 1);
+  EXPECT_THAT(desk_.read("stderr"), HasSubstr("without a frame of a mapped message"));
+}
+
 /// Poses by their time on the log's clock, as `odom replay` writes them.
 std::map<std::string, std::string> replayed_poses(const Desk& desk) {
   const std::string command =
