@@ -2,8 +2,12 @@
 // window covers the latency of every sample. Builds the settings of the filter.
 #include <algorithm>
 #include <cmath>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "daemon/core/config_sections.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -23,6 +27,29 @@ bool is_mapped(const Config& config, Source source) {
   return config.can.signals[static_cast<std::size_t>(source)].configured;
 }
 
+/// What the full filter turns by without steering or gyro.
+void warn_of_turns(const Config& config, diagnostics::Diagnostics& warnings) {
+  std::vector<std::string_view> missing, others;
+  for (const auto& [source, name] :
+       {std::pair{Source::steering, "steering"}, {Source::yaw_rate, "yaw_rate"}})
+    (is_mapped(config, source) ? others : missing).push_back(name);
+  if (missing.empty()) return;
+  // Only both wheels of an axle show a turn.
+  if ((is_mapped(config, Source::wheel_front_left) &&
+       is_mapped(config, Source::wheel_front_right)) ||
+      (is_mapped(config, Source::wheel_rear_left) && is_mapped(config, Source::wheel_rear_right)))
+    others.push_back("the wheels");
+  warnings.push_back(found(
+      kind("role_not_mapped"), config.file.string() + ": [can.signals]",
+      fmt::format(
+          "{} {} not mapped: {}", fmt::join(missing, " and "), missing.size() > 1 ? "are" : "is",
+          others.empty()
+              ? "nothing measures how the car turns, and the pose goes straight "
+                "ahead between camera poses"
+              : fmt::format("only {} measure{} how the car turns", fmt::join(others, " and "),
+                            others.size() > 1 || others[0] == "the wheels" ? "" : "s"))));
+}
+
 /// Checks that a speed is mapped, and warns of what the model does without the other roles.
 void check_roles(const Config& config, diagnostics::Diagnostics& warnings) {
   constexpr Source speeds[] = {Source::wheel_front_left, Source::wheel_front_right,
@@ -40,9 +67,11 @@ void check_roles(const Config& config, diagnostics::Diagnostics& warnings) {
           fmt::format("{} is not mapped: {}", estimator::source_names[index_of(source)], without)));
   };
   const bool full = config.model == Model::full;
-  if (config.model != Model::inertial)
-    warn(Source::steering, full ? "only the gyro and the wheels measure how the car turns"
-                                : "the filter assumes that the car steers straight ahead");
+  if (full) {
+    warn_of_turns(config, warnings);
+  } else if (config.model != Model::inertial) {
+    warn(Source::steering, "the filter assumes that the car steers straight ahead");
+  }
   if (config.model == Model::paper) warn(Source::yaw_rate, "the filter assumes that it measures 0");
   const estimator::SteeringActuator& actuator = config.vehicle.steering;
   if (full && !is_mapped(config, Source::steering) &&
@@ -50,7 +79,6 @@ void check_roles(const Config& config, diagnostics::Diagnostics& warnings) {
     warnings.push_back(found(kind("actuator_without_steering"),
                              config.file.string() + ": [steering]",
                              "steering is not mapped, so this table has no effect"));
-  if (full) warn(Source::yaw_rate, "only the steering and the wheels measure how the car turns");
 }
 
 const can::SignalBinding* binding_of(const Config& config, Source source) {

@@ -23,12 +23,13 @@ Eigen::Matrix3d product(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) noex
 void step_paper_ekf(const FilterSettings& settings, const Eigen::Vector2d& u,
                     const Eigen::Vector2d& z, Motion& motion) noexcept {
   const auto& [Q, R] = settings.paper;
+  // x' = f(x, u) + w, z = h(x) + v: u = [δ, a_x], z = h = [ψ̇, v_x]   (eqs 13, 14 and 34 to 36)
   // x̂⁻ = f(x̂⁺, u),  Φ = ∂f/∂x at x̂⁺          (eqs 17, state_prediction, and 15)
   auto [x, phi] = paper_step(settings.vehicle, motion.velocity, u[0], u[1], settings.period_s);
   // P⁻ = Φ P Φᵀ + Q                             (eq. 18, covariance_prediction)
   Eigen::Matrix3d P = product(product(phi, unpacked(motion.covariance)), phi.transpose());
   P.diagonal() += Eigen::Vector3d(Q[0], Q[1], Q[2]);
-  // P⁻ Hᵀ with H = [0 0 1; 1 0 0],  S = H P⁻ Hᵀ + R
+  // P⁻ Hᵀ with H = ∂h/∂x = [0 0 1; 1 0 0] (eq. 16),  S = H P⁻ Hᵀ + R
   Eigen::Matrix<double, 3, 2> PHt;
   PHt << P.col(2), P.col(0);
   const Eigen::Matrix2d S{{P(2, 2) + R[0], P(0, 2)}, {P(0, 2), P(0, 0) + R[1]}};

@@ -164,6 +164,7 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   constexpr double unseen_s = 0.5;
   e.bias_unlearnt = e.initialised && !state.standstill.wheels_still &&
                     (e.calibration.valid & 1U) == 0 &&
+                    state.fused_ns[index_of(Source::yaw_rate)] != 0 &&
                     (e.camera_ns == 0 || seconds_between(e.camera_ns, state.time_ns) > unseen_s);
   e.scale_implausible = implausible(slow::gyro_scale) || implausible(slow::wheel_scale);
   if (e.initialised && !state.standstill.standing) {
