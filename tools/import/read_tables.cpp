@@ -15,6 +15,7 @@
 #include <fmt/ranges.h>
 
 #include "base/nearest_name.hpp"
+#include "can_protocol/dbc/text.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/text.hpp"
@@ -119,13 +120,22 @@ std::unique_ptr<OpenTable> open_table(const std::string& path,
   auto input = open_input(path);
   std::string text(std::istreambuf_iterator<char>(input), {});
   if (input.bad()) throw std::runtime_error(path + ": cannot be read");
-  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
   if (text.find('\0') != std::string::npos)
     throw std::invalid_argument(path +
                                 ": is not a text in UTF-8; if it is a table in UTF-16, convert it: "
                                 "iconv -f UTF-16 -t UTF-8");
-  table->text = std::istringstream(std::move(text));
+  table->text = std::istringstream(can::to_utf8(text));
+  if (text.starts_with('(') || text.find("[column names]") != std::string::npos)
+    throw std::invalid_argument(
+        path + (text.starts_with('(')
+                    ? ": is a candump log, which needs no import: odom init --can FILE"
+                    : ": is a VBOX file (.vbo); save its data as CSV in the VBOX tools"));
   find_header(*table, wanted);
+  if (has_number(table->columns, table->layout.delimiter))
+    throw std::invalid_argument(
+        fmt::format("{}:{}: holds numbers where the names of the columns should be; write them as "
+                    "the first line",
+                    path, table->layout.header_line));
   return table;
 }
 
@@ -201,12 +211,27 @@ std::optional<std::int64_t> time_in(const CsvReader& reader, std::size_t column,
   return time;
 }
 
+/// 101559.9 and 101600.1 are 0.2 s apart as times of day.
+bool jumps_like_times_of_day(const TableRows& rows) {
+  constexpr std::int64_t minute_ns = 60'000'000'000, hundred_ns = 100'000'000'000;
+  return std::ranges::adjacent_find(rows.times_ns, [](std::int64_t one, std::int64_t next) {
+           return one % hundred_ns < minute_ns && one / hundred_ns + 1 == next / hundred_ns &&
+                  next - one > hundred_ns - minute_ns &&
+                  next - one < hundred_ns - minute_ns + 2'000'000'000;
+         }) != rows.times_ns.end();
+}
+
 /// Times that are no dates may be in any unit.
 void require_plausible(const TableRows& rows) {
   constexpr std::int64_t first_date_ns = 900'000'000'000'000'000;
   if (rows.times_ns.size() < 3 || rows.times_ns.front() > first_date_ns) return;
   const double step = static_cast<double>(rows.times_ns.back() - rows.times_ns.front()) * 1e-9 /
                       static_cast<double>(rows.times_ns.size() - 1);
+  if (jumps_like_times_of_day(rows))
+    throw std::invalid_argument(fmt::format(
+        "{}: read as seconds, the time jumps by 40 s where a minute ends; for times of day: "
+        "--time '{},unit=hhmmss'",
+        rows.name, rows.time_column));
   if (step > 1e-5 && step < 1.0) return;
   throw std::invalid_argument(
       fmt::format("{}: read as seconds, its rows are {:g} s apart; state the unit of the time: "
