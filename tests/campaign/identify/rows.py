@@ -109,13 +109,3 @@ def each(seeds, work):
     """The results of work(seed) in the order of the seeds, on all processors."""
     with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         return list(pool.map(work, seeds))
-
-
-def options(**given):
-    """{"scale_sigma": 0.1} as --scale-sigma 0.1; once for each element of a list, nothing for None."""
-    line = []
-    for name, value in given.items():
-        for one in value if isinstance(value, list) else [value]:
-            if one is not None:
-                line += ["--" + name.replace("_", "-"), one]
-    return line
