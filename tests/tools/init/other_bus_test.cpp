@@ -190,7 +190,7 @@ steering = { message = "LWI_01", signal = "LWI_Lenkradwinkel", unit = "deg", sca
                           R"(valid_when = { signal = "LWI_QBit_Lenkradwinkel", equals = 0 })",
                           R"(unless_raw = "all_ones")"})
     EXPECT_THAT(bus.text, HasSubstr(key));
-  bus.expect_as_by_hand(1.25);  // by hand the ratio is exact
+  bus.expect_as_by_hand(1.25);  // 1.1 is wanted: position has 1.19, for a cause not found
 }
 
 TEST(OtherBus, WithTheTurnsOfAMotorAndACommandIsReadAsByHand) {
