@@ -1,5 +1,6 @@
 #include "daemon/sockets/local_socket.hpp"
 
+#include <fcntl.h>
 #include <grp.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -93,8 +94,9 @@ LocalSocket::LocalSocket(const LocalSocketSettings& settings) : settings_(settin
   device_ = status.st_dev;
   inode_ = status.st_ino;
   descriptor_ = std::move(descriptor);
-  // Nobody can connect before listen(), so mode and group are set in time.
-  if (::lchown(path.c_str(), static_cast<uid_t>(-1), group) != 0)
+  // Nobody can connect before listen(), so mode and group are set in time. The unit's system call
+  // filter allows fchownat, not lchown.
+  if (::fchownat(AT_FDCWD, path.c_str(), static_cast<uid_t>(-1), group, AT_SYMLINK_NOFOLLOW) != 0)
     fail(path, fmt::format("cannot give it to the group {}", settings.group));
   if (::chmod(path.c_str(), settings.mode) != 0) fail(path, "cannot set its mode");
   if (::listen(descriptor_.get(), backlog) != 0) fail(path, "cannot listen");
