@@ -7,10 +7,9 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/ekf/apply_integrity.hpp"
-#include "estimator/ekf/bounds.hpp"
 #include "estimator/ekf/noise.hpp"
 #include "estimator/ekf/publication.hpp"
+#include "estimator/ekf/take.hpp"
 #include "estimator/ekf/update.hpp"
 #include "estimator/integrity/admission.hpp"
 

@@ -20,8 +20,6 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/settings.hpp"
 #include "estimator/ekf/history.hpp"
-#include "estimator/ekf/judgements.hpp"
-#include "estimator/ekf/latencies.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
 #include "estimator/ekf/take.hpp"

@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <optional>
 
-#include "estimator/baselines/gyro_bias.hpp"
 #include "estimator/baselines/motion.hpp"
 #include "estimator/baselines/pose_anchor.hpp"
 #include "estimator/baselines/signals.hpp"

@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 
-#include "estimator/baselines/gyro_bias.hpp"
 #include "estimator/baselines/signals.hpp"
 #include "estimator/common/pose.hpp"
 #include "estimator/common/settings.hpp"

@@ -1,5 +1,5 @@
 // docs/model.md, "Integrity".
-#include "estimator/ekf/apply_integrity.hpp"
+#include "estimator/ekf/take.hpp"
 
 #include <cmath>
 #include <utility>

@@ -1,4 +1,5 @@
-// The states at the ticks of the window: the filter rewinds to one of them for a late sample.
+// The states at the ticks of the window: the filter rewinds to one of them for a late sample. And
+// by how much samples are put earlier: the latencies that the camera has taught.
 //
 // docs/model.md, "Late samples".
 #pragma once
@@ -8,6 +9,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "estimator/common/measurement.hpp"
+#include "estimator/common/time.hpp"
 #include "estimator/ekf/state.hpp"
 
 namespace odomd::estimator::full {
@@ -62,6 +65,55 @@ class History {
   std::size_t now_ = 0;
   std::size_t kept_ = 0;   ///< not counting the present state ...
   bool kept_now_ = false;  ///< ... which is kept itself
+};
+
+/// A sample is advanced by what was known two windows before its own time. No late sample changes
+/// that any more, so the order of arrival does not count. What is learnt afterwards enters its
+/// prediction, to first order.
+class Latencies {
+ public:
+  explicit Latencies(std::int64_t window_ns) noexcept
+      : window_ns_(std::max<std::int64_t>(window_ns, 1)) {}
+
+  /// Takes over the latencies of a state, for all times.
+  void begin(const State& state) noexcept { learnt_.fill(state.slow.mean); }
+
+  /// Notes those at a tick, the one before being at `before_ns`.
+  void note(const State& state, std::int64_t before_ns) noexcept {
+    if (window_of(state.time_ns) != window_of(before_ns)) {
+      learnt_[place(window_of(state.time_ns))] = state.slow.mean;
+    }
+  }
+
+  /// The most by which a sample is put earlier: half a window.
+  [[nodiscard]] std::int64_t most_ns() const noexcept { return window_ns_ / 2; }
+
+  /// By how much a sample of this time is put earlier; it is never put later than stated.
+  [[nodiscard]] std::int64_t advance_ns(Source source, std::int64_t time_ns) const noexcept {
+    slow::Index latency = slow::wheel_latency;
+    if (source == Source::yaw_rate) {
+      latency = slow::gyro_latency;
+    } else if (source == Source::steering) {
+      latency = slow::steering_latency;
+    } else if (!is_wheel(source)) {
+      return 0;
+    }
+    const double learnt_s = learnt_[place(window_of(time_ns) - 2)][latency];
+    return std::clamp<std::int64_t>(std::llround(learnt_s * ns_per_second), 0, most_ns());
+  }
+
+ private:
+  [[nodiscard]] std::int64_t window_of(std::int64_t time_ns) const noexcept {
+    return time_ns / window_ns_;
+  }
+  [[nodiscard]] static std::size_t place(std::int64_t window) noexcept {
+    return static_cast<std::uint64_t>(window) % windows;
+  }
+
+  // A sample may be a window late, and need what was noted two windows before.
+  static constexpr std::size_t windows = 8;
+  std::array<SlowVector, windows> learnt_{};
+  std::int64_t window_ns_;
 };
 
 }  // namespace odomd::estimator::full

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "estimator/common/vehicle.hpp"
+#include "estimator/ekf/process.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
 
@@ -51,5 +52,11 @@ inline constexpr double dead_after_s = 0.5;
 
 /// Stores the sample as the newest one of its source.
 void note_reading(State& state, const Sample& sample) noexcept;
+
+/// Takes a sample of the direction: the sign of unsigned wheel speeds, which may have been wrong
+/// until now. 0 (unknown) keeps the last direction until the car may have stood. `gated`: a single
+/// reversal that is too fast for a car.
+[[nodiscard]] Verdict take_direction(const CarModel& model, State& state,
+                                     const Sample& sample) noexcept;
 
 }  // namespace odomd::estimator::full

@@ -1,4 +1,5 @@
-// Conversion between the state and published estimates, and the initial state.
+// Conversion between the state and published estimates, the initial state, and what is checked
+// before a state is published.
 //
 // docs/model.md, "Publication".
 #pragma once
@@ -26,5 +27,11 @@ namespace odomd::estimator::full {
 /// Widens the covariance of a state without samples for `gap_s` [s], in which the car may have kept
 /// its motion or not.
 void bridge_gap(State& state, double gap_s) noexcept;
+
+/// Inflates P against rounding, and limits its variances by D P D. Once a tick.
+void limit(State& state) noexcept;
+
+/// Whether the state is finite and possible, and P positive definite.
+[[nodiscard]] bool is_valid(const State& state) noexcept;
 
 }  // namespace odomd::estimator::full

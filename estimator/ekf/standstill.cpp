@@ -9,8 +9,8 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/squares.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/ekf/gyro.hpp"
 #include "estimator/ekf/judge.hpp"
+#include "estimator/ekf/predict.hpp"
 #include "estimator/ekf/update.hpp"
 
 namespace odomd::estimator::full {

@@ -7,15 +7,12 @@
 
 #include "estimator/common/squares.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/ekf/accelerometer.hpp"
-#include "estimator/ekf/direction.hpp"
-#include "estimator/ekf/gyro.hpp"
 #include "estimator/ekf/judge.hpp"
 #include "estimator/ekf/noise.hpp"
 #include "estimator/ekf/plausibility.hpp"
+#include "estimator/ekf/predict.hpp"
 #include "estimator/ekf/standstill.hpp"
 #include "estimator/ekf/update.hpp"
-#include "estimator/ekf/wheel_speed.hpp"
 
 namespace odomd::estimator::full {
 namespace {

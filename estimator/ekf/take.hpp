@@ -31,4 +31,8 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
 /// Takes a sample whose time is the state's.
 [[nodiscard]] Judgement take(const Context& context, State& state, const Sample& sample) noexcept;
 
+/// Checks the sources, takes back what a faulty one has done to the pose, and resets the motion to
+/// the consensus if the filter has deviated from it for a while.
+void apply_integrity(const Context& context, State& state) noexcept;
+
 }  // namespace odomd::estimator::full

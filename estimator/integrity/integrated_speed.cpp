@@ -1,11 +1,12 @@
 // docs/model.md, "Integrity".
-#include "estimator/integrity/integrated_speed.hpp"
+#include "estimator/integrity/parity.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "estimator/common/squares.hpp"
 #include "estimator/common/time.hpp"
+#include "estimator/common/vehicle.hpp"
 #include "estimator/common/wheel_place.hpp"
 
 namespace odomd::estimator::integrity {

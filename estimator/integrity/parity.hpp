@@ -111,4 +111,14 @@ inline constexpr double min_learning_speed = 0.3;
 void learn_radii(const Sensors& sensors, const Consensus& all, const Solution& base, double dt,
                  Observations& observed) noexcept;
 
+/// Integrates the measured acceleration over `dt` [s], unless accel_x is silent or distrusted.
+/// Stops once the car stands, while all wheels are distrusted.
+void integrate_acceleration(const Sensors& sensors, Observations& observed, double dt,
+                            bool wheels_distrusted) noexcept;
+
+/// Moves the integrated speed towards the consensus, unless both contradict each other or the
+/// consensus is `contradicted`. Learns the offset of the accelerometer (slope and bias) from their
+/// difference if `learns`. Call it while wheels or a camera measure the speed.
+void follow_consensus(Observations& observed, double dt, bool contradicted, bool learns) noexcept;
+
 }  // namespace odomd::estimator::integrity

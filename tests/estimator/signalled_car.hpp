@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <map>
 
-#include "estimator/ekf/apply_integrity.hpp"
 #include "estimator/ekf/publication.hpp"
 #include "estimator/ekf/take.hpp"
 #include "tests/estimator/drive.hpp"

@@ -1,5 +1,5 @@
 // Compares the accelerometers' predictions with the model and with central differences.
-#include "estimator/ekf/accelerometer.hpp"
+#include "estimator/ekf/predict.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "estimator/ekf/bounds.hpp"
+#include "estimator/ekf/publication.hpp"
 
 #include <gtest/gtest.h>
 

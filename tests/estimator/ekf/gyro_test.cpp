@@ -1,5 +1,5 @@
 // Compares the gyro's prediction with its equation and with central differences.
-#include "estimator/ekf/gyro.hpp"
+#include "estimator/ekf/predict.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,10 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/ekf/accelerometer.hpp"
-#include "estimator/ekf/gyro.hpp"
+#include "estimator/ekf/predict.hpp"
 #include "estimator/ekf/publication.hpp"
-#include "estimator/ekf/wheel_speed.hpp"
 #include "tests/estimator/ekf/states.hpp"
 #include "tests/estimator/signalled_car.hpp"
 

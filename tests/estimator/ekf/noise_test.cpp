@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "estimator/ekf/wheel_speed.hpp"
+#include "estimator/ekf/predict.hpp"
 
 namespace odomd::estimator::full::noise_test {
 namespace {

@@ -1,5 +1,5 @@
 // The prediction of a wheel's speed: each wheel at its place, and its derivatives.
-#include "estimator/ekf/wheel_speed.hpp"
+#include "estimator/ekf/predict.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,15 +1,20 @@
-// A wheel, an axle or the motor: the ground speed of its contact point along the wheel.
+// What the sensors of the car's motion measure: the predicted sample with its derivatives.
 //
-// docs/model.md, "Wheels".
+// docs/model.md, "Measurements".
 #pragma once
 
 #include <cmath>
 
+#include "estimator/common/vehicle.hpp"
 #include "estimator/common/wheel_place.hpp"
 #include "estimator/ekf/process.hpp"
 #include "estimator/ekf/update.hpp"
 
 namespace odomd::estimator::full {
+
+/// The gyro: z = (1 + s_g) (ψ̇ - τ ψ̈) + b_g, τ: what is left of τ_g after the sample was advanced.
+[[nodiscard]] Prediction predict_yaw_rate(const State& state, double sigma,
+                                          double advanced_s = 0.0) noexcept;
 
 /// A wheel's share of the force on the car, relative to a driven wheel of two. All four wheels
 /// brake with half of that.
@@ -32,5 +37,15 @@ namespace odomd::estimator::full {
 [[nodiscard]] Prediction predict_wheel_speed(const CarModel& model, const Input& input,
                                              const State& state, Source source, double sigma,
                                              bool gyro, double advanced_s = 0.0) noexcept;
+
+/// z = (1 + ρ_x) (a_x - ψ̇² p_x) + b_ax; at standstill b_ax.
+[[nodiscard]] Prediction predict_accel_x(const CarModel& model, const State& state,
+                                         double sigma) noexcept;
+
+/// z = (1 + ρ_y) (a_y + ψ̈ p_x - ψ̇² p_y) + b_ay with a_y = (v_y,k - v_y) / Δt + v_x ψ̇ and
+/// ψ̈ = (ψ̇_k - ψ̇) / Δt, by the model's step over `dt`: a form of the tyre forces that holds at any
+/// speed. Below the slowest speed that `dt` resolves a_y is v_x ψ̇.
+[[nodiscard]] Prediction predict_accel_y(const CarModel& model, const Input& input,
+                                         const State& state, double sigma, double dt) noexcept;
 
 }  // namespace odomd::estimator::full
