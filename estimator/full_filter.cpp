@@ -14,36 +14,24 @@
 #include "estimator/integrity/admission.hpp"
 
 namespace odomd::estimator {
-namespace {
 
 using full::Sample;
 using full::State;
 namespace at = full::at;
 
-BodyVelocity velocity_of(const State& state) noexcept {
-  return {state.mean[at::v_x], state.mean[at::v_y], state.mean[at::yaw_rate]};
-}
-
-}  // namespace
-
 FullFilter::FullFilter(const FilterSettings& settings) noexcept
-    : period_ns_(std::llround(settings.period_s * ns_per_second)),
+    : context_{.model = {{settings.vehicle, settings.tuning}, settings.imu_position},
+               .camera = {settings.camera_gate, settings.initialise_from_camera},
+               .period_s = settings.period_s},
+      sigma_(sigmas_of(settings)),
+      initial_(full::initial_state(settings)),
+      period_ns_(std::llround(settings.period_s * ns_per_second)),
       window_ns_(std::llround(settings.window_s * ns_per_second)),
+      reach_ns_(window_ns_ + window_ns_ / 2),
       camera_latency_ns_(std::llround(settings.camera_max_latency_s * ns_per_second)),
       steering_delay_ns_(std::llround(settings.vehicle.steering.delay_s * ns_per_second)),
       latencies_(window_ns_) {
-  context_.model = {settings.vehicle, settings.imu_position, settings.tuning};
-  context_.camera = {settings.camera_gate, settings.initialise_from_camera};
-  context_.period_s = settings.period_s;
-  for (std::size_t i = 0; i < source_count; ++i) {
-    sigma_[i] = settings.sigma[i] > 0.0 ? settings.sigma[i] : default_sigma[i];
-  }
-  reach_ns_ = window_ns_ + latencies_.most_ns();
-  const std::int64_t window_ticks = reach_ns_ / period_ns_ + 1;
-  stride_ = window_ticks / static_cast<std::int64_t>(full::History::capacity - 3) + 1;
-  context_.sensors = {settings.vehicle, settings.tuning};
   context_.model.gyro_sigma = sigma_[index_of(Source::yaw_rate)];
-  initial_ = full::initial_state(settings);
   history_.restart() = initial_;
   latencies_.begin(initial_);
 }
@@ -61,7 +49,7 @@ void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
   now.lasting_turn = {};
   now.disputed = {};
   for (const at::Index index : {at::x, at::y, at::yaw}) {
-    full::forget(now, index, std::sqrt(initial_.covariance(index, index)));
+    full::forget(now, index, std::sqrt(initial_.variance(index)));
   }
   if (!std::exchange(now.located, true)) {
     odom_ = pose;
@@ -69,7 +57,7 @@ void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
     return;
   }
   ++reset_count_;
-  last_jump_ = {pose.x - before.x, pose.y - before.y, pose.yaw - before.yaw};
+  last_jump_ = pose - before;
 }
 
 std::optional<Verdict> FullFilter::add(const Measurement& sample) noexcept {
@@ -88,7 +76,7 @@ std::optional<Verdict> FullFilter::add(const Measurement& sample) noexcept {
   return insert({.time_ns = ns_after(sample.time_ns, delay_ns),
                  .source = sample.source,
                  .value = {sample.value},
-                 .sigma = {std::clamp(sigma, smallest_sigma, physical_limit[index])},
+                 .sigma = {bounded_sigma(sigma, physical_limit[index])},
                  .advanced_s = static_cast<double>(advance_ns) * seconds_per_ns},
                 sample.arrival_ns, delay_ns);
 }
@@ -105,9 +93,7 @@ std::optional<Verdict> FullFilter::add(const CameraPose& camera) noexcept {
     return Verdict::too_old;
   }
   camera_clock_.add(camera.capture_ns, camera.arrival_ns);
-  const auto bounded = [](double sigma) {
-    return std::clamp(sigma, smallest_sigma, largest_camera_sigma);
-  };
+  const auto bounded = [](double sigma) { return bounded_sigma(sigma, largest_camera_sigma); };
   return insert(
       {.time_ns = camera.capture_ns,
        .source = Source::camera,
@@ -150,7 +136,7 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   const bool located_before = history_.now().located;
 
   // 1. Rewind to the oldest new sample, and replay from there.
-  const BodyVelocity published = velocity_of(history_.now());
+  const BodyVelocity published = history_.now().velocity();
   const Pose2 odom_before = odom_;
   history_.rewind_to(
       std::exchange(oldest_new_sample_ns_, std::numeric_limits<std::int64_t>::max()));
@@ -202,7 +188,7 @@ void FullFilter::count_resets() noexcept {
     last_jump_ = jump;
   } else if (now.resets < published_resets_) {
     ++reset_count_;
-    last_jump_ = {-published_jump_.x, -published_jump_.y, -published_jump_.yaw};
+    last_jump_ = Pose2() - published_jump_;
   } else if (jump.x != published_jump_.x || jump.y != published_jump_.y ||
              jump.yaw != published_jump_.yaw) {
     last_jump_ = jump;
@@ -243,14 +229,14 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
     full::limit(now);
     latencies_.note(now, before_ns);
     if (now.moving && grid_ns > *last_tick_ns_) {
-      const BodyVelocity next = velocity_of(now);
+      const BodyVelocity next = now.velocity();
       const BodyVelocity mean{0.5 * (velocity.v_x + next.v_x), 0.5 * (velocity.v_y + next.v_y),
                               0.5 * (velocity.yaw_rate + next.yaw_rate)};
       odom_ = moved(odom_, mean, seconds_between(*last_tick_ns_, grid_ns));
       velocity = next;
       last_tick_ns_ = grid_ns;
     }
-    history_.keep(stride_ * period_ns_ - period_ns_ / 2);
+    history_.keep(reach_ns_);
   }
 }
 
@@ -269,7 +255,7 @@ void FullFilter::recover(std::int64_t tick_ns) noexcept {
   now.doubtful = true;
   const Pose2 pose = last_.initialised ? last_.map : odom_;
   now.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
-  now.covariance(at::v_x, at::v_x) += last_.v_x * last_.v_x;
+  now.variance(at::v_x) += last_.v_x * last_.v_x;
   latencies_.begin(now);
 }
 
@@ -305,12 +291,7 @@ Estimate FullFilter::estimate(std::int64_t tick_ns) noexcept {
   e.last_jump = last_jump_;
   e.recoveries = recoveries_;
   e.doubtful = now.doubtful || now.integrity.agreed().camera_inconsistent || camera_clock_.drifts();
-  e.mode =
-      modes_.update({.time_ns = tick_ns,
-                     .initialised = e.initialised,
-                     .wheel_speed = now.standstill.standing ? 0.0 : std::max(std::abs(e.v_x), 0.1),
-                     .yaw_rate = e.yaw_rate,
-                     .camera_ns = e.camera_ns});
+  e.mode = modes_.update(e, now.standstill.standing);
   return e;
 }
 

@@ -63,14 +63,13 @@ class FullFilter {
   [[nodiscard]] Estimate estimate(std::int64_t tick_ns) noexcept;
 
   full::Context context_;
-  std::array<double, source_count> sigma_{};
+  std::array<double, source_count> sigma_;
   full::State initial_;  ///< before the first sample
-  std::int64_t period_ns_ = 5'000'000;
-  std::int64_t window_ns_ = 250'000'000;  ///< a sample may be this late ...
-  std::int64_t reach_ns_ = 375'000'000;   ///< ... and is put earlier by its learnt latency
-  std::int64_t camera_latency_ns_ = 200'000'000;
-  std::int64_t steering_delay_ns_ = 0;
-  std::int64_t stride_ = 1;  ///< ticks between two kept states
+  std::int64_t period_ns_;
+  std::int64_t window_ns_;  ///< a sample may be this late ...
+  std::int64_t reach_ns_;   ///< ... and is put earlier by its learnt latency
+  std::int64_t camera_latency_ns_;
+  std::int64_t steering_delay_ns_;
 
   full::SampleWindow window_;
   full::History history_;  ///< now: at the last tick

@@ -14,7 +14,7 @@ BaselineFilter::BaselineFilter(Model model, const FilterSettings& settings) noex
     : model_(model),
       settings_(settings),
       period_ns_(std::llround(settings.period_s * ns_per_second)),
-      held_(settings.sigma),
+      held_(settings),
       gyro_bias_(settings.tuning),
       anchor_(settings) {}
 
@@ -135,19 +135,14 @@ Estimate BaselineFilter::estimate(std::int64_t tick_ns) noexcept {
   e.v_y = motion_.velocity.v_y;
   e.yaw_rate = motion_.velocity.yaw_rate;
   e.velocity_covariance =
-      sum(motion_.covariance, by_errors(motion_.sensitivity, motion_.error_variance));
+      packed(unpacked(motion_.covariance) + by_errors(motion_.sensitivity, motion_.error_variance));
 
   e.accel_x = held_[Source::accel_x].value;
   e.accel_y = held_[Source::accel_y].value;
   e.steering = held_[Source::steering].value;
   e.recoveries = recoveries_;
 
-  e.mode = modes_.update({.time_ns = tick_ns,
-                          .initialised = e.initialised,
-                          .fault = e.model_fault,
-                          .wheel_speed = speed_ ? speed_->v_x : 0.0,
-                          .yaw_rate = e.yaw_rate,
-                          .camera_ns = e.camera_ns});
+  e.mode = modes_.update(e, modes_.is_still(speed_ ? speed_->v_x : 0.0, e.yaw_rate));
   // A standing car does not accelerate, whatever the sensors' bias.
   if (e.mode != Mode::standstill) {
     e.v_x_dot = motion_.rate.v_x;

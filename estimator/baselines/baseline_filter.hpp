@@ -39,7 +39,7 @@ class BaselineFilter {
 
   Model model_ = Model::kinematic;
   FilterSettings settings_;
-  std::int64_t period_ns_ = 5'000'000;
+  std::int64_t period_ns_;
   HeldSignals held_;
   GyroBias gyro_bias_;  ///< of the inertial model
   Motion motion_;

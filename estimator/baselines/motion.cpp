@@ -5,7 +5,6 @@
 
 #include <Eigen/LU>
 
-#include "estimator/common/squares.hpp"
 #include "estimator/common/symmetric3.hpp"
 
 namespace odomd::estimator {
@@ -13,14 +12,13 @@ namespace odomd::estimator {
 namespace {
 
 // Keep the covariance positive definite: the Jacobian has rank two, or less at standstill.
-constexpr double floor_speed = 1e-3;     // [m/s]
-constexpr double floor_yaw_rate = 1e-3;  // [rad/s]
+constexpr double floor_rate = 1e-3;  // [m/s, rad/s]
 constexpr double inflation = 1.0 + 1e-6;
 
 /// J diag(σ²) Jᵀ, with the σ of v_x and of steering or gyro; v_y also errs by the slip.
 Symmetric3 covariance_of(const DeadReckoning& model, double sigma_speed, double sigma_turn) {
   const Eigen::Vector2d sigma(sigma_speed, sigma_turn);
-  const Eigen::Vector3d least(floor_speed, std::hypot(floor_speed, model.slip), floor_yaw_rate);
+  const Eigen::Vector3d least(floor_rate, std::hypot(floor_rate, model.slip), floor_rate);
   Eigen::Matrix3d V = model.jacobian * sigma.cwiseAbs2().asDiagonal() * model.jacobian.transpose();
   V.diagonal() = inflation * V.diagonal() + least.cwiseAbs2();
   return packed(V);

@@ -15,7 +15,7 @@ namespace odomd::estimator {
 /// The motion at a tick, and over the period before it.
 struct Motion {
   BodyVelocity velocity;
-  Symmetric3 covariance = diagonal(1.0, 1.0, 1.0);  ///< of the velocity
+  Symmetric3 covariance{1.0, 0.0, 0.0, 1.0, 0.0, 1.0};  ///< of the velocity
   BodyVelocity rate;  ///< (v̇_x, v̇_y, ψ̈) of the model [m/s², m/s², rad/s²]
   BodyVelocity mean;  ///< velocity over the period
   Pose2 way;          ///< displacement over the period, in the car's axes before it
@@ -28,9 +28,9 @@ struct Motion {
 };
 
 /// B D Bᵀ: the covariance by lasting errors of variances D.
-[[nodiscard]] inline Symmetric3 by_errors(const Eigen::Matrix3d& sensitivity,
-                                          const Eigen::Vector3d& variance) noexcept {
-  return packed(sensitivity * variance.asDiagonal() * sensitivity.transpose());
+[[nodiscard]] inline Eigen::Matrix3d by_errors(const Eigen::Matrix3d& sensitivity,
+                                               const Eigen::Vector3d& variance) noexcept {
+  return sensitivity * variance.asDiagonal() * sensitivity.transpose();
 }
 
 /// The kinematic models derive the yaw rate from the steering.

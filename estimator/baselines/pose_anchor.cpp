@@ -1,14 +1,12 @@
 #include "estimator/baselines/pose_anchor.hpp"
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
 #include "estimator/common/predecessor.hpp"
-#include "estimator/common/squares.hpp"
+#include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/integrity/admission.hpp"
 
@@ -16,7 +14,8 @@ namespace odomd::estimator {
 namespace {
 
 // Larger deviations mean that nothing is known: a kilometre, half a turn.
-constexpr std::array<double, 3> largest_variance{1e6, 1e6, std::numbers::pi* std::numbers::pi};
+const Eigen::Vector3d largest_deviation(largest_camera_sigma, largest_camera_sigma,
+                                        std::numbers::pi);
 
 // A pause ends a run of rejected poses. After an accepted run the odometry is suspect for a while.
 constexpr double longest_pause_s = 0.5;
@@ -25,38 +24,32 @@ constexpr double suspect_share = 0.5;
 constexpr double suspect_speed = 0.5;     // [m/s]
 constexpr double suspect_yaw_rate = 1.0;  // [rad/s]
 
-/// P ← F P Fᵀ + Q from one odometry pose to another, in a frame rotated by `yaw`.
-Symmetric3 grown(const Symmetric3& p, const Pose2& from, const Pose2& to, double yaw,
-                 const Symmetric3& noise) noexcept {
-  const double c = std::cos(yaw);
-  const double s = std::sin(yaw);
-  const double dx = to.x - from.x;
-  const double dy = to.y - from.y;
-  Symmetric3 next = sum(displaced(p, c * dx - s * dy, s * dx + c * dy), rotated(noise, c, s));
-  for (const std::size_t variance : {0U, 3U, 5U}) {
-    next[variance] *= rounding_inflation;
-  }
-  return limited(next, largest_variance);
+Eigen::Matrix3d rotation(double yaw) noexcept {
+  return estimator::rotation(std::cos(yaw), std::sin(yaw));
 }
 
-/// R(yaw) B, of rows x, y, yaw.
-Eigen::Matrix3d rotated(Eigen::Matrix3d b, double yaw) noexcept {
-  b.topRows<2>() = Eigen::Rotation2Dd(yaw).toRotationMatrix() * b.topRows<2>().eval();
-  return b;
+/// F of the way from one odometry pose to another, in a frame turned by R.
+Eigen::Matrix3d displacement(const Pose2& from, const Pose2& to,
+                             const Eigen::Matrix3d& R) noexcept {
+  const Eigen::Vector3d way = R * Eigen::Vector3d(to.x - from.x, to.y - from.y, 0.0);
+  return estimator::displacement(way[0], way[1]);
 }
 
-/// Covariance of a suspect odometry between two poses, whose error is constant.
-Symmetric3 suspect_motion(const Pose2& from, const Pose2& to, double dt) noexcept {
+/// P ← F P Fᵀ + R Q Rᵀ, symmetric to the bit.
+Eigen::Matrix3d grown(const Eigen::Matrix3d& P, const Eigen::Matrix3d& F, const Eigen::Matrix3d& R,
+                      const Eigen::Matrix3d& noise) noexcept {
+  Eigen::Matrix3d next = F * P * F.transpose() + R * noise * R.transpose();
+  next.diagonal() *= rounding_inflation;
+  limit(next, largest_deviation);
+  return next.selfadjointView<Eigen::Upper>();
+}
+
+/// Variances of a suspect odometry between two poses, whose error is constant.
+Eigen::Vector3d suspect_motion(const Pose2& from, const Pose2& to, double dt) noexcept {
   const double way = std::hypot(to.x - from.x, to.y - from.y);
   const double position = suspect_share * way + suspect_speed * dt;
-  return isotropic(position, suspect_share * std::abs(to.yaw - from.yaw) + suspect_yaw_rate * dt);
-}
-
-Symmetric3 covariance_of(double sigma_x, double sigma_y, double sigma_yaw) noexcept {
-  const auto variance = [](double sigma) {
-    return squared(std::clamp(sigma, smallest_sigma, largest_camera_sigma));
-  };
-  return diagonal(variance(sigma_x), variance(sigma_y), variance(sigma_yaw));
+  const double yaw = suspect_share * std::abs(to.yaw - from.yaw) + suspect_yaw_rate * dt;
+  return Eigen::Vector3d(position, position, yaw).cwiseAbs2();
 }
 
 }  // namespace
@@ -66,14 +59,14 @@ PoseAnchor::PoseAnchor(const FilterSettings& settings) noexcept : settings_(sett
 }
 
 void PoseAnchor::set_pose(const Pose2& pose) noexcept {
-  re_anchor({odom(), last_, 0.0}, pose, {});
-  tick(last_).covariance = white_ = initial_covariance;
+  re_anchor({odom(), last_, 0.0}, pose, squared(initial_sigma) * Eigen::Matrix3d::Identity());
+  tick(last_).covariance = white_ = squared(initial_sigma) * Eigen::Matrix3d::Identity();
 }
 
 void PoseAnchor::resume(const Estimate& predecessor) noexcept {
   *this = PoseAnchor(settings_);
   tick(0).odom = predecessor.odom;
-  tick(0).covariance = white_ = predecessor.covariance;
+  tick(0).covariance = white_ = unpacked(predecessor.covariance);
   map_from_odom_ = frame_of(predecessor.map, predecessor.odom);
   initialised_ = true;
   reset_count_ = predecessor.reset_count + 1;
@@ -91,21 +84,22 @@ void PoseAnchor::extend(std::int64_t time_ns, const Motion& motion) noexcept {
   now.velocity = motion.mean;
   // Q = Δt² G V Gᵀ
   const double yaw = before.odom.yaw;
-  now.noise = scaled(rotated(motion.covariance, std::cos(yaw), std::sin(yaw)), dt * dt);
+  const Eigen::Matrix3d G = rotation(yaw);
+  now.noise = dt * dt * (G * unpacked(motion.covariance) * G.transpose());
   const double gap_s = seconds_between(before.time_ns, time_ns) - dt;
   if (gap_s >= dt) {
-    now.noise = sum(now.noise, gap_noise(gap_s));
+    now.noise.diagonal() += gap_noise(0.5 * gap_s * gap_s);
   }
   if (time_ns <= suspect_until_ns_) {
     // n ticks after the last camera pose σ is n σ_1, so a tick adds σ_1² (2n - 1).
     const double n = std::clamp(seconds_between(fused_capture_ns_, time_ns) / dt, 1.0, 40.0);
-    now.noise = sum(now.noise, scaled(suspect_motion(before.odom, now.odom, dt), 2.0 * n - 1.0));
+    now.noise.diagonal() += (2.0 * n - 1.0) * suspect_motion(before.odom, now.odom, dt);
   }
-  now.by_errors = dt * rotated(motion.sensitivity, yaw);
+  now.by_errors = dt * G * motion.sensitivity;
   // What is learnt of an error corrects no pose: its effect so far no longer depends on it.
   if (const Eigen::Vector3d learnt = error_variance_ - motion.error_variance;
       learnt.maxCoeff() > 0.0) {
-    white_ = sum(white_, by_errors(sensitivity_, learnt.cwiseMax(0.0)));
+    white_ += by_errors(sensitivity_, learnt.cwiseMax(0.0));
   }
   error_variance_ = motion.error_variance;
   grow(before.odom, now, 1.0);
@@ -140,7 +134,10 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
 
   judged_capture_ns_ = time_ns;
   const Place at = place(time_ns);
-  const Symmetric3 R = covariance_of(camera.sigma_x, camera.sigma_y, camera.sigma_yaw);
+  const auto bounded = [](double sigma) { return bounded_sigma(sigma, largest_camera_sigma); };
+  const Eigen::Vector3d R =
+      Eigen::Vector3d(bounded(camera.sigma_x), bounded(camera.sigma_y), bounded(camera.sigma_yaw))
+          .cwiseAbs2();
   Pose2 seen{camera.x, camera.y, wrap_angle(camera.yaw)};
   if (initialises) {
     initialised_ = false;
@@ -148,12 +145,14 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
   } else {
     // P at the capture time, from the next tick
     const Tick& next = tick(at.next);
-    const Symmetric3 P = grown(next.covariance, next.odom, at.odom, map_from_odom_.yaw,
-                               scaled(next.noise, at.steps));
+    const Eigen::Matrix3d turn = rotation(map_from_odom_.yaw);
+    Eigen::Matrix3d S =
+        grown(next.covariance, displacement(next.odom, at.odom, turn), turn, at.steps * next.noise);
     // ν = camera - map(t_capture),  S = P(t_capture) + R,  νᵀS⁻¹ν <= gate
+    S.diagonal() += R;
     const Pose2 estimated = compose(map_from_odom_, at.odom);
     const std::array<double, 3> nu = difference(seen, estimated);
-    const double squared_ratio = mahalanobis_squared(sum(P, R), nu);
+    const double squared_ratio = mahalanobis_squared(S, nu);
     test_ratio_ = squared_ratio / settings_.camera_gate;
     // The yaw nearest to the map yaw, of all turns.
     seen.yaw = estimated.yaw + nu[2];
@@ -164,7 +163,7 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
       suspect_until_ns_ = ns_after(tick(last_).time_ns, std::llround(suspect_s * ns_per_second));
     }
   }
-  re_anchor(at, seen, R);
+  re_anchor(at, seen, R.asDiagonal());
   fused_capture_ns_ = time_ns;
   return Verdict::fused;
 }
@@ -188,8 +187,9 @@ bool PoseAnchor::accepts_run(const RejectedPose& rejected) noexcept {
   // ν = camera - (the pose before, moved on by the odometry), S = both covariances and that of the
   // odometry
   const Pose2 expected = compose(frame_of(last.map, last.odom), rejected.odom);
-  const Symmetric3 S =
-      sum(sum(last.covariance, rejected.covariance), suspect_motion(last.odom, rejected.odom, dt));
+  const Eigen::Matrix3d S =
+      (last.variance + rejected.variance + suspect_motion(last.odom, rejected.odom, dt))
+          .asDiagonal();
   const bool agrees =
       dt > 0.0 && dt <= longest_pause_s &&
       mahalanobis_squared(S, difference(rejected.map, expected)) <= settings_.camera_gate;
@@ -199,35 +199,29 @@ bool PoseAnchor::accepts_run(const RejectedPose& rejected) noexcept {
 
 /// Grows the covariance of the map pose to a tick, and sets it there.
 void PoseAnchor::grow(const Pose2& from, Tick& to, double steps) noexcept {
-  const double yaw = map_from_odom_.yaw;
-  white_ = grown(white_, from, to.odom, yaw, scaled(to.noise, steps));
-  to.covariance = white_;
+  const Eigen::Matrix3d R = rotation(map_from_odom_.yaw);
+  const Eigen::Matrix3d F = displacement(from, to.odom, R);
+  to.covariance = white_ = grown(white_, F, R, steps * to.noise);
   if (error_variance_.isZero(0.0)) {
     return;
   }
   // B ← F B + Δt G ∂velocity / ∂errors,  P = P_white + B D Bᵀ
-  const double c = std::cos(yaw);
-  const double s = std::sin(yaw);
-  const double dx = to.odom.x - from.x;
-  const double dy = to.odom.y - from.y;
-  sensitivity_.row(0) -= (s * dx + c * dy) * sensitivity_.row(2);
-  sensitivity_.row(1) += (c * dx - s * dy) * sensitivity_.row(2);
-  sensitivity_ += steps * rotated(to.by_errors, yaw);
-  to.covariance = limited(sum(white_, by_errors(sensitivity_, error_variance_)), largest_variance);
+  sensitivity_ = F * sensitivity_ + steps * R * to.by_errors;
+  to.covariance += by_errors(sensitivity_, error_variance_);
+  limit(to.covariance, largest_deviation);
 }
 
 /// Sets the map pose at `at` to `map`, and grows its covariance from there to the newest tick. The
 /// first time this moves the odometry frame, which has not been published yet.
-void PoseAnchor::re_anchor(Place at, const Pose2& map, const Symmetric3& covariance) noexcept {
+void PoseAnchor::re_anchor(Place at, const Pose2& map, const Eigen::Matrix3d& covariance) noexcept {
   const Pose2 before = this->map();
   if (!initialised_) {
     const Pose2 shift = frame_of(map, at.odom);
-    const double c = std::cos(shift.yaw);
-    const double s = std::sin(shift.yaw);
+    const Eigen::Matrix3d R = rotation(shift.yaw);
     for (Tick& tick : ring_) {
       tick.odom = compose(shift, tick.odom);
-      tick.noise = rotated(tick.noise, c, s);
-      tick.by_errors = rotated(tick.by_errors, shift.yaw);
+      tick.noise = R * tick.noise * R.transpose();
+      tick.by_errors = R * tick.by_errors;
     }
     at.odom = map;
   }
@@ -240,9 +234,7 @@ void PoseAnchor::re_anchor(Place at, const Pose2& map, const Symmetric3& covaria
     at = {tick(k).odom, k, 1.0};
   }
 
-  const Pose2 after = this->map();
-  last_jump_ = initialised_ ? Pose2{after.x - before.x, after.y - before.y, after.yaw - before.yaw}
-                            : Pose2{};
+  last_jump_ = initialised_ ? this->map() - before : Pose2{};
   ++reset_count_;
   rejected_in_a_row_ = 0;
   initialised_ = true;

@@ -27,7 +27,6 @@ class PoseAnchor {
  public:
   static constexpr std::size_t ring_ticks = 256;
   static constexpr int rejections_to_accept = 10;
-  static constexpr Symmetric3 initial_covariance = isotropic(initial_sigma, initial_sigma);
 
   explicit PoseAnchor(const FilterSettings& settings) noexcept;
 
@@ -51,7 +50,7 @@ class PoseAnchor {
   [[nodiscard]] bool initialised() const noexcept { return initialised_; }
   [[nodiscard]] const Pose2& odom() const noexcept { return tick(last_).odom; }
   [[nodiscard]] Pose2 map() const noexcept { return compose(map_from_odom_, odom()); }
-  [[nodiscard]] const Symmetric3& covariance() const noexcept { return tick(last_).covariance; }
+  [[nodiscard]] Symmetric3 covariance() const noexcept { return packed(tick(last_).covariance); }
 
   [[nodiscard]] std::uint32_t reset_count() const noexcept { return reset_count_; }
   [[nodiscard]] const Pose2& last_jump() const noexcept { return last_jump_; }
@@ -63,9 +62,10 @@ class PoseAnchor {
     std::int64_t time_ns = 0;
     Pose2 odom;
     BodyVelocity velocity;  ///< since the tick before
-    Symmetric3 noise{};     ///< of the displacement since the tick before, odometry axes
-    Eigen::Matrix3d by_errors = Eigen::Matrix3d::Zero();  ///< ∂(the same) / ∂(lasting errors)
-    Symmetric3 covariance{};                              ///< of the map pose, map axes
+    /// Of the displacement since the tick before, odometry axes.
+    Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3d by_errors = Eigen::Matrix3d::Zero();   ///< ∂(the same) / ∂(lasting errors)
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of the map pose, map axes
   };
   struct Place {
     Pose2 odom;
@@ -75,7 +75,7 @@ class PoseAnchor {
   struct RejectedPose {
     std::int64_t capture_ns = 0;
     Pose2 map, odom;
-    Symmetric3 covariance{};
+    Eigen::Vector3d variance = Eigen::Vector3d::Zero();
   };
 
   [[nodiscard]] const Tick& tick(std::size_t k) const noexcept { return ring_[k % ring_ticks]; }
@@ -86,14 +86,15 @@ class PoseAnchor {
   [[nodiscard]] Place place(std::int64_t time_ns) const noexcept;
   [[nodiscard]] bool accepts_run(const RejectedPose& rejected) noexcept;
   void grow(const Pose2& from, Tick& to, double steps) noexcept;
-  void re_anchor(Place at, const Pose2& map, const Symmetric3& covariance) noexcept;
+  void re_anchor(Place at, const Pose2& map, const Eigen::Matrix3d& covariance) noexcept;
 
   FilterSettings settings_;
   std::array<Tick, ring_ticks> ring_{};
   std::size_t last_ = 0;  ///< the newest tick's number, counted from the start of the history
 
   // Of the newest map pose, since its covariance was last set; map axes
-  Symmetric3 white_ = initial_covariance;  ///< covariance without the lasting errors
+  Eigen::Matrix3d white_ = squared(initial_sigma) *
+                           Eigen::Matrix3d::Identity();  ///< covariance without the lasting errors
   Eigen::Matrix3d sensitivity_ = Eigen::Matrix3d::Zero();  ///< ∂pose / ∂(lasting errors)
   Eigen::Vector3d error_variance_ = Eigen::Vector3d::Zero();
 

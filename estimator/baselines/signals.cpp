@@ -9,9 +9,9 @@
 
 namespace odomd::estimator {
 
-HeldSignals::HeldSignals(const std::array<double, source_count>& sigma) noexcept {
+HeldSignals::HeldSignals(const FilterSettings& settings) noexcept : sigma_(sigmas_of(settings)) {
   for (std::size_t i = 0; i < source_count; ++i) {
-    held_[i].sigma = sigma_[i] = sigma[i] > 0.0 ? sigma[i] : default_sigma[i];
+    held_[i].sigma = sigma_[i];
   }
 }
 
@@ -42,13 +42,10 @@ bool HeldSignals::alive(Source wheel) const noexcept {
 }
 
 bool HeldSignals::wheels_still() const noexcept {
-  constexpr double slowest_turning = 0.01;  // [m/s]
-  constexpr double surely_turning = 0.03;   // [m/s]
   bool any = false;
   for (const Source wheel : wheel_sources) {
     const HeldSignal& held = (*this)[wheel];
-    if (alive(wheel) &&
-        std::abs(held.value) > std::clamp(2.0 * held.sigma, slowest_turning, surely_turning)) {
+    if (alive(wheel) && is_turning(held.value, held.sigma)) {
       return false;
     }
     any |= alive(wheel);

@@ -11,7 +11,7 @@
 
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/settings.hpp"
-#include "estimator/common/squares.hpp"
+#include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/common/tuning.hpp"
 
@@ -27,8 +27,7 @@ struct HeldSignal {
 
 class HeldSignals {
  public:
-  /// `sigma` as in FilterSettings.
-  explicit HeldSignals(const std::array<double, source_count>& sigma) noexcept;
+  explicit HeldSignals(const FilterSettings& settings) noexcept;
 
   /// Holds a sample, or returns why not: non_finite, future (after `latest_ns`), gated (beyond
   /// physical_limit), duplicate, too_old (older than the one held). Not for camera poses.
@@ -45,7 +44,7 @@ class HeldSignals {
 
  private:
   std::array<HeldSignal, source_count> held_{};
-  std::array<double, source_count> sigma_{};
+  std::array<double, source_count> sigma_;
   std::int64_t newest_wheel_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 
@@ -105,7 +104,7 @@ inline void GyroBias::add(const HeldSignal& gyro, bool wheels_still) noexcept {
     return;
   }
   const Block block = std::exchange(before_, std::exchange(block_, {}));
-  if (++complete_ < 3) {
+  if (complete_++ < 2) {
     return;  // the block before the last needs one before it
   }
   if (averaged_ns_ != 0) {

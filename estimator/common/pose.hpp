@@ -21,6 +21,11 @@ struct BodyVelocity {
   return std::remainder(angle, 2.0 * std::numbers::pi);
 }
 
+/// a - b, of continuous yaws.
+[[nodiscard]] inline Pose2 operator-(const Pose2& a, const Pose2& b) noexcept {
+  return {a.x - b.x, a.y - b.y, a.yaw - b.yaw};
+}
+
 /// a - b, the yaw by the shorter way.
 [[nodiscard]] inline std::array<double, 3> difference(const Pose2& a, const Pose2& b) noexcept {
   return {a.x - b.x, a.y - b.y, wrap_angle(a.yaw - b.yaw)};
@@ -44,14 +49,13 @@ struct BodyVelocity {
 /// The exact solution of eqs 8 (x_dot) and 9 for a constant velocity in the body frame: an arc.
 /// `dt` may be negative.
 [[nodiscard]] inline Pose2 moved(const Pose2& pose, const BodyVelocity& v, double dt) noexcept {
-  const double turn = v.yaw_rate * dt;
-  // ∫ cos = sin(Δψ)/Δψ and ∫ sin = (1 - cos Δψ)/Δψ, per unit of time; their series for small
-  // angles.
-  const bool straight = std::abs(turn) < 1e-4;
-  const double along = straight ? 1.0 - turn * turn / 6.0 : std::sin(turn) / turn;
-  const double across = straight ? turn / 2.0 : (1.0 - std::cos(turn)) / turn;
-  return compose(
-      pose, {dt * (v.v_x * along - v.v_y * across), dt * (v.v_x * across + v.v_y * along), turn});
+  // The chord of the arc, in the direction of half the turn.
+  const double half = 0.5 * v.yaw_rate * dt;
+  const double chord = half == 0.0 ? dt : dt * std::sin(half) / half;
+  const double along = chord * std::cos(half);
+  const double across = chord * std::sin(half);
+  return compose(pose,
+                 {v.v_x * along - v.v_y * across, v.v_x * across + v.v_y * along, v.yaw_rate * dt});
 }
 
 [[nodiscard]] inline bool is_finite(const Pose2& pose) noexcept {

@@ -17,15 +17,11 @@ inline constexpr std::int64_t max_bridged_ticks = 200;
 inline constexpr double unobserved_accel = 2.0;
 inline constexpr double unobserved_yaw_accel = 5.0;
 
-/// Covariance that an unobserved time of `gap_s` [s] adds to a pose: σ = ½ a t².
-[[nodiscard]] inline Symmetric3 gap_noise(double gap_s) noexcept {
-  const double half_square = 0.5 * gap_s * gap_s;
-  return isotropic(unobserved_accel * half_square, unobserved_yaw_accel * half_square);
-}
-
-/// The same for the velocity: σ = a t.
-[[nodiscard]] inline Symmetric3 velocity_gap_noise(double gap_s) noexcept {
-  return isotropic(unobserved_accel * gap_s, unobserved_yaw_accel * gap_s);
+/// Variances of (x, y, yaw) or their rates by such a change that works for `factor`: an unobserved
+/// time τ [s] adds σ = a τ to the velocity, σ = ½ a τ² to the pose.
+[[nodiscard]] inline Eigen::Vector3d gap_noise(double factor) noexcept {
+  return (factor * Eigen::Vector3d(unobserved_accel, unobserved_accel, unobserved_yaw_accel))
+      .cwiseAbs2();
 }
 
 [[nodiscard]] inline BodyVelocity velocity_of(const Estimate& estimate) noexcept {
@@ -35,7 +31,7 @@ inline constexpr double unobserved_yaw_accel = 5.0;
 /// A usable predecessor (integrity/admission.hpp) after a gap of `gap_s` [s], at its velocity,
 /// whose error lasts as long as the gap:
 ///
-///   P ← F P Fᵀ + τ² G V Gᵀ + gap_noise, V ← V + velocity_gap_noise.
+///   P ← F P Fᵀ + τ² G V Gᵀ + gap_noise(½ τ²), V ← V + gap_noise(τ).
 ///
 /// If its V is not positive definite, or larger than any car's, V is that of a new filter,
 /// (1 m/s)² and (1 rad/s)².
@@ -46,17 +42,18 @@ inline constexpr double unobserved_yaw_accel = 5.0;
   e.odom = moved(predecessor.odom, velocity, gap_s);
 
   constexpr double most = 2.0 * fastest * fastest + fastest_turn * fastest_turn;
-  const Symmetric3& given = predecessor.velocity_covariance;
-  const bool usable =
-      is_finite(given) && given[0] + given[3] + given[5] <= most && is_positive_definite(given);
-  const Symmetric3 V = usable ? given : diagonal(1.0, 1.0, 1.0);
-  const double c = std::cos(predecessor.map.yaw);
-  const double s = std::sin(predecessor.map.yaw);
-  const Symmetric3 P = sum(
-      displaced(predecessor.covariance, e.map.x - predecessor.map.x, e.map.y - predecessor.map.y),
-      scaled(rotated(V, c, s), gap_s * gap_s));
-  e.covariance = sum(P, gap_noise(gap_s));
-  e.velocity_covariance = sum(V, velocity_gap_noise(gap_s));
+  Eigen::Matrix3d V = unpacked(predecessor.velocity_covariance);
+  if (!is_positive_definite(V) || V.trace() > most) {
+    V.setIdentity();
+  }
+  const Eigen::Matrix3d F = displacement(e.map.x - predecessor.map.x, e.map.y - predecessor.map.y);
+  const Eigen::Matrix3d R = rotation(std::cos(predecessor.map.yaw), std::sin(predecessor.map.yaw));
+  Eigen::Matrix3d P = F * unpacked(predecessor.covariance) * F.transpose() +
+                      gap_s * gap_s * (R * V * R.transpose());
+  P.diagonal() += gap_noise(0.5 * gap_s * gap_s);
+  V.diagonal() += gap_noise(gap_s);
+  e.covariance = packed(P);
+  e.velocity_covariance = packed(V);
   return e;
 }
 

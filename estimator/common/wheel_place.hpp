@@ -1,7 +1,9 @@
 // Places of the wheels, and which of them are driven.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/vehicle.hpp"
@@ -21,6 +23,16 @@ inline constexpr std::array wheel_sources{Source::wheel_front_left, Source::whee
 [[nodiscard]] constexpr bool is_driven(Driven driven, Source source) noexcept {
   return driven == Driven::all || source == Source::motor ||
          is_front(source) == (driven == Driven::front);
+}
+
+/// A wheel that seems slower may stand [m/s].
+inline constexpr double slowest_turning = 0.01;
+
+/// Whether a wheel that measures `speed` with the noise `sigma` turns: faster than twice its noise,
+/// within limits.
+[[nodiscard]] inline bool is_turning(double speed, double sigma) noexcept {
+  constexpr double surely_turning = 0.03;
+  return std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning);
 }
 
 /// Place of a source's wheel: ahead and left of the centre of gravity [m]; steered or not.

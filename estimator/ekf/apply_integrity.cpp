@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "estimator/common/squares.hpp"
+#include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/standstill.hpp"
 #include "estimator/ekf/update.hpp"
@@ -26,20 +26,18 @@ constexpr double contradicted_s = 0.25;
 
 void apply_integrity(const Context& context, State& state) noexcept {
   const std::int64_t checked_ns = state.integrity.checked_ns();
-  state.integrity.set_sensor_errors(
-      {.gyro_bias = state.slow.mean[slow::gyro_bias],
-       .gyro_bias_sigma = std::sqrt(state.slow.covariance(slow::gyro_bias, slow::gyro_bias)),
-       .steering_offset = state.mean[at::steering_offset],
-       .steering_offset_sigma =
-           std::sqrt(state.covariance(at::steering_offset, at::steering_offset)),
-       .wheel_slip = std::abs(state.slow.mean[slow::wheel_slip]) +
-                     std::sqrt(state.slow.covariance(slow::wheel_slip, slow::wheel_slip)),
-       .camera_noise_scale = state.camera_noise_scale,
-       .gyro_latency = std::abs(state.slow.mean[slow::gyro_latency] -
-                                state.readings[index_of(Source::yaw_rate)].advanced_s) +
-                       std::sqrt(state.slow.covariance(slow::gyro_latency, slow::gyro_latency)),
-       .dead_band = state.standstill.dead_band});
-  state.integrity.check(context.sensors, state.time_ns);
+  const integrity::SensorErrors errors{
+      .gyro_bias = state.slow.mean[slow::gyro_bias],
+      .gyro_bias_sigma = state.sigma(slow::gyro_bias),
+      .steering_offset = state.mean[at::steering_offset],
+      .steering_offset_sigma = std::sqrt(state.variance(at::steering_offset)),
+      .wheel_slip = std::abs(state.slow.mean[slow::wheel_slip]) + state.sigma(slow::wheel_slip),
+      .camera_noise_scale = state.camera_noise_scale,
+      .gyro_latency = std::abs(state.slow.mean[slow::gyro_latency] -
+                               state.reading(Source::yaw_rate).advanced_s) +
+                      state.sigma(slow::gyro_latency),
+      .dead_band = state.standstill.dead_band};
+  state.integrity.check(context.model, state.time_ns, errors);
   const double dt = seconds_between(checked_ns, state.integrity.checked_ns());
   if (checked_ns == 0 || dt <= 0.0) {
     return;
@@ -58,27 +56,26 @@ void apply_integrity(const Context& context, State& state) noexcept {
   if (!gyro_alive(state)) {
     state.turn_noise_scale = 1.0;
   }
-  Deviation& deviation = state.deviation;
   if (!state.moving) {
-    deviation = {};
+    state.of_speed = state.of_yaw_rate = {};
     return;
   }
-  add_sample(deviation.speed, state.time_ns, state.mean[at::v_x], 0.0, false);
-  add_sample(deviation.yaw_rate, state.time_ns, state.mean[at::yaw_rate], 0.0, false);
-  const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
   // 1. Take back what a faulty source has done to the pose since its disagreement began.
-  const auto follow = [dt](double& sum, const integrity::SourceHistory& filter,
-                           const integrity::Solution& others, of::Index index) {
-    const double off = filter.mean() - others.motion[index];
-    sum = std::abs(off) > onset_sigmas * others.sigma[index] ? sum + off * dt : 0.0;
+  const auto fails = [&](Deviation& deviation, double now, const integrity::Solution& others,
+                         of::Index index, bool distrusted) {
+    add_sample(deviation.filter, state.time_ns, now, 0.0, false);
+    const double off = deviation.filter.mean() - others.motion[index];
+    deviation.sum =
+        std::abs(off) > onset_sigmas * others.sigma[index] ? deviation.sum + off * dt : 0.0;
+    return !std::exchange(deviation.distrusted, distrusted) && distrusted;
   };
-  follow(deviation.yaw, deviation.yaw_rate, agreed.without_gyro, of::yaw_rate);
-  follow(deviation.distance, deviation.speed, agreed.without_wheels, of::speed);
+  Deviation& turn = state.of_yaw_rate;
+  Deviation& drive = state.of_speed;
   const bool gyro_failed =
-      !std::exchange(deviation.gyro_distrusted, gyro_distrusted) && gyro_distrusted;
+      fails(turn, state.mean[at::yaw_rate], agreed.without_gyro, of::yaw_rate, gyro_distrusted);
   const bool wheels_failed =
-      !std::exchange(deviation.wheels_distrusted, agreed.wheels_distrusted) &&
-      agreed.wheels_distrusted;
+      fails(drive, state.mean[at::v_x], agreed.without_wheels, of::speed, agreed.wheels_distrusted);
+  const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
   const double uncertain = squared(context.model.tuning.fault_share);
   const auto take_back = [&](double distance) {
     mark_doubtful();
@@ -87,32 +84,31 @@ void apply_integrity(const Context& context, State& state) noexcept {
     state.covariance.topLeftCorner<2, 2>() += uncertain * way * way.transpose();
   };
   if (gyro_failed) {
-    state.mean[at::yaw] -= deviation.yaw;
-    state.covariance(at::yaw, at::yaw) += uncertain * deviation.yaw * deviation.yaw;
+    state.mean[at::yaw] -= turn.sum;
+    state.variance(at::yaw) += uncertain * turn.sum * turn.sum;
   }
   if (wheels_failed) {
     // A camera that sees the car has corrected the pose already.
-    const double unseen_s =
-        seconds_between(state.fused_ns[index_of(Source::camera)], state.time_ns);
-    take_back(unseen_s < contradicted_s ? 0.0 : deviation.distance);
+    const double unseen_s = seconds_between(state.reading(Source::camera).fused_ns, state.time_ns);
+    take_back(unseen_s < contradicted_s ? 0.0 : drive.sum);
   }
   if (agreed.reversed_distance != 0.0) {
     take_back(2.0 * agreed.reversed_distance);
   }
   // 2. Reset the motion to the consensus where it deviates.
   const integrity::Solution& all = state.integrity.motion();
-  const auto lasts = [&](std::int64_t& since_ns, double off, double sigma, double variance) {
-    if (std::abs(off) <= deviation_sigmas * std::sqrt(sigma * sigma + variance) ||
+  const auto lasts = [&](Deviation& deviation, double off, of::Index index, double variance) {
+    if (std::abs(off) <= deviation_sigmas * std::sqrt(squared(all.sigma[index]) + variance) ||
         agreed.contradicted) {
-      since_ns = 0;
+      deviation.since_ns = 0;
       return false;
     }
-    since_ns = since_ns == 0 ? checked_ns : since_ns;
-    return seconds_between(since_ns, state.time_ns) >= deviation_s;
+    deviation.since_ns = deviation.since_ns == 0 ? checked_ns : deviation.since_ns;
+    return seconds_between(deviation.since_ns, state.time_ns) >= deviation_s;
   };
   const double speed = all.motion[of::speed];
-  const double faster = speed - deviation.speed.mean();
-  if (lasts(deviation.speed_since_ns, faster, all.sigma[of::speed], P(3, 3)) || wheels_failed) {
+  const double faster = speed - drive.filter.mean();
+  if (lasts(drive, faster, of::speed, P(at::v_x, at::v_x)) || wheels_failed) {
     if (state.standstill.standing) {
       set_off(context.model, state, speed);
     }
@@ -122,25 +118,23 @@ void apply_integrity(const Context& context, State& state) noexcept {
     state.mean[at::accel_x] = 0.0;
     forget(state, at::v_x, all.sigma[of::speed]);
     forget(state, at::accel_x, context.model.tuning.drive_accel * gravity);
-    deviation.speed = {};
-    deviation.speed_since_ns = 0;
+    drive.filter = {};
+    drive.since_ns = 0;
   }
   if (state.standstill.standing) {
     return;  // the gyro measures its bias
   }
   const double yaw_rate = all.motion[of::yaw_rate];
-  const double turning = yaw_rate - deviation.yaw_rate.mean();
-  if (lasts(deviation.yaw_rate_since_ns, turning, all.sigma[of::yaw_rate], P(5, 5)) ||
-      gyro_failed) {
-    const double turn = turning * deviation_s;
-    state.covariance(at::yaw, at::yaw) += turn * turn;
+  const double turning = yaw_rate - turn.filter.mean();
+  if (lasts(turn, turning, of::yaw_rate, P(at::yaw_rate, at::yaw_rate)) || gyro_failed) {
+    state.variance(at::yaw) += squared(turning * deviation_s);
     state.mean[at::yaw_rate] = yaw_rate;
     state.mean[at::front_angle] = 0.0;
     forget(state, at::yaw_rate, all.sigma[of::yaw_rate]);
     forget(state, at::front_angle, context.model.tuning.front_angle);
     state.turned_since_ns = 0;
-    deviation.yaw_rate = {};
-    deviation.yaw_rate_since_ns = 0;
+    turn.filter = {};
+    turn.since_ns = 0;
   }
 }
 

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "estimator/common/pose.hpp"
-#include "estimator/common/squares.hpp"
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/noise.hpp"
@@ -29,22 +28,6 @@ constexpr std::array<at::Index, 3> pose_states{at::x, at::y, at::yaw};
 // Longest time between two poses whose motion is compared [s].
 constexpr double longest_pause_s = 0.5;
 
-/// Limits of the slow errors, within which the model holds.
-void clamp_scales(State& state) noexcept {
-  SlowVector& scales = state.slow.mean;
-  const auto keep = [&scales](slow::Index index, double lowest, double highest) {
-    scales[index] = std::clamp(scales[index], lowest, highest);
-  };
-  keep(slow::stiffness_scale, -0.7, 2.0);
-  keep(slow::gyro_scale, -0.5, 0.5);
-  keep(slow::wheel_scale, -0.5, 0.5);
-  keep(slow::gyro_latency, -0.2, 0.2);
-  keep(slow::wheel_latency, -0.2, 0.2);
-  keep(slow::steering_latency, 0.0, 0.1);  // it counts only as far as samples can be advanced
-  keep(slow::wheel_difference, -0.1, 0.1);
-  keep(slow::softness, -0.2, 1.0);
-}
-
 double distance(const Pose2& a, const Pose2& b) noexcept {
   return std::hypot(b.x - a.x, b.y - a.y);
 }
@@ -53,14 +36,10 @@ double distance(const Pose2& a, const Pose2& b) noexcept {
 /// the heading does not change it.
 Pose2 step_difference(const PosePair& before, const PosePair& now) noexcept {
   const double heading = before.measured.yaw - before.estimated.yaw;
-  const double c = std::cos(heading);
-  const double s = std::sin(heading);
-  const double x = now.measured.x - before.measured.x;
-  const double y = now.measured.y - before.measured.y;
-  return {c * x + s * y - (now.estimated.x - before.estimated.x),
-          c * y - s * x - (now.estimated.y - before.estimated.y),
-          wrap_angle(now.measured.yaw - before.measured.yaw -
-                     (now.estimated.yaw - before.estimated.yaw))};
+  Pose2 step = compose({0.0, 0.0, -heading}, now.measured - before.measured) -
+               (now.estimated - before.estimated);
+  step.yaw = wrap_angle(step.yaw + heading);
+  return step;
 }
 
 /// A step between two poses that are this precise, of the standard deviations `way` and `turn`
@@ -146,7 +125,7 @@ void dispute_drawn(const Tuning& tuning, State& state) noexcept {
 /// velocity or the gyro's bias. The map may have jumped instead: what S does not explain, this pose
 /// may hide, and it is published for a while.
 void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
-           const Symmetric3& S, double since_fused_s, bool first) noexcept {
+           const Eigen::Matrix3d& S, double since_fused_s, bool first) noexcept {
   const double way = squared(nu[0]) + squared(nu[1]);
   const double turn = squared(nu[2]);
   const double dt = std::max(since_fused_s, shortest_drift_s);
@@ -154,8 +133,7 @@ void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
   state.covariance.diagonal().head<3>() += Eigen::Vector3d(way, way, turn);
   const double drift = std::min(std::sqrt(way) / dt, std::max(1.0, 0.5 * speed));
   state.covariance.diagonal().segment<2>(at::v_x).array() += squared(drift);
-  state.slow.covariance(slow::gyro_bias, slow::gyro_bias) +=
-      std::min(turn / squared(dt), squared(model.tuning.gyro_bias));
+  state.variance(slow::gyro_bias) += std::min(turn / squared(dt), squared(model.tuning.gyro_bias));
   if (first) {
     return;
   }
@@ -163,8 +141,8 @@ void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
   const bool slides = state.integrity.slides();
   const double share = slides ? squared(model.tuning.fault_share) : model.tuning.fault_share;
   Disputed& now = state.disputed = state.disputed.at_time(state.time_ns, model.tuning.disputed_s);
-  now.way += squared(share) * std::max(way - S[0] - S[3], 0.0);
-  now.turn += squared(share) * std::max(turn - S[5], 0.0);
+  now.way += squared(share) * std::max(way - S(0, 0) - S(1, 1), 0.0);
+  now.turn += squared(share) * std::max(turn - S(2, 2), 0.0);
   state.doubtful = state.doubtful || !slides;
 }
 
@@ -191,12 +169,11 @@ void note_camera_pose(State& state, const Sample& pose) noexcept {
   if (!before.has_step) {
     return;
   }
-  const Pose2 change{now.step_error.x - before.step_error.x, now.step_error.y - before.step_error.y,
-                     now.step_error.yaw - before.step_error.yaw};
+  const Pose2 change = now.step_error - before.step_error;
   const double ratio =
       ((squared(change.x) + squared(change.y)) / (squared(pose.sigma[0]) + squared(pose.sigma[1])) +
-       0.5 * squared(change.yaw / pose.sigma[2])) /
-      3.0;
+       0.5 * squared(change.yaw / pose.sigma[2])) *
+      third;
   double& noise_scale = state.camera_noise_scale;
   const double step = std::max(shortest_step, 1.0 / std::sqrt(++state.camera_steps));
   noise_scale =
@@ -206,9 +183,9 @@ void note_camera_pose(State& state, const Sample& pose) noexcept {
 Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
                       const PosePair& before, const Sample& stated) noexcept {
   Sample sample = stated;
-  Judgement judgement{.source = Source::camera, .verdict = Verdict::fused, .degrees = 0};
-  const auto& [z_x, z_y, z_yaw] = sample.value;
-  std::int64_t& fused_ns = state.fused_ns[index_of(Source::camera)];
+  Judgement judgement{.source = Source::camera};
+  const auto& [z_x, z_y, z_yaw] = stated.value;
+  std::int64_t& fused_ns = state.reading(Source::camera).fused_ns;
   const double since_fused_s = seconds_between(fused_ns, sample.time_ns);
   const bool first = fused_ns == 0;
   const auto fused = [&] {
@@ -238,13 +215,12 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
       sigma *= std::sqrt(state.camera_noise_scale);
     }
   }
-  judgement.degrees = 3;
-  judgement.innovation = {z_x - estimated.x, z_y - estimated.y, wrap_angle(z_yaw - estimated.yaw)};
+  judgement.degrees = pose_states.size();
+  judgement.innovation = difference({z_x, z_y, z_yaw}, estimated);
   const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
-  const Symmetric3 S{
-      P(0, 0) + squared(sample.sigma[0]), P(0, 1), P(0, 2),
-      P(1, 1) + squared(sample.sigma[1]), P(1, 2), P(2, 2) + squared(sample.sigma[2])};
-  judgement.variance = {S[0], S[3], S[5]};
+  Eigen::Matrix3d S = P.topLeftCorner<3, 3>();
+  S.diagonal() += Eigen::Vector3d(sample.sigma.data()).cwiseAbs2();
+  judgement.variance = {S(0, 0), S(1, 1), S(2, 2)};
   state.integrity.add_camera_innovation(judgement.innovation, judgement.variance);
   judgement.squared_ratio = mahalanobis_squared(S, judgement.innovation);
   judgement.test_ratio = judgement.squared_ratio / gate.gate;
@@ -283,11 +259,13 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     correct(state, nu, optimal_gain(nu));
     correct_slow_errors(state, nu, all());
   }
-  clamp_scales(state);
+  for (Eigen::Index i = 0; i < slow::size; ++i) {
+    const SlowPrior& prior = slow_priors.begin()[i];
+    state.slow.mean[i] = std::clamp(state.slow.mean[i], prior.lowest, prior.highest);
+  }
   if (beyond) {
     ++state.resets;
-    const Pose2 now = state.pose();
-    state.last_jump = {now.x - estimated.x, now.y - estimated.y, now.yaw - estimated.yaw};
+    state.last_jump = state.pose() - estimated;
   } else if (!first) {
     adapt_way_noise_scale(model.tuning, state, judgement.squared_ratio, since_fused_s);
     if (since_fused_s > model.tuning.lasting_s) {
@@ -296,10 +274,10 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     }
     const double dt = std::max(since_fused_s, 1e-3);
     const std::span nu(judgement.innovation);
-    const double S_way = 0.5 * (S[0] + S[3]);
+    const double S_way = 0.5 * (S(0, 0) + S(1, 1));
     note_lasting(model.tuning, state.lasting_way, nu.first(2), 0.5 * (P(0, 0) + P(1, 1)) / S_way,
                  S_way, dt);
-    note_lasting(model.tuning, state.lasting_turn, nu.last(1), P(2, 2) / S[5], S[5], dt);
+    note_lasting(model.tuning, state.lasting_turn, nu.last(1), P(2, 2) / S(2, 2), S(2, 2), dt);
     if (state.integrity.agreed().camera_inconsistent) {
       dispute_drawn(model.tuning, state);
     }

@@ -14,8 +14,8 @@ namespace odomd::estimator::full {
 inline constexpr int poses_to_confirm = 6;
 
 struct CameraGate {
-  double gate = 16.27;  ///< χ² with 3 degrees of freedom, 99.9 %
-  bool locates = true;  ///< the first pose initialises the filter
+  double gate = FilterSettings{}.camera_gate;  ///< χ² with 3 degrees of freedom, 99.9 %
+  bool locates = true;                         ///< the first pose initialises the filter
 };
 
 /// Updates the camera's noise scale with any pose, fused or not.

@@ -33,8 +33,9 @@ class History {
     return states_[now_];
   }
 
-  /// Keeps the present state if the newest kept one is older by `interval_ns`.
-  void keep(std::int64_t interval_ns) noexcept {
+  /// Keeps the present state, if it has to, so that those kept reach back by `reach_ns`.
+  void keep(std::int64_t reach_ns) noexcept {
+    const std::int64_t interval_ns = reach_ns / static_cast<std::int64_t>(capacity - 2);
     const State& before = states_[(now_ + capacity - 1) % capacity];
     kept_now_ = kept_ == 0 || now().time_ns - before.time_ns >= interval_ns;
   }

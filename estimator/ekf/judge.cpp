@@ -12,64 +12,61 @@
 namespace odomd::estimator::full {
 namespace {
 
-struct RejectionTimeout {
-  double seconds;
-  at::Index inflated;  ///< the state whose variance grows
+/// How the samples of a source are judged.
+struct Rules {
+  double Tuning::*gate;  ///< of ν²/S
+  double timeout_s;      ///< rejected for so long, they are right ...
+  at::Index inflated;    ///< ... and the variance of this state grows
+  bool turn;             ///< they measure a turn, which does not correct the speed
 };
 
-RejectionTimeout rejection_timeout(Source source) noexcept {
+constexpr Rules rules_of(Source source) noexcept {
   switch (source) {
     case Source::yaw_rate:
-      return {0.05, at::yaw_rate};
+      return {&Tuning::signal_gate, 0.05, at::yaw_rate, true};
     case Source::accel_y:
-      return {0.2, at::accel_bias_y};
+      return {&Tuning::signal_gate, longest_gap_s, at::accel_bias_y, true};
     case Source::accel_x:
       // Longer: a car sets off like this while its wheels do not resolve the speed yet.
-      return {1.5, at::accel_bias_x};
+      return {&Tuning::signal_gate, 1.5, at::accel_bias_x, false};
     default:
-      return {0.1, at::v_x};
+      return {&Tuning::wheel_gate, 0.1, at::v_x, false};
   }
+}
+
+/// Time since then, as far as it widens a gate.
+double gap_s(std::int64_t since_ns, const Sample& sample) noexcept {
+  return std::min(seconds_between(since_ns, sample.time_ns), longest_gap_s);
 }
 
 /// Largest plausible deviation beyond S: for a gyro how fast tyres turn a car in, for an
 /// accelerometer a pedal, for a wheel without accelerometer the speed that a pedal makes.
 double possible_change(const CarModel& model, const State& state, const Sample& sample) noexcept {
-  if (state.standstill.standing) {
-    return 0.0;
-  }
-  const auto since_s = [&](std::int64_t time_ns) {
-    return std::min(seconds_between(time_ns, sample.time_ns), longest_gap_s);
-  };
-  const std::int64_t fused_ns = last_fused_ns(state, sample.source);
-  if (sample.source == Source::yaw_rate) {
-    return model.tuning.turn_in * gravity / model.car.wheelbase() * since_s(fused_ns);
-  }
-  if (sample.source == Source::accel_x) {
-    return model.tuning.pedal * gravity;
-  }
-  const bool accel_alive = state.accel_x.seen && since_s(state.accel_x.time_ns) < longest_gap_s;
-  return is_wheel(sample.source) && !accel_alive ? model.tuning.pedal * gravity * since_s(fused_ns)
-                                                 : 0.0;
+  const double since_s = gap_s(last_fused_ns(state, sample.source), sample);
+  const bool pushed = state.accel_x.seen && gap_s(state.accel_x.time_ns, sample) < longest_gap_s;
+  return state.standstill.standing            ? 0.0
+         : sample.source == Source::yaw_rate  ? model.turn_in() * since_s
+         : sample.source == Source::accel_x   ? model.tuning.pedal * gravity
+         : is_wheel(sample.source) && !pushed ? model.tuning.pedal * gravity * since_s
+                                              : 0.0;
 }
 
 /// A sudden change beyond S is a change of a_x, and of v_x by it; not of a bias or a gradient.
 void inflate_acceleration(const Tuning& tuning, State& state, const Sample& sample,
                           double off) noexcept {
-  double& a_x = state.covariance(at::accel_x, at::accel_x);
+  double& a_x = state.variance(at::accel_x);
   if (sample.source == Source::accel_x) {
     a_x += off * off;
   } else if (is_wheel(sample.source)) {
     const double pedal = tuning.pedal * gravity;
     a_x += pedal * pedal;
-    state.covariance(at::v_x, at::v_x) += off * off;
+    state.variance(at::v_x) += off * off;
   }
 }
 
 /// A change of the yaw rate since the last gyro sample beyond S, and half of its effect on the yaw.
 void inflate_yaw(State& state, const Sample& sample, double off) noexcept {
-  const double since_s =
-      std::min(seconds_between(state.readings[index_of(sample.source)].time_ns, sample.time_ns),
-               longest_gap_s);
+  const double since_s = gap_s(state.reading(sample.source).time_ns, sample);
   Vector error = Vector::Zero();
   error[at::yaw_rate] = off;
   error[at::yaw] = 0.5 * since_s * off;
@@ -79,8 +76,8 @@ void inflate_yaw(State& state, const Sample& sample, double off) noexcept {
 /// Noise with heavy tails (Student's t): S grows by (k + q) / (k + 1), q = ν²/S, as noise of the
 /// sample.
 void weigh(Innovation& nu) noexcept {
-  constexpr double degrees = 4.0;
-  const double more = std::max(nu.squared_ratio() - 1.0, 0.0) / (degrees + 1.0) * nu.variance;
+  const double more =
+      std::max(nu.squared_ratio() - 1.0, 0.0) / (student_degrees + 1.0) * nu.variance;
   nu.variance += more;
   nu.variance_of_noise += more;
 }
@@ -104,8 +101,7 @@ void integrate_gyro(const CarModel& model, State& state, const Reading& before,
   const double z = sample.value[0];
   const auto [least, most] = std::minmax(z, before.previous);
   const double outlier = before.value - std::clamp(before.value, least, most);
-  const double possible =
-      model.tuning.turn_in * gravity / model.car.wheelbase() * before.interval_s;
+  const double possible = model.turn_in() * before.interval_s;
   const double wrong = std::abs(outlier) > possible && before.interval_s > 0.0 ? outlier : 0.0;
   const double interval_s = seconds_between(before.time_ns, sample.time_ns);
   const double since_s = seconds_between(state.turned_since_ns, sample.time_ns);
@@ -126,48 +122,48 @@ void integrate_gyro(const CarModel& model, State& state, const Reading& before,
 }  // namespace
 
 double rejected_s(State& state, const Sample& sample) noexcept {
-  std::int64_t& since_ns = state.rejected_since_ns[index_of(sample.source)];
+  std::int64_t& since_ns = state.reading(sample.source).rejected_since_ns;
   since_ns = since_ns == 0 ? sample.time_ns : since_ns;
   return seconds_between(since_ns, sample.time_ns);
 }
 
 std::int64_t last_fused_ns(const State& state, Source source) noexcept {
-  return is_wheel(source) ? last_wheel_ns(state) : state.fused_ns[index_of(source)];
+  return is_wheel(source) ? last_wheel_ns(state) : state.reading(source).fused_ns;
 }
 
 Judgement judge(const CarModel& model, State& state, const Sample& sample,
                 const Prediction& prediction, const Updates& updates) noexcept {
   Innovation nu = innovation(state, prediction, sample.value[0]);
+  const Rules rules = rules_of(sample.source);
+  const bool gyro = sample.source == Source::yaw_rate;
   Judgement judgement{.source = sample.source, .verdict = Verdict::fused, .degrees = 1};
   judgement.innovation[0] = nu.value;
   judgement.variance[0] = nu.variance;
   judgement.squared_ratio = nu.squared_ratio();
   const double possible = possible_change(model, state, sample);
-  const double gate = is_wheel(sample.source) ? model.tuning.wheel_gate : model.tuning.signal_gate;
+  const double gate = model.tuning.*rules.gate;
   judgement.test_ratio = nu.value * nu.value / (nu.variance + possible * possible) / gate;
 
   adapt_noise_scales(model.tuning, state, sample, prediction, nu);
-  std::int64_t& rejected_ns = state.rejected_since_ns[index_of(sample.source)];
+  std::int64_t& rejected_ns = state.reading(sample.source).rejected_since_ns;
   const bool first = rejected_ns == 0;
-  const bool bias = sample.source == Source::yaw_rate && state.standstill.standing;
+  const bool bias = gyro && state.standstill.standing;
   if (!bias && !(judgement.test_ratio <= 1.0) && !continues_steadily(state, sample)) {
     judgement.verdict = Verdict::gated;
-    const RejectionTimeout timeout = rejection_timeout(sample.source);
-    const double before =
-        state.readings[index_of(sample.source)].value - sample.value[0] + nu.value;
+    const double before = state.reading(sample.source).value - sample.value[0] + nu.value;
     if (sample.source == Source::accel_y && before * nu.value <= 0.0) {
       rejected_ns = sample.time_ns;  // a vibration is off to both sides
     }
-    if (rejected_s(state, sample) < timeout.seconds || !state.integrity.agrees(sample.source)) {
+    if (rejected_s(state, sample) < rules.timeout_s || !state.integrity.agrees(sample.source)) {
       if (state.standstill.standing && sample.source == Source::accel_x) {
         judgement.degrees = 0;  // the car may be setting off: not a test of the filter
       }
       return judgement;
     }
     judgement.verdict = Verdict::forced;
-    state.covariance(timeout.inflated, timeout.inflated) += nu.value * nu.value;
+    state.variance(rules.inflated) += nu.value * nu.value;
     nu = innovation(state, prediction, sample.value[0]);
-  } else if (!bias && nu.squared_ratio() > gate && sample.source == Source::yaw_rate) {
+  } else if (!bias && nu.squared_ratio() > gate && gyro) {
     inflate_yaw(state, sample, nu.value);
     state.turn_noise_scale = std::max(state.turn_noise_scale, 0.2);
     nu = innovation(state, prediction, sample.value[0]);
@@ -180,15 +176,14 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     inflate_acceleration(model.tuning, state, sample, nu.value);
     nu = innovation(state, prediction, sample.value[0]);
   }
-  rejected_ns = 0;
-  state.fused_ns[index_of(sample.source)] = sample.time_ns;
+  state.note_fused(sample.source, sample.time_ns);
   if (is_wheel(sample.source)) {
     weigh(nu);
   }
   Vector gain = optimal_gain(nu);
   // A corrected speed does not move the position: that would be a correction of the past.
   gain[at::x] = gain[at::y] = 0.0;
-  if (sample.source == Source::yaw_rate || sample.source == Source::accel_y) {
+  if (rules.turn) {
     // A turn does not correct the speed: at walking pace the speed would explain a biased gyro.
     gain[at::v_x] = gain[at::accel_x] = gain[at::accel_bias_x] = 0.0;
   }
@@ -199,8 +194,8 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   const double yaw = state.mean[at::yaw];
   const SlowVector yaw_by = state.slow.sensitivity.row(at::yaw);
   correct(state, nu, gain);
-  if (sample.source == Source::yaw_rate) {
-    const Reading& before = state.readings[index_of(sample.source)];
+  if (gyro) {
+    const Reading& before = state.reading(sample.source);
     if (updates.heading && !state.standstill.wheels_still && before.consistent > 0 &&
         before.time_ns <= state.turned_since_ns &&
         seconds_between(before.time_ns, sample.time_ns) <= longest_gap_s) {

@@ -4,15 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/common/symmetric3.hpp"
+
 namespace odomd::estimator::full {
 namespace {
 
 // Variance of z_k - 2 z_k-1 + z_k-2 for white noise of variance 1: 1² + 2² + 1².
-constexpr double bend_variance = 6.0;
-// A sample counts at most 3 sigma: outliers are no noise.
-constexpr double largest_step = 9.0;
+constexpr double bend_variance = 1.0 + squared(2.0) + 1.0;
 // A mean of fewer samples is not used; or does not bound a sample, but the stated variance does.
-constexpr int least_samples_to_use = 5;
+constexpr int least_samples_to_use = integrity::least_samples;
 constexpr int least_samples_to_bound = 10;
 // From 0 the mean could not grow again.
 constexpr double smallest_mean = 1e-4;
@@ -31,14 +31,9 @@ double bounded(const Tuning& tuning, double mean, bool wheels_still) noexcept {
 constexpr double largest_excess = 4.0;
 constexpr double largest_share = 0.1;
 
-struct Bounds {
-  double least;
-  double most;
-};
-
-void adapt(double& noise_scale, double ratio, double share, Bounds bounds) noexcept {
+void adapt(double& noise_scale, double ratio, double share, double least, double most) noexcept {
   const double change = std::min(share, largest_share) * std::min(ratio - 1.0, largest_excess);
-  noise_scale = std::clamp(noise_scale * std::exp(change), bounds.least, bounds.most);
+  noise_scale = std::clamp(noise_scale * std::exp(change), least, most);
 }
 
 }  // namespace
@@ -50,12 +45,12 @@ void measure_noise(const Tuning& tuning, State& state, Sample& sample) noexcept 
     level.run = 0;
   }
   const double now = sample.value[0] / sample.sigma[0];
-  double& mean = level.wheels_still ? level.at_rest : level.moving;
-  int& samples = level.wheels_still ? level.still_samples : level.moving_samples;
+  auto& [mean, samples] = level.wheels_still ? level.still : level.moving;
   if (level.run == 2) {
     const double bend = now - 2.0 * level.last[0] + level.last[1];
     samples = std::min(samples + 1, tuning.noise_samples);
-    const double most = largest_step * (samples < least_samples_to_bound ? as_stated : mean);
+    const double most =
+        squared(most_sigmas) * (samples < least_samples_to_bound ? as_stated : mean);
     mean += (std::min(bend * bend / bend_variance, most) - mean) / samples;
     mean = std::max(mean, smallest_mean);
   }
@@ -72,14 +67,14 @@ SourceNoise noise_of(const Tuning& tuning, const State& state, Source source,
   const std::size_t i = index_of(source);
   if (i < state.noise.size()) {
     const NoiseLevel& level = state.noise[i];
-    if (level.still_samples >= least_samples_to_use) {
-      noise.at_rest = stated * bounded(tuning, level.at_rest, true);
+    if (level.still.samples >= least_samples_to_use) {
+      noise.at_rest = stated * bounded(tuning, level.still.mean, true);
     }
-    if (level.moving_samples >= least_samples_to_use) {
-      noise.moving = stated * bounded(tuning, level.moving, false);
+    if (level.moving.samples >= least_samples_to_use) {
+      noise.moving = stated * bounded(tuning, level.moving.mean, false);
     }
   } else if (is_wheel(source) && state.readings[i].consistent > 0) {
-    noise.speed_share = tuning.wheel_radius * std::sqrt(state.wheel_noise_scale[i]);
+    noise.speed_share = tuning.wheel_radius * std::sqrt(state.readings[i].noise_scale);
   }
   return noise;
 }
@@ -89,26 +84,26 @@ void adapt_noise_scales(const Tuning& tuning, State& state, const Sample& sample
   if (state.standstill.standing) {
     return;
   }
-  const double interval_s = state.readings[index_of(sample.source)].interval_s;
+  const double interval_s = state.reading(sample.source).interval_s;
   const double ratio = nu.value * nu.value / nu.variance_of_noise;
   if (is_wheel(sample.source)) {
     const double state_share = 1.0 - z.variance / nu.variance_of_noise;
     const double wheel_share = z.relative / nu.variance_of_noise;
     adapt(state.drive_noise_scale, ratio, state_share * interval_s / tuning.wheel_noise_scale_s,
-          {1.0 / tuning.drive_noise_scale_range, tuning.drive_noise_scale_range});
-    adapt(state.wheel_noise_scale[index_of(sample.source)], ratio,
+          1.0 / tuning.drive_noise_scale_range, tuning.drive_noise_scale_range);
+    adapt(state.reading(sample.source).noise_scale, ratio,
           wheel_share * interval_s / tuning.wheel_noise_scale_s,
-          {1.0 / tuning.wheel_noise_scale_range, tuning.wheel_noise_scale_range});
+          1.0 / tuning.wheel_noise_scale_range, tuning.wheel_noise_scale_range);
   } else if (sample.source == Source::yaw_rate) {
     adapt(state.turn_noise_scale, ratio, interval_s / tuning.turn_noise_scale_s,
-          {1.0 / tuning.turn_noise_scale_range, 1.0});
+          1.0 / tuning.turn_noise_scale_range, 1.0);
   }
 }
 
 void adapt_way_noise_scale(const Tuning& tuning, State& state, double squared_ratio,
                            double interval_s) noexcept {
-  adapt(state.way_noise_scale, squared_ratio / 3.0, interval_s / tuning.way_noise_scale_s,
-        {1.0, tuning.way_noise_scale_range});
+  adapt(state.way_noise_scale, third * squared_ratio, interval_s / tuning.way_noise_scale_s, 1.0,
+        tuning.way_noise_scale_range);
 }
 
 }  // namespace odomd::estimator::full

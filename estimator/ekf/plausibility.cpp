@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "estimator/common/time.hpp"
 #include "estimator/common/vehicle.hpp"
@@ -50,9 +51,6 @@ bool agree(const Reading& before, const Sample& sample) noexcept {
 
 // Above this speed [m/s] a reversal needs two samples.
 constexpr double fastest_reversal = 0.5;
-// Above this speed [m/s] a car in neutral keeps its direction.
-constexpr double slowest_rolling = 0.1;
-
 }  // namespace
 
 int consistent_samples(const State& state, const Sample& sample) noexcept {
@@ -88,7 +86,7 @@ FirstSpeeds first_speeds(const State& state) noexcept {
 std::int64_t consistent_since_ns(const State& state, const Sample& sample) noexcept {
   std::int64_t since_ns = sample.time_ns;
   for (const Source wheel : wheel_sources) {
-    const Reading& before = state.readings[index_of(wheel)];
+    const Reading& before = state.reading(wheel);
     if (agree(before, sample)) {
       since_ns = std::min(since_ns, before.time_ns);
     }
@@ -97,14 +95,17 @@ std::int64_t consistent_since_ns(const State& state, const Sample& sample) noexc
 }
 
 std::int64_t last_wheel_ns(const State& state) noexcept {
-  const auto* const first = state.fused_ns.begin() + index_of(Source::wheel_front_left);
-  return *std::max_element(first, state.fused_ns.begin() + index_of(Source::motor) + 1);
+  std::int64_t newest_ns = 0;
+  for (const Source wheel : wheel_sources) {
+    newest_ns = std::max(newest_ns, state.reading(wheel).fused_ns);
+  }
+  return newest_ns;
 }
 
 WheelCount count_wheels(Driven driven, const State& state, const Sample& sample) noexcept {
   WheelCount wheels;
   for (const Source wheel : wheel_sources) {
-    const Reading& reading = state.readings[index_of(wheel)];
+    const Reading& reading = state.reading(wheel);
     const bool own = wheel == sample.source;
     if (!own &&
         (reading.consistent == 0 || seconds_between(reading.time_ns, sample.time_ns) > fresh_s)) {
@@ -127,24 +128,22 @@ WheelCount count_wheels(Driven driven, const State& state, const Sample& sample)
 }
 
 void note_reading(State& state, const Sample& sample) noexcept {
-  Reading& reading = state.readings[index_of(sample.source)];
-  const double interval_s =
+  Reading& reading = state.reading(sample.source);
+  reading.interval_s =
       reading.consistent > 0 ? seconds_between(reading.time_ns, sample.time_ns) : 0.0;
-  reading = {agree(reading, sample) ? std::min(reading.consistent + 1, most_counted) : 1,
-             sample.time_ns,
-             sample.value[0],
-             reading.value,
-             sample.advanced_s,
-             interval_s};
+  reading.consistent = agree(reading, sample) ? std::min(reading.consistent + 1, most_counted) : 1;
+  reading.previous = std::exchange(reading.value, sample.value[0]);
+  reading.time_ns = sample.time_ns;
+  reading.advanced_s = sample.advanced_s;
 }
 
 Verdict take_direction(const CarModel& model, State& state, const Sample& sample) noexcept {
-  const Reading before = state.readings[index_of(Source::direction)];
+  const Reading before = state.reading(Source::direction);
   note_reading(state, sample);
   const double direction = sample.value[0];
   const double v_x = state.mean[at::v_x];
   if (direction == 0.0) {
-    if (state.standstill.wheels_still || std::abs(v_x) < slowest_rolling) {
+    if (state.standstill.wheels_still || std::abs(v_x) < integrity::slowest_rolling) {
       state.direction = {true, sample.time_ns, direction};
     }
     return Verdict::fused;

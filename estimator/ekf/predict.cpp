@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/common/squares.hpp"
+#include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/common/vehicle.hpp"
 
@@ -89,13 +89,13 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   z.value = scale * rolling;
   // The wheel with the smallest noise scale keeps its weight: wheels may be inconsistent with each
   // other, but an accelerometer must not outweigh them all.
-  const double noise_scale = state.wheel_noise_scale[index_of(source)];
+  const double noise_scale = state.reading(source).noise_scale;
   double least = noise_scale;
   bool free = share == 0.0;
   for (const Source wheel : wheel_sources) {
-    const Reading& reading = state.readings[index_of(wheel)];
+    const Reading& reading = state.reading(wheel);
     if (reading.consistent > 0 && seconds_between(reading.time_ns, state.time_ns) <= silent_s) {
-      least = std::min(least, state.wheel_noise_scale[index_of(wheel)]);
+      least = std::min(least, state.reading(wheel).noise_scale);
       free = free || slip_share(model.car.driven, wheel, force) == 0.0;
     }
   }
@@ -103,7 +103,7 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   const double slipping = squared(tuning.slip_noise * share * force * rolling);
   z.slack = z.relative * (1.0 - 1.0 / std::max(least, 1.0)) + (free ? 0.0 : slipping);
   z.variance = squared(sigma) + z.relative + slipping + squared(by_delta * tuning.front_wheel) +
-               squared(s) * state.covariance(at::v_y, at::v_y);
+               squared(s) * state.variance(at::v_y);
   z.depends_on(at::v_x, scale * c);
   z.by_slow[slow::wheel_latency] = -scale * c * v_x_dot;
   z.by_slow[slow::wheel_scale] = unlike * slip * rolling;
@@ -114,7 +114,7 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
                  radius * forward * state.slow.mean[slow::wheel_slip] * share * rolling);
   }
   if (gyro) {
-    z.variance += squared(by_yaw_rate) * state.covariance(at::yaw_rate, at::yaw_rate);
+    z.variance += squared(by_yaw_rate) * state.variance(at::yaw_rate);
   } else {
     z.depends_on(at::yaw_rate, scale * by_yaw_rate);
   }

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "estimator/common/squares.hpp"
+#include "estimator/common/symmetric3.hpp"
 
 namespace odomd::estimator::full {
 namespace {
@@ -19,23 +19,24 @@ double softness_of(double grip, const Moving& now) noexcept {
 double gyro_bias_walk(const CarModel& model, const State& state) noexcept {
   const NoiseLevel& level = state.noise[index_of(Source::yaw_rate)];
   // Before its scatter is known, and where a running engine shakes it, that is not its noise.
-  const bool known = level.still_samples > 1 && level.at_rest < 1.0;
-  const double noise = known ? model.gyro_sigma * std::sqrt(level.at_rest) : 0.0;
+  const bool known = level.still.samples > 1 && level.still.mean < 1.0;
+  const double noise = known ? model.gyro_sigma * std::sqrt(level.still.mean) : 0.0;
   return std::max(model.tuning.gyro_bias_walk, model.tuning.gyro_bias_walk_share * noise);
 }
 
 /// Process noise of the random walks.
 void add_walks(const CarModel& model, double dt, State& state) noexcept {
-  const Tuning& walks = model.tuning;
-  Matrix& P = state.covariance;
-  P(at::accel_bias_x, at::accel_bias_x) += squared(walks.accel_bias_walk) * dt;
-  P(at::accel_bias_y, at::accel_bias_y) += squared(walks.accel_bias_walk) * dt;
-  P(at::steering_offset, at::steering_offset) += squared(walks.steering_offset_walk) * dt;
-  SlowMatrix& P_s = state.slow.covariance;
-  P_s(slow::gyro_bias, slow::gyro_bias) += squared(gyro_bias_walk(model, state)) * dt;
-  P_s(slow::gyro_scale, slow::gyro_scale) += squared(walks.gyro_scale_walk) * dt;
-  P_s(slow::wheel_scale, slow::wheel_scale) += squared(walks.wheel_scale_walk) * dt;
-  P_s(slow::stiffness_scale, slow::stiffness_scale) += squared(walks.stiffness_scale_walk) * dt;
+  const Tuning& tuning = model.tuning;
+  for (const at::Index bias : {at::accel_bias_x, at::accel_bias_y}) {
+    state.variance(bias) += squared(tuning.accel_bias_walk) * dt;
+  }
+  state.variance(at::steering_offset) += squared(tuning.steering_offset_walk) * dt;
+  for (const slow::Index error :
+       {slow::gyro_bias, slow::gyro_scale, slow::wheel_scale, slow::stiffness_scale}) {
+    const double walk = tuning.*slow_priors[error].walk;
+    state.variance(error) +=
+        squared(error == slow::gyro_bias ? gyro_bias_walk(model, state) : walk) * dt;
+  }
 }
 
 /// F of a step: identity except for its first nine rows, x ... side_force.
@@ -129,29 +130,27 @@ Jacobian step_mean(const CarModel& model, const Input& input, double dt, State& 
 
 void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept {
   const Tuning& tuning = model.tuning;
-  Matrix& P = state.covariance;
   const Vector& x = state.mean;
   const double speed = std::abs(x[at::v_x]);
   const double wheelbase = model.car.wheelbase();
   const double on_road = squared(gravity) * speed * F.dt;
-  P(at::accel_bias_x, at::accel_bias_x) += squared(tuning.slope) * on_road;
-  P(at::accel_bias_y, at::accel_bias_y) += squared(tuning.bank) * on_road;
+  state.variance(at::accel_bias_x) += squared(tuning.slope) * on_road;
+  state.variance(at::accel_bias_y) += squared(tuning.bank) * on_road;
   const double way = state.way_noise_scale * squared(tuning.way) * wheelbase * speed * F.dt;
-  P(at::x, at::x) += way;
-  P(at::y, at::y) += way;
-  P(at::yaw, at::yaw) += squared(tuning.way_turn) * speed / wheelbase * F.dt;
+  state.variance(at::x) += way;
+  state.variance(at::y) += way;
+  state.variance(at::yaw) += squared(tuning.way_turn) * speed / wheelbase * F.dt;
   const double bend = x[at::v_x] * x[at::yaw_rate] / gravity;  // [g]
   const double share = model.car.grip_rear > 0.0 ? tuning.side_slip_grip : 1.0;
   const double side = share * tuning.side_slip * gravity * bend * bend * bend;
-  P(at::v_y, at::v_y) += (squared(side) + squared(tuning.side_slip_floor * gravity)) * F.dt;
+  state.variance(at::v_y) += (squared(side) + squared(tuning.side_slip_floor * gravity)) * F.dt;
   const double force = tuning.side_force * x[at::v_x] * x[at::yaw_rate];
-  P(at::side_force, at::side_force) +=
-      (squared(force) + squared(tuning.side_force_floor * gravity)) *
-      (1.0 - squared(F.force_decay));
-  P(at::yaw_rate, at::yaw_rate) += squared(tuning.turn * model.gyro_sigma) * F.dt;
-  P(at::accel_x, at::accel_x) += state.drive_noise_scale * squared(tuning.drive_accel * gravity) *
+  state.variance(at::side_force) += (squared(force) + squared(tuning.side_force_floor * gravity)) *
+                                    (1.0 - squared(F.force_decay));
+  state.variance(at::yaw_rate) += squared(tuning.turn * model.gyro_sigma) * F.dt;
+  state.variance(at::accel_x) += state.drive_noise_scale * squared(tuning.drive_accel * gravity) *
                                  (1.0 - squared(F.driving_decay));
-  P(at::front_angle, at::front_angle) +=
+  state.variance(at::front_angle) +=
       state.turn_noise_scale * squared(tuning.front_angle) * (1.0 - squared(F.driving_decay));
   add_walks(model, F.dt, state);
 }
@@ -161,10 +160,10 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
 Secant secant_stiffness(double stiffness, double slip_angle, double softness,
                         double share_of_mass) noexcept {
   const double linear = stiffness * std::abs(slip_angle) / share_of_mass;
-  const double q = linear * softness / 3.0;
+  const double q = third * linear * softness;
   return q < 1.0
-             ? Secant{stiffness * (1.0 - q + q * q / 3.0),
-                      stiffness * linear / 3.0 * (2.0 / 3.0 * q - 1.0)}
+             ? Secant{stiffness * (1.0 - q + third * q * q),
+                      third * stiffness * linear * (2.0 * third * q - 1.0)}
              : Secant{stiffness / (linear * softness), -stiffness / (linear * softness * softness)};
 }
 
@@ -270,7 +269,7 @@ void propagate(const CarModel& model, const Input& input, double dt, State& stat
     apply<at::size>(F, at::x, P + row);
   }
   for (const at::Index first : {at::x, at::v_x, at::accel_x}) {
-    for (Eigen::Index column = first; column < first + 3; ++column) {
+    for (Eigen::Index column = first; column < first + at::v_x; ++column) {
       apply<1>(F, first, P + column * at::size);
     }
   }

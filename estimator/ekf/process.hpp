@@ -9,9 +9,9 @@
 
 #include <Eigen/Core>
 
-#include "estimator/common/tuning.hpp"
-#include "estimator/common/vehicle.hpp"
+#include "estimator/common/settings.hpp"
 #include "estimator/ekf/state.hpp"
+#include "estimator/integrity/parity.hpp"
 
 namespace odomd::estimator::full {
 
@@ -23,11 +23,9 @@ struct Input {
 };
 
 /// Constant parameters of the model.
-struct CarModel {
-  Vehicle car;
+struct CarModel : integrity::Sensors {
   std::array<double, 2> imu_position{};  ///< (p_x, p_y), from the centre of gravity [m]
-  Tuning tuning;
-  double gyro_sigma = 0.03;  ///< as stated [rad/s]
+  double gyro_sigma = default_sigma[index_of(Source::yaw_rate)];  ///< as stated [rad/s]
 };
 
 /// The quantities that change the velocity.

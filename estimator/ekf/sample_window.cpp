@@ -48,20 +48,11 @@ Insertion SampleWindow::insert(const Sample& sample) noexcept {
   return Insertion::inserted;
 }
 
-std::span<const Sample> SampleWindow::until(std::int64_t time_ns) const noexcept {
-  std::size_t end = begin_;
-  while (end < end_ && samples_[end].time_ns <= time_ns) {
-    ++end;
-  }
-  return {samples_.data() + begin_, end - begin_};
-}
-
-std::span<Sample> SampleWindow::after(std::int64_t time_ns) noexcept {
-  std::size_t first = end_;
-  while (first > begin_ && samples_[first - 1].time_ns > time_ns) {
-    --first;
-  }
-  return {samples_.data() + first, end_ - first};
+std::size_t SampleWindow::end_of(std::int64_t time_ns) const noexcept {
+  const auto first = samples_.begin() + static_cast<std::ptrdiff_t>(begin_);
+  const auto last = samples_.begin() + static_cast<std::ptrdiff_t>(end_);
+  return static_cast<std::size_t>(
+      std::ranges::upper_bound(first, last, time_ns, {}, &Sample::time_ns) - samples_.begin());
 }
 
 }  // namespace odomd::estimator::full

@@ -55,8 +55,12 @@ class SampleWindow {
   void forget_after(std::int64_t time_ns) noexcept { end_ -= after(time_ns).size(); }
 
   /// The samples up to `time_ns`, or after it, in order.
-  [[nodiscard]] std::span<const Sample> until(std::int64_t time_ns) const noexcept;
-  [[nodiscard]] std::span<Sample> after(std::int64_t time_ns) noexcept;
+  [[nodiscard]] std::span<const Sample> until(std::int64_t time_ns) const noexcept {
+    return {samples_.data() + begin_, end_of(time_ns) - begin_};
+  }
+  [[nodiscard]] std::span<Sample> after(std::int64_t time_ns) noexcept {
+    return {samples_.data() + end_of(time_ns), end_ - end_of(time_ns)};
+  }
 
   /// Samples of each source that a full window has dropped without a verdict since the last call.
   /// Those that insert() has refused do not count.
@@ -68,6 +72,9 @@ class SampleWindow {
   [[nodiscard]] std::int64_t dropped_until_ns() const noexcept { return dropped_until_ns_; }
 
  private:
+  /// Index after the last sample up to `time_ns`.
+  [[nodiscard]] std::size_t end_of(std::int64_t time_ns) const noexcept;
+
   std::array<Sample, 2 * capacity> samples_{};
   std::size_t begin_ = 0;
   std::size_t end_ = 0;

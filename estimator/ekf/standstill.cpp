@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "estimator/common/pose.hpp"
-#include "estimator/common/squares.hpp"
+#include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/judge.hpp"
 #include "estimator/ekf/predict.hpp"
@@ -16,31 +16,24 @@
 namespace odomd::estimator::full {
 namespace {
 
-// A wheel turns if it is faster than twice its noise, within these limits.
-constexpr double slowest_turning = 0.01;  // [m/s]
-constexpr double surely_turning = 0.03;   // [m/s]
-
-// Range of a still gyro's readings, in their standard deviations; and the stretches in which it is
-// taken [s].
-constexpr double gyro_swing = 3.0;
 // Share of a pose in the mean of those of a standing car.
 constexpr double camera_share = 0.125;
+// Stretches in which the range of a still gyro's readings is taken [s].
 constexpr double swing_s = 0.15;
 constexpr double drifts_s = 5.0;
 
 // Standard deviations of the velocity at standstill, and after setting off.
 constexpr double held_sigma = 1e-4;
-constexpr double departing_speed = 0.05;     // [m/s]
-constexpr double departing_side = 0.02;      // [m/s]
-constexpr double departing_yaw_rate = 0.05;  // [rad/s]
+constexpr double departing_speed = 0.05;  // [m/s, rad/s]
+constexpr double departing_side = 0.02;   // [m/s]
 
 /// log p(off | the car stands) - log p(off | it moves), by one source: off is its deviation from
 /// what a standing car gives, `sigma` the deviation to expect of that, and a moving car adds
-/// `range` or, half of the time, nothing. Student's t with four degrees of freedom: no single
-/// source is certain.
+/// `range` or, half of the time, nothing. Student's t: no single source is certain.
 double evidence(double off, double sigma, double range) noexcept {
   const auto log_density = [off](double variance) {
-    return -2.5 * std::log1p(off * off / (4.0 * variance)) - 0.5 * std::log(variance);
+    return -0.5 * (student_degrees + 1.0) * std::log1p(off * off / (student_degrees * variance)) -
+           0.5 * std::log(variance);
   };
   const double moving = log_density(sigma * sigma + range * range) - log_density(sigma * sigma);
   return std::numbers::ln2 - std::log1p(std::exp(moving));
@@ -62,7 +55,7 @@ double odds_of_standing(const CarModel& model, const State& state) noexcept {
   const integrity::SourceHistory& gyro = state.integrity.history(Source::yaw_rate);
   if (gyro.alive(state.time_ns)) {
     const double noise = gyro.noise(integrity::Over::short_time);
-    const double bias = state.slow.covariance(slow::gyro_bias, slow::gyro_bias);
+    const double bias = state.variance(slow::gyro_bias);
     // A bias may have made a step.
     odds +=
         std::max(evidence(gyro.mean() - (standstill.standing ? standstill.still_gyro
@@ -72,13 +65,13 @@ double odds_of_standing(const CarModel& model, const State& state) noexcept {
     const auto& [older, newer] = standstill.gyro_ranges;
     const double swing =
         std::max(older.highest, newer.highest) - std::min(older.lowest, newer.lowest);
-    odds += 2.0 * evidence(swing, gyro_swing * gyro.sigma, turn);  // one of each stretch
+    odds += 2.0 * evidence(swing, most_sigmas * gyro.sigma, turn);  // one of each stretch
   }
   // 3. A car that reverses is accelerated.
   const integrity::SourceHistory& accel = state.integrity.history(Source::accel_x);
   if (accel.alive(state.time_ns)) {
     const double noise = accel.noise(integrity::Over::short_time);
-    const double bias = state.covariance(at::accel_bias_x, at::accel_bias_x);
+    const double bias = state.variance(at::accel_bias_x);
     odds += evidence(accel.mean() - state.mean[at::accel_bias_x], std::sqrt(noise * noise + bias),
                      tuning.pedal * gravity);
   }
@@ -86,7 +79,7 @@ double odds_of_standing(const CarModel& model, const State& state) noexcept {
   // newest one where the first one was.
   if (standstill.camera_ns != 0) {
     const double seen_s = seconds_between(standstill.camera_ns, state.last_camera_pose.capture_ns);
-    const double known = state.covariance(at::x, at::x) + state.covariance(at::y, at::y);
+    const double known = state.variance(at::x) + state.variance(at::y);
     const double variance = squared(standstill.camera_sigma) *
                                 (standstill.standing ? camera_share / (2.0 - camera_share) : 2.0) +
                             (standstill.standing ? known : 0.0);
@@ -111,9 +104,8 @@ void enter_standstill(State& state, std::int64_t time_ns) noexcept {
   if (gyro.alive(time_ns)) {
     // What the bias does not explain was integrated as a turn.
     const double off = gyro.mean() - state.slow.mean[slow::gyro_bias];
-    state.covariance(at::yaw, at::yaw) +=
-        std::max(off * off - state.slow.covariance(slow::gyro_bias, slow::gyro_bias), 0.0) *
-        squared(seconds_between(standstill.since_ns, time_ns));
+    state.variance(at::yaw) += std::max(off * off - state.variance(slow::gyro_bias), 0.0) *
+                               squared(seconds_between(standstill.since_ns, time_ns));
   }
   for (const at::Index index : {at::v_x, at::v_y, at::yaw_rate, at::accel_x}) {
     Prediction zero;
@@ -130,7 +122,7 @@ void enter_standstill(State& state, std::int64_t time_ns) noexcept {
   state.mean.segment<6>(at::v_x).setZero();  // v_x ... side_force
   for (const at::Index index :
        {at::v_x, at::v_y, at::yaw_rate, at::accel_x, at::front_angle, at::side_force}) {
-    forget(state, index, std::sqrt(state.covariance(index, index)));
+    forget(state, index, std::sqrt(state.variance(index)));
   }
 }
 
@@ -143,7 +135,7 @@ void set_off(const CarModel& model, State& state, double speed) noexcept {
   state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
   forget(state, at::v_x, std::max(departing_speed, std::abs(speed)));
   forget(state, at::v_y, departing_side);
-  forget(state, at::yaw_rate, departing_yaw_rate);
+  forget(state, at::yaw_rate, departing_speed);
   forget(state, at::accel_x, model.tuning.drive_accel * gravity);
   forget(state, at::front_angle, model.tuning.front_angle);
   forget(state, at::side_force, model.tuning.side_force_floor * gravity);
@@ -153,7 +145,7 @@ void begin_motion(State& state, const Sample& sample) noexcept {
   const double speed = sample.value[0];
   const double yaw_rate = state.mean[at::yaw_rate];
   const std::int64_t consistent_ns = consistent_since_ns(state, sample);
-  const std::int64_t camera_ns = state.fused_ns[index_of(Source::camera)];
+  const std::int64_t camera_ns = state.reading(Source::camera).fused_ns;
   state.start = state.pose();
   const Pose2 pose = moved(state.start, {speed, 0.0, yaw_rate},
                            seconds_between(std::max(consistent_ns, camera_ns), sample.time_ns));
@@ -172,26 +164,26 @@ void begin_motion(State& state, const Sample& sample) noexcept {
 }
 
 void correct_start(State& state, const Sample& sample) noexcept {
-  constexpr std::size_t enough = 5;
   const FirstSpeeds first = first_speeds(state);
   const double off = first.median - state.mean[at::v_x];
   const double surprising = std::max(0.5, 0.5 * std::abs(first.median));
-  if (state.started_ns == 0 || std::abs(off) <= surprising) {
-    state.started_ns = first.samples >= enough ? 0 : state.started_ns;
+  const bool done = state.started_ns == 0 || std::abs(off) <= surprising;
+  const std::int64_t started_ns = std::exchange(
+      state.started_ns, first.samples >= integrity::least_samples ? 0 : state.started_ns);
+  if (done) {
     return;
   }
-  if (state.fused_ns[index_of(Source::camera)] < state.started_ns) {
+  if (state.reading(Source::camera).fused_ns < started_ns) {
     const Pose2 pose = moved(state.start, {first.median, 0.0, state.mean[at::yaw_rate]},
-                             seconds_between(state.started_ns, sample.time_ns));
+                             seconds_between(started_ns, sample.time_ns));
     state.mean.head<2>() << pose.x, pose.y;
   }
   state.mean[at::v_x] = first.median;
   forget(state, at::v_x, std::abs(off));
-  state.started_ns = first.samples >= enough ? 0 : state.started_ns;
 }
 
 bool sets_off(State& state, const Sample& sample, const WheelCount& wheels) noexcept {
-  const Reading& before = state.readings[index_of(sample.source)];
+  const Reading& before = state.reading(sample.source);
   if (wheels.turning > wheels.still) {
     return wheels.turning > 1 ||
            (consistent_samples(state, sample) > 0 &&
@@ -200,10 +192,6 @@ bool sets_off(State& state, const Sample& sample, const WheelCount& wheels) noex
   }
   return rejected_s(state, sample) >= dead_after_s && wheels.turning == wheels.still &&
          (wheels.free_turning || !wheels.free_still);
-}
-
-bool is_turning(double speed, double sigma) noexcept {
-  return std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning);
 }
 
 void note_wheels(State& state, const Sample& sample, bool still) noexcept {
@@ -239,7 +227,7 @@ void update_standstill(const CarModel& model, State& state, const Sample& sample
     standstill.off.y += share * (seen.y - from.y - standstill.off.y);
   } else if (sample.source == Source::yaw_rate) {
     // The median of three: one corrupt frame is no motion.
-    const Reading& before = state.readings[index_of(sample.source)];
+    const Reading& before = state.reading(sample.source);
     const auto [least, most] = std::minmax(sample.value[0], before.previous);
     const double reading = std::clamp(before.value, least, most);
     auto& [older, newer] = standstill.gyro_ranges;
@@ -267,14 +255,14 @@ void update_standstill(const CarModel& model, State& state, const Sample& sample
 }
 
 Judgement take_still_gyro(const CarModel& model, State& state, const Sample& sample) noexcept {
-  const Judgement unused{.source = sample.source, .verdict = Verdict::fused, .degrees = 0};
+  const Judgement unused{.source = sample.source};
   constexpr double stretch_s = 0.25;
   constexpr double bias_step_s = 20.0;
   auto& [older, newer] = state.standstill.gyro;
   newer.since_ns = newer.samples == 0 ? sample.time_ns : newer.since_ns;
   newer.sum += sample.value[0];
   ++newer.samples;
-  state.fused_ns[index_of(sample.source)] = sample.time_ns;
+  state.reading(sample.source).fused_ns = sample.time_ns;
   if (seconds_between(newer.since_ns, sample.time_ns) < stretch_s) {
     return unused;
   }
@@ -288,13 +276,13 @@ Judgement take_still_gyro(const CarModel& model, State& state, const Sample& sam
   const Prediction z = predict_yaw_rate(state, mean.sigma[0]);
   // A bias that makes a step has to last.
   const Innovation nu = innovation(state, z, mean.value[0]);
-  state.slow.covariance(slow::gyro_bias, slow::gyro_bias) +=
+  state.variance(slow::gyro_bias) +=
       std::max(nu.value * nu.value - nu.variance, 0.0) * stretch_s / bias_step_s;
   return judge(model, state, mean, z, {.heading = false, .slow = only(slow::gyro_bias)});
 }
 
 void learn_dead_band(State& state, const Sample& sample) noexcept {
-  const Reading& before = state.readings[index_of(sample.source)];
+  const Reading& before = state.reading(sample.source);
   if (before.consistent > 0 && sample.value[0] != 0.0 && before.value != 0.0) {
     state.standstill.dead_band =
         std::min(state.standstill.dead_band,

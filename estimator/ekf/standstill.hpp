@@ -32,9 +32,6 @@ void correct_start(State& state, const Sample& sample) noexcept;
 /// dead. Driven wheels that spin alone do not move a car.
 [[nodiscard]] bool sets_off(State& state, const Sample& sample, const WheelCount& wheels) noexcept;
 
-/// Whether a wheel that measures `speed` with the noise `sigma` turns.
-[[nodiscard]] bool is_turning(double speed, double sigma) noexcept;
-
 /// Notes whether most wheels are still, at a wheel's sample. A still period begins with the first.
 void note_wheels(State& state, const Sample& sample, bool still) noexcept;
 

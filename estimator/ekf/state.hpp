@@ -12,7 +12,9 @@
 
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
+#include "estimator/common/pose.hpp"
 #include "estimator/common/time.hpp"
+#include "estimator/common/tuning.hpp"
 #include "estimator/integrity/integrity.hpp"
 
 namespace odomd::estimator::full {
@@ -58,6 +60,33 @@ enum Index : Eigen::Index {
 };
 }  // namespace slow
 
+/// What is known beforehand of a slow error.
+struct SlowPrior {
+  double Tuning::*sigma;
+  double Tuning::*walk;  ///< random walk per √s; none: it is constant
+  double lowest;         ///< limits, within which the model holds; and largest sigma
+  double highest;
+};
+inline constexpr std::array<SlowPrior, slow::size> slow_priors = [] {
+  constexpr double latency = 0.2;
+  constexpr double advanced = 0.5 * latency;  // it counts only as far as samples can be advanced
+  constexpr double difference = 0.1;
+  return std::array<SlowPrior, slow::size>{{
+      {&Tuning::gyro_bias, &Tuning::gyro_bias_walk, -1.0, 1.0},
+      {&Tuning::gyro_scale, &Tuning::gyro_scale_walk, -0.5, 0.5},
+      {&Tuning::wheel_scale, &Tuning::wheel_scale_walk, -0.5, 0.5},
+      {&Tuning::wheel_slip, nullptr, -0.5, 0.5},
+      {&Tuning::stiffness_scale, &Tuning::stiffness_scale_walk, -0.7, 2.0},
+      {&Tuning::roll_gradient, nullptr, -1.0, 1.0},
+      {&Tuning::pitch_gradient, nullptr, -1.0, 1.0},
+      {&Tuning::latency, nullptr, -latency, latency},
+      {&Tuning::latency, nullptr, -latency, latency},
+      {&Tuning::latency, nullptr, 0.0, advanced},
+      {&Tuning::wheel_difference, nullptr, -difference, difference},
+      {&Tuning::softness, nullptr, -0.2, 1.0},
+  }};
+}();
+
 using Vector = Eigen::Matrix<double, at::size, 1>;
 using Matrix = Eigen::Matrix<double, at::size, at::size>;
 using SlowVector = Eigen::Matrix<double, slow::size, 1>;
@@ -80,12 +109,12 @@ struct HeldInput {
 };
 
 /// Noise of an inertial sensor by the differences between its samples, which vibration makes
-/// several times larger on the move. Variances over the stated one.
+/// several times larger on the move.
 struct NoiseLevel {
-  double at_rest = 1.0;
-  double moving = 1.0;
-  int still_samples = 0;  ///< averaged in `at_rest`
-  int moving_samples = 0;
+  struct {
+    double mean = 1.0;  ///< variance over the stated one
+    int samples = 0;    ///< averaged in it
+  } moving, still;
   std::array<double, 2> last{};  ///< the two samples before, over the stated sigma
   int run = 0;                   ///< how many of them belong to the same kind, still or moving
   bool wheels_still = false;
@@ -126,8 +155,11 @@ struct Reading {
   std::int64_t time_ns = 0;
   double value = 0.0;
   double previous = 0.0;
-  double advanced_s = 0.0;  ///< see Sample
-  double interval_s = 0.0;  ///< to the sample before; 0: there was none
+  double advanced_s = 0.0;             ///< see Sample
+  double interval_s = 0.0;             ///< to the sample before; 0: there was none
+  double noise_scale = 1.0;            ///< of a wheel's relative error
+  std::int64_t fused_ns = 0;           ///< newest fused sample; 0: none
+  std::int64_t rejected_since_ns = 0;  ///< 0: the newest sample was fused
 };
 
 /// A camera pose, and the filter's pose at its time.
@@ -166,22 +198,12 @@ struct LastingError {
   double variance = 0.0;         ///< of the pose's error [m², rad²]
 };
 
-constexpr std::array<double, source_count> filled(double value) noexcept {
-  std::array<double, source_count> all{};
-  all.fill(value);
-  return all;
-}
-
-/// Deviation of the filter's motion from the consensus of the sources.
+/// Deviation of the filter's speed or yaw rate from the consensus of the sources.
 struct Deviation {
-  integrity::SourceHistory speed;  ///< v_x of the filter, averaged like a source
-  integrity::SourceHistory yaw_rate;
-  std::int64_t speed_since_ns = 0;  ///< beginning of the deviation; 0: there is none
-  std::int64_t yaw_rate_since_ns = 0;
-  double distance = 0.0;  ///< driven beyond the speed of all sources but the wheels [m]
-  double yaw = 0.0;       ///< turned beyond the yaw rate of all sources but the gyro [rad]
-  bool gyro_distrusted = false;
-  bool wheels_distrusted = false;  ///< all of them
+  integrity::SourceHistory filter;  ///< what the filter estimates, averaged like a source
+  std::int64_t since_ns = 0;        ///< beginning of the deviation; 0: there is none
+  double sum = 0.0;         ///< driven or turned beyond all sources but wheels or gyro [m, rad]
+  bool distrusted = false;  ///< all wheels, or the gyro
 };
 
 struct State {
@@ -191,9 +213,7 @@ struct State {
   SlowErrors slow;
   double drive_noise_scale = 1.0;  ///< of the variance that drives a_x, by the wheels
   double turn_noise_scale = 1.0;   ///< of ε, by the gyro
-  std::array<double, source_count> wheel_noise_scale =
-      filled(1.0);               ///< of each wheel's relative error
-  double way_noise_scale = 1.0;  ///< of the position noise per distance, by the camera
+  double way_noise_scale = 1.0;    ///< of the position noise per distance, by the camera
   double turned = 0.0;  ///< yaw that the steps have added since the gyro sample at ... [rad]
   std::int64_t turned_since_ns = 0;           ///< ... this time; 0: the pose was set since then
   SlowVector turned_by = SlowVector::Zero();  ///< change of ψ's row of B since then
@@ -211,11 +231,10 @@ struct State {
   HeldInput direction;
 
   std::array<Reading, source_count> readings{};
-  std::array<std::int64_t, source_count> fused_ns{};           ///< newest fused sample; 0: none
-  std::array<std::int64_t, source_count> rejected_since_ns{};  ///< 0: the newest sample was fused
 
   Integrity integrity;
-  Deviation deviation;
+  Deviation of_speed;
+  Deviation of_yaw_rate;
   bool doubtful = false;  ///< a fault may have moved the pose, and no camera has confirmed it since
   int confirming_poses = 0;  ///< fused camera poses in a row
   Disputed disputed;
@@ -230,11 +249,28 @@ struct State {
   std::uint32_t resets = 0;        ///< by the camera
   Pose2 last_jump;
 
+  [[nodiscard]] Reading& reading(Source source) noexcept { return readings[index_of(source)]; }
+  [[nodiscard]] const Reading& reading(Source source) const noexcept {
+    return readings[index_of(source)];
+  }
+  /// Takes note of a fused sample.
+  void note_fused(Source source, std::int64_t at_ns) noexcept {
+    reading(source).fused_ns = at_ns;
+    reading(source).rejected_since_ns = 0;
+  }
+  [[nodiscard]] double& variance(at::Index i) noexcept { return covariance(i, i); }
+  [[nodiscard]] double variance(at::Index i) const noexcept { return covariance(i, i); }
+  [[nodiscard]] double& variance(slow::Index i) noexcept { return slow.covariance(i, i); }
+  [[nodiscard]] double variance(slow::Index i) const noexcept { return slow.covariance(i, i); }
+  [[nodiscard]] double sigma(slow::Index i) const noexcept { return std::sqrt(variance(i)); }
   /// A distance along the heading, in map axes.
   [[nodiscard]] Eigen::Vector2d along_heading(double distance) const noexcept {
     return distance * Eigen::Vector2d(std::cos(mean[at::yaw]), std::sin(mean[at::yaw]));
   }
   [[nodiscard]] Pose2 pose() const noexcept { return {mean[at::x], mean[at::y], mean[at::yaw]}; }
+  [[nodiscard]] BodyVelocity velocity() const noexcept {
+    return {mean[at::v_x], mean[at::v_y], mean[at::yaw_rate]};
+  }
 };
 
 }  // namespace odomd::estimator::full

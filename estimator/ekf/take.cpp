@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "estimator/common/squares.hpp"
+#include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/judge.hpp"
 #include "estimator/ekf/noise.hpp"
@@ -25,9 +25,6 @@ constexpr double gyro_lifetime_s = 0.35;
 // Fastest turn of the front wheels [rad/s].
 constexpr double fastest_steering = 20.0;
 
-// ν² of a force over its variance that distinguishes it from noise.
-constexpr double significant_ratio = 9.0;
-
 // A standstill ends without wheel samples for this long.
 constexpr double wheels_needed_s = 2.5;
 
@@ -41,10 +38,10 @@ bool alive(const HeldInput& held, std::int64_t now_ns, double lifetime_s) noexce
 
 /// Verdicts without a test: of an input, or without anything to test against.
 Judgement held(Source source) noexcept {
-  return {.source = source, .verdict = Verdict::fused, .degrees = 0};
+  return {.source = source};
 }
 Judgement gated(Source source) noexcept {
-  return {.source = source, .verdict = Verdict::gated, .degrees = 0};
+  return {.source = source, .verdict = Verdict::gated};
 }
 
 /// A few turning or locked wheels neither begin nor end a still period.
@@ -80,8 +77,7 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   }
   if (state.standstill.standing) {
     if (!turning) {
-      state.fused_ns[index_of(sample.source)] = sample.time_ns;
-      state.rejected_since_ns[index_of(sample.source)] = 0;
+      state.note_fused(sample.source, sample.time_ns);
       return held(sample.source);
     }
     const WheelCount wheels = count_wheels(context.model.car.driven, state, sample);
@@ -98,17 +94,16 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   Prediction z = predict();
   if (!turning) {
     // 0 is any speed within the dead band: it narrows the speed to that, and no further.
-    const double known = state.covariance(at::v_x, at::v_x);
-    const double band = squared(state.standstill.dead_band) / 3.0;
+    const double known = state.variance(at::v_x);
+    const double band = third * squared(state.standstill.dead_band);
     if (known <= band && std::abs(state.mean[at::v_x]) <= state.standstill.dead_band) {
-      state.fused_ns[index_of(sample.source)] = sample.time_ns;
-      state.rejected_since_ns[index_of(sample.source)] = 0;
+      state.note_fused(sample.source, sample.time_ns);
       return note(context, state, sample, held(sample.source));
     }
     z.by_slow[slow::wheel_scale] = z.by_slow[slow::wheel_difference] = 0.0;
     z.variance += known > band ? band * known / (known - band) : band;
   }
-  double& noise_scale = state.wheel_noise_scale[index_of(sample.source)];
+  double& noise_scale = state.reading(sample.source).noise_scale;
   const double before = noise_scale;
   const bool surprising = noise_scale < 1.0 && innovation(state, z, speed).squared_ratio() >
                                                    context.model.tuning.signal_gate;
@@ -133,8 +128,7 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
   // The gradient is learnt only from a force well above its uncertainty. Noise taken for a force
   // would make it too small.
   const double force = state.mean[at::accel_x];
-  const bool significant =
-      force * force > significant_ratio * state.covariance(at::accel_x, at::accel_x);
+  const bool significant = squared(force) > squared(most_sigmas) * state.variance(at::accel_x);
   return judge(context.model, state, sample, predict_accel_x(context.model, state, sample.sigma[0]),
                {.slow = significant ? only(slow::pitch_gradient) : none()});
 }
@@ -149,7 +143,7 @@ Judgement take_steering(State& state, const Sample& sample) noexcept {
         std::min(seconds_between(state.steering.time_ns, sample.time_ns), longest_gap_s);
     const double jump = std::abs(sample.value[0] - state.steering.value);
     const double excess = std::max(jump - fastest_steering * elapsed_s, 0.0);
-    state.covariance(at::front_angle, at::front_angle) += excess * excess;
+    state.variance(at::front_angle) += excess * excess;
   }
   hold(state.steering, sample);
   return held(sample.source);
@@ -160,7 +154,7 @@ Judgement hold_before_motion(State& state, const Sample& sample) noexcept {
   if (consistent_samples(state, sample) == 0) {
     return held(sample.source);
   }
-  state.fused_ns[index_of(sample.source)] = sample.time_ns;
+  state.reading(sample.source).fused_ns = sample.time_ns;
   if (sample.source == Source::yaw_rate) {
     state.mean[at::yaw_rate] = sample.value[0] - state.slow.mean[slow::gyro_bias];
   } else {
@@ -218,7 +212,7 @@ bool gyro_alive(const State& state) noexcept {
   if (!state.integrity.trusted(Source::yaw_rate)) {
     return false;
   }
-  const std::int64_t gyro_ns = state.fused_ns[index_of(Source::yaw_rate)];
+  const std::int64_t gyro_ns = state.reading(Source::yaw_rate).fused_ns;
   return gyro_ns != 0 && seconds_between(gyro_ns, state.time_ns) <= gyro_lifetime_s;
 }
 
@@ -293,11 +287,9 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
     }
     case Source::direction:
       state.integrity.add(sample.source, sample.time_ns, sample.value[0], sample.sigma[0]);
-      return {.source = sample.source,
-              .verdict = take_direction(context.model, state, sample),
-              .degrees = 0};
+      return {.source = sample.source, .verdict = take_direction(context.model, state, sample)};
     case Source::count:
-      return {.source = sample.source, .verdict = Verdict::source_off, .degrees = 0};
+      return {.source = sample.source, .verdict = Verdict::source_off};
     default:
       break;
   }

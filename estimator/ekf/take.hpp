@@ -15,8 +15,7 @@ namespace odomd::estimator::full {
 struct Context {
   CarModel model;
   CameraGate camera;
-  integrity::Sensors sensors;
-  double period_s = 0.005;
+  double period_s = FilterSettings{}.period_s;
 };
 
 /// Propagates the state to `time_ns`, in steps of at most one and a half periods.

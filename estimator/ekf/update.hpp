@@ -7,9 +7,13 @@
 #include <cmath>
 #include <cstddef>
 
+#include "estimator/common/symmetric3.hpp"
 #include "estimator/ekf/state.hpp"
 
 namespace odomd::estimator::full {
+
+/// Degrees of freedom of noise with heavy tails, Student's t.
+inline constexpr double student_degrees = 4.0;
 
 /// h(x, s) with its nonzero derivatives and R, the variance of the sample about h: sensor noise and
 /// model error.
@@ -131,7 +135,7 @@ inline void correct_slow_errors(State& state, const Innovation& nu,
 /// Freezes the effect of a slow error on the pose: later corrections of it do not move the pose.
 inline void detach_from_pose(State& state, slow::Index index) noexcept {
   auto by = state.slow.sensitivity.col(index).head<3>();
-  const Eigen::Vector3d made = std::sqrt(state.slow.covariance(index, index)) * by;
+  const Eigen::Vector3d made = std::sqrt(state.variance(index)) * by;
   state.covariance.topLeftCorner<3, 3>() += made * made.transpose();
   by.setZero();
 }
@@ -140,7 +144,7 @@ inline void detach_from_pose(State& state, slow::Index index) noexcept {
 inline void forget(State& state, at::Index index, double sigma) noexcept {
   state.covariance.row(index).setZero();
   state.covariance.col(index).setZero();
-  state.covariance(index, index) = sigma * sigma;
+  state.variance(index) = sigma * sigma;
   state.slow.sensitivity.row(index).setZero();
 }
 
@@ -151,7 +155,7 @@ inline void forget(State& state, at::Index index, double sigma) noexcept {
   Eigen::Matrix<double, 6, 6> P =
       state.covariance.topLeftCorner<6, 6>() + B * state.slow.covariance * B.transpose();
   const Eigen::Vector2d way(P(at::y, at::yaw), -P(at::x, at::yaw));
-  P.topLeftCorner<2, 2>() += 0.75 * way * way.transpose();
+  P.topLeftCorner<2, 2>() += (1.0 - squared(0.5)) * way * way.transpose();
   return P;
 }
 

@@ -20,15 +20,14 @@ void require_possible(const FilterSettings& settings);
 
 /// Largest magnitudes for a car of any size, in the order of Source. A larger sample means a broken
 /// sensor or a wrong scale.
-inline constexpr std::array<double, source_count> physical_limit{
-    35.0,                        // yaw_rate [rad/s]
-    200.0, 200.0,                // accel_x, accel_y [m/s²]
-    150.0, 150.0, 150.0, 150.0,  // wheels [m/s]
-    150.0, 150.0,                // wheel_rear, motor [m/s]
-    1.4,                         // steering [rad], short of the tangent's pole
-    1.0,                         // direction
-    0.0,                         // camera: not a signal
-};
+inline constexpr std::array<double, source_count> physical_limit = [] {
+  constexpr double accel = 200.0;    // [m/s²]
+  constexpr double wheel = 150.0;    // [m/s]
+  constexpr double yaw_rate = 35.0;  // [rad/s]
+  constexpr double steering = 1.4;   // [rad], short of the tangent's pole
+  return std::array{yaw_rate, accel, accel, wheel,    wheel, wheel,
+                    wheel,    wheel, wheel, steering, 1.0,   0.0};
+}();
 
 /// Beyond these a double no longer resolves a step [m] or a turn [rad].
 inline constexpr double largest_coordinate = 1e8;
@@ -42,6 +41,20 @@ inline constexpr double largest_yaw = 1e6;
 /// A smaller sigma would leave no digits of the covariance.
 inline constexpr double smallest_sigma = 1e-6;
 inline constexpr double largest_camera_sigma = 1e3;  ///< [m, rad]
+
+[[nodiscard]] constexpr double bounded_sigma(double sigma, double largest) noexcept {
+  return std::clamp(sigma, smallest_sigma, largest);
+}
+
+/// Standard deviations for samples that state none.
+[[nodiscard]] inline std::array<double, source_count> sigmas_of(
+    const FilterSettings& settings) noexcept {
+  std::array<double, source_count> sigma = settings.sigma;
+  for (std::size_t i = 0; i < source_count; ++i) {
+    sigma[i] = sigma[i] > 0.0 ? sigma[i] : default_sigma[i];
+  }
+  return sigma;
+}
 
 /// Why a signal's sample is refused: source_off (a camera's, or no source), non_finite, gated
 /// (beyond physical_limit). Nothing if it is accepted.
@@ -67,16 +80,15 @@ inline constexpr double largest_camera_sigma = 1e3;  ///< [m, rad]
 }
 
 /// A larger variance of a pose leaves no digits for the arithmetic [m², rad²].
-inline constexpr double largest_resumed_variance = 1e12;
+inline constexpr double largest_resumed_variance = largest_yaw * largest_yaw;
 
 /// Whether a filter can resume from an estimate that is `gap_s` [s] old: it is initialised, has no
 /// model fault, a possible velocity and a positive definite covariance of the pose.
 [[nodiscard]] inline bool may_resume(const Estimate& predecessor, double gap_s) noexcept {
   return predecessor.initialised && !predecessor.model_fault && gap_s >= 0.0 &&
          std::isfinite(gap_s) && is_possible(predecessor.map) && is_possible(predecessor.odom) &&
-         is_possible(velocity_of(predecessor)) && is_finite(predecessor.covariance) &&
-         predecessor.covariance[0] + predecessor.covariance[3] + predecessor.covariance[5] <=
-             largest_resumed_variance &&
+         is_possible(velocity_of(predecessor)) &&
+         unpacked(predecessor.covariance).trace() <= largest_resumed_variance &&
          is_positive_definite(predecessor.covariance);
 }
 

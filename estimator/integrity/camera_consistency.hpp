@@ -3,16 +3,34 @@
 // docs/model.md, "Integrity".
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include "estimator/common/symmetric3.hpp"
+#include "estimator/common/time.hpp"
 
 namespace odomd::estimator::integrity {
 
 /// Mean of the normalised innovations of the last camera poses: an error that stays.
 class CameraConsistency {
  public:
-  /// ν and its variances, of x, y and yaw.
-  void add(const std::array<double, 3>& innovation, const std::array<double, 3>& variance) noexcept;
+  /// ν and its variances, of x, y and yaw. An exponential mean with the share g has the variance
+  /// g / (2 - g) of a sample.
+  void add(const std::array<double, 3>& innovation,
+           const std::array<double, 3>& variance) noexcept {
+    constexpr double poses = 100.0;
+    constexpr double threshold = 35.0;  // χ²₃ with P = 1e-7: at a window in 3 s one in 10⁴ hours
+    constexpr double most = 5.0;        // of an outlier [sigmas]
+    constexpr double share = 2.0 / (poses + 1.0);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < mean_.size(); ++i) {
+      const double normalised = std::clamp(innovation[i] / std::sqrt(variance[i]), -most, most);
+      mean_[i] += share * (normalised - mean_[i]);
+      sum += squared(mean_[i]) * (2.0 - share) / share;
+    }
+    contradicted_ = sum > threshold;
+  }
   [[nodiscard]] bool contradicted() const noexcept { return contradicted_; }
 
  private:
@@ -23,7 +41,34 @@ class CameraConsistency {
 /// Whether the latency of the camera poses grows or falls: its clock has another rate.
 class CameraClock {
  public:
-  void add(std::int64_t capture_ns, std::int64_t arrival_ns) noexcept;
+  /// The slope of an exponential mean m and of its mean m' is (m - m') / T; of white noise σ it has
+  /// the variance σ² Δt / (4 T³).
+  void add(std::int64_t capture_ns, std::int64_t arrival_ns) noexcept {
+    constexpr double average_s = 3.0;
+    constexpr double longest_gap_s = 1.0;
+    constexpr double sigmas = 6.0;
+    constexpr double largest_drift = 1e-3;  // a crystal's is a tenth of it
+    if (arrival_ns == 0) {
+      return;
+    }
+    const double latency = seconds_between(capture_ns, arrival_ns);
+    const double dt = seconds_between(time_ns_, arrival_ns);
+    if (time_ns_ == 0 || dt > longest_gap_s) {
+      *this = {};
+      since_ns_ = arrival_ns;
+      mean_ = slow_ = latency;
+    } else if (dt > 0.0) {
+      const double share = dt / std::min(average_s, seconds_between(since_ns_, arrival_ns) + dt);
+      variance_ += share * (squared(latency - mean_) - variance_);
+      mean_ += share * (latency - mean_);
+      slow_ += share * (mean_ - slow_);
+      const double slope = (mean_ - slow_) / average_s;
+      const double sigma = std::sqrt(variance_ * dt / average_s) / (2.0 * average_s);
+      drifts_ = seconds_between(since_ns_, arrival_ns) > 2.0 * average_s &&
+                std::abs(slope) > largest_drift + sigmas * sigma;
+    }
+    time_ns_ = arrival_ns;
+  }
   [[nodiscard]] bool drifts() const noexcept { return drifts_; }
 
  private:

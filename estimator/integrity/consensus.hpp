@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -50,15 +51,19 @@ struct Row {
   [[nodiscard]] double off(const Motion& x) const noexcept { return (z - by.dot(x)) / sigma; }
 };
 
+/// Before any equation: as large as any car's [m/s, rad/s].
+inline constexpr double unknown_speed = 100.0;
+
 struct Solution {
   Motion motion = Motion::Zero();
-  Motion sigma = Motion::Constant(100.0);  ///< before any equation: as large as any car's
-  double misfit = 0.0;                     ///< Σ ((z - aᵀ x) / σ)²
+  Motion sigma = Motion::Constant(unknown_speed);
+  double misfit = 0.0;  ///< Σ ((z - aᵀ x) / σ)²
 };
 
 class Consensus {
  public:
-  static constexpr std::size_t capacity = 20;
+  /// Prior knowledge, and an equation of each source, two of the camera; none of the direction.
+  static constexpr std::size_t capacity = of::size + source_count;
 
   void add(const Row& row) noexcept {
     if (count_ < capacity) {
@@ -70,7 +75,31 @@ class Consensus {
   [[nodiscard]] Sources present() const noexcept { return present_; }
   /// Least squares over all rows that use no source of `left_out`. The rows without a source must
   /// make it unique.
-  [[nodiscard]] Solution without(Sources left_out) const noexcept;
+  [[nodiscard]] Solution without(Sources left_out) const noexcept {
+    // N = Σ a aᵀ / σ², b = Σ a z / σ², x = N⁻¹ b
+    Eigen::Matrix<double, of::size, of::size> N = Eigen::Matrix<double, of::size, of::size>::Zero();
+    Motion b = Motion::Zero();
+    for (const Row& row : *this) {
+      if ((row.sources & left_out) == 0) {
+        const Motion weighed = row.by / (row.sigma * row.sigma);
+        N += row.by * weighed.transpose();
+        b += weighed * row.z;
+      }
+    }
+    const Eigen::LLT<Eigen::Matrix<double, of::size, of::size>> factors(N);
+    Solution solution;
+    solution.motion = factors.solve(b);
+    for (Eigen::Index i = 0; i < of::size; ++i) {
+      solution.sigma[i] = std::sqrt(factors.solve(Motion::Unit(i))[i]);
+    }
+    for (const Row& row : *this) {
+      if ((row.sources & left_out) == 0) {
+        const double residual = row.off(solution.motion);
+        solution.misfit += residual * residual;
+      }
+    }
+    return solution;
+  }
 
   [[nodiscard]] const Row* begin() const noexcept { return rows_.data(); }
   [[nodiscard]] const Row* end() const noexcept { return rows_.data() + count_; }

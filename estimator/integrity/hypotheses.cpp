@@ -1,9 +1,10 @@
 // docs/model.md, "Integrity".
-#include "estimator/integrity/hypotheses.hpp"
+#include "estimator/integrity/parity.hpp"
 
 #include <array>
 #include <cmath>
 
+#include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 
 namespace odomd::estimator::integrity {
@@ -37,16 +38,16 @@ bool is_anomalous(const Observations& observed, Sources sources, const Solution&
       continue;
     }
     const bool wheel = is_wheel(static_cast<Source>(i));
-    const bool jumped = (wheel && std::abs(history.rate(Over::short_time)) > 3.0 * gravity) ||
+    const bool jumped = (wheel && std::abs(history.rate(Over::short_time)) > 2.0 * largest_accel) ||
                         (history.jumped_ns != 0 &&
                          seconds_between(history.jumped_ns, observed.now_ns) <= jump_memory_s);
     // A quantised wheel speed repeats while the car goes at a constant speed, or stands.
     const bool stands = std::abs(history.value) < slowest_turning;
     const bool constant = wheel &&
                           (stands || std::abs(observed.speed() - observed.speed(Over::long_time)) <
-                                         3.0 * history.sigma) &&
+                                         most_sigmas * history.sigma) &&
                           std::abs(history.mean() - without.motion[of::speed]) <
-                              (stands ? 0.5 : 3.0) * without.sigma[of::speed];
+                              (stands ? 0.5 : most_sigmas) * without.sigma[of::speed];
     if (!jumped && (constant || !observed.repeats(static_cast<Source>(i)))) {
       return false;
     }

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/common/squares.hpp"
+#include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/common/vehicle.hpp"
 #include "estimator/common/wheel_place.hpp"
@@ -69,8 +69,7 @@ void integrate_acceleration(const Sensors& sensors, Observations& observed, doub
 
 void follow_consensus(Observations& observed, double dt, bool contradicted, bool learns) noexcept {
   constexpr double slope_s = 20.0;
-  constexpr double least_slope = 0.02;  // [g], sigma of the offset, at least ...
-  constexpr double most_slope = 0.06;   // ... and at most; three times that bounds the offset
+  constexpr double least_slope = 0.02;  // [g], sigma of the offset, at least
   constexpr double contradicting_sigmas = 2.5;
   constexpr double unknown_sigma = 10.0;  // [m/s]
   const double ahead = observed.integrated_speed - observed.speed();
@@ -87,7 +86,7 @@ void follow_consensus(Observations& observed, double dt, bool contradicted, bool
     const double error = ahead / follow_s;
     observed.offset_averaging_s = std::min(observed.offset_averaging_s + dt, slope_s);
     const double gain = dt / observed.offset_averaging_s;
-    constexpr double steepest = 3.0 * most_slope * gravity;
+    constexpr double steepest = most_sigmas * largest_slope * gravity;
     observed.accel_offset = std::clamp(observed.accel_offset + gain * error, -steepest, steepest);
     if (std::abs(observed.speed()) < min_learning_speed) {
       return;  // the slope does not change while the car stands
@@ -95,7 +94,7 @@ void follow_consensus(Observations& observed, double dt, bool contradicted, bool
     const double variance = squared(observed.accel_offset_sigma);
     observed.accel_offset_sigma =
         std::clamp(std::sqrt(variance + gain * (error * error - variance)), least_slope * gravity,
-                   most_slope * gravity);
+                   largest_slope * gravity);
   }
 }
 

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "estimator/common/pose.hpp"
+#include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/integrity/hypotheses.hpp"
 #include "estimator/integrity/parity.hpp"
 
 namespace odomd::estimator {
@@ -24,7 +24,6 @@ constexpr double frozen_persistence_s = 0.05;
 // Time of agreement before a flag is lowered [s]: the first time and at most.
 constexpr std::pair required_s{1.0, 60.0};
 constexpr std::pair required_of_wheels_s{0.4, 5.0};
-constexpr double penalty_decay_s = 60.0;
 // One negative wheel speed may be a corrupt frame.
 constexpr int sign_known_after = 3;
 
@@ -113,7 +112,6 @@ Sources Integrity::distrusted() const noexcept {
 /// last halt vote: a failing sensor does not change the sign. False: the other sign explains more,
 /// but has not won yet.
 bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& base) noexcept {
-  constexpr double slowest = 0.1;  // [m/s]
   const SourceHistory& direction = observed_.history(Source::direction);
   if (negative_speeds_ == sign_known_after ||
       (direction.alive(observed_.now_ns) && direction.value != 0.0)) {
@@ -132,7 +130,7 @@ bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& ba
   }
   const Consensus reversed = parities(sensors, mirrored, !backwards_, Over::short_time);
   const Solution reversed_base = reversed.without(observed_.distrusted);
-  if (std::abs(base.motion[of::speed]) < slowest) {
+  if (std::abs(base.motion[of::speed]) < slowest_rolling) {
     forward_votes_ = 0;
     halted_ = true;
     distance_ = 0.0;
@@ -155,7 +153,9 @@ bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& ba
   return better > -margin || std::abs(forward_votes_) >= decisive_votes;
 }
 
-void Integrity::check(const Sensors& sensors, std::int64_t now_ns) noexcept {
+void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
+                      const SensorErrors& errors) noexcept {
+  observed_.errors = errors;
   constexpr double usual_misfit = 8.0;
   constexpr double longest_s = 0.1;
   if (observed_.now_ns != 0 && ns_between(observed_.now_ns, now_ns) < check_interval_ns) {
@@ -248,7 +248,7 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns) noexcept {
       lower_flag(
           i, trust_[i].by_long_mean ? std::max(short_increase, long_increase) : short_increase, dt);
     } else {
-      trust_[i].required_s -= dt / penalty_decay_s * trust_[i].required_s;
+      trust_[i].required_s -= dt / required_s.second * trust_[i].required_s;
     }
   }
 }
@@ -286,7 +286,6 @@ void Integrity::raise_flags(Sources suspects, bool by_long_mean) noexcept {
 /// Lowers a flag once the source has agreed with the others for long enough. `misfit` is what it
 /// adds to theirs. Sensors of a turn prove little while the car goes straight.
 void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcept {
-  constexpr double agreeing_misfit = 9.0;
   constexpr Sources of_turns = only(Source::yaw_rate) | only(Source::accel_y) |
                                only(Source::steering) | only(Source::camera);
   constexpr double slowest_turn = 0.1;  // [rad/s]
@@ -297,7 +296,8 @@ void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcep
   }
   const bool still =
       trust.flag == SourceFlag::frozen && observed_.sources[source].same_since_ns < trust.raised_ns;
-  if (misfit > agreeing_misfit || still || !observed_.sources[source].alive(observed_.now_ns)) {
+  if (misfit > squared(most_sigmas) || still ||
+      !observed_.sources[source].alive(observed_.now_ns)) {
     trust.agreed_s = 0.0;
     return;
   }

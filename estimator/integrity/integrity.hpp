@@ -32,12 +32,9 @@ class Integrity {
     camera_innovations_.add(innovation, variance);
   }
 
-  void set_sensor_errors(const integrity::SensorErrors& errors) noexcept {
-    observed_.errors = errors;
-  }
-
   /// Compares the sources with each other; at most once in 20 ms.
-  void check(const integrity::Sensors& sensors, std::int64_t now_ns) noexcept;
+  void check(const integrity::Sensors& sensors, std::int64_t now_ns,
+             const integrity::SensorErrors& errors = {}) noexcept;
 
   [[nodiscard]] SourceFlag flag(Source source) const noexcept {
     return trust_[index_of(source)].flag;
@@ -107,8 +104,8 @@ class Integrity {
   CameraPose reference_pose_;  ///< from which the next pose is measured
   bool last_was_outlier_ = false;
   int negative_speeds_ = 0;
-  int forward_votes_ = 10;  ///< checks since the last halt: forward minus backwards
-  bool halted_ = false;     ///< the car has stood
+  int forward_votes_ = decisive_votes / 2;  ///< checks since the last halt: forward minus backwards
+  bool halted_ = false;                     ///< the car has stood
   bool backwards_ = false;
   double distance_ = 0.0;  ///< since the last halt [m]
   Agreed agreed_;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "estimator/common/squares.hpp"
+#include "estimator/common/symmetric3.hpp"
 #include "estimator/common/wheel_place.hpp"
 #include "estimator/integrity/admission.hpp"
 
@@ -179,8 +179,7 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
   add(0, of::speed, v,
       root_of_squares(observed.last_consensus.front().sigma[of::speed],
                       gravity * (hold_s + observed.speed_unknown_s)));
-  add(0, of::yaw_rate, view.r,
-      sensors.tuning.turn_in * gravity / sensors.car.wheelbase() * 3.0 * hold_s);
+  add(0, of::yaw_rate, view.r, sensors.turn_in() * 3.0 * hold_s);
   // Driven wheels slip, and all that brake, in proportion to the acceleration: the smaller one of
   // accelerometer and wheels.
   double faster = 0.0;

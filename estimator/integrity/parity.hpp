@@ -9,6 +9,7 @@
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/tuning.hpp"
 #include "estimator/common/vehicle.hpp"
+#include "estimator/common/wheel_place.hpp"
 #include "estimator/integrity/consensus.hpp"
 #include "estimator/integrity/source_history.hpp"
 
@@ -18,6 +19,11 @@ namespace odomd::estimator::integrity {
 struct Sensors {
   Vehicle car;
   Tuning tuning;
+
+  /// The fastest change of ψ̇ that is no outlier [rad/s²].
+  [[nodiscard]] double turn_in() const noexcept {
+    return tuning.turn_in * gravity / car.wheelbase();
+  }
 };
 
 /// Systematic errors of the sensors, as the filter has estimated them.
@@ -32,6 +38,9 @@ struct SensorErrors {
   double dead_band = 0.0;                   ///< a wheel that reads 0 may turn at this speed [m/s]
 };
 
+/// Sigma of the offset that slopes make, at most [g]; three times that bounds the offset.
+inline constexpr double largest_slope = 0.06;
+
 /// All observations up to `now_ns`, and what was learnt from them.
 struct Observations {
   std::int64_t now_ns = 0;
@@ -40,14 +49,14 @@ struct Observations {
   SourceHistory camera_speed;                         ///< v_x between camera poses [m/s]
   SourceHistory camera_yaw_rate;                      ///< ψ̇ between camera poses [rad/s]
   double integrated_speed = 0.0;                      ///< v_x by integrating accel_x [m/s]
-  double integrated_sigma = 100.0;
-  double accel_offset = 0.0;                   ///< of accel_x, by slope and bias [m/s²]
-  double accel_offset_sigma = 0.06 * gravity;  ///< how much it varies
-  double offset_averaging_s = 2.0;             ///< averaging time of the two above
-  std::int64_t still_since_ns = 0;             ///< since then no sensor has shown motion
-  double speed_unknown_s = 0.0;                ///< time since a source last measured the speed
-  std::array<Solution, 2> last_consensus;      ///< by Over
-  std::int64_t last_slide_ns = 0;              ///< last time that the car may have slid; 0: never
+  double integrated_sigma = unknown_speed;
+  double accel_offset = 0.0;                            ///< of accel_x, by slope and bias [m/s²]
+  double accel_offset_sigma = largest_slope * gravity;  ///< how much it varies
+  double offset_averaging_s = 2.0;                      ///< averaging time of the two above
+  std::int64_t still_since_ns = 0;                      ///< since then no sensor has shown motion
+  double speed_unknown_s = 0.0;            ///< time since a source last measured the speed
+  std::array<Solution, 2> last_consensus;  ///< by Over
+  std::int64_t last_slide_ns = 0;          ///< last time that the car may have slid; 0: never
   SensorErrors errors;
   std::array<double, source_count> radius{};  ///< relative error of each wheel's speed
   double load = 0.0;  ///< relative speed increase of an outer wheel at 1 g lateral acceleration
@@ -88,13 +97,16 @@ inline constexpr double largest_accel = 1.5 * gravity;
 /// No car changes its yaw rate faster [rad/s²].
 inline constexpr double largest_yaw_accel = 30.0;
 
+/// A slower car may be at rest: it keeps its direction, or may have reversed [m/s].
+inline constexpr double slowest_rolling = 0.1;
+
 /// Above this lateral acceleration all tyres may slide [m/s²].
 inline constexpr double sliding_accel = 4.0;
 /// A larger reading of a gyro is no bias but a turn [rad/s].
 inline constexpr double largest_gyro_bias = 0.5;
 
 /// A slower wheel may stand [m/s].
-inline constexpr double slowest_turning = 0.02;
+inline constexpr double slowest_turning = 2.0 * estimator::slowest_turning;
 
 /// Nothing is learnt at lower speeds [m/s].
 inline constexpr double min_learning_speed = 0.3;
@@ -120,5 +132,16 @@ void integrate_acceleration(const Sensors& sensors, Observations& observed, doub
 /// consensus is `contradicted`. Learns the offset of the accelerometer (slope and bias) from their
 /// difference if `learns`. Call it while wheels or a camera measure the speed.
 void follow_consensus(Observations& observed, double dt, bool contradicted, bool learns) noexcept;
+
+/// A misfit above this needs an explanation. -2 log of the likelihood ratio, as all scores here.
+inline constexpr double gate = 25.0;
+/// The best hypothesis must be better than every other one by this.
+inline constexpr double margin = 6.0;
+
+/// The sources at fault, of those that have an equation in `all` and are trusted. `base` is the
+/// solution by the trusted ones, `without_wheels` that by all of them but the wheels. None if no
+/// hypothesis explains the misfit of `base`, or if two do about equally well.
+[[nodiscard]] Sources isolate_fault(const Observations& observed, const Consensus& all,
+                                    const Solution& base, const Solution& without_wheels) noexcept;
 
 }  // namespace odomd::estimator::integrity

@@ -56,8 +56,9 @@ struct SourceHistory {
   [[nodiscard]] double rate(Over over) const noexcept {
     const Mean& mean = means[static_cast<std::size_t>(over)];
     // On a ramp the discrete average lags by Δt e / (1 - e), e = exp(-Δt / T).
-    const double kept = std::exp(-std::max(cycle_s, 1e-4) / seconds_of(over));
-    return (mean.value - mean.slow) * (1.0 - kept) / (std::max(cycle_s, 1e-4) * kept);
+    const double dt = std::max(cycle_s, 1e-4);
+    const double kept = std::exp(-dt / seconds_of(over));
+    return (mean.value - mean.slow) * (1.0 - kept) / (dt * kept);
   }
   /// Time without a gap.
   [[nodiscard]] double duration_s() const noexcept { return seconds_between(since_ns, time_ns); }

@@ -80,8 +80,8 @@ TEST(HeldSignals, CameraAndUnknownSourcesAreNoSignals) {
 }
 
 TEST(HeldSignals, SigmaIsTheSamplesOwnElseTheSettingsElseTheDefault) {
-  std::array<double, source_count> settings{};
-  settings[static_cast<std::size_t>(Source::motor)] = 0.7;
+  FilterSettings settings;
+  settings.sigma[index_of(Source::motor)] = 0.7;
   HeldSignals held{settings};
   EXPECT_EQ(held.take({Source::motor, 100, 1.0, 0.0}, latest), Verdict::fused);
   EXPECT_EQ(held[Source::motor].sigma, 0.7);

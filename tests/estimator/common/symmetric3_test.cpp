@@ -29,7 +29,8 @@ TEST(Symmetric3, DisplacedIsTheCongruence) {
   f(0, 2) = -0.7;
   f(1, 2) = 1.9;
   const Eigen::Matrix3d expected = f * full(sample) * f.transpose();
-  EXPECT_LT((full(displaced(sample, 1.9, 0.7)) - expected).cwiseAbs().maxCoeff(), 1e-14);
+  const Eigen::Matrix3d F = displacement(1.9, 0.7);
+  EXPECT_LT((F * full(sample) * F.transpose() - expected).cwiseAbs().maxCoeff(), 1e-14);
 }
 
 TEST(Symmetric3, RotatedIsTheCongruence) {
@@ -44,21 +45,22 @@ TEST(Symmetric3, RotatedIsTheCongruence) {
 TEST(Symmetric3, MahalanobisIsThatOfTheInverse) {
   const Eigen::Vector3d nu{0.4, -1.0, 2.0};
   const double expected = nu.dot(full(sample).inverse() * nu);
-  EXPECT_NEAR(mahalanobis_squared(sample, {0.4, -1.0, 2.0}), expected, 1e-13);
+  EXPECT_NEAR(mahalanobis_squared(full(sample), {0.4, -1.0, 2.0}), expected, 1e-13);
 }
 
 TEST(Symmetric3, MahalanobisOfNonsenseFailsEveryGate) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const Symmetric3 indefinite{1.0, 2.0, 0.0, 1.0, 0.0, 1.0};
+  const Eigen::Matrix3d indefinite = full({1.0, 2.0, 0.0, 1.0, 0.0, 1.0});
   EXPECT_EQ(mahalanobis_squared(indefinite, {1.0, 0.0, 0.0}), HUGE_VAL);
-  EXPECT_EQ(mahalanobis_squared({}, {0.0, 0.0, 0.0}), HUGE_VAL);
-  EXPECT_EQ(mahalanobis_squared(sample, {nan, 0.0, 0.0}), HUGE_VAL);
-  EXPECT_EQ(mahalanobis_squared(sample, {1e200, 0.0, 0.0}), HUGE_VAL);
+  EXPECT_EQ(mahalanobis_squared(full({}), {0.0, 0.0, 0.0}), HUGE_VAL);
+  EXPECT_EQ(mahalanobis_squared(full(sample), {nan, 0.0, 0.0}), HUGE_VAL);
+  EXPECT_EQ(mahalanobis_squared(full(sample), {1e200, 0.0, 0.0}), HUGE_VAL);
 }
 
 TEST(Symmetric3, LimitedKeepsCorrelationsAndDefiniteness) {
-  const Symmetric3 big{1e8, 9e4, 0.0, 100.0, 0.0, 1.0};
-  const Symmetric3 p = limited(big, {1e6, 1e6, 0.25});
+  Eigen::Matrix3d big = full({1e8, 9e4, 0.0, 100.0, 0.0, 1.0});
+  limit(big, Eigen::Vector3d(1e3, 1e3, 0.5));
+  const Symmetric3 p = packed(big);
   EXPECT_DOUBLE_EQ(p[0], 1e6);
   EXPECT_DOUBLE_EQ(p[3], 100.0);
   EXPECT_DOUBLE_EQ(p[5], 0.25);
@@ -67,14 +69,16 @@ TEST(Symmetric3, LimitedKeepsCorrelationsAndDefiniteness) {
 }
 
 TEST(Symmetric3, SmallCovarianceIsNotLimited) {
-  EXPECT_EQ(limited(sample, {1e6, 1e6, 9.0}), sample);
+  Eigen::Matrix3d small = full(sample);
+  limit(small, Eigen::Vector3d(1e3, 1e3, 3.0));
+  EXPECT_EQ(small, full(sample));
 }
 
 TEST(Symmetric3, KnowsThePositiveDefinite) {
   EXPECT_TRUE(is_positive_definite(sample));
-  EXPECT_FALSE(is_positive_definite({}));
-  EXPECT_FALSE(is_positive_definite({1.0, 1.0, 0.0, 1.0, 0.0, 1.0}));
-  EXPECT_FALSE(is_positive_definite({1.0, 0.0, 0.0, 1.0, 0.0, -1.0}));
+  EXPECT_FALSE(is_positive_definite(Symmetric3{}));
+  EXPECT_FALSE(is_positive_definite(Symmetric3{1.0, 1.0, 0.0, 1.0, 0.0, 1.0}));
+  EXPECT_FALSE(is_positive_definite(Symmetric3{1.0, 0.0, 0.0, 1.0, 0.0, -1.0}));
 }
 
 }  // namespace

@@ -150,8 +150,7 @@ struct Disagreement {
         state.integrity.add(source, state.time_ns, speed + tremor, 0.01);
       }
       state.integrity.add(Source::yaw_rate, state.time_ns, tremor, 0.005);
-      state.integrity.set_sensor_errors({.camera_noise_scale = state.camera_noise_scale});
-      state.integrity.check({}, state.time_ns);
+      state.integrity.check({}, state.time_ns, {.camera_noise_scale = state.camera_noise_scale});
     }
     state.mean[at::x] += way * std::cos(state.mean[at::yaw]);
     state.mean[at::y] += way * std::sin(state.mean[at::yaw]);

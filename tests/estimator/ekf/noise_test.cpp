@@ -111,7 +111,7 @@ TEST(NoiseOf, AWheelIsTheShareOfItsSpeed) {
   t.wheel_radius = 0.004;
   constexpr Source wheel = Source::wheel_front_left;
   State state;
-  state.wheel_noise_scale[index_of(wheel)] = 9.0;
+  state.readings[index_of(wheel)].noise_scale = 9.0;
   EXPECT_FALSE(noise_of(t, state, wheel, stated).estimated()) << "no sample yet";
   state.readings[index_of(wheel)].consistent = 1;
   EXPECT_DOUBLE_EQ(noise_of(t, state, wheel, stated).speed_share, 0.012);
@@ -155,12 +155,12 @@ TEST(NoiseScale, GrowsAndShrinksToItsBoundsWithTheInnovations) {
   constexpr Source wheel = Source::wheel_rear_left;
   const State restless = surprised(wheel, 3.0, 0.5);
   EXPECT_EQ(restless.drive_noise_scale, t.drive_noise_scale_range);
-  EXPECT_EQ(restless.wheel_noise_scale[index_of(wheel)], t.wheel_noise_scale_range);
-  EXPECT_EQ(restless.wheel_noise_scale[index_of(Source::wheel_rear_right)], 1.0);
+  EXPECT_EQ(restless.readings[index_of(wheel)].noise_scale, t.wheel_noise_scale_range);
+  EXPECT_EQ(restless.readings[index_of(Source::wheel_rear_right)].noise_scale, 1.0);
   EXPECT_EQ(restless.turn_noise_scale, 1.0);
   const State calm = surprised(wheel, 0.1, 0.5, restless);
   EXPECT_EQ(calm.drive_noise_scale, 1.0 / t.drive_noise_scale_range);
-  EXPECT_EQ(calm.wheel_noise_scale[index_of(wheel)], 1.0 / t.wheel_noise_scale_range);
+  EXPECT_EQ(calm.readings[index_of(wheel)].noise_scale, 1.0 / t.wheel_noise_scale_range);
 
   const State straight = surprised(Source::yaw_rate, 0.1, 0.5);
   EXPECT_EQ(straight.turn_noise_scale, 1.0 / t.turn_noise_scale_range);
@@ -171,7 +171,7 @@ TEST(NoiseScale, GrowsAndShrinksToItsBoundsWithTheInnovations) {
 TEST(NoiseScale, StaysIfTheInnovationsAreAsExpected) {
   const State state = surprised(Source::wheel_rear_left, 1.0, 0.5);
   EXPECT_NEAR(state.drive_noise_scale, 1.0, 1e-9);
-  EXPECT_NEAR(state.wheel_noise_scale[index_of(Source::wheel_rear_left)], 1.0, 1e-9);
+  EXPECT_NEAR(state.readings[index_of(Source::wheel_rear_left)].noise_scale, 1.0, 1e-9);
 }
 
 TEST(NoiseScale, ASampleWithoutInformationChangesNothing) {
@@ -179,7 +179,8 @@ TEST(NoiseScale, ASampleWithoutInformationChangesNothing) {
   // nothing about the wheel.
   EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 1.0).drive_noise_scale, 1.0);
   EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 0.0)
-                .wheel_noise_scale[index_of(Source::wheel_rear_left)],
+                .readings[index_of(Source::wheel_rear_left)]
+                .noise_scale,
             1.0);
   // A wheel's sigma is not its relative error.
   State state;
@@ -189,7 +190,7 @@ TEST(NoiseScale, ASampleWithoutInformationChangesNothing) {
   Innovation nu;
   nu.variance_of_noise = nu.variance = 4.0;
   adapt_noise_scales({}, state, {.source = Source::wheel_rear_left}, z, nu);
-  EXPECT_EQ(state.wheel_noise_scale[index_of(Source::wheel_rear_left)], 1.0);
+  EXPECT_EQ(state.readings[index_of(Source::wheel_rear_left)].noise_scale, 1.0);
   EXPECT_LT(state.drive_noise_scale, 1.0);
   // Nor does a sample at standstill.
   State standing;
@@ -208,7 +209,7 @@ TEST(NoiseScale, AnOutlierChangesItLittle) {
   nu.variance_of_noise = nu.variance = 1.0;
   adapt_noise_scales({}, state, {.source = Source::wheel_rear_left}, z, nu);
   EXPECT_LT(state.drive_noise_scale, 1.5);
-  EXPECT_LT(state.wheel_noise_scale[index_of(Source::wheel_rear_left)], 1.5);
+  EXPECT_LT(state.readings[index_of(Source::wheel_rear_left)].noise_scale, 1.5);
 }
 
 TEST(NoiseScale, TheOneOfThePositionFollowsTheCamera) {

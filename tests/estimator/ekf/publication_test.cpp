@@ -13,6 +13,10 @@
 namespace odomd::estimator::full::publication_test {
 namespace {
 
+constexpr Symmetric3 diagonal(double a, double b, double c) {
+  return {a, 0.0, 0.0, b, 0.0, c};
+}
+
 State fresh() {
   return initial_state({});
 }

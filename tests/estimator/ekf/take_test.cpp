@@ -100,10 +100,10 @@ TEST(Take, AWheelThatHasBeenCalmMayErrAsAnyOtherAgain) {
   // At 20 m/s calm wheels are known to a centimetre a second, any others to five.
   Car calm;
   calm.drive(20.0, straight_at(20.0));
-  const double noise_scale = calm.state.wheel_noise_scale[index_of(Source::wheel_rear_left)];
+  const double noise_scale = calm.state.readings[index_of(Source::wheel_rear_left)].noise_scale;
   ASSERT_LT(noise_scale, 0.1);
   EXPECT_EQ(calm.push(Source::wheel_rear_left, 20.5).verdict, Verdict::fused);
-  EXPECT_GE(calm.state.wheel_noise_scale[index_of(Source::wheel_rear_left)], 1.0);
+  EXPECT_GE(calm.state.readings[index_of(Source::wheel_rear_left)].noise_scale, 1.0);
   EXPECT_EQ(calm.push(Source::wheel_rear_right, 23.0).verdict, Verdict::gated);
 }
 

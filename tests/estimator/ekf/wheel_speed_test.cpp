@@ -237,18 +237,18 @@ TEST(FullWheelSpeed, OfWheelsThatErrTheBestCountsInFull) {
   EXPECT_EQ(predict(Source::wheel_rear_left).slack, 0.0);
 
   // One of them errs: it counts for what it is worth.
-  state.wheel_noise_scale[left] = 9.0;
+  state.readings[left].noise_scale = 9.0;
   EXPECT_NEAR(predict(Source::wheel_rear_left).variance, sigma * sigma + 9.0 * radius, 1e-12);
   EXPECT_EQ(predict(Source::wheel_rear_left).slack, 0.0);
   EXPECT_NEAR(predict(Source::wheel_rear_right).variance, sigma * sigma + radius, 1e-12);
 
   // All do: they are that inconsistent with each other, but the best of them is the speed.
-  state.wheel_noise_scale[right] = 4.0;
+  state.readings[right].noise_scale = 4.0;
   EXPECT_NEAR(predict(Source::wheel_rear_right).slack, 3.0 * radius, 1e-12);
   EXPECT_NEAR(predict(Source::wheel_rear_left).slack, (9.0 - 9.0 / 4.0) * radius, 1e-12);
 
   // Calm ones are as good as they have been.
-  state.wheel_noise_scale[left] = 0.1;
+  state.readings[left].noise_scale = 0.1;
   EXPECT_NEAR(predict(Source::wheel_rear_left).variance, sigma * sigma + 0.1 * radius, 1e-12);
   EXPECT_EQ(predict(Source::wheel_rear_left).slack, 0.0);
   EXPECT_EQ(predict(Source::wheel_rear_right).slack, 0.0);

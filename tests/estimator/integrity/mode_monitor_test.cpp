@@ -11,14 +11,25 @@ namespace {
 constexpr std::int64_t period_ns = 5'000'000;
 constexpr std::int64_t millisecond = 1'000'000;
 
+struct Inputs {
+  bool initialised = false;
+  bool fault = false;
+  double wheel_speed = 0.0;
+  double yaw_rate = 0.0;
+  std::int64_t camera_ns = 0;
+};
+
 class ModeMonitorTest : public ::testing::Test {
  protected:
-  Mode run(double seconds, ModeInputs inputs) {
+  Mode run(double seconds, const Inputs& inputs) {
     const auto ticks = static_cast<int>(seconds * 200.0);
     for (int i = 0; i < ticks; ++i) {
       now_ += period_ns;
-      inputs.time_ns = now_;
-      const Mode mode = modes_.update(inputs);
+      const Estimate e{.time_ns = now_,
+                       .initialised = inputs.initialised,
+                       .model_fault = inputs.fault,
+                       .camera_ns = inputs.camera_ns};
+      const Mode mode = modes_.update(e, modes_.is_still(inputs.wheel_speed, inputs.yaw_rate));
       changes_ += mode != mode_ ? 1 : 0;
       mode_ = mode;
     }
@@ -80,7 +91,7 @@ TEST_F(ModeMonitorTest, SpeedAroundTheThresholdDoesNotFlap) {
 TEST_F(ModeMonitorTest, TracksWithTheCameraAndLeavesAfterItsTimeout) {
   EXPECT_EQ(run_with_camera(0.5, 35), Mode::tracking);
   const std::int64_t last_seen = camera_;
-  const ModeInputs blind{.initialised = true, .wheel_speed = 1.0, .camera_ns = camera_};
+  const Inputs blind{.initialised = true, .wheel_speed = 1.0, .camera_ns = camera_};
   EXPECT_EQ(run(0.4, blind), Mode::tracking);
   EXPECT_EQ(run(0.2, blind), Mode::dead_reckoning);
   EXPECT_GT(now_ - last_seen, 500 * millisecond);
