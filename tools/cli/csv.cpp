@@ -106,12 +106,10 @@ bool CsvReader::next() {
 
 double CsvReader::number(std::size_t column) const {
   const std::string_view field = text(column);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-  if (error != std::errc{} || end != field.data() + field.size() || !std::isfinite(value)) {
+  const auto value = parse_number(field);
+  if (!value || !std::isfinite(*value))
     fail(column, quoted(field) + " is not a finite number; correct or remove the line");
-  }
-  return value;
+  return *value;
 }
 
 std::int64_t CsvReader::time_ns(std::size_t column) const {
@@ -186,6 +184,13 @@ void split_cells(std::string& line, const CsvLayout& layout, std::vector<std::st
     if (end == std::string::npos) return;
     begin = end + 1;
   }
+}
+
+std::optional<double> parse_number(std::string_view text) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
 }
 
 std::optional<std::int64_t> parse_seconds(std::string_view text) {

@@ -78,6 +78,9 @@ class CsvReader {
 /// the line loses, too.
 void split_cells(std::string& line, const CsvLayout& layout, std::vector<std::string_view>& cells);
 
+/// The number, finite or not, that the whole text is.
+[[nodiscard]] std::optional<double> parse_number(std::string_view text);
+
 /// Decimal seconds to nanoseconds by integer arithmetic, never through a double; digits beyond the
 /// ninth decimal are rounded. Nothing if the text is not a number or does not fit.
 [[nodiscard]] std::optional<std::int64_t> parse_seconds(std::string_view text);

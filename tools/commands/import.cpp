@@ -53,7 +53,7 @@ void add_import(Command odom) {
   ImportOptions& import = options->import;
   Command command =
       odom.add_subcommand("import", "Make a drive from tables: a ROS bag's topics, a logger's CSV");
-  command.add("CSV", "", import.tables, "Tables, merged by their times; instead of the map's");
+  command.add("CSV", "", import.map.tables, "Tables, merged by their times; instead of the map's");
   command
       .add("--column", "ROLE=COLUMN[,KEY=VALUE]", import.map.columns,
            "A column for a role; repeatable. Keys: unit, scale, offset, ...")

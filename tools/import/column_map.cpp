@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -25,13 +23,10 @@ const std::vector<std::string> fields{
     "truth.qx",       "truth.qy",         "truth.qz",       "truth.qw",       "truth.vx",
     "truth.vy",       "truth.yaw_rate"};
 
-bool is_field(std::string_view role) {
-  return role.find('.') != std::string_view::npos;
-}
-
 /// The role with the units of a field; none: a length, time or number.
-std::string role_like(const std::string& role) {
-  if (!is_field(role)) return role;
+std::string role_like(const MappedColumn& column) {
+  const std::string& role = column.role;
+  if (column.is_sensor()) return role;
   if (role.ends_with("yaw_rate")) return "yaw_rate";
   if (role.ends_with("yaw")) return "steering";
   return role.ends_with(".vx") || role.ends_with(".vy") ? "motor" : "";
@@ -49,13 +44,6 @@ std::string_view si_unit(std::string_view role) {
 constexpr std::array sensor_keys{"latency", "sigma", "timeout", "dead_band"};
 constexpr std::array value_keys{"unit", "radius", "ratio", "pole_pairs", "scale", "offset"};
 
-std::optional<double> number_in(std::string_view text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 /// { column = "a", unit = "m/s" } of "a,unit=m/s".
 toml::table entry_of(std::string_view option, const std::string& text) {
   toml::table entry;
@@ -72,7 +60,7 @@ toml::table entry_of(std::string_view option, const std::string& text) {
                       tools::quoted(text), tools::quoted(piece)));
     } else {
       const std::string_view key = piece.substr(0, equals), value = piece.substr(equals + 1);
-      const auto as_number = key == "unit" ? std::nullopt : number_in(value);
+      const auto as_number = key == "unit" ? std::nullopt : parse_number(value);
       if (!as_number)
         entry.insert_or_assign(key, value);
       else if (value.find_first_not_of("0123456789") == std::string_view::npos)
@@ -118,10 +106,10 @@ MappedColumn column_of(const std::string& role, toml::table keys, const toml::ta
                        const std::filesystem::path& file) {
   MappedColumn column{.role = role};
   TableReader reader(keys, "[columns] " + role, file);
-  if (is_field(role) && std::ranges::find(fields, role) == fields.end())
+  if (!column.is_sensor() && std::ranges::find(fields, role) == fields.end())
     reader.fail("unknown field" + daemon::suggestion(role, fields));
   for (const char* key : value_keys) static_cast<void>(reader.has(key));
-  if (!is_field(role))
+  if (column.is_sensor())
     for (const char* key : sensor_keys) static_cast<void>(reader.has(key));
   reader.require("column");
   reader.read("column", column.name);
@@ -132,7 +120,7 @@ MappedColumn column_of(const std::string& role, toml::table keys, const toml::ta
     if (configured != nullptr && configured->contains(key) && !keys.contains(key))
       keys.insert(key, *configured->get(key));
   column.keys = std::move(keys);
-  if (const auto constant = number_in(column.name); constant && is_field(role)) {
+  if (const auto constant = parse_number(column.name); constant && !column.is_sensor()) {
     read_keys(column, "", file);
     column.offset += column.factor * *constant;
     column.name.clear();
@@ -140,35 +128,47 @@ MappedColumn column_of(const std::string& role, toml::table keys, const toml::ta
   return column;
 }
 
+/// By role.
+using Entries = std::vector<std::pair<std::string, toml::table>>;
+
 /// "camera.x" of x in the table camera.
-std::vector<std::pair<std::string, toml::table>> entries_in(const toml::table& columns,
-                                                            const std::filesystem::path& file) {
-  std::vector<std::pair<std::string, toml::table>> entries;
+void add_entries(const toml::table& columns, const std::string& group, const std::string& file,
+                 Entries& entries) {
   for (const auto& [key, node] : columns) {
-    const std::string role(key.str());
-    if (role != "camera" && role != "truth") {
+    const std::string role = group + std::string(key.str());
+    if (role != "camera" && role != "truth")
       entries.emplace_back(role, entry_of(node));
-    } else if (node.is_table()) {
-      for (const auto& [field, entry] : *node.as_table())
-        entries.emplace_back(fmt::format("{}.{}", role, field.str()), entry_of(entry));
-    } else {
+    else if (node.is_table())
+      add_entries(*node.as_table(), role + '.', file, entries);
+    else
       throw std::invalid_argument(
-          fmt::format("{}: {} has fields: {}.x, {}.y, ...", file.string(), role, role, role));
-    }
+          fmt::format("{}: {} has fields: {}.x, {}.y, ...", file, role, role, role));
   }
-  return entries;
+}
+
+/// Replaces the map's entry of the role.
+void add_option(const std::string& option, Entries& entries) {
+  const auto equals = option.find('=');
+  const std::string role = option.substr(0, equals);
+  if (equals == std::string::npos || role.empty())
+    throw std::invalid_argument(
+        fmt::format("--column {}: is no ROLE=COLUMN, as yaw_rate=gyro_z or camera.x=pose.x",
+                    tools::quoted(option)));
+  std::erase_if(entries, [&role](const auto& entry) { return entry.first == role; });
+  entries.emplace_back(role, entry_of("--column", option.substr(equals + 1)));
 }
 
 }  // namespace
 
 ColumnMap read_map(const MapSources& sources) {
   ColumnMap map{.file = sources.map.empty() ? std::filesystem::path("--column") : sources.map};
+  std::vector<std::string> tables;
   toml::table file, config;
   if (!sources.map.empty()) {
     file = daemon::parse_toml(daemon::read_toml_file(sources.map), sources.map);
     TableReader reader(file, "", sources.map);
-    reader.read_texts("tables", map.tables);
-    for (std::string& table : map.tables) table = (sources.map.parent_path() / table).string();
+    reader.read_texts("tables", tables);
+    for (std::string& table : tables) table = (sources.map.parent_path() / table).string();
     static_cast<void>(reader.has("time"));
     static_cast<void>(reader.table("columns", "[columns]"));
     reader.finish();
@@ -176,32 +176,26 @@ ColumnMap read_map(const MapSources& sources) {
   if (!sources.config.empty())
     config = daemon::parse_toml(daemon::read_toml_file(sources.config), sources.config);
 
+  for (const std::string& table : sources.tables.empty() ? tables : sources.tables)
+    map.tables.push_back({.name = table});
   for (const std::string& text : sources.times)
     map.times.push_back(time_of(entry_of("--time", text), "--time"));
+  const auto add_time = [&](const toml::node& node) {
+    map.times.push_back(time_of(entry_of(node), sources.map));
+  };
   if (const toml::array* several = file["time"].as_array())
-    for (const auto& entry : *several) map.times.push_back(time_of(entry_of(entry), sources.map));
-  else if (file.contains("time"))
-    map.times.push_back(time_of(entry_of(*file.get("time")), sources.map));
+    for (const auto& node : *several) add_time(node);
+  else if (const toml::node* one = file.get("time"))
+    add_time(*one);
 
-  std::vector<std::pair<std::string, toml::table>> entries;
+  Entries entries;
   if (const toml::table* columns = file["columns"].as_table())
-    entries = entries_in(*columns, sources.map);
-  for (const std::string& text : sources.columns) {
-    const auto equals = text.find('=');
-    const std::string role = text.substr(0, equals);
-    if (equals == std::string::npos || role.empty())
-      throw std::invalid_argument(
-          fmt::format("--column {}: is no ROLE=COLUMN, as yaw_rate=gyro_z or camera.x=pose.x",
-                      tools::quoted(text)));
-    std::erase_if(entries, [&role](const auto& entry) { return entry.first == role; });
-    entries.emplace_back(role, entry_of("--column", text.substr(equals + 1)));
-  }
+    add_entries(*columns, "", sources.map.string(), entries);
+  for (const std::string& option : sources.columns) add_option(option, entries);
   for (const auto& [role, entry] : entries)
-    (!is_field(role)              ? map.sensors
-     : role.starts_with("camera") ? map.camera
-                                  : map.truth)
-        .push_back(column_of(role, entry, config["can"]["signals"][role].as_table(), map.file));
-  if (map.sensors.empty())
+    map.columns.push_back(
+        column_of(role, entry, config["can"]["signals"][role].as_table(), map.file));
+  if (std::ranges::none_of(map.columns, &MappedColumn::is_sensor))
     throw std::invalid_argument(
         "no column is mapped to a role: give --column ROLE=COLUMN (yaw_rate, accel_x, accel_y, "
         "wheel_..., motor, steering), or [columns] in a --map");
@@ -210,7 +204,7 @@ ColumnMap read_map(const MapSources& sources) {
 
 void read_keys(MappedColumn& column, std::string_view unit_of_table,
                const std::filesystem::path& file) {
-  const std::string name = "[columns] " + column.role, like = role_like(column.role);
+  const std::string name = "[columns] " + column.role, like = role_like(column);
   toml::table keys = column.keys;
   column.unit_stated = keys.contains("unit") || can::unit_of_text(unit_of_table) ||
                        can::is_other_unit(unit_of_table);

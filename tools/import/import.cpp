@@ -16,10 +16,8 @@
 #include "tools/cli/json_text.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/config_patch/toml_lines.hpp"
-#include "tools/import/frames.hpp"
-#include "tools/import/poses.hpp"
+#include "tools/import/drive_parts.hpp"
 #include "tools/init/writer.hpp"
-#include "tools/sim/car_bus.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -30,14 +28,11 @@ double seconds(std::int64_t time_ns) {
   return static_cast<double>(time_ns) * 1e-9;
 }
 
-struct NamedText {
-  const char* name;
-  std::string text;  ///< empty: no such file
-};
+/// By name; without a text there is no such file.
+using Files = std::vector<std::pair<const char*, std::string>>;
 
 /// All or none; of an earlier drive only files of other names stay.
-void write_files(const fs::path& folder, sim::Existing existing,
-                 const std::vector<NamedText>& files) {
+void write_files(const fs::path& folder, sim::Existing existing, const Files& files) {
   sim::make_drive_folder(folder, existing);
   std::vector<std::unique_ptr<WholeFile>> written;
   for (const auto& [name, text] : files) {
@@ -52,15 +47,15 @@ void write_files(const fs::path& folder, sim::Existing existing,
 }
 
 /// Tables on other clocks do not meet.
-void require_common_time(const std::vector<TableRows>& tables) {
-  const TableRows* first = nullptr;
-  for (const TableRows& rows : tables) {
+void require_common_time(const ColumnMap& map) {
+  const TimedTable* first = nullptr;
+  for (const TimedTable& rows : map.tables) {
     if (rows.times_ns.empty()) continue;
     if (first == nullptr) first = &rows;
     if (rows.times_ns.front() <= first->times_ns.back() &&
         rows.times_ns.back() >= first->times_ns.front())
       continue;
-    const auto span = [](const TableRows& one) {
+    const auto span = [](const TimedTable& one) {
       return fmt::format("{} ({}) from {} to {} s", one.name, one.time_column,
                          fixed(seconds(one.times_ns.front()), 3),
                          fixed(seconds(one.times_ns.back()), 3));
@@ -72,25 +67,17 @@ void require_common_time(const std::vector<TableRows>& tables) {
   }
 }
 
-/// Stamps of a log are not negative.
-std::int64_t shift_of(const std::vector<TableRows>& tables) {
+/// Stamps of a log are not negative: makes all times later by whole seconds, and returns by how
+/// much.
+std::int64_t shift_times(ColumnMap& map) {
   constexpr std::int64_t second_ns = 1'000'000'000;
-  std::int64_t first = 0;
-  for (const TableRows& rows : tables)
-    if (!rows.times_ns.empty()) first = std::min(first, rows.times_ns.front());
-  return (-first + second_ns - 1) / second_ns * second_ns;
-}
-
-nlohmann::ordered_json as_json(const ImportedRole& role) {
-  nlohmann::ordered_json json{
-      {"role", role.column->role}, {"column", role.column->place},
-      {"unit", role.column->unit}, {"unit_stated", role.column->unit_stated},
-      {"message", role.message},   {"signal", role.signal},
-      {"samples", role.samples},   {"missing", role.missing},
-      {"beyond", role.beyond},     {"period", role.period_s},
-      {"least", role.least},       {"most", role.most}};
-  if (role.has_bus) json["bus"] = bus_name(role.bus);
-  return json;
+  std::int64_t first_ns = 0;
+  for (const TimedTable& rows : map.tables)
+    if (!rows.times_ns.empty()) first_ns = std::min(first_ns, rows.times_ns.front());
+  const std::int64_t shift_ns = (-first_ns + second_ns - 1) / second_ns * second_ns;
+  for (TimedTable& rows : map.tables)
+    for (std::int64_t& time_ns : rows.times_ns) time_ns += shift_ns;
+  return shift_ns;
 }
 
 /// All of a configuration but [can], as its owner has it.
@@ -125,7 +112,8 @@ std::string role_line(const ImportedRole& role) {
                              : std::clamp(3.0 * role.period_s, min_timeout, max_timeout);
   std::string text = fmt::format(
       "{} = {{ message = \"{}\", signal = \"{}\", unit = \"{}\", sigma = {:.6g}, timeout = {:.3g}",
-      column.role, role.message, role.signal, role.unit, column.settings.sigma, timeout);
+      column.role, role.target->message, role.target->signal, role.target->unit,
+      column.settings.sigma, timeout);
   if (column.latency_ns > 0)
     text += fmt::format(", latency = {:.6g}", static_cast<double>(column.latency_ns) * 1e-9);
   if (column.settings.dead_band > 0.0)
@@ -136,17 +124,19 @@ std::string role_line(const ImportedRole& role) {
 
 /// The text of car.toml; without a config the numbers of the car come from its options.
 std::string configuration_of(const ImportOptions& options, const ColumnMap& map,
-                             const std::vector<ImportedRole>& roles) {
+                             const std::vector<ImportedRole>& roles, bool has_camera) {
   const std::filesystem::path& own = options.map.config;
   std::string text = "# Made by odom import from ";
-  for (const char c : fmt::format("{}", fmt::join(map.tables, ", ")))
+  std::vector<std::string> names;
+  std::ranges::transform(map.tables, std::back_inserter(names), &TimedTable::name);
+  for (const char c : fmt::format("{}", fmt::join(names, ", ")))
     text += static_cast<unsigned char>(c) < ' ' ? '?' : c;
   text += ".\n\n" + (own.empty() ? vehicle(options.car) : own_tables(own));
   text += "\n[can]\nsource = \"drive.log\"\ndbc = \"car.dbc\"\n\n" + sim::bus_protection_text() +
           "\n# In SI units and to the left, ahead: what the columns were is worked in.\n"
           "[can.signals]\n";
   for (const ImportedRole& role : roles) text += role_line(role);
-  if (!map.camera.empty() && text.find("\n[camera]") == std::string::npos)
+  if (has_camera && text.find("\n[camera]") == std::string::npos)
     text +=
         "\n[camera]\nlever_arm = [0.0, 0.0, 0.0] # m, m, rad: the point whose pose is sent, from "
         "the centre of gravity, and its yaw\n";
@@ -157,31 +147,26 @@ std::string configuration_of(const ImportOptions& options, const ColumnMap& map,
 
 ImportResult import_drive(const ImportOptions& options, const ReportProgress& report) {
   ColumnMap map = read_map(options.map);
-  if (!options.tables.empty()) map.tables = options.tables;
   std::vector<std::string> warnings;
-  const std::vector<TableRows> tables = read_tables(map, report, warnings);
-  require_common_time(tables);
-  const std::vector<ImportedRole> roles = to_roles(map, tables, warnings);
-  const std::int64_t shift_ns = shift_of(tables);
+  read_tables(map, report, warnings);
+  require_common_time(map);
+  const std::int64_t shift_ns = shift_times(map);
+  const std::vector<ImportedRole> roles = to_roles(map, warnings);
   if (shift_ns > 0)
     warnings.push_back(
         fmt::format("all times are {} s later than in the tables, where they are negative",
                     fixed(seconds(shift_ns), 0)));
-  const PoseText camera = camera_of(map, tables, shift_ns), truth = truth_of(map, tables, shift_ns);
+  const PoseText camera = camera_of(map), truth = truth_of(map);
   for (const auto& [name, poses] : {std::pair("camera.csv", &camera), {"truth.csv", &truth}})
     if (poses->left_out > 0)
       warnings.push_back(fmt::format("{}: {} of {} rows lack a value and are left out", name,
                                      poses->left_out, poses->left_out + poses->rows));
 
   std::string log;
-  std::size_t frames = 0;
-  std::int64_t first_ns = 0, last_ns = 0;
-  send_frames(roles, tables, shift_ns, [&](const can::Frame& frame) {
+  const std::vector<can::Frame> frames = frames_of(roles, map);
+  for (const can::Frame& frame : frames)
     can::append_candump_line(log, frame, bus_name(frame.bus), can::StampDecimals::nine);
-    if (frames++ == 0) first_ns = frame.time_ns;
-    last_ns = frame.time_ns;
-  });
-  const std::string car = configuration_of(options, map, roles);
+  const std::string car = configuration_of(options, map, roles, !camera.text.empty());
   const daemon::Config config = daemon::parse_config(car, options.out / "car.toml");
   ImportResult result{.warnings = config.warnings};
   daemon::check_model(config, result.warnings);
@@ -195,12 +180,12 @@ ImportResult import_drive(const ImportOptions& options, const ReportProgress& re
                {"camera.csv", camera.text},
                {"truth.csv", truth.text}});
   result.report["roles"] = nlohmann::ordered_json::array();
-  for (const ImportedRole& role : roles) result.report["roles"].push_back(as_json(role));
-  result.report["frames"] = frames;
+  for (const ImportedRole& role : roles) result.report["roles"].push_back(role.report);
+  result.report["frames"] = frames.size();
   result.report["camera_poses"] = camera.rows;
   result.report["truth_rows"] = truth.rows;
-  result.report["first"] = seconds(first_ns);
-  result.report["last"] = seconds(last_ns);
+  result.report["first"] = seconds(frames.front().time_ns);
+  result.report["last"] = seconds(frames.back().time_ns);
   return result;
 }
 

@@ -16,9 +16,8 @@
 namespace odomd::tools {
 
 struct ImportOptions {
-  std::vector<std::string> tables;  ///< instead of the map's
-  MapSources map;                   ///< its config is the car's: all tables of it but [can] stay
-  CarTexts car;                     ///< without a config
+  MapSources map;  ///< its config is the car's: all tables of it but [can] stay
+  CarTexts car;    ///< without a config
   std::filesystem::path out;
   sim::Existing existing = sim::Existing::keep;
 };

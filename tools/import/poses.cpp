@@ -1,5 +1,3 @@
-#include "tools/import/poses.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
@@ -11,6 +9,7 @@
 
 #include "tools/cli/csv.hpp"
 #include "tools/drive_files/camera_csv.hpp"
+#include "tools/import/drive_parts.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -26,23 +25,26 @@ double yaw_of(double w, double x, double y, double z) {
   return std::atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z);
 }
 
-bool has(const std::vector<MappedColumn>& columns, std::string_view role) {
-  return std::ranges::find(columns, role, &MappedColumn::role) != columns.end();
+const MappedColumn* column_of(const ColumnMap& map, std::string_view role) {
+  const auto found = std::ranges::find(map.columns, role, &MappedColumn::role);
+  return found == map.columns.end() ? nullptr : &*found;
 }
 
-/// The rows that have all values; a field that is not mapped is 0.
-std::vector<Row> rows_of(const std::string& group, const std::vector<MappedColumn>& columns,
-                         std::initializer_list<const char*> others,
-                         const std::vector<TableRows>& tables, PoseText& result) {
-  const bool is_quaternion = has(columns, group + ".qw");
+void require(const ColumnMap& map, const std::string& role, std::string_view what) {
+  if (column_of(map, role) == nullptr)
+    throw std::invalid_argument(
+        fmt::format("{0} is missing: {1}; give --column {0}=...", role, what));
+}
+
+/// The rows that have all values; a field that is not mapped is 0. All columns are in one table.
+std::vector<Row> rows_of(const std::string& group, const ColumnMap& map,
+                         std::initializer_list<const char*> others, PoseText& result) {
+  const bool is_quaternion = column_of(map, group + ".qw") != nullptr;
   for (const char* field : {"x", "y", is_quaternion ? "qz" : "yaw"})
-    if (!has(columns, group + '.' + field))
-      throw std::invalid_argument(fmt::format(
-          "{0}.{1} is missing: a pose has x, y and yaw, or qz and qw; give --column {0}.{1}=...",
-          group, field));
+    require(map, group + '.' + field, "a pose has x, y and yaw, or qz and qw");
   const MappedColumn* first = nullptr;
-  for (const MappedColumn& column : columns) {
-    if (column.name.empty()) continue;
+  for (const MappedColumn& column : map.columns) {
+    if (column.name.empty() || !column.role.starts_with(group + '.')) continue;
     if (first == nullptr) first = &column;
     if (first->table != column.table)
       throw std::invalid_argument(fmt::format("{}: is in another table than {}; their times differ",
@@ -50,16 +52,13 @@ std::vector<Row> rows_of(const std::string& group, const std::vector<MappedColum
   }
   if (first == nullptr)
     throw std::invalid_argument(group + ": all of it are numbers, none a column");
-  const auto& times_ns = tables[first->table].times_ns;
   std::vector<Row> rows;
-  for (std::size_t i = 0; i < times_ns.size(); ++i) {
-    const auto at = [&](std::string_view field) {
-      const auto found =
-          std::ranges::find(columns, fmt::format("{}.{}", group, field), &MappedColumn::role);
-      if (found == columns.end()) return 0.0;
-      return found->name.empty() ? found->offset : found->values[i];
+  for (std::size_t i = 0; i < first->values.size(); ++i) {
+    const auto at = [&](const char* field) {
+      const MappedColumn* column = column_of(map, group + '.' + field);
+      return column == nullptr ? 0.0 : column->at(i);
     };
-    Row row{times_ns[i], {at("x"), at("y")}};
+    Row row{map.tables[first->table].times_ns[i], {at("x"), at("y")}};
     row.values.push_back(is_quaternion ? yaw_of(at("qw"), at("qx"), at("qy"), at("qz"))
                                        : at("yaw"));
     for (const char* field : others) row.values.push_back(at(field));
@@ -72,31 +71,29 @@ std::vector<Row> rows_of(const std::string& group, const std::vector<MappedColum
   return rows;
 }
 
+bool has_group(const ColumnMap& map, std::string_view group) {
+  return std::ranges::any_of(
+      map.columns, [&](const MappedColumn& column) { return column.role.starts_with(group); });
+}
+
 }  // namespace
 
-PoseText camera_of(const ColumnMap& map, const std::vector<TableRows>& tables,
-                   std::int64_t shift_ns) {
+PoseText camera_of(const ColumnMap& map) {
   PoseText result;
-  if (map.camera.empty()) return result;
-  const char* sigma_y = has(map.camera, "camera.sigma_y") ? "sigma_y" : "sigma_x";
+  if (!has_group(map, "camera.")) return result;
+  const char* sigma_y = column_of(map, "camera.sigma_y") != nullptr ? "sigma_y" : "sigma_x";
   const auto rows =
-      rows_of("camera", map.camera, {"sigma_x", sigma_y, "sigma_yaw", "arrival", "latency"}, tables,
-              result);
+      rows_of("camera", map, {"sigma_x", sigma_y, "sigma_yaw", "arrival", "latency"}, result);
   for (const char* sigma : {"camera.sigma_x", "camera.sigma_yaw"})
-    if (!has(map.camera, sigma))
-      throw std::invalid_argument(fmt::format(
-          "{0} is missing: how far a pose is off (standard deviation), as a number or a "
-          "column; give --column {0}=...",
-          sigma));
+    require(map, sigma, "how far a pose is off (standard deviation), as a number or a column");
   std::vector<estimator::CameraPose> poses;
   for (const Row& row : rows) {
     const std::vector<double>& v = row.values;
     const double late_s = v[6] + v[7];
     constexpr double max_late_s = 1e6;
     if (!(std::min({v[3], v[4], v[5]}) > 0.0) || std::abs(late_s) > max_late_s) continue;
-    const std::int64_t capture_ns = row.time_ns + shift_ns;
-    poses.push_back(
-        {capture_ns, capture_ns + std::llround(late_s * 1e9), v[0], v[1], v[2], v[3], v[4], v[5]});
+    poses.push_back({row.time_ns, row.time_ns + std::llround(late_s * 1e9), v[0], v[1], v[2], v[3],
+                     v[4], v[5]});
   }
   result.left_out += result.rows - poses.size();
   result.rows = poses.size();
@@ -106,15 +103,15 @@ PoseText camera_of(const ColumnMap& map, const std::vector<TableRows>& tables,
   return result;
 }
 
-PoseText truth_of(const ColumnMap& map, const std::vector<TableRows>& tables,
-                  std::int64_t shift_ns) {
+PoseText truth_of(const ColumnMap& map) {
   PoseText result;
-  if (map.truth.empty()) return result;
-  const bool has_motion =
-      has(map.truth, "truth.vx") && has(map.truth, "truth.vy") && has(map.truth, "truth.yaw_rate");
+  if (!has_group(map, "truth.")) return result;
+  const bool has_motion = std::ranges::none_of(
+      std::initializer_list<const char*>{"truth.vx", "truth.vy", "truth.yaw_rate"},
+      [&](const char* role) { return column_of(map, role) == nullptr; });
   result.text = has_motion ? "t,x,y,yaw,vx,vy,yaw_rate\n" : "t,x,y,yaw\n";
-  for (const Row& row : rows_of("truth", map.truth, {"vx", "vy", "yaw_rate"}, tables, result)) {
-    append_seconds(result.text, row.time_ns + shift_ns);
+  for (const Row& row : rows_of("truth", map, {"vx", "vy", "yaw_rate"}, result)) {
+    append_seconds(result.text, row.time_ns);
     for (std::size_t i = 0; i < (has_motion ? 6 : 3); ++i)
       append_number(result.text += ',', row.values[i]);
     result.text += '\n';

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "tools/cli/csv.hpp"
+
 namespace odomd::tools {
 
 enum class TimeUnit : std::uint8_t { unstated, s, ms, us, ns, hhmmss };
@@ -26,18 +28,25 @@ struct NameAndUnit {
 };
 [[nodiscard]] NameAndUnit split_unit(std::string_view column);
 
-/// Of a column by its name: "Time [ms]", "time_ms".
-[[nodiscard]] TimeUnit unit_in_name(std::string_view column);
+/// "", "nan", "n/a", ...
+[[nodiscard]] bool is_missing(std::string_view cell);
 
 /// The column that is the time by the names that tools give it: the sensor's own stamp before the
 /// recorder's.
 [[nodiscard]] std::optional<TimeColumn> usual_time(const std::vector<std::string>& columns);
 
-/// The unit in which a time is a date of this century, else seconds.
-[[nodiscard]] TimeUnit unit_by_size(std::string_view text);
+/// Takes the unit that the table states, in the header, below it, or as in "time_ms".
+void take_unit(TimeColumn& time, std::string_view unit_of_table);
 
-/// Nothing for what is no time. With colons the unit does not matter: "10:21:07.25",
-/// "2026-01-16T10:21:07.25Z".
-[[nodiscard]] std::optional<std::int64_t> parse_time(std::string text, TimeUnit unit);
+/// In the reader's current row; nothing where it is missing. An unstated unit becomes the one in
+/// which this time is a date of this century, else seconds. Throws at what is no time.
+[[nodiscard]] std::optional<std::int64_t> time_in(const CsvReader& reader, std::size_t column,
+                                                  TimeUnit& unit);
+/// The same of the first column, and if need be the second.
+[[nodiscard]] std::optional<std::int64_t> time_in(const CsvReader& reader, TimeColumn& time);
+
+/// Throws where times that were taken for seconds have another unit.
+void require_seconds(const std::vector<std::int64_t>& times_ns, const std::string& table,
+                     const std::string& column);
 
 }  // namespace odomd::tools
