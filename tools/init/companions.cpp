@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "can_protocol/dbc/signal_layout.hpp"
 #include "tools/init/words.hpp"
 
 namespace odomd::tools {
@@ -84,11 +85,19 @@ bool is_bad(const can::ValueName& value) {
   return nothing || (has_word(words, bad) && !has_word(words, no));
 }
 
+/// Some databases name values that a signal cannot have.
+bool has_raw(const can::Signal& signal, std::int64_t raw) {
+  const can::SignalLayout layout = can::layout_of(signal);
+  const auto bits = static_cast<std::uint64_t>(raw) & can::low_bits(signal.length);
+  return can::raw_value(layout, bits) == static_cast<double>(raw);
+}
+
 /// The one value that is named so; none: none, or several.
 template <class Named>
 std::optional<double> value_where(const can::Signal& signal, Named named) {
   if (std::ranges::count_if(signal.values, named) != 1) return std::nullopt;
-  return physical(signal, std::ranges::find_if(signal.values, named)->raw);
+  const std::int64_t raw = std::ranges::find_if(signal.values, named)->raw;
+  return has_raw(signal, raw) ? std::optional(physical(signal, raw)) : std::nullopt;
 }
 
 /// Where neither the database nor a log says it.
@@ -147,7 +156,7 @@ std::optional<Companion> sign_of(const can::Message& message, const can::Signal&
 std::vector<std::int64_t> invalid_raws(const can::Signal& measured) {
   std::vector<std::int64_t> raws;
   for (const can::ValueName& value : measured.values)
-    if (is_bad(value)) raws.push_back(value.raw);
+    if (is_bad(value) && has_raw(measured, value.raw)) raws.push_back(value.raw);
   std::ranges::sort(raws);
   return raws;
 }

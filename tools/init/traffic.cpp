@@ -5,13 +5,13 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/dbc/message_index.hpp"
+#include "can_protocol/dbc/signal_layout.hpp"
 #include "can_protocol/decode/decoder.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
@@ -45,20 +45,20 @@ Rhythm rhythm_of(Arrivals arrivals, const std::vector<std::string>& buses) {
   return rhythm;
 }
 
-/// believed() says which values at the ends of a range count.
-void believe_ends(can::SignalBinding& binding, const can::Signal& signal) {
-  if (signal.type == can::ValueType::unsigned_integer ||
-      signal.type == can::ValueType::signed_integer)
-    binding.unless_raw.emplace();
-}
-
+/// As the configuration will have it.
 can::SignalBinding binding_for(const Candidate& candidate) {
   can::SignalBinding binding;
   binding.role = estimator::source_names.at(estimator::index_of(candidate.role));
   binding.message = candidate.message->name;
   binding.signals = {candidate.signal->name};
   if (candidate.fraction != nullptr) binding.signals.push_back(candidate.fraction->name);
-  believe_ends(binding, *candidate.signal);
+  for (const Companion& one : candidate.valid_when)
+    binding.valid_when.push_back({one.signal->name, one.value.value()});
+  if (candidate.sign) binding.sign = {candidate.sign->signal->name, *candidate.sign->value};
+  if (!candidate.unless_raw.empty())
+    binding.unless_raw = {can::UnlessRaw::Pattern::listed, candidate.unless_raw};
+  else if (candidate.all_ones)
+    binding.unless_raw = {can::UnlessRaw::Pattern::all_ones, {}};
   binding.unit = candidate.unit;
   binding.radius_m = 1.0;  // rpm: the angular velocity
   if (candidate.role == estimator::Source::direction) {
@@ -68,39 +68,32 @@ can::SignalBinding binding_for(const Candidate& candidate) {
   return binding;
 }
 
-/// Of what was decoded (the value, its physical value, then the companions') the samples that the
-/// candidate's own conditions accept, with their signs.
-Series believed(Candidate& candidate, std::span<const Series> decoded) {
-  const can::Signal& signal = *candidate.signal;
-  const bool is_unsigned = signal.type == can::ValueType::unsigned_integer;
-  constexpr int shortest = 8, longest = 52;  // bits
-  const double all_ones = is_unsigned && signal.length >= shortest && signal.length < longest
-                              ? std::ldexp(1.0, signal.length) - 1.0
-                              : std::numeric_limits<double>::quiet_NaN();
-  const auto holds = [&](const Companion& companion, std::size_t channel, std::size_t i) {
-    return !companion.value || decoded[channel].value[i] == *companion.value;
-  };
-  Series series;
-  bool starts = true;
-  for (std::size_t i = 0; i < decoded[0].size(); ++i) {
-    const double physical = decoded[1].value[i];
-    const double raw = std::round((physical - signal.offset) / signal.scale);
-    const bool at_the_end = signal.maximum > signal.minimum &&
-                            (physical <= signal.minimum || physical >= signal.maximum);
-    const bool is_out = raw == all_ones;
-    candidate.all_ones = candidate.all_ones || is_out;
-    bool good =
-        std::isfinite(decoded[0].value[i]) && !is_out &&
-        std::ranges::find(candidate.unless_raw, std::llround(raw)) == candidate.unless_raw.end();
-    for (std::size_t k = 0; k < candidate.valid_when.size(); ++k)
-      good = good && holds(candidate.valid_when[k], k + 2, i);
-    starts = starts && at_the_end && physical != 0.0;
-    if (!good || starts) continue;
-    const bool negative = candidate.sign && holds(*candidate.sign, decoded.size() - 1, i);
-    series.t_ns.push_back(decoded[0].t_ns[i]);
-    series.value.push_back(negative ? -decoded[0].value[i] : decoded[0].value[i]);
-  }
-  return series;
+std::uint64_t bits_in(const can::Signal& signal, const can::Frame& frame) {
+  return can::extract_bits(can::layout_of(signal), frame.data);
+}
+
+double physical_in(const can::Signal& signal, const can::Frame& frame) {
+  return can::physical_value(can::layout_of(signal), bits_in(signal, frame));
+}
+
+/// The frames that have the candidate's signals and its companions'; stamps rise.
+std::vector<const can::Frame*> frames_of(const Candidate& candidate, const Traffic& traffic) {
+  std::vector<const can::Signal*> read{candidate.signal};
+  if (candidate.fraction != nullptr) read.push_back(candidate.fraction);
+  for (const Companion& companion : candidate.valid_when) read.push_back(companion.signal);
+  if (candidate.sign) read.push_back(candidate.sign->signal);
+  const can::Message& message = *candidate.message;
+  const auto key = can::frame_key(message.id, message.format);
+  std::vector<const can::Frame*> frames;
+  for (const can::Frame& frame : traffic.frames)
+    if (can::frame_key(frame) == key &&
+        (frames.empty() || frame.time_ns > frames.back()->time_ns) &&
+        std::ranges::all_of(read, [&](const can::Signal* signal) {
+          return frame.length >= can::layout_of(*signal).bytes_needed &&
+                 can::is_present(message, *signal, frame.payload());
+        }))
+      frames.push_back(&frame);
+  return frames;
 }
 
 }  // namespace
@@ -157,37 +150,38 @@ std::map<std::uint32_t, Rhythm> rhythms(const Traffic& traffic,
 Series series_of(const Traffic& traffic, std::span<const can::Database> databases,
                  Candidate& candidate) {
   const can::Signal& signal = *candidate.signal;
-  std::vector<can::SignalBinding> bindings{binding_for(candidate)};
-  const auto add_physical = [&](const can::Signal& of) {
-    can::SignalBinding& binding = bindings.emplace_back();
-    binding.channel = static_cast<std::uint16_t>(bindings.size() - 1);
-    binding.role = binding.message = candidate.message->name;
-    binding.signals = {of.name};
-    believe_ends(binding, of);
-  };
-  add_physical(signal);
-  for (const Companion& companion : candidate.valid_when) add_physical(*companion.signal);
-  if (candidate.sign) add_physical(*candidate.sign->signal);
-  std::vector<Series> all(bindings.size());
+  const std::vector<const can::Frame*> frames = frames_of(candidate, traffic);
+  for (Companion& companion : candidate.valid_when) {
+    std::vector<double> seen;
+    for (const can::Frame* frame : frames) seen.push_back(physical_in(*companion.signal, *frame));
+    settle(companion, seen, candidate.warnings);
+  }
+  std::erase_if(candidate.valid_when, [](const Companion& one) { return !one.value; });
+  constexpr int shortest = 8, longest = 52;  // bits
+  const std::uint64_t ones = can::low_bits(signal.length);
+  candidate.all_ones = signal.type == can::ValueType::unsigned_integer &&
+                       signal.length >= shortest && signal.length < longest &&
+                       std::ranges::any_of(frames, [&](const can::Frame* frame) {
+                         return bits_in(signal, *frame) == ones;
+                       });
+  if (candidate.all_ones && !candidate.unless_raw.empty())
+    candidate.unless_raw.push_back(static_cast<std::int64_t>(ones));
+  // A control unit that starts sends an end of the range.
+  const auto ready = std::ranges::find_if_not(frames, [&](const can::Frame* frame) {
+    const double value = physical_in(signal, *frame);
+    return signal.maximum > signal.minimum && value != 0.0 &&
+           (value <= signal.minimum || value >= signal.maximum);
+  });
+  Series series;
+  if (ready == frames.end()) return series;
+  const std::array bindings{binding_for(candidate)};
   can::Decoder decoder(databases, bindings, {}, traffic.buses);
   std::array<can::Sample, can::max_samples_per_frame> samples{};
-  const auto key = can::frame_key(candidate.message->id, candidate.message->format);
-  for (const can::Frame& frame : traffic.frames) {
-    if (can::frame_key(frame) != key || (!all[0].empty() && frame.time_ns <= all[0].t_ns.back()))
-      continue;
-    const can::DecodeResult decoded = decoder.decode(frame, samples);
-    if (decoded.count != all.size()) continue;  // multiplexed, and not in this frame
-    for (const can::Sample& sample : std::span(samples).first(decoded.count)) {
-      all[sample.channel].t_ns.push_back(sample.time_ns);
-      all[sample.channel].value.push_back(sample.value);
-    }
+  for (auto frame = ready; frame != frames.end(); ++frame) {
+    if (decoder.decode(**frame, samples).count == 0 || !std::isfinite(samples[0].value)) continue;
+    series.t_ns.push_back(samples[0].time_ns);
+    series.value.push_back(samples[0].value);
   }
-  for (std::size_t k = 0; k < candidate.valid_when.size(); ++k)
-    settle(candidate.valid_when[k], all[k + 2].value, candidate.warnings);
-  const Series series = believed(candidate, all);
-  if (candidate.all_ones && !candidate.unless_raw.empty())
-    candidate.unless_raw.push_back((std::int64_t{1} << candidate.signal->length) - 1);
-  std::erase_if(candidate.valid_when, [](const Companion& one) { return !one.value; });
   return series;
 }
 
