@@ -80,6 +80,23 @@ class Fifo {
   FileDescriptor writer_;
 };
 
+/// A feeder that plays a file, or a pipe, whose writer may be opened.
+struct Played {
+  explicit Played(const std::string& text, std::int64_t first_tick = 0)
+      : file("drive.log", text), clock(first_tick, period) {}
+  TemporaryFile file;
+  BusNames buses;
+  LogClock clock;
+  LogFeeder feeder{file.path(), buses, clock};
+};
+
+struct Piped {
+  Fifo fifo;
+  BusNames buses;
+  LogClock clock{0, period};
+  LogFeeder feeder{fifo.path(), buses, clock};
+};
+
 // The clock of the log ----------------------------------------------------------------------------
 
 TEST(AlignedRelease, PutsMultiplesOfThePeriodOnTicks) {
@@ -153,110 +170,87 @@ TEST(LogFeeder, KeepsTheStampsDistancesAndTheTicksOfAReplay) {
     stamps.push_back(frame.time_ns);
     append_candump_line(text, frame, "can0");
   }
-  const TemporaryFile file("drive.log", text);
-  BusNames buses;
   const std::int64_t first_tick = monotonic_now() + 1'234'567;
-  LogClock clock(first_tick, period);
-  LogFeeder feeder(file.path(), buses, clock);
-  const auto frames = drain(feeder, stamps.size());
+  Played log(text, first_tick);
+  const auto frames = drain(log.feeder, stamps.size());
   ASSERT_EQ(frames.size(), stamps.size());
-  ASSERT_TRUE(feeder.log_offset_ns());
+  ASSERT_TRUE(log.feeder.log_offset_ns());
   const auto tick_after = [](std::int64_t time, std::int64_t tick_zero) {
     return (time - tick_zero + 1000 * period - 1) / period;
   };
   const std::int64_t replay_zero = (stamps[0] + period - 1) / period * period;
   const std::int64_t first_live = tick_after(frames[0].time_ns, first_tick);
   for (std::size_t i = 0; i < stamps.size(); ++i) {
-    EXPECT_EQ(frames[i].time_ns + *feeder.log_offset_ns(), stamps[i]);
+    EXPECT_EQ(frames[i].time_ns + *log.feeder.log_offset_ns(), stamps[i]);
     EXPECT_EQ(tick_after(frames[i].time_ns, first_tick) - first_live,
               tick_after(stamps[i], replay_zero) - tick_after(stamps[0], replay_zero));
   }
-  EXPECT_EQ(feeder.counters().received.get(), stamps.size());
+  EXPECT_EQ(log.feeder.counters().received.get(), stamps.size());
 }
 
 TEST(LogFeeder, HoldsAFrameBackUntilItsTick) {
-  const TemporaryFile file("drive.log",
-                           "(1.000000) can0 001#\n(1.005000) can0 002#\n(1.005001) can0 003#\n");
-  BusNames buses;
-  LogClock clock(0, period);
-  LogFeeder feeder(file.path(), buses, clock);
+  Played log("(1.000000) can0 001#\n(1.005000) can0 002#\n(1.005001) can0 003#\n");
   const auto deadline = std::chrono::steady_clock::now() + timeout;
-  while (!feeder.log_offset_ns() && std::chrono::steady_clock::now() < deadline)
+  while (!log.feeder.log_offset_ns() && std::chrono::steady_clock::now() < deadline)
     std::this_thread::yield();
-  ASSERT_TRUE(feeder.log_offset_ns());
-  const std::int64_t tick = 1'005'000'000 - *feeder.log_offset_ns();
-  ASSERT_EQ(drain(feeder, 2, tick).size(), 2U);
+  ASSERT_TRUE(log.feeder.log_offset_ns());
+  const std::int64_t tick = 1'005'000'000 - *log.feeder.log_offset_ns();
+  ASSERT_EQ(drain(log.feeder, 2, tick).size(), 2U);
   std::array<Frame, 4> frames;
-  EXPECT_EQ(feeder.drain(frames, tick, tick), 0U);
-  EXPECT_NE(feeder.link(), LinkState::ended);
-  EXPECT_EQ(drain(feeder, 1, tick + 1000).size(), 1U);
+  EXPECT_EQ(log.feeder.drain(frames, tick, tick), 0U);
+  EXPECT_NE(log.feeder.link(), LinkState::ended);
+  EXPECT_EQ(drain(log.feeder, 1, tick + 1000).size(), 1U);
 }
 
 TEST(LogFeeder, CarriesOverWhatADrainHasNoRoomFor) {
   std::string text;
   for (int i = 0; i < 300; ++i) text += "(1.000000) can0 100#\n";
-  const TemporaryFile file("drive.log", text);
-  BusNames buses;
-  LogClock clock(0, period);
-  LogFeeder feeder(file.path(), buses, clock);
-  EXPECT_EQ(drain(feeder, 300).size(), 300U);
+  Played log(text);
+  EXPECT_EQ(drain(log.feeder, 300).size(), 300U);
   std::array<Frame, 1> one;
-  EXPECT_EQ(feeder.drain(one, never_held_back, 0), 0U);
-  await_end(feeder);
+  EXPECT_EQ(log.feeder.drain(one, never_held_back, 0), 0U);
+  await_end(log.feeder);
 }
 
 TEST(LogFeeder, ReleasesBackwardStampsAtOnce) {
-  const TemporaryFile file("drive.log",
-                           "(5000.000000) can0 001#\n(1.000000) can0 002#\n(0.000000) can0 003#\n");
-  BusNames buses;
-  LogClock clock(0, period);
-  LogFeeder feeder(file.path(), buses, clock);
-  const auto frames = drain(feeder, 3);
+  Played log("(5000.000000) can0 001#\n(1.000000) can0 002#\n(0.000000) can0 003#\n");
+  const auto frames = drain(log.feeder, 3);
   ASSERT_EQ(frames.size(), 3U);
   EXPECT_EQ(frames[1].time_ns - frames[0].time_ns, -4'999'000'000'000);
   EXPECT_EQ(frames[2].time_ns, 0);  // a stamp of zero is none
 }
 
 TEST(LogFeeder, IsNotSetByAStampOfZero) {
-  const TemporaryFile file("drive.log", "(0.000000) can0 001#\n(1760000000.000000) can0 002#\n");
-  BusNames buses;
-  LogClock clock(0, period);
-  LogFeeder feeder(file.path(), buses, clock);
+  Played log("(0.000000) can0 001#\n(1760000000.000000) can0 002#\n");
   const std::int64_t start = monotonic_now();
-  const auto frames = drain(feeder, 2);
+  const auto frames = drain(log.feeder, 2);
   ASSERT_EQ(frames.size(), 2U);
   EXPECT_EQ(frames[0].time_ns, 0);
   EXPECT_GE(frames[1].time_ns, start);
 }
 
 TEST(LogFeeder, CountsErrorFramesAndKeepsThemToItself) {
-  const TemporaryFile file("drive.log",
-                           "(1.000000) can0 20000004#0001000000000000\n"
-                           "(1.000000) can0 20000040#0000000000000000\n(1.000000) can0 002#R\n");
-  BusNames buses;
-  LogClock clock(0, period);
-  LogFeeder feeder(file.path(), buses, clock);
-  const auto frames = drain(feeder, 2);
+  Played log(
+      "(1.000000) can0 20000004#0001000000000000\n"
+      "(1.000000) can0 20000040#0000000000000000\n(1.000000) can0 002#R\n");
+  const auto frames = drain(log.feeder, 2);
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].kind, FrameKind::remote);
-  EXPECT_EQ(feeder.counters().error_frames.get(), 2U);
-  EXPECT_EQ(feeder.counters().controller_overflows.get(), 1U);
-  EXPECT_EQ(feeder.counters().bus_offs.get(), 1U);
-  EXPECT_EQ(feeder.counters().received.get(), 1U);
+  EXPECT_EQ(log.feeder.counters().error_frames.get(), 2U);
+  EXPECT_EQ(log.feeder.counters().controller_overflows.get(), 1U);
+  EXPECT_EQ(log.feeder.counters().bus_offs.get(), 1U);
+  EXPECT_EQ(log.feeder.counters().received.get(), 1U);
 }
 
 TEST(LogFeeder, CountsWhatIsNoFrameAndGoesOn) {
   std::string text = "(1.000000) can0 001#\nnonsense\n(1.000100) can0 0002#\n";
   for (char bus = '1'; bus <= '8'; ++bus) text += std::string("(1.000200) can") + bus + " 003#\n";
   text += "(1.000300) can0 004#\n(1.000400) can0 00";
-  const TemporaryFile file("drive.log", text);
-  BusNames buses;
-  LogClock clock(0, period);
-  LogFeeder feeder(file.path(), buses, clock);
-  EXPECT_EQ(drain(feeder, 100).size(), 9U);
-  EXPECT_EQ(feeder.link(), LinkState::ended);
-  EXPECT_EQ(feeder.counters().malformed.get(), 4U);  // two lines, one bus, the truncated end
-  EXPECT_THAT(feeder.warnings(),
+  Played log(text);
+  EXPECT_EQ(drain(log.feeder, 100).size(), 9U);
+  EXPECT_EQ(log.feeder.link(), LinkState::ended);
+  EXPECT_EQ(log.feeder.counters().malformed.get(), 4U);  // two lines, one bus, the truncated end
+  EXPECT_THAT(log.feeder.warnings(),
               ElementsAre(HasSubstr("drive.log:2: \"nonsense\" is no frame"),
                           HasSubstr("drive.log:3: expected an identifier"), HasSubstr("can8")));
 }
@@ -265,12 +259,9 @@ TEST(LogFeeder, SaysThatNoTimePassesInALog) {
   for (const std::string stamp : {"0.000000", "1700000000.250000"}) {
     std::string text;
     for (int i = 0; i < 150; ++i) text += "(" + stamp + ") can0 102#00\n";
-    const TemporaryFile file("drive.log", text);
-    BusNames buses;
-    LogClock clock(0, period);
-    LogFeeder feeder(file.path(), buses, clock);
-    await_end(feeder);
-    EXPECT_THAT(feeder.warnings(),
+    Played log(text);
+    await_end(log.feeder);
+    EXPECT_THAT(log.feeder.warnings(),
                 ElementsAre(HasSubstr("drive.log:150: all 150 frames so far have the time stamp " +
                                       stamp)));
   }
@@ -282,12 +273,9 @@ TEST(LogFeeder, SaysEachKindOfComplaintOnce) {
   for (int i = 0; i < 2; ++i)
     for (char bus = '1'; bus <= '9'; ++bus)
       text.append("(1.000000) can").append(1, bus).append(" 003#\n");
-  const TemporaryFile file("drive.log", text + "nonsense\n");
-  BusNames buses;
-  LogClock clock(0, period);
-  LogFeeder feeder(file.path(), buses, clock);
-  await_end(feeder);
-  EXPECT_THAT(feeder.warnings(),
+  Played log(text + "nonsense\n");
+  await_end(log.feeder);
+  EXPECT_THAT(log.feeder.warnings(),
               ElementsAre(HasSubstr("drive.log:1: \"nonsense\" is no frame"),
                           HasSubstr("drive.log:502: all 500"), HasSubstr("can8")));
 }
@@ -302,35 +290,29 @@ TEST(LogFeeder, RefusesALogThatCannotBeOpened) {
 // A pipe ------------------------------------------------------------------------------------------
 
 TEST(LogFeeder, HandsOutAPipesFramesAsTheyCome) {
-  Fifo fifo;
-  BusNames buses;
-  LogClock clock(0, period);
-  LogFeeder feeder(fifo.path(), buses, clock);
-  fifo.open_writer();
-  EXPECT_EQ(feeder.link(), LinkState::up);
-  fifo.write("(1.000000) can0 001#\n(1.00");
-  ASSERT_EQ(drain(feeder, 1).size(), 1U);
-  fifo.write("0200) can0 002#\n");
-  const auto second = drain(feeder, 1);
+  Piped pipe;
+  pipe.fifo.open_writer();
+  EXPECT_EQ(pipe.feeder.link(), LinkState::up);
+  pipe.fifo.write("(1.000000) can0 001#\n(1.00");
+  ASSERT_EQ(drain(pipe.feeder, 1).size(), 1U);
+  pipe.fifo.write("0200) can0 002#\n");
+  const auto second = drain(pipe.feeder, 1);
   ASSERT_EQ(second.size(), 1U);
   EXPECT_EQ(second[0].id, 2U);
-  fifo.close_writer();
-  await_end(feeder);
-  EXPECT_EQ(feeder.counters().malformed.get(), 0U);
+  pipe.fifo.close_writer();
+  await_end(pipe.feeder);
+  EXPECT_EQ(pipe.feeder.counters().malformed.get(), 0U);
 }
 
 TEST(LogFeeder, FollowsALivePipeWhoseClockIsSet) {
-  Fifo fifo;
-  BusNames buses;
-  LogClock clock(0, period);
-  LogFeeder feeder(fifo.path(), buses, clock);
-  fifo.open_writer();
+  Piped pipe;
+  pipe.fifo.open_writer();
   std::int64_t stamp_ms = 1'700'000'000'000;
   const auto live_frames = [&] {
     for (int i = 0; i < 20; ++i, stamp_ms += 5) {
-      fifo.write("(" + std::to_string(stamp_ms / 1000) + "." +
-                 std::to_string(1000 + stamp_ms % 1000).substr(1) + "000) can0 100#01\n");
-      const auto frames = drain(feeder, 1);
+      pipe.fifo.write("(" + std::to_string(stamp_ms / 1000) + "." +
+                      std::to_string(1000 + stamp_ms % 1000).substr(1) + "000) can0 100#01\n");
+      const auto frames = drain(pipe.feeder, 1);
       ASSERT_EQ(frames.size(), 1U);
       EXPECT_LT(std::abs(frames[0].time_ns - monotonic_now()), 10'000'000'000);
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -341,8 +323,8 @@ TEST(LogFeeder, FollowsALivePipeWhoseClockIsSet) {
   live_frames();
   stamp_ms -= 7'200'000;
   live_frames();
-  EXPECT_EQ(feeder.counters().clock_steps.get(), 2U);
-  EXPECT_THAT(feeder.warnings(),
+  EXPECT_EQ(pipe.feeder.counters().clock_steps.get(), 2U);
+  EXPECT_THAT(pipe.feeder.warnings(),
               Contains(HasSubstr("the clock of the time stamps was stepped by 35")));
 }
 
@@ -358,11 +340,8 @@ std::string line_at(std::int64_t stamp_ns) {
 /// CLOCK_MONOTONIC by `offset_ns` and whose first line is `late`.
 std::int64_t lag_after_a_late_line(std::int64_t offset_ns, std::chrono::milliseconds late,
                                    std::int64_t good_ns) {
-  Fifo fifo;
-  BusNames buses;
-  LogClock clock(0, period);
-  LogFeeder feeder(fifo.path(), buses, clock);
-  fifo.open_writer();
+  Piped pipe;
+  pipe.fifo.open_writer();
   const std::int64_t begin = monotonic_now();
   std::this_thread::sleep_for(late);
   std::int64_t sent = begin;
@@ -373,10 +352,10 @@ std::int64_t lag_after_a_late_line(std::int64_t offset_ns, std::chrono::millisec
     std::string lines;
     for (const std::int64_t now = monotonic_now(); sent < now; sent += period)
       lines += line_at(sent + offset_ns);
-    fifo.write(lines);
+    pipe.fifo.write(lines);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    feeder.drain(frames, monotonic_now(), monotonic_now());
-    if (feeder.log_offset_ns()) lag = offset_ns - *feeder.log_offset_ns();
+    pipe.feeder.drain(frames, monotonic_now(), monotonic_now());
+    if (pipe.feeder.log_offset_ns()) lag = offset_ns - *pipe.feeder.log_offset_ns();
   }
   return lag;
 }
@@ -392,71 +371,53 @@ TEST(LogFeeder, KnowsAtOnceHowLateALineIsThatThisMachineStamped) {
   timespec wall{};
   ::clock_gettime(CLOCK_REALTIME, &wall);
   const std::int64_t offset = wall.tv_sec * 1'000'000'000 + wall.tv_nsec - monotonic_now();
-  Fifo fifo;
-  BusNames buses;
-  LogClock clock(0, period);
-  LogFeeder feeder(fifo.path(), buses, clock);
-  fifo.open_writer();
+  Piped pipe;
+  pipe.fifo.open_writer();
   const std::int64_t stamp = monotonic_now() + offset - 700'000'000;
-  fifo.write(line_at(stamp));
-  ASSERT_EQ(drain(feeder, 1).size(), 1U);
-  ASSERT_TRUE(feeder.log_offset_ns());
-  EXPECT_NEAR(static_cast<double>(*feeder.log_offset_ns()), static_cast<double>(offset), 50e6);
+  pipe.fifo.write(line_at(stamp));
+  ASSERT_EQ(drain(pipe.feeder, 1).size(), 1U);
+  ASSERT_TRUE(pipe.feeder.log_offset_ns());
+  EXPECT_NEAR(static_cast<double>(*pipe.feeder.log_offset_ns()), static_cast<double>(offset), 50e6);
 }
 
 TEST(LogFeeder, EndsWhileItWaitsForAWriter) {
-  const Fifo fifo;
-  BusNames buses;
-  LogClock clock(0, period);
-  const LogFeeder feeder(fifo.path(), buses, clock);
-  EXPECT_EQ(feeder.link(), LinkState::up);
+  const Piped pipe;
+  EXPECT_EQ(pipe.feeder.link(), LinkState::up);
 }
 
 TEST(LogFeeder, EndsWhileThePipeIsSilent) {
-  Fifo fifo;
-  BusNames buses;
-  LogClock clock(0, period);
-  LogFeeder feeder(fifo.path(), buses, clock);
-  fifo.open_writer();
-  fifo.write("(1.000000) can0 001#\n(1.0");
-  EXPECT_EQ(drain(feeder, 1).size(), 1U);
+  Piped pipe;
+  pipe.fifo.open_writer();
+  pipe.fifo.write("(1.000000) can0 001#\n(1.0");
+  EXPECT_EQ(drain(pipe.feeder, 1).size(), 1U);
 }
 
 TEST(LogFeeder, EndsInsideAGapOfYears) {
-  const TemporaryFile file("drive.log", "(1.000000) can0 001#\n(8999999999.000000) can0 002#\n");
-  BusNames buses;
-  LogClock clock(0, period);
-  LogFeeder feeder(file.path(), buses, clock);
-  EXPECT_EQ(drain(feeder, 1).size(), 1U);
+  Played log("(1.000000) can0 001#\n(8999999999.000000) can0 002#\n");
+  EXPECT_EQ(drain(log.feeder, 1).size(), 1U);
   std::array<Frame, 4> frames;
-  EXPECT_EQ(feeder.drain(frames, never_held_back, monotonic_now()), 0U);
-  EXPECT_EQ(feeder.link(), LinkState::up);
+  EXPECT_EQ(log.feeder.drain(frames, never_held_back, monotonic_now()), 0U);
+  EXPECT_EQ(log.feeder.link(), LinkState::up);
   const auto deadline = std::chrono::steady_clock::now() + timeout;
-  while (feeder.warnings().empty() && std::chrono::steady_clock::now() < deadline)
+  while (log.feeder.warnings().empty() && std::chrono::steady_clock::now() < deadline)
     std::this_thread::yield();
-  EXPECT_THAT(feeder.warnings(),
+  EXPECT_THAT(log.feeder.warnings(),
               ElementsAre(HasSubstr("drive.log:2: the time stamps jump ahead by 8999999998 s")));
 }
 
 TEST(LogFeeder, EndsWhileItsRingIsFull) {
   std::string text;
   for (int i = 0; i < 20'000; ++i) text += "(1.000000) can0 100#\n";
-  const TemporaryFile file("drive.log", text);
-  BusNames buses;
-  LogClock clock(0, period);
-  const LogFeeder feeder(file.path(), buses, clock);
-  EXPECT_NE(feeder.link(), LinkState::ended);
+  const Played log(text);
+  EXPECT_NE(log.feeder.link(), LinkState::ended);
 }
 
 TEST(LogFeeder, PassesAFloodOnWholeThoughItsRingIsSmaller) {
   std::string text;
   for (int i = 0; i < 20'000; ++i) text += "(1.000000) can0 100#\n";
-  const TemporaryFile file("drive.log", text);
-  BusNames buses;
-  LogClock clock(0, period);
-  LogFeeder feeder(file.path(), buses, clock);
-  EXPECT_EQ(drain(feeder, 20'000).size(), 20'000U);
-  EXPECT_GT(feeder.counters().carried_over.get(), 0U);
+  Played log(text);
+  EXPECT_EQ(drain(log.feeder, 20'000).size(), 20'000U);
+  EXPECT_GT(log.feeder.counters().carried_over.get(), 0U);
 }
 
 }  // namespace
