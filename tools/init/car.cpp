@@ -18,12 +18,8 @@ struct Item {
   Question question;
   Dimension dimension;
   Plausible range;
-  std::optional<double> Car::*own = nullptr;
-  std::optional<double> Known::*known = nullptr;
-
-  [[nodiscard]] std::optional<double>& in(Car& car) const {
-    return own != nullptr ? car.*own : car.known.*known;
-  }
+  std::optional<double> Car::*value;
+  std::string CarTexts::*text;
 };
 
 const std::array items{
@@ -32,56 +28,56 @@ const std::array items{
          Dimension::mass,
          {0.2, 60000.0},
          &Car::mass,
-         nullptr},
+         &CarTexts::mass},
     Item{{"--wheelbase", "wheelbase [m, or as 260mm]",
           "front to rear axle, by a tape along the ground"},
          Dimension::length,
          {0.05, 15.0},
-         nullptr,
-         &Known::wheelbase},
+         &Car::wheelbase,
+         &CarTexts::wheelbase},
     Item{{"--front-axle", "front axle to centre of gravity [m, or as 175mm]",
           "wheelbase times the rear axle's share of the weight; odom identify cog helps"},
          Dimension::length,
          {0.01, 12.0},
          &Car::front_axle,
-         nullptr},
+         &CarTexts::front_axle},
     Item{{"--track", "track [m, or as 160mm]",
           "middle of a rear tyre to the middle of the other, by a tape"},
          Dimension::length,
          {0.03, 5.0},
-         nullptr,
-         &Known::track},
+         &Car::track,
+         &CarTexts::track},
     Item{{"--wheel-radius", "rolling radius of a wheel [m, or as 33mm]",
           "roll the car ten turns of a wheel and divide the way by 62.83"},
          Dimension::length,
          {0.005, 2.0},
-         nullptr,
-         &Known::wheel_radius},
+         &Car::wheel_radius,
+         &CarTexts::wheel_radius},
     Item{{"--steering-ratio",
           "steering ratio: turn of the steering wheel over that of the front wheels",
           "in the data sheet; cars have 12 to 20"},
          Dimension::pure,
          {0.5, 60.0},
-         nullptr,
-         &Known::steering_ratio},
+         &Car::steering_ratio,
+         &CarTexts::steering_ratio},
     Item{{"--full-lock", "angle of the front wheels at a command of 1 [rad, or as 20deg]",
           "turn the steering fully and measure the mean of both front wheels"},
          Dimension::angle,
          {0.05, 1.2},
-         nullptr,
-         &Known::full_lock},
+         &Car::full_lock,
+         &CarTexts::full_lock},
     Item{{"--gear-ratio", "turns of the motor for one of a wheel",
           "gear teeth: spur over pinion, times the differential's ratio"},
          Dimension::pure,
          {0.1, 100.0},
-         nullptr,
-         &Known::gear_ratio},
+         &Car::gear_ratio,
+         &CarTexts::gear_ratio},
     Item{{"--pole-pairs", "pole pairs of the motor, as it reports electrical turns",
           "half the poles in its data sheet; 1 if the controller divides by them"},
          Dimension::pure,
          {1.0, 50.0},
-         nullptr,
-         &Known::pole_pairs},
+         &Car::pole_pairs,
+         &CarTexts::pole_pairs},
 };
 
 const Item& item_of(std::string_view option) {
@@ -90,7 +86,7 @@ const Item& item_of(std::string_view option) {
 
 void set(Car& car, const Item& item, std::string_view text) {
   if (!text.empty())
-    item.in(car) = parse_plausible(text, item.dimension, item.question.option, item.range);
+    car.*item.value = parse_plausible(text, item.dimension, item.question.option, item.range);
 }
 
 /// The answer may be empty.
@@ -104,16 +100,16 @@ std::string_view if_empty(const Question& question) {
 }
 
 void check_axle(const Car& car) {
-  if (car.front_axle && car.known.wheelbase && *car.front_axle >= *car.known.wheelbase)
+  if (car.front_axle && car.wheelbase && *car.front_axle >= *car.wheelbase)
     throw std::invalid_argument(
         fmt::format("--front-axle: {:g} m is not between the axles, which are {:g} m apart",
-                    *car.front_axle, *car.known.wheelbase));
+                    *car.front_axle, *car.wheelbase));
 }
 
 /// Mass and wheelbase of no car (W102): one of them has another unit.
 bool is_unlike_a_car(const Car& car) {
-  if (!car.mass || !car.known.wheelbase) return false;
-  const double base = *car.known.wheelbase;
+  if (!car.mass || !car.wheelbase) return false;
+  const double base = *car.wheelbase;
   return !diagnostics::kind("mass_unlike_a_car").limits.hold(*car.mass / (base * base * base));
 }
 
@@ -121,7 +117,7 @@ void ask_each(const std::vector<Question>& questions, Car& car, std::istream& in
               std::ostream& out) {
   for (const Question& question : questions) {
     const Item& item = item_of(question.option);
-    while (!item.in(car)) {
+    while (!(car.*item.value)) {
       out << fmt::format("{} ({}{}): ", question.what, question.hint, if_empty(question))
           << std::flush;
       std::string answer;
@@ -135,7 +131,7 @@ void ask_each(const std::vector<Question>& questions, Car& car, std::istream& in
         set(car, item, answer);
         check_axle(car);
       } catch (const std::invalid_argument& error) {
-        item.in(car).reset();
+        (car.*item.value).reset();
         out << error.what() << '\n';
       }
     }
@@ -146,15 +142,7 @@ void ask_each(const std::vector<Question>& questions, Car& car, std::istream& in
 
 Car parse_car(const CarTexts& texts) {
   Car car;
-  set(car, item_of("--mass"), texts.mass);
-  set(car, item_of("--wheelbase"), texts.wheelbase);
-  set(car, item_of("--front-axle"), texts.front_axle);
-  set(car, item_of("--track"), texts.track);
-  set(car, item_of("--wheel-radius"), texts.wheel_radius);
-  set(car, item_of("--steering-ratio"), texts.steering_ratio);
-  set(car, item_of("--full-lock"), texts.full_lock);
-  set(car, item_of("--gear-ratio"), texts.gear_ratio);
-  set(car, item_of("--pole-pairs"), texts.pole_pairs);
+  for (const Item& item : items) set(car, item, texts.*item.text);
   check_axle(car);
   return car;
 }
@@ -162,28 +150,27 @@ Car parse_car(const CarTexts& texts) {
 std::vector<Question> missing_first(const Car& car, const Proposal& proposal) {
   std::vector<Question> missing;
   if (!car.mass) missing.push_back(item_of("--mass").question);
-  if (!car.known.wheelbase) missing.push_back(item_of("--wheelbase").question);
+  if (!car.wheelbase) missing.push_back(item_of("--wheelbase").question);
   if (!car.front_axle) missing.push_back(item_of("--front-axle").question);
-  if (!car.known.wheel_radius && proposal.needs_radius())
+  if (!car.wheel_radius && proposal.needs_radius())
     missing.push_back(item_of("--wheel-radius").question);
   const auto& motor = proposal.of(estimator::Source::motor);
   if (!motor || !motor->turns()) return missing;
-  if (!car.known.gear_ratio) missing.push_back(item_of("--gear-ratio").question);
-  if (motor->candidate.unit == can::Unit::erpm && !car.known.pole_pairs)
+  if (!car.gear_ratio) missing.push_back(item_of("--gear-ratio").question);
+  if (motor->candidate.unit == can::Unit::erpm && !car.pole_pairs)
     missing.push_back(item_of("--pole-pairs").question);
   return missing;
 }
 
 std::vector<Question> missing_last(const Car& car, const Proposal& proposal) {
   std::vector<Question> missing;
-  if (!car.known.track && !proposal.measured_track && proposal.has_axle())
+  if (!car.track && !proposal.measured_track && proposal.has_axle())
     missing.push_back(item_of("--track").question);
   const auto& steering = proposal.of(estimator::Source::steering);
   if (!steering || steering->sure()) return missing;
   if (steering->candidate.unit == can::Unit::none) {
-    if (!car.known.full_lock && !steering->scale_fits)
-      missing.push_back(item_of("--full-lock").question);
-  } else if (!car.known.steering_ratio) {
+    if (!car.full_lock && !steering->scale_fits) missing.push_back(item_of("--full-lock").question);
+  } else if (!car.steering_ratio) {
     missing.push_back(item_of("--steering-ratio").question);
   }
   return missing;
@@ -197,10 +184,10 @@ void ask(const std::vector<Question>& questions, Car& car, std::istream& in, std
   if (std::ranges::none_of(questions, is_size) || !is_unlike_a_car(car)) return;
   out << fmt::format(
       "{:g} kg on a wheelbase of {:g} m is unlike a car; once more, with the units:\n", *car.mass,
-      *car.known.wheelbase);
+      *car.wheelbase);
   const std::vector<Question> sizes{item_of("--mass").question, item_of("--wheelbase").question,
                                     item_of("--front-axle").question};
-  for (const Question& question : sizes) item_of(question.option).in(car).reset();
+  for (const Question& question : sizes) (car.*item_of(question.option).value).reset();
   ask_each(sizes, car, in, out);
 }
 

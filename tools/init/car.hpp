@@ -18,9 +18,8 @@ struct CarTexts {
       gear_ratio, pole_pairs;
 };
 
-struct Car {
+struct Car : Known {
   std::optional<double> mass, front_axle;  ///< [kg], [m]
-  Known known;
 };
 
 /// Throws std::invalid_argument naming the option.

@@ -140,11 +140,11 @@ InitResult init(const InitOptions& options, Dialogue* dialogue) {
   const Proposal named = propose(result.databases, traffic);
   answer(missing_first(car, named), car, dialogue);
   Proposal proposal = named;
-  check_behaviour(proposal, car.known);
+  check_behaviour(proposal, car);
   if (const auto missing = missing_last(car, proposal); !missing.empty()) {
     answer(missing, car, dialogue);
     proposal = named;
-    check_behaviour(proposal, car.known);
+    check_behaviour(proposal, car);
   }
   auto protections = protections_for(proposal, result.databases, traffic);
   auto sources = sources_of(proposal, traffic, result.databases);

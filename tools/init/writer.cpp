@@ -140,7 +140,7 @@ void add_signals(std::string& text, const Draft& draft) {
 
 std::vector<VehicleValue> vehicle_values(const Draft& draft) {
   const double mass = draft.car.mass.value();
-  const double wheelbase = draft.car.known.wheelbase.value();
+  const double wheelbase = draft.car.wheelbase.value();
   const double front = draft.car.front_axle.value_or(0.5 * wheelbase);
   const double rear = std::stod(fmt::format("{:.6g}", wheelbase - front));
   const Typical typical = typical_for(wheelbase);
@@ -154,8 +154,8 @@ std::vector<VehicleValue> vehicle_values(const Draft& draft) {
   const double grip = rounded(shown < possible ? std::max(typical.grip, shown) : typical.grip);
   const std::string grip_origin = "m/s2, " + guess + "fit finds it";
   VehicleValue track{"track_width", 0.0, "m, as given"};
-  if (draft.car.known.track) {
-    track.value = *draft.car.known.track;
+  if (draft.car.track) {
+    track.value = *draft.car.track;
   } else if (!draft.proposal.measured_track) {
     track = {"track_width", rounded(0.6 * wheelbase), "m, typical; no role here needs it", false};
   } else {

@@ -21,7 +21,7 @@ TEST(Car, IsAskedForUntilTheAnswerIsANumber) {
   std::ostringstream out;
   ask(missing_first(car, {}), car, in, out);
   EXPECT_DOUBLE_EQ(car.mass.value(), 2.985);
-  EXPECT_DOUBLE_EQ(car.known.wheelbase.value(), 0.26);
+  EXPECT_DOUBLE_EQ(car.wheelbase.value(), 0.26);
   EXPECT_FALSE(car.front_axle.has_value());  // left open
   EXPECT_THAT(out.str(), HasSubstr("not a number"));
   EXPECT_THAT(out.str(), HasSubstr("a number is needed"));  // of the empty answer
@@ -43,7 +43,7 @@ TEST(Car, SizesUnlikeACarAreAskedForOnceMore) {
   std::istringstream in("2.985\n2.6\n1.3\n2.985\n260mm\n0.13\n");
   std::ostringstream out;
   ask(missing_first(car, {}), car, in, out);
-  EXPECT_DOUBLE_EQ(car.known.wheelbase.value(), 0.26);
+  EXPECT_DOUBLE_EQ(car.wheelbase.value(), 0.26);
   EXPECT_DOUBLE_EQ(car.front_axle.value(), 0.13);
   EXPECT_THAT(out.str(), HasSubstr("2.985 kg on a wheelbase of 2.6 m"));
 
