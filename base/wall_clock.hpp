@@ -15,9 +15,16 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <ctime>
 #include <optional>
 
 namespace odomd {
+
+/// A clock of the system [ns]. Real-time safe.
+[[nodiscard]] std::int64_t read_clock(clockid_t clock) noexcept;
+[[nodiscard]] inline std::int64_t monotonic_now() noexcept {
+  return read_clock(CLOCK_MONOTONIC);
+}
 
 /// The clocks, read one after the other in this order.
 struct ClockReading {

@@ -1,7 +1,5 @@
 #include "daemon/run.hpp"
 
-#include <ctime>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
@@ -18,6 +16,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/wall_clock.hpp"
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/sources/open_source.hpp"
 #include "daemon/core/pipeline.hpp"
@@ -36,12 +35,6 @@
 
 namespace odomd::daemon {
 namespace {
-
-std::int64_t monotonic_now() {
-  timespec now{};
-  ::clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-}
 
 void copy_text(char (&to)[ODOM_TEXT], std::string_view from) {
   from.copy(to, sizeof to - 1);

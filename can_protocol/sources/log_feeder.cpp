@@ -10,10 +10,10 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
-#include <ctime>
 #include <system_error>
 #include <utility>
 
+#include "base/wall_clock.hpp"
 #include "can_protocol/sources/kernel_frame.hpp"
 #include "can_protocol/sources/log_format.hpp"
 #include "can_protocol/sources/log_reader.hpp"
@@ -25,16 +25,6 @@ constexpr std::int64_t ns_per_s = 1'000'000'000;
 constexpr std::int64_t ring_full_wait_ns = 2'000'000;
 constexpr std::int64_t oldest_line_ns = 10 * ns_per_s;
 constexpr std::int64_t long_pause_ns = 600 * ns_per_s;
-
-std::int64_t time_on(clockid_t clock) noexcept {
-  timespec now{};
-  ::clock_gettime(clock, &now);
-  return now.tv_sec * ns_per_s + now.tv_nsec;
-}
-
-std::int64_t monotonic_now() noexcept {
-  return time_on(CLOCK_MONOTONIC);
-}
 
 bool is_pipe(int descriptor) {
   struct stat status {};
@@ -164,7 +154,7 @@ void LogFeeder::check_one_stamp(std::uint64_t min_frames) {
 /// Now plus the head start. The first line of a pipe may be older, because it was delayed or waited
 /// in the pipe. If its stamp is from this machine's wall clock, its age is known.
 std::int64_t LogFeeder::earliest_release(const Frame& first) const {
-  const std::int64_t age_ns = pipe_ ? time_on(CLOCK_REALTIME) - first.time_ns : 0;
+  const std::int64_t age_ns = pipe_ ? read_clock(CLOCK_REALTIME) - first.time_ns : 0;
   const bool known = age_ns > 0 && age_ns < oldest_line_ns;
   return monotonic_now() + lead_ns_ - (known ? age_ns : 0);
 }

@@ -5,7 +5,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 #include <csignal>
-#include <ctime>
 
 #include <algorithm>
 #include <array>
@@ -14,6 +13,8 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include "base/wall_clock.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -31,12 +32,6 @@ double milliseconds(std::int64_t ns) {
 }
 double seconds(std::int64_t ns) {
   return static_cast<double>(ns) * 1e-9;
-}
-
-std::int64_t monotonic_now() {
-  timespec now{};
-  ::clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
 }  // namespace

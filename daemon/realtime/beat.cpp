@@ -4,17 +4,12 @@
 
 #include <cerrno>
 
+#include "base/wall_clock.hpp"
 #include "daemon/core/pipeline.hpp"
 #include "daemon/core/recording_tap.hpp"
 
 namespace odomd::daemon {
 namespace {
-
-std::int64_t monotonic_now() noexcept {
-  timespec now{};
-  ::clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-}
 
 void sleep_until(std::int64_t monotonic_ns) noexcept {
   const timespec wake{monotonic_ns / 1'000'000'000, monotonic_ns % 1'000'000'000};

@@ -2,13 +2,13 @@
 
 #include <chrono>
 #include <csignal>
-#include <ctime>
 #include <memory>
 #include <thread>
 #include <utility>
 
 #include <odom/odom.h>
 
+#include "base/wall_clock.hpp"
 #include "tools/cli/interrupt.hpp"
 #include "tools/sim/can_output.hpp"
 
@@ -17,15 +17,8 @@ namespace {
 
 // What happens within it is sent at its end: no frame is later than this.
 constexpr std::int64_t stretch_ns = 1'000'000;
-constexpr std::int64_t second_ns = 1'000'000'000;
 // From the choice of the start to the start: files and sockets are opened meanwhile.
 constexpr std::int64_t lead_ns = 200'000'000;
-
-std::int64_t clock_ns(clockid_t clock) {
-  timespec now{};
-  ::clock_gettime(clock, &now);
-  return now.tv_sec * second_ns + now.tv_nsec;
-}
 
 // While it lives, a closed pipe is an error of write().
 class WithoutPipeSignal {
@@ -75,7 +68,7 @@ class CameraLine {
 }  // namespace
 
 std::int64_t live_start_ns() {
-  return ((clock_ns(CLOCK_REALTIME) + lead_ns) / truth_period_ns + 1) * truth_period_ns;
+  return ((read_clock(CLOCK_REALTIME) + lead_ns) / truth_period_ns + 1) * truth_period_ns;
 }
 
 LiveSummary play_live(Simulation& simulation, const LiveOptions& options, Progress& progress,
@@ -88,8 +81,7 @@ LiveSummary play_live(Simulation& simulation, const LiveOptions& options, Progre
   LiveSummary summary;
   Happenings happenings;
   // Paced by the clock that nobody sets.
-  const std::int64_t start_ns =
-      clock_ns(CLOCK_MONOTONIC) + (options.start_ns - clock_ns(CLOCK_REALTIME));
+  const std::int64_t start_ns = monotonic_now() + (options.start_ns - read_clock(CLOCK_REALTIME));
   RunState state = RunState::running;
   while (state == RunState::running) {
     happenings.clear();

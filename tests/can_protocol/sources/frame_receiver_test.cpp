@@ -12,10 +12,10 @@
 
 #include <array>
 #include <cerrno>
-#include <ctime>
 #include <vector>
 
 #include "base/file_descriptor.hpp"
+#include "base/wall_clock.hpp"
 
 namespace odomd::can::frame_receiver_test {
 namespace {
@@ -151,11 +151,6 @@ class FrameReceiverTest : public testing::Test {
     }
     FAIL() << "no stamps";
   }
-  static std::int64_t now() {
-    timespec time{};
-    ::clock_gettime(CLOCK_MONOTONIC, &time);
-    return time.tv_sec * 1'000'000'000 + time.tv_nsec;
-  }
 
   FileDescriptor receiving_;
   FileDescriptor sending_;
@@ -165,10 +160,10 @@ class FrameReceiverTest : public testing::Test {
 TEST_F(FrameReceiverTest, StampsFramesOnTheMonotonicClock) {
   await_stamps();
   FrameReceiver receiver(3, StampSource::software);
-  const std::int64_t before = now();
+  const std::int64_t before = monotonic_now();
   for (canid_t id = 0; id < 10; ++id) send(raw_frame(id, 8));
   const auto frames = receive(receiver);
-  const std::int64_t after = now();
+  const std::int64_t after = monotonic_now();
   ASSERT_EQ(frames.size(), 10U);
   std::int64_t last = before - 50'000;
   for (canid_t id = 0; id < 10; ++id) {
@@ -186,11 +181,11 @@ TEST_F(FrameReceiverTest, StampsFramesOnTheMonotonicClock) {
 TEST_F(FrameReceiverTest, TimesAFrameWithoutAStampByItsDrain) {
   FrameReceiver receiver(0, StampSource::software);
   send(raw_frame(1, 0));
-  const std::int64_t before = now();
+  const std::int64_t before = monotonic_now();
   const auto frames = receive(receiver);
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_GE(frames[0].time_ns, before);
-  EXPECT_LE(frames[0].time_ns, now());
+  EXPECT_LE(frames[0].time_ns, monotonic_now());
   EXPECT_EQ(counters_.stamp_fallbacks.get(), 1U);
 }
 

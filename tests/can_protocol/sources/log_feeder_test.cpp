@@ -10,12 +10,12 @@
 
 #include <array>
 #include <chrono>
-#include <ctime>
 #include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "base/wall_clock.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "tests/can_protocol/temporary_file.hpp"
 
@@ -29,12 +29,6 @@ using testing::HasSubstr;
 constexpr std::int64_t period = 5'000'000;
 constexpr std::int64_t never_held_back = INT64_MAX;
 constexpr auto timeout = std::chrono::seconds(20);
-
-std::int64_t monotonic_now() {
-  timespec now{};
-  ::clock_gettime(CLOCK_MONOTONIC, &now);
-  return now.tv_sec * 1'000'000'000 + now.tv_nsec;
-}
 
 /// Drains until `count` frames have arrived, the source has ended, or the time is up.
 std::vector<Frame> drain(FrameSource& source, std::size_t count,
@@ -368,9 +362,7 @@ TEST(LogFeeder, FollowsALivePipeWhoseFirstLineCameLate) {
 }
 
 TEST(LogFeeder, KnowsAtOnceHowLateALineIsThatThisMachineStamped) {
-  timespec wall{};
-  ::clock_gettime(CLOCK_REALTIME, &wall);
-  const std::int64_t offset = wall.tv_sec * 1'000'000'000 + wall.tv_nsec - monotonic_now();
+  const std::int64_t offset = read_clock(CLOCK_REALTIME) - monotonic_now();
   Piped pipe;
   pipe.fifo.open_writer();
   const std::int64_t stamp = monotonic_now() + offset - 700'000'000;
