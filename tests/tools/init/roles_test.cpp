@@ -151,6 +151,14 @@ TEST(Roles, KnowWhoSpeaksOfASignal) {
   }
 }
 
+TEST(Roles, TakeNoRawValueThatASignalCannotHave) {
+  const can::Database made =
+      database(signal("YawRate", "deg/s", 9) +
+               "VAL_ 100 YawRate 255 \"SNA\" 256 \"Invalid\" -300 \"Fault\" ;\n");
+  EXPECT_EQ(candidates_for(Source::yaw_rate, {&made, 1}).at(0).unless_raw,
+            std::vector<std::int64_t>{255});
+}
+
 TEST(Roles, WarnOfAnUnknownUnitAndASpeedThatIsNoWheels) {
   const can::Database unitless = database(signal("YawRate", ""));
   EXPECT_THAT(candidates_for(Source::yaw_rate, {&unitless, 1}).at(0).warnings, Not(IsEmpty()));
