@@ -352,25 +352,19 @@ INSTANTIATE_TEST_SUITE_P(
         BadDbc{"MisspeltKeyword", "BOO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n",
                "car.dbc:1: expected a statement such as BO_, SG_, CM_ or VAL_, found 'BOO_'"},
         BadDbc{"NoColon", "BO_ 1 A 8 X\n",
-               "car.dbc:1: expected ':' after the message's name, "
-               "found '8'"},
+               "car.dbc:1: expected ':' after the message's name, found '8'"},
         BadDbc{"NoIdentifier", "BO_ A: 8 X\n",
-               "car.dbc:1: expected the message's identifier, "
-               "found 'A'"},
+               "car.dbc:1: expected the message's identifier, found 'A'"},
         BadDbc{"NumberAsName", "BO_ 1 2: 8 X\n",
-               "car.dbc:1: expected the message's name, "
-               "found '2'"},
-        BadDbc{"CutInMessage", "BO_ 1 A:",
-               "car.dbc:1: expected the message's length in bytes, "
-               "found end of file"},
+               "car.dbc:1: expected the message's name, found '2'"},
+        BadDbc{"CutInMessage",
+               "BO_ 1 A:", "car.dbc:1: expected the message's length in bytes, found end of file"},
         BadDbc{"CutInSignal", "BO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,0) [0|",
                "car.dbc:2: expected the signal's maximum, found end of file"},
         BadDbc{"CutInText", "BO_ 1 A: 8 X\nCM_ BO_ 1 \"abc\ndef",
-               "car.dbc:2: expected '\"' that "
-               "closes the text begun here"},
+               "car.dbc:2: expected '\"' that closes the text begun here"},
         BadDbc{"CutInValues", "BO_ 1 A: 8 X\nVAL_ 1 S 0 \"a\" 1",
-               "car.dbc:2: expected the value's "
-               "name in quotes, found end of "},
+               "car.dbc:2: expected the value's name in quotes, found end of "},
         BadDbc{"CutBeforeSemicolon", "BO_ 1 A: 8 X\nVAL_ 1 S 0 \"a\"",
                "car.dbc:2: expected ';' at the end of VAL_, found end of file"},
         BadDbc{"CutInPassedOver", "BO_ 1 A: 8 X\nBO_TX_BU_ 1 : A,",

@@ -108,42 +108,47 @@ TEST(RealDatabases, HaveTheLayoutsThatAnIndependentReaderFinds) {
   }
 }
 
-TEST(RealDatabases, DecodeAllPayloadsExactly) {
-  if (!recorded::at_hand(names.size())) return;
-  int values = 0;
-  int payloads = 0;
+/// visit(message, vector of the other reader, payload)
+template <typename Visit>
+void each_payload(const Visit& visit) {
   for (const char* name : names) {
     SCOPED_TRACE(name);
     const auto [database, expected] = load(name);
     for (const json& expected_message : expected["messages"]) {
       const Message* message = find(database, expected_message);
       ASSERT_NE(message, nullptr);
-      for (const json& vector : expected_message["vectors"]) {
-        const auto payload = bytes_of(vector["data"].get<std::string>());
-        ASSERT_EQ(payload.size(), message->length);
-        if (!vector.contains("raw")) continue;  // the other decoder failed
-        ++payloads;
-        std::size_t present = 0;
-        for (const Signal& signal : message->signals) {
-          if (!is_present(*message, signal, payload)) continue;
-          ++present;
-          SCOPED_TRACE(message->name + '.' + signal.name + ' ' + vector["data"].dump());
-          ASSERT_TRUE(vector["raw"].contains(signal.name));
-          const SignalLayout layout = layout_of(signal);
-          const std::uint64_t bits = extract_bits(layout, payload);
-          if (signal.type == ValueType::signed_integer) {
-            EXPECT_EQ(sign_extended(bits, signal.length),
-                      vector["raw"][signal.name].get<std::int64_t>());
-          } else {
-            EXPECT_EQ(bits, vector["raw"][signal.name].get<std::uint64_t>());
-          }
-          EXPECT_EQ(physical_value(layout, bits), vector["phys"][signal.name].get<double>());
-          ++values;
-        }
-        EXPECT_EQ(present, vector["raw"].size());
-      }
+      for (const json& vector : expected_message["vectors"])
+        visit(*message, vector, bytes_of(vector["data"].get<std::string>()));
     }
   }
+}
+
+TEST(RealDatabases, DecodeAllPayloadsExactly) {
+  if (!recorded::at_hand(names.size())) return;
+  int values = 0;
+  int payloads = 0;
+  each_payload([&](const Message& message, const json& vector, const auto& payload) {
+    ASSERT_EQ(payload.size(), message.length);
+    if (!vector.contains("raw")) return;  // the other decoder failed
+    ++payloads;
+    std::size_t present = 0;
+    for (const Signal& signal : message.signals) {
+      if (!is_present(message, signal, payload)) continue;
+      ++present;
+      SCOPED_TRACE(message.name + '.' + signal.name + ' ' + vector["data"].dump());
+      ASSERT_TRUE(vector["raw"].contains(signal.name));
+      const json& raw = vector["raw"][signal.name];
+      const SignalLayout layout = layout_of(signal);
+      const std::uint64_t bits = extract_bits(layout, payload);
+      if (signal.type == ValueType::signed_integer)
+        EXPECT_EQ(sign_extended(bits, signal.length), raw.get<std::int64_t>());
+      else
+        EXPECT_EQ(bits, raw.get<std::uint64_t>());
+      EXPECT_EQ(physical_value(layout, bits), vector["phys"][signal.name].get<double>());
+      ++values;
+    }
+    EXPECT_EQ(present, vector["raw"].size());
+  });
   std::printf("decoded %d values of %d payloads\n", values, payloads);
   EXPECT_GT(values, 40'000);
 }
@@ -151,35 +156,26 @@ TEST(RealDatabases, DecodeAllPayloadsExactly) {
 TEST(RealDatabases, EncodeBackToThePayloadsTheyDecode) {
   if (!recorded::at_hand(names.size())) return;
   int values = 0;
-  for (const char* name : names) {
-    SCOPED_TRACE(name);
-    const auto [database, expected] = load(name);
-    for (const json& expected_message : expected["messages"]) {
-      const Message* message = find(database, expected_message);
-      ASSERT_NE(message, nullptr);
-      for (const json& vector : expected_message["vectors"]) {
-        const auto payload = bytes_of(vector["data"].get<std::string>());
-        MessageEncoder encoder(*message);
-        std::vector<std::uint8_t> covered(payload.size());
-        for (const Signal& signal : message->signals) {
-          if (!is_present(*message, signal, payload)) continue;
-          const SignalLayout layout = layout_of(signal);
-          const std::uint64_t bits = extract_bits(layout, payload);
-          if (signal.length <= 53)
-            encoder.set(signal.name, physical_value(layout, bits));
-          else  // a double does not hold all of them
-            encoder.set_bits(signal.name, bits);
-          insert_bits(layout, ~std::uint64_t{0}, covered);
-          ++values;
-        }
-        const Frame frame = encoder.frame(0);
-        ASSERT_EQ(frame.length, payload.size());
-        for (std::size_t i = 0; i < payload.size(); ++i)
-          ASSERT_EQ(frame.data[i], payload[i] & covered[i])
-              << message->name << ' ' << vector["data"] << " byte " << i;
-      }
+  each_payload([&](const Message& message, const json& vector, const auto& payload) {
+    MessageEncoder encoder(message);
+    std::vector<std::uint8_t> covered(payload.size());
+    for (const Signal& signal : message.signals) {
+      if (!is_present(message, signal, payload)) continue;
+      const SignalLayout layout = layout_of(signal);
+      const std::uint64_t bits = extract_bits(layout, payload);
+      if (signal.length <= 53)
+        encoder.set(signal.name, physical_value(layout, bits));
+      else  // a double does not hold all of them
+        encoder.set_bits(signal.name, bits);
+      insert_bits(layout, ~std::uint64_t{0}, covered);
+      ++values;
     }
-  }
+    const Frame frame = encoder.frame(0);
+    ASSERT_EQ(frame.length, payload.size());
+    for (std::size_t i = 0; i < payload.size(); ++i)
+      ASSERT_EQ(frame.data[i], payload[i] & covered[i])
+          << message.name << ' ' << vector["data"] << " byte " << i;
+  });
   EXPECT_GT(values, 40'000);
 }
 

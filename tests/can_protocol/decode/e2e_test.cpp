@@ -279,52 +279,36 @@ TEST(E2ePlain, ChecksumAloneNeedsNoCounter) {
 }
 
 TEST(E2eBindingErrors, NameMessageSignalAndFix) {
-  const auto error = [](const E2eBinding& from) -> std::string {
-    try {
-      const E2eProtection protection(message(), from);
-    } catch (const std::invalid_argument& refused) {
-      return refused.what();
-    }
-    return "taken";
+  struct {
+    void (*change)(E2eBinding&);
+    const char* error;
+  } const cases[]{
+      {[](auto& b) { b.crc_signal = "CRCC"; },
+       "message 'A': crc signal 'CRCC' is not one of its signals; the nearest is 'CRC'"},
+      {[](auto& b) { b.crc_signal.clear(); }, "no crc signal is named"},
+      {[](auto& b) { b.counter_signal.clear(); }, "no counter signal is named"},
+      {[](auto& b) { b.crc_signal = "Counter"; }, "'Counter' is not a whole byte"},
+      {[](auto& b) { b.counter_signal = "Wide"; }, "'Wide' has 3 bits instead of 4"},
+      {[](auto& b) { b.counter_signal = "Value"; }, "'Value' is not an unsigned integer"},
+      {[](auto& b) { b.max_delta_counter = 0; }, "max_delta_counter is 0"},
+      {[](auto& b) { b.data_id_mode = DataIdMode::nibble, b.data_id = 0x1234; },
+       "wider than the 12 bits"},
+      {[](auto& b) { b.data_id_mode = DataIdMode::nibble, b.counter_signal = "SkewCounter"; },
+       "'SkewCounter' is not half a byte"},
+      {[](auto& b) { b.profile = E2eProfile::p22, b.data_id_list.resize(15); },
+       "data_id_list has 15 entries instead of 16"},
+      {[](auto& b) { b.profile = E2eProfile::counter; }, "a plain counter has no crc signal"},
   };
-  const auto with = [](auto change) {
+  for (const auto& [change, error] : cases) {
     E2eBinding changed = binding(E2eProfile::p01);
     change(changed);
-    return changed;
-  };
-  using testing::HasSubstr;
-  EXPECT_THAT(
-      error(with([](auto& b) { b.crc_signal = "CRCC"; })),
-      HasSubstr("message 'A': crc signal 'CRCC' is not one of its signals; the nearest is 'CRC'"));
-  EXPECT_THAT(error(with([](auto& b) { b.crc_signal.clear(); })),
-              HasSubstr("no crc signal is named"));
-  EXPECT_THAT(error(with([](auto& b) { b.counter_signal.clear(); })),
-              HasSubstr("no counter signal is named"));
-  EXPECT_THAT(error(with([](auto& b) { b.crc_signal = "Counter"; })),
-              HasSubstr("'Counter' is not a whole byte"));
-  EXPECT_THAT(error(with([](auto& b) { b.counter_signal = "Wide"; })),
-              HasSubstr("'Wide' has 3 bits instead of 4"));
-  EXPECT_THAT(error(with([](auto& b) { b.counter_signal = "Value"; })),
-              HasSubstr("'Value' is not an unsigned integer"));
-  EXPECT_THAT(error(with([](auto& b) { b.max_delta_counter = 0; })),
-              HasSubstr("max_delta_counter is 0"));
-  EXPECT_THAT(error(with([](auto& b) {
-                b.data_id_mode = DataIdMode::nibble;
-                b.data_id = 0x1234;
-              })),
-              HasSubstr("wider than the 12 bits"));
-  EXPECT_THAT(error(with([](auto& b) {
-                b.data_id_mode = DataIdMode::nibble;
-                b.counter_signal = "SkewCounter";
-              })),
-              HasSubstr("'SkewCounter' is not half a byte"));
-  EXPECT_THAT(error(with([](auto& b) {
-                b.profile = E2eProfile::p22;
-                b.data_id_list.resize(15);
-              })),
-              HasSubstr("data_id_list has 15 entries instead of 16"));
-  EXPECT_THAT(error(with([](auto& b) { b.profile = E2eProfile::counter; })),
-              HasSubstr("a plain counter has no crc signal"));
+    try {
+      const E2eProtection protection(message(), changed);
+      ADD_FAILURE() << "taken: " << error;
+    } catch (const std::invalid_argument& refused) {
+      EXPECT_THAT(refused.what(), testing::HasSubstr(error));
+    }
+  }
 }
 
 }  // namespace

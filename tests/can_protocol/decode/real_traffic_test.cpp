@@ -13,6 +13,7 @@
 #include "can_protocol/decode/decoder.hpp"
 #include "can_protocol/decode/message_encoder.hpp"
 #include "can_protocol/sources/log_reader.hpp"
+#include "tests/can_protocol/decode/one_binding.hpp"
 #include "tests/recorded_drives.hpp"
 
 namespace odomd::can::real_traffic_test {
@@ -49,15 +50,6 @@ std::map<FrameKey, std::vector<GoldenValue>> read_golden(const std::filesystem::
   return golden;
 }
 
-SignalBinding bind(std::size_t channel, const Message& message, const Signal& signal) {
-  SignalBinding binding;
-  binding.channel = static_cast<std::uint16_t>(channel);
-  binding.role = message.name + '.' + signal.name;
-  binding.message = message.name;
-  binding.signals = {signal.name};
-  return binding;
-}
-
 TEST(RealTraffic, DecodesExactlyAsAnIndependentToolDoes) {
   if (!recorded::at_hand(1)) return;
   const auto folder = recorded::folder("rav4");
@@ -70,7 +62,8 @@ TEST(RealTraffic, DecodesExactlyAsAnIndependentToolDoes) {
   for (const Message& message : databases[0].messages)
     for (const Signal& signal : message.signals) {
       if (&signal - message.signals.data() >= static_cast<int>(max_samples_per_frame)) break;
-      bindings.push_back(bind(channels.size(), message, signal));
+      bindings.push_back(
+          binding_of(message.name, signal.name, static_cast<std::uint16_t>(channels.size())));
       channels.push_back(&signal);
     }
   Decoder decoder(databases, bindings, {}, {});

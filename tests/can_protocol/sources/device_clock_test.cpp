@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 #include <random>
+#include <utility>
 
 namespace odomd::can::device_clock_test {
 namespace {
@@ -54,22 +55,15 @@ TEST_P(DriftingDeviceClock, IsFollowedToTheSmallestLatency) {
 INSTANTIATE_TEST_SUITE_P(PartsPerMillion, DriftingDeviceClock,
                          testing::Values(-100, -50, 0, 50, 100));
 
-TEST(DeviceClock, FollowsAClockThatJumpsAheadAtOnce) {
-  Device device;
-  DeviceClock clock;
-  for (std::int64_t i = 0; i < 100; ++i) clock.to_monotonic(device.at(i * ms), i * ms + 10 * us);
-  device.origin += 7 * s;
-  const std::int64_t time = 101 * ms;
-  EXPECT_EQ(clock.to_monotonic(device.at(time), time + 10 * us), time + 10 * us);
-}
-
-TEST(DeviceClock, FollowsAClockThatStartsOverAtOnce) {
-  Device device{500 * s, 0};
-  DeviceClock clock;
-  for (std::int64_t i = 0; i < 100; ++i) clock.to_monotonic(device.at(i * ms), i * ms + 10 * us);
-  device.origin = 0;
-  const std::int64_t time = 101 * ms;
-  EXPECT_EQ(clock.to_monotonic(device.at(time), time + 10 * us), time + 10 * us);
+TEST(DeviceClock, FollowsAClockThatJumpsAheadOrStartsOverAtOnce) {
+  for (const auto& [origin, later] : {std::pair{0 * s, 7 * s}, {500 * s, 0 * s}}) {
+    Device device{origin, 0};
+    DeviceClock clock;
+    for (std::int64_t i = 0; i < 100; ++i) clock.to_monotonic(device.at(i * ms), i * ms + 10 * us);
+    device.origin = later;
+    const std::int64_t time = 101 * ms;
+    EXPECT_EQ(clock.to_monotonic(device.at(time), time + 10 * us), time + 10 * us) << later;
+  }
 }
 
 TEST(DeviceClock, FollowsAClockThatFallsBackALittleWithinTwoWindows) {
