@@ -11,7 +11,7 @@ tools/dependencies.sh aarch64 || exit 1
 root=$PWD/build/aarch64
 sysroot=$root/sysroot
 libraries=(libc6 libstdc++6 libspdlog-dev libfmt-dev libsystemd-dev libsocketcan-dev libgtest-dev
-  libgmock-dev libeigen3-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libzstd-dev)
+  libgmock-dev libeigen3-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev zlib1g-dev libzstd-dev)
 mkdir -p build/logs "$root"
 
 # private_apt ARGUMENT...: apt-get for arm64 that knows of no installed package.

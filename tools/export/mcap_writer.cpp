@@ -1,9 +1,9 @@
 #include "tools/export/mcap_writer.hpp"
 
+#include <zlib.h>
 #include <zstd.h>
 
 #include <algorithm>
-#include <array>
 #include <ostream>
 #include <stdexcept>
 #include <type_traits>
@@ -30,23 +30,9 @@ enum class Opcode : std::uint8_t {
   data_end = 0x0F,
 };
 
-// CRC-32 of IEEE 802.3, reflected, as zlib's.
-constexpr std::array<std::uint32_t, 256> crc_table = [] {
-  std::array<std::uint32_t, 256> table{};
-  for (std::uint32_t i = 0; i < table.size(); ++i) {
-    std::uint32_t remainder = i;
-    for (int bit = 0; bit < 8; ++bit)
-      remainder = (remainder >> 1U) ^ ((remainder & 1U) != 0 ? 0xEDB88320U : 0U);
-    table[i] = remainder;
-  }
-  return table;
-}();
-
 std::uint32_t crc32(std::uint32_t crc, std::string_view bytes) {
-  crc = ~crc;
-  for (const char byte : bytes)
-    crc = crc_table[(crc ^ static_cast<unsigned char>(byte)) & 0xFFU] ^ (crc >> 8U);
-  return ~crc;
+  return static_cast<std::uint32_t>(
+      ::crc32_z(crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
 template <typename T>
