@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -17,6 +18,43 @@ using enum Parameter;
 using enum Draw;
 using enum Nature;
 
+constexpr std::array<ParameterInfo, parameter_count> table{{
+#define ODOMD_PARAMETER(name, ...) {name, #name, __VA_ARGS__},
+#include "tools/sim/car/parameters.inc"
+#undef ODOMD_PARAMETER
+}};
+
+// Where the cars of published data differ from the saloon: issue 14's sensors, and what its list
+// does not name is exact or as the saloon's.
+constexpr double degree = std::numbers::pi / 180.0;
+constexpr std::array sprung{
+    Assignment{friction, 1.0489},          // of their tyres, p_Dy1: vehicle.cpp
+    Assignment{steering_rate_limit, 0.4},  // likewise published, v_max of the road wheels
+    Assignment{stiffness_error_front, 0.1},
+    Assignment{stiffness_error_rear, 0.1},
+    Assignment{gyro_scale_error, 0.0},
+    Assignment{gyro_bias, 0.3 * degree},
+    Assignment{gyro_noise, 0.1 * degree},
+    Assignment{accel_noise, 0.1},
+    Assignment{noise_at_rest, 0.2},
+    Assignment{wheel_radius_error, 0.0},
+    Assignment{wheel_radius_error_front_left, 0.005},
+    Assignment{wheel_radius_error_front_right, 0.005},
+    Assignment{wheel_radius_error_rear_left, 0.005},
+    Assignment{wheel_radius_error_rear_right, 0.005},
+    Assignment{wheel_noise, 0.0},
+    Assignment{wheel_step, 0.01},
+    Assignment{encoder_counts, 0.0},
+    Assignment{steering_offset, 0.3 * degree},
+    Assignment{imu_cycle, 0.01},
+    Assignment{wheel_cycle, 0.02},
+    Assignment{camera_period, 0.05},
+    Assignment{camera_latency_min, 0.06},
+    Assignment{camera_latency_max, 0.1},
+    Assignment{camera_noise, 0.05},
+    Assignment{camera_yaw_noise, 0.3 * degree},
+};
+
 std::string shortest(double value) {
   std::array<char, 32> text{};
   char* const end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
@@ -24,6 +62,23 @@ std::string shortest(double value) {
 }
 
 }  // namespace
+
+std::span<const ParameterInfo, parameter_count> parameter_table() {
+  return table;
+}
+
+ParameterSet default_parameters(CarKind car) {
+  ParameterSet result;
+  for (const ParameterInfo& info : table)
+    result[info.parameter] = car == CarKind::scale_car ? info.scale_car : info.saloon;
+  if (is_sprung(car))
+    for (const Assignment& own : sprung) result[own.parameter] = own.value;
+  return result;
+}
+
+double sprung_default(Parameter parameter) {
+  return default_parameters(CarKind::bmw_320i)[parameter];
+}
 
 void make_ideal(ParameterSet& parameters) {
   for (const ParameterInfo& info : parameter_table())

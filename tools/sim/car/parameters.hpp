@@ -1,5 +1,5 @@
-// Every number that a run of the simulation may be given, in one table: its name, its unit, what it
-// is by default for each car, and how the truth of a run is drawn from it.
+// Every number that a run of the simulation may be given, in one table: its name, its unit, its
+// default for each car, and how the truth of a run is drawn from it.
 #pragma once
 
 #include <array>
@@ -12,96 +12,9 @@
 namespace odomd::sim {
 
 enum class Parameter : std::uint8_t {
-  // the road and the car
-  friction,
-  patch_friction,
-  relaxation_length,
-  steering_delay,
-  steering_lag,
-  steering_rate_limit,
-  roll_stiffness,
-  road_grade,
-  road_bank,
-  stiffness_error_front,
-  stiffness_error_rear,
-  mass_error,
-  inertia_error,
-  // gyro
-  gyro_scale_error,
-  gyro_bias,
-  gyro_bias_walk,
-  gyro_noise,
-  gyro_drift,
-  gyro_drift_time,
-  gyro_range,
-  gyro_latency,
-  // accelerometer
-  accel_scale_error,
-  accel_bias_x,
-  accel_bias_y,
-  accel_bias_walk,
-  accel_noise,
-  accel_range,
-  accel_latency,
-  // vibration
-  noise_at_rest,
-  vibration_speed,
-  // where the IMU sits
-  imu_x,
-  imu_y,
-  imu_z,
-  imu_yaw_error,
-  // wheels
-  wheel_radius_error,
-  wheel_radius_error_front_left,
-  wheel_radius_error_front_right,
-  wheel_radius_error_rear_left,
-  wheel_radius_error_rear_right,
-  wheel_noise,
-  wheel_step,
-  encoder_counts,
-  wheel_dead_band,
-  wheel_latency,
-  // steering
-  steering_offset,
-  steering_scale_error,
-  steering_noise,
-  steering_step,
-  steering_range,
-  steering_latency,
-  steering_commanded,
-  // the control units and their bus
-  imu_cycle,
-  wheel_cycle,
-  steering_cycle,
-  clock_error,
-  cycle_jitter,
-  stamp_jitter,
-  // camera
-  camera_period,
-  camera_latency_min,
-  camera_latency_max,
-  camera_stamp_delay,
-  camera_noise,
-  camera_yaw_noise,
-  camera_lasting_noise,
-  camera_lasting_yaw_noise,
-  camera_lasting_time,
-  camera_outliers,
-  camera_outlier_size,
-  camera_x,
-  camera_y,
-  camera_yaw,
-  // film from above
-  film_rate,
-  film_pixel,
-  film_noise,
-  film_begin,
-  film_clock_error,
-  marker_error_front_x,
-  marker_error_front_y,
-  marker_error_rear_x,
-  marker_error_rear_y,
+#define ODOMD_PARAMETER(name, ...) name,
+#include "tools/sim/car/parameters.inc"
+#undef ODOMD_PARAMETER
   count
 };
 inline constexpr std::size_t parameter_count = static_cast<std::size_t>(Parameter::count);
@@ -130,7 +43,7 @@ struct ParameterInfo {
   std::string_view meaning;
 };
 
-/// In the order of the enumeration.
+/// In the order of the enumeration; both are made from parameters.inc.
 [[nodiscard]] std::span<const ParameterInfo, parameter_count> parameter_table();
 
 /// One number for each parameter: what was asked for, or what was drawn.
