@@ -19,103 +19,14 @@ constexpr Sources rear =
 constexpr Sources wheels = front | rear | only(Source::motor);
 
 constexpr std::array part_table{
-    PartInfo{Part::gyro, "gyro", gyro, "the yaw rate"},
-    PartInfo{Part::accel_x, "accel_x", accel_x, "the longitudinal acceleration"},
-    PartInfo{Part::accel_y, "accel_y", accel_y, "the lateral acceleration"},
-    PartInfo{Part::accel, "accel", accel_x | accel_y, "both accelerations"},
-    PartInfo{Part::imu, "imu", gyro | accel_x | accel_y, "yaw rate and accelerations"},
-    PartInfo{Part::steering, "steering", only(Source::steering), "the steering angle"},
-    PartInfo{Part::wheel_front_left, "wheel_front_left", only(Source::wheel_front_left),
-             "one wheel's speed"},
-    PartInfo{Part::wheel_front_right, "wheel_front_right", only(Source::wheel_front_right),
-             "one wheel's speed"},
-    PartInfo{Part::wheel_rear_left, "wheel_rear_left", only(Source::wheel_rear_left),
-             "one wheel's speed"},
-    PartInfo{Part::wheel_rear_right, "wheel_rear_right", only(Source::wheel_rear_right),
-             "one wheel's speed"},
-    PartInfo{Part::wheel_rear, "wheel_rear", only(Source::wheel_rear), "the rear axle's speed"},
-    PartInfo{Part::motor, "motor", only(Source::motor), "the motor's speed"},
-    PartInfo{Part::front_wheels, "front_wheels", front, "the speeds of the front wheels"},
-    PartInfo{Part::rear_wheels, "rear_wheels", rear, "the speeds of the rear wheels"},
-    PartInfo{Part::wheels, "wheels", wheels, "all speeds: wheels, rear axle, motor"},
-    PartInfo{Part::direction, "direction", only(Source::direction), "forward or reverse"},
-    PartInfo{Part::bus, "bus", 0, "every frame, mapped or not"},
-    PartInfo{Part::camera, "camera", only(Source::camera), "the camera's poses"},
+#define ODOMD_PART(name, what, ...) PartInfo{Part::name, #name, what, __VA_ARGS__},
+#include "tools/fault/kinds.inc"
 };
 
 constexpr std::array act_table{
-    ActInfo{Act::frozen, "frozen", "repeats its last value", {}},
-    ActInfo{Act::zero, "zero", "reads 0", {}},
-    ActInfo{Act::stuck, "stuck", "reads one value", {}},
-    ActInfo{Act::halved, "halved", "reads half the true value", {0.5, "x"}},
-    ActInfo{Act::doubled, "doubled", "reads twice the true value", {2.0, "x"}},
-    ActInfo{Act::scaled, "scaled", "reads a multiple of the true value", {1.3, "x"}},
-    ActInfo{Act::biased, "biased", "has a constant bias", {}},
-    ActInfo{Act::ramped, "ramped", "has a bias that grows at this rate per second", {}},
-    ActInfo{Act::inverted, "inverted", "has the wrong sign", {}},
-    ActInfo{Act::noisy, "noisy", "has noise of this many of its stated sigmas", {6.0, "sigma"}},
-    ActInfo{Act::one_sided, "one_sided", "reads a multiple of the true value below 0", {0.7, "x"}},
-    ActInfo{Act::rounded,
-            "rounded",
-            "is rounded to multiples of this many of its stated sigmas",
-            {20.0, "sigma"}},
-    ActInfo{Act::slipping,
-            "slipping",
-            "spins up to a multiple of its speed within half a second",
-            {1.5, "x"}},
-    ActInfo{Act::locked, "locked", "comes to a halt within half a second", {}},
-    ActInfo{Act::left_right, "left_right", "left and right are exchanged", {}},
-    ActInfo{Act::front_rear, "front_rear", "front and rear are exchanged", {}},
-    ActInfo{Act::axes_swapped, "axes_swapped", "x and y are exchanged", {}},
-    ActInfo{Act::lost, "lost", "is no longer sent", {}},
-    ActInfo{Act::delayed, "delayed", "comes later by this time, with a late stamp", {0.1, "s"}},
-    ActInfo{Act::duplicated, "duplicated", "comes twice, with counters of its own", {}},
-    ActInfo{Act::reordered, "reordered", "comes in swapped pairs", {}},
-    ActInfo{Act::jittered,
-            "jittered",
-            "has stamps up to this time too early or too late",
-            {0.003, "s"}},
-    ActInfo{Act::shifted,
-            "shifted",
-            "has stamps too late by this time; below 0: too early",
-            {-0.05, "s"}},
-    ActInfo{Act::bit_flips,
-            "bit_flips",
-            "has one bit wrong in this share of its frames",
-            {0.1, "share"}},
-    ActInfo{Act::bit_flips_repaired,
-            "bit_flips_repaired",
-            "likewise, with a valid CRC",
-            {0.1, "share"}},
-    ActInfo{Act::frozen_noisy,
-            "frozen_noisy",
-            "repeats its last pose with fresh noise",
-            {1.0, "sigma"}},
-    ActInfo{Act::moved, "moved", "is offset along the map's x", {0.5, "m"}},
-    ActInfo{Act::turned, "turned", "is offset in yaw", {0.3, "rad"}},
-    ActInfo{Act::drifting, "drifting", "drifts along the map's x at this speed", {0.1, "m/s"}},
-    ActInfo{Act::mirrored, "mirrored", "has the wrong sign of y and yaw", {}},
-    ActInfo{Act::outliers,
-            "outliers",
-            "is off by this distance in every fifth pose, in any direction",
-            {1.0, "m"}},
-    ActInfo{Act::early, "early", "has capture stamps too early by this time", {0.05, "s"}},
-    ActInfo{Act::late, "late", "has capture stamps too late by this time", {0.05, "s"}},
-    ActInfo{Act::skewed,
-            "skewed",
-            "has capture stamps of a clock that loses this time per second",
-            {0.005, "s/s"}},
-    ActInfo{Act::mixed, "mixed", "shows its pictures in swapped pairs, with stamps in order", {}},
-    ActInfo{Act::vague, "vague", "states sigmas larger by this factor", {20.0, "x"}},
+#define ODOMD_ACT(name, what, ...) ActInfo{Act::name, #name, what, {__VA_ARGS__}},
+#include "tools/fault/kinds.inc"
 };
-
-constexpr bool is_first_to_last(const auto& table, auto member) {
-  for (std::size_t i = 0; i < table.size(); ++i)
-    if (static_cast<std::size_t>(table[i].*member) != i) return false;
-  return true;
-}
-static_assert(is_first_to_last(part_table, &PartInfo::part));
-static_assert(is_first_to_last(act_table, &ActInfo::act));
 
 // The unit of a source, and the default size of its faults.
 struct Quantity {

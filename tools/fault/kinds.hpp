@@ -23,75 +23,21 @@ using Sources = std::uint32_t;
 }
 
 enum class Part : std::uint8_t {
-  gyro,
-  accel_x,
-  accel_y,
-  accel,
-  imu,
-  steering,
-  wheel_front_left,
-  wheel_front_right,
-  wheel_rear_left,
-  wheel_rear_right,
-  wheel_rear,
-  motor,
-  front_wheels,
-  rear_wheels,
-  wheels,
-  direction,
-  bus,
-  camera,
+#define ODOMD_PART(name, ...) name,
+#include "tools/fault/kinds.inc"
 };
 
 struct PartInfo {
   Part part;
   std::string_view name;
-  Sources sources;
   std::string_view what;
+  Sources sources;
 };
 [[nodiscard]] std::span<const PartInfo> parts() noexcept;
 
 enum class Act : std::uint8_t {
-  // Of values.
-  frozen,
-  zero,
-  stuck,
-  halved,
-  doubled,
-  scaled,
-  biased,
-  ramped,
-  inverted,
-  noisy,
-  one_sided,
-  rounded,
-  slipping,
-  locked,
-  left_right,
-  front_rear,
-  axes_swapped,
-  // Of frames and of poses.
-  lost,
-  delayed,
-  duplicated,
-  // Of frames.
-  reordered,
-  jittered,
-  shifted,
-  bit_flips,
-  bit_flips_repaired,
-  // Of poses.
-  frozen_noisy,
-  moved,
-  turned,
-  drifting,
-  mirrored,
-  outliers,
-  early,
-  late,
-  skewed,
-  mixed,
-  vague,
+#define ODOMD_ACT(name, ...) name,
+#include "tools/fault/kinds.inc"
 };
 
 /// The default size of a fault and its unit: "rad/s", "s", "x" (a factor), "sigma" (times the
