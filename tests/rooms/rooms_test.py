@@ -82,7 +82,7 @@ tools/identify/common: daemon/diagnostics can_protocol can_protocol/decode can_p
 tools/identify/weighing: daemon/diagnostics daemon/core tools/cli tools/config_patch tools/identify
     tools/identify/common
 tools/identify/inertia: daemon/diagnostics tools/math tools/cli tools/config_patch tools/identify
-    tools/identify/common tools/identify/weighing
+    tools/identify/common
 tools/identify/noise: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/replay tools/evaluation
     tools/identify tools/identify/common
 tools/identify/latency: daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "tools/identify/common/quantisation.hpp"
+#include "tools/identify/common/measured.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools {

@@ -1,5 +1,6 @@
 #include "tools/identify/common/agreement.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -22,6 +23,7 @@ namespace {
 using diagnostics::Diagnostic;
 using diagnostics::found;
 using diagnostics::kind;
+using Eigen::ArrayXd;
 using estimator::Source;
 
 constexpr double piece = 0.5, stride = 0.25, grid = 0.01, lag_step = 0.02;  // [s]
@@ -29,7 +31,7 @@ constexpr int latest = 20, latest_of_all = 75;  // steps, for a usual sensor and
 constexpr double off_clock = 0.15;              // more than the latency of any sensor [s]
 constexpr double least_turn = 0.05;             // rms of a piece's [rad]
 constexpr double least_way = 0.1;               // in a piece [m]
-constexpr std::size_t fewest = 20;              // pieces
+constexpr std::ptrdiff_t fewest = 20;           // pieces
 constexpr double alike = 0.5, certain = 0.7;    // correlations
 constexpr double far_off_unseen = 3.0;          // allowance for slipping wheels and tyres
 
@@ -48,25 +50,14 @@ struct Comparison {
   double lag = 0.0;    ///< how much later the second is [s]; 0 if unknown
 };
 
-double rms(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value * value;
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(values.size(), 1)));
-}
-
-std::vector<double> without_mean(std::vector<double> values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value;
-  for (double& value : values) value -= sum / static_cast<double>(values.size());
-  return values;
+double rms(const ArrayXd& values) {
+  return values.size() > 0 ? std::sqrt(values.square().mean()) : 0.0;
 }
 
 // a·b / |a| |b|
-double cosine(const std::vector<double>& a, const std::vector<double>& b) {
+double cosine(const ArrayXd& a, const ArrayXd& b) {
   const double both = rms(a) * rms(b);
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return both > 0.0 ? sum / static_cast<double>(a.size()) / both : 0.0;
+  return both > 0.0 ? (a * b).mean() / both : 0.0;
 }
 
 // The turns themselves show the sign; with their means removed, whether they happen at the same
@@ -77,24 +68,26 @@ Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, do
   bool turns = false, varies = false;
   for (int step = -latest_of_all; step <= latest_of_all; ++step) {
     const double lag = lag_step * step;
-    std::vector<double> seen, by_sensor;
+    ArrayXd seen(std::ssize(pieces)), by_sensor(std::ssize(pieces));
+    Eigen::Index count = 0;
     for (const Piece& p : pieces) {
       const double begin = p.t + lag, end = begin + piece;
       if (begin < turned.begin || end > turned.end()) continue;
-      seen.push_back(p.turn);
-      by_sensor.push_back(turned.at(end) - turned.at(begin));
+      seen[count] = p.turn;
+      by_sensor[count++] = turned.at(end) - turned.at(begin);
     }
-    if (seen.size() < fewest) continue;
+    if (count < fewest) continue;
+    by_sensor.conservativeResize(count);
     // A single pose with reversed heading must not outweigh the drive.
     const double bound = std::max(3.0 * rms(by_sensor), 6.0 * least);
-    for (double& turn : seen) turn = std::clamp(turn, -bound, bound);
+    seen = seen.head(count).max(-bound).min(bound).eval();
     const double whole = cosine(seen, by_sensor);
     most_of_all = std::max(most_of_all, whole);
     if (std::abs(step) > latest) continue;
     if (whole > most && rms(seen) > 0.0) ratio = rms(by_sensor) / rms(seen);
     most = std::max(most, whole);
     fewest_alike = std::min(fewest_alike, whole);
-    const std::vector<double> a = without_mean(seen), b = without_mean(by_sensor);
+    const ArrayXd a = seen - seen.mean(), b = by_sensor - by_sensor.mean();
     const double shape = cosine(a, b);
     if (shape > most_shape) best_lag = lag;
     most_shape = std::max(most_shape, shape);
@@ -115,27 +108,20 @@ Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, do
 }
 
 // Uses two poses half a second apart only if others are near them.
-std::vector<Piece> pieces_of_poses(std::span<const estimator::CameraPose> poses,
-                                   const daemon::Config& config, std::int64_t origin_ns,
+std::vector<Piece> pieces_of_poses(const std::vector<PoseSample>& seen, double camera_yaw,
                                    double begin, double end) {
-  std::vector<const estimator::CameraPose*> seen;
-  for (const estimator::CameraPose& pose : poses) seen.push_back(&pose);
-  std::ranges::sort(seen, {}, &estimator::CameraPose::capture_ns);
-  const auto time = [&](std::size_t k) {
-    return 1e-9 * static_cast<double>(seen[k]->capture_ns - origin_ns);
-  };
   std::vector<Piece> result;
   for (std::size_t i = 0, j = 0; i < seen.size(); ++i) {
-    const double t = time(i);
+    const double t = seen[i].t;
     if (t < begin || t > end || (!result.empty() && t < result.back().t + stride - 1e-3)) continue;
     j = std::max(i, j);
-    while (j + 1 < seen.size() && time(j + 1) - t <= piece + 1e-3) ++j;
-    const double span = time(j) - t;
-    if (span < 0.7 * piece || time(j) > end) continue;
-    const double turn = std::remainder(seen[j]->yaw - seen[i]->yaw, 2.0 * std::numbers::pi);
-    const double heading = seen[i]->yaw + 0.5 * turn - config.camera.lever_arm[2];
-    const double along = (seen[j]->x - seen[i]->x) * std::cos(heading) +
-                         (seen[j]->y - seen[i]->y) * std::sin(heading);
+    while (j + 1 < seen.size() && seen[j + 1].t - t <= piece + 1e-3) ++j;
+    const double span = seen[j].t - t;
+    if (span < 0.7 * piece || seen[j].t > end) continue;
+    const double turn = std::remainder(seen[j].yaw - seen[i].yaw, 2.0 * std::numbers::pi);
+    const double heading = seen[i].yaw + 0.5 * turn - camera_yaw;
+    const double along =
+        (seen[j].x - seen[i].x) * std::cos(heading) + (seen[j].y - seen[i].y) * std::sin(heading);
     result.push_back({t, turn * piece / span, along * piece / span});
   }
   return result;
@@ -157,49 +143,39 @@ class Signals {
       : config_(config), log_(log) {
     const Series& gyro = log.of(Source::yaw_rate);
     if (gyro.size() < 2) return;
-    begin_ = std::max(options.from, seconds(gyro.t_ns.front()));
-    end_ = std::min(options.to, seconds(gyro.t_ns.back()));
+    begin_ = std::max(options.from, log.seconds(gyro.t_ns.front()));
+    end_ = std::min(options.to, log.seconds(gyro.t_ns.back()));
   }
 
   [[nodiscard]] double begin() const { return begin_; }
   [[nodiscard]] double end() const { return end_; }
-  [[nodiscard]] bool has(Source source) const { return log_.of(source).size() > 1; }
-  [[nodiscard]] double seconds(std::int64_t t_ns) const {
-    return 1e-9 * static_cast<double>(t_ns - log_.first_ns);
-  }
-  [[nodiscard]] Resampled on_grid(Source source) const {
-    return resampled(log_.of(source), log_.first_ns, begin_, end_, grid);
+  [[nodiscard]] Resampled on_grid(const Series& series) const {
+    return resampled(series, log_.first_ns, begin_, end_, grid);
   }
 
   // Negative in reverse gear.
   [[nodiscard]] Resampled speed(Source wheel) const {
-    Resampled raw = on_grid(wheel);
-    if (!has(Source::direction)) return raw;
-    return combined(raw, on_grid(Source::direction),
-                    [](double v, double gear) { return gear < 0.0 ? -std::fabs(v) : v; });
+    return on_grid(with_direction(log_.of(wheel), log_.of(Source::direction)));
   }
-
-  // The speed of the first mapped wheel.
   [[nodiscard]] std::optional<Resampled> speed() const {
-    for (const Source wheel :
-         {Source::wheel_rear_left, Source::wheel_rear_right, Source::wheel_rear, Source::motor,
-          Source::wheel_front_left, Source::wheel_front_right})
-      if (has(wheel)) return speed(wheel);
+    for (const Source wheel : speed_sources)
+      if (log_.has(wheel)) return speed(wheel);
     return std::nullopt;
   }
 
   // ∫ v tan δ / l; tyres do not change the sign of the turn.
   [[nodiscard]] std::optional<Resampled> steered() const {
     const std::optional<Resampled> rolled = speed();
-    if (!rolled || !has(Source::steering)) return std::nullopt;
-    return integral(combined(*rolled, on_grid(Source::steering), [this](double v, double delta) {
-      return v * std::tan(std::clamp(delta, -1.0, 1.0)) / config_.vehicle.wheelbase();
-    }));
+    if (!rolled || !log_.has(Source::steering)) return std::nullopt;
+    return integral(
+        combined(*rolled, on_grid(log_.of(Source::steering)), [this](double v, double delta) {
+          return v * std::tan(std::clamp(delta, -1.0, 1.0)) / config_.vehicle.wheelbase();
+        }));
   }
 
   // The distance as x, the turn as yaw.
   [[nodiscard]] Trajectory driven() const {
-    const Resampled turned = integral(on_grid(Source::yaw_rate));
+    const Resampled turned = integral(on_grid(log_.of(Source::yaw_rate)));
     const std::optional<Resampled> rolled = speed();
     const Resampled way = rolled ? integral(*rolled) : Resampled{};
     Trajectory result;
@@ -236,7 +212,7 @@ std::optional<double> ratio_of_ways(const std::vector<Piece>& pieces, const Resa
   for (const Piece& p : pieces)
     if (std::fabs(p.along) >= least && p.t >= way.begin && p.t + piece <= way.end())
       ratios.push_back((way.at(p.t + piece) - way.at(p.t)) / p.along);
-  if (ratios.size() < fewest) return std::nullopt;
+  if (std::ssize(ratios) < fewest) return std::nullopt;
   return median_of(std::move(ratios));
 }
 
@@ -255,7 +231,7 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
   const Signals signals(config, log, options);
   if (!(signals.end() - signals.begin() > 1.0)) return std::nullopt;
 
-  const Resampled turned = integral(signals.on_grid(Source::yaw_rate));
+  const Resampled turned = integral(signals.on_grid(log.of(Source::yaw_rate)));
   const std::optional<Resampled> steered = signals.steered();
   const Comparison gyro_to_steering =
       steered ? compare(pieces_of(turned), *steered, least_turn) : Comparison{};
@@ -285,8 +261,8 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
       !units.empty())
     return units.front();
 
-  const std::vector<Piece> seen =
-      pieces_of_poses(poses, config, log.first_ns, signals.begin(), signals.end());
+  const std::vector<Piece> seen = pieces_of_poses(
+      in_order(poses, log.first_ns), config.camera.lever_arm[2], signals.begin(), signals.end());
   std::vector<double> yaw_sigmas, sigmas;
   for (const estimator::CameraPose& pose : poses) {
     yaw_sigmas.push_back(pose.sigma_yaw);
@@ -315,10 +291,8 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
                  "turns " + fixed(gyro.ratio, 2) + " times as far as " + poses_of,
                  key_of(Source::yaw_rate));
 
-  for (const Source wheel :
-       {Source::wheel_front_left, Source::wheel_front_right, Source::wheel_rear_left,
-        Source::wheel_rear_right, Source::wheel_rear, Source::motor}) {
-    if (!signals.has(wheel)) continue;
+  for (const Source wheel : wheel_sources) {
+    if (!log.has(wheel)) continue;
     const auto ratio =
         ratio_of_ways(seen, signals.speed(wheel), std::max(least_way, 6.0 * median_of(sigmas)));
     if (ratio && *ratio < 0.0)

@@ -1,15 +1,18 @@
-// The results of an identification: values with their standard uncertainty, each for one key of the
-// configuration or for information only.
+// The results of an identification, values with their standard uncertainty, each for one key of the
+// configuration or for information only; and the output of every method: a table or JSON on
+// standard output, warnings on standard error, and, if requested, the numbers in a configuration.
 #pragma once
 
-#include <cstdint>
 #include <nlohmann/json.hpp>
+
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/cli/command.hpp"
 #include "tools/identify/common/measured.hpp"
 
 namespace odomd::tools {
@@ -62,5 +65,42 @@ struct Findings {
   finding.remark = std::move(why);
   return finding;
 }
+
+struct Delivery {
+  bool json = false;
+  std::string write;   ///< the configuration to patch; empty: none
+  bool force = false;  ///< replace values there that are more precise
+};
+
+/// Adds --json, --write and --force to a method.
+void add_delivery(Command method, Delivery& delivery);
+
+/// For use before the work: throws if the configuration to patch does not exist or cannot be
+/// written.
+void check(const Delivery& delivery);
+
+/// A number in a configuration with the uncertainty that an earlier method noted beside it; sigma
+/// 0: there is no note. Nothing if the key is missing.
+[[nodiscard]] std::optional<Measured> measured_in(const std::string& file, const std::string& key);
+
+/// Prints, then patches the configuration and lists the keys on standard error. A value there whose
+/// note states a smaller uncertainty is kept, with a warning, unless forced. Throws if the
+/// configuration cannot be patched; it is then unchanged.
+void deliver(Findings findings, const Delivery& delivery);
+
+/// The same, and its action: what `identify` finds of the options is delivered. `options` is a
+/// shared pointer, with a `delivery`.
+template <class Options, class Identify>
+void add_delivery(Command method, const Options& options, Identify identify) {
+  add_delivery(method, options->delivery);
+  method.callback([options, identify] {
+    check(options->delivery);
+    deliver(identify(*options), options->delivery);
+  });
+}
+
+/// The table: name, value ± 2 sigma, unit, per cent, key, remark.
+[[nodiscard]] std::string as_text(const Findings& findings);
+[[nodiscard]] nlohmann::ordered_json as_json(const Findings& findings);
 
 }  // namespace odomd::tools

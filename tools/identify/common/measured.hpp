@@ -1,5 +1,11 @@
-// A value and how well it is known.
+// A value and how well it is known; what a sensor's resolution leaves uncertain.
 #pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
 
 namespace odomd::tools {
 
@@ -8,5 +14,39 @@ struct Measured {
   double value = 0.0;
   double sigma = 0.0;
 };
+
+/// The smallest difference between two values; 0 if all are equal.
+[[nodiscard]] inline double resolution_of(std::span<const double> values) {
+  constexpr double arithmetic = 1e-9;  // relative difference of two distinct steps
+  std::vector<double> sorted(values.begin(), values.end());
+  std::ranges::sort(sorted);
+  double resolution = 0.0;
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    const double difference = sorted[i] - sorted[i - 1];
+    if (difference > arithmetic && (resolution == 0.0 || difference < resolution))
+      resolution = difference;
+  }
+  return resolution;
+}
+
+/// q/√12: for values evenly distributed between two steps.
+[[nodiscard]] inline double rounding_noise(double resolution) {
+  return resolution / std::sqrt(12.0);
+}
+
+/// Samples whose noise is smaller than their resolution q do not average it out: an uncertainty of
+/// up to q/√12 of their mean remains, which grows with the share of equal samples.
+[[nodiscard]] inline double rounding_left(std::span<const double> values, double resolution) {
+  std::vector<double> sorted(values.begin(), values.end());
+  std::ranges::sort(sorted);
+  std::size_t most = 0, count = 0;
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    count = i > 0 && sorted[i] == sorted[i - 1] ? count + 1 : 1;
+    most = std::max(most, count);
+  }
+  if (most == 0) return 0.0;
+  const double same = static_cast<double>(most) / static_cast<double>(sorted.size());
+  return rounding_noise(resolution) * std::max(0.0, 2.0 * same - 1.0);
+}
 
 }  // namespace odomd::tools

@@ -1,14 +1,12 @@
 #include "tools/identify/common/quantity.hpp"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
 #include "tools/cli/csv.hpp"
+#include "tools/identify/common/refuse.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -45,8 +43,7 @@ std::string_view trimmed(std::string_view text) {
 
 double parse_si(std::string_view text, Dimension dimension, std::string_view option) {
   const Quantity quantity = parse_quantity(text, dimension, option);
-  if (quantity.unit == Unit::newton)
-    throw std::invalid_argument(fmt::format("{}: {}: give it in kg or g", option, quoted(text)));
+  if (quantity.unit == Unit::newton) refuse("{}: {}: give it in kg or g", option, quoted(text));
   return quantity.value;
 }
 
@@ -57,30 +54,26 @@ Quantity parse_quantity(std::string_view text, Dimension dimension, std::string_
   double value = 0.0;
   const auto [end, error] = std::from_chars(whole.data(), whole.data() + whole.size(), value);
   if (error != std::errc{} || !std::isfinite(value))
-    throw std::invalid_argument(fmt::format("{}: {} is not a number", option, quoted(text)));
+    refuse("{}: {} is not a number", option, quoted(text));
   const std::string_view unit = trimmed(whole.substr(static_cast<std::size_t>(end - whole.data())));
   if (unit.empty()) return {value, Unit::si};
   for (const UnitName& name : of(dimension).names)
     if (name.name == unit) return {value / name.per_si, name.unit};
   if (unit.front() == ',')
-    throw std::invalid_argument(
-        fmt::format("{}: {}: write a decimal point, not a comma", option, quoted(text)));
-  throw std::invalid_argument(
-      fmt::format("{}: {}: the unit must be {}", option, quoted(text), of(dimension).in_words));
+    refuse("{}: {}: write a decimal point, not a comma", option, quoted(text));
+  refuse("{}: {}: the unit must be {}", option, quoted(text), of(dimension).in_words);
 }
 
 double parse_positive(std::string_view text, Dimension dimension, std::string_view option) {
   const double value = parse_si(text, dimension, option);
   if (value > 0.0) return value;
-  throw std::invalid_argument(
-      fmt::format("{}: {} is not possible; it must be greater than 0", option, quoted(text)));
+  refuse("{}: {} is not possible; it must be greater than 0", option, quoted(text));
 }
 
 double parse_not_negative(std::string_view text, Dimension dimension, std::string_view option) {
   const double value = parse_si(text, dimension, option);
   if (value >= 0.0) return value;
-  throw std::invalid_argument(
-      fmt::format("{}: {} is not possible; it must be 0 or greater", option, quoted(text)));
+  refuse("{}: {} is not possible; it must be 0 or greater", option, quoted(text));
 }
 
 double parse_or(double otherwise, std::string_view text, Dimension dimension,
@@ -93,10 +86,31 @@ double parse_plausible(std::string_view text, Dimension dimension, std::string_v
   const double value = parse_positive(text, dimension, option);
   if (value >= range.from && value <= range.to) return value;
   const std::string_view unit = of(dimension).names.front().name;
-  throw std::invalid_argument(fmt::format(
+  refuse(
       "{}: {} is {:.4g} {}, but {:g} to {:g} {} is plausible; a number without a unit "
       "is in {}; units are {}",
-      option, quoted(text), value, unit, range.from, range.to, unit, unit, of(dimension).in_words));
+      option, quoted(text), value, unit, range.from, range.to, unit, unit, of(dimension).in_words);
+}
+
+void add_measured_option(Command method) {
+  method.add_measurements(
+      "--measured", "JSON",
+      "Measurements written down in a file: {\"total\": [2.985, 2.986], "
+      "\"spacing\": \"200mm\"}; names are those of the options, with underscores");
+}
+
+void add_gravity_option(Command method, std::string& gravity) {
+  method.add("--gravity", "G", gravity,
+             "Local gravity [m/s2], known to 0.001; default: 9.806 +- 0.015, anywhere on Earth");
+}
+
+Measured gravity_of(const std::string& gravity) {
+  // Between equator (9.780) and poles (9.832).
+  if (gravity.empty()) return {9.806, 0.015};
+  const double value = parse_positive(gravity, Dimension::pure, "--gravity");
+  if (value < 9.7 || value > 9.9)
+    refuse("--gravity: {} does not occur on Earth; give 9.76 to 9.84", gravity);
+  return {value, 0.001};
 }
 
 }  // namespace odomd::tools

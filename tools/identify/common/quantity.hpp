@@ -3,7 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <string_view>
+
+#include "tools/cli/command.hpp"
+#include "tools/identify/common/measured.hpp"
 
 namespace odomd::tools {
 
@@ -38,5 +42,12 @@ struct Plausible {
 };
 [[nodiscard]] double parse_plausible(std::string_view text, Dimension dimension,
                                      std::string_view option, Plausible range);
+
+/// --measured, for the methods of scale, tape and stop-watch. Add it before their other options.
+void add_measured_option(Command method);
+
+/// --gravity: local, or the mean of the Earth's with the spread of it.
+void add_gravity_option(Command method, std::string& gravity);
+[[nodiscard]] Measured gravity_of(const std::string& gravity);
 
 }  // namespace odomd::tools

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
-#include <stdexcept>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
+#include "tools/identify/common/refuse.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -18,8 +18,7 @@ namespace {
 std::int64_t limit(const std::string& text, const std::string& option, std::int64_t otherwise) {
   if (text.empty()) return otherwise;
   const auto time = parse_seconds(text);
-  if (!time)
-    throw std::invalid_argument(option + ": " + tools::quoted(text) + " is not a time in seconds");
+  if (!time) refuse("{}: {} is not a time in seconds", option, tools::quoted(text));
   return *time;
 }
 
@@ -54,10 +53,10 @@ SignalLog read_csv(const std::string& file, const std::vector<estimator::Source>
   }
   std::ifstream input = open_input(file);
   if (columns.size() > 1 && input.peek() == std::ifstream::traits_type::eof())
-    throw std::invalid_argument(
-        fmt::format("{}: is empty; a first line \"t,{}\" is expected, with t [s] and at least one "
-                    "of the others",
-                    file, fmt::join(optional, ",")));
+    refuse(
+        "{}: is empty; a first line \"t,{}\" is expected, with t [s] and at least one "
+        "of the others",
+        file, fmt::join(optional, ","));
   CsvReader rows(input, file, required, optional);
   SignalLog log;
   std::optional<std::int64_t> before;
@@ -68,19 +67,15 @@ SignalLog read_csv(const std::string& file, const std::vector<estimator::Source>
                                    : "earlier than the row before; sort the rows by time");
     before = time;
     for (std::size_t i = 0; i < columns.size(); ++i) {
-      if (!rows.has(1 + i)) continue;
-      Series& series = log.signals[static_cast<std::size_t>(columns[i])];
-      series.t_ns.push_back(time);
-      series.value.push_back(rows.number(1 + i));
+      if (rows.has(1 + i)) log.of(columns[i]).add(time, rows.number(1 + i));
     }
   }
   log.name = file;
   log.why_empty.fill("fill its column");
   append(log.warnings, diagnostics::kind("file_content"), rows.warnings());
-  if (!before) throw std::invalid_argument(file + ": has no row below its header");
+  if (!before) refuse("{}: has no row below its header", file);
   if (std::ranges::all_of(log.signals, &Series::empty)) {
-    throw std::invalid_argument(
-        fmt::format("{}: has none of the columns {}", file, fmt::join(optional, ", ")));
+    refuse("{}: has none of the columns {}", file, fmt::join(optional, ", "));
   }
   return log;
 }
@@ -102,25 +97,22 @@ void cut(SignalLog& log, const RecordOptions& options) {
     for (std::size_t i = 0; i < series.size(); ++i) {
       const std::int64_t since = series.t_ns[i] - begin;
       if (since < from || since > to) continue;
-      kept.t_ns.push_back(series.t_ns[i]);
-      kept.value.push_back(series.value[i]);
+      kept.add(series.t_ns[i], series.value[i]);
     }
     if (kept.empty() && !series.empty()) log.why_empty[k] = "none lies between --from and --to";
     series = kept;
   }
   if (std::ranges::all_of(log.signals, &Series::empty))
-    throw std::invalid_argument(
-        fmt::format("--from, --to: no part of the record lies between them; it is {:.1f} s long",
-                    1e-9 * static_cast<double>(end - begin)));
+    refuse("--from, --to: no part of the record lies between them; it is {:.1f} s long",
+           1e-9 * static_cast<double>(end - begin));
 }
 
 }  // namespace
 
 SignalLog read_record(const RecordOptions& options, const std::vector<estimator::Source>& columns) {
-  if (!options.csv.empty() && !options.logs.empty())
-    throw std::invalid_argument("--csv and --can: give one of them");
+  if (!options.csv.empty() && !options.logs.empty()) refuse("--csv and --can: give one of them");
   if (!options.logs.empty() && options.config.empty())
-    throw std::invalid_argument("--can needs --config, which names the signals in the log");
+    refuse("--can needs --config, which names the signals in the log");
   SignalLog log = options.csv.empty()
                       ? read_signals(daemon::load_config(options.config), options.logs)
                       : read_csv(options.csv, columns);

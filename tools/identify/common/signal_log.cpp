@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 #include <utility>
 
 #include "can_protocol/bus_names.hpp"
@@ -16,6 +15,7 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/log_order.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/math/median.hpp"
 #include "tools/replay/drive.hpp"
 #include "tools/replay/replay_checks.hpp"
@@ -48,8 +48,7 @@ class SignalReader {
         ++left_out_;
         continue;
       }
-      series.t_ns.push_back(sample.time_ns);
-      series.value.push_back(sample.value);
+      series.add(sample.time_ns, sample.value);
     }
   }
 
@@ -113,11 +112,10 @@ const Series& SignalLog::need(estimator::Source source) const {
   const Series& series = of(source);
   if (has(source)) return series;
   const std::string& why = why_empty.at(estimator::index_of(source));
-  throw std::invalid_argument(fmt::format(
-      "{}: has {} {}: {}", name, series.empty() ? "no" : "a single sample of", name_of(source),
-      !series.empty() ? "log it completely"
-      : why.empty()   ? "it is mapped to no signal; map it in [can.signals]"
-                      : why));
+  refuse("{}: has {} {}: {}", name, series.empty() ? "no" : "a single sample of", name_of(source),
+         !series.empty() ? "log it completely"
+         : why.empty()   ? "it is mapped to no signal; map it in [can.signals]"
+                         : why);
 }
 
 double white_sigma(const Series& series) {

@@ -29,6 +29,12 @@ inline constexpr std::array wheel_sources{
     estimator::Source::wheel_rear_left,  estimator::Source::wheel_rear_right,
     estimator::Source::wheel_rear,       estimator::Source::motor};
 
+/// In the order in which one of them stands for the speed of the car.
+inline constexpr std::array speed_sources{
+    estimator::Source::wheel_rear_left,  estimator::Source::wheel_rear_right,
+    estimator::Source::wheel_rear,       estimator::Source::motor,
+    estimator::Source::wheel_front_left, estimator::Source::wheel_front_right};
+
 /// One quantity over time, in SI units; times strictly increasing, values finite.
 struct Series {
   std::vector<std::int64_t> t_ns;  ///< sample times: the frame's stamp less its latency
@@ -36,6 +42,10 @@ struct Series {
 
   [[nodiscard]] bool empty() const { return t_ns.empty(); }
   [[nodiscard]] std::size_t size() const { return t_ns.size(); }
+  void add(std::int64_t time_ns, double sample) {
+    t_ns.push_back(time_ns);
+    value.push_back(sample);
+  }
 };
 
 struct SignalLog {
@@ -48,7 +58,14 @@ struct SignalLog {
   std::array<std::string, estimator::source_count> why_empty;
 
   [[nodiscard]] const Series& of(estimator::Source source) const {
-    return signals[static_cast<std::size_t>(source)];
+    return signals[estimator::index_of(source)];
+  }
+  [[nodiscard]] Series& of(estimator::Source source) {
+    return signals[estimator::index_of(source)];
+  }
+  /// After the first frame [s].
+  [[nodiscard]] double seconds(std::int64_t t_ns) const {
+    return 1e-9 * static_cast<double>(t_ns - first_ns);
   }
   [[nodiscard]] bool has(estimator::Source source) const { return of(source).size() > 1; }
   /// Like of(), with at least two samples. Throws std::invalid_argument that names the log and the

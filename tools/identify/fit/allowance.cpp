@@ -1,4 +1,4 @@
-#include "tools/identify/fit/allowance.hpp"
+#include "tools/identify/fit/findings.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -36,6 +36,20 @@ bool are_open(const LookAlikes& pair, const Settings& settings, const Numbers<do
 }
 
 }  // namespace
+
+std::vector<std::size_t> Settings::free_ones() const {
+  std::vector<std::size_t> ones;
+  for (std::size_t k = 0; k < parameters; ++k)
+    if (free[k]) ones.push_back(k);
+  return ones;
+}
+
+Measured Settings::known(std::size_t k) const {
+  if (k != gyro_bias || !rest) return {0.0, prior_sigma[k]};
+  const double by_rest = 1.0 / (rest->sigma * rest->sigma),
+               all = by_rest + 1.0 / (prior_sigma[k] * prior_sigma[k]);
+  return {rest->value * by_rest / all, 1.0 / std::sqrt(all)};
+}
 
 bool at_one_speed(double wheelbase, const Settings& settings, double variety) {
   const Numbers<double> sigma = at_many_speeds(wheelbase);

@@ -117,6 +117,27 @@ void deal(const Numbers<double>& p, const Setup& setup, Chain& chain) {
     if (Window* window = window_at(pose.t)) window->poses.push_back(pose);
 }
 
+Turns turns_of(const std::vector<Chain>& chains) {
+  constexpr double hard = 0.5 * single_track::gravity;
+  double bends = 0.0, both = 0.0, pushes = 0.0;
+  std::vector<double> accels;
+  for (const Chain& chain : chains)
+    for (const Node<double>& node : chain.nodes) {
+      const double v = node[single_track::v_x], yaw_rate = node[single_track::yaw_rate];
+      const double curvature = yaw_rate / v, accel = v * yaw_rate;
+      bends += curvature * curvature;
+      both += curvature * accel;
+      pushes += accel * accel;
+      accels.push_back(std::fabs(accel));
+    }
+  if (!(bends > 0.0) || !(pushes > 0.0)) return {.speed_variety = 1.0};  // nothing turns
+  std::ranges::sort(accels);
+  const auto beyond = accels.end() - std::ranges::upper_bound(accels, hard);
+  return {.speed_variety = std::sqrt(std::max(0.0, 1.0 - both * both / (bends * pushes))),
+          .hard = static_cast<double>(beyond) / static_cast<double>(accels.size()),
+          .hardest = accels[accels.size() * 19 / 20]};
+}
+
 Unexplained unexplained(const Setup& setup, const std::vector<Chain>& chains,
                         const Numbers<double>& p) {
   Unexplained result;

@@ -25,6 +25,20 @@ struct Chain {
 /// Assigns each sample to the window of its time, by the present latencies.
 void deal(const Numbers<double>& p, const Setup& setup, Chain& chain);
 
+/// Statistics of the drive's turns, from the states at the windows' ends.
+struct Turns {
+  /// How little the lateral acceleration is correlated with the curvature: 0 at one speed, 0.46 on
+  /// the exercise in the help.
+  //
+  // With κ = ψ̇ / v, a = v ψ̇ and a_0 = κ Σ a κ / Σ κ²: sqrt(Σ (a - a_0)² / Σ a²). On a circle the
+  // single-track model has δ = l κ + (m l_h / C_v - m l_v / C_h) a / l: without variety, the
+  // steering's scale and the tyres are one number.
+  double speed_variety = 0.0;
+  double hard = 0.0;     ///< share of the time above half of the grip of dry tyres, 0.5 g
+  double hardest = 0.0;  ///< lateral acceleration exceeded for a twentieth of the time [m/s²]
+};
+[[nodiscard]] Turns turns_of(const std::vector<Chain>& chains);
+
 struct ResidualPoint {
   std::size_t drive = 0;
   double t = 0.0;

@@ -1,21 +1,17 @@
 #include "tools/identify/fit/drive.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 
 #include "tools/cli/text.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/fit/parameters.hpp"
 
 namespace odomd::tools::fitting {
 namespace {
 
 using estimator::Source;
-
-constexpr std::array speeds{Source::wheel_rear_left,  Source::wheel_rear_right,
-                            Source::wheel_rear,       Source::motor,
-                            Source::wheel_front_left, Source::wheel_front_right};
 
 // Means over neighbours, to limit the number of samples of a fast sensor.
 void add(std::vector<Sample>& samples, const Series& series, Source source, double sigma,
@@ -64,9 +60,9 @@ std::optional<Measured> gyro_at_rest(const Series& speed, const Series& gyro, do
 
 // Names the missing message, if one is bound.
 [[noreturn]] void refuse_without_speed(const SignalLog& log) {
-  for (const Source source : speeds)
+  for (const Source source : speed_sources)
     if (!log.why_empty.at(estimator::index_of(source)).empty()) (void)log.need(source);
-  throw std::invalid_argument(log.name + ": contains no wheel speed that the configuration maps");
+  refuse("{}: contains no wheel speed that the configuration maps", log.name);
 }
 
 }  // namespace
@@ -82,8 +78,8 @@ double least_spacing(const daemon::Config& config) {
 Drive prepare(std::string name, const daemon::Config& config, const SignalLog& log,
               std::span<const estimator::CameraPose> poses, const Part& part) {
   const auto* const wheel =
-      std::ranges::find_if(speeds, [&](Source s) { return log.of(s).size() > 1; });
-  if (wheel == speeds.end()) refuse_without_speed(log);
+      std::ranges::find_if(speed_sources, [&](Source s) { return log.has(s); });
+  if (wheel == speed_sources.end()) refuse_without_speed(log);
   const Series& gyro = log.need(Source::yaw_rate);
   const Series& steering = log.need(Source::steering);
   const Series& gear = log.of(Source::direction);
@@ -93,16 +89,13 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
   drive.name = std::move(name);
   drive.poses = in_order(poses, log.first_ns);
   if (drive.poses.size() < 20)
-    throw std::invalid_argument(drive.name + ": " + counted(drive.poses.size(), "pose") +
-                                " of camera or reference; a fit needs a whole drive of them");
+    refuse("{}: {} of camera or reference; a fit needs a whole drive of them", drive.name,
+           counted(drive.poses.size(), "pose"));
   drive.begin = drive.poses.front().t;
   drive.end = drive.poses.back().t;
   for (const Series* series : {&speed, &gyro, &steering}) {
-    const auto seconds = [&](std::int64_t t_ns) {
-      return 1e-9 * static_cast<double>(t_ns - log.first_ns);
-    };
-    drive.begin = std::max(drive.begin, seconds(series->t_ns.front()));
-    drive.end = std::min(drive.end, seconds(series->t_ns.back()));
+    drive.begin = std::max(drive.begin, log.seconds(series->t_ns.front()));
+    drive.end = std::min(drive.end, log.seconds(series->t_ns.back()));
   }
   drive.begin = std::max(drive.begin + 0.1, part.from);
   drive.end = std::min(drive.end - 0.1, part.to);

@@ -8,10 +8,9 @@
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/identify/fit/allowance.hpp"
-#include "tools/identify/fit/tyres.hpp"
+#include "tools/identify/fit/four_wheels.hpp"
 #include "tools/identify/fit/window.hpp"
-#include "tools/identify/latency/actuator_findings.hpp"
+#include "tools/identify/latency/steering_response.hpp"
 
 namespace odomd::tools::fitting {
 namespace {

@@ -1,10 +1,13 @@
 // The single-track car with separate wheels, as `odom identify fit` fits it to a drive: each tyre
-// with its own load and slip, wheels with rolling resistance and spin inertia.
+// with its own load and slip, wheels with rolling resistance and spin inertia;
+// and the brush tyres of the filter that are like its own (docs/model.md, "Tyres").
 //
 // Templates over the scalar: doubles, and Ceres's jets.
 #pragma once
 
 #include <cmath>
+#include <cstdint>
+#include <optional>
 
 #include "tools/identify/common/single_track.hpp"
 
@@ -114,3 +117,23 @@ template <class T>
 }
 
 }  // namespace odomd::tools::four_wheels
+
+namespace odomd::tools::fitting {
+
+enum class Axle : std::uint8_t { front, rear };
+
+struct BrushTyre {
+  double stiffness = 0.0;  ///< C, of the whole axle at no slip [N/rad]
+  double grip = 0.0;       ///< F_max by the axle's share of the mass [m/s²]
+};
+
+/// The slip angle [rad] at which an axle carries its share of the car in a steady turn of this
+/// lateral acceleration [m/s²], above 0. Infinite if it cannot, or slips by more than 45°.
+[[nodiscard]] double slip_at(const four_wheels::Car<double>& car, Axle axle, double accel);
+
+/// The brush tyre that slips as the axle does at this lateral acceleration [m/s²] and at a half of
+/// it. Nothing if the axle does not saturate, or cannot carry that.
+[[nodiscard]] std::optional<BrushTyre> brush_like(const four_wheels::Car<double>& car, Axle axle,
+                                                  double accel);
+
+}  // namespace odomd::tools::fitting

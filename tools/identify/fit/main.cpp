@@ -19,7 +19,8 @@
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/identify/common/agreement.hpp"
-#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/finding.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/fit/findings.hpp"
 #include "tools/identify/fit/options.hpp"
 #include "tools/identify/fit/solver.hpp"
@@ -146,12 +147,11 @@ daemon::Config config_of(const FitOptions& options) {
   for (const std::string& drive : options.drives) {
     const fs::path file = folder_of(drive) / "car.toml";
     if (!is_there(file))
-      throw std::invalid_argument(drive +
-                                  ": has no car.toml; give the car's configuration with --config");
+      refuse("{}: has no car.toml; give the car's configuration with --config", drive);
     daemon::Config own = daemon::load_config(file);
     if (config && own.text != config->text)
-      throw std::invalid_argument(file.string() + " and " + config->file.string() +
-                                  " differ; give the car's configuration with --config");
+      refuse("{} and {} differ; give the car's configuration with --config", file.string(),
+             config->file.string());
     if (!config) config = std::move(own);
   }
   return std::move(config).value();

@@ -3,11 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <memory>
 #include <stdexcept>
 
 #include "tools/chart/drawing.hpp"
-#include "tools/cli/companion.hpp"
 #include "tools/identify/fit/parameters.hpp"
 #include "tools/identify/methods.hpp"
 
@@ -113,15 +111,9 @@ void check(const FitOptions& o) {
 }
 
 void add_fit(Command identify) {
-  auto options = std::make_shared<FitOptions>();
-  Command method = identify.add_subcommand("fit");
-  describe_fit(method, *options);
-  method.callback([options, method] {
-    check(*options);
-    become("odom-fit", method.given(),
-           "fitting needs odom-fit: install the package odom-fit; or install libceres-dev, and "
-           "configure and build all: cmake --preset release && cmake --build --preset release");
-  });
+  add_program(identify, "fit", describe_fit,
+              "fitting needs odom-fit: install the package odom-fit; or install libceres-dev, and "
+              "configure and build all: cmake --preset release && cmake --build --preset release");
 }
 
 }  // namespace odomd::tools

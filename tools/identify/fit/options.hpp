@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tools/cli/command.hpp"
-#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/finding.hpp"
 
 namespace odomd::tools {
 

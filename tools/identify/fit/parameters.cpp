@@ -8,6 +8,7 @@
 #include "base/nearest_name.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/identify/common/quantity.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/common/signal_log.hpp"
 
 namespace odomd::tools::fitting {
@@ -122,9 +123,10 @@ Prior parse_prior(const std::string& text) {
   const std::size_t equals = std::min(text.find('='), text.size());
   const std::string_view number = std::string_view{text}.substr(std::min(equals + 1, text.size()));
   if (number.empty())
-    throw std::invalid_argument("--prior " + text +
-                                ": expected NAME=SIGMA with a SIGMA above 0, such as "
-                                "yaw_inertia=0.02 or yaw_inertia=2%");
+    refuse(
+        "--prior {}: expected NAME=SIGMA with a SIGMA above 0, such as yaw_inertia=0.02 or "
+        "yaw_inertia=2%",
+        text);
   const std::string name = text.substr(0, equals);
   const ParameterInfo* const info = find(name);
   if (info == nullptr && name != "mass") {
@@ -134,9 +136,10 @@ Prior parse_prior(const std::string& text) {
   }
   const double sigma = parse_positive(number, dimension_of(info), "--prior " + name);
   if (sigma > 1.0 && (info == nullptr || info->kind == factor))
-    throw std::invalid_argument("--prior " + text + ": would be " + fixed(100.0 * sigma, 0) +
-                                " %; give how uncertain " + name +
-                                " is as a share of it, 1 at most: 0.02 for 2 %");
+    refuse(
+        "--prior {}: would be {} %; give how uncertain {} is as a share of it, 1 at most: 0.02 for "
+        "2 %",
+        text, fixed(100.0 * sigma, 0), name);
   if (info == nullptr) return {std::nullopt, sigma};
   return {info->parameter, sigma};
 }

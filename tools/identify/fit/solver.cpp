@@ -1,7 +1,13 @@
 #include "tools/identify/fit/solver.hpp"
 
 #include <ceres/ceres.h>
+#include <ceres/crs_matrix.h>
+#include <ceres/dynamic_autodiff_cost_function.h>
+#include <ceres/normal_prior.h>
+#include <ceres/problem.h>
 
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -9,13 +15,196 @@
 #include <memory>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "tools/cli/text.hpp"
-#include "tools/identify/fit/problem.hpp"
+#include "tools/identify/common/refuse.hpp"
+#include "tools/identify/fit/chain.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools::fitting {
 namespace {
+
+namespace st = single_track;
+
+constexpr double latency_stride = 0.03;  // in a pass [s]
+constexpr double independent_s = 4.0;    // residuals further apart are independent
+constexpr double huber = 2.5;            // in standard deviations
+
+/// The acceleration's change from knot to knot, as a standard deviation [m/s²].
+constexpr double knot_change = 0.7;
+
+/// Standard deviations of the gap between a window's end and the start of the next.
+std::array<double, st::states> believed(double wheelbase) {
+  const double pace = std::sqrt(wheelbase / 0.26);  // of speeds, and of times, by Froude's number
+  return {0.004 * wheelbase,
+          0.004 * wheelbase,
+          1e-3,
+          4e-3 * pace,
+          0.03 * pace,
+          0.04 / pace,
+          3e-3,
+          0.01,
+          0.01};
+}
+
+/// Residual e so that e² is Huber's loss.
+template <class T>
+T bounded(const T& e) {
+  using std::sqrt;
+  if (number(e) > huber) return sqrt(2.0 * huber * e - huber * huber);
+  if (number(e) < -huber) return -sqrt(-2.0 * huber * e - huber * huber);
+  return e;
+}
+
+bool is_finite(double e) {
+  return std::isfinite(e);
+}
+template <class T>
+bool is_finite(const T& e) {
+  return std::isfinite(e.a) && e.v.allFinite();
+}
+
+/// Blocks: the free parameters, a window's first node, what is inside, the next window's node.
+struct WindowCost {
+  const Setup& setup;
+  const Window& window;
+  const std::vector<std::size_t> free;
+
+  [[nodiscard]] std::size_t rows() const {
+    return window.samples.size() + 3 * window.poses.size() + 2 * setup.knots() + 1 + st::states;
+  }
+
+  template <class T>
+  bool operator()(T const* const* blocks, T* const residuals) const {
+    Numbers<T> p;
+    p.fill(static_cast<T>(0.0));
+    for (std::size_t k = 0; k < free.size(); ++k) p[free[k]] = blocks[0][k];
+    Node<T> node;
+    std::copy_n(blocks[1], node_size, node.begin());
+    const Course<T> course{blocks[1][st::states], blocks[2], blocks[3][st::states], setup.knots()};
+    const Run<T> trajectory = run(setup, window, p, node, course);
+
+    T* out = residuals;
+    for_each_residual(setup, window, p, trajectory,
+                      [&](std::size_t kind, double /*t*/, const T& e, double stated) {
+                        const double noise = setup.noise[kind];
+                        *out++ = bounded(static_cast<T>(e / (noise > 0.0 ? noise : stated)));
+                      });
+    for (std::size_t k = 0; k < course.last; ++k)
+      *out++ = (course.accel(k + 1) - course.accel(k)) / knot_change;
+    for (std::size_t k = 0; k <= course.last; ++k) *out++ = course.steering(k);
+    const auto sigma = believed(setup.wheelbase);
+    for (std::size_t k = 0; k < st::states; ++k)
+      *out++ = (trajectory.states.back()[k] - blocks[3][k]) / sigma[k];
+    return std::all_of(residuals, out, [](const T& e) { return is_finite(e); });
+  }
+};
+
+/// The fit as a Ceres problem.
+struct Built {
+  std::unique_ptr<ceres::Problem> problem;
+  std::vector<double> p;          ///< the free parameters, the first of the problem's blocks
+  std::vector<int> cluster_rows;  ///< residuals of the windows that count together, in order
+};
+
+/// It refers to the setup and the chains.
+Built build(const Setup& setup, const Settings& settings, const Numbers<double>& p,
+            std::vector<Chain>& chains) {
+  const std::vector<std::size_t> free = settings.free_ones();
+  const auto count = static_cast<Eigen::Index>(free.size());
+  Built built{.problem = std::make_unique<ceres::Problem>(), .p = {}, .cluster_rows = {}};
+  for (const std::size_t k : free) built.p.push_back(p[k]);
+  const auto together =
+      std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(independent_s / setup.window)));
+  // One pass for the blocks of a usual window: 30 free parameters, 10 knots.
+  using Cost = ceres::DynamicAutoDiffCostFunction<WindowCost, 72>;
+  for (Chain& chain : chains) {
+    for (std::size_t w = 0; w < chain.windows.size(); ++w) {
+      auto functor = std::make_unique<WindowCost>(WindowCost{setup, chain.windows[w], free});
+      const auto rows = static_cast<int>(functor->rows());
+      auto cost = std::make_unique<Cost>(functor.release());
+      for (const std::size_t size : {free.size(), node_size, setup.inner(), node_size})
+        cost->AddParameterBlock(static_cast<int>(size));
+      cost->SetNumResiduals(rows);
+      built.problem->AddResidualBlock(cost.release(), nullptr, built.p.data(),
+                                      chain.nodes[w].data(), chain.inner[w].data(),
+                                      chain.nodes[w + 1].data());
+      if (w % together == 0) built.cluster_rows.push_back(0);
+      built.cluster_rows.back() += rows;
+    }
+  }
+  Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(count, count);
+  Eigen::VectorXd expected(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Measured known = settings.known(free[static_cast<std::size_t>(i)]);
+    precision(i, i) = 1.0 / known.sigma;
+    expected(i) = known.value;
+  }
+  built.problem->AddResidualBlock(new ceres::NormalPrior(precision, expected), nullptr,
+                                  built.p.data());
+  // Samples are assigned to windows by the present latencies: these change little in one pass.
+  for (std::size_t i = 0; i < free.size(); ++i)
+    if (parameter_table()[free[i]].unit == "s" && parameter_table()[free[i]].kind == Kind::shift) {
+      built.problem->SetParameterLowerBound(built.p.data(), static_cast<int>(i),
+                                            built.p[i] - latency_stride);
+      built.problem->SetParameterUpperBound(built.p.data(), static_cast<int>(i),
+                                            built.p[i] + latency_stride);
+    }
+  return built;
+}
+
+// With the Jacobian J at the solution, A = Jᵀ J, and the rows of one cluster together:
+//   cov = A⁻¹ (Σ_c s_c s_cᵀ + P) A⁻¹,  s_c = J_cᵀ e_c,  P the priors' part of A,
+// of which only the parameters' rows are needed: A⁻¹ E.
+void uncertainties(const Built& built, const Settings& settings, Result& result) {
+  const std::vector<std::size_t> free = settings.free_ones();
+  const auto count = static_cast<Eigen::Index>(free.size());
+  ceres::Problem::EvaluateOptions options;
+  options.num_threads = settings.threads;
+  ceres::CRSMatrix crs;
+  std::vector<double> residuals;
+  if (!built.problem->Evaluate(options, nullptr, &residuals, nullptr, &crs))
+    throw std::runtime_error("the fit's uncertainty could not be computed");
+  const Eigen::SparseMatrix<double, Eigen::RowMajor> jacobian =
+      Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>>(
+          crs.num_rows, crs.num_cols, static_cast<Eigen::Index>(crs.values.size()), crs.rows.data(),
+          crs.cols.data(), crs.values.data());
+  const Eigen::Map<const Eigen::VectorXd> e(residuals.data(), crs.num_rows);
+  Eigen::SparseMatrix<double> a = jacobian.transpose() * jacobian;
+  for (Eigen::Index k = 0; k < a.rows(); ++k) a.coeffRef(k, k) += 1e-9;
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(a);
+  if (factor.info() != Eigen::Success)
+    throw std::runtime_error("the fit's information is singular: fix some parameters (--fix)");
+  const Eigen::MatrixXd inverse =  // columns of A⁻¹
+      factor.solve(Eigen::MatrixXd(Eigen::MatrixXd::Identity(a.rows(), count)));
+  const Eigen::MatrixXd naive = inverse.topRows(count);
+
+  Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(count, count);
+  Eigen::Index row = 0;
+  for (const int rows : built.cluster_rows) {
+    const Eigen::VectorXd influence =
+        inverse.transpose() * (jacobian.middleRows(row, rows).transpose() * e.segment(row, rows));
+    scatter += influence * influence.transpose();
+    row += rows;
+  }
+  const auto clusters = static_cast<double>(built.cluster_rows.size());
+  Eigen::VectorXd prior(count);
+  for (Eigen::Index k = 0; k < count; ++k)
+    prior(k) = 1.0 / std::pow(settings.known(free[static_cast<std::size_t>(k)]).sigma, 2);
+  Eigen::MatrixXd sandwich =
+      naive * prior.asDiagonal() * naive + scatter * (clusters / std::max(1.0, clusters - 1.0));
+  sandwich.diagonal() = sandwich.diagonal().cwiseMax(naive.diagonal());
+
+  constexpr auto all = static_cast<Eigen::Index>(parameters);
+  result.covariance = Eigen::MatrixXd::Zero(all, all);
+  result.covariance(free, free) = sandwich;
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    result.naive[free[i]] = std::sqrt(std::max(naive(k, k), 0.0));
+    result.sigma[free[i]] = std::sqrt(sandwich(k, k));
+  }
+}
 
 std::string name_of_kind(std::size_t kind) {
   if (kind == position_kind) return "position";
@@ -64,27 +253,6 @@ double moved(const Numbers<double>& before, const Numbers<double>& after) {
   return most;
 }
 
-Turns turns_of(const std::vector<Chain>& chains) {
-  constexpr double hard = 0.5 * single_track::gravity;
-  double bends = 0.0, both = 0.0, pushes = 0.0;
-  std::vector<double> accels;
-  for (const Chain& chain : chains)
-    for (const Node<double>& node : chain.nodes) {
-      const double v = node[single_track::v_x], yaw_rate = node[single_track::yaw_rate];
-      const double curvature = yaw_rate / v, accel = v * yaw_rate;
-      bends += curvature * curvature;
-      both += curvature * accel;
-      pushes += accel * accel;
-      accels.push_back(std::fabs(accel));
-    }
-  if (!(bends > 0.0) || !(pushes > 0.0)) return {.speed_variety = 1.0};  // nothing turns
-  std::ranges::sort(accels);
-  const auto beyond = accels.end() - std::ranges::upper_bound(accels, hard);
-  return {.speed_variety = std::sqrt(std::max(0.0, 1.0 - both * both / (bends * pushes))),
-          .hard = static_cast<double>(beyond) / static_cast<double>(accels.size()),
-          .hardest = accels[accels.size() * 19 / 20]};
-}
-
 double rounded_window(double wanted, double knot) {
   return knot * std::max(2.0, std::round(wanted / knot));
 }
@@ -112,14 +280,13 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
   for (std::size_t k = 0; k < drives.size(); ++k) {
     std::vector<Chain> parts = chains_of(setup, drives[k], k);
     if (parts.empty())
-      throw std::invalid_argument(drives[k].name + ": nowhere faster than " + fixed(setup.slow, 2) +
-                                  " m/s for " + fixed(2.0 * setup.window, 1) +
-                                  " s: nothing can be determined");
+      refuse("{}: nowhere faster than {} m/s for {} s: nothing can be determined", drives[k].name,
+             fixed(setup.slow, 2), fixed(2.0 * setup.window, 1));
     std::ranges::move(parts, std::back_inserter(chains));
   }
 
   const std::vector<std::size_t> free = settings.free_ones();
-  if (free.empty()) throw std::invalid_argument("--fix: no parameter is left to fit");
+  if (free.empty()) refuse("--fix: no parameter is left to fit");
   Result result;
   ProgressReport progress(settings);
   for (int pass = 1; !result.settled && pass <= most_passes; ++pass) {

@@ -42,19 +42,6 @@ struct SourceFit {
   double found = 0.0;   ///< noise of the residuals, robust
 };
 
-/// Statistics of the drive's turns, from the states at the windows' ends.
-struct Turns {
-  /// How little the lateral acceleration is correlated with the curvature: 0 at one speed, 0.46 on
-  /// the exercise in the help.
-  //
-  // With κ = ψ̇ / v, a = v ψ̇ and a_0 = κ Σ a κ / Σ κ²: sqrt(Σ (a - a_0)² / Σ a²). On a circle the
-  // single-track model has δ = l κ + (m l_h / C_v - m l_v / C_h) a / l: without variety, the
-  // steering's scale and the tyres are one number.
-  double speed_variety = 0.0;
-  double hard = 0.0;     ///< share of the time above half of the grip of dry tyres, 0.5 g
-  double hardest = 0.0;  ///< lateral acceleration exceeded for a twentieth of the time [m/s²]
-};
-
 struct Result {
   Numbers<double> p{};
   Numbers<double> sigma{};         ///< standard uncertainties of p; 0 for fixed ones

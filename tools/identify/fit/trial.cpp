@@ -12,6 +12,7 @@
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
 #include "tools/evaluation/score.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/fit/drive.hpp"
 
 namespace odomd::tools::fitting {
@@ -198,7 +199,7 @@ tools::Drive trial_drive(const std::string& name, const daemon::Config& config,
   });
   drive.reference = smoothed(poses, 0.25 * slowness(config));
   if (drive.reference->points.size() < 100)
-    throw std::invalid_argument(name + ": too few poses to evaluate a replay of the drive");
+    refuse("{}: too few poses to evaluate a replay of the drive", name);
   return drive;
 }
 

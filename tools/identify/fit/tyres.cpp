@@ -1,21 +1,17 @@
-#include "tools/identify/fit/tyres.hpp"
+#include "tools/identify/fit/four_wheels.hpp"
 
 #include <cmath>
 #include <limits>
 
+#include "tools/identify/common/search.hpp"
+
 namespace odomd::tools::fitting {
 namespace {
 
-constexpr int halvings = 50;
-
-/// Where an increasing function reaches a value, between two bounds.
+/// Where an increasing function reaches a value.
 template <class Function>
-double where(const Function& rising, double value, double low, double high) {
-  for (int i = 0; i < halvings; ++i) {
-    const double middle = 0.5 * (low + high);
-    (rising(middle) < value ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
+double where(const Function& rising, double value, Interval range) {
+  return bisect(range, 50, [&](double x) { return rising(x) < value; }).middle();
 }
 
 /// α of a brush tyre over that of a linear one, at u = F / F_max.
@@ -43,7 +39,7 @@ double slip_at(const four_wheels::Car<double>& car, Axle axle, double accel) {
     return sum;
   };
   if (!(force(most) > share * accel)) return std::numeric_limits<double>::infinity();
-  return where(force, share * accel, 0.0, most);
+  return where(force, share * accel, {0.0, most});
 }
 
 std::optional<BrushTyre> brush_like(const four_wheels::Car<double>& car, Axle axle, double accel) {
@@ -52,7 +48,7 @@ std::optional<BrushTyre> brush_like(const four_wheels::Car<double>& car, Axle ax
   constexpr double linear = 2.0 + 1e-6;
   if (!std::isfinite(slip) || !(ratio > linear)) return std::nullopt;
   const auto ratio_of = [](double u) { return brush_slip(u) / brush_slip(0.5 * u); };
-  const double u = where(ratio_of, ratio, 1e-6, 1.0);
+  const double u = where(ratio_of, ratio, {1e-6, 1.0});
   const double grip = accel / u;
   const double share = axle == Axle::front ? car.rear_axle : car.front_axle;
   const double mass = share / (car.front_axle + car.rear_axle) * car.mass;

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <numbers>
-#include <stdexcept>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/config_patch/config_patch.hpp"
+#include "tools/identify/common/refuse.hpp"
 
 namespace odomd::tools {
 
@@ -15,12 +15,11 @@ using std::numbers::pi;
 
 void check(const Bifilar& pendulum) {
   if (std::fabs(pendulum.spacing_above - pendulum.spacing_below) >= 2.0 * pendulum.cord)
-    throw std::invalid_argument(fmt::format(
-        "--cord: cords of {} m do not reach from fixings {} m apart to fixings {} m apart",
-        pendulum.cord, pendulum.spacing_above, pendulum.spacing_below));
+    refuse("--cord: cords of {} m do not reach from fixings {} m apart to fixings {} m apart",
+           pendulum.cord, pendulum.spacing_above, pendulum.spacing_below);
   if (std::fabs(pendulum.offset) >= 0.5 * pendulum.spacing_below)
-    throw std::invalid_argument(fmt::format("--offset: {} m is not between cords {} m apart",
-                                            pendulum.offset, pendulum.spacing_below));
+    refuse("--offset: {} m is not between cords {} m apart", pendulum.offset,
+           pendulum.spacing_below);
 }
 
 std::string exchange_hint(const Bifilar& pendulum) {
@@ -41,11 +40,11 @@ void check_size(const Bifilar& pendulum, double period) {
   const double radius = std::sqrt(inertia_of(pendulum, 1.0, 9.81, period));
   const double spacing = pendulum.spacing_below;
   if (radius > 0.1 * spacing && radius < 10.0 * spacing) return;
-  throw std::invalid_argument(
-      fmt::format("a swing of {:.3g} s on cords {:.3g} m long and {:.3g} m apart means a radius of "
-                  "gyration of {:.2g} m: check --swings, --time, and the units of "
-                  "--spacing and --cord{}",
-                  period, pendulum.cord, spacing, radius, exchange_hint(pendulum)));
+  refuse(
+      "a swing of {:.3g} s on cords {:.3g} m long and {:.3g} m apart means a radius of "
+      "gyration of {:.2g} m: check --swings, --time, and the units of "
+      "--spacing and --cord{}",
+      period, pendulum.cord, spacing, radius, exchange_hint(pendulum));
 }
 
 // m / k³ with the radius of gyration k: about 3000 kg/m³ for a 1:10 car, about 800 for a full-size
@@ -55,10 +54,10 @@ void check_mass(const Bifilar& pendulum, double period, double mass) {
   const double cube = radius * radius * radius;
   constexpr double lightest = 50.0, heaviest = 50e3;
   if (mass > lightest * cube && mass < heaviest * cube) return;
-  throw std::invalid_argument(fmt::format(
+  refuse(
       "--mass: {:g} kg does not fit the radius of gyration of {:.2g} m from the swing; {:.2g} to "
       "{:.2g} kg would: check its unit, 2985g or 2.985, and those of --spacing and --cord{}",
-      mass, radius, lightest * cube, heaviest * cube, exchange_hint(pendulum)));
+      mass, radius, lightest * cube, heaviest * cube, exchange_hint(pendulum));
 }
 
 double small_period(const Bifilar& pendulum, double mass, double gravity, double inertia) {
@@ -70,9 +69,8 @@ double period_at(const Bifilar& pendulum, double mass, double gravity, double in
   const double p = pendulum.product();
   const double top = pendulum.height(amplitude);
   if (!(top > 0.0) || amplitude > 0.5 * pi)
-    throw std::invalid_argument(
-        fmt::format("--amplitude: {:.3g} rad is too large for these cords; 0.1 to 0.4 is good{}",
-                    amplitude, exchange_hint(pendulum)));
+    refuse("--amplitude: {:.3g} rad is too large for these cords; 0.1 to 0.4 is good{}", amplitude,
+           exchange_hint(pendulum));
   // ½ (J + m z'²) θ'² = m g (z(A) - z(θ)); with θ = A sin φ the integrand of T = 4 ∫ dθ/θ' is
   // smooth, and the midpoint rule exact after few points.
   constexpr int points = 64;
@@ -99,12 +97,10 @@ double lengthening(const Bifilar& pendulum, double inertia_by_mass, double ampli
 }
 
 TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
-  if (watch.times.empty() || watch.swings < 1)
-    throw std::invalid_argument("no timing of a swing is given");
+  if (watch.times.empty() || watch.swings < 1) refuse("no timing of a swing is given");
   if (watch.amplitude_end > watch.amplitude_begin)
-    throw std::invalid_argument(
-        "--amplitude-end: a swing does not grow; it is " +
-        fmt::format("{:.3g} rad after {:.3g} rad", watch.amplitude_end, watch.amplitude_begin));
+    refuse("--amplitude-end: a swing does not grow; it is {}",
+           fmt::format("{:.3g} rad after {:.3g} rad", watch.amplitude_end, watch.amplitude_begin));
   const auto n = static_cast<double>(watch.times.size());
   double mean = 0.0;
   for (const double time : watch.times) mean += time / n;
@@ -131,9 +127,8 @@ TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
   for (const double time : watch.times) {
     const double off = std::fabs(time - mean) / period;
     if (off > 0.4)
-      throw std::invalid_argument(fmt::format(
-          "--time: {} s and the mean of all, {:.2f} s, differ by {:.1f} swings; count again", time,
-          mean, off));
+      refuse("--time: {} s and the mean of all, {:.2f} s, differ by {:.1f} swings; count again",
+             time, mean, off);
   }
   if (n > 1.0 && scatter > 2.5 * watch.sigma)
     result.warnings.push_back(

@@ -7,14 +7,14 @@
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/quantity.hpp"
 #include "tools/identify/common/record.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/inertia/bifilar.hpp"
 #include "tools/identify/inertia/propagation.hpp"
 #include "tools/identify/inertia/swing_fit.hpp"
 #include "tools/identify/methods.hpp"
-#include "tools/identify/weighing/scale_options.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -85,9 +85,7 @@ Measured mass_of(const std::string& text, const std::string& sigma, const std::s
 Measured mass_of_car(const Options& options, const std::string& config) {
   if (!options.mass.empty()) return mass_of(options.mass, options.mass_sigma, "--mass");
   auto mass = config.empty() ? std::nullopt : measured_in(config, "vehicle.mass");
-  if (!mass)
-    throw std::invalid_argument(
-        "the mass is missing; give --mass, or a --config with [vehicle] mass");
+  if (!mass) refuse("the mass is missing; give --mass, or a --config with [vehicle] mass");
   if (mass->sigma == 0.0) mass->sigma = 0.002 * mass->value;
   return *mass;
 }
@@ -130,7 +128,7 @@ Period period_of_watch(const StopWatch& watch, const Bifilar& pendulum, Findings
 Period period_of_car(const Options& options, const Bifilar& pendulum, Findings& findings) {
   if (is_given(options.record)) return period_of_record(options, pendulum, findings);
   if (options.times.empty())
-    throw std::invalid_argument(
+    refuse(
         "give --time and --swings, --csv, or --config and --can; odom identify inertia --help "
         "explains each");
   return period_of_watch(watch_of(options, options.times, options.swings, "--"), pendulum,
@@ -201,12 +199,11 @@ Propagated inertia_on_cords(const Options& options, const Bifilar& pendulum, con
     return whole - (swung ? inertia_of(hung, carried, x[1], x[own + 1]) : x[own + 1]);
   });
   if (!(inertia.result.value > 0.0))
-    throw std::invalid_argument("the platform has more inertia than car and platform together");
+    refuse("the platform has more inertia than car and platform together");
   return inertia;
 }
 
-void identify_inertia(const Options& options) {
-  check(options.delivery);
+Findings identify_inertia(const Options& options) {
   Findings findings{.method = "inertia"};
   const Bifilar pendulum = pendulum_of(options);
   const Period period = period_of_car(options, pendulum, findings);
@@ -230,7 +227,7 @@ void identify_inertia(const Options& options) {
               "2 sigma is more than 2 %: " + largest_contributions(inertia)));
   if (!config.empty())
     append(findings.warnings, check_inertia(config, mass.value, inertia.result.value));
-  deliver(findings, options.delivery);
+  return findings;
 }
 
 void describe_inertia(Command command, Options& options) {
@@ -327,7 +324,6 @@ Examples:
             "and b has m (a^2 + b^2)/12");
   board.add("--platform-inertia-sigma", "J", options.platform_inertia_sigma,
             "Standard uncertainty of the board's inertia; default: 5 % of it");
-  add_delivery(command, options.delivery);
 }
 
 }  // namespace
@@ -336,7 +332,7 @@ void add_inertia(Command identify) {
   auto options = std::make_shared<Options>();
   Command method = identify.add_subcommand("inertia");
   describe_inertia(method, *options);
-  method.callback([options] { identify_inertia(*options); });
+  add_delivery(method, options, identify_inertia);
 }
 
 }  // namespace odomd::tools

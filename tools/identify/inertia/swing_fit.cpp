@@ -8,9 +8,9 @@
 #include <limits>
 #include <numbers>
 #include <optional>
-#include <stdexcept>
 
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/math/least_squares.hpp"
 
 namespace odomd::tools {
@@ -167,10 +167,6 @@ std::vector<HalfSwing> half_swings(const Record& record, std::size_t begin, doub
   return halves;
 }
 
-[[noreturn]] void refuse(const std::string& name, const std::string& what) {
-  throw std::invalid_argument(name + ": " + what);
-}
-
 /// The factor by which the variance of a mean of the residuals exceeds that of white ones.
 double correlation_factor(const Eigen::VectorXd& r) {
   const double zero = r.squaredNorm();
@@ -187,9 +183,10 @@ double correlation_factor(const Eigen::VectorXd& r) {
 
 SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::string& name) {
   if (yaw_rate.size() < 50)
-    refuse(name, fmt::format("{} samples of the yaw rate are too few for a swing; log half a "
-                             "minute of it",
-                             yaw_rate.size()));
+    refuse(
+        "{}: {} samples of the yaw rate are too few for a swing; log half a "
+        "minute of it",
+        name, yaw_rate.size());
   Record record;
   for (std::size_t i = 0; i < yaw_rate.size(); ++i)
     record.t.push_back(1e-9 * static_cast<double>(yaw_rate.t_ns[i] - yaw_rate.t_ns.front()));
@@ -204,7 +201,7 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
   const auto largest = std::ranges::max_element(record.rate, farther);
   const double peak = std::fabs(*largest - mean);
   const auto begin = static_cast<std::size_t>(largest - record.rate.begin());
-  if (!(peak > 1e-6)) refuse(name, "the yaw rate never changes; nothing swings");
+  if (!(peak > 1e-6)) refuse("{}: the yaw rate never changes; nothing swings", name);
   const std::vector<HalfSwing> halves = half_swings(record, begin, mean, 0.1 * peak);
   std::size_t last = 0;
   std::vector<double> lengths;
@@ -213,31 +210,33 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
     ++last;
   }
   if (lengths.size() < 8)
-    refuse(name, fmt::format("{} swings after the largest yaw rate, at {:.1f} s of the record, are "
-                             "too few; at least 5 are needed, 20 are good (cut with --from, --to)",
-                             lengths.size() / 2, record.t[begin]));
+    refuse(
+        "{}: {} swings after the largest yaw rate, at {:.1f} s of the record, are "
+        "too few; at least 5 are needed, 20 are good (cut with --from, --to)",
+        name, lengths.size() / 2, record.t[begin]);
   std::ranges::sort(lengths);
   const double period = 2.0 * lengths[lengths.size() / 2];
   if (period > slowest)
-    refuse(name, fmt::format("a swing takes {:.4g} s by its times, more than the {:.0f} s of any "
-                             "car: are they in ms? Divide them by 1000",
-                             period, slowest));
+    refuse(
+        "{}: a swing takes {:.4g} s by its times, more than the {:.0f} s of any "
+        "car: are they in ms? Divide them by 1000",
+        name, period, slowest);
   const double amplitude = peak * period / (2.0 * pi);
   if (amplitude > widest)
-    refuse(name,
-           fmt::format("its yaw rate of up to {1:.3g} rad/s means a swing of {0:.0f} deg to each "
-                       "side, but the cords cross before: is that deg/s? Multiply by {2:.7f}",
-                       amplitude * 180.0 / pi, peak, pi / 180.0));
+    refuse(
+        "{0}: its yaw rate of up to {2:.3g} rad/s means a swing of {1:.0f} deg to each "
+        "side, but the cords cross before: is that deg/s? Multiply by {3:.7f}",
+        name, amplitude * 180.0 / pi, peak, pi / 180.0);
   const Section section{begin, halves[last].begin};
   const double seconds = record.t[section.end - 1] - record.t[section.begin];
   if (static_cast<double>(section.size()) * period / seconds < 8.0)
-    refuse(name,
-           fmt::format("a swing of {:.2f} s has fewer than 8 samples of the yaw rate", period));
+    refuse("{}: a swing of {:.2f} s has fewer than 8 samples of the yaw rate", name, period);
   for (std::size_t i = section.begin + 1; i < section.end; ++i)
     if (record.t[i] - record.t[i - 1] > 0.5 * period)
-      refuse(name, fmt::format("no yaw rate for {:.2f} s at {:.1f} s of the record, in mid-swing; "
-                               "cut there with --from, --to",
-                               record.t[i] - record.t[i - 1], record.t[i]));
+      refuse(
+          "{}: no yaw rate for {:.2f} s at {:.1f} s of the record, in mid-swing; "
+          "cut there with --from, --to",
+          name, record.t[i] - record.t[i - 1], record.t[i]);
 
   Unknowns guess = Unknowns::Zero();
   guess[log_period] = std::log(period);
@@ -249,10 +248,10 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
       whole ? std::sqrt(whole->residuals.squaredNorm() / static_cast<double>(section.size()))
             : peak;
   if (!whole || residual > 0.1 * peak)
-    refuse(name, fmt::format("the yaw rate from {:.1f} s to {:.1f} s of the record is not that of "
-                             "a free swing by two cords; cut with --from, --to{}",
-                             record.t[section.begin], record.t[section.end - 1],
-                             exchange_hint(pendulum)));
+    refuse(
+        "{}: the yaw rate from {:.1f} s to {:.1f} s of the record is not that of "
+        "a free swing by two cords; cut with --from, --to{}",
+        name, record.t[section.begin], record.t[section.end - 1], exchange_hint(pendulum));
 
   SwingFit result;
   result.period = std::exp(whole->x[log_period]);

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/signal_log.hpp"

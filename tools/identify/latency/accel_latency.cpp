@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "tools/identify/latency/response_fit.hpp"
 #include "tools/identify/latency/source_offsets.hpp"
+#include "tools/identify/latency/time_shift.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -23,7 +23,7 @@ OffsetRegression smoothed(const GyroDrive& drive, const Series& accel) {
   OffsetRegression r;
   const Resampled mean = smooth(drive.on_grid(accel), smoothing(accel));
   for (const std::int64_t t_ns : accel.t_ns) {
-    const double t = drive.seconds(t_ns);
+    const double t = drive.log.seconds(t_ns);
     if (t < drive.begin + r.range || t > drive.end - r.range) continue;
     r.t.push_back(t);
     r.y.push_back(mean.at(t));

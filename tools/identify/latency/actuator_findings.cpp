@@ -1,4 +1,4 @@
-#include "tools/identify/latency/actuator_findings.hpp"
+#include "tools/identify/latency/steering_response.hpp"
 
 #include <algorithm>
 #include <cmath>

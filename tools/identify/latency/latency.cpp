@@ -8,9 +8,9 @@
 #include "tools/cli/progress.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/drive_files/camera_csv.hpp"
-#include "tools/identify/common/delivery.hpp"
-#include "tools/identify/latency/actuator_findings.hpp"
+#include "tools/identify/common/finding.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
+#include "tools/identify/latency/steering_response.hpp"
 #include "tools/identify/methods.hpp"
 
 namespace odomd::tools {
@@ -142,7 +142,6 @@ void add_steering(const daemon::Config& config, const Clock& clock, const Steeri
 }
 
 Findings findings_of(const Options& options) {
-  check(options.delivery);
   daemon::Config config = daemon::load_config(options.config);
   if (!options.dbc.empty()) config.can.dbc.assign(options.dbc.begin(), options.dbc.end());
   const SignalLog log = read_signals(config, options.can);
@@ -188,7 +187,6 @@ void add_latency(Command identify) {
   latency.add("--can", "LOG", options->can, "Log of candump -L; repeatable").required();
   latency.add("--dbc", "FILE", options->dbc, "Database (DBC); repeatable; instead of [can] dbc");
   latency.add("--camera", "CSV", options->camera, "Camera log of the same drive");
-  add_delivery(latency, options->delivery);
   latency.footer(R"(Drive for ten minutes with a camera: quick curves to both sides, with a stop
 every few metres, no two stretches alike. Smooth signals carry no timing: steer abruptly.
 Vary the speed, or the steering's lag and the tyres' cannot be separated. Drive slowly:
@@ -214,7 +212,7 @@ near zero.
 Examples:
   odom identify latency --config car.toml --can drive.log --camera camera.csv
   odom identify latency --config car.toml --can drive.log --write car.toml)");
-  latency.callback([options] { deliver(findings_of(*options), options->delivery); });
+  add_delivery(latency, options, findings_of);
 }
 
 }  // namespace odomd::tools

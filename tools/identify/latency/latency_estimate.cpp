@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 #include "tools/cli/text.hpp"
 #include "tools/identify/common/agreement.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/latency/source_offsets.hpp"
 
 namespace odomd::tools {
@@ -50,12 +50,13 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
   };
   const Series& gyro = log.need(Source::yaw_rate);  // every latency is found against it
   GyroDrive drive{config, log, 0.0, 0.0, {}, {}};
-  drive.begin = drive.seconds(gyro.t_ns.front());
-  drive.end = drive.seconds(gyro.t_ns.back());
+  drive.begin = drive.log.seconds(gyro.t_ns.front());
+  drive.end = drive.log.seconds(gyro.t_ns.back());
   if (drive.end - drive.begin < 10.0) {
-    throw std::invalid_argument(
-        "the log contains " + fixed(drive.end - drive.begin, 1) +
-        " s of gyro; at least ten are needed, ten minutes with curves and stops are good");
+    refuse(
+        "the log contains {} s of gyro; at least ten are needed, ten minutes with curves and stops "
+        "are good",
+        fixed(drive.end - drive.begin, 1));
   }
   // Unrelated poses are found and reported below.
   check_agreement(config, log, camera, {.unrelated = UnrelatedPoses::accept});

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdint>
 #include <functional>
 #include <optional>
 #include <span>
@@ -16,7 +15,7 @@
 #include "tools/identify/common/resampled.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
-#include "tools/identify/latency/offset_regression.hpp"
+#include "tools/identify/latency/time_shift.hpp"
 
 namespace odomd::tools {
 
@@ -29,9 +28,6 @@ struct GyroDrive {
   Resampled yaw_rate;
   Resampled turned;  ///< its integral
 
-  [[nodiscard]] double seconds(std::int64_t t_ns) const {
-    return 1e-9 * static_cast<double>(t_ns - log.first_ns);
-  }
   [[nodiscard]] Resampled on_grid(const Series& series) const {
     return resampled(series, log.first_ns, begin, end);
   }

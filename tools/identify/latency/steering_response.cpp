@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "tools/identify/common/single_track.hpp"
-#include "tools/identify/latency/response_fit.hpp"
+#include "tools/identify/latency/time_shift.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -1,12 +1,16 @@
 // The response to steering: dead time and time constant between the steering signal and the front
-// wheels, from the gyro.
+// wheels, from the gyro; and the values for [steering] from it: delay, lag and rate limit of the
+// actuator between a command and the front wheels, if there is one.
 #pragma once
 
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/vehicle.hpp"
 #include "tools/cli/progress.hpp"
+#include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/measured.hpp"
 #include "tools/identify/common/resampled.hpp"
 
@@ -32,5 +36,17 @@ struct SteeringResponse {
                                                  const Resampled& steering, const Resampled& speed,
                                                  const Series& gyro, std::int64_t origin_ns,
                                                  const ReportProgress& report = {});
+
+struct ActuatorFindings {
+  std::vector<Finding> values;        ///< steering.delay, .lag, .rate_limit where there is one
+  diagnostics::Diagnostics warnings;  ///< about the configured values
+};
+
+/// `clock` is the excess of the latency of the gyro's stamps, the reference of the response, over
+/// the configured one [s]. Delay and lag are determined if the drive shows an actuator and
+/// separates the two, and with them the limit.
+[[nodiscard]] ActuatorFindings actuator_findings(const SteeringResponse& response,
+                                                 const Measured& clock,
+                                                 const estimator::SteeringActuator& configured);
 
 }  // namespace odomd::tools

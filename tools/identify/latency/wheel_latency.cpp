@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <utility>
 
 #include "tools/identify/latency/source_offsets.hpp"
 
@@ -129,12 +128,12 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   constexpr double creeping = 0.3;  // s
   double moved = -creeping;
   const auto moves = [&](std::size_t i) {
-    return l.value[i] != 0.0 || right_side.at(drive.seconds(l.t_ns[i])) != 0.0;
+    return l.value[i] != 0.0 || right_side.at(drive.log.seconds(l.t_ns[i])) != 0.0;
   };
   for (std::size_t i = 0, ahead = 0; i < l.size(); ++i) {
-    const double t = drive.seconds(l.t_ns[i]);
-    for (; ahead < l.size() && drive.seconds(l.t_ns[ahead]) <= t + creeping; ++ahead)
-      if (moves(ahead)) moved = drive.seconds(l.t_ns[ahead]);
+    const double t = drive.log.seconds(l.t_ns[i]);
+    for (; ahead < l.size() && drive.log.seconds(l.t_ns[ahead]) <= t + creeping; ++ahead)
+      if (moves(ahead)) moved = drive.log.seconds(l.t_ns[ahead]);
     if (t < drive.begin + regression.range || t > drive.end - regression.range) continue;
     // At standstill there is neither noise nor information on time. A creeping wheel also reads 0
     // between counts.

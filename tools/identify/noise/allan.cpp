@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "tools/chart/chart.hpp"
 #include "tools/chart/style.hpp"
+#include "tools/identify/common/refuse.hpp"
 
 namespace odomd::tools {
 
@@ -21,9 +21,8 @@ std::vector<AllanPoint> allan_deviation(const Series& series, const std::string&
   for (std::size_t i = 1; i < n; ++i)
     longest = std::max(longest, series.t_ns[i] - series.t_ns[i - 1]);
   if (1e-9 * static_cast<double>(longest) > 0.1 * span)
-    throw std::invalid_argument(
-        fmt::format("{}: no sample for {:.1f} s; cut the record there with --from, --to", name,
-                    1e-9 * static_cast<double>(longest)));
+    refuse("{}: no sample for {:.1f} s; cut the record there with --from, --to", name,
+           1e-9 * static_cast<double>(longest));
   // Sums of the deviations from the first: the means over m samples are their differences.
   std::vector<double> sum(n + 1, 0.0);
   for (std::size_t i = 0; i < n; ++i) sum[i + 1] = sum[i] + series.value[i] - series.value.front();

@@ -1,11 +1,15 @@
-// A Kalman filter of a sensor's bias while the car stands: y = b + v, b a random walk, v white.
+// A Kalman filter of a sensor's bias while the car stands: y = b + v, b a random walk, v white; and
+// how a record deviates from that: outliers, correlated samples, jumps.
 #pragma once
 
-#include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "tools/identify/common/signal_log.hpp"
+#include "tools/identify/noise/standing_noise.hpp"
 
 namespace odomd::tools {
 
@@ -20,46 +24,26 @@ struct FilteredBias {
 
 enum class Direction : std::uint8_t { forwards, backwards };
 
-/// take(ν, s, filter) is called for all samples but the first.
-template <typename Take>
-FilteredBias run_bias_filter(const Series& series, double lambda, Direction direction,
-                             Take&& take) {
-  const std::size_t n = series.size();
-  const auto at = [&](std::size_t i) { return direction == Direction::forwards ? i : n - 1 - i; };
-  FilteredBias f;
-  f.bias = series.value[at(0)];
-  f.variance = 1.0;
-  for (std::size_t i = 1; i < n; ++i) {
-    const double dt =
-        1e-9 * std::fabs(static_cast<double>(series.t_ns[at(i)] - series.t_ns[at(i - 1)]));
-    f.variance += lambda * dt;
-    const double s = f.variance + 1.0;
-    const double innovation = series.value[at(i)] - f.bias;
-    take(innovation, s, f);
-    f.bias += f.variance / s * innovation;
-    f.variance /= s;
-  }
-  return f;
-}
+[[nodiscard]] FilteredBias filter_bias(const Series& series, double lambda, Direction direction);
 
-[[nodiscard]] inline FilteredBias filter_bias(const Series& series, double lambda,
-                                              Direction direction) {
-  return run_bias_filter(series, lambda, direction,
-                         [](double innovation, double s, FilteredBias& f) {
-                           f.log_sum += std::log(s);
-                           f.squares += innovation * innovation / s;
-                         });
-}
+/// The samples farther than 6 σ from the prediction by those before. σ² is by the median of the
+/// innovations, and `least` at least.
+[[nodiscard]] std::vector<std::size_t> far_off(const Series& series, double lambda, double least);
 
-/// ν/√s of all samples but the first.
-[[nodiscard]] inline std::vector<double> innovations(const Series& series, double lambda) {
-  std::vector<double> all;
-  all.reserve(series.size());
-  (void)run_bias_filter(series, lambda, Direction::forwards,
-                        [&all](double innovation, double s, const FilteredBias&) {
-                          all.push_back(innovation / std::sqrt(s));
-                        });
-  return all;
-}
+/// The series without these samples; they are sorted.
+[[nodiscard]] Series without(const Series& series, std::span<const std::size_t> samples);
+
+/// Whether successive innovations are correlated: above 0.1, and significantly.
+[[nodiscard]] bool hang_together(const Series& series, double lambda);
+
+/// Means over every `count` samples.
+[[nodiscard]] Series means_of(const Series& series, std::size_t count);
+
+/// The mean variance of samples about the means that they make.
+[[nodiscard]] double scatter_within(const Series& series, std::size_t count);
+
+/// The largest jump: means over 1, 4 or 16 s before and after that differ by 6 sigma of noise and
+/// walk [unit/√s].
+[[nodiscard]] std::optional<Jump> find_jump(const Series& series, double variance, double walk);
 
 }  // namespace odomd::tools

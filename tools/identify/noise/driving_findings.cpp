@@ -3,14 +3,13 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "tools/cli/progress.hpp"
 #include "tools/identify/common/agreement.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/noise/noise_findings.hpp"
-#include "tools/identify/noise/process_noise.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools {
@@ -130,9 +129,10 @@ void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::C
   const std::vector<std::string> logs{need_log_in(drive.folder).string()};
   const SignalLog log = read_signals(drive.config, logs);
   if (wheels_stand(log, 0.1))
-    throw std::invalid_argument(drive.folder.string() +
-                                ": no wheel turns faster than 0.1 m/s; --drive needs a moving car, "
-                                "--config and --can a standing one");
+    refuse(
+        "{}: no wheel turns faster than 0.1 m/s; --drive needs a moving car, --config and --can a "
+        "standing one",
+        drive.folder.string());
   // Noise must not compensate for a wrong sign.
   check_agreement(drive.config, log, drive.cameras, {.drive = drive.folder.string()});
   const auto measure = [&](Source source, const std::string& unit) {

@@ -1,12 +1,12 @@
 // odom identify noise: the noise of sensors at standstill, and of the filter on a drive.
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 
 #include "tools/chart/drawing.hpp"
-#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/record.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/noise/noise_findings.hpp"
 #include "tools/replay/drive.hpp"
@@ -22,18 +22,16 @@ struct Options {
   Delivery delivery;
 };
 
-void identify_noise(const Options& options) {
+Findings identify_noise(const Options& options) {
   const bool standing = is_given(options.standing);
   if (!standing && options.drive.empty())
-    throw std::invalid_argument(
+    refuse(
         "give a record of the standing car, --config and --can or --csv, a drive, --drive, or "
         "both; odom identify noise --help explains each");
   if (!options.plot.empty()) {
-    if (!standing)
-      throw std::invalid_argument("--plot draws a standing record; give one with --can or --csv");
+    if (!standing) refuse("--plot draws a standing record; give one with --can or --csv");
     chart::check_picture(options.plot);
   }
-  check(options.delivery);
   if (!options.drive.empty()) check_folder(options.drive);
   std::optional<daemon::Config> config;
   for (const std::string& file :
@@ -52,7 +50,7 @@ void identify_noise(const Options& options) {
                          config, findings);
     findings.origin += (standing ? " and " : "") + std::string("driving");
   }
-  deliver(findings, options.delivery);
+  return findings;
 }
 
 }  // namespace
@@ -89,8 +87,7 @@ Examples:
               "Folder of a drive, from odom sim or odom record");
   driving.add_flag("--no-camera", options->no_camera,
                    "Leave the camera's poses out: dead reckoning");
-  add_delivery(method, options->delivery);
-  method.callback([options] { identify_noise(*options); });
+  add_delivery(method, options, identify_noise);
 }
 
 }  // namespace odomd::tools

@@ -1,4 +1,4 @@
-#include "tools/identify/noise/process_noise.hpp"
+#include "tools/identify/noise/noise_findings.hpp"
 
 #include <algorithm>
 #include <array>
@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "tools/evaluation/drive_evaluation.hpp"
+#include "tools/identify/common/search.hpp"
 #include "tools/identify/common/signal_log.hpp"
 
 namespace odomd::tools {
@@ -140,13 +141,14 @@ class Search {
   }
 
   [[nodiscard]] double settled_variance(Source source, double now, double least) const {
-    double low = least, high = 1e4 * least;
-    if (mean_with(source, low - now, 1.0) <= 1.0) return low;
-    for (int i = 0; i < 50; ++i) {
-      const double middle = std::sqrt(low * high);
-      (mean_with(source, middle - now, 1.0) > 1.0 ? low : high) = middle;
-    }
-    return std::sqrt(low * high);
+    const auto is_before = [&](double variance) {
+      return mean_with(source, variance - now, 1.0) > 1.0;
+    };
+    if (!is_before(least)) return least;
+    const double begin = std::log(least), end = std::log(1e4 * least);
+    return std::exp(bisect({begin, end}, 50, [&](double log_variance) {
+                      return is_before(std::exp(log_variance));
+                    }).middle());
   }
 
   static bool give_up(Finding& finding, const std::string& why) {

@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/cli/text.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/noise/allan.hpp"
 #include "tools/identify/noise/noise_findings.hpp"
 #include "tools/identify/noise/standing_noise.hpp"
@@ -94,11 +93,10 @@ void refuse_other_units(const InertialSource& quantity, const StandingNoise& noi
   const bool turn = quantity.source == Source::yaw_rate;
   const double most_bias = turn ? 0.35 : 5.0, most_noise = turn ? 0.2 : 20.0;
   if (std::fabs(noise.bias.value) < most_bias && noise.sigma.value < most_noise) return;
-  throw std::invalid_argument(fmt::format(
-      "{}: at rest it reads {:.3g} +- {:.3g} {}: {}", name, noise.bias.value, noise.sigma.value,
-      quantity.unit,
-      turn ? "is that deg/s? Multiply by 0.0174533"
-           : "is that the axis that points up, or in mg? Multiply these by 0.00980665"));
+  refuse("{}: at rest it reads {:.3g} +- {:.3g} {}: {}", name, noise.bias.value, noise.sigma.value,
+         quantity.unit,
+         turn ? "is that deg/s? Multiply by 0.0174533"
+              : "is that the axis that points up, or in mg? Multiply these by 0.00980665");
 }
 
 constexpr double turning = 0.05;  // rad/s
@@ -117,10 +115,10 @@ void check_turning(const SignalLog& log, const Series& yaw_rate, double white,
   for (std::size_t i = 0; i < yaw_rate.size(); ++i) {
     const double off = yaw_rate.value[i] - median;
     if (std::fabs(off) < std::max(turning, 6.0 * white)) continue;
-    throw std::invalid_argument(fmt::format(
+    refuse(
         "{}: the car moves: yaw_rate is {:.2f} rad/s off its median after {:.2f} s; log it "
         "standing, or cut with --from and --to",
-        record, off, seconds_after(log, yaw_rate, i)));
+        record, off, seconds_after(log, yaw_rate, i));
   }
 }
 
@@ -131,10 +129,10 @@ void check_curve(const AllanCurve& curve, const std::string& record) {
       lowest, curve.points.end(),
       [](const AllanPoint& a, const AllanPoint& b) { return a.deviation < b.deviation; });
   if (highest->deviation - 2.0 * highest->sigma < 2.0 * lowest->deviation) return;
-  throw std::invalid_argument(fmt::format(
+  refuse(
       "{}: the car moves: means of {} over {:.2g} s differ {:.1f} times as much as those over "
       "{:.2g} s, more than a bias can explain; log it standing, or cut with --from and --to",
-      record, curve.name, highest->tau, highest->deviation / lowest->deviation, lowest->tau));
+      record, curve.name, highest->tau, highest->deviation / lowest->deviation, lowest->tau);
 }
 
 /// The larger walk of both accelerometers: they share one key.
@@ -212,11 +210,11 @@ void check_that_wheels_stand(const SignalLog& log, const std::string& record) {
     const Series& speed = log.of(wheel);
     for (std::size_t i = 0; i < speed.size(); ++i) {
       if (std::fabs(speed.value[i]) < 0.05) continue;
-      throw std::invalid_argument(fmt::format(
+      refuse(
           "{}: the car moves: {} is {:.2f} m/s after {:.2f} s; log it standing, or cut with --from "
           "and --to",
           record, estimator::source_names[static_cast<std::size_t>(wheel)], speed.value[i],
-          seconds_after(log, speed, i)));
+          seconds_after(log, speed, i));
     }
   }
 }
@@ -252,9 +250,9 @@ void add_standing_findings(const RecordOptions& options, const std::string& plot
     for (const InertialSource& quantity : inertial_sources)
       if (!log.why_empty.at(static_cast<std::size_t>(quantity.source)).empty())
         (void)log.need(quantity.source);
-    throw std::invalid_argument(record +
-                                ": contains no yaw_rate, accel_x or accel_y; map them in "
-                                "[can.signals], or log the IMU");
+    refuse(
+        "{}: contains no yaw_rate, accel_x or accel_y; map them in [can.signals], or log the IMU",
+        record);
   }
   check_that_imu_stands(log, curves, record);
   for (const InertialSource& quantity : inertial_sources)

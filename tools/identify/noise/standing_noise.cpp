@@ -1,15 +1,13 @@
 #include "tools/identify/noise/standing_noise.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <span>
-#include <stdexcept>
 
-#include "tools/identify/common/quantisation.hpp"
+#include "tools/identify/common/measured.hpp"
+#include "tools/identify/common/refuse.hpp"
+#include "tools/identify/common/search.hpp"
 #include "tools/identify/noise/bias_filter.hpp"
-#include "tools/identify/noise/standing_faults.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -33,40 +31,6 @@ class Likelihood {
   const Series& series_;
   double n_;
 };
-
-/// The highest of a function of one hill between two points, by golden section.
-template <typename Function>
-double highest(Function&& function, double low, double high) {
-  constexpr double golden = 0.6180339887498949;
-  double a = high - golden * (high - low), b = low + golden * (high - low);
-  double at_a = function(a), at_b = function(b);
-  while (high - low > 1e-3) {
-    if (at_a < at_b) {
-      low = a;
-      a = b;
-      at_a = at_b;
-      b = low + golden * (high - low);
-      at_b = function(b);
-    } else {
-      high = b;
-      b = a;
-      at_b = at_a;
-      a = high - golden * (high - low);
-      at_a = function(a);
-    }
-  }
-  return 0.5 * (low + high);
-}
-
-/// Where a falling function goes below a value.
-template <typename Function>
-double falls_to(Function&& function, double value, double from, double to) {
-  for (int i = 0; i < 30; ++i) {
-    const double middle = 0.5 * (from + to);
-    (function(middle) > value ? from : to) = middle;
-  }
-  return 0.5 * (from + to);
-}
 
 /// No sample is more precise than its resolution q, and the mean of mostly equal samples lies
 /// anywhere within it. A bias that wanders by less than a few steps shows no walk.
@@ -113,7 +77,7 @@ Explained explain(const Series& series) {
     best = least + step * i;
     best_value = value;
   }
-  best = highest(of_log, std::max(best - step, least), std::min(best + step, most));
+  best = argmax_unimodal(of_log, {std::max(best - step, least), std::min(best + step, most)}, 1e-3);
   best_value = of_log(best);
   const double none = likelihood(0.0);
 
@@ -142,7 +106,9 @@ Explained explain(const Series& series) {
     noise.walk = Measured{walk, log_sigma * walk};
   }
   const double reached = std::max(best_value, none) - 1.92;
-  const double limit = falls_to(of_log, reached, lambda > 0.0 ? best : least, most);
+  const double limit = bisect({lambda > 0.0 ? best : least, most}, 30, [&](double log_lambda) {
+                         return of_log(log_lambda) > reached;
+                       }).middle();
   noise.walk_below = std::sqrt(std::exp(limit) * likelihood.variance(std::exp(limit)));
   // A walk too small for the record to show still adds to the bias's uncertainty.
   const double for_bias = walks ? lambda : std::exp(limit);
@@ -227,20 +193,19 @@ void explain_by_means(const Series& series, Explained& explained) {
 
 StandingNoise standing_noise(const Series& series, const std::string& name) {
   if (series.size() < 200)
-    throw std::invalid_argument(
-        fmt::format("{}: {} samples are too few to determine noise; log at least one minute, ten "
-                    "for the bias's walk",
-                    name, series.size()));
+    refuse(
+        "{}: {} samples are too few to determine noise; log at least one minute, ten "
+        "for the bias's walk",
+        name, series.size());
   const auto [low, high] = std::ranges::minmax(series.value);
   if (low == high)
-    throw std::invalid_argument(fmt::format(
-        "{}: always {}: the sensor is switched off, or its resolution hides the noise", name, low));
+    refuse("{}: always {}: the sensor is switched off, or its resolution hides the noise", name,
+           low);
   constexpr double slowest = 2.0;
   const double period = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front()) /
                         static_cast<double>(series.size() - 1);
   if (period > slowest)
-    throw std::invalid_argument(fmt::format(
-        "{}: a sample every {:.3g} s: are the times in ms? Divide them by 1000", name, period));
+    refuse("{}: a sample every {:.3g} s: are the times in ms? Divide them by 1000", name, period);
   Series kept = series;
   Explained explained = without_outliers(kept);
   explain_by_means(kept, explained);

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/identify/common/quantisation.hpp"
+#include "tools/identify/common/measured.hpp"
 
 namespace odomd::tools {
 namespace {

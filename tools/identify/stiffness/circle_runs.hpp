@@ -8,7 +8,7 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/measured.hpp"
 #include "tools/identify/common/signal_log.hpp"
-#include "tools/identify/stiffness/film_motion.hpp"
+#include "tools/identify/stiffness/film.hpp"
 
 namespace odomd::tools {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
+#include "tools/identify/common/refuse.hpp"
 #include "tools/math/least_squares.hpp"
 
 namespace odomd::tools {
@@ -228,7 +228,7 @@ double AxleStiffness::force(double slip) const {
 
 CorneringStiffness fit_stiffness(std::span<const CircleRun> runs, const CircleCar& car) {
   if (runs.empty())
-    throw std::invalid_argument(
+    refuse(
         "no steady circle in any film: hold steering and speed for half a turn or more, and film "
         "it whole");
   const Prior prior = prior_of(car);

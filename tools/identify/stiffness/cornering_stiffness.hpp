@@ -26,7 +26,6 @@
 #pragma once
 
 #include <span>
-#include <string>
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"

@@ -1,14 +1,14 @@
-#include "tools/identify/stiffness/film_alignment.hpp"
+#include "tools/identify/stiffness/film.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/math/least_squares.hpp"
 
 namespace odomd::tools {
@@ -16,15 +16,6 @@ namespace {
 
 constexpr std::int64_t coarse = 5;  // steps
 constexpr double good_agreement = 0.9;
-
-struct FilmClock {
-  double begin = 0.0;        ///< of the film on the gyro's grid [steps]
-  double begin_sigma = 0.0;  ///< standard uncertainty [steps]
-  double rate = 0.0;         ///< log seconds a film's - 1
-  double rate_sigma = 0.0;
-  enum class Kind : std::uint8_t { usual, surprising };
-  Kind kind = Kind::usual;  ///< surprising: the rate is none of a good clock
-};
 
 // Where the film lies on the gyro: its sample k at gyro step `middle_step` + (k - n/2) (1 + rate).
 struct Placement {
@@ -140,44 +131,28 @@ constexpr double surprising_rate = 3e-3;
 
 /// From a shift that is good to about a second. The gyro's scale and bias are left free. A rate
 /// within 0.3 % is held to 0.1 %, as clocks and nominal frame rates are.
-FilmClock fit_clock(const YawRates& film, const YawRates& gyro, std::int64_t shift) {
+FilmAlignment fit_clock(const std::string& name, const YawRates& film, const YawRates& gyro,
+                        std::int64_t shift) {
+  FilmAlignment result;
   Refined refined =
       refine(film, gyro, search_rate(film, gyro, shift), std::numeric_limits<double>::infinity());
-  FilmClock clock;
-  const double sigma = std::sqrt(refined.covariance(1, 1));
-  if (std::abs(refined.placement.rate) > std::max(surprising_rate, 3.0 * sigma))
-    clock.kind = FilmClock::Kind::surprising;
+  const double rate = refined.placement.rate;
+  if (std::abs(rate) > std::max(surprising_rate, 3.0 * std::sqrt(refined.covariance(1, 1))))
+    result.warnings.push_back(
+        found(diagnostics::kind("film_clock_off"), name,
+              fmt::format("the film's clock runs {:.1f} % {} than the log's",
+                          100.0 * std::abs(rate), rate > 0.0 ? "slower" : "faster")));
   else
     refined = refine(film, gyro, {refined.placement.middle_step, 0.0}, usual_rate_sigma);
-  clock.rate = refined.placement.rate;
-  clock.rate_sigma = std::sqrt(refined.covariance(1, 1));
-  clock.begin = refined.placement.step_of(film, 0);
+  result.rate = refined.placement.rate;
+  result.rate_sigma = std::sqrt(refined.covariance(1, 1));
+  const double begin = refined.placement.step_of(film, 0);
+  result.offset_ns =
+      gyro.first_ns - film.first_ns + std::llround(static_cast<double>(YawRates::step_ns) * begin);
   // The film's begin lies n/2 steps before its middle.
   const Eigen::Vector2d to_begin{1.0, -Placement::middle(film)};
-  clock.begin_sigma = std::sqrt(to_begin.dot(refined.covariance * to_begin));
-  return clock;
-}
-
-enum class Turned : std::uint8_t { as_filmed, mirrored };
-
-// 1 - Σ (ω_film - ω_gyro)² / Σ ω_film² where the film's first sample lies on the gyro's sample
-// `shift`; nothing where too little overlaps or nothing turns.
-std::optional<double> agreement_at(const YawRates& film, const YawRates& gyro, std::int64_t shift,
-                                   std::int64_t stride, Turned turned = Turned::as_filmed) {
-  const double sign = turned == Turned::mirrored ? -1.0 : 1.0;
-  double off = 0.0, size = 0.0;
-  std::int64_t count = 0;
-  for (std::int64_t k = 0; k < film.size(); k += stride) {
-    const double a = sign * film.at(k), b = gyro.at(k + shift);
-    if (std::isnan(a) || std::isnan(b)) continue;
-    off += (a - b) * (a - b);
-    size += std::max(a * a, b * b);
-    ++count;
-  }
-  const std::int64_t enough = std::max<std::int64_t>(std::min(film.size(), gyro.size()) / 3,
-                                                     2'000'000'000 / YawRates::step_ns);
-  if (count * stride < enough || !(size > 0.0)) return std::nullopt;
-  return 1.0 - off / size;
+  result.sigma_s = YawRates::seconds(1) * std::sqrt(to_begin.dot(refined.covariance * to_begin));
+  return result;
 }
 
 struct Best {
@@ -185,24 +160,41 @@ struct Best {
   double agreement = -1.0;
 };
 
+// 1 - Σ (ω_film - ω_gyro)² / Σ ω_film² where the film's first sample lies on the gyro's sample
+// `shift`; -1 where too little overlaps or nothing turns. `sense` is -1 for a mirrored film.
+double agreement_at(const YawRates& film, const YawRates& gyro, double sense, std::int64_t shift,
+                    std::int64_t stride) {
+  double off = 0.0, size = 0.0;
+  std::int64_t count = 0;
+  for (std::int64_t k = 0; k < film.size(); k += stride) {
+    const double a = sense * film.at(k), b = gyro.at(k + shift);
+    if (std::isnan(a) || std::isnan(b)) continue;
+    off += (a - b) * (a - b);
+    size += std::max(a * a, b * b);
+    ++count;
+  }
+  const std::int64_t enough = std::max<std::int64_t>(std::min(film.size(), gyro.size()) / 3,
+                                                     2'000'000'000 / YawRates::step_ns);
+  return count * stride < enough || !(size > 0.0) ? -1.0 : 1.0 - off / size;
+}
+
 // Among every `by`th shift, without those about a place that is taken.
-Best best_among(const YawRates& film, const YawRates& gyro, std::int64_t from, std::int64_t to,
-                std::int64_t by, Turned turned, const Best* taken = nullptr) {
+Best best_among(const YawRates& film, const YawRates& gyro, double sense, std::int64_t from,
+                std::int64_t to, std::int64_t by, const Best* taken = nullptr) {
   constexpr std::int64_t apart = 1'500'000'000 / YawRates::step_ns;
   Best best;
   for (std::int64_t shift = from; shift <= to; shift += by) {
     if (taken != nullptr && std::abs(shift - taken->shift) < apart) continue;
-    const auto found = agreement_at(film, gyro, shift, by, turned);
-    if (found && *found > best.agreement) best = {shift, *found};
+    const double agreement = agreement_at(film, gyro, sense, shift, by);
+    if (agreement > best.agreement) best = {shift, agreement};
   }
   return best;
 }
 
-Best best_shift(const YawRates& film, const YawRates& gyro, Turned turned) {
-  const Best rough = best_among(film, gyro, -film.size(), gyro.size(), coarse, turned);
+Best best_shift(const YawRates& film, const YawRates& gyro, double sense) {
+  const Best rough = best_among(film, gyro, sense, -film.size(), gyro.size(), coarse);
   if (rough.agreement < 0.0) return rough;
-  const std::int64_t middle = rough.shift;
-  return best_among(film, gyro, middle - 2 * coarse, middle + 2 * coarse, 1, turned);
+  return best_among(film, gyro, sense, rough.shift - 2 * coarse, rough.shift + 2 * coarse, 1);
 }
 
 double fastest(const YawRates& rates) {
@@ -218,26 +210,20 @@ double fastest(const YawRates& rates) {
 [[noreturn]] void fail_to_fit(const std::string& name, const YawRates& film, const YawRates& gyro,
                               double agreement, double mirrored) {
   if (mirrored > good_agreement)
-    throw std::invalid_argument(name +
-                                ": the film turns the other way than the gyro; add --y-down if the "
-                                "track's y points down (or omit it if it points up)");
+    refuse(
+        "{}: the film turns the other way than the gyro; add --y-down if the track's y points down "
+        "(or omit it if it points up)",
+        name);
   const double ratio = fastest(film) / fastest(gyro);
   const bool other_rate = ratio > 0.0 && (ratio < 0.9 || ratio > 1.1);
-  throw std::invalid_argument(fmt::format(
+  refuse(
       "{}: film and log do not overlap or are not of one drive: their yaw rates agree to {:.0f} % "
       "at best{}",
       name, 100.0 * std::max(agreement, 0.0),
       other_rate ? fmt::format("; the film turns {:.2g} times as fast as the gyro: check its frame "
                                "rate (--fps)",
                                ratio)
-                 : std::string{"; give each film its own log (--run)"}));
-}
-
-void require_turns(const std::string& name, const Series& gyro) {
-  if (gyro.size() < 20)
-    throw std::invalid_argument(name +
-                                ": its log has no yaw rate to align the film; map "
-                                "[can.signals] yaw_rate");
+                 : std::string{"; give each film its own log (--run)"});
 }
 
 // Films with too few visible markers to compare.
@@ -247,68 +233,46 @@ void require_seen(const std::string& name, const YawRates& film) {
   const auto whole = static_cast<double>(film.size());
   if (3.0 * seen >= whole) return;
   if (seen < 0.01 * whole)
-    throw std::invalid_argument(
-        fmt::format("{}: by its times it is {:.0f} s long, and both markers are never seen twice "
-                    "within half a second: are the times frames (--fps) or ms?",
-                    name, YawRates::seconds(1) * whole));
-  throw std::invalid_argument(
-      fmt::format("{0}: both markers are seen often enough in only {2:.0f} s of {1:.0f} s of film; "
-                  "track them through at least a third of it",
-                  name, YawRates::seconds(1) * whole, YawRates::seconds(1) * seen));
-}
-
-void take_rate(const std::string& name, const FilmClock& clock, FilmAlignment& result) {
-  if (clock.kind == FilmClock::Kind::surprising)
-    result.warnings.push_back(
-        found(diagnostics::kind("film_clock_off"), name,
-              fmt::format("the film's clock runs {:.1f} % {} than the log's",
-                          100.0 * std::abs(clock.rate), clock.rate > 0.0 ? "slower" : "faster")));
-  result.rate = clock.rate;
-  result.rate_sigma = clock.rate_sigma;
+    refuse(
+        "{}: by its times it is {:.0f} s long, and both markers are never seen twice "
+        "within half a second: are the times frames (--fps) or ms?",
+        name, YawRates::seconds(1) * whole);
+  refuse(
+      "{0}: both markers are seen often enough in only {2:.0f} s of {1:.0f} s of film; "
+      "track them through at least a third of it",
+      name, YawRates::seconds(1) * whole, YawRates::seconds(1) * seen);
 }
 
 }  // namespace
 
-FilmAlignment align_film(const std::string& name, const FilmMotion& motion, const Series& gyro) {
-  require_turns(name, gyro);
+FilmAlignment align_film(const std::string& name, const FilmMotion& motion, const Series& gyro,
+                         std::optional<std::int64_t> offset_ns) {
+  if (gyro.size() < 20)
+    refuse("{}: its log has no yaw rate to align the film; map [can.signals] yaw_rate", name);
   const YawRates film = yaw_rates_of(motion), turn = yaw_rates_of(gyro);
   require_seen(name, film);
-  const Best best = best_shift(film, turn, Turned::as_filmed);
+  const auto best_with = [&](double sense) {
+    if (!offset_ns) return best_shift(film, turn, sense);
+    const std::int64_t shift = (film.first_ns + *offset_ns - turn.first_ns) / YawRates::step_ns;
+    return Best{shift, agreement_at(film, turn, sense, shift, 1)};
+  };
+  const Best best = best_with(1.0);
   if (best.agreement < good_agreement)
-    fail_to_fit(name, film, turn, best.agreement,
-                best_shift(film, turn, Turned::mirrored).agreement);
-
-  FilmAlignment result;
+    fail_to_fit(name, film, turn, best.agreement, best_with(-1.0).agreement);
+  FilmAlignment result = fit_clock(name, film, turn, best.shift);
   result.agreement = best.agreement;
-  const FilmClock clock = fit_clock(film, turn, best.shift);
-  take_rate(name, clock, result);
-  result.offset_ns = turn.first_ns - film.first_ns +
-                     std::llround(static_cast<double>(YawRates::step_ns) * clock.begin);
-  result.sigma_s = YawRates::seconds(1) * clock.begin_sigma;
-  const Best other =
-      best_among(film, turn, -film.size(), turn.size(), coarse, Turned::as_filmed, &best);
+  if (offset_ns) {
+    result.offset_ns = *offset_ns;
+    result.sigma_s = 0.0;
+    return result;
+  }
+  const Best other = best_among(film, turn, 1.0, -film.size(), turn.size(), coarse, &best);
   if (1.0 - other.agreement < 1.5 * (1.0 - best.agreement))
     result.warnings.push_back(
         found(diagnostics::kind("film_start_ambiguous"), name,
               fmt::format("the film may also begin {:.1f} s {}",
                           std::abs(YawRates::seconds(other.shift - best.shift)),
                           other.shift > best.shift ? "later" : "earlier")));
-  return result;
-}
-
-FilmAlignment check_alignment(const std::string& name, const FilmMotion& motion, const Series& gyro,
-                              std::int64_t offset_ns) {
-  require_turns(name, gyro);
-  const YawRates film = yaw_rates_of(motion), turn = yaw_rates_of(gyro);
-  require_seen(name, film);
-  const std::int64_t shift = (film.first_ns + offset_ns - turn.first_ns) / YawRates::step_ns;
-  FilmAlignment result;
-  result.offset_ns = offset_ns;
-  result.agreement = agreement_at(film, turn, shift, 1).value_or(-1.0);
-  if (result.agreement < good_agreement)
-    fail_to_fit(name, film, turn, result.agreement,
-                agreement_at(film, turn, shift, 1, Turned::mirrored).value_or(-1.0));
-  take_rate(name, fit_clock(film, turn, shift), result);
   return result;
 }
 

@@ -1,15 +1,15 @@
-#include "tools/identify/stiffness/film_motion.hpp"
+#include "tools/identify/stiffness/film.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools {
@@ -22,30 +22,28 @@ constexpr std::int64_t smoothing_ns = 200'000'000;  // half of the window of a y
 FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
                        const FilmScale& scale) {
   if (!(places.distance() > 0.0))
-    throw std::invalid_argument("--front and --rear: the markers must not be at the same place");
+    refuse("--front and --rear: the markers must not be at the same place");
   if (track.frames.size() < 20)
-    throw std::invalid_argument(
-        fmt::format("{}: only {} with both markers; track both through the whole film", track.name,
-                    counted(track.frames.size(), "frame")));
+    refuse("{}: only {} with both markers; track both through the whole film", track.name,
+           counted(track.frames.size(), "frame"));
   std::vector<double> distances;
   distances.reserve(track.frames.size());
   for (const MarkerFrame& frame : track.frames)
     distances.push_back(std::abs(frame.front - frame.rear));
   const double apart = median_of(distances);
   if (!(apart > 0.0))
-    throw std::invalid_argument(track.name +
-                                ": front and rear marker are at the same place; "
-                                "track two different markers");
+    refuse("{}: front and rear marker are at the same place; track two different markers",
+           track.name);
 
   FilmMotion motion;
   motion.metres_per_unit =
       scale.from == FilmScale::From::given ? scale.metres_per_unit : places.distance() / apart;
   const double ratio = apart * motion.metres_per_unit / places.distance();
   if (std::abs(ratio - 1.0) > 0.05)
-    throw std::invalid_argument(
-        fmt::format("{}: the markers are {:.4g} m apart in the film, and {:.4g} m by --front and "
-                    "--rear; correct the scale (--metres-per-pixel, --metres) or the places",
-                    track.name, apart * motion.metres_per_unit, places.distance()));
+    refuse(
+        "{}: the markers are {:.4g} m apart in the film, and {:.4g} m by --front and "
+        "--rear; correct the scale (--metres-per-pixel, --metres) or the places",
+        track.name, apart * motion.metres_per_unit, places.distance());
   if (scale.from == FilmScale::From::given && std::abs(ratio - 1.0) > 3.0 * scale.ratio_sigma)
     motion.warnings.push_back(found(
         diagnostics::kind("film_scale_off"), track.name,
@@ -78,10 +76,10 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
          turned_before});
   }
   if (5 * left_out > track.frames.size())
-    throw std::invalid_argument(
-        fmt::format("{}: in {} of {} frames the distance of the markers differs from that in the "
-                    "others; was something else tracked there?",
-                    track.name, left_out, track.frames.size()));
+    refuse(
+        "{}: in {} of {} frames the distance of the markers differs from that in the "
+        "others; was something else tracked there?",
+        track.name, left_out, track.frames.size());
   if (track.gaps > 0)
     motion.warnings.push_back(found(diagnostics::kind("film_rows_left_out"), track.name,
                                     counted(track.gaps, "row") + " without both markers"));

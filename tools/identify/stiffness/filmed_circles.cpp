@@ -1,4 +1,4 @@
-#include "tools/identify/stiffness/filmed_circles.hpp"
+#include "tools/identify/stiffness/stiffness.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/common/signal_log.hpp"
-#include "tools/identify/stiffness/film_motion.hpp"
-#include "tools/identify/stiffness/marker_track.hpp"
+#include "tools/identify/stiffness/film.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools {
@@ -34,13 +34,9 @@ void measure_film(const StiffnessOptions& options, const daemon::Config& config,
   append(films.warnings, log.warnings);
   const Series& gyro = log.need(estimator::Source::yaw_rate);
   (void)log.need(estimator::Source::steering);
-  FilmAlignment alignment;
-  if (options.time_offset) {
-    alignment = check_alignment(track.name, motion, gyro,
-                                log.first_ns + std::llround(1e9 * *options.time_offset));
-  } else {
-    alignment = align_film(track.name, motion, gyro);
-  }
+  std::optional<std::int64_t> offset_ns;
+  if (options.time_offset) offset_ns = log.first_ns + std::llround(1e9 * *options.time_offset);
+  FilmAlignment alignment = align_film(track.name, motion, gyro, offset_ns);
   append(films.warnings, alignment.warnings);
   put_on_clock_of_log(alignment, motion);
   alignment.offset_ns -= log.first_ns;  // what people can read
@@ -74,11 +70,11 @@ void check_steering(std::span<const CircleRun> circles, double wheelbase) {
     ratios.push_back(run.steering.value / std::atan(wheelbase * run.yaw_rate / run.speed));
   const double ratio = median_of(std::move(ratios));
   if (ratio > far_off || ratio < 1.0 / far_off)
-    throw std::invalid_argument(fmt::format(
+    refuse(
         "{}: the log's steering is {:.3g} times the angle that the circles need: correct scale and "
         "unit of [can.signals] steering, which is the angle of the wheels; or the places of the "
         "markers (--front, --rear), which give the circles their size",
-        circles.front().film, ratio));
+        circles.front().film, ratio);
 }
 
 void warn_of_what_is_missing(std::span<const CircleRun> circles,
@@ -149,10 +145,10 @@ void check_circles(std::span<const CircleRun> circles, double wheelbase) {
              : ": the car moves with its rear ahead: the markers are swapped (exchange --front and "
                "--rear, or the columns); circles in reverse cannot be used"));
   if (2 * against > circles.size())
-    throw std::invalid_argument(circles.front().film +
-                                ": the car turns to the other side than it steers: correct the "
-                                "sign of [can.signals] steering "
-                                "(scale = -1.0); left is positive");
+    refuse(
+        "{}: the car turns to the other side than it steers: correct the sign of [can.signals] "
+        "steering (scale = -1.0); left is positive",
+        circles.front().film);
   check_steering(circles, wheelbase);
 }
 

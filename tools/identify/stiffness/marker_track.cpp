@@ -1,4 +1,4 @@
-#include "tools/identify/stiffness/marker_track.hpp"
+#include "tools/identify/stiffness/film.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,6 +12,7 @@
 
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
+#include "tools/identify/common/refuse.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -83,10 +84,10 @@ class TrackReader {
     }
     if (input_.bad()) throw std::runtime_error(name_ + ": cannot be read");
     if (rows_.empty())
-      throw std::invalid_argument(
-          fmt::format("{}: contains no row that begins with a number; export the track as a table "
-                      "with the columns {}",
-                      name_, fmt::join(columns_, ",")));
+      refuse(
+          "{}: contains no row that begins with a number; export the track as a table "
+          "with the columns {}",
+          name_, fmt::join(columns_, ","));
     return std::move(rows_);
   }
 
@@ -106,7 +107,7 @@ class TrackReader {
   }
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw std::invalid_argument(fmt::format("{}:{}: {}", name_, line_number_, what));
+    refuse("{}:{}: {}", name_, line_number_, what);
   }
   [[noreturn]] void fail(std::size_t column, const std::string& field, const char* what) const {
     fail(fmt::format("column \"{}\": {} {}", columns_[column], tools::quoted(field), what));
@@ -190,9 +191,8 @@ MarkerTrack read_marker_tracks(const std::filesystem::path& front,
       row.values.insert(row.values.end(), other->values.begin(), other->values.end());
   MarkerTrack track = track_of(front, both);
   if (track.frames.empty())
-    throw std::invalid_argument(
-        fmt::format("{} and {} have no time in common; export both from the same film",
-                    front.string(), rear.string()));
+    refuse("{} and {} have no time in common; export both from the same film", front.string(),
+           rear.string());
   return track;
 }
 

@@ -1,38 +1,163 @@
 // odom identify stiffness: the cornering stiffness of both axles from filmed circles.
-#include <iostream>
-#include <memory>
-#include <stdexcept>
-#include <string>
+#include "tools/identify/stiffness/stiffness.hpp"
 
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
 #include "daemon/core/config.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/finding.hpp"
+#include "tools/identify/common/quantity.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/stiffness/cornering_stiffness.hpp"
-#include "tools/identify/stiffness/filmed_circles.hpp"
-#include "tools/identify/stiffness/stiffness_findings.hpp"
-#include "tools/identify/stiffness/stiffness_options.hpp"
 
 namespace odomd::tools {
 namespace {
+
+std::vector<std::string> parts_of(const std::string& text) {
+  std::vector<std::string> parts{""};
+  for (const char letter : text) {
+    if (letter == ',')
+      parts.emplace_back();
+    else
+      parts.back() += letter;
+  }
+  return parts;
+}
+
+Plane parse_place(const std::string& option, const std::string& text) {
+  const std::vector<std::string> parts = parts_of(text);
+  if (parts.size() != 2)
+    refuse(
+        "{}: \"{}\" is not X,Y from the centre of gravity, forward and to the left: 0.18,0 or "
+        "18cm,0",
+        option, text);
+  return {parse_quantity(parts[0], Dimension::length, option).value,
+          parse_quantity(parts[1], Dimension::length, option).value};
+}
+
+void require_positive(const std::string& option, const std::optional<double>& value) {
+  if (value && !(*value > 0.0 && std::isfinite(*value)))
+    refuse("{}: must be greater than 0", option);
+}
+
+double given_or(const std::string& text, Dimension dimension, const std::string& option,
+                double otherwise) {
+  return text.empty() ? otherwise : parse_positive(text, dimension, option);
+}
+
+double sigma_marker_of(const StiffnessOptions& options, const MarkerPlaces& places) {
+  return given_or(options.sigma_marker, Dimension::length, "--sigma-marker",
+                  places.distance() / 300.0);
+}
+
+// Of a scale by the markers' distance, relative.
+double sigma_by_distance(const StiffnessOptions& options, const MarkerPlaces& places) {
+  return std::numbers::sqrt2 * sigma_marker_of(options, places) / places.distance();
+}
+
+// Of a scale that is given, relative.
+double sigma_scale_of(const StiffnessOptions& options) {
+  constexpr double largest = 0.1;
+  const double sigma = parse_positive(options.sigma_scale, Dimension::pure, "--sigma-scale");
+  if (sigma > largest)
+    throw std::invalid_argument(
+        options.sigma_scale.ends_with('%')
+            ? fmt::format("--sigma-scale: {} is too much; at most 10%", options.sigma_scale)
+            : fmt::format("--sigma-scale: {} is {:g} %; write per cent as {}%", options.sigma_scale,
+                          100.0 * sigma, options.sigma_scale));
+  return sigma;
+}
+
+bool scale_given(const StiffnessOptions& options) {
+  return options.metres || options.metres_per_pixel.has_value();
+}
 
 // A default would be another car's.
 void require_measured(const daemon::Config& config) {
   const toml::table table = toml::parse(config.text);
   for (const char* key : {"mass", "front_axle", "rear_axle"})
     if (!table["vehicle"][key])
-      throw std::invalid_argument(fmt::format(
+      refuse(
           "{}: [vehicle] {} is missing, which the side forces need; measure it: odom identify {}",
-          config.file.string(), key, std::string_view{key} == "mass" ? "mass" : "cog"));
+          config.file.string(), key, std::string_view{key} == "mass" ? "mass" : "cog");
   for (const estimator::Source source : {estimator::Source::yaw_rate, estimator::Source::steering})
     if (!config.can.signals[static_cast<std::size_t>(source)].configured)
-      throw std::invalid_argument(fmt::format(
-          "{}: [can.signals] {} is missing, which the circles need", config.file.string(),
-          estimator::source_names[static_cast<std::size_t>(source)]));
+      refuse("{}: [can.signals] {} is missing, which the circles need", config.file.string(),
+             estimator::source_names[static_cast<std::size_t>(source)]);
 }
+
+}  // namespace
+
+void check(const StiffnessOptions& options) {
+  if (options.metres && options.metres_per_pixel)
+    refuse("--metres and --metres-per-pixel: give one of them");
+  if (options.time_offset && options.runs.size() > 1) refuse("--time-offset: needs a single --run");
+  for (const auto& [option, value] : {std::pair{"--metres-per-pixel", options.metres_per_pixel},
+                                      std::pair{"--fps", options.frames_per_second}})
+    require_positive(option, value);
+  if (!(options.rolling_resistance >= 0.0 && options.rolling_resistance < 0.3))
+    refuse("--rolling-resistance: must lie between 0 and 0.3");
+}
+
+MarkerPlaces marker_places(const StiffnessOptions& options) {
+  return {parse_place("--front", options.front), parse_place("--rear", options.rear)};
+}
+
+FilmFiles film_files(const std::string& run) {
+  std::vector<std::string> files = parts_of(run);
+  if (files.size() != 2 && files.size() != 3)
+    refuse(
+        "--run: \"{}\" is neither MARKERS,LOG nor FRONT,REAR,LOG (three files where each marker "
+        "has "
+        "its own)",
+        run);
+  std::string log = std::move(files.back());
+  files.pop_back();
+  return {std::move(files), std::move(log)};
+}
+
+FilmScale film_scale(const StiffnessOptions& options, const MarkerPlaces& places) {
+  return {.from = scale_given(options) ? FilmScale::From::given : FilmScale::From::marker_distance,
+          .metres_per_unit = options.metres ? 1.0 : options.metres_per_pixel.value_or(1.0),
+          .ratio_sigma = std::hypot(sigma_scale_of(options), sigma_by_distance(options, places)),
+          .axes = options.y_down ? ImageAxes::y_down : ImageAxes::y_up};
+}
+
+CircleCar circle_car(const StiffnessOptions& options, const daemon::Config& config,
+                     const MarkerPlaces& places) {
+  const double wheelbase = config.vehicle.wheelbase();
+  const double mass = config.vehicle.mass;
+  const auto sigma_of = [&](const std::string& given, Dimension dimension, const char* option,
+                            const char* key, double otherwise) {
+    const auto noted = measured_in(options.config, key);
+    return given_or(given, dimension, option,
+                    noted && noted->sigma > 0.0 ? noted->sigma : otherwise);
+  };
+  const auto axle_sigma = [&](const char* key) {
+    return sigma_of(options.sigma_axle, Dimension::length, "--sigma-axle", key, 0.004 * wheelbase);
+  };
+  const double sigma_marker = sigma_marker_of(options, places);
+  const double given = sigma_scale_of(options);
+  return {.mass = {mass, sigma_of(options.sigma_mass, Dimension::mass, "--sigma-mass",
+                                  "vehicle.mass", 0.005 * mass)},
+          .front_axle = {config.vehicle.front_axle, axle_sigma("vehicle.front_axle")},
+          .rear_axle = {config.vehicle.rear_axle, axle_sigma("vehicle.rear_axle")},
+          .rolling_resistance = {options.rolling_resistance, 0.01},
+          .sigma_scale = scale_given(options) ? given : sigma_by_distance(options, places),
+          .sigma_marker = sigma_marker,
+          .marker_distance = places.distance()};
+}
+
+namespace {
 
 void identify_stiffness(const StiffnessOptions& options) {
   check(options);
@@ -55,6 +180,73 @@ void identify_stiffness(const StiffnessOptions& options) {
   if (!options.plot.empty()) chart::write_picture(options.plot, draw_stiffness(found));
   if (!options.delivery.json) std::cout << circle_table(films, found) << '\n';
   deliver(stiffness_findings(films, found, against), options.delivery);
+}
+
+void describe_stiffness(Command command, StiffnessOptions& options) {
+  command.description(
+      "Measure the cornering stiffness of both axles, from circles filmed from above");
+  command.footer(
+      R"(The experiment: fix two markers to the roof, at the same height, as far apart as the car
+allows; measure from the centre of gravity how far ahead and to the left each is. Film (take
+a video) from above, the camera fixed and looking straight down, 50 frames a second or more,
+the bus being logged (candump -L). From standing, drive a circle at steady steering and
+speed, two turns; stop. Do so slowly, at medium speed and until the car slides a little, to
+the left and to the right: six circles at least, in one film or in several. Track both
+markers: odom identify track, or a program such as Tracker. Mass and axles must be in the
+configuration.
+
+The film gives the sideslip angle (path of the centre of gravity against the heading), speed,
+yaw rate and lateral acceleration; the log gives the steering angle. The film is aligned
+with the log by the yaw rates. The stiffness is the slope at zero slip of a curve that
+saturates, fitted to all circles. In the uncertainty are: the scatter of the circles, the
+markers' places, the film's scale, mass, axles, steering offset and scale, rolling
+resistance, and 1 % for the simplifications of the single-track model.
+
+Examples:
+  odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 --y-down \
+    --run markers.csv,drive.log --plot tyres.svg --write car.toml
+  odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 --metres \
+    --run left.csv,left.log --run right.csv,right.log
+  odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 \
+    --run front.txt,rear.txt,drive.log)");
+  command
+      .add(
+          "--run", "MARKERS[,REAR],LOG", options.runs,
+          "Film and its log: a table with t,x_front,y_front,x_rear,y_rear, or one table per marker "
+          "with t,x,y; repeatable")
+      .required();
+  command.add("--config", "FILE", options.config, "Configuration of the car (TOML)").required();
+  command
+      .add("--front", "X,Y", options.front,
+           "Place of the front marker: ahead of the centre of gravity and to its left [m]")
+      .required();
+  command.add("--rear", "X,Y", options.rear, "Place of the rear marker, likewise: -0.12,0 [m]")
+      .required();
+  command.add("--metres-per-pixel", "S", options.metres_per_pixel,
+              "Scale of the tracks [m/px]; default: from the distance of the markers");
+  command.add_flag("--metres", options.metres, "The tracks are in metres");
+  command.add_flag("--y-down", options.y_down,
+                   "The tracks' y points down, as pixels do, or the film is mirrored");
+  command.add("--fps", "N", options.frames_per_second,
+              "The tracks' t counts frames, this many per second [1/s]");
+  command.add("--time-offset", "T", options.time_offset,
+              "The film's time 0 after the log's first frame [s]; default: found");
+  command.add("--plot", "FILE", options.plot, "Picture of force over slip angle, .svg or .png");
+  const Command known = command.group("Uncertainty of the measurements");
+  known.add(
+      "--sigma-mass", "S", options.sigma_mass,
+      "Standard uncertainty of the mass [kg]; default: the one noted in --config, else 0.5 %");
+  known.add("--sigma-axle", "S", options.sigma_axle,
+            "Standard uncertainty of front_axle and rear_axle, each [m]; default: those noted in "
+            "--config, else 0.4 % of the wheelbase");
+  known.add(
+      "--sigma-marker", "S", options.sigma_marker,
+      "Standard uncertainty of a marker's place on the car [m]; default: 1/300 of their distance");
+  known.add("--sigma-scale", "S", options.sigma_scale,
+            "Standard uncertainty of a given scale, relative; default: 0.3%");
+  known.add("--rolling-resistance", "C", options.rolling_resistance,
+            "Coefficient of rolling resistance, +- 0.01; default: 0.015");
+  add_delivery(command, options.delivery);
 }
 
 }  // namespace

@@ -9,6 +9,8 @@
 #include <stdexcept>
 
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/identify/common/refuse.hpp"
+#include "tools/identify/common/search.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -59,11 +61,11 @@ void refuse_another_car(std::span<const Weighing> weighings, const WheelLoads& l
     worst = &weighing;
   }
   if (worst == nullptr) return;
-  throw std::invalid_argument(fmt::format(
+  refuse(
       "--{}: {:g} kg is {:.0f} % off the {:.4g} kg from all loads together: weigh again, or leave "
       "out the wrong load",
       info_of(worst->load).option, worst->mass, 100.0 * most,
-      wheels_of(worst->load).dot(loads.load)));
+      wheels_of(worst->load).dot(loads.load));
 }
 
 /// Generalised least squares; every load has an additional common error of `unknown` [kg].
@@ -75,20 +77,10 @@ WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale, double
   const double rounding = scale.resolution * scale.resolution / 12.0;
   const double scatter = scale.sigma > 0.0 ? scale.sigma : half_a_digit * scale.resolution;
   const auto once_a_load = [&](Load load) {
-    const double axle = scale.axle_shift * scale.axle_shift;
-    const double side = scale.side_shift * scale.side_shift;
-    switch (load) {
-      case Load::total:
-        return rounding;
-      case Load::front:
-      case Load::rear:
-        return rounding + axle;
-      case Load::left:
-      case Load::right:
-        return rounding + side;
-      default:
-        return rounding + 0.25 * (axle + side);
-    }
+    const Eigen::Vector4d wheels = wheels_of(load);
+    const double axle = 0.5 * wheels.dot(Eigen::Vector4d{1, 1, -1, -1}) * scale.axle_shift;
+    const double side = 0.5 * wheels.dot(Eigen::Vector4d{1, -1, 1, -1}) * scale.side_shift;
+    return rounding + axle * axle + side * side;
   };
   Eigen::MatrixXd variance = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -120,21 +112,19 @@ WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale, double
 }
 
 void check(std::span<const Weighing> weighings, const Scale& scale) {
-  if (weighings.empty())
-    throw std::invalid_argument("no load is given; weigh the car, and give --total, --front, ...");
+  if (weighings.empty()) refuse("no load is given; weigh the car, and give --total, --front, ...");
   if (!(scale.sigma > 0.0) && !(scale.resolution > 0.0))
     throw std::invalid_argument(
         "how good is the scale? Give --scale-resolution, its last digit, or --scale-sigma");
   for (const Weighing& weighing : weighings) {
     if (!(weighing.mass > 0.0))
-      throw std::invalid_argument(
-          fmt::format("--{}: {} kg is not possible; it must be greater "
-                      "than 0",
-                      info_of(weighing.load).option, weighing.mass));
+      refuse(
+          "--{}: {} kg is not possible; it must be greater "
+          "than 0",
+          info_of(weighing.load).option, weighing.mass);
     if (!shows(scale, weighing.mass))
-      throw std::invalid_argument(
-          fmt::format("--{}: no scale shows {:g} kg with steps of {:g} kg; write grams as 2985g",
-                      info_of(weighing.load).option, weighing.mass, scale.resolution));
+      refuse("--{}: no scale shows {:g} kg with steps of {:g} kg; write grams as 2985g",
+             info_of(weighing.load).option, weighing.mass, scale.resolution);
   }
 }
 
@@ -167,12 +157,10 @@ WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) 
   // With unlimited errors of each load only its own repetitions can be checked.
   const double own = checks > 0 ? solve(weighings, scale, heaviest).chi_square : seen;
   if (checks > 0 && contradiction({.chi_square = seen - own, .excess = checks})) {
-    double low = 0.0, high = heaviest;
-    for (int i = 0; i < 50; ++i) {
-      const double middle = 0.5 * (low + high);
-      (solve(weighings, scale, middle).chi_square - own > checks ? low : high) = middle;
-    }
-    loads = solve(weighings, scale, high);
+    const Interval error = bisect({0.0, heaviest}, 50, [&](double unknown) {
+      return solve(weighings, scale, unknown).chi_square - own > checks;
+    });
+    loads = solve(weighings, scale, error.high);
   }
   if (loads.excess > 0) loads.covariance *= std::max(loads.chi_square / loads.excess, 1.0);
   loads.chi_square = seen;
@@ -215,10 +203,10 @@ void check_shares(const WheelLoads& loads) {
   for (const Load load : {Load::front, Load::rear, Load::left, Load::right}) {
     const auto share = share_of(loads, wheels_of(load));
     if (!share || share->value < 1.0) continue;
-    throw std::invalid_argument(
-        fmt::format("--{}: {:.4g} kg is more than the whole car, {:.4g} kg: are they exchanged, or "
-                    "in another unit?",
-                    info_of(load).option, wheels_of(load).dot(loads.load), loads.load.sum()));
+    refuse(
+        "--{}: {:.4g} kg is more than the whole car, {:.4g} kg: are they exchanged, or "
+        "in another unit?",
+        info_of(load).option, wheels_of(load).dot(loads.load), loads.load.sum());
   }
 }
 

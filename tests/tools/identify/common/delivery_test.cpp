@@ -1,5 +1,5 @@
 // What is written into a configuration, and which values there are kept.
-#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/finding.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -33,7 +33,12 @@ yaw_rate = { message = "G", signal = "R", unit = "rad/s", sigma = 0.002 } # (sig
 )";
 
 Finding finding(const std::string& key, double value, double sigma) {
-  return {.name = key, .key = key, .value = value, .sigma = sigma, .unit = "", .remark = ""};
+  return as_finding(key, key, {value, sigma}, "");
+}
+
+Findings findings(const std::string& method, const std::string& origin,
+                  std::vector<Finding> values) {
+  return {.method = method, .origin = origin, .values = std::move(values)};
 }
 
 class DeliveryTest : public testing::Test {
@@ -54,13 +59,10 @@ class DeliveryTest : public testing::Test {
 };
 
 TEST_F(DeliveryTest, KeepsWhatIsMorePreciseAndWritesTheRest) {
-  const Findings fit{
-      .method = "fit",
-      .origin = "60 s of drive",
-      .values = {finding("vehicle.mass", 3.02, 0.01), finding("vehicle.front_axle", 0.17, 0.002),
-                 finding("vehicle.rear_axle", 0.08, 0.002)},
-      .warnings = {},
-      .details = {}};
+  const Findings fit =
+      findings("fit", "60 s of drive",
+               {finding("vehicle.mass", 3.02, 0.01), finding("vehicle.front_axle", 0.17, 0.002),
+                finding("vehicle.rear_axle", 0.08, 0.002)});
   EXPECT_THAT(deliver_to_car(fit),
               AllOf(HasSubstr("vehicle.mass stays 3 (odom identify mass: +- 0.004 kg, scale), "
                               "which is more precise than 3.02 +- 0.02; --force replaces it"),
@@ -77,11 +79,7 @@ TEST_F(DeliveryTest, KeepsWhatIsMorePreciseAndWritesTheRest) {
 
 TEST_F(DeliveryTest, ReplacesWhatIsAsPreciseUpToScatter) {
   const auto weighed = [](double sigma) {
-    return Findings{.method = "mass",
-                    .origin = "scale",
-                    .values = {finding("vehicle.mass", 3.1, sigma)},
-                    .warnings = {},
-                    .details = {}};
+    return findings("mass", "scale", {finding("vehicle.mass", 3.1, sigma)});
   };
   EXPECT_THAT(deliver_to_car(weighed(0.0027)), HasSubstr("its values are more precise"));
   EXPECT_EQ(now("vehicle.mass"), 3.0);
@@ -92,12 +90,9 @@ TEST_F(DeliveryTest, ReplacesWhatIsAsPreciseUpToScatter) {
 // A kept curve's stiffness with another curve's grip would be no tyre.
 TEST_F(DeliveryTest, ReplacesTogetherWhatMeansSomethingOnlyTogether) {
   const auto measured = [](double sigma_of_grip) {
-    return Findings{.method = "fit",
-                    .origin = "60 s of drive",
-                    .values = {finding("vehicle.cornering_stiffness_front", 21.0, 1.0),
-                               finding("vehicle.grip_front", 9.0, sigma_of_grip)},
-                    .warnings = {},
-                    .details = {}};
+    return findings("fit", "60 s of drive",
+                    {finding("vehicle.cornering_stiffness_front", 21.0, 1.0),
+                     finding("vehicle.grip_front", 9.0, sigma_of_grip)});
   };
   Findings precise = measured(0.1);
   precise.values[0].value = 20.5;
@@ -111,11 +106,7 @@ TEST_F(DeliveryTest, ReplacesTogetherWhatMeansSomethingOnlyTogether) {
 }
 
 TEST_F(DeliveryTest, ShowsInJsonWhatIsKept) {
-  const Findings fit{.method = "fit",
-                     .origin = "60 s of drive",
-                     .values = {finding("vehicle.mass", 3.02, 0.01)},
-                     .warnings = {},
-                     .details = {}};
+  const Findings fit = findings("fit", "60 s of drive", {finding("vehicle.mass", 3.02, 0.01)});
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
   deliver(fit, {.json = true, .write = car_, .force = false});
@@ -124,18 +115,12 @@ TEST_F(DeliveryTest, ShowsInJsonWhatIsKept) {
 }
 
 TEST_F(DeliveryTest, ReplacesAnotherQuantityHoweverPrecise) {
-  const Findings driving{.method = "noise",
-                         .origin = "driving",
-                         .values = {finding("can.signals.yaw_rate.sigma", 0.01, 0.0005)},
-                         .warnings = {},
-                         .details = {}};
+  const Findings driving =
+      findings("noise", "driving", {finding("can.signals.yaw_rate.sigma", 0.01, 0.0005)});
   EXPECT_THAT(deliver_to_car(driving), HasSubstr("1 key written"));
   EXPECT_EQ(now("can.signals.yaw_rate.sigma"), 0.01);
-  const Findings fit{.method = "fit",
-                     .origin = "60 s of drive",
-                     .values = {finding("vehicle.yaw_inertia", 0.03, 0.001)},
-                     .warnings = {},
-                     .details = {}};
+  const Findings fit =
+      findings("fit", "60 s of drive", {finding("vehicle.yaw_inertia", 0.03, 0.001)});
   EXPECT_THAT(deliver_to_car(fit), HasSubstr("1 key written"));
   EXPECT_EQ(now("vehicle.yaw_inertia"), 0.03);
 }

@@ -8,13 +8,11 @@
 #include "estimator/ekf/process.hpp"
 #include "tests/diagnostics.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/identify/fit/allowance.hpp"
 #include "tools/identify/fit/drive.hpp"
 #include "tools/identify/fit/findings.hpp"
 #include "tools/identify/fit/four_wheels.hpp"
 #include "tools/identify/fit/parameters.hpp"
 #include "tools/identify/fit/solver.hpp"
-#include "tools/identify/fit/tyres.hpp"
 #include "tools/identify/fit/window.hpp"
 
 namespace odomd::tools::fitting::fit_test {
@@ -41,6 +39,29 @@ daemon::Config car() {
   return config;
 }
 
+four_wheels::Car<double> fitted_car(const Numbers<double>& p,
+                                    const daemon::Config& config = car()) {
+  Setup setup;
+  setup.config = &config;
+  setup.nominal = nominal_values(config);
+  return car_of(setup, p);
+}
+
+Settings freeing(std::initializer_list<Parameter> parameters, double prior_sigma) {
+  Settings settings;
+  for (const Parameter k : parameters) settings.free[k] = true;
+  settings.prior_sigma.fill(prior_sigma);
+  return settings;
+}
+
+/// As configured.
+Result unmoved(const Turns& turns = {}) {
+  Result result;
+  result.covariance.setZero(parameters, parameters);
+  result.turns = turns;
+  return result;
+}
+
 struct Recorded {
   SignalLog log;
   std::vector<estimator::CameraPose> poses;
@@ -53,31 +74,12 @@ struct Way {
 
 // What a car whose gyro reads 3 % too much, and wheels 2 %, would have recorded in twelve seconds.
 Recorded recorded(const daemon::Config& config, const Way& way = {}) {
-  const Numbers<double> usual = nominal_values(config);
-  const estimator::Vehicle& v = config.vehicle;
-  four_wheels::Car<double> model;
-  model.mass = v.mass;
-  model.front_axle = v.front_axle;
-  model.rear_axle = v.rear_axle;
-  model.inertia = v.yaw_inertia;
-  model.stiffness_front = v.cornering_stiffness_front;
-  model.stiffness_rear = v.cornering_stiffness_rear;
-  model.bend_front = usual[bend_front];
-  model.bend_rear = usual[bend_rear];
-  model.relaxation = usual[relaxation_length];
-  model.load_arm = usual[load_arm];
-  model.lag = usual[steering_lag];
-  model.spin = usual[wheel_spin];
-  model.load_lag = usual[load_lag];
-  model.track = v.track_width;
-  model.floor_speed = 0.02;
+  const four_wheels::Car<double> model = fitted_car({}, config);
   constexpr std::int64_t start = 1'760'000'000'000'000'000;
   Recorded result;
   result.log.first_ns = start;
   const auto put = [&](Source source, std::int64_t t_ns, double value) {
-    Series& series = result.log.signals[static_cast<std::size_t>(source)];
-    series.t_ns.push_back(t_ns);
-    series.value.push_back(value);
+    result.log.of(source).add(t_ns, value);
   };
   st::State<double> x{};
   x[st::v_x] = way.speed;
@@ -117,11 +119,6 @@ TEST(Fit, RefusesADriveWithoutPosesOrWithPosesOfAnotherTime) {
               HasSubstr("overlap for 0.0 s"));
 }
 
-TEST(Fit, AnUnknownParameterSuggestsTheNearest) {
-  EXPECT_EQ(parameter_named("gyro_bias").parameter, gyro_bias);
-  EXPECT_THAT(message_of([] { (void)parameter_named("giro_bias"); }), HasSubstr("gyro_bias"));
-}
-
 TEST(Fit, AllowsForMoreWhereTheSpeedSeparatesNothing) {
   Settings settings;
   settings.free.fill(true);
@@ -145,11 +142,8 @@ TEST(Fit, AllowsForMoreWhereTheSpeedSeparatesNothing) {
 
 TEST(Fit, BelievesNeitherOfTwoThatOneSpeedMakesAlikeWhereOneIsFarFromWhatIsConfigured) {
   const daemon::Config config = car();
-  Settings settings;
-  settings.free[stiffness_rear] = settings.free[camera_x] = settings.free[gyro_scale] = true;
-  settings.prior_sigma.fill(0.4);
-  Result result;
-  result.covariance.setZero(parameters, parameters);
+  Settings settings = freeing({stiffness_rear, camera_x, gyro_scale}, 0.4);
+  Result result = unmoved();
   const auto remarks = [&](double tyres, double variety) {
     result.p[stiffness_rear] = tyres;
     result.turns.speed_variety = variety;
@@ -172,12 +166,8 @@ TEST(Fit, BelievesNeitherOfTwoThatOneSpeedMakesAlikeWhereOneIsFarFromWhatIsConfi
 }
 
 TEST(Fit, AsksWhetherThePosesAreStampedLateWhereASensorIsBeforeThem) {
-  Settings settings;
-  settings.free[gyro_latency] = true;
-  settings.prior_sigma.fill(0.05);
-  Result result;
-  result.covariance.setZero(parameters, parameters);
-  result.turns.speed_variety = 0.5;
+  const Settings settings = freeing({gyro_latency}, 0.05);
+  Result result = unmoved({.speed_variety = 0.5});
   result.settled = true;
   const auto warnings = [&](double latency) {
     result.p[gyro_latency] = latency;
@@ -250,14 +240,6 @@ TEST(Fit, FollowsTyresThatSettleWithinAStep) {
   EXPECT_EQ(stable_parts(-60.0, 0.41, 0.03), 3);
 }
 
-four_wheels::Car<double> fitted_car(const Numbers<double>& p) {
-  const daemon::Config config = car();
-  Setup setup;
-  setup.config = &config;
-  setup.nominal = nominal_values(config);
-  return car_of(setup, p);
-}
-
 Numbers<double> without_load_transfer() {
   Numbers<double> p{};
   p[load_arm] = -20.0;
@@ -298,15 +280,11 @@ TEST(FitTyres, AreNoBrushWhereNothingSaturatesOrHolds) {
 
 // What is found of a car with tyres as usual, by how hard it was driven.
 std::vector<Finding> found_at(double hardest, double sigma_of_bend) {
-  Settings settings;
-  for (const Parameter k : {stiffness_rear, bend_rear}) settings.free[k] = true;
-  settings.prior_sigma.fill(0.5);
-  Result result;
-  result.covariance.setZero(parameters, parameters);
+  const Settings settings = freeing({stiffness_rear, bend_rear}, 0.5);
+  Result result = unmoved({.speed_variety = 0.5, .hard = 0.0, .hardest = hardest});
   constexpr auto bend = static_cast<Eigen::Index>(bend_rear);
   result.covariance(bend, bend) = sigma_of_bend * sigma_of_bend;
   result.sigma[bend_rear] = sigma_of_bend;
-  result.turns = {.speed_variety = 0.5, .hard = 0.0, .hardest = hardest};
   return findings_of(car(), {}, settings, result, 0.0).values;
 }
 
@@ -330,12 +308,8 @@ TEST(FitTyres, HaveAGripWhereTheDriveShowsHowTheySaturate) {
 }
 
 TEST(FitTyres, AreNotBelievedWhereTheirCurveIsThatOfNoTyre) {
-  Settings settings;
-  for (const Parameter k : {stiffness_front, bend_front}) settings.free[k] = true;
-  settings.prior_sigma.fill(0.5);
-  Result result;
-  result.covariance.setZero(parameters, parameters);
-  result.turns = {.speed_variety = 0.5, .hard = 0.0, .hardest = 9.0};
+  const Settings settings = freeing({stiffness_front, bend_front}, 0.5);
+  Result result = unmoved({.speed_variety = 0.5, .hard = 0.0, .hardest = 9.0});
   const auto stiffness = [&](double bend) {
     result.p[bend_front] = bend;
     return findings_of(car(), {}, settings, result, 0.0).values.at(0);
@@ -347,11 +321,8 @@ TEST(FitTyres, AreNotBelievedWhereTheirCurveIsThatOfNoTyre) {
 
 TEST(FitSteering, IsAnActuatorWhereDelayAndLagShow) {
   const daemon::Config config = car();
-  Settings settings;
-  for (const Parameter k : {steering_delay, steering_lag}) settings.free[k] = true;
-  settings.prior_sigma.fill(0.8);
-  Result result;
-  result.covariance.setZero(parameters, parameters);
+  const Settings settings = freeing({steering_delay, steering_lag}, 0.8);
+  Result result = unmoved();
   const auto keys = [&](double whole) {
     result.p[steering_delay] = whole - 0.05;
     std::vector<std::string> written;

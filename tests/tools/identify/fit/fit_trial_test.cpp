@@ -11,7 +11,7 @@
 
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/camera_csv.hpp"
-#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/finding.hpp"
 #include "tools/identify/fit/trial.hpp"
 
 namespace odomd::tools::fitting::fit_trial_test {
@@ -90,22 +90,10 @@ TEST_F(Trial, PosesOfAfterTheLogAreNoPartOfIt) {
 }
 
 TEST_F(Trial, WhatHarmsIsLeftAsConfiguredAndSaysWhy) {
-  const Findings findings = tried({.method = "",
-                                   .origin = "",
-                                   .values = {{.name = "gyro scale",
-                                               .key = "can.signals.yaw_rate.scale",
-                                               .value = 0.8,
-                                               .sigma = 0.01,
-                                               .unit = "",
-                                               .remark = ""},
-                                              {.name = "yaw inertia",
-                                               .key = "vehicle.yaw_inertia",
-                                               .value = config_.vehicle.yaw_inertia,
-                                               .sigma = 1e-4,
-                                               .unit = "kg m2",
-                                               .remark = ""}},
-                                   .warnings = {},
-                                   .details = {}});
+  const Findings findings =
+      tried({.values = {as_finding("gyro scale", "can.signals.yaw_rate.scale", {0.8, 0.01}, ""),
+                        as_finding("yaw inertia", "vehicle.yaw_inertia",
+                                   {config_.vehicle.yaw_inertia, 1e-4}, "kg m2")}});
   EXPECT_EQ(findings.values[0].use, Use::leave);
   EXPECT_THAT(findings.values[0].remark, HasSubstr("left as configured: replayed"));
   EXPECT_THAT(as_json(findings).dump(), HasSubstr("\"left_as_configured\":true"));

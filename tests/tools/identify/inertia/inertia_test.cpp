@@ -40,14 +40,8 @@ TEST(Bifilar, RefusesAPeriodThatNoCarHas) {
                std::invalid_argument);
 }
 
-TEST(Bifilar, AsksWhetherSpacingAndCordAreExchanged) {
-  const Bifilar hung{.spacing_above = 0.21, .spacing_below = 0.21, .cord = 1.16};
-  const Bifilar exchanged{.spacing_above = 1.16, .spacing_below = 1.16, .cord = 0.21};
-  const double period = small_period(hung, 3.0, 9.81, 0.04);
-  EXPECT_THAT(message_of([&] { check_mass(exchanged, period, 3.0); }),
-              HasSubstr("are --spacing and --cord exchanged?"));
-  EXPECT_THAT(message_of([&] { check_mass(hung, period, 3e4); }),
-              testing::AllOf(HasSubstr("--mass: "), testing::Not(HasSubstr("exchanged"))));
+// A swing whose period is drawn anew each time.
+Series no_pendulum() {
   sim::RandomStream random(1, "no swing");
   Series record;
   double phase = 0.0, rate = 3.0, amplitude = 1.0;
@@ -57,11 +51,21 @@ TEST(Bifilar, AsksWhetherSpacingAndCordAreExchanged) {
       phase -= 2.0 * pi;
       rate = random.uniform(2.0, 6.0);
     }
-    record.t_ns.push_back(10'000'000LL * i);
-    record.value.push_back(amplitude * std::cos(phase));
+    record.add(10'000'000LL * i, amplitude * std::cos(phase));
     amplitude *= 0.9995;
   }
-  EXPECT_THAT(message_of([&] { (void)fit_swing(record, exchanged, "swing.log"); }),
+  return record;
+}
+
+TEST(Bifilar, AsksWhetherSpacingAndCordAreExchanged) {
+  const Bifilar hung{.spacing_above = 0.21, .spacing_below = 0.21, .cord = 1.16};
+  const Bifilar exchanged{.spacing_above = 1.16, .spacing_below = 1.16, .cord = 0.21};
+  const double period = small_period(hung, 3.0, 9.81, 0.04);
+  EXPECT_THAT(message_of([&] { check_mass(exchanged, period, 3.0); }),
+              HasSubstr("are --spacing and --cord exchanged?"));
+  EXPECT_THAT(message_of([&] { check_mass(hung, period, 3e4); }),
+              testing::AllOf(HasSubstr("--mass: "), testing::Not(HasSubstr("exchanged"))));
+  EXPECT_THAT(message_of([&] { (void)fit_swing(no_pendulum(), exchanged, "swing.log"); }),
               HasSubstr("--from, --to; the cords of 0.21 m are shorter than the 1.16 m that they "
                         "are apart: are --spacing and --cord exchanged?"));
 }
@@ -140,8 +144,8 @@ Series record_of(const sim::SwingParameters& rig, double seconds, double noise, 
   sim::RandomStream random(1, "gyro");
   Series series;
   for (int i = 0; i < static_cast<int>(seconds * 100.0); ++i) {
-    series.t_ns.push_back(1'000'000'000 + 10'000'000LL * i);
-    series.value.push_back(car.output().yaw_rate + bias + noise * random.normal());
+    series.add(1'000'000'000 + 10'000'000LL * i,
+               car.output().yaw_rate + bias + noise * random.normal());
     for (int k = 0; k < 10; ++k) car.step(1e-3);
   }
   return series;
@@ -185,8 +189,7 @@ TEST(SwingFit, RefusesWhatIsNoSwing) {
   };
   EXPECT_THAT(refusal(), HasSubstr("swing.log: 0 samples of the yaw rate are too few"));
   for (int i = 0; i < 2000; ++i) {
-    series.t_ns.push_back(10'000'000LL * i);
-    series.value.push_back(0.5);
+    series.add(10'000'000LL * i, 0.5);
   }
   EXPECT_THAT(refusal(), HasSubstr("nothing swings"));
   for (double& value : series.value) value = random.normal();
@@ -194,17 +197,7 @@ TEST(SwingFit, RefusesWhatIsNoSwing) {
   // Somebody's hand: the rate goes up and stays.
   for (std::size_t i = 0; i < series.size(); ++i) series.value[i] = i < 1000 ? 0.0 : 1.0;
   EXPECT_THAT(refusal(), HasSubstr("too few"));
-  // Not a pendulum: its period is drawn anew for each swing.
-  double phase = 0.0, rate = 3.0, amplitude = 1.0;
-  for (double& value : series.value) {
-    phase += 0.01 * rate;
-    if (phase > 2.0 * pi) {
-      phase -= 2.0 * pi;
-      rate = random.uniform(2.0, 6.0);
-    }
-    value = amplitude * std::cos(phase);
-    amplitude *= 0.9995;
-  }
+  series = no_pendulum();
   EXPECT_THAT(refusal(), HasSubstr("is not that of a free swing"));
 }
 
@@ -319,20 +312,19 @@ TEST(IdentifyInertia, SaysWhatIsMissingOrWrong) {
   scratch.write("back.csv", "t,yaw_rate\n1,0\n0.5,1\n");
   scratch.write("nan.csv", "t,yaw_rate\n1,nan\n");
   scratch.write("other.csv", "t,rate\n1,0\n");
-  const auto error = [&](const std::string& rest) {
-    const Outcome outcome = run_shell("cd " + scratch.path("").string() + " && " + hang + rest);
-    EXPECT_EQ(outcome.status, 2) << rest;
-    return outcome.err;
-  };
-  EXPECT_THAT(error(""), HasSubstr("give --time and --swings, --csv, or --config and --can"));
-  EXPECT_THAT(error("--time 40"), HasSubstr("--swings is missing"));
-  EXPECT_THAT(error("--time 40 --swings 20 --platform-mass 1"),
-              HasSubstr("--platform-time and --platform-swings, or --platform-inertia"));
-  EXPECT_THAT(error("--can drive.log"), HasSubstr("--can needs --config"));
-  EXPECT_THAT(error("--csv back.csv"), HasSubstr("back.csv:3: column \"t\": earlier"));
-  EXPECT_THAT(error("--csv nan.csv"), HasSubstr("nan.csv:2: column \"yaw_rate\""));
-  EXPECT_THAT(error("--csv other.csv"), HasSubstr("yaw_rate"));
-  EXPECT_THAT(error("--csv no.csv"), HasSubstr("no.csv: no such file"));
+  const std::pair<const char*, const char*> cases[]{
+      {"", "give --time and --swings, --csv, or --config and --can"},
+      {"--time 40", "--swings is missing"},
+      {"--time 40 --swings 20 --platform-mass 1",
+       "--platform-time and --platform-swings, or --platform-inertia"},
+      {"--can drive.log", "--can needs --config"},
+      {"--csv back.csv", "back.csv:3: column \"t\": earlier"},
+      {"--csv nan.csv", "nan.csv:2: column \"yaw_rate\""},
+      {"--csv other.csv", "yaw_rate"},
+      {"--csv no.csv", "no.csv: no such file"}};
+  for (const auto& [options, says] : cases)
+    EXPECT_THAT(run_shell("cd " + scratch.path("").string() + " && " + hang + options),
+                Ends(2, HasSubstr(says)));
 }
 
 }  // namespace

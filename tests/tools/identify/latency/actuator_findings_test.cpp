@@ -1,6 +1,6 @@
 // What is written into [steering]: of responses that are known, and of simulated drives.
-#include "tools/identify/latency/actuator_findings.hpp"
 #include "tests/diagnostics.hpp"
+#include "tools/identify/latency/steering_response.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

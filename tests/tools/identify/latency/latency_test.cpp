@@ -11,7 +11,7 @@
 
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
-#include "tools/identify/latency/offset_regression.hpp"
+#include "tools/identify/latency/time_shift.hpp"
 
 namespace odomd::tools::latency_test {
 namespace {
@@ -46,10 +46,18 @@ Series sampled(F value, const Sampling& how) {
   std::normal_distribution<double> noise(0.0, 1.0);
   Series series;
   for (double t = 0.003; t < how.seconds; t += how.period) {
-    series.t_ns.push_back(start_ns + std::llround(1e9 * (t + how.late)));
-    series.value.push_back(value(t) + how.noise * noise(random));
+    series.add(start_ns + std::llround(1e9 * (t + how.late)), value(t) + how.noise * noise(random));
   }
   return series;
+}
+
+estimator::CameraPose pose_at(double t, double x, double y, double turned) {
+  estimator::CameraPose pose;
+  pose.capture_ns = start_ns + std::llround(1e9 * t);
+  pose.x = x;
+  pose.y = y;
+  pose.yaw = turned;
+  return pose;
 }
 
 daemon::Config car() {
@@ -62,7 +70,7 @@ SignalLog log_with_gyro(double seconds = 30.0) {
   SignalLog log;
   log.first_ns = start_ns;
   log.last_ns = start_ns + std::llround(1e9 * seconds);
-  log.signals[static_cast<std::size_t>(Source::yaw_rate)] =
+  log.of(Source::yaw_rate) =
       sampled(yaw_rate, {.period = 0.005, .noise = 0.005, .seconds = seconds});
   return log;
 }
@@ -107,9 +115,9 @@ TEST(Latency, OfWheelsShowsInTheDifferenceOfLeftAndRight) {
   SignalLog log = log_with_gyro();
   const Sampling wheel{.late = 0.021, .noise = 0.005};
   // The wheels' spin follows by a millisecond a metre per second.
-  log.signals[static_cast<std::size_t>(Source::wheel_rear_left)] =
+  log.of(Source::wheel_rear_left) =
       sampled([](double t) { return speed(t) - 0.08 * yaw_rate(t - 1e-3 * speed(t)); }, wheel);
-  log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] =
+  log.of(Source::wheel_rear_right) =
       sampled([](double t) { return speed(t) + 0.08 * yaw_rate(t - 1e-3 * speed(t)); }, wheel);
   std::vector<std::string> reports;
   const LatencyEstimate estimate = estimate_latencies(
@@ -126,14 +134,13 @@ TEST(Latency, OfWheelsShowsInTheDifferenceOfLeftAndRight) {
 // Interpolated between two samples, noise is less than on one of them.
 TEST(Latency, OfWheelsIsNotDrawnToWhereTheGyroIsLessNoisy) {
   SignalLog log = log_with_gyro();
-  log.signals[static_cast<std::size_t>(Source::yaw_rate)] =
-      sampled(yaw_rate, {.period = 0.005, .noise = 0.2});
+  log.of(Source::yaw_rate) = sampled(yaw_rate, {.period = 0.005, .noise = 0.2});
   const auto wheel = [](double side) {
     return sampled([side](double t) { return speed(t) + side * yaw_rate(t - 1e-3 * speed(t)); },
                    {.late = 0.02});  // four samples of the gyro
   };
-  log.signals[static_cast<std::size_t>(Source::wheel_rear_left)] = wheel(-0.08);
-  log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] = wheel(0.08);
+  log.of(Source::wheel_rear_left) = wheel(-0.08);
+  log.of(Source::wheel_rear_right) = wheel(0.08);
   const SourceOffset found = of(estimate_latencies(car(), log, {}), Source::wheel_rear_left);
   EXPECT_NEAR(found.offset, 0.02, 1e-3);
 }
@@ -148,10 +155,10 @@ TEST(Latency, OfWheelsIsNoMoreCertainThanTheGyrosNoiseAllows) {
     };
     Sampling gyro = noisy(0.02, 0);
     gyro.late = 0.0;
-    log.signals[static_cast<std::size_t>(Source::yaw_rate)] = sampled(calm, gyro);
-    log.signals[static_cast<std::size_t>(Source::wheel_rear_left)] =
+    log.of(Source::yaw_rate) = sampled(calm, gyro);
+    log.of(Source::wheel_rear_left) =
         sampled([&](double t) { return speed(t) - 0.08 * calm(t); }, noisy(0.005, 1));
-    log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] =
+    log.of(Source::wheel_rear_right) =
         sampled([&](double t) { return speed(t) + 0.08 * calm(t); }, noisy(0.005, 2));
     const SourceOffset found = of(estimate_latencies(car(), log, {}), Source::wheel_rear_left);
     if (!found.failure.empty()) continue;
@@ -162,27 +169,22 @@ TEST(Latency, OfWheelsIsNoMoreCertainThanTheGyrosNoiseAllows) {
 TEST(Latency, OfTheGyroShowsAgainstACamera) {
   const SignalLog log = log_with_gyro();
   std::vector<estimator::CameraPose> camera;
-  for (double t = 0.0; t < 30.0; t += 0.035) {
-    estimator::CameraPose pose;
-    pose.capture_ns = start_ns + std::llround(1e9 * (t - 0.012));
-    pose.yaw = std::remainder(yaw(t) + 3.0, 2.0 * std::numbers::pi);
-    camera.push_back(pose);
-  }
+  for (double t = 0.0; t < 30.0; t += 0.035)
+    camera.push_back(
+        pose_at(t - 0.012, 0.0, 0.0, std::remainder(yaw(t) + 3.0, 2.0 * std::numbers::pi)));
   const SourceOffset found = of(estimate_latencies(car(), log, camera), Source::camera);
   EXPECT_EQ(found.failure, "");
   EXPECT_NEAR(found.offset, -0.012, 1e-3);
 }
 
 TEST(Latency, RefusesACameraThatSawAnotherDrive) {
-  estimator::CameraPose pose;
-  pose.capture_ns = start_ns + 60'000'000'000;
-  EXPECT_THROW((void)estimate_latencies(car(), log_with_gyro(), {{pose}}), std::invalid_argument);
+  const estimator::CameraPose late = pose_at(60.0, 0.0, 0.0, 0.0);
+  EXPECT_THROW((void)estimate_latencies(car(), log_with_gyro(), {{late}}), std::invalid_argument);
 }
 
 TEST(Latency, OfOneSpeedIsDeterminedByTheCamerasPathAlone) {
   SignalLog log = log_with_gyro();
-  log.signals[static_cast<std::size_t>(Source::wheel_rear)] =
-      sampled(speed, {.late = 0.03, .noise = 0.005});
+  log.of(Source::wheel_rear) = sampled(speed, {.late = 0.03, .noise = 0.005});
   EXPECT_THAT(of(estimate_latencies(car(), log, {}), Source::wheel_rear).failure,
               testing::HasSubstr("--camera"));
 
@@ -191,14 +193,7 @@ TEST(Latency, OfOneSpeedIsDeterminedByTheCamerasPathAlone) {
   constexpr double dt = 1e-3;
   int k = 0;
   for (double t = 0.0; t < 30.0; t += dt, ++k) {
-    if (k % 35 == 0) {
-      estimator::CameraPose pose;
-      pose.capture_ns = start_ns + std::llround(1e9 * t);
-      pose.x = x;
-      pose.y = y;
-      pose.yaw = yaw(t);
-      camera.push_back(pose);
-    }
+    if (k % 35 == 0) camera.push_back(pose_at(t, x, y, yaw(t)));
     x += dt * speed(t) * std::cos(yaw(t));
     y += dt * speed(t) * std::sin(yaw(t));
   }
@@ -212,19 +207,17 @@ TEST(Latency, OfExchangedWheelsIsNotReported) {
   const auto wheel = [](double side) {
     return sampled([side](double t) { return speed(t) + side * yaw_rate(t); }, {.noise = 0.005});
   };
-  log.signals[static_cast<std::size_t>(Source::wheel_rear_left)] = wheel(0.08);
-  log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] = wheel(-0.08);
+  log.of(Source::wheel_rear_left) = wheel(0.08);
+  log.of(Source::wheel_rear_right) = wheel(-0.08);
   EXPECT_THAT(of(estimate_latencies(car(), log, {}), Source::wheel_rear_left).failure,
               testing::HasSubstr("left and right exchanged?"));
 }
 
 TEST(Latency, ADriveStraightAheadDeterminesNothing) {
   SignalLog log = log_with_gyro();
-  log.signals[static_cast<std::size_t>(Source::yaw_rate)] =
-      sampled([](double) { return 0.0; }, {.noise = 0.005});
-  log.signals[static_cast<std::size_t>(Source::wheel_rear_left)] = sampled(speed, {.noise = 0.005});
-  log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] =
-      sampled(speed, {.noise = 0.005, .seed = 8});
+  log.of(Source::yaw_rate) = sampled([](double) { return 0.0; }, {.noise = 0.005});
+  log.of(Source::wheel_rear_left) = sampled(speed, {.noise = 0.005});
+  log.of(Source::wheel_rear_right) = sampled(speed, {.noise = 0.005, .seed = 8});
   EXPECT_NE(of(estimate_latencies(car(), log, {}), Source::wheel_rear_left).failure, "");
 }
 

@@ -27,8 +27,7 @@ Series record(const Sensor& sensor, std::size_t samples, std::uint64_t seed) {
   Series series;
   double bias = sensor.bias;
   for (std::size_t i = 0; i < samples; ++i) {
-    series.t_ns.push_back(static_cast<std::int64_t>(i) * 10'000'000);
-    series.value.push_back(bias + sensor.sigma * random.normal());
+    series.add(static_cast<std::int64_t>(i) * 10'000'000, bias + sensor.sigma * random.normal());
     bias += sensor.walk * 0.1 * random.normal();
   }
   return series;
@@ -178,7 +177,7 @@ std::vector<AllanCurve> curves_of(const SignalLog& log) {
 
 std::string without_wheels(estimator::Source source, const Series& series) {
   SignalLog log;
-  log.signals[static_cast<std::size_t>(source)] = series;
+  log.of(source) = series;
   return message_of([&] { check_that_imu_stands(log, curves_of(log), "a.log"); });
 }
 
@@ -334,27 +333,23 @@ TEST_F(IdentifyNoise, SaysWhatCannotBeUsed) {
   const std::string folder = scratch_.path("drive").string();
   ASSERT_EQ(run_shell("odom sim --duration 10 --standstill 2 --out " + folder).status, 0);
   const std::string drive = " --config " + folder + "/car.toml --can " + folder + "/drive.log";
-  const auto error = [](const std::string& options) {
-    const Outcome outcome = run_shell("odom identify noise " + options);
-    EXPECT_EQ(outcome.status, 2) << options;
-    return outcome.err;
-  };
-  EXPECT_THAT(error(""), HasSubstr("give a record of the standing car"));
-  EXPECT_THAT(error(drive), HasSubstr("the car moves: wheel_"));
-  // Without the wheels, the IMU shows it.
   ASSERT_EQ(run_shell("cd " + folder + " && grep ' 1A2#' drive.log > imu.log").status, 0);
   const std::string imu = " --config " + folder + "/car.toml --can " + folder + "/imu.log";
-  EXPECT_THAT(error(imu), HasSubstr("the car moves: "));
-  EXPECT_THAT(error(drive + " --to 0.5"), HasSubstr("samples are too few"));
-  EXPECT_THAT(error(drive + " --plot a.gif"), HasSubstr(".svg"));
-  EXPECT_THAT(error(drive + " --plot /nonexistent/a.svg"), HasSubstr("no folder /nonexistent"));
-  EXPECT_THAT(error("--drive " + folder + " --plot a.svg"), HasSubstr("--plot draws a standing"));
-  EXPECT_THAT(error("--drive /nowhere"), HasSubstr("/nowhere: is not a folder"));
   const std::string csv = scratch_.write("a.csv", "t,speed\n1,2\n").string();
   const std::string nothing = scratch_.write("nothing.csv", "").string();
-  EXPECT_THAT(error("--csv " + nothing),
-              HasSubstr("a first line \"t,yaw_rate,accel_x,accel_y\" is expected, with t [s]"));
-  EXPECT_THAT(error("--csv " + csv), HasSubstr("none of the columns yaw_rate, accel_x, accel_y"));
+  const std::pair<std::string, const char*> cases[]{
+      {"", "give a record of the standing car"},
+      {drive, "the car moves: wheel_"},
+      {imu, "the car moves: "},  // without the wheels, the IMU shows it
+      {drive + " --to 0.5", "samples are too few"},
+      {drive + " --plot a.gif", ".svg"},
+      {drive + " --plot /nonexistent/a.svg", "no folder /nonexistent"},
+      {"--drive " + folder + " --plot a.svg", "--plot draws a standing"},
+      {"--drive /nowhere", "/nowhere: is not a folder"},
+      {"--csv " + nothing, "a first line \"t,yaw_rate,accel_x,accel_y\" is expected, with t [s]"},
+      {"--csv " + csv, "none of the columns yaw_rate, accel_x, accel_y"}};
+  for (const auto& [options, says] : cases)
+    EXPECT_THAT(run_shell("odom identify noise " + options), Ends(2, HasSubstr(says))) << options;
 }
 
 }  // namespace

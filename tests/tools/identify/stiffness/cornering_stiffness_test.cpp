@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "tools/identify/stiffness/stiffness_findings.hpp"
+#include "tools/identify/stiffness/stiffness.hpp"
 
 namespace odomd::tools::cornering_stiffness_test {
 namespace {

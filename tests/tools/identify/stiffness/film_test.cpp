@@ -4,9 +4,9 @@
 
 #include "tests/diagnostics.hpp"
 #include "tests/tools/identify/stiffness/synthetic_film.hpp"
+#include "tests/tools/scratch.hpp"
 #include "tools/identify/stiffness/circle_runs.hpp"
-#include "tools/identify/stiffness/film_alignment.hpp"
-#include "tools/identify/stiffness/film_motion.hpp"
+#include "tools/identify/stiffness/film.hpp"
 
 namespace odomd::tools::film_test {
 namespace {
@@ -31,16 +31,6 @@ SyntheticDrive two_circles() {
                        1.2 * SyntheticDrive::eased(t, 15.0, 25.0);
               },
           .drift = 0.05};
-}
-
-template <class Function>
-std::string refusal(Function&& function) {
-  try {
-    function();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "taken";
 }
 
 TEST(FilmMotion, FindsTheCentreOfGravityBetweenTheMarkers) {
@@ -79,7 +69,7 @@ TEST(FilmMotion, LeavesOutFramesInWhichAnotherThingWasTracked) {
 
 TEST(FilmMotion, AScaleThatContradictsTheMarkersIsRefused) {
   const SyntheticFilm film = make_film(two_circles(), places, 5.0, 0.0, 0.0025);
-  EXPECT_THAT(refusal([&] {
+  EXPECT_THAT(message_of([&] {
                 (void)film_motion(film.track, places,
                                   {.from = FilmScale::From::given, .metres_per_unit = 0.003});
               }),
@@ -131,7 +121,7 @@ TEST(FilmAlignment, FindsTheRateOfTheFilmsClock) {
     ASSERT_TRUE(local);
     EXPECT_NEAR(local->yaw_rate, 0.8, 5e-4) << by;
     const FilmAlignment given =
-        check_alignment("film.csv", slowed(motion, by), film.gyro, found.offset_ns);
+        align_film("film.csv", slowed(motion, by), film.gyro, found.offset_ns);
     EXPECT_NEAR(given.rate, found.rate, 1e-4) << by;
   }
 }
@@ -152,20 +142,20 @@ TEST(FilmAlignment, FilmsThatDoNotFitAreRefusedWithTheReason) {
   const FilmMotion motion = film_motion(film.track, places, metres);
   Series mirrored = film.gyro;
   for (double& value : mirrored.value) value = -value;
-  EXPECT_THAT(refusal([&] { (void)align_film("film.csv", motion, mirrored); }),
+  EXPECT_THAT(message_of([&] { (void)align_film("film.csv", motion, mirrored); }),
               HasSubstr("--y-down"));
   Series other = film.gyro;
   for (std::size_t k = 0; k < other.size(); ++k)
     other.value[k] = 0.6 * std::sin(4e-9 * static_cast<double>(other.t_ns[k]));
-  EXPECT_THAT(refusal([&] { (void)align_film("film.csv", motion, other); }),
+  EXPECT_THAT(message_of([&] { (void)align_film("film.csv", motion, other); }),
               HasSubstr("do not overlap"));
   // Played at half its speed.
   FilmMotion slow = motion;
   for (BodyFrame& frame : slow.frames) frame.t_ns *= 2;
-  EXPECT_THAT(refusal([&] { (void)align_film("film.csv", slow, film.gyro); }), HasSubstr("--fps"));
-  EXPECT_THAT(
-      refusal([&] { (void)check_alignment("film.csv", motion, film.gyro, 60'000'000'000); }),
-      HasSubstr("do not overlap"));
+  EXPECT_THAT(message_of([&] { (void)align_film("film.csv", slow, film.gyro); }),
+              HasSubstr("--fps"));
+  EXPECT_THAT(message_of([&] { (void)align_film("film.csv", motion, film.gyro, 60'000'000'000); }),
+              HasSubstr("do not overlap"));
 }
 
 TEST(FilmAlignment, AFilmThatHardlyShowsTheMarkersIsRefusedWithTheReason) {
@@ -174,18 +164,17 @@ TEST(FilmAlignment, AFilmThatHardlyShowsTheMarkersIsRefusedWithTheReason) {
   std::erase_if(motion.frames, [](const BodyFrame& frame) {
     return frame.t_ns > 2'000'000'000 && frame.t_ns < 24'000'000'000;
   });
-  EXPECT_THAT(refusal([&] { (void)align_film("film.csv", motion, film.gyro); }),
+  EXPECT_THAT(message_of([&] { (void)align_film("film.csv", motion, film.gyro); }),
               HasSubstr("both markers are seen often enough in only 4 s of 26 s of film"));
 }
 
 // The gyro, and a steering of a quarter of it until a time.
 SignalLog log_of(const Series& gyro, std::int64_t steered_until_ns) {
   SignalLog log;
-  log.signals[static_cast<std::size_t>(estimator::Source::yaw_rate)] = gyro;
-  Series& steering = log.signals[static_cast<std::size_t>(estimator::Source::steering)];
+  log.of(estimator::Source::yaw_rate) = gyro;
+  Series& steering = log.of(estimator::Source::steering);
   for (std::size_t k = 0; k < gyro.size() && gyro.t_ns[k] <= steered_until_ns; ++k) {
-    steering.t_ns.push_back(gyro.t_ns[k]);
-    steering.value.push_back(0.25 * gyro.value[k]);
+    steering.add(gyro.t_ns[k], 0.25 * gyro.value[k]);
   }
   return log;
 }

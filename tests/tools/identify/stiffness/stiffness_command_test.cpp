@@ -142,19 +142,21 @@ TEST(StiffnessCommand, EachMistakeIsOneLineThatSaysWhatToDo) {
     EXPECT_THAT(outcome.err, AllOf(HasSubstr(reason), EndsWith("\n")));
     EXPECT_EQ(outcome.err.rfind("odom identify stiffness: ", 0), 0U) << outcome.err;
   };
-  expect(places + "--run markers.csv,drive.log", "--y-down");
-  expect("--front -0.12,0 --rear 0.18,0 " + film, "markers are swapped");
-  expect("--front 0,0.18 --rear 0,-0.12 " + film, "the car moves sideways");
-  expect("--front 0.18 --rear -0.12,0 " + film, "--front");
-  expect("--front 18apples,0 --rear -0.12,0 " + film, "--front");
-  expect(places + film + "--sigma-mass 15mm", "--sigma-mass");
-  expect(places + film + "--sigma-scale 30%", "30% is too much");
-  expect(places + film + "--sigma-scale 0.3", "write per cent as 0.3%");
-  expect(places + "--y-down --run markers.csv", "neither MARKERS,LOG");
-  expect(places + "--y-down --run nothing.csv,drive.log", "no such file");
-  expect(places + film + "--metres-per-pixel 0.005", "correct the scale");
-  expect(places + film + "--time-offset 500", "do not overlap");
-  expect(places + film + "--plot tyres.jpg", ".svg");
+  const std::pair<std::string, const char*> cases[]{
+      {places + "--run markers.csv,drive.log", "--y-down"},
+      {"--front -0.12,0 --rear 0.18,0 " + film, "markers are swapped"},
+      {"--front 0,0.18 --rear 0,-0.12 " + film, "the car moves sideways"},
+      {"--front 0.18 --rear -0.12,0 " + film, "--front"},
+      {"--front 18apples,0 --rear -0.12,0 " + film, "--front"},
+      {places + film + "--sigma-mass 15mm", "--sigma-mass"},
+      {places + film + "--sigma-scale 30%", "30% is too much"},
+      {places + film + "--sigma-scale 0.3", "write per cent as 0.3%"},
+      {places + "--y-down --run markers.csv", "neither MARKERS,LOG"},
+      {places + "--y-down --run nothing.csv,drive.log", "no such file"},
+      {places + film + "--metres-per-pixel 0.005", "correct the scale"},
+      {places + film + "--time-offset 500", "do not overlap"},
+      {places + film + "--plot tyres.jpg", ".svg"}};
+  for (const auto& [options, reason] : cases) expect(options, reason);
 
   std::string text = contents("car.toml");
   text.erase(text.find("[vehicle]"), text.find("[can]") - text.find("[vehicle]"));

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tools/identify/common/signal_log.hpp"
-#include "tools/identify/stiffness/film_motion.hpp"
+#include "tools/identify/stiffness/film.hpp"
 
 namespace odomd::tools {
 
@@ -48,8 +48,7 @@ inline SyntheticFilm make_film(const SyntheticDrive& drive, const MarkerPlaces& 
                                    (centre + turn * places.rear) / metres_per_unit});
     }
     if (k % 6 == 0) {
-      film.gyro.t_ns.push_back(std::llround(1e9 * (t + offset_s)));
-      film.gyro.value.push_back(drive.yaw_rate(t));
+      film.gyro.add(std::llround(1e9 * (t + offset_s)), drive.yaw_rate(t));
     }
     const double middle = heading + 0.5 * step * drive.yaw_rate(t + 0.5 * step);
     centre += step * drive.speed(t + 0.5 * step) * std::polar(1.0, middle + drive.drift);

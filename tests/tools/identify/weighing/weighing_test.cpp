@@ -9,7 +9,7 @@
 
 #include "tests/tools/scratch.hpp"
 #include "tools/config_patch/config_patch.hpp"
-#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/quantity.hpp"
 
 namespace odomd::tools::weighing_test {
@@ -29,23 +29,21 @@ TEST(Quantity, IsReadWithItsUnit) {
 }
 
 TEST(Quantity, OfAnotherKindOrImpossibleIsRefused) {
-  const auto refusal = [](const char* text, Dimension dimension) {
-    return message_of([&] { (void)parse_positive(text, dimension, "--front"); });
-  };
-  EXPECT_EQ(refusal("3mm", Dimension::mass), "--front: \"3mm\": the unit must be kg, g or N");
-  EXPECT_EQ(refusal("3N", Dimension::mass), "--front: \"3N\": give it in kg or g");
-  for (const char* text : {"", "kg", "nan", "inf", "1,5", "1e999"})
-    EXPECT_THAT(refusal(text, Dimension::mass), HasSubstr("--front: ")) << text;
-  EXPECT_THAT(refusal("0", Dimension::mass), HasSubstr("must be greater than 0"));
-  EXPECT_THAT(refusal("-1", Dimension::mass), HasSubstr("must be greater than 0"));
-}
-
-TEST(Quantity, WithACommaGetsAHintOnThePoint) {
-  EXPECT_EQ(message_of([] { (void)parse_positive("3,015", Dimension::mass, "--total"); }),
-            "--total: \"3,015\": write a decimal point, not a comma");
-}
-
-TEST(Quantity, ThatNoCarHasIsRefusedWithWhatIsPlausible) {
+  const std::pair<const char*, const char*> cases[]{
+      {"3mm", "--front: \"3mm\": the unit must be kg, g or N"},
+      {"3N", "--front: \"3N\": give it in kg or g"},
+      {"3,015", "--front: \"3,015\": write a decimal point, not a comma"},
+      {"", "--front: "},
+      {"kg", "--front: "},
+      {"nan", "--front: "},
+      {"inf", "--front: "},
+      {"1e999", "--front: "},
+      {"0", "must be greater than 0"},
+      {"-1", "must be greater than 0"}};
+  for (const auto& [text, says] : cases)
+    EXPECT_THAT(message_of([&] { (void)parse_positive(text, Dimension::mass, "--front"); }),
+                HasSubstr(says))
+        << text;
   EXPECT_DOUBLE_EQ(parse_plausible("200mm", Dimension::length, "--spacing", {0.01, 10.0}), 0.2);
   EXPECT_EQ(message_of([] {
               (void)parse_plausible("239.5", Dimension::length, "--spacing", {0.01, 10.0});
@@ -181,25 +179,19 @@ TEST(Weighing, WithoutWhatItNeedsIsRefused) {
             "--rear-left: 0 kg is not possible; it must be greater than 0");
 }
 
-TEST(Findings, OfWhatMayAsWellBeZeroHaveNoPerCent) {
-  Findings findings{.method = "cog"};
-  findings.values = {{.name = "lateral", .value = 1e-5, .sigma = 1e-3, .unit = "m"}};
-  EXPECT_THAT(as_text(findings), Not(HasSubstr("%")));
-  findings.values[0].value = 0.01;
-  EXPECT_THAT(as_text(findings), HasSubstr(" 20 %"));
-  findings.values[0].value = 1.0;
-  EXPECT_THAT(as_text(findings), HasSubstr(" 0.20 %"));
-}
-
-TEST(Findings, WhoseZeroIsAValueLikeAnyOtherHaveNoPerCent) {
-  Findings findings{.method = "latency"};
-  findings.values = {{.name = "bias", .value = 1.0, .sigma = 0.1, .share = Share::meaningless}};
-  EXPECT_THAT(as_text(findings), Not(HasSubstr("%")));
+TEST(Findings, HaveAPerCentWhereZeroIsNoValueLikeAnyOther) {
+  const auto text = [](Finding finding) { return as_text({.method = "cog", .values = {finding}}); };
+  const auto finding = [](const char* key, double value, double sigma) {
+    return as_finding("x", key, {value, sigma}, "m");
+  };
+  EXPECT_THAT(text(finding("", 1e-5, 1e-3)), Not(HasSubstr("%")));
+  EXPECT_THAT(text(finding("", 0.01, 1e-3)), HasSubstr(" 20 %"));
+  EXPECT_THAT(text(finding("", 1.0, 1e-3)), HasSubstr(" 0.20 %"));
+  EXPECT_THAT(text({.name = "bias", .value = 1.0, .sigma = 0.1, .share = Share::meaningless}),
+              Not(HasSubstr("%")));
   for (const char* key : {"can.signals.yaw_rate.latency", "can.signals.accel_x.offset",
-                          "imu.position[0]", "camera.lever_arm[2]"}) {
-    findings.values = {{.name = "x", .key = key, .value = 1.0, .sigma = 0.1}};
-    EXPECT_THAT(as_text(findings), Not(HasSubstr("%"))) << key;
-  }
+                          "imu.position[0]", "camera.lever_arm[2]"})
+    EXPECT_THAT(text(finding(key, 1.0, 0.1)), Not(HasSubstr("%"))) << key;
 }
 
 constexpr const char* car_toml =
@@ -349,28 +341,26 @@ TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {
   EXPECT_LT(sigma("mass --level 0"), 0.0032);
 }
 
-TEST(IdentifyMass, AsksForTheUnitsOfWhatIsCoarse) {
-  const auto said = [](const std::string& command) {
-    const Outcome outcome = run_shell("odom identify " + command);
-    return std::to_string(outcome.status) + " " + outcome.err;
+TEST(IdentifyMass, SaysWhatIsMissingOrInOtherUnits) {
+  struct Case {
+    const char* command;
+    int status;
+    const char* says;
   };
-  EXPECT_THAT(said("mass --total 2.985 --scale-resolution 1"),
-              HasSubstr("0 odom identify mass: warning: 2 sigma of the mass is 38.7 %"));
-  EXPECT_THAT(said("mass --total 2.985 --scale-resolution 1g --scale-accuracy 5"),
-              HasSubstr("2 odom identify mass: --scale-accuracy: 5 is more than a tenth"));
-  EXPECT_THAT(
-      said("cog --front 1 --rear 2 --scale-resolution 1g --wheelbase 0.26 "
-           "--wheelbase-sigma 1"),
-      HasSubstr("2 odom identify cog: --wheelbase-sigma: 1 is more than a tenth of 0.26 m"));
-}
-
-TEST(IdentifyMass, SaysWhatIsMissing) {
-  EXPECT_THAT(run_shell("odom identify mass --total 3 --scale-sigma 1g --height 5cm"),
-              Ends(2, HasSubstr("--wheelbase is missing")));
-  EXPECT_THAT(run_shell("odom identify mass --front 1 --scale-resolution 1g"),
-              Ends(2, HasSubstr("do not add up to the whole car")));
-  EXPECT_THAT(run_shell("odom identify cog --total 3 --scale-sigma 1g --wheelbase 1"),
-              Ends(2, HasSubstr("do not determine the weight distribution")));
+  constexpr Case cases[]{
+      {"mass --total 2.985 --scale-resolution 1", 0,
+       "odom identify mass: warning: 2 sigma of the mass is 38.7 %"},
+      {"mass --total 2.985 --scale-resolution 1g --scale-accuracy 5", 2,
+       "odom identify mass: --scale-accuracy: 5 is more than a tenth"},
+      {"cog --front 1 --rear 2 --scale-resolution 1g --wheelbase 0.26 --wheelbase-sigma 1", 2,
+       "odom identify cog: --wheelbase-sigma: 1 is more than a tenth of 0.26 m"},
+      {"mass --total 3 --scale-sigma 1g --height 5cm", 2, "--wheelbase is missing"},
+      {"mass --front 1 --scale-resolution 1g", 2, "do not add up to the whole car"},
+      {"cog --total 3 --scale-sigma 1g --wheelbase 1", 2,
+       "do not determine the weight distribution"}};
+  for (const Case& one : cases)
+    EXPECT_THAT(run_shell(std::string("odom identify ") + one.command),
+                Ends(one.status, HasSubstr(one.says)));
 }
 
 }  // namespace

@@ -1,7 +1,11 @@
-// The motion of the car in the film from above: centre of gravity and heading from two markers.
+// A film of the car from above: the tracks of two markers as tracking programs export them, the
+// motion of the car, and when it was taken on the log's clock.
 #pragma once
 
+#include <complex>
+#include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <optional>
 #include <string>
@@ -9,9 +13,42 @@
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/signal_log.hpp"
-#include "tools/identify/stiffness/marker_track.hpp"
 
 namespace odomd::tools {
+
+/// A point or a direction in the plane, x + i y: products turn.
+using Plane = std::complex<double>;
+
+/// A frame in which both markers were found; places in the track's unit and axes.
+struct MarkerFrame {
+  std::int64_t t_ns = 0;
+  Plane front, rear;
+};
+
+struct MarkerTrack {
+  std::string name;                 ///< of the file, for messages
+  std::vector<MarkerFrame> frames;  ///< times strictly increasing
+  std::size_t gaps = 0;             ///< rows without both markers
+};
+
+/// How the first column counts time.
+struct FilmTime {
+  std::optional<double> frames_per_second;  ///< given: the column holds frame numbers
+};
+
+/// A file with the columns t, x_front, y_front, x_rear, y_rear, in any order; others are passed
+/// over. Fields are parted by tabs, semicolons, commas or blanks; where commas do not part fields
+/// they may be decimal ones. Lines before the first number are headings, the last of them names the
+/// columns; "#" begins a comment. An empty field is a marker not seen. Throws std::invalid_argument
+/// with file, line and column.
+[[nodiscard]] MarkerTrack read_marker_track(const std::filesystem::path& file,
+                                            const FilmTime& time = {});
+
+/// A file a marker, each with t, x, y; without headings in this order. Only times that both have
+/// count.
+[[nodiscard]] MarkerTrack read_marker_tracks(const std::filesystem::path& front,
+                                             const std::filesystem::path& rear,
+                                             const FilmTime& time = {});
 
 /// Where the markers are on the car: body frame, from the centre of gravity, x forward, y left [m].
 struct MarkerPlaces {
@@ -88,5 +125,28 @@ struct YawRates {
 
 [[nodiscard]] YawRates yaw_rates_of(const FilmMotion& motion);
 [[nodiscard]] YawRates yaw_rates_of(const Series& gyro);
+
+struct FilmAlignment {
+  std::int64_t offset_ns = 0;  ///< log time = film time + offset, of the film's first frame
+  double sigma_s = 0.0;        ///< standard uncertainty of the offset
+  double rate = 0.0;  ///< by how much faster the log's clock runs: log seconds a film's - 1
+  double rate_sigma = 0.0;
+  double agreement = 0.0;  ///< 1: the yaw rates are the same; 0: as far off as their own size
+  diagnostics::Diagnostics warnings;
+};
+
+/// Searches every shift at which a third of the shorter one of film and log overlaps, coarsely by
+/// the mean square difference of the yaw rates, then refines by least squares with the gyro's scale
+/// and bias and the rate of the film's clock left free. Within 0.3 % the rate is held to 0.1 %, as
+/// clocks and nominal frame rates are; beyond it there is a warning. Throws std::invalid_argument
+/// if film and log do not fit at any shift, with the likeliest reason: mirrored, another frame
+/// rate, another drive. `name` is the film's. With
+/// a shift that is known: the agreement and the rate there.
+[[nodiscard]] FilmAlignment align_film(const std::string& name, const FilmMotion& motion,
+                                       const Series& gyro,
+                                       std::optional<std::int64_t> offset_ns = {});
+
+/// Stretches the film's times about its first frame, to whose rate the log's clock runs.
+void put_on_clock_of_log(const FilmAlignment& alignment, FilmMotion& motion);
 
 }  // namespace odomd::tools

@@ -1,12 +1,55 @@
-#include "tools/identify/noise/standing_faults.hpp"
+#include "tools/identify/noise/bias_filter.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "tools/identify/noise/bias_filter.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools {
+namespace {
+
+/// take(ν, s, filter) is called for all samples but the first.
+template <typename Take>
+FilteredBias run_bias_filter(const Series& series, double lambda, Direction direction,
+                             Take&& take) {
+  const std::size_t n = series.size();
+  const auto at = [&](std::size_t i) { return direction == Direction::forwards ? i : n - 1 - i; };
+  FilteredBias f;
+  f.bias = series.value[at(0)];
+  f.variance = 1.0;
+  for (std::size_t i = 1; i < n; ++i) {
+    const double dt =
+        1e-9 * std::fabs(static_cast<double>(series.t_ns[at(i)] - series.t_ns[at(i - 1)]));
+    f.variance += lambda * dt;
+    const double s = f.variance + 1.0;
+    const double innovation = series.value[at(i)] - f.bias;
+    take(innovation, s, f);
+    f.bias += f.variance / s * innovation;
+    f.variance /= s;
+  }
+  return f;
+}
+
+/// ν/√s of all samples but the first.
+std::vector<double> innovations(const Series& series, double lambda) {
+  std::vector<double> all;
+  all.reserve(series.size());
+  (void)run_bias_filter(series, lambda, Direction::forwards,
+                        [&all](double innovation, double s, const FilteredBias&) {
+                          all.push_back(innovation / std::sqrt(s));
+                        });
+  return all;
+}
+
+}  // namespace
+
+FilteredBias filter_bias(const Series& series, double lambda, Direction direction) {
+  return run_bias_filter(series, lambda, direction,
+                         [](double innovation, double s, FilteredBias& f) {
+                           f.log_sum += std::log(s);
+                           f.squares += innovation * innovation / s;
+                         });
+}
 
 std::vector<std::size_t> far_off(const Series& series, double lambda, double least) {
   const std::vector<double> all = innovations(series, lambda);
@@ -29,8 +72,7 @@ Series without(const Series& series, std::span<const std::size_t> samples) {
       ++next;
       continue;
     }
-    kept.t_ns.push_back(series.t_ns[i]);
-    kept.value.push_back(series.value[i]);
+    kept.add(series.t_ns[i], series.value[i]);
   }
   return kept;
 }
@@ -52,8 +94,8 @@ Series means_of(const Series& series, std::size_t count) {
   for (std::size_t i = 0; i + count <= series.size(); i += count) {
     double sum = 0.0;
     for (std::size_t k = i; k < i + count; ++k) sum += series.value[k];
-    means.t_ns.push_back(series.t_ns[i] / 2 + series.t_ns[i + count - 1] / 2);
-    means.value.push_back(sum / static_cast<double>(count));
+    means.add(series.t_ns[i] / 2 + series.t_ns[i + count - 1] / 2,
+              sum / static_cast<double>(count));
   }
   return means;
 }

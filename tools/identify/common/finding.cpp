@@ -1,4 +1,4 @@
-#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/finding.hpp"
 
 #include <fmt/format.h>
 

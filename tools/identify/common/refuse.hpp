@@ -1,0 +1,17 @@
+// What is said of input that cannot be used: what it is, and how to mend it.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <utility>
+
+namespace odomd::tools {
+
+/// Throws std::invalid_argument with this text.
+template <typename... Values>
+[[noreturn]] void refuse(fmt::format_string<Values...> text, Values&&... values) {
+  throw std::invalid_argument(fmt::format(text, std::forward<Values>(values)...));
+}
+
+}  // namespace odomd::tools

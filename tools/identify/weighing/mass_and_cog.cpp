@@ -1,0 +1,344 @@
+// odom identify mass and cog: on a scale, as a whole or by parts, and where the centre of gravity
+// lies, from the loads of axles and sides.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "daemon/core/config.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/config_patch/config_patch.hpp"
+#include "tools/identify/common/finding.hpp"
+#include "tools/identify/common/quantity.hpp"
+#include "tools/identify/common/refuse.hpp"
+#include "tools/identify/methods.hpp"
+#include "tools/identify/weighing/weighing.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using diagnostics::found;
+using diagnostics::kind;
+
+struct Options {
+  std::array<std::vector<std::string>, static_cast<std::size_t>(Load::count)> loads;
+  std::string resolution, sigma, accuracy, gravity;
+  std::string wheelbase, wheelbase_sigma = "1mm";
+  std::string track_width, track_width_sigma = "1mm";
+  std::string height, level = "0.25deg";
+  std::string config;
+  Delivery delivery;
+};
+
+constexpr Plausible wheelbases{0.05, 10.0}, track_widths{0.02, 5.0};  // [m]
+
+/// The last digit or the scatter of a scale as mass is measured by it, with the same gravity.
+struct Kilograms {
+  Measured gravity;
+  bool of_newtons = false;  ///< some are, so that the mass is only as well known as gravity
+
+  double operator()(const std::string& text, const std::string& option) {
+    const Quantity quantity = parse_quantity(text, Dimension::mass, option);
+    if (quantity.unit == Unit::si) return quantity.value;
+    of_newtons = true;
+    return quantity.value / gravity.value;
+  }
+  double not_negative(const std::string& text, const std::string& option) {
+    const double value = text.empty() ? 0.0 : operator()(text, option);
+    if (value < 0.0) refuse("{}: {} is not possible; it must be 0 or more", option, text);
+    return value;
+  }
+};
+
+struct Weighed {
+  std::vector<Weighing> weighings;
+  Scale scale;
+  WheelLoads loads;
+  std::optional<Measured> mass;
+};
+
+Weighed read_loads(const Options& options) {
+  Weighed result;
+  Kilograms kilograms{gravity_of(options.gravity)};
+  for (std::size_t i = 0; i < options.loads.size(); ++i) {
+    const auto load = static_cast<Load>(i);
+    for (const std::string& text : options.loads[i])
+      result.weighings.push_back(
+          {load, kilograms(text, fmt::format("--{}", info_of(load).option))});
+  }
+  result.scale.resolution = kilograms.not_negative(options.resolution, "--scale-resolution");
+  result.scale.sigma = kilograms.not_negative(options.sigma, "--scale-sigma");
+  result.scale.accuracy = parse_or(1e-3, options.accuracy, Dimension::pure, "--scale-accuracy");
+  constexpr double worst_gain = 0.1;
+  if (result.scale.accuracy > worst_gain)
+    refuse("--scale-accuracy: {} is more than a tenth; write per cent as 0.1%", options.accuracy);
+  if (kilograms.of_newtons)
+    result.scale.accuracy =
+        std::hypot(result.scale.accuracy, kilograms.gravity.sigma / kilograms.gravity.value);
+  return result;
+}
+
+/// Height and slope; the dimensions must have the wheelbase.
+void set_level(const Options& options, Dimensions& dimensions) {
+  // Unknown, it is a quarter of the wheelbase for cars of any size, give or take.
+  dimensions.height =
+      parse_or(0.25 * dimensions.wheelbase.value, options.height, Dimension::length, "--height");
+  dimensions.level_sigma = parse_not_negative(options.level, Dimension::angle, "--level");
+  if (dimensions.level_sigma > 0.2)
+    refuse("--level: with this slope the loads are useless; level the car");
+}
+
+/// Solves for the loads, allowing for the shifts of a car on slopes.
+void weigh(Weighed& weighed, const Dimensions& dimensions) {
+  weighed.loads = wheel_loads(weighed.weighings, weighed.scale);
+  weighed.mass = mass_of(weighed.loads, weighed.scale);
+  if (!weighed.mass) return;
+  weighed.scale = with_slopes(weighed.scale, weighed.mass->value, dimensions);
+  weighed.loads = wheel_loads(weighed.weighings, weighed.scale);
+  weighed.mass = mass_of(weighed.loads, weighed.scale);
+}
+
+std::string origin_of(const Weighed& weighed) {
+  return "scale, " + counted(weighed.weighings.size(), "weighing");
+}
+
+/// Loads that contradict each other; else a mass that is only known to 2 % or worse, whose units
+/// may be wrong.
+void check_precision(const Weighed& weighed, Findings& findings) {
+  constexpr const diagnostics::Kind& coarse = kind("scale_coarse");
+  if (const auto line = contradiction(weighed.loads))
+    findings.warnings.push_back(*line);
+  else if (const auto& mass = weighed.mass;
+           mass && !coarse.limits.hold(2.0 * mass->sigma / mass->value))
+    findings.warnings.push_back(
+        found(coarse, {},
+              fmt::format("2 sigma of the mass is {:.1f} %, and 0.5 % is sufficient",
+                          200.0 * mass->sigma / mass->value)));
+}
+
+/// Only ratios count for the mass: for a car of unknown size the usual ones are taken.
+Dimensions dimensions_for_mass(const Options& options) {
+  if (options.wheelbase.empty() && !(options.height.empty() && options.track_width.empty()))
+    refuse("--wheelbase is missing, which is needed to check --height and --track-width");
+  const auto length = [](const std::string& text, const char* option, Plausible range,
+                         double usual) {
+    return text.empty() ? usual : parse_plausible(text, Dimension::length, option, range);
+  };
+  Dimensions dimensions;
+  const double base = length(options.wheelbase, "--wheelbase", wheelbases, 1.0);
+  dimensions.wheelbase.value = base;
+  dimensions.track_width =
+      Measured{length(options.track_width, "--track-width", track_widths, 0.6 * base), 0.0};
+  set_level(options, dimensions);
+  return dimensions;
+}
+
+/// A length by tape, whose sigma is in another unit if it is more than a tenth of it.
+Measured by_tape(const std::string& text, const std::string& sigma_text, const std::string& option,
+                 Plausible range) {
+  const double length = parse_plausible(text, Dimension::length, option, range);
+  const double sigma = parse_not_negative(sigma_text, Dimension::length, option + "-sigma");
+  if (sigma > 0.1 * length)
+    refuse("{}-sigma: {} is more than a tenth of {:g} m; in metres, or write 1mm", option,
+           sigma_text, length);
+  return {length, sigma};
+}
+
+Dimensions dimensions_for_cog(const Options& options) {
+  Dimensions dimensions;
+  dimensions.wheelbase =
+      by_tape(options.wheelbase, options.wheelbase_sigma, "--wheelbase", wheelbases);
+  if (!options.track_width.empty())
+    dimensions.track_width =
+        by_tape(options.track_width, options.track_width_sigma, "--track-width", track_widths);
+  set_level(options, dimensions);
+  return dimensions;
+}
+
+/// Is it the same car, and the heavy end where the configuration has it?
+void compare_with(const std::string& file, const Measured& wheelbase, const CentreOfGravity& centre,
+                  Findings& findings) {
+  const estimator::Vehicle car = daemon::load_config(file).vehicle;
+  const double configured = car.front_axle + car.rear_axle;
+  if (std::fabs(configured - wheelbase.value) >
+      std::max(3.0 * wheelbase.sigma, 0.002 * wheelbase.value))
+    findings.warnings.push_back(
+        found(kind("another_wheelbase"), file,
+              fmt::format("[vehicle] front_axle + rear_axle make a wheelbase of {:.4f} m, measured "
+                          "are {:.4f} m",
+                          configured, wheelbase.value)));
+  const auto front = number_in(file, "vehicle.front_axle");
+  const auto rear = number_in(file, "vehicle.rear_axle");
+  if (!front || !rear || !centre.front_axle || !centre.rear_axle) return;
+  const double was = *front - *rear, is = centre.front_axle->value - centre.rear_axle->value;
+  constexpr double clear = 0.05;  // of the wheelbase
+  if (was * is > 0.0 || std::fabs(was) < clear * (*front + *rear) ||
+      std::fabs(is) < clear * (centre.front_axle->value + centre.rear_axle->value))
+    return;
+  findings.warnings.push_back(found(
+      kind("axles_exchanged"), file,
+      fmt::format("with [vehicle] front_axle {:g} and rear_axle {:g} the {} axle is the heavier "
+                  "one, but by the loads it is the {} one",
+                  *front, *rear, was > 0.0 ? "rear" : "front", is > 0.0 ? "rear" : "front")));
+}
+
+Findings identify_mass(const Options& options) {
+  Weighed weighed = read_loads(options);
+  weigh(weighed, dimensions_for_mass(options));
+  if (!weighed.mass)
+    refuse(
+        "the loads do not add up to the whole car; give --total, --front and --rear, or all "
+        "wheels");
+  Findings findings{.method = "mass", .origin = origin_of(weighed)};
+  findings.values = {as_finding("mass", "vehicle.mass", *weighed.mass, "kg")};
+  check_precision(weighed, findings);
+  return findings;
+}
+
+Findings identify_cog(const Options& options) {
+  Weighed weighed = read_loads(options);
+  const Dimensions dimensions = dimensions_for_cog(options);
+  weigh(weighed, dimensions);
+  check_shares(weighed.loads);
+  const CentreOfGravity centre = centre_of_gravity(weighed.loads, dimensions);
+  if (!centre.front_axle && !centre.lateral)
+    refuse(
+        "the loads do not determine the weight distribution; give --front and --rear (or --total "
+        "with one of them), --left and --right, or all four wheels");
+
+  Findings findings{.method = "cog", .origin = origin_of(weighed) + " and tape"};
+  const auto add = [&findings](const std::string& name, const std::string& key,
+                               const std::optional<Measured>& measured,
+                               const std::string& unit = "m",
+                               const std::string& otherwise = "") -> Finding& {
+    Finding finding = as_finding(name, key, measured.value_or(Measured{}), unit);
+    if (!measured) finding = undetermined(std::move(finding), otherwise);
+    return findings.values.emplace_back(std::move(finding));
+  };
+  const std::string one_axle = "needs the load of one axle, and of the other or the whole car";
+  add("centre of gravity to front axle", "vehicle.front_axle", centre.front_axle, "m", one_axle);
+  add("centre of gravity to rear axle", "vehicle.rear_axle", centre.rear_axle, "m", one_axle);
+  add("wheelbase", "", dimensions.wheelbase);
+  if (dimensions.track_width) {
+    add("track width", "vehicle.track_width", dimensions.track_width);
+    add("centre of gravity left of the middle", "", centre.lateral, "m",
+        "needs the load of one side, and of the other or the whole car")
+        .share = Share::meaningless;
+  }
+  add("mass", "", weighed.mass, "kg");
+  if (centre.front_axle) findings.details["correlation"] = centre.correlation;
+  if (centre.lateral && std::fabs(centre.lateral->value) >
+                            0.05 * dimensions.track_width->value + 2.0 * centre.lateral->sigma)
+    findings.warnings.push_back(
+        found(kind("centre_off_side"), {},
+              "the centre of gravity lies far to one side; the models assume it in the middle"));
+  check_precision(weighed, findings);
+  if (const std::string file = options.config.empty() ? options.delivery.write : options.config;
+      !file.empty())
+    compare_with(file, dimensions.wheelbase, centre, findings);
+  return findings;
+}
+
+void add_scale_options(Command method, Options& options) {
+  add_measured_option(method);
+  for (std::size_t i = 0; i < options.loads.size(); ++i) {
+    const auto load = static_cast<Load>(i);
+    const char* units = " [kg], or 2985g, or 29.3N; repeat the option for each weighing";
+    method
+        .add(fmt::format("--{}", info_of(load).option), "LOAD", options.loads[i],
+             std::string(info_of(load).help) + (load == Load::total ? units : ""))
+        .one_each();
+  }
+  method.add("--scale-resolution", "LOAD", options.resolution,
+             "Last digit that the scale shows [kg], or 1g");
+  method.add("--scale-sigma", "LOAD", options.sigma,
+             "Standard uncertainty of a weighing [kg], or 2g; default: half of the last digit");
+  method.add("--scale-accuracy", "X", options.accuracy,
+             "Standard uncertainty of the scale's gain, relative: 0.001, or 0.1%; default: 0.1%");
+  add_gravity_option(method, options.gravity);
+}
+
+void add_level_options(Command method, Options& options) {
+  method.add("--height", "LENGTH", options.height,
+             "Approximate height of the centre of gravity above the ground [m]; default: a quarter "
+             "of the wheelbase");
+  method.add("--level", "ANGLE", options.level,
+             "Standard uncertainty of the level of the car [rad], or 0.5deg; default: 0.25deg");
+}
+
+}  // namespace
+
+void add_mass(Command identify) {
+  const auto options = std::make_shared<Options>();
+  Command method = identify.add_subcommand("mass", "Measure the car's mass on a scale");
+  method.footer(
+      R"(Put the car on the scale as it drives: battery in, body on, cables off. Weigh it three
+times, lifting it off in between. A scale that is too small takes one axle at a time, the
+other one on a block as high as the scale: give --front and --rear, or all four wheels.
+
+Precision: 0.5 % is sufficient. The uncertainty contains the scatter of the weighings, the
+last digit of the scale, and the scale's gain error. Repeating does not reduce the gain
+error: weigh a litre of water to find it. If axles or wheels are weighed, it also contains
+a slope of the car, which shifts load between the scale and the block.
+
+Examples:
+  odom identify mass --total 2.985 --total 2.986 --scale-resolution 1g
+  odom identify mass --front 9.6N --rear 19.7N --scale-sigma 0.05N --gravity 9.8077
+  odom identify mass --total 2985g --scale-resolution 1g --write car.toml)");
+  add_scale_options(method, *options);
+  method.add("--wheelbase", "LENGTH", options->wheelbase,
+             "Distance between the centres of front and rear wheels [m], or 260mm; needed for "
+             "--height and --track-width");
+  method.add(
+      "--track-width", "LENGTH", options->track_width,
+      "Distance between the middles of left and right tyres [m], or 160mm; default: 0.6 of the "
+      "wheelbase");
+  add_level_options(method, *options);
+  add_delivery(method, options, identify_mass);
+}
+
+void add_cog(Command identify) {
+  const auto options = std::make_shared<Options>();
+  Command method = identify.add_subcommand(
+      "cog", "Measure the centre of gravity between the axles, with a scale and a tape measure");
+  method.footer(
+      R"(Put one axle on the scale and the other on a block of the same height, so that the car
+stands level; then the other axle; then, for the lateral offset, the left wheels and the
+right ones. Three times each, lifting the car in between. Steer straight ahead, tyres at
+pressure, brakes off, so that nothing pushes the axles apart. Measure the wheelbase
+between the centres of the wheels, on both sides, and the track width between the middles
+of the tyres.
+
+Precision: the distance of an axle is as precise as its load (1 g in 1 kg is 0.1 %) and the
+wheelbase. A slope of the car moves it by height times slope: 0.2 mm for a height of 50 mm
+and 0.25 degrees. The uncertainty allows for that by --height and --level. A gain error of
+the scale cancels.
+
+Examples:
+  odom identify cog --front 976g --rear 2009g --scale-resolution 1g --wheelbase 260mm
+  odom identify cog --front 0.976 --total 2.985 --left 1.51 --right 1.475 \
+      --scale-resolution 1g --scale-sigma 2g --wheelbase 0.26 --track-width 0.16 \
+      --config car.toml
+  odom identify cog --front 9.57N --rear 19.7N --scale-sigma 0.05N --wheelbase 0.26 \
+      --wheelbase-sigma 0.5mm --write car.toml)");
+  add_scale_options(method, *options);
+  method
+      .add("--wheelbase", "LENGTH", options->wheelbase,
+           "Distance between the centres of front and rear wheels [m], or 260mm")
+      .required();
+  method.add("--wheelbase-sigma", "LENGTH", options->wheelbase_sigma,
+             "Standard uncertainty of the wheelbase; default: 1mm");
+  method.add(
+      "--track-width", "LENGTH", options->track_width,
+      "Distance between the middles of left and right tyres [m], or 160mm; for the lateral offset");
+  method.add("--track-width-sigma", "LENGTH", options->track_width_sigma,
+             "Standard uncertainty of the track width; default: 1mm");
+  add_level_options(method, *options);
+  method.add(
+      "--config", "TOML", options->config,
+      "Configuration of the car (TOML) to compare the wheelbase with; default: the one of --write");
+  add_delivery(method, options, identify_cog);
+}
+
+}  // namespace odomd::tools
