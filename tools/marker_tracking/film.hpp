@@ -1,13 +1,16 @@
-// A film, frame by frame, each with its time.
+// A film, frame by frame, each with its time; and videos of what was found in it.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <filesystem>
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "tools/marker_tracking/markers.hpp"
 #include "tools/marker_tracking/options.hpp"
 
 namespace odomd::tools {
@@ -41,6 +44,39 @@ class FilmReader {
   std::int64_t t_ns_ = 0;
   std::int64_t count_ = 0;
   std::int64_t total_ = 0;
+};
+
+/// A video that is written frame by frame. Throws std::invalid_argument if it cannot be.
+[[nodiscard]] cv::VideoWriter open_video(const std::filesystem::path& file, double rate,
+                                         cv::Size picture);
+
+/// A video of a film with what was found in it.
+class Overlay {
+ public:
+  Overlay(const std::filesystem::path& file, double rate, cv::Size picture)
+      : video_(open_video(file, rate, picture)) {}
+
+  /// Adds a frame: both markers in a ring, front green and rear red, and their tracks so far.
+  void add(cv::Mat picture, const std::vector<MarkerPixel>& found, const std::string& time);
+
+ private:
+  cv::VideoWriter video_;
+  std::array<std::vector<cv::Point>, 2> tracks_;
+};
+
+/// The progress on a terminal.
+class FrameProgress {
+ public:
+  explicit FrameProgress(bool always);
+  ~FrameProgress();
+  FrameProgress(const FrameProgress&) = delete;
+  FrameProgress& operator=(const FrameProgress&) = delete;
+
+  void update(std::int64_t frame, std::int64_t total, std::int64_t found);
+
+ private:
+  bool shown_;
+  bool drawn_ = false;
 };
 
 }  // namespace odomd::tools

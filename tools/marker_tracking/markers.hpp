@@ -1,8 +1,7 @@
 // Markers in a picture, to a part of a pixel.
 #pragma once
 
-#include <array>
-#include <memory>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -14,35 +13,16 @@ namespace odomd::tools {
 
 using MarkerPixel = std::optional<cv::Point2d>;
 
-/// ArUco markers; the middle is where the diagonals cross, which perspective leaves alone.
-class ArucoFinder {
- public:
-  /// Throws std::invalid_argument for a name that is no dictionary's, with those there are.
-  explicit ArucoFinder(const std::string& dictionary);
-  ~ArucoFinder();
-  ArucoFinder(const ArucoFinder&) = delete;
-  ArucoFinder& operator=(const ArucoFinder&) = delete;
+/// The middle of each marker in a picture; nothing for one that is not there.
+using FindMarkers = std::function<std::vector<MarkerPixel>(const cv::Mat&)>;
 
-  /// The middles of these identifiers; nothing for one that is not there, or twice.
-  [[nodiscard]] std::vector<MarkerPixel> find(const cv::Mat& picture,
-                                              const std::vector<int>& identifiers);
+/// ArUco markers, each but once in a picture; the middle is where the diagonals cross, which
+/// perspective leaves alone. Throws std::invalid_argument for a name that is no dictionary's, with
+/// those there are.
+[[nodiscard]] FindMarkers aruco_finder(const std::string& dictionary,
+                                       const std::vector<int>& identifiers);
 
- private:
-  struct Detector;
-  std::unique_ptr<Detector> detector_;
-};
-
-/// The largest spot of a colour, if no other is nearly as large; else the one nearest to its place
-/// in the frame before.
-class ColourFinder {
- public:
-  explicit ColourFinder(const ColourRange& colour) : colour_(colour) {}
-
-  [[nodiscard]] MarkerPixel find(const cv::Mat& picture);
-
- private:
-  ColourRange colour_;
-  MarkerPixel last_;
-};
+/// Spots of these colours, followed from picture to picture.
+[[nodiscard]] FindMarkers colour_finder(const std::vector<ColourRange>& colours);
 
 }  // namespace odomd::tools

@@ -1,9 +1,6 @@
 #include "tools/marker_tracking/track_film.hpp"
 
 #include <algorithm>
-#include <array>
-#include <functional>
-#include <memory>
 #include <optional>
 #include <stdexcept>
 
@@ -13,32 +10,17 @@
 #include "tools/cli/text.hpp"
 #include "tools/marker_tracking/film.hpp"
 #include "tools/marker_tracking/markers.hpp"
-#include "tools/marker_tracking/overlay.hpp"
-#include "tools/marker_tracking/progress.hpp"
 #include "tools/marker_tracking/view.hpp"
 
 namespace odomd::tools {
 namespace {
 
-// Front and rear of one picture.
-using FindBoth = std::function<std::array<MarkerPixel, 2>(const cv::Mat&)>;
-
-FindBoth finder_of(const TrackOptions& options) {
-  if (!options.aruco.empty()) {
-    const auto finder = std::make_shared<ArucoFinder>(options.aruco);
-    const std::vector<int> identifiers{options.front.value(), options.rear.value()};
-    return [finder, identifiers](const cv::Mat& picture) {
-      const std::vector<MarkerPixel> found = finder->find(picture, identifiers);
-      return std::array{found[0], found[1]};
-    };
-  }
-  const auto front =
-      std::make_shared<ColourFinder>(parse_colour("--colour-front", options.colour_front));
-  const auto rear =
-      std::make_shared<ColourFinder>(parse_colour("--colour-rear", options.colour_rear));
-  return [front, rear](const cv::Mat& picture) {
-    return std::array{front->find(picture), rear->find(picture)};
-  };
+// Front and rear.
+FindMarkers finder_of(const TrackOptions& options) {
+  if (!options.aruco.empty())
+    return aruco_finder(options.aruco, {options.front.value(), options.rear.value()});
+  return colour_finder({parse_colour("--colour-front", options.colour_front),
+                        parse_colour("--colour-rear", options.colour_rear)});
 }
 
 // The middles of the markers on the ground, each the mean of up to ten frames: the camera stands.
@@ -59,10 +41,10 @@ std::vector<GroundPoint> find_ground(const TrackOptions& options) {
           fmt::format("--ground-marker: marker {} is named twice", identifiers.back()));
   }
   std::vector<std::vector<cv::Point2d>> seen(points.size());
-  ArucoFinder finder(options.aruco);
+  const FindMarkers find = aruco_finder(options.aruco, identifiers);
   FilmReader film(options);
   while (film.count() < frames && film.next()) {
-    const std::vector<MarkerPixel> found = finder.find(film.picture(), identifiers);
+    const std::vector<MarkerPixel> found = find(film.picture());
     for (std::size_t k = 0; k < found.size(); ++k)
       if (found[k]) seen[k].push_back(*found[k]);
     if (std::ranges::all_of(seen, [](const auto& places) { return places.size() >= enough; }))
@@ -118,7 +100,7 @@ TrackSummary track_film(const TrackOptions& options, std::ostream& track) {
                     "same settings",
                     options.lens, lens->picture.width, lens->picture.height, film.size().width,
                     film.size().height));
-  const FindBoth find = finder_of(options);
+  const FindMarkers find = finder_of(options);
   std::optional<GroundView> view;
   TrackSummary summary;
   const std::vector<GroundPoint> ground = find_ground(options);
@@ -138,7 +120,7 @@ TrackSummary track_film(const TrackOptions& options, std::ostream& track) {
   std::int64_t both = 0, gap = 0;
   FrameProgress progress(options.progress);
   while (film.next()) {
-    std::array<MarkerPixel, 2> found = find(film.picture());
+    std::vector<MarkerPixel> found = find(film.picture());
     if (found[0]) ++summary.front;
     if (found[1]) ++summary.rear;
     if (overlay)
@@ -164,7 +146,8 @@ TrackSummary track_film(const TrackOptions& options, std::ostream& track) {
   }
   summary.frames = film.count();
   if (summary.frames == 0)
-    throw std::invalid_argument(options.film + ": contains no frame that can be read");
+    throw std::invalid_argument(
+        fmt::format("{}: contains no frame that can be read", options.film));
   require_found(options, summary.front, "front", summary.frames);
   require_found(options, summary.rear, "rear", summary.frames);
   return summary;

@@ -21,7 +21,4 @@ struct TrackSummary {
 /// marker is never found.
 [[nodiscard]] TrackSummary track_film(const TrackOptions& options, std::ostream& track);
 
-/// Calibrates a lens from a film of a chessboard and writes it to options.out.
-[[nodiscard]] std::vector<std::string> calibrate_lens(const TrackOptions& options);
-
 }  // namespace odomd::tools

@@ -1,11 +1,14 @@
 #include "tools/marker_tracking/view.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include <fmt/format.h>
+#include "tools/marker_tracking/film.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -31,8 +34,8 @@ cv::Point2d Lens::straightened(const cv::Point2d& pixel) const {
 
 Lens read_lens(const std::filesystem::path& file) {
   const auto fail = [&file](const std::string& what) -> void {
-    throw std::invalid_argument(file.string() + ": " + what +
-                                "; calibrate with odom identify track --calibrate");
+    throw std::invalid_argument(
+        fmt::format("{}: {}; calibrate with odom identify track --calibrate", file.string(), what));
   };
   if (!std::filesystem::is_regular_file(file)) fail("no such file");
   Lens lens;
@@ -71,14 +74,85 @@ void write_lens(const std::filesystem::path& file, const Lens& lens) {
   try {
     open = storage.open(file.string(), cv::FileStorage::WRITE);
   } catch (const cv::Exception&) {  // another ending, says OpenCV
-    throw std::invalid_argument(file.string() + ": a lens ends in .yaml, .yml, .xml or .json");
+    throw std::invalid_argument(
+        fmt::format("{}: a lens ends in .yaml, .yml, .xml or .json", file.string()));
   }
-  if (!open) throw std::invalid_argument(file.string() + ": cannot be written");
+  if (!open) throw std::invalid_argument(fmt::format("{}: cannot be written", file.string()));
   storage << "image_width" << lens.picture.width << "image_height" << lens.picture.height;
   storage << "camera_matrix" << cv::Mat(lens.matrix);
   storage << "distortion_coefficients" << cv::Mat(lens.distortion).t();
   storage << "avg_reprojection_error" << lens.rms_px;
   storage.release();
+}
+
+namespace {
+
+using Corners = std::vector<cv::Point2f>;
+
+// Mean way of the corners between two views, over the width of the picture.
+double moved(const Corners& a, const Corners& b, int width) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < a.size(); ++k) sum += cv::norm(a[k] - b[k]);
+  return sum / static_cast<double>(a.size()) / width;
+}
+
+}  // namespace
+
+std::vector<std::string> calibrate_lens(const TrackOptions& options) {
+  constexpr std::size_t most_views = 40, least_views = 6;
+  constexpr double another_view = 0.04;  // of the picture's width
+  const BoardSize size = parse_board(options.calibrate);
+  const cv::Size board(size.columns, size.rows);
+
+  FilmReader film(options);
+  std::vector<Corners> views;
+  FrameProgress progress(options.progress);
+  while (views.size() < most_views && film.next()) {
+    progress.update(film.count(), film.total(), static_cast<std::int64_t>(views.size()));
+    if (film.count() % 3 != 1) continue;
+    cv::Mat grey;
+    cv::cvtColor(film.picture(), grey, cv::COLOR_BGR2GRAY);
+    Corners corners;
+    if (!cv::findChessboardCorners(
+            grey, board, corners,
+            cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK))
+      continue;
+    cv::cornerSubPix(grey, corners, {5, 5}, {-1, -1},
+                     {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.01});
+    const bool another = std::ranges::all_of(views, [&](const Corners& view) {
+      return moved(view, corners, film.size().width) > another_view;
+    });
+    if (another) views.push_back(corners);
+  }
+  if (views.size() < least_views)
+    throw std::invalid_argument(fmt::format(
+        "{}: shows a chessboard of {} x {} inner corners in {} different places, and {} are "
+        "needed; hold it nearer and farther, tilted, and into the corners of the picture",
+        options.film, size.columns, size.rows, views.size(), least_views));
+
+  std::vector<cv::Point3f> places;
+  for (int row = 0; row < size.rows; ++row)
+    for (int column = 0; column < size.columns; ++column)
+      places.emplace_back(static_cast<float>(options.square * column),
+                          static_cast<float>(options.square * row), 0.0F);
+  const std::vector<std::vector<cv::Point3f>> boards(views.size(), places);
+  cv::Mat matrix, distortion;
+  std::vector<cv::Mat> rotations, translations;
+  Lens lens;
+  lens.rms_px =
+      cv::calibrateCamera(boards, views, film.size(), matrix, distortion, rotations, translations);
+  lens.matrix = cv::Matx33d(matrix.ptr<double>());
+  lens.distortion.assign(distortion.begin<double>(), distortion.end<double>());
+  lens.picture = film.size();
+  write_lens(options.out, lens);
+
+  std::vector<std::string> notes{
+      fmt::format("{}: {} views, {:.2f} px rms", options.out, views.size(), lens.rms_px)};
+  if (lens.rms_px > 1.0)
+    notes.emplace_back(
+        "warning: more than a pixel: is the board flat, the focus fixed, the film "
+        "sharp?");
+  return notes;
 }
 
 GroundView::GroundView(std::span<const GroundPoint> points, const std::optional<Lens>& lens,
@@ -94,9 +168,8 @@ GroundView::GroundView(std::span<const GroundPoint> points, const std::optional<
   }
   const cv::Mat found = cv::findHomography(pixels, places, 0);
   if (found.empty())
-    throw std::invalid_argument(
-        "--ground: these places are impossible in one view; no three of them may lie "
-        "in a line");
+    throw std::invalid_argument(fmt::format(
+        "--ground: these places are impossible in one view; no three of them may lie in a line"));
   to_plane_ = cv::Matx33d(found.ptr<double>());
   double squares = 0.0, size = 0.0;
   for (std::size_t k = 0; k < pixels.size(); ++k) {
@@ -104,9 +177,9 @@ GroundView::GroundView(std::span<const GroundPoint> points, const std::optional<
     size = std::max(size, cv::norm(places[k] - places[0]));
     // Seen from above the picture's v goes the other way round.
     if (orientation(to_plane_, pixels[k]) >= 0.0)
-      throw std::invalid_argument(
-          "--ground: the places are mirrored, or three of them lie in a "
-          "line; seen from above y points to the left of x");
+      throw std::invalid_argument(fmt::format(
+          "--ground: the places are mirrored, or three of them lie in a line; seen from above y "
+          "points to the left of x"));
   }
   misfit_ = std::sqrt(squares / static_cast<double>(pixels.size()));
   if (misfit_ > 0.1 * size)

@@ -1,12 +1,10 @@
 // From pixels to places: the lens, and the plane on which the markers move.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "tools/marker_tracking/options.hpp"
@@ -27,6 +25,10 @@ struct Lens {
 /// Reads camera_matrix and distortion_coefficients (or dist_coeffs). Throws std::invalid_argument.
 [[nodiscard]] Lens read_lens(const std::filesystem::path& file);
 void write_lens(const std::filesystem::path& file, const Lens& lens);
+
+/// Calibrates a lens from a film of a chessboard (Z. Zhang, A flexible new technique for camera
+/// calibration, 2000, as OpenCV does it) and writes it to options.out. Returns notes for people.
+[[nodiscard]] std::vector<std::string> calibrate_lens(const TrackOptions& options);
 
 /// Maps pixels to metres on the plane of the markers.
 class GroundView {

@@ -52,34 +52,36 @@ TEST(TrackOptions, GoToTheOtherProgramAsTheyCame) {
   EXPECT_EQ(again, sorted);
 }
 
-TEST(TrackOptions, WhatDoesNotHangTogetherIsRefused) {
-  EXPECT_THAT(refusal({"f.mp4"}), HasSubstr("one kind of marker"));
-  EXPECT_THAT(refusal({"f.mp4", "--aruco=4x4_50", "--front=7"}), HasSubstr("--rear ID"));
-  EXPECT_THAT(refusal({"f.mp4", "--aruco=4x4_50", "--front=7", "--rear=7"}),
-              HasSubstr("different"));
-  EXPECT_THAT(refusal({"f.mp4", "--colour-front=120,40,30"}), HasSubstr("both are needed"));
-  EXPECT_THAT(refusal({"f.mp4", "--colour-front=120,40,30", "--colour-rear=400,1,1"}),
-              HasSubstr("HUE,SATURATION,BRIGHTNESS"));
-  const std::vector<std::string> good{"f.mp4", "--aruco=4x4_50", "--front=7", "--rear=8"};
-  EXPECT_EQ(refusal(good), "taken");
-  const auto with = [&good](const std::vector<std::string>& more) {
-    std::vector<std::string> all = good;
-    all.insert(all.end(), more.begin(), more.end());
-    return refusal(all);
+TEST(TrackOptions, WhatDoesNotFitTogetherIsRefused) {
+  using Arguments = std::vector<std::string>;
+  const std::pair<Arguments, const char*> whole[]{
+      {{}, "one kind of marker"},
+      {{"--aruco=4x4_50", "--front=7"}, "--rear ID"},
+      {{"--aruco=4x4_50", "--front=7", "--rear=7"}, "different"},
+      {{"--colour-front=120,40,30"}, "both are needed"},
+      {{"--colour-front=120,40,30", "--colour-rear=400,1,1"}, "HUE,SATURATION,BRIGHTNESS"},
+      {{"--calibrate=9x6"}, "--square"},
+      {{"--calibrate=9", "--square=0.1", "--out=l.yaml"}, "COLUMNSxROWS"},
+      {{"--aruco=4x4_50", "--front=7", "--rear=8"}, "taken"}};
+  const auto refusal_of = [](Arguments arguments) {
+    arguments.insert(arguments.begin(), "f.mp4");
+    return refusal(arguments);
   };
-  EXPECT_THAT(with({"--ground=1,2=3,4"}), HasSubstr("four places"));
-  EXPECT_THAT(with({"--ground=1,2=3", "--ground=1,2=3,4", "--ground=1,2=3,4", "--ground=1,2=3,4"}),
-              HasSubstr("U,V=X,Y"));
-  EXPECT_THAT(with({"--ground-marker=x=3,4", "--ground-marker=1=3,4", "--ground-marker=2=3,4",
-                    "--ground-marker=3=3,4"}),
-              HasSubstr("ID=X,Y"));
-  EXPECT_THAT(with({"--height=0.1"}), HasSubstr("--lens"));
-  EXPECT_THAT(with({"--fps=0"}), HasSubstr("--fps"));
-  EXPECT_THAT(with({"--out=f.mp4"}), HasSubstr("--out: f.mp4 is what is read"));
-  EXPECT_THAT(with({"--lens=l.yaml", "--out=l.yaml"}), HasSubstr("--out: l.yaml is what is read"));
-  EXPECT_THAT(refusal({"f.mp4", "--calibrate=9x6"}), HasSubstr("--square"));
-  EXPECT_THAT(refusal({"f.mp4", "--calibrate=9", "--square=0.1", "--out=l.yaml"}),
-              HasSubstr("COLUMNSxROWS"));
+  for (const auto& [arguments, says] : whole) EXPECT_THAT(refusal_of(arguments), HasSubstr(says));
+  const std::pair<Arguments, const char*> added[]{
+      {{"--ground=1,2=3,4"}, "four places"},
+      {{"--ground=1,2=3", "--ground=1,2=3,4", "--ground=1,2=3,4", "--ground=1,2=3,4"}, "U,V=X,Y"},
+      {{"--ground-marker=x=3,4", "--ground-marker=1=3,4", "--ground-marker=2=3,4",
+        "--ground-marker=3=3,4"},
+       "ID=X,Y"},
+      {{"--height=0.1"}, "--lens"},
+      {{"--fps=0"}, "--fps"},
+      {{"--out=f.mp4"}, "--out: f.mp4 is what is read"},
+      {{"--lens=l.yaml", "--out=l.yaml"}, "--out: l.yaml is what is read"}};
+  for (auto [arguments, says] : added) {
+    arguments.insert(arguments.end(), {"--aruco=4x4_50", "--front=7", "--rear=8"});
+    EXPECT_THAT(refusal_of(arguments), HasSubstr(says));
+  }
 }
 
 TEST(TrackOptions, WithoutItsProgramTheCommandSaysWhatToInstall) {
