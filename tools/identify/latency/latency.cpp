@@ -74,6 +74,11 @@ Finding for_configuration(Finding finding, Source source, const std::string& lat
 struct Clock {
   Measured gyro{};  // excess of the gyro's latency over the configured one
   bool of_camera = false;
+
+  [[nodiscard]] std::string question() const {
+    return of_camera ? "are the camera's poses stamped later than the pictures were taken?"
+                     : "is yaw_rate later than its configured latency?";
+  }
 };
 
 Clock add_gyro(const daemon::Config& config, const SourceOffset& camera, Findings& findings) {
@@ -93,29 +98,31 @@ Clock add_gyro(const daemon::Config& config, const SourceOffset& camera, Finding
 
 void add_source(const daemon::Config& config, const Clock& clock, const SourceOffset& found,
                 Findings& findings) {
-  const std::string role = name_of(found.source), name = "latency of " + role;
-  const std::string question =
-      clock.of_camera ? "are the camera's poses stamped later than the pictures were taken?"
-                      : "is yaw_rate later than its configured latency?";
+  const std::string role = name_of(found.source);
   const Measured latency{configured_latency(config, found.source) + found.offset + clock.gyro.value,
                          std::hypot(found.sigma, clock.gyro.sigma)};
   findings.details["measured"][role] = latency.value;
   findings.details["explained"][role] = found.explained;
-  Finding finding = finding_of(name, latency, found.failure, "against " + found.against);
-  // Tyres and slopes also affect an acceleration, and shift it by tens of milliseconds.
-  if (found.source == Source::accel_x || found.source == Source::accel_y) {
-    finding = undetermined(std::move(finding),
-                           "measured " + fixed(1e3 * latency.value, 0) +
-                               " ms, which drag and slip of the tyres shift by tens of ms");
-    // Signals in the gyro's message were sampled with it.
-    const can::SignalBinding *gyro = binding_of(config, Source::yaw_rate),
-                             *own = binding_of(config, found.source);
-    if (clock.of_camera && gyro->message == own->message)
-      finding = finding_of(
-          name, {configured_latency(config, Source::yaw_rate) + clock.gyro.value, clock.gyro.sigma},
-          "", "as the gyro, from the same message");
-  }
-  findings.values.push_back(for_configuration(std::move(finding), found.source, question));
+  Finding finding =
+      finding_of("latency of " + role, latency, found.failure, "against " + found.against);
+  findings.values.push_back(for_configuration(std::move(finding), found.source, clock.question()));
+}
+
+// Drag and slip of the tyres shift an acceleration by tens of milliseconds; one in the gyro's
+// message was sampled with it.
+void add_accel(const daemon::Config& config, const Clock& clock, Source source,
+               Findings& findings) {
+  const can::SignalBinding *gyro = binding_of(config, Source::yaw_rate),
+                           *own = binding_of(config, source);
+  const bool known = clock.of_camera && gyro->message == own->message;
+  Measured latency;
+  if (known)
+    latency = {configured_latency(config, Source::yaw_rate) + clock.gyro.value, clock.gyro.sigma};
+  Finding finding = finding_of("latency of " + name_of(source), latency, "",
+                               "as the gyro, from the same message");
+  if (!known)
+    finding = undetermined(std::move(finding), "only known in the gyro's message, with a camera");
+  findings.values.push_back(for_configuration(std::move(finding), source, clock.question()));
 }
 
 void add_steering(const daemon::Config& config, const Clock& clock, const SteeringResponse& s,
@@ -172,6 +179,8 @@ Findings findings_of(const Options& options) {
                   " ms, is assumed to be correct: all others are relative to it"));
   for (const SourceOffset& found : estimate.offsets)
     if (found.source != Source::camera) add_source(config, clock, found, findings);
+  for (const Source source : {Source::accel_x, Source::accel_y})
+    if (log.has(source)) add_accel(config, clock, source, findings);
   if (estimate.steering) add_steering(config, clock, *estimate.steering, findings);
   return findings;
 }
@@ -198,9 +207,7 @@ Each source is compared with another and shifted in time until they agree:
   camera       its yaw with the integral of the gyro
   wheels       the difference of left and right with the gyro; one alone: its distance with the
                camera's
-  accel_x      as the gyro if it is in the same message; else only shown, compared with the
-               wheels' acceleration
-  accel_y      likewise, compared with speed times yaw rate
+  accel_x, _y  as the gyro if it is in the same message; tyres shift what they show
   steering     the yaw rate of a car with these tyres, with the gyro: delay and lag
                between command and wheels, for [steering], and a rate limit if it
                shows; none if the angle is measured

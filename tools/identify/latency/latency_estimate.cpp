@@ -93,7 +93,7 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
   const auto rough = best_speed(drive, result.offsets);
   if (rough && log.has(Source::steering)) {
     result.steering = steering_response(config.vehicle, drive.on_grid(log.of(Source::steering)),
-                                        smooth(rough->value, 0.04), gyro, log.first_ns, report);
+                                        smooth(*rough, 0.04), gyro, log.first_ns, report);
     if (result.steering->failure.empty())
       place_pairs(FrontWheels{result.steering->front_wheels, result.steering->side_speed});
   }
@@ -110,11 +110,6 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
                                 "one wheel speed alone does not show turns; with --camera its "
                                 "distance can be compared"});
     }
-  }
-  if (const auto speed = best_speed(drive, result.offsets)) {
-    begin("accelerations");
-    if (log.has(Source::accel_x)) result.offsets.push_back(longitudinal(drive, *speed));
-    if (log.has(Source::accel_y)) result.offsets.push_back(lateral(drive, *speed));
   }
   return result;
 }

@@ -79,24 +79,8 @@ struct FrontWheels {
                                            double camera_offset);
 
 /// The speed of the centre of gravity along x, from the wheels that are not driven if there are
-/// any.
-struct Speed {
-  Resampled value;  ///< on the gyro's clock [m/s]
-  estimator::Source source = estimator::Source::wheel_rear;
-  bool driven = true;
-  double offset_sigma = 0.0;  ///< [s]
-};
-
-/// Shifted by the offset found; empty if no wheel is mapped.
-[[nodiscard]] std::optional<Speed> best_speed(const GyroDrive& drive,
-                                              const std::vector<SourceOffset>& offsets);
-
-// Accelerations are also affected by tyres and slopes.
-
-/// Of accel_y, compared with the side force of the turn.
-[[nodiscard]] SourceOffset lateral(const GyroDrive& drive, const Speed& speed);
-
-/// Of accel_x, compared with the change of speed.
-[[nodiscard]] SourceOffset longitudinal(const GyroDrive& drive, const Speed& speed);
+/// any, on the gyro's clock by the offset found [m/s]; empty if no wheel is mapped.
+[[nodiscard]] std::optional<Resampled> best_speed(const GyroDrive& drive,
+                                                  const std::vector<SourceOffset>& offsets);
 
 }  // namespace odomd::tools

@@ -1,5 +1,6 @@
 // Latencies of wheel speeds.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -226,29 +227,34 @@ SourceOffset speed_by_camera(const GyroDrive& drive, Source source,
   return as_offset(source, "the camera's way", found);
 }
 
-std::optional<Speed> best_speed(const GyroDrive& drive, const std::vector<SourceOffset>& offsets) {
+std::optional<Resampled> best_speed(const GyroDrive& drive,
+                                    const std::vector<SourceOffset>& offsets) {
+  const auto has = [&](Source source) { return drive.log.has(source); };
   const auto on_grid = [&](Source source) { return drive.on_grid(drive.log.of(source)); };
-  std::optional<Speed> result;
-  if (drive.log.has(Source::wheel_front_left) && drive.log.has(Source::wheel_front_right)) {
-    const Resampled along =
-        mean_of(on_grid(Source::wheel_front_left), on_grid(Source::wheel_front_right));
-    result = {straightened(along, drive), Source::wheel_front_left, false, 0.0};
-  } else if (drive.log.has(Source::wheel_rear_left) && drive.log.has(Source::wheel_rear_right)) {
-    result = {mean_of(on_grid(Source::wheel_rear_left), on_grid(Source::wheel_rear_right)),
-              Source::wheel_rear_left, true, 0.0};
+  const auto mean = [&](Source left, Source right) {
+    return mean_of(on_grid(left), on_grid(right));
+  };
+  Source source = Source::wheel_front_left;
+  Resampled speed;
+  if (has(Source::wheel_front_left) && has(Source::wheel_front_right)) {
+    speed = straightened(mean(Source::wheel_front_left, Source::wheel_front_right), drive);
+  } else if (has(Source::wheel_rear_left) && has(Source::wheel_rear_right)) {
+    source = Source::wheel_rear_left;
+    speed = mean(Source::wheel_rear_left, Source::wheel_rear_right);
   } else {
-    for (const Source source :
-         {Source::wheel_rear, Source::motor, Source::wheel_rear_left, Source::wheel_rear_right})
-      if (!result && drive.log.has(source)) result = {on_grid(source), source, true, 0.0};
+    constexpr std::array singles{Source::wheel_rear, Source::motor, Source::wheel_rear_left,
+                                 Source::wheel_rear_right};
+    const auto* const one = std::ranges::find_if(singles, has);
+    if (one == singles.end()) return std::nullopt;
+    source = *one;
+    speed = on_grid(source);
   }
-  if (!result) return result;
   for (const SourceOffset& found : offsets) {
-    if (found.source != result->source || !found.failure.empty()) continue;
-    result->value.begin -= found.offset;
-    result->offset_sigma = found.sigma;
+    if (found.source != source || !found.failure.empty()) continue;
+    speed.begin -= found.offset;
     break;
   }
-  return result;
+  return speed;
 }
 
 }  // namespace odomd::tools
