@@ -72,7 +72,7 @@ tools/sim/car: base estimator/common tools/math
 tools/sim/course: tools/sim/car
 tools/sim/sensors: estimator/common tools/math tools/sim/car
 tools/sim: base can_protocol can_protocol/decode can_protocol/sources estimator/common shm_api/include/odom
-    tools/cli tools/sim/car tools/sim/course tools/sim/sensors
+    tools/cli tools/live tools/sim/car tools/sim/course tools/sim/sensors
 tools/fault: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
     daemon/core daemon/sockets tools/math tools/cli tools/drive_files tools/live tools/sim
 tools/marker_tracking: tools/cli

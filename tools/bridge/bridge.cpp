@@ -1,4 +1,5 @@
-#include "tools/bridge/bridge.hpp"
+#include "tools/bridge/options.hpp"
+#include "tools/bridge/sink.hpp"
 
 #include <fmt/format.h>
 
@@ -14,13 +15,11 @@
 #include <thread>
 #include <utility>
 
-#include "tools/cli/interrupt.hpp"
-#include "tools/cli/json_text.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/cli/progress.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/drive_files/pose_csv.hpp"
-#include "tools/live/attach.hpp"
+#include "tools/live/daemon_link.hpp"
 #include "tools/live/tick_follower.hpp"
 
 namespace odomd::tools {

@@ -1,4 +1,5 @@
-#include "tools/bridge/dds_sink.hpp"
+#include "tools/bridge/options.hpp"
+#include "tools/bridge/sink.hpp"
 
 #include <dds/dds.h>
 #include <fmt/format.h>

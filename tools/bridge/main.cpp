@@ -3,12 +3,10 @@
 #include <memory>
 #include <vector>
 
-#include "tools/bridge/bridge.hpp"
-#include "tools/bridge/dds_sink.hpp"
 #include "tools/bridge/options.hpp"
-#include "tools/bridge/udp_sink.hpp"
+#include "tools/bridge/sink.hpp"
 #include "tools/cli/command_line.hpp"
-#include "tools/cli/interrupt.hpp"
+#include "tools/cli/output.hpp"
 
 namespace odomd::tools {
 namespace {

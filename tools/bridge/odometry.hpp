@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "estimator/common/estimate.hpp"
-#include "tools/bridge/sample.hpp"
+#include "tools/bridge/sink.hpp"
 
 namespace odomd::tools {
 

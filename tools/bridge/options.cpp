@@ -5,11 +5,11 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "tools/bridge/udp_sink.hpp"
-#include "tools/cli/choice.hpp"
+#include "tools/bridge/sink.hpp"
+#include "tools/cli/command.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/daemon_options.hpp"
-#include "tools/cli/json_text.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools {
 namespace {

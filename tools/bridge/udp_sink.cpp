@@ -1,4 +1,5 @@
-#include "tools/bridge/udp_sink.hpp"
+#include "tools/bridge/options.hpp"
+#include "tools/bridge/sink.hpp"
 
 #include <netdb.h>
 #include <sys/socket.h>

@@ -7,8 +7,8 @@
 #include <iterator>
 #include <limits>
 
-#include "tools/chart/legend.hpp"
-#include "tools/chart/style.hpp"
+#include "tools/chart/axis.hpp"
+#include "tools/chart/drawing.hpp"
 #include "tools/chart/svg.hpp"
 #include "tools/cli/text.hpp"
 

@@ -1,5 +1,4 @@
-// Thins out a long curve to the resolution of its picture. Spikes survive, whatever the drive's
-// length.
+// Lines with as many points as a picture can show.
 #pragma once
 
 #include <cstddef>
@@ -7,9 +6,20 @@
 #include <vector>
 
 #include "tools/chart/axis.hpp"
-#include "tools/chart/point.hpp"
 
 namespace odomd::tools::chart {
+
+struct Point {
+  double x = 0.0;
+  double y = 0.0;
+};
+
+/// A strip around a curve: low and high at x.
+struct BandPoint {
+  double x = 0.0;
+  double low = 0.0;
+  double high = 0.0;
+};
 
 /// The range of x is cut into columns; of each column's points the first, the lowest, the highest
 /// and the last stay, in their order. x must not decrease. Points that are not finite are gaps; of

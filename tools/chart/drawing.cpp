@@ -1,11 +1,77 @@
+// A picture into a file: the SVG as it is, PNG by rsvg-convert.
+
 #include "tools/chart/drawing.hpp"
+
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+#include <system_error>
 
 #include <fmt/format.h>
 
-#include "tools/chart/style.hpp"
 #include "tools/chart/svg.hpp"
+#include "tools/cli/files.hpp"
 
 namespace odomd::tools::chart {
+namespace {
+
+void write_svg(const std::filesystem::path& file, const std::string& svg) {
+  auto output = open_output(file);
+  output << svg;
+  close_output(output, file);
+}
+
+// Removed when it goes out of scope.
+struct TemporaryFile {
+  std::filesystem::path path;
+  TemporaryFile() {
+    std::string name = (std::filesystem::temp_directory_path() / "odom-XXXXXX.svg").string();
+    const int descriptor = ::mkstemps(name.data(), 4);
+    if (descriptor < 0) {
+      throw std::system_error(errno, std::generic_category(), "temporary file " + name);
+    }
+    ::close(descriptor);
+    path = name;
+  }
+  ~TemporaryFile() {
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+};
+
+void convert(const std::filesystem::path& svg, const std::filesystem::path& png) {
+  std::string program = "rsvg-convert";
+  std::string output = "--output=" + std::filesystem::absolute(png).string();
+  std::string input = svg.string();
+  const std::array<char*, 4> arguments{program.data(), output.data(), input.data(), nullptr};
+  pid_t child = 0;
+  // posix_spawnp returns the error
+  const int error =
+      ::posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments.data(), environ);
+  const std::string not_installed =
+      png.string() + ": rsvg-convert is not installed; install librsvg2-bin, or give a .svg file";
+  if (error == ENOENT) throw std::runtime_error(not_installed);
+  if (error != 0) throw std::system_error(error, std::generic_category(), "rsvg-convert");
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR) throw std::system_error(errno, std::generic_category(), "rsvg-convert");
+  }
+  // If fork and exec are separate, a missing program ends the child with 127 (POSIX).
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 127) throw std::runtime_error(not_installed);
+  if (status != 0) {
+    throw std::runtime_error(png.string() + ": rsvg-convert failed; give a .svg file instead");
+  }
+}
+
+}  // namespace
 
 Drawing heading(const std::string& text) {
   return {text,
@@ -32,6 +98,26 @@ std::string as_svg(std::span<const Drawing> drawings) {
 {3}</svg>
 )svg",
       svg::px(canvas), svg::px(height), svg::escaped(name), inside);
+}
+
+void check_picture(const std::filesystem::path& file) {
+  if (file.extension() != ".svg" && file.extension() != ".png") {
+    throw std::invalid_argument(file.string() + ": pictures end in .svg or .png; rename it");
+  }
+  check_writable(file);
+}
+
+void write_picture(const std::filesystem::path& file, std::span<const Drawing> drawings) {
+  check_picture(file);
+  if (file.extension() == ".svg") {
+    write_svg(file, as_svg(drawings));
+    return;
+  }
+  auto probe = open_output(file);  // report a wrong name before a child process does
+  close_output(probe, file);
+  const TemporaryFile svg;
+  write_svg(svg.path, as_svg(drawings));
+  convert(svg.path, file);
 }
 
 }  // namespace odomd::tools::chart

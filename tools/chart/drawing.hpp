@@ -1,11 +1,42 @@
-// Drawn pictures, put one below the other into an SVG document, for a page or a file.
+// The style of every picture, and drawn pictures, put one below the other into an SVG document, for
+// a page or a file. Sizes are user units of a canvas that is 1000 wide, so that text is legible
+// from the width of a phone to print; colours remain distinct to colour-blind readers and in grey
+// print (Okabe and Ito's).
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <filesystem>
 #include <span>
 #include <string>
 
 namespace odomd::tools::chart {
+
+inline constexpr double canvas = 1000.0;
+inline constexpr double border = 24.0;
+inline constexpr double title_size = 34.0;
+inline constexpr double text_size = 29.0;
+inline constexpr double tick_size = 27.0;
+
+/// Mean width of a letter over its size; generous, fonts differ.
+inline constexpr double letter_width = 0.57;
+
+/// The first six, then the same hues darker: these differ in brightness for colour-blind readers.
+inline constexpr std::array<const char*, 12> colours{"#0072B2", "#D55E00", "#009E73", "#CC79A7",
+                                                     "#56B4E9", "#8A6D00", "#003A5C", "#7A3500",
+                                                     "#00513B", "#7D3F63", "#1B6A8F", "#403200"};
+inline constexpr const char* reference_colour = "#A9AFB7";
+inline constexpr const char* dot_colour = "#E8A100";
+inline constexpr const char* refused_colour = "#C2185B";
+inline constexpr const char* ink = "#1F2933";
+inline constexpr const char* faint_ink = "#5F6B7A";
+inline constexpr const char* grid_colour = "#E6E9ED";
+inline constexpr const char* frame_colour = "#CBD2D9";
+
+/// The colour of the i-th compared item.
+[[nodiscard]] inline std::string colour_of(std::size_t i) {
+  return colours[i % colours.size()];
+}
 
 struct Drawing {
   std::string name;  ///< in a few words, for those who cannot see it

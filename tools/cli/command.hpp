@@ -12,6 +12,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace CLI {
@@ -132,5 +133,19 @@ class Command {
 
 /// For an action that finds a required option missing: reports wrong usage.
 [[noreturn]] void require(const std::string& what);
+
+template <typename T>
+using Choices = std::vector<std::pair<std::string, T>>;
+
+/// Adds the option `flag`, which sets `value` to what the given name stands for. Help shows the
+/// names; another one is wrong usage.
+template <typename T>
+Option add_choice(Command command, const std::string& flag, T& value, const Choices<T>& choices,
+                  const std::string& help) {
+  std::vector<std::string> names;
+  for (const auto& choice : choices) names.push_back(choice.first);
+  return command.add_choice(
+      flag, names, [&value, choices](std::size_t index) { value = choices[index].second; }, help);
+}
 
 }  // namespace odomd::tools

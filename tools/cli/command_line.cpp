@@ -1,15 +1,21 @@
 #include "tools/cli/command_line.hpp"
 
-#include <CLI/CLI.hpp>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <csignal>
+#include <cstring>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+
+#include <CLI/CLI.hpp>
 
 #include "daemon/core/usage.hpp"
 #include "shm_api/cut_short.hpp"
@@ -95,6 +101,19 @@ int run_program(const std::function<void(Command)>& describe, int argc, const ch
   CommandLine line;
   describe(line.command());
   return line.run(argc, argv);
+}
+
+void become(const std::string& program, std::vector<std::string> arguments,
+            const std::string& where_missing) {
+  const auto path = std::filesystem::read_symlink("/proc/self/exe").parent_path() / program;
+  arguments.insert(arguments.begin(), path.string());
+  std::vector<char*> argv;
+  argv.reserve(arguments.size() + 1);
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  ::execv(path.c_str(), argv.data());
+  if (errno == ENOENT) throw std::runtime_error(where_missing);
+  throw std::runtime_error(path.string() + ": " + std::strerror(errno));
 }
 
 }  // namespace odomd::tools

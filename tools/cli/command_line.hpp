@@ -1,10 +1,13 @@
-// Runs a command line: an error becomes one line on standard error and an exit status.
+// Runs a command line: an error becomes one line on standard error and an exit status. Programs in
+// odom's folder with large dependencies of their own (odom-bridge, odom-fit, odom-track) are handed
+// some commands.
 #pragma once
 
 #include <exception>
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "tools/cli/command.hpp"
 
@@ -52,5 +55,10 @@ class CommandLine {
 /// | head) ends it silently, even if a parent process left SIGPIPE ignored.
 [[nodiscard]] int run_program(const std::function<void(Command)>& describe, int argc,
                               const char* const* argv);
+
+/// Replaces this process by that program. Throws std::runtime_error if it cannot be run; if it is
+/// missing, with `where_missing`, which says how to install it.
+[[noreturn]] void become(const std::string& program, std::vector<std::string> arguments,
+                         const std::string& where_missing);
 
 }  // namespace odomd::tools

@@ -1,10 +1,11 @@
 // Standard output and standard error of the programs, safe against readers that stop reading.
 //
-// Commands with their own shutdown block INT and TERM (interrupt.hpp). A write to a pipe that
-// nobody empties would then block for ever: here it ends one second after the signal. Output is
-// also made harmless to terminals (base/printable.hpp).
+// Commands with their own shutdown block INT and TERM (Interrupt). A write to a pipe that nobody
+// empties would then block for ever: here it ends one second after the signal. Output is also made
+// harmless to terminals (base/printable.hpp).
 #pragma once
 
+#include <csignal>
 #include <streambuf>
 #include <string>
 #include <string_view>
@@ -61,5 +62,25 @@ void warn(std::string_view command, std::string_view text);
 
 /// Standard error as it is, with the characters that rewrite a line of a terminal.
 void draw(std::string_view text);
+
+/// Blocks INT and TERM while it lives, and for good after the first one: timeout(1) sends two, and
+/// the second must not interrupt the shutdown. Threads that start meanwhile inherit this. The
+/// signal stays pending, so that a write that waits for its reader finds it too (output.hpp). One
+/// thread.
+class Interrupt {
+ public:
+  Interrupt();
+  ~Interrupt();
+  Interrupt(const Interrupt&) = delete;
+  Interrupt& operator=(const Interrupt&) = delete;
+
+  /// Whether one of them has come since the start.
+  [[nodiscard]] bool requested();
+
+ private:
+  sigset_t signals_{};
+  sigset_t before_{};
+  bool requested_ = false;
+};
 
 }  // namespace odomd::tools

@@ -26,7 +26,11 @@ ProgressLine::ProgressLine(std::string who, WithoutTerminal without)
     : who_(std::move(who)),
       without_(without),
       terminal_(::isatty(STDERR_FILENO) != 0),
-      next_(steady_clock::now() + std::chrono::seconds(terminal_ ? 0 : 10)) {}
+      interval_(terminal_                                  ? 100
+                : without == WithoutTerminal::every_second ? 1'000
+                                                           : 10'000),
+      next_(steady_clock::now() +
+            (interval_.count() < 10'000 ? std::chrono::milliseconds{} : interval_)) {}
 
 ProgressLine::~ProgressLine() {
   end();
@@ -35,11 +39,11 @@ ProgressLine::~ProgressLine() {
 void ProgressLine::show(const std::string& text) {
   const auto now = steady_clock::now();
   if (now < next_) return;
-  next_ = now + (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(10));
+  next_ = now + interval_;
   if (terminal_) {
     draw('\r' + cut_to_terminal(escaped(text)) + "\x1b[K");
     shown_ = true;
-  } else if (without_ == WithoutTerminal::lines) {
+  } else if (without_ != WithoutTerminal::nothing) {
     say(who_ + ": " + text);
   }
 }
@@ -47,6 +51,12 @@ void ProgressLine::show(const std::string& text) {
 void ProgressLine::end() {
   if (shown_) draw("\n");
   shown_ = false;
+}
+
+void ProgressLine::finish(const std::string& text) {
+  next_ = {};
+  show(text);
+  end();
 }
 
 }  // namespace odomd::tools

@@ -1,5 +1,5 @@
 // The progress of long work on standard error: one line that is updated on a terminal and cut to
-// its width, one line every ten seconds elsewhere, or nothing.
+// its width, a line every ten seconds or every second elsewhere, or nothing.
 #pragma once
 
 #include <chrono>
@@ -13,7 +13,7 @@ namespace odomd::tools {
 using ReportProgress = std::function<void(const std::string&)>;
 
 /// What becomes of the progress where standard error is no terminal.
-enum class WithoutTerminal : std::uint8_t { lines, nothing };
+enum class WithoutTerminal : std::uint8_t { lines, every_second, nothing };
 
 class ProgressLine {
  public:
@@ -28,12 +28,15 @@ class ProgressLine {
   void show(const std::string& text);
   /// Before something else is written.
   void end();
+  /// Shows the last state, whenever the one before was shown, and ends.
+  void finish(const std::string& text);
 
  private:
   std::string who_;
   WithoutTerminal without_;
   bool terminal_;
   bool shown_ = false;
+  std::chrono::milliseconds interval_;
   std::chrono::steady_clock::time_point next_;
 };
 

@@ -8,15 +8,14 @@
 #include <utility>
 #include <vector>
 
-#include "tools/cli/choice.hpp"
+#include "tools/cli/command.hpp"
 #include "tools/cli/daemon_options.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"
-#include "tools/live/attach.hpp"
 #include "tools/live/camera_feed.hpp"
-#include "tools/live/daemon_segment.hpp"
+#include "tools/live/daemon_link.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -15,7 +15,6 @@ void add_bridge(Command odom);
 void add_doctor(Command odom);
 void add_export(Command odom);
 void add_fault(Command odom);
-void add_help(Command odom);
 void add_identify(Command odom);
 void add_import(Command odom);
 void add_init(Command odom);
@@ -27,6 +26,7 @@ void add_status(Command odom);
 void add_pose(Command odom);
 void add_camera(Command odom);
 void add_sim(Command odom);
+void add_sim_experiments(Command sim);  ///< its subcommands
 void add_watch(Command odom);
 void add_dbc(Command odom);
 

@@ -16,7 +16,6 @@
 #include "daemon/core/config.hpp"
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/daemon_options.hpp"
-#include "tools/cli/json_text.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
@@ -24,8 +23,7 @@
 #include "tools/doctor/daemon.hpp"
 #include "tools/doctor/drive.hpp"
 #include "tools/doctor/machine.hpp"
-#include "tools/live/socket_path.hpp"
-#include "tools/live/status_socket.hpp"
+#include "tools/live/daemon_link.hpp"
 #include "tools/live/status_values.hpp"
 
 namespace odomd::tools {

@@ -17,7 +17,7 @@
 #include "daemon/core/usage.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/chart/drawing.hpp"
-#include "tools/cli/choice.hpp"
+#include "tools/cli/command.hpp"
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
@@ -26,7 +26,7 @@
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
 #include "tools/evaluation/evaluation_summary.hpp"
-#include "tools/report/evaluation_map.hpp"
+#include "tools/report/charts.hpp"
 #include "tools/report/figures.hpp"
 #include "tools/report/page.hpp"
 #include "tools/report/verdict.hpp"
@@ -162,7 +162,7 @@ void write_picture_of(const std::vector<EvaluatedDrive>& drives, const Options& 
   if (drives.size() == 1)
     drawings.push_back(draw(evaluation_map(drives.front(), options.title)));
   else
-    for (report::Figure& figure : report::errors_by_speed(drives))
+    for (Figure& figure : report::errors_by_speed(drives))
       drawings.push_back(std::move(figure.drawing));
   chart::write_picture(options.picture, drawings);
 }

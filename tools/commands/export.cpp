@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/cli/choice.hpp"
+#include "tools/cli/command.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"

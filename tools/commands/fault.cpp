@@ -16,13 +16,12 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/daemon_options.hpp"
 #include "tools/cli/files.hpp"
-#include "tools/cli/interrupt.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"
-#include "tools/fault/faulty_log.hpp"
-#include "tools/fault/kind_list.hpp"
+#include "tools/fault/fault.hpp"
+#include "tools/fault/injector.hpp"
 #include "tools/fault/live.hpp"
 
 namespace odomd::tools {
@@ -104,22 +103,15 @@ void check_streams(const Options& options, const std::vector<Fault>& faults) {
 }
 
 // Warns of a fault that had no effect, which is rarely intended.
-void report(const Fault& one, std::uint64_t count, const char* what) {
-  const std::string name = name_of(one.kind);
-  if (count == 0) {
-    warn("fault", fmt::format("{}: had no effect; it begins {:g} s after the first frame", name,
-                              one.begin_s));
-  } else {
-    std::cerr << fmt::format("odom fault: {}: {} {}\n", name, count, what);
+void report(const std::vector<fault::Acted>& acted, const char* what) {
+  for (const auto& [one, count] : acted) {
+    const std::string name = name_of(one.kind);
+    if (count == 0)
+      warn("fault", fmt::format("{}: had no effect; it begins {:g} s after the first frame", name,
+                                one.begin_s));
+    else
+      std::cerr << fmt::format("odom fault: {}: {} {}\n", name, count, what);
   }
-}
-
-void report(const fault::Injector& injector) {
-  for (const auto& [one, frames] : injector.acted()) report(one, frames, "frames");
-}
-
-void report(const fault::CameraInjector& injector) {
-  for (const auto& [one, poses] : injector.acted()) report(one, poses, "camera poses");
 }
 
 // A file that is complete or absent, or standard output.
@@ -177,7 +169,7 @@ std::int64_t fail_in_log(const Options& options, const Car& car, const std::vect
   for (const std::string& warning : log.warnings()) warn("fault", warning);
   std::cerr << fmt::format("odom fault: {}: {} frames in, {} out\n", log.label(), streamed.in,
                            streamed.out);
-  report(injector);
+  report(injector.acted(), "frames");
   return streamed.first_ns;
 }
 
@@ -198,7 +190,7 @@ void fail_in_camera_log(const Options& options, const CameraLog& camera,
   sink.finish();
   std::cerr << fmt::format("odom fault: {}: {} camera poses in, {} out\n", options.camera,
                            streamed.in, streamed.out);
-  report(injector);
+  report(injector.acted(), "camera poses");
 }
 
 void fail_in_logs(const Options& options, const std::vector<Fault>& faults) {
@@ -238,7 +230,7 @@ void fail_live(const Options& options, const std::vector<Fault>& faults) {
     std::cerr << fmt::format("odom fault: {} frames in, {} out\n", bus->received(), bus->sent());
     if (bus->lost() > 0)
       warn("fault", fmt::format("the kernel dropped {} frames before they were read", bus->lost()));
-    for (const auto& [one, frames] : bus->acted()) report(one, frames, "frames");
+    report(bus->acted(), "frames");
   }
   if (camera) {
     std::cerr << fmt::format("odom fault: {} camera poses in, {} out\n", camera->received(),
@@ -248,7 +240,7 @@ void fail_live(const Options& options, const std::vector<Fault>& faults) {
     if (camera->malformed() > 0)
       warn("fault",
            fmt::format("{} messages were not camera poses; left out", camera->malformed()));
-    for (const auto& [one, poses] : camera->acted()) report(one, poses, "camera poses");
+    report(camera->acted(), "camera poses");
   }
 }
 

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "tools/cli/json_text.hpp"
 #include "tools/cli/output.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/init/init.hpp"
 

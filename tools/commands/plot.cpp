@@ -11,14 +11,13 @@
 #include <vector>
 
 #include "tools/chart/drawing.hpp"
-#include "tools/cli/choice.hpp"
+#include "tools/cli/command.hpp"
 #include "tools/cli/daemon_options.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/innovation_file.hpp"
-#include "tools/report/beat_chart.hpp"
-#include "tools/report/innovation_chart.hpp"
+#include "tools/report/charts.hpp"
 #include "tools/report/plot_charts.hpp"
 
 namespace odomd::tools {
@@ -74,7 +73,7 @@ Drawings innovations_of(const Options& options) {
 
 Drawings beat_of(const BeatHistogram& beat) {
   Drawings drawings;
-  for (const BeatChart& chart : beat_charts(beat)) drawings.push_back(chart.drawing);
+  for (const Figure& figure : beat_charts(beat)) drawings.push_back(figure.drawing);
   return drawings;
 }
 

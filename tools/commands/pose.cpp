@@ -11,14 +11,14 @@
 #include <utility>
 #include <vector>
 
-#include "tools/cli/choice.hpp"
+#include "tools/cli/command.hpp"
 #include "tools/cli/daemon_options.hpp"
 #include "tools/cli/files.hpp"
-#include "tools/cli/interrupt.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/drive_files/pose_csv.hpp"
-#include "tools/live/attach.hpp"
+#include "tools/live/daemon_link.hpp"
 #include "tools/live/pose_text.hpp"
 #include "tools/live/tick_follower.hpp"
 

@@ -15,13 +15,12 @@
 #include <fmt/format.h>
 
 #include "tools/cli/daemon_options.hpp"
-#include "tools/cli/interrupt.hpp"
-#include "tools/cli/json_text.hpp"
 #include "tools/cli/output.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/drive_files/recording_folder.hpp"
+#include "tools/live/daemon_link.hpp"
 #include "tools/live/recording_feed.hpp"
-#include "tools/live/socket_path.hpp"
 
 namespace odomd::tools {
 namespace {

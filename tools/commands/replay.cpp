@@ -1,34 +1,35 @@
 // odom replay: a recorded drive through the daemon's pipeline, in virtual time.
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <chrono>
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
 #include "daemon/core/config.hpp"
 #include "daemon/core/pipeline.hpp"
 #include "daemon/core/usage.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/files.hpp"
-#include "tools/cli/json_text.hpp"
 #include "tools/cli/output.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/commands/replay_recording.hpp"
 #include "tools/diagnostics/initial_pose_check.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/innovation_file.hpp"
 #include "tools/drive_files/pose_csv.hpp"
-#include "tools/drive_files/pose_file.hpp"
+#include "tools/drive_files/recording_folder.hpp"
 #include "tools/replay/drive.hpp"
+#include "tools/replay/recording.hpp"
+#include "tools/replay/recording_verifier.hpp"
 #include "tools/replay/replay_checks.hpp"
 #include "tools/replay/replay_json.hpp"
 #include "tools/replay/virtual_drive.hpp"
@@ -72,18 +73,22 @@ std::vector<std::filesystem::path> inputs_of(const Options& options, const daemo
   return inputs;
 }
 
+// `outputs`: what was replayed, with its number; `more`: members of the JSON.
 void report(const Options& options, const ReplaySummary& summary, double seconds,
-            const diagnostics::Diagnostics& warnings) {
-  const double drive = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
+            const diagnostics::Diagnostics& warnings, const std::string& outputs,
+            const nlohmann::ordered_json& more = nlohmann::ordered_json::object()) {
   if (options.json) {
-    std::cerr << json_text(replay_json(summary, seconds, warnings)) << '\n';
+    nlohmann::ordered_json json = replay_json(summary, seconds, warnings);
+    json.update(more);
+    std::cerr << json_text(json) << '\n';
     return;
   }
+  const double drive = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
   warn("replay", warnings);
   std::cerr << fmt::format(
-      "replayed {:.1f} s in {:.3f} s ({:.0f} times real time): {} frames, {} camera poses, {} "
-      "poses, at the end {}\n",
-      drive, seconds, drive / seconds, summary.frames, summary.cameras, summary.poses,
+      "replayed {:.1f} s in {:.3f} s ({:.0f} times real time): {} frames, {} camera poses, {}, at "
+      "the end {}\n",
+      drive, seconds, drive / seconds, summary.frames, summary.cameras, outputs,
       mode_name(summary.last_mode));
 }
 
@@ -167,8 +172,61 @@ void run(Options options) {
   append(warnings, check_replay(pipeline->decoder(), summary));
   if (summary.camera_units.empty())
     append(warnings, check_initial_pose(config, camera.poses, summary.first_tick_ns));
-  report(options, summary, seconds.count(), warnings);
+  report(options, summary, seconds.count(), warnings, fmt::format("{} poses", summary.poses));
   if (summary.poses == 0) throw std::runtime_error("there is no pose: no pose file is written");
+}
+
+// The folder of odom record, to be compared if that is asked for.
+std::vector<std::filesystem::path> files_of(const Recording& recording) {
+  std::vector<std::filesystem::path> all = recording.config.can.dbc;
+  for (const char* name : {recorded_frames, recorded_cameras, recorded_beat, recorded_poses,
+                           recorded_info, recorded_state, recorded_config})
+    all.push_back(recording.folder / name);
+  return all;
+}
+
+void replay_recording(const Options& options) {
+  const Recording recording = open_recording(options.recording);
+  std::optional<RecordingVerifier> verifier;
+  if (options.verify) verifier.emplace(recording.folder);
+  check_outputs(std::vector<Output>{{"--out", options.out == "-" ? "" : options.out}},
+                files_of(recording));
+  std::optional<WholeFile> file;
+  if (!options.out.empty() && options.out != "-") file.emplace(options.out);
+  std::optional<PoseFile> poses;
+  if (!options.out.empty()) poses.emplace(file ? file->stream() : std::cout);
+
+  const auto start = std::chrono::steady_clock::now();
+  const RecordingReplay replayed =
+      replay(recording, [&](const daemon::TickRecord& record, const RecordedTick& live) {
+        if (verifier) verifier->take(record, live);
+        if (poses && record.initialised) poses->add(record, live.time_ns);
+      });
+  const bool lacks_poses = poses && replayed.summary.poses == 0;
+  if (poses) poses->finish();
+  if (file && !lacks_poses) file->finish();
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+
+  diagnostics::Diagnostics warnings = recording.warnings;
+  append(warnings, replayed.warnings);
+  if (!replayed.inexact.empty())
+    warnings.push_back(found(diagnostics::kind("replay_without_state"), {},
+                             "the replay begins with the recorded pose, not with the filter's "
+                             "state: " +
+                                 replayed.inexact));
+  const bool identical = verifier && replayed.inexact.empty() && !verifier->difference();
+  nlohmann::ordered_json more{{"from_state", replayed.inexact.empty()}};
+  if (verifier) more["bit_identical"] = identical;
+  report(options, replayed.summary, seconds.count(), warnings,
+         fmt::format("{} ticks", replayed.summary.ticks), more);
+  if (identical && !options.json)
+    std::cerr << fmt::format("bit-identical to what was published: {} ticks, {} rows of poses\n",
+                             verifier->ticks(), verifier->rows());
+  if (verifier && !replayed.inexact.empty())
+    throw std::runtime_error("cannot be verified without the filter's state: " + replayed.inexact);
+  if (verifier && verifier->difference())
+    throw std::runtime_error("differs from the published poses: " + *verifier->difference());
+  if (lacks_poses) throw std::runtime_error("the recording holds no pose: no pose file is written");
 }
 
 }  // namespace
@@ -221,7 +279,7 @@ void add_replay(Command odom) {
   replay.callback([options, config, drive] {
     if (options->out.empty() && !options->verify) require("--out");
     if (!options->recording.empty()) {
-      replay_recording({options->recording, options->out, options->verify, options->json});
+      replay_recording(*options);
       return;
     }
     if (!config.is_given() && !drive.is_given()) require("--drive, --config or --recording");

@@ -11,16 +11,15 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "tools/cli/companion.hpp"
+#include "tools/cli/command_line.hpp"
 #include "tools/cli/csv.hpp"
-#include "tools/cli/json_text.hpp"
+#include "tools/cli/progress.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/commands/sim_experiments.hpp"
 #include "tools/sim/can_output.hpp"
-#include "tools/sim/car/cars.hpp"
+#include "tools/sim/car/vehicle.hpp"
 #include "tools/sim/drive_folder.hpp"
 #include "tools/sim/live.hpp"
-#include "tools/sim/progress.hpp"
 #include "tools/sim/simulation.hpp"
 
 namespace odomd::tools {
@@ -160,9 +159,10 @@ void simulate(const Arguments& arguments) {
     counts.camera += happenings.camera.size();
     if (writer) writer->write(happenings);
   };
-  const auto show = arguments.progress ? sim::ShowProgress::always : sim::ShowProgress::automatic;
+  ProgressLine progress("odom sim", arguments.progress || arguments.live
+                                        ? WithoutTerminal::every_second
+                                        : WithoutTerminal::nothing);
   if (arguments.live) {
-    sim::Progress progress(show, sim::ShowProgress::always);
     const sim::LiveSummary summary = sim::play_live(drive,
                                                     {.start_ns = plan.options.start_ns,
                                                      .can = can,
@@ -174,16 +174,15 @@ void simulate(const Arguments& arguments) {
                 << summary.camera_dropped << " not taken by the daemon\n";
     if (summary.end == sim::LiveEnd::interrupted) std::cerr << "odom sim: interrupted\n";
   } else {
-    sim::Progress progress(show, sim::ShowProgress::never);
     sim::Happenings happenings;
     sim::RunState state = sim::RunState::running;
     while (state == sim::RunState::running) {
       happenings.clear();
       state = drive.advance(drive.time_ns() + 100 * sim::truth_period_ns, happenings);
       take(happenings);
-      progress.update(drive);
+      progress.show(sim::progress_text(drive));
     }
-    progress.finish(drive);
+    progress.finish(sim::progress_text(drive));
   }
   if (writer) writer->close();
   report(arguments, plan, drive, counts);

@@ -1,11 +1,10 @@
 // odom sim swing, odom sim weighing: experiments with a simulated car.
-#include "tools/commands/sim_experiments.hpp"
-
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "tools/cli/json_text.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/commands/commands.hpp"
 #include "tools/sim/experiments.hpp"
 
 namespace odomd::tools {

@@ -10,8 +10,7 @@
 
 #include "tools/cli/daemon_options.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/live/socket_path.hpp"
-#include "tools/live/status_socket.hpp"
+#include "tools/live/daemon_link.hpp"
 #include "tools/live/status_text.hpp"
 
 namespace odomd::tools {

@@ -13,7 +13,6 @@
 
 #include "tools/cli/command.hpp"
 #include "tools/cli/daemon_options.hpp"
-#include "tools/cli/interrupt.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/live/watch/draw.hpp"

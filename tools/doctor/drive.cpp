@@ -13,7 +13,7 @@
 #include "tools/doctor/bus.hpp"
 #include "tools/doctor/culprits.hpp"
 #include "tools/doctor/latencies.hpp"
-#include "tools/evaluation/drive_checks.hpp"
+#include "tools/evaluation/evaluation_checks.hpp"
 #include "tools/identify/common/agreement.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
 

@@ -57,6 +57,8 @@ void append_row(std::string& out, const odom_pose& pose, std::int64_t t_ns,
   out.resize(static_cast<std::size_t>(end - out.data()));
 }
 
+constexpr std::size_t batch = 2048;  // rows: enough that starting a thread for them is cheap
+
 }  // namespace
 
 void write_pose_header(std::ostream& out) {
@@ -83,6 +85,34 @@ void append_record_row(std::string& out, const daemon::TickRecord& record, std::
 std::string mode_name(std::uint32_t mode) {
   return mode < estimator::mode_names.size() ? std::string{estimator::mode_names[mode]}
                                              : "mode " + std::to_string(mode);
+}
+
+PoseFile::PoseFile(std::ostream& out) : out_(out) {
+  added_.reserve(batch);
+  write_record_header(out_);
+}
+
+PoseFile::~PoseFile() = default;
+
+void PoseFile::add(const daemon::TickRecord& record, std::int64_t t_ns) {
+  added_.push_back({record, t_ns});
+  if (added_.size() == batch) hand_over();
+}
+
+void PoseFile::finish() {
+  hand_over();
+  writing_.get();
+}
+
+void PoseFile::hand_over() {
+  if (writing_.valid()) writing_.get();
+  written_.swap(added_);
+  added_.clear();
+  writing_ = std::async([this] {
+    text_.clear();
+    for (const Row& row : written_) append_record_row(text_, row.record, row.t_ns);
+    out_ << text_;
+  });
 }
 
 }  // namespace odomd::tools

@@ -1,4 +1,5 @@
-// A trajectory over time: a reference (t,x,y,yaw[,vx,vy,yaw_rate]) or a pose file.
+// Trajectories from files with the columns t,x,y,yaw and, where present, vx,vy,yaw_rate: references
+// and outputs of odom replay; and the point of one where a daemon was at a tick.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +9,8 @@
 #include <optional>
 #include <string>
 #include <vector>
+
+#include <odom/types.h>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/estimate.hpp"
@@ -66,5 +69,18 @@ enum class Frame : std::uint8_t {
 
 /// The rows between two times, both included. Throws std::invalid_argument if there is none.
 [[nodiscard]] Trajectory cut_to(Trajectory trajectory, std::int64_t from_ns, std::int64_t to_ns);
+
+[[nodiscard]] inline TrajectoryPoint point_of(const odom_pose& pose, Frame frame) {
+  TrajectoryPoint point;
+  point.t_ns = pose.time_ns;
+  point.pose = frame == Frame::odom ? estimator::Pose2{pose.odom_x, pose.odom_y, pose.odom_yaw}
+                                    : estimator::Pose2{pose.x, pose.y, pose.yaw};
+  point.motion = {pose.vx, pose.vy, pose.yaw_rate};
+  for (std::size_t i = 0; i < point.covariance.size(); ++i) {
+    point.covariance[i] = pose.covariance[i];
+  }
+  if (frame == Frame::map) point.reset_count = pose.reset_count;
+  return point;
+}
 
 }  // namespace odomd::tools

@@ -1,14 +1,17 @@
 #include "tools/evaluation/drive_evaluation.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 #include <memory>
 #include <span>
 #include <stdexcept>
 #include <utility>
 
 #include "daemon/core/pipeline.hpp"
-#include "tools/drive_files/pose_point.hpp"
+#include "tools/drive_files/trajectory.hpp"
 #include "tools/evaluation/camera_reference.hpp"
 #include "tools/evaluation/closed_loop.hpp"
 #include "tools/replay/replay_checks.hpp"
@@ -57,6 +60,12 @@ ReplayedDrive replay_with(const Drive& drive, const daemon::Config& config, Fram
 } catch (const std::invalid_argument& error) {
   throw std::invalid_argument(drive.folder.string() + ": " + error.what());
 }
+
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+constexpr std::int64_t second_ns = 1'000'000'000;
+
+/// Smaller errors count as equal: their ratio has no meaning.
+constexpr double least_error = 1e-9;
 
 }  // namespace
 
@@ -107,6 +116,29 @@ estimator::Pose2 reference_arm(const daemon::Config& config) {
 Trajectory reference_of(const Drive& drive, const std::optional<estimator::Pose2>& lever_arm) {
   if (drive.reference->is_camera) return *drive.reference;
   return at_centre_of_gravity(*drive.reference, lever_arm.value_or(reference_arm(drive.config)));
+}
+
+Score score_of(const Evaluation& evaluation) {
+  Score score{unknown, unknown, evaluation.position.rms, evaluation.heading.rms};
+  if (evaluation.short_term) score[0] = evaluation.short_term->displacement.mean;
+  for (const HorizonError& error : evaluation.horizons)
+    if (error.horizon_ns == second_ns) score[1] = error.displacement.mean;
+  return score;
+}
+
+double relative_error(std::span<const Score> tried, std::span<const Score> before) {
+  double logarithms = 0.0;
+  std::size_t count = 0;
+  for (std::size_t drive = 0; drive < before.size(); ++drive) {
+    for (std::size_t i = 0; i < before[drive].size(); ++i) {
+      if (std::isnan(before[drive][i])) continue;
+      if (!std::isfinite(tried[drive][i])) return std::numeric_limits<double>::infinity();
+      logarithms += std::log(std::max(tried[drive][i], least_error) /
+                             std::max(before[drive][i], least_error));
+      ++count;
+    }
+  }
+  return count == 0 ? 1.0 : std::exp(logarithms / static_cast<double>(count));
 }
 
 }  // namespace odomd::tools

@@ -1,7 +1,8 @@
-// Replays a drive through the pipeline in memory, with its own configuration or another one, and
-// finds what to compare it with.
+// A drive replayed by several models and compared with its reference; and the score of one
+// configuration on it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -76,5 +77,17 @@ struct NoPose : std::invalid_argument {
 /// For a drive without truth.csv: its camera's poses as the reference, else whether it is a closed
 /// loop. Needs a replay.
 void find_reference(Drive& drive);
+
+/// The errors of a replay with a reference: mean displacement error over 35 ms and over 1 s [m],
+/// rms of position [m] and of heading [rad]; NaN if the drive does not determine it.
+using Score = std::array<double, 4>;
+
+[[nodiscard]] Score score_of(const Evaluation& evaluation);
+
+/// The errors of `tried` over those of `before`: the geometric mean of the ratios over drives and
+/// errors, so that no drive weighs more for being long or hard. 1: as good; 0.9: a tenth better.
+/// What a drive did not determine before does not count; what it no longer determines is infinitely
+/// bad.
+[[nodiscard]] double relative_error(std::span<const Score> tried, std::span<const Score> before);
 
 }  // namespace odomd::tools

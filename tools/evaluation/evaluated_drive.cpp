@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/chart/style.hpp"
+#include "tools/chart/drawing.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/drive_mismatch.hpp"
@@ -17,7 +17,6 @@
 #include "tools/evaluation/camera_reference.hpp"
 #include "tools/evaluation/closed_loop.hpp"
 #include "tools/evaluation/evaluation_checks.hpp"
-#include "tools/evaluation/time_check.hpp"
 #include "tools/math/se2.hpp"
 
 namespace odomd::tools {

@@ -11,7 +11,6 @@
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/evaluation/alignment.hpp"
 #include "tools/evaluation/horizon.hpp"
-#include "tools/evaluation/spread.hpp"
 
 namespace odomd::tools {
 

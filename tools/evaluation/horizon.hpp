@@ -1,8 +1,10 @@
-// Short-term errors of an estimate: the error of its relative displacement in the body frame,
-// without the influence of drift and alignment.
+// How far an estimate is off after a given distance or time: errors of the relative motion, and
+// their spread.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -10,9 +12,36 @@
 
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/evaluation/alignment.hpp"
-#include "tools/evaluation/spread.hpp"
 
 namespace odomd::tools {
+
+struct Spread {
+  double mean = 0.0;
+  double rms = 0.0;
+  double max = 0.0;
+};
+
+/// Of magnitudes as they come in.
+class Gathered {
+ public:
+  void add(double magnitude) {
+    sum_ += magnitude;
+    squares_ += magnitude * magnitude;
+    max_ = std::max(max_, magnitude);
+    ++count_;
+  }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] Spread spread() const {
+    const auto n = static_cast<double>(std::max<std::size_t>(count_, 1));
+    return {sum_ / n, std::sqrt(squares_ / n), max_};
+  }
+
+ private:
+  double sum_ = 0.0;
+  double squares_ = 0.0;
+  double max_ = 0.0;
+  std::size_t count_ = 0;
+};
 
 /// The horizons: from a tick of 5 ms to a second.
 inline constexpr std::array<std::int64_t, 10> horizons_ns{

@@ -121,41 +121,4 @@ CameraPose CameraFault::changed(const CameraPose& pose, std::uint64_t number) {
   return result;
 }
 
-CameraInjector::CameraInjector(std::span<const Fault> faults, std::int64_t start_ns) {
-  for (const Fault& fault : faults) {
-    if (fault.kind.part != Part::camera) continue;
-    faults_.push_back(fault);
-    stages_.emplace_back(fault, span_of(fault, start_ns));
-  }
-}
-
-void CameraInjector::pass(std::size_t stage, std::vector<CameraPose>& out) {
-  for (; stage < stages_.size(); ++stage) {
-    next_.clear();
-    for (const CameraPose& pose : in_) stages_[stage].take(pose, next_);
-    in_.swap(next_);
-  }
-  out.insert(out.end(), in_.begin(), in_.end());
-}
-
-void CameraInjector::take(const CameraPose& pose, std::vector<CameraPose>& out) {
-  in_.assign(1, pose);
-  pass(0, out);
-}
-
-void CameraInjector::release(std::int64_t now_ns, std::vector<CameraPose>& out) {
-  for (std::size_t stage = 0; stage < stages_.size(); ++stage) {
-    in_.clear();
-    stages_[stage].release(now_ns, in_);
-    pass(stage + 1, out);
-  }
-}
-
-std::vector<CameraInjector::Acted> CameraInjector::acted() const {
-  std::vector<Acted> result;
-  for (std::size_t i = 0; i < faults_.size(); ++i)
-    result.push_back({faults_[i], stages_[i].acted_on()});
-  return result;
-}
-
 }  // namespace odomd::fault

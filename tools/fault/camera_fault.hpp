@@ -41,26 +41,4 @@ class CameraFault {
   std::vector<estimator::CameraPose> held_;       ///< by arrival
 };
 
-/// Several faults at once in a stream of poses; those of other parts are ignored.
-class CameraInjector {
- public:
-  CameraInjector(std::span<const Fault> faults, std::int64_t start_ns);
-
-  void take(const estimator::CameraPose& pose, std::vector<estimator::CameraPose>& out);
-  void release(std::int64_t now_ns, std::vector<estimator::CameraPose>& out);
-
-  struct Acted {
-    Fault fault;
-    std::uint64_t poses = 0;
-  };
-  [[nodiscard]] std::vector<Acted> acted() const;
-
- private:
-  void pass(std::size_t stage, std::vector<estimator::CameraPose>& out);
-
-  std::vector<Fault> faults_;
-  std::vector<CameraFault> stages_;
-  std::vector<estimator::CameraPose> in_, next_;
-};
-
 }  // namespace odomd::fault

@@ -1,14 +1,86 @@
-// One fault: what fails, when, and by how much.
+// Faults: the parts of a car that fail and their ways to fail (a kind is a part and a way,
+// "gyro.frozen"), and when and by how much one does.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
-#include "tools/fault/kinds.hpp"
+#include <nlohmann/json_fwd.hpp>
+
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::fault {
+
+/// A set of sources: bit s is estimator::Source s.
+using Sources = std::uint32_t;
+
+[[nodiscard]] constexpr Sources only(estimator::Source source) noexcept {
+  return 1U << estimator::index_of(source);
+}
+[[nodiscard]] constexpr bool contains(Sources sources, estimator::Source source) noexcept {
+  return (sources & only(source)) != 0;
+}
+
+enum class Part : std::uint8_t {
+#define ODOMD_PART(name, ...) name,
+#include "tools/fault/kinds.inc"
+};
+
+struct PartInfo {
+  Part part;
+  std::string_view name;
+  std::string_view what;
+  Sources sources;
+};
+[[nodiscard]] std::span<const PartInfo> parts() noexcept;
+
+enum class Act : std::uint8_t {
+#define ODOMD_ACT(name, ...) name,
+#include "tools/fault/kinds.inc"
+};
+
+/// The default size of a fault and its unit: "rad/s", "s", "x" (a factor), "sigma" (times the
+/// stated one), "share" (of the frames); empty if it has no size.
+struct Magnitude {
+  double value = 0.0;
+  std::string_view unit;
+};
+
+struct ActInfo {
+  Act act;
+  std::string_view name;
+  std::string_view what;
+  Magnitude magnitude;  ///< empty where it depends on the part, too: default_magnitude()
+};
+[[nodiscard]] std::span<const ActInfo> acts() noexcept;
+
+struct Kind {
+  Part part = Part::gyro;
+  Act act = Act::frozen;
+  bool operator==(const Kind&) const = default;
+};
+
+/// Every part in every way that it can fail.
+[[nodiscard]] const std::vector<Kind>& all_kinds();
+
+[[nodiscard]] const PartInfo& info(Part part) noexcept;
+[[nodiscard]] const ActInfo& info(Act act) noexcept;
+
+/// "gyro.frozen"
+[[nodiscard]] std::string name_of(Kind kind);
+/// Throws std::invalid_argument that names the nearest kind.
+[[nodiscard]] Kind parse_kind(std::string_view name);
+
+[[nodiscard]] Magnitude default_magnitude(Kind kind) noexcept;
+
+/// The sources that the car must do without once the fault is known. None if the fault affects the
+/// stamps of the whole bus.
+[[nodiscard]] Sources sources_of(Kind kind) noexcept;
 
 struct Fault {
   Kind kind;
@@ -46,5 +118,10 @@ struct Span {
   return {begin_ns, ends ? begin_ns + std::llround(fault.duration_s * 1e9)
                          : std::numeric_limits<std::int64_t>::max()};
 }
+
+/// The parts that can fail, their ways to fail, and the default size of each fault.
+[[nodiscard]] std::string kinds_text();
+/// An array with an object for every kind: kind, part, what, size, unit, sources.
+[[nodiscard]] nlohmann::ordered_json kinds_json();
 
 }  // namespace odomd::fault

@@ -1,9 +1,16 @@
 #include "tools/fault/injector.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <ostream>
 #include <stdexcept>
 
+#include <fmt/format.h>
+
+#include "can_protocol/sources/candump.hpp"
 #include "daemon/core/config_error.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/drive_files/camera_csv.hpp"
 
 namespace odomd::fault {
 namespace {
@@ -15,6 +22,32 @@ std::array<double, estimator::source_count> stated_sigma(const daemon::Config& c
     sigma[i] = stated > 0.0 ? stated : estimator::default_sigma[i];
   }
   return sigma;
+}
+
+enum class Stream : std::uint8_t { frames, poses };
+
+std::vector<Fault> faults_of(std::span<const Fault> all, Stream stream) {
+  std::vector<Fault> faults;
+  std::ranges::copy_if(all, std::back_inserter(faults), [stream](const Fault& fault) {
+    return (fault.kind.part == Part::camera) == (stream == Stream::poses);
+  });
+  return faults;
+}
+
+constexpr std::uint64_t frames_between_news = 10'000;
+
+void append_line(std::string& text, const can::Frame& frame,
+                 const std::vector<std::string>& names) {
+  const bool micro = frame.time_ns % 1000 == 0;
+  can::append_candump_line(text, frame, names[frame.bus],
+                           micro ? can::StampDecimals::six : can::StampDecimals::nine);
+}
+
+void write(std::ostream& out, std::string& text, Flush flush) {
+  out << text;
+  if (flush == Flush::every_frame) out.flush();
+  if (!out) throw std::runtime_error("the log cannot be written: " + tools::why_unwritten(out));
+  text.clear();
 }
 
 }  // namespace
@@ -37,50 +70,77 @@ void require_mapped(const daemon::Config& config, std::span<const Fault> faults)
   }
 }
 
+CameraInjector::CameraInjector(std::span<const Fault> faults, std::int64_t start_ns)
+    : Chain(faults_of(faults, Stream::poses)) {
+  start([&](const Fault& fault) { return CameraFault(fault, span_of(fault, start_ns)); });
+}
+
 Injector::Injector(const daemon::Config& config, std::span<const can::Database> databases,
                    std::span<const std::string> bus_names, std::span<const Fault> faults)
-    : signals_(config.can, databases, bus_names), sigma_(stated_sigma(config)) {
+    : Chain(faults_of(faults, Stream::frames)),
+      signals_(config.can, databases, bus_names),
+      sigma_(stated_sigma(config)) {
   require_mapped(config, faults);
-  std::ranges::copy_if(faults, std::back_inserter(faults_),
-                       [](const Fault& fault) { return fault.kind.part != Part::camera; });
 }
 
 void Injector::start(std::int64_t start_ns) {
-  stages_.clear();
-  for (const Fault& fault : faults_)
-    stages_.emplace_back(signals_, sigma_, fault, span_of(fault, start_ns));
+  Chain::start([&](const Fault& fault) {
+    return FrameFault(signals_, sigma_, fault, span_of(fault, start_ns));
+  });
   started_ = true;
-}
-
-// Passes the contents of in_ through all stages from the given one on.
-void Injector::pass(std::size_t stage, std::vector<can::Frame>& out) {
-  for (; stage < stages_.size(); ++stage) {
-    next_.clear();
-    for (const can::Frame& frame : in_) stages_[stage].take(frame, next_);
-    in_.swap(next_);
-  }
-  out.insert(out.end(), in_.begin(), in_.end());
 }
 
 void Injector::take(const can::Frame& frame, std::vector<can::Frame>& out) {
   if (!started_) start(frame.time_ns);
-  in_.assign(1, frame);
-  pass(0, out);
+  Chain::take(frame, out);
 }
 
-void Injector::release(std::int64_t now_ns, std::vector<can::Frame>& out) {
-  for (std::size_t stage = 0; stage < stages_.size(); ++stage) {
-    in_.clear();
-    stages_[stage].release(now_ns, in_);
-    pass(stage + 1, out);
+Streamed write_log(can::LogReader& log, const can::BusNames& buses, Injector& injector,
+                   std::ostream& out, Flush flush, const tools::ReportProgress& progress) {
+  Streamed streamed;
+  std::vector<can::Frame> leaving;
+  std::vector<std::string> names;
+  std::string text;
+  const auto write_leaving = [&] {
+    for (const can::Frame& frame : leaving) {
+      if (frame.bus >= names.size()) names = buses.all();
+      append_line(text, frame, names);
+    }
+    streamed.out += leaving.size();
+    leaving.clear();
+    write(out, text, flush);
+  };
+  while (const can::Frame* const frame = log.next()) {
+    if (streamed.in++ == 0) streamed.first_ns = frame->time_ns;
+    streamed.last_ns = frame->time_ns;
+    injector.take(*frame, leaving);
+    write_leaving();
+    if (streamed.in % frames_between_news == 0 && progress)
+      progress(fmt::format("{:.0f} s, {} frames",
+                           static_cast<double>(streamed.last_ns - streamed.first_ns) * 1e-9,
+                           streamed.in));
   }
+  injector.release(end_of_time, leaving);
+  write_leaving();
+  return streamed;
 }
 
-std::vector<Injector::Acted> Injector::acted() const {
-  std::vector<Acted> result;
-  for (std::size_t i = 0; i < faults_.size(); ++i)
-    result.push_back({faults_[i], started_ ? stages_[i].acted_on() : 0});
-  return result;
+Streamed write_camera_log(const std::vector<estimator::CameraPose>& poses, CameraInjector& injector,
+                          std::ostream& out) {
+  Streamed streamed{.in = poses.size()};
+  std::vector<estimator::CameraPose> leaving;
+  for (const estimator::CameraPose& pose : poses) injector.take(pose, leaving);
+  injector.release(end_of_time, leaving);
+  std::ranges::stable_sort(leaving, {}, &estimator::CameraPose::arrival_ns);
+  streamed.out = leaving.size();
+  if (!poses.empty()) {
+    streamed.first_ns = poses.front().arrival_ns;
+    streamed.last_ns = poses.back().arrival_ns;
+  }
+  std::string text = std::string(tools::camera_columns) + '\n';
+  for (const estimator::CameraPose& pose : leaving) tools::append_camera_row(text, pose);
+  write(out, text, Flush::at_the_end);
+  return streamed;
 }
 
 }  // namespace odomd::fault

@@ -1,4 +1,4 @@
-// Several faults at once in a stream of frames.
+// Several faults at once in a stream of frames or camera poses, and in whole logs.
 //
 //   Injector injector(config, databases, bus_names, faults);
 //   injector.take(frame, out);  // out: what leaves by now
@@ -6,23 +6,90 @@
 #pragma once
 
 #include <cstdint>
+#include <iosfwd>
 #include <limits>
-#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "can_protocol/bus_names.hpp"
 #include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
+#include "estimator/common/measurement.hpp"
+#include "tools/cli/progress.hpp"
+#include "tools/fault/camera_fault.hpp"
 #include "tools/fault/frame_fault.hpp"
 
 namespace odomd::fault {
 
 inline constexpr std::int64_t end_of_time = std::numeric_limits<std::int64_t>::max();
 
-/// One stream, one thread. Faults act one after the other, in the order given; those of the camera
-/// are ignored.
-class Injector {
+/// A fault, and the number of frames or poses that it affected.
+struct Acted {
+  Fault fault;
+  std::uint64_t count = 0;
+};
+
+/// Faults that act one after the other, in the order given, each of them a `Stage` for an `Item`.
+template <typename Stage, typename Item>
+class Chain {
+ public:
+  explicit Chain(std::vector<Fault> faults) : faults_(std::move(faults)) {}
+
+  /// `stage_for` makes the stage of a fault.
+  template <typename StageFor>
+  void start(StageFor stage_for) {
+    stages_.clear();
+    for (const Fault& fault : faults_) stages_.push_back(stage_for(fault));
+  }
+
+  /// Takes a frame or pose and appends those that are output by then.
+  void take(const Item& item, std::vector<Item>& out) {
+    in_.assign(1, item);
+    pass(0, out);
+  }
+  /// Appends those held back until `now_ns`.
+  void release(std::int64_t now_ns, std::vector<Item>& out) {
+    for (std::size_t stage = 0; stage < stages_.size(); ++stage) {
+      in_.clear();
+      stages_[stage].release(now_ns, in_);
+      pass(stage + 1, out);
+    }
+  }
+
+  [[nodiscard]] std::vector<Acted> acted() const {
+    std::vector<Acted> result;
+    for (std::size_t i = 0; i < faults_.size(); ++i)
+      result.push_back({faults_[i], i < stages_.size() ? stages_[i].acted_on() : 0});
+    return result;
+  }
+
+ private:
+  // Passes the contents of in_ through all stages from the given one on.
+  void pass(std::size_t stage, std::vector<Item>& out) {
+    for (; stage < stages_.size(); ++stage) {
+      next_.clear();
+      for (const Item& item : in_) stages_[stage].take(item, next_);
+      in_.swap(next_);
+    }
+    out.insert(out.end(), in_.begin(), in_.end());
+  }
+
+  std::vector<Fault> faults_;
+  std::vector<Stage> stages_;
+  std::vector<Item> in_, next_;
+};
+
+/// The faults of the camera, in a stream of its poses; others are ignored.
+class CameraInjector : public Chain<CameraFault, estimator::CameraPose> {
+ public:
+  CameraInjector(std::span<const Fault> faults, std::int64_t start_ns);
+};
+
+/// The other faults, in a stream of frames.
+class Injector : public Chain<FrameFault, can::Frame> {
  public:
   /// Throws std::invalid_argument if the configuration does not fit the databases, or does not map
   /// the source of a fault: the message names the key.
@@ -32,30 +99,33 @@ class Injector {
   /// The time from which the faults' times count; by default the first frame's stamp.
   void start(std::int64_t start_ns);
 
-  /// Takes a frame and appends those that are output by then.
   void take(const can::Frame& frame, std::vector<can::Frame>& out);
-  /// Appends the frames held back until `now_ns`.
-  void release(std::int64_t now_ns, std::vector<can::Frame>& out);
-
-  /// The faults of frames, and the number of frames that each affected.
-  struct Acted {
-    Fault fault;
-    std::uint64_t frames = 0;
-  };
-  [[nodiscard]] std::vector<Acted> acted() const;
 
  private:
-  void pass(std::size_t stage, std::vector<can::Frame>& out);
-
   CarSignals signals_;
-  std::vector<Fault> faults_;
   std::array<double, estimator::source_count> sigma_{};
-  std::vector<FrameFault> stages_;
-  std::vector<can::Frame> in_, next_;
   bool started_ = false;
 };
 
 /// Throws std::invalid_argument if the configuration does not map the source of a fault.
 void require_mapped(const daemon::Config& config, std::span<const Fault> faults);
+
+struct Streamed {
+  std::uint64_t in = 0;
+  std::uint64_t out = 0;
+  std::int64_t first_ns = 0;  ///< stamps of the first and the last received
+  std::int64_t last_ns = 0;
+};
+
+enum class Flush : std::uint8_t { at_the_end, every_frame };
+
+/// Writes the output of the injector like candump -L: stamps in microseconds, or in nanoseconds if
+/// they have them. Throws like LogReader, and std::runtime_error if it cannot write.
+Streamed write_log(can::LogReader& log, const can::BusNames& buses, Injector& injector,
+                   std::ostream& out, Flush flush, const tools::ReportProgress& progress);
+
+/// The rows of a camera log, with their header.
+Streamed write_camera_log(const std::vector<estimator::CameraPose>& poses, CameraInjector& injector,
+                          std::ostream& out);
 
 }  // namespace odomd::fault

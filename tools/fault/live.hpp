@@ -41,7 +41,7 @@ class BusRelay {
   [[nodiscard]] std::uint64_t received() const noexcept { return received_; }
   [[nodiscard]] std::uint64_t sent() const noexcept { return sent_; }
   [[nodiscard]] std::uint64_t lost() const noexcept { return source_->counters().lost.get(); }
-  [[nodiscard]] std::vector<Injector::Acted> acted() const { return injector_->acted(); }
+  [[nodiscard]] std::vector<Acted> acted() const { return injector_->acted(); }
 
  private:
   std::unique_ptr<can::SocketCanSource> source_;
@@ -67,7 +67,7 @@ class CameraRelay {
   [[nodiscard]] std::uint64_t sent() const noexcept { return sent_; }
   [[nodiscard]] std::uint64_t refused() const noexcept { return refused_; }
   [[nodiscard]] std::uint64_t malformed() const noexcept { return malformed_; }
-  [[nodiscard]] std::vector<CameraInjector::Acted> acted() const { return injector_.acted(); }
+  [[nodiscard]] std::vector<Acted> acted() const { return injector_.acted(); }
 
  private:
   void take(const odom_camera_message& message, std::int64_t now_ns);

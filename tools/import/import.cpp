@@ -13,7 +13,6 @@
 #include "daemon/core/config.hpp"
 #include "daemon/core/config_sections.hpp"
 #include "tools/cli/files.hpp"
-#include "tools/cli/json_text.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/config_patch/toml_lines.hpp"
 #include "tools/import/drive_parts.hpp"

@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include "can_protocol/decode/units.hpp"
-#include "tools/cli/json_text.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/config_patch/toml_lines.hpp"
 #include "tools/init/typical.hpp"

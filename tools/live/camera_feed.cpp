@@ -7,7 +7,7 @@
 #include <system_error>
 #include <thread>
 
-#include "tools/live/socket_path.hpp"
+#include "tools/live/daemon_link.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -45,6 +45,21 @@ std::int64_t monotonic_now_ns() {
 
 }  // namespace
 
+odom_camera_message camera_message(const estimator::CameraPose& pose, odom_clock clock) {
+  return {.magic = ODOM_CAMERA_MAGIC,
+          .version = ODOM_CAMERA_VERSION,
+          .clock = static_cast<std::uint16_t>(clock),
+          .sequence = 0,
+          .capture_ns = pose.capture_ns,
+          .x = pose.x,
+          .y = pose.y,
+          .yaw = pose.yaw,
+          .sigma_x = pose.sigma_x,
+          .sigma_y = pose.sigma_y,
+          .sigma_yaw = pose.sigma_yaw,
+          .reserved = 0};
+}
+
 CameraFeed::CameraFeed(const std::string& named, double wait_s, Admission admission)
     : admission_(admission) {
   const auto start = steady_clock::now();
@@ -64,18 +79,7 @@ CameraFeed::CameraFeed(const std::string& named, double wait_s, Admission admiss
 }
 
 bool CameraFeed::send(const estimator::CameraPose& pose, odom_clock clock) {
-  const odom_camera_message message{.magic = ODOM_CAMERA_MAGIC,
-                                    .version = ODOM_CAMERA_VERSION,
-                                    .clock = static_cast<std::uint16_t>(clock),
-                                    .sequence = 0,
-                                    .capture_ns = pose.capture_ns,
-                                    .x = pose.x,
-                                    .y = pose.y,
-                                    .yaw = pose.yaw,
-                                    .sigma_x = pose.sigma_x,
-                                    .sigma_y = pose.sigma_y,
-                                    .sigma_yaw = pose.sigma_yaw,
-                                    .reserved = 0};
+  const odom_camera_message message = camera_message(pose, clock);
   constexpr int attempts = 50;
   int error = 0;
   for (int attempt = 0; attempt < attempts; ++attempt) {

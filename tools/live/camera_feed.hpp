@@ -11,6 +11,10 @@
 
 namespace odomd::tools {
 
+/// The pose as a message, its capture time on `clock`.
+[[nodiscard]] odom_camera_message camera_message(const estimator::CameraPose& pose,
+                                                 odom_clock clock);
+
 /// Whether the first pose of a connection waits until the daemon has read it, which tells whether
 /// the daemon refuses the connection.
 enum class Admission : std::uint8_t { awaited, assumed };

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "can_protocol/sources/socketcan.hpp"
-#include "tools/cli/interrupt.hpp"
+#include "tools/cli/output.hpp"
 
 namespace odomd::tools {
 

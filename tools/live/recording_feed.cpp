@@ -3,7 +3,6 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <array>
@@ -33,18 +32,9 @@ namespace {
   }
 }
 
-FileDescriptor connect_to(const std::string& path) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.empty() || path.size() >= sizeof address.sun_path) {
-    throw std::invalid_argument(path + ": the path of a socket has 1 to 107 characters");
-  }
-  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
-  FileDescriptor connection{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-  if (::connect(connection.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) !=
-      0) {
-    fail(path, errno);
-  }
+FileDescriptor connected(const std::string& path) {
+  FileDescriptor connection = connect_to(path);
+  if (!connection) fail(path, errno);
   return connection;
 }
 
@@ -58,9 +48,7 @@ FileDescriptor process_behind(const FileDescriptor& connection) {
 }  // namespace
 
 RecordingFeed::RecordingFeed(const std::filesystem::path& socket)
-    : name_(socket.string()),
-      connection_(connect_to(name_)),
-      daemon_(process_behind(connection_)) {}
+    : name_(socket.string()), connection_(connected(name_)), daemon_(process_behind(connection_)) {}
 
 bool RecordingFeed::is_daemon_running() const {
   constexpr int ending_ms = 500;

@@ -9,7 +9,7 @@
 
 #include "base/file_descriptor.hpp"
 #include "daemon/core/recording_wire.hpp"
-#include "tools/live/socket_path.hpp"
+#include "tools/live/daemon_link.hpp"
 
 namespace odomd::tools {
 

@@ -17,7 +17,7 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
-#include "tools/cli/json_text.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/diagnostics/unit_check.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/recording_folder.hpp"

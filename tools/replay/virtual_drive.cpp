@@ -6,7 +6,7 @@
 
 #include "daemon/core/pipeline.hpp"
 #include "tools/diagnostics/unit_check.hpp"
-#include "tools/drive_files/pose_point.hpp"
+#include "tools/drive_files/trajectory.hpp"
 
 namespace odomd::tools {
 

@@ -1,4 +1,5 @@
-#include "tools/report/definitions.hpp"
+// What each figure of a report means, shown where it is printed.
+#include "tools/report/page.hpp"
 
 #include <array>
 

@@ -5,15 +5,13 @@
 #include <cmath>
 #include <iterator>
 #include <numbers>
+#include <optional>
 
 #include "tools/chart/chart.hpp"
-#include "tools/chart/style.hpp"
+#include "tools/chart/drawing.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/alignment.hpp"
-#include "tools/evaluation/pose_error.hpp"
-#include "tools/report/beat_chart.hpp"
-#include "tools/report/evaluation_map.hpp"
-#include "tools/report/innovation_chart.hpp"
+#include "tools/report/charts.hpp"
 
 namespace odomd::tools::report {
 namespace {
@@ -68,36 +66,38 @@ Figure horizon(const EvaluatedDrive& drive) {
 
 using Errors = std::vector<std::vector<PoseError>>;  // by estimate
 
+// A value of each error over time; errors without the value are left out.
+template <typename Value>
+Series series_of(const EvaluatedDrive& drive, std::size_t estimate,
+                 const std::vector<PoseError>& errors, Value value) {
+  Series series{names_of(drive)[estimate], "", colours_of(drive)[estimate], {}};
+  for (const PoseError& e : errors)
+    if (const std::optional<double> y = value(e))
+      series.points.push_back({seconds(drive, e.t_ns), *y});
+  return series;
+}
+
 Figure position_errors(const EvaluatedDrive& drive, const Errors& errors) {
-  const auto names = names_of(drive);
-  const auto colours = colours_of(drive);
   double largest = 0.0;
   for (const Evaluation& e : drive.report.evaluations) largest = std::max(largest, e.position.max);
   const Unit unit = unit_for(largest);
   Chart chart = over_time(std::string{"position error ["} + unit.name + "]");
   for (std::size_t i = 0; i < errors.size(); ++i) {
-    Series series{names[i], "", colours[i], {}};
-    for (const PoseError& e : errors[i]) {
-      series.points.push_back(
-          {seconds(drive, e.t_ns), std::hypot(e.error.x, e.error.y) * unit.factor});
-    }
-    series.note = "rms " + fixed(drive.report.evaluations[i].position.rms * unit.factor, 2);
-    chart.series.push_back(std::move(series));
+    chart.series.push_back(series_of(drive, i, errors[i], [&](const PoseError& e) {
+      return std::hypot(e.error.x, e.error.y) * unit.factor;
+    }));
+    chart.series.back().note =
+        "rms " + fixed(drive.report.evaluations[i].position.rms * unit.factor, 2);
   }
   return {draw(chart), "Distance of each estimate from the reference."};
 }
 
 Figure heading_errors(const EvaluatedDrive& drive, const Errors& errors) {
-  const auto names = names_of(drive);
-  const auto colours = colours_of(drive);
   Chart chart = over_time("heading error [deg]");
   for (std::size_t i = 0; i < errors.size(); ++i) {
-    Series series{names[i], "", colours[i], {}};
-    for (const PoseError& e : errors[i]) {
-      series.points.push_back({seconds(drive, e.t_ns), e.error.yaw * degrees});
-    }
-    series.note = "end " + fixed(drive.report.evaluations[i].heading_end * degrees, 2);
-    chart.series.push_back(std::move(series));
+    chart.series.push_back(
+        series_of(drive, i, errors[i], [](const PoseError& e) { return e.error.yaw * degrees; }));
+    chart.series.back().note = "end " + fixed(drive.report.evaluations[i].heading_end * degrees, 2);
   }
   return {draw(chart), "Accumulated heading error of each estimate."};
 }
@@ -124,21 +124,20 @@ Figure with_band(const EvaluatedDrive& drive, const std::vector<PoseError>& erro
   }
   const Unit unit = angle ? Unit{"deg", degrees} : unit_for(largest);
   Chart chart = over_time(std::string{component.name} + " [" + unit.name + "]");
-  const std::string colour = colours_of(drive)[estimate];
-  Series series{names_of(drive)[estimate], "", colour, {}};
-  chart::Band band{"±3σ", colour, {}};
+  chart.series = {series_of(drive, estimate, errors, [&](const PoseError& e) {
+    return driven(e).*component.value * unit.factor;
+  })};
+  Series& series = chart.series.front();
+  chart::Band band{"±3σ", series.colour, {}};
   for (std::size_t i = 0; i < errors.size(); ++i) {
-    const double t = seconds(drive, errors[i].t_ns);
     const double reach = 3.0 * all[i].*component.sigma * unit.factor;
-    series.points.push_back({t, all[i].*component.value * unit.factor});
-    band.points.push_back({t, -reach, reach});
+    band.points.push_back({series.points[i].x, -reach, reach});
   }
   if (drive.report.evaluations[estimate].consistency) {
     const double share = static_cast<double>(inside) / static_cast<double>(errors.size());
     series.note = fixed(100.0 * share, 1) + " % inside 3σ";
     chart.bands = {std::move(band)};
   }
-  chart.series = {std::move(series)};
   return {draw(chart), ""};
 }
 
@@ -147,13 +146,13 @@ Figure nees(const EvaluatedDrive& drive, const std::vector<PoseError>& errors,
   Chart chart = over_time("NEES of (x, y, yaw)");
   chart.y.scaling = chart::Scaling::logarithmic;
   chart.levels = {{3.0, "3, expected"}, {chi_squared_95_of_3, ""}};
-  Series series{names_of(drive)[estimate], "", colours_of(drive)[estimate], {}};
   double largest = 10.0;
-  for (const PoseError& e : errors) {
-    if (!e.nees) continue;
-    series.points.push_back({seconds(drive, e.t_ns), std::max(*e.nees, 1e-3)});
-    largest = std::max(largest, *e.nees);
-  }
+  Series series =
+      series_of(drive, estimate, errors, [&](const PoseError& e) -> std::optional<double> {
+        if (!e.nees) return std::nullopt;
+        largest = std::max(largest, *e.nees);
+        return std::max(*e.nees, 1e-3);
+      });
   const Consistency& consistency = *drive.report.evaluations[estimate].consistency;
   series.note = "mean " + fixed(consistency.nees, 2) + " · " +
                 fixed(100.0 * consistency.inside_95, 1) + " % below χ²₉₅";
@@ -233,14 +232,6 @@ std::vector<Figure> innovations(const EvaluatedDrive& drive) {
   for (const Chart& chart :
        innovation_charts(judgements, drive.report.evaluations.front().first_ns)) {
     figures.push_back({draw(chart), ""});
-  }
-  return figures;
-}
-
-std::vector<Figure> beat(const BeatHistogram& beat) {
-  std::vector<Figure> figures;
-  for (const BeatChart& chart : beat_charts(beat)) {
-    figures.push_back({chart.drawing, chart.caption});
   }
   return figures;
 }

@@ -6,15 +6,10 @@
 #include <vector>
 
 #include "tools/chart/drawing.hpp"
-#include "tools/drive_files/beat_histogram.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
+#include "tools/report/charts.hpp"
 
 namespace odomd::tools::report {
-
-struct Figure {
-  chart::Drawing drawing;
-  std::string caption;  ///< what is to be seen, in one or two sentences
-};
 
 /// The estimate that the closer look is taken at: the last whose samples were tested, else the last
 /// with a covariance, else the last.
@@ -33,8 +28,5 @@ struct Figure {
 
 /// Of the focus, a figure a source (of the camera three) whose samples were tested.
 [[nodiscard]] std::vector<Figure> innovations(const EvaluatedDrive& drive);
-
-/// Wake-up latency, and execution time where it was measured.
-[[nodiscard]] std::vector<Figure> beat(const BeatHistogram& beat);
 
 }  // namespace odomd::tools::report

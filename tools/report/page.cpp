@@ -12,7 +12,6 @@
 #include "tools/chart/svg.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/evaluation_summary.hpp"
-#include "tools/report/definitions.hpp"
 #include "tools/report/figures.hpp"
 #include "tools/report/verdict.hpp"
 
@@ -254,7 +253,7 @@ std::string section(const EvaluatedDrive& drive) {
   out += "<h3>All figures</h3>\n" + html_of(details_table(drive));
   out += samples(drive);
   if (drive.beat) {
-    out += "<h3>Beat</h3>\n" + html_of(beat(*drive.beat), " small");
+    out += "<h3>Beat</h3>\n" + html_of(beat_charts(*drive.beat), " small");
   }
   return out + configuration(drive);
 }

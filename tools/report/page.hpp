@@ -4,6 +4,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "tools/evaluation/evaluated_drive.hpp"
 
@@ -14,6 +15,9 @@ struct PageInfo {
   std::string version;
   std::string command;  ///< that made it
 };
+
+/// One sentence for the label of a row or a column; empty for names of estimates and the like.
+[[nodiscard]] std::string definition_of(std::string_view label);
 
 [[nodiscard]] std::string page(std::span<const EvaluatedDrive> drives, const PageInfo& info);
 

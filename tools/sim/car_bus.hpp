@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "can_protocol/decode/message_encoder.hpp"
-#include "tools/sim/sensors/past_outputs.hpp"
 #include "tools/sim/sensors/sensors.hpp"
 
 namespace odomd::sim {

@@ -1,16 +1,30 @@
-// The folder that a simulated drive is written to: drive.log, camera.csv, truth.csv, car.toml,
-// car.dbc, plant.json, and where asked for the film's markers.csv.
+// The folder of a simulated drive: drive.log, camera.csv, truth.csv, car.toml (the configuration
+// that fits), car.dbc, plant.json (what was drawn), and on request the film's markers.csv.
 #pragma once
 
 #include <filesystem>
 #include <fstream>
 #include <string>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "can_protocol/sources/candump.hpp"
-#include "tools/sim/car_files.hpp"
 #include "tools/sim/simulation.hpp"
 
 namespace odomd::sim {
+
+/// How a daemon will get at the drive.
+struct Wiring {
+  std::string can = "drive.log";        ///< [can] source: interface, log or "-"
+  std::filesystem::path camera_socket;  ///< empty: the daemon's default
+};
+
+/// car.toml: the configuration of the simulated car, as its owner would write it; it knows nothing
+/// of the errors drawn.
+[[nodiscard]] std::string configuration_text(const RunPlan& plan, const Wiring& wiring);
+
+/// plant.json: the run, the sizes of its errors, and the errors themselves.
+[[nodiscard]] nlohmann::ordered_json describe(const RunPlan& plan);
 
 enum class Existing : std::uint8_t { keep, replace };
 

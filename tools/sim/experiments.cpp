@@ -12,7 +12,7 @@
 #include "tools/sim/car/swing.hpp"
 #include "tools/sim/car/vehicle.hpp"
 #include "tools/sim/car_bus.hpp"
-#include "tools/sim/car_files.hpp"
+#include "tools/sim/drive_folder.hpp"
 
 namespace odomd::sim {
 namespace {

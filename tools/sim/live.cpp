@@ -2,14 +2,16 @@
 
 #include <chrono>
 #include <csignal>
-#include <memory>
+#include <ctime>
 #include <thread>
 #include <utility>
 
-#include <odom/odom.h>
+#include <fmt/format.h>
+#include <odom/odom.hpp>
 
 #include "base/wall_clock.hpp"
-#include "tools/cli/interrupt.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/live/camera_feed.hpp"
 #include "tools/sim/can_output.hpp"
 
 namespace odomd::sim {
@@ -36,42 +38,39 @@ class WithoutPipeSignal {
 class CameraLine {
  public:
   CameraLine(std::filesystem::path socket, odom_clock clock)
-      : socket_(std::move(socket)), clock_(clock), camera_(nullptr, &odom_camera_close) {}
+      : socket_(std::move(socket)), clock_(clock) {}
 
   [[nodiscard]] bool wanted() const { return !socket_.empty(); }
 
   /// Whether the pose got through.
   bool send(const estimator::CameraPose& pose) {
-    if (!camera_) {
-      odom_camera* opened = nullptr;
-      if (odom_camera_open(socket_.c_str(), &opened) != 0) return false;
-      camera_.reset(opened);
-    }
-    odom_camera_message message{};
-    message.clock = static_cast<std::uint16_t>(clock_);
-    message.capture_ns = pose.capture_ns;
-    message.x = pose.x;
-    message.y = pose.y;
-    message.yaw = pose.yaw;
-    message.sigma_x = pose.sigma_x;
-    message.sigma_y = pose.sigma_y;
-    message.sigma_yaw = pose.sigma_yaw;
-    return odom_camera_send(camera_.get(), &message) == 0;
+    open_ = open_ || sender_.open(socket_.c_str()) == 0;
+    return open_ && sender_.send(tools::camera_message(pose, clock_)) == 0;
   }
 
  private:
   std::filesystem::path socket_;
   odom_clock clock_;
-  std::unique_ptr<odom_camera, decltype(&odom_camera_close)> camera_;
+  odom::CameraSender sender_;
+  bool open_ = false;
 };
 
 }  // namespace
+
+std::string progress_text(const Simulation& simulation) {
+  const Driver& driver = simulation.driver();
+  return fmt::format("{:.1f} s, {:.1f} of {:.1f} m ({:.0f} %), {:.2f} m/s",
+                     1e-9 * static_cast<double>(simulation.time_ns()), driver.progress(),
+                     driver.total(), 100.0 * driver.progress() / driver.total(),
+                     simulation.plant().output().v_x);
+}
 
 std::int64_t live_start_ns() {
   return ((read_clock(CLOCK_REALTIME) + lead_ns) / truth_period_ns + 1) * truth_period_ns;
 }
 
-LiveSummary play_live(Simulation& simulation, const LiveOptions& options, Progress& progress,
+LiveSummary play_live(Simulation& simulation, const LiveOptions& options,
+                      tools::ProgressLine& progress,
                       const std::function<void(const Happenings&)>& also) {
   const WithoutPipeSignal no_signal;
   tools::Interrupt interrupt;
@@ -98,9 +97,9 @@ LiveSummary play_live(Simulation& simulation, const LiveOptions& options, Progre
       for (const estimator::CameraPose& pose : happenings.camera)
         ++(camera.send(pose) ? summary.camera_sent : summary.camera_dropped);
     also(happenings);
-    progress.update(simulation);
+    progress.show(progress_text(simulation));
   }
-  progress.finish(simulation);
+  progress.finish(progress_text(simulation));
   return summary;
 }
 

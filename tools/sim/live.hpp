@@ -7,8 +7,8 @@
 #include <functional>
 #include <string>
 
+#include "tools/cli/progress.hpp"
 #include "tools/sim/drive_folder.hpp"
-#include "tools/sim/progress.hpp"
 #include "tools/sim/simulation.hpp"
 
 namespace odomd::sim {
@@ -29,6 +29,9 @@ struct LiveSummary {
   std::uint64_t camera_dropped = 0;  ///< the daemon was not there, or did not keep up
 };
 
+/// "12.3 s, 8.1 of 82.2 m (10 %), 1.50 m/s"
+[[nodiscard]] std::string progress_text(const Simulation& simulation);
+
 /// The start of a live drive, a tick of CLOCK_REALTIME shortly ahead, when everything is set up.
 /// Its stamps advance exactly with simulated time from there.
 [[nodiscard]] std::int64_t live_start_ns();
@@ -36,7 +39,8 @@ struct LiveSummary {
 /// Sends everything at its time, or at once where that is over. Returns when the drive is over, or
 /// on SIGINT or SIGTERM. `also` is given everything that was sent, in the same stretches. Throws as
 /// CanOutput does. The camera's socket may come and go.
-LiveSummary play_live(Simulation& simulation, const LiveOptions& options, Progress& progress,
+LiveSummary play_live(Simulation& simulation, const LiveOptions& options,
+                      tools::ProgressLine& progress,
                       const std::function<void(const Happenings&)>& also);
 
 }  // namespace odomd::sim

@@ -16,7 +16,7 @@
 
 #include "base/file_descriptor.hpp"
 #include "tests/tools/bridge/bridge_process.hpp"
-#include "tools/bridge/udp_sink.hpp"
+#include "tools/bridge/sink.hpp"
 
 namespace odomd::tools::udp_test {
 namespace {

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "tests/tools/markup.hpp"
-#include "tools/chart/style.hpp"
+#include "tools/chart/drawing.hpp"
 #include "tools/chart/svg.hpp"
 
 namespace odomd::tools::chart::chart_test {

@@ -1,5 +1,4 @@
 #include "tools/drive_files/pose_csv.hpp"
-#include "tools/drive_files/pose_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

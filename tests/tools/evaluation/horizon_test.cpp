@@ -8,7 +8,7 @@
 #include "tests/tools/drives.hpp"
 #include "tools/evaluation/closed_loop.hpp"
 #include "tools/evaluation/evaluation.hpp"
-#include "tools/evaluation/pose_error.hpp"
+#include "tools/evaluation/alignment.hpp"
 
 namespace odomd::tools::horizon_test {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/evaluation/score.hpp"
+#include "tools/evaluation/drive_evaluation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,6 @@
 
 #include "tests/tools/scratch.hpp"
 #include "tools/fault/fault.hpp"
-#include "tools/fault/kind_list.hpp"
 
 namespace odomd::fault::kinds_test {
 namespace {

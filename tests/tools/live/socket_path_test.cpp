@@ -1,5 +1,5 @@
 // Which socket of a daemon the tools take when none is named.
-#include "tools/live/socket_path.hpp"
+#include "tools/live/daemon_link.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -13,7 +13,7 @@
 #include "tests/tools/markup.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/innovation_file.hpp"
-#include "tools/report/innovation_chart.hpp"
+#include "tools/report/charts.hpp"
 
 namespace odomd::tools::plot_test {
 namespace {

@@ -9,7 +9,6 @@
 #include <string_view>
 
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/cli/json_text.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/config_patch/config_patch.hpp"

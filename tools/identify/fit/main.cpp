@@ -13,7 +13,6 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/chart/chart.hpp"
 #include "tools/chart/drawing.hpp"
-#include "tools/chart/style.hpp"
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"

@@ -1,7 +1,7 @@
 // The timing of the beat.
 #include "tools/cli/text.hpp"
-#include "tools/live/watch/histogram.hpp"
-#include "tools/live/watch/sections.hpp"
+#include "tools/live/watch/draw.hpp"
+#include "tools/live/watch/pictures.hpp"
 
 namespace odomd::watch {
 namespace {

@@ -1,11 +1,9 @@
 #include "tools/live/watch/draw.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <string>
 
-#include "tools/live/watch/sections.hpp"
+#include <fmt/format.h>
 
 namespace odomd::watch {
 namespace {

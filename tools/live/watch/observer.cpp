@@ -5,10 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "tools/live/attach.hpp"
-#include "tools/live/daemon_segment.hpp"
-#include "tools/live/socket_path.hpp"
-#include "tools/live/status_socket.hpp"
+#include "tools/live/daemon_link.hpp"
 #include "tools/live/status_values.hpp"
 
 namespace odomd::watch {

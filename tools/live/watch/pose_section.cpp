@@ -7,8 +7,8 @@
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/conditions.hpp"
 #include "tools/drive_files/pose_csv.hpp"
-#include "tools/live/watch/map.hpp"
-#include "tools/live/watch/sections.hpp"
+#include "tools/live/watch/draw.hpp"
+#include "tools/live/watch/pictures.hpp"
 
 namespace odomd::watch {
 namespace {

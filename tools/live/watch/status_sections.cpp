@@ -3,7 +3,7 @@
 #include <array>
 
 #include "tools/cli/text.hpp"
-#include "tools/live/watch/sections.hpp"
+#include "tools/live/watch/draw.hpp"
 
 namespace odomd::watch {
 namespace {

@@ -1,4 +1,4 @@
-// A terminal in full-screen mode, restored however the program ends.
+// A terminal in full-screen mode, restored however the program ends, and the keys pressed on it.
 #pragma once
 
 #include <termios.h>
@@ -6,13 +6,18 @@
 #include <chrono>
 #include <csignal>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/file_descriptor.hpp"
-#include "tools/live/watch/keys.hpp"
 #include "tools/live/watch/line.hpp"
 
 namespace odomd::watch {
+
+enum class Key { quit, pause, up, down, page_up, page_down, home, end };
+
+/// The keys in what was read at once; others, and sequences that are not known, are passed over.
+[[nodiscard]] std::vector<Key> keys_in(std::string_view bytes);
 
 struct Size {
   std::size_t columns = 80;

@@ -1,7 +1,7 @@
-// The car that is driven: four wheels on a plane. Deliberately not the model of any filter here:
-// the tyres saturate and take a way to build their force up, load moves between the wheels, the
-// driven wheels slip, the steering lags, and the car comes to rest exactly. Where it has a
-// suspension its body rolls and pitches (chassis.hpp).
+// The simulated car: four wheels on a plane. Deliberately not the model of any filter here: the
+// tyres saturate and need a distance to build up force, load moves between the wheels, the driven
+// wheels slip, the steering lags, and the car comes to rest exactly. With a suspension its body
+// rolls and pitches (chassis.hpp).
 #pragma once
 
 #include <array>
@@ -11,10 +11,81 @@
 #include <vector>
 
 #include "tools/sim/car/chassis.hpp"
-#include "tools/sim/car/plant_output.hpp"
-#include "tools/sim/car/tyre.hpp"
 
 namespace odomd::sim {
+
+/// The force of one tyre: saturating, load-dependent, longitudinal and lateral slip combined.
+///
+/// The two slips are brought to one scale, the force that each would give if the tyre were linear
+/// over the force that the road can give:
+///
+///   s_x = C_κ κ / (μ F_z),   s_y = C_α tan α / (μ F_z),   s = √(s_x² + s_y²)
+///
+/// and the resultant follows Pacejka's sine with unit initial slope (B = 1/c, D = 1, E = 0):
+///
+///   F = μ F_z sin(c atan(s / c)),   along (s_x, s_y)
+///
+/// so that the slopes at zero slip are C_κ and C_α exactly, the force never exceeds the friction
+/// circle μ F_z, and beyond the peak it falls. Both stiffnesses grow less than in proportion to the
+/// load: C(F_z) = C(F_z0) (F_z / F_z0)^p, p < 1, which is what makes load transfer cost grip.
+/// (H. Pacejka, Tire and Vehicle Dynamics, chapters 3 and 4.)
+struct Tyre {
+  double cornering_stiffness = 0.0;  ///< C_α at the nominal load [N/rad]
+  double slip_stiffness = 0.0;       ///< C_κ at the nominal load [N]
+  double nominal_load = 0.0;         ///< F_z0 [N]
+  double shape = 1.35;               ///< c; 1 saturates without a peak, up to 2
+  double load_exponent = 0.8;        ///< p
+};
+
+struct TyreForce {
+  double x = 0.0;  ///< along the wheel [N]
+  double y = 0.0;  ///< to its left [N]
+};
+
+/// `slip_x` is κ (positive when the wheel drives), `slip_y` is tan α (positive when it pushes to
+/// the left). A wheel without load gives no force.
+[[nodiscard]] TyreForce tyre_force(const Tyre& tyre, double load, double friction, double slip_x,
+                                   double slip_y);
+
+enum Wheel : std::size_t { front_left, front_right, rear_left, rear_right, wheel_count };
+
+/// The observable motion of the car's centre of gravity at one time. Plain numbers, so that two of
+/// them can be interpolated.
+struct PlantOutput {
+  double x = 0.0, y = 0.0, yaw = 0.0;  ///< yaw is continuous
+  double v_x = 0.0, v_y = 0.0, yaw_rate = 0.0;
+  /// Acceleration along the road, that of gravity not included, and d(yaw_rate)/dt.
+  double accel_x = 0.0, accel_y = 0.0, yaw_accel = 0.0;
+  double steering = 0.0;  ///< where the front wheels are
+  double commanded_steering = 0.0;
+  std::array<double, wheel_count> wheel_angle{};  ///< turned since the start [rad]
+  std::array<double, wheel_count> wheel_rate{};   ///< [rad/s]
+  /// Of the body against the road, and of the road.
+  double roll = 0.0, pitch = 0.0;
+  double roll_rate = 0.0, pitch_rate = 0.0;
+  double roll_accel = 0.0, pitch_accel = 0.0;
+  double grade = 0.0, bank = 0.0;
+  double grade_rate = 0.0, bank_rate = 0.0;
+
+  [[nodiscard]] bool is_level() const {
+    return roll == 0.0 && pitch == 0.0 && roll_rate == 0.0 && pitch_rate == 0.0 &&
+           roll_accel == 0.0 && pitch_accel == 0.0 && grade == 0.0 && bank == 0.0;
+  }
+};
+
+[[nodiscard]] PlantOutput interpolate(const PlantOutput& from, const PlantOutput& to, double part);
+
+struct BodyForce {
+  double x = 0.0, y = 0.0;
+};
+
+/// Specific force (as measured by an accelerometer) at a point of the body, in body axes; `z` is
+/// above the ground.
+[[nodiscard]] BodyForce specific_force_at(const PlantOutput& output, double x, double y,
+                                          double z = 0.0);
+
+/// The rate measured by a gyro about the body's own upward axis [rad/s].
+[[nodiscard]] double body_yaw_rate(const PlantOutput& output);
 
 /// A disc of road where the friction is another.
 struct FrictionPatch {

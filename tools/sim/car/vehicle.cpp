@@ -1,12 +1,122 @@
 #include "tools/sim/car/vehicle.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-
-#include "tools/sim/car/cars.hpp"
+#include <stdexcept>
+#include <utility>
 
 namespace odomd::sim {
 namespace {
+
+// The data's units: pounds (force), feet, slugs.
+constexpr double foot = 0.3048;          // m
+constexpr double slug = 14.593903;       // kg; also N/m of a lb/ft, N s/m of a lb s/ft
+constexpr double foot_pound = 1.355818;  // N m; also kg m² of a slug ft²
+
+// What is published of a car, in the units of its print. All numbers: M. Althoff and G. Würsching,
+// "CommonRoad: Vehicle Models", TUM, parameter sets 1 to 3; these are of R. W. Allen et al.,
+// "Vehicle Dynamic Stability and Rollover", DOT HS 807 956, 1992, whose names stand behind them,
+// but for the tyre radius, the wheels' inertia and the tyres, which the set takes from elsewhere.
+// A column for each car: BMW 320i (rear-wheel drive, set 2), Ford Escort (front-wheel drive, set
+// 1), VW Vanagon (engine and drive at the rear, set 3).
+using Cars = std::array<double, 3>;
+struct Published {
+  Cars mass{74.91452, 84.0, 101.3367};            // slug, MASS
+  Cars sprung_mass{66.17221, 75.0, 90.21635};     // slug, SMASS
+  Cars front_axle{3.793293, 2.9, 3.775563};       // ft, LENA
+  Cars rear_axle{4.667707, 4.95, 4.334437};       // ft, LENB
+  Cars roll_inertia{152.871, 180.0, 353.9445};    // slug ft², IXS
+  Cars pitch_inertia{1154.888, 990.0, 1625.825};  // slug ft², IYS
+  Cars yaw_inertia{1321.416, 1135.0, 1824.078};   // slug ft², IZZ
+  Cars spring_front{1675.0, 1500.0, 2300.0};      // lb/ft, a wheel's, KSF
+  Cars damper_front{122.3966, 100.0, 164.8335};   // lb s/ft, a wheel's, KSDF
+  Cars spring_rear{1345.0, 1500.0, 2680.0};       // KSR
+  Cars damper_rear{112.9981, 100.0, 189.7866};    // KSDR
+  Cars track_front{4.55, 4.56, 5.165};            // ft, TRWF
+  Cars track_rear{4.475, 4.67, 5.065};            // ft, TRWB
+  // ft lb/rad, an axle's auxiliary roll stiffness, -KTSF
+  Cars bar_front{5100.155, 9500.0, 25038.92};
+  Cars bar_rear{1949.82, 0.0, 5702.369};         // -KTSR
+  Cars tyre_spring{10842.89, 13000.0, 14565.6};  // lb/ft, a tyre's vertical rate, TSPRINGR
+  Cars centre_height{1.886053, 1.83, 2.453467};  // ft, of the whole mass, HCG
+  // ft, HS; the roll axis lies on the ground, HRAF = HRAR = 0
+  Cars sprung_height{2.01355, 1.95, 2.639405};
+  Cars brake_front{0.66, 0.76, 0.64};  // share of the brakes, T_sb
+  Cars drive_front{0.0, 1.0, 0.0};     // share of the drive, T_se
+  Cars top_speed{50.8, 45.8, 41.7};    // m/s, v_max
+  // N s²/m², estimated: half of air's density by c_w A of the body's kind
+  Cars drag{0.42, 0.42, 0.75};
+};
+constexpr Published data;
+
+// Common to the three sets: R_w, I_y_w, and the tyre of the ADAMS handbook, p_Ky1 (C_α / F_z),
+// p_Kx1 (C_κ / F_z), p_Cy1 (shape); its friction p_Dy1 is a default in parameters.cpp. Its E is
+// -0.007 and taken as 0. It is printed without a load sensitivity, and one of the usual size is
+// given to it here.
+constexpr double wheel_radius = 0.344, wheel_inertia = 1.7;
+constexpr double cornering_stiffness_per_load = 21.92, slip_stiffness_per_load = 22.303;
+constexpr double tyre_shape = 1.3507, tyre_load_exponent = 0.85;
+
+// The car's column.
+std::size_t published(CarKind car) {
+  if (!is_sprung(car)) throw std::invalid_argument("there is no published data of this car");
+  return static_cast<std::size_t>(car) - static_cast<std::size_t>(CarKind::bmw_320i);
+}
+
+constexpr double in_series(double a, double b) {
+  return a * b / (a + b);
+}
+
+// Of one axle, its two springs a track apart: roll stiffness k w² / 2, and likewise the damping.
+// The tyres are springs in series with it, across which the dampers have no part of the way.
+struct Axle {
+  double roll_stiffness, roll_damping;
+  double ride_stiffness, ride_damping;
+};
+Axle axle(double spring, double damper, double bar, double track, double tyre_spring) {
+  const double k = spring * slug, c = damper * slug, w = track * foot, t = tyre_spring * slug;
+  const double on_springs = 0.5 * k * w * w + bar * foot_pound;
+  const double on_tyres = 0.5 * t * w * w;
+  const double roll = in_series(on_springs, on_tyres), ride = in_series(k, t);
+  const double roll_part = roll / on_springs, ride_part = ride / k;
+  return {.roll_stiffness = roll,
+          .roll_damping = 0.5 * c * w * w * roll_part * roll_part,
+          .ride_stiffness = 2.0 * ride,
+          .ride_damping = 2.0 * c * ride_part * ride_part};
+}
+
+Suspension suspension(std::size_t car) {
+  const Axle front = axle(data.spring_front[car], data.damper_front[car], data.bar_front[car],
+                          data.track_front[car], data.tyre_spring[car]);
+  const Axle rear = axle(data.spring_rear[car], data.damper_rear[car], data.bar_rear[car],
+                         data.track_rear[car], data.tyre_spring[car]);
+  const double a = data.front_axle[car] * foot, b = data.rear_axle[car] * foot;
+  const double unsprung = data.mass[car] - data.sprung_mass[car];
+  return {.sprung_mass = data.sprung_mass[car] * slug,
+          .sprung_height = data.sprung_height[car] * foot,
+          // m h = m_s h_s + m_u h_u
+          .unsprung_height = foot *
+                             (data.mass[car] * data.centre_height[car] -
+                              data.sprung_mass[car] * data.sprung_height[car]) /
+                             unsprung,
+          .roll_inertia = data.roll_inertia[car] * foot_pound,
+          .pitch_inertia = data.pitch_inertia[car] * foot_pound,
+          .roll_stiffness_front = front.roll_stiffness,
+          .roll_stiffness_rear = rear.roll_stiffness,
+          .roll_damping_front = front.roll_damping,
+          .roll_damping_rear = rear.roll_damping,
+          .pitch_stiffness = a * a * front.ride_stiffness + b * b * rear.ride_stiffness,
+          .pitch_damping = a * a * front.ride_damping + b * b * rear.ride_damping};
+}
+
+constexpr std::array names{
+    std::pair{CarKind::scale_car, std::string_view("scale")},
+    std::pair{CarKind::saloon, std::string_view("saloon")},
+    std::pair{CarKind::bmw_320i, std::string_view("bmw_320i")},
+    std::pair{CarKind::ford_escort, std::string_view("ford_escort")},
+    std::pair{CarKind::vw_vanagon, std::string_view("vw_vanagon")},
+};
 
 // Properties of the 1:10 car that are not in a configuration: soft foam tyres, a brushless motor, a
 // servo.
@@ -74,6 +184,61 @@ Suspension true_suspension(Suspension s, double load, double stiffness) {
 }
 
 }  // namespace
+
+std::string car_names() {
+  std::string all;
+  for (const auto& [car, name] : names) all += (all.empty() ? "" : "|") + std::string(name);
+  return all;
+}
+
+CarKind find_car(std::string_view name) {
+  for (const auto& [car, known] : names)
+    if (known == name) return car;
+  throw std::invalid_argument("no car \"" + std::string(name) + "\"; available: " + car_names());
+}
+
+std::string_view car_name(CarKind car) {
+  for (const auto& [known, name] : names)
+    if (known == car) return name;
+  return {};
+}
+
+PlantParameters published_car(CarKind kind) {
+  const std::size_t car = published(kind);
+  PlantParameters p;
+  p.mass = data.mass[car] * slug;
+  p.front_axle = data.front_axle[car] * foot;
+  p.rear_axle = data.rear_axle[car] * foot;
+  p.yaw_inertia = data.yaw_inertia[car] * foot_pound;
+  p.track_width = 0.5 * (data.track_front[car] + data.track_rear[car]) * foot;
+  p.track_difference = (data.track_front[car] - data.track_rear[car]) * foot;
+  p.centre_height = data.centre_height[car] * foot;
+  p.suspension = suspension(car);
+
+  const double load = p.mass * standard_gravity / (p.front_axle + p.rear_axle);
+  p.cornering_stiffness_front = cornering_stiffness_per_load * load * p.rear_axle;
+  p.cornering_stiffness_rear = cornering_stiffness_per_load * load * p.front_axle;
+  p.slip_stiffness_ratio = slip_stiffness_per_load / cornering_stiffness_per_load;
+  p.tyre_shape = tyre_shape;
+  p.tyre_load_exponent = tyre_load_exponent;
+  p.wheel_radius.fill(wheel_radius);
+  p.wheel_inertia = wheel_inertia;
+
+  p.drive_front_share = data.drive_front[car];
+  p.brake_front_share = data.brake_front[car];
+  p.top_speed = data.top_speed[car];
+  p.drag = data.drag[car];
+  // As for the saloon: not published.
+  p.tyre_damping = 0.02;
+  p.rolling_resistance = 0.012;
+  p.motor_inertia = 1.0;
+  p.torque_limit = 0.6;
+  p.load_lag = 0.02;
+  p.drive_lag = 0.1;
+  p.steering_limit = 0.6;
+  p.rest_speed = 0.004;
+  return p;
+}
 
 estimator::Vehicle configured_vehicle(CarKind car) {
   if (car == CarKind::scale_car) return {};  // the reference car

@@ -1,11 +1,27 @@
-// The cars of the simulation: their configured and their true parameters.
+// The cars of the simulation, three of them full-size with published data: their configured and
+// their true parameters.
 #pragma once
+
+#include <string>
+#include <string_view>
 
 #include "estimator/common/vehicle.hpp"
 #include "tools/sim/car/parameters.hpp"
 #include "tools/sim/car/plant.hpp"
 
 namespace odomd::sim {
+
+/// All cars as `--car` names them, separated by '|'.
+[[nodiscard]] std::string car_names();
+
+/// Throws std::invalid_argument that names them all.
+[[nodiscard]] CarKind find_car(std::string_view name);
+
+[[nodiscard]] std::string_view car_name(CarKind car);
+
+/// A sprung car as published, and what its owner can read of that: cornering stiffnesses are those
+/// of the tyres under the static load. Wheel radii are the published one.
+[[nodiscard]] PlantParameters published_car(CarKind car);
 
 /// The configured car.
 [[nodiscard]] estimator::Vehicle configured_vehicle(CarKind car);

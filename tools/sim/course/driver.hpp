@@ -1,4 +1,5 @@
-// The driver: follows a track leg by leg from the true state, like a good controller.
+// The driver: follows a track leg by leg from the true state, like a good controller, and holds the
+// car in power slides.
 #pragma once
 
 #include <algorithm>
@@ -12,6 +13,17 @@
 #include "tools/sim/course/track.hpp"
 
 namespace odomd::sim {
+
+/// In a power slide the throttle spins the rear wheels, whose grip is then spent, and the front
+/// wheels, turned against the curve, keep the sideslip angle. What a slide is to follow:
+struct SlideTarget {
+  double sideslip = 0.0;   ///< β [rad], against the curve: negative in one to the left
+  double curvature = 0.0;  ///< of the path [1/m], positive to the left
+};
+
+/// For a car with rear-wheel drive that slides through a curve.
+[[nodiscard]] PlantInput hold_slide(const PlantParameters& car, const PlantOutput& now,
+                                    const SlideTarget& target);
 
 enum class Gear : std::uint8_t { forward, reverse };
 

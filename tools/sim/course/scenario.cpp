@@ -8,14 +8,14 @@
 #include <stdexcept>
 #include <string>
 
-#include "tools/sim/course/exercise.hpp"
-#include "tools/sim/course/full_size.hpp"
 #include "tools/sim/course/shapes.hpp"
 
 namespace odomd::sim {
 namespace {
 
 using std::numbers::pi;
+
+// For 1:10 cars.
 
 // 8 m x 5 m, as the tracks of 1:10 competitions are laid out: a long straight, tight curves, an S
 // through the infield. Starts on the long straight.
@@ -28,23 +28,14 @@ TrackPointer competition_track() {
   return polygon(corners, Shape::closed, 0.01, 1.0);
 }
 
-Route lap(double speed, int laps) {
-  return rounds(competition_track(), speed, laps);
-}
-
-Route circle(double speed, int laps) {
-  return rounds(circle_through_origin(1.2, 0.3), speed, laps);
+template <TrackPointer (*track)()>
+Route laps_of(double speed, int laps) {
+  return rounds(track(), speed, laps);
 }
 
 // Out through the cones, a turn, and back through them.
 Route slalom(double speed, int laps) {
   return rounds(weaving({12.5, 2.5, 0.25, 3.0, 1000}, 0.5), speed, laps);
-}
-
-// Laps with a stop at every few metres, no two of them alike.
-Route stop_and_go(double speed, int laps) {
-  constexpr std::array stretches{2.5, 1.2, 3.4, 0.6, 1.9, 4.1};
-  return rounds_with_stops(competition_track(), stretches, 0.5, speed, laps);
 }
 
 // A figure of eight whose loops are driven in power slides. Starts at the crossing.
@@ -70,29 +61,121 @@ Route drift(double speed, int laps) {
   return route;
 }
 
-TrackPointer open_line(const std::vector<Corner>& corners) {
-  return polygon(corners, Shape::open, 0.01, 0.3);
-}
-
 // Past a bay, in by the back, out again, and parallel to the kerb in two pulls; then back to where
 // it started.
 Route parking(double speed, int laps) {
   return manoeuvres(
-      {{open_line({{0, 0, 0}, {1.5, 0, 0}, {3, 0, 0}})},
-       {open_line({{3, 0, 0}, {1.5, 0, 0.9}, {1.5, -1.6, 0}}), 0.6, Gear::reverse},
-       {open_line({{1.5, -1.6, 0}, {1.5, 0, 0.9}, {4.5, 0, 0}}), 0.8},
-       {open_line({{4.5, 0, 0}, {4, 0, 0.9}, {3.1, -0.5, 0.9}, {2.4, -0.5, 0}}), 0.6,
-        Gear::reverse},
-       {open_line({{2.4, -0.5, 0}, {2.9, -0.5, 0.9}, {3.8, 0, 0.9}, {4.6, 0, 0}}), 0.8},
-       {open_line({{4.6, 0, 0}, {2.3, 0, 0}, {0, 0, 0}}), 1.0, Gear::reverse}},
-      speed, laps);
+      {{{{0, 0, 0}, {1.5, 0, 0}, {3, 0, 0}}},
+       {{{3, 0, 0}, {1.5, 0, 0.9}, {1.5, -1.6, 0}}, 0.6, Gear::reverse},
+       {{{1.5, -1.6, 0}, {1.5, 0, 0.9}, {4.5, 0, 0}}, 0.8},
+       {{{4.5, 0, 0}, {4, 0, 0.9}, {3.1, -0.5, 0.9}, {2.4, -0.5, 0}}, 0.6, Gear::reverse},
+       {{{2.4, -0.5, 0}, {2.9, -0.5, 0.9}, {3.8, 0, 0.9}, {4.6, 0, 0}}, 0.8},
+       {{{4.6, 0, 0}, {2.3, 0, 0}, {0, 0, 0}}, 1.0, Gear::reverse}},
+      0.01, 0.3, speed, laps);
 }
 
 // The lap, with ice in two of its curves and on the long straight.
 Route patch(double speed, int laps) {
-  Route route = lap(speed, laps);
+  Route route = laps_of<competition_track>(speed, laps);
   route.patches = {{7.7, 0.4, 0.7, 0.0}, {0.4, 4.6, 0.6, 0.0}, {5.0, 0.0, 0.4, 0.0}};
   return route;
+}
+
+constexpr double smoothing = 0.3;
+
+void append(Route& route, const Route& more) {
+  route.legs.insert(route.legs.end(), more.legs.begin(), more.legs.end());
+}
+
+struct Circle {
+  double pace = 1.0;
+  double radius = 1.0;  // [m]
+};
+
+Route to_both_sides(std::span<const Circle> all, double top_speed, int turns) {
+  Route route;
+  for (const Circle& circle : all)
+    for (const double side : {1.0, -1.0})
+      append(route, rounds(circle_through_origin(side * circle.radius, smoothing),
+                           circle.pace * top_speed, turns));
+  return route;
+}
+
+// For the cornering stiffness: steady circles, left and right, slow to fast. Each begins and ends
+// at the origin, heading along x.
+Route circles(double top_speed, int turns) {
+  constexpr std::array<Circle, 6> all{
+      {{0.3, 1.2}, {0.5, 1.6}, {0.65, 1.2}, {0.8, 1.6}, {0.9, 1.2}, {1.0, 1.6}}};
+  return to_both_sides(all, top_speed, turns);
+}
+
+// For odom identify fit: within half of the grip, weaving twice as often as in circles.
+Route exercise(double top_speed, int turns) {
+  constexpr std::array<Circle, 3> all{{{0.45, 1.2}, {0.75, 1.2}, {1.0, 1.6}}};
+  Route route = to_both_sides(all, top_speed, turns);
+  // As quick as steering and grip allow: a_y of 2.5 m/s², curvatures that the steering reaches.
+  constexpr double frequency = 1.3, lateral = 2.5, tightest = 1.2;
+  for (const double pace : {0.6, 0.8, 1.0}) {
+    const double speed = pace * top_speed;
+    const double wave = speed / frequency;
+    const double curvature = std::min(tightest, lateral / (speed * speed));
+    const double amplitude = curvature * std::pow(wave / (2.0 * pi), 2);
+    append(route, rounds(weaving({9.0, wave, amplitude, 3.2, 1200}, smoothing), speed, 2 * turns));
+  }
+  return route;
+}
+
+// For full-size cars.
+
+// A handling course of 1.2 km: a long straight, curves of 22 to 60 m radius.
+TrackPointer course() {
+  static const std::vector<Corner> corners{
+      {80, 0, 40},   {260, 0, 45},  {330, 110, 40}, {240, 200, 25}, {170, 110, 22},
+      {90, 130, 25}, {60, 240, 35}, {-70, 220, 40}, {-100, 90, 60}, {-50, 0, 40},
+  };
+  return polygon(corners, Shape::closed, 0.2, 12.0);
+}
+
+// Cones so far apart that they ask for 4.5 m/s² at the speed. Waves of 4 s: with λ = 4 s v and
+// a_y = A (2π / λ)² v² the amplitude is the same at every speed.
+Route cone_slalom(double speed, int laps) {
+  constexpr double period = 4.0, lateral = 4.5;
+  const double wave = period * std::max(speed, 6.0);
+  const double amplitude = lateral * std::pow(period / (2.0 * pi), 2);
+  return rounds(weaving({6.0 * wave, wave, amplitude, 44.0, 1500}, 8.0), speed, laps);
+}
+
+// Into a bay in reverse, out, to the kerb, out, and home in reverse.
+Route car_park(double speed, int laps) {
+  return manoeuvres({{{{0, 0, 0}, {12, 0, 0}, {24, 0, 0}}},
+                     {{{24, 0, 0}, {12, 0, 7}, {12, -13, 0}}, 0.5, Gear::reverse},
+                     {{{12, -13, 0}, {12, 0, 7}, {36, 0, 0}}, 0.7},
+                     {{{36, 0, 0}, {32, 0, 7}, {25, -3.5, 7}, {19, -3.5, 0}}, 0.5, Gear::reverse},
+                     {{{19, -3.5, 0}, {23, -3.5, 7}, {30, 0, 7}, {37, 0, 0}}, 0.7},
+                     {{{37, 0, 0}, {18, 0, 0}, {0, 0, 0}}, 1.0, Gear::reverse}},
+                    0.05, 2.5, speed, laps);
+}
+
+// Two straights, and two half circles to the left that have all of the bank.
+Route banked_oval(double speed, int laps) {
+  return rounds(polygon({{0, 0, 40}, {85, 0, 45}, {85, 91, 45}, {-85, 91, 45}, {-85, 0, 45}},
+                        Shape::closed, 0.2, 12.0),
+                speed, laps);
+}
+
+// A winding country road of 1.5 km that closes.
+Route country_road(double speed, int laps) {
+  static const std::vector<Corner> corners{
+      {150, 0, 60},   {330, 0, 60},   {420, 110, 45}, {330, 190, 35}, {380, 290, 40},
+      {270, 330, 40}, {200, 230, 30}, {110, 250, 35}, {90, 350, 30},  {-30, 330, 40},
+      {-60, 190, 50}, {30, 110, 30},  {-50, 40, 30},  {20, 0, 40},
+  };
+  return rounds(polygon(corners, Shape::closed, 0.2, 20.0), speed, laps);
+}
+
+// Steady turns to the left.
+Route turns(double radius, double smoothing_length, double speed, int laps) {
+  return rounds(circle_through_origin(radius, smoothing_length), speed, laps);
 }
 
 constexpr DriverLimits brisk{.lateral = 5.0, .acceleration = 2.0, .deceleration = 2.0};
@@ -107,9 +190,9 @@ constexpr double degree = pi / 180.0;
 
 constexpr std::array scenarios{
     Scenario{"lap", "laps on an 8 m x 5 m competition track, back to the start line",
-             CarKind::scale_car, 1.5, 4.0, 3, brisk, lap},
+             CarKind::scale_car, 1.5, 4.0, 3, brisk, laps_of<competition_track>},
     Scenario{"circle", "steady turns to the left, 1.2 m radius", CarKind::scale_car, 1.0, 3.0, 5,
-             brisk, circle},
+             brisk, [](double speed, int laps) { return turns(1.2, 0.3, speed, laps); }},
     Scenario{"circles", "steady circles left and right, slow to fast: odom identify stiffness",
              CarKind::scale_car, 2.0, 3.0, 2, brisk, circles},
     Scenario{"exercise", "circles and quick weaving at several speeds: odom identify fit",
@@ -117,7 +200,11 @@ constexpr std::array scenarios{
     Scenario{"slalom", "weaving through cones, out and back", CarKind::scale_car, 1.5, 3.0, 2,
              brisk, slalom},
     Scenario{"stop-and-go", "laps with stops after 0.6 to 4 m, no two alike", CarKind::scale_car,
-             1.5, 3.0, 2, brisk, stop_and_go},
+             1.5, 3.0, 2, brisk,
+             [](double speed, int laps) {
+               return rounds_with_stops(competition_track(),
+                                        std::array{2.5, 1.2, 3.4, 0.6, 1.9, 4.1}, 0.5, speed, laps);
+             }},
     Scenario{"parking", "into a bay and to the kerb, forward and in reverse", CarKind::scale_car,
              0.6, 1.5, 3, gentle, parking},
     Scenario{"patch", "laps with ice in two curves and on the straight", CarKind::scale_car, 1.6,
@@ -131,13 +218,18 @@ constexpr std::array scenarios{
     Scenario{"banked", "a full-size car on an oval, 45 m radius, with 10 degrees of bank",
              CarKind::bmw_320i, 15.0, 20.0, 2, on_the_course, banked_oval, 0.0, 10.0 * degree},
     Scenario{"lap", "full-size cars: laps of a handling course, up to 7 m/s2", CarKind::bmw_320i,
-             15.0, 25.0, 2, on_the_course, course_laps},
+             15.0, 25.0, 2, on_the_course, laps_of<course>},
     Scenario{"circle", "full-size cars: steady turns to the left, 40 m radius", CarKind::bmw_320i,
-             14.0, 20.0, 3, on_the_course, skid_pad},
+             14.0, 20.0, 3, on_the_course,
+             [](double speed, int laps) { return turns(40.0, 8.0, speed, laps); }},
     Scenario{"slalom", "full-size cars: cones spaced for 4.5 m/s2", CarKind::bmw_320i, 15.0, 25.0,
              1, on_the_course, cone_slalom},
     Scenario{"stop-and-go", "full-size cars: the course with stops after 15 to 130 m",
-             CarKind::bmw_320i, 15.0, 25.0, 1, on_the_course, course_stops},
+             CarKind::bmw_320i, 15.0, 25.0, 1, on_the_course,
+             [](double speed, int laps) {
+               return rounds_with_stops(course(), std::array{70.0, 30.0, 110.0, 15.0, 50.0, 130.0},
+                                        10.0, speed, laps);
+             }},
     Scenario{"parking", "full-size cars: into a bay and to the kerb", CarKind::bmw_320i, 3.0, 6.0,
              2, in_the_car_park, car_park},
 };

@@ -69,15 +69,18 @@ Route rounds_with_stops(const TrackPointer& track, std::span<const double> stret
   return route;
 }
 
-Route manoeuvres(const std::vector<Move>& moves, double speed, int laps) {
+Route manoeuvres(const std::vector<Move>& moves, double spacing, double smoothing, double speed,
+                 int laps) {
   Route route;
   for (int k = 0; k < laps; ++k)
-    for (const Move& move : moves)
-      route.legs.push_back({.track = move.line,
-                            .end = move.line->length(),
+    for (const Move& move : moves) {
+      const TrackPointer line = polygon(move.corners, Shape::open, spacing, smoothing);
+      route.legs.push_back({.track = line,
+                            .end = line->length(),
                             .speed = move.pace * speed,
                             .pause = 0.7,
                             .gear = move.gear});
+    }
   return route;
 }
 

@@ -36,12 +36,13 @@ struct Weave {
 [[nodiscard]] Route rounds_with_stops(const TrackPointer& track, std::span<const double> stretches,
                                       double least, double speed, int laps);
 
-/// A line that is driven at `pace` times the speed.
+/// A line between corners that is driven at `pace` times the speed.
 struct Move {
-  TrackPointer line;
+  std::vector<Corner> corners;
   double pace = 1.0;
   Gear gear = Gear::forward;
 };
-[[nodiscard]] Route manoeuvres(const std::vector<Move>& moves, double speed, int laps);
+[[nodiscard]] Route manoeuvres(const std::vector<Move>& moves, double spacing, double smoothing,
+                               double speed, int laps);
 
 }  // namespace odomd::sim

@@ -1,9 +1,12 @@
-// A line to drive along: closed or open, smooth, parametrised by arc length.
+// A line to drive along: closed or open, smooth, parametrised by arc length, with hills and banked
+// turns.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <vector>
+
+#include "tools/sim/car/chassis.hpp"
 
 namespace odomd::sim {
 
@@ -54,5 +57,18 @@ class Track {
 /// be its ends. Throws std::invalid_argument where there are none or their arcs do not fit.
 [[nodiscard]] std::vector<Point> rounded_polygon(const std::vector<Corner>& corners, Shape shape,
                                                  double spacing);
+
+/// How far a road departs from a level one.
+struct RoadProfile {
+  double grade = 0.0;  ///< steepest [1]
+  double bank = 0.0;   ///< most, in its curves, their outer side up [rad]
+
+  [[nodiscard]] bool is_level() const { return grade == 0.0 && bank == 0.0; }
+};
+
+/// At arc length `s` of a closed track, for a car that goes along it with `speed` [m/s]. Ends where
+/// it began in height; level at its start, and all of it where a track is open.
+[[nodiscard]] RoadTilt tilt_at(const RoadProfile& profile, const Track& track, double s,
+                               double speed);
 
 }  // namespace odomd::sim

@@ -2,22 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <string>
 
 namespace odomd::sim {
+namespace {
 
 using enum Parameter;
 
-Imu::Imu(const ParameterSet& truth, std::uint64_t seed)
-    : truth_(truth),
-      gyro_bias_(truth[gyro_bias], truth[gyro_bias_walk], seed, "walk of the gyro"),
-      accel_bias_x_(truth[accel_bias_x], truth[accel_bias_walk], seed, "walk of accel x"),
-      accel_bias_y_(truth[accel_bias_y], truth[accel_bias_walk], seed, "walk of accel y"),
-      gyro_noise_(seed, "noise of the gyro"),
-      accel_noise_(seed, "noise of the accelerometers") {}
-
-namespace {
+double seconds(std::int64_t ns) {
+  return 1e-9 * static_cast<double>(ns);
+}
 
 // The share of the noise that is there: that of the sensor at rest, and what the car's vibration
 // adds, in proportion to the speed until it is all there.
@@ -32,6 +28,32 @@ double saturated(double value, double range) {
 }
 
 }  // namespace
+
+void PastOutputs::add(std::int64_t time_ns, const PlantOutput& output) {
+  while (past_.size() > 2 && past_[1].time_ns < past_.back().time_ns - reach_ns_) past_.pop_front();
+  past_.push_back({time_ns, output});
+}
+
+PlantOutput PastOutputs::at(std::int64_t time_ns) const {
+  const auto to = std::ranges::lower_bound(past_, time_ns, {}, &Past::time_ns);
+  if (to == past_.begin()) {
+    PlantOutput first = to->output;
+    for (std::size_t wheel = 0; wheel < wheel_count; ++wheel)
+      first.wheel_angle[wheel] += first.wheel_rate[wheel] * seconds(time_ns - to->time_ns);
+    return first;
+  }
+  const auto from = std::prev(to);
+  return interpolate(from->output, to->output,
+                     seconds(time_ns - from->time_ns) / seconds(to->time_ns - from->time_ns));
+}
+
+Imu::Imu(const ParameterSet& truth, std::uint64_t seed)
+    : truth_(truth),
+      gyro_bias_(truth[gyro_bias], truth[gyro_bias_walk], seed, "walk of the gyro"),
+      accel_bias_x_(truth[accel_bias_x], truth[accel_bias_walk], seed, "walk of accel x"),
+      accel_bias_y_(truth[accel_bias_y], truth[accel_bias_walk], seed, "walk of accel y"),
+      gyro_noise_(seed, "noise of the gyro"),
+      accel_noise_(seed, "noise of the accelerometers") {}
 
 ImuReading Imu::read(const PlantOutput& gyro_car, const PlantOutput& car, double dt) {
   const BodyForce force = specific_force_at(car, truth_[imu_x], truth_[imu_y], truth_[imu_z]);

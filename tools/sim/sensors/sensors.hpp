@@ -1,10 +1,11 @@
-// The car's sensors: measurements from the true state. Each has random streams of its own and takes
-// the same draws whatever the sizes of its errors, so that a change of one error leaves all others
-// alone.
+// The car's sensors: measurements from the true state, now or a while ago. Each has random streams
+// of its own and takes the same draws whatever the sizes of its errors, so that a change of one
+// error leaves all others unchanged.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <string_view>
 
@@ -13,6 +14,31 @@
 #include "tools/sim/car/plant.hpp"
 
 namespace odomd::sim {
+
+/// The car as a late sensor sees it: its outputs over the last while.
+class PastOutputs {
+ public:
+  /// Keeps outputs for `reach_ns` before the second newest.
+  explicit PastOutputs(std::int64_t reach_ns) : reach_ns_(reach_ns) {}
+
+  /// Times must rise.
+  void add(std::int64_t time_ns, const PlantOutput& output);
+
+  [[nodiscard]] bool empty() const { return past_.empty(); }
+
+  /// Interpolated, at times up to the newest. Before the first output the car was as it is there,
+  /// with wheels that turned as fast.
+  [[nodiscard]] PlantOutput at(std::int64_t time_ns) const;
+
+ private:
+  struct Past {
+    std::int64_t time_ns = 0;
+    PlantOutput output;
+  };
+
+  std::int64_t reach_ns_;
+  std::deque<Past> past_;
+};
 
 /// A bias that has been drawn and walks from there.
 class WalkingBias {

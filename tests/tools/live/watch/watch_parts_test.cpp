@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "tools/live/watch/histogram.hpp"
-#include "tools/live/watch/keys.hpp"
+#include "tools/live/watch/pictures.hpp"
+#include "tools/live/watch/terminal.hpp"
 #include "tools/live/watch/line.hpp"
 
 namespace odomd::watch::watch_parts_test {

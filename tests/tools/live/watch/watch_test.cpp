@@ -9,7 +9,7 @@
 #include <string>
 
 #include "tools/live/watch/draw.hpp"
-#include "tools/live/watch/map.hpp"
+#include "tools/live/watch/pictures.hpp"
 
 namespace odomd::watch::watch_test {
 namespace {

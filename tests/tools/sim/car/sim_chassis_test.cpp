@@ -11,10 +11,9 @@
 
 #include <gtest/gtest.h>
 
-#include "tools/sim/car/cars.hpp"
-#include "tools/sim/car/plant.hpp"
 #include "tools/sim/car/vehicle.hpp"
-#include "tools/sim/course/road.hpp"
+#include "tools/sim/car/plant.hpp"
+#include "tools/sim/course/track.hpp"
 
 namespace odomd::sim::sim_chassis_test {
 namespace {

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include "tools/sim/car/plant.hpp"
-#include "tools/sim/car/tyre.hpp"
 #include "tools/sim/car/vehicle.hpp"
 
 namespace odomd::sim::sim_plant_test {

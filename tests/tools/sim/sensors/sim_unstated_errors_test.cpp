@@ -10,7 +10,6 @@
 
 #include "tools/sim/car_bus.hpp"
 #include "tools/sim/sensors/camera.hpp"
-#include "tools/sim/sensors/past_outputs.hpp"
 #include "tools/sim/sensors/sensors.hpp"
 
 namespace odomd::sim::sim_unstated_errors_test {

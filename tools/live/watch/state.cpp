@@ -1,4 +1,4 @@
-#include "tools/live/watch/trail.hpp"
+#include "tools/live/watch/state.hpp"
 
 #include <cmath>
 

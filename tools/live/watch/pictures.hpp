@@ -1,13 +1,31 @@
-// A little map: the trail, the car and its uncertainty in braille dots.
+// Small pictures from characters: a histogram of the beat from blocks; a map with the trail, the
+// car and its uncertainty from braille dots.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <odom/types.h>
 
 #include "tools/live/watch/line.hpp"
-#include "tools/live/watch/trail.hpp"
+#include "tools/live/watch/state.hpp"
 
 namespace odomd::watch {
+
+using Histogram = std::span<const std::uint64_t, ODOM_HISTOGRAM_BUCKETS>;
+
+/// One column for each `buckets_a_column` buckets, `rows` rows, the topmost first. Heights are
+/// logarithmic, so that one late tick in a million is seen: any bucket that is not empty has at
+/// least the lowest mark, the fullest reaches the top.
+[[nodiscard]] std::vector<std::string> bars(Histogram histogram, std::size_t buckets_a_column,
+                                            std::size_t rows, Glyphs glyphs);
+
+/// The axis below: where 1 us, 10, 100, 1 ms and 10 ms lie.
+[[nodiscard]] std::string axis(std::size_t buckets_a_column, Glyphs glyphs);
 
 /// The ellipse of a 2-D normal distribution at so many standard deviations.
 struct Ellipse {

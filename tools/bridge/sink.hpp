@@ -1,0 +1,73 @@
+// The sinks of the bridge, what it passes to them, and the bridge itself: it follows the segment
+// and hands over what is due.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <odom/types.h>
+
+namespace odomd::tools {
+
+struct BridgeOptions;
+
+/// A published pose. The details are of the same tick, or of the newest one if the bridge fell
+/// behind and fetched the pose from the history, which keeps no details.
+struct BridgeSample {
+  odom_pose pose{};
+  odom_details details{};
+  std::int64_t realtime_ns = 0;  ///< when the pose is valid, CLOCK_REALTIME
+};
+
+/// Sends samples. One thread.
+class Sink {
+ public:
+  Sink() = default;
+  Sink(const Sink&) = delete;
+  Sink& operator=(const Sink&) = delete;
+  virtual ~Sink() = default;
+
+  /// Never blocks for longer than a few milliseconds; what cannot be sent is counted.
+  virtual void send(const BridgeSample& sample) = 0;
+
+  struct Counts {
+    std::uint64_t sent = 0;
+    std::uint64_t dropped = 0;  ///< could not be sent
+    std::uint64_t withheld =
+        0;  ///< poses in the mode fault that were not sent, as the format has no modes
+  };
+  [[nodiscard]] const Counts& counts() const { return counts_; }
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+ protected:
+  Counts counts_;
+  std::string name_;  ///< for people
+};
+
+/// The address that PlotJuggler listens on by default.
+inline constexpr const char* plotjuggler_address = "127.0.0.1:9870";
+
+/// {"timestamp": seconds, "odomd": {"tick": ..., "map": {"x": ...}, ..., "mode_name": "tracking"}},
+/// names and units as in pose_fields.hpp.
+[[nodiscard]] std::string sample_json(const BridgeSample& sample);
+
+/// Sends to HOST:PORT ([::1]:9870 for IPv6). Nobody needs to listen. Throws std::invalid_argument
+/// for an invalid address, std::runtime_error for an unknown host.
+[[nodiscard]] std::unique_ptr<Sink> open_udp(const std::string& address);
+
+/// nav_msgs/msg/Odometry on /odom, tf2_msgs/msg/TFMessage (map to odometry frame to base) on /tf,
+/// as ROS 2 sends them by default: reliable, volatile, keep last. A pose in the mode fault is not
+/// sent: these messages cannot mark it as invalid. Throws std::runtime_error if DDS is not
+/// available, std::invalid_argument for an invalid domain; CYCLONEDDS_URI configures DDS.
+[[nodiscard]] std::unique_ptr<Sink> open_dds(const BridgeOptions& options);
+
+/// Sends until INT, TERM or the end of the duration, then prints a summary. On a terminal it shows
+/// the newest pose and the counts once a second, unless the summary is JSON. Waits if there is no
+/// daemon, and reconnects when it restarts. It only reads the segment, so it cannot delay the
+/// daemon. Throws std::invalid_argument for an invalid segment name, std::runtime_error if the
+/// segment is refused or the duration passed without a daemon.
+void run_bridge(const BridgeOptions& options, const std::vector<std::unique_ptr<Sink>>& sinks);
+
+}  // namespace odomd::tools

@@ -1,0 +1,199 @@
+#include "tools/live/daemon_link.hpp"
+
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/time.h>
+#include <sys/un.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <new>
+#include <optional>
+#include <stdexcept>
+#include <system_error>
+#include <thread>
+
+#include <nlohmann/json.hpp>
+
+#include "shm_api/libodom/service.h"
+#include "tools/cli/text.hpp"
+#include "tools/live/status_values.hpp"
+
+namespace odomd::tools {
+namespace {
+
+constexpr const char* service = ODOMI_SERVICE_DIRECTORY;
+
+/// Where socket_path() looks, in its order.
+std::string places_of(const std::string& leaf) {
+  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
+  const std::string own = runtime != nullptr && *runtime == '/'
+                              ? std::string{runtime} + "/odomd/" + leaf
+                              : "$XDG_RUNTIME_DIR (not set)";
+  return own + ", " + service + "/*/" + leaf + ", " + service + "/" + leaf;
+}
+
+constexpr const char* hint =
+    "is odomd running? [status] socket of its configuration names the path";
+
+constexpr std::size_t largest_document = std::size_t{16} << 20U;
+
+std::string why(int error) {
+  switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+      return std::string{"no such socket; "} + hint;
+    case ECONNREFUSED:
+      return std::string{"nobody listens; "} + hint;
+    case EACCES:
+      return "not allowed; join the group of the socket (the service's: odom)";
+    default:
+      return std::generic_category().message(error);
+  }
+}
+
+namespace fs = std::filesystem;
+
+std::string text_of(const Json& value) {
+  return value.is_string() ? value.get<std::string>() : std::string{};
+}
+
+// std::filesystem::equivalent() takes no sockets.
+bool same_file(const fs::path& a, const fs::path& b) {
+  std::error_code missing;
+  const fs::path full = fs::canonical(a, missing);
+  return !missing && full == fs::canonical(b, missing);
+}
+
+// Nothing if nobody answers, or a daemon other than that of the camera socket. A status socket
+// without a name is the default one.
+std::optional<std::string> segment_from_status(const std::string& named, const fs::path& camera) {
+  try {
+    const std::string socket = socket_path(named, "status.sock");
+    const Json status = parse_status(fetch_status(socket), socket);
+    const std::string segment = segment_of(status);
+    if (segment.empty() || !same_file(text_of(member(member(status, "camera"), "socket")), camera))
+      return std::nullopt;
+    return segment;
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+std::string socket_path(const std::string& named, const std::string& leaf) {
+  if (!named.empty()) return named;
+  char* found = nullptr;
+  if (odomi_socket_path(service, leaf.c_str(), &found) != ODOM_OK) throw std::bad_alloc();
+  std::string path(found);
+  std::free(found);  // NOLINT(cppcoreguidelines-no-malloc): malloc'ed by C
+  struct stat status {};
+  if (::lstat(path.c_str(), &status) != 0 && errno == ENOENT)
+    throw NobodyThere(places_of(leaf) + ": no such socket; is odomd running" +
+                      (leaf == "camera.sock" ? ", with a [camera] table" : "") +
+                      "? --socket names another path");
+  return path;
+}
+
+FileDescriptor connect_to(const std::string& path, std::chrono::milliseconds timeout) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.empty() || path.size() >= sizeof address.sun_path)
+    throw std::invalid_argument(path + ": the path of a socket has 1 to 107 characters");
+  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
+  FileDescriptor connection{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+  const auto whole = std::chrono::floor<std::chrono::seconds>(timeout);
+  const timeval time_out{whole.count(), std::chrono::microseconds{timeout - whole}.count()};
+  ::setsockopt(connection.get(), SOL_SOCKET, SO_RCVTIMEO, &time_out, sizeof time_out);
+  ::setsockopt(connection.get(), SOL_SOCKET, SO_SNDTIMEO, &time_out, sizeof time_out);
+  if (::connect(connection.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0)
+    return connection;
+  const int error = errno;
+  connection = {};
+  errno = error;
+  return connection;
+}
+
+std::string fetch_status(const std::filesystem::path& socket, std::chrono::milliseconds timeout) {
+  const std::string path = socket.string();
+  const FileDescriptor connection = connect_to(path, timeout);
+  if (!connection) throw std::runtime_error(path + ": " + why(errno));
+  std::string document;
+  std::array<char, 16384> piece{};
+  while (true) {
+    const auto size = ::recv(connection.get(), piece.data(), piece.size(), 0);
+    if (size == 0) return document;
+    if (size < 0 && errno == EINTR) continue;
+    if (size < 0 && errno == EAGAIN) {
+      throw std::runtime_error(path + ": no answer; is the daemon stopped?");
+    }
+    if (size < 0) throw std::runtime_error(path + ": " + why(errno));
+    document.append(piece.data(), static_cast<std::size_t>(size));
+    if (document.size() > largest_document)
+      throw std::runtime_error(path + ": the answer is too long; is this odomd's socket?");
+  }
+}
+
+nlohmann::json parse_status(const std::string& document, const std::filesystem::path& socket) {
+  constexpr bool throwing = false;
+  if (!is_nested_too_deep(document)) {
+    auto json = nlohmann::json::parse(document, nullptr, throwing);
+    if (json.is_object()) return json;
+  }
+  throw std::runtime_error(socket.string() +
+                           ": the answer is not a status document; is this odomd's socket?");
+}
+
+std::string segment_asked_for(const std::string& name) {
+  if (!name.empty()) return name;
+  const char* named = std::getenv("ODOM_SHM");
+  return named != nullptr ? std::string{"$ODOM_SHM = "} + named : "/odomd, /run/odomd/*/pose";
+}
+
+odom::Client attach(const std::string& name, double wait_s) {
+  using std::chrono::steady_clock;
+  const auto start = steady_clock::now();
+  while (true) {
+    auto opened = odom::Client::open(name.empty() ? nullptr : name.c_str());
+    if (opened.has_value()) return std::move(opened.value);
+    if (opened.status == ODOM_INVALID) {
+      throw std::invalid_argument(segment_asked_for(name) +
+                                  ": not a name of a segment; use /odomd or a path");
+    }
+    const std::chrono::duration<double> waited = steady_clock::now() - start;
+    if (opened.status != ODOM_NO_SEGMENT || waited.count() >= wait_s) {
+      throw std::runtime_error(segment_asked_for(name) + ": " + opened.message());
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds{20});
+  }
+}
+
+std::string segment_of(const Json& status) {
+  return text_of(member(status, "shm"));
+}
+
+std::string segment_behind_camera(const std::string& socket, double wait_s) {
+  using std::chrono::steady_clock;
+  const auto start = steady_clock::now();
+  while (true) {
+    const fs::path neighbour = fs::path{socket}.parent_path() / "status.sock";
+    for (const std::string& status : {neighbour.string(), std::string{}})
+      if (auto segment = segment_from_status(status, socket)) return *std::move(segment);
+    if (std::getenv("ODOM_SHM") != nullptr) return {};
+    const std::chrono::duration<double> waited = steady_clock::now() - start;
+    if (waited.count() >= wait_s) {
+      throw std::runtime_error(
+          socket +
+          ": no status socket next to it names the segment of its daemon; give it with --shm");
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds{20});
+  }
+}
+
+}  // namespace odomd::tools

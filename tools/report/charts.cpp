@@ -1,0 +1,217 @@
+#include "tools/report/charts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "tools/chart/chart.hpp"
+#include "tools/chart/drawing.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/evaluation/evaluation_report.hpp"
+#include "tools/math/median.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using chart::Chart;
+
+Chart histogram_of(const BeatBuckets& buckets, const std::string& what) {
+  Chart chart;
+  chart.title = what;
+  chart.height = 400.0;
+  chart.x = {"time [us]", chart::Scaling::logarithmic, {}};
+  chart.y = {"ticks", chart::Scaling::logarithmic, {}};
+  double most = 1.0;
+  for (std::size_t i = 0; i < buckets.size(); ++i) {
+    if (buckets[i] == 0) continue;
+    const BucketEdges edges = edges_of(i);
+    const auto height = static_cast<double>(buckets[i]);
+    chart.bars.push_back({edges.low_us, edges.high_us, height});
+    most = std::max(most, height);
+  }
+  chart.y.range = chart::Range{0.6, 2.0 * most};
+  return chart;
+}
+
+std::string percentiles(const BeatBuckets& buckets, std::int64_t max_ns) {
+  return "Median " + fixed(percentile_us(buckets, 0.5, max_ns), 0) + " us, 99 % within " +
+         fixed(percentile_us(buckets, 0.99, max_ns), 0) + " us, largest " +
+         fixed(static_cast<double>(max_ns) * 1e-3, 0) + " us.";
+}
+
+using estimator::Judgement;
+using estimator::Source;
+
+struct Dimension {
+  const char* name;
+  const char* unit;
+  double factor;  // from the source's unit
+};
+
+constexpr double degrees = 180.0 / std::numbers::pi;
+
+std::vector<Dimension> dimensions_of(Source source) {
+  switch (source) {
+    case Source::yaw_rate:
+      return {{"", "deg/s", degrees}};
+    case Source::accel_x:
+    case Source::accel_y:
+      return {{"", "m/s²", 1.0}};
+    case Source::camera:
+      return {{" x", "mm", 1e3}, {" y", "mm", 1e3}, {" yaw", "deg", degrees}};
+    default:
+      return {{"", "m/s", 1.0}};
+  }
+}
+
+// [s]: five times the usual spacing, and half a second at least.
+double longest_spacing(std::span<const Judgement> samples) {
+  std::vector<std::int64_t> spacings;
+  for (std::size_t i = 1; i < samples.size(); ++i)
+    spacings.push_back(samples[i].time_ns - samples[i - 1].time_ns);
+  if (spacings.empty()) return 0.0;
+  return std::max(5e-9 * static_cast<double>(median_of(std::move(spacings))), 0.5);
+}
+
+chart::Chart chart_of(std::span<const Judgement> samples, std::size_t dimension,
+                      const Dimension& words, std::int64_t zero_ns) {
+  chart::Chart chart;
+  chart.height = 400.0;
+  chart.title =
+      std::string{estimator::source_names.at(static_cast<std::size_t>(samples.front().source))} +
+      words.name;
+  chart.x.label = "time [s]";
+  chart.y.label = std::string{"innovation ["} + words.unit + "]";
+  chart::Series taken{"", "", chart::colour_of(0), {}, chart::Mark::dots};
+  chart::Series gated{"gated", "", chart::refused_colour, {}, chart::Mark::dots};
+  chart::Band band{"±3√S", chart::colour_of(0), {}};
+  // No expected range is drawn over a stretch without samples.
+  const double gap = longest_spacing(samples);
+  constexpr double nowhere = std::numeric_limits<double>::quiet_NaN();
+  for (const Judgement& sample : samples) {
+    const double t = static_cast<double>(sample.time_ns - zero_ns) * 1e-9;
+    const double nu = sample.innovation[dimension] * words.factor;
+    const double reach = 3.0 * std::sqrt(sample.variance[dimension]) * words.factor;
+    (sample.verdict == estimator::Verdict::gated ? gated : taken).points.push_back({t, nu});
+    if (!band.points.empty() && t - band.points.back().x > gap)
+      band.points.push_back({0.5 * (t + band.points.back().x), nowhere, nowhere});
+    band.points.push_back({t, -reach, reach});
+  }
+  if (gated.points.empty()) gated.label.clear();
+  chart.bands = {std::move(band)};
+  chart.series = {std::move(taken), std::move(gated)};
+  return chart;
+}
+
+std::vector<chart::Point> points_between(const Trajectory& trajectory, std::int64_t first_ns,
+                                         std::int64_t last_ns) {
+  std::vector<chart::Point> points;
+  for (const TrajectoryPoint& point : trajectory.points) {
+    if (point.t_ns >= first_ns && point.t_ns <= last_ns) {
+      points.push_back({point.pose.x, point.pose.y});
+    }
+  }
+  return points;
+}
+
+std::string note_of(const Evaluation& e) {
+  if (e.against == Against::nothing) return {};
+  const double turned = std::abs(e.heading_end) * 180.0 / std::numbers::pi;
+  std::string heading = fixed(turned, turned < 1.0 ? 2 : 1) + "°";
+  if (!e.end_cm_per_m) return heading;
+  return fixed(*e.end_cm_per_m, *e.end_cm_per_m < 0.1 ? 3 : 2) + " cm/m · " + heading;
+}
+
+}  // namespace
+
+std::vector<Figure> beat_charts(const BeatHistogram& beat) {
+  std::vector<Figure> charts{{draw(histogram_of(beat.wakeup, "Wake-up latency")),
+                              percentiles(beat.wakeup, beat.max_wakeup_ns) + " " +
+                                  counted(beat.ticks, "tick") + ", " + std::to_string(beat.missed) +
+                                  " missed."}};
+  const bool measured =
+      std::ranges::any_of(beat.execution, [](std::uint64_t count) { return count > 0; });
+  if (measured) {
+    charts.push_back({draw(histogram_of(beat.execution, "Work in a tick")),
+                      percentiles(beat.execution, beat.max_execution_ns)});
+  }
+  return charts;
+}
+
+std::vector<chart::Chart> innovation_charts(std::span<const Judgement> judgements,
+                                            std::int64_t zero_ns) {
+  std::array<std::vector<Judgement>, estimator::source_count> by_source;
+  for (const Judgement& judgement : judgements) {
+    // The pose that initialises the filter is not tested.
+    if (judgement.degrees < 1 || !(judgement.variance[0] > 0.0)) continue;
+    by_source.at(static_cast<std::size_t>(judgement.source)).push_back(judgement);
+  }
+  // One axis of time for all: a source that is tested for a while only is seen to be.
+  double first = std::numeric_limits<double>::infinity();
+  double last = -first;
+  for (const auto& samples : by_source) {
+    for (const Judgement& sample : samples) {
+      const double t = static_cast<double>(sample.time_ns - zero_ns) * 1e-9;
+      first = std::min(first, t);
+      last = std::max(last, t);
+    }
+  }
+  std::vector<chart::Chart> charts;
+  for (auto& samples : by_source) {
+    if (samples.empty()) continue;
+    std::ranges::stable_sort(samples, {}, &Judgement::time_ns);
+    const auto dimensions = dimensions_of(samples.front().source);
+    for (std::size_t i = 0; i < dimensions.size(); ++i) {
+      charts.push_back(chart_of(samples, i, dimensions[i], zero_ns));
+      if (first < last) charts.back().x.range = chart::Range{first, last};
+    }
+  }
+  return charts;
+}
+
+chart::Map evaluation_map(const EvaluatedDrive& drive, const std::string& title) {
+  std::int64_t first_ns = std::numeric_limits<std::int64_t>::max();
+  std::int64_t last_ns = std::numeric_limits<std::int64_t>::min();
+  double path = 0.0;
+  for (const Evaluation& e : drive.report.evaluations) {
+    first_ns = std::min(first_ns, e.first_ns);
+    last_ns = std::max(last_ns, e.last_ns);
+    path = std::max(path, e.path_length);
+  }
+  const auto names = names_of(drive);
+  const auto colours = colours_of(drive);
+
+  chart::Map map;
+  map.title = title;
+  if (const auto& reference = drive.reference ? drive.reference : drive.shown) {
+    map.reference.label = drive.reference ? "reference" : "truth";
+    map.reference.note = fixed(path, path < 1000.0 ? 1 : 0) + " m";
+    map.reference.points = points_between(*reference, first_ns, last_ns);
+  }
+  for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
+    const Evaluation& e = drive.report.evaluations[i];
+    const Trajectory moved = aligned(drive.estimates[i], e.alignment);
+    chart::Trace trace{
+        names[i], note_of(e), points_between(moved, e.first_ns, e.last_ns), {}, colours[i]};
+    if (e.consistency) {
+      const TrajectoryPoint end = *at(moved, e.last_ns);
+      const auto& P = end.covariance;
+      trace.end_ellipse = chart::Ellipse{{end.pose.x, end.pose.y}, {P[0], P[1], P[3]}};
+    }
+    map.estimates.push_back(std::move(trace));
+  }
+  for (const auto& pose : drive.cameras) {
+    if (pose.capture_ns >= first_ns && pose.capture_ns <= last_ns) {
+      map.dots.push_back({pose.x, pose.y});
+    }
+  }
+  map.dots_label = drive.replays.empty() || camera_came_in(drive) ? "camera" : "camera, left out";
+  return map;
+}
+
+}  // namespace odomd::tools

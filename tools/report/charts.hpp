@@ -1,0 +1,36 @@
+// Charts of files other than poses: the timing of ticks, innovations, and the map of an evaluation.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "estimator/common/measurement.hpp"
+#include "tools/chart/chart.hpp"
+#include "tools/chart/drawing.hpp"
+#include "tools/chart/map.hpp"
+#include "tools/drive_files/beat_histogram.hpp"
+#include "tools/evaluation/evaluated_drive.hpp"
+
+namespace odomd::tools {
+
+struct Figure {
+  chart::Drawing drawing;
+  std::string caption;  ///< what is to be seen, in one or two sentences
+};
+
+/// Wake-up latency, and the work in a tick where it was measured. Both axes are logarithmic, so
+/// that one late tick in a million is seen. Captions: median, 99 %, largest.
+[[nodiscard]] std::vector<Figure> beat_charts(const BeatHistogram& beat);
+
+/// A chart for every dimension of every source that was tested, in the order of the sources: ν as
+/// dots, gated ones in another colour, within ±3√S. Times are seconds after `zero_ns`.
+[[nodiscard]] std::vector<chart::Chart> innovation_charts(
+    std::span<const estimator::Judgement> judgements, std::int64_t zero_ns);
+
+/// Reference and aligned estimates within their common time, camera poses as dots; cm/m and heading
+/// in the legend.
+[[nodiscard]] chart::Map evaluation_map(const EvaluatedDrive& drive, const std::string& title);
+
+}  // namespace odomd::tools
