@@ -2,10 +2,11 @@
 #pragma once
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -14,6 +15,8 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace odomd::tools {
 
@@ -74,6 +77,19 @@ inline Outcome run_shell(const std::string& command) {
   outcome.out = contents(scratch.path("out"));
   outcome.err = contents(scratch.path("err"));
   return outcome;
+}
+
+/// Runs each of the lines, after `before`. It must be refused: status 2, nothing on standard
+/// output, and one line on standard error that is, or matches, the one given.
+inline void expect_refused(
+    const std::string& before,
+    const std::vector<std::pair<std::string, ::testing::Matcher<std::string>>>& lines) {
+  for (const auto& [line, error] : lines) {
+    const Outcome outcome = run_shell(before + line);
+    EXPECT_THAT(outcome, Ends(2, error)) << line << ": " << outcome.err;
+    EXPECT_EQ(outcome.out, "") << line;
+    EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << line << ": " << outcome.err;
+  }
 }
 
 /// The message of the exception that `work` throws; empty when it throws none.

@@ -1,4 +1,4 @@
-// A running odom bridge for tests, and a daemon's segment that ticks on request.
+// A running odom bridge for tests.
 #pragma once
 
 #include <fcntl.h>
@@ -17,14 +17,10 @@
 #include <thread>
 #include <vector>
 
-#include "shm_api/writer.hpp"
+#include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools {
-
-inline std::int64_t now_ns() {
-  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
-}
 
 /// Tries `condition` until it holds; false after a minute of trying.
 [[nodiscard]] inline bool eventually(const std::function<bool()>& condition,
@@ -41,48 +37,6 @@ inline std::int64_t now_ns() {
 /// Between ticks that nobody has answered yet: what a bridge that was held up sends at once is to
 /// fit into a socket's buffer.
 inline constexpr std::chrono::milliseconds between_ticks{25};
-
-/// CLOCK_REALTIME - CLOCK_MONOTONIC, as the segments here say.
-inline constexpr std::int64_t realtime_offset_ns = 1'700'000'000'123'456'789;
-
-/// A daemon with a period of a second: fresh for four seconds after a tick, so that no test depends
-/// on its own pace.
-class SlowDaemon {
- public:
-  explicit SlowDaemon(const std::string& segment, std::int64_t period_ns = 1'000'000'000)
-      : period_ns_(period_ns) {
-    odom_info info{};
-    info.period_ns = period_ns;
-    info.realtime_offset_ns = realtime_offset_ns;
-    info.first_tick_ns = first_ns_;
-    writer_ = std::make_unique<shm::Writer>(
-        shm::SegmentSettings{.name = segment, .slots = 4096, .group = {}}, info);
-    writer_->set_first_tick(first_ns_);
-    writer_->set_realtime_offset(realtime_offset_ns);
-    pose.mode = ODOM_TRACKING;
-  }
-
-  /// Publishes `pose` and `details` as the next tick.
-  void tick() {
-    ++pose.tick;
-    pose.time_ns = time_of(pose.tick);
-    writer_->publish(pose, details);
-    writer_->set_heartbeat(now_ns());
-    writer_->wake_clients();
-  }
-
-  [[nodiscard]] std::int64_t time_of(std::uint64_t tick) const {
-    return first_ns_ + static_cast<std::int64_t>(tick) * period_ns_;
-  }
-
-  odom_pose pose{};
-  odom_details details{};
-
- private:
-  std::int64_t period_ns_;
-  std::int64_t first_ns_ = now_ns();
-  std::unique_ptr<shm::Writer> writer_;
-};
 
 /// A program of ours as a process; its output goes to files.
 class Child {

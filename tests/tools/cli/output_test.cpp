@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "base/file_descriptor.hpp"
-#include "shm_api/writer.hpp"
+#include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::output_test {
@@ -104,24 +104,9 @@ class StuckOdom {
 
 class StuckOutput : public ::testing::Test {
  protected:
-  void publish() {
-    if (!writer_) {
-      odom_info info{};
-      info.period_ns = 5'000'000;
-      writer_ = std::make_unique<shm::Writer>(
-          shm::SegmentSettings{.name = segment_, .slots = 16, .group = {}}, info);
-    }
-    odom_pose pose{};
-    pose.tick = ++tick_;
-    pose.time_ns = now_ns();
-    pose.mode = ODOM_DEGRADED;
-    writer_->publish(pose, {});
-    writer_->set_heartbeat(now_ns());
-  }
-
   /// The status it ends with after TERM, once it has had the time to write.
   int end_of(const std::string& arguments, int stuck) {
-    publish();
+    daemon_.tick();
     StuckOdom odom(arguments, stuck, scratch_.path("other"));
     const auto guard = steady_clock::now() + std::chrono::seconds{60};
     while (!odom.holds_term_back() && steady_clock::now() < guard) tick();
@@ -134,16 +119,12 @@ class StuckOutput : public ::testing::Test {
   std::string segment_ = scratch_.path("pose").string();
 
  private:
-  static std::int64_t now_ns() {
-    return std::chrono::nanoseconds{steady_clock::now().time_since_epoch()}.count();
-  }
   void tick() {
-    publish();
+    daemon_.tick();
     std::this_thread::sleep_for(milliseconds{5});
   }
 
-  std::uint64_t tick_ = 0;
-  std::unique_ptr<shm::Writer> writer_;
+  SlowDaemon daemon_{segment_, 5'000'000};
 };
 
 TEST_F(StuckOutput, IsNotWaitedForOnceTermHasCome) {

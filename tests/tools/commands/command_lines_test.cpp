@@ -1,14 +1,15 @@
 // What is written of the command lines follows them: the help of every command has an example, and
-// the shells' completions offer each option that it names, and no other.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
+// the shells' completions offer each option that it names, and no other. What is misspelt is named,
+// the first of it, with what was likely meant.
 #include <algorithm>
 #include <regex>
 #include <set>
 #include <sstream>
 #include <string>
 #include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include "tests/tools/scratch.hpp"
 
@@ -105,8 +106,6 @@ TEST(Help, IsWrittenInOneManner) {
 TEST(Help, IsFoundByName) {
   EXPECT_EQ(run_shell("odom help").out, run_shell("odom --help").out);
   EXPECT_EQ(run_shell("odom help camera send").out, run_shell("odom camera send --help").out);
-  EXPECT_THAT(run_shell("odom help camera sned"),
-              Ends(2, "odom help: no command \"sned\" (did you mean \"send\"?)\n"));
 }
 
 TEST(Completions, OfBashOfferEveryOptionAndCommandOfTheHelp) {
@@ -197,18 +196,61 @@ TEST(ManPages, AreSound) {
 }
 
 TEST(CommandLines, RefuseNumbersThatAreNone) {
-  const auto refused = [](const std::string& arguments) {
-    const Outcome outcome = run_shell("odom " + arguments);
-    EXPECT_EQ(outcome.status, 2) << arguments;
-    return outcome.err;
-  };
   for (const std::string number : {"nan", "inf", "-1", "0", "2s"})
-    EXPECT_EQ(refused("plot --for " + number + " --out a.svg"),
-              "odom plot: --for: \"" + number +
-                  "\" is not a finite number greater than 0; see odom plot "
-                  "--help\n");
-  EXPECT_THAT(refused("record --wait nan"),
-              HasSubstr("--wait: \"nan\" is not a finite number, 0 or greater"));
+    expect_refused(
+        "odom plot --out a.svg --for ",
+        {{number, "odom plot: --for: \"" + number +
+                      "\" is not a finite number greater than 0; see odom plot --help\n"}});
+  expect_refused("odom record --wait ",
+                 {{"nan", HasSubstr("--wait: \"nan\" is not a finite number, 0 or greater")}});
+}
+
+// What is misspelt is answered with what was meant, the first of it first; where the help is.
+TEST(CommandLines, AnswerWhatIsMisspelt) {
+  struct Slip {
+    std::string command, arguments, answer;
+  };
+  for (const auto& [command, arguments, answer] : std::vector<Slip>{
+           {"odom sim", "--scenari lap",
+            R"(unknown option "--scenari" (did you mean "--scenario"?))"},
+           {"odom sim", "--scenario=lap --lpas=3",
+            R"(unknown option "--lpas" (did you mean "--laps"?))"},
+           {"odom replay", "--ot x --config c", R"(unknown option "--ot" (did you mean "--out"?))"},
+           {"odom sim", "-laps 3", R"(unknown option "-laps" (did you mean "--laps"?))"},
+           {"odom watch", "--nonsense", R"(unknown option "--nonsense")"},
+           // A command that is unknown has no help.
+           {"odom dbc", "shwo --help", R"(no command "shwo" (did you mean "show"?))"},
+           {"odom evaluate", "--refrence x --poes y",
+            R"(unknown option "--refrence" (did you mean "--reference"?))"},
+           {"odom watch", "status", R"(unexpected argument "status")"},
+           // Before the option that is missing for it.
+           {"odom plot", "pose.csv --otu x.png",
+            R"(unknown option "--otu" (did you mean "--out"?))"},
+           {"odomd", "--confg car.toml --cna can0",
+            R"(unknown option "--confg" (did you mean "--config"?))"},
+           {"odomd", "start", R"(unexpected argument "start")"},
+           {"odomd", "", "--config is required"},
+           // Before its command.
+           {"odom", "--lasp", R"(unknown option "--lasp" (did you mean "odom sim --laps"?))"},
+           {"odom", "--config car.toml replay",
+            R"(unknown option "--config" (did you mean "odom replay --config"?))"},
+           {"odom", "--config car.toml",
+            R"(unknown option "--config": options go after the command that has them)"},
+           {"odom camera", "--foo send", R"(unknown option "--foo")"},
+           {"odom", "evalute --pose x", R"(no command "evalute" (did you mean "evaluate"?))"},
+           {"odom identify", "ltency", R"(no command "ltency" (did you mean "latency"?))"},
+           {"odom dbc", "nonsense", R"(no command "nonsense"; there are: show, decode)"},
+           {"odom dbc", "", "no command given; there are: show, decode"},
+           // Options of the companion programs.
+           {"odom identify fit", "--confg car.toml --drvie x",
+            R"(unknown option "--confg" (did you mean "--config"?))"},
+           {"odom identify track", "film.mp4 --mraker x", R"(unknown option "--mraker")"}})
+    expect_refused("", {{command + ' ' + arguments,
+                         command + ": " + answer + "; see " + command + " --help\n"}});
+  expect_refused(
+      "odom ", {{"evaluate a b c", "odom evaluate: a: is not a folder; check the path\n"},
+                {"help wtach", "odom help: no command \"wtach\" (did you mean \"watch\"?)\n"},
+                {"help camera sned", "odom help: no command \"sned\" (did you mean \"send\"?)\n"}});
 }
 
 }  // namespace

@@ -1,4 +1,7 @@
-// The command line of odom as a whole.
+// The command line of odom as a whole, and units in its arguments.
+#include <algorithm>
+#include <string>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,7 +10,9 @@
 namespace odomd::tools::odom_test {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 TEST(Odom, PrintsItsVersion) {
@@ -17,14 +22,8 @@ TEST(Odom, PrintsItsVersion) {
 }
 
 TEST(Odom, WrongUsageIsOneLineAndStatusTwo) {
-  for (const char* line : {"odom", "odom nonsense", "odom --nonsense", "odom nonsense --help"}) {
-    const Outcome outcome = run_shell(line);
-    EXPECT_EQ(outcome.status, 2) << line;
-    EXPECT_EQ(outcome.out, "") << line;
-    EXPECT_THAT(outcome.err, StartsWith("odom: ")) << line;
-    EXPECT_THAT(outcome.err, HasSubstr("see odom --help")) << line;
-    EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << line;
-  }
+  for (const char* line : {"odom", "odom nonsense", "odom --nonsense", "odom nonsense --help"})
+    expect_refused("", {{line, AllOf(StartsWith("odom: "), HasSubstr("see odom --help"))}});
 }
 
 TEST(Odom, AFullDiskIsFailedWork) {
@@ -39,6 +38,78 @@ TEST(OdomBridge, RefusesRatesAndNamesThatCannotBe) {
     EXPECT_EQ(outcome.status, 2) << wrong << ": " << outcome.err;
     EXPECT_LT(outcome.err.size(), 200U) << outcome.err;
   }
+}
+
+constexpr auto millimetres = "[W401]";
+constexpr auto degrees = "[W403]";
+
+// A simulated drive, with its camera and its truth in other units next to them.
+class Units : public ::testing::Test {
+ protected:
+  Units() {
+    const std::string scale =
+        "; awk -F, -v OFS=, -v CONVFMT=%.9g 'NR > 1 { $c *= m; $(c + 1) *= m; $(c + 2) *= r } 1' ";
+    const Outcome made =
+        run_shell("cd " + scratch_.path("").string() +
+                  " && odom sim --scenario lap --duration 20 --out drive && cd drive || exit 1" +
+                  scale + "c=3 m=1000 r=1 camera.csv >camera_mm.csv" +  //
+                  scale + "c=3 m=1 r=57.29578 camera.csv >camera_deg.csv" + scale +
+                  "c=2 m=1000 r=1 truth.csv >truth_mm.csv" + scale +
+                  "c=2 m=1 r=57.29578 truth.csv >truth_deg.csv");
+    EXPECT_EQ(made.status, 0) << made.err;
+  }
+
+  [[nodiscard]] std::string said(const std::string& command) const {
+    const Outcome outcome = run_shell("cd " + scratch_.path("drive").string() + " && " + command);
+    return outcome.err;
+  }
+  [[nodiscard]] std::string replayed_with(const std::string& camera) const {
+    return said("odom replay --config car.toml --can drive.log --out pose.csv --camera " + camera);
+  }
+
+  Scratch scratch_;
+};
+
+TEST_F(Units, OfACameraAreReportedByReplay) {
+  EXPECT_THAT(replayed_with("camera.csv"), Not(HasSubstr("warning")));
+  EXPECT_THAT(replayed_with("camera_mm.csv"),
+              AllOf(HasSubstr("warning: camera: x and y go about 1000 times as far as the wheels"),
+                    HasSubstr(millimetres), Not(HasSubstr("scale")), Not(HasSubstr("gated")),
+                    Not(HasSubstr("another drive"))));
+  EXPECT_THAT(replayed_with("camera_deg.csv"),
+              AllOf(HasSubstr("warning: camera: yaw turns about 57 times as far as the gyro"),
+                    HasSubstr(degrees), Not(HasSubstr("mounting"))));
+}
+
+TEST_F(Units, OfAReferenceAndAPoseFileAreReportedByEvaluate) {
+  static_cast<void>(replayed_with("camera.csv"));
+  const std::string evaluate = "odom evaluate --pose pose.csv --reference ";
+  EXPECT_THAT(said(evaluate + "truth.csv"), Not(HasSubstr("warning")));
+  EXPECT_THAT(said(evaluate + "truth_mm.csv"),
+              AllOf(HasSubstr("truth_mm.csv: x and y go about 1000 times as far as the estimate"),
+                    HasSubstr(millimetres), Not(HasSubstr("jumps"))));
+  EXPECT_THAT(said(evaluate + "truth_mm.csv --fit-lever-arm"),
+              AllOf(HasSubstr(millimetres), Not(HasSubstr("too differently"))));
+  EXPECT_THAT(
+      said(evaluate + "truth_deg.csv"),
+      AllOf(HasSubstr("truth_deg.csv: yaw turns about 57 times as far as the estimate"),
+            HasSubstr(degrees), Not(HasSubstr("do not follow")), Not(HasSubstr("disagree with"))));
+  EXPECT_THAT(said("odom evaluate --reference truth.csv --pose truth.csv --pose truth_mm.csv"),
+              AllOf(HasSubstr("truth_mm.csv: x and y go about 1000 times as far as the reference"),
+                    Not(HasSubstr("stays at one place"))));
+}
+
+TEST_F(Units, OfADriveAreReportedOnce) {
+  EXPECT_THAT(said("odom evaluate --drive . --model kinematic --reference truth_mm.csv"),
+              AllOf(HasSubstr("drive: truth_mm.csv: x and y go about 1000 times"),
+                    Not(HasSubstr("jumps"))));
+  const std::string both =
+      said("cp camera_mm.csv camera.csv; cp truth_deg.csv truth.csv; odom evaluate --drive .");
+  EXPECT_THAT(both, AllOf(HasSubstr("drive: camera: x and y go about 1000 times"),
+                          HasSubstr("drive: ./truth.csv: yaw turns about 57 times"),
+                          Not(HasSubstr("another drive"))));
+  // Without its camera nothing teaches the gyro's bias, either.
+  EXPECT_EQ(std::ranges::count(both, '\n'), 3) << both;
 }
 
 }  // namespace

@@ -18,7 +18,7 @@
 #include <string>
 
 #include "tests/tools/doctor/sound_status.hpp"
-#include "tests/tools/live/answering_socket.hpp"
+#include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::doctor::doctor_command_test {

@@ -15,6 +15,7 @@
 namespace odomd::tools::evaluate_test {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
@@ -31,14 +32,10 @@ class Evaluate : public ::testing::Test {
   static Outcome run(const std::string& arguments) {
     return run_shell("odom evaluate " + arguments);
   }
-  void expect_refused(const std::string& pose_text, const std::string& what) const {
-    const auto file = scratch_.write("bad.csv", pose_text).string();
-    const Outcome outcome = run("--reference " + reference_ + " --pose " + file);
-    EXPECT_EQ(outcome.status, 2) << outcome.err;
-    EXPECT_EQ(outcome.out, "");
-    EXPECT_THAT(outcome.err, StartsWith("odom evaluate: " + file));
-    EXPECT_THAT(outcome.err, HasSubstr(what));
-    EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1);
+  [[nodiscard]] std::string both() const { return "--reference " + reference_ + " --pose "; }
+  static void refuses(
+      const std::vector<std::pair<std::string, ::testing::Matcher<std::string>>>& lines) {
+    expect_refused("odom evaluate ", lines);
   }
 
   Scratch scratch_;
@@ -46,8 +43,7 @@ class Evaluate : public ::testing::Test {
 };
 
 TEST_F(Evaluate, WritesATableWithAColumnAPoseFile) {
-  const Outcome outcome =
-      run("--reference " + reference_ + " --pose " + drift_ + " --pose " + good_);
+  const Outcome outcome = run(both() + drift_ + " --pose " + good_);
   EXPECT_EQ(outcome.status, 0);
   EXPECT_EQ(outcome.err, "");
   EXPECT_THAT(outcome.out, HasSubstr("drift"));
@@ -69,32 +65,18 @@ TEST_F(Evaluate, WritesJsonInTheOrderOfTheFiles) {
 
 TEST_F(Evaluate, TakesALeverArmOrFitsOneAndSaysSo) {
   EXPECT_THAT(
-      run("--reference " + reference_ + " --pose " + good_ + " --lever-arm -0.1,0,0").out,
+      run(both() + good_ + " --lever-arm -0.1,0,0").out,
       HasSubstr("lever arm  -0.1000 m, 0.0000 m, 0.00 deg of the reference point, as given"));
-  EXPECT_THAT(run("--reference " + reference_ + " --pose " + good_ + " --fit-lever-arm").out,
-              HasSubstr("fitted to"));
-  EXPECT_EQ(run("--reference " + reference_ + " --pose " + good_ + " --lever-arm 1,2").status, 2);
-  EXPECT_EQ(run("--reference " + reference_ + " --pose " + good_ + " --lever-arm 1,nan,2").status,
-            2);
+  EXPECT_THAT(run(both() + good_ + " --fit-lever-arm").out, HasSubstr("fitted to"));
 }
 
 TEST_F(Evaluate, DrawsAPicture) {
   const auto svg = scratch_.path("lap.svg");
-  EXPECT_EQ(
-      run("--reference " + reference_ + " --pose " + good_ + " --picture " + svg.string()).status,
-      0);
+  EXPECT_EQ(run(both() + good_ + " --picture " + svg.string()).status, 0);
   EXPECT_THAT(contents(svg), StartsWith("<svg"));
 }
 
 TEST_F(Evaluate, KeepsWhatItReads) {
-  const std::string before = contents(good_);
-  const Outcome outcome =
-      run("--reference " + reference_ + " --pose " + good_ + " --html " + good_);
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_EQ(outcome.out, "");
-  EXPECT_EQ(outcome.err,
-            "odom evaluate: --html: " + good_ + " is what is read; name another file\n");
-  EXPECT_EQ(contents(good_), before);
   const std::string drive = scratch_.path("drive");
   ASSERT_EQ(run_shell("odom sim --ideal --duration 1 --out " + drive).status, 0);
   for (const std::string file : {"car.toml", "car.dbc", "drive.log", "camera.csv", "truth.csv"}) {
@@ -107,24 +89,29 @@ TEST_F(Evaluate, KeepsWhatItReads) {
 }
 
 TEST_F(Evaluate, SaysWhyAReportCannotBeWritten) {
-  EXPECT_THAT(run("--reference " + reference_ + " --pose " + good_ + " --html /dev/full"),
+  EXPECT_THAT(run(both() + good_ + " --html /dev/full"),
               Ends(1, "odom evaluate: /dev/full: cannot be written: No space left on device\n"));
 }
 
 TEST_F(Evaluate, RefusesBadFilesInOneLine) {
-  expect_refused("t,x,y\n0,0,0\n", R"(:1: no column "yaw")");
-  expect_refused("t,x,y,yaw\n0,0,nan,0\n", R"(:2: column "y": "nan" is not a finite number)");
-  expect_refused("t,x,y,yaw\n1,0,0,0\n0.5,0,0,0\n", ":3: column \"t\": the time runs backwards");
-  expect_refused("t,x,y,yaw\n1,0\n2,0,0,0\n", ":2: 2 fields where the header has 4");
-  expect_refused("", ": is empty");
-  expect_refused("t,x,y,yaw\n", ": has no rows");
-  expect_refused("t,x,y,yaw\n100,0,0,0\n101,0,0,0\n", "fewer than two common times");
+  const std::string bad = scratch_.path("bad.csv").string();
+  for (const auto& [text, what] : std::vector<std::pair<const char*, const char*>>{
+           {"t,x,y\n0,0,0\n", R"(:1: no column "yaw")"},
+           {"t,x,y,yaw\n0,0,nan,0\n", R"(:2: column "y": "nan" is not a finite number)"},
+           {"t,x,y,yaw\n1,0,0,0\n0.5,0,0,0\n", ":3: column \"t\": the time runs backwards"},
+           {"t,x,y,yaw\n1,0\n2,0,0,0\n", ":2: 2 fields where the header has 4"},
+           {"", ": is empty"},
+           {"t,x,y,yaw\n", ": has no rows"},
+           {"t,x,y,yaw\n100,0,0,0\n101,0,0,0\n", "fewer than two common times"}}) {
+    scratch_.write("bad.csv", text);
+    refuses({{both() + bad, AllOf(StartsWith("odom evaluate: " + bad), HasSubstr(what))}});
+  }
 }
 
 TEST_F(Evaluate, KeepsADriveWhoseLastLineIsCutOff) {
   const std::string whole = contents(good_);
   const auto cut = scratch_.write("cut.csv", whole.substr(0, whole.size() - 40)).string();
-  EXPECT_THAT(run("--reference " + reference_ + " --pose " + cut),
+  EXPECT_THAT(run(both() + cut),
               Ends(0, HasSubstr("warning: " + cut + ":802: the last line is cut off")));
 }
 
@@ -138,7 +125,7 @@ TEST_F(Evaluate, SaysWhereTheReferenceEndsEarly) {
 
 TEST_F(Evaluate, SaysThatAnEstimateIsOfAPartOfTheReference) {
   const auto part = scratch_.write("part.csv", csv_of(wavy_drive(1.0, 2.0, 0.005))).string();
-  const Outcome outcome = run("--reference " + reference_ + " --pose " + part + " --pose " + good_);
+  const Outcome outcome = run(both() + part + " --pose " + good_);
   EXPECT_EQ(outcome.status, 0);
   EXPECT_THAT(outcome.err,
               HasSubstr("warning: " + part +
@@ -146,8 +133,8 @@ TEST_F(Evaluate, SaysThatAnEstimateIsOfAPartOfTheReference) {
                         "all figures are for that part only [W413]\n"));
   EXPECT_THAT(outcome.err, Not(HasSubstr(good_ + ": it covers")));
   // Who asks for a part knows, as far as there is one.
-  EXPECT_EQ(run("--reference " + reference_ + " --pose " + good_ + " --from +1 --to +2").err, "");
-  EXPECT_THAT(run("--reference " + reference_ + " --pose " + part + " --from +0.5 --to +3").err,
+  EXPECT_EQ(run(both() + good_ + " --from +1 --to +2").err, "");
+  EXPECT_THAT(run(both() + part + " --from +0.5 --to +3").err,
               HasSubstr(part + ": it covers 1.0 s"));
 }
 
@@ -187,9 +174,9 @@ TEST_F(Evaluate, ChecksTheTimesOfThePartThatIsEvaluated) {
     if (point.t_ns > 20'000'000'000) point.t_ns += 60'000'000;
   const auto late = scratch_.write("late.csv", csv_of(reference)).string();
   const auto pose = scratch_.write("pose.csv", csv_of(wavy_drive(0.0, 40.0, 0.005))).string();
-  const std::string both = "--reference " + late + " --pose " + pose;
-  EXPECT_EQ(run(both + " --to +20").err, "");
-  EXPECT_THAT(run(both + " --from +21").err, HasSubstr("its times look 60 ms late"));
+  const std::string files = "--reference " + late + " --pose " + pose;
+  EXPECT_EQ(run(files + " --to +20").err, "");
+  EXPECT_THAT(run(files + " --from +21").err, HasSubstr("its times look 60 ms late"));
 }
 
 TEST_F(Evaluate, RefusesTimesThatNoDriveHas) {
@@ -229,9 +216,9 @@ TEST_F(Evaluate, SaysThatTheReferenceIsOfAnotherDrive) {
   Trajectory other = wavy_drive(0.0, 5.0, 0.01);
   for (auto& point : other.points) point.pose.yaw = 0.6 * static_cast<double>(point.t_ns) * 1e-9;
   const auto file = scratch_.write("other.csv", csv_of(other)).string();
-  EXPECT_THAT(run("--reference " + reference_ + " --pose " + file).err,
+  EXPECT_THAT(run(both() + file).err,
               HasSubstr(file + ": its turns disagree with the reference's"));
-  EXPECT_EQ(run("--reference " + reference_ + " --pose " + drift_).err, "");
+  EXPECT_EQ(run(both() + drift_).err, "");
 }
 
 TEST_F(Evaluate, SaysThatReferenceAndPoseLookExchanged) {
@@ -245,16 +232,18 @@ TEST_F(Evaluate, SaysThatReferenceAndPoseLookExchanged) {
 }
 
 TEST_F(Evaluate, WrongUsageIsStatusTwoWithTheFix) {
-  EXPECT_EQ(run("").status, 2);
-  EXPECT_THAT(run("").err, HasSubstr("--pose or --drive is required; see odom evaluate --help"));
-  EXPECT_THAT(run("--pose " + good_).err,
-              HasSubstr("--reference (or --closed-loop) is required; see odom evaluate --help"));
-  EXPECT_THAT(
-      run("--reference /nonexistent.csv --pose " + good_),
-      Ends(2, "odom evaluate: /nonexistent.csv: no such file or directory; check the path\n"));
-  EXPECT_THAT(run("--reference " + reference_ + " --pose " + good_ + " --align last"),
-              Ends(2, HasSubstr("--align: \"last\" is none of first|fit|none")));
-  EXPECT_EQ(run("--reference " + reference_ + " --pose /").status, 2);
+  refuses(
+      {{"", HasSubstr("--pose or --drive is required; see odom evaluate --help")},
+       {"--pose " + good_,
+        HasSubstr("--reference (or --closed-loop) is required; see odom evaluate --help")},
+       {"--reference /nonexistent.csv --pose " + good_,
+        "odom evaluate: /nonexistent.csv: no such file or directory; check the path\n"},
+       {both() + good_ + " --align last", HasSubstr("--align: \"last\" is none of first|fit|none")},
+       {both() + good_ + " --lever-arm 1,2", HasSubstr("--lever-arm")},
+       {both() + good_ + " --lever-arm 1,nan,2", HasSubstr("--lever-arm")},
+       {both() + good_ + " --html " + good_,
+        "odom evaluate: --html: " + good_ + " is what is read; name another file\n"},
+       {both() + "/", HasSubstr("/")}});
 }
 
 TEST_F(Evaluate, AlignsAsAsked) {
@@ -303,12 +292,11 @@ TEST_F(Evaluate, WarnsOfHeadingsInDegrees) {
   constexpr auto warning = "the headings do not follow the path";
   EXPECT_THAT(run("--reference " + file + " --pose " + good_).err,
               HasSubstr(file + ": " + warning));
-  EXPECT_THAT(run("--reference " + reference_ + " --pose " + file).err,
-              HasSubstr(file + ": " + warning));
+  EXPECT_THAT(run(both() + file).err, HasSubstr(file + ": " + warning));
 }
 
 TEST_F(Evaluate, RefusesAWindowWithoutRows) {
-  const std::string files = "--reference " + reference_ + " --pose " + good_;
+  const std::string files = both() + good_;
   EXPECT_THAT(
       run(files + " --from +60"),
       Ends(2, "odom evaluate: " + good_ +
@@ -336,10 +324,10 @@ TEST_F(Evaluate, JudgesTheOdometryFrame) {
     }
     text += '\n';
   }
-  const auto both = scratch_.write("both.csv", text).string();
+  const auto jumping = scratch_.write("jumping.csv", text).string();
   const auto judged = [&](const std::string& frame) {
     const auto json = nlohmann::json::parse(
-        run("--json --reference " + reference_ + " --pose " + both + frame).out);
+        run("--json --reference " + reference_ + " --pose " + jumping + frame).out);
     return std::pair{json["frame"], json["estimates"][0]};
   };
   const auto [map_name, map] = judged(" --align none");
@@ -353,7 +341,7 @@ TEST_F(Evaluate, JudgesTheOdometryFrame) {
   EXPECT_NEAR(odom["end_error"], 0.0, 1e-9);
   EXPECT_TRUE(odom["nees"].is_null());  // the covariance is that of the map's pose
 
-  const Outcome without = run("--reference " + reference_ + " --pose " + good_ + " --frame odom");
+  const Outcome without = run(both() + good_ + " --frame odom");
   EXPECT_EQ(without.status, 2);
   EXPECT_THAT(without.err, HasSubstr(R"(:1: no column "odom_x")"));
 }

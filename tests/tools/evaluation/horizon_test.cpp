@@ -6,9 +6,9 @@
 #include <numbers>
 
 #include "tests/tools/drives.hpp"
+#include "tools/evaluation/alignment.hpp"
 #include "tools/evaluation/closed_loop.hpp"
 #include "tools/evaluation/evaluation.hpp"
-#include "tools/evaluation/alignment.hpp"
 
 namespace odomd::tools::horizon_test {
 namespace {

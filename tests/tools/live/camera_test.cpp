@@ -19,7 +19,7 @@
 
 #include "base/file_descriptor.hpp"
 #include "shm_api/writer.hpp"
-#include "tests/tools/live/answering_socket.hpp"
+#include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::camera_test {
@@ -28,20 +28,9 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-std::int64_t now_ns() {
-  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
-}
-
 class CameraSend : public ::testing::Test {
  protected:
-  void listen() {
-    socket_ = FileDescriptor{::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK, 0)};
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    std::strncpy(address.sun_path, path_.c_str(), sizeof address.sun_path - 1);
-    ASSERT_EQ(::bind(socket_.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-    ASSERT_EQ(::listen(socket_.get(), 4), 0);
-  }
+  void listen() { socket_ = listening_socket(path_, SOCK_SEQPACKET | SOCK_NONBLOCK); }
   // Of the program that has ended by now.
   const std::vector<odom_camera_message>& received() const { return messages_; }
   Outcome run(const std::string& arguments, const std::string& input = "") {
@@ -192,11 +181,9 @@ TEST_F(CameraSend, RefusesBadPosesAndRowsInOneLine) {
   listen();
   for (const char* bad : {"--pose 1,2", "--pose 1,2,nan", "--pose 1,2,3 --sigma 0,1,1",
                           "--pose 1,2,3 --age-ms inf", "--sigma 1,1,1", "--log /nonexistent.csv",
-                          "--log x.csv --clock realtime", "--pose 1,2,3 --log x.csv"}) {
-    const Outcome outcome = run(bad);
-    EXPECT_EQ(outcome.status, 2) << bad << outcome.err;
-    EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << bad;
-  }
+                          "--log x.csv --clock realtime", "--pose 1,2,3 --log x.csv"})
+    expect_refused("odom camera send --socket " + path_ + ' ',
+                   {{bad, HasSubstr("odom camera send: ")}});
   EXPECT_THAT(run("", header_ + "1,1,0,0,0,1,-1,1\n"),
               Ends(2, HasSubstr("standard input:2: column \"sigma_y\"")));
 }

@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
-#include "shm_api/writer.hpp"
+#include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/live/pose_text.hpp"
 
@@ -17,26 +17,15 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-std::int64_t now_ns() {
-  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
-}
-
 class PoseCommand : public ::testing::Test {
  protected:
   void publish(std::int64_t period_ns) {
-    odom_info info{};
-    info.period_ns = period_ns;
-    writer_ = std::make_unique<shm::Writer>(
-        shm::SegmentSettings{.name = segment_, .slots = 16, .group = {}}, info);
-    odom_pose pose{};
-    pose.tick = 3;
-    pose.time_ns = now_ns();
-    pose.x = 1.25;
-    pose.yaw = 12.3;  // twice round, and 15.26 degrees less
-    pose.mode = ODOM_DEGRADED;
-    pose.conditions = ODOM_COND_BUS_DOWN;
-    writer_->publish(pose, {});
-    writer_->set_heartbeat(now_ns());
+    daemon_.emplace(segment_, period_ns);
+    daemon_->pose.x = 1.25;
+    daemon_->pose.yaw = 12.3;  // twice round, and 15.26 degrees less
+    daemon_->pose.mode = ODOM_DEGRADED;
+    daemon_->pose.conditions = ODOM_COND_BUS_DOWN;
+    daemon_->tick();
   }
   Outcome run(const std::string& arguments) const {
     return run_shell("odom pose --shm " + segment_ + " " + arguments);
@@ -45,7 +34,7 @@ class PoseCommand : public ::testing::Test {
   static constexpr std::int64_t slow_ns = 1'000'000'000;  // fresh for four seconds
   Scratch scratch_;
   std::string segment_ = scratch_.path("pose").string();
-  std::unique_ptr<shm::Writer> writer_;
+  std::optional<SlowDaemon> daemon_;
 };
 
 TEST_F(PoseCommand, PrintsTheNewestPose) {
@@ -102,10 +91,8 @@ TEST_F(PoseCommand, FollowingEndsCleanlyOnTerm) {
 }
 
 TEST_F(PoseCommand, OptionsOfFollowingNeedIt) {
-  EXPECT_EQ(run("--csv").status, 2);
-  EXPECT_EQ(run("--follow --json").status, 2);
-  EXPECT_EQ(run("--follow --duration -1").status, 2);
-  EXPECT_EQ(run("--clock sundial").status, 2);
+  for (const char* bad : {"--csv", "--follow --json", "--follow --duration -1", "--clock sundial"})
+    expect_refused("odom pose ", {{bad, HasSubstr("; see odom pose --help\n")}});
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "daemon/housekeeping/status.hpp"
-#include "tests/tools/live/answering_socket.hpp"
+#include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/diagnostics/conditions.hpp"
 #include "tools/live/status_text.hpp"

@@ -2,14 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <chrono>
 #include <memory>
 #include <string>
 #include <thread>
 
-#include "shm_api/writer.hpp"
 #include "tests/tools/drives.hpp"
+#include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/markup.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/innovation_file.hpp"
@@ -53,14 +52,6 @@ class Plot : public ::testing::Test {
     EXPECT_THAT(outcome.out, AllOf(StartsWith("<svg xmlns="), Not(HasSubstr("nan"))));
     return outcome.out;
   }
-  void expect_refused(const std::string& arguments, const std::string& what) const {
-    const Outcome outcome = run(arguments + " --out " + scratch_.path("x.svg").string());
-    EXPECT_EQ(outcome.status, 2) << arguments;
-    EXPECT_THAT(outcome.err, AllOf(StartsWith("odom plot: "), HasSubstr(what)));
-    EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
-    EXPECT_FALSE(std::filesystem::exists(scratch_.path("x.svg"))) << arguments;
-  }
-
   Scratch scratch_;
   std::string pose_, reference_;
 };
@@ -119,44 +110,37 @@ TEST_F(Plot, DrawsTheInnovationsOfAReplay) {
 
 TEST_F(Plot, FollowsARunningDaemon) {
   const std::string segment = scratch_.path("pose").string();
-  odom_info info{};
-  info.period_ns = 5'000'000;
-  shm::Writer writer(shm::SegmentSettings{.name = segment, .slots = 64, .group = {}}, info);
-  std::atomic<bool> done = false;
-  std::thread beat([&] {
-    odom_pose pose{};
-    pose.mode = ODOM_TRACKING;
-    while (!done) {
-      pose.tick += 1;
-      pose.time_ns =
-          std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
-      pose.vx = 1.0;
-      writer.publish(pose, {});
-      writer.set_heartbeat(pose.time_ns);
-      std::this_thread::sleep_for(std::chrono::milliseconds{5});
-    }
+  SlowDaemon daemon(segment, 5'000'000);
+  daemon.pose.vx = 1.0;
+  std::jthread beat([&daemon](const std::stop_token& stop) {
+    for (; !stop.stop_requested(); std::this_thread::sleep_for(std::chrono::milliseconds{5}))
+      daemon.tick();
   });
   const std::string svg =
       svg_of("--for 0.5 --shm " + segment + " --what trajectory --what speed --what beat");
-  done = true;
-  beat.join();
   EXPECT_THAT(svg, AllOf(HasSubstr("v_x [m/s]"), HasSubstr("Wake-up latency")));
 }
 
 TEST_F(Plot, SaysInOneLineWhatIsWrong) {
-  expect_refused("", "A pose file or --for is required");
-  expect_refused(pose_ + " --what speeds", "\"speeds\" cannot be drawn; available: trajectory|");
-  expect_refused("/nonexistent.csv", "/nonexistent.csv: no such file");
-  expect_refused(reference_ + " --what speed",
-                 R"(truth.csv: has no columns "vx", "vy", "yaw_rate"; use a file of odom replay)");
-  expect_refused(pose_ + " --what innovation", R"(pose.csv:1: no column "source")");
-  expect_refused(pose_ + " --what beat", R"(pose.csv:1: no column "tick")");
-  expect_refused("--for 1 --what innovation", "the daemon does not keep innovations");
   const auto bad = scratch_.write("bad.csv", "t,x,y,yaw\n1,0,0,0\n0,1,1,1\n").string();
-  expect_refused(bad, "bad.csv:3: column \"t\": the time runs backwards");
   const auto nan = scratch_.write("nan.csv", "t,x,y,yaw,steering\n1,0,0,0,nan\n").string();
-  expect_refused(nan + " --what steering", "nan.csv:2: column \"steering\": \"nan\"");
-  EXPECT_THAT(run(pose_ + " --out x.jpg").err, HasSubstr("pictures end in .svg or .png"));
+  const std::string out = scratch_.path("x.svg").string();
+  expect_refused(
+      "odom plot --out " + out + ' ',
+      {{"", HasSubstr("A pose file or --for is required")},
+       {pose_ + " --what speeds", HasSubstr("\"speeds\" cannot be drawn; available: trajectory|")},
+       {"/nonexistent.csv", HasSubstr("/nonexistent.csv: no such file")},
+       {reference_ + " --what speed",
+        HasSubstr(
+            R"(truth.csv: has no columns "vx", "vy", "yaw_rate"; use a file of odom replay)")},
+       {pose_ + " --what innovation", HasSubstr(R"(pose.csv:1: no column "source")")},
+       {pose_ + " --what beat", HasSubstr(R"(pose.csv:1: no column "tick")")},
+       {"--for 1 --what innovation", HasSubstr("the daemon does not keep innovations")},
+       {bad, HasSubstr("bad.csv:3: column \"t\": the time runs backwards")},
+       {nan + " --what steering", HasSubstr("nan.csv:2: column \"steering\": \"nan\"")}});
+  EXPECT_FALSE(std::filesystem::exists(out));
+  expect_refused("odom plot ",
+                 {{pose_ + " --out x.jpg", HasSubstr("pictures end in .svg or .png")}});
   EXPECT_THAT(run("--for 1 --shm " + scratch_.path("none").string() + " --out -"),
               Ends(1, HasSubstr("no such segment: is odomd running?")));
 }

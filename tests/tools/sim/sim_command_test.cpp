@@ -1,8 +1,6 @@
 // odom sim as it is called.
 #include <sys/socket.h>
-#include <sys/un.h>
 
-#include <cstring>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -15,6 +13,7 @@
 
 #include "base/file_descriptor.hpp"
 #include "can_protocol/sources/candump.hpp"
+#include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/sim/car/vehicle.hpp"
 
@@ -22,6 +21,7 @@ namespace odomd::tools::sim_command_test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 std::vector<can::Frame> frames_of(const std::string& text) {
   std::vector<can::Frame> frames;
@@ -138,24 +138,18 @@ TEST(SimCommand, ListsItsScenarios) {
 
 TEST(SimCommand, WrongUsageIsOneLineAndStatusTwo) {
   const Scratch scratch;
-  const std::string there = "cd " + scratch.path("").string() + "; ";
   for (const char* line :
-       {"odom sim", "odom sim --scenario nowhere --out x", "odom sim --fix nonsense --out x",
-        "odom sim --fix gyro_bais=1 --out x", "odom sim --speed 99 --out x",
-        "odom sim --gyro-noise -1 --out x", "odom sim --can can0 --out x", "odom sim --live --json",
-        "odom sim --decimals 7 --out x", "odom sim --start-time x --out x",
-        "odom sim --live --can nosuchcan --duration 1", "odom sim --camera-dropout 3 --out x",
-        "odom sim --camera-latency-min 1 --out x"}) {
-    const Outcome outcome = run_shell(there + line);
-    EXPECT_EQ(outcome.status, 2) << line << ": " << outcome.err;
-    EXPECT_EQ(outcome.out, "") << line;
-    EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
-    EXPECT_FALSE(std::filesystem::exists(scratch.path("x"))) << line;
-  }
-  EXPECT_THAT(run_shell(there + "odom sim --fix gyro_bais=1 --out x").err,
-              HasSubstr("the nearest is 'gyro_bias'"));
-  EXPECT_THAT(run_shell(there + "odom sim --fix foo=1 --out x").err,
-              HasSubstr("not a parameter of the simulation; available: friction, "));
+       {"", "--scenario nowhere --out x", "--fix nonsense --out x", "--speed 99 --out x",
+        "--gyro-noise -1 --out x", "--can can0 --out x", "--live --json", "--decimals 7 --out x",
+        "--start-time x --out x", "--live --can nosuchcan --duration 1",
+        "--camera-dropout 3 --out x", "--camera-latency-min 1 --out x"})
+    expect_refused("cd " + scratch.path("").string() + "; odom sim ",
+                   {{line, StartsWith("odom sim: ")}});
+  expect_refused(
+      "cd " + scratch.path("").string() + "; odom sim --out x --fix ",
+      {{"gyro_bais=1", HasSubstr("the nearest is 'gyro_bias'")},
+       {"foo=1", HasSubstr("not a parameter of the simulation; available: friction, ")}});
+  EXPECT_FALSE(std::filesystem::exists(scratch.path("x")));
 }
 
 TEST(SimCommand, LiveOnStandardOutputIsTheSameDriveAtAnotherTime) {
@@ -223,13 +217,7 @@ TEST(SimCommand, ASecondSignalDoesNotCutTheEndShort) {
 TEST(SimCommand, SendsCameraPosesToTheSocket) {
   const Scratch scratch;
   const std::string path = scratch.path("camera.sock").string();
-  const FileDescriptor door(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
-  ASSERT_EQ(::bind(door.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  ASSERT_EQ(::listen(door.get(), 1), 0);
-
+  const FileDescriptor door = listening_socket(path, SOCK_SEQPACKET);
   const std::string folder = scratch.path("drive").string();
   const Outcome played = run_shell("odom sim --live --duration 1 --camera-socket " + path +
                                    " --out " + folder + " >/dev/null");

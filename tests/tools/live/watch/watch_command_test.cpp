@@ -14,8 +14,7 @@
 #include <thread>
 
 #include "base/file_descriptor.hpp"
-#include "shm_api/writer.hpp"
-#include "tests/tools/live/answering_socket.hpp"
+#include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::watch_command_test {
@@ -27,39 +26,28 @@ using ::testing::Not;
 
 constexpr std::string_view given_back = "\x1b[?7h\x1b[?25h\x1b[0m\x1b[?1049l";
 
-std::int64_t now_ns() {
-  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
-}
-
-// A daemon's segment; it ticks once, and is stale after four periods of a second.
-std::unique_ptr<shm::Writer> publish(const std::string& segment) {
-  odom_info info{};
-  info.period_ns = 1'000'000'000;
-  auto writer = std::make_unique<shm::Writer>(
-      shm::SegmentSettings{.name = segment, .slots = 16, .group = {}}, info);
-  odom_pose pose{};
-  pose.tick = 3;
-  pose.time_ns = now_ns();
-  pose.x = 1.25;
-  pose.mode = ODOM_DEAD_RECKONING;
-  writer->publish(pose, {});
-  writer->set_heartbeat(now_ns());
-  return writer;
+// A daemon that ticks once, and is stale after four periods of a second.
+std::unique_ptr<SlowDaemon> publish(const std::string& segment) {
+  auto daemon = std::make_unique<SlowDaemon>(segment);
+  daemon->pose.x = 1.25;
+  daemon->pose.mode = ODOM_DEAD_RECKONING;
+  daemon->tick();
+  return daemon;
 }
 
 // Lives on without a tick: the heartbeat goes on until the end.
 class Beating {
  public:
   explicit Beating(const std::string& segment)
-      : writer_(publish(segment)), thread_([this](const std::stop_token& stop) {
+      : daemon_(publish(segment)), thread_([this](const std::stop_token& stop) {
           while (!stop.stop_requested()) {
-            writer_->set_heartbeat(now_ns());
+            daemon_->beat();
             std::this_thread::sleep_for(std::chrono::milliseconds{50});
           }
         }) {}
 
  private:
-  std::unique_ptr<shm::Writer> writer_;
+  std::unique_ptr<SlowDaemon> daemon_;
   std::jthread thread_;
 };
 
@@ -149,11 +137,11 @@ TEST_F(WatchCommand, WaitsAttachesGoesOnPausesAndQuits) {
   OnATerminal watch{target()};
   ASSERT_TRUE(watch.shows("\x1b[?1049h"));
   ASSERT_TRUE(watch.shows("WAITING")) << watch.seen();
-  auto writer = publish(segment_);
+  auto daemon = publish(segment_);
   ASSERT_TRUE(watch.shows("1.250")) << watch.seen();
   ASSERT_TRUE(watch.shows("SILENT")) << watch.seen();  // no tick comes after it
-  writer.reset();
-  writer = publish(segment_);
+  daemon.reset();
+  daemon = publish(segment_);
   ASSERT_TRUE(watch.shows("has restarted 1 time")) << watch.seen();
   watch.press("p");
   ASSERT_TRUE(watch.shows("PAUSED")) << watch.seen();
@@ -193,7 +181,7 @@ TEST_F(WatchCommand, SaysIntoAPipeThatItWaitsAndEndsWithItsReader) {
   EXPECT_EQ(piped.err, "odom watch: " + segment_ +
                            ": no such segment: is odomd running? Waiting for it; --once does "
                            "not\n");
-  const auto writer = publish(segment_);  // ticks once
+  const auto daemon = publish(segment_);  // ticks once
   EXPECT_THAT(
       run_shell("timeout 60 odom watch --interval 0.05 " + target() + " | grep -m 1 SILENT"),
       Ends(0, HasSubstr("the daemon has stopped publishing")));

@@ -4,9 +4,9 @@
 
 #include <string>
 
+#include "tools/live/watch/line.hpp"
 #include "tools/live/watch/pictures.hpp"
 #include "tools/live/watch/terminal.hpp"
-#include "tools/live/watch/line.hpp"
 
 namespace odomd::watch::watch_parts_test {
 namespace {

@@ -11,8 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tools/sim/car/vehicle.hpp"
 #include "tools/sim/car/plant.hpp"
+#include "tools/sim/car/vehicle.hpp"
 #include "tools/sim/course/track.hpp"
 
 namespace odomd::sim::sim_chassis_test {

@@ -1,16 +1,23 @@
-// Which socket of a daemon the tools take when none is named.
-#include "tools/live/daemon_link.hpp"
+// How the tools find a daemon, and what a recorder knows of the end of its connection.
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <string>
-
-#include "tests/tools/live/answering_socket.hpp"
+#include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
+#include "tools/live/daemon_link.hpp"
+#include "tools/live/recording_feed.hpp"
 
-namespace odomd::tools::socket_path_test {
+namespace odomd::tools::daemon_link_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -58,5 +65,33 @@ TEST(SocketPath, RecordAndCameraSendLookInTheSamePlaces) {
               HasSubstr(own + "/odomd/camera.sock: "));
 }
 
+bool runs_at_the_end(RecordingFeed& feed) {
+  while (!feed.ended()) EXPECT_FALSE(feed.next(std::chrono::milliseconds(100)).has_value());
+  return feed.is_daemon_running();
+}
+
+TEST(RecordingFeed, TellsADaemonThatDroppedItFromOneThatHasEnded) {
+  const Scratch scratch;
+  const std::string path = scratch.path("record.sock").string();
+  {
+    const FileDescriptor socket = listening_socket(path, SOCK_STREAM);
+    RecordingFeed feed(path);
+    { const FileDescriptor dropped{::accept(socket.get(), nullptr, nullptr)}; }
+    EXPECT_TRUE(runs_at_the_end(feed));
+  }
+  const std::string other = scratch.path("other.sock").string();
+  const pid_t daemon = ::fork();
+  if (daemon == 0) {
+    const FileDescriptor socket = listening_socket(other, SOCK_STREAM);
+    for (;;) ::pause();
+  }
+  while (!std::filesystem::exists(other)) ::usleep(1000);
+  ::usleep(20'000);  // it listens
+  RecordingFeed feed(other);
+  ::kill(daemon, SIGKILL);
+  EXPECT_FALSE(runs_at_the_end(feed)) << "a zombie does not run";
+  ::waitpid(daemon, nullptr, 0);
+}
+
 }  // namespace
-}  // namespace odomd::tools::socket_path_test
+}  // namespace odomd::tools::daemon_link_test

@@ -1,0 +1,201 @@
+// Charts and maps, as SVG.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/tools/markup.hpp"
+#include "tests/tools/scratch.hpp"
+#include "tools/chart/chart.hpp"
+#include "tools/chart/drawing.hpp"
+#include "tools/chart/map.hpp"
+#include "tools/chart/svg.hpp"
+
+namespace odomd::tools::chart::charts_test {
+namespace {
+
+using ::testing::AnyOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+TEST(Colours, DistinguishADozenThings) {
+  std::set<std::string> different;
+  for (std::size_t i = 0; i < 12; ++i) different.insert(colour_of(i));
+  EXPECT_EQ(different.size(), 12U);
+}
+
+Chart sine() {
+  Chart chart;
+  chart.title = "R&D <sine>";
+  chart.x.label = "time [s]";
+  chart.y.label = "value [m]";
+  Series series{"model", "1.0 cm/m", "#0072B2", {}};
+  Band band{"3σ", "#0072B2", {}};
+  for (int i = 0; i <= 1000; ++i) {
+    const double t = 0.01 * i;
+    series.points.push_back({t, std::sin(t)});
+    band.points.push_back({t, -2.0, 2.0});
+  }
+  chart.series = {series};
+  chart.bands = {band};
+  chart.levels = {{0.5, "limit"}};
+  return chart;
+}
+
+std::string svg_of(const Chart& chart) {
+  return as_svg(std::array{draw(chart)});
+}
+
+TEST(Chart, IsWellFormedWithItsWordsEscaped) {
+  const std::string svg = svg_of(sine());
+  EXPECT_EQ(markup_fault(svg), "");
+  for (const char* words :
+       {"R&amp;D &lt;sine", "time [s]", "value [m]", "model", "1.0 cm/m", "3σ", "limit"}) {
+    EXPECT_THAT(svg, HasSubstr(words));
+  }
+}
+
+TEST(Chart, BreaksABandWhereThereIsNone) {
+  Chart chart = sine();
+  chart.levels.clear();
+  const auto pieces = [](const std::string& svg) {
+    const auto end = svg.rfind("fill-opacity");
+    const auto begin = svg.rfind("<path", end);
+    const std::string data = svg.substr(begin, end - begin);
+    return std::ranges::count(data, 'Z');
+  };
+  EXPECT_EQ(pieces(svg_of(chart)), 1);
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 400; i < 600; ++i) chart.bands[0].points[i].low = nan;
+  EXPECT_EQ(pieces(svg_of(chart)), 2);
+}
+
+TEST(Chart, OfUnusualDataIsStillAPicture) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  Chart empty;
+  Chart constant = sine();
+  constant.series[0].points = {{1.0, 3.0}, {1.0, 3.0}};
+  constant.bands.clear();
+  Chart not_finite = sine();
+  not_finite.series[0].points[7].y = nan;
+  not_finite.series[0].points[8].y = inf;
+  not_finite.bands[0].points[9].high = nan;
+  Chart decades = sine();
+  decades.x.scaling = decades.y.scaling = Scaling::logarithmic;
+  Chart bars;
+  bars.bars = {{1.0, 2.0, 5.0}, {2.0, 3.0, 0.0}};
+  for (const Chart& chart : {empty, constant, not_finite, decades, bars}) {
+    const std::string svg = svg_of(chart);
+    EXPECT_EQ(markup_fault(svg), "");
+    EXPECT_THAT(svg, Not(AnyOf(HasSubstr("nan"), HasSubstr("inf\""), HasSubstr("inf "))));
+  }
+}
+
+TEST(Chart, OfALongDriveIsNoLargerThanItsPicture) {
+  Chart chart;
+  Series series{"long", "", "#0072B2", {}};
+  for (int i = 0; i < 400'000; ++i) series.points.push_back({0.005 * i, std::sin(0.1 * i)});
+  chart.series = {series};
+  EXPECT_LT(svg_of(chart).size(), 60'000U);
+}
+
+TEST(Drawings, StandBelowEachOther) {
+  const Drawing one = draw(sine());
+  const std::string svg = as_svg(std::array{one, one});
+  EXPECT_EQ(markup_fault(svg), "");
+  EXPECT_THAT(svg, HasSubstr("viewBox=\"0 0 1000.0 " + svg::px(2.0 * one.height) + "\""));
+}
+
+Map circle_map() {
+  Map map;
+  map.title = "R&D <lap>";
+  map.reference = {"reference", "6.3 m", {}, {}};
+  Trace trace{"paper", "1.25 cm/m", {}, {}};
+  for (int i = 0; i <= 100; ++i) {
+    const double a = 0.0628 * i;
+    map.reference.points.push_back({std::cos(a), std::sin(a)});
+    trace.points.push_back({1.05 * std::cos(a), 1.05 * std::sin(a)});
+  }
+  trace.end_ellipse = Ellipse{trace.points.back(), {0.01, 0.0, 0.0025}};
+  map.estimates.push_back(trace);
+  return map;
+}
+
+std::string svg_of(const Map& map) {
+  return as_svg(std::array{draw(map)});
+}
+
+TEST(Map, IsAnSvgWithEscapedWordsAndItsLegend) {
+  const std::string svg = svg_of(circle_map());
+  EXPECT_THAT(svg, StartsWith("<svg xmlns="));
+  EXPECT_EQ(markup_fault(svg), "");
+  EXPECT_THAT(svg, HasSubstr("R&amp;D &lt;lap&gt;"));
+  EXPECT_THAT(svg, HasSubstr("1.25 cm/m"));
+  EXPECT_THAT(svg, HasSubstr("<ellipse"));
+  EXPECT_THAT(svg, Not(HasSubstr("leaves the picture")));
+  EXPECT_THAT(svg, Not(HasSubstr("nan")));
+}
+
+TEST(Map, HasEqualAxes) {
+  // A unit circle is as wide as high: the reference's extremes in the path data.
+  const std::string svg = svg_of(circle_map());
+  const auto start = svg.find("<path d=\"M", svg.find("<svg x=")) + 10;
+  std::istringstream data{svg.substr(start, svg.find('"', start) - start)};
+  double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9, x = 0.0, y = 0.0;
+  char separator = 0;
+  while (data >> x >> y) {
+    left = std::min(left, x);
+    right = std::max(right, x);
+    top = std::min(top, y);
+    bottom = std::max(bottom, y);
+    data >> separator;
+  }
+  EXPECT_GT(right - left, 500.0);
+  EXPECT_NEAR(right - left, bottom - top, 2.0);
+}
+
+TEST(Map, CutsAnEstimateThatRunsAway) {
+  Map map = circle_map();
+  map.estimates[0].points.push_back({1e9, 1e9});
+  const std::string svg = svg_of(map);
+  EXPECT_THAT(svg, HasSubstr("leaves the picture"));
+  EXPECT_LT(svg.size(), 100'000U);
+}
+
+TEST(Map, OfACarThatStandsIsStillAPicture) {
+  Map map;
+  map.reference = {"reference", "", {{2.0, 3.0}, {2.0, 3.0}}, {}};
+  EXPECT_THAT(svg_of(map), Not(::testing::AnyOf(HasSubstr("nan"), HasSubstr("inf"))));
+}
+
+TEST(PictureFile, IsSvgOrPngByItsEnding) {
+  const Scratch scratch;
+  write_picture(scratch.path("a.svg"), std::array{draw(circle_map())});
+  EXPECT_EQ(contents(scratch.path("a.svg")), svg_of(circle_map()));
+  EXPECT_THAT(
+      message_of([&] { write_picture(scratch.path("a.jpg"), std::array{draw(circle_map())}); }),
+      HasSubstr("a.jpg: pictures end in .svg or .png"));
+  EXPECT_THAT(
+      message_of([&] { write_picture("/nonexistent/a.png", std::array{draw(circle_map())}); }),
+      HasSubstr("/nonexistent/a.png: cannot be written"));
+}
+
+TEST(PictureFile, PngNeedsAConverterAndSaysSo) {
+  const Scratch scratch;
+  const char* inherited = std::getenv("PATH");
+  const std::string path = inherited != nullptr ? inherited : "";
+  ::setenv("PATH", scratch.path("").c_str(), 1);
+  const std::string error =
+      message_of([&] { write_picture(scratch.path("a.png"), std::array{draw(circle_map())}); });
+  ::setenv("PATH", path.c_str(), 1);
+  EXPECT_THAT(error, HasSubstr("install librsvg2-bin, or give a .svg file"));
+}
+
+}  // namespace
+}  // namespace odomd::tools::chart::charts_test

@@ -1,0 +1,110 @@
+// A daemon of the tests' own: its segment, which ticks on request, and its sockets.
+#pragma once
+
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include <chrono>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include <odom/types.h>
+
+#include "base/file_descriptor.hpp"
+#include "shm_api/writer.hpp"
+
+namespace odomd::tools {
+
+inline std::int64_t now_ns() {
+  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
+}
+
+/// CLOCK_REALTIME - CLOCK_MONOTONIC, as the segments here say.
+inline constexpr std::int64_t realtime_offset_ns = 1'700'000'000'123'456'789;
+
+/// A daemon with a period of a second: fresh for four seconds after a tick, so that no test depends
+/// on its own pace.
+class SlowDaemon {
+ public:
+  explicit SlowDaemon(const std::string& segment, std::int64_t period_ns = 1'000'000'000)
+      : period_ns_(period_ns) {
+    odom_info info{};
+    info.period_ns = period_ns;
+    info.realtime_offset_ns = realtime_offset_ns;
+    info.first_tick_ns = first_ns_;
+    writer_ = std::make_unique<shm::Writer>(
+        shm::SegmentSettings{.name = segment, .slots = 4096, .group = {}}, info);
+    writer_->set_first_tick(first_ns_);
+    writer_->set_realtime_offset(realtime_offset_ns);
+    pose.mode = ODOM_TRACKING;
+  }
+
+  /// Publishes `pose` and `details` as the next tick.
+  void tick() {
+    ++pose.tick;
+    pose.time_ns = time_of(pose.tick);
+    writer_->publish(pose, details);
+    writer_->set_heartbeat(now_ns());
+    writer_->wake_clients();
+  }
+
+  /// Lives on without a tick.
+  void beat() { writer_->set_heartbeat(now_ns()); }
+
+  [[nodiscard]] std::int64_t time_of(std::uint64_t tick) const {
+    return first_ns_ + static_cast<std::int64_t>(tick) * period_ns_;
+  }
+
+  odom_pose pose{};
+  odom_details details{};
+
+ private:
+  std::int64_t period_ns_;
+  std::int64_t first_ns_ = now_ns();
+  std::unique_ptr<shm::Writer> writer_;
+};
+
+/// A socket of this type that listens at `path`.
+[[nodiscard]] inline FileDescriptor listening_socket(const std::string& path, int type) {
+  FileDescriptor socket{::socket(AF_UNIX, type | SOCK_CLOEXEC, 0)};
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
+  if (::bind(socket.get(), reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
+      ::listen(socket.get(), 4) != 0)
+    throw std::runtime_error("cannot listen at " + path);
+  return socket;
+}
+
+/// Whoever connects is sent the text, as the daemon does, as long as it lives.
+class AnsweringSocket {
+ public:
+  AnsweringSocket(const std::string& path, std::string text)
+      : socket_(listening_socket(path, SOCK_STREAM)) {
+    thread_ = std::thread{[this, text = std::move(text)] {
+      while (true) {
+        const int accepted = ::accept(socket_.get(), nullptr, nullptr);
+        if (accepted < 0) return;  // shut down
+        const FileDescriptor connection{accepted};
+        (void)::send(connection.get(), text.data(), text.size(), MSG_NOSIGNAL);
+      }
+    }};
+  }
+  ~AnsweringSocket() {
+    ::shutdown(socket_.get(), SHUT_RDWR);
+    thread_.join();
+  }
+  AnsweringSocket(const AnsweringSocket&) = delete;
+  AnsweringSocket& operator=(const AnsweringSocket&) = delete;
+
+ private:
+  FileDescriptor socket_;
+  std::thread thread_;
+};
+
+}  // namespace odomd::tools
