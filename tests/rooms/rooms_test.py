@@ -96,7 +96,7 @@ tools/init: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sourc
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/live tools/sim tools/identify/common
 tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
     daemon/core tools/math tools/replay tools/evaluation tools/live tools/identify/common tools/identify/latency tools/init
-tools/import: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
+tools/import: base can_protocol/dbc can_protocol/decode can_protocol/sources
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/drive_files tools/init tools/sim
 tools/commands: daemon/diagnostics can_protocol can_protocol/dbc can_protocol/sources daemon/core tools/cli
     tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation tools/live tools/live/watch
@@ -239,7 +239,7 @@ class Rooms(unittest.TestCase):
         self.assertEqual(self.found(), [])
 
     def test_the_tree_is_read(self):
-        self.assertGreater(len(self.tree), 700)
+        self.assertGreater(len(self.tree), 500)
         self.assertGreater(len(includes(self.tree)), 900)
 
     # Checks that the test can fail.

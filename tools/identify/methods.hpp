@@ -5,7 +5,7 @@
 #include <string>
 
 #include "tools/cli/command.hpp"
-#include "tools/cli/companion.hpp"
+#include "tools/cli/command_line.hpp"
 
 namespace odomd::tools {
 

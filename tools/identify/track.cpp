@@ -1,10 +1,4 @@
 // odom identify track: hands over to the program odom-track, which alone is linked with OpenCV.
-<<<<<<< HEAD
-=======
-#include <memory>
-
-#include "tools/cli/command_line.hpp"
->>>>>>> 34e26630 (tools: keep an idea in one file, and say once what was said twice)
 #include "tools/identify/methods.hpp"
 #include "tools/marker_tracking/options.hpp"
 

@@ -6,10 +6,6 @@
 #include <stdexcept>
 
 #include "tools/chart/drawing.hpp"
-<<<<<<< HEAD
-=======
-#include "tools/cli/command_line.hpp"
->>>>>>> 34e26630 (tools: keep an idea in one file, and say once what was said twice)
 #include "tools/identify/fit/parameters.hpp"
 #include "tools/identify/methods.hpp"
 

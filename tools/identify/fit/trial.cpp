@@ -11,11 +11,7 @@
 #include "can_protocol/bus_names.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
-<<<<<<< HEAD
-#include "tools/evaluation/score.hpp"
 #include "tools/identify/common/refuse.hpp"
-=======
->>>>>>> 34e26630 (tools: keep an idea in one file, and say once what was said twice)
 #include "tools/identify/fit/drive.hpp"
 
 namespace odomd::tools::fitting {

@@ -6,12 +6,8 @@
 #include <cmath>
 
 #include "tools/chart/chart.hpp"
-<<<<<<< HEAD
-#include "tools/chart/style.hpp"
-#include "tools/identify/common/refuse.hpp"
-=======
 #include "tools/chart/drawing.hpp"
->>>>>>> 34e26630 (tools: keep an idea in one file, and say once what was said twice)
+#include "tools/identify/common/refuse.hpp"
 
 namespace odomd::tools {
 

@@ -8,7 +8,7 @@
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/chart/chart.hpp"
-#include "tools/chart/style.hpp"
+#include "tools/chart/drawing.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/identify/common/refuse.hpp"
 
