@@ -94,12 +94,13 @@ const Frame* LogReader::next() {
   return nullptr;
 }
 
-MergedLog::MergedLog(std::span<const std::string> paths, BusNames& buses, FrameSelection selected)
+MergedLog::MergedLog(std::span<const std::string> paths, BusNames& buses, FrameSelection selected,
+                     Damage damage)
     : selected_(std::move(selected)) {
   inputs_.reserve(paths.size());
   for (const std::string& path : paths)
     inputs_.push_back(
-        {LogReader(path, buses), LogStamps(log_label(path), LogStamps::Judging::offline)});
+        {LogReader(path, buses, damage), LogStamps(log_label(path), LogStamps::Judging::offline)});
   for (Input& input : inputs_) input.head = read(input);
 }
 

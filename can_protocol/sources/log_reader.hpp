@@ -29,16 +29,12 @@ enum class FifoOpening : std::uint8_t { wait_for_writer, at_once };
 /// What becomes of a log with damaged lines.
 enum class Damage : std::uint8_t { left_out, refused };
 
-/// Whether this program refuses damaged logs: set once, by its command line.
-inline bool strict_logs = false;
-
 /// One log, frame by frame, in the file's order. One thread.
 class LogReader {
  public:
   /// `path` may be "-", standard input. Interfaces are numbered by `buses`, which must outlive
   /// this. Throws LogError as open_log does.
-  LogReader(const std::string& path, BusNames& buses,
-            Damage damage = strict_logs ? Damage::refused : Damage::left_out);
+  LogReader(const std::string& path, BusNames& buses, Damage damage = Damage::left_out);
 
   /// The next frame with its time on the log's clock, valid until the next call; nullptr at the
   /// end. Throws LogError at a damaged line that is refused, at one bus too many, and at the end of
@@ -72,7 +68,8 @@ class MergedLog {
   /// Only `selected` frames are returned, and only their stamps count. Throws as LogReader does,
   /// also for logs without frames, and for logs in which no time passes or whose stamps are the
   /// time since the frame before.
-  MergedLog(std::span<const std::string> paths, BusNames& buses, FrameSelection selected = {});
+  MergedLog(std::span<const std::string> paths, BusNames& buses, FrameSelection selected = {},
+            Damage damage = Damage::left_out);
 
   /// As LogReader does.
   [[nodiscard]] const Frame* next();

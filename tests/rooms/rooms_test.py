@@ -81,13 +81,13 @@ tools/identify/common: daemon/diagnostics can_protocol can_protocol/decode can_p
     daemon/core tools/math tools/cli tools/drive_files tools/diagnostics tools/replay tools/config_patch
 tools/identify/weighing: daemon/diagnostics daemon/core tools/cli tools/config_patch tools/identify
     tools/identify/common
-tools/identify/inertia: daemon/diagnostics tools/math tools/cli tools/config_patch tools/identify
+tools/identify/inertia: daemon/diagnostics tools/math tools/cli tools/replay tools/config_patch tools/identify
     tools/identify/common
 tools/identify/noise: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/replay tools/evaluation
     tools/identify tools/identify/common
 tools/identify/latency: daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files
-    tools/identify tools/identify/common
-tools/identify/stiffness: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/identify
+    tools/replay tools/identify tools/identify/common
+tools/identify/stiffness: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/replay tools/identify
     tools/identify/common
 tools/identify/fit: daemon/diagnostics base can_protocol estimator/common daemon/core
     tools/math tools/cli tools/drive_files tools/chart tools/replay tools/evaluation tools/config_patch

@@ -1,34 +1,16 @@
 #include "tools/commands/commands.hpp"
 
 #include <algorithm>
-#include <array>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/usage.hpp"
 
 namespace odomd::tools {
 namespace {
-
-using namespace std::string_view_literals;
-
-/// Every command that reads logs can refuse damaged ones.
-void add_strict(Command command) {
-  constexpr std::array reading{"decode"sv,  "doctor"sv, "evaluate"sv, "export"sv,
-                               "fault"sv,   "fit"sv,    "inertia"sv,  "init"sv,
-                               "latency"sv, "noise"sv,  "replay"sv,   "stiffness"sv};
-  for (const Command& below : command.subcommands()) {
-    if (std::ranges::find(reading, below.name()) != reading.end())
-      below.add_flag("--strict", can::strict_logs,
-                     "Refuse a log with damaged lines instead of leaving them out");
-    add_strict(below);
-  }
-}
 
 void print_help(Command odom, const std::vector<std::string>& words) {
   Command command = odom;
@@ -96,7 +78,6 @@ void describe(Command odom) {
   add_sim(odom);
   add_status(odom);
   add_watch(odom);
-  add_strict(odom);
 }
 
 }  // namespace odomd::tools

@@ -20,6 +20,7 @@
 #include "tools/cli/output.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
+#include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -247,13 +248,13 @@ void show_dbc(const std::string& file, OutputForm form) {
 
 // One line per frame; with several databases the first with an identifier decodes it.
 void decode_log(const std::vector<std::string>& databases, const std::string& log, OutputForm form,
-                Frames frames) {
+                Frames frames, can::Damage damage) {
   std::vector<Database> read;
   read.reserve(databases.size());
   for (const std::string& file : databases) read.push_back(can::read_dbc(file));
   const can::MessageIndex index(read);
   can::BusNames buses;
-  can::LogReader reader(log, buses);
+  can::LogReader reader(log, buses, damage);
   std::vector<std::string> bus_names;
   while (const auto* frame = reader.next()) {
     const Message* message = frame->kind == can::FrameKind::data ? index.find(*frame) : nullptr;
@@ -281,6 +282,7 @@ void add_dbc(Command odom) {
     std::string log;
     bool json = false;
     bool all = false;
+    can::Damage damage = can::Damage::left_out;
   };
   const auto options = std::make_shared<Options>();
   const auto form = [options] { return options->json ? OutputForm::json : OutputForm::readable; };
@@ -312,14 +314,15 @@ void add_dbc(Command odom) {
       .required();
   decode_command.add_flag("--json", options->json, "Print each frame as JSON, one per line");
   decode_command.add_flag("--all", options->all, "Also print frames that are in no database");
+  add_strict(decode_command, options->damage);
   decode_command.footer(
       "Examples:\n"
       "  odom dbc decode --dbc car.dbc drive.log\n"
       "  odom dbc decode --dbc powertrain.dbc --dbc chassis.dbc --json drive.log\n"
       "  candump -L can0 | odom dbc decode --dbc car.dbc -");
   decode_command.callback([options, form] {
-    decode_log(options->databases, options->log, form(),
-               options->all ? Frames::all : Frames::known);
+    decode_log(options->databases, options->log, form(), options->all ? Frames::all : Frames::known,
+               options->damage);
   });
 }
 

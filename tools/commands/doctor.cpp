@@ -25,6 +25,7 @@
 #include "tools/doctor/machine.hpp"
 #include "tools/live/daemon_link.hpp"
 #include "tools/live/status_values.hpp"
+#include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -38,6 +39,7 @@ struct Options {
   std::vector<std::string> interfaces;
   int listen_s = 30;
   bool json = false;
+  can::Damage damage = can::Damage::left_out;
 };
 
 // One thing that was examined.
@@ -187,8 +189,10 @@ void run_doctor(const Options& options) {
   Examination examination;
   if (!options.drive.empty()) {
     examination.add(options.drive.string(),
-                    doctor::examine_drive(read_drive(
-                        {.folder = options.drive, .config = options.config, .reference = {}})));
+                    doctor::examine_drive(read_drive({.folder = options.drive,
+                                                      .config = options.config,
+                                                      .reference = {},
+                                                      .damage = options.damage})));
   } else if (!options.interfaces.empty()) {
     examine_buses(options, examination);
   } else {
@@ -225,6 +229,7 @@ void add_doctor(Command odom) {
       .needs(can);
   add_socket_option(command, options->socket, "status").excludes(drive).excludes(can);
   command.add_flag("--json", options->json, "Print the result as JSON");
+  add_strict(command, options->damage);
   command.footer(
       "Examples:\n"
       "  odom doctor                                    # this machine, and odomd if it runs\n"

@@ -26,6 +26,7 @@
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
 #include "tools/evaluation/evaluation_summary.hpp"
+#include "tools/replay/log_options.hpp"
 #include "tools/report/charts.hpp"
 #include "tools/report/figures.hpp"
 #include "tools/report/page.hpp"
@@ -51,6 +52,7 @@ struct Options {
   std::string picture;
   std::string title;
   std::string camera;
+  can::Damage damage = can::Damage::left_out;
 };
 
 Judging judging_of(const Options& options) {
@@ -91,7 +93,8 @@ std::vector<EvaluatedDrive> evaluated(const Options& options) {
         evaluate_folder({.folder = folder,
                          .config = options.config,
                          .reference = options.reference,
-                         .camera = options.dead_reckoning ? CameraUse::leave_out : CameraUse::take},
+                         .camera = options.dead_reckoning ? CameraUse::leave_out : CameraUse::take,
+                         .damage = options.damage},
                         models_of(options), judging));
   }
   if (drives.size() > 1) {
@@ -291,6 +294,7 @@ void add_outputs(Command command, Options& options) {
               ".svg or .png");
   command.add("--title", "TEXT", options.title, "Title of report and picture");
   command.add("--camera", "CSV", options.camera, "Camera log to draw as dots").excludes("--drive");
+  add_strict(command, options.damage);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "tools/diagnostics/output.hpp"
 #include "tools/export/drive_data.hpp"
 #include "tools/export/formats.hpp"
+#include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -44,6 +45,7 @@ void export_drive(const Options& options) {
   if (!named.databases.empty()) sources.databases = named.databases;
   if (!named.camera.empty()) sources.camera = named.camera;
   if (!named.truth.empty()) sources.truth = named.truth;
+  sources.damage = named.damage;
 
   check_outputs(std::vector<Output>{{"--mcap", options.mcap}, {"--csv", options.csv}},
                 inputs_of(options, sources));
@@ -97,6 +99,7 @@ void add_export(Command odom) {
   command.add("--camera", "CSV", options->files.camera, "Camera log; instead of the source's");
   command.add("--truth", "CSV", options->files.truth,
               "Reference trajectory (t,x,y,yaw); instead of the source's");
+  add_strict(command, options->files.damage);
   command.footer(
       "Examples:\n"
       "  odom export drive-20261121-140300 --mcap drive.mcap\n"

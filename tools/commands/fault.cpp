@@ -23,6 +23,7 @@
 #include "tools/fault/fault.hpp"
 #include "tools/fault/injector.hpp"
 #include "tools/fault/live.hpp"
+#include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -48,6 +49,7 @@ struct Options {
   double wait_s = 0.0;
   bool list = false;
   bool json = false;
+  can::Damage damage = can::Damage::left_out;
 };
 
 std::vector<Fault> faults_of(const Options& options) {
@@ -157,7 +159,7 @@ void check_files(const Options& options, const Car& car) {
 std::int64_t fail_in_log(const Options& options, const Car& car, const std::vector<Fault>& faults) {
   can::BusNames buses;
   for (const std::string& bus : daemon::expected_buses(car.config)) buses.index_of(bus);
-  can::LogReader log(options.log, buses);
+  can::LogReader log(options.log, buses, options.damage);
   fault::Injector injector(car.config, car.databases, buses.all(), faults);
   Sink sink(options.out);
   ProgressLine progress("odom fault");
@@ -299,6 +301,7 @@ void add_fault(Command odom) {
   live.add("--camera-to", "PATH", options->camera_to, "Camera socket of the daemon");
   add_wait_option(live, options->wait_s);
   command.add_flag("--json", options->json, "Print the list as JSON").needs(list);
+  add_strict(command, options->damage);
   command.footer(
       "Examples:\n"
       "  odom fault --list\n"

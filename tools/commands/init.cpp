@@ -11,6 +11,7 @@
 #include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/init/init.hpp"
+#include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -86,6 +87,7 @@ void add_init(Command odom) {
          "Front wheels' angle at a steering command of 1; default: from the turns");
   number("--gear-ratio", texts.gear_ratio, "R", "Turns of the motor for one of a wheel");
   number("--pole-pairs", texts.pole_pairs, "N", "Of a motor that reports electrical turns");
+  add_strict(command, options->init.damage);
   command.footer(
       "Examples:\n"
       "  odom init --dbc car.dbc --can drive.log\n"

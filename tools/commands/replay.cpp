@@ -28,6 +28,7 @@
 #include "tools/drive_files/pose_csv.hpp"
 #include "tools/drive_files/recording_folder.hpp"
 #include "tools/replay/drive.hpp"
+#include "tools/replay/log_options.hpp"
 #include "tools/replay/recording.hpp"
 #include "tools/replay/recording_verifier.hpp"
 #include "tools/replay/replay_checks.hpp"
@@ -50,6 +51,7 @@ struct Options {
   std::string recording;
   bool verify = false;
   bool json = false;
+  can::Damage damage = can::Damage::left_out;
 };
 
 daemon::Config configuration(const Options& options) {
@@ -134,7 +136,7 @@ void run(Options options) {
 
   can::BusNames buses;
   std::uint64_t unmapped = 0;
-  can::MergedLog log = open_mapped_log(config, databases, config.can.sources, buses,
+  can::MergedLog log = open_mapped_log(config, databases, config.can.sources, buses, options.damage,
                                        [&unmapped](const can::Frame&) { ++unmapped; });
 
   check_outputs(std::vector<Output>{{"--out", options.out == "-" ? "" : options.out},
@@ -263,6 +265,7 @@ void add_replay(Command odom) {
                 "Compare every tick of the recording with the published one, bit by bit")
       .needs(recording);
   replay.add_flag("--json", options->json, "Print summary and warnings as JSON on standard error");
+  add_strict(replay, options->damage);
   replay.footer(
       "Examples:\n"
       "  odom replay --drive lap --out pose.csv\n"

@@ -69,10 +69,11 @@ struct FrameSource {
   std::vector<can::Database> databases;
   std::vector<std::string> bus_names;  ///< known beforehand
   std::vector<std::string> logs;
+  can::Damage damage = can::Damage::left_out;
 };
 
 std::optional<FrameSource> frame_source(const ExportSources& sources, DriveData& data) {
-  FrameSource source;
+  FrameSource source{.damage = sources.damage};
   if (!sources.recording.empty()) {
     Recording recording = open_recording(sources.recording);
     append(data.warnings, recording.warnings);
@@ -108,7 +109,8 @@ class FramePass {
   }
 
   void run() {
-    can::MergedLog log = open_mapped_log(source_.config, source_.databases, source_.logs, buses_);
+    can::MergedLog log =
+        open_mapped_log(source_.config, source_.databases, source_.logs, buses_, source_.damage);
     can::Decoder decoder(source_.databases, source_.config.can.bindings,
                          source_.config.can.protections, buses_.all());
     const auto next = [&] {

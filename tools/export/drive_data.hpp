@@ -13,6 +13,7 @@
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/pose_fields.hpp"
 #include "tools/drive_files/trajectory.hpp"
+#include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
 
@@ -25,6 +26,7 @@ struct ExportSources {
   std::vector<std::string> databases;  ///< instead of the configuration's
   std::filesystem::path camera;
   std::filesystem::path truth;
+  can::Damage damage = can::Damage::left_out;
 };
 
 /// The files of `source`: a pose file, a folder of odom record, or one with a drive (those that

@@ -36,7 +36,7 @@ Traffic traffic_of(const InitOptions& options) {
   const auto interfaces = std::ranges::count_if(options.can, [](const std::string& name) {
     return can::source_kind(name) == can::SourceKind::interface;
   });
-  if (interfaces == 0) return read_logs(options.can);
+  if (interfaces == 0) return read_logs(options.can, options.damage);
   if (options.can.size() > 1)
     throw std::invalid_argument(
         "--can: one interface, or logs; log several interfaces at once with candump -l any");

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "can_protocol/sources/log_reader.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/init/car.hpp"
 #include "tools/init/writer.hpp"
@@ -15,9 +16,10 @@ namespace odomd::tools {
 enum class Overwrite : std::uint8_t { refuse, replace };
 
 struct InitOptions {
-  std::vector<std::string> databases;  ///< none: odomd.dbc, if the bus is ours
-  std::vector<std::string> can;        ///< logs, or one interface
-  double listen_s = 20.0;              ///< to an interface
+  std::vector<std::string> databases;          ///< none: odomd.dbc, if the bus is ours
+  std::vector<std::string> can;                ///< logs, or one interface
+  double listen_s = 20.0;                      ///< to an interface
+  can::Damage damage = can::Damage::left_out;  ///< of the logs
   std::filesystem::path out = "car.toml";
   Overwrite overwrite = Overwrite::refuse;
   CarTexts car;

@@ -98,10 +98,10 @@ std::vector<const can::Frame*> frames_of(const Candidate& candidate, const Traff
 
 }  // namespace
 
-Traffic read_logs(std::span<const std::string> logs) {
+Traffic read_logs(std::span<const std::string> logs, can::Damage damage) {
   Traffic traffic;
   can::BusNames buses;
-  can::MergedLog log(logs, buses);
+  can::MergedLog log(logs, buses, {}, damage);
   constexpr std::int64_t longest_pause_ns = 3'600'000'000'000;
   std::int64_t last_ns = 0;
   while (const can::Frame* frame = log.next()) {

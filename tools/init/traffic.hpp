@@ -25,7 +25,7 @@ struct Traffic {
 };
 
 /// All frames of logs, merged by stamp. Throws as can::MergedLog does: file, line, fix.
-[[nodiscard]] Traffic read_logs(std::span<const std::string> logs);
+[[nodiscard]] Traffic read_logs(std::span<const std::string> logs, can::Damage damage);
 
 /// Listens to an interface; ends early on INT. Throws std::invalid_argument if nothing came.
 [[nodiscard]] Traffic listen(const std::string& interface, double seconds);

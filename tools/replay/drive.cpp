@@ -121,16 +121,18 @@ std::vector<fs::path> files_of(const DriveFiles& files) {
 can::MergedLog open_mapped_log(const daemon::Config& config,
                                std::span<const can::Database> databases,
                                std::span<const std::string> logs, can::BusNames& buses,
+                               can::Damage damage,
                                const std::function<void(const can::Frame&)>& unmapped) {
   for (const std::string& bus : daemon::expected_buses(config))
     static_cast<void>(buses.index_of(bus));
   const auto decoder = std::make_shared<const can::Decoder>(databases, config.can.bindings,
                                                             config.can.protections, buses.all());
-  return can::MergedLog(logs, buses, [decoder, unmapped](const can::Frame& frame) {
+  const auto is_mapped = [decoder, unmapped](const can::Frame& frame) {
     const bool mapped = decoder->is_mapped(frame);
     if (!mapped && unmapped) unmapped(frame);
     return mapped;
-  });
+  };
+  return can::MergedLog(logs, buses, is_mapped, damage);
 }
 
 daemon::Config drive_config(const DriveFiles& files) {
@@ -149,7 +151,7 @@ Drive read_drive(const DriveFiles& files) {
 
   can::BusNames buses;
   can::MergedLog log =
-      open_mapped_log(drive.config, drive.databases, drive.config.can.sources, buses,
+      open_mapped_log(drive.config, drive.databases, drive.config.can.sources, buses, files.damage,
                       [&drive](const can::Frame& frame) { drive.unmapped.push_back(frame); });
   LogOrder order;
   while (const can::Frame* frame = log.next()) {

@@ -32,6 +32,7 @@ struct DriveFiles {
                                  ///< it says is taken from the folder
   std::filesystem::path reference;  ///< instead of the folder's truth.csv
   CameraUse camera = CameraUse::take;
+  can::Damage damage = can::Damage::left_out;
 };
 
 /// Everything for a replay, which does not change it.
@@ -72,7 +73,7 @@ void check_folder(const std::filesystem::path& folder);
 /// configuration names. Other frames go to `unmapped`, if given. Throws as can::MergedLog does.
 [[nodiscard]] can::MergedLog open_mapped_log(
     const daemon::Config& config, std::span<const can::Database> databases,
-    std::span<const std::string> logs, can::BusNames& buses,
+    std::span<const std::string> logs, can::BusNames& buses, can::Damage damage,
     const std::function<void(const can::Frame&)>& unmapped = {});
 
 /// Reads car.toml, the databases that it names, drive.log or can.log, camera.csv and truth.csv; the

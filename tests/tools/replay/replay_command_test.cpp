@@ -73,12 +73,17 @@ TEST_F(OdomReplay, RefusesADamagedLogOnlyWhenStrict) {
   EXPECT_THAT(replay(log, " --model kinematic --strict"),
               Ends(2, HasSubstr("drive.log:2: expected 6 or 9 decimals")));
   for (const std::string command :
-       {"dbc decode --dbc DIR/car.dbc", "init --yes --dbc DIR/car.dbc --out DIR/new.toml --can",
-        "fault --config DIR/car.toml --kind wheel_rear.zero --out /dev/null"}) {
+       {"dbc decode --dbc DIR/car.dbc DIR/drive.log",
+        "init --yes --dbc DIR/car.dbc --out DIR/new.toml --can DIR/drive.log",
+        "fault --config DIR/car.toml --kind wheel_rear.zero --out /dev/null DIR/drive.log",
+        "doctor --drive DIR", "evaluate --drive DIR", "export --drive DIR --mcap DIR/drive.mcap",
+        "identify latency --config DIR/car.toml --can DIR/drive.log",
+        "identify noise --config DIR/car.toml --can DIR/drive.log", "identify noise --drive DIR"}) {
     const std::string line =
         std::regex_replace(command, std::regex("DIR"), scratch_.path("").string());
-    EXPECT_THAT(run_shell("odom " + line + " " + scratch_.path("drive.log").string() + " --strict"),
-                Ends(2, HasSubstr("drive.log:2: expected 6 or 9 decimals")));
+    EXPECT_THAT(run_shell("odom " + line + " --strict"),
+                Ends(2, HasSubstr("drive.log:2: expected 6 or 9 decimals")))
+        << line;
   }
 }
 

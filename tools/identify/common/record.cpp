@@ -113,9 +113,9 @@ SignalLog read_record(const RecordOptions& options, const std::vector<estimator:
   if (!options.csv.empty() && !options.logs.empty()) refuse("--csv and --can: give one of them");
   if (!options.logs.empty() && options.config.empty())
     refuse("--can needs --config, which names the signals in the log");
-  SignalLog log = options.csv.empty()
-                      ? read_signals(daemon::load_config(options.config), options.logs)
-                      : read_csv(options.csv, columns);
+  SignalLog log = options.csv.empty() ? read_signals(daemon::load_config(options.config),
+                                                     options.logs, options.damage)
+                                      : read_csv(options.csv, columns);
   cut(log, options);
   return log;
 }

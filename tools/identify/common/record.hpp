@@ -15,6 +15,7 @@ struct RecordOptions {
   std::vector<std::string> logs;
   std::string csv;
   std::string from, to;
+  can::Damage damage = can::Damage::left_out;
 };
 
 void add_record_options(Command method, RecordOptions& options);

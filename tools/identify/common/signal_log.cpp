@@ -126,11 +126,12 @@ double white_sigma(const Series& series) {
   return robust_sigma(third) / std::sqrt(20.0);  // 1 + 9 + 9 + 1
 }
 
-SignalLog read_signals(daemon::Config config, std::span<const std::string> logs) {
+SignalLog read_signals(daemon::Config config, std::span<const std::string> logs,
+                       can::Damage damage) {
   diagnostics::Diagnostics warnings;
   const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
   can::BusNames buses;
-  can::MergedLog log = open_mapped_log(config, databases, logs, buses);
+  can::MergedLog log = open_mapped_log(config, databases, logs, buses, damage);
   SignalReader reader(config, databases, buses.all());
   LogOrder order;
   while (const can::Frame* frame = log.next()) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
@@ -96,7 +97,8 @@ struct PoseSample {
 /// their protection and samples without a time of their own are left out, which a warning counts.
 /// Throws std::invalid_argument if log, databases and configuration do not fit together, and for a
 /// log whose times run backwards.
-[[nodiscard]] SignalLog read_signals(daemon::Config config, std::span<const std::string> logs);
+[[nodiscard]] SignalLog read_signals(daemon::Config config, std::span<const std::string> logs,
+                                     can::Damage damage = can::Damage::left_out);
 
 /// The same of a drive in memory.
 [[nodiscard]] SignalLog signals_of(const Drive& drive);

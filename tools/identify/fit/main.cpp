@@ -224,7 +224,7 @@ void fit(const FitOptions& options) {
   std::vector<fitting::Drive> drives;
   std::vector<tools::Drive> trials;
   for (const Files& files : files_of(options)) {
-    const SignalLog log = read_signals(config, files.logs);
+    const SignalLog log = read_signals(config, files.logs, options.damage);
     append(warnings, log.warnings);
     std::vector<estimator::CameraPose> poses;
     if (files.of_camera) {

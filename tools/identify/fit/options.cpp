@@ -57,6 +57,7 @@ void describe_fit(Command command, FitOptions& options) {
                    "decide which are written");
   command.add_flag("--quiet", options.quiet, "Do not show progress");
   add_delivery(command, options.delivery);
+  add_strict(command, options.damage);
   std::string names;
   for (const fitting::ParameterInfo& info : fitting::parameter_table()) {
     const bool relative = info.kind == fitting::Kind::factor;

@@ -7,6 +7,7 @@
 
 #include "tools/cli/command.hpp"
 #include "tools/identify/common/finding.hpp"
+#include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
 
@@ -30,6 +31,7 @@ struct FitOptions {
   bool untried = false;
   bool quiet = false;
   Delivery delivery;
+  can::Damage damage = can::Damage::left_out;
 };
 
 /// Adds the options, the description and the examples.

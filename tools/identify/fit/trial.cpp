@@ -179,7 +179,8 @@ tools::Drive trial_drive(const std::string& name, const daemon::Config& config,
   tools::Drive drive{.name = name, .folder = name, .config = config};
   drive.databases = daemon::load_databases(drive.config, drive.warnings);
   can::BusNames buses;
-  can::MergedLog log = tools::open_mapped_log(drive.config, drive.databases, logs, buses);
+  can::MergedLog log =
+      tools::open_mapped_log(drive.config, drive.databases, logs, buses, can::Damage::left_out);
   const auto after = [&drive](double seconds) {
     return drive.frames.front().time_ns + static_cast<std::int64_t>(1e9 * seconds);
   };

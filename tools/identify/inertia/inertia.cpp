@@ -15,6 +15,7 @@
 #include "tools/identify/inertia/propagation.hpp"
 #include "tools/identify/inertia/swing_fit.hpp"
 #include "tools/identify/methods.hpp"
+#include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -333,6 +334,7 @@ void add_inertia(Command identify) {
   Command method = identify.add_subcommand("inertia");
   describe_inertia(method, *options);
   add_delivery(method, options, identify_inertia);
+  add_strict(method, options->record.damage);
 }
 
 }  // namespace odomd::tools

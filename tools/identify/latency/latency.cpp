@@ -12,6 +12,7 @@
 #include "tools/identify/latency/latency_estimate.hpp"
 #include "tools/identify/latency/steering_response.hpp"
 #include "tools/identify/methods.hpp"
+#include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -22,6 +23,7 @@ struct Options {
   std::string config;
   std::vector<std::string> can;
   std::vector<std::string> dbc;
+  can::Damage damage = can::Damage::left_out;
   std::string camera;
   Delivery delivery;
 };
@@ -151,7 +153,7 @@ void add_steering(const daemon::Config& config, const Clock& clock, const Steeri
 Findings findings_of(const Options& options) {
   daemon::Config config = daemon::load_config(options.config);
   if (!options.dbc.empty()) config.can.dbc.assign(options.dbc.begin(), options.dbc.end());
-  const SignalLog log = read_signals(config, options.can);
+  const SignalLog log = read_signals(config, options.can, options.damage);
   CameraLog camera;
   if (!options.camera.empty()) {
     camera = read_camera_log(options.camera);
@@ -220,6 +222,7 @@ Examples:
   odom identify latency --config car.toml --can drive.log --camera camera.csv
   odom identify latency --config car.toml --can drive.log --write car.toml)");
   add_delivery(latency, options, findings_of);
+  add_strict(latency, options->damage);
 }
 
 }  // namespace odomd::tools

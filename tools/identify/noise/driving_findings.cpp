@@ -121,10 +121,9 @@ DrivingNoise driving_noise(const Series& series) {
   return noise;
 }
 
-void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::Config>& config,
+void add_driving_findings(const DriveFiles& files, const std::optional<daemon::Config>& config,
                           Findings& findings) {
-  Drive drive = read_drive(
-      {.folder = noisy.folder, .config = noisy.config, .reference = {}, .camera = noisy.camera});
+  Drive drive = read_drive(files);
   append(findings.warnings, drive.warnings);
   const std::vector<std::string> logs{need_log_in(drive.folder).string()};
   const SignalLog log = read_signals(drive.config, logs);

@@ -10,6 +10,7 @@
 #include "tools/identify/methods.hpp"
 #include "tools/identify/noise/noise_findings.hpp"
 #include "tools/replay/drive.hpp"
+#include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -46,7 +47,9 @@ Findings identify_noise(const Options& options) {
   if (!options.drive.empty()) {
     add_driving_findings({.folder = options.drive,
                           .config = options.standing.config,
-                          .camera = options.no_camera ? CameraUse::leave_out : CameraUse::take},
+                          .reference = {},
+                          .camera = options.no_camera ? CameraUse::leave_out : CameraUse::take,
+                          .damage = options.standing.damage},
                          config, findings);
     findings.origin += (standing ? " and " : "") + std::string("driving");
   }
@@ -88,6 +91,7 @@ Examples:
   driving.add_flag("--no-camera", options->no_camera,
                    "Leave the camera's poses out: dead reckoning");
   add_delivery(method, options, identify_noise);
+  add_strict(method, options->standing.damage);
 }
 
 }  // namespace odomd::tools

@@ -78,15 +78,9 @@ struct DrivingNoise {
 /// wheel that stands) are left out. `samples` is 0 if there are not enough of them.
 [[nodiscard]] DrivingNoise driving_noise(const Series& series);
 
-struct NoisyDrive {
-  std::string folder;
-  std::string config;  ///< empty: the folder's
-  CameraUse camera = CameraUse::take;
-};
-
 /// Noise while driving, and the filter's noises. A value larger than at rest replaces the one found
 /// there. Throws std::invalid_argument if the car does not drive.
-void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::Config>& config,
+void add_driving_findings(const DriveFiles& files, const std::optional<daemon::Config>& config,
                           Findings& findings);
 
 // The noise of the full filter from its own innovations: the noise at which they are as large as

@@ -30,7 +30,7 @@ void measure_film(const StiffnessOptions& options, const daemon::Config& config,
   append(films.warnings, motion.warnings);
 
   const std::vector<std::string> logs{log_file};
-  const SignalLog log = read_signals(config, logs);
+  const SignalLog log = read_signals(config, logs, options.damage);
   append(films.warnings, log.warnings);
   const Series& gyro = log.need(estimator::Source::yaw_rate);
   (void)log.need(estimator::Source::steering);

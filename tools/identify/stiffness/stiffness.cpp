@@ -247,6 +247,7 @@ Examples:
   known.add("--rolling-resistance", "C", options.rolling_resistance,
             "Coefficient of rolling resistance, +- 0.01; default: 0.015");
   add_delivery(command, options.delivery);
+  add_strict(command, options.damage);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "tools/identify/stiffness/circle_runs.hpp"
 #include "tools/identify/stiffness/cornering_stiffness.hpp"
 #include "tools/identify/stiffness/film.hpp"
+#include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
 
@@ -31,6 +32,7 @@ struct StiffnessOptions {
   double rolling_resistance = 0.015;
   std::string plot;
   Delivery delivery;
+  can::Damage damage = can::Damage::left_out;
 };
 
 /// Checks the options together. Throws std::invalid_argument, as do the following for impossible

@@ -104,6 +104,11 @@ TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
   expect_refused(run(fit + "--can lap/drive.log --reference t.csv"), "t.csv");
   ASSERT_EQ(run("sed s/,17/,18/g lap/camera.csv > c.csv && sed -i s/^17/18/ c.csv").status, 0);
   expect_refused(run(fit + "--can lap/drive.log --camera c.csv"), "while the log lasts");
+  ASSERT_EQ(run("sed '2s/#.*/#/' lap/drive.log > cut.log && echo '(1' >> cut.log && "
+                "echo '(1' >> cut.log")
+                .status,
+            0);
+  expect_refused(run(fit + "--strict --can cut.log --camera lap/camera.csv"), "cut.log:");
   ASSERT_EQ(run("sed '/^yaw_rate/s/}/, scale = -1.0 }/' lap/car.toml > lap/left.toml").status, 0);
   expect_refused(run("odom identify fit --config lap/left.toml --drive lap"),
                  "lap: yaw_rate: turns the other way than the camera; check the sign of "
