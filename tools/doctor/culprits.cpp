@@ -9,7 +9,6 @@
 
 #include <fmt/format.h>
 
-#include "tools/init/relation.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools::doctor {
@@ -45,11 +44,12 @@ std::optional<Diagnostic> check_scatter(const Drive& drive, const SignalLog& log
   const double sigma_yaw = sigma_of(&PoseSample::sigma_yaw);
   constexpr double far = 4.0;
   if (way < far * sigma && turn < far * sigma_yaw) return std::nullopt;
-  return found(
-      kind("inconsistent"), "camera",
-      fmt::format("its poses scatter by {:.2g} m and {:.2g} deg, their sigmas are {:.2g} m "
-                  "and {:.2g} deg",
-                  way, degrees * turn, sigma, degrees * sigma_yaw));
+  return found(kind("sigma_off"), "camera",
+               fmt::format("its poses scatter by {:.2g} m and {:.2g} deg, their sigmas are {:.2g} "
+                           "m and {:.2g} deg",
+                           way, degrees * turn, sigma, degrees * sigma_yaw),
+               fmt::format("the sigmas of its poses by {:.2g} (x, y) and {:.2g} (yaw)", way / sigma,
+                           turn / sigma_yaw));
 }
 
 /// A plateau at the largest value, again and again.
@@ -86,26 +86,6 @@ Diagnostics find_culprits(const Drive& drive, const SignalLog& log) {
   for (const Source source : {Source::yaw_rate, Source::accel_x, Source::accel_y})
     if (auto clipped = check_range(log, source)) all.push_back(std::move(*clipped));
   return all;
-}
-
-std::optional<Diagnostic> find_wrong_wheel(const SignalLog& log) {
-  constexpr double off = 1.15;  // curves and tyre pressure make less
-  std::vector<Source> wheels;
-  std::vector<const Series*> series;
-  for (const Source wheel : wheel_sources)
-    if (log.has(wheel)) wheels.push_back(wheel), series.push_back(&log.of(wheel));
-  if (wheels.size() < 3) return std::nullopt;
-  const Courses courses(series);
-  std::vector<double> ways(wheels.size());
-  for (std::size_t i = 0; i < courses.size(); ++i)
-    for (std::size_t k = 0; k < wheels.size(); ++k) ways[k] += std::fabs(courses.at(k, i));
-  const double way = median_of(ways);
-  for (std::size_t k = 0; k < wheels.size(); ++k)
-    if (const double ratio = ways[k] / way; ratio > off || ratio < 1.0 / off)
-      return found(kind("scale_off"), name_of(wheels[k]),
-                   fmt::format("{:.2f} times as fast as the other wheels", ratio),
-                   "can.signals." + name_of(wheels[k]));
-  return std::nullopt;
 }
 
 }  // namespace odomd::tools::doctor

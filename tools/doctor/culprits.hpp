@@ -12,7 +12,4 @@ namespace odomd::tools::doctor {
 /// The camera's sigmas against its scatter, and sensors at the end of their range.
 [[nodiscard]] diagnostics::Diagnostics find_culprits(const Drive& drive, const SignalLog& log);
 
-/// One of at least three speeds whose way is not that of the others.
-[[nodiscard]] std::optional<diagnostics::Diagnostic> find_wrong_wheel(const SignalLog& log);
-
 }  // namespace odomd::tools::doctor

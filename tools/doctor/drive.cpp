@@ -13,6 +13,7 @@
 #include "tools/doctor/bus.hpp"
 #include "tools/doctor/culprits.hpp"
 #include "tools/doctor/latencies.hpp"
+#include "tools/doctor/scales.hpp"
 #include "tools/evaluation/evaluation_checks.hpp"
 #include "tools/identify/common/agreement.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
@@ -76,26 +77,21 @@ void append_new(Diagnostics& to, const Diagnostics& others) {
 
 // What a sensor cannot show, then signs and scales that the replay does not compare, then times:
 // poses that come at other times than the gyro's turns are those of a late sensor, if one is found.
-DriveExamination compare_sensors(const Drive& drive, bool has_consequences) try {
+DriveExamination compare_sensors(const Drive& drive) try {
   const SignalLog log = signals_of(drive);
   DriveExamination compared{find_culprits(drive, log), {}};
   if (!compared.diagnostics.empty()) return compared;
   const auto wrong = find_disagreement(drive.config, log, drive.cameras);
-  if (wrong && wrong->kind != &kind("clocks_differ") &&
+  const bool is_other_scale = wrong && wrong->kind == &kind("scale_off");
+  if (wrong && !is_other_scale && wrong->kind != &kind("clocks_differ") &&
       wrong->kind != &kind("camera_turns_unrelated"))
     return {{*wrong}, {}};
-  if (const auto wheel = has_consequences ? find_wrong_wheel(log) : std::nullopt)
-    return {{*wheel}, {}};
+  if (const auto scale = find_wrong_scale(drive, log)) return {{*scale}, {}};
+  if (is_other_scale) return {{*wrong}, {}};
   const LatencyEstimate estimate = estimate_latencies(drive.config, log, drive.cameras);
   std::vector<SourceOffset> offsets = estimate.offsets;
-  if (const auto& steering = estimate.steering;
-      steering && steering->failure.empty() && steering->dead_time.value < 0.0)
-    offsets.push_back({estimator::Source::steering,
-                       {},
-                       -steering->dead_time.value,
-                       steering->dead_time.sigma,
-                       steering->explained,
-                       {}});
+  if (const auto& steering = estimate.steering)
+    offsets.push_back(offset_of(*steering, drive.config.vehicle.steering));
   compared = {examine_latencies(drive.config, offsets), latencies_unjudged(offsets)};
   if (compared.diagnostics.empty() && wrong) return {{*wrong}, {}};
   return compared;
@@ -132,7 +128,7 @@ DriveExamination examine_drive(const Drive& drive) {
     return examination;  // without a frame
   }
   if (std::ranges::none_of(all, is_cause)) {
-    const auto [compared, note] = compare_sensors(drive, std::ranges::any_of(all, is_consequence));
+    const auto [compared, note] = compare_sensors(drive);
     if (!compared.empty()) std::erase_if(all, is_consequence);
     append_new(all, compared);
     if (!note.empty()) examination.note += (examination.note.empty() ? "" : "; ") + note;

@@ -21,17 +21,20 @@ using estimator::Source;
 constexpr const diagnostics::Kind& off_kind = kind("latency_off");
 constexpr double chance = 3.0;         // standard uncertainties
 constexpr double known_below = 0.005;  // standard uncertainty [s]: little driving misleads
+constexpr double known_of_steering = 0.02;
 
+bool is_steering(const SourceOffset& one) {
+  return one.source == Source::steering;
+}
+
+// Wheels that turn before their steering are no matter of size, and later ones of their actuator.
 bool is_off(const SourceOffset& one) {
+  if (is_steering(one)) return one.offset > chance * one.sigma;
   return !off_kind.limits.hold(std::fabs(one.offset) - chance * one.sigma);
 }
 
-bool is_accel(const SourceOffset& one) {
-  return one.source == Source::accel_x || one.source == Source::accel_y;
-}
-
 bool is_judged(const SourceOffset& one) {
-  return one.failure.empty() && one.sigma < known_below && !is_accel(one);
+  return one.failure.empty() && one.sigma < (is_steering(one) ? known_of_steering : known_below);
 }
 
 // Signals of one message are sampled together: it is late as a whole, or the estimate is wrong.
@@ -41,7 +44,7 @@ bool is_late_as_a_whole(const daemon::Config& config, const SourceOffset& one,
   return std::ranges::all_of(offsets, [&](const SourceOffset& other) {
     const can::SignalBinding* const binding = binding_of(config, other.source);
     const bool together = own != nullptr && binding != nullptr && binding->message == own->message;
-    return !together || is_accel(other) || (is_judged(other) && is_off(other));
+    return !together || (is_judged(other) && is_off(other));
   });
 }
 
@@ -54,9 +57,9 @@ Diagnostic of_sensor(const daemon::Config& config, Source source, double offset)
   const can::SignalBinding* const binding = binding_of(config, source);
   const double stated = binding == nullptr ? 0.0 : 1e-9 * static_cast<double>(binding->latency_ns);
   return found(off_kind, name_of(source),
-               fmt::format("its samples are {} compared with the others; the latency stated is "
+               fmt::format("its samples are {}{} compared with the others; the latency stated is "
                            "{:.3f} s",
-                           late(offset), stated),
+                           source == Source::steering ? "at least " : "", late(offset), stated),
                fmt::format("can.signals.{}.latency = {:.3f}", name_of(source),
                            std::max(stated + offset, 0.0)));
 }
@@ -84,7 +87,7 @@ bool is_the_gyros(const daemon::Config& config, std::span<const SourceOffset> ju
 std::string latencies_unjudged(std::span<const SourceOffset> offsets) {
   std::map<std::string, std::vector<std::string>> names;  // by reason
   for (const SourceOffset& one : offsets)
-    if (!is_accel(one) && !is_judged(one))
+    if (!is_judged(one))
       names[one.failure.empty() ? "too little driving" : one.failure].emplace_back(
           name_of(one.source));
   std::string text;
@@ -94,15 +97,28 @@ std::string latencies_unjudged(std::span<const SourceOffset> offsets) {
   return text;
 }
 
+SourceOffset offset_of(const SteeringResponse& response,
+                       const estimator::SteeringActuator& configured) {
+  return {Source::steering,
+          "the gyro's turn",
+          configured.delay_s + configured.lag_s - response.in_all.value,
+          response.in_all.sigma,
+          response.explained,
+          response.failure};
+}
+
 Diagnostics examine_latencies(const daemon::Config& config, std::span<const SourceOffset> offsets) {
   std::vector<SourceOffset> judged;
   std::ranges::copy_if(offsets, std::back_inserter(judged), is_judged);
   if (std::ranges::none_of(judged, is_off)) return {};
-  const auto [least, most] = std::ranges::minmax(judged, {}, &SourceOffset::offset);
-  const double mean = 0.5 * (least.offset + most.offset);
-  if (std::ranges::all_of(judged, is_off) && off_kind.limits.hold(most.offset - least.offset) &&
-      is_the_gyros(config, judged, mean))
-    return {of_sensor(config, Source::yaw_rate, -mean)};
+  std::vector<SourceOffset> sensors = judged;  // without an actuator
+  std::erase_if(sensors, is_steering);
+  if (!sensors.empty() && std::ranges::all_of(sensors, is_off)) {
+    const auto [least, most] = std::ranges::minmax(sensors, {}, &SourceOffset::offset);
+    const double mean = 0.5 * (least.offset + most.offset);
+    if (off_kind.limits.hold(most.offset - least.offset) && is_the_gyros(config, sensors, mean))
+      return {of_sensor(config, Source::yaw_rate, -mean)};
+  }
   Diagnostics all;
   for (const SourceOffset& one : judged) {
     if (!is_off(one) || !is_late_as_a_whole(config, one, offsets)) continue;

@@ -10,9 +10,13 @@
 
 namespace odomd::tools::doctor {
 
+/// Of the steering's stamps behind what [steering] says of the wheels' response: at least, as its
+/// actuator may be slower.
+[[nodiscard]] SourceOffset offset_of(const SteeringResponse& response,
+                                     const estimator::SteeringActuator& configured);
+
 /// From the offsets against the gyro: each source that is off, or the gyro alone if all others are
-/// off alike, and its latency explains that. Accelerations are not judged: tyres and slopes shift
-/// them.
+/// off alike, and its latency explains that.
 [[nodiscard]] diagnostics::Diagnostics examine_latencies(const daemon::Config& config,
                                                          std::span<const SourceOffset> offsets);
 

@@ -1,89 +1,17 @@
 // Mistakes of wiring, configuration and clocks, made in simulated drives: each is named once with
 // the key that corrects it, and nothing is found in the drives as they are.
-#include "tools/doctor/drive.hpp"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <cctype>
-#include <cstdint>
-#include <cstring>
-#include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "tests/diagnostics.hpp"
-#include "tests/tools/scratch.hpp"
-#include "tools/doctor/latencies.hpp"
+#include "tests/tools/doctor/edited_drive.hpp"
 
-namespace odomd::tools::doctor::drive_test {
+namespace odomd::tools::doctor::edited_drive {
 namespace {
 
-using diagnostics::Diagnostics;
-using diagnostics::Named;
-using diagnostics::text_of;
-using ::testing::Each;
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
 using ::testing::StartsWith;
 
-constexpr auto slalom = "--scenario slalom --duration 22";
-
-/// Of `odom sim` with these options, made once.
-const Scratch& simulated(const std::string& options) {
-  static std::map<std::string, Scratch> made;
-  const auto [place, is_new] = made.try_emplace(options);
-  if (is_new) {
-    const Outcome outcome =
-        run_shell("odom sim " + options + " --out " + place->second.path("drive").string());
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-  }
-  return place->second;
-}
-
-/// What replaces what in car.toml, everywhere.
-struct Edit {
-  std::string from, to;
-};
-
-std::string edited(std::string text, const Edit& edit) {
-  std::size_t at = text.find(edit.from);
-  EXPECT_NE(at, std::string::npos) << edit.from;
-  for (; at != std::string::npos; at = text.find(edit.from, at + edit.to.size()))
-    text.replace(at, edit.from.size(), edit.to);
-  return text;
-}
-
-Drive drive_with(const std::vector<Edit>& edits, const std::string& options = slalom) {
-  const Scratch& scratch = simulated(options);
-  std::string text = contents(scratch.path("drive") / "car.toml");
-  for (const Edit& edit : edits) text = edited(std::move(text), edit);
-  return read_drive(
-      {.folder = scratch.path("drive"), .config = scratch.write("drive/edited.toml", text)});
-}
-
-std::vector<Edit> exchange(const std::string& one, const std::string& other) {
-  return {{one, "EXCHANGED"}, {other, one}, {"EXCHANGED", other}};
-}
-
-Diagnostics found_in(const Drive& drive) {
-  return examine_drive(drive).diagnostics;
-}
-
-/// One kind only, and its first finding names the part of the file.
-void expect_only(const Diagnostics& found, const std::string& name, const std::string& key) {
-  ASSERT_THAT(found, Not(IsEmpty()));
-  EXPECT_THAT(found, Each(Named(name)));
-  EXPECT_THAT(text_of(found[0]), HasSubstr(key));
-}
-
-const std::string gyro = R"("YawRate", unit = "rad/s")";
-const std::string steering = R"("SteeringAngle", unit = "rad")";
-const std::string speed = R"(unit = "m/s",)";
 const std::string accel = R"(unit = "m/s2",)";
 const std::string across = R"("AccY", unit = "m/s2")";
 
@@ -164,100 +92,6 @@ TEST(Camera, OfAnotherMapOrUnitIsNamed) {
   expect_only(found_in(drive), "initial_pose_elsewhere", "[initial] pose");
 }
 
-TEST(Latency, ThatIsWrongGivesTheLineToWrite) {
-  Diagnostics found = found_in(drive_with({{"latency = 0.005", "latency = 0.055"}}));
-  expect_only(found, "latency_off", "can.signals.wheel_front_left.latency = 0.0");
-  EXPECT_EQ(found.size(), 4U);
-  found = found_in(drive_with({{gyro, gyro + ", latency = 0.05"}}));
-  expect_only(found, "latency_off", "can.signals.yaw_rate.latency = 0.00");
-  EXPECT_EQ(found.size(), 1U);
-}
-
-/// Each frame of a message comes later.
-void delay(Drive& drive, std::uint32_t id, std::int64_t by_ns) {
-  for (can::Frame& frame : drive.frames)
-    if (frame.id == id) frame.time_ns += by_ns;
-  std::ranges::stable_sort(drive.frames, {}, &can::Frame::time_ns);
-}
-
-TEST(Latency, OfTheGyroIsNamedAtItWithAndWithoutACamera) {
-  for (const auto* const course : {slalom, "--scenario lap --laps 1"})
-    for (const int ms : {40, 300, 1200})
-      for (const bool with_camera : {true, false}) {
-        SCOPED_TRACE(std::string(course) + ' ' + std::to_string(ms) + (with_camera ? " c" : ""));
-        Drive drive = drive_with({}, course);
-        delay(drive, 0x1A2, ms * 1'000'000LL);
-        if (!with_camera) {
-          drive.cameras.clear();
-          drive.reference.reset();
-        }
-        const Diagnostics found = found_in(drive);
-        expect_only(found, "latency_off", "can.signals.yaw_rate.latency");
-        EXPECT_EQ(found.size(), 1U);
-      }
-}
-
-TEST(Culprit, IsNamedBeforeTheSensorThatContradictsIt) {
-  Drive drive = drive_with({});
-  for (estimator::CameraPose& pose : drive.cameras)
-    pose.sigma_x = pose.sigma_y = pose.sigma_yaw = 1e-4;
-  expect_only(found_in(drive), "inconsistent", "its sigma");
-
-  const std::string left = R"("WheelFrontLeft", unit = "m/s")";
-  expect_only(found_in(drive_with({{left, left + ", scale = 1.3"}})), "scale_off",
-              "wheel_front_left");
-}
-
-TEST(Culprit, IsAGyroAtTheEndOfItsRange) {
-  Drive drive = drive_with({});
-  drive.config.can.protections.clear();
-  constexpr std::uint64_t mask = (1U << 18U) - 1;
-  constexpr std::int64_t end = 4500;  // 0.9 rad/s
-  for (can::Frame& frame : drive.frames) {
-    if (frame.id != 0x1A2) continue;
-    std::uint64_t payload = 0;
-    std::memcpy(&payload, frame.data.data(), sizeof payload);
-    std::int64_t raw = static_cast<std::int64_t>(payload >> 12U & mask);
-    if (raw >= 1 << 17) raw -= 1 << 18;
-    raw = std::clamp(raw, -end, end);
-    payload = (payload & ~(mask << 12U)) | (static_cast<std::uint64_t>(raw) & mask) << 12U;
-    std::memcpy(frame.data.data(), &payload, sizeof payload);
-  }
-  expect_only(found_in(drive), "frozen", "the end of its range");
-}
-
-TEST(Latency, OfASignalWhoseMessageIsOnTimeIsNoFinding) {
-  using estimator::Source;
-  Drive drive = drive_with({});
-  std::vector<SourceOffset> offsets{{Source::wheel_front_left, "", 0.001, 0.001, 1.0, ""},
-                                    {Source::wheel_rear_left, "", 0.05, 0.001, 1.0, ""}};
-  EXPECT_THAT(examine_latencies(drive.config, offsets),
-              ElementsAre(Named("latency_off", "can.signals.wheel_rear_left.latency = 0.055")));
-  EXPECT_EQ(latencies_unjudged(offsets), "");
-  offsets[1].sigma = 0.006;
-  EXPECT_THAT(examine_latencies(drive.config, offsets), IsEmpty());
-  offsets[0].failure = "the signal never changes";
-  EXPECT_EQ(latencies_unjudged(offsets),
-            "latency of wheel_front_left not judged: the signal never changes; "
-            "latency of wheel_rear_left not judged: too little driving");
-  offsets[0].failure.clear();
-  offsets[1].sigma = 0.001;
-  for (can::SignalBinding& binding : drive.config.can.bindings) binding.message = "WHEELS";
-  EXPECT_THAT(examine_latencies(drive.config, offsets), IsEmpty());
-}
-
-TEST(Latency, OfTheCameraIsAMatterOfItsClock) {
-  for (const bool with_reference : {true, false}) {
-    Drive drive = drive_with({});
-    if (!with_reference) drive.reference.reset();
-    for (auto& pose : drive.cameras) {
-      pose.capture_ns += 50'000'000;
-      pose.arrival_ns += 50'000'000;
-    }
-    expect_only(found_in(drive), "clocks_differ", "t_capture");
-  }
-}
-
 TEST(Camera, ByAnotherClockIsNamedEvenIfThereIsNoPoseForIt) {
   Drive drive = drive_with({});
   drive.config.initial_pose.reset();
@@ -278,11 +112,6 @@ TEST(Configuration, InOtherUnitsIsNamedOnce) {
 TEST(Configuration, WithGuessesOfInitSaysHowMany) {
   const Drive drive = drive_with({{"mass = 2.985", "mass = 2.985  # UNSURE: a guess"}});
   EXPECT_THAT(examine_drive(drive).note, StartsWith("1 line of edited.toml is marked UNSURE"));
-}
-
-TEST(Configuration, WithAWrongWheelRadiusNamesIt) {
-  expect_only(found_in(drive_with({{speed, speed + " scale = 0.5,"}})), "scale_off",
-              "radius of can.signals.wheel_front_left");
 }
 
 TEST(Configuration, WithoutARoleNamesIt) {
@@ -309,4 +138,4 @@ TEST(Traffic, WithoutAMessageNamesItAndNothingElse) {
 }
 
 }  // namespace
-}  // namespace odomd::tools::doctor::drive_test
+}  // namespace odomd::tools::doctor::edited_drive

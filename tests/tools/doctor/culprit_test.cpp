@@ -1,0 +1,179 @@
+// A sensor's own fault is named at it, and not at the sensor that contradicts it.
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "tests/tools/doctor/edited_drive.hpp"
+#include "tools/doctor/latencies.hpp"
+#include "tools/doctor/scales.hpp"
+
+namespace odomd::tools::doctor::edited_drive {
+namespace {
+
+using ::testing::ElementsAre;
+
+TEST(Latency, ThatIsWrongGivesTheLineToWrite) {
+  Diagnostics found = found_in(drive_with({{"latency = 0.005", "latency = 0.055"}}));
+  expect_only(found, "latency_off", "can.signals.wheel_front_left.latency = 0.0");
+  EXPECT_EQ(found.size(), 4U);
+  found = found_in(drive_with({{gyro, gyro + ", latency = 0.05"}}));
+  expect_only(found, "latency_off", "can.signals.yaw_rate.latency = 0.00");
+  EXPECT_EQ(found.size(), 1U);
+}
+
+/// Each frame of a message comes later.
+void delay(Drive& drive, std::uint32_t id, std::int64_t by_ns) {
+  for (can::Frame& frame : drive.frames)
+    if (frame.id == id) frame.time_ns += by_ns;
+  std::ranges::stable_sort(drive.frames, {}, &can::Frame::time_ns);
+}
+
+TEST(Latency, OfTheGyroIsNamedAtItWithAndWithoutACamera) {
+  for (const auto* const course : {slalom, "--scenario lap --laps 1"})
+    for (const int ms : {40, 300, 1200})
+      for (const bool with_camera : {true, false}) {
+        SCOPED_TRACE(std::string(course) + ' ' + std::to_string(ms) + (with_camera ? " c" : ""));
+        Drive drive = drive_with({}, course);
+        delay(drive, 0x1A2, ms * 1'000'000LL);
+        if (!with_camera) {
+          drive.cameras.clear();
+          drive.reference.reset();
+        }
+        const Diagnostics found = found_in(drive);
+        expect_only(found, "latency_off", "can.signals.yaw_rate.latency");
+        EXPECT_EQ(found.size(), 1U);
+      }
+}
+
+TEST(Culprit, IsNamedBeforeTheSensorThatContradictsIt) {
+  Drive drive = drive_with({});
+  for (estimator::CameraPose& pose : drive.cameras)
+    pose.sigma_x = pose.sigma_y = pose.sigma_yaw = 1e-4;
+  expect_only(found_in(drive), "sigma_off", "sigmas of its poses by");
+}
+
+TEST(Culprit, IsAGyroAtTheEndOfItsRange) {
+  Drive drive = drive_with({});
+  drive.config.can.protections.clear();
+  constexpr std::uint64_t mask = (1U << 18U) - 1;
+  constexpr std::int64_t end = 4500;  // 0.9 rad/s
+  for (can::Frame& frame : drive.frames) {
+    if (frame.id != 0x1A2) continue;
+    std::uint64_t payload = 0;
+    std::memcpy(&payload, frame.data.data(), sizeof payload);
+    std::int64_t raw = static_cast<std::int64_t>(payload >> 12U & mask);
+    if (raw >= 1 << 17) raw -= 1 << 18;
+    raw = std::clamp(raw, -end, end);
+    payload = (payload & ~(mask << 12U)) | (static_cast<std::uint64_t>(raw) & mask) << 12U;
+    std::memcpy(frame.data.data(), &payload, sizeof payload);
+  }
+  expect_only(found_in(drive), "frozen", "the end of its range");
+}
+
+TEST(Latency, OfASignalWhoseMessageIsOnTimeIsNoFinding) {
+  using estimator::Source;
+  Drive drive = drive_with({});
+  std::vector<SourceOffset> offsets{{Source::wheel_front_left, "", 0.001, 0.001, 1.0, ""},
+                                    {Source::wheel_rear_left, "", 0.05, 0.001, 1.0, ""}};
+  EXPECT_THAT(examine_latencies(drive.config, offsets),
+              ElementsAre(Named("latency_off", "can.signals.wheel_rear_left.latency = 0.055")));
+  EXPECT_EQ(latencies_unjudged(offsets), "");
+  offsets[1].sigma = 0.006;
+  EXPECT_THAT(examine_latencies(drive.config, offsets), IsEmpty());
+  offsets[0].failure = "the signal never changes";
+  EXPECT_EQ(latencies_unjudged(offsets),
+            "latency of wheel_front_left not judged: the signal never changes; "
+            "latency of wheel_rear_left not judged: too little driving");
+  offsets[0].failure.clear();
+  offsets[1].sigma = 0.001;
+  for (can::SignalBinding& binding : drive.config.can.bindings) binding.message = "WHEELS";
+  EXPECT_THAT(examine_latencies(drive.config, offsets), IsEmpty());
+}
+
+TEST(Latency, OfTheCameraIsAMatterOfItsClock) {
+  for (const bool with_reference : {true, false}) {
+    Drive drive = drive_with({});
+    if (!with_reference) drive.reference.reset();
+    for (auto& pose : drive.cameras) {
+      pose.capture_ns += 50'000'000;
+      pose.arrival_ns += 50'000'000;
+    }
+    expect_only(found_in(drive), "clocks_differ", "t_capture");
+  }
+}
+
+constexpr auto ford = "--car ford_escort --scenario slalom --duration 40";
+const std::vector<std::string> all_wheels{"wheel_front_left", "wheel_front_right",
+                                          "wheel_rear_left", "wheel_rear_right"};
+
+struct WrongScale {
+  std::vector<std::string> signals;
+  double factor;
+  bool also_without_poses = true;  ///< is certain
+};
+
+// What replays blame: all wheels' factor on the gyro.
+TEST(Scale, IsNamedAtItsSensorsWithAndWithoutPoses) {
+  const std::vector<WrongScale> cases{{all_wheels, 0.8},
+                                      {all_wheels, 1.25},
+                                      {all_wheels, 0.621},  // miles read as kilometres
+                                      {all_wheels, 0.9, false},
+                                      {all_wheels, 1.1, false},
+                                      {{all_wheels[0]}, 1.3},
+                                      {{all_wheels[3]}, 0.85},
+                                      {{all_wheels[0], all_wheels[1]}, 0.85},
+                                      {{all_wheels[2], all_wheels[3]}, 1.2},
+                                      {{"yaw_rate"}, 0.8},
+                                      {{"yaw_rate"}, 1.25}};
+  for (const auto* const course : {slalom, ford, "--scenario lap --laps 1 --seed 3"})
+    for (const auto& [signals, factor, also_without_poses] : cases) {
+      std::vector<Edit> edits;
+      for (const std::string& signal : signals)
+        edits.push_back({signal + " = {", fmt::format("{} = {{ scale = {},", signal, factor)});
+      Drive drive = drive_with(edits, course);
+      for (const char* const poses : {"camera", "truth", "none"}) {
+        SCOPED_TRACE(fmt::format("{} {} {} {}", course, fmt::join(signals, ","), factor, poses));
+        const SignalLog log = signals_of(drive);
+        const auto found = find_wrong_scale(drive, log);
+        if (drive.reference || !drive.cameras.empty() || also_without_poses) {
+          ASSERT_TRUE(found);
+          EXPECT_THAT(*found, Named("scale_off", fmt::format("{}", fmt::join(signals, ", "))));
+        }
+        drive.cameras.empty() ? drive.reference.reset() : drive.cameras.clear();
+      }
+    }
+}
+
+TEST(Scale, OfAllWheelsIsTheOnlyFinding) {
+  for (const double factor : {0.5, 0.8, 1.1})
+    expect_only(found_in(drive_with({{speed, fmt::format("{} scale = {},", speed, factor)}})),
+                "scale_off", "radius of can.signals.wheel_front_left, can.signals.wheel_front_ri");
+}
+
+TEST(Latency, OfTheSteeringIsNamedAtIt) {
+  struct Case {
+    std::string course;
+    std::vector<Edit> edits{};
+  };
+  const Edit actuator{"[can]\n", "[steering]\ndelay = 0.06\nlag = 0.1\n\n[can]\n"};
+  for (const auto& [course, edits] :
+       {Case{slalom}, Case{"--scenario lap --laps 1"}, Case{ford},
+        Case{"--car saloon --duration 40"}, Case{std::string("--servo ") + slalom, {actuator}}})
+    for (const char* late : {"0.06", "0.15", "0.3"}) {
+      SCOPED_TRACE(course + ' ' + late);
+      Drive drive = drive_with(edits, course + " --fix steering_latency=" + late);
+      expect_only(found_in(drive), "latency_off", "can.signals.steering.latency = 0.");
+      if (course != slalom) continue;
+      drive.cameras.clear();
+      drive.reference.reset();
+      expect_only(found_in(drive), "latency_off", "can.signals.steering.latency = 0.");
+    }
+}
+
+}  // namespace
+}  // namespace odomd::tools::doctor::edited_drive

@@ -1,0 +1,234 @@
+#include "tools/doctor/scales.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/identify/common/resampled.hpp"
+#include "tools/init/relation.hpp"
+#include "tools/math/median.hpp"
+
+namespace odomd::tools::doctor {
+namespace {
+
+using diagnostics::Diagnostic;
+using diagnostics::found;
+using diagnostics::kind;
+using Eigen::ArrayXd;
+using estimator::Source;
+
+// Relative error of a sound comparison, by slip, tyres, roll and slopes.
+constexpr double pose_sigma = 0.02, wheel_sigma = 0.03, axle_sigma = 0.05, rest_sigma = 0.1;
+constexpr double usual = 0.07;       // that the filter learns without harm
+constexpr double certain = 9.0;      // of the weighted sum of squares that a factor explains
+constexpr double distinct = 4.0;     // more than the next one explains
+constexpr std::size_t enough = 100;  // spans
+
+struct Span {
+  double from = 0.0, to = 0.0;     ///< after the log's first frame [s]
+  double speed = 0.0, turn = 0.0;  ///< by poses [m/s, rad/s]
+};
+
+std::vector<Span> spans_between_poses(const Drive& drive, const SignalLog& log) {
+  std::vector<PoseSample> poses = in_order(drive.cameras, log.first_ns);
+  double mounting = drive.config.camera.lever_arm[2];
+  if (poses.empty() && drive.reference) {
+    mounting = drive.config.reference_lever_arm.value_or(drive.config.camera.lever_arm)[2];
+    for (const TrajectoryPoint& point : drive.reference->points)
+      poses.push_back({1e-9 * static_cast<double>(point.t_ns - log.first_ns), point.pose.x,
+                       point.pose.y, point.pose.yaw});
+  }
+  constexpr double shortest = 0.499, longest = 1.5;  // s
+  std::vector<Span> spans;
+  for (std::size_t i = 0, j = 0; i < poses.size(); ++i) {
+    const PoseSample& from = poses[i];
+    while (j < poses.size() && poses[j].t - from.t < shortest) ++j;
+    if (j == poses.size()) break;
+    const PoseSample& to = poses[j];
+    if (to.t - from.t > longest) continue;
+    const double heading = 0.5 * (from.yaw + to.yaw) - mounting;
+    spans.push_back({from.t, to.t,
+                     ((to.x - from.x) * std::cos(heading) + (to.y - from.y) * std::sin(heading)) /
+                         (to.t - from.t),
+                     (to.yaw - from.yaw) / (to.t - from.t)});
+  }
+  return spans;
+}
+
+std::vector<Span> even_spans(const SignalLog& log) {
+  constexpr double length = 0.5, stride = 0.05;  // s
+  std::vector<Span> spans;
+  for (double t = 0.0; t + length < 1e-9 * static_cast<double>(log.last_ns - log.first_ns);
+       t += stride)
+    spans.push_back({t, t + length});
+  return spans;
+}
+
+/// ln(ratio) = Σ power · ln(scale of the source) ± sigma
+struct Comparison {
+  double log_ratio = 0.0, sigma = 1.0;
+  std::array<double, estimator::source_count> power{};
+};
+
+struct Power {
+  std::vector<Source> sources;  ///< share it
+  double power = 1.0;
+};
+
+void add(std::vector<Comparison>& all, double ratio, double sigma,
+         std::initializer_list<Power> powers) {
+  Comparison& one = all.emplace_back(Comparison{std::log(ratio), sigma, {}});
+  for (const auto& [sources, power] : powers)
+    for (const Source source : sources)
+      one.power[index_of(source)] += power / static_cast<double>(sources.size());
+}
+
+void add_median(std::vector<Comparison>& all, const ArrayXd& y, const ArrayXd& x, double sigma,
+                std::initializer_list<Power> powers) {
+  const ArrayXd ratios = (y / x).abs();
+  const double ratio = median_of(std::vector(ratios.begin(), ratios.end()));
+  if (ratio > 0.0) add(all, ratio, sigma, powers);
+}
+
+// By the ratio of their sizes, which hardly depends on latencies. Noise of either is uncertainty.
+void add_slope(std::vector<Comparison>& all, const ArrayXd& y, const ArrayXd& x, double sigma,
+               std::initializer_list<Power> powers) {
+  constexpr double related = 0.8;
+  const Relation relation = relation_of({y.begin(), y.end()}, {x.begin(), x.end()});
+  if (relation.correlation > related)
+    add(all, relation.slope / relation.correlation,
+        std::hypot(sigma, std::log(relation.correlation)), powers);
+}
+
+std::vector<Comparison> compare(const Drive& drive, const SignalLog& log,
+                                const std::vector<Source>& wheels) {
+  const estimator::Vehicle& car = drive.config.vehicle;
+  std::vector<Span> spans = spans_between_poses(drive, log);
+  const bool has_poses = spans.size() >= enough;
+  if (!has_poses) spans = even_spans(log);
+  const auto on_grid = [&](const Series& series) {
+    constexpr double step = 0.01;
+    return resampled(series, log.first_ns, 0.0,
+                     1e-9 * static_cast<double>(log.last_ns - log.first_ns), step);
+  };
+  const auto speed_of = [&](Source wheel) {
+    return on_grid(log.has(Source::direction)
+                       ? with_direction(log.of(wheel), log.of(Source::direction))
+                       : log.of(wheel));
+  };
+  Resampled speed = speed_of(wheels[0]);
+  for (std::size_t k = 1; k < wheels.size(); ++k)
+    speed = combined(speed, speed_of(wheels[k]), std::plus{});
+  for (double& value : speed.value) value /= static_cast<double>(wheels.size());
+  const auto each = [&](auto f) {
+    ArrayXd values(static_cast<Eigen::Index>(spans.size()));
+    std::ranges::transform(spans, values.begin(), f);
+    return values;
+  };
+  const auto mean = [&](const Resampled& signal) {
+    return each([sum = integral(signal)](const Span& span) {
+      return (sum.at(span.to) - sum.at(span.from)) / (span.to - span.from);
+    });
+  };
+  const ArrayXd all_speeds = mean(speed).abs();
+  const double slowest =
+      spans.empty() ? 0.0 : std::max(0.5 * median_of_magnitudes(all_speeds), 0.1);
+  std::erase_if(
+      spans, [&, i = Eigen::Index{0}](const Span&) mutable { return all_speeds[i++] < slowest; });
+  std::vector<Comparison> all;
+  if (spans.size() < enough || !log.has(Source::yaw_rate)) return all;
+
+  const std::vector<Source> gyro{Source::yaw_rate};
+  const ArrayXd v = mean(speed), turn = mean(on_grid(log.of(Source::yaw_rate)));
+  const ArrayXd seen_speed = each([](const Span&span) { return span.speed; }),
+                seen_turn = each([](const Span&span) { return span.turn; });
+  std::vector<ArrayXd> middle;  // speed there by each wheel
+  for (const Source wheel : wheels) {
+    const bool is_left = wheel == Source::wheel_front_left || wheel == Source::wheel_rear_left;
+    const bool is_axle = wheel == Source::wheel_rear || wheel == Source::motor;
+    const double left = is_axle ? 0.0 : (is_left ? 0.5 : -0.5) * car.track_width;
+    middle.push_back(mean(speed_of(wheel)) + left * (has_poses ? seen_turn : turn));
+    if (has_poses)
+      add_median(all, middle.back(), seen_speed, pose_sigma, {{{wheel}}});
+    else if (wheel != wheels[0])
+      add_median(all, middle.back(), middle[0], wheel_sigma, {{{wheel}}, {{wheels[0]}, -1.0}});
+  }
+  if (has_poses) add_slope(all, turn, seen_turn, pose_sigma, {{gyro}});
+  for (const auto& [left, right] : {std::pair{Source::wheel_front_left, Source::wheel_front_right},
+                                    std::pair{Source::wheel_rear_left, Source::wheel_rear_right}})
+    if (log.has(left) && log.has(right))
+      // Over v: a factor on one wheel is constant then.
+      add_slope(all, (mean(speed_of(right)) - mean(speed_of(left))) / v, car.track_width * turn / v,
+                axle_sigma, {{{left, right}}, {gyro, -1.0}});
+  if (log.has(Source::steering))
+    add_slope(all, mean(on_grid(log.of(Source::steering))),
+              car.wheelbase() * turn / v + car.mass / car.wheelbase() * v * turn *
+                                               (car.rear_axle / car.cornering_stiffness_front -
+                                                car.front_axle / car.cornering_stiffness_rear),
+              rest_sigma, {{{Source::steering}}, {wheels}, {gyro, -1.0}});
+  if (log.has(Source::accel_y))
+    add_slope(all, mean(on_grid(log.of(Source::accel_y))), v * turn, rest_sigma,
+              {{{Source::accel_y}}, {wheels, -1.0}, {gyro, -1.0}});
+  if (log.has(Source::accel_x))
+    add_slope(all, mean(on_grid(log.of(Source::accel_x))), each([&](const Span& span) {
+                return (speed.at(span.to) - speed.at(span.from)) / (span.to - span.from);
+              }),
+              rest_sigma, {{{Source::accel_x}}, {wheels, -1.0}});
+  return all;
+}
+
+struct Suspect {
+  std::vector<Source> sources;  ///< with one factor
+  double factor = 1.0, explained = 0.0;
+};
+
+}  // namespace
+
+std::optional<Diagnostic> find_wrong_scale(const Drive& drive, const SignalLog& log) {
+  std::vector<Source> wheels;
+  std::ranges::copy_if(wheel_sources, std::back_inserter(wheels),
+                       [&](Source wheel) { return log.has(wheel); });
+  if (wheels.empty()) return std::nullopt;
+  std::vector<Suspect> suspects{{wheels},
+                                {{Source::yaw_rate}},
+                                {{Source::steering}},
+                                {{Source::accel_x, Source::accel_y}},
+                                {{Source::wheel_front_left, Source::wheel_front_right}},
+                                {{Source::wheel_rear_left, Source::wheel_rear_right}}};
+  for (const Source wheel : wheels) suspects.push_back({{wheel}});
+  const std::vector<Comparison> all = compare(drive, log, wheels);
+  for (auto& [sources, factor, explained] : suspects) {
+    std::erase_if(sources, [&](Source source) { return !log.has(source); });
+    double square = 0.0, product = 0.0;
+    for (const Comparison& one : all) {
+      double power = 0.0;
+      for (const Source source : sources) power += one.power[index_of(source)] / one.sigma;
+      square += power * power;
+      product += power * one.log_ratio / one.sigma;
+    }
+    if (!(square > 0.0)) continue;
+    factor = std::exp(product / square);
+    explained = product * product / square;
+  }
+  std::ranges::stable_sort(suspects, std::greater{}, &Suspect::explained);
+  const Suspect& worst = suspects[0];
+  const auto next = std::ranges::find_if(
+      suspects, [&](const Suspect& other) { return other.sources != worst.sources; });
+  if (worst.explained < std::max(certain, next->explained + distinct) ||
+      std::fabs(std::log(worst.factor)) < usual)
+    return std::nullopt;
+  std::vector<std::string> names;
+  for (const Source source : worst.sources) names.push_back(name_of(source));
+  return found(kind("scale_off"), fmt::format("{}", fmt::join(names, ", ")),
+               fmt::format("{:.2f} times what the other sensors show", worst.factor),
+               fmt::format("can.signals.{}", fmt::join(names, ", can.signals.")));
+}
+
+}  // namespace odomd::tools::doctor
