@@ -173,7 +173,7 @@ TEST(OtherBus, WithSignBitsAndQualityBitsIsReadAsByHand) {
            });
   const json result = bus.init(
       " --mass 1700 --wheelbase 2.7 --front-axle 1.25 --track 1.58",
-      R"(yaw_rate = { message = "ESP_02", signal = "ESP_Gierrate", unit = "deg/s", sigma = 0.005, sign = { signal = "ESP_VZ_Gierrate", negative = 1 }, valid_when = { signal = "ESP_QBit_Gierrate", equals = 0 } }
+      R"(yaw_rate = { message = "ESP_02", signal = "ESP_Gierrate", unit = "deg/s", offset = 0.0086, sigma = 0.005, sign = { signal = "ESP_VZ_Gierrate", negative = 1 }, valid_when = { signal = "ESP_QBit_Gierrate", equals = 0 } }
 accel_x = { message = "ESP_02", signal = "ESP_Laengsbeschl", unit = "m/s2", valid_when = { signal = "ESP_QBit_Laengsbeschl", equals = 0 } }
 wheel_rear_left = { message = "ESP_19", signal = "ESP_HL_Radgeschw_02", unit = "km/h", unless_raw = "all_ones", sigma = 0.02 }
 wheel_rear_right = { message = "ESP_19", signal = "ESP_HR_Radgeschw_02", unit = "km/h", unless_raw = "all_ones", sigma = 0.02 }
@@ -190,7 +190,9 @@ steering = { message = "LWI_01", signal = "LWI_Lenkradwinkel", unit = "deg", sca
                           R"(valid_when = { signal = "LWI_QBit_Lenkradwinkel", equals = 0 })",
                           R"(unless_raw = "all_ones")"})
     EXPECT_THAT(bus.text, HasSubstr(key));
-  bus.expect_as_by_hand(1.25);  // 1.1 is wanted: position has 1.19, for a cause not found
+  // The file by hand has the bias at rest, too: that of two noisy seconds alone makes 0.88 to 1.19
+  // times the error without it in seeds 1 to 7, 0.99 in the mean.
+  bus.expect_as_by_hand(1.1);
 }
 
 TEST(OtherBus, WithTheTurnsOfAMotorAndACommandIsReadAsByHand) {
