@@ -59,11 +59,18 @@ Part part_of(const Judging& judging, std::int64_t first_ns) {
   return {from.value_or(whole.from_ns), to.value_or(whole.to_ns)};
 }
 
+bool is_steered(const EvaluatedDrive& drive) {
+  constexpr std::size_t steering = estimator::index_of(estimator::Source::steering);
+  return !drive.config || drive.config->can.signals[steering].configured;
+}
+
 std::size_t baseline_of(const EvaluatedDrive& drive, const std::string& name) {
   const std::vector<std::string> names = names_of(drive);
-  const auto found = std::ranges::find(names, name.empty() ? "kinematic" : name);
+  // Kinematics without a steering drive straight on.
+  const char* const usual = is_steered(drive) ? "kinematic" : "inertial";
+  const auto found = std::ranges::find(names, name.empty() ? usual : name);
   if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
-  if (name.empty()) return 0;
+  if (name.empty()) return is_steered(drive) ? 0 : names.size() - 1;
   std::string all;
   for (const std::string& each : names) all += (all.empty() ? "" : ", ") + each;
   throw std::invalid_argument("--baseline: no estimate " + tools::quoted(name) +

@@ -114,7 +114,12 @@ diagnostics::Diagnostics check_replay(const can::Decoder& decoder, const ReplayS
     warnings.push_back(found(
         kind("camera_outside_log"), "camera",
         fmt::format("none of the {} camera poses arrives while the log lasts", camera_poses)));
-  append(warnings, check_sources(decoder, summary));
+  diagnostics::Diagnostics of_sources = check_sources(decoder, summary);
+  if (!warnings.empty() && warnings.back().kind == &kind("camera_outside_log"))
+    std::erase_if(of_sources, [](const Diagnostic& one) {
+      return one.kind == &kind("source_unused") && one.subject == "camera";
+    });
+  append(warnings, of_sources);
   if (summary.fault_ns) warnings.push_back(fault(summary));
   if (summary.poses == 0)
     warnings.push_back(

@@ -163,6 +163,24 @@ TEST_F(UnusedSources, LogOfAnotherCarIsOneFinding) {
   EXPECT_THAT(drive.run("odom doctor --drive .").out, HasSubstr("none of the 4 mapped messages"));
 }
 
+TEST_F(UnusedSources, CameraOfAnotherTimeIsOneFinding) {
+  const Copy drive(*sound_);
+  drive.shell(
+      "awk -F, -v OFS=, 'NR>1 {$1=sprintf(\"%.6f\", $1-1e3); $2=sprintf(\"%.6f\", $2-1e3)} "
+      "{print}' camera.csv >c && mv c camera.csv");
+  const auto lines = drive.replayed();
+  EXPECT_THAT(lines, Contains(HasSubstr("W407 camera")));
+  EXPECT_THAT(lines, Each(Not(HasSubstr("W322"))));
+}
+
+// Kinematics without a steering are nothing to be better than.
+TEST_F(UnusedSources, NothingIsComparedWithKinematicsWithoutASteering) {
+  const Copy drive(*sound_);
+  EXPECT_THAT(drive.run("odom evaluate --drive . --json").out, HasSubstr("that of kinematic"));
+  drive.change("car.toml", "\nsteering = {", "\n# ");
+  EXPECT_THAT(drive.run("odom evaluate --drive . --json").out, Not(HasSubstr("that of kinematic")));
+}
+
 // A heading that may be anything is not good, however near it is.
 TEST_F(UnusedSources, UncertainHeadingIsNotGood) {
   const Copy drive(*sound_);
