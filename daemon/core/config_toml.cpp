@@ -295,13 +295,13 @@ toml::table parse_toml(const std::string& text, const std::filesystem::path& fil
         what, [](char c) { return std::iscntrl(static_cast<unsigned char>(c)); }, ' ');
     if (what.starts_with("Error while parsing floating-point") && what.ends_with("as a value"))
       what += "; a number is at most 1.8e308 in size";
-    static const std::regex decimal_comma(R"(=\s*[-+]?\d+,\d)");
+    static const std::regex decimal_comma(R"(([\w-]+)\s*=\s*(?:[-+]?\d+,\d|\[.*\d,0\d))");
     std::istringstream lines(text);
     std::string line;
     for (auto left = parse_error.source().begin.line; left > 0; --left) std::getline(lines, line);
     line.resize(std::min(line.size(), std::size_t{1000}));  // the matcher recurses
-    if (std::regex_search(line, decimal_comma))
-      what += "; write a number with a decimal point: 2.5, not 2,5";
+    if (std::smatch match; std::regex_search(line, match, decimal_comma))
+      what += fmt::format("; {}: write a number with a decimal point: 2.5, not 2,5", match.str(1));
     throw ConfigError(
         fmt::format("{}:{}: not TOML: {}", file.string(), parse_error.source().begin.line, what));
   }

@@ -5,7 +5,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <string>
 
 #include "tools/cli/csv.hpp"
@@ -30,7 +32,11 @@ using Json = nlohmann::json;
 
 Json read_measurements(const std::string& file) {
   std::ifstream input = open_input(file);
-  const Json json = Json::parse(input, nullptr, false);
+  const std::string text{std::istreambuf_iterator<char>(input), {}};
+  const Json json = Json::parse(text, nullptr, false);
+  static const std::regex decimal_comma(R"re("([^"]{1,99})"\s{0,9}:\s{0,9}[-+]?\d{1,18},\d)re");
+  if (std::smatch match; json.is_discarded() && std::regex_search(text, match, decimal_comma))
+    fail(file, match.str(1) + ": write a number with a decimal point: 2.5, not 2,5");
   if (!json.is_object())
     fail(file, "is not a JSON object of measurements, such as {\"total\": 2.985}");
   return json;

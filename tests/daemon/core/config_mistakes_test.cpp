@@ -117,7 +117,10 @@ const Mistake mistakes[] = {
      "car.toml:2: [vehicle] mass: -1 is not possible; it must be greater than 0"},
     {"DecimalComma", vehicle("mass = 2,985"),
      "car.toml:2: not TOML: Error while parsing key-value pair: expected a comment or whitespace, "
-     "saw ','; write a number with a decimal point: 2.5, not 2,5"},
+     "saw ','; mass: write a number with a decimal point: 2.5, not 2,5"},
+    {"DecimalCommaInAnArray", also("[imu]\nposition = [0,04, 0,015]\n"),
+     "car.toml:3: not TOML: Error while parsing decimal integer: leading zeroes are prohibited; "
+     "position: write a number with a decimal point: 2.5, not 2,5"},
     {"ZeroMass", vehicle("mass = 0"),
      "car.toml:2: [vehicle] mass: 0 is not possible; it must be greater than 0"},
     {"NanMass", vehicle("mass = nan"),

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <exception>
 #include <iostream>
+#include <stdexcept>
 #include <string_view>
 
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -192,7 +193,8 @@ void add_delivery(Command method, Delivery& delivery) {
   method.add("--write", "TOML", delivery.write,
              "Configuration to write the numbers to, each with a note on its origin; more precise "
              "numbers there are kept");
-  method.add_flag("--force", delivery.force, "Also replace numbers that are more precise");
+  method.add_flag("--force", delivery.force,
+                  "Also replace numbers that are more precise, or of another car");
 }
 
 std::string as_text(const Findings& findings) {
@@ -245,6 +247,9 @@ void deliver(Findings findings, const Delivery& delivery) {
   Writing writing;
   std::exception_ptr problem;  // the numbers are printed also where they cannot be written
   try {
+    if (!delivery.write.empty() && !delivery.force && !findings.obstacle.empty())
+      throw std::invalid_argument(fmt::format("nothing written to {}: {}; --force writes it",
+                                              delivery.write, findings.obstacle));
     if (!delivery.write.empty()) writing = prepare(findings, delivery);
   } catch (const std::exception&) {
     problem = std::current_exception();

@@ -235,8 +235,12 @@ Findings identify_cog(const Options& options) {
               "the centre of gravity lies far to one side; the models assume it in the middle"));
   check_precision(weighed, findings);
   if (const std::string file = options.config.empty() ? options.delivery.write : options.config;
-      !file.empty())
+      !file.empty()) {
+    const std::size_t others = findings.warnings.size();
     compare_with(file, dimensions.wheelbase, centre, findings);
+    if (findings.warnings.size() > others)
+      findings.obstacle = "the measurement contradicts the configuration";
+  }
   return findings;
 }
 

@@ -214,14 +214,28 @@ TEST(IdentifyMass, ReportsAndWrites) {
   EXPECT_THAT(contents(scratch.path("car.toml")),
               HasSubstr("mass = 3.0205  # kg (odom identify mass: +- 0.0062 kg, scale, 2 "
                         "weighings)\n"));
-  const Outcome cog = run_shell(
-      "odom identify cog --front 1 --rear 2 --scale-resolution 1g --wheelbase 270mm "
-      "--json --write " +
-      car);
-  EXPECT_EQ(cog.status, 0) << cog.err;
+  const std::string contradictory =
+      "odom identify cog --front 1 --rear 2 --scale-resolution 1g --wheelbase 270mm --json "
+      "--write " +
+      car;
+  const std::string before = contents(scratch.path("car.toml"));
+  Outcome cog = run_shell(contradictory);
+  EXPECT_EQ(cog.status, 2);
   EXPECT_THAT(cog.err, HasSubstr("make a wheelbase of 0.2600 m, measured are 0.2700 m"));
+  EXPECT_THAT(cog.err,
+              HasSubstr("car.toml: the measurement contradicts the configuration; --force"));
+  EXPECT_EQ(contents(scratch.path("car.toml")), before);
+  cog = run_shell(contradictory + " --force");
+  EXPECT_EQ(cog.status, 0) << cog.err;
   EXPECT_THAT(cog.out, HasSubstr("\"vehicle.rear_axle\""));
   EXPECT_THAT(contents(scratch.path("car.toml")), HasSubstr("\nfront_axle = 0.18"));
+}
+
+TEST(IdentifyMass, NamesTheKeyOfADecimalCommaInAFile) {
+  const Scratch scratch;
+  const std::string file = scratch.write("m.json", R"({"total": 2,985, "front": 1.0})").string();
+  EXPECT_THAT(run_shell("odom identify mass --scale-resolution 1g --measured " + file).err,
+              HasSubstr("m.json: total: write a number with a decimal point: 2.5, not 2,5"));
 }
 
 TEST(IdentifyCog, AsksWhetherFrontAndRearAreExchanged) {
