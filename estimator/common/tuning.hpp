@@ -13,8 +13,8 @@ inline constexpr double gravity = 9.81;  // [m/s²]
 /// "GM" is a Gauss-Markov process of this standard deviation and correlation time.
 ///
 /// Origins: physics, then simulated cars (NEES, NIS, drift) and the training drives, but for these:
-/// side_slip, side_slip_grip: v_y of the first half of revs_250lm.
-/// slip_noise, wheel_noise_scale_range: its wheels, and braking simulated cars.
+/// side_slip: v_y of the first half of revs_250lm. grip_used, grip_shown_s: its v_y and that of
+/// xray_duck_1. slip_noise, wheel_noise_scale_range: its wheels, and braking simulated cars.
 /// turn_noise_scale_range: the gyro's NIS on simulated full-size cars, and v_y as above.
 /// signal_gate: χ² of one degree.
 struct Tuning {
@@ -27,8 +27,7 @@ struct Tuning {
   double side_force = 0.1;         ///< e, GM: relative error of the tyre force ...
   double side_force_floor = 0.01;  ///< ... and in a straight line [g] ...
   double side_force_s = 0.05;      ///< ... correlation time [s]
-  double side_slip = 0.2;          ///< white noise of v̇_y at 1 g, growing with a_y³ [g √s] ...
-  double side_slip_grip = 0.125;   ///< ... times this for a tyre with a grip number ...
+  double side_slip = 0.025;        ///< white noise of v̇_y at 1 g, growing with a_y³ [g √s] ...
   double side_slip_floor = 0.01;   ///< ... and in a straight line [g √s]
   double turn = 0.3;               ///< white noise of ψ̈, in sigmas of the gyro [1/√s]
   double way = 1e-3;               ///< white noise of the position, per √(distance · wheelbase)
@@ -94,6 +93,8 @@ struct Tuning {
   double wheel_difference = 0.005;  ///< d
   double tyre_softness = 0.04;      ///< 1/μ of tyres without a configured grip [s²/m] ...
   double softness = 0.05;           ///< ... and its sigma [s²/m]
+  double grip_used = 0.8;           ///< share of its grip that a tyre shows at most ...
+  double grip_shown_s = 0.3;        ///< ... in the mean over this time [s]
 
   // --- random walks of these, per √s ---
   double gyro_bias_walk = 6e-5;         ///< b_g [rad/s/√s] ...

@@ -218,6 +218,8 @@ struct State {
   std::int64_t turned_since_ns = 0;           ///< ... this time; 0: the pose was set since then
   SlowVector turned_by = SlowVector::Zero();  ///< change of ψ's row of B since then
   double front_wheels = 0.0;                  ///< δ behind the steering's actuator [rad]
+  double side_accel = 0.0;     ///< a_y by its sensor, smoothed over `grip_shown_s` [m/s²]
+  double largest_accel = 0.0;  ///< the largest |side_accel| so far [m/s²]
   std::array<NoiseLevel, index_of(Source::wheel_front_left)> noise{};  ///< of the inertial sensors
 
   bool moving = false;          ///< a wheel speed has started the motion

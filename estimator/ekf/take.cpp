@@ -133,6 +133,29 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
                {.slow = significant ? only(slow::pitch_gradient) : none()});
 }
 
+/// It teaches the grip. A tyre has more than it has shown: 1/μ ≤ `grip_used` / |a_y|.
+Judgement take_accel_y(const Context& context, State& state, const Sample& sample) noexcept {
+  const CarModel& model = context.model;
+  const double elapsed_s =
+      state.accel_y.seen ? seconds_between(state.accel_y.time_ns, sample.time_ns) : 0.0;
+  hold(state.accel_y, sample);
+  const Judgement judgement = judge(
+      model, state, sample,
+      predict_accel_y(model, input_of(state), state, sample.sigma[0], context.period_s),
+      {.heading = !gyro_alive(state), .slow = only(slow::roll_gradient) + only(slow::softness)});
+  if (is_taken(judgement.verdict)) {
+    const double accel = (sample.value[0] - state.mean[at::accel_bias_y]) /
+                         (1.0 + state.slow.mean[slow::roll_gradient]);
+    const double time_s = std::clamp(elapsed_s, 0.0, longest_gap_s);
+    state.side_accel += (accel - state.side_accel) * time_s / (model.tuning.grip_shown_s + time_s);
+    state.largest_accel = std::max(state.largest_accel, std::abs(state.side_accel));
+    double& softness = state.slow.mean[slow::softness];
+    softness = std::min(softness, model.tuning.grip_used / state.largest_accel -
+                                      usual_softness(model.car.grip_rear));
+  }
+  return judgement;
+}
+
 /// A jump beyond the fastest turn may be a corrupt frame: the excess widens the front wheels'
 /// angle.
 Judgement take_steering(State& state, const Sample& sample) noexcept {
@@ -183,11 +206,7 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
     case Source::accel_x:
       return take_accel_x(context, state, sample);
     case Source::accel_y:
-      hold(state.accel_y, sample);
-      return judge(
-          context.model, state, sample,
-          predict_accel_y(context.model, input_of(state), state, sample.sigma[0], context.period_s),
-          {.heading = !gyro_alive(state), .slow = only(slow::roll_gradient)});
+      return take_accel_y(context, state, sample);
     default:
       return take_wheel(context, state, sample);
   }

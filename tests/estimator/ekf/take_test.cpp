@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "estimator/common/symmetric3.hpp"
 #include "tests/estimator/signalled_car.hpp"
 
 namespace odomd::estimator::full::take_test {
@@ -51,6 +52,49 @@ TEST(Take, NoiseDoesNotCorrectThePitchGradient) {
     car.tick(values);
   }
   EXPECT_NEAR(car.state.slow.mean[slow::pitch_gradient], 0.0, 0.05);
+}
+
+/// Weaves at the limit of its tyres' grip. Returns the rms error of v_y.
+double weave(Car& car, double grip, double seconds) {
+  Vehicle plant = car.context.model.car;
+  plant.grip_front = plant.grip_rear = grip;
+  constexpr double dt = 0.005;
+  constexpr double speed = 3.0;
+  Moving now{.v_x = speed, .stiffness = 1.0};
+  double sum = 0.0;
+  for (double t = 0.0; t < seconds; t += dt) {
+    now.front_wheel = 0.35 * std::sin(3.0 * t);
+    const Eigen::Vector3d next = velocity_step(plant, now, dt).velocity;
+    SensorValues values = bend_at(speed, next[2]);
+    values.signals[Source::accel_y] = (next[1] - now.v_y) / dt + speed * now.yaw_rate;
+    values.signals[Source::steering] = now.front_wheel;
+    now.v_y = next[1];
+    now.yaw_rate = next[2];
+    car.tick(values);
+    sum += squared(car.state.mean[at::v_y] - now.v_y) * dt / seconds;
+  }
+  return std::sqrt(sum);
+}
+
+double grip_of(const Car& car) {
+  return 1.0 / (usual_softness(0.0) + car.state.slow.mean[slow::softness]);
+}
+
+TEST(Take, TyresAtTheirLimitTeachTheirGrip) {
+  for (const double grip : {4.0, 6.0, 9.0}) {
+    Car car;
+    car.drive(1.0, straight_at(3.0));
+    weave(car, grip, 20.0);
+    EXPECT_NEAR(grip_of(car), grip, 0.3 * grip);
+    EXPECT_LT(weave(car, grip, 10.0), 0.15) << grip;
+  }
+}
+
+TEST(Take, ATyreHasMoreGripThanItHasShown) {
+  Car car;
+  car.state.slow.mean[slow::softness] = 0.3;  // 3 m/s²
+  car.drive(3.0, bend_at(4.0, 1.5));          // 6 m/s²
+  EXPECT_GT(grip_of(car), 6.5);
 }
 
 TEST(Take, TheWayBetweenTheFirstTwoWheelSpeedsCounts) {

@@ -45,7 +45,7 @@ struct Findings {
   std::string origin;  ///< for the note after each written number: "scale, 4 wheels"
   std::vector<Finding> values;
   diagnostics::Diagnostics warnings;
-  std::string obstacle;  ///< to writing any without --force; empty: none
+  std::string obstacle;            ///< to writing any without --force; empty: none
   nlohmann::ordered_json details;  ///< further figures of the method for --json; may be null
 };
 
