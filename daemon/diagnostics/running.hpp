@@ -71,6 +71,11 @@ inline constexpr auto running = std::to_array<Kind>({
             "controller with a larger buffer",
      .limits = {.most = 1e-4},
      .reason = "share of the frames"},
+    {.code = "W812",
+     .name = "camera_refused",
+     .meaning = "A process that would send camera poses was refused.",
+     .fix = "stop one of the senders, or add its user to the group of the socket; odomd's log says "
+            "which"},
 });
 
 }  // namespace odomd::diagnostics

@@ -278,6 +278,9 @@ Diagnostics examine_daemon(const Json& status, const Machine& machine) {
   for (const Json& condition : member(status, "conditions")) {
     if (condition == "model_fault")
       all.push_back(found(kind("model_fault"), "odomd", "its model stopped"));
+    if (condition == "camera_refused")
+      all.push_back(found(kind("camera_refused"), "camera",
+                          "a connection was refused within the last ten seconds"));
     if (condition == "bias_unlearnt") all.push_back(daemon::unlearnt_bias());
     if (condition == "scale_implausible") all.push_back(daemon::implausible_scale());
   }

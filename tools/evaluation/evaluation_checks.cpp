@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <optional>
 #include <string>
 #include <utility>
@@ -131,8 +132,12 @@ void check_coverage(EvaluatedDrive& drive, const Trajectory& judged,
       report(kind("reference_stuck"), "the reference stays at one place for " +
                                           fixed(seconds(e.reference_stuck_ns), 1) +
                                           " s while the estimate moves on");
-    if (e.first_ns != first.first_ns || e.last_ns != first.last_ns)
-      report(kind("other_time"), "its common time differs from that of " + first.name);
+    constexpr const diagnostics::Kind& other_time = kind("other_time");
+    const double apart_s = seconds(std::abs(e.first_ns - first.first_ns)) +
+                           seconds(std::abs(e.last_ns - first.last_ns));
+    if (!other_time.limits.hold(apart_s / seconds(first.last_ns - first.first_ns)))
+      report(other_time, fmt::format("its common time differs by {:.2f} s from that of {}", apart_s,
+                                     first.name));
   }
 }
 

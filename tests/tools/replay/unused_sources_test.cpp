@@ -181,6 +181,18 @@ TEST_F(UnusedSources, NothingIsComparedWithKinematicsWithoutASteering) {
   EXPECT_THAT(drive.run("odom evaluate --drive . --json").out, Not(HasSubstr("that of kinematic")));
 }
 
+TEST_F(UnusedSources, EstimatesMayEndAMomentApart) {
+  const Copy drive(*sound_);
+  drive.shell("odom replay --config car.toml --can drive.log --camera camera.csv --out pose.csv");
+  for (const auto& [rows, differs] : {std::pair{2, false}, {600, true}}) {
+    drive.shell("head -n -" + std::to_string(rows) + " pose.csv >other.csv");
+    EXPECT_EQ(drive.run("odom evaluate --reference truth.csv --pose pose.csv --pose other.csv")
+                      .err.find("its common time differs") != std::string::npos,
+              differs)
+        << rows;
+  }
+}
+
 // A heading that may be anything is not good, however near it is.
 TEST_F(UnusedSources, UncertainHeadingIsNotGood) {
   const Copy drive(*sound_);
