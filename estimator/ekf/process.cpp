@@ -185,11 +185,13 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   Secant rear{car.cornering_stiffness_rear};
   if (w > 0.0) {
     const double l = car.wheelbase();
-    // A tyre that hardly rolls does not slide: there α is that of a wheelbase per second.
-    const double rolls = std::max(w, l);
-    const double slip = (v_x * delta - v_y - l_v * r) / rolls;
-    front = secant_stiffness(front.stiffness, slip, softness_of(car.grip_front, now), m * l_h / l);
-    rear = secant_stiffness(rear.stiffness, (l_h * r - v_y) / rolls,
+    // A tyre that moves by less than a wheelbase per second, along and across, does not slide.
+    const auto slip_angle = [&](double across) {
+      return across / std::max(w, l - std::abs(across));
+    };
+    front = secant_stiffness(front.stiffness, slip_angle(v_x * delta - v_y - l_v * r),
+                             softness_of(car.grip_front, now), m * l_h / l);
+    rear = secant_stiffness(rear.stiffness, slip_angle(l_h * r - v_y),
                             softness_of(car.grip_rear, now), m * l_v / l);
   }
   const double c_v = front.stiffness;

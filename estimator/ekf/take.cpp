@@ -150,8 +150,12 @@ Judgement take_accel_y(const Context& context, State& state, const Sample& sampl
     state.side_accel += (accel - state.side_accel) * time_s / (model.tuning.grip_shown_s + time_s);
     state.largest_accel = std::max(state.largest_accel, std::abs(state.side_accel));
     double& softness = state.slow.mean[slow::softness];
-    softness = std::min(softness, model.tuning.grip_used / state.largest_accel -
-                                      usual_softness(model.car.grip_rear));
+    const double excess = softness + usual_softness(model.car.grip_rear) -
+                          model.tuning.grip_used / state.largest_accel;
+    if (excess > 0.0) {
+      softness -= excess;
+      state.mean -= excess * state.slow.sensitivity.col(slow::softness);
+    }
   }
   return judgement;
 }

@@ -89,9 +89,11 @@ Stiffnesses tyres_at(const CarModel& model, const Input& input, const State& sta
   const double delta = moving(state, input).front_wheel;
   const double v_y = state.mean[at::v_y];
   const double yaw_rate = state.mean[at::yaw_rate];
-  const double rolls = std::max(std::abs(v_x), car.wheelbase());
-  const double front = (delta * v_x - v_y - car.front_axle * yaw_rate) / rolls;
-  const double rear = -(v_y - car.rear_axle * yaw_rate) / rolls;
+  const auto slip_angle = [&](double across) {
+    return across / std::max(std::abs(v_x), car.wheelbase() - std::abs(across));
+  };
+  const double front = slip_angle(delta * v_x - v_y - car.front_axle * yaw_rate);
+  const double rear = slip_angle(car.rear_axle * yaw_rate - v_y);
   const double m_front = car.mass * car.rear_axle / car.wheelbase();
   const auto softness = [&state](double grip) {
     return (grip > 0.0 ? 1.0 / grip : Tuning{}.tyre_softness) + state.slow.mean[slow::softness];
