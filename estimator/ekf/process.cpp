@@ -183,16 +183,20 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   // Secant stiffnesses at the slip angles α of the axles (eqs 6 and 7)
   Secant front{car.cornering_stiffness_front};
   Secant rear{car.cornering_stiffness_rear};
+  double front_by_w = 0.0;
+  double rear_by_w = 0.0;
   if (w > 0.0) {
     const double l = car.wheelbase();
     // A tyre that moves by less than a wheelbase per second, along and across, does not slide.
-    const auto slip_angle = [&](double across) {
-      return across / std::max(w, l - std::abs(across));
+    const auto at_slip = [&](Secant& axle, double& by_w, double across, double grip, double share) {
+      const double softness = softness_of(grip, now);
+      const double least = l - std::abs(across);
+      axle = secant_stiffness(axle.stiffness, across / std::max(w, least), softness, m * share);
+      // Sliding across, slower than a wheelbase per second along, C ~ |v_x|: not held there.
+      by_w = w > least && w < l ? -axle.by_softness * softness / w : 0.0;
     };
-    front = secant_stiffness(front.stiffness, slip_angle(v_x * delta - v_y - l_v * r),
-                             softness_of(car.grip_front, now), m * l_h / l);
-    rear = secant_stiffness(rear.stiffness, slip_angle(l_h * r - v_y),
-                            softness_of(car.grip_rear, now), m * l_v / l);
+    at_slip(front, front_by_w, v_x * delta - v_y - l_v * r, car.grip_front, l_h / l);
+    at_slip(rear, rear_by_w, l_h * r - v_y, car.grip_rear, l_v / l);
   }
   const double c_v = front.stiffness;
   const double c_h = rear.stiffness;
@@ -224,13 +228,17 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   step.by_front_wheel << k * steer_by_delta * per_y, k * l_v * steer_by_delta * per_yaw;
   step.by_stiffness << (steer - coupling * r - v_y_next * damping_y) * per_y,
       (l_v * steer - coupling * v_y - r_next * damping_yaw) * per_yaw;
-  const double by_front = k * dt * front.by_softness;
-  const double by_rear = k * dt * rear.by_softness;
-  step.by_softness << (by_front * (v_x * delta - l_v * r - v_y_next) +
-                       by_rear * (l_h * r - v_y_next)) *
-                          per_y,
-      (by_front * l_v * (v_x * delta - v_y - l_v * r_next) + by_rear * l_h * (v_y - l_h * r_next)) *
-          per_yaw;
+  const auto by_tyres = [&](double by_front, double by_rear) -> Eigen::Vector2d {
+    return k * dt *
+           Eigen::Vector2d{
+               (by_front * (v_x * delta - l_v * r - v_y_next) + by_rear * (l_h * r - v_y_next)) *
+                   per_y,
+               (by_front * l_v * (v_x * delta - v_y - l_v * r_next) +
+                by_rear * l_h * (v_y - l_h * r_next)) *
+                   per_yaw};
+  };
+  step.by_softness = by_tyres(front.by_softness, rear.by_softness);
+  step.by.block<2, 1>(1, 0) += sign * by_tyres(front_by_w, rear_by_w);
   return step;
 }
 

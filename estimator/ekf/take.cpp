@@ -144,18 +144,16 @@ Judgement take_accel_y(const Context& context, State& state, const Sample& sampl
       predict_accel_y(model, input_of(state), state, sample.sigma[0], context.period_s),
       {.heading = !gyro_alive(state), .slow = only(slow::roll_gradient) + only(slow::softness)});
   if (is_taken(judgement.verdict)) {
-    const double accel = (sample.value[0] - state.mean[at::accel_bias_y]) /
-                         (1.0 + state.slow.mean[slow::roll_gradient]);
+    const double accel = sample.value[0] - state.mean[at::accel_bias_y];
     const double time_s = std::clamp(elapsed_s, 0.0, longest_gap_s);
     state.side_accel += (accel - state.side_accel) * time_s / (model.tuning.grip_shown_s + time_s);
     state.largest_accel = std::max(state.largest_accel, std::abs(state.side_accel));
+    const double usual = usual_softness(model.car.grip_rear);
     double& softness = state.slow.mean[slow::softness];
-    const double excess = softness + usual_softness(model.car.grip_rear) -
-                          model.tuning.grip_used / state.largest_accel;
-    if (excess > 0.0) {
-      softness -= excess;
-      state.mean -= excess * state.slow.sensitivity.col(slow::softness);
-    }
+    const double allowed = std::clamp(
+        softness, -usual, std::max(model.tuning.grip_used / state.largest_accel - usual, -usual));
+    state.mean += (allowed - softness) * state.slow.sensitivity.col(slow::softness);
+    softness = allowed;
   }
   return judgement;
 }

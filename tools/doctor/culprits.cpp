@@ -48,8 +48,8 @@ std::optional<Diagnostic> check_scatter(const Drive& drive, const SignalLog& log
                fmt::format("its poses scatter by {:.2g} m and {:.2g} deg, their sigmas are {:.2g} "
                            "m and {:.2g} deg",
                            way, degrees * turn, sigma, degrees * sigma_yaw),
-               fmt::format("the sigmas of its poses by {:.2g} (x, y) and {:.2g} (yaw)", way / sigma,
-                           turn / sigma_yaw));
+               fmt::format("the sigmas of its poses by {:.2g} (x, y) and {:.2g} (yaw)",
+                           std::max(way / sigma, 1.0), std::max(turn / sigma_yaw, 1.0)));
 }
 
 /// A plateau at the largest value, again and again.

@@ -38,9 +38,9 @@ struct Span {
 
 std::vector<Span> spans_between_poses(const Drive& drive, const SignalLog& log) {
   std::vector<PoseSample> poses = in_order(drive.cameras, log.first_ns);
-  double mounting = drive.config.camera.lever_arm[2];
+  auto arm = drive.config.camera.lever_arm;
   if (poses.empty() && drive.reference) {
-    mounting = drive.config.reference_lever_arm.value_or(drive.config.camera.lever_arm)[2];
+    arm = drive.config.reference_lever_arm.value_or(arm);
     for (const TrajectoryPoint& point : drive.reference->points)
       poses.push_back({1e-9 * static_cast<double>(point.t_ns - log.first_ns), point.pose.x,
                        point.pose.y, point.pose.yaw});
@@ -53,11 +53,11 @@ std::vector<Span> spans_between_poses(const Drive& drive, const SignalLog& log) 
     if (j == poses.size()) break;
     const PoseSample& to = poses[j];
     if (to.t - from.t > longest) continue;
-    const double heading = 0.5 * (from.yaw + to.yaw) - mounting;
-    spans.push_back({from.t, to.t,
-                     ((to.x - from.x) * std::cos(heading) + (to.y - from.y) * std::sin(heading)) /
-                         (to.t - from.t),
-                     (to.yaw - from.yaw) / (to.t - from.t)});
+    const double heading = 0.5 * (from.yaw + to.yaw) - arm[2];
+    const double turn = (to.yaw - from.yaw) / (to.t - from.t);
+    const double way = (to.x - from.x) * std::cos(heading) + (to.y - from.y) * std::sin(heading);
+    // A point on the left of the centre is slower in a turn to the left.
+    spans.push_back({from.t, to.t, way / (to.t - from.t) + arm[1] * turn, turn});
   }
   return spans;
 }
@@ -94,7 +94,7 @@ void add_median(std::vector<Comparison>& all, const ArrayXd& y, const ArrayXd& x
                 std::initializer_list<Power> powers) {
   const ArrayXd ratios = (y / x).abs();
   const double ratio = median_of(std::vector(ratios.begin(), ratios.end()));
-  if (ratio > 0.0) add(all, ratio, sigma, powers);
+  if (ratio > 0.0 && std::isfinite(ratio)) add(all, ratio, sigma, powers);
 }
 
 // By the ratio of their sizes, which hardly depends on latencies. Noise of either is uncertainty.
@@ -102,7 +102,7 @@ void add_slope(std::vector<Comparison>& all, const ArrayXd& y, const ArrayXd& x,
                std::initializer_list<Power> powers) {
   constexpr double related = 0.8;
   const Relation relation = relation_of({y.begin(), y.end()}, {x.begin(), x.end()});
-  if (relation.correlation > related)
+  if (relation.correlation > related && relation.slope > 0.0)
     add(all, relation.slope / relation.correlation,
         std::hypot(sigma, std::log(relation.correlation)), powers);
 }

@@ -31,6 +31,7 @@ enum class Opcode : std::uint8_t {
 };
 
 std::uint32_t crc32(std::uint32_t crc, std::string_view bytes) {
+  if (bytes.empty()) return crc;
   return static_cast<std::uint32_t>(
       ::crc32_z(crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }

@@ -148,13 +148,16 @@ std::optional<Companion> sign_of(const can::Message& message, const can::Signal&
     });
     if (how <= best || (signal.length > 1 && !value)) continue;
     best = how;
-    found = {&signal, value.value_or(physical(signal, 1))};
+    found = {&signal, value.value_or(physical(signal, has_raw(signal, 1) ? 1 : -1))};
   }
   return found;
 }
 
 std::vector<std::int64_t> invalid_raws(const can::Signal& measured) {
   std::vector<std::int64_t> raws;
+  if (measured.type != can::ValueType::unsigned_integer &&
+      measured.type != can::ValueType::signed_integer)
+    return raws;
   for (const can::ValueName& value : measured.values)
     if (is_bad(value) && has_raw(measured, value.raw)) raws.push_back(value.raw);
   std::ranges::sort(raws);

@@ -164,7 +164,9 @@ Series series_of(const Traffic& traffic, std::span<const can::Database> database
                        std::ranges::any_of(frames, [&](const can::Frame* frame) {
                          return bits_in(signal, *frame) == ones;
                        });
-  if (candidate.all_ones && !candidate.unless_raw.empty())
+  if (candidate.all_ones && !candidate.unless_raw.empty() &&
+      std::ranges::find(candidate.unless_raw, static_cast<std::int64_t>(ones)) ==
+          candidate.unless_raw.end())
     candidate.unless_raw.push_back(static_cast<std::int64_t>(ones));
   // A control unit that starts sends an end of the range.
   const auto ready = std::ranges::find_if_not(frames, [&](const can::Frame* frame) {

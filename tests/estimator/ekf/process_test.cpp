@@ -27,8 +27,8 @@ using Dual = estimator::testing::Dual<variable_count>;
 using DualVector = Eigen::Matrix<Dual, at::size, 1>;
 
 struct Stiffnesses {
-  double front;
-  double rear;
+  Dual front;
+  Dual rear;
 };
 
 /// Independent implementation of eqs 32 and 33 with |v_x| and the stiffnesses of a step, and of eqs
@@ -75,36 +75,34 @@ DualVector next(const CarModel& model, const Input& input, const Stiffnesses& ty
   return after;
 }
 
-/// Of a brush tyre (Pacejka): F = C α (1 - q + q²/3), and all it holds where it slides.
-double force(double stiffness, double alpha, double most) {
-  const double q = stiffness * std::abs(alpha) / (3.0 * most);
-  return q < 1.0 ? stiffness * alpha * (1.0 - q + q * q / 3.0) : std::copysign(most, alpha);
+/// F(α)/α, α = across / rolls, of a brush tyre (Pacejka): F = C α (1 - q + q²/3), and all it holds
+/// where it slides.
+Dual secant(double stiffness, double across, double most, const Dual& rolls) {
+  const Dual q = stiffness * std::abs(across) / (3.0 * most) / rolls;
+  return q.value() < 1.0 ? Dual(stiffness * (1.0 - q + q * q / 3.0))
+                         : Dual(most / std::abs(across) * rolls);
 }
 
-/// F(α)/α of both axles at a state.
-Stiffnesses tyres_at(const CarModel& model, const Input& input, const State& state) {
+/// F(α)/α of both axles at a state; a function of |v_x| only where a tyre slides across slowly.
+Stiffnesses tyres_at(const CarModel& model, const Input& input, const State& state,
+                     const Dual& v_x) {
+  using std::abs;
   const Vehicle& car = model.car;
-  Stiffnesses tyres{car.cornering_stiffness_front, car.cornering_stiffness_rear};
-  const double v_x = state.mean[at::v_x];
   const double delta = moving(state, input).front_wheel;
   const double v_y = state.mean[at::v_y];
   const double yaw_rate = state.mean[at::yaw_rate];
-  const auto slip_angle = [&](double across) {
-    return across / std::max(std::abs(v_x), car.wheelbase() - std::abs(across));
+  const auto axle = [&](double stiffness, double across, double grip, double share) {
+    const double softness =
+        (grip > 0.0 ? 1.0 / grip : Tuning{}.tyre_softness) + state.slow.mean[slow::softness];
+    const double w = std::abs(v_x.value());
+    const double least = car.wheelbase() - std::abs(across);
+    const Dual rolls = w > least && w < car.wheelbase() ? Dual(abs(v_x)) : Dual(std::max(w, least));
+    return secant(stiffness, across, car.mass * share / softness, rolls);
   };
-  const double front = slip_angle(delta * v_x - v_y - car.front_axle * yaw_rate);
-  const double rear = slip_angle(car.rear_axle * yaw_rate - v_y);
-  const double m_front = car.mass * car.rear_axle / car.wheelbase();
-  const auto softness = [&state](double grip) {
-    return (grip > 0.0 ? 1.0 / grip : Tuning{}.tyre_softness) + state.slow.mean[slow::softness];
-  };
-  if (front != 0.0) {
-    tyres.front = force(tyres.front, front, m_front / softness(car.grip_front)) / front;
-  }
-  if (rear != 0.0) {
-    tyres.rear = force(tyres.rear, rear, (car.mass - m_front) / softness(car.grip_rear)) / rear;
-  }
-  return tyres;
+  return {axle(car.cornering_stiffness_front, delta * v_x.value() - v_y - car.front_axle * yaw_rate,
+               car.grip_front, car.rear_axle / car.wheelbase()),
+          axle(car.cornering_stiffness_rear, car.rear_axle * yaw_rate - v_y, car.grip_rear,
+               car.front_axle / car.wheelbase())};
 }
 
 void expect_step_of_automatic_differentiation(const CarModel& model) {
@@ -116,7 +114,8 @@ void expect_step_of_automatic_differentiation(const CarModel& model) {
       const Input input{state.front_wheels, steering};
       const DualVector x = variables<variable_count, at::size>(state.mean, 0);
       const Dual kappa(state.slow.mean[slow::stiffness_scale], variable_count, at::size);
-      const DualVector after = next(model, input, tyres_at(model, input, state), x, kappa);
+      const DualVector after =
+          next(model, input, tyres_at(model, input, state, x[at::v_x]), x, kappa);
       const Eigen::Matrix<double, at::size, variable_count> J =
           jacobian<variable_count, at::size>(after);
 
@@ -304,7 +303,8 @@ TEST(BrushTyre, ForceAndItsSlopeAreContinuousAndItNeverFalls) {
   EXPECT_NEAR((pushes(sliding + step) - pushes(sliding)) / step, 0.0, 1e-3);
   for (double alpha = 0.01; alpha < 2.0 * sliding; alpha += 0.01) {
     EXPECT_GE(pushes(alpha), pushes(alpha - 0.01) - 1e-12) << alpha;
-    EXPECT_NEAR(pushes(alpha), force(20.0, alpha, 9.0 * 1.5), 1e-12) << alpha;
+    EXPECT_NEAR(pushes(alpha), alpha * secant(20.0, alpha, 9.0 * 1.5, Dual(1.0)).value(), 1e-12)
+        << alpha;
     EXPECT_EQ(secant_stiffness(20.0, alpha, 1.0 / 9.0, 1.5).stiffness,
               secant_stiffness(20.0, -alpha, 1.0 / 9.0, 1.5).stiffness);
   }
