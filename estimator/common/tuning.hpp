@@ -13,10 +13,10 @@ inline constexpr double gravity = 9.81;  // [m/s²]
 /// "GM" is a Gauss-Markov process of this standard deviation and correlation time.
 ///
 /// Origins: physics, then simulated cars (NEES, NIS, drift) and the training drives, but for these:
-/// side_slip: v_y of the first half of revs_250lm. grip_used, grip_shown_s: its v_y and that of
-/// xray_duck_1. slip_noise, wheel_noise_scale_range: its wheels, and braking simulated cars.
-/// turn_noise_scale_range: the gyro's NIS on simulated full-size cars, and v_y as above.
-/// signal_gate: χ² of one degree.
+/// side_slip: simulated slides with camera. side_slip_grip, grip_used, grip_shown_s: v_y of the
+/// first half of revs_250lm; the last two of xray_duck_1, too. slip_noise, wheel_noise_scale_range:
+/// its wheels, and braking simulated cars. turn_noise_scale_range: the gyro's NIS on simulated
+/// full-size cars, and v_y as above. signal_gate: χ² of one degree.
 struct Tuning {
   // --- how the car is driven ---
   double drive_accel = 0.1;  ///< a_x, GM: braking and acceleration by the driver [g]
@@ -28,6 +28,7 @@ struct Tuning {
   double side_force_floor = 0.01;  ///< ... and in a straight line [g] ...
   double side_force_s = 0.05;      ///< ... correlation time [s]
   double side_slip = 0.06;         ///< white noise of v̇_y at 1 g, growing with a_y³ [g √s] ...
+  double side_slip_grip = 0.4;     ///< ... times this for a tyre with a grip number ...
   double side_slip_floor = 0.01;   ///< ... and in a straight line [g √s]
   double turn = 0.3;               ///< white noise of ψ̈, in sigmas of the gyro [1/√s]
   double way = 1e-3;               ///< white noise of the position, per √(distance · wheelbase)

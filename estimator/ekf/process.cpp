@@ -141,7 +141,8 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
   state.variance(at::y) += way;
   state.variance(at::yaw) += squared(tuning.way_turn) * speed / wheelbase * F.dt;
   const double bend = x[at::v_x] * x[at::yaw_rate] / gravity;  // [g]
-  const double side = tuning.side_slip * gravity * bend * bend * bend;
+  const double share = model.car.grip_rear > 0.0 ? tuning.side_slip_grip : 1.0;
+  const double side = share * tuning.side_slip * gravity * bend * bend * bend;
   state.variance(at::v_y) += (squared(side) + squared(tuning.side_slip_floor * gravity)) * F.dt;
   const double force = tuning.side_force * x[at::v_x] * x[at::yaw_rate];
   state.variance(at::side_force) += (squared(force) + squared(tuning.side_force_floor * gravity)) *

@@ -133,27 +133,35 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
                {.slow = significant ? only(slow::pitch_gradient) : none()});
 }
 
-/// It teaches the grip. A tyre has more than it has shown: 1/μ ≤ `grip_used` / |a_y|.
+/// A tyre has more grip than it has shown: 1/μ ≤ `grip_used` / |a_y|.
+void note_shown_grip(const CarModel& model, State& state, double accel, double elapsed_s) noexcept {
+  const double time_s = std::clamp(elapsed_s, 0.0, longest_gap_s);
+  state.side_accel += (accel - state.side_accel) * time_s / (model.tuning.grip_shown_s + time_s);
+  state.largest_accel = std::max(state.largest_accel, std::abs(state.side_accel));
+  const double usual = usual_softness(0.0);
+  double& softness = state.slow.mean[slow::softness];
+  const double allowed = std::clamp(
+      softness, -usual, std::max(model.tuning.grip_used / state.largest_accel - usual, -usual));
+  state.mean += (allowed - softness) * state.slow.sensitivity.col(slow::softness);
+  softness = allowed;
+}
+
+/// It teaches the grip, unless that is stated: a bank looks the same, and the camera corrects it.
 Judgement take_accel_y(const Context& context, State& state, const Sample& sample) noexcept {
   const CarModel& model = context.model;
+  const bool teaches = model.car.grip_rear == 0.0;
   const double elapsed_s =
       state.accel_y.seen ? seconds_between(state.accel_y.time_ns, sample.time_ns) : 0.0;
   hold(state.accel_y, sample);
+  Updates updates{.heading = !gyro_alive(state), .slow = only(slow::roll_gradient)};
+  if (teaches) {
+    updates.slow += only(slow::softness);
+  }
   const Judgement judgement = judge(
       model, state, sample,
-      predict_accel_y(model, input_of(state), state, sample.sigma[0], context.period_s),
-      {.heading = !gyro_alive(state), .slow = only(slow::roll_gradient) + only(slow::softness)});
-  if (is_taken(judgement.verdict)) {
-    const double accel = sample.value[0] - state.mean[at::accel_bias_y];
-    const double time_s = std::clamp(elapsed_s, 0.0, longest_gap_s);
-    state.side_accel += (accel - state.side_accel) * time_s / (model.tuning.grip_shown_s + time_s);
-    state.largest_accel = std::max(state.largest_accel, std::abs(state.side_accel));
-    const double usual = usual_softness(model.car.grip_rear);
-    double& softness = state.slow.mean[slow::softness];
-    const double allowed = std::clamp(
-        softness, -usual, std::max(model.tuning.grip_used / state.largest_accel - usual, -usual));
-    state.mean += (allowed - softness) * state.slow.sensitivity.col(slow::softness);
-    softness = allowed;
+      predict_accel_y(model, input_of(state), state, sample.sigma[0], context.period_s), updates);
+  if (teaches && is_taken(judgement.verdict)) {
+    note_shown_grip(model, state, sample.value[0] - state.mean[at::accel_bias_y], elapsed_s);
   }
   return judgement;
 }

@@ -255,6 +255,10 @@ TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
   EXPECT_NEAR(std::sqrt(grown(gravity) - straight), model.tuning.side_slip * gravity, 0.15);
   EXPECT_NEAR(std::sqrt(grown(0.5 * gravity) - straight), model.tuning.side_slip * gravity / 8.0,
               0.02);
+  // The model error of a known tyre is smaller. High grip keeps the stiffness.
+  const double unknown = grown(gravity) - straight;
+  model.car.grip_rear = 1e6;
+  EXPECT_NEAR(std::sqrt((grown(gravity) - straight) / unknown), model.tuning.side_slip_grip, 1e-2);
 }
 
 TEST(Process, StandingOnlyWhatVariesSlowlyDoesSo) {

@@ -90,6 +90,14 @@ TEST(Take, TyresAtTheirLimitTeachTheirGrip) {
   }
 }
 
+TEST(Take, AStatedGripIsTheCamerasToCorrect) {
+  Car car;
+  car.context.model.car.grip_front = car.context.model.car.grip_rear = 6.0;
+  car.drive(1.0, straight_at(3.0));
+  weave(car, 4.0, 10.0);
+  EXPECT_EQ(car.state.slow.mean[slow::softness], 0.0);
+}
+
 TEST(Take, ATyreHasMoreGripThanItHasShown) {
   Car car;
   car.state.slow.mean[slow::softness] = 0.3;  // 3 m/s²
