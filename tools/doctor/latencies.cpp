@@ -27,7 +27,7 @@ bool is_steering(const SourceOffset& one) {
   return one.source == Source::steering;
 }
 
-// Wheels that turn before their steering are no matter of size, and later ones of their actuator.
+// Wheels that turn before what [steering] says are no matter of size, and later ones of it.
 bool is_off(const SourceOffset& one) {
   if (is_steering(one)) return one.offset > chance * one.sigma;
   return !off_kind.limits.hold(std::fabs(one.offset) - chance * one.sigma);
@@ -56,12 +56,15 @@ std::string late(double seconds) {
 Diagnostic of_sensor(const daemon::Config& config, Source source, double offset) {
   const can::SignalBinding* const binding = binding_of(config, source);
   const double stated = binding == nullptr ? 0.0 : 1e-9 * static_cast<double>(binding->latency_ns);
-  return found(off_kind, name_of(source),
-               fmt::format("its samples are {}{} compared with the others; the latency stated is "
-                           "{:.3f} s",
-                           source == Source::steering ? "at least " : "", late(offset), stated),
-               fmt::format("can.signals.{}.latency = {:.3f}", name_of(source),
-                           std::max(stated + offset, 0.0)));
+  return found(
+      off_kind, name_of(source),
+      fmt::format("its samples are {}{} compared with the others{}; the latency stated is "
+                  "{:.3f} s",
+                  source == Source::steering ? "at least " : "", late(offset),
+                  source == Source::steering ? ", or [steering] delay and lag are too long" : "",
+                  stated),
+      fmt::format("can.signals.{}.latency = {:.3f}", name_of(source),
+                  std::max(stated + offset, 0.0)));
 }
 
 /// Whether the gyro is off if all others are alike: several kinds of sensors, which agree, or what
