@@ -25,6 +25,7 @@ struct Tuning {
 
   // --- model errors ---
   double side_force = 0.1;         ///< e, GM: relative error of the tyre force ...
+  double sliding_force = 0.3;      ///< ... of a sliding car ...
   double side_force_floor = 0.01;  ///< ... and in a straight line [g] ...
   double side_force_s = 0.05;      ///< ... correlation time [s]
   double side_slip = 0.06;         ///< white noise of v̇_y at 1 g, growing with a_y³ [g √s] ...
@@ -40,6 +41,8 @@ struct Tuning {
   // --- wheels ---
   double wheel_radius = 0.0025;  ///< relative difference between the wheels' radii
   double slip_noise = 0.0025;    ///< variation of a driven wheel's slip, per acceleration [s²/m]
+  double sliding_slip = 0.2;     ///< slip of the wheels of a sliding car, of its speed
+  double slip_memory_s = 20.0;   ///< of a slip that has shown itself [s]
   double front_wheel = 0.05;     ///< error of δ at a front wheel [rad]
 
   // --- gates ---
@@ -59,6 +62,7 @@ struct Tuning {
 
   // --- camera poses beyond the gate ---
   double outlier_odds = 12.0;      ///< log odds of an outlier over a wrong filter
+  double velocity_odds = 4.6;      ///< log odds of a right over a wrong velocity of the filter
   double outlier_range = 20.0;     ///< range of outliers [wheelbases]
   double motion_error = 0.1;       ///< error of the filter's motion between two poses [1, rad/m]
   double lasting_s = 3.0;          ///< correlation time of a camera's lasting error [s]

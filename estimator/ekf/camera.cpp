@@ -58,11 +58,20 @@ double evidence_of_step(const CarModel& model, const State& state, const PosePai
                         const std::array<double, 3>& sigma) noexcept {
   const Tuning& tuning = model.tuning;
   const PosePair& now = state.last_camera_pose;
-  const Pose2 seen{now.measured.x - before.measured.x, now.measured.y - before.measured.y,
-                   wrap_angle(now.measured.yaw - before.measured.yaw)};
+  const Pose2 seen = now.seen;
   const double turn = tuning.motion_error * distance(before.estimated, now.estimated);
-  const double way = state.integrity.slides() ? std::max(turn, std::hypot(seen.x, seen.y)) : turn;
-  const double moves = log_density(now.step_error, sigma, way, turn);
+  const double like_filter = log_density(now.step_error, sigma, turn, turn);
+  // As it went on since the pose before, and turned as the filter says.
+  const double dt = seconds_between(before.capture_ns, now.capture_ns);
+  const double again = dt / before.seen_s;
+  const double way = std::hypot(gravity * dt * dt, 2.0 * again * std::hypot(sigma[0], sigma[1]));
+  const double goes_on = before.seen_s > 0.0
+                             ? log_density({seen.x - again * before.seen.x,
+                                            seen.y - again * before.seen.y, now.step_error.yaw},
+                                           sigma, way, turn) -
+                                   tuning.velocity_odds
+                             : like_filter;
+  const double moves = std::max(like_filter, goes_on);
   const double stands = log_density(seen, sigma, 0.0, 0.0);
   const double map = tuning.outlier_range * model.car.wheelbase();
   const double anywhere = -0.5 * std::log(squared(squared(map)) * squared(std::numbers::pi));
@@ -165,6 +174,9 @@ void note_camera_pose(State& state, const Sample& pose) noexcept {
   }
   PosePair& now = state.last_camera_pose;
   now.step_error = step_difference(before, now);
+  now.seen = {now.measured.x - before.measured.x, now.measured.y - before.measured.y,
+              wrap_angle(now.measured.yaw - before.measured.yaw)};
+  now.seen_s = seconds_between(before.capture_ns, now.capture_ns);
   now.has_step = true;
   if (!before.has_step) {
     return;

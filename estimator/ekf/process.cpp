@@ -141,10 +141,17 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
   state.variance(at::y) += way;
   state.variance(at::yaw) += squared(tuning.way_turn) * speed / wheelbase * F.dt;
   const double bend = x[at::v_x] * x[at::yaw_rate] / gravity;  // [g]
-  const double share = model.car.grip_rear > 0.0 ? tuning.side_slip_grip : 1.0;
+  // By what is unknown of the tyres' grip, beyond what a tyre of known grip does
+  const double unknown =
+      model.car.grip_rear > 0.0
+          ? 0.0
+          : std::min(state.variance(slow::softness) / squared(tuning.softness), 1.0);
+  const double known = squared(tuning.side_slip_grip);
+  const double share = std::sqrt(known + (1.0 - known) * unknown);
   const double side = share * tuning.side_slip * gravity * bend * bend * bend;
   state.variance(at::v_y) += (squared(side) + squared(tuning.side_slip_floor * gravity)) * F.dt;
-  const double force = tuning.side_force * x[at::v_x] * x[at::yaw_rate];
+  const double force = (state.integrity.slid() ? tuning.sliding_force : tuning.side_force) *
+                       x[at::v_x] * x[at::yaw_rate];
   state.variance(at::side_force) += (squared(force) + squared(tuning.side_force_floor * gravity)) *
                                     (1.0 - squared(F.force_decay));
   state.variance(at::yaw_rate) += squared(tuning.turn * model.gyro_sigma) * F.dt;

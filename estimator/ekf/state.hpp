@@ -168,6 +168,8 @@ struct PosePair {
   Pose2 measured;
   Pose2 estimated;
   Pose2 step_error;       ///< measured minus estimated motion since the camera pose before
+  Pose2 seen;             ///< measured motion since the camera pose before ...
+  double seen_s = 0.0;    ///< ... and its duration [s]
   bool has_step = false;  ///< there was one before
   bool beyond = false;    ///< beyond the gate
 };

@@ -21,16 +21,19 @@ struct Hypothesis {
 constexpr double pair = 8.0;
 constexpr double group = 14.0;
 constexpr std::array groups{Hypothesis{front_wheels, pair}, Hypothesis{rear_wheels, pair},
-                            Hypothesis{wheels, group}, Hypothesis{inertial, group}};
+                            Hypothesis{wheels, group}, Hypothesis{inertial, group},
+                            Hypothesis{turn_models, group}};
+
+// What a slide contradicts, but does not disturb.
+constexpr Sources witnesses = inertial | only(Source::camera);
 
 // A car that spins contradicts an IMU that has no fault, and outer wheels roll in a slide.
 constexpr double slide_penalty = 10.0;
 
-// A source whose bits repeat, or that jumped, is so much more likely to be at fault.
+// A source whose bits repeat, or a wheel that slips, is so much more likely to be at fault.
 constexpr double anomaly_bonus = 20.0;
-constexpr double jump_memory_s = 1.0;
 
-/// Whether all of these sources that are alive repeat their bits, or have jumped.
+/// Whether all of these sources that are alive repeat their bits, or slip.
 bool is_anomalous(const Observations& observed, Sources sources, const Solution& without) noexcept {
   for (std::size_t i = 0; i < source_count; ++i) {
     const SourceHistory& history = observed.sources[i];
@@ -38,9 +41,6 @@ bool is_anomalous(const Observations& observed, Sources sources, const Solution&
       continue;
     }
     const bool wheel = is_wheel(static_cast<Source>(i));
-    const bool jumped = (wheel && std::abs(history.rate(Over::short_time)) > 2.0 * largest_accel) ||
-                        (history.jumped_ns != 0 &&
-                         seconds_between(history.jumped_ns, observed.now_ns) <= jump_memory_s);
     // A quantised wheel speed repeats while the car goes at a constant speed, or stands.
     const bool stands = std::abs(history.value) < slowest_turning;
     const bool constant = wheel &&
@@ -48,7 +48,8 @@ bool is_anomalous(const Observations& observed, Sources sources, const Solution&
                                          most_sigmas * history.sigma) &&
                           std::abs(history.mean() - without.motion[of::speed]) <
                               (stands ? 0.5 : most_sigmas) * without.sigma[of::speed];
-    if (!jumped && (constant || !observed.repeats(static_cast<Source>(i)))) {
+    const bool slips = wheel && observed.slips(static_cast<Source>(i));
+    if (!slips && (constant || !observed.repeats(static_cast<Source>(i)))) {
       return false;
     }
   }
@@ -63,7 +64,7 @@ Sources isolate_fault(const Observations& observed, const Consensus& all, const 
   const Sources suspects = all.present() & ~out;
   const Sources speeds = suspects & (wheels | only(Source::camera));
   const bool slides = observed.slides(observed.now_ns, Over::long_time);
-  const bool spins = slides && (out & wheels) != 0;
+  const bool witnessed = observed.slid() && observed.seen();
   const Sources outer_wheels =
       observed.speed() * observed.yaw_rate() > 0.0
           ? only(Source::wheel_front_right) | only(Source::wheel_rear_right)
@@ -74,17 +75,20 @@ Sources isolate_fault(const Observations& observed, const Consensus& all, const 
     const Hypothesis hypothesis =
         i < source_count ? Hypothesis{only(static_cast<Source>(i)), 0.0} : groups[i - source_count];
     const Sources sources = hypothesis.sources & suspects;
-    if (sources == 0) {
+    if (sources == 0 || (witnessed && (sources & ~witnesses) == 0) ||
+        (!observed.seen() && hypothesis.sources == turn_models)) {
       continue;
     }
     // The inner wheels carry less and slip first.
     const bool outer = slides && (sources & outer_wheels) != 0 && (sources & ~outer_wheels) == 0;
     // Without its last speed the car has only what it integrates.
     const bool only_speed = (sources & speeds) != 0 && (speeds & ~sources) == 0;
-    tried[i] = {sources,
-                all.without(out | sources).misfit + (only_speed ? group : hypothesis.score) +
-                    (outer || (spins && (sources & ~inertial) == 0) ? slide_penalty : 0.0) -
-                    (is_anomalous(observed, sources, without_wheels) ? anomaly_bonus : 0.0)};
+    tried[i] = {
+        sources,
+        all.without(out | sources).misfit + (only_speed ? group : hypothesis.score) +
+            (outer || (slides && (out & wheels) != 0 && (sources & ~inertial) == 0) ? slide_penalty
+                                                                                    : 0.0) -
+            (is_anomalous(observed, sources, without_wheels) ? anomaly_bonus : 0.0)};
     if (tried[i].score < best.score) {
       best = tried[i];
     }

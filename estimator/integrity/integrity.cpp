@@ -27,13 +27,16 @@ constexpr std::pair required_of_wheels_s{0.4, 5.0};
 // One negative wheel speed may be a corrupt frame.
 constexpr int sign_known_after = 3;
 
-/// Whether a wheel's speed changes from one sample to the next as no motion makes it.
-bool jumps(const SourceHistory& wheel, std::int64_t time_ns, double value) noexcept {
-  constexpr double at_once = 0.2;  // [m/s], and of the speed: steps of an encoder, kerbs
-  constexpr double share = 0.1;
-  return wheel.seen() && std::abs(value - wheel.value) >
-                             at_once + share * std::abs(wheel.value) +
-                                 2.0 * gravity * seconds_between(wheel.time_ns, time_ns);
+/// What a wheel changes from sample to sample beyond v̇_x = a_x + v_y ψ̇ of any car and its noise is
+/// slip. It ends by a change back.
+double slip_after(const Observations& observed, const SourceHistory& wheel, std::int64_t time_ns,
+                  double value, double sigma) noexcept {
+  const double dt = seconds_between(wheel.time_ns, time_ns);
+  const double turning = observed.slid() ? std::abs(observed.speed() * observed.yaw_rate()) : 0.0;
+  const double change = value - wheel.value;
+  const double excess =
+      std::max(std::abs(change) - (largest_accel + turning) * dt - most_sigmas * sigma, 0.0);
+  return wheel.slip * std::exp(-dt / Tuning{}.slip_memory_s) + std::copysign(excess, change);
 }
 
 }  // namespace
@@ -47,8 +50,8 @@ void Integrity::add(Source source, std::int64_t time_ns, double value, double si
   if (is_wheel(source) && value < 0.0 && observed_.history(Source::direction).value >= 0.0) {
     negative_speeds_ = std::min(negative_speeds_ + 1, sign_known_after);
   }
-  if (is_wheel(source) && jumps(history, time_ns, value)) {
-    history.jumped_ns = time_ns;
+  if (is_wheel(source) && history.seen()) {
+    history.slip = slip_after(observed_, history, time_ns, value, sigma);
   }
   add_sample(history, time_ns, value, sigma, value == history.value);
   history.arrival_ns = std::max(arrival_ns, time_ns);
@@ -79,7 +82,10 @@ void Integrity::add(const CameraPose& pose) noexcept {
                           rate * (mean_s.front() + dt) * dt;
       return !recent.seen() || std::abs(by - recent.mean() * dt) <= most;
     };
-    outlier = !is_motion(observed_.camera_speed, way, sigma, largest_accel) ||
+    // v̇_x = a_x + v_y ψ̇
+    const double turning = std::abs(turned) / (dt * dt) *
+                           std::hypot(pose.x - reference_pose_.x, pose.y - reference_pose_.y);
+    outlier = !is_motion(observed_.camera_speed, way, sigma, largest_accel + turning) ||
               !is_motion(observed_.camera_yaw_rate, turned, pose.sigma_yaw, largest_yaw_accel);
     if (!outlier) {
       constexpr auto unfiltered = Prefilter::none;
@@ -188,16 +194,21 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
       : by_short_mean        ? isolate_fault(observed_, all, base, agreed_.without_wheels)
       : agreed_.contradicted ? isolate_fault(observed_, longer, longer_base, agreed_.without_wheels)
                              : 0;
-  const Sources faulty = isolated | (stuck & ~out);
+  // Models of the turn that contradict the gyro beyond what tyres hold show a slide, if a camera
+  // sees the car; else the gyro may be at fault.
+  const double demanded = base.motion[of::speed] * observed_.history(Source::yaw_rate).mean();
+  const bool slides = isolated != 0 && (isolated & ~turn_models) == 0 && observed_.seen() &&
+                      (std::abs(demanded) > sliding_accel || observed_.slides(now_ns));
+  const Sources faulty = (slides ? 0 : isolated) | (stuck & ~out);
   raise_flags(faulty, !by_short_mean);
-  agreed_.contradicted = agreed_.contradicted && faulty == 0;
+  agreed_.contradicted = agreed_.contradicted && (faulty | isolated) == 0;
   agreed_.camera_inconsistent = camera_innovations_.contradicted();
   if (!agreed_.contradicted) {
     agreed_.contradicted_since_ns = now_ns;
   }
-  if (faulty != 0) {
-    base = all.without(out | faulty);
-    longer_base = longer.without(out | faulty);
+  if ((faulty | isolated) != 0) {
+    base = all.without(out | faulty | isolated);
+    longer_base = longer.without(out | faulty | isolated);
   }
   // 3. The result, and what is learnt from it.
   if (suspected_ == 0 && distrusted() == 0 && !agreed_.contradicted) {
@@ -229,10 +240,13 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
   // yaws faster than any steering angle makes it.
   const double largest_yaw_rate =
       std::abs(observed_.speed()) * sensors.tuning.sharpest_turn / sensors.car.wheelbase();
-  const bool spins = observed_.slides(now_ns) &&
+  const bool spins = observed_.slides(now_ns, Over::long_time) &&
                      std::abs(observed_.yaw_rate()) > largest_yaw_rate + largest_gyro_bias;
+  if (slides || spins) {
+    observed_.slid_ns = now_ns;
+  }
   if (lateral_accel(observed_, Over::short_time) > sliding_accel || all_distrusted(front_wheels) ||
-      all_distrusted(rear_wheels) || spins) {
+      all_distrusted(rear_wheels) || slides || spins) {
     observed_.last_slide_ns = now_ns;
   }
   if ((present & trusted & (wheels | only(Source::camera))) != 0) {

@@ -70,6 +70,8 @@ class Integrity {
   [[nodiscard]] bool backwards() const noexcept { return backwards_; }
   /// Whether the car may slide, by the last check.
   [[nodiscard]] bool slides() const noexcept { return observed_.slides(observed_.now_ns); }
+  /// Whether it slides: no model of a turn holds.
+  [[nodiscard]] bool slid() const noexcept { return observed_.slid(); }
   /// The recent samples of a source, with those that were not fused.
   [[nodiscard]] const integrity::SourceHistory& history(Source source) const noexcept {
     return observed_.history(source);

@@ -54,6 +54,7 @@ Row wheel_row(const View& view, Source source, bool backwards) noexcept {
   constexpr double lasting_share = 0.25;  // of a sample's noise, which does not average out
   constexpr double slowest = 1e-3;        // [m/s]
   const WheelPlace place = wheel_place(view.sensors.car, source);
+  const SourceHistory& history = view.observed.history(source);
   const Averaged wheel = view.average(source);
   const auto [v, r] = std::pair(view.v, view.r);
   // A front wheel moves sideways with l ψ̇, as the rear axle does not slip.
@@ -69,8 +70,13 @@ Row wheel_row(const View& view, Source source, bool backwards) noexcept {
   const double mean =
       wheel.mean / (1.0 + view.observed.radius[index_of(source)] + view.observed.load * outer);
   const double hidden = std::abs(mean) < slowest_turning ? view.observed.errors.dead_band : 0.0;
+  // A sliding front axle goes sideways, too.
+  const double sideways =
+      place.steered && view.observed.slid()
+          ? std::abs(v * std::sin(view.observed.history(Source::steering).mean()))
+          : 0.0;
   const double sigma =
-      root_of_squares(hidden, wheel.noise, lasting_share * view.observed.history(source).sigma,
+      root_of_squares(hidden, sideways, wheel.noise, lasting_share * history.sigma,
                       view.sensors.tuning.wheel_radius * f,
                       view.observed.load_sigma * view.side / gravity * f, wheel.lateness);
   const Motion by{by_v, by_r, place.steered ? 1.0 : 0.0, place.steered ? 0.0 : 1.0};
@@ -175,10 +181,13 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
     all.add({sources, Motion::Unit(index), z, sigma});
   };
   // 1. Prior knowledge: how fast a car can change its motion, and how much wheels slip.
+  const bool slid = observed.slid();
+  // v̇_x = a_x + v_y ψ̇
+  const double fastest = gravity + (slid ? std::abs(v * view.r) : 0.0);
   const double hold_s = 0.03 + seconds_of(over) - seconds_of(Over::short_time);
   add(0, of::speed, v,
       root_of_squares(observed.last_consensus.front().sigma[of::speed],
-                      gravity * (hold_s + observed.speed_unknown_s)));
+                      fastest * (hold_s + observed.speed_unknown_s)));
   add(0, of::yaw_rate, view.r, sensors.turn_in() * 3.0 * hold_s);
   // Driven wheels slip, and all that brake, in proportion to the acceleration: the smaller one of
   // accelerometer and wheels.
@@ -197,7 +206,7 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
   const bool brakes = faster * v < 0.0;
   const auto slip = [&](Source wheel) {
     const bool slips = brakes || is_driven(sensors.car.driven, wheel);
-    return root_of_squares(slip_floor, slip_share * v,
+    return root_of_squares(slip_floor, (slid ? sensors.tuning.sliding_slip : slip_share) * v,
                            slips ? observed.errors.wheel_slip * accel * v : 0.0);
   };
   add(0, of::front_slip, 0.0, slip(Source::wheel_front_left));

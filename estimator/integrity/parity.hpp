@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "estimator/common/measurement.hpp"
+#include "estimator/common/symmetric3.hpp"
 #include "estimator/common/tuning.hpp"
 #include "estimator/common/vehicle.hpp"
 #include "estimator/common/wheel_place.hpp"
@@ -41,6 +42,11 @@ struct SensorErrors {
 /// Sigma of the offset that slopes make, at most [g]; three times that bounds the offset.
 inline constexpr double largest_slope = 0.06;
 
+/// Whether `since_ns` (0: never) is within four averaging times before `time_ns`.
+[[nodiscard]] inline bool lately(std::int64_t since_ns, std::int64_t time_ns, Over over) noexcept {
+  return since_ns != 0 && seconds_between(since_ns, time_ns) < 4.0 * seconds_of(over);
+}
+
 /// All observations up to `now_ns`, and what was learnt from them.
 struct Observations {
   std::int64_t now_ns = 0;
@@ -57,6 +63,7 @@ struct Observations {
   double speed_unknown_s = 0.0;            ///< time since a source last measured the speed
   std::array<Solution, 2> last_consensus;  ///< by Over
   std::int64_t last_slide_ns = 0;          ///< last time that the car may have slid; 0: never
+  std::int64_t slid_ns = 0;                ///< last time that it did
   SensorErrors errors;
   std::array<double, source_count> radius{};  ///< relative error of each wheel's speed
   double load = 0.0;  ///< relative speed increase of an outer wheel at 1 g lateral acceleration
@@ -68,9 +75,18 @@ struct Observations {
   [[nodiscard]] double yaw_rate(Over over = Over::short_time) const noexcept {
     return last_consensus[static_cast<std::size_t>(over)].motion[of::yaw_rate];
   }
-  /// Whether the car may have slid shortly before `time_ns`: within four averaging times.
+  /// Whether the car may have slid, or did, shortly before `time_ns`: within four averaging times.
   [[nodiscard]] bool slides(std::int64_t time_ns, Over over = Over::short_time) const noexcept {
-    return last_slide_ns != 0 && seconds_between(last_slide_ns, time_ns) < 4.0 * seconds_of(over);
+    return lately(last_slide_ns, time_ns, over);
+  }
+  [[nodiscard]] bool slid() const noexcept { return lately(slid_ns, now_ns, Over::short_time); }
+  /// Whether a camera sees the car.
+  [[nodiscard]] bool seen() const noexcept { return camera_speed.alive(now_ns); }
+  /// Whether a wheel has changed its speed as no car can, and not back.
+  [[nodiscard]] bool slips(Source wheel) const noexcept {
+    const SourceHistory& recent = history(wheel);
+    return std::abs(recent.slip) >
+           Tuning{}.sliding_slip * std::abs(speed()) + most_sigmas * recent.sigma;
   }
   /// Alive and trusted.
   [[nodiscard]] bool usable(Source source) const noexcept {
@@ -100,6 +116,8 @@ inline constexpr double largest_yaw_accel = 30.0;
 /// A slower car may be at rest: it keeps its direction, or may have reversed [m/s].
 inline constexpr double slowest_rolling = 0.1;
 
+/// Sources whose equations are models of the turn.
+inline constexpr Sources turn_models = only(Source::accel_y) | only(Source::steering);
 /// Above this lateral acceleration all tyres may slide [m/s²].
 inline constexpr double sliding_accel = 4.0;
 /// A larger reading of a gyro is no bias but a turn [rad/s].

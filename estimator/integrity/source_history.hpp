@@ -45,8 +45,7 @@ struct SourceHistory {
   int same = 0;          ///< samples in a row with identical bits
   std::int64_t same_since_ns = 0;
   double same_share = 1.0;  ///< of the samples of some ten seconds; unknown: 1
-
-  std::int64_t jumped_ns = 0;  ///< last change that no car can make; 0: never
+  double slip = 0.0;        ///< of a wheel: by how much it has changed as no car can [m/s]
 
   [[nodiscard]] bool seen() const noexcept { return begun > 0; }
   [[nodiscard]] double mean(Over over = Over::short_time) const noexcept {

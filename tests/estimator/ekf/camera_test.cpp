@@ -296,7 +296,7 @@ TEST(FullCamera, OutliersAreNot) {
   for (int i = 1; i < 500; ++i) {
     const Pose2 off{anywhere(random), 1.0 + std::abs(anywhere(random)), anywhere(random)};
     car.pose(i, off);
-    EXPECT_LT(std::abs(car.state.mean[at::y]), 0.1) << i;
+    EXPECT_LT(std::abs(car.state.mean[at::y]), 0.3) << i;  // one in the grown gate
   }
   EXPECT_EQ(car.state.resets, 0U);
 }

@@ -57,7 +57,9 @@ struct LinearStep {
 /// Read off the sensitivity, B ← F B + ∂f/∂s: of B = 0, and of unit vectors.
 inline LinearStep linear_step(const CarModel& model, const Input& input, double dt, State state) {
   state.covariance.setZero();
+  const double softness = state.variance(slow::softness);  // the noise depends on it
   state.slow.covariance.setZero();
+  state.variance(slow::softness) = softness;
   state.slow.sensitivity.setZero();
   const auto stepped = [&](const auto& change) {
     State after = state;
@@ -69,7 +71,7 @@ inline LinearStep linear_step(const CarModel& model, const Input& input, double 
   LinearStep step{.mean = plain.mean,
                   .by_slow = plain.slow.sensitivity,
                   .noise = plain.covariance,
-                  .slow_noise = plain.slow.covariance};
+                  .slow_noise = plain.slow.covariance - state.slow.covariance};
   for (Eigen::Index i = 0; i < at::size; ++i) {
     const State after =
         stepped([i](State& changed) { changed.slow.sensitivity(i, slow::gyro_bias) = 1.0; });

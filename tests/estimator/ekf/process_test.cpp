@@ -182,9 +182,9 @@ TEST(Process, CovarianceIsThatOfTheWholeJacobian) {
   const CarModel model;
   for (State state : testing::grid_of_states()) {
     const Input input{state.front_wheels, true};
+    state.slow = testing::some_slow_errors();
     const testing::LinearStep step = testing::linear_step(model, input, dt, state);
     state.covariance = testing::some_covariance();
-    state.slow = testing::some_slow_errors();
     const State before = state;
     propagate(model, input, dt, state);
     const Matrix expected = step.F * before.covariance * step.F.transpose() + step.noise;
@@ -242,8 +242,10 @@ TEST(Process, WhatIsUnknownOfForcesAndWheelsIsBounded) {
 
 TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
   CarModel model;
+  double softness_sigma = model.tuning.softness;
   const auto grown = [&](double side_accel) {
     State state;
+    state.variance(slow::softness) = softness_sigma * softness_sigma;
     state.mean[at::v_x] = 10.0;
     state.mean[at::yaw_rate] = side_accel / 10.0;
     propagate(model, {0.0, true}, 0.005, state);
@@ -257,6 +259,9 @@ TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
               0.02);
   // The model error of a known tyre is smaller. High grip keeps the stiffness.
   const double unknown = grown(gravity) - straight;
+  softness_sigma = 0.0;
+  EXPECT_NEAR(std::sqrt((grown(gravity) - straight) / unknown), model.tuning.side_slip_grip, 1e-2);
+  softness_sigma = model.tuning.softness;
   model.car.grip_rear = 1e6;
   EXPECT_NEAR(std::sqrt((grown(gravity) - straight) / unknown), model.tuning.side_slip_grip, 1e-2);
 }

@@ -608,12 +608,21 @@ TEST(Integrity, TakesNoMemory) {
   EXPECT_FALSE(drive.integrity.trusted(Source::yaw_rate));
 }
 
-TEST(Integrity, NotesWhenAWheelJumps) {
-  for (const double after : {1.4, 1.6}) {
+// A wheel that spins up as no car can and comes back, and one that follows a braking car.
+TEST(Integrity, AddsUpTheSlipOfAWheel) {
+  const auto ramp = [](double t, double rate) { return rate * std::clamp(t - 1.0, 0.0, 0.3); };
+  for (const auto& [rate, slips] : {std::pair{60.0, true}, {-60.0, true}, {9.0, false}}) {
     Integrity integrity;
-    for (std::int64_t t = 0; t < 100; ++t)
-      integrity.add(Source::motor, 1'000 * ms + 10 * t * ms, t < 50 ? 1.0 : after, 0.1);
-    EXPECT_EQ(integrity.history(Source::motor).jumped_ns, after > 1.5 ? 1'500 * ms : 0) << after;
+    double spun = 0.0;
+    for (std::int64_t k = 0; k < 300; ++k) {
+      const double t = 0.01 * static_cast<double>(k);
+      const double speed = 20.0 + ramp(t, rate) - ramp(t - 1.0, rate);
+      integrity.add(Source::motor, 1'000 * ms + 10 * k * ms, speed, 0.1);
+      spun = k == 180 ? integrity.history(Source::motor).slip : spun;
+    }
+    EXPECT_NEAR(spun, slips ? std::copysign(0.3 * (60.0 - 1.5 * gravity), rate) : 0.0, 10.0)
+        << rate;
+    EXPECT_NEAR(integrity.history(Source::motor).slip, 0.0, slips ? 0.5 : 1e-9) << rate;
   }
 }
 
