@@ -74,8 +74,9 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, libodom0 (>= ${PROJECT_VERSION})")
 
 set(CPACK_COMPONENT_BRIDGE_DESCRIPTION "ROS 2 topics from the odomd odometry daemon
-Publishes the car's pose as the ROS 2 topics /odom and /tf, by Cyclone DDS and
-without ROS. This package has the program, and a systemd service for it.")
+Publishes the car's pose as the ROS 2 topics /odom and /tf, and takes poses of
+a localisation or motion capture from a topic, by Cyclone DDS and without ROS.
+This package has the program, and a systemd service for it.")
 set(CPACK_DEBIAN_BRIDGE_PACKAGE_NAME odom-bridge)
 set(CPACK_DEBIAN_BRIDGE_PACKAGE_SECTION net)
 set(CPACK_DEBIAN_BRIDGE_PACKAGE_DEPENDS odomd)

@@ -1,4 +1,5 @@
 #include "tools/bridge/options.hpp"
+#include "tools/bridge/pose_intake.hpp"
 #include "tools/bridge/sink.hpp"
 
 #include <fmt/format.h>
@@ -29,11 +30,16 @@ using std::chrono::steady_clock;
 
 class Bridge {
  public:
-  Bridge(const BridgeOptions& options, const std::vector<std::unique_ptr<Sink>>& sinks)
-      : options_(options), sinks_(sinks) {}
+  Bridge(const BridgeOptions& options, const std::vector<std::unique_ptr<Sink>>& sinks,
+         PoseIntake* intake)
+      : options_(options), sinks_(sinks), intake_(intake) {}
 
   void run() {
-    if (auto client = wait_for_daemon()) follow(std::move(*client));
+    while (sinks_.empty() && !interrupt_.requested() && !time_is_up()) {
+      poll_intake(std::chrono::milliseconds{50});
+      show_what_is_sent();
+    }
+    if (auto client = sinks_.empty() ? std::nullopt : wait_for_daemon()) follow(std::move(*client));
     say_what_was_sent();
   }
 
@@ -43,6 +49,15 @@ class Bridge {
   }
   [[nodiscard]] bool time_is_up() const {
     return options_.duration_s > 0.0 && elapsed() >= options_.duration_s;
+  }
+
+  void poll_intake(std::chrono::milliseconds wait) {
+    if (intake_ == nullptr) return std::this_thread::sleep_for(wait);
+    intake_->poll(wait);
+    for (const std::string& message : intake_->take_messages()) {
+      progress_.end();
+      say("odom bridge: " + message);
+    }
   }
 
   // Returns nothing if the bridge was stopped before a daemon came.
@@ -56,7 +71,7 @@ class Bridge {
       if (!reported)
         say("odom bridge: waiting for the daemon: " + segment_asked_for(options_.shm) + ": " +
             opened.message());
-      std::this_thread::sleep_for(std::chrono::milliseconds{50});
+      poll_intake(std::chrono::milliseconds{50});
     }
     return std::nullopt;
   }
@@ -69,6 +84,7 @@ class Bridge {
       const auto status =
           follower.follow(timeout, [&](const odom_pose& pose) { take(follower.client(), pose); });
       counts_ = follower.counts();
+      poll_intake({});
       if (status == ODOM_OK) {
         silent = false;
         show_what_is_sent();
@@ -115,8 +131,8 @@ class Bridge {
     const auto now = steady_clock::now();
     if (options_.json || now < next_show_) return;
     next_show_ = now + std::chrono::seconds{1};
-    std::string text = mode_name(newest_.mode);
-    if (newest_.mode != ODOM_INITIALISING)
+    std::string text = sinks_.empty() ? "" : mode_name(newest_.mode);
+    if (!sinks_.empty() && newest_.mode != ODOM_INITIALISING)
       text += fmt::format(
           "  x {} m  y {} m  yaw {} deg  {} m/s", fixed(newest_.x, 2), fixed(newest_.y, 2),
           fixed(std::remainder(newest_.yaw, 2.0 * std::numbers::pi) * 180.0 / std::numbers::pi, 1),
@@ -127,7 +143,15 @@ class Bridge {
       if (counts.dropped > 0) text += fmt::format(", {} dropped", counts.dropped);
       if (counts.withheld > 0) text += fmt::format(", {} withheld", counts.withheld);
     }
+    if (intake_ != nullptr) text += "  " + received();
     progress_.show(text);
+  }
+
+  [[nodiscard]] std::string received() const {
+    std::string text = intake_->topic() + ':';
+    for (const auto& [name, count] : intake_->counts()) text += fmt::format(" {} {},", count, name);
+    text.pop_back();
+    return text;
   }
 
   void say_what_was_sent() {
@@ -143,6 +167,7 @@ class Bridge {
                                  {"sent", sink->counts().sent},
                                  {"dropped", sink->counts().dropped},
                                  {"withheld", sink->counts().withheld}});
+      if (intake_ != nullptr) json["input"] = intake_->counts();
       std::cout << json_text(json) << '\n';
       return;
     }
@@ -156,11 +181,13 @@ class Bridge {
       text += fmt::format("; {}: {} sent, {} dropped, {} withheld (fault)", sink->name(),
                           counts.sent, counts.dropped, counts.withheld);
     }
+    if (intake_ != nullptr) text = (sinks_.empty() ? "" : text + "; ") + received();
     say("odom bridge: " + text);
   }
 
   const BridgeOptions& options_;
   const std::vector<std::unique_ptr<Sink>>& sinks_;
+  PoseIntake* intake_;
   Interrupt interrupt_;
   steady_clock::time_point start_ = steady_clock::now();
   ProgressLine progress_{"odom bridge", WithoutTerminal::nothing};
@@ -175,8 +202,9 @@ class Bridge {
 
 }  // namespace
 
-void run_bridge(const BridgeOptions& options, const std::vector<std::unique_ptr<Sink>>& sinks) {
-  Bridge(options, sinks).run();
+void run_bridge(const BridgeOptions& options, const std::vector<std::unique_ptr<Sink>>& sinks,
+                PoseIntake* intake) {
+  Bridge(options, sinks, intake).run();
 }
 
 }  // namespace odomd::tools

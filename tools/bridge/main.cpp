@@ -1,9 +1,10 @@
-// odom-bridge: odom bridge with ROS 2 topics. A separate program, so that odom itself does not
-// depend on DDS.
+// odom-bridge: odom bridge with ROS 2 topics, out and in. A separate program, so that odom itself
+// does not depend on DDS.
 #include <memory>
 #include <vector>
 
 #include "tools/bridge/options.hpp"
+#include "tools/bridge/pose_intake.hpp"
 #include "tools/bridge/sink.hpp"
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/output.hpp"
@@ -11,13 +12,15 @@
 namespace odomd::tools {
 namespace {
 
-void bridge(const BridgeOptions& options) {
+void bridge(BridgeOptions& options) {
+  complete(options);
   // Before DDS starts its own threads: the signals must reach ours.
   const Interrupt held_back;
   std::vector<std::unique_ptr<Sink>> sinks;
-  if (options.wants_ros()) sinks.push_back(open_dds(options));
+  if (options.publishes_ros()) sinks.push_back(open_dds(options));
   if (!options.udp.empty()) sinks.push_back(open_udp(options.udp));
-  run_bridge(options, sinks);
+  const auto intake = options.input.topic.empty() ? nullptr : open_pose_topic(options);
+  run_bridge(options, sinks, intake.get());
 }
 
 }  // namespace

@@ -3,35 +3,16 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <regex>
 #include <stdexcept>
 
 #include "tools/bridge/sink.hpp"
 #include "tools/cli/command.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/daemon_options.hpp"
-#include "tools/cli/text.hpp"
 
 namespace odomd::tools {
 namespace {
-
-const Choices<PoseFrame>& frames() {
-  static const Choices<PoseFrame> names{{"odom", PoseFrame::odom}, {"map", PoseFrame::map}};
-  return names;
-}
-
-const Choices<Transforms>& transforms() {
-  static const Choices<Transforms> names{
-      {"all", Transforms::all}, {"odom", Transforms::odom}, {"none", Transforms::none}};
-  return names;
-}
-
-std::string problem_of_rate(const std::string& text) {
-  double value = 0.0;
-  const char* const end = text.data() + text.size();
-  const auto [stopped, error] = std::from_chars(text.data(), end, value);
-  if (error == std::errc{} && stopped == end && value > 0.0 && std::isfinite(value)) return "";
-  return tools::quoted(text) + " is not a finite number greater than 0";
-}
 
 std::string problem_of_name(const std::string& text) {
   constexpr std::size_t longest = 255;
@@ -41,10 +22,51 @@ std::string problem_of_name(const std::string& text) {
          " is not a frame name: letters without blanks, at most 255 bytes, such as base_link";
 }
 
+std::string problem_of_topic(const std::string& text) {
+  static const std::regex topic("(/[A-Za-z_][A-Za-z0-9_]*)+");
+  if (text.size() < 250 && std::regex_match(text, topic)) return "";
+  return tools::quoted(text) +
+         " is not a topic with its namespace, such as /pose or /mocap/car/pose";
+}
+
+void describe_input(Command command, BridgeOptions& options) {
+  PoseInput& input = options.input;
+  const Option topic =
+      command
+          .add("--pose-topic", "TOPIC", input.topic,
+               "Send the car's pose from this ROS 2 topic to the daemon as camera poses: "
+               "PoseWithCovarianceStamped, PoseStamped or Odometry")
+          .check(problem_of_topic);
+  command
+      .add("--pose-frame", "NAME", input.frame,
+           "Frame of these poses, others are refused; default: that of --frame-map")
+      .check(problem_of_name)
+      .needs(topic);
+  command
+      .add("--pose-child-frame", "NAME", input.child_frame,
+           "Child frame of an Odometry on the topic, others are refused; default: base_link")
+      .check(problem_of_name)
+      .needs(topic);
+  command
+      .add("--pose-sigma", "SX,SY,SYAW", input.sigma,
+           "Least standard uncertainty of these poses, also of those that state none [m, m, rad]; "
+           "default: 0.01 each")
+      .delimiter(',')
+      .values(3)
+      .positive()
+      .needs(topic);
+  add_socket_option(command, input.socket, "camera");
+  command.add_flag("--no-publish", options.no_publish, "Only receive --pose-topic")
+      .needs(topic)
+      .excludes("--ros")
+      .excludes("--udp");
+}
+
 }  // namespace
 
 void describe_bridge(Command command, BridgeOptions& options) {
-  command.description("Publish the pose for other programs: ROS 2 topics, JSON over UDP");
+  command.description(
+      "Publish the pose for other programs (ROS 2 topics, JSON over UDP), or receive it");
   command.add_flag("--ros", options.ros,
                    "ROS 2 topics /odom and /tf by DDS; default if no other output is given");
   command
@@ -55,12 +77,15 @@ void describe_bridge(Command command, BridgeOptions& options) {
   command
       .add("--rate", "HZ", options.rate_hz,
            "Poses per second, at most every tick [Hz]; default: 50")
-      .check(problem_of_rate);
+      .positive();
   command.add("--domain", "N", options.domain, "DDS domain, 0 to 232; else $ROS_DOMAIN_ID, or 0");
-  add_choice(command, "--frame", options.frame, frames(),
-             "Frame of the pose in /odom; default: odom");
-  add_choice(command, "--tf", options.transforms, transforms(),
-             "Transforms on /tf: map to odom to base, odom to base alone, none; default: all");
+  add_choice<PoseFrame>(command, "--frame", options.frame,
+                        {{"odom", PoseFrame::odom}, {"map", PoseFrame::map}},
+                        "Frame of the pose in /odom; default: odom");
+  add_choice<Transforms>(
+      command, "--tf", options.transforms,
+      {{"all", Transforms::all}, {"odom", Transforms::odom}, {"none", Transforms::none}},
+      "Transforms on /tf: map to odom to base, odom to base alone, none; default: all");
   command.add("--frame-map", "NAME", options.names.map, "Name of the map's frame; default: map")
       .check(problem_of_name);
   command
@@ -70,6 +95,7 @@ void describe_bridge(Command command, BridgeOptions& options) {
       .add("--frame-base", "NAME", options.names.base,
            "Name of the car's frame, at its centre of gravity; default: base_link")
       .check(problem_of_name);
+  describe_input(command, options);
   command.add("--duration", "S", options.duration_s, "End after this time [s]").positive();
   command.add_flag("--json", options.json, "Print the summary as JSON on standard output");
   command.footer(
@@ -78,37 +104,22 @@ void describe_bridge(Command command, BridgeOptions& options) {
       "  odom bridge --domain 7 --rate 100 --frame-base cog\n"
       "  odom bridge --udp\n"
       "  odom bridge --ros --udp 192.168.1.20:9870\n"
+      "  odom bridge --pose-topic /vrpn_mocap/car/pose --pose-frame world\n"
       "It waits for the daemon and reconnects when that restarts. On a terminal it shows once a\n"
       "second what it sends. INT and TERM end it, with a summary on standard error.\n"
       "docs/bridge.md describes the topics.");
 }
 
-std::vector<std::string> arguments_of(const BridgeOptions& options) {
-  std::vector<std::string> arguments{"--ros", "--rate", shortest(options.rate_hz)};
-  const auto add = [&arguments](const char* name, const std::string& value) {
-    if (value.empty()) return;
-    arguments.emplace_back(name);
-    arguments.push_back(value);
-  };
-  add("--udp", options.udp);
-  add("--shm", options.shm);
-  add("--domain", options.domain);
-  for (const auto& [name, frame] : frames())
-    if (frame == options.frame) add("--frame", name);
-  for (const auto& [name, wanted] : transforms())
-    if (wanted == options.transforms) add("--tf", name);
-  add("--frame-map", options.names.map);
-  add("--frame-odom", options.names.odom);
-  add("--frame-base", options.names.base);
-  if (options.duration_s > 0.0) add("--duration", shortest(options.duration_s));
-  if (options.json) arguments.emplace_back("--json");
-  return arguments;
-}
-
-void check_names(const FrameNames& names) {
-  if (names.map != names.odom && names.odom != names.base && names.base != names.map) return;
-  throw std::invalid_argument(
-      "--frame-map, --frame-odom, --frame-base: two frames of one name; give each its own");
+void complete(BridgeOptions& options) {
+  const FrameNames& names = options.names;
+  if (names.map == names.odom || names.odom == names.base || names.base == names.map)
+    throw std::invalid_argument(
+        "--frame-map, --frame-odom, --frame-base: two frames of one name; give each its own");
+  PoseInput& input = options.input;
+  if (input.frame.empty()) input.frame = names.map;
+  if (options.publishes_ros() && input.topic == "/odom")
+    throw std::invalid_argument(
+        "--pose-topic /odom: the bridge publishes there; the daemon must not measure its own pose");
 }
 
 std::uint32_t domain_of(const BridgeOptions& options) {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +21,15 @@ struct FrameNames {
 /// What goes to /tf. Each transform must have one publisher: send less if there is another.
 enum class Transforms : std::uint8_t { all, odom, none };
 
+/// The topic whose poses go to the daemon's camera socket.
+struct PoseInput {
+  std::string topic;                            ///< "/pose"; empty: none
+  std::string frame;                            ///< expected header.frame_id
+  std::string child_frame = "base_link";        ///< expected child_frame_id of an Odometry
+  std::vector<double> sigma{0.01, 0.01, 0.01};  ///< least sigma of x, y, yaw [m, m, rad]
+  std::string socket;                           ///< empty: the daemon's default
+};
+
 struct BridgeOptions {
   std::string shm;
   double rate_hz = 50.0;
@@ -32,20 +40,19 @@ struct BridgeOptions {
   PoseFrame frame = PoseFrame::odom;
   Transforms transforms = Transforms::all;
   FrameNames names;
+  PoseInput input;
+  bool no_publish = false;  ///< receive only
   bool json = false;
 
   /// ROS topics are the default if no output is given.
-  [[nodiscard]] bool wants_ros() const { return ros || udp.empty(); }
+  [[nodiscard]] bool publishes_ros() const { return ros || (udp.empty() && !no_publish); }
 };
 
-/// Throws std::invalid_argument if two frames have the same name.
-void check_names(const FrameNames& names);
+/// Completes the options. Throws std::invalid_argument for those that contradict each other.
+void complete(BridgeOptions& options);
 
 /// Adds the options, the description and the examples.
 void describe_bridge(Command command, BridgeOptions& options);
-
-/// The same options, as arguments.
-[[nodiscard]] std::vector<std::string> arguments_of(const BridgeOptions& options);
 
 /// The requested DDS domain. Throws std::invalid_argument unless it is a number from 0 to 232.
 [[nodiscard]] std::uint32_t domain_of(const BridgeOptions& options);

@@ -12,6 +12,7 @@
 namespace odomd::tools {
 
 struct BridgeOptions;
+class PoseIntake;
 
 /// A published pose. The details are of the same tick, or of the newest one if the bridge fell
 /// behind and fetched the pose from the history, which keeps no details.
@@ -63,11 +64,16 @@ inline constexpr const char* plotjuggler_address = "127.0.0.1:9870";
 /// available, std::invalid_argument for an invalid domain; CYCLONEDDS_URI configures DDS.
 [[nodiscard]] std::unique_ptr<Sink> open_dds(const BridgeOptions& options);
 
+/// The topic of the options. Throws std::runtime_error if DDS is not available.
+[[nodiscard]] std::unique_ptr<PoseIntake> open_pose_topic(const BridgeOptions& options);
+
 /// Sends until INT, TERM or the end of the duration, then prints a summary. On a terminal it shows
 /// the newest pose and the counts once a second, unless the summary is JSON. Waits if there is no
-/// daemon, and reconnects when it restarts. It only reads the segment, so it cannot delay the
-/// daemon. Throws std::invalid_argument for an invalid segment name, std::runtime_error if the
-/// segment is refused or the duration passed without a daemon.
-void run_bridge(const BridgeOptions& options, const std::vector<std::unique_ptr<Sink>>& sinks);
+/// daemon, and reconnects when it restarts. Polls `intake`, if there is one, all the while, and
+/// without sinks does nothing else. It only reads the segment, so it cannot delay the daemon.
+/// Throws std::invalid_argument for an invalid segment name, std::runtime_error if the segment is
+/// refused or the duration passed without a daemon.
+void run_bridge(const BridgeOptions& options, const std::vector<std::unique_ptr<Sink>>& sinks,
+                PoseIntake* intake);
 
 }  // namespace odomd::tools

@@ -288,7 +288,7 @@ std::vector<std::string> Command::given() const {
       result.insert(result.end(), option->results().begin(), option->results().end());
     } else if (option->get_items_expected_max() == 0) {
       result.push_back(name);
-    } else if (option->get_items_expected_max() == 2) {
+    } else if (option->get_items_expected_max() == 2 || option->get_items_expected_max() == 3) {
       result.push_back(name);
       result.insert(result.end(), option->results().begin(), option->results().end());
     } else {

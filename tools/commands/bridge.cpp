@@ -1,5 +1,5 @@
-// odom bridge: the pose for other programs. JSON over UDP is sent from here; for ROS 2 topics the
-// program odom-bridge takes over, the only one linked with DDS.
+// odom bridge: the pose for other programs, or from them. JSON over UDP is sent from here; for ROS
+// 2 topics the program odom-bridge takes over, the only one linked with DDS.
 #include <memory>
 #include <vector>
 
@@ -12,10 +12,9 @@
 namespace odomd::tools {
 namespace {
 
-[[noreturn]] void become_odom_bridge(const BridgeOptions& options) {
-  check_names(options.names);
+[[noreturn]] void become_odom_bridge(const BridgeOptions& options, const Command& command) {
   static_cast<void>(domain_of(options));  // errors in the options are reported here, too
-  become("odom-bridge", arguments_of(options),
+  become("odom-bridge", command.given(),
          "ROS 2 topics need odom-bridge: install the package odom-bridge, or cyclonedds-dev and "
          "cyclonedds-tools, and configure and build again; --udp works without");
 }
@@ -23,7 +22,7 @@ namespace {
 void run_here(const BridgeOptions& options) {
   std::vector<std::unique_ptr<Sink>> sinks;
   sinks.push_back(open_udp(options.udp));
-  run_bridge(options, sinks);
+  run_bridge(options, sinks, nullptr);
 }
 
 }  // namespace
@@ -32,9 +31,10 @@ void add_bridge(Command odom) {
   auto options = std::make_shared<BridgeOptions>();
   Command command = odom.add_subcommand("bridge");
   describe_bridge(command, *options);
-  command.callback([options] {
-    if (options->wants_ros())
-      become_odom_bridge(*options);
+  command.callback([options, command] {
+    complete(*options);
+    if (options->publishes_ros() || !options->input.topic.empty())
+      become_odom_bridge(*options, command);
     else
       run_here(*options);
   });

@@ -34,6 +34,21 @@ namespace odomd::tools {
   return true;
 }
 
+/// A DDS domain, and a network for $CYCLONEDDS_URI: nothing but the loopback, which need not know
+/// multicast, and nobody else's domain, whoever runs these tests at the same time.
+[[nodiscard]] inline std::uint32_t test_domain() {
+  return 1 + static_cast<std::uint32_t>(::getpid()) % 90;
+}
+[[nodiscard]] inline std::string loopback_only() {
+  return "<General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces>"
+         "<AllowMulticast>false</AllowMulticast></General>"
+         "<Discovery><Tag>odomd-test-" +
+         std::to_string(::getpid()) + '-' + std::to_string(now_ns()) +
+         "</Tag><ParticipantIndex>auto</ParticipantIndex>"
+         "<MaxAutoParticipantIndex>60</MaxAutoParticipantIndex>"
+         "<Peers><Peer Address=\"127.0.0.1\"/></Peers></Discovery>";
+}
+
 /// Between ticks that nobody has answered yet: what a bridge that was held up sends at once is to
 /// fit into a socket's buffer.
 inline constexpr std::chrono::milliseconds between_ticks{25};

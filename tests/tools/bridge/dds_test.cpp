@@ -16,18 +16,7 @@
 namespace odomd::tools::dds_test {
 namespace {
 
-// Nothing but the loopback, which need not know multicast; and nobody else's domain, whoever runs
-// these tests at the same time.
-const std::string domain = std::to_string(1 + ::getpid() % 90);
-std::string loopback_only() {
-  return "<General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces>"
-         "<AllowMulticast>false</AllowMulticast></General>"
-         "<Discovery><Tag>odomd-test-" +
-         std::to_string(::getpid()) + '-' + std::to_string(now_ns()) +
-         "</Tag><ParticipantIndex>auto</ParticipantIndex>"
-         "<MaxAutoParticipantIndex>60</MaxAutoParticipantIndex>"
-         "<Peers><Peer Address=\"127.0.0.1\"/></Peers></Discovery>";
-}
+const std::string domain = std::to_string(test_domain());
 
 // Takes apart what XCDR1 has written: every number aligned to its own size, counted from behind
 // the four bytes of the header.
@@ -81,8 +70,7 @@ class DdsBridge : public ::testing::Test {
   }
 
   void SetUp() override {
-    participant_ =
-        dds_create_participant(static_cast<dds_domainid_t>(std::stoul(domain)), nullptr, nullptr);
+    participant_ = dds_create_participant(test_domain(), nullptr, nullptr);
     ASSERT_GE(participant_, 0) << dds_strretcode(-participant_);
     odometry_ = reader(nav_msgs_msg_dds__Odometry__desc, "rt/odom");
     transforms_ = reader(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf");
@@ -237,14 +225,19 @@ TEST_F(DdsBridge, SendsTransformsByteForByteAsRosDefinesThem) {
   EXPECT_LT(cdr.rest(), 4U);
 }
 
-TEST_F(DdsBridge, LeavesTheMapToAnotherPublisher) {
+TEST_F(DdsBridge, LeavesTheMapToAnotherPublisherAndGivesThePoseInIt) {
   SlowDaemon daemon(segment_);
   fill(daemon);
-  const Child bridge = start({"--tf", "odom"});
+  const Child bridge = start({"--tf", "odom", "--frame", "map"});
   Cdr cdr = tick_until(daemon, transforms_);
   ASSERT_EQ(cdr.uint32(), 1U);
   expect_header(cdr, daemon, "odom");
   EXPECT_EQ(cdr.string(), "base_link");
+  cdr = tick_until(daemon, odometry_);
+  expect_header(cdr, daemon, "map");
+  EXPECT_EQ(cdr.string(), "base_link");
+  expect_vector(cdr, 10.0, -4.0, 0.0);
+  expect_quaternion(cdr, 1.0);
 }
 
 TEST_F(DdsBridge, IsFoundUnderTheNamesOfRos) {
@@ -267,17 +260,6 @@ TEST_F(DdsBridge, IsFoundUnderTheNamesOfRos) {
   dds_builtintopic_free_endpoint(writer);
 }
 
-TEST_F(DdsBridge, GivesThePoseInTheMapWhereThatIsAskedFor) {
-  SlowDaemon daemon(segment_);
-  fill(daemon);
-  const Child bridge = start({"--frame", "map"});
-  Cdr cdr = tick_until(daemon, odometry_);
-  expect_header(cdr, daemon, "map");
-  EXPECT_EQ(cdr.string(), "base_link");
-  expect_vector(cdr, 10.0, -4.0, 0.0);
-  expect_quaternion(cdr, 1.0);
-}
-
 TEST_F(DdsBridge, WithholdsAPoseThatMeansNothing) {
   SlowDaemon daemon(segment_);
   Child bridge = start();
@@ -293,22 +275,6 @@ TEST_F(DdsBridge, WithholdsAPoseThatMeansNothing) {
   EXPECT_EQ(summary["sinks"][0]["withheld"], 1) << outcome.out;
   EXPECT_EQ(summary["sinks"][0]["dropped"], 0) << outcome.out;
   EXPECT_EQ(summary["sinks"][0]["name"], "dds domain " + domain);
-}
-
-TEST_F(DdsBridge, WaitsForTheDaemonAndGoesOnWithItsSuccessor) {
-  Child bridge = start();
-  EXPECT_TRUE(eventually([&] { return bridge.errors().find("waiting") != std::string::npos; }));
-  auto daemon = std::make_unique<SlowDaemon>(segment_, 5'000'000);
-  static_cast<void>(tick_until(*daemon, odometry_));
-  daemon.reset();
-  EXPECT_TRUE(
-      eventually([&] { return bridge.errors().find("stopped publishing") != std::string::npos; }));
-  SlowDaemon successor(segment_);
-  successor.pose.odom_x = 77.0;
-  EXPECT_TRUE(eventually([&] { return x_of(tick_until(successor, odometry_)) == 77.0; }));
-  const Outcome outcome = bridge.terminate();
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_EQ(nlohmann::json::parse(outcome.out)["restarts"], 1);
 }
 
 TEST_F(DdsBridge, TakesTheDomainOfRosFromTheEnvironment) {

@@ -289,6 +289,13 @@ TEST(BridgeCommand, RefusesWhatCannotBe) {
   EXPECT_EQ(run_shell("odom bridge --frame moon").status, 2);
   EXPECT_THAT(run_shell("odom bridge --domain 233"), Ends(2, HasSubstr("a number from 0 to 232")));
   EXPECT_EQ(run_shell("ROS_DOMAIN_ID=ten odom bridge").status, 2);
+  expect_refused("odom bridge ",
+                 {{"--pose-topic pose", HasSubstr("is not a topic with its namespace")},
+                  {"--pose-topic /odom", HasSubstr("must not measure its own pose")},
+                  {"--pose-topic /p --pose-sigma 0,1,1", HasSubstr("greater than 0")},
+                  {"--pose-topic /p --no-publish --udp", HasSubstr("excludes")},
+                  {"--pose-frame world", HasSubstr("requires --pose-topic")},
+                  {"--frame-map odom", HasSubstr("two frames of one name")}});
 }
 
 TEST(BridgeCommand, SaysWhatToInstallWhereTheProgramIsMissing) {
