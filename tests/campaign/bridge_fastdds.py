@@ -124,7 +124,7 @@ def listen(receiver: socket.socket, expected: dict[int, Sample], end: threading.
 
 def run(folder: pathlib.Path, programs: pathlib.Path, seconds: int) -> str:
     odom, reader = str(programs / "odom"), str(folder / "reader")
-    subprocess.run(["g++", "-std=c++20", "-O1", str(here / "fastdds_reader.cpp"), "-o", reader, "-lfastrtps",
+    subprocess.run(["g++", "-std=c++20", "-O1", str(here / "fastdds_node.cpp"), "-o", reader, "-lfastrtps",
                     "-lfastcdr"], check=True)
     subprocess.run([odom, "sim", "--duration", str(seconds + 5), "--out", str(folder / "lap")], check=True,
                    capture_output=True)
