@@ -29,7 +29,7 @@ has odomd usr/bin/odomd usr/lib/systemd/system/odomd@.service etc/odomd/can0.tom
   usr/lib/sysusers.d/odomd.conf usr/share/odomd/odomd.dbc usr/share/doc/odomd/copyright
 has libodom0 usr/lib/libodom.so.0 usr/share/doc/libodom0/copyright
 has libodom-dev usr/include/odom/odom.h usr/lib/libodom.so usr/lib/pkgconfig/odom.pc
-has odom-tools usr/bin/odom
+has odom-tools usr/bin/odom usr/share/odomd/foxglove-layout.json
 has python3-odom usr/lib/python3/dist-packages/odom/__init__.py
 if [ -x "$build/bin/odom-bridge" ]; then
   has odom-bridge usr/bin/odom-bridge usr/lib/systemd/system/odomd-bridge@.service

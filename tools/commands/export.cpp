@@ -24,6 +24,7 @@ struct Options {
   ExportSources files;
   std::string mcap;
   std::string csv;
+  std::string tum;
   bool relative = false;
   McapCompression compression = McapCompression::zstd;
 };
@@ -70,19 +71,33 @@ void export_drive(const Options& options) {
                     statistics.messages, statistics.topics,
                     static_cast<double>(statistics.bytes) * 1e-6));
   }
+  if (options.tum.empty()) return;
+  const std::filesystem::path folder = options.tum;
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw std::invalid_argument("--tum: " + options.tum + ": " + error.message());
+  for (const auto& [name, text] : tum_files(data, time)) {
+    WholeFile file(folder / name);
+    file.stream() << text;
+    file.finish();
+    say("odom export: " + (folder / name).string());
+  }
 }
 
 }  // namespace
 
 void add_export(Command odom) {
   auto options = std::make_shared<Options>();
-  Command command =
-      odom.add_subcommand("export", "Export a drive to Foxglove (MCAP) and PlotJuggler (CSV)");
+  Command command = odom.add_subcommand(
+      "export", "Export a drive to Foxglove (MCAP), PlotJuggler (CSV), evo (TUM)");
   command.add("--drive,SOURCE", "SOURCE", options->source,
               "Pose file, folder of odom record, or folder with a drive (drive.log or can.log, "
               "car.toml, camera.csv, truth.csv, pose.csv)");
   command.add("--mcap", "FILE", options->mcap, "MCAP file to write, for Foxglove");
   command.add("--csv", "FILE", options->csv, "CSV file to write, the poses for PlotJuggler");
+  command.add("--tum", "DIR", options->tum,
+              "Folder to write trajectories into, for evo: pose.tum, odometry.tum, camera.tum, "
+              "truth.tum, as far as the drive has them");
   command.add_flag("--relative-time", options->relative,
                    "Write times [s] since the beginning of the drive instead of the files' times");
   add_choice(
@@ -105,11 +120,13 @@ void add_export(Command odom) {
       "  odom export drive-20261121-140300 --mcap drive.mcap\n"
       "  odom export pose.csv --csv plot.csv --relative-time\n"
       "  odom export lap --pose pose.csv --mcap lap.mcap\n"
+      "  odom export lap --tum tum && evo_ape tum tum/truth.tum tum/pose.tum\n"
       "  odom export --config car.toml --can drive.log --truth truth.csv --mcap drive.mcap\n"
       "A drive with frames and a configuration but no poses is replayed to get them.\n"
       "docs/bridge.md lists the topics.");
   command.callback([options] {
-    if (options->mcap.empty() && options->csv.empty()) require("--mcap or --csv");
+    if (options->mcap.empty() && options->csv.empty() && options->tum.empty())
+      require("--mcap, --csv or --tum");
     export_drive(*options);
   });
 }

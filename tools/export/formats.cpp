@@ -87,6 +87,24 @@ std::int64_t earliest(const DriveData& data) {
   return first;
 }
 
+using Columns = std::optional<std::array<std::size_t, 3>>;
+
+/// The columns of x, y and yaw in the group of fields, if all are there.
+Columns pose_columns(const PoseTable& poses, std::string_view group) {
+  std::array<std::size_t, 3> columns{};
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const std::string path = fmt::format("{}/{}", group, std::array{"x", "y", "yaw"}[i]);
+    const auto found = std::ranges::find(poses.fields, path, &PoseField::path);
+    if (found == poses.fields.end()) return std::nullopt;
+    columns[i] = static_cast<std::size_t>(found - poses.fields.begin());
+  }
+  return columns;
+}
+
+Pose2 pose_in(std::span<const double> row, const Columns& columns) {
+  return {row[(*columns)[0]], row[(*columns)[1]], row[(*columns)[2]]};
+}
+
 class Topics {
  public:
   Topics(const DriveData& data, std::int64_t zero_ns, McapWriter& writer)
@@ -138,24 +156,8 @@ class Topics {
 
   // The columns of the pose in a row; the second is optional.
   void find_fields() {
-    const auto index_of = [this](std::string_view path) -> std::optional<std::size_t> {
-      const auto& fields = data_.poses.fields;
-      const auto found = std::ranges::find(fields, path, &PoseField::path);
-      if (found == fields.end()) return std::nullopt;
-      return static_cast<std::size_t>(found - fields.begin());
-    };
-    const auto three = [&](std::string_view x, std::string_view y, std::string_view yaw) {
-      const auto at = std::array{index_of(x), index_of(y), index_of(yaw)};
-      return at[0] && at[1] && at[2] ? std::optional(std::array{*at[0], *at[1], *at[2]})
-                                     : std::nullopt;
-    };
-    in_map_ = three("map/x", "map/y", "map/yaw");
-    in_odom_ = three("odom/x", "odom/y", "odom/yaw");
-  }
-
-  using Columns = std::optional<std::array<std::size_t, 3>>;
-  static Pose2 pose_in(std::span<const double> row, const Columns& columns) {
-    return {row[(*columns)[0]], row[(*columns)[1]], row[(*columns)[2]]};
+    in_map_ = pose_columns(data_.poses, "map");
+    in_odom_ = pose_columns(data_.poses, "odom");
   }
 
   void write_pose_in_frame(McapWriter::Id channel, std::int64_t logged_ns, const std::string& time,
@@ -285,6 +287,30 @@ void write_plot_csv(const PoseTable& poses, ExportTime time, std::ostream& out) 
     text.clear();
   }
   out << text;
+}
+
+std::map<std::string, std::string> tum_files(const DriveData& data, ExportTime time) {
+  const std::int64_t zero_ns = time == ExportTime::relative ? earliest(data) : 0;
+  std::map<std::string, std::string> files;
+  const auto add = [&](const char* file, std::int64_t t_ns, const Pose2& pose) {
+    std::string& text =
+        files.try_emplace(file, "# timestamp x y z q_x q_y q_z q_w\n").first->second;
+    const PlanarQuaternion q = quaternion_of(pose.yaw);
+    append_seconds(text, t_ns - zero_ns);
+    text += fmt::format(" {} {} 0 0 0 {} {}\n", pose.x, pose.y, q.z, q.w);
+  };
+  const Columns in_map = pose_columns(data.poses, "map");
+  const Columns in_odom = pose_columns(data.poses, "odom");
+  for (std::size_t i = 0; i < data.poses.times_ns.size(); ++i) {
+    add("pose.tum", data.poses.times_ns[i], pose_in(data.poses.row(i), in_map));
+    if (in_odom) add("odometry.tum", data.poses.times_ns[i], pose_in(data.poses.row(i), in_odom));
+  }
+  std::vector<estimator::CameraPose> camera = data.camera;
+  std::ranges::stable_sort(camera, {}, &estimator::CameraPose::capture_ns);
+  for (const auto& pose : camera) add("camera.tum", pose.capture_ns, {pose.x, pose.y, pose.yaw});
+  for (const TrajectoryPoint& point : data.truth) add("truth.tum", point.t_ns, point.pose);
+  if (files.empty()) throw std::invalid_argument("there is no trajectory to export");
+  return files;
 }
 
 }  // namespace odomd::tools

@@ -1,8 +1,10 @@
-// A drive in the files of plotting tools: MCAP for Foxglove, CSV for PlotJuggler.
+// A drive in the files of other tools: MCAP for Foxglove, CSV for PlotJuggler, TUM for evo.
 #pragma once
 
 #include <cstdint>
 #include <iosfwd>
+#include <map>
+#include <string>
 
 #include "tools/export/drive_data.hpp"
 #include "tools/export/mcap_writer.hpp"
@@ -20,5 +22,10 @@ McapStatistics write_mcap(const DriveData& data, ExportTime time, McapCompressio
 /// The poses: `time` in seconds, then the fields by their paths. Throws std::invalid_argument if
 /// there is no pose.
 void write_plot_csv(const PoseTable& poses, ExportTime time, std::ostream& out);
+
+/// The trajectories that the drive has, as texts by file name: pose.tum, odometry.tum, camera.tum
+/// (at capture), truth.tum; lines of `timestamp x y z q_x q_y q_z q_w`. Throws
+/// std::invalid_argument if there is none.
+[[nodiscard]] std::map<std::string, std::string> tum_files(const DriveData& data, ExportTime time);
 
 }  // namespace odomd::tools

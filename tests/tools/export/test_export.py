@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 import subprocess
 import unittest
 from pathlib import Path
@@ -204,6 +205,40 @@ class Export(unittest.TestCase):
             self.assertEqual(float(row["velocity/yaw"]), float(pose["yaw_rate"]))
             self.assertTrue(all(math.isfinite(float(value)) for value in row.values()))
 
+    def test_tum_for_evo(self) -> None:
+        # https://github.com/MichaelGrupp/evo/wiki/Formats: eight numbers, one blank between, # before comments
+        folder = self.directory.path / "tum"
+        odom("export", self.drive, "--pose", self.pose, "--tum", folder)
+        sources = {"pose": (self.pose, "t", ""), "odometry": (self.pose, "t", "odom_"),
+                   "camera": (self.drive / "camera.csv", "t_capture", ""), "truth": (self.drive / "truth.csv", "t", "")}
+        self.assertEqual({file.stem for file in folder.iterdir()}, set(sources))
+        for name, (file, time, prefix) in sources.items():
+            lines = (folder / f"{name}.tum").read_text(encoding="ascii").splitlines()
+            rows = [line.split(" ") for line in lines if not line.startswith("#")]
+            expected = sorted(rows_of(file), key=lambda row: row[time])
+            self.assertEqual([stamp(row[0]) for row in rows], [stamp(row[time]) for row in expected])
+            for row, pose in zip(rows, expected):
+                _, x, y, z, *flat, turn, cosine = map(float, row)
+                self.assertEqual([x, y, z, *flat], [float(pose[prefix + "x"]), float(pose[prefix + "y"]), 0, 0, 0])
+                self.assertAlmostEqual(turn, cosine * math.tan(float(pose[prefix + "yaw"]) / 2))
+        self.assertIn("pose.csv: Not a directory", odom("export", self.pose, "--tum", self.pose, status=2))
+
+    def test_the_layout_names_what_is_there(self) -> None:
+        mcap = self.export(self.drive)
+        layout = json.loads((Path(__file__).parents[3] / "docs/foxglove-layout.json").read_text(encoding="utf-8"))
+        panels = layout["configById"]
+        self.assertEqual(sorted(re.findall(r"[^\s\"]+![a-z]+", json.dumps(layout["layout"]))), sorted(panels))
+        self.assertLessEqual(set(panels["3D!map"]["topics"]), set(mcap.topics()))
+        self.assertEqual(panels["3D!map"]["followTf"], json.loads(mcap.on("/pose")[0].data)["frame_id"])
+        paths = re.findall(r'"value": "([^"]+)"', json.dumps(panels))
+        self.assertGreater(len(paths), 10)
+        for path in paths:
+            topic, *names = path.split(".")
+            value = json.loads(mcap.on(topic)[-1].data)
+            for name in names:
+                value = value[name]
+            self.assertIsInstance(value, (*NUMBER, str), path)
+
     def test_what_is_exported_is_not_overwritten(self) -> None:
         before = self.pose.read_bytes()
         for option in "--csv", "--mcap":
@@ -241,7 +276,7 @@ class Export(unittest.TestCase):
             self.assertEqual(len(error.splitlines()), 2 if "nothing" in expected else 1, error)
             self.assertFalse(out.exists())
         self.assertIn("neither a recording nor a drive", odom("export", "/usr", "--mcap", out, status=2))
-        self.assertIn("--mcap or --csv", odom("export", self.pose, status=2))
+        self.assertIn("--mcap, --csv or --tum", odom("export", self.pose, status=2))
         self.assertIn("nothing to export", odom("export", "--mcap", out, status=2))
 
     def test_a_recording_has_what_was_published(self) -> None:
@@ -249,7 +284,8 @@ class Export(unittest.TestCase):
         daemon = support.Daemon(self.directory.path, self.drive)
         self.addCleanup(daemon.kill)
         socket = self.directory.path / "record.sock"
-        odom("record", "--out", recording, "--socket", socket, "--wait", 60, "--duration", 3)
+        odom("record", "--out", recording, "--socket", socket, "--wait", 60, "--duration", 3, "--mcap")
+        self.assertEqual((recording / "drive.mcap").read_bytes(), self.export(recording).data)
         mcap = self.export(recording)
         rows = rows_of(recording / "pose.csv")
         self.assertGreater(len(rows), 0)
