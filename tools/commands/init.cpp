@@ -27,7 +27,8 @@ void report(const Options& options, const InitResult& result) {
   for (const auto& warning : result.warnings) warn("init", text_of(warning));
   std::cout << (options.json ? json_text(as_json(result.draft), 2) + '\n' : as_text(result.draft));
   const std::string out = options.init.out.string();
-  if (result.wrote_database) say("odom init: wrote odomd.dbc, which " + out + " names");
+  if (!result.wrote_database.empty())
+    say(fmt::format("odom init: wrote {}, which {} names", result.wrote_database, out));
   say(fmt::format(
       "odom init: wrote {0}. Read its lines marked UNSURE, then check it: odomd --config "
       "{0} --check",
@@ -53,6 +54,15 @@ void add_init(Command odom) {
   command
       .add("--dbc", "DBC", options->init.databases,
            "Database (DBC); repeatable. Default: odomd.dbc, if the log's identifiers match it")
+      .one_each();
+  command
+      .add("--vesc", "ID", options->init.controllers.vesc,
+           "VESC whose CAN status frames give the speed: its VESC ID. Writes their database, "
+           "vesc-ID.dbc, beside FILE")
+      .one_each();
+  command
+      .add("--odrive", "NODE", options->init.controllers.odrive,
+           "Likewise an ODrive (CAN Simple): its node_id")
       .one_each();
   command
       .add("--can", "SRC", options->init.can,
@@ -93,6 +103,7 @@ void add_init(Command odom) {
       "  odom init --dbc car.dbc --can drive.log\n"
       "  odom init --dbc car.dbc --can can0 --for 30         # drive turns meanwhile\n"
       "  odom init --can drive.log --yes --mass 2.98 --wheelbase 260mm --track 160mm\n"
+      "  odom init --vesc 23 --pole-pairs 2 --wheel-radius 51mm --gear-ratio 11.8 --dbc imu.dbc\n"
       "  odom init --dbc car.dbc --yes --mass 1700 --wheelbase 2.66 --track 1.56 --json\n"
       "Drive for a minute: stand, curves to the left and right, braking. The file says where each\n"
       "value comes from; lines marked UNSURE are guesses. It is written only if odomd can load\n"

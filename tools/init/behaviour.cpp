@@ -49,6 +49,9 @@ void compare_speeds(Proposal& proposal, const DriveCourse& drive) {
       choice.warnings.emplace_back("it does not move in the log");
       continue;
     }
+    if (2 * std::ranges::count_if(own, [](double speed) { return speed < 0.0; }) > std::ssize(own))
+      choice.warnings.emplace_back(
+          "negative for most of the drive: if the car drove forwards, set scale = -1");
     if (wheels.size() < 2) continue;
     const std::vector<double> mean = drive.moving([&](std::size_t i) { return drive.speed(i); });
     const double ratio = std::accumulate(own.begin(), own.end(), 0.0) /

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <istream>
 #include <ostream>
 #include <stdexcept>
@@ -144,6 +145,10 @@ Car parse_car(const CarTexts& texts) {
   Car car;
   for (const Item& item : items) set(car, item, texts.*item.text);
   check_axle(car);
+  if (car.pole_pairs && *car.pole_pairs != std::floor(*car.pole_pairs))
+    throw std::invalid_argument(
+        fmt::format("--pole-pairs: {:g} is not a whole number; it is half the poles of the motor",
+                    *car.pole_pairs));
   return car;
 }
 

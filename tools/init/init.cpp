@@ -20,8 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* own_database = "odomd.dbc";
-
 /// An output that must not replace something unasked.
 void check_free(const fs::path& file, Overwrite overwrite) {
   if (fs::exists(file) && overwrite == Overwrite::refuse)
@@ -43,18 +41,19 @@ Traffic traffic_of(const InitOptions& options) {
   return listen(options.can.front(), options.listen_s);
 }
 
-std::vector<can::Database> databases_for(const InitOptions& options, const Traffic& traffic) {
-  std::vector<can::Database> databases;
-  for (const std::string& file : options.databases) databases.push_back(can::read_dbc(file));
-  if (!databases.empty()) return databases;
+/// A motor controller's, or that of our own bus if no other is given.
+std::optional<MadeDatabase> made_database(const InitOptions& options,
+                                          const std::optional<MotorController>& controller,
+                                          const Traffic& traffic) {
+  if (controller) return make_database(*controller);
+  if (!options.databases.empty()) return std::nullopt;
   if (!traffic.empty() && !is_own_bus(traffic))
     throw std::invalid_argument(fmt::format(
         "{}: its identifiers are not those of odomd.dbc, so a database must say what they mean: "
-        "give "
-        "it with --dbc. The maker of the car or of its control units has it; collections such as "
-        "opendbc have many cars",
+        "give it with --dbc, or name a motor controller with --vesc or --odrive. The maker of the "
+        "car or of its control units has it; collections such as opendbc have many cars",
         traffic.name));
-  return {sim::bus_database()};
+  return MadeDatabase{"odomd.dbc", std::string(sim::bus_database_text())};
 }
 
 fs::path folder_of(const fs::path& file) {
@@ -97,10 +96,8 @@ void answer(const std::vector<Question>& missing, Car& car, Dialogue* dialogue) 
     refuse(needed);
 }
 
-std::string described(const InitOptions& options, const Traffic& traffic) {
-  std::string text = options.databases.empty()
-                         ? own_database
-                         : fmt::format("{}", fmt::join(options.databases, ", "));
+std::string described(const std::vector<std::string>& databases, const Traffic& traffic) {
+  std::string text = fmt::format("{}", fmt::join(databases, ", "));
   if (!traffic.empty()) text += " and " + traffic.name;
   return text;
 }
@@ -129,15 +126,33 @@ void write(const fs::path& file, std::string_view text) {
 
 InitResult init(const InitOptions& options, Dialogue* dialogue) {
   check_free(options.out, options.overwrite);
-  const fs::path own = folder_of(options.out) / own_database;
   std::vector<fs::path> inputs{options.databases.begin(), options.databases.end()};
   inputs.insert(inputs.end(), options.can.begin(), options.can.end());
   check_outputs(std::vector<Output>{{"--out", options.out.string()}}, inputs);
   Car car = parse_car(options.car);
+  const auto controller = parse_controller(options.controllers);
   const Traffic traffic = traffic_of(options);
+  if (controller && !traffic.empty()) require_frames(*controller, traffic);
   InitResult result;
-  result.databases = databases_for(options, traffic);
-  const Proposal named = propose(result.databases, traffic);
+  std::vector<std::string> files = options.databases;
+  for (const std::string& file : files) result.databases.push_back(can::read_dbc(file));
+  std::vector<std::string> names = files;
+  const auto made = made_database(options, controller, traffic);
+  fs::path made_file;
+  if (made) {
+    result.databases.push_back(can::parse_dbc(made->text, made->name));
+    made_file = folder_of(options.out) / made->name;
+    files.push_back(made_file.string());
+    names.push_back(made->name);
+    if (!fs::exists(made_file))
+      result.wrote_database = made->name;
+    else if (text_in(made_file) != made->text)
+      throw std::invalid_argument(fmt::format(
+          "{}: exists already and is another database; name it with --dbc, or move it away",
+          made_file.string()));
+  }
+  Proposal named = propose(result.databases, traffic);
+  if (controller) settle_motor(named, *controller, car, dialogue != nullptr);
   answer(missing_first(car, named), car, dialogue);
   Proposal proposal = named;
   check_behaviour(proposal, car);
@@ -148,26 +163,17 @@ InitResult init(const InitOptions& options, Dialogue* dialogue) {
   }
   auto protections = protections_for(proposal, result.databases, traffic);
   auto sources = sources_of(proposal, traffic, result.databases);
-  std::vector<std::string> files = options.databases;
-  if (files.empty()) {
-    files.push_back(own.string());
-    result.wrote_database = !fs::exists(own);
-    if (!result.wrote_database && text_in(own) != sim::bus_database_text())
-      throw std::invalid_argument(fmt::format(
-          "{}: exists already and is another database; name it with --dbc, or move it away",
-          own.string()));
-  }
   result.draft = {std::move(proposal),    car,
                   std::move(protections), named_from(options.out, files),
-                  std::move(sources),     described(options, traffic)};
+                  std::move(sources),     described(names, traffic)};
   const std::string text = as_toml(result.draft);
   try {
-    if (result.wrote_database) write(own, sim::bus_database_text());
+    if (!result.wrote_database.empty()) write(made_file, made->text);
     append(result.warnings, diagnostics::kind("log_content"), traffic.warnings);
     append(result.warnings, checked(text, options.out));
     write(options.out, text);
   } catch (...) {
-    if (result.wrote_database) fs::remove(own);
+    if (!result.wrote_database.empty()) fs::remove(made_file);
     throw;
   }
   return result;

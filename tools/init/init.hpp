@@ -9,6 +9,7 @@
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/init/car.hpp"
+#include "tools/init/motor_controller.hpp"
 #include "tools/init/writer.hpp"
 
 namespace odomd::tools {
@@ -16,7 +17,8 @@ namespace odomd::tools {
 enum class Overwrite : std::uint8_t { refuse, replace };
 
 struct InitOptions {
-  std::vector<std::string> databases;          ///< none: odomd.dbc, if the bus is ours
+  std::vector<std::string> databases;  ///< none: a controller's, or odomd.dbc if the bus is ours
+  ControllerTexts controllers;
   std::vector<std::string> can;                ///< logs, or one interface
   double listen_s = 20.0;                      ///< to an interface
   can::Damage damage = can::Damage::left_out;  ///< of the logs
@@ -35,7 +37,7 @@ struct InitResult {
   Draft draft;
   std::vector<can::Database> databases;  ///< the draft points into them
   diagnostics::Diagnostics warnings;     ///< of odomd --check
-  bool wrote_database = false;           ///< odomd.dbc, next to the configuration
+  std::string wrote_database;            ///< "odomd.dbc", next to the configuration; empty: none
 };
 
 /// Writes options.out, once it has loaded as a configuration with its databases. Throws

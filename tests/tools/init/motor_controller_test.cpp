@@ -1,0 +1,260 @@
+// Frames of motor controllers, packed here byte by byte as their makers publish them and not by our
+// databases: what odom init writes decodes them, and a drive with them gives a pose.
+#include "tools/init/motor_controller.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "tests/tools/scratch.hpp"
+#include "tools/identify/common/signal_log.hpp"
+#include "tools/replay/drive.hpp"
+
+namespace odomd::tools::motor_controller_test {
+namespace {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+/// Payload bytes in hexadecimal.
+std::string most_significant_first(std::int64_t value, int bytes) {
+  std::string text;
+  for (int i = bytes - 1; i >= 0; --i) text += fmt::format("{:02X}", value >> (8 * i) & 0xFF);
+  return text;
+}
+std::string single_least_first(float value) {
+  std::string text;
+  for (int i = 0; i < 4; ++i)
+    text += fmt::format("{:02X}", std::bit_cast<std::uint32_t>(value) >> (8 * i) & 0xFFU);
+  return text;
+}
+
+struct Sample {
+  std::string frame;
+  std::map<std::string, double> values;
+};
+
+TEST(MotorController, DatabaseReadsEverySignalOfThePublishedLayout) {
+  const auto big = most_significant_first;
+  struct Case {
+    std::string option;
+    std::vector<Sample> samples;
+  };
+  const std::vector<Case> cases{
+      {"--vesc 23 --pole-pairs 2",
+       {{"00000917#" + big(-123456, 4) + big(-321, 2) + big(456, 2),
+         {{"MotorERPM", -123456}, {"Current", -32.1}, {"DutyCycle", 45.6}}},
+        {"00000E17#" + big(12345, 4) + big(678, 4),
+         {{"ChargeUsed", 1.2345}, {"ChargeRegained", 0.0678}}},
+        {"00000F17#" + big(543210, 4) + big(9, 4),
+         {{"EnergyUsed", 54.321}, {"EnergyRegained", 0.0009}}},
+        {"00001017#" + big(253, 2) + big(-84, 2) + big(37, 2) + big(9000, 2),
+         {{"TemperatureFET", 25.3},
+          {"TemperatureMotor", -8.4},
+          {"CurrentIn", 3.7},
+          {"PIDPosition", 180.0}}},
+        {"00001B17#" + big(-600, 4) + big(168, 2) + "0000",
+         {{"Tachometer", -100.0}, {"VoltageIn", 16.8}}},
+        {"00003A17#" + big(3300, 2) + big(1, 2) + big(2500, 2) + big(-500, 2),
+         {{"ADC1", 3.3}, {"ADC2", 0.001}, {"ADC3", 2.5}, {"PPMInput", -50.0}}}}},
+      {"--vesc 0 --pole-pairs 7",
+       {{"00000900#" + big(70, 4) + "00000000",
+         {{"MotorERPM", 70}, {"Current", 0}, {"DutyCycle", 0}}}}},
+      {"--vesc 254 --pole-pairs 7",
+       {{"000009FE#" + big(2'147'483, 4) + "00000000",
+         {{"MotorERPM", 2'147'483}, {"Current", 0}, {"DutyCycle", 0}}}}},
+      {"--odrive 3",
+       {{"069#" + single_least_first(-2.5F) + single_least_first(12.25F),
+         {{"Position", -2.5}, {"MotorSpeed", 735.0}}}}},
+      {"--odrive 63",
+       {{"7E9#" + single_least_first(0.0F) + single_least_first(-1.0F),
+         {{"Position", 0.0}, {"MotorSpeed", -60.0}}}}},
+  };
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.option);
+    const Scratch scratch;
+    const std::string folder = scratch.path("").string();
+    std::string log;
+    for (std::size_t i = 0; i < one.samples.size(); ++i)
+      log += fmt::format("({}.000000) can0 {}\n", 100 + i, one.samples[i].frame);
+    scratch.write("bus.log", log);
+    const Outcome made = run_shell("cd " + folder +
+                                   " && odom init --yes --mass 3 --wheelbase 0.3 "
+                                   "--wheel-radius 50mm " +
+                                   one.option);
+    ASSERT_EQ(made.status, 0) << made.err;
+    const Outcome shown =
+        run_shell("cd " + folder + " && odom dbc decode --json --dbc *-*.dbc bus.log");
+    ASSERT_EQ(shown.status, 0) << shown.err;
+    EXPECT_EQ(shown.err, "");
+    std::istringstream lines(shown.out);
+    std::string line;
+    for (const Sample& sample : one.samples) {
+      ASSERT_TRUE(std::getline(lines, line));
+      const json signals = json::parse(line).at("signals");
+      EXPECT_EQ(signals.size(), sample.values.size());
+      for (const auto& [name, value] : sample.values)
+        EXPECT_NEAR(signals.at(name).get<double>(), value, 1e-9 * std::fabs(value) + 1e-9) << name;
+    }
+  }
+}
+
+/// A simulated car whose wheels nobody measures: a motor controller sends the speed of its rear
+/// axle, a node of its own the rest.
+class Drive : public testing::Test {
+ protected:
+  static constexpr double wheel_radius = 0.033, gear_ratio = 11.8;
+  static constexpr int pole_pairs = 2;
+
+  static void SetUpTestSuite() {
+    scratch_ = new Scratch;  // NOLINT(cppcoreguidelines-owning-memory): gtest's way
+    lap_ = scratch_->path("lap").string();
+    ASSERT_EQ(run_shell("odom sim --seed 3 --out " + lap_).status, 0);
+  }
+  static void TearDownTestSuite() { delete scratch_; }  // NOLINT
+
+  /// Writes lap/NAME; `frame_of` is a frame for turns of a wheel per second.
+  template <class FrameOf>
+  static std::string write_log(const std::string& name, int every_ns, FrameOf frame_of) {
+    const tools::Drive drive = read_drive({.folder = lap_});
+    const auto signals = signals_of(drive);
+    const Series& left = signals.of(estimator::Source::wheel_rear_left);
+    const Series& right = signals.of(estimator::Source::wheel_rear_right);
+    std::multimap<std::string, std::string> lines;
+    std::int64_t next_ns = 0;
+    for (std::size_t i = 0; i < std::min(left.size(), right.size()); ++i) {
+      const std::int64_t t_ns = left.t_ns[i];
+      if (t_ns < next_ns) continue;
+      next_ns = t_ns + every_ns;
+      const double speed = 0.5 * (left.value[i] + right.value[i]);
+      const std::string stamp =
+          fmt::format("({}.{:06})", t_ns / 1'000'000'000, t_ns / 1000 % 1'000'000);
+      lines.emplace(stamp, stamp + " can0 " +
+                               frame_of(speed / (2.0 * std::numbers::pi * wheel_radius)) + "\n");
+    }
+    std::istringstream recorded(contents(lap_ + "/drive.log"));
+    for (std::string line; std::getline(recorded, line);)
+      if (line.find(" 1A2#") != std::string::npos || line.find(" 1A3#") != std::string::npos)
+        lines.emplace(line.substr(0, line.find(')') + 1), line + "\n");
+    std::string text;
+    for (const auto& line : lines) text += line.second;
+    return scratch_->write("lap/" + name, text).string();
+  }
+  static std::string vesc_frame(double turns) {
+    const auto erpm = std::lround(60.0 * turns * gear_ratio * pole_pairs);
+    return "00000917#" + most_significant_first(erpm, 4) + "00000000";
+  }
+  static Outcome init(const std::string& options, const std::string& out = "motor.toml") {
+    return run_shell(
+        "odom init --yes --force --json --mass 2.985 --wheelbase 0.26 --front-axle "
+        "0.175 --wheel-radius 33mm --out " +
+        lap_ + "/" + out + " " + options);
+  }
+
+  static inline Scratch* scratch_ = nullptr;
+  static inline std::string lap_;
+};
+
+TEST_F(Drive, GivesAPoseByNothingButMassAndSizes) {
+  struct Case {
+    std::string options, log;
+  };
+  const std::vector<Case> cases{
+      {"--vesc 23 --gear-ratio 11.8 --pole-pairs 2", write_log("vesc.log", 20'000'000, vesc_frame)},
+      {"--odrive 5 --gear-ratio 11.8", write_log("odrive.log", 10'000'000, [](double turns) {
+         return "0A9#00000000" + single_least_first(static_cast<float>(turns * gear_ratio));
+       })}};
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.options);
+    const Outcome made = init(one.options + " --dbc " + lap_ + "/car.dbc --can " + one.log);
+    ASSERT_EQ(made.status, 0) << made.err;
+    const json result = json::parse(made.out);
+    std::string roles;
+    for (const json& role : result.at("roles")) {
+      roles += role.at("role").get<std::string>() + ' ';
+      EXPECT_TRUE(role.at("sure").get<bool>()) << role;
+    }
+    EXPECT_EQ(roles, "yaw_rate accel_x accel_y motor steering ");
+    const std::string pose = lap_ + "/motor.csv";
+    const Outcome replay = run_shell("odom replay --config " + lap_ + "/motor.toml --can " +
+                                     one.log + " --initial 0,0,0 --out " + pose);
+    ASSERT_EQ(replay.status, 0) << replay.err;
+    const Outcome shown = run_shell("odom evaluate --align first --json --reference " + lap_ +
+                                    "/truth.csv --pose " + pose);
+    const json estimate = json::parse(shown.out).at("estimates").at(0);
+    EXPECT_LT(estimate.at("position").at("rms").get<double>(), 0.25) << shown.out;
+    EXPECT_LT(estimate.at("end_error_cm_per_m").get<double>(), 0.6);
+  }
+}
+
+TEST_F(Drive, ThatLacksTheFramesNamesThoseThatCome) {
+  const std::string log = write_log("vesc.log", 20'000'000, vesc_frame);
+  const std::string others = write_log("others.log", 20'000'000, [](double turns) {
+    return "00001B17#" + most_significant_first(std::lround(turns), 4) + "00A80000";
+  });
+  const std::string slow = write_log("slow.log", 200'000'000, vesc_frame);
+  const std::string turned =
+      write_log("turned.log", 20'000'000, [](double turns) { return vesc_frame(-turns); });
+  const std::string motor = " --pole-pairs 2 --gear-ratio 11.8 --can ";
+  EXPECT_THAT(init("--vesc 42" + motor + log),
+              Ends(2, AllOf(HasSubstr("vesc.log: VESC 42"), HasSubstr("92A"),
+                            HasSubstr("it comes from VESC 23"))));
+  EXPECT_THAT(init("--vesc 23" + motor + others), Ends(2, HasSubstr("switch it on: VESC Tool")));
+  EXPECT_THAT(init("--odrive 3" + motor + log),
+              Ends(2, AllOf(HasSubstr("ODrive 3"), HasSubstr("encoder_rate_ms"))));
+  EXPECT_THAT(init("--vesc 23" + motor + slow).out, HasSubstr("less than 20 times a second"));
+  EXPECT_THAT(
+      init("--vesc 23" + motor + log).out,
+      AllOf(HasSubstr("sends no yaw rate and no steering"), Not(HasSubstr("times a second"))));
+}
+
+TEST_F(Drive, IsNotNeededForTheFilesAndMarksWhatNobodySaid) {
+  const Outcome made = init("--vesc 23 --pole-pairs 2");
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_THAT(contents(lap_ + "/motor.toml"),
+              AllOf(HasSubstr("# UNSURE: ratio 1"), HasSubstr("ratio = 1.0, pole_pairs = 2"),
+                    HasSubstr("dbc = \"vesc-23.dbc\"")));
+  EXPECT_EQ(run_shell("odomd --check --config " + lap_ + "/motor.toml").status, 0);
+  scratch_->write("lap/vesc-24.dbc", "VERSION \"mine\"\n");
+  EXPECT_THAT(init("--vesc 24 --pole-pairs 2"), Ends(2, HasSubstr("vesc-24.dbc: exists already")));
+  EXPECT_EQ(contents(lap_ + "/vesc-24.dbc"), "VERSION \"mine\"\n");
+  EXPECT_THAT(init("--vesc 25 --pole-pairs 2 --track 0.16 --dbc " + lap_ + "/car.dbc").out,
+              HasSubstr("VESC 25 is not mapped"));
+}
+
+TEST_F(Drive, RefusesNumbersThatNoControllerHas) {
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"--vesc 255", "0 to 254"},
+      {"--vesc -1", "--vesc"},
+      {"--vesc 0x17", "'0x17'"},
+      {"--vesc 4294967319", "0 to 254"},
+      {"--odrive 64", "0 to 63"},
+      {"--odrive ''", "--odrive"},
+      {"--vesc 1 --vesc 2 --pole-pairs 2", "VESC 1 and VESC 2"},
+      {"--vesc 1 --odrive 1 --pole-pairs 2", "VESC 1 and ODrive 1"},
+      {"--vesc 1", "--pole-pairs"},
+      {"--vesc 1 --pole-pairs 0", "--pole-pairs"},
+      {"--vesc 1 --pole-pairs 2.5", "--pole-pairs: 2.5 is not a whole number"},
+      {"--vesc 1 --pole-pairs 2 --gear-ratio 0", "--gear-ratio"},
+  };
+  for (const auto& [options, message] : cases) {
+    EXPECT_THAT(init(options, "refused.toml"), Ends(2, HasSubstr(message))) << options;
+    EXPECT_FALSE(std::filesystem::exists(lap_ + "/refused.toml"));
+  }
+}
+
+}  // namespace
+}  // namespace odomd::tools::motor_controller_test
