@@ -46,6 +46,13 @@ inline constexpr auto bus = std::to_array<Kind>({
      .fix =
          "set it down, then sudo ip link set {INTERFACE} type can bitrate 500000 dbitrate 2000000 "
          "fd on, with the rates of the bus (a virtual one: mtu 72), and up again"},
+    {.code = "W709",
+     .name = "nobody_acknowledges",
+     .meaning =
+         "An interface is listen-only and hears nothing, or one frame over and over, as from "
+         "a node that has no other to acknowledge it.",
+     .fix = "if the bus has only one other node, set {INTERFACE} down, then sudo ip link set "
+            "{INTERFACE} type can listen-only off, and up again"},
     {.code = "W711",
      .name = "no_frames",
      .meaning = "No frame comes.",

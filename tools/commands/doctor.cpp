@@ -173,14 +173,19 @@ void examine_buses(const Options& options, Examination& examination) {
   const can::FrameProtocol protocol =
       doctor::needed_protocol(config, daemon::load_databases(config, ignored));
   bool up = true;
+  std::vector<doctor::Link> links;
   for (const std::string& bus : options.interfaces) {
     const auto link = doctor::read_link(bus);
     examination.add("bus " + bus, doctor::examine_link(bus, link, protocol));
     up &= link && link->is_can && link->is_up;
+    links.push_back(link.value_or(doctor::Link{}));
   }
   if (!up) return;  // nothing would come
   const Drive heard =
       doctor::listen(options.config, options.interfaces, std::chrono::seconds{options.listen_s});
+  for (std::size_t i = 0; i < links.size(); ++i)
+    append(examination.parts.at(i).diagnostics,
+           doctor::examine_acknowledgement(options.interfaces.at(i), links[i], heard));
   examination.identifiers = doctor::identifiers_of(heard);
   examination.add(fmt::format("frames of {} s", options.listen_s), doctor::examine_drive(heard));
 }

@@ -199,6 +199,33 @@ std::vector<Identifier> identifiers_of(const Drive& drive) {
   return all;
 }
 
+Diagnostics examine_acknowledgement(const std::string& interface, const Link& link,
+                                    const Drive& heard) {
+  if (!link.controller ||
+      std::ranges::find(link.controller->modes, "listen_only") == link.controller->modes.end())
+    return {};
+  std::vector<const can::Frame*> frames;
+  for (const auto* list : {&heard.frames, &heard.unmapped})
+    for (const can::Frame& frame : *list)
+      if (frame.kind == can::FrameKind::data && heard.buses.at(frame.bus) == interface)
+        frames.push_back(&frame);
+  std::string seen = "is listen-only, and no frame comes";
+  if (!frames.empty()) {
+    const can::Frame& first = *frames.front();
+    constexpr double without_pause_hz = 200.0;  // at 50 kbit/s; idle nodes send less often
+    const double duration_s = 1e-9 * static_cast<double>(frames.back()->time_ns - first.time_ns);
+    if (static_cast<double>(frames.size()) < 1.0 + without_pause_hz * duration_s ||
+        frames.size() < 2 || !std::ranges::all_of(frames, [&](const can::Frame* frame) {
+          return can::frame_key(*frame) == can::frame_key(first) &&
+                 std::ranges::equal(frame->payload(), first.payload());
+        }))
+      return {};
+    seen = fmt::format("is listen-only, and only {:03X} comes, {} times with the same payload",
+                       first.id, frames.size());
+  }
+  return {found(kind("nobody_acknowledges"), interface, seen, interface)};
+}
+
 Diagnostics examine_traffic(const Drive& drive) {
   const std::vector<Identifier> seen = identifiers_of(drive);
   if (seen.empty()) return {found(kind("no_frames"), drive.name, "no frame came")};

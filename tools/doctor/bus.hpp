@@ -58,6 +58,12 @@ struct Identifier {
 /// By bus and identifier: for a table of what else is on the bus.
 [[nodiscard]] std::vector<Identifier> identifiers_of(const Drive& drive);
 
+/// A listen-only interface that hears nothing or a single frame again and again: a sender repeats
+/// a frame that nobody acknowledges without a pause, but stays on the bus.
+[[nodiscard]] diagnostics::Diagnostics examine_acknowledgement(const std::string& interface,
+                                                               const Link& link,
+                                                               const Drive& heard);
+
 /// No frame at all; mapped messages that are missing, come with the other format of their
 /// identifier, at another rate, too short, or fail their protection. Unmapped identifiers are no
 /// fault.

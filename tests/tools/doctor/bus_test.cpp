@@ -199,6 +199,48 @@ TEST(Traffic, TooShortOrFailingItsProtectionIsNamed) {
                                    Named("message_without_value", "IMU")));
 }
 
+TEST(Acknowledgement, IsMissedByAListenerThatHearsNothingOrOneFrameAgainAndAgain) {
+  const auto of = [](const Drive& drive, const Link& link) {
+    return examine_acknowledgement("can0", link, drive);
+  };
+  Link listener = sound_link();
+  listener.controller->modes = {"bus_error_reporting", "listen_only"};
+  Drive drive = small_drive();
+  EXPECT_THAT(of(drive, listener), IsEmpty());
+  // The first frame of the log without a pause, as it is mapped or not.
+  can::Frame frame = drive.frames.front();
+  drive.frames.clear();
+  EXPECT_THAT(of(drive, listener), ElementsAre(Named("nobody_acknowledges", "no frame comes")));
+  for (int i = 0; i < 3000; ++i) {
+    frame.time_ns += 300'000;
+    (i % 2 == 0 ? drive.frames : drive.unmapped).push_back(frame);
+  }
+  const Diagnostics found = of(drive, listener);
+  ASSERT_THAT(found, ElementsAre(Named("nobody_acknowledges", "3000 times")));
+  EXPECT_THAT(fix_of(found[0]), HasSubstr("ip link set can0 type can listen-only off"));
+  // Whoever may acknowledge, or is virtual.
+  EXPECT_THAT(of(drive, sound_link()), IsEmpty());
+  EXPECT_THAT(of(drive, Link{}), IsEmpty());
+  // A payload or an identifier that changes has been acknowledged; so has an idle node's.
+  Drive other = drive;
+  other.frames.back().data[0] ^= 1U;
+  EXPECT_THAT(of(other, listener), IsEmpty());
+  other = drive;
+  other.unmapped.back().id += 1;
+  EXPECT_THAT(of(other, listener), IsEmpty());
+  other = drive;
+  for (can::Frame& late : other.frames) late.time_ns *= 60;
+  for (can::Frame& late : other.unmapped) late.time_ns *= 60;
+  EXPECT_THAT(of(other, listener), IsEmpty());
+  // A frame that comes once says nothing.
+  other.frames = {frame};
+  other.unmapped.clear();
+  EXPECT_THAT(of(other, listener), IsEmpty());
+  // Another bus has its own.
+  drive.buses = {"can1", "can0"};
+  EXPECT_THAT(of(drive, listener), ElementsAre(Named("nobody_acknowledges", "no frame comes")));
+}
+
 TEST(NeededProtocol, IsThatOfTheMappedMessages) {
   Drive drive = small_drive();
   EXPECT_EQ(needed_protocol(drive.config, drive.databases), can::FrameProtocol::classic);
