@@ -85,6 +85,7 @@ void watch_on_screen(const Options& options, watch::Observer& observer, watch::G
     for (const watch::Key key : happened.keys) {
       if (key == watch::Key::quit) return;
       if (key == watch::Key::pause) view.paused = !view.paused;
+      if (key == watch::Key::list_keys) view.lists_keys = !view.lists_keys;
       scroll(key, most_scrolled(picture, view), view);
     }
   }
@@ -185,7 +186,8 @@ void add_watch(Command odom) {
       "  odom watch --interval 0.1\n"
       "  odom watch --once --ascii\n"
       "  odom watch --interval 60 >> drive.txt\n"
-      "Keys: q ends, p pauses and continues, arrows and page keys scroll. It waits for a daemon "
+      "Keys: q ends, p pauses and continues, arrows and page keys scroll, ? lists all. It waits "
+      "for a daemon "
       "that\n"
       "is not there, and continues with the next one. If standard output is not a terminal a "
       "plain\n"

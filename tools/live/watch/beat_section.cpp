@@ -94,6 +94,7 @@ Lines beat_section(const State& state, const Page& page) {
           " overruns";
 
   Lines lines{title("beat", note, page)};
+  if (page.bar_rows == 0) return lines;
   constexpr std::size_t right_of_bars = 36;  // the percentiles
   const std::size_t buckets_a_column =
       page.columns >= label_columns + ODOM_HISTOGRAM_BUCKETS + right_of_bars ? 1 : 2;

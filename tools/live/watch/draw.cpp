@@ -1,6 +1,7 @@
 #include "tools/live/watch/draw.hpp"
 
 #include <algorithm>
+#include <array>
 #include <string>
 
 #include <fmt/format.h>
@@ -49,6 +50,18 @@ Lines status_problem(const State& state, const Page& page) {
   return {title("status", "", page), {{"  " + problem, Style::warning}}};
 }
 
+Lines all_keys() {
+  constexpr std::array keys{"  q                   end",
+                            "  p, space            pause and continue",
+                            "  up, down, k, j      scroll by a line",
+                            "  page up, page down  scroll by half a screen",
+                            "  home, end, g, G     scroll to the first and the last line",
+                            "  ?                   show or hide this list"};
+  Lines lines;
+  for (const char* key : keys) lines.push_back({{key}});
+  return lines;
+}
+
 }  // namespace
 
 Line title(std::string_view name, std::string_view note, const Page& page) {
@@ -92,6 +105,9 @@ Page page_for(std::size_t columns, std::size_t rows, Glyphs glyphs) {
     page.bar_rows = 3;
   } else if (rows >= 34) {
     page.bar_rows = 2;
+  } else if (rows < 30) {  // the sources are to be seen without scrolling
+    page.map_rows = 0;
+    page.bar_rows = 0;
   }
   return page;
 }
@@ -108,7 +124,11 @@ Lines screen(const Picture& picture, const View& view) {
   const std::size_t first = std::min(view.scrolled, most);
 
   Lines lines = picture.head;
-  for (std::size_t i = first; i < picture.body.size(); ++i) lines.push_back(picture.body[i]);
+  if (view.lists_keys)
+    append(lines, all_keys());
+  else
+    lines.insert(lines.end(), picture.body.begin() + static_cast<std::ptrdiff_t>(first),
+                 picture.body.end());
   lines.resize(view.rows > 0 ? view.rows - 1 : 0);
 
   Line keys{{" q ", Style::strong}, {"quit  "}, {"p ", Style::strong}};
@@ -118,6 +138,7 @@ Lines screen(const Picture& picture, const View& view) {
   } else {
     keys.push_back({"pause  "});
   }
+  keys.insert(keys.end(), {{"? ", Style::strong}, {"keys  "}});
   Line more;
   if (most > 0) {
     keys.push_back({unicode ? "↑↓ " : "up down ", Style::strong});

@@ -14,8 +14,8 @@ namespace odomd::watch {
 
 struct Page {
   std::size_t columns = 80;
-  std::size_t map_rows = 9;  ///< with the scale
-  std::size_t bar_rows = 1;  ///< of a histogram
+  std::size_t map_rows = 9;  ///< with the scale; 0: no map
+  std::size_t bar_rows = 1;  ///< of a histogram; 0: the beat in one line
   Glyphs glyphs = Glyphs::unicode;
 };
 
@@ -36,6 +36,7 @@ struct View {
   std::size_t scrolled =
       0;  ///< lines of the body above the screen; too many are the most there are
   bool paused = false;
+  bool lists_keys = false;  ///< instead of the body
   Glyphs glyphs = Glyphs::unicode;
 };
 

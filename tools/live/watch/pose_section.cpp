@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <sstream>
 
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/conditions.hpp"
@@ -152,6 +153,20 @@ Lines numbers(const State& state, const Page& page) {
   return lines;
 }
 
+// Its meaning on as many lines as it takes.
+void append_condition(Lines& lines, const tools::Condition& condition, const Page& page) {
+  Line line{{"   " + std::string{condition.name}, Style::warning}, {" "}};
+  std::istringstream words{std::string{condition.meaning}};
+  for (std::string word; words >> word;) {
+    if (width(line) + 1 + tools::width(word) > page.columns) {
+      lines.push_back(std::move(line));
+      line = {{"     "}};
+    }
+    line.back().text += ' ' + word;
+  }
+  lines.push_back(std::move(line));
+}
+
 }  // namespace
 
 Lines who_and_mode(const State& state, const Page& page) {
@@ -162,10 +177,8 @@ Lines who_and_mode(const State& state, const Page& page) {
     }
     return lines;
   }
-  for (const tools::Condition& condition : tools::conditions_in(state.segment->pose.conditions)) {
-    lines.push_back({{"   " + std::string{condition.name}, Style::warning},
-                     {"  " + std::string{condition.meaning}, Style::plain}});
-  }
+  for (const tools::Condition& condition : tools::conditions_in(state.segment->pose.conditions))
+    append_condition(lines, condition, page);
   if (state.restarts > 0) {
     lines.push_back({{"   odomd has restarted " + std::to_string(state.restarts) +
                           (state.restarts == 1 ? " time" : " times") + " since odom watch started",
@@ -177,7 +190,7 @@ Lines who_and_mode(const State& state, const Page& page) {
 Lines pose_section(const State& state, const Page& page) {
   if (!state.segment) return {};
   const odom_pose& pose = state.segment->pose;
-  const bool with_map = page.columns >= pose_columns + least_map;
+  const bool with_map = page.map_rows > 0 && page.columns >= pose_columns + least_map;
   std::string note = "tick " + std::to_string(pose.tick);
   if (with_map && !state.trail.points().empty()) {
     note +=
@@ -195,6 +208,9 @@ Lines pose_section(const State& state, const Page& page) {
         block,
         draw_map(state.trail, pose, {columns, std::max(page.map_rows, block.size()), page.glyphs}),
         pose_columns);
+  } else if (page.columns >= 2 * (pose_columns - 4)) {  // without the blanks between two halves
+    const auto half = block.begin() + static_cast<std::ptrdiff_t>(block.size() / 2);
+    block = side_by_side({block.begin(), half}, {half, block.end()}, page.columns / 2);
   }
   lines.insert(lines.end(), block.begin(), block.end());
   return lines;

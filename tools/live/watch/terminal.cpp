@@ -33,10 +33,11 @@ constexpr std::array sequences{std::pair{std::string_view{"A"}, Key::up},
                                std::pair{std::string_view{"F"}, Key::end},
                                std::pair{std::string_view{"4~"}, Key::end}};
 
-constexpr std::array letters{
-    std::pair{'q', Key::quit},  std::pair{'Q', Key::quit},  std::pair{'p', Key::pause},
-    std::pair{'P', Key::pause}, std::pair{' ', Key::pause}, std::pair{'k', Key::up},
-    std::pair{'j', Key::down},  std::pair{'g', Key::home},  std::pair{'G', Key::end}};
+constexpr std::array letters{std::pair{'q', Key::quit},  std::pair{'Q', Key::quit},
+                             std::pair{'p', Key::pause}, std::pair{'P', Key::pause},
+                             std::pair{' ', Key::pause}, std::pair{'k', Key::up},
+                             std::pair{'j', Key::down},  std::pair{'g', Key::home},
+                             std::pair{'G', Key::end},   std::pair{'?', Key::list_keys}};
 
 bool ends_sequence(char c) {
   return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '~';

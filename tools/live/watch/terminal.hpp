@@ -14,7 +14,7 @@
 
 namespace odomd::watch {
 
-enum class Key { quit, pause, up, down, page_up, page_down, home, end };
+enum class Key { quit, pause, list_keys, up, down, page_up, page_down, home, end };
 
 /// The keys in what was read at once; others, and sequences that are not known, are passed over.
 [[nodiscard]] std::vector<Key> keys_in(std::string_view bytes);

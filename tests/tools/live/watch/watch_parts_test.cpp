@@ -47,7 +47,7 @@ TEST(WatchLine, HasColoursOnlyWhereTheyAreWanted) {
 }
 
 TEST(WatchKeys, AreReadFromWhatATerminalSends) {
-  EXPECT_THAT(keys_in("pq"), ElementsAre(Key::pause, Key::quit));
+  EXPECT_THAT(keys_in("pq?"), ElementsAre(Key::pause, Key::quit, Key::list_keys));
   EXPECT_THAT(keys_in("\x1b[A\x1bOB\x1b[5~\x1b[6~"),
               ElementsAre(Key::up, Key::down, Key::page_up, Key::page_down));
   EXPECT_THAT(keys_in("\x1b[H\x1b[4~j"), ElementsAre(Key::home, Key::end, Key::down));

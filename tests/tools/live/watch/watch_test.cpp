@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "tools/diagnostics/conditions.hpp"
 #include "tools/live/watch/draw.hpp"
 #include "tools/live/watch/pictures.hpp"
 
@@ -148,7 +149,7 @@ std::string screen_of(const State& state, View view) {
 }
 
 TEST(Watch, DrawsADaemonOnAnOrdinaryTerminal) {
-  EXPECT_EQ(screen_of(driving(), {}), R"(
+  EXPECT_EQ(screen_of(driving(), {.rows = 30}), R"(
  odomd 0.1.0  model paper  /etc/odomd/car.toml              pid 4242  up 16.0 s
  ● TRACKING  camera poses are coming in
 ── pose  tick 1200 · the last 9.0 m ────────────────────────────────────────────
@@ -172,8 +173,61 @@ TEST(Watch, DrawsADaemonOnAnOrdinaryTerminal) {
   yaw_rate  fine     100.0   3.1 ms   1200  fused
   steering  overdue    0.0    never      0  none
   camera    fine      25.0  41.0 ms    300  gated 1.30  7 gated
- q quit  p pause  ↑↓ scroll                                  8 more lines below
+── camera  /run/odomd/camera.sock ──────────────────────────────────────────────
+  25.0 poses/s, the last one 35.2 ms late, 1 connection, 1 malformed
+── bus ─────────────────────────────────────────────────────────────────────────
+  can0 up, 500.0 frames/s, 6000 in all, 2 lost, 1 times down
+    controller error-passive, tx 0 rx 130, 500 kbit/s at 87.5 %, restart-ms 100
+── messages ────────────────────────────────────────────────────────────────────
+ q quit  p pause  ? keys  ↑↓ scroll                          2 more lines below
 )");
+}
+
+// All roles that a car has, and a camera, in 24 rows.
+TEST(Watch, ShowsAllSourcesOnASmallTerminal) {
+  State state = driving();
+  json& sources = (*state.status)["sources"];
+  for (const char* name : {"accel_x", "accel_y", "wheel_front_left", "wheel_front_right",
+                           "wheel_rear_left", "wheel_rear_right"}) {
+    sources.push_back(sources[0]);
+    sources.back()["name"] = name;
+  }
+  state.segment->pose.mode = ODOM_DEGRADED;
+  state.segment->pose.conditions = ODOM_COND_BUS_DOWN;
+  EXPECT_THAT(screen_of(state, {}), testing::StartsWith(R"(
+ odomd 0.1.0  model paper  /etc/odomd/car.toml              pid 4242  up 16.0 s
+ ● DEGRADED  it works, but something is missing:
+   bus_down  a bus is down or gone
+── pose  tick 1200 ─────────────────────────────────────────────────────────────
+  x            -1.955 m     ± 0.010       to left       0.000 m/s   ± 0.000
+  y             2.422 m     ± 0.020       yaw rate      42.97 °/s   ± 0.00
+  yaw         -102.17 °     ± 0.57        steering       7.16 °
+  3σ         6.0 × 3.0 cm at 90 °         camera     41.0 ms ago
+  forward       1.500 m/s   ± 0.020       jumps      0
+── beat  200.0 Hz · 1200 ticks · 3 missed · 0 overruns ─────────────────────────
+── sources ─────────────────────────────────────────────────────────────────────
+  source             state      1/s      age  fused  last        not fused
+)"));
+  EXPECT_THAT(screen_of(state, {}), HasSubstr("  wheel_rear_right   fine"));
+}
+
+TEST(Watch, KeepsTheTextOfAConditionOnANarrowTerminal) {
+  State state = driving();
+  state.segment->pose.mode = ODOM_DEGRADED;
+  state.segment->pose.conditions = 0x1FFF;
+  std::string text = screen_of(state, {.columns = 60, .rows = 60});
+  std::erase(text, '\n');
+  for (std::size_t at = 0; (at = text.find("  ", at)) != std::string::npos;) text.erase(at, 1);
+  for (const tools::Condition& condition : tools::conditions_in(0x1FFF))
+    EXPECT_THAT(text,
+                HasSubstr(std::string{condition.name} + " " + std::string{condition.meaning}));
+}
+
+TEST(Watch, ListsTheKeysInsteadOfTheBody) {
+  const std::string text = screen_of(driving(), {.columns = 60, .rows = 18, .lists_keys = true});
+  EXPECT_THAT(text, HasSubstr("p, space            pause and continue"));
+  EXPECT_THAT(text, HasSubstr("TRACKING"));
+  EXPECT_THAT(text, Not(HasSubstr("pose  tick")));
 }
 
 TEST(Watch, ShowsInnovationsWhereThereIsRoomAndWhatWasLearnt) {
@@ -232,7 +286,7 @@ TEST(Watch, DrawsTheSameInAscii) {
 
 
 
- q quit  p pause
+ q quit  p pause  ? keys
 )");
 }
 
@@ -252,7 +306,7 @@ TEST(Watch, FillsAScreenOfAnySizeExactly) {
 }
 
 TEST(Watch, ScrollsToTheEndAndNoFurther) {
-  View view;
+  View view{.rows = 18};
   const Picture picture = draw(driving(), page_for(view.columns, view.rows, view.glyphs));
   const std::size_t most = most_scrolled(picture, view);
   EXPECT_EQ(picture.head.size() + picture.body.size() + 1, view.rows + most);
