@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdlib>
@@ -78,6 +79,20 @@ Drawing heading(const std::string& text) {
           svg::words(border, border + 40.0, 40.0,
                      fmt::format(R"(font-weight="bold" fill="{}")", ink), svg::escaped(text)),
           border + 48.0};
+}
+
+std::vector<Drawing> in_pairs(std::span<const Drawing> drawings) {
+  std::vector<Drawing> rows;
+  for (std::size_t i = 0; i < drawings.size(); ++i) {
+    const bool left = i % 2 == 0;
+    if (left) rows.emplace_back();
+    Drawing& row = rows.back();
+    row.name += (left ? "" : "; ") + drawings[i].name;
+    row.svg += fmt::format("<g transform=\"translate({} 0) scale(0.5)\">\n{}</g>\n",
+                           svg::px(left ? 0.0 : 0.5 * canvas), drawings[i].svg);
+    row.height = std::max(row.height, 0.5 * drawings[i].height);
+  }
+  return rows;
 }
 
 std::string as_svg(std::span<const Drawing> drawings) {

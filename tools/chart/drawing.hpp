@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace odomd::tools::chart {
 
@@ -46,6 +47,9 @@ struct Drawing {
 
 /// A title, to stand above others.
 [[nodiscard]] Drawing heading(const std::string& text);
+
+/// The drawings in rows of two, half as large.
+[[nodiscard]] std::vector<Drawing> in_pairs(std::span<const Drawing> drawings);
 
 /// One `<svg>` element with the drawings one below the other, on white.
 [[nodiscard]] std::string as_svg(std::span<const Drawing> drawings);

@@ -40,8 +40,6 @@ constexpr std::array definitions{
     Definition{"35 ms",
                "error of the displacement over seven ticks of 5 ms, in the body frame: "
                "what a controller sees between two commands"},
-    Definition{"5 ms error", "the same over one tick"},
-    Definition{"100 ms error", "the same over 100 ms"},
     Definition{"1000 ms error", "the same over a second"},
     Definition{"NEES",
                "squared error over the filter's own covariance, of x, y and yaw. 3: the "

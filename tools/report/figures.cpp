@@ -178,6 +178,7 @@ std::size_t focus_of(const EvaluatedDrive& drive) {
 Figure trajectories(const EvaluatedDrive& drive) {
   std::string caption = drive.reference ? "Reference and estimates" : "The estimates";
   caption += ": start hollow, ends filled, end error per metre and heading in the legend";
+  if (!drive.cameras.empty()) caption += "; the dots are poses of the camera";
   const auto states_sigma = [](const Evaluation& one) { return one.consistency.has_value(); };
   caption += std::ranges::any_of(drive.report.evaluations, states_sigma)
                  ? "; the dashed ellipse is the filter's own 3σ at the end."
@@ -206,10 +207,11 @@ std::vector<Figure> errors(const EvaluatedDrive& drive) {
     figures.push_back(with_band(drive, all[focus], focus, component));
   }
   const std::size_t heading = figures.size() - 1;
-  figures[heading - 2].caption = "Ahead of the reference (positive) or behind it.";
-  figures[heading - 1].caption = "To the left of the reference (positive) or to the right.";
+  const std::string name = names_of(drive)[focus];
+  figures[heading - 2].caption = name + " is ahead of the reference (positive) or behind it.";
+  figures[heading - 1].caption = name + " is to its left (positive) or to its right.";
   if (drive.report.evaluations[focus].consistency) {
-    figures[heading].caption = "Heading with the filter's own three standard deviations.";
+    figures[heading].caption = "Heading of " + name + " with its own three standard deviations.";
     figures.push_back(nees(drive, all[focus], focus));
   } else if (drive.estimates[focus].has_covariance) {
     figures[heading].caption =

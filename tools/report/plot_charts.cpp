@@ -156,7 +156,7 @@ Chart chart_of(const Curve& curve, const std::vector<Drawn>& tracks) {
   chart.x.label = "time [s]";
   chart.y.label = curve.label;
   if (curve.needs == &Trajectory::has_covariance) chart.y.scaling = chart::Scaling::logarithmic;
-  if (curve.quantity == "calibrations") chart.height = 300.0;
+  if (curve.quantity == "calibrations") chart.height = 200.0;
   const std::vector<std::string> columns = plot_columns();
   const auto column =
       static_cast<std::size_t>(std::ranges::find(columns, curve.column) - columns.begin());
@@ -286,6 +286,7 @@ std::vector<chart::Drawing> plot(std::string_view quantity, const PlotInput& inp
   if (drawings.empty())
     throw std::invalid_argument(input.tracks.front().trajectory.name + ": has no " +
                                 what_is_missing(quantity) + "; use a file of odom replay");
+  if (quantity == "calibrations") return chart::in_pairs(drawings);  // on one page
   return drawings;
 }
 

@@ -16,6 +16,7 @@ namespace odomd::tools::evaluate_test {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
@@ -49,6 +50,11 @@ TEST_F(Evaluate, WritesATableWithAColumnAPoseFile) {
   EXPECT_THAT(outcome.out, HasSubstr("drift"));
   EXPECT_THAT(outcome.out, HasSubstr("end error [cm/m]"));
   EXPECT_THAT(outcome.out, HasSubstr("end error better by [%]"));
+  // Three rows of short horizons; the rest is in JSON.
+  for (const char* row :
+       {"35 ms error mean [mm]", "35 ms yaw error mean [deg]", "1000 ms error mean"})
+    EXPECT_THAT(outcome.out, HasSubstr(row));
+  EXPECT_THAT(outcome.out, Not(ContainsRegex("35 ms.* max|\n100 ms|\n5 ms")));
 }
 
 TEST_F(Evaluate, WritesJsonInTheOrderOfTheFiles) {

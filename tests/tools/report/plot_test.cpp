@@ -7,6 +7,7 @@
 #include <string>
 #include <thread>
 
+#include "daemon/core/record.hpp"
 #include "tests/tools/drives.hpp"
 #include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/markup.hpp"
@@ -72,6 +73,22 @@ TEST_F(Plot, DrawsEveryQuantityThatAPoseFileHas) {
   EXPECT_THAT(svg_of(pose_ + " --what sigma"), HasSubstr("sigma_yaw [deg]"));
   EXPECT_THAT(svg_of(pose_ + " --what calibrations"),
               AllOf(HasSubstr("gyro_bias"), Not(HasSubstr("wheel_scale"))));
+}
+
+// All calibrations, two in a row: as high as a sheet of this width, 1 : sqrt(2).
+TEST_F(Plot, OfTheCalibrationsFitsOnAPage) {
+  std::string rows = "t,x,y,yaw";
+  for (const daemon::PublishedCalibration& one : daemon::calibrations)
+    rows += "," + std::string{one.name};
+  for (const char* t : {"\n1", "\n2"}) {
+    rows += std::string{t} + ",0,0,0";
+    for (std::size_t i = 0; i < daemon::calibrations.size(); ++i) rows += ",1.5";
+  }
+  const std::string svg =
+      svg_of(scratch_.write("all.csv", rows + "\n").string() + " --what calibrations");
+  EXPECT_THAT(svg, AllOf(HasSubstr(">gyro_bias<"), HasSubstr(">grip<"),
+                         HasSubstr("translate(500.0 0) scale(0.5)")));
+  EXPECT_LE(std::stod(svg.substr(svg.find(" height=\"") + 9)), 1414.0);
 }
 
 TEST_F(Plot, KeepsASpikeOfASingleTick) {
