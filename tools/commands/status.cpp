@@ -9,8 +9,10 @@
 #include <thread>
 
 #include "tools/cli/daemon_options.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/live/daemon_link.hpp"
+#include "tools/live/open_metrics.hpp"
 #include "tools/live/status_text.hpp"
 
 namespace odomd::tools {
@@ -19,7 +21,20 @@ namespace {
 struct Options {
   std::string socket;
   bool json = false;
+  bool open_metrics = false;
 };
+
+// A daemon that does not answer is a result, too.
+void print_open_metrics(const std::string& named) {
+  std::optional<nlohmann::json> status;
+  try {
+    const std::string socket = socket_path(named, "status.sock");
+    status = parse_status(fetch_status(socket), socket);
+  } catch (const std::runtime_error& error) {
+    warn("status", error.what());
+  }
+  std::cout << open_metrics(status);
+}
 
 void run_status(const Options& options) {
   const std::string document = fetch_status(options.socket);
@@ -49,13 +64,23 @@ void add_status(Command odom) {
   Command command = odom.add_subcommand("status", "Show the daemon's status");
   add_socket_option(command, options->socket, "status");
   command.add_flag("--json", options->json, "Print the daemon's status as JSON");
+  command
+      .add_flag("--openmetrics", options->open_metrics,
+                "Print metrics in OpenMetrics, which Prometheus reads")
+      .excludes("--json");
   command.footer(
       "Examples:\n"
       "  odom status\n"
       "  odom status --json | jq .beat\n"
       "  watch -n 1 odom status\n"
-      "Without --json rates are measured over half a second, so the answer takes that long.");
+      "  odom status --openmetrics > odom.new && mv odom.new odom.prom   # for node_exporter\n"
+      "Without --json and --openmetrics rates are measured over half a second, so the answer takes "
+      "that\nlong. With --openmetrics a daemon that does not answer is the metric odom_up 0.");
   command.callback([options] {
+    if (options->open_metrics) {
+      print_open_metrics(options->socket);
+      return;
+    }
     options->socket = socket_path(options->socket, "status.sock");
     run_status(*options);
   });
