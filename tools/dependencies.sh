@@ -13,10 +13,11 @@ set -eu
 
 build='g++ cmake ninja-build pkg-config libeigen3-dev libspdlog-dev libtomlplusplus-dev libcli11-dev
   libsystemd-dev libsocketcan-dev file dpkg-dev nlohmann-json3-dev librsvg2-bin
-  zlib1g-dev libzstd-dev cyclonedds-dev cyclonedds-tools'
+  zlib1g-dev libzstd-dev cyclonedds-dev cyclonedds-tools libcpp-httplib-dev'
 test="$build libopencv-dev libceres-dev libapriltag-dev libgtest-dev libgmock-dev clang-format can-utils iproute2 rt-tests systemd udev
   jq strace python3 qemu-system-x86 busybox-static cpio kmod xz-utils util-linux mandoc"
-campaign="$test clang clang-tidy libclang-rt-14-dev libbenchmark-dev jq mypy dbus libfastrtps-dev"
+campaign="$test clang clang-tidy libclang-rt-14-dev libbenchmark-dev jq mypy dbus libfastrtps-dev chromium
+  fonts-dejavu-core python3-prometheus-client python3-websocket"
 bench="$build libbenchmark-dev rt-tests libiceoryx-posh-dev iceoryx python3"
 aarch64="$test g++-aarch64-linux-gnu qemu-user"
 

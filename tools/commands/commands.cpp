@@ -75,6 +75,7 @@ void describe(Command odom) {
   add_pose(odom);
   add_record(odom);
   add_replay(odom);
+  add_serve(odom);
   add_sim(odom);
   add_status(odom);
   add_watch(odom);

@@ -25,6 +25,7 @@ void add_plot(Command odom);
 void add_status(Command odom);
 void add_pose(Command odom);
 void add_camera(Command odom);
+void add_serve(Command odom);
 void add_sim(Command odom);
 void add_sim_experiments(Command sim);  ///< its subcommands
 void add_watch(Command odom);

@@ -97,6 +97,7 @@ class Child {
     outcome.err = contents(err_);
     return outcome;
   }
+  [[nodiscard]] pid_t pid() const { return pid_; }
   [[nodiscard]] std::string errors() const { return contents(err_); }
 
  private:

@@ -30,12 +30,20 @@ Observer::Observer(Target target)
       follows_socket_ ? target_.socket : tools::segment_asked_for(target_.segment);
 }
 
-void Observer::look() {
+void Observer::look(Depth depth) {
   state_.now_ns =
       std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
-  look_at_status();
-  if (follows_socket_) follow_socket();
+  if (depth == Depth::segment_and_status) {
+    look_at_status();
+    if (follows_socket_) follow_socket();
+  }
   if (!follows_socket_ || !target_.segment.empty()) look_at_segment();
+}
+
+std::optional<odom_pose> Observer::pose_at(std::int64_t time_ns) {
+  if (!client_) return std::nullopt;
+  const auto pose = client_->at(time_ns);
+  return pose.has_value() ? std::optional{pose.value} : std::nullopt;
 }
 
 // The segment of the daemon that answers; that of the last one while nobody does.

@@ -1,6 +1,7 @@
 // Looks at a daemon from outside: the shared memory by libodom, the rest by the status socket.
 #pragma once
 
+#include <cstdint>
 #include <deque>
 #include <odom/odom.hpp>
 #include <optional>
@@ -16,14 +17,20 @@ struct Target {
   std::string socket;   ///< empty: the service's
 };
 
+enum class Depth : std::uint8_t { segment, segment_and_status };
+
 /// One thread. Survives that there is no daemon, and its restarts.
 class Observer {
  public:
   explicit Observer(Target target);
 
-  /// Looks once, which takes a moment, and up to 0.3 s where the daemon is stopped. Throws
-  /// std::invalid_argument for a name or path that can never be one.
-  void look();
+  /// Looks once, which takes a moment, and up to 0.3 s where the daemon is stopped. With
+  /// Depth::segment the status remains that of an earlier look. Throws std::invalid_argument for a
+  /// name or path that can never be one.
+  void look(Depth depth = Depth::segment_and_status);
+
+  /// The pose at a past time [ns, CLOCK_MONOTONIC], if it is in the segment's history.
+  [[nodiscard]] std::optional<odom_pose> pose_at(std::int64_t time_ns);
 
   [[nodiscard]] const State& state() const { return state_; }
 

@@ -181,7 +181,7 @@ Lines who_and_mode(const State& state, const Page& page) {
     append_condition(lines, condition, page);
   if (state.restarts > 0) {
     lines.push_back({{"   odomd has restarted " + std::to_string(state.restarts) +
-                          (state.restarts == 1 ? " time" : " times") + " since odom watch started",
+                          (state.restarts == 1 ? " time" : " times") + " meanwhile",
                       Style::dim}});
   }
   return lines;

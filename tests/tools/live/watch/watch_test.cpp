@@ -336,7 +336,7 @@ TEST(Watch, SaysThatADaemonFellSilentAndThatAnotherCame) {
   state.segment->silent = false;
   state.restarts = 1;
   EXPECT_THAT(screen_of(state, {}),
-              HasSubstr("odomd has restarted 1 time since odom watch started"));
+              HasSubstr("odomd has restarted 1 time meanwhile"));
 }
 
 TEST(Watch, SaysThatTheStatusIsAnotherDaemons) {

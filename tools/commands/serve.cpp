@@ -1,0 +1,23 @@
+// odom serve: hands over to the program odom-web, the only one linked with an HTTP library.
+#include "tools/serve/options.hpp"
+
+#include <memory>
+
+#include "tools/cli/command_line.hpp"
+#include "tools/commands/commands.hpp"
+
+namespace odomd::tools {
+
+void add_serve(Command odom) {
+  auto options = std::make_shared<serve::Options>();
+  Command command = odom.add_subcommand("serve");
+  serve::describe_serve(command, *options);
+  command.callback([command, options] {
+    static_cast<void>(serve::endpoint_of(*options));  // errors are reported here, too
+    become("odom-web", command.given(),
+           "the page needs odom-web: install the package odom-web, or libcpp-httplib-dev, and "
+           "configure and build again; odom watch works without");
+  });
+}
+
+}  // namespace odomd::tools
