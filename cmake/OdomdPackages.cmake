@@ -17,6 +17,9 @@ endif()
 if(ODOMD_HAS_CERES)
   list(APPEND CPACK_COMPONENTS_ALL fit)
 endif()
+if(ODOMD_HAS_HTTPLIB)
+  list(APPEND CPACK_COMPONENTS_ALL web)
+endif()
 set(CPACK_STRIP_FILES ON)
 # The unit and the configuration get the paths of the installation.
 set(CPACK_SET_DESTDIR ON)
@@ -98,6 +101,17 @@ identify fit.")
 set(CPACK_DEBIAN_FIT_PACKAGE_NAME odom-fit)
 set(CPACK_DEBIAN_FIT_PACKAGE_SECTION utils)
 set(CPACK_DEBIAN_FIT_PACKAGE_DEPENDS odom-tools)
+
+set(CPACK_COMPONENT_WEB_DESCRIPTION "web page of the odomd odometry daemon
+Shows a running daemon in a browser, also on a phone, and gives metrics to
+Prometheus: odom serve. This package has the program, and a systemd service.")
+set(CPACK_DEBIAN_WEB_PACKAGE_NAME odom-web)
+set(CPACK_DEBIAN_WEB_PACKAGE_SECTION net)
+set(CPACK_DEBIAN_WEB_PACKAGE_DEPENDS odomd)
+set(CPACK_DEBIAN_WEB_PACKAGE_RECOMMENDS odom-tools)
+set(CPACK_DEBIAN_WEB_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_WEB_PACKAGE_CONTROL_EXTRA
+  ${debian}/web/postinst ${debian}/web/prerm ${debian}/web/postrm)
 
 # Every package contains its licence and its changes.
 set(changes ${PROJECT_BINARY_DIR}/changelog.gz)

@@ -45,7 +45,7 @@ PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
 export DEBIAN_FRONTEND=noninteractive
 cd "$(mktemp -d)" || exit 1
 unit=odomd@can0
-names='odomd odom-tools libodom0 libodom-dev python3-odom odom-bridge odom-track odom-fit'
+names='odomd odom-tools libodom0 libodom-dev python3-odom odom-bridge odom-web odom-track odom-fit'
 
 # does NAME COMMAND...: the command must succeed; else prints its output.
 does() {

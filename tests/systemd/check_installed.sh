@@ -48,18 +48,19 @@ systemd-analyze security --offline=true --threshold=20 --no-pager "$unit" >"$wor
   fail "$(cat "$work/security")"
 tail -n 1 "$work/security"
 
-# The bridge, if it was built.
-if [ -x "$build/bin/odom-bridge" ]; then
-  cmake --install "$build" --prefix "$work/opt" --component bridge >"$work/log"
-  bridge=$work/opt/lib/systemd/system/odomd-bridge@.service
-  grep -q "^ExecStart=$work/opt/bin/odom-bridge --ros --shm %t/odomd/%i/pose " "$bridge" ||
-    fail "the bridge's unit names other paths"
-  systemd-analyze verify --man=no "$bridge" >"$work/verify" 2>&1 && [ ! -s "$work/verify" ] ||
+# The bridge and the page, if they were built.
+for part in bridge web; do
+  [ -x "$build/bin/odom-$part" ] || continue
+  cmake --install "$build" --prefix "$work/opt" --component $part >"$work/log"
+  own=$work/opt/lib/systemd/system/odomd-$part@.service
+  grep -q "^ExecStart=$work/opt/bin/odom-$part .*--shm %t/odomd/%i/pose " "$own" ||
+    fail "the unit of odom-$part names other paths"
+  systemd-analyze verify --man=no "$own" >"$work/verify" 2>&1 && [ ! -s "$work/verify" ] ||
     fail "systemd-analyze verify: $(cat "$work/verify")"
-  systemd-analyze security --offline=true --threshold=20 --no-pager "$bridge" >"$work/security" 2>&1 ||
+  systemd-analyze security --offline=true --threshold=20 --no-pager "$own" >"$work/security" 2>&1 ||
     fail "$(cat "$work/security")"
   tail -n 1 "$work/security"
-fi
+done
 
 # The user and the groups, created in the directory.
 mkdir -p "$root/etc"

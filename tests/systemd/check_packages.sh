@@ -34,11 +34,18 @@ has python3-odom usr/lib/python3/dist-packages/odom/__init__.py
 if [ -x "$build/bin/odom-bridge" ]; then
   has odom-bridge usr/bin/odom-bridge usr/lib/systemd/system/odomd-bridge@.service
   depends odom-bridge libddsc0debian
-  depends odom-bridge odomd
-  for script in postinst prerm postrm; do
-    dpkg-deb -I "$(package odom-bridge)" "$script" | sh -n || fail "odom-bridge: $script: no shell script"
-  done
 fi
+if [ -x "$build/bin/odom-web" ]; then
+  has odom-web usr/bin/odom-web usr/lib/systemd/system/odomd-web@.service
+  depends odom-web libcpp-httplib0.11
+fi
+for name in odom-bridge odom-web; do
+  [ -x "$build/bin/$name" ] || continue
+  depends $name odomd
+  for script in postinst prerm postrm; do
+    dpkg-deb -I "$(package $name)" "$script" | sh -n || fail "$name: $script: no shell script"
+  done
+done
 if [ -x "$build/bin/odom-track" ]; then
   has odom-track usr/bin/odom-track
   depends odom-track libopencv
@@ -50,7 +57,7 @@ if [ -x "$build/bin/odom-fit" ]; then
   depends odom-fit odom-tools
 fi
 for name in odomd odom-tools libodom0; do
-  if dpkg-deb -f "$(package $name)" Depends | grep -qE "ddsc|opencv|ceres"; then fail "$name depends on DDS, OpenCV or Ceres"; fi
+  if dpkg-deb -f "$(package $name)" Depends | grep -qE "ddsc|opencv|ceres|httplib"; then fail "$name depends on DDS, OpenCV, Ceres or HTTP"; fi
 done
 depends odomd libsystemd0
 depends odomd systemd
