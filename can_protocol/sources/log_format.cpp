@@ -62,8 +62,9 @@ bool is_displayed_frame(std::string_view line) {
 const Format* text_format(std::string_view line) {
   if (line.starts_with('#')) return nullptr;  // a comment
   const auto many = [line](char separator) { return std::ranges::count(line, separator) >= 3; };
-  if (std::ranges::any_of(line, [](char c) { return c >= 0 && c < ' ' && c != '\t' && c != '\r'; }))
-    return nullptr;
+  // char is unsigned on ARM.
+  const auto is_control = [](unsigned char c) { return c < ' ' && c != '\t' && c != '\r'; };
+  if (std::ranges::any_of(line, is_control)) return nullptr;
   for (const Format& format : text_formats)
     if (line.starts_with(format.mark)) return &format;
   if (is_displayed_frame(line)) return &display;
