@@ -2,7 +2,9 @@
 # puts them into build/release/packages. Every install rule names its component.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME odomd)
-set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
+set(ODOMD_PACKAGE_VERSION ${PROJECT_VERSION} CACHE STRING "Version of the Debian packages")
+mark_as_advanced(ODOMD_PACKAGE_VERSION)
+set(CPACK_PACKAGE_VERSION ${ODOMD_PACKAGE_VERSION})
 set(CPACK_PACKAGE_CONTACT "odomd developers <odomd@example.org>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package has its own
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
@@ -28,13 +30,17 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 
 set(CPACK_DEB_COMPONENT_INSTALL ON)
+if(CMAKE_CROSSCOMPILING)
+  execute_process(COMMAND dpkg-architecture -qDEB_HOST_ARCH --host-type ${CMAKE_LIBRARY_ARCHITECTURE}
+    OUTPUT_VARIABLE CPACK_DEBIAN_PACKAGE_ARCHITECTURE OUTPUT_STRIP_TRAILING_WHITESPACE)
+endif()
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION misc)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY >=)
-set(debian ${PROJECT_SOURCE_DIR}/systemd/debian)
+set(debian ${PROJECT_SOURCE_DIR}/debian)
 
 set(CPACK_COMPONENT_DAEMON_DESCRIPTION "real-time odometry daemon for cars with a CAN bus
 Turns a car's CAN bus (wheel speeds, IMU, steering) and the late poses of a
@@ -60,7 +66,7 @@ Headers for C and C++, the static library, and what pkg-config and CMake's
 find_package need to build programs that read the car's pose.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libodom-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libodom0 (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libodom0 (= ${ODOMD_PACKAGE_VERSION})")
 
 set(CPACK_COMPONENT_TOOLS_DESCRIPTION "command-line tools of the odomd odometry daemon
 Looks at a running daemon, replays and evaluates recorded drives, simulates a
@@ -74,7 +80,7 @@ Reads the car's pose that odomd publishes in shared memory, through libodom.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-odom)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, libodom0 (>= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, libodom0 (>= ${ODOMD_PACKAGE_VERSION})")
 
 set(CPACK_COMPONENT_BRIDGE_DESCRIPTION "ROS 2 topics from the odomd odometry daemon
 Publishes the car's pose as the ROS 2 topics /odom and /tf, and takes poses of
