@@ -1,5 +1,6 @@
 #!/bin/sh
-# Installs the Debian packages that odomd needs: dependencies.sh build | test | campaign | bench | aarch64
+# Installs the Debian packages that odomd needs: dependencies.sh build | test | campaign | bench |
+# aarch64 | release
 #
 #   build     what compiles and installs the programs, but for odom-track (libopencv-dev) and
 #             odom-fit (libceres-dev)
@@ -7,6 +8,7 @@
 #   campaign  test, and what the longer work needs (clang, clang-tidy)
 #   bench     build, and what the benchmarks need and are compared with (cyclictest, iceoryx)
 #   aarch64   test, and the cross compiler and emulator for 64-bit ARM
+#   release   what tools/release.sh needs: it installs what it builds with in a root directory of its own
 #
 # Says nothing and needs neither network nor root when everything is there.
 set -eu
@@ -14,10 +16,12 @@ set -eu
 build='g++ cmake ninja-build pkg-config libeigen3-dev libspdlog-dev libtomlplusplus-dev libcli11-dev
   libsystemd-dev libsocketcan-dev file dpkg-dev nlohmann-json3-dev librsvg2-bin
   zlib1g-dev libzstd-dev cyclonedds-dev cyclonedds-tools libcpp-httplib-dev'
-test="$build libopencv-dev libceres-dev libapriltag-dev libgtest-dev libgmock-dev clang-format can-utils iproute2 rt-tests systemd udev
-  jq strace python3 qemu-system-x86 busybox-static cpio kmod xz-utils util-linux mandoc"
+release='apt-utils dpkg-dev git gpg gpg-agent mmdebstrap python3-build python3-setuptools python3-wheel util-linux
+  xz-utils'
+test="$build $release libopencv-dev libceres-dev libapriltag-dev libgtest-dev libgmock-dev clang-format can-utils
+  iproute2 rt-tests systemd udev jq strace python3 qemu-system-x86 busybox-static cpio kmod xz-utils util-linux mandoc"
 campaign="$test clang clang-tidy libclang-rt-14-dev libbenchmark-dev jq mypy dbus libfastrtps-dev chromium
-  fonts-dejavu-core python3-prometheus-client python3-websocket"
+  fonts-dejavu-core python3-prometheus-client python3-websocket qemu-user-static podman runc"
 bench="$build libbenchmark-dev rt-tests libiceoryx-posh-dev iceoryx python3"
 aarch64="$test g++-aarch64-linux-gnu qemu-user"
 
@@ -27,7 +31,8 @@ case ${1-} in
   campaign) wanted=$campaign ;;
   bench) wanted=$bench ;;
   aarch64) wanted=$aarch64 ;;
-  *) echo "usage: dependencies.sh build | test | campaign | bench | aarch64" >&2; exit 2 ;;
+  release) wanted=$release ;;
+  *) echo "usage: dependencies.sh build | test | campaign | bench | aarch64 | release" >&2; exit 2 ;;
 esac
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
