@@ -1,9 +1,9 @@
 #!/bin/bash
-# The Debian packages on a machine of their own, as docs/operations.md walks through them: packages.sh
-# Makes the packages and boots the lab's machine with systemd. There: apt install, the bus by
-# systemd-networkd on an emulated controller, a car on the other end of the wire, the service enabled
-# and started, looked at by a user who joins the group, every setting of the page; the same packages
-# once more, an upgrade under a running service, removal and purge. Ends with a dated summary line.
+# The Debian packages on a machine of their own, as docs/operations.md walks through them: packages.sh [RELEASE]
+# Makes the packages, or takes those that tools/release.sh has put into the directory RELEASE, and boots the lab's machine
+# with systemd. There: apt install, the bus by systemd-networkd on an emulated controller, a car on the other end of the
+# wire, the service enabled and started, looked at by a user who joins the group, every setting of the page; the same
+# packages once more, an upgrade under a running service, removal and purge. Ends with a dated summary line.
 #
 # It takes some minutes: apt and dpkg read the host's whole database through the machine's file system.
 set -uo pipefail
@@ -17,7 +17,11 @@ if [ "${1-}" != --in-the-machine ]; then
   tools/dependencies.sh campaign && cmake --preset release -DODOMD_TESTS=ON >/dev/null &&
     cmake --build --preset release >/dev/null || exit 1
   rm -rf "$packages"
-  cpack --config build/release/CPackConfig.cmake >/dev/null || exit 1
+  if [ -n "${1-}" ]; then
+    mkdir -p "$packages" && cp "$1"/*_{amd64,all}.deb "$packages" || exit 1
+  else
+    cpack --config build/release/CPackConfig.cmake >/dev/null || exit 1
+  fi
   # The upgrade: the same, and younger.
   unpacked=$(mktemp -d)
   mkdir "$packages/younger"
@@ -47,18 +51,6 @@ cd "$(mktemp -d)" || exit 1
 unit=odomd@can0
 names='odomd odom-tools libodom0 libodom-dev python3-odom odom-bridge odom-web odom-track odom-fit'
 
-# does NAME COMMAND...: the command must succeed; else prints its output.
-does() {
-  local name=$1 said
-  shift
-  said=$("$@" 2>&1 </dev/null) && ok "$name" || not_ok "$name" "$(tail -n 3 <<<"$said" | tr '\n' ';')"
-}
-says() { # says NAME PATTERN COMMAND...: whatever its exit status
-  local name=$1 pattern=$2 said
-  shift 2
-  said=$("$@" 2>&1 </dev/null)
-  grep -qE -- "$pattern" <<<"$said" && ok "$name" || not_ok "$name" "$(tail -n 3 <<<"$said" | tr '\n' ';')"
-}
 main_pid() { systemctl show -P MainPID $unit; }
 status() { odom status --json | jq -e "$1"; }
 as_newcomer() { runuser -l newcomer -c "$1"; }

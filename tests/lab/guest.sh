@@ -1,7 +1,7 @@
-# Functions of the lab's tests. Sourced by each of tests/*.sh, in the machine.
+# Functions of the lab's tests. Sourced by each of tests/*.sh, in the machine, and by tests/campaign/release.sh.
 
 set -u
-PATH=$ODOMD_BIN_DIR:$PATH
+PATH=${ODOMD_BIN_DIR:+$ODOMD_BIN_DIR:}$PATH
 test_failed=0
 trap 'exit $test_failed' EXIT
 
@@ -16,6 +16,19 @@ check() {
   local name=$1 reason=$2
   shift 2
   if "$@" >/dev/null; then ok "$name"; else not_ok "$name" "$reason"; fi
+}
+
+# does NAME COMMAND...: the command must succeed; else prints its output.
+does() {
+  local name=$1 said
+  shift
+  said=$("$@" 2>&1 </dev/null) && ok "$name" || not_ok "$name" "$(tail -n 3 <<<"$said" | tr '\n' ';')"
+}
+says() { # says NAME PATTERN COMMAND...: whatever its exit status
+  local name=$1 pattern=$2 said
+  shift 2
+  said=$("$@" 2>&1 </dev/null)
+  grep -qE -- "$pattern" <<<"$said" && ok "$name" || not_ok "$name" "$(tail -n 3 <<<"$said" | tr '\n' ';')"
 }
 
 # await SECONDS COMMAND...: whether the command succeeds within that time.
