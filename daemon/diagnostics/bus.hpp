@@ -51,8 +51,8 @@ inline constexpr auto bus = std::to_array<Kind>({
      .meaning =
          "An interface is listen-only and hears nothing, or one frame over and over, as from "
          "a node that has no other to acknowledge it.",
-     .fix = "if the bus has only one other node, set {INTERFACE} down, then sudo ip link set "
-            "{INTERFACE} type can listen-only off, and up again"},
+     .fix = "if the bus has only one other node, set it down, then sudo ip link set {INTERFACE} "
+            "type can listen-only off, and up again"},
     {.code = "W711",
      .name = "no_frames",
      .meaning = "No frame comes.",
