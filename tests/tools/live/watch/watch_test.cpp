@@ -335,8 +335,7 @@ TEST(Watch, SaysThatADaemonFellSilentAndThatAnotherCame) {
   EXPECT_THAT(screen_of(state, {}), HasSubstr("SILENT  no tick for 3.0 s; waiting for odomd at"));
   state.segment->silent = false;
   state.restarts = 1;
-  EXPECT_THAT(screen_of(state, {}),
-              HasSubstr("odomd has restarted 1 time meanwhile"));
+  EXPECT_THAT(screen_of(state, {}), HasSubstr("odomd has restarted 1 time meanwhile"));
 }
 
 TEST(Watch, SaysThatTheStatusIsAnotherDaemons) {
