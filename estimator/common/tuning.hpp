@@ -13,10 +13,10 @@ inline constexpr double gravity = 9.81;  // [m/s²]
 /// "GM" is a Gauss-Markov process of this standard deviation and correlation time.
 ///
 /// Origins: physics, then simulated cars (NEES, NIS, drift) and the training drives, but for these:
-/// side_slip: simulated slides with camera. side_slip_grip, grip_used, grip_shown_s: v_y of the
-/// first half of revs_250lm; the last two of xray_duck_1, too. slip_noise, wheel_noise_scale_range:
-/// its wheels, and braking simulated cars. turn_noise_scale_range: the gyro's NIS on simulated
-/// full-size cars, and v_y as above. signal_gate: χ² of one degree.
+/// side_slip, sliding_force, sliding_slip, velocity_odds: simulated slides. side_slip_grip,
+/// grip_used, grip_shown_s: v_y of the first half of revs_250lm; the last two of xray_duck_1, too.
+/// slip_noise, wheel_noise_scale_range: its wheels, and braking simulated cars. signal_gate: χ² of
+/// one degree. turn_noise_scale_range: the gyro's NIS on simulated full-size cars; v_y as above.
 struct Tuning {
   // --- how the car is driven ---
   double drive_accel = 0.1;  ///< a_x, GM: braking and acceleration by the driver [g]
