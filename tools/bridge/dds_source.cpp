@@ -70,7 +70,7 @@ class DdsIntake : public PoseIntake {
     waitset_ = dds_create_waitset(participant_);
     publications_ =
         dds_create_reader(participant_, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr);
-    tell("waiting", fmt::format("waiting for a publisher in DDS domain {}", domain));
+    note("waiting", fmt::format("waiting for a publisher in DDS domain {}", domain));
   }
   ~DdsIntake() override { dds_delete(participant_); }
   DdsIntake(const DdsIntake&) = delete;
@@ -104,7 +104,7 @@ class DdsIntake : public PoseIntake {
     });
     if (type_ != nullptr && found == type_) return;
     if (type_ != nullptr || found == message_types.end())
-      return tell(type, "a publisher of " + tools::quoted(short_name(type)) +
+      return note(type, "a publisher of " + tools::quoted(short_name(type)) +
                             " is left out; one of PoseWithCovarianceStamped, PoseStamped and "
                             "Odometry is needed");
     // Best effort and volatile by default, which matches every publisher.
@@ -116,11 +116,11 @@ class DdsIntake : public PoseIntake {
         nullptr);
     dds_delete_qos(qos);
     if (reader_ < 0)
-      return tell(type, fmt::format("cannot subscribe: {}", dds_strretcode(-reader_)));
+      return note(type, fmt::format("cannot subscribe: {}", dds_strretcode(-reader_)));
     dds_set_status_mask(reader_, DDS_DATA_AVAILABLE_STATUS);
     dds_waitset_attach(waitset_, reader_, 0);
     type_ = found;
-    tell(type, "camera poses from " + short_name(type));
+    note(type, "camera poses from " + short_name(type));
   }
 
   std::string topic_;  // in DDS

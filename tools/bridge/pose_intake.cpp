@@ -76,14 +76,14 @@ void PoseIntake::take(const RosPose& pose, std::int64_t now_ns) {
   if (!checked.refusal.empty()) {
     ++counts_["refused_" + checked.refusal];
     // One message for each frame, and one for each other reason: those contain numbers.
-    tell(checked.refusal.ends_with("frame") ? checked.problem : checked.refusal,
+    note(checked.refusal.ends_with("frame") ? checked.problem : checked.refusal,
          "a pose is refused: " + checked.problem);
     return;
   }
   ++counts_[send(checked.pose) ? "sent" : "unsent"];
   if (!checked.lacks_sigma) return;
   ++counts_["without_sigma"];
-  tell("sigma", fmt::format("a variance of x, y or yaw is zero, negative or not finite; such an "
+  note("sigma", fmt::format("a variance of x, y or yaw is zero, negative or not finite; such an "
                             "axis gets --pose-sigma ({})",
                             fmt::join(input_.sigma, ", ")));
 }
@@ -98,12 +98,12 @@ bool PoseIntake::send(const estimator::CameraPose& pose) {
   } catch (const std::exception& error) {
     problem = error.what();
   }
-  tell(problem, problem);
+  note(problem, problem);
   return false;
 }
 
-void PoseIntake::tell(const std::string& key, const std::string& message) {
-  if (told_.size() < 50 && told_.insert(key).second)
+void PoseIntake::note(const std::string& key, const std::string& message) {
+  if (noted_.size() < 50 && noted_.insert(key).second)
     messages_.push_back(input_.topic + ": " + message);
 }
 

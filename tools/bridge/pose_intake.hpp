@@ -50,7 +50,7 @@ class PoseIntake {
   /// Checks the pose and sends it. Waits some milliseconds for a daemon that is behind.
   void take(const RosPose& pose, std::int64_t now_ns);
   /// Adds a message for people, unless one with this key was added before.
-  void tell(const std::string& key, const std::string& message);
+  void note(const std::string& key, const std::string& message);
   /// The messages since the last call.
   [[nodiscard]] std::vector<std::string> take_messages() { return std::exchange(messages_, {}); }
 
@@ -64,7 +64,7 @@ class PoseIntake {
   PoseInput input_;
   std::optional<CameraFeed> feed_;
   std::map<std::string, std::uint64_t> counts_{{"received", 0}, {"sent", 0}, {"unsent", 0}};
-  std::set<std::string> told_;
+  std::set<std::string> noted_;
   std::vector<std::string> messages_;
 };
 

@@ -86,7 +86,7 @@ TEST(CheckPose, SigmasAreTheRootsOfTheVariancesButNeverLessThanTheFloor) {
 
 TEST(PoseIntake, HasNoEndlessListOfMessages) {
   PoseIntake intake(expected);
-  for (int i = 0; i < 1000; ++i) intake.tell(std::to_string(i), "another frame");
+  for (int i = 0; i < 1000; ++i) intake.note(std::to_string(i), "another frame");
   EXPECT_LE(intake.take_messages().size(), 50U);
 }
 
