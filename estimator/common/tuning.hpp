@@ -2,8 +2,7 @@
 // sensors. They are dimensionless, or scale with gravity, the wheelbase, the speed or a sensor's
 // stated sigma, so that they hold for a car of any size.
 //
-// tests/estimator/tuning_table.py writes the table in docs/model.md, "The tuned numbers". It reads
-// one number a line, with its meaning after it and its unit in brackets (none: a ratio).
+// docs/model.md uses their names. Units are in brackets (none: a ratio).
 #pragma once
 
 namespace odomd::estimator {
