@@ -3,7 +3,7 @@
 
 Every method takes the results of those before it from the configuration that they share. Each stated 2 sigma
 must hold the simulator's truth on 90 % of the cars, and the paper's claims on its lap must hold on their mean:
-a lap whose gyro has been set to zero at rest, as the author's is. docs/paper.md's table of errors by speed must
+a lap whose gyro has been set to zero at rest, as the author's is. docs/dev/results.md's table of errors by speed must
 be what its commands give. Prints tables in Markdown. Exit status 1 where a bar is missed or the work failed,
 2 on wrong usage.
 """
@@ -83,8 +83,8 @@ def lap_of(odom, work, options, configuration=()):
 
 
 def errors_by_speed(odom):
-    """The rows of docs/paper.md's table of them: a name, and pairs of what is printed and what it is."""
-    text = (ROOT / "docs/paper.md").read_text().split("## Errors by speed")[1]
+    """The rows of docs/dev/results.md's table of them: a name, and pairs of what is printed and what it is."""
+    text = (ROOT / "docs/dev/results.md").read_text().split("## The paper by speed")[1].split("\n## ")[0]
     car = "small car"
     for line in re.findall(r"^\| (?!\|)(.*) \|$", text, re.MULTILINE):
         name, *cells = [cell.strip() for cell in line.split(" | ")]
@@ -146,7 +146,7 @@ def main():
         cells = [bar(claim(mean), f"{mean:.2f}") if model == "paper" else f"{mean:.2f}"
                  for mean, claim in zip(means, CLAIMS)]
         print(f"| {model} | {' | '.join(cells)} |")
-    print("\n| errors by speed in docs/paper.md | other than printed |\n|---|--:|")
+    print("\n| errors by speed in docs/dev/results.md | other than printed |\n|---|--:|")
     for name, pairs in errors_by_speed(given.odom):
         wrong = [f"{found:.3g} for {printed}" for printed, found in pairs if not printed_right(printed, found)]
         print(f"| {name} | {bar(not wrong, ', '.join(wrong) or 'none')} |")
