@@ -1,8 +1,8 @@
 // The protocol of shm_api/layout/slot.h on a machine that reorders whatever it may, which x86 does
 // not: two accesses of one thread are performed in either order unless the C++ memory model orders
 // them. All orders of writer and reader are tried; no reader may take words of two ticks for one
-// pose. With any of the orderings left out, one does: each is needed. docs/shm.md has the argument
-// in words.
+// pose. With any of the orderings left out, one does: each is needed. docs/dev/shm-protocol.md has
+// the argument in words.
 //
 // Two threads of which one only stores and the other only loads need no more of the memory model
 // than this: there is one memory, each store is performed once, and each load at some instant.
