@@ -28,11 +28,11 @@ inline constexpr auto bus = std::to_array<Kind>({
             "bus, and set it up"},
     {.code = "W705",
      .name = "no_restart",
-     .meaning = "A CAN controller stays off the bus once it has been bus-off.",
+     .meaning = "A CAN controller does not restart after bus-off.",
      .fix = "set it down, then sudo ip link set {INTERFACE} type can restart-ms 100, and up again"},
     {.code = "W706",
      .name = "bus_errors",
-     .meaning = "A CAN controller sees many errors, and may soon leave the bus.",
+     .meaning = "A CAN controller sees many errors.",
      .fix = "check that the bit rate of {INTERFACE} is that of the bus, its two terminating "
             "resistors and "
             "its wiring"},
@@ -42,15 +42,13 @@ inline constexpr auto bus = std::to_array<Kind>({
      .fix = "check bit rate and wiring, then set {INTERFACE} down and up again"},
     {.code = "W708",
      .name = "no_can_fd",
-     .meaning = "A mapped message is sent as CAN FD, which the interface does not carry.",
+     .meaning = "A mapped message is CAN FD, but the interface is not.",
      .fix =
          "set it down, then sudo ip link set {INTERFACE} type can bitrate 500000 dbitrate 2000000 "
          "fd on, with the rates of the bus (a virtual one: mtu 72), and up again"},
     {.code = "W709",
      .name = "nobody_acknowledges",
-     .meaning =
-         "An interface is listen-only and hears nothing, or one frame over and over, as from "
-         "a node that has no other to acknowledge it.",
+     .meaning = "A listen-only interface hears nothing, or one frame over and over.",
      .fix = "if the bus has only one other node, set it down, then sudo ip link set {INTERFACE} "
             "type can listen-only off, and up again"},
     {.code = "W711",
@@ -63,19 +61,18 @@ inline constexpr auto bus = std::to_array<Kind>({
      .fix = "check that can.dbc names this car's database, and can.source the right bus"},
     {.code = "W713",
      .name = "other_id_format",
-     .meaning = "A mapped message comes with its identifier in the other format.",
+     .meaning = "A mapped message's identifier comes in the other format.",
      .fix = "give its BO_ in the database the number {NUMBER}"},
     {.code = "W714",
      .name = "other_rate",
-     .meaning = "A mapped message comes at another rate than the database says.",
+     .meaning = "A mapped message's rate differs from the database.",
      .fix = "if its sender is right, write {LINE} in the database",
      .limits = {0.5, 1.5},
      .reason = "ratio to the rate of GenMsgCycleTime; jitter and a few lost frames do not "
                "change it"},
     {.code = "W715",
      .name = "slower_than_timeout",
-     .meaning = "A mapped message comes more seldom than its signals' timeout, so these are "
-                "always overdue.",
+     .meaning = "A mapped message comes more seldom than its signals' timeout.",
      .fix = "set timeout of {KEY}"},
 });
 

@@ -10,23 +10,23 @@ namespace odomd::diagnostics {
 inline constexpr auto machine = std::to_array<Kind>({
     {.code = "W601",
      .name = "no_realtime_kernel",
-     .meaning = "The kernel is not a real-time one (PREEMPT_RT), so poses may come late.",
+     .meaning = "The kernel is not PREEMPT_RT: poses may come late.",
      .fix = "on a car: sudo apt install {PACKAGE} && sudo reboot"},
     {.code = "W602",
      .name = "no_realtime_priority",
-     .meaning = "odomd may not run with its real-time priority (SCHED_FIFO).",
+     .meaning = "odomd may not use SCHED_FIFO with its priority.",
      .fix = "started by hand: write the line \"{USER - rtprio PRIORITY}\" into "
             "/etc/security/limits.d/odomd.conf and log in again; as a service: the "
             "same number as LimitRTPRIO= under [Service] in sudo systemctl edit odomd@.service"},
     {.code = "W603",
      .name = "memory_not_locked",
-     .meaning = "odomd may not lock its memory, so a tick may wait for a page.",
+     .meaning = "odomd may not lock its memory: a tick may wait for a page.",
      .fix = "started by hand: write the line \"{USER} - memlock unlimited\" into "
             "/etc/security/limits.d/odomd.conf and log in again; as a service: "
             "LimitMEMLOCK=infinity under [Service] in sudo systemctl edit odomd@.service"},
     {.code = "W604",
      .name = "cpus_sleep_deeply",
-     .meaning = "odomd may not keep the CPUs out of deep sleep, from which they wake late.",
+     .meaning = "CPUs may enter deep sleep, and wake late.",
      .fix =
          "sudo chgrp {GROUP} /dev/cpu_dma_latency && sudo chmod g+rw /dev/cpu_dma_latency; for the "
          "service the package's udev rule does so at every boot",
@@ -35,34 +35,33 @@ inline constexpr auto machine = std::to_array<Kind>({
      .reason = "time to wake from the deepest sleep; a wake-up takes 20 to 50 anyway"},
     {.code = "W605",
      .name = "realtime_throttled",
-     .meaning = "The kernel stops real-time threads for a large part of every second.",
+     .meaning = "The kernel stops real-time threads for much of every second.",
      .fix = "sudo sysctl kernel.sched_rt_runtime_us=950000",
      .limits = {.least = 0.5},
      .reason = "share of the time that they may run; Linux has 0.95, which is fine"},
     {.code = "W606",
      .name = "slow_clock",
-     .meaning = "The kernel's clock is slow to read; every tick reads it.",
+     .meaning = "The kernel's clock is slow to read.",
      .fix = "echo {CLOCK} | sudo tee "
             "/sys/devices/system/clocksource/clocksource0/current_clocksource; "
             "if that is refused, journalctl -k -g clocksource says why"},
     {.code = "W607",
      .name = "cpu_frequency_changes",
-     .meaning = "The CPUs lower their clock frequency, and are slow when the beat wakes.",
+     .meaning = "The CPUs lower their clock frequency.",
      .fix = "sudo apt install linux-cpupower && sudo cpupower frequency-set -g performance"},
     {.code = "W608",
      .name = "interrupt_below_beat",
-     .meaning = "The CAN controller's interrupt thread waits for the beat, so frames come a tick "
-                "late.",
+     .meaning = "The CAN controller's interrupt thread has a lower priority than the beat: frames "
+                "come a tick late.",
      .fix = "sudo chrt -f -p {PRIORITY PID}"},
     {.code = "W609",
      .name = "small_receive_buffer",
-     .meaning = "The kernel allows a smaller receive buffer than odomd asks for; a busy bus may "
-                "lose frames.",
+     .meaning = "The receive buffer is limited; a busy bus may lose frames.",
      .fix = "echo net.core.rmem_max={BYTES} | sudo tee /etc/sysctl.d/60-odomd.conf && sudo sysctl "
             "--system"},
     {.code = "W610",
      .name = "service_account_missing",
-     .meaning = "The service is installed, but not its user and groups.",
+     .meaning = "The service's user and groups are missing.",
      .fix = "sudo systemd-sysusers"},
     {.code = "W611",
      .name = "not_in_group",
@@ -70,11 +69,11 @@ inline constexpr auto machine = std::to_array<Kind>({
      .fix = "sudo usermod -aG odom {USER}, and log in again"},
     {.code = "W612",
      .name = "login_before_group",
-     .meaning = "You have joined the group odom, but this login is older.",
+     .meaning = "This login is older than your membership in odom.",
      .fix = "log out and in again; for this terminal: newgrp odom"},
     {.code = "W613",
      .name = "disk_nearly_full",
-     .meaning = "There is little space left for recordings.",
+     .meaning = "There is little space for recordings.",
      .fix = "df -h shows other disks; odom record --out FOLDER records there",
      .limits = {.least = 1.0},
      .unit = "GB",

@@ -19,7 +19,6 @@ constexpr auto file = ODOMD_SOURCE_DIR "/docs/diagnostics.md";
 
 std::string usual(const Kind& kind) {
   const Limits& limits = kind.limits;
-  if (!limits.exist()) return "";
   const std::string unit = kind.unit.empty() ? "" : " " + std::string{kind.unit};
   const std::string range =
       !std::isfinite(limits.most)    ? fmt::format("at least {:.3g}", limits.least)
@@ -28,35 +27,24 @@ std::string usual(const Kind& kind) {
   return fmt::format("{}{}: {}", range, unit, kind.reason);
 }
 
-/// A | would end the cell.
-std::string cell(std::string text) {
-  for (std::size_t at = text.find('|'); at != std::string::npos; at = text.find('|', at + 2))
-    text.insert(at, 1, '\\');
-  return text;
-}
-
 std::string page() {
   std::string text =
       "# Diagnostics\n\n"
-      "What `odomd`, `odomd --check`, `odom doctor`, `replay`, `evaluate`, `export` and\n"
-      "`identify` find wrong or doubtful in a configuration, a log, the sensors, the poses, an\n"
-      "experiment, the machine, a bus or a running daemon ends with a code. With `--json` of\n"
-      "`doctor`, `replay`, `evaluate` and `identify` the list `diagnostics` has an object for "
-      "each:\n"
-      "`code`, `name`, `subject`, `seen`, `fix`. A diagnostic with a limit is given outside of "
-      "it.\n"
-      "A fix of the machine or a bus that writes nothing under /etc lasts until the next "
-      "reboot.\n\n"
+      "Each problem that `odomd`, `odom doctor`, `replay`, `evaluate`, `export` and `identify`\n"
+      "report ends with a code. With `--json` the list `diagnostics` of `doctor`, `replay`,\n"
+      "`evaluate` and `identify` has an object for each: `code`, `name`, `subject`, `seen`, "
+      "`fix`.\n"
+      "Here each has its meaning, *the fix*, and its limits, outside which it is issued. A fix of\n"
+      "the machine or a bus that writes nothing under /etc lasts until the next reboot.\n\n"
       "<!-- Made from the table in daemon/diagnostics/: ODOMD_WRITE_PAGES=1 test_diagnostics -->\n";
   for (const Chapter& chapter : chapters) {
-    text += fmt::format(
-        "\n## {}\n\n| Code | Name | Meaning | What to do | Limit |\n|---|---|---|---|---|\n",
-        chapter.title);
+    text += fmt::format("\n## {}\n\n", chapter.title);
     for (const Kind& kind : chapter.kinds) {
       std::string fix{kind.fix};
       std::erase_if(fix, [](char one) { return one == '{' || one == '}'; });
-      text += fmt::format("| {} | `{}` | {} | {} | {} |\n", kind.code, kind.name, kind.meaning,
-                          cell(fix), usual(kind));
+      text += fmt::format("- **{}** `{}`: {}", kind.code, kind.name, kind.meaning);
+      if (!fix.empty()) text += fmt::format(" *{}*", fix);
+      text += kind.limits.exist() ? fmt::format(" ({})\n", usual(kind)) : "\n";
     }
   }
   return text;
