@@ -100,7 +100,7 @@ says "reads it in Python" 'Pose' as_newcomer "python3 -c 'import odom; print(odo
 says "real time is granted, as the page promises" 'SCHED_FIFO 45, memory locked, cpu_dma_latency held' odom status
 says "sends no camera pose" 'no such socket|not allowed' as_newcomer "odom camera send --pose 1.20,0.35,1.57"
 says "the journal has what it says" 'model full, can0 into /run/odomd/can0/pose' journal
-page=$tree/docs/security.md
+page=$tree/docs/dev/security.md
 says "the exposure is the page's" "$(sed -n 's/^\.\.\.exposure level for .*: \([0-9.]*\) .*/level.*: \1 /p' "$page")" \
   systemd-analyze security --no-pager $unit
 while read -r mode user group path; do

@@ -1,4 +1,4 @@
-# The commands for the service in docs/security.md, with this machine's bus instead of can0.
+# The commands for the service in docs/dev/security.md, with this machine's bus instead of can0.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
 
@@ -8,6 +8,6 @@ for user in user reader camera; do systemd-sysusers --inline "u $user - - -" 2>/
 systemd-sysusers --inline "m reader odom" "m camera odomd-camera"
 check "has a pose to show" "$(status .mode)" await 20 settled
 
-sed "s/can0/$bus/g" "$ODOMD_SOURCE_DIR/docs/security.md" >security.md
+sed "s/can0/$bus/g" "$ODOMD_SOURCE_DIR/docs/dev/security.md" >security.md
 "$ODOMD_SOURCE_DIR/tests/docs/shown_commands.py" security.md service || test_failed=1
 end
