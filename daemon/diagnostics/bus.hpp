@@ -68,8 +68,7 @@ inline constexpr auto bus = std::to_array<Kind>({
      .meaning = "A mapped message's rate differs from the database.",
      .fix = "if its sender is right, write {LINE} in the database",
      .limits = {0.5, 1.5},
-     .reason = "ratio to the rate of GenMsgCycleTime; jitter and a few lost frames do not "
-               "change it"},
+     .reason = "ratio to the rate of GenMsgCycleTime"},
     {.code = "W715",
      .name = "slower_than_timeout",
      .meaning = "A mapped message comes more seldom than its signals' timeout.",

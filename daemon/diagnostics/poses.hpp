@@ -25,8 +25,8 @@ inline constexpr auto poses = std::to_array<Kind>({
      .meaning = "The headings do not follow the path.",
      .fix = "yaw must be in radians, counter-clockwise from the x axis",
      .limits = {.least = 0.65},
-     .reason = "agreement of course and heading, 1 at best; recorded drives have 0.94 and more, a "
-               "long drift 0.77"},
+     .reason = "agreement of course and heading; recorded drives have 0.94 and more, a long drift "
+               "0.77"},
     {.code = "W405",
      .name = "no_camera_pose",
      .meaning = "The camera's file has no pose.",
@@ -45,8 +45,7 @@ inline constexpr auto poses = std::to_array<Kind>({
      .fix = "remove [initial] pose, and the first camera pose sets it, or give this drive's",
      .limits = {.most = 0.5},
      .unit = "m or rad",
-     .reason = "distance from the camera's first pose, beyond what the car may have moved and five "
-               "sigmas; tolerance for a pose set by hand"},
+     .reason = "from the camera's first pose, beyond five sigmas and what the car may have moved"},
     {.code = "W409",
      .name = "clocks_differ",
      .meaning = "The times of poses are not on the log's clock.",
@@ -80,7 +79,7 @@ inline constexpr auto poses = std::to_array<Kind>({
      .fix = "it is bridged by a straight line; --from and --to leave a part out",
      .limits = {.most = 0.2},
      .unit = "s",
-     .reason = "beyond it a straight line is no longer the car's path"},
+     .reason = "the car's path is not straight for longer"},
     {.code = "W415",
      .name = "reference_jumps",
      .meaning = "The reference jumps.",
@@ -98,7 +97,7 @@ inline constexpr auto poses = std::to_array<Kind>({
      .meaning = "The estimates cover different times.",
      .fix = "compare their figures with care",
      .limits = {.most = 0.01},
-     .reason = "share of the time; less moves no figure by more than its own uncertainty"},
+     .reason = "share of the time"},
     {.code = "W418",
      .name = "loop_closes_badly",
      .meaning = "The drive does not end where it began.",

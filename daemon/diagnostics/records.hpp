@@ -34,7 +34,7 @@ inline constexpr auto records = std::to_array<Kind>({
      .fix = "sort the log, or cut it where its clock was set back",
      .limits = {.most = 1.0},
      .unit = "s",
-     .reason = "adapters and several buses mix up the order by milliseconds"},
+     .reason = "adapters and several buses change the order by milliseconds"},
     {.code = "W207",
      .name = "replay_without_state",
      .meaning = "A recording is replayed without the filter's state.",

@@ -51,8 +51,7 @@ inline constexpr auto running = std::to_array<Kind>({
      .meaning = "A source's samples scatter much more or less than its sigma.",
      .fix = "multiply {KEY by FACTOR}",
      .limits = {0.05, 4.0},
-     .reason = "mean NIS over its dimension, 1 if the sigma is right; it goes with the square of "
-               "the sigma"},
+     .reason = "mean NIS over its dimension, 1 if the sigma is right"},
     {.code = "W809",
      .name = "camera_times",
      .meaning = "Camera poses are too old or from the future.",

@@ -45,8 +45,8 @@ inline constexpr auto sensors = std::to_array<Kind>({
      .meaning = "A sensor measures too much or too little.",
      .fix = "check unit, scale and radius of {KEY}, or drive without spinning wheels",
      .limits = {1.0 / 1.5, 1.5},
-     .reason = "ratio to the poses; without poses 3, as tyres and wheels slip. doctor names a "
-               "factor of 7 % that all sensors together make certain"},
+     .reason = "ratio to the poses; without poses 3. doctor names a factor of 7 % that all sensors "
+               "make certain"},
     {.code = "W311",
      .name = "out_of_range",
      .meaning = "A sensor's value is impossible for a car.",
@@ -77,7 +77,7 @@ inline constexpr auto sensors = std::to_array<Kind>({
          "Many samples of a source are gated: they differ too much from the filter's prediction.",
      .fix = "check {KEY}",
      .limits = {.most = 0.1},
-     .reason = "share of its tested samples; recorded drives whose sensors are sound have less"},
+     .reason = "share of its tested samples; sound sensors have less"},
     {.code = "W318",
      .name = "actuator_not_seen",
      .meaning = "The steering delay and lag in this drive differ from [steering].",
@@ -88,7 +88,7 @@ inline constexpr auto sensors = std::to_array<Kind>({
      .fix = "write {KEY = SECONDS}; odom identify latency measures it",
      .limits = {.most = 0.02},
      .unit = "s",
-     .reason = "against the other sensors and the camera; as for the clocks of poses"},
+     .reason = "against the other sensors and the camera"},
     {.code = "W320",
      .name = "bias_unlearnt",
      .meaning = "The gyro's bias is unknown: the heading drifts.",
