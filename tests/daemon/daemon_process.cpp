@@ -92,6 +92,12 @@ std::string Desk::read(const std::string& name) const {
   return text.str();
 }
 
+::testing::AssertionResult Desk::logs(const std::string& text) const {
+  if (eventually([&] { return read("stderr").find(text) != std::string::npos; }))
+    return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << read("stderr");
+}
+
 nlohmann::json Desk::status() const {
   const int connection = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_un address{};
@@ -105,6 +111,29 @@ nlohmann::json Desk::status() const {
   }
   ::close(connection);
   return text.empty() ? nlohmann::json() : nlohmann::json::parse(text);
+}
+
+Client open_client(const Desk& desk) {
+  odom_client* client = nullptr;
+  EXPECT_TRUE(eventually([&] { return odom_open(desk.segment().c_str(), &client) == ODOM_OK; }))
+      << desk.read("stderr");
+  return Client(client);
+}
+
+Camera open_camera(const Desk& desk) {
+  odom_camera* camera = nullptr;
+  EXPECT_TRUE(eventually([&] {
+    return odom_camera_open(desk.file("camera.sock").c_str(), &camera) == 0;
+  })) << desk.read("stderr");
+  return Camera(camera);
+}
+
+bool next_pose(const Client& client, odom_pose& pose) {
+  return odom_wait(client.get(), &pose, sizeof pose, -1) == ODOM_OK;
+}
+
+bool becomes_stale(const Client& client, odom_pose& pose) {
+  return eventually([&] { return odom_latest(client.get(), &pose, sizeof pose) == ODOM_STALE; });
 }
 
 std::string straight_drive(double seconds, double speed) {

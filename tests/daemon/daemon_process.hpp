@@ -2,12 +2,14 @@
 // status, and a client that reads its poses.
 #pragma once
 
+#include <gtest/gtest.h>
 #include <sys/types.h>
 
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -34,6 +36,8 @@ class Desk {
   void write(const std::string& name, const std::string& text) const;
   [[nodiscard]] std::string read(const std::string& name) const;
   [[nodiscard]] const std::string& segment() const { return segment_; }
+  /// Whether this comes onto the daemon's standard error.
+  [[nodiscard]] ::testing::AssertionResult logs(const std::string& text) const;
 
   /// Poses, modes and the like from the status socket; null when there is none.
   [[nodiscard]] nlohmann::json status() const;
@@ -42,6 +46,23 @@ class Desk {
   std::filesystem::path directory_;
   std::string segment_;
 };
+
+struct Close {
+  void operator()(odom_client* client) const { odom_close(client); }
+  void operator()(odom_camera* camera) const { odom_camera_close(camera); }
+};
+using Client = std::unique_ptr<odom_client, Close>;
+using Camera = std::unique_ptr<odom_camera, Close>;
+
+/// As soon as the daemon is there.
+[[nodiscard]] Client open_client(const Desk& desk);
+[[nodiscard]] Camera open_camera(const Desk& desk);
+
+/// Sleeps for the next pose at most a second.
+[[nodiscard]] bool next_pose(const Client& client, odom_pose& pose);
+
+/// The last pose of a daemon that has ended.
+[[nodiscard]] bool becomes_stale(const Client& client, odom_pose& pose);
 
 /// A straight drive at `speed`, every 10 ms for this time, as candump -L writes it. Up to five
 /// seconds fit into a pipe.

@@ -47,33 +47,19 @@ TEST_F(OdomdMistake, NoSource) {
   EXPECT_THAT(error_of({}), HasSubstr("no CAN source is named; give --can can0"));
 }
 
-TEST_F(OdomdMistake, ALogThatIsNotThere) {
-  EXPECT_THAT(error_of({"--can", "/nowhere/drive.log"}), HasSubstr("/nowhere/drive.log"));
-}
-
-TEST_F(OdomdMistake, ASourceNamedTwice) {
-  EXPECT_THAT(error_of({"--can", "-", "--can", "-"}), HasSubstr("--can: names \"-\" twice"));
-}
-
-TEST_F(OdomdMistake, AnUnknownModel) {
-  EXPECT_THAT(
-      error_of({"--model", "particle"}),
-      HasSubstr("--model: \"particle\" is not a model of this version; the models are: kinematic"));
-}
-
-TEST_F(OdomdMistake, APoseThatIsNone) {
-  EXPECT_THAT(error_of({"--initial", "1,2"}), HasSubstr("--initial: \"1,2\" is not a pose"));
-}
-
-TEST_F(OdomdMistake, AnUnknownOption) {
-  EXPECT_THAT(error_of({"--nonsense"}), HasSubstr("--nonsense"));
-}
-
-TEST_F(OdomdMistake, ASegmentNameWithoutASlash) {
-  EXPECT_THAT(error_of({"--shm", "odomd"}), HasSubstr("--shm: \"odomd\" must begin with a slash"));
-}
-
-TEST_F(OdomdMistake, AnEmptyValueOfAnyOption) {
+TEST_F(OdomdMistake, OnTheCommandLine) {
+  std::pair<std::vector<std::string>, std::string> cases[]{
+      {{"--can", "/nowhere/drive.log"}, "/nowhere/drive.log"},
+      {{"--can", "-", "--can", "-"}, "--can: names \"-\" twice"},
+      {{"--model", "particle"},
+       "--model: \"particle\" is not a model of this version; the models are: kinematic"},
+      {{"--initial", "1,2"}, "--initial: \"1,2\" is not a pose"},
+      {{"--nonsense"}, "--nonsense"},
+      {{"--shm", "odomd"}, "--shm: \"odomd\" must begin with a slash"},
+      {{"--shm", "/."}, "/."},
+      {{"--shm", desk_.file(std::string(300, 'a'))}, "aaa"},
+      {{"--camera-socket", desk_.file(std::string(120, 'a'))}, "aaa"}};
+  for (const auto& [arguments, says] : cases) EXPECT_THAT(error_of(arguments), HasSubstr(says));
   for (const std::string option : {"--shm", "--can", "--camera-socket", "--status-socket",
                                    "--runtime-directory", "--readers", "--initial", "--model"})
     EXPECT_THAT(error_of({option, ""}), HasSubstr(option + ": is empty; give a value"));

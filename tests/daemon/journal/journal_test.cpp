@@ -9,9 +9,10 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <string>
 #include <string_view>
+
+#include "tests/tools/scratch.hpp"
 
 namespace odomd::daemon::journal_test {
 namespace {
@@ -23,20 +24,6 @@ constexpr std::int64_t second = 1'000'000'000;
 
 class JournalTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = testing::TempDir() + "odomd_journal_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    directory_ = name;
-    file_ = directory_ / "odomd.log";
-  }
-  void TearDown() override { std::filesystem::remove_all(directory_); }
-
-  static std::string content(const std::filesystem::path& file) {
-    std::ostringstream text;
-    text << std::ifstream(file).rdbuf();
-    return text.str();
-  }
-
   [[nodiscard]] long lines_with(std::string_view text) const {
     std::ifstream log(file_);
     long count = 0;
@@ -45,16 +32,17 @@ class JournalTest : public testing::Test {
     return count;
   }
 
-  std::filesystem::path directory_;
-  std::filesystem::path file_;
+  const tools::Scratch scratch_;
+  const std::filesystem::path directory_ = scratch_.path("");
+  const std::filesystem::path file_ = scratch_.path("odomd.log");
 };
 
 TEST_F(JournalTest, WritesFromItsLevelOn) {
   Journal journal({file_, "warn"});
   journal.info("quiet");
   journal.warn("loud");
-  EXPECT_THAT(content(file_), HasSubstr("warning: loud"));
-  EXPECT_THAT(content(file_), Not(HasSubstr("quiet")));
+  EXPECT_THAT(tools::contents(file_), HasSubstr("warning: loud"));
+  EXPECT_THAT(tools::contents(file_), Not(HasSubstr("quiet")));
 }
 
 TEST_F(JournalTest, LogsARepeatedEventOnceAndThenItsNumber) {
@@ -67,7 +55,7 @@ TEST_F(JournalTest, LogsARepeatedEventOnceAndThenItsNumber) {
   EXPECT_EQ(lines_with("flood"), 1);
   journal.turn(second);
   EXPECT_EQ(lines_with("flood"), 2);
-  EXPECT_THAT(content(file_), HasSubstr("warning: flood 9 (9 times in 1 s"));
+  EXPECT_THAT(tools::contents(file_), HasSubstr("warning: flood 9 (9 times in 1 s"));
   EXPECT_EQ(lines_with("another"), 1);
 }
 
@@ -79,7 +67,7 @@ TEST_F(JournalTest, LogsWhatItCountedAtItsEnd) {
     journal.warn_counted("flood");
     journal.turn(second / 4);
   }
-  EXPECT_THAT(content(file_), HasSubstr("flood (1 time in 0.25 s)"));
+  EXPECT_THAT(tools::contents(file_), HasSubstr("flood (1 time in 0.25 s)"));
 }
 
 // The last line about a state must be the state.
@@ -101,9 +89,9 @@ TEST_F(JournalTest, OpensItsFileAnew) {
   journal.info("still into the old one");
   journal.reopen();
   journal.info("after");
-  EXPECT_THAT(content(moved), HasSubstr("still into the old one"));
-  EXPECT_THAT(content(moved), Not(HasSubstr("after")));
-  EXPECT_THAT(content(file_), HasSubstr("after"));
+  EXPECT_THAT(tools::contents(moved), HasSubstr("still into the old one"));
+  EXPECT_THAT(tools::contents(moved), Not(HasSubstr("after")));
+  EXPECT_THAT(tools::contents(file_), HasSubstr("after"));
 }
 
 TEST_F(JournalTest, KeepsTheOldFileWhereTheNewOneCannotBeMade) {
@@ -114,7 +102,7 @@ TEST_F(JournalTest, KeepsTheOldFileWhereTheNewOneCannotBeMade) {
   std::filesystem::rename(inner, moved);
   std::ofstream(inner) << "in the way";
   journal.reopen();
-  EXPECT_THAT(content(moved / "odomd.log"), HasSubstr("keeping the old one"));
+  EXPECT_THAT(tools::contents(moved / "odomd.log"), HasSubstr("keeping the old one"));
 }
 
 TEST_F(JournalTest, RefusesAFileThatCannotBeOpened) {
@@ -130,7 +118,7 @@ TEST_F(JournalTest, KeepsItsFileWhereAPipeTookItsName) {
   std::filesystem::rename(file_, moved);
   ASSERT_EQ(::mkfifo(file_.c_str(), 0600), 0);
   journal.reopen();
-  EXPECT_THAT(content(moved), HasSubstr("keeping the old one: is a named pipe"));
+  EXPECT_THAT(tools::contents(moved), HasSubstr("keeping the old one: is a named pipe"));
 }
 
 TEST_F(JournalTest, SaysOnceOnStandardErrorThatItsFileIsFull) {
@@ -150,7 +138,7 @@ TEST_F(JournalTest, SaysOnceOnStandardErrorThatItsFileIsFull) {
   EXPECT_THAT(said, HasSubstr(" odomd error: " + file_.string() + ": messages are lost: "));
   EXPECT_EQ(said.find('\n'), said.size() - 1) << said;
   journal.turn(second);
-  EXPECT_THAT(content(file_), HasSubstr("messages are lost"));
+  EXPECT_THAT(tools::contents(file_), HasSubstr("messages are lost"));
 }
 
 }  // namespace

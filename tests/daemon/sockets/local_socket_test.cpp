@@ -12,6 +12,8 @@
 #include <fstream>
 #include <optional>
 
+#include "tests/tools/scratch.hpp"
+
 namespace odomd::daemon::local_socket_test {
 namespace {
 
@@ -30,30 +32,19 @@ int connect_to(const std::filesystem::path& path) {
 
 class LocalSocketTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = testing::TempDir() + "odomd_socket_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    directory_ = name;
-    path_ = directory_ / "camera.sock";
-    std::filesystem::permissions(directory_, std::filesystem::perms{0755});
-  }
-  void TearDown() override { std::filesystem::remove_all(directory_); }
+  void SetUp() override { std::filesystem::permissions(directory_, std::filesystem::perms{0755}); }
 
   [[nodiscard]] LocalSocketSettings settings(std::uint32_t mode = 0660) const {
     return {path_, SocketType::packets, mode, ""};
   }
 
   [[nodiscard]] static std::string refusal(const LocalSocketSettings& wanted) {
-    try {
-      const LocalSocket socket(wanted);
-    } catch (const std::exception& error) {
-      return error.what();
-    }
-    return "";
+    return tools::message_of([&] { const LocalSocket socket(wanted); });
   }
 
-  std::filesystem::path directory_;
-  std::filesystem::path path_;
+  const tools::Scratch scratch_;
+  const std::filesystem::path directory_ = scratch_.path("");
+  const std::filesystem::path path_ = scratch_.path("camera.sock");
 };
 
 TEST_F(LocalSocketTest, ListensAnewWhereItsFileWasRemovedOrReplaced) {

@@ -13,15 +13,14 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "daemon/core/pipeline.hpp"
 #include "tests/daemon/core/one_wheel.hpp"
+#include "tests/tools/scratch.hpp"
 
 namespace odomd::daemon::recorder_door_test {
 namespace {
@@ -91,9 +90,6 @@ class Recorder {
 class RecorderDoorTest : public testing::Test {
  protected:
   void SetUp() override {
-    std::string name = testing::TempDir() + "odomd_recorder_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    directory_ = name;
     std::filesystem::permissions(directory_, std::filesystem::perms{0755});
     config_.can.bindings = one_wheel::bindings();
     pipeline_ =
@@ -105,11 +101,6 @@ class RecorderDoorTest : public testing::Test {
                   LocalSocket({directory_ / "record.sock", SocketType::stream, 0600, ""}),
                   std::vector<RecordingFile>{{"car.toml", "# a car\n"}});
   }
-  void TearDown() override {
-    door_.reset();
-    std::filesystem::remove_all(directory_);
-  }
-
   Recorder connect() {
     Recorder recorder(directory_ / "record.sock");
     door_->accept(now_ns_, *journal_);
@@ -135,13 +126,10 @@ class RecorderDoorTest : public testing::Test {
     }
   }
 
-  [[nodiscard]] std::string log() const {
-    std::ostringstream text;
-    text << std::ifstream(directory_ / "log").rdbuf();
-    return text.str();
-  }
+  [[nodiscard]] std::string log() const { return tools::contents(directory_ / "log"); }
 
-  std::filesystem::path directory_;
+  const tools::Scratch scratch_;
+  const std::filesystem::path directory_ = scratch_.path("");
   Config config_;
   can::BusNames buses_;
   std::unique_ptr<Pipeline> pipeline_;

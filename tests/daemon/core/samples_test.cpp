@@ -1,11 +1,91 @@
-#include "daemon/core/source_watch.hpp"
-
+// What comes in with a sample: camera poses, mountings, and each source's age and flag.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+#include <numbers>
 #include <utility>
 
-namespace odomd::daemon::source_watch_test {
+#include "daemon/core/camera_pose.hpp"
+#include "daemon/core/imu_mounting.hpp"
+#include "daemon/core/source_watch.hpp"
+#include "estimator/common/measurement.hpp"
+
+namespace odomd::daemon::samples_test {
 namespace {
+
+using estimator::Source;
+
+estimator::CameraPose facing_north() {
+  return {.capture_ns = 1,
+          .arrival_ns = 2,
+          .x = 10.0,
+          .y = 20.0,
+          .yaw = std::numbers::pi / 2,
+          .sigma_x = 0.01,
+          .sigma_y = 0.02,
+          .sigma_yaw = 0.1};
+}
+
+TEST(CameraPoseAtTheDoor, WithoutALeverArmIsItself) {
+  const auto pose = to_centre_of_gravity(facing_north(), {});
+  EXPECT_EQ(pose.x, 10.0);
+  EXPECT_EQ(pose.y, 20.0);
+  EXPECT_EQ(pose.sigma_x, 0.01);
+  EXPECT_EQ(pose.sigma_y, 0.02);
+  EXPECT_EQ(pose.capture_ns, 1);
+  EXPECT_EQ(pose.arrival_ns, 2);
+}
+
+TEST(CameraPoseAtTheDoor, MovesBackAlongTheArmInTheBodyFrame) {
+  // The reference point is 0.3 m ahead of and 0.1 m left of the centre of gravity; facing north
+  // that is 0.3 m north and 0.1 m west of it.
+  const auto pose = to_centre_of_gravity(facing_north(), {0.3, 0.1, 0.0});
+  EXPECT_NEAR(pose.x, 10.1, 1e-12);
+  EXPECT_NEAR(pose.y, 19.7, 1e-12);
+}
+
+TEST(CameraPoseAtTheDoor, YawErrorSwingsTheArmAcrossItself) {
+  const auto pose = to_centre_of_gravity(facing_north(), {0.3, 0.0, 0.0});
+  EXPECT_NEAR(pose.sigma_x, std::hypot(0.01, 0.3 * 0.1), 1e-12);  // across: east-west
+  EXPECT_NEAR(pose.sigma_y, 0.02, 1e-12);                         // along: untouched
+}
+
+TEST(CameraPoseAtTheDoor, TurnsByTheMountingYawFirst) {
+  auto reference = facing_north();
+  reference.yaw += 0.2;
+  const auto pose = to_centre_of_gravity(reference, {0.3, 0.0, 0.2});
+  EXPECT_NEAR(pose.yaw, std::numbers::pi / 2, 1e-12);
+  EXPECT_NEAR(pose.x, 10.0, 1e-12);
+  EXPECT_NEAR(pose.y, 19.7, 1e-12);
+}
+
+can::Sample sample(Source source, double value) {
+  return {.channel = static_cast<std::uint16_t>(source), .value = value};
+}
+
+TEST(ImuMounting, TurnsBothAxesIntoTheCars) {
+  // The sensor's x axis points to the car's left: an acceleration along x pushes the car to the
+  // left.
+  std::array samples{sample(Source::yaw_rate, 0.7), sample(Source::accel_y, 2.0),
+                     sample(Source::accel_x, 1.0)};
+  turn_accelerations(samples, 0.5 * std::numbers::pi);
+  EXPECT_EQ(samples[0].value, 0.7);
+  EXPECT_NEAR(samples[1].value, 1.0, 1e-12);   // a_y
+  EXPECT_NEAR(samples[2].value, -2.0, 1e-12);  // a_x
+}
+
+TEST(ImuMounting, KnowsNothingOfAnAxisThatCameAlone) {
+  std::array samples{sample(Source::accel_x, 1.0)};
+  turn_accelerations(samples, 0.1);
+  EXPECT_TRUE(std::isnan(samples[0].value));
+}
+
+TEST(ImuMounting, LeavesFramesWithoutAccelerationsAlone) {
+  std::array samples{sample(Source::steering, 0.2)};
+  turn_accelerations(samples, 0.1);
+  EXPECT_EQ(samples[0].value, 0.2);
+}
 
 constexpr std::size_t gyro = 0;
 constexpr std::int64_t ms = 1'000'000;
@@ -92,4 +172,4 @@ TEST(SourceWatch, AUsablePoseInATickCountsMoreThanUnusableOnes) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon::source_watch_test
+}  // namespace odomd::daemon::samples_test

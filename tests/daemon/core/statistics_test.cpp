@@ -1,0 +1,223 @@
+// What the daemon counts of samples and of pairs of signals.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "daemon/core/comparison.hpp"
+#include "daemon/core/consistency.hpp"
+#include "daemon/core/innovation_statistics.hpp"
+
+namespace odomd::daemon::statistics_test {
+namespace {
+
+using estimator::Judgement;
+
+constexpr double memory = 20.0;
+constexpr Comparison::Bounds plain{0.0, 0.0, 0.1};
+
+double wave(int k) {
+  return std::sin(0.7 * k);
+}
+
+TEST(Comparison, KnowsNothingAtFirst) {
+  const Comparison comparison;
+  EXPECT_FALSE(comparison.shows(plain, 0.0));
+  EXPECT_EQ(comparison.correlation(plain), 0.0);
+  EXPECT_EQ(comparison.gain(plain), 0.0);
+}
+
+TEST(Comparison, ReportsSignAndFactor) {
+  Comparison comparison;
+  for (int k = 0; k < 40; ++k) comparison.add(-3.6 * wave(k), wave(k), plain, memory);
+  EXPECT_TRUE(comparison.shows(plain, 10.0));
+  EXPECT_NEAR(comparison.correlation(plain), -1.0, 1e-9);
+  EXPECT_NEAR(comparison.gain(plain), 3.6, 1e-9);
+}
+
+TEST(Comparison, ShowsOnlyWithEnoughPiecesAndEnoughInThem) {
+  Comparison comparison;
+  for (int k = 0; k < 9; ++k) comparison.add(wave(k), wave(k), plain, memory);
+  EXPECT_FALSE(comparison.shows(plain, 10.0));
+  for (int k = 9; k < 40; ++k) comparison.add(wave(k), wave(k), plain, memory);
+  EXPECT_TRUE(comparison.shows(plain, 10.0));
+  EXPECT_FALSE(comparison.shows({0.0, 0.0, 2.0}, 10.0));
+}
+
+TEST(Comparison, PassesOverAnOffsetWithinItsBoundAndNotBeyond) {
+  Comparison comparison;
+  for (int k = 0; k < 40; ++k) comparison.add(0.5 + wave(k), wave(k), plain, memory);
+  EXPECT_NEAR(comparison.correlation({1.0, 1.0, 0.1}), 1.0, 1e-6);
+  Comparison steady;  // a steady turn that one of them has the other way
+  for (int k = 0; k < 40; ++k) steady.add(-0.8, 0.8, plain, memory);
+  EXPECT_NEAR(steady.correlation({0.1, 0.1, 0.1}), -1.0, 1e-6);
+  EXPECT_NEAR(steady.correlation({1.0, 0.1, 0.1}), 0.0, 1e-9);
+}
+
+TEST(Comparison, ForgetsWhatIsLongAgo) {
+  Comparison comparison;
+  for (int k = 0; k < 40; ++k) comparison.add(-wave(k), wave(k), plain, memory);
+  for (int k = 0; k < 100; ++k) comparison.add(wave(k), wave(k), plain, memory);
+  EXPECT_GT(comparison.correlation(plain), 0.95);
+}
+
+TEST(Comparison, ForgetsAUnitAsSoonAsASign) {
+  const auto pieces_to_forget = [](double factor) {
+    Comparison comparison;
+    for (int k = 0; k < 100; ++k) comparison.add(factor * wave(k), wave(k), plain, memory);
+    EXPECT_NEAR(comparison.gain(plain), std::abs(factor), 0.01 * std::abs(factor));
+    int pieces = 0;
+    for (; pieces < 1000; ++pieces) {
+      if (comparison.correlation(plain) > 0.7 && comparison.gain(plain) < 2.0) break;
+      comparison.add(wave(pieces), wave(pieces), plain, memory);
+    }
+    return pieces;
+  };
+  const int of_a_sign = pieces_to_forget(-1.0);
+  for (const double unit : {57.3, 1000.0, 3.6, 0.1, 1.0 / 57.3})
+    EXPECT_LE(pieces_to_forget(unit), of_a_sign) << unit;
+}
+
+TEST(Comparison, TakesWhatHasNoSquareWithoutHarm) {
+  Comparison comparison;
+  comparison.add(1e300, -1e300, plain, memory);
+  for (int k = 0; k < 200; ++k) comparison.add(wave(k), wave(k), plain, memory);
+  EXPECT_NEAR(comparison.gain(plain), 1.0, 0.01);
+}
+
+class ConsistencyTest : public ::testing::Test {
+ protected:
+  // Samples with one νᵀS⁻¹ν for some seconds, 100 per second.
+  void take(double squared_ratio, double seconds, int degrees = 1) {
+    for (int k = 0; k < static_cast<int>(100.0 * seconds); ++k) {
+      t_ns_ += 10'000'000;
+      consistency_.take({.degrees = degrees, .squared_ratio = squared_ratio, .time_ns = t_ns_});
+      consistency_.look(t_ns_, explained_);
+    }
+  }
+  void wait(double seconds) {
+    for (int k = 0; k < static_cast<int>(100.0 * seconds); ++k) {
+      t_ns_ += 10'000'000;
+      consistency_.look(t_ns_, explained_);
+    }
+  }
+  Consistency consistency_;
+  bool explained_ = false;
+  std::int64_t t_ns_ = 1'000'000'000'000;
+};
+
+TEST_F(ConsistencyTest, IsCalmWhereTheFilterKnowsItsUncertainty) {
+  EXPECT_FALSE(consistency_.inconsistent());
+  take(1.0, 60.0);
+  take(3.0, 60.0, 3);
+  EXPECT_FALSE(consistency_.inconsistent());
+}
+
+TEST_F(ConsistencyTest, TakesSecondsToBeRaisedAndToGo) {
+  take(16.0, 4.0);
+  EXPECT_FALSE(consistency_.inconsistent());
+  take(16.0, 6.0);
+  EXPECT_TRUE(consistency_.inconsistent());
+  take(1.0, 2.0);
+  EXPECT_TRUE(consistency_.inconsistent());
+  take(1.0, 6.0);
+  EXPECT_FALSE(consistency_.inconsistent());
+}
+
+TEST_F(ConsistencyTest, CountsADegreeOfFreedom) {
+  take(12.0, 20.0, 3);
+  EXPECT_FALSE(consistency_.inconsistent());
+  take(36.0, 20.0, 3);
+  EXPECT_TRUE(consistency_.inconsistent());
+}
+
+TEST_F(ConsistencyTest, PassesOverOneSampleThatIsWideOfTheMarkAndWhatIsNotTested) {
+  take(1.0, 1.0);
+  take(1e9, 0.01);
+  take(std::numeric_limits<double>::quiet_NaN(), 0.01);
+  take(1.0, 10.0);
+  take(100.0, 20.0, 0);
+  EXPECT_FALSE(consistency_.inconsistent());
+}
+
+TEST_F(ConsistencyTest, DoesNotCountAPause) {
+  take(16.0, 4.0);
+  wait(30.0);
+  take(16.0, 0.5);
+  EXPECT_FALSE(consistency_.inconsistent());
+}
+
+TEST_F(ConsistencyTest, GoesWhereNothingIsTestedAnyMore) {
+  take(16.0, 20.0);
+  take(16.0, 4.0, 0);
+  EXPECT_TRUE(consistency_.inconsistent());
+  take(16.0, 2.0, 0);
+  EXPECT_FALSE(consistency_.inconsistent());
+}
+
+TEST_F(ConsistencyTest, SaysNothingWhileSomethingElseIsKnownToBeWrong) {
+  explained_ = true;
+  take(16.0, 20.0);
+  EXPECT_FALSE(consistency_.inconsistent());
+  explained_ = false;
+  take(16.0, 4.0);
+  EXPECT_FALSE(consistency_.inconsistent()) << "it has to last from then on";
+  take(16.0, 2.0);
+  EXPECT_TRUE(consistency_.inconsistent());
+  explained_ = true;
+  take(16.0, 0.01);
+  EXPECT_FALSE(consistency_.inconsistent());
+}
+
+Judgement tested(int degrees, double squared_ratio) {
+  return {.degrees = degrees,
+          .innovation = {0.1, 0.2, 0.3},
+          .squared_ratio = squared_ratio,
+          .test_ratio = squared_ratio / 20.0};
+}
+
+TEST(InnovationStatistics, SayNothingBeforeTheFirstTestedSample) {
+  InnovationStatistics statistics;
+  statistics.take(tested(0, 100.0));  // an input
+  EXPECT_EQ(statistics.count(), 0U);
+  EXPECT_EQ(statistics.mean_nis(), 0.0);
+  EXPECT_EQ(statistics.inside_95(), 0.0);
+  EXPECT_EQ(statistics.last_test_ratio(), 0.0);
+}
+
+TEST(InnovationStatistics, AverageWhatWasTestedGatedOrNot) {
+  InnovationStatistics statistics;
+  Judgement gated = tested(1, 30.0);
+  gated.verdict = estimator::Verdict::gated;
+  for (const double ratio : {0.5, 1.5, 3.84}) statistics.take(tested(1, ratio));
+  statistics.take(gated);
+  EXPECT_EQ(statistics.count(), 4U);
+  EXPECT_EQ(statistics.dimension(), 1);
+  EXPECT_DOUBLE_EQ(statistics.mean_nis(), 35.84 / 4.0);
+  EXPECT_EQ(statistics.inside_95(), 0.75);
+  EXPECT_EQ(statistics.gated(), 1U);
+  EXPECT_EQ(statistics.last_test_ratio(), 1.5);
+  EXPECT_EQ(statistics.last_innovation()[0], 0.1);
+}
+
+TEST(InnovationStatistics, HoldAPoseAgainstThreeDegreesOfFreedom) {
+  InnovationStatistics statistics;
+  statistics.take(tested(3, 7.8));
+  EXPECT_EQ(statistics.inside_95(), 1.0);
+  statistics.take(tested(3, 7.9));
+  EXPECT_EQ(statistics.inside_95(), 0.5);
+  EXPECT_EQ(statistics.dimension(), 3);
+  EXPECT_EQ(statistics.last_innovation()[2], 0.3);
+}
+
+TEST(InnovationStatistics, AreNotLostToOneThatIsNotFinite) {
+  InnovationStatistics statistics;
+  statistics.take(tested(1, 2.0));
+  statistics.take(tested(1, std::numeric_limits<double>::infinity()));
+  statistics.take(tested(1, std::numeric_limits<double>::quiet_NaN()));
+  EXPECT_EQ(statistics.count(), 1U);
+  EXPECT_EQ(statistics.mean_nis(), 2.0);
+}
+
+}  // namespace
+}  // namespace odomd::daemon::statistics_test
