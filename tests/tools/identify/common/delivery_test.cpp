@@ -105,13 +105,30 @@ TEST_F(DeliveryTest, ReplacesTogetherWhatMeansSomethingOnlyTogether) {
   EXPECT_EQ(now("vehicle.cornering_stiffness_front"), 20.5);
 }
 
+TEST_F(DeliveryTest, SaysWhatIsAnotherAndWhatContradicts) {
+  const auto weighed = [](double value, double sigma) {
+    return findings("mass", "scale", {finding("vehicle.mass", value, sigma)});
+  };
+  EXPECT_THAT(deliver_to_car(weighed(3.01, 0.02)),
+              AllOf(HasSubstr("nothing written to " + car_), Not(HasSubstr("contradict"))));
+  EXPECT_THAT(deliver_to_car(weighed(3.5, 0.02)),
+              AllOf(HasSubstr("they contradict each other"), HasSubstr("measure again")));
+  EXPECT_THAT(deliver_to_car(weighed(2985.0, 1.0)),
+              AllOf(HasSubstr("vehicle.mass stays 3 "), HasSubstr("[W502]")));
+  EXPECT_EQ(contents(car_), car);
+  EXPECT_THAT(deliver_to_car(weighed(2985.0, 1.0), true),
+              AllOf(HasSubstr("vehicle.mass was 3 and becomes 2985"), HasSubstr("[W501]")));
+}
+
 TEST_F(DeliveryTest, ShowsInJsonWhatIsKept) {
   const Findings fit = findings("fit", "60 s of drive", {finding("vehicle.mass", 3.02, 0.01)});
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
   deliver(fit, {.json = true, .write = car_, .force = false});
   static_cast<void>(testing::internal::GetCapturedStderr());
-  EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("\"code\":\"W502\""));
+  EXPECT_THAT(testing::internal::GetCapturedStdout(),
+              AllOf(HasSubstr("\"code\":\"W502\""), HasSubstr("\"left_as_configured\":true"),
+                    HasSubstr("kept: the previous value is more precise (+- 0.00")));
 }
 
 TEST_F(DeliveryTest, ReplacesAnotherQuantityHoweverPrecise) {
@@ -119,9 +136,12 @@ TEST_F(DeliveryTest, ReplacesAnotherQuantityHoweverPrecise) {
       findings("noise", "driving", {finding("can.signals.yaw_rate.sigma", 0.01, 0.0005)});
   EXPECT_THAT(deliver_to_car(driving), HasSubstr("1 key written"));
   EXPECT_EQ(now("can.signals.yaw_rate.sigma"), 0.01);
-  const Findings fit =
-      findings("fit", "60 s of drive", {finding("vehicle.yaw_inertia", 0.03, 0.001)});
-  EXPECT_THAT(deliver_to_car(fit), HasSubstr("1 key written"));
+  const auto turned = [](const std::string& method) {
+    return findings(method, "", {finding("vehicle.yaw_inertia", 0.03, 0.001)});
+  };
+  EXPECT_THAT(deliver_to_car(turned("inertia")), HasSubstr("vehicle.yaw_inertia stays 0.028"));
+  EXPECT_THAT(deliver_to_car(turned("fit")),
+              AllOf(HasSubstr("1 key written"), Not(HasSubstr("stays"))));
   EXPECT_EQ(now("vehicle.yaw_inertia"), 0.03);
 }
 

@@ -18,12 +18,6 @@ std::string in(const Scratch& scratch, const std::string& command) {
   return "cd " + scratch.path("").string() + " && " + command;
 }
 
-void expect_refused(const Outcome& outcome, const std::string& says) {
-  EXPECT_EQ(outcome.status, 2) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr(says));
-  EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
-}
-
 class FitCommand : public testing::Test {
  protected:
   FitCommand() {
@@ -32,6 +26,9 @@ class FitCommand : public testing::Test {
   }
   [[nodiscard]] Outcome run(const std::string& command) const {
     return run_shell(in(scratch_, command));
+  }
+  void expect_refused(const std::string& command, const std::string& says) const {
+    tools::expect_refused(in(scratch_, ""), {{command, HasSubstr(says)}});
   }
   Scratch scratch_;
 };
@@ -92,53 +89,53 @@ TEST_F(FitCommand, WritesTheActuatorOfASteeringCommand) {
 
 TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
   const std::string fit = "odom identify fit --quiet --config lap/car.toml ";
-  expect_refused(run(fit + "--drive nowhere"), "nowhere: is not a folder");
-  expect_refused(run(fit + "--drive lap/drive.log"), "lap/drive.log: is a file; give the folder");
-  expect_refused(run(fit + "--drive lap --to 9.9"), "ten seconds");
-  expect_refused(run(fit + "--drive lap --from 7"), "ten are needed");
+  expect_refused(fit + "--drive nowhere", "nowhere: is not a folder");
+  expect_refused(fit + "--drive lap/drive.log", "lap/drive.log: is a file; give the folder");
+  expect_refused(fit + "--drive lap --to 9.9", "ten seconds");
+  expect_refused(fit + "--drive lap --from 7", "ten are needed");
   scratch_.write("c.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y\n1,1,0,0,0,1,1\n");
-  expect_refused(run(fit + "--can lap/drive.log --camera c.csv"), "sigma_yaw");
+  expect_refused(fit + "--can lap/drive.log --camera c.csv", "sigma_yaw");
   scratch_.write("t.csv", "t,x,y,yaw\n1760000001,0,0,0\n1760000002,nan,0,0\n");
-  expect_refused(run(fit + "--can lap/drive.log --reference t.csv"), "t.csv");
+  expect_refused(fit + "--can lap/drive.log --reference t.csv", "t.csv");
   scratch_.write("t.csv", "t,x,y,yaw\n1760000002,0,0,0\n1760000001,0,0,0\n");
-  expect_refused(run(fit + "--can lap/drive.log --reference t.csv"), "t.csv");
+  expect_refused(fit + "--can lap/drive.log --reference t.csv", "t.csv");
   ASSERT_EQ(run("sed s/,17/,18/g lap/camera.csv > c.csv && sed -i s/^17/18/ c.csv").status, 0);
-  expect_refused(run(fit + "--can lap/drive.log --camera c.csv"), "while the log lasts");
+  expect_refused(fit + "--can lap/drive.log --camera c.csv", "while the log lasts");
   ASSERT_EQ(run("sed '2s/#.*/#/' lap/drive.log > cut.log && echo '(1' >> cut.log && "
                 "echo '(1' >> cut.log")
                 .status,
             0);
-  expect_refused(run(fit + "--strict --can cut.log --camera lap/camera.csv"), "cut.log:");
+  expect_refused(fit + "--strict --can cut.log --camera lap/camera.csv", "cut.log:");
   ASSERT_EQ(run("sed '/^yaw_rate/s/}/, scale = -1.0 }/' lap/car.toml > lap/left.toml").status, 0);
-  expect_refused(run("odom identify fit --config lap/left.toml --drive lap"),
+  expect_refused("odom identify fit --config lap/left.toml --drive lap",
                  "lap: yaw_rate: turns the other way than the camera; check the sign of "
                  "can.signals.yaw_rate.scale [W301]");
-  expect_refused(run("odom identify latency --config lap/left.toml --can lap/drive.log"),
+  expect_refused("odom identify latency --config lap/left.toml --can lap/drive.log",
                  "can.signals.yaw_rate.scale");
   ASSERT_EQ(run("sed -i /^steering/d lap/car.toml").status, 0);
-  expect_refused(run(fit + "--drive lap"), "steering");
+  expect_refused(fit + "--drive lap", "steering");
 }
 
 TEST_F(FitCommand, TakesTheLogUnderEitherNameAndSaysWhatItLookedFor) {
   const std::string fit = "odom identify fit --quiet ";
   ASSERT_EQ(run("mv lap/drive.log lap/can.log").status, 0);
   // Past the log, it is the duration that does not do.
-  expect_refused(run(fit + "--drive lap --from 7"), "ten are needed");
+  expect_refused(fit + "--drive lap --from 7", "ten are needed");
   ASSERT_EQ(run("odom export lap --mcap lap.mcap").status, 0);
   ASSERT_EQ(run("mv lap/can.log lap/bus.log").status, 0);
-  expect_refused(run(fit + "--drive lap"), "lap: has no drive.log and no can.log");
+  expect_refused(fit + "--drive lap", "lap: has no drive.log and no can.log");
   ASSERT_EQ(run("mv lap/bus.log lap/drive.log && rm lap/camera.csv").status, 0);
-  expect_refused(run(fit + "--drive lap"), "lap: has no camera.csv to fit to; use its truth.csv");
+  expect_refused(fit + "--drive lap", "lap: has no camera.csv to fit to; use its truth.csv");
 }
 
 TEST_F(FitCommand, TakesTheConfigurationOfTheDriveWhereNoneIsNamed) {
   const std::string fit = "odom identify fit --quiet ";
   // Past the configuration, it is the duration that does not do.
-  expect_refused(run(fit + "--drive lap --from 7"), "ten are needed");
+  expect_refused(fit + "--drive lap --from 7", "ten are needed");
   ASSERT_EQ(run("cp -r lap lap2 && sed -i s/^mass.*/mass=4.0/ lap2/car.toml").status, 0);
-  expect_refused(run(fit + "--drive lap --drive lap2"), "differ; give the car's configuration");
+  expect_refused(fit + "--drive lap --drive lap2", "differ; give the car's configuration");
   ASSERT_EQ(run("rm lap/car.toml").status, 0);
-  expect_refused(run(fit + "--drive lap"), "lap: has no car.toml; give");
+  expect_refused(fit + "--drive lap", "lap: has no car.toml; give");
 }
 
 }  // namespace

@@ -281,32 +281,6 @@ TEST(IdentifyInertia, AsksWhetherPassagesWereCounted) {
   EXPECT_THAT(warnings(10), HasSubstr("passages counted instead of full swings"));
 }
 
-std::string car_with(const std::string& yaw_inertia) {
-  return "[vehicle]\nmass = 3.0\nfront_axle = 0.175\nrear_axle = 0.085\ntrack_width = 0.16\n" +
-         yaw_inertia +
-         "\ncornering_stiffness_front = 20.0\ncornering_stiffness_rear = 60.0\n[can]\nsource = "
-         "\"can0\"\n"
-         "dbc = \"a.dbc\"\n[can.signals]\nwheel_rear = { message = \"W\", signal = \"S\", unit = "
-         "\"m/s\" }\n";
-}
-
-TEST(IdentifyInertia, IsWeighedAgainstASwingBeforeItAndNotAgainstAFit) {
-  const Scratch scratch;
-  const double period = small_period(reference, mass, 9.806, inertia);
-  const auto messages = [&](const std::string& method) {
-    const std::string before =
-        "yaw_inertia = 0.029 # (odom identify " + method + ": +- 0.00001 kg m2)";
-    const std::string car = scratch.write("car.toml", car_with(before)).string();
-    const Outcome outcome = run_shell(hang + "--amplitude 0 --swings 20 --time " +
-                                      std::to_string(20.0 * period) + " --write " + car);
-    return outcome.err;
-  };
-  EXPECT_THAT(messages("inertia"),
-              HasSubstr("vehicle.yaw_inertia stays 0.029 (odom identify inertia"));
-  EXPECT_THAT(messages("fit"), testing::Not(HasSubstr("stays")));
-  EXPECT_THAT(messages("fit"), HasSubstr("1 key written"));
-}
-
 TEST(IdentifyInertia, SaysWhatIsMissingOrWrong) {
   const Scratch scratch;
   scratch.write("back.csv", "t,yaw_rate\n1,0\n0.5,1\n");

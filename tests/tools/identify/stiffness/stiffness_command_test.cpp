@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tests/tools/scratch.hpp"
 
@@ -13,8 +14,8 @@ namespace odomd::tools::stiffness_command_test {
 namespace {
 
 using testing::AllOf;
-using testing::EndsWith;
 using testing::HasSubstr;
+using testing::StartsWith;
 
 // One drive for all of them.
 const std::string& afternoon() {
@@ -38,8 +39,7 @@ const std::string places = "--front 0.18,0 --rear -0.12,0 ";
 const std::string film = "--y-down --run markers.csv,drive.log ";
 
 std::string contents(const std::string& file) {
-  std::ifstream stream(afternoon() + "/" + file);
-  return {std::istreambuf_iterator<char>(stream), {}};
+  return tools::contents(afternoon() + "/" + file);
 }
 
 void write(const std::string& file, const std::string& text) {
@@ -66,14 +66,18 @@ TEST(StiffnessCommand, TheTruthLiesWithinTwoSigmaAndGoesIntoTheConfiguration) {
   EXPECT_THAT(contents("tyres.svg"), HasSubstr("</svg>"));
 }
 
-TEST(StiffnessCommand, AFilmWhoseScaleTheAccelerometerContradictsGivesAWarning) {
+/// With a car whose `signal` has another scale.
+Outcome identify_scaled(const std::string& signal, const std::string& scale) {
   std::string text = contents("car.toml");
-  const std::string entry = "signal = \"AccY\", unit = \"m/s2\"";
-  ASSERT_NE(text.find(entry), std::string::npos);
-  text.insert(text.find(entry) + entry.size(), ", scale = 1.05");
-  write("loud.toml", text);
-  EXPECT_THAT(run_shell("cd " + afternoon() + " && odom identify stiffness --config loud.toml " +
-                        places + film),
+  const std::string entry = "signal = " + signal;
+  text.insert(text.find(entry) + entry.size(), ", scale = " + scale);
+  write("scaled.toml", text);
+  return run_shell("cd " + afternoon() + " && odom identify stiffness --config scaled.toml " +
+                   places + film);
+}
+
+TEST(StiffnessCommand, AFilmWhoseScaleTheAccelerometerContradictsGivesAWarning) {
+  EXPECT_THAT(identify_scaled("\"AccY\", unit = \"m/s2\"", "1.05"),
               Ends(0, HasSubstr("% of the film's lateral acceleration")));
 }
 
@@ -103,12 +107,7 @@ TEST(StiffnessCommand, WhatTheCirclesContradictIsNotWritten) {
 
 TEST(StiffnessCommand, ASteeringOfAnotherScaleIsRefusedOrContradicted) {
   const auto with_scale = [](const std::string& scale) {
-    std::string text = contents("car.toml");
-    const std::string entry = "signal = \"SteeringAngle\", unit = \"rad\"";
-    text.insert(text.find(entry) + entry.size(), ", scale = " + scale);
-    write("steered.toml", text);
-    return run_shell("cd " + afternoon() + " && odom identify stiffness --config steered.toml " +
-                     places + film);
+    return identify_scaled("\"SteeringAngle\", unit = \"rad\"", scale);
   };
   for (const char* scale : {"17", "0.0588"}) {
     EXPECT_THAT(with_scale(scale),
@@ -135,13 +134,15 @@ TEST(StiffnessCommand, TakesUnits) {
 }
 
 TEST(StiffnessCommand, EachMistakeIsOneLineThatSaysWhatToDo) {
-  const auto expect = [](const std::string& options, const std::string& reason) {
-    const Outcome outcome = identify(options);
-    EXPECT_EQ(outcome.status, 2) << options << ": " << outcome.err;
-    EXPECT_EQ(outcome.out, "");
-    EXPECT_THAT(outcome.err, AllOf(HasSubstr(reason), EndsWith("\n")));
-    EXPECT_EQ(outcome.err.rfind("odom identify stiffness: ", 0), 0U) << outcome.err;
-  };
+  std::string text = contents("car.toml");
+  text.erase(text.find("[vehicle]"), text.find("[can]") - text.find("[vehicle]"));
+  write("no_car.toml", text);
+  // Only the slowest circles, and markers that nobody has measured.
+  std::string slow;
+  std::istringstream lines(contents("markers.csv"));
+  for (std::string line; std::getline(lines, line) && line.rfind("55.", 0) != 0;)
+    slow += line + '\n';
+  write("slow.csv", slow);
   const std::pair<std::string, const char*> cases[]{
       {places + "--run markers.csv,drive.log", "--y-down"},
       {"--front -0.12,0 --rear 0.18,0 " + film, "markers are swapped"},
@@ -155,23 +156,13 @@ TEST(StiffnessCommand, EachMistakeIsOneLineThatSaysWhatToDo) {
       {places + "--y-down --run nothing.csv,drive.log", "no such file"},
       {places + film + "--metres-per-pixel 0.005", "correct the scale"},
       {places + film + "--time-offset 500", "do not overlap"},
-      {places + film + "--plot tyres.jpg", ".svg"}};
-  for (const auto& [options, reason] : cases) expect(options, reason);
-
-  std::string text = contents("car.toml");
-  text.erase(text.find("[vehicle]"), text.find("[can]") - text.find("[vehicle]"));
-  write("no_car.toml", text);
-  EXPECT_THAT(run_shell("cd " + afternoon() + " && odom identify stiffness --config no_car.toml " +
-                        places + film),
-              Ends(2, HasSubstr("[vehicle] mass is missing")));
-
-  // Only the slowest circles, and markers that nobody has measured.
-  std::string slow;
-  std::istringstream lines(contents("markers.csv"));
-  for (std::string line; std::getline(lines, line) && line.rfind("55.", 0) != 0;)
-    slow += line + '\n';
-  write("slow.csv", slow);
-  expect(places + "--y-down --sigma-marker 0.02 --run slow.csv,drive.log", "too slow");
+      {places + film + "--plot tyres.jpg", ".svg"},
+      {places + "--y-down --sigma-marker 0.02 --run slow.csv,drive.log", "too slow"},
+      {places + film + "--config no_car.toml", "[vehicle] mass is missing"}};
+  for (const auto& [options, reason] : cases)
+    expect_refused("cd " + afternoon() + " && odom identify stiffness " +
+                       (options.find("--config") == std::string::npos ? "--config car.toml " : ""),
+                   {{options, AllOf(StartsWith("odom identify stiffness: "), HasSubstr(reason))}});
 }
 
 }  // namespace

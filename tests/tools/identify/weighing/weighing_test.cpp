@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/tools/scratch.hpp"
-#include "tools/config_patch/config_patch.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/quantity.hpp"
 
@@ -252,90 +251,24 @@ TEST(IdentifyCog, AsksWhetherFrontAndRearAreExchanged) {
               HasSubstr("the rear axle is the heavier one, but by the loads it is the front one"));
 }
 
-TEST(IdentifyMass, ReportsATargetThatCannotBeWrittenBeforeTheWork) {
+TEST(IdentifyMass, ReportsATargetThatCannotBeWrittenBeforeTheWorkElseItsNumbers) {
   const Scratch scratch;
-  const auto refused = [&](const std::string& target) {
-    const Outcome outcome = run_shell("cd " + scratch.path("").string() +
-                                      " && odom identify mass --total 3apples --write " + target);
-    EXPECT_EQ(outcome.status, 2);
-    EXPECT_EQ(outcome.out, "");
-    return outcome.err;
-  };
-  EXPECT_THAT(refused("nope.toml"), HasSubstr("nope.toml: there is no such file"));
-  EXPECT_THAT(refused("."), HasSubstr("is a directory"));
+  const std::string heavy = "[vehicle]\nmass = \"heavy\"\n";
   scratch.write("broken.toml", "[vehicle\n");
-  EXPECT_THAT(refused("broken.toml"), HasSubstr("broken.toml:"));
   scratch.write("car.toml", car_toml);
-  EXPECT_THAT(refused("car.toml"), HasSubstr("3apples"));
+  scratch.write("heavy.toml", heavy);
+  const std::string in_scratch = "cd " + scratch.path("").string() + " && odom identify mass ";
+  expect_refused(in_scratch + "--total 3apples --write ",
+                 {{"nope.toml", HasSubstr("nope.toml: there is no such file")},
+                  {".", HasSubstr("is a directory")},
+                  {"broken.toml", HasSubstr("broken.toml:")},
+                  {"car.toml", HasSubstr("3apples")}});
   EXPECT_EQ(contents(scratch.path("car.toml")), car_toml);
-}
-
-TEST(IdentifyMass, PrintsItsNumbersAlsoWhereTheyCannotBeWritten) {
-  const Scratch scratch;
-  const std::string text = "[vehicle]\nmass = \"heavy\"\n";
-  scratch.write("car.toml", text);
   const Outcome outcome =
-      run_shell("cd " + scratch.path("").string() +
-                " && odom identify mass --total 3 --scale-resolution 1g --write car.toml");
-  EXPECT_EQ(outcome.status, 2);
+      run_shell(in_scratch + "--total 3 --scale-resolution 1g --write heavy.toml");
+  EXPECT_THAT(outcome, Ends(2, HasSubstr("heavy.toml:2")));
   EXPECT_THAT(outcome.out, HasSubstr("vehicle.mass"));
-  EXPECT_THAT(outcome.err, HasSubstr("car.toml:2"));
-  EXPECT_EQ(contents(scratch.path("car.toml")), text);
-}
-
-/// What is said where a mass goes into a configuration.
-std::string weighed_into(const std::string& car, const std::string& load) {
-  const Outcome outcome = run_shell("odom identify mass --write " + car + " --total " + load);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  return outcome.err;
-}
-
-TEST(IdentifyMass, AsksAboutAMassThatIsAnother) {
-  const Scratch scratch;
-  const std::string car = scratch.write("car.toml", car_toml).string();
-  const auto weigh = [&](const std::string& load) { return weighed_into(car, load); };
-  EXPECT_EQ(weigh("3.1 --scale-resolution 1g"),
-            "odom identify mass: 1 key written to " + car + ": vehicle.mass\n");
-  EXPECT_THAT(weigh("2985 --scale-resolution 1"),
-              AllOf(HasSubstr("vehicle.mass stays 3.1"), HasSubstr("[W502]")));
-  EXPECT_THAT(weigh("2985 --scale-resolution 1 --force"),
-              AllOf(HasSubstr("vehicle.mass was 3.1 and becomes 2985"), HasSubstr("[W501]")));
-}
-
-TEST(IdentifyMass, KeepsAValueThatIsMorePrecise) {
-  const Scratch scratch;
-  const std::string car = scratch.write("car.toml", car_toml).string();
-  const auto weigh = [&](const std::string& load) { return weighed_into(car, load); };
-  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), HasSubstr("1 key written"));
-  EXPECT_THAT(weigh("3.101 --scale-resolution 1g"), HasSubstr("1 key written"));
-  const std::string before = contents(car);
-
-  const std::string coarse = weigh("3.1 --scale-resolution 50g");
-  EXPECT_THAT(coarse, AllOf(HasSubstr("vehicle.mass stays 3.101 (odom identify mass: +- 0.00"),
-                            HasSubstr("more precise than 3.1 +- 0.0"), HasSubstr("--force"),
-                            HasSubstr("nothing written to " + car)));
-  EXPECT_THAT(coarse, Not(HasSubstr("contradict")));
-  EXPECT_EQ(contents(car), before);
-  EXPECT_THAT(weigh("3.5 --scale-resolution 50g"),
-              AllOf(HasSubstr("they contradict each other"), HasSubstr("measure again")));
-  EXPECT_EQ(contents(car), before);
-
-  EXPECT_THAT(weigh("3.1 --scale-resolution 50g --force"),
-              AllOf(HasSubstr("1 key written"), Not(HasSubstr("more precise"))));
-  EXPECT_EQ(number_in(car, "vehicle.mass"), 3.1);
-  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), HasSubstr("1 key written"));
-}
-
-TEST(IdentifyMass, SaysInItsTableWhatIsKept) {
-  const Scratch scratch;
-  const std::string car = scratch.write("car.toml", car_toml).string();
-  weighed_into(car, "3.1 --scale-resolution 1g");
-  const std::string coarse =
-      "odom identify mass --total 3.1 --scale-resolution 50g --write " + car + " --json";
-  const auto kept = nlohmann::json::parse(run_shell(coarse).out)["values"].back();
-  EXPECT_TRUE(kept.value("left_as_configured", false));
-  EXPECT_THAT(kept["remark"].get<std::string>(),
-              HasSubstr("kept: the previous value is more precise (+- 0.00"));
+  EXPECT_EQ(contents(scratch.path("heavy.toml")), heavy);
 }
 
 TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {
