@@ -1,6 +1,4 @@
-#include "tools/diagnostics/unit_check.hpp"
-#include "tests/diagnostics.hpp"
-
+// What is noticed of a drive's units, headings and coverage.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,14 +6,19 @@
 #include <numbers>
 #include <vector>
 
+#include "tests/diagnostics.hpp"
 #include "tests/tools/drives.hpp"
+#include "tools/diagnostics/coverage_check.hpp"
+#include "tools/diagnostics/heading_check.hpp"
+#include "tools/diagnostics/unit_check.hpp"
 
-namespace odomd::tools::unit_check_test {
+namespace odomd::tools::diagnostics_test {
 namespace {
 
 using diagnostics::Named;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
+using ::testing::Optional;
 
 constexpr double degree = std::numbers::pi / 180.0;
 
@@ -103,5 +106,59 @@ TEST(UnitCheck, SaysNothingOfACarThatHardlyMoves) {
               IsEmpty());
 }
 
+const Trajectory truth = wavy_drive(0.0, 20.0, 0.01);
+
+TEST(CoverageCheck, IsOfTheWayThatIsDriven) {
+  EXPECT_FALSE(check_coverage(truth, wavy_drive(0.0, 20.0, 0.005)));
+  EXPECT_FALSE(check_coverage(truth, wavy_drive(1.0, 20.0, 0.005)));
+  EXPECT_THAT(check_coverage(truth, wavy_drive(5.0, 15.0, 0.005)),
+              Optional(Named("estimate_covers_part",
+                             "10.0 s and 9.6 m of the reference's 20.0 s and 19.7 m")));
+  Trajectory hole = wavy_drive(0.0, 20.0, 0.005);
+  std::erase_if(hole.points, [](const TrajectoryPoint& point) {
+    return point.t_ns > 4'000'000'000 && point.t_ns < 9'000'000'000;
+  });
+  EXPECT_THAT(check_coverage(truth, hole), Optional(Named("estimate_covers_part", "15.0 s")));
+}
+
+TEST(CoverageCheck, HasNoneOfRowsThatAreFarApart) {
+  EXPECT_FALSE(check_coverage(truth, wavy_drive(0.0, 20.0, 1.0)));
+}
+
+TEST(CoverageCheck, HasNoneOfAReferenceThatGoesOnWhileTheCarStands) {
+  Trajectory longer = truth;
+  for (int i = 1; i <= 3000; ++i) {  // 30 s, trembling
+    TrajectoryPoint point = truth.points.back();
+    point.t_ns += 10'000'000LL * i;
+    point.pose.x += i % 2 == 0 ? 0.06 : -0.06;
+    longer.points.push_back(point);
+  }
+  EXPECT_FALSE(check_coverage(longer, truth));
+}
+
+Trajectory with_yaw(double factor, double offset) {
+  Trajectory drive = wavy_drive(0.0, 20.0, 0.01);
+  for (auto& point : drive.points) point.pose.yaw = factor * point.pose.yaw + offset;
+  return drive;
+}
+
+TEST(HeadingCheck, HasNoneOfACarThatDrivesReversesOrDrifts) {
+  EXPECT_FALSE(check_headings(with_yaw(1.0, 0.0)));
+  EXPECT_FALSE(check_headings(with_yaw(1.0, std::numbers::pi)));  // backwards
+  EXPECT_FALSE(check_headings(with_yaw(1.0, 0.7)));               // with a slip angle of 40°
+}
+
+TEST(HeadingCheck, SuspectsDegreesAndClockwiseTurns) {
+  EXPECT_THAT(check_headings(with_yaw(180.0 / std::numbers::pi, 0.0)),
+              Optional(Named("headings_off_path")));
+  EXPECT_THAT(check_headings(with_yaw(-1.0, 0.0)), Optional(Named("headings_off_path")));
+}
+
+TEST(HeadingCheck, SaysNothingOfACarThatHardlyMoves) {
+  Trajectory standing = with_yaw(-1.0, 0.0);
+  for (auto& point : standing.points) point.pose.x = point.pose.y = 0.0;
+  EXPECT_FALSE(check_headings(standing));
+}
+
 }  // namespace
-}  // namespace odomd::tools::unit_check_test
+}  // namespace odomd::tools::diagnostics_test
