@@ -29,7 +29,7 @@ void bridge(BridgeOptions& options) {
 int main(int argc, char** argv) {
   odomd::tools::BridgeOptions options;
   const auto describe = [&options](odomd::tools::Command command) {
-    command.rename("odom bridge").help_flag().version_flag("odom-bridge " ODOMD_VERSION);
+    command.program("odom bridge", "odom-bridge " ODOMD_VERSION);
     odomd::tools::describe_bridge(command, options);
     command.callback([&options] { odomd::tools::bridge(options); });
   };

@@ -31,35 +31,24 @@ std::string problem_of_topic(const std::string& text) {
 
 void describe_input(Command command, BridgeOptions& options) {
   PoseInput& input = options.input;
-  const Option topic =
-      command
-          .add("--pose-topic", "TOPIC", input.topic,
-               "Send the car's pose from this ROS 2 topic to the daemon as camera poses: "
-               "PoseWithCovarianceStamped, PoseStamped or Odometry")
-          .check(problem_of_topic);
-  command
-      .add("--pose-frame", "NAME", input.frame,
-           "Frame of these poses, others are refused; default: that of --frame-map")
-      .check(problem_of_name)
-      .needs(topic);
-  command
-      .add("--pose-child-frame", "NAME", input.child_frame,
-           "Child frame of an Odometry on the topic, others are refused; default: base_link")
-      .check(problem_of_name)
-      .needs(topic);
-  command
-      .add("--pose-sigma", "SX,SY,SYAW", input.sigma,
-           "Least standard uncertainty of these poses, also of those that state none [m, m, rad]; "
-           "default: 0.01 each")
-      .delimiter(',')
-      .values(3)
-      .positive()
-      .needs(topic);
+  command.add("--pose-topic", "TOPIC", input.topic,
+              "Send the car's pose from this ROS 2 topic to the daemon as camera poses: "
+              "PoseWithCovarianceStamped, PoseStamped or Odometry",
+              {checked(problem_of_topic)});
+  command.add("--pose-frame", "NAME", input.frame,
+              "Frame of these poses, others are refused; default: that of --frame-map",
+              {checked(problem_of_name), needs("--pose-topic")});
+  command.add("--pose-child-frame", "NAME", input.child_frame,
+              "Child frame of an Odometry on the topic, others are refused; default: base_link",
+              {checked(problem_of_name), needs("--pose-topic")});
+  command.add(
+      "--pose-sigma", "SX,SY,SYAW", input.sigma,
+      "Least standard uncertainty of these poses, also of those that state none [m, m, rad]; "
+      "default: 0.01 each",
+      {delimiter(','), values(3), positive(), needs("--pose-topic")});
   add_socket_option(command, input.socket, "camera");
-  command.add_flag("--no-publish", options.no_publish, "Only receive --pose-topic")
-      .needs(topic)
-      .excludes("--ros")
-      .excludes("--udp");
+  command.add_flag("--no-publish", options.no_publish, "Only receive --pose-topic",
+                   {needs("--pose-topic"), excludes("--ros"), excludes("--udp")});
 }
 
 }  // namespace
@@ -69,34 +58,28 @@ void describe_bridge(Command command, BridgeOptions& options) {
       "Publish the pose for other programs (ROS 2 topics, JSON over UDP), or receive it");
   command.add_flag("--ros", options.ros,
                    "ROS 2 topics /odom and /tf by DDS; default if no other output is given");
-  command
-      .add("--udp", "HOST:PORT", options.udp,
-           "JSON to this address, for PlotJuggler; default address: 127.0.0.1:9870")
-      .value_if_none(plotjuggler_address);
+  command.add("--udp", "HOST:PORT", options.udp,
+              "JSON to this address, for PlotJuggler; default address: 127.0.0.1:9870",
+              {value_if_none(plotjuggler_address)});
   add_segment_option(command, options.shm);
-  command
-      .add("--rate", "HZ", options.rate_hz,
-           "Poses per second, at most every tick [Hz]; default: 50")
-      .positive();
+  command.add("--rate", "HZ", options.rate_hz,
+              "Poses per second, at most every tick [Hz]; default: 50", {positive()});
   command.add("--domain", "N", options.domain, "DDS domain, 0 to 232; else $ROS_DOMAIN_ID, or 0");
-  add_choice<PoseFrame>(command, "--frame", options.frame,
-                        {{"odom", PoseFrame::odom}, {"map", PoseFrame::map}},
-                        "Frame of the pose in /odom; default: odom");
-  add_choice<Transforms>(
-      command, "--tf", options.transforms,
+  command.add_choice("--frame", options.frame, {{"odom", PoseFrame::odom}, {"map", PoseFrame::map}},
+                     "Frame of the pose in /odom; default: odom");
+  command.add_choice(
+      "--tf", options.transforms,
       {{"all", Transforms::all}, {"odom", Transforms::odom}, {"none", Transforms::none}},
       "Transforms on /tf: map to odom to base, odom to base alone, none; default: all");
-  command.add("--frame-map", "NAME", options.names.map, "Name of the map's frame; default: map")
-      .check(problem_of_name);
-  command
-      .add("--frame-odom", "NAME", options.names.odom, "Name of the odometry frame; default: odom")
-      .check(problem_of_name);
-  command
-      .add("--frame-base", "NAME", options.names.base,
-           "Name of the car's frame, at its centre of gravity; default: base_link")
-      .check(problem_of_name);
+  command.add("--frame-map", "NAME", options.names.map, "Name of the map's frame; default: map",
+              {checked(problem_of_name)});
+  command.add("--frame-odom", "NAME", options.names.odom,
+              "Name of the odometry frame; default: odom", {checked(problem_of_name)});
+  command.add("--frame-base", "NAME", options.names.base,
+              "Name of the car's frame, at its centre of gravity; default: base_link",
+              {checked(problem_of_name)});
   describe_input(command, options);
-  command.add("--duration", "S", options.duration_s, "End after this time [s]").positive();
+  command.add("--duration", "S", options.duration_s, "End after this time [s]", {positive()});
   command.add_flag("--json", options.json, "Print the summary as JSON on standard output");
   command.footer(
       "Examples:\n"

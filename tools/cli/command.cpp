@@ -1,6 +1,7 @@
 #include "tools/cli/command.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -16,12 +17,17 @@
 namespace odomd::tools {
 namespace {
 
-// CLI11's own checks of a range take "nan".
+/// For numbers that pass `check`. CLI11's own checks of a range take "nan".
 template <typename T, typename Check>
-bool is_number(std::string text, const Check& check) {
-  T value{};
-  return CLI::detail::lexical_cast(text, value) && std::isfinite(static_cast<double>(value)) &&
-         check(value);
+Rule number_rule(const Check& check, const std::string& problem, const std::string& shown) {
+  const auto problem_of = [=](std::string text) {
+    T value{};
+    return CLI::detail::lexical_cast(text, value) && std::isfinite(static_cast<double>(value)) &&
+                   check(value)
+               ? ""
+               : tools::quoted(text) + ' ' + problem;
+  };
+  return [=](CLI::Option& option) { option.check(problem_of, shown); };
 }
 
 using Json = nlohmann::json;
@@ -74,97 +80,61 @@ void apply_measurements(CLI::App& app, const std::string& file) {
 
 }  // namespace
 
-Option Option::required() const {
-  option_->required();
-  return *this;
+Rule required() {
+  return [](CLI::Option& option) { option.required(); };
 }
 
-Option Option::needs(Option other) const {
-  option_->needs(other.option_);
-  return *this;
+Rule needs(const std::string& other) {
+  return [other](CLI::Option& option) { option.needs(other); };
 }
 
-Option Option::excludes(Option other) const {
-  option_->excludes(other.option_);
-  return *this;
+Rule excludes(const std::string& other) {
+  return [other](CLI::Option& option) { option.excludes(other); };
 }
 
-Option Option::excludes(const std::string& other) const {
-  option_->excludes(other);
-  return *this;
+Rule positive() {
+  const auto above_0 = [](double value) { return value > 0.0; };
+  return number_rule<double>(above_0, "is not a finite number greater than 0", "POSITIVE");
 }
 
-Option Option::positive() const {
-  option_->check(
-      [](const std::string& text) {
-        return is_number<double>(text, [](double value) { return value > 0.0; })
-                   ? ""
-                   : tools::quoted(text) + " is not a finite number greater than 0";
-      },
-      "POSITIVE");
-  return *this;
-}
-
-Option Option::not_negative() const {
-  option_->check(
-      [](const std::string& text) {
-        return is_number<double>(text, [](double value) { return value >= 0.0; })
-                   ? ""
-                   : tools::quoted(text) + " is not a finite number, 0 or greater";
-      },
-      "NONNEGATIVE");
-  return *this;
+Rule not_negative() {
+  const auto from_0 = [](double value) { return value >= 0.0; };
+  return number_rule<double>(from_0, "is not a finite number, 0 or greater", "NONNEGATIVE");
 }
 
 template <typename T>
-Option Option::within(T least, T most, Bounds bounds) const {
-  option_->check(
-      [least, most](const std::string& text) {
-        return is_number<T>(text, [=](T value) { return value >= least && value <= most; })
-                   ? ""
-                   : fmt::format("{} is not a number from {} to {}", tools::quoted(text), least,
-                                 most);
-      },
-      bounds == Bounds::in_text
-          ? ""
-          : fmt::format("{} in [{} - {}]", CLI::detail::type_name<T>(), least, most));
-  return *this;
+Rule within(T least, T most, Bounds bounds) {
+  const std::string shown =
+      fmt::format("{} in [{} - {}]", CLI::detail::type_name<T>(), least, most);
+  return number_rule<T>([=](T value) { return value >= least && value <= most; },
+                        fmt::format("is not a number from {} to {}", least, most),
+                        bounds == Bounds::in_text ? "" : shown);
 }
-template Option Option::within(int, int, Bounds) const;
-template Option Option::within(double, double, Bounds) const;
+template Rule within(int, int, Bounds);
+template Rule within(double, double, Bounds);
 
-Option Option::check(const std::function<std::string(const std::string&)>& problem) const {
-  option_->check(problem);
-  return *this;
+Rule checked(const std::function<std::string(const std::string&)>& problem) {
+  return [problem](CLI::Option& option) { option.check(problem); };
 }
 
-Option Option::values(int count) const {
-  option_->expected(count);
-  return *this;
+Rule values(int count) {
+  return [count](CLI::Option& option) { option.expected(count); };
 }
 
-Option Option::delimiter(char between) const {
-  option_->delimiter(between);
-  return *this;
+Rule delimiter(char between) {
+  return [between](CLI::Option& option) { option.delimiter(between); };
 }
 
-Option Option::value_if_none(const std::string& value) const {
-  option_->expected(0, 1)->default_str(value);
-  return *this;
+Rule value_if_none(const std::string& value) {
+  return [value](CLI::Option& option) { option.expected(0, 1)->default_str(value); };
 }
 
-Option Option::one_each() const {
-  option_->allow_extra_args(false);
-  return *this;
+Rule one_each() {
+  return [](CLI::Option& option) { option.allow_extra_args(false); };
 }
 
-Option Option::repeatable() const {
-  option_->expected(1)->take_all()->allow_extra_args(false);
-  return *this;
-}
-
-bool Option::is_given() const {
-  return option_->count() > 0;
+Rule repeatable() {
+  return [](CLI::Option& option) { option.expected(1)->take_all()->allow_extra_args(false); };
 }
 
 Command Command::group(const std::string& heading) const {
@@ -173,43 +143,31 @@ Command Command::group(const std::string& heading) const {
   return same;
 }
 
-Option Command::grouped(CLI::Option& option) const {
+void Command::complete(CLI::Option& option, const Rules& rules) const {
   if (!heading_.empty()) option.group(heading_);
-  return Option(option);
+  for (const Rule& rule : rules) rule(option);
 }
 
-Command Command::rename(const std::string& name) const {
+void Command::program(const std::string& name, const std::string& version) const {
   app_->name(name);
-  return *this;
-}
-
-Command Command::description(const std::string& sentence) const {
-  app_->description(sentence);
-  return *this;
-}
-
-Command Command::footer(const std::string& text) const {
-  app_->footer(text);
-  return *this;
-}
-
-Command Command::help_flag() const {
-  app_->set_help_flag("-h,--help", "Print this help and exit");
-  return *this;
-}
-
-Command Command::version_flag(const std::string& version) const {
   app_->set_version_flag("--version", version, "Print the version and exit");
-  return *this;
+  app_->set_help_flag("-h,--help", "Print this help and exit");
+}
+
+void Command::description(const std::string& sentence) const {
+  app_->description(sentence);
+}
+
+void Command::footer(const std::string& text) const {
+  app_->footer(text);
 }
 
 Command Command::add_subcommand(const std::string& name, const std::string& sentence) const {
   return Command(*app_->add_subcommand(name, sentence));
 }
 
-Command Command::require_subcommand() const {
+void Command::require_subcommand() const {
   app_->require_subcommand(1);
-  return *this;
 }
 
 bool Command::has_called_subcommand() const {
@@ -217,66 +175,48 @@ bool Command::has_called_subcommand() const {
 }
 
 template <OptionValue T>
-Option Command::add(const std::string& name, const std::string& type, T& value,
-                    const std::string& help) const {
-  return grouped(*app_->add_option(name, value, help)->type_name(type));
+void Command::add(const std::string& name, const std::string& type, T& value,
+                  const std::string& help, const Rules& rules) const {
+  complete(*app_->add_option(name, value, help)->type_name(type), rules);
 }
 using Text = const std::string&;
-template Option Command::add(Text, Text, std::string&, Text) const;
-template Option Command::add(Text, Text, std::filesystem::path&, Text) const;
-template Option Command::add(Text, Text, int&, Text) const;
-template Option Command::add(Text, Text, std::uint64_t&, Text) const;
-template Option Command::add(Text, Text, double&, Text) const;
-template Option Command::add(Text, Text, std::optional<int>&, Text) const;
-template Option Command::add(Text, Text, std::optional<double>&, Text) const;
-template Option Command::add(Text, Text, std::vector<std::string>&, Text) const;
-template Option Command::add(Text, Text, std::vector<double>&, Text) const;
+template void Command::add(Text, Text, std::string&, Text, const Rules&) const;
+template void Command::add(Text, Text, std::filesystem::path&, Text, const Rules&) const;
+template void Command::add(Text, Text, int&, Text, const Rules&) const;
+template void Command::add(Text, Text, std::uint64_t&, Text, const Rules&) const;
+template void Command::add(Text, Text, double&, Text, const Rules&) const;
+template void Command::add(Text, Text, std::optional<int>&, Text, const Rules&) const;
+template void Command::add(Text, Text, std::optional<double>&, Text, const Rules&) const;
+template void Command::add(Text, Text, std::vector<std::string>&, Text, const Rules&) const;
+template void Command::add(Text, Text, std::vector<double>&, Text, const Rules&) const;
 
-Option Command::add_flag(const std::string& name, bool& value, const std::string& help) const {
-  return grouped(*app_->add_flag(name, value, help));
+void Command::add_flag(const std::string& name, const std::function<void()>& set,
+                       const std::string& help, const Rules& rules) const {
+  complete(*app_->add_flag_callback(name, set, help), rules);
 }
 
-Option Command::add_choice(const std::string& name, const std::vector<std::string>& choices,
-                           const std::function<void(std::size_t)>& chosen,
-                           const std::string& help) const {
-  std::string names;
-  for (const std::string& choice : choices) names += (names.empty() ? "" : "|") + choice;
-  const auto choose = [name, choices, chosen, names](const std::string& given) {
-    const auto found = std::find(choices.begin(), choices.end(), given);
-    if (found == choices.end())
-      throw CLI::ValidationError(name, tools::quoted(given) + " is none of " + names);
-    chosen(static_cast<std::size_t>(found - choices.begin()));
+void Command::add_choice(const std::string& name, const std::vector<std::string>& names,
+                         const std::function<void(std::size_t)>& choose, const std::string& help,
+                         const Rules& rules) const {
+  const std::string type = fmt::format("{}", fmt::join(names, "|"));
+  const auto choose_named = [=](const std::string& given) {
+    const auto found = std::ranges::find(names, given);
+    if (found == names.end())
+      throw CLI::ValidationError(name, tools::quoted(given) + " is none of " + type);
+    choose(static_cast<std::size_t>(found - names.begin()));
   };
-  return grouped(*app_->add_option_function<std::string>(name, choose, help)->type_name(names));
+  complete(*app_->add_option_function<std::string>(name, choose_named, help)->type_name(type),
+           rules);
 }
 
-Option Command::add_measurements(const std::string& name, const std::string& type,
-                                 const std::string& help) const {
+void Command::add_measurements(const std::string& name, const std::string& type,
+                               const std::string& help) const {
   const auto apply = [app = app_](const std::string& file) { apply_measurements(*app, file); };
-  return grouped(*app_->add_option_function<std::string>(name, apply, help)->type_name(type));
+  complete(*app_->add_option_function<std::string>(name, apply, help)->type_name(type), {});
 }
 
-std::vector<Option> Command::options() const {
-  std::vector<Option> options;
-  for (CLI::Option* option : app_->get_options())
-    if (option != app_->get_help_ptr()) options.emplace_back(*option);
-  return options;
-}
-
-std::vector<Command> Command::subcommands() const {
-  std::vector<Command> commands;
-  for (CLI::App* command : app_->get_subcommands([](CLI::App*) { return true; }))
-    commands.emplace_back(*command);
-  return commands;
-}
-
-std::string Command::name() const {
-  return app_->get_name();
-}
-
-std::string Command::help(const std::string& name) const {
-  // Not app_->help(): that describes the command that was called, not this one.
-  return app_->get_formatter()->make_help(app_, name, CLI::AppFormatMode::Normal);
+void Command::add_rules(const std::string& name, const Rules& rules) const {
+  complete(*app_->get_option(name), rules);
 }
 
 std::vector<std::string> Command::given() const {

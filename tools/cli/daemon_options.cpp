@@ -6,28 +6,31 @@
 
 namespace odomd::tools {
 
-Option add_segment_option(Command command, std::string& name, SegmentElse otherwise) {
-  return command.add(
+void add_segment_option(Command command, std::string& name, SegmentElse otherwise,
+                        const Rules& rules) {
+  command.add(
       "--shm", "NAME", name,
       fmt::format("Segment: a name (/odomd) or a path; default: {}$ODOM_SHM; else /odomd, if it "
                   "exists; else the service's /run/odomd/INTERFACE/pose",
-                  otherwise == SegmentElse::of_socket ? "with --socket that daemon's, else " : ""));
+                  otherwise == SegmentElse::of_socket ? "with --socket that daemon's, else " : ""),
+      rules);
 }
 
-Option add_socket_option(Command command, std::string& path, const std::string& door) {
+void add_socket_option(Command command, std::string& path, const std::string& door,
+                       const Rules& rules) {
   std::string capital = door;
   capital.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(door.front())));
-  return command.add(
+  command.add(
       "--socket", "PATH", path,
       fmt::format("{} socket of the daemon; default: $XDG_RUNTIME_DIR/odomd/{}.sock, if it exists; "
                   "else the service's /run/odomd/INTERFACE/{}.sock; else /run/odomd/{}.sock",
-                  capital, door, door, door));
+                  capital, door, door, door),
+      rules);
 }
 
-Option add_wait_option(Command command, double& seconds) {
-  return command
-      .add("--wait", "S", seconds, "Wait this long for a daemon to appear [s]; default: 0")
-      .not_negative();
+void add_wait_option(Command command, double& seconds) {
+  command.add("--wait", "S", seconds, "Wait this long for a daemon to appear [s]; default: 0",
+              {not_negative()});
 }
 
 }  // namespace odomd::tools

@@ -12,13 +12,15 @@ namespace odomd::tools {
 enum class SegmentElse { default_names, of_socket };
 
 /// --shm: the segment that the daemon publishes in.
-Option add_segment_option(Command command, std::string& name,
-                          SegmentElse otherwise = SegmentElse::default_names);
+void add_segment_option(Command command, std::string& name,
+                        SegmentElse otherwise = SegmentElse::default_names,
+                        const Rules& rules = {});
 
 /// --socket. `door` is the purpose of the socket: "status", "record", "camera".
-Option add_socket_option(Command command, std::string& path, const std::string& door);
+void add_socket_option(Command command, std::string& path, const std::string& door,
+                       const Rules& rules = {});
 
 /// --wait [s].
-Option add_wait_option(Command command, double& seconds);
+void add_wait_option(Command command, double& seconds);
 
 }  // namespace odomd::tools

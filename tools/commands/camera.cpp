@@ -3,6 +3,7 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -28,8 +29,7 @@ struct Options {
   double age_ms = 0.0;
   std::string log;
   bool from_now = false;
-  odom_clock clock = ODOM_CLOCK_MONOTONIC;
-  bool clock_named = false;
+  std::optional<odom_clock> clock;  // none: monotonic
   double wait_s = 0.0;
 };
 
@@ -75,7 +75,7 @@ void report_untaken(const CameraFeed& feed, std::uint64_t untaken) {
 }
 
 void send_log(const Options& options) {
-  if (options.clock_named && options.clock != ODOM_CLOCK_LOG) {
+  if (options.clock.value_or(ODOM_CLOCK_LOG) != ODOM_CLOCK_LOG) {
     throw std::invalid_argument(
         "--clock: a --log is on the log's clock; use --clock log, or --from-now");
   }
@@ -108,7 +108,7 @@ void send_rows(const Options& options) {
   std::uint64_t sent = 0;
   std::uint64_t refused = 0;
   while (const auto pose = next_camera_pose(reader)) {
-    if (feed.send(*pose, options.clock)) {
+    if (feed.send(*pose, options.clock.value_or(ODOM_CLOCK_MONOTONIC))) {
       ++sent;
     } else {
       ++refused;
@@ -144,34 +144,26 @@ void add_camera(Command odom) {
   Command command = camera.add_subcommand("send", "Send camera poses to the daemon");
   add_socket_option(command, options->socket, "camera");
   add_wait_option(command, options->wait_s);
-  const Option pose =
-      command.add("--pose", "X,Y,YAW", options->pose, "One pose of the reference point [m, m, rad]")
-          .delimiter(',')
-          .values(3);
-  command
-      .add("--sigma", "SX,SY,SYAW", options->sigma,
-           "Standard uncertainty of the pose [m, m, rad]; default: 0.01 each")
-      .delimiter(',')
-      .values(3)
-      .needs(pose);
-  command
-      .add("--age-ms", "MS", options->age_ms,
-           "Age of the pose: time since the picture was taken [ms]; default: 0")
-      .needs(pose);
-  const Option log = command
-                         .add("--log", "CSV", options->log,
-                              "Camera log, sent in step with the log that the daemon plays")
-                         .excludes(pose);
-  command.add_flag("--from-now", options->from_now, "Play the log on its own, beginning now")
-      .needs(log);
-  add_segment_option(command, options->shm, SegmentElse::of_socket).needs(log);
-  const Option clock = add_choice<odom_clock>(command, "--clock", options->clock,
-                                              {{"monotonic", ODOM_CLOCK_MONOTONIC},
-                                               {"realtime", ODOM_CLOCK_REALTIME},
-                                               {"log", ODOM_CLOCK_LOG}},
-                                              "Clock of t_capture in rows from standard input; "
-                                              "default: monotonic. A --log is on the log's clock")
-                           .excludes(pose);
+  command.add("--pose", "X,Y,YAW", options->pose, "One pose of the reference point [m, m, rad]",
+              {delimiter(','), values(3)});
+  command.add("--sigma", "SX,SY,SYAW", options->sigma,
+              "Standard uncertainty of the pose [m, m, rad]; default: 0.01 each",
+              {delimiter(','), values(3), needs("--pose")});
+  command.add("--age-ms", "MS", options->age_ms,
+              "Age of the pose: time since the picture was taken [ms]; default: 0",
+              {needs("--pose")});
+  command.add("--log", "CSV", options->log,
+              "Camera log, sent in step with the log that the daemon plays", {excludes("--pose")});
+  command.add_flag("--from-now", options->from_now, "Play the log on its own, beginning now",
+                   {needs("--log")});
+  add_segment_option(command, options->shm, SegmentElse::of_socket, {needs("--log")});
+  command.add_choice("--clock", options->clock,
+                     {{"monotonic", ODOM_CLOCK_MONOTONIC},
+                      {"realtime", ODOM_CLOCK_REALTIME},
+                      {"log", ODOM_CLOCK_LOG}},
+                     "Clock of t_capture in rows from standard input; "
+                     "default: monotonic. A --log is on the log's clock",
+                     {excludes("--pose")});
   command.footer(
       "Examples:\n"
       "  odom camera send --pose 1.2,0.4,1.57 --sigma 0.01,0.01,0.01 --age-ms 40\n"
@@ -181,10 +173,7 @@ void add_camera(Command odom) {
       "with this header, are read from standard input and sent as they come. A --log is paced by\n"
       "the daemon's log clock, which is read from its segment (--shm); --from-now needs no "
       "daemon's clock.");
-  command.callback([options, clock] {
-    options->clock_named = clock.is_given();
-    run_send(*options);
-  });
+  command.callback([options] { run_send(*options); });
 }
 
 }  // namespace odomd::tools

@@ -1,5 +1,6 @@
 #include "tools/commands/commands.hpp"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <memory>
@@ -13,22 +14,21 @@ namespace odomd::tools {
 namespace {
 
 void print_help(Command odom, const std::vector<std::string>& words) {
-  Command command = odom;
-  std::string before;
+  const CLI::App* command = &odom.app();
+  std::string name = command->get_name();
   for (const std::string& word : words) {
-    const std::vector<Command> below = command.subcommands();
-    const auto found =
-        std::ranges::find_if(below, [&word](const Command& sub) { return sub.name() == word; });
+    const auto below = command->get_subcommands([](const CLI::App*) { return true; });
+    const auto found = std::ranges::find(below, word, &CLI::App::get_name);
     if (found == below.end()) {
       std::vector<std::string> names;
-      names.reserve(below.size());
-      for (const Command& sub : below) names.push_back(sub.name());
+      for (const CLI::App* sub : below) names.push_back(sub->get_name());
       throw std::invalid_argument(daemon::no_command(word, names));
     }
-    before += (before.empty() ? "" : " ") + command.name();
     command = *found;
+    name += ' ' + word;
   }
-  std::cout << command.help(before + (before.empty() ? "" : " ") + command.name());
+  // Not command->help(): that describes the command that was called, not this one.
+  std::cout << command->get_formatter()->make_help(command, name, CLI::AppFormatMode::Normal);
 }
 
 // The help of a command, by its name.
@@ -47,10 +47,8 @@ void add_help(Command odom) {
 }  // namespace
 
 void describe(Command odom) {
-  odom.rename("odom");
+  odom.program("odom", "odom " ODOMD_VERSION);
   odom.description("Tools for odomd: watch, record, replay, simulate, evaluate and identify.");
-  odom.version_flag("odom " ODOMD_VERSION);
-  odom.help_flag();
   odom.require_subcommand();
   odom.footer(
       "Examples:\n"

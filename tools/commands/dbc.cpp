@@ -280,12 +280,11 @@ void add_dbc(Command odom) {
     std::string file;
     std::vector<std::string> databases;
     std::string log;
-    bool json = false;
-    bool all = false;
+    OutputForm form = OutputForm::readable;
+    Frames frames = Frames::known;
     can::Damage damage = can::Damage::left_out;
   };
   const auto options = std::make_shared<Options>();
-  const auto form = [options] { return options->json ? OutputForm::json : OutputForm::readable; };
 
   Command dbc = odom.add_subcommand("dbc", "Show CAN databases and decode logs with them");
   dbc.require_subcommand();
@@ -296,33 +295,32 @@ void add_dbc(Command odom) {
       "odom dbc show --help and odom dbc decode --help have more.");
 
   Command show_command = dbc.add_subcommand("show", "Print the messages and signals of a DBC");
-  show_command.add("DBC", "", options->file, "Database (DBC)").required();
-  show_command.add_flag("--json", options->json, "Print the database as JSON");
+  show_command.add("DBC", "", options->file, "Database (DBC)", {required()});
+  show_command.add_flag("--json", options->form, OutputForm::json, "Print the database as JSON");
   show_command.footer(
       "Examples:\n"
       "  odom dbc show car.dbc\n"
       "  odom dbc show --json car.dbc | jq '.messages[].name'");
-  show_command.callback([options, form] { show_dbc(options->file, form()); });
+  show_command.callback([options] { show_dbc(options->file, options->form); });
 
   Command decode_command = dbc.add_subcommand("decode", "Decode a candump log, one line per frame");
-  decode_command
-      .add("--dbc", "DBC", options->databases,
-           "Database (DBC); repeatable: the first that contains the identifier is used")
-      .required()
-      .one_each();
-  decode_command.add("LOG", "", options->log, "Log of candump -L, or - for standard input")
-      .required();
-  decode_command.add_flag("--json", options->json, "Print each frame as JSON, one per line");
-  decode_command.add_flag("--all", options->all, "Also print frames that are in no database");
+  decode_command.add("--dbc", "DBC", options->databases,
+                     "Database (DBC); repeatable: the first that contains the identifier is used",
+                     {required(), one_each()});
+  decode_command.add("LOG", "", options->log, "Log of candump -L, or - for standard input",
+                     {required()});
+  decode_command.add_flag("--json", options->form, OutputForm::json,
+                          "Print each frame as JSON, one per line");
+  decode_command.add_flag("--all", options->frames, Frames::all,
+                          "Also print frames that are in no database");
   add_strict(decode_command, options->damage);
   decode_command.footer(
       "Examples:\n"
       "  odom dbc decode --dbc car.dbc drive.log\n"
       "  odom dbc decode --dbc powertrain.dbc --dbc chassis.dbc --json drive.log\n"
       "  candump -L can0 | odom dbc decode --dbc car.dbc -");
-  decode_command.callback([options, form] {
-    decode_log(options->databases, options->log, form(), options->all ? Frames::all : Frames::known,
-               options->damage);
+  decode_command.callback([options] {
+    decode_log(options->databases, options->log, options->form, options->frames, options->damage);
   });
 }
 

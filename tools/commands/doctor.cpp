@@ -213,26 +213,19 @@ void add_doctor(Command odom) {
   Command command = odom.add_subcommand(
       "doctor", "Find what is wrong with the machine, the daemon, a bus or a drive, with the fix");
   const auto options = std::make_shared<Options>();
-  const Option config = command.add("--config", "TOML", options->config,
-                                    "Configuration of the car (TOML), to check with its buses; "
-                                    "with --drive: replaces its car.toml");
-  const Option drive =
-      command.add("--drive,DIR", "DIR", options->drive,
-                  "Examine a drive, and nothing else: a folder of odom record or odom sim");
-  const Option can =
-      command
-          .add("--can", "IFACE", options->interfaces,
-               "Listen to a CAN interface and examine what comes, and nothing else; repeatable")
-          .repeatable()
-          .needs(config)
-          .excludes(drive);
+  command.add("--config", "TOML", options->config,
+              "Configuration of the car (TOML), to check with its buses; "
+              "with --drive: replaces its car.toml");
+  command.add("--drive,DIR", "DIR", options->drive,
+              "Examine a drive, and nothing else: a folder of odom record or odom sim");
+  command.add("--can", "IFACE", options->interfaces,
+              "Listen to a CAN interface and examine what comes, and nothing else; repeatable",
+              {repeatable(), needs("--config"), excludes("--drive")});
   constexpr int longest_s = 600;
-  command
-      .add("--for", "S", options->listen_s,
-           "Listen for this time [s], while somebody drives; default: 30")
-      .within(1, longest_s)
-      .needs(can);
-  add_socket_option(command, options->socket, "status").excludes(drive).excludes(can);
+  command.add("--for", "S", options->listen_s,
+              "Listen for this time [s], while somebody drives; default: 30",
+              {within(1, longest_s), needs("--can")});
+  add_socket_option(command, options->socket, "status", {excludes("--drive"), excludes("--can")});
   command.add_flag("--json", options->json, "Print the result as JSON");
   add_strict(command, options->damage);
   command.footer(

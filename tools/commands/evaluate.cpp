@@ -41,7 +41,7 @@ struct Options {
   std::vector<std::string> drives;
   std::vector<std::string> models;
   std::string config;
-  bool dead_reckoning = false;
+  CameraUse camera_use = CameraUse::take;
   bool closed_loop = false;
   std::optional<Align> align;
   Judging judging;
@@ -89,13 +89,12 @@ std::vector<EvaluatedDrive> evaluated(const Options& options) {
     }
   }
   for (const std::string& folder : options.drives) {
-    drives.push_back(
-        evaluate_folder({.folder = folder,
-                         .config = options.config,
-                         .reference = options.reference,
-                         .camera = options.dead_reckoning ? CameraUse::leave_out : CameraUse::take,
-                         .damage = options.damage},
-                        models_of(options), judging));
+    drives.push_back(evaluate_folder({.folder = folder,
+                                      .config = options.config,
+                                      .reference = options.reference,
+                                      .camera = options.camera_use,
+                                      .damage = options.damage},
+                                     models_of(options), judging));
   }
   if (drives.size() > 1) {
     const std::vector<std::string> names = names_side_by_side(options.drives);
@@ -217,83 +216,71 @@ void check(const Options& options) {
 }
 
 void add_inputs(Command command, Options& options) {
-  const Option reference =
-      command.add("--reference", "CSV", options.reference,
-                  "Reference with the columns t,x,y,yaw; with --drive: replaces its truth.csv");
-  const Option pose =
-      command
-          .add("--pose", "CSV", options.poses,
-               "Poses in the format of odom replay; repeatable, compared side by side")
-          .repeatable();
-  const Option drive = command
-                           .add("--drive,DIR", "DIR", options.drives,
-                                "Folder with drive.log (or can.log), car.toml, and truth.csv or "
-                                "camera.csv, to replay; repeatable")
-                           .excludes(pose);
-  command
-      .add("--model", fmt::format("{}", fmt::join(estimator::model_names, "|")), options.models,
-           "Model for the replay; repeatable; default: kinematic, paper, inertial (if there is a "
-           "gyro), full")
-      .repeatable()
-      .needs(drive);
-  command
-      .add("--config", "FILE", options.config,
-           "Configuration of the car (TOML): replaces the drive's car.toml. A database that is not "
-           "where it says is taken from the drive's folder")
-      .needs(drive);
-  command
-      .add_flag("--dead-reckoning", options.dead_reckoning,
-                "Leave the camera's poses out: dead reckoning")
-      .needs(drive);
-  command
-      .add_flag("--closed-loop", options.closed_loop,
-                "Without a reference, for a drive that ends where it began: the distance at the "
-                "end is the error. With camera poses it is only as good as the camera")
-      .excludes(reference);
+  command.add("--reference", "CSV", options.reference,
+              "Reference with the columns t,x,y,yaw; with --drive: replaces its truth.csv");
+  command.add("--pose", "CSV", options.poses,
+              "Poses in the format of odom replay; repeatable, compared side by side",
+              {repeatable()});
+  command.add("--drive,DIR", "DIR", options.drives,
+              "Folder with drive.log (or can.log), car.toml, and truth.csv or "
+              "camera.csv, to replay; repeatable",
+              {excludes("--pose")});
+  command.add(
+      "--model", fmt::format("{}", fmt::join(estimator::model_names, "|")), options.models,
+      "Model for the replay; repeatable; default: kinematic, paper, inertial (if there is a "
+      "gyro), full",
+      {repeatable(), needs("--drive")});
+  command.add(
+      "--config", "FILE", options.config,
+      "Configuration of the car (TOML): replaces the drive's car.toml. A database that is not "
+      "where it says is taken from the drive's folder",
+      {needs("--drive")});
+  command.add_flag("--dead-reckoning", options.camera_use, CameraUse::leave_out,
+                   "Leave the camera's poses out: dead reckoning", {needs("--drive")});
+  command.add_flag("--closed-loop", options.closed_loop,
+                   "Without a reference, for a drive that ends where it began: the distance at the "
+                   "end is the error. With camera poses it is only as good as the camera",
+                   {excludes("--reference")});
 }
 
 void add_judging(Command command, Options& options) {
-  add_choice<std::optional<Align>>(
-      command, "--align", options.align,
+  command.add_choice(
+      "--align", options.align,
       {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
       "Alignment at the first common time, by least squares, or none; default: none for the map's "
       "pose of a drive with camera poses, else first");
-  add_choice<Frame>(
-      command, "--frame", options.judging.frame, {{"map", Frame::map}, {"odom", Frame::odom}},
+  command.add_choice(
+      "--frame", options.judging.frame, {{"map", Frame::map}, {"odom", Frame::odom}},
       "Frame of the pose: the map, or the odometry frame without jumps; default: map");
   command.add("--from", "T|+T", options.judging.from,
               "Start time [s] by the files' clock; +T: after the reference's first row");
   command.add("--to", "T|+T", options.judging.to,
               "End time [s] by the files' clock; +T: after the reference's first row");
-  const Option lever_arm =
-      command
-          .add("--lever-arm", "X,Y,YAW", options.lever_arm,
-               "Pose of the reference's point in the body frame [m, m, rad]; default: 0; with "
-               "--drive: [reference] lever_arm, else the camera's")
-          .delimiter(',')
-          .values(3);
-  command
-      .add_flag("--fit-lever-arm", options.judging.fit_lever_arm,
-                "Fit one lever arm to all estimates")
-      .excludes(lever_arm);
+  command.add("--lever-arm", "X,Y,YAW", options.lever_arm,
+              "Pose of the reference's point in the body frame [m, m, rad]; default: 0; with "
+              "--drive: [reference] lever_arm, else the camera's",
+              {delimiter(','), values(3)});
+  command.add_flag("--fit-lever-arm", options.judging.fit_lever_arm,
+                   "Fit one lever arm to all estimates", {excludes("--lever-arm")});
   command.add("--baseline", "ESTIMATE", options.judging.baseline,
               "Estimate that the others are compared with; default: kinematic, else the first");
 }
 
 void add_outputs(Command command, Options& options) {
   command.add_flag("--json", options.json, "Print the result as JSON, in SI units");
-  const Option html = command.add("--html", "FILE", options.html,
-                                  "Write a report with pictures: one file, nothing else needed");
-  command
-      .add("--beat", "CSV", options.beat,
-           "Timing of the ticks (beat.csv of a recording), for the report; with --drive: replaces "
-           "its own")
-      .needs(html);
+  command.add("--html", "FILE", options.html,
+              "Write a report with pictures: one file, nothing else needed");
+  command.add(
+      "--beat", "CSV", options.beat,
+      "Timing of the ticks (beat.csv of a recording), for the report; with --drive: replaces "
+      "its own",
+      {needs("--html")});
   command.add("--picture", "FILE", options.picture,
               "Draw the trajectories, or of several drives the errors by mean speed, into a file, "
               ".svg or .png");
   command.add("--title", "TEXT", options.title, "Title of report and picture");
-  command.add("--camera", "CSV", options.camera, "Camera log to draw as dots").excludes("--drive");
+  command.add("--camera", "CSV", options.camera, "Camera log to draw as dots",
+              {excludes("--drive")});
   add_strict(command, options.damage);
 }
 

@@ -25,7 +25,7 @@ struct Options {
   std::string mcap;
   std::string csv;
   std::string tum;
-  bool relative = false;
+  ExportTime time = ExportTime::absolute;
   McapCompression compression = McapCompression::zstd;
 };
 
@@ -55,7 +55,7 @@ void export_drive(const Options& options) {
                                 " looks like a table by its name; use --csv for a table");
   const DriveData data = read_drive(sources);
   warn("export", data.warnings);
-  const ExportTime time = options.relative ? ExportTime::relative : ExportTime::absolute;
+  const ExportTime time = options.time;
   if (!options.csv.empty()) {
     WholeFile file(options.csv);
     write_plot_csv(data.poses, time, file.stream());
@@ -98,12 +98,11 @@ void add_export(Command odom) {
   command.add("--tum", "DIR", options->tum,
               "Folder to write trajectories into, for evo: pose.tum, odometry.tum, camera.tum, "
               "truth.tum, as far as the drive has them");
-  command.add_flag("--relative-time", options->relative,
+  command.add_flag("--relative-time", options->time, ExportTime::relative,
                    "Write times [s] since the beginning of the drive instead of the files' times");
-  add_choice(
-      command, "--compression", options->compression,
-      Choices<McapCompression>{{"zstd", McapCompression::zstd}, {"none", McapCompression::none}},
-      "Compression of the MCAP file; default: zstd");
+  command.add_choice("--compression", options->compression,
+                     {{"zstd", McapCompression::zstd}, {"none", McapCompression::none}},
+                     "Compression of the MCAP file; default: zstd");
   command.add("--pose", "CSV", options->files.pose, "Pose file; instead of the source's");
   command.add("--config", "FILE", options->files.config,
               "Configuration of the car (TOML); instead of the source's");

@@ -267,28 +267,21 @@ void add_fault(Command odom) {
   Command command = odom.add_subcommand(
       "fault", "Inject faults of sensors, the bus or the camera, into logs or live");
   command.add("LOG", "", options->log, "Log of candump -L, or - for standard input");
-  const Option list =
-      command.add_flag("--list", options->list, "List the kinds of faults and their default sizes");
+  command.add_flag("--list", options->list, "List the kinds of faults and their default sizes");
   command.add("--config", "FILE", options->config, "Configuration of the car (TOML)");
-  const Option kind =
-      command.add("--kind", "KIND", options->kind, "Kind of the fault, such as gyro.frozen");
-  command
-      .add("--begin", "S", options->begin_s,
-           "Start of the fault after the first frame [s]; default: 0")
-      .not_negative()
-      .needs(kind);
-  command.add("--for", "S", options->duration_s, "Duration of the fault [s]; default: to the end")
-      .positive()
-      .needs(kind);
-  command
-      .add("--size", "X", options->size,
-           "Size of the fault, in the unit that --list shows; default: see --list")
-      .needs(kind);
-  command
-      .add("--fault", "KIND:BEGIN:LENGTH:SIZE", options->faults,
-           "Kind, begin, duration and size as one argument; omitted or empty fields have the "
-           "defaults above; repeatable")
-      .one_each();
+  command.add("--kind", "KIND", options->kind, "Kind of the fault, such as gyro.frozen");
+  command.add("--begin", "S", options->begin_s,
+              "Start of the fault after the first frame [s]; default: 0",
+              {not_negative(), needs("--kind")});
+  command.add("--for", "S", options->duration_s, "Duration of the fault [s]; default: to the end",
+              {positive(), needs("--kind")});
+  command.add("--size", "X", options->size,
+              "Size of the fault, in the unit that --list shows; default: see --list",
+              {needs("--kind")});
+  command.add("--fault", "KIND:BEGIN:LENGTH:SIZE", options->faults,
+              "Kind, begin, duration and size as one argument; omitted or empty fields have the "
+              "defaults above; repeatable",
+              {one_each()});
   command.add("--seed", "N", options->seed, "Seed of random faults; default: 1");
   command.add("-o,--out", "LOG", options->out, "Log to write, or - for standard output");
   command.add("--camera", "CSV", options->camera, "Camera log");
@@ -300,7 +293,7 @@ void add_fault(Command odom) {
            "Socket to create, to which the camera sends its poses");
   live.add("--camera-to", "PATH", options->camera_to, "Camera socket of the daemon");
   add_wait_option(live, options->wait_s);
-  command.add_flag("--json", options->json, "Print the list as JSON").needs(list);
+  command.add_flag("--json", options->json, "Print the list as JSON", {needs("--list")});
   add_strict(command, options->damage);
   command.footer(
       "Examples:\n"

@@ -17,12 +17,10 @@ namespace {
 
 struct Options {
   ImportOptions import;
-  bool force = false;
   bool json = false;
 };
 
-void run(Options& options) {
-  options.import.existing = options.force ? sim::Existing::replace : sim::Existing::keep;
+void run(const Options& options) {
   ProgressLine progress("odom import");
   const ImportResult result =
       import_drive(options.import, [&](const std::string& text) { progress.show(text); });
@@ -54,21 +52,19 @@ void add_import(Command odom) {
   Command command =
       odom.add_subcommand("import", "Make a drive from tables: a ROS bag's topics, a logger's CSV");
   command.add("CSV", "", import.map.tables, "Tables, merged by their times; instead of the map's");
-  command
-      .add("--column", "ROLE=COLUMN[,KEY=VALUE]", import.map.columns,
-           "A column for a role; repeatable. Keys: unit, scale, offset, ...")
-      .one_each();
-  command
-      .add("--time", "COLUMN[,unit=U]", import.map.times,
-           "Column of the time, or SECONDS+NANOSECONDS; U: s, ms, us, ns or hhmmss; repeatable. "
-           "Default: by its name and size")
-      .one_each();
+  command.add("--column", "ROLE=COLUMN[,KEY=VALUE]", import.map.columns,
+              "A column for a role; repeatable. Keys: unit, scale, offset, ...", {one_each()});
+  command.add("--time", "COLUMN[,unit=U]", import.map.times,
+              "Column of the time, or SECONDS+NANOSECONDS; U: s, ms, us, ns or hhmmss; repeatable. "
+              "Default: by its name and size",
+              {one_each()});
   command.add("--map", "TOML", import.map.map, "File with tables, time and [columns]");
   command.add("--config", "FILE", import.map.config,
               "Configuration of the car (TOML), for all but [can]; sigma, latency, timeout and "
               "dead_band of its roles are kept");
-  command.add("--out", "DIR", import.out, "Folder to write").required();
-  command.add_flag("--force", options->force, "Replace the drive in a folder that is not empty");
+  command.add("--out", "DIR", import.out, "Folder to write", {required()});
+  command.add_flag("--force", import.existing, sim::Existing::replace,
+                   "Replace the drive in a folder that is not empty");
   command.add_flag("--json", options->json, "Print the report as JSON");
   const Command car = command.group("The car, without --config");
   car.add("--mass", "KG", import.car.mass, "Mass as it drives; units: kg, g");

@@ -18,7 +18,6 @@ namespace {
 
 struct Options {
   InitOptions init;
-  bool force = false;
   bool yes = false;
   bool json = false;
 };
@@ -38,8 +37,7 @@ void report(const Options& options, const InitResult& result) {
                     options.init.can.front()));
 }
 
-void run(Options& options) {
-  options.init.overwrite = options.force ? Overwrite::replace : Overwrite::refuse;
+void run(const Options& options) {
   Dialogue dialogue{std::cin, std::cerr};
   const bool asks = !options.yes && ::isatty(STDIN_FILENO) == 1;
   report(options, init(options.init, asks ? &dialogue : nullptr));
@@ -51,29 +49,24 @@ void add_init(Command odom) {
   const auto options = std::make_shared<Options>();
   Command command =
       odom.add_subcommand("init", "Write a configuration from a CAN database and a drive");
-  command
-      .add("--dbc", "DBC", options->init.databases,
-           "Database (DBC); repeatable. Default: odomd.dbc, if the log's identifiers match it")
-      .one_each();
-  command
-      .add("--vesc", "ID", options->init.controllers.vesc,
-           "VESC whose CAN status frames give the speed: its VESC ID. Writes their database, "
-           "vesc-ID.dbc, beside FILE")
-      .one_each();
-  command
-      .add("--odrive", "NODE", options->init.controllers.odrive,
-           "Likewise an ODrive (CAN Simple): its node_id")
-      .one_each();
-  command
-      .add("--can", "SRC", options->init.can,
-           "Log of candump -L with the car driving turns, or an interface; logs: repeatable. "
-           "Without it the database is compared with nothing")
-      .one_each();
-  command
-      .add("--for", "S", options->init.listen_s, "Time to listen to an interface [s]; default: 20")
-      .within(1.0, 600.0);
+  command.add("--dbc", "DBC", options->init.databases,
+              "Database (DBC); repeatable. Default: odomd.dbc, if the log's identifiers match it",
+              {one_each()});
+  command.add("--vesc", "ID", options->init.controllers.vesc,
+              "VESC whose CAN status frames give the speed: its VESC ID. Writes their database, "
+              "vesc-ID.dbc, beside FILE",
+              {one_each()});
+  command.add("--odrive", "NODE", options->init.controllers.odrive,
+              "Likewise an ODrive (CAN Simple): its node_id", {one_each()});
+  command.add("--can", "SRC", options->init.can,
+              "Log of candump -L with the car driving turns, or an interface; logs: repeatable. "
+              "Without it the database is compared with nothing",
+              {one_each()});
+  command.add("--for", "S", options->init.listen_s,
+              "Time to listen to an interface [s]; default: 20", {within(1.0, 600.0)});
   command.add("--out", "FILE", options->init.out, "Configuration to write; default: car.toml");
-  command.add_flag("--force", options->force, "Replace an existing file");
+  command.add_flag("--force", options->init.overwrite, Overwrite::replace,
+                   "Replace an existing file");
   command.add_flag(
       "--yes", options->yes,
       "Ask nothing: what a proposed signal needs is an error if it is missing, the rest a "

@@ -142,34 +142,28 @@ void add_plot(Command odom) {
   auto options = std::make_shared<Options>();
   Command command =
       odom.add_subcommand("plot", "Draw pose files, or the poses of the running daemon");
-  const Option files = command.add("CSV", "TEXT", options->files,
-                                   "Pose files of odom replay, or references (t,x,y,yaw)");
-  command
-      .add("--out", "FILE", options->out,
-           "Picture to write, .svg or .png; -: SVG to standard output")
-      .required();
+  command.add("CSV", "TEXT", options->files,
+              "Pose files of odom replay, or references (t,x,y,yaw)");
+  command.add("--out", "FILE", options->out,
+              "Picture to write, .svg or .png; -: SVG to standard output", {required()});
   const std::string names = fmt::format("{}", fmt::join(subjects(), "|"));
-  command
-      .add("--what", names, options->what,
-           "Quantity to draw; repeatable, one below the other; default: trajectory. beat is the "
-           "timing of the ticks")
-      .repeatable()
-      .check([names](const std::string& name) -> std::string {
-        const std::vector<std::string> all = subjects();
-        if (std::ranges::find(all, name) != all.end()) return "";
-        return "\"" + name + "\" cannot be drawn; available: " + names;
-      });
+  command.add("--what", names, options->what,
+              "Quantity to draw; repeatable, one below the other; default: trajectory. beat is the "
+              "timing of the ticks",
+              {repeatable(), checked([names](const std::string& name) -> std::string {
+                 const std::vector<std::string> all = subjects();
+                 if (std::ranges::find(all, name) != all.end()) return "";
+                 return "\"" + name + "\" cannot be drawn; available: " + names;
+               })});
   command.add("--reference", "CSV", options->reference, "Reference trajectory, drawn in grey");
-  add_choice<Frame>(
-      command, "--frame", options->frame, {{"map", Frame::map}, {"odom", Frame::odom}},
+  command.add_choice(
+      "--frame", options->frame, {{"map", Frame::map}, {"odom", Frame::odom}},
       "Frame of the pose: the map, or the odometry frame without jumps; default: map");
   command.add("--title", "TEXT", options->title, "Title of the picture");
-  const Option seconds = command
-                             .add("--for", "S", options->seconds,
-                                  "Follow the running daemon for this time [s], instead of files")
-                             .positive()
-                             .excludes(files);
-  add_segment_option(command, options->shm).needs(seconds);
+  command.add("--for", "S", options->seconds,
+              "Follow the running daemon for this time [s], instead of files",
+              {positive(), excludes("CSV")});
+  add_segment_option(command, options->shm, SegmentElse::default_names, {needs("--for")});
   command.footer(
       "Examples:\n"
       "  odom plot pose.csv --out lap.svg\n"

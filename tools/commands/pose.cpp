@@ -180,31 +180,25 @@ void add_pose(Command odom) {
   auto options = std::make_shared<Options>();
   Command command = odom.add_subcommand("pose", "Read the pose that the daemon publishes");
   add_segment_option(command, options->shm);
-  add_choice(command, "--clock", options->clock, clocks(),
-             "Clock of the times shown; default: monotonic");
+  command.add_choice("--clock", options->clock, clocks(),
+                     "Clock of the times shown; default: monotonic");
   add_wait_option(command, options->wait_s);
-  const Option follow_flag =
-      command.add_flag("--follow", options->follow,
-                       "Print poses as they come: five lines per second, with --csv every tick");
-  const Option json =
-      command.add_flag("--json", options->json, "Print the pose as JSON, in SI units");
-  json.excludes(follow_flag);
-  command
-      .add_flag("--csv", options->csv,
-                "Print rows in the format of odom replay, without the calibrations")
-      .needs(follow_flag);
-  command.add("--out", "FILE", options->out, "Write the rows to a file instead of standard output")
-      .needs(follow_flag);
-  command.add("--duration", "S", options->duration_s, "End after this time [s]")
-      .positive()
-      .needs(follow_flag);
-  command
-      .add("--rate", "HZ", options->rate_hz,
-           "Rows per second [Hz]; default: 5, with --csv every tick")
-      .positive()
-      .needs(follow_flag);
-  command.add_flag("--until-stale", options->until_stale, "End when the daemon ends")
-      .needs(follow_flag);
+  command.add_flag("--follow", options->follow,
+                   "Print poses as they come: five lines per second, with --csv every tick");
+  command.add_flag("--json", options->json, "Print the pose as JSON, in SI units",
+                   {excludes("--follow")});
+  command.add_flag("--csv", options->csv,
+                   "Print rows in the format of odom replay, without the calibrations",
+                   {needs("--follow")});
+  command.add("--out", "FILE", options->out, "Write the rows to a file instead of standard output",
+              {needs("--follow")});
+  command.add("--duration", "S", options->duration_s, "End after this time [s]",
+              {positive(), needs("--follow")});
+  command.add("--rate", "HZ", options->rate_hz,
+              "Rows per second [Hz]; default: 5, with --csv every tick",
+              {positive(), needs("--follow")});
+  command.add_flag("--until-stale", options->until_stale, "End when the daemon ends",
+                   {needs("--follow")});
   command.footer(
       "Examples:\n"
       "  odom pose\n"

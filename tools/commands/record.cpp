@@ -265,7 +265,7 @@ void add_record(Command odom) {
       "record", "Record a drive: everything that the running daemon receives and publishes");
   command.add("--out", "DIR", options->out, "Folder to create; default: drive-DATE-TIME");
   add_socket_option(command, options->socket, "record");
-  command.add("--duration", "S", options->duration_s, "End after this time [s]").positive();
+  command.add("--duration", "S", options->duration_s, "End after this time [s]", {positive()});
   add_wait_option(command, options->wait_s);
   command.add_flag("--once", options->once, "End with the daemon instead of waiting for the next");
   command.add_flag("--mcap", options->mcap,

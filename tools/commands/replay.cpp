@@ -237,12 +237,12 @@ void add_replay(Command odom) {
   auto options = std::make_shared<Options>();
   Command replay = odom.add_subcommand(
       "replay", "Replay a drive through the daemon's pipeline, as fast as the machine allows");
-  const Option drive = replay.add("--drive,DIR", "DIR", options->drive,
-                                  "Folder of a drive: its car.toml, its drive.log or can.log, and "
-                                  "its camera.csv if there is one");
-  const Option config = replay.add("--config", "FILE", options->config,
-                                   "Configuration of the car (TOML); with --drive: replaces its "
-                                   "car.toml");
+  replay.add("--drive,DIR", "DIR", options->drive,
+             "Folder of a drive: its car.toml, its drive.log or can.log, and "
+             "its camera.csv if there is one");
+  replay.add("--config", "FILE", options->config,
+             "Configuration of the car (TOML); with --drive: replaces its "
+             "car.toml");
   replay.add("--can", "LOG", options->logs,
              "Log of candump -L, or - for standard input; repeatable, for several buses; instead "
              "of [can] source or the drive's");
@@ -255,15 +255,15 @@ void add_replay(Command odom) {
              "Pose to start from [m, m, rad]; instead of [initial] pose");
   replay.add("--innovations", "CSV", options->innovations,
              "Write the innovation of every sample; only with the model full");
-  const std::vector<Option> others = replay.options();
-  const Option recording = replay.add("--recording", "DIR", options->recording,
-                                      "Folder of odom record, instead of all options above");
-  for (const Option other : others) recording.excludes(other);
+  replay.add("--recording", "DIR", options->recording,
+             "Folder of odom record, instead of all options above",
+             {excludes("--drive"), excludes("--config"), excludes("--can"), excludes("--dbc"),
+              excludes("--camera"), excludes("--model"), excludes("--initial"),
+              excludes("--innovations")});
   replay.add("--out", "CSV", options->out, "Pose file to write, or - for standard output");
-  replay
-      .add_flag("--verify", options->verify,
-                "Compare every tick of the recording with the published one, bit by bit")
-      .needs(recording);
+  replay.add_flag("--verify", options->verify,
+                  "Compare every tick of the recording with the published one, bit by bit",
+                  {needs("--recording")});
   replay.add_flag("--json", options->json, "Print summary and warnings as JSON on standard error");
   add_strict(replay, options->damage);
   replay.footer(
@@ -279,13 +279,14 @@ void add_replay(Command odom) {
       "Times in the output are the log's; there is one row per tick, from initialisation on.\n"
       "\n" +
       std::string(daemon::models_help));
-  replay.callback([options, config, drive] {
+  replay.callback([options] {
     if (options->out.empty() && !options->verify) require("--out");
     if (!options->recording.empty()) {
       replay_recording(*options);
       return;
     }
-    if (!config.is_given() && !drive.is_given()) require("--drive, --config or --recording");
+    if (options->config.empty() && options->drive.empty())
+      require("--drive, --config or --recording");
     run(*options);
   });
 }

@@ -37,14 +37,12 @@ struct Arguments {
   std::string can;
   std::string camera_socket;
   int decimals = 6;
-  bool ideal = false;
   bool servo = false;
-  bool moving_start = false;
   bool list = false;
   bool live = false;
-  bool force = false;
+  sim::Existing existing = sim::Existing::keep;
   bool config_only = false;
-  bool markers = false;
+  sim::FilmMarkers markers = sim::FilmMarkers::leave_out;
   std::string film;
   bool json = false;
   bool progress = false;
@@ -53,8 +51,6 @@ struct Arguments {
 sim::RunOptions run_options(const Arguments& arguments) {
   sim::RunOptions run = arguments.run;
   if (!arguments.car.empty()) run.car = sim::find_car(arguments.car);
-  if (arguments.ideal) run.errors = sim::ErrorModel::ideal;
-  if (arguments.moving_start) run.ends = sim::Ends::moving;
   if (arguments.servo) run.sizes = sim::slow_servo();
   for (const sim::ParameterInfo& info : sim::parameter_table())
     if (const auto& size = arguments.sizes[static_cast<std::size_t>(info.parameter)])
@@ -126,7 +122,7 @@ void simulate(const Arguments& arguments) {
         "--can needs --live; without --live the frames go to DIR/drive.log");
   if (!arguments.live && !arguments.config_only && !arguments.camera_socket.empty())
     throw std::invalid_argument("--camera-socket needs --live or --config-only");
-  if (arguments.markers && arguments.out.empty())
+  if (arguments.markers == sim::FilmMarkers::write && arguments.out.empty())
     throw std::invalid_argument("--markers: the film goes to a folder; add --out DIR");
   if (!arguments.film.empty() && (arguments.out.empty() || arguments.config_only))
     throw std::invalid_argument("--film: renders the drive in a folder; add --out DIR");
@@ -142,14 +138,13 @@ void simulate(const Arguments& arguments) {
       arguments.decimals == 9 ? can::StampDecimals::nine : can::StampDecimals::six;
   std::optional<sim::DriveWriter> writer;
   if (!arguments.out.empty()) {
-    sim::make_drive_folder(arguments.out,
-                           arguments.force ? sim::Existing::replace : sim::Existing::keep);
+    sim::make_drive_folder(arguments.out, arguments.existing);
     sim::write_car_files(
         arguments.out, plan,
         {.can = can.empty() ? "drive.log" : can, .camera_socket = arguments.camera_socket});
     if (arguments.config_only) return;
     writer.emplace(arguments.out, arguments.live && can != "-" ? can : sim::log_interface, decimals,
-                   arguments.markers ? sim::FilmMarkers::write : sim::FilmMarkers::leave_out);
+                   arguments.markers);
   }
 
   sim::Simulation drive(plan);
@@ -264,19 +259,18 @@ void add_sim(Command odom) {
   command.add("--laps", "N", arguments->run.laps, "Number of laps; default: the scenario's");
   command.add("--duration", "T", arguments->run.duration,
               "End after this time [s], while the car moves");
-  const Option standstill = command.add("--standstill", "T", arguments->run.standstill,
-                                        "Time to stand before the start [s]; default: 3");
-  command
-      .add_flag("--moving-start", arguments->moving_start,
-                "Start and end at speed: the car never stands")
-      .excludes(standstill);
+  command.add("--standstill", "T", arguments->run.standstill,
+              "Time to stand before the start [s]; default: 3");
+  command.add_flag("--moving-start", arguments->run.ends, sim::Ends::moving,
+                   "Start and end at speed: the car never stands", {excludes("--standstill")});
   command.add("--seed", "N", arguments->run.seed, "Seed of the errors and the noise; default: 1");
 
   const Command output = command.group("Output");
   output.add("--out", "DIR", arguments->out,
              "Folder for drive.log, camera.csv, truth.csv, car.toml, car.dbc, plant.json");
-  output.add_flag("--force", arguments->force, "Replace the drive in a folder that is not empty");
-  output.add_flag("--markers", arguments->markers,
+  output.add_flag("--force", arguments->existing, sim::Existing::replace,
+                  "Replace the drive in a folder that is not empty");
+  output.add_flag("--markers", arguments->markers, sim::FilmMarkers::write,
                   "Also write markers.csv: two markers on the car, filmed from above, in pixels "
                   "(for odom identify stiffness)");
   output.add(
@@ -300,7 +294,8 @@ void add_sim(Command odom) {
            "Send the camera poses to this socket of a daemon");
 
   const Command errors = command.group("Errors");
-  errors.add_flag("--ideal", arguments->ideal, "No errors except those given");
+  errors.add_flag("--ideal", arguments->run.errors, sim::ErrorModel::ideal,
+                  "No errors except those given");
   errors.add_flag("--servo", arguments->servo,
                   "Slow steering servo: sets --steering-delay 0.06, --steering-lag 0.1, "
                   "--steering-rate-limit 3, --steering-commanded 1");

@@ -14,20 +14,19 @@ using Experiment = nlohmann::ordered_json (*)(const sim::ExperimentOptions&);
 
 struct Arguments {
   sim::ExperimentOptions options;
-  bool force = false;
   bool json = false;
 };
 
 Command add_experiment(Command sim, const std::string& name, const std::string& sentence,
                        Experiment experiment, const std::shared_ptr<Arguments>& arguments) {
   Command command = sim.add_subcommand(name, sentence);
-  command.add("--out", "DIR", arguments->options.folder, "Folder for the results").required();
-  command.add_flag("--force", arguments->force, "Replace what is in a folder that is not empty");
+  command.add("--out", "DIR", arguments->options.folder, "Folder for the results", {required()});
+  command.add_flag("--force", arguments->options.existing, sim::Existing::replace,
+                   "Replace what is in a folder that is not empty");
   command.add("--seed", "N", arguments->options.seed,
               "Seed of the car, the errors and the noise; default: 1");
   command.add_flag("--json", arguments->json, "Print the measurements as JSON");
   command.callback([arguments, experiment] {
-    arguments->options.existing = arguments->force ? sim::Existing::replace : sim::Existing::keep;
     const nlohmann::ordered_json measured = experiment(arguments->options);
     if (arguments->json)
       std::cout << json_text(measured) << '\n';

@@ -64,10 +64,8 @@ void add_status(Command odom) {
   Command command = odom.add_subcommand("status", "Show the daemon's status");
   add_socket_option(command, options->socket, "status");
   command.add_flag("--json", options->json, "Print the daemon's status as JSON");
-  command
-      .add_flag("--openmetrics", options->open_metrics,
-                "Print metrics in OpenMetrics, which Prometheus reads")
-      .excludes("--json");
+  command.add_flag("--openmetrics", options->open_metrics,
+                   "Print metrics in OpenMetrics, which Prometheus reads", {excludes("--json")});
   command.footer(
       "Examples:\n"
       "  odom status\n"

@@ -174,10 +174,9 @@ void add_watch(Command odom) {
   Command command = odom.add_subcommand("watch", "Watch the daemon live on the terminal");
   add_segment_option(command, options->target.segment, SegmentElse::of_socket);
   add_socket_option(command, options->target.socket, "status");
-  command
-      .add("--interval", "S", options->interval_s,
-           "Interval between updates [s], 0.05 to 3600; default: 0.5")
-      .within(0.05, 3600.0, Bounds::in_text);
+  command.add("--interval", "S", options->interval_s,
+              "Interval between updates [s], 0.05 to 3600; default: 0.5",
+              {within(0.05, 3600.0, Bounds::in_text)});
   command.add_flag("--once", options->once, "Print one snapshot and exit");
   command.add_flag("--ascii", options->ascii, "Use ASCII characters only");
   command.footer(

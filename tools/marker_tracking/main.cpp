@@ -64,7 +64,7 @@ int main(int argc, char** argv) {
   if (argc == 4 && std::string_view(argv[1]) == "render") return render(argv[2], argv[3]);
   odomd::tools::TrackOptions options;
   const auto describe = [&options](odomd::tools::Command command) {
-    command.rename("odom identify track").help_flag().version_flag("odom-track " ODOMD_VERSION);
+    command.program("odom identify track", "odom-track " ODOMD_VERSION);
     odomd::tools::describe_track(command, options);
     command.callback([&options] { odomd::tools::track(options); });
   };

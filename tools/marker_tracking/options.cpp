@@ -2,7 +2,6 @@
 
 #include <charconv>
 #include <cmath>
-#include <filesystem>
 #include <stdexcept>
 #include <string_view>
 
@@ -119,7 +118,8 @@ void check(const TrackOptions& o) {
 
 void describe_track(Command command, TrackOptions& options) {
   command.description("Track two markers on the car through a film, for odom identify stiffness");
-  command.add("FILM", "", options.film, "Film: a video in any format that FFmpeg reads").required();
+  command.add("FILM", "", options.film, "Film: a video in any format that FFmpeg reads",
+              {required()});
   command.add("--out", "FILE", options.out,
               "Track: CSV of t,x_front,y_front,x_rear,y_rear; default: standard output. With "
               "--calibrate: the lens");

@@ -177,7 +177,7 @@ void run(const Options& options) {
 int main(int argc, char** argv) {
   odomd::serve::Options options;
   const auto describe = [&options](odomd::tools::Command command) {
-    command.rename("odom serve").help_flag().version_flag("odom-web " ODOMD_VERSION);
+    command.program("odom serve", "odom-web " ODOMD_VERSION);
     odomd::serve::describe_serve(command, options);
     command.callback([&options] { odomd::serve::run(options); });
   };

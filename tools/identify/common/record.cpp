@@ -27,8 +27,8 @@ std::int64_t limit(const std::string& text, const std::string& option, std::int6
 void add_record_options(Command method, RecordOptions& options) {
   method.add("--config", "TOML", options.config,
              "Configuration of the car (TOML), for the signals of --can");
-  method.add("--can", "SRC", options.logs, "Log of candump -L, or - for standard input; repeatable")
-      .one_each();
+  method.add("--can", "SRC", options.logs, "Log of candump -L, or - for standard input; repeatable",
+             {one_each()});
   method.add("--csv", "CSV", options.csv,
              "Record instead of a log: columns t [s], yaw_rate [rad/s]");
   method.add("--from", "T", options.from, "Start time [s] after the record's first sample");

@@ -267,7 +267,7 @@ void fit(const FitOptions& options) {
 int main(int argc, char** argv) {
   odomd::tools::FitOptions options;
   const auto describe = [&options](odomd::tools::Command command) {
-    command.rename("odom identify fit").help_flag().version_flag("odom-fit " ODOMD_VERSION);
+    command.program("odom identify fit", "odom-fit " ODOMD_VERSION);
     odomd::tools::describe_fit(command, options);
     command.callback([&options] { odomd::tools::fitting::fit(options); });
   };

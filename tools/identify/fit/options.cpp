@@ -24,12 +24,11 @@ void describe_fit(Command command, FitOptions& options) {
               "Reference trajectory of that drive, instead of camera poses");
   command.add_flag("--use-reference", options.use_reference,
                    "Use truth.csv of each --drive instead of camera.csv");
-  command
-      .add(
-          "--reference-sigma", "M RAD", options.reference_sigma,
-          "Standard uncertainty of a reference [m, rad]; the residuals decide in the end; default: "
-          "0.005 0.005")
-      .values(2);
+  command.add(
+      "--reference-sigma", "M RAD", options.reference_sigma,
+      "Standard uncertainty of a reference [m, rad]; the residuals decide in the end; default: "
+      "0.005 0.005",
+      {values(2)});
   command.add("--dbc", "FILE", options.dbc, "Database (DBC); repeatable; instead of [can] dbc");
   command.add("--from", "S", options.from,
               "Start time [s] after the log's first frame; default: 0");
@@ -43,14 +42,13 @@ void describe_fit(Command command, FitOptions& options) {
   command.add("--prior", "NAME=SIGMA", options.priors,
               "Standard uncertainty of a parameter before the fit, in its unit; for those marked * "
               "relative (0.02: 2 %); default of mass: 0.01; repeatable");
-  command
-      .add(
-          "--window", "S", options.window,
-          "Length of a shooting window [s], 0.1 to 5; default: 0.5 for a 1:10 car, up to 1.5 for a "
-          "larger one")
-      .within(0.1, 5.0, Bounds::in_text);
-  command.add("--threads", "N", options.threads, "Number of threads, 1 to 64; default: 1")
-      .within(1, 64, Bounds::in_text);
+  command.add(
+      "--window", "S", options.window,
+      "Length of a shooting window [s], 0.1 to 5; default: 0.5 for a 1:10 car, up to 1.5 for a "
+      "larger one",
+      {within(0.1, 5.0, Bounds::in_text)});
+  command.add("--threads", "N", options.threads, "Number of threads, 1 to 64; default: 1",
+              {within(1, 64, Bounds::in_text)});
   command.add("--plot", "FILE", options.plot, "Plot of the residuals, .svg or .png");
   command.add_flag("--untried", options.untried,
                    "Write every value that was determined, without the replays that otherwise "

@@ -264,18 +264,14 @@ Examples:
               "--config or --write, with the uncertainty in its note");
   command.add("--mass-sigma", "MASS", options.mass_sigma,
               "Standard uncertainty of the mass; default: 0.2 % of it");
-  command
-      .add("--spacing", "LENGTH", options.spacing,
-           "Distance of the cords from each other [m], or 200mm")
-      .required();
+  command.add("--spacing", "LENGTH", options.spacing,
+              "Distance of the cords from each other [m], or 200mm", {required()});
   command.add("--spacing-below", "LENGTH", options.spacing_below,
               "Distance of the cords at the car, if different; default: the same");
   command.add("--spacing-sigma", "LENGTH", options.spacing_sigma,
               "Standard uncertainty of each distance of the cords; default: 0.5mm");
-  command
-      .add("--cord", "LENGTH", options.cord,
-           "Length of the cords between their fixings, under load [m]")
-      .required();
+  command.add("--cord", "LENGTH", options.cord,
+              "Length of the cords between their fixings, under load [m]", {required()});
   command.add("--cord-sigma", "LENGTH", options.cord_sigma,
               "Standard uncertainty of the cords' length; default: 2mm");
   command.add("--offset", "LENGTH", options.offset,
@@ -288,10 +284,8 @@ Examples:
   add_gravity_option(command, options.gravity);
 
   const Command watch = command.group("By stop-watch");
-  const Option times = watch
-                           .add("--time", "T", options.times,
-                                "Time of --swings swings [s]; repeat the option for each timing")
-                           .one_each();
+  watch.add("--time", "T", options.times,
+            "Time of --swings swings [s]; repeat the option for each timing", {one_each()});
   watch.add("--swings", "N", options.swings, "Number of full swings in each timing");
   watch.add("--time-sigma", "T", options.time_sigma,
             "Standard uncertainty of a timing, start and stop [s]; default: 0.15");
@@ -302,7 +296,7 @@ Examples:
 
   const Command log = command.group("By a gyro's record");
   add_record_options(log, options.record);
-  times.excludes("--can").excludes("--csv");
+  watch.add_rules("--time", {excludes("--can"), excludes("--csv")});
   log.add("--clock-sigma", "X", options.clock_sigma,
           "Standard uncertainty of the rate of the log's clock, relative; default: 0.0001");
   log.add(
@@ -314,10 +308,10 @@ Examples:
             "Mass of the board that the car stands on [kg], or 310g");
   board.add("--platform-mass-sigma", "MASS", options.platform_mass_sigma,
             "Standard uncertainty of the board's mass; default: 0.2 % of it");
-  board
-      .add("--platform-time", "T", options.platform_times,
-           "Time of --platform-swings swings of the board alone [s], on the same cords; repeatable")
-      .one_each();
+  board.add(
+      "--platform-time", "T", options.platform_times,
+      "Time of --platform-swings swings of the board alone [s], on the same cords; repeatable",
+      {one_each()});
   board.add("--platform-swings", "N", options.platform_swings,
             "Number of swings in each timing of the board alone");
   board.add("--platform-inertia", "J", options.platform_inertia,

@@ -194,8 +194,8 @@ void add_latency(Command identify) {
   Command latency = identify.add_subcommand(
       "latency",
       "Measure how late each source is against the gyro or the camera, and the steering's lag");
-  latency.add("--config", "TOML", options->config, "Configuration of the car (TOML)").required();
-  latency.add("--can", "LOG", options->can, "Log of candump -L; repeatable").required();
+  latency.add("--config", "TOML", options->config, "Configuration of the car (TOML)", {required()});
+  latency.add("--can", "LOG", options->can, "Log of candump -L; repeatable", {required()});
   latency.add("--dbc", "FILE", options->dbc, "Database (DBC); repeatable; instead of [can] dbc");
   latency.add("--camera", "CSV", options->camera, "Camera log of the same drive");
   latency.footer(R"(Drive for ten minutes with a camera: quick curves to both sides, with a stop

@@ -209,19 +209,17 @@ Examples:
     --run left.csv,left.log --run right.csv,right.log
   odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 \
     --run front.txt,rear.txt,drive.log)");
-  command
-      .add(
-          "--run", "MARKERS[,REAR],LOG", options.runs,
-          "Film and its log: a table with t,x_front,y_front,x_rear,y_rear, or one table per marker "
-          "with t,x,y; repeatable")
-      .required();
-  command.add("--config", "FILE", options.config, "Configuration of the car (TOML)").required();
-  command
-      .add("--front", "X,Y", options.front,
-           "Place of the front marker: ahead of the centre of gravity and to its left [m]")
-      .required();
-  command.add("--rear", "X,Y", options.rear, "Place of the rear marker, likewise: -0.12,0 [m]")
-      .required();
+  command.add(
+      "--run", "MARKERS[,REAR],LOG", options.runs,
+      "Film and its log: a table with t,x_front,y_front,x_rear,y_rear, or one table per marker "
+      "with t,x,y; repeatable",
+      {required()});
+  command.add("--config", "FILE", options.config, "Configuration of the car (TOML)", {required()});
+  command.add("--front", "X,Y", options.front,
+              "Place of the front marker: ahead of the centre of gravity and to its left [m]",
+              {required()});
+  command.add("--rear", "X,Y", options.rear, "Place of the rear marker, likewise: -0.12,0 [m]",
+              {required()});
   command.add("--metres-per-pixel", "S", options.metres_per_pixel,
               "Scale of the tracks [m/px]; default: from the distance of the markers");
   command.add_flag("--metres", options.metres, "The tracks are in metres");

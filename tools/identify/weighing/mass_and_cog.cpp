@@ -249,10 +249,8 @@ void add_scale_options(Command method, Options& options) {
   for (std::size_t i = 0; i < options.loads.size(); ++i) {
     const auto load = static_cast<Load>(i);
     const char* units = " [kg], or 2985g, or 29.3N; repeat the option for each weighing";
-    method
-        .add(fmt::format("--{}", info_of(load).option), "LOAD", options.loads[i],
-             std::string(info_of(load).help) + (load == Load::total ? units : ""))
-        .one_each();
+    method.add(fmt::format("--{}", info_of(load).option), "LOAD", options.loads[i],
+               std::string(info_of(load).help) + (load == Load::total ? units : ""), {one_each()});
   }
   method.add("--scale-resolution", "LOAD", options.resolution,
              "Last digit that the scale shows [kg], or 1g");
@@ -327,10 +325,8 @@ Examples:
   odom identify cog --front 9.57N --rear 19.7N --scale-sigma 0.05N --wheelbase 0.26 \
       --wheelbase-sigma 0.5mm --write car.toml)");
   add_scale_options(method, *options);
-  method
-      .add("--wheelbase", "LENGTH", options->wheelbase,
-           "Distance between the centres of front and rear wheels [m], or 260mm")
-      .required();
+  method.add("--wheelbase", "LENGTH", options->wheelbase,
+             "Distance between the centres of front and rear wheels [m], or 260mm", {required()});
   method.add("--wheelbase-sigma", "LENGTH", options->wheelbase_sigma,
              "Standard uncertainty of the wheelbase; default: 1mm");
   method.add(
