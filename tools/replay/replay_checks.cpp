@@ -35,14 +35,15 @@ std::string named(const can::BoundMessage& message) {
   return fmt::format("message '{}' ({})", message.name, roles(message));
 }
 
+std::uint64_t count(const can::MessageCounters& counters, FrameVerdict verdict) {
+  return counters.verdicts[static_cast<std::size_t>(verdict)].get();
+}
+
 // A frame that is cut off in its middle reads like a short one.
 std::optional<Diagnostic> cut_frames(const can::BoundMessage& message,
                                      const can::MessageCounters& counters) {
-  const auto count = [&](FrameVerdict verdict) {
-    return counters.verdicts[static_cast<std::size_t>(verdict)].get();
-  };
-  const std::uint64_t cut = count(FrameVerdict::too_short);
-  if (cut == 0 || count(FrameVerdict::decoded) == 0) return std::nullopt;
+  const std::uint64_t cut = count(counters, FrameVerdict::too_short);
+  if (cut == 0 || count(counters, FrameVerdict::decoded) == 0) return std::nullopt;
   return found(kind("frames_cut_off"), named(message),
                fmt::format("{} of its frames ended before its signals and gave no value", cut));
 }
@@ -66,15 +67,12 @@ Diagnostic fault(const ReplaySummary& summary) {
 
 std::optional<Diagnostic> check_message(const can::BoundMessage& message,
                                         const can::MessageCounters& counters) {
-  const auto count = [&](FrameVerdict verdict) {
-    return counters.verdicts[static_cast<std::size_t>(verdict)].get();
-  };
-  if (count(FrameVerdict::decoded) > 0) return std::nullopt;
-  const std::uint64_t refused = count(FrameVerdict::failed_crc) + count(FrameVerdict::repeated) +
-                                count(FrameVerdict::wrong_sequence) +
-                                count(FrameVerdict::distrusted);
-  const std::uint64_t empty = count(FrameVerdict::no_sample);
-  const std::uint64_t cut = count(FrameVerdict::too_short);
+  if (count(counters, FrameVerdict::decoded) > 0) return std::nullopt;
+  const std::uint64_t refused =
+      count(counters, FrameVerdict::failed_crc) + count(counters, FrameVerdict::repeated) +
+      count(counters, FrameVerdict::wrong_sequence) + count(counters, FrameVerdict::distrusted);
+  const std::uint64_t empty = count(counters, FrameVerdict::no_sample);
+  const std::uint64_t cut = count(counters, FrameVerdict::too_short);
   if (refused + empty + cut == 0)
     return found(kind("message_missing"), named(message), "no frame of it is in the log");
   return found(kind("message_without_value"), named(message),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/diagnostics/output.hpp"
@@ -10,74 +11,71 @@
 namespace odomd::tools {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
+/// The values of the sources that have one.
+template <typename ValueOf>
+Json by_source(const ValueOf& value_of) {
+  Json sources = Json::object();
+  for (std::size_t source = 0; source < estimator::source_count; ++source)
+    if (Json value = value_of(source); !value.empty())
+      sources[std::string{estimator::source_names[source]}] = std::move(value);
+  return sources;
+}
+
 // Sources that were found wired or described wrongly, or scattering too much, and for how long [s].
-nlohmann::ordered_json wiring_json(const ReplaySummary& summary) {
-  auto sources = nlohmann::ordered_json::object();
+Json wiring_json(const ReplaySummary& summary) {
   const double tick_s = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9 /
                         static_cast<double>(std::max<std::uint64_t>(summary.ticks, 1));
-  for (std::size_t source = 0; source < estimator::source_count; ++source) {
-    const std::string name{estimator::source_names[source]};
+  return by_source([&](std::size_t source) {
+    Json faults;
     for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault)
       if (const std::uint64_t ticks = summary.wired[source][fault]; ticks > 0)
-        sources[name][std::string{daemon::wiring_names[fault]}] =
-            tick_s * static_cast<double>(ticks);
+        faults[std::string{daemon::wiring_names[fault]}] = tick_s * static_cast<double>(ticks);
     if (const std::uint64_t ticks = summary.inconsistent[source]; ticks > 0)
-      sources[name]["inconsistent"] = tick_s * static_cast<double>(ticks);
-  }
-  return sources;
+      faults["inconsistent"] = tick_s * static_cast<double>(ticks);
+    return faults;
+  });
 }
 
 }  // namespace
 
-nlohmann::ordered_json innovations_json(const ReplaySummary& summary) {
-  auto innovations = nlohmann::ordered_json::object();
-  for (std::size_t source = 0; source < summary.innovations.size(); ++source) {
+Json innovations_json(const ReplaySummary& summary) {
+  return by_source([&](std::size_t source) -> Json {
     const daemon::InnovationStatistics& statistics = summary.innovations[source];
-    if (statistics.count() == 0) continue;
-    innovations[std::string{estimator::source_names[source]}] = {
-        {"count", statistics.count()},         {"gated", statistics.gated()},
-        {"dimension", statistics.dimension()}, {"mean_nis", statistics.mean_nis()},
-        {"inside_95", statistics.inside_95()},
-    };
-  }
-  return innovations;
+    if (statistics.count() == 0) return {};
+    return {{"count", statistics.count()},
+            {"gated", statistics.gated()},
+            {"dimension", statistics.dimension()},
+            {"mean_nis", statistics.mean_nis()},
+            {"inside_95", statistics.inside_95()}};
+  });
 }
 
-nlohmann::ordered_json noise_json(const ReplaySummary& summary) {
-  const auto or_null = [](double value) {
-    return value > 0.0 ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
-  };
-  auto noise = nlohmann::ordered_json::object();
-  for (std::size_t source = 0; source < summary.noise.size(); ++source) {
+Json noise_json(const ReplaySummary& summary) {
+  const auto or_null = [](double value) { return value > 0.0 ? Json(value) : Json(); };
+  return by_source([&](std::size_t source) -> Json {
     const estimator::SourceNoise& estimate = summary.noise[source];
-    if (!estimate.estimated()) continue;
-    noise[std::string{estimator::source_names[source]}] = {
-        {"sigma", estimate.stated},
-        {"at_rest", or_null(estimate.at_rest)},
-        {"moving", or_null(estimate.moving)},
-        {"speed_share", or_null(estimate.speed_share)},
-    };
-  }
-  return noise;
+    if (!estimate.estimated()) return {};
+    return {{"sigma", estimate.stated},
+            {"at_rest", or_null(estimate.at_rest)},
+            {"moving", or_null(estimate.moving)},
+            {"speed_share", or_null(estimate.speed_share)}};
+  });
 }
 
-nlohmann::ordered_json verdicts_json(const ReplaySummary& summary) {
-  auto sources = nlohmann::ordered_json::object();
-  for (std::size_t source = 0; source < summary.verdicts.size(); ++source) {
-    auto verdicts = nlohmann::ordered_json::object();
-    for (std::size_t verdict = 0; verdict < estimator::verdict_count; ++verdict) {
-      const std::uint64_t count = summary.verdicts[source][verdict];
-      if (count > 0) verdicts[std::string{estimator::verdict_names[verdict]}] = count;
-    }
-    if (!verdicts.empty()) {
-      sources[std::string{estimator::source_names[source]}] = std::move(verdicts);
-    }
-  }
-  return sources;
+Json verdicts_json(const ReplaySummary& summary) {
+  return by_source([&](std::size_t source) {
+    Json verdicts;
+    for (std::size_t verdict = 0; verdict < estimator::verdict_count; ++verdict)
+      if (const std::uint64_t count = summary.verdicts[source][verdict]; count > 0)
+        verdicts[std::string{estimator::verdict_names[verdict]}] = count;
+    return verdicts;
+  });
 }
 
-nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds,
-                                   const diagnostics::Diagnostics& warnings) {
+Json replay_json(const ReplaySummary& summary, double seconds,
+                 const diagnostics::Diagnostics& warnings) {
   return {
       {"frames", summary.frames},
       {"camera_poses", summary.cameras},
