@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include <Eigen/Geometry>
+
 #include "estimator/common/pose.hpp"
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/symmetric3.hpp"
@@ -166,6 +168,13 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   const Disputed disputed = state.disputed.at_time(state.time_ns, model.tuning.disputed_s);
   const double way = disputed.way + state.lasting_way.variance;
   P.diagonal().head<3>() += Eigen::Vector3d(way, way, disputed.turn + state.lasting_turn.variance);
+  if (state.last_camera_pose.capture_ns != 0) {
+    // The filter follows the camera's clock: if that is late by τ_c, so is the pose.
+    Eigen::Vector3d late;
+    late << Eigen::Rotation2Dd(x[at::yaw]) * x.segment<2>(at::v_x), x[at::yaw_rate];
+    late *= model.tuning.camera_latency;
+    P.topLeftCorner<3, 3>() += late * late.transpose();
+  }
   Estimate e;
   e.time_ns = state.time_ns;
   e.initialised = state.located && state.moving;

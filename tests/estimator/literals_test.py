@@ -44,6 +44,11 @@ class Literals(unittest.TestCase):
         self.assertFalse(new, f"write it into tuning.hpp, with its meaning: {new}")
         self.assertFalse(gone, f"take it off {LIST.name}: {gone}")
 
+    def test_every_tuned_number_has_a_meaning(self):
+        for line in (ROOT / "estimator/common/tuning.hpp").read_text(encoding="utf-8").splitlines():
+            if re.match(r"  (double|int) ", line):
+                self.assertRegex(line, r"= [\d.e+-]+; +///< \S", "a number a line, its meaning after it")
+
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["--update"]:

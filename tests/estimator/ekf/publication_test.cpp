@@ -116,6 +116,21 @@ TEST(Publication, ThePeriodHardlyMattersToTheTimeDerivatives) {
   EXPECT_GT(rates_at(0.1).yaw_accel, 1.0);
 }
 
+TEST(Publication, APoseByTheCameraIsAsLateAsItsClock) {
+  State state = fresh();
+  state.located = state.moving = true;
+  state.mean.segment<6>(at::x) << 3.0, 1.0, 0.4, 20.0, -1.0, 0.5;
+  const Estimate before = published(state);
+  state.last_camera_pose.capture_ns = 1;
+  const Estimate after = published(state);
+  const double late_s = Tuning{}.camera_latency;
+  const Eigen::Vector3d off = late_s * Eigen::Vector3d{20.0 * std::cos(0.4) + std::sin(0.4),
+                                                       20.0 * std::sin(0.4) - std::cos(0.4), 0.5};
+  const Eigen::Matrix3d grown = unpacked(after.covariance) - unpacked(before.covariance);
+  EXPECT_LT((grown - off * off.transpose()).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_EQ(after.velocity_covariance, before.velocity_covariance);
+}
+
 TEST(Publication, StandingNothingChanges) {
   State state;
   state.located = state.moving = state.standstill.standing = true;
