@@ -20,8 +20,6 @@ constexpr std::array<std::string_view, 5> data_id_mode_names{"BOTH", "ALT", "LOW
 constexpr std::array data_id_modes{DataIdMode::both, DataIdMode::alternating, DataIdMode::low,
                                    DataIdMode::nibble, DataIdMode::alternating};
 
-constexpr std::array<std::string_view, 2> timestamp_names{"software", "hardware"};
-
 /// A source is an interface, "-", or a log; the path of a log is relative to the configuration
 /// file.
 std::string resolve_source(const std::string& source, const std::filesystem::path& file) {
@@ -87,8 +85,7 @@ std::optional<std::string> named_twice(std::vector<std::string> sources) {
   return twice == sources.end() ? std::nullopt : std::optional(*twice);
 }
 
-CanConfig read_can(TableReader table) {
-  CanConfig can;
+void read_buses(TableReader& table, CanConfig& can) {
   table.read_texts("source", can.sources);
   for (auto& source : can.sources) source = resolve_source(source, table.file());
   if (can.sources.size() > can::max_buses)
@@ -103,11 +100,9 @@ CanConfig read_can(TableReader table) {
   for (const auto& database : databases)
     can.dbc.push_back(
         std::filesystem::absolute(table.file().parent_path() / database).lexically_normal());
+}
 
-  if (const auto choice = table.read_choice("timestamps", timestamp_names))
-    can.timestamps = *choice == 0 ? Timestamps::software : Timestamps::hardware;
-  table.read("receive_buffer", can.receive_buffer, 4096, 1 << 30);
-
+void read_messages(TableReader& table, CanConfig& can) {
   if (auto protections = table.table("e2e", "[can.e2e]"))
     for (auto& [message, entry] : protections->tables())
       can.protections.push_back(read_protection(message, std::move(entry)));
@@ -116,9 +111,6 @@ CanConfig read_can(TableReader table) {
   auto signals = table.table("signals", "[can.signals]");
   for (auto& [role, entry] : signals->tables()) read_signal(role, std::move(entry), can);
   if (can.bindings.empty()) signals->fail("is empty; map at least a wheel speed");
-
-  table.finish();
-  return can;
 }
 
 }  // namespace odomd::daemon

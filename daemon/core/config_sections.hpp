@@ -1,6 +1,6 @@
-// One function for each section of the configuration file, and the checks against the model.
-// Private to load_config(), load_databases() and odom import, whose columns have the keys of a
-// role.
+// The sections of the configuration file whose keys depend on each other, and the checks against
+// the model. Private to load_config(), load_databases() and odom import, whose columns have the
+// keys of a role.
 #pragma once
 
 #include "can_protocol/decode/decoder.hpp"
@@ -10,7 +10,9 @@
 
 namespace odomd::daemon {
 
-[[nodiscard]] CanConfig read_can(TableReader table);
+/// The keys of [can] before and after those of config_keys().
+void read_buses(TableReader& table, CanConfig& can);
+void read_messages(TableReader& table, CanConfig& can);
 [[nodiscard]] can::E2eBinding read_protection(const std::string& message, TableReader table);
 void read_signal(const std::string& role, TableReader table, CanConfig& can);
 

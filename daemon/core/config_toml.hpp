@@ -9,7 +9,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -18,22 +17,9 @@
 #include <vector>
 
 #include "daemon/core/config_error.hpp"
+#include "daemon/core/config_keys.hpp"
 
 namespace odomd::daemon {
-
-/// The allowed range of a number. The text completes "it must be ...".
-struct Range {
-  double lowest = -std::numeric_limits<double>::max();
-  double highest = std::numeric_limits<double>::max();
-  bool lowest_included = true;
-  std::string_view text = "a finite number";
-
-  [[nodiscard]] bool contains(double value) const;
-};
-inline constexpr double largest = std::numeric_limits<double>::max();
-inline constexpr Range any_number{};
-inline constexpr Range positive{0.0, largest, false, "greater than 0"};
-inline constexpr Range not_negative{0.0, largest, true, "0 or greater"};
 
 /// One table of the file. Every call with a key makes the key known; finish() rejects all others.
 /// All errors are ConfigErrors that name file, line, table and key.

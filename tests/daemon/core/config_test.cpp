@@ -8,6 +8,7 @@
 #include <string>
 
 #include "config_files.hpp"
+#include "daemon/core/config_keys.hpp"
 #include "tests/diagnostics.hpp"
 
 namespace odomd::daemon::config_test {
@@ -248,6 +249,19 @@ level = "debug"
   EXPECT_EQ(config.log.file, directory_ / "log/odomd.log");
   EXPECT_EQ(config.log.level, "debug");
   EXPECT_THAT(config.warnings, IsEmpty());
+}
+
+TEST(ConfigKeys, AreFoundByTableAndNameAndHaveTheirGroup) {
+  const auto group = [](std::string_view path) { return config_key(path)->group; };
+  EXPECT_EQ(config_key("camera.lever_arm[2]")->name, "lever_arm");
+  EXPECT_EQ(config_key("vehicle.driven")->table, "vehicle");
+  for (const auto* none : {"", "vehicle", "mass", "vehicle.mas", "can.signals.motor.scale"})
+    EXPECT_EQ(config_key(none), nullptr) << none;
+  EXPECT_EQ(group("vehicle.grip_rear"), group("vehicle.cornering_stiffness_rear"));
+  EXPECT_NE(group("vehicle.grip_front"), group("vehicle.grip_rear"));
+  EXPECT_EQ(group("steering.lag"), group("steering.rate_limit"));
+  EXPECT_EQ(group("imu.yaw"), group("imu.position[0]"));
+  EXPECT_EQ(group("vehicle.mass"), "");
 }
 
 TEST_F(ConfigTest, TakesDefaultsWhereTheFileIsSilent) {

@@ -1,0 +1,68 @@
+// The table of the configuration's keys, one row each. The reader, odom identify (lists, groups of
+// values) and the test of docs/configuration.md go through it. Not in it are the keys of [can] that
+// depend on each other: sources, databases, roles and protections.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "daemon/core/config.hpp"
+
+namespace odomd::daemon {
+
+/// The allowed range of a number. The text completes "it must be ...".
+struct Range {
+  double lowest = -std::numeric_limits<double>::max();
+  double highest = std::numeric_limits<double>::max();
+  bool lowest_included = true;
+  std::string_view text = "a finite number";
+
+  [[nodiscard]] bool contains(double value) const;
+};
+inline constexpr Range any_number{};
+inline constexpr Range positive{0.0, any_number.highest, false, "greater than 0"};
+
+/// One of a list of names, which need not be in the case of the list.
+struct Choice {
+  std::span<const std::string_view> names;
+  void (*set)(Config&, std::size_t);
+};
+
+/// A key of earlier versions.
+struct Removed {
+  std::string_view instead;
+};
+
+template <typename Value>
+using Member = Value& (*)(Config&);
+
+struct ConfigKey {
+  std::string_view table;  ///< "vehicle"
+  std::string_view name;   ///< "mass"
+  /// What it sets: an int64 is in nanoseconds and read in seconds, a uint32 is a file mode.
+  std::variant<Member<double>, Member<std::optional<double>>, Member<std::array<double, 2>>,
+               Member<std::array<double, 3>>, Member<std::optional<std::array<double, 3>>>,
+               Member<std::optional<estimator::Pose2>>, Member<int>, Member<std::int64_t>,
+               Member<std::uint32_t>, Member<std::string>, Member<std::filesystem::path>,
+               Member<estimator::Model>, Choice, Removed>
+      member;
+  Range range = any_number;
+  std::string_view group = {};  ///< values that are identified together have one
+  /// What is wrong with a value of the right type and range; may be empty.
+  std::string_view (*problem)(const Config&) = nullptr;
+};
+
+/// By table, in the order in which the reader reports errors.
+[[nodiscard]] std::span<const ConfigKey> config_keys();
+
+/// The row of "vehicle.mass" or "camera.lever_arm[2]"; null if there is none.
+[[nodiscard]] const ConfigKey* config_key(std::string_view path);
+
+}  // namespace odomd::daemon
