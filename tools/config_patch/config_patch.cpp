@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "daemon/core/config_keys.hpp"
 #include "daemon/core/config_toml.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/config_patch/toml_lines.hpp"
@@ -53,15 +54,21 @@ std::string number_text(double value) {
 
 /// A missing list is written completely: what the configuration takes where it is missing; empty
 /// if the key is no list.
-std::vector<double> default_list(const std::string& name) {
-  if (name == "lever_arm" || name == "pose") return {0.0, 0.0, 0.0};
-  if (name == "position") return {0.0, 0.0};
-  if (name == "paper_r") {
-    const auto diagonal = estimator::PaperNoise{}.R;
-    return {diagonal.begin(), diagonal.end()};
+struct DefaultList {
+  daemon::Config config;
+
+  template <std::size_t size>
+  std::vector<double> operator()(daemon::Member<std::array<double, size>> member) {
+    return {member(config).begin(), member(config).end()};
   }
-  return {};
-}
+  std::vector<double> operator()(daemon::Member<std::optional<std::array<double, 3>>>) {
+    return std::vector<double>(3);
+  }
+  std::vector<double> operator()(daemon::Member<std::optional<estimator::Pose2>>) {
+    return std::vector<double>(3);
+  }
+  std::vector<double> operator()(const auto&) { return {}; }
+};
 
 class Patch {
  public:
@@ -175,7 +182,9 @@ class Patch {
   }
 
   [[nodiscard]] std::vector<double> list_with_value() const {
-    std::vector<double> list = default_list(path_.names.back());
+    const daemon::ConfigKey* key = daemon::config_key(value_.key);
+    std::vector<double> list =
+        key == nullptr ? std::vector<double>{} : std::visit(DefaultList{}, key->member);
     if (*path_.element >= list.size())
       throw std::invalid_argument(fmt::format("{}: {}: there is no such list; give the whole list",
                                               file_.string(), shown(path_)));
