@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "daemon/core/config_keys.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/cli/text.hpp"
@@ -120,10 +121,10 @@ diagnostics::Diagnostic kept(const std::string& file, const ConfigValue& before,
 // Numbers that mean something only together: a tyre's curve, an actuator's delay, a signal's line,
 // the axles of one wheelbase.
 std::string_view together(std::string_view key) {
-  for (const std::string_view both : {"vehicle.cornering_stiffness_", "vehicle.grip_"})
-    if (key.starts_with(both)) return key.substr(both.size());
-  if (key == "vehicle.front_axle" || key == "vehicle.rear_axle") return "axles";
-  if (key.starts_with("steering.")) return "steering";
+  const daemon::ConfigKey* row = daemon::config_key(key);
+  if (row != nullptr && (row->table == "vehicle" || row->table == "steering") &&
+      !row->group.empty())
+    return row->group;
   if (key.ends_with(".scale") || key.ends_with(".offset")) return key.substr(0, key.rfind('.'));
   return key;
 }

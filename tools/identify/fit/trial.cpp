@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "can_protocol/bus_names.hpp"
+#include "daemon/core/config_keys.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
 #include "tools/identify/common/refuse.hpp"
@@ -64,21 +65,13 @@ bool is_wheel(std::string_view key) {
 
 // Correlated values go in together.
 std::string_view group_of(std::string_view key) {
-  // Rear ones determine the side slip, front ones the response to steering, which the gyro measures
-  // better.
-  if (key.starts_with("vehicle.cornering") || key.starts_with("vehicle.grip"))
-    return key.ends_with("front") ? "front tyres" : "rear tyres";
-  if (key == "vehicle.yaw_inertia") return "yaw inertia";
-  if (key == "vehicle.track_width") return "track width";
-  if (key.starts_with("imu.")) return "place of the IMU";
+  if (key == "camera.lever_arm[2]") return "yaw of the camera";
+  if (const daemon::ConfigKey* row = daemon::config_key(key)) return row->group;
   if (key.starts_with("can.signals.steering")) return "steering";
-  if (key.starts_with("steering.")) return "steering actuator";
   if (is_wheel(key)) return key.ends_with(".latency") ? "ages of the wheels" : "wheel scales";
   if (key.ends_with(".latency")) return "ages of gyro and accelerometers";
   if (key.starts_with("can.signals.yaw_rate")) return "gyro's scale and bias";
   if (key.starts_with("can.signals.accel")) return "accelerometers' biases";
-  if (key == "camera.lever_arm[2]") return "yaw of the camera";
-  if (key.starts_with("camera.")) return "place of the camera";
   return {};
 }
 
