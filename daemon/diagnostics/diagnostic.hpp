@@ -1,7 +1,6 @@
 // A diagnostic: one thing that is wrong or doubtful, as the daemon, odomd --check and the tools
-// show it. All kinds stand in one table, by subject: configuration.hpp, records.hpp, sensors.hpp,
-// poses.hpp, identification.hpp, machine.hpp, bus.hpp, running.hpp. docs/diagnostics.md is
-// generated from it.
+// show it. The kinds stand in a table for each subject; those of experiments and machines are in
+// tools/diagnostics/kinds.hpp.
 #pragma once
 
 #include <array>
@@ -14,9 +13,7 @@
 
 #include "daemon/diagnostics/bus.hpp"
 #include "daemon/diagnostics/configuration.hpp"
-#include "daemon/diagnostics/identification.hpp"
 #include "daemon/diagnostics/kind.hpp"
-#include "daemon/diagnostics/machine.hpp"
 #include "daemon/diagnostics/poses.hpp"
 #include "daemon/diagnostics/records.hpp"
 #include "daemon/diagnostics/running.hpp"
@@ -30,21 +27,20 @@ struct Chapter {
   std::span<const Kind> kinds;
 };
 
-/// The whole table, in the order of the codes.
+/// In the order of the codes.
 inline constexpr std::array chapters{
     Chapter{"Configuration and databases", configuration},
     Chapter{"Logs and records", records},
     Chapter{"Sensors", sensors},
     Chapter{"Poses: camera, reference and estimate", poses},
-    Chapter{"Identification", identification},
-    Chapter{"The machine", machine},
     Chapter{"CAN buses", bus},
     Chapter{"The running daemon", running},
 };
 
-/// The kind of a name, which must be in the table: checked by the compiler.
-[[nodiscard]] consteval const Kind& kind(std::string_view name) {
-  for (const Chapter& chapter : chapters)
+/// The kind of a name, which must be in the tables: checked by the compiler.
+[[nodiscard]] consteval const Kind& kind(std::string_view name,
+                                         std::span<const Chapter> tables = chapters) {
+  for (const Chapter& chapter : tables)
     for (const Kind& one : chapter.kinds)
       if (one.name == name) return one;
   throw "no such kind";

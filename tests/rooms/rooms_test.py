@@ -79,23 +79,24 @@ tools/marker_tracking: tools/cli
 tools/identify: tools/cli tools/marker_tracking
 tools/identify/common: daemon/diagnostics can_protocol can_protocol/decode can_protocol/sources estimator/common
     daemon/core tools/math tools/cli tools/drive_files tools/diagnostics tools/replay tools/config_patch
-tools/identify/weighing: daemon/diagnostics daemon/core tools/cli tools/config_patch tools/identify
-    tools/identify/common
-tools/identify/inertia: daemon/diagnostics tools/math tools/cli tools/replay tools/config_patch tools/identify
-    tools/identify/common
-tools/identify/noise: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/replay tools/evaluation
+tools/identify/weighing: daemon/diagnostics daemon/core tools/cli tools/diagnostics tools/config_patch
+    tools/identify tools/identify/common
+tools/identify/inertia: daemon/diagnostics tools/math tools/cli tools/diagnostics tools/replay tools/config_patch
+    tools/identify tools/identify/common
+tools/identify/noise: daemon/core tools/math tools/cli tools/chart tools/diagnostics tools/replay tools/evaluation
     tools/identify tools/identify/common
 tools/identify/latency: daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files
+    tools/diagnostics tools/replay tools/identify tools/identify/common
+tools/identify/stiffness: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/diagnostics
     tools/replay tools/identify tools/identify/common
-tools/identify/stiffness: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/replay tools/identify
-    tools/identify/common
 tools/identify/fit: daemon/diagnostics base can_protocol estimator/common daemon/core
-    tools/math tools/cli tools/drive_files tools/chart tools/replay tools/evaluation tools/config_patch
-    tools/identify tools/identify/common tools/identify/latency
+    tools/math tools/cli tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation
+    tools/config_patch tools/identify tools/identify/common tools/identify/latency
 tools/init: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/live tools/sim tools/identify/common
 tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
-    daemon/core tools/math tools/replay tools/evaluation tools/live tools/identify/common tools/identify/latency tools/init
+    daemon/core tools/math tools/diagnostics tools/replay tools/evaluation tools/live tools/identify/common
+    tools/identify/latency tools/init
 tools/serve: base tools/cli tools/live tools/live/watch tools/doctor
 tools/import: base can_protocol/dbc can_protocol/decode can_protocol/sources
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/drive_files tools/init tools/sim

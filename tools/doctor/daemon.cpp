@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "daemon/core/source_diagnostics.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/live/status_values.hpp"
 #include "tools/replay/source_checks.hpp"
 
@@ -24,7 +25,7 @@ namespace {
 using diagnostics::Diagnostics;
 using diagnostics::found;
 using diagnostics::Kind;
-using diagnostics::kind;
+using tools::kind;
 
 constexpr double settled_s = 3.0;              // after a start; every message has come by then
 constexpr double silent_s = 2.0;               // no bus and no camera pauses that long

@@ -1,4 +1,5 @@
 #include "tools/doctor/machine.hpp"
+#include "tools/diagnostics/kinds.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +13,7 @@ namespace {
 using diagnostics::Diagnostics;
 using diagnostics::found;
 using diagnostics::Kind;
-using diagnostics::kind;
+using tools::kind;
 
 // Threaded interrupts have this priority unless somebody changes it.
 constexpr int usual_interrupt_priority = 50;

@@ -10,10 +10,10 @@
 #include <string_view>
 
 #include "daemon/core/config_keys.hpp"
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/config_patch/config_patch.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/diagnostics/output.hpp"
 
 namespace odomd::tools {
@@ -115,7 +115,7 @@ diagnostics::Diagnostic kept(const std::string& file, const ConfigValue& before,
     seen += ": is it another car, or another unit?";
   else if (contradict(before, value))
     seen += ", but they contradict each other: unless the car has changed, measure again";
-  return found(diagnostics::kind("more_precise_kept"), file, std::move(seen));
+  return found(tools::kind("more_precise_kept"), file, std::move(seen));
 }
 
 // Numbers that mean something only together: a tyre's curve, an actuator's delay, a signal's line,
@@ -168,7 +168,7 @@ Writing prepare(Findings& findings, const Delivery& delivery) {
       continue;
     }
     if (one.before && of_another_car(*one.before, one.value))
-      findings.warnings.push_back(found(diagnostics::kind("another_value"), delivery.write,
+      findings.warnings.push_back(found(tools::kind("another_value"), delivery.write,
                                         fmt::format("{} was {:g} and becomes {:g}", one.value.key,
                                                     one.before->value, one.value.value)));
     writing.values.push_back(one.value);

@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/fit/four_wheels.hpp"
 #include "tools/identify/fit/window.hpp"
 #include "tools/identify/latency/steering_response.hpp"
@@ -16,8 +16,8 @@ namespace odomd::tools::fitting {
 namespace {
 
 using diagnostics::found;
-using diagnostics::kind;
 using estimator::Source;
+using tools::kind;
 
 /// Determined by the drive and not by the prior: below this share of the prior's uncertainty.
 constexpr double reported_below = 0.5;

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <numbers>
 
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/config_patch/config_patch.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/refuse.hpp"
 
 namespace odomd::tools {
@@ -132,7 +132,7 @@ TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
   }
   if (n > 1.0 && scatter > 2.5 * watch.sigma)
     result.warnings.push_back(
-        found(diagnostics::kind("timings_scatter"), {},
+        found(tools::kind("timings_scatter"), {},
               fmt::format("the timings scatter by {:.2f} s, more than --time-sigma {} s", scatter,
                           watch.sigma)));
   return result;
@@ -146,7 +146,7 @@ diagnostics::Diagnostics check_inertia(const std::string& config, double mass, d
   const double ratio = inertia / (mass * *front * *rear);
   constexpr double least = 0.4, most = 2.0;
   if (ratio > least && ratio < most) return {};
-  return {found(diagnostics::kind("measured_inertia_unlike"), config,
+  return {found(tools::kind("measured_inertia_unlike"), config,
                 fmt::format("the yaw inertia is {:.2g} times m l_v l_h with its axles, and cars "
                             "have {} to {}",
                             ratio, least, most))};

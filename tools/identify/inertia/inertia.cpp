@@ -5,8 +5,8 @@
 #include <memory>
 #include <stdexcept>
 
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/quantity.hpp"
 #include "tools/identify/common/record.hpp"
@@ -221,10 +221,10 @@ Findings identify_inertia(const Options& options) {
                      as_finding("period of small swings", "", period.small, "s")};
   for (const Contribution& part : inertia.contributions)
     findings.details["contributions"][part.name] = part.sigma;
-  if (!diagnostics::kind("inertia_uncertain")
+  if (!tools::kind("inertia_uncertain")
            .limits.hold(2.0 * inertia.result.sigma / inertia.result.value))
     findings.warnings.push_back(
-        found(diagnostics::kind("inertia_uncertain"), {},
+        found(tools::kind("inertia_uncertain"), {},
               "2 sigma is more than 2 %: " + largest_contributions(inertia)));
   if (!config.empty())
     append(findings.warnings, check_inertia(config, mass.value, inertia.result.value));

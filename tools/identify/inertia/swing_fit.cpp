@@ -9,7 +9,7 @@
 #include <numbers>
 #include <optional>
 
-#include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/refuse.hpp"
 #include "tools/math/least_squares.hpp"
 
@@ -297,7 +297,7 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
   result.swings = seconds / result.period;
   if (residual > 0.03 * peak)
     result.warnings.push_back(found(
-        diagnostics::kind("swing_not_free"), name,
+        tools::kind("swing_not_free"), name,
         fmt::format("the yaw rate differs from that of a free swing by {:.1f} % of its largest "
                     "value (rms)",
                     100.0 * residual / peak)));

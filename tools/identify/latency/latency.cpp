@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/progress.hpp"
 #include "tools/cli/text.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
@@ -175,7 +175,7 @@ Findings findings_of(const Options& options) {
     if (found.source == Source::camera) clock = add_gyro(config, found, findings);
   if (options.camera.empty() || !clock.of_camera)
     findings.warnings.push_back(
-        found(diagnostics::kind("latencies_relative"), {},
+        found(tools::kind("latencies_relative"), {},
               "the gyro's configured latency, " +
                   fixed(1e3 * configured_latency(config, Source::yaw_rate), 1) +
                   " ms, is assumed to be correct: all others are relative to it"));

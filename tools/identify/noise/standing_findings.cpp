@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/refuse.hpp"
 #include "tools/identify/noise/allan.hpp"
 #include "tools/identify/noise/noise_findings.hpp"
@@ -16,7 +16,7 @@ namespace odomd::tools {
 namespace {
 
 using diagnostics::found;
-using diagnostics::kind;
+using tools::kind;
 
 using estimator::Source;
 

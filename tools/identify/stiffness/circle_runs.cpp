@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/measured.hpp"
 
 namespace odomd::tools {
@@ -195,7 +195,7 @@ std::vector<CircleRun> measure_circles(const std::string& film, const FilmMotion
       const std::string circle = fmt::format("{}: the circle from {:.1f} to {:.1f} s", film,
                                              seconds(run.begin_ns), seconds(run.end_ns));
       warnings.push_back(found(
-          diagnostics::kind("circle_left_out"), circle,
+          tools::kind("circle_left_out"), circle,
           run.gyro.sigma <= 0.0
               ? "is not in the log; left out"
               : fmt::format("is left out: the log has {} samples of steering there, but {} are "

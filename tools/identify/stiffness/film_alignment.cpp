@@ -1,3 +1,4 @@
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/stiffness/film.hpp"
 
 #include <Eigen/Core>
@@ -7,7 +8,6 @@
 
 #include <fmt/format.h>
 
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/refuse.hpp"
 #include "tools/math/least_squares.hpp"
 
@@ -139,7 +139,7 @@ FilmAlignment fit_clock(const std::string& name, const YawRates& film, const Yaw
   const double rate = refined.placement.rate;
   if (std::abs(rate) > std::max(surprising_rate, 3.0 * std::sqrt(refined.covariance(1, 1))))
     result.warnings.push_back(
-        found(diagnostics::kind("film_clock_off"), name,
+        found(tools::kind("film_clock_off"), name,
               fmt::format("the film's clock runs {:.1f} % {} than the log's",
                           100.0 * std::abs(rate), rate > 0.0 ? "slower" : "faster")));
   else
@@ -269,7 +269,7 @@ FilmAlignment align_film(const std::string& name, const FilmMotion& motion, cons
   const Best other = best_among(film, turn, 1.0, -film.size(), turn.size(), coarse, &best);
   if (1.0 - other.agreement < 1.5 * (1.0 - best.agreement))
     result.warnings.push_back(
-        found(diagnostics::kind("film_start_ambiguous"), name,
+        found(tools::kind("film_start_ambiguous"), name,
               fmt::format("the film may also begin {:.1f} s {}",
                           std::abs(YawRates::seconds(other.shift - best.shift)),
                           other.shift > best.shift ? "later" : "earlier")));

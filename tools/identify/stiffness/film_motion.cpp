@@ -1,3 +1,4 @@
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/stiffness/film.hpp"
 
 #include <Eigen/Core>
@@ -7,7 +8,6 @@
 
 #include <fmt/format.h>
 
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/identify/common/refuse.hpp"
 #include "tools/math/median.hpp"
@@ -46,7 +46,7 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
         track.name, apart * motion.metres_per_unit, places.distance());
   if (scale.from == FilmScale::From::given && std::abs(ratio - 1.0) > 3.0 * scale.ratio_sigma)
     motion.warnings.push_back(found(
-        diagnostics::kind("film_scale_off"), track.name,
+        tools::kind("film_scale_off"), track.name,
         fmt::format("by the scale the markers are {:.4g} m apart, {:.1f} % {} than the {:.4g} m of "
                     "--front and --rear",
                     apart * motion.metres_per_unit, 100.0 * std::abs(ratio - 1.0),
@@ -81,11 +81,11 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
         "others; was something else tracked there?",
         track.name, left_out, track.frames.size());
   if (track.gaps > 0)
-    motion.warnings.push_back(found(diagnostics::kind("film_rows_left_out"), track.name,
+    motion.warnings.push_back(found(tools::kind("film_rows_left_out"), track.name,
                                     counted(track.gaps, "row") + " without both markers"));
   if (left_out > 0)
     motion.warnings.push_back(
-        found(diagnostics::kind("film_rows_left_out"), track.name,
+        found(tools::kind("film_rows_left_out"), track.name,
               counted(left_out, "frame") +
                   " left out, as the distance of the markers differs from that in the others"));
   return motion;

@@ -1,3 +1,4 @@
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/stiffness/stiffness.hpp"
 
 #include <Eigen/Core>
@@ -8,7 +9,6 @@
 
 #include <fmt/format.h>
 
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/refuse.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/identify/stiffness/film.hpp"
@@ -18,7 +18,7 @@ namespace odomd::tools {
 namespace {
 
 using diagnostics::found;
-using diagnostics::kind;
+using tools::kind;
 
 void measure_film(const StiffnessOptions& options, const daemon::Config& config,
                   const MarkerPlaces& places, const std::string& run, FilmedCircles& films) {

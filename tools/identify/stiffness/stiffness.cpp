@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "daemon/core/config.hpp"
-#include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/quantity.hpp"
 #include "tools/identify/common/refuse.hpp"
@@ -170,8 +170,8 @@ void identify_stiffness(const StiffnessOptions& options) {
   FilmedCircles films = measure_films(options, config, places);
   check_circles(films.circles, config.vehicle.wheelbase());
   if (places.front.real() * places.rear.real() >= 0.0)
-    films.warnings.push_back(found(diagnostics::kind("no_rear_marker"), {},
-                                   "no marker lies behind the centre of gravity"));
+    films.warnings.push_back(
+        found(tools::kind("no_rear_marker"), {}, "no marker lies behind the centre of gravity"));
   append(films.warnings, circle_warnings(films.circles));
   const CircleCar car = circle_car(options, config, places);
   const CorneringStiffness found = fit_stiffness(films.circles, car);

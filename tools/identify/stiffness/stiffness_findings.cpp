@@ -1,3 +1,4 @@
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/stiffness/stiffness.hpp"
 
 #include <fmt/format.h>
@@ -6,7 +7,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/chart/chart.hpp"
 #include "tools/chart/drawing.hpp"
 #include "tools/cli/text.hpp"
@@ -15,7 +15,7 @@
 namespace odomd::tools {
 namespace {
 
-using diagnostics::kind;
+using tools::kind;
 
 constexpr double degrees = 180.0 / std::numbers::pi;
 

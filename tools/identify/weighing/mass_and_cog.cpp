@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "daemon/core/config.hpp"
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/config_patch/config_patch.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/quantity.hpp"
 #include "tools/identify/common/refuse.hpp"
@@ -19,7 +19,7 @@ namespace odomd::tools {
 namespace {
 
 using diagnostics::found;
-using diagnostics::kind;
+using tools::kind;
 
 struct Options {
   std::array<std::vector<std::string>, static_cast<std::size_t>(Load::count)> loads;

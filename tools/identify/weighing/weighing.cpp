@@ -8,7 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/refuse.hpp"
 #include "tools/identify/common/search.hpp"
 
@@ -176,7 +176,7 @@ std::optional<diagnostics::Diagnostic> contradiction(const WheelLoads& loads) {
   if (z < 2.326) return std::nullopt;
   const double times = std::sqrt(loads.chi_square / loads.excess);
   return found(
-      diagnostics::kind("weighings_contradict"), {},
+      tools::kind("weighings_contradict"), {},
       fmt::format("the loads contradict each other {} more than the scale explains",
                   times < 100.0 ? fmt::format("{:.1f} times", times) : "a hundred times and"));
 }

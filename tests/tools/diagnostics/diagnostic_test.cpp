@@ -1,5 +1,5 @@
-// The table of diagnostics, and docs/diagnostics.md, which shows it. ODOMD_WRITE_PAGES=1 writes the
-// page.
+// The tables of diagnostics, and docs/diagnostics.md, which shows them. ODOMD_WRITE_PAGES=1 writes
+// the page.
 #include "tests/diagnostics.hpp"
 
 #include <fmt/format.h>
@@ -11,6 +11,8 @@
 #include <iterator>
 #include <set>
 #include <string>
+
+#include "tools/diagnostics/kinds.hpp"
 
 namespace odomd::diagnostics::diagnostic_test {
 namespace {
@@ -36,8 +38,8 @@ std::string page() {
       "`fix`.\n"
       "Here each has its meaning, *the fix*, and its limits, outside which it is issued. A fix of\n"
       "the machine or a bus that writes nothing under /etc lasts until the next reboot.\n\n"
-      "<!-- Made from the table in daemon/diagnostics/: ODOMD_WRITE_PAGES=1 test_diagnostics -->\n";
-  for (const Chapter& chapter : chapters) {
+      "<!-- Made from tools/diagnostics/kinds.hpp: ODOMD_WRITE_PAGES=1 test_diagnostics -->\n";
+  for (const Chapter& chapter : tools::all_chapters) {
     text += fmt::format("\n## {}\n\n", chapter.title);
     for (const Kind& kind : chapter.kinds) {
       std::string fix{kind.fix};
@@ -53,7 +55,7 @@ std::string page() {
 TEST(Table, HasEveryCodeAndNameOnceInOrder) {
   std::set<std::string_view> names;
   std::string_view before = "W100";
-  for (const Chapter& chapter : chapters)
+  for (const Chapter& chapter : tools::all_chapters)
     for (const Kind& kind : chapter.kinds) {
       EXPECT_LT(before, kind.code);
       EXPECT_EQ(kind.code.size(), 4U) << kind.code;
