@@ -22,25 +22,18 @@ constexpr std::array acceleration{Unit::m_per_s2, Unit::g};
 constexpr std::array speed{Unit::m_per_s,   Unit::km_per_h,  Unit::rpm,
                            Unit::rad_per_s, Unit::deg_per_s, Unit::erpm};
 
-/// The units that a role may have, and the default of `sigma`, for sensors of a 1:10 car.
-struct RoleTraits {
-  std::span<const Unit> units;
-  double sigma;
-};
-
-RoleTraits traits_of(Source role) {
+/// The units that a role may have.
+std::span<const Unit> units_of(Source role) {
   switch (role) {
     case Source::yaw_rate:
-      return {angular_rate, 0.03};  // rad/s
+      return angular_rate;
     case Source::accel_x:
     case Source::accel_y:
-      return {acceleration, 0.3};  // m/s²
+      return acceleration;
     case Source::steering:
-      return {angle, 0.02};  // rad
-    case Source::direction:
-      return {{}, 0.5};
+      return angle;
     default:
-      return {speed, 0.05};  // m/s
+      return speed;
   }
 }
 
@@ -177,7 +170,6 @@ void read_sign(TableReader& table, can::SignalBinding& binding) {
 
 void read_signal(const std::string& role, TableReader table, CanConfig& can) {
   const Source source = role_named(role, table);
-  const RoleTraits traits = traits_of(source);
 
   can::SignalBinding binding;
   binding.channel = static_cast<std::uint16_t>(source);
@@ -194,7 +186,7 @@ void read_signal(const std::string& role, TableReader table, CanConfig& can) {
   } else {
     for (const auto* key : {"forward", "reverse"})
       if (table.has(key)) table.fail(key, "belongs to the role direction");
-    read_unit(table, traits.units, binding);
+    read_unit(table, units_of(source), binding);
     table.read("scale", binding.scale, any_number);
     if (binding.scale == 0.0) table.fail("scale", "must not be 0");
     table.read("offset", binding.offset, any_number);
@@ -207,7 +199,8 @@ void read_signal(const std::string& role, TableReader table, CanConfig& can) {
 
   SignalSettings& settings = can.signals[static_cast<std::size_t>(source)];
   settings.configured = true;
-  settings.sigma = traits.sigma;
+  settings.sigma =
+      source == Source::direction ? 0.5 : estimator::default_sigma[estimator::index_of(source)];
   table.read("sigma", settings.sigma, positive);
   table.read_seconds("timeout", settings.timeout_ns, {0.0, 60.0, false, "between 0 and 60 (s)"});
   if (estimator::is_wheel(source)) {
