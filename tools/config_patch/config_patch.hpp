@@ -36,8 +36,6 @@ struct ConfigValue {
                                                   const std::string& key);
 [[nodiscard]] std::optional<ConfigValue> value_in(const std::filesystem::path& file,
                                                   const std::string& key);
-[[nodiscard]] std::optional<double> number_in(const std::filesystem::path& file,
-                                              const std::string& key);
 
 /// A loaded configuration with these numbers in it, and its own logs and databases. Throws
 /// std::invalid_argument if the result is not a valid configuration.

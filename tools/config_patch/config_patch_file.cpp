@@ -7,7 +7,9 @@
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
+#include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "base/file_descriptor.hpp"
 #include "daemon/core/config.hpp"
@@ -20,66 +22,51 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A temporary file in the folder of another. It is removed unless it replaced that file.
-class TemporaryFile {
+/// What is to replace a file, as a temporary file in its folder that is removed without replace().
+class Replacement {
  public:
-  explicit TemporaryFile(const fs::path& place)
-      : name_((place.parent_path() / ("." + place.filename().string() + ".XXXXXX")).string()) {
+  explicit Replacement(fs::path place)
+      : place_(std::move(place)),
+        name_((place_.parent_path() / ("." + place_.filename().string() + ".XXXXXX")).string()) {
     file_ = FileDescriptor(::mkostemp(name_.data(), O_CLOEXEC));
-    if (file_.get() < 0) fail(place, errno);
+    require(file_.get() >= 0);
   }
-  ~TemporaryFile() {
+  ~Replacement() {
     if (!name_.empty()) ::unlink(name_.c_str());
   }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  Replacement(const Replacement&) = delete;
+  Replacement& operator=(const Replacement&) = delete;
 
-  [[nodiscard]] const std::string& name() const { return name_; }
-
-  void write(const std::string& text, const fs::path& place) {
-    std::size_t done = 0;
-    while (done < text.size()) {
-      const ssize_t count = ::write(file_.get(), text.data() + done, text.size() - done);
-      if (count < 0 && errno == EINTR) continue;
-      if (count < 0) fail(place, errno);
-      done += static_cast<std::size_t>(count);
+  void write(std::string_view text) {
+    while (!text.empty()) {
+      const ssize_t count = ::write(file_.get(), text.data(), text.size());
+      require(count >= 0 || errno == EINTR);
+      if (count > 0) text.remove_prefix(static_cast<std::size_t>(count));
     }
     struct stat status {};
-    if (::stat(place.c_str(), &status) != 0) fail(place, errno);
+    require(::stat(place_.c_str(), &status) == 0);
     // The file must keep its owner; if that is not possible it must at least remain readable to the
     // same users.
-    if (::fchown(file_.get(), status.st_uid, status.st_gid) != 0 && errno != EPERM)
-      fail(place, errno);
-    if (::fchmod(file_.get(), status.st_mode & 07777U) != 0 || ::fsync(file_.get()) != 0)
-      fail(place, errno);
+    require(::fchown(file_.get(), status.st_uid, status.st_gid) == 0 || errno == EPERM);
+    require(::fchmod(file_.get(), status.st_mode & 07777U) == 0 && ::fsync(file_.get()) == 0);
   }
 
-  void take_the_place_of(const fs::path& place) {
-    if (::rename(name_.c_str(), place.c_str()) != 0) fail(place, errno);
+  void replace() {
+    require(::rename(name_.c_str(), place_.c_str()) == 0);
     name_.clear();
   }
 
  private:
-  [[noreturn]] static void fail(const fs::path& place, int error) {
-    throw std::runtime_error(
-        fmt::format("{}: cannot be written: {}", place.string(), std::strerror(error)));
+  void require(bool done) const {
+    if (!done)
+      throw std::runtime_error(
+          fmt::format("{}: cannot be written: {}", place_.string(), std::strerror(errno)));
   }
 
+  fs::path place_;
   std::string name_;
   FileDescriptor file_;
 };
-
-/// The reason why a text does not load, worded as for `file`.
-void check_that_it_loads(const std::string& copy, const fs::path& file) {
-  try {
-    (void)daemon::load_config(copy);
-  } catch (const std::invalid_argument& error) {
-    std::string what = error.what();
-    for (std::size_t at = what.find(copy); at != std::string::npos; at = what.find(copy))
-      what.replace(at, copy.size(), file.string());
-    throw std::invalid_argument(what + " (nothing was written)");
-  }
-}
 
 std::string text_of(const fs::path& file) {
   // Checked before reading: a pipe might never end.
@@ -109,11 +96,6 @@ std::optional<ConfigValue> value_in(const std::filesystem::path& file, const std
   return value_in(daemon::read_toml_file(file), file, key);
 }
 
-std::optional<double> number_in(const std::filesystem::path& file, const std::string& key) {
-  const std::optional<ConfigValue> there = value_in(file, key);
-  return there ? std::optional(there->value) : std::nullopt;
-}
-
 daemon::Config config_with(const daemon::Config& config, std::span<const ConfigValue> values) {
   daemon::Config result =
       daemon::parse_config(patched(config.text, config.file, values), config.file);
@@ -126,17 +108,20 @@ daemon::Config config_with(const daemon::Config& config, std::span<const ConfigV
 
 void check_patchable(const std::filesystem::path& file) {
   (void)daemon::parse_toml(text_of(file), file);
-  (void)TemporaryFile(fs::canonical(file));
+  (void)Replacement(fs::canonical(file));
 }
 
 void patch_config(const std::filesystem::path& file, std::span<const ConfigValue> values) {
   const std::string before = text_of(file);
   const std::string after = patched(before, file, values);
-  const fs::path place = fs::canonical(file);  // keeps a symbolic link
-  TemporaryFile copy(place);
-  copy.write(after, place);
-  check_that_it_loads(copy.name(), file);
-  if (after != before) copy.take_the_place_of(place);
+  Replacement copy(fs::canonical(file));  // keeps a symbolic link
+  copy.write(after);
+  try {
+    (void)daemon::parse_config(after, file);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(fmt::format("{} (nothing was written)", error.what()));
+  }
+  if (after != before) copy.replace();
 }
 
 }  // namespace odomd::tools

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <optional>
 
 namespace odomd::tools {
 namespace {
@@ -25,40 +24,35 @@ std::string trimmed(std::string text) {
   return text;
 }
 
-/// The range of odom's note with that label in a comment, including its brackets.
-std::optional<TomlLine> note_in(const std::string& comment, const std::string& label) {
+/// odom's note with that label in a comment, including its brackets; empty if there is none.
+std::string_view note_in(std::string_view comment, const std::string& label) {
   std::string opening = as_note(label, "odom ");
   opening.pop_back();
-  const std::size_t begin = comment.find(opening);
-  const std::size_t closing = comment.find(')', std::min(begin, comment.size()));
-  if (begin == std::string::npos || closing == std::string::npos) return std::nullopt;
-  return TomlLine{begin, closing + 1};
+  const std::size_t begin = std::min(comment.find(opening), comment.size());
+  const std::size_t closing = comment.find(')', begin);
+  if (closing == std::string_view::npos) return {};
+  return comment.substr(begin, closing + 1 - begin);
 }
 
 }  // namespace
 
 TomlLine toml_line(std::string_view text, std::size_t offset) {
-  const std::size_t before = offset == 0 ? std::string_view::npos : text.rfind('\n', offset - 1);
-  TomlLine line{before == std::string_view::npos ? 0 : before + 1,
-                std::min(text.find('\n', offset), text.size())};
+  TomlLine line{.begin = offset == 0 ? 0 : text.rfind('\n', offset - 1) + 1,
+                .end = std::min(text.find('\n', offset), text.size())};
   if (line.end > line.begin && text[line.end - 1] == '\r') --line.end;
-  return line;
-}
-
-std::size_t toml_comment(std::string_view text, std::size_t offset) {
-  const TomlLine line = toml_line(text, offset);
   char quote = '\0';
-  for (std::size_t at = line.begin; at < line.end; ++at) {
-    const char c = text[at];
-    if (quote == '\0' && c == '#') return at;
+  for (line.comment = line.begin; line.comment < line.end; ++line.comment) {
+    const char c = text[line.comment];
+    if (quote == '\0' && c == '#') break;
     if (quote == '"' && c == '\\')
-      ++at;
+      ++line.comment;
     else if (quote == '\0' && (c == '"' || c == '\''))
       quote = c;
     else if (c == quote)
       quote = '\0';
   }
-  return std::string_view::npos;
+  line.comment = std::min(line.comment, line.end);
+  return line;
 }
 
 std::size_t toml_offset(std::string_view text, std::size_t line, std::size_t column) {
@@ -74,32 +68,31 @@ std::size_t toml_offset(std::string_view text, std::size_t line, std::size_t col
 void set_toml_note(std::string& text, std::size_t offset, const std::string& label,
                    const std::string& note) {
   const TomlLine line = toml_line(text, offset);
-  const std::size_t begin = toml_comment(text, offset);
   const std::string added = note.empty() ? "" : as_note(label, note);
-  if (begin == std::string::npos) {
+  std::string comment = trimmed(text.substr(line.comment, line.end - line.comment));
+  if (comment.empty()) {
     if (added.empty()) return;
     const std::string kept = trimmed(text.substr(line.begin, line.end - line.begin));
     text.replace(line.begin, line.end - line.begin, kept + "  # " + added);
     return;
   }
-  std::string comment = trimmed(text.substr(begin, line.end - begin));
-  if (const auto earlier = note_in(comment, label)) {
-    comment.replace(earlier->begin, earlier->end - earlier->begin, added);
+  if (const std::string_view earlier = note_in(comment, label); !earlier.empty()) {
+    comment.replace(static_cast<std::size_t>(earlier.data() - comment.data()), earlier.size(),
+                    added);
     if (added.empty()) comment = trimmed(comment);
   } else if (!added.empty()) {
     comment += " " + added;
   }
-  text.replace(begin, line.end - begin, comment == "#" ? "" : comment);
+  text.replace(line.comment, line.end - line.comment, comment == "#" ? "" : comment);
 }
 
 std::string toml_note(const std::string& text, std::size_t offset, const std::string& label) {
-  const std::size_t at = toml_comment(text, offset);
-  if (at == std::string::npos) return "";
-  const std::string comment = text.substr(at, toml_line(text, offset).end - at);
-  const auto note = note_in(comment, label);
-  if (!note) return "";
-  const std::size_t begin = comment.find("odom ", note->begin);
-  return comment.substr(begin, note->end - 1 - begin);
+  const TomlLine line = toml_line(text, offset);
+  const std::string comment = text.substr(line.comment, line.end - line.comment);
+  const std::string_view note = note_in(comment, label);
+  if (note.empty()) return "";
+  const std::size_t begin = note.find("odom ");
+  return std::string(note.substr(begin, note.size() - 1 - begin));
 }
 
 std::string toml_key(std::string_view key) {

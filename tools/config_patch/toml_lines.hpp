@@ -9,15 +9,14 @@
 
 namespace odomd::tools {
 
-/// The begin of the line that an offset lies in, and its end before the line break.
+/// Where the line of an offset begins, where its comment does (at the end if there is none), and
+/// where it ends before the line break.
 struct TomlLine {
   std::size_t begin = 0;
+  std::size_t comment = 0;
   std::size_t end = 0;
 };
 [[nodiscard]] TomlLine toml_line(std::string_view text, std::size_t offset);
-
-/// The '#' of the comment in the line of an offset; npos if it has none.
-[[nodiscard]] std::size_t toml_comment(std::string_view text, std::size_t offset);
 
 /// The offset of a position that the parser reported: line and character, both from 1.
 [[nodiscard]] std::size_t toml_offset(std::string_view text, std::size_t line, std::size_t column);

@@ -72,10 +72,10 @@ TEST(ConfigPatch, FindsTheNumberOfAKeyAndRefusesWhatIsNone) {
   const auto file = scratch.write(
       "car.toml",
       "[imu]\nposition = [0.25, 1]\n[can.signals]\nyaw_rate = { sigma = 3e-2, message = \"M\" }\n");
-  EXPECT_EQ(number_in(file, "can.signals.yaw_rate.sigma"), 0.03);
-  EXPECT_EQ(number_in(file, "imu.position[1]"), 1.0);
-  EXPECT_EQ(number_in(file, "filter.wheel_slip"), std::nullopt);
-  EXPECT_EQ(message_of([&] { (void)number_in(file, "can.signals.yaw_rate.message"); }),
+  EXPECT_EQ(value_in(file, "can.signals.yaw_rate.sigma")->value, 0.03);
+  EXPECT_EQ(value_in(file, "imu.position[1]")->value, 1.0);
+  EXPECT_FALSE(value_in(file, "filter.wheel_slip"));
+  EXPECT_EQ(message_of([&] { (void)value_in(file, "can.signals.yaw_rate.message"); }),
             file.string() +
                 ":4: [can.signals.yaw_rate] message: is not a number; correct it, or give another "
                 "key");
@@ -115,6 +115,8 @@ TEST(ConfigPatch, ReachesIntoListsAlsoOfSeveralLines) {
                 ")\n\t6.0,  # ([1]: " + note + ")\n  2.0\n]\n");
   EXPECT_EQ(patch("[filter]\n", {{"filter.paper_r[0]", 2.5e-4, ""}}),
             "[filter]\npaper_r = [0.00025, 0.1]\n");  // the other element as by default
+  EXPECT_EQ(patch("[filter]\n", {{"filter.paper_q[2]", 1, ""}}),
+            "[filter]\npaper_q = [0.05, 0.01, 1.0]\n");
   EXPECT_EQ(patch("[camera]\n", {{"camera.lever_arm[0]", 1, ""}, {"camera.lever_arm[2]", 3, ""}}),
             "[camera]\nlever_arm = [1.0, 0.0, 3.0]\n");
   EXPECT_EQ(patch("", {{"imu.position[1]", 1, ""}}), "[imu]\nposition = [0.0, 1.0]\n");

@@ -140,10 +140,10 @@ TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
 
 // It is a quarter if passages were counted instead of swings.
 diagnostics::Diagnostics check_inertia(const std::string& config, double mass, double inertia) {
-  const auto front = number_in(config, "vehicle.front_axle");
-  const auto rear = number_in(config, "vehicle.rear_axle");
-  if (!front || !rear || !(*front * *rear > 0.0)) return {};
-  const double ratio = inertia / (mass * *front * *rear);
+  const auto front = value_in(config, "vehicle.front_axle");
+  const auto rear = value_in(config, "vehicle.rear_axle");
+  if (!front || !rear || !(front->value * rear->value > 0.0)) return {};
+  const double ratio = inertia / (mass * front->value * rear->value);
   constexpr double least = 0.4, most = 2.0;
   if (ratio > least && ratio < most) return {};
   return {found(tools::kind("measured_inertia_unlike"), config,

@@ -168,19 +168,21 @@ void compare_with(const std::string& file, const Measured& wheelbase, const Cent
               fmt::format("[vehicle] front_axle + rear_axle make a wheelbase of {:.4f} m, measured "
                           "are {:.4f} m",
                           configured, wheelbase.value)));
-  const auto front = number_in(file, "vehicle.front_axle");
-  const auto rear = number_in(file, "vehicle.rear_axle");
+  const auto front = value_in(file, "vehicle.front_axle");
+  const auto rear = value_in(file, "vehicle.rear_axle");
   if (!front || !rear || !centre.front_axle || !centre.rear_axle) return;
-  const double was = *front - *rear, is = centre.front_axle->value - centre.rear_axle->value;
+  const double was = front->value - rear->value,
+               is = centre.front_axle->value - centre.rear_axle->value;
   constexpr double clear = 0.05;  // of the wheelbase
-  if (was * is > 0.0 || std::fabs(was) < clear * (*front + *rear) ||
+  if (was * is > 0.0 || std::fabs(was) < clear * (front->value + rear->value) ||
       std::fabs(is) < clear * (centre.front_axle->value + centre.rear_axle->value))
     return;
   findings.warnings.push_back(found(
       kind("axles_exchanged"), file,
       fmt::format("with [vehicle] front_axle {:g} and rear_axle {:g} the {} axle is the heavier "
                   "one, but by the loads it is the {} one",
-                  *front, *rear, was > 0.0 ? "rear" : "front", is > 0.0 ? "rear" : "front")));
+                  front->value, rear->value, was > 0.0 ? "rear" : "front",
+                  is > 0.0 ? "rear" : "front")));
 }
 
 Findings identify_mass(const Options& options) {

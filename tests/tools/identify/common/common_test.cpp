@@ -183,7 +183,7 @@ class DeliveryTest : public testing::Test {
     output_ = testing::internal::GetCapturedStdout();
     return testing::internal::GetCapturedStderr();
   }
-  [[nodiscard]] double now(const std::string& key) const { return *number_in(car_, key); }
+  [[nodiscard]] double now(const std::string& key) const { return value_in(car_, key)->value; }
 
   const Scratch scratch_;
   const std::string car_ = scratch_.write("car.toml", identified_car).string();
