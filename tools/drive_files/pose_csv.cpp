@@ -19,16 +19,16 @@ constexpr std::string_view pose_columns =
     "tick,odom_x,odom_y,odom_yaw,reset_count,conditions,cov_xy,cov_xyaw,cov_yyaw,"
     "steering,accel_x,accel_y";
 
-// Longer than 29 numbers of 25 characters, a mode and three counts.
+// Longer than 29 numbers of 25 characters, 11 of 11, a mode and three counts.
 constexpr std::size_t longest_row = 1024;
 
 double sigma_of(double variance) {
   return std::sqrt(variance > 0.0 ? variance : 0.0);
 }
 
-/// `further` columns follow those of the pose.
+/// `further` columns follow those of the pose; of `sigmas` four digits are enough.
 void append_row(std::string& out, const odom_pose& pose, std::int64_t t_ns,
-                std::span<const double> further) {
+                std::span<const double> further, std::span<const double> sigmas) {
   append_seconds(out, t_ns);
   // Written in place, one number after the other.
   const std::size_t begin = out.size();
@@ -53,6 +53,10 @@ void append_row(std::string& out, const odom_pose& pose, std::int64_t t_ns,
   number(pose.conditions);
   numbers(std::array{P[1], P[2], P[4], pose.steering, pose.accel_x, pose.accel_y});
   numbers(further);
+  for (const double sigma : sigmas) {
+    *end++ = ',';
+    end = std::to_chars(end, limit, sigma, std::chars_format::general, 4).ptr;
+  }
   *end++ = '\n';
   out.resize(static_cast<std::size_t>(end - out.data()));
 }
@@ -66,20 +70,23 @@ void write_pose_header(std::ostream& out) {
 }
 
 void append_pose_row(std::string& out, const odom_pose& pose, std::int64_t t_ns) {
-  append_row(out, pose, t_ns, {});
+  append_row(out, pose, t_ns, {}, {});
 }
 
 void write_record_header(std::ostream& out) {
   out << pose_columns;
   for (const auto& [name, value] : daemon::calibrations) out << ',' << name;
+  for (const auto& [name, value] : daemon::calibrations) out << ",sigma_" << name;
   out << '\n';
 }
 
 void append_record_row(std::string& out, const daemon::TickRecord& record, std::int64_t t_ns) {
-  std::array<double, daemon::calibrations.size()> learnt{};
-  for (std::size_t i = 0; i < learnt.size(); ++i)
+  std::array<double, daemon::calibrations.size()> learnt{}, sigmas{};
+  for (std::size_t i = 0; i < learnt.size(); ++i) {
     learnt[i] = record.details.*daemon::calibrations[i].value;
-  append_row(out, record.pose, t_ns, learnt);
+    sigmas[i] = daemon::calibration_sigma(record.details, i);
+  }
+  append_row(out, record.pose, t_ns, learnt, sigmas);
 }
 
 std::string mode_name(std::uint32_t mode) {

@@ -22,8 +22,8 @@ void write_pose_header(std::ostream& out);
 /// Appends one row with its newline. `t_ns` is the time of validity on the clock of the file.
 void append_pose_row(std::string& out, const odom_pose& pose, std::int64_t t_ns);
 
-/// The same with the calibrations as further columns, for callers with the complete record of every
-/// tick.
+/// The same with the calibrations and then their standard deviations (sigma_gyro_bias, ...; 0: not
+/// estimated) as further columns, for callers with the complete record of every tick.
 void write_record_header(std::ostream& out);
 void append_record_row(std::string& out, const daemon::TickRecord& record, std::int64_t t_ns);
 

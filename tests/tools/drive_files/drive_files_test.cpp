@@ -124,6 +124,8 @@ TEST(PoseCsv, ShowsTheCalibrationsOfAWholeRecordBehindItsPose) {
   record.details.stiffness_scale = 1.25;
   record.details.steering_latency = 0.04;
   record.details.grip = 8.5;
+  record.details.calibration_sigma[0] = 0.000123456;
+  record.details.further_calibration_sigma[3] = 2.0;
   std::ostringstream plain;
   std::ostringstream whole;
   write_pose_header(plain);
@@ -133,13 +135,16 @@ TEST(PoseCsv, ShowsTheCalibrationsOfAWholeRecordBehindItsPose) {
   EXPECT_EQ(whole.str(), columns +
                              "gyro_bias,gyro_scale,accel_bias_x,accel_bias_y,wheel_scale,"
                              "steering_offset,stiffness_scale,gyro_latency,wheel_latency,"
-                             "steering_latency,grip\n");
+                             "steering_latency,grip,sigma_gyro_bias,sigma_gyro_scale,"
+                             "sigma_accel_bias_x,sigma_accel_bias_y,sigma_wheel_scale,"
+                             "sigma_steering_offset,sigma_stiffness_scale,sigma_gyro_latency,"
+                             "sigma_wheel_latency,sigma_steering_latency,sigma_grip\n");
   std::string pose;
   append_pose_row(pose, record.pose, 5);
   pose.back() = ',';
   std::string row;
   append_record_row(row, record, 5);
-  EXPECT_EQ(row, pose + "0.01,0,0,0,0.98,0,1.25,0,0,0.04,8.5\n");
+  EXPECT_EQ(row, pose + "0.01,0,0,0,0.98,0,1.25,0,0,0.04,8.5,0.0001235,0,0,0,0,0,0,0,0,0,2\n");
 }
 
 TEST(PoseCsv, ReadsBackToTheSameBits) {

@@ -262,6 +262,25 @@ TEST_F(RecordingTest, TheCommandWritesThePosesThatWereRecorded) {
   EXPECT_EQ(contents(out), contents(folder / "pose.csv"));
 }
 
+// Columns are only ever added at the end.
+TEST_F(RecordingTest, OfAnOlderOdomIsComparedInTheColumnsThatItHas) {
+  const auto folder = record(137);
+  std::istringstream now{contents(folder / "pose.csv")};
+  std::string older, otherwise, row;
+  while (std::getline(now, row)) {
+    for (std::size_t i = 0; i < daemon::calibrations.size(); ++i) row.erase(row.rfind(','));
+    older += row + '\n';
+    otherwise += (otherwise.empty() ? row : row + '1') + '\n';
+  }
+  scratch_.write("drive/pose.csv", older);
+  EXPECT_EQ(verify(folder).difference, "");
+  EXPECT_GT(verify(folder).rows, 350U);
+  scratch_.write("drive/pose.csv", otherwise);
+  EXPECT_THAT(verify(folder).difference, HasSubstr("): grip is "));
+  scratch_.write("drive/pose.csv", "x" + older);
+  EXPECT_THROW((void)verify(folder), std::invalid_argument);
+}
+
 TEST_F(RecordingTest, ADifferenceIsNamedByTickAndColumn) {
   record(137);
   std::string poses = contents(scratch_.path("drive/pose.csv"));
