@@ -107,6 +107,8 @@ class Source {
     if (!options_.reference.empty()) {
       input.reference = read_track(options_.reference, Frame::map, plot_columns());
       warn("plot", input.reference->trajectory.warnings);
+      if (std::ranges::find(options_.what, "calibrations") != options_.what.end())
+        input.truth = true_calibrations(std::filesystem::path{options_.reference}.parent_path());
     }
     for (const Track& track : input.tracks) {
       warn("plot", track.trajectory.warnings);
@@ -155,7 +157,8 @@ void add_plot(Command odom) {
                  if (std::ranges::find(all, name) != all.end()) return "";
                  return "\"" + name + "\" cannot be drawn; available: " + names;
                })});
-  command.add("--reference", "CSV", options->reference, "Reference trajectory, drawn in grey");
+  command.add("--reference", "CSV", options->reference,
+              "Reference trajectory, drawn in grey; of odom sim: also the true calibrations");
   command.add_choice(
       "--frame", options->frame, {{"map", Frame::map}, {"odom", Frame::odom}},
       "Frame of the pose: the map, or the odometry frame without jumps; default: map");

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
 #include <stdexcept>
@@ -149,30 +150,56 @@ double seconds(const Drawn& one, std::int64_t t_ns) {
   return static_cast<double>(t_ns - one.zero_ns) * 1e-9;
 }
 
+const std::vector<double>& values_of(const Track& track, std::string_view column) {
+  const std::vector<std::string> columns = plot_columns();
+  return track.columns.at(
+      static_cast<std::size_t>(std::ranges::find(columns, column) - columns.begin()));
+}
+
+constexpr std::string_view sigma_prefix = "sigma_";
+
+// Three standard deviations around a curve of calibrations; empty if they were never estimated.
+chart::Band band_of(const Curve& curve, const Track& track, const Series& series) {
+  chart::Band band{"±3σ", series.colour, {}};
+  const auto& sigmas = values_of(track, std::string{sigma_prefix}.append(curve.column));
+  if (std::ranges::none_of(sigmas, [](double sigma) { return sigma > 0.0; })) return band;
+  for (std::size_t i = 0; i < sigmas.size(); ++i) {
+    const auto& [x, y] = series.points[i];
+    const double reach = 3.0 * curve.factor * (sigmas[i] > 0.0 ? sigmas[i] : std::nan(""));
+    band.points.push_back({x, y - reach, y + reach});
+  }
+  return band;
+}
+
 // Of the tracks that have it.
-Chart chart_of(const Curve& curve, const std::vector<Drawn>& tracks) {
+Chart chart_of(const Curve& curve, const std::vector<Drawn>& tracks, const Calibrations& truth) {
   Chart chart;
   chart.title = curve.title;
   chart.x.label = "time [s]";
   chart.y.label = curve.label;
   if (curve.needs == &Trajectory::has_covariance) chart.y.scaling = chart::Scaling::logarithmic;
   if (curve.quantity == "calibrations") chart.height = 200.0;
-  const std::vector<std::string> columns = plot_columns();
-  const auto column =
-      static_cast<std::size_t>(std::ranges::find(columns, curve.column) - columns.begin());
   for (const Drawn& one : tracks) {
     const Track& track = *one.track;
     Series series{one.name, "", one.colour, {}, chart::Mark::line, one.stroke};
     if (curve.value == nullptr) {
-      const std::vector<double>& values = track.columns.at(column);
+      const std::vector<double>& values = values_of(track, curve.column);
       for (std::size_t i = 0; i < values.size(); ++i)
         series.points.push_back({seconds(one, track.times_ns[i]), values[i] * curve.factor});
     } else if (curve.needs == nullptr || track.trajectory.*curve.needs) {
       for (const TrajectoryPoint& point : track.trajectory.points)
         series.points.push_back({seconds(one, point.t_ns), curve.value(point)});
     }
-    if (!series.points.empty()) chart.series.push_back(std::move(series));
+    if (series.points.empty()) continue;
+    if (curve.quantity == "calibrations") {
+      chart::Band band = band_of(curve, track, series);
+      if (!chart.bands.empty()) band.label.clear();
+      if (!band.points.empty()) chart.bands.push_back(std::move(band));
+    }
+    chart.series.push_back(std::move(series));
   }
+  if (const auto known = truth.find(curve.column); known != truth.end())
+    chart.levels.push_back({known->second * curve.factor, "true"});
   return chart;
 }
 
@@ -180,9 +207,7 @@ chart::Drawing map_of(const PlotInput& input) {
   chart::Map map;
   const auto points_of = [](const Track& track) {
     std::vector<chart::Point> points;
-    for (const TrajectoryPoint& p : track.trajectory.points) {
-      points.push_back({p.pose.x, p.pose.y});
-    }
+    for (const TrajectoryPoint& p : track.trajectory.points) points.push_back({p.pose.x, p.pose.y});
     return points;
   };
   for (const Drawn& one : drawn(input)) {
@@ -210,6 +235,34 @@ Track read_track(const std::filesystem::path& file, Frame frame,
                  const std::vector<std::string>& further) {
   auto input = open_input(file);
   return track_of({std::istreambuf_iterator<char>(input), {}}, file.string(), frame, further);
+}
+
+Calibrations true_calibrations(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "plant.json";
+  if (!std::filesystem::exists(file)) return {};
+  auto input = open_input(file);
+  try {
+    const auto plant = nlohmann::json::parse(input);
+    if (!plant.contains("truth")) return {};
+    const auto of = [&](const char* name) { return plant.at("truth").at(name).get<double>(); };
+    return {
+        {"gyro_bias", of("gyro_bias")},
+        {"gyro_scale", 1.0 + of("gyro_scale_error")},
+        {"accel_bias_x", of("accel_bias_x")},
+        {"accel_bias_y", of("accel_bias_y")},
+        {"wheel_scale", 1.0 / (1.0 + of("wheel_radius_error"))},
+        {"steering_offset", of("steering_offset")},
+        {"stiffness_scale", 1.0 + 0.5 * (of("stiffness_error_front") + of("stiffness_error_rear"))},
+        {"gyro_latency", of("gyro_latency")},
+        {"wheel_latency", of("wheel_latency")},
+        // The actuator's delay and lag come on top of a command's.
+        {"steering_latency",
+         of("steering_latency") +
+             of("steering_commanded") * (of("steering_delay") + of("steering_lag"))}};
+  } catch (const nlohmann::json::exception& error) {
+    throw std::invalid_argument(file.string() + ": is not a plant.json of odom sim: " +
+                                error.what() + "; remove it or drive again");
+  }
 }
 
 LiveTrack follow_daemon(const std::string& shm, double seconds, Frame frame,
@@ -253,8 +306,11 @@ std::vector<std::string> plot_quantities() {
 
 std::vector<std::string> plot_columns() {
   std::vector<std::string> names;
-  for (const Curve& curve : all_curves())
+  for (const Curve& curve : all_curves()) {
     if (!curve.column.empty()) names.emplace_back(curve.column);
+    if (curve.quantity == "calibrations")
+      names.push_back(std::string{sigma_prefix}.append(curve.column));
+  }
   return names;
 }
 
@@ -276,7 +332,7 @@ std::vector<chart::Drawing> plot(std::string_view quantity, const PlotInput& inp
   const std::vector<Drawn> tracks = drawn(input);
   for (const Curve& curve : all_curves()) {
     if (curve.quantity != quantity) continue;
-    const Chart chart = chart_of(curve, tracks);
+    const Chart chart = chart_of(curve, tracks, input.truth);
     // A reference alone is no picture of the poses.
     const auto is_reference = [](const Series& series) {
       return series.colour == chart::reference_colour;

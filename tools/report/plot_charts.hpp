@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -35,8 +36,16 @@ struct LiveTrack {
 [[nodiscard]] LiveTrack follow_daemon(const std::string& shm, double seconds, Frame frame,
                                       const std::vector<std::string>& further);
 
+/// By their names, in SI units.
+using Calibrations = std::map<std::string, double, std::less<>>;
+
+/// Of a simulated drive, by the plant.json in its folder, as far as there is one right value; of
+/// other drives none. Throws std::invalid_argument for a file that is not one of odom sim.
+[[nodiscard]] Calibrations true_calibrations(const std::filesystem::path& folder);
+
 struct PlotInput {
   std::optional<Track> reference;
+  Calibrations truth;         ///< of the drive of the reference
   std::vector<Track> tracks;  ///< at least one; all with the columns of plot_columns()
   std::string title;
 };

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <map>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <thread>
 
@@ -13,7 +15,9 @@
 #include "tests/tools/markup.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/innovation_file.hpp"
+#include "tools/drive_files/pose_csv.hpp"
 #include "tools/report/charts.hpp"
+#include "tools/report/plot_charts.hpp"
 
 namespace odomd::tools::plot_test {
 namespace {
@@ -75,20 +79,76 @@ TEST_F(Plot, DrawsEveryQuantityThatAPoseFileHas) {
               AllOf(HasSubstr("gyro_bias"), Not(HasSubstr("wheel_scale"))));
 }
 
-// All calibrations, two in a row: as high as a sheet of this width, 1 : sqrt(2).
+std::size_t count(const std::string& text, const std::string& what) {
+  std::size_t found = 0;
+  for (auto at = text.find(what); at != text.npos; at = text.find(what, at + 1)) ++found;
+  return found;
+}
+
+// All calibrations, two in a row: as high as a sheet of this width, 1 : sqrt(2). Bands where a
+// sigma is known, and beside a simulated reference the true values.
 TEST_F(Plot, OfTheCalibrationsFitsOnAPage) {
-  std::string rows = "t,x,y,yaw";
-  for (const daemon::PublishedCalibration& one : daemon::calibrations)
-    rows += "," + std::string{one.name};
-  for (const char* t : {"\n1", "\n2"}) {
-    rows += std::string{t} + ",0,0,0";
-    for (std::size_t i = 0; i < daemon::calibrations.size(); ++i) rows += ",1.5";
+  std::ostringstream rows;
+  write_record_header(rows);
+  for (std::int64_t t_ns : {1'000'000'000, 2'000'000'000}) {
+    daemon::TickRecord record;
+    for (std::size_t i = 0; i < 3; ++i) daemon::calibration_sigma(record.details, i) = 0.5;
+    std::string row;
+    append_record_row(row, record, t_ns);
+    rows << row;
   }
-  const std::string svg =
-      svg_of(scratch_.write("all.csv", rows + "\n").string() + " --what calibrations");
-  EXPECT_THAT(svg, AllOf(HasSubstr(">gyro_bias<"), HasSubstr(">grip<"),
-                         HasSubstr("translate(500.0 0) scale(0.5)")));
-  EXPECT_LE(std::stod(svg.substr(svg.find(" height=\"") + 9)), 1414.0);
+  const std::string all = scratch_.write("all.csv", rows.str()).string() + " --what calibrations";
+  for (const bool simulated : {false, true}) {
+    if (simulated) {
+      ASSERT_EQ(run_shell("odom sim --config-only --seed 3 --out " + scratch_.path("sim").string())
+                    .status,
+                0);
+      scratch_.write("sim/truth.csv", contents(reference_));
+    }
+    const std::string truth = simulated ? scratch_.path("sim/truth.csv").string() : reference_;
+    const Outcome outcome = run(all + " --reference " + truth + " --out -");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    const std::string& svg = outcome.out;
+    EXPECT_THAT(svg, AllOf(HasSubstr(">gyro_bias<"), HasSubstr(">grip<"),
+                           HasSubstr("translate(500.0 0) scale(0.5)")));
+    EXPECT_LE(std::stod(svg.substr(svg.find(" height=\"") + 9)), 1414.0);
+    EXPECT_EQ(count(svg, ">±3σ<"), 3U);
+    EXPECT_EQ(count(svg, ">true<"), simulated ? daemon::calibrations.size() - 1 : 0U);
+  }
+}
+
+// The sim's own numbers by its own conventions, checked against its meaning of each error.
+TEST_F(Plot, TrueCalibrationsAreThoseOfThePlant) {
+  const auto file = scratch_.path("plant.json");
+  EXPECT_TRUE(true_calibrations(file.parent_path()).empty());
+  const std::string most =
+      R"("gyro_bias":0.1,"gyro_scale_error":0.02,"accel_bias_x":0.3,"accel_bias_y":-0.4,
+         "wheel_radius_error":0.25,"steering_offset":0.05,"stiffness_error_front":-0.2,
+         "stiffness_error_rear":0.1,"gyro_latency":0.006,"wheel_latency":0.007,
+         "steering_delay":0.02,"steering_lag":0.03,"steering_latency":0.008)";
+  for (const double commanded : {0.0, 1.0}) {
+    scratch_.write("plant.json", R"({"truth":{)" + most + R"(,"steering_commanded":)" +
+                                     std::to_string(commanded) + "}}");
+    const std::map<std::string, double> expected{
+        {"gyro_bias", 0.1},        {"gyro_scale", 1.02},
+        {"accel_bias_x", 0.3},     {"accel_bias_y", -0.4},
+        {"wheel_scale", 0.8},      {"steering_offset", 0.05},
+        {"stiffness_scale", 0.95}, {"gyro_latency", 0.006},
+        {"wheel_latency", 0.007},  {"steering_latency", 0.008 + commanded * 0.05}};
+    const Calibrations found = true_calibrations(file.parent_path());
+    EXPECT_EQ(found.size(), expected.size());
+    for (const auto& [name, value] : expected) EXPECT_NEAR(found.at(name), value, 1e-12) << name;
+  }
+  scratch_.write("plant.json", R"({"experiment":{}})");
+  EXPECT_TRUE(true_calibrations(file.parent_path()).empty());
+  for (const char* other : {"{", R"({"truth":{"gyro_bias":1}})", R"({"truth":7})"}) {
+    scratch_.write("plant.json", other);
+    const std::string plot = pose_ + " --reference " + reference_ + " --out - --what ";
+    EXPECT_THAT(run(plot + "calibrations"),
+                Ends(2, HasSubstr("plant.json: is not a plant.json of odom sim: ")))
+        << other;
+    EXPECT_EQ(run(plot + "speed").status, 0) << other;
+  }
 }
 
 TEST_F(Plot, KeepsASpikeOfASingleTick) {
