@@ -21,7 +21,8 @@ release='apt-utils dpkg-dev git gpg gpg-agent mmdebstrap python3-build python3-s
 test="$build $release libopencv-dev libceres-dev libapriltag-dev libgtest-dev libgmock-dev clang-format can-utils
   iproute2 rt-tests systemd udev jq strace python3 qemu-system-x86 busybox-static cpio kmod xz-utils util-linux mandoc"
 campaign="$test clang clang-tidy libclang-rt-14-dev libbenchmark-dev jq mypy dbus libfastrtps-dev chromium
-  fonts-dejavu-core python3-prometheus-client python3-websocket qemu-user-static podman runc"
+  fonts-dejavu-core imagemagick python3-pil python3-prometheus-client python3-pyte python3-websocket qemu-user-static
+  podman runc"
 bench="$build libbenchmark-dev rt-tests libiceoryx-posh-dev iceoryx python3"
 aarch64="$test g++-aarch64-linux-gnu qemu-user"
 

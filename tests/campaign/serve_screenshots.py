@@ -10,6 +10,8 @@ import sys
 import tempfile
 import time
 import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import websocket  # python3-websocket
 
@@ -53,16 +55,23 @@ def photograph(tab: Tab, url: str, folder: pathlib.Path, width: int, scheme: str
     assert wide == width
 
 
-with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-    chromium = subprocess.Popen(
-        ["chromium", "--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars",
-         f"--user-data-dir={profile}", f"--remote-debugging-port={PORT}", "about:blank"], stderr=subprocess.DEVNULL)
-    try:
-        tab = Tab()
-        tab.call("Runtime.enable")
+@contextmanager
+def browser() -> Iterator[Tab]:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        chromium = subprocess.Popen(
+            ["chromium", "--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars",
+             f"--user-data-dir={profile}", f"--remote-debugging-port={PORT}", "about:blank"], stderr=subprocess.DEVNULL)
+        try:
+            tab = Tab()
+            tab.call("Runtime.enable")
+            yield tab
+        finally:
+            chromium.terminate()
+            chromium.wait()
+
+
+if __name__ == "__main__":
+    with browser() as tab:
         for width in (1280, 390):
             for scheme in ("light", "dark"):
                 photograph(tab, sys.argv[1], pathlib.Path(sys.argv[2]), width, scheme)
-    finally:
-        chromium.terminate()
-        chromium.wait()
