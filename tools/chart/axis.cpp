@@ -14,6 +14,8 @@
 namespace odomd::tools::chart {
 namespace {
 
+using svg::px;
+
 // Whole multiples of a step.
 std::vector<Tick> multiples(const Range& range, double step) {
   const int decimals = decimals_for(step);
@@ -113,6 +115,43 @@ std::string number(double value, int decimals) {
   return text;
 }
 
+std::string grid(const std::vector<Tick>& x_ticks, const std::vector<Tick>& y_ticks, const Scale& x,
+                 const Scale& y) {
+  std::string lines;
+  std::string labels;
+  for (const Tick& tick : x_ticks) {
+    const double at = x(tick.value);
+    lines += fmt::format("M{} {}V{}", px(at), px(y.to), px(y.from));
+    labels +=
+        svg::words(at, y.from + tick_size + 8.0, tick_size, R"(text-anchor="middle")", tick.label);
+  }
+  for (const Tick& tick : y_ticks) {
+    const double at = y(tick.value);
+    lines += fmt::format("M{} {}H{}", px(x.from), px(at), px(x.to));
+    labels += svg::words(x.from - 12.0, at + 0.35 * tick_size, tick_size, R"(text-anchor="end")",
+                         tick.label);
+  }
+  return svg::line(lines, grid_colour, 1.5) +
+         fmt::format("<g fill=\"{}\">\n{}</g>\n", faint_ink, labels);
+}
+
+std::string framed(const Scale& x, const Scale& y, const std::string& content) {
+  const double wide = x.to - x.from, high = y.from - y.to;
+  return svg::clipped(x.from, y.to, wide, high, content) +
+         fmt::format(R"(<rect x="{}" y="{}" width="{}" height="{}" fill="none" stroke="{}" )"
+                     R"(stroke-width="2"/>)"
+                     "\n",
+                     px(x.from), px(y.to), px(wide), px(high), frame_colour);
+}
+
+std::string title_at(const std::string& title, double& top) {
+  if (title.empty()) return {};
+  const double below = top + title_size;
+  top = below + 18.0;
+  return svg::words(border, below, title_size, fmt::format(R"(font-weight="bold" fill="{}")", ink),
+                    svg::escaped(title));
+}
+
 std::string line_mark(const std::string& colour, double stroke) {
   return svg::line("M2 0H40", colour, stroke);
 }
@@ -145,7 +184,7 @@ Legend legend(const std::vector<LegendEntry>& entries, double top) {
                              svg::escaped(entry.note));
     }
     result.svg += fmt::format(
-        "<g transform=\"translate({} {})\">\n{}{}</g>\n", svg::px(x), svg::px(y), entry.mark,
+        "<g transform=\"translate({} {})\">\n{}{}</g>\n", px(x), px(y), entry.mark,
         svg::words(mark_width, 10.0, text_size, fmt::format(R"(fill="{}")", ink), content));
     result.bottom = y + 0.5 * row_height;
     x += needed + gap;

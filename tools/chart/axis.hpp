@@ -48,6 +48,16 @@ struct Tick {
 /// A number with a true minus.
 [[nodiscard]] std::string number(double value, int decimals);
 
+/// The grid, and the numbers along both axes.
+[[nodiscard]] std::string grid(const std::vector<Tick>& x_ticks, const std::vector<Tick>& y_ticks,
+                               const Scale& x, const Scale& y);
+
+/// The content of the plot, cut at its frame.
+[[nodiscard]] std::string framed(const Scale& x, const Scale& y, const std::string& content);
+
+/// The title, if there is one; moves `top` below it.
+[[nodiscard]] std::string title_at(const std::string& title, double& top);
+
 struct LegendEntry {
   std::string mark;   ///< SVG, drawn left of the words, from (0, 0) to the right
   std::string label;  ///< plain text

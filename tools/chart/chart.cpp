@@ -192,27 +192,6 @@ std::vector<LegendEntry> entries_of(const Chart& chart) {
   return entries;
 }
 
-// The grid, and the numbers along both axes.
-std::string grid(const std::vector<Tick>& x_ticks, const std::vector<Tick>& y_ticks, const Scale& x,
-                 const Scale& y) {
-  std::string lines;
-  std::string labels;
-  for (const Tick& tick : x_ticks) {
-    const double at = x(tick.value);
-    lines += fmt::format("M{} {}V{}", px(at), px(y.to), px(y.from));
-    labels +=
-        svg::words(at, y.from + tick_size + 8.0, tick_size, R"(text-anchor="middle")", tick.label);
-  }
-  for (const Tick& tick : y_ticks) {
-    const double at = y(tick.value);
-    lines += fmt::format("M{} {}H{}", px(x.from), px(at), px(x.to));
-    labels += svg::words(x.from - 12.0, at + 0.35 * tick_size, tick_size, R"(text-anchor="end")",
-                         tick.label);
-  }
-  return svg::line(lines, grid_colour, 1.5) +
-         fmt::format("<g fill=\"{}\">\n{}</g>\n", faint_ink, labels);
-}
-
 std::string levels_of(const Chart& chart, const Scale& x, const Scale& y) {
   std::string data;
   for (const Level& level : chart.levels) {
@@ -234,13 +213,7 @@ std::size_t widest(const std::vector<Tick>& some) {
 
 Drawing draw(const Chart& chart) {
   double top = border;
-  std::string words;
-  if (!chart.title.empty()) {
-    words +=
-        svg::words(border, top + title_size, title_size,
-                   fmt::format(R"(font-weight="bold" fill="{}")", ink), svg::escaped(chart.title));
-    top += title_size + 18.0;
-  }
+  std::string words = title_at(chart.title, top);
   const Legend key = legend(entries_of(chart), top);
   top = key.bottom + (key.svg.empty() ? 0.0 : 4.0);
   words += svg::words(border, top + text_size, tick_size, fmt::format(R"(fill="{}")", faint_ink),
@@ -258,8 +231,6 @@ Drawing draw(const Chart& chart) {
   const double needed = letter_width * tick_size * static_cast<double>(widest(x_ticks)) + 24.0;
   x_ticks = ticks(x.range, chart.x.scaling, std::clamp((x.to - x.from) / needed, 2.0, 10.0));
 
-  const std::string frame = fmt::format(R"(x="{}" y="{}" width="{}" height="{}")", px(left),
-                                        px(top), px(x.to - left), px(chart.height));
   std::string inside = levels_of(chart, x, y);
   for (const Band& band : chart.bands) inside += draw_band(band, x, y);
   if (!chart.bars.empty()) inside += draw_bars(chart.bars, x, y);
@@ -267,10 +238,7 @@ Drawing draw(const Chart& chart) {
 
   Drawing drawing;
   drawing.name = chart.title.empty() ? chart.y.label + " over " + chart.x.label : chart.title;
-  drawing.svg = words + key.svg + grid(x_ticks, y_ticks, x, y) +
-                svg::clipped(left, top, x.to - left, chart.height, inside) +
-                fmt::format("<rect {} fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n", frame,
-                            frame_colour) +
+  drawing.svg = words + key.svg + grid(x_ticks, y_ticks, x, y) + framed(x, y, inside) +
                 svg::words(0.5 * (left + x.to), bottom + 2.0 * tick_size + 22.0, tick_size,
                            fmt::format(R"(text-anchor="middle" fill="{}")", faint_ink),
                            svg::escaped(chart.x.label));

@@ -1,7 +1,6 @@
 #include "tools/chart/decimate.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace odomd::tools::chart {
@@ -24,43 +23,25 @@ bool is_gap(const BandPoint& p) {
   return !std::isfinite(p.low) || !std::isfinite(p.high);
 }
 
-// The points of these indices, once each, in their order.
-void take(std::span<const Point> points, std::span<std::ptrdiff_t> indices,
-          std::vector<Point>& kept) {
-  std::ranges::sort(indices);
-  for (std::size_t i = 0; i < indices.size(); ++i) {
-    if (i > 0 && indices[i] == indices[i - 1]) continue;
-    kept.push_back(points[static_cast<std::size_t>(indices[i])]);
-  }
-}
-
-// What stays of points that share a column.
-void keep(std::span<const Point> points, std::vector<Point>& kept) {
-  if (points.empty()) return;
-  const auto lower = [](const Point& a, const Point& b) { return a.y < b.y; };
-  const auto [low, high] = std::minmax_element(points.begin(), points.end(), lower);
-  std::array<std::ptrdiff_t, 4> indices{0, low - points.begin(), high - points.begin(),
-                                        std::ssize(points) - 1};
-  take(points, indices, kept);
-}
-
-void keep_some(std::span<const Point> points, std::size_t each, std::vector<Point>& kept) {
-  if (points.size() <= each) {
-    kept.insert(kept.end(), points.begin(), points.end());
-    return;
-  }
+// What stays of points that share a column: the lowest, the highest, and up to `each` spread
+// evenly, or 0: the first and the last.
+void keep(std::span<const Point> points, std::size_t each, std::vector<Point>& kept) {
   const auto lower = [](const Point& a, const Point& b) { return a.y < b.y; };
   const auto [low, high] = std::minmax_element(points.begin(), points.end(), lower);
   std::vector<std::ptrdiff_t> indices{low - points.begin(), high - points.begin()};
+  if (each == 0) indices.insert(indices.end(), {0, std::ssize(points) - 1});
   for (std::size_t i = 0; i + 2 < each; ++i)
     indices.push_back(static_cast<std::ptrdiff_t>(i * points.size() / (each - 2)));
-  take(points, indices, kept);
+  std::ranges::sort(indices);
+  indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
+  for (const std::ptrdiff_t index : indices)
+    kept.push_back(points[static_cast<std::size_t>(index)]);
 }
 
-// Hands the points of each column to `keep_those`.
-template <typename Keep>
-std::vector<Point> by_columns(std::span<const Point> points, const Scale& x, std::size_t columns,
-                              const Keep& keep_those) {
+}  // namespace
+
+std::vector<Point> thinned(std::span<const Point> points, const Scale& x, std::size_t columns,
+                           std::size_t each) {
   std::vector<Point> kept;
   const auto last_column = static_cast<long>(columns);
   std::size_t i = 0;
@@ -81,25 +62,19 @@ std::vector<Point> by_columns(std::span<const Point> points, const Scale& x, std
     } else if (column == last_column) {
       kept.push_back(points[i]);
     } else {
-      keep_those(points.subspan(i, end - i), kept);
+      const auto some = points.subspan(i, end - i);
+      if (some.size() <= each)
+        kept.insert(kept.end(), some.begin(), some.end());
+      else
+        keep(some, each, kept);
     }
     i = end;
   }
   return kept;
 }
 
-}  // namespace
-
 std::vector<Point> decimated(std::span<const Point> points, const Scale& x, std::size_t columns) {
-  return by_columns(points, x, columns, keep);
-}
-
-std::vector<Point> thinned(std::span<const Point> points, const Scale& x, std::size_t columns,
-                           std::size_t each) {
-  return by_columns(points, x, columns,
-                    [each](std::span<const Point> some, std::vector<Point>& kept) {
-                      keep_some(some, each, kept);
-                    });
+  return thinned(points, x, columns, 0);
 }
 
 std::vector<BandPoint> decimated(std::span<const BandPoint> points, const Scale& x,

@@ -71,27 +71,13 @@ std::string grid(const Layout& layout) {
   const Box& view = layout.view;
   // One step for both axes: squares.
   const double step = round_step(std::max(view.wide(), view.high()), 8.0);
-  std::string lines;
-  std::string labels;
-  const auto each = [step](double from, double to, const auto& draw_one) {
-    auto some = ticks({from, to}, Scaling::linear, (to - from) / step * (1.0 + 1e-9));
+  const auto in_metres = [step](const Range& range) {
+    auto some = ticks(range, Scaling::linear, range.width() / step * (1.0 + 1e-9));
     if (!some.empty()) some.back().label += " m";
-    for (const Tick& tick : some) draw_one(tick);
+    return some;
   };
-  each(view.left, view.right, [&](const Tick& tick) {
-    const double x = layout.x()(tick.value);
-    lines += fmt::format("M{} {}V{}", px(x), px(layout.top), px(layout.bottom));
-    labels += svg::words(x, layout.bottom + tick_size + 8.0, tick_size, R"(text-anchor="middle")",
-                         tick.label);
-  });
-  each(view.bottom, view.top, [&](const Tick& tick) {
-    const double y = layout.y()(tick.value);
-    lines += fmt::format("M{} {}H{}", px(layout.left), px(y), px(layout.right));
-    labels += svg::words(layout.left - 12.0, y + 0.35 * tick_size, tick_size,
-                         R"(text-anchor="end")", tick.label);
-  });
-  return svg::line(lines, grid_colour, 1.5) +
-         fmt::format("<g fill=\"{}\">\n{}</g>\n", faint_ink, labels);
+  const Scale x = layout.x(), y = layout.y();
+  return chart::grid(in_metres(x.range), in_metres(y.range), x, y);
 }
 
 std::string ellipse(const Ellipse& region, const Layout& layout, const std::string& colour) {
@@ -238,25 +224,13 @@ Drawing draw(const Map& map) {
   constexpr double label_below = tick_size + 20.0;  // room for the labels of the x axis
   const Box view = view_of(map);
   double top = border;
-  std::string title;
-  if (!map.title.empty()) {
-    title =
-        svg::words(border, top + title_size, title_size,
-                   fmt::format(R"(font-weight="bold" fill="{}")", ink), svg::escaped(map.title));
-    top += title_size + 18.0;
-  }
+  const std::string title = title_at(map.title, top);
   const Legend words = legend(legend_entries(map, view), top);
   const Layout layout = layout_of(view, words.bottom + 16.0);
-  const double wide = layout.right - layout.left;
-  const double high = layout.bottom - layout.top;
   Drawing drawing;
   drawing.name = map.title.empty() ? "trajectories" : map.title;
-  drawing.svg = title + words.svg + grid(layout) +
-                svg::clipped(layout.left, layout.top, wide, high, traces(map, layout)) +
-                fmt::format(R"(<rect x="{}" y="{}" width="{}" height="{}" fill="none" stroke="{}" )"
-                            R"(stroke-width="2"/>)"
-                            "\n",
-                            px(layout.left), px(layout.top), px(wide), px(high), frame_colour);
+  drawing.svg =
+      title + words.svg + grid(layout) + framed(layout.x(), layout.y(), traces(map, layout));
   drawing.height = layout.bottom + label_below + 0.5 * border;
   return drawing;
 }
