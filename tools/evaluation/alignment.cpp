@@ -38,10 +38,8 @@ Pose2 least_squares(std::span<const Pair> pairs) {
     mean_reference.x += pair.reference.pose.x / count;
     mean_reference.y += pair.reference.pose.y / count;
   }
-  double dot = 0.0;
-  double cross = 0.0;
-  double yaw_cos = 0.0;
-  double yaw_sin = 0.0;
+  double dot = 0.0, cross = 0.0;
+  double yaw_cos = 0.0, yaw_sin = 0.0;
   for (const Pair& pair : pairs) {
     const double px = pair.estimate.pose.x - mean_estimate.x;
     const double py = pair.estimate.pose.y - mean_estimate.y;

@@ -39,13 +39,9 @@ bool closes_badly(const Evaluation& e) {
 }
 
 const Evaluation& best_of(std::span<const Evaluation> evaluations) {
-  return *std::min_element(evaluations.begin(), evaluations.end(),
-                           [](const Evaluation& a, const Evaluation& b) {
-                             if ((a.path_length < least_path) != (b.path_length < least_path)) {
-                               return b.path_length < least_path;
-                             }
-                             return excess(a) < excess(b);
-                           });
+  return *std::ranges::min_element(evaluations, {}, [](const Evaluation& e) {
+    return std::pair{e.path_length < least_path, excess(e)};
+  });
 }
 
 }  // namespace

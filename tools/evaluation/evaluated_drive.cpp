@@ -1,5 +1,7 @@
 #include "tools/evaluation/evaluated_drive.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -71,10 +73,8 @@ std::size_t baseline_of(const EvaluatedDrive& drive, const std::string& name) {
   const auto found = std::ranges::find(names, name.empty() ? usual : name);
   if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
   if (name.empty()) return is_steered(drive) ? 0 : names.size() - 1;
-  std::string all;
-  for (const std::string& each : names) all += (all.empty() ? "" : ", ") + each;
-  throw std::invalid_argument("--baseline: no estimate " + tools::quoted(name) +
-                              "; available: " + all);
+  throw std::invalid_argument(fmt::format("--baseline: no estimate {}; available: {}",
+                                          tools::quoted(name), fmt::join(names, ", ")));
 }
 
 // Does the rest once the estimates and the reference (as in its file) are in place. `read` is the
@@ -169,19 +169,15 @@ std::vector<std::string> colours_of(const EvaluatedDrive& drive) {
   // kinematic, kinematic_printed, paper, full, inertial
   static constexpr std::array<std::size_t, estimator::model_names.size()> of_model{0, 4, 1, 2, 3};
   const std::vector<std::string> names = names_of(drive);
-  std::vector<std::string> colours;
-  bool models = true;
+  std::vector<std::string> by_model, by_place;
   for (const std::string& name : names) {
+    by_place.push_back(chart::colour_of(by_place.size()));
     const auto* const model = std::ranges::find(estimator::model_names, name);
-    models = models && model != estimator::model_names.end();
-    if (!models) break;
-    const auto index = static_cast<std::size_t>(model - estimator::model_names.begin());
-    colours.push_back(chart::colour_of(of_model[index]));
+    if (model != estimator::model_names.end())
+      by_model.push_back(chart::colour_of(
+          of_model.at(static_cast<std::size_t>(model - estimator::model_names.begin()))));
   }
-  if (models) return colours;
-  colours.clear();
-  for (std::size_t i = 0; i < names.size(); ++i) colours.push_back(chart::colour_of(i));
-  return colours;
+  return by_model.size() == names.size() ? by_model : by_place;
 }
 
 EvaluatedDrive evaluate_files(const std::string& reference, const std::vector<std::string>& poses,

@@ -55,9 +55,7 @@ std::int64_t stuck_ns(std::span<const Pair> pairs) {
 }
 
 Motion velocity_rms(std::span<const Pair> pairs) {
-  Gathered vx;
-  Gathered vy;
-  Gathered yaw_rate;
+  Gathered vx, vy, yaw_rate;
   for (const auto& [estimate, reference] : pairs) {
     vx.add(std::abs(estimate.motion.vx - reference.motion.vx));
     vy.add(std::abs(estimate.motion.vy - reference.motion.vy));
@@ -108,9 +106,7 @@ Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Ali
   result.reference_stuck_ns = stuck_ns(pairs);
   result.alignment = alignment(pairs, align);
 
-  Gathered position;
-  Gathered heading;
-  Gathered consistency;
+  Gathered position, heading, consistency;
   std::size_t inside_95 = 0;
   const auto errors = pose_errors(pairs, result.alignment,
                                   estimate.has_covariance && covariance_is_of_error(pairs, align));
@@ -127,9 +123,8 @@ Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Ali
   const Pose2& end = errors.back().error;
   result.end_error = std::hypot(end.x, end.y);
   result.heading_end = end.yaw;
-  if (result.farthest > standing) {
+  if (result.farthest > standing)
     result.end_cm_per_m = 100.0 * result.end_error / result.path_length;
-  }
   if (consistency.count() > 0) {
     const auto count = static_cast<double>(consistency.count());
     result.consistency = Consistency{consistency.spread().mean,

@@ -21,7 +21,7 @@ constexpr std::array<std::string_view, 4> against_names{"truth", "camera", "clos
 constexpr std::array<std::string_view, 3> align_names{"first", "fit", "none"};
 
 double degrees(double radians) {
-  return radians * 180.0 / std::numbers::pi;
+  return radians * (180.0 / std::numbers::pi);
 }
 
 // The double nearest to the decimal stamp: nanoseconds since 1970 do not fit a double, and dividing
@@ -60,13 +60,11 @@ void add_reference_figures(const Evaluation& e, Json& json) {
     one.update(short_term(error));
     json["horizons"].push_back(std::move(one));
   }
-  if (e.consistency) {
+  json["nees"] = nullptr;
+  if (e.consistency)
     json["nees"] = {{"mean", e.consistency->nees},
                     {"inside_95", e.consistency->inside_95},
                     {"samples", e.consistency->samples}};
-  } else {
-    json["nees"] = nullptr;
-  }
   if (e.velocity_rms) {
     json["velocity_rms"] = {{"vx", e.velocity_rms->vx},
                             {"vy", e.velocity_rms->vy},
@@ -104,22 +102,19 @@ Json json_of(const Evaluation& e, const Evaluation* baseline) {
   return json;
 }
 
-/// A label and a cell; nothing if it is not known.
-using Figure = std::pair<std::string, std::optional<std::string>>;
+}  // namespace
 
-/// In the order of the report: the same labels for every evaluation.
-std::vector<Figure> figures_of(const Evaluation& e, const Evaluation& baseline) {
-  std::vector<Figure> all;
-  const auto add = [&all](const std::string& label, int decimals, std::optional<double> value) {
-    all.emplace_back(label, value ? std::optional(fixed(*value, decimals)) : std::nullopt);
+std::vector<Metric> metrics_of(const Evaluation& e, const Evaluation& baseline) {
+  std::vector<Metric> all;
+  const auto add = [&all](std::string_view label, int decimals, std::optional<double> value) {
+    all.emplace_back(label, decimals, value);
   };
-  const auto add_if = [&add](bool known, const std::string& label, int decimals, double value) {
+  const auto add_if = [&add](bool known, std::string_view label, int decimals, double value) {
     add(label, decimals, known ? std::optional(value) : std::nullopt);
   };
-  const auto add_better = [&](const std::string& label, double value, double before,
+  const auto add_better = [&](std::string_view label, double value, double before,
                               double usual = 0.0) {
-    const auto percent = &e == &baseline ? std::nullopt : improvement(value, before, usual);
-    all.emplace_back(label, percent ? std::optional(improvement_text(*percent)) : std::nullopt);
+    add(label, 1, &e == &baseline ? std::nullopt : improvement(value, before, usual));
   };
   const bool compared = e.against != Against::nothing, reference = has_reference(e.against);
   const HorizonError short_term = e.short_term.value_or(HorizonError{});
@@ -157,8 +152,6 @@ std::vector<Figure> figures_of(const Evaluation& e, const Evaluation& baseline) 
   return all;
 }
 
-}  // namespace
-
 std::string align_in_words(Align align) {
   if (align == Align::first) return "first (position and heading agree at the first common time)";
   return align == Align::fit ? "fit (least squares over all common positions)" : "none (unchanged)";
@@ -166,10 +159,7 @@ std::string align_in_words(Align align) {
 
 std::vector<std::string> short_names(const std::vector<std::string>& files) {
   std::vector<std::string> names;
-  names.reserve(files.size());
-  for (const auto& file : files) {
-    names.push_back(std::filesystem::path{file}.stem().string());
-  }
+  for (const auto& file : files) names.push_back(std::filesystem::path{file}.stem().string());
   const std::set<std::string> different{names.begin(), names.end()};
   return different.size() == files.size() ? names : files;
 }
@@ -180,20 +170,22 @@ std::optional<double> improvement(double value, double baseline, double usual) {
   return 100.0 * (1.0 - value / baseline);
 }
 
-std::string improvement_text(double percent) {
-  return percent < -999.0 ? "< -999" : fixed(percent, 1);
+std::string text_of(const Metric& metric) {
+  if (!metric.value) return "-";
+  const bool is_far_worse = metric.label.ends_with("better by [%]") && *metric.value < -999.0;
+  return is_far_worse ? "< -999" : fixed(*metric.value, metric.decimals);
 }
 
 std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report) {
-  std::vector<std::vector<Figure>> columns;
+  std::vector<std::vector<Metric>> columns;
   for (const Evaluation& e : report.evaluations)
-    columns.push_back(figures_of(e, report.evaluations.at(report.baseline)));
+    columns.push_back(metrics_of(e, report.evaluations.at(report.baseline)));
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 0; i < columns.front().size(); ++i) {
-    const auto is_known = [i](const auto& column) { return column[i].second.has_value(); };
+    const auto is_known = [i](const auto& column) { return column[i].value.has_value(); };
     if (std::ranges::none_of(columns, is_known)) continue;
-    rows.push_back({columns.front()[i].first});
-    for (const auto& column : columns) rows.back().push_back(column[i].second.value_or("-"));
+    rows.push_back({std::string{columns.front()[i].label}});
+    for (const auto& column : columns) rows.back().push_back(text_of(column[i]));
   }
   return rows;
 }
@@ -241,7 +233,6 @@ std::string as_text(const EvaluationReport& report) {
   text += '\n';
 
   std::vector<std::string> files;
-  files.reserve(report.evaluations.size());
   for (const auto& e : report.evaluations) files.push_back(e.name);
   Table table{{""}, {}, {0}};
   for (const auto& name : short_names(files)) table.header.push_back(name);

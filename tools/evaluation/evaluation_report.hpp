@@ -5,6 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tools/evaluation/evaluation.hpp"
@@ -30,12 +31,23 @@ struct EvaluationReport {
 /// the baseline is 0, or less than a tenth of its usual value on the drive: an error that happens
 /// to be near zero at the end makes the ratio meaningless.
 [[nodiscard]] std::optional<double> improvement(double value, double baseline, double usual = 0.0);
-/// "12.3", and "< -999" for what is far worse.
-[[nodiscard]] std::string improvement_text(double percent);
 
 /// What estimates are compared with, and what their figures are worth; in one line.
 [[nodiscard]] std::string basis_in_words(Against against);
 [[nodiscard]] std::string basis_in_words(const EvaluationReport& report);
+
+/// A figure of an evaluation in the unit of its label; nothing: not known.
+struct Metric {
+  std::string_view label;
+  int decimals = 0;
+  std::optional<double> value;
+};
+
+/// "12.3"; "-" if it is not known, "< -999" for an improvement that is far worse.
+[[nodiscard]] std::string text_of(const Metric& metric);
+
+/// In the order of the report, with the same labels for all evaluations.
+[[nodiscard]] std::vector<Metric> metrics_of(const Evaluation& e, const Evaluation& baseline);
 
 /// The rows: a label and one cell per estimate.
 [[nodiscard]] std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report);

@@ -34,8 +34,7 @@ class Walk {
 
 std::optional<HorizonError> error_over(std::int64_t horizon_ns, const Trajectory& reference,
                                        const Trajectory& estimate, std::span<const Pair> pairs) {
-  Gathered displacement;
-  Gathered yaw;
+  Gathered displacement, yaw;
   Walk true_way(reference);
   Walk estimated_way(estimate);
   const std::int64_t last_ns = pairs.back().estimate.t_ns;
@@ -60,9 +59,8 @@ std::vector<HorizonError> horizon_errors(const Trajectory& reference, const Traj
                                          std::span<const Pair> pairs) {
   std::vector<HorizonError> errors;
   for (const std::int64_t horizon_ns : horizons_ns) {
-    if (const auto error = error_over(horizon_ns, reference, estimate, pairs)) {
+    if (const auto error = error_over(horizon_ns, reference, estimate, pairs))
       errors.push_back(*error);
-    }
   }
   return errors;
 }

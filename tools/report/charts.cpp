@@ -146,20 +146,16 @@ std::vector<Figure> beat_charts(const BeatHistogram& beat) {
 std::vector<chart::Chart> innovation_charts(std::span<const Judgement> judgements,
                                             std::int64_t zero_ns) {
   std::array<std::vector<Judgement>, estimator::source_count> by_source;
+  // One axis of time for all: a source that is tested for a while only is seen to be.
+  double first = std::numeric_limits<double>::infinity();
+  double last = -first;
   for (const Judgement& judgement : judgements) {
     // The pose that initialises the filter is not tested.
     if (judgement.degrees < 1 || !(judgement.variance[0] > 0.0)) continue;
     by_source.at(static_cast<std::size_t>(judgement.source)).push_back(judgement);
-  }
-  // One axis of time for all: a source that is tested for a while only is seen to be.
-  double first = std::numeric_limits<double>::infinity();
-  double last = -first;
-  for (const auto& samples : by_source) {
-    for (const Judgement& sample : samples) {
-      const double t = static_cast<double>(sample.time_ns - zero_ns) * 1e-9;
-      first = std::min(first, t);
-      last = std::max(last, t);
-    }
+    const double t = static_cast<double>(judgement.time_ns - zero_ns) * 1e-9;
+    first = std::min(first, t);
+    last = std::max(last, t);
   }
   std::vector<chart::Chart> charts;
   for (auto& samples : by_source) {

@@ -50,13 +50,11 @@ Figure horizon(const EvaluatedDrive& drive) {
   chart.y = {"mean error of the predicted displacement [mm]", chart::Scaling::logarithmic, {}};
   for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
     Series series{names[i], "", colours[i], {}, chart::Mark::line_and_dots};
-    for (const HorizonError& e : drive.report.evaluations[i].horizons) {
+    for (const HorizonError& e : drive.report.evaluations[i].horizons)
       series.points.push_back(
           {static_cast<double>(e.horizon_ns) * 1e-6, std::max(1e3 * e.displacement.mean, 1e-4)});
-    }
-    if (const auto& at = drive.report.evaluations[i].short_term) {
+    if (const auto& at = drive.report.evaluations[i].short_term)
       series.note = fixed(1e3 * at->displacement.mean, 2) + " mm at 35 ms";
-    }
     chart.series.push_back(std::move(series));
   }
   return {draw(chart),
@@ -111,28 +109,25 @@ struct Component {
 
 Figure with_band(const EvaluatedDrive& drive, const std::vector<PoseError>& errors,
                  std::size_t estimate, const Component& component) {
-  const bool angle = component.value == &DrivenError::yaw;
-  double largest = 0.0;
-  std::size_t inside = 0;
-  std::vector<DrivenError> all;
-  all.reserve(errors.size());
-  for (const PoseError& e : errors) {
-    all.push_back(driven(e));
-    const double value = std::abs(all.back().*component.value);
-    largest = std::max(largest, value);
-    if (value <= 3.0 * all.back().*component.sigma) ++inside;
-  }
-  const Unit unit = angle ? Unit{"deg", degrees} : unit_for(largest);
-  Chart chart = over_time(std::string{component.name} + " [" + unit.name + "]");
-  chart.series = {series_of(drive, estimate, errors, [&](const PoseError& e) {
-    return driven(e).*component.value * unit.factor;
-  })};
+  Chart chart = over_time("");
+  chart.series = {series_of(drive, estimate, errors,
+                            [&](const PoseError& e) { return driven(e).*component.value; })};
   Series& series = chart.series.front();
   chart::Band band{"±3σ", series.colour, {}};
+  double largest = 0.0;
+  std::size_t inside = 0;
   for (std::size_t i = 0; i < errors.size(); ++i) {
-    const double reach = 3.0 * all[i].*component.sigma * unit.factor;
-    band.points.push_back({series.points[i].x, -reach, reach});
+    const double reach = 3.0 * driven(errors[i]).*component.sigma;
+    const auto& [x, y] = series.points[i];
+    band.points.push_back({x, -reach, reach});
+    largest = std::max(largest, std::abs(y));
+    if (std::abs(y) <= reach) ++inside;
   }
+  const bool angle = component.value == &DrivenError::yaw;
+  const Unit unit = angle ? Unit{"deg", degrees} : unit_for(largest);
+  for (auto& point : series.points) point.y *= unit.factor;
+  for (auto& [x, low, high] : band.points) high = -(low *= unit.factor);
+  chart.y.label = std::string{component.name} + " [" + unit.name + "]";
   if (drive.report.evaluations[estimate].consistency) {
     const double share = static_cast<double>(inside) / static_cast<double>(errors.size());
     series.note = fixed(100.0 * share, 1) + " % inside 3σ";
@@ -166,12 +161,10 @@ Figure nees(const EvaluatedDrive& drive, const std::vector<PoseError>& errors,
 }  // namespace
 
 std::size_t focus_of(const EvaluatedDrive& drive) {
-  for (std::size_t i = drive.replays.size(); i-- > 0;) {
+  for (std::size_t i = drive.replays.size(); i-- > 0;)
     if (!drive.replays[i].judgements.empty()) return i;
-  }
-  for (std::size_t i = drive.estimates.size(); i-- > 0;) {
+  for (std::size_t i = drive.estimates.size(); i-- > 0;)
     if (drive.estimates[i].has_covariance) return i;
-  }
   return drive.estimates.size() - 1;
 }
 
@@ -239,23 +232,16 @@ std::vector<Figure> innovations(const EvaluatedDrive& drive) {
 }
 
 std::vector<Figure> errors_by_speed(const std::vector<EvaluatedDrive>& drives) {
-  using Value = std::optional<double>;
   struct Quantity {
     const char* label;
     const char* caption;
-    Value (*value)(const Evaluation&);
+    const char* metric;
   };
   constexpr std::array<Quantity, 3> quantities{{
-      {"35 ms error [mm]", "Mean error of the displacement over 35 ms.",
-       [](const Evaluation& e) {
-         return e.short_term ? Value{1e3 * e.short_term->displacement.mean} : Value{};
-       }},
-      {"end error [cm/m]", "End error per metre of path.",
-       [](const Evaluation& e) { return e.end_cm_per_m; }},
+      {"35 ms error [mm]", "Mean error of the displacement over 35 ms.", "35 ms error mean [mm]"},
+      {"end error [cm/m]", "End error per metre of path.", "end error [cm/m]"},
       {"heading at the end [deg]", "Heading error at the end, magnitude.",
-       [](const Evaluation& e) {
-         return e.against == Against::nothing ? Value{} : Value{std::fabs(e.heading_end) * degrees};
-       }},
+       "heading error at the end [deg]"},
   }};
   std::vector<Figure> figures;
   for (const Quantity& quantity : quantities) {
@@ -266,14 +252,15 @@ std::vector<Figure> errors_by_speed(const std::vector<EvaluatedDrive>& drives) {
       const auto names = names_of(drive), colours = colours_of(drive);
       for (std::size_t i = 0; i < names.size(); ++i) {
         const Evaluation& e = drive.report.evaluations[i];
-        const Value value = quantity.value(e);
+        const auto metrics = metrics_of(e, e);
+        const auto value = std::ranges::find(metrics, quantity.metric, &Metric::label)->value;
         const double duration = 1e-9 * static_cast<double>(e.last_ns - e.first_ns);
         if (!value || !(duration > 0.0)) continue;
         auto series = std::ranges::find(chart.series, names[i], &Series::label);
         if (series == chart.series.end())
           series = chart.series.insert(series,
                                        {names[i], "", colours[i], {}, chart::Mark::line_and_dots});
-        series->points.push_back({e.path_length / duration, *value});
+        series->points.push_back({e.path_length / duration, std::fabs(*value)});
       }
     }
     if (chart.series.empty()) continue;

@@ -1,11 +1,12 @@
 #include "tools/report/page.hpp"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <numbers>
 #include <optional>
+#include <ranges>
 #include <string_view>
 #include <vector>
 
@@ -146,9 +147,8 @@ std::string html_of(const std::vector<Figure>& figures, const char* kind = "") {
   std::string out = fmt::format("<div class=\"figures{}\">\n", kind);
   for (const Figure& figure : figures) {
     out += "<figure>\n" + chart::as_svg(std::array{figure.drawing});
-    if (!figure.caption.empty()) {
+    if (!figure.caption.empty())
       out += "<figcaption>" + escaped(figure.caption) + "</figcaption>\n";
-    }
     out += "</figure>\n";
   }
   return out + "</div>\n";
@@ -252,17 +252,14 @@ std::string section(const EvaluatedDrive& drive) {
   out += html_of(figures);
   out += "<h3>All figures</h3>\n" + html_of(details_table(drive));
   out += samples(drive);
-  if (drive.beat) {
-    out += "<h3>Beat</h3>\n" + html_of(beat_charts(*drive.beat), " small");
-  }
+  if (drive.beat) out += "<h3>Beat</h3>\n" + html_of(beat_charts(*drive.beat), " small");
   return out + configuration(drive);
 }
 
 std::string title_of(std::span<const EvaluatedDrive> drives, const PageInfo& info) {
   if (!info.title.empty()) return info.title;
-  std::string names;
-  for (const EvaluatedDrive& drive : drives) names += (names.empty() ? "" : ", ") + drive.name;
-  return "Odometry of " + names;
+  return fmt::format("Odometry of {}",
+                     fmt::join(drives | std::views::transform(&EvaluatedDrive::name), ", "));
 }
 
 // At the top of the page.
@@ -291,9 +288,8 @@ std::string page(std::span<const EvaluatedDrive> drives, const PageInfo& info) {
   body += html_of(summary);
   body += paragraph(
       "The baseline is " + names_of(drives.front())[drives.front().report.baseline] + ".", "faint");
-  for (const EvaluatedDrive& drive : drives) {
+  for (const EvaluatedDrive& drive : drives)
     body += "<section>\n" + section(drive) + "</section>\n";
-  }
   body += fmt::format(
       "<h2>How this was made</h2>\n<p class=\"faint\">odom {}</p>\n<p><code>{}</code></p>\n",
       escaped(info.version), escaped(info.command));

@@ -91,24 +91,21 @@ const std::vector<Curve>& all_curves() {
         {"sigma", "Standard deviation of the heading", "sigma_yaw [deg]",
          [](P p) { return degrees * sigma(p, 5); }, covariance},
     };
-    struct Unit {
-      const char* label;
-      double factor;
-    };
-    constexpr std::array<Unit, daemon::calibrations.size()> units{{{"deg/s", degrees},
-                                                                   {"1: exact", 1.0},
-                                                                   {"m/s²", 1.0},
-                                                                   {"m/s²", 1.0},
-                                                                   {"1: exact", 1.0},
-                                                                   {"deg", degrees},
-                                                                   {"1: as configured", 1.0},
-                                                                   {"ms", 1e3},
-                                                                   {"ms", 1e3},
-                                                                   {"ms", 1e3},
-                                                                   {"m/s²", 1.0}}};
+    constexpr std::array<std::pair<const char*, double>, daemon::calibrations.size()> units{
+        {{"deg/s", degrees},
+         {"1: exact", 1.0},
+         {"m/s²", 1.0},
+         {"m/s²", 1.0},
+         {"1: exact", 1.0},
+         {"deg", degrees},
+         {"1: as configured", 1.0},
+         {"ms", 1e3},
+         {"ms", 1e3},
+         {"ms", 1e3},
+         {"m/s²", 1.0}}};
     for (std::size_t i = 0; i < units.size(); ++i) {
       const std::string_view name = daemon::calibrations[i].name;
-      curves.push_back({"calibrations", name, units[i].label, {}, {}, name, units[i].factor});
+      curves.push_back({"calibrations", name, units[i].first, {}, {}, name, units[i].second});
     }
     return curves;
   }();
@@ -129,20 +126,17 @@ std::vector<Drawn> drawn(const PlotInput& input) {
   std::vector<std::string> files;
   for (const Track& track : input.tracks) files.push_back(track.trajectory.name);
   const auto names = short_names(files);
-  if (input.reference) {
+  if (input.reference)
     all.push_back({&*input.reference, "reference", chart::reference_colour, 7.0, 0});
-  }
-  for (std::size_t i = 0; i < input.tracks.size(); ++i) {
+  for (std::size_t i = 0; i < input.tracks.size(); ++i)
     all.push_back({&input.tracks[i], names[i], chart::colour_of(i), 3.0, 0});
-  }
   std::int64_t first_ns = std::numeric_limits<std::int64_t>::max();
   for (Drawn& one : all) {
     one.zero_ns = one.track->trajectory.points.front().t_ns;
     first_ns = std::min(first_ns, one.zero_ns);
   }
-  if (overlap(input)) {
-    for (Drawn& one : all) one.zero_ns = first_ns;
-  }
+  if (!overlap(input)) return all;
+  for (Drawn& one : all) one.zero_ns = first_ns;
   return all;
 }
 
@@ -212,11 +206,10 @@ chart::Drawing map_of(const PlotInput& input) {
   };
   for (const Drawn& one : drawn(input)) {
     chart::Trace trace{one.name, "", points_of(*one.track), {}, one.colour};
-    if (input.reference && one.track == &*input.reference) {
+    if (input.reference && one.track == &*input.reference)
       map.reference = std::move(trace);
-    } else {
+    else
       map.estimates.push_back(std::move(trace));
-    }
   }
   return draw(map);
 }

@@ -202,7 +202,13 @@ TEST(Improvement, IsInPercentOfTheBaseline) {
   EXPECT_NEAR(improvement(0.174, 1.0).value(), 82.6, 1e-9);
   EXPECT_NEAR(improvement(2.0, 1.0).value(), -100.0, 1e-9);
   EXPECT_FALSE(improvement(1.0, 0.0));
-  EXPECT_EQ(improvement_text(improvement(2.0, 1.0).value()), "-100.0");
+  const auto text = [](std::optional<double> value) {
+    return text_of(Metric{"end error better by [%]", 1, value});
+  };
+  EXPECT_EQ(text(improvement(2.0, 1.0)), "-100.0");
+  EXPECT_EQ(text(improvement(20.0, 1.0)), "< -999");
+  EXPECT_EQ(text(improvement(1.0, 0.0)), "-");
+  EXPECT_EQ(text_of(Metric{"vx rms [m/s]", 1, -1000.0}), "-1000.0");
   EXPECT_FALSE(improvement(3.2, 0.01, 2.0));  // a heading that passes through zero at the end
   EXPECT_TRUE(improvement(3.2, 0.5, 2.0));
 }
