@@ -1,8 +1,8 @@
 """The moving pictures of odom watch and of odom serve's page: pictures.py BUILD_DIR FOLDER
 
-Drives a simulated lap, with a gap in the camera's poses, into odomd in real time, once for each picture. odom watch runs
-in a terminal of 120 x 40, drawn in DejaVu Sans Mono; the page in Chromium without a window. Writes watch.gif and web.gif.
-"""
+Drives a simulated lap, with a gap in the camera's poses, into odomd in real time, once for each picture. odom watch
+runs in a terminal of 120 x 40, drawn in DejaVu Sans Mono; the page in Chromium without a window. Writes watch.gif and
+web.gif."""
 import base64
 import fcntl
 import io
@@ -65,7 +65,8 @@ def drive(run: pathlib.Path) -> Iterator[list[str]]:
     sim = ["odom", "sim", "--laps", "2", "--seed", "2", "--live", "--can", "-", "--camera-dropout", "12:5",
            "--camera-socket", str(run / "camera.sock")]
     subprocess.run([*sim, "--config-only", "--out", str(run / "car")], check=True, stdout=subprocess.DEVNULL)
-    with (subprocess.Popen([*sim, "--out", str(run / "drive")], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as car,
+    with (subprocess.Popen([*sim, "--out", str(run / "drive")], stdout=subprocess.PIPE,
+                           stderr=subprocess.DEVNULL) as car,
           subprocess.Popen(["odomd", "--config", "car/car.toml", "--can", "-", "--shm", str(run / "pose"),
                             "--camera-socket", str(run / "camera.sock"), "--status-socket", str(run / "status.sock"),
                             "--log-level", "error"], stdin=car.stdout, cwd=run) as daemon):
