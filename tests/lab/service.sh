@@ -21,8 +21,17 @@ is_active() { systemctl is-active --quiet "${1:-$unit}"; }
 publishes() { status '.beat.ticks > 0' -e; }
 settled() { status '.mode != "initialising" and .beat.ticks > 50' -e; }
 
-# Information for failures.
-journal() { journalctl --no-pager -o cat -n "${1:-10}" -u "$unit" | tr '\n' ';'; }
+# is_confined UNIT: checks what its hardening promises.
+is_confined() {
+  local rights exposure
+  rights=$(sed -nE 's/^(CapPrm|CapEff|CapBnd|NoNewPrivs|Seccomp):\t//p' "/proc/$(main_pid "$1")/status" | tr -d '\n')
+  exposure=$(systemd-analyze security --no-pager "$1" | sed -n 's/.*exposure level.*: \([0-9.]*\) .*/\1/p')
+  check "it has no capability, gains none, and its calls are filtered" "$rights" test "$rights" = "$(printf '%048d' 0)12"
+  check "systemd calls it exposed by 2.0 at most" "$exposure" awk "BEGIN {exit !(\"$exposure\" != \"\" && $exposure <= 2.0)}"
+}
+
+# journal [UNIT]: information for failures.
+journal() { journalctl --no-pager -o cat -n 10 -u "${1:-$unit}" | tr '\n' ';'; }
 
 install_product() {
   [ ! -e /run/odomd.installed ] || return 0

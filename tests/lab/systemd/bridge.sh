@@ -1,19 +1,23 @@
 # The bridge's service together with the daemon's: it reads the pose as a dynamic user, survives a
-# restart of the daemon, and sends topics by DDS and JSON by UDP. There is no network but the
-# loopback.
+# restart of the daemon, sends topics by DDS and JSON by UDP, and takes camera poses from a topic. There
+# is no network but the loopback.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
 bridge=odomd-bridge@$bus.service
 
 begin
 ip link set lo up
-mkdir -p /run/systemd/system/$bridge.d
-cat >/run/systemd/system/$bridge.d/lab.conf <<'end'
-[Service]
-Environment="ODOM_BRIDGE_OPTIONS=--udp 127.0.0.1:9870 --json"
-Environment="CYCLONEDDS_URI=<General><Interfaces><NetworkInterface name='lo'/></Interfaces><AllowMulticast>false</AllowMulticast></General>"
-end
-systemctl daemon-reload
+export CYCLONEDDS_URI="<General><Interfaces><NetworkInterface name='lo'/></Interfaces><AllowMulticast>false\
+</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex><Peers><Peer Address='127.0.0.1'/>\
+</Peers></Discovery>"
+# set_up OPTIONS [LINE]: the service's drop-in.
+set_up() {
+  mkdir -p /run/systemd/system/$bridge.d
+  printf '%s\n' '[Service]' "Environment=\"ODOM_BRIDGE_OPTIONS=--json $1\"" "Environment=\"CYCLONEDDS_URI=$CYCLONEDDS_URI\"" \
+    "${2-}" >/run/systemd/system/$bridge.d/lab.conf
+  systemctl daemon-reload
+}
+set_up "--udp 127.0.0.1:9870"
 
 # received FILTER: a datagram that comes within a second, by jq.
 received() {
@@ -24,27 +28,42 @@ receiver.settimeout(1.0)
 receiver.bind(("127.0.0.1", 9870))
 print(receiver.recv(65536).decode())' 2>/dev/null | jq -r "$@"
 }
-said() { journalctl --no-pager -o cat -n 10 -u $bridge | tr '\n' ';'; }
 
-check "it is off until somebody enables it" "$(systemctl is-enabled $bridge)" \
-  test "$(systemctl is-enabled $bridge)" = disabled
-check "it starts" "$(said)" systemctl start $bridge
-check "it sends what the service publishes" "$(said)" await 60 received '.odomd.velocity.x > 0.1' -e
+says "it is off until somebody enables it" '^disabled' systemctl is-enabled $bridge
+check "it starts" "$(journal $bridge)" systemctl start $bridge
+check "it sends what the service publishes" "$(journal $bridge)" await 60 received '.odomd.velocity.x > 0.1' -e
 user=$(ps -o user:32= -p "$(main_pid $bridge)")
 check "it is nobody's user" "$user" test "$user" != root -a "$user" != odomd
+is_confined $bridge
 
 pid=$(main_pid $bridge)
 instance=$(status .instance)
 kill -9 "$(main_pid)"
 succeeded() { [ "$(status .instance)" != "$instance" ] && settled; }
 check "the daemon is started anew" "$(journal)" await 60 succeeded
-check "it goes on with the daemon's successor" "$(said)" await 60 received '.odomd.velocity.x > 0.1' -e
+check "it goes on with the daemon's successor" "$(journal $bridge)" await 60 received '.odomd.velocity.x > 0.1' -e
 check "and is the one that was started" "$(main_pid $bridge)" test "$(main_pid $bridge)" = "$pid"
 
 systemctl stop $bridge
 summary=$(journalctl --no-pager -o cat -u $bridge | grep '^{')
-check "it says what it sent" "$(said)" jq -e '.restarts == 1 and all(.sinks[]; .sent > 0)' <<<"$summary"
-check "its end is no failure" "$(systemctl show -p Result $bridge)" \
-  test "$(systemctl show -P Result $bridge)" = success
+check "it says what it sent" "$(journal $bridge)" jq -e '.restarts == 1 and all(.sinks[]; .sent > 0)' <<<"$summary"
+says "its end is no failure" '^success$' systemctl show -P Result $bridge
+
+lab_pose_publisher &
+publisher=$!
+# With a stamp that a slow machine delivers too late a pose is judged, too.
+judged() { status 'any(.sources[]; .name == "camera" and ([.verdicts[]] | add) > 0)' -e; }
+set_up "--pose-topic /pose"
+systemctl start $bridge
+refused() { journal $bridge | grep 'camera.sock: not allowed'; }
+check "poses from a topic need the senders' group, it says" "$(journal $bridge)" await 60 refused
+check "and none gets through" "$(status .sources -c)" test "$(judged)" = false
+set_up "--pose-topic /pose" "SupplementaryGroups=odomd-camera"
+systemctl restart $bridge
+check "with it they reach the daemon" "$(journal $bridge)" await 60 judged
+systemctl stop $bridge
+check "and it read the pose as well" "$(journal $bridge)" \
+  jq -e '.input.sent > 0 and .ticks > 0' <<<"$(journalctl --no-pager -o cat -u $bridge | grep '^{' | tail -n 1)"
+kill $publisher
 rm -r /run/systemd/system/$bridge.d
 end

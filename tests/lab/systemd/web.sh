@@ -1,0 +1,64 @@
+# The page's service together with the daemon's, under its whole sandbox: it serves what the daemon publishes, can write
+# nothing of it, survives a restart of the daemon, asks other machines for the token, and ends cleanly.
+. "$(dirname "$0")/../guest.sh"
+. "$(dirname "$0")/../service.sh"
+web=odomd-web@$bus.service
+
+begin
+: >events
+ip link set lo up
+# page PATH [HEADER]: the whole answer; of a stream what comes within three seconds.
+page() {
+  exec 3<>/dev/tcp/127.0.0.1/9880 || return
+  printf 'GET %s HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n%s\r\n' "$1" "${2:+$2$'\r\n'}" >&3
+  timeout 3 cat <&3 | tr -d '\r'
+  exec 3>&-
+}
+has() { grep -q -- "$1" <<<"$(page "${@:2}")"; }
+# live: the stream's poses are those of the daemon that runs.
+live() {
+  page /events >events
+  sed -n 's/^data: \({"n".*\)/\1/p' events | tail -n 1 | jq -e '.live and .row[5] > 0.1'
+}
+
+says "it is off until somebody enables it" '^disabled' systemctl is-enabled $web
+check "it starts" "$(journal $web)" systemctl start $web
+check "it serves the page" "$(journal $web)" await 30 has '<title>' /
+check "with the pose" "$(journal $web; tail -c 300 events)" await 60 live
+check "and the metrics" "$(journal $web)" await 30 has '^odom_up.* 1$' /metrics
+
+pid=$(main_pid $web)
+rights=$(awk -v file="$run/pose" '$NF == file {print $2}' "/proc/$pid/maps" | sort -u)
+check "it maps the segment, and only to read" "$rights" test "$rights" = r--s
+user=$(ps -o user:32= -p "$pid")
+check "it is nobody's user" "$user" test "$user" != root -a "$user" != odomd
+is_confined $web
+
+systemctl stop $unit
+check "without the daemon it says so" "$(journal $web)" await 30 has '^odom_up.* 0$' /metrics
+systemctl start $unit
+check "it goes on with the next one" "$(journal; journal $web; tail -c 300 events)" await 60 live
+kill -9 "$(main_pid)"
+await 60 settled
+check "and with the one after a crash" "$(journal $web; tail -c 300 events)" await 60 live
+check "and is the one that was started" "$(main_pid $web)" test "$(main_pid $web)" = "$pid"
+
+# For a phone, as docs/web.md has it.
+token=0123456789abcdef-lab
+mkdir -p /run/systemd/system/$web.d
+(umask 077; echo $token >/etc/odomd/web-token)
+sed -n '/^As a service/,/^    systemctl enable/s/^      //p' "$ODOMD_SOURCE_DIR/docs/web.md" >/run/systemd/system/$web.d/lab.conf
+systemctl daemon-reload
+systemctl restart $web
+check "another machine needs the token" "$(journal $web)" await 30 has '^HTTP/1.1 401' /
+check "and is served with it" "$(journal $web)" await 30 has '^HTTP/1.1 200' /metrics "Authorization: Bearer $token"
+check "which nobody sees in its arguments" "$(journal $web)" \
+  test -z "$(grep -la "$token" "/proc/$(main_pid $web)/"{cmdline,environ})"
+
+exec 4<>/dev/tcp/127.0.0.1/9880
+printf 'GET /events HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer %s\r\n\r\n' "$token" >&4
+check "a viewer looks on" "$(journal $web)" grep -q -m1 '^data' <&4
+systemctl stop $web
+says "its end is no failure, nor waits for the viewer" '^success$' systemctl show -P Result $web
+rm -r /run/systemd/system/$web.d
+end
