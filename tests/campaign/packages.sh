@@ -14,20 +14,22 @@ packages=$tree/build/release/packages
 if [ "${1-}" != --in-the-machine ]; then
   cd "$tree" || exit 1
   begin=$SECONDS
-  tools/dependencies.sh campaign && cmake --preset release -DODOMD_TESTS=ON >/dev/null &&
-    cmake --build --preset release >/dev/null || exit 1
+  tools/dependencies.sh campaign || exit 1
   rm -rf "$packages"
   if [ -n "${1-}" ]; then
     mkdir -p "$packages" && cp "$1"/*_{amd64,all}.deb "$packages" || exit 1
   else
-    cpack --config build/release/CPackConfig.cmake >/dev/null || exit 1
+    cmake --preset release -DODOMD_TESTS=ON >/dev/null && cmake --build --preset release >/dev/null &&
+      cpack --config build/release/CPackConfig.cmake >/dev/null || exit 1
   fi
   # The upgrade: the same, and younger.
-  unpacked=$(mktemp -d)
   mkdir "$packages/younger"
-  dpkg-deb -R "$packages"/odomd_*.deb "$unpacked" && sed -i 's/^Version: .*/&+younger/' "$unpacked/DEBIAN/control" &&
-    dpkg-deb -b --root-owner-group "$unpacked" "$packages/younger" >/dev/null || exit 1
-  rm -rf "$unpacked"
+  for package in "$packages"/{odomd,odom-web,odom-bridge}_*.deb; do
+    unpacked=$(mktemp -d)
+    dpkg-deb -R "$package" "$unpacked" && sed -i 's/^Version: .*/&+younger/' "$unpacked/DEBIAN/control" &&
+      dpkg-deb -b --root-owner-group "$unpacked" "$packages/younger" >/dev/null || exit 1
+    rm -rf "$unpacked"
+  done
 
   log=build/logs/packages.log
   mkdir -p build/logs
@@ -156,7 +158,7 @@ does "back to what was installed" systemctl restart $unit
 
 echo "-- upgrade"
 does "it runs" goes_on
-before=$(main_pid) pose=$(odom pose --json | jq -c '[.x, .y]')
+before=$(main_pid)
 printf '# mine\n' >>/etc/odomd/can0.toml
 does "the same package once more" apt install -y --reinstall "$packages"/odomd_*.deb
 says "my configuration is kept" '^# mine$' tail -n 1 /etc/odomd/can0.toml
@@ -167,12 +169,20 @@ does "a younger package" dpkg -i "$packages"/younger/odomd_*.deb
 does "what ran goes on" goes_on
 says "from the last pose" "resuming from the last pose" journal -n 200
 [ "$(main_pid)" != "$before" ] && ok "as another process again" || not_ok "as another process again" "pid $before"
+others='odomd-web@can0 odomd-bridge@can0'
+does "page and bridge are enabled and started" systemctl enable --now $others
+before=$(systemctl show -P MainPID $others)
+does "younger ones" dpkg -i "$packages"/younger/odom-{web,bridge}_*.deb
+says "both run, as other processes" '^4$' \
+  sh -c "printf '%s\\n' $(echo $before) \$(systemctl show -P MainPID $others) | grep -vx 0 | sort -u | wc -l"
+does "the page has the pose" await 20 sh -c "curl -s http://127.0.0.1:9880/metrics | grep '^odom_up.* 1\$'"
 says "my configuration is kept again" '^# mine$' tail -n 1 /etc/odomd/can0.toml
 
 echo "-- removal"
 dpkg -L $names | sort -u | while read -r path; do [ -d "$path" ] || echo "$path"; done >files
 does "apt removes the daemon" apt remove -y odomd
 says "it is stopped" '^inactive' systemctl is-active $unit
+says "as are page and bridge, which need it" '^inactive inactive $' sh -c "systemctl is-active $others | tr '\\n' ' '"
 [ ! -e /run/odomd/can0 ] && ok "its directory is gone" || not_ok "its directory is gone" "$(ls -l /run/odomd)"
 says "the configuration stays" '^# mine$' tail -n 1 /etc/odomd/can0.toml
 rm /etc/odomd/elsewhere.toml

@@ -19,7 +19,6 @@ named() { find / -xdev -name '*odom*' ! -path '/dist/*' ! -path '/older/*' ! -pa
 # source_is OPTION FOLDER: the only one that apt has.
 source_is() { echo "deb [$1] file:$2 ./" >/etc/apt/sources.list && apt-get -q update; }
 as_newcomer() { runuser -u newcomer -- env HOME=/home/newcomer XDG_RUNTIME_DIR=/home/newcomer/run "$@"; }
-watch() { as_newcomer script -qec 'stty cols 100 rows 40; timeout 2 odom watch' /dev/null; }
 bare() {
   export DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 HOME=/root
   local begin seconds driver
