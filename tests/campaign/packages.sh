@@ -167,7 +167,7 @@ does "what ran, runs" goes_on
 before=$(main_pid)
 does "a younger package" dpkg -i "$packages"/younger/odomd_*.deb
 does "what ran goes on" goes_on
-says "from the last pose" "resuming from the last pose" journal -n 200
+says "from the last pose" "resuming from the last pose" journal "_PID=$(main_pid)"
 [ "$(main_pid)" != "$before" ] && ok "as another process again" || not_ok "as another process again" "pid $before"
 others='odomd-web@can0 odomd-bridge@can0'
 does "page and bridge are enabled and started" systemctl enable --now $others
