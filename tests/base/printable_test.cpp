@@ -44,7 +44,8 @@ TEST(Printable, ShortensBetweenCharacters) {
                       3),
             "ab…");
   EXPECT_EQ(odomd::quoted("a\nb"), "\"a\\nb\"");
-  EXPECT_EQ(odomd::quoted(std::string(100'000, 'x')), '"' + std::string(60, 'x') + "…\"");
+  EXPECT_EQ(odomd::quoted(std::string(100'000, 'x')),
+            std::string(1, '"') + std::string(60, 'x') + "…\"");
 }
 
 TEST(Printable, KeepsTheBeginningAndTheEndOfALongMessage) {
