@@ -64,7 +64,7 @@ struct Tuning {
   double velocity_odds = 4.6;      ///< log odds of a right over a wrong velocity of the filter
   double outlier_range = 20.0;     ///< range of outliers [wheelbases]
   double motion_error = 0.1;       ///< error of the filter's motion between two poses [1, rad/m]
-  double camera_latency = 0.005;   ///< error of its stamps that lasts [s]
+  double camera_latency = 0.0025;  ///< error of its stamps that lasts: half an exposure [s]
   double lasting_s = 3.0;          ///< correlation time of a camera's lasting error [s]
   double lasting_mean_s = 0.5;     ///< of the mean by which it shows [s] ...
   double lasting_memory_s = 20.0;  ///< ... and of what is remembered [s]

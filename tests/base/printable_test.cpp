@@ -45,7 +45,7 @@ TEST(Printable, ShortensBetweenCharacters) {
             "ab…");
   EXPECT_EQ(odomd::quoted("a\nb"), "\"a\\nb\"");
   EXPECT_EQ(odomd::quoted(std::string(100'000, 'x')),
-            std::string(1, '"') + std::string(60, 'x') + "…\"");
+            std::string("\"").append(60, 'x').append("…\""));
 }
 
 TEST(Printable, KeepsTheBeginningAndTheEndOfALongMessage) {
