@@ -31,6 +31,7 @@ using std::chrono::steady_clock;
 constexpr std::size_t request_threads = 16;
 constexpr std::size_t max_recent = 40;  ///< events: two seconds
 constexpr std::size_t max_request = 16'384;
+constexpr std::size_t max_line = 1'536;  ///< std::regex takes stack by the character
 constexpr milliseconds max_request_time{2'000};
 constexpr milliseconds max_stall{5'000};
 constexpr int send_buffer = 16'384;  ///< of the kernel: events of a second
@@ -57,7 +58,8 @@ class Connection final : public httplib::Stream {
     if (left_ == 0 || !is_readable()) return -1;
     const ssize_t got = ::recv(socket_.get(), to, std::min(size, left_), MSG_DONTWAIT);
     if (got > 0) left_ -= static_cast<std::size_t>(got);
-    return got;
+    for (ssize_t i = 0; i < got; ++i) line_ = to[i] == '\n' ? 0 : line_ + 1;
+    return line_ > max_line ? -1 : got;
   }
   ssize_t write(const char* from, std::size_t size) override {
     return is_writable() ? ::send(socket_.get(), from, size, MSG_DONTWAIT | MSG_NOSIGNAL) : -1;
@@ -75,6 +77,7 @@ class Connection final : public httplib::Stream {
   FileDescriptor socket_;
   steady_clock::time_point deadline_ = steady_clock::now() + max_request_time;
   std::size_t left_ = max_request;
+  std::size_t line_ = 0;  // only heads are read
 };
 
 /// An address, localhost, or this machine's name. A page of another site whose name resolves to
@@ -234,7 +237,8 @@ httplib::Server::HandlerResponse Server::guard(const httplib::Request& request,
     return answer(response, 405, "only GET and HEAD");
   }
   const std::string host = request.get_header_value("Host");
-  if (request.get_header_value_count("Host") != 1 || !std::regex_match(host, own_hosts_))
+  if (request.get_header_value_count("Host") != 1 || host.size() > 255 ||
+      !std::regex_match(host, own_hosts_))
     return answer(response, 403, "unknown Host: use the car's address or its host name");
   const auto [begin, end] = request.headers.equal_range("Origin");
   if (std::any_of(begin, end,
