@@ -245,7 +245,7 @@ httplib::Server::HandlerResponse Server::guard(const httplib::Request& request,
                   [&](const auto& origin) { return origin.second != "http://" + host; }))
     return answer(response, 403, "pages of other sites may not read");
   const std::string& token = endpoint_.token;
-  if (token.empty() || is_token(given_token(request), token)) return HandlerResponse::Unhandled;
+  if (token.empty()) return HandlerResponse::Unhandled;
   if (is_token(request.get_param_value("token"), token)) {
     constexpr const char* cookie =
         "odom_token={}; Path=/; HttpOnly; SameSite=Strict; Max-Age=31536000";
@@ -253,6 +253,7 @@ httplib::Server::HandlerResponse Server::guard(const httplib::Request& request,
     response.set_redirect("/", 303);
     return HandlerResponse::Handled;
   }
+  if (is_token(given_token(request), token)) return HandlerResponse::Unhandled;
   response.set_header("WWW-Authenticate", "Bearer");
   return answer(response, 401, "open this page once with /?token=TOKEN, the token of the car");
 }

@@ -181,6 +181,8 @@ TEST_F(Serve, NeedsTheToken) {
               HasSubstr("Set-Cookie: odom_token=" + right + "; Path=/; HttpOnly; SameSite=Strict"));
   const std::string cookie = "Cookie: theme=dark; odom_token=" + right + "; a=b\r\n";
   EXPECT_THAT(get("/", cookie), StartsWith("HTTP/1.1 200"));
+  // The token leaves the address of who has the cookie, too.
+  EXPECT_THAT(get("/?token=" + right, cookie), StartsWith("HTTP/1.1 303"));
   EXPECT_THAT(get("/", "Cookie: xodom_token=" + right + "\r\n"), StartsWith("HTTP/1.1 401"));
   EXPECT_THAT(get("/metrics", "Authorization: Bearer " + right + "\r\n"),
               StartsWith("HTTP/1.1 200"));
