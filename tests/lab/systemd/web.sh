@@ -47,7 +47,7 @@ check "and is the one that was started" "$(main_pid $web)" test "$(main_pid $web
 token=0123456789abcdef-lab
 mkdir -p /run/systemd/system/$web.d
 (umask 077; echo $token >/etc/odomd/web-token)
-sed -n '/^As a service/,/^    systemctl enable/s/^      //p' "$ODOMD_SOURCE_DIR/docs/web.md" >/run/systemd/system/$web.d/lab.conf
+sed -n '/^As a service/,/^    sudo systemctl enable/s/^      //p' "$ODOMD_SOURCE_DIR/docs/web.md" >/run/systemd/system/$web.d/lab.conf
 systemctl daemon-reload
 systemctl restart $web
 check "another machine needs the token" "$(journal $web)" await 30 has '^HTTP/1.1 401' /
