@@ -17,7 +17,7 @@ set_up() {
     "${2-}" >/run/systemd/system/$bridge.d/lab.conf
   systemctl daemon-reload
 }
-set_up "--udp 127.0.0.1:9870"
+set_up "--ros --udp 127.0.0.1:9870"
 
 # received FILTER: a datagram that comes within a second, by jq.
 received() {
@@ -46,19 +46,19 @@ check "and is the one that was started" "$(main_pid $bridge)" test "$(main_pid $
 
 systemctl stop $bridge
 summary=$(journalctl --no-pager -o cat -u $bridge | grep '^{')
-check "it says what it sent" "$(journal $bridge)" jq -e '.restarts == 1 and all(.sinks[]; .sent > 0)' <<<"$summary"
+check "it says what it sent" "$(journal $bridge)" jq -e '.restarts == 1 and (.sinks | length) == 2 and all(.sinks[]; .sent > 0)' <<<"$summary"
 says "its end is no failure" '^success$' systemctl show -P Result $bridge
 
 lab_pose_publisher &
 publisher=$!
 # With a stamp that a slow machine delivers too late a pose is judged, too.
 judged() { status 'any(.sources[]; .name == "camera" and ([.verdicts[]] | add) > 0)' -e; }
-set_up "--pose-topic /pose"
+set_up "--pose-topic /pose --no-publish"
 systemctl start $bridge
 refused() { journal $bridge | grep 'camera.sock: not allowed'; }
 check "poses from a topic need the senders' group, it says" "$(journal $bridge)" await 60 refused
 check "and none gets through" "$(status .sources -c)" test "$(judged)" = false
-set_up "--pose-topic /pose" "SupplementaryGroups=odomd-camera"
+set_up "--ros --pose-topic /pose" "SupplementaryGroups=odomd-camera"
 systemctl restart $bridge
 check "with it they reach the daemon" "$(journal $bridge)" await 60 judged
 systemctl stop $bridge
