@@ -50,7 +50,7 @@ bare() {
     python3 -c 'import odom; odom.Client().latest()'
 
   # The folder as a repository, without network: what the packages depend on stays.
-  does "purge" apt-get -q purge odomd odom-tools libodom0
+  does "purge" apt-get -q purge odomd odom-tools odom-web libodom0
   userdel -r newcomer 2>/dev/null
   says "nothing of that name is left" '^$' named
   listing >/tmp/before
@@ -65,7 +65,7 @@ bare() {
   says "my configuration is kept" '^# mine$' tail -n 1 /etc/odomd/can0.toml
   does "remove" apt-get -q remove odomd
   says "the configuration stays" '^# mine$' tail -n 1 /etc/odomd/can0.toml
-  does "purge of everything" apt-get -q purge odomd odom-tools libodom0
+  does "purge of everything" apt-get -q purge odomd odom-tools odom-web libodom0
   rm -f /etc/apt/sources.list
   mv /tmp/sources.list /tmp/sources.list.d /etc/apt 2>/dev/null
   says "no file is left" '^$' left
