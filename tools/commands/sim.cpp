@@ -1,6 +1,7 @@
 // odom sim: drives a simulated car, into a folder or live.
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -139,9 +140,12 @@ void simulate(const Arguments& arguments) {
   std::optional<sim::DriveWriter> writer;
   if (!arguments.out.empty()) {
     sim::make_drive_folder(arguments.out, arguments.existing);
+    // The configuration would take a relative path as relative to itself.
+    const std::string& socket = arguments.camera_socket;
     sim::write_car_files(
         arguments.out, plan,
-        {.can = can.empty() ? "drive.log" : can, .camera_socket = arguments.camera_socket});
+        {.can = can.empty() ? "drive.log" : can,
+         .camera_socket = socket.empty() ? socket : std::filesystem::absolute(socket).string()});
     if (arguments.config_only) return;
     writer.emplace(arguments.out, arguments.live && can != "-" ? can : sim::log_interface, decimals,
                    arguments.markers);

@@ -218,9 +218,9 @@ TEST(SimCommand, SendsCameraPosesToTheSocket) {
   const Scratch scratch;
   const std::string path = scratch.path("camera.sock").string();
   const FileDescriptor door = listening_socket(path, SOCK_SEQPACKET);
-  const std::string folder = scratch.path("drive").string();
-  const Outcome played = run_shell("odom sim --live --duration 1 --camera-socket " + path +
-                                   " --out " + folder + " >/dev/null");
+  const Outcome played = run_shell(
+      "cd " + scratch.path("").string() +
+      " && odom sim --live --duration 1 --camera-socket camera.sock --out drive >/dev/null");
   ASSERT_EQ(played.status, 0) << played.err;
   EXPECT_THAT(contents(scratch.path("drive/car.toml")), HasSubstr(path));
 
