@@ -74,9 +74,8 @@ void read_table(TableReader table, std::span<const ConfigKey> keys, Config& conf
   if (name == "can") read_messages(table, config.can);
   table.finish();
   // All numbers or none: a mixture of two cars would give wrong poses.
-  constexpr std::size_t needed = 7;
   if (name == "vehicle")
-    for (const ConfigKey& key : keys.first(needed))
+    for (const ConfigKey& key : keys.first(numbers_of_a_car))
       if (!table.has(key.name))
         table.fail(key.name, "is missing; give all keys of [vehicle], or leave the table out");
 }

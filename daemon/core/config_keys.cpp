@@ -135,6 +135,9 @@ constexpr ConfigKey keys[] = {
     {"log", "level", Choice{level_names, set_level}},
 };
 
+static_assert(keys[numbers_of_a_car - 1].name == "track_width" &&
+              keys[numbers_of_a_car].name == "grip_front");
+
 }  // namespace
 
 std::span<const ConfigKey> config_keys() {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -58,6 +59,9 @@ struct ConfigKey {
   /// What is wrong with a value of the right type and range; may be empty.
   std::string_view (*problem)(const Config&) = nullptr;
 };
+
+/// The table begins with the numbers of a car, which are given all or none.
+inline constexpr std::size_t numbers_of_a_car = 7;
 
 /// By table, in the order in which the reader reports errors.
 [[nodiscard]] std::span<const ConfigKey> config_keys();
