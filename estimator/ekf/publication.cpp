@@ -169,7 +169,8 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   const double way = disputed.way + state.lasting_way.variance;
   P.diagonal().head<3>() += Eigen::Vector3d(way, way, disputed.turn + state.lasting_turn.variance);
   if (state.last_camera_pose.capture_ns != 0) {
-    // The filter follows the camera's clock: if that is late by τ_c, so is the pose.
+    // The filter follows the camera's clock: if that is late by τ_c, so is the pose. A
+    // predecessor's covariance has it already.
     Eigen::Vector3d late;
     late << Eigen::Rotation2Dd(x[at::yaw]) * x.segment<2>(at::v_x), x[at::yaw_rate];
     late *= model.tuning.camera_latency;
