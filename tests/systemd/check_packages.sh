@@ -32,11 +32,13 @@ has libodom-dev usr/include/odom/odom.h usr/lib/libodom.so usr/lib/pkgconfig/odo
 has odom-tools usr/bin/odom usr/share/odomd/foxglove-layout.json
 has python3-odom usr/lib/python3/dist-packages/odom/__init__.py
 if [ -x "$build/bin/odom-bridge" ]; then
-  has odom-bridge usr/bin/odom-bridge usr/lib/systemd/system/odomd-bridge@.service
+  has odom-bridge usr/bin/odom-bridge usr/lib/systemd/system/odomd-bridge@.service \
+    usr/share/man/man1/odom-bridge.1
   depends odom-bridge libddsc0debian
 fi
 if [ -x "$build/bin/odom-web" ]; then
-  has odom-web usr/bin/odom-web usr/lib/systemd/system/odomd-web@.service
+  has odom-web usr/bin/odom-web usr/lib/systemd/system/odomd-web@.service \
+    usr/share/man/man1/odom-web.1
   depends odom-web libcpp-httplib0.11
 fi
 for name in odom-bridge odom-web; do

@@ -188,6 +188,21 @@ TEST(ManPages, HaveEveryCommandAndOptionOfTheHelp) {
         << (*at)[1];
 }
 
+// They leave the options to odom(1), but name some.
+TEST(ManPages, OfProgramsBehindCommandsNameOptionsThatExist) {
+  static const std::regex option("Fl Fl ([-a-z0-9]+)");
+  for (const auto& [page, name] :
+       {std::pair<std::string, std::string>{"odom-web.1", "serve"}, {"odom-bridge.1", "bridge"}}) {
+    const std::string text = contents(ODOMD_SOURCE_DIR "/man/" + page);
+    EXPECT_THAT(text, HasSubstr("\n.Nm odom Cm " + name + " ;\n"));
+    const std::set<std::string> options = command_of("odom " + name).options;
+    std::sregex_iterator at(text.begin(), text.end(), option);
+    EXPECT_NE(at, std::sregex_iterator{}) << page << " names no option";
+    for (; at != std::sregex_iterator{}; ++at)
+      EXPECT_THAT(options, ::testing::Contains("--" + (*at)[1].str())) << page;
+  }
+}
+
 TEST(ManPages, AreSound) {
   const Outcome outcome =
       run_shell("cd " ODOMD_SOURCE_DIR
