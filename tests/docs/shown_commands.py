@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
 """Runs what a page shows: shown_commands.py PAGE SHOWN
+Compares commands in the code of pages with their help, options alone with the manual pages; runs none:
+shown_commands.py --options PAGE...
 
 A page marks with <!-- shown: SHOWN --> where the ```console blocks begin that are meant, until its
 next mark. In them a line `$ COMMAND`, `USER$ COMMAND` or `root# COMMAND` is run, in order, in one
@@ -8,6 +10,8 @@ any lines. A USER is another one of this machine, which takes root. Prints `ok N
 `not ok NAME: why` for each; the exit status is 0 only when all are as shown.
 """
 
+import contextlib
+import functools
 import os
 import pathlib
 import re
@@ -20,6 +24,10 @@ import tempfile
 
 PROMPT = re.compile(r"(?:(?P<user>[a-z]+)\$|(?P<root>root)#|\$) (?P<command>.*)")
 TIME_LIMIT_S = 60
+PROGRAMS = [name for name in ("odom", "odomd", "apriltag_camera") if shutil.which(name)]
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+FENCE, LINE, SPAN = r"^ *```.*\n((?:.*\n)*?) *```$", r"^ {4,}(\S.*)$", r"(?<!`)`([^`\n]+)`(?!`)"
+COMMAND = re.compile(rf"(?:^|[\s(|\"])({'|'.join(PROGRAMS)}) ([^|;&)\"`#<\n]*)", re.MULTILINE)
 
 
 def shown_in(page, wanted):
@@ -64,7 +72,42 @@ def run(user, command, groups):
         return output.read().decode(errors="backslashreplace")
 
 
+def end(groups):
+    for group in groups:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(group, signal.SIGKILL)
+
+
+@functools.cache
+def help_of(*words):
+    """Options and subcommands of a command; None if there is none."""
+    helped = subprocess.run([*words, "--help"], capture_output=True, text=True, check=False)
+    options, _, below = helped.stdout.partition("Subcommands:\n")
+    return None if helped.returncode else (set(re.findall(r"^  (?:-\w,)?(--[-a-z0-9]+)", options, re.MULTILINE)),
+                                           re.findall(r"^  ([a-z]+)  +[A-Z]", below, re.MULTILINE))
+
+
+def unknown_in(page):
+    """What no help has of the commands and options in a page's code."""
+    described = "".join(file.read_text() for file in (*ROOT.glob("man/*.[18]"), ROOT / "examples/stanley.py"))
+    known = {"--" + option for option in re.findall(r'(?:Fl Fl |"--)([-a-z0-9]+)', described)}
+    for code in map("".join, re.findall(f"{FENCE}|{LINE}|{SPAN}", page.replace("\\\n", " "), re.MULTILINE)):
+        yield from set(re.findall("^--[-a-z0-9]+", code)).difference(known)
+        for program, rest in COMMAND.findall(code):
+            words, rest = [program], rest.split()
+            while rest and help_of(*words) and help_of(*words)[1] and re.fullmatch("[a-z]+", rest[0]):
+                words.append(rest.pop(0))
+            if not help_of(*words):
+                yield " ".join(words)
+            else:
+                given = (word.partition("=")[0] for word in rest if word.startswith("--"))
+                yield from (" ".join([*words, option]) for option in given if option not in help_of(*words)[0])
+
+
 def main():
+    if sys.argv[1:2] == ["--options"]:
+        unknown = [f"{page}: {what}" for page in sys.argv[2:] for what in unknown_in(pathlib.Path(page).read_text())]
+        sys.exit("".join(f"not ok {what}: no help has it\n" for what in unknown) or len(sys.argv) == 2)
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     page, wanted = sys.argv[1:]
@@ -84,11 +127,7 @@ def main():
                 failed += 1
                 print(f"not ok {what}: printed {shlex.quote(printed)}", flush=True)
     finally:
-        for group in groups:
-            try:
-                os.killpg(group, signal.SIGKILL)
-            except ProcessLookupError:
-                pass
+        end(groups)
         shutil.rmtree(directory)
     if not steps:
         print(f"not ok {name}: nothing is shown: {wanted}")

@@ -1,5 +1,6 @@
 """shown_commands.py: what is as shown passes, what is not fails, and a page that shows nothing too."""
 
+import os
 import pathlib
 import subprocess
 import sys
@@ -51,6 +52,20 @@ class ShownCommands(unittest.TestCase):
     def test_a_page_that_shows_nothing_fails(self):
         self.assertEqual(outcome("$ true", mark="elsewhere"),
                          (1, ["not ok page: nothing is shown: elsewhere"]))
+
+    def test_what_no_help_has_fails(self):
+        with tempfile.TemporaryDirectory() as folder:
+            page, odom = pathlib.Path(folder) / "page.md", pathlib.Path(folder) / "odom"
+            odom.write_text("#!/bin/sh\ncase $* in --help) printf 'Subcommands:\\n  plot  Draw\\n' ;; "
+                            "'plot --help') echo '  --out A' ;; *) false ;; esac")
+            odom.chmod(0o755)
+            for text, unknown in (("    odom plot --out=a # --in\n`--rate`\n", ""), ("`odom plto`\n", "odom plto"),
+                                  ("    : | odom plot \\\n  --rate 1\n", "odom plot --rate"), ("`--in`\n", "--in"),
+                                  ('```xml\n<a cmd="odom plot --in"/>\n```\n', "odom plot --in")):
+                page.write_text(text)
+                done = subprocess.run([sys.executable, "-B", RUNNER, "--options", page], capture_output=True, text=True,
+                                      env={**os.environ, "PATH": folder}, check=False)
+                self.assertEqual(done.stderr, unknown and f"not ok {page}: {unknown}: no help has it\n\n")
 
 
 if __name__ == "__main__":
