@@ -18,7 +18,6 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <odom/odom.hpp>
 #include <opencv2/calib3d.hpp>
@@ -48,12 +47,11 @@ struct Sighting {
 };
 
 struct Setup {
-  double max_hamming = 0.0, stamp_offset = 0.0;
+  double max_hamming = 0.0, stamp_offset = 0.0, sigma_corner = 0.0;
   bool camera_on_car = true;
   cv::Affine3d camera;  // on the car or in the map; x forward, z up
   cv::Mat matrix, distortion;
   cv::Size picture;
-  double sigma_corner = 0.0;
   std::vector<double> sigma_car, sigma_tag;  // x, y, yaw, z, roll, pitch; x, y, z, yaw
   std::map<int, Tag> tags;
 };
@@ -78,8 +76,7 @@ struct Table {
     fail(file + (line == 0 ? "" : ':' + std::to_string(line)),
          name + std::string(key) + (node == nullptr ? " is missing: " : " is wrong: ") + needed);
   }
-  double number(const char* key, double fallback = NAN,
-                double above = std::numeric_limits<double>::lowest()) {
+  double number(const char* key, double fallback = NAN, double above = -INFINITY) {
     const double value = rest.contains(key) ? rest[key].value<double>().value_or(NAN) : fallback;
     if (!std::isfinite(value) || value <= above)
       refuse(key, above < 0.0 ? "a number is needed" : "a number above 0 is needed");
@@ -133,7 +130,6 @@ Setup read_setup(const std::string& file, const std::string& lens) try {
   setup.sigma_tag.assign(3, camera.number("sigma_tag", 0.002, 0.0));
   setup.sigma_tag.push_back(camera.number("sigma_tag_deg", 0.2, 0.0) * degree);
   camera.finish();
-
   toml::array* tags = document["tag"].as_array();
   if (tags == nullptr || !tags->is_homogeneous<toml::table>())
     root.refuse("tag", "a table [[tag]] for each tag is needed");
@@ -206,10 +202,8 @@ struct Residuals : cv::LMSolver::Callback {
       std::vector<cv::Point2d> pixels;
       cv::projectPoints(print_corners(*seen.tag), in_camera.rvec(), in_camera.translation(),
                         setup.matrix, setup.distortion, pixels);
-      for (std::size_t i = 0; i < 4; ++i)
-        for (const double error :
-             {pixels[i].x - seen.corners[i].x, pixels[i].y - seen.corners[i].y})
-          residuals.push_back(error / setup.sigma_corner);
+      const cv::Mat errors = (cv::Mat(pixels) - cv::Mat(seen.corners)) / setup.sigma_corner;
+      residuals.insert(residuals.end(), errors.ptr<double>(), errors.ptr<double>() + 8);
     }
     return cv::Mat(residuals, true);
   }
@@ -224,8 +218,7 @@ struct Residuals : cv::LMSolver::Callback {
     for (int i = 0; i < p.rows; ++i) {
       cv::Mat moved = p.clone();
       moved.at<double>(i) += step;
-      const cv::Mat change = (at(moved) - residuals.getMat()).t() / step;
-      rows.push_back(change);
+      rows.push_back(cv::Mat((at(moved) - residuals.getMat()).t() / step));
     }
     cv::transpose(rows, jacobian);
     return true;
@@ -289,7 +282,7 @@ odom_clock clock_of(std::int64_t stamp_ns, const std::string& source) {
 
 int main(int argc, char** argv) try {
   std::string tags, lens, source, socket;
-  double start = 0.0;
+  double start = 0.0, sighted = 0.0;
   bool live = false;
   CLI::App app{
       "Sends the car's pose to odomd, from AprilTags in a camera's pictures. Prints the poses as\n"
@@ -309,9 +302,12 @@ int main(int argc, char** argv) try {
   if (error != 0) fail(socket.empty() ? "odomd's camera socket" : socket, std::strerror(-error));
   cv::VideoCapture capture(source, film ? cv::CAP_FFMPEG : cv::CAP_V4L2);
   if (!capture.isOpened())
-    fail(source, film ? "cannot be read as a film" : "is not a camera, or is in use");
+    fail(source, film ? "cannot be read as a film" : "is not a camera, is in use or forbidden");
   capture.set(cv::CAP_PROP_FRAME_WIDTH, setup.picture.width);  // a film has its own
   capture.set(cv::CAP_PROP_FRAME_HEIGHT, setup.picture.height);
+  std::fprintf(stderr, "%s: %g x %g pixels, %.2f pictures/s\n", source.c_str(),
+               capture.get(cv::CAP_PROP_FRAME_WIDTH), capture.get(cv::CAP_PROP_FRAME_HEIGHT),
+               capture.get(cv::CAP_PROP_FPS));
   std::int64_t origin_ns = std::llround(1e9 * start);
   if (sending) origin_ns = film ? steady_clock::now().time_since_epoch().count() : 0;
   int pictures = 0, poses = 0;
@@ -327,9 +323,12 @@ int main(int argc, char** argv) try {
     t_ns += std::llround(1e9 * setup.stamp_offset);
     cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
     const std::vector<Sighting> seen = find_tags(setup, grey);
+    const double t = 1e-9 * static_cast<double>(t_ns);
+    if (pictures == 0 || !seen.empty()) sighted = t;
+    if (t - sighted > 2.0)  // said once
+      std::fprintf(stderr, "no known tag since %.3f s\n", std::exchange(sighted, INFINITY));
     if (seen.empty()) continue;
     const std::optional<cv::Vec6d> pose = estimate(setup, seen);
-    const double t = 1e-9 * static_cast<double>(t_ns);
     if (!pose) std::fprintf(stderr, "%.3f s: tags are not where %s says\n", t, tags.c_str());
     if (!pose) continue;
     const cv::Vec6d& p = *pose;
@@ -343,7 +342,8 @@ int main(int argc, char** argv) try {
       std::fprintf(stderr, "odomd's camera socket: %s\n", std::strerror(-error));
   }
   std::fprintf(stderr, "%s: %d pictures, %d poses\n", source.c_str(), pictures, poses);
-  return film ? 0 : 1;  // a camera does not end
+  if (!film) fail(source, "no more pictures; is it still connected?");
+  return 0;
 } catch (const std::exception& error) {
   std::fprintf(stderr, "apriltag_camera: %s\n", error.what());
   return 2;
