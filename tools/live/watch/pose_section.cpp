@@ -82,7 +82,8 @@ Line mode_line(const State& state, const Page& page) {
   const Segment& segment = *state.segment;
   if (segment.silent) {
     return {{off + "SILENT  ", Style::bad},
-            {"no tick for " + seconds_in_words(state.now_ns - segment.beat.heartbeat_ns) +
+            {"no tick for " +
+             seconds_in_words(std::max(state.now_ns - segment.beat.heartbeat_ns, std::int64_t{0})) +
              "; waiting for odomd at " + state.segment_name}};
   }
   const auto [style, meaning] = in_words(segment.pose.mode);
