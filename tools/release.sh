@@ -123,8 +123,8 @@ chmod +x "$work/compile"
 
 # build ARCH: the packages, in a Debian of their own. The first of them also has those for all architectures.
 build() {
-  local cross= include=${ODOMD_CCACHE:+ccache}
-  [ "$1" = "$native" ] || { cross="-a $1" && include+=,crossbuild-essential-$1; }
+  local cross= include=(${ODOMD_CCACHE:+--include=ccache})
+  [ "$1" = "$native" ] || { cross="-a $1" && include+=("--include=crossbuild-essential-$1"); }
   cat >"$source/build.sh" <<end
 set -e
 unset LC_ALL
@@ -140,7 +140,7 @@ mkdir /build/packages
 mv /build/*.deb /build/packages
 end
   mmdebstrap --format=null --variant=buildd --dpkgopt=force-unsafe-io --architectures="$(printf '%s\n' "$native" "$1" | uniq | paste -sd,)" \
-    --include="$include" --customize-hook='mkdir "$1/build"' --customize-hook="sync-in $source /build" \
+    "${include[@]}" --customize-hook='mkdir "$1/build"' --customize-hook="sync-in $source /build" \
     --customize-hook="unshare -m $work/compile \"\$1\"" --customize-hook="sync-out /build/packages $new" \
     bookworm /dev/null
 }
