@@ -22,12 +22,6 @@
 namespace odomd::tools::chart {
 namespace {
 
-void write_svg(const std::filesystem::path& file, const std::string& svg) {
-  auto output = open_output(file);
-  output << svg;
-  close_output(output, file);
-}
-
 // Removed when it goes out of scope.
 struct TemporaryFile {
   std::filesystem::path path;
@@ -116,7 +110,7 @@ std::string as_svg(std::span<const Drawing> drawings) {
 }
 
 void check_picture(const std::filesystem::path& file) {
-  if (file.extension() != ".svg" && file.extension() != ".png") {
+  if (file != "-" && file.extension() != ".svg" && file.extension() != ".png") {
     throw std::invalid_argument(file.string() + ": pictures end in .svg or .png; rename it");
   }
   check_writable(file);
@@ -124,14 +118,12 @@ void check_picture(const std::filesystem::path& file) {
 
 void write_picture(const std::filesystem::path& file, std::span<const Drawing> drawings) {
   check_picture(file);
-  if (file.extension() == ".svg") {
-    write_svg(file, as_svg(drawings));
+  if (file.extension() != ".png") {
+    write_whole(file, as_svg(drawings));
     return;
   }
-  auto probe = open_output(file);  // report a wrong name before a child process does
-  close_output(probe, file);
   const TemporaryFile svg;
-  write_svg(svg.path, as_svg(drawings));
+  write_whole(svg.path, as_svg(drawings));
   convert(svg.path, file);
 }
 

@@ -54,8 +54,9 @@ struct Drawing {
 /// One `<svg>` element with the drawings one below the other, on white.
 [[nodiscard]] std::string as_svg(std::span<const Drawing> drawings);
 
-/// Writes .svg, or .png by the program rsvg-convert. Throws std::invalid_argument for another
-/// ending or a file that cannot be written, std::runtime_error when the conversion fails.
+/// Writes .svg, also to "-", standard output, or .png by the program rsvg-convert. Throws
+/// std::invalid_argument for another ending or a file that cannot be written, std::runtime_error
+/// when the conversion fails.
 void write_picture(const std::filesystem::path& file, std::span<const Drawing> drawings);
 
 /// For use before long work: throws std::invalid_argument if write_picture() would.

@@ -37,8 +37,7 @@ using Json = nlohmann::json;
 }
 
 Json read_measurements(const std::string& file) {
-  std::ifstream input = open_input(file);
-  const std::string text{std::istreambuf_iterator<char>(input), {}};
+  const std::string text = read_whole(file);
   const Json json = Json::parse(text, nullptr, false);
   static const std::regex decimal_comma(R"re("([^"]{1,99})"\s{0,9}:\s{0,9}[-+]?\d{1,18},\d)re");
   if (std::smatch match; json.is_discarded() && std::regex_search(text, match, decimal_comma))

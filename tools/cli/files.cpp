@@ -1,6 +1,8 @@
 #include "tools/cli/files.hpp"
 
 #include <cerrno>
+#include <iostream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -48,6 +50,13 @@ std::ifstream open_input(const std::filesystem::path& file) {
   return input;
 }
 
+std::string read_whole(const std::filesystem::path& file) {
+  auto input = open_input(file);
+  std::string text{std::istreambuf_iterator<char>(input), {}};
+  if (input.bad()) throw std::runtime_error(file.string() + ": cannot be read");
+  return text;
+}
+
 std::ofstream open_output(const std::filesystem::path& file) {
   return open_output_for(file, file);
 }
@@ -72,6 +81,8 @@ void close_output(std::ofstream& output, const std::filesystem::path& file) {
 
 namespace {
 
+constexpr const char* standard_output = "-";
+
 // The target of a symbolic link, so that the link is kept.
 std::filesystem::path resolved(const std::filesystem::path& file) {
   std::error_code error;
@@ -81,6 +92,7 @@ std::filesystem::path resolved(const std::filesystem::path& file) {
 }
 
 bool is_moved_into(const std::filesystem::path& place) {
+  if (place == standard_output) return false;
   std::error_code error;
   const auto type = std::filesystem::status(place, error).type();
   return type == std::filesystem::file_type::not_found ||
@@ -120,7 +132,7 @@ WholeFile::WholeFile(const std::filesystem::path& file) : place_(file), written_
     written_ = place_;
     written_ += ".partial";
   }
-  output_ = open_output_for(file, written_);
+  if (place_ != standard_output) output_ = open_output_for(file, written_);
 }
 
 WholeFile::~WholeFile() {
@@ -130,8 +142,12 @@ WholeFile::~WholeFile() {
   std::filesystem::remove(written_, ignored);
 }
 
+std::ostream& WholeFile::stream() {
+  return place_ == standard_output ? std::cout : output_;
+}
+
 void WholeFile::finish() {
-  close_output(output_, place_);
+  if (place_ != standard_output) close_output(output_, place_);
   if (written_ != place_) {
     std::error_code error;
     std::filesystem::rename(written_, place_, error);
@@ -139,6 +155,12 @@ void WholeFile::finish() {
       throw std::runtime_error(place_.string() + ": cannot be written: " + error.message());
   }
   finished_ = true;
+}
+
+void write_whole(const std::filesystem::path& file, std::string_view text) {
+  WholeFile whole(file);
+  whole.stream() << text;
+  whole.finish();
 }
 
 }  // namespace odomd::tools

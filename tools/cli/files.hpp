@@ -6,6 +6,7 @@
 #include <ostream>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace odomd::tools {
 
@@ -14,6 +15,9 @@ namespace odomd::tools {
 
 /// Opens a file for writing. Throws std::invalid_argument if that fails.
 [[nodiscard]] std::ofstream open_output(const std::filesystem::path& file);
+
+/// All that is in a file. Throws like open_input().
+[[nodiscard]] std::string read_whole(const std::filesystem::path& file);
 
 /// For use before long work: throws std::invalid_argument if the file could not be written. The
 /// file is not changed.
@@ -26,7 +30,7 @@ struct Output {
 };
 
 /// Inputs must not be overwritten, and each output needs its own file: throws std::invalid_argument
-/// that names the option. Pipes and devices may be both.
+/// that names the option. Pipes, devices and "-", standard output, may be both.
 void check_outputs(std::span<const Output> outputs, std::span<const std::filesystem::path> inputs);
 
 /// Why a stream has failed, even long ago: the write is tried once more. "No space left on device".
@@ -36,7 +40,8 @@ void check_outputs(std::span<const Output> outputs, std::span<const std::filesys
 void close_output(std::ofstream& output, const std::filesystem::path& file);
 
 /// A file that exists completely or not at all: it is written as FILE.partial in the same folder
-/// and renamed by finish(). Anything but a regular file (a pipe, a device) is written directly.
+/// and renamed by finish(). Anything but a regular file (a pipe, a device, or standard output,
+/// which is called "-") is written directly.
 class WholeFile {
  public:
   /// Throws std::invalid_argument if it cannot be written.
@@ -45,7 +50,7 @@ class WholeFile {
   WholeFile(const WholeFile&) = delete;
   WholeFile& operator=(const WholeFile&) = delete;
 
-  [[nodiscard]] std::ostream& stream() { return output_; }
+  [[nodiscard]] std::ostream& stream();
   /// Throws std::runtime_error when something could not be written.
   void finish();
 
@@ -55,5 +60,8 @@ class WholeFile {
   std::ofstream output_;
   bool finished_ = false;
 };
+
+/// A WholeFile of this text.
+void write_whole(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace odomd::tools

@@ -183,10 +183,9 @@ void run_evaluate(const Options& options) {
   }
   if (!options.picture.empty()) write_picture_of(drives, options);
   if (!options.html.empty()) {
-    WholeFile file(options.html);
-    file.stream() << report::page(
-        drives, {.title = options.title, .version = ODOMD_VERSION, .command = given_command()});
-    file.finish();
+    write_whole(options.html, report::page(drives, {.title = options.title,
+                                                    .version = ODOMD_VERSION,
+                                                    .command = given_command()}));
   }
   if (options.json) {
     std::cout << text_of(options.drives.empty() ? files_json(drives.front()) : drives_json(drives));

@@ -77,9 +77,7 @@ void export_drive(const Options& options) {
   std::filesystem::create_directories(folder, error);
   if (error) throw std::invalid_argument("--tum: " + options.tum + ": " + error.message());
   for (const auto& [name, text] : tum_files(data, time)) {
-    WholeFile file(folder / name);
-    file.stream() << text;
-    file.finish();
+    write_whole(folder / name, text);
     say("odom export: " + (folder / name).string());
   }
 }

@@ -116,21 +116,6 @@ void report(const std::vector<fault::Acted>& acted, const char* what) {
   }
 }
 
-// A file that is complete or absent, or standard output.
-class Sink {
- public:
-  explicit Sink(const std::string& file) {
-    if (file != "-") file_.emplace(file);
-  }
-  [[nodiscard]] std::ostream& stream() { return file_ ? file_->stream() : std::cout; }
-  void finish() {
-    if (file_) file_->finish();
-  }
-
- private:
-  std::optional<WholeFile> file_;
-};
-
 struct Car {
   daemon::Config config;
   std::vector<can::Database> databases;
@@ -149,9 +134,7 @@ void check_files(const Options& options, const Car& car) {
   for (const std::string& input : {options.config, options.camera})
     if (!input.empty()) inputs.emplace_back(input);
   if (!options.log.empty()) inputs.emplace_back(options.log == "-" ? "/dev/stdin" : options.log);
-  const auto place = [](const std::string& name) { return name == "-" ? std::string() : name; };
-  check_outputs(std::vector<Output>{{"--out", place(options.out)},
-                                    {"--camera-out", place(options.camera_out)}},
+  check_outputs(std::vector<Output>{{"--out", options.out}, {"--camera-out", options.camera_out}},
                 inputs);
 }
 
@@ -161,7 +144,7 @@ std::int64_t fail_in_log(const Options& options, const Car& car, const std::vect
   for (const std::string& bus : daemon::expected_buses(car.config)) buses.index_of(bus);
   can::LogReader log(options.log, buses, options.damage);
   fault::Injector injector(car.config, car.databases, buses.all(), faults);
-  Sink sink(options.out);
+  WholeFile sink(options.out);
   ProgressLine progress("odom fault");
   const auto flush = options.log == "-" ? fault::Flush::every_frame : fault::Flush::at_the_end;
   const fault::Streamed streamed = write_log(log, buses, injector, sink.stream(), flush,
@@ -187,7 +170,7 @@ void fail_in_camera_log(const Options& options, const CameraLog& camera,
                         const std::vector<Fault>& faults, std::optional<std::int64_t> start_ns) {
   if (!start_ns) start_ns = camera.poses.empty() ? 0 : camera.poses.front().arrival_ns;
   fault::CameraInjector injector(faults, *start_ns);
-  Sink sink(options.camera_out);
+  WholeFile sink(options.camera_out);
   const fault::Streamed streamed = write_camera_log(camera.poses, injector, sink.stream());
   sink.finish();
   std::cerr << fmt::format("odom fault: {}: {} camera poses in, {} out\n", options.camera,

@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <iostream>
 #include <iterator>
 #include <memory>
 #include <optional>
@@ -122,7 +121,7 @@ class Source {
 };
 
 void run_plot(const Options& options) {
-  if (options.out != "-") chart::check_picture(options.out);
+  chart::check_picture(options.out);
   Drawings drawings;
   if (!options.title.empty()) drawings.push_back(chart::heading(options.title));
   Source source(options);
@@ -131,11 +130,7 @@ void run_plot(const Options& options) {
     append(drawings, subject == "innovation" ? innovations_of(options)
                      : subject == "beat"     ? beat_of(source.beat())
                                              : plot(subject, source.poses()));
-  if (options.out == "-") {
-    std::cout << chart::as_svg(drawings);
-  } else {
-    chart::write_picture(options.out, drawings);
-  }
+  chart::write_picture(options.out, drawings);
 }
 
 }  // namespace

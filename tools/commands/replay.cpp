@@ -102,30 +102,6 @@ ReplaySummary play(daemon::Pipeline& pipeline, std::int64_t period_ns, can::Merg
   throw PauseError(log.position() + error.what());
 }
 
-// The file of the innovations, if requested.
-class InnovationFile {
- public:
-  explicit InnovationFile(const std::string& file) {
-    if (file.empty()) return;
-    write_innovation_header(file_.emplace(file).stream());
-  }
-  [[nodiscard]] JudgementSink sink() {
-    if (!file_) return {};
-    return [this](std::span<const estimator::Judgement> judgements) {
-      text_.clear();
-      for (const estimator::Judgement& one : judgements) append_innovation_rows(text_, one);
-      file_->stream() << text_;
-    };
-  }
-  void finish() {
-    if (file_) file_->finish();
-  }
-
- private:
-  std::optional<WholeFile> file_;
-  std::string text_;
-};
-
 void run(Options options) {
   daemon::Config config = configuration(options);
   if (const auto own = std::filesystem::path(options.drive) / "camera.csv";
@@ -139,8 +115,7 @@ void run(Options options) {
   can::MergedLog log = open_mapped_log(config, databases, config.can.sources, buses, options.damage,
                                        [&unmapped](const can::Frame&) { ++unmapped; });
 
-  check_outputs(std::vector<Output>{{"--out", options.out == "-" ? "" : options.out},
-                                    {"--innovations", options.innovations}},
+  check_outputs(std::vector<Output>{{"--out", options.out}, {"--innovations", options.innovations}},
                 inputs_of(options, config));
   CameraLog camera;
   if (!options.camera.empty()) {
@@ -152,21 +127,27 @@ void run(Options options) {
 
   const auto pipeline =
       std::make_unique<daemon::Pipeline>(config, databases, buses.all(), !camera.poses.empty());
-  std::optional<WholeFile> file;
-  if (options.out != "-") file.emplace(options.out);
-  std::ostream& out = file ? file->stream() : std::cout;
-  InnovationFile innovations(options.innovations);
+  WholeFile file(options.out);
+  std::optional<WholeFile> innovations;
+  JudgementSink judged;
+  if (!options.innovations.empty()) {
+    write_innovation_header(innovations.emplace(options.innovations).stream());
+    judged = [&innovations](std::span<const estimator::Judgement> judgements) {
+      std::string text;
+      for (const estimator::Judgement& one : judgements) append_innovation_rows(text, one);
+      innovations->stream() << text;
+    };
+  }
 
   const auto start = std::chrono::steady_clock::now();
-  PoseFile poses(out);
+  PoseFile poses(file.stream());
   ReplaySummary summary = play(
       *pipeline, config.realtime.period_ns, log, camera,
-      [&](const daemon::TickRecord& record) { poses.add(record, record.pose.time_ns); },
-      innovations.sink());
+      [&](const daemon::TickRecord& record) { poses.add(record, record.pose.time_ns); }, judged);
   summary.unmapped = unmapped;
   poses.finish();
-  innovations.finish();
-  if (file && summary.poses > 0) file->finish();
+  if (innovations) innovations->finish();
+  if (summary.poses > 0) file.finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
   append(warnings, camera.warnings);
@@ -191,12 +172,10 @@ void replay_recording(const Options& options) {
   const Recording recording = open_recording(options.recording);
   std::optional<RecordingVerifier> verifier;
   if (options.verify) verifier.emplace(recording.folder);
-  check_outputs(std::vector<Output>{{"--out", options.out == "-" ? "" : options.out}},
-                files_of(recording));
+  check_outputs(std::vector<Output>{{"--out", options.out}}, files_of(recording));
   std::optional<WholeFile> file;
-  if (!options.out.empty() && options.out != "-") file.emplace(options.out);
   std::optional<PoseFile> poses;
-  if (!options.out.empty()) poses.emplace(file ? file->stream() : std::cout);
+  if (!options.out.empty()) poses.emplace(file.emplace(options.out).stream());
 
   const auto start = std::chrono::steady_clock::now();
   const RecordingReplay replayed =

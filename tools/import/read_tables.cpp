@@ -102,9 +102,7 @@ OpenTable open_table(const std::string& path, const std::vector<std::string>& wa
   const auto refuse = [&path](std::string_view why) {
     throw std::invalid_argument(fmt::format("{}: {}", path, why));
   };
-  auto input = open_input(path);
-  const std::string text(std::istreambuf_iterator<char>(input), {});
-  if (input.bad()) throw std::runtime_error(path + ": cannot be read");
+  const std::string text = read_whole(path);
   if (text.find('\0') != std::string::npos)
     refuse(
         "is not a text in UTF-8; if it is a table in UTF-16, convert it: iconv -f UTF-16 -t "

@@ -1,8 +1,6 @@
 #include "tools/init/init.hpp"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <stdexcept>
 
@@ -111,17 +109,6 @@ diagnostics::Diagnostics checked(const std::string& text, const fs::path& out) {
   return warnings;
 }
 
-std::string text_in(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-void write(const fs::path& file, std::string_view text) {
-  WholeFile whole(file);
-  whole.stream() << text;
-  whole.finish();
-}
-
 }  // namespace
 
 InitResult init(const InitOptions& options, Dialogue* dialogue) {
@@ -146,7 +133,7 @@ InitResult init(const InitOptions& options, Dialogue* dialogue) {
     names.push_back(made->name);
     if (!fs::exists(made_file))
       result.wrote_database = made->name;
-    else if (text_in(made_file) != made->text)
+    else if (read_whole(made_file) != made->text)
       throw std::invalid_argument(fmt::format(
           "{}: exists already and is another database; name it with --dbc, or move it away",
           made_file.string()));
@@ -168,10 +155,10 @@ InitResult init(const InitOptions& options, Dialogue* dialogue) {
                   std::move(sources),     described(names, traffic)};
   const std::string text = as_toml(result.draft);
   try {
-    if (!result.wrote_database.empty()) write(made_file, made->text);
+    if (!result.wrote_database.empty()) write_whole(made_file, made->text);
     append(result.warnings, diagnostics::kind("log_content"), traffic.warnings);
     append(result.warnings, checked(text, options.out));
-    write(options.out, text);
+    write_whole(options.out, text);
   } catch (...) {
     if (!result.wrote_database.empty()) fs::remove(made_file);
     throw;

@@ -28,14 +28,9 @@ void track(const TrackOptions& options) {
     for (const std::string& note : calibrate_lens(options)) report(note);
     return;
   }
-  TrackSummary summary;
-  if (options.out.empty()) {
-    summary = track_film(options, std::cout);
-  } else {
-    WholeFile file(options.out);
-    summary = track_film(options, file.stream());
-    file.finish();
-  }
+  WholeFile file(options.out.empty() ? "-" : options.out);
+  const TrackSummary summary = track_film(options, file.stream());
+  file.finish();
   for (const std::string& note : summary.notes) report(note);
   report(fmt::format("{} frames; front marker in {}, rear marker in {}; longest gap {} frames",
                      summary.frames, summary.front, summary.rear, summary.longest_gap));

@@ -3,7 +3,6 @@
 #include <array>
 #include <charconv>
 #include <fstream>
-#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -25,11 +24,6 @@
 
 namespace odomd::tools {
 namespace {
-
-std::string contents(const std::filesystem::path& file) {
-  auto input = open_input(file);
-  return {std::istreambuf_iterator<char>(input), std::istreambuf_iterator<char>()};
-}
 
 /// A row of beat.csv: counts are since the start of the daemon, or of the recording.
 struct BeatRow {
@@ -230,7 +224,7 @@ Recording open_recording(const std::filesystem::path& folder) {
   Recording recording;
   recording.folder = folder;
   try {
-    const std::string text = contents(file);
+    const std::string text = read_whole(file);
     if (is_nested_too_deep(text))
       throw std::invalid_argument("is not in the format of odom record: it is nested too deep");
     const auto info = nlohmann::json::parse(text);
@@ -271,7 +265,7 @@ RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink)
   RecordingReplay result;
   const auto state = recording.folder / recorded_state;
   try {
-    daemon::restore_checkpoint(contents(state), *pipeline);
+    daemon::restore_checkpoint(read_whole(state), *pipeline);
   } catch (const std::invalid_argument& error) {
     result.inexact = error.what();
     if (!result.inexact.starts_with(state.string()))

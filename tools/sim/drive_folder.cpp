@@ -80,12 +80,6 @@ void append_decimal(std::string& out, double value, int decimals) {
   out.append(1, ',').append(text.data(), end);
 }
 
-void write_whole(const std::filesystem::path& file, std::string_view text) {
-  tools::WholeFile whole(file);
-  whole.stream() << text;
-  whole.finish();
-}
-
 }  // namespace
 
 std::string configuration_text(const RunPlan& plan, const Wiring& wiring) {
@@ -180,9 +174,9 @@ void make_drive_folder(const std::filesystem::path& folder, Existing existing) {
 
 void write_car_files(const std::filesystem::path& folder, const RunPlan& plan,
                      const Wiring& wiring) {
-  write_whole(folder / "car.dbc", bus_database_text(plan.truth));
-  write_whole(folder / "car.toml", configuration_text(plan, wiring));
-  write_whole(folder / "plant.json", describe(plan).dump(2) + "\n");
+  tools::write_whole(folder / "car.dbc", bus_database_text(plan.truth));
+  tools::write_whole(folder / "car.toml", configuration_text(plan, wiring));
+  tools::write_whole(folder / "plant.json", describe(plan).dump(2) + "\n");
 }
 
 DriveWriter::DriveWriter(const std::filesystem::path& folder, std::string interface,

@@ -59,9 +59,7 @@ class KitchenScale {
 };
 
 void write_json(const std::filesystem::path& file, const Json& json) {
-  std::ofstream output = tools::open_output(file);
-  output << json.dump(2) << '\n';
-  tools::close_output(output, file);
+  tools::write_whole(file, json.dump(2) + '\n');
 }
 
 RunPlan plan_of(const ExperimentOptions& options) {
