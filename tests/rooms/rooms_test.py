@@ -50,7 +50,7 @@ daemon: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decod
 
 tools/math: estimator/common
 tools/cli: base shm_api daemon/core
-tools/drive_files: daemon/diagnostics base can_protocol/sources estimator/common estimator/integrity
+tools/drive_files: daemon/diagnostics base can_protocol can_protocol/sources estimator/common estimator/integrity
     shm_api/include/odom daemon/core tools/cli
 tools/chart: tools/cli
 tools/diagnostics: daemon/diagnostics estimator/common shm_api/include/odom daemon/core tools/math tools/cli
@@ -72,10 +72,10 @@ tools/sim/car: base estimator/common tools/math
 tools/sim/course: tools/sim/car
 tools/sim/sensors: estimator/common tools/math tools/sim/car
 tools/sim: base can_protocol can_protocol/decode can_protocol/sources estimator/common shm_api/include/odom
-    tools/cli tools/live tools/sim/car tools/sim/course tools/sim/sensors
+    tools/cli tools/drive_files tools/live tools/sim/car tools/sim/course tools/sim/sensors
 tools/fault: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
     daemon/core daemon/sockets tools/math tools/cli tools/drive_files tools/live tools/sim
-tools/marker_tracking: tools/cli
+tools/marker_tracking: tools/cli tools/drive_files
 tools/identify: tools/cli tools/marker_tracking
 tools/identify/common: daemon/diagnostics can_protocol can_protocol/decode can_protocol/sources estimator/common
     daemon/core tools/math tools/cli tools/drive_files tools/diagnostics tools/replay tools/config_patch
@@ -266,8 +266,8 @@ class Rooms(unittest.TestCase):
                           "tools/chart does not include tools/report any more: strike it out"])
 
     def test_rooms_of_a_house_that_stand_apart_are_found(self):
-        moved = ROOMS.replace("tools/marker_tracking: tools/cli\n", "")
-        moved = moved.replace("tools/identify/common:", "tools/marker_tracking: tools/cli\ntools/identify/common:")
+        moved = ROOMS.replace("tools/marker_tracking: tools/cli tools/drive_files\n", "")
+        moved = moved.replace("tools/identify/common:", "tools/marker_tracking: tools/cli tools/drive_files\ntools/identify/common:")
         self.assertIn("the rooms of tools/identify do not stand together", self.found(rooms=moved))
 
     def test_an_arrow_that_nothing_uses_is_found(self):

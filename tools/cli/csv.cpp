@@ -1,5 +1,8 @@
 #include "tools/cli/csv.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -9,8 +12,6 @@
 #include <stdexcept>
 #include <system_error>
 #include <utility>
-
-#include "base/printable.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -28,30 +29,22 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(space) - first + 1);
 }
 
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const auto& name : names) {
-    text += (text.empty() ? "" : ",") + name;
-  }
-  return text;
-}
-
 }  // namespace
 
-CsvReader::CsvReader(std::istream& input, std::string name, std::vector<std::string> required,
-                     std::vector<std::string> optional, LastLine last_line, CsvLayout layout)
+CsvReader::CsvReader(std::istream& input, std::string name, std::vector<std::string> columns,
+                     LastLine last_line, CsvLayout layout)
     : input_(input),
       name_(std::move(name)),
-      columns_(std::move(required)),
+      columns_(std::move(columns)),
       last_line_(last_line),
       layout_(layout) {
-  const std::size_t required_count = columns_.size();
-  const std::string wanted = joined(columns_);
-  columns_.insert(columns_.end(), optional.begin(), optional.end());
-
+  layout_.required = std::min(layout_.required, columns_.size());
+  const std::string wanted = joined(std::span(columns_).first(layout_.required));
   while (line_number_ + 1 < layout_.header_line && read_line()) {
   }
-  if (!read_line()) {
+  if (layout_.header_line == 0) {
+    line_ = wanted;
+  } else if (!read_line()) {
     throw std::invalid_argument(name_ + ": is empty; a first line \"" + wanted + "\" is expected");
   }
   constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
@@ -61,7 +54,7 @@ CsvReader::CsvReader(std::istream& input, std::string name, std::vector<std::str
   for (std::size_t column = 0; column < columns_.size(); ++column) {
     const auto found = std::find(fields_.begin(), fields_.end(), columns_[column]);
     if (found == fields_.end()) {
-      if (column < required_count) {
+      if (column < layout_.required) {
         throw std::invalid_argument(place() + ": no column " + quoted(columns_[column]) +
                                     "; the header is " + quoted(trimmed(line_)) + ", it needs " +
                                     wanted);
@@ -119,6 +112,13 @@ std::int64_t CsvReader::time_ns(std::size_t column) const {
     fail(column, quoted(field) + " is not a time in seconds; correct or remove the line");
   }
   return *value;
+}
+
+std::size_t CsvReader::word(std::size_t column, std::span<const std::string_view> words,
+                            std::string_view otherwise) const {
+  const auto found = std::ranges::find(words, text(column));
+  if (found == words.end()) fail(column, quoted(text(column)).append(otherwise));
+  return static_cast<std::size_t>(found - words.begin());
 }
 
 std::string_view CsvReader::text(std::size_t column) const {
@@ -232,24 +232,24 @@ std::optional<std::int64_t> parse_seconds(std::string_view text) {
   const std::int64_t count = point + nanosecond_digits;  // digits of the whole nanoseconds
   if (count < 0) return 0;
   if (count > 19) return std::nullopt;
-  const auto digit = [&](std::int64_t k) {
-    const auto index = static_cast<std::size_t>(k);
-    return index < digits.size() ? digits[index] - '0' : 0;
-  };
+  const auto end = static_cast<std::size_t>(count);
+  digits.resize(std::max(digits.size(), end + 1), '0');
   std::int64_t ns = 0;
-  for (std::int64_t k = 0; k < count; ++k) {
-    if (__builtin_mul_overflow(ns, 10, &ns) || __builtin_add_overflow(ns, digit(k), &ns)) {
-      return std::nullopt;
-    }
-  }
-  if (digit(count) >= 5 && __builtin_add_overflow(ns, 1, &ns)) return std::nullopt;
+  if (end > 0 && std::from_chars(digits.data(), digits.data() + end, ns).ec != std::errc{})
+    return std::nullopt;
+  if (digits[end] >= '5' && __builtin_add_overflow(ns, 1, &ns)) return std::nullopt;
   return negative ? -ns : ns;
 }
 
-void append_number(std::string& out, double value) {
-  std::array<char, 32> buffer;
-  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
-  out.append(buffer.data(), result.ptr);
+void append_number(std::string& out, double value, int decimals) {
+  std::array<char, 64> text;
+  char* const limit = text.data() + text.size();
+  const auto [end, error] =
+      decimals == all_digits
+          ? std::to_chars(text.data(), limit, value)
+          : std::to_chars(text.data(), limit, value, std::chars_format::fixed, decimals);
+  if (error != std::errc{}) throw std::runtime_error("a number has too many digits for a file");
+  out.append(text.data(), end);
 }
 
 void append_seconds(std::string& out, std::int64_t time_ns) {
@@ -268,8 +268,8 @@ void append_seconds(std::string& out, std::int64_t time_ns) {
   out.append(text.data(), end + 9);
 }
 
-std::string quoted(std::string_view text) {
-  return odomd::quoted(text);
+std::string joined(std::span<const std::string> names) {
+  return fmt::format("{}", fmt::join(names, ","));
 }
 
 }  // namespace odomd::tools

@@ -2,13 +2,18 @@
 // and errors that name the file, the line and the column.
 #pragma once
 
+#include <charconv>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <iosfwd>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "base/printable.hpp"
 
 namespace odomd::tools {
 
@@ -18,12 +23,13 @@ enum class LastLine : std::uint8_t {
   keep_whole,    ///< use it if all its fields are there, with a warning; else leave it out
 };
 
-/// How the tables of other programs differ from odom's own.
+/// How tables differ from one of a recording.
 struct CsvLayout {
+  std::size_t required = SIZE_MAX;  ///< first columns; the others may lack
   char delimiter = ',';
   std::optional<char> quote;    ///< around cells; empty ones too many may then end a row
   std::optional<char> comment;  ///< begins lines that are no rows
-  std::size_t header_line = 1;
+  std::size_t header_line = 1;  ///< 0: none, the columns stand in their order
 };
 
 /// Reads row by row, so that a pipe can be followed. Throws std::invalid_argument for unusable
@@ -31,21 +37,31 @@ struct CsvLayout {
 /// field are accepted.
 class CsvReader {
  public:
-  /// Reads the header. `name` is the name of the input in messages. Columns other than `required`
-  /// and `optional` are ignored.
-  CsvReader(std::istream& input, std::string name, std::vector<std::string> required,
-            std::vector<std::string> optional = {}, LastLine last_line = LastLine::keep_whole,
-            CsvLayout layout = {});
+  /// Reads the header. `name` is the name of the input in messages. Other columns are ignored.
+  CsvReader(std::istream& input, std::string name, std::vector<std::string> columns,
+            LastLine last_line = LastLine::keep_whole, CsvLayout layout = {});
 
   /// Moves to the next row; false at the end.
   [[nodiscard]] bool next();
 
-  /// Whether the header has the column, by its index in required, then optional.
+  /// Whether the header has the column, by its index.
   [[nodiscard]] bool has(std::size_t column) const { return positions_[column].has_value(); }
 
-  // Fields of the current row: a finite number; a time in nanoseconds, rounded to the nearest one.
+  // Fields of the current row: a finite number; a time in nanoseconds, rounded to the nearest one;
+  // a number of digits; the index of a word in a list, where `otherwise` says what to do about
+  // another.
   [[nodiscard]] double number(std::size_t column) const;
   [[nodiscard]] std::int64_t time_ns(std::size_t column) const;
+  template <std::integral T>
+  [[nodiscard]] T count(std::size_t column) const {
+    const std::string_view field = text(column);
+    T value = 0;
+    const auto [end, error] = std::from_chars(field.begin(), field.end(), value);
+    if (error != std::errc{} || end != field.end()) fail(column, "is not a count");
+    return value;
+  }
+  [[nodiscard]] std::size_t word(std::size_t column, std::span<const std::string_view> words,
+                                 std::string_view otherwise) const;
   [[nodiscard]] std::string_view text(std::size_t column) const;
 
   /// Throws the error "file:line: column "x": what".
@@ -62,7 +78,7 @@ class CsvReader {
 
   std::istream& input_;
   std::string name_;
-  std::vector<std::string> columns_;                   ///< required, then optional
+  std::vector<std::string> columns_;
   std::vector<std::optional<std::size_t>> positions_;  ///< of columns_ in a row
   LastLine last_line_;
   CsvLayout layout_;
@@ -85,14 +101,17 @@ void split_cells(std::string& line, const CsvLayout& layout, std::vector<std::st
 /// ninth decimal are rounded. Nothing if the text is not a number or does not fit.
 [[nodiscard]] std::optional<std::int64_t> parse_seconds(std::string_view text);
 
-/// The shortest decimal form that reads back to the same bits.
-void append_number(std::string& out, double value);
+inline constexpr int all_digits = -1;
+/// So many decimals, or the shortest form that reads back to the same bits. Throws
+/// std::runtime_error for a number that is too long.
+void append_number(std::string& out, double value, int decimals = all_digits);
 
 /// Seconds with nine decimals.
 void append_seconds(std::string& out, std::int64_t time_ns);
 
-/// Text from a file, safe for a message: in quotes, with control characters escaped, shortened if
-/// long (base/printable.hpp).
-[[nodiscard]] std::string quoted(std::string_view text);
+/// "a,b".
+[[nodiscard]] std::string joined(std::span<const std::string> names);
+
+using odomd::quoted;
 
 }  // namespace odomd::tools

@@ -101,17 +101,15 @@ class Source {
       beat_ = live.beat;
     }
     for (const std::string& file : options_.files) {
-      input.tracks.push_back(read_track(file, options_.frame, plot_columns()));
+      input.tracks.push_back(read_trajectory(file, options_.frame, plot_columns()));
     }
     if (!options_.reference.empty()) {
-      input.reference = read_track(options_.reference, Frame::map, plot_columns());
-      warn("plot", input.reference->trajectory.warnings);
+      input.reference = read_trajectory(options_.reference, Frame::map, plot_columns());
+      warn("plot", input.reference->warnings);
       if (std::ranges::find(options_.what, "calibrations") != options_.what.end())
         input.truth = true_calibrations(std::filesystem::path{options_.reference}.parent_path());
     }
-    for (const Track& track : input.tracks) {
-      warn("plot", track.trajectory.warnings);
-    }
+    for (const Trajectory& track : input.tracks) warn("plot", track.warnings);
     if (!overlap(input)) warn("plot", "the files have no time in common; each begins at 0 s");
   }
 

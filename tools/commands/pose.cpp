@@ -77,7 +77,7 @@ class PoseWriter {
  public:
   PoseWriter(const Options& options, odom::Client& client) : options_(options), client_(client) {
     if (!options.out.empty()) file_.emplace(open_output(options.out));
-    if (options.csv) write_pose_header(stream());
+    if (options.csv) stream() << pose_header();
     const auto info = client.info();
     constexpr double people_hz = 5.0;
     const double rate = options.rate_hz > 0.0 ? options.rate_hz : options.csv ? 0.0 : people_hz;

@@ -131,7 +131,7 @@ void run(Options options) {
   std::optional<WholeFile> innovations;
   JudgementSink judged;
   if (!options.innovations.empty()) {
-    write_innovation_header(innovations.emplace(options.innovations).stream());
+    innovations.emplace(options.innovations).stream() << innovation_header();
     judged = [&innovations](std::span<const estimator::Judgement> judgements) {
       std::string text;
       for (const estimator::Judgement& one : judgements) append_innovation_rows(text, one);
@@ -179,7 +179,7 @@ void replay_recording(const Options& options) {
 
   const auto start = std::chrono::steady_clock::now();
   const RecordingReplay replayed =
-      replay(recording, [&](const daemon::TickRecord& record, const RecordedTick& live) {
+      replay(recording, [&](const daemon::TickRecord& record, const BeatRow& live) {
         if (verifier) verifier->take(record, live);
         if (poses && record.initialised) poses->add(record, live.time_ns);
       });

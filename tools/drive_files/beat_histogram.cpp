@@ -5,13 +5,11 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
+#include "tools/drive_files/table.hpp"
 
 namespace odomd::tools {
 namespace {
-
-enum Column : std::size_t { tick, t, t_woke };
 
 std::size_t bucket_of(std::int64_t ns) {
   const double us = static_cast<double>(ns) * 1e-3;
@@ -36,19 +34,23 @@ BeatHistogram beat_histogram(const odom_beat& beat, const std::string& source) {
 
 BeatHistogram read_beat_log(const std::filesystem::path& file) {
   auto input = open_input(file);
-  CsvReader reader{input, file.string(), {"tick", "t", "t_woke"}, {}, LastLine::drop_unended};
+  CsvReader reader{input,
+                   file.string(),
+                   names_of<BeatRow>(beat_columns),
+                   LastLine::drop_unended,
+                   {.required = 3}};
   BeatHistogram histogram;
   histogram.source = file.string();
-  double before = 0.0;
+  BeatRow before;
   while (reader.next()) {
-    const double number = reader.number(tick);
+    const auto row = read_row<BeatRow>(reader, beat_columns);
     if (histogram.ticks > 0) {
-      if (!(number > before))
-        reader.fail(tick, "the tick number does not increase; sort the rows by tick");
-      histogram.missed += static_cast<std::uint64_t>(number - before) - 1;
+      if (row.tick <= before.tick)
+        reader.fail(0, "the tick number does not increase; sort the rows by tick");
+      histogram.missed += row.tick - before.tick - 1;
     }
-    before = number;
-    const std::int64_t late_ns = reader.time_ns(t_woke) - reader.time_ns(t);
+    before = row;
+    const std::int64_t late_ns = row.woke_ns - row.time_ns;
     histogram.max_wakeup_ns = std::max(histogram.max_wakeup_ns, late_ns);
     ++histogram.wakeup[bucket_of(late_ns)];
     ++histogram.ticks;

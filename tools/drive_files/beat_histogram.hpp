@@ -5,8 +5,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include <odom/types.h>
+
+#include "can_protocol/frame.hpp"
 
 namespace odomd::tools {
 
@@ -22,11 +25,36 @@ struct BeatHistogram {
   std::int64_t max_execution_ns = 0;
 };
 
+/// A row of the beat.csv of a recording (docs/recording.md): counts are since the start of the
+/// daemon, or of the recording.
+struct BeatRow {
+  std::uint64_t tick = 0;
+  std::int64_t time_ns = 0, woke_ns = 0;  ///< on the recording's clock
+  std::array<std::uint64_t, can::max_buses> frames{};
+  std::uint64_t camera_messages = 0;
+  std::uint64_t camera_poses = 0;
+  std::uint32_t conditions = 0;
+  std::string realtime_offset_ns;  ///< for people, as the file has it
+  std::string record;              ///< fingerprint of what was published, 16 hexadecimal digits
+};
+inline constexpr auto beat_columns = [](auto&& cell, auto& row) {
+  cell("tick", row.tick);
+  cell("t", row.time_ns);
+  cell("t_woke", row.woke_ns);
+  for (std::size_t bus = 0; bus < row.frames.size(); ++bus)
+    cell("frames_", row.frames[bus], std::string_view("01234567").substr(bus, 1));
+  cell("camera_messages", row.camera_messages);
+  cell("camera_poses", row.camera_poses);
+  cell("conditions", row.conditions);
+  cell("realtime_offset_ns", row.realtime_offset_ns);
+  cell("record", row.record);
+};
+
 /// Reads those of a running daemon, since its start.
 [[nodiscard]] BeatHistogram beat_histogram(const odom_beat& beat, const std::string& source);
 
-/// Reads the beat.csv of a recording (docs/recording.md). Throws std::invalid_argument with file,
-/// line and column if it is not usable.
+/// Reads a beat.csv, of which the first three columns are enough. Throws std::invalid_argument with
+/// file, line and column if it is not usable.
 [[nodiscard]] BeatHistogram read_beat_log(const std::filesystem::path& file);
 
 /// The edges of a bucket [us], for a picture: the first and the last bucket are drawn as wide as

@@ -7,55 +7,27 @@
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/files.hpp"
+#include "tools/drive_files/table.hpp"
 
 namespace odomd::tools {
 
 using diagnostics::found;
 using diagnostics::kind;
-namespace {
-
-enum Column : std::size_t { t_arrival, t_capture, x, y, yaw, sigma_x, sigma_y, sigma_yaw };
-
-double sigma_at(const CsvReader& reader, Column column) {
-  const double sigma = reader.number(column);
-  if (!(sigma > 0.0)) {
-    reader.fail(column, "a standard deviation must be above 0; correct or remove the line");
-  }
-  return sigma;
-}
-
-}  // namespace
-
-void append_camera_row(std::string& out, const estimator::CameraPose& pose) {
-  append_seconds(out, pose.arrival_ns);
-  out += ',';
-  append_seconds(out, pose.capture_ns);
-  for (const double value :
-       {pose.x, pose.y, pose.yaw, pose.sigma_x, pose.sigma_y, pose.sigma_yaw}) {
-    out += ',';
-    append_number(out, value);
-  }
-  out += '\n';
-}
 
 CsvReader camera_reader(std::istream& input, const std::string& name) {
-  return {input,
-          name,
-          {"t_arrival", "t_capture", "x", "y", "yaw", "sigma_x", "sigma_y", "sigma_yaw"},
-          {},
-          LastLine::drop_unended};
+  return {input, name, names_of<estimator::CameraPose>(camera_columns), LastLine::drop_unended};
 }
 
 std::optional<estimator::CameraPose> next_camera_pose(CsvReader& reader) {
   if (!reader.next()) return std::nullopt;
-  return estimator::CameraPose{.capture_ns = reader.time_ns(t_capture),
-                               .arrival_ns = reader.time_ns(t_arrival),
-                               .x = reader.number(x),
-                               .y = reader.number(y),
-                               .yaw = reader.number(yaw),
-                               .sigma_x = sigma_at(reader, sigma_x),
-                               .sigma_y = sigma_at(reader, sigma_y),
-                               .sigma_yaw = sigma_at(reader, sigma_yaw)};
+  const auto pose = read_row<estimator::CameraPose>(reader, camera_columns);
+  std::size_t column = 5;
+  for (const double sigma : {pose.sigma_x, pose.sigma_y, pose.sigma_yaw}) {
+    if (!(sigma > 0.0))
+      reader.fail(column, "a standard deviation must be above 0; correct or remove the line");
+    ++column;
+  }
+  return pose;
 }
 
 CameraLog read_camera_log(const std::filesystem::path& file) {

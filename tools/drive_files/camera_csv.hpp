@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -13,10 +12,16 @@
 
 namespace odomd::tools {
 
-inline constexpr std::string_view camera_columns =
-    "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw";
-/// Appends a row with its newline.
-void append_camera_row(std::string& out, const estimator::CameraPose& pose);
+inline constexpr auto camera_columns = [](auto&& cell, auto& pose) {
+  cell("t_arrival", pose.arrival_ns);
+  cell("t_capture", pose.capture_ns);
+  cell("x", pose.x);
+  cell("y", pose.y);
+  cell("yaw", pose.yaw);
+  cell("sigma_x", pose.sigma_x);
+  cell("sigma_y", pose.sigma_y);
+  cell("sigma_yaw", pose.sigma_yaw);
+};
 
 struct CameraLog {
   /// In order of arrival; poses of the camera's reference point, not of the centre of gravity.

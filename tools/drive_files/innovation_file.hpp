@@ -14,7 +14,6 @@
 #pragma once
 
 #include <filesystem>
-#include <iosfwd>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,7 +22,7 @@
 
 namespace odomd::tools {
 
-void write_innovation_header(std::ostream& out);
+[[nodiscard]] std::string innovation_header();
 void append_innovation_rows(std::string& out, const estimator::Judgement& judgement);
 
 /// Throws std::invalid_argument with file, line and column where it is not usable.

@@ -17,14 +17,14 @@ namespace odomd::tools {
 /// t,x,y,yaw,vx,vy,yaw_rate,sigma_x,sigma_y,sigma_yaw,mode and, after these: tick, the pose in the
 /// odometry frame, reset_count, conditions (number), the covariances that sigmas leave out,
 /// steering and accelerations. Columns are only ever added at the end.
-void write_pose_header(std::ostream& out);
+[[nodiscard]] std::string pose_header();
 
 /// Appends one row with its newline. `t_ns` is the time of validity on the clock of the file.
 void append_pose_row(std::string& out, const odom_pose& pose, std::int64_t t_ns);
 
 /// The same with the calibrations and then their standard deviations (sigma_gyro_bias, ...; 0: not
 /// estimated) as further columns, for callers with the complete record of every tick.
-void write_record_header(std::ostream& out);
+[[nodiscard]] std::string record_header();
 void append_record_row(std::string& out, const daemon::TickRecord& record, std::int64_t t_ns);
 
 /// "tracking", ...; "mode 9" for a mode that is not known here.

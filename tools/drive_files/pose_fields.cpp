@@ -21,7 +21,7 @@ double seconds(std::int64_t ns) {
 // Covariances: odom_pose has xx, xy, xyaw, yy, yyaw, yawyaw; odom_details the variances of vx, vy
 // and yaw_rate at 9, 12 and 14.
 constexpr std::array fields{
-    PoseField{"tick", "tick", [](P p, D) { return static_cast<double>(p.tick); }},
+    PoseField{"tick", "tick", [](P p, D) { return static_cast<double>(p.tick); }, true},
     PoseField{"map/x", "x", [](P p, D) { return p.x; }},
     PoseField{"map/y", "y", [](P p, D) { return p.y; }},
     PoseField{"map/yaw", "yaw", [](P p, D) { return p.yaw; }},
@@ -47,10 +47,11 @@ constexpr std::array fields{
     PoseField{"velocity_sigma/y", "", [](P, D d) { return sigma(d.velocity_covariance[12]); }},
     PoseField{"velocity_sigma/yaw", "", [](P, D d) { return sigma(d.velocity_covariance[14]); }},
     PoseField{mode_path, "mode", [](P p, D) { return static_cast<double>(p.mode); }},
-    PoseField{"conditions", "conditions", [](P p, D) { return static_cast<double>(p.conditions); }},
+    PoseField{"conditions", "conditions", [](P p, D) { return static_cast<double>(p.conditions); },
+              true},
     PoseField{"health", "", [](P p, D) { return static_cast<double>(p.health); }},
     PoseField{"reset_count", "reset_count",
-              [](P p, D) { return static_cast<double>(p.reset_count); }},
+              [](P p, D) { return static_cast<double>(p.reset_count); }, true},
     PoseField{"jump/x", "", [](P p, D) { return p.jump_x; }},
     PoseField{"jump/y", "", [](P p, D) { return p.jump_y; }},
     PoseField{"jump/yaw", "", [](P p, D) { return p.jump_yaw; }},

@@ -15,6 +15,7 @@ struct PoseField {
   std::string_view path;    ///< "map/x"; fields of one group stand together
   std::string_view column;  ///< in a pose file (pose_csv.hpp); empty: not in the file
   double (*value)(const odom_pose& pose, const odom_details& details);
+  bool is_count = false;
 };
 
 /// All of them.

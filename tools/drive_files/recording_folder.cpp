@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <ctime>
-#include <sstream>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -17,9 +16,10 @@
 #include "can_protocol/sources/candump.hpp"
 #include "daemon/core/recording_wire.hpp"
 #include "estimator/integrity/admission.hpp"
-#include "tools/cli/csv.hpp"
+#include "tools/drive_files/beat_histogram.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/pose_csv.hpp"
+#include "tools/drive_files/table.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -57,12 +57,6 @@ std::string utc_now() {
   return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts)};
 }
 
-std::string pose_header() {
-  std::ostringstream text;
-  write_record_header(text);
-  return text.str();
-}
-
 }  // namespace
 
 GrowingFile::GrowingFile(std::filesystem::path path)
@@ -96,12 +90,9 @@ RecordingFolder::RecordingFolder(std::filesystem::path folder, RecordingStart st
       poses_(folder_ / recorded_poses) {
   for (const auto& file : start_.files) write_whole(folder_ / file.name, file.text);
   write_whole(folder_ / recorded_state, start_.state);
-  cameras_.text() = std::string(camera_columns) + '\n';
-  beat_.text() = "tick,t,t_woke";
-  for (std::size_t bus = 0; bus < can::max_buses; ++bus)
-    beat_.text() += fmt::format(",frames_{}", bus);
-  beat_.text() += ",camera_messages,camera_poses,conditions,realtime_offset_ns,record\n";
-  poses_.text() = pose_header();
+  cameras_.text() = header_of<estimator::CameraPose>(camera_columns);
+  beat_.text() = header_of<BeatRow>(beat_columns);
+  poses_.text() = record_header();
 }
 
 void RecordingFolder::begin(const daemon::TickMark& mark) {
@@ -143,26 +134,24 @@ void RecordingFolder::take(const daemon::TickMark& mark, std::span<const can::Fr
     ++counts_.cameras;
     camera.arrival_ns += clock_offset_ns_;
     camera.capture_ns += clock_offset_ns_;
-    append_camera_row(rows, camera);
+    append_row(rows, camera_columns, camera);
   }
-  append_row(mark);
+  const auto& [pose, details, initialised] = mark.record;
+  append_row(beat_.text(), beat_columns,
+             BeatRow{.tick = pose.tick,
+                     .time_ns = pose.time_ns + clock_offset_ns_,
+                     .woke_ns = mark.woke_ns + clock_offset_ns_,
+                     .frames = std::to_array(details.frames),
+                     .camera_messages = details.camera_messages,
+                     .camera_poses = counts_.cameras,
+                     .conditions = mark.conditions,
+                     .realtime_offset_ns = std::to_string(mark.realtime_offset_ns),
+                     .record = fmt::format("{:016x}", daemon::fingerprint(mark.record))});
   counts_.last_tick = mark.record.pose.tick;
   if (first) return;
   ++counts_.ticks;
   if (mark.record.initialised)
     append_record_row(poses_.text(), mark.record, mark.record.pose.time_ns + clock_offset_ns_);
-}
-
-void RecordingFolder::append_row(const daemon::TickMark& mark) {
-  const auto& [pose, details, initialised] = mark.record;
-  std::string& row = beat_.text();
-  row += fmt::format("{},", pose.tick);
-  append_seconds(row, pose.time_ns + clock_offset_ns_);
-  row += ',';
-  append_seconds(row, mark.woke_ns + clock_offset_ns_);
-  for (const std::uint64_t count : details.frames) row += fmt::format(",{}", count);
-  row += fmt::format(",{},{},{},{},{:016x}\n", details.camera_messages, counts_.cameras,
-                     mark.conditions, mark.realtime_offset_ns, daemon::fingerprint(mark.record));
 }
 
 void RecordingFolder::flush() {

@@ -84,7 +84,6 @@ class RecordingFolder {
 
  private:
   void begin(const daemon::TickMark& mark);
-  void append_row(const daemon::TickMark& mark);
   void write_info(const std::string& end);
 
   std::filesystem::path folder_;

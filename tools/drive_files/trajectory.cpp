@@ -7,43 +7,31 @@
 #include <utility>
 
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
+#include "tools/drive_files/table.hpp"
 
 namespace odomd::tools {
 namespace {
 
-enum Column : std::size_t {
-  t,
-  x,
-  y,
-  yaw,
-  vx,
-  vy,
-  yaw_rate,
-  sigma_x,
-  sigma_y,
-  sigma_yaw,
-  cov_xy,
-  cov_xyaw,
-  cov_yyaw,
-  reset_count
+// Where the columns stand: those of a point, what only a pose in the map has, and further ones.
+constexpr std::size_t motion = 4, sigma = 7;
+
+// The variances stand in the file as their roots.
+constexpr auto map_columns = [](auto&& cell, auto& point) {
+  point_columns(cell, point);
+  auto& [xx, xy, xyaw, yy, yyaw, yawyaw] = point.covariance;
+  cell("sigma_x", xx);
+  cell("sigma_y", yy);
+  cell("sigma_yaw", yawyaw);
+  cell("cov_xy", xy);
+  cell("cov_xyaw", xyaw);
+  cell("cov_yyaw", yyaw);
+  cell("reset_count", point.reset_count);
 };
 
-estimator::PoseCovariance covariance_at(const CsvReader& reader) {
-  const auto sigma = [&reader](Column column) {
-    const double value = reader.number(column);
-    if (value < 0.0) reader.fail(column, "a standard deviation is negative; correct the line");
-    return value;
-  };
-  const auto covariance = [&reader](Column column) {
-    return reader.has(column) ? reader.number(column) : 0.0;
-  };
-  const double sx = sigma(sigma_x);
-  const double sy = sigma(sigma_y);
-  const double syaw = sigma(sigma_yaw);
-  return {sx * sx, covariance(cov_xy),   covariance(cov_xyaw),
-          sy * sy, covariance(cov_yyaw), syaw * syaw};
+void square(double& value, const CsvReader& reader, std::size_t column) {
+  if (value < 0.0) reader.fail(column, "a standard deviation is negative; correct the line");
+  value *= value;
 }
 
 // The yaw nearest to the previous one.
@@ -57,40 +45,42 @@ double mix(double a, double b, double share) {
 
 }  // namespace
 
-Trajectory read_trajectory(const std::filesystem::path& file, Frame frame) {
+Trajectory read_trajectory(const std::filesystem::path& file, Frame frame,
+                           const std::vector<std::string>& further) {
   auto input = open_input(file);
-  return read_trajectory(input, file.string(), frame);
+  return read_trajectory(input, file.string(), frame, further);
 }
 
-Trajectory read_trajectory(std::istream& input, const std::string& name, Frame frame) {
-  const std::string prefix = frame == Frame::odom ? "odom_" : "";
-  CsvReader reader{input,
-                   name,
-                   {"t", prefix + "x", prefix + "y", prefix + "yaw"},
-                   {"vx", "vy", "yaw_rate", "sigma_x", "sigma_y", "sigma_yaw", "cov_xy", "cov_xyaw",
-                    "cov_yyaw", "reset_count"}};
+Trajectory read_trajectory(std::istream& input, const std::string& name, Frame frame,
+                           const std::vector<std::string>& further) {
+  std::vector<std::string> names = names_of<TrajectoryPoint>(map_columns);
+  if (frame == Frame::odom) {
+    names.resize(sigma);
+    for (std::size_t i = 1; i < motion; ++i) names[i].insert(0, "odom_");
+  }
+  const std::size_t first_further = names.size();
+  names.insert(names.end(), further.begin(), further.end());
+  CsvReader reader{input, name, names, LastLine::keep_whole, {.required = motion}};
+  const auto has_all = [&](std::size_t first) {
+    return reader.has(first) && reader.has(first + 1) && reader.has(first + 2);
+  };
   Trajectory trajectory;
   trajectory.name = name;
-  trajectory.has_motion = reader.has(vx) && reader.has(vy) && reader.has(yaw_rate);
-  trajectory.has_covariance =
-      frame == Frame::map && reader.has(sigma_x) && reader.has(sigma_y) && reader.has(sigma_yaw);
+  trajectory.columns.resize(further.size());
+  trajectory.has_motion = has_all(motion);
+  trajectory.has_covariance = frame == Frame::map && has_all(sigma);
 
-  const bool has_resets = frame == Frame::map && reader.has(reset_count);
   std::size_t repeated = 0;
   std::string first_repeated;
   while (reader.next()) {
-    TrajectoryPoint point;
-    point.t_ns = reader.time_ns(t);
-    point.pose = {reader.number(x), reader.number(y), reader.number(yaw)};
-    if (trajectory.has_motion) {
-      point.motion = {reader.number(vx), reader.number(vy), reader.number(yaw_rate)};
-    }
-    if (trajectory.has_covariance) point.covariance = covariance_at(reader);
-    if (has_resets) point.reset_count = reader.number(reset_count);
+    auto point = frame == Frame::odom ? read_row<TrajectoryPoint>(reader, point_columns)
+                                      : read_row<TrajectoryPoint>(reader, map_columns);
+    for (std::size_t i = 0; i < 3; ++i)
+      square(point.covariance[std::array<std::size_t, 3>{0, 3, 5}[i]], reader, sigma + i);
     if (!trajectory.points.empty()) {
       const TrajectoryPoint& before = trajectory.points.back();
       if (point.t_ns < before.t_ns) {
-        reader.fail(t, "the time runs backwards; sort the rows by t");
+        reader.fail(0, "the time runs backwards; sort the rows by t");
       }
       if (point.t_ns == before.t_ns) {
         if (repeated++ == 0) first_repeated = reader.place();
@@ -99,6 +89,9 @@ Trajectory read_trajectory(std::istream& input, const std::string& name, Frame f
       point.pose.yaw = unwrapped(point.pose.yaw, before.pose.yaw);
     }
     trajectory.points.push_back(point);
+    for (std::size_t i = 0; i < further.size(); ++i)
+      if (reader.has(first_further + i))
+        trajectory.columns[i].push_back(reader.number(first_further + i));
   }
   if (trajectory.points.empty()) {
     throw std::invalid_argument(name + ": has no rows");

@@ -32,12 +32,25 @@ struct TrajectoryPoint {
   double reset_count = 0.0;  ///< number of jumps of the pose; 0 if the file does not contain it
 };
 
+/// Of a reference; a pose file has more.
+inline constexpr auto point_columns = [](auto&& cell, auto& point) {
+  cell("t", point.t_ns);
+  cell("x", point.pose.x);
+  cell("y", point.pose.y);
+  cell("yaw", point.pose.yaw);
+  cell("vx", point.motion.vx);
+  cell("vy", point.motion.vy);
+  cell("yaw_rate", point.motion.yaw_rate);
+};
+
 struct Trajectory {
   std::string name;                     ///< the file, as it was called
   std::vector<TrajectoryPoint> points;  ///< at least one; times strictly increasing
   bool has_motion = false;
   bool has_covariance = false;  ///< from sigma_x, sigma_y, sigma_yaw; off-diagonal where given
-  bool is_camera = false;       ///< a camera's poses as a reference: the covariance is their noise
+  std::vector<std::vector<double>> columns;  ///< further ones that were asked for, a value a point;
+                                             ///< empty: the file does not have it
+  bool is_camera = false;  ///< a camera's poses as a reference: the covariance is their noise
   std::int64_t bridge_ns = std::numeric_limits<std::int64_t>::max();  ///< a longer gap between two
                                                                       ///< rows is not interpolated
   diagnostics::Diagnostics warnings;
@@ -53,11 +66,13 @@ enum class Frame : std::uint8_t {
 /// column, a field that is not a finite number, times that run backwards, no row at all. A repeated
 /// time gives a warning, and its first row is used.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& file,
-                                         Frame frame = Frame::map);
+                                         Frame frame = Frame::map,
+                                         const std::vector<std::string>& further = {});
 
 /// The same for a stream; messages call it `name`.
 [[nodiscard]] Trajectory read_trajectory(std::istream& input, const std::string& name,
-                                         Frame frame = Frame::map);
+                                         Frame frame = Frame::map,
+                                         const std::vector<std::string>& further = {});
 
 /// The point at a time: linear between neighbours (yaw is unwrapped, so this is the shorter way;
 /// velocities and covariance likewise). Nothing outside the span, and in a gap of over bridge_ns.

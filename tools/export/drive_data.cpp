@@ -22,31 +22,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-double number_of_mode(const CsvReader& reader, std::size_t column) {
-  const auto& names = estimator::mode_names;
-  const auto* const found = std::ranges::find(names, reader.text(column));
-  if (found == names.end()) reader.fail(column, quoted(reader.text(column)) + " is not a mode");
-  return static_cast<double>(found - names.begin());
-}
-
 PoseTable read_poses(const fs::path& file, diagnostics::Diagnostics& warnings) {
   std::vector<const PoseField*> known;
-  std::vector<std::string> optional;
+  std::vector<std::string> names{"t", "x", "y", "yaw"};
+  const std::size_t required = names.size();
   for (const PoseField& field : pose_fields()) {
     if (field.column.empty()) continue;
     known.push_back(&field);
-    optional.emplace_back(field.column);
+    names.emplace_back(field.column);
   }
-  const std::vector<std::string> required{"t", "x", "y", "yaw"};
   auto input = open_input(file);
-  CsvReader reader(input, file.string(), required, optional);
+  CsvReader reader(input, file.string(), names, LastLine::keep_whole, {.required = required});
   PoseTable table;
   std::vector<std::size_t> columns;
   for (std::size_t i = 0; i < known.size(); ++i) {
-    const std::size_t column = required.size() + i;
-    if (!reader.has(column)) continue;
+    if (!reader.has(required + i)) continue;
     table.fields.push_back(known[i]);
-    columns.push_back(column);
+    columns.push_back(required + i);
   }
   while (reader.next()) {
     const std::int64_t t_ns = reader.time_ns(0);
@@ -54,8 +46,10 @@ PoseTable read_poses(const fs::path& file, diagnostics::Diagnostics& warnings) {
       reader.fail(0, "the time runs backwards; sort the rows, or export the drives one by one");
     table.times_ns.push_back(t_ns);
     for (std::size_t i = 0; i < columns.size(); ++i)
-      table.values.push_back(table.fields[i]->path == mode_path ? number_of_mode(reader, columns[i])
-                                                                : reader.number(columns[i]));
+      table.values.push_back(table.fields[i]->path == mode_path
+                                 ? static_cast<double>(reader.word(
+                                       columns[i], estimator::mode_names, " is not a mode"))
+                                 : reader.number(columns[i]));
   }
   if (table.times_ns.empty())
     warnings.push_back(found(diagnostics::kind("file_content"), file.string(), "contains no pose"));

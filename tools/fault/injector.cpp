@@ -11,6 +11,7 @@
 #include "daemon/core/config_error.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/table.hpp"
 
 namespace odomd::fault {
 namespace {
@@ -137,8 +138,8 @@ Streamed write_camera_log(const std::vector<estimator::CameraPose>& poses, Camer
     streamed.first_ns = poses.front().arrival_ns;
     streamed.last_ns = poses.back().arrival_ns;
   }
-  std::string text = std::string(tools::camera_columns) + '\n';
-  for (const estimator::CameraPose& pose : leaving) tools::append_camera_row(text, pose);
+  auto text = tools::header_of<estimator::CameraPose>(tools::camera_columns);
+  for (const estimator::CameraPose& pose : leaving) append_row(text, tools::camera_columns, pose);
   write(out, text, Flush::at_the_end);
   return streamed;
 }

@@ -9,6 +9,7 @@
 
 #include "tools/cli/csv.hpp"
 #include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/table.hpp"
 #include "tools/import/drive_parts.hpp"
 
 namespace odomd::tools {
@@ -98,8 +99,8 @@ PoseText camera_of(const ColumnMap& map) {
   result.left_out += result.rows - poses.size();
   result.rows = poses.size();
   std::ranges::stable_sort(poses, {}, &estimator::CameraPose::arrival_ns);
-  result.text = fmt::format("{}\n", camera_columns);
-  for (const estimator::CameraPose& pose : poses) append_camera_row(result.text, pose);
+  result.text = header_of<estimator::CameraPose>(camera_columns);
+  for (const estimator::CameraPose& pose : poses) append_row(result.text, camera_columns, pose);
   return result;
 }
 

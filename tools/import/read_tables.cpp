@@ -79,7 +79,8 @@ void find_header(OpenTable& table, const std::vector<std::string>& wanted) {
   for (std::size_t number = 1; number <= max_header_line && std::getline(lines, line); ++number) {
     if (below.find_first_not_of(" \r") == std::string::npos) below = line;
     for (const char delimiter : delimiters) {
-      const CsvLayout layout{delimiter, '"', '#', number};
+      const CsvLayout layout{
+          .delimiter = delimiter, .quote = '"', .comment = '#', .header_line = number};
       Cells columns = cells_of(line, layout);
       const auto names = std::ranges::count_if(wanted, [&](const std::string& name) {
         return !matches(table.path, columns, name).empty();
@@ -194,7 +195,7 @@ void read_rows(const OpenTable& table, const ColumnMap& map, TimedTable& rows,
   Cells needed = time.columns;
   for (const MappedColumn* column : table.mapped) needed.push_back(column->name);
   std::istringstream text(table.text);
-  CsvReader reader(text, table.path, needed, {}, LastLine::keep_whole, table.layout);
+  CsvReader reader(text, table.path, needed, LastLine::keep_whole, table.layout);
   if (!table.units.empty()) static_cast<void>(reader.next());
   std::size_t without_time = 0;
   while (reader.next()) {

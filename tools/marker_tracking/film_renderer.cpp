@@ -10,9 +10,9 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/progress.hpp"
+#include "tools/drive_files/trajectory.hpp"
 #include "tools/marker_tracking/film.hpp"
 #include "tools/marker_tracking/view.hpp"
 
@@ -144,44 +144,25 @@ namespace {
 constexpr int front_marker = 7, rear_marker = 8;
 constexpr double marker_height = 0.08, side_on_car = 0.14, side_on_ground = 0.3;  // m
 
-struct Truth {
-  std::int64_t t_ns = 0;
-  double x = 0.0, y = 0.0, yaw = 0.0;
-};
-
-std::vector<Truth> read_truth(const std::filesystem::path& file) {
-  std::ifstream input = open_input(file);
-  CsvReader reader(input, file.string(), {"t", "x", "y", "yaw"});
-  std::vector<Truth> rows;
-  while (reader.next())
-    rows.push_back({reader.time_ns(0), reader.number(1), reader.number(2), reader.number(3)});
-  return rows;
-}
-
-Truth at(const std::vector<Truth>& rows, std::int64_t t_ns) {
-  const auto after = std::ranges::lower_bound(rows, t_ns, {}, &Truth::t_ns);
-  if (after == rows.begin()) return rows.front();
-  const Truth &a = *(after - 1), &b = *after;
-  const double part = static_cast<double>(t_ns - a.t_ns) / static_cast<double>(b.t_ns - a.t_ns);
-  return {t_ns, a.x + part * (b.x - a.x), a.y + part * (b.y - a.y), a.yaw + part * (b.yaw - a.yaw)};
-}
-
 /// The ground markers' places: around the drive, the camera above their middle.
-std::vector<FlatPicture> ground_around(const std::vector<Truth>& rows) {
-  const auto [left, right] = std::ranges::minmax(rows, {}, &Truth::x);
-  const auto [low, high] = std::ranges::minmax(rows, {}, &Truth::y);
+std::vector<FlatPicture> ground_around(const std::vector<TrajectoryPoint>& rows) {
+  const auto x_of = [](const TrajectoryPoint& row) { return row.pose.x; };
+  const auto y_of = [](const TrajectoryPoint& row) { return row.pose.y; };
+  const auto [left, right] = std::ranges::minmax(rows, {}, x_of);
+  const auto [low, high] = std::ranges::minmax(rows, {}, y_of);
   constexpr double clear = 0.5;  // m
   std::vector<FlatPicture> ground;
   for (int id = 0; id < 4; ++id)
-    ground.push_back({aruco_picture(id), side_on_ground, id < 2 ? left.x - clear : right.x + clear,
-                      id % 2 == 0 ? low.y - clear : high.y + clear, 0.0, 0.0});
+    ground.push_back({aruco_picture(id), side_on_ground,
+                      id < 2 ? left.pose.x - clear : right.pose.x + clear,
+                      id % 2 == 0 ? low.pose.y - clear : high.pose.y + clear, 0.0, 0.0});
   return ground;
 }
 
 }  // namespace
 
 std::string render_film(const std::filesystem::path& drive, const std::filesystem::path& film) {
-  const std::vector<Truth> rows = read_truth(drive / "truth.csv");
+  const Trajectory driven = read_trajectory(drive / "truth.csv");
   std::ifstream input = open_input(drive / "plant.json");
   const auto plant = nlohmann::json::parse(input);
   const auto truth = [&plant](const std::string& name) {
@@ -192,7 +173,7 @@ std::string render_film(const std::filesystem::path& drive, const std::filesyste
            truth("marker_error_" + end + (axis == 0 ? "_x" : "_y"));
   };
 
-  const std::vector<FlatPicture> ground = ground_around(rows);
+  const std::vector<FlatPicture> ground = ground_around(driven.points);
   const FlatPicture &one = ground.front(), &other = ground.back();
   // Some 8 m across from 5 m above, a little askew.
   const double size = std::max({(other.x - one.x) / 4.6, (other.y - one.y) / 7.6, 0.5});
@@ -219,9 +200,9 @@ std::string render_film(const std::filesystem::path& drive, const std::filesyste
   const cv::Mat front = aruco_picture(front_marker), rear = aruco_picture(rear_marker);
   ProgressLine progress("odom sim");
   const auto frames =
-      std::llround(1e-9 * rate * static_cast<double>(rows.back().t_ns - frame_ns(0)));
-  for (std::int64_t frame = 0; frame_ns(frame) <= rows.back().t_ns; ++frame) {
-    const Truth car = at(rows, frame_ns(frame));
+      std::llround(1e-9 * rate * static_cast<double>(driven.points.back().t_ns - frame_ns(0)));
+  for (std::int64_t frame = 0; frame_ns(frame) <= driven.points.back().t_ns; ++frame) {
+    const estimator::Pose2 car = at(driven, frame_ns(frame)).value_or(driven.points.front()).pose;
     const double c = std::cos(car.yaw), s = std::sin(car.yaw);
     std::vector<FlatPicture> scene = ground;
     for (const auto& [picture, end] : {std::pair{&front, "front"}, {&rear, "rear"}}) {

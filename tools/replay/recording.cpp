@@ -1,7 +1,6 @@
 #include "tools/replay/recording.hpp"
 
 #include <array>
-#include <charconv>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -20,72 +19,11 @@
 #include "tools/diagnostics/unit_check.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/recording_folder.hpp"
+#include "tools/drive_files/table.hpp"
 #include "tools/replay/source_checks.hpp"
 
 namespace odomd::tools {
 namespace {
-
-/// A row of beat.csv: counts are since the start of the daemon, or of the recording.
-struct BeatRow {
-  RecordedTick tick;
-  std::int64_t woke_ns = 0;
-  std::array<std::uint64_t, can::max_buses> frames{};
-  std::uint64_t camera_messages = 0;
-  std::uint64_t camera_poses = 0;
-  std::uint32_t conditions = 0;
-};
-
-class BeatReader {
- public:
-  explicit BeatReader(const std::filesystem::path& file)
-      : input_(open_input(file)),
-        reader_(input_, file.string(), columns(), {}, LastLine::drop_unended) {}
-
-  [[nodiscard]] std::optional<BeatRow> next() {
-    if (!reader_.next()) return std::nullopt;
-    BeatRow row;
-    row.tick.number = count(tick);
-    row.tick.time_ns = reader_.time_ns(t);
-    row.woke_ns = reader_.time_ns(t_woke);
-    row.camera_messages = count(camera_messages);
-    row.camera_poses = count(camera_poses);
-    row.conditions = static_cast<std::uint32_t>(count(conditions));
-    row.tick.record = count(record, 16);
-    for (std::size_t bus = 0; bus < can::max_buses; ++bus) row.frames[bus] = count(frames_0 + bus);
-    return row;
-  }
-  [[nodiscard]] std::string place() const { return reader_.place(); }
-  [[nodiscard]] const std::vector<std::string>& warnings() const { return reader_.warnings(); }
-
- private:
-  enum Column : std::size_t {
-    tick,
-    t,
-    t_woke,
-    camera_messages,
-    camera_poses,
-    conditions,
-    record,
-    frames_0
-  };
-  static std::vector<std::string> columns() {
-    std::vector<std::string> names{"tick",         "t",          "t_woke", "camera_messages",
-                                   "camera_poses", "conditions", "record"};
-    for (std::size_t bus = 0; bus < can::max_buses; ++bus)
-      names.push_back(fmt::format("frames_{}", bus));
-    return names;
-  }
-  [[nodiscard]] std::uint64_t count(std::size_t column, int base = 10) const {
-    const std::string_view text = reader_.text(column);
-    std::uint64_t value = 0;
-    const auto [end, error] = std::from_chars(text.begin(), text.end(), value, base);
-    if (error != std::errc{} || end != text.end()) reader_.fail(column, "is not a count");
-    return value;
-  }
-
-  std::ifstream input_;
-  CsvReader reader_;
-};
 
 /// The recorded frames, in the order in which they were taken in.
 class FrameLog {
@@ -130,33 +68,33 @@ class Drive {
         diagnostics::Diagnostics& warnings)
       : offset_ns_(recording.clock_offset_ns),
         pipeline_(pipeline),
-        beat_(recording.folder / recorded_beat),
+        beat_file_(open_input(recording.folder / recorded_beat)),
+        beat_(beat_file_, (recording.folder / recorded_beat).string(),
+              names_of<BeatRow>(beat_columns), LastLine::drop_unended),
         frames_(recording, buses),
         cameras_(camera_poses(recording, warnings)) {}
 
   /// The first row is the tick that the state is of: nothing was taken in.
   [[nodiscard]] BeatRow begin() {
-    const auto first = beat_.next();
-    if (!first)
+    if (!beat_.next())
       throw std::invalid_argument(beat_.place() + ": contains no tick; the recording is empty");
-    before_ = *first;
-    return before_;
+    return before_ = read_row<BeatRow>(beat_, beat_columns);
   }
 
   /// The next tick; nothing at the end.
   const daemon::TickRecord* next(ReplaySummary& summary) {
-    const auto row = beat_.next();
-    if (!row) return nullptr;
-    if (row->tick.number <= before_.tick.number) fail("the tick numbers do not increase");
-    const std::int64_t woke_ns = row->woke_ns - offset_ns_;
-    take_frames(*row, woke_ns, summary);
-    take_cameras(*row, summary);
-    pipeline_.set_conditions(row->conditions);
-    before_ = *row;
-    return &pipeline_.tick(row->tick.number, row->tick.time_ns - offset_ns_);
+    if (!beat_.next()) return nullptr;
+    const auto row = read_row<BeatRow>(beat_, beat_columns);
+    if (row.tick <= before_.tick) fail("the tick numbers do not increase");
+    const std::int64_t woke_ns = row.woke_ns - offset_ns_;
+    take_frames(row, woke_ns, summary);
+    take_cameras(row, summary);
+    pipeline_.set_conditions(row.conditions);
+    before_ = row;
+    return &pipeline_.tick(row.tick, row.time_ns - offset_ns_);
   }
 
-  [[nodiscard]] const RecordedTick& tick() const { return before_.tick; }
+  [[nodiscard]] const BeatRow& tick() const { return before_; }
   [[nodiscard]] const std::vector<estimator::CameraPose>& cameras() const { return cameras_; }
   [[nodiscard]] const std::vector<std::string>& warnings() const { return beat_.warnings(); }
 
@@ -203,7 +141,8 @@ class Drive {
 
   std::int64_t offset_ns_;
   daemon::Pipeline& pipeline_;
-  BeatReader beat_;
+  std::ifstream beat_file_;
+  CsvReader beat_;
   FrameLog frames_;
   std::vector<estimator::CameraPose> cameras_;
   BeatRow before_;
@@ -274,7 +213,7 @@ RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink)
 
   Drive drive(recording, buses, *pipeline, result.warnings);
   ReplaySummary& summary = result.summary;
-  summary.first_tick_ns = summary.last_tick_ns = drive.begin().tick.time_ns;
+  summary.first_tick_ns = summary.last_tick_ns = drive.begin().time_ns;
   while (const daemon::TickRecord* record = drive.next(summary)) {
     ++summary.ticks;
     summary.take_flags(*pipeline, record->pose);

@@ -13,6 +13,7 @@
 #include "daemon/core/config.hpp"
 #include "daemon/core/record.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/drive_files/beat_histogram.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools {
@@ -30,14 +31,8 @@ struct Recording {
 /// Throws std::invalid_argument that names the file and what is wrong with it.
 [[nodiscard]] Recording open_recording(const std::filesystem::path& folder);
 
-/// The recorded tick to compare a replayed one with.
-struct RecordedTick {
-  std::uint64_t number = 0;
-  std::int64_t time_ns = 0;  ///< on the recording's clock
-  std::uint64_t record = 0;  ///< fingerprint of what was published
-};
-using RecordedTickSink =
-    std::function<void(const daemon::TickRecord& record, const RecordedTick& live)>;
+/// A replayed tick, and the recorded one to compare it with.
+using RecordedTickSink = std::function<void(const daemon::TickRecord& record, const BeatRow& live)>;
 
 /// Why the replayed poses may differ from the published ones; empty: they are identical.
 using Inexact = std::string;

@@ -1,7 +1,6 @@
 #include "tools/replay/recording_verifier.hpp"
 
 #include <algorithm>
-#include <sstream>
 #include <stdexcept>
 #include <string_view>
 
@@ -35,31 +34,30 @@ std::string_view columns_as_in(std::string_view older, std::string_view row) {
 
 RecordingVerifier::RecordingVerifier(const std::filesystem::path& folder)
     : file_(folder / recorded_poses), poses_(open_input(file_)) {
-  std::ostringstream expected;
-  write_record_header(expected);
-  if (!std::getline(poses_, header_) || columns_as_in(header_, expected.str()) != header_) {
+  if (const std::string expected = record_header();
+      !std::getline(poses_, header_) || columns_as_in(header_, expected) != header_) {
     throw std::invalid_argument(
         file_.string() + ": has other columns than this odom writes; use the odom of that time");
   }
 }
 
-void RecordingVerifier::take(const daemon::TickRecord& record, const RecordedTick& live) {
+void RecordingVerifier::take(const daemon::TickRecord& record, const BeatRow& live) {
   ++ticks_;
   if (difference_) return;
   std::optional<std::string> column;
   if (record.initialised) column = differing_column(record, live);
-  if (!column && daemon::fingerprint(record) != live.record)
+  if (!column && fmt::format("{:016x}", daemon::fingerprint(record)) != live.record)
     column = "a part of the record that is not in the pose file differs";
   if (!column) return;
   std::string t;
   append_seconds(t, live.time_ns);
-  difference_ = fmt::format("tick {} (t = {}): {}", live.number, t, *column);
+  difference_ = fmt::format("tick {} (t = {}): {}", live.tick, t, *column);
 }
 
 // Most numbers are written in the shortest form that reads back to the same bits: rows are alike
 // when all these bits are. The fingerprint has the rest.
 std::optional<std::string> RecordingVerifier::differing_column(const daemon::TickRecord& record,
-                                                               const RecordedTick& live) {
+                                                               const BeatRow& live) {
   std::string recorded;
   // A row without a newline was cut off when the machine failed: not compared.
   if (!std::getline(poses_, recorded) || poses_.eof()) return std::nullopt;

@@ -17,7 +17,7 @@ class RecordingVerifier {
   explicit RecordingVerifier(const std::filesystem::path& folder);
 
   /// A replayed tick; the first that differs is kept.
-  void take(const daemon::TickRecord& record, const RecordedTick& live);
+  void take(const daemon::TickRecord& record, const BeatRow& live);
 
   /// One line about the first difference; nothing while there is none.
   [[nodiscard]] const std::optional<std::string>& difference() const { return difference_; }
@@ -26,7 +26,7 @@ class RecordingVerifier {
 
  private:
   [[nodiscard]] std::optional<std::string> differing_column(const daemon::TickRecord& record,
-                                                            const RecordedTick& live);
+                                                            const BeatRow& live);
 
   std::filesystem::path file_;
   std::ifstream poses_;

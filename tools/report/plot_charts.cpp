@@ -4,7 +4,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -17,7 +16,6 @@
 #include "tools/chart/chart.hpp"
 #include "tools/chart/drawing.hpp"
 #include "tools/chart/map.hpp"
-#include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/drive_files/pose_csv.hpp"
@@ -27,25 +25,6 @@
 
 namespace odomd::tools {
 namespace {
-
-Track track_of(std::string text, const std::string& name, Frame frame,
-               const std::vector<std::string>& further) {
-  Track track;
-  track.columns.resize(further.size());
-  std::istringstream input{std::move(text)};
-  track.trajectory = read_trajectory(input, name, frame);
-  if (further.empty()) return track;
-  input.clear();
-  input.seekg(0);
-  CsvReader reader{input, name, {"t"}, further};
-  while (reader.next()) {
-    track.times_ns.push_back(reader.time_ns(0));
-    for (std::size_t i = 0; i < further.size(); ++i) {
-      if (reader.has(1 + i)) track.columns[i].push_back(reader.number(1 + i));
-    }
-  }
-  return track;
-}
 
 using chart::Chart;
 using chart::Series;
@@ -114,7 +93,7 @@ const std::vector<Curve>& all_curves() {
 
 // The tracks with their names, colours and starts; the reference first, where there is one.
 struct Drawn {
-  const Track* track;
+  const Trajectory* track;
   std::string name;
   std::string colour;
   double stroke;
@@ -124,7 +103,7 @@ struct Drawn {
 std::vector<Drawn> drawn(const PlotInput& input) {
   std::vector<Drawn> all;
   std::vector<std::string> files;
-  for (const Track& track : input.tracks) files.push_back(track.trajectory.name);
+  for (const Trajectory& track : input.tracks) files.push_back(track.name);
   const auto names = short_names(files);
   if (input.reference)
     all.push_back({&*input.reference, "reference", chart::reference_colour, 7.0, 0});
@@ -132,7 +111,7 @@ std::vector<Drawn> drawn(const PlotInput& input) {
     all.push_back({&input.tracks[i], names[i], chart::colour_of(i), 3.0, 0});
   std::int64_t first_ns = std::numeric_limits<std::int64_t>::max();
   for (Drawn& one : all) {
-    one.zero_ns = one.track->trajectory.points.front().t_ns;
+    one.zero_ns = one.track->points.front().t_ns;
     first_ns = std::min(first_ns, one.zero_ns);
   }
   if (!overlap(input)) return all;
@@ -144,7 +123,7 @@ double seconds(const Drawn& one, std::int64_t t_ns) {
   return static_cast<double>(t_ns - one.zero_ns) * 1e-9;
 }
 
-const std::vector<double>& values_of(const Track& track, std::string_view column) {
+const std::vector<double>& values_of(const Trajectory& track, std::string_view column) {
   const std::vector<std::string> columns = plot_columns();
   return track.columns.at(
       static_cast<std::size_t>(std::ranges::find(columns, column) - columns.begin()));
@@ -153,7 +132,7 @@ const std::vector<double>& values_of(const Track& track, std::string_view column
 constexpr std::string_view sigma_prefix = "sigma_";
 
 // Three standard deviations around a curve of calibrations; empty if they were never estimated.
-chart::Band band_of(const Curve& curve, const Track& track, const Series& series) {
+chart::Band band_of(const Curve& curve, const Trajectory& track, const Series& series) {
   chart::Band band{"±3σ", series.colour, {}};
   const auto& sigmas = values_of(track, std::string{sigma_prefix}.append(curve.column));
   if (std::ranges::none_of(sigmas, [](double sigma) { return sigma > 0.0; })) return band;
@@ -174,14 +153,14 @@ Chart chart_of(const Curve& curve, const std::vector<Drawn>& tracks, const Calib
   if (curve.needs == &Trajectory::has_covariance) chart.y.scaling = chart::Scaling::logarithmic;
   if (curve.quantity == "calibrations") chart.height = 200.0;
   for (const Drawn& one : tracks) {
-    const Track& track = *one.track;
+    const Trajectory& track = *one.track;
     Series series{one.name, "", one.colour, {}, chart::Mark::line, one.stroke};
     if (curve.value == nullptr) {
       const std::vector<double>& values = values_of(track, curve.column);
       for (std::size_t i = 0; i < values.size(); ++i)
-        series.points.push_back({seconds(one, track.times_ns[i]), values[i] * curve.factor});
-    } else if (curve.needs == nullptr || track.trajectory.*curve.needs) {
-      for (const TrajectoryPoint& point : track.trajectory.points)
+        series.points.push_back({seconds(one, track.points[i].t_ns), values[i] * curve.factor});
+    } else if (curve.needs == nullptr || track.*curve.needs) {
+      for (const TrajectoryPoint& point : track.points)
         series.points.push_back({seconds(one, point.t_ns), curve.value(point)});
     }
     if (series.points.empty()) continue;
@@ -199,9 +178,9 @@ Chart chart_of(const Curve& curve, const std::vector<Drawn>& tracks, const Calib
 
 chart::Drawing map_of(const PlotInput& input) {
   chart::Map map;
-  const auto points_of = [](const Track& track) {
+  const auto points_of = [](const Trajectory& track) {
     std::vector<chart::Point> points;
-    for (const TrajectoryPoint& p : track.trajectory.points) points.push_back({p.pose.x, p.pose.y});
+    for (const TrajectoryPoint& p : track.points) points.push_back({p.pose.x, p.pose.y});
     return points;
   };
   for (const Drawn& one : drawn(input)) {
@@ -223,12 +202,6 @@ std::string what_is_missing(std::string_view quantity) {
 }
 
 }  // namespace
-
-Track read_track(const std::filesystem::path& file, Frame frame,
-                 const std::vector<std::string>& further) {
-  auto input = open_input(file);
-  return track_of({std::istreambuf_iterator<char>(input), {}}, file.string(), frame, further);
-}
 
 Calibrations true_calibrations(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "plant.json";
@@ -261,9 +234,8 @@ Calibrations true_calibrations(const std::filesystem::path& folder) {
 LiveTrack follow_daemon(const std::string& shm, double seconds, Frame frame,
                         const std::vector<std::string>& further) {
   using std::chrono::steady_clock;
-  std::ostringstream header;
-  write_record_header(header);
-  std::string text = header.str();
+  const std::string header = record_header();
+  std::string text = header;
   TickFollower follower{attach(shm, 0.0)};
   Interrupt interrupt;
   daemon::TickRecord record;
@@ -279,14 +251,15 @@ LiveTrack follow_daemon(const std::string& shm, double seconds, Frame frame,
     });
   }
   const std::string name = segment_asked_for(shm);
-  if (text.size() == header.str().size()) {
+  if (text.size() == header.size()) {
     throw std::runtime_error(name + ": no pose was published; check odom status");
   }
   LiveTrack live;
   if (const auto beat = follower.client().beat(); beat.has_value()) {
     live.beat = beat_histogram(*beat, name);
   }
-  live.track = track_of(std::move(text), name, frame, further);
+  std::istringstream rows(text);
+  live.track = read_trajectory(rows, name, frame, further);
   return live;
 }
 
@@ -310,12 +283,12 @@ std::vector<std::string> plot_columns() {
 bool overlap(const PlotInput& input) {
   std::int64_t latest_start = std::numeric_limits<std::int64_t>::min();
   std::int64_t earliest_end = std::numeric_limits<std::int64_t>::max();
-  const auto take = [&](const Track& track) {
-    latest_start = std::max(latest_start, track.trajectory.points.front().t_ns);
-    earliest_end = std::min(earliest_end, track.trajectory.points.back().t_ns);
+  const auto take = [&](const Trajectory& track) {
+    latest_start = std::max(latest_start, track.points.front().t_ns);
+    earliest_end = std::min(earliest_end, track.points.back().t_ns);
   };
   if (input.reference) take(*input.reference);
-  for (const Track& track : input.tracks) take(track);
+  for (const Trajectory& track : input.tracks) take(track);
   return latest_start <= earliest_end;
 }
 
@@ -333,7 +306,7 @@ std::vector<chart::Drawing> plot(std::string_view quantity, const PlotInput& inp
     if (!std::ranges::all_of(chart.series, is_reference)) drawings.push_back(draw(chart));
   }
   if (drawings.empty())
-    throw std::invalid_argument(input.tracks.front().trajectory.name + ": has no " +
+    throw std::invalid_argument(input.tracks.front().name + ": has no " +
                                 what_is_missing(quantity) + "; use a file of odom replay");
   if (quantity == "calibrations") return chart::in_pairs(drawings);  // on one page
   return drawings;

@@ -14,20 +14,8 @@
 
 namespace odomd::tools {
 
-struct Track {
-  Trajectory trajectory;
-  std::vector<std::vector<double>> columns;  ///< as were asked for, a value a row of the file;
-                                             ///< empty: the file has it not
-  std::vector<std::int64_t> times_ns;        ///< of these rows
-};
-
-/// Reads a pose file, and of the further columns those that it has. Throws std::invalid_argument
-/// with file, line and column where it is not usable.
-[[nodiscard]] Track read_track(const std::filesystem::path& file, Frame frame,
-                               const std::vector<std::string>& further);
-
 struct LiveTrack {
-  Track track;
+  Trajectory track;
   BeatHistogram beat;
 };
 
@@ -44,9 +32,9 @@ using Calibrations = std::map<std::string, double, std::less<>>;
 [[nodiscard]] Calibrations true_calibrations(const std::filesystem::path& folder);
 
 struct PlotInput {
-  std::optional<Track> reference;
-  Calibrations truth;         ///< of the drive of the reference
-  std::vector<Track> tracks;  ///< at least one; all with the columns of plot_columns()
+  std::optional<Trajectory> reference;
+  Calibrations truth;              ///< of the drive of the reference
+  std::vector<Trajectory> tracks;  ///< at least one; all with the columns of plot_columns()
   std::string title;
 };
 

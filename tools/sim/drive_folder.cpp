@@ -1,8 +1,6 @@
 #include "tools/sim/drive_folder.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <numbers>
 #include <stdexcept>
 #include <string_view>
@@ -12,9 +10,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/text.hpp"
+#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/table.hpp"
 #include "tools/sim/car/vehicle.hpp"
 
 namespace odomd::sim {
@@ -69,15 +68,6 @@ nlohmann::ordered_json values(const ParameterSet& set) {
   for (const ParameterInfo& info : parameter_table())
     result[std::string(info.name)] = set[info.parameter];
   return result;
-}
-
-// A tenth of a micrometre is plenty.
-void append_decimal(std::string& out, double value, int decimals) {
-  std::array<char, 64> text{};
-  const auto [end, status] = std::to_chars(text.data(), text.data() + text.size(), value,
-                                           std::chars_format::fixed, decimals);
-  if (status != std::errc{}) throw std::runtime_error("the simulated car has left the world");
-  out.append(1, ',').append(text.data(), end);
 }
 
 }  // namespace
@@ -187,8 +177,8 @@ DriveWriter::DriveWriter(const std::filesystem::path& folder, std::string interf
       log_(tools::open_output(folder / "drive.log")),
       camera_(tools::open_output(folder / "camera.csv")),
       truth_(tools::open_output(folder / "truth.csv")) {
-  camera_ << "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n";
-  truth_ << "t,x,y,yaw,vx,vy,yaw_rate\n";
+  camera_ << tools::header_of<estimator::CameraPose>(tools::camera_columns);
+  truth_ << tools::header_of<tools::TrajectoryPoint>(tools::point_columns);
   if (film == FilmMarkers::leave_out) return;
   film_ = tools::open_output(folder / "markers.csv");
   film_ << "t,x_front,y_front,x_rear,y_rear\n";
@@ -201,24 +191,13 @@ void DriveWriter::write(const Happenings& happenings) {
   log_ << text_;
 
   text_.clear();
-  for (const estimator::CameraPose& pose : happenings.camera) {
-    tools::append_seconds(text_, pose.arrival_ns);
-    text_ += ',';
-    tools::append_seconds(text_, pose.capture_ns);
-    for (const double value :
-         {pose.x, pose.y, pose.yaw, pose.sigma_x, pose.sigma_y, pose.sigma_yaw})
-      append_decimal(text_, value, 6);
-    text_ += '\n';
-  }
+  for (const estimator::CameraPose& pose : happenings.camera)
+    append_row(text_, tools::camera_columns, pose, 6);
   camera_ << text_;
 
   text_.clear();
-  for (const TruthRow& row : happenings.truth) {
-    tools::append_seconds(text_, row.time_ns);
-    for (const double value : {row.x, row.y, row.yaw, row.v_x, row.v_y, row.yaw_rate})
-      append_decimal(text_, value, 7);
-    text_ += '\n';
-  }
+  for (const tools::TrajectoryPoint& row : happenings.truth)
+    append_row(text_, tools::point_columns, row, 7);  // a tenth of a micrometre is plenty
   truth_ << text_;
 
   text_.clear();
@@ -229,7 +208,7 @@ void DriveWriter::write(const Happenings& happenings) {
         text_ += ",,";
         continue;
       }
-      for (const double value : *marker) append_decimal(text_, value, 3);
+      for (const double value : *marker) tools::append_number(text_ += ',', value, 3);
     }
     text_ += '\n';
   }

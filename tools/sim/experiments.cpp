@@ -139,8 +139,9 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
   for (std::int64_t now = 0; now < end_ns; now += plant_step_ns) {
     const PlantOutput before = car.output();
     if (now % truth_period_ns == 0)
-      happenings.truth.push_back({plan.options.start_ns + now, before.x, before.y, before.yaw,
-                                  before.v_x, before.v_y, before.yaw_rate});
+      happenings.truth.push_back({plan.options.start_ns + now,
+                                  {before.x, before.y, before.yaw},
+                                  {before.v_x, before.v_y, before.yaw_rate}});
     if (now >= held_ns) car.step(1e-9 * static_cast<double>(plant_step_ns));
     const PlantOutput& after = car.output();
     bus.advance(now, before, now + plant_step_ns, after, happenings.frames);

@@ -15,8 +15,8 @@ constexpr std::int64_t driver_period_ns = 10'000'000;
 constexpr double longest_s = 86'400.0;
 constexpr int most_laps = 10'000;
 
-TruthRow truth_row(std::int64_t time_ns, const PlantOutput& car) {
-  return {time_ns, car.x, car.y, car.yaw, car.v_x, car.v_y, car.yaw_rate};
+tools::TrajectoryPoint truth_row(std::int64_t time_ns, const PlantOutput& car) {
+  return {time_ns, {car.x, car.y, car.yaw}, {car.v_x, car.v_y, car.yaw_rate}};
 }
 
 double route_length(const Route& route) {

@@ -8,6 +8,7 @@
 
 #include "can_protocol/frame.hpp"
 #include "estimator/common/measurement.hpp"
+#include "tools/drive_files/trajectory.hpp"
 #include "tools/sim/car/parameters.hpp"
 #include "tools/sim/car/plant.hpp"
 #include "tools/sim/car_bus.hpp"
@@ -56,18 +57,12 @@ struct RunPlan {
 /// Throws std::invalid_argument for options that do not fit.
 [[nodiscard]] RunPlan make_plan(const RunOptions& options);
 
-struct TruthRow {
-  std::int64_t time_ns = 0;
-  double x = 0.0, y = 0.0, yaw = 0.0;
-  double v_x = 0.0, v_y = 0.0, yaw_rate = 0.0;
-};
-
 /// What has become known in a stretch of time, each in the order of its times (frames: stamps,
 /// camera poses: arrival), on the log's clock.
 struct Happenings {
   std::vector<can::Frame> frames;
   std::vector<estimator::CameraPose> camera;
-  std::vector<TruthRow> truth;
+  std::vector<tools::TrajectoryPoint> truth;
   std::vector<FilmFrame> film;
 
   void clear() {

@@ -29,7 +29,7 @@ using ::testing::IsEmpty;
 std::vector<double> column_a(const std::string& text, LastLine last = LastLine::keep_whole,
                              std::vector<std::string>* warnings = nullptr) {
   std::istringstream input{text};
-  CsvReader reader{input, "x.csv", {"a"}, {"b"}, last};
+  CsvReader reader{input, "x.csv", {"a", "b"}, last, {.required = 1}};
   std::vector<double> values;
   while (reader.next()) values.push_back(reader.number(0));
   if (warnings != nullptr) *warnings = reader.warnings();
@@ -53,8 +53,8 @@ TEST(CsvReader, TakesCarriageReturnsSpacesBlankLinesAndAByteOrderMark) {
 TEST(CsvReader, SaysWhetherAnOptionalColumnIsThere) {
   std::istringstream with{"a,b\n1,2\n"};
   std::istringstream without{"a\n1\n"};
-  EXPECT_TRUE((CsvReader{with, "x", {"a"}, {"b"}}.has(1)));
-  EXPECT_FALSE((CsvReader{without, "x", {"a"}, {"b"}}.has(1)));
+  EXPECT_TRUE((CsvReader{with, "x", {"a", "b"}, LastLine::keep_whole, {.required = 1}}.has(1)));
+  EXPECT_FALSE((CsvReader{without, "x", {"a", "b"}, LastLine::keep_whole, {.required = 1}}.has(1)));
 }
 
 TEST(CsvReader, NamesFileLineAndColumnOfWhatIsNoFiniteNumber) {
@@ -107,7 +107,11 @@ TEST(CsvReader, ALastLineWithoutNewlineIsKeptOrDroppedAsAskedAndNeverSilently) {
 
 TEST(CsvReader, ReadsTheLayoutsOfOtherPrograms) {
   std::istringstream input{"of a track; wet\n\"b\"\"\";\"a\"\n# gap\n\"x;y\" ; 1;\n;2\n"};
-  CsvReader reader{input, "x.csv", {"a", "b\""}, {}, LastLine::keep_whole, {';', '"', '#', 2}};
+  CsvReader reader{input,
+                   "x.csv",
+                   {"a", "b\""},
+                   LastLine::keep_whole,
+                   {.delimiter = ';', .quote = '"', .comment = '#', .header_line = 2}};
   ASSERT_TRUE(reader.next());
   EXPECT_EQ(reader.number(0), 1.0);
   EXPECT_EQ(reader.text(1), "x;y");

@@ -104,9 +104,7 @@ odom_pose some_pose() {
 }
 
 TEST(PoseCsv, BeginsWithTheColumnsOfTheContract) {
-  std::ostringstream out;
-  write_pose_header(out);
-  const std::string header = out.str();
+  const std::string header = pose_header();
   EXPECT_THAT(header, StartsWith("t,x,y,yaw,vx,vy,yaw_rate,sigma_x,sigma_y,sigma_yaw,mode,"));
 
   std::string row;
@@ -126,19 +124,15 @@ TEST(PoseCsv, ShowsTheCalibrationsOfAWholeRecordBehindItsPose) {
   record.details.grip = 8.5;
   record.details.calibration_sigma[0] = 0.000123456;
   record.details.further_calibration_sigma[3] = 2.0;
-  std::ostringstream plain;
-  std::ostringstream whole;
-  write_pose_header(plain);
-  write_record_header(whole);
-  std::string columns = plain.str();
+  std::string columns = pose_header();
   columns.back() = ',';
-  EXPECT_EQ(whole.str(), columns +
-                             "gyro_bias,gyro_scale,accel_bias_x,accel_bias_y,wheel_scale,"
-                             "steering_offset,stiffness_scale,gyro_latency,wheel_latency,"
-                             "steering_latency,grip,sigma_gyro_bias,sigma_gyro_scale,"
-                             "sigma_accel_bias_x,sigma_accel_bias_y,sigma_wheel_scale,"
-                             "sigma_steering_offset,sigma_stiffness_scale,sigma_gyro_latency,"
-                             "sigma_wheel_latency,sigma_steering_latency,sigma_grip\n");
+  EXPECT_EQ(record_header(), columns +
+                                 "gyro_bias,gyro_scale,accel_bias_x,accel_bias_y,wheel_scale,"
+                                 "steering_offset,stiffness_scale,gyro_latency,wheel_latency,"
+                                 "steering_latency,grip,sigma_gyro_bias,sigma_gyro_scale,"
+                                 "sigma_accel_bias_x,sigma_accel_bias_y,sigma_wheel_scale,"
+                                 "sigma_steering_offset,sigma_stiffness_scale,sigma_gyro_latency,"
+                                 "sigma_wheel_latency,sigma_steering_latency,sigma_grip\n");
   std::string pose;
   append_pose_row(pose, record.pose, 5);
   pose.back() = ',';
@@ -149,13 +143,10 @@ TEST(PoseCsv, ShowsTheCalibrationsOfAWholeRecordBehindItsPose) {
 
 TEST(PoseCsv, ReadsBackToTheSameBits) {
   const Scratch scratch;
-  std::ostringstream text;
-  write_pose_header(text);
-  std::string row;
-  append_pose_row(row, some_pose(), 5'000'000);
-  text << row;
+  std::string text = pose_header();
+  append_pose_row(text, some_pose(), 5'000'000);
 
-  const Trajectory trajectory = read_trajectory(scratch.write("pose.csv", text.str()));
+  const Trajectory trajectory = read_trajectory(scratch.write("pose.csv", text));
   ASSERT_EQ(trajectory.points.size(), 1U);
   ASSERT_TRUE(trajectory.has_motion);
   ASSERT_TRUE(trajectory.has_covariance);
@@ -170,8 +161,7 @@ TEST(PoseCsv, ReadsBackToTheSameBits) {
 }
 
 TEST(PoseFile, WritesAllRowsInTheirOrder) {
-  std::ostringstream expected;
-  write_record_header(expected);
+  std::string expected = record_header();
   std::ostringstream out;
   PoseFile file(out);
   daemon::TickRecord record{.pose = some_pose()};
@@ -181,20 +171,16 @@ TEST(PoseFile, WritesAllRowsInTheirOrder) {
     const auto t_ns = static_cast<std::int64_t>(pose.tick) * 5'000'000;
     record.details.gyro_bias = 0.001 * pose.x;
     file.add(record, t_ns);
-    std::string row;
-    append_record_row(row, record, t_ns);
-    expected << row;
+    append_record_row(expected, record, t_ns);
   }
   file.finish();
-  EXPECT_EQ(out.str(), expected.str());
+  EXPECT_EQ(out.str(), expected);
 }
 
 TEST(PoseFile, OfNothingIsItsHeader) {
-  std::ostringstream expected;
-  write_record_header(expected);
   std::ostringstream out;
   PoseFile(out).finish();
-  EXPECT_EQ(out.str(), expected.str());
+  EXPECT_EQ(out.str(), record_header());
 }
 
 TEST(PoseCsv, ModesHaveTheNamesOfTheClientLibrary) {

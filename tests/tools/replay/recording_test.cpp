@@ -175,10 +175,9 @@ struct Verified {
 };
 Verified verify(const std::filesystem::path& folder) {
   RecordingVerifier verifier{folder};
-  const auto replayed = replay(open_recording(folder),
-                               [&](const daemon::TickRecord& record, const RecordedTick& live) {
-                                 verifier.take(record, live);
-                               });
+  const auto replayed = replay(
+      open_recording(folder),
+      [&](const daemon::TickRecord& record, const BeatRow& live) { verifier.take(record, live); });
   return {verifier.difference().value_or(""), replayed.inexact, verifier.ticks(), verifier.rows()};
 }
 

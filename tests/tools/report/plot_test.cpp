@@ -88,16 +88,13 @@ std::size_t count(const std::string& text, const std::string& what) {
 // All calibrations, two in a row: as high as a sheet of this width, 1 : sqrt(2). Bands where a
 // sigma is known, and beside a simulated reference the true values.
 TEST_F(Plot, OfTheCalibrationsFitsOnAPage) {
-  std::ostringstream rows;
-  write_record_header(rows);
+  std::string rows = record_header();
   for (std::int64_t t_ns : {1'000'000'000, 2'000'000'000}) {
     daemon::TickRecord record;
     for (std::size_t i = 0; i < 3; ++i) daemon::calibration_sigma(record.details, i) = 0.5;
-    std::string row;
-    append_record_row(row, record, t_ns);
-    rows << row;
+    append_record_row(rows, record, t_ns);
   }
-  const std::string all = scratch_.write("all.csv", rows.str()).string() + " --what calibrations";
+  const std::string all = scratch_.write("all.csv", rows).string() + " --what calibrations";
   for (const bool simulated : {false, true}) {
     if (simulated) {
       ASSERT_EQ(run_shell("odom sim --config-only --seed 3 --out " + scratch_.path("sim").string())
@@ -248,11 +245,9 @@ TEST(InnovationFile, ReadsBackWhatWasWritten) {
                                  .test_ratio = 1.5,
                                  .time_ns = 1'760'000'000'123'456'789,
                                  .variance = {0.25, 4.0, 0.0625}};
-  std::ostringstream text;
-  write_innovation_header(text);
-  std::string row;
-  append_innovation_rows(row, judgement);
-  const auto read = read_innovations(scratch.write("nu.csv", text.str() + row));
+  std::string text = innovation_header();
+  append_innovation_rows(text, judgement);
+  const auto read = read_innovations(scratch.write("nu.csv", text));
   ASSERT_EQ(read.size(), 1U);
   EXPECT_EQ(read[0].source, judgement.source);
   EXPECT_EQ(read[0].verdict, judgement.verdict);
@@ -261,12 +256,13 @@ TEST(InnovationFile, ReadsBackWhatWasWritten) {
   EXPECT_EQ(read[0].variance, judgement.variance);
   EXPECT_EQ(read[0].squared_ratio, judgement.squared_ratio);
   EXPECT_THAT(message_of([&] {
-                (void)read_innovations(
-                    scratch.write("bad.csv", text.str() + "1,gyro,fused,1,0,0,0,1,0,0,0\n"));
+                (void)read_innovations(scratch.write(
+                    "bad.csv", innovation_header() + "1,gyro,fused,1,0,0,0,1,0,0,0\n"));
               }),
               HasSubstr(R"(bad.csv:2: column "source": "gyro" is unknown)"));
-  EXPECT_THAT(message_of([&] { (void)read_innovations(scratch.write("e.csv", text.str())); }),
-              HasSubstr("e.csv: has no rows; only the full filter tests samples"));
+  EXPECT_THAT(
+      message_of([&] { (void)read_innovations(scratch.write("e.csv", innovation_header())); }),
+      HasSubstr("e.csv: has no rows; only the full filter tests samples"));
 }
 
 }  // namespace

@@ -42,8 +42,9 @@ class EveryScenario : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(EveryScenario, EndsStandingWhereItBegan) {
   const Drive d = drive({.scenario = GetParam(), .laps = 1, .standstill = 0.5});
-  for (const TruthRow& row : d.all.truth)
-    for (const double value : {row.x, row.y, row.yaw, row.v_x, row.v_y, row.yaw_rate})
+  for (const tools::TrajectoryPoint& row : d.all.truth)
+    for (const double value :
+         {row.pose.x, row.pose.y, row.pose.yaw, row.motion.vx, row.motion.vy, row.motion.yaw_rate})
       ASSERT_TRUE(std::isfinite(value));
   EXPECT_EQ(d.end.v_x, 0.0);
   EXPECT_EQ(d.end.yaw_rate, 0.0);
@@ -51,7 +52,7 @@ TEST_P(EveryScenario, EndsStandingWhereItBegan) {
   EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.04 * scale);
   EXPECT_NEAR(std::remainder(d.end.yaw - d.plan.start.heading, 6.283185307), 0.0, 0.05);
   // It stood still at first, and its stamps are in order.
-  EXPECT_EQ(d.all.truth[99].x, d.plan.start.x);
+  EXPECT_EQ(d.all.truth[99].pose.x, d.plan.start.x);
   for (std::size_t i = 1; i < d.all.frames.size(); ++i)
     ASSERT_GT(d.all.frames[i].time_ns, d.all.frames[i - 1].time_ns);
 }
@@ -77,10 +78,10 @@ TEST_P(EveryFullSizeDrive, EndsStandingWhereItBegan) {
   EXPECT_EQ(d.end.v_x, 0.0);
   EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.5);
   double lateral = 0.0, fastest = 0.0;
-  for (const TruthRow& row : d.all.truth) {
-    ASSERT_TRUE(std::isfinite(row.x) && std::isfinite(row.v_y));
-    lateral = std::max(lateral, std::abs(row.v_x * row.yaw_rate));
-    fastest = std::max(fastest, row.v_x);
+  for (const tools::TrajectoryPoint& row : d.all.truth) {
+    ASSERT_TRUE(std::isfinite(row.pose.x) && std::isfinite(row.motion.vy));
+    lateral = std::max(lateral, std::abs(row.motion.vx * row.motion.yaw_rate));
+    fastest = std::max(fastest, row.motion.vx);
   }
   EXPECT_LT(lateral, 8.5);
   EXPECT_GT(fastest, 0.9 * speed);
@@ -111,7 +112,7 @@ TEST(Sim, ACarOfPublishedDataRepeatsAndSpeaksAtItsOwnPace) {
     imu += a.all.frames[i].id == 0x1A2 ? 1 : 0;
     wheels += a.all.frames[i].id == 0x1A1 ? 1 : 0;
   }
-  EXPECT_EQ(a.all.truth.back().x, b.all.truth.back().x);
+  EXPECT_EQ(a.all.truth.back().pose.x, b.all.truth.back().pose.x);
   EXPECT_NEAR(imu, 2000, 2);
   EXPECT_NEAR(wheels, 1000, 2);
   EXPECT_NE(bus_database_text(a.plan.truth).find("\"GenMsgCycleTime\" BO_ 418 10;"),
@@ -175,8 +176,9 @@ TEST(Sim, AMovingStartNeverStands) {
   for (const auto& [scenario, slowest] : drives) {
     const Drive d = drive({.scenario = scenario, .laps = 1, .ends = Ends::moving});
     // The driver may slow down for the curves of the road.
-    for (const TruthRow& row : d.all.truth) EXPECT_GT(row.v_x, 0.5 * slowest) << scenario;
-    EXPECT_GT(d.all.truth.front().v_x, slowest) << scenario;
+    for (const tools::TrajectoryPoint& row : d.all.truth)
+      EXPECT_GT(row.motion.vx, 0.5 * slowest) << scenario;
+    EXPECT_GT(d.all.truth.front().motion.vx, slowest) << scenario;
     const double scale = size_of(d.plan.car_kind) == CarSize::full ? 10.0 : 1.0;
     EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.1 * scale);
     // Its wheels turn from the first frame on.
@@ -199,12 +201,14 @@ TEST(Sim, LapsCloseAtEverySpeed) {
 TEST(Sim, ParkingReversesAndIceMakesSlip) {
   const Drive parking = drive({.scenario = "parking", .laps = 1});
   double slowest = 0.0;
-  for (const TruthRow& row : parking.all.truth) slowest = std::min(slowest, row.v_x);
+  for (const tools::TrajectoryPoint& row : parking.all.truth)
+    slowest = std::min(slowest, row.motion.vx);
   EXPECT_LT(slowest, -0.3);
 
   const auto most_slip = [](const Drive& d) {
     double most = 0.0;
-    for (const TruthRow& row : d.all.truth) most = std::max(most, std::abs(row.v_y));
+    for (const tools::TrajectoryPoint& row : d.all.truth)
+      most = std::max(most, std::abs(row.motion.vy));
     return most;
   };
   const double dry = most_slip(drive({.scenario = "lap", .speed = 1.6, .laps = 1}));
@@ -219,13 +223,13 @@ TEST(Sim, TheSameSeedGivesTheSameBits) {
     EXPECT_EQ(a.all.frames[i].data, b.all.frames[i].data);
   }
   ASSERT_EQ(a.all.truth.size(), b.all.truth.size());
-  EXPECT_EQ(a.all.truth.back().x, b.all.truth.back().x);
+  EXPECT_EQ(a.all.truth.back().pose.x, b.all.truth.back().pose.x);
   ASSERT_EQ(a.all.camera.size(), b.all.camera.size());
   EXPECT_EQ(a.all.camera.back().x, b.all.camera.back().x);
 
   const Drive other = drive({.duration = 6.0, .seed = 12});
   EXPECT_NE(a.all.frames[100].data, other.all.frames[100].data);
-  EXPECT_NE(a.all.truth.back().x, other.all.truth.back().x);
+  EXPECT_NE(a.all.truth.back().pose.x, other.all.truth.back().pose.x);
 }
 
 TEST(Sim, OneSensorsErrorsLeaveTheOthersAlone) {
@@ -240,7 +244,7 @@ TEST(Sim, OneSensorsErrorsLeaveTheOthersAlone) {
       EXPECT_EQ(with.all.frames[i].data, without.all.frames[i].data);
     }
   }
-  EXPECT_EQ(with.all.truth.back().x, without.all.truth.back().x);
+  EXPECT_EQ(with.all.truth.back().pose.x, without.all.truth.back().pose.x);
 }
 
 TEST(Sim, StretchesOfAnyLengthGiveTheSameDrive) {
@@ -275,7 +279,7 @@ TEST(Sim, FramesDecodeToWhatWasSensed) {
   can::Decoder decoder(databases, config.can.bindings, config.can.protections, buses);
 
   const auto truth_at = [&d](std::int64_t time_ns) {
-    const std::int64_t begin = d.all.truth.front().time_ns;
+    const std::int64_t begin = d.all.truth.front().t_ns;
     const auto i = static_cast<std::size_t>((time_ns - begin) / truth_period_ns);
     return d.all.truth[std::min(i, d.all.truth.size() - 1)];
   };
@@ -285,17 +289,18 @@ TEST(Sim, FramesDecodeToWhatWasSensed) {
     const can::DecodeResult result = decoder.decode(frame, samples);
     ASSERT_EQ(result.verdict, can::FrameVerdict::decoded);
     for (std::size_t i = 0; i < result.count; ++i) {
-      const TruthRow truth = truth_at(samples[i].time_ns);
+      const tools::TrajectoryPoint truth = truth_at(samples[i].time_ns);
       ++count[samples[i].channel];
       switch (static_cast<estimator::Source>(samples[i].channel)) {
         case estimator::Source::yaw_rate:
-          EXPECT_NEAR(samples[i].value, truth.yaw_rate, 0.08);  // moves within 5 ms
+          EXPECT_NEAR(samples[i].value, truth.motion.yaw_rate, 0.08);  // moves within 5 ms
           break;
         case estimator::Source::wheel_rear_left:
-          EXPECT_NEAR(samples[i].value, truth.v_x - 0.08 * truth.yaw_rate, 0.12);  // slips
+          EXPECT_NEAR(samples[i].value, truth.motion.vx - 0.08 * truth.motion.yaw_rate,
+                      0.12);  // slips
           break;
         case estimator::Source::wheel_rear_right:
-          EXPECT_NEAR(samples[i].value, truth.v_x + 0.08 * truth.yaw_rate, 0.12);
+          EXPECT_NEAR(samples[i].value, truth.motion.vx + 0.08 * truth.motion.yaw_rate, 0.12);
           break;
         default:
           break;

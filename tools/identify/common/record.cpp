@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/csv.hpp"
@@ -46,18 +47,18 @@ std::string name_of(const RecordOptions& options) {
 namespace {
 
 SignalLog read_csv(const std::string& file, const std::vector<estimator::Source>& columns) {
-  std::vector<std::string> required{"t"}, optional;
-  for (const estimator::Source source : columns) {
-    const std::string name(estimator::source_names[static_cast<std::size_t>(source)]);
-    (columns.size() == 1 ? required : optional).push_back(name);
-  }
+  std::vector<std::string> names{"t"};
+  for (const estimator::Source source : columns)
+    names.emplace_back(estimator::source_names[static_cast<std::size_t>(source)]);
+  const std::size_t required = columns.size() == 1 ? 2 : 1;
+  const std::span optional = std::span(names).subspan(1);
   std::ifstream input = open_input(file);
   if (columns.size() > 1 && input.peek() == std::ifstream::traits_type::eof())
     refuse(
         "{}: is empty; a first line \"t,{}\" is expected, with t [s] and at least one "
         "of the others",
         file, fmt::join(optional, ","));
-  CsvReader rows(input, file, required, optional);
+  CsvReader rows(input, file, names, LastLine::keep_whole, {.required = required});
   SignalLog log;
   std::optional<std::int64_t> before;
   while (rows.next()) {
