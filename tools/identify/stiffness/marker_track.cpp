@@ -1,13 +1,8 @@
 #include "tools/identify/stiffness/film.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <fstream>
-#include <stdexcept>
+#include <sstream>
 #include <string_view>
 
 #include "tools/cli/csv.hpp"
@@ -40,6 +35,10 @@ std::vector<std::string> fields_of(std::string_view line) {
   return fields;
 }
 
+std::string_view without_plus(std::string_view number) {
+  return number.substr(number.starts_with('+') ? 1 : 0);
+}
+
 // "x_front (px)" is "x_front".
 std::string column_name(std::string name) {
   name.resize(std::min(name.find_first_of(" (["), name.size()));
@@ -48,12 +47,46 @@ std::string column_name(std::string name) {
   return name;
 }
 
-std::optional<double> parse_number(std::string_view text) {
-  if (text.starts_with('+')) text.remove_prefix(1);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
+struct Table {
+  std::string text;
+  CsvLayout layout;
+};
+
+// The file as a CSV of our own with the same lines: headings but the last, and comments, are blank.
+Table as_csv(const std::filesystem::path& file, const std::vector<std::string>& columns) {
+  constexpr std::size_t longest = 65'536;  // a file without line ends is no track
+  Table table;
+  std::size_t heading_at = 0, line_number = 0, width = columns.size();
+  if (columns.size() == 3) table.layout.header_line = 0;  // headings may lack
+  std::vector<std::string> names;
+  bool has_rows = false;
+  std::istringstream lines(read_whole(file));
+  for (std::string line; std::getline(lines, line); table.text += '\n') {
+    if (++line_number == 1 && line.starts_with("\xEF\xBB\xBF"))
+      line.erase(0, 3);  // byte order mark
+    if (line.size() > longest)
+      refuse("{}:{}: the line is longer than 64 KiB; is this a track?", file.string(), line_number);
+    if (const auto text = trimmed(line); text.empty() || text.starts_with('#')) continue;
+    std::vector<std::string> fields = fields_of(line);
+    has_rows = has_rows || (!fields.empty() && parse_number(without_plus(fields.front())));
+    if (!has_rows) {
+      names = std::move(fields);
+      heading_at = table.text.size();
+      table.layout.header_line = line_number;
+      width = names.size();
+      continue;
+    }
+    fields.resize(width);
+    table.text += joined(fields);
+  }
+  if (!has_rows)
+    refuse(
+        "{}: contains no row that begins with a number; export the track as a table with the "
+        "columns {}",
+        file.string(), joined(columns));
+  std::ranges::transform(names, names.begin(), column_name);
+  table.text.insert(heading_at, joined(names));
+  return table;
 }
 
 struct Row {
@@ -61,105 +94,38 @@ struct Row {
   std::vector<std::optional<double>> values;  // of the columns but the first
 };
 
-class TrackReader {
- public:
-  TrackReader(const std::filesystem::path& file, std::vector<std::string> columns,
-              const FilmTime& time)
-      : name_(file.string()), input_(open_input(file)), columns_(std::move(columns)), time_(time) {}
+std::int64_t time_in(const CsvReader& reader, const FilmTime& time) {
+  if (!time.frames_per_second) return reader.time_ns(0);
+  const std::optional<double> frame = parse_number(reader.text(0));
+  if (!frame || !(std::abs(*frame) < 1e9) || *frame != std::floor(*frame))
+    reader.fail(0, tools::quoted(reader.text(0)) + " is not a frame number, which --fps requires");
+  return std::llround(1e9 * *frame / *time.frames_per_second);
+}
 
-  std::vector<Row> read() {
-    std::vector<std::string> headings;
-    for (std::string line; read_line(line);) {
-      if (line_number_ == 1 && line.starts_with("\xEF\xBB\xBF"))
-        line.erase(0, 3);  // byte order mark
-      const std::string_view text = trimmed(line);
-      if (text.empty() || text.starts_with('#')) continue;
-      std::vector<std::string> fields = fields_of(line);
-      if (positions_.empty() && (fields.empty() || !parse_number(fields.front()))) {
-        headings = std::move(fields);
-        continue;
-      }
-      if (positions_.empty()) find_columns(std::move(headings));
-      take(fields);
+std::vector<Row> read_rows(const std::filesystem::path& file,
+                           const std::vector<std::string>& columns, const FilmTime& time) {
+  const Table table = as_csv(file, columns);
+  std::istringstream text(table.text);
+  CsvReader reader(text, file.string(), columns, LastLine::keep_whole, table.layout);
+  std::vector<Row> rows;
+  while (reader.next()) {
+    Row row{.t_ns = time_in(reader, time)};
+    if (!rows.empty() && row.t_ns <= rows.back().t_ns)
+      reader.fail(0, tools::quoted(reader.text(0)) +
+                         " is not later than the row before; sort the rows by time and remove "
+                         "repeated ones");
+    for (std::size_t k = 1; k < columns.size(); ++k) {
+      const std::string_view field = reader.text(k);
+      const auto value = row.values.emplace_back(parse_number(without_plus(field)));
+      if (!field.empty() && !(value && std::isfinite(*value)))
+        reader.fail(k, tools::quoted(field) +
+                           " is not a finite number; leave the field empty if the marker was not "
+                           "seen");
     }
-    if (input_.bad()) throw std::runtime_error(name_ + ": cannot be read");
-    if (rows_.empty())
-      refuse(
-          "{}: contains no row that begins with a number; export the track as a table "
-          "with the columns {}",
-          name_, fmt::join(columns_, ","));
-    return std::move(rows_);
+    rows.push_back(std::move(row));
   }
-
- private:
-  // A file without line ends must not fill the memory.
-  bool read_line(std::string& line) {
-    constexpr std::size_t longest = 65'536;
-    line.clear();
-    int letter = 0;
-    while ((letter = input_.get()) != std::ifstream::traits_type::eof()) {
-      if (line.empty()) ++line_number_;
-      if (letter == '\n') return true;
-      if (line.size() == longest) fail("the line is longer than 64 KiB; is this a track?");
-      line += static_cast<char>(letter);
-    }
-    return !line.empty();
-  }
-
-  [[noreturn]] void fail(const std::string& what) const {
-    refuse("{}:{}: {}", name_, line_number_, what);
-  }
-  [[noreturn]] void fail(std::size_t column, const std::string& field, const char* what) const {
-    fail(fmt::format("column \"{}\": {} {}", columns_[column], tools::quoted(field), what));
-  }
-
-  void find_columns(std::vector<std::string> names) {
-    if (names.empty() && columns_.size() == 3) names = columns_;
-    for (std::string& name : names) name = column_name(std::move(name));
-    for (const std::string& column : columns_) {
-      const auto found = std::ranges::find(names, column);
-      if (found == names.end())
-        fail(fmt::format("there is no column \"{}\" in the header; the columns must be {}", column,
-                         fmt::join(columns_, ",")));
-      positions_.push_back(static_cast<std::size_t>(found - names.begin()));
-    }
-  }
-
-  void take(std::vector<std::string> fields) {
-    fields.resize(std::max(fields.size(), std::ranges::max(positions_) + 1));
-    Row row{.t_ns = parse_time(fields[positions_[0]])};
-    if (!rows_.empty() && row.t_ns <= rows_.back().t_ns)
-      fail(0, fields[positions_[0]],
-           "is not later than the row before; sort the rows by time and remove repeated ones");
-    for (std::size_t k = 1; k < columns_.size(); ++k) {
-      const std::string& field = fields[positions_[k]];
-      const std::optional<double> value = row.values.emplace_back(parse_number(field));
-      if (!field.empty() && (!value || !std::isfinite(*value)))
-        fail(k, field, "is not a finite number; leave the field empty if the marker was not seen");
-    }
-    rows_.push_back(std::move(row));
-  }
-
-  [[nodiscard]] std::int64_t parse_time(const std::string& field) const {
-    if (time_.frames_per_second) {
-      const std::optional<double> frame = parse_number(field);
-      if (!frame || !(std::abs(*frame) < 1e9) || *frame != std::floor(*frame))
-        fail(0, field, "is not a frame number, which --fps requires");
-      return std::llround(1e9 * *frame / *time_.frames_per_second);
-    }
-    const std::optional<std::int64_t> time = parse_seconds(field);
-    if (!time) fail(0, field, "is not a time in seconds; correct or remove the line");
-    return *time;
-  }
-
-  std::string name_;
-  std::ifstream input_;
-  std::vector<std::string> columns_;
-  FilmTime time_;
-  std::vector<Row> rows_;
-  std::size_t line_number_ = 0;
-  std::vector<std::size_t> positions_;  // of columns_ in a row
-};
+  return rows;
+}
 
 // Of rows with the places of both markers.
 MarkerTrack track_of(const std::filesystem::path& file, const std::vector<Row>& rows) {
@@ -177,14 +143,13 @@ MarkerTrack track_of(const std::filesystem::path& file, const std::vector<Row>& 
 }  // namespace
 
 MarkerTrack read_marker_track(const std::filesystem::path& file, const FilmTime& time) {
-  return track_of(file,
-                  TrackReader(file, {"t", "x_front", "y_front", "x_rear", "y_rear"}, time).read());
+  return track_of(file, read_rows(file, {"t", "x_front", "y_front", "x_rear", "y_rear"}, time));
 }
 
 MarkerTrack read_marker_tracks(const std::filesystem::path& front,
                                const std::filesystem::path& rear, const FilmTime& time) {
-  std::vector<Row> both = TrackReader(front, {"t", "x", "y"}, time).read();
-  const std::vector<Row> others = TrackReader(rear, {"t", "x", "y"}, time).read();
+  std::vector<Row> both = read_rows(front, {"t", "x", "y"}, time);
+  const std::vector<Row> others = read_rows(rear, {"t", "x", "y"}, time);
   for (Row& row : both)
     if (const auto other = std::ranges::lower_bound(others, row.t_ns, {}, &Row::t_ns);
         other != others.end() && other->t_ns == row.t_ns)
