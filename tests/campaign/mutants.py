@@ -1,0 +1,152 @@
+#!/usr/bin/env python3
+"""The power of the unit tests: how many small changes of the code (mutants) an area's own tests find.
+
+All mutants are built at once, into a copy of the tree in build/mutants; ODOMD_MUTANT says which one is on. An area's
+tests are those in the mirror of its folder. A crash and a timeout count as killed. No test can find a mutant that is
+equivalent to the original, so that a rate of 100 % is out of reach.
+"""
+
+import argparse
+import concurrent.futures
+import datetime
+import hashlib
+import json
+import os
+import pathlib
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+import common
+from mutants import places, tree
+
+AREAS = {"can_protocol": "can_protocol/", "shm_api": "shm_api/", "configuration": "daemon/core/config",
+         "estimator": "estimator/", "evaluation": "tools/evaluation/"}
+
+
+def choose(area, seed, count):
+    """In the order of a digest of each mutant: a change elsewhere in the tree leaves the choice as it is."""
+    found = [mutant for name in tree.files(AREAS[area] + "*") if name.endswith((".cpp", ".c"))
+             for mutant in places.Source(name, (common.ROOT / name).read_text(encoding="utf-8")).mutants()]
+    found.sort(key=lambda mutant: hashlib.sha256(f"{seed} {mutant.key}".encode()).digest())
+    chosen: list[places.Mutant] = []
+    for mutant in found:
+        if len(chosen) < count and not any(mutant.cuts(other) for other in chosen):
+            chosen.append(mutant)
+    return chosen
+
+
+def own_tests(area, program):
+    """The filter for the program's tests in the mirror of the area."""
+    with tempfile.NamedTemporaryFile(suffix=".json") as listed:
+        subprocess.run([program, "--gtest_list_tests", f"--gtest_output=json:{listed.name}"],
+                       stdout=subprocess.DEVNULL, check=True)
+        suites = json.load(listed)["testsuites"]
+    return ":".join(f"{suite['name']}.{test['name']}" for suite in suites for test in suite["testsuite"]
+                    if test["file"].startswith(str(tree.COPY / "tests" / AREAS[area])))
+
+
+def run(program, tests, mutant, limit):
+    """The seconds that the tests take, or None if one fails or they take longer than the limit."""
+    begun = time.monotonic()
+    with tempfile.TemporaryDirectory() as scratch:
+        process = subprocess.Popen(
+            [program], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            start_new_session=True, cwd=scratch,
+            env={**os.environ, "ODOMD_MUTANT": str(mutant), "GTEST_FAIL_FAST": "1", "GTEST_FILTER": tests,
+                 "TMPDIR": scratch, "TEST_TMPDIR": scratch})
+        try:
+            status = process.wait(limit)
+        except subprocess.TimeoutExpired:
+            status = None
+        finally:
+            try:
+                os.killpg(process.pid, signal.SIGKILL)  # with what the tests have started
+            except ProcessLookupError:
+                pass
+            process.wait()
+    return time.monotonic() - begun if status == 0 else None
+
+
+def survivors(area, mutants, jobs):
+    programs = [(path, tests) for path in tree.programs(AREAS[area]).values() if (tests := own_tests(area, path))]
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        timed = []
+        for path, tests in programs:  # as many at once as later: they must not disturb each other
+            times = list(pool.map(lambda _: run(path, tests, 0, 900), range(jobs)))
+            if None in times:
+                sys.exit(f"mutants: {path.name} fails without a mutant")
+            timed.append((max(times), path, tests))
+        timed.sort()
+        print(f"{area}: {sum(seconds for seconds, *_ in timed):.1f} s without a mutant", file=sys.stderr)
+
+        def survives(number):
+            return all(run(path, tests, number, 10 + 5 * seconds) for seconds, path, tests in timed)
+
+        alive, asked = [], {pool.submit(survives, number): mutant for mutant, number in mutants.items()}
+        for done, one in enumerate(concurrent.futures.as_completed(asked), start=1):
+            alive += [asked[one]] if one.result() else []
+            if sys.stderr.isatty() or done == len(asked):
+                print(f"\r{area}: {done} of {len(asked)}, {len(alive)} survive ", end="", file=sys.stderr, flush=True)
+        print(file=sys.stderr)
+    return sorted(alive, key=lambda mutant: (mutant.file, mutant.line))
+
+
+def options():
+    made = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    made.add_argument("--seed", type=int, default=1, help="of the choice; default: 1")
+    made.add_argument("--mutants", type=int, default=60, metavar="N", help="of each area; default: 60")
+    made.add_argument("--area", action="append", choices=AREAS, help="this area; several times: these")
+    made.add_argument("--list", action="store_true", help="only print the mutants, with a third to spare")
+    made.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
+                      help="mutants in parallel; default: one per processor")
+    made.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write the result as JSON")
+    made.add_argument("--baseline", type=pathlib.Path, metavar="FILE", help="fail if a rate is below this result's")
+    given = made.parse_args()
+    if given.mutants < 1 or given.jobs < 1:
+        made.error("--mutants and --jobs: 1 or more")
+    return given
+
+
+def main():
+    given = options()
+    begun = datetime.datetime.now(datetime.timezone.utc)
+    areas = given.area or list(AREAS)
+    # A third to spare, for those that do not compile.
+    chosen = {area: choose(area, given.seed, given.mutants + given.mutants // 3) for area in areas}
+    every = [mutant for area in areas for mutant in chosen[area]]
+    if given.list:
+        print(*(f"{mutant.file}:{mutant.line}: {mutant.before}\n    {mutant.after}" for mutant in every), sep="\n")
+        return 0
+    before = json.loads(given.baseline.read_text(encoding="utf-8")) if given.baseline else {}
+    numbers = tree.build({mutant: i for i, mutant in enumerate(every, start=1)},
+                         [AREAS[area] for area in areas], given.jobs)
+    for what, limit in ((resource.RLIMIT_CORE, 0), (resource.RLIMIT_AS, 4 << 30), (resource.RLIMIT_FSIZE, 1 << 30)):
+        resource.setrlimit(what, (limit, limit))  # a mutant may ask for everything
+    result, rows, fallen = {}, ["| area | mutants | killed | rate |", "|---|---|---|---|"], []
+    for area in areas:
+        mutants = dict([(mutant, numbers[mutant]) for mutant in chosen[area] if mutant in numbers][:given.mutants])
+        alive = survivors(area, mutants, given.jobs)
+        killed = len(mutants) - len(alive)
+        rate = killed / len(mutants)
+        for mutant in alive:
+            print(f"{mutant.file}:{mutant.line}: {mutant.before}\n    {mutant.after}", flush=True)
+        rows.append(f"| {area} | {len(mutants)} | {killed} | {100 * rate:.0f} % |")
+        if rate < before.get(area, {"rate": 0})["rate"]:
+            fallen.append(f"{area}: the rate was {100 * before[area]['rate']:.0f} %")
+        result[area] = {"mutants": len(mutants), "killed": killed, "rate": rate,
+                        "survivors": [mutant.key for mutant in alive]}
+        if given.json:
+            given.json.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    print(*rows, *fallen, sep="\n")
+    seconds = (datetime.datetime.now(datetime.timezone.utc) - begun).total_seconds()
+    print(f"{begun:%F} mutants: {sum(one['killed'] for one in result.values())} of "
+          f"{sum(one['mutants'] for one in result.values())} killed, in {seconds:.0f} s")
+    return 1 if fallen else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
