@@ -166,6 +166,8 @@ VAL_ 2048 Low 0 "off" 1 "on"
 CM_ SG_ 2048 "text without signal";
 CM_ SG_ 2048 Nothing "of a signal that is not there";
 CM_ BO_ 77 "of a message that is not there";
+VAL_ 2048 2ND_GEAR 0 "two
+lines";
 )");
   EXPECT_EQ(database.messages[0].id, 2048U);
   EXPECT_EQ(database.messages[0].format, IdFormat::extended);
@@ -173,6 +175,7 @@ CM_ BO_ 77 "of a message that is not there";
   EXPECT_EQ(database.messages[0].signals[0].scale, 0.25);
   EXPECT_EQ(database.messages[0].signals[0].offset, -0.5);
   EXPECT_EQ(database.messages[0].signals[1].values.size(), 2U);
+  EXPECT_EQ(database.messages[0].signals[0].values.at(0).name, "two lines");
   EXPECT_THAT(
       warnings_of(database),
       ElementsAre(HasSubstr("car.dbc:3: the name '4WD' does not start with a letter"),
@@ -185,7 +188,8 @@ CM_ BO_ 77 "of a message that is not there";
                   HasSubstr("car.dbc:7: expected ';' at the end of VAL_, found 'CM_'"),
                   HasSubstr("car.dbc:8: CM_ SG_ names no signal"),
                   HasSubstr("car.dbc:9: CM_ SG_ names signal 'Nothing', which message '4WD'"),
-                  HasSubstr("car.dbc:10: CM_ BO_ names message 77")));
+                  HasSubstr("car.dbc:10: CM_ BO_ names message 77"),
+                  HasSubstr("is on several lines; joined to one")));
 }
 
 TEST(Dbc, WarnsOfASignalThatNoMultiplexorValueSelects) {

@@ -116,14 +116,14 @@ BO_ 3758096384 WideExtended: 8 X
 BO_ 4294967296 Wider: 8 X
 BO_ 99999999999999999999 Widest: 8 X
 BO_ -1 Negative: 8 X
-BO_ 5 Real: 1 X
+BO_ 2684354559 Largest: 1 X
 CM_ BO_ 536870912 "left out with its message";
 CM_ SG_ 536870912 S "likewise";
 BA_ "GenMsgCycleTime" BO_ 99999999999999999999 10;
 BA_ "GenMsgCycleTime" BO_ 536870913 10;
 )");
   ASSERT_EQ(database.messages.size(), 1U);
-  EXPECT_EQ(database.messages[0].name, "Real");
+  EXPECT_EQ(database.messages[0].id, 0x1FFF'FFFFU);
   EXPECT_THAT(
       warnings_of(database),
       ElementsAre(AllOf(StartsWith("car.dbc:1: "), HasSubstr(" 536870912 "), HasSubstr("'Wide'")),
