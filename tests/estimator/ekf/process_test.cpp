@@ -193,6 +193,7 @@ TEST(Process, CovarianceIsThatOfTheWholeJacobian) {
     EXPECT_EQ(state.covariance, state.covariance.transpose());
     EXPECT_EQ(Matrix(step.noise.diagonal().asDiagonal()), step.noise);
     EXPECT_GE(step.noise.diagonal().minCoeff(), 0.0);
+    EXPECT_EQ(step.noise(at::x, at::x), step.noise(at::y, at::y));
     EXPECT_LT((state.slow.sensitivity - step.F * before.slow.sensitivity - step.by_slow)
                   .cwiseAbs()
                   .maxCoeff(),

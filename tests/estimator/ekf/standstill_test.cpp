@@ -138,6 +138,12 @@ TEST(Standstill, TakesLongerWithWheelsThatAreBlindToSlowSpeeds) {
   EXPECT_GT(time_to_stand(state, 5000, zero, zero), 600);
 }
 
+TEST(Standstill, TheDeadBandMayBeConfigured) {
+  FilterSettings settings;
+  settings.dead_band[index_of(Source::wheel_rear)] = 0.3;
+  EXPECT_EQ(initial_state(settings).standstill.dead_band, 0.3);
+}
+
 TEST(Standstill, ABlindWheelShowsItsDeadBand) {
   State state = just_stopped();
   state.standstill.dead_band = 0.8;
