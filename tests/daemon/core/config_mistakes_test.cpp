@@ -153,6 +153,8 @@ const Mistake mistakes[] = {
     {"TooManySources",
      can("source = [\"1\", \"2\", \"3\", \"4\", \"5\", \"6\", \"7\", \"8\", \"9\"]\n"),
      "car.toml:3: [can] source: names 9 buses; at most 8 are allowed"},
+    {"SourceTwice", can("source = [\"can0\", \"can0\"]\n"),
+     "car.toml:3: [can] source: names \"can0\" twice; leave one of them out"},
     {"UnknownTimestamps", can("timestamps = \"hardwear\"\n"),
      R"(car.toml:3: [can] timestamps: "hardwear" is not known; did you mean "hardware"?)"},
     {"TinyReceiveBuffer", can("receive_buffer = 10\n"),

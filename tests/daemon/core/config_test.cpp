@@ -74,7 +74,7 @@ timestamps = "hardware"
 receive_buffer = 2097152
 
 [can.e2e]
-IMU_01 = { profile = "P01", data_id = 0x1A0, data_id_mode = "BOTH", crc = "IMU_01_CRC", counter = "IMU_01_BZ" }
+IMU_01 = { profile = "P01", data_id = 0x1A0, data_id_mode = "LOW", crc = "IMU_01_CRC", counter = "IMU_01_BZ" }
 
 [can.signals]
 yaw_rate          = { message = "IMU_01", signal = "YawRate", unit = "rad/s", latency = 0.015, sigma = 0.04, sign = { signal = "Minus", negative = 1 }, source = 0x0B }
@@ -157,7 +157,7 @@ level = "debug"
   EXPECT_EQ(protection.message, "IMU_01");
   EXPECT_EQ(protection.profile, can::E2eProfile::p01);
   EXPECT_EQ(protection.data_id, 0x1A0);
-  EXPECT_EQ(protection.data_id_mode, can::DataIdMode::both);
+  EXPECT_EQ(protection.data_id_mode, can::DataIdMode::low);
   EXPECT_EQ(protection.crc_signal, "IMU_01_CRC");
   EXPECT_EQ(protection.counter_signal, "IMU_01_BZ");
 
@@ -240,6 +240,7 @@ level = "debug"
   EXPECT_THAT(config.paper_noise.Q, ElementsAre(0.1, 0.02, 0.03));
   EXPECT_THAT(config.paper_noise.R, ElementsAre(0.2, 0.3));
   EXPECT_EQ(config.realtime.period_ns, 10'000'000);
+  EXPECT_EQ(filter_settings(config).period_s, 0.01);
   EXPECT_EQ(config.realtime.priority, 60);
   EXPECT_EQ(config.realtime.cpu, 3);
   EXPECT_EQ(config.shm.name, "/test");
