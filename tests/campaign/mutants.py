@@ -87,10 +87,15 @@ def survivors(area, mutants, jobs):
             return all(run(path, tests, number, 10 + 5 * seconds) for seconds, path, tests in timed)
 
         alive, asked = [], {pool.submit(survives, number): mutant for mutant, number in mutants.items()}
-        for done, one in enumerate(concurrent.futures.as_completed(asked), start=1):
-            alive += [asked[one]] if one.result() else []
-            if sys.stderr.isatty() or done == len(asked):
-                print(f"\r{area}: {done} of {len(asked)}, {len(alive)} survive ", end="", file=sys.stderr, flush=True)
+        try:
+            for done, one in enumerate(concurrent.futures.as_completed(asked), start=1):
+                alive += [asked[one]] if one.result() else []
+                if sys.stderr.isatty() or done == len(asked):
+                    print(f"\r{area}: {done} of {len(asked)}, {len(alive)} survive ", end="", file=sys.stderr,
+                          flush=True)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
         print(file=sys.stderr)
     return sorted(alive, key=lambda mutant: (mutant.file, mutant.line))
 
