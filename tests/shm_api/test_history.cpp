@@ -25,28 +25,32 @@ class History : public ::testing::Test {
   }
 };
 
-// A circle, driven at constant speed: v = 2 m/s, yaw rate 3 rad/s, heading along the tangent.
+constexpr double sideslip = 0.3;
+
+// A circle, driven at constant speed: v = 2 m/s, yaw rate 3 rad/s.
 odom_pose circling_pose(std::uint64_t tick) {
   odom_pose pose{};
   pose.tick = tick;
   pose.time_ns = static_cast<std::int64_t>(tick) * period_ns;
-  const double yaw = 3.0 * static_cast<double>(pose.time_ns) * 1e-9;
-  pose.yaw = yaw;
-  pose.x = 2.0 / 3.0 * std::sin(yaw);
-  pose.y = -2.0 / 3.0 * std::cos(yaw);
-  pose.odom_yaw = yaw;
+  const double course = 3.0 * static_cast<double>(pose.time_ns) * 1e-9;
+  pose.yaw = course - sideslip;
+  pose.x = 2.0 / 3.0 * std::sin(course);
+  pose.y = -2.0 / 3.0 * std::cos(course);
+  pose.odom_yaw = pose.yaw;
   pose.odom_x = pose.x + 10.0;
   pose.odom_y = pose.y;
-  pose.vx = 2.0;
+  pose.vx = 2.0 * std::cos(sideslip);
+  pose.vy = 2.0 * std::sin(sideslip);
   pose.yaw_rate = 3.0;
+  pose.accel_y = static_cast<double>(tick);
   pose.covariance[0] = static_cast<double>(tick);
   pose.mode = ODOM_TRACKING;
   return pose;
 }
 
 double distance_from_circle(const odom_pose& p) {
-  const double yaw = 3.0 * static_cast<double>(p.time_ns) * 1e-9;
-  return std::hypot(p.x - 2.0 / 3.0 * std::sin(yaw), p.y + 2.0 / 3.0 * std::cos(yaw));
+  const double course = 3.0 * static_cast<double>(p.time_ns) * 1e-9;
+  return std::hypot(p.x - 2.0 / 3.0 * std::sin(course), p.y + 2.0 / 3.0 * std::cos(course));
 }
 
 TEST_F(History, NothingPublishedIsNoPose) {
@@ -88,7 +92,8 @@ TEST_F(History, BetweenTicksThePoseIsInterpolated) {
     EXPECT_EQ(pose.tick, static_cast<std::uint64_t>(t / period_ns));
     EXPECT_LT(distance_from_circle(pose), 1e-7);
     EXPECT_NEAR(pose.odom_x - 10.0, pose.x, 1e-9);
-    EXPECT_NEAR(pose.yaw, 3e-9 * static_cast<double>(t), 1e-9);
+    EXPECT_NEAR(pose.yaw, 3e-9 * static_cast<double>(t) - sideslip, 1e-9);
+    EXPECT_NEAR(pose.accel_y, static_cast<double>(t) / period_ns, 1e-9);
     EXPECT_NEAR(pose.covariance[0], static_cast<double>(t) / period_ns, 1e-9);
   }
 }
