@@ -12,10 +12,11 @@ inline constexpr double gravity = 9.81;  // [m/s²]
 /// "GM" is a Gauss-Markov process of this standard deviation and correlation time.
 ///
 /// Origins: physics, then simulated cars (NEES, NIS, drift) and the training drives, but for these:
-/// side_slip, sliding_force, sliding_slip, velocity_odds: simulated slides. side_slip_grip,
-/// grip_used, grip_shown_s: v_y of the first half of revs_250lm; the last two of xray_duck_1, too.
-/// slip_noise, wheel_noise_scale_range: its wheels, and braking simulated cars. signal_gate: χ² of
-/// one degree. turn_noise_scale_range: the gyro's NIS on simulated full-size cars; v_y as above.
+/// side_slip, sliding_force, sliding_slip, slip_share, velocity_odds: simulated slides.
+/// side_slip_grip, grip_used, grip_shown_s: v_y of the first half of revs_250lm; the last two of
+/// xray_duck_1, too. slip_noise, wheel_noise_scale_range: its wheels, and braking simulated cars.
+/// signal_gate: χ² of one degree. turn_noise_scale_range: the gyro's NIS on simulated full-size
+/// cars; v_y as above.
 struct Tuning {
   // --- how the car is driven ---
   double drive_accel = 0.1;  ///< a_x, GM: braking and acceleration by the driver [g]
@@ -42,6 +43,7 @@ struct Tuning {
   double slip_noise = 0.0025;    ///< variation of a driven wheel's slip, per acceleration [s²/m]
   double sliding_slip = 0.2;     ///< slip of the wheels of a sliding car, of its speed
   double slip_memory_s = 20.0;   ///< of a slip that has shown itself [s]
+  double slip_share = 0.4;       ///< sigma of a wheel that has just slipped, of its slip
   double front_wheel = 0.05;     ///< error of δ at a front wheel [rad]
 
   // --- gates ---

@@ -142,7 +142,11 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   judgement.squared_ratio = nu.squared_ratio();
   const double possible = possible_change(model, state, sample);
   const double gate = model.tuning.*rules.gate;
-  judgement.test_ratio = nu.value * nu.value / (nu.variance + possible * possible) / gate;
+  const auto test_ratio = [&](double variance) {
+    return nu.value * nu.value / (variance + possible * possible) / gate;
+  };
+  judgement.test_ratio = test_ratio(nu.variance);
+  const bool slips = test_ratio(nu.variance - prediction.slip) > 1.0;
 
   adapt_noise_scales(model.tuning, state, sample, prediction, nu);
   std::int64_t& rejected_ns = state.reading(sample.source).rejected_since_ns;
@@ -206,6 +210,9 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     state.turned_since_ns = sample.time_ns;
   }
   correct_slow_errors(state, nu, updates.slow);
+  if (slips && judgement.verdict == Verdict::fused) {
+    judgement.verdict = Verdict::gated;  // but for the little weight that it has
+  }
   return judgement;
 }
 

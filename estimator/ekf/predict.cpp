@@ -102,8 +102,9 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   z.relative = noise_scale * squared(tuning.wheel_radius * rolling);
   const double slipping = squared(tuning.slip_noise * share * force * rolling);
   z.slack = z.relative * (1.0 - 1.0 / std::max(least, 1.0)) + (free ? 0.0 : slipping);
-  z.variance = squared(sigma) + z.relative + slipping + squared(by_delta * tuning.front_wheel) +
-               squared(s) * state.variance(at::v_y);
+  z.slip = squared(state.integrity.slip_sigma(source));
+  z.variance = squared(sigma) + z.slip + z.relative + slipping +
+               squared(by_delta * tuning.front_wheel) + squared(s) * state.variance(at::v_y);
   z.depends_on(at::v_x, scale * c);
   z.by_slow[slow::wheel_latency] = -scale * c * v_x_dot;
   z.by_slow[slow::wheel_scale] = unlike * slip * rolling;

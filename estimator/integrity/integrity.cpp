@@ -29,14 +29,18 @@ constexpr int sign_known_after = 3;
 
 /// What a wheel changes from sample to sample beyond v̇_x = a_x + v_y ψ̇ of any car and its noise is
 /// slip. It ends by a change back.
-double slip_after(const Observations& observed, const SourceHistory& wheel, std::int64_t time_ns,
-                  double value, double sigma) noexcept {
+void add_slip(const Observations& observed, std::int64_t time_ns, double value, double sigma,
+              SourceHistory& wheel) noexcept {
   const double dt = seconds_between(wheel.time_ns, time_ns);
   const double turning = observed.slid() ? std::abs(observed.speed() * observed.yaw_rate()) : 0.0;
   const double change = value - wheel.value;
   const double excess =
       std::max(std::abs(change) - (largest_accel + turning) * dt - most_sigmas * sigma, 0.0);
-  return wheel.slip * std::exp(-dt / Tuning{}.slip_memory_s) + std::copysign(excess, change);
+  const auto add = [&](double& slip, double memory_s) {
+    slip = slip * std::exp(-dt / memory_s) + std::copysign(excess, change);
+  };
+  add(wheel.slip, Tuning{}.slip_memory_s);
+  add(wheel.new_slip, seconds_of(Over::long_time));
 }
 
 }  // namespace
@@ -51,7 +55,7 @@ void Integrity::add(Source source, std::int64_t time_ns, double value, double si
     negative_speeds_ = std::min(negative_speeds_ + 1, sign_known_after);
   }
   if (is_wheel(source) && history.seen()) {
-    history.slip = slip_after(observed_, history, time_ns, value, sigma);
+    add_slip(observed_, time_ns, value, sigma, history);
   }
   add_sample(history, time_ns, value, sigma, value == history.value);
   history.arrival_ns = std::max(arrival_ns, time_ns);

@@ -76,6 +76,9 @@ class Integrity {
   [[nodiscard]] const integrity::SourceHistory& history(Source source) const noexcept {
     return observed_.history(source);
   }
+  [[nodiscard]] double slip_sigma(Source wheel) const noexcept {
+    return observed_.slip_sigma(wheel);
+  }
   /// Time of the last check; 0: never.
   [[nodiscard]] std::int64_t checked_ns() const noexcept { return observed_.now_ns; }
 

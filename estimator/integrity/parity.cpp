@@ -76,8 +76,8 @@ Row wheel_row(const View& view, Source source, bool backwards) noexcept {
           ? std::abs(v * std::sin(view.observed.history(Source::steering).mean()))
           : 0.0;
   const double sigma =
-      root_of_squares(hidden, sideways, wheel.noise, lasting_share * history.sigma,
-                      view.sensors.tuning.wheel_radius * f,
+      root_of_squares(hidden, sideways, view.observed.slip_sigma(source), wheel.noise,
+                      lasting_share * history.sigma, view.sensors.tuning.wheel_radius * f,
                       view.observed.load_sigma * view.side / gravity * f, wheel.lateness);
   const Motion by{by_v, by_r, place.steered ? 1.0 : 0.0, place.steered ? 0.0 : 1.0};
   return {only(source), by, (backwards ? -mean : mean) - f + by_v * v + by_r * r, sigma};

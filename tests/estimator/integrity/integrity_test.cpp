@@ -623,6 +623,7 @@ TEST(Integrity, AddsUpTheSlipOfAWheel) {
     EXPECT_NEAR(spun, slips ? std::copysign(0.3 * (60.0 - 1.5 * gravity), rate) : 0.0, 10.0)
         << rate;
     EXPECT_NEAR(integrity.history(Source::motor).slip, 0.0, slips ? 0.5 : 1e-9) << rate;
+    EXPECT_EQ(integrity.slip_sigma(Source::motor), 0.0) << "no camera has seen it";
   }
 }
 
