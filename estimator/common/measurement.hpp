@@ -66,11 +66,12 @@ struct CameraPose {
 
 /// What a filter did with a sample. Every sample gets exactly one verdict.
 enum class Verdict : std::uint8_t {
-  fused,       ///< taken; for models that hold signals: now the newest value of its source
-  gated,       ///< implausible against the state and its covariance, or beyond any car's physics
-  too_old,     ///< older than the filter's window, than the source's max_latency, or than the one
-               ///< that is held
-  future,      ///< stamped more than a period ahead of its arrival; that unknown, of the next tick
+  fused,    ///< taken; for models that hold signals: now the newest value of its source
+  gated,    ///< implausible against the state and its covariance, or beyond any car's physics: not
+            ///< taken, or of a wheel that slips, with little weight
+  too_old,  ///< older than the filter's window, than the source's max_latency, or than the one
+            ///< that is held
+  future,   ///< stamped more than a period ahead of its arrival; that unknown, of the next tick
   duplicate,   ///< same source, same time as one before
   non_finite,  ///< NaN, infinity, a negative sigma, or a camera's sigma that is not positive
   source_off,  ///< the model does not use this source

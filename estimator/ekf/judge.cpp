@@ -138,21 +138,21 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   const bool gyro = sample.source == Source::yaw_rate;
   Judgement judgement{.source = sample.source, .verdict = Verdict::fused, .degrees = 1};
   judgement.innovation[0] = nu.value;
-  judgement.variance[0] = nu.variance;
-  judgement.squared_ratio = nu.squared_ratio();
+  const double variance = nu.variance - prediction.slip;
+  judgement.variance[0] = variance;
+  judgement.squared_ratio = nu.value * nu.value / variance;
   const double possible = possible_change(model, state, sample);
   const double gate = model.tuning.*rules.gate;
-  const auto test_ratio = [&](double variance) {
-    return nu.value * nu.value / (variance + possible * possible) / gate;
+  const auto test_ratio = [&](double of) {
+    return nu.value * nu.value / (of + possible * possible) / gate;
   };
-  judgement.test_ratio = test_ratio(nu.variance);
-  const bool slips = test_ratio(nu.variance - prediction.slip) > 1.0;
+  judgement.test_ratio = test_ratio(variance);  // a slip does not excuse a sample
 
   adapt_noise_scales(model.tuning, state, sample, prediction, nu);
   std::int64_t& rejected_ns = state.reading(sample.source).rejected_since_ns;
   const bool first = rejected_ns == 0;
   const bool bias = gyro && state.standstill.standing;
-  if (!bias && !(judgement.test_ratio <= 1.0) && !continues_steadily(state, sample)) {
+  if (!bias && !(test_ratio(nu.variance) <= 1.0) && !continues_steadily(state, sample)) {
     judgement.verdict = Verdict::gated;
     const double before = state.reading(sample.source).value - sample.value[0] + nu.value;
     if (sample.source == Source::accel_y && before * nu.value <= 0.0) {
@@ -210,9 +210,6 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     state.turned_since_ns = sample.time_ns;
   }
   correct_slow_errors(state, nu, updates.slow);
-  if (slips && judgement.verdict == Verdict::fused) {
-    judgement.verdict = Verdict::gated;  // but for the little weight that it has
-  }
   return judgement;
 }
 

@@ -166,8 +166,7 @@ Judgement take_accel_y(const Context& context, State& state, const Sample& sampl
   return judgement;
 }
 
-/// A jump beyond the fastest turn may be a corrupt frame: the excess widens the front wheels'
-/// angle.
+/// A jump beyond the fastest turn may be corrupt: the excess widens the front wheels' angle.
 Judgement take_steering(State& state, const Sample& sample) noexcept {
   if (!state.steering.seen) {
     state.front_wheels = sample.value[0];
@@ -223,8 +222,7 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
 }
 
 /// The front wheels follow the command, within the rate limit:
-/// δ' = δ + (δ_c - δ) (1 - exp(-Δt / T)).
-/// Returns the change.
+/// δ' = δ + (δ_c - δ) (1 - exp(-Δt / T)). Returns the change.
 double steer(const SteeringActuator& actuator, double dt, State& state) noexcept {
   const double share = actuator.lag_s > 0.0 ? -std::expm1(-dt / actuator.lag_s) : 1.0;
   double change = share * (state.steering.value - state.front_wheels);
@@ -323,12 +321,11 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
       break;
   }
   Sample reading = sample;
-  if (is_wheel(sample.source) && state.direction.seen && state.direction.value < 0.0) {
-    // Unsigned speeds take the sign of the direction.
-    reading.value[0] = -std::abs(sample.value[0]);
-  }
   if (!is_wheel(sample.source)) {
     measure_noise(context.model.tuning, state, reading);
+  } else if (state.direction.seen && state.direction.value < 0.0) {
+    // Unsigned speeds take the sign of the direction.
+    reading.value[0] = -std::abs(sample.value[0]);
   }
   // A late sensor is alive as long as its samples come, whenever they were taken.
   state.integrity.add(reading.source, reading.time_ns, reading.value[0], reading.sigma[0],
@@ -337,11 +334,14 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
     reading.value[0] = -std::abs(sample.value[0]);
   }
   update_standstill(context.model, state, reading);
-  const Judgement judgement = state.integrity.trusted(sample.source)
-                                  ? take_signal(context, state, reading)
-                                  : gated(sample.source);
-  if (is_wheel(sample.source)) {
+  const Source source = sample.source;
+  Judgement judgement =
+      state.integrity.trusted(source) ? take_signal(context, state, reading) : gated(source);
+  if (is_wheel(source)) {
     learn_dead_band(state, reading);
+    if (judgement.verdict == Verdict::fused && judgement.test_ratio > 1.0) {
+      judgement.verdict = Verdict::gated;  // its slip has left it little weight
+    }
   }
   note_reading(state, reading);
   return judgement;

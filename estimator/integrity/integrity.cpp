@@ -36,11 +36,10 @@ void add_slip(const Observations& observed, std::int64_t time_ns, double value, 
   const double change = value - wheel.value;
   const double excess =
       std::max(std::abs(change) - (largest_accel + turning) * dt - most_sigmas * sigma, 0.0);
-  const auto add = [&](double& slip, double memory_s) {
-    slip = slip * std::exp(-dt / memory_s) + std::copysign(excess, change);
-  };
-  add(wheel.slip, Tuning{}.slip_memory_s);
-  add(wheel.new_slip, seconds_of(Over::long_time));
+  const double slipped = std::copysign(excess, change);
+  wheel.slip = wheel.slip * std::exp(-dt / Tuning{}.slip_memory_s) + slipped;
+  wheel.new_slip = wheel.new_slip * std::exp(-dt / seconds_of(Over::long_time)) +
+                   (observed.seen() ? slipped : 0.0);
 }
 
 }  // namespace

@@ -82,10 +82,9 @@ struct Observations {
   [[nodiscard]] bool slid() const noexcept { return lately(slid_ns, now_ns, Over::short_time); }
   /// Whether a camera sees the car.
   [[nodiscard]] bool seen() const noexcept { return camera_speed.alive(now_ns); }
-  /// Error of a wheel that has just changed its speed as no car can, if a camera sees what the car
-  /// does [m/s].
+  /// Error of a wheel that has just changed its speed as no car can [m/s].
   [[nodiscard]] double slip_sigma(Source wheel) const noexcept {
-    return seen() ? Tuning{}.slip_share * std::abs(history(wheel).new_slip) : 0.0;
+    return Tuning{}.slip_share * std::abs(history(wheel).new_slip);
   }
   /// Whether a wheel has changed its speed as no car can, and not back.
   [[nodiscard]] bool slips(Source wheel) const noexcept {

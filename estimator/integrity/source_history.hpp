@@ -45,8 +45,8 @@ struct SourceHistory {
   int same = 0;          ///< samples in a row with identical bits
   std::int64_t same_since_ns = 0;
   double same_share = 1.0;  ///< of the samples of some ten seconds; unknown: 1
-  double slip = 0.0;        ///< of a wheel: by how much it has changed as no car can [m/s] ...
-  double new_slip = 0.0;    ///< ... lately: within the long mean's time [m/s]
+  double slip = 0.0;        ///< of a wheel: by how much it has changed as no car can [m/s]
+  double new_slip = 0.0;    ///< of it, what a camera saw within the long mean's time [m/s]
 
   [[nodiscard]] bool seen() const noexcept { return begun > 0; }
   [[nodiscard]] double mean(Over over = Over::short_time) const noexcept {

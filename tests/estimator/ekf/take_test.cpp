@@ -39,6 +39,36 @@ TEST(Take, TheFirstWheelSpeedThatIsConfirmedStartsTheMotion) {
   EXPECT_NEAR(car.state.mean[at::v_x], 2.0, 1e-9);
 }
 
+// Seen by a camera: a wheel that spins up loses weight and counts as gated, and a turn that a gyro
+// goes on showing counts as fused.
+TEST(Take, ASlippingWheelLosesItsWeight) {
+  Car car;
+  const auto seen = [&car](double seconds, const SensorValues& values) {
+    for (int i = 0; i < static_cast<int>(50.0 * seconds); ++i) {
+      car.drive(0.02, values);
+      const double x = 2.0 * seconds_between(0, car.state.time_ns);
+      car.state.integrity.add(CameraPose{.capture_ns = car.state.time_ns,
+                                         .x = x,
+                                         .sigma_x = 0.01,
+                                         .sigma_y = 0.01,
+                                         .sigma_yaw = 0.01});
+    }
+  };
+  seen(1.0, straight_at(2.0));
+  advance(car.context, car.state, car.state.time_ns + period_ns);
+  const Judgement judgement = car.push(Source::wheel_rear_left, 4.0);
+  EXPECT_EQ(judgement.verdict, Verdict::gated);
+  EXPECT_GT(judgement.test_ratio, 1.0);
+  EXPECT_GT(judgement.squared_ratio, car.context.model.tuning.wheel_gate);
+  EXPECT_EQ(car.state.reading(Source::wheel_rear_left).fused_ns, car.state.time_ns);
+  EXPECT_NEAR(car.state.mean[at::v_x], 2.0, 0.02);
+  const double slip = 2.0 - 1.5 * gravity * 0.01 - 3.0 * 0.01;
+  EXPECT_NEAR(car.state.integrity.slip_sigma(Source::wheel_rear_left), 0.4 * slip, 0.04);
+  seen(0.6, straight_at(2.0));
+  EXPECT_LT(car.state.integrity.slip_sigma(Source::wheel_rear_left), 0.1) << "it has come back";
+  EXPECT_EQ(car.push(Source::wheel_rear_left, 2.0).verdict, Verdict::fused);
+}
+
 TEST(Take, NoiseDoesNotCorrectThePitchGradient) {
   // A minute at an even speed, with the noise of wheels and accelerometer as it is stated.
   std::mt19937 random(1);
