@@ -137,7 +137,7 @@ def main():
         mutants = dict([(mutant, numbers[mutant]) for mutant in chosen[area] if mutant in numbers][:given.mutants])
         alive = survivors(area, mutants, given.jobs)
         killed = len(mutants) - len(alive)
-        rate = killed / len(mutants)
+        rate = killed / max(len(mutants), 1)
         for mutant in alive:
             print(f"{mutant.file}:{mutant.line}: {mutant.before}\n    {mutant.after}", flush=True)
         rows.append(f"| {area} | {len(mutants)} | {killed} | {100 * rate:.0f} % |")

@@ -118,7 +118,9 @@ void check_outputs(std::span<const Output> outputs, std::span<const std::filesys
     for (const std::filesystem::path& input : inputs)
       if (is_same(outputs[i].file, input)) refuse(outputs[i], "what is read");
     for (std::size_t j = 0; j < i; ++j)
-      if (is_same(outputs[i].file, outputs[j].file)) refuse(outputs[i], outputs[j].option + " too");
+      if (is_same(outputs[i].file, outputs[j].file) ||
+          (outputs[i].file == standard_output && outputs[j].file == standard_output))
+        refuse(outputs[i], outputs[j].option + " too");
   }
 }
 

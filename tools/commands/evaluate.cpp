@@ -170,8 +170,10 @@ void write_picture_of(const std::vector<EvaluatedDrive>& drives, const Options& 
 }
 
 void run_evaluate(const Options& options) {
-  check_outputs(std::vector<Output>{{"--html", options.html}, {"--picture", options.picture}},
-                inputs_of(options));
+  check_outputs(
+      std::vector<Output>{
+          {"the summary", "-"}, {"--html", options.html}, {"--picture", options.picture}},
+      inputs_of(options));
   const std::vector<EvaluatedDrive> drives = evaluated(options);
   if (options.closed_loop && options.judging.frame == Frame::map &&
       std::ranges::any_of(drives,

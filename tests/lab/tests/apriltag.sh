@@ -68,6 +68,7 @@ check "they are right to 2 mm" "$(tail -n 2 messages)" \
   awk '($7 - 0.15) ^ 2 + ($8 + 0.1) ^ 2 + $9 ^ 2 > 0.002 ^ 2 {exit 1}' messages
 sed -nE 's/.*DQBUF.*TIMESTAMP_MONOTONIC.*tv_sec=([0-9]+), tv_usec=([0-9]+).*/\1 \2/p' ioctls |
   awk '{printf "%d%06d000\n", $1, $2}' >stamps
+check "the driver has stamped them" "$(tail -n 2 ioctls)" test -s stamps
 check "their stamps are the driver's" "$(tail -n 1 messages; tail -n 1 stamps)" \
   awk 'NR == FNR {of_driver[$1]; next} !($6 in of_driver) || $4 != 0 || $6 > $1 {exit 1}' stamps messages
 # To the clock tick that /proc/uptime and the driver count in.

@@ -249,6 +249,8 @@ TEST_F(Evaluate, WrongUsageIsStatusTwoWithTheFix) {
        {both() + good_ + " --lever-arm 1,nan,2", HasSubstr("--lever-arm")},
        {both() + good_ + " --html " + good_,
         "odom evaluate: --html: " + good_ + " is what is read; name another file\n"},
+       {both() + good_ + " --html -",
+        "odom evaluate: --html: - is the summary too; name another file\n"},
        {both() + "/", HasSubstr("/")}});
 }
 

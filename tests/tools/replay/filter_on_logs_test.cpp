@@ -96,8 +96,8 @@ TEST_P(Prediction, IsTheFiltersOwn) {
 
 TEST(Slide, TheCameraIsFollowed) {
   // Where the camera must have seen the filter's motion, the position is off by 0.3 and 0.6 m rms;
-  // where the only wheels that are left spin, the full-size cars are lost: by 14, 5 and 4 m; where a
-  // wheel that spins up is believed until it shows, by 6.6 m.
+  // where the only wheels that are left spin, the full-size cars are lost: by 14, 5 and 4 m; where
+  // a wheel that spins up is believed until it shows, by 6.6 m.
   for (const auto& [options, bar] :
        {std::pair{"--scenario lap --speed 3 --friction 0.6", 0.25},
         {"--scenario slalom --speed 3 --friction 0.5", 0.25},

@@ -116,9 +116,9 @@ TEST_F(OdomReplay, KeepsWhatItReads) {
       EXPECT_EQ(contents(file), before);
     }
   }
-  const std::string both = scratch_.path("both.csv");
-  EXPECT_THAT(replay(log, " --out " + both + " --innovations " + both).err,
-              HasSubstr("--innovations: " + both + " is --out too; name another file"));
+  for (const std::string& both : {scratch_.path("both.csv").string(), std::string("-")})
+    EXPECT_THAT(replay(log, " --out " + both + " --innovations " + both).err,
+                HasSubstr("--innovations: " + both + " is --out too; name another file"));
 }
 
 TEST_F(OdomReplay, LeavesNoPoseFileOfADriveThatFailed) {
