@@ -57,7 +57,8 @@ class CsvReader {
     const std::string_view field = text(column);
     T value = 0;
     const auto [end, error] = std::from_chars(field.begin(), field.end(), value);
-    if (error != std::errc{} || end != field.end()) fail(column, "is not a count");
+    if (error != std::errc{} || end != field.end())
+      fail(column, quoted(field) + " is not a count; correct or remove the line");
     return value;
   }
   [[nodiscard]] std::size_t word(std::size_t column, std::span<const std::string_view> words,

@@ -76,7 +76,7 @@ void print_once(const Options& options, odom::Client& client) {
 class PoseWriter {
  public:
   PoseWriter(const Options& options, odom::Client& client) : options_(options), client_(client) {
-    if (!options.out.empty()) file_.emplace(open_output(options.out));
+    if (!options.out.empty() && options.out != "-") file_.emplace(open_output(options.out));
     if (options.csv) stream() << pose_header();
     const auto info = client.info();
     constexpr double people_hz = 5.0;

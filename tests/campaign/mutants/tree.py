@@ -33,7 +33,7 @@ def files(prefix):
 
 
 def rewritten(code, mutants):
-    """The code with each (mutant, number) beside the original, which keeps its lines but for the one above."""
+    """The code with the mutants, (mutant, number), as variants; the lines keep their numbers but for one more."""
     by_place = collections.defaultdict(list)
     for mutant, number in mutants:
         by_place[mutant.begin, mutant.end, mutant.form].append((number, mutant.after))
