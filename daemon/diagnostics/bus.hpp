@@ -14,7 +14,7 @@ inline constexpr auto bus = std::to_array<Kind>({
      .fix = "connect it and load its driver; ip -brief link show lists what there is"},
     {.code = "W702",
      .name = "interface_not_can",
-     .meaning = "An interface is not a CAN interface.",
+     .meaning = "An interface is not CAN.",
      .fix = "name another; ip -brief link show type can lists them"},
     {.code = "W703",
      .name = "interface_down",
@@ -23,9 +23,8 @@ inline constexpr auto bus = std::to_array<Kind>({
     {.code = "W704",
      .name = "no_bit_rate",
      .meaning = "A CAN controller has no bit rate.",
-     .fix = "sudo ip link set {INTERFACE} type can bitrate 500000 restart-ms 100, with the bit "
-            "rate of the "
-            "bus, and set it up"},
+     .fix = "sudo ip link set {INTERFACE} type can bitrate 500000 restart-ms 100, with the bus's "
+            "bit rate, and set it up"},
     {.code = "W705",
      .name = "no_restart",
      .meaning = "A CAN controller does not restart after bus-off.",
@@ -33,9 +32,8 @@ inline constexpr auto bus = std::to_array<Kind>({
     {.code = "W706",
      .name = "bus_errors",
      .meaning = "A CAN controller sees many errors.",
-     .fix = "check that the bit rate of {INTERFACE} is that of the bus, its two terminating "
-            "resistors and "
-            "its wiring"},
+     .fix =
+         "check the bit rate of {INTERFACE}, the bus's two terminating resistors and the wiring"},
     {.code = "W707",
      .name = "bus_off",
      .meaning = "A CAN controller has left the bus.",
@@ -48,13 +46,13 @@ inline constexpr auto bus = std::to_array<Kind>({
          "fd on, with the rates of the bus (a virtual one: mtu 72), and up again"},
     {.code = "W709",
      .name = "nobody_acknowledges",
-     .meaning = "A listen-only interface hears nothing, or one frame over and over.",
+     .meaning = "A listen-only interface hears nothing, or one frame repeatedly.",
      .fix = "if the bus has only one other node, set it down, then sudo ip link set {INTERFACE} "
             "type can listen-only off, and up again"},
     {.code = "W711",
      .name = "no_frames",
      .meaning = "No frame comes.",
-     .fix = "check that the car is switched on, the wiring, and the bit rate"},
+     .fix = "check that the car is on, the wiring, and the bit rate"},
     {.code = "W712",
      .name = "other_database",
      .meaning = "Frames come, but none of the mapped messages.",
@@ -68,10 +66,10 @@ inline constexpr auto bus = std::to_array<Kind>({
      .meaning = "A mapped message's rate differs from the database.",
      .fix = "if its sender is right, write {LINE} in the database",
      .limits = {0.5, 1.5},
-     .reason = "ratio to the rate of GenMsgCycleTime"},
+     .reason = "ratio to GenMsgCycleTime"},
     {.code = "W715",
      .name = "slower_than_timeout",
-     .meaning = "A mapped message comes more seldom than its signals' timeout.",
+     .meaning = "A mapped message is rarer than its signals' timeout.",
      .fix = "set timeout of {KEY}"},
 });
 

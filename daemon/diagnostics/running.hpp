@@ -16,9 +16,9 @@ inline constexpr auto running = std::to_array<Kind>({
      .name = "beat_wakes_late",
      .meaning = "The machine wakes the beat too late: poses are missing.",
      .fix = "follow \"Real time\" in docs/operations.md; sudo cyclictest -m -p 80 -i 5000 shows "
-            "the machine's own lateness",
+            "the machine's lateness",
      .limits = {.most = 0.001},
-     .reason = "share of the cycles that were missed"},
+     .reason = "share of cycles missed"},
     {.code = "W803",
      .name = "ticks_too_long",
      .meaning = "A tick takes longer than its period: poses are missing.",
@@ -32,7 +32,7 @@ inline constexpr auto running = std::to_array<Kind>({
      .fix = "write receive_buffer = 4194304 under [can], and run sudo sysctl "
             "net.core.rmem_max=4194304",
      .limits = {.most = 1e-4},
-     .reason = "share of the frames"},
+     .reason = "share of frames"},
     {.code = "W805",
      .name = "signal_overdue",
      .meaning = "A signal has stopped arriving.",
@@ -48,15 +48,15 @@ inline constexpr auto running = std::to_array<Kind>({
      .fix = "send odom_camera_message of odom/odom.h, as docs/camera.md describes it"},
     {.code = "W808",
      .name = "sigma_off",
-     .meaning = "A source's samples scatter much more or less than its sigma.",
+     .meaning = "A source's scatter contradicts its sigma.",
      .fix = "multiply {KEY by FACTOR}",
      .limits = {0.05, 4.0},
      .reason = "mean NIS over its dimension, 1 if the sigma is right"},
     {.code = "W809",
      .name = "camera_times",
      .meaning = "Camera poses are too old or from the future.",
-     .fix = "send the time of capture, in CLOCK_MONOTONIC, in nanoseconds; or raise max_latency "
-            "under [camera]",
+     .fix = "send the capture time in CLOCK_MONOTONIC, in nanoseconds; or raise max_latency under "
+            "[camera]",
      .limits = {.most = 0.25},
      .reason = "share of its poses"},
     {.code = "W810",
@@ -69,7 +69,7 @@ inline constexpr auto running = std::to_array<Kind>({
      .fix = "raise its interrupt thread above the beat (docs/operations.md, Real time), or use a "
             "controller with a larger buffer",
      .limits = {.most = 1e-4},
-     .reason = "share of the frames"},
+     .reason = "share of frames"},
     {.code = "W812",
      .name = "camera_refused",
      .meaning = "A process was refused as a camera.",

@@ -35,7 +35,7 @@ inline constexpr auto machine = std::to_array<Kind>({
      .reason = "time to wake from the deepest sleep"},
     {.code = "W605",
      .name = "realtime_throttled",
-     .meaning = "The kernel stops real-time threads for much of every second.",
+     .meaning = "The kernel throttles real-time threads.",
      .fix = "sudo sysctl kernel.sched_rt_runtime_us=950000",
      .limits = {.least = 0.5},
      .reason = "share of the time that they may run; Linux has 0.95"},
@@ -43,8 +43,8 @@ inline constexpr auto machine = std::to_array<Kind>({
      .name = "slow_clock",
      .meaning = "The kernel's clock is slow to read.",
      .fix = "echo {CLOCK} | sudo tee "
-            "/sys/devices/system/clocksource/clocksource0/current_clocksource; "
-            "if that is refused, journalctl -k -g clocksource says why"},
+            "/sys/devices/system/clocksource/clocksource0/current_clocksource; if refused, see "
+            "journalctl -k -g clocksource"},
     {.code = "W607",
      .name = "cpu_frequency_changes",
      .meaning = "The CPUs lower their clock frequency.",

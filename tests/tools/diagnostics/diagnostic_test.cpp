@@ -33,11 +33,10 @@ std::string page() {
   std::string text =
       "# Diagnostics\n\n"
       "Each problem that `odomd`, `odom doctor`, `replay`, `evaluate`, `export` and `identify`\n"
-      "report ends with a code. With `--json` the list `diagnostics` of `doctor`, `replay`,\n"
-      "`evaluate` and `identify` has an object for each: `code`, `name`, `subject`, `seen`, "
-      "`fix`.\n"
-      "Here each has its meaning, *the fix*, and its limits, outside which it is issued. A fix of\n"
-      "the machine or a bus that writes nothing under /etc lasts until the next reboot.\n\n"
+      "report ends with its fix and a code. With `--json` the list `diagnostics` has `code`,\n"
+      "`name`, `subject`, `seen` and `fix` of each. Here are its meaning, *the fix* (except of W4\n"
+      "and W5, which only tools report), and the limits outside which it is issued. A fix that\n"
+      "writes nothing under /etc lasts until the next reboot.\n\n"
       "<!-- Made from tools/diagnostics/kinds.hpp: ODOMD_WRITE_PAGES=1 test_diagnostics -->\n";
   for (const Chapter& chapter : tools::all_chapters) {
     text += fmt::format("\n## {}\n\n", chapter.title);
@@ -45,7 +44,9 @@ std::string page() {
       std::string fix{kind.fix};
       std::erase_if(fix, [](char one) { return one == '{' || one == '}'; });
       text += fmt::format("- **{}** `{}`: {}", kind.code, kind.name, kind.meaning);
-      if (!fix.empty()) text += fmt::format(" *{}*", fix);
+      // Only tools find these, and print the fix with each.
+      const bool is_of_tools = kind.code.starts_with("W4") || kind.code.starts_with("W5");
+      if (!fix.empty() && !is_of_tools) text += fmt::format(" *{}*", fix);
       text += kind.limits.exist() ? fmt::format(" ({})\n", usual(kind)) : "\n";
     }
   }
