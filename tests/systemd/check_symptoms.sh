@@ -14,14 +14,10 @@ while IFS= read -r words; do
   [[ $page == *"$words"* ]] || { echo "not in the page: $words"; status=1; }
   [[ $sources == *"$words"* ]] || { echo "nobody says: $words"; status=1; }
 done <<'end'
-no such segment: is odomd running?
 segment refused: untrusted owner, writable by others, or not readable
 not allowed; join the group of the socket (the service's: odom)
-stale: odomd has not ticked for four periods
 no such socket
 cannot be read: 
-: interface not found; waiting for it
-: the bus is down; bring it up: ip link set 
 was never received
 fails its end-to-end protection
  is overdue: the last sample is 
