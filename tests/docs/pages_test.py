@@ -24,7 +24,7 @@ BLOCKS = {  # a page's indented blocks by their beginning: RUN, or why not
     "docs/web.md": {"odom serve ": "as in RUN, without a token", "(umask": "RUN", "odom status": "RUN",
                     "sudo sh": "root; tests/lab/systemd/web.sh"},
     "docs/bridge.md": {"odom bridge  ": "RUN", "odom bridge --frame-base": "RUN", "sudo systemctl": "root",
-                       "[Service]": "settings", '{"timestamp"': "RUN", "odom export": "tests/tools/export"},
+                       "[Service]": "settings", '{"timestamp"': "RUN"},
     "docs/camera.md": {"apriltag_camera": "a camera; tests/examples/apriltag_camera_test.cpp"},
 }
 TEXT = {page: (ROOT / page).read_text(encoding="utf-8") for page in BLOCKS}
