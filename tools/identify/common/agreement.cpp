@@ -199,10 +199,6 @@ bool is_far_off(double ratio) {
   return !kind("scale_off").limits.hold(ratio);
 }
 
-std::string key_of(Source source) {
-  return "can.signals." + name_of(source);
-}
-
 // The distance of a wheel over that of the poses, by the median of the pieces; empty: too little
 // driven.
 std::optional<double> ratio_of_ways(const std::vector<Piece>& pieces, const Resampled& speed,

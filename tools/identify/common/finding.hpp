@@ -49,6 +49,10 @@ struct Findings {
   nlohmann::ordered_json details;  ///< further figures of the method for --json; may be null
 };
 
+inline void to_json(nlohmann::ordered_json& json, const Measured& measured) {
+  json = {{"value", measured.value}, {"sigma", measured.sigma}};
+}
+
 /// A value that the experiment determined.
 [[nodiscard]] inline Finding as_finding(std::string name, std::string key, const Measured& measured,
                                         std::string unit, std::string remark = "") {

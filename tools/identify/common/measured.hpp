@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,15 @@ struct Measured {
   double value = 0.0;
   double sigma = 0.0;
 };
+
+/// The mean of two values at least; its uncertainty is from their scatter.
+[[nodiscard]] inline Measured mean_of(std::span<const double> values) {
+  const auto n = static_cast<double>(values.size());
+  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
+  double squares = 0.0;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  return {mean, std::sqrt(squares / ((n - 1.0) * n))};
+}
 
 /// The smallest difference between two values; 0 if all are equal.
 [[nodiscard]] inline double resolution_of(std::span<const double> values) {

@@ -93,6 +93,11 @@ Series with_direction(Series speed, const Series& gear) {
   return speed;
 }
 
+double configured_latency(const daemon::Config& config, estimator::Source source) {
+  const can::SignalBinding* binding = binding_of(config, source);
+  return binding == nullptr ? 0.0 : 1e-9 * static_cast<double>(binding->latency_ns);
+}
+
 std::vector<PoseSample> in_order(std::span<const estimator::CameraPose> poses,
                                  std::int64_t origin_ns) {
   std::vector<estimator::CameraPose> seen(poses.begin(), poses.end());

@@ -21,6 +21,18 @@ struct Drive;  // tools/replay/drive.hpp
   return std::string(estimator::source_names[estimator::index_of(source)]);
 }
 
+/// Its table in the configuration, or a key there: ".latency".
+[[nodiscard]] inline std::string key_of(estimator::Source source, const char* key = "") {
+  return "can.signals." + name_of(source) + key;
+}
+
+[[nodiscard]] inline bool is_mapped(const daemon::Config& config, estimator::Source source) {
+  return config.can.signals[estimator::index_of(source)].configured;
+}
+
+/// The latency of a source by the configuration [s].
+[[nodiscard]] double configured_latency(const daemon::Config& config, estimator::Source source);
+
 /// The signal that a source is mapped to; null: none.
 [[nodiscard]] const can::SignalBinding* binding_of(const daemon::Config& config,
                                                    estimator::Source source);
