@@ -9,7 +9,7 @@
 namespace odomd::tools::fitting {
 namespace {
 
-namespace st = single_track;
+namespace st = car_model;
 
 PoseSample pose_near(const Drive& drive, double t) {
   const auto after = std::ranges::lower_bound(drive.poses, t, {}, &PoseSample::t);
@@ -118,12 +118,12 @@ void deal(const Numbers<double>& p, const Setup& setup, Chain& chain) {
 }
 
 Turns turns_of(const std::vector<Chain>& chains) {
-  constexpr double hard = 0.5 * single_track::gravity;
+  constexpr double hard = 0.5 * car_model::gravity;
   double bends = 0.0, both = 0.0, pushes = 0.0;
   std::vector<double> accels;
   for (const Chain& chain : chains)
     for (const Node<double>& node : chain.nodes) {
-      const double v = node[single_track::v_x], yaw_rate = node[single_track::yaw_rate];
+      const double v = node[car_model::v_x], yaw_rate = node[car_model::yaw_rate];
       const double curvature = yaw_rate / v, accel = v * yaw_rate;
       bends += curvature * curvature;
       both += curvature * accel;

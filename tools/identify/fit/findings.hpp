@@ -1,9 +1,11 @@
 // The results of a fit as numbers of the configuration: each is combined with the present value.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 
+#include "tools/identify/common/car_model.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/fit/parameters.hpp"
 #include "tools/identify/fit/solver.hpp"
@@ -29,5 +31,23 @@ namespace odomd::tools::fitting {
 /// Standard uncertainties of p in addition to those from the residuals, in the units of p: shares
 /// for factors, SI for shifts.
 [[nodiscard]] Numbers<double> allowance(double wheelbase, const Settings& settings, double variety);
+
+// The brush tyres of the filter that are like those of the fit (docs/model.md, "Tyres").
+
+enum class Axle : std::uint8_t { front, rear };
+
+struct BrushTyre {
+  double stiffness = 0.0;  ///< C, of the whole axle at no slip [N/rad]
+  double grip = 0.0;       ///< F_max by the axle's share of the mass [m/s²]
+};
+
+/// The slip angle [rad] at which an axle carries its share of the car in a steady turn of this
+/// lateral acceleration [m/s²], above 0. Infinite if it cannot, or slips by more than 45°.
+[[nodiscard]] double slip_at(const car_model::Car<double>& car, Axle axle, double accel);
+
+/// The brush tyre that slips as the axle does at this lateral acceleration [m/s²] and at a half of
+/// it. Nothing if the axle does not saturate, or cannot carry that.
+[[nodiscard]] std::optional<BrushTyre> brush_like(const car_model::Car<double>& car, Axle axle,
+                                                  double accel);
 
 }  // namespace odomd::tools::fitting

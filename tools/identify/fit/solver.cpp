@@ -25,7 +25,7 @@
 namespace odomd::tools::fitting {
 namespace {
 
-namespace st = single_track;
+namespace st = car_model;
 
 constexpr double latency_stride = 0.03;  // in a pass [s]
 constexpr double independent_s = 4.0;    // residuals further apart are independent

@@ -1,4 +1,4 @@
-#include "tools/identify/fit/four_wheels.hpp"
+#include "tools/identify/fit/findings.hpp"
 
 #include <cmath>
 #include <limits>
@@ -22,27 +22,27 @@ double brush_slip(double u) {
 
 }  // namespace
 
-double slip_at(const four_wheels::Car<double>& car, Axle axle, double accel) {
+double slip_at(const car_model::Car<double>& car, Axle axle, double accel) {
   constexpr double most = 0.79;  // [rad]
   const bool front = axle == Axle::front;
   const double share =
       (front ? car.rear_axle : car.front_axle) / (car.front_axle + car.rear_axle) * car.mass;
-  const double load = 0.5 * share * single_track::gravity;
-  // The load transfer of four_wheels::push in a steady turn; limited just below tipping over.
+  const double load = 0.5 * share * car_model::gravity;
+  // The load transfer of car_model::push in a steady turn; limited just below tipping over.
   const double shift = std::fmin(
-      0.5 * car.mass * car.load_arm / four_wheels::load_exponent * accel / car.track / load, 0.95);
+      0.5 * car.mass * car.load_arm / car_model::load_exponent * accel / car.track / load, 0.95);
   const auto force = [&](double slip) {
     double sum = 0.0;
     for (const double side : {-shift, shift})
-      sum += four_wheels::tyre_force(front ? car.stiffness_front : car.stiffness_rear,
-                                     front ? car.bend_front : car.bend_rear, load, side, slip, 0.0);
+      sum += car_model::tyre_force(front ? car.stiffness_front : car.stiffness_rear,
+                                   front ? car.bend_front : car.bend_rear, load, side, slip, 0.0);
     return sum;
   };
   if (!(force(most) > share * accel)) return std::numeric_limits<double>::infinity();
   return where(force, share * accel, {0.0, most});
 }
 
-std::optional<BrushTyre> brush_like(const four_wheels::Car<double>& car, Axle axle, double accel) {
+std::optional<BrushTyre> brush_like(const car_model::Car<double>& car, Axle axle, double accel) {
   const double slip = slip_at(car, axle, accel);
   const double ratio = slip / slip_at(car, axle, 0.5 * accel);
   constexpr double linear = 2.0 + 1e-6;

@@ -5,14 +5,14 @@
 #include <cmath>
 #include <vector>
 
+#include "tools/identify/common/car_model.hpp"
 #include "tools/identify/fit/drive.hpp"
-#include "tools/identify/fit/four_wheels.hpp"
 #include "tools/identify/fit/parameters.hpp"
 
 namespace odomd::tools::fitting {
 
 /// A state of the model and the acceleration along x, dv_x/dt, at the same instant.
-inline constexpr std::size_t node_size = single_track::states + 1;
+inline constexpr std::size_t node_size = car_model::states + 1;
 template <class T>
 using Node = std::array<T, node_size>;
 
@@ -81,11 +81,11 @@ T at(const Resampled& signal, const T& t) {
 }
 
 template <class T>
-four_wheels::Car<T> car_of(const Setup& setup, const Numbers<T>& p) {
+car_model::Car<T> car_of(const Setup& setup, const Numbers<T>& p) {
   using std::exp;
   const estimator::Vehicle& v = setup.config->vehicle;
   const auto scaled = [&](Parameter k) { return static_cast<T>(setup.nominal[k] * exp(p[k])); };
-  four_wheels::Car<T> car;
+  car_model::Car<T> car;
   car.mass = static_cast<T>(v.mass);
   car.front_axle = static_cast<T>(v.front_axle);
   car.rear_axle = static_cast<T>(v.rear_axle);
@@ -115,7 +115,7 @@ four_wheels::Car<T> car_of(const Setup& setup, const Numbers<T>& p) {
 /// The model's states on the grid of a window, one per step, and dv_x/dt there.
 template <class T>
 struct Run {
-  std::vector<single_track::State<T>> states;
+  std::vector<car_model::State<T>> states;
   std::vector<T> accel;
 };
 
@@ -125,7 +125,7 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
   using std::exp;
   Run<T> result;
   const auto steps = static_cast<std::size_t>(std::lround(setup.window / setup.step));
-  const four_wheels::Car<T> car = car_of(setup, p);
+  const car_model::Car<T> car = car_of(setup, p);
   const T gain = exp(-p[steering_scale]);
   // Only the total delay is observable: dead time and time constant can hardly be separated.
   const T dead_time = setup.nominal[steering_delay] + p[steering_delay] - car.lag;
@@ -142,20 +142,19 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
     return static_cast<T>(gain * (signal - p[steering_offset] +
                                   window.steering_sigma * between(&Course<T>::steering, k)));
   };
-  single_track::State<T> x;
-  std::copy_n(node.begin(), single_track::states, x.begin());
+  car_model::State<T> x;
+  std::copy_n(node.begin(), car_model::states, x.begin());
   result.states = {x};
   result.accel = {course.begin};
   for (std::size_t k = 0; k < steps; ++k) {
-    const int parts =
-        stable_parts(number(x[single_track::v_x]), number(car.relaxation), setup.step);
+    const int parts = stable_parts(number(x[car_model::v_x]), number(car.relaxation), setup.step);
     T next = result.accel.back();
     for (int part = 0; part < parts; ++part) {
       const double begin = static_cast<double>(k) + static_cast<double>(part) / parts;
       const T before = next;
       next = between(&Course<T>::accel, begin + 1.0 / parts);
-      x = single_track::step(car, x, command_at(begin + 0.5 / parts), before, next,
-                             setup.step / parts);
+      x = car_model::step(car, x, command_at(begin + 0.5 / parts), before, next,
+                          setup.step / parts);
     }
     result.states.push_back(x);
     result.accel.push_back(next);
@@ -166,7 +165,7 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
 /// The states between two of the grid, and a little beyond its ends.
 template <class T>
 struct Instant {
-  single_track::State<T> x;
+  car_model::State<T> x;
   T accel;
   T side_accel, turn, steer_rate;  ///< of v_y, the yaw rate and the steering: their slopes
 };
@@ -204,33 +203,31 @@ Instant<T> instant(const Setup& setup, const Window& window, const Run<T>& run, 
         (dw[0] * of(before) + dw[1] * of(i) + dw[2] * of(i + 1) + dw[3] * of(after)) / setup.step);
   };
   Instant<T> result;
-  for (std::size_t k = 0; k < single_track::states; ++k) result.x[k] = mix(state(k));
+  for (std::size_t k = 0; k < car_model::states; ++k) result.x[k] = mix(state(k));
   result.accel = mix([&run](std::size_t j) -> const T& { return run.accel[j]; });
-  result.side_accel = slope(single_track::v_y);
-  result.turn = slope(single_track::yaw_rate);
-  result.steer_rate = slope(single_track::steer);
+  result.side_accel = slope(car_model::v_y);
+  result.turn = slope(car_model::yaw_rate);
+  result.steer_rate = slope(car_model::steer);
   return result;
 }
 
 /// The latency of a sample beyond the configured one.
 template <class T>
 T latency_of(const Setup& setup, estimator::Source source, const Numbers<T>& p) {
-  if (estimator::is_wheel(source))
-    return p[source <= estimator::Source::wheel_front_right ? wheel_latency_front
-                                                            : wheel_latency_rear];
+  if (estimator::is_wheel(source)) return p[wheel_latency(source)];
   return p[setup.one_imu || source == estimator::Source::yaw_rate ? gyro_latency : accel_latency];
 }
 
 /// The specific force at the IMU, in its axes as configured.
 template <class T>
-std::array<T, 2> measured_acceleration(const Setup& setup, const four_wheels::Car<T>& car,
+std::array<T, 2> measured_acceleration(const Setup& setup, const car_model::Car<T>& car,
                                        const Instant<T>& now, const Numbers<T>& p) {
   using std::cos;
   using std::exp;
   using std::sin;
-  namespace st = single_track;
+  namespace st = car_model;
   const T accel_x = now.accel - now.x[st::v_y] * now.x[st::yaw_rate];
-  const four_wheels::Push<T> push = four_wheels::push(car, now.x, accel_x);
+  const car_model::Push<T> push = car_model::push(car, now.x, accel_x);
   const T accel_y = push.side / car.mass;
   const T turn = push.moment / car.inertia;
   const T r2 = now.x[st::yaw_rate] * now.x[st::yaw_rate];
@@ -250,7 +247,7 @@ std::array<T, 2> measured_acceleration(const Setup& setup, const four_wheels::Ca
 // In turns V̇ differs from side to side: the wheels' difference then is late by m_w V / C_κ, as if
 // their stamps were.
 template <class T>
-T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source source,
+T rolled(const Setup& setup, const car_model::Car<T>& car, estimator::Source source,
          const Instant<T>& now, const Numbers<T>& p) {
   using estimator::Source;
   using std::atan;
@@ -258,7 +255,7 @@ T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source s
   using std::exp;
   using std::sin;
   using std::tan;
-  namespace st = single_track;
+  namespace st = car_model;
   const T half = 0.5 * setup.nominal[track_width] * exp(p[track_width]);
   const T &r = now.x[st::yaw_rate], &forward = now.x[st::v_x];
   const T per_force = usual_slip + p[wheel_slip];
@@ -288,7 +285,7 @@ T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source s
   }
   // κ = p D / C_h, D what drives the car
   const T accel_x = now.accel - now.x[st::v_y] * r;
-  const T drive = four_wheels::push(car, now.x, accel_x).drive;
+  const T drive = car_model::push(car, now.x, accel_x).drive;
   const T per_newton = per_force / setup.nominal[stiffness_rear];
   if (source == Source::wheel_rear || source == Source::motor)
     return scale * forward * (static_cast<T>(1.0) + per_newton * drive);
@@ -300,13 +297,13 @@ T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source s
 
 /// The predicted measurement of a source.
 template <class T>
-T expected(const Setup& setup, const four_wheels::Car<T>& car, const Sample& sample,
+T expected(const Setup& setup, const car_model::Car<T>& car, const Sample& sample,
            const Instant<T>& now, const Numbers<T>& p) {
   using estimator::Source;
   using std::exp;
   switch (sample.source) {
     case Source::yaw_rate:
-      return exp(p[gyro_scale]) * now.x[single_track::yaw_rate] + p[gyro_bias];
+      return exp(p[gyro_scale]) * now.x[car_model::yaw_rate] + p[gyro_bias];
     case Source::accel_x:
     case Source::accel_y:
       return measured_acceleration(setup, car, now, p)[sample.source == Source::accel_y ? 1 : 0];
@@ -319,7 +316,7 @@ template <class T>
 std::array<T, 3> expected_pose(const Setup& setup, const Instant<T>& now, const Numbers<T>& p) {
   using std::cos;
   using std::sin;
-  namespace st = single_track;
+  namespace st = car_model;
   const T x = setup.nominal[camera_x] + p[camera_x], y = setup.nominal[camera_y] + p[camera_y];
   const T c = cos(now.x[st::yaw]), s = sin(now.x[st::yaw]);
   return {now.x[st::pos_x] + c * x - s * y, now.x[st::pos_y] + s * x + c * y,
@@ -331,7 +328,7 @@ std::array<T, 3> expected_pose(const Setup& setup, const Instant<T>& now, const 
 template <class T, class Take>
 void for_each_residual(const Setup& setup, const Window& window, const Numbers<T>& p,
                        const Run<T>& run, Take&& take) {
-  const four_wheels::Car<T> car = car_of(setup, p);
+  const car_model::Car<T> car = car_of(setup, p);
   for (const Sample& sample : window.samples) {
     const T t = sample.t - latency_of(setup, sample.source, p);
     const T h = expected(setup, car, sample, instant(setup, window, run, t), p);

@@ -30,15 +30,6 @@ struct Options {
 
 constexpr double known_below = 0.01;  // standard uncertainty [s] of a determined value
 
-double configured_latency(const daemon::Config& config, Source source) {
-  const can::SignalBinding* binding = binding_of(config, source);
-  return binding == nullptr ? 0.0 : 1e-9 * static_cast<double>(binding->latency_ns);
-}
-
-std::string key_of(Source source) {
-  return "can.signals." + name_of(source) + ".latency";
-}
-
 Finding finding_of(const std::string& name, const Measured& measured, std::string failure,
                    const std::string& remark) {
   Finding finding = as_finding(name, "", measured, "s", remark);
@@ -63,7 +54,7 @@ Finding for_configuration(Finding finding, Source source, const std::string& lat
   const std::string measured = "measured " + fixed(1e3 * finding.value, 1) + " ms";
   if (is_early(finding))
     return undetermined(std::move(finding), measured + ", which is not possible; " + late);
-  finding.key = key_of(source);
+  finding.key = key_of(source, ".latency");
   if (finding.value >= 0.0) return finding;
   finding.remark +=
       (finding.remark.empty() ? "" : "; ") + measured + ", but a latency cannot be negative";
@@ -146,7 +137,7 @@ void add_steering(const daemon::Config& config, const Clock& clock, const Steeri
   if (all.determined == Determined::no || all.value >= -2.0 * all.sigma) return;
   Finding late_sensor =
       finding_of("latency of steering", {-all.value, all.sigma}, "", "the car turns before it");
-  late_sensor.key = key_of(Source::steering);
+  late_sensor.key = key_of(Source::steering, ".latency");
   findings.values.push_back(std::move(late_sensor));
 }
 

@@ -10,8 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include "tools/identify/common/single_track.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/identify/common/car_model.hpp"
 #include "tools/identify/latency/time_shift.hpp"
+#include "tools/math/least_squares.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -41,6 +44,7 @@ constexpr double usual_lag = 0.03, usual_bend = 0.7;
 constexpr std::array<double, count> prior_sigma{1.0, 1.0, 1.0, 0.15, 0.15, 0.1,
                                                 0.5, 0.5, 0.5, 0.05, 0.1,  0.1};
 constexpr double step_s = 5e-3;
+constexpr double block_s = 2.0;  // residuals further apart are independent
 // A rate limit is accepted if it is known to a share of itself and explains clearly more: three
 // standard deviations, and a third of the residual without it. It may also absorb tyre effects
 // beyond this model.
@@ -55,13 +59,13 @@ struct DrivenCar {
   const estimator::Vehicle& car;
   const Resampled& steering;
   const Resampled& speed;
-  std::vector<double> t;
-  std::vector<double> yaw_rate;
+  std::vector<double> t;  ///< of the gyro [s]
+  VectorXd yaw_rate;
   double rate_limit = std::numeric_limits<double>::infinity();  ///< where its logarithm counts from
 };
 
 VectorXd predicted(const DrivenCar& drive, const VectorXd& p, SteeringResponse* seen = nullptr) {
-  namespace model = single_track;
+  namespace model = car_model;
   const estimator::Vehicle& v = drive.car;
   model::Car<double> car{.mass = v.mass,
                          .front_axle = v.front_axle,
@@ -116,22 +120,34 @@ VectorXd predicted(const DrivenCar& drive, const VectorXd& p, SteeringResponse* 
   return result;
 }
 
+double spread_of(const VectorXd& z) {
+  return std::sqrt((z.array() - z.mean()).square().mean());
+}
+
+/// Of `trials` for one parameter, all others as at the start, the one that fits best.
+double best_of(const LeastSquares& problem, const DrivenCar& drive, Eigen::Index parameter,
+               const std::vector<double>& trials) {
+  return tools::best_of(problem, parameter, trials,
+                        std::max(0.2 * spread_of(drive.yaw_rate), 1e-9));
+}
+
 // Uses the start of the drive, as long as needed to have the turns of the whole.
-double rough_dead_time(const ResponseFit& problem, const DrivenCar& drive) {
-  const auto spread = [](const VectorXd& z) { return (z.array() - z.mean()).square().mean(); };
-  const double whole = spread(problem.z);
-  Eigen::Index head = std::min<Eigen::Index>(1000, problem.z.size());
-  while (head < problem.z.size() && spread(problem.z.head(head)) < 0.5 * whole)
-    head = std::min(2 * head, problem.z.size());
+double rough_dead_time(const LeastSquares& problem, const DrivenCar& drive) {
+  const double whole = spread_of(drive.yaw_rate);
+  const Eigen::Index all = drive.yaw_rate.size();
+  Eigen::Index head = std::min<Eigen::Index>(1000, all);
+  while (head < all && spread_of(drive.yaw_rate.head(head)) < std::sqrt(0.5) * whole)
+    head = std::min(2 * head, all);
   DrivenCar begin = drive;
   begin.t.resize(static_cast<std::size_t>(head));
-  ResponseFit rough = problem;
-  rough.t = begin.t;
-  rough.z = problem.z.head(head);
-  rough.predicted = [&begin](const VectorXd& p) { return predicted(begin, p); };
+  begin.yaw_rate.conservativeResize(head);
+  LeastSquares rough = problem;
+  rough.residuals = [&begin](const VectorXd& p) -> VectorXd {
+    return begin.yaw_rate - predicted(begin, p);
+  };
   std::vector<double> trials;
   for (double trial = -0.3; trial <= 0.6; trial += 0.02) trials.push_back(trial);
-  return best_of(rough, dead, trials);
+  return best_of(rough, begin, dead, trials);
 }
 
 /// The largest rate of the front wheels [rad/s].
@@ -142,15 +158,15 @@ double quickest(const Resampled& front_wheels) {
   return most / front_wheels.step;
 }
 
-struct Limited {
-  FittedResponse fit;
-  double limit = 0.0;  ///< [rad/s]
-};
+Eigen::MatrixXd covariance_of(const LeastSquares& problem, const DrivenCar& drive,
+                              const LeastSquaresSolution& found) {
+  return covariance_by_blocks(problem, found, blocks_of(drive.t, block_s));
+}
 
 /// Fits the drive once more with a rate limit; returns nothing if that explains it no better. Else
 /// the drive keeps the limit.
-std::optional<Limited> limited(ResponseFit problem, DrivenCar& drive,
-                               const FittedResponse& without) {
+std::optional<LeastSquaresSolution> limited(LeastSquares problem, DrivenCar& drive,
+                                            const LeastSquaresSolution& without) {
   SteeringResponse seen;
   seen.front_wheels = {drive.speed.begin, step_s, {}};
   (void)predicted(drive, without.parameters, &seen);
@@ -160,11 +176,10 @@ std::optional<Limited> limited(ResponseFit problem, DrivenCar& drive,
   std::vector<double> trials;
   for (const double part : {0.8, 0.6, 0.45, 0.35, 0.25, 0.18, 0.12})
     trials.push_back(std::log(part));
-  problem.start[rate] = best_of(problem, rate, trials);
-  Limited found{.fit = fit(problem)};
-  found.limit = drive.rate_limit * std::exp(found.fit.parameters[rate]);
-  const double after = cost_of(problem, found.fit.parameters, without.noise);
-  const bool known = std::sqrt(found.fit.covariance(rate, rate)) < limit_known;
+  problem.start[rate] = best_of(problem, drive, rate, trials);
+  LeastSquaresSolution found = solve(problem);
+  const double after = cost_of(problem, found.parameters, without.noise);
+  const bool known = std::sqrt(covariance_of(problem, drive, found)(rate, rate)) < limit_known;
   if (known && before - after > std::max(limit_gain, limit_share * before)) return found;
   drive.rate_limit = std::numeric_limits<double>::infinity();
   return std::nullopt;
@@ -177,48 +192,50 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
                                    std::int64_t origin_ns, const ReportProgress& report) {
   SteeringResponse result;
   DrivenCar drive{car, steering, speed, {}, {}};
+  std::vector<double> yaw_rate;
   const std::size_t every = std::max<std::size_t>(1, gyro.size() / 12000);
   for (std::size_t i = 0; i < gyro.size(); i += every) {
     drive.t.push_back(1e-9 * static_cast<double>(gyro.t_ns[i] - origin_ns));
-    drive.yaw_rate.push_back(gyro.value[i]);
+    yaw_rate.push_back(gyro.value[i]);
   }
+  drive.yaw_rate = Eigen::Map<const VectorXd>(yaw_rate.data(), std::ssize(yaw_rate));
   if (drive.t.size() < 50) {
     result.failure = "too few samples";
     return result;
   }
-  ResponseFit problem;
-  problem.t = drive.t;
-  problem.z = Eigen::Map<const VectorXd>(drive.yaw_rate.data(),
-                                         static_cast<Eigen::Index>(drive.yaw_rate.size()));
-  if (!(std::sqrt((problem.z.array() - problem.z.mean()).square().mean()) > 0.02)) {
+  const double spread = spread_of(drive.yaw_rate);
+  if (!(spread > 0.02)) {
     result.failure = "the car does not turn";
     return result;
   }
   int simulated = 0;
-  problem.predicted = [&](const VectorXd& p) {
+  LeastSquares problem;
+  problem.residuals = [&](const VectorXd& p) -> VectorXd {
     ++simulated;
     if (report)
       report(fmt::format("steering: simulation {} of the drive, usually of 100 to 800", simulated));
-    return predicted(drive, p);
+    return drive.yaw_rate - predicted(drive, p);
   };
-  problem.expected = VectorXd::Zero(count);
   problem.prior_sigma = Eigen::Map<const VectorXd>(prior_sigma.data(), count);
-  problem.start = problem.expected;
+  problem.step = 1e-3 * problem.prior_sigma.cwiseMax(1e-2);
+  problem.start = problem.expected = VectorXd::Zero(count);
   problem.start[dead] = rough_dead_time(problem, drive);
   // At constant speed the tyres' relaxation and the lag can only be separated by the prior of the
   // tyres, not by small model errors: a block counts once.
-  problem.together = std::max(1.0, problem.block * static_cast<double>(drive.t.size()) /
-                                       std::max(drive.t.back() - drive.t.front(), problem.block));
-  FittedResponse found = fit(problem);
-  if (std::optional<Limited> slower = limited(problem, drive, found)) {
-    found = std::move(slower->fit);
+  problem.together = std::max(1.0, block_s * static_cast<double>(drive.t.size()) /
+                                       std::max(drive.t.back() - drive.t.front(), block_s));
+  LeastSquaresSolution found = solve(problem);
+  std::optional<LeastSquaresSolution> slower = limited(problem, drive, found);
+  if (slower) found = std::move(*slower);
+  const Eigen::MatrixXd covariance = covariance_of(problem, drive, found);
+  if (slower) {
     // Of the signalled angle, which the filter uses as that of the wheels.
-    const double limit = slower->limit * std::exp(-found.parameters[steering_scale]);
-    result.rate_limit = {
-        limit, limit * std::hypot(std::sqrt(found.covariance(rate, rate)), unmodelled_limit)};
+    const double limit =
+        drive.rate_limit * std::exp(found.parameters[rate] - found.parameters[steering_scale]);
+    result.rate_limit = {limit,
+                         limit * std::hypot(std::sqrt(covariance(rate, rate)), unmodelled_limit)};
   }
   const double tau = usual_lag * std::exp(found.parameters[lag]);  // and dτ = τ dp
-  const auto& covariance = found.covariance;
   const double of_dead = covariance(dead, dead), of_tau = tau * tau * covariance(lag, lag);
   const double of_all = std::max(of_dead + of_tau + 2.0 * tau * covariance(dead, lag), 0.0);
   result.dead_time = {found.parameters[dead], std::hypot(std::sqrt(of_dead), unmodelled_share)};
@@ -226,19 +243,91 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   // ... which goes with the square of the force that is asked of them.
   double force = 0.0;
   for (std::size_t i = 0; i < drive.t.size(); ++i)
-    force += std::pow(speed.at(drive.t[i]) * drive.yaw_rate[i] / single_track::gravity, 2);
-  const double slower = std::max(found.parameters[dead] + tau - slow_lag, 0.0);
+    force += std::pow(speed.at(drive.t[i]) * yaw_rate[i] / car_model::gravity, 2);
+  const double slow = std::max(found.parameters[dead] + tau - slow_lag, 0.0);
   const double unmodelled = unmodelled_sum +
                             unmodelled_slip * force / static_cast<double>(drive.t.size()) +
-                            unmodelled_slow * slower;
+                            unmodelled_slow * slow;
   result.in_all = {found.parameters[dead] + tau,
                    std::hypot(unmodelled_factor * std::sqrt(of_all), unmodelled)};
-  result.explained = found.explained;
+  result.explained = std::max(0.0, 1.0 - std::pow(found.noise / spread, 2));
   result.front_wheels = result.side_speed = {drive.speed.begin, step_s, {}};
   (void)predicted(drive, found.parameters, &result);
   if (result.explained < 0.5)
     result.failure = "the yaw rate does not follow the steering: sign, scale, mapping?";
   return result;
+}
+
+// What of it is for [steering].
+namespace {
+
+constexpr double chance = 3.0;  // standard uncertainties
+// Known: the whole to 10 ms, or a tenth where that is no more than 20 ms; delay and lag to a
+// quarter of the whole.
+constexpr double known_below = 0.01, known_at_most = 0.02, known_share = 0.1,
+                 separable_below = 0.25;
+constexpr double longest_delay = 0.5, longest_lag = 1.0;  // that the configuration takes [s]
+
+std::string milliseconds(const Measured& time) {
+  return fixed(1e3 * time.value, 0) + " +- " + fixed(1e3 * time.sigma, 0) + " ms";
+}
+
+/// Why the two are not determined; empty where they are.
+std::string reason_undetermined(const SteeringResponse& response, const Measured& whole,
+                                const Measured& delay) {
+  const Measured& time_constant = response.time_constant;
+  if (!response.failure.empty()) return response.failure;
+  if (!(whole.sigma < std::clamp(known_share * whole.value, known_below, known_at_most)))
+    return milliseconds(whole) + " in total; drive with more turns and changes of speed";
+  if (whole.value < chance * whole.sigma)
+    return "none visible, " + milliseconds(whole) +
+           " in total: as expected if the angle is measured";
+  if (!(std::max(delay.sigma, time_constant.sigma) < separable_below * whole.value))
+    return "cannot be separated; delay and lag together " + milliseconds(whole);
+  if (delay.value > longest_delay || time_constant.value > longest_lag)
+    return milliseconds(whole) +
+           " in total, more than [steering] allows: is it the car's steering?";
+  return "";
+}
+
+Finding finding_of(const char* name, const char* key, const Measured& time) {
+  Finding finding = as_finding(name, key, {std::max(time.value, 0.0), time.sigma}, "s");
+  finding.share = Share::meaningless;
+  if (time.value < 0.0)
+    finding.remark =
+        "measured " + fixed(1e3 * time.value, 1) + " ms, but a latency cannot be negative";
+  return finding;
+}
+
+}  // namespace
+
+ActuatorFindings actuator_findings(const SteeringResponse& response, const Measured& clock,
+                                   const estimator::SteeringActuator& configured) {
+  const auto by_clock = [&clock](const Measured& time) {
+    return Measured{time.value - clock.value, std::hypot(time.sigma, clock.sigma)};
+  };
+  const Measured whole = by_clock(response.in_all);
+  const Measured delay = by_clock(response.dead_time);
+  ActuatorFindings found;
+  found.values = {finding_of("... of this delay", "steering.delay", delay),
+                  finding_of("... and lag", "steering.lag", response.time_constant)};
+  if (response.rate_limit)
+    found.values.push_back(as_finding("... and no quicker than", "steering.rate_limit",
+                                      *response.rate_limit, "rad/s"));
+  const std::string failure = reason_undetermined(response, whole, delay);
+  if (failure.empty()) return found;
+  for (Finding& finding : found.values) {
+    finding = undetermined(std::move(finding), failure);
+    finding.key.clear();
+  }
+  const double expected = configured.delay_s + configured.lag_s;
+  if (response.failure.empty() && std::abs(whole.value - expected) > chance * whole.sigma &&
+      expected > 0.0)
+    found.warnings.push_back(
+        diagnostics::found(diagnostics::kind("actuator_not_seen"), "[steering]",
+                           "has " + fixed(1e3 * expected, 0) +
+                               " ms of delay and lag, the drive shows " + milliseconds(whole)));
+  return found;
 }
 
 }  // namespace odomd::tools

@@ -51,20 +51,14 @@ Linear solve_linear(const LeastSquares& priors, const MatrixXd& x, const VectorX
   return result;
 }
 
-double spread_of(const VectorXd& z) {
-  return std::sqrt((z.array() - z.mean()).square().mean());
-}
-
-LeastSquares least_squares(const ResponseFit& fit) {
-  return {.residuals = [&fit](const VectorXd& p) -> VectorXd { return fit.z - fit.predicted(p); },
-          .step = 1e-3 * fit.prior_sigma.cwiseMax(1e-2),
-          .start = fit.start,
-          .expected = fit.expected,
-          .prior_sigma = fit.prior_sigma,
-          .together = fit.together};
-}
-
 }  // namespace
+
+std::vector<std::size_t> blocks_of(const std::vector<double>& t, double length) {
+  std::vector<std::size_t> block;
+  for (const double time : t)
+    block.push_back(static_cast<std::size_t>((time - t.front()) / length));
+  return block;
+}
 
 Offset solve(const OffsetRegression& r) {
   Offset result;
@@ -125,12 +119,9 @@ Offset solve(const OffsetRegression& r) {
   const double variance = found.noise * found.noise;
   result.explained = std::max(0.0, 1.0 - variance / spread);
 
-  std::vector<std::size_t> block;
-  std::size_t blocks = 0;
-  for (const double t : r.t) {
-    block.push_back(static_cast<std::size_t>((t - r.t.front()) / r.block));
-    if (block.size() < 2 || block.back() != block.rbegin()[1]) ++blocks;
-  }
+  const std::vector<std::size_t> block = blocks_of(r.t, r.block);
+  std::size_t blocks = 1;
+  for (std::size_t i = 1; i < block.size(); ++i) blocks += block[i] != block[i - 1] ? 1U : 0U;
   const double few_blocks =
       blocks > 4 ? static_cast<double>(blocks) / (static_cast<double>(blocks) - 2.0) : 4.0;
   const MatrixXd covariance = covariance_by_blocks(problem, found, block, few_blocks);
@@ -147,30 +138,6 @@ Offset solve(const OffsetRegression& r) {
   else if (result.explained < 0.3)
     result.failure = "the two signals have too little in common: excitation, sign, mapping?";
   return result;
-}
-
-double cost_of(const ResponseFit& fit, const VectorXd& parameters, double noise) {
-  return cost_of(least_squares(fit), parameters, noise);
-}
-
-double best_of(const ResponseFit& fit, Eigen::Index parameter, const std::vector<double>& trials) {
-  return best_of(least_squares(fit), parameter, trials, std::max(0.2 * spread_of(fit.z), 1e-9));
-}
-
-FittedResponse fit(const ResponseFit& fit) {
-  const LeastSquares problem = least_squares(fit);
-  const LeastSquaresSolution found = solve(problem);
-  std::vector<std::size_t> block;
-  double end = fit.t.front() + fit.block;
-  for (const double t : fit.t) {
-    block.push_back(block.empty() ? 0 : block.back() + (t >= end ? 1 : 0));
-    if (t >= end) end = t + fit.block;
-  }
-  const double spread = spread_of(fit.z);
-  return {.parameters = found.parameters,
-          .covariance = covariance_by_blocks(problem, found, block),
-          .noise = found.noise,
-          .explained = spread > 0.0 ? std::max(0.0, 1.0 - std::pow(found.noise / spread, 2)) : 0.0};
 }
 
 }  // namespace odomd::tools

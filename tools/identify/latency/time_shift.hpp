@@ -11,8 +11,7 @@
 // not noise determines D.
 #pragma once
 
-#include <Eigen/Core>
-#include <functional>
+#include <cstddef>
 #include <limits>
 #include <string>
 #include <vector>
@@ -47,34 +46,7 @@ struct Offset {
 /// Needs at least 20 samples, else says so in `failure`.
 [[nodiscard]] Offset solve(const OffsetRegression& regression);
 
-/// Parameters of a numerically computed response to fit (tools/math/least_squares.hpp), their
-/// covariance by blocks of time.
-struct ResponseFit {
-  std::vector<double> t;  ///< of the measurements [s], rising
-  Eigen::VectorXd z;      ///< what was measured
-  std::function<Eigen::VectorXd(const Eigen::VectorXd&)> predicted;  ///< z by the parameters
-  Eigen::VectorXd expected;                                          ///< of the parameters, before
-  Eigen::VectorXd prior_sigma;  ///< standard deviations of that
-  Eigen::VectorXd start;        ///< where to begin
-  double block = 2.0;           ///< residuals further apart are independent [s]
-  double together = 1.0;        ///< measurements that count as one against the prior
-};
-
-struct FittedResponse {
-  Eigen::VectorXd parameters;
-  Eigen::MatrixXd covariance;
-  double noise = 0.0;      ///< of the measurements, from the residuals
-  double explained = 0.0;  ///< share of the variance of z
-};
-
-[[nodiscard]] FittedResponse fit(const ResponseFit& problem);
-
-/// The objective of fit() for measurements of this noise.
-[[nodiscard]] double cost_of(const ResponseFit& problem, const Eigen::VectorXd& parameters,
-                             double noise);
-
-/// Of `trials` for one parameter, all others as at the start, the one that fits best.
-[[nodiscard]] double best_of(const ResponseFit& problem, Eigen::Index parameter,
-                             const std::vector<double>& trials);
+/// Numbers the blocks of this length [s] that times lie in, for covariance_by_blocks().
+[[nodiscard]] std::vector<std::size_t> blocks_of(const std::vector<double>& t, double length);
 
 }  // namespace odomd::tools

@@ -10,7 +10,6 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/fit/drive.hpp"
 #include "tools/identify/fit/findings.hpp"
-#include "tools/identify/fit/four_wheels.hpp"
 #include "tools/identify/fit/parameters.hpp"
 #include "tools/identify/fit/solver.hpp"
 #include "tools/identify/fit/window.hpp"
@@ -22,7 +21,7 @@ using estimator::Source;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-namespace st = single_track;
+namespace st = car_model;
 
 daemon::Config car() {
   daemon::Config config;
@@ -39,8 +38,7 @@ daemon::Config car() {
   return config;
 }
 
-four_wheels::Car<double> fitted_car(const Numbers<double>& p,
-                                    const daemon::Config& config = car()) {
+car_model::Car<double> fitted_car(const Numbers<double>& p, const daemon::Config& config = car()) {
   Setup setup;
   setup.config = &config;
   setup.nominal = nominal_values(config);
@@ -74,7 +72,7 @@ struct Way {
 
 // What a car whose gyro reads 3 % too much, and wheels 2 %, would have recorded in twelve seconds.
 Recorded recorded(const daemon::Config& config, const Way& way = {}) {
-  const four_wheels::Car<double> model = fitted_car({}, config);
+  const car_model::Car<double> model = fitted_car({}, config);
   constexpr std::int64_t start = 1'760'000'000'000'000'000;
   Recorded result;
   result.log.first_ns = start;
@@ -256,7 +254,7 @@ TEST(FitTyres, AreTheFiltersAtTheHardestTurnsAndAtHalfOfThem) {
   const estimator::Vehicle v = car().vehicle;
   const double rear_mass = v.mass * v.front_axle / v.wheelbase();
   for (const Numbers<double>& p : {Numbers<double>{}, without_load_transfer()}) {
-    const four_wheels::Car<double> fitted = fitted_car(p);
+    const car_model::Car<double> fitted = fitted_car(p);
     const auto tyre = brush_like(fitted, Axle::rear, 8.0);
     ASSERT_TRUE(tyre);
     EXPECT_GT(tyre->grip, 8.0);
@@ -265,7 +263,7 @@ TEST(FitTyres, AreTheFiltersAtTheHardestTurnsAndAtHalfOfThem) {
                   1e-6 * rear_mass * accel);
   }
   // F = C α / √(1 + b s²) at s = C α / F_z, the other way round: s = u / √(1 - b u²), u = F / F_z
-  const four_wheels::Car<double> fitted = fitted_car(without_load_transfer());
+  const car_model::Car<double> fitted = fitted_car(without_load_transfer());
   const double u = 8.0 / st::gravity, load = rear_mass * st::gravity;
   EXPECT_NEAR(slip_at(fitted, Axle::rear, 8.0),
               u / std::sqrt(1.0 - fitted.bend_rear * u * u) * load / fitted.stiffness_rear, 1e-9);

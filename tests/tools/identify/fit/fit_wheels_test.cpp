@@ -14,7 +14,7 @@ namespace odomd::tools::fitting::fit_wheels_test {
 namespace {
 
 using estimator::Source;
-namespace st = single_track;
+namespace st = car_model;
 
 struct Pair {
   Source left, right;
@@ -74,7 +74,7 @@ double unexplained_age(const Pair& pair, double speed, double spin_factor) {
   const sim::PlantParameters simulated = simulated_car();
   Numbers<double> p = as_simulated(setup, simulated);
   for (const Parameter k : {wheel_spin, drive_spin}) p[k] += std::log(spin_factor);
-  const four_wheels::Car<double> car = car_of(setup, p);
+  const car_model::Car<double> car = car_of(setup, p);
   sim::Plant plant(simulated, 0.0, 0.0, 0.0);
   plant.set_speed(speed);
   const double amplitude = 0.3 * std::min(1.2, 2.5 / (speed * speed));
