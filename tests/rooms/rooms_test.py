@@ -114,7 +114,6 @@ LINES_AT_MOST = 350
 LONGER = {
     "daemon/housekeeping/status.cpp": "one document, written from its first member to its last",
     "shm_api/writer.cpp": "one protocol: claiming the segment, taking one over and publishing lean on each other",
-    "tools/identify/fit/findings.cpp": "one finding a parameter, all worded alike",
 }
 
 INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*(?:"([^"]+)"|<(odom/[^>]+)>)', re.MULTILINE)

@@ -1,6 +1,7 @@
 #include "tools/identify/fit/findings.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace odomd::tools::fitting {
@@ -20,19 +21,24 @@ double times(double variety) {
 }
 
 /// At one speed, more steering is softer front tyres, and a camera farther ahead sees the drift of
-/// softer rear tyres.
+/// softer rear tyres. A third parameter is drawn along.
 struct LookAlikes {
-  Parameter tyres, other;
+  Parameter tyres, other, third;
 };
-constexpr LookAlikes front{stiffness_front, steering_scale};
-constexpr LookAlikes rear{stiffness_rear, camera_x};
+constexpr std::array all_look_alikes{LookAlikes{stiffness_front, steering_scale, steering_offset},
+                                     LookAlikes{stiffness_rear, camera_x, imu_x}};
 
-/// Neither is known beforehand as precisely as a fit over many speeds would determine it.
-bool are_open(const LookAlikes& pair, const Settings& settings, const Numbers<double>& sigma) {
+/// Those of which neither is known beforehand as precisely as a fit over many speeds would
+/// determine it.
+std::vector<LookAlikes> open_ones(double wheelbase, const Settings& settings) {
+  const Numbers<double> sigma = at_many_speeds(wheelbase);
   const auto open = [&](Parameter k) {
     return settings.free[k] && settings.prior_sigma[k] > sigma[k];
   };
-  return open(pair.tyres) && open(pair.other);
+  std::vector<LookAlikes> pairs;
+  for (const LookAlikes& pair : all_look_alikes)
+    if (open(pair.tyres) && open(pair.other)) pairs.push_back(pair);
+  return pairs;
 }
 
 }  // namespace
@@ -52,17 +58,13 @@ Measured Settings::known(std::size_t k) const {
 }
 
 bool at_one_speed(double wheelbase, const Settings& settings, double variety) {
-  const Numbers<double> sigma = at_many_speeds(wheelbase);
-  return times(variety) > 2.0 &&
-         (are_open(front, settings, sigma) || are_open(rear, settings, sigma));
+  return times(variety) > 2.0 && !open_ones(wheelbase, settings).empty();
 }
 
 std::optional<Parameter> twin(double wheelbase, const Settings& settings, double variety,
                               Parameter k) {
   if (!at_one_speed(wheelbase, settings, variety)) return std::nullopt;
-  const Numbers<double> sigma = at_many_speeds(wheelbase);
-  for (const LookAlikes& pair : {front, rear}) {
-    if (!are_open(pair, settings, sigma)) continue;
+  for (const LookAlikes& pair : open_ones(wheelbase, settings)) {
     if (k == pair.tyres) return pair.other;
     if (k == pair.other) return pair.tyres;
   }
@@ -70,13 +72,9 @@ std::optional<Parameter> twin(double wheelbase, const Settings& settings, double
 }
 
 Numbers<double> allowance(double wheelbase, const Settings& settings, double variety) {
-  const Numbers<double> known = at_many_speeds(wheelbase);
-  Numbers<double> sigma = known;
-  if (are_open(front, settings, known))
-    for (const Parameter k : {stiffness_front, steering_scale, steering_offset})
-      sigma[k] *= times(variety);
-  if (are_open(rear, settings, known))
-    for (const Parameter k : {stiffness_rear, camera_x, imu_x}) sigma[k] *= times(variety);
+  Numbers<double> sigma = at_many_speeds(wheelbase);
+  for (const LookAlikes& pair : open_ones(wheelbase, settings))
+    for (const Parameter k : {pair.tyres, pair.other, pair.third}) sigma[k] *= times(variety);
   return sigma;
 }
 

@@ -8,7 +8,6 @@
 
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
-#include "tools/identify/fit/four_wheels.hpp"
 #include "tools/identify/fit/window.hpp"
 #include "tools/identify/latency/steering_response.hpp"
 
@@ -37,6 +36,10 @@ struct Builder {
   Numbers<double> sigma;  // including model errors
   Findings& findings;
 
+  [[nodiscard]] double covariance(std::size_t a, std::size_t b) const {
+    return result.covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+  }
+
   [[nodiscard]] bool astray(Parameter k) const {
     return std::fabs(result.p[k]) > astray_sigmas * settings.prior_sigma[k];
   }
@@ -64,9 +67,7 @@ struct Builder {
     std::size_t partner = k;
     for (std::size_t j = 0; j < parameters; ++j) {
       if (j == k || !settings.free[j]) continue;
-      const auto a = static_cast<Eigen::Index>(k), b = static_cast<Eigen::Index>(j);
-      const double r =
-          result.covariance(a, b) / std::sqrt(result.covariance(a, a) * result.covariance(b, b));
+      const double r = covariance(k, j) / std::sqrt(covariance(k, k) * covariance(j, j));
       if (std::fabs(r) > std::fabs(strongest)) {
         strongest = r;
         partner = j;
@@ -78,20 +79,18 @@ struct Builder {
     return reason;
   }
 
-  void add(Parameter k, std::string name, std::string key, double value, double value_sigma,
+  void add(Parameter k, std::string name, std::string key, const Measured& measured,
            std::string remark = "") {
     if (!settings.free[k]) return;
-    Finding finding{.name = std::move(name),
-                    .key = std::move(key),
-                    .value = value,
-                    .sigma = value_sigma,
-                    .unit = std::string(parameter_table()[k].unit),
-                    .remark = std::move(remark)};
-    if (std::string reason = why_not(k); !reason.empty()) {
-      finding.determined = Determined::no;
-      finding.remark = std::move(reason);
-    }
-    findings.values.push_back(std::move(finding));
+    findings.values.push_back(as_finding(std::move(name), std::move(key), measured,
+                                         std::string(parameter_table()[k].unit),
+                                         std::move(remark)));
+    if (std::string reason = why_not(k); !reason.empty())
+      reject(findings.values.back(), std::move(reason));
+  }
+
+  static void reject(Finding& finding, std::string reason) {
+    finding = undetermined(std::move(finding), std::move(reason));
   }
 
   [[nodiscard]] static std::string meaning(Parameter k) {
@@ -102,43 +101,40 @@ struct Builder {
   void add_value(Parameter k, const std::string& key) {
     const ParameterInfo& info = parameter_table()[k];
     const double value = value_of(info, nominal[k], result.p[k]);
-    add(k, meaning(k), key, value, info.kind == Kind::factor ? value * sigma[k] : sigma[k]);
+    add(k, meaning(k), key, {value, info.kind == Kind::factor ? value * sigma[k] : sigma[k]});
   }
 
   // measured = e^s true + b, so true = (measured - b) / e^s, on top of the role's own.
-  void add_scale_and_offset(Source source, Parameter scale, Parameter offset) {
+  void add_scale(Source source, Parameter scale) {
     const can::SignalBinding* binding = binding_of(config, source);
     if (binding == nullptr) return;
-    const std::string role = "can.signals." + binding->role;
+    const double value = binding->scale * std::exp(-result.p[scale]);
+    add(scale, meaning(scale), key_of(source, ".scale"), {value, std::fabs(value) * sigma[scale]});
+  }
+
+  void add_scale_and_offset(Source source, Parameter scale, Parameter offset) {
+    add_scale(source, scale);
+    const can::SignalBinding* binding = binding_of(config, source);
+    if (binding == nullptr) return;
     const double factor = std::exp(-result.p[scale]);
-    add(scale, meaning(scale), role + ".scale", binding->scale * factor,
-        std::fabs(binding->scale) * factor * sigma[scale]);
-    add(offset, meaning(offset), role + ".offset", (binding->offset - result.p[offset]) * factor,
-        sigma[offset] * factor);
+    add(offset, meaning(offset), key_of(source, ".offset"),
+        {(binding->offset - result.p[offset]) * factor, sigma[offset] * factor});
   }
 
   // Latencies are not negative: early ones become 0.
   void add_latency(Parameter k, Source source) {
     if (k == accel_latency && one_imu(config)) k = gyro_latency;
-    const can::SignalBinding* binding = binding_of(config, source);
-    if (binding == nullptr) return;
-    const double measured = 1e-9 * static_cast<double>(binding->latency_ns) + result.p[k];
+    if (binding_of(config, source) == nullptr) return;
+    const std::string name = "latency of " + name_of(source), key = key_of(source, ".latency");
+    const double measured = configured_latency(config, source) + result.p[k];
     std::string remark;
     if (measured < 0.0) remark = "measured " + fixed(1e3 * measured, 1) + " ms";
-    if (measured < -2.0 * sigma[k]) {
-      // A latency cannot be negative.
-      if (settings.free[k])
-        findings.values.push_back({.name = "latency of " + binding->role,
-                                   .key = "can.signals." + binding->role + ".latency",
-                                   .value = measured,
-                                   .sigma = sigma[k],
-                                   .unit = "s",
-                                   .determined = Determined::no,
-                                   .remark = remark + ": are the poses' stamps late?"});
-      return;
+    if (!(measured < -2.0 * sigma[k])) {
+      add(k, name, key, {std::max(0.0, measured), sigma[k]}, std::move(remark));
+    } else if (settings.free[k]) {
+      findings.values.push_back(undetermined(as_finding(name, key, {measured, sigma[k]}, "s"),
+                                             remark + ": are the poses' stamps late?"));
     }
-    add(k, "latency of " + binding->role, "can.signals." + binding->role + ".latency",
-        std::max(0.0, measured), sigma[k], std::move(remark));
   }
 };
 
@@ -171,18 +167,15 @@ void add_tyres(Builder& b, const AxleParameters& a) {
     // An impossible curve was caused by something else, and so was its slope.
     if (b.settings.free[a.stiffness] && b.settings.free[a.bend] && b.astray(a.bend) &&
         b.findings.values.back().determined == Determined::yes) {
-      Finding& stiffness = b.findings.values.back();
-      stiffness.determined = Determined::no;
-      stiffness.remark = "correlated with " + Builder::meaning(a.bend) + ", which came out " +
-                         fixed(std::fabs(b.result.p[a.bend]) / b.settings.prior_sigma[a.bend], 1) +
-                         " sigmas from the usual value";
+      Builder::reject(b.findings.values.back(),
+                      "correlated with " + Builder::meaning(a.bend) + ", which came out " +
+                          fixed(std::fabs(b.result.p[a.bend]) / b.settings.prior_sigma[a.bend], 1) +
+                          " sigmas from the usual value");
     }
     if (b.settings.free[a.bend])
-      b.findings.values.push_back({.name = "grip, " + end,
-                                   .value = brush ? brush->grip : 0.0,
-                                   .unit = "m/s2",
-                                   .determined = Determined::no,
-                                   .remark = linear + ": linear tyres"});
+      b.findings.values.push_back(
+          undetermined(as_finding("grip, " + end, "", {brush ? brush->grip : 0.0, 0.0}, "m/s2"),
+                       linear + ": linear tyres"));
     return;
   }
   // σ² = gᵀ Σ g, g the derivatives by what makes the curve.
@@ -199,20 +192,17 @@ void add_tyres(Builder& b, const AxleParameters& a) {
   }
   for (std::size_t i = 0; i < curve.size(); ++i)
     for (std::size_t j = 0; j < curve.size(); ++j) {
-      const double covariance = b.result.covariance(static_cast<Eigen::Index>(curve[i]),
-                                                    static_cast<Eigen::Index>(curve[j]));
+      const double covariance = b.covariance(curve[i], curve[j]);
       of_stiffness += by_stiffness[i] * covariance * by_stiffness[j];
       of_grip += by_grip[i] * covariance * by_grip[j];
     }
   // The stiffness is no more precise than the fit's.
-  b.add(a.stiffness, Builder::meaning(a.stiffness), stiffness_key, brush->stiffness,
-        std::max(std::sqrt(of_stiffness), brush->stiffness * b.sigma[a.stiffness]),
+  b.add(a.stiffness, Builder::meaning(a.stiffness), stiffness_key,
+        {brush->stiffness,
+         std::max(std::sqrt(of_stiffness), brush->stiffness * b.sigma[a.stiffness])},
         "of a tyre that saturates");
-  b.findings.values.push_back({.name = "grip, " + end,
-                               .key = "vehicle.grip_" + end,
-                               .value = brush->grip,
-                               .sigma = std::sqrt(of_grip),
-                               .unit = "m/s2"});
+  b.findings.values.push_back(
+      as_finding("grip, " + end, "vehicle.grip_" + end, {brush->grip, std::sqrt(of_grip)}, "m/s2"));
 }
 
 // Delay and lag of an actuator, if the steering signal is a command.
@@ -225,8 +215,7 @@ void add_steering(Builder& b) {
       value_of(parameter_table()[steering_lag], b.nominal[steering_lag], b.result.p[steering_lag]);
   const double whole = b.nominal[steering_delay] + b.result.p[steering_delay];
   const double of_whole = b.sigma[steering_delay], of_lag = lag * b.sigma[steering_lag];
-  const double both = lag * b.result.covariance(static_cast<Eigen::Index>(steering_delay),
-                                                static_cast<Eigen::Index>(steering_lag));
+  const double both = lag * b.covariance(steering_delay, steering_lag);
   SteeringResponse response;
   response.in_all = {whole, of_whole};
   response.time_constant = {lag, of_lag};
@@ -247,10 +236,10 @@ void add_accelerometers(Builder& b) {
   const double bx = b.result.p[accel_bias_x], by = b.result.p[accel_bias_y];
   if (x != nullptr)
     b.add(accel_bias_x, Builder::meaning(accel_bias_x), "can.signals.accel_x.offset",
-          x->offset - (c * bx + s * by), b.sigma[accel_bias_x]);
+          {x->offset - (c * bx + s * by), b.sigma[accel_bias_x]});
   if (y != nullptr)
     b.add(accel_bias_y, Builder::meaning(accel_bias_y), "can.signals.accel_y.offset",
-          y->offset - (c * by - s * bx), b.sigma[accel_bias_y]);
+          {y->offset - (c * by - s * bx), b.sigma[accel_bias_y]});
   b.add_value(imu_x, "imu.position[0]");
   b.add_value(imu_y, "imu.position[1]");
   // The configuration rotates both axes together: they must have the same message and latency.
@@ -260,25 +249,8 @@ void add_accelerometers(Builder& b) {
 }
 
 void add_wheels(Builder& b) {
-  constexpr std::array<std::pair<Source, Parameter>, 6> wheels{{
-      {Source::wheel_front_left, wheel_scale_front_left},
-      {Source::wheel_front_right, wheel_scale_front_right},
-      {Source::wheel_rear_left, wheel_scale_rear_left},
-      {Source::wheel_rear_right, wheel_scale_rear_right},
-      {Source::wheel_rear, wheel_scale_rear},
-      {Source::motor, wheel_scale_motor},
-  }};
-  for (const auto& [source, scale] : wheels) {
-    const can::SignalBinding* binding = binding_of(b.config, source);
-    if (binding == nullptr) continue;
-    const double factor = std::exp(-b.result.p[scale]);
-    b.add(scale, Builder::meaning(scale), "can.signals." + binding->role + ".scale",
-          binding->scale * factor, std::fabs(binding->scale) * factor * b.sigma[scale]);
-  }
-  for (const auto& [source, scale] : wheels) {
-    const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
-    b.add_latency(front ? wheel_latency_front : wheel_latency_rear, source);
-  }
+  for (const Source source : wheel_sources) b.add_scale(source, wheel_scale(source));
+  for (const Source source : wheel_sources) b.add_latency(wheel_latency(source), source);
 }
 
 nlohmann::ordered_json details_of(const Builder& b) {

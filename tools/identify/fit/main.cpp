@@ -32,10 +32,6 @@ namespace {
 namespace fs = std::filesystem;
 using estimator::Source;
 
-bool mapped(const daemon::Config& config, Source source) {
-  return config.can.signals[static_cast<std::size_t>(source)].configured;
-}
-
 // The parameters that the mapped signals can show.
 std::array<bool, parameters> free_by_default(const daemon::Config& config) {
   std::array<bool, parameters> free{};
@@ -44,7 +40,7 @@ std::array<bool, parameters> free_by_default(const daemon::Config& config) {
   free[load_lag] = free[drive_spin] = false;  // hardly observable, and disturb the others
   for (std::size_t k = 0; k < estimator::source_count; ++k)
     if (const auto source = static_cast<Source>(k); estimator::is_wheel(source))
-      free[wheel_scale(source)] = mapped(config, source);
+      free[wheel_scale(source)] = is_mapped(config, source);
   const auto any = [&](std::initializer_list<Parameter> scales) {
     return std::ranges::any_of(scales, [&](Parameter k) { return free[k]; });
   };
@@ -54,12 +50,12 @@ std::array<bool, parameters> free_by_default(const daemon::Config& config) {
   free[wheel_latency_rear] = free[wheel_slip] =
       rear_sides || any({wheel_scale_rear, wheel_scale_motor});
   free[track_width] = front || rear_sides;
-  if (!mapped(config, Source::accel_x) && !mapped(config, Source::accel_y))
+  if (!is_mapped(config, Source::accel_x) && !is_mapped(config, Source::accel_y))
     for (const Parameter k :
          {accel_bias_x, accel_bias_y, accel_scale, accel_latency, imu_x, imu_y, imu_yaw})
       free[k] = false;
-  if (!mapped(config, Source::accel_x)) free[accel_bias_x] = false;
-  if (!mapped(config, Source::accel_y)) free[accel_bias_y] = false;
+  if (!is_mapped(config, Source::accel_x)) free[accel_bias_x] = false;
+  if (!is_mapped(config, Source::accel_y)) free[accel_bias_y] = false;
   return free;
 }
 

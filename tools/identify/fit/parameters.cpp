@@ -16,64 +16,11 @@ namespace {
 
 using enum Kind;
 
-/// The model errors are for tyre curves, springs, relaxation, spin of the driven wheels, and bias
-/// walk: from the errors on simulated exercises of cars other than those of the campaign; for the
-/// inertia and the steering scale also from the campaign. Half of the lag by spin is in that of the
-/// rear wheels.
 constexpr std::array<ParameterInfo, parameters> table{{
-    {stiffness_front, "stiffness_front", factor, "N/rad", "cornering stiffness, front", 0.4, 0.008},
-    {stiffness_rear, "stiffness_rear", factor, "N/rad", "cornering stiffness, rear", 0.4, 0.009},
-    {yaw_inertia, "yaw_inertia", factor, "kg m2", "yaw inertia", 0.05, 0.005},
-    {relaxation_length, "relaxation_length", factor, "m", "relaxation length of the tyres", 0.5,
-     0.0},
-    {bend_front, "bend_front", factor, "", "how front tyres saturate", 0.5, 0.0},
-    {bend_rear, "bend_rear", factor, "", "how rear tyres saturate", 0.5, 0.0},
-    {load_arm, "load_arm", factor, "m", "change of stiffness with load: exponent times height", 0.5,
-     0.0},
-    {load_lag, "load_lag", factor, "s", "how late load follows a turn", 0.3, 0.0},
-    {wheel_spin, "wheel_spin", factor, "",
-     "inertia I/r2 of the front wheels, as a share of the mass", 0.3, 0.0},
-    {drive_spin, "drive_spin", factor, "",
-     "inertia I/r2 of the rear wheels and their drive, likewise", 0.5, 0.0},
-    {track_width, "track_width", factor, "m", "track width", 0.03, 1e-3},
-    {steering_offset, "steering_offset", shift, "rad", "steering offset", 0.05, 1e-4},
-    {steering_scale, "steering_scale", factor, "", "steering scale", 0.05, 3e-3},
-    {steering_delay, "steering_delay", shift, "s", "steering, delay in all", 0.1, 8e-3},
-    {steering_lag, "steering_lag", factor, "s", "steering, time constant", 0.8, 0.3},
-    {gyro_bias, "gyro_bias", shift, "rad/s", "gyro bias", 0.05, 2e-4},
-    {gyro_scale, "gyro_scale", factor, "", "gyro scale", 0.05, 2e-4},
-    {gyro_latency, "gyro_latency", shift, "s", "gyro latency", 0.05, 5e-4},
-    {accel_bias_x, "accel_bias_x", shift, "m/s2", "accelerometer bias, x", 1.0, 0.02},
-    {accel_bias_y, "accel_bias_y", shift, "m/s2", "accelerometer bias, y", 1.0, 0.02},
-    {accel_scale, "accel_scale", factor, "", "accelerometer scale", 0.02, 0.0},
-    {accel_latency, "accel_latency", shift, "s", "accelerometer latency", 0.05, 1.8e-3},
-    {imu_x, "imu_x", shift, "m", "IMU ahead of the centre of gravity", 0.2, 3e-3},
-    {imu_y, "imu_y", shift, "m", "IMU left of the centre of gravity", 0.2, 1e-3},
-    {imu_yaw, "imu_yaw", shift, "rad", "IMU mounting yaw", 0.05, 2e-3},
-    {wheel_scale_front_left, "wheel_scale_front_left", factor, "", "wheel scale, front left", 0.1,
-     1e-3},
-    {wheel_scale_front_right, "wheel_scale_front_right", factor, "", "wheel scale, front right",
-     0.1, 1e-3},
-    {wheel_scale_rear_left, "wheel_scale_rear_left", factor, "", "wheel scale, rear left", 0.1,
-     1e-3},
-    {wheel_scale_rear_right, "wheel_scale_rear_right", factor, "", "wheel scale, rear right", 0.1,
-     1e-3},
-    {wheel_scale_rear, "wheel_scale_rear", factor, "", "wheel scale, rear axle", 0.1, 1e-3},
-    {wheel_scale_motor, "wheel_scale_motor", factor, "", "wheel scale, motor", 0.1, 1e-3},
-    {wheel_slip, "wheel_slip", shift, "", "slip of driven wheels", 0.4, 0.0},
-    {wheel_latency_front, "wheel_latency_front", shift, "s", "wheel latency, front", 0.05, 0.7e-3},
-    {wheel_latency_rear, "wheel_latency_rear", shift, "s", "wheel latency, rear", 0.05, 0.95e-3},
-    {camera_x, "camera_x", shift, "m", "camera's point ahead of the centre of gravity", 0.5, 2e-3},
-    {camera_y, "camera_y", shift, "m", "camera's point left of the centre of gravity", 0.5, 1e-3},
-    {camera_yaw, "camera_yaw", shift, "rad", "camera mounting yaw", 0.1, 2e-4},
+#define ODOMD_FIT(name, ...) {name, #name, __VA_ARGS__},
+#include "tools/identify/fit/parameters.inc"
+#undef ODOMD_FIT
 }};
-
-constexpr bool in_order() {
-  for (std::size_t i = 0; i < table.size(); ++i)
-    if (table[i].parameter != i) return false;
-  return true;
-}
-static_assert(in_order());
 
 const ParameterInfo* find(std::string_view name) {
   const auto* const found = std::ranges::find(table, name, &ParameterInfo::name);
@@ -158,10 +105,6 @@ bool one_imu(const daemon::Config& config) {
 Numbers<double> nominal_values(const daemon::Config& config) {
   using estimator::Source;
   const estimator::Vehicle& car = config.vehicle;
-  const auto latency = [&](Source source) {
-    const can::SignalBinding* binding = binding_of(config, source);
-    return binding == nullptr ? 0.0 : 1e-9 * static_cast<double>(binding->latency_ns);
-  };
   Numbers<double> value{};
   for (const ParameterInfo& info : table) value[info.parameter] = info.kind == factor ? 1.0 : 0.0;
   value[stiffness_front] = car.cornering_stiffness_front;
@@ -178,15 +121,16 @@ Numbers<double> nominal_values(const daemon::Config& config) {
   const bool commanded = servo.delay_s > 0.0 || servo.lag_s > 0.0;
   value[steering_delay] = commanded ? servo.delay_s + servo.lag_s : 0.05;
   value[steering_lag] = servo.lag_s > 0.0 ? servo.lag_s : 0.05;
-  value[gyro_latency] = latency(Source::yaw_rate);
-  value[accel_latency] = latency(Source::accel_y);
+  value[gyro_latency] = configured_latency(config, Source::yaw_rate);
+  value[accel_latency] = configured_latency(config, Source::accel_y);
   value[imu_x] = config.imu_position[0];
   value[imu_y] = config.imu_position[1];
   value[imu_yaw] = config.imu_yaw;
   value[wheel_slip] = usual_slip;
-  value[wheel_latency_front] = latency(Source::wheel_front_left);
+  value[wheel_latency_front] = configured_latency(config, Source::wheel_front_left);
   for (const Source source : {Source::motor, Source::wheel_rear, Source::wheel_rear_left})
-    if (binding_of(config, source) != nullptr) value[wheel_latency_rear] = latency(source);
+    if (binding_of(config, source) != nullptr)
+      value[wheel_latency_rear] = configured_latency(config, source);
   value[camera_x] = config.camera.lever_arm[0];
   value[camera_y] = config.camera.lever_arm[1];
   value[camera_yaw] = config.camera.lever_arm[2];

@@ -16,43 +16,9 @@
 namespace odomd::tools::fitting {
 
 enum Parameter : std::size_t {
-  stiffness_front,
-  stiffness_rear,
-  yaw_inertia,
-  relaxation_length,
-  bend_front,
-  bend_rear,
-  load_arm,
-  load_lag,
-  wheel_spin,
-  drive_spin,
-  track_width,
-  steering_offset,
-  steering_scale,
-  steering_delay,
-  steering_lag,
-  gyro_bias,
-  gyro_scale,
-  gyro_latency,
-  accel_bias_x,
-  accel_bias_y,
-  accel_scale,
-  accel_latency,
-  imu_x,
-  imu_y,
-  imu_yaw,
-  wheel_scale_front_left,
-  wheel_scale_front_right,
-  wheel_scale_rear_left,
-  wheel_scale_rear_right,
-  wheel_scale_rear,
-  wheel_scale_motor,
-  wheel_slip,
-  wheel_latency_front,
-  wheel_latency_rear,
-  camera_x,
-  camera_y,
-  camera_yaw,
+#define ODOMD_FIT(name, ...) name,
+#include "tools/identify/fit/parameters.inc"
+#undef ODOMD_FIT
   parameters
 };
 
@@ -63,6 +29,10 @@ using Numbers = std::array<T, parameters>;
 [[nodiscard]] constexpr Parameter wheel_scale(estimator::Source wheel) {
   return static_cast<Parameter>(wheel_scale_front_left + estimator::index_of(wheel) -
                                 estimator::index_of(estimator::Source::wheel_front_left));
+}
+
+[[nodiscard]] constexpr Parameter wheel_latency(estimator::Source wheel) {
+  return wheel <= estimator::Source::wheel_front_right ? wheel_latency_front : wheel_latency_rear;
 }
 
 enum class Kind : std::uint8_t {
@@ -81,7 +51,7 @@ struct ParameterInfo {
   double model_error = 0.0;  ///< of a fit over many speeds, beyond the residuals'
 };
 
-/// In the order of the enumeration.
+/// In the order of the enumeration; both are made from parameters.inc.
 [[nodiscard]] const std::array<ParameterInfo, parameters>& parameter_table();
 
 /// Throws std::invalid_argument with the nearest name.
