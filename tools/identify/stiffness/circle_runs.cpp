@@ -98,15 +98,6 @@ void find_stretches(const Samples& samples, std::size_t begin, std::size_t end,
   find_stretches(samples, best + best_length, end, found);
 }
 
-// The sigma of the mean is from the scatter.
-Measured mean_of(const std::vector<double>& values) {
-  const auto n = static_cast<double>(values.size());
-  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
-  double squares = 0.0;
-  for (const double value : values) squares += (value - mean) * (value - mean);
-  return {mean, std::sqrt(squares / ((n - 1.0) * n))};
-}
-
 std::vector<double> values_between(const Series& series, std::int64_t from, std::int64_t to) {
   const auto begin = std::ranges::lower_bound(series.t_ns, from) - series.t_ns.begin();
   const auto end = std::ranges::upper_bound(series.t_ns, to) - series.t_ns.begin();

@@ -28,7 +28,6 @@
 #include <span>
 #include <vector>
 
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/measured.hpp"
 #include "tools/identify/stiffness/circle_runs.hpp"
 
@@ -60,6 +59,8 @@ struct AxleStiffness {
   double grip = 0.0;   ///< D, where the curve saturates [N]
   std::vector<AxlePoint> points;
 
+  /// Known to no better than a quarter: too little to be written anywhere.
+  [[nodiscard]] bool is_undetermined() const { return 4.0 * stiffness.sigma > stiffness.value; }
   /// Slip at which the curve has fallen a tenth below the line [rad].
   [[nodiscard]] double linear_range() const;
   /// F(α)
@@ -77,7 +78,6 @@ struct CorneringStiffness {
   double scatter = 1.0;        ///< the circles disagree so many times as much as each by itself
   std::size_t used = 0;        ///< circles whose weight is more than a half
   std::vector<bool> in_range;  ///< which circles were fitted, of those given
-  diagnostics::Diagnostics warnings;
 };
 
 /// Throws std::invalid_argument if there is no circle, or all are too slow to determine a

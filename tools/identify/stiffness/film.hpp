@@ -31,24 +31,19 @@ struct MarkerTrack {
   std::size_t gaps = 0;             ///< rows without both markers
 };
 
-/// How the first column counts time.
-struct FilmTime {
-  std::optional<double> frames_per_second;  ///< given: the column holds frame numbers
-};
-
 /// A file with the columns t, x_front, y_front, x_rear, y_rear, in any order; others are passed
 /// over. Fields are parted by tabs, semicolons, commas or blanks; where commas do not part fields
 /// they may be decimal ones. Lines before the first number are headings, the last of them names the
 /// columns; "#" begins a comment. An empty field is a marker not seen. Throws std::invalid_argument
-/// with file, line and column.
+/// with file, line and column. `frames_per_second`: given, t holds frame numbers.
 [[nodiscard]] MarkerTrack read_marker_track(const std::filesystem::path& file,
-                                            const FilmTime& time = {});
+                                            std::optional<double> frames_per_second = {});
 
 /// A file a marker, each with t, x, y; without headings in this order. Only times that both have
 /// count.
 [[nodiscard]] MarkerTrack read_marker_tracks(const std::filesystem::path& front,
                                              const std::filesystem::path& rear,
-                                             const FilmTime& time = {});
+                                             std::optional<double> frames_per_second = {});
 
 /// Where the markers are on the car: body frame, from the centre of gravity, x forward, y left [m].
 struct MarkerPlaces {
@@ -61,9 +56,8 @@ enum class ImageAxes : std::uint8_t { y_up, y_down };
 
 /// The unit of the track.
 struct FilmScale {
-  enum class From : std::uint8_t { given, marker_distance };
-  From from = From::marker_distance;
-  double metres_per_unit = 1.0;  ///< where given; 1 for a track in metres
+  std::optional<double>
+      metres_per_unit;        ///< 1 for a track in metres; none: by the markers' distance
   double ratio_sigma = 0.01;  ///< where given: standard uncertainty of the markers' distance by it
   ImageAxes axes = ImageAxes::y_up;
 };

@@ -36,15 +36,14 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
            track.name);
 
   FilmMotion motion;
-  motion.metres_per_unit =
-      scale.from == FilmScale::From::given ? scale.metres_per_unit : places.distance() / apart;
+  motion.metres_per_unit = scale.metres_per_unit.value_or(places.distance() / apart);
   const double ratio = apart * motion.metres_per_unit / places.distance();
   if (std::abs(ratio - 1.0) > 0.05)
     refuse(
         "{}: the markers are {:.4g} m apart in the film, and {:.4g} m by --front and "
         "--rear; correct the scale (--metres-per-pixel, --metres) or the places",
         track.name, apart * motion.metres_per_unit, places.distance());
-  if (scale.from == FilmScale::From::given && std::abs(ratio - 1.0) > 3.0 * scale.ratio_sigma)
+  if (scale.metres_per_unit && std::abs(ratio - 1.0) > 3.0 * scale.ratio_sigma)
     motion.warnings.push_back(found(
         tools::kind("film_scale_off"), track.name,
         fmt::format("by the scale the markers are {:.4g} m apart, {:.1f} % {} than the {:.4g} m of "

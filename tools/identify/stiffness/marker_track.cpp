@@ -94,22 +94,22 @@ struct Row {
   std::vector<std::optional<double>> values;  // of the columns but the first
 };
 
-std::int64_t time_in(const CsvReader& reader, const FilmTime& time) {
-  if (!time.frames_per_second) return reader.time_ns(0);
+std::int64_t time_in(const CsvReader& reader, std::optional<double> fps) {
+  if (!fps) return reader.time_ns(0);
   const std::optional<double> frame = parse_number(reader.text(0));
   if (!frame || !(std::abs(*frame) < 1e9) || *frame != std::floor(*frame))
     reader.fail(0, tools::quoted(reader.text(0)) + " is not a frame number, which --fps requires");
-  return std::llround(1e9 * *frame / *time.frames_per_second);
+  return std::llround(1e9 * *frame / *fps);
 }
 
 std::vector<Row> read_rows(const std::filesystem::path& file,
-                           const std::vector<std::string>& columns, const FilmTime& time) {
+                           const std::vector<std::string>& columns, std::optional<double> fps) {
   const Table table = as_csv(file, columns);
   std::istringstream text(table.text);
   CsvReader reader(text, file.string(), columns, LastLine::keep_whole, table.layout);
   std::vector<Row> rows;
   while (reader.next()) {
-    Row row{.t_ns = time_in(reader, time)};
+    Row row{.t_ns = time_in(reader, fps)};
     if (!rows.empty() && row.t_ns <= rows.back().t_ns)
       reader.fail(0, tools::quoted(reader.text(0)) +
                          " is not later than the row before; sort the rows by time and remove "
@@ -142,14 +142,14 @@ MarkerTrack track_of(const std::filesystem::path& file, const std::vector<Row>& 
 
 }  // namespace
 
-MarkerTrack read_marker_track(const std::filesystem::path& file, const FilmTime& time) {
-  return track_of(file, read_rows(file, {"t", "x_front", "y_front", "x_rear", "y_rear"}, time));
+MarkerTrack read_marker_track(const std::filesystem::path& file, std::optional<double> fps) {
+  return track_of(file, read_rows(file, {"t", "x_front", "y_front", "x_rear", "y_rear"}, fps));
 }
 
 MarkerTrack read_marker_tracks(const std::filesystem::path& front,
-                               const std::filesystem::path& rear, const FilmTime& time) {
-  std::vector<Row> both = read_rows(front, {"t", "x", "y"}, time);
-  const std::vector<Row> others = read_rows(rear, {"t", "x", "y"}, time);
+                               const std::filesystem::path& rear, std::optional<double> fps) {
+  std::vector<Row> both = read_rows(front, {"t", "x", "y"}, fps);
+  const std::vector<Row> others = read_rows(rear, {"t", "x", "y"}, fps);
   for (Row& row : both)
     if (const auto other = std::ranges::lower_bound(others, row.t_ns, {}, &Row::t_ns);
         other != others.end() && other->t_ns == row.t_ns)

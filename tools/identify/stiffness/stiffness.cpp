@@ -1,6 +1,4 @@
 // odom identify stiffness: the cornering stiffness of both axles from filmed circles.
-#include "tools/identify/stiffness/stiffness.hpp"
-
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
@@ -8,6 +6,8 @@
 #include <iostream>
 #include <memory>
 #include <numbers>
+#include <optional>
+#include <ranges>
 #include <stdexcept>
 #include <utility>
 
@@ -16,20 +16,34 @@
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/quantity.hpp"
 #include "tools/identify/common/refuse.hpp"
+#include "tools/identify/common/signal_log.hpp"
 #include "tools/identify/methods.hpp"
-#include "tools/identify/stiffness/cornering_stiffness.hpp"
+#include "tools/identify/stiffness/stiffness_findings.hpp"
+#include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
 namespace {
 
+struct Options {
+  std::vector<std::string> runs;
+  std::string config;
+  std::string front, rear;
+  std::optional<double> metres_per_pixel;
+  bool metres = false;
+  bool y_down = false;
+  std::optional<double> frames_per_second;
+  std::optional<double> time_offset;
+  std::string sigma_mass, sigma_axle, sigma_marker, sigma_scale = "0.3%";
+  double rolling_resistance = 0.015;
+  std::string plot;
+  Delivery delivery;
+  can::Damage damage = can::Damage::left_out;
+};
+
 std::vector<std::string> parts_of(const std::string& text) {
-  std::vector<std::string> parts{""};
-  for (const char letter : text) {
-    if (letter == ',')
-      parts.emplace_back();
-    else
-      parts.back() += letter;
-  }
+  std::vector<std::string> parts;
+  for (const auto part : text | std::views::split(','))
+    parts.emplace_back(part.begin(), part.end());
   return parts;
 }
 
@@ -54,18 +68,18 @@ double given_or(const std::string& text, Dimension dimension, const std::string&
   return text.empty() ? otherwise : parse_positive(text, dimension, option);
 }
 
-double sigma_marker_of(const StiffnessOptions& options, const MarkerPlaces& places) {
+double sigma_marker_of(const Options& options, const MarkerPlaces& places) {
   return given_or(options.sigma_marker, Dimension::length, "--sigma-marker",
                   places.distance() / 300.0);
 }
 
 // Of a scale by the markers' distance, relative.
-double sigma_by_distance(const StiffnessOptions& options, const MarkerPlaces& places) {
+double sigma_by_distance(const Options& options, const MarkerPlaces& places) {
   return std::numbers::sqrt2 * sigma_marker_of(options, places) / places.distance();
 }
 
 // Of a scale that is given, relative.
-double sigma_scale_of(const StiffnessOptions& options) {
+double sigma_scale_of(const Options& options) {
   constexpr double largest = 0.1;
   const double sigma = parse_positive(options.sigma_scale, Dimension::pure, "--sigma-scale");
   if (sigma > largest)
@@ -77,7 +91,7 @@ double sigma_scale_of(const StiffnessOptions& options) {
   return sigma;
 }
 
-bool scale_given(const StiffnessOptions& options) {
+bool scale_given(const Options& options) {
   return options.metres || options.metres_per_pixel.has_value();
 }
 
@@ -90,14 +104,12 @@ void require_measured(const daemon::Config& config) {
           "{}: [vehicle] {} is missing, which the side forces need; measure it: odom identify {}",
           config.file.string(), key, std::string_view{key} == "mass" ? "mass" : "cog");
   for (const estimator::Source source : {estimator::Source::yaw_rate, estimator::Source::steering})
-    if (!config.can.signals[static_cast<std::size_t>(source)].configured)
+    if (!is_mapped(config, source))
       refuse("{}: [can.signals] {} is missing, which the circles need", config.file.string(),
-             estimator::source_names[static_cast<std::size_t>(source)]);
+             name_of(source));
 }
 
-}  // namespace
-
-void check(const StiffnessOptions& options) {
+void check(const Options& options) {
   if (options.metres && options.metres_per_pixel)
     refuse("--metres and --metres-per-pixel: give one of them");
   if (options.time_offset && options.runs.size() > 1) refuse("--time-offset: needs a single --run");
@@ -108,31 +120,13 @@ void check(const StiffnessOptions& options) {
     refuse("--rolling-resistance: must lie between 0 and 0.3");
 }
 
-MarkerPlaces marker_places(const StiffnessOptions& options) {
-  return {parse_place("--front", options.front), parse_place("--rear", options.rear)};
-}
-
-FilmFiles film_files(const std::string& run) {
-  std::vector<std::string> files = parts_of(run);
-  if (files.size() != 2 && files.size() != 3)
-    refuse(
-        "--run: \"{}\" is neither MARKERS,LOG nor FRONT,REAR,LOG (three files where each marker "
-        "has "
-        "its own)",
-        run);
-  std::string log = std::move(files.back());
-  files.pop_back();
-  return {std::move(files), std::move(log)};
-}
-
-FilmScale film_scale(const StiffnessOptions& options, const MarkerPlaces& places) {
-  return {.from = scale_given(options) ? FilmScale::From::given : FilmScale::From::marker_distance,
-          .metres_per_unit = options.metres ? 1.0 : options.metres_per_pixel.value_or(1.0),
+FilmScale film_scale(const Options& options, const MarkerPlaces& places) {
+  return {.metres_per_unit = options.metres ? 1.0 : options.metres_per_pixel,
           .ratio_sigma = std::hypot(sigma_scale_of(options), sigma_by_distance(options, places)),
           .axes = options.y_down ? ImageAxes::y_down : ImageAxes::y_up};
 }
 
-CircleCar circle_car(const StiffnessOptions& options, const daemon::Config& config,
+CircleCar circle_car(const Options& options, const daemon::Config& config,
                      const MarkerPlaces& places) {
   const double wheelbase = config.vehicle.wheelbase();
   const double mass = config.vehicle.mass;
@@ -157,17 +151,56 @@ CircleCar circle_car(const StiffnessOptions& options, const daemon::Config& conf
           .marker_distance = places.distance()};
 }
 
-namespace {
+/// `run`: what one --run names.
+void measure_film(const Options& options, const daemon::Config& config, const MarkerPlaces& places,
+                  const std::string& run, FilmedCircles& films) {
+  const std::vector<std::string> files = parts_of(run);
+  if (files.size() != 2 && files.size() != 3)
+    refuse(
+        "--run: \"{}\" is neither MARKERS,LOG nor FRONT,REAR,LOG (three files where each marker "
+        "has its own)",
+        run);
+  const auto& fps = options.frames_per_second;
+  const MarkerTrack track = files.size() == 2 ? read_marker_track(files[0], fps)
+                                              : read_marker_tracks(files[0], files[1], fps);
+  FilmMotion motion = film_motion(track, places, film_scale(options, places));
+  append(films.warnings, motion.warnings);
 
-void identify_stiffness(const StiffnessOptions& options) {
+  const SignalLog log = read_signals(config, {&files.back(), 1}, options.damage);
+  append(films.warnings, log.warnings);
+  const Series& gyro = log.need(estimator::Source::yaw_rate);
+  (void)log.need(estimator::Source::steering);
+  std::optional<std::int64_t> offset_ns;
+  if (options.time_offset) offset_ns = log.first_ns + std::llround(1e9 * *options.time_offset);
+  FilmAlignment alignment = align_film(track.name, motion, gyro, offset_ns);
+  append(films.warnings, alignment.warnings);
+  put_on_clock_of_log(alignment, motion);
+  alignment.offset_ns -= log.first_ns;  // what people can read
+
+  const std::size_t warned = films.warnings.size();
+  std::vector<CircleRun> circles =
+      measure_circles(track.name, motion, log, alignment.offset_ns + log.first_ns,
+                      config.imu_position[1], films.warnings);
+  if (circles.empty() && films.warnings.size() == warned)
+    films.warnings.push_back(
+        found(tools::kind("no_circle"), track.name, "contains no steady circle"));
+  films.circles.insert(films.circles.end(), circles.begin(), circles.end());
+  films.alignments.push_back(alignment);
+  films.names.push_back(track.name);
+}
+
+void identify_stiffness(const Options& options) {
   check(options);
   check(options.delivery);
-  const MarkerPlaces places = marker_places(options);
+  const MarkerPlaces places{parse_place("--front", options.front),
+                            parse_place("--rear", options.rear)};
   if (!options.plot.empty()) chart::check_picture(options.plot);
   const daemon::Config config = daemon::load_config(options.config);
   require_measured(config);
 
-  FilmedCircles films = measure_films(options, config, places);
+  FilmedCircles films;
+  for (const std::string& run : options.runs) measure_film(options, config, places, run, films);
+  if (films.circles.empty()) throw std::invalid_argument(text_of(films.warnings.back()));
   check_circles(films.circles, config.vehicle.wheelbase());
   if (places.front.real() * places.rear.real() >= 0.0)
     films.warnings.push_back(
@@ -182,7 +215,7 @@ void identify_stiffness(const StiffnessOptions& options) {
   deliver(stiffness_findings(films, found, against), options.delivery);
 }
 
-void describe_stiffness(Command command, StiffnessOptions& options) {
+void describe_stiffness(Command command, Options& options) {
   command.description(
       "Measure the cornering stiffness of both axles, from circles filmed from above");
   command.footer(
@@ -251,7 +284,7 @@ Examples:
 }  // namespace
 
 void add_stiffness(Command identify) {
-  auto options = std::make_shared<StiffnessOptions>();
+  auto options = std::make_shared<Options>();
   Command method = identify.add_subcommand("stiffness");
   describe_stiffness(method, *options);
   method.callback([options] { identify_stiffness(*options); });

@@ -1,5 +1,4 @@
-#include "tools/diagnostics/kinds.hpp"
-#include "tools/identify/stiffness/stiffness.hpp"
+#include "tools/identify/stiffness/stiffness_findings.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +9,7 @@
 #include "tools/chart/chart.hpp"
 #include "tools/chart/drawing.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/identify/common/refuse.hpp"
+#include "tools/diagnostics/kinds.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -19,81 +18,19 @@ using tools::kind;
 
 constexpr double degrees = 180.0 / std::numbers::pi;
 
-// Beyond these, circles and what was given cannot both be right.
-constexpr double farthest_centre = 0.03;    // of the wheelbase
-constexpr double farthest_steering = 1.33;  // times
-
-// Known to no better than a quarter: too little to be written anywhere.
-bool is_undetermined(const AxleStiffness& axle) {
-  return 4.0 * axle.stiffness.sigma > axle.stiffness.value;
-}
-
 Finding stiffness_finding(const std::string& axle, const AxleStiffness& found) {
-  Finding finding{.name = "cornering stiffness, " + axle,
-                  .key = "vehicle.cornering_stiffness_" + axle,
-                  .value = found.stiffness.value,
-                  .sigma = found.stiffness.sigma,
-                  .unit = "N/rad"};
-  if (is_undetermined(found)) {
-    finding.determined = Determined::no;
-    finding.remark = "too little slip for these markers; drive faster circles, and slow ones too";
-  } else {
-    finding.remark = fmt::format("slope at zero slip; within 10 % of it up to {:.1f}°",
-                                 degrees * found.linear_range());
-  }
-  return finding;
+  Finding finding = as_finding("cornering stiffness, " + axle,
+                               "vehicle.cornering_stiffness_" + axle, found.stiffness, "N/rad",
+                               fmt::format("slope at zero slip; within 10 % of it up to {:.1f}°",
+                                           degrees * found.linear_range()));
+  return found.is_undetermined()
+             ? undetermined(
+                   std::move(finding),
+                   "too little slip for these markers; drive faster circles, and slow ones too")
+             : finding;
 }
 
 }  // namespace
-
-void require_slip(const CorneringStiffness& found) {
-  if (!is_undetermined(found.front) || !is_undetermined(found.rear)) return;
-  double slip = 0.0, sigma = 0.0;
-  for (const AxlePoint& point : found.rear.points) {
-    slip = std::max(slip, std::abs(point.force) / found.rear.stiffness.value);
-    sigma = std::max(sigma, point.sigma);
-  }
-  refuse(
-      "the circles are too slow or too noisy: the largest slip angle is about {:.2f}°, and the "
-      "film resolves {:.2f}°; drive faster, or film sharper and closer, with the markers farther "
-      "apart and measured more precisely",
-      degrees * slip,
-      degrees * std::max(sigma, slip * found.rear.stiffness.sigma / found.rear.stiffness.value));
-}
-
-diagnostics::Diagnostics contradictions(const FilmedCircles& films, const CorneringStiffness& found,
-                                        const CircleCar& car) {
-  diagnostics::Diagnostics lines;
-  const Measured& ahead = found.centre_ahead;
-  if (std::abs(ahead.value) >
-      std::max(4.0 * std::hypot(ahead.sigma, car.sigma_marker), farthest_centre * car.wheelbase()))
-    lines.push_back(diagnostics::found(
-        kind("centre_contradicted"), {},
-        fmt::format(
-            "by the circles the centre of gravity lies {:.3f} m {} the place in --front and "
-            "--rear",
-            std::abs(ahead.value), ahead.value > 0.0 ? "ahead of" : "behind")));
-  for (const Measured& scale : {found.steering_scale, found.free_steering_scale})
-    if (lines.empty() && (scale.value > farthest_steering || scale.value < 1.0 / farthest_steering))
-      lines.push_back(diagnostics::found(
-          kind("steering_contradicted"), {},
-          fmt::format("the log's steering is {:.2f} times the angle of the wheels by the circles",
-                      scale.value)));
-  const auto slope = accelerometer_slope(films.circles);
-  if (slope && std::abs(slope->value - 1.0) > std::max(gross_scale_error, 3.0 * slope->sigma))
-    lines.push_back(diagnostics::found(
-        kind("film_acceleration_off"), {},
-        fmt::format("the accelerometer reads {:.0f} % of the film's lateral acceleration, and one "
-                    "of the two is wrong",
-                    100.0 * slope->value)));
-  const auto fitted = std::ranges::count(found.in_range, true);
-  if (lines.empty() && 2 * found.used < static_cast<std::size_t>(fitted))
-    lines.push_back(diagnostics::found(
-        kind("circles_off_curve"), {},
-        fmt::format("of {} fitted {} lie on the curve",
-                    counted(static_cast<std::size_t>(fitted), "circle"), found.used)));
-  return lines;
-}
 
 Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness& found,
                             const diagnostics::Diagnostics& against) {
@@ -104,36 +41,28 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
   findings.values.push_back(stiffness_finding("rear", found.rear));
   append(findings.warnings, against);
   if (!against.empty())
-    for (Finding& finding : findings.values) {
-      finding.determined = Determined::no;
-      finding.remark = "contradicted: see the warning";
-    }
-  findings.values.push_back({.name = "steering angle when straight ahead",
-                             .value = found.steering_offset.value,
-                             .sigma = found.steering_offset.sigma,
-                             .unit = "rad",
-                             .remark = "for information; fit determines it from a lap",
-                             .share = Share::meaningless});
-  findings.values.push_back({.name = "steering angle reported per angle of the wheels",
-                             .value = found.steering_scale.value,
-                             .sigma = found.steering_scale.sigma,
-                             .remark = "includes rolling resistance"});
+    for (Finding& finding : findings.values)
+      finding = undetermined(std::move(finding), "contradicted: see the warning");
+  const auto add = [&findings](const std::string& name, const Measured& measured,
+                               const std::string& unit, const std::string& remark) {
+    findings.values.push_back(as_finding(name, "", measured, unit, remark));
+    findings.values.back().share = unit.empty() ? Share::meaningful : Share::meaningless;
+  };
+  add("steering angle when straight ahead", found.steering_offset, "rad",
+      "for information; fit determines it from a lap");
+  add("steering angle reported per angle of the wheels", found.steering_scale, "",
+      "includes rolling resistance");
   for (std::size_t k = 0; k < films.names.size(); ++k)
-    findings.values.push_back({.name = "begin of the film after the log",
-                               .value = 1e-9 * static_cast<double>(films.alignments[k].offset_ns),
-                               .sigma = films.alignments[k].sigma_s,
-                               .unit = "s",
-                               .remark = films.names[k],
-                               .share = Share::meaningless});
+    add("begin of the film after the log",
+        {1e-9 * static_cast<double>(films.alignments[k].offset_ns), films.alignments[k].sigma_s},
+        "s", films.names[k]);
   for (const FilmAlignment& film : films.alignments)
     findings.details["films"].push_back({{"rate", film.rate}, {"rate_sigma", film.rate_sigma}});
 
   nlohmann::ordered_json& details = findings.details;
   details["scatter"] = found.scatter;
-  details["centre_ahead"] = {{"value", found.centre_ahead.value},
-                             {"sigma", found.centre_ahead.sigma}};
-  details["free_steering_scale"] = {{"value", found.free_steering_scale.value},
-                                    {"sigma", found.free_steering_scale.sigma}};
+  details["centre_ahead"] = found.centre_ahead;
+  details["free_steering_scale"] = found.free_steering_scale;
   details["linear_range"] = {{"front", found.front.linear_range()},
                              {"rear", found.rear.linear_range()}};
   details["grip"] = {{"front", found.front.grip}, {"rear", found.rear.grip}};
@@ -178,7 +107,7 @@ std::string circle_table(const FilmedCircles& films, const CorneringStiffness& f
     const CircleRun& run = films.circles[k];
     const bool kept = found.front.points[k].weight > 0.5 && found.rear.points[k].weight > 0.5;
     table.rows.push_back({run.film, fixed(1e-9 * static_cast<double>(run.begin_ns), 1),
-                          fixed(run.turned / 6.283185307179586, 2), fixed(run.speed, 2),
+                          fixed(run.turned / (2.0 * std::numbers::pi), 2), fixed(run.speed, 2),
                           fixed(run.radius(), 2), fixed(run.lateral_accel, 2),
                           fixed(degrees * found.front.points[k].slip, 2),
                           fixed(degrees * found.rear.points[k].slip, 2),

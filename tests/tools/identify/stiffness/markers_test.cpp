@@ -72,7 +72,7 @@ TEST(MarkerTrack, CountsFramesWhereAsked) {
   const Scratch scratch;
   const auto file =
       scratch.write("a.csv", "t;x_front;y_front;x_rear;y_rear\n0;1;2;3;4\n120;1;2;3;4\n");
-  EXPECT_EQ(read_marker_track(file, {.frames_per_second = 240.0}).frames[1].t_ns, 500'000'000);
+  EXPECT_EQ(read_marker_track(file, 240.0).frames[1].t_ns, 500'000'000);
 }
 
 TEST(MarkerTrack, BadInputIsNamedByLineAndColumn) {
@@ -81,7 +81,7 @@ TEST(MarkerTrack, BadInputIsNamedByLineAndColumn) {
   struct Case {
     std::string text;
     const char* says;
-    FilmTime time = {};
+    std::optional<double> frames_per_second = {};
   };
   const Case cases[]{{head + "0,1,2,3,4\n", "bad.csv:3: column \"t\""},
                      {head + "-1,1,2,3,4\n", "sort the rows"},
@@ -92,10 +92,10 @@ TEST(MarkerTrack, BadInputIsNamedByLineAndColumn) {
                      {"0,1,2,3,4\n", "no column \"t\""},
                      {"nothing\n", "contains no row"},
                      {"", "contains no row"},
-                     {head + "1.5,1,2,3,4\n", "not a frame number", {.frames_per_second = 50.0}}};
-  for (const auto& [text, says, time] : cases) {
+                     {head + "1.5,1,2,3,4\n", "not a frame number", 50.0}};
+  for (const auto& [text, says, fps] : cases) {
     const auto file = scratch.write("bad.csv", text);
-    EXPECT_THAT(message_of([&] { (void)read_marker_track(file, time); }), HasSubstr(says)) << text;
+    EXPECT_THAT(message_of([&] { (void)read_marker_track(file, fps); }), HasSubstr(says)) << text;
   }
 }
 
@@ -109,7 +109,7 @@ TEST(MarkerTrack, TracksOfDifferentFilmsAreRefused) {
 // What is made of a film before any tyre: motion, alignment with the log, steady circles.
 
 const MarkerPlaces places{Plane{0.18, 0.01}, Plane{-0.12, -0.02}};
-constexpr FilmScale metres{.from = FilmScale::From::given, .metres_per_unit = 1.0};
+constexpr FilmScale metres{.metres_per_unit = 1.0};
 
 // A left circle, a pause, a faster right circle.
 SyntheticDrive two_circles() {
@@ -162,20 +162,16 @@ TEST(FilmMotion, LeavesOutFramesInWhichAnotherThingWasTracked) {
 
 TEST(FilmMotion, AScaleThatContradictsTheMarkersIsRefused) {
   const SyntheticFilm film = make_film(two_circles(), places, 5.0, 0.0, 0.0025);
-  EXPECT_THAT(message_of([&] {
-                (void)film_motion(film.track, places,
-                                  {.from = FilmScale::From::given, .metres_per_unit = 0.003});
-              }),
-              HasSubstr("correct the scale"));
+  EXPECT_THAT(
+      message_of([&] { (void)film_motion(film.track, places, {.metres_per_unit = 0.003}); }),
+      HasSubstr("correct the scale"));
 }
 
 TEST(FilmMotion, AScaleThatContradictsTheMarkersALittleGivesAWarning) {
   const SyntheticFilm film = make_film(two_circles(), places, 5.0, 0.0, 0.0025);
   const auto warnings_by = [&](double metres_per_unit) {
     return film_motion(film.track, places,
-                       {.from = FilmScale::From::given,
-                        .metres_per_unit = metres_per_unit,
-                        .ratio_sigma = 0.006})
+                       {.metres_per_unit = metres_per_unit, .ratio_sigma = 0.006})
         .warnings;
   };
   EXPECT_THAT(warnings_by(0.0026),

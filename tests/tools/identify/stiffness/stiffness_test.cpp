@@ -9,8 +9,7 @@
 #include <sstream>
 
 #include "tests/tools/scratch.hpp"
-#include "tools/identify/stiffness/cornering_stiffness.hpp"
-#include "tools/identify/stiffness/stiffness.hpp"
+#include "tools/identify/stiffness/stiffness_findings.hpp"
 
 namespace odomd::tools::stiffness_test {
 namespace {

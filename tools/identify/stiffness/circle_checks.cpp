@@ -1,0 +1,178 @@
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "tools/cli/text.hpp"
+#include "tools/diagnostics/kinds.hpp"
+#include "tools/identify/common/refuse.hpp"
+#include "tools/identify/stiffness/stiffness_findings.hpp"
+#include "tools/math/median.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using diagnostics::found;
+using tools::kind;
+
+// Beyond these, circles and what was given cannot both be right.
+constexpr double farthest_centre = 0.03;    // of the wheelbase
+constexpr double farthest_steering = 1.33;  // times
+constexpr double gross_scale_error = 0.15;  // between film and accelerometer
+
+/// The log's lateral acceleration over the film's v_x ψ̇: shows a wrong scale of the film. Nothing
+/// if there is too little of either.
+std::optional<Measured> accelerometer_slope(std::span<const CircleRun> circles) {
+  std::vector<CircleRun> seen(circles.begin(), circles.end());
+  std::erase_if(seen, [](const CircleRun& run) { return !(run.accelerometer.sigma > 0.0); });
+  const auto n = static_cast<Eigen::Index>(seen.size());
+  if (n < 4) return std::nullopt;
+  Eigen::ArrayXd film(n), log(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    film[i] = seen[static_cast<std::size_t>(i)].lateral_accel;
+    log[i] = seen[static_cast<std::size_t>(i)].accelerometer.value;
+  }
+  film -= film.mean();
+  log -= log.mean();
+  const double spread = film.square().sum();
+  if (!(spread > 0.0) || !(std::max(spread, log.square().sum()) > 1.0)) return std::nullopt;
+  const double slope = (film * log).sum() / spread;
+  // The residuals of the line give the uncertainty of its slope.
+  const double residual = (log - slope * film).square().sum();
+  return Measured{slope, std::sqrt(residual / (static_cast<double>(n - 2) * spread))};
+}
+
+void compare_accelerations(std::span<const CircleRun> circles, diagnostics::Diagnostics& warnings) {
+  const std::optional<Measured> slope = accelerometer_slope(circles);
+  const double off = slope ? std::abs(slope->value - 1.0) : 0.0;
+  if (off > std::max(0.02, 3.0 * slope.value_or(Measured{}).sigma) && off <= gross_scale_error)
+    warnings.push_back(
+        found(kind("film_acceleration_off"), "accel_y",
+              fmt::format("the accelerometer reads {:.1f} % of the film's lateral acceleration",
+                          100.0 * slope->value)));
+}
+
+// Slow or fast, a car's wheels stand about as its circle needs: l ψ̇ / v.
+void check_steering(std::span<const CircleRun> circles, double wheelbase) {
+  constexpr double far_off = 4.0;
+  std::vector<double> ratios;
+  for (const CircleRun& run : circles)
+    ratios.push_back(run.steering.value / std::atan(wheelbase * run.yaw_rate / run.speed));
+  const double ratio = median_of(std::move(ratios));
+  if (ratio > far_off || ratio < 1.0 / far_off)
+    refuse(
+        "{}: the log's steering is {:.3g} times the angle that the circles need: correct scale and "
+        "unit of [can.signals] steering, which is the angle of the wheels; or the places of the "
+        "markers (--front, --rear), which give the circles their size",
+        circles.front().film, ratio);
+}
+
+void warn_of_what_is_missing(std::span<const CircleRun> circles,
+                             diagnostics::Diagnostics& warnings) {
+  const auto left =
+      std::ranges::count_if(circles, [](const CircleRun& r) { return r.yaw_rate > 0; });
+  if (left == 0 || left == std::ssize(circles))
+    warnings.push_back(
+        found(kind("circles_one_sided"), {},
+              fmt::format("all circles turn to the {}: the steering's offset and the "
+                          "angle of the markers cannot be separated from slip",
+                          left == 0 ? "right" : "left"),
+              left == 0 ? "left" : "right"));
+  const auto [slow, fast] = std::ranges::minmax_element(
+      circles, {}, [](const CircleRun& r) { return std::abs(r.lateral_accel); });
+  if (std::abs(slow->lateral_accel) > 0.5 * std::abs(fast->lateral_accel))
+    warnings.push_back(found(kind("circles_as_fast"), {},
+                             "all circles are about as fast: the steering's scale and the markers' "
+                             "places cannot be separated from slip"));
+}
+
+}  // namespace
+
+void check_circles(std::span<const CircleRun> circles, double wheelbase) {
+  std::size_t backwards = 0, sideways = 0, against = 0;
+  for (const CircleRun& run : circles) {
+    const double ahead = std::cos(run.drift.value);
+    if (ahead < -0.3)
+      ++backwards;
+    else if (ahead < 0.3)
+      ++sideways;
+    if (run.steering.value * run.yaw_rate < 0.0) ++against;
+  }
+  if (2 * (backwards + sideways) > circles.size())
+    throw std::invalid_argument(
+        circles.front().film +
+        (sideways > backwards
+             ? ": the car moves sideways: --front and --rear are X,Y, forward and to the left of "
+               "the centre of gravity; exchange the two numbers of each"
+             : ": the car moves with its rear ahead: the markers are swapped (exchange --front and "
+               "--rear, or the columns); circles in reverse cannot be used"));
+  if (2 * against > circles.size())
+    refuse(
+        "{}: the car turns to the other side than it steers: correct the sign of [can.signals] "
+        "steering (scale = -1.0); left is positive",
+        circles.front().film);
+  check_steering(circles, wheelbase);
+}
+
+diagnostics::Diagnostics circle_warnings(std::span<const CircleRun> circles) {
+  diagnostics::Diagnostics warnings;
+  warn_of_what_is_missing(circles, warnings);
+  compare_accelerations(circles, warnings);
+  return warnings;
+}
+
+void require_slip(const CorneringStiffness& found) {
+  if (!found.front.is_undetermined() || !found.rear.is_undetermined()) return;
+  double slip = 0.0, sigma = 0.0;
+  for (const AxlePoint& point : found.rear.points) {
+    slip = std::max(slip, std::abs(point.force) / found.rear.stiffness.value);
+    sigma = std::max(sigma, point.sigma);
+  }
+  constexpr double degrees = 180.0 / std::numbers::pi;
+  refuse(
+      "the circles are too slow or too noisy: the largest slip angle is about {:.2f}°, and the "
+      "film resolves {:.2f}°; drive faster, or film sharper and closer, with the markers farther "
+      "apart and measured more precisely",
+      degrees * slip,
+      degrees * std::max(sigma, slip * found.rear.stiffness.sigma / found.rear.stiffness.value));
+}
+
+diagnostics::Diagnostics contradictions(const FilmedCircles& films, const CorneringStiffness& found,
+                                        const CircleCar& car) {
+  diagnostics::Diagnostics lines;
+  const Measured& ahead = found.centre_ahead;
+  if (std::abs(ahead.value) >
+      std::max(4.0 * std::hypot(ahead.sigma, car.sigma_marker), farthest_centre * car.wheelbase()))
+    lines.push_back(diagnostics::found(
+        kind("centre_contradicted"), {},
+        fmt::format(
+            "by the circles the centre of gravity lies {:.3f} m {} the place in --front and "
+            "--rear",
+            std::abs(ahead.value), ahead.value > 0.0 ? "ahead of" : "behind")));
+  for (const Measured& scale : {found.steering_scale, found.free_steering_scale})
+    if (lines.empty() && (scale.value > farthest_steering || scale.value < 1.0 / farthest_steering))
+      lines.push_back(diagnostics::found(
+          kind("steering_contradicted"), {},
+          fmt::format("the log's steering is {:.2f} times the angle of the wheels by the circles",
+                      scale.value)));
+  const auto slope = accelerometer_slope(films.circles);
+  if (slope && std::abs(slope->value - 1.0) > std::max(gross_scale_error, 3.0 * slope->sigma))
+    lines.push_back(diagnostics::found(
+        kind("film_acceleration_off"), {},
+        fmt::format("the accelerometer reads {:.0f} % of the film's lateral acceleration, and one "
+                    "of the two is wrong",
+                    100.0 * slope->value)));
+  const auto fitted = std::ranges::count(found.in_range, true);
+  if (lines.empty() && 2 * found.used < static_cast<std::size_t>(fitted))
+    lines.push_back(diagnostics::found(
+        kind("circles_off_curve"), {},
+        fmt::format("of {} fitted {} lie on the curve",
+                    counted(static_cast<std::size_t>(fitted), "circle"), found.used)));
+  return lines;
+}
+
+}  // namespace odomd::tools
