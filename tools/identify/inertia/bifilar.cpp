@@ -102,11 +102,8 @@ TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
     refuse("--amplitude-end: a swing does not grow; it is {}",
            fmt::format("{:.3g} rad after {:.3g} rad", watch.amplitude_end, watch.amplitude_begin));
   const auto n = static_cast<double>(watch.times.size());
-  double mean = 0.0;
-  for (const double time : watch.times) mean += time / n;
-  double squares = 0.0;
-  for (const double time : watch.times) squares += (time - mean) * (time - mean);
-  const double scatter = n > 1.0 ? std::sqrt(squares / (n - 1.0)) : 0.0;
+  const Measured all = mean_of(watch.times);
+  const double mean = all.value, scatter = n > 1.0 ? all.sigma * std::sqrt(n) : 0.0;
   const double period = mean / watch.swings;
   const double sigma = std::max(watch.sigma, scatter) / std::sqrt(n) / watch.swings;
 

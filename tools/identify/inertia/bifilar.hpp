@@ -15,6 +15,7 @@
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/measured.hpp"
+#include "tools/identify/common/signal_log.hpp"
 
 namespace odomd::tools {
 
@@ -90,6 +91,26 @@ struct TimedSwing {
 /// The mean of the timings, corrected for the swings' width and damping; a quarter of the
 /// correction counts as uncertainty. Throws std::invalid_argument for impossible values.
 [[nodiscard]] TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum);
+
+// The period by a gyro's record: the equation of motion with damping and amplitude fitted to it.
+
+struct SwingFit {
+  double period = 0.0;  ///< of small swings, undamped [s]
+  double period_sigma = 0.0;
+  double amplitude_begin = 0.0;  ///< of what was fitted [rad]
+  double amplitude_end = 0.0;
+  double damping_ratio = 0.0;  ///< viscous part, at small swings
+  double gyro_bias = 0.0;      ///< [rad/s]
+  double residual_rms = 0.0;   ///< [rad/s]
+  double swings = 0.0;
+  double seconds = 0.0;
+  diagnostics::Diagnostics warnings;
+};
+
+/// Uses the record from its largest rate until the swing has decayed to a seventh. `name` is the
+/// record's name in messages. Throws std::invalid_argument if it is not a swing, or too short.
+[[nodiscard]] SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum,
+                                 const std::string& name);
 
 /// A warning if J / (m l_v l_h), which is about 1 for cars, is unlike it with a configuration's
 /// axles.

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
 #include "tools/cli/text.hpp"
@@ -13,7 +14,6 @@
 #include "tools/identify/common/refuse.hpp"
 #include "tools/identify/inertia/bifilar.hpp"
 #include "tools/identify/inertia/propagation.hpp"
-#include "tools/identify/inertia/swing_fit.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/replay/log_options.hpp"
 
@@ -136,68 +136,82 @@ Period period_of_car(const Options& options, const Bifilar& pendulum, Findings& 
                          findings);
 }
 
-/// What is carried with the car: its mass, and the period in which it swings alone or its inertia.
-std::vector<Input> platform_inputs(const Options& options, const Bifilar& pendulum) {
+/// What is carried with the car: its mass, and its inertia or the period in which it swings alone.
+struct Platform {
+  Measured mass, inertia, period;
+
+  [[nodiscard]] bool is_swung() const { return period.value > 0.0; }
+};
+
+std::optional<Platform> platform_of(const Options& options, const Bifilar& pendulum) {
   const bool weighed = !options.platform_mass.empty(), swung = !options.platform_times.empty();
   if (weighed != (swung || !options.platform_inertia.empty()))
     throw std::invalid_argument(
         weighed ? "--platform-mass alone does not give the platform's inertia; add "
                   "--platform-time and --platform-swings, or --platform-inertia"
                 : "--platform-mass is missing: what does the platform weigh?");
-  if (!weighed) return {};
-  const Input mass{"mass of the platform",
-                   mass_of(options.platform_mass, options.platform_mass_sigma, "--platform-mass")};
+  if (!weighed) return std::nullopt;
+  Platform platform{
+      .mass = mass_of(options.platform_mass, options.platform_mass_sigma, "--platform-mass")};
   if (swung) {
     const StopWatch watch =
         watch_of(options, options.platform_times, options.platform_swings, "--platform-");
-    return {mass, {"period of the platform", small_period_of(watch, pendulum).period}};
+    platform.period = small_period_of(watch, pendulum).period;
+  } else {
+    const double inertia =
+        parse_not_negative(options.platform_inertia, Dimension::pure, "--platform-inertia");
+    platform.inertia = {inertia, parse_or(0.05 * inertia, options.platform_inertia_sigma,
+                                          Dimension::pure, "--platform-inertia-sigma")};
   }
-  const double inertia =
-      parse_not_negative(options.platform_inertia, Dimension::pure, "--platform-inertia");
-  return {mass,
-          {"inertia of the platform",
-           {inertia, parse_or(0.05 * inertia, options.platform_inertia_sigma, Dimension::pure,
-                              "--platform-inertia-sigma")}}};
+  return platform;
 }
 
 // J = (m + m_p) g p T² / (4 π² h) - J_p
-Propagated inertia_on_cords(const Options& options, const Bifilar& pendulum, const Measured& mass,
-                            const Measured& period) {
+Propagated inertia_on_cords(const Options& options, const Bifilar& pendulum, Measured mass,
+                            Measured period) {
   const double tape =
       parse_not_negative(options.spacing_sigma, Dimension::length, "--spacing-sigma");
-  const double tilt = parse_not_negative(options.tilt, Dimension::angle, "--tilt");
+  const double level = parse_not_negative(options.tilt, Dimension::angle, "--tilt");
   // Only e² matters, whose mean is sigma² if e is unknown.
   const double off2 = pendulum.offset * pendulum.offset;
   const double variance = std::pow(parse_or(0.02 * pendulum.spacing_below, options.offset_sigma,
                                             Dimension::length, "--offset-sigma"),
                                    2);
-  std::vector<Input> inputs{
-      {"mass", mass},
-      {"gravity", gravity_of(options.gravity)},
-      {"distance of the cords above", {pendulum.spacing_above, tape}},
-      {"distance of the cords below", {pendulum.spacing_below, tape}},
-      {"length of the cords",
-       {pendulum.cord, parse_not_negative(options.cord_sigma, Dimension::length, "--cord-sigma")}},
-      {"period", period},
-      {"offset of the centre of gravity",
-       {off2 + variance, std::sqrt(2.0 * variance * variance + 4.0 * off2 * variance)}},
-      // Tilted by τ it swings about another axis: J cos²τ + J_x sin²τ, where J_x of a car is about
-      // a third.
-      {"tilt of the car", {0.0, 0.7 * tilt * tilt}}};
-  const std::size_t own = inputs.size();
-  for (Input& input : platform_inputs(options, pendulum)) inputs.push_back(std::move(input));
-  const bool platform = inputs.size() > own, swung = !options.platform_times.empty();
-
-  Propagated inertia = propagate(inputs, [&](const std::vector<double>& x) {
-    Bifilar hung{.spacing_above = x[2],
-                 .spacing_below = x[3],
-                 .cord = x[4],
-                 .offset = std::sqrt(std::fmax(x[6], 0.0))};
-    const double carried = platform ? x[own] : 0.0;
-    const double whole = inertia_of(hung, x[0] + carried, x[1], x[5]) * (1.0 + x[7]);
+  Measured gravity = gravity_of(options.gravity);
+  Measured above{pendulum.spacing_above, tape}, below{pendulum.spacing_below, tape};
+  Measured cord{pendulum.cord,
+                parse_not_negative(options.cord_sigma, Dimension::length, "--cord-sigma")};
+  Measured offset2{off2 + variance, std::sqrt(2.0 * variance * variance + 4.0 * off2 * variance)};
+  // Tilted by τ it swings about another axis: J cos²τ + J_x sin²τ, where J_x of a car is about a
+  // third.
+  Measured tilt{0.0, 0.7 * level * level};
+  std::vector<Input> inputs{{"mass", &mass},
+                            {"gravity", &gravity},
+                            {"distance of the cords above", &above},
+                            {"distance of the cords below", &below},
+                            {"length of the cords", &cord},
+                            {"period", &period},
+                            {"offset of the centre of gravity", &offset2},
+                            {"tilt of the car", &tilt}};
+  std::optional<Platform> platform = platform_of(options, pendulum);
+  if (platform) {
+    inputs.push_back({"mass of the platform", &platform->mass});
+    inputs.push_back(platform->is_swung() ? Input{"period of the platform", &platform->period}
+                                          : Input{"inertia of the platform", &platform->inertia});
+  }
+  Propagated inertia = propagate(inputs, [&] {
+    Bifilar hung{.spacing_above = above.value,
+                 .spacing_below = below.value,
+                 .cord = cord.value,
+                 .offset = std::sqrt(std::fmax(offset2.value, 0.0))};
+    const double carried = platform ? platform->mass.value : 0.0;
+    const double whole =
+        inertia_of(hung, mass.value + carried, gravity.value, period.value) * (1.0 + tilt.value);
     if (!platform) return whole;
     hung.offset = 0.0;  // of the platform alone
-    return whole - (swung ? inertia_of(hung, carried, x[1], x[own + 1]) : x[own + 1]);
+    return whole - (platform->is_swung()
+                        ? inertia_of(hung, carried, gravity.value, platform->period.value)
+                        : platform->inertia.value);
   });
   if (!(inertia.result.value > 0.0))
     refuse("the platform has more inertia than car and platform together");

@@ -15,8 +15,8 @@
 namespace odomd::tools {
 
 struct Input {
-  std::string name;  ///< in words: "distance of the cords"
-  Measured measured;
+  std::string name;              ///< in words: "distance of the cords"
+  Measured* measured = nullptr;  ///< what the result is computed from
 };
 
 struct Contribution {
@@ -29,25 +29,21 @@ struct Propagated {
   std::vector<Contribution> contributions;  ///< in the order of the inputs
 };
 
-/// The inputs are independent; correlated quantities must be computed inside `result_of`.
-[[nodiscard]] inline Propagated propagate(
-    std::span<const Input> inputs,
-    const std::function<double(const std::vector<double>&)>& result_of) {
-  std::vector<double> values;
-  for (const Input& input : inputs) values.push_back(input.measured.value);
+/// `result` computes with the values that the inputs name, which are changed one by one and put
+/// back. The inputs are independent; correlated quantities must be computed inside `result`.
+[[nodiscard]] inline Propagated propagate(std::span<const Input> inputs,
+                                          const std::function<double()>& result) {
   Propagated propagated;
-  propagated.result.value = result_of(values);
+  propagated.result.value = result();
   double variance = 0.0;
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    const double sigma = inputs[i].measured.sigma;
-    const double value = values[i];
-    values[i] = value + sigma;
-    const double above = result_of(values);
-    values[i] = value - sigma;
-    const double below = result_of(values);
-    values[i] = value;
-    const double part = 0.5 * std::fabs(above - below);
-    propagated.contributions.push_back({inputs[i].name, part});
+  for (const auto& [name, input] : inputs) {
+    const double value = input->value;
+    input->value = value + input->sigma;
+    const double above = result();
+    input->value = value - input->sigma;
+    const double part = 0.5 * std::fabs(above - result());
+    input->value = value;
+    propagated.contributions.push_back({name, part});
     variance += part * part;
   }
   propagated.result.sigma = std::sqrt(variance);

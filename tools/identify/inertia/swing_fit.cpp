@@ -1,4 +1,4 @@
-#include "tools/identify/inertia/swing_fit.hpp"
+#include "tools/identify/inertia/bifilar.hpp"
 
 #include <fmt/format.h>
 
@@ -259,33 +259,25 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
   // The scatter between parts of the record, which white residuals do not show.
   constexpr std::size_t parts = 4;
   if (seconds > 4.0 * parts * period) {
-    double sum = 0.0, squares = 0.0;
+    std::vector<double> periods;
     const Motion motion(pendulum, whole->x);
     double theta = whole->x[angle], theta_dot = whole->x[rate];
-    std::size_t found = 0;
     for (std::size_t k = 0; k < parts; ++k) {
       const Section part{section.begin + k * section.size() / parts,
                          section.begin + (k + 1) * section.size() / parts};
       Unknowns start = whole->x;
       start[angle] = theta;
       start[rate] = theta_dot;
-      if (const auto fitted = fit(record, part, pendulum, start)) {
-        const double deviation = std::exp(fitted->x[log_period]) - result.period;
-        sum += deviation;
-        squares += deviation * deviation;
-        ++found;
-      }
+      if (const auto fitted = fit(record, part, pendulum, start))
+        periods.push_back(std::exp(fitted->x[log_period]));
       for (std::size_t i = part.begin; i < part.end; ++i)
         if (i + 1 < section.end) {
           const double dt = record.t[i + 1] - record.t[i];
           for (int step = 0; step < 4; ++step) motion.advance(0.25 * dt, theta, theta_dot);
         }
     }
-    if (found == parts) {
-      const double n = parts;
-      const double scatter = std::sqrt((squares - sum * sum / n) / (n - 1.0) / n);
-      result.period_sigma = std::max(result.period_sigma, scatter);
-    }
+    if (periods.size() == parts)
+      result.period_sigma = std::max(result.period_sigma, mean_of(periods).sigma);
   }
   const double omega = 2.0 * pi / result.period;
   result.amplitude_begin = std::hypot(whole->x[angle], whole->x[rate] / omega);

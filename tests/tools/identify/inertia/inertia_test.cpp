@@ -9,7 +9,6 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/inertia/bifilar.hpp"
 #include "tools/identify/inertia/propagation.hpp"
-#include "tools/identify/inertia/swing_fit.hpp"
 #include "tools/math/random.hpp"
 #include "tools/sim/car/swing.hpp"
 
@@ -223,9 +222,9 @@ TEST(SwingTiming, FindsAMiscount) {
 }
 
 TEST(Propagation, AddsIndependentPartsAndNamesTheLargest) {
-  const std::vector<Input> inputs{{"length", {3.0, 0.03}}, {"width", {2.0, 0.01}}};
-  const Propagated area =
-      propagate(inputs, [](const std::vector<double>& x) { return x[0] * x[1]; });
+  Measured length{3.0, 0.03}, width{2.0, 0.01};
+  const std::vector<Input> inputs{{"length", &length}, {"width", &width}};
+  const Propagated area = propagate(inputs, [&] { return length.value * width.value; });
   EXPECT_DOUBLE_EQ(area.result.value, 6.0);
   EXPECT_NEAR(area.result.sigma, std::hypot(0.06, 0.03), 1e-12);
   EXPECT_EQ(largest_contributions(area), "mostly from the length (80 %) and the width (20 %)");
