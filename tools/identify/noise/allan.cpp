@@ -1,4 +1,4 @@
-#include "tools/identify/noise/allan.hpp"
+#include "tools/identify/noise/standing_noise.hpp"
 
 #include <fmt/format.h>
 

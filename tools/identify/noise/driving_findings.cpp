@@ -137,10 +137,10 @@ void add_driving_findings(const DriveFiles& files, const std::optional<daemon::C
   const auto measure = [&](Source source, const std::string& unit) {
     const DrivingNoise noise = driving_noise(log.of(source));
     if (noise.samples == 0.0) return;
-    const std::string key = sigma_key(source);
-    Finding finding = as_finding(name_of(source) + ", noise on the move",
-                                 is_configured(config, source) ? key : "", noise.sigma, unit,
-                                 "of a sample, including the car's vibration");
+    const std::string key = key_of(source, ".sigma");
+    Finding finding =
+        as_finding(name_of(source) + ", noise on the move", key_if_mapped(config, source, key),
+                   noise.sigma, unit, "of a sample, including the car's vibration");
     if (!noise.smooth)
       finding = undetermined(
           finding,
@@ -169,12 +169,12 @@ void add_driving_findings(const DriveFiles& files, const std::optional<daemon::C
       drive, drive.config, [&progress](const std::string& now) { progress.show(now); });
   progress.end();
   for (const SampleNoise& wheel : process.wheels) {
-    const std::string key = sigma_key(wheel.source);
+    const std::string key = key_of(wheel.source, ".sigma");
     for (Finding& other : findings.values)
       if (other.key == key) other.key.clear();
     findings.values.push_back(as_finding(name_of(wheel.source) + ", sigma for the filter",
-                                         is_configured(config, wheel.source) ? key : "",
-                                         wheel.sigma, "m/s", "by its innovations, including slip"));
+                                         key_if_mapped(config, wheel.source, key), wheel.sigma,
+                                         "m/s", "by its innovations, including slip"));
   }
   findings.values.push_back(process.front_angle);
   findings.values.push_back(process.side_slip);

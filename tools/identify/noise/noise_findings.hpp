@@ -11,7 +11,7 @@
 #include "tools/cli/progress.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/record.hpp"
-#include "tools/identify/noise/allan.hpp"
+#include "tools/identify/noise/standing_noise.hpp"
 #include "tools/replay/drive.hpp"
 
 namespace odomd::tools {
@@ -28,13 +28,10 @@ inline constexpr std::array<InertialSource, 3> inertial_sources{{
     {estimator::Source::accel_y, "m/s2", "filter.accel_bias_walk"},
 }};
 
-[[nodiscard]] inline std::string sigma_key(estimator::Source source) {
-  return "can.signals." + name_of(source) + ".sigma";
-}
-
-[[nodiscard]] inline bool is_configured(const std::optional<daemon::Config>& config,
-                                        estimator::Source source) {
-  return config && config->can.signals[static_cast<std::size_t>(source)].configured;
+/// `key` for a source that a configuration maps, else none.
+[[nodiscard]] inline std::string key_if_mapped(const std::optional<daemon::Config>& config,
+                                               estimator::Source source, std::string key) {
+  return config && is_mapped(*config, source) ? std::move(key) : "";
 }
 
 /// Noise, bias and walk of the IMU at rest, and the paper's condition; the Allan deviation is drawn
@@ -51,11 +48,6 @@ void add_paper_variance(const Measured& gyro_sigma, const std::optional<daemon::
 
 /// Whether no wheel turns faster than `limit` [m/s]; also true if the log has no wheel.
 [[nodiscard]] bool wheels_stand(const SignalLog& log, double limit);
-
-[[nodiscard]] bool has_wheels(const SignalLog& log);
-
-/// Throws std::invalid_argument, with the time, if a wheel of the log turns.
-void check_that_wheels_stand(const SignalLog& log, const std::string& record);
 
 /// Checks what the IMU can show: throws std::invalid_argument for a yaw rate that leaves its median
 /// by 3 degrees a second where the noise of a sample is much smaller, and, without wheels, for a

@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include "tools/evaluation/drive_evaluation.hpp"
+#include "tools/identify/common/measured.hpp"
 #include "tools/identify/common/search.hpp"
 #include "tools/identify/common/signal_log.hpp"
 
@@ -30,19 +32,14 @@ std::vector<SourceConsistency> consistency(const std::vector<estimator::Judgemen
       ratios.push_back(std::min(judgement.squared_ratio / judgement.degrees, wild));
     }
     if (ratios.size() < 5 * blocks) continue;
-    std::array<double, blocks> sums{}, counts{};
-    double mean = 0.0;
-    for (std::size_t i = 0; i < ratios.size(); ++i) {
-      sums[i * blocks / ratios.size()] += ratios[i];
-      counts[i * blocks / ratios.size()] += 1.0;
-      mean += ratios[i] / static_cast<double>(ratios.size());
+    std::array<double, blocks> means{};
+    for (std::size_t k = 0; k < blocks; ++k) {
+      const std::size_t begin = k * ratios.size() / blocks, end = (k + 1) * ratios.size() / blocks;
+      means[k] = mean_of(std::span(ratios).subspan(begin, end - begin)).value;
     }
-    double squares = 0.0;
-    for (std::size_t k = 0; k < blocks; ++k)
-      squares += (sums[k] / counts[k] - mean) * (sums[k] / counts[k] - mean);
     all.push_back({static_cast<Source>(s),
                    static_cast<double>(ratios.size()),
-                   {mean, std::sqrt(squares / (blocks * (blocks - 1.0)))}});
+                   {mean_of(ratios).value, mean_of(means).sigma}});
   }
   return all;
 }

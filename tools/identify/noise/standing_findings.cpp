@@ -5,9 +5,9 @@
 #include <cmath>
 #include <vector>
 
+#include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/refuse.hpp"
-#include "tools/identify/noise/allan.hpp"
 #include "tools/identify/noise/noise_findings.hpp"
 #include "tools/identify/noise/standing_noise.hpp"
 #include "tools/math/median.hpp"
@@ -26,17 +26,11 @@ void add_standing(const InertialSource& quantity, const StandingNoise& noise,
                   Findings& findings) {
   const std::string name = name_of(quantity.source);
   const auto add = [&](const std::string& what, const std::string& key, const Measured& measured,
-                       const std::string& unit, const std::string& remark = "") {
-    findings.values.push_back({.name = name + what,
-                               .key = key,
-                               .value = measured.value,
-                               .sigma = measured.sigma,
-                               .unit = unit,
-                               .remark = remark,
-                               .share = what == ", bias" ? Share::meaningless : Share::meaningful});
+                       const std::string& unit, const std::string& remark = "") -> Finding& {
+    return findings.values.emplace_back(as_finding(name + what, key, measured, unit, remark));
   };
-  const bool configured = is_configured(config, quantity.source);
-  add(", noise", configured ? sigma_key(quantity.source) : "", noise.sigma, quantity.unit,
+  add(", noise", key_if_mapped(config, quantity.source, key_of(quantity.source, ".sigma")),
+      noise.sigma, quantity.unit,
       noise.resolution_hides_noise
           ? fmt::format("of the resolution of {:.3g}, which hides the sensor's own",
                         noise.resolution)
@@ -46,20 +40,14 @@ void add_standing(const InertialSource& quantity, const StandingNoise& noise,
                            : "white, of a sample, at rest");
   if (quantity.source == Source::yaw_rate) add_paper_variance(noise.sigma, config, findings);
   add(", density", "", noise.density, std::string(quantity.unit) + "/√Hz");
-  add(", bias", "", noise.bias, quantity.unit, "at the start of the record");
-  Finding walk{.name = name + ", bias walk",
-               .key = configured ? quantity.walk_key : "",
-               .unit = std::string(quantity.unit) + "/√s"};
-  if (noise.walk) {
-    walk.value = noise.walk->value;
-    walk.sigma = noise.walk->sigma;
-  } else {
-    walk.determined = Determined::no;
-    walk.remark = noise.jump
-                      ? "the level jumps: see the warning"
-                      : fmt::format("below {:.2g}: log longer to determine it", noise.walk_below);
-  }
-  findings.values.push_back(walk);
+  add(", bias", "", noise.bias, quantity.unit, "at the start of the record").share =
+      Share::meaningless;
+  Finding& walk = add(", bias walk", key_if_mapped(config, quantity.source, quantity.walk_key),
+                      noise.walk.value_or(Measured{}), std::string(quantity.unit) + "/√s");
+  if (!noise.walk)
+    walk = undetermined(walk, noise.jump ? "the level jumps: see the warning"
+                                         : fmt::format("below {:.2g}: log longer to determine it",
+                                                       noise.walk_below));
   const BiasInstability instability = bias_instability(curve);
   add(", bias instability", "", instability.value, quantity.unit,
       instability.reached
@@ -70,12 +58,11 @@ void add_standing(const InertialSource& quantity, const StandingNoise& noise,
   if (noise.outliers > 0)
     findings.warnings.push_back(
         found(kind("disturbed_record"), name,
-              fmt::format("{} 6 sigma off{}",
-                          noise.outliers == 1 ? "1 sample lies"
-                                              : fmt::format("{} samples lie", noise.outliers),
-                          !noise.outliers_left_out ? ""
-                          : noise.outliers == 1    ? ", and is left out"
-                                                   : ", and are left out")));
+              counted(static_cast<std::uint64_t>(noise.outliers), "sample") +
+                  (noise.outliers == 1 ? " lies 6 sigma off" : " lie 6 sigma off") +
+                  (!noise.outliers_left_out ? ""
+                   : noise.outliers == 1    ? ", and is left out"
+                                            : ", and are left out")));
   if (noise.jump)
     findings.warnings.push_back(
         found(kind("disturbed_record"), name,
@@ -135,6 +122,25 @@ void check_curve(const AllanCurve& curve, const std::string& record) {
       record, curve.name, highest->tau, highest->deviation / lowest->deviation, lowest->tau);
 }
 
+bool has_wheels(const SignalLog& log) {
+  return std::ranges::any_of(wheel_sources, [&](Source wheel) { return !log.of(wheel).empty(); });
+}
+
+/// Throws std::invalid_argument, with the time, if a wheel of the log turns.
+void check_that_wheels_stand(const SignalLog& log, const std::string& record) {
+  for (const Source wheel : wheel_sources) {
+    const Series& speed = log.of(wheel);
+    for (std::size_t i = 0; i < speed.size(); ++i) {
+      if (std::fabs(speed.value[i]) < 0.05) continue;
+      refuse(
+          "{}: the car moves: {} is {:.2f} m/s after {:.2f} s; log it standing, or cut with --from "
+          "and --to",
+          record, estimator::source_names[static_cast<std::size_t>(wheel)], speed.value[i],
+          seconds_after(log, speed, i));
+    }
+  }
+}
+
 /// The larger walk of both accelerometers: they share one key.
 void settle_accel_walk(Findings& findings) {
   Finding* kept = nullptr;
@@ -161,13 +167,10 @@ void add_papers_condition(const daemon::Config& config, const Measured& sigma, d
   const double least = step * held * sigma.value * sigma.value;
   const double stated = config.paper_noise.Q[0];
   const bool holds = stated > least;
-  findings.values.push_back({.name = "v_x, least variance a step",
-                             .key = "",
-                             .value = least,
-                             .sigma = 2.0 * least * sigma.sigma / sigma.value,
-                             .unit = "m2/s2",
-                             .remark = fmt::format("the paper's condition {}: paper_q has {:.3g}",
-                                                   holds ? "holds" : "is violated", stated)});
+  findings.values.push_back(as_finding("v_x, least variance a step", "",
+                                       {least, 2.0 * least * sigma.sigma / sigma.value}, "m2/s2",
+                                       fmt::format("the paper's condition {}: paper_q has {:.3g}",
+                                                   holds ? "holds" : "is violated", stated)));
   findings.details["paper_condition"] = {
       {"least_variance_of_v_x", least}, {"paper_q_v_x", stated}, {"holds", holds}, {"step", step},
       {"accel_x_sigma", sigma.value},   {"accel_x_held", held}};
@@ -189,7 +192,7 @@ void add_paper_variance(const Measured& gyro_sigma, const std::optional<daemon::
     if (earlier.key == key) earlier.key.clear();
   const double sigma = gyro_sigma.value;
   findings.values.push_back(as_finding(
-      "yaw_rate, variance in the paper's R", is_configured(config, Source::yaw_rate) ? key : "",
+      "yaw_rate, variance in the paper's R", key_if_mapped(config, Source::yaw_rate, key),
       {10.0 * sigma * sigma, 20.0 * sigma * gyro_sigma.sigma}, "rad2/s2",
       fmt::format("ten times the gyro's, {:.3g}^2, as printed", sigma)));
 }
@@ -199,24 +202,6 @@ bool wheels_stand(const SignalLog& log, double limit) {
     return std::ranges::all_of(log.of(wheel).value,
                                [&](double speed) { return std::fabs(speed) <= limit; });
   });
-}
-
-bool has_wheels(const SignalLog& log) {
-  return std::ranges::any_of(wheel_sources, [&](Source wheel) { return !log.of(wheel).empty(); });
-}
-
-void check_that_wheels_stand(const SignalLog& log, const std::string& record) {
-  for (const Source wheel : wheel_sources) {
-    const Series& speed = log.of(wheel);
-    for (std::size_t i = 0; i < speed.size(); ++i) {
-      if (std::fabs(speed.value[i]) < 0.05) continue;
-      refuse(
-          "{}: the car moves: {} is {:.2f} m/s after {:.2f} s; log it standing, or cut with --from "
-          "and --to",
-          record, estimator::source_names[static_cast<std::size_t>(wheel)], speed.value[i],
-          seconds_after(log, speed, i));
-    }
-  }
 }
 
 void check_that_imu_stands(const SignalLog& log, const std::vector<AllanCurve>& curves,

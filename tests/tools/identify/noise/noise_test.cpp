@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/tools/scratch.hpp"
-#include "tools/identify/noise/allan.hpp"
 #include "tools/identify/noise/noise_findings.hpp"
 #include "tools/identify/noise/standing_noise.hpp"
 #include "tools/math/random.hpp"
