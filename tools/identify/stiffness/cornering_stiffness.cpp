@@ -87,12 +87,19 @@ double slip_of(double force, double stiffness, double grip) {
   return force / stiffness * beyond_line(force * force / (grip * grip));
 }
 
+// An axle on a circle evaluated with these unknowns, and the curve of its tyres.
 struct AxleView {
   double slip = 0.0;  // as measured
   double force = 0.0;
+  double stiffness = 0.0, grip = 0.0;
+
+  [[nodiscard]] double residual() const { return slip - slip_of(force, stiffness, grip); }
+  [[nodiscard]] bool is_beyond() const {
+    const double u = force / grip;
+    return beyond_line(u * u) > farthest_beyond;
+  }
 };
 
-// A circle evaluated with these unknowns.
 struct RunView {
   AxleView front, rear;
 };
@@ -104,41 +111,26 @@ RunView view(const CircleRun& run, const Unknowns& x) {
   const double v_y = speed * std::sin(drift) + x[centre_shift] * run.yaw_rate;
   const double steering = (run.steering.value - x[steering_offset]) / x[steering_scale];
   const double wheelbase = x[front_axle] + x[rear_axle];
-  const double load = x[mass] * gravity * x[rear_axle] / wheelbase;
+  const double load_front = x[mass] * gravity * x[rear_axle] / wheelbase;
+  const double load_rear = x[mass] * gravity * x[front_axle] / wheelbase;
   const double side = x[mass] * x[film_scale] * run.lateral_accel / wheelbase;
-
-  RunView view;
-  view.front.slip = steering - std::atan2(v_y + x[front_axle] * run.yaw_rate, v_x);
-  view.front.force = (x[rear_axle] * side + x[rolling_resistance] * load * std::sin(steering)) /
-                     std::cos(steering);
-  view.rear.slip = -std::atan2(v_y - x[rear_axle] * run.yaw_rate, v_x);
-  view.rear.force = x[front_axle] * side;
-  return view;
-}
-
-struct Curve {
-  double stiffness = 0.0, grip = 0.0;
-};
-
-Curve front_curve(const Unknowns& x) {
-  const double load = x[mass] * gravity * x[rear_axle] / (x[front_axle] + x[rear_axle]);
-  return {std::exp(x[log_stiffness_front]), std::exp(x[log_grip_front]) * load};
-}
-
-Curve rear_curve(const Unknowns& x) {
-  const double load = x[mass] * gravity * x[front_axle] / (x[front_axle] + x[rear_axle]);
-  return {std::exp(x[log_stiffness_rear]), std::exp(x[log_grip_rear]) * load};
+  const double rolling = x[rolling_resistance] * load_front * std::sin(steering);
+  return {.front = {.slip = steering - std::atan2(v_y + x[front_axle] * run.yaw_rate, v_x),
+                    .force = (x[rear_axle] * side + rolling) / std::cos(steering),
+                    .stiffness = std::exp(x[log_stiffness_front]),
+                    .grip = std::exp(x[log_grip_front]) * load_front},
+          .rear = {.slip = -std::atan2(v_y - x[rear_axle] * run.yaw_rate, v_x),
+                   .force = x[front_axle] * side,
+                   .stiffness = std::exp(x[log_stiffness_rear]),
+                   .grip = std::exp(x[log_grip_rear]) * load_rear}};
 }
 
 // Measured slip less the curve's: front and rear of each circle.
 Eigen::VectorXd residuals(std::span<const CircleRun> runs, const Unknowns& x) {
   Eigen::VectorXd r(static_cast<Eigen::Index>(2 * runs.size()));
-  const Curve front = front_curve(x), rear = rear_curve(x);
   for (std::size_t k = 0; k < runs.size(); ++k) {
     const RunView seen = view(runs[k], x);
-    r.segment<2>(static_cast<Eigen::Index>(2 * k))
-        << seen.front.slip - slip_of(seen.front.force, front.stiffness, front.grip),
-        seen.rear.slip - slip_of(seen.rear.force, rear.stiffness, rear.grip);
+    r.segment<2>(static_cast<Eigen::Index>(2 * k)) << seen.front.residual(), seen.rear.residual();
   }
   return r;
 }
@@ -208,11 +200,6 @@ std::vector<CircleRun> chosen(std::span<const CircleRun> runs, const std::vector
   return result;
 }
 
-bool beyond(const AxleView& axle, const Curve& curve) {
-  const double u = axle.force / curve.grip;
-  return beyond_line(u * u) > farthest_beyond;
-}
-
 }  // namespace
 
 double AxleStiffness::linear_range() const {
@@ -241,7 +228,7 @@ CorneringStiffness fit_stiffness(std::span<const CircleRun> runs, const CircleCa
     std::vector<bool> in_range(runs.size());
     for (std::size_t k = 0; k < runs.size(); ++k) {
       const RunView seen = view(runs[k], s.x);
-      in_range[k] = !beyond(seen.front, front_curve(s.x)) && !beyond(seen.rear, rear_curve(s.x));
+      in_range[k] = !seen.front.is_beyond() && !seen.rear.is_beyond();
     }
     if (in_range == result.in_range || std::ranges::count(in_range, true) < 2) break;
     result.in_range = in_range;
@@ -258,8 +245,8 @@ CorneringStiffness fit_stiffness(std::span<const CircleRun> runs, const CircleCa
   result.scatter = s.scatter;
   result.front.stiffness = stiffness_of(s, log_stiffness_front);
   result.rear.stiffness = stiffness_of(s, log_stiffness_rear);
-  result.front.grip = front_curve(s.x).grip;
-  result.rear.grip = rear_curve(s.x).grip;
+  result.front.grip = view(runs.front(), s.x).front.grip;
+  result.rear.grip = view(runs.front(), s.x).rear.grip;
   result.steering_offset = measured(s, steering_offset);
   result.steering_scale = measured(s, steering_scale);
   result.marker_angle = measured(s, marker_angle);

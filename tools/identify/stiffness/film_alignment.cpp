@@ -21,6 +21,7 @@ constexpr double good_agreement = 0.9;
 struct Placement {
   double middle_step = 0.0;
   double rate = 0.0;
+  double agreement = -1.0;
 
   [[nodiscard]] double step_of(const YawRates& film, std::int64_t k) const {
     return middle_step + (1.0 + rate) * (static_cast<double>(k) - middle(film));
@@ -28,101 +29,86 @@ struct Placement {
   static double middle(const YawRates& film) { return 0.5 * static_cast<double>(film.size() - 1); }
 };
 
-struct Turn {
-  double rate = 0.0, slope = 0.0;  // ω [rad/s], ω̇ by steps
-};
-
-Turn between(const YawRates& gyro, double step) {
-  const auto before = static_cast<std::int64_t>(std::floor(step));
-  const double part = step - static_cast<double>(before);
-  const double rate = gyro.at(before) + part * (gyro.at(before + 1) - gyro.at(before));
-  return {rate, 0.5 * (gyro.at(before + 1) - gyro.at(before - 1)) +
-                    0.5 * part *
-                        (gyro.at(before + 2) - gyro.at(before + 1) - gyro.at(before) +
-                         gyro.at(before - 1))};
+double between(const YawRates& gyro, double step) {
+  const double before = std::floor(step);
+  const auto k = static_cast<std::int64_t>(before);
+  return gyro.at(k) + (step - before) * (gyro.at(k + 1) - gyro.at(k));
 }
 
-double squares_at(const YawRates& film, const YawRates& gyro, const Placement& placement) {
-  double off = 0.0;
+// 1 - Σ (ω_film - ω_gyro)² / Σ ω_film²; -1 where too little overlaps or nothing turns. `sense` is
+// -1 for a mirrored film.
+Placement with_agreement(const YawRates& film, const YawRates& gyro, Placement placement,
+                         double sense, std::int64_t stride) {
+  double off = 0.0, size = 0.0;
   std::int64_t count = 0;
-  for (std::int64_t k = 0; k < film.size(); k += coarse) {
-    const double difference = film.at(k) - between(gyro, placement.step_of(film, k)).rate;
-    if (std::isnan(difference)) continue;
-    off += difference * difference;
+  for (std::int64_t k = 0; k < film.size(); k += stride) {
+    const double a = sense * film.at(k), b = between(gyro, placement.step_of(film, k));
+    if (std::isnan(a) || std::isnan(b)) continue;
+    off += (a - b) * (a - b);
+    size += std::max(a * a, b * b);
     ++count;
   }
-  return count * coarse * 3 < film.size() ? std::numeric_limits<double>::infinity()
-                                          : off / static_cast<double>(count);
+  const std::int64_t enough = std::max<std::int64_t>(std::min(film.size(), gyro.size()) / 3,
+                                                     2'000'000'000 / YawRates::step_ns);
+  placement.agreement = count * stride < enough || !(size > 0.0) ? -1.0 : 1.0 - off / size;
+  return placement;
+}
+
+// The film's first sample on the gyro's sample `shift`, by one clock.
+Placement shifted(const YawRates& film, const YawRates& gyro, std::int64_t shift, double sense,
+                  std::int64_t stride) {
+  return with_agreement(film, gyro, {static_cast<double>(shift) + Placement::middle(film)}, sense,
+                        stride);
 }
 
 // Among clocks so different that the film's ends move by up to 4 s, the best one, to 0.2 s there.
-Placement search_rate(const YawRates& film, const YawRates& gyro, std::int64_t shift) {
+Placement search_rate(const YawRates& film, const YawRates& gyro, const Placement& constant) {
   const double half = Placement::middle(film);
-  const Placement constant{static_cast<double>(shift) + half, 0.0};
-  Placement best = constant;
-  double least = squares_at(film, gyro, constant);
+  Placement best = with_agreement(film, gyro, constant, 1.0, coarse);
   constexpr double farthest = 4e9 / YawRates::step_ns, by = 0.2e9 / YawRates::step_ns,
                    largest = 0.08;
   const double end = std::min(farthest, largest * half);
   const auto ends = static_cast<int>(2.0 * end / by), moves = static_cast<int>(4.0 * farthest / by);
-  for (int i = 0; i <= ends; ++i) {
-    const double at_end = by * i - end;
+  for (int i = 0; i <= ends; ++i)
     for (int j = 0; j <= moves; ++j) {
-      const double moved = 0.5 * by * j - farthest;
-      const Placement placement{constant.middle_step + moved, at_end / half};
-      const double squares = squares_at(film, gyro, placement);
-      if (squares >= least) continue;
-      least = squares;
-      best = placement;
+      const Placement other{constant.middle_step + 0.5 * by * j - farthest, (by * i - end) / half};
+      const Placement seen = with_agreement(film, gyro, other, 1.0, coarse);
+      if (seen.agreement > best.agreement) best = seen;
     }
-  }
   return best;
 }
 
-// ω_film(t) = a ω_gyro(t + τ + ε (t - t_mid)) + b, linearised in τ and ε: the factors of
-// [ω_gyro, 1, ω̇_gyro, (t - t_mid) ω̇_gyro] are [a, b, a dτ, a dε].
 struct Refined {
   Placement placement;
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of dτ [steps] and dε
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of the step in the middle and the rate
 };
 
+// ω_film(t) = a ω_gyro(t') + b, with t' by the placement: a, b and it are fitted.
 Refined refine(const YawRates& film, const YawRates& gyro, const Placement& placement,
                double prior_rate_sigma) {
-  Refined refined{placement, {}};
-  for (int iteration = 0; iteration < 8; ++iteration) {
-    Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
-    Eigen::Vector4d right = Eigen::Vector4d::Zero();
-    double total = 0.0, count = 0.0;
-    for (std::int64_t k = 0; k < film.size(); ++k) {
-      const double seen = film.at(k);
-      const Turn turn = between(gyro, refined.placement.step_of(film, k));
-      const Eigen::Vector4d row{turn.rate, 1.0, turn.slope,
-                                (static_cast<double>(k) - Placement::middle(film)) * turn.slope};
-      if (std::isnan(seen) || !row.allFinite()) continue;
-      normal += row * row.transpose();
-      right += row * seen;
-      total += seen * seen;
-      count += 1.0;
-    }
-    const Eigen::Vector4d free = inverse_of(normal) * right;
-    // Neighbouring samples share what their windows share: one of them in ten counts.
-    const double variance =
-        10.0 * std::max(total - free.dot(right), 1e-12 * total) / std::max(count - 4.0, 1.0);
-    const double a = free[0];
-    const double weight = variance / (a * a * prior_rate_sigma * prior_rate_sigma);
-    normal(3, 3) += weight;
-    right[3] -= weight * a * refined.placement.rate;
-    const Eigen::Matrix4d inverse = inverse_of(normal);
-    const Eigen::Vector4d found = inverse * right;
-    refined.covariance = variance / (a * a) * inverse.bottomRightCorner<2, 2>();
-    const double moved = found[2] / a, faster = found[3] / a;
-    constexpr double farthest = 25.0;  // steps: beyond them no line holds
-    if (!(std::abs(moved) < farthest)) break;
-    refined.placement.middle_step += moved;
-    refined.placement.rate += faster;
-    if (std::abs(moved) < 1e-4 && std::abs(faster) < 1e-8) break;
-  }
-  return refined;
+  constexpr double unknown = std::numeric_limits<double>::infinity();
+  LeastSquares problem{.start = Eigen::Vector4d{1.0, 0.0, placement.middle_step, placement.rate},
+                       .expected = Eigen::Vector4d::Zero(),
+                       .prior_sigma = Eigen::Vector4d::Constant(unknown),
+                       .noise = 1.0,
+                       .huber = no_huber,
+                       .together = 10.0,  // what the windows of neighbours share
+                       .enough = 1e-12};
+  problem.step = Eigen::Vector4d{1e-4, 1e-4, 0.1, 0.1 / Placement::middle(film)};
+  problem.residuals = [&](const Eigen::VectorXd& p) -> Eigen::VectorXd {
+    const Placement here{p[2], p[3]};
+    return Eigen::VectorXd::NullaryExpr(film.size(), [&](Eigen::Index k) {
+      const double off = film.at(k) - p[0] * between(gyro, here.step_of(film, k)) - p[1];
+      return std::isnan(off) ? 0.0 : off;
+    });
+  };
+  problem.start = solve(problem).parameters;
+  const Eigen::VectorXd rest = problem.residuals(problem.start);
+  const auto count = static_cast<double>((rest.array() != 0.0).count());
+  problem.noise = std::max(rest.norm() / std::sqrt(std::max(count - 4.0, 1.0)), 1e-9);
+  problem.prior_sigma[3] = prior_rate_sigma;
+  const LeastSquaresSolution found = solve(problem);
+  return {{found.parameters[2], found.parameters[3]}, found.inverse.bottomRightCorner<2, 2>()};
 }
 
 // Two clocks of quartz, and the 29.97 frames of a film of 30.
@@ -132,10 +118,10 @@ constexpr double surprising_rate = 3e-3;
 /// From a shift that is good to about a second. The gyro's scale and bias are left free. A rate
 /// within 0.3 % is held to 0.1 %, as clocks and nominal frame rates are.
 FilmAlignment fit_clock(const std::string& name, const YawRates& film, const YawRates& gyro,
-                        std::int64_t shift) {
+                        const Placement& placement) {
   FilmAlignment result;
-  Refined refined =
-      refine(film, gyro, search_rate(film, gyro, shift), std::numeric_limits<double>::infinity());
+  Refined refined = refine(film, gyro, search_rate(film, gyro, placement),
+                           std::numeric_limits<double>::infinity());
   const double rate = refined.placement.rate;
   if (std::abs(rate) > std::max(surprising_rate, 3.0 * std::sqrt(refined.covariance(1, 1))))
     result.warnings.push_back(
@@ -155,46 +141,24 @@ FilmAlignment fit_clock(const std::string& name, const YawRates& film, const Yaw
   return result;
 }
 
-struct Best {
-  std::int64_t shift = 0;
-  double agreement = -1.0;
-};
-
-// 1 - Σ (ω_film - ω_gyro)² / Σ ω_film² where the film's first sample lies on the gyro's sample
-// `shift`; -1 where too little overlaps or nothing turns. `sense` is -1 for a mirrored film.
-double agreement_at(const YawRates& film, const YawRates& gyro, double sense, std::int64_t shift,
-                    std::int64_t stride) {
-  double off = 0.0, size = 0.0;
-  std::int64_t count = 0;
-  for (std::int64_t k = 0; k < film.size(); k += stride) {
-    const double a = sense * film.at(k), b = gyro.at(k + shift);
-    if (std::isnan(a) || std::isnan(b)) continue;
-    off += (a - b) * (a - b);
-    size += std::max(a * a, b * b);
-    ++count;
-  }
-  const std::int64_t enough = std::max<std::int64_t>(std::min(film.size(), gyro.size()) / 3,
-                                                     2'000'000'000 / YawRates::step_ns);
-  return count * stride < enough || !(size > 0.0) ? -1.0 : 1.0 - off / size;
-}
-
 // Among every `by`th shift, without those about a place that is taken.
-Best best_among(const YawRates& film, const YawRates& gyro, double sense, std::int64_t from,
-                std::int64_t to, std::int64_t by, const Best* taken = nullptr) {
-  constexpr std::int64_t apart = 1'500'000'000 / YawRates::step_ns;
-  Best best;
+Placement best_among(const YawRates& film, const YawRates& gyro, double sense, std::int64_t from,
+                     std::int64_t to, std::int64_t by, const Placement* taken = nullptr) {
+  constexpr double apart = 1.5e9 / YawRates::step_ns;
+  Placement best;
   for (std::int64_t shift = from; shift <= to; shift += by) {
-    if (taken != nullptr && std::abs(shift - taken->shift) < apart) continue;
-    const double agreement = agreement_at(film, gyro, sense, shift, by);
-    if (agreement > best.agreement) best = {shift, agreement};
+    const Placement seen = shifted(film, gyro, shift, sense, by);
+    if (taken != nullptr && std::abs(seen.middle_step - taken->middle_step) < apart) continue;
+    if (seen.agreement > best.agreement) best = seen;
   }
   return best;
 }
 
-Best best_shift(const YawRates& film, const YawRates& gyro, double sense) {
-  const Best rough = best_among(film, gyro, sense, -film.size(), gyro.size(), coarse);
+Placement best_shift(const YawRates& film, const YawRates& gyro, double sense) {
+  const Placement rough = best_among(film, gyro, sense, -film.size(), gyro.size(), coarse);
   if (rough.agreement < 0.0) return rough;
-  return best_among(film, gyro, sense, rough.shift - 2 * coarse, rough.shift + 2 * coarse, 1);
+  const auto shift = std::llround(rough.step_of(film, 0));
+  return best_among(film, gyro, sense, shift - 2 * coarse, shift + 2 * coarse, 1);
 }
 
 double fastest(const YawRates& rates) {
@@ -254,25 +218,25 @@ FilmAlignment align_film(const std::string& name, const FilmMotion& motion, cons
   const auto best_with = [&](double sense) {
     if (!offset_ns) return best_shift(film, turn, sense);
     const std::int64_t shift = (film.first_ns + *offset_ns - turn.first_ns) / YawRates::step_ns;
-    return Best{shift, agreement_at(film, turn, sense, shift, 1)};
+    return shifted(film, turn, shift, sense, 1);
   };
-  const Best best = best_with(1.0);
+  const Placement best = best_with(1.0);
   if (best.agreement < good_agreement)
     fail_to_fit(name, film, turn, best.agreement, best_with(-1.0).agreement);
-  FilmAlignment result = fit_clock(name, film, turn, best.shift);
+  FilmAlignment result = fit_clock(name, film, turn, best);
   result.agreement = best.agreement;
   if (offset_ns) {
     result.offset_ns = *offset_ns;
     result.sigma_s = 0.0;
     return result;
   }
-  const Best other = best_among(film, turn, 1.0, -film.size(), turn.size(), coarse, &best);
+  const Placement other = best_among(film, turn, 1.0, -film.size(), turn.size(), coarse, &best);
+  const double later = other.middle_step - best.middle_step;
   if (1.0 - other.agreement < 1.5 * (1.0 - best.agreement))
-    result.warnings.push_back(
-        found(tools::kind("film_start_ambiguous"), name,
-              fmt::format("the film may also begin {:.1f} s {}",
-                          std::abs(YawRates::seconds(other.shift - best.shift)),
-                          other.shift > best.shift ? "later" : "earlier")));
+    result.warnings.push_back(found(tools::kind("film_start_ambiguous"), name,
+                                    fmt::format("the film may also begin {:.1f} s {}",
+                                                1e-9 * YawRates::step_ns * std::abs(later),
+                                                later > 0.0 ? "later" : "earlier")));
   return result;
 }
 
