@@ -76,7 +76,7 @@ tools/sim: base can_protocol can_protocol/decode can_protocol/sources estimator/
 tools/fault: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
     daemon/core daemon/sockets tools/math tools/cli tools/drive_files tools/live tools/sim
 tools/marker_tracking: tools/cli tools/drive_files
-tools/identify: tools/cli tools/marker_tracking
+tools/identify: tools/cli
 tools/identify/common: daemon/diagnostics can_protocol can_protocol/decode can_protocol/sources estimator/common
     daemon/core tools/math tools/cli tools/drive_files tools/diagnostics tools/replay tools/config_patch
 tools/identify/weighing: daemon/diagnostics daemon/core tools/cli tools/diagnostics tools/config_patch
@@ -91,7 +91,7 @@ tools/identify/stiffness: daemon/diagnostics daemon/core tools/math tools/cli to
     tools/replay tools/identify tools/identify/common
 tools/identify/fit: daemon/diagnostics base can_protocol estimator/common daemon/core
     tools/math tools/cli tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation
-    tools/config_patch tools/identify tools/identify/common tools/identify/latency
+    tools/config_patch tools/marker_tracking tools/identify tools/identify/common tools/identify/latency
 tools/init: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/live tools/sim tools/identify/common
 tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources

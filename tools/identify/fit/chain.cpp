@@ -1,4 +1,4 @@
-#include "tools/identify/fit/chain.hpp"
+#include "tools/identify/fit/solver.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,6 @@
 
 #include "tools/chart/drawing.hpp"
 #include "tools/identify/fit/parameters.hpp"
-#include "tools/identify/methods.hpp"
 
 namespace odomd::tools {
 
@@ -107,12 +106,6 @@ void check(const FitOptions& o) {
   for (const std::string& name : o.fixed) static_cast<void>(fitting::parameter_named(name));
   for (const std::string& text : o.priors) static_cast<void>(fitting::parse_prior(text));
   if (!o.plot.empty()) chart::check_picture(o.plot);
-}
-
-void add_fit(Command identify) {
-  add_program(identify, "fit", describe_fit,
-              "fitting needs odom-fit: install the package odom-fit; or install libceres-dev, and "
-              "configure and build all: cmake --preset release && cmake --build --preset release");
 }
 
 }  // namespace odomd::tools

@@ -19,7 +19,6 @@
 
 #include "tools/cli/text.hpp"
 #include "tools/identify/common/refuse.hpp"
-#include "tools/identify/fit/chain.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools::fitting {

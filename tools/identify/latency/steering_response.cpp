@@ -13,7 +13,7 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/identify/common/car_model.hpp"
-#include "tools/identify/latency/time_shift.hpp"
+#include "tools/identify/latency/source_offsets.hpp"
 #include "tools/math/least_squares.hpp"
 
 namespace odomd::tools {

@@ -1,4 +1,4 @@
-#include "tools/identify/latency/time_shift.hpp"
+#include "tools/identify/latency/source_offsets.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -6,12 +6,9 @@
 #include "tools/math/median.hpp"
 
 namespace odomd::tools {
-namespace {
 
-/// take(ν, s, filter) is called for all samples but the first.
-template <typename Take>
-FilteredBias run_bias_filter(const Series& series, double lambda, Direction direction,
-                             Take&& take) {
+FilteredBias filter_bias(const Series& series, double lambda, Direction direction,
+                         std::vector<double>* innovations) {
   const std::size_t n = series.size();
   const auto at = [&](std::size_t i) { return direction == Direction::forwards ? i : n - 1 - i; };
   FilteredBias f;
@@ -23,36 +20,18 @@ FilteredBias run_bias_filter(const Series& series, double lambda, Direction dire
     f.variance += lambda * dt;
     const double s = f.variance + 1.0;
     const double innovation = series.value[at(i)] - f.bias;
-    take(innovation, s, f);
+    f.log_sum += std::log(s);
+    f.squares += innovation * innovation / s;
+    if (innovations != nullptr) innovations->push_back(innovation / std::sqrt(s));
     f.bias += f.variance / s * innovation;
     f.variance /= s;
   }
   return f;
 }
 
-/// ν/√s of all samples but the first.
-std::vector<double> innovations(const Series& series, double lambda) {
-  std::vector<double> all;
-  all.reserve(series.size());
-  (void)run_bias_filter(series, lambda, Direction::forwards,
-                        [&all](double innovation, double s, const FilteredBias&) {
-                          all.push_back(innovation / std::sqrt(s));
-                        });
-  return all;
-}
-
-}  // namespace
-
-FilteredBias filter_bias(const Series& series, double lambda, Direction direction) {
-  return run_bias_filter(series, lambda, direction,
-                         [](double innovation, double s, FilteredBias& f) {
-                           f.log_sum += std::log(s);
-                           f.squares += innovation * innovation / s;
-                         });
-}
-
 std::vector<std::size_t> far_off(const Series& series, double lambda, double least) {
-  const std::vector<double> all = innovations(series, lambda);
+  std::vector<double> all;
+  (void)filter_bias(series, lambda, Direction::forwards, &all);
   std::vector<double> squares;
   squares.reserve(all.size());
   for (const double innovation : all) squares.push_back(innovation * innovation);
@@ -78,7 +57,8 @@ Series without(const Series& series, std::span<const std::size_t> samples) {
 }
 
 bool hang_together(const Series& series, double lambda) {
-  const std::vector<double> all = innovations(series, lambda);
+  std::vector<double> all;
+  (void)filter_bias(series, lambda, Direction::forwards, &all);
   double squares = 0.0, products = 0.0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     squares += all[i] * all[i];

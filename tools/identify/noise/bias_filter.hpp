@@ -24,7 +24,9 @@ struct FilteredBias {
 
 enum class Direction : std::uint8_t { forwards, backwards };
 
-[[nodiscard]] FilteredBias filter_bias(const Series& series, double lambda, Direction direction);
+/// Appends ν/√s of all samples but the first to `innovations`, if given.
+[[nodiscard]] FilteredBias filter_bias(const Series& series, double lambda, Direction direction,
+                                       std::vector<double>* innovations = nullptr);
 
 /// The samples farther than 6 σ from the prediction by those before. σ² is by the median of the
 /// innovations, and `least` at least.

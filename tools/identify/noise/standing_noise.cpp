@@ -12,26 +12,6 @@
 namespace odomd::tools {
 namespace {
 
-/// The likelihood of λ with the best r for it: r = Σ ν²/s / n.
-class Likelihood {
- public:
-  explicit Likelihood(const Series& series)
-      : series_(series), n_(static_cast<double>(series.size() - 1)) {}
-
-  [[nodiscard]] double operator()(double lambda) const {
-    const FilteredBias f = filter_bias(series_, lambda, Direction::forwards);
-    return -0.5 * (n_ * std::log(f.squares / n_) + f.log_sum);
-  }
-  [[nodiscard]] double variance(double lambda) const {
-    return filter_bias(series_, lambda, Direction::forwards).squares / n_;
-  }
-  [[nodiscard]] double samples() const { return n_; }
-
- private:
-  const Series& series_;
-  double n_;
-};
-
 /// No sample is more precise than its resolution q, and the mean of mostly equal samples lies
 /// anywhere within it. A bias that wanders by less than a few steps shows no walk.
 void allow_for_resolution(const Series& series, double range, double duration,
@@ -62,12 +42,20 @@ struct Explained {
 Explained explain(const Series& series) {
   const auto [low, high] = std::ranges::minmax(series.value);
   const double duration = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front());
-  const Likelihood likelihood(series);
+  const auto n = static_cast<double>(series.size() - 1);
+  // The likelihood of λ with the best r for it: r = Σ ν²/s / n.
+  const auto variance_of = [&](double lambda) {
+    return filter_bias(series, lambda, Direction::forwards).squares / n;
+  };
+  const auto likelihood = [&](double lambda) {
+    const FilteredBias f = filter_bias(series, lambda, Direction::forwards);
+    return -0.5 * (n * std::log(f.squares / n) + f.log_sum);
+  };
   const auto of_log = [&](double log_lambda) { return likelihood(std::exp(log_lambda)); };
   // From a walk that amounts to a thousandth of a sample's white noise over the whole record, up to
   // one that exceeds it from sample to sample.
   const double least = std::log(1e-6 / duration);
-  const double most = std::log(likelihood.samples() / duration);
+  const double most = std::log(n / duration);
   double best = least, best_value = of_log(least);
   constexpr int steps = 40;
   const double step = (most - least) / steps;
@@ -83,33 +71,33 @@ Explained explain(const Series& series) {
 
   Explained explained;
   StandingNoise& noise = explained.noise;
-  noise.sample_period = duration / likelihood.samples();
+  noise.sample_period = duration / n;
   const double lambda = best_value > none ? std::exp(best) : 0.0;
-  const double variance = likelihood.variance(lambda);
+  const double variance = variance_of(lambda);
   // ln L falls by 1/2 at one standard deviation; of ln r it is n/2 curved, of ln λ as it comes.
   constexpr double width = 0.2;
   const double curvature =
       (2.0 * best_value - of_log(best + width) - of_log(best - width)) / (width * width);
   const double log_lambda_sigma = curvature > 0.0 ? 1.0 / std::sqrt(curvature) : 1e9;
-  const double d_log_variance = (std::log(likelihood.variance(std::exp(best + width))) -
-                                 std::log(likelihood.variance(std::exp(best - width)))) /
+  const double d_log_variance = (std::log(variance_of(std::exp(best + width))) -
+                                 std::log(variance_of(std::exp(best - width)))) /
                                 (2.0 * width);
   const bool walks = best_value - none > 4.0 && log_lambda_sigma < 1.0 && best < most - step;
-  const double log_variance_sigma = std::hypot(std::sqrt(2.0 / likelihood.samples()),
-                                               walks ? d_log_variance * log_lambda_sigma : 0.0);
+  const double log_variance_sigma =
+      std::hypot(std::sqrt(2.0 / n), walks ? d_log_variance * log_lambda_sigma : 0.0);
   noise.sigma = {std::sqrt(variance), 0.5 * log_variance_sigma * std::sqrt(variance)};
   // K² = λ r
   if (walks) {
     const double walk = std::sqrt(lambda * variance);
-    const double log_sigma = 0.5 * std::hypot((1.0 + d_log_variance) * log_lambda_sigma,
-                                              std::sqrt(2.0 / likelihood.samples()));
+    const double log_sigma =
+        0.5 * std::hypot((1.0 + d_log_variance) * log_lambda_sigma, std::sqrt(2.0 / n));
     noise.walk = Measured{walk, log_sigma * walk};
   }
   const double reached = std::max(best_value, none) - 1.92;
   const double limit = bisect({lambda > 0.0 ? best : least, most}, 30, [&](double log_lambda) {
                          return of_log(log_lambda) > reached;
                        }).middle();
-  noise.walk_below = std::sqrt(std::exp(limit) * likelihood.variance(std::exp(limit)));
+  noise.walk_below = std::sqrt(std::exp(limit) * variance_of(std::exp(limit)));
   // A walk too small for the record to show still adds to the bias's uncertainty.
   const double for_bias = walks ? lambda : std::exp(limit);
   const FilteredBias begin = filter_bias(series, for_bias, Direction::backwards);

@@ -11,7 +11,7 @@
 
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
-#include "tools/identify/latency/time_shift.hpp"
+#include "tools/identify/latency/source_offsets.hpp"
 
 namespace odomd::tools::latency_test {
 namespace {
