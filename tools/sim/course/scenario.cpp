@@ -8,12 +8,114 @@
 #include <stdexcept>
 #include <string>
 
-#include "tools/sim/course/shapes.hpp"
-
 namespace odomd::sim {
 namespace {
 
 using std::numbers::pi;
+using enum CarKind;
+
+using TrackPointer = std::shared_ptr<const Track>;
+
+// What routes are made of, for cars of any size.
+
+// Straights between rounded corners, as points with this spacing.
+TrackPointer polygon(const std::vector<Corner>& corners, Shape shape, double spacing,
+                     double smoothing) {
+  return std::make_shared<Track>(rounded_polygon(corners, shape, spacing), shape, smoothing);
+}
+
+// Heading along x, round to the left for a positive radius.
+TrackPointer circle_through_origin(double radius, double smoothing) {
+  constexpr int points = 720;
+  std::vector<Point> line;
+  for (int k = 0; k < points; ++k) {
+    const double angle = 2.0 * pi * k / points;
+    line.push_back({std::abs(radius) * std::sin(angle), radius * (1.0 - std::cos(angle))});
+  }
+  return std::make_shared<Track>(line, Shape::closed, smoothing);
+}
+
+// Out along x in waves that fade in and out, a turn to the left, back in waves, and a turn.
+struct Weave {
+  double length = 0.0;     // of the way out [m]
+  double wave = 0.0;       // length of a wave [m]
+  double amplitude = 0.0;  // [m]
+  double gap = 0.0;        // from the way out to the way back [m]
+  int points = 0;          // of each of the four parts
+};
+TrackPointer weaving(const Weave& weave, double smoothing) {
+  const auto& [length, wave, amplitude, gap, points] = weave;
+  std::vector<Point> line;
+  const auto go_along = [&](int k, double y) {
+    const double x = length * k / points;
+    const double ends = std::min({1.0, x / wave, (length - x) / wave});  // fades in and out
+    line.push_back({x, y + amplitude * ends * std::sin(2.0 * pi * x / wave)});
+  };
+  const auto half_turn = [&](double x, double from) {
+    for (int k = 0; k < points; ++k) {
+      const double angle = from + pi * k / points;
+      line.push_back({x + 0.5 * gap * std::sin(angle), 0.5 * gap * (1.0 - std::cos(angle))});
+    }
+  };
+  for (int k = 0; k < points; ++k) go_along(k, 0.0);
+  half_turn(length, 0.0);
+  for (int k = points; k > 0; --k) go_along(k, gap);
+  half_turn(0.0, pi);
+  return std::make_shared<Track>(line, Shape::closed, smoothing);
+}
+
+// Round a closed track, and a stop on the start line.
+Leg rounds(const TrackPointer& track, double speed, int laps) {
+  return {.track = track, .end = laps * track->length(), .speed = speed};
+}
+
+template <TrackPointer (*track)()>
+Route laps_of(double speed, int laps) {
+  return {.legs = {rounds(track(), speed, laps)}};
+}
+
+// The same with a stop after each of the stretches in turn [m], but for one that would be followed
+// by less than `least`.
+Route rounds_with_stops(const TrackPointer& track, std::span<const double> stretches, double least,
+                        double speed, int laps) {
+  constexpr std::array paces{0.7, 1.0, 0.5, 0.85};
+  constexpr std::array pauses{1.0, 2.0, 0.5, 1.5, 3.0};
+  const double total = laps * track->length();
+  Route route;
+  double begin = 0.0;
+  for (std::size_t k = 0; begin < total; ++k) {
+    double end = begin + stretches[k % stretches.size()];
+    if (end > total - least) end = total;
+    route.legs.push_back({.track = track,
+                          .begin = begin,
+                          .end = end,
+                          .speed = speed * paces[k % paces.size()],
+                          .pause = pauses[k % pauses.size()]});
+    begin = end;
+  }
+  return route;
+}
+
+// A line between corners that is driven at `pace` times the speed.
+struct Move {
+  std::vector<Corner> corners;
+  double pace = 1.0;
+  Gear gear = Gear::forward;
+};
+Route manoeuvres(const std::vector<Move>& moves, double spacing, double smoothing, double speed,
+                 int laps) {
+  Route route;
+  for (int k = 0; k < laps; ++k)
+    for (const Move& move : moves) {
+      const TrackPointer line = polygon(move.corners, Shape::open, spacing, smoothing);
+      route.legs.push_back({.track = line,
+                            .end = line->length(),
+                            .speed = move.pace * speed,
+                            .pause = 0.7,
+                            .gear = move.gear});
+    }
+  return route;
+}
 
 // For 1:10 cars.
 
@@ -28,14 +130,9 @@ TrackPointer competition_track() {
   return polygon(corners, Shape::closed, 0.01, 1.0);
 }
 
-template <TrackPointer (*track)()>
-Route laps_of(double speed, int laps) {
-  return rounds(track(), speed, laps);
-}
-
 // Out through the cones, a turn, and back through them.
 Route slalom(double speed, int laps) {
-  return rounds(weaving({12.5, 2.5, 0.25, 3.0, 1000}, 0.5), speed, laps);
+  return {.legs = {rounds(weaving({12.5, 2.5, 0.25, 3.0, 1000}, 0.5), speed, laps)}};
 }
 
 // A figure of eight whose loops are driven in power slides. Starts at the crossing.
@@ -56,9 +153,9 @@ Route drift(double speed, int laps) {
     }
     for (int k = points; k > 0; --k) add_straight(straight * k / points, 1.0);
   }
-  Route route = rounds(std::make_shared<Track>(line, Shape::closed, 0.5), speed, laps);
-  route.legs.front().slide = 55.0 * pi / 180.0;
-  return route;
+  Leg leg = rounds(std::make_shared<Track>(line, Shape::closed, 0.5), speed, laps);
+  leg.slide = 55.0 * pi / 180.0;
+  return {.legs = {leg}};
 }
 
 // Past a bay, in by the back, out again, and parallel to the kerb in two pulls; then back to where
@@ -83,10 +180,6 @@ Route patch(double speed, int laps) {
 
 constexpr double smoothing = 0.3;
 
-void append(Route& route, const Route& more) {
-  route.legs.insert(route.legs.end(), more.legs.begin(), more.legs.end());
-}
-
 struct Circle {
   double pace = 1.0;
   double radius = 1.0;  // [m]
@@ -96,8 +189,8 @@ Route to_both_sides(std::span<const Circle> all, double top_speed, int turns) {
   Route route;
   for (const Circle& circle : all)
     for (const double side : {1.0, -1.0})
-      append(route, rounds(circle_through_origin(side * circle.radius, smoothing),
-                           circle.pace * top_speed, turns));
+      route.legs.push_back(rounds(circle_through_origin(side * circle.radius, smoothing),
+                                  circle.pace * top_speed, turns));
   return route;
 }
 
@@ -120,7 +213,8 @@ Route exercise(double top_speed, int turns) {
     const double wave = speed / frequency;
     const double curvature = std::min(tightest, lateral / (speed * speed));
     const double amplitude = curvature * std::pow(wave / (2.0 * pi), 2);
-    append(route, rounds(weaving({9.0, wave, amplitude, 3.2, 1200}, smoothing), speed, 2 * turns));
+    route.legs.push_back(
+        rounds(weaving({9.0, wave, amplitude, 3.2, 1200}, smoothing), speed, 2 * turns));
   }
   return route;
 }
@@ -142,7 +236,7 @@ Route cone_slalom(double speed, int laps) {
   constexpr double period = 4.0, lateral = 4.5;
   const double wave = period * std::max(speed, 6.0);
   const double amplitude = lateral * std::pow(period / (2.0 * pi), 2);
-  return rounds(weaving({6.0 * wave, wave, amplitude, 44.0, 1500}, 8.0), speed, laps);
+  return {.legs = {rounds(weaving({6.0 * wave, wave, amplitude, 44.0, 1500}, 8.0), speed, laps)}};
 }
 
 // Into a bay in reverse, out, to the kerb, out, and home in reverse.
@@ -157,25 +251,26 @@ Route car_park(double speed, int laps) {
 }
 
 // Two straights, and two half circles to the left that have all of the bank.
-Route banked_oval(double speed, int laps) {
-  return rounds(polygon({{0, 0, 40}, {85, 0, 45}, {85, 91, 45}, {-85, 91, 45}, {-85, 0, 45}},
-                        Shape::closed, 0.2, 12.0),
-                speed, laps);
+TrackPointer banked_oval() {
+  return polygon({{0, 0, 40}, {85, 0, 45}, {85, 91, 45}, {-85, 91, 45}, {-85, 0, 45}},
+                 Shape::closed, 0.2, 12.0);
 }
 
 // A winding country road of 1.5 km that closes.
-Route country_road(double speed, int laps) {
+TrackPointer country_road() {
   static const std::vector<Corner> corners{
       {150, 0, 60},   {330, 0, 60},   {420, 110, 45}, {330, 190, 35}, {380, 290, 40},
       {270, 330, 40}, {200, 230, 30}, {110, 250, 35}, {90, 350, 30},  {-30, 330, 40},
       {-60, 190, 50}, {30, 110, 30},  {-50, 40, 30},  {20, 0, 40},
   };
-  return rounds(polygon(corners, Shape::closed, 0.2, 20.0), speed, laps);
+  return polygon(corners, Shape::closed, 0.2, 20.0);
 }
 
-// Steady turns to the left.
-Route turns(double radius, double smoothing_length, double speed, int laps) {
-  return rounds(circle_through_origin(radius, smoothing_length), speed, laps);
+TrackPointer small_circle() {
+  return circle_through_origin(1.2, 0.3);
+}
+TrackPointer large_circle() {
+  return circle_through_origin(40.0, 8.0);
 }
 
 constexpr DriverLimits brisk{.lateral = 5.0, .acceleration = 2.0, .deceleration = 2.0};
@@ -189,49 +284,48 @@ constexpr DriverLimits in_the_car_park{.lateral = 2.0, .acceleration = 1.0, .dec
 constexpr double degree = pi / 180.0;
 
 constexpr std::array scenarios{
-    Scenario{"lap", "laps on an 8 m x 5 m competition track, back to the start line",
-             CarKind::scale_car, 1.5, 4.0, 3, brisk, laps_of<competition_track>},
-    Scenario{"circle", "steady turns to the left, 1.2 m radius", CarKind::scale_car, 1.0, 3.0, 5,
-             brisk, [](double speed, int laps) { return turns(1.2, 0.3, speed, laps); }},
+    Scenario{"lap", "laps on an 8 m x 5 m competition track, back to the start line", scale_car,
+             1.5, 4.0, 3, brisk, laps_of<competition_track>},
+    Scenario{"circle", "steady turns to the left, 1.2 m radius", scale_car, 1.0, 3.0, 5, brisk,
+             laps_of<small_circle>},
     Scenario{"circles", "steady circles left and right, slow to fast: odom identify stiffness",
-             CarKind::scale_car, 2.0, 3.0, 2, brisk, circles},
+             scale_car, 2.0, 3.0, 2, brisk, circles},
     Scenario{"exercise", "circles and quick weaving at several speeds: odom identify fit",
-             CarKind::scale_car, 2.0, 3.0, 1, brisk, exercise},
-    Scenario{"slalom", "weaving through cones, out and back", CarKind::scale_car, 1.5, 3.0, 2,
-             brisk, slalom},
-    Scenario{"stop-and-go", "laps with stops after 0.6 to 4 m, no two alike", CarKind::scale_car,
-             1.5, 3.0, 2, brisk,
+             scale_car, 2.0, 3.0, 1, brisk, exercise},
+    Scenario{"slalom", "weaving through cones, out and back", scale_car, 1.5, 3.0, 2, brisk,
+             slalom},
+    Scenario{"stop-and-go", "laps with stops after 0.6 to 4 m, no two alike", scale_car, 1.5, 3.0,
+             2, brisk,
              [](double speed, int laps) {
                return rounds_with_stops(competition_track(),
                                         std::array{2.5, 1.2, 3.4, 0.6, 1.9, 4.1}, 0.5, speed, laps);
              }},
-    Scenario{"parking", "into a bay and to the kerb, forward and in reverse", CarKind::scale_car,
-             0.6, 1.5, 3, gentle, parking},
-    Scenario{"patch", "laps with ice in two curves and on the straight", CarKind::scale_car, 1.6,
-             3.0, 3, blind, patch},
-    Scenario{"drift", "a figure of eight in power slides, left and right", CarKind::scale_car, 3.4,
-             4.0, 3, drifting, drift},
-    Scenario{"road", "a full-size car on 1.5 km of winding road", CarKind::saloon, 18.0, 30.0, 1,
-             on_the_road, country_road},
-    Scenario{"hills", "a full-size car on that road, uphill, downhill and banked",
-             CarKind::bmw_320i, 18.0, 30.0, 1, on_the_road, country_road, 0.05, 4.0 * degree},
-    Scenario{"banked", "a full-size car on an oval, 45 m radius, with 10 degrees of bank",
-             CarKind::bmw_320i, 15.0, 20.0, 2, on_the_course, banked_oval, 0.0, 10.0 * degree},
-    Scenario{"lap", "full-size cars: laps of a handling course, up to 7 m/s2", CarKind::bmw_320i,
-             15.0, 25.0, 2, on_the_course, laps_of<course>},
-    Scenario{"circle", "full-size cars: steady turns to the left, 40 m radius", CarKind::bmw_320i,
-             14.0, 20.0, 3, on_the_course,
-             [](double speed, int laps) { return turns(40.0, 8.0, speed, laps); }},
-    Scenario{"slalom", "full-size cars: cones spaced for 4.5 m/s2", CarKind::bmw_320i, 15.0, 25.0,
-             1, on_the_course, cone_slalom},
-    Scenario{"stop-and-go", "full-size cars: the course with stops after 15 to 130 m",
-             CarKind::bmw_320i, 15.0, 25.0, 1, on_the_course,
+    Scenario{"parking", "into a bay and to the kerb, forward and in reverse", scale_car, 0.6, 1.5,
+             3, gentle, parking},
+    Scenario{"patch", "laps with ice in two curves and on the straight", scale_car, 1.6, 3.0, 3,
+             blind, patch},
+    Scenario{"drift", "a figure of eight in power slides, left and right", scale_car, 3.4, 4.0, 3,
+             drifting, drift},
+    Scenario{"road", "a full-size car on 1.5 km of winding road", saloon, 18.0, 30.0, 1,
+             on_the_road, laps_of<country_road>},
+    Scenario{"hills", "a full-size car on that road, uphill, downhill and banked", bmw_320i, 18.0,
+             30.0, 1, on_the_road, laps_of<country_road>, 0.05, 4.0 * degree},
+    Scenario{"banked", "a full-size car on an oval, 45 m radius, with 10 degrees of bank", bmw_320i,
+             15.0, 20.0, 2, on_the_course, laps_of<banked_oval>, 0.0, 10.0 * degree},
+    Scenario{"lap", "full-size cars: laps of a handling course, up to 7 m/s2", bmw_320i, 15.0, 25.0,
+             2, on_the_course, laps_of<course>},
+    Scenario{"circle", "full-size cars: steady turns to the left, 40 m radius", bmw_320i, 14.0,
+             20.0, 3, on_the_course, laps_of<large_circle>},
+    Scenario{"slalom", "full-size cars: cones spaced for 4.5 m/s2", bmw_320i, 15.0, 25.0, 1,
+             on_the_course, cone_slalom},
+    Scenario{"stop-and-go", "full-size cars: the course with stops after 15 to 130 m", bmw_320i,
+             15.0, 25.0, 1, on_the_course,
              [](double speed, int laps) {
                return rounds_with_stops(course(), std::array{70.0, 30.0, 110.0, 15.0, 50.0, 130.0},
                                         10.0, speed, laps);
              }},
-    Scenario{"parking", "full-size cars: into a bay and to the kerb", CarKind::bmw_320i, 3.0, 6.0,
-             2, in_the_car_park, car_park},
+    Scenario{"parking", "full-size cars: into a bay and to the kerb", bmw_320i, 3.0, 6.0, 2,
+             in_the_car_park, car_park},
 };
 
 }  // namespace
