@@ -23,29 +23,6 @@ std::int64_t limit(const std::string& text, const std::string& option, std::int6
   return *time;
 }
 
-}  // namespace
-
-void add_record_options(Command method, RecordOptions& options) {
-  method.add("--config", "TOML", options.config,
-             "Configuration of the car (TOML), for the signals of --can");
-  method.add("--can", "SRC", options.logs, "Log of candump -L, or - for standard input; repeatable",
-             {one_each()});
-  method.add("--csv", "CSV", options.csv,
-             "Record instead of a log: columns t [s], yaw_rate [rad/s]");
-  method.add("--from", "T", options.from, "Start time [s] after the record's first sample");
-  method.add("--to", "T", options.to, "End time [s] after the record's first sample");
-}
-
-bool is_given(const RecordOptions& options) {
-  return !options.csv.empty() || !options.logs.empty();
-}
-
-std::string name_of(const RecordOptions& options) {
-  return options.csv.empty() ? options.logs.front() : options.csv;
-}
-
-namespace {
-
 SignalLog read_csv(const std::string& file, const std::vector<estimator::Source>& columns) {
   std::vector<std::string> names{"t"};
   for (const estimator::Source source : columns)
@@ -109,6 +86,25 @@ void cut(SignalLog& log, const RecordOptions& options) {
 }
 
 }  // namespace
+
+void add_record_options(Command method, RecordOptions& options) {
+  method.add("--config", "TOML", options.config,
+             "Configuration of the car (TOML), for the signals of --can");
+  method.add("--can", "SRC", options.logs, "Log of candump -L, or - for standard input; repeatable",
+             {one_each()});
+  method.add("--csv", "CSV", options.csv,
+             "Record instead of a log: columns t [s], yaw_rate [rad/s]");
+  method.add("--from", "T", options.from, "Start time [s] after the record's first sample");
+  method.add("--to", "T", options.to, "End time [s] after the record's first sample");
+}
+
+bool is_given(const RecordOptions& options) {
+  return !options.csv.empty() || !options.logs.empty();
+}
+
+std::string name_of(const RecordOptions& options) {
+  return options.csv.empty() ? options.logs.front() : options.csv;
+}
 
 SignalLog read_record(const RecordOptions& options, const std::vector<estimator::Source>& columns) {
   if (!options.csv.empty() && !options.logs.empty()) refuse("--csv and --can: give one of them");

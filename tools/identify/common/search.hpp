@@ -1,4 +1,4 @@
-// Searches on an interval: by halving it, and by golden section.
+// Searches on an interval, by halving it.
 #pragma once
 
 namespace odomd::tools {
@@ -20,29 +20,12 @@ template <class Predicate>
   return range;
 }
 
-/// Argument of the maximum of a unimodal function, to this width.
+/// Argument of the maximum of a smooth unimodal function: where it begins to fall.
 template <class Function>
-[[nodiscard]] double argmax_unimodal(Function&& function, Interval range, double width) {
-  constexpr double golden = 0.6180339887498949;
-  const auto inner = [&range](double share) {
-    return range.low + share * (range.high - range.low);
-  };
-  double a = inner(1.0 - golden), b = inner(golden);
-  double at_a = function(a), at_b = function(b);
-  while (range.high - range.low > width) {
-    if (at_a < at_b) {
-      range.low = a;
-      a = b;
-      at_a = at_b;
-      at_b = function(b = inner(golden));
-    } else {
-      range.high = b;
-      b = a;
-      at_b = at_a;
-      at_a = function(a = inner(1.0 - golden));
-    }
-  }
-  return range.middle();
+[[nodiscard]] double argmax_unimodal(Function&& function, Interval range, int halvings) {
+  const double h = 0.01 * (range.high - range.low);
+  return bisect(range, halvings, [&](double x) { return function(x + h) > function(x - h); })
+      .middle();
 }
 
 }  // namespace odomd::tools

@@ -37,25 +37,21 @@ std::optional<Measured> gyro_at_rest(const Series& speed, const Series& gyro, do
   constexpr std::int64_t margin_ns = 300'000'000, least_ns = 1'000'000'000;
   constexpr double moved = 1e-3;  // [rad/s]
   const double still = 0.02 * slow;
-  double sum = 0.0, squares = 0.0;
-  int count = 0;
+  std::vector<double> readings;
   for (std::size_t i = 0; i < speed.size(); ++i) {
     if (std::fabs(speed.value[i]) > still) continue;
     const std::size_t first = i;
     while (i + 1 < speed.size() && std::fabs(speed.value[i + 1]) <= still) ++i;
     if (speed.t_ns[i] - speed.t_ns[first] < least_ns) continue;
     for (std::size_t k = 0; k < gyro.size(); ++k) {
-      if (gyro.t_ns[k] < speed.t_ns[first] + margin_ns || gyro.t_ns[k] > speed.t_ns[i] - margin_ns)
-        continue;
-      sum += gyro.value[k];
-      squares += gyro.value[k] * gyro.value[k];
-      ++count;
+      if (gyro.t_ns[k] >= speed.t_ns[first] + margin_ns &&
+          gyro.t_ns[k] <= speed.t_ns[i] - margin_ns)
+        readings.push_back(gyro.value[k]);
     }
   }
-  if (count < 10) return std::nullopt;
-  const double mean = sum / count;
-  const double scatter = std::max(0.0, squares / count - mean * mean);
-  return Measured{mean, std::sqrt(scatter / count + moved * moved)};
+  if (readings.size() < 10) return std::nullopt;
+  const Measured mean = mean_of(readings);
+  return Measured{mean.value, std::hypot(mean.sigma, moved)};
 }
 
 // Names the missing message, if one is bound.

@@ -159,7 +159,6 @@ Findings findings_of(const Options& options) {
   findings.origin =
       fixed(1e-9 * static_cast<double>(log.last_ns - log.first_ns), 0) + " s of drive";
   append(findings.warnings, camera.warnings);
-  append(findings.warnings, estimate.warnings);
 
   Clock clock;
   for (const SourceOffset& found : estimate.offsets)

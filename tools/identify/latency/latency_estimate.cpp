@@ -94,8 +94,7 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
   if (rough && log.has(Source::steering)) {
     result.steering = steering_response(config.vehicle, drive.on_grid(log.of(Source::steering)),
                                         smooth(*rough, 0.04), gyro, log.first_ns, report);
-    if (result.steering->failure.empty())
-      place_pairs(FrontWheels{result.steering->front_wheels, result.steering->side_speed});
+    if (result.steering->failure.empty()) place_pairs(result.steering->front_wheels);
   }
   for (const Source source : wheel_sources) {
     if (!log.has(source)) continue;

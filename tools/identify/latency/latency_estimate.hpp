@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "daemon/core/config.hpp"
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/cli/progress.hpp"
 #include "tools/identify/common/signal_log.hpp"
@@ -30,7 +29,6 @@ struct SourceOffset {
 struct LatencyEstimate {
   std::vector<SourceOffset> offsets;  ///< of the sources that are mapped, without gyro and steering
   std::optional<SteeringResponse> steering;
-  diagnostics::Diagnostics warnings;
 };
 
 /// The offsets that can be determined. Throws std::invalid_argument if there is no gyro in the log,

@@ -102,12 +102,6 @@ struct GyroDrive {
   return {source, std::move(against), found.value, found.sigma, found.explained, found.failure};
 }
 
-/// Angle of the front wheels and side slip of the car, on the gyro's clock.
-struct FrontWheels {
-  Resampled angle;       ///< δ [rad]
-  Resampled side_speed;  ///< v_y of the centre of gravity [m/s]
-};
-
 /// Of both wheels of an axle, from their difference in turns; `front_wheels` improves that of the
 /// front ones.
 [[nodiscard]] SourceOffset wheel_pair(const GyroDrive& drive, estimator::Source left,

@@ -64,7 +64,7 @@ struct DrivenCar {
   double rate_limit = std::numeric_limits<double>::infinity();  ///< where its logarithm counts from
 };
 
-VectorXd predicted(const DrivenCar& drive, const VectorXd& p, SteeringResponse* seen = nullptr) {
+VectorXd predicted(const DrivenCar& drive, const VectorXd& p, FrontWheels* seen = nullptr) {
   namespace model = car_model;
   const estimator::Vehicle& v = drive.car;
   model::Car<double> car{.mass = v.mass,
@@ -104,7 +104,7 @@ VectorXd predicted(const DrivenCar& drive, const VectorXd& p, SteeringResponse* 
     const double accel = (drive.speed.at(t + step_s) - x[model::v_x]) / step_s;
     before = x[model::yaw_rate];
     if (seen != nullptr) {
-      seen->front_wheels.value.push_back(x[model::steer]);
+      seen->angle.value.push_back(x[model::steer]);
       seen->side_speed.value.push_back(x[model::v_y]);
     }
     const double steer = x[model::steer];
@@ -167,11 +167,11 @@ Eigen::MatrixXd covariance_of(const LeastSquares& problem, const DrivenCar& driv
 /// the drive keeps the limit.
 std::optional<LeastSquaresSolution> limited(LeastSquares problem, DrivenCar& drive,
                                             const LeastSquaresSolution& without) {
-  SteeringResponse seen;
-  seen.front_wheels = {drive.speed.begin, step_s, {}};
+  const Resampled from_the_start{drive.speed.begin, step_s, {}};
+  FrontWheels seen{from_the_start, from_the_start};
   (void)predicted(drive, without.parameters, &seen);
   const double before = cost_of(problem, without.parameters, without.noise);
-  drive.rate_limit = quickest(seen.front_wheels);
+  drive.rate_limit = quickest(seen.angle);
   problem.start = without.parameters;
   std::vector<double> trials;
   for (const double part : {0.8, 0.6, 0.45, 0.35, 0.25, 0.18, 0.12})
@@ -251,8 +251,8 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   result.in_all = {found.parameters[dead] + tau,
                    std::hypot(unmodelled_factor * std::sqrt(of_all), unmodelled)};
   result.explained = std::max(0.0, 1.0 - std::pow(found.noise / spread, 2));
-  result.front_wheels = result.side_speed = {drive.speed.begin, step_s, {}};
-  (void)predicted(drive, found.parameters, &result);
+  result.front_wheels.angle = result.front_wheels.side_speed = {drive.speed.begin, step_s, {}};
+  (void)predicted(drive, found.parameters, &result.front_wheels);
   if (result.explained < 0.5)
     result.failure = "the yaw rate does not follow the steering: sign, scale, mapping?";
   return result;

@@ -16,14 +16,19 @@
 
 namespace odomd::tools {
 
+/// Angle of the front wheels and side slip of the car over a drive, on the gyro's clock.
+struct FrontWheels {
+  Resampled angle;       ///< δ [rad]
+  Resampled side_speed;  ///< v_y of the centre of gravity [m/s]
+};
+
 struct SteeringResponse {
   Measured dead_time;  ///< from the steering's stamps to the gyro's [s]; negative: a late sensor
   Measured time_constant;              ///< of the actuator [s]
   Measured in_all;                     ///< their sum, which is more precise than either
   std::optional<Measured> rate_limit;  ///< if the wheels are visibly slower [rad/s]
   double explained = 0.0;              ///< share of the variance of the yaw rate
-  Resampled front_wheels;              ///< their angle δ over the drive, by the fitted model [rad]
-  Resampled side_speed;                ///< v_y of the centre of gravity, likewise [m/s]
+  FrontWheels front_wheels;            ///< by the fitted model
   std::string failure;                 ///< why they are not valid; empty: they are
 };
 

@@ -17,11 +17,8 @@ namespace {
 void allow_for_resolution(const Series& series, double range, double duration,
                           StandingNoise& noise) {
   const double rounding = rounding_noise(noise.resolution);
-  const std::size_t tenth = series.size() / 10;
-  const std::span<const double> values(series.value);
-  for (const auto& [bias, part] : {std::pair{&noise.bias, values.first(tenth)},
-                                   std::pair{&noise.bias_at_end, values.last(tenth)}})
-    bias->sigma = std::hypot(bias->sigma, rounding_left(part, noise.resolution));
+  const auto begin = std::span<const double>(series.value).first(series.size() / 10);
+  noise.bias.sigma = std::hypot(noise.bias.sigma, rounding_left(begin, noise.resolution));
   if (noise.sigma.value >= rounding) return;
   noise.resolution_hides_noise = true;
   noise.sigma = {rounding, 0.5 * rounding};
@@ -65,7 +62,7 @@ Explained explain(const Series& series) {
     best = least + step * i;
     best_value = value;
   }
-  best = argmax_unimodal(of_log, {std::max(best - step, least), std::min(best + step, most)}, 1e-3);
+  best = argmax_unimodal(of_log, {std::max(best - step, least), std::min(best + step, most)}, 12);
   best_value = of_log(best);
   const double none = likelihood(0.0);
 
@@ -101,9 +98,7 @@ Explained explain(const Series& series) {
   // A walk too small for the record to show still adds to the bias's uncertainty.
   const double for_bias = walks ? lambda : std::exp(limit);
   const FilteredBias begin = filter_bias(series, for_bias, Direction::backwards);
-  const FilteredBias end = filter_bias(series, for_bias, Direction::forwards);
   noise.bias = {begin.bias, std::sqrt(begin.variance * variance)};
-  noise.bias_at_end = {end.bias, std::sqrt(end.variance * variance)};
   noise.resolution = resolution_of(series.value);
   noise.from_the_last = noise.sigma.value;
   allow_for_resolution(series, high - low, duration, noise);

@@ -26,9 +26,8 @@ struct StandingNoise {
   /// White noise of a sample. For correlated samples the value that gives the uncertainty of means
   /// of many of them.
   Measured sigma;
-  Measured density;  ///< the same per √Hz: σ √(time between samples)
-  Measured bias;     ///< at the begin of the record
-  Measured bias_at_end;
+  Measured density;                ///< the same per √Hz: σ √(time between samples)
+  Measured bias;                   ///< at the begin of the record
   std::optional<Measured> walk;    ///< K [unit/√s], if the record determines it
   double walk_below = 0.0;         ///< K is smaller than this with 97.5 %
   double sample_period = 0.0;      ///< mean [s]

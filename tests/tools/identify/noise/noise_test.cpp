@@ -142,7 +142,6 @@ TEST(StandingNoise, OfCoarseStepsIsNoSmallerThanTheirRounding) {
       const StandingNoise noise = standing_noise(in_steps(fine, step), "gyro");
       EXPECT_NEAR(noise.resolution, step, 1e-9);
       EXPECT_TRUE(is_inside(noise.bias, bias, 2.0)) << sigma << ' ' << bias;
-      EXPECT_TRUE(is_inside(noise.bias_at_end, bias, 2.0)) << sigma << ' ' << bias;
       EXPECT_GE(noise.sigma.value, step / std::sqrt(12.0));
       EXPECT_FALSE(noise.walk);
       EXPECT_EQ(noise.outliers, 0);
