@@ -48,15 +48,10 @@ daemon::Config config_of(const DriveFiles& files) {
     return config;
   }
   const auto own = file_in(files.folder, "car.toml");
-  if (!own) {
+  if (!own)
     throw std::invalid_argument(files.folder.string() +
                                 ": has no car.toml; give the car's configuration with --config");
-  }
   return daemon::load_config(*own);
-}
-
-void append(std::vector<fs::path>& to, const std::vector<fs::path>& from) {
-  to.insert(to.end(), from.begin(), from.end());
 }
 
 void read_camera(Drive& drive, const fs::path& file, CameraUse use) try {
@@ -76,8 +71,10 @@ void read_camera(Drive& drive, const fs::path& file, CameraUse use) try {
 
 void check_folder(const fs::path& folder) {
   std::error_code ignored;
-  if (!fs::is_directory(folder, ignored))
-    throw std::invalid_argument(folder.string() + ": is not a folder; check the path");
+  if (fs::is_directory(folder, ignored)) return;
+  const bool file = fs::exists(folder, ignored);
+  throw std::invalid_argument(folder.string() + (file ? ": is a file; give the folder of its drive"
+                                                      : ": is not a folder; check the path"));
 }
 
 std::optional<fs::path> log_in(const fs::path& folder) {
@@ -111,7 +108,7 @@ std::vector<std::string> names_side_by_side(const std::vector<std::string>& fold
 std::vector<fs::path> files_of(const DriveFiles& files) {
   check_folder(files.folder);
   std::vector<fs::path> all = config_of(files).can.dbc;
-  append(all, {files.config, files.reference});
+  all.insert(all.end(), {files.config, files.reference});
   for (const char* name :
        {"car.toml", "car.dbc", "drive.log", "can.log", "camera.csv", "truth.csv", "beat.csv"})
     all.push_back(files.folder / name);

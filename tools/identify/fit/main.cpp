@@ -105,14 +105,15 @@ std::vector<estimator::CameraPose> poses_of_reference(const std::string& file,
 
 // One bias for all drives: the mean of those with a standstill.
 std::optional<Measured> at_rest(std::span<const fitting::Drive> drives) {
-  Measured rest{0.0, std::numeric_limits<double>::infinity()};
-  int count = 0;
+  std::vector<double> values;
+  double sigma = std::numeric_limits<double>::infinity();
   for (const fitting::Drive& drive : drives) {
     if (!drive.rest) continue;
-    rest.value += (drive.rest->value - rest.value) / ++count;
-    rest.sigma = std::min(rest.sigma, drive.rest->sigma);
+    values.push_back(drive.rest->value);
+    sigma = std::min(sigma, drive.rest->sigma);
   }
-  return count == 0 ? std::nullopt : std::optional(rest);
+  if (values.empty()) return std::nullopt;
+  return Measured{mean_of(values).value, sigma};
 }
 
 struct Files {
@@ -127,20 +128,13 @@ bool is_there(const fs::path& file) {
   return fs::exists(file, ignored);
 }
 
-fs::path folder_of(const std::string& drive) {
-  std::error_code ignored;
-  if (fs::is_directory(drive, ignored)) return drive;
-  throw std::invalid_argument("--drive " + drive +
-                              (is_there(drive) ? ": is a file; give the folder of its drive"
-                                               : ": is not a folder; check the path"));
-}
-
 // One car: drives with different configurations are refused.
 daemon::Config config_of(const FitOptions& options) {
   if (!options.config.empty()) return daemon::load_config(options.config);
   std::optional<daemon::Config> config;
   for (const std::string& drive : options.drives) {
-    const fs::path file = folder_of(drive) / "car.toml";
+    check_folder(drive);
+    const fs::path file = fs::path(drive) / "car.toml";
     if (!is_there(file))
       refuse("{}: has no car.toml; give the car's configuration with --config", drive);
     daemon::Config own = daemon::load_config(file);
@@ -155,9 +149,9 @@ daemon::Config config_of(const FitOptions& options) {
 std::vector<Files> files_of(const FitOptions& options) {
   std::vector<Files> result;
   for (const std::string& folder : options.drives) {
-    const fs::path place = folder_of(folder);
-    const std::string log = need_log_in(place).string();
-    const fs::path poses = place / (options.use_reference ? "truth.csv" : "camera.csv");
+    check_folder(folder);
+    const std::string log = need_log_in(folder).string();
+    const fs::path poses = fs::path(folder) / (options.use_reference ? "truth.csv" : "camera.csv");
     if (!is_there(poses))
       throw std::invalid_argument(
           folder + (options.use_reference ? ": has no truth.csv to fit to"
