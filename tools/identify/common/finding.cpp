@@ -256,7 +256,8 @@ void deliver(Findings findings, const Delivery& delivery) {
     problem = std::current_exception();
   }
   warn("identify " + findings.method, findings.warnings);
-  std::cout << (delivery.json ? json_text(as_json(findings)) + "\n" : as_text(findings))
+  std::cout << (delivery.json ? json_text(as_json(findings)) + "\n"
+                              : findings.table + as_text(findings))
             << std::flush;
   if (problem) std::rethrow_exception(problem);
   if (delivery.write.empty()) return;

@@ -45,6 +45,7 @@ struct Findings {
   std::string origin;  ///< for the note after each written number: "scale, 4 wheels"
   std::vector<Finding> values;
   diagnostics::Diagnostics warnings;
+  std::string table;               ///< of what they are from, above the values; may be empty
   std::string obstacle;            ///< to writing any without --force; empty: none
   nlohmann::ordered_json details;  ///< further figures of the method for --json; may be null
 };

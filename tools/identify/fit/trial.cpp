@@ -197,7 +197,7 @@ tools::Drive trial_drive(const std::string& name, const daemon::Config& config,
 }
 
 Ratio choose(std::vector<Group>& groups, const std::function<Ratio(const Patch&)>& judge,
-             const Progress& progress) {
+             const ReportProgress& progress) {
   Ratio now{.all = 1.0, .half = {1.0, 1.0}};
   const auto best_of = [&](bool to_drop) {
     std::optional<std::pair<std::size_t, Ratio>> best;
@@ -226,7 +226,8 @@ Ratio choose(std::vector<Group>& groups, const std::function<Ratio(const Patch&)
   return now;
 }
 
-void try_out(Findings& findings, std::span<const tools::Drive> drives, const Progress& progress) {
+void try_out(Findings& findings, std::span<const tools::Drive> drives,
+             const ReportProgress& progress) {
   std::size_t replays = drives.size();
   const std::vector<Score> before = scores(drives, {});
   const auto judge = [&](const Patch& patch) -> Ratio {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/cli/progress.hpp"
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/identify/common/finding.hpp"
@@ -47,18 +48,17 @@ struct Group {
   bool taken = false;
 };
 
-using Progress = std::function<void(const std::string&)>;
-
 /// Takes the best group to take, or if there is none drops the best one to drop, until neither
 /// helps. It takes nothing that increases the errors, drops nothing unless that clearly reduces
 /// them, and does neither if it much increases those of a half. Returns the errors with what is
 /// taken. `judge` replays with a patch.
 [[nodiscard]] Ratio choose(std::vector<Group>& groups,
                            const std::function<Ratio(const Patch&)>& judge,
-                           const Progress& progress = {});
+                           const ReportProgress& progress = {});
 
 /// Marks the values that choose() does not take, with the reason: they stay as configured.
 /// `progress` is called now and then. Drives are those of trial_drive().
-void try_out(Findings& findings, std::span<const tools::Drive> drives, const Progress& progress);
+void try_out(Findings& findings, std::span<const tools::Drive> drives,
+             const ReportProgress& progress);
 
 }  // namespace odomd::tools::fitting

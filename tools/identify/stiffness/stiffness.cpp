@@ -3,7 +3,6 @@
 #include <toml++/toml.h>
 
 #include <cmath>
-#include <iostream>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -189,9 +188,8 @@ void measure_film(const Options& options, const daemon::Config& config, const Ma
   films.names.push_back(track.name);
 }
 
-void identify_stiffness(const Options& options) {
+Findings identify_stiffness(const Options& options) {
   check(options);
-  check(options.delivery);
   const MarkerPlaces places{parse_place("--front", options.front),
                             parse_place("--rear", options.rear)};
   if (!options.plot.empty()) chart::check_picture(options.plot);
@@ -211,8 +209,7 @@ void identify_stiffness(const Options& options) {
   const diagnostics::Diagnostics against = contradictions(films, found, car);
   if (against.empty()) require_slip(found);
   if (!options.plot.empty()) chart::write_picture(options.plot, draw_stiffness(found));
-  if (!options.delivery.json) std::cout << circle_table(films, found) << '\n';
-  deliver(stiffness_findings(films, found, against), options.delivery);
+  return stiffness_findings(films, found, against);
 }
 
 void describe_stiffness(Command command, Options& options) {
@@ -277,8 +274,6 @@ Examples:
             "Standard uncertainty of a given scale, relative; default: 0.3%");
   known.add("--rolling-resistance", "C", options.rolling_resistance,
             "Coefficient of rolling resistance, +- 0.01; default: 0.015");
-  add_delivery(command, options.delivery);
-  add_strict(command, options.damage);
 }
 
 }  // namespace
@@ -287,7 +282,8 @@ void add_stiffness(Command identify) {
   auto options = std::make_shared<Options>();
   Command method = identify.add_subcommand("stiffness");
   describe_stiffness(method, *options);
-  method.callback([options] { identify_stiffness(*options); });
+  add_delivery(method, options, identify_stiffness);
+  add_strict(method, options->damage);
 }
 
 }  // namespace odomd::tools

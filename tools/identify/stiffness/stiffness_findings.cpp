@@ -30,13 +30,33 @@ Finding stiffness_finding(const std::string& axle, const AxleStiffness& found) {
              : finding;
 }
 
+/// One row per circle.
+std::string circle_table(const FilmedCircles& films, const CorneringStiffness& found) {
+  Table table{.header = {"film", "from [s]", "turns", "v [m/s]", "R [m]", "a_y [m/s2]",
+                         "slip front [deg]", "rear [deg]", ""}};
+  for (std::size_t k = 0; k < films.circles.size(); ++k) {
+    const CircleRun& run = films.circles[k];
+    const bool kept = found.front.points[k].weight > 0.5 && found.rear.points[k].weight > 0.5;
+    table.rows.push_back({run.film, fixed(1e-9 * static_cast<double>(run.begin_ns), 1),
+                          fixed(run.turned / (2.0 * std::numbers::pi), 2), fixed(run.speed, 2),
+                          fixed(run.radius(), 2), fixed(run.lateral_accel, 2),
+                          fixed(degrees * found.front.points[k].slip, 2),
+                          fixed(degrees * found.rear.points[k].slip, 2),
+                          !found.in_range[k] ? "beyond the linear range"
+                          : kept             ? ""
+                                             : "off the curve"});
+  }
+  return table.text();
+}
+
 }  // namespace
 
 Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness& found,
                             const diagnostics::Diagnostics& against) {
   Findings findings{.method = "stiffness",
                     .origin = fmt::format("{} filmed", counted(films.circles.size(), "circle")),
-                    .warnings = films.warnings};
+                    .warnings = films.warnings,
+                    .table = circle_table(films, found) + '\n'};
   findings.values.push_back(stiffness_finding("front", found.front));
   findings.values.push_back(stiffness_finding("rear", found.rear));
   append(findings.warnings, against);
@@ -98,24 +118,6 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
                                          200.0 * finding.sigma / finding.value)));
   }
   return findings;
-}
-
-std::string circle_table(const FilmedCircles& films, const CorneringStiffness& found) {
-  Table table{.header = {"film", "from [s]", "turns", "v [m/s]", "R [m]", "a_y [m/s2]",
-                         "slip front [deg]", "rear [deg]", ""}};
-  for (std::size_t k = 0; k < films.circles.size(); ++k) {
-    const CircleRun& run = films.circles[k];
-    const bool kept = found.front.points[k].weight > 0.5 && found.rear.points[k].weight > 0.5;
-    table.rows.push_back({run.film, fixed(1e-9 * static_cast<double>(run.begin_ns), 1),
-                          fixed(run.turned / (2.0 * std::numbers::pi), 2), fixed(run.speed, 2),
-                          fixed(run.radius(), 2), fixed(run.lateral_accel, 2),
-                          fixed(degrees * found.front.points[k].slip, 2),
-                          fixed(degrees * found.rear.points[k].slip, 2),
-                          !found.in_range[k] ? "beyond the linear range"
-                          : kept             ? ""
-                                             : "off the curve"});
-  }
-  return table.text();
 }
 
 // The measured tyres as a picture: side force over slip angle of both axles, the circles as points,

@@ -45,9 +45,6 @@ void require_slip(const CorneringStiffness& found);
                                           const CorneringStiffness& found,
                                           const diagnostics::Diagnostics& against);
 
-/// A table with one row per circle.
-[[nodiscard]] std::string circle_table(const FilmedCircles& films, const CorneringStiffness& found);
-
 /// Front axle, rear axle.
 [[nodiscard]] std::vector<chart::Drawing> draw_stiffness(const CorneringStiffness& found);
 
