@@ -17,8 +17,6 @@ std::int64_t nanoseconds(double s) {
   return std::llround(1e9 * s);
 }
 
-using enum Parameter;
-
 constexpr double width = 1920.0, height = 1080.0;
 
 }  // namespace
