@@ -32,12 +32,25 @@ std::size_t width(std::string_view text) {
   }));
 }
 
-std::string Table::text() const {
+std::vector<std::vector<std::string>> Table::aligned() const {
   std::vector<std::vector<std::string>> all{header};
   all.insert(all.end(), rows.begin(), rows.end());
-  align_columns(all, flush_left, [](std::string& cell) -> std::string& { return cell; });
-  std::string out;
+  std::vector<std::size_t> widths;
   for (const auto& cells : all) {
+    widths.resize(std::max(widths.size(), cells.size()));
+    for (std::size_t i = 0; i < cells.size(); ++i) widths[i] = std::max(widths[i], width(cells[i]));
+  }
+  for (auto& cells : all)
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const bool left = std::ranges::find(flush_left, i) != flush_left.end();
+      cells[i].insert(left ? cells[i].size() : 0, widths[i] - width(cells[i]), ' ');
+    }
+  return all;
+}
+
+std::string Table::text() const {
+  std::string out;
+  for (const auto& cells : aligned()) {
     std::string line;
     for (std::size_t i = 0; i < cells.size(); ++i) line += (i == 0 ? "" : "  ") + cells[i];
     line.erase(line.find_last_not_of(' ') + 1);

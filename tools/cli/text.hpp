@@ -1,10 +1,8 @@
 // Text for people: numbers with fixed decimals, tables that line up, JSON.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,31 +20,14 @@ namespace odomd::tools {
 /// Width on the terminal: characters, not bytes, of UTF-8.
 [[nodiscard]] std::size_t width(std::string_view text);
 
-/// Fills the cells of rows with blanks to columns of one width, flush right but for `flush_left`.
-/// `text_of` is the text of a cell, a std::string&.
-template <typename Cell, typename TextOf>
-void align_columns(std::vector<std::vector<Cell>>& rows, std::span<const std::size_t> flush_left,
-                   TextOf text_of) {
-  std::vector<std::size_t> widths;
-  for (auto& row : rows) {
-    widths.resize(std::max(widths.size(), row.size()));
-    for (std::size_t i = 0; i < row.size(); ++i)
-      widths[i] = std::max(widths[i], width(text_of(row[i])));
-  }
-  for (auto& row : rows)
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      std::string& text = text_of(row[i]);
-      const bool left = std::ranges::find(flush_left, i) != flush_left.end();
-      text.insert(left ? text.size() : 0, widths[i] - width(text), ' ');
-    }
-}
-
 /// Columns are flush right but for those in `flush_left`; two spaces in between.
 struct Table {
   std::vector<std::string> header;
   std::vector<std::vector<std::string>> rows;
   std::vector<std::size_t> flush_left{0};
 
+  /// Header and rows, their cells filled with blanks to columns of one width.
+  [[nodiscard]] std::vector<std::vector<std::string>> aligned() const;
   [[nodiscard]] std::string text() const;
 };
 

@@ -24,7 +24,7 @@
 #include "tools/doctor/drive.hpp"
 #include "tools/doctor/machine.hpp"
 #include "tools/live/daemon_link.hpp"
-#include "tools/live/status_values.hpp"
+#include "tools/live/status_value.hpp"
 #include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
@@ -149,7 +149,8 @@ void examine_here(const Options& options, Examination& examination) {
     try {
       examination.add("odomd", doctor::examine_daemon(*status, machine));
       if (options.config.empty())
-        for (const Json& bus : member(*status, "can")) buses.push_back(word(member(bus, "name")));
+        for (const StatusValue& bus : StatusValue{*status}["can"].elements())
+          buses.push_back(bus["name"].text());
     } catch (const nlohmann::json::exception& error) {
       throw std::runtime_error(
           fmt::format("the status of odomd {} cannot be read by odom {}: "

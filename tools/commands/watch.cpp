@@ -63,7 +63,7 @@ void scroll(watch::Key key, std::size_t most, watch::View& view) {
   }
 }
 
-void watch_on_screen(const Options& options, watch::Observer& observer, watch::Glyphs glyphs) {
+void watch_on_screen(const Options& options, watch::Observer& observer, Glyphs glyphs) {
   watch::Terminal terminal{watch::colour_wanted()};
   watch::View view{.glyphs = glyphs};
   auto next = steady_clock::now();
@@ -91,10 +91,10 @@ void watch_on_screen(const Options& options, watch::Observer& observer, watch::G
   }
 }
 
-void print(const watch::State& state, watch::Glyphs glyphs) {
+void print(const watch::State& state, Glyphs glyphs) {
   const watch::Picture picture = draw(state, watch::page_for(100, 40, glyphs));
-  for (const watch::Lines& part : {picture.head, picture.body})
-    for (const watch::Line& line : part) std::cout << as_text(line) << '\n';
+  for (const Lines& part : {picture.head, picture.body})
+    for (const Line& line : part) std::cout << as_text(line) << '\n';
   std::cout.flush();
 }
 
@@ -118,7 +118,7 @@ std::string why_waiting(const watch::State& state) {
 }
 
 // A snapshot each interval; without a daemon only one, and a line on standard error.
-void watch_on_paper(const Options& options, watch::Observer& observer, watch::Glyphs glyphs) {
+void watch_on_paper(const Options& options, watch::Observer& observer, Glyphs glyphs) {
   Interrupt interrupt;
   bool waiting = false;
   for (auto next = steady_clock::now(); std::cout && has_reader() && !interrupt.requested();
@@ -139,7 +139,7 @@ void watch_on_paper(const Options& options, watch::Observer& observer, watch::Gl
   }
 }
 
-void print_once(watch::Observer& observer, watch::Glyphs glyphs) {
+void print_once(watch::Observer& observer, Glyphs glyphs) {
   constexpr auto between = std::chrono::milliseconds{500};
   observer.look();
   if (observer.state().segment || observer.state().status) {
@@ -156,7 +156,7 @@ void print_once(watch::Observer& observer, watch::Glyphs glyphs) {
 }
 
 void run(const Options& options) {
-  const watch::Glyphs glyphs = options.ascii ? watch::Glyphs::ascii : watch::glyphs_of_terminal();
+  const Glyphs glyphs = options.ascii ? Glyphs::ascii : watch::glyphs_of_terminal();
   watch::Observer observer{options.target};
   if (options.once) {
     print_once(observer, glyphs);

@@ -22,7 +22,6 @@
 
 #include "shm_api/libodom/service.h"
 #include "tools/cli/text.hpp"
-#include "tools/live/status_values.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -59,7 +58,10 @@ std::string why(int error) {
 
 namespace fs = std::filesystem;
 
-std::string text_of(const Json& value) {
+using nlohmann::json;
+
+std::string text_at(const json& status, const char* pointer) {
+  const json value = status.value(json::json_pointer{pointer}, json{});
   return value.is_string() ? value.get<std::string>() : std::string{};
 }
 
@@ -75,9 +77,9 @@ bool same_file(const fs::path& a, const fs::path& b) {
 std::optional<std::string> segment_from_status(const std::string& named, const fs::path& camera) {
   try {
     const std::string socket = socket_path(named, "status.sock");
-    const Json status = parse_status(fetch_status(socket), socket);
+    const json status = parse_status(fetch_status(socket), socket);
     const std::string segment = segment_of(status);
-    if (segment.empty() || !same_file(text_of(member(member(status, "camera"), "socket")), camera))
+    if (segment.empty() || !same_file(text_at(status, "/camera/socket"), camera))
       return std::nullopt;
     return segment;
   } catch (const std::exception&) {
@@ -174,8 +176,8 @@ odom::Client attach(const std::string& name, double wait_s) {
   }
 }
 
-std::string segment_of(const Json& status) {
-  return text_of(member(status, "shm"));
+std::string segment_of(const json& status) {
+  return text_at(status, "/shm");
 }
 
 std::string segment_behind_camera(const std::string& socket, double wait_s) {

@@ -2,51 +2,52 @@
 
 #include <fmt/format.h>
 #include <array>
+#include <span>
 
-#include "tools/live/status_values.hpp"
+#include "tools/live/status_value.hpp"
 
 namespace odomd::tools {
 namespace {
 
 /// One metric family. What has several values in the document, or is a word, gets a label.
 struct Family {
-  std::string_view pointer;  ///< of the value; _us becomes seconds
+  std::string_view path;  ///< of the value; _us becomes seconds
   std::string_view name;
   std::string_view type;
   std::string_view label;  ///< of an object's keys, or of the words
 };
 
 constexpr std::array of_daemon{
-    Family{"/version", "odom_build_info", "gauge", "version"},
-    Family{"/uptime_s", "odom_uptime_seconds", "gauge", ""},
-    Family{"/mode", "odom_mode", "gauge", "mode"},
-    Family{"/conditions", "odom_condition", "gauge", "condition"},
-    Family{"/pose/age_s", "odom_pose_age_seconds", "gauge", ""},
-    Family{"/pose/vx", "odom_forward_speed_meters_per_second", "gauge", ""},
-    Family{"/pose/vy", "odom_lateral_speed_meters_per_second", "gauge", ""},
-    Family{"/pose/yaw_rate", "odom_yaw_rate_radians_per_second", "gauge", ""},
-    Family{"/pose/sigma_x", "odom_sigma_x_meters", "gauge", ""},
-    Family{"/pose/sigma_y", "odom_sigma_y_meters", "gauge", ""},
-    Family{"/pose/sigma_yaw", "odom_sigma_yaw_radians", "gauge", ""},
-    Family{"/pose/reset_count", "odom_pose_jumps", "counter", ""},
-    Family{"/beat/ticks", "odom_ticks", "counter", ""},
-    Family{"/beat/missed", "odom_ticks_missed", "counter", ""},
-    Family{"/beat/overruns", "odom_ticks_overrun", "counter", ""},
-    Family{"/beat/wakeup_us", "odom_tick_lateness_seconds", "gauge", "statistic"},
-    Family{"/beat/execution_us", "odom_tick_duration_seconds", "gauge", "statistic"},
-    Family{"/camera/messages", "odom_camera_messages", "counter", ""},
-    Family{"/events_dropped", "odom_events_dropped", "counter", ""}};
+    Family{"version", "odom_build_info", "gauge", "version"},
+    Family{"uptime_s", "odom_uptime_seconds", "gauge", ""},
+    Family{"mode", "odom_mode", "gauge", "mode"},
+    Family{"conditions", "odom_condition", "gauge", "condition"},
+    Family{"pose/age_s", "odom_pose_age_seconds", "gauge", ""},
+    Family{"pose/vx", "odom_forward_speed_meters_per_second", "gauge", ""},
+    Family{"pose/vy", "odom_lateral_speed_meters_per_second", "gauge", ""},
+    Family{"pose/yaw_rate", "odom_yaw_rate_radians_per_second", "gauge", ""},
+    Family{"pose/sigma_x", "odom_sigma_x_meters", "gauge", ""},
+    Family{"pose/sigma_y", "odom_sigma_y_meters", "gauge", ""},
+    Family{"pose/sigma_yaw", "odom_sigma_yaw_radians", "gauge", ""},
+    Family{"pose/reset_count", "odom_pose_jumps", "counter", ""},
+    Family{"beat/ticks", "odom_ticks", "counter", ""},
+    Family{"beat/missed", "odom_ticks_missed", "counter", ""},
+    Family{"beat/overruns", "odom_ticks_overrun", "counter", ""},
+    Family{"beat/wakeup_us", "odom_tick_lateness_seconds", "gauge", "statistic"},
+    Family{"beat/execution_us", "odom_tick_duration_seconds", "gauge", "statistic"},
+    Family{"camera/messages", "odom_camera_messages", "counter", ""},
+    Family{"events_dropped", "odom_events_dropped", "counter", ""}};
 constexpr std::array of_source{
-    Family{"/healthy", "odom_source_healthy", "gauge", ""},
-    Family{"/age_s", "odom_source_age_seconds", "gauge", ""},
-    Family{"/innovations/mean_nis", "odom_source_mean_nis", "gauge", ""},
-    Family{"/innovations/dimension", "odom_source_dimension", "gauge", ""},
-    Family{"/verdicts", "odom_source_samples", "counter", "verdict"}};
-constexpr std::array of_bus{Family{"/link", "odom_can_link", "gauge", "link"},
-                            Family{"/received", "odom_can_frames", "counter", ""},
-                            Family{"/lost", "odom_can_frames_lost", "counter", ""},
-                            Family{"/error_frames", "odom_can_error_frames", "counter", ""},
-                            Family{"/bus_offs", "odom_can_bus_offs", "counter", ""}};
+    Family{"healthy", "odom_source_healthy", "gauge", ""},
+    Family{"age_s", "odom_source_age_seconds", "gauge", ""},
+    Family{"innovations/mean_nis", "odom_source_mean_nis", "gauge", ""},
+    Family{"innovations/dimension", "odom_source_dimension", "gauge", ""},
+    Family{"verdicts", "odom_source_samples", "counter", "verdict"}};
+constexpr std::array of_bus{Family{"link", "odom_can_link", "gauge", "link"},
+                            Family{"received", "odom_can_frames", "counter", ""},
+                            Family{"lost", "odom_can_frames_lost", "counter", ""},
+                            Family{"error_frames", "odom_can_error_frames", "counter", ""},
+                            Family{"bus_offs", "odom_can_bus_offs", "counter", ""}};
 
 std::string label(std::string_view name, const std::string& value) {
   std::string text;
@@ -71,19 +72,18 @@ std::string samples(const Family& family, const Json& value, const std::string& 
   const double number = value.is_boolean() ? (value.get<bool>() ? 1 : 0) : value.get<double>();
   return fmt::format("{}{}{} {}\n", family.name, family.type == "counter" ? "_total" : "",
                      labels.empty() ? "" : '{' + labels + '}',
-                     family.pointer.ends_with("_us") ? 1e-6 * number : number);
+                     family.path.ends_with("_us") ? 1e-6 * number : number);
 }
 
 /// `elements`: the document itself, or those of an array, with their names as this label.
-void append(std::string& text, std::span<const Family> families, const Json& elements,
-            std::string_view name_label) {
+void append(std::string& text, std::span<const Family> families,
+            const std::vector<StatusValue>& elements, std::string_view name_label) {
   for (const Family& family : families) {
     std::string all;
-    for (const Json& element : elements)
-      if (const Json::json_pointer at{std::string{family.pointer}};
-          element.contains(at) && element.value("configured", true))
-        all += samples(family, element.at(at),
-                       name_label.empty() ? "" : label(name_label, word(member(element, "name"))));
+    for (const StatusValue& element : elements)
+      if (!element["configured"].exists() || element["configured"].is_true())
+        all += samples(family, element[family.path].json(),
+                       name_label.empty() ? "" : label(name_label, element["name"].text()));
     if (!all.empty()) text += fmt::format("# TYPE {} {}\n{}", family.name, family.type, all);
   }
 }
@@ -93,9 +93,10 @@ void append(std::string& text, std::span<const Family> families, const Json& ele
 std::string open_metrics(const std::optional<Json>& status) {
   std::string text = fmt::format("# TYPE odom_up gauge\nodom_up {:d}\n", status.has_value());
   if (status) {
-    append(text, of_daemon, Json::array({*status}), "");
-    append(text, of_source, member(*status, "sources"), "source");
-    append(text, of_bus, member(*status, "can"), "bus");
+    const StatusValue document{*status};
+    append(text, of_daemon, {document}, "");
+    append(text, of_source, document["sources"].elements(), "source");
+    append(text, of_bus, document["can"].elements(), "bus");
   }
   return text + "# EOF\n";
 }

@@ -2,55 +2,41 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
-#include <numbers>
+#include <tuple>
+
+#include <fmt/format.h>
 
 #include "tools/cli/csv.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/conditions.hpp"
 #include "tools/drive_files/pose_csv.hpp"
+#include "tools/live/status_value.hpp"
 
 namespace odomd::tools {
 namespace {
-
-double degrees(double radians) {
-  return radians * 180.0 / std::numbers::pi;
-}
-
-// Without the whole turns that the pose counts [deg].
-double heading(const odom_pose& pose) {
-  return degrees(std::remainder(pose.yaw, 2.0 * std::numbers::pi));
-}
 
 double sigma(const odom_pose& pose, std::size_t diagonal) {
   return std::sqrt(std::max(0.0, pose.covariance[diagonal]));
 }
 
-std::string padded(std::string text, std::size_t length) {
-  if (text.size() < length) text.insert(0, length - text.size(), ' ');
-  return text;
-}
-
 }  // namespace
 
 std::string pose_as_text(const odom_pose& pose, std::int64_t age_ns) {
-  const auto row = [](const std::string& name, const std::string& value, const std::string& unit,
-                      const std::string& deviation) {
-    return name + padded(value, 12) + ' ' + unit + "  ± " + deviation + '\n';
-  };
   std::string text = "mode   " + mode_name(pose.mode) + '\n';
-  for (const Condition& condition : conditions_in(pose.conditions)) {
-    text += "       " + std::string{condition.name} + ": " + std::string{condition.meaning} + '\n';
-  }
-  text += row("x     ", fixed(pose.x, 4), "m  ", fixed(sigma(pose, 0), 4));
-  text += row("y     ", fixed(pose.y, 4), "m  ", fixed(sigma(pose, 3), 4));
-  text += row("yaw   ", fixed(heading(pose), 3), "deg", fixed(degrees(sigma(pose, 5)), 3));
-  text += "speed " + padded(fixed(pose.vx, 4), 12) + " m/s forward, " + fixed(pose.vy, 4) +
-          " m/s to the left, " + fixed(degrees(pose.yaw_rate), 2) + " deg/s\n";
-  text += "tick  " + padded(std::to_string(pose.tick), 12) + ", " +
-          fixed(static_cast<double>(age_ns) * 1e-6, 1) + " ms old, " +
-          counted(pose.reset_count, "reset") + '\n';
-  return text;
+  for (const Condition& condition : conditions_in(pose.conditions))
+    text += fmt::format("       {}: {}\n", condition.name, condition.meaning);
+  for (const auto& [name, value, unit, decimals, deviation] :
+       {std::tuple{"x", pose.x, "m", 4, sigma(pose, 0)},
+        {"y", pose.y, "m", 4, sigma(pose, 3)},
+        {"yaw", heading(pose.yaw), "deg", 3, degrees * sigma(pose, 5)}})
+    text += fmt::format("{:<6}{:>12} {:<3}  ± {}\n", name, fixed(value, decimals), unit,
+                        fixed(deviation, decimals));
+  return text + fmt::format(
+                    "speed {:>12} m/s forward, {} m/s to the left, {} deg/s\n"
+                    "tick  {:>12}, {} ms old, {}\n",
+                    fixed(pose.vx, 4), fixed(pose.vy, 4), fixed(degrees * pose.yaw_rate, 2),
+                    pose.tick, fixed(1e-6 * static_cast<double>(age_ns), 1),
+                    counted(pose.reset_count, "reset"));
 }
 
 std::string pose_as_json(const odom_pose& pose, std::int64_t age_ns, const std::string& clock,
@@ -87,11 +73,11 @@ std::string pose_as_json(const odom_pose& pose, std::int64_t age_ns, const std::
 }
 
 std::string pose_as_line(const odom_pose& pose, std::int64_t t_ns) {
-  std::string line;
-  append_seconds(line, t_ns);
-  return padded(line, 20) + "  x " + padded(fixed(pose.x, 3), 9) + "  y " +
-         padded(fixed(pose.y, 3), 9) + "  yaw " + padded(fixed(heading(pose), 1), 7) + " deg  v " +
-         padded(fixed(pose.vx, 2), 6) + " m/s  " + mode_name(pose.mode) + '\n';
+  std::string time;
+  append_seconds(time, t_ns);
+  return fmt::format("{:>20}  x {:>9}  y {:>9}  yaw {:>7} deg  v {:>6} m/s  {}\n", time,
+                     fixed(pose.x, 3), fixed(pose.y, 3), fixed(heading(pose.yaw), 1),
+                     fixed(pose.vx, 2), mode_name(pose.mode));
 }
 
 }  // namespace odomd::tools

@@ -1,274 +1,209 @@
 #include "tools/live/status_text.hpp"
 
-#include <algorithm>
-#include <cmath>
+#include <fmt/format.h>
+#include <sstream>
 
-#include "can_protocol/decode/decoder.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/conditions.hpp"
-#include "tools/live/status_values.hpp"
+#include "tools/live/status_table.hpp"
 
 namespace odomd::tools {
 namespace {
 
-std::string head(const Json& now) {
-  return "odomd " + word(member(now, "version")) + ", pid " + count(member(now, "pid")) + ", up " +
-         duration(member(now, "uptime_s")) + ", model " + word(member(now, "model")) +
-         "\nconfiguration " + word(member(now, "config")) + ", segment " +
-         word(member(now, "shm")) + "\n\n";
+// The label in front of the first line, blanks in front of the others.
+std::string labelled(std::string label, const std::string& text) {
+  std::string all;
+  std::istringstream lines{text};
+  for (std::string line; std::getline(lines, line); label.clear())
+    all += fmt::format("{:<12}{}\n", label, line);
+  return all;
 }
 
-std::string mode(const Json& now) {
-  std::string text = "mode        " + word(member(now, "mode")) + '\n';
-  std::string label = "conditions  ";
-  for (const auto& name : member(now, "conditions")) {
-    const auto condition = condition_named(name.get<std::string>());
-    text += label + name.get<std::string>();
-    if (condition) text += ": " + std::string{condition->meaning};
-    text += '\n';
-    label.assign(label.size(), ' ');
+// Below a blank line.
+std::string paragraph(const Lines& lines) {
+  std::string text;
+  for (const Line& line : lines) text += (text.empty() ? "\n" : "") + as_text(line) + '\n';
+  return text;
+}
+
+std::string head(const StatusValue& now) {
+  return fmt::format("odomd {}, pid {}, up {}, model {}\nconfiguration {}, segment {}\n\n",
+                     now["version"].text(), now["pid"].text(), now["uptime_s"].duration(),
+                     now["model"].text(), now["config"].text(), now["shm"].text());
+}
+
+std::string conditions(const StatusValue& now) {
+  std::string text;
+  for (const StatusValue& name : now["conditions"].elements()) {
+    const auto condition = condition_named(name.text());
+    text += name.text() + (condition ? fmt::format(": {}\n", condition->meaning) : "\n");
   }
   return text;
 }
 
-// Without the whole turns that the daemon counts.
-std::string heading(const Json& yaw) {
-  return yaw.is_null() ? "-" : fixed(degrees * std::remainder(yaw.get<double>(), full_turn), 2);
-}
-
-std::string pose(const Json& pose) {
-  if (!pose.is_object()) return "pose        none published yet\n";
+std::string pose(const StatusValue& pose) {
+  if (!pose.exists()) return labelled("pose", "none published yet");
   const auto with_sigma = [&](const char* key, const char* sigma) {
-    return number(member(pose, key), 3) + " ± " + number(member(pose, sigma), 3);
+    return fmt::format("{} ± {}", pose[key].number(3), pose[sigma].number(3));
   };
-  return "pose        x " + with_sigma("x", "sigma_x") + " m,  y " + with_sigma("y", "sigma_y") +
-         " m,  yaw " + heading(member(pose, "yaw")) + " ± " +
-         number(member(pose, "sigma_yaw"), 2, degrees) + " deg\nmotion      " +
-         number(member(pose, "vx"), 3) + " m/s forward,  " + number(member(pose, "vy"), 3) +
-         " m/s to the left,  " + number(member(pose, "yaw_rate"), 2, degrees) +
-         " deg/s,  steering " + number(member(pose, "steering"), 2, degrees) +
-         " deg\n            tick " + count(member(pose, "tick")) + ", " +
-         duration(member(pose, "age_s")) + " old, " +
-         counted(member(pose, "reset_count"), "reset") + '\n';
+  return labelled("pose",
+                  fmt::format("x {} m,  y {} m,  yaw {} ± {} deg", with_sigma("x", "sigma_x"),
+                              with_sigma("y", "sigma_y"),
+                              pose["yaw"].exists() ? fixed(heading(pose["yaw"].value()), 2) : "-",
+                              pose["sigma_yaw"].number(2, degrees))) +
+         labelled("motion",
+                  fmt::format("{} m/s forward,  {} m/s to the left,  {} deg/s,  steering {} deg\n"
+                              "tick {}, {} old, {}",
+                              pose["vx"].number(3), pose["vy"].number(3),
+                              pose["yaw_rate"].number(2, degrees),
+                              pose["steering"].number(2, degrees), pose["tick"].text(),
+                              pose["age_s"].duration(), pose["reset_count"].counted("reset")));
 }
 
-std::string beat(const Json& beat, const Rates& rates) {
-  if (!beat.is_object()) return {};
+std::string beat(const StatusValue& beat) {
+  if (!beat.exists()) return {};
   std::string text =
-      "beat        " +
-      rates.of(member(beat, "ticks"), member(member(rates.before(), "beat"), "ticks")) + " Hz, " +
-      counted(member(beat, "ticks"), "tick") + ", " + count(member(beat, "missed")) + " missed, " +
-      counted(member(beat, "overruns"), "overrun") + ", " + count(member(beat, "carried_over")) +
-      " carried over\n";
-  if (!member(beat, "last_overrun_age_s").is_null()) {
-    text += "            last overrun " + duration(member(beat, "last_overrun_age_s")) +
-            " ago: that tick worked for " + number(member(beat, "last_overrun_execution_us"), 0) +
-            " us\n";
+      fmt::format("{} Hz, {}, {} missed, {}, {} carried over\n", beat["ticks"].rate(),
+                  beat["ticks"].counted("tick"), beat["missed"].text(),
+                  beat["overruns"].counted("overrun"), beat["carried_over"].text());
+  if (beat["last_overrun_age_s"].exists())
+    text += fmt::format("last overrun {} ago: that tick worked for {} us\n",
+                        beat["last_overrun_age_s"].duration(),
+                        beat["last_overrun_execution_us"].number(0));
+  Table table{{"[us]", "median", "99 %", "99.9 %", "max"}, {}, {0}};
+  for (const auto& [key, label] :
+       {std::pair{"wakeup_us", "wake-up late by"}, std::pair{"execution_us", "a tick works for"}}) {
+    const StatusValue times = beat[key];
+    if (!times.exists()) continue;
+    table.rows.push_back({label, times["p50"].number(1), times["p99"].number(1),
+                          times["p999"].number(1), times["max"].number(1)});
   }
-  Table table{{"            [us]", "median", "99 %", "99.9 %", "max"}, {}, {0}};
-  for (const auto& [key, label] : {std::pair{"wakeup_us", "            wake-up late by"},
-                                   std::pair{"execution_us", "            a tick works for"}}) {
-    const Json& times = member(beat, key);
-    if (!times.is_object()) continue;
-    table.rows.push_back({label, number(member(times, "p50"), 1), number(member(times, "p99"), 1),
-                          number(member(times, "p999"), 1), number(member(times, "max"), 1)});
-  }
-  return text + table.text();
+  return labelled("beat", text + table.text());
 }
 
-std::string realtime(const Json& realtime) {
-  if (!realtime.is_object()) return {};
-  const auto yes = [&](const char* key) { return is_true(member(realtime, key)); };
-  const Json& priority = member(realtime, "priority");
-  const bool fifo = !priority.is_null() && priority.get<int>() > 0;
-  std::string text = "real time   ";
-  text += fifo ? "SCHED_FIFO " + std::to_string(priority.get<int>()) : std::string{"not scheduled"};
-  text += yes("memory_locked") ? ", memory locked" : ", memory not locked";
-  text += yes("dma_latency_held") ? ", cpu_dma_latency held\n" : ", cpu_dma_latency not held\n";
-  for (const auto& refusal : member(realtime, "refusals")) {
-    text += "            refused: " + refusal.get<std::string>() + '\n';
-  }
-  return text;
+std::string realtime(const StatusValue& realtime) {
+  if (!realtime.exists()) return {};
+  const double priority = realtime["priority"].value();
+  std::string text = fmt::format(
+      "{}, {}, {}\n", priority > 0.0 ? fmt::format("SCHED_FIFO {}", priority) : "not scheduled",
+      realtime["memory_locked"].is_true() ? "memory locked" : "memory not locked",
+      realtime["dma_latency_held"].is_true() ? "cpu_dma_latency held" : "cpu_dma_latency not held");
+  for (const StatusValue& refusal : realtime["refusals"].elements())
+    text += fmt::format("refused: {}\n", refusal.text());
+  return labelled("real time", text);
 }
 
-std::string buses(const Json& now, const Rates& rates) {
-  Table table{{"bus", "link", "frames", "1/s", "lost", "errors", "malformed", "downs"}, {}, {0, 1}};
-  for (const auto& bus : member(now, "can")) {
-    const Json& earlier = namesake(member(rates.before(), "can"), member(bus, "name"));
-    table.rows.push_back({word(member(bus, "name")), word(member(bus, "link")),
-                          count(member(bus, "received")),
-                          rates.of(member(bus, "received"), member(earlier, "received")),
-                          count(member(bus, "lost")), count(member(bus, "error_frames")),
-                          count(member(bus, "malformed")), count(member(bus, "link_downs"))});
-  }
-  return table.rows.empty() ? std::string{} : '\n' + table.text();
+std::string buses(const std::vector<StatusValue>& buses) {
+  return paragraph(
+      table_of({left(column("bus", "name")), left(column("link", "link")),
+                column("frames", "received"), column("1/s", "received", &StatusValue::rate),
+                column("lost", "lost"), column("errors", "error_frames"),
+                column("malformed", "malformed"), column("downs", "link_downs")},
+               buses));
 }
 
 // Counts of frame problems that are not 0.
-std::string bus_remarks(const Json& now) {
+std::string bus_remarks(const std::vector<StatusValue>& buses) {
   std::string text;
-  for (const auto& bus : member(now, "can")) {
+  for (const StatusValue& bus : buses) {
     std::string remarks;
     for (const auto& [key, remark] :
          {std::pair{"bus_offs", "error frames reported bus-off"},
           std::pair{"controller_overflows",
                     "error frames reported that the controller lost frames"},
           std::pair{"stamp_fallbacks", "frames stamped when read"},
-          std::pair{"hardware_fallbacks", "frames without a hardware stamp"}}) {
-      const Json& value = member(bus, key);
-      if (value.is_null() || value.get<std::uint64_t>() == 0) continue;
-      remarks += (remarks.empty() ? "" : ", ") + count(value) + ' ' + remark;
-    }
-    if (!remarks.empty()) text += word(member(bus, "name")) + ": " + remarks + '\n';
+          std::pair{"hardware_fallbacks", "frames without a hardware stamp"}})
+      if (const std::uint64_t count = bus[key].count(); count > 0)
+        remarks += fmt::format("{} {} {}", remarks.empty() ? ":" : ",", count, remark);
+    if (!remarks.empty()) text += bus["name"].text() + remarks + '\n';
   }
   return text;
 }
 
-std::string restart(const Json& restart_ms) {
-  if (restart_ms.is_null()) return "-";
-  const auto ms = restart_ms.get<std::uint64_t>();
-  return ms == 0 ? "never" : std::to_string(ms) + " ms";
-}
-
-// Below the buses that have one.
-std::string controllers(const Json& now) {
-  Table table{{"controller", "state", "errors tx", "rx", "bit/s", "sample point", "restart",
-               "bus errors", "passive", "bus-off", "restarts"},
-              {},
-              {0, 1}};
-  for (const auto& bus : member(now, "can")) {
-    const Json& controller = member(bus, "controller");
-    if (!controller.is_object()) continue;
-    const Json& timing = member(controller, "bit_timing");
-    const bool timed = timing.is_object();
-    std::string state = word(member(controller, "state"));
-    std::ranges::replace(state, '_', '-');
-    for (const auto& mode : member(controller, "modes")) state += ", " + mode.get<std::string>();
-    table.rows.push_back(
-        {word(member(bus, "name")), state, count(member(controller, "tx_errors")),
-         count(member(controller, "rx_errors")), timed ? count(member(timing, "bitrate")) : "-",
-         timed ? number(member(timing, "sample_point"), 3) : "-",
-         restart(member(controller, "restart_ms")), count(member(controller, "bus_errors")),
-         count(member(controller, "error_passives")), count(member(controller, "bus_offs")),
-         count(member(controller, "restarts"))});
-  }
-  return table.rows.empty() ? std::string{} : '\n' + table.text();
-}
-
-// Messages that are on the bus, and what was wrong with some.
-std::string messages(const Json& now) {
-  Table table{{"message", "id", "age", "decoded", "failed"}, {}, {0, 1, 4}};
-  for (const auto& message : member(now, "messages")) {
-    const Json& verdicts = member(message, "verdicts");
-    std::string failed;
-    for (const auto verdict :
-         {can::FrameVerdict::too_short, can::FrameVerdict::failed_crc, can::FrameVerdict::repeated,
-          can::FrameVerdict::wrong_sequence, can::FrameVerdict::distrusted}) {
-      const std::string name{can::name_of(verdict)};
-      const Json& value = member(verdicts, name);
-      if (value.is_null() || value.get<std::uint64_t>() == 0) continue;
-      failed += (failed.empty() ? "" : ", ") + count(value) + ' ' + name;
-    }
-    table.rows.push_back({word(member(message, "name")), hexadecimal(member(message, "id")),
-                          duration(member(message, "age_s")), count(member(verdicts, "decoded")),
-                          failed.empty() ? "0" : failed});
-  }
-  return table.rows.empty() ? std::string{} : '\n' + table.text();
-}
-
-std::string sources(const Json& now, const Rates& rates) {
-  Table table{{"source", "state", "age", "1/s", "fused", "not fused", "last"}, {}, {0, 1, 5, 6}};
-  const bool tested = is_tested(member(now, "sources"));
-  if (tested) table.header.insert(table.header.end(), {"innovation", "NIS", "in 95 %"});
-  for (const auto& source : member(now, "sources")) {
-    const Json& configured = member(source, "configured");
-    if (configured.is_null() || !configured.get<bool>()) continue;
-    const Json& verdicts = member(source, "verdicts");
-    const Json& earlier = namesake(member(rates.before(), "sources"), member(source, "name"));
-    std::string refused;
-    for (const auto& [verdict, value] : verdicts.items()) {
-      if (verdict == "fused" || value.get<std::uint64_t>() == 0) continue;
-      refused += (refused.empty() ? "" : ", ") + count(value) + ' ' + verdict;
-    }
-    std::string last = word(member(source, "last_verdict"));
-    if (!member(source, "test_ratio").is_null()) {
-      last += " (test ratio " + number(member(source, "test_ratio"), 2) + ")";
-    }
-    table.rows.push_back({word(member(source, "name")), source_state(source),
-                          duration(member(source, "age_s")),
-                          rates.of(sum(verdicts), sum(member(earlier, "verdicts"))),
-                          count(member(verdicts, "fused")), refused.empty() ? "0" : refused, last});
-    if (!tested) continue;
-    std::string innovation;
-    for (const auto& component : member(source, "innovation"))
-      innovation += (innovation.empty() ? "" : " ") + number(component, 4);
-    auto& row = table.rows.back();
-    row.push_back(innovation.empty() ? "-" : innovation);
-    row.push_back(nis_by_expectation(member(source, "innovations")));
-    row.push_back(percent_inside(member(source, "innovations")));
-  }
-  return table.rows.empty() ? std::string{} : '\n' + table.text();
-}
-
-std::string unit_of(const std::string& source) {
-  if (source == "yaw_rate") return "rad/s";
-  return source.starts_with("accel") ? "m/s2" : "m/s";
+// Of the buses that have one.
+std::string controllers(std::vector<StatusValue> buses) {
+  std::erase_if(buses, [](const StatusValue& bus) { return !bus["controller"].exists(); });
+  const auto state = [](const StatusValue& bus) {
+    std::string text = hyphenated(bus["controller/state"].text());
+    for (const StatusValue& mode : bus["controller/modes"].elements()) text += ", " + mode.text();
+    return Span{text};
+  };
+  const auto sample_point = [](const StatusValue& bus) {
+    return Span{bus["controller/bit_timing/sample_point"].number(3)};
+  };
+  const auto restart = [](const StatusValue& bus) {
+    const StatusValue ms = bus["controller/restart_ms"];
+    return Span{ms.exists() && ms.count() == 0 ? "never" : ms.text() + (ms.exists() ? " ms" : "")};
+  };
+  return paragraph(table_of({left(column("controller", "name")),
+                             {"state", state, true},
+                             column("errors tx", "controller/tx_errors"),
+                             column("rx", "controller/rx_errors"),
+                             column("bit/s", "controller/bit_timing/bitrate"),
+                             {"sample point", sample_point},
+                             {"restart", restart},
+                             column("bus errors", "controller/bus_errors"),
+                             column("passive", "controller/error_passives"),
+                             column("bus-off", "controller/bus_offs"),
+                             column("restarts", "controller/restarts")},
+                            buses));
 }
 
 // The sigmas of the sources' samples, where the model estimates them.
-std::string noise(const Json& now) {
-  Table table{{"noise", "unit", "stated", "at rest", "moving", "of speed"}, {}, {0, 1}};
-  for (const auto& source : member(now, "sources")) {
-    const Json& noise = member(source, "noise");
-    const Json& at_rest = member(noise, "at_rest");
-    const Json& moving = member(noise, "moving");
-    const Json& share = member(noise, "speed_share");
-    if (at_rest.is_null() && moving.is_null() && share.is_null()) continue;
-    const std::string name = word(member(source, "name"));
-    table.rows.push_back({name, unit_of(name), significant(member(source, "sigma")),
-                          significant(at_rest), significant(moving),
-                          share.is_null() ? "-" : number(share, 2, 100.0) + " %"});
-  }
-  return table.rows.empty() ? std::string{} : '\n' + table.text();
+std::string noise(const StatusValue& now) {
+  std::vector<StatusValue> sources = now["sources"].elements();
+  std::erase_if(sources, [](const StatusValue& source) {
+    const StatusValue noise = source["noise"];
+    return !noise["at_rest"].exists() && !noise["moving"].exists() &&
+           !noise["speed_share"].exists();
+  });
+  const auto unit = [](const StatusValue& source) {
+    const std::string name = source["name"].text();
+    return Span{name == "yaw_rate" ? "rad/s" : name.starts_with("accel") ? "m/s2" : "m/s"};
+  };
+  const auto share = [](const StatusValue& source) {
+    const StatusValue part = source["noise/speed_share"];
+    return Span{part.number(2, 100.0) + (part.exists() ? " %" : "")};
+  };
+  constexpr auto significant = &StatusValue::significant;
+  return paragraph(table_of({left(column("noise", "name")),
+                             {"unit", unit, true},
+                             column("stated", "sigma", significant),
+                             column("at rest", "noise/at_rest", significant),
+                             column("moving", "noise/moving", significant),
+                             {"of speed", share}},
+                            sources));
 }
 
-// The calibrations, if the model estimates them.
-std::string calibrations(const Json& now) {
-  Table table{{"calibration", "value", "", "learnt"}, {}, {0, 2, 3}};
-  for (const auto& [name, value, sigma, unit, valid] : calibrations_of(now)) {
-    table.rows.push_back({name, value, "± ", valid ? "yes" : "not yet"});
-    table.rows.back()[2].append(sigma).append(unit);
-  }
-  return table.rows.empty() ? std::string{} : '\n' + table.text();
+std::string camera(const StatusValue& camera) {
+  if (!camera.exists() || camera["socket"].text().empty()) return {};
+  const auto received = [](const std::string& from, const StatusValue& here) {
+    return fmt::format("{}: {}, {} malformed\n", from, here["messages"].counted("message"),
+                       here["malformed"].text());
+  };
+  std::string text = received(camera["socket"].text(), camera);
+  for (const StatusValue& connection : camera["connections"].elements())
+    text += received("pid " + connection["pid"].text(), connection);
+  return '\n' + labelled("camera", text);
 }
 
-std::string camera(const Json& camera) {
-  if (!camera.is_object() || word(member(camera, "socket")).empty()) return {};
-  std::string text = "\ncamera      " + word(member(camera, "socket")) + ": " +
-                     counted(member(camera, "messages"), "message") + ", " +
-                     count(member(camera, "malformed")) + " malformed\n";
-  for (const auto& connection : member(camera, "connections")) {
-    text += "            pid " + count(member(connection, "pid")) + ": " +
-            counted(member(connection, "messages"), "message") + ", " +
-            count(member(connection, "malformed")) + " malformed\n";
-  }
-  return text;
-}
-
-std::string clock(const Json& clock) {
-  if (!clock.is_object()) return {};
-  return "clock       " + counted(member(clock, "steps"), "step") + " of the wall clock, " +
-         counted(member(clock, "suspends"), "suspend") + '\n';
+std::string clock(const StatusValue& clock) {
+  if (!clock.exists()) return {};
+  return labelled("clock", fmt::format("{} of the wall clock, {}", clock["steps"].counted("step"),
+                                       clock["suspends"].counted("suspend")));
 }
 
 }  // namespace
 
-std::string status_as_text(const Json& now, const std::optional<Json>& before) {
-  const Rates rates{now, before};
-  return head(now) + mode(now) + pose(member(now, "pose")) + '\n' +
-         beat(member(now, "beat"), rates) + realtime(member(now, "realtime")) + buses(now, rates) +
-         bus_remarks(now) + controllers(now) + messages(now) + sources(now, rates) + noise(now) +
-         calibrations(now) + camera(member(now, "camera")) + clock(member(now, "clock"));
+std::string status_as_text(const Json& document, const std::optional<Json>& before) {
+  const StatusValue now{document, before};
+  const auto can = now["can"].elements();
+  return head(now) + labelled("mode", now["mode"].text()) +
+         labelled("conditions", conditions(now)) + pose(now["pose"]) + '\n' + beat(now["beat"]) +
+         realtime(now["realtime"]) + buses(can) + bus_remarks(can) + controllers(can) +
+         paragraph(message_table(now, Form::whole)) + paragraph(source_table(now, Form::whole)) +
+         noise(now) + paragraph(calibration_table(now, Form::whole, Glyphs::unicode)) +
+         camera(now["camera"]) + clock(now["clock"]);
 }
 
 }  // namespace odomd::tools

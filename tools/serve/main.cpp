@@ -25,8 +25,7 @@ namespace {
 
 using nlohmann::ordered_json;
 using std::chrono::steady_clock;
-using tools::Json;
-using tools::member;
+namespace watch = tools::watch;
 
 constexpr std::chrono::milliseconds period{50};
 constexpr int samples_per_status = 10;
@@ -45,7 +44,7 @@ std::string numbers(std::initializer_list<double> values) {
 ordered_json head_json(const watch::State& state) {
   constexpr std::array styles{"plain", "dim", "strong", "good", "warning", "bad", "accent"};
   ordered_json lines = ordered_json::array();
-  for (const watch::Line& line : watch::who_and_mode(state, {.columns = 200})) {
+  for (const tools::Line& line : watch::who_and_mode(state, {.columns = 200})) {
     lines.push_back(ordered_json::array());
     for (const auto& [text, style] : line)
       lines.back().push_back({text, styles.at(static_cast<std::size_t>(style))});
@@ -53,32 +52,26 @@ ordered_json head_json(const watch::State& state) {
   return lines;
 }
 
-ordered_json sources_json(const watch::State& state) {
-  const tools::Rates rates{*state.status, state.before};
+ordered_json sources_json(const tools::StatusValue& status) {
   ordered_json rows = ordered_json::array();
-  for (const Json& source : member(*state.status, "sources")) {
-    if (!tools::is_true(member(source, "configured"))) continue;
-    const Json& name = member(source, "name");
-    const Json& before = tools::namesake(member(rates.before(), "sources"), name);
-    const auto samples = tools::sum(member(source, "verdicts"));
-    rows.push_back({name, tools::source_state(source), tools::is_true(member(source, "healthy")),
-                    rates.of(samples, tools::sum(member(before, "verdicts"))),
-                    tools::duration(member(source, "age_s")),
-                    tools::nis_by_expectation(member(source, "innovations"))});
-  }
+  for (const tools::StatusValue& source : status["sources"].elements())
+    if (source["configured"].is_true())
+      rows.push_back({source["name"].json(), tools::source_state(source),
+                      source["healthy"].is_true(), source["verdicts"].rate(),
+                      source["age_s"].duration(), tools::nis_by_expectation(source)});
   return rows;
 }
 
 // The status has no camera pose, but its innovation: the difference from the estimate of then.
 ordered_json camera_json(watch::Observer& observer) {
-  const watch::State& state = observer.state();
-  const Json& camera = tools::namesake(member(*state.status, "sources"), "camera");
-  const double age_s = member(camera, "age_s").is_null() ? 1.0 : camera["age_s"].get<double>();
-  const Json& innovation = member(camera, "innovation");
+  const tools::StatusValue camera = observer.state().reported()["sources"].named("camera");
+  const double age_s = camera["age_s"].value(1.0);
+  const auto innovation = camera["innovation"].elements();
   if (innovation.size() < 2 || age_s >= 0.5) return nullptr;
-  const auto then = observer.pose_at(state.now_ns - static_cast<std::int64_t>(1e9 * age_s));
+  const auto then =
+      observer.pose_at(observer.state().now_ns - static_cast<std::int64_t>(1e9 * age_s));
   if (!then) return nullptr;
-  return {then->x + innovation[0].get<double>(), then->y + innovation[1].get<double>()};
+  return {then->x + innovation[0].value(), then->y + innovation[1].value()};
 }
 
 class Sampler {
@@ -126,12 +119,12 @@ class Sampler {
     }
     try {
       if (state.status) {
-        json["sources"] = sources_json(state);
+        json["sources"] = sources_json(state.reported());
         json["camera"] = camera_json(observer_);
         for (const auto& finding : tools::doctor::examine_daemon(*state.status, machine_))
           json["findings"].push_back({finding.subject + ": " + finding.seen, fix_of(finding)});
       }
-    } catch (const Json::exception&) {
+    } catch (const tools::Json::exception&) {
       json["problem"] = "the status cannot be parsed; are odom-web and odomd of the same version?";
     }
     return tools::json_text(json);
@@ -140,7 +133,7 @@ class Sampler {
   [[nodiscard]] std::string metrics() const {
     try {
       return tools::open_metrics(observer_.state().status);
-    } catch (const Json::exception&) {  // a daemon of another version
+    } catch (const tools::Json::exception&) {  // a daemon of another version
       return tools::open_metrics(std::nullopt);
     }
   }

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace odomd::watch {
+namespace odomd::tools::watch {
 namespace {
 
 // From here on two columns: the longest lines of either side are not cut.
@@ -19,35 +19,20 @@ void append(Lines& lines, Lines more) {
                std::make_move_iterator(more.end()));
 }
 
-Lines from_status(const State& state, const Page& page) {
-  if (!state.status) return {};
-  try {
-    Lines lines = source_section(state, page);
-    append(lines, calibration_section(state, page));
-    append(lines, camera_section(state, page));
-    append(lines, bus_section(state, page));
-    append(lines, message_section(state, page));
-    return lines;
-  } catch (const tools::Json::exception& error) {
-    return {title("status", "", page),
-            {{"  cannot be parsed; are odom and odomd of the same version?", Style::warning}},
-            {{std::string{"  "} + error.what(), Style::dim}}};
-  }
-}
-
-// Nobody answers, or another daemon than the one whose pose is shown.
-Lines status_problem(const State& state, const Page& page) {
-  std::string problem = state.status_problem;
-  if (state.status && state.segment) {
-    const tools::Json& instance = tools::member(*state.status, "instance");
-    if (instance.is_string() &&
-        instance.get<std::string>() != fmt::format("{:016x}", state.segment->info.instance_id)) {
-      problem =
-          state.socket + " belongs to another daemon than the pose; give both --shm and --socket";
-    }
-  }
-  if (problem.empty()) return {};
-  return {title("status", "", page), {{"  " + problem, Style::warning}}};
+Picture draw_all(const State& state, const Page& page) {
+  Picture picture{who_and_mode(state, page), {}};
+  const bool wide = page.columns >= two_columns;
+  Page part = page;
+  if (wide) part.columns = left_columns;
+  picture.body = pose_section(state, part);
+  append(picture.body, beat_section(state, part));
+  if (wide) part.columns = page.columns - left_columns - gap;
+  Lines lists = status_sections(state, part);
+  if (wide)
+    picture.body = side_by_side(picture.body, lists, left_columns + gap);
+  else
+    append(picture.body, std::move(lists));
+  return picture;
 }
 
 Lines all_keys() {
@@ -80,22 +65,15 @@ std::string_view glyph(const Page& page, std::string_view unicode, std::string_v
 }
 
 Picture draw(const State& state, const Page& page) {
-  Picture picture;
-  picture.head = who_and_mode(state, page);
-  const bool wide = page.columns >= two_columns;
-  Page part = page;
-  if (wide) part.columns = left_columns;
-  picture.body = pose_section(state, part);
-  append(picture.body, beat_section(state, part));
-  if (wide) part.columns = page.columns - left_columns - gap;
-  Lines lists = status_problem(state, part);
-  append(lists, from_status(state, part));
-  if (wide) {
-    picture.body = side_by_side(picture.body, lists, left_columns + gap);
-  } else {
-    append(picture.body, std::move(lists));
+  try {
+    return draw_all(state, page);
+  } catch (const Json::exception& error) {
+    State without = state;
+    without.status.reset();
+    without.status_problem =
+        fmt::format("cannot be parsed; are odom and odomd of the same version? ({})", error.what());
+    return draw_all(without, page);
   }
-  return picture;
 }
 
 Page page_for(std::size_t columns, std::size_t rows, Glyphs glyphs) {
@@ -151,4 +129,4 @@ Lines screen(const Picture& picture, const View& view) {
   return lines;
 }
 
-}  // namespace odomd::watch
+}  // namespace odomd::tools::watch

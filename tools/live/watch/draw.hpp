@@ -6,11 +6,10 @@
 #include <string>
 #include <string_view>
 
-#include "tools/live/status_values.hpp"
-#include "tools/live/watch/line.hpp"
+#include "tools/live/line.hpp"
 #include "tools/live/watch/state.hpp"
 
-namespace odomd::watch {
+namespace odomd::tools::watch {
 
 struct Page {
   std::size_t columns = 80;
@@ -53,13 +52,9 @@ struct View {
 // Of both (beat_section.cpp).
 [[nodiscard]] Lines beat_section(const State& state, const Page& page);
 
-// Of the status document (status_sections.cpp); these throw a nlohmann::json::exception where it is
-// not understood.
-[[nodiscard]] Lines source_section(const State& state, const Page& page);
-[[nodiscard]] Lines calibration_section(const State& state, const Page& page);
-[[nodiscard]] Lines camera_section(const State& state, const Page& page);
-[[nodiscard]] Lines message_section(const State& state, const Page& page);
-[[nodiscard]] Lines bus_section(const State& state, const Page& page);
+// Of the status document, or why there is none (status_sections.cpp). Like all that read it, this
+// throws a Json::exception where it cannot be parsed; draw() says so.
+[[nodiscard]] Lines status_sections(const State& state, const Page& page);
 
 /// "── pose ── note ──────": as wide as the page.
 [[nodiscard]] Line title(std::string_view name, std::string_view note, const Page& page);
@@ -68,4 +63,4 @@ struct View {
 [[nodiscard]] std::string_view glyph(const Page& page, std::string_view unicode,
                                      std::string_view ascii);
 
-}  // namespace odomd::watch
+}  // namespace odomd::tools::watch

@@ -6,9 +6,8 @@
 #include <utility>
 
 #include "tools/live/daemon_link.hpp"
-#include "tools/live/status_values.hpp"
 
-namespace odomd::watch {
+namespace odomd::tools::watch {
 namespace {
 
 using nlohmann::json;
@@ -17,7 +16,7 @@ using nlohmann::json;
 constexpr double rate_window_s = 2.0;
 
 double uptime_of(const json& document) {
-  const json& uptime = tools::member(document, "uptime_s");
+  const json uptime = document.value("uptime_s", json{});
   return uptime.is_number() ? uptime.get<double>() : 0.0;
 }
 
@@ -26,8 +25,7 @@ double uptime_of(const json& document) {
 Observer::Observer(Target target)
     : target_(std::move(target)),
       follows_socket_(target_.segment.empty() && !target_.socket.empty()) {
-  state_.segment_name =
-      follows_socket_ ? target_.socket : tools::segment_asked_for(target_.segment);
+  state_.segment_name = follows_socket_ ? target_.socket : segment_asked_for(target_.segment);
 }
 
 void Observer::look(Depth depth) {
@@ -48,7 +46,7 @@ std::optional<odom_pose> Observer::pose_at(std::int64_t time_ns) {
 
 // The segment of the daemon that answers; that of the last one while nobody does.
 void Observer::follow_socket() {
-  const std::string segment = state_.status ? tools::segment_of(*state_.status) : target_.segment;
+  const std::string segment = state_.status ? segment_of(*state_.status) : target_.segment;
   if (segment.empty()) {
     state_.segment_problem = state_.status ? "its status names no segment; give it with --shm" : "";
   } else if (segment != target_.segment) {
@@ -107,11 +105,11 @@ void Observer::look_at_status() {
   state_.status.reset();
   state_.before.reset();
   try {
-    state_.socket = tools::socket_path(target_.socket, "status.sock");  // it may have come since
-    json document = tools::parse_status(tools::fetch_status(state_.socket, timeout), state_.socket);
-    const bool same = !documents_.empty() && tools::member(documents_.back(), "instance") ==
-                                                 tools::member(document, "instance");
-    if (!same) documents_.clear();
+    state_.socket = socket_path(target_.socket, "status.sock");  // it may have come since
+    json document = parse_status(fetch_status(state_.socket, timeout), state_.socket);
+    const auto instance_of = [](const json& one) { return one.value("instance", json{}); };
+    if (!documents_.empty() && instance_of(documents_.back()) != instance_of(document))
+      documents_.clear();
     documents_.push_back(std::move(document));
     const double now = uptime_of(documents_.back());
     while (documents_.size() > 2 && now - uptime_of(documents_[1]) >= rate_window_s) {
@@ -125,4 +123,4 @@ void Observer::look_at_status() {
   }
 }
 
-}  // namespace odomd::watch
+}  // namespace odomd::tools::watch

@@ -9,7 +9,7 @@
 
 #include "tools/live/watch/state.hpp"
 
-namespace odomd::watch {
+namespace odomd::tools::watch {
 
 /// Where the daemon is looked for.
 struct Target {
@@ -48,4 +48,4 @@ class Observer {
   std::deque<nlohmann::json> documents_;  // of the last seconds, the newest last
 };
 
-}  // namespace odomd::watch
+}  // namespace odomd::tools::watch

@@ -11,7 +11,7 @@
 
 #include "tools/cli/text.hpp"
 
-namespace odomd::watch {
+namespace odomd::tools::watch {
 namespace {
 
 using Levels = std::array<std::string_view, 9>;
@@ -176,7 +176,7 @@ Line scale_bar(double metres_a_column, std::size_t columns, Glyphs glyphs) {
   for (std::size_t i = 2; i < cells; ++i) bar += glyphs == Glyphs::unicode ? "─" : "-";
   bar += glyphs == Glyphs::unicode ? "┤" : "|";
   const std::string length =
-      metres >= 1.0 ? tools::fixed(metres, 0) + " m" : tools::fixed(100.0 * metres, 0) + " cm";
+      metres >= 1.0 ? fixed(metres, 0) + " m" : fixed(100.0 * metres, 0) + " cm";
   return {{bar + ' ' + length, Style::dim}};
 }
 
@@ -213,7 +213,7 @@ std::string axis(std::size_t buckets_a_column, Glyphs glyphs) {
         std::pair{100.0, std::string_view{"100"}}, std::pair{1e3, std::string_view{"1 ms"}},
         std::pair{1e4, std::string_view{"10 ms"}}}) {
     const std::size_t column = column_of(us, buckets_a_column);
-    line.append(column - std::min(column, tools::width(line)), ' ');
+    line.append(column - std::min(column, width(line)), ' ');
     line += label;
   }
   return line;
@@ -268,4 +268,4 @@ Lines draw_map(const Trail& trail, const odom_pose& pose, const MapView& view) {
   return lines;
 }
 
-}  // namespace odomd::watch
+}  // namespace odomd::tools::watch

@@ -11,10 +11,10 @@
 
 #include <odom/types.h>
 
-#include "tools/live/watch/line.hpp"
+#include "tools/live/line.hpp"
 #include "tools/live/watch/state.hpp"
 
-namespace odomd::watch {
+namespace odomd::tools::watch {
 
 using Histogram = std::span<const std::uint64_t, ODOM_HISTOGRAM_BUCKETS>;
 
@@ -47,4 +47,4 @@ struct MapView {
 /// picture stands still while the car moves.
 [[nodiscard]] Lines draw_map(const Trail& trail, const odom_pose& pose, const MapView& view);
 
-}  // namespace odomd::watch
+}  // namespace odomd::tools::watch

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace odomd::watch {
+namespace odomd::tools::watch {
 
 void Trail::take(const odom_pose& pose, std::uint64_t instance) {
   if (pose.mode == ODOM_INITIALISING || !std::isfinite(pose.x) || !std::isfinite(pose.y)) return;
@@ -27,4 +27,4 @@ double Trail::length() const {
   return length;
 }
 
-}  // namespace odomd::watch
+}  // namespace odomd::tools::watch

@@ -9,9 +9,10 @@
 #include <string>
 
 #include <odom/types.h>
-#include <nlohmann/json.hpp>
 
-namespace odomd::watch {
+#include "tools/live/status_value.hpp"
+
+namespace odomd::tools::watch {
 
 struct TrailPoint {
   double x = 0.0;  ///< [m], map frame
@@ -57,11 +58,16 @@ struct State {
   Trail trail;
 
   std::string socket;
-  std::optional<nlohmann::json> status;  ///< the newest document, absent while nobody answers
-  std::optional<nlohmann::json> before;  ///< one some seconds earlier, for rates
-  std::string status_problem;            ///< why it is absent
+  std::optional<Json> status;  ///< the newest document, absent while nobody answers
+  std::optional<Json> before;  ///< one some seconds earlier, for rates
+  std::string status_problem;  ///< why it is absent
 
   std::uint64_t restarts = 0;  ///< times another daemon took over while we watched
+
+  /// The status, with its rates; nothing while nobody answers.
+  [[nodiscard]] StatusValue reported() const {
+    return status ? StatusValue{*status, before} : StatusValue{};
+  }
 };
 
-}  // namespace odomd::watch
+}  // namespace odomd::tools::watch

@@ -1,220 +1,111 @@
-// The lists of the status document: sources, camera, buses, messages.
-#include <algorithm>
+// What the status document says of sources, calibrations, camera, buses and messages.
 #include <array>
 
+#include <fmt/format.h>
+
 #include "tools/cli/text.hpp"
+#include "tools/live/status_table.hpp"
 #include "tools/live/watch/draw.hpp"
 
-namespace odomd::watch {
+namespace odomd::tools::watch {
 namespace {
-
-using tools::count;
-using tools::duration;
-using tools::is_true;
-using tools::Json;
-using tools::member;
-using tools::word;
 
 // Narrower, and the innovations would push out what was not fused.
 constexpr std::size_t with_innovations = 96;
 
-// A table of styled cells that line up; columns are flush right but for those in `left`.
-struct Table {
-  std::vector<std::vector<Span>> rows;
-  std::vector<std::size_t> left;
-
-  [[nodiscard]] Lines lines() const {
-    Lines all = rows;
-    tools::align_columns(all, left, [](Span& cell) -> std::string& { return cell.text; });
-    for (Line& line : all)
-      for (std::size_t i = line.size(); i-- > 0;)
-        line.insert(line.begin() + static_cast<std::ptrdiff_t>(i), {"  "});
-    return all;
+// A section, unless it is empty.
+void append(Lines& all, std::string_view name, std::string_view note, Lines lines,
+            const Page& page) {
+  if (lines.empty()) return;
+  all.push_back(title(name, note, page));
+  for (Line& line : lines) {
+    line.insert(line.begin(), {"  "});
+    all.push_back(std::move(line));
   }
-};
-
-std::vector<Span> header(std::initializer_list<const char*> names) {
-  std::vector<Span> cells;
-  for (const char* name : names) cells.push_back({name, Style::dim});
-  return cells;
-}
-
-Lines under(Line heading, const Table& table) {
-  Lines lines{std::move(heading)};
-  const Lines rows = table.lines();
-  lines.insert(lines.end(), rows.begin(), rows.end());
-  return lines;
-}
-
-std::uint64_t number_of(const Json& value) {
-  return value.is_null() ? 0 : value.get<std::uint64_t>();
-}
-
-// The counts that are not 0: "3 gated, 1 too_old".
-std::string counts_in_words(const Json& verdicts, std::initializer_list<std::string_view> without) {
-  std::string text;
-  for (const auto& [verdict, value] : verdicts.items()) {
-    if (std::find(without.begin(), without.end(), verdict) != without.end()) continue;
-    if (number_of(value) > 0)
-      text += (text.empty() ? "" : ", ") + std::to_string(number_of(value)) + ' ' + verdict;
-  }
-  return text;
 }
 
 // "500 kbit/s", "125.5 kbit/s".
-std::string bit_rate(const Json& value) {
-  if (value.is_null()) return "-";
-  const double kilo = value.get<double>() / 1000.0;
-  return tools::fixed(kilo, kilo == static_cast<double>(static_cast<long>(kilo)) ? 0 : 1) +
-         " kbit/s";
+std::string bit_rate(const StatusValue& rate) {
+  if (!rate.exists()) return "-";
+  return rate.number(rate.count() % 1000 == 0 ? 0 : 1, 1e-3) + " kbit/s";
 }
 
-// What the controller says of itself, where there is one.
-Line controller_line(const Json& controller) {
-  const std::string state = word(member(controller, "state"));
-  std::string name = state;
-  std::replace(name.begin(), name.end(), '_', '-');
-  const bool fine = state == "error_active";
+// What the controller says of itself.
+Line controller_line(const StatusValue& controller) {
+  const std::string state = controller["state"].text();
   const bool noisy = state == "error_warning" || state == "sleeping";
-  Line line{{"    controller ", Style::dim},
-            {name, fine    ? Style::good
-                   : noisy ? Style::warning
-                           : Style::bad}};
-  std::string rest = ", tx " + count(member(controller, "tx_errors")) + " rx " +
-                     count(member(controller, "rx_errors"));
-  if (const Json& timing = member(controller, "bit_timing"); timing.is_object())
-    rest += ", " + bit_rate(member(timing, "bitrate")) + " at " +
-            tools::number(member(timing, "sample_point"), 1, 100.0) + " %";
+  Line line{{"  controller ", Style::dim},
+            {hyphenated(state), state == "error_active" ? Style::good
+                                : noisy                 ? Style::warning
+                                                        : Style::bad}};
+  std::string rest =
+      fmt::format(", tx {} rx {}", controller["tx_errors"].text(), controller["rx_errors"].text());
+  if (const StatusValue timing = controller["bit_timing"]; timing.exists())
+    rest += fmt::format(", {} at {} %", bit_rate(timing["bitrate"]),
+                        timing["sample_point"].number(1, 100.0));
   line.push_back({rest});
   // Without it a controller that went bus-off stays so for ever.
-  if (const Json& restart = member(controller, "restart_ms"); !restart.is_null())
-    line.push_back({", restart-ms " + count(restart),
-                    number_of(restart) == 0 ? Style::warning : Style::plain});
+  if (const StatusValue restart = controller["restart_ms"]; restart.exists())
+    line.push_back(
+        {", restart-ms " + restart.text(), restart.count() == 0 ? Style::warning : Style::plain});
   return line;
+}
+
+Lines buses(const StatusValue& status) {
+  Lines lines;
+  for (const StatusValue& bus : status["can"].elements()) {
+    const std::string link = bus["link"].text();
+    Line line{
+        {bus["name"].text() + ' ', Style::strong},
+        {link, link == "up" ? Style::good : Style::bad},
+        {fmt::format(", {} frames/s, {} in all", bus["received"].rate(), bus["received"].text())}};
+    constexpr std::array wrong{std::pair{"lost", "lost"},
+                               std::pair{"error_frames", "error frames"},
+                               std::pair{"malformed", "malformed lines"},
+                               std::pair{"controller_overflows", "controller overflows"},
+                               std::pair{"bus_offs", "times bus-off"},
+                               std::pair{"link_downs", "times down"}};
+    for (const auto& [key, name] : wrong)
+      if (const std::uint64_t count = bus[key].count(); count > 0)
+        line.push_back({fmt::format(", {} {}", count, name), Style::warning});
+    lines.push_back(std::move(line));
+    if (bus["controller"].exists()) lines.push_back(controller_line(bus["controller"]));
+  }
+  return lines;
+}
+
+Lines camera_line(const StatusValue& camera) {
+  if (!camera.exists() || camera["socket"].text().empty()) return {};
+  Line line{{camera["messages"].rate() + " poses/s"}};
+  if (const StatusValue latency = camera["last_latency_s"]; latency.exists())
+    line.push_back({fmt::format(", the last one {} late", latency.duration())});
+  const std::size_t connections = camera["connections"].elements().size();
+  line.push_back({", " + counted(connections, "connection"),
+                  connections == 0 ? Style::warning : Style::plain});
+  if (const std::uint64_t malformed = camera["malformed"].count(); malformed > 0)
+    line.push_back({fmt::format(", {} malformed", malformed), Style::warning});
+  return {line};
 }
 
 }  // namespace
 
-Lines source_section(const State& state, const Page& page) {
-  const tools::Rates rates{*state.status, state.before};
-  Table table{{header({"source", "state", "1/s", "age", "fused", "last"})}, {0, 1, 5}};
-  const bool tested =
-      page.columns >= with_innovations && tools::is_tested(member(*state.status, "sources"));
-  if (tested) {
-    table.rows[0].push_back({"NIS", Style::dim});
-    table.rows[0].push_back({"in 95 %", Style::dim});
-  }
-  table.left.push_back(table.rows[0].size());
-  table.rows[0].push_back({"not fused", Style::dim});
-  for (const auto& source : member(*state.status, "sources")) {
-    if (!is_true(member(source, "configured"))) continue;
-    const Json& verdicts = member(source, "verdicts");
-    const Json& earlier =
-        tools::namesake(member(rates.before(), "sources"), member(source, "name"));
-    const bool healthy = is_true(member(source, "healthy"));
-    std::string last = word(member(source, "last_verdict"));
-    const bool fine = last == "fused" || last == "source_off" || last == "none";
-    if (const Json& ratio = member(source, "test_ratio"); !ratio.is_null())
-      last += " " + tools::number(ratio, 2);
-    const std::string refused = counts_in_words(verdicts, {"fused", "source_off"});
-    const bool unused =
-        number_of(member(verdicts, "source_off")) > 0 && number_of(member(verdicts, "fused")) == 0;
-    table.rows.push_back({{word(member(source, "name"))},
-                          {tools::source_state(source), healthy ? Style::good : Style::bad},
-                          {rates.of(tools::sum(verdicts), tools::sum(member(earlier, "verdicts")))},
-                          {duration(member(source, "age_s"))},
-                          {count(member(verdicts, "fused")), unused ? Style::dim : Style::plain},
-                          {unused ? "unused by the model" : last, unused ? Style::dim
-                                                                  : fine ? Style::plain
-                                                                         : Style::warning}});
-    auto& row = table.rows.back();
-    if (tested) {
-      row.push_back({tools::nis_by_expectation(member(source, "innovations"))});
-      row.push_back({tools::percent_inside(member(source, "innovations"))});
-    }
-    row.push_back({refused, Style::warning});
-  }
-  if (table.rows.size() == 1) return {};
-  return under(title("sources", "", page), table);
+Lines status_sections(const State& state, const Page& page) {
+  const StatusValue status = state.reported();
+  const StatusValue instance = status["instance"];
+  std::string problem = state.status_problem;
+  if (state.segment && instance.exists() &&
+      instance.text() != fmt::format("{:016x}", state.segment->info.instance_id))
+    problem =
+        state.socket + " belongs to another daemon than the pose; give both --shm and --socket";
+  Lines all;
+  if (!problem.empty()) append(all, "status", "", {{{problem, Style::warning}}}, page);
+  const Form form = page.columns < with_innovations ? Form::screen : Form::wide_screen;
+  append(all, "sources", "", source_table(status, form), page);
+  append(all, "calibration", "", calibration_table(status, form, page.glyphs), page);
+  append(all, "camera", status["camera/socket"].text(), camera_line(status["camera"]), page);
+  append(all, "bus", "", buses(status), page);
+  append(all, "messages", "", message_table(status, form), page);
+  return all;
 }
 
-Lines calibration_section(const State& state, const Page& page) {
-  Table table{{}, {0, 2, 3}};
-  for (const auto& [name, value, sigma, unit, valid] : tools::calibrations_of(*state.status))
-    table.rows.push_back({{name},
-                          {value, Style::strong},
-                          {std::string{glyph(page, "± ", "+- ")} + sigma + unit},
-                          {valid ? "learnt" : "not yet", valid ? Style::good : Style::dim}});
-  if (table.rows.empty()) return {};
-  return under(title("calibration", "", page), table);
-}
-
-Lines camera_section(const State& state, const Page& page) {
-  const Json& camera = member(*state.status, "camera");
-  if (!camera.is_object() || word(member(camera, "socket")).empty()) return {};
-  const tools::Rates rates{*state.status, state.before};
-  const Json& earlier = member(rates.before(), "camera");
-  Lines lines{title("camera", word(member(camera, "socket")), page)};
-  Line line{
-      {"  " + rates.of(member(camera, "messages"), member(earlier, "messages")) + " poses/s"}};
-  if (const Json& latency = member(camera, "last_latency_s"); !latency.is_null())
-    line.push_back({", the last one " + duration(latency) + " late"});
-  const auto connections = member(camera, "connections").size();
-  line.push_back(
-      {", " + std::to_string(connections) + (connections == 1 ? " connection" : " connections"),
-       connections == 0 ? Style::warning : Style::plain});
-  if (const std::uint64_t malformed = number_of(member(camera, "malformed")); malformed > 0)
-    line.push_back({", " + std::to_string(malformed) + " malformed", Style::warning});
-  lines.push_back(std::move(line));
-  return lines;
-}
-
-Lines message_section(const State& state, const Page& page) {
-  const tools::Rates rates{*state.status, state.before};
-  Table table{{header({"message", "id", "1/s", "age", "decoded", "refused"})}, {0, 1, 5}};
-  for (const auto& message : member(*state.status, "messages")) {
-    const Json& verdicts = member(message, "verdicts");
-    const Json& earlier =
-        tools::namesake(member(rates.before(), "messages"), member(message, "name"));
-    std::string refused = counts_in_words(verdicts, {"decoded", "unmapped"});
-    if (const std::uint64_t some_lost = number_of(member(message, "some_lost")); some_lost > 0)
-      refused += (refused.empty() ? "" : ", ") + std::to_string(some_lost) + " after a gap";
-    table.rows.push_back({{word(member(message, "name"))},
-                          {tools::hexadecimal(member(message, "id"))},
-                          {rates.of(tools::sum(verdicts), tools::sum(member(earlier, "verdicts")))},
-                          {duration(member(message, "age_s"))},
-                          {count(member(verdicts, "decoded"))},
-                          {refused, Style::warning}});
-  }
-  if (table.rows.size() == 1) return {};
-  return under(title("messages", "", page), table);
-}
-
-Lines bus_section(const State& state, const Page& page) {
-  const tools::Rates rates{*state.status, state.before};
-  Lines lines{title("bus", "", page)};
-  for (const auto& bus : member(*state.status, "can")) {
-    const Json& earlier = tools::namesake(member(rates.before(), "can"), member(bus, "name"));
-    const std::string link = word(member(bus, "link"));
-    Line line{{"  " + word(member(bus, "name")) + ' ', Style::strong},
-              {link, link == "up" ? Style::good : Style::bad},
-              {", " + rates.of(member(bus, "received"), member(earlier, "received")) +
-               " frames/s, " + count(member(bus, "received")) + " in all"}};
-    constexpr std::array wrong{std::pair{"lost", " lost"},
-                               std::pair{"error_frames", " error frames"},
-                               std::pair{"malformed", " malformed lines"},
-                               std::pair{"controller_overflows", " controller overflows"},
-                               std::pair{"bus_offs", " times bus-off"},
-                               std::pair{"link_downs", " times down"}};
-    for (const auto& [key, name] : wrong)
-      if (const std::uint64_t n = number_of(member(bus, key)); n > 0)
-        line.push_back({", " + std::to_string(n) + name, Style::warning});
-    lines.push_back(std::move(line));
-    if (const Json& controller = member(bus, "controller"); controller.is_object())
-      lines.push_back(controller_line(controller));
-  }
-  if (lines.size() == 1) return {};
-  return lines;
-}
-
-}  // namespace odomd::watch
+}  // namespace odomd::tools::watch

@@ -20,7 +20,7 @@
 #include "shm_api/cut_short.hpp"
 #include "tools/cli/output.hpp"
 
-namespace odomd::watch {
+namespace odomd::tools::watch {
 namespace {
 
 // After "ESC [" or "ESC O".
@@ -137,12 +137,12 @@ void Terminal::enter() {
   to_restore.keyboard = keyboard_;
   to_restore.settings = before_;
   to_restore.armed = 1;
-  static_cast<void>(tools::write_all(STDOUT_FILENO, enter_sequence));
+  static_cast<void>(write_all(STDOUT_FILENO, enter_sequence));
 }
 
 void Terminal::leave() {
   to_restore.armed = 0;
-  const bool taken = tools::write_all(STDOUT_FILENO, leave_sequence) == 0;
+  const bool taken = write_all(STDOUT_FILENO, leave_sequence) == 0;
   // Does not wait for a blocked terminal.
   if (keyboard_) ::tcsetattr(STDIN_FILENO, taken ? TCSADRAIN : TCSANOW, &before_);
 }
@@ -166,7 +166,7 @@ void Terminal::show(const Lines& lines) {
     text += "\x1b[" + std::to_string(row + 1) + ";1H" + line + "\x1b[K";
     shown_[row] = std::move(line);
   }
-  static_cast<void>(tools::write_all(STDOUT_FILENO, text));
+  static_cast<void>(write_all(STDOUT_FILENO, text));
 }
 
 Happened Terminal::wait(std::chrono::steady_clock::time_point until) {
@@ -212,4 +212,4 @@ Colour colour_wanted() {
   return variable("NO_COLOR").empty() ? Colour::on : Colour::off;
 }
 
-}  // namespace odomd::watch
+}  // namespace odomd::tools::watch

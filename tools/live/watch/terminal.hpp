@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "base/file_descriptor.hpp"
-#include "tools/live/watch/line.hpp"
+#include "tools/live/line.hpp"
 
-namespace odomd::watch {
+namespace odomd::tools::watch {
 
 enum class Key { quit, pause, list_keys, up, down, page_up, page_down, home, end };
 
@@ -69,4 +69,4 @@ class Terminal {
 /// NO_COLOR (see no-color.org) is honoured.
 [[nodiscard]] Colour colour_wanted();
 
-}  // namespace odomd::watch
+}  // namespace odomd::tools::watch

@@ -4,11 +4,11 @@
 
 #include <string>
 
-#include "tools/live/watch/line.hpp"
+#include "tools/live/line.hpp"
 #include "tools/live/watch/pictures.hpp"
 #include "tools/live/watch/terminal.hpp"
 
-namespace odomd::watch::watch_parts_test {
+namespace odomd::tools::watch::watch_parts_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -56,4 +56,4 @@ TEST(WatchKeys, AreReadFromWhatATerminalSends) {
 }
 
 }  // namespace
-}  // namespace odomd::watch::watch_parts_test
+}  // namespace odomd::tools::watch::watch_parts_test

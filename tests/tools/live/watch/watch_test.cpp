@@ -12,7 +12,7 @@
 #include "tools/live/watch/draw.hpp"
 #include "tools/live/watch/pictures.hpp"
 
-namespace odomd::watch::watch_test {
+namespace odomd::tools::watch::watch_test {
 namespace {
 
 using nlohmann::json;
@@ -429,4 +429,4 @@ TEST(WatchTrail, KeepsTheDriveWhileTheCarStandsAndBreaksAtALeap) {
 }
 
 }  // namespace
-}  // namespace odomd::watch::watch_test
+}  // namespace odomd::tools::watch::watch_test

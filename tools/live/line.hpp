@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace odomd::watch {
+namespace odomd::tools {
 
 enum class Style { plain, dim, strong, good, warning, bad, accent };
 
@@ -40,4 +40,4 @@ enum class Colour { on, off };
 /// are left.
 [[nodiscard]] std::string as_ansi(const Line& line, Colour colour);
 
-}  // namespace odomd::watch
+}  // namespace odomd::tools

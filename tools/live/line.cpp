@@ -1,12 +1,13 @@
-#include "tools/live/watch/line.hpp"
+#include "tools/live/line.hpp"
 
 #include <algorithm>
+#include <array>
 #include <string_view>
 
 #include "base/printable.hpp"
 #include "tools/cli/text.hpp"
 
-namespace odomd::watch {
+namespace odomd::tools {
 namespace {
 
 // The first `columns` characters.
@@ -20,31 +21,26 @@ std::string_view cut(std::string_view text, std::size_t columns) {
 }
 
 std::string_view sequence(Style style, Colour colour) {
-  const bool coloured = colour == Colour::on;
-  switch (style) {
-    case Style::plain:
-      return "";
-    case Style::dim:
-      return "\x1b[2m";
-    case Style::strong:
-      return "\x1b[1m";
-    case Style::good:
-      return coloured ? "\x1b[32m" : "";
-    case Style::warning:
-      return coloured ? "\x1b[33m" : "\x1b[1m";
-    case Style::bad:
-      return coloured ? "\x1b[1;31m" : "\x1b[1m";
-    case Style::accent:
-      return coloured ? "\x1b[36m" : "";
-  }
-  return "";
+  struct Sequences {
+    std::string_view coloured;
+    std::string_view plain;
+  };
+  constexpr std::array<Sequences, 7> all{{{"", ""},                   // plain
+                                          {"\x1b[2m", "\x1b[2m"},     // dim
+                                          {"\x1b[1m", "\x1b[1m"},     // strong
+                                          {"\x1b[32m", ""},           // good
+                                          {"\x1b[33m", "\x1b[1m"},    // warning
+                                          {"\x1b[1;31m", "\x1b[1m"},  // bad
+                                          {"\x1b[36m", ""}}};         // accent
+  const Sequences& found = all.at(static_cast<std::size_t>(style));
+  return colour == Colour::on ? found.coloured : found.plain;
 }
 
 }  // namespace
 
 std::size_t width(const Line& line) {
   std::size_t columns = 0;
-  for (const Span& span : line) columns += tools::width(span.text);
+  for (const Span& span : line) columns += width(span.text);
   return columns;
 }
 
@@ -54,7 +50,7 @@ Line fitted(const Line& line, std::size_t columns) {
   for (const Span& span : line) {
     if (left == 0) break;
     const std::string_view text = cut(span.text, left);
-    left -= tools::width(text);
+    left -= width(text);
     result.push_back({std::string{text}, span.style});
   }
   if (left > 0) result.push_back({std::string(left, ' ')});
@@ -100,4 +96,4 @@ std::string as_ansi(const Line& line, Colour colour) {
   return text;
 }
 
-}  // namespace odomd::watch
+}  // namespace odomd::tools

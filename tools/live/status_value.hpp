@@ -1,0 +1,86 @@
+// Values of the daemon's status document in words, and rates between two documents.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace odomd::tools {
+
+using Json = nlohmann::json;
+
+inline constexpr double degrees = 180.0 / std::numbers::pi;  ///< in a radian
+
+/// Of a yaw angle [rad], without the whole turns that the daemon counts [deg].
+[[nodiscard]] inline double heading(double yaw) {
+  return degrees * std::remainder(yaw, 2.0 * std::numbers::pi);
+}
+
+/// "error-passive" of "error_passive".
+[[nodiscard]] std::string hyphenated(std::string name);
+
+/// A value of a status document, or nothing where the daemon does not report it; and the same value
+/// of an earlier document. It refers to the documents. Nothing is "-" in words. All functions throw
+/// a nlohmann::json::exception where the value is of another type than it must be.
+class StatusValue {
+ public:
+  StatusValue();  ///< nothing
+  /// Rates are those between the documents; without an earlier one of the same daemon those since
+  /// its start.
+  explicit StatusValue(const Json& now, const std::optional<Json>& before = std::nullopt);
+
+  /// Of an object: "pose", or "pose/x".
+  [[nodiscard]] StatusValue operator[](std::string_view path) const;
+  /// Of an array, each with the earlier one of the same `name`.
+  [[nodiscard]] std::vector<StatusValue> elements() const;
+  /// The element of this `name`.
+  [[nodiscard]] StatusValue named(std::string_view name) const;
+
+  [[nodiscard]] const Json& json() const { return *now_; }
+  [[nodiscard]] bool exists() const { return !now_->is_null(); }
+  [[nodiscard]] bool is_true() const { return exists() && now_->get<bool>(); }
+  /// Nothing is `otherwise`.
+  [[nodiscard]] double value(double otherwise = 0.0) const;
+  /// A count, or all counts of an object together; nothing is 0.
+  [[nodiscard]] std::uint64_t count() const;
+
+  /// A word or a count.
+  [[nodiscard]] std::string text() const;
+  [[nodiscard]] std::string number(int decimals, double factor = 1.0) const;
+  /// Three significant digits: "0.00321", "0.300".
+  [[nodiscard]] std::string significant() const;
+  /// "1 reset", "2 resets", "- resets".
+  [[nodiscard]] std::string counted(std::string_view noun) const;
+  /// Seconds as precise as it matters: "12.3 ms", "4.5 s", "2 h 03 min"; nothing is "never".
+  [[nodiscard]] std::string duration() const;
+  [[nodiscard]] std::string hexadecimal() const;
+  /// Of count(), per second.
+  [[nodiscard]] std::string rate() const;
+  /// The counts of an object that are not 0: "3 gated, 1 too_old".
+  [[nodiscard]] std::string nonzero(std::initializer_list<std::string_view> without) const;
+
+ private:
+  StatusValue(const Json& now, const Json& before, double seconds)
+      : now_(&now), before_(&before), seconds_(seconds) {}
+
+  const Json* now_;
+  const Json* before_;
+  double seconds_ = 0.0;
+};
+
+/// As StatusValue::duration().
+[[nodiscard]] std::string duration_in_words(double seconds);
+
+/// Of a source of the status: "fine", or what is wrong with it: "overdue", "frozen", ...
+[[nodiscard]] std::string source_state(const StatusValue& source);
+
+/// Of a source: the mean of νᵀS⁻¹ν over what it should be, "1.02".
+[[nodiscard]] std::string nis_by_expectation(const StatusValue& source);
+
+}  // namespace odomd::tools
