@@ -19,7 +19,7 @@
 #include "tools/commands/commands.hpp"
 #include "tools/drive_files/pose_csv.hpp"
 #include "tools/live/daemon_link.hpp"
-#include "tools/live/pose_text.hpp"
+#include "tools/live/status_text.hpp"
 #include "tools/live/tick_follower.hpp"
 
 namespace odomd::tools {

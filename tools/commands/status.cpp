@@ -12,7 +12,6 @@
 #include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/live/daemon_link.hpp"
-#include "tools/live/open_metrics.hpp"
 #include "tools/live/status_text.hpp"
 
 namespace odomd::tools {

@@ -2,9 +2,7 @@
 
 #include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <stdexcept>
-#include <system_error>
 #include <thread>
 
 #include "tools/live/daemon_link.hpp"
@@ -15,28 +13,16 @@ namespace {
 using std::chrono::nanoseconds;
 using std::chrono::steady_clock;  // CLOCK_MONOTONIC here
 
+constexpr const char* door = "camera.sock";
 constexpr std::int64_t admission_timeout_ns = 2'000'000'000;
-
-bool nobody_is_there(int error) {
-  return error == -ENOENT || error == -ECONNREFUSED;
-}
-
-std::string why(int error) {
-  if (error == -ENOENT) {
-    return "no such socket; is odomd running, with a [camera] table? --socket names another path";
-  }
-  if (error == -ECONNREFUSED) return "nobody listens; is odomd running?";
-  if (error == -EACCES || error == -EPERM) {
-    return "not allowed; join the group of the socket ([camera] socket_group)";
-  }
-  if (error == -EBUSY) {
-    return "refused: odomd has as many camera connections as it takes; stop one of the senders";
-  }
-  return std::generic_category().message(-error);
-}
 
 steady_clock::time_point at_monotonic(std::int64_t ns) {
   return steady_clock::time_point{nanoseconds{ns}};
+}
+
+void send(CameraFeed& feed, const estimator::CameraPose& pose, odom_clock clock,
+          PlayedLog& played) {
+  ++(feed.send(pose, clock) ? played.sent : played.refused);
 }
 
 std::int64_t monotonic_now_ns() {
@@ -62,19 +48,16 @@ odom_camera_message camera_message(const estimator::CameraPose& pose, odom_clock
 
 CameraFeed::CameraFeed(const std::string& named, double wait_s, Admission admission)
     : admission_(admission) {
-  const auto start = steady_clock::now();
+  const Waiting waiting{wait_s};
   while (true) {
     try {
-      socket_ = socket_path(named, "camera.sock");
+      socket_ = socket_path(named, door);
       const int error = sender_.open(socket_.c_str());
       if (error == 0) return;
-      if (nobody_is_there(error)) throw NobodyThere(socket_ + ": " + why(error));
-      throw std::runtime_error(socket_ + ": " + why(error));
+      fail_to_connect(socket_, -error, door);
     } catch (const NobodyThere&) {
-      const std::chrono::duration<double> waited = steady_clock::now() - start;
-      if (waited.count() >= wait_s) throw;
+      if (!waiting.goes_on()) throw;
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds{20});
   }
 }
 
@@ -93,29 +76,25 @@ bool CameraFeed::send(const estimator::CameraPose& pose, odom_clock clock) {
     error = sender_.flush(admission_timeout_ns);
   admitted_ = error == 0;
   if (admitted_) return true;
-  if (error == -EBUSY || error == -EACCES) refusal_ = socket_ + ": " + why(error);
-  if (nobody_is_there(error) || error == -EPIPE || error == -ECONNRESET || !refusal_.empty())
+  if (error == -EBUSY || error == -EACCES) refusal_ = why_unconnected(socket_, -error, door);
+  if (error == -ENOENT || error == -ECONNREFUSED || error == -EPIPE || error == -ECONNRESET ||
+      !refusal_.empty())
     return false;
-  if (error == -EAGAIN) {
+  if (error == -EAGAIN)
     throw std::runtime_error(socket_ + ": the daemon does not take poses; is it stopped?");
-  }
-  throw std::runtime_error(socket_ + ": " + why(error));
+  fail_to_connect(socket_, -error, door);
 }
 
 PlayedLog play_with_daemon(CameraFeed& feed, odom::Client& client,
                            std::span<const estimator::CameraPose> poses, double wait_s) {
   // log clock - CLOCK_MONOTONIC; known once the daemon has released the first frame of its log.
   const auto offset = [&client] { return client.to_clock(ODOM_CLOCK_LOG, 0); };
-  const auto start = steady_clock::now();
-  while (!offset().has_value()) {
-    const std::chrono::duration<double> waited = steady_clock::now() - start;
-    if (waited.count() >= wait_s) {
+  const Waiting waiting{wait_s};
+  while (!offset().has_value())
+    if (!waiting.goes_on())
       throw std::runtime_error(
           "the daemon is not playing a log, so its clock cannot pace this one; give it --can LOG, "
           "wait longer with --wait, or use --from-now");
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds{2});
-  }
 
   // On a busy machine a daemon may be stale for a moment; one that has ended stays so.
   const auto goes_on = [&offset] {
@@ -142,11 +121,7 @@ PlayedLog play_with_daemon(CameraFeed& feed, odom::Client& client,
       continue;
     }
     std::this_thread::sleep_until(at_monotonic(due_ns));
-    if (feed.send(pose, ODOM_CLOCK_LOG)) {
-      ++played.sent;
-    } else {
-      ++played.refused;
-    }
+    send(feed, pose, ODOM_CLOCK_LOG, played);
   }
   return played;
 }
@@ -159,11 +134,7 @@ PlayedLog play_from_now(CameraFeed& feed, std::span<const estimator::CameraPose>
     pose.arrival_ns += shift_ns;
     pose.capture_ns += shift_ns;
     std::this_thread::sleep_until(at_monotonic(pose.arrival_ns));
-    if (feed.send(pose, ODOM_CLOCK_MONOTONIC)) {
-      ++played.sent;
-    } else {
-      ++played.refused;
-    }
+    send(feed, pose, ODOM_CLOCK_MONOTONIC, played);
   }
   return played;
 }

@@ -18,6 +18,7 @@
 #include <system_error>
 #include <thread>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "shm_api/libodom/service.h"
@@ -37,24 +38,7 @@ std::string places_of(const std::string& leaf) {
   return own + ", " + service + "/*/" + leaf + ", " + service + "/" + leaf;
 }
 
-constexpr const char* hint =
-    "is odomd running? [status] socket of its configuration names the path";
-
 constexpr std::size_t largest_document = std::size_t{16} << 20U;
-
-std::string why(int error) {
-  switch (error) {
-    case ENOENT:
-    case ENOTDIR:
-      return std::string{"no such socket; "} + hint;
-    case ECONNREFUSED:
-      return std::string{"nobody listens; "} + hint;
-    case EACCES:
-      return "not allowed; join the group of the socket (the service's: odom)";
-    default:
-      return std::generic_category().message(error);
-  }
-}
 
 namespace fs = std::filesystem;
 
@@ -97,10 +81,43 @@ std::string socket_path(const std::string& named, const std::string& leaf) {
   std::free(found);  // NOLINT(cppcoreguidelines-no-malloc): malloc'ed by C
   struct stat status {};
   if (::lstat(path.c_str(), &status) != 0 && errno == ENOENT)
-    throw NobodyThere(places_of(leaf) + ": no such socket; is odomd running" +
-                      (leaf == "camera.sock" ? ", with a [camera] table" : "") +
-                      "? --socket names another path");
+    fail_to_connect(places_of(leaf), ENOENT, leaf);
   return path;
+}
+
+std::string why_unconnected(const std::string& path, int error, std::string_view leaf) {
+  const bool camera = leaf == "camera.sock";
+  switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+      return fmt::format("{}: no such socket; is odomd running{}? --socket names another path",
+                         path, camera ? ", with a [camera] table" : "");
+    case ECONNREFUSED:
+      return path + ": nobody listens; is odomd running? --socket names another path";
+    case EACCES:
+    case EPERM:
+      return fmt::format("{}: not allowed; join the group {}", path,
+                         camera                  ? "of the socket ([camera] socket_group)"
+                         : leaf == "record.sock" ? "that may read the pose ([shm] group)"
+                                                 : "of the socket (the service's: odom)");
+    case EBUSY:
+      return path +
+             ": refused: odomd has as many camera connections as it takes; stop one of the senders";
+    default:
+      return path + ": " + std::generic_category().message(error);
+  }
+}
+
+void fail_to_connect(const std::string& path, int error, std::string_view leaf) {
+  const std::string why = why_unconnected(path, error, leaf);
+  if (error == ENOENT || error == ENOTDIR || error == ECONNREFUSED) throw NobodyThere(why);
+  throw std::runtime_error(why);
+}
+
+bool Waiting::goes_on() const {
+  if (std::chrono::steady_clock::now() - start_ >= seconds_) return false;
+  std::this_thread::sleep_for(std::chrono::milliseconds{20});
+  return true;
 }
 
 FileDescriptor connect_to(const std::string& path, std::chrono::milliseconds timeout) {
@@ -125,7 +142,7 @@ FileDescriptor connect_to(const std::string& path, std::chrono::milliseconds tim
 std::string fetch_status(const std::filesystem::path& socket, std::chrono::milliseconds timeout) {
   const std::string path = socket.string();
   const FileDescriptor connection = connect_to(path, timeout);
-  if (!connection) throw std::runtime_error(path + ": " + why(errno));
+  if (!connection) throw std::runtime_error(why_unconnected(path, errno, "status.sock"));
   std::string document;
   std::array<char, 16384> piece{};
   while (true) {
@@ -135,7 +152,7 @@ std::string fetch_status(const std::filesystem::path& socket, std::chrono::milli
     if (size < 0 && errno == EAGAIN) {
       throw std::runtime_error(path + ": no answer; is the daemon stopped?");
     }
-    if (size < 0) throw std::runtime_error(path + ": " + why(errno));
+    if (size < 0) throw std::runtime_error(why_unconnected(path, errno, "status.sock"));
     document.append(piece.data(), static_cast<std::size_t>(size));
     if (document.size() > largest_document)
       throw std::runtime_error(path + ": the answer is too long; is this odomd's socket?");
@@ -159,20 +176,15 @@ std::string segment_asked_for(const std::string& name) {
 }
 
 odom::Client attach(const std::string& name, double wait_s) {
-  using std::chrono::steady_clock;
-  const auto start = steady_clock::now();
+  const Waiting waiting{wait_s};
   while (true) {
     auto opened = odom::Client::open(name.empty() ? nullptr : name.c_str());
     if (opened.has_value()) return std::move(opened.value);
-    if (opened.status == ODOM_INVALID) {
+    if (opened.status == ODOM_INVALID)
       throw std::invalid_argument(segment_asked_for(name) +
                                   ": not a name of a segment; use /odomd or a path");
-    }
-    const std::chrono::duration<double> waited = steady_clock::now() - start;
-    if (opened.status != ODOM_NO_SEGMENT || waited.count() >= wait_s) {
+    if (opened.status != ODOM_NO_SEGMENT || !waiting.goes_on())
       throw std::runtime_error(segment_asked_for(name) + ": " + opened.message());
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds{20});
   }
 }
 
@@ -181,21 +193,15 @@ std::string segment_of(const json& status) {
 }
 
 std::string segment_behind_camera(const std::string& socket, double wait_s) {
-  using std::chrono::steady_clock;
-  const auto start = steady_clock::now();
-  while (true) {
-    const fs::path neighbour = fs::path{socket}.parent_path() / "status.sock";
+  const fs::path neighbour = fs::path{socket}.parent_path() / "status.sock";
+  const Waiting waiting{wait_s};
+  do {
     for (const std::string& status : {neighbour.string(), std::string{}})
       if (auto segment = segment_from_status(status, socket)) return *std::move(segment);
     if (std::getenv("ODOM_SHM") != nullptr) return {};
-    const std::chrono::duration<double> waited = steady_clock::now() - start;
-    if (waited.count() >= wait_s) {
-      throw std::runtime_error(
-          socket +
-          ": no status socket next to it names the segment of its daemon; give it with --shm");
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds{20});
-  }
+  } while (waiting.goes_on());
+  throw std::runtime_error(
+      socket + ": no status socket next to it names the segment of its daemon; give it with --shm");
 }
 
 }  // namespace odomd::tools

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include <nlohmann/json_fwd.hpp>
 #include <odom/odom.hpp>
@@ -25,6 +26,24 @@ class NobodyThere : public std::runtime_error {
 /// "status.sock", "camera.sock" or "record.sock". Throws NobodyThere, which names these places and
 /// the fix, where none is there.
 [[nodiscard]] std::string socket_path(const std::string& named, const std::string& leaf);
+
+/// For a person why the socket at `path`, of this leaf, could not be connected to, and the fix.
+[[nodiscard]] std::string why_unconnected(const std::string& path, int error,
+                                          std::string_view leaf);
+/// Throws it: NobodyThere, or std::runtime_error.
+[[noreturn]] void fail_to_connect(const std::string& path, int error, std::string_view leaf);
+
+/// Some seconds in which a daemon may appear.
+class Waiting {
+ public:
+  explicit Waiting(double seconds) : seconds_(seconds) {}
+  /// Naps, unless the time is over.
+  [[nodiscard]] bool goes_on() const;
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::chrono::duration<double> seconds_;
+};
 
 /// Connects to a socket; none, with errno, if it fails. `timeout` is that of each read and write;
 /// 0: none. Throws std::invalid_argument for a path that cannot be a socket's.

@@ -1,4 +1,4 @@
-#include "tools/live/open_metrics.hpp"
+#include "tools/live/status_text.hpp"
 
 #include <fmt/format.h>
 #include <array>

@@ -1,4 +1,4 @@
-#include "tools/live/pose_text.hpp"
+#include "tools/live/status_text.hpp"
 
 #include <algorithm>
 #include <cmath>

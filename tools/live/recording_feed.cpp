@@ -9,32 +9,13 @@
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
-#include <system_error>
-
-#include <fmt/format.h>
 
 namespace odomd::tools {
 namespace {
 
-[[noreturn]] void fail(const std::string& path, int error) {
-  switch (error) {
-    case ENOENT:
-    case ENOTDIR:
-      throw NobodyThere(path + ": no such socket; is odomd running? --socket names another path");
-    case ECONNREFUSED:
-      throw NobodyThere(path + ": nobody listens; is odomd running?");
-    case EACCES:
-    case EPERM:
-      throw std::runtime_error(
-          path + ": not allowed; join the group that may read the pose ([shm] group)");
-    default:
-      throw std::runtime_error(path + ": " + std::generic_category().message(error));
-  }
-}
-
 FileDescriptor connected(const std::string& path) {
   FileDescriptor connection = connect_to(path);
-  if (!connection) fail(path, errno);
+  if (!connection) fail_to_connect(path, errno, "record.sock");
   return connection;
 }
 

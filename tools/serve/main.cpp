@@ -13,7 +13,7 @@
 #include "tools/cli/output.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/doctor/daemon.hpp"
-#include "tools/live/open_metrics.hpp"
+#include "tools/live/status_text.hpp"
 #include "tools/live/watch/draw.hpp"
 #include "tools/live/watch/observer.hpp"
 #include "tools/live/watch/pictures.hpp"

@@ -9,7 +9,7 @@
 
 #include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/live/pose_text.hpp"
+#include "tools/live/status_text.hpp"
 
 namespace odomd::tools::pose_test {
 namespace {
