@@ -11,10 +11,7 @@
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/diagnostics/coverage_check.hpp"
-#include "tools/diagnostics/drive_mismatch.hpp"
-#include "tools/diagnostics/heading_check.hpp"
-#include "tools/diagnostics/initial_pose_check.hpp"
+#include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/diagnostics/unit_check.hpp"
 #include "tools/evaluation/camera_reference.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"

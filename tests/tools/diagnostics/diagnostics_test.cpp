@@ -8,8 +8,7 @@
 
 #include "tests/diagnostics.hpp"
 #include "tests/tools/drives.hpp"
-#include "tools/diagnostics/coverage_check.hpp"
-#include "tools/diagnostics/heading_check.hpp"
+#include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/diagnostics/unit_check.hpp"
 
 namespace odomd::tools::diagnostics_test {

@@ -1,0 +1,185 @@
+#include "tools/diagnostics/trajectory_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "tools/cli/text.hpp"
+#include "tools/math/median.hpp"
+#include "tools/math/se2.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using diagnostics::Diagnostic;
+using diagnostics::kind;
+using estimator::CameraPose;
+using estimator::Pose2;
+
+/// The longest time between two rows of an estimate that is not a gap.
+std::int64_t longest_of(const Trajectory& estimate) {
+  constexpr std::int64_t usual_ns = 500'000'000;
+  std::vector<std::int64_t> rows_ns;
+  for (std::size_t i = 1; i < estimate.points.size(); ++i)
+    rows_ns.push_back(estimate.points[i].t_ns - estimate.points[i - 1].t_ns);
+  return rows_ns.empty() ? usual_ns : std::max(usual_ns, 3 * median_of(std::move(rows_ns)));
+}
+
+bool covers(const Trajectory& estimate, std::int64_t longest_ns, std::int64_t t_ns) {
+  const auto& points = estimate.points;
+  const auto after = std::ranges::lower_bound(points, t_ns, {}, &TrajectoryPoint::t_ns);
+  if (after == points.end()) return false;
+  if (after->t_ns == t_ns) return true;
+  return after != points.begin() && after->t_ns - (after - 1)->t_ns <= longest_ns;
+}
+
+bool turns_otherwise(const Trajectory& reference, const Trajectory& estimate) {
+  constexpr std::int64_t second_ns = 1'000'000'000;
+  constexpr std::int64_t step_ns = second_ns / 10;
+  constexpr std::size_t least_samples = 20;
+  constexpr double least_turn = 0.1;  // rad a second, rms
+  double difference = 0.0;
+  double turned = 0.0;
+  std::size_t samples = 0;
+  const std::int64_t last =
+      std::min(reference.points.back().t_ns, estimate.points.back().t_ns) - second_ns;
+  for (std::int64_t t = std::max(reference.points.front().t_ns, estimate.points.front().t_ns);
+       t <= last; t += step_ns) {
+    const auto reference_from = at(reference, t), reference_to = at(reference, t + second_ns);
+    const auto estimate_from = at(estimate, t), estimate_to = at(estimate, t + second_ns);
+    if (!reference_from || !reference_to || !estimate_from || !estimate_to) continue;
+    if (estimate_to->reset_count != estimate_from->reset_count) continue;
+    const double reference_turn = reference_to->pose.yaw - reference_from->pose.yaw;
+    const double estimate_turn = estimate_to->pose.yaw - estimate_from->pose.yaw;
+    difference += std::pow(estimate_turn - reference_turn, 2);
+    turned += reference_turn * reference_turn;
+    ++samples;
+  }
+  return samples >= least_samples &&
+         turned > least_turn * least_turn * static_cast<double>(samples) &&
+         !kind("other_drive").limits.hold(std::sqrt(difference / turned));
+}
+
+/// The motion from the initial pose to the camera's pose, of the centre of gravity.
+Pose2 apart(const Pose2& initial, const CameraPose& seen, const Pose2& lever_arm) {
+  return relative(initial, compose({seen.x, seen.y, seen.yaw}, inverse(lever_arm)));
+}
+
+double turn(const Pose2& motion) {
+  return std::fabs(std::remainder(motion.yaw, 2.0 * std::numbers::pi));
+}
+
+}  // namespace
+
+std::optional<Diagnostic> check_coverage(const Trajectory& reference, const Trajectory& estimate) {
+  // Larger than the jitter of a reference at rest.
+  constexpr double piece = 0.25;  // m
+  constexpr std::int64_t piece_ns = 200'000'000;
+  constexpr double least_way = 4.0 * piece;  // shorter references are not checked
+  const std::int64_t longest_ns = longest_of(estimate);
+  double whole_m = 0.0, covered_m = 0.0;
+  std::int64_t covered_ns = 0;
+  TrajectoryPoint from = reference.points.front();
+  TrajectoryPoint before = from;
+  for (const TrajectoryPoint& point : reference.points) {
+    const bool is_covered = covers(estimate, longest_ns, point.t_ns);
+    if (is_covered && covers(estimate, longest_ns, before.t_ns))
+      covered_ns += point.t_ns - before.t_ns;
+    before = point;
+    const double step = distance(from.pose, point.pose);
+    if (step < piece || point.t_ns - from.t_ns < piece_ns) continue;
+    whole_m += step;
+    if (is_covered && covers(estimate, longest_ns, from.t_ns)) covered_m += step;
+    from = point;
+  }
+  constexpr const diagnostics::Kind& part = kind("estimate_covers_part");
+  if (whole_m < least_way || part.limits.hold(covered_m / whole_m)) return std::nullopt;
+  const auto seconds = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-9; };
+  return found(
+      part, estimate.name,
+      fmt::format("it covers {:.1f} s and {:.1f} m of the reference's {:.1f} s and {:.1f} m",
+                  seconds(covered_ns), covered_m,
+                  seconds(reference.points.back().t_ns - reference.points.front().t_ns), whole_m));
+}
+
+std::optional<Diagnostic> drive_mismatch(const Trajectory& reference, const Trajectory& estimate) {
+  if (turns_otherwise(reference, estimate))
+    return found(kind("other_drive"), estimate.name, "its turns disagree with the reference's");
+  if (reference.has_covariance && !estimate.has_covariance)
+    return found(kind("exchanged"), estimate.name, "the reference has sigmas and this has none");
+  return std::nullopt;
+}
+
+std::optional<Diagnostic> check_headings(const Trajectory& trajectory) {
+  constexpr double piece = 0.2;             // m
+  constexpr std::size_t least_pieces = 20;  // fewer do not suffice
+  // The resultant R = |Σ exp(2i(χ − ψ))| / n, χ the course over a piece of the way, ψ the mean of
+  // the headings at its ends: 1 if they agree, whatever axis yaw counts from. Doubled, because a
+  // car that reverses has its heading against its course.
+  double along = 0.0;
+  double across = 0.0;
+  std::size_t pieces = 0;
+  Pose2 from = trajectory.points.front().pose;
+  for (const TrajectoryPoint& point : trajectory.points) {
+    const Pose2& to = point.pose;
+    if (distance(from, to) < piece) continue;
+    const double course = std::atan2(to.y - from.y, to.x - from.x);
+    const double off_course = course - 0.5 * (from.yaw + to.yaw);
+    along += std::cos(2.0 * off_course);
+    across += std::sin(2.0 * off_course);
+    ++pieces;
+    from = to;
+  }
+  if (pieces < least_pieces) return std::nullopt;
+  const double agreement = std::hypot(along, across) / static_cast<double>(pieces);
+  constexpr const diagnostics::Kind& off_path = kind("headings_off_path");
+  if (off_path.limits.hold(agreement)) return std::nullopt;
+  return found(off_path, trajectory.name,
+               "the headings do not follow the path (agreement " + fixed(agreement, 2) + " of 1)");
+}
+
+std::optional<Diagnostic> check_initial_pose(const daemon::Config& config,
+                                             std::span<const CameraPose> cameras,
+                                             std::int64_t first_tick_ns) {
+  constexpr double soon_s = 0.2;
+  constexpr double sigmas = 5.0;
+  constexpr const diagnostics::Kind& elsewhere = kind("initial_pose_elsewhere");
+  if (!config.initial_pose) return std::nullopt;
+  const auto& arm = config.camera.lever_arm;
+  const Pose2 lever_arm{arm[0], arm[1], arm[2]};
+  const auto gap_s = [first_tick_ns](const CameraPose& seen) {
+    return std::fabs(static_cast<double>(seen.capture_ns - first_tick_ns) * 1e-9);
+  };
+  const auto is_soon = [&](const CameraPose& seen) { return gap_s(seen) <= soon_s; };
+  const auto first = std::ranges::find_if(cameras, is_soon);
+  if (first == cameras.end()) return std::nullopt;
+  const auto last = std::ranges::find_if_not(first, cameras.end(), is_soon) - 1;
+
+  // The speed up to the last of them; before the first one the car may have moved 1.5 times as
+  // fast.
+  const double between_s =
+      std::max(static_cast<double>(last->capture_ns - first->capture_ns) * 1e-9, 1e-3);
+  const double speed = std::hypot(last->x - first->x, last->y - first->y) / between_s;
+  const double rate = turn({0.0, 0.0, last->yaw - first->yaw}) / between_s;
+  for (const CameraPose& seen : {*first, *last}) {  // either may be an outlier
+    const Pose2 gap = apart(*config.initial_pose, seen, lever_arm);
+    const double driven_s = 1.5 * gap_s(seen);
+    const double beyond_m = std::hypot(gap.x, gap.y) - speed * driven_s -
+                            sigmas * std::hypot(seen.sigma_x, seen.sigma_y);
+    const double beyond_rad = turn(gap) - rate * driven_s - sigmas * seen.sigma_yaw;
+    if (elsewhere.limits.hold(beyond_m) && elsewhere.limits.hold(beyond_rad)) return std::nullopt;
+  }
+  const Pose2 gap = apart(*config.initial_pose, *first, lever_arm);
+  return found(elsewhere, config.file.string(),
+               fmt::format("the initial pose ({:.2f} m, {:.2f} m, {:.0f} deg) lies {:.2f} m and "
+                           "{:.0f} deg from what the camera saw first: it is of another drive",
+                           config.initial_pose->x, config.initial_pose->y,
+                           config.initial_pose->yaw * 180.0 / std::numbers::pi,
+                           std::hypot(gap.x, gap.y), turn(gap) * 180.0 / std::numbers::pi));
+}
+
+}  // namespace odomd::tools
