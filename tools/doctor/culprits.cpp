@@ -1,4 +1,4 @@
-#include "tools/doctor/culprits.hpp"
+#include "tools/doctor/sensor_checks.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -11,9 +11,7 @@
 #include <vector>
 
 #include "tools/doctor/bus.hpp"
-#include "tools/doctor/culprits.hpp"
-#include "tools/doctor/latencies.hpp"
-#include "tools/doctor/scales.hpp"
+#include "tools/doctor/sensor_checks.hpp"
 #include "tools/evaluation/evaluation_checks.hpp"
 #include "tools/identify/common/agreement.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"

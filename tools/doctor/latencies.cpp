@@ -1,4 +1,4 @@
-#include "tools/doctor/latencies.hpp"
+#include "tools/doctor/sensor_checks.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "tests/tools/doctor/edited_drive.hpp"
-#include "tools/doctor/latencies.hpp"
-#include "tools/doctor/scales.hpp"
+#include "tools/doctor/sensor_checks.hpp"
 
 namespace odomd::tools::doctor::edited_drive {
 namespace {
