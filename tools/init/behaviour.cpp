@@ -8,14 +8,14 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "tools/init/drive_course.hpp"
 #include "tools/init/proposal.hpp"
-#include "tools/init/sensor_noise.hpp"
-#include "tools/init/steering_scale.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -63,12 +63,6 @@ void compare_speeds(Proposal& proposal, const DriveCourse& drive) {
   }
 }
 
-/// What turns with the car, each proportional to the yaw rate.
-struct Witness {
-  Source role{};
-  Relation relation;  ///< with the anchor
-};
-
 /// A sign that contradicts the others is turned.
 void turn(Choice& choice, std::string_view against) {
   choice.scale = -choice.scale;
@@ -110,31 +104,32 @@ void sign_by_wheels(Proposal& proposal, const DriveCourse& drive,
 }
 
 void sign_by_majority(Proposal& proposal, const DriveCourse& drive) {
-  std::vector<Witness> witnesses;
-  for (const Source role : {Source::yaw_rate, Source::steering, Source::accel_y})
-    if (drive.has(role)) witnesses.push_back({role, {}});
-  if (witnesses.empty()) return;
-  const std::vector<double> first = shown_by(drive, witnesses.front().role);
+  std::vector<std::pair<Source, Relation>> witnesses;  // with the first of them
+  std::vector<double> first;
   int sum = 0;
   bool clear = true;
-  for (Witness& witness : witnesses) {
-    witness.relation = relation_of(shown_by(drive, witness.role), first);
-    if (witness.relation.clear())
-      sum += witness.relation.slope > 0.0 ? 1 : -1;
+  for (const Source role : {Source::yaw_rate, Source::steering, Source::accel_y}) {
+    if (!drive.has(role)) continue;
+    if (witnesses.empty()) first = shown_by(drive, role);
+    const Relation& relation =
+        witnesses.emplace_back(role, relation_of(shown_by(drive, role), first)).second;
+    if (relation.clear())
+      sum += relation.slope > 0.0 ? 1 : -1;
     else
       clear = false;
   }
+  if (witnesses.empty()) return;
   const bool together = std::cmp_equal(std::abs(sum), witnesses.size());
-  for (const Witness& witness : witnesses) {
-    Choice& choice = *proposal.of(witness.role);
+  for (const auto& [role, relation] : witnesses) {
+    Choice& choice = *proposal.of(role);
     if (witnesses.size() < 2) {
       choice.warnings.emplace_back("nothing in the log says whether positive is left");
-    } else if (!witness.relation.clear()) {
+    } else if (!relation.clear()) {
       choice.warnings.emplace_back("the log shows too few turns to compare it with the others");
     } else if (sum == 0 || (!clear && !together && witnesses.size() < 3)) {
       choice.warnings.emplace_back(
           "gyro and steering disagree about left and right; turn left: both must be positive");
-    } else if ((witness.relation.slope > 0.0) != (sum > 0)) {
+    } else if ((relation.slope > 0.0) != (sum > 0)) {
       turn(choice, "the others");
       choice.warnings.emplace_back("its sign was set by majority; turn left: it must be positive");
     } else {
@@ -153,6 +148,15 @@ bool only_motor_turns(const Proposal& proposal) {
          std::ranges::none_of(wheel_sources, [&](Source role) {
            return role != Source::motor && proposal.has(role);
          });
+}
+
+/// Of the acceleration across the car with speed times yaw rate, if they go together.
+std::optional<Relation> lateral_relation(const DriveCourse& drive) {
+  if (!drive.has(Source::accel_y) || !drive.has(Source::yaw_rate)) return std::nullopt;
+  const Relation relation = relation_of(
+      drive.moving([&](std::size_t i) { return drive.at(Source::accel_y, i); }),
+      drive.moving([&](std::size_t i) { return drive.at(Source::yaw_rate, i) * drive.speed(i); }));
+  return relation.clear() ? std::optional(relation) : std::nullopt;
 }
 
 void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& known) {
@@ -175,13 +179,8 @@ void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& k
       if (by_track) size = *known.track / std::fabs(relation.slope);
     }
   }
-  if (!size && drive.has(Source::accel_y)) {
-    const auto side = drive.moving([&](std::size_t i) { return drive.at(Source::accel_y, i); });
-    const auto turning =
-        drive.moving([&](std::size_t i) { return drive.at(Source::yaw_rate, i) * drive.speed(i); });
-    if (const Relation relation = relation_of(side, turning); relation.clear())
-      size = 1.0 / std::fabs(relation.slope);
-  }
+  if (const auto relation = lateral_relation(drive); !size && relation)
+    size = 1.0 / std::fabs(relation->slope);
   if (!size) return;
   constexpr double alike = 0.2;  // a track by a ruler against one by turns
   if (by_track && std::fabs(*size - 1.0) > alike && *size > 1.0 / factor && *size < factor)
@@ -221,23 +220,19 @@ void check_accel_x(Proposal& proposal, const DriveCourse& drive) {
 }
 
 void check_accel_y(Proposal& proposal, const DriveCourse& drive) {
-  if (!drive.has(Source::accel_y) || !drive.has(Source::yaw_rate)) return;
+  const auto relation = lateral_relation(drive);
+  if (!relation) return;
   Choice& choice = *proposal.of(Source::accel_y);
-  const auto side = drive.moving([&](std::size_t i) { return drive.at(Source::accel_y, i); });
-  const auto turning =
-      drive.moving([&](std::size_t i) { return drive.at(Source::yaw_rate, i) * drive.speed(i); });
-  const Relation relation = relation_of(side, turning);
-  if (!relation.clear()) return;
   constexpr double worth_a_word = 0.3;  // m/s², the default sigma
   constexpr double far_off = 1.5;       // m/s², of a sensor that is tilted by 9°
-  if (const double slope = std::fabs(relation.slope); slope < 0.5 || slope > 2.0)
+  if (const double slope = std::fabs(relation->slope); slope < 0.5 || slope > 2.0)
     choice.warnings.push_back(fmt::format("it is {:.2g} times speed times yaw rate", slope));
-  if (std::fabs(relation.offset) > worth_a_word) {
-    choice.offset = -std::round(100.0 * relation.offset) / 100.0;
+  if (std::fabs(relation->offset) > worth_a_word) {
+    choice.offset = -std::round(100.0 * relation->offset) / 100.0;
     choice.reasons.emplace_back("offset: what is left of it without a turn");
-    if (std::fabs(relation.offset) > far_off)
+    if (std::fabs(relation->offset) > far_off)
       choice.warnings.push_back(
-          fmt::format("an offset of {:.2g} m/s² is large: check its mounting", relation.offset));
+          fmt::format("an offset of {:.2g} m/s² is large: check its mounting", relation->offset));
   }
 }
 

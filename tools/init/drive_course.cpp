@@ -2,30 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace odomd::tools {
-namespace {
 
-std::vector<const Series*> series_in(
-    const Proposal& proposal,
-    std::array<std::optional<std::size_t>, estimator::source_count>& place) {
-  std::vector<const Series*> all;
+DriveCourse::DriveCourse(const Proposal& proposal) {
+  std::vector<const Series*> signals;
+  std::vector<std::size_t> roles;
   for (std::size_t i = 0; i < proposal.roles.size(); ++i)
     if (const auto& choice = proposal.roles.at(i);
         choice && choice->series.size() > 1 &&
         choice->candidate.role != estimator::Source::direction) {
-      place.at(i) = all.size();
-      all.push_back(&choice->series);
+      signals.push_back(&choice->series);
+      roles.push_back(i);
     }
-  return all;
-}
-
-}  // namespace
-
-DriveCourse::DriveCourse(const Proposal& proposal) : courses_(series_in(proposal, place_)) {
-  if (courses_.size() == 0) return;
-  speed_ = courses_.of(0);
+  std::vector<Resampled> found = on_one_grid(signals);
+  if (found.empty()) return;
+  speed_ = found.front();
   std::ranges::fill(speed_.value, 0.0);
+  for (std::size_t i = 0; i < roles.size(); ++i) courses_.at(roles[i]) = std::move(found[i]);
   double wheels = 0.0;
   for (const estimator::Source role : wheel_sources)
     if (has(role)) {
@@ -48,7 +43,10 @@ bool DriveCourse::has_motion() const {
 }
 
 std::vector<double> DriveCourse::moving(const std::function<double(std::size_t)>& f) const {
-  return courses_.each(f, [&](std::size_t i) { return std::fabs(speed(i)) > least_speed_; });
+  std::vector<double> values;
+  for (std::size_t i = 0; i < speed_.value.size(); ++i)
+    if (std::fabs(speed(i)) > least_speed_) values.push_back(f(i));
+  return values;
 }
 
 }  // namespace odomd::tools

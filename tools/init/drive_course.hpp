@@ -1,10 +1,10 @@
-// A drive as the proposed signals show it, on one grid: the speed and what goes with it.
+// A drive as the proposed signals show it, on one grid: the speed and what goes with it; and what
+// check_behaviour() finds with it in files of their own.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <functional>
-#include <optional>
 #include <vector>
 
 #include "estimator/common/measurement.hpp"
@@ -18,13 +18,13 @@ class DriveCourse {
   explicit DriveCourse(const Proposal& proposal);
 
   [[nodiscard]] bool has(estimator::Source role) const {
-    return place_.at(estimator::index_of(role)).has_value();
+    return !courses_.at(estimator::index_of(role)).value.empty();
   }
   /// The car drives for some seconds.
   [[nodiscard]] bool has_motion() const;
 
   [[nodiscard]] double at(estimator::Source role, std::size_t i) const {
-    return courses_.at(*place_.at(estimator::index_of(role)), i);
+    return courses_.at(estimator::index_of(role)).value[i];
   }
   /// The mean of the wheels [m/s], and its change [m/s²].
   [[nodiscard]] double speed(std::size_t i) const { return speed_.value[i]; }
@@ -34,10 +34,22 @@ class DriveCourse {
   [[nodiscard]] std::vector<double> moving(const std::function<double(std::size_t)>& f) const;
 
  private:
-  std::array<std::optional<std::size_t>, estimator::source_count> place_;
-  Courses courses_;
+  std::array<Resampled, estimator::source_count> courses_;  ///< empty: none
   Resampled speed_, change_;
   double least_speed_ = 0.0;
 };
+
+/// A steering signal without a unit that stays within one is a share of the full lock, or in
+/// radians: its unit is none.
+void take_command(Proposal& proposal);
+
+/// Whether the steering angle is that of the front wheels or of the steering wheel, and their
+/// ratio: sets the scale of the role, with its reason or warning. The wheelbase must be known for a
+/// ratio.
+void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Known& known);
+
+/// Sets each sigma where the log shows another than odomd's default, and the offset of a gyro that
+/// stood.
+void set_noise(Proposal& proposal);
 
 }  // namespace odomd::tools

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/math/median.hpp"
-
 namespace odomd::tools {
 
 bool Relation::clear() const {
@@ -34,39 +32,28 @@ Relation relation_of(const std::vector<double>& y, const std::vector<double>& x)
   relation.slope = xy / xx;
   relation.offset = (sum_y - relation.slope * sum_x) / n;
   relation.correlation = xy / std::sqrt(xx * yy);
-  std::vector<double> rest(relation.count);
-  for (std::size_t i = 0; i < relation.count; ++i)
-    rest[i] = y[i] - relation.slope * x[i] - relation.offset;
-  relation.spread = median_of_magnitudes(rest);
   return relation;
 }
 
-Courses::Courses(const std::vector<const Series*>& signals) {
+std::vector<Resampled> on_one_grid(const std::vector<const Series*>& signals) {
   constexpr double step = 0.05, half = 0.25;  // s
   std::int64_t from = 0, to = 0;
   for (std::size_t i = 0; i < signals.size(); ++i) {
-    if (signals[i]->empty()) return;
+    if (signals[i]->empty()) return {};
     from = i == 0 ? signals[i]->t_ns.front() : std::max(from, signals[i]->t_ns.front());
     to = i == 0 ? signals[i]->t_ns.back() : std::min(to, signals[i]->t_ns.back());
   }
   const double length = 1e-9 * static_cast<double>(to - from);
-  if (length < 2.0 * half) return;
+  if (length < 2.0 * half) return {};
+  std::vector<Resampled> all;
   for (const Series* signal : signals)
-    courses_.push_back(mean_around(resampled(*signal, from, 0.0, length, step), half));
-}
-
-std::vector<double> Courses::each(const std::function<double(std::size_t)>& f,
-                                  const std::function<bool(std::size_t)>& use) const {
-  std::vector<double> values;
-  for (std::size_t i = 0; i < size(); ++i)
-    if (use(i)) values.push_back(f(i));
-  return values;
+    all.push_back(mean_around(resampled(*signal, from, 0.0, length, step), half));
+  return all;
 }
 
 Relation relation_of(const Series& y, const Series& x) {
-  const Courses courses({&y, &x});
-  if (courses.size() == 0) return {};
-  return relation_of(courses.of(0).value, courses.of(1).value);
+  const std::vector<Resampled> both = on_one_grid({&y, &x});
+  return both.empty() ? Relation{} : relation_of(both[0].value, both[1].value);
 }
 
 }  // namespace odomd::tools

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <vector>
 
 #include "tools/identify/common/resampled.hpp"
@@ -15,7 +14,6 @@ struct Relation {
   double slope = 0.0;
   double offset = 0.0;
   double correlation = 0.0;
-  double spread = 0.0;  ///< median magnitude of the rest
   std::size_t count = 0;
 
   /// The two have something in common, so that the sign is certain.
@@ -27,22 +25,7 @@ struct Relation {
 [[nodiscard]] Relation relation_of(const Series& y, const Series& x);
 
 /// Several signals on one grid over the time that all have, as means over half a second: what is
-/// late by less moves together.
-class Courses {
- public:
-  explicit Courses(const std::vector<const Series*>& signals);
-
-  [[nodiscard]] std::size_t size() const { return courses_.empty() ? 0 : courses_[0].value.size(); }
-  [[nodiscard]] const Resampled& of(std::size_t signal) const { return courses_[signal]; }
-  [[nodiscard]] double at(std::size_t signal, std::size_t i) const {
-    return courses_[signal].value[i];
-  }
-  /// f(i) for each point of the grid where `use(i)` holds.
-  [[nodiscard]] std::vector<double> each(const std::function<double(std::size_t)>& f,
-                                         const std::function<bool(std::size_t)>& use) const;
-
- private:
-  std::vector<Resampled> courses_;
-};
+/// late by less moves together. Empty if they have less than that in common.
+[[nodiscard]] std::vector<Resampled> on_one_grid(const std::vector<const Series*>& signals);
 
 }  // namespace odomd::tools

@@ -1,4 +1,4 @@
-#include "tools/init/sensor_noise.hpp"
+#include "tools/init/drive_course.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // In a steady turn δ = l ψ̇ / v + K v ψ̇, with the understeer K. The measured angle is the ratio
 // times that, plus an offset: three unknowns, by least squares over all of the drive, and what is
 // typical of K.
-#include "tools/init/steering_scale.hpp"
+#include "tools/init/drive_course.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
