@@ -1,6 +1,4 @@
 // odom record: the daemon's inputs and outputs, as logs that replay to the same bits.
-#include <unistd.h>
-
 #include <array>
 #include <chrono>
 #include <cstring>
@@ -17,6 +15,7 @@
 #include "tools/cli/daemon_options.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
+#include "tools/cli/progress.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/drive_files/recording_folder.hpp"
@@ -104,7 +103,6 @@ class Recorder {
     std::optional<RecordingFolder> folder;
     std::string why = stopped;
     auto flushed = steady_clock::now();
-    auto shown = flushed;
     while (!over()) {
       const auto message = feed.next(timeout);
       if (message && message->kind == RecordingMessage::end) {
@@ -121,10 +119,8 @@ class Recorder {
         folder->flush();
         flushed = steady_clock::now();
       }
-      if (folder && seconds_since(shown) >= 1.0) {
-        show_progress(*folder);
-        shown = steady_clock::now();
-      }
+      if (folder && !options_.quiet)
+        progress_.show(fmt::format("{:.0f} s: {}", seconds_since(*begun_), sum_of(*folder)));
     }
     if (folder) finish(*folder, why);
   }
@@ -220,12 +216,6 @@ class Recorder {
                        counts.frames, counts.cameras, static_cast<double>(folder.bytes()) * 1e-6);
   }
 
-  void show_progress(const RecordingFolder& folder) {
-    if (options_.quiet || !terminal_) return;
-    draw(fmt::format("\r{:.0f} s: {}  ", seconds_since(*begun_), sum_of(folder)));
-    line_open_ = true;
-  }
-
   void finish(RecordingFolder& folder, const std::string& why) {
     folder.close(why);
     if (options_.mcap) finished_.push_back(folder.path());
@@ -236,9 +226,8 @@ class Recorder {
 
   void say(const std::string& text) {
     if (options_.quiet) return;
-    if (line_open_) draw("\n");
+    progress_.end();
     tools::say("odom record: " + text);
-    line_open_ = false;
   }
 
   static constexpr double flush_s = 0.5;
@@ -249,8 +238,7 @@ class Recorder {
   Interrupt interrupt_;
   steady_clock::time_point start_ = steady_clock::now();
   std::optional<steady_clock::time_point> begun_;  // the first folder
-  bool terminal_ = ::isatty(STDERR_FILENO) == 1;
-  bool line_open_ = false;
+  ProgressLine progress_{"odom record", WithoutTerminal::nothing};
   int folders_ = 0;
   std::vector<std::filesystem::path> finished_;
   std::vector<can::Frame> frames_;

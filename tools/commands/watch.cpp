@@ -37,30 +37,16 @@ steady_clock::duration interval_of(const Options& options) {
 }
 
 void scroll(watch::Key key, std::size_t most, watch::View& view) {
-  const std::size_t page = std::max<std::size_t>(view.rows / 2, 1);
-  const std::size_t at = std::min(view.scrolled, most);
-  switch (key) {
-    case watch::Key::up:
-      view.scrolled = at - std::min<std::size_t>(at, 1);
-      break;
-    case watch::Key::page_up:
-      view.scrolled = at - std::min(at, page);
-      break;
-    case watch::Key::down:
-      view.scrolled = std::min(at + 1, most);
-      break;
-    case watch::Key::page_down:
-      view.scrolled = std::min(at + page, most);
-      break;
-    case watch::Key::home:
-      view.scrolled = 0;
-      break;
-    case watch::Key::end:
-      view.scrolled = most;
-      break;
-    default:
-      break;
-  }
+  const auto last = static_cast<std::ptrdiff_t>(most);
+  const auto page = std::max(static_cast<std::ptrdiff_t>(view.rows / 2), std::ptrdiff_t{1});
+  auto at = std::min(static_cast<std::ptrdiff_t>(view.scrolled), last);
+  if (key == watch::Key::up) at -= 1;
+  if (key == watch::Key::down) at += 1;
+  if (key == watch::Key::page_up) at -= page;
+  if (key == watch::Key::page_down) at += page;
+  if (key == watch::Key::home) at = 0;
+  if (key == watch::Key::end) at = last;
+  view.scrolled = static_cast<std::size_t>(std::clamp(at, std::ptrdiff_t{0}, last));
 }
 
 void watch_on_screen(const Options& options, watch::Observer& observer, Glyphs glyphs) {
