@@ -18,7 +18,6 @@
 #include <vector>
 
 #include "base/file_descriptor.hpp"
-#include "shm_api/writer.hpp"
 #include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
@@ -110,11 +109,8 @@ TEST_F(CameraSend, PlaysALogFromNowAtItsOwnPace) {
 
 TEST_F(CameraSend, PlaysALogInStepWithTheDaemons) {
   listen();
-  odom_info info{};
-  info.period_ns = 1'000'000'000;  // fresh for four seconds
-  shm::Writer writer{{.name = scratch_.path("pose").string(), .slots = 16, .group = {}}, info};
-  writer.set_heartbeat(now_ns());
-  writer.set_log_offset(1'000'000'000'000 - now_ns());  // the log is at 1000 s
+  SlowDaemon daemon{scratch_.path("pose").string()};
+  daemon.play_log(1'000'000'000'000);
   const auto log = scratch_.write("camera.csv", header_ +
                                                     "990,989.9,1,0,0,1,1,1\n"
                                                     "1001.5,1001.45,2,0,0,1,1,1\n");
@@ -129,11 +125,8 @@ TEST_F(CameraSend, PlaysALogInStepWithTheDaemons) {
 TEST_F(CameraSend, TakesTheClockOfTheDaemonBehindTheSocket) {
   listen();
   const std::string segment = scratch_.path("pose").string();
-  odom_info info{};
-  info.period_ns = 1'000'000'000;
-  shm::Writer writer{{.name = segment, .slots = 16, .group = {}}, info};
-  writer.set_heartbeat(now_ns());
-  writer.set_log_offset(1'000'000'000'000 - now_ns());
+  SlowDaemon daemon{segment};
+  daemon.play_log(1'000'000'000'000);
   const auto log = scratch_.write("camera.csv", header_ + "1001,1000.95,2,0,0,1,1,1\n");
   {
     const AnsweringSocket status{

@@ -15,7 +15,6 @@
 #include <string>
 #include <vector>
 
-#include "shm_api/writer.hpp"
 #include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/live/daemon_link.hpp"
@@ -103,49 +102,10 @@ TEST(RecordingFeed, TellsADaemonThatDroppedItFromOneThatHasEnded) {
   ::waitpid(daemon, nullptr, 0);
 }
 
-// A daemon of such a period is fresh for four seconds after a tick: no test depends on its own
-// pace.
-constexpr std::int64_t slow_ns = 1'000'000'000;
-constexpr std::int64_t quick_ns = 5'000'000;
-
-std::int64_t now_ns() {
-  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
-}
-
-// A daemon that ticks on request.
-class Daemon {
- public:
-  explicit Daemon(const Scratch& scratch, std::uint64_t slots = 16,
-                  std::int64_t period_ns = slow_ns)
-      : period_ns_(period_ns) {
-    odom_info info{};
-    info.period_ns = period_ns_;
-    info.first_tick_ns = first_ns_;
-    writer_ = std::make_unique<shm::Writer>(
-        shm::SegmentSettings{.name = scratch.path("pose").string(), .slots = slots, .group = {}},
-        info);
-    writer_->set_first_tick(first_ns_);
-  }
-  void tick(std::uint64_t k) {
-    odom_pose pose{};
-    pose.tick = k;
-    pose.time_ns = first_ns_ + static_cast<std::int64_t>(k) * period_ns_;
-    pose.mode = ODOM_TRACKING;
-    writer_->publish(pose, {});
-    writer_->set_heartbeat(now_ns());
-  }
-  void fall_silent() { writer_->set_heartbeat(now_ns() - 60 * slow_ns); }
-
- private:
-  std::int64_t period_ns_;
-  std::int64_t first_ns_ = now_ns();
-  std::unique_ptr<shm::Writer> writer_;
-};
-
 class TickFollowerTest : public ::testing::Test {
  protected:
   TickFollower follower() const {
-    return TickFollower{std::move(odom::Client::open(scratch_.path("pose").c_str()).value)};
+    return TickFollower{std::move(odom::Client::open(segment_.c_str()).value)};
   }
   // Ticks that one call hands out.
   std::vector<std::uint64_t> follow(TickFollower& follower,
@@ -157,11 +117,12 @@ class TickFollowerTest : public ::testing::Test {
   }
 
   Scratch scratch_;
+  std::string segment_ = scratch_.path("pose").string();
   odom_status status_ = ODOM_OK;
 };
 
 TEST_F(TickFollowerTest, HandsOutEveryTickAfterTheFirstLookOnceAndInOrder) {
-  Daemon daemon{scratch_};
+  SlowDaemon daemon{segment_};
   daemon.tick(1);
   TickFollower follower = this->follower();
   EXPECT_THAT(follow(follower), IsEmpty());
@@ -176,7 +137,7 @@ TEST_F(TickFollowerTest, HandsOutEveryTickAfterTheFirstLookOnceAndInOrder) {
 }
 
 TEST_F(TickFollowerTest, DistinguishesTicksThatTheDaemonMissedFromThoseThatLeftTheHistory) {
-  Daemon daemon{scratch_, 8};
+  SlowDaemon daemon{segment_, 1'000'000'000, 8};
   daemon.tick(1);
   TickFollower follower = this->follower();
   daemon.tick(4);
@@ -193,7 +154,7 @@ TEST_F(TickFollowerTest, DistinguishesTicksThatTheDaemonMissedFromThoseThatLeftT
 }
 
 TEST_F(TickFollowerTest, SaysThatTheDaemonIsSilentAndGoesOnWithItsSuccessor) {
-  auto daemon = std::make_unique<Daemon>(scratch_, 16, quick_ns);
+  auto daemon = std::make_unique<SlowDaemon>(segment_, 5'000'000);
   daemon->tick(1);
   TickFollower follower = this->follower();
   daemon->tick(2);
@@ -203,7 +164,7 @@ TEST_F(TickFollowerTest, SaysThatTheDaemonIsSilentAndGoesOnWithItsSuccessor) {
   EXPECT_EQ(status_, ODOM_STALE);
 
   daemon.reset();
-  Daemon successor{scratch_};
+  SlowDaemon successor{segment_};
   for (std::uint64_t k = 4; k <= 6; ++k) successor.tick(k);
   EXPECT_THAT(follow(follower, milliseconds{60'000}), ElementsAre(4, 5, 6));
   EXPECT_EQ(follower.counts().restarts, 1U);

@@ -31,14 +31,15 @@ inline constexpr std::int64_t realtime_offset_ns = 1'700'000'000'123'456'789;
 /// on its own pace.
 class SlowDaemon {
  public:
-  explicit SlowDaemon(const std::string& segment, std::int64_t period_ns = 1'000'000'000)
+  explicit SlowDaemon(const std::string& segment, std::int64_t period_ns = 1'000'000'000,
+                      std::uint64_t slots = 4096)
       : period_ns_(period_ns) {
     odom_info info{};
     info.period_ns = period_ns;
     info.realtime_offset_ns = realtime_offset_ns;
     info.first_tick_ns = first_ns_;
     writer_ = std::make_unique<shm::Writer>(
-        shm::SegmentSettings{.name = segment, .slots = 4096, .group = {}}, info);
+        shm::SegmentSettings{.name = segment, .slots = slots, .group = {}}, info);
     writer_->set_first_tick(first_ns_);
     writer_->set_realtime_offset(realtime_offset_ns);
     pose.mode = ODOM_TRACKING;
@@ -53,8 +54,20 @@ class SlowDaemon {
     writer_->wake_clients();
   }
 
+  /// The same with this number.
+  void tick(std::uint64_t number) {
+    pose.tick = number - 1;
+    tick();
+  }
+
   /// Lives on without a tick.
   void beat() { writer_->set_heartbeat(now_ns()); }
+  void fall_silent() { writer_->set_heartbeat(now_ns() - 60 * period_ns_); }
+  /// Its log is at this time now.
+  void play_log(std::int64_t log_ns) {
+    beat();
+    writer_->set_log_offset(log_ns - now_ns());
+  }
 
   [[nodiscard]] std::int64_t time_of(std::uint64_t tick) const {
     return first_ns_ + static_cast<std::int64_t>(tick) * period_ns_;

@@ -345,19 +345,6 @@ TEST(Watch, SaysThatTheStatusIsAnotherDaemons) {
               HasSubstr("belongs to another daemon than the pose"));
 }
 
-TEST(Watch, NamesTheConditionsInWords) {
-  State state = driving();
-  state.segment->pose.mode = ODOM_DEGRADED;
-  state.segment->pose.conditions = ODOM_COND_BUS_DOWN;
-  const std::string text = screen_of(state, {});
-  EXPECT_THAT(text, HasSubstr("DEGRADED"));
-  EXPECT_THAT(text, HasSubstr("bus_down  a bus is down or gone"));
-}
-
-TEST(Watch, ShowsThatItIsPaused) {
-  EXPECT_THAT(screen_of(driving(), {.paused = true}), HasSubstr("p continue  PAUSED"));
-}
-
 TEST(Watch, SurvivesAStatusOfAnotherShape) {
   State state = driving();
   state.status =
