@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <concepts>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -28,7 +29,15 @@ class LogOrder {
   }
 
   /// Throws std::invalid_argument if there was such a frame.
-  void require_sorted() const;
+  void require_sorted() const {
+    if (late_ == 0) return;
+    throw std::invalid_argument(
+        first_late_ +
+        (late_ == 1 ? "this frame has a stamp a second or more earlier than one before it"
+                    : "from here on " + std::to_string(late_) +
+                          " frames have stamps a second or more earlier than frames before them") +
+        "; sort the log (tac turns one in reverse), or cut it where its clock was set back");
+  }
 
  private:
   std::int64_t newest_ns_ = 0;

@@ -11,9 +11,9 @@
 namespace odomd::tools {
 namespace {
 
-// For a person who reads it all, that it is none is said, too.
-Span said(std::string text, Form form) {
-  return {text.empty() && form == Form::whole ? "0" : std::move(text), Style::warning};
+// None is "0" in the whole form, and empty on a screen.
+Span problems(std::string counts, Form form) {
+  return {counts.empty() && form == Form::whole ? "0" : std::move(counts), Style::warning};
 }
 
 bool is_unused(const StatusValue& source) {
@@ -112,9 +112,9 @@ Lines source_table(const StatusValue& status, Form form) {
   const auto last = [form](const StatusValue& source) { return last_verdict(source, form); };
   const auto not_fused = [form](const StatusValue& source) {
     const StatusValue verdicts = source["verdicts"];
-    return said(form == Form::whole ? verdicts.nonzero({"fused"})
-                                    : verdicts.nonzero({"fused", "source_off"}),
-                form);
+    return problems(form == Form::whole ? verdicts.nonzero({"fused"})
+                                        : verdicts.nonzero({"fused", "source_off"}),
+                    form);
   };
   std::vector<Column> columns{left(column("source", "name")), {"state", state, true}};
   columns.push_back(column("age", "age_s", &StatusValue::duration));
@@ -137,11 +137,11 @@ Lines message_table(const StatusValue& status, Form form) {
   const auto refused = [form](const StatusValue& message) {
     const StatusValue verdicts = message["verdicts"];
     if (form == Form::whole)
-      return said(verdicts.nonzero({"decoded", "unmapped", "no_sample"}), form);
+      return problems(verdicts.nonzero({"decoded", "unmapped", "no_sample"}), form);
     std::string text = verdicts.nonzero({"decoded", "unmapped"});
     if (const auto lost = message["some_lost"].count(); lost > 0)
       text += fmt::format("{}{} after a gap", text.empty() ? "" : ", ", lost);
-    return said(text, form);
+    return problems(text, form);
   };
   std::vector<Column> columns{left(column("message", "name")),
                               left(column("id", "id", &StatusValue::hexadecimal))};

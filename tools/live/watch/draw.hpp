@@ -45,11 +45,9 @@ struct View {
 /// Exactly `rows` lines of exactly `columns`: head, what fits of the body, and the keys.
 [[nodiscard]] Lines screen(const Picture& picture, const View& view);
 
-// Of the shared memory (pose_section.cpp).
+// Of the shared memory, the beat's percentiles of the status (segment_sections.cpp).
 [[nodiscard]] Lines who_and_mode(const State& state, const Page& page);
 [[nodiscard]] Lines pose_section(const State& state, const Page& page);
-
-// Of both (beat_section.cpp).
 [[nodiscard]] Lines beat_section(const State& state, const Page& page);
 
 // Of the status document, or why there is none (status_sections.cpp). Like all that read it, this
