@@ -45,11 +45,6 @@ bool comes_as(const can::BoundMessage& message, std::uint32_t id, can::IdFormat 
   return message.format == format && ((message.id ^ id) & message.id_mask) == 0;
 }
 
-// The number of a message in a database: bit 31 marks an extended identifier.
-std::uint32_t number_of(const can::BoundMessage& message, can::IdFormat format) {
-  return can::frame_key(message.id, format);
-}
-
 // Of one bus: the rate against the database's, else against the signals' time-outs.
 std::optional<Diagnostic> check_rate(const Drive& drive, const can::BoundMessage& message,
                                      const Identifier& seen) {
@@ -64,7 +59,7 @@ std::optional<Diagnostic> check_rate(const Drive& drive, const can::BoundMessage
                  fmt::format("comes {:.3g} times a second, by the database {:.3g} times",
                              seen.rate_hz, usual_hz),
                  fmt::format("BA_ \"GenMsgCycleTime\" BO_ {} {:.0f};",
-                             number_of(message, message.format), period_ms));
+                             can::frame_key(message.id, message.format), period_ms));
   }
   std::string keys;
   std::int64_t shortest_ns = 0;
@@ -256,7 +251,7 @@ Diagnostics examine_traffic(const Drive& drive) {
       all.push_back(found(kind("other_id_format"), fmt::format("message '{}'", message.name),
                           fmt::format("comes as {}, by the database it is {}",
                                       id_text(message, swapped), id_text(message, message.format)),
-                          std::to_string(number_of(message, swapped))));
+                          std::to_string(can::frame_key(message.id, swapped))));
       continue;
     }
     append(all, check_message(message, decoder.counters(i)));

@@ -98,31 +98,14 @@ void fit_steering(Fit& fit) {
   if (has_word(fit.seen.own, std::to_array<std::string_view>({"rate"}))) fit.possible = false;
 }
 
-Dimension dimension_of(Source role) {
-  switch (role) {
-    case Source::yaw_rate:
-      return Dimension::angular_rate;
-    case Source::accel_x:
-    case Source::accel_y:
-      return Dimension::acceleration;
-    case Source::steering:
-      return Dimension::angle;
-    default:
-      return role == Source::direction ? Dimension::none : Dimension::speed;
-  }
+can::Unit usual_unit(Source role) {
+  if (role == Source::yaw_rate) return can::Unit::deg_per_s;
+  if (role == Source::accel_x || role == Source::accel_y) return can::Unit::m_per_s2;
+  return role == Source::steering ? can::Unit::deg : can::Unit::km_per_h;
 }
 
-can::Unit usual_unit(Source role) {
-  switch (dimension_of(role)) {
-    case Dimension::angular_rate:
-      return can::Unit::deg_per_s;
-    case Dimension::acceleration:
-      return can::Unit::m_per_s2;
-    case Dimension::angle:
-      return can::Unit::deg;
-    default:
-      return can::Unit::km_per_h;
-  }
+Dimension dimension_of(Source role) {
+  return role == Source::direction ? Dimension::none : can::dimension_of(usual_unit(role));
 }
 
 void fit_words(Fit& fit, Source role) {
