@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "tools/identify/common/resampled.hpp"
-#include "tools/init/relation.hpp"
+#include "tools/init/drive_course.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools::doctor {

@@ -1,5 +1,4 @@
-// What doctor compares in a drive beyond the replay: what sensors show of themselves, scales, and
-// times.
+// What doctor compares in a drive beyond the replay: scales and times.
 #pragma once
 
 #include <optional>
@@ -13,10 +12,6 @@
 #include "tools/replay/drive.hpp"
 
 namespace odomd::tools::doctor {
-
-/// What the replay would blame on a sensor that contradicts the culprit: the camera's sigmas
-/// against its scatter, and sensors at the end of their range (culprits.cpp).
-[[nodiscard]] diagnostics::Diagnostics find_culprits(const Drive& drive, const SignalLog& log);
 
 /// The sensor whose scale is wrong: of all comparisons between sensors that a drive allows, those
 /// that a factor on one of them, on an axle's wheels or on all wheels explains (scales.cpp).

@@ -9,7 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "can_protocol/decode/units.hpp"
-#include "tools/init/relation.hpp"
+#include "tools/init/drive_course.hpp"
 
 namespace odomd::tools {
 namespace {
