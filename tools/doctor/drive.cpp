@@ -93,6 +93,7 @@ std::optional<Diagnostic> check_scatter(const Drive& drive, const SignalLog& log
   };
   const auto sigma_of = [&](double PoseSample::*sigma) {
     std::vector<double> values;
+    values.reserve(poses.size());
     for (const PoseSample& pose : poses) values.push_back(pose.*sigma);
     return median_of(std::move(values));
   };

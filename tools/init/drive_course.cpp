@@ -47,6 +47,7 @@ std::vector<Resampled> on_one_grid(const std::vector<const Series*>& signals) {
   const double length = 1e-9 * static_cast<double>(to - from);
   if (length < 2.0 * half) return {};
   std::vector<Resampled> all;
+  all.reserve(signals.size());
   for (const Series* signal : signals)
     all.push_back(mean_around(resampled(*signal, from, 0.0, length, step), half));
   return all;

@@ -20,10 +20,10 @@ namespace odomd::tools {
 /// One line, for those who watch.
 [[nodiscard]] std::string pose_as_line(const odom_pose& pose, std::int64_t t_ns);
 
-/// `now` is the document; `before`, where it is given, an earlier one of the same daemon: rates are
-/// those in between, else those since start. Members that are missing are shown as "-". Throws a
+/// `before`, where it is given, is an earlier document of the same daemon: rates are those in
+/// between, else those since start. Members that are missing are shown as "-". Throws a
 /// nlohmann::json::exception where a member is of another type than it must be.
-[[nodiscard]] std::string status_as_text(const nlohmann::json& now,
+[[nodiscard]] std::string status_as_text(const nlohmann::json& document,
                                          const std::optional<nlohmann::json>& before);
 
 /// OpenMetrics, with such types only that Prometheus' older text format has, too: node_exporter can
