@@ -1,4 +1,4 @@
-// Physical and raw values as bits.
+// Converts the physical and raw values of conditions to bits.
 #include "can_protocol/decode/condition_compile.hpp"
 
 #include <array>
@@ -39,7 +39,7 @@ CompiledCondition compile_condition(const SignalBinding& binding, const Signal& 
                                     const ValidWhen& condition) {
   if (condition.comparison == Comparison::equals || condition.comparison == Comparison::not_equals)
     return {compile_match(binding, signal, condition.value), condition.comparison, 0.0};
-  // A limit that is a value of the signal is reached by it, whatever scale and offset round.
+  // With the tolerance, rounding never moves a signal whose value is the limit below it.
   return {{layout_of(signal), 0},
           condition.comparison,
           condition.value - tolerance(signal, condition.value)};

@@ -1,4 +1,4 @@
-// Compiles what must hold for a value to count. Internal to the decoder.
+// Compiles the conditions under which a value is valid. Internal to the decoder.
 #pragma once
 
 #include <string>
@@ -11,14 +11,14 @@ namespace odomd::can {
 /// Throws std::invalid_argument that names the role, as all functions here do.
 [[noreturn]] void refuse(const SignalBinding& binding, const std::string& text);
 
-/// The signal's bits for a physical value that it can have.
+/// The signal's bits at a physical value; refuses a value that the signal cannot have.
 [[nodiscard]] CompiledMatch compile_match(const SignalBinding& binding, const Signal& signal,
                                           double value);
 
 [[nodiscard]] CompiledCondition compile_condition(const SignalBinding& binding,
                                                   const Signal& signal, const ValidWhen& condition);
 
-/// Appends that a signal of the binding has none of the raw values of unless_raw.
+/// Appends one condition per raw value of unless_raw: the signal must not have this value.
 void add_unless_raw(const SignalBinding& binding, const Signal& signal,
                     std::vector<CompiledCondition>& conditions);
 

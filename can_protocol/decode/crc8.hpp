@@ -29,8 +29,8 @@ class Crc8 {
   }
 
  private:
-  // The CRC is the sum of one share per byte, which depends on the byte and on the number of bytes
-  // after it: tables[n][byte]. So the look-ups are independent of each other.
+  // The CRC is the xor of one term per byte. A term depends on the byte and on the number n of
+  // bytes after it: tables[n][byte]. So the look-ups are independent of each other.
   static constexpr std::size_t stride = 8;
   using Table = std::array<std::uint8_t, 256>;
   static constexpr std::array<Table, stride> tables = [] {

@@ -17,7 +17,7 @@ std::uint8_t source_of(const Frame& frame) noexcept {
   return static_cast<std::uint8_t>(frame.id & 0xFFU);
 }
 
-/// The first message of a chain that takes the frame's bus and sender.
+/// The first message of a chain that accepts the frame's bus and sender.
 std::int16_t first_taker(const Decoder::Tables& tables, std::int16_t at,
                          const Frame& frame) noexcept {
   for (; at >= 0; at = tables.messages[static_cast<std::size_t>(at)].next) {
@@ -65,9 +65,9 @@ Outcome selected(const Decoder::Tables& tables, const CompiledBinding& binding,
   return Outcome::value;
 }
 
-/// All ones of an unsigned number, either end of a signed one: what a control unit sends until its
-/// sensor has measured. No sensor of a car that starts is at the end of its range, so such a value
-/// is not believed before the first other one. Shorter numbers may mean just this value.
+/// Whether the raw value is all ones (unsigned) or either end of the range (signed). Control units
+/// send such values until the sensor has measured, and no sensor is at its end when a car starts,
+/// so they are rejected until another value comes. In under 8 bits they may be real values.
 bool is_at_an_end(const SignalLayout& signal, const Frame& frame) noexcept {
   constexpr unsigned shortest_measurement = 8;  // bits
   if (signal.length < shortest_measurement) return false;

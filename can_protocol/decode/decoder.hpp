@@ -33,12 +33,12 @@ inline constexpr std::size_t max_samples_per_frame = 24;
 enum class FrameVerdict : std::uint8_t {
   decoded,         ///< at least one sample came out
   unmapped,        ///< no binding uses this id
-  no_sample,       ///< bound, but its multiplexed signals are absent or no value counts
+  no_sample,       ///< bound, but its multiplexed signals are absent or all values invalid
   too_short,       ///< payload ends before a bound signal does
   failed_crc,      ///< protection: ERROR
   repeated,        ///< protection: REPEATED
   wrong_sequence,  ///< protection: WRONGSEQUENCE
-  distrusted,      ///< protection: OK, but the previous check or too many recent ones failed
+  distrusted,      ///< protection: OK, but right after ERROR or after too many recent failures
   count
 };
 
@@ -62,8 +62,8 @@ struct DecodeResult {
   FrameVerdict verdict = FrameVerdict::unmapped;
   std::uint8_t count = 0;     ///< samples written
   std::int16_t message = -1;  ///< index into messages(), -1: unmapped
-  /// Bit i: the value of the message's channel i did not count, by valid_when or unless_raw, or
-  /// since its source starts.
+  /// Bit i: the value of the message's channel i is invalid, because of valid_when or unless_raw or
+  /// because its source is still starting.
   std::uint32_t not_valid = 0;
 };
 
@@ -77,12 +77,12 @@ struct BoundMessage {
   std::uint32_t id_mask = whole_id;  ///< see Message
 };
 
-/// What protects against bad values of a message: its counters, per bus, since each bus has its
-/// own, and which sources have started.
+/// State that protects against bad values of a message: the end-to-end state of each bus, and the
+/// channels that have started.
 struct ProtectionState {
   std::array<E2eState, max_buses> counters{};
   std::array<E2eTrust, max_buses> trust{};
-  std::uint32_t started = 0;  ///< bit i: channel i has sent a value inside of its raw range
+  std::uint32_t started = 0;  ///< bit i: channel i has sent a value inside its raw range
   std::int64_t last_time_ns = 0;
 };
 
@@ -90,9 +90,9 @@ class Decoder {
  public:
   struct Tables;  ///< the compiled form, decoder_tables.hpp
 
-  /// Compiles. Throws std::invalid_argument with a text that names the role, message or signal that
-  /// does not fit, and the nearest valid name. `bus_names[i]` is the name of bus i for bindings to
-  /// one bus.
+  /// Compiles the tables. Throws std::invalid_argument with a text that names the role, message or
+  /// signal that does not fit, and the nearest valid name. `bus_names[i]` is the name of bus i in
+  /// bindings.
   Decoder(std::span<const Database> databases, std::span<const SignalBinding> bindings,
           std::span<const E2eBinding> protections, std::span<const std::string> bus_names);
   ~Decoder();
@@ -102,7 +102,7 @@ class Decoder {
   Decoder& operator=(Decoder&&) noexcept;
 
   /// Real-time safe; tens of nanoseconds. `samples` must hold max_samples_per_frame. A frame that
-  /// fails its protection writes none.
+  /// fails its protection writes no sample.
   DecodeResult decode(const Frame& frame, std::span<Sample> samples) noexcept;
 
   /// Whether a binding uses frames of this identifier on this bus. Any thread.
@@ -111,8 +111,8 @@ class Decoder {
   [[nodiscard]] std::span<const BoundMessage> messages() const noexcept;
   [[nodiscard]] const MessageCounters& counters(std::size_t message) const noexcept;
 
-  /// The state that decoding keeps between frames, by message. It can be read, and restored in a
-  /// decoder with the same bindings, by the decoding thread.
+  /// The state that decoding keeps between frames, one per message. The decoding thread may read
+  /// it, and restore it in a decoder with the same bindings.
   [[nodiscard]] std::span<ProtectionState> protections() noexcept;
   [[nodiscard]] std::span<const ProtectionState> protections() const noexcept;
 

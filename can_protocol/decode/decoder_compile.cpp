@@ -14,7 +14,7 @@
 namespace odomd::can {
 namespace {
 
-/// A message and its database: the first one that has a message of this name.
+/// A message and the first database that contains a message of this name.
 struct Found {
   const Message* message = nullptr;
   const Database* database = nullptr;
@@ -51,7 +51,7 @@ class Compiler {
     return {};
   }
 
-  /// Why a message was not found: the databases, and what may be meant.
+  /// Error text for a message that was not found: the databases, and a hint at the right name.
   template <typename Asked>
   [[nodiscard]] std::string missing(const std::string& name, const Asked& asked) const {
     if (inputs_.databases.empty()) return "there is no database in which to look up '" + name + "'";
@@ -107,7 +107,7 @@ class Compiler {
     CompiledMessage compiled;
     compiled.bindings = {size_of(tables_.bindings),
                          static_cast<std::uint32_t>(group.bindings.size())};
-    // A control unit that was silent for so long has restarted.
+    // A control unit that was silent for longer has restarted.
     compiled.restart_ns = std::max<std::int64_t>(1'000'000'000, 3 * message.cycle_time_ns);
     BoundMessage bound{message.name,          message.id, message.format,
                        message.cycle_time_ns, {},         message.id_mask};
@@ -128,7 +128,7 @@ class Compiler {
     tables_.bound.push_back(std::move(bound));
   }
 
-  /// Where the first message with this (masked) identifier is noted.
+  /// The table entry for the first message with this (masked) identifier.
   std::int16_t& first_place(const Message& message) {
     if (message.format == IdFormat::standard) return tables_.standard[message.id];
     auto masked = std::ranges::find(tables_.extended, message.id_mask, &MaskedEntries::mask);
@@ -141,7 +141,7 @@ class Compiler {
                : masked->entries.emplace_back(ExtendedEntry{id, -1}).message;
   }
 
-  /// Messages with the same identifier are chained, each of different buses or sources.
+  /// Chains messages with the same identifier; their buses or sources must differ.
   void add_identifier(std::size_t index) {
     const Message& message = *groups_[index].found.message;
     CompiledMessage& compiled = tables_.messages[index];
@@ -255,7 +255,7 @@ class Compiler {
                                 : "; fix one of them, or use unit = \"1\" with a scale"));
   }
 
-  /// With a radius: the speed of the wheel, v = omega * radius / ratio.
+  /// Factor to SI; with a radius, to the speed of the wheel, v = omega * radius / ratio.
   static double unit_factor(const SignalBinding& binding) {
     const double factor = si_factor(binding.unit);
     if (!is_rotation(binding.unit) || (binding.radius_m == 0.0 && !is_revolutions(binding.unit)))

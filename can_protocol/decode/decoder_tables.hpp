@@ -15,13 +15,13 @@
 
 namespace odomd::can {
 
-/// A range of one of the arrays.
+/// A range of elements in one of the arrays of Tables.
 struct Stretch {
   std::uint32_t first = 0;
   std::uint32_t count = 0;
 };
 
-/// A multiplexor that must have one of some raw values.
+/// A multiplexor whose raw value must lie in one of the ranges.
 struct CompiledSelector {
   SignalLayout multiplexor;
   Stretch ranges;  ///< of Tables::ranges
@@ -34,8 +34,8 @@ struct CompiledMatch {
   std::uint64_t bits = 0;
 };
 
-/// What must hold for a value to count: bits that are (not) those of a match, or a physical value
-/// below or from `limit` on.
+/// A condition of a valid value: the bits equal those of the match, or do not, or the physical
+/// value is below `limit`, or at least `limit`.
 struct CompiledCondition {
   CompiledMatch match;
   Comparison comparison = Comparison::equals;
@@ -47,7 +47,7 @@ struct CompiledBinding {
   Stretch selectors;                      ///< of Tables::selectors: all of them must hold
   Stretch terms;                          ///< of Tables::terms: their physical values are summed
   Stretch conditions;                     ///< of Tables::conditions: all of them must hold
-  std::optional<CompiledMatch> negative;  ///< if it holds, the sum's sign is changed
+  std::optional<CompiledMatch> negative;  ///< if it matches, the sum's sign is changed
   std::optional<CompiledMatch> forward;   ///< if set, the sample is a direction
   std::optional<CompiledMatch> reverse;
   double unit_factor = 1.0;
@@ -64,10 +64,10 @@ struct CompiledBinding {
 struct CompiledMessage {
   Stretch bindings;  ///< of Tables::bindings
   std::optional<E2eProtection> protection;
-  std::uint8_t bus_mask = 0;    ///< of all its bindings
-  std::bitset<256> sources;     ///< likewise: the last bytes of identifiers
+  std::uint8_t bus_mask = 0;    ///< union over its bindings
+  std::bitset<256> sources;     ///< likewise; a source is the last byte of an identifier
   std::int16_t next = -1;       ///< another message with this identifier, of other buses or sources
-  std::int64_t restart_ns = 0;  ///< after a silence of this length its sources start anew
+  std::int64_t restart_ns = 0;  ///< after a longer silence its sources start anew
 };
 
 struct ExtendedEntry {
@@ -75,7 +75,7 @@ struct ExtendedEntry {
   std::int16_t message = -1;
 };
 
-/// Messages by the masked bits of their 29-bit identifiers, ascending.
+/// Messages in ascending order of the masked bits of their 29-bit identifiers.
 struct MaskedEntries {
   std::uint32_t mask = whole_id;
   std::vector<ExtendedEntry> entries;
@@ -84,7 +84,7 @@ struct MaskedEntries {
 struct Decoder::Tables {
   Tables() { standard.fill(-1); }
 
-  std::array<std::int16_t, 2048> standard{};  ///< by 11-bit identifier; -1: none
+  std::array<std::int16_t, 2048> standard{};  ///< message per 11-bit identifier; -1: none
   std::vector<MaskedEntries> extended;        ///< the strictest mask first; at most four
   std::vector<CompiledMessage> messages;
   std::vector<CompiledBinding> bindings;
@@ -93,26 +93,25 @@ struct Decoder::Tables {
   std::vector<CompiledCondition> conditions;
   std::vector<MultiplexRange> ranges;
 
-  std::vector<ProtectionState> protections;  ///< by message
+  std::vector<ProtectionState> protections;  ///< one per message
 
-  std::vector<BoundMessage> bound;        ///< by message
-  std::vector<MessageCounters> counters;  ///< by message
+  std::vector<BoundMessage> bound;        ///< one per message
+  std::vector<MessageCounters> counters;  ///< one per message
 };
 
-/// The index of the message that takes a data frame; -1: none.
+/// The index of the message that accepts a data frame; -1: none.
 [[nodiscard]] std::int16_t message_index(const Decoder::Tables& tables,
                                          const Frame& frame) noexcept;
 
-/// Whether the binding takes frames of this bus and sender.
+/// Whether the binding accepts frames of this bus and sender.
 [[nodiscard]] bool takes(const CompiledBinding& binding, const Frame& frame) noexcept;
 
 enum class Outcome : std::uint8_t { value, absent, not_valid, too_short };
 
-/// The value of a binding in a frame of its message, if it counts.
+/// Sets `value` to the value of a binding in a frame of its message, if it is valid.
 Outcome read_value(const Decoder::Tables& tables, const CompiledBinding& binding,
                    const Frame& frame, double& value) noexcept;
 
-/// The inputs of a compilation.
 struct DecoderInputs {
   std::span<const Database> databases;
   std::span<const SignalBinding> bindings;

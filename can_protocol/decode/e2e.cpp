@@ -40,8 +40,8 @@ const Signal& require_signal(const Message& message, const std::string& name,
   return *signal;
 }
 
-// The CRC of the bytes before the payload, for even and odd counters: in profiles 1 and 11
-// these are the data id.
+// The CRC before the payload's first byte, for even and odd counters: profiles 1 and 11 begin with
+// the data id.
 std::array<std::uint8_t, 2> crc_start(const E2eBinding& binding) {
   if (!is_profile_1(binding.profile)) return {0xFF, 0xFF};
   const auto low = static_cast<std::uint8_t>(binding.data_id & 0xFFU);
@@ -73,7 +73,7 @@ E2eProtection::E2eProtection(const Message& message, const E2eBinding& binding)
 
   if (has_crc(profile_)) {
     const Signal& crc = require_signal(message, binding.crc_signal, "crc signal");
-    // A byte of its own has its lowest bit at 0 (little-endian) or its highest at 7.
+    // The start bit of a whole byte is its bit 0 (little-endian) or its bit 7 (big-endian).
     const unsigned aligned = crc.byte_order == ByteOrder::little_endian ? 0 : 7;
     if (crc.length != 8 || crc.start_bit % 8 != aligned)
       refuse(message, "crc signal '" + crc.name + "' is not a whole byte; name another");

@@ -41,12 +41,13 @@ enum class E2eStatus : std::uint8_t {
 ///
 /// Every frame with a correct CRC becomes the new reference, even if it is rejected as
 /// wrong_sequence: after a gap one frame is rejected and the next is ok again, so a loss never
-/// blocks a message permanently. A frame with an error and an empty one change nothing.
+/// blocks a message permanently. Frames with an error and empty frames change nothing.
 struct E2eState {
-  std::optional<std::uint32_t> counter;  ///< of the last good frame, or of the last one sent
+  std::optional<std::uint32_t> counter;  ///< of the last frame with a correct CRC, or sent
 };
 
-/// The compiled protection of one message. Immutable: any thread may use it, each with its state.
+/// The compiled protection of one message. Immutable: any thread may use it with a state of its
+/// own.
 class E2eProtection {
  public:
   /// Throws std::invalid_argument for signals that do not exist or cannot hold a CRC or counter,

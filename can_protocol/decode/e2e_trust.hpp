@@ -1,8 +1,8 @@
 // Decides whether a protected message can be trusted: AUTOSAR's E2E state machine, with one window.
 //
 // An 8-bit CRC passes one random payload in 256, and the counter one in five of those. This is not
-// enough against noise, a second sender or a wrong data id: on a full bus a payload passes every
-// few milliseconds. But then nearly all checks fail, so a message is not trusted after too many
+// enough against noise, a second sender or a wrong data id: on a full bus a payload passes several
+// times a second. But then nearly all checks fail, so a message is not trusted after too many
 // failed checks, nor is the first frame that passes right after an error.
 #pragma once
 
@@ -20,8 +20,8 @@ class E2eTrust {
   static constexpr int window = 16;
   static constexpr int max_failed = 4;
 
-  /// Takes the result of a check and returns whether the message can be trusted. Repeated and
-  /// absent data count neither as passed nor as failed, as in AUTOSAR, because gateways repeat.
+  /// Records the result of a check and returns whether the message can be trusted. As in AUTOSAR,
+  /// repeated and absent data count neither as passed nor as failed: gateways repeat frames.
   bool after(E2eStatus status) noexcept {
     const bool behind_error = after_error_;
     if (status != E2eStatus::repeated && status != E2eStatus::no_new_data) {

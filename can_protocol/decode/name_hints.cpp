@@ -14,7 +14,8 @@ namespace {
 
 using Words = NameWords;
 
-/// How many of `words` the name has, one by one or as initials: "RL" is rear and left.
+/// Counts the words that the name contains, abbreviated words and initials included: "RL" is rear
+/// and left.
 int common_words(const Words& words, const Words& name) {
   std::string initials;
   for (const std::string& word : words) initials += word[0];
@@ -29,10 +30,10 @@ int common_words(const Words& words, const Words& name) {
   return common;
 }
 
-/// What a binding wants.
+/// The signal that a binding wants.
 struct Wanted {
-  Words quantity;     ///< of role and signals
-  Words distinctive;  ///< one of these must be there: the role's first, and those not of the role
+  Words quantity;     ///< words of role and signals
+  Words distinctive;  ///< one of them must occur: the role's first word, and words of signals only
   Words message;
   Dimension dimension;
 };
@@ -99,7 +100,7 @@ std::string nearest(std::string_view name) {
   return std::string("; the nearest is '").append(name).append("'");
 }
 
-/// "; it was left out in line 9: expected ..."; nothing if there is none of this name.
+/// "; it was left out in line 9: expected ..."; empty if the name was not left out.
 std::string left_out_hint(const std::vector<LeftOut>& all, std::string_view name) {
   const auto found = std::ranges::find(all, name, &LeftOut::name);
   if (found == all.end()) return {};

@@ -1,4 +1,4 @@
-// What was probably meant by a name that the databases do not have, for error messages.
+// Hints for error messages: which name was probably meant by one that the databases do not have.
 #pragma once
 
 #include <span>
@@ -10,8 +10,8 @@
 
 namespace odomd::can {
 
-/// For a message that no database has: "; the nearest is 'IMU'" if that resembles it, else the
-/// signal of any message that fits the binding, else how to list the messages.
+/// For a message that no database has: "; the nearest is 'IMU'" if there is a similar name,
+/// otherwise a signal of any message that fits the binding, otherwise how to list the messages.
 [[nodiscard]] std::string message_hint(std::span<const Database> databases,
                                        const SignalBinding& binding);
 
@@ -23,7 +23,7 @@ namespace odomd::can {
 [[nodiscard]] std::string signal_hint(std::span<const Database> databases, const Message& message,
                                       const SignalBinding& binding, std::string_view signal);
 
-/// Of the signals of `message` alone: "; the nearest is 'Yaw'", or nothing if there are none.
+/// Considers the signals of `message` only: "; the nearest is 'Yaw'", or nothing if it has none.
 [[nodiscard]] std::string nearest_signal_hint(const Message& message, std::string_view signal);
 
 }  // namespace odomd::can

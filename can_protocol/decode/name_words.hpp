@@ -1,5 +1,5 @@
-// Names of messages and signals as words, and what a unit measures: how hints and proposals find
-// out which signal is meant.
+// Splits names of messages and signals into words, and finds the dimension of a unit. Hints and
+// proposals use both to find the signal that is meant.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,12 @@ namespace odomd::can {
 
 using NameWords = std::vector<std::string>;
 
-/// In lower case: YawRate, YAW_RATE and yaw_rate are the words yaw and rate. A word begins behind
-/// anything but a letter, and at the hump of "YawRate" or "WheelFL".
+/// The words in lower case: YawRate, YAW_RATE and yaw_rate are yaw and rate. A word begins after
+/// anything but a letter, and at the second capital of "YawRate" or "WheelFL".
 [[nodiscard]] NameWords words_of(std::string_view name);
 
-/// "whl" of "wheel", "acc" of "acceleration": at least three letters, in order, the first ones
-/// alike.
+/// Whether `shorter` is like "whl" for "wheel" or "acc" for "acceleration": at least three letters
+/// of `longer` in their order, the first one included.
 [[nodiscard]] bool abbreviates(std::string_view shorter, std::string_view longer);
 
 enum class Dimension : std::uint8_t { none, angle, angular_rate, speed, acceleration };

@@ -12,7 +12,7 @@
 namespace odomd::can {
 
 /// Units of a physical value. Conversion to SI happens in the decoder: rad, rad/s, m/s, m/s², 1.
-/// A rotation of a wheel or motor becomes, by SignalBinding::radius_m and ratio, its rolling speed.
+/// SignalBinding::radius_m and ratio convert a rotation of a wheel or motor to its rolling speed.
 enum class Unit : std::uint8_t {
   none,
   rad,
@@ -29,11 +29,11 @@ enum class Unit : std::uint8_t {
 };
 
 enum class Comparison : std::uint8_t { equals, not_equals, below, at_least };
-/// As configurations name them.
+/// The names in configurations, in the order of Comparison.
 inline constexpr std::array<std::string_view, 4> comparison_names{"equals", "not_equals", "below",
                                                                   "at_least"};
 
-/// Accepts a sample only while the physical value of another signal of the message compares so.
+/// Accepts a sample only if the physical value of another signal of the message compares like this.
 struct ValidWhen {
   std::string signal;
   double value = 0.0;
@@ -47,7 +47,7 @@ struct UnlessRaw {
   std::vector<std::int64_t> values;  ///< if listed
 };
 
-/// The sign of a magnitude, in another signal of the message.
+/// Another signal of the message that has the sign of a magnitude.
 struct SignSignal {
   std::string signal;
   double negative = 1.0;  ///< its physical value for negative quantities
@@ -55,7 +55,7 @@ struct SignSignal {
 
 struct SignalBinding {
   std::uint16_t channel = 0;  ///< the caller's number for the quantity; comes back in Sample
-  std::string role;           ///< the caller's name for it, used in messages: "wheel_rear_left"
+  std::string role;           ///< the caller's name for it, for error texts: "wheel_rear_left"
   std::string message;
   std::vector<std::string> signals;    ///< one, or several whose physical values are summed
   std::string bus;                     ///< name of the bus; empty: any
@@ -63,14 +63,14 @@ struct SignalBinding {
 
   Unit unit = Unit::none;
   double radius_m = 0.0;  ///< of the wheel, for rotations
-  double ratio = 1.0;     ///< turns per wheel turn, for rotations
+  double ratio = 1.0;     ///< measured turns per wheel turn, for rotations
 
-  double scale = 1.0;   ///< applied to the converted value ...
-  double offset = 0.0;  ///< ... then added: quantity = scale * converted + offset
+  double scale = 1.0;   ///< quantity = scale * value in SI units + offset
+  double offset = 0.0;  ///< in SI units
 
   std::optional<SignSignal> sign;     ///< applied to the sum of the physical values
   std::vector<ValidWhen> valid_when;  ///< all must hold
-  /// Without it, raw values at an end of the range are not believed while the source starts.
+  /// If empty, raw values at an end of the range are rejected until the source sends another one.
   std::optional<UnlessRaw> unless_raw;
 
   /// For a direction signal: the physical values for forward (+1) and reverse (-1). The value of
@@ -78,20 +78,19 @@ struct SignalBinding {
   std::optional<double> forward;
   std::optional<double> reverse;
 
-  std::int64_t latency_ns =
-      0;  ///< age of the value at the time stamp of the frame; subtracted from it
+  std::int64_t latency_ns = 0;  ///< subtracted from the frame's stamp: the age of the value
 };
 
 // End-to-end protection ---------------------------------------------------------------------------
 
 enum class E2eProfile : std::uint8_t { none, p01, p02, p11, p22, counter, sae_j1850 };
-/// As configurations name them, in the order of E2eProfile.
+/// The names in configurations, in the order of E2eProfile.
 inline constexpr std::array<std::string_view, 7> e2e_profile_names{
     "none", "P01", "P02", "P11", "P22", "COUNTER", "SAE_J1850"};
 
 enum class DataIdMode : std::uint8_t { both, alternating, low, nibble };
 
-/// Protection of one message, as in [can.e2e]. Signals name where the CRC and the counter lie.
+/// Protection of one message, as in [can.e2e]. CRC and counter are signals of the message.
 struct E2eBinding {
   std::string message;
   E2eProfile profile = E2eProfile::none;
@@ -100,7 +99,7 @@ struct E2eBinding {
   std::vector<std::uint8_t> data_id_list;  ///< profiles 2 and 22: 16 entries
   std::string crc_signal;
   std::string counter_signal;
-  std::uint8_t max_delta_counter = 3;  ///< a step up to this is OKSOMELOST, beyond it WRONGSEQUENCE
+  std::uint8_t max_delta_counter = 3;  ///< a larger step of the counter is WRONGSEQUENCE
 };
 
 }  // namespace odomd::can

@@ -12,7 +12,7 @@ namespace {
 
 using Spelling = std::pair<std::string_view, Unit>;
 
-// Normalised: lower case, without blanks, signs and prefixes, words as symbols.
+// As normalised() returns them: lower case, no blanks, signs or prefixes, symbols for words.
 constexpr std::array spellings{Spelling{"rad", Unit::rad},
                                Spelling{"deg", Unit::deg},
                                Spelling{"rad/s", Unit::rad_per_s},
@@ -40,7 +40,7 @@ constexpr std::array spellings{Spelling{"rad", Unit::rad},
                                Spelling{"g", Unit::g},
                                Spelling{"%", Unit::percent}};
 
-// Normalised as above.
+// Units that no role accepts, normalised as above.
 constexpr std::array<std::string_view, 51> others{
     "mph",   "mi/h",  "mile/h", "miles/h", "mm/s",   "cm/s",   "ft/s",   "knots",  "kt",
     "kts",   "mrad",  "mrad/s", "mdeg",    "mdeg/s", "mdps",   "rad/s2", "deg/s2", "m/s3",
@@ -49,8 +49,8 @@ constexpr std::array<std::string_view, 51> others{
     "mv",    "volt",  "volts",  "a",       "ma",     "amps",   "w",      "kw",     "nm",
     "n",     "kg",    "bar",    "kpa",     "degc",   "celsius"};
 
-/// Words and their symbols in the order of replacement: a longer word before its beginning. Some
-/// editors cut words off: "Unit_DegreOfArcPerSecon".
+/// Words and their symbols in the order of replacement: a word that begins another comes later.
+/// Some editors cut words off: "Unit_DegreOfArcPerSecon".
 constexpr std::string_view words =
     "unit_= percent=% pct=% ofarc= forceofgravity=g forceofgravi=g minuteinverse=1/min "
     "minutinver=1/min per=/ squared=2 square=2 squar=2 milli=m centi=c kilo=k meters=m metres=m "

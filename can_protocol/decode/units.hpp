@@ -1,4 +1,4 @@
-// Units of physical values: the spellings that databases have for them, and their size in SI.
+// Units of physical values: their spellings in databases, and their factors to SI.
 #pragma once
 
 #include <optional>
@@ -13,13 +13,13 @@ namespace odomd::can {
 /// "Unit_KiloMeterPerHour".
 [[nodiscard]] std::optional<Unit> unit_of_text(std::string_view text);
 
-/// Whether the text is a unit of which no role's quantity can be: "mph", "Nm", "%".
+/// Whether the text is a unit that no role's quantity can have: "mph", "Nm", "%".
 [[nodiscard]] bool is_other_unit(std::string_view text);
 
 /// The spelling in a configuration: "m/s2".
 [[nodiscard]] std::string_view unit_name(Unit unit) noexcept;
 
-/// Of a wheel or motor: angular velocities.
+/// Angular velocities of a wheel or motor: in turns per minute, or in any unit.
 [[nodiscard]] constexpr bool is_revolutions(Unit unit) noexcept {
   return unit == Unit::rpm || unit == Unit::erpm;
 }
@@ -27,7 +27,7 @@ namespace odomd::can {
   return is_revolutions(unit) || unit == Unit::rad_per_s || unit == Unit::deg_per_s;
 }
 
-/// The factor from a physical value to SI. For rpm that of an angular velocity: rad/s.
+/// The factor from a physical value to SI. rpm is an angular velocity: to rad/s.
 [[nodiscard]] double si_factor(Unit unit) noexcept;
 
 }  // namespace odomd::can
