@@ -3,10 +3,10 @@
 // A line cannot arrive before it was stamped, so
 //     arrival - stamp = offset of the clocks + l,   l >= 0,
 // and the smallest difference is the best guess at the offset. Not every producer is live, though:
-// one that writes a log faster than real time arrives earlier and earlier relative to its stamps.
-// For a live one the smallest differences of two windows agree. Lines that come later than before
-// prove less than earlier ones, as any of them may be held up: this takes more of them, and delays
-// that do not fall, as after a pause of the pipe. They may rise: then the stamps' clock is slow.
+// lines of a log that is written faster than real time arrive earlier and earlier relative to their
+// stamps. With a live producer the smallest differences of two windows agree. Later lines prove
+// less than earlier ones, as any of them may be held up: they need longer windows with more lines,
+// whose smallest delay does not fall as after a pause. It may rise: the stamps' clock is slow.
 #pragma once
 
 #include <algorithm>
@@ -21,18 +21,18 @@ namespace odomd::can {
 /// Pure logic on given times. One thread.
 class SmallestDelay {
  public:
-  /// Two windows agree when they differ by less.
+  /// Two windows agree when they differ by at most this.
   static constexpr std::int64_t agreement_ns = 5'000'000;
 
   enum class Trend : std::uint8_t {
-    steady,      ///< two short windows agree: how early lines come
-    not_falling  ///< nor does the second of two long ones lie below: how late they all come
+    steady,      ///< two short windows agree; for lines that come earlier
+    not_falling  ///< the second of two long windows is not lower; for lines that all come later
   };
   explicit SmallestDelay(Trend trend = Trend::steady) noexcept : trend_(trend) {}
 
-  /// Takes a line that arrived while the reader was waiting, at `now_ns`. Returns the smallest
-  /// arrival - stamp at the end of a window with this trend since the previous one; otherwise
-  /// empty.
+  /// Adds a line that arrived at `now_ns`, while the reader was waiting. At the end of a window
+  /// that has this trend since the previous one, returns the smallest arrival - stamp of both;
+  /// otherwise empty.
   [[nodiscard]] std::optional<std::int64_t> take(std::int64_t stamp_ns,
                                                  std::int64_t now_ns) noexcept {
     if (smallest_ns_ == none) start_ns_ = now_ns;
@@ -50,7 +50,7 @@ class SmallestDelay {
     return std::min(before_ns_, before_ns);
   }
 
-  /// The stamps follow another clock from here on.
+  /// Call when the stamps follow another clock from here on.
   void restart() noexcept { *this = SmallestDelay(trend_); }
 
  private:
@@ -60,12 +60,12 @@ class SmallestDelay {
   int lines_ = 0;  // of the current window
   std::int64_t start_ns_ = 0;
   std::int64_t smallest_ns_ = none;  // of the current window
-  std::int64_t before_ns_ = none;    // of the previous one
+  std::int64_t before_ns_ = none;    // of the previous window
 };
 
-/// Keeps the log clock where the lines of a live pipe arrive: they come earlier when the first one
-/// was late or their clock is fast or was stepped ahead, and later when it is slow or was stepped
-/// back. Pure logic on given times. One thread.
+/// Makes the log clock follow the arrivals of a live pipe: its lines come earlier than expected if
+/// the first was late or the sender's clock is fast or was stepped ahead, and later if that clock
+/// is slow or was stepped back. Pure logic on given times. One thread.
 class Arrivals {
  public:
   /// Lines are released `lead_ns` after their arrival, and the clock moves by less than `most_ns`
@@ -73,8 +73,8 @@ class Arrivals {
   Arrivals(LogClock& clock, std::int64_t lead_ns, std::int64_t most_ns) noexcept
       : clock_(clock), lead_ns_(lead_ns), most_ns_(most_ns) {}
 
-  /// Takes a line that arrived while the reader was waiting, at `now_ns`. Returns by how much lines
-  /// come earlier than the clock expected, which follows them; negative: later.
+  /// Adds a line that arrived at `now_ns`, while the reader was waiting. Returns by how much the
+  /// clock advanced because lines come earlier than it expected; negative: later; 0: unchanged.
   std::int64_t take(std::int64_t stamp_ns, std::int64_t now_ns) noexcept {
     const auto earlier = earlier_.take(stamp_ns, now_ns);
     const auto later = later_.take(stamp_ns, now_ns);
@@ -87,7 +87,7 @@ class Arrivals {
     return later ? -clock_.set_back(stamp_ns, release_ns(*later), most_ns_, now_ns) : 0;
   }
 
-  /// The stamps follow another clock from here on.
+  /// Call when the stamps follow another clock from here on.
   void restart() noexcept {
     earlier_.restart();
     later_.restart();

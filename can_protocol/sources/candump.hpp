@@ -21,7 +21,7 @@
 
 namespace odomd::can {
 
-/// A line for messages about lines that are none.
+/// An example line for messages about lines without a frame.
 inline constexpr std::string_view candump_example = "(1760000000.069964) can0 120#0400A0FF";
 
 /// The frame of a line, or its error.

@@ -22,7 +22,7 @@ constexpr std::array<std::string_view, 11> mode_names{
     "loopback",    "listen_only", "triple_sampling", "one_shot", "bus_error_reporting", "fd",
     "presume_ack", "fd_non_iso",  "cc_len8_dlc",     "tdc_auto", "tdc_manual"};
 
-/// Redirects the C library's `stderr`, a variable in glibc, to nowhere while this lives.
+/// Redirects the C library's `stderr`, a variable in glibc, to /dev/null while this lives.
 class MuteStandardError {
  public:
   MuteStandardError() : nowhere_(std::fopen("/dev/null", "w")) {
@@ -46,7 +46,7 @@ class MuteStandardError {
 class Impatience {
  public:
   Impatience() {
-    // Ignored by default, which does not interrupt; a handler without SA_RESTART does.
+    // SIGURG is ignored by default and then interrupts nothing; a handler without SA_RESTART does.
     struct sigaction nothing {};
     nothing.sa_handler = [](int) {};
     ::sigaction(SIGURG, &nothing, nullptr);

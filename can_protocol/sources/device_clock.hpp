@@ -5,7 +5,7 @@
 //     software - hardware = offset + l
 // and the smallest recent difference is the best guess at the offset. The minimum leaks upwards
 // faster than any crystal drifts, so it follows slow and fast device clocks; the remaining error is
-// the smallest latency, microseconds.
+// the smallest latency, some microseconds.
 #pragma once
 
 #include <algorithm>
@@ -16,12 +16,12 @@ namespace odomd::can {
 /// Real-time safe, no clock of its own. One thread.
 class DeviceClock {
  public:
-  /// The leak; crystals are within 100 parts per million of each other.
+  /// The rate of the leak; two crystals differ by less than 100 parts per million.
   static constexpr std::int64_t drift_per_million = 200;
-  /// A device clock that jumps ahead is followed at once. When it falls back, all differences grow,
-  /// and the smallest one of a window replaces the minimum.
+  /// When the device clock jumps ahead, the minimum falls at once. When it jumps back, all
+  /// differences grow, and the smallest difference in a window replaces the minimum.
   static constexpr std::int64_t window_ns = 1'000'000'000;
-  /// A difference that exceeds the minimum by this much is not a latency.
+  /// A difference that exceeds the minimum by more is not a latency: the conversion restarts.
   static constexpr std::int64_t restart_ns = 1'000'000'000;
 
   /// The hardware stamp on CLOCK_MONOTONIC: never after `software_ns`, the software stamp of the

@@ -35,12 +35,12 @@ class FrameReceiver {
   FrameReceiver(const FrameReceiver&) = delete;
   FrameReceiver& operator=(const FrameReceiver&) = delete;
 
-  /// Fills `frames`, at most max_frames_per_drain, with the frames in the socket, times on
-  /// CLOCK_MONOTONIC, and counts everything. Error frames are counted, but not delivered. A frame
-  /// without a plausible stamp gets the time of this call.
+  /// Moves at most max_frames_per_drain frames from the socket to `frames`, with times on
+  /// CLOCK_MONOTONIC, and counts them. Error frames are counted, but not delivered. A frame without
+  /// a plausible stamp gets the time of this call.
   Received receive(int socket, std::span<Frame> frames, SourceCounters& counters) noexcept;
 
-  /// The next call reads from another socket: its count of drops starts over.
+  /// Call before reading from another socket, whose count of drops starts at 0.
   void restart() noexcept { drops_.restart(); }
 
  private:

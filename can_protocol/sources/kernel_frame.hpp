@@ -14,16 +14,16 @@
 
 namespace odomd::can {
 
-/// The frame in `raw`, of which the kernel wrote `bytes`; empty when it is not a classic CAN or CAN
-/// FD frame. Does not set time and bus. Real-time safe.
+/// The frame in `raw`, into which the kernel wrote `bytes` bytes; empty when it is neither a
+/// classic CAN nor a CAN FD frame. Does not set time and bus. Real-time safe.
 [[nodiscard]] std::optional<Frame> from_kernel(const canfd_frame& raw, std::size_t bytes) noexcept;
 
 /// Counts an error frame and the errors that it reports. Real-time safe.
 void count_error_frame(const Frame& frame, SourceCounters& counters) noexcept;
 
-/// Exact filters for data frames of the given identifiers (frame_key, or its J1939 group), sorted,
-/// each once. Empty, which means every frame, when `keys` is empty or there are more than the
-/// kernel takes.
+/// Exact filters for data frames of the given identifiers (frame_key, or its J1939 group), sorted
+/// and unique. Empty, which means every frame, when `keys` is empty or has more identifiers than
+/// the kernel accepts.
 [[nodiscard]] std::vector<can_filter> exact_filters(std::span<const std::uint32_t> keys);
 
 /// The growth of the kernel's 32-bit, wrapping count of dropped frames.

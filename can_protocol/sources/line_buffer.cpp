@@ -1,4 +1,4 @@
-// The buffer moves its rest to the front before it reads more; nothing else is copied.
+// The buffer moves its unread rest to the front before it reads more; nothing else is copied.
 #include "can_protocol/sources/line_buffer.hpp"
 
 #include <unistd.h>

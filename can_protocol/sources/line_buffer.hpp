@@ -17,7 +17,7 @@ class LineBuffer {
 
   enum class Fill : std::uint8_t { data, end, again, error };
 
-  /// The next complete line without its newline; empty when there is none in the buffer. The view
+  /// The next complete line without its newline; empty when the buffer has none. The view
   /// is valid until the next fill.
   [[nodiscard]] std::optional<std::string_view> next_line() noexcept;
 
@@ -27,12 +27,12 @@ class LineBuffer {
   /// Reads once. `error` leaves errno as read(2) set it; `again`: no data yet.
   Fill fill(int descriptor) noexcept;
 
-  /// What has been read and not yet returned; valid until the next fill.
+  /// The text that has been read and not yet returned; valid until the next fill.
   [[nodiscard]] std::string_view rest() const noexcept {
     return {data_.get() + begin_, end_ - begin_};
   }
 
-  /// The number of the last line, 1-based.
+  /// The number of the line that was returned last, 1-based.
   [[nodiscard]] std::uint64_t line_number() const noexcept { return line_number_; }
 
  private:

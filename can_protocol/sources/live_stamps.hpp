@@ -19,13 +19,13 @@ class LiveStamps {
   static constexpr std::int64_t step_ns = 1'000'000'000;
 
   enum class Input : std::uint8_t { ready, waited_for };
-  /// Takes the result of a read of the input.
+  /// Records whether a read of the input had to wait.
   void read(Input input) noexcept {
     waits_ = static_cast<std::uint8_t>(waits_ * 2U + (input == Input::waited_for ? 1U : 0U));
   }
 
-  /// Takes the next stamp, which was read at `now_ns` (CLOCK_MONOTONIC), and returns the step of
-  /// the clock behind it; empty when there was none.
+  /// Adds the next stamp, which was read at `now_ns` (CLOCK_MONOTONIC), and returns the step of the
+  /// stamps' clock; empty when there was none.
   [[nodiscard]] std::optional<std::int64_t> step(std::int64_t stamp_ns,
                                                  std::int64_t now_ns) noexcept {
     const std::int64_t stamps = stamp_ns - last_stamp_ns_;
@@ -33,7 +33,7 @@ class LiveStamps {
     const bool first = last_stamp_ns_ == 0;
     last_stamp_ns_ = stamp_ns;
     last_now_ns_ = now_ns;
-    // Frames that a process held back are late as well, but their stamps rise.
+    // Being late alone is no step: frames that a process held back are late, but their stamps rise.
     const bool set = ahead > step_ns || stamps < -step_ns;
     return live() && !first && set ? std::optional(ahead) : std::nullopt;
   }

@@ -2,9 +2,8 @@
 //
 // Offline, tick k is valid at a multiple of the period on the log's clock and takes the frames
 // stamped up to then. Live, the ticks lie at first_tick + k * period on CLOCK_MONOTONIC. Both runs
-// take the same frames into the same ticks if the two grids coincide, so the offset is chosen among
-// those that make them coincide: the first frame is released up to one period later than it could
-// be.
+// use the same frames in the same ticks if the two grids coincide, so the offset makes them
+// coincide. This releases the first frame up to one period later than possible.
 #pragma once
 
 #include <atomic>
@@ -25,13 +24,13 @@ namespace odomd::can {
   return earliest_ns + (rest < 0 ? rest + period_ns : rest);
 }
 
-/// Shared by the feeders of all logs that one daemon plays: the first frame of any of them sets it
-/// permanently, except for a live pipe, whose clock may be stepped or drift, or whose first line
-/// may have arrived late. Any thread, lock-free.
+/// Shared by the feeders of all logs that one daemon plays. The first frame of any log sets the
+/// clock permanently, except for a live pipe, whose clock may be stepped or drift, or whose first
+/// line may have arrived late. Any thread, lock-free.
 ///
-/// A frame's release is its stamp - base - advance, and the clock's offset base + advance. A feeder
-/// subtracts the base when it reads a frame, the drain subtracts the advance when it returns the
-/// frame, so an advance also applies to the frames in between.
+/// A frame is released at stamp - base - advance; the clock's offset is base + advance. A feeder
+/// subtracts the base when it reads a frame, and the drain subtracts the advance when it returns
+/// the frame, so an advance also applies to the frames in between.
 class LogClock {
  public:
   LogClock(std::int64_t first_tick_ns, std::int64_t period_ns) noexcept
@@ -59,17 +58,16 @@ class LogClock {
     return current;
   }
 
-  /// Maps `stamp_ns` in the same way although the clock is running: the stamps follow another clock
-  /// from here on.
+  /// Like start(), but also if the clock is running: the stamps follow another clock from here on.
   std::int64_t restart(std::int64_t stamp_ns, std::int64_t earliest_ns) noexcept {
     const std::int64_t base = base_for(stamp_ns, earliest_ns);
     base_ns_.store(base, std::memory_order_release);
     return base;
   }
 
-  /// Maps `stamp_ns` in the same way when the result is earlier by two periods or more, but by less
-  /// than `most_ns`: the line that started the clock was late. Returns the advance in whole
-  /// periods; 0: unchanged.
+  /// Advances the clock if this releases `stamp_ns` earlier by two periods or more, but by less
+  /// than `most_ns`: the line that started the clock was late. Returns the advance [ns], a multiple
+  /// of the period; 0: unchanged.
   std::int64_t advance(std::int64_t stamp_ns, std::int64_t earliest_ns, std::int64_t most_ns,
                        std::int64_t now_ns) noexcept {
     const std::int64_t by = advance_for(stamp_ns, earliest_ns);
@@ -77,8 +75,8 @@ class LogClock {
     return by >= 2 * period_ns_ && by < most_ns ? advance_by(by) : 0;
   }
 
-  /// The other direction, when all lines of a feeder are late: returns by how much the clock was
-  /// set back. It is kept while the lines of another feeder are in time.
+  /// The opposite, when all lines of a feeder are late: sets the clock back and returns by how
+  /// much. The clock stays unchanged while the lines of another feeder are in time.
   std::int64_t set_back(std::int64_t stamp_ns, std::int64_t earliest_ns, std::int64_t most_ns,
                         std::int64_t now_ns) noexcept {
     constexpr std::int64_t recent_ns = 600'000'000;

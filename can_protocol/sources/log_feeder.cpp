@@ -31,8 +31,8 @@ bool is_pipe(int descriptor) {
   return ::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode);
 }
 
-/// How long before its time the first frame is read. For a file it is the time that the reader
-/// needs to run ahead; for a pipe, which may be live, it is short, since it adds latency.
+/// The time from reading the first frame to its release. In a file, the reader needs it to run
+/// ahead; for a pipe, which may be live, it is short, since it adds latency.
 std::int64_t head_start(bool pipe, std::int64_t period_ns) {
   return pipe ? 2 * period_ns : LogFeeder::ahead_ns;
 }
@@ -152,7 +152,7 @@ void LogFeeder::check_one_stamp(std::uint64_t min_frames) {
 }
 
 /// Now plus the head start. The first line of a pipe may be older, because it was delayed or waited
-/// in the pipe. If its stamp is from this machine's wall clock, its age is known.
+/// in the pipe. If its stamp is from this machine's wall clock, its age is known and subtracted.
 std::int64_t LogFeeder::earliest_release(const Frame& first) const {
   const std::int64_t age_ns = pipe_ ? read_clock(CLOCK_REALTIME) - first.time_ns : 0;
   const bool known = age_ns > 0 && age_ns < oldest_line_ns;
@@ -204,7 +204,7 @@ const LoggedFrame* LogFeeder::next() {
   }
 }
 
-/// False: the thread must end.
+/// Returns false if the thread must end.
 bool LogFeeder::read_line() {
   if (const auto text = buffer_.next_line()) {
     take(*text, LineEnd::newline);

@@ -36,7 +36,7 @@ namespace odomd::can {
 class LogFeeder final : public FrameSource {
  public:
   static constexpr std::int64_t ahead_ns = 50'000'000;
-  /// The maximum delay of the first line relative to the others; within it, lines are read and not
+  /// The maximum delay of the first line relative to the others. Lines are read this early, not
   /// left in the pipe.
   static constexpr std::int64_t pipe_ahead_ns = 1'000'000'000;
 
@@ -87,9 +87,9 @@ class LogFeeder final : public FrameSource {
   FileDescriptor stop_;       // an eventfd: readable when the thread must end
   bool pipe_ = false;         // not a regular file
   std::int64_t lead_ns_ = 0;  // head start of the first frame
-  SourceCounters counters_;   // received, carried_over: the drain's; the others: the thread's
+  SourceCounters counters_;   // the drain counts received and carried_over, the thread the rest
 
-  // The thread's own.
+  // Used by the thread only.
   LineBuffer buffer_;
   LogLines lines_;
   FrameSelection selected_;
@@ -97,7 +97,7 @@ class LogFeeder final : public FrameSource {
   std::uint64_t line_ = 0;  // of the current frame
   LiveStamps live_stamps_;
   Arrivals arrivals_;
-  bool input_was_empty_ = false;  // before the current lines
+  bool input_was_empty_ = false;  // before the current lines came
   bool input_ended_ = false;
 
   SourceWarnings warnings_;

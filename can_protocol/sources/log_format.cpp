@@ -12,7 +12,7 @@ namespace {
 using namespace std::string_view_literals;
 
 struct Format {
-  std::string_view mark;  ///< its first bytes; of a text: of one of its first lines
+  std::string_view mark;  ///< first bytes of the file; for a text, of one of its first lines
   std::string_view name;
   std::string_view way;
 };
@@ -50,7 +50,7 @@ constexpr Format table{
     "odom import takes tables of signals; else write (seconds) interface id#data "
     "for each frame"};
 
-/// "  can0  123   [4]  64 00 32 00", with or without a stamp before it.
+/// Whether a line is like "  can0  123   [4]  64 00 32 00", with or without a stamp before it.
 bool is_displayed_frame(std::string_view line) {
   const std::size_t open = line.find(" [");
   const std::size_t close = line.find(']', std::min(open, line.size()));

@@ -7,7 +7,7 @@
 
 namespace odomd::can {
 
-/// What a file is, judged by its first bytes, and how it becomes a candump log: "is a Vector ASC
+/// Describes a file by its first bytes, and how to convert it to a candump log: "is a Vector ASC
 /// log, not a candump log; ..."; empty for a candump log and for anything unknown.
 [[nodiscard]] std::optional<std::string> describe_foreign_format(std::string_view start);
 

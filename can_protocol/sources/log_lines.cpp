@@ -18,14 +18,14 @@ bool is_control(char c) {
   return (static_cast<unsigned char>(c) < ' ' && c != '\t' && c != '\r') || c == '\x7F';
 }
 
-/// Whether the frame is of CAN XL, "45123#81:00:12345678#11", whose identifier has 5 digits.
+/// Whether the line has a CAN XL frame, "45123#81:00:12345678#11": its identifier has 5 digits.
 bool has_xl_frame(std::string_view line) {
   const std::size_t at = line.find('#');
   return at != std::string_view::npos && at > 5 && line.find(':', at) == at + 3 &&
          std::ranges::all_of(line.substr(at - 5, 5), is_hex);
 }
 
-/// Whether a line that is not a frame is what is left of one, or not even text.
+/// Whether a line without a frame is the rest of a frame, or not even text.
 bool is_damaged(std::string_view line) {
   if (std::ranges::any_of(line, is_control)) return true;
   const std::string_view text = line.substr(line.find_first_not_of(" \t"));

@@ -1,5 +1,5 @@
-// What the lines of a log are: frames, lines that are none, and damaged ones. Offline and live
-// alike, so that both use the same frames.
+// Sorts the lines of a log into frames, lines without a frame, and damaged lines. Replay and daemon
+// both use it, and so use the same frames.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ class LogError : public std::invalid_argument {
 enum class LineKind : std::uint8_t {
   frame,
   blank,
-  passed_over,  ///< no frame, as canplayer sees it: a comment, candump's DROPCOUNT, CAN XL
+  passed_over,  ///< no frame for canplayer: a comment, candump's DROPCOUNT, CAN XL
   damaged,      ///< a part of a frame, or bytes that no text has
   cut_off,      ///< a part of a frame at the end of the log
   bus_too_many,
@@ -34,13 +34,13 @@ enum class LineEnd : std::uint8_t { newline, end_of_log };
 /// The lines of one log, in order. One thread.
 class LogLines {
  public:
-  /// `label` is for messages. Interfaces are numbered by `buses`, which must outlive this.
+  /// `label` names the log in messages. `buses` numbers the interfaces and must outlive this.
   LogLines(std::string label, BusNames& buses);
 
-  /// Reads the next line, without its newline; of a frame it sets `frame`.
+  /// Reads the next line, without its newline, and sets `frame` if it has a frame.
   LineKind read(std::string_view text, std::uint64_t line_number, LineEnd end, Frame& frame);
 
-  /// What is wrong with the line just read, which is not a frame.
+  /// The problem of the line just read, which must not be a frame.
   [[nodiscard]] std::string problem() const;
 
   [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }

@@ -26,14 +26,14 @@ enum class FifoOpening : std::uint8_t { wait_for_writer, at_once };
 /// "drive.log", or "standard input" for "-".
 [[nodiscard]] std::string log_label(const std::string& path);
 
-/// What becomes of a log with damaged lines.
+/// Whether damaged lines are left out, or a log with damaged lines is refused.
 enum class Damage : std::uint8_t { left_out, refused };
 
 /// One log, frame by frame, in the file's order. One thread.
 class LogReader {
  public:
-  /// `path` may be "-", standard input. Interfaces are numbered by `buses`, which must outlive
-  /// this. Throws LogError as open_log does.
+  /// `path` may be "-", standard input. `buses` numbers the interfaces and must outlive this.
+  /// Throws LogError as open_log does.
   LogReader(const std::string& path, BusNames& buses, Damage damage = Damage::left_out);
 
   /// The next frame with its time on the log's clock, valid until the next call; nullptr at the
@@ -42,7 +42,7 @@ class LogReader {
   /// no frame) ends the log with a warning.
   [[nodiscard]] const Frame* next();
 
-  /// One line about each kind of lines that gave no frame.
+  /// One warning for each kind of lines without a frame.
   [[nodiscard]] std::vector<std::string> warnings() const { return lines_.warnings(); }
   [[nodiscard]] const std::string& label() const noexcept { return label_; }
   [[nodiscard]] std::uint64_t line_number() const noexcept { return buffer_.line_number(); }
@@ -60,24 +60,24 @@ class LogReader {
   bool ended_ = false;
 };
 
-/// Several logs as one, in the order of their stamps; equal stamps in the order of naming. A log
-/// whose stamps go backwards keeps its own order. Frames whose stamps stand alone are left out. One
-/// thread.
+/// Merges several logs in the order of their stamps; of equal stamps, the log named first comes
+/// first. A log whose stamps go backwards keeps its own order. Frames whose stamps stand alone are
+/// left out. One thread.
 class MergedLog {
  public:
   /// Only `selected` frames are returned, and only their stamps count. Throws as LogReader does,
   /// also for logs without frames, and for logs in which no time passes or whose stamps are the
-  /// time since the frame before.
+  /// time since the previous frame.
   MergedLog(std::span<const std::string> paths, BusNames& buses, FrameSelection selected = {},
             Damage damage = Damage::left_out);
 
-  /// As LogReader does.
+  /// See LogReader::next().
   [[nodiscard]] const Frame* next();
 
   /// "drive.log:12: ", the position of the newest frame; empty before the first and at the end.
   [[nodiscard]] std::string position() const;
 
-  /// The warnings so far, in the order of naming.
+  /// The warnings so far, in the order in which the logs were named.
   [[nodiscard]] std::vector<std::string> warnings() const;
 
  private:

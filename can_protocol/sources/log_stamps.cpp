@@ -21,13 +21,13 @@ Spread spread_of(std::vector<std::int64_t> stamps) {
   return {stamps[n / 2], stamps[3 * n / 4] - stamps[n / 4]};
 }
 
-/// Whether a stamp cannot belong to frames next to it on one side, the only ones there are.
+/// Whether a stamp is too far from its neighbours, of which there are only those on one side.
 bool is_far_from(std::int64_t distance_ns, const Spread& frames) {
   return distance_ns > std::max(LogStamps::max_behind_ns, 4 * frames.half_ns);
 }
 
-/// The time since the frame before is small and does not rise. Single stamps ahead, and the order
-/// of several buses mixed up, look otherwise.
+/// Whether the stamps are times since the previous frame: these are small and do not rise. Absolute
+/// stamps rise, even with single stamps ahead or with several buses out of order.
 bool are_deltas(std::span<const std::int64_t> stamps) {
   constexpr std::size_t fewest = 32;
   constexpr std::int64_t longest_usual_ns = 10'000'000'000;
@@ -95,7 +95,7 @@ bool LogStamps::stands_alone(std::int64_t stamp_ns) const {
   std::vector<std::int64_t> after;
   for (const LoggedFrame& frame : ahead_)
     if (frame.frame.time_ns != 0) after.push_back(frame.frame.time_ns);
-  // Frames after a pause have company of their own.
+  // After a pause, later frames have stamps close to this one.
   const auto has_company = [&] {
     return std::ranges::count_if(after, [=](std::int64_t ns) {
              return std::abs(ns - stamp_ns) <= max_ahead_ns;

@@ -1,9 +1,9 @@
 // Judges the stamps of a log before its frames are used: a stamp that stands alone is
 // distinguished from a step of the clock, and a log whose stamps are no times is refused.
 //
-// The clock of a log follows its frames, so that one wrong stamp ahead would make all frames after
-// it too old. After a step or a pause, the frames that follow stay there; after a wrong stamp they
-// come back. So a few frames are read ahead.
+// The clock of a log follows its frames, so one wrong stamp ahead would make all later frames too
+// old. After a step or a pause, the next stamps stay at the new time; after a single wrong stamp
+// they return to the old one. So a few frames are read ahead.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@
 
 namespace odomd::can {
 
-/// The frames that are read; empty: all. Of mapped messages, so that the stamps of other senders
-/// and adapters move no clock.
+/// Whether to read a frame; empty: read all. It selects mapped messages, so that the stamps of
+/// other senders and adapters do not move the clock.
 using FrameSelection = std::function<bool(const Frame&)>;
 
 struct LoggedFrame {
@@ -27,32 +27,33 @@ struct LoggedFrame {
 
 class LogStamps {
  public:
-  /// Frames that are read ahead of the one that is judged.
+  /// Number of frames that are read ahead of the frame being judged.
   static constexpr std::size_t window = 32;
-  /// Buses whose clocks differ by less are used together: the filter's window holds what comes late
-  /// by as much.
+  /// Buses whose clocks differ by less than this are used together: the filter's window accepts
+  /// samples that late.
   static constexpr std::int64_t max_ahead_ns = 200'000'000;
   static constexpr std::int64_t max_behind_ns = 1'000'000'000;
 
   enum class Judging : std::uint8_t {
     offline,
-    live,  ///< frames are not waited for, and every stamp is taken
+    live,  ///< does not wait for further frames, and accepts every stamp
   };
   LogStamps(std::string label, Judging judging);
 
-  /// Adds the next frame of the log. Throws LogError when its stamps turn out to be the time since
-  /// the frame before.
+  /// Adds the next frame of the log. Throws LogError when the log's stamps turn out to be times
+  /// since the previous frame.
   void add(const Frame& frame, std::uint64_t line_number);
   /// The log has ended. Throws as add() does.
   void end();
 
-  /// The next frame, valid until the next call; nullptr: more frames are needed, or it has ended.
+  /// The next frame, valid until the next call; nullptr: more frames are needed, or the log has
+  /// ended.
   [[nodiscard]] const LoggedFrame* next();
 
   [[nodiscard]] bool ended() const noexcept { return ended_; }
   [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }
-  /// What is wrong with a log whose frames so far, at least so many, all have one stamp, so that no
-  /// time passes; empty otherwise.
+  /// The problem of a log whose frames so far, at least `min_frames`, all have the same stamp, so
+  /// that no time passes; empty otherwise.
   [[nodiscard]] std::string describe_one_stamp(std::uint64_t min_frames) const;
   /// Empty, or one line about the frames that were left out.
   [[nodiscard]] std::string warning() const;

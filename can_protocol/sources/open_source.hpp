@@ -22,14 +22,14 @@ enum class SourceKind : std::uint8_t { standard_input, log, interface };
 [[nodiscard]] SourceKind source_kind(const std::string& name);
 
 struct SourceSettings {
-  FrameSelection selected;  ///< what is read from logs; empty: all frames
+  FrameSelection selected;  ///< frames to read from logs; empty: all
   // Only for interfaces.
   std::vector<std::uint32_t> keys;  ///< identifiers to listen to (frame_key); empty: all
   StampSource stamps = StampSource::software;
   int receive_buffer = 1 << 20;
 };
 
-/// Opens a source for the live daemon. `buses` numbers the interface, or those inside the log;
+/// Opens a source for the live daemon. `buses` numbers the interface, or the interfaces of the log;
 /// `clock` maps the stamps of logs. Both must outlive the source. Throws as LogFeeder and
 /// SocketCanSource do, and std::invalid_argument at one bus too many.
 [[nodiscard]] std::unique_ptr<FrameSource> open_source(const std::string& name, BusNames& buses,

@@ -83,7 +83,7 @@ std::size_t SocketCanSource::drain(std::span<Frame> frames, std::int64_t /*tick_
 
 void SocketCanSource::adopt_offered() noexcept {
   if (offered_.load(std::memory_order_relaxed) == none) return;
-  // The old one must be handed back first, because the beat does not close sockets.
+  // The old socket must be handed back first, because the beat does not close sockets.
   if (socket_ != none && retired_.load(std::memory_order_acquire) != none) return;
   const int fresh = offered_.exchange(none, std::memory_order_acq_rel);
   if (fresh == none) return;
@@ -172,7 +172,7 @@ FileDescriptor SocketCanSource::open_socket(int index) {
   // bind() needs this cast for every kind of socket.
   if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
     fail(errno, interface_ + ": cannot bind to the interface");
-  // Bound to an interface that is down, the socket starts with ENETDOWN pending, which is expected.
+  // On an interface that is down, the socket starts with ENETDOWN pending: reading it clears it.
   int pending = 0;
   size = sizeof pending;
   ::getsockopt(fd, SOL_SOCKET, SO_ERROR, &pending, &size);

@@ -63,16 +63,16 @@ class SocketCanSource final : public FrameSource {
   // Between the two threads: descriptors, `none` when empty.
   std::atomic<int> offered_{none};  // housekeeping to beat: read from this one from now on
   std::atomic<int> retired_{none};  // beat to housekeeping: close this one
-  std::atomic<int> dead_{none};     // its interface disappeared
+  std::atomic<int> dead_{none};     // the interface of this one disappeared
 
-  // The beat's.
+  // Used by the beat only.
   int socket_ = none;
   FrameReceiver receiver_;
 
-  // Housekeeping's.
+  // Used by housekeeping only.
   FileDescriptor control_;  // to query interfaces
-  int newest_ = none;       // last offered
-  int bound_index_ = 0;     // interface index it is bound to, 0: none
+  int newest_ = none;       // the socket offered last
+  int bound_index_ = 0;     // index of its interface; 0: none
   SourceWarnings warnings_;
 };
 

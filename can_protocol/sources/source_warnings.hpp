@@ -28,7 +28,7 @@ enum class SourceWarning : std::uint8_t {
   failure,
 };
 
-/// One thread adds, another may list meanwhile.
+/// One thread adds warnings; another may list them meanwhile.
 class SourceWarnings {
  public:
   void add(SourceWarning kind, std::string text) {

@@ -1,4 +1,4 @@
-// Whether a frame's time stamp can be trusted. A CAN controller delivers the frames of one
+// Checks whether a frame's time stamp can be trusted. A CAN controller delivers the frames of one
 // identifier in order, so their stamps rise; if they do not, the clock is wrong, not the bus.
 #pragma once
 
@@ -51,7 +51,7 @@ class StampGuard {
   static constexpr std::size_t max_probes = 16;
 
   struct Entry {
-    std::uint64_t key = 0;  // 0: free; else bus and identifier, plus one
+    std::uint64_t key = 0;  // 0: free; otherwise bus and identifier, plus one
     std::int64_t last_ns = 0;
   };
 
