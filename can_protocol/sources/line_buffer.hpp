@@ -17,8 +17,8 @@ class LineBuffer {
 
   enum class Fill : std::uint8_t { data, end, again, error };
 
-  /// The next complete line without its newline; empty when the buffer has none. The view
-  /// is valid until the next fill.
+  /// The next complete line without its newline; empty when the buffer has none. The view is valid
+  /// until the next fill.
   [[nodiscard]] std::optional<std::string_view> next_line() noexcept;
 
   /// After the end of the input: the text after the last newline, if any.
