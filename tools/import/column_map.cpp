@@ -23,7 +23,7 @@ const std::vector<std::string> fields{
     "truth.qx",       "truth.qy",         "truth.qz",       "truth.qw",       "truth.vx",
     "truth.vy",       "truth.yaw_rate"};
 
-/// The role with the units of a field; none: a length, time or number.
+/// The role whose units the field has; empty for a length, time or number.
 std::string role_like(const MappedColumn& column) {
   const std::string& role = column.role;
   if (column.is_sensor()) return role;
@@ -44,7 +44,7 @@ std::string_view si_unit(std::string_view role) {
 constexpr std::array sensor_keys{"latency", "sigma", "timeout", "dead_band"};
 constexpr std::array value_keys{"unit", "radius", "ratio", "pole_pairs", "scale", "offset"};
 
-/// { column = "a", unit = "m/s" } of "a,unit=m/s".
+/// { column = "a", unit = "m/s" } for "a,unit=m/s".
 toml::table entry_of(std::string_view option, const std::string& text) {
   toml::table entry;
   std::vector<std::string_view> pieces;
@@ -72,7 +72,7 @@ toml::table entry_of(std::string_view option, const std::string& text) {
   return entry;
 }
 
-/// A name alone, or a number alone, in place of a table.
+/// A bare name or number stands for { column = ... }.
 toml::table entry_of(const toml::node& node) {
   if (node.is_table()) return *node.as_table();
   toml::table entry;
@@ -101,7 +101,7 @@ TimeColumn time_of(const toml::table& entry, const std::filesystem::path& file) 
   return time;
 }
 
-/// With the sensor's keys of the role in a configuration.
+/// The column, with missing sensor keys taken from its role in the configuration.
 MappedColumn column_of(const std::string& role, toml::table keys, const toml::table* configured,
                        const std::filesystem::path& file) {
   MappedColumn column{.role = role};
@@ -128,10 +128,10 @@ MappedColumn column_of(const std::string& role, toml::table keys, const toml::ta
   return column;
 }
 
-/// By role.
+/// Roles and their keys.
 using Entries = std::vector<std::pair<std::string, toml::table>>;
 
-/// "camera.x" of x in the table camera.
+/// Appends the entries of a table; x in the table camera becomes "camera.x".
 void add_entries(const toml::table& columns, const std::string& group, const std::string& file,
                  Entries& entries) {
   for (const auto& [key, node] : columns) {
@@ -146,7 +146,7 @@ void add_entries(const toml::table& columns, const std::string& group, const std
   }
 }
 
-/// Replaces the map's entry of the role.
+/// Replaces the role's entry in the map by that of a --column.
 void add_option(const std::string& option, Entries& entries) {
   const auto equals = option.find('=');
   const std::string role = option.substr(0, equals);

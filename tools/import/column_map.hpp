@@ -1,5 +1,5 @@
-// Which columns of tables are what: the map of odom import, from a TOML file and from options; and
-// what the tables hold of them.
+// The map of odom import, from a TOML file and from options: the meaning of each column of the
+// tables, and its values.
 #pragma once
 
 #include <cstddef>
@@ -16,12 +16,12 @@
 
 namespace odomd::tools {
 
-/// A column and the role of [can.signals] or the field of a pose that it is:
+/// A column that is mapped to a role of [can.signals] or to a field of a pose:
 /// quantity in SI = factor * value + offset.
 struct MappedColumn {
   std::string role;  ///< "yaw_rate", "camera.x"
   std::string name;  ///< of the column; empty: offset is the quantity
-  toml::table keys;  ///< those of a role
+  toml::table keys;  ///< as for a role of [can.signals]
   double factor = 0.0, offset = 0.0;
   std::string unit;  ///< of the column
   bool unit_stated = true;
@@ -30,7 +30,7 @@ struct MappedColumn {
   daemon::SignalSettings settings;
 
   // Filled by read_tables().
-  std::size_t table = 0;       ///< its index
+  std::size_t table = 0;       ///< index of its table
   std::string place;           ///< "imu.csv: gyro_z"
   std::vector<double> values;  ///< in SI, one per row of the table; NaN: missing
 
@@ -40,36 +40,36 @@ struct MappedColumn {
 
 struct TimedTable {
   std::string name;
-  std::string time_column;             ///< filled by read_tables(), as the times
-  std::vector<std::int64_t> times_ns;  ///< of the rows that have one; never falling
+  std::string time_column;             ///< filled by read_tables(), like the times
+  std::vector<std::int64_t> times_ns;  ///< of the rows that have a time; non-decreasing
 };
 
 struct ColumnMap {
-  std::filesystem::path file;  ///< or the option that stands for it
+  std::filesystem::path file;  ///< "--column" if there is no file
   std::vector<TimedTable> tables;
   std::vector<TimeColumn> times;
   std::vector<MappedColumn> columns;
 };
 
 struct MapSources {
-  std::vector<std::string> tables;  ///< go before the map's, as all options do
+  std::vector<std::string> tables;  ///< used instead of the map's
   std::filesystem::path map;
-  std::vector<std::string> columns;  ///< "yaw_rate=gyro_z,unit=deg/s"
-  std::vector<std::string> times;    ///< "stamp.sec+stamp.nanosec", "t,unit=ms"
+  std::vector<std::string> columns;  ///< "yaw_rate=gyro_z,unit=deg/s"; override the map's
+  std::vector<std::string> times;    ///< "stamp.sec+stamp.nanosec", "t,unit=ms"; tried first
   std::filesystem::path config;  ///< its roles' latency, sigma, timeout, dead_band are the defaults
 };
 
 /// Throws std::invalid_argument that names file, line and key.
 [[nodiscard]] ColumnMap read_map(const MapSources& sources);
 
-/// Works out factor and offset. The unit of the table counts where the map states none; neither:
+/// Computes factor and offset. The unit is that of the map, otherwise that of the table, otherwise
 /// SI.
 void read_keys(MappedColumn& column, std::string_view unit_of_table,
                const std::filesystem::path& file);
 
-/// Reads the tables and fills the columns: delimiters, quotes, decimal commas, lines before the
-/// header and a row of units below it are found out. "imu.csv:gyro_z" and "imu:gyro_z" name a
-/// column of one table. Values of camera.arrival are seconds after the time of the row. Throws
+/// Reads the tables and fills the columns. Detects delimiters, quotes, decimal commas, lines before
+/// the header and a row of units below it. "imu.csv:gyro_z" and "imu:gyro_z" name a column of one
+/// table. Values of camera.arrival are seconds after the time of the row. Throws
 /// std::invalid_argument that names the file, and the line or the nearest column.
 void read_tables(ColumnMap& map, const ReportProgress& report, std::vector<std::string>& warnings);
 

@@ -1,4 +1,4 @@
-// What the mapped columns become: frames of odomd.dbc, camera.csv and truth.csv.
+// Converts the mapped columns to frames of odomd.dbc, camera.csv and truth.csv.
 #pragma once
 
 #include <cstddef>
@@ -18,14 +18,15 @@ struct ImportedRole {
   const MappedColumn* column = nullptr;
   const sim::BusRole* target = nullptr;
   std::uint8_t bus = 0;
-  bool has_bus = false;   ///< the message is on several
+  bool has_bus = false;   ///< the message is on several buses
   double period_s = 0.0;  ///< median time between samples
   nlohmann::ordered_json report;
 };
 
-/// One per sensor of the map, whose values beyond the signal's range then count as missing. Roles
-/// whose values come together share a message; otherwise it is on several buses, so that no value
-/// is sent twice. Throws std::invalid_argument for a role without a value, or with many beyond.
+/// One role per sensor of the map; its values beyond the signal's range then count as missing.
+/// Roles whose values come together share a message; others send it on another bus, so that no
+/// value is sent twice. Throws std::invalid_argument for a role without values, or with many beyond
+/// the range.
 [[nodiscard]] std::vector<ImportedRole> to_roles(ColumnMap& map,
                                                  std::vector<std::string>& warnings);
 
@@ -41,7 +42,7 @@ struct PoseText {
   std::size_t rows = 0, left_out = 0;
 };
 
-/// Both throw std::invalid_argument that says which column lacks.
+/// Both throw std::invalid_argument that names the missing column.
 [[nodiscard]] PoseText camera_of(const ColumnMap& map);
 [[nodiscard]] PoseText truth_of(const ColumnMap& map);
 

@@ -17,8 +17,8 @@ namespace odomd::tools {
 namespace {
 
 const sim::BusRole& target_of(std::string_view role) {
-  // odomd.dbc has four wheels: one more speed takes the signal of a rear one, on another bus if
-  // need be.
+  // odomd.dbc has four wheel speeds: any other speed uses the signal of a rear wheel, on another
+  // bus if that is taken.
   const bool is_other_speed = role == "wheel_rear" || role == "motor";
   return *std::ranges::find(sim::bus_roles(), is_other_speed ? "wheel_rear_left" : role,
                             &sim::BusRole::role);
@@ -51,7 +51,7 @@ ImportedRole role_of(MappedColumn& column, const std::vector<std::int64_t>& time
         "{}: {} of {} values are beyond {:g} to {:g} {}, up to {:.4g}", who, beyond.size(), all,
         signal.minimum, signal.maximum, role.target->unit,
         *std::ranges::max_element(beyond, {}, [](double value) { return std::abs(value); }));
-    // With more of them the unit is wrong.
+    // If more values are outside the range, the unit is wrong.
     if (beyond.size() * 10 > all)
       throw std::invalid_argument(text + "; check unit and scale of the column");
     warnings.push_back(text + "; left out");
@@ -89,7 +89,7 @@ std::vector<ImportedRole> to_roles(ColumnMap& map, std::vector<std::string>& war
   for (MappedColumn& column : map.columns) {
     if (!column.is_sensor()) continue;
     ImportedRole role = role_of(column, map.tables[column.table].times_ns, warnings);
-    // The first bus whose roles of this message all come together with it.
+    // Use the first bus on which all roles of this message come together with this role.
     const auto is_taken = [&](const ImportedRole& other) {
       return share_a_frame(other, role) && !come_together(role, other);
     };
@@ -110,7 +110,7 @@ std::string bus_name(std::uint8_t bus) {
 }
 
 std::vector<can::Frame> frames_of(const std::vector<ImportedRole>& roles, const ColumnMap& map) {
-  std::map<std::size_t, can::MessageEncoder> encoders;  // by the first of the roles of a frame
+  std::map<std::size_t, can::MessageEncoder> encoders;  // key: the first role of a frame
   std::vector<std::tuple<std::int64_t, std::size_t, std::size_t>> due;  // time, role, row
   for (std::size_t i = 0; i < roles.size(); ++i) {
     const auto has_frame = [&](const ImportedRole& other) {

@@ -27,10 +27,10 @@ double seconds(std::int64_t time_ns) {
   return static_cast<double>(time_ns) * 1e-9;
 }
 
-/// By name; without a text there is no such file.
+/// Names and texts; a file without a text is not written.
 using Files = std::vector<std::pair<const char*, std::string>>;
 
-/// All or none; of an earlier drive only files of other names stay.
+/// Writes all files or none. Only files with other names remain from an earlier drive.
 void write_files(const fs::path& folder, sim::Existing existing, const Files& files) {
   sim::make_drive_folder(folder, existing);
   std::vector<std::unique_ptr<WholeFile>> written;
@@ -45,7 +45,7 @@ void write_files(const fs::path& folder, sim::Existing existing, const Files& fi
     if (text.empty()) fs::remove(folder / name);
 }
 
-/// Tables on other clocks do not meet.
+/// Refuses tables whose times do not overlap: their clocks differ.
 void require_common_time(const ColumnMap& map) {
   const TimedTable* first = nullptr;
   for (const TimedTable& rows : map.tables) {
@@ -66,8 +66,7 @@ void require_common_time(const ColumnMap& map) {
   }
 }
 
-/// Stamps of a log are not negative: makes all times later by whole seconds, and returns by how
-/// much.
+/// Adds whole seconds to all times so that none is negative, as in a log; returns what it added.
 std::int64_t shift_times(ColumnMap& map) {
   constexpr std::int64_t second_ns = 1'000'000'000;
   std::int64_t first_ns = 0;
@@ -79,7 +78,7 @@ std::int64_t shift_times(ColumnMap& map) {
   return shift_ns;
 }
 
-/// All of a configuration but [can], as its owner has it.
+/// The user's configuration without [can].
 std::string own_tables(const std::filesystem::path& file) {
   toml::table config = daemon::parse_toml(daemon::read_toml_file(file), file);
   config.erase("can");
@@ -104,7 +103,7 @@ std::string vehicle(const CarTexts& texts) {
 
 std::string role_line(const ImportedRole& role) {
   const MappedColumn& column = *role.column;
-  // Three periods of the table; its stamps may be less regular than those of a bus.
+  // By default three periods of the table: its stamps may be less regular than those of a bus.
   constexpr double min_timeout = 0.1, max_timeout = 60.0;
   const double timeout = column.settings.timeout_ns > 0
                              ? static_cast<double>(column.settings.timeout_ns) * 1e-9
@@ -121,7 +120,7 @@ std::string role_line(const ImportedRole& role) {
   return text + " }\n";
 }
 
-/// The text of car.toml; without a config the numbers of the car come from its options.
+/// The text of car.toml; without a config, the car's numbers come from the command line.
 std::string configuration_of(const ImportOptions& options, const ColumnMap& map,
                              const std::vector<ImportedRole>& roles, bool has_camera) {
   const std::filesystem::path& own = options.map.config;
@@ -171,7 +170,7 @@ ImportResult import_drive(const ImportOptions& options, const ReportProgress& re
   daemon::check_model(config, result.warnings);
   for (const std::string& warning : warnings)
     result.warnings.push_back(diagnostics::found(diagnostics::kind("file_content"), {}, warning));
-  // The rows of a table come as they come: without cycle times.
+  // car.dbc states no cycle times: the rows of a table need not be periodic.
   write_files(options.out, options.existing,
               {{"drive.log", std::move(log)},
                {"car.dbc", sim::bus_database_text([](std::string_view) { return 0; })},

@@ -1,4 +1,4 @@
-// odom import: from tables to the folder of a drive, as odom sim and odom record write them.
+// odom import: writes the folder of a drive, as odom sim and odom record do, from tables.
 #pragma once
 
 #include <filesystem>
@@ -16,8 +16,8 @@
 namespace odomd::tools {
 
 struct ImportOptions {
-  MapSources map;  ///< its config is the car's: all tables of it but [can] stay
-  CarTexts car;    ///< without a config
+  MapSources map;  ///< its config is the car's: car.toml has all its tables but [can]
+  CarTexts car;    ///< used if there is no config
   std::filesystem::path out;
   sim::Existing existing = sim::Existing::keep;
 };

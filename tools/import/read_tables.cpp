@@ -27,10 +27,10 @@ struct OpenTable {
   std::string path, text;
   CsvLayout layout;
   Cells columns, units;               ///< the header, and the row of units below it
-  std::vector<MappedColumn*> mapped;  ///< their names are those in the header
+  std::vector<MappedColumn*> mapped;  ///< with their names as in the header
 };
 
-/// A decimal comma where no comma separates cells.
+/// Accepts a decimal comma unless commas separate cells.
 std::optional<double> number_in(std::string_view cell, char delimiter) {
   std::string text(cell.substr(cell.starts_with('+') ? 1 : 0));
   if (delimiter != ',') std::ranges::replace(text, ',', '.');
@@ -50,8 +50,8 @@ bool has_number(const Cells& cells, char delimiter) {
   });
 }
 
-/// "speed (km/h)" of that, "speed", "imu:speed" and "imu.csv:speed" in imu.csv; several if the unit
-/// decides.
+/// The columns that a name means: "speed (km/h)" in imu.csv for itself, "speed", "imu:speed" and
+/// "imu.csv:speed"; several if they differ in their units only.
 Cells matches(const std::string& table, const Cells& columns, std::string_view name) {
   const std::filesystem::path path(table);
   for (const std::string& before : {path.filename().string() + ':', path.stem().string() + ':'})
@@ -68,8 +68,8 @@ Cells matches(const OpenTable& table, std::string_view name) {
   return matches(table.path, table.columns, name);
 }
 
-/// The header is the first line with most of the wanted names, and of these with most cells: it has
-/// the names to suggest, too.
+/// Finds the header: the line with the most wanted names; among several, the first with the most
+/// cells, which are also the names to suggest.
 void find_header(OpenTable& table, const std::vector<std::string>& wanted) {
   constexpr std::size_t max_header_line = 200;
   constexpr std::string_view delimiters = "\t;,";  // commas may be decimal ones
@@ -123,7 +123,7 @@ OpenTable open_table(const std::string& path, const std::vector<std::string>& wa
   return table;
 }
 
-/// The table, and the name of the column in its header.
+/// The table that has the column, and the column's name in the header.
 std::pair<OpenTable*, std::string> locate(std::vector<OpenTable>& tables, const std::string& column,
                                           std::string_view what = {}) {
   std::pair<OpenTable*, std::string> found;
@@ -156,7 +156,7 @@ std::string_view unit_of(const OpenTable& table, const std::string& column) {
   return unit.empty() && index < table.units.size() ? table.units[index] : unit;
 }
 
-/// Named for this table, else the usual one.
+/// The time column that is named for this table, otherwise the usual one.
 TimeColumn time_of(const OpenTable& table, const ColumnMap& map) {
   for (TimeColumn time : map.times) {
     const bool is_here = std::ranges::all_of(time.columns, [&](std::string& column) {

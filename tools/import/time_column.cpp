@@ -18,7 +18,7 @@ constexpr std::int64_t latest_ns = 4'600'000'000LL * second_ns;  // as in odom's
 
 constexpr std::array<std::string_view, 6> units{"", "s", "ms", "us", "ns", "hhmmss"};
 
-/// The best first.
+/// In order of preference.
 constexpr std::array<std::string_view, 7> usual_names{
     "header.stamp", "stamp", "__time", "time", "t", "timestamp", "rosbagtimestamp"};
 constexpr std::array<std::pair<std::string_view, std::string_view>, 3> usual_pairs{
@@ -31,7 +31,7 @@ std::string lower(std::string_view text) {
   return result;
 }
 
-/// "time" of "Time (ms)", "field.time" and "%time_ms".
+/// "time" for "Time (ms)", "field.time" and "%time_ms".
 std::string plain_name(std::string_view column) {
   std::string name = lower(split_unit(column).name);
   if (name.starts_with("field.")) name.erase(0, 6);
@@ -41,7 +41,7 @@ std::string plain_name(std::string_view column) {
   return name;
 }
 
-/// A zone is left out: it only shifts all times.
+/// Parses a time of day, with or without a date. Ignores a zone, which only shifts all times.
 std::optional<std::int64_t> clock_ns(std::string text) {
   std::ranges::replace(text, 'T', ' ');
   std::tm time{.tm_mday = 1, .tm_year = 70};
@@ -56,7 +56,7 @@ std::optional<std::int64_t> clock_ns(std::string text) {
   return ::timegm(&time) * second_ns + *part;
 }
 
-/// The unit in which a time is a date of this century, else seconds.
+/// The unit that makes the time a date of this century, otherwise seconds.
 TimeUnit unit_by_size(std::string_view text) {
   const double size = std::abs(std::strtod(std::string(text).c_str(), nullptr));
   return size < 1e11   ? TimeUnit::s
@@ -65,7 +65,7 @@ TimeUnit unit_by_size(std::string_view text) {
                        : TimeUnit::ns;
 }
 
-/// Nothing for what is no time. With colons the unit does not matter: "10:21:07.25",
+/// Empty if the text is not a time. With colons the unit does not matter: "10:21:07.25",
 /// "2026-01-16T10:21:07.25Z".
 std::optional<std::int64_t> parse_time(std::string text, TimeUnit unit) {
   std::ranges::replace(text, ',', '.');
@@ -83,7 +83,7 @@ std::optional<std::int64_t> parse_time(std::string text, TimeUnit unit) {
   return time && std::abs(*time) <= latest_ns ? time : std::nullopt;
 }
 
-/// 101559.9 and 101600.1 are 0.2 s apart as times of day.
+/// Whether there is a step like 101559.9 to 101600.1, which is 0.2 s for times of day.
 bool jumps_like_times_of_day(const std::vector<std::int64_t>& times_ns) {
   constexpr std::int64_t minute_ns = 60 * second_ns, hundred_ns = 100 * second_ns;
   return std::ranges::adjacent_find(times_ns, [](std::int64_t one, std::int64_t next) {
