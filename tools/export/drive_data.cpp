@@ -57,11 +57,11 @@ PoseTable read_poses(const fs::path& file, diagnostics::Diagnostics& warnings) {
   return table;
 }
 
-/// The frames of a drive, and what is needed to decode them.
+/// The logs of a drive, and all that is needed to decode them.
 struct FrameSource {
   daemon::Config config;
   std::vector<can::Database> databases;
-  std::vector<std::string> bus_names;  ///< known beforehand
+  std::vector<std::string> bus_names;  ///< known before a log is read
   std::vector<std::string> logs;
   can::Damage damage = can::Damage::left_out;
 };
@@ -75,7 +75,7 @@ std::optional<FrameSource> frame_source(const ExportSources& sources, DriveData&
     source.databases = std::move(recording.databases);
     source.bus_names = recording.buses;
     const fs::path frames = sources.recording / recorded_frames;
-    // The file of a silent bus has no line.
+    // The recording of a silent bus has an empty file.
     if (fs::exists(frames) && fs::file_size(frames) > 0) source.logs = {frames.string()};
     return source;
   }
@@ -123,7 +123,7 @@ class FramePass {
 
  private:
   void keep_signals(can::Decoder& decoder, const can::Frame& frame) {
-    if (frame.time_ns == 0) return;  // had no stamp
+    if (frame.time_ns == 0) return;  // has no stamp
     const can::DecodeResult result = decoder.decode(frame, samples_);
     for (std::size_t i = 0; i < result.count; ++i)
       data_.signals.push_back({frame.time_ns, samples_[i].time_ns,

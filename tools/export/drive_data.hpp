@@ -34,11 +34,11 @@ struct ExportSources {
 /// it is none of these.
 [[nodiscard]] ExportSources sources_in(const std::filesystem::path& source);
 
-/// Rows of a pose file: times that never fall, and the fields that it has.
+/// Rows of a pose file, with non-decreasing times and the fields that the file contains.
 struct PoseTable {
   std::vector<const PoseField*> fields;
   std::vector<std::int64_t> times_ns;
-  std::vector<double> values;  ///< by rows
+  std::vector<double> values;  ///< row by row
 
   [[nodiscard]] std::span<const double> row(std::size_t i) const {
     return std::span(values).subspan(i * fields.size(), fields.size());

@@ -52,7 +52,7 @@ std::string transform_json(const std::string& time, std::string_view parent, std
       time, parent, child, position_json(pose), rotation_json(pose.yaw));
 }
 
-/// An event in the file.
+/// An item of the drive at its time in the file: number `index` of its kind.
 struct Event {
   enum class Kind : std::uint8_t { truth, signal, camera, pose };
   std::int64_t time_ns = 0;
@@ -154,7 +154,7 @@ class Topics {
         .first(data_.truth_has_motion ? truth_numbers.size() : truth_pose_numbers);
   }
 
-  // The columns of the pose in a row; the second is optional.
+  // Finds the pose's columns in a row; those in the odometry frame are optional.
   void find_fields() {
     in_map_ = pose_columns(data_.poses, "map");
     in_odom_ = pose_columns(data_.poses, "odom");
@@ -207,7 +207,7 @@ class Topics {
     writer_.write(channel, logged_ns, text);
   }
 
-  // Logged when it arrived, stamped when it was taken.
+  // The message is logged at the arrival; its timestamp is the capture.
   void write_camera(std::int64_t t_ns, const estimator::CameraPose& pose) {
     const std::string time = time_json(pose.capture_ns - zero_ns_);
     write_pose_in_frame(camera_pose_, t_ns, time, {pose.x, pose.y, pose.yaw});
@@ -266,7 +266,7 @@ McapStatistics write_mcap(const DriveData& data, ExportTime time, McapCompressio
   return writer.finish();
 }
 
-// PlotJuggler makes a tree of names with slashes.
+// PlotJuggler shows names with slashes as a tree.
 void write_plot_csv(const PoseTable& poses, ExportTime time, std::ostream& out) {
   if (poses.times_ns.empty())
     throw std::invalid_argument("there is no pose to export; give a pose file with --pose");

@@ -1,4 +1,4 @@
-// A drive in the files of other tools: MCAP for Foxglove, CSV for PlotJuggler, TUM for evo.
+// Writes a drive for other tools: MCAP for Foxglove, CSV for PlotJuggler, TUM for evo.
 #pragma once
 
 #include <cstdint>
@@ -14,16 +14,16 @@ namespace odomd::tools {
 /// The origin of times: as in the files, or the first exported item.
 enum class ExportTime : std::uint8_t { absolute, relative };
 
-/// The topics that docs/bridge.md lists, in JSON, in the order of time. Throws
+/// Writes the topics that docs/bridge.md lists, in JSON, in order of time. Throws
 /// std::invalid_argument if there is nothing to export, and for times before 0.
 McapStatistics write_mcap(const DriveData& data, ExportTime time, McapCompression compression,
                           std::ostream& out);
 
-/// The poses: `time` in seconds, then the fields by their paths. Throws std::invalid_argument if
-/// there is no pose.
+/// Writes the poses: `time` in seconds, then the fields, named by their paths. Throws
+/// std::invalid_argument if there is no pose.
 void write_plot_csv(const PoseTable& poses, ExportTime time, std::ostream& out);
 
-/// The trajectories that the drive has, as texts by file name: pose.tum, odometry.tum, camera.tum
+/// The trajectories that the drive has, as texts per file name: pose.tum, odometry.tum, camera.tum
 /// (at capture), truth.tum; lines of `timestamp x y z q_x q_y q_z q_w`. Throws
 /// std::invalid_argument if there is none.
 [[nodiscard]] std::map<std::string, std::string> tum_files(const DriveData& data, ExportTime time);

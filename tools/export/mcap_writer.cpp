@@ -77,7 +77,7 @@ McapWriter::McapWriter(std::ostream& out, McapCompression compression, std::stri
     : out_(out), compression_(compression) {
   put(magic);
   std::string header;
-  put_string(header, "");  // no profile: the one of ROS implies its serialisation
+  put_string(header, "");  // no profile: that of ROS implies ROS serialisation
   put_string(header, library);
   put(record(Opcode::header, header));
 }
@@ -115,7 +115,7 @@ McapWriter::Id McapWriter::add_channel(std::string_view topic, Id schema) {
   return id;
 }
 
-// Schema and channel precede the first message that needs them.
+// Writes schema and channel before the first message that needs them.
 void McapWriter::introduce(Channel& channel) {
   if (channel.written) return;
   Schema& schema = schemas_[channel.schema - 1U];
@@ -274,7 +274,7 @@ void McapWriter::write_summary() {
 
   const std::uint64_t offsets_start = written_;
   put(offsets);
-  // The checksum covers the footer up to itself.
+  // The checksum covers the footer before the checksum.
   std::string footer;
   put_integer(footer, summary_start);
   put_integer(footer, offsets_start);

@@ -52,7 +52,7 @@ class McapWriter {
     std::uint64_t end_ns = 0;
     std::uint64_t offset = 0;
     std::uint64_t length = 0;
-    std::map<Id, std::uint64_t> index_offsets;  ///< by channel
+    std::map<Id, std::uint64_t> index_offsets;  ///< per channel
     std::uint64_t index_length = 0;
     std::uint64_t compressed = 0;
     std::uint64_t uncompressed = 0;
@@ -71,11 +71,11 @@ class McapWriter {
   std::ostream& out_;
   McapCompression compression_;
   std::uint64_t written_ = 0;
-  std::uint32_t crc_ = 0;                        // of all that was put since it was set to 0
-  std::vector<Schema> schemas_;                  // id - 1
-  std::vector<Channel> channels_;                // id - 1
+  std::uint32_t crc_ = 0;                        // of all bytes put since it was set to 0
+  std::vector<Schema> schemas_;                  // index: id - 1
+  std::vector<Channel> channels_;                // index: id - 1
   std::string chunk_;                            // records, not yet compressed
-  std::map<Id, std::vector<IndexEntry>> index_;  // of the chunk
+  std::map<Id, std::vector<IndexEntry>> index_;  // of the current chunk
   std::uint64_t chunk_start_ns_ = 0;
   std::uint64_t chunk_end_ns_ = 0;
   std::vector<ChunkIndex> chunks_;

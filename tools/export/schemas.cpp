@@ -14,7 +14,7 @@ Json text() {
   return {{"type", "string"}};
 }
 
-/// All of its members are required.
+/// An object whose members are all required.
 Json object(const std::string& title, Json properties) {
   Json required = Json::array();
   for (const auto& [name, ignored] : properties.items()) required.push_back(name);
