@@ -100,7 +100,7 @@ class Bridge {
     }
   }
 
-  // The first tick of every n, whichever of them was missed.
+  // Sends the first tick received of every n, so that missed ticks do not matter.
   void take(odom::Client& client, const odom_pose& pose) {
     newest_ = pose;
     if (pose.mode == ODOM_INITIALISING) {
@@ -126,7 +126,7 @@ class Bridge {
     for (const auto& sink : sinks_) sink->send(sample_);
   }
 
-  /// Once a second, for people.
+  /// Shows pose and counts once a second.
   void show_what_is_sent() {
     const auto now = steady_clock::now();
     if (options_.json || now < next_show_) return;

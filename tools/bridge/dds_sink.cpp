@@ -28,7 +28,7 @@ dds_entity_t made(dds_entity_t entity, const std::string& what) {
   return entity;
 }
 
-// The default of ROS 2. A reader that does not keep up blocks us for this time at most.
+// The defaults of ROS 2. A reader that does not keep up blocks a write for at most 5 ms.
 struct WriterQos {
   explicit WriterQos(std::int32_t depth) : qos(dds_create_qos()) {
     dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_MSECS(5));
@@ -81,7 +81,7 @@ class DdsSink : public Sink {
     return made(dds_create_writer(participant_, topic, wanted.qos, nullptr), name);
   }
 
-  // The messages point into our strings: dds_write() copies what it needs.
+  // The message points into `frame`: dds_write() copies the text.
   static Header header(std::int64_t time_ns, std::string& frame) {
     constexpr auto second = std::nano::den;
     return {

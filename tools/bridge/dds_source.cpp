@@ -1,4 +1,4 @@
-// Receives the car's pose from a ROS 2 topic, whichever of its message types the publisher has.
+// Receives the car's pose from a ROS 2 topic, in any of the message types that carry a pose.
 #include <dds/dds.h>
 #include <fmt/format.h>
 
@@ -123,11 +123,11 @@ class DdsIntake : public PoseIntake {
     note(type, "camera poses from " + short_name(type));
   }
 
-  std::string topic_;  // in DDS
+  std::string topic_;  // name in DDS
   dds_entity_t participant_ = 0;
   dds_entity_t waitset_ = 0;
-  dds_entity_t publications_ = 0;      // tells which publishers there are
-  const MessageType* type_ = nullptr;  // once there is a reader
+  dds_entity_t publications_ = 0;      // reports publishers
+  const MessageType* type_ = nullptr;  // set with reader_
   dds_entity_t reader_ = 0;
 };
 

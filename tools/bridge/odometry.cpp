@@ -74,7 +74,7 @@ Odometry odometry_of(const BridgeSample& sample, PoseFrame frame) {
   odometry.vx = pose.vx;
   odometry.vy = pose.vy;
   odometry.yaw_rate = pose.yaw_rate;
-  // Behind the nine that velocities share with the pose.
+  // V begins with the nine covariances between pose and velocities.
   const auto& V = sample.details.velocity_covariance;
   odometry.twist_covariance = placed({V[9], V[10], V[11], V[12], V[13], V[14]});
   return odometry;

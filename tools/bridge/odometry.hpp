@@ -30,8 +30,8 @@ struct Odometry {
 
 [[nodiscard]] Odometry odometry_of(const BridgeSample& sample, PoseFrame frame);
 
-/// The odometry frame's pose in the map; a jump of the map pose changes it. Composed with the pose
-/// in the odometry frame it gives the pose in the map.
+/// The pose of the odometry frame in the map, which a jump of the map pose changes. Composed with
+/// the car's pose in the odometry frame, it gives the car's pose in the map.
 [[nodiscard]] estimator::Pose2 correction_of(const odom_pose& pose);
 [[nodiscard]] estimator::Pose2 correction_between(const estimator::Pose2& map,
                                                   const estimator::Pose2& odom);

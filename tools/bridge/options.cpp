@@ -106,7 +106,7 @@ void complete(BridgeOptions& options) {
 }
 
 std::uint32_t domain_of(const BridgeOptions& options) {
-  constexpr std::uint32_t largest = 232;  // its ports would not fit into 16 bits
+  constexpr std::uint32_t largest = 232;  // a larger domain's ports exceed 16 bits
   const char* const environment = std::getenv("ROS_DOMAIN_ID");
   const bool named = !options.domain.empty();
   const std::string text = named ? options.domain : environment != nullptr ? environment : "";

@@ -18,7 +18,7 @@ struct FrameNames {
   std::string base = "base_link";
 };
 
-/// What goes to /tf. Each transform must have one publisher: send less if there is another.
+/// The transforms sent to /tf. Each must have one publisher: send fewer if another node sends some.
 enum class Transforms : std::uint8_t { all, odom, none };
 
 /// The topic whose poses go to the daemon's camera socket.
@@ -26,17 +26,17 @@ struct PoseInput {
   std::string topic;                            ///< "/pose"; empty: none
   std::string frame;                            ///< expected header.frame_id
   std::string child_frame = "base_link";        ///< expected child_frame_id of an Odometry
-  std::vector<double> sigma{0.01, 0.01, 0.01};  ///< least sigma of x, y, yaw [m, m, rad]
+  std::vector<double> sigma{0.01, 0.01, 0.01};  ///< smallest sigmas of x, y, yaw [m, m, rad]
   std::string socket;                           ///< empty: the daemon's default
 };
 
 struct BridgeOptions {
   std::string shm;
   double rate_hz = 50.0;
-  double duration_s = 0.0;  ///< 0: without end
+  double duration_s = 0.0;  ///< 0: no limit
   bool ros = false;         ///< requested explicitly
   std::string udp;          ///< empty: not requested
-  std::string domain;       ///< empty: $ROS_DOMAIN_ID, else 0
+  std::string domain;       ///< empty: $ROS_DOMAIN_ID, or 0 if unset
   PoseFrame frame = PoseFrame::odom;
   Transforms transforms = Transforms::all;
   FrameNames names;

@@ -15,11 +15,11 @@ CheckedPose check_stamp(std::int64_t stamp_ns, std::int64_t now_ns) {
   if (stamp_ns == 0)
     return {"no_stamp", "its stamp is 0; the publisher must set the time of the measurement"};
   const double age = static_cast<double>(now_ns - stamp_ns) * 1e-9;
-  if (age < -0.005)  // as the daemon: a tick
+  if (age < -0.005)  // the daemon's limit: a tick
     return {"future", fmt::format("its stamp is {:.3f} s ahead of this computer; synchronise the "
                                   "clocks (chrony, PTP)",
                                   -age)};
-  if (age > 10.0)  // the stamp of another clock
+  if (age > 10.0)  // another clock's stamp
     return {"old", fmt::format("its stamp is {:.3f} s old; the publisher must use the system's "
                                "time (use_sim_time false), and the clocks must be synchronised",
                                age)};
@@ -75,7 +75,7 @@ void PoseIntake::take(const RosPose& pose, std::int64_t now_ns) {
   ++counts_["received"];
   if (!checked.refusal.empty()) {
     ++counts_["refused_" + checked.refusal];
-    // One message for each frame, and one for each other reason: those contain numbers.
+    // One message per wrong frame, and one per other reason, whose texts contain numbers.
     note(checked.refusal.ends_with("frame") ? checked.problem : checked.refusal,
          "a pose is refused: " + checked.problem);
     return;

@@ -18,7 +18,7 @@
 
 namespace odomd::tools {
 
-/// What the messages have in common. It points into one of them.
+/// The content that all message types share. Points into a message.
 struct RosPose {
   std::int64_t stamp_ns = 0;  ///< CLOCK_REALTIME
   std::string_view frame;
@@ -26,7 +26,7 @@ struct RosPose {
   double x = 0.0;
   double y = 0.0;
   std::array<double, 4> rotation{};    ///< quaternion x, y, z, w
-  const double* covariance = nullptr;  ///< as Covariance6; null: the message has none
+  const double* covariance = nullptr;  ///< laid out like Covariance6; null: none
 };
 
 struct CheckedPose {
@@ -45,11 +45,11 @@ class PoseIntake {
   explicit PoseIntake(PoseInput input) : input_(std::move(input)) {}
   virtual ~PoseIntake() = default;
 
-  /// Takes the poses that have come; waits for the first at most this long.
+  /// Takes the poses that have arrived; waits for the first pose at most this long.
   virtual void poll(std::chrono::milliseconds /*wait*/) {}
-  /// Checks the pose and sends it. Waits some milliseconds for a daemon that is behind.
+  /// Checks the pose and sends it. Waits some milliseconds for a daemon that does not keep up.
   void take(const RosPose& pose, std::int64_t now_ns);
-  /// Adds a message for people, unless one with this key was added before.
+  /// Adds a message for the user, unless one with this key was added before.
   void note(const std::string& key, const std::string& message);
   /// The messages since the last call.
   [[nodiscard]] std::vector<std::string> take_messages() { return std::exchange(messages_, {}); }

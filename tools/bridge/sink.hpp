@@ -1,5 +1,5 @@
-// The sinks of the bridge, what it passes to them, and the bridge itself: it follows the segment
-// and hands over what is due.
+// The sinks of the bridge, the samples that they receive, and the bridge itself: it follows the
+// segment and passes on the samples that are due.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ class Sink {
   Sink& operator=(const Sink&) = delete;
   virtual ~Sink() = default;
 
-  /// Never blocks for longer than a few milliseconds; what cannot be sent is counted.
+  /// Blocks for at most a few milliseconds; counts samples that cannot be sent.
   virtual void send(const BridgeSample& sample) = 0;
 
   struct Counts {
@@ -44,7 +44,7 @@ class Sink {
 
  protected:
   Counts counts_;
-  std::string name_;  ///< for people
+  std::string name_;  ///< for messages
 };
 
 /// The address that PlotJuggler listens on by default.
@@ -58,21 +58,21 @@ inline constexpr const char* plotjuggler_address = "127.0.0.1:9870";
 /// for an invalid address, std::runtime_error for an unknown host.
 [[nodiscard]] std::unique_ptr<Sink> open_udp(const std::string& address);
 
-/// nav_msgs/msg/Odometry on /odom, tf2_msgs/msg/TFMessage (map to odometry frame to base) on /tf,
-/// as ROS 2 sends them by default: reliable, volatile, keep last. A pose in the mode fault is not
-/// sent: these messages cannot mark it as invalid. Throws std::runtime_error if DDS is not
+/// Sends nav_msgs/msg/Odometry on /odom and tf2_msgs/msg/TFMessage (map to odometry frame to base)
+/// on /tf, with the defaults of ROS 2: reliable, volatile, keep last. A pose in the mode fault is
+/// not sent: these messages cannot mark it as invalid. Throws std::runtime_error if DDS is not
 /// available, std::invalid_argument for an invalid domain; CYCLONEDDS_URI configures DDS.
 [[nodiscard]] std::unique_ptr<Sink> open_dds(const BridgeOptions& options);
 
-/// The topic of the options. Throws std::runtime_error if DDS is not available.
+/// Receives the topic of the options. Throws std::runtime_error if DDS is not available.
 [[nodiscard]] std::unique_ptr<PoseIntake> open_pose_topic(const BridgeOptions& options);
 
 /// Sends until INT, TERM or the end of the duration, then prints a summary. On a terminal it shows
 /// the newest pose and the counts once a second, unless the summary is JSON. Waits if there is no
-/// daemon, and reconnects when it restarts. Polls `intake`, if there is one, all the while, and
-/// without sinks does nothing else. It only reads the segment, so it cannot delay the daemon.
-/// Throws std::invalid_argument for an invalid segment name, std::runtime_error if the segment is
-/// refused or the duration passed without a daemon.
+/// daemon, and reconnects when it restarts. Meanwhile polls `intake`, if there is one; without
+/// sinks it does nothing else. It only reads the segment, so it cannot delay the daemon. Throws
+/// std::invalid_argument for an invalid segment name, std::runtime_error if the segment is refused
+/// or the duration passed without a daemon.
 void run_bridge(const BridgeOptions& options, const std::vector<std::unique_ptr<Sink>>& sinks,
                 PoseIntake* intake);
 
