@@ -101,7 +101,7 @@ CameraPose CameraFault::changed(const CameraPose& pose, std::uint64_t number) {
           nanoseconds(size * static_cast<double>(pose.arrival_ns - span_.begin_ns) * 1e-9);
       break;
     case Act::mixed: {
-      // 0, -1, 2, 1, 4, 3, ...
+      // The pictures' numbers: 0, 1, 2, 1, 4, 3, 6, 5, ...
       const CameraPose before = std::exchange(shown_[0], std::exchange(shown_[1], pose));
       if (number % 2 == 1 && number > 1) {
         result.x = before.x;

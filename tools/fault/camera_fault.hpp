@@ -19,7 +19,7 @@ class CameraFault {
   /// `fault` must be one of the camera's.
   CameraFault(const Fault& fault, Span span);
 
-  /// Takes a pose and appends those that are output by its arrival time.
+  /// Takes a pose and appends the poses that are output by its arrival time.
   void take(const estimator::CameraPose& pose, std::vector<estimator::CameraPose>& out);
   /// Appends the poses held back until `now_ns`.
   void release(std::int64_t now_ns, std::vector<estimator::CameraPose>& out);
@@ -35,10 +35,10 @@ class CameraFault {
   Fault fault_;
   Span span_;
   sim::RandomStream random_;
-  std::optional<estimator::CameraPose> latest_;   ///< before the fault
+  std::optional<estimator::CameraPose> latest_;   ///< the last one before the fault
   std::array<estimator::CameraPose, 2> shown_{};  ///< the two poses before this one
   std::uint64_t poses_ = 0;                       ///< received during the fault
-  std::vector<estimator::CameraPose> held_;       ///< by arrival
+  std::vector<estimator::CameraPose> held_;       ///< in order of arrival
 };
 
 }  // namespace odomd::fault

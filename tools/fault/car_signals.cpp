@@ -132,7 +132,7 @@ void CarSignals::protect(std::size_t message, can::Frame& frame,
     protection->protect({frame.data.data(), frame.length}, counter);
 }
 
-// There is no counter before the first; for any other it is the one below.
+// protect() continues from the previous counter: none before 0, otherwise one less.
 void CarSignals::repair(std::size_t message, can::Frame& frame,
                         const can::E2eState& own) const noexcept {
   can::E2eState before;

@@ -1,5 +1,5 @@
-// Converts frames to values and back, as mapped by a configuration, to apply faults to them. Both
-// ways in SI units; writing changes only the bits of the signal.
+// Converts frames to values and back, as mapped by a configuration, to apply faults to them. Values
+// are in SI units; writing changes only the bits of the signal.
 #pragma once
 
 #include <cstddef>
@@ -30,13 +30,13 @@ class CarSignals {
   CarSignals(const daemon::CanConfig& config, std::span<const can::Database> databases,
              std::span<const std::string> bus_names);
 
-  /// The bound message of a frame; nothing if no binding uses it.
+  /// The bound message of a frame; empty if no binding uses the frame.
   [[nodiscard]] std::optional<std::size_t> message_of(const can::Frame& frame) const noexcept;
 
   /// Whether the message carries one of the sources.
   [[nodiscard]] bool carries(std::size_t message, std::uint32_t sources) const noexcept;
 
-  /// The values in a frame, at most can::max_samples_per_frame; returns how many.
+  /// Reads the values in a frame, at most can::max_samples_per_frame; returns their number.
   std::size_t read(std::size_t message, const can::Frame& frame,
                    std::span<Reading> readings) const noexcept;
 

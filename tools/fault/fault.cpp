@@ -42,7 +42,7 @@ struct Quantity {
   std::string_view rate_unit;
   double stuck;
   double bias;
-  double ramp;  // a second
+  double ramp;  // per second
 };
 constexpr Quantity turn_rate{"rad/s", "rad/s2", 0.5, 0.2, 0.05};
 constexpr Quantity acceleration{"m/s2", "m/s3", 2.0, 3.0, 0.5};

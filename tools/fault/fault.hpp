@@ -1,5 +1,5 @@
-// Faults: the parts of a car that fail and their ways to fail (a kind is a part and a way,
-// "gyro.frozen"), and when and by how much one does.
+// Faults: which part of a car fails and how (together the kind, "gyro.frozen"), when, and by how
+// much.
 #pragma once
 
 #include <cmath>
@@ -45,7 +45,7 @@ enum class Act : std::uint8_t {
 };
 
 /// The default size of a fault and its unit: "rad/s", "s", "x" (a factor), "sigma" (times the
-/// stated one), "share" (of the frames); empty if it has no size.
+/// stated sigma), "share" (of the frames); empty if it has no size.
 struct Magnitude {
   double value = 0.0;
   std::string_view unit;
@@ -55,7 +55,7 @@ struct ActInfo {
   Act act;
   std::string_view name;
   std::string_view what;
-  Magnitude magnitude;  ///< empty where it depends on the part, too: default_magnitude()
+  Magnitude magnitude;  ///< empty if it depends on the part, too: default_magnitude()
 };
 [[nodiscard]] std::span<const ActInfo> acts() noexcept;
 
@@ -78,8 +78,8 @@ struct Kind {
 
 [[nodiscard]] Magnitude default_magnitude(Kind kind) noexcept;
 
-/// The sources that the car must do without once the fault is known. None if the fault affects the
-/// stamps of the whole bus.
+/// The sources that the car must do without once the fault is known. None for a fault of the whole
+/// bus.
 [[nodiscard]] Sources sources_of(Kind kind) noexcept;
 
 struct Fault {
@@ -100,7 +100,7 @@ struct Fault {
 /// Throws std::invalid_argument for a time or a size that the kind cannot have.
 void check(const Fault& fault);
 
-/// When a fault acts, in the drive's own time: from begin_ns on, before end_ns.
+/// The time in which a fault acts, on the drive's clock: begin_ns <= t < end_ns.
 struct Span {
   std::int64_t begin_ns = 0;
   std::int64_t end_ns = 0;

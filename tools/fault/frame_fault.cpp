@@ -11,9 +11,9 @@ namespace {
 
 using estimator::Source;
 
-constexpr std::int64_t after_it_ns = 1000;  // the second of two frames that leave at once
+constexpr std::int64_t after_it_ns = 1000;  // delay of the second of two frames that leave at once
 
-// How quickly a wheel spins up or locks.
+// Time constant of a wheel that spins up or locks.
 constexpr double spinning_up_s = 0.15;
 
 using Pair = std::pair<Source, Source>;
@@ -23,7 +23,7 @@ constexpr std::array front_and_rear{Pair{Source::wheel_front_left, Source::wheel
                                     Pair{Source::wheel_front_right, Source::wheel_rear_right}};
 constexpr std::array x_and_y{Pair{Source::accel_x, Source::accel_y}};
 
-/// Itself where it is in no pair.
+/// The other source of the pair; itself if it is in no pair.
 Source exchanged(Source source, std::span<const Pair> pairs) {
   for (const auto& [first, second] : pairs) {
     if (source == first) return second;
@@ -206,7 +206,7 @@ void FrameFault::keep_order(std::optional<std::size_t> message, const can::Frame
   }
 }
 
-// In whole microseconds, as in most logs.
+// Shifts the stamp by whole microseconds, the resolution of most logs.
 void FrameFault::stamp_anew(std::optional<std::size_t> message, const can::Frame& frame,
                             std::vector<can::Frame>& out) {
   const double share = fault_.kind.act == Act::jittered ? random_.uniform(-1.0, 1.0) : 1.0;
@@ -214,7 +214,7 @@ void FrameFault::stamp_anew(std::optional<std::size_t> message, const can::Frame
   leave_at(frame.time_ns + shift_ns, message, frame, out);
 }
 
-// A frame with a later stamp arrives later; one with an earlier stamp arrives when it did.
+// A frame with a later stamp also arrives later; with an earlier stamp, its arrival is unchanged.
 void FrameFault::leave_at(std::int64_t time_ns, std::optional<std::size_t> message,
                           const can::Frame& frame, std::vector<can::Frame>& out) {
   can::Frame stamped = frame;
@@ -243,7 +243,7 @@ void FrameFault::reorder(std::size_t message, const can::Frame& frame,
   first.reset();
 }
 
-// Counters as the sender of the output frames would set them.
+// Sets counters as the sender of the output frames would.
 void FrameFault::renumber(std::optional<std::size_t> message, can::Frame& frame) {
   if (!message || !touches(message)) return;
   can::E2eState& last = counters_[*message][frame.bus];

@@ -15,12 +15,12 @@ namespace odomd::fault {
 
 class FrameFault {
  public:
-  /// Of any kind except the camera's. `sigma`: the stated noise of each source; `span`: when the
-  /// fault acts. `signals` must outlive this.
+  /// `fault` may be of any kind except the camera's. `sigma`: the stated noise of each source;
+  /// `span`: when the fault acts. `signals` must outlive this.
   FrameFault(const CarSignals& signals, const std::array<double, estimator::source_count>& sigma,
              const Fault& fault, Span span);
 
-  /// Takes a frame and appends those that are output by then, in order.
+  /// Takes a frame and appends the frames that are output by its time, in order.
   void take(const can::Frame& frame, std::vector<can::Frame>& out);
 
   /// Appends the frames held back until `now_ns`; with the largest time, all.
@@ -32,7 +32,7 @@ class FrameFault {
  private:
   struct Seen {
     std::optional<double> latest;  ///< as received
-    std::optional<double> held;    ///< when the fault began
+    std::optional<double> held;    ///< the latest value when the fault began
   };
   using Counters = std::array<can::E2eState, can::max_buses>;
 
@@ -61,10 +61,10 @@ class FrameFault {
   std::array<double, estimator::source_count> sigma_{};
   std::array<Seen, estimator::source_count> seen_{};
   std::array<Reading, can::max_samples_per_frame> readings_{};
-  std::vector<can::Frame> held_;                          ///< by output time
-  std::vector<std::optional<can::Frame>> first_of_pair_;  ///< by message
-  std::vector<Counters> counters_;                        ///< by message: of the last output frame
-  std::vector<std::int64_t> stamped_ns_;  ///< by message, and of all others: the last stamp
+  std::vector<can::Frame> held_;                          ///< in order of output time
+  std::vector<std::optional<can::Frame>> first_of_pair_;  ///< per message
+  std::vector<Counters> counters_;                        ///< per message: of the last output frame
+  std::vector<std::int64_t> stamped_ns_;  ///< last stamp per message, then of all other frames
   bool renumbers_ = false;
   std::uint64_t acted_on_ = 0;
 };

@@ -1,7 +1,7 @@
-// Several faults at once in a stream of frames or camera poses, and in whole logs.
+// Applies several faults at once to a stream of frames or camera poses, and to whole logs.
 //
 //   Injector injector(config, databases, bus_names, faults);
-//   injector.take(frame, out);  // out: what leaves by now
+//   injector.take(frame, out);  // out: the frames that leave by now
 //   injector.release(all_of_them, out);
 #pragma once
 
@@ -32,7 +32,7 @@ struct Acted {
   std::uint64_t count = 0;
 };
 
-/// Faults that act one after the other, in the order given, each of them a `Stage` for an `Item`.
+/// Applies faults one after the other, in the given order; each has a `Stage` for `Item`s.
 template <typename Stage, typename Item>
 class Chain {
  public:
@@ -45,12 +45,12 @@ class Chain {
     for (const Fault& fault : faults_) stages_.push_back(stage_for(fault));
   }
 
-  /// Takes a frame or pose and appends those that are output by then.
+  /// Takes a frame or pose and appends the items that are output by its time.
   void take(const Item& item, std::vector<Item>& out) {
     in_.assign(1, item);
     pass(0, out);
   }
-  /// Appends those held back until `now_ns`.
+  /// Appends the items held back until `now_ns`.
   void release(std::int64_t now_ns, std::vector<Item>& out) {
     for (std::size_t stage = 0; stage < stages_.size(); ++stage) {
       in_.clear();
@@ -82,13 +82,13 @@ class Chain {
   std::vector<Item> in_, next_;
 };
 
-/// The faults of the camera, in a stream of its poses; others are ignored.
+/// Applies the camera's faults to a stream of its poses; ignores other faults.
 class CameraInjector : public Chain<CameraFault, estimator::CameraPose> {
  public:
   CameraInjector(std::span<const Fault> faults, std::int64_t start_ns);
 };
 
-/// The other faults, in a stream of frames.
+/// Applies all faults except the camera's to a stream of frames.
 class Injector : public Chain<FrameFault, can::Frame> {
  public:
   /// Throws std::invalid_argument if the configuration does not fit the databases, or does not map
@@ -96,7 +96,7 @@ class Injector : public Chain<FrameFault, can::Frame> {
   Injector(const daemon::Config& config, std::span<const can::Database> databases,
            std::span<const std::string> bus_names, std::span<const Fault> faults);
 
-  /// The time from which the faults' times count; by default the first frame's stamp.
+  /// Sets the time from which the faults' times count; by default the first frame's stamp.
   void start(std::int64_t start_ns);
 
   void take(const can::Frame& frame, std::vector<can::Frame>& out);
@@ -120,11 +120,11 @@ struct Streamed {
 enum class Flush : std::uint8_t { at_the_end, every_frame };
 
 /// Writes the output of the injector like candump -L: stamps in microseconds, or in nanoseconds if
-/// they have them. Throws like LogReader, and std::runtime_error if it cannot write.
+/// the input has them. Throws like LogReader, and std::runtime_error if it cannot write.
 Streamed write_log(can::LogReader& log, const can::BusNames& buses, Injector& injector,
                    std::ostream& out, Flush flush, const tools::ReportProgress& progress);
 
-/// The rows of a camera log, with their header.
+/// Writes a camera log with its header.
 Streamed write_camera_log(const std::vector<estimator::CameraPose>& poses, CameraInjector& injector,
                           std::ostream& out);
 

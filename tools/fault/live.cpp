@@ -16,7 +16,7 @@ namespace odomd::fault {
 namespace {
 
 constexpr std::int64_t between_looks_ns = 200'000'000;
-constexpr int most_messages = 64;  // of one camera at a time
+constexpr int most_messages = 64;  // per camera and call
 
 std::vector<std::string> buses_with(const std::string& interface, const daemon::Config& config,
                                     can::BusNames& buses) {

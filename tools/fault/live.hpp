@@ -1,5 +1,5 @@
-// Faults between a car and its daemon: frames from one CAN interface to another, camera poses from
-// a socket of our own to the daemon's.
+// Applies faults between a car and its daemon: relays frames from one CAN interface to another, and
+// camera poses from a new socket to the daemon's.
 #pragma once
 
 #include <cstdint>
@@ -25,17 +25,17 @@ namespace odomd::fault {
 /// CLOCK_MONOTONIC, the clock of live operation.
 [[nodiscard]] std::int64_t monotonic_ns();
 
-/// Frames from one interface to another.
+/// Relays frames from one interface to another.
 class BusRelay {
  public:
-  /// Faults begin to count at `start_ns`. Throws like SocketCanSource, CanOutput and Injector, and
-  /// std::invalid_argument if there is no interface `from`, or both are the same.
+  /// The faults' times count from `start_ns`. Throws like SocketCanSource, CanOutput and Injector,
+  /// and std::invalid_argument if there is no interface `from`, or both are the same.
   BusRelay(const std::string& from, const std::string& to, const daemon::Config& config,
            std::span<const can::Database> databases, std::span<const Fault> faults,
            std::int64_t start_ns);
 
-  /// Forwards received frames and those that are due. Throws std::runtime_error if frames cannot be
-  /// sent, or the interface they come from has gone.
+  /// Forwards received frames, and held-back frames that are due. Throws std::runtime_error if
+  /// frames cannot be sent, or the interface `from` has disappeared.
   void pass_on(std::int64_t now_ns);
 
   [[nodiscard]] std::uint64_t received() const noexcept { return received_; }
@@ -54,7 +54,7 @@ class BusRelay {
   std::uint64_t sent_ = 0;
 };
 
-/// Camera poses from a socket that this creates to the daemon's.
+/// Relays camera poses from a socket that it creates to the daemon's.
 class CameraRelay {
  public:
   /// Waits `wait_s` seconds for the daemon. Throws like LocalSocket and CameraFeed.
@@ -71,7 +71,7 @@ class CameraRelay {
 
  private:
   void take(const odom_camera_message& message, std::int64_t now_ns);
-  /// False once the other end has gone.
+  /// Returns false once the other end has closed.
   [[nodiscard]] bool read(int connection, std::int64_t now_ns);
 
   daemon::LocalSocket socket_;
@@ -79,7 +79,7 @@ class CameraRelay {
   CameraInjector injector_;
   std::vector<FileDescriptor> connections_;
   std::vector<estimator::CameraPose> leaving_;
-  odom_clock clock_ = ODOM_CLOCK_MONOTONIC;  ///< of the captures, by the newest message
+  odom_clock clock_ = ODOM_CLOCK_MONOTONIC;  ///< of capture times, from the newest message
   std::uint64_t received_ = 0;
   std::uint64_t sent_ = 0;
   std::uint64_t refused_ = 0;
