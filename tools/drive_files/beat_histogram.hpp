@@ -18,8 +18,8 @@ using BeatBuckets = std::array<std::uint64_t, ODOM_HISTOGRAM_BUCKETS>;
 struct BeatHistogram {
   std::string source;  ///< the file, or the segment
   std::uint64_t ticks = 0;
-  std::uint64_t missed = 0;  ///< numbers that were skipped
-  BeatBuckets wakeup{};      ///< by the buckets of odom_beat
+  std::uint64_t missed = 0;  ///< skipped tick numbers
+  BeatBuckets wakeup{};      ///< in the buckets of odom_beat
   BeatBuckets execution{};   ///< all zero if it was not measured
   std::int64_t max_wakeup_ns = 0;
   std::int64_t max_execution_ns = 0;
@@ -34,7 +34,7 @@ struct BeatRow {
   std::uint64_t camera_messages = 0;
   std::uint64_t camera_poses = 0;
   std::uint32_t conditions = 0;
-  std::string realtime_offset_ns;  ///< for people, as the file has it
+  std::string realtime_offset_ns;  ///< not used by odom; as in the file
   std::string record;              ///< fingerprint of what was published, 16 hexadecimal digits
 };
 inline constexpr auto beat_columns = [](auto&& cell, auto& row) {
@@ -50,10 +50,10 @@ inline constexpr auto beat_columns = [](auto&& cell, auto& row) {
   cell("record", row.record);
 };
 
-/// Reads those of a running daemon, since its start.
+/// The histograms of a running daemon, since its start.
 [[nodiscard]] BeatHistogram beat_histogram(const odom_beat& beat, const std::string& source);
 
-/// Reads a beat.csv, of which the first three columns are enough. Throws std::invalid_argument with
+/// Reads a beat.csv; only its first three columns are required. Throws std::invalid_argument with
 /// file, line and column if it is not usable.
 [[nodiscard]] BeatHistogram read_beat_log(const std::filesystem::path& file);
 

@@ -17,7 +17,7 @@ constexpr std::string_view unknown = " is unknown; use a file of odom replay --i
 constexpr std::array<std::string_view, 3> axes{"1", "2", "3"};
 constexpr std::size_t degrees_column = 3, first_sigma_column = 7;
 
-// The variances stand in the file as their roots.
+// The file contains the square roots of the variances.
 constexpr auto columns = [](auto&& cell, auto& row) {
   cell("t", row.time_ns);
   cell("source", Word{row.source, estimator::source_names, unknown});

@@ -54,7 +54,7 @@ class PoseFile {
 
   std::ostream& out_;
   std::vector<Row> added_;
-  std::vector<Row> written_;  // these two belong to the writing thread
+  std::vector<Row> written_;  // used by the writing thread, like text_
   std::string text_;
   std::future<void> writing_;  // declared last: its destructor waits for the thread
 };

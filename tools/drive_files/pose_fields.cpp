@@ -73,7 +73,7 @@ constexpr std::array fields{
     PoseField{"beat/execution", "", [](P, D d) { return seconds(d.execution_ns); }},
 };
 
-// Characters that need no escaping in JSON: our names and roles use no others.
+// Escapes a text for JSON. Control characters become blanks: names and roles have none.
 void append_escaped(std::string& out, std::string_view text) {
   for (const char c : text) {
     if (c == '"' || c == '\\') out += '\\';

@@ -12,16 +12,15 @@ namespace odomd::tools {
 
 /// One number. SI units.
 struct PoseField {
-  std::string_view path;    ///< "map/x"; fields of one group stand together
+  std::string_view path;    ///< "map/x"; fields of one group are adjacent
   std::string_view column;  ///< in a pose file (pose_csv.hpp); empty: not in the file
   double (*value)(const odom_pose& pose, const odom_details& details);
   bool is_count = false;
 };
 
-/// All of them.
 [[nodiscard]] std::span<const PoseField> pose_fields();
 
-/// The field `mode`, an odom_mode, in a pose file is a name.
+/// The field `mode`, an odom_mode; a pose file contains its name.
 inline constexpr std::string_view mode_path = "mode";
 
 /// A JSON object of numbers and texts whose names may be paths of two parts; members of one group

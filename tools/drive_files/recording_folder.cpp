@@ -118,7 +118,7 @@ void RecordingFolder::take(const daemon::TickMark& mark, std::span<const can::Fr
   const bool first = counts_.first_tick == 0;
   if (first) begin(mark);
   for (can::Frame frame : frames) {
-    // Without a stamp it gets the time at which it was read, in the pipeline and in a replay alike.
+    // A frame without a stamp gets the time when it was read, in the pipeline and in a replay.
     frame.time_ns = frame.time_ns > 0 ? frame.time_ns + clock_offset_ns_ : 0;
     can::append_candump_line(frames_.text(), frame, start_.buses.at(frame.bus),
                              can::StampDecimals::nine);
@@ -188,7 +188,7 @@ void RecordingFolder::write_info(const std::string& end) {
     info["camera_poses"] = counts_.cameras;
     info["end"] = end;
   }
-  // Completely or not at all.
+  // Writes the file completely or not at all.
   const auto path = folder_ / recorded_info;
   const auto fresh = folder_ / "info.json.part";
   write_whole(fresh, info.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n');

@@ -15,7 +15,7 @@
 
 namespace odomd::tools {
 
-// The names in the folder.
+// The names of the files in the folder.
 inline constexpr const char* recorded_frames = "can.log";
 inline constexpr const char* recorded_cameras = "camera.csv";
 inline constexpr const char* recorded_beat = "beat.csv";
@@ -27,7 +27,7 @@ inline constexpr const char* recorded_config = "car.toml";
 /// The version of the folder's formats.
 inline constexpr int recording_format = 1;
 
-/// What odomd sends before its ticks.
+/// The data that odomd sends before its ticks.
 struct RecordingStart {
   nlohmann::ordered_json hello;
   std::vector<daemon::RecordingFile> files;
@@ -41,8 +41,8 @@ class GrowingFile {
   explicit GrowingFile(std::filesystem::path path);
 
   [[nodiscard]] std::string& text() { return text_; }  ///< to append to
-  void write();                                        ///< passes what was appended to the system
-  void sync();                                         ///< writes it to the disk
+  void write();                                        ///< passes the appended text to the system
+  void sync();                                         ///< writes the file to the disk
   [[nodiscard]] std::uint64_t bytes() const { return bytes_ + text_.size(); }
 
  private:
@@ -53,11 +53,11 @@ class GrowingFile {
 };
 
 struct RecordingCounts {
-  std::uint64_t ticks = 0;  ///< recorded, without the first, from whose state a replay starts
+  std::uint64_t ticks = 0;  ///< recorded, except the first, whose state starts a replay
   std::uint64_t frames = 0;
   std::uint64_t cameras = 0;
   std::uint64_t unusable_cameras = 0;  ///< messages that are not a pose
-  std::uint64_t first_tick = 0;        ///< its number, and the newest's
+  std::uint64_t first_tick = 0;        ///< number of the first tick; next: of the newest
   std::uint64_t last_tick = 0;
 };
 
@@ -71,8 +71,8 @@ class RecordingFolder {
   void take(const daemon::TickMark& mark, std::span<const can::Frame> frames,
             std::span<const estimator::CameraPose> cameras);
 
-  /// Writes everything to the disk, the ticks after their inputs: if the machine fails afterwards,
-  /// the ticks on the disk are complete.
+  /// Writes everything to the disk, the ticks after their inputs, so that the ticks on the disk are
+  /// complete even if the machine fails.
   void flush();
 
   /// Ends the recording; `why` is written to info.json.

@@ -1,5 +1,5 @@
-// Files with a row a line, from one table of their columns: a function that hands the name and the
-// value of every column to `cell`, in the order of the file. Header, writer and reader follow.
+// Files with one row per line, defined by one table of columns: a function that passes the name and
+// the value of every column to `cell`, in the order of the file. Header, writer and reader use it.
 //
 //   inline constexpr auto point_columns = [](auto&& cell, auto& point) {
 //     cell("t", point.t_ns);              // std::int64_t: a time, in seconds
@@ -20,7 +20,7 @@
 
 namespace odomd::tools {
 
-/// An enumerator by its name; `otherwise` says what to do about another word.
+/// An enumerator, in the file its name; `otherwise` is the error's end at another word.
 template <typename T, typename Names>
 struct Word {
   T& value;
@@ -63,7 +63,8 @@ void append_row(std::string& out, const auto& columns, const auto& row, int deci
   out.back() = '\n';
 }
 
-/// The reader's row: of its first columns, which are `columns`, those that it has.
+/// The reader's current row. `columns` must be the reader's first columns; absent ones keep their
+/// defaults.
 template <typename Row>
 [[nodiscard]] Row read_row(const CsvReader& reader, const auto& columns) {
   Row row{};

@@ -13,10 +13,10 @@
 namespace odomd::tools {
 namespace {
 
-// Where the columns stand: those of a point, what only a pose in the map has, and further ones.
+// Indices of the first column of the motion, and of the columns that only a pose in the map has.
 constexpr std::size_t motion = 4, sigma = 7;
 
-// The variances stand in the file as their roots.
+// The file contains the square roots of the variances.
 constexpr auto map_columns = [](auto&& cell, auto& point) {
   point_columns(cell, point);
   auto& [xx, xy, xyaw, yy, yyaw, yawyaw] = point.covariance;
@@ -34,7 +34,7 @@ void square(double& value, const CsvReader& reader, std::size_t column) {
   value *= value;
 }
 
-// The yaw nearest to the previous one.
+// The same angle, less than half a turn from the previous one.
 double unwrapped(double angle, double before) {
   return before + std::remainder(angle - before, 2.0 * std::numbers::pi);
 }

@@ -1,5 +1,5 @@
-// Trajectories from files with the columns t,x,y,yaw and, where present, vx,vy,yaw_rate: references
-// and outputs of odom replay; and the point of one where a daemon was at a tick.
+// Reads trajectories from files with the columns t,x,y,yaw and, if present, vx,vy,yaw_rate:
+// references and outputs of odom replay. Converts published poses to points of a trajectory.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +32,7 @@ struct TrajectoryPoint {
   double reset_count = 0.0;  ///< number of jumps of the pose; 0 if the file does not contain it
 };
 
-/// Of a reference; a pose file has more.
+/// The columns of a reference; a pose file has more.
 inline constexpr auto point_columns = [](auto&& cell, auto& point) {
   cell("t", point.t_ns);
   cell("x", point.pose.x);
@@ -44,12 +44,12 @@ inline constexpr auto point_columns = [](auto&& cell, auto& point) {
 };
 
 struct Trajectory {
-  std::string name;                     ///< the file, as it was called
+  std::string name;                     ///< the file as the user named it
   std::vector<TrajectoryPoint> points;  ///< at least one; times strictly increasing
   bool has_motion = false;
-  bool has_covariance = false;  ///< from sigma_x, sigma_y, sigma_yaw; off-diagonal where given
-  std::vector<std::vector<double>> columns;  ///< further ones that were asked for, a value a point;
-                                             ///< empty: the file does not have it
+  bool has_covariance = false;  ///< from sigma_x, sigma_y, sigma_yaw; off-diagonals if given
+  std::vector<std::vector<double>> columns;  ///< the requested further columns, a value per point;
+                                             ///< empty: not in the file
   bool is_camera = false;  ///< a camera's poses as a reference: the covariance is their noise
   std::int64_t bridge_ns = std::numeric_limits<std::int64_t>::max();  ///< a longer gap between two
                                                                       ///< rows is not interpolated
@@ -58,7 +58,7 @@ struct Trajectory {
 
 /// The pose of a pose file to read.
 enum class Frame : std::uint8_t {
-  map,   ///< x, y, yaw: jumps where a filter takes in a camera pose or is reset
+  map,   ///< x, y, yaw: jumps when a filter uses a camera pose or is reset
   odom,  ///< odom_x, odom_y, odom_yaw: without jumps and without covariance
 };
 
@@ -74,11 +74,11 @@ enum class Frame : std::uint8_t {
                                          Frame frame = Frame::map,
                                          const std::vector<std::string>& further = {});
 
-/// The point at a time: linear between neighbours (yaw is unwrapped, so this is the shorter way;
-/// velocities and covariance likewise). Nothing outside the span, and in a gap of over bridge_ns.
+/// The point at a time, interpolated linearly, also velocities and covariance (yaw is unwrapped, so
+/// it turns the shorter way). Empty if the time is outside the span or in a gap over bridge_ns.
 [[nodiscard]] std::optional<TrajectoryPoint> at(const Trajectory& trajectory, std::int64_t t_ns);
 
-/// The point at a time between those of `a` and `b`.
+/// The point at a time between `a` and `b`, interpolated linearly.
 [[nodiscard]] TrajectoryPoint between(const TrajectoryPoint& a, const TrajectoryPoint& b,
                                       std::int64_t t_ns);
 
