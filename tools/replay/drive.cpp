@@ -17,22 +17,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// `name` in the folder, where it is there.
+/// `name` in the folder, if it exists.
 std::optional<fs::path> file_in(const fs::path& folder, const char* name) {
   std::error_code ignored;
   const fs::path file = folder / name;
   return fs::exists(file, ignored) ? std::optional(file) : std::nullopt;
 }
 
-/// "lap" of "drives/lap/" and of ".".
+/// "lap" for "drives/lap/", and for "." in it.
 std::string name_of(const fs::path& folder) {
   std::error_code failed;
   const fs::path whole = fs::canonical(folder, failed);
   return failed || !whole.has_filename() ? folder.string() : whole.filename().string();
 }
 
-/// A configuration that lies elsewhere may lie there without its databases: then those of the same
-/// name in the folder are meant.
+/// Replaces missing databases by those of the same name in the folder: a configuration elsewhere
+/// may lie there without its databases.
 void look_for_databases_in(const fs::path& folder, std::vector<fs::path>& databases) {
   std::error_code ignored;
   for (fs::path& database : databases)
@@ -56,7 +56,7 @@ daemon::Config config_of(const DriveFiles& files) {
 
 void read_camera(Drive& drive, const fs::path& file, CameraUse use) try {
   CameraLog camera = read_camera_log(file);
-  // Left out, and not in place of a reference either: nobody is to fix it.
+  // Poses that are neither used nor in place of a reference need no fix.
   if (use == CameraUse::take || !drive.reference) append(drive.warnings, camera.warnings);
   if (camera.poses.empty() && drive.config.camera.configured && use == CameraUse::take)
     drive.warnings.push_back(no_camera_pose(file));

@@ -22,14 +22,14 @@ namespace odomd::tools {
 
 /// What to do with an existing camera.csv.
 enum class CameraUse : std::uint8_t {
-  take,       ///< its poses come in when they arrived
+  take,       ///< use its poses at their times of arrival
   leave_out,  ///< dead reckoning
 };
 
 struct DriveFiles {
   std::filesystem::path folder;
-  std::filesystem::path config;  ///< instead of the folder's car.toml; a database that is not where
-                                 ///< it says is taken from the folder
+  std::filesystem::path config;     ///< instead of the folder's car.toml; a database that is not at
+                                    ///< its path is taken from the folder
   std::filesystem::path reference;  ///< instead of the folder's truth.csv
   CameraUse camera = CameraUse::take;
   can::Damage damage = can::Damage::left_out;
@@ -39,23 +39,23 @@ struct DriveFiles {
 struct Drive {
   std::string name;  ///< of the folder
   std::filesystem::path folder;
-  daemon::Config config;  ///< with the time-outs that the databases give
+  daemon::Config config;  ///< with the timeouts from the databases
   std::vector<can::Database> databases;
-  std::vector<std::string> buses;                       ///< as the frames are numbered
-  std::vector<can::Frame> frames;                       ///< in the order in which a tick takes them
+  std::vector<std::string> buses;                       ///< index: Frame::bus
+  std::vector<can::Frame> frames;                       ///< in the order in which ticks use them
   std::vector<can::Frame> unmapped;                     ///< of no mapped message
-  std::vector<estimator::CameraPose> cameras;           ///< that come in
-  std::vector<estimator::CameraPose> cameras_left_out;  ///< those of CameraUse::leave_out
-  std::optional<Trajectory> reference;                  ///< as the file has it
-  bool closed_loop = false;  ///< where there is no reference: ends where it began
+  std::vector<estimator::CameraPose> cameras;           ///< for the replay
+  std::vector<estimator::CameraPose> cameras_left_out;  ///< with CameraUse::leave_out
+  std::optional<Trajectory> reference;                  ///< as in the file
+  bool closed_loop = false;  ///< without a reference: the drive ends where it began
   diagnostics::Diagnostics warnings;
 };
 
-/// Throws std::invalid_argument where it is none.
+/// Throws std::invalid_argument if it is not a folder.
 void check_folder(const std::filesystem::path& folder);
 
-/// The log of a drive's folder: drive.log (odom sim), else can.log (odom record); nothing if
-/// neither exists. need_log_in() throws std::invalid_argument then.
+/// The log of a drive's folder: drive.log (odom sim), otherwise can.log (odom record). If neither
+/// exists, log_in() is empty and need_log_in() throws std::invalid_argument.
 [[nodiscard]] std::optional<std::filesystem::path> log_in(const std::filesystem::path& folder);
 [[nodiscard]] std::filesystem::path need_log_in(const std::filesystem::path& folder);
 
@@ -69,8 +69,9 @@ void check_folder(const std::filesystem::path& folder);
 /// read_drive if there is no configuration.
 [[nodiscard]] std::vector<std::filesystem::path> files_of(const DriveFiles& files);
 
-/// Opens logs for the frames of mapped messages. `buses` numbers their buses, after those that the
-/// configuration names. Other frames go to `unmapped`, if given. Throws as can::MergedLog does.
+/// Opens logs for the frames of mapped messages. `buses` numbers the buses that the configuration
+/// names first, then the logs' others. Other frames go to `unmapped`, if given. Throws as
+/// can::MergedLog does.
 [[nodiscard]] can::MergedLog open_mapped_log(
     const daemon::Config& config, std::span<const can::Database> databases,
     std::span<const std::string> logs, can::BusNames& buses, can::Damage damage,

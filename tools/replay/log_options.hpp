@@ -6,7 +6,7 @@
 
 namespace odomd::tools {
 
-/// --strict, the last of a command's options.
+/// Adds --strict, the last of a command's options.
 void add_strict(Command command, can::Damage& damage);
 
 }  // namespace odomd::tools

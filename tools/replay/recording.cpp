@@ -25,14 +25,14 @@
 namespace odomd::tools {
 namespace {
 
-/// The recorded frames, in the order in which they were taken in.
+/// The recorded frames, in the order in which the daemon used them.
 class FrameLog {
  public:
   FrameLog(const Recording& recording, can::BusNames& buses)
       : offset_ns_(recording.clock_offset_ns) {
     const auto file = recording.folder / recorded_frames;
     static_cast<void>(open_input(file));
-    // A quiet bus leaves a file without a line.
+    // A silent bus leaves an empty file.
     if (std::filesystem::file_size(file) > 0)
       reader_.emplace(file.string(), buses, can::Damage::refused);  // beat.csv counts its frames
   }
@@ -61,7 +61,7 @@ std::vector<estimator::CameraPose> camera_poses(const Recording& recording,
   return std::move(log.poses);
 }
 
-/// The drive, from its files into a pipeline.
+/// Feeds the drive from its files into a pipeline.
 class Drive {
  public:
   Drive(const Recording& recording, can::BusNames& buses, daemon::Pipeline& pipeline,
@@ -74,14 +74,14 @@ class Drive {
         frames_(recording, buses),
         cameras_(camera_poses(recording, warnings)) {}
 
-  /// The first row is the tick that the state is of: nothing was taken in.
+  /// Reads the first row: the tick of the saved state, which has no inputs.
   [[nodiscard]] BeatRow begin() {
     if (!beat_.next())
       throw std::invalid_argument(beat_.place() + ": contains no tick; the recording is empty");
     return before_ = read_row<BeatRow>(beat_, beat_columns);
   }
 
-  /// The next tick; nothing at the end.
+  /// Runs the next tick; null at the end.
   const daemon::TickRecord* next(ReplaySummary& summary) {
     if (!beat_.next()) return nullptr;
     const auto row = read_row<BeatRow>(beat_, beat_columns);
@@ -133,7 +133,7 @@ class Drive {
       pipeline_.take(cameras_[i]);
       ++summary.cameras;
     }
-    // The others were not usable, but count too.
+    // The other messages were not usable, but they count, too.
     const std::uint64_t poses = row.camera_poses - before_.camera_poses;
     for (std::uint64_t i = row.camera_messages - before_.camera_messages; i > poses; --i)
       pipeline_.take_malformed_camera_message();

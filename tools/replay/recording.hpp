@@ -1,5 +1,5 @@
-// Reads a recording: its configuration, and the drive through the pipeline tick by tick as it was
-// live. docs/recording.md has the formats.
+// Reads a recording: its configuration, and its drive, which it replays through the pipeline tick
+// by tick as it was live. docs/recording.md has the formats.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace odomd::tools {
 
 struct Recording {
   std::filesystem::path folder;
-  daemon::Config config;  ///< as it was in force
+  daemon::Config config;  ///< in force during the drive
   std::vector<can::Database> databases;
   std::vector<std::string> buses;
   bool camera_expected = false;
@@ -28,10 +28,10 @@ struct Recording {
   diagnostics::Diagnostics warnings;
 };
 
-/// Throws std::invalid_argument that names the file and what is wrong with it.
+/// Throws std::invalid_argument that names the file and the problem.
 [[nodiscard]] Recording open_recording(const std::filesystem::path& folder);
 
-/// A replayed tick, and the recorded one to compare it with.
+/// Receives a replayed tick, and the recorded tick to compare it with.
 using RecordedTickSink = std::function<void(const daemon::TickRecord& record, const BeatRow& live)>;
 
 /// Why the replayed poses may differ from the published ones; empty: they are identical.
@@ -43,8 +43,8 @@ struct RecordingReplay {
   diagnostics::Diagnostics warnings;
 };
 
-/// Replays it: the ticks that were published, each taking in what it took in. Every one is handed
-/// to `sink`. Where the state at its beginning cannot be used, it begins at the recorded pose.
+/// Replays the recording: its published ticks, each with the inputs that it had. Every tick is
+/// passed to `sink`. If the state at the beginning cannot be used, starts at the recorded pose.
 /// Throws std::invalid_argument for files that do not fit each other.
 RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink);
 

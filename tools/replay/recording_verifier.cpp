@@ -21,7 +21,7 @@ std::string_view field(std::string_view row, std::size_t index) {
   return row.substr(0, row.find(','));
 }
 
-/// Columns are only ever added at the end: the first ones, as many as an older row has.
+/// The first columns of a row, as many as an older row has: columns are only added at the end.
 std::string_view columns_as_in(std::string_view older, std::string_view row) {
   const std::size_t count = static_cast<std::size_t>(std::ranges::count(older, ',')) + 1;
   std::size_t end = 0;
@@ -54,12 +54,12 @@ void RecordingVerifier::take(const daemon::TickRecord& record, const BeatRow& li
   difference_ = fmt::format("tick {} (t = {}): {}", live.tick, t, *column);
 }
 
-// Most numbers are written in the shortest form that reads back to the same bits: rows are alike
-// when all these bits are. The fingerprint has the rest.
+// Most numbers are written in the shortest form that reads back to the same bits: equal rows mean
+// equal bits. The fingerprint covers the rest.
 std::optional<std::string> RecordingVerifier::differing_column(const daemon::TickRecord& record,
                                                                const BeatRow& live) {
   std::string recorded;
-  // A row without a newline was cut off when the machine failed: not compared.
+  // A row without a newline was cut off when the machine failed; it is not compared.
   if (!std::getline(poses_, recorded) || poses_.eof()) return std::nullopt;
   ++rows_;
   std::string replayed;

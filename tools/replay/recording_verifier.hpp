@@ -13,16 +13,16 @@ namespace odomd::tools {
 
 class RecordingVerifier {
  public:
-  /// Opens the recorded poses. Throws std::invalid_argument where they cannot be used.
+  /// Opens the recorded poses. Throws std::invalid_argument if they cannot be used.
   explicit RecordingVerifier(const std::filesystem::path& folder);
 
-  /// A replayed tick; the first that differs is kept.
+  /// Compares a replayed tick; keeps the first difference.
   void take(const daemon::TickRecord& record, const BeatRow& live);
 
-  /// One line about the first difference; nothing while there is none.
+  /// One line about the first difference; empty while there is none.
   [[nodiscard]] const std::optional<std::string>& difference() const { return difference_; }
   [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
-  [[nodiscard]] std::uint64_t rows() const { return rows_; }  ///< of the pose file, compared
+  [[nodiscard]] std::uint64_t rows() const { return rows_; }  ///< compared rows of the pose file
 
  private:
   [[nodiscard]] std::optional<std::string> differing_column(const daemon::TickRecord& record,

@@ -39,7 +39,7 @@ std::uint64_t count(const can::MessageCounters& counters, FrameVerdict verdict) 
   return counters.verdicts[static_cast<std::size_t>(verdict)].get();
 }
 
-// A frame that is cut off in its middle reads like a short one.
+// A frame whose payload is cut off in the log reads like a shorter frame.
 std::optional<Diagnostic> cut_frames(const can::BoundMessage& message,
                                      const can::MessageCounters& counters) {
   const std::uint64_t cut = count(counters, FrameVerdict::too_short);

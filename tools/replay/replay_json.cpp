@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// The values of the sources that have one.
+/// An object with the values of all sources that have a value.
 template <typename ValueOf>
 Json by_source(const ValueOf& value_of) {
   Json sources = Json::object();
@@ -23,7 +23,7 @@ Json by_source(const ValueOf& value_of) {
   return sources;
 }
 
-// Sources that were found wired or described wrongly, or scattering too much, and for how long [s].
+// How long [s] each source was found wired or described wrongly, or inconsistent.
 Json wiring_json(const ReplaySummary& summary) {
   const double tick_s = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9 /
                         static_cast<double>(std::max<std::uint64_t>(summary.ticks, 1));

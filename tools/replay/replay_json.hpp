@@ -10,19 +10,19 @@
 
 namespace odomd::tools {
 
-/// Counts, times, by source how its samples were judged, and what there is to warn of. `seconds`:
-/// how long the replay took.
+/// Counts, times, how the samples of each source were judged, and warnings. `seconds`: how long the
+/// replay took.
 [[nodiscard]] nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds,
                                                  const diagnostics::Diagnostics& warnings);
 
-/// The innovations by source, for sources with tested samples.
+/// The innovations per source, for sources with tested samples.
 [[nodiscard]] nlohmann::ordered_json innovations_json(const ReplaySummary& summary);
 
-/// By source, the stated sigma and the filter's estimates at the end (null: none); of those sources
-/// that have one.
+/// The stated sigma and the filter's estimates at the end (null: none), for each source that has an
+/// estimate.
 [[nodiscard]] nlohmann::ordered_json noise_json(const ReplaySummary& summary);
 
-/// By source, how many samples had which verdict; those that came.
+/// The number of samples per source and verdict; zeros are left out.
 [[nodiscard]] nlohmann::ordered_json verdicts_json(const ReplaySummary& summary);
 
 }  // namespace odomd::tools

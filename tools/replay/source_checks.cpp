@@ -25,7 +25,7 @@ constexpr double long_flagged_s = 1.0;
 constexpr double long_part = 0.1;  // of a shorter drive
 constexpr std::uint64_t least_samples = 10;
 
-// Not slipping, which passes, nor missing signals, which the mode shows.
+// Without slipping, which passes, and missing signals, which the mode shows.
 constexpr std::array reported_flags{SourceFlag::out_of_range, SourceFlag::non_finite,
                                     SourceFlag::frozen, SourceFlag::drifting,
                                     SourceFlag::failed_protection};
@@ -42,7 +42,7 @@ double drive_seconds(const ReplaySummary& summary) {
   return static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
 }
 
-// The share of the drive that `count` ticks are.
+// `count` ticks as a share of the drive.
 double share(const ReplaySummary& summary, std::uint64_t count) {
   return static_cast<double>(count) /
          static_cast<double>(std::max<std::uint64_t>(summary.ticks, 1));
@@ -61,7 +61,7 @@ std::string seconds(const ReplaySummary& summary, std::uint64_t count) {
   return fmt::format(" (for {:.1f} of {:.1f} s)", share(summary, count) * drive_s, drive_s);
 }
 
-// One per wiring fault: sources with the same duration share one fault.
+// One diagnostic per wiring fault: sources with the same duration share a fault.
 void warn_of_wiring(const can::Decoder& decoder, const ReplaySummary& summary,
                     diagnostics::Diagnostics& warnings) {
   for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault) {
@@ -84,7 +84,7 @@ void warn_of_wiring(const can::Decoder& decoder, const ReplaySummary& summary,
   }
 }
 
-// What the filter could not learn, or only implausibly.
+// Reports parameters that the filter could not learn, or learnt implausibly.
 void warn_of_learning(const ReplaySummary& summary, diagnostics::Diagnostics& warnings) {
   const auto warn = [&](std::uint64_t ticks, diagnostics::Diagnostic warning) {
     if (!is_long(summary, ticks)) return;
@@ -95,7 +95,7 @@ void warn_of_learning(const ReplaySummary& summary, diagnostics::Diagnostics& wa
   warn(summary.scale_implausible, daemon::implausible_scale());
 }
 
-// How to have these samples used. A gated one is a matter of its own (often_gated).
+// The fix for samples that were not used. Gated samples have their own diagnostic (often_gated).
 std::string fix_for(const ReplaySummary& summary, Source source, Verdict verdict) {
   switch (verdict) {
     case Verdict::too_old:
@@ -127,8 +127,8 @@ const can::BoundMessage* message_of(const can::Decoder& decoder, std::size_t sou
   return found == decoder.messages().end() ? nullptr : &*found;
 }
 
-// Samples that were refused, and the time without any. What a message without a value means has
-// been said of the message.
+// Reports refused samples, or the time without samples. A message without a value is reported by
+// check_message().
 std::optional<diagnostics::Diagnostic> unused(const can::Decoder& decoder,
                                               const ReplaySummary& summary, std::size_t source) {
   constexpr const diagnostics::Kind& kind = diagnostics::kind("source_unused");
@@ -197,7 +197,7 @@ std::string_view what_to_check(Source source) {
 
 diagnostics::Diagnostics check_sources(const can::Decoder& decoder, const ReplaySummary& summary) {
   constexpr const diagnostics::Kind& often_gated = diagnostics::kind("often_gated");
-  // Other findings on the camera, and some on other sources, follow from this one.
+  // Other findings on the camera, and some on other sources, follow from wrong units.
   diagnostics::Diagnostics warnings = summary.camera_units;
   warn_of_wiring(decoder, summary, warnings);
   warn_of_learning(summary, warnings);

@@ -14,11 +14,11 @@ namespace odomd::tools {
 [[nodiscard]] std::string_view what_to_check(estimator::Source source);
 
 /// First one diagnostic per fault of wiring or description found at any time
-/// (daemon/core/wiring.hpp), with its sources; consequences of it are left out. Then one per source
-/// that was inconsistent with the filter; that was flagged for a second or more (a tenth of a
-/// shorter drive) as out of range, NaN or infinite, frozen, contradicting the others or failing its
-/// protection; or of whose samples more than a tenth was gated, or not used for another reason; or
-/// that was silent for a tenth of the time. For a camera in other units there is that one only.
+/// (daemon/core/wiring.hpp), with its sources but without its consequences. Then, per source, one
+/// if it was inconsistent with the filter; one per flag that lasted a second or more (a tenth of a
+/// shorter drive): out of range, NaN or infinite, frozen, contradicting the others, failing its
+/// protection; one if over a tenth of its samples was not used, or it was silent for over a tenth
+/// of the time; and one if over a tenth was gated. A camera with wrong units gets only that one.
 [[nodiscard]] diagnostics::Diagnostics check_sources(const can::Decoder& decoder,
                                                      const ReplaySummary& summary);
 

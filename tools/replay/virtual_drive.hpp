@@ -38,7 +38,7 @@ struct ReplaySummary {
   std::uint64_t cameras = 0;
   std::uint64_t cameras_before = 0;  ///< of these, arrived before the first tick
   std::uint64_t cameras_after = 0;   ///< arrived after the last tick
-  double camera_delay_s = 0.0;       ///< median, from the picture to the arrival
+  double camera_delay_s = 0.0;       ///< median, from the capture to the arrival
   std::uint64_t ticks = 0;
   std::uint64_t late = 0;   ///< frames stamped late_ns or more before the tick they came into
   std::uint64_t poses = 0;  ///< ticks from initialisation on
@@ -46,10 +46,10 @@ struct ReplaySummary {
   std::int64_t last_tick_ns = 0;
   std::uint32_t last_mode = 0;           ///< an odom_mode
   std::optional<std::int64_t> fault_ns;  ///< first tick in the mode fault
-  std::uint64_t faulty = 0;              ///< ticks in it
-  std::uint32_t fault_conditions = 0;    ///< ODOM_COND_ bits of the first
+  std::uint64_t faulty = 0;              ///< ticks in the mode fault
+  std::uint32_t fault_conditions = 0;    ///< ODOM_COND_ bits at fault_ns
 
-  // By source.
+  // Per source.
   std::array<daemon::InnovationStatistics, estimator::source_count> innovations;
   std::array<estimator::SourceNoise, estimator::source_count> noise;  ///< at the last tick
   std::array<std::array<std::uint64_t, estimator::verdict_count>, estimator::source_count>
@@ -61,42 +61,42 @@ struct ReplaySummary {
       wired{};  ///< ticks with each daemon::WiringFault
   std::array<std::uint64_t, estimator::source_count> inconsistent{};  ///< ticks
 
-  // Ticks with these conditions; of the bias only those in which the car moves.
+  // Ticks with these conditions; for the bias, only while the car moves.
   std::uint64_t bias_unlearnt = 0;
   std::uint64_t scale_implausible = 0;
 
-  /// Wheels and gyro alone, a point every 0.1 s; and what is wrong with the units of the camera's
-  /// poses compared with it.
+  /// The path from wheels and gyro alone, a point every 0.1 s; next: the findings on the units of
+  /// the camera's poses, which are compared with this path.
   Trajectory odometry;
   diagnostics::Diagnostics camera_units;
 
-  /// After every tick with a pose.
+  /// Call after every tick with a pose.
   void take_odometry(const odom_pose& pose);
-  /// After every tick.
+  /// Call after every tick.
   void take_flags(const daemon::Pipeline& pipeline, const odom_pose& pose);
-  /// After the last.
+  /// Call after the last tick.
   void take_statistics(const daemon::Pipeline& pipeline);
 };
 
 /// The longest pause in a log; a longer one means a log of two drives.
 inline constexpr std::int64_t longest_pause_ns = 3600LL * 1'000'000'000;
 
-/// A log of two drives, or a stamp that is wrong.
+/// A pause that is too long: the log has two drives, or a wrong stamp.
 class PauseError : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
 };
 
-/// The next frame, until the next call; nullptr at the end.
+/// The next frame, valid until the next call; nullptr at the end.
 using NextFrame = std::function<const can::Frame*()>;
 using PoseSink = std::function<void(const daemon::TickRecord&)>;
-/// How a tick judged its samples; theirs until the sink returns.
+/// How a tick judged its samples; valid until the sink returns.
 using JudgementSink = std::function<void(std::span<const estimator::Judgement>)>;
 
-/// Tick k takes in the frames stamped <= T_k and the camera poses that arrived by T_k (sorted by
-/// arrival). The last tick is the first one that has taken in every frame. `sink` is handed every
-/// record from initialisation on, `judged` the judgements of every tick. Throws PauseError at the
-/// frame behind a pause longer than longest_pause_ns.
+/// Tick k uses the frames stamped <= T_k and the camera poses that arrived by T_k (sorted by
+/// arrival). The last tick is the first that has used every frame. `sink` receives every record
+/// from initialisation on, `judged` the judgements of every tick. Throws PauseError at the frame
+/// after a pause longer than longest_pause_ns.
 ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
                      const NextFrame& next_frame, std::span<const estimator::CameraPose> cameras,
                      const PoseSink& sink, const JudgementSink& judged = {});
