@@ -29,8 +29,8 @@ std::string number_text(double value) {
   return text;
 }
 
-/// A missing list is written completely: what the configuration takes where it is missing; empty
-/// if the key is no list.
+/// The default value of a missing list, which is then written completely; empty if the key is not a
+/// list.
 struct DefaultList {
   daemon::Config config;
 
@@ -78,7 +78,7 @@ class Patch {
   }
 
  private:
-  /// "car.toml:7: [camera] lever_arm[2]: ...", as the configuration's own errors have it.
+  /// "car.toml:7: [camera] lever_arm[2]: ...", like the configuration's own errors.
   [[noreturn]] void fail(const std::string& what, const toml::node* node = nullptr) const {
     const std::size_t dot = value_.key.rfind('.');
     throw std::invalid_argument(
@@ -92,7 +92,7 @@ class Patch {
     return toml_offset(text_, place.line, place.column);
   }
 
-  /// Fills tables_ with the tables on the way, as far as there are any.
+  /// The key's node, or null. Fills tables_ with the existing tables on the path to it.
   const toml::node* find() {
     const toml::node* node = &root_;
     for (const std::string& name : names_) {
@@ -137,8 +137,8 @@ class Patch {
     return text;
   }
 
-  /// Into the braces of an inline table, below the last entry of a [table], or in a new [table] at
-  /// the end. What needs another shape, verify() refuses.
+  /// Inserts the number in the braces of an inline table, below the last entry of a [table], or in
+  /// a new [table] at the end. verify() rejects a text in which none of these works.
   void add() {
     const toml::table& table = *tables_.back();
     const auto missing = names_.begin() + std::ssize(tables_) - 1, last = names_.end() - 1;
@@ -182,7 +182,7 @@ class Patch {
     return list;
   }
 
-  /// The indent of a table's last entry, or of its header, and where that ends.
+  /// The indent and the end of a table's last entry, or of its header if there is no entry.
   [[nodiscard]] std::pair<std::string, std::size_t> last_line_of(const toml::table& table) const {
     toml::source_region last = table.source();
     last.end.line = last.begin.line;
@@ -213,7 +213,7 @@ class Patch {
     }
     try {
       if (toml::parse(text_) == root_) return;
-    } catch (const toml::parse_error&) {  // then it is not the same
+    } catch (const toml::parse_error&) {  // a text with errors is not the same
     }
     fail(fmt::format("cannot be inserted into this text; write {} there by hand",
                      number_text(value_.value)));
@@ -224,8 +224,8 @@ class Patch {
   const ConfigValue& value_;
   toml::table root_;
   std::vector<std::string> names_;
-  std::optional<std::size_t> element_;      // of a list
-  std::vector<const toml::table*> tables_;  // from the root down, the existing ones
+  std::optional<std::size_t> element_;      // index in a list
+  std::vector<const toml::table*> tables_;  // the existing ones, from the root down
 };
 
 }  // namespace

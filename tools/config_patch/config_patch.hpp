@@ -24,20 +24,20 @@ struct ConfigValue {
 /// The text with the numbers: an existing value is replaced in place, a missing one is added to its
 /// [table] or inline table, a missing table is added at the end. Numbers have the shortest form
 /// that reads back to the same bits. Throws std::invalid_argument, naming file, line and key, if
-/// the text is not TOML, a key is not a number, or the text needs another shape than these: a table
-/// of dotted keys, or one that only [table.below] implies.
+/// the text is not TOML, a key is not a number, or a number cannot be inserted: into a table of
+/// dotted keys, or one that only [table.below] implies.
 [[nodiscard]] std::string patched(const std::string& text, const std::filesystem::path& file,
                                   std::span<const ConfigValue> values);
 
-/// The present number with odom's note about it; the note may be empty. Nothing if the key is
-/// missing. Throws like patched().
+/// The present number with odom's note about it; the note may be empty. The result is empty if the
+/// key is missing. Throws like patched().
 [[nodiscard]] std::optional<ConfigValue> value_in(const std::string& text,
                                                   const std::filesystem::path& file,
                                                   const std::string& key);
 [[nodiscard]] std::optional<ConfigValue> value_in(const std::filesystem::path& file,
                                                   const std::string& key);
 
-/// A loaded configuration with these numbers in it, and its own logs and databases. Throws
+/// A loaded configuration with these numbers, which keeps its logs and databases. Throws
 /// std::invalid_argument if the result is not a valid configuration.
 [[nodiscard]] daemon::Config config_with(const daemon::Config& config,
                                          std::span<const ConfigValue> values);
@@ -46,8 +46,8 @@ struct ConfigValue {
 /// TOML, or in a folder that cannot be written (std::runtime_error).
 void check_patchable(const std::filesystem::path& file);
 
-/// Patches a file completely or not at all. The result must load as a configuration, else nothing
-/// is written and the reason is thrown. Mode, owner and symbolic links are kept.
+/// Patches a file completely or not at all. If the result does not load as a configuration, writes
+/// nothing and throws the reason. Mode, owner and symbolic links are kept.
 void patch_config(const std::filesystem::path& file, std::span<const ConfigValue> values);
 
 }  // namespace odomd::tools

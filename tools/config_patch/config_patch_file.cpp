@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What is to replace a file, as a temporary file in its folder that is removed without replace().
+/// A temporary file that is to replace a file in the same folder; removed without replace().
 class Replacement {
  public:
   explicit Replacement(fs::path place)
@@ -79,7 +79,7 @@ std::string text_of(const fs::path& file) {
                                 ": there is no such file; --write changes an existing "
                                 "configuration: copy the car's there first");
   std::string text = daemon::read_toml_file(file);
-  // It would be replaced, as its folder is writable.
+  // In a writable folder, replace() would replace even a write-protected file.
   if (::access(file.c_str(), W_OK) != 0 && errno == EACCES) {
     struct stat status {};
     const bool own = ::stat(file.c_str(), &status) == 0 && status.st_uid == ::geteuid();

@@ -1,6 +1,6 @@
-// Lines of the text of a TOML file and odom's notes in their comments, which no parser keeps. A
-// line is read for itself: what is done inside a text of several lines, the caller finds out by
-// parsing.
+// Lines of the text of a TOML file and odom's notes in their comments, which no parser keeps. Each
+// line is read on its own; the caller parses the result to detect a change inside a multi-line
+// string.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace odomd::tools {
 
-/// Where the line of an offset begins, where its comment does (at the end if there is none), and
-/// where it ends before the line break.
+/// The line that contains an offset: its begin, its comment (at the end if there is none), and its
+/// end without the line break.
 struct TomlLine {
   std::size_t begin = 0;
   std::size_t comment = 0;
