@@ -29,7 +29,7 @@ namespace watch = tools::watch;
 
 constexpr std::chrono::milliseconds period{50};
 constexpr int samples_per_status = 10;
-constexpr std::size_t max_history = 600;  // a minute, of every other sample
+constexpr std::size_t max_history = 600;  // a minute of every second sample
 
 // NaN and infinity are null in JSON.
 std::string numbers(std::initializer_list<double> values) {
@@ -40,7 +40,7 @@ std::string numbers(std::initializer_list<double> values) {
   return text;
 }
 
-// Who, mode and conditions, as odom watch shows them: lines of [text, style].
+// The head of odom watch (daemon, mode and conditions) as lines of [text, style].
 ordered_json head_json(const watch::State& state) {
   constexpr std::array styles{"plain", "dim", "strong", "good", "warning", "bad", "accent"};
   ordered_json lines = ordered_json::array();
@@ -62,7 +62,7 @@ ordered_json sources_json(const tools::StatusValue& status) {
   return rows;
 }
 
-// The status has no camera pose, but its innovation: the difference from the estimate of then.
+// The status has the camera's innovation, not its pose: adds the estimate of that time.
 ordered_json camera_json(watch::Observer& observer) {
   const tools::StatusValue camera = observer.state().reported()["sources"].named("camera");
   const double age_s = camera["age_s"].value(1.0);
@@ -143,13 +143,13 @@ class Sampler {
   std::uint64_t count_ = 0;
   std::uint64_t instance_ = 0;
   std::uint32_t resets_ = 0;
-  double stretch_ = 0;               // of the trail: another one after each leap
+  double stretch_ = 0;               // number of the trail's stretch; each leap starts another
   std::deque<std::string> history_;  // JSON
 };
 
 void run(const Options& options) {
   const Endpoint endpoint = endpoint_of(options);
-  tools::Interrupt interrupt;  // before any thread: the signals must reach this one
+  tools::Interrupt interrupt;  // before any other thread: the signals must reach this one
   Sampler sampler{{options.shm, options.socket}};
   Server server{endpoint};
   const bool is_v6 = endpoint.address.find(':') != std::string::npos;

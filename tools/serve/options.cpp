@@ -32,7 +32,7 @@ std::string read_token(const std::filesystem::path& file) {
   const ssize_t size = ::read(opened.get(), token.data(), token.size());
   token.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
   if (token.ends_with('\n')) token.pop_back();
-  // What needs no escaping in an address and in a cookie.
+  // Characters that need no escaping in an address and in a cookie.
   if (!std::regex_match(token, std::regex{"[A-Za-z0-9._~-]{16,128}"}))
     fail("not a token: 16 to 128 letters, digits, - . _ ~; make one: openssl rand -hex 16");
   return token;

@@ -1,4 +1,4 @@
-// The command line of odom serve, for `odom`, which hands over, and for the program odom-web.
+// The command line of odom serve, for `odom`, which executes odom-web, and for odom-web itself.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 namespace odomd::serve {
 
 struct Options {
-  std::string shm;     ///< empty: that of the daemon at `socket`, else the library's defaults
+  std::string shm;     ///< empty: that of the daemon at `socket`, or the library's defaults
   std::string socket;  ///< empty: the default one
   std::string listen = "127.0.0.1";
   std::filesystem::path token_file;  ///< empty: none

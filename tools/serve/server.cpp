@@ -31,10 +31,10 @@ using std::chrono::steady_clock;
 constexpr std::size_t request_threads = 16;
 constexpr std::size_t max_recent = 40;  ///< events: two seconds
 constexpr std::size_t max_request = 16'384;
-constexpr std::size_t max_line = 1'536;  ///< std::regex takes stack by the character
+constexpr std::size_t max_line = 1'536;  ///< std::regex uses stack for each character
 constexpr milliseconds max_request_time{2'000};
 constexpr milliseconds max_stall{5'000};
-constexpr int send_buffer = 16'384;  ///< of the kernel: events of a second
+constexpr int send_buffer = 16'384;  ///< of the kernel: about a second of events
 
 /// Limits the bytes and the time of a whole request, where cpp-httplib limits single reads.
 class Connection final : public httplib::Stream {
@@ -64,7 +64,7 @@ class Connection final : public httplib::Stream {
   ssize_t write(const char* from, std::size_t size) override {
     return is_writable() ? ::send(socket_.get(), from, size, MSG_DONTWAIT | MSG_NOSIGNAL) : -1;
   }
-  void get_remote_ip_and_port(std::string&, int&) const override {}  // nobody asks
+  void get_remote_ip_and_port(std::string&, int&) const override {}  // not needed
   void get_local_ip_and_port(std::string&, int&) const override {}
   [[nodiscard]] socket_t socket() const override { return socket_.get(); }
 
@@ -77,11 +77,11 @@ class Connection final : public httplib::Stream {
   FileDescriptor socket_;
   steady_clock::time_point deadline_ = steady_clock::now() + max_request_time;
   std::size_t left_ = max_request;
-  std::size_t line_ = 0;  // only heads are read
+  std::size_t line_ = 0;  // length of the line so far; only heads are read
 };
 
-/// An address, localhost, or this machine's name. A page of another site whose name resolves to
-/// this machine has that name in its Host header.
+/// The accepted Host headers: an address, localhost, or this machine's name. If the name of another
+/// site resolves to this machine, requests of its pages have that name there.
 std::string own_hosts() {
   std::array<char, 256> name{};
   ::gethostname(name.data(), name.size() - 1);
@@ -94,7 +94,7 @@ bool is_token(std::string_view given, const std::string& token) {
          CRYPTO_memcmp(given.data(), token.data(), token.size()) == 0;
 }
 
-/// Of the cookie, or of a program's Authorization header.
+/// The token in the cookie, or in a program's Authorization header.
 std::string given_token(const httplib::Request& request) {
   constexpr std::string_view bearer = "Bearer ";
   const std::string authorization = request.get_header_value("Authorization");
@@ -144,7 +144,7 @@ Server::Server(Endpoint endpoint)
   if (asked == 0 ? endpoint_.port < 0 : !bind_to_port(endpoint_.address, asked))
     throw std::runtime_error(fmt::format("cannot listen at {} port {}: {}; --listen names another",
                                          endpoint_.address, asked, std::strerror(errno)));
-  ::listen(svr_sock_, max_viewers);  // cpp-httplib's queue is short: all may come at once
+  ::listen(svr_sock_, max_viewers);  // cpp-httplib's backlog is too short for all viewers at once
   thread_ = std::thread{[this] {
     listen_after_bind();
     ended_ = true;
@@ -179,7 +179,7 @@ void Server::set_answers(std::string history, std::string metrics) {
   metrics_ = std::move(metrics);
 }
 
-// The event of this number, or the oldest that is left; null at the end.
+// Waits for the event with this number, or takes the oldest that is left; null at the end.
 Server::Event Server::wait_for(std::uint64_t& next) {
   std::unique_lock lock(mutex_);
   published_.wait(lock, [&] { return ended_ || next < count_; });
@@ -262,7 +262,7 @@ bool Server::process_and_close_socket(socket_t socket) {
   Connection connection{socket};
   bool closed = false;
   return process_request(connection, true, closed, [](httplib::Request& request) {
-    request.ranges.clear();  // many overlapping ones would make a large answer
+    request.ranges.clear();  // many overlapping ranges would make a large answer
   });
 }
 

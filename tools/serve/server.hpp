@@ -1,5 +1,5 @@
-// The page, its events and the metrics over HTTP. A viewer has a thread of its own, which sends the
-// shared events; one that is slow skips some, and nobody waits for it.
+// The page, its events and the metrics over HTTP. Each viewer has its own thread, which sends the
+// shared events; a slow viewer skips events, and nobody waits for it.
 #pragma once
 
 #include <httplib.h>
@@ -19,7 +19,7 @@ namespace odomd::serve {
 
 class Server final : private httplib::Server {
  public:
-  static constexpr int max_viewers = 64;  ///< more get 503
+  static constexpr int max_viewers = 64;  ///< further viewers get 503
 
   /// Listens from now on. Throws std::runtime_error if it cannot.
   explicit Server(Endpoint endpoint);
@@ -28,9 +28,9 @@ class Server final : private httplib::Server {
   [[nodiscard]] int port() const { return endpoint_.port; }
   /// False after an error of the listening socket.
   [[nodiscard]] bool is_listening() const { return !ended_; }
-  /// To all viewers; a new one begins with the last event that `is_start`.
+  /// Sends the event to all viewers; new viewers begin with the last event that `is_start`.
   void publish(std::string event, bool is_start);
-  /// What /history and /metrics answer from now on.
+  /// Sets the answers of /history and /metrics.
   void set_answers(std::string history, std::string metrics);
 
  private:
@@ -45,11 +45,11 @@ class Server final : private httplib::Server {
   Endpoint endpoint_;
   std::regex own_hosts_;
   std::atomic<int> viewers_ = 0;
-  std::mutex mutex_;  // of all that follows but for the thread
+  std::mutex mutex_;  // protects all members below except the thread
   std::condition_variable published_;
   std::deque<Event> recent_;
-  std::uint64_t count_ = 0;  // of events so far
-  std::uint64_t start_ = 0;  // where new viewers begin
+  std::uint64_t count_ = 0;  // events so far
+  std::uint64_t start_ = 0;  // number of the event with which new viewers begin
   std::string history_;
   std::string metrics_;
   std::atomic<bool> ended_ = false;

@@ -22,7 +22,7 @@ const strips = [  // name, unit, value, decimals, smallest range
 // A canvas ready to be drawn on, in CSS pixels.
 function open(canvas) {
   const width = canvas.clientWidth, height = canvas.clientHeight, scale = window.devicePixelRatio || 1;
-  canvas.width = Math.round(width * scale);  // which clears it
+  canvas.width = Math.round(width * scale);  // this clears the canvas
   canvas.height = Math.round(height * scale);
   const g = canvas.getContext("2d"), style = getComputedStyle(document.documentElement);
   g.scale(scale, scale);
