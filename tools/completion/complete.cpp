@@ -25,7 +25,7 @@ void offer(const std::string& word, const std::string& help = "") {
   std::cout << word << (help.empty() ? "" : "\t") << help.substr(0, help.find('\n')) << '\n';
 }
 
-/// Network devices of type 280 are those of the CAN bus.
+/// Network devices of type 280 (ARPHRD_CAN) are CAN interfaces.
 void offer_interfaces() {
   std::error_code ignored;
   for (const auto& device : fs::directory_iterator("/sys/class/net", ignored)) {
@@ -42,7 +42,7 @@ void offer_segments() {
       offer('/' + file.path().filename().string());
 }
 
-/// By the name of the type in the help. NAME is that of a segment with --shm alone.
+/// Offers values for a type as the help names it. NAME means a segment only with --shm.
 void offer_values(const std::string& type, bool is_segment) {
   if (type == "DIR") offer(":directories");
   if (std::ranges::count(file_types, type) > 0 || type == "SRC" || is_segment) offer(":files");

@@ -1,4 +1,4 @@
-// What a shell may offer for the last word of a command line: the hidden command
+// Lists what a shell may offer for the last word of a command line. This is the hidden command
 // `odom complete PROGRAM WORD...`, which the scripts in this folder call.
 #pragma once
 
