@@ -46,8 +46,7 @@ struct E2eState {
   std::optional<std::uint32_t> counter;  ///< of the last frame with a correct CRC, or sent
 };
 
-/// The compiled protection of one message. Immutable: any thread may use it with a state of its
-/// own.
+/// The compiled protection of one message. Immutable: any thread may use it with its own state.
 class E2eProtection {
  public:
   /// Throws std::invalid_argument for signals that do not exist or cannot hold a CRC or counter,

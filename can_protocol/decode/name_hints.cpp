@@ -14,8 +14,7 @@ namespace {
 
 using Words = NameWords;
 
-/// Counts the words that the name contains, abbreviated words and initials included: "RL" is rear
-/// and left.
+/// Counts the words that the name contains, one by one or as initials: "RL" is rear and left.
 int common_words(const Words& words, const Words& name) {
   std::string initials;
   for (const std::string& word : words) initials += word[0];

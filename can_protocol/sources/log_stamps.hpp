@@ -46,8 +46,7 @@ class LogStamps {
   /// The log has ended. Throws as add() does.
   void end();
 
-  /// The next frame, valid until the next call; nullptr: more frames are needed, or the log has
-  /// ended.
+  /// The next frame, valid until the next call; nullptr: more frames are needed, or the log ended.
   [[nodiscard]] const LoggedFrame* next();
 
   [[nodiscard]] bool ended() const noexcept { return ended_; }

@@ -63,8 +63,7 @@ void append_row(std::string& out, const auto& columns, const auto& row, int deci
   out.back() = '\n';
 }
 
-/// The reader's current row. `columns` must be the reader's first columns; absent ones keep their
-/// defaults.
+/// The reader's row. `columns` must be the reader's first columns; absent ones keep their defaults.
 template <typename Row>
 [[nodiscard]] Row read_row(const CsvReader& reader, const auto& columns) {
   Row row{};

@@ -37,8 +37,7 @@ void require(const ColumnMap& map, const std::string& role, std::string_view wha
         fmt::format("{0} is missing: {1}; give --column {0}=...", role, what));
 }
 
-/// The rows that have all values; a field that is not mapped is 0. All columns must be in one
-/// table.
+/// The rows that have all values; an unmapped field is 0. All columns must be in one table.
 std::vector<Row> rows_of(const std::string& group, const ColumnMap& map,
                          std::initializer_list<const char*> others, PoseText& result) {
   const bool is_quaternion = column_of(map, group + ".qw") != nullptr;

@@ -69,9 +69,8 @@ void check_folder(const std::filesystem::path& folder);
 /// read_drive if there is no configuration.
 [[nodiscard]] std::vector<std::filesystem::path> files_of(const DriveFiles& files);
 
-/// Opens logs for the frames of mapped messages. `buses` numbers the buses that the configuration
-/// names first, then the logs' others. Other frames go to `unmapped`, if given. Throws as
-/// can::MergedLog does.
+/// Opens logs for the frames of mapped messages; other frames go to `unmapped`, if given. `buses`
+/// numbers the configuration's buses first, then the logs' others. Throws as can::MergedLog does.
 [[nodiscard]] can::MergedLog open_mapped_log(
     const daemon::Config& config, std::span<const can::Database> databases,
     std::span<const std::string> logs, can::BusNames& buses, can::Damage damage,
