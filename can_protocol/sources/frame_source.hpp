@@ -27,7 +27,7 @@ struct SourceCounters {
   Counter link_downs;    ///< number of times the link went down or the interface disappeared
   Counter
       stamp_fallbacks;  ///< frames without a usable kernel stamp, which got the time of the drain
-  Counter malformed;    ///< malformed lines of a log, or frames
+  Counter malformed;    ///< malformed lines of a log, or malformed frames
 
   Counter
       hardware_fallbacks;  ///< hardware stamps were requested, but the frame had a software stamp

@@ -1,9 +1,9 @@
 // Detects a step of the clock behind the stamps of a live pipe.
 //
-// `candump -L can0 | odomd --can -` stamps with the wall clock. When that is set by an hour, odomd
-// must not wait for an hour, nor treat an hour's frames as late. A log that is piped in must keep
-// its pauses, though. The difference is that a live pipe is empty at most reads, but a pipe with a
-// log never is.
+// `candump -L can0 | odomd --can -` stamps with the wall clock. When this clock steps by an hour,
+// odomd must not wait for an hour, nor treat an hour's frames as late. A log that is piped in must
+// keep its pauses, though. A live pipe is usually empty when it is read; a pipe with a log never
+// is.
 #pragma once
 
 #include <bit>

@@ -1,5 +1,5 @@
 // Judges the stamps of a log before its frames are used: a stamp that stands alone is
-// distinguished from a step of the clock, and a log whose stamps are no times is refused.
+// distinguished from a step of the clock, and a log whose stamps are not times is refused.
 //
 // The clock of a log follows its frames, so one wrong stamp ahead would make all later frames too
 // old. After a step or a pause, the next stamps stay at the new time; after a single wrong stamp

@@ -1,4 +1,4 @@
-// Determines the kind of a CAN source by its name, and opens it.
+// Determines the kind of a CAN source from its name, and opens it.
 #pragma once
 
 #include <cstdint>

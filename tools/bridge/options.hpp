@@ -48,7 +48,7 @@ struct BridgeOptions {
   [[nodiscard]] bool publishes_ros() const { return ros || (udp.empty() && !no_publish); }
 };
 
-/// Completes the options. Throws std::invalid_argument for those that contradict each other.
+/// Completes the options. Throws std::invalid_argument if some contradict each other.
 void complete(BridgeOptions& options);
 
 /// Adds the options, the description and the examples.

@@ -1,5 +1,5 @@
-// Poses of the car from ROS 2 messages to the daemon's camera socket: each is checked, and sent or
-// refused. No DDS in here.
+// Checks the car's poses in ROS 2 messages, and sends them to the daemon's camera socket or refuses
+// them. No DDS in here.
 #pragma once
 
 #include <array>

@@ -9,7 +9,7 @@ namespace odomd::completion {
 
 /// Writes a line for each candidate, whether it fits the last word or not: the word, a tab, its
 /// help; ":files" and ":directories" ask the shell for those. The first of `words` is the program,
-/// odom or odomd; any other has no candidates.
+/// odom or odomd; other programs have no candidates.
 void complete(std::span<const std::string> words);
 
 }  // namespace odomd::completion

@@ -1,4 +1,4 @@
-// A configuration file, patched completely or not at all.
+// Patches a configuration file completely or not at all.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>

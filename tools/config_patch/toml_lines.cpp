@@ -8,7 +8,7 @@
 namespace odomd::tools {
 namespace {
 
-/// The note must not contain its end mark, nor characters that are not allowed in a comment.
+/// The note in brackets; inside, it has no such brackets and no control characters.
 std::string as_note(const std::string& label, const std::string& note) {
   std::string inner = label.empty() ? note : label + ": " + note;
   for (char& c : inner) {

@@ -29,9 +29,9 @@ struct ExportSources {
   can::Damage damage = can::Damage::left_out;
 };
 
-/// The files of `source`: a pose file, a folder of odom record, or one with a drive (those that
-/// exist of drive.log, car.toml, camera.csv, truth.csv, pose.csv). Throws std::invalid_argument if
-/// it is none of these.
+/// The files of `source`: a pose file, a folder of odom record, or the folder of a drive
+/// (drive.log, car.toml, camera.csv, truth.csv, pose.csv, if they exist). Throws
+/// std::invalid_argument if it is none of these.
 [[nodiscard]] ExportSources sources_in(const std::filesystem::path& source);
 
 /// Rows of a pose file, with non-decreasing times and the fields that the file contains.

@@ -34,13 +34,13 @@ namespace odomd::tools {
 
 struct ReplaySummary {
   std::uint64_t frames = 0;
-  std::uint64_t unmapped = 0;  ///< further frames of the log, which no message maps
+  std::uint64_t unmapped = 0;  ///< further frames of the log, of no mapped message
   std::uint64_t cameras = 0;
   std::uint64_t cameras_before = 0;  ///< of these, arrived before the first tick
   std::uint64_t cameras_after = 0;   ///< arrived after the last tick
   double camera_delay_s = 0.0;       ///< median, from the capture to the arrival
   std::uint64_t ticks = 0;
-  std::uint64_t late = 0;   ///< frames stamped late_ns or more before the tick they came into
+  std::uint64_t late = 0;   ///< frames stamped late_ns or more before the tick that used them
   std::uint64_t poses = 0;  ///< ticks from initialisation on
   std::int64_t first_tick_ns = 0;
   std::int64_t last_tick_ns = 0;
