@@ -51,7 +51,7 @@ Pose2 least_squares(std::span<const Pair> pairs) {
     yaw_cos += std::cos(turn);
     yaw_sin += std::sin(turn);
   }
-  // Positions without spread (a car that stands) do not determine the rotation; headings do.
+  // A stationary car's positions have no spread: only headings determine the rotation.
   constexpr double least_spread = 1e-6;  // m²
   const bool spread = std::hypot(dot, cross) > least_spread * count;
   const double yaw = spread ? std::atan2(cross, dot) : std::atan2(yaw_sin, yaw_cos);
@@ -120,9 +120,9 @@ LeverArmFit fit_lever_arm(const Trajectory& reference, std::span<const Trajector
   constexpr std::int64_t window_ns = 1'000'000'000;
   constexpr std::int64_t stride_ns = 100'000'000;
 
-  // A point at l with heading γ in the body frame moves, in its own axes, by d_point where the
-  // centre of gravity moves by d:  k R(γ) d_point − (R(Δψ) − I) k l = k d,  and k d is what an
-  // estimate with the scale error k says. Linear in u = k (cos γ, sin γ, l_x, l_y).
+  // While the centre of gravity moves by d, a point at l with heading γ in the body frame moves by
+  // d_point, in its own axes:  k R(γ) d_point − (R(Δψ) − I) k l = k d,  where k d is the
+  // displacement of an estimate with scale factor k. Linear in u = k (cos γ, sin γ, l_x, l_y).
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
   double moved = 0.0;

@@ -1,4 +1,4 @@
-// Poses against a reference: the alignment of the two frames, and the error of each pose.
+// Comparison of poses with a reference: alignment of the two frames, and the error of each pose.
 #pragma once
 
 #include <cstddef>
@@ -24,26 +24,26 @@ struct Pair {
   TrajectoryPoint reference;  ///< its covariance is a camera's noise, else 0
 };
 
-/// The pairs at common times: the rows of the estimate within the span of the reference, with the
-/// reference interpolated. Throws std::invalid_argument if there are fewer than two.
+/// The pairs at common times: the estimate's rows within the span of the reference, which is
+/// interpolated. Throws std::invalid_argument if there are fewer than two.
 [[nodiscard]] std::vector<Pair> common_times(const Trajectory& reference,
                                              const Trajectory& estimate);
 
-/// The rigid motion T that takes the estimate into the frame of the reference: T ∘ estimate.
+/// The rigid motion T from the frame of the estimate to that of the reference: T ∘ estimate.
 [[nodiscard]] estimator::Pose2 alignment(std::span<const Pair> pairs, Align align);
 
-/// Converts the reference of a point at `lever_arm` (its pose in the body frame) into that of the
-/// centre of gravity: pose ∘ lever_arm⁻¹, velocities likewise.
+/// Converts a reference that follows a point at `lever_arm` (its pose in the body frame) into one
+/// of the centre of gravity: pose ∘ lever_arm⁻¹, velocities likewise.
 [[nodiscard]] Trajectory at_centre_of_gravity(const Trajectory& reference,
                                               const estimator::Pose2& lever_arm);
 
 struct LeverArmFit {
   estimator::Pose2 lever_arm;
-  std::size_t windows = 0;  ///< number of one-second pieces that it was fitted to
+  std::size_t windows = 0;  ///< number of one-second windows used for the fit
 };
 
-/// Fits one lever arm of the reference to all estimates, by the displacements over a second (drift
-/// and alignment have no part in them; a scale error of the estimate is fitted with it). Throws
+/// Fits one lever arm of the reference to all estimates, from displacements over a second: drift
+/// and alignment do not affect them, and a scale error of the estimates is fitted too. Throws
 /// std::invalid_argument if the drive turns too little.
 [[nodiscard]] LeverArmFit fit_lever_arm(const Trajectory& reference,
                                         std::span<const Trajectory> estimates);
@@ -53,23 +53,23 @@ struct PoseError {
   std::int64_t t_ns = 0;
   estimator::Pose2 error;                  ///< in the axes of the map [m, m, rad], yaw accumulated
   double heading = 0.0;                    ///< of the reference [rad]
-  estimator::PoseCovariance covariance{};  ///< of the estimate and of a camera's noise, likewise
+  estimator::PoseCovariance covariance{};  ///< of estimate plus camera's noise, same axes
   std::optional<double> nees;              ///< eᵀP⁻¹e; nothing if P is not positive definite
 };
 
-/// Whether the covariances of an estimate apply to its errors after the alignment. Aligned at the
-/// first time, the uncertainty of the start is removed: they apply only if that is a small part (1
-/// %) of the covariance at the end. After a fit to all positions they never apply.
+/// Whether the covariances of an estimate apply to its errors after the alignment. Align::first
+/// removes the uncertainty of the start: they apply only if its variances are at most 1 % of those
+/// at the end. After a fit to all positions they never apply.
 [[nodiscard]] bool covariance_is_of_error(std::span<const Pair> pairs, Align align);
 
-/// Both headings are unwrapped; whole turns between them are removed at the first time and at
+/// Both headings are unwrapped. Whole turns between them are removed at the first time and at
 /// resets of the estimate, which cannot know the number of turns. Without a covariance the last two
 /// members stay empty.
 [[nodiscard]] std::vector<PoseError> pose_errors(std::span<const Pair> pairs,
                                                  const estimator::Pose2& alignment,
                                                  bool has_covariance);
 
-/// The same along the reference's heading and across it, with the standard deviations there.
+/// A PoseError along and across the reference's heading, with its standard deviations.
 struct DrivenError {
   double along = 0.0;  ///< ahead of the reference [m]
   double cross = 0.0;  ///< to the left of it [m]

@@ -21,14 +21,14 @@ using estimator::Pose2;
 constexpr std::int64_t usual_window_ns = 500'000'000;
 constexpr std::int64_t longest_window_ns = 2'000'000'000;
 constexpr std::int64_t poses_in_window = 5;
-constexpr std::size_t least_poses = 4;  // for the scatter about a line
+constexpr std::size_t least_poses = 4;  // to estimate the scatter about a line
 constexpr std::int64_t least_ns = 1'000'000'000;
 
 double nearest_turn(double angle, double near) {
   return near + std::remainder(angle - near, 2.0 * std::numbers::pi);
 }
 
-/// A pose of the camera and the odometry's at its time.
+/// A camera pose, and the odometry's pose at its time.
 struct Seen {
   std::int64_t t_ns = 0;
   Pose2 camera;
@@ -43,7 +43,7 @@ std::vector<Seen> seen_by(const Trajectory& camera, const Trajectory& odometry) 
   return all;
 }
 
-/// How far two poses in a row contradict the odometry between them.
+/// How far two consecutive poses contradict the odometry between them.
 struct Contradiction {
   double distance = 0.0;
   double turn = 0.0;
@@ -55,14 +55,14 @@ Contradiction between(const Seen& a, const Seen& b) {
           std::fabs(std::remainder(b.camera.yaw - there.yaw, 2.0 * std::numbers::pi))};
 }
 
-/// Drops the poses that contradict both their neighbours ten times as much as half of those on the
-/// move do: a camera that took something else for the car. Normal noise does not reach it in a
-/// lifetime, and a jump of the map contradicts one neighbour alone.
+/// Drops poses that contradict both neighbours by over ten times the median of a moving car: the
+/// camera took another object for the car. Normal noise practically never gets there, and a jump of
+/// the map contradicts one neighbour only.
 void drop_outliers(std::vector<Seen>& seen) {
   constexpr double most = 10.0;
   constexpr double moves_m = 1e-3;  // a camera may repeat a standing car's pose to the last digit
   std::vector<Contradiction> steps;
-  std::vector<double> distances, turns;  // on the move
+  std::vector<double> distances, turns;  // while moving
   for (std::size_t i = 1; i < seen.size(); ++i) {
     steps.push_back(between(seen[i - 1], seen[i]));
     if (distance(seen[i - 1].odometry, seen[i].odometry) < moves_m) continue;
@@ -88,8 +88,8 @@ std::int64_t length_of_windows(const std::vector<Seen>& seen) {
                     longest_window_ns);
 }
 
-/// The poses that follow an instant, carried back to it by the odometry. A speed that the odometry
-/// has wrong makes them drift with their lag: `slope`.
+/// A line through one coordinate of the poses after an instant, carried back to it with the
+/// odometry. An error of the odometry's speed makes them drift with their lag: `slope`.
 struct Line {
   double mean = 0.0;
   double slope = 0.0;
@@ -99,7 +99,7 @@ struct Window {
   TrajectoryPoint now;
   double count = 0.0;
   double mean_lag = 0.0;  ///< [s]
-  double lags = 0.0;      ///< sum of the squared lags about it
+  double lags = 0.0;      ///< sum of squared deviations from mean_lag [s²]
   double yaw = 0.0;
   double yaw_variance = 0.0;  ///< of the mean
   Line x, y;
@@ -161,7 +161,7 @@ Window window_of(std::span<const Seen> next, const TrajectoryPoint& now) {
   return window;
 }
 
-/// Variances of a drive: of a camera pose, and of the speed that the odometry has wrong.
+/// Variances over a drive: of a camera pose, and of the odometry's speed error.
 struct Variances {
   double pose = 0.0;
   double speed = 0.0;
@@ -179,11 +179,10 @@ Variances variances_of(const std::vector<Window>& windows) {
   return all;
 }
 
-/// Where the car was: the line at no lag, its slope as probable as the drive's speed errors make
-/// it.
+/// The car's pose: the lines at zero lag, their slopes weighted by the size of the speed errors.
 TrajectoryPoint carried_back(const Window& window, const Variances& variances) {
-  // Noise is taken out afterwards, but a speed error that the filter has too adds to its own: so a
-  // slope is believed as if speed errors were twice as large.
+  // Noise is removed later, but a speed error that a filter shares would add to the filter's own
+  // error: so slopes are weighted as if speed errors were twice as large.
   const double weight = 4.0 * variances.speed * window.lags;
   const double believed = weight > 0.0 ? weight / (weight + variances.pose) : 0.0;
   const auto at_no_lag = [&](const Line& line) {
@@ -243,7 +242,7 @@ std::optional<Trajectory> camera_reference(const Trajectory& camera, const Traje
   reference.is_camera = true;
   reference.has_covariance = true;
   reference.bridge_ns = window_ns;
-  std::optional<double> turned;  // of the reference against the odometry
+  std::optional<double> turned;  // yaw of the reference relative to the odometry
   for (const Window& window : windows) {
     TrajectoryPoint point = carried_back(window, variances);
     const double yaw = window.now.pose.yaw;

@@ -22,7 +22,7 @@ double degrees_off(const Evaluation& e) {
   return std::abs(e.heading_end) * 180.0 / std::numbers::pi;
 }
 
-// Above 1 a limit is exceeded.
+// Largest ratio of an error to its limit; above 1 the lap is refused.
 double excess(const Evaluation& e) {
   return std::max({e.end_error / (refused_of_path * e.path_length),
                    e.end_error / (refused_of_size * std::max(e.farthest, 1e-9)),

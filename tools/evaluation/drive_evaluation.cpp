@@ -48,7 +48,7 @@ ReplayedDrive replay_with(const Drive& drive, const daemon::Config& config, Fram
   result.summary.unmapped = drive.unmapped.size();
   result.warnings = check_replay(pipeline->decoder(), result.summary);
   if (result.poses.points.empty()) {
-    // The last one says what is missing for a pose, if anything of this car came.
+    // The last warning says what a pose lacks, unless the database is another car's.
     const auto& first = result.warnings.front();
     const bool is_cause = first.kind == &diagnostics::kind("other_database");
     throw NoPose(drive.folder.string() + ": " + text_of(is_cause ? first : result.warnings.back()),
@@ -64,7 +64,7 @@ ReplayedDrive replay_with(const Drive& drive, const daemon::Config& config, Fram
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::int64_t second_ns = 1'000'000'000;
 
-/// Smaller errors count as equal: their ratio has no meaning.
+/// Smaller errors count as equal, as their ratio has no meaning.
 constexpr double least_error = 1e-9;
 
 }  // namespace

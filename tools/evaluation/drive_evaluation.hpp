@@ -1,5 +1,5 @@
-// A drive replayed by several models and compared with its reference; and the score of one
-// configuration on it.
+// Replays of a drive with several models, their comparison with its reference, and the score of a
+// configuration.
 #pragma once
 
 #include <array>
@@ -28,66 +28,64 @@ enum class Judgements : std::uint8_t { forget, keep };
 
 struct ReplayedDrive {
   Trajectory poses;         ///< one point per tick, on the log's clock, from initialisation on
-  ReplaySummary summary;    ///< verdicts and innovations by source, too
+  ReplaySummary summary;    ///< with verdicts and innovations per source
   daemon::TickRecord last;  ///< the last published record: calibrations, conditions
   diagnostics::Diagnostics warnings;
-  /// In the order of the ticks that took them in; Judgement::time_ns is the sample's own. Only for
-  /// models that test each sample.
+  /// In the order of the ticks that processed the samples; Judgement::time_ns is the sample's time.
+  /// Only for models that test each sample.
   std::vector<estimator::Judgement> judgements;
 };
 
-/// A drive whose replay gave no pose, and what the replay showed.
+/// Thrown if a replay gave no pose; has the warnings of the replay.
 struct NoPose : std::invalid_argument {
   NoPose(const std::string& text, diagnostics::Diagnostics shown)
       : std::invalid_argument(text), warnings(std::move(shown)) {}
   diagnostics::Diagnostics warnings;
 };
 
-/// `config` is the drive's own or a changed copy of it (model, vehicle, noise, signals, initial
-/// pose, ...); buses and databases are the drive's. The same inputs give the same bits, and those
-/// of `odom replay`. Throws std::invalid_argument for impossible settings, NoPose for a drive
-/// without a pose.
+/// `config` is the drive's own or a changed copy (model, vehicle, noise, signals, initial pose,
+/// ...); buses and databases are the drive's. The same inputs give the same bits, also in `odom
+/// replay`. Throws std::invalid_argument for impossible settings, NoPose without a pose.
 [[nodiscard]] ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config,
                                          Frame frame = Frame::map,
                                          Judgements judgements = Judgements::forget);
 
-/// Evaluation::nis_factor of a replay.
+/// Evaluation::nis_factor, from the innovations of a replay.
 [[nodiscard]] std::optional<double> nis_factor(const ReplaySummary& summary);
 
-/// The motion by the car's own sensors, through the full filter, in the frame without jumps; with
-/// the camera's poses their scales and offsets are learnt, without it is on the bus's clock alone.
-/// Nothing if that gives no pose.
+/// The motion from the car's own sensors, through the full filter, in the odometry frame. With
+/// camera poses, the sensors' scales and offsets are learnt; without, it depends on the bus's clock
+/// alone. Nothing if that gives no pose.
 [[nodiscard]] std::optional<Trajectory> motion(const Drive& drive,
                                                std::span<const estimator::CameraPose> cameras = {});
 
-/// The default alignment with the reference: none for poses with camera poses, which are in its
-/// frame already; the odometry frame, without camera poses, needs one.
+/// The default alignment: none for map poses estimated with camera poses, which are in the
+/// reference's frame already; `first` otherwise.
 [[nodiscard]] constexpr Align usual_align(bool camera_poses_came_in, Frame frame) {
   return camera_poses_came_in && frame == Frame::map ? Align::none : Align::first;
 }
 
-/// The pose in the body frame of the point that truth.csv follows: [reference] lever_arm, else the
-/// camera's.
+/// The pose in the body frame of the point that truth.csv follows: [reference] lever_arm, or the
+/// camera's if that is not set.
 [[nodiscard]] estimator::Pose2 reference_arm(const daemon::Config& config);
 
-/// The drive's reference, of the centre of gravity; that of the camera is so already.
+/// The drive's reference for the centre of gravity; a camera reference already is.
 [[nodiscard]] Trajectory reference_of(
     const Drive& drive, const std::optional<estimator::Pose2>& lever_arm = std::nullopt);
 
-/// For a drive without truth.csv: its camera's poses as the reference, else whether it is a closed
-/// loop. Needs a replay.
+/// For a drive without truth.csv: uses its camera's poses as the reference, or else determines
+/// whether it is a closed loop. Replays the drive.
 void find_reference(Drive& drive);
 
-/// The errors of a replay with a reference: mean displacement error over 35 ms and over 1 s [m],
-/// rms of position [m] and of heading [rad]; NaN if the drive does not determine it.
+/// The errors of a replay compared with a reference: mean displacement errors over 35 ms and 1 s
+/// [m], rms of position [m] and heading [rad]; NaN: not determined.
 using Score = std::array<double, 4>;
 
 [[nodiscard]] Score score_of(const Evaluation& evaluation);
 
-/// The errors of `tried` over those of `before`: the geometric mean of the ratios over drives and
-/// errors, so that no drive weighs more for being long or hard. 1: as good; 0.9: a tenth better.
-/// What a drive did not determine before does not count; what it no longer determines is infinitely
-/// bad.
+/// Errors of `tried` / errors of `before`: geometric mean of the ratios over drives and errors, so
+/// that long or hard drives have no more weight. 1: as good; 0.9: a tenth better. Errors that are
+/// NaN in `before` do not count; others that are NaN in `tried` make the result infinite.
 [[nodiscard]] double relative_error(std::span<const Score> tried, std::span<const Score> before);
 
 }  // namespace odomd::tools

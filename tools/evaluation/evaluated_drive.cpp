@@ -24,7 +24,7 @@ namespace {
 
 using diagnostics::Diagnostic;
 
-// "1760000015.5" is a time in the files, "+15.5" counts from their first row.
+// "1760000015.5" is a time in the files, "+15.5" is seconds after their first row.
 std::optional<std::int64_t> time_of(const std::string& option, const std::string& text,
                                     std::int64_t first_ns) {
   if (text.empty()) return std::nullopt;
@@ -39,7 +39,7 @@ std::optional<std::int64_t> time_of(const std::string& option, const std::string
   return time_ns;
 }
 
-// No drive is this long: the time was meant to count from the reference's first row.
+// No drive starts this long before its reference: the "+" is missing.
 constexpr std::int64_t longest_before_ns = 86'400LL * 1'000'000'000;
 
 /// The evaluated part, in times of the files.
@@ -66,7 +66,7 @@ bool is_steered(const EvaluatedDrive& drive) {
 
 std::size_t baseline_of(const EvaluatedDrive& drive, const std::string& name) {
   const std::vector<std::string> names = names_of(drive);
-  // Kinematics without a steering drive straight on.
+  // Without a steering signal the kinematic models drive straight.
   const char* const usual = is_steered(drive) ? "kinematic" : "inertial";
   const auto found = std::ranges::find(names, name.empty() ? usual : name);
   if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
@@ -75,8 +75,8 @@ std::size_t baseline_of(const EvaluatedDrive& drive, const std::string& name) {
                                           tools::quoted(name), fmt::join(names, ", ")));
 }
 
-// Does the rest once the estimates and the reference (as in its file) are in place. `read` is the
-// replayed drive; null for pose files.
+// Completes the evaluation once the estimates and the reference (as in its file) are set. `read` is
+// the replayed drive; null for pose files.
 void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
   EvaluationReport& report = drive.report;
   drive.is_part = !judging.from.empty() || !judging.to.empty();
@@ -94,7 +94,7 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
       if (drive.replays.empty()) append(drive.warnings, check_headings(estimate));
       report.evaluations.push_back(evaluate_closed_loop(estimate));
     }
-    // For the picture with truth and camera: dead reckoning begins anywhere.
+    // Aligned for the picture with truth and camera: dead reckoning has an arbitrary start pose.
     if (drive.shown && !has_cameras)
       for (std::size_t i = 0; i < drive.estimates.size(); ++i)
         if (const auto there = at(*drive.shown, drive.estimates[i].points.front().t_ns))
@@ -130,14 +130,14 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
   for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
     const Trajectory& estimate = drive.estimates[i];
     report.evaluations.push_back(evaluate(*drive.reference, estimate, report.align));
-    // A model that has stopped no longer turns, and has been reported already.
+    // A model that has stopped no longer turns, and its fault is reported already.
     if (!drive.replays.empty() && drive.replays[i].summary.fault_ns) continue;
     if (units[i] == Units::unlike) continue;
     const std::optional<Diagnostic> mismatch = drive_mismatch(*drive.reference, estimate);
     is_of_the_drive = is_of_the_drive || !mismatch;
     append(drive.warnings, mismatch);
   }
-  // What is not evaluated is not checked.
+  // Only the evaluated part is checked.
   Trajectory judged = *drive.reference;
   const auto is_outside = [&part](const TrajectoryPoint& point) {
     return point.t_ns < part.from_ns || point.t_ns > part.to_ns;

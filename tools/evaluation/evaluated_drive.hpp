@@ -1,4 +1,4 @@
-// Estimates of one drive with everything for a report.
+// Estimates of one drive with all data for a report.
 #pragma once
 
 #include <cstdint>
@@ -21,14 +21,14 @@ struct EvaluatedDrive {
   std::string name;
   EvaluationReport report;              ///< one evaluation per estimate
   std::optional<Trajectory> reference;  ///< of the centre of gravity: truth or camera, or none
-  std::optional<Trajectory> shown;  ///< in a picture of estimates that were not compared with it
+  std::optional<Trajectory> shown;      ///< truth, drawn with a closed loop but not compared
   std::vector<Trajectory> estimates;
-  std::vector<ReplayedDrive> replays;  ///< of each estimate, its poses moved to `estimates`; of
-                                       ///< pose files none
-  std::vector<estimator::CameraPose> cameras;  ///< also those that were left out
-  bool is_part = false;           ///< limited by --from or --to; the statistics of samples are not
-  bool loop_is_assumed = false;   ///< nobody said that the drive ends where it began
-  bool begins_elsewhere = false;  ///< the configuration's initial pose is of another drive
+  std::vector<ReplayedDrive> replays;  ///< one per estimate, its poses moved to `estimates`; none
+                                       ///< for pose files
+  std::vector<estimator::CameraPose> cameras;  ///< also those that the replay left out
+  bool is_part = false;           ///< limited by --from or --to; sample statistics are not
+  bool loop_is_assumed = false;   ///< without --closed-loop: the end is near the start
+  bool begins_elsewhere = false;  ///< the configuration's initial pose belongs to another drive
   std::optional<BeatHistogram> beat;
   std::optional<daemon::Config> config;  ///< of replays
   diagnostics::Diagnostics warnings;
@@ -37,21 +37,24 @@ struct EvaluatedDrive {
 /// Whether the estimates were replayed with the camera's poses.
 [[nodiscard]] bool camera_came_in(const EvaluatedDrive& drive);
 
-/// Short names of the estimates, and their colours: each model has its own in every picture.
+/// Short names of the estimates, and their colours: a model has the same colour in every picture.
 [[nodiscard]] std::vector<std::string> names_of(const EvaluatedDrive& drive);
 [[nodiscard]] std::vector<std::string> colours_of(const EvaluatedDrive& drive);
 
 /// How to evaluate, for pose files and folders.
 struct Judging {
-  Against against = Against::reference;  ///< or closed_loop. A drive without truth.csv: its camera,
-                                         ///< else itself where it ends where it began, else nothing
-  std::optional<Align> align;            ///< else the default; for pose files `first`
+  Against against = Against::reference;  ///< reference or closed_loop; a drive without truth.csv
+                                         ///< uses its camera, or its start if it is a closed loop,
+                                         ///< or else nothing
+  std::optional<Align> align;            ///< nothing: usual_align(), for pose files `first`
   Frame frame = Frame::map;
-  std::string from;  ///< a time of the files [s], "+T": after the first row of the reference, or of
-  std::string to;    ///< the estimate if there is none; empty: all
+  std::string from;  ///< a time in the files [s]; "+T": after the first row of the reference, or
+                     ///< else of the estimate
+  std::string to;    ///< likewise; empty: all
   std::optional<estimator::Pose2> lever_arm;
   bool fit_lever_arm = false;
-  std::string baseline;  ///< by its short name; empty: kinematic, else the first
+  std::string baseline;  ///< short name; empty: kinematic or else the first, without steering
+                         ///< inertial or else the last
   Judgements judgements = Judgements::forget;
   std::filesystem::path beat;  ///< a beat.csv; empty: the folder's, if there is one
 };
@@ -62,10 +65,10 @@ struct Judging {
                                             const std::vector<std::string>& poses,
                                             const Judging& judging);
 
-/// The models by default: inertial only if there is a gyro.
+/// The default models: inertial only if there is a gyro.
 [[nodiscard]] std::vector<estimator::Model> usual_models(const daemon::Config& config);
 
-/// Evaluates a drive's folder with each of the models, by default usual_models(). Throws
+/// Evaluates a drive's folder with each of the models; if empty, usual_models(). Throws
 /// std::invalid_argument.
 [[nodiscard]] EvaluatedDrive evaluate_folder(const DriveFiles& files,
                                              const std::vector<estimator::Model>& models,

@@ -15,11 +15,11 @@ namespace {
 using estimator::Pose2;
 
 constexpr double fastest_car = diagnostics::kind("reference_jumps").limits.most;
-constexpr double standing = 0.1;  // m: no car turns so tightly; the path of a reference that
-                                  // stays within is its noise
+constexpr double standing = 0.1;  // m: no car turns so tightly; a reference that stays within only
+                                  // shows noise
 
-// The rows of the reference between two times, and its interpolated ends; of a camera's, whose
-// noise would lengthen the path, one every tenth of a second.
+// The reference's rows between two times, and its interpolated ends. Of a camera, one row per tenth
+// of a second: its noise would lengthen the path.
 std::vector<TrajectoryPoint> piece(const Trajectory& reference, std::int64_t first_ns,
                                    std::int64_t last_ns) {
   std::vector<TrajectoryPoint> points{*at(reference, first_ns)};
@@ -30,10 +30,10 @@ std::vector<TrajectoryPoint> piece(const Trajectory& reference, std::int64_t fir
   return points;
 }
 
-// A tracker that has lost the car often repeats its last place.
+// Time in which the reference repeats a position, as trackers often do that have lost the car.
 std::int64_t stuck_ns(std::span<const Pair> pairs) {
-  constexpr double still = 0.005;  // m, of the reference
-  constexpr double driven = 0.5;   // m away, of the estimate
+  constexpr double still = 0.005;  // m, most motion of the reference
+  constexpr double driven = 0.5;   // m, least distance of the estimate
   constexpr std::int64_t least_ns = 1'000'000'000;
   std::int64_t all_ns = 0;
   for (std::size_t first = 0; first < pairs.size();) {
@@ -64,7 +64,7 @@ Motion velocity_rms(std::span<const Pair> pairs) {
   return {vx.spread().rms, vy.spread().rms, yaw_rate.spread().rms};
 }
 
-// The camera's noise is independent of an error that it judges: the squares add up.
+// The camera's noise is independent of the errors that it judges: their squares add up.
 void take_out_noise(std::span<const Pair> pairs, Evaluation& result) {
   double position = 0.0;
   double heading = 0.0;
@@ -73,7 +73,7 @@ void take_out_noise(std::span<const Pair> pairs, Evaluation& result) {
     position += (noise[0] + noise[3]) / static_cast<double>(pairs.size());
     heading += noise[5] / static_cast<double>(pairs.size());
   }
-  // The noise is known to a few per cent: what is left of it may be an error of a fifth of it.
+  // The noise is known to a few per cent: an error of a fifth of it may remain undetected.
   constexpr double least = 0.2;
   const auto without = [](double rms, double variance) {
     return std::sqrt(std::max(rms * rms - variance, least * least * variance));
@@ -131,7 +131,7 @@ Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Ali
                                      static_cast<double>(inside_95) / count, consistency.count()};
   }
   result.horizons = horizon_errors(reference, estimate, pairs);
-  // Poses less than that apart have camera poses in common: their distance is the odometry's.
+  // Poses closer together than this may share camera poses: their distance is the odometry's.
   if (reference.is_camera)
     std::erase_if(result.horizons,
                   [&](const HorizonError& e) { return e.horizon_ns < 2 * reference.bridge_ns; });

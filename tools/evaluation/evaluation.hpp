@@ -14,12 +14,12 @@
 
 namespace odomd::tools {
 
-/// What an estimate is compared with.
+/// The basis of comparison for an estimate.
 enum class Against : std::uint8_t {
   reference,
   camera,       ///< the camera's next poses: see camera_reference.hpp
   closed_loop,  ///< its own start: see closed_loop.hpp
-  nothing,      ///< its error is not known; innovations alone
+  nothing,      ///< the error is not known; innovations only
 };
 
 /// Whether the errors at every time are known.
@@ -39,33 +39,33 @@ struct Evaluation {
   std::int64_t first_ns = 0;
   std::int64_t last_ns = 0;
   std::size_t samples = 0;
-  double path_length = 0.0;           ///< of the reference between first and last [m]
-  double farthest = 0.0;              ///< of the reference, or of the estimate in a closed loop [m]
-  std::size_t reference_jumps = 0;    ///< steps faster than any car: over 100 m/s
-  std::int64_t reference_gap_ns = 0;  ///< the longest that was interpolated across
-  std::int64_t reference_stuck_ns = 0;  ///< total time at one place while the estimate moves on
+  double path_length = 0.0;           ///< of the reference, or of the estimate in a closed loop [m]
+  double farthest = 0.0;              ///< largest distance of the same from its start [m]
+  std::size_t reference_jumps = 0;    ///< number of steps faster than any car: over 100 m/s
+  std::int64_t reference_gap_ns = 0;  ///< longest gap that was interpolated
+  std::int64_t reference_stuck_ns = 0;  ///< total time at one position while the estimate moves on
   estimator::Pose2 alignment;           ///< of the estimate to the reference
 
   // For a closed loop, the above and:
   double end_error = 0.0;              ///< [m]
-  std::optional<double> end_cm_per_m;  ///< over the path; nothing for a car that stands
+  std::optional<double> end_cm_per_m;  ///< per path length; nothing if stationary
   double heading_end = 0.0;            ///< accumulated, estimate - reference [rad]
 
-  // Only with a reference. The rms of a camera's are without its noise; mean and max contain it:
+  // Only with a reference. A camera's noise is contained in mean and max, but removed from rms:
   Spread position;                         ///< [m]
   Spread heading;                          ///< [rad]
   double reference_noise = 0.0;            ///< rms of a camera's positions [m]
-  std::vector<HorizonError> horizons;      ///< as far as the span reaches
-  std::optional<HorizonError> short_term;  ///< the one of 35 ms
+  std::vector<HorizonError> horizons;      ///< those within the time span
+  std::optional<HorizonError> short_term;  ///< the horizon of 35 ms
   std::optional<Consistency> consistency;  ///< if the estimate has sigmas; with a camera's noise
   std::optional<Motion> velocity_rms;      ///< if both have velocities: rms of each difference
 
-  /// Of a replay whose model tests its samples, with or without a reference: by what factor the
-  /// mean NIS over its dimension is off 1, as geometric mean over the sources. 1 is consistent.
+  /// For a replay whose model tests its samples, with or without a reference: factor by which mean
+  /// NIS / dimension differs from 1, up or down; geometric mean over the sources. 1 is consistent.
   std::optional<double> nis_factor;
 };
 
-/// Throws std::invalid_argument if the two have fewer than two times in common.
+/// Throws std::invalid_argument if there are fewer than two common times.
 [[nodiscard]] Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate,
                                   Align align);
 

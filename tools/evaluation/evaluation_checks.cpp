@@ -35,7 +35,7 @@ std::optional<Diagnostic> report(const std::string& whose, const std::string& se
   return found(diagnostics::kind("clocks_differ"), whose, seen);
 }
 
-// Keeps the offset that explains the most: a poor model has time errors of its own.
+// Keeps the offset that leaves the smallest error: a poor model has time errors of its own.
 void keep_the_better(std::optional<TimeOffset>& best, const std::optional<TimeOffset>& other) {
   if (other && (!best || other->after < best->after)) best = other;
 }
@@ -88,7 +88,7 @@ std::vector<Units> check_units(EvaluatedDrive& drive) {
   append(drive.warnings, check_headings(*drive.reference));
   if (!drive.replays.empty()) return units;
   for (std::size_t i = 0; i < units.size(); ++i) {
-    const Trajectory& estimate = drive.estimates[i];  // of whatever program
+    const Trajectory& estimate = drive.estimates[i];  // may be another program's
     if (are_unlike(estimate, *drive.reference, "the reference"))
       units[i] = Units::unlike;
     else
@@ -108,7 +108,7 @@ void check_coverage(EvaluatedDrive& drive, const Trajectory& judged,
     };
     const auto seconds = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-9; };
     const double whole_s = seconds(points.back().t_ns - points.front().t_ns);
-    // A camera's reference has gaps, which are left out.
+    // A camera reference has gaps, in which nothing is compared.
     const double covered_s =
         drive.reference && drive.reference->is_camera
             ? whole_s * static_cast<double>(e.samples) / static_cast<double>(points.size())
@@ -177,7 +177,7 @@ std::optional<Diagnostic> check_times(const Trajectory& reference, const Drive& 
                   "their times " + look(of_reference->late_s) + " against the bus");
   }
   const std::string difference = by_how_much(*between, "rms between the two");
-  // The bus shows which of the two is off; the two together show more precisely by how much.
+  // The bus shows which is off, reference or camera; their difference is the more precise offset.
   if (of_camera && !of_reference)
     return report("camera.csv",
                   "its times " + look(-between->late_s) + " against the bus" + difference);

@@ -1,4 +1,4 @@
-// Diagnostics of an evaluated drive: what its errors and time offsets say about its configuration.
+// Diagnostics of an evaluated drive, from its errors and time offsets.
 #pragma once
 
 #include <cstdint>
@@ -16,39 +16,39 @@
 
 namespace odomd::tools {
 
-/// The replays' warnings about sensors. A warning that every model gives becomes one of the drive.
+/// Adds the replays' warnings about sensors. A warning of every model is added once, for the drive.
 void check_sensors(EvaluatedDrive& drive);
 
-/// Poses in other units than those of another trajectory, which messages call `whose`.
+/// Checks whether the units of poses are those of another trajectory, which messages call `whose`.
 [[nodiscard]] diagnostics::Diagnostics check_units_of(const Trajectory& poses,
                                                       const Trajectory& other,
                                                       const std::string& whose);
 
-/// The units of reference and estimate. If they differ, most other warnings about the two are left
-/// out, as they follow from this.
+/// Whether reference and estimate have the same units. If not, most other warnings about the two
+/// are left out, as they follow from this.
 enum class Units : std::uint8_t { alike, unlike };
 
 /// The units of each estimate. Also checks the headings of the reference and of estimates in the
 /// same units.
 [[nodiscard]] std::vector<Units> check_units(EvaluatedDrive& drive);
 
-/// Warns of parts of the reference (`judged`: the part that was asked for) that are not evaluated:
-/// jumps, gaps and standstills. Needs the evaluations.
+/// Warns of parts of the reference that are not evaluated: jumps, gaps and standstills. `judged`:
+/// the requested part of it. Needs the evaluations.
 void check_coverage(EvaluatedDrive& drive, const Trajectory& judged,
                     const std::vector<Units>& units);
 
-/// The times of a reference compared with estimates that were read from files, whose log is not
-/// known. Nothing if they agree.
+/// Compares the times of a reference with those of estimates from files, whose log is not known.
+/// Nothing if they agree.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> check_times(
     const Trajectory& reference, std::span<const Trajectory> estimates, Align align);
 
-/// The same for a drive, compared with motion() without the camera, which is on the log's clock.
-/// The reference is that of the centre of gravity. Needs a replay.
+/// Compares them for a drive with motion() without the camera, which is on the log's clock. The
+/// reference is that of the centre of gravity. Replays the drive.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> check_times(const Trajectory& reference,
                                                                  const Drive& drive, Align align);
 
-/// Those of the replay, and an initial pose of another drive; with a reference, its units and
-/// headings, a reference of another drive, and wrong times of the two. Throws as replay_drive().
+/// Warnings of the replay, and of an initial pose of another drive; with a reference, of its units
+/// and headings, of a reference of another drive, and of wrong times. Throws like replay_drive().
 [[nodiscard]] diagnostics::Diagnostics check_drive(const Drive& drive);
 
 }  // namespace odomd::tools

@@ -129,7 +129,7 @@ std::vector<Metric> metrics_of(const Evaluation& e, const Evaluation& baseline) 
   add_if(compared, "heading error at the end [deg]", 3, degrees(e.heading_end));
   add_if(reference, "heading error rms [deg]", 3, degrees(e.heading.rms));
   add_if(reference, "heading error max [deg]", 3, degrees(e.heading.max));
-  // JSON has their rms, their maximum and further horizons.
+  // The JSON also has their rms and maximum, and further horizons.
   const bool known = e.short_term.has_value();
   add_if(known, "35 ms error mean [mm]", 3, 1e3 * short_term.displacement.mean);
   add_if(known, "35 ms yaw error mean [deg]", 3, degrees(short_term.yaw.mean));

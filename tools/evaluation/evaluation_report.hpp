@@ -16,10 +16,10 @@ struct EvaluationReport {
   std::string reference;
   Align align = Align::first;
   Frame frame = Frame::map;                   ///< of the estimates
-  std::optional<estimator::Pose2> lever_arm;  ///< lever arm that was removed from the reference
-  std::size_t fitted_windows = 0;             ///< if the lever arm was fitted
-  std::vector<Evaluation> evaluations;        ///< at least one
-  std::size_t baseline = 0;                   ///< the one that the others are compared with
+  std::optional<estimator::Pose2> lever_arm;  ///< removed from the reference
+  std::size_t fitted_windows = 0;       ///< number of windows if the lever arm was fitted, else 0
+  std::vector<Evaluation> evaluations;  ///< at least one
+  std::size_t baseline = 0;  ///< index of the evaluation that the others are compared with
 };
 
 [[nodiscard]] std::string align_in_words(Align align);  ///< "first (position and ...)"
@@ -32,33 +32,33 @@ struct EvaluationReport {
 /// to be near zero at the end makes the ratio meaningless.
 [[nodiscard]] std::optional<double> improvement(double value, double baseline, double usual = 0.0);
 
-/// What estimates are compared with, and what their figures are worth; in one line.
+/// One line: what the estimates are compared with, and the limits of their figures.
 [[nodiscard]] std::string basis_in_words(Against against);
 [[nodiscard]] std::string basis_in_words(const EvaluationReport& report);
 
-/// A figure of an evaluation in the unit of its label; nothing: not known.
+/// A figure of an evaluation in the unit of its label; without a value if it is not known.
 struct Metric {
   std::string_view label;
   int decimals = 0;
   std::optional<double> value;
 };
 
-/// "12.3"; "-" if it is not known, "< -999" for an improvement that is far worse.
+/// "12.3"; "-" if it is not known; "< -999" for an improvement below that.
 [[nodiscard]] std::string text_of(const Metric& metric);
 
-/// In the order of the report, with the same labels for all evaluations.
+/// The figures in the order of the report, with the same labels for all evaluations.
 [[nodiscard]] std::vector<Metric> metrics_of(const Evaluation& e, const Evaluation& baseline);
 
-/// The rows: a label and one cell per estimate.
+/// The rows of the report: a label and one cell per estimate.
 [[nodiscard]] std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report);
 
-/// A table with one column per pose file, below a description.
+/// A table with one column per estimate, below a description.
 [[nodiscard]] std::string as_text(const EvaluationReport& report);
 
-/// SI units, radians.
+/// In SI units and radians.
 [[nodiscard]] nlohmann::ordered_json json_of(const EvaluationReport& report);
 
-/// With a newline; bytes that are not UTF-8 are replaced.
+/// The JSON and a newline; bytes that are not UTF-8 are replaced.
 [[nodiscard]] std::string text_of(const nlohmann::ordered_json& json);
 
 }  // namespace odomd::tools

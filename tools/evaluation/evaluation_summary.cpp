@@ -25,8 +25,8 @@ using Value = std::optional<double>;
 struct Column {
   const char* header;
   int decimals;
-  const char* json;  // its name there
-  double si;         // the header's unit
+  const char* json;  // name of its JSON key
+  double si;         // the header's unit in SI units
   const char* metric;
 };
 
@@ -74,8 +74,7 @@ std::optional<double> mean(const std::vector<std::vector<Figures>>& drives, std:
   return sum / static_cast<double>(drives.size());
 }
 
-// The means over all drives, of headings the mean magnitude. The improvement is that of the mean
-// cm/m.
+// Means of the magnitudes over all drives. The improvement is computed from the mean cm/m.
 std::vector<Figures> means_of(const std::vector<std::vector<Figures>>& drives,
                               std::size_t baseline) {
   const auto same = [&drives](const auto& rows) {

@@ -9,12 +9,12 @@
 
 namespace odomd::tools {
 
-/// One row per drive and estimate; with several drives, followed by one row with the means for each
-/// estimate that all drives have. Empty columns are left out, and so is the drive's if there is
+/// One row per drive and estimate. Several drives that all have the same estimates are followed by
+/// one row per estimate with the means. Empty columns are left out, as is the drive's if there is
 /// only one.
 [[nodiscard]] Table summary_table(std::span<const EvaluatedDrive> drives);
 
-/// The judgements of the samples: one row per source of the drive.
+/// Verdicts on the samples and their innovations: one row per source of the drive.
 [[nodiscard]] Table source_table(const ReplaySummary& summary);
 
 /// Everything as JSON.

@@ -10,7 +10,7 @@ namespace {
 
 using estimator::Pose2;
 
-// Poses of a trajectory at times that only increase, all within its span.
+// Poses of a trajectory at non-decreasing times within its span.
 class Walk {
  public:
   explicit Walk(const Trajectory& trajectory)

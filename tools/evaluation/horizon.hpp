@@ -1,5 +1,4 @@
-// How far an estimate is off after a given distance or time: errors of the relative motion, and
-// their spread.
+// Errors of an estimate's relative motion over a given time, and their spread.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +20,7 @@ struct Spread {
   double max = 0.0;
 };
 
-/// Of magnitudes as they come in.
+/// Computes the spread of magnitudes that are added one by one.
 class Gathered {
  public:
   void add(double magnitude) {
@@ -43,23 +42,23 @@ class Gathered {
   std::size_t count_ = 0;
 };
 
-/// The horizons: from a tick of 5 ms to a second.
+/// The horizons, from a tick of 5 ms to a second.
 inline constexpr std::array<std::int64_t, 10> horizons_ns{
     5'000'000,   10'000'000,  20'000'000,  35'000'000,  50'000'000,
     100'000'000, 200'000'000, 350'000'000, 500'000'000, 1'000'000'000};
 
-/// Until the next camera pose: seven ticks of 5 ms.
+/// The time until the next camera pose: seven ticks of 5 ms.
 inline constexpr std::int64_t short_horizon_ns = 35'000'000;
 
 struct HorizonError {
   std::int64_t horizon_ns = 0;
   Spread displacement;      ///< [m]
-  Spread yaw;               ///< of the relative turn [rad]
+  Spread yaw;               ///< of the yaw change [rad]
   std::size_t samples = 0;  ///< at least one
 };
 
-/// d(t) = R(ψ(t))ᵀ (p(t + T) − p(t)), each side by its own heading; the error is ‖d − d̂‖. Over
-/// all pairs whose t + T is not after the last of them; horizons beyond that are left out.
+/// d(t) = R(ψ(t))ᵀ (p(t + T) − p(t)), each trajectory with its own heading; the error is ‖d − d̂‖.
+/// Uses all pairs with t + T up to the last pair's time; horizons without any are left out.
 [[nodiscard]] std::vector<HorizonError> horizon_errors(const Trajectory& reference,
                                                        const Trajectory& estimate,
                                                        std::span<const Pair> pairs);

@@ -13,25 +13,25 @@ namespace odomd::tools {
 namespace {
 
 constexpr std::int64_t step_ns = 10'000'000;
-constexpr std::int64_t steps = 25;  // either way
+constexpr std::int64_t steps = 25;  // in each direction
 constexpr double step_s = 0.01;
 constexpr std::int64_t window_ns = 1'000'000'000;
 constexpr std::int64_t stride_ns = 50'000'000;
 constexpr std::size_t most_samples = 2000;
 constexpr std::size_t fewest = 100;
 
-// The effect of an unstated latency, or of holding a value between two samples.
+// Smaller offsets may come from an unstated latency, or from holding a value between two samples.
 constexpr double least_offset = 0.02;  // s
-// The share of the error that remains without the offset. Recorded and simulated drives with
+// Largest share of the error that may remain without the offset. Recorded and simulated drives with
 // correct times have 0.75 and above, those 50 ms off 0.5 and below.
 constexpr double left_of_position = 0.6;
 constexpr double left_of_heading = 0.95;
-// For errors over a second: a kinematic model, which turns with the steering, has 0.65 and above.
+// Likewise over a second: a kinematic model, which turns with the steering, has 0.65 and above.
 constexpr double left_of_turn = 0.5;
 constexpr double left_of_way = 0.9;
 constexpr double least_turn = 0.005;  // rad in a second, rms of the error
 
-// Mean squares of an error, by the offset removed.
+// Mean squares of an error, one for each removed offset.
 class Scan {
  public:
   void add(double sum, double count) { squares_.push_back(count > 0.0 ? sum / count : 0.0); }
@@ -40,7 +40,7 @@ class Scan {
   [[nodiscard]] double least() const { return std::sqrt(squares_[best()]); }
   [[nodiscard]] double left() const { return as_it_is() > 0.0 ? least() / as_it_is() : 1.0; }
   [[nodiscard]] bool is_inside() const { return best() > 1 && best() + 2 < squares_.size(); }
-  /// The vertex of the parabola through the best and its neighbours; only inside the range.
+  /// The vertex of the parabola through the minimum and its neighbours; only if is_inside().
   [[nodiscard]] double offset() const {
     const std::size_t k = best();
     const double bend = squares_[k - 1] - 2.0 * squares_[k] + squares_[k + 1];
@@ -61,7 +61,7 @@ struct Span {
   std::int64_t to = 0;
 };
 
-// The same times of the estimate are evaluated for every offset.
+// The range of times that can be evaluated for every offset.
 Span judged(const Trajectory& reference, const Trajectory& estimate) {
   constexpr std::int64_t margin_ns = steps * step_ns;
   return {std::max(reference.points.front().t_ns + margin_ns, estimate.points.front().t_ns),
@@ -78,7 +78,7 @@ std::vector<TrajectoryPoint> thinned(const Trajectory& estimate, const Span& spa
   return some;
 }
 
-// The row at half of the path: a car that stands gives no information on times.
+// The row at half of the path: a stationary car gives no information about times.
 std::size_t half_of_the_way(const std::vector<TrajectoryPoint>& points) {
   std::vector<double> driven{0.0};
   for (std::size_t i = 1; i < points.size(); ++i)
@@ -91,7 +91,7 @@ double squared(double value) {
   return value * value;
 }
 
-/// Whether the reference is known at a time and at all offsets from it: a camera's has gaps.
+/// Whether the reference is known at a time and at all offsets from it (a camera's has gaps).
 bool is_known_around(const Trajectory& reference, std::int64_t t_ns) {
   for (std::int64_t k = -steps; k <= steps; ++k)
     if (!at(reference, t_ns + k * step_ns)) return false;
