@@ -69,7 +69,7 @@ std::vector<Dimension> dimensions_of(Source source) {
   }
 }
 
-// [s]: five times the usual spacing, and half a second at least.
+// Longest spacing of samples that is no gap [s]: five times the median, at least 0.5 s.
 double longest_spacing(std::span<const Judgement> samples) {
   std::vector<std::int64_t> spacings;
   for (std::size_t i = 1; i < samples.size(); ++i)
@@ -146,7 +146,7 @@ std::vector<Figure> beat_charts(const BeatHistogram& beat) {
 std::vector<chart::Chart> innovation_charts(std::span<const Judgement> judgements,
                                             std::int64_t zero_ns) {
   std::array<std::vector<Judgement>, estimator::source_count> by_source;
-  // One axis of time for all: a source that is tested for a while only is seen to be.
+  // One time axis for all charts: it shows a source that was tested for part of the time only.
   double first = std::numeric_limits<double>::infinity();
   double last = -first;
   for (const Judgement& judgement : judgements) {

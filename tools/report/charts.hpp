@@ -1,4 +1,4 @@
-// Charts of files other than poses: the timing of ticks, innovations, and the map of an evaluation.
+// Charts of an evaluated drive: timing of ticks, innovations, and the map.
 #pragma once
 
 #include <cstdint>
@@ -17,20 +17,20 @@ namespace odomd::tools {
 
 struct Figure {
   chart::Drawing drawing;
-  std::string caption;  ///< what is to be seen, in one or two sentences
+  std::string caption;  ///< describes the drawing in one or two sentences
 };
 
-/// Wake-up latency, and the work in a tick where it was measured. Both axes are logarithmic, so
-/// that one late tick in a million is seen. Captions: median, 99 %, largest.
+/// Wake-up latency, and the execution time of a tick if it was measured. Both axes are logarithmic,
+/// so that one late tick in a million is visible. Captions: median, 99 %, largest.
 [[nodiscard]] std::vector<Figure> beat_charts(const BeatHistogram& beat);
 
-/// A chart for every dimension of every source that was tested, in the order of the sources: ν as
-/// dots, gated ones in another colour, within ±3√S. Times are seconds after `zero_ns`.
+/// A chart for every dimension of every tested source, in the order of the sources: ν as dots,
+/// gated ones in another colour, and the band ±3√S. Times are seconds after `zero_ns`.
 [[nodiscard]] std::vector<chart::Chart> innovation_charts(
     std::span<const estimator::Judgement> judgements, std::int64_t zero_ns);
 
 /// Reference and aligned estimates within their common time, camera poses as dots; cm/m and heading
-/// in the legend.
+/// error in the legend.
 [[nodiscard]] chart::Map evaluation_map(const EvaluatedDrive& drive, const std::string& title);
 
 }  // namespace odomd::tools

@@ -1,4 +1,4 @@
-// What each figure of a report means, shown where it is printed.
+// The meaning of each figure of a report, shown where it is printed.
 #include "tools/report/page.hpp"
 
 #include <array>
@@ -7,11 +7,11 @@ namespace odomd::tools::report {
 namespace {
 
 struct Definition {
-  std::string_view label;  ///< as it begins
+  std::string_view label;  ///< start of the labels to which it applies
   std::string_view text;
 };
 
-// The first that fits counts.
+// The first matching entry applies.
 constexpr std::array definitions{
     Definition{"samples", "instants that were compared"},
     Definition{"time span", "from the first of them to the last"},

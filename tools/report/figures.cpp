@@ -21,7 +21,7 @@ using chart::Series;
 
 constexpr double degrees = 180.0 / std::numbers::pi;
 
-// Metres for people: millimetres where all of it is small.
+// The unit of lengths in a chart: millimetres if all values are below 0.2 m.
 struct Unit {
   const char* name;
   double factor;
@@ -62,7 +62,7 @@ Figure horizon(const EvaluatedDrive& drive) {
           "frame. Both axes are logarithmic."};
 }
 
-using Errors = std::vector<std::vector<PoseError>>;  // by estimate
+using Errors = std::vector<std::vector<PoseError>>;  // one vector per estimate
 
 // A value of each error over time; errors without the value are left out.
 template <typename Value>
@@ -100,7 +100,7 @@ Figure heading_errors(const EvaluatedDrive& drive, const Errors& errors) {
   return {draw(chart), "Accumulated heading error of each estimate."};
 }
 
-// One of the focus's errors with what its covariance says of it.
+// An error component of the focus, and its sigma.
 struct Component {
   const char* name;
   double DrivenError::*value;
@@ -188,7 +188,7 @@ std::vector<Figure> errors(const EvaluatedDrive& drive) {
                               drive.report.evaluations[i].consistency.has_value()));
   }
   std::vector<Figure> figures{position_errors(drive, all), heading_errors(drive, all)};
-  // Of a camera only the error over a second is known.
+  // With a camera reference, no error over less than a second is known.
   if (!drive.reference->is_camera) figures.insert(figures.begin(), horizon(drive));
   static constexpr std::array<Component, 3> components{{
       {"error along", &DrivenError::along, &DrivenError::sigma_along},
@@ -218,7 +218,7 @@ std::vector<Figure> innovations(const EvaluatedDrive& drive) {
   const std::size_t focus = focus_of(drive);
   if (focus >= drive.replays.size()) return {};
   const Evaluation& judged = drive.report.evaluations[focus];
-  std::vector<estimator::Judgement> judgements;  // of the part that is judged
+  std::vector<estimator::Judgement> judgements;  // within the evaluated part
   std::ranges::copy_if(drive.replays[focus].judgements, std::back_inserter(judgements),
                        [&judged](const estimator::Judgement& one) {
                          return one.time_ns >= judged.first_ns && one.time_ns <= judged.last_ns;

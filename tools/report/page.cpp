@@ -21,7 +21,7 @@ namespace {
 
 using svg::escaped;
 
-// Two pictures side by side if there is room, one on a phone; three small ones. On a phone each row
+// Two pictures (or three small ones) side by side if there is room, one on a phone. There each row
 // of a table becomes a card with its cells below each other, so that nothing scrolls sideways.
 constexpr const char* style = R"css(
 :root { color-scheme: light; }
@@ -89,7 +89,7 @@ pre { background: #fff; border: 1px solid #e0e4e9; border-radius: 8px; padding: 
 }
 )css";
 
-// "kinematic_printed" may break behind its underscore.
+// Allows a line break after each underscore, as in "kinematic_printed".
 std::string breakable(const std::string& name) {
   std::string words;
   for (const char letter : name) {
@@ -99,7 +99,7 @@ std::string breakable(const std::string& name) {
   return words;
 }
 
-// What its columns mean.
+// The definitions of the table's columns.
 std::string definitions_of(const Table& table) {
   std::string list;
   for (const std::string& label : table.header)
@@ -158,7 +158,7 @@ std::string paragraph(const std::string& text, const char* kind) {
   return fmt::format("<p class=\"{}\">{}</p>\n", kind, escaped(text));
 }
 
-// The drive and its evaluation.
+// Facts about the drive and its evaluation, in one paragraph.
 std::string facts(const EvaluatedDrive& drive) {
   const Evaluation& e = drive.report.evaluations.front();
   std::string text = fixed(static_cast<double>(e.last_ns - e.first_ns) * 1e-9, 1) + " s, " +
@@ -187,7 +187,7 @@ Table details_table(const EvaluatedDrive& drive) {
   return table;
 }
 
-// The calibrations at the end.
+// The focus's calibrations at the end of the drive.
 std::optional<Table> calibration_table(const EvaluatedDrive& drive) {
   const std::size_t focus = focus_of(drive);
   if (focus >= drive.replays.size()) return std::nullopt;
@@ -226,7 +226,7 @@ std::string samples(const EvaluatedDrive& drive) {
   return out;
 }
 
-// Text that keeps its lines.
+// Escapes a text and keeps its line breaks.
 std::string escaped_lines(const std::string& text) {
   std::string out;
   std::size_t at = 0;
@@ -262,7 +262,7 @@ std::string title_of(std::span<const EvaluatedDrive> drives, const PageInfo& inf
                      fmt::join(drives | std::views::transform(&EvaluatedDrive::name), ", "));
 }
 
-// At the top of the page.
+// The box at the top of the page.
 std::string verdict(const EvaluatedDrive& drive, bool several) {
   const Verdict verdict = verdict_of(drive);
   std::string kind = in_words(verdict.grade);

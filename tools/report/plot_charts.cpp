@@ -34,13 +34,13 @@ constexpr double degrees = 180.0 / std::numbers::pi;
 using Value = double (*)(const TrajectoryPoint&);
 
 // A curve of a quantity: from the trajectory, or from a further column of the pose file. The curves
-// of one quantity stand below each other.
+// of one quantity are drawn below each other.
 struct Curve {
   std::string_view quantity;
   std::string_view title;
   std::string_view label;
   Value value = nullptr;
-  bool Trajectory::*needs = nullptr;  // else every trajectory has the value
+  bool Trajectory::*needs = nullptr;  // null: every trajectory has the value
   std::string_view column;
   double factor = 1.0;
 };
@@ -91,7 +91,7 @@ const std::vector<Curve>& all_curves() {
   return all;
 }
 
-// The tracks with their names, colours and starts; the reference first, where there is one.
+// A track with its name, colour and start; in a list, the reference, if any, comes first.
 struct Drawn {
   const Trajectory* track;
   std::string name;
@@ -144,7 +144,7 @@ chart::Band band_of(const Curve& curve, const Trajectory& track, const Series& s
   return band;
 }
 
-// Of the tracks that have it.
+// Draws the curve of every track that has its data.
 Chart chart_of(const Curve& curve, const std::vector<Drawn>& tracks, const Calibrations& truth) {
   Chart chart;
   chart.title = curve.title;
@@ -221,7 +221,7 @@ Calibrations true_calibrations(const std::filesystem::path& folder) {
         {"stiffness_scale", 1.0 + 0.5 * (of("stiffness_error_front") + of("stiffness_error_rear"))},
         {"gyro_latency", of("gyro_latency")},
         {"wheel_latency", of("wheel_latency")},
-        // The actuator's delay and lag come on top of a command's.
+        // The latency of a commanded steering includes the actuator's delay and lag.
         {"steering_latency",
          of("steering_latency") +
              of("steering_commanded") * (of("steering_delay") + of("steering_lag"))}};
@@ -241,7 +241,7 @@ LiveTrack follow_daemon(const std::string& shm, double seconds, Frame frame,
   daemon::TickRecord record;
   const auto end = steady_clock::now() + std::chrono::duration<double>(seconds);
   while (!interrupt.requested() && steady_clock::now() < end) {
-    // Calibrations change slowly: the newest stand for all ticks that are handed out together.
+    // Calibrations change slowly: the newest apply to all ticks of a batch.
     const auto newest = follower.client().latest_details();
     if (newest.has_value()) record.details = newest->details;
     (void)follower.follow(std::chrono::milliseconds{100}, [&](const odom_pose& pose) {
@@ -299,7 +299,7 @@ std::vector<chart::Drawing> plot(std::string_view quantity, const PlotInput& inp
   for (const Curve& curve : all_curves()) {
     if (curve.quantity != quantity) continue;
     const Chart chart = chart_of(curve, tracks, input.truth);
-    // A reference alone is no picture of the poses.
+    // A chart of the reference alone is left out.
     const auto is_reference = [](const Series& series) {
       return series.colour == chart::reference_colour;
     };

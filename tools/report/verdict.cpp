@@ -18,7 +18,7 @@
 namespace odomd::tools::report {
 namespace {
 
-/// Good up to the first, to look at up to the second, wrong beyond.
+/// Grades a value: good up to `good`, to look at up to `look_at`, wrong beyond.
 struct Bar {
   double good;
   double look_at;
@@ -28,32 +28,31 @@ struct Bar {
   }
 };
 
-// The paper's filter ends within 1.25 cm/m of its lap, its kinematic model within 7.2: a car whose
-// filter is at twice the one is usual, and beyond the other it needs no filter.
+// In the paper the filter ends within 1.25 cm per metre of the lap, the kinematic model within 7.2.
+// Twice the former is usual for a filter; beyond the latter a car needs no filter.
 constexpr Bar drift{2.5, 7.2};  // cm/m
 
-// A filter with a camera averages its poses: it should be off by less than one pose is, and by
-// three times that it does not follow the camera.
+// A filter with a camera averages its poses: its rms error should be below the sigma of one pose.
+// From three times that sigma on, it does not follow the camera.
 constexpr Bar against_a_pose{1.0, 3.0};
 
-// Twice 3 means sigmas that are too small by 1.4, which limits made for 3 sigma bear; five times,
-// by 2.2, so that what the filter calls 3 sigma is passed every tenth time.
+// NEES 6 is twice the expected 3: sigmas are too small by 1.4, which 3-sigma limits tolerate. At 15
+// they are too small by 2.2, and 18 % of an axis's errors exceed its 3 sigma.
 constexpr Bar nees{6.0, 15.0};
-constexpr double cautious_nees = 0.75;  // sigmas twice as large as they need be
+constexpr double cautious_nees = 0.75;  // sigmas twice as large as the errors
 
-// Of a source: noises that are wrong by a factor of two.
+// Limits of NIS / expected for a source: its noise is then wrong by a factor of two.
 constexpr double least_nis = 0.25;
 constexpr double most_nis = 4.0;
 
-/// A heading that is less certain than this for more than this share of the drive says nothing of
-/// where the car points, right or not.
+/// The heading counts as uncertain if its sigma exceeds this for more than this share of the drive.
 constexpr double max_heading_sigma = 10.0, max_uncertain_share = 0.1;  // deg
 
-/// A car that ends this near by chance says nothing of a drift.
+/// Shorter drives may end near the reference by chance: their drift is not judged.
 constexpr double least_path = 5.0;  // m
 
-/// A camera's reference makes the position rms of simulated drives up to 28 % larger, and the best
-/// model's most of all (docs/evaluation.md); a truth's differences of 5 % are chance.
+/// A camera as reference makes the position rms of simulated drives up to 28 % larger, most for the
+/// best model (docs/evaluation.md). With truth, differences below 5 % are chance.
 constexpr double clear_by = 5.0, clear_by_camera = 30.0;  // %
 
 class Reasons {
@@ -89,17 +88,17 @@ void judge_warnings(const EvaluatedDrive& drive, Reasons& reasons) {
                           counted(drive.warnings.size(), "warning"), codes));
 }
 
-// Whose position it is.
+// Start of the sentence about the drift: which position is judged.
 std::string subject_of(const EvaluatedDrive& drive) {
   if (drive.replays.empty()) return "Its position is";
   if (camera_came_in(drive)) return "In the frame without jumps its position is";
   return "Without the camera its position is";
 }
 
-// False if there is nothing to judge it by.
+// Returns false if the drift cannot be judged.
 bool judge_drift(const EvaluatedDrive& drive, const Evaluation& e, Reasons& reasons) {
   if (!e.end_cm_per_m || e.path_length < least_path) return false;
-  // The end of a lap may be right by chance.
+  // The end may be right by chance: the rms counts, too.
   const double off =
       std::max(has_reference(e.against) ? e.position.rms : 0.0, e.end_error) / e.path_length;
   const std::string rms =

@@ -1,5 +1,5 @@
 // The verdict on a drive, on the terminal and at the top of a report: good, to look at, or wrong,
-// and why, in sentences.
+// with the reasons in sentences.
 #pragma once
 
 #include <cstdint>
@@ -21,17 +21,17 @@ struct Reason {
   std::string sentence;
 };
 
-/// Of one drive, judged by the estimate that the report is about: focus_of().
+/// The verdict on one drive, from the estimate focus_of().
 struct Verdict {
   Grade grade = Grade::good;    ///< the worst of the reasons
   std::string subject;          ///< "full with the camera"
-  std::string basis;            ///< what it was compared with, and what that is worth
+  std::string basis;            ///< what the estimate is compared with, and the limits of that
   std::vector<Reason> reasons;  ///< the worst first
 };
 
 [[nodiscard]] Verdict verdict_of(const EvaluatedDrive& drive);
 
-/// A line of its own for the grade and for each reason.
+/// One line for the grade, and one for each reason.
 [[nodiscard]] std::string as_text(const Verdict& verdict);
 [[nodiscard]] nlohmann::ordered_json as_json(const Verdict& verdict);
 
