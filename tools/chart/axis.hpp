@@ -1,4 +1,4 @@
-// What charts and maps have in common: axes with round ticks, and a legend.
+// Axes with round ticks, and legends, for charts and maps.
 #pragma once
 
 #include <cstdint>
@@ -16,14 +16,14 @@ struct Range {
   [[nodiscard]] double width() const { return high - low; }
 };
 
-/// The axis between two ends of the picture (user units; `from` belongs to the low end).
+/// An axis between two positions in the picture (user units; `from` is that of the low end).
 struct Scale {
   Range range;
   Scaling scaling = Scaling::linear;
   double from = 0.0;
   double to = 1.0;
 
-  /// Values without a logarithm, and values far outside, are placed near the ends.
+  /// Values without a logarithm, and far values, are placed up to 50 axis lengths outside.
   [[nodiscard]] double operator()(double value) const;
 };
 
@@ -45,7 +45,7 @@ struct Tick {
 /// The number of decimals for steps of this size.
 [[nodiscard]] int decimals_for(double step);
 
-/// A number with a true minus.
+/// A number with a true minus (U+2212).
 [[nodiscard]] std::string number(double value, int decimals);
 
 /// The grid, and the numbers along both axes.
@@ -74,7 +74,7 @@ struct Legend {
   double bottom = 0.0;  ///< `top` if there is no entry
 };
 
-/// Rows of entries from the left, as wide as the canvas.
+/// Rows of entries from the left, within the width of the canvas.
 [[nodiscard]] Legend legend(const std::vector<LegendEntry>& entries, double top);
 
 }  // namespace odomd::tools::chart

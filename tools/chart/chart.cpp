@@ -17,7 +17,7 @@ namespace {
 
 using svg::px;
 
-constexpr std::size_t columns = 480;  // of a thinned-out curve
+constexpr std::size_t columns = 480;  // per thinned-out curve
 
 // The smallest and the largest finite value (and, for a logarithmic axis, positive value).
 class Extent {
@@ -55,7 +55,7 @@ Range x_range(const Chart& chart) {
   return range.width() > 0.0 ? range : with_room(range, chart.x.scaling);
 }
 
-// The value below which a share of all lies.
+// The value below which this share of all values lies.
 double quantile(std::vector<double> values, double share) {
   const auto at =
       values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -65,8 +65,8 @@ double quantile(std::vector<double> values, double share) {
 
 Range y_range(const Chart& chart) {
   if (chart.y.range) return *chart.y.range;
-  constexpr double near = 8.0;    // heights of the curves that a band may add on either side
-  constexpr double usual = 0.97;  // a band is that wide at most for such a share of the time
+  constexpr double near = 8.0;  // curve heights by which a band may extend the axis on either side
+  constexpr double usual = 0.97;  // quantile of a band's edges that the axis includes
   Extent extent(chart.y.scaling);
   for (const auto& series : chart.series)
     for (const auto& p : series.points) extent.take(p.y);
@@ -120,7 +120,7 @@ std::string dots_of(const std::vector<Point>& points, const Scale& x, const Scal
 }
 
 std::string draw_series(const Series& series, const Scale& x, const Scale& y) {
-  // Dots are wider than a line needs to be.
+  // Dots are wider than lines: fewer columns suffice.
   constexpr std::size_t columns_of_dots = 160;
   constexpr std::size_t dots_each = 12;
   const std::vector<Point> points = series.mark == Mark::dots
@@ -227,7 +227,7 @@ Drawing draw(const Chart& chart) {
   const Scale x{x_range(chart), chart.x.scaling, left, canvas - border - 12.0};
   const Scale y{ys, chart.y.scaling, bottom, top};
   auto x_ticks = ticks(x.range, chart.x.scaling, 8.0);
-  // Fewer of them if the numbers are long.
+  // Fewer ticks if their labels are long.
   const double needed = letter_width * tick_size * static_cast<double>(widest(x_ticks)) + 24.0;
   x_ticks = ticks(x.range, chart.x.scaling, std::clamp((x.to - x.from) / needed, 2.0, 10.0));
 

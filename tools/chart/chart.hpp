@@ -15,18 +15,18 @@ namespace odomd::tools::chart {
 struct Axis {
   std::string label;  ///< with its unit: "time [s]"
   Scaling scaling = Scaling::linear;
-  std::optional<Range> range;  ///< else the range of the data, with a margin
+  std::optional<Range> range;  ///< nothing: that of the data, for y with a margin
 };
 
 enum class Mark : std::uint8_t {
   line,
-  dots,   ///< many
-  discs,  ///< few, each of which counts
+  dots,   ///< many, drawn small
+  discs,  ///< few, drawn large
   line_and_dots
 };
 
 struct Series {
-  std::string label;  ///< in the legend; empty: not there
+  std::string label;  ///< in the legend; empty: no entry
   std::string note;   ///< after the label, lighter
   std::string colour;
   std::vector<Point> points;  ///< x must not decrease; a value that is not finite is a gap
@@ -40,17 +40,17 @@ struct Band {
   std::vector<BandPoint> points;  ///< x must not decrease; a value that is not finite is a gap
 };
 
-/// Of a histogram: from the axis up.
+/// A bar of a histogram, from the axis up.
 struct Bar {
   double low = 0.0;
   double high = 0.0;
   double height = 0.0;
 };
 
-/// A dashed line across.
+/// A dashed horizontal line.
 struct Level {
   double y = 0.0;
-  std::string label;  ///< in the legend; empty: not there
+  std::string label;  ///< in the legend; empty: no entry
 };
 
 struct Chart {
@@ -60,12 +60,11 @@ struct Chart {
   std::vector<Band> bands;
   std::vector<Bar> bars;
   std::vector<Level> levels;
-  std::vector<Series> series;  ///< the later ones over the earlier ones
-  double height = 440.0;       ///< of the plot, without what is written around it
+  std::vector<Series> series;  ///< later ones are drawn over earlier ones
+  double height = 440.0;       ///< of the plot, without its labels
 };
 
-/// Thinned out to what can be seen. Bands count for the range of y only as far as they stay near
-/// the curves.
+/// Draws as many points as are visible. Bands extend the range of y only near the curves.
 [[nodiscard]] Drawing draw(const Chart& chart);
 
 }  // namespace odomd::tools::chart

@@ -6,7 +6,7 @@
 namespace odomd::tools::chart {
 namespace {
 
-// −1 before the range, `columns` behind it.
+// The column of x; −1 before the range, `columns` after it.
 long column_of(double x, const Scale& scale, std::size_t columns) {
   const double share = (scale(x) - scale.from) / (scale.to - scale.from);
   if (share < 0.0) return -1;
@@ -23,8 +23,8 @@ bool is_gap(const BandPoint& p) {
   return !std::isfinite(p.low) || !std::isfinite(p.high);
 }
 
-// What stays of points that share a column: the lowest, the highest, and up to `each` spread
-// evenly, or 0: the first and the last.
+// Keeps of the points in a column the lowest and the highest, and `each` − 2 others spread evenly;
+// if `each` is 0, the first and the last instead.
 void keep(std::span<const Point> points, std::size_t each, std::vector<Point>& kept) {
   const auto lower = [](const Point& a, const Point& b) { return a.y < b.y; };
   const auto [low, high] = std::minmax_element(points.begin(), points.end(), lower);

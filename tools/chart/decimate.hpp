@@ -21,13 +21,13 @@ struct BandPoint {
   double high = 0.0;
 };
 
-/// The range of x is cut into columns; of each column's points the first, the lowest, the highest
-/// and the last stay, in their order. x must not decrease. Points that are not finite are gaps; of
-/// successive ones one stays. Points outside the range are removed except those next to it.
+/// Divides the range of x into columns, and keeps the first, lowest, highest and last point of
+/// each, in their order. x must not decrease. Points that are not finite are gaps; one of
+/// successive gaps stays. Of the points outside the range only those next to it stay.
 [[nodiscard]] std::vector<Point> decimated(std::span<const Point> points, const Scale& x,
                                            std::size_t columns);
 
-/// Likewise for a band: each column's lowest low and highest high, and gaps.
+/// Likewise for a band: keeps each column's lowest low and highest high, and gaps.
 [[nodiscard]] std::vector<BandPoint> decimated(std::span<const BandPoint> points, const Scale& x,
                                                std::size_t columns);
 

@@ -1,4 +1,4 @@
-// A picture into a file: the SVG as it is, PNG by rsvg-convert.
+// Writes a picture to a file: SVG directly, PNG with rsvg-convert.
 
 #include "tools/chart/drawing.hpp"
 

@@ -1,7 +1,6 @@
-// The style of every picture, and drawn pictures, put one below the other into an SVG document, for
-// a page or a file. Sizes are user units of a canvas that is 1000 wide, so that text is legible
-// from the width of a phone to print; colours remain distinct to colour-blind readers and in grey
-// print (Okabe and Ito's).
+// The style of all pictures, and SVG documents of drawings below each other, for a page or a file.
+// Sizes are user units of a canvas that is 1000 wide, so that text is legible on a phone and in
+// print. The colours (Okabe and Ito) remain distinct to colour-blind readers and in grey print.
 #pragma once
 
 #include <array>
@@ -19,10 +18,10 @@ inline constexpr double title_size = 34.0;
 inline constexpr double text_size = 29.0;
 inline constexpr double tick_size = 27.0;
 
-/// Mean width of a letter over its size; generous, fonts differ.
+/// Mean width of a letter / its size; generous, as fonts differ.
 inline constexpr double letter_width = 0.57;
 
-/// The first six, then the same hues darker: these differ in brightness for colour-blind readers.
+/// Six hues, then the same ones darker: brightness tells them apart for colour-blind readers.
 inline constexpr std::array<const char*, 12> colours{"#0072B2", "#D55E00", "#009E73", "#CC79A7",
                                                      "#56B4E9", "#8A6D00", "#003A5C", "#7A3500",
                                                      "#00513B", "#7D3F63", "#1B6A8F", "#403200"};
@@ -40,12 +39,12 @@ inline constexpr const char* frame_colour = "#CBD2D9";
 }
 
 struct Drawing {
-  std::string name;  ///< in a few words, for those who cannot see it
+  std::string name;  ///< a short description, for those who cannot see it
   std::string svg;   ///< elements in user units, canvas wide, from y = 0 down
   double height = 0.0;
 };
 
-/// A title, to stand above others.
+/// A title to place above other drawings.
 [[nodiscard]] Drawing heading(const std::string& text);
 
 /// The drawings in rows of two, half as large.
@@ -54,9 +53,9 @@ struct Drawing {
 /// One `<svg>` element with the drawings one below the other, on white.
 [[nodiscard]] std::string as_svg(std::span<const Drawing> drawings);
 
-/// Writes .svg, also to "-", standard output, or .png by the program rsvg-convert. Throws
-/// std::invalid_argument for another ending or a file that cannot be written, std::runtime_error
-/// when the conversion fails.
+/// Writes .svg, also to standard output for "-", or .png with the program rsvg-convert. Throws
+/// std::invalid_argument for another ending or a file that cannot be written, std::runtime_error if
+/// the conversion fails.
 void write_picture(const std::filesystem::path& file, std::span<const Drawing> drawings);
 
 /// For use before long work: throws std::invalid_argument if write_picture() would.

@@ -29,18 +29,19 @@ double fineness(std::span<const Point> points, double scale) {
 }
 
 // A polyline without the points that do not differ visibly from a straight line (Reumann and Witkam
-// 1974: whatever lies in a narrow strip along the way that was begun).
+// 1974: those in a narrow strip along the direction in which a segment begins).
 std::string path_data(std::span<const Point> points, const Layout& layout) {
-  constexpr double finest = 1.0;  // user units: of a way, and half of it of the strip
+  constexpr double finest = 1.0;  // user units: shortest segment; half of it: half the strip's
+                                  // width
   const Scale x = layout.x();
   const Scale y = layout.y();
   std::string data;
   const auto go_to = [&data](const Point& p) {
     data += fmt::format("{}{} {}", data.empty() ? 'M' : 'L', px(p.x), px(p.y));
   };
-  Point from;    // the last that stands
-  Point before;  // the newest in the strip
-  Point along;   // its direction; none yet: (0, 0)
+  Point from;    // the last point kept
+  Point before;  // the newest point in the strip
+  Point along;   // the strip's direction; (0, 0): none yet
   for (const Point& point : points) {
     const Point p{x(point.x), y(point.y)};
     const Point way{p.x - from.x, p.y - from.y};
@@ -54,7 +55,7 @@ std::string path_data(std::span<const Point> points, const Layout& layout) {
     } else {
       const double sideways = std::abs(along.x * way.y - along.y * way.x);
       const double ahead =
-          along.x * (p.x - before.x) + along.y * (p.y - before.y);  // turning back ends a way
+          along.x * (p.x - before.x) + along.y * (p.y - before.y);  // turning back ends a segment
       if (sideways > 0.5 * finest || ahead < -0.5 * finest) {
         go_to(before);
         from = before;
@@ -69,7 +70,7 @@ std::string path_data(std::span<const Point> points, const Layout& layout) {
 
 std::string grid(const Layout& layout) {
   const Box& view = layout.view;
-  // One step for both axes: squares.
+  // The same step for both axes gives squares.
   const double step = round_step(std::max(view.wide(), view.high()), 8.0);
   const auto in_metres = [step](const Range& range) {
     auto some = ticks(range, Scaling::linear, range.width() / step * (1.0 + 1e-9));
@@ -195,7 +196,7 @@ Box view_of(const Map& map) {
 
 Layout layout_of(const Box& view, double top) {
   constexpr double tallest = 1.3 * canvas;  // a tall track may be a third higher than wide
-  constexpr double flattest = 0.3;          // a flat one is given some air
+  constexpr double flattest = 0.3;          // height / width of a flat one, at least
   // Room for the labels of the y axis, their unit, and a sign.
   const double step = round_step(std::max(view.wide(), view.high()), 8.0);
   const auto letters = [step](double value) {

@@ -1,4 +1,4 @@
-// A map: trajectories with one scale for both axes, and where its parts lie.
+// A map: trajectories with the same scale for both axes, and its layout.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace odomd::tools::chart {
 
-/// The region of a 2-D normal distribution within three standard deviations along each axis of it.
+/// The ellipse of three standard deviations of a 2-D normal distribution.
 struct Ellipse {
   Point centre;
   std::array<double, 3> covariance{};  ///< xx, xy, yy [m²]
@@ -25,7 +25,7 @@ struct Trace {
   std::string note;   ///< after the label, lighter: "1.23 cm/m"
   std::vector<Point> points;
   std::optional<Ellipse> end_ellipse = {};  ///< 3σ at the end
-  std::string colour = {};                  ///< empty: by its place; the reference has its own
+  std::string colour = {};                  ///< empty: colour_of(index); the reference has its own
 };
 
 struct Map {
@@ -64,7 +64,7 @@ struct Box {
   }
 };
 
-/// The plot: equal axes.
+/// Position and scale of the plot, which is the same for both axes.
 struct Layout {
   Box view;                                                 ///< what is shown [m]
   double scale = 1.0;                                       ///< user units per metre
@@ -74,11 +74,11 @@ struct Layout {
   [[nodiscard]] Scale y() const { return {{view.bottom, view.top}, Scaling::linear, bottom, top}; }
 };
 
-/// The main trajectory: the reference, else the first estimate.
+/// The main trajectory: the reference, or the first estimate if there is none.
 [[nodiscard]] std::span<const Point> main_points(const Map& map);
 
-/// The region to show: the main trajectory with a margin, and the others as far as they stay within
-/// half its size of it. Throws std::invalid_argument beyond a million kilometres.
+/// The region to show: the main trajectory with a margin, and the parts of the others within half
+/// its size around it. Throws std::invalid_argument beyond a million kilometres.
 [[nodiscard]] Box view_of(const Map& map);
 
 /// Fits a view into the width of the canvas, below `top`.

@@ -11,7 +11,7 @@
 namespace odomd::tools::svg {
 namespace {
 
-// Of the letter that UTF-8 begins with (Unicode 15, table 3-7); 0 where it is none.
+// Bytes of the character at the start of UTF-8 text (Unicode 15, table 3-7); 0 if it is invalid.
 std::size_t letter_length(std::string_view text) {
   const auto byte = [text](std::size_t i) {
     return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
@@ -23,7 +23,7 @@ std::size_t letter_length(std::string_view text) {
                              : first < 0xF0 ? 3
                              : first < 0xF5 ? 4
                                             : 0;
-  // No longer form than needed, no surrogate, nothing beyond U+10FFFF.
+  // Rejects overlong forms, surrogates, and code points beyond U+10FFFF.
   const unsigned second = byte(1);
   if (first == 0xE0 && second < 0xA0) return 0;
   if (first == 0xED && second >= 0xA0) return 0;

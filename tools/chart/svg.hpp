@@ -5,13 +5,13 @@
 
 namespace odomd::tools::svg {
 
-/// A coordinate: one decimal.
+/// A coordinate with one decimal.
 [[nodiscard]] std::string px(double value);
 
 /// Text escaped for use between tags and in attributes.
 [[nodiscard]] std::string escaped(const std::string& text);
 
-/// A stroked path; `data` is what SVG calls "d".
+/// A stroked path; `data` is its attribute "d".
 [[nodiscard]] std::string line(const std::string& data, const std::string& colour, double stroke);
 
 [[nodiscard]] std::string disc(double x, double y, double radius, const std::string& fill,
@@ -21,7 +21,7 @@ namespace odomd::tools::svg {
 [[nodiscard]] std::string words(double x, double y, double size, const std::string& attributes,
                                 const std::string& content);
 
-/// `content` cut at the edges of a rectangle, in coordinates of the whole.
+/// Clips `content` to a rectangle; its coordinates remain those of the picture.
 [[nodiscard]] std::string clipped(double x, double y, double wide, double high,
                                   const std::string& content);
 
