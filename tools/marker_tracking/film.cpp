@@ -31,12 +31,13 @@ std::vector<std::int64_t> read_times(const std::string& file) {
 
 FilmReader::FilmReader(const TrackOptions& options)
     : name_(options.film), frames_per_second_(options.frames_per_second) {
-  static_cast<void>(open_input(name_));  // says what is wrong with the file, which OpenCV does not
+  static_cast<void>(open_input(name_));  // reports what is wrong with the file, which OpenCV does
+                                         // not
   if (!options.frame_times.empty()) {
     times_name_ = options.frame_times;
     times_ns_ = read_times(times_name_);
   }
-  // Not every backend that OpenCV has: some go on to look for cameras on USB.
+  // Only these two of OpenCV's backends: some others search for USB cameras.
   if (!capture_.open(name_, cv::CAP_FFMPEG) && !capture_.open(name_, cv::CAP_OPENCV_MJPEG))
     throw std::invalid_argument(fmt::format(
         "{}: cannot be read as a film; convert it to MP4 or AVI: ffmpeg -i FILM film.mp4", name_));

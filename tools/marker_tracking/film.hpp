@@ -1,4 +1,4 @@
-// A film, frame by frame, each with its time; and videos of what was found in it.
+// Reads a film frame by frame, each with its time, and writes videos of what was found in it.
 #pragma once
 
 #include <array>
@@ -17,17 +17,20 @@ namespace odomd::tools {
 
 class FilmReader {
  public:
-  /// Throws std::invalid_argument if it is not a film, or the times do not fit.
+  /// Throws std::invalid_argument if the file is no film, or the options' times cannot be read.
   explicit FilmReader(const TrackOptions& options);
 
-  /// Goes on to the next frame; false at the end. Throws std::invalid_argument where the film's
-  /// times do not rise, or --frame-times has too few rows.
+  /// Reads the next frame; returns false at the end. Throws std::invalid_argument if the film's
+  /// times do not increase, or --frame-times has too few rows.
   [[nodiscard]] bool next();
 
   [[nodiscard]] const cv::Mat& picture() const { return picture_; }
   [[nodiscard]] std::int64_t t_ns() const { return t_ns_; }
-  [[nodiscard]] std::int64_t count() const { return count_; }  ///< frames so far
-  [[nodiscard]] std::int64_t total() const { return total_; }  ///< as the container says; or 0
+  [[nodiscard]] std::int64_t count() const { return count_; }  ///< frames read so far
+  [[nodiscard]] std::int64_t total() const {
+    return total_;
+  }  ///< according to the container; 0:
+     ///< unknown
   [[nodiscard]] cv::Size size() const { return size_; }
   [[nodiscard]] double rate() const { return capture_.get(cv::CAP_PROP_FPS); }  ///< [1/s]
 
@@ -46,17 +49,18 @@ class FilmReader {
   std::int64_t total_ = 0;
 };
 
-/// A video that is written frame by frame. Throws std::invalid_argument if it cannot be.
+/// Opens a video for writing frame by frame. Throws std::invalid_argument if that fails.
 [[nodiscard]] cv::VideoWriter open_video(const std::filesystem::path& file, double rate,
                                          cv::Size picture);
 
-/// A video of a film with what was found in it.
+/// A video of the film with the markers that were found.
 class Overlay {
  public:
   Overlay(const std::filesystem::path& file, double rate, cv::Size picture)
       : video_(open_video(file, rate, picture)) {}
 
-  /// Adds a frame: both markers in a ring, front green and rear red, and their tracks so far.
+  /// Adds a frame with a ring around each marker, front green and rear red, and their tracks so
+  /// far.
   void add(cv::Mat picture, const std::vector<MarkerPixel>& found, const std::string& time);
 
  private:
@@ -64,7 +68,7 @@ class Overlay {
   std::array<std::vector<cv::Point>, 2> tracks_;
 };
 
-/// The progress on a terminal.
+/// Shows the progress on a terminal.
 class FrameProgress {
  public:
   explicit FrameProgress(bool always);

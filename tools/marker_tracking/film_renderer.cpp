@@ -19,7 +19,7 @@
 namespace odomd::tools {
 namespace {
 
-// Rows: the camera's right, down and forward in the world.
+// The rows are the camera's right, down and forward axes in the world.
 cv::Matx33d orientation(const FilmCamera& camera) {
   const double c = std::cos(camera.heading), s = std::sin(camera.heading);
   const cv::Vec3d up{c, s, 0.0}, right{s, -c, 0.0}, below{0.0, 0.0, -1.0};
@@ -92,7 +92,7 @@ const cv::Mat& FilmRenderer::ground_map(double height) {
   return maps_.emplace_back(height, map).second;
 }
 
-// Each pixel that may see it is the mean of 4 x 4 looks at it.
+// Each pixel that may see the picture is the mean of 4 x 4 samples of it.
 void FilmRenderer::paint(cv::Mat& frame, const FlatPicture& flat) {
   const cv::Mat& map = ground_map(flat.height);
   const double c = std::cos(flat.yaw), s = std::sin(flat.yaw);
@@ -118,7 +118,7 @@ void FilmRenderer::paint(cv::Mat& frame, const FlatPicture& flat) {
         const cv::Vec2d place = middle + ((look % 4) / 4.0 - 0.375) * along +
                                 (std::floor(look / 4.0) / 4.0 - 0.375) * across;
         const double dx = place[0] - flat.x, dy = place[1] - flat.y;
-        // The picture's rows run against the body's x, its columns against y.
+        // Rows of the picture run against the body's x axis, columns against its y axis.
         const int row = static_cast<int>(std::floor((half - (c * dx + s * dy)) * scale));
         const int column = static_cast<int>(std::floor((half - (-s * dx + c * dy)) * scale));
         const bool on =
@@ -144,7 +144,7 @@ namespace {
 constexpr int front_marker = 7, rear_marker = 8;
 constexpr double marker_height = 0.08, side_on_car = 0.14, side_on_ground = 0.3;  // m
 
-/// The ground markers' places: around the drive, the camera above their middle.
+/// The markers on the ground, around the drive.
 std::vector<FlatPicture> ground_around(const std::vector<TrajectoryPoint>& rows) {
   const auto x_of = [](const TrajectoryPoint& row) { return row.pose.x; };
   const auto y_of = [](const TrajectoryPoint& row) { return row.pose.y; };
@@ -175,7 +175,7 @@ std::string render_film(const std::filesystem::path& drive, const std::filesyste
 
   const std::vector<FlatPicture> ground = ground_around(driven.points);
   const FlatPicture &one = ground.front(), &other = ground.back();
-  // Some 8 m across from 5 m above, a little askew.
+  // At size 1 the view is 8 m across from 5 m above, a little askew.
   const double size = std::max({(other.x - one.x) / 4.6, (other.y - one.y) / 7.6, 0.5});
   const FilmCamera camera{.picture = {1280, 720},
                           .focal = 800.0,

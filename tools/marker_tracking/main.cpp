@@ -1,5 +1,5 @@
-// odom-track: odom identify track. A separate program, so that odom itself does not depend on
-// OpenCV.
+// odom-track implements odom identify track. It is a separate program, so that odom itself does not
+// depend on OpenCV.
 #include <algorithm>
 #include <iostream>
 #include <opencv2/core/utils/logger.hpp>
@@ -43,7 +43,7 @@ void track(const TrackOptions& options) {
 }  // namespace
 }  // namespace odomd::tools
 
-// odom sim --film: odom-track render DRIVE FILM
+// Called by odom sim --film as: odom-track render DRIVE FILM
 int render(const char* drive, const char* film) {
   try {
     std::cout << "to track it: " << odomd::tools::render_film(drive, film) << std::endl;

@@ -30,7 +30,7 @@ cv::Ptr<cv::aruco::Dictionary> dictionary_of(const std::string& name) {
   return cv::aruco::getPredefinedDictionary(static_cast<int>(found - dictionaries.begin()));
 }
 
-// Where the diagonals cross: a + t (c - a) = b + u (d - b).
+// The intersection of the diagonals: a + t (c - a) = b + u (d - b).
 cv::Point2d crossing(const std::vector<cv::Point2f>& corners) {
   const cv::Point2d a = corners[0], b = corners[1], c = corners[2], d = corners[3];
   const cv::Point2d ac = c - a, bd = d - b;
@@ -38,15 +38,15 @@ cv::Point2d crossing(const std::vector<cv::Point2f>& corners) {
   return a + t * ac;
 }
 
-/// The largest spot of a colour, if no other is nearly as large; else the one nearest to its place
-/// in the frame before.
+/// Finds the largest spot of a colour. If others are nearly as large, takes the one nearest to its
+/// last position.
 class ColourFinder {
  public:
   explicit ColourFinder(const ColourRange& colour) : colour_(colour) {}
 
   MarkerPixel find(const cv::Mat& picture) {
     cv::Mat hsv;
-    cv::cvtColor(picture, hsv, cv::COLOR_BGR2HSV_FULL);  // hue 0 to 255 for a turn
+    cv::cvtColor(picture, hsv, cv::COLOR_BGR2HSV_FULL);  // 256 hues for a full turn
     const double turn = 256.0 / 360.0;
     const double low = turn * (colour_.hue - colour_.tolerance);
     const double high = turn * (colour_.hue + colour_.tolerance);
@@ -56,7 +56,7 @@ class ColourFinder {
                   cv::Scalar(to, 255.0, 255.0), result);
     };
     in(std::max(low, 0.0), std::min(high, 255.0), mask);
-    if (low < 0.0 || high > 255.0) {  // red lies on both ends
+    if (low < 0.0 || high > 255.0) {  // red is at both ends of the range
       cv::Mat other;
       in(low < 0.0 ? low + 256.0 : 0.0, low < 0.0 ? 255.0 : high - 256.0, other);
       mask |= other;
@@ -94,7 +94,7 @@ FindMarkers aruco_finder(const std::string& dictionary, const std::vector<int>& 
   const auto parameters = cv::aruco::DetectorParameters::create();
   parameters->cornerRefinementMethod = cv::aruco::CORNER_REFINE_SUBPIX;
   parameters->cornerRefinementWinSize = 3;
-  // Markers of cars are small in a picture of the whole circle.
+  // Markers on cars are small if the picture shows a whole circle.
   parameters->minMarkerPerimeterRate = 0.01;
   return [markers, parameters, identifiers](const cv::Mat& picture) {
     cv::Mat grey;

@@ -1,4 +1,4 @@
-// Markers in a picture, to a part of a pixel.
+// Finds markers in a picture with subpixel accuracy.
 #pragma once
 
 #include <functional>
@@ -13,16 +13,16 @@ namespace odomd::tools {
 
 using MarkerPixel = std::optional<cv::Point2d>;
 
-/// The middle of each marker in a picture; nothing for one that is not there.
+/// Returns the middle of each marker in a picture; nothing for a marker that is not found.
 using FindMarkers = std::function<std::vector<MarkerPixel>(const cv::Mat&)>;
 
-/// ArUco markers, each but once in a picture; the middle is where the diagonals cross, which
-/// perspective leaves alone. Throws std::invalid_argument for a name that is no dictionary's, with
-/// those there are.
+/// Finds ArUco markers that each appear exactly once in the picture; the middle is where the
+/// diagonals cross, also in perspective. Throws std::invalid_argument for an unknown dictionary,
+/// with the available ones.
 [[nodiscard]] FindMarkers aruco_finder(const std::string& dictionary,
                                        const std::vector<int>& identifiers);
 
-/// Spots of these colours, followed from picture to picture.
+/// Finds spots of these colours, and follows them from picture to picture.
 [[nodiscard]] FindMarkers colour_finder(const std::vector<ColourRange>& colours);
 
 }  // namespace odomd::tools

@@ -11,7 +11,7 @@
 namespace odomd::tools {
 namespace {
 
-// "1,2.5" as finite numbers; empty where one of them is none.
+// Parses "1,2.5" as finite numbers; empty if one of them is not a finite number.
 std::vector<double> numbers_of(std::string_view text, char separator = ',') {
   std::vector<double> numbers;
   while (true) {

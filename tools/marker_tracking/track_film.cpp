@@ -15,7 +15,7 @@
 namespace odomd::tools {
 namespace {
 
-// Front and rear.
+// Finds the front and the rear marker.
 FindMarkers finder_of(const TrackOptions& options) {
   if (!options.aruco.empty())
     return aruco_finder(options.aruco, {options.front.value(), options.rear.value()});
@@ -23,7 +23,7 @@ FindMarkers finder_of(const TrackOptions& options) {
                         parse_colour("--colour-rear", options.colour_rear)});
 }
 
-// The middles of the markers on the ground, each the mean of up to ten frames: the camera stands.
+// The middles of the ground markers, each the mean of up to ten frames: the camera does not move.
 std::vector<GroundPoint> find_ground(const TrackOptions& options) {
   std::vector<GroundPoint> points;
   for (const std::string& text : options.ground) points.push_back(parse_ground_point(text));

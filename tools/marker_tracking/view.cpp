@@ -18,7 +18,7 @@ cv::Point2d mapped(const cv::Matx33d& h, const cv::Point2d& p) {
   return {q[0] / q[2], q[1] / q[2]};
 }
 
-// det of the map's Jacobian at a point: its sign shows whether it turns the plane over.
+// The determinant of the map's Jacobian at a point: its sign shows whether the map mirrors.
 double orientation(const cv::Matx33d& h, const cv::Point2d& p) {
   const double w = h(2, 0) * p.x + h(2, 1) * p.y + h(2, 2);
   return cv::determinant(h) / (w * w * w);
@@ -73,7 +73,7 @@ void write_lens(const std::filesystem::path& file, const Lens& lens) {
   bool open = false;
   try {
     open = storage.open(file.string(), cv::FileStorage::WRITE);
-  } catch (const cv::Exception&) {  // another ending, says OpenCV
+  } catch (const cv::Exception&) {  // OpenCV does not know the ending
     throw std::invalid_argument(
         fmt::format("{}: a lens ends in .yaml, .yml, .xml or .json", file.string()));
   }
@@ -89,7 +89,7 @@ namespace {
 
 using Corners = std::vector<cv::Point2f>;
 
-// Mean way of the corners between two views, over the width of the picture.
+// Mean distance of the corners between two views / width of the picture.
 double moved(const Corners& a, const Corners& b, int width) {
   double sum = 0.0;
   for (std::size_t k = 0; k < a.size(); ++k) sum += cv::norm(a[k] - b[k]);
@@ -175,7 +175,7 @@ GroundView::GroundView(std::span<const GroundPoint> points, const std::optional<
   for (std::size_t k = 0; k < pixels.size(); ++k) {
     squares += std::pow(cv::norm(mapped(to_plane_, pixels[k]) - places[k]), 2);
     size = std::max(size, cv::norm(places[k] - places[0]));
-    // Seen from above the picture's v goes the other way round.
+    // Seen from above, a correct map mirrors: v points down in the picture.
     if (orientation(to_plane_, pixels[k]) >= 0.0)
       throw std::invalid_argument(fmt::format(
           "--ground: the places are mirrored, or three of them lie in a line; seen from above y "
@@ -188,8 +188,8 @@ GroundView::GroundView(std::span<const GroundPoint> points, const std::optional<
         misfit_));
   if (!lens || height <= 0.0) return;
 
-  // With the pose [R|t] of the ground before the camera, a point (X, Y, h) is seen at
-  // K (r₁ X + r₂ Y + r₃ h + t): a homography from the plane at that height.
+  // With the ground's pose [R|t] in the camera's frame, a point (X, Y, h) is seen at K (r₁ X + r₂ Y
+  // + r₃ h + t): a homography from the plane at that height.
   cv::Mat rotation, translation, turn;
   cv::solvePnP(on_ground, pixels, lens->matrix, cv::noArray(), rotation, translation, false,
                cv::SOLVEPNP_IPPE);

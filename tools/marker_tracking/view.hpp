@@ -1,4 +1,4 @@
-// From pixels to places: the lens, and the plane on which the markers move.
+// Converts pixels to positions, with the lens and the plane in which the markers move.
 #pragma once
 
 #include <filesystem>
@@ -11,14 +11,14 @@
 
 namespace odomd::tools {
 
-/// A pinhole with distortion, as OpenCV has it.
+/// A pinhole camera with OpenCV's distortion.
 struct Lens {
   cv::Matx33d matrix = cv::Matx33d::eye();
   std::vector<double> distortion;
-  cv::Size picture;     ///< 0 x 0: the file does not say
-  double rms_px = 0.0;  ///< of the calibration
+  cv::Size picture;     ///< 0 x 0: not in the file
+  double rms_px = 0.0;  ///< reprojection error of the calibration
 
-  /// Where the pixel would lie without distortion.
+  /// The position of the pixel without distortion.
   [[nodiscard]] cv::Point2d straightened(const cv::Point2d& pixel) const;
 };
 
@@ -26,26 +26,26 @@ struct Lens {
 [[nodiscard]] Lens read_lens(const std::filesystem::path& file);
 void write_lens(const std::filesystem::path& file, const Lens& lens);
 
-/// Calibrates a lens from a film of a chessboard (Z. Zhang, A flexible new technique for camera
-/// calibration, 2000, as OpenCV does it) and writes it to options.out. Returns notes for people.
+/// Calibrates a lens from a film of a chessboard with OpenCV (Z. Zhang, A flexible new technique
+/// for camera calibration, 2000) and writes it to options.out. Returns notes for the user.
 [[nodiscard]] std::vector<std::string> calibrate_lens(const TrackOptions& options);
 
 /// Maps pixels to metres on the plane of the markers.
 class GroundView {
  public:
-  /// From four and more places on the ground, and where the picture has them. `height`, of the
-  /// markers above the ground, needs the lens. Throws std::invalid_argument where the places do not
-  /// fit the picture: in a line, mirrored.
+  /// Fits the view to four or more points with pixels and positions on the ground. `height` of the
+  /// markers above the ground needs the lens. Throws std::invalid_argument if the points do not fit
+  /// the picture: in a line, mirrored.
   GroundView(std::span<const GroundPoint> points, const std::optional<Lens>& lens, double height);
 
   [[nodiscard]] cv::Point2d at(const cv::Point2d& pixel) const;
 
-  /// How far the places lie from where the view has them, rms [m].
+  /// Distance between the given positions and those from the picture, rms [m].
   [[nodiscard]] double misfit() const { return misfit_; }
 
  private:
   std::optional<Lens> lens_;
-  cv::Matx33d to_plane_;  ///< homography from straight pixels
+  cv::Matx33d to_plane_;  ///< homography from undistorted pixels
   double misfit_ = 0.0;
 };
 
