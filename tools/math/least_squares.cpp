@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 constexpr double least_noise = 1e-9;
 
 VectorXd prior_of(const LeastSquares& problem) {
-  return problem.prior_sigma.array().square().inverse();  // 0 of infinite ones
+  return problem.prior_sigma.array().square().inverse();  // 0 for infinite sigmas
 }
 
 double cost_of_residuals(const LeastSquares& problem, const VectorXd& residuals, const VectorXd& p,
@@ -45,7 +45,7 @@ MatrixXd derivatives_of(const LeastSquares& problem, const VectorXd& p, const Ve
 }  // namespace
 
 MatrixXd inverse_of(const MatrixXd& information) {
-  // Scaled to a unit diagonal.
+  // Scaled to a unit diagonal, as the rows have different units.
   const VectorXd scale = information.diagonal().unaryExpr(
       [](double value) { return value > 0.0 ? 1.0 / std::sqrt(value) : 1.0; });
   MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();

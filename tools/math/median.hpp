@@ -1,4 +1,4 @@
-// Medians; of an even number of values the upper one of the middle two.
+// Medians; the upper one of the middle two if the number of values is even.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace odomd::tools {
 
-/// Of one value at least.
+/// The median of at least one value.
 template <typename T>
 [[nodiscard]] T median_of(std::vector<T> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -24,7 +24,7 @@ template <typename Range>
   return median_of(std::move(magnitudes));
 }
 
-/// The standard deviation of normal values with this median of magnitudes; 0 of none.
+/// The standard deviation of normal values with this median of magnitudes; 0 without values.
 template <typename Range>
 [[nodiscard]] double robust_sigma(const Range& values) {
   return values.begin() == values.end() ? 0.0 : 1.4826 * median_of_magnitudes(values);

@@ -1,5 +1,5 @@
-// Rigid motions in the plane: a pose seen as the transformation from its own frame to the map.
-// estimator/common/pose.hpp has their composition.
+// Rigid motions in the plane: a pose is the transformation from its own frame to the map. Their
+// composition is in estimator/common/pose.hpp.
 #pragma once
 
 #include <cmath>
@@ -19,8 +19,8 @@ namespace odomd::tools {
   return {-c * a.x - s * a.y, s * a.x - c * a.y, -a.yaw};
 }
 
-/// The pose b in the frame of a: a⁻¹ ∘ b. Differences first, so that far-off maps keep their
-/// digits.
+/// The pose b in the frame of a: a⁻¹ ∘ b. Subtracts first, to keep the digits of poses far from the
+/// origin.
 [[nodiscard]] inline estimator::Pose2 relative(const estimator::Pose2& a,
                                                const estimator::Pose2& b) {
   const double c = std::cos(a.yaw);
