@@ -27,10 +27,7 @@ class FilmReader {
   [[nodiscard]] const cv::Mat& picture() const { return picture_; }
   [[nodiscard]] std::int64_t t_ns() const { return t_ns_; }
   [[nodiscard]] std::int64_t count() const { return count_; }  ///< frames read so far
-  [[nodiscard]] std::int64_t total() const {
-    return total_;
-  }  ///< according to the container; 0:
-     ///< unknown
+  [[nodiscard]] std::int64_t total() const { return total_; }  ///< from the container; 0: unknown
   [[nodiscard]] cv::Size size() const { return size_; }
   [[nodiscard]] double rate() const { return capture_.get(cv::CAP_PROP_FPS); }  ///< [1/s]
 
@@ -59,8 +56,7 @@ class Overlay {
   Overlay(const std::filesystem::path& file, double rate, cv::Size picture)
       : video_(open_video(file, rate, picture)) {}
 
-  /// Adds a frame with a ring around each marker, front green and rear red, and their tracks so
-  /// far.
+  /// Adds a frame with both markers in a ring, front green and rear red, and their tracks so far.
   void add(cv::Mat picture, const std::vector<MarkerPixel>& found, const std::string& time);
 
  private:

@@ -30,14 +30,13 @@ struct LeastSquares {
   int iterations = 30;
 };
 
-/// All members but the parameters are those at the begin of the last step.
+/// All members but the parameters are those at the start of the last step.
 struct LeastSquaresSolution {
   Eigen::VectorXd parameters;
   Eigen::VectorXd residuals, weights;
   Eigen::MatrixXd derivatives;
   Eigen::MatrixXd from_data;  ///< information matrix of the residuals
-  Eigen::MatrixXd inverse;    ///< inverse of the whole information: the covariance if residuals are
-                              ///< white
+  Eigen::MatrixXd inverse;    ///< of all information: the covariance if residuals are white
   double noise = 0.0;
   bool settled = false;  ///< false: stopped after all iterations
 };
@@ -49,15 +48,13 @@ struct LeastSquaresSolution {
 [[nodiscard]] double cost_of(const LeastSquares& problem, const Eigen::VectorXd& parameters,
                              double noise);
 
-/// The value in `trials` for one parameter that has the lowest cost, with the others as at the
-/// start.
+/// The trial of one parameter with the lowest cost; the other parameters stay at `start`.
 [[nodiscard]] double best_of(const LeastSquares& problem, Eigen::Index parameter,
                              const std::vector<double>& trials, double noise);
 
 /// The sandwich A⁻¹ (f Σ s sᵀ + P) A⁻¹ with A the information, P the priors' part of it, s the
 /// score of each block and f `times`: residuals may be correlated within a block. Its diagonal is
-/// at least that for independent residuals. `block` has the ascending number of each residual's
-/// block.
+/// at least that for independent residuals. `block` has the block of each residual, ascending.
 [[nodiscard]] Eigen::MatrixXd covariance_by_blocks(const LeastSquares& problem,
                                                    const LeastSquaresSolution& found,
                                                    std::span<const std::size_t> block,
