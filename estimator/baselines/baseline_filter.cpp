@@ -76,14 +76,14 @@ std::int64_t BaselineFilter::arrival_of(std::int64_t stated_ns) const noexcept {
 }
 
 Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
-  // 1. Number of ticks to step through. Up to half a period off the grid is still the same tick.
+  // 1. Number of ticks to step through. A tick within half a period of the last one is the same.
   const std::int64_t elapsed = last_tick_ns_ ? ns_between(*last_tick_ns_, tick_ns) : period_ns_;
   if (elapsed < period_ns_ / 2) {
     return last_;
   }
   const std::int64_t due = elapsed / period_ns_ + (elapsed % period_ns_ >= period_ns_ / 2 ? 1 : 0);
 
-  // 2. The speed by the available wheels, and the motion, a period at a time.
+  // 2. The speed from the available wheels, and the motion, one period at a time.
   const double yaw_rate = uses_gyro(model_) ? held_[Source::yaw_rate].value - gyro_bias_.value()
                                             : motion_.velocity.yaw_rate;
   if (const auto measured = rear_axle_speed(settings_.vehicle, held_, yaw_rate)) {
@@ -95,14 +95,14 @@ Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
     }
   }
 
-  // 3. Integrity, and the estimate.
+  // 3. Integrity and the estimate.
   integrity_.check({settings_.vehicle, settings_.tuning}, tick_ns);
   last_tick_ns_ = tick_ns;
   last_ = estimate(tick_ns);
   return last_;
 }
 
-/// One period. Skips a step whose result is not finite.
+/// Advances by one period. Discards the step if its result is not finite.
 void BaselineFilter::advance(std::int64_t tick_ns) noexcept {
   Motion next = motion_;
   model_ == Model::paper
@@ -143,7 +143,7 @@ Estimate BaselineFilter::estimate(std::int64_t tick_ns) noexcept {
   e.recoveries = recoveries_;
 
   e.mode = modes_.update(e, modes_.is_still(speed_ ? speed_->v_x : 0.0, e.yaw_rate));
-  // A standing car does not accelerate, whatever the sensors' bias.
+  // A stationary car does not accelerate, whatever the sensors' bias.
   if (e.mode != Mode::standstill) {
     e.v_x_dot = motion_.rate.v_x;
     e.v_y_dot = motion_.rate.v_y;

@@ -1,5 +1,5 @@
-// A filter without a window of late samples: holds the newest value of each signal and advances the
-// motion by one step a tick; with camera anchor, mode and integrity. The interface is that of
+// A filter without a window for late samples: holds the newest value of each signal and advances
+// the motion by one step per tick, with camera anchor, mode and integrity. The interface is that of
 // estimator/filter.hpp.
 //
 // A value; no heap, no clock.
@@ -21,7 +21,7 @@ namespace odomd::estimator {
 
 class BaselineFilter {
  public:
-  /// Any model but full.
+  /// For any model but full.
   BaselineFilter(Model model, const FilterSettings& settings) noexcept;
 
   void set_initial_pose(const Pose2& pose) noexcept;
@@ -41,7 +41,7 @@ class BaselineFilter {
   FilterSettings settings_;
   std::int64_t period_ns_;
   HeldSignals held_;
-  GyroBias gyro_bias_;  ///< of the inertial model
+  GyroBias gyro_bias_;  ///< for the inertial model only
   Motion motion_;
   PoseAnchor anchor_;
   ModeMonitor modes_;

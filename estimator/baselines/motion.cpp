@@ -15,7 +15,7 @@ namespace {
 constexpr double floor_rate = 1e-3;  // [m/s, rad/s]
 constexpr double inflation = 1.0 + 1e-6;
 
-/// J diag(σ²) Jᵀ, with the σ of v_x and of steering or gyro; v_y also errs by the slip.
+/// J diag(σ²) Jᵀ with the σ of v_x and of the steering or gyro; v_y also has the slip as an error.
 Symmetric3 covariance_of(const DeadReckoning& model, double sigma_speed, double sigma_turn) {
   const Eigen::Vector2d sigma(sigma_speed, sigma_turn);
   const Eigen::Vector3d least(floor_rate, std::hypot(floor_rate, model.slip), floor_rate);
@@ -27,7 +27,7 @@ Symmetric3 covariance_of(const DeadReckoning& model, double sigma_speed, double 
 /// Below this v_x [m/s] the discrete model is nearly unstable.
 constexpr double slowest_v_x = -0.05;
 
-/// A B with sums from left to right: the same bits however the compiler vectorises.
+/// A B with sums from left to right: the same bits, however the compiler vectorises.
 Eigen::Matrix3d product(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) noexcept {
   return a.col(0) * b.row(0) + a.col(1) * b.row(1) + a.col(2) * b.row(2);
 }
@@ -58,7 +58,7 @@ void advance_dead_reckoning(Model model, const FilterSettings& settings, const H
   if (held[Source::accel_x].seen) {
     // v̇_x = a_x + v_y ψ̇                                        (errata, 4)
     const double v_x_dot = held[Source::accel_x].value + v.v_y * v.yaw_rate;
-    // Steering and yaw rate count as constant: the difference of two gyro samples is noise.
+    // Steering and yaw rate are assumed constant: the difference of two gyro samples is noise.
     motion.rate = {v_x_dot, now.jacobian(1, 0) * v_x_dot, now.jacobian(2, 0) * v_x_dot};
   }
 }
@@ -74,8 +74,8 @@ DeadReckoning reckon(Model model, const Vehicle& car, double v_x, double turn) n
     yaw_rate = v_x / l * tangent;
     by << tangent / l, v_x * (1.0 + tangent * tangent) / l;
   }
-  // In a steady turn α_h = F_sh / C_h with F_sh = (l_v / l) m v_x ψ̇ makes the rear axle slip by
-  // |v_x| α_h                                                (eqs 5, 7 and 27; errata, 5)
+  // In a steady turn α_h = F_sh / C_h with F_sh = (l_v / l) m v_x ψ̇ moves the rear axle
+  // sideways at |v_x| α_h                                    (eqs 5, 7 and 27; errata, 5)
   const double gradient = car.front_axle * car.mass / (l * car.cornering_stiffness_rear);
   const double slip = v_x * speed * yaw_rate * gradient;
 
@@ -84,8 +84,8 @@ DeadReckoning reckon(Model model, const Vehicle& car, double v_x, double turn) n
   const double lever = model == Model::kinematic_printed ? 0.0 : car.rear_axle;
   now.velocity = {v_x, lever * yaw_rate, yaw_rate};
   now.jacobian << 1.0, 0.0, lever * by, by;
-  // The kinematic models neglect the slip. That of the inertial one may be wrong by all of itself:
-  // the formula holds neither in transients nor at the limit of grip.
+  // The kinematic models neglect the slip. The inertial model's slip may be wrong by 100 %: the
+  // formula holds neither in transients nor at the limit of grip.
   now.slip = slip;
   if (model == Model::inertial) {
     now.velocity.v_y -= slip;
@@ -131,7 +131,7 @@ void advance_paper(const FilterSettings& settings, const HeldSignals& held, cons
   if (motion.stopped) {
     motion.velocity = {};
   }
-  // X, Y and ψ by one forward Euler step, with the heading before its own update (eqs 28 to 30)
+  // X, Y and ψ with one forward Euler step, which uses the heading before it (eqs 28 to 30)
   const auto& [v_x, v_y, yaw_rate] = motion.mean = motion.velocity;
   motion.way = {dt * v_x, dt * v_y, dt * yaw_rate};
   motion.rate = motion.stopped ? BodyVelocity{}
@@ -191,7 +191,7 @@ PaperStep paper_step(const Vehicle& car, const BodyVelocity& v, double steering,
   PaperStep step;
   // v_x,k = v_x + Δt a_x                                     (eq. 31, discrete_vx)
   step.velocity = {v_x + dt * accel_x, v_y_next, yaw_rate_next};
-  // ∂(N/D)/∂v_x = (∂N/∂v_x - (N/D) ∂D/∂v_x) / D; by v_y and ψ̇ only N varies.
+  // ∂(N/D)/∂v_x = (∂N/∂v_x - (N/D) ∂D/∂v_x) / D; D does not depend on v_y and ψ̇.
   step.phi.row(0) << 1.0, 0.0, 0.0;
   step.phi.row(1) << (m * (v_y - v_y_next) + steer - dt * m * yaw_rate * (2.0 * v_x)) * per_vy,
       m * v_x * per_vy, -(coupling + dt * m * v_x * v_x) * per_vy;

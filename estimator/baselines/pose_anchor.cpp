@@ -13,11 +13,11 @@
 namespace odomd::estimator {
 namespace {
 
-// Larger deviations mean that nothing is known: a kilometre, half a turn.
+// At larger deviations, a kilometre or half a turn, nothing is known.
 const Eigen::Vector3d largest_deviation(largest_camera_sigma, largest_camera_sigma,
                                         std::numbers::pi);
 
-// A pause ends a run of rejected poses. After an accepted run the odometry is suspect for a while.
+// A pause ends a run of rejected poses. An accepted run makes the odometry suspect for a while.
 constexpr double longest_pause_s = 0.5;
 constexpr double suspect_s = 2.0;
 constexpr double suspect_share = 0.5;
@@ -28,7 +28,7 @@ Eigen::Matrix3d rotation(double yaw) noexcept {
   return estimator::rotation(std::cos(yaw), std::sin(yaw));
 }
 
-/// F of the way from one odometry pose to another, in a frame turned by R.
+/// F for the displacement between two odometry poses, in a frame rotated by R.
 Eigen::Matrix3d displacement(const Pose2& from, const Pose2& to,
                              const Eigen::Matrix3d& R) noexcept {
   const Eigen::Vector3d way = R * Eigen::Vector3d(to.x - from.x, to.y - from.y, 0.0);
@@ -44,7 +44,7 @@ Eigen::Matrix3d grown(const Eigen::Matrix3d& P, const Eigen::Matrix3d& F, const 
   return next.selfadjointView<Eigen::Upper>();
 }
 
-/// Variances of a suspect odometry between two poses, whose error is constant.
+/// Variances of a suspect odometry between two poses, with an error that is constant over them.
 Eigen::Vector3d suspect_motion(const Pose2& from, const Pose2& to, double dt) noexcept {
   const double way = std::hypot(to.x - from.x, to.y - from.y);
   const double position = suspect_share * way + suspect_speed * dt;
@@ -91,12 +91,12 @@ void PoseAnchor::extend(std::int64_t time_ns, const Motion& motion) noexcept {
     now.noise.diagonal() += gap_noise(0.5 * gap_s * gap_s);
   }
   if (time_ns <= suspect_until_ns_) {
-    // n ticks after the last camera pose σ is n σ_1, so a tick adds σ_1² (2n - 1).
+    // At n ticks after the last camera pose σ is n σ_1, so a tick adds σ_1² (2n - 1).
     const double n = std::clamp(seconds_between(fused_capture_ns_, time_ns) / dt, 1.0, 40.0);
     now.noise.diagonal() += (2.0 * n - 1.0) * suspect_motion(before.odom, now.odom, dt);
   }
   now.by_errors = dt * G * motion.sensitivity;
-  // What is learnt of an error corrects no pose: its effect so far no longer depends on it.
+  // Learning an error corrects no past pose: its effect so far becomes independent of it.
   if (const Eigen::Vector3d learnt = error_variance_ - motion.error_variance;
       learnt.maxCoeff() > 0.0) {
     white_ += by_errors(sensitivity_, learnt.cwiseMax(0.0));
@@ -143,7 +143,7 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
     initialised_ = false;
     reset_count_ = 0;
   } else {
-    // P at the capture time, from the next tick
+    // P at the capture time, from that of the next tick
     const Tick& next = tick(at.next);
     const Eigen::Matrix3d turn = rotation(map_from_odom_.yaw);
     Eigen::Matrix3d S =
@@ -154,7 +154,7 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
     const std::array<double, 3> nu = difference(seen, estimated);
     const double squared_ratio = mahalanobis_squared(S, nu);
     test_ratio_ = squared_ratio / settings_.camera_gate;
-    // The yaw nearest to the map yaw, of all turns.
+    // The yaw without wrapping: of all turns, the nearest to the map yaw.
     seen.yaw = estimated.yaw + nu[2];
     if (!(squared_ratio <= settings_.camera_gate)) {
       if (!accepts_run({time_ns, seen, at.odom, R})) {
@@ -168,8 +168,8 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
   return Verdict::fused;
 }
 
-/// The odometry at a time: on the arc to the first tick that is not before it, or extrapolated from
-/// the newest. Before the oldest tick at its velocity.
+/// The odometry at a time: on the arc that leads to the first tick at or after it, or extrapolated
+/// from the newest tick. Before the oldest tick, extrapolated with its velocity.
 PoseAnchor::Place PoseAnchor::place(std::int64_t time_ns) const noexcept {
   std::size_t next = last_;
   while (next > oldest() + 1 && tick(next - 1).time_ns >= time_ns) {
@@ -179,13 +179,13 @@ PoseAnchor::Place PoseAnchor::place(std::int64_t time_ns) const noexcept {
   return {moved(tick(next).odom, tick(next).velocity, dt), next, std::abs(dt) / settings_.period_s};
 }
 
-/// Adds a rejected pose to the run. Whether the run is now long enough to accept: many poses that
-/// agree with each other but not with the odometry, as when wheels spin or lock.
+/// Adds a rejected pose to the run. Returns whether the run is now long enough to be accepted: many
+/// poses that agree with each other but not with the odometry, as when wheels spin or lock.
 bool PoseAnchor::accepts_run(const RejectedPose& rejected) noexcept {
   const RejectedPose last = std::exchange(last_rejected_, rejected);
   const double dt = seconds_between(last.capture_ns, rejected.capture_ns);
-  // ν = camera - (the pose before, moved on by the odometry), S = both covariances and that of the
-  // odometry
+  // ν = camera - (the rejected pose before it, moved by the odometry); S has both covariances and
+  // the odometry's
   const Pose2 expected = compose(frame_of(last.map, last.odom), rejected.odom);
   const Eigen::Matrix3d S =
       (last.variance + rejected.variance + suspect_motion(last.odom, rejected.odom, dt))
@@ -197,7 +197,7 @@ bool PoseAnchor::accepts_run(const RejectedPose& rejected) noexcept {
   return rejected_in_a_row_ >= rejections_to_accept;
 }
 
-/// Grows the covariance of the map pose to a tick, and sets it there.
+/// Propagates the covariance of the map pose to a tick, and stores it there.
 void PoseAnchor::grow(const Pose2& from, Tick& to, double steps) noexcept {
   const Eigen::Matrix3d R = rotation(map_from_odom_.yaw);
   const Eigen::Matrix3d F = displacement(from, to.odom, R);
@@ -211,8 +211,8 @@ void PoseAnchor::grow(const Pose2& from, Tick& to, double steps) noexcept {
   limit(to.covariance, largest_deviation);
 }
 
-/// Sets the map pose at `at` to `map`, and grows its covariance from there to the newest tick. The
-/// first time this moves the odometry frame, which has not been published yet.
+/// Sets the map pose at `at` to `map`, and propagates its covariance from there to the newest tick.
+/// The first time it moves the odometry frame, which has not been published yet.
 void PoseAnchor::re_anchor(Place at, const Pose2& map, const Eigen::Matrix3d& covariance) noexcept {
   const Pose2 before = this->map();
   if (!initialised_) {

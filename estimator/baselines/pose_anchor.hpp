@@ -1,12 +1,12 @@
-// The transform from the odometry frame to the map, and its updates by late camera poses.
+// The transform from the odometry frame to the map, and its updates from late camera poses.
 // docs/model.md, "The odometry frame, the map, and the camera" and "The covariance of the
 // baselines".
 //
 //   map = map_from_odom ∘ odom
 //
 // The odometry never jumps. A ring holds the last 256 ticks (1.28 s at 5 ms), so that a camera pose
-// sets map_from_odom at its capture time. From there on the covariance of the map pose is that of
-// the camera plus the noise of the ticks since, and what lasting errors did since.
+// sets map_from_odom at its capture time. The map pose's covariance is then that of the camera,
+// plus the noise of all ticks since, and the effect of lasting errors since.
 #pragma once
 
 #include <array>
@@ -30,20 +30,20 @@ class PoseAnchor {
 
   explicit PoseAnchor(const FilterSettings& settings) noexcept;
 
-  /// Sets the map pose of the newest tick, and its covariance from the settings. The first time
-  /// this initialises, and the odometry frame starts there too.
+  /// Sets the map pose of the newest tick, and its covariance to initial_sigma². The first call
+  /// initialises the anchor, and also starts the odometry frame there.
   void set_pose(const Pose2& pose) noexcept;
 
-  /// Resumes from a predecessor: its poses in both frames, the covariance of the map's, its resets.
+  /// Resumes from a predecessor's poses in both frames, covariance of the map pose, and resets.
   void resume(const Estimate& predecessor) noexcept;
 
-  /// Appends a tick. The velocity's error is white from tick to tick, but for the lasting errors;
-  /// in a gap before the tick's own period the motion is unknown.
+  /// Appends a tick. The velocity's error is white from tick to tick, except for the lasting
+  /// errors. In a gap before the tick's own period the motion is unknown.
   void extend(std::int64_t time_ns, const Motion& motion) noexcept;
 
   /// Gates a camera pose against the map pose at the capture time and, if it is fused, re-anchors.
   /// `latest_ns` is the limit for capture times. A pose that arrives later than the settings allow
-  /// is too_old. One that initialises may be from before the first tick.
+  /// is too_old. An initialising pose may be from before the first tick.
   Verdict take(const CameraPose& camera, std::int64_t latest_ns, std::int64_t arrival_ns) noexcept;
 
   [[nodiscard]] bool started() const noexcept { return last_ > 0; }
@@ -61,16 +61,16 @@ class PoseAnchor {
   struct Tick {
     std::int64_t time_ns = 0;
     Pose2 odom;
-    BodyVelocity velocity;  ///< since the tick before
-    /// Of the displacement since the tick before, odometry axes.
+    BodyVelocity velocity;  ///< mean since the tick before
+    /// Covariance of the displacement since the tick before, in odometry axes.
     Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
-    Eigen::Matrix3d by_errors = Eigen::Matrix3d::Zero();   ///< ∂(the same) / ∂(lasting errors)
+    Eigen::Matrix3d by_errors = Eigen::Matrix3d::Zero();  ///< ∂(displacement) / ∂(lasting errors)
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of the map pose, map axes
   };
   struct Place {
     Pose2 odom;
-    std::size_t next;  ///< the first tick that is not before it, else the newest
-    double steps;      ///< between it and that tick, in periods
+    std::size_t next;  ///< first tick at or after this odometry, otherwise the newest
+    double steps;      ///< from this odometry to that tick, in periods
   };
   struct RejectedPose {
     std::int64_t capture_ns = 0;
@@ -92,7 +92,7 @@ class PoseAnchor {
   std::array<Tick, ring_ticks> ring_{};
   std::size_t last_ = 0;  ///< the newest tick's number, counted from the start of the history
 
-  // Of the newest map pose, since its covariance was last set; map axes
+  // Uncertainty of the newest map pose since its covariance was last set; map axes
   Eigen::Matrix3d white_ = squared(initial_sigma) *
                            Eigen::Matrix3d::Identity();  ///< covariance without the lasting errors
   Eigen::Matrix3d sensitivity_ = Eigen::Matrix3d::Zero();  ///< ∂pose / ∂(lasting errors)
@@ -107,8 +107,8 @@ class PoseAnchor {
   std::int64_t fused_capture_ns_ = 0;   ///< 0: none yet
   double test_ratio_ = 0.0;
   RejectedPose last_rejected_;
-  int rejected_in_a_row_ = 0;  ///< consistent with each other, since one was fused
-  std::int64_t suspect_until_ns_ = std::numeric_limits<std::int64_t>::min();  ///< the odometry
+  int rejected_in_a_row_ = 0;  ///< poses that agree with each other, since the last fused one
+  std::int64_t suspect_until_ns_ = std::numeric_limits<std::int64_t>::min();  ///< of the odometry
 };
 
 }  // namespace odomd::estimator

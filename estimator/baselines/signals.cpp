@@ -60,13 +60,13 @@ std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& 
     return reversing ? -std::abs(value) : value;
   };
 
-  // Both wheels of an axle, or one of them moved to its middle: v_x = v cos(angle) ± ψ̇ t/2, with t
-  // the track width; a front wheel rolls along δ.
+  // Both wheels of an axle, or one of them moved to the axle's middle: v_x = v cos(angle) ± ψ̇ t/2,
+  // with t the track width; a front wheel rolls along δ.
   using enum Source;
   const double turn = car_yaw_rate * car.track_width / 2.0;
   const double front = std::cos(held[steering].value);
   struct Choice {
-    Source left, right;  // equal for a single one
+    Source left, right;  // equal if there is only one
     double along, turn;
   };
   for (const Choice& of : {Choice{wheel_rear_left, wheel_rear_right, 1.0, 0.0},

@@ -1,6 +1,6 @@
-// The signals for models without a window: the newest value of each, held until the next one, and
-// v_x from the available wheel speeds. Newest by the samples' own times, whatever the order of
-// arrival.
+// The signals of models without a window: the newest value of each, held until the next one, and
+// v_x from the available wheel speeds. The newest is that with the latest sample time, in any order
+// of arrival.
 #pragma once
 
 #include <array>
@@ -17,12 +17,12 @@
 
 namespace odomd::estimator {
 
-/// The newest sample of a source; 0 and the default sigma before the first.
+/// The newest sample of a source; value 0 and the default sigma before the first.
 struct HeldSignal {
   bool seen = false;
   std::int64_t time_ns = 0;
   double value = 0.0;
-  double sigma = 0.0;  ///< at most the largest value that is not gated
+  double sigma = 0.0;  ///< at most the largest value that passes the gate
 };
 
 class HeldSignals {
@@ -30,16 +30,16 @@ class HeldSignals {
   explicit HeldSignals(const FilterSettings& settings) noexcept;
 
   /// Holds a sample, or returns why not: non_finite, future (after `latest_ns`), gated (beyond
-  /// physical_limit), duplicate, too_old (older than the one held). Not for camera poses.
+  /// physical_limit), duplicate, too_old (older than the held sample). Not for camera poses.
   Verdict take(const Measurement& sample, std::int64_t latest_ns) noexcept;
 
   [[nodiscard]] const HeldSignal& operator[](Source source) const noexcept {
     return held_[index_of(source)];
   }
-  /// Whether there is a sample within half a second of the newest wheel sample.
+  /// Whether a wheel has a sample within half a second before the newest wheel sample.
   [[nodiscard]] bool alive(Source wheel) const noexcept;
-  /// Whether none of the wheels that are alive turns: faster than twice its sigma, within 0.01 to
-  /// 0.03 m/s. False without a wheel.
+  /// Whether no wheel that is alive turns: faster than twice its sigma, clamped to 0.01 to
+  /// 0.03 m/s. False if no wheel is alive.
   [[nodiscard]] bool wheels_still() const noexcept;
 
  private:
@@ -53,7 +53,7 @@ struct AxleSpeed {
   double sigma = 0.0;  ///< [m/s]
 };
 
-/// v_x, equal at the rear axle and the centre of gravity, by the first choice of wheels that are
+/// v_x, equal at the rear axle and the centre of gravity, from the first choice of wheels that are
 /// alive (the table in signals.cpp); nothing without a wheel sample. While the held direction is
 /// -1, positive (unsigned) speeds count as negative.
 [[nodiscard]] std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& held,
@@ -64,7 +64,7 @@ class GyroBias {
   explicit GyroBias(const Tuning& tuning) noexcept
       : walk_(squared(tuning.gyro_bias_walk)), variance_(squared(tuning.gyro_bias)) {}
 
-  /// Takes a reading in. The car stands if no wheel turns and the gyro is quiet: within its noise
+  /// Adds a reading. The car is at rest if no wheel turns and the gyro is quiet: within its noise
   /// and the uncertainty of the bias.
   void add(const HeldSignal& gyro, bool wheels_still) noexcept;
 
@@ -80,11 +80,11 @@ class GyroBias {
   static constexpr double block_s = 0.3;
   static constexpr double quiet_ratio = 16.0;  ///< ν²/S: 4 σ
 
-  double walk_;  ///< of the variance, per second
+  double walk_;  ///< growth of the variance per second
   double value_ = 0.0;
   double variance_;
-  Block block_, before_;  ///< the one that fills, and the complete one before it
-  int complete_ = 0;      ///< blocks since the car stands
+  Block block_, before_;  ///< the block being filled, and the last complete one
+  int complete_ = 0;      ///< complete blocks since the car came to rest
   std::int64_t averaged_ns_ = 0;
 };
 
