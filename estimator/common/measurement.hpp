@@ -1,5 +1,5 @@
-// The input of a filter: quantities in SI units and ISO 8855 axes, each with its own time; and the
-// verdicts.
+// The input of a filter: quantities in SI units and ISO 8855 axes, each with its own time; and
+// verdicts on them.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 
 namespace odomd::estimator {
 
-/// Where a measurement comes from. The numbers are part of the shared memory's layout (ages and
-/// health bits are indexed by them): append only.
+/// The origin of a measurement. The numbers are part of the shared memory's layout (ages and health
+/// bits are indexed by them): append only.
 enum class Source : std::uint8_t {
   yaw_rate,          ///< ψ̇ [rad/s]
   accel_x,           ///< specific force along x at the IMU [m/s²]
@@ -20,7 +20,7 @@ enum class Source : std::uint8_t {
   wheel_rear_left,
   wheel_rear_right,
   wheel_rear,  ///< mean of the rear axle [m/s]
-  motor,       ///< speed at the driven (rear) axle, from the motor's [m/s]
+  motor,       ///< speed of the driven (rear) axle, from the motor's speed [m/s]
   steering,    ///< δ at the front wheels [rad], left positive
   direction,   ///< +1 forward, -1 reverse, 0 unknown: the sign of unsigned wheel speeds
   camera,      ///< a pose in the map frame
@@ -45,20 +45,19 @@ inline constexpr std::array<std::string_view, source_count> source_names{
 
 struct Measurement {
   Source source = Source::yaw_rate;
-  std::int64_t time_ns = 0;  ///< when it was taken, not when it arrived
+  std::int64_t time_ns = 0;  ///< time of measurement, not of arrival
   double value = 0.0;
-  double sigma =
-      0.0;  ///< standard deviation, in the value's unit; 0: as FilterSettings::sigma says
-  std::int64_t arrival_ns = 0;  ///< when it reached us; 0: unknown
+  double sigma = 0.0;  ///< standard deviation, in the value's unit; 0: FilterSettings::sigma
+  std::int64_t arrival_ns = 0;  ///< time of arrival in this process; 0: unknown
 };
 
 /// A pose of the centre of gravity in the map frame, seen by a camera.
 struct CameraPose {
-  std::int64_t capture_ns = 0;  ///< when the picture was taken
-  std::int64_t arrival_ns = 0;  ///< when the pose reached us; 0: unknown
+  std::int64_t capture_ns = 0;  ///< time of exposure
+  std::int64_t arrival_ns = 0;  ///< time of arrival in this process; 0: unknown
   double x = 0.0;               ///< [m]
   double y = 0.0;               ///< [m]
-  double yaw = 0.0;             ///< [rad], counter-clockwise, any turn
+  double yaw = 0.0;             ///< [rad], counter-clockwise, in any turn
   double sigma_x = 0.0;         ///< [m], map axes
   double sigma_y = 0.0;
   double sigma_yaw = 0.0;  ///< [rad]
@@ -66,18 +65,17 @@ struct CameraPose {
 
 /// What a filter did with a sample. Every sample gets exactly one verdict.
 enum class Verdict : std::uint8_t {
-  fused,    ///< taken; for models that hold signals: now the newest value of its source
-  gated,    ///< implausible against the state and its covariance, or beyond any car's physics: not
-            ///< taken, or of a wheel that slips, with little weight
-  too_old,  ///< older than the filter's window, than the source's max_latency, or than the one
-            ///< that is held
-  future,   ///< stamped more than a period ahead of its arrival; that unknown, of the next tick
-  duplicate,   ///< same source, same time as one before
+  fused,  ///< used; if a model holds signals: now the newest value of its source
+  gated,  ///< implausible for the state and its covariance, or physically impossible: not used, or
+          ///< for a slipping wheel used with little weight
+  too_old,     ///< older than the filter's window, the source's max_latency, or the held sample
+  future,      ///< more than a period after its arrival (if unknown: after the next tick)
+  duplicate,   ///< same source and same time as an earlier sample
   non_finite,  ///< NaN, infinity, a negative sigma, or a camera's sigma that is not positive
   source_off,  ///< the model does not use this source
   failed_protection,
-  forced,     ///< taken against the test: the filter was wrong, by the consensus of the sources
-  not_valid,  ///< by valid_when or its raw value; counted by the daemon
+  forced,  ///< used although gated: the filter was wrong, according to the consensus of the sources
+  not_valid,  ///< according to valid_when or its raw value; counted by the daemon
   count
 };
 [[nodiscard]] constexpr bool is_taken(Verdict verdict) noexcept {
@@ -89,15 +87,15 @@ inline constexpr std::array<std::string_view, verdict_count> verdict_names{
     "fused",      "gated",      "too_old",           "future", "duplicate",
     "non_finite", "source_off", "failed_protection", "forced", "not_valid"};
 
-/// What the integrity layer says of a source.
+/// The integrity layer's finding about a source.
 enum class SourceFlag : std::uint8_t {
   ok,
-  out_of_range,  ///< beyond what any car does (integrity/admission.hpp), twice in a row
-  non_finite,    ///< NaN, infinity or an impossible sigma, twice in a row
-  frozen,        ///< identical bits in a row although the car has moved on
-  drifting,      ///< contradicts the consensus of the others
-  slipping,      ///< a wheel, an axle or the motor: its speed contradicts that of the car
-  timed_out,     ///< set by the daemon, as the next one
+  out_of_range,  ///< impossible for any car (integrity/admission.hpp), twice in succession
+  non_finite,    ///< NaN, infinity or an impossible sigma, twice in succession
+  frozen,        ///< identical bits in succession although the car has moved on
+  drifting,      ///< contradicts the consensus of the other sources
+  slipping,      ///< a wheel, an axle or the motor: its speed contradicts the car's
+  timed_out,     ///< set by the daemon, like the next flag
   failed_protection,
   count
 };
@@ -109,20 +107,20 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(SourceFla
 struct Judgement {
   Source source = Source::yaw_rate;
   Verdict verdict = Verdict::fused;
-  int degrees = 0;  ///< of freedom of the test: 1, of the camera 3; 0: not tested
+  int degrees = 0;  ///< degrees of freedom of the test: 1, for the camera 3; 0: not tested
   std::array<double, 3> innovation{};  ///< ν, in the source's units
   double squared_ratio = 0.0;          ///< νᵀS⁻¹ν
-  double test_ratio = 0.0;             ///< the same over its gate
+  double test_ratio = 0.0;             ///< νᵀS⁻¹ν / gate
   std::int64_t time_ns = 0;            ///< when the sample was taken
   std::array<double, 3> variance{};    ///< diagonal of S, in the source's units squared
-  std::uint32_t count = 1;             ///< samples that it is of: more where a flood gave them up
+  std::uint32_t count = 1;             ///< number of samples; over 1: a full window dropped them
 };
 
-/// Noise of a source by its own samples: standard deviations in the source's unit. 0: not
+/// Noise of a source from its own samples: standard deviations in the source's unit. 0: not
 /// estimated, or not yet. The variance of a wheel at the speed v is stated² + (speed_share v)².
 struct SourceNoise {
-  double stated = 0.0;       ///< in the settings
-  double at_rest = 0.0;      ///< of gyro and accelerometers, limited around the stated one
+  double stated = 0.0;       ///< from the settings
+  double at_rest = 0.0;      ///< of gyro and accelerometers, limited to a range around `stated`
   double moving = 0.0;       ///< while a wheel turns
   double speed_share = 0.0;  ///< of a wheel
 

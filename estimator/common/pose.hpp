@@ -21,17 +21,17 @@ struct BodyVelocity {
   return std::remainder(angle, 2.0 * std::numbers::pi);
 }
 
-/// a - b, of continuous yaws.
+/// a - b, for continuous yaws.
 [[nodiscard]] inline Pose2 operator-(const Pose2& a, const Pose2& b) noexcept {
   return {a.x - b.x, a.y - b.y, a.yaw - b.yaw};
 }
 
-/// a - b, the yaw by the shorter way.
+/// a - b, with the yaw difference wrapped to [-π, π].
 [[nodiscard]] inline std::array<double, 3> difference(const Pose2& a, const Pose2& b) noexcept {
   return {a.x - b.x, a.y - b.y, wrap_angle(a.yaw - b.yaw)};
 }
 
-/// a ∘ b: the pose b, given in the frame a, in the frame that a is given in.
+/// a ∘ b: transforms the pose b from the frame a to the frame in which a is given.
 [[nodiscard]] inline Pose2 compose(const Pose2& a, const Pose2& b) noexcept {
   const double c = std::cos(a.yaw);
   const double s = std::sin(a.yaw);
@@ -49,7 +49,7 @@ struct BodyVelocity {
 /// The exact solution of eqs 8 (x_dot) and 9 for a constant velocity in the body frame: an arc.
 /// `dt` may be negative.
 [[nodiscard]] inline Pose2 moved(const Pose2& pose, const BodyVelocity& v, double dt) noexcept {
-  // The chord of the arc, in the direction of half the turn.
+  // The chord of the arc points in the direction of half the turn.
   const double half = 0.5 * v.yaw_rate * dt;
   const double chord = half == 0.0 ? dt : dt * std::sin(half) / half;
   const double along = chord * std::cos(half);

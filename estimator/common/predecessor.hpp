@@ -1,4 +1,4 @@
-// Moves the last estimate of an ended filter on, so that a new filter can resume from it.
+// Extrapolates the last estimate of an ended filter, so that a new filter can resume from it.
 #pragma once
 
 #include <cmath>
@@ -10,15 +10,15 @@
 
 namespace odomd::estimator {
 
-/// A longer gap between ticks is not stepped through: the covariance grows instead.
+/// Longer gaps between ticks are not stepped through: the covariance grows instead.
 inline constexpr std::int64_t max_bridged_ticks = 200;
 
-/// How a driver brakes, speeds up or steers while nobody observes it [m/s², rad/s²].
+/// Assumed braking, acceleration and steering while the car is not observed [m/s², rad/s²].
 inline constexpr double unobserved_accel = 2.0;
 inline constexpr double unobserved_yaw_accel = 5.0;
 
-/// Variances of (x, y, yaw) or their rates by such a change that works for `factor`: an unobserved
-/// time τ [s] adds σ = a τ to the velocity, σ = ½ a τ² to the pose.
+/// Variances of (x, y, yaw) or of their rates after such accelerations a: σ = `factor` a. In an
+/// unobserved time τ [s] they add σ = a τ to the velocity, σ = ½ a τ² to the pose.
 [[nodiscard]] inline Eigen::Vector3d gap_noise(double factor) noexcept {
   return (factor * Eigen::Vector3d(unobserved_accel, unobserved_accel, unobserved_yaw_accel))
       .cwiseAbs2();
@@ -28,13 +28,13 @@ inline constexpr double unobserved_yaw_accel = 5.0;
   return {estimate.v_x, estimate.v_y, estimate.yaw_rate};
 }
 
-/// A usable predecessor (integrity/admission.hpp) after a gap of `gap_s` [s], at its velocity,
-/// whose error lasts as long as the gap:
+/// A usable predecessor (integrity/admission.hpp) extrapolated over a gap of `gap_s` [s] with its
+/// velocity, whose error is constant over the gap τ:
 ///
 ///   P ← F P Fᵀ + τ² G V Gᵀ + gap_noise(½ τ²), V ← V + gap_noise(τ).
 ///
-/// If its V is not positive definite, or larger than any car's, V is that of a new filter,
-/// (1 m/s)² and (1 rad/s)².
+/// If its V is not positive definite, or larger than any car's, V is that of a new filter before
+/// the gap, (1 m/s)² and (1 rad/s)².
 [[nodiscard]] inline Estimate after_gap(const Estimate& predecessor, double gap_s) noexcept {
   Estimate e = predecessor;
   const BodyVelocity velocity = velocity_of(predecessor);

@@ -1,5 +1,5 @@
-// Variances and covariances. Those of (x, y, yaw) and of (v_x, v_y, ψ̇) are published packed: the
-// upper triangle by rows.
+// Variances and covariances. Those of (x, y, yaw) and of (v_x, v_y, ψ̇) are published packed, as
+// the upper triangle by rows.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ template <typename... Values>
   return std::sqrt((squared(values) + ...));
 }
 
-/// A deviation of more sigmas is no noise.
+/// A deviation of more sigmas is not noise.
 inline constexpr double most_sigmas = 3.0;
 
 inline constexpr double third = 1.0 / 3.0;
@@ -36,7 +36,7 @@ using Symmetric3 = std::array<double, 6>;
   return Eigen::Matrix3d{{s[0], s[1], s[2]}, {s[1], s[3], s[4]}, {s[2], s[4], s[5]}};
 }
 
-/// Turns the first two axes by the angle with this cosine and sine.
+/// Rotates the first two axes by the angle with this cosine and sine.
 [[nodiscard]] inline Eigen::Matrix3d rotation(double c, double s) noexcept {
   return Eigen::Matrix3d{{c, -s, 0.0}, {s, c, 0.0}, {0.0, 0.0, 1.0}};
 }
@@ -45,7 +45,7 @@ using Symmetric3 = std::array<double, 6>;
   return packed(R * unpacked(p) * R.transpose());
 }
 
-/// ∂(a pose after the known displacement (dx, dy)) / ∂(the pose before).
+/// ∂(pose after the known displacement (dx, dy)) / ∂(pose before).
 [[nodiscard]] inline Eigen::Matrix3d displacement(double dx, double dy) noexcept {
   return Eigen::Matrix3d{{1.0, 0.0, -dy}, {0.0, 1.0, dx}, {0.0, 0.0, 1.0}};
 }
@@ -60,8 +60,8 @@ template <int Size>
   return is_positive_definite(unpacked(P));
 }
 
-/// νᵀ S⁻¹ ν. Infinite if S is not positive definite or a number is not finite, so that `<=` a gate
-/// fails.
+/// νᵀ S⁻¹ ν. Infinite if S is not positive definite or a number is not finite, so that the
+/// comparison `<= gate` is false.
 [[nodiscard]] inline double mahalanobis_squared(const Eigen::Matrix3d& S,
                                                 const std::array<double, 3>& nu) noexcept {
   const Eigen::Vector3d v(nu.data());
@@ -69,11 +69,11 @@ template <int Size>
   return std::isfinite(value) ? value : HUGE_VAL;
 }
 
-/// Multiplies variances once a tick, which keeps a strongly correlated covariance positive definite
-/// in spite of rounding; 1.7 % a day.
+/// Variances are multiplied by this once per tick, which keeps a strongly correlated covariance
+/// positive definite despite rounding; 1.7 % a day.
 inline constexpr double rounding_inflation = 1.0 + 1e-9;
 
-/// D P D with the largest D ≤ 1 that limits the standard deviations. Keeps the correlations.
+/// D P D with the largest diagonal D ≤ 1 that limits the standard deviations; correlations stay.
 template <int Size>
 void limit(Eigen::Matrix<double, Size, Size>& P,
            const Eigen::Matrix<double, Size, 1>& largest) noexcept {

@@ -1,4 +1,4 @@
-// Saturating arithmetic of times: a received time stamp may lie at either end of the range.
+// Saturating arithmetic of times: a received time stamp may be at either end of the range.
 #pragma once
 
 #include <cstdint>

@@ -11,12 +11,12 @@ inline constexpr double gravity = 9.81;  // [m/s²]
 
 /// "GM" is a Gauss-Markov process of this standard deviation and correlation time.
 ///
-/// Origins: physics, then simulated cars (NEES, NIS, drift) and the training drives, but for these:
+/// Origins: physics, then simulated cars (NEES, NIS, drift) and the training drives, except for:
 /// side_slip, sliding_force, sliding_slip, slip_share, velocity_odds: simulated slides.
-/// side_slip_grip, grip_used, grip_shown_s: v_y of the first half of revs_250lm; the last two of
-/// xray_duck_1, too. slip_noise, wheel_noise_scale_range: its wheels, and braking simulated cars.
-/// signal_gate: χ² of one degree. turn_noise_scale_range: the gyro's NIS on simulated full-size
-/// cars; v_y as above.
+/// side_slip_grip, grip_used, grip_shown_s: v_y of the first half of revs_250lm; the last two also
+/// of xray_duck_1. slip_noise, wheel_noise_scale_range: the wheels of revs_250lm, and braking
+/// simulated cars. signal_gate: χ² of one degree of freedom. turn_noise_scale_range: the gyro's NIS
+/// on simulated full-size cars, and v_y as above.
 struct Tuning {
   // --- how the car is driven ---
   double drive_accel = 0.1;  ///< a_x, GM: braking and acceleration by the driver [g]

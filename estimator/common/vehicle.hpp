@@ -26,8 +26,8 @@ struct Vehicle {
   double cornering_stiffness_front = 20.0;  ///< C_v [N/rad]
   double cornering_stiffness_rear = 60.0;   ///< C_h [N/rad]
   double track_width = 0.16;                ///< [m]
-  double grip_front = 0.0;  ///< largest lateral force over the axle's share of the mass [m/s²] ...
-  double grip_rear = 0.0;   ///< ... 0: unlimited, linear tyres
+  double grip_front = 0.0;  ///< peak lateral force / mass on the axle [m/s²]; 0: linear tyres
+  double grip_rear = 0.0;   ///< likewise
 
   SteeringActuator steering;
   Driven driven = Driven::rear;
@@ -35,8 +35,8 @@ struct Vehicle {
   [[nodiscard]] constexpr double wheelbase() const { return front_axle + rear_axle; }
 };
 
-/// The speed [m/s] at which the lateral motion settles within one `dt`; at lower speeds the step
-/// does not resolve it. 0.185 m/s for the reference car at 5 ms.
+/// The speed [m/s] at which the lateral motion settles within one `dt`; steps do not resolve it at
+/// lower speeds. 0.185 m/s for the reference car at 5 ms.
 [[nodiscard]] inline double slowest_resolved_speed(const Vehicle& car, double dt) noexcept {
   const double c_v = car.cornering_stiffness_front;
   const double c_h = car.cornering_stiffness_rear;

@@ -1,4 +1,4 @@
-// Places of the wheels, and which of them are driven.
+// Positions of the wheels, and which of them are driven.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace odomd::estimator {
 
-/// All sources of wheel speeds: is_wheel().
+/// All sources for which is_wheel() is true.
 inline constexpr std::array wheel_sources{Source::wheel_front_left, Source::wheel_front_right,
                                           Source::wheel_rear_left,  Source::wheel_rear_right,
                                           Source::wheel_rear,       Source::motor};
@@ -19,23 +19,23 @@ inline constexpr std::array wheel_sources{Source::wheel_front_left, Source::whee
   return wheel == Source::wheel_front_left || wheel == Source::wheel_front_right;
 }
 
-/// Whether a source's wheel is driven; the motor counts as one.
+/// Whether a source's wheel is driven; the motor counts as a driven wheel.
 [[nodiscard]] constexpr bool is_driven(Driven driven, Source source) noexcept {
   return driven == Driven::all || source == Source::motor ||
          is_front(source) == (driven == Driven::front);
 }
 
-/// A wheel that seems slower may stand [m/s].
+/// A wheel with a lower measured speed may stand [m/s].
 inline constexpr double slowest_turning = 0.01;
 
 /// Whether a wheel that measures `speed` with the noise `sigma` turns: faster than twice its noise,
-/// within limits.
+/// which is clamped to limits.
 [[nodiscard]] inline bool is_turning(double speed, double sigma) noexcept {
   constexpr double surely_turning = 0.03;
   return std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning);
 }
 
-/// Place of a source's wheel: ahead and left of the centre of gravity [m]; steered or not.
+/// Position of a source's wheel ahead and left of the centre of gravity [m]; steered or not.
 struct WheelPlace {
   double ahead = 0.0;
   double left = 0.0;
