@@ -30,9 +30,9 @@ FileDescriptor open_interface(const std::string& name) {
   FileDescriptor descriptor(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
   if (!descriptor)
     throw std::runtime_error(name + ": CAN is not available here: " + std::strerror(errno));
-  // Nothing is received: no filter at all.
+  // No filter at all, as nothing is received.
   ::setsockopt(descriptor.get(), SOL_CAN_RAW, CAN_RAW_FILTER, nullptr, 0);
-  // An interface that cannot says so when it is given such a frame.
+  // An interface without CAN FD reports that when it has to send such a frame.
   const int fd_frames = 1;
   ::setsockopt(descriptor.get(), SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &fd_frames, sizeof fd_frames);
   sockaddr_can address{};
@@ -76,7 +76,7 @@ void CanOutput::send(std::span<const can::Frame> frames) {
 }
 
 void CanOutput::transmit(const can::Frame& frame) {
-  // A classic frame is the beginning of one of CAN FD.
+  // A canfd_frame begins with the layout of a classic frame.
   const canfd_frame raw = to_kernel(frame);
   const std::size_t size = frame.protocol == can::FrameProtocol::fd ? CANFD_MTU : CAN_MTU;
   for (int tries = 0; ::write(socket_.get(), &raw, size) < 0; ++tries) {

@@ -1,4 +1,4 @@
-// The output of live frames: a CAN interface, or as candump lines onto standard output.
+// The output of live frames: to a CAN interface, or as candump lines to standard output.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +13,11 @@ namespace odomd::sim {
 
 class CanOutput {
  public:
-  /// `name` is an interface, or "-" for standard output. Throws std::invalid_argument where there
-  /// is no such interface, std::runtime_error where it cannot be opened.
+  /// `name` is an interface, or "-" for standard output. Throws std::invalid_argument if there is
+  /// no such interface, std::runtime_error if it cannot be opened.
   CanOutput(const std::string& name, can::StampDecimals decimals);
 
-  /// Sends the frames, all at once. Throws std::runtime_error if they cannot be sent: nobody reads
+  /// Sends all frames immediately. Throws std::runtime_error if they cannot be sent: nobody reads
   /// or acknowledges, or the interface is down.
   void send(std::span<const can::Frame> frames);
 
@@ -26,11 +26,11 @@ class CanOutput {
 
   std::string name_;
   can::StampDecimals decimals_;
-  FileDescriptor socket_;  // none for standard output
+  FileDescriptor socket_;  // not open for standard output
   std::string text_;
 };
 
-/// Name that a log gives the bus.
+/// The name of the bus in a log.
 inline constexpr const char* log_interface = "can0";
 
 }  // namespace odomd::sim

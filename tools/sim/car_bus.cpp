@@ -9,7 +9,7 @@ namespace {
 
 using enum Parameter;
 
-// 8 bytes with an identifier of 11 bits: 111 bits and about 15 stuffed ones, at 500 kbit/s.
+// 8 bytes with an identifier of 11 bits: 111 bits and about 15 stuff bits, at 500 kbit/s.
 constexpr std::int64_t frame_ns = 252'000;
 
 double seconds(std::int64_t ns) {
@@ -32,7 +32,7 @@ constexpr std::array roles{
 
 }  // namespace
 
-// Whole milliseconds, as the database states it.
+// Rounded to milliseconds, as stated in the database.
 std::int64_t cycle_ns(const ParameterSet& truth, std::string_view message) {
   const Parameter cycle = message == "IMU"        ? imu_cycle
                           : message == "STEERING" ? steering_cycle
@@ -110,7 +110,7 @@ CarBus::CarBus(const ParameterSet& truth, double configured_wheel_radius, std::u
   }
 }
 
-// The jitter does not add up: each sample strays from its own place on the grid, by less than a
+// Jitter does not accumulate: each sample deviates from its own time on the grid, by less than a
 // quarter of a cycle.
 void CarBus::schedule(Unit& unit) const {
   const double stray = truth_[cycle_jitter] * unit.jitter.normal();
@@ -163,8 +163,8 @@ void CarBus::sample(Unit& unit) {
   }
 }
 
-// A frame waits for the bus to be free, takes its time on the wire, and is stamped when the kernel
-// comes to it.
+// A frame waits until the bus is free, takes its time on the wire, and is stamped by the kernel
+// after a random delay.
 can::Frame CarBus::transmit(Unit& unit) {
   bus_free_ns_ = std::max(bus_free_ns_, unit.due_ns) + frame_ns;
   const std::int64_t seen =

@@ -1,5 +1,5 @@
-// The control units and the bus between them: samples at the pace of clocks that are not exact, as
-// protected frames of odomd.dbc, one at a time on a wire of 500 kbit/s.
+// The control units and the bus between them: samples at the rate of inexact clocks, as protected
+// frames of odomd.dbc, one at a time on a wire of 500 kbit/s.
 #pragma once
 
 #include <array>
@@ -15,23 +15,23 @@
 
 namespace odomd::sim {
 
-/// The text of odomd.dbc, as it stands and with the cycle times of a car, or others.
+/// The text of odomd.dbc, unchanged, with the cycle times of a car, or with other cycle times.
 [[nodiscard]] std::string_view bus_database_text();
 [[nodiscard]] std::string bus_database_text(const ParameterSet& truth);
-/// A cycle time of 0 ns: none.
+/// A cycle time of 0 ns means none.
 [[nodiscard]] std::string bus_database_text(
     const std::function<std::int64_t(std::string_view message)>& cycle_ns);
 
 /// Cycle time of a message [ns].
 [[nodiscard]] std::int64_t cycle_ns(const ParameterSet& truth, std::string_view message);
 
-/// Its messages, each protected by Profile 1 with its identifier as the data id.
+/// The messages of odomd.dbc, each protected by Profile 1 with its identifier as the data id.
 [[nodiscard]] const can::Database& bus_database();
 [[nodiscard]] can::E2eBinding bus_protection(const can::Message& message);
-/// The table [can.e2e] of them all.
+/// The table [can.e2e] for all messages.
 [[nodiscard]] std::string bus_protection_text();
 
-/// Where the roles of a configuration are on this bus.
+/// The signal of each role of a configuration on this bus.
 struct BusRole {
   std::string_view role, message, signal, unit;
 };
@@ -43,21 +43,21 @@ class CarBus {
   CarBus(const ParameterSet& truth, double configured_wheel_radius, std::uint64_t seed,
          std::int64_t stamp_step_ns);
 
-  /// Takes the samples that are due after `from_ns` and not after `to_ns`; the car is known at
-  /// both, and interpolated between. Appends the frames, stamps rising.
+  /// Takes the samples that are due after `from_ns` and up to `to_ns`; the car is given at both
+  /// times, and interpolated between them. Appends the frames with increasing stamps.
   void advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t to_ns,
                const PlantOutput& to, std::vector<can::Frame>& frames);
 
  private:
-  /// A message's sender, in the order of the database.
+  /// The sender of a message; units are in the order of the database.
   struct Unit {
     can::MessageEncoder encoder;
     RandomStream jitter;
     std::int64_t phase_ns = 0;
     std::int64_t cycle_ns = 0;
-    std::int64_t count = 0;    // samples taken
+    std::int64_t count = 0;    // samples so far
     std::int64_t due_ns = 0;   // next sample
-    std::int64_t last_ns = 0;  // the one before
+    std::int64_t last_ns = 0;  // previous sample
   };
 
   void schedule(Unit& unit) const;

@@ -24,22 +24,22 @@ using enum Parameter;
 std::string number(double value) {
   std::string text;
   tools::append_number(text, value);
-  // TOML wants a point or an exponent in a float.
+  // A TOML float needs a point or an exponent.
   if (text.find_first_of(".e") == std::string::npos) text += ".0";
   return text;
 }
 
-// As a person would state it.
+// With few digits, as a person would write it.
 std::string number(double value, int digits) {
   return fmt::format("{:.{}g}", value, digits);
 }
 
-// A basic string of TOML; JSON has the same.
+// A basic string of TOML, which is also one of JSON.
 std::string quote(std::string_view text) {
   return tools::json_text(text);
 }
 
-// A wheel's speed is a mean over the cycle before, and so half a cycle old.
+// A wheel's speed is a mean over the previous cycle, so it is half a cycle old.
 struct Quality {
   double sigma;
   double latency = 0.0;
@@ -55,7 +55,7 @@ Quality quality(const RunPlan& plan, const BusRole& role) {
   return {wheel_speed_sigma(plan.sizes, radius, cycle), 0.5 * cycle};
 }
 
-// The 1:10 car goes without a name.
+// The name of the 1:10 car is left out.
 std::string made_for(const RunPlan& plan) {
   const std::string car =
       is_sprung(plan.car_kind) ? "car " + std::string(car_name(plan.car_kind)) + ", " : "";
@@ -135,7 +135,7 @@ nlohmann::ordered_json describe(const RunPlan& plan) {
                        {"rear", {markers.rear.x, markers.rear.y}}};
   result["errors"] = plan.options.errors == ErrorModel::ideal ? "ideal" : "realistic";
   if (plan.car.suspension.present()) {
-    // a_y reads (1 + g·roll_gradient) times what it is in a steady turn
+    // a_y reads (1 + g·roll_gradient) times its true value in a steady turn
     constexpr double degree = std::numbers::pi / 180.0;
     result["body"] = {{"roll_gradient_deg_per_g",
                        plan.car.suspension.roll_gradient() * standard_gravity / degree},
@@ -197,7 +197,7 @@ void DriveWriter::write(const Happenings& happenings) {
 
   text_.clear();
   for (const tools::TrajectoryPoint& row : happenings.truth)
-    append_row(text_, tools::point_columns, row, 7);  // a tenth of a micrometre is plenty
+    append_row(text_, tools::point_columns, row, 7);  // a tenth of a micrometre suffices
   truth_ << text_;
 
   text_.clear();

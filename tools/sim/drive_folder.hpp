@@ -1,5 +1,5 @@
-// The folder of a simulated drive: drive.log, camera.csv, truth.csv, car.toml (the configuration
-// that fits), car.dbc, plant.json (what was drawn), and on request the film's markers.csv.
+// The folder of a simulated drive: drive.log, camera.csv, truth.csv, car.toml (the matching
+// configuration), car.dbc, plant.json (the drawn truth), and on request the film's markers.csv.
 #pragma once
 
 #include <filesystem>
@@ -13,33 +13,33 @@
 
 namespace odomd::sim {
 
-/// How a daemon will get at the drive.
+/// The inputs of the daemon that is to run on the drive.
 struct Wiring {
   std::string can = "drive.log";        ///< [can] source: interface, log or "-"
   std::filesystem::path camera_socket;  ///< empty: the daemon's default
 };
 
-/// car.toml: the configuration of the simulated car, as its owner would write it; it knows nothing
-/// of the errors drawn.
+/// car.toml: the configuration of the simulated car, as its owner would write it, without knowing
+/// the drawn errors.
 [[nodiscard]] std::string configuration_text(const RunPlan& plan, const Wiring& wiring);
 
-/// plant.json: the run, the sizes of its errors, and the errors themselves.
+/// plant.json: the run, the sizes of its errors, and the drawn errors.
 [[nodiscard]] nlohmann::ordered_json describe(const RunPlan& plan);
 
 enum class Existing : std::uint8_t { keep, replace };
 
-/// Makes the folder. Throws std::invalid_argument where it cannot be one, or holds something and
-/// that is to be kept.
+/// Makes the folder. Throws std::invalid_argument if it cannot be a folder, or is not empty and
+/// must be kept.
 void make_drive_folder(const std::filesystem::path& folder, Existing existing);
 
-/// Writes car.toml, car.dbc and plant.json, each whole or not at all.
+/// Writes car.toml, car.dbc and plant.json, each completely or not at all.
 void write_car_files(const std::filesystem::path& folder, const RunPlan& plan,
                      const Wiring& wiring);
 
 enum class FilmMarkers : std::uint8_t { leave_out, write };
 
-/// drive.log, camera.csv and truth.csv, and markers.csv where asked for. Failing to write throws
-/// std::runtime_error.
+/// Writes drive.log, camera.csv and truth.csv, and on request markers.csv. Throws
+/// std::runtime_error if writing fails.
 class DriveWriter {
  public:
   DriveWriter(const std::filesystem::path& folder, std::string interface,

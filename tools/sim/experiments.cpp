@@ -20,22 +20,22 @@ namespace {
 using Json = nlohmann::ordered_json;
 using std::numbers::pi;
 
-/// As it is read off, in decimals: 2.929 rather than 2.9290000000000003.
+/// Rounded as in a reading, without errors of binary fractions: 2.929, not 2.9290000000000003.
 double rounded(double value, double step) {
   return std::round(value / step) / std::round(1.0 / step);
 }
 
-/// A length that a person measures: the truth with an error of this size, rounded as it is read
-/// off. Under the names of the options of odom identify, as are all measurements.
+/// A length that a person measures: the truth with an error of this sigma, rounded to the step.
+/// Measurements have the names of the options of odom identify.
 void measure(Json& result, const std::string& name, double truth, double sigma, double step,
              RandomStream& hand) {
   result[name] = rounded(truth + sigma * hand.normal(), step);
   result[name + "_sigma"] = std::hypot(sigma, step / std::sqrt(12.0));
 }
 
-/// The kitchen scale of the afternoon. All experiments of a seed have the same one, so that their
-/// readings of one load agree. They scatter by half of the last digit, which is what odom identify
-/// assumes of a scale of which only the digit is known.
+/// The kitchen scale. All experiments of a seed use the same scale, so that their readings of a
+/// load agree. Readings scatter by half of the last digit, as odom identify assumes if only the
+/// resolution of a scale is known.
 class KitchenScale {
  public:
   explicit KitchenScale(std::uint64_t seed)
@@ -52,8 +52,8 @@ class KitchenScale {
 
  private:
   static constexpr double resolution = 1e-3;         // kg
-  static constexpr double sigma = 0.5 * resolution;  // of the readings, rounded as they are
-  static constexpr double accuracy = 1e-3;           // of its gain
+  static constexpr double sigma = 0.5 * resolution;  // of the readings, including rounding
+  static constexpr double accuracy = 1e-3;           // of the scale's gain
 
   double gain_;
 };
@@ -77,8 +77,8 @@ Json plant_of(const RunPlan& plan, const char* experiment) {
   return plant;
 }
 
-/// Times of 20 swings to and fro, thrice in succession, of one who stops at passages through the
-/// middle in one direction.
+/// Three consecutive stop-watch timings of 20 full swings, triggered as the car passes the middle
+/// in one direction.
 void time_swings(Json& result, const std::vector<double>& passages, double sigma,
                  RandomStream& stream) {
   constexpr std::size_t swings = 20, timings = 3;
@@ -112,9 +112,9 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
   rig.stretch = draw.uniform(0.5e-3, 2e-3);
   rig.offset_along = 0.003 * draw.normal();
   rig.height_of_fixings = draw.uniform(0.03, 0.06);
-  // Level by eye: it hangs so that its centre of gravity is below the cords.
+  // Levelled by eye to 1.5°: the car hangs with its centre of gravity below the cords.
   rig.offset_across = rig.height_of_fixings * 1.5 * pi / 180.0 * draw.normal();
-  // 1 to 3 % less a swing, a part of it growing with the speed.
+  // The amplitude falls by 0.3 to 1.7 % per swing, partly from drag that grows with speed.
   const double omega = std::sqrt(rig.mass * rig.gravity * rig.spacing_above * rig.spacing_above /
                                  (4.0 * rig.cord * plan.car.yaw_inertia));
   rig.viscous = draw.uniform(0.003, 0.008) * omega * plan.car.yaw_inertia / pi;
@@ -133,8 +133,8 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
   const std::int64_t end_ns = held_ns + std::llround(1e9 * options.duration);
   SwingRig car(rig);
   Happenings happenings;
-  std::vector<double> passages;  // upwards through the middle
-  std::vector<double> turns;     // how far it was turned, at most, before each
+  std::vector<double> passages;  // times of passing the middle towards positive yaw
+  std::vector<double> turns;     // largest deflection before each passage
   double widest = 0.0;
   for (std::int64_t now = 0; now < end_ns; now += plant_step_ns) {
     const PlantOutput before = car.output();
@@ -173,7 +173,7 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
   Json result;
   measure(result, "spacing", rig.spacing_above, 4e-4, 5e-4, hand);
   measure(result, "spacing_below", rig.spacing_below, 4e-4, 5e-4, hand);
-  result.erase("spacing_below_sigma");  // spacing_sigma is of both
+  result.erase("spacing_below_sigma");  // spacing_sigma is for both
   measure(result, "cord", rig.cord, 1.5e-3, 1e-3, hand);
   result["offset_sigma"] = 0.003;
   result["amplitude"] = rig.amplitude * (1.0 + 0.1 * hand.normal());
@@ -212,7 +212,7 @@ nlohmann::ordered_json simulate_weighing(const ExperimentOptions& options) {
 
   RandomStream hand(options.seed, "who weighs");
   Json measured;
-  // On a slope the load line through the centre of gravity is off by height × slope.
+  // On a slope, the line of the weight is shifted by height × slope.
   const auto weigh = [&](const char* name, double share_on_the_level, double base) {
     const double load =
         mass *

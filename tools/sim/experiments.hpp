@@ -1,6 +1,6 @@
-// Experiments with a standing car, for identification: what is drawn, what is measured and how
-// precisely. Each writes plant.json (the truth) and measured.json (what a person wrote down). The
-// car is the one that a drive of the 1:10 car with the same seed drives: one afternoon is one seed.
+// Experiments with a stationary car, for identification. Each writes plant.json (the truth) and
+// measured.json (a person's measurements). The car is that of a drive with the 1:10 car and the
+// same seed.
 #pragma once
 
 #include <cstdint>
@@ -19,11 +19,11 @@ struct ExperimentOptions {
   double duration = 180.0;  ///< of a swing [s]
 };
 
-/// The car on two cords: drive.log with its gyro, truth.csv, car.toml, car.dbc; measured.json holds
-/// lengths, mass and timings by stop-watch. Returns what was measured.
+/// The car on two cords: drive.log with its gyro, truth.csv, car.toml, car.dbc; measured.json has
+/// lengths, amplitudes and stop-watch timings. Returns the measurements.
 nlohmann::ordered_json simulate_swing(const ExperimentOptions& options);
 
-/// The car on a kitchen scale, on slopes of its own: measured.json holds the weighings.
+/// The car on a kitchen scale, each time on another slight slope: measured.json has the weighings.
 nlohmann::ordered_json simulate_weighing(const ExperimentOptions& options);
 
 }  // namespace odomd::sim

@@ -17,12 +17,12 @@
 namespace odomd::sim {
 namespace {
 
-// What happens within it is sent at its end: no frame is later than this.
+// Frames of a stretch are sent at its end, so they are at most this late.
 constexpr std::int64_t stretch_ns = 1'000'000;
-// From the choice of the start to the start: files and sockets are opened meanwhile.
+// Time between choosing the start time and the start, for opening files and sockets.
 constexpr std::int64_t lead_ns = 200'000'000;
 
-// While it lives, a closed pipe is an error of write().
+// During its lifetime, writing to a closed pipe is an error of write() instead of a signal.
 class WithoutPipeSignal {
  public:
   WithoutPipeSignal() : before_(std::signal(SIGPIPE, SIG_IGN)) {}
@@ -34,7 +34,7 @@ class WithoutPipeSignal {
   void (*before_)(int);
 };
 
-// The daemon's camera socket, opened as soon as it is there.
+// The daemon's camera socket, opened as soon as it exists.
 class CameraLine {
  public:
   CameraLine(std::filesystem::path socket, odom_clock clock)
@@ -42,7 +42,7 @@ class CameraLine {
 
   [[nodiscard]] bool wanted() const { return !socket_.empty(); }
 
-  /// Whether the pose got through.
+  /// Returns whether the pose was delivered.
   bool send(const estimator::CameraPose& pose) {
     open_ = open_ || sender_.open(socket_.c_str()) == 0;
     return open_ && sender_.send(tools::camera_message(pose, clock_)) == 0;
@@ -79,7 +79,7 @@ LiveSummary play_live(Simulation& simulation, const LiveOptions& options,
                     options.can == "-" ? ODOM_CLOCK_LOG : ODOM_CLOCK_REALTIME);
   LiveSummary summary;
   Happenings happenings;
-  // Paced by the clock that nobody sets.
+  // Paced by the monotonic clock, which is never set.
   const std::int64_t start_ns = monotonic_now() + (options.start_ns - read_clock(CLOCK_REALTIME));
   RunState state = RunState::running;
   while (state == RunState::running) {

@@ -14,7 +14,7 @@
 namespace odomd::sim {
 
 struct LiveOptions {
-  std::int64_t start_ns = 0;            ///< of the simulation's plan, see live_start_ns()
+  std::int64_t start_ns = 0;            ///< of the simulation's plan, from live_start_ns()
   std::string can = "-";                ///< interface, or "-" for standard output
   std::filesystem::path camera_socket;  ///< empty: no camera
   can::StampDecimals decimals = can::StampDecimals::six;
@@ -26,19 +26,19 @@ struct LiveSummary {
   LiveEnd end = LiveEnd::drive_over;
   std::uint64_t frames = 0;
   std::uint64_t camera_sent = 0;
-  std::uint64_t camera_dropped = 0;  ///< the daemon was not there, or did not keep up
+  std::uint64_t camera_dropped = 0;  ///< the daemon was not running, or did not keep up
 };
 
 /// "12.3 s, 8.1 of 82.2 m (10 %), 1.50 m/s"
 [[nodiscard]] std::string progress_text(const Simulation& simulation);
 
-/// The start of a live drive, a tick of CLOCK_REALTIME shortly ahead, when everything is set up.
-/// Its stamps advance exactly with simulated time from there.
+/// The start of a live drive: a tick of CLOCK_REALTIME in the near future, when all is set up. From
+/// there its stamps advance exactly with simulated time.
 [[nodiscard]] std::int64_t live_start_ns();
 
-/// Sends everything at its time, or at once where that is over. Returns when the drive is over, or
-/// on SIGINT or SIGTERM. `also` is given everything that was sent, in the same stretches. Throws as
-/// CanOutput does. The camera's socket may come and go.
+/// Sends frames and poses at their time, or immediately if that has passed. Returns at the end of
+/// the drive, or on SIGINT or SIGTERM. Calls `also` with all that was sent, stretch by stretch.
+/// Throws like CanOutput. The camera's socket may come and go.
 LiveSummary play_live(Simulation& simulation, const LiveOptions& options,
                       tools::ProgressLine& progress,
                       const std::function<void(const Happenings&)>& also);

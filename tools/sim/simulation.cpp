@@ -25,7 +25,7 @@ double route_length(const Route& route) {
   return length;
 }
 
-// By when a car that drives at a tenth of its speed would have done it all.
+// Time limit of the run: enough for the whole route at a tenth of the planned speed [ns].
 std::int64_t deadline(const RunPlan& plan) {
   double seconds = plan.options.standstill + 60.0;
   for (const Leg& leg : plan.route.legs)
@@ -33,7 +33,7 @@ std::int64_t deadline(const RunPlan& plan) {
   return std::llround(1e9 * seconds);
 }
 
-// Moves the first elements that `has_come` to `to`.
+// Moves the leading elements for which `has_come` is true to `to`.
 template <class T, class Test>
 void move_first(std::vector<T>& from, std::vector<T>& to, Test has_come) {
   const auto end = std::ranges::find_if_not(from, has_come);
@@ -62,7 +62,7 @@ RunPlan make_plan(const RunOptions& options) {
   if (options.start_ns < 0) throw std::invalid_argument("start time: must not be negative");
 
   plan.laps = options.laps.value_or(scenario.laps);
-  if (options.duration && !options.laps) {  // as many as the time can hold
+  if (options.duration && !options.laps) {  // as many as fit into the duration
     const double lap = route_length(scenario.route(plan.speed, 1));
     plan.laps =
         static_cast<int>(std::min(*options.duration * plan.speed / lap + 1.0, double{most_laps}));
@@ -116,7 +116,7 @@ Simulation::Simulation(const RunPlan& plan)
   if (plan.options.ends == Ends::moving) plant_.set_speed(driver_.start_speed());
 }
 
-// Seen from the car, which may go along the track in reverse.
+// The road's tilt in the direction of the car, which may drive along the track in reverse.
 RoadTilt Simulation::road_here(std::int64_t since_ns) const {
   const Leg& leg = driver_.leg();
   const double side = leg.gear == Gear::reverse ? -1.0 : 1.0;
@@ -156,7 +156,7 @@ RunState Simulation::advance(std::int64_t time_ns, Happenings& happenings) {
   return state;
 }
 
-// Only what has been received by now.
+// Hands over only what has been received by now.
 void Simulation::hand_over(Happenings& happenings) {
   const std::size_t old_frames = happenings.frames.size();
   const std::size_t old_poses = happenings.camera.size();

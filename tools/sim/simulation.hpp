@@ -1,4 +1,4 @@
-// One run: the car, its driver, its bus and the camera, from standing to standing or on the move.
+// One run: the car, its driver, its bus and the camera, between standstills or while moving.
 #pragma once
 
 #include <cstdint>
@@ -21,25 +21,25 @@ namespace odomd::sim {
 
 enum class ErrorModel : std::uint8_t { realistic, ideal };
 
-/// What to simulate. Where nothing is given the scenario's own values hold.
+/// What to simulate. Options without a value have the scenario's.
 struct RunOptions {
   std::string scenario = "lap";
   std::optional<CarKind> car;
   std::optional<double> speed;  ///< [m/s]
   std::optional<int> laps;
-  std::optional<double> duration;  ///< ends then, wherever the car is [s]
-  double standstill = 3.0;         ///< before the car sets off [s]
+  std::optional<double> duration;  ///< the run ends then, wherever the car is [s]
+  double standstill = 3.0;         ///< time before the car starts to move [s]
   Ends ends = Ends::standing;      ///< moving: without any standstill
   std::uint64_t seed = 1;
   ErrorModel errors = ErrorModel::realistic;
-  std::vector<Assignment> sizes;  ///< in the place of the defaults
-  std::vector<Assignment> fixed;  ///< truths that are not drawn
+  std::vector<Assignment> sizes;  ///< replace the default sizes
+  std::vector<Assignment> fixed;  ///< truths that are set, not drawn
   std::vector<Dropout> dropouts;
   std::int64_t start_ns = 1'760'000'000'000'000'000;  ///< log time of the start
   std::int64_t stamp_step_ns = 1000;                  ///< resolution of stamps
 };
 
-/// The options resolved: what is asked for and what is drawn.
+/// The resolved options, and the drawn truth.
 struct RunPlan {
   RunOptions options;
   Scenario scenario;
@@ -49,16 +49,16 @@ struct RunPlan {
   ParameterSet sizes;
   ParameterSet truth;
   Route route;
-  PlantParameters car;  ///< as it really is
+  PlantParameters car;  ///< with its true parameters
   TrackPoint start;     ///< pose of the centre of gravity
   double length = 0.0;  ///< of the route [m]
 };
 
-/// Throws std::invalid_argument for options that do not fit.
+/// Throws std::invalid_argument for inconsistent options.
 [[nodiscard]] RunPlan make_plan(const RunOptions& options);
 
-/// What has become known in a stretch of time, each in the order of its times (frames: stamps,
-/// camera poses: arrival), on the log's clock.
+/// The results of a stretch of time on the log's clock, each in the order of its times (frames:
+/// stamps; camera poses: arrival).
 struct Happenings {
   std::vector<can::Frame> frames;
   std::vector<estimator::CameraPose> camera;
@@ -85,8 +85,8 @@ class Simulation {
  public:
   explicit Simulation(const RunPlan& plan);
 
-  /// Goes on until `time_ns` after the start, a multiple of plant_step_ns, and appends what has
-  /// happened. Throws std::runtime_error when the car has left its track, or does not get on.
+  /// Advances to `time_ns` after the start, a multiple of plant_step_ns, and appends the results.
+  /// Throws std::runtime_error if the car has left its track or is stuck.
   RunState advance(std::int64_t time_ns, Happenings& happenings);
 
   [[nodiscard]] std::int64_t time_ns() const { return now_ns_; }
@@ -109,8 +109,8 @@ class Simulation {
   Film film_;
   RoadProfile road_;
   PlantInput input_;
-  std::vector<can::Frame> frames_;                   // sent, not yet received
-  std::vector<estimator::CameraPose> camera_poses_;  // taken, not yet arrived
+  std::vector<can::Frame> frames_;                   // sent, but not yet received
+  std::vector<estimator::CameraPose> camera_poses_;  // taken, but not yet arrived
 };
 
 }  // namespace odomd::sim

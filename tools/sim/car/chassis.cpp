@@ -5,12 +5,12 @@
 namespace odomd::sim {
 namespace {
 
-// m_s h: what links the body's tilting to the car's motion.
+// m_s h: couples the body's tilt to the car's motion.
 double first_moment(const Suspension& s) {
   return s.sprung_mass * s.sprung_height;
 }
 
-// About the axis on the ground: J = I + m_s h²
+// Inertia about the axis on the ground: J = I + m_s h²
 double roll_inertia_on_ground(const Suspension& s) {
   return s.roll_inertia + first_moment(s) * s.sprung_height;
 }
@@ -18,7 +18,7 @@ double pitch_inertia_on_ground(const Suspension& s) {
   return s.pitch_inertia + first_moment(s) * s.sprung_height;
 }
 
-// Of the springs and dampers against the body.
+// Moments of the springs and dampers on the body.
 double roll_moment(const Suspension& s, const Attitude& a) {
   return (s.roll_stiffness_front + s.roll_stiffness_rear) * a.roll +
          (s.roll_damping_front + s.roll_damping_rear) * a.roll_rate;
@@ -84,8 +84,8 @@ BodyAcceleration body_acceleration_at_rest(const Suspension& s, const Attitude& 
                pitch_inertia_on_ground(s)};
 }
 
-// The springs press on the wheels with the moment that they hold the body up with; the unsprung
-// masses, half of them on each axle, add their own.
+// Springs and dampers load the wheels with the moment that holds the body; the unsprung masses,
+// half of them on each axle, add theirs.
 LoadShift load_shift(const Suspension& s, double mass, const Attitude& a, const Tracks& tracks,
                      double specific_x, double specific_y) {
   const double unsprung = (mass - s.sprung_mass) * s.unsprung_height;

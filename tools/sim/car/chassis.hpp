@@ -1,9 +1,8 @@
-// The effects of a body on springs: it rolls and pitches, moves load between the wheels by the
-// forces of its springs, and tilts the sensors that sit on it. And the road, which need not be
-// level.
+// A body on springs rolls and pitches, moves load between the wheels through its springs, and tilts
+// the sensors that are mounted on it. Also the tilt of the road.
 //
 // Axes of ISO 8855: x forward, y left, z up; roll φ is positive to the right, pitch θ positive nose
-// down, both of the body against the road. The body turns about axes on the ground.
+// down, both of the body relative to the road. The body turns about axes on the ground.
 #pragma once
 
 namespace odomd::sim {
@@ -26,13 +25,13 @@ struct Suspension {
 
   [[nodiscard]] bool present() const { return sprung_mass > 0.0; }
 
-  /// Roll in a steady turn over its lateral acceleration, and pitch in steady braking over its
-  /// deceleration [rad/(m/s²)].
+  /// Roll / lateral acceleration in a steady turn, and pitch / deceleration in steady braking
+  /// [rad/(m/s²)].
   [[nodiscard]] double roll_gradient() const;
   [[nodiscard]] double pitch_gradient() const;
 };
 
-/// The road under the car, in the car's heading, and how it changes as the car goes.
+/// The road under the car, in the car's heading, and its change as the car moves.
 struct RoadTilt {
   double grade = 0.0;       ///< γ, uphill positive [rad]
   double bank = 0.0;        ///< ρ, the left side up positive [rad]
@@ -40,30 +39,30 @@ struct RoadTilt {
   double bank_rate = 0.0;
 };
 
-/// Of the body against the road.
+/// Attitude of the body relative to the road.
 struct Attitude {
   double roll = 0.0, roll_rate = 0.0;
   double pitch = 0.0, pitch_rate = 0.0;
 };
 
-/// The motion of the body under forces: accelerations of the point on the ground below the centre
-/// of gravity [m/s²], and of the attitude [rad/s²].
+/// The accelerations of the body: of the point on the ground below the centre of gravity [m/s²],
+/// and of the attitude [rad/s²].
 struct BodyAcceleration {
   double x = 0.0, y = 0.0;
   double roll = 0.0, pitch = 0.0;
 };
 
-/// Of a car of `mass` on which the ground and the air push with these forces.
+/// For a car of `mass` under these forces from the ground and the air.
 [[nodiscard]] BodyAcceleration body_acceleration(const Suspension& suspension, double mass,
                                                  const Attitude& attitude, const RoadTilt& road,
                                                  double force_x, double force_y);
 
-/// Of a car whose wheels stand still.
+/// For a car whose wheels are at rest.
 [[nodiscard]] BodyAcceleration body_acceleration_at_rest(const Suspension& suspension,
                                                          const Attitude& attitude,
                                                          const RoadTilt& road);
 
-/// Load that moves to the rear axle, and on each axle to the right wheel [N].
+/// Load shifted to the rear axle, and on each axle to the right wheel [N].
 struct LoadShift {
   double to_rear = 0.0;
   double front_to_right = 0.0;
@@ -74,13 +73,13 @@ struct Tracks {
   double wheelbase = 0.0, front = 0.0, rear = 0.0;  ///< [m]
 };
 
-/// `specific_x`, `specific_y`: specific force of the unsprung masses [m/s²], the gravity of a road
-/// that is not level included.
+/// `specific_x`, `specific_y`: specific force of the unsprung masses [m/s²], including gravity on a
+/// road that is not level.
 [[nodiscard]] LoadShift load_shift(const Suspension& suspension, double mass,
                                    const Attitude& attitude, const Tracks& tracks,
                                    double specific_x, double specific_y);
 
-/// Upward unit vector in the axes of the road.
+/// The upward unit vector in the axes of the road.
 struct Up {
   double x = 0.0, y = 0.0, z = 1.0;
 };

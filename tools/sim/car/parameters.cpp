@@ -24,12 +24,11 @@ constexpr std::array<ParameterInfo, parameter_count> table{{
 #undef ODOMD_PARAMETER
 }};
 
-// Where the cars of published data differ from the saloon: issue 14's sensors, and what its list
-// does not name is exact or as the saloon's.
+// Where the published cars, and their sensors, differ from the saloon.
 constexpr double degree = std::numbers::pi / 180.0;
 constexpr std::array sprung{
-    Assignment{friction, 1.0489},          // of their tyres, p_Dy1: vehicle.cpp
-    Assignment{steering_rate_limit, 0.4},  // likewise published, v_max of the road wheels
+    Assignment{friction, 1.0489},          // friction of their tyres, p_Dy1: vehicle.cpp
+    Assignment{steering_rate_limit, 0.4},  // also published: v_max of the road wheels
     Assignment{stiffness_error_front, 0.1},
     Assignment{stiffness_error_rear, 0.1},
     Assignment{gyro_scale_error, 0.0},

@@ -1,5 +1,5 @@
-// Every number that a run of the simulation may be given, in one table: its name, its unit, its
-// default for each car, and how the truth of a run is drawn from it.
+// All parameters of a run of the simulation, in one table: name, unit, default for each car, and
+// how the truth of a run is drawn.
 #pragma once
 
 #include <array>
@@ -19,14 +19,14 @@ enum class Parameter : std::uint8_t {
 };
 inline constexpr std::size_t parameter_count = static_cast<std::size_t>(Parameter::count);
 
-/// How the truth of a run comes from a parameter's value.
+/// How the truth of a run is drawn from a parameter's value.
 enum class Draw : std::uint8_t {
-  exact,    ///< it is the value
-  normal,   ///< drawn once a run with this standard deviation
-  uniform,  ///< drawn once a run from minus to plus this
+  exact,    ///< truth = value
+  normal,   ///< once per run, with this standard deviation
+  uniform,  ///< once per run, from -value to +value
 };
 
-/// Whether an ideal car has it: errors are zero there.
+/// An ideal car has the same properties, but no errors.
 enum class Nature : std::uint8_t { property, error };
 
 struct ParameterInfo {
@@ -38,15 +38,15 @@ struct ParameterInfo {
   Nature nature;
   double scale_car;  ///< default of the 1:10 car
   double saloon;     ///< default of the saloon of scenario road
-  double minimum;    ///< of what may be asked for; what is drawn may be its negative
+  double minimum;    ///< limits of values that users set; drawn values may be negative
   double maximum;
   std::string_view meaning;
 };
 
-/// In the order of the enumeration; both are made from parameters.inc.
+/// In the order of the enumeration; both are generated from parameters.inc.
 [[nodiscard]] std::span<const ParameterInfo, parameter_count> parameter_table();
 
-/// One number for each parameter: what was asked for, or what was drawn.
+/// One number for each parameter: the requested sizes, or the drawn truth.
 class ParameterSet {
  public:
   [[nodiscard]] double operator[](Parameter p) const {
@@ -58,7 +58,7 @@ class ParameterSet {
   std::array<double, parameter_count> values_{};
 };
 
-/// The 1:10 car and the saloon, whose bodies are rigid, and cars of published data, whose bodies
+/// The 1:10 car and the saloon, whose bodies are rigid, and cars with published data, whose bodies
 /// roll and pitch.
 enum class CarKind : std::uint8_t { scale_car, saloon, bmw_320i, ford_escort, vw_vanagon };
 
@@ -67,20 +67,20 @@ enum class CarSize : std::uint8_t { scale, full };
   return car == CarKind::scale_car ? CarSize::scale : CarSize::full;
 }
 
-/// Whether the car's body stands on springs.
+/// Whether the car's body is on springs.
 [[nodiscard]] constexpr bool is_sprung(CarKind car) {
   return car != CarKind::scale_car && car != CarKind::saloon;
 }
 
 [[nodiscard]] ParameterSet default_parameters(CarKind car);
 
-/// Default of all sprung cars.
+/// The default for all sprung cars.
 [[nodiscard]] double sprung_default(Parameter parameter);
 
 /// Sets every error to zero.
 void make_ideal(ParameterSet& parameters);
 
-/// The table's row of a name. Throws std::invalid_argument with the nearest name.
+/// The table's row for a name. Throws std::invalid_argument with the nearest name.
 [[nodiscard]] const ParameterInfo& find_parameter(std::string_view name);
 
 struct Assignment {
@@ -88,13 +88,13 @@ struct Assignment {
   double value = 0.0;
 };
 
-/// Takes "name=value". Throws std::invalid_argument for what is not one.
+/// Parses "name=value". Throws std::invalid_argument for other text.
 [[nodiscard]] Assignment parse_assignment(std::string_view text);
 
-/// A steering servo with dead time, lag and a rate limit, whose command is what the bus carries.
+/// A steering servo with dead time, lag and a rate limit; the bus carries its command.
 [[nodiscard]] std::vector<Assignment> slow_servo();
 
-/// Throws std::invalid_argument for a value that may not be asked for.
+/// Throws std::invalid_argument if the value is outside the parameter's limits.
 void check(const ParameterInfo& info, double value);
 
 /// The truth of a run. Each parameter has its own random stream.

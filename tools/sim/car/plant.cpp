@@ -46,7 +46,7 @@ BodyForce specific_force_at(const PlantOutput& o, double x, double y, double z) 
     return {o.accel_x - o.yaw_accel * y - o.yaw_rate * o.yaw_rate * x,
             o.accel_y + o.yaw_accel * x - o.yaw_rate * o.yaw_rate * y};
 
-  // f = a + g n on the road, seen from the body, R = R_y(θ) R_x(φ)
+  // f = a + g n on the road, rotated to the body's axes, R = R_y(θ) R_x(φ)
   const Up up = up_on({.grade = o.grade, .bank = o.bank});
   const double f_x = o.accel_x + standard_gravity * up.x;
   const double f_y = o.accel_y + standard_gravity * up.y;
@@ -65,7 +65,7 @@ BodyForce specific_force_at(const PlantOutput& o, double x, double y, double z) 
           across + o.yaw_accel * x - o.roll_accel * z + q * on_axis - squared * y};
 }
 
-// ω_z = ψ̇ cos θ cos φ - θ̇ sin φ, with the angles of the body against the horizon
+// ω_z = ψ̇ cos θ cos φ - θ̇ sin φ, with the angles of the body relative to the horizon
 double body_yaw_rate(const PlantOutput& o) {
   if (o.is_level()) return o.yaw_rate;
   const double over_roll = o.roll + o.bank, over_pitch = o.pitch - o.grade;
@@ -144,7 +144,7 @@ Plant::Derivative Plant::derivative(const State& s, const PlantInput& input) con
     d[vel_x] = body.x + s[vel_y] * s[rate];
     d[vel_y] = body.y - s[vel_x] * s[rate];
     d[rate] = force.moment / p.yaw_inertia;
-    // What a map shows of a way uphill or across a bank is shorter.
+    // Projected onto the map, a distance uphill or across a bank is shorter.
     const Vector2 over_ground =
         rotate({std::cos(road_.grade) * s[vel_x], std::cos(road_.bank) * s[vel_y]}, s[heading]);
     d[pos_x] = over_ground.x;
@@ -165,7 +165,7 @@ Plant::Derivative Plant::derivative(const State& s, const PlantInput& input) con
   return result;
 }
 
-// Classic Runge-Kutta of fourth order.
+// Classic fourth-order Runge-Kutta.
 void Plant::step(const PlantInput& input, double dt) {
   PlantInput acting = input;
   acting.steering = delayed(input.steering, dt);
@@ -186,7 +186,7 @@ void Plant::step(const PlantInput& input, double dt) {
   output_.commanded_steering = input.steering;
 }
 
-// The command of `steering_delay` ago; before the first there was none.
+// The command from `steering_delay` ago; 0 before the first.
 double Plant::delayed(double steering, double dt) {
   const auto steps = static_cast<std::size_t>(std::lround(parameters_.steering_delay / dt));
   if (steps == 0) return steering;
@@ -197,8 +197,8 @@ double Plant::delayed(double steering, double dt) {
   return then;
 }
 
-// Static friction: slower than rest_speed everywhere and undriven, the car stands, exactly; it
-// goes again when the drive overcomes the rolling resistance.
+// Static friction: the car comes to rest exactly once it is slower than rest_speed everywhere and
+// not driven; it moves again when the drive overcomes the rolling resistance.
 void Plant::come_to_rest_or_go() {
   const PlantParameters& p = parameters_;
   const bool driven = std::abs(state_[drive]) > breakaway_force();

@@ -1,7 +1,7 @@
-// The simulated car: four wheels on a plane. Deliberately not the model of any filter here: the
-// tyres saturate and need a distance to build up force, load moves between the wheels, the driven
-// wheels slip, the steering lags, and the car comes to rest exactly. With a suspension its body
-// rolls and pitches (chassis.hpp).
+// The simulated car: four wheels on a plane. Deliberately different from the models of all filters:
+// the tyres saturate and need a distance to build up force, load moves between the wheels, the
+// driven wheels slip, the steering lags, and the car comes to rest exactly. With a suspension its
+// body rolls and pitches (chassis.hpp).
 #pragma once
 
 #include <array>
@@ -14,10 +14,9 @@
 
 namespace odomd::sim {
 
-/// The force of one tyre: saturating, load-dependent, longitudinal and lateral slip combined.
+/// The force of one tyre: saturating, load-dependent, with combined longitudinal and lateral slip.
 ///
-/// The two slips are brought to one scale, the force that each would give if the tyre were linear
-/// over the force that the road can give:
+/// Each slip is normalised to (force of a linear tyre at this slip) / (largest force of the road):
 ///
 ///   s_x = C_κ κ / (μ F_z),   s_y = C_α tan α / (μ F_z),   s = √(s_x² + s_y²)
 ///
@@ -25,10 +24,10 @@ namespace odomd::sim {
 ///
 ///   F = μ F_z sin(c atan(s / c)),   along (s_x, s_y)
 ///
-/// so that the slopes at zero slip are C_κ and C_α exactly, the force never exceeds the friction
-/// circle μ F_z, and beyond the peak it falls. Both stiffnesses grow less than in proportion to the
-/// load: C(F_z) = C(F_z0) (F_z / F_z0)^p, p < 1, which is what makes load transfer cost grip.
-/// (H. Pacejka, Tire and Vehicle Dynamics, chapters 3 and 4.)
+/// so that the slopes at zero slip are exactly C_κ and C_α, the force never exceeds the friction
+/// circle μ F_z, and falls beyond the peak. Both stiffnesses grow less than proportionally to the
+/// load: C(F_z) = C(F_z0) (F_z / F_z0)^p, p < 1, so that load transfer costs grip. (H. Pacejka,
+/// Tire and Vehicle Dynamics, chapters 3 and 4.)
 struct Tyre {
   double cornering_stiffness = 0.0;  ///< C_α at the nominal load [N/rad]
   double slip_stiffness = 0.0;       ///< C_κ at the nominal load [N]
@@ -42,25 +41,25 @@ struct TyreForce {
   double y = 0.0;  ///< to its left [N]
 };
 
-/// `slip_x` is κ (positive when the wheel drives), `slip_y` is tan α (positive when it pushes to
+/// `slip_x` is κ (positive if the wheel drives), `slip_y` is tan α (positive if the force points to
 /// the left). A wheel without load gives no force.
 [[nodiscard]] TyreForce tyre_force(const Tyre& tyre, double load, double friction, double slip_x,
                                    double slip_y);
 
 enum Wheel : std::size_t { front_left, front_right, rear_left, rear_right, wheel_count };
 
-/// The observable motion of the car's centre of gravity at one time. Plain numbers, so that two of
-/// them can be interpolated.
+/// The observable motion of the car's centre of gravity at one time. All members are doubles, so
+/// that two outputs can be interpolated.
 struct PlantOutput {
   double x = 0.0, y = 0.0, yaw = 0.0;  ///< yaw is continuous
   double v_x = 0.0, v_y = 0.0, yaw_rate = 0.0;
-  /// Acceleration along the road, that of gravity not included, and d(yaw_rate)/dt.
+  /// Acceleration along the road without gravity, and d(yaw_rate)/dt.
   double accel_x = 0.0, accel_y = 0.0, yaw_accel = 0.0;
-  double steering = 0.0;  ///< where the front wheels are
+  double steering = 0.0;  ///< angle of the front wheels
   double commanded_steering = 0.0;
   std::array<double, wheel_count> wheel_angle{};  ///< turned since the start [rad]
   std::array<double, wheel_count> wheel_rate{};   ///< [rad/s]
-  /// Of the body against the road, and of the road.
+  /// Attitude of the body relative to the road, and tilt of the road.
   double roll = 0.0, pitch = 0.0;
   double roll_rate = 0.0, pitch_rate = 0.0;
   double roll_accel = 0.0, pitch_accel = 0.0;
@@ -80,60 +79,60 @@ struct BodyForce {
 };
 
 /// Specific force (as measured by an accelerometer) at a point of the body, in body axes; `z` is
-/// above the ground.
+/// the height above the ground.
 [[nodiscard]] BodyForce specific_force_at(const PlantOutput& output, double x, double y,
                                           double z = 0.0);
 
-/// The rate measured by a gyro about the body's own upward axis [rad/s].
+/// The rate that a gyro measures about the body's own upward axis [rad/s].
 [[nodiscard]] double body_yaw_rate(const PlantOutput& output);
 
-/// A disc of road where the friction is another.
+/// A disc of road with another friction.
 struct FrictionPatch {
   double x = 0.0, y = 0.0, radius = 0.0;  ///< [m]
   double friction = 1.0;
 };
 
-/// SI units. The angles are those of the wheels, not of the steering wheel.
+/// SI units. Angles are those of the road wheels, not of the steering wheel.
 struct PlantParameters {
   double mass = 0.0;
   double front_axle = 0.0;  ///< centre of gravity to front axle
   double rear_axle = 0.0;   ///< centre of gravity to rear axle
   double yaw_inertia = 0.0;
   double track_width = 0.0;                ///< mean of both axles
-  double track_difference = 0.0;           ///< how much wider the front one is than the rear
+  double track_difference = 0.0;           ///< front track - rear track
   double centre_height = 0.0;              ///< of the centre of gravity, above the ground
   double cornering_stiffness_front = 0.0;  ///< whole axle at its static load, positive [N/rad]
   double cornering_stiffness_rear = 0.0;
   double slip_stiffness_ratio = 1.6;  ///< C_κ / C_α
   double tyre_shape = 1.35;
   double tyre_load_exponent = 0.8;
-  double relaxation_length = 0.0;  ///< lateral; longitudinal is a half of it [m]
-  double tyre_damping = 0.0;       ///< of the standing tyre, as a time [s]
+  double relaxation_length = 0.0;  ///< lateral; the longitudinal one is half of it [m]
+  double tyre_damping = 0.0;       ///< of the stationary tyre, as a time [s]
   double friction = 1.0;
-  std::vector<FrictionPatch> patches;              ///< the first that holds a wheel counts
-  double rolling_resistance = 0.0;                 ///< coefficient
-  double drag = 0.0;                               ///< F = drag v² [N s²/m²]
-  std::array<double, wheel_count> wheel_radius{};  ///< effective, as they really are [m]
+  std::vector<FrictionPatch> patches;  ///< a wheel has the friction of the first that contains it
+  double rolling_resistance = 0.0;     ///< coefficient
+  double drag = 0.0;                   ///< F = drag v² [N s²/m²]
+  std::array<double, wheel_count> wheel_radius{};  ///< true effective radii [m]
   double wheel_inertia = 0.0;                      ///< [kg m²]
   double motor_inertia = 0.0;                      ///< added to each driven wheel [kg m²]
   double drive_front_share = 0.0;                  ///< 0: rear-wheel drive, 1: front-wheel drive
-  double brake_front_share = 0.0;                  ///< of a braking force
+  double brake_front_share = 0.0;                  ///< of the braking force
   double torque_limit = 0.0;  ///< anti-lock and traction control, as a share of the grip; 0: none
   double roll_front_share = 0.5;     ///< of the lateral load transfer; rigid body
   double load_lag = 0.0;             ///< time constant of load transfer [s]
-  double top_speed = 0.0;            ///< of the drive, wheels in the air [m/s]
+  double top_speed = 0.0;            ///< of the drive with free wheels [m/s]
   double drive_lag = 0.0;            ///< time constant of the drive force [s]
   double steering_delay = 0.0;       ///< dead time before the actuator [s]
   double steering_lag = 0.0;         ///< time constant of the actuator [s]
   double steering_rate_limit = 0.0;  ///< [rad/s]
   double steering_limit = 0.0;       ///< [rad]
-  double rest_speed = 0.0;           ///< below it, undriven, the car is at rest [m/s]
+  double rest_speed = 0.0;           ///< slower and not driven, the car comes to rest [m/s]
   Suspension suspension;             ///< none: the body is rigid
 
-  /// Below it rolling resistance and brakes fade towards standstill [m/s].
+  /// Below this speed rolling resistance and brakes fade towards standstill [m/s].
   [[nodiscard]] double walking_speed() const { return 20.0 * rest_speed; }
 
-  /// Inertia of a wheel with its share of the motor [kg m²].
+  /// Inertia of a wheel, including its share of the motor [kg m²].
   [[nodiscard]] double spin_inertia(std::size_t wheel) const {
     const double share = wheel < rear_left ? drive_front_share : 1.0 - drive_front_share;
     return wheel_inertia + share * motor_inertia;
@@ -142,7 +141,7 @@ struct PlantParameters {
 
 struct PlantInput {
   double steering = 0.0;  ///< commanded mean angle of the front wheels [rad]
-  double force = 0.0;     ///< wanted at the wheels' circumference, braking where it opposes v [N]
+  double force = 0.0;     ///< requested at the wheels' circumference; brakes if opposite to v [N]
   RoadTilt road;          ///< for a car with a suspension
 };
 
@@ -150,30 +149,30 @@ enum class Motion : std::uint8_t { rolling, resting };
 
 class Plant {
  public:
-  /// Stands at the pose. Throws std::invalid_argument for parameters that are not a car.
+  /// Starts at rest at this pose. Throws std::invalid_argument for parameters that are not a car's.
   Plant(PlantParameters parameters, double x, double y, double yaw);
 
-  /// Advances by one Runge-Kutta step, 1 ms at most.
+  /// Advances by one Runge-Kutta step of at most 1 ms.
   void step(const PlantInput& input, double dt);
 
   [[nodiscard]] const PlantOutput& output() const { return output_; }
   [[nodiscard]] Motion motion() const { return motion_; }
   [[nodiscard]] const PlantParameters& parameters() const { return parameters_; }
 
-  /// For tests and plots: vertical loads, and the slips κ and tan α that the tyres feel.
+  /// For tests and plots: vertical loads, and the tyres' slips κ and tan α.
   [[nodiscard]] std::array<double, wheel_count> loads() const;
   [[nodiscard]] std::array<double, wheel_count> slip_x() const;
   [[nodiscard]] std::array<double, wheel_count> slip_y() const;
 
-  /// Sets it rolling straight on without slip.
+  /// Makes the car roll straight on without slip.
   void set_speed(double v_x);
 
-  /// Energy of motion: the body's and the wheels' [J].
+  /// Kinetic energy of the body and the wheels [J].
   [[nodiscard]] double kinetic_energy() const;
 
  private:
-  /// X, Y, yaw, v_x, v_y, yaw rate, steering, drive force, load-shifting accelerations (2), roll,
-  /// its rate, pitch, its rate, then for each wheel: spin [rad/s], turned angle [rad], tyre
+  /// X, Y, yaw, v_x, v_y, yaw rate, steering, drive force, load-shifting accelerations (2), roll
+  /// and its rate, pitch and its rate; then for each wheel: spin [rad/s], angle turned [rad], tyre
   /// deflection along x and y [m].
   static constexpr std::size_t per_wheel = 4;
   static constexpr std::size_t body_states = 14;
@@ -201,7 +200,7 @@ class Plant {
   std::array<Tyre, wheel_count> tyres_;
   State state_{};
   RoadTilt road_;
-  std::deque<double> commands_;  // of the steering, one a step, that have not reached its actuator
+  std::deque<double> commands_;  // steering commands, one per step, that are still delayed
   Motion motion_ = Motion::resting;
   PlantOutput output_;
 };

@@ -1,4 +1,4 @@
-// How the plant keeps its state; for its own files.
+// The layout of the plant's state; for its own files only.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace odomd::sim {
 
-// Where things lie in the state.
+// Indices in the state.
 enum : std::size_t {
   pos_x,
   pos_y,

@@ -1,4 +1,4 @@
-// The plant's wheels: how they move over the ground, what they carry, and how they push the car.
+// The plant's wheels: their motion over the ground, their loads, and their forces on the car.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -16,7 +16,7 @@ Vector2 wheel_position(const PlantParameters& p, std::size_t wheel) {
   return {wheel < rear_left ? p.front_axle : -p.rear_axle, side * (p.track_width + wider)};
 }
 
-// Ackermann: both front wheels point across the same centre of the turn,
+// Ackermann: the axes of both front wheels meet at the centre of the turn,
 //   tan δ_i = l tan δ / (l - y_i tan δ)
 double wheel_steering(const PlantParameters& p, std::size_t wheel, double steering) {
   if (wheel >= rear_left) return 0.0;
@@ -24,23 +24,22 @@ double wheel_steering(const PlantParameters& p, std::size_t wheel, double steeri
   return std::atan2(l * t, l - wheel_position(p, wheel).y * t);
 }
 
-// How a tyre moves over the ground, in its own axes.
+// Motion of a tyre over the ground, in its own axes.
 struct WheelMotion {
   double steering = 0.0;
   double v_x = 0.0;          // of the hub
-  double slide_x = 0.0;      // of the contact: hub less tread, V_sx
+  double slide_x = 0.0;      // of the contact: hub - tread, V_sx
   double slide_y = 0.0;      // V_sy
-  double transport_x = 0.0;  // speed at which the contact renews itself, for each direction
+  double transport_x = 0.0;  // speed at which the contact renews itself, per direction
   double transport_y = 0.0;
-  double slip_x = 0.0;  // κ, tan α that the tyre feels
+  double slip_x = 0.0;  // κ and tan α, after relaxation
   double slip_y = 0.0;
 };
 
 // Single-contact-point tyre with relaxation (Pacejka, ch. 7): the deflections u, v obey
 //   u̇ = -V_sx - V_t u / σ_κ,   κ = u / σ_κ;      v̇ = -V_sy - V_t v / σ_α,   tan α = v / σ_α
-// They hold through standstill, where they are springs; there, and only there, damped.
-// V_t is the faster of hub and tread, and bounds the slips at 2 where a tyre slides without
-// rolling.
+// They remain valid at standstill, where they are springs; only there they are damped. V_t is the
+// faster of hub and tread, and limits the slips to 2 if a tyre slides without rolling.
 template <class State>
 WheelMotion wheel_motion(const PlantParameters& p, const State& s, std::size_t wheel) {
   WheelMotion motion;
@@ -57,7 +56,7 @@ WheelMotion wheel_motion(const PlantParameters& p, const State& s, std::size_t w
   motion.transport_y = std::max(rolling, 0.5 * std::abs(hub.y));
 
   const double length_y = p.relaxation_length, length_x = 0.5 * p.relaxation_length;
-  // Faded out while it is still small against the relaxation: a few percent of the stiffness.
+  // Fades out while small compared with the relaxation: at a few per cent of the stiffness.
   const double fade_speed = 0.2 * p.relaxation_length / p.tyre_damping;
   const double damping =
       rolling < fade_speed
@@ -68,8 +67,8 @@ WheelMotion wheel_motion(const PlantParameters& p, const State& s, std::size_t w
   return motion;
 }
 
-// What part of the wanted torque a wheel gets. A drive fades near its top speed, and a brake holds
-// a wheel that it has stopped.
+// The share of the requested torque that a wheel gets. The drive fades near its top speed, and a
+// brake holds a wheel that it has stopped.
 enum class Pedal : std::uint8_t { drive, brake };
 double torque_part(const PlantParameters& p, Pedal pedal, double v_x, double tread, double force) {
   if (pedal == Pedal::brake)
@@ -80,8 +79,8 @@ double torque_part(const PlantParameters& p, Pedal pedal, double v_x, double tre
 
 }  // namespace
 
-// Static load, plus what a_x moves to the rear and a_y to the outer wheels:
-//   ΔF_z = m a_x h / l per axle,   ΔF_z = m a_y h / w, shared between the axles by roll stiffness
+// Static load, plus the load that a_x moves to the rear and a_y to the outer wheels:
+//   ΔF_z = m a_x h / l per axle,   ΔF_z = m a_y h / w, divided between the axles by roll stiffness
 std::array<double, wheel_count> Plant::loads(const State& s) const {
   const PlantParameters& p = parameters_;
   std::array<double, wheel_count> result{};
@@ -119,7 +118,7 @@ double Plant::friction_at(double x, double y) const {
   return parameters_.friction;
 }
 
-// What wheels and air do to the car, and in `rates` what becomes of the wheels.
+// Tyre and drag forces and yaw moment on the body; writes derivatives of wheel states to `rates`.
 Plant::GroundForces Plant::wheel_forces(const State& state, State& rates) const {
   const PlantParameters& p = parameters_;
   const State& s = state;

@@ -23,7 +23,7 @@ SwingRig::SwingRig(const SwingParameters& parameters) : p_(parameters) {
     below_[i] = {-p_.offset_across, 0.5 * side * p_.spacing_below - p_.offset_along,
                  p_.height_of_fixings};
   }
-  // Where it hangs: settled with much drag, where it is not plumb below the midst. Then turned.
+  // Settles with strong damping if the centre of gravity is off the cords' midpoint; then deflects.
   state_.attitude = {1.0, 0.0, 0.0, 0.0};
   const double apart = 0.5 * (p_.spacing_above - p_.spacing_below);
   state_.position = {p_.offset_across, p_.offset_along,
@@ -63,7 +63,7 @@ SwingRig::State SwingRig::derivative(const State& state) const {
     const double length = cord.norm();
     const Eigen::Vector3d along = cord / length;
     const Eigen::Vector3d moving = state.velocity + body_to_world * state.spin.cross(below_[i]);
-    // Damped to some per cent of critical.
+    // Damped to a few per cent of critical damping.
     const double damping = 0.1 * std::sqrt(stiffness_ * p_.mass);
     const double tension =
         std::fmax(stiffness_ * (length - rest_length_) - damping * moving.dot(along), 0.0);
@@ -72,7 +72,7 @@ SwingRig::State SwingRig::derivative(const State& state) const {
   }
   const double rate = state.spin.z();
   torque.z() -= p_.viscous * rate + p_.quadratic * std::fabs(rate) * rate;
-  // Rolling about the cords' line dies away faster than the swing.
+  // Roll and pitch are damped, too, and die away faster than the swing.
   torque.x() -= p_.viscous * state.spin.x();
   torque.y() -= p_.viscous * state.spin.y();
 

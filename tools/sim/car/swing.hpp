@@ -1,6 +1,6 @@
-// A car on two cords: a rigid body in space, hung by two stiff springs, in moving air. Not the
-// equation that the pendulum's period is reckoned by: it sways, tilts, bounces and is not hung
-// exactly at its centre of gravity.
+// A car on two cords: a rigid body in space that hangs on two stiff springs, with air drag. It does
+// not follow the equation from which the pendulum's period is computed: it sways, tilts, bounces,
+// and does not hang exactly at its centre of gravity.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,31 +12,31 @@
 
 namespace odomd::sim {
 
-/// SI units; the cords hang apart along the car's y axis.
+/// SI units; the cords are apart along the car's y axis.
 struct SwingParameters {
   double mass = 0.0;
   Eigen::Vector3d inertia = Eigen::Vector3d::Zero();  ///< principal, about x, y, z
   double gravity = 9.81;
   double spacing_above = 0.0;
   double spacing_below = 0.0;
-  double cord = 0.0;           ///< length under the car's weight
-  double stretch = 0.0;        ///< by the car's weight
-  double offset_along = 0.0;   ///< of the centre of gravity from the midst, along the cords' line
-  double offset_across = 0.0;  ///< ... across it
+  double cord = 0.0;          ///< length under the car's weight
+  double stretch = 0.0;       ///< extension under the car's weight
+  double offset_along = 0.0;  ///< of the centre of gravity from the midpoint, along the cords' line
+  double offset_across = 0.0;      ///< the same across the line
   double height_of_fixings = 0.0;  ///< above the centre of gravity
-  double viscous = 0.0;            ///< torque by yaw rate [N m s]
-  double quadratic = 0.0;          ///< torque by its square [N m s²]
-  double sway_drag = 0.0;          ///< force by speed [N s/m]
-  double amplitude = 0.0;          ///< turned by so much when let go [rad]
-  double push = 0.0;               ///< sideways speed given to it then [m/s]
+  double viscous = 0.0;            ///< torque / yaw rate [N m s]
+  double quadratic = 0.0;          ///< torque / yaw rate² [N m s²]
+  double sway_drag = 0.0;          ///< force / speed [N s/m]
+  double amplitude = 0.0;          ///< initial deflection [rad]
+  double push = 0.0;               ///< initial sideways speed [m/s]
 };
 
 class SwingRig {
  public:
-  /// Held still at its amplitude.
+  /// Starts at rest, deflected by the amplitude.
   explicit SwingRig(const SwingParameters& parameters);
 
-  void step(double dt);  ///< swings; half a millisecond at most
+  void step(double dt);  ///< swings; at most half a millisecond
 
   [[nodiscard]] const PlantOutput& output() const { return output_; }
 

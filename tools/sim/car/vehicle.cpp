@@ -9,17 +9,17 @@
 namespace odomd::sim {
 namespace {
 
-// The data's units: pounds (force), feet, slugs.
+// Units of the published data: pounds (force), feet, slugs.
 constexpr double foot = 0.3048;          // m
 constexpr double slug = 14.593903;       // kg; also N/m of a lb/ft, N s/m of a lb s/ft
 constexpr double foot_pound = 1.355818;  // N m; also kg m² of a slug ft²
 
-// What is published of a car, in the units of its print. All numbers: M. Althoff and G. Würsching,
-// "CommonRoad: Vehicle Models", TUM, parameter sets 1 to 3; these are of R. W. Allen et al.,
-// "Vehicle Dynamic Stability and Rollover", DOT HS 807 956, 1992, whose names stand behind them,
-// but for the tyre radius, the wheels' inertia and the tyres, which the set takes from elsewhere.
-// A column for each car: BMW 320i (rear-wheel drive, set 2), Ford Escort (front-wheel drive, set
-// 1), VW Vanagon (engine and drive at the rear, set 3).
+// Published data of the cars, in the printed units. All numbers: M. Althoff and G. Würsching,
+// "CommonRoad: Vehicle Models", TUM, parameter sets 1 to 3. Except for the tyre radius, the wheels'
+// inertia and the tyres, these are from R. W. Allen et al., "Vehicle Dynamic Stability and
+// Rollover", DOT HS 807 956, 1992, which has the names in the comments. One column per car: BMW
+// 320i (rear-wheel drive, set 2), Ford Escort (front-wheel drive, set 1), VW Vanagon (engine and
+// drive at the rear, set 3).
 using Cars = std::array<double, 3>;
 struct Published {
   Cars mass{74.91452, 84.0, 101.3367};            // slug, MASS
@@ -29,36 +29,36 @@ struct Published {
   Cars roll_inertia{152.871, 180.0, 353.9445};    // slug ft², IXS
   Cars pitch_inertia{1154.888, 990.0, 1625.825};  // slug ft², IYS
   Cars yaw_inertia{1321.416, 1135.0, 1824.078};   // slug ft², IZZ
-  Cars spring_front{1675.0, 1500.0, 2300.0};      // lb/ft, a wheel's, KSF
-  Cars damper_front{122.3966, 100.0, 164.8335};   // lb s/ft, a wheel's, KSDF
+  Cars spring_front{1675.0, 1500.0, 2300.0};      // lb/ft, one wheel, KSF
+  Cars damper_front{122.3966, 100.0, 164.8335};   // lb s/ft, one wheel, KSDF
   Cars spring_rear{1345.0, 1500.0, 2680.0};       // KSR
   Cars damper_rear{112.9981, 100.0, 189.7866};    // KSDR
   Cars track_front{4.55, 4.56, 5.165};            // ft, TRWF
   Cars track_rear{4.475, 4.67, 5.065};            // ft, TRWB
-  // ft lb/rad, an axle's auxiliary roll stiffness, -KTSF
+  // ft lb/rad, auxiliary roll stiffness of an axle, -KTSF
   Cars bar_front{5100.155, 9500.0, 25038.92};
   Cars bar_rear{1949.82, 0.0, 5702.369};         // -KTSR
-  Cars tyre_spring{10842.89, 13000.0, 14565.6};  // lb/ft, a tyre's vertical rate, TSPRINGR
+  Cars tyre_spring{10842.89, 13000.0, 14565.6};  // lb/ft, vertical rate of one tyre, TSPRINGR
   Cars centre_height{1.886053, 1.83, 2.453467};  // ft, of the whole mass, HCG
-  // ft, HS; the roll axis lies on the ground, HRAF = HRAR = 0
+  // ft, HS; the roll axis is on the ground, HRAF = HRAR = 0
   Cars sprung_height{2.01355, 1.95, 2.639405};
   Cars brake_front{0.66, 0.76, 0.64};  // share of the brakes, T_sb
   Cars drive_front{0.0, 1.0, 0.0};     // share of the drive, T_se
   Cars top_speed{50.8, 45.8, 41.7};    // m/s, v_max
-  // N s²/m², estimated: half of air's density by c_w A of the body's kind
+  // N s²/m², estimated: half the density of air times c_w A of this type of body
   Cars drag{0.42, 0.42, 0.75};
 };
 constexpr Published data;
 
 // Common to the three sets: R_w, I_y_w, and the tyre of the ADAMS handbook, p_Ky1 (C_α / F_z),
-// p_Kx1 (C_κ / F_z), p_Cy1 (shape); its friction p_Dy1 is a default in parameters.cpp. Its E is
-// -0.007 and taken as 0. It is printed without a load sensitivity, and one of the usual size is
-// given to it here.
+// p_Kx1 (C_κ / F_z), p_Cy1 (shape); its friction p_Dy1 is a default in parameters.cpp. Its E of
+// -0.007 is taken as 0. It is printed without a load sensitivity; the exponent here is a usual
+// value.
 constexpr double wheel_radius = 0.344, wheel_inertia = 1.7;
 constexpr double cornering_stiffness_per_load = 21.92, slip_stiffness_per_load = 22.303;
 constexpr double tyre_shape = 1.3507, tyre_load_exponent = 0.85;
 
-// The car's column.
+// The column of the car.
 std::size_t published(CarKind car) {
   if (!is_sprung(car)) throw std::invalid_argument("there is no published data of this car");
   return static_cast<std::size_t>(car) - static_cast<std::size_t>(CarKind::bmw_320i);
@@ -68,8 +68,8 @@ constexpr double in_series(double a, double b) {
   return a * b / (a + b);
 }
 
-// Of one axle, its two springs a track apart: roll stiffness k w² / 2, and likewise the damping.
-// The tyres are springs in series with it, across which the dampers have no part of the way.
+// One axle. Its springs and dampers, a track w apart, have the roll stiffness k w² / 2 and the
+// damping c w² / 2. The tyres are springs in series, whose deflection does not move the dampers.
 struct Axle {
   double roll_stiffness, roll_damping;
   double ride_stiffness, ride_damping;
@@ -118,8 +118,8 @@ constexpr std::array names{
     std::pair{CarKind::vw_vanagon, std::string_view("vw_vanagon")},
 };
 
-// Properties of the 1:10 car that are not in a configuration: soft foam tyres, a brushless motor, a
-// servo.
+// Properties of the 1:10 car that a configuration does not have: soft foam tyres, a brushless
+// motor, a servo.
 PlantParameters scale_car() {
   PlantParameters p;
   p.centre_height = 0.04;
@@ -138,7 +138,7 @@ PlantParameters scale_car() {
   return p;
 }
 
-// A saloon of 1.7 t, on rigid springs.
+// A saloon of 1.7 t with a rigid body.
 PlantParameters saloon() {
   PlantParameters p;
   p.centre_height = 0.55;
@@ -167,13 +167,12 @@ PlantParameters usual_parameters(CarKind car) {
   return is_sprung(car) ? published_car(car) : saloon();
 }
 
-// What is left of the front tyres' stiffness on a sprung car, whose steering gives way to them: a
-// typical value, without which its axles would be balanced and its tail loose. Its owner, who reads
-// the data of the tyres, does not know of it.
+// Steering compliance of a sprung car, as a factor on the front cornering stiffness (typical;
+// without it the car is neutral to loose). It is not in the tyre data, so not in the configuration.
 constexpr double front_compliance = 0.85;
 
-// The load of a car that is heavier than published sits on its springs. Dampers go with the springs
-// so that the body rolls out as many times as before.
+// The difference from the published mass is sprung mass. Dampers grow with the root of the
+// stiffness, which keeps the damping ratio.
 Suspension true_suspension(Suspension s, double load, double stiffness) {
   s.sprung_mass += load;
   s.roll_stiffness_front *= stiffness;
@@ -228,7 +227,7 @@ PlantParameters published_car(CarKind kind) {
   p.brake_front_share = data.brake_front[car];
   p.top_speed = data.top_speed[car];
   p.drag = data.drag[car];
-  // As for the saloon: not published.
+  // Not published; as for the saloon.
   p.tyre_damping = 0.02;
   p.rolling_resistance = 0.012;
   p.motor_inertia = 1.0;

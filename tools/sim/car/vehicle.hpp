@@ -11,22 +11,22 @@
 
 namespace odomd::sim {
 
-/// All cars as `--car` names them, separated by '|'.
+/// The names of all cars for `--car`, separated by '|'.
 [[nodiscard]] std::string car_names();
 
-/// Throws std::invalid_argument that names them all.
+/// Throws std::invalid_argument with all names.
 [[nodiscard]] CarKind find_car(std::string_view name);
 
 [[nodiscard]] std::string_view car_name(CarKind car);
 
-/// A sprung car as published, and what its owner can read of that: cornering stiffnesses are those
-/// of the tyres under the static load. Wheel radii are the published one.
+/// A sprung car with its published parameters, which its owner knows: cornering stiffnesses are
+/// those of the tyres under the static load. All wheels have the published radius.
 [[nodiscard]] PlantParameters published_car(CarKind car);
 
 /// The configured car.
 [[nodiscard]] estimator::Vehicle configured_vehicle(CarKind car);
 
-/// Effective wheel radius that the control units reckon with [m].
+/// The effective wheel radius with which the control units compute speeds [m].
 [[nodiscard]] double configured_wheel_radius(CarKind car);
 
 /// The simulated car: the configured one with the drawn errors of its tyres, mass and inertia, and

@@ -11,17 +11,17 @@ namespace {
 
 constexpr double sideslip_gain = 5.0, yaw_gain = 25.0;  // [1/s]
 constexpr double throttle_gain = 0.7;                   // of the mass [1/s]
-constexpr double used_grip = 0.85;                      // of μ g, by the centripetal acceleration
+constexpr double used_grip = 0.85;  // share of μ g for the centripetal acceleration
 
-/// What the tyres are to do to the car, in its axes [N].
+/// Required tyre forces, in the car's axes [N].
 struct AxleForces {
   double front_limit = 0.0, rear_limit = 0.0;  ///< μ F_z
   double front_y = 0.0, rear_y = 0.0;
 };
 
-// The path turns by ν̇, faster the more the speed exceeds the curve's. With β̇ = ν̇ - ψ̇ the yaw rate
-// is to be ψ̇ = ν̇ - k (β_target - β). The yaw moment for it, J ψ̈ = l_v F_v - l_h F_h, comes from
-// the front axle as far as that grips; beyond, the rear axle gives up lateral force.
+// The course rate ν̇ grows with speed / curve speed. With β̇ = ν̇ - ψ̇ the required yaw rate is
+// ψ̇ = ν̇ - k (β_target - β). The front axle supplies the yaw moment for it, J ψ̈ = l_v F_v - l_h F_h,
+// as far as it grips; the rear axle gives up lateral force for the rest.
 AxleForces wanted_forces(const PlantParameters& car, const PlantOutput& now,
                          const SlideTarget& target) {
   const double grip = car.friction * standard_gravity;
@@ -55,8 +55,8 @@ double steering(const PlantParameters& car, const PlantOutput& now, const AxleFo
   return std::clamp(motion + slip_angle, -car.steering_limit, car.steering_limit);
 }
 
-// The rear axle slides: its force lies on the friction circle, and its slips are in the ratio of
-// their forces: κ / tan α = (F_x / C_κ) / (F_y / C_α). The throttle holds the wheel speed of κ.
+// The rear axle slides: its force is on the friction circle, and the ratio of its slips is that of
+// their forces: κ / tan α = (F_x / C_κ) / (F_y / C_α). The throttle holds the wheel speed for κ.
 double throttle(const PlantParameters& car, const PlantOutput& now, const SlideTarget& target,
                 const AxleForces& force) {
   const double inwards = std::copysign(force.rear_y, force.rear_y * target.curvature);
@@ -71,15 +71,15 @@ double throttle(const PlantParameters& car, const PlantOutput& now, const SlideT
          throttle_gain * car.mass * (forward / (1.0 - slip) - tread);
 }
 
-// Closer than this counts as there [m].
+// Distance to the end at which the car has arrived [m].
 constexpr double arrived = 0.002;
 
 double gear_sign(Gear gear) {
   return gear == Gear::forward ? 1.0 : -1.0;
 }
 
-// v²(s) so that curves are taken within the lateral limit and braked for in time: a backward pass,
-// twice round where the track is closed.
+// v²(s) that keeps the lateral limit in curves and brakes for them in time: a backward pass, or two
+// if the track is closed.
 std::vector<double> plan_speed(const Leg& leg, const DriverLimits& limits) {
   const std::vector<TrackPoint>& samples = leg.track->samples();
   std::vector<double> v2(samples.size());
@@ -145,11 +145,11 @@ double Driver::planned_speed(double s) const {
   return std::sqrt(std::min(plan_[i], 2.0 * limits_.deceleration * remaining));
 }
 
-// Path following at the rear axle. With e the lateral error and θ the error of the course, both of
-// the travelled direction, and κ_c the curvature to drive:  e' = sin θ,  θ' = κ_c - κ  per metre of
-// way, so that
+// Path following at the rear axle. With e the lateral error and θ the course error, both seen in
+// the direction of travel, and κ_c the commanded curvature:  e' = sin θ,  θ' = κ_c - κ  per metre.
+// Then
 //   κ_c = κ - e / λ² - 2 sin θ / λ
-// closes the loop critically damped with the length λ, forward and in reverse alike.
+// makes the loop critically damped with the length λ, forward and in reverse.
 double Driver::path_curvature(const PlantOutput& car, double curvature, double reach) const {
   const Leg& leg = legs_[leg_];
   const double wheelbase = car_.front_axle + car_.rear_axle;
@@ -165,7 +165,7 @@ double Driver::path_curvature(const PlantOutput& car, double curvature, double r
   return curvature - std::clamp(e, -reach, reach) / (reach * reach) - 2.0 * std::sin(theta) / reach;
 }
 
-// u = ±tan δ = l κ_c. Driving forward, the understeer that the linear tyres will show is added,
+// u = ±tan δ = l κ_c. Driving forward, adds the understeer of linear tyres,
 // δ += (m/l)(l_h/C_v - l_v/C_h) a_y.
 double Driver::steering(const PlantOutput& car) const {
   const Leg& leg = legs_[leg_];
@@ -183,12 +183,12 @@ double Driver::steering(const PlantOutput& car) const {
   return std::clamp(sign * std::atan(u) + extra, -car_.steering_limit, car_.steering_limit);
 }
 
-// A slide begins a little before a curve that the car is quick enough for, and ends before the
-// curve does. The sideslip angle is ramped; until the car grips again there is no other driving.
+// A slide begins shortly before a curve if the car is fast enough, and ends before the curve does.
+// The sideslip angle is ramped; normal driving resumes once the car grips again.
 std::optional<PlantInput> Driver::slide(const PlantOutput& car, double dt) {
   const Leg& leg = legs_[leg_];
   if (leg.slide == 0.0) return std::nullopt;
-  constexpr double begin = 0.3, end = 0.6;    // this long before the curve does [s]
+  constexpr double begin = 0.3, end = 0.6;    // times before the curve begins and ends [s]
   constexpr double ramp = 3.0, grips = 0.3;   // [rad/s], [rad]
   constexpr double quick = 0.4, reach = 3.0;  // of the grip; [m]
   const double speed = std::hypot(car.v_x, car.v_y);
@@ -203,7 +203,7 @@ std::optional<PlantInput> Driver::slide(const PlantOutput& car, double dt) {
   sideslip_ += std::clamp(sideslip - sideslip_, -ramp * dt, ramp * dt);
   if (sideslip_ == 0.0 && std::abs(std::atan2(car.v_y, car.v_x)) < grips) return std::nullopt;
 
-  // Not much wider or tighter than the curve: a slide does not change sides.
+  // Limited to about the curvature of the curve: a slide cannot change sides.
   const double corrected = path_curvature(car, slide_curvature_, reach) / slide_curvature_;
   return hold_slide(
       car_, car,
@@ -238,7 +238,7 @@ PlantInput Driver::drive(const PlantOutput& car, double dt) {
   }
   steering_ = steering(car);
 
-  // The plan, looked up one drive lag ahead; ramped up, not down.
+  // The planned speed one drive lag ahead; only increases are ramped.
   const double speed = sign * car.v_x;
   const double planned = planned_speed(s_ + car_.drive_lag * std::max(speed, 0.0));
   const double before = wanted_speed_;

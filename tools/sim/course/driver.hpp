@@ -1,5 +1,5 @@
-// The driver: follows a track leg by leg from the true state, like a good controller, and holds the
-// car in power slides.
+// The driver: follows a track leg by leg from the true state, as a good controller would, and holds
+// the car in power slides.
 #pragma once
 
 #include <algorithm>
@@ -14,60 +14,60 @@
 
 namespace odomd::sim {
 
-/// In a power slide the throttle spins the rear wheels, whose grip is then spent, and the front
-/// wheels, turned against the curve, keep the sideslip angle. What a slide is to follow:
+/// In a power slide the throttle spins the rear wheels, which uses up their grip, and the front
+/// wheels, turned against the curve, keep the sideslip angle. The target of a slide:
 struct SlideTarget {
-  double sideslip = 0.0;   ///< β [rad], against the curve: negative in one to the left
+  double sideslip = 0.0;   ///< β [rad], opposite to the curve: negative in a left curve
   double curvature = 0.0;  ///< of the path [1/m], positive to the left
 };
 
-/// For a car with rear-wheel drive that slides through a curve.
+/// The input for a car with rear-wheel drive that slides through a curve.
 [[nodiscard]] PlantInput hold_slide(const PlantParameters& car, const PlantOutput& now,
                                     const SlideTarget& target);
 
 enum class Gear : std::uint8_t { forward, reverse };
 
-/// From where the car stands along a track to `end`, and a stop there.
+/// A drive from the car's position along a track to `end`, with a stop there.
 struct Leg {
   std::shared_ptr<const Track> track;
   double begin = 0.0;  ///< arc length of the rear axle at the start
-  double end = 0.0;    ///< ... and at the stop; beyond the track's length: rounds
+  double end = 0.0;    ///< arc length at the stop; beyond the track's length: several rounds
   double speed = 1.0;  ///< on straights [m/s]
-  double pause = 1.0;  ///< stands so long afterwards [s]
+  double pause = 1.0;  ///< standstill after the leg [s]
   Gear gear = Gear::forward;
-  double slide = 0.0;  ///< sideslip angle to hold in curves, by the throttle [rad]
+  double slide = 0.0;  ///< sideslip angle to hold in curves with the throttle [rad]
 };
 
-/// How a drive begins and ends: standing, or at the planned speed.
+/// Whether a drive begins and ends at standstill or at the planned speed.
 enum class Ends : std::uint8_t { standing, moving };
 
-/// How hard the driver drives.
+/// Limits of the driver.
 struct DriverLimits {
-  double lateral = 5.0;       ///< slows down for curves to this a_y [m/s²]
+  double lateral = 5.0;       ///< brakes for curves to this a_y [m/s²]
   double acceleration = 2.0;  ///< [m/s²]
   double deceleration = 2.0;  ///< [m/s²]
-  double horizon = 0.45;      ///< comes back to the line within about so long [s]
+  double horizon = 0.45;      ///< time constant of the return to the line, roughly [s]
 };
 
 class Driver {
  public:
-  /// Waits for `wait` seconds before a standing start. A moving one needs routes of a single leg.
+  /// Waits for `wait` seconds before a standing start. A moving start needs a single leg.
   Driver(PlantParameters car, std::vector<Leg> legs, const DriverLimits& limits, double wait,
          Ends ends = Ends::standing);
 
-  /// What the driver wants now; `dt` since the last call.
+  /// The driver's input now; `dt` since the last call.
   PlantInput drive(const PlantOutput& car, double dt);
 
   [[nodiscard]] bool done() const { return leg_ == legs_.size() && waited_ >= wait_; }
 
-  /// So far off the track that there is no way back.
+  /// Whether the car is too far off the track to return.
   [[nodiscard]] bool lost() const { return off_track_ > 5.0 * (car_.front_axle + car_.rear_axle); }
 
-  /// Where on which track it is; there is one, whatever the time.
+  /// The current leg and the position along its track; also after the end.
   [[nodiscard]] const Leg& leg() const { return legs_[std::min(leg_, legs_.size() - 1)]; }
   [[nodiscard]] double along_track() const { return s_; }
 
-  /// Way driven along the legs and in all [m].
+  /// Distance driven along the legs, and the length of all legs [m].
   [[nodiscard]] double progress() const {
     return finished_ + (leg_ < legs_.size() ? s_ - legs_[leg_].begin : 0.0);
   }
@@ -89,21 +89,21 @@ class Driver {
   std::vector<Leg> legs_;
   DriverLimits limits_;
   Ends ends_;
-  double wait_;  // until the next leg, or until it is over
+  double wait_;  // until the next leg, or the end
   double waited_ = 0.0;
   std::size_t leg_ = 0;
   double s_ = 0.0;             // of the rear axle along the leg's track
   double off_track_ = 0.0;     // distance of the rear axle from the track
-  double wanted_speed_ = 0.0;  // ramped
+  double wanted_speed_ = 0.0;  // after ramping
   double steering_ = 0.0;
-  double sideslip_ = 0.0;         // to hold in a slide, ramped [rad]
-  double slide_curvature_ = 0.0;  // of the curve that it slides through
+  double sideslip_ = 0.0;         // current target in a slide, ramped [rad]
+  double slide_curvature_ = 0.0;  // of the curve of the current slide
   double finished_ = 0.0;
   double total_ = 0.0;
-  std::vector<double> plan_;  // v² at the track's samples, braking before curves included
+  std::vector<double> plan_;  // v² at the track's samples, including braking before curves
 };
 
-/// The pose of a car that stands on a track with its rear axle, ready to drive.
+/// The pose of a stationary car with its rear axle on a track, ready to drive.
 [[nodiscard]] TrackPoint standing_pose(const PlantParameters& car, const Leg& leg);
 
 }  // namespace odomd::sim

@@ -18,7 +18,7 @@ using TrackPointer = std::shared_ptr<const Track>;
 
 // What routes are made of, for cars of any size.
 
-// Straights between rounded corners, as points with this spacing.
+// Straights between rounded corners; the corners have points with this spacing.
 TrackPointer polygon(const std::vector<Corner>& corners, Shape shape, double spacing,
                      double smoothing) {
   return std::make_shared<Track>(rounded_polygon(corners, shape, spacing), shape, smoothing);
@@ -41,7 +41,7 @@ struct Weave {
   double wave = 0.0;       // length of a wave [m]
   double amplitude = 0.0;  // [m]
   double gap = 0.0;        // from the way out to the way back [m]
-  int points = 0;          // of each of the four parts
+  int points = 0;          // in each of the four parts
 };
 TrackPointer weaving(const Weave& weave, double smoothing) {
   const auto& [length, wave, amplitude, gap, points] = weave;
@@ -96,7 +96,7 @@ Route rounds_with_stops(const TrackPointer& track, std::span<const double> stret
   return route;
 }
 
-// A line between corners that is driven at `pace` times the speed.
+// A line between corners, driven at `pace` times the speed.
 struct Move {
   std::vector<Corner> corners;
   double pace = 1.0;
@@ -119,8 +119,8 @@ Route manoeuvres(const std::vector<Move>& moves, double spacing, double smoothin
 
 // For 1:10 cars.
 
-// 8 m x 5 m, as the tracks of 1:10 competitions are laid out: a long straight, tight curves, an S
-// through the infield. Starts on the long straight.
+// 8 m x 5 m, like tracks of 1:10 competitions: a long straight, tight curves, an S through the
+// infield. Starts on the long straight.
 TrackPointer competition_track() {
   static const std::vector<Corner> corners{
       {3.4, 0.0, 1.0}, {8.0, 0.0, 1.1}, {8.0, 5.0, 1.1}, {5.6, 5.0, 1.0},
@@ -158,8 +158,8 @@ Route drift(double speed, int laps) {
   return {.legs = {leg}};
 }
 
-// Past a bay, in by the back, out again, and parallel to the kerb in two pulls; then back to where
-// it started.
+// Past a bay, into it in reverse, out again, and parallel to the kerb in two moves; then back to
+// the start.
 Route parking(double speed, int laps) {
   return manoeuvres(
       {{{{0, 0, 0}, {1.5, 0, 0}, {3, 0, 0}}},
@@ -202,11 +202,11 @@ Route circles(double top_speed, int turns) {
   return to_both_sides(all, top_speed, turns);
 }
 
-// For odom identify fit: within half of the grip, weaving twice as often as in circles.
+// For odom identify fit: circles and twice as many rounds of weaving, within half of the grip.
 Route exercise(double top_speed, int turns) {
   constexpr std::array<Circle, 3> all{{{0.45, 1.2}, {0.75, 1.2}, {1.0, 1.6}}};
   Route route = to_both_sides(all, top_speed, turns);
-  // As quick as steering and grip allow: a_y of 2.5 m/s², curvatures that the steering reaches.
+  // As fast as steering and grip allow: a_y of 2.5 m/s² and the sharpest steered curvature.
   constexpr double frequency = 1.3, lateral = 2.5, tightest = 1.2;
   for (const double pace : {0.6, 0.8, 1.0}) {
     const double speed = pace * top_speed;
@@ -230,8 +230,8 @@ TrackPointer course() {
   return polygon(corners, Shape::closed, 0.2, 12.0);
 }
 
-// Cones so far apart that they ask for 4.5 m/s² at the speed. Waves of 4 s: with λ = 4 s v and
-// a_y = A (2π / λ)² v² the amplitude is the same at every speed.
+// Cones spaced for 4.5 m/s² at the speed. Each wave takes 4 s: with λ = 4 s v and a_y = A (2π / λ)²
+// v² the amplitude is the same at every speed.
 Route cone_slalom(double speed, int laps) {
   constexpr double period = 4.0, lateral = 4.5;
   const double wave = period * std::max(speed, 6.0);
@@ -239,7 +239,7 @@ Route cone_slalom(double speed, int laps) {
   return {.legs = {rounds(weaving({6.0 * wave, wave, amplitude, 44.0, 1500}, 8.0), speed, laps)}};
 }
 
-// Into a bay in reverse, out, to the kerb, out, and home in reverse.
+// Into a bay in reverse, out, to the kerb, out, and back to the start in reverse.
 Route car_park(double speed, int laps) {
   return manoeuvres({{{{0, 0, 0}, {12, 0, 0}, {24, 0, 0}}},
                      {{{24, 0, 0}, {12, 0, 7}, {12, -13, 0}}, 0.5, Gear::reverse},
@@ -250,13 +250,13 @@ Route car_park(double speed, int laps) {
                     0.05, 2.5, speed, laps);
 }
 
-// Two straights, and two half circles to the left that have all of the bank.
+// Two straights, and two half circles to the left with the full bank.
 TrackPointer banked_oval() {
   return polygon({{0, 0, 40}, {85, 0, 45}, {85, 91, 45}, {-85, 91, 45}, {-85, 0, 45}},
                  Shape::closed, 0.2, 12.0);
 }
 
-// A winding country road of 1.5 km that closes.
+// A winding country road of 1.5 km that ends at its start.
 TrackPointer country_road() {
   static const std::vector<Corner> corners{
       {150, 0, 60},   {330, 0, 60},   {420, 110, 45}, {330, 190, 35}, {380, 290, 40},

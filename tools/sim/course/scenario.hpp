@@ -1,4 +1,4 @@
-// The drives: which car, where it goes, how fast, and what lies on the road.
+// The scenarios: car, route, speed, and patches on the road.
 #pragma once
 
 #include <cstdint>
@@ -12,29 +12,29 @@
 
 namespace odomd::sim {
 
-/// Where a drive goes.
+/// The route of a drive.
 struct Route {
   std::vector<Leg> legs;
-  std::vector<FrictionPatch> patches;  ///< their friction is filled in from the parameters
+  std::vector<FrictionPatch> patches;  ///< with the friction from the parameters
 };
 
 struct Scenario {
   std::string_view name;
   std::string_view sentence;
-  CarKind car = CarKind::scale_car;  ///< drives where none is named; others of its size may too
+  CarKind car = CarKind::scale_car;  ///< default; other cars of its size are allowed
   double speed = 1.0;                ///< default [m/s]
   double max_speed = 3.0;
   int laps = 1;  ///< default
   DriverLimits limits;
   Route (*route)(double speed, int laps);
-  double grade = 0.0;  ///< of the road [1]; default of road_grade
-  double bank = 0.0;   ///< ... and of road_bank [rad]
+  double grade = 0.0;  ///< default of the parameter road_grade [1]
+  double bank = 0.0;   ///< default of the parameter road_bank [rad]
 };
 
 [[nodiscard]] std::span<const Scenario> all_scenarios();
 
-/// By name: the first, or that for cars of a size. Throws std::invalid_argument that names them
-/// all.
+/// The first scenario with this name, or that for cars of a size. Throws std::invalid_argument with
+/// all names.
 [[nodiscard]] const Scenario& find_scenario(std::string_view name,
                                             std::optional<CarSize> size = {});
 

@@ -15,8 +15,8 @@ double distance(Corner a, Corner b) {
   return std::hypot(b.x - a.x, b.y - a.y);
 }
 
-// Points at equal distances along a polyline; the ends are kept. The polyline of a closed track
-// ends where it began.
+// Points at equal distances along a polyline, including its ends. The polyline of a closed track
+// ends at its start.
 std::vector<Point> equidistant(const std::vector<Point>& line, std::size_t intervals) {
   std::vector<double> s(line.size(), 0.0);
   for (std::size_t i = 1; i < line.size(); ++i) s[i] = s[i - 1] + distance(line[i - 1], line[i]);
@@ -34,7 +34,7 @@ std::vector<Point> equidistant(const std::vector<Point>& line, std::size_t inter
   return result;
 }
 
-// The point `offset` samples away from `i`, round the track or straight on over its ends.
+// The point `i`, also outside: a closed track continues round, an open one straight on.
 Point beyond(const std::vector<Point>& line, Shape shape, std::ptrdiff_t i) {
   const auto last = static_cast<std::ptrdiff_t>(line.size()) - 1;
   const auto get = [&line](std::ptrdiff_t k) { return line[static_cast<std::size_t>(k)]; };
@@ -73,14 +73,14 @@ double length_of(const std::vector<Point>& line) {
   return sum;
 }
 
-constexpr double hill = 160.0;         // about so long from top to top [m]
-constexpr double full_bank_at = 45.0;  // a curve of this radius has all of the bank [m]
-constexpr double transition = 8.0;     // the bank is a mean over so much on both sides [m]
+constexpr double hill = 160.0;         // approximate distance between hilltops [m]
+constexpr double full_bank_at = 45.0;  // a curve of this radius or less has the full bank [m]
+constexpr double transition = 8.0;     // the bank is averaged over this distance on both sides [m]
 
 double grade_at(const RoadProfile& profile, const Track& track, double s) {
   const double hills = std::max(1.0, std::round(track.length() / hill));
   const double part = s / track.length();
-  // Two waves, one of them longer, with the sum within the grade.
+  // Two waves, one as long as the track; their sum stays within the grade.
   return profile.grade * (0.7 * std::sin(2.0 * std::numbers::pi * hills * part) +
                           0.3 * std::sin(2.0 * std::numbers::pi * part));
 }
@@ -159,9 +159,9 @@ std::vector<Point> rounded_polygon(const std::vector<Corner>& corners, Shape sha
   const std::size_t n = corners.size();
   if (n == 0) throw std::invalid_argument("a track needs corners");
   std::vector<Point> line;
-  double rounded_off = 0.0;  // of the side that leads to the corner at hand, by the corner before
+  double rounded_off = 0.0;  // length of the current side that the previous corner's arc takes up
   for (std::size_t i = 0; i <= n; ++i) {
-    // A closed polygon comes back to its first corner, to see that the last side is long enough.
+    // A closed polygon returns to its first corner, to check the length of its last side.
     if (i == n && shape == Shape::open) break;
     const Corner& c = corners[i % n];
     if (shape == Shape::open && (i == 0 || i + 1 == n)) {

@@ -58,14 +58,14 @@ void Camera::age_lasting_errors() {
 void Camera::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t to_ns,
                      const PlantOutput& to, std::vector<estimator::CameraPose>& poses) {
   for (; due_ns_ <= to_ns; due_ns_ += nanoseconds(truth_[camera_period])) {
-    // Without a delay the stamp says exactly when the picture was taken.
+    // Rounded like a stamp, which without a delay is then the exact time of the picture.
     const std::int64_t capture_ns = due_ns_ / stamp_step_ns_ * stamp_step_ns_;
     const PlantOutput car = interpolate(
         from, to, static_cast<double>(capture_ns - from_ns) / static_cast<double>(to_ns - from_ns));
     const double x = truth_[camera_x], y = truth_[camera_y];
     const double c = std::cos(car.yaw), s = std::sin(car.yaw);
 
-    // All draws are taken, needed or not.
+    // All numbers are drawn, needed or not.
     age_lasting_errors();
     const double latency = timing_.uniform(truth_[camera_latency_min], truth_[camera_latency_max]);
     const double noise_x = noise_.normal(), noise_y = noise_.normal(), noise_yaw = noise_.normal();
@@ -96,7 +96,7 @@ void Camera::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t
       pose.x += astray * std::cos(direction);
       pose.y += astray * std::sin(direction);
     }
-    // The sigmas are right; only that errors last is not stated.
+    // The sigmas are correct, but the correlation of the lasting errors is not stated.
     pose.sigma_x = pose.sigma_y = std::max(std::hypot(truth_[camera_noise], lasting), 1e-3);
     pose.sigma_yaw = std::max(std::hypot(truth_[camera_yaw_noise], lasting_yaw), 1e-3);
     poses.push_back(pose);

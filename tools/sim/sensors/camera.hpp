@@ -1,5 +1,5 @@
-// The cameras. One next to the track sees the car's pose late, with noise and with errors that
-// last, sometimes wrong, sometimes not at all; one from above films two markers on the car.
+// The cameras. One next to the track sees the car's pose late, with noise and lasting errors,
+// sometimes wrong, sometimes not at all; one above films two markers on the car.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ struct Dropout {
   double begin = 0.0, length = 0.0;
 };
 
-/// Takes "BEGIN:LENGTH" in seconds. Throws std::invalid_argument for what is not one.
+/// Parses "BEGIN:LENGTH" in seconds. Throws std::invalid_argument for other text.
 [[nodiscard]] Dropout parse_dropout(std::string_view text);
 
 class Camera {
@@ -28,8 +28,8 @@ class Camera {
   Camera(const ParameterSet& truth, std::vector<Dropout> dropouts, std::uint64_t seed,
          std::int64_t stamp_step_ns);
 
-  /// Takes the pictures that are due after `from_ns` and not after `to_ns`. Appends their poses in
-  /// the order of arrival, which may lie after `to_ns`: of the reference point, in map axes.
+  /// Takes the pictures that are due after `from_ns` and up to `to_ns`. Appends the poses of the
+  /// reference point in map axes, in the order of arrival, which may be after `to_ns`.
   void advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t to_ns,
                const PlantOutput& to, std::vector<estimator::CameraPose>& poses);
 
@@ -39,7 +39,7 @@ class Camera {
   ParameterSet truth_;
   std::vector<Dropout> dropouts_;
   RandomStream timing_, noise_, outliers_, lasting_noise_;
-  std::array<double, 3> lasting_{};  // of x, y and yaw, in standard deviations
+  std::array<double, 3> lasting_{};  // errors of x, y and yaw, in standard deviations
   std::int64_t stamp_step_ns_;
   std::int64_t due_ns_ = 0;
   std::int64_t last_arrival_ns_ = 0;
@@ -49,16 +49,16 @@ struct MarkerPlace {
   double x = 0.0, y = 0.0;  ///< body frame, from the centre of gravity [m]
 };
 
-/// Where the markers' owner measured them to be.
+/// The markers' positions as their owner measured them.
 struct MarkerPlaces {
   MarkerPlace front, rear;
 };
 [[nodiscard]] MarkerPlaces configured_markers(CarKind car);
 
-/// A picture is 1920 x 1080; its u points to the map's -y and its v, downwards, to -x.
+/// A picture is 1920 x 1080; its u points to the map's -y, its v (downwards) to -x.
 struct FilmFrame {
-  double t_s = 0.0;  ///< by the film's clock, 0 at its first frame
-  /// u, v of front and rear marker [px]; nothing where a marker is out of the picture.
+  double t_s = 0.0;  ///< on the film's clock, 0 at its first frame
+  /// u, v of front and rear marker [px]; nothing if a marker is outside the picture.
   std::array<std::optional<std::array<double, 2>>, 2> markers;
 };
 
@@ -66,11 +66,11 @@ class Film {
  public:
   Film(CarKind car, const ParameterSet& truth, std::uint64_t seed);
 
-  /// Takes the frames that are due after `from_ns` and not after `to_ns`.
+  /// Takes the frames that are due after `from_ns` and up to `to_ns`.
   void advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t to_ns,
                const PlantOutput& to, std::vector<FilmFrame>& frames);
 
-  /// Time of a frame on the car's clock.
+  /// The time of a frame on the car's clock.
   [[nodiscard]] std::int64_t frame_ns(std::int64_t frame) const;
 
  private:

@@ -15,14 +15,14 @@ double seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
 }
 
-// The share of the noise that is there: that of the sensor at rest, and what the car's vibration
-// adds, in proportion to the speed until it is all there.
+// Noise as a fraction of its full value: a part at rest, plus vibration that grows linearly with
+// speed up to vibration_speed.
 double noise_share(const ParameterSet& truth, const PlantOutput& car) {
   const double rest = truth[noise_at_rest];
   return rest + (1.0 - rest) * std::min(1.0, std::abs(car.v_x) / truth[vibration_speed]);
 }
 
-// A range of 0 does not limit.
+// A range of 0 means no limit.
 double saturated(double value, double range) {
   return range > 0.0 ? std::clamp(value, -range, range) : value;
 }
@@ -115,7 +115,7 @@ double SteeringSensor::read(const PlantOutput& car) {
 }
 
 double wheel_speed_sigma(const ParameterSet& sizes, double configured_radius, double cycle_s) {
-  // The difference of two roundings has the variance of 1/6 of a count².
+  // The difference of two roundings has a variance of 1/6 count².
   const double counts = sizes[encoder_counts];
   const double count =
       counts > 0.0 ? 2.0 * std::numbers::pi * configured_radius / counts / cycle_s : 0.0;

@@ -1,5 +1,5 @@
-// The car's sensors: measurements from the true state, now or a while ago. Each has random streams
-// of its own and takes the same draws whatever the sizes of its errors, so that a change of one
+// The car's sensors: measurements of the true state, now or shortly before. Each has its own random
+// streams and draws the same numbers whatever the sizes of its errors, so that a change of one
 // error leaves all others unchanged.
 #pragma once
 
@@ -15,19 +15,19 @@
 
 namespace odomd::sim {
 
-/// The car as a late sensor sees it: its outputs over the last while.
+/// The car's past outputs, for sensors with latency.
 class PastOutputs {
  public:
-  /// Keeps outputs for `reach_ns` before the second newest.
+  /// Keeps the outputs of the last `reach_ns` before the second newest.
   explicit PastOutputs(std::int64_t reach_ns) : reach_ns_(reach_ns) {}
 
-  /// Times must rise.
+  /// Times must increase.
   void add(std::int64_t time_ns, const PlantOutput& output);
 
   [[nodiscard]] bool empty() const { return past_.empty(); }
 
-  /// Interpolated, at times up to the newest. Before the first output the car was as it is there,
-  /// with wheels that turned as fast.
+  /// Interpolates, at times up to the newest. Before the first output, returns that output with its
+  /// wheels turned back at their rates.
   [[nodiscard]] PlantOutput at(std::int64_t time_ns) const;
 
  private:
@@ -40,10 +40,10 @@ class PastOutputs {
   std::deque<Past> past_;
 };
 
-/// A bias that has been drawn and walks from there.
+/// A bias that starts at a drawn value and changes by a random walk.
 class WalkingBias {
  public:
-  /// `density` of the walk, in the bias's unit per √s.
+  /// `density` of the walk is in the bias's unit per √s.
   WalkingBias(double initial, double density, std::uint64_t seed, std::string_view stream)
       : value_(initial), density_(density), stream_(seed, stream) {}
 
@@ -69,7 +69,7 @@ class Imu {
   Imu(const ParameterSet& truth, std::uint64_t seed);
 
   /// `dt` since the last reading. The gyro measures `gyro_car`, the accelerometers `car`: the car
-  /// as it was before the latency of each.
+  /// before the latency of each.
   ImuReading read(const PlantOutput& gyro_car, const PlantOutput& car, double dt);
 
  private:
@@ -79,14 +79,14 @@ class Imu {
   RandomStream gyro_noise_, accel_noise_;
 };
 
-/// Counts the marks that pass and divides by the time they took: quantised, without drift.
+/// Counts the passing marks and divides by the time: quantised, without drift.
 class WheelEncoder {
  public:
   WheelEncoder(const ParameterSet& truth, Wheel wheel, double configured_radius,
                std::uint64_t seed);
 
-  /// Speed of the wheel [m/s]; `dt` since the last reading, by the control unit's clock. A wheel
-  /// that stands, or is in the dead band, reads 0 exactly.
+  /// Speed of the wheel [m/s]; `dt` since the last reading, on the control unit's clock. A
+  /// stationary wheel, or one within the dead band, reads exactly 0.
   double read(const PlantOutput& car, double dt);
 
  private:
@@ -99,7 +99,7 @@ class WheelEncoder {
   double step_;
   double dead_band_;
   RandomStream stream_;
-  double phase_;  ///< of the marks when the wheel is at 0 [turns]
+  double phase_;  ///< of the marks at wheel angle 0 [counts]
   std::optional<double> last_;
 };
 
@@ -114,7 +114,7 @@ class SteeringSensor {
   RandomStream stream_;
 };
 
-/// Standard deviations that a configuration may state for these sensors.
+/// Standard deviations that a configuration can state for these sensors.
 [[nodiscard]] double wheel_speed_sigma(const ParameterSet& sizes, double configured_radius,
                                        double cycle_s);
 [[nodiscard]] double steering_sigma(const ParameterSet& sizes);
