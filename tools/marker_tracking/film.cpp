@@ -31,8 +31,7 @@ std::vector<std::int64_t> read_times(const std::string& file) {
 
 FilmReader::FilmReader(const TrackOptions& options)
     : name_(options.film), frames_per_second_(options.frames_per_second) {
-  static_cast<void>(open_input(name_));  // reports what is wrong with the file, which OpenCV does
-                                         // not
+  static_cast<void>(open_input(name_));  // unlike OpenCV, it reports what is wrong with the file
   if (!options.frame_times.empty()) {
     times_name_ = options.frame_times;
     times_ns_ = read_times(times_name_);
