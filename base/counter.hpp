@@ -6,8 +6,8 @@
 
 namespace odomd {
 
-/// Wait-free. Exactly one thread may call `add` and `set`; `get` is free for all. The orderings are
-/// relaxed: a reader sees some recent value, and no other memory through it.
+/// Wait-free. Exactly one thread may call `add` and `set`; any thread may call `get`. The orderings
+/// are relaxed: a reader sees some recent value, and no other memory through it.
 class Counter {
  public:
   Counter() = default;

@@ -11,19 +11,19 @@ namespace odomd {
 struct Packing {
   std::string_view begins;
   std::string_view name;     ///< "gzip"
-  std::string_view to_file;  ///< the command that unpacks a file beside it
-  std::string_view to_pipe;  ///< the one that unpacks it to standard output
+  std::string_view to_file;  ///< command that unpacks a file next to it
+  std::string_view to_pipe;  ///< command that unpacks it to standard output
 };
 
-/// The packing of a file that begins so; nullptr: none that is known.
+/// The packing of a file that begins with `head`; nullptr: not a known one.
 [[nodiscard]] const Packing* packing_of(std::string_view head) noexcept;
 
 /// "a directory", "a named pipe", "a pipe", "a socket" or "a device"; empty for a regular file and
-/// for one that does not exist.
+/// for a missing one.
 [[nodiscard]] std::string_view kind_of_no_file(const std::filesystem::path& file);
 
-/// Why a file cannot be read as text, with the fix: "is a named pipe; name a file"; else empty. A
-/// pipe without a name, such as <(command) of a shell, can be read.
+/// The reason why a file cannot be read as text, with the fix: "is a named pipe; name a file".
+/// Empty if it can be read, like an unnamed pipe: <(command) of a shell.
 [[nodiscard]] std::string problem_with_input(const std::filesystem::path& file);
 
 }  // namespace odomd

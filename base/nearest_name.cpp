@@ -20,14 +20,14 @@ int replace_cost(char a, char b) {
   return lower(a) == lower(b) ? case_edit : whole_edit;
 }
 
-// Longer input is not compared: it may be a whole file.
+// The rest of longer input is not compared: it may be a whole file.
 constexpr std::size_t longest_name = 64;
 
 int edit_distance(std::string_view a, std::string_view b) {
   a = a.substr(0, longest_name);
   b = b.substr(0, longest_name);
-  // Three rows of the table: two[j], one[j] and row[j] are the distances of the first i-2, i-1 and
-  // i characters of a from the first j of b.
+  // Three rows of the table: two[j], one[j] and row[j] are the distances between the first i-2, i-1
+  // and i characters of a and the first j of b.
   std::vector<int> two(b.size() + 1);
   std::vector<int> one(b.size() + 1);
   std::vector<int> row(b.size() + 1);

@@ -12,7 +12,7 @@ constexpr std::size_t its_end = 300;
 
 struct Character {
   std::uint32_t code = 0;
-  std::size_t length = 0;  ///< bytes; 0: no UTF-8
+  std::size_t length = 0;  ///< bytes; 0: not UTF-8
 };
 
 bool is_continuation(char c) {
@@ -42,7 +42,7 @@ bool is_obeyed(std::uint32_t code) {
   return control || turns;
 }
 
-/// \x9b, \u001b
+/// Appends \x9b or \u001b.
 void append_code(std::string& out, char kind, unsigned digits, std::uint32_t value) {
   constexpr std::string_view hex = "0123456789abcdef";
   out += '\\';

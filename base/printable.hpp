@@ -11,9 +11,9 @@ namespace odomd {
 
 enum class LineBreaks : std::uint8_t { escaped, kept };
 
-/// Keeps UTF-8, except control characters (C0, DEL, C1) and those that change the direction of
-/// text, which become \n, \t or \u001b, and invalid UTF-8, which becomes \xff. In JSON the result
-/// means the same. `kept` keeps newlines and tabs.
+/// Writes control characters (C0, DEL, C1) and those that change the direction of text as \n, \t or
+/// \u001b, and invalid UTF-8 as \xff; keeps all other UTF-8. In JSON the result means the same.
+/// `kept` keeps newlines and tabs.
 [[nodiscard]] std::string escaped(std::string_view text,
                                   LineBreaks line_breaks = LineBreaks::escaped);
 
@@ -24,7 +24,7 @@ enum class LineBreaks : std::uint8_t { escaped, kept };
 [[nodiscard]] std::string quoted(std::string_view text);
 
 /// A message as one line: escaped, and with "…" instead of its middle when it is longer than 1,000
-/// bytes. Its end usually says what to do.
+/// bytes. The end is kept: it usually says what to do.
 [[nodiscard]] std::string one_line(std::string_view message);
 
 }  // namespace odomd

@@ -9,7 +9,7 @@
 namespace odomd {
 
 /// Wait-free on both sides. Exactly one thread calls `push`, exactly one calls `front` and `pop`;
-/// `empty` is free for all. Large: keep it in a member of something on the heap.
+/// any thread may call `empty`. Large: keep it on the heap.
 template <typename T, std::size_t capacity>
 class SpscRing {  // NOLINT(clang-analyzer-optin.performance.Padding): a cache line for each side
   static_assert(capacity > 0 && (capacity & (capacity - 1)) == 0, "a power of two");

@@ -1,14 +1,14 @@
 // Converts CLOCK_REALTIME, the kernel's clock for stamping frames, to CLOCK_MONOTONIC.
 //
 // The kernel keeps REALTIME - MONOTONIC constant between two steps of the wall clock (slewing moves
-// both alike; a suspend counts as a step, MONOTONIC stands still in it). So each bracketed reading
+// both equally; a suspend, which stops MONOTONIC, is a step). So each bracketed reading
 //     before <= instant of `realtime` <= after   (on MONOTONIC)
-// says that the offset lies in [realtime - after, realtime - before], the intersection of all
-// readings is the offset to some nanoseconds, and an empty intersection is a step.
+// places the offset in [realtime - after, realtime - before]. The intersection of all readings
+// gives the offset to a few nanoseconds; an empty intersection means a step.
 //
 // A stamp that was taken before a step is converted by the offset of that time: each offset has the
-// span of MONOTONIC in which it can have been in force, and a stamp belongs to the newest offset
-// that puts it into its own span.
+// span of MONOTONIC in which it may have applied, and a stamp belongs to the newest offset that
+// converts it to a time in its span.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@
 
 namespace odomd {
 
-/// A clock of the system [ns]. Real-time safe.
+/// Reads a system clock [ns]. Real-time safe.
 [[nodiscard]] std::int64_t read_clock(clockid_t clock) noexcept;
 [[nodiscard]] inline std::int64_t monotonic_now() noexcept {
   return read_clock(CLOCK_MONOTONIC);
@@ -40,7 +40,7 @@ struct ClockReading {
 
 enum class ClockEvent : std::uint8_t { none, stepped, suspended };
 
-/// Real-time safe, no clock of its own. One thread.
+/// Real-time safe. Reads no clock itself. For one thread.
 class WallClock {
  public:
   /// A frame waits no longer than this for its drain.
@@ -92,7 +92,7 @@ class WallClock {
 
  private:
   static constexpr std::int64_t rounding_ns = 1;    // each clock is truncated to nanoseconds
-  static constexpr std::int64_t slack_ns = 50'000;  // of the offset while readings are few
+  static constexpr std::int64_t slack_ns = 50'000;  // tolerance while readings are few
 
   struct Interval {
     std::int64_t low = 0;
