@@ -14,7 +14,7 @@ namespace {
 constexpr std::string_view long_name_form =
     R"(write BA_ "SystemSignalLongSymbol" SG_ ID SIGNAL "NAME";)";
 
-/// ProtocolType, and the beginning of the VFrameFormat J1939PG.
+/// The value of ProtocolType, and the start of the VFrameFormat J1939PG.
 constexpr std::string_view j1939 = "J1939";
 
 template <typename Named>
@@ -119,7 +119,7 @@ void DbcParser::apply_attributes(DraftMessage& draft) const {
     draft.message.id_mask = j1939_group_mask(draft.message.id);
 }
 
-/// Messages of one J1939 group that the file distinguishes by their addresses match by them, too.
+/// If the file has several messages of one J1939 group, frames must match their addresses, too.
 void DbcParser::tell_groups_apart(std::vector<Message>& messages) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> count;  // by mask and masked identifier
   const auto key = [](const Message& message, std::uint32_t mask) {

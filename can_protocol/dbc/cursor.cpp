@@ -13,7 +13,7 @@
 namespace odomd::can {
 namespace {
 
-/// How many things that are left out have a warning of their own.
+/// How many left-out items get a warning of their own.
 constexpr std::size_t listed_left_out = 20;
 
 /// The limit of the format is 32; editors write up to 128.
@@ -82,7 +82,7 @@ std::string DbcCursor::take_name(std::string_view what, std::string_view fix) {
   if (token.kind != TokenKind::word ||
       std::none_of(token.text.begin(), token.text.end(), is_letter))
     fail(token, what, fix);
-  if (token.text.size() > longest_name)  // warnings repeat it
+  if (token.text.size() > longest_name)  // warnings repeat the name
     fail_at(token.line, "expected a name of at most " + std::to_string(longest_name) +
                             " bytes, found " + std::to_string(token.text.size()) + ": " +
                             show(token) + "; shorten it");
@@ -148,7 +148,7 @@ double DbcCursor::take_number(std::string_view what, std::string_view fix) {
 void DbcCursor::end_statement(std::string_view keyword) {
   if (take_if(';')) return;
   if (peek().kind == TokenKind::broken || peek().kind == TokenKind::cut) take();
-  const std::uint32_t line = tokens_[at_ == 0 ? 0 : at_ - 1].line;  // where it should be
+  const std::uint32_t line = tokens_[at_ == 0 ? 0 : at_ - 1].line;  // where the ';' is missing
   const std::string text =
       "expected ';' at the end of " + std::string(keyword) + ", found " + show(peek());
   if (!at_statement() && !(at_end() && peek().starts_line))
@@ -175,7 +175,7 @@ void DbcCursor::check_ending() {
   if (peek().starts_line || at_ == 0 || tokens_[at_ - 1].text == ";" ||
       tokens_[at_ - 1].kind == TokenKind::broken)
     return;
-  // Such a file ends with a receiver or a sender. A node that was named before is probably
+  // Such a file ends with a receiver or a sender. A node's name that occurred before is probably
   // complete.
   const Token& last = tokens_[at_ - 1];
   const auto before = std::span(tokens_).first(at_ - 1);

@@ -14,10 +14,10 @@
 
 namespace odomd::can {
 
-/// The key of no message: what nothing depends on.
+/// The key of no message, for warnings that concern none.
 inline constexpr std::uint64_t no_message = ~std::uint64_t{0};
 
-/// A mistake in a statement. It costs that statement only, unless the file ends there.
+/// A mistake in a statement. Only that statement is left out, unless the file ends there.
 class DbcMistake : public DbcError {
  public:
   DbcMistake(const std::string& file_name, std::uint32_t at_line, std::string what)
@@ -31,16 +31,16 @@ class DbcMistake : public DbcError {
 
 class DbcCursor {
  public:
-  /// Tokenizes. Every function here that takes something throws DbcMistake.
+  /// Splits the text into tokens. All functions below that take tokens may throw DbcMistake.
   DbcCursor(std::string_view text, std::string file_name);
 
   [[nodiscard]] const Token& peek(std::size_t ahead = 0) const;
-  /// At the end of the file, or at a text that it cuts off.
+  /// Whether the file ends here, or within the quoted text that begins here.
   [[nodiscard]] bool at_end() const {
     return peek().kind == TokenKind::end || peek().kind == TokenKind::cut;
   }
   [[nodiscard]] bool at_punctuation(char c) const;
-  /// Whether a statement begins here, on a new line or not: names may look like keywords.
+  /// Whether a statement begins here: a keyword at a line's start, or anywhere if it ends with '_'.
   [[nodiscard]] bool at_statement() const;
   const Token& take();
   /// Takes the character if it comes next.
@@ -52,9 +52,9 @@ class DbcCursor {
   /// A word with at least one letter; warns of characters that are not valid in a DBC name.
   std::string take_name(std::string_view what, std::string_view fix);
   std::string take_text(std::string_view what, std::string_view fix);
-  /// A text that belongs on one line: joined, with a warning, if it is on several.
+  /// A text of one line. Several lines are joined, with a warning.
   std::string take_line(std::string_view what, std::string_view fix);
-  /// A name in quotes. Empty, with a warning, if it cannot be one.
+  /// A name in quotes. Empty, with a warning, if it is not a valid name.
   std::string take_long_name();
   std::uint64_t take_unsigned(std::string_view what, std::uint64_t largest, std::string_view fix);
   /// A finite decimal number; `.25` is accepted with a warning.
@@ -65,25 +65,25 @@ class DbcCursor {
   void end_statement(std::string_view keyword);
   /// Skips the rest of the statement, up to its ';' or the next statement.
   void skip_to_end();
-  /// The same, and then end_statement.
+  /// Calls skip_to_end() and end_statement().
   void skip_statement(std::string_view keyword);
   /// Recovers from a mistake: skips to the next line that begins with a keyword. Throws nothing.
   void skip_to_statement();
 
-  /// At the end of the file: rejects a last line without line end that looks truncated, and warns
-  /// of one that may be truncated.
+  /// At the end of the file: rejects a last line that lacks its line end and looks truncated, and
+  /// warns if it may be truncated.
   void check_ending();
 
   [[noreturn]] void fail(const Token& found, std::string_view what, std::string_view fix) const;
   [[noreturn]] void fail_at(std::uint32_t line, const std::string& text) const;
   void warn(std::uint32_t line, std::string text);
-  /// Warns that something cannot be used. After 20 of these they are counted.
+  /// Warns that something cannot be used. After 20 such warnings, further ones are only counted.
   void warn_left_out(std::uint32_t line, std::string text);
   /// The message that warnings concern from now on (frame_key, or no_message); empty: the file.
   void concern(std::optional<std::uint64_t> message) { message_ = message; }
 
   [[nodiscard]] const std::string& file_name() const { return file_name_; }
-  /// By line.
+  /// Sorted by line.
   [[nodiscard]] std::vector<Warning> take_warnings();
 
  private:

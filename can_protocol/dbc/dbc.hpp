@@ -32,7 +32,7 @@ struct MultiplexRange {
 
 struct Signal {
   std::string name;
-  std::string short_name;  ///< in its SG_, if `name` is a long one (SystemSignalLongSymbol)
+  std::string short_name;  ///< name in its SG_, if `name` is a long one (SystemSignalLongSymbol)
   /// As in the file: bit `start_bit % 8` of byte `start_bit / 8`; the least significant bit of a
   /// little-endian signal, the most significant bit of a big-endian one.
   std::uint16_t start_bit = 0;
@@ -49,7 +49,7 @@ struct Signal {
 
   bool is_multiplexor = false;
   /// For a multiplexed signal: the index in Message::signals of its multiplexor, and the raw values
-  /// that select it; none if the file names none. The multiplexor may itself be multiplexed.
+  /// that select it; none if the file gives none. The multiplexor may itself be multiplexed.
   std::optional<std::size_t> multiplexor;
   std::vector<MultiplexRange> selected_by;
 
@@ -65,10 +65,10 @@ struct LeftOut {
 
 struct Message {
   std::string name;
-  std::string short_name;  ///< in its BO_, if `name` is a long one (SystemMessageLongSymbol)
+  std::string short_name;  ///< name in its BO_, if `name` is a long one (SystemMessageLongSymbol)
   std::uint32_t id = 0;    ///< without flags
-  /// The bits of `id` that a frame must have. Of a J1939 message the group, unless the file has
-  /// several of that group: then the addresses, too.
+  /// The bits of `id` that a frame must match. For J1939 the group's, plus the addresses' if the
+  /// file has several messages of the group.
   std::uint32_t id_mask = whole_id;
   IdFormat format = IdFormat::standard;
   FrameProtocol protocol = FrameProtocol::classic;
@@ -85,7 +85,7 @@ struct Message {
 struct Warning {
   std::uint32_t line = 0;
   std::string text;
-  std::optional<std::uint64_t> message;  ///< frame_key of the one it concerns; empty: the file
+  std::optional<std::uint64_t> message;  ///< frame_key of the message concerned; empty: the file
 };
 
 struct Database {
@@ -111,8 +111,8 @@ class DbcError : public std::invalid_argument {
 /// "file:line: text", as shown to the user.
 [[nodiscard]] std::string describe(const Database& database, const Warning& warning);
 
-/// The message or signal of this name, else of this short name; the first one if there are several,
-/// null if there is none.
+/// The message or signal with this name, otherwise with this short name; the first of several, null
+/// if there is none.
 [[nodiscard]] const Message* find_message(const Database& database, std::string_view name);
 [[nodiscard]] const Signal* find_signal(const Message& message, std::string_view name);
 

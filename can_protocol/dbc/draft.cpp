@@ -61,8 +61,8 @@ void find_implied_multiplexor(DraftMessage& draft, std::size_t i, const Multiple
   if (const auto value = draft.signals[i].selected_by) signal.selected_by = {{*value, *value}};
 }
 
-/// Leaves out signals in cycles of multiplexors, nested deeper than in any real database, or below
-/// a multiplexor that is left out.
+/// Leaves out a signal if its multiplexors form a cycle, are nested deeper than in any real
+/// database, or are left out themselves.
 void check_multiplexors_above(DraftMessage& draft, std::size_t i, DbcCursor& cursor) {
   const Message& message = draft.message;
   const Signal& signal = message.signals[i];
@@ -112,8 +112,8 @@ bool disjoint(const std::vector<MultiplexRange>& a, const std::vector<MultiplexR
   });
 }
 
-/// Whether no payload can hold both because a common multiplexor excludes it. Returns true when the
-/// effort is exhausted.
+/// Whether a common multiplexor selects at most one of the two signals. Also true when the effort
+/// is exhausted.
 bool exclusive(const Message& message, const Signal& a, const Signal& b, Effort& effort) {
   for (const Signal* x = &a; x->multiplexor; x = &message.signals[*x->multiplexor])
     for (const Signal* y = &b; y->multiplexor; y = &message.signals[*y->multiplexor]) {

@@ -13,7 +13,7 @@
 
 namespace odomd::can {
 
-/// What SG_ (`m3`) and SG_MUL_VAL_ say of one signal, and whether it can be used.
+/// The multiplexing of one signal from SG_ (`m3`) and SG_MUL_VAL_, and whether it can be used.
 struct DraftSignal {
   bool left_out = false;
   bool marked = false;  ///< `m`, with or without a number
@@ -34,13 +34,13 @@ struct DraftMessage {
 [[nodiscard]] std::optional<std::size_t> find_signal(const DraftMessage& draft,
                                                      const std::string& name);
 
-/// The remaining number of comparisons for a file: the number of pairs of signals, and of their
-/// multiplexor values, is quadratic.
+/// The comparisons that are left for a file: a limit, since the number of pairs of signals and of
+/// their multiplexor values grows quadratically.
 class Effort {
  public:
   explicit Effort(std::size_t comparisons) : left_(comparisons) {}
 
-  /// False when not enough is left, and from then on.
+  /// False from the call on that uses up the rest.
   bool spend(std::size_t comparisons) {
     left_ = comparisons > left_ ? 0 : left_ - comparisons;
     return left_ > 0;
@@ -54,8 +54,8 @@ class Effort {
 void leave_out(DraftMessage& draft, std::size_t signal, std::uint32_t line, const std::string& why,
                DbcCursor& cursor);
 
-/// Finds the multiplexor of every multiplexed signal, and leaves out the signals that the payload
-/// does not hold and those whose multiplexing is not clear.
+/// Finds the multiplexor of every multiplexed signal, and leaves out signals that do not fit the
+/// payload and those whose multiplexing is not clear.
 void resolve_signals(DraftMessage& draft, DbcCursor& cursor);
 
 /// Warns of overlapping signals while there is effort left.

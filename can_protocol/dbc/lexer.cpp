@@ -99,13 +99,13 @@ class Lexer {
     return at < text_.size() && text_[at] == '"';
   }
 
-  /// The next character that is no blank and no line end.
+  /// The next character that is neither a blank nor a line end.
   [[nodiscard]] std::size_t next_after(std::size_t at) const {
     while (at < text_.size() && (is_blank(text_[at]) || text_[at] == '\n')) ++at;
     return at;
   }
 
-  /// Whether the statement ends, with its ';' and its line, before anything else comes.
+  /// Whether only the ';' of the statement is left on the line.
   [[nodiscard]] bool ends_statement(std::size_t at) const {
     const auto skip_blanks = [&] {
       while (at < text_.size() && is_blank(text_[at])) ++at;
@@ -117,8 +117,8 @@ class Lexer {
     return at >= text_.size() || text_[at] == '\n';
   }
 
-  /// Whether a quote before `at` closes a text, by what stands around it: a unit, an item of a
-  /// list, or the name of a value before the next.
+  /// Whether a quote before `at` closes a text, according to its context: a unit, a list item
+  /// before another, or a value's name before the next value.
   [[nodiscard]] bool is_closed_by_context(std::size_t at) const {
     at = next_after(at);
     if (at >= text_.size()) return true;
@@ -131,9 +131,9 @@ class Lexer {
     return at > number && is_quote(next_after(at));
   }
 
-  /// A backslash before a quote keeps the quote in the text, except where the text ends there: some
-  /// end in the backslash of a path, and in double-byte character sets (Shift-JIS, GBK, Big5) it
-  /// may be half of a character.
+  /// A backslash before a quote keeps the quote in the text, unless the text ends there: a text may
+  /// end with the backslash of a path, and in double-byte character sets (Shift-JIS, GBK, Big5) the
+  /// backslash may be half of a character.
   [[nodiscard]] bool is_escaped_quote() const {
     if (text_[at_] != '\\' || at_ + 1 >= text_.size() || text_[at_ + 1] != '"') return false;
     if (ends_statement(at_ + 2)) return false;
@@ -142,7 +142,7 @@ class Lexer {
     return !may_be_half || !is_closed_by_context(at_ + 2);
   }
 
-  /// Whether a line that begins in the text is that of another statement.
+  /// Whether a line within the text begins another statement.
   [[nodiscard]] static bool holds_statement(std::string_view text) {
     for (std::size_t at = text.find('\n'); at != std::string_view::npos; at = text.find('\n', at)) {
       ++at;

@@ -11,11 +11,11 @@ namespace odomd::can {
 
 enum class TokenKind : std::uint8_t {
   word,         ///< a name, keyword or number, also "1+" and "0-5"
-  text,         ///< "in quotes", without them
+  text,         ///< "in quotes", without the quotes
   punctuation,  ///< one other character
-  broken,       ///< a mistake that costs the rest of its line: `text` says which
-  cut,          ///< a text that the file's end cuts off: `text` says so, and only `end` follows
-  end           ///< of the file
+  broken,       ///< a mistake, described in `text`; the rest of the line is lost
+  cut,          ///< a text that the file's end cuts off; `text` is the error, only `end` follows
+  end           ///< end of the file
 };
 
 struct Token {
@@ -28,8 +28,8 @@ struct Token {
 /// How the bytes of a quoted text were written before they became UTF-8.
 enum class Encoding : std::uint8_t { utf8, other };
 
-/// The tokens of UTF-8 `text`, ended by one of kind `end`; comments from `//` to the end of their
-/// line, and between `/*` and `*/`, are none.
+/// The tokens of UTF-8 `text`; the last one is of kind `end`. Skips comments: from `//` to the end
+/// of the line, and between `/*` and `*/`.
 [[nodiscard]] std::vector<Token> tokenize(std::string_view text, Encoding encoding);
 
 /// Whether a statement of the DBC format begins with this word.

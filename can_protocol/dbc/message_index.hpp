@@ -12,7 +12,7 @@
 
 namespace odomd::can {
 
-/// By identifier, from the first database that has it. The databases must outlive the index.
+/// Messages by identifier; the first database with it applies. Databases must outlive the index.
 class MessageIndex {
  public:
   explicit MessageIndex(std::span<const Database> databases) {
@@ -32,7 +32,7 @@ class MessageIndex {
   }
 
  private:
-  /// The whole identifier first, then groups.
+  /// Larger masks first: whole identifiers before groups.
   std::map<std::uint32_t, std::unordered_map<std::uint32_t, const Message*>, std::greater<>>
       by_mask_;
 };

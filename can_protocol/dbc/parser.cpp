@@ -15,7 +15,7 @@ constexpr std::uint32_t largest_standard_id = 0x7FFU;
 constexpr std::uint32_t largest_extended_id = 0x1FFF'FFFFU;
 constexpr std::uint64_t largest_u64 = std::numeric_limits<std::uint64_t>::max();
 
-/// Limit for finding overlapping signals: a fraction of a second, more than real databases need.
+/// Limit for finding overlapping signals: takes a fraction of a second; real databases need less.
 constexpr std::size_t comparisons = std::size_t{1} << 25U;
 
 constexpr std::string_view signal_form =
@@ -41,7 +41,7 @@ Database DbcParser::run() {
     try {
       statement();
     } catch (const DbcMistake& mistake) {
-      if (cursor_.at_end()) throw;  // the file is cut off, and with it who knows what
+      if (cursor_.at_end()) throw;  // the file is cut off: what is missing is unknown
       if (!first_mistake) first_mistake.emplace(mistake);
       leave_out_statement(first, mistake);
       cursor_.skip_to_statement();
@@ -77,7 +77,7 @@ void DbcParser::leave_out_statement(const Token& first, const DbcMistake& mistak
         [this, line = mistake.line, text = mistake.text](DraftMessage& draft, std::size_t i) {
           leave_out(draft, i, line, text, cursor_);
         });
-  // What cannot be read may have been a BO_: the signals below it are of an unknown message.
+  // An unreadable statement may have been a BO_, so the message of the signals below is unknown.
   if (first.text == "BO_" || !is_dbc_keyword(first.text)) {
     current_ = nullptr;
     inside_message_ = true;
@@ -131,7 +131,7 @@ void DbcParser::version() {
   cursor_.take_if(';');
 }
 
-/// The symbols that the file may use, mostly one a line; they look like statements.
+/// Skips the symbols that the file may use, mostly one per line; they look like statements.
 void DbcParser::symbols() {
   cursor_.take_punctuation(':', "after NS_", "write NS_ :");
   while (cursor_.peek().kind == TokenKind::word) {
@@ -141,7 +141,7 @@ void DbcParser::symbols() {
   }
 }
 
-/// BS_: and BU_:, which do not end with a ';'.
+/// Skips BS_: and BU_:, which do not end with a ';'.
 void DbcParser::pass_over_list() {
   cursor_.take_punctuation(':', "after BS_ or BU_", "write BS_: or BU_: NODE ...");
   while (!cursor_.at_end() && !cursor_.at_statement()) cursor_.take();
@@ -273,7 +273,7 @@ void DbcParser::layout(Signal& signal, DraftSignal& draft) {
   signal.unit = cursor_.take_line("the signal's unit in quotes", signal_form);
 }
 
-/// M, m3 or m3M; m or mM if SG_MUL_VAL_ says the value.
+/// M, m3 or m3M; m or mM if SG_MUL_VAL_ gives the value.
 void DbcParser::multiplexing_of(Signal& signal, DraftSignal& draft) {
   const Token token = cursor_.peek();
   std::string_view word = token.text;
@@ -309,7 +309,7 @@ void DbcParser::scaling(Signal& signal) {
   cursor_.take_punctuation(')', "after the offset", signal_form);
 }
 
-/// Nothing depends on the range: a mistake in it costs no more.
+/// Nothing depends on the range, so a mistake in it leaves out the range only.
 void DbcParser::range(Signal& signal) {
   cursor_.take_punctuation('[', "before the range", signal_form);
   try {

@@ -44,7 +44,7 @@ class DbcParser {
   void range(Signal& signal);
   std::optional<std::size_t> add_signal(Signal signal, DraftSignal draft);
 
-  // references.cpp: the statements that refer to them.
+  // references.cpp: the statements that refer to messages and signals.
   void comment();
   void value_table();
   void value_names();
@@ -63,7 +63,7 @@ class DbcParser {
   void long_node_name();
 
   static constexpr std::uint64_t extended_flag = 0x8000'0000U;
-  /// Editors put signals without a message under this one.
+  /// Editors put signals without a message under this identifier.
   static constexpr std::uint64_t unused_signals_id = 0xC000'0000U;
 
   struct Identifier {
@@ -73,9 +73,9 @@ class DbcParser {
   };
   /// Bit 31 of the number marks an extended identifier. Empty if no frame can have it.
   [[nodiscard]] static std::optional<Identifier> identifier_of(std::uint64_t number);
-  /// A whole number; 2^64 - 1 for one that 64 bits do not hold. No frame has it.
+  /// A whole number; 2^64 - 1, which no frame has, if it is negative or too large.
   std::uint64_t take_identifier(std::string_view what, std::string_view fix);
-  /// Of by_key_: frame_key, or the number itself if no frame can have it.
+  /// The key in by_key_: frame_key, or the number itself if no frame can have it.
   [[nodiscard]] static std::uint64_t key_of(std::uint64_t number);
 
   struct Reference {
@@ -84,10 +84,10 @@ class DbcParser {
     std::uint64_t number = 0;
   };
   Reference reference(std::string statement);
-  /// The name of a signal without which its values mean something else: a mistake in the rest of
-  /// the statement costs the signal.
+  /// The signal's name in a statement that decides what its values mean: a mistake in the rest of
+  /// the statement leaves out the signal.
   std::string take_meaning(const Reference& of, std::string_view form);
-  /// The message; null with a warning if it is unknown, or without one if it was ignored.
+  /// The message; null if it was ignored or, with a warning, if it is unknown.
   DraftMessage* find(const Reference& reference);
   /// Calls `apply(draft, index of the signal)` once everything is known.
   void with_signal(Reference reference, std::string name,
@@ -106,16 +106,16 @@ class DbcParser {
   bool inside_message_ = false;
   std::map<std::uint64_t, std::optional<std::size_t>> by_key_;  ///< empty: ignored
   std::vector<std::function<void()>> later_;
-  /// What a mistake in the current statement costs: a signal, or the message of a BO_.
+  /// The signal, or in a BO_ the message, that a mistake in the current statement leaves out.
   std::optional<std::pair<Reference, std::string>> lost_signal_;
   std::string lost_message_;
   std::vector<LeftOut> left_out_;                               ///< messages
   std::map<std::string, std::vector<ValueName>> value_tables_;  ///< VAL_TABLE_
   std::set<std::string> names_;                                 ///< of the messages
-  std::map<std::string, std::string> node_names_;               ///< long names by short ones
-  std::vector<std::string> frame_formats_;                      ///< that VFrameFormat numbers
+  std::map<std::string, std::string> node_names_;               ///< short name to long name
+  std::vector<std::string> frame_formats_;  ///< names for the numbers of VFrameFormat
   std::string default_frame_format_;
-  bool is_j1939_ = false;  ///< by ProtocolType
+  bool is_j1939_ = false;  ///< according to ProtocolType
   double default_cycle_time_ms_ = 0.0;
 };
 

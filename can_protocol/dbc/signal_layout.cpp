@@ -11,12 +11,12 @@
 namespace odomd::can {
 namespace {
 
-/// Longest fixed notation of what is below `largest_written`, with up to `most_decimals`.
+/// Room for a number below `largest_written` in fixed notation with up to `most_decimals` decimals.
 using Text = std::array<char, 64>;
 constexpr double largest_written = 1e15;
 constexpr int most_decimals = 20;
 
-/// Of the shortest notation: 4 of 0.0005, 0 of 20.
+/// The decimals of the shortest notation: 4 for 0.0005, 0 for 20.
 int decimals_of(double value) {
   Text text{};
   const auto written =

@@ -26,7 +26,7 @@ struct SignalLayout {
   ValueType type = ValueType::unsigned_integer;
 };
 
-/// The byte after the last one of a signal; above max_payload when it fits no frame.
+/// The number of bytes up to the end of a signal; above max_payload when it fits no frame.
 [[nodiscard]] constexpr std::size_t bytes_needed(unsigned start_bit, unsigned length,
                                                  ByteOrder byte_order) noexcept {
   const unsigned first =  // counted from the most significant bit of byte 0 if big-endian
@@ -51,13 +51,13 @@ struct SignalLayout {
 }
 
 /// The signal's bits as they are on the bus, right-aligned. `payload` must have bytes_needed bytes;
-/// it is faster with seven more, whose contents do not matter.
+/// seven more, of any content, make it faster.
 [[nodiscard]] inline std::uint64_t extract_bits(const SignalLayout& signal,
                                                 std::span<const std::uint8_t> payload) noexcept {
   const unsigned length = signal.length;
   const unsigned bit = signal.start_bit % 8U;
   std::size_t byte = signal.start_bit / 8U;
-  if (byte + 8 <= payload.size() && signal.bytes_needed <= byte + 8) {  // at once
+  if (byte + 8 <= payload.size() && signal.bytes_needed <= byte + 8) {  // one read
     std::uint64_t bits = 0;
     std::memcpy(&bits, &payload[byte], sizeof bits);
     if (signal.byte_order == ByteOrder::little_endian) return bits >> bit & low_bits(length);
@@ -132,8 +132,8 @@ static_assert(std::endian::native == std::endian::little, "eight bytes are loade
 [[nodiscard]] std::uint64_t bits_for(const SignalLayout& signal, double physical) noexcept;
 
 /// The number that a person would write for a physical value, with no more decimals than factor and
-/// offset have: -0.1175 for the -0.11750000000000001 that binary arithmetic makes of -235 * 0.0005.
-/// For messages and files; a float keeps the digits of a float.
+/// offset have: -0.1175 instead of -0.11750000000000001, the result of -235 * 0.0005. For messages
+/// and files; a float keeps the digits of a float.
 [[nodiscard]] double as_written(const SignalLayout& signal, double physical) noexcept;
 
 /// Whether the multiplexors of the payload select this signal; true for a signal that is not
