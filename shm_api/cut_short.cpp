@@ -8,7 +8,7 @@
 namespace odomd::shm {
 namespace {
 
-// A signal handler takes no other argument.
+// Static, since a signal handler has no parameter for it.
 const char* name_of_program = "odom";
 
 void say(const char* text) noexcept {

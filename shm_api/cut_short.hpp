@@ -1,5 +1,5 @@
 // When a segment is truncated (truncate(1), by its owner), the next access of a process that has
-// mapped it raises SIGBUS. Our programs then end with one line.
+// mapped it raises SIGBUS. Our programs then end with a one-line message.
 #pragma once
 
 #include <csignal>

@@ -194,7 +194,7 @@ FileDescriptor lock_name(const std::string& path) {
   const std::string directory = path.substr(0, std::max<std::size_t>(slash, 1));
   struct stat status {};
   if (stat(directory.c_str(), &status) != 0) fail(path, "inspect its directory");
-  // Uses the directory's inode number, because its name may mean another one in another namespace.
+  // Uses the directory's inode number: in another namespace its name may be another directory's.
   std::string name =
       "odomd-writer:" + std::to_string(status.st_dev) + ":" + std::to_string(status.st_ino) + ":";
   const std::string base = path.substr(slash + 1);

@@ -62,7 +62,7 @@ struct SegmentLock {
 void refuse_foreign(const std::string& path);
 
 /// Takes the writer's lock; its file remains after the release. Throws Displaced with the pid when
-/// another writer is alive, else as refuse_foreign does.
+/// another writer is alive; otherwise as refuse_foreign does.
 [[nodiscard]] SegmentLock lock_segment(const std::string& path);
 
 /// Recreates the file of a lock that is held, after the file was removed. Throws as lock_segment
@@ -76,10 +76,10 @@ struct UnnamedSegment {
   MappedWords words;
 };
 
-/// Creates, sizes and maps it, every page present, all words zero. The lock must be held.
+/// Creates, sizes and maps a segment; all pages are present, all words zero. The lock must be held.
 [[nodiscard]] UnnamedSegment create_segment(const std::string& path, std::size_t bytes);
 
-/// Gives it its group, mode and name.
+/// Gives the segment its group, mode and name.
 void name_segment(const UnnamedSegment& segment, const std::string& path,
                   const SegmentSettings& settings);
 

@@ -59,7 +59,7 @@ struct Predecessor {
   bool damaged = false;
 };
 
-// By the head: a damaged tick names another slot.
+// Uses the head: the tick in a damaged pose may name another slot.
 bool is_newest_whole(const odomi_segment& segment) {
   const std::uint64_t tick = odomi_tick(odomi_read_head(segment.words));
   const std::uint64_t* slot = segment.slots + (tick & segment.slot_mask) * segment.slot_words;
@@ -83,8 +83,8 @@ Predecessor read_predecessor(const std::string& path) {
   return found;
 }
 
-// Bucket 0 is [0, 1) us, bucket i >= 1 is [2^((i-1)/4), 2^(i/4)) us: four to the octave. The lower
-// bounds of buckets 1 and up, in ns, rounded up since counted times are whole.
+// Bucket 0 is [0, 1) us, bucket i >= 1 is [2^((i-1)/4), 2^(i/4)) us: four per octave. Here: the
+// lower bounds of buckets 1 and up, in ns, rounded up since counted times are whole.
 constexpr auto bucket_bounds = [] {
   constexpr std::array<double, 4> quarter{1000.0, 1189.2071150027210, 1414.2135623730951,
                                           1681.7928305074290};
@@ -116,8 +116,8 @@ void count_time(std::uint64_t* histogram, std::uint64_t* maximum, std::int64_t n
   if (ns > static_cast<std::int64_t>(odomi_load(maximum))) store_time(maximum, ns);
 }
 
-// Moves the cache lines that this core has written into the shared cache: from there a reader gets
-// them in a third of the time. Only a hint (CLDEMOTE), which older processors ignore.
+// Moves the cache lines that this core has written to the shared cache, from which a reader gets
+// them in a third of the time. CLDEMOTE is only a hint; older processors ignore it.
 #if defined(__x86_64__)
 __attribute__((target("cldemote"))) void hand_over(std::uint64_t* words,
                                                    std::size_t count) noexcept {
@@ -160,7 +160,7 @@ bool Claim::predecessor_is_damaged() const noexcept {
 
 namespace {
 
-/// One file, from its creation on.
+/// One segment file, from its creation on.
 struct Segment {
   UnnamedSegment file;
   odom_info info;
@@ -185,7 +185,7 @@ struct Segment {
     hand_over(word(ODOM_HEADER_HEAD), ODOM_SEGMENT_LINE_WORDS);
   }
 
-  /// The counts and settings of the beat so far, for a segment that is recreated.
+  /// Copies the beat's counts and settings from the segment that this one replaces.
   void go_on_from(const Segment& before) const noexcept {
     const auto copy = [&](std::size_t index) {
       odomi_store(word(index), odomi_load(before.word(index)));
@@ -228,14 +228,14 @@ struct Writer::State {
   std::vector<std::unique_ptr<Segment>> segments;  // housekeeping's: the live one, and the next
   std::atomic<Segment*> live;
   std::atomic<Segment*> next{nullptr};
-  std::mutex waking;  // the relay's, while it uses the live one
+  std::mutex waking;  // held by the relay while it uses the live segment
 
   State(Claim&& claimed, std::unique_ptr<Segment> first)
       : claim(std::move(claimed)), live(first.get()) {
     segments.push_back(std::move(first));
   }
 
-  /// The beat's and housekeeping's.
+  /// For the beat and housekeeping.
   [[nodiscard]] const Segment& segment() const noexcept {
     return *live.load(std::memory_order_acquire);
   }
@@ -251,7 +251,7 @@ struct Writer::State {
     next.store(nullptr, std::memory_order_release);
   }
 
-  /// Segments that the beat no longer uses.
+  /// Drops the segments that the beat no longer uses.
   void drop_old() {
     if (segments.size() == 1 || next.load(std::memory_order_acquire) != nullptr) return;
     const std::lock_guard hold(waking);

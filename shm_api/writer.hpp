@@ -47,7 +47,7 @@ class Claim {
 
   /// The last pose of the segment with this name, of any age.
   [[nodiscard]] const std::optional<Inheritance>& predecessor() const noexcept;
-  /// Whether there is one that is not returned: damaged, truncated, or of another layout.
+  /// Whether the last pose exists but is unusable: damaged, truncated, or of another layout.
   [[nodiscard]] bool predecessor_is_damaged() const noexcept;
 
  private:
@@ -59,8 +59,8 @@ class Claim {
 /// The result of a check of the segment's name.
 enum class Upkeep : std::uint8_t {
   stands,        ///< the segment has its name
-  lock_renewed,  ///< it has, but the file of its lock was missing
-  made_again     ///< it had not: there is a new one now, for the next tick
+  lock_renewed,  ///< likewise, but its lock file had to be recreated
+  made_again     ///< its name was gone: a new segment serves from the next tick
 };
 
 /// Creates the segment under a temporary name and renames it into place, so that readers find a
@@ -70,7 +70,7 @@ class Writer {
   /// Start-up only: throws as a Claim does. `info` fills the header; its instance_id, writer_pid,
   /// writer_start_ns, slots and ABI are set here.
   Writer(Claim claim, const odom_info& info);
-  /// Claims the name as well.
+  /// Also claims the name.
   Writer(const SegmentSettings& settings, const odom_info& info) : Writer(Claim(settings), info) {}
   ~Writer();  ///< leaves the last poses in place for clients and for a successor
   Writer(const Writer&) = delete;
@@ -95,10 +95,10 @@ class Writer {
   void set_log_offset(std::int64_t offset_ns) noexcept;
 
   // Housekeeping's -------------------------------------------------------------------------------
-  /// Checks that the segment still has its name; recreates it if somebody removed it. The new one
-  /// has another instance id, and readers switch to it as to that of a successor. Not real-time.
+  /// Checks that the segment still has its name; recreates it if somebody removed it. The new
+  /// segment has another instance id, and readers switch to it as to a successor's. Not real-time.
   /// Throws Displaced when another writer has the name, std::exception when it cannot be created:
-  /// poses then still go to the old one, which only its current readers see.
+  /// poses then still go to the old segment, which only its current readers see.
   Upkeep look_after();
   [[nodiscard]] odom_beat beat() const noexcept;
   /// As written at start: later changes of offsets and first tick are in the segment only.

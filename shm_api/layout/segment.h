@@ -5,14 +5,14 @@
  *   word   64  head: 2 * tick + 2 of the newest published slot, 0 before the first
  *   word   65  futex word (the low 32 bits), counts the wake-ups of clients
  *   word   67  odom_beat, word by word as in the struct; word 71 is the heartbeat
- *   word  512  the ring of slots: tick k lies in slot k modulo their number
+ *   word  512  the ring of slots: tick k lies in slot k modulo the number of slots
  *
- * A slot is its sequence (2 * tick + 1 while it is written, 2 * tick + 2 after), odom_pose,
- * odom_details, padding to a cache line, and in its last word a checksum. The words of the header
- * that a read needs (head, heartbeat) are in one cache line.
+ * A slot consists of its sequence (2 * tick + 1 while it is written, 2 * tick + 2 after),
+ * odom_pose, odom_details, padding to a cache line, and a checksum in its last word. The words of
+ * the header that a read needs (head, heartbeat) are in one cache line.
  *
  * The layout is append-only: ABI minor rises when a block grows at its end, ABI major when anything
- * moves. Readers go by the sizes in words 1 to 7, so either side may be the older one.
+ * moves. Readers use the sizes in words 1 to 7, so reader and writer may be of different age.
  */
 #ifndef ODOMD_SHM_API_SEGMENT_H
 #define ODOMD_SHM_API_SEGMENT_H
@@ -37,7 +37,7 @@ enum {
   ODOM_HEADER_MAGIC = 0,
   ODOM_HEADER_BYTES = 1,         /* of the header: where slot 0 begins */
   ODOM_HEADER_SLOT_BYTES = 2,    /* from one slot to the next */
-  ODOM_HEADER_SEGMENT_BYTES = 3, /* of the whole */
+  ODOM_HEADER_SEGMENT_BYTES = 3, /* of the whole segment */
   ODOM_HEADER_POSE_WORDS = 4,
   ODOM_HEADER_DETAILS_WORDS = 5,
   ODOM_HEADER_INFO_WORDS = 6,
@@ -79,13 +79,13 @@ enum {
   ODOM_SLOT_SEQUENCE = 0,
   ODOM_SLOT_POSE = 1,
   ODOM_SLOT_DETAILS = ODOM_SLOT_POSE + ODOM_POSE_WORDS,
-  ODOM_SLOT_WORDS = 104,    /* 98 used, then room for odom_details, then */
-  ODOM_SLOT_CHECKSUM = 103, /* the last: of pose and details, for the writer's successor alone */
+  ODOM_SLOT_WORDS = 104,    /* 98 are used; odom_details may grow */
+  ODOM_SLOT_CHECKSUM = 103, /* last word, of pose and details, for the writer's successor only */
 
   ODOM_SEGMENT_SLOTS_MIN = 4,
   ODOM_SEGMENT_SLOTS_MAX = 1 << 20,
 
-  ODOM_STALE_PERIODS = 4 /* without a heartbeat, until clients call the writer dead */
+  ODOM_STALE_PERIODS = 4 /* without a heartbeat, until clients consider the writer dead */
 };
 
 /* 100 us to 1 s: the range of the beat; four periods cannot overflow. */

@@ -12,9 +12,9 @@
  *   W4  sequence = 2k + 2   release          R4  sequence == h ?    relaxed
  *   W5  head = 2k + 2       release
  *
- * (a) The words of tick k, or newer: W5 releases W1 to W4, R1 acquires them. Nothing older than
- *     tick k (nor older than earlier ticks, in the other slots) can be read after R1.
- * (b) Nothing newer: if R2 reads a word of a later tick k' (W3'), then fence W2' synchronizes with
+ * (a) R2 reads tick k or newer: W5 releases W1 to W4, R1 acquires them. Likewise, it reads other
+ *     slots as their last tick before k or newer.
+ * (b) R4 detects newer words: if R2 reads one of tick k' > k (W3'), fence W2' synchronizes with
  *     fence R3 through that word, so R4 sees W1' (odd) or a later value, never h. Without W2' the
  *     store W1' might become visible after the words; without R3 the load R4 might be done before
  *     them.

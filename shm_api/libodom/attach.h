@@ -22,7 +22,7 @@ typedef struct odomi_owners {
 
 /* A mapped segment with a consistent header. */
 typedef struct odomi_segment {
-  void* memory; /* what words points to, to be given back */
+  void* memory; /* the mapping that `words` points to, for munmap() */
   const uint64_t* words;
   size_t bytes;
   const uint64_t* slots;
@@ -35,7 +35,7 @@ typedef struct odomi_segment {
   uint64_t instance_id;
   dev_t device;
   ino_t inode;
-  uint64_t expected_head; /* behind the newest that was seen, and where its slot will be */
+  uint64_t expected_head; /* the head after the newest seen, and its slot below */
   const uint64_t* expected_slot;
 } odomi_segment;
 
@@ -43,14 +43,14 @@ typedef struct odomi_segment {
  * slash in it is a path. ODOM_INVALID for a name that is neither. The path is malloc'ed. */
 odom_status odomi_path(const char* name, char** path);
 
-/* Opens, checks and maps. Does not map the file of `known` (may be NULL) again: ODOM_OK with
- * segment->words == NULL. */
+/* Opens, checks and maps. If it is the file of `known` (may be NULL), does not map it again:
+ * ODOM_OK with segment->words == NULL. */
 odom_status odomi_attach(const char* path, const odomi_owners* owners, const odomi_segment* known,
                          odomi_segment* segment);
 void odomi_detach(odomi_segment* segment);
 
-/* Copies the newest pose, and its details if requested, from a segment. ODOM_OK; ODOM_NO_POSE: they
- * are unchanged; ODOM_BUSY: they are zero, with mode ODOM_FAULT. */
+/* Copies the newest pose, and its details if requested, from a segment. ODOM_OK; ODOM_NO_POSE: both
+ * are unchanged; ODOM_BUSY: both are zero, with mode ODOM_FAULT. */
 odom_status odomi_newest(odomi_segment* segment, odom_pose* pose, odom_details* details);
 
 void odomi_read_info(const odomi_segment* segment, odom_info* info);

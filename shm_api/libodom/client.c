@@ -63,8 +63,8 @@ odom_status odomi_look_again(odom_client* client) {
   return odomi_is_fresh(&client->segment, now_ns, client->stale_after_ns) ? ODOM_OK : ODOM_STALE;
 }
 
-/* The candidates: the name from the caller, else from the environment, else the two places in which
- * odomd puts its segment: started by hand, and as a service. */
+/* The candidates: the name from the caller or the environment; without one, the two places of
+ * odomd's segment: started by hand, and as a service. */
 static odom_status candidate_paths(const char* name, char* paths[2]) {
   if (name == NULL) {
     name = secure_getenv("ODOM_SHM");
@@ -76,7 +76,7 @@ static odom_status candidate_paths(const char* name, char* paths[2]) {
                            : status;
 }
 
-/* Attaches to the first segment with a living writer, else to the first one that exists. */
+/* Attaches to the first segment with a living writer; without one, to the first that exists. */
 static odom_status attach_first(odom_client* client) {
   odom_status failure = ODOM_NO_SEGMENT;
   for (size_t i = 0; i < 2 && client->paths[i] != NULL; ++i) {

@@ -13,8 +13,8 @@ enum { ODOMI_ATTEMPTS = 3 }; /* of a read that the writer overtakes */
 struct odom_client {
   odomi_segment segment;
   int64_t stale_after_ns;   /* age of the heartbeat from which the writer counts as dead */
-  int64_t clearly_fresh_ns; /* up to this age the coarse clock suffices to say that it lives */
-  int64_t next_attempt_ns;  /* not to look for a successor before */
+  int64_t clearly_fresh_ns; /* up to this age on the coarse clock, the writer lives */
+  int64_t next_attempt_ns;  /* no search for a successor before this time */
   odomi_owners owners;
   char* paths[2]; /* where segments of this client may lie; the second may be NULL */
 };
@@ -51,14 +51,14 @@ static inline const uint64_t* odomi_slot(const odomi_segment* segment, uint64_t 
   return segment->slots + (tick & segment->slot_mask) * segment->slot_words;
 }
 
-/* The slot of a head. For a caller that reads once per tick it is usually the slot after the last
- * one. This is a branch instead of arithmetic, so that the processor can predict it and fetch the
- * slot while the head is still being loaded from the writer's core: the two cache misses overlap.
- * The words are used only after the head has arrived (R1). */
+/* The slot of a head, usually the one after the previous slot if the caller reads once per tick.
+ * This is a branch instead of arithmetic, so that the processor can predict it and fetch the slot
+ * while the head is still being loaded from the writer's core: the two cache misses overlap. The
+ * words are used only after the head has arrived (R1). */
 static inline const uint64_t* odomi_head_slot(odomi_segment* segment, uint64_t head) {
   const uint64_t* slot = segment->expected_slot;
   if (head != segment->expected_head) {
-    __asm__(""); /* or the compiler makes arithmetic of it */
+    __asm__(""); /* otherwise the compiler turns the branch into arithmetic */
     slot = odomi_slot(segment, odomi_tick(head));
   }
   segment->expected_head = head + 2;

@@ -1,8 +1,8 @@
 /* The pose at a past time, from the ring of slots.
  *
- * Tick k lies in slot k modulo their number, and is valid at T_0 + k * period: the neighbours of a
- * time are found by division. A missed tick leaves its slot unchanged, with an older sequence, so
- * the search continues with the next one; it reads each slot at most once.
+ * Tick k lies in slot k modulo the number of slots, and is valid at T_0 + k * period: the
+ * neighbours of a time are found by division. A missed tick leaves its slot unchanged, with an
+ * older sequence, so the search continues with the next slot; it reads each slot at most once.
  *
  * Between its neighbours, dt apart, the position is the cubic with their positions and velocities
  * (Hermite's). On a path with v, w constant it is off by at most v w^3 dt^4 / 384: 10 nm for 2 m/s
@@ -20,7 +20,7 @@
 
 static const int64_t longest_gap_ns = 100000000;
 
-/* Whether tick k is (still) in its slot. The head was acquired before, and k is not newer. */
+/* Copies tick k; true if it is (still) in its slot. A head of k or newer was acquired before. */
 static int read_tick(const odomi_segment* segment, uint64_t k, odom_pose* pose) {
   const uint64_t* slot = odomi_slot(segment, k);
   odomi_copy_out(pose, slot + ODOM_SLOT_POSE, ODOM_POSE_WORDS);
@@ -47,7 +47,7 @@ static odom_status find_neighbours(odomi_segment* segment, int64_t time_ns, odom
   *after = *before;
   while (after->time_ns < time_ns) {
     do
-      if (k++ == newest.tick) return ODOM_TOO_OLD; /* the writer has come round meanwhile */
+      if (k++ == newest.tick) return ODOM_TOO_OLD; /* the writer has overtaken the search */
     while (!read_tick(segment, k, after));
     if (after->time_ns <= time_ns) *before = *after;
   }
@@ -69,7 +69,7 @@ static double hermite(double a, double slope_a, double b, double slope_b, double
          s * r * (r * slope_a - s * slope_b);
 }
 
-/* x' = v_x cos(yaw) - v_y sin(yaw), y' = v_x sin(yaw) + v_y cos(yaw), at both ends. */
+/* Slopes: x' = v_x cos(yaw) - v_y sin(yaw), y' = v_x sin(yaw) + v_y cos(yaw), at both ends. */
 static planar between(planar a, const odom_pose* motion_a, planar b, const odom_pose* motion_b,
                       double s, double dt) {
   const double cos_a = cos(a.yaw), sin_a = sin(a.yaw);
@@ -129,7 +129,7 @@ odom_status odom_at(odom_client* client, int64_t time_ns, odom_pose* pose, size_
     if (before.reset_count == after.reset_count)
       result = interpolate(&before, &after, time_ns);
     else if (odom_predict(&before, time_ns, &result) != ODOM_OK)
-      return ODOM_RESET; /* out of an initialising pose */
+      return ODOM_RESET; /* `before` is initialising */
   }
   odomi_give(pose, size, &result, sizeof result);
   return freshness;

@@ -6,7 +6,7 @@
  * With yaw_accel the integral is Fresnel's. Gauss-Legendre quadrature with three nodes has no
  * special case at yaw_rate = 0, and is off by at most h^7 / 2016000 times the sixth derivative of
  * the integrand, about v w^6 (w: the largest yaw rate on the way): 4 nm for 5 m/s, 5 rad/s, 100 ms;
- * yaw_accel up to 30 rad/s^2 keeps it below 1 um.
+ * with yaw_accel up to 30 rad/s^2 it is below 1 um.
  */
 #include <math.h>
 

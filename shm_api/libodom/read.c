@@ -1,4 +1,4 @@
-/* The newest pose, copied or in place, and what the header says. */
+/* Reads the newest pose, copied or in place, and the header. */
 #include <string.h>
 
 #include <odom/odom.h>
@@ -22,7 +22,7 @@ odom_status odomi_newest(odomi_segment* segment, odom_pose* pose, odom_details* 
     odomi_copy_out(pose, slot + ODOM_SLOT_POSE, ODOM_POSE_WORDS);
     if (details != NULL) odomi_copy_out(details, slot + ODOM_SLOT_DETAILS, details_words);
     if (!odomi_still(slot, head)) continue;
-    /* A daemon of an older ABI minor has fewer details: zeros for the others. */
+    /* A daemon of an older ABI minor has fewer details: set the others to zero. */
     if (details != NULL && details_words < ODOM_DETAILS_WORDS)
       memset((char*)details + 8 * details_words, 0, 8 * (ODOM_DETAILS_WORDS - details_words));
     return ODOM_OK;

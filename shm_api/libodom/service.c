@@ -13,7 +13,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-/* It may not be accessible; opening it reports that. */
+/* Whether the file exists; opening it later reports whether it is accessible. */
 static int has(DIR* directory, const char* instance, const char* leaf) {
   char path[NAME_MAX + 64];
   const int length = snprintf(path, sizeof path, "%s/%s", instance, leaf);
@@ -34,7 +34,7 @@ static void first_instance(const char* directory, const char* leaf, char first[N
   closedir(opened);
 }
 
-/* DIRECTORY/NAME, or DIRECTORY/BETWEEN/NAME where BETWEEN is not empty. */
+/* DIRECTORY/NAME, or DIRECTORY/BETWEEN/NAME if BETWEEN is not empty. */
 static odom_status join(const char* directory, const char* between, const char* name, char** path) {
   const size_t bytes = strlen(directory) + strlen(between) + strlen(name) + 3;
   *path = malloc(bytes);
@@ -50,8 +50,8 @@ odom_status odomi_service_path(const char* directory, const char* leaf, char** p
   return join(directory, instance, leaf, path);
 }
 
-/* The XDG Base Directory Specification: absolute, the user's own, and nobody else may write there,
- * who could pose as the daemon. */
+/* As the XDG Base Directory Specification requires: absolute, and owned by the user. Nobody else
+ * may write there, since they could pose as the daemon. */
 static int is_usable(const char* runtime) {
   struct stat status;
   return runtime != NULL && runtime[0] == '/' && stat(runtime, &status) == 0 &&
@@ -59,8 +59,8 @@ static int is_usable(const char* runtime) {
          (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
 }
 
-/* Whether a process has this socket open: one that was killed leaves its file behind. A datagram
- * socket cannot connect to it, and so disturbs nobody; the error says why. */
+/* Whether a process has this socket open; a killed process leaves its file. Connecting a datagram
+ * socket fails and so disturbs nobody, and the error shows whether the socket is served. */
 static int is_served(const char* path) {
   struct sockaddr_un address = {.sun_family = AF_UNIX};
   if (strlen(path) >= sizeof address.sun_path) return 0;
@@ -98,7 +98,7 @@ static int may_write_or_make(const char* directory) {
 }
 
 odom_status odomi_socket_directory(const char* directory, char** path) {
-  const char* runtime = getenv("XDG_RUNTIME_DIR"); /* also with capabilities of the file */
+  const char* runtime = getenv("XDG_RUNTIME_DIR"); /* works with file capabilities, too */
   if (is_usable(runtime) && !may_write_or_make(directory)) return join(runtime, "", "odomd", path);
   *path = strdup(directory);
   return *path != NULL ? ODOM_OK : ODOM_SYSTEM;

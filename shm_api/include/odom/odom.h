@@ -21,9 +21,9 @@
  * call except odom_open, odom_wait and re-attachment (at most once in four periods, only when
  * stale) is lock-free and makes no system call (the vDSO reads the clock).
  *
- * ODOM_STALE always comes with a result: the last one of the daemon. All other codes except ODOM_OK
- * leave the caller's memory unchanged; after ODOM_BUSY the pose and the details may be zero, with
- * mode ODOM_FAULT.
+ * ODOM_STALE always comes with a result: the daemon's last. All other codes except ODOM_OK leave
+ * the caller's memory unchanged; after ODOM_BUSY the pose and the details may be zero, with mode
+ * ODOM_FAULT.
  *
  * Structs are passed with their size, so that a program built against an older libodom keeps
  * working with a newer one.
@@ -64,12 +64,12 @@ typedef struct odom_client odom_client;
 /** The name of a status, for messages: "no such segment: is odomd running?". Never NULL. */
 const char* odom_strstatus(odom_status status);
 
-/** Attaches to a segment: a POSIX shm name ("/odomd") or a path. NULL: $ODOM_SHM, else "/odomd" or
- * the segment of the service, the first of the two whose daemon is running; the service's is
- * "/run/odomd/INTERFACE/pose" of the first interface, by name, that it serves ("can0"), else
- * "/run/odomd/pose". Refuses segments of owners other than root, the service's user "odomd" and the
- * caller, and files that others may write. `*client` is NULL unless the result is ODOM_OK. The
- * segment of a daemon that has ended can be opened: its poses are stale. */
+/** Attaches to a segment: a POSIX shm name ("/odomd") or a path. NULL: $ODOM_SHM; if that is not
+ * set, "/odomd" or the service's segment, the first of the two whose daemon is running. The
+ * service's segment is "/run/odomd/INTERFACE/pose" of its first interface by name ("can0"), or
+ * "/run/odomd/pose" without one. Refuses segments of owners other than root, the service's user
+ * "odomd" and the caller, and files that others may write. `*client` is NULL unless the result is
+ * ODOM_OK. The segment of a daemon that has ended can be opened: its poses are stale. */
 odom_status odom_open(const char* name, odom_client** client);
 void odom_close(odom_client* client);
 
@@ -80,13 +80,12 @@ odom_status odom_latest(odom_client* client, odom_pose* pose, size_t size);
 odom_status odom_latest_details(odom_client* client, odom_pose* pose, size_t pose_size,
                                 odom_details* details, size_t details_size);
 
-/** The pose at a past time within the history, interpolated between its neighbours (yaw by the
- *  shorter way), but never across a gap of more than 100 ms (ODOM_GAP) nor across a reset: where
- * reset_count differs between the neighbours, the earlier one is predicted to the time, as by
- * odom_predict(), except from an initialising pose (ODOM_RESET). Mode, reset_count and the like are
- * those of the earlier neighbour. The error of the interpolation is below a micrometre between
- * ticks, and tens of micrometres across a gap (see docs/shm.md). Reads each slot of the history at
- * most once. */
+/** The pose at a past time within the history, interpolated between its neighbours (yaw the shorter
+ * way), but never across a gap of more than 100 ms (ODOM_GAP) nor across a reset: if reset_count
+ * differs between the neighbours, the earlier one is predicted to the time as with odom_predict();
+ * ODOM_RESET if it is initialising. Fields such as mode are those of the earlier neighbour. The
+ * error of the interpolation is below a micrometre between ticks, and tens of micrometres across a
+ * gap (see docs/shm.md). Reads each slot of the history at most once. */
 odom_status odom_at(odom_client* client, int64_t time_ns, odom_pose* pose, size_t size);
 
 /** Predicts `from` to `time_ns`, at most 100 ms ahead (ODOM_TOO_NEW; before `from`: ODOM_TOO_OLD),
@@ -107,8 +106,8 @@ odom_status odom_wait(odom_client* client, odom_pose* pose, size_t size, int64_t
 const char* odom_mode_name(uint32_t mode);
 
 /** Standard deviation of the position in the direction in which it is largest [m]: the root of the
- * larger eigenvalue of the covariance of x and y. Not a number if that is no covariance, so write
- * `sigma <= limit`, which is then false. Of an initialising pose it means nothing. Pure: needs no
+ * larger eigenvalue of the covariance of x and y. NaN if the covariance is invalid, so write
+ * `sigma <= limit`, which is then false. Meaningless for an initialising pose. Pure: needs no
  * client. */
 double odom_position_sigma(const odom_pose* pose);
 
@@ -190,7 +189,7 @@ typedef enum odom_clock {
   ODOM_CLOCK_LOG = 2 /**< the stamps of the log that the daemon plays */
 } odom_clock;
 
-/** Converts a CLOCK_MONOTONIC time to another clock, by the offsets of the segment. ODOM_INVALID
+/** Converts a CLOCK_MONOTONIC time to another clock, with the offsets in the segment. ODOM_INVALID
  * for ODOM_CLOCK_LOG when no log is played. */
 odom_status odom_to_clock(odom_client* client, odom_clock clock, int64_t monotonic_ns,
                           int64_t* time_ns);
@@ -215,21 +214,21 @@ typedef struct odom_camera_message {
 
 typedef struct odom_camera odom_camera;
 
-/** Connects to the daemon's camera socket. NULL: "$XDG_RUNTIME_DIR/odomd/camera.sock" if it is
- * there, else the service's, "/run/odomd/INTERFACE/camera.sock" of the first interface, by name,
- * that it serves, else "/run/odomd/camera.sock". 0, or a negative errno. */
+/** Connects to the daemon's camera socket. NULL: "$XDG_RUNTIME_DIR/odomd/camera.sock" if a process
+ * serves it, otherwise "/run/odomd/INTERFACE/camera.sock" of the service's first interface by name,
+ * or "/run/odomd/camera.sock" without one. 0, or a negative errno. */
 int odom_camera_open(const char* path, odom_camera** camera);
 
 /** Sends one pose (magic, version, sequence and reserved are filled in). Never blocks; reconnects
  * by itself when the daemon was restarted. 0, or a negative errno (-EAGAIN: the daemon does not
- * keep up; -ECONNREFUSED, -ENOENT: it is not running; -EBUSY, -EACCES: it refused the connection
- * of the poses before, because all are taken or the user may not send; -EINVAL: not finite, a sigma
- * that is not positive, or an unknown clock); on an error the pose is dropped. */
+ * keep up; -ECONNREFUSED, -ENOENT: it is not running; -EBUSY, -EACCES: it refused the previous
+ * connection, because all are taken or the user may not send; -EINVAL: not finite, a sigma that is
+ * not positive, or an unknown clock); on an error the pose is dropped. */
 int odom_camera_send(odom_camera* camera, const odom_camera_message* message);
 
-/** Waits at most `timeout_ns` until the daemon has read what was sent. 0, or a negative errno as of
- * odom_camera_send(), -EAGAIN also when the time is over. For a program that sends one pose, or
- * that wants to know at its start whether it is admitted. */
+/** Waits at most `timeout_ns` until the daemon has read what was sent. 0, or a negative errno as
+ * from odom_camera_send(); -EAGAIN also when the time is over. For a program that sends one pose,
+ * or that wants to know at its start whether it is admitted. */
 int odom_camera_flush(odom_camera* camera, int64_t timeout_ns);
 void odom_camera_close(odom_camera* camera);
 

@@ -114,7 +114,7 @@ class View {
   return odom_mode_name(mode);
 }
 
-/// Standard deviation of the position where it is largest [m]. See odom_position_sigma().
+/// Largest standard deviation of the position over all directions [m]. See odom_position_sigma().
 [[nodiscard]] inline double position_sigma(const Pose& pose) noexcept {
   return odom_position_sigma(&pose);
 }
@@ -173,9 +173,9 @@ class Client {
     return result;
   }
 
-  /// Calls `read(View)` on the newest pose in place, again if the writer has overtaken it, at most
-  /// three times. The values that `read` has read are valid only when this returns ODOM_OK or
-  /// ODOM_STALE.
+  /// Calls `read(View)` on the newest pose in place, and again if the writer has overtaken it,
+  /// three times at most. The values that `read` has read are valid only when this returns ODOM_OK
+  /// or ODOM_STALE.
   template <class Read>
   [[nodiscard]] Status read_in_place(Read&& read) {
     for (int attempt = 0; attempt < 3; ++attempt) {

@@ -25,14 +25,14 @@ typedef enum odom_mode {
   ODOM_TRACKING = 1,       /**< camera poses are coming in */
   ODOM_DEAD_RECKONING = 2, /**< odometry alone */
   ODOM_DEGRADED = 3,       /**< works, but a condition bit says what is missing */
-  ODOM_STANDSTILL = 4,     /**< the car stands */
+  ODOM_STANDSTILL = 4,     /**< the car is stationary */
   ODOM_FAULT = 5           /**< the pose is frozen or meaningless: do not drive by it */
 } odom_mode;
 
 /** Bits of odom_pose.conditions. */
 enum {
   ODOM_COND_NOT_REALTIME = 1u << 0,    /**< the machine refused real-time scheduling or locking */
-  ODOM_COND_RESTARTED = 1u << 1,       /**< went on from the pose of a predecessor */
+  ODOM_COND_RESTARTED = 1u << 1,       /**< resumed from its predecessor's last pose */
   ODOM_COND_BUS_DOWN = 1u << 2,        /**< a bus is down or gone */
   ODOM_COND_SIGNAL_TIMEOUT = 1u << 3,  /**< a mapped signal is overdue (see health) */
   ODOM_COND_PROTECTION = 1u << 4,      /**< a message fails its end-to-end protection */
@@ -40,15 +40,15 @@ enum {
   ODOM_COND_CARRIED_OVER = 1u << 6,    /**< this tick left frames behind for the next */
   ODOM_COND_CLOCK_STEPPED = 1u << 7,   /**< the wall clock stepped within the last second */
   ODOM_COND_SUSPENDED = 1u << 8,       /**< the machine slept within the last second */
-  ODOM_COND_CAMERA_REJECTED = 1u << 9, /**< the last camera pose was refused */
+  ODOM_COND_CAMERA_REJECTED = 1u << 9, /**< the last camera pose was rejected */
   ODOM_COND_MODEL_FAULT = 1u << 10,    /**< the model left its domain and stopped */
   ODOM_COND_NON_FINITE = 1u << 11,     /**< a non-finite state was reset, never published */
   ODOM_COND_INPUT_ENDED = 1u << 12,    /**< the log or the pipe has ended */
   ODOM_COND_SENSOR_FAULT = 1u << 13,   /**< a sensor's values cannot be true (see health) */
-  ODOM_COND_WHEEL_SLIP = 1u << 14,     /**< a wheel turns otherwise than the car moves */
+  ODOM_COND_WHEEL_SLIP = 1u << 14,     /**< a wheel's speed does not fit the car's motion */
   ODOM_COND_MISWIRED = 1u << 15,       /**< a sensor is wired or described wrongly (see health) */
-  ODOM_COND_INCONSISTENT = 1u << 16,   /**< a source does not fit what the filter expects */
-  ODOM_COND_BIAS_UNLEARNT = 1u << 17,  /**< the gyro's bias is not known: stand for 2 s */
+  ODOM_COND_INCONSISTENT = 1u << 16,   /**< a source does not fit the filter's prediction */
+  ODOM_COND_BIAS_UNLEARNT = 1u << 17,  /**< the gyro's bias is unknown: stop for 2 s */
   ODOM_COND_SCALE_IMPLAUSIBLE = 1u << 18, /**< a learnt scale is far from its configured value */
   ODOM_COND_CAMERA_REFUSED = 1u << 19     /**< a camera connection was refused in the last 10 s */
 };
@@ -112,22 +112,22 @@ typedef struct odom_details {
   uint64_t calibration_valid;  /**< bit i: the i-th has been learnt; bits 7 to 10: the four at the
                                   end */
 
-  double correction_x, correction_y, correction_yaw; /**< map from odometry frame */
+  double correction_x, correction_y, correction_yaw; /**< pose of the odometry frame in the map */
 
-  int64_t dead_reckoning_since_ns; /**< last fused camera pose; 0: none yet */
+  int64_t dead_reckoning_since_ns; /**< time of the last fused camera pose; 0: none yet */
 
   int64_t source_age_ns[ODOM_SOURCE_CAPACITY]; /**< at time_ns; -1: never seen */
-  uint64_t frames[8];                          /**< taken in since start, per bus */
-  uint64_t camera_messages;                    /**< taken in since start */
+  uint64_t frames[8];                          /**< received since start, per bus */
+  uint64_t camera_messages;                    /**< received since start */
 
   int64_t wakeup_latency_ns; /**< how late the beat woke for this tick */
-  int64_t execution_ns;      /**< how long the tick before this one worked */
+  int64_t execution_ns;      /**< execution time of the previous tick */
 
-  /* Since ABI 1.1. Latencies are beyond the configured ones; positive: the sensor is later. */
+  /* Since ABI 1.1. Latencies add to the configured ones; positive: the sensor is later. */
   double gyro_latency;                 /**< [s] */
   double wheel_latency;                /**< [s] */
   double steering_latency;             /**< [s] */
-  double grip;                         /**< largest lateral acceleration on these tyres [m/s2] */
+  double grip;                         /**< largest possible lateral acceleration [m/s2] */
   double further_calibration_sigma[4]; /**< standard deviations of the four above; 0: not
                                           estimated */
 } odom_details;
@@ -135,7 +135,7 @@ typedef struct odom_details {
 /** Longest name of a model or version string, with its terminating zero. */
 #define ODOM_TEXT 32
 
-/** What does not change while a daemon runs, and its clocks. */
+/** The constants of a running daemon, and the offsets of its clocks. */
 typedef struct odom_info {
   uint32_t abi_major;
   uint32_t abi_minor;
@@ -160,12 +160,12 @@ typedef struct odom_info {
 /** Timing statistics of the beat since start. */
 typedef struct odom_beat {
   uint64_t ticks;                    /**< published */
-  uint64_t missed;                   /**< cycles of the grid that were skipped whole */
+  uint64_t missed;                   /**< cycles of the grid that were skipped entirely */
   uint64_t overruns;                 /**< ticks that were not done when the next was due */
   uint64_t carried_over;             /**< drains that left frames behind */
   int64_t heartbeat_ns;              /**< CLOCK_MONOTONIC of the last tick */
-  int64_t last_overrun_ns;           /**< when, 0: never */
-  int64_t last_overrun_execution_ns; /**< how long that tick worked: was it slow, or woken late? */
+  int64_t last_overrun_ns;           /**< time of the last overrun; 0: never */
+  int64_t last_overrun_execution_ns; /**< its execution time: was it slow, or woken late? */
   int64_t max_wakeup_ns;
   int64_t max_execution_ns;
   uint64_t wakeup[ODOM_HISTOGRAM_BUCKETS];    /**< wake-up latency */
