@@ -1,13 +1,13 @@
 // A camera process: finds AprilTags (36h11) in pictures, and sends the car's pose to odomd.
 // docs/camera.md says how to use it.
-// Unknown are the car's x, y and yaw, and, with the sigmas of that file as prior, its height, roll
-// and pitch and each tag's x, y, z and yaw. Over the corners of all tags the pose minimises
+// The unknowns are the car's x, y and yaw and, with the sigmas of that file as prior, its height,
+// roll and pitch and each tag's x, y, z and yaw. The pose minimises, over the corners of all tags,
 //   chi2 = sum |observed - projected|^2 / sigma_corner^2 + sum (unknown - prior)^2 / sigma^2,
 // which weights each tag by its covariance. The pose's covariance is P = s2 (J'J)^-1 (Hartley and
 // Zisserman, Multiple View Geometry, section 5.2), s2 = max(1, chi2 / (8 tags - 3)). A single tag
 // fits two poses (Collins and Bartoli, Infinitesimal plane-based pose estimation, 2014): both are
-// fitted. The second has the weight w = exp(-(chi2 - best chi2) / (2 s2)); with d, its distance to
-// the best, the covariance becomes that of the mixture, (P + w (P2 + d d')) / (1 + w).
+// fitted. The second one has the weight w = exp(-(chi2 - best chi2) / (2 s2)) and differs from the
+// best by d; the covariance of the mixture is (P + w (P2 + d d')) / (1 + w).
 #include <apriltag/apriltag.h>
 #include <apriltag/tag36h11.h>
 #include <toml++/toml.h>
@@ -38,7 +38,7 @@ constexpr double max_misfit = 3.0;  // corner sigmas, rms; beyond it the tags co
 
 struct Tag {
   double size = 0.0;  // side of the square whose corners are found [m]
-  cv::Affine3d pose;  // in the map or on the car; x out of the print, z to its upper edge
+  cv::Affine3d pose;  // in the map or on the car; x points out of the print, z up
 };
 
 struct Sighting {
@@ -65,7 +65,7 @@ cv::Affine3d pose_of(const cv::Vec3d& place, double yaw, double pitch, double ro
          cv::Affine3d(cv::Vec3d(roll, 0, 0));
 }
 
-/// A table of the setup. A key that was read is struck off; one that is left over is a mistake.
+/// A table of the setup. Reading a key removes it; a key that is left over is a mistake.
 struct Table {
   toml::table& rest;
   std::string file, name;
@@ -103,7 +103,7 @@ void read_calibration(const std::string& file, Setup& setup) try {
       !cv::checkRange(setup.matrix) || setup.picture.empty() || setup.distortion.total() < 4 ||
       !cv::checkRange(setup.distortion))
     fail(file, "camera_matrix, distortion_coefficients, image_width and image_height are needed");
-  cv::getOptimalNewCameraMatrix(setup.matrix, setup.distortion, setup.picture, 0.0);  // or throws
+  cv::getOptimalNewCameraMatrix(setup.matrix, setup.distortion, setup.picture, 0.0);  // may throw
 } catch (const cv::Exception&) {
   fail(file, "is not a calibration as OpenCV writes it (YAML that begins with %YAML:1.0)");
 }
@@ -162,7 +162,7 @@ std::vector<Sighting> find_tags(const Setup& setup, const cv::Mat& grey) {
     const auto tag = setup.tags.find(seen->id);
     if (tag == setup.tags.end() || seen->hamming > setup.max_hamming) continue;
     sightings.push_back({&tag->second, {}});
-    for (const int corner : {3, 2, 1, 0})  // OpenCV's pixels have whole numbers in the middle
+    for (const int corner : {3, 2, 1, 0})  // OpenCV: pixel centres are integers
       sightings.back().corners.emplace_back(seen->p[corner][0] - 0.5, seen->p[corner][1] - 0.5);
   }
   apriltag_detections_destroy(found);
@@ -303,7 +303,7 @@ int main(int argc, char** argv) try {
   cv::VideoCapture capture(source, film ? cv::CAP_FFMPEG : cv::CAP_V4L2);
   if (!capture.isOpened())
     fail(source, film ? "cannot be read as a film" : "is not a camera, is in use or forbidden");
-  capture.set(cv::CAP_PROP_FRAME_WIDTH, setup.picture.width);  // a film has its own
+  capture.set(cv::CAP_PROP_FRAME_WIDTH, setup.picture.width);  // a film keeps its own
   capture.set(cv::CAP_PROP_FRAME_HEIGHT, setup.picture.height);
   std::fprintf(stderr, "%s: %g x %g pixels, %.2f pictures/s\n", source.c_str(),
                capture.get(cv::CAP_PROP_FRAME_WIDTH), capture.get(cv::CAP_PROP_FRAME_HEIGHT),
@@ -325,7 +325,7 @@ int main(int argc, char** argv) try {
     const std::vector<Sighting> seen = find_tags(setup, grey);
     const double t = 1e-9 * static_cast<double>(t_ns);
     if (pictures == 0 || !seen.empty()) sighted = t;
-    if (t - sighted > 2.0)  // said once
+    if (t - sighted > 2.0)  // reported once
       std::fprintf(stderr, "no known tag since %.3f s\n", std::exchange(sighted, INFINITY));
     if (seen.empty()) continue;
     const std::optional<cv::Vec6d> pose = estimate(setup, seen);

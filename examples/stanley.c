@@ -24,15 +24,15 @@
 
 static const double pi = 3.14159265358979323846;
 static const double gain = 2.0;          /* 1/s */
-static const double softening = 0.5;     /* m/s, added to the speed: calm when slow */
+static const double softening = 0.5;     /* m/s, added to the speed: calmer steering when slow */
 static const double max_steering = 0.4;  /* rad */
-static const double max_distance = 1.0;  /* m from the path; farther off it is lost */
+static const double max_distance = 1.0;  /* m from the path; beyond it the car is lost */
 static const double min_spacing = 0.02;  /* m from point to point */
-static const double closing_gap = 0.5;   /* m from end to begin: the path is a loop */
-static const double degraded_part = 0.5; /* of the speed, when the pose is degraded */
-/* Where the pose is known no better than this, the car may have left its lane: it stops. */
-static const double lane_sigma = 0.3; /* m, --max-sigma: three of them on each side of the car */
-static const double lane_sigma_yaw = 0.2;                            /* rad, --max-sigma-yaw */
+static const double closing_gap = 0.5;   /* m from end to start; below it the path is a loop */
+static const double degraded_part = 0.5; /* share of the speed when the pose is degraded */
+/* Stop above these sigmas: the car may have left its lane. */
+static const double lane_sigma = 0.3;     /* m, --max-sigma: the lane has 3 sigma on each side */
+static const double lane_sigma_yaw = 0.2; /* rad, --max-sigma-yaw */
 enum { POINTS_BEHIND = 10, POINTS_AHEAD = 50, MAX_POINTS = 100000 }; /* of the path */
 
 typedef struct {
@@ -59,7 +59,7 @@ static double distance(const point* a, const point* b) {
   return sqrt((a->x - b->x) * (a->x - b->x) + (a->y - b->y) * (a->y - b->y));
 }
 
-/* The `index`-th field of a line, counted from 0; NULL where there are fewer. */
+/* The `index`-th field of a line, counted from 0; NULL if there are fewer. */
 static const char* field(const char* line, int index) {
   while (line != NULL && index-- > 0)
     if ((line = strchr(line, ',')) != NULL) ++line;
@@ -80,7 +80,7 @@ static double number(const char* file, const char* text) {
   return value;
 }
 
-/* Rows in which the car stands, or that lie too close to the one before, are left out. */
+/* Leaves out rows of a stationary car, and rows too close to the one before. */
 static path read_path(const char* name, double speed) {
   char line[1024];
   FILE* file = fopen(name, "r");
@@ -103,14 +103,14 @@ static path read_path(const char* name, double speed) {
   if (route.count < 2) fail(name, "a path needs two points");
 
   route.closed = distance(&route.points[0], &route.points[route.count - 1]) < closing_gap;
-  for (int i = 0; i < route.count; ++i) { /* from each point to the next, on the last from before */
+  for (int i = 0; i < route.count; ++i) { /* yaw to the next point, the last as the one before */
     const point* p = &route.points[i + 1 < route.count ? i : i - 1];
     route.points[i].yaw = atan2(p[1].y - p[0].y, p[1].x - p[0].x);
   }
   return route;
 }
 
-/* The point of the path nearest to `at`: around the last one, or anywhere when that is < 0. */
+/* The point of the path nearest to `at`: searched around `last`, or everywhere if `last` < 0. */
 static int nearest(const path* route, const point* at, int last) {
   const bool anywhere = last < 0 || route->count <= POINTS_BEHIND + POINTS_AHEAD;
   const int first = anywhere ? 0 : last - POINTS_BEHIND;
@@ -137,12 +137,12 @@ static command follow(const path* route, int* last, const odom_pose* pose, doubl
   if (!route->closed && *last == route->count - 1) return (command){.state = "arrived"};
   if (!(distance(p, &front) <= max_distance)) return (command){.state = "lost"};
 
-  /* Positive where the front axle is to the left of the path. */
+  /* Positive if the front axle is to the left of the path. */
   const double cross_track = cos(p->yaw) * (front.y - p->y) - sin(p->yaw) * (front.x - p->x);
   const double heading_error = remainder(p->yaw - front.yaw, 2.0 * pi);
   double steering = heading_error - atan2(gain * cross_track, softening + fabs(front.speed));
   steering = fmax(-max_steering, fmin(max_steering, steering));
-  if (pose->mode == ODOM_DEGRADED) /* a condition bit says why: go on with care */
+  if (pose->mode == ODOM_DEGRADED) /* a condition bit says why: drive on with care */
     return (command){"degraded", steering, degraded_part * p->speed, cross_track};
   return (command){"drive", steering, p->speed, cross_track};
 }
@@ -155,7 +155,7 @@ int main(int argc, char** argv) {
       {"max-sigma-yaw", required_argument, NULL, 'y'}, {NULL, 0, NULL, 0}};
   const char *path_name = NULL, *shm = NULL;
   long cycles = -1;                 /* without end */
-  double delay = 0.02, speed = 1.0; /* s from pose to moved steering; m/s where the path has none */
+  double delay = 0.02, speed = 1.0; /* s from pose to moved steering; m/s if the path has none */
   double max_sigma = lane_sigma, max_sigma_yaw = lane_sigma_yaw;
   for (int option; (option = getopt_long(argc, argv, "", options, NULL)) != -1;) {
     if (option == 'p') path_name = optarg;
@@ -181,10 +181,10 @@ int main(int argc, char** argv) {
   odom_info info;
   odom_get_info(client, &info, sizeof info);
   uint32_t resets = 0;
-  int last = -1; /* where we are on the path: unknown */
+  int last = -1; /* index on the path; -1: unknown */
   printf("tick,state,steering,speed,cross_track,reset_count,instance\n");
   for (; cycles != 0; cycles -= cycles > 0) {
-    command now = {.state = "silent"}; /* all zero: without a fresh pose, stop */
+    command now = {.state = "silent"}; /* all zero: stop without a fresh pose */
     const uint64_t instance = info.instance_id;
     const odom_status status = odom_wait(client, &pose, sizeof pose, 10 * info.period_ns);
     odom_get_info(client, &info, sizeof info);
@@ -201,7 +201,7 @@ int main(int argc, char** argv) {
       now.state = "unpredictable"; /* the delay is longer than 100 ms */
     else if (!(odom_position_sigma(&ahead) <= max_sigma &&
                sqrt(ahead.covariance[5]) <= max_sigma_yaw)) {
-      now.state = "uncertain"; /* whatever the mode says */
+      now.state = "uncertain"; /* in any mode */
       last = -1;
     } else
       now = follow(&route, &last, &ahead, info.front_axle);

@@ -32,16 +32,16 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 constexpr double gain = 2.0;           // 1/s
-constexpr double softening = 0.5;      // m/s, added to the speed: calm when slow
+constexpr double softening = 0.5;      // m/s, added to the speed: calmer steering when slow
 constexpr double max_steering = 0.4;   // rad
-constexpr double max_distance = 1.0;   // m from the path; farther off it is lost
+constexpr double max_distance = 1.0;   // m from the path; beyond it the car is lost
 constexpr double min_spacing = 0.02;   // m from point to point
-constexpr double closing_gap = 0.5;    // m from end to begin: the path is a loop
-constexpr double degraded_part = 0.5;  // of the speed, when the pose is degraded
-// Where the pose is known no better than this, the car may have left its lane: it stops.
-constexpr double lane_sigma = 0.3;      // m, --max-sigma: three of them on each side of the car
+constexpr double closing_gap = 0.5;    // m from end to start; below it the path is a loop
+constexpr double degraded_part = 0.5;  // share of the speed when the pose is degraded
+// Stop above these sigmas: the car may have left its lane.
+constexpr double lane_sigma = 0.3;      // m, --max-sigma: the lane has 3 sigma on each side
 constexpr double lane_sigma_yaw = 0.2;  // rad, --max-sigma-yaw
-constexpr int points_behind = 10;       // of the path, looked at in every cycle
+constexpr int points_behind = 10;       // of the path, searched in every cycle
 constexpr int points_ahead = 50;
 
 struct Point {
@@ -57,7 +57,7 @@ struct Path {
 };
 
 struct Command {
-  const char* state = "silent";  // all zero: without a fresh pose, stop
+  const char* state = "silent";  // all zero: stop without a fresh pose
   double steering = 0.0;
   double speed = 0.0;
   double cross_track = 0.0;
@@ -75,7 +75,7 @@ std::vector<std::string> fields(const std::string& line) {
   return result;
 }
 
-// Rows in which the car stands, or that lie too close to the one before, are left out.
+// Leaves out rows of a stationary car, and rows too close to the one before.
 Path read_path(const std::string& name, double speed) {
   std::ifstream file(name);
   std::string line;
@@ -118,7 +118,7 @@ Path read_path(const std::string& name, double speed) {
   return path;
 }
 
-// The point of the path nearest to `at`: around the last one, or anywhere when that is < 0.
+// The point of the path nearest to `at`: searched around `last`, or everywhere if `last` < 0.
 int nearest(const Path& path, const Point& at, int last) {
   const int count = static_cast<int>(path.points.size());
   const bool anywhere = last < 0 || count <= points_behind + points_ahead;
@@ -146,13 +146,13 @@ Command follow(const Path& path, int& last, const odom::Pose& pose, double front
   if (!path.closed && &p == &path.points.back()) return {"arrived"};
   if (!(distance(p, front) <= max_distance)) return {"lost"};
 
-  // Positive where the front axle is to the left of the path.
+  // Positive if the front axle is to the left of the path.
   const double cross_track = std::cos(p.yaw) * (front.y - p.y) - std::sin(p.yaw) * (front.x - p.x);
   const double heading_error = std::remainder(p.yaw - front.yaw, 2.0 * pi);
   const double steering =
       std::clamp(heading_error - std::atan2(gain * cross_track, softening + std::abs(front.speed)),
                  -max_steering, max_steering);
-  if (pose.mode == ODOM_DEGRADED)  // a condition bit says why: go on with care
+  if (pose.mode == ODOM_DEGRADED)  // a condition bit says why: drive on with care
     return {"degraded", steering, degraded_part * p.speed, cross_track};
   return {"drive", steering, p.speed, cross_track};
 }
@@ -181,7 +181,7 @@ int main(int argc, char** argv) try {
   const char* shm = nullptr;
   long cycles = -1;     // without end
   double delay = 0.02;  // s, from the pose to the moved steering
-  double speed = 1.0;   // m/s, where the path has none
+  double speed = 1.0;   // m/s, if the path has none
   double max_sigma = lane_sigma;
   double max_sigma_yaw = lane_sigma_yaw;
   for (int key = 0; (key = getopt_long(argc, argv, "", options, nullptr)) != -1;) {
@@ -203,7 +203,7 @@ int main(int argc, char** argv) try {
   odom::Client client = open_client(shm);
   odom::Info info = *client.info();
   odom::Pose pose{};
-  int last = -1;  // where we are on the path: unknown
+  int last = -1;  // index on the path; -1: unknown
   std::puts("tick,state,steering,speed,cross_track,reset_count,instance");
   for (; cycles != 0; cycles -= cycles > 0 ? 1 : 0) {
     const odom::Info before = info;
@@ -223,7 +223,7 @@ int main(int argc, char** argv) try {
       command.state = "unpredictable";  // the delay is longer than 100 ms
     } else if (!(odom::position_sigma(*ahead) <= max_sigma &&
                  std::sqrt(ahead->covariance[5]) <= max_sigma_yaw)) {
-      command.state = "uncertain";  // whatever the mode says
+      command.state = "uncertain";  // in any mode
       last = -1;
     } else {
       command = follow(path, last, *ahead, info.front_axle);

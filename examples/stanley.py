@@ -25,16 +25,16 @@ from typing import NamedTuple
 import odom
 
 GAIN = 2.0  # 1/s
-SOFTENING = 0.5  # m/s, added to the speed: calm when slow
+SOFTENING = 0.5  # m/s, added to the speed: calmer steering when slow
 MAX_STEERING = 0.4  # rad
-MAX_DISTANCE = 1.0  # m from the path; farther off it is lost
+MAX_DISTANCE = 1.0  # m from the path; beyond it the car is lost
 MIN_SPACING = 0.02  # m from point to point
-CLOSING_GAP = 0.5  # m from end to begin: the path is a loop
-DEGRADED_PART = 0.5  # of the speed, when the pose is degraded
-# Where the pose is known no better than this, the car may have left its lane: it stops.
-LANE_SIGMA = 0.3  # m, --max-sigma: three of them on each side of the car
+CLOSING_GAP = 0.5  # m from end to start; below it the path is a loop
+DEGRADED_PART = 0.5  # share of the speed when the pose is degraded
+# Stop above these sigmas: the car may have left its lane.
+LANE_SIGMA = 0.3  # m, --max-sigma: the lane has 3 sigma on each side
 LANE_SIGMA_YAW = 0.2  # rad, --max-sigma-yaw
-POINTS_BEHIND = 10  # of the path, looked at in every cycle
+POINTS_BEHIND = 10  # of the path, searched in every cycle
 POINTS_AHEAD = 50
 
 
@@ -51,7 +51,7 @@ class Path(NamedTuple):
 
 
 class Command(NamedTuple):
-    state: str = "silent"  # all zero: without a fresh pose, stop
+    state: str = "silent"  # all zero: stop without a fresh pose
     steering: float = 0.0
     speed: float = 0.0
     cross_track: float = 0.0
@@ -103,7 +103,7 @@ def is_known(pose: odom.Pose, sigmas: tuple[float, float]) -> bool:
     """Well enough to keep the lane."""
     try:
         return pose.position_sigma <= sigmas[0] and math.sqrt(pose.covariance[5]) <= sigmas[1]
-    except ValueError:  # the root of what is no variance
+    except ValueError:  # a negative variance
         return False
 
 
@@ -121,12 +121,12 @@ def follow(path: Path, last: int | None, pose: odom.Pose, front_axle: float) -> 
     if not distance(p, front) <= MAX_DISTANCE:
         return here, Command("lost")
 
-    # Positive where the front axle is to the left of the path.
+    # Positive if the front axle is to the left of the path.
     cross_track = math.cos(p.yaw) * (front.y - p.y) - math.sin(p.yaw) * (front.x - p.x)
     heading_error = math.remainder(p.yaw - front.yaw, 2.0 * math.pi)
     steering = heading_error - math.atan2(GAIN * cross_track, SOFTENING + abs(front.speed))
     steering = max(-MAX_STEERING, min(MAX_STEERING, steering))
-    if pose.mode == odom.Mode.DEGRADED:  # a condition says why: go on with care
+    if pose.mode == odom.Mode.DEGRADED:  # a condition says why: drive on with care
         return here, Command("degraded", steering, DEGRADED_PART * p.speed, cross_track)
     return here, Command("drive", steering, p.speed, cross_track)
 
@@ -146,7 +146,7 @@ def control(
     client = open_client(shm)
     info = client.info()
     pose: odom.Pose | None = None
-    last: int | None = None  # where we are on the path
+    last: int | None = None  # index on the path
     print("tick,state,steering,speed,cross_track,reset_count,instance", flush=True)
     while cycles != 0:
         cycles -= cycles > 0
@@ -175,7 +175,7 @@ def control(
             else:
                 if is_known(ahead, sigmas):
                     last, command = follow(path, last, ahead, info.front_axle)
-                else:  # whatever the mode says
+                else:  # in any mode
                     last, command = None, Command("uncertain")
         print(
             f"{pose.tick if pose else 0},{command.state},{command.steering:.4f},"
