@@ -15,7 +15,7 @@
 namespace odomd::daemon {
 namespace {
 
-/// A time in nanoseconds as seconds, as the user wrote it or nearly.
+/// A time in nanoseconds as seconds, with six digits.
 std::string seconds(std::int64_t ns) {
   return fmt::format("{:.6g} s", static_cast<double>(ns) * 1e-9);
 }

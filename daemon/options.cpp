@@ -31,7 +31,7 @@ std::string model_choices() {
   return fmt::format("{}", fmt::join(estimator::model_names, "|"));
 }
 
-/// Where a daemon that is started by hand has its sockets: as its clients know it.
+/// The directory of the sockets of a daemon that is started by hand, as its clients know it.
 std::filesystem::path socket_directory() {
   char* path = nullptr;
   if (odomi_socket_directory(ODOMI_SERVICE_DIRECTORY, &path) != ODOM_OK) throw std::bad_alloc();
@@ -40,7 +40,7 @@ std::filesystem::path socket_directory() {
   return directory;
 }
 
-/// Checks paths and groups: a service sets these on the command line, independent of the car's
+/// Applies the command line's paths and groups: a service sets them independently of the car's
 /// file.
 void place(const Options& options, Config& config) {
   if (!options.runtime_directory.empty()) {
@@ -94,14 +94,14 @@ std::vector<Used> created_files(const Config& config) {
   return all;
 }
 
-/// Whatever the daemon creates must have a path that nothing else has that it creates or reads.
+/// Each file that the daemon creates needs a path unlike all others that it creates or reads.
 void require_distinct_paths(const Config& config) {
   const auto is_same = [](const auto& one, const auto& other) {
     std::error_code missing;
     if (std::filesystem::equivalent(one, other, missing)) return true;
     const auto a = std::filesystem::weakly_canonical(one, missing);
     const auto b = std::filesystem::weakly_canonical(other, missing);
-    // Empty in a folder that may not be searched.
+    // Empty paths: a folder may not be searched.
     return a.empty() || b.empty() ? std::filesystem::path(one).lexically_normal() ==
                                         std::filesystem::path(other).lexically_normal()
                                   : a == b;

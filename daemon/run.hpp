@@ -12,7 +12,7 @@
 
 namespace odomd::daemon {
 
-/// The source of the first pose when there is a last pose of a predecessor.
+/// Whether the pose may start from the last pose of a predecessor.
 enum class Resume : std::uint8_t { allowed, forbidden };
 
 struct RunSettings {

@@ -8,8 +8,8 @@
 namespace odomd::daemon {
 
 /// Moves a pose of the reference point to the centre of gravity. `lever_arm` is the reference
-/// point's pose in the body frame (x, y [m], yaw [rad]). The uncertainty of the yaw adds to that of
-/// the position through the lever arm.
+/// point's pose in the body frame (x, y [m], yaw [rad]). Through the lever arm, the uncertainty of
+/// the yaw adds to the position's.
 [[nodiscard]] estimator::CameraPose to_centre_of_gravity(
     const estimator::CameraPose& reference, const std::array<double, 3>& lever_arm) noexcept;
 

@@ -7,7 +7,7 @@
 
 namespace odomd::daemon {
 
-/// Running sums with exponential forgetting. An offset of each sensor is ignored within its bound.
+/// Running sums with exponential forgetting. An offset of either sensor is ignored up to its bound.
 class Comparison {
  public:
   struct Bounds {
@@ -44,7 +44,7 @@ class Comparison {
     return s.aa > 0.0 && s.bb > 0.0 ? s.ab / std::sqrt(s.aa * s.bb) : 0.0;
   }
 
-  /// |a| over |b|.
+  /// rms of a / rms of b.
   [[nodiscard]] double gain(const Bounds& bounds) const noexcept {
     const Sums s = sums(bounds);
     return s.bb > 0.0 ? std::sqrt(s.aa / s.bb) : 0.0;
@@ -55,7 +55,7 @@ class Comparison {
     double aa = 0.0, bb = 0.0, ab = 0.0;
   };
 
-  // Mean squares about the offsets, within their bounds, that reduce the means the most.
+  // Mean squares and product after each mean is reduced by as much offset as its bound allows.
   [[nodiscard]] Sums sums(const Bounds& bounds) const noexcept {
     if (n_ <= 0.0) return {};
     const double mean_a = a_ / n_, mean_b = b_ / n_;
@@ -67,7 +67,7 @@ class Comparison {
   }
 
   static constexpr double most = 1e9;    ///< keeps the squares finite
-  static constexpr double usual = 10.0;  ///< times the least; larger values are rare
+  static constexpr double usual = 10.0;  ///< multiple of `least`; larger values are rare
 
   double pieces_ = 0.0;
   double n_ = 0.0, a_ = 0.0, b_ = 0.0, aa_ = 0.0, bb_ = 0.0, ab_ = 0.0;

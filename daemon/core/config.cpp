@@ -13,7 +13,7 @@
 namespace odomd::daemon {
 namespace {
 
-/// Reads a key into what it sets.
+/// Reads a key into the member that it sets.
 struct Reader {
   TableReader& table;
   const ConfigKey& key;

@@ -24,7 +24,7 @@ struct SignalSettings {
   bool configured = false;
   double sigma = 0.0;           ///< standard deviation in the role's SI unit
   std::int64_t timeout_ns = 0;  ///< overdue after this time; default: three cycle times
-  double dead_band = 0.0;       ///< of a wheel [m/s]; 0: by the sensor's step
+  double dead_band = 0.0;       ///< of a wheel [m/s]; 0: from the sensor's readings
 };
 
 enum class Timestamps : std::uint8_t { software, hardware };
@@ -41,7 +41,7 @@ struct CanConfig {
 
 struct CameraConfig {
   bool configured = false;
-  std::filesystem::path socket;  ///< empty: by place_sockets()
+  std::filesystem::path socket;  ///< empty: set by place_sockets()
   std::uint32_t socket_mode = 0660;
   std::string socket_group;           ///< empty: the group of the process
   std::array<double, 3> lever_arm{};  ///< x, y [m], yaw [rad] of the reference point, body frame
@@ -61,7 +61,7 @@ struct ShmConfig {
 };
 
 struct StatusConfig {
-  std::filesystem::path socket;  ///< empty: by place_sockets()
+  std::filesystem::path socket;  ///< empty: set by place_sockets()
   std::uint32_t socket_mode = 0666;
   std::string socket_group;  ///< empty: the group of the process
 };
@@ -86,13 +86,13 @@ struct Config {
   estimator::Vehicle vehicle;
   CanConfig can;
   CameraConfig camera;
-  /// As the camera's, of the point that a drive's truth.csv follows. Empty: the camera's. Not used
-  /// by the daemon.
+  /// Like camera.lever_arm, for the point that a drive's truth.csv describes. Empty: the camera's.
+  /// Not used by the daemon.
   std::optional<std::array<double, 3>> reference_lever_arm;
   std::array<double, 2> imu_position{};  ///< lever arm from the centre of gravity [m]
   double imu_yaw = 0.0;                  ///< of the accelerometer's x axis in the body frame [rad]
-  /// Of the accelerometers on the rolling and pitching body: a measured = (1 + gradient) a. Empty:
-  /// estimated.
+  /// Accelerometers roll and pitch with the body: a measured = (1 + gradient) a. Empty: learnt from
+  /// 0 on.
   std::optional<double> roll_gradient;
   std::optional<double> pitch_gradient;
   std::optional<estimator::Pose2> initial_pose;
@@ -115,11 +115,11 @@ struct Config {
 /// The same for a text; `file` is the name in errors, and paths are relative to it.
 [[nodiscard]] Config parse_config(std::string text, const std::filesystem::path& file);
 
-/// Puts the camera's and the status socket into `directory`, where the file names no path.
+/// Puts the camera's and the status socket into `directory` if the file names no path.
 void place_sockets(Config& config, const std::filesystem::path& directory);
 /// Where recorders connect: [record] socket, or record.sock next to the status socket.
 [[nodiscard]] std::filesystem::path record_socket(const Config& config);
-/// The mode of that socket: whoever may read the pose may also record it with its inputs.
+/// The mode of record_socket(): whoever may read the pose may also record it with its inputs.
 [[nodiscard]] std::uint32_t record_mode(const Config& config);
 
 /// The model with this name; throws std::invalid_argument that lists the models.

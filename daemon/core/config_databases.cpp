@@ -15,8 +15,8 @@ namespace {
 constexpr std::int64_t default_timeout_ns = 100'000'000;
 constexpr std::int64_t cycles_until_overdue = 3;
 
-/// A value that is bound to one bus never arrives when that bus is not a source. The buses of a log
-/// are only known when it is read.
+/// Rejects a binding to a bus that is not a source: its values would never arrive. Skipped for
+/// logs, whose buses are known only when they are read.
 void check_buses(const Config& config) {
   const auto& sources = config.can.sources;
   const auto is_interface = [](const std::string& source) {
@@ -30,7 +30,7 @@ void check_buses(const Config& config) {
                                     nearest_hint(binding.bus, sources)));
 }
 
-/// What is odd in messages that no role uses concerns nobody; `odom dbc show` lists it.
+/// Leaves out warnings about messages that no role uses; `odom dbc show` lists them.
 void add_content_warnings(std::span<const can::Database> databases,
                           std::span<const can::BoundMessage> messages,
                           diagnostics::Diagnostics& warnings) {

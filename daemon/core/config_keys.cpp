@@ -36,8 +36,8 @@ constexpr std::array<std::string_view, 3> driven_names{"rear", "front", "all"};
 constexpr Range fraction{0.0, 1.0, false, "above 0, at most 1"};
 constexpr Range lean{-0.5, 0.5, true, "-0.5 to 0.5 (rad per g)"};
 
-// The rear tyres determine the side slip, the front ones the response to steering, which the gyro
-// measures better.
+// Two groups of tyres: the rear ones determine the side slip, the front ones the response to
+// steering, which the gyro measures better.
 constexpr std::string_view front = "front tyres", rear = "rear tyres", axles = "axles",
                            actuator = "steering actuator", imu = "place of the IMU",
                            view = "place of the camera";

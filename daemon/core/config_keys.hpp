@@ -1,5 +1,5 @@
 // The table of the configuration's keys, one row each. The reader, odom identify (lists, groups of
-// values) and the test of docs/configuration.md go through it. Not in it are the keys of [can] that
+// values) and the test of docs/configuration.md go through it. It lacks the keys of [can] that
 // depend on each other: sources, databases, roles and protections.
 #pragma once
 
@@ -30,7 +30,7 @@ struct Range {
 inline constexpr Range any_number{};
 inline constexpr Range positive{0.0, any_number.highest, false, "greater than 0"};
 
-/// One of a list of names, which need not be in the case of the list.
+/// A name from a list, in upper or lower case.
 struct Choice {
   std::span<const std::string_view> names;
   void (*set)(Config&, std::size_t);
@@ -47,7 +47,7 @@ using Member = Value& (*)(Config&);
 struct ConfigKey {
   std::string_view table;  ///< "vehicle"
   std::string_view name;   ///< "mass"
-  /// What it sets: an int64 is in nanoseconds and read in seconds, a uint32 is a file mode.
+  /// The member it sets: an int64 is in nanoseconds and read in seconds, a uint32 is a file mode.
   std::variant<Member<double>, Member<std::optional<double>>, Member<std::array<double, 2>>,
                Member<std::array<double, 3>>, Member<std::optional<std::array<double, 3>>>,
                Member<std::optional<estimator::Pose2>>, Member<int>, Member<std::int64_t>,
@@ -55,15 +55,15 @@ struct ConfigKey {
                Member<estimator::Model>, Choice, Removed>
       member;
   Range range = any_number;
-  std::string_view group = {};  ///< values that are identified together have one
-  /// What is wrong with a value of the right type and range; may be empty.
+  std::string_view group = {};  ///< shared by values that are identified together
+  /// Returns what is wrong with a value of the right type and range, or an empty text.
   std::string_view (*problem)(const Config&) = nullptr;
 };
 
-/// The table begins with the numbers of a car, which are given all or none.
+/// The table begins with the numbers of a car; a file gives all of them or none.
 inline constexpr std::size_t numbers_of_a_car = 7;
 
-/// By table, in the order in which the reader reports errors.
+/// The rows, grouped by table, in the order in which the reader reports errors.
 [[nodiscard]] std::span<const ConfigKey> config_keys();
 
 /// The row of "vehicle.mass" or "camera.lever_arm[2]"; null if there is none.

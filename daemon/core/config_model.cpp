@@ -27,7 +27,7 @@ bool is_mapped(const Config& config, Source source) {
   return config.can.signals[static_cast<std::size_t>(source)].configured;
 }
 
-/// What the full filter turns by without steering or gyro.
+/// Warns if steering or gyro is not mapped, with the sources that still measure turns.
 void warn_of_turns(const Config& config, diagnostics::Diagnostics& warnings) {
   std::vector<std::string_view> missing, others;
   for (const auto& [source, name] :
@@ -87,7 +87,7 @@ const can::SignalBinding* binding_of(const Config& config, Source source) {
   return found == config.can.bindings.end() ? nullptr : &*found;
 }
 
-/// The two axes can only be rotated together.
+/// Checks that both axes of the accelerometer are mapped alike: they can only be rotated together.
 void check_mounting(const Config& config) {
   if (config.imu_yaw == 0.0) return;
   const can::SignalBinding* const along = binding_of(config, Source::accel_x);
@@ -104,7 +104,7 @@ void check_mounting(const Config& config) {
   if (along->latency_ns != across->latency_ns) fail("give both the same latency");
 }
 
-/// Samples older than the window are never fused.
+/// Checks the latencies: samples older than the window are never fused.
 void check_window(const Config& config) {
   if (config.model != Model::full) return;
   const auto fail = [&](const std::string& key, double latency, std::string_view what,
@@ -145,7 +145,8 @@ void check_model(const Config& config, diagnostics::Diagnostics& warnings) {
 void check_rates(const Config& config, std::span<const can::BoundMessage> messages,
                  diagnostics::Diagnostics& warnings) {
   if (config.model != Model::full) return;
-  // A window and a half, by which a late sample may be put earlier, and one tick more.
+  // Samples are kept for a window and a half, since learnt latencies move a sample earlier by up to
+  // half a window, and for one tick more.
   constexpr double windows = 1.5;
   const double tick_s = static_cast<double>(config.realtime.period_ns) * 1e-9;
   const double kept_s = windows * config.window_s + tick_s;

@@ -64,7 +64,7 @@ void read_signal_names(TableReader& table, can::SignalBinding& binding) {
   }
 }
 
-/// Of the rotation of a wheel or motor: what makes it a speed.
+/// Reads the keys that convert the rotation of a wheel or motor to a speed.
 void read_rolling(TableReader& table, bool rolls, can::SignalBinding& binding) {
   if (!rolls) {
     for (const auto* key : {"radius", "ratio", "pole_pairs"})

@@ -30,7 +30,7 @@ class TableReader {
       : table_(&table), name_(std::move(name)), file_(&file) {}
 
   [[nodiscard]] bool has(std::string_view key);
-  /// The same for a key that is not allowed: it does not appear in suggestions.
+  /// Like has(), for a key that is not allowed and must not appear in suggestions.
   [[nodiscard]] bool contains(std::string_view key) const { return table_->contains(key); }
   [[nodiscard]] bool is_text(std::string_view key) const { return (*table_)[key].is_string(); }
   [[nodiscard]] const std::string& name() const { return name_; }
@@ -66,8 +66,7 @@ class TableReader {
 
   [[noreturn]] void fail(std::string_view key, const std::string& what) const;
   [[noreturn]] void fail(const std::string& what) const;
-  /// Throws when the key is missing; `fix` follows "is missing". Names a misspelt key if there is
-  /// one.
+  /// Throws when the key is missing; `fix` follows "is missing". Names a misspelt key, if any.
   void require(std::string_view key, std::string_view fix = "");
 
  private:

@@ -1,5 +1,5 @@
 // Detects a source whose innovations are, for seconds, far larger than its sigma and the filter's
-// covariance predict: by νᵀS⁻¹ν per degree of freedom, which is 1 when both are right.
+// covariance predict: νᵀS⁻¹ν per degree of freedom averages 1 when both are right.
 //
 // Only large innovations count: a sigma that is too large is the user's choice.
 #pragma once
@@ -42,13 +42,13 @@ class Consistency {
  private:
   static constexpr double most = 30.0;  ///< limits the weight of an outlier
   static constexpr double memory_s = 3.0, longest_s = 0.5;
-  // No simulated or training drive exceeds 5.8 for this long; wheels with six times the noise do.
+  // No simulated or training drive exceeds 5.8 for long_s; wheels with six times the noise do.
   static constexpr double large = 7.0, small = 4.0;
   static constexpr double long_s = 5.0;
   static constexpr std::int64_t silent_ns = 5'000'000'000;  ///< after this pause the state is reset
 
   double mean_ = 1.0;
-  double large_s_ = 0.0;  ///< for this long
+  double large_s_ = 0.0;  ///< how long the mean has been large
   std::int64_t time_ns_ = 0;
   bool inconsistent_ = false;
 };

@@ -7,11 +7,11 @@
 
 namespace odomd::daemon {
 
-/// Rotates the accelerations of one frame by `yaw`, the angle [rad] of the sensor's x axis in the
-/// car's, counter-clockwise:
+/// Rotates the accelerations of one frame by `yaw`, the angle [rad] from the car's x axis to the
+/// sensor's, counter-clockwise:
 ///   a_x = m_x cos yaw - m_y sin yaw,  a_y = m_x sin yaw + m_y cos yaw
-/// Both axes of the same instant are needed: a single one becomes NaN, which every filter rejects
-/// as non-finite.
+/// A frame needs both accelerations: a single one becomes NaN, which every filter rejects as
+/// non-finite.
 void turn_accelerations(std::span<can::Sample> samples, double yaw) noexcept;
 
 }  // namespace odomd::daemon

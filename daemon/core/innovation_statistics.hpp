@@ -11,21 +11,21 @@
 namespace odomd::daemon {
 
 /// Counts the samples that were tested, including gated ones; inputs (without degrees of freedom)
-/// are not counted. One thread writes, any may read; each number is recent, but not of the same
-/// sample.
+/// are not counted. One thread writes, any may read; the numbers are recent, but may be of
+/// different samples.
 class InnovationStatistics {
  public:
   void take(const estimator::Judgement& judgement) noexcept;
 
   [[nodiscard]] std::uint64_t count() const noexcept { return count_.get(); }
-  [[nodiscard]] std::uint64_t gated() const noexcept { return gated_.get(); }  ///< of these
+  [[nodiscard]] std::uint64_t gated() const noexcept { return gated_.get(); }  ///< among them
 
   // Of the counted samples; 0 when there are none.
   [[nodiscard]] int dimension() const noexcept { return static_cast<int>(dimension_.get()); }
   [[nodiscard]] double mean_nis() const noexcept;   ///< of νᵀS⁻¹ν; expected: dimension()
   [[nodiscard]] double inside_95() const noexcept;  ///< share with νᵀS⁻¹ν <= χ²₉₅
-  [[nodiscard]] double last_test_ratio() const noexcept;  ///< νᵀS⁻¹ν of the newest, over its gate
-  [[nodiscard]] std::array<double, 3> last_innovation() const noexcept;  ///< first dimension()
+  [[nodiscard]] double last_test_ratio() const noexcept;  ///< νᵀS⁻¹ν / gate of the newest
+  [[nodiscard]] std::array<double, 3> last_innovation() const noexcept;  ///< dimension() are valid
 
  private:
   Counter count_;

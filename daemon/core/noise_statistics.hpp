@@ -9,7 +9,7 @@
 
 namespace odomd::daemon {
 
-/// One thread writes, any may read; each number is recent, but not of the same tick.
+/// One thread writes, any may read; the numbers are recent, but may be of different ticks.
 class NoiseStatistics {
  public:
   void set(const estimator::SourceNoise& noise) noexcept {

@@ -61,7 +61,7 @@ class Pipeline {
   /// Takes a camera pose of the reference point, with times on the pipeline's clock.
   void take(const estimator::CameraPose& reference) noexcept;
 
-  /// Counts an invalid camera message, with its verdict.
+  /// Counts an invalid camera message as an unusable pose.
   void take_malformed_camera_message() noexcept;
 
   /// Sets the conditions that the pipeline cannot know (ODOM_COND_ bits: real time refused, bus
@@ -75,8 +75,8 @@ class Pipeline {
   /// Steps the filter to the tick that is valid at `tick_ns` and returns the record to publish.
   const TickRecord& tick(std::uint64_t number, std::int64_t tick_ns) noexcept;
 
-  /// Call between two ticks. Copies the state, so that another pipeline with the same configuration
-  /// can continue from it with identical bits. Real-time safe.
+  /// Valid between two ticks. Another pipeline with the same configuration can continue from a copy
+  /// with identical bits. Real-time safe.
   [[nodiscard]] const PipelineState& state() const noexcept { return state_; }
   [[nodiscard]] std::span<const can::ProtectionState> protections() const noexcept {
     return decoder_.protections();

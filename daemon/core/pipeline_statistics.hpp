@@ -18,9 +18,9 @@ struct SourceStatistics {
   Counter last_verdict;     ///< an estimator::Verdict
   Counter flag;             ///< an estimator::SourceFlag, at the last tick
   Counter wiring;           ///< a WiringFault, likewise
-  Counter inconsistent;     ///< 1: its NIS has been too large for seconds, likewise
-  Counter last_latency_ns;  ///< from the capture of the newest pose to its arrival; camera
-  Counter last_test_ratio;  ///< νᵀS⁻¹ν over its gate (bit pattern of the double); camera
+  Counter inconsistent;     ///< 1: the NIS has been too large for seconds, likewise
+  Counter last_latency_ns;  ///< camera only: from the capture of the newest pose to its arrival
+  Counter last_test_ratio;  ///< camera only: νᵀS⁻¹ν / gate (bit pattern of the double)
   InnovationStatistics innovations;  ///< for models that test each sample
   NoiseStatistics noise;             ///< likewise, at the last tick
 };

@@ -14,7 +14,7 @@
 
 namespace odomd::daemon {
 
-/// What a tick publishes.
+/// The results that a tick publishes.
 struct TickRecord {
   odom_pose pose{};
   odom_details details{};

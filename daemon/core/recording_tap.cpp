@@ -6,7 +6,7 @@ namespace odomd::daemon {
 
 void RecordingTap::tick_done(const TickRecord& record, const Around& around,
                              const Pipeline& pipeline) noexcept {
-  // Acquire: with the request to begin, see the rings that housekeeping has created and emptied.
+  // Acquire: with the request, the rings that housekeeping created and emptied become visible.
   const State state = state_.load(std::memory_order_acquire);
   if (state == State::idle || state == State::full) return;
   if (state == State::unwanted) {

@@ -3,8 +3,8 @@
 // housekeeping; without a recorder a tick costs one load.
 //
 // A recording begins after a tick with a copy of the pipeline's state, so a replay from there gives
-// exactly the published bits, wherever in a drive it begins. It has no gaps: when a ring is full it
-// ends with the last complete tick.
+// exactly the published bits, wherever in a drive it begins. It has no gaps: when a ring is full,
+// the recording ends with the last complete tick.
 //
 // The rings take 5 MB of locked memory and are allocated for the first recording only.
 #pragma once
@@ -75,7 +75,7 @@ class RecordingTap {
     ++mark_.cameras;
   }
 
-  /// What the beat saw around a tick.
+  /// The beat's observations around a tick.
   struct Around {
     std::int64_t woke_ns = 0;
     std::int64_t realtime_offset_ns = 0;
@@ -90,8 +90,8 @@ class RecordingTap {
 
   [[nodiscard]] State state() const noexcept { return state_.load(std::memory_order_acquire); }
 
-  /// Only when idle: the beat changes to `running` after its next tick. The first mark is that of
-  /// this tick, and the checkpoint is the state after it, so it has no inputs. The first call
+  /// Call only when idle. After its next tick the beat changes to `running`: the first mark is of
+  /// that tick and has no inputs, since the checkpoint is the state after it. The first call
   /// allocates.
   void begin();
   /// The beat changes back to `idle` after its next tick.

@@ -54,7 +54,7 @@ void restore_checkpoint(std::string_view bytes, Pipeline& pipeline) {
 
   Checkpoint checkpoint{pipeline.state(), std::vector<can::ProtectionState>(protections)};
   const char* at = bytes.data() + identity.size();
-  // Neither owns anything: the bytes are the complete objects.
+  // Neither type owns anything: the bytes are the complete objects.
   std::memcpy(static_cast<void*>(&checkpoint.state), at, sizeof checkpoint.state);
   std::memcpy(checkpoint.protections.data(), at + sizeof checkpoint.state,
               protections * sizeof(can::ProtectionState));

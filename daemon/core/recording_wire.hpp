@@ -4,8 +4,8 @@
 //   hello      a JSON object: the sender, and what a replay needs besides the files
 //   file       a name, a zero byte, the contents; the configuration first, then its databases
 //   buses      the names of the buses by index, each with a newline; again when there are more
-//   state      the Checkpoint: PipelineState, then a ProtectionState a message
-//   tick       a TickMark, its frames, its camera poses; the first is that of the checkpoint
+//   state      the Checkpoint: PipelineState, then a ProtectionState per message
+//   tick       a TickMark, its frames, its camera poses; the first tick is that of the checkpoint
 //   end        text: why there are no more ticks
 //   refused    text: why there is no recording
 #pragma once
@@ -33,7 +33,7 @@ struct RecordingHeader {
 /// The longest message: a tick of eight full buses, or a database.
 inline constexpr std::uint32_t longest_recording_message = 1U << 26U;
 
-/// Must be equal for identical bits: version, compiler, layout.
+/// Version, compiler and layout. Replays are bit-identical only if these are equal.
 [[nodiscard]] std::string build_identity();
 
 [[nodiscard]] inline std::string_view bytes_of(const auto& value) {

@@ -12,7 +12,7 @@
 
 namespace odomd::daemon {
 
-/// A flag's diagnostic, nothing for a source that is fine, slips or is late; `label` shows the
+/// A flag's diagnostic; nothing for a source that is fine, slips or is overdue. `label` names the
 /// source: "yaw_rate (IMU)".
 [[nodiscard]] inline std::optional<diagnostics::Diagnostic> diagnostic_of(
     estimator::SourceFlag flag, std::string label) {
@@ -52,7 +52,7 @@ namespace odomd::daemon {
                "a learnt scale is far from its configured value");
 }
 
-/// The same for a fault in the wiring or its description; `source` gives the key.
+/// The diagnostic of a wiring fault; its key is "can.signals.SOURCE".
 [[nodiscard]] inline std::optional<diagnostics::Diagnostic> diagnostic_of(WiringFault fault,
                                                                           std::string_view source,
                                                                           std::string label) {

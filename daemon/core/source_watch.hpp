@@ -38,8 +38,8 @@ class SourceWatch {
     return entries_[source].seen ? now_ns - entries_[source].taken_ns : -1;
   }
 
-  /// Configured, but not received for its time-out. For a source that was never received the
-  /// time-out starts at `start_ns`.
+  /// Whether a configured source was not received for its time-out. For a source that was never
+  /// received the time-out starts at `start_ns`.
   [[nodiscard]] bool overdue(std::size_t source, std::int64_t now_ns,
                              std::int64_t start_ns) const noexcept {
     const Entry& entry = entries_[source];
@@ -59,8 +59,8 @@ class SourceWatch {
   }
   void usable(std::size_t source) noexcept { entries_[source].bad = 0; }
 
-  /// A camera message that is not a pose: a usable pose in the same tick takes precedence, in
-  /// either order.
+  /// A camera message that is not a pose: a usable pose before or after it in the same tick takes
+  /// precedence.
   void unusable_pose() noexcept { ++unusable_poses_; }
   void usable_pose() noexcept { usable_pose_ = true; }
 

@@ -35,7 +35,7 @@ std::vector<std::string> names_below(const CLI::App& command) {
   return names;
 }
 
-// The first one on the command line: what follows a subcommand belongs to it.
+// The first unknown argument of the command line; the arguments after a subcommand belong to it.
 std::optional<Stray> first_stray(const CLI::App& program) {
   std::string called;
   for (const CLI::App* command = &program; command != nullptr; command = called_below(*command)) {
@@ -67,7 +67,7 @@ std::string likely_option(const CLI::App& command, std::string_view given) {
   return std::string(likely_name(without_dashes(given), names));
 }
 
-/// The subcommands that have such an option: "odom sim --laps".
+/// Appends the subcommands below that have such an option: "odom sim --laps".
 void add_options_below(const CLI::App& command, const std::string& called, std::string_view given,
                        std::vector<std::string>& found) {
   for (const CLI::App* sub : all_below(command)) {

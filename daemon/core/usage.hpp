@@ -1,5 +1,5 @@
 // Explains why CLI11 rejects a command line: the first unknown argument, with the name that was
-// probably meant; and what the helps of several programs have in common.
+// probably meant. Also: the help text that several programs share.
 #pragma once
 
 #include <span>
@@ -13,7 +13,7 @@ class ParseError;
 
 namespace odomd::daemon {
 
-/// What the models of --model are, for the ends of helps.
+/// Describes the models of --model, for the end of a help text.
 inline constexpr std::string_view models_help =
     "Models:\n"
     "  full               dynamic bicycle with sensor errors and late samples; odomd's default\n"
@@ -31,8 +31,7 @@ struct Mistake {
 /// that is missing.
 [[nodiscard]] Mistake mistake_in(const CLI::App& program, const CLI::ParseError& error);
 
-/// Makes an option or argument whose value is empty wrong usage: a variable of a shell may be
-/// unset.
+/// Rejects options and arguments with an empty value: a shell variable may be unset.
 void refuse_empty_values(CLI::App& program);
 
 /// "odom camera send": the program and the subcommands that were recognised.

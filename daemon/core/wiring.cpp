@@ -20,19 +20,19 @@ using estimator::source_count;
 constexpr std::int64_t piece_ns = 500'000'000;
 constexpr double piece_s = 0.5;
 constexpr double memory = 20.0;             // pieces
-constexpr double fewest = 10.0;             // pieces, as they are remembered
-constexpr int decisions_needed = 4;         // ... consecutive ones with the same result
-constexpr int decisions_if_ambiguous = 20;  // ... when other causes are nearly as likely
+constexpr double fewest = 10.0;             // pieces, counted with their weights
+constexpr int decisions_needed = 4;         // consecutive decisions with the same result
+constexpr int decisions_if_ambiguous = 20;  // likewise, if other causes are nearly as likely
 constexpr int most_cost = 100;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double least_backwards = 0.05;     // above the noise of a stationary wheel [m/s]
 constexpr double slow = 0.1;                 // Froude numbers v / √(g l)
-constexpr double faster_than_reverse = 0.5;  // for wheel speeds without a sign
+constexpr double faster_than_reverse = 0.5;  // likewise, for wheel speeds without a sign
 constexpr double slip_angle = 0.1;           // at which tyres begin to slide [rad]
 constexpr double dry_road = 6.0;             // below it tyres hardly slide [m/s²]
 constexpr double impossible = 20.0;          // [m/s²]
 constexpr int pieces_of_calm = 4;
-constexpr double most_gap = 0.03;  // of two axles' wheels, by their radii
+constexpr double most_gap = 0.03;  // of the two axles' speeds, from unequal radii
 
 double mean(double sum, double weights) {
   return weights > 0.0 ? sum / weights : nan;
@@ -106,7 +106,7 @@ void Wiring::look(std::int64_t now_ns) noexcept {
   if (first_open_ == 0) return;
   // A sample may be half a second late.
   const std::int64_t last = now_ns / piece_ns - 2;
-  // Do not wait for a first sample from the future.
+  // Do not wait for a first sample with a stamp in the future.
   if (first_open_ > last + static_cast<std::int64_t>(open_pieces)) {
     open_ = {};
     first_open_ = last + 1;
@@ -163,9 +163,9 @@ void Wiring::give_signs(Means& now) noexcept {
 }
 
 void Wiring::compare(const Means& before, const Means& now) noexcept {
-  // The mean over both pieces with the highest weight in the middle, the weights with which a rate
-  // enters the difference of two means. With equal weights an oscillation at 1.2 Hz would change
-  // its sign.
+  // The mean over both pieces, with the highest weight in the middle: a rate enters the difference
+  // of two means with these weights. With equal weights an oscillation at 1.2 Hz would change its
+  // sign.
   const auto value_of = [&](Source source) {
     return 0.5 * (before.rising[index_of(source)] + now.falling[index_of(source)]);
   };
@@ -194,7 +194,7 @@ void Wiring::compare(const Means& before, const Means& now) noexcept {
   q[axle_gap] = front / rear - 1.0;
   const double bend = l * q[turn_gyro] / v;
   q[axle_bend] = 0.5 * bend * bend;
-  // Tyres slip then, and drivers countersteer for longer than the slide is visible.
+  // In a violent piece tyres slip, and drivers countersteer for longer than the slide is visible.
   const auto violent = [&](Quantity of) {
     return std::abs(q[of]) > gentle_ && std::abs(q[of]) < impossible;
   };
@@ -211,8 +211,7 @@ void Wiring::compare(const Means& before, const Means& now) noexcept {
 }
 
 // A diagnosis is kept until it is contradicted. Then the causes with the lowest cost that explain
-// all observations are chosen, one or two at once; several of equal cost when they cannot be
-// distinguished.
+// all observations are chosen, one or two at once; several alternatives if their costs are equal.
 void Wiring::decide() noexcept {
   std::array<Seen, pair_count> seen{};
   for (std::size_t i = 0; i < pairs.size(); ++i)

@@ -1,8 +1,8 @@
 // Checks that the sensors are wired and described as in the configuration: compares signs, sides,
 // axles, axes and units of the sensors over the last tens of seconds of driving.
 //
-// The filter's own flags report within a fraction of a second that a source is wrong; this reports
-// after seconds why, until the cause is gone.
+// The filter's own flags report within a fraction of a second that a source is wrong; this check
+// reports the cause after seconds, until it is gone.
 //
 // docs/model.md, "Wiring".
 //
@@ -38,15 +38,15 @@ class Wiring {
  public:
   explicit Wiring(const estimator::Vehicle& vehicle) noexcept;
 
-  /// Takes a sample as received, in SI units and the car's axes, even one out of range; in any
+  /// Takes a sample as received, in SI units and the car's axes, in or out of range, and in any
   /// order within a second.
   void hear(estimator::Source source, std::int64_t time_ns, double value) noexcept;
-  void hear(const estimator::CameraPose& pose) noexcept;  /// Call once per tick.
+  void hear(const estimator::CameraPose& pose) noexcept;
+  /// Call once per tick.
   void look(std::int64_t now_ns) noexcept;
 
-  [[nodiscard]] WiringFault fault(std::size_t source) const noexcept {
-    return faults_[source];
-  }  /// Whether any source has a fault.
+  [[nodiscard]] WiringFault fault(std::size_t source) const noexcept { return faults_[source]; }
+  /// Whether any source has a fault.
   [[nodiscard]] bool any_fault() const noexcept {
     return std::ranges::any_of(faults_,
                                [](WiringFault fault) { return fault != WiringFault::none; });
@@ -71,7 +71,7 @@ class Wiring {
     std::array<double, 3> pose{};
     std::uint32_t poses = 0;
   };
-  // Their means; NaN where there was no sample.
+  // The means of a piece; NaN without a sample.
   struct Means {
     std::array<double, estimator::source_count> of{}, rising{}, falling{};
     std::array<double, 3> pose{};
@@ -93,18 +93,18 @@ class Wiring {
   void decide() noexcept;
 
   estimator::Vehicle vehicle_;
-  double gentle_;  ///< [m/s²]
+  double gentle_;  ///< acceleration below which tyres do not slide [m/s²]
   static constexpr std::size_t open_pieces = 4;
   std::array<Piece, open_pieces> open_{};
   std::int64_t first_open_ = 0;  ///< number of the oldest open piece; 0: none yet
   Means last_{};
   bool speed_has_sign_ = false;
-  std::uint32_t ever_ahead_ = 0;  ///< wheels
+  std::uint32_t ever_ahead_ = 0;  ///< bits of wheels
   std::uint32_t ever_back_ = 0;
-  int calm_ = 0;  ///< pieces since the car last may have slid
-  int spun_ = 0;  ///< ... since the wheels of an axle last spun
+  int calm_ = 0;  ///< pieces since the car may last have slid
+  int spun_ = 0;  ///< pieces since the wheels of an axle last spun
   std::array<Comparison, pair_count> pairs_{};
-  std::uint32_t heard_ = 0;  ///< sources
+  std::uint32_t heard_ = 0;  ///< bits of sources
   Diagnosis diagnosis_;
   Diagnosis pending_;        ///< the result of the last decisions
   int equal_decisions_ = 0;  ///< number of consecutive equal decisions

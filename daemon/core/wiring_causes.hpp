@@ -16,13 +16,13 @@ namespace odomd::daemon::wiring {
 using estimator::index_of;
 using estimator::Source;
 
-// The compared quantities, of each piece and the one before. Wheels give the turn as a curvature,
+// The compared quantities, over each two consecutive pieces. Wheels give the turn as a curvature,
 // because a difference of their radii then causes a constant offset only.
 enum Quantity : std::uint8_t {
   turn_gyro,         // ψ̇ [rad/s]
   turn_steering,     // v δ / l
   turn_camera,       //
-  curve_gyro,        // ψ̇ / v, over the track [1], as the next three
+  curve_gyro,        // ψ̇ / v times the track [1], as the next three
   curve_steering,    // δ / l
   curve_front,       // (v_right - v_left) / v
   curve_rear,        //
@@ -33,23 +33,23 @@ enum Quantity : std::uint8_t {
   faster,            // dv/dt
   first_wheel,       // [m/s], in the order of Source
   last_wheel = first_wheel + 5,
-  speed,         // their median
+  speed,         // median of the wheels' speeds
   speed_camera,  //
   axle_gap,      // how much faster the front wheels are than the rear ones [1]
-  axle_bend,     // ... as expected in a turn, (l ψ̇ / v)² / 2, without tyre slip
+  axle_bend,     // axle_gap in a turn without tyre slip, (l ψ̇ / v)² / 2
   quantity_count
 };
 constexpr Quantity quantity_of(Source wheel) {
   return static_cast<Quantity>(first_wheel + index_of(wheel) - index_of(Source::wheel_front_left));
 }
 
-// Whether the two measure the same quantity, or are unrelated.
+// Whether a pair measures the same quantity or unrelated ones.
 enum class Relation : std::uint8_t { same, none };
 struct Pair {
   Quantity a, b;
   Comparison::Bounds bounds;
-  double about;  ///< up to this factor the unit is the same
-  double other;  ///< from this factor on it is another unit; between the two it may be slip
+  double about;  ///< gain up to which the unit is the same
+  double other;  ///< gain from which it is another unit; in between it may be slip
   Relation relation = Relation::same;
 };
 inline constexpr double any = 1e12;
@@ -79,12 +79,12 @@ inline constexpr std::array<Pair, Wiring::pair_count> pairs{{
     {axle_gap, axle_bend, axles, 1.5, any},
 }};
 
-// The effect of a cause on a quantity: a factor from `least` to `most` with a sign; 0: not
+// The effect of a cause on a quantity: a factor from `least` to `most` with a sign. Sign 0: not
 // predictable.
 struct Factor {
   double least = 1.0, most = 1.0;
   int sign = 1;
-  bool other = false;  ///< or the inverse of the factor
+  bool other = false;  ///< the inverse factor is possible, too
 };
 constexpr Factor operator*(const Factor& a, const Factor& b) {
   return {a.least * b.least, a.most * b.most, a.sign * b.sign, a.other || b.other};

@@ -1,4 +1,4 @@
-// Diagnostics of CAN buses: their interfaces, and what comes on them.
+// Diagnostics of CAN buses: their interfaces and their traffic.
 #pragma once
 
 #include <array>

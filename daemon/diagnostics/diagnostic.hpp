@@ -1,5 +1,5 @@
-// A diagnostic: one thing that is wrong or doubtful, as the daemon, odomd --check and the tools
-// show it. The kinds stand in a table for each subject; those of experiments and machines are in
+// A diagnostic: one thing that is wrong or implausible, as the daemon, odomd --check and the tools
+// show it. Each subject has a table of kinds; the kinds for experiments and machines are in
 // tools/diagnostics/kinds.hpp.
 #pragma once
 
@@ -37,7 +37,7 @@ inline constexpr std::array chapters{
     Chapter{"The running daemon", running},
 };
 
-/// The kind of a name, which must be in the tables: checked by the compiler.
+/// The kind with this name. The compiler checks that the tables have it.
 [[nodiscard]] consteval const Kind& kind(std::string_view name,
                                          std::span<const Chapter> tables = chapters) {
   for (const Chapter& chapter : tables)
@@ -47,11 +47,10 @@ inline constexpr std::array chapters{
 }
 
 struct Diagnostic {
-  const Kind* kind = nullptr;  ///< of the table
-  std::string subject;         ///< whose: "yaw_rate (IMU)", "truth.csv", "car.toml"; may be empty
+  const Kind* kind = nullptr;  ///< row of a table
+  std::string subject;         ///< the source or file: "yaw_rate (IMU)", "car.toml"; may be empty
   std::string seen;            ///< what was found, with its figures
-  std::string
-      detail;  ///< for the gap in the fix: a key of the configuration, a number; may be empty
+  std::string detail;          ///< replaces {KEY} or the like in the fix; may be empty
 };
 
 /// In the order in which they are shown.
@@ -62,7 +61,7 @@ using Diagnostics = std::vector<Diagnostic>;
   return {&kind, std::move(subject), std::move(seen), std::move(detail)};
 }
 
-/// What to do, with the detail filled in.
+/// The fix, with the detail filled in.
 [[nodiscard]] std::string fix_of(const Diagnostic& diagnostic);
 
 /// "yaw_rate (IMU): the sign is wrong compared with the other sensors; check the sign of
@@ -73,7 +72,7 @@ using Diagnostics = std::vector<Diagnostic>;
 /// One diagnostic of a kind for each line that a reader of files reports.
 void append(Diagnostics& to, const Kind& kind, std::span<const std::string> lines);
 void append(Diagnostics& to, const Diagnostics& others);
-/// Nothing if there is none.
+/// Appends `one` if there is one.
 void append(Diagnostics& to, std::optional<Diagnostic> one);
 
 }  // namespace odomd::diagnostics

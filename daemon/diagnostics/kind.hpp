@@ -7,7 +7,7 @@
 
 namespace odomd::diagnostics {
 
-/// What is usual; a diagnostic is given outside.
+/// The usual range; a value outside it gets a diagnostic.
 struct Limits {
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
@@ -23,10 +23,10 @@ struct Kind {
   std::string_view code;     ///< "W301"; never given to another kind
   std::string_view name;     ///< "wrong_sign"
   std::string_view meaning;  ///< one sentence, for the reference page
-  std::string_view fix;      ///< follows what was seen; {KEY}: Diagnostic::detail goes there
-  Limits limits = {};        ///< none where the diagnostic is a plain fact
+  std::string_view fix;      ///< follows what was seen; Diagnostic::detail replaces {KEY}, {USER}
+  Limits limits = {};        ///< none if the diagnostic is a plain fact
   std::string_view unit = {};
-  std::string_view reason = {};  ///< for the limits: what they are compared with, and why there
+  std::string_view reason = {};  ///< for the limits: what they apply to, and why they are there
 };
 
 }  // namespace odomd::diagnostics

@@ -1,4 +1,4 @@
-// Diagnostics of poses: the camera's, the reference's and those of an estimate.
+// Diagnostics of poses: of the camera, of the reference and of an estimate.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Diagnostics of a running daemon, from its status. Its sensors' are in sensors.hpp.
+// Diagnostics of a running daemon, from its status. Those of its sensors are in sensors.hpp.
 #pragma once
 
 #include <array>

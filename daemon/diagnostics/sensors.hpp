@@ -1,4 +1,4 @@
-// Diagnostics of sensors: how they are wired and described, and what they show on the way.
+// Diagnostics of sensors: how they are wired and described, and what they measure in a drive.
 #pragma once
 
 #include <array>

@@ -79,7 +79,7 @@ std::optional<ControllerReport> ControllerReporter::compose(const std::string& i
         fmt::format("{}: bus-off: the controller has left the bus and receives nothing; {}",
                     interface, way_back(interface, controller))};
   }
-  // The first of the bus-offs that ended has been reported if it was still active then.
+  // A bus-off that was reported while it was active is not among those counted here.
   const bool was_off = before == ControllerHealth::bus_off;
   if (was_off || bus_offs > 0) {
     reported_ = now;

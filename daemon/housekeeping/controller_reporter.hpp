@@ -17,7 +17,7 @@ struct ControllerReport {
 };
 
 /// Reports error-passive, bus-off and the recovery, at most once a second, so that a controller
-/// that goes bus-off and restarts ten times a second does not fill the log. One line then sums up.
+/// that goes bus-off and restarts ten times a second does not fill the log. One line sums them up.
 class ControllerReporter {
  public:
   [[nodiscard]] std::optional<ControllerReport> look(

@@ -26,7 +26,7 @@ class ControllerWatch {
   /// The latest state; empty without a controller, and before the first read.
   [[nodiscard]] std::optional<can::Controller> latest(std::size_t bus) const;
 
-  /// Something happened: read the state now, not in a second.
+  /// Reads the state at once instead of in a second, because something happened.
   void look_again();
 
  private:

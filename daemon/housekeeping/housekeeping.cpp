@@ -61,7 +61,7 @@ void Housekeeping::run() {
     const std::int64_t now_ns = monotonic_now();
     journal_.turn(now_ns);
     if (inputs[0].revents != 0) read_signals();
-    running_.cameras.close_ended(now_ns);  // first: it makes room
+    running_.cameras.close_ended(now_ns);  // first, to make room
     if (inputs[1].revents != 0) accept_cameras(now_ns);
     if (inputs[2].revents != 0) serve_status(now_ns);
     // In this order, so that a recorder that disconnected does not block the next one.

@@ -48,7 +48,7 @@ struct Running {
   std::int64_t started_ns = 0;  ///< CLOCK_MONOTONIC
 };
 
-/// All of them: of files and pipes; an interface never ends.
+/// Whether all inputs have ended; files and pipes end, interfaces never do.
 [[nodiscard]] inline bool inputs_ended(const Running& running) {
   return std::ranges::all_of(
       running.sources, [](const auto& source) { return source->link() == can::LinkState::ended; });

@@ -16,8 +16,8 @@ class Watchdog {
  public:
   Watchdog();
 
-  /// Notifies it when it is due, but only when the tick count has increased since the last time, so
-  /// that a daemon whose beat hangs is restarted.
+  /// Notifies the watchdog when due, but only if the tick count has increased since the last time,
+  /// so that a daemon whose beat hangs is restarted.
   void notify(std::uint64_t ticks, std::int64_t now_ns);
 
  private:

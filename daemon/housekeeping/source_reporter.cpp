@@ -44,7 +44,7 @@ void SourceReporter::look_at_camera_times(Journal& journal) {
   const bool all_future = all - camera_.all == future - camera_.future;
   if (all_future && !camera_.reported) {
     const auto latency_ns = static_cast<std::int64_t>(camera.last_latency_ns.get());
-    if (latency_ns >= 0) return;  // of a pose that came after the counts were read
+    if (latency_ns >= 0) return;  // a newer pose came after the counts were read
     journal.warn(
         fmt::format("the last {} camera poses are all stamped in the future, the newest by {:.3f} "
                     "s, and are not used: the camera's clock is ahead of this machine's, or the "
@@ -170,11 +170,11 @@ void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_
       if (signal == Signal::unhealthy) journal.info(label() + " is fine again");
       signal = Signal::healthy;
     } else if (signal == Signal::healthy) {
-      // The time since it was received: the age of the value includes the latency of its sensor.
+      // The time since reception: source_age_ns includes the latency of the sensor.
       const std::int64_t unheard_ns =
           published.details.source_age_ns[i] - binding_of(running_.config, i).latency_ns;
       const bool overdue = unheard_ns > running_.config.can.signals[i].timeout_ns;
-      if (overdue && inputs_ended(running_)) continue;  // that is said, and no sender is at fault
+      if (overdue && inputs_ended(running_)) continue;  // reported, and no sender is at fault
       const auto wrong = overdue ? std::nullopt : diagnostic_of(flag, label());
       journal.warn(wrong ? text_of(*wrong)
                          : fmt::format("{} is overdue: the last sample is {:.3f} s old", label(),

@@ -42,7 +42,7 @@ class SourceReporter {
     ControllerReporter controller;
     std::size_t warnings_logged = 0;
   };
-  /// The number of camera poses in one check.
+  /// The number of camera poses per check.
   static constexpr std::uint64_t enough_poses = 10;
   /// The counts at the last check.
   struct CameraTimes {

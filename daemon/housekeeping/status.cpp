@@ -234,8 +234,8 @@ void write_messages(JsonWriter& json, const Running& running, std::int64_t now_n
   json.end_object();
 }
 
-/// `anchored`: a pose to which a model without a state of its own was anchored: it was tested, but
-/// only the ratio is known.
+/// `anchored`: camera poses were taken. A model that does not report each test gives only the ratio
+/// of the last one.
 void write_innovations(JsonWriter& json, const SourceStatistics& source, bool anchored) {
   const InnovationStatistics& statistics = source.innovations;
   const bool tested = statistics.count() > 0;
@@ -256,7 +256,7 @@ void write_innovations(JsonWriter& json, const SourceStatistics& source, bool an
   json.end_object();
 }
 
-/// null: not estimated (yet).
+/// Members are null while they are not estimated.
 void write_noise(JsonWriter& json, const estimator::SourceNoise& noise) {
   const auto estimated = [&](std::string_view key, double value) {
     json.member(key, value > 0.0 ? value : NAN);

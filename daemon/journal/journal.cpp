@@ -59,7 +59,7 @@ constexpr auto terminal_pattern = "%H:%M:%S.%e odomd %l: %v";
 std::shared_ptr<spdlog::sinks::sink> open_sink(const LogConfig& config) {
   if (config.file.empty()) {
     auto sink = std::make_shared<ErrorSink>();
-    if (writes_to_journal()) {  // it adds the time and our name itself
+    if (writes_to_journal()) {  // the journal adds the time and our name
       auto formatter = std::make_unique<spdlog::pattern_formatter>();
       formatter->add_flag<SyslogLevel>('*').set_pattern("%*%l: %v");
       sink->set_formatter(std::move(formatter));

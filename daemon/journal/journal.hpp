@@ -15,10 +15,10 @@ namespace odomd::daemon {
 
 class Journal {
  public:
-  /// Throws std::invalid_argument where the file cannot be opened.
+  /// Throws std::invalid_argument if the file cannot be opened.
   explicit Journal(const LogConfig& config);
 
-  /// Logs what was counted. Not copied.
+  /// Logs the messages that were only counted. Not copyable.
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
@@ -28,28 +28,28 @@ class Journal {
   void warn(const std::string& text) { write({spdlog::level::warn, one_line(text)}); }
   void error(const std::string& text) { write({spdlog::level::err, one_line(text)}); }
 
-  /// An event that may come often: repeats of it are counted and logged at growing intervals
+  /// An event that may come often: its repeats are counted and logged at growing intervals
   /// (repeats.hpp).
   void info_counted(const std::string& text) { count(spdlog::level::info, text); }
   void warn_counted(const std::string& text) { count(spdlog::level::warn, text); }
 
-  /// Call every turn: sets the time of the events that follow, and logs what was counted and is
-  /// due.
+  /// Call every turn: sets the time of the events that follow, and logs the counted messages that
+  /// are due.
   void turn(std::int64_t now_ns);
 
-  /// Reopens the file after it was moved away. Keeps the old one when that fails.
+  /// Reopens the file after it was moved away. Keeps the old file when that fails.
   void reopen();
 
  private:
   void count(spdlog::level::level_enum level, const std::string& text);
-  /// Says on standard error that the file cannot be written; repeats are counted for the file.
+  /// Reports on standard error that the file cannot be written; counted repeats go to the file.
   void report_unwritten(const std::string& what);
   void write(const Message& message) { logger_->log(message.level, "{}", message.text); }
 
   LogConfig config_;
   std::shared_ptr<spdlog::logger> logger_;
   Repeats repeats_;
-  std::int64_t now_ns_ = 0;  // of the turn
+  std::int64_t now_ns_ = 0;  // time of the turn
 };
 
 }  // namespace odomd::daemon

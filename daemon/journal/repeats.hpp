@@ -1,5 +1,5 @@
-// Which messages of the log repeat: the first is logged at once, the next ones are counted and
-// logged together at growing intervals. Pure logic on given times.
+// Finds the messages of the log that repeat: the first is logged at once, the next ones are counted
+// and logged together at growing intervals. Pure logic on given times.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ class Repeats {
   static constexpr std::int64_t first_interval_ns = 1'000'000'000;
   static constexpr std::int64_t longest_interval_ns = 600'000'000'000;
 
-  /// Whether to log a message now; else it is counted.
+  /// Whether to log a message now; otherwise it is counted.
   [[nodiscard]] bool take(const Message& message, std::int64_t now_ns);
 
   /// The counted messages whose interval is over: the newest text, with their number and duration.
@@ -40,7 +40,7 @@ class Repeats {
     std::int64_t logged_ns = 0;
     std::int64_t interval_ns = first_interval_ns;
     std::uint64_t counted = 0;  ///< since it was logged
-    Message newest;             ///< of them
+    Message newest;             ///< of the counted ones
     std::int64_t newest_ns = 0;
   };
 

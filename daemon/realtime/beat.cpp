@@ -126,7 +126,7 @@ std::uint64_t Beat::account(const NextTick& due, std::int64_t wakeup_latency_ns,
     writer.count_overrun(done_ns, execution_ns_);
     parts_.events.push({EventKind::overrun, execution_ns_, wakeup_latency_ns});
   }
-  // Counted with the next tick, so that ticks plus missed cycles is the newest number.
+  // Counted with the next tick, so that ticks plus missed cycles equal the newest tick number.
   if (const std::uint64_t missed = skipped_ + due.missed; missed > 0) {
     writer.count_missed(missed);
     parts_.events.push({EventKind::missed, static_cast<std::int64_t>(missed), wakeup_latency_ns});

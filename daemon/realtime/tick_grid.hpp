@@ -32,15 +32,15 @@ struct NextTick {
   std::uint64_t missed = 0;  ///< cycles of the grid that were skipped
 };
 
-/// Woken for `tick` at `now_ns`: when that is a period or more late, the newest tick that is due
-/// comes next.
+/// The tick to run after waking for `tick` at `now_ns`: if that is a period or more late, the
+/// newest tick that is due.
 [[nodiscard]] constexpr NextTick due_tick(const TickGrid& grid, std::uint64_t tick,
                                           std::int64_t now_ns) {
   const std::uint64_t due = grid.due_at(now_ns);
   return due > tick ? NextTick{due, due - tick} : NextTick{tick, 0};
 }
 
-/// Finished `tick` at `now_ns`: the next one is in the future, on the grid. After an overrun the
+/// The tick to run after finishing `tick` at `now_ns`: one in the future. After an overrun the
 /// cycles that became due are skipped: the phase is kept, and a beat that cannot keep up still
 /// sleeps, so the real-time thread never starves the machine.
 [[nodiscard]] constexpr NextTick next_tick(const TickGrid& grid, std::uint64_t tick,

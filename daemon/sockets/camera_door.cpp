@@ -83,7 +83,8 @@ CameraDoor::Admission CameraDoor::admit(FileDescriptor connection, Peer peer, st
     refuse(std::move(connection), -EBUSY);
     return Admission::refused;
   }
-  // The beat may be reading it: it sees the end, and close_ended() does the rest.
+  // The beat may be reading this socket: it sees the shutdown, and close_ended() closes and
+  // replaces the socket.
   ::shutdown(idlest->state.load(std::memory_order_relaxed), SHUT_RDWR);
   idlest->successor = std::move(connection);
   idlest->successor_peer = peer;

@@ -1,5 +1,5 @@
 // The connections of the camera processes. Housekeeping admits and closes them; in between the beat
-// reads them. The two share four slots of one atomic word each, without a lock.
+// reads them. Both share four slots without a lock, each handed over with one atomic word.
 #pragma once
 
 #include <array>
@@ -45,8 +45,8 @@ class CameraDoor {
   // Housekeeping's ------------------------------------------------------------------------------
 
   enum class Admission : std::uint8_t { free_slot, in_place_of_idle, refused };
-  /// Hands a connection to the beat. When all slots are taken, it replaces the one that has been
-  /// idle longest; when none is idle, it is refused.
+  /// Hands a connection to the beat. When all slots are taken, it replaces the connection that has
+  /// been idle longest; if none is idle, it is refused.
   Admission admit(FileDescriptor connection, Peer peer, std::int64_t now_ns);
 
   /// Tells the sender the reason, a negative errno, and closes the connection.
@@ -54,7 +54,7 @@ class CameraDoor {
   /// Connections that were refused. Any thread.
   [[nodiscard]] std::uint64_t refused() const noexcept { return refused_.get(); }
 
-  /// Closes connections that have ended, and admits those that replace them.
+  /// Closes connections that have ended, and admits their successors.
   void close_ended(std::int64_t now_ns) noexcept;
 
   struct Connection {

@@ -41,7 +41,7 @@ class JsonWriter {
     separate();
     fmt::format_to(std::back_inserter(text_), "{}", value);
   }
-  /// Shortest form that reads back to the same value; null when JSON has no such number.
+  /// The shortest text that reads back as the same value; null if JSON has no such number.
   void element(std::floating_point auto value) {
     separate();
     if (std::isfinite(value)) {
@@ -51,7 +51,7 @@ class JsonWriter {
     }
   }
 
-  /// null when it is empty.
+  /// null if `value` is empty.
   template <typename T>
   void element(const std::optional<T>& value) {
     if (value) return element(*value);

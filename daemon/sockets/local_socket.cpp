@@ -49,7 +49,7 @@ int type_of(SocketType type) {
   return type == SocketType::stream ? SOCK_STREAM : SOCK_SEQPACKET;
 }
 
-/// A directory in /run is gone after a boot.
+/// Makes the directory: after a boot it is gone from /run.
 void make_directory(const LocalSocketSettings& settings) {
   const std::filesystem::path& path = settings.path;
   const auto directory = path.parent_path();
@@ -79,7 +79,7 @@ void remove_stale(const LocalSocketSettings& settings, const sockaddr_un& addres
 LocalSocket::LocalSocket(const LocalSocketSettings& settings) : settings_(settings) {
   const std::filesystem::path& path = settings_.path;
   const sockaddr_un address = address_of(path);
-  // As chown has it: -1 changes nothing.
+  // As for chown, -1 changes nothing.
   const gid_t group = settings.group.empty() ? static_cast<gid_t>(-1) : group_named(settings.group);
   make_directory(settings);
   remove_stale(settings, address);

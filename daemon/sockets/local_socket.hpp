@@ -1,5 +1,5 @@
-// A listening Unix socket in the file system: has its mode and group before anyone can connect, and
-// replaces the file of a dead process, but not that of a running one.
+// A listening Unix socket in the file system: it has its mode and group before anyone can connect,
+// and replaces the file of a dead process, but not the file of a running one.
 #pragma once
 
 #include <sys/types.h>

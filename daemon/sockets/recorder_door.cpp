@@ -14,7 +14,7 @@
 namespace odomd::daemon {
 namespace {
 
-/// The most that is taken out of the rings before the socket accepts it.
+/// The most bytes that are taken out of the rings before the socket accepts them.
 constexpr std::size_t enough_bytes = 1U << 18U;
 constexpr int accepts_per_turn = 16;
 /// How long to wait at the end for a recorder that waits for its disk.
@@ -80,7 +80,7 @@ void RecorderDoor::serve(std::int64_t now_ns, Journal& journal) {
   if (!flush()) return drop("the recorder disconnected", journal);
   const std::size_t left = out_.size() - out_at_;
   if (stage_ == Stage::ended && left == 0) return drop("the recorder did not keep up", journal);
-  // After the rings were full, one timeout applies to all the rest: progress does not extend it.
+  // Once the rings were full, one timeout applies to all that is left: progress does not extend it.
   const bool fell_behind = tap == RecordingTap::State::full;
   if (!fell_behind && (left == 0 || left < waiting)) moved_ns_ = now_ns;
   if (now_ns - moved_ns_ < timeout_ns) return;

@@ -77,7 +77,7 @@ class RecorderDoor {
   std::uint64_t ticks_ = 0;  // sent
   std::string out_;          // not sent yet
   std::size_t out_at_ = 0;
-  std::int64_t moved_ns_ = 0;  // when it last read something, or had nothing to read
+  std::int64_t moved_ns_ = 0;  // when the recorder last read something, or had nothing to read
 };
 
 }  // namespace odomd::daemon
