@@ -2,7 +2,7 @@
 
 import json
 
-from .rows import command, each, findings, judge, options, sample
+from .rows import command, each, findings, judge, sample
 
 
 def weigh(odom, folder, seed):
