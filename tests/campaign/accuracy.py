@@ -7,11 +7,8 @@ charts. Where ODOMD_DRIVES names folders of recorded drives, and no bar is asked
 for training follow. Exit status 1 where a bar is missed or the work failed, 2 on wrong usage.
 """
 
-import datetime
 import os
 import pathlib
-import sys
-import tempfile
 
 import common
 from accuracy import bars, charts, courses, drives
@@ -28,29 +25,12 @@ def arguments():
     return common.parse(parser)
 
 
-def measure(given, course, seed, models):
-    with tempfile.TemporaryDirectory(prefix="accuracy-") as scratch:
-        folder = (given.work or pathlib.Path(scratch) / "drives") / course.name / str(seed)
-        picture = given.out / f"{course.name}.svg" if seed == 1 else None
-        try:
-            return drives.measure(given.odom, course, seed, models, folder, scratch, picture)
-        except common.Failed as error:
-            raise common.Failed(f"{course.name}, seed {seed}: {error}") from error
-
-
-def measure_all(given, wanted, models):
-    """All drives of all courses, side by side, in the order of courses and seeds."""
-    tasks = [(given, course, seed, models) for course in wanted for seed in range(1, given.seeds + 1)]
-    return common.side_by_side(given.jobs, measure, tasks)
-
-
 def recorded_drives(odom, models):
     """The tables of the training drives; nothing if there are none."""
     if not os.environ.get("ODOMD_DRIVES"):
         return ""
-    done = common.run(common.ROOT / "tests/campaign/drives.py", "--training", "--odom", odom.resolve(),
-                      *(f"--model={model}" for model in models))
-    return f"\n{done.stdout}"
+    return "\n" + common.output(common.ROOT / "tests/campaign/drives.py", "--training", "--odom", odom.resolve(),
+                                *(f"--model={model}" for model in models))
 
 
 def main():
@@ -60,12 +40,12 @@ def main():
     compared = ["kinematic", "paper"]
     models = [*(model for model in compared if model != given.model), given.model]
     given.out.mkdir(parents=True, exist_ok=True)
-    begun = datetime.datetime.now(datetime.timezone.utc)
-    try:
-        found = measure_all(given, bars.courses_of(wanted, speeds), models)
-        recorded = "" if given.only else recorded_drives(given.odom, models)
-    except common.Failed as error:
-        sys.exit(f"accuracy: {error}")
+    begun = common.now()
+    found = common.each_drive(
+        given, lambda course, seed, folder, scratch: drives.measure(
+            given.odom, course, seed, models, folder, scratch, given.out / f"{course.name}.svg" if seed == 1 else None),
+        [(course, seed) for course in bars.courses_of(wanted, speeds) for seed in range(1, given.seeds + 1)])
+    recorded = "" if given.only else recorded_drives(given.odom, models)
     results = bars.Results(found, given.model, compared, speeds, given.slack)
     rows = [(name, row) for name in bars.BARS if name in wanted for row in bars.BARS[name][0](results)]
 
@@ -75,10 +55,10 @@ def main():
     (given.out / "table.md").write_text(text)
     charts.write(results, given.out)
     print(text)
-    common.finish("accuracy", begun, rows, given.json,
-                  {"model": given.model, "seeds": given.seeds,
-                   "drives": [drive for course in results.by_course.values() for drive in course]})
+    return common.finish("accuracy", begun, rows, given.json,
+                         {"model": given.model, "seeds": given.seeds,
+                          "drives": [drive for course in results.by_course.values() for drive in course]})
 
 
 if __name__ == "__main__":
-    main()
+    common.main(main)

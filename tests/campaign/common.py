@@ -2,15 +2,21 @@
 
 import argparse
 import concurrent.futures
+import contextlib
 import datetime
 import json
+import math
 import os
 import pathlib
 import subprocess
 import sys
+import tempfile
 from typing import Any
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+ODOM = pathlib.Path(os.environ.get("ODOM", ROOT / "build/release/bin/odom"))
+PROCESSORS = len(os.sched_getaffinity(0))
+DEGREES = 180 / math.pi
 
 
 class Failed(Exception):
@@ -23,15 +29,29 @@ def last_line(text: str) -> str:
 
 
 def run(*command: object) -> "subprocess.CompletedProcess[str]":
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
+    words = [str(word) for word in command]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise Failed(last_line(done.stderr) or f"{command[0]}: exit status {done.returncode}")
+        raise Failed(f"{' '.join(words)}: {last_line(done.stderr) or f'exit status {done.returncode}'}")
     return done
 
 
+def output(*command: object) -> str:
+    return run(*command).stdout
+
+
+@contextlib.contextmanager
+def named(what):
+    """A failure in it says what failed."""
+    try:
+        yield
+    except Failed as error:
+        raise Failed(f"{what}: {error}") from error
+
+
 def side_by_side(jobs, measure, tasks):
-    """The results of `measure(*task)`, in the order of the tasks."""
-    with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
+    """The results of `measure(*task)`, in the order of the tasks. Threads: programs do the work."""
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         started = [pool.submit(measure, *task) for task in tasks]
         try:
             for done, _ in enumerate(concurrent.futures.as_completed(started), start=1):
@@ -46,13 +66,27 @@ def side_by_side(jobs, measure, tasks):
                 print(file=sys.stderr)
 
 
-def parser(doc, seeds):
-    """For a campaign with this docstring, over so many drives of each course."""
+def each_drive(given, measure, tasks):
+    """The results of `measure(course, seed, folder, scratch)` for the tasks (course, seed); the folder stays with --work."""
+    def one(course, seed):
+        with tempfile.TemporaryDirectory(prefix="drive-") as name, named(f"{course.name}, seed {seed}"):
+            scratch = pathlib.Path(name)
+            return measure(course, seed, (given.work or scratch / "drives") / course.name / str(seed), scratch)
+
+    return side_by_side(given.jobs, one, tasks)
+
+
+def parser(doc, seeds=None, what="drives of each course", jobs=True, odom=True):
+    """For a campaign with this docstring."""
     made = argparse.ArgumentParser(description=doc.splitlines()[0])
-    made.add_argument("--seeds", type=int, default=seeds, metavar="N",
-                      help=f"drives of each course; default: {seeds}")
-    made.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
-                      help="drives in parallel; default: one per processor")
+    if seeds:
+        made.add_argument("--seeds", type=int, default=seeds, metavar="N", help=f"{what}; default: {seeds}")
+    if jobs:
+        made.add_argument("--jobs", type=int, default=PROCESSORS, metavar="N",
+                          help="in parallel; default: one per processor")
+    if odom:
+        made.add_argument("--odom", type=pathlib.Path, default=ODOM, metavar="FILE",
+                          help="the program; default: $ODOM, else the one of the release build")
     return made
 
 
@@ -70,15 +104,13 @@ def add_bars(made, bars):
                       help="widen the limits by this factor: figures of a few seeds scatter")
     made.add_argument("--model", default="full", help="the model to evaluate; default: full")
     made.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write all figures as JSON")
-    made.add_argument("--odom", type=pathlib.Path, default=ROOT / "build/release/bin/odom", metavar="FILE",
-                      help="the program; default: the one of the release build")
     add_work(made)
 
 
 def parse(made):
     given = made.parse_args()
-    if given.seeds < 1 or given.jobs < 1 or not getattr(given, "slack", 1.0) >= 1:
-        made.error("--seeds, --jobs and --slack: 1 or more")
+    if any(getattr(given, name, 1) < 1 for name in ("seeds", "jobs")) or not getattr(given, "slack", 1.0) >= 1:
+        made.error("1 or more: " + ", ".join(f"--{name}" for name in ("seeds", "jobs", "slack") if hasattr(given, name)))
     require_program(made, getattr(given, "odom", None))
     return given
 
@@ -89,15 +121,24 @@ def require_program(made, program):
 
 
 def finish(name: str, begun: datetime.datetime, rows: list[Any], file: pathlib.Path | None,
-           figures: dict[str, Any]) -> None:
-    """Writes the figures and the last line, and ends with 1 if one of the rows, (bar, row), is not met."""
+           figures: dict[str, Any]) -> int:
+    """Writes the figures and the last line; the exit status: 1 if one of the rows, (bar, row), is not met."""
     if file:
         document = {**figures, "rows": [{"bar": bar, **vars(row)} for bar, row in rows]}
         file.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
     missed = sum(not row.met for _, row in rows)
+    return last_words(name, begun, f"{len(rows) - missed} bars met, {missed} missed", missed)
+
+
+def last_words(name, begun, text, bad):
+    """The dated last line; the exit status."""
     took = (datetime.datetime.now(datetime.timezone.utc) - begun).total_seconds()
-    print(f"{begun:%F} {name}: {len(rows) - missed} bars met, {missed} missed, in {took:.0f} s")
-    sys.exit(1 if missed else 0)
+    print(f"{begun:%F} {name}: {text}, in {took:.0f} s")
+    return 1 if bad else 0
+
+
+def now():
+    return datetime.datetime.now(datetime.timezone.utc)
 
 
 def table(rows):
@@ -105,3 +146,11 @@ def table(rows):
     yield "|---|---|---|---|---|"
     for bar, row in rows:
         yield f"| {bar} | {row.what} | {row.required} | {row.measured} | {'yes' if row.met else '**no**'} |"
+
+
+def main(campaign):
+    """Runs a campaign's main: its exit status, or 1 and a line where the work failed."""
+    try:
+        sys.exit(campaign())
+    except (Failed, OSError) as error:
+        sys.exit(f"{pathlib.Path(sys.argv[0]).stem}: {error}")

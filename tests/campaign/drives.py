@@ -15,11 +15,11 @@ reference's lever arm is that of [reference] there, else the camera's. Output is
 or the work failed, 2 on wrong usage.
 """
 
-import argparse
 import os
 import pathlib
 import sys
 
+import common
 from recorded import log, measure, tables, training
 
 DEFAULT_MODELS = ["kinematic", "paper", "inertial", "full"]
@@ -27,9 +27,9 @@ GROUPS = [("Training drives", measure.TRAINING, True), ("Judged drives", measure
           ("Cut drives as a whole", measure.WHOLE, True), ("Apart, in no verdict", measure.APART, False)]
 
 
-def arguments() -> argparse.Namespace:
+def arguments():
     every = sorted({part.drive for _, parts, _ in GROUPS for part in parts})
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = common.parser(__doc__)
     mode = parser.add_mutually_exclusive_group(required=True)
     mode.add_argument("--training", action="store_true", help="the training drives only")
     mode.add_argument("--judge", action="store_true", help="all drives, and log the look")
@@ -42,22 +42,13 @@ def arguments() -> argparse.Namespace:
                         help=f"this model; several times: these. Default: {', '.join(DEFAULT_MODELS)}")
     parser.add_argument("--only", action="append", choices=every, metavar="DRIVE",
                         help="this drive; several times: these")
-    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
-                        help="replays in parallel; default: one per processor")
-    parser.add_argument("--odom", type=pathlib.Path, metavar="FILE",
-                        default=pathlib.Path(os.environ.get("ODOM", measure.ROOT / "build/release/bin/odom")),
-                        help="the program; default: $ODOM, else the one of the release build")
     parser.add_argument("--log", type=pathlib.Path, default=measure.LOG, metavar="FILE",
                         help="the file that --judge logs in; default: docs/dev/judged.md")
-    given = parser.parse_args()
+    given = common.parse(parser)
     if (given.check or given.update) and not given.training:
         parser.error("--check and --update go with --training")
     if given.update and (given.model or given.only):
         parser.error("--update writes all models and drives: leave --model and --only out")
-    if given.jobs < 1:
-        parser.error("--jobs: 1 or more")
-    if not os.access(given.odom, os.X_OK):
-        parser.error(f"{given.odom} is missing: cmake --preset release && cmake --build --preset release")
     return given
 
 
@@ -70,12 +61,7 @@ def main() -> int:
     if not os.environ.get("ODOMD_DRIVES"):
         print(f"not run: {len(parts)}")
         return 0 if given.check else 2
-    try:
-        rows = measure.measure(given.odom, parts, models, given.jobs)
-    except (measure.Failed, OSError) as error:
-        print(f"drives: {error}", file=sys.stderr)
-        return 1
-
+    rows = measure.measure(given.odom, parts, models, given.jobs)
     sections = ["\n".join(tables.section(title, [row for row in rows if row.part in some], verdict))
                 for title, some, verdict in groups]
     print("\n".join(filter(None, sections)))
@@ -93,4 +79,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    common.main(main)

@@ -28,7 +28,7 @@ STEP = 0.005  # s, of the ticks: a flag within one is seen at its end
 
 
 def arguments():
-    parser = common.parser(__doc__, seeds=20)
+    parser = common.parser(__doc__, seeds=20, odom=False)
     parser.add_argument("--scenario", action="append", choices=SCENARIOS, help="this one; several times: these")
     parser.add_argument("--bin", type=pathlib.Path, default=common.ROOT / "build/release", metavar="DIR",
                         help="the build; default: build/release")
@@ -43,7 +43,7 @@ def measure(build, scenario, seed):
         folder = pathlib.Path(scratch) / "drive"
         common.run(build / "bin/odom", "sim", "--scenario", scenario, "--seed", seed, "--out", folder)
         camera = folder / "camera.csv" if seed % 2 else "-"
-        lines = common.run(build / "bin/source_faults", folder / "car.toml", folder / "drive.log", camera, seed).stdout
+        lines = common.output(build / "bin/source_faults", folder / "car.toml", folder / "drive.log", camera, seed)
         return scenario, seed, [json.loads(line) for line in lines.splitlines()]
 
 
@@ -117,8 +117,4 @@ def main():
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except (common.Failed, OSError) as error:
-        print(f"faults: {error}", file=sys.stderr)
-        sys.exit(1)
+    common.main(main)

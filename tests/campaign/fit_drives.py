@@ -15,7 +15,6 @@ end error and the rms of the position against the published parameters on every 
 ODOM=FILE: that program.
 """
 import datetime
-import json
 import os
 import pathlib
 import re
@@ -24,10 +23,9 @@ import sys
 import tempfile
 import time
 
+import common
+from common import DEGREES, ODOM, ROOT, output
 from recorded import measure
-from recorded.measure import ROOT, run
-
-ODOM = os.environ.get("ODOM", str(ROOT / "build/release/bin/odom"))
 
 # Car, drive fitted on, until when [s], and the drives judged with the options of evaluate. The reference of
 # dart_track_v1 is the car's from 17.6 s on only: before, it jumps by 7 m and faces backwards.
@@ -55,24 +53,11 @@ def arm_of(config: pathlib.Path) -> list[float]:
     return [0.0, 0.0, 0.0]
 
 
-def judged(config: pathlib.Path, folder: pathlib.Path, arm: list[float], options: list[str],
-           work: pathlib.Path) -> dict:
-    first = (folder / "truth.csv").read_text().splitlines()[1].split(",")
-    pose = work / "pose.csv"
-    run(ODOM, "replay", "--config", str(config), "--dbc", str(folder / "car.dbc"), "--can",
-        str(folder / "drive.log"), "--model", "full", "--initial=" + ",".join(first[1:4]),
-        "--out", str(pose))
-    out = run(ODOM, "evaluate", "--reference", str(folder / "truth.csv"), "--pose", str(pose),
-              "--lever-arm=" + ",".join(map(str, arm)), "--align", "first", "--json", *options)
-    return json.loads(out)["estimates"][0]
-
-
 def fit(published: pathlib.Path, folder: pathlib.Path, until: float, fitted: pathlib.Path) -> None:
     shutil.copy(published, fitted)
     begun = time.monotonic()
-    report = run(ODOM, "identify", "fit", "--config", str(published), "--dbc", str(folder / "car.dbc"),
-                 "--drive", str(folder), "--quiet", "--to", str(until), "--write", str(fitted))
-    sys.stderr.write(report)
+    sys.stderr.write(output(ODOM, "identify", "fit", "--config", published, "--dbc", folder / "car.dbc",
+                            "--drive", folder, "--quiet", "--to", until, "--write", fitted))
     print(f"fit_drives: {folder.name}: {time.monotonic() - begun:.0f} s", file=sys.stderr)
 
 
@@ -102,11 +87,12 @@ def main() -> int:
                 for label, config, lever in rows:
                     if label.endswith("arm of the fit") and lever == own:
                         continue
-                    e = judged(config, measure.folder_of(other), lever, options, work)
+                    e = measure.dead_reckoning(ODOM, config, measure.folder_of(other), work,
+                                               "--lever-arm=" + ",".join(map(str, lever)), *options)
                     figures.append((e["error_35ms"]["position"]["mean"], e["end_error"], e["position"]["rms"]))
                     print(f"| {taught} to {until:g} s | {name} "
                           f"| {label} | {e['end_error']:.2f} | {e['end_error_cm_per_m']:.2f} "
-                          f"| {e['heading']['end'] * 57.29577951:.1f} | {e['position']['rms']:.2f} "
+                          f"| {e['heading']['end'] * DEGREES:.1f} | {e['position']['rms']:.2f} "
                           f"| {e['error_35ms']['position']['mean'] * 1e3:.2f} |", flush=True)
                 for what, before, after in zip(("35 ms", "end", "position"), figures[0], figures[-1]):
                     if not after < before:
@@ -117,4 +103,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    common.main(main)

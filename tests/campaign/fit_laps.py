@@ -12,11 +12,9 @@ status 1 where the fit does not lower the errors of each lap, as a geometric mea
 
 ODOM=FILE: that program.
 """
-import concurrent.futures
 import datetime
 import json
 import math
-import os
 import pathlib
 import random
 import re
@@ -25,9 +23,10 @@ import statistics
 import sys
 import tempfile
 
-from recorded.measure import ROOT, run
+import common
+from common import DEGREES, ODOM, PROCESSORS, output
+from recorded import measure
 
-ODOM = os.environ.get("ODOM", str(ROOT / "build/release/bin/odom"))
 MASS, FRONT, REAR, INERTIA, STIFFNESS_FRONT, STIFFNESS_REAR = 2.985, 0.175, 0.085, 0.0283384, 20.0, 60.0
 OTHERS = {"lap at 1 m/s": ("lap", 1.0, 1), "lap at 2 m/s": ("lap", 2.0, 1), "three laps at 2.5 m/s": ("lap", 2.5, 3),
           "slalom at 1.5 m/s": ("slalom", 1.5, 1)}
@@ -38,7 +37,7 @@ ERRORS = {"35 ms, mean": lambda e: e["error_35ms"]["position"]["mean"],
 
 
 def drive(folder: pathlib.Path, seed: int, scenario: str, speed: float, laps: int, *more: object) -> None:
-    run(ODOM, "sim", "--scenario", scenario, "--seed", seed, "--speed", speed, "--laps", laps, "--out", folder, *more)
+    output(ODOM, "sim", "--scenario", scenario, "--seed", seed, "--speed", speed, "--laps", laps, "--out", folder, *more)
 
 
 def measured_by_hand(config: pathlib.Path, truth: dict, chance: random.Random) -> None:
@@ -58,12 +57,7 @@ def measured_by_hand(config: pathlib.Path, truth: dict, chance: random.Random) -
 
 
 def judged(config: pathlib.Path, folder: pathlib.Path) -> dict:
-    pose = folder / "pose.csv"
-    first = (folder / "truth.csv").read_text().splitlines()[1].split(",")
-    run(ODOM, "replay", "--config", config, "--dbc", folder / "car.dbc", "--can", folder / "drive.log",
-        "--model", "full", "--initial=" + ",".join(first[1:4]), "--out", pose)
-    said = run(ODOM, "evaluate", "--reference", folder / "truth.csv", "--pose", pose, "--align", "first", "--json")
-    estimate = json.loads(said)["estimates"][0]
+    estimate = measure.dead_reckoning(ODOM, config, folder, folder)
     return {name: error(estimate) for name, error in ERRORS.items()}
 
 
@@ -77,9 +71,9 @@ def car(seed: int, work: pathlib.Path) -> dict:
     measured_by_hand(by_hand, truth, chance)
     fitted = taught / "fitted.toml"
     shutil.copy(by_hand, fitted)
-    run(ODOM, "identify", "fit", "--quiet", "--config", by_hand, "--drive", taught, "--prior", "mass=0.0017",
-        "--prior", "stiffness_front=0.015", "--prior", "stiffness_rear=0.015", "--prior", "yaw_inertia=0.005",
-        "--write", fitted)
+    output(ODOM, "identify", "fit", "--quiet", "--config", by_hand, "--drive", taught, "--prior", "mass=0.0017",
+           "--prior", "stiffness_front=0.015", "--prior", "stiffness_rear=0.015", "--prior", "yaw_inertia=0.005",
+           "--write", fitted)
     result = {}
     for k, (name, (scenario, speed, laps)) in enumerate(OTHERS.items()):
         other = work / f"{seed}-{k}"
@@ -93,15 +87,14 @@ def car(seed: int, work: pathlib.Path) -> dict:
 
 def main() -> int:
     seeds = range(1, 1 + int(sys.argv[1] if len(sys.argv) > 1 else 8))
-    with tempfile.TemporaryDirectory() as scratch, \
-            concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        cars = list(pool.map(lambda seed: car(seed, pathlib.Path(scratch)), seeds))
+    with tempfile.TemporaryDirectory() as scratch:
+        cars = common.side_by_side(PROCESSORS, car, [(seed, pathlib.Path(scratch)) for seed in seeds])
     print(f"Fitted on one lap, {len(cars)} cars, {datetime.date.today()}; medians, by hand > fitted "
           "(geometric mean of the ratios; cars that do better):\n")
     print("| judged on | 35 ms mean [mm] | position rms [mm] | end [mm] | heading rms [°] |")
     print("|---|---|---|---|---|")
     lowered = True
-    units = {"35 ms, mean": 1e3, "position, rms": 1e3, "end": 1e3, "heading, rms": 57.29577951}
+    units = {"35 ms, mean": 1e3, "position, rms": 1e3, "end": 1e3, "heading, rms": DEGREES}
     for lap in OTHERS:
         cells = []
         for error, unit in units.items():
@@ -117,4 +110,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    common.main(main)

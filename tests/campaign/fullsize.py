@@ -8,11 +8,6 @@ output is a table in Markdown, a row a bar, and one of all courses. Exit status 
 the work failed, 2 on wrong usage.
 """
 
-import datetime
-import pathlib
-import sys
-import tempfile
-
 import common
 from accuracy import fullsize
 
@@ -34,35 +29,23 @@ def arguments():
     return given
 
 
-def measure(given, course, seed, models):
-    with tempfile.TemporaryDirectory(prefix="fullsize-") as scratch:
-        scratch = pathlib.Path(scratch)
-        folder = (given.work or scratch / "drives") / course.name / str(seed)
-        try:
-            return fullsize.measure(given.odom, course, seed, models, folder, scratch)
-        except common.Failed as error:
-            raise common.Failed(f"{course.name}, seed {seed}: {error}") from error
-
-
 def main():
     given = arguments()
-    begun = datetime.datetime.now(datetime.timezone.utc)
+    begun = common.now()
     models = [*dict.fromkeys((given.reference, given.model))]
-    tasks = [(given, course, fullsize.seed_of(course, number), models)
-             for course in given.courses for number in range(1, given.seeds + 1)]
-    try:
-        measured = common.side_by_side(given.jobs, measure, tasks)
-    except common.Failed as error:
-        sys.exit(f"fullsize: {error}")
+    measured = common.each_drive(
+        given, lambda course, seed, folder, scratch: fullsize.measure(given.odom, course, seed, models, folder, scratch),
+        [(course, fullsize.seed_of(course, number))
+         for course in given.courses for number in range(1, given.seeds + 1)])
     results = fullsize.Results(measured, given.model, given.reference, given.slack)
     rows = [(name, row) for name in given.only or fullsize.BARS for row in fullsize.BARS[name](results)]
     print(f"`--model {given.model}` and `{given.reference}`, {begun:%F}, {given.seeds} seeds a course; medians "
           "(smallest to largest):\n")
     print("\n".join(common.table(rows)), "\n")
     print("\n".join(fullsize.by_course(results)), "\n")
-    common.finish("fullsize", begun, rows, given.json,
-                  {"model": given.model, "reference": given.reference, "seeds": given.seeds, "drives": measured})
+    return common.finish("fullsize", begun, rows, given.json, {
+        "model": given.model, "reference": given.reference, "seeds": given.seeds, "drives": measured})
 
 
 if __name__ == "__main__":
-    main()
+    common.main(main)

@@ -7,20 +7,17 @@ there is a bar. Standard output is a table in Markdown. Exit status 1 where a ba
 failed, 2 on wrong usage.
 """
 
-import argparse
 import datetime
 import importlib
-import os
 import pathlib
 import pkgutil
 import sys
 import tempfile
 import time
 
+import common
 import identify
-from identify import rows
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 ORDER = ["mass", "cog", "inertia", "noise", "track", "stiffness", "latency", "fit"]
 METHODS = sorted((module.name for module in pkgutil.iter_modules(identify.__path__)
                   if module.name != "rows" and hasattr(
@@ -29,20 +26,15 @@ METHODS = sorted((module.name for module in pkgutil.iter_modules(identify.__path
 
 
 def arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = common.parser(__doc__, seeds=40, what="cars", jobs=False)
     parser.add_argument("--only", action="append", choices=METHODS, metavar="METHOD",
                         help=f"this method; several times: these. One of {', '.join(METHODS)}")
-    parser.add_argument("--seeds", type=int, default=40, metavar="N", help="cars; default: 40")
     parser.add_argument("--first", type=int, default=1, metavar="N", help="the first seed; default: 1")
     parser.add_argument("--work", type=pathlib.Path, metavar="DIR",
                         help="keep the experiments here; default: they are removed")
-    parser.add_argument("--odom", type=pathlib.Path, default=ROOT / "build/release/bin/odom", metavar="FILE",
-                        help="the program; default: the one of the release build")
-    given = parser.parse_args()
-    if given.seeds < 1 or given.first < 0:
-        parser.error("--seeds: 1 or more; --first: 0 or more")
-    if not os.access(given.odom, os.X_OK):
-        parser.error(f"{given.odom} is missing: cmake --preset release && cmake --build --preset release")
+    given = common.parse(parser)
+    if given.first < 0:
+        parser.error("--first: 0 or more")
     return given
 
 
@@ -69,7 +61,7 @@ def main():
                 for row in importlib.import_module(f"identify.{method}").run(seeds, work, given.odom):
                     met = met and row.met
                     print(line(row), flush=True)
-            except rows.Failed as error:
+            except common.Failed as error:
                 met = False
                 print(f"identify.py: {method}: {error}", file=sys.stderr)
         print(f"identify.py: {method}: {time.monotonic() - begun:.0f} s", file=sys.stderr)

@@ -15,11 +15,11 @@ import itertools
 import json
 import math
 import pathlib
-import sys
 import tempfile
 import tomllib
 from typing import Any, NamedTuple
 
+import common
 from recorded import log, measure
 
 MOST_WORSE = 1.10
@@ -72,12 +72,7 @@ def write_by_hand(config: pathlib.Path, folder: pathlib.Path, out: pathlib.Path)
 
 def errors(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Path, part: measure.Part, arm: str,
            work: pathlib.Path) -> measure.Figures:
-    poses = work / "pose.csv"
-    measure.run(odom, "replay", "--config", config, "--dbc", folder / "car.dbc", "--can", folder / "drive.log",
-                f"--initial={measure.first_pose(folder / 'truth.csv')}", "--out", poses)
-    text = measure.run(odom, "evaluate", "--reference", folder / "truth.csv", "--pose", poses, "--align", "first",
-                       "--json", *([f"--lever-arm={arm}"] if arm else []), *part.options)
-    found: Table = json.loads(text)["estimates"][0]
+    found = measure.dead_reckoning(odom, config, folder, work, *([f"--lever-arm={arm}"] if arm else []), *part.options)
     figures = {"error_35ms [mm]": 1e3 * found["error_35ms"]["position"]["mean"]}
     if folder.name in measure.VELOCITIES_ONLY:
         return figures
@@ -96,8 +91,8 @@ def compare(odom: pathlib.Path, folder: pathlib.Path, by_hand: pathlib.Path, par
     config = work / "init.toml"
     car: list[object] = ["--mass", vehicle["mass"], "--front-axle", vehicle["front_axle"],
                          "--wheelbase", vehicle["front_axle"] + vehicle["rear_axle"], "--track", vehicle["track_width"]]
-    proposal = json.loads(measure.run(odom, "init", "--yes", "--json", "--dbc", folder / "car.dbc",
-                                      "--can", folder / "drive.log", *car, "--out", config, "--force"))
+    proposal = json.loads(common.output(odom, "init", "--yes", "--json", "--dbc", folder / "car.dbc",
+                                        "--can", folder / "drive.log", *car, "--out", config, "--force"))
     found = {role["role"]: role for role in proposal["roles"]}
     for role in sorted(set(hand["can"]["signals"]) | set(found)):
         if role not in found:
@@ -137,10 +132,10 @@ def main() -> int:
             return 0 if seen.good() else 1
         for (course, options), seed in itertools.product(COURSES.items(), range(1, chosen.seeds + 1)):
             folder = work / f"{course}_{seed}"
-            measure.run(chosen.odom, "sim", *options, "--seed", seed, "--out", folder)
+            common.output(chosen.odom, "sim", *options, "--seed", seed, "--out", folder)
             compare(chosen.odom, folder, folder / "car.toml", measure.Part(folder.name), "", work, seen)
     return 0 if seen.good() else 1
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    common.main(main)

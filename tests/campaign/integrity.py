@@ -14,7 +14,6 @@ Standard output is a table in Markdown. Exit status 1 where a bar is missed or t
 usage.
 """
 
-import datetime
 import json
 import pathlib
 import statistics
@@ -65,7 +64,7 @@ MOST_NOT_DETECTABLE = 8
 
 
 def arguments():
-    parser = common.parser(__doc__, seeds=20)
+    parser = common.parser(__doc__, seeds=20, odom=False)
     parser.add_argument("--scenario", action="append", choices=SCENARIOS, help="this one; several times: these")
     parser.add_argument("--kind", action="append", metavar="NAME",
                         help="this kind of fault, or all of a part (gyro), or the drives as they are (none); "
@@ -90,7 +89,7 @@ def arguments():
 
 def kinds(given):
     """The kinds for fault_runs: all that it knows, or the requested ones."""
-    every = common.run(given.bin / "fault_runs", "--list").stdout.split()
+    every = common.output(given.bin / "fault_runs", "--list").split()
     if not given.kind:
         return every
     chosen = []
@@ -108,8 +107,8 @@ def measure(given, scenario, seed, wanted):
         if not (folder / "truth.csv").exists():
             folder.parent.mkdir(parents=True, exist_ok=True)
             common.run(given.bin / "odom", "sim", *SCENARIOS[scenario], "--seed", seed, "--out", folder, "--force")
-        lines = common.run(given.bin / "fault_runs", folder, seed, "--camera", given.camera, "--kinds",
-                           ",".join(wanted) or "none").stdout
+        lines = common.output(given.bin / "fault_runs", folder, seed, "--camera", given.camera, "--kinds",
+                              ",".join(wanted) or "none")
         return [{"scenario": scenario, "seed": seed, **json.loads(line)} for line in lines.splitlines()]
 
 
@@ -239,7 +238,7 @@ def summary(rows):
 
 def main():
     given = arguments()
-    begun = datetime.datetime.now(datetime.timezone.utc)
+    begun = common.now()
     wanted = kinds(given)
     tasks = [(given, scenario, seed, wanted)
              for scenario in given.scenario or SCENARIOS for seed in range(1, given.seeds + 1)]
@@ -263,15 +262,9 @@ def main():
         given.json.write_text("[\n" + ",\n".join(json.dumps(one) for one in runs) + "\n]\n")
     if given.write:
         write_document(rows, begun, given)
-    missed = [row for row in rows if row.missed]
-    took = (datetime.datetime.now(datetime.timezone.utc) - begun).total_seconds()
-    print(f"{begun:%F} integrity: {len(rows) - len(missed)} kinds met, {len(missed)} missed, in {took:.0f} s")
-    return 1 if missed else 0
+    missed = sum(bool(row.missed) for row in rows)
+    return common.last_words("integrity", begun, f"{len(rows) - missed} kinds met, {missed} missed", missed)
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except (common.Failed, OSError) as error:
-        print(f"integrity: {error}", file=sys.stderr)
-        sys.exit(1)
+    common.main(main)

@@ -8,7 +8,6 @@ be what its commands give. Prints tables in Markdown. Exit status 1 where a bar 
 2 on wrong usage.
 """
 
-import argparse
 import datetime
 import json
 import math
@@ -16,13 +15,13 @@ import pathlib
 import re
 import shutil
 import statistics
-import sys
 import tempfile
 
+import common
+from common import ROOT, output
 from identify import rows
-from identify.rows import command, sample
+from identify.rows import sample
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 MODELS = ["kinematic_printed", "kinematic", "paper", "full"]
 # Heading of a column: its key in the summary, and its unit there.
 FIGURES = {"end [cm/m]": ("end_error_cm_per_m", 1.0), "heading at the end [deg]": ("heading_end", math.pi / 180),
@@ -38,7 +37,7 @@ SPEEDS = {"small car": [0.6, 1, 1.5, 2], "saloon": [5, 10, 15, 20]}
 def identified(odom, work, seed):
     """The chain. Returns the configuration, and a sample per value."""
     def sim(name, *options):
-        command(odom, "sim", *options, "--force", "--seed", seed, "--out", work / name)
+        output(odom, "sim", *options, "--force", "--seed", seed, "--out", work / name)
         return json.loads((work / name / "plant.json").read_text())
 
     weighed = sim("weighing", "weighing")["experiment"]
@@ -50,7 +49,7 @@ def identified(odom, work, seed):
         shutil.copy(work / "swing" / name, work / name)
 
     def identify(method, *options):
-        said = json.loads(command(odom, "identify", method, "--json", *options, "--write", car))
+        said = json.loads(output(odom, "identify", method, "--json", *options, "--write", car))
         return {value["name"]: value for value in said["values"]}
 
     scale = "--measured", work / "weighing/measured.json"
@@ -74,9 +73,9 @@ def identified(odom, work, seed):
 
 def lap_of(odom, work, options, configuration=()):
     """The magnitudes of FIGURES of each model on the lap, by its name."""
-    command(odom, "sim", "--laps", 1, *options, "--force", "--out", work / "lap")
+    output(odom, "sim", "--laps", 1, *options, "--force", "--out", work / "lap")
     models = [option for model in MODELS for option in ("--model", model)]
-    said = json.loads(command(odom, "evaluate", "--json", "--dead-reckoning", *configuration,
+    said = json.loads(output(odom, "evaluate", "--json", "--dead-reckoning", *configuration,
                               "--drive", work / "lap", *models))
     return {row["estimate"]: [abs((row[key] or 0.0) / unit) for key, unit in FIGURES.values()]
             for row in said["summary"] if row["drive"] == "lap"}
@@ -108,13 +107,7 @@ def printed_right(printed, found):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=10, metavar="N", help="cars; default: 10")
-    parser.add_argument("--odom", type=pathlib.Path, default=ROOT / "build/release/bin/odom", metavar="FILE",
-                        help="the program; default: the one of the release build")
-    given = parser.parse_args()
-    if given.seeds < 1:
-        parser.error("--seeds: 1 or more")
+    given = common.parse(common.parser(__doc__, seeds=10, what="cars", jobs=False))
 
     def one(seed):
         with tempfile.TemporaryDirectory(prefix="paper-") as folder:
@@ -123,11 +116,7 @@ def main():
             lap = "--fix", "gyro_bias=0", *SMALL_SCALE_ERROR, "--seed", seed
             return values, lap_of(given.odom, work, lap, ("--config", car))
 
-    try:
-        cars = rows.each(range(1, given.seeds + 1), one)
-    except rows.Failed as error:
-        print(f"paper.py: {error}", file=sys.stderr)
-        return 1
+    cars = rows.each(range(1, given.seeds + 1), one)
     passed = failed = 0
 
     def bar(met, text):
@@ -155,4 +144,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    common.main(main)

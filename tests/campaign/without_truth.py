@@ -13,11 +13,11 @@ Two models whose true rms differ by less than 5 % may change places. Exit status
 import itertools
 import json
 import pathlib
-import sys
 import tempfile
 from collections.abc import Iterator
 from typing import NamedTuple
 
+import common
 from recorded import log, measure
 
 MODELS = ["kinematic", "paper", "inertial", "full"]
@@ -40,7 +40,7 @@ class Row(NamedTuple):
 
 def rms(odom: pathlib.Path, folder: pathlib.Path, *options: str) -> dict[str, float]:
     models = [word for model in MODELS for word in ("--model", model)]
-    text = measure.run(odom, "evaluate", "--drive", folder, *models, *options, "--json")
+    text = common.output(odom, "evaluate", "--drive", folder, *models, *options, "--json")
     return {one["pose"]: one["position"]["rms"] for one in json.loads(text)["drives"][0]["estimates"]}
 
 
@@ -107,10 +107,10 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as work:
         for (course, options), seed in itertools.product(COURSES.items(), range(1, chosen.seeds + 1)):
             folder = pathlib.Path(work) / f"{course}_{seed}"
-            measure.run(chosen.odom, "sim", *options, "--seed", seed, "--out", folder)
+            common.output(chosen.odom, "sim", *options, "--seed", seed, "--out", folder)
             rows += compare(chosen.odom, folder, folder.name, ())
     return status(rows)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    common.main(main)

@@ -7,9 +7,10 @@ import dataclasses
 import math
 import statistics
 
+from common import DEGREES
+
 from . import courses
 
-DEGREES = 180 / math.pi
 POSE_DIMENSION = 3
 
 

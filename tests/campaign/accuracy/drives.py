@@ -3,7 +3,6 @@
 import csv
 import json
 import math
-import pathlib
 
 from common import Failed, last_line, run
 
@@ -142,7 +141,6 @@ def draw(odom, course, folder, poses, picture):
 def measure(odom, course, seed, models, folder, scratch, picture=None):
     """All that is to be said of a drive: by view and model what odom evaluate says, by model what the
     replay reports, and what the shift of the stamps changes for the last of the models."""
-    folder, scratch = pathlib.Path(folder), pathlib.Path(scratch)
     simulate(odom, course, seed, folder)
     poses = {model: scratch / f"{model}.csv" for model in models}
     result = {"course": course.name, "seed": seed}

@@ -7,6 +7,8 @@ import dataclasses
 import math
 import statistics
 
+from common import DEGREES
+
 from . import bars, courses, drives
 
 # Roll of 8.5, 8.4, 6.2 and 3.2 ° a g; rear, front, rear (engine too) and rear driven.
@@ -71,12 +73,11 @@ def measure(odom, course, seed, models, folder, scratch):
 
 
 def heading_rms(evaluation):
-    return evaluation["heading"]["rms"] * bars.DEGREES
+    return evaluation["heading"]["rms"] * DEGREES
 
 
 def position_rms(evaluation):
     return evaluation["position"]["rms"]
-
 
 
 FIGURES = {"35 ms [mm]": bars.short_term_mm, "heading rms [°]": heading_rms, "position rms [m]": position_rms}
@@ -108,8 +109,7 @@ class Results:
         return [bars.ratio(value, other) for value, other in
                 zip(self.values(found, figure), self.values(found, figure, self.reference))]
 
-    def within(self, value, limit, low=-math.inf):
-        return low / self.slack <= value <= limit * self.slack
+    within = bars.Results.within
 
 
 def geometric_mean(values):

@@ -7,7 +7,9 @@ latency is what the simulated bus does: a frame takes 0.25 ms and is stamped 0.0
 the mean over a cycle of 10 ms before.
 """
 
-from .rows import MASS, SIGMA_MASS, command, each, findings, judge, measure_car, remove_drive, sample
+from common import output
+
+from .rows import MASS, SIGMA_MASS, each, findings, judge, measure_car, remove_drive, sample
 
 INERTIA, TRACK, RADIUS = 0.0283384, 0.16, 0.033
 WHEEL, MOTOR = 3.3e-5, 6e-5  # kg m^2, as in tools/sim/car/vehicle.cpp
@@ -39,7 +41,7 @@ def rows_of(truth):
 def run(seeds, work, odom):
     def one(seed):
         folder = work / str(seed)
-        command(odom, "sim", "--scenario", "exercise", "--force", "--seed", seed, "--out", folder)
+        output(odom, "sim", "--scenario", "exercise", "--force", "--seed", seed, "--out", folder)
         truth = measure_car(seed, folder)["truth"]
         found, _ = findings(odom, "fit", "--quiet", "--config", folder / "car.toml", "--drive", folder,
                             "--prior", f"mass={SIGMA_MASS / MASS}")

@@ -4,8 +4,10 @@ The car is weighed before.
 
 import json
 
+from common import output
+
 from .mass import weigh
-from .rows import command, each, findings, judge, sample
+from .rows import each, findings, judge, sample
 
 BAR = 2.0  # per cent
 
@@ -14,9 +16,9 @@ def run(seeds, work, odom):
     def one(seed):
         scale, swing = work / f"scale{seed}", work / str(seed)
         weigh(odom, scale, seed)
-        command(odom, "sim", "swing", "--force", "--seed", seed, "--out", swing)
+        output(odom, "sim", "swing", "--force", "--seed", seed, "--out", swing)
         car = swing / "car.toml"
-        command(odom, "identify", "mass", "--measured", scale / "measured.json", "--write", car)
+        output(odom, "identify", "mass", "--measured", scale / "measured.json", "--write", car)
         truth = json.loads((swing / "plant.json").read_text())["experiment"]["yaw_inertia"]
         measured = "--measured", swing / "measured.json", "--config", car
         gyro, _ = findings(odom, "inertia", *measured, "--can", swing / "drive.log")

@@ -11,7 +11,9 @@ import json
 import random
 import re
 
-from .rows import command, each, findings, judge, remove_drive, sample
+from common import output
+
+from .rows import each, findings, judge, remove_drive, sample
 
 BAR = 2.0  # milliseconds
 MESSAGES = {"IMU": "yaw_rate accel_x accel_y", "STEERING": "steering",
@@ -46,7 +48,7 @@ def run(seeds, work, odom):
     for kind, (drive, bar) in DRIVES.items():
         def one(seed):
             folder = work / f"{drive[1]}-{seed}"
-            command(odom, "sim", "--force", *drive, "--seed", seed, "--out", folder)
+            output(odom, "sim", "--force", *drive, "--seed", seed, "--out", folder)
             misconfigure(folder / "car.toml", seed)
             found, _ = findings(odom, "latency", "--config", folder / "car.toml",
                                 "--can", folder / "drive.log", "--camera", folder / "camera.csv")

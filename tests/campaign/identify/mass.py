@@ -2,12 +2,14 @@
 
 import json
 
-from .rows import command, each, findings, judge, sample
+from common import output
+
+from .rows import each, findings, judge, sample
 
 
 def weigh(odom, folder, seed):
     """A simulated weighing: the truth, and what was measured."""
-    command(odom, "sim", "weighing", "--force", "--seed", seed, "--out", folder)
+    output(odom, "sim", "weighing", "--force", "--seed", seed, "--out", folder)
     truth = json.loads((folder / "plant.json").read_text())["experiment"]
     return truth, json.loads((folder / "measured.json").read_text())
 

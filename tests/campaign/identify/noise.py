@@ -3,7 +3,9 @@
 import json
 import math
 
-from .rows import command, each, findings, judge, sample
+from common import output
+
+from .rows import each, findings, judge, sample
 
 STANDING = 600  # seconds
 RATE_STEP, ACCEL_STEP = 0.0002, 0.0025  # of the signals in odomd.dbc
@@ -41,7 +43,7 @@ def truth_of(folder):
 def run(seeds, work, odom):
     def stand(seed):
         folder = work / f"standing-{seed}"
-        command(odom, "sim", "--force", "--standstill", STANDING, "--duration", STANDING, "--seed", seed,
+        output(odom, "sim", "--force", "--standstill", STANDING, "--duration", STANDING, "--seed", seed,
                 "--out", folder)
         found, _ = findings(odom, "noise", "--config", folder / "car.toml", "--can", folder / "drive.log")
         for file in "drive.log", "truth.csv", "camera.csv":
@@ -51,7 +53,7 @@ def run(seeds, work, odom):
 
     def drive(seed):
         folder = work / f"driving-{seed}"
-        command(odom, "sim", "--force", "--scenario", "slalom", "--seed", seed, "--out", folder)
+        output(odom, "sim", "--force", "--scenario", "slalom", "--seed", seed, "--out", folder)
         found, _ = findings(odom, "noise", "--drive", folder)
         return {name: sample(truth, found[name])
                 for name, truth in driving_truth(truth_of(folder)).items()}

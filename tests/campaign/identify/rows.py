@@ -1,21 +1,16 @@
 """Shared by the methods: running odom over seeds, and a row of the table."""
 
-import concurrent.futures
 import dataclasses
 import json
 import math
-import os
 import random
 import re
 import statistics
-import subprocess
+
+from common import PROCESSORS, output, side_by_side
 
 SIGMA_MASS, SIGMA_AXLE = 0.005, 0.0005  # of a person with a scale and a tape
 MASS, FRONT_AXLE, REAR_AXLE = 2.985, 0.175, 0.085  # of the car that odom sim drives, before its errors
-
-
-class Failed(Exception):
-    """A program failed; the text says which and why."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,18 +57,9 @@ def judge(what, samples, unit="%", scale=1.0, bar=None):
                unit=unit, bar=bar)
 
 
-def command(odom, *arguments):
-    """Standard output of odom; raises Failed if it failed."""
-    line = [str(odom), *map(str, arguments)]
-    done = subprocess.run(line, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise Failed(f"{' '.join(line)}: exit status {done.returncode}: {done.stderr.strip()}")
-    return done.stdout
-
-
 def findings(odom, method, *arguments):
     """The values of odom identify METHOD by their names, and the whole of its JSON."""
-    said = json.loads(command(odom, "identify", method, "--json", *arguments))
+    said = json.loads(output(odom, "identify", method, "--json", *arguments))
     return {value["name"]: value for value in said["values"]}, said
 
 
@@ -107,5 +93,4 @@ def remove_drive(folder):
 
 def each(seeds, work):
     """The results of work(seed) in the order of the seeds, on all processors."""
-    with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        return list(pool.map(work, seeds))
+    return side_by_side(PROCESSORS, work, [(seed,) for seed in seeds])

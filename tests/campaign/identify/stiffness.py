@@ -7,8 +7,9 @@ its own. The truth is the slope of the plant's tyres at zero slip under static l
 
 import json
 
-from .rows import (SIGMA_AXLE, SIGMA_MASS, command, each, findings, judge, measure_car, remove_drive,
-                   sample)
+from common import output
+
+from .rows import SIGMA_AXLE, SIGMA_MASS, each, findings, judge, measure_car, remove_drive, sample
 
 BAR = 5.0  # per cent
 SIGMA_MARKER = 0.001
@@ -38,7 +39,7 @@ def begin_of_film(folder):
 def run(seeds, work, odom):
     def one(seed):
         folder = work / str(seed)
-        command(odom, "sim", "--scenario", "circles", "--markers", "--force", "--seed", seed,
+        output(odom, "sim", "--scenario", "circles", "--markers", "--force", "--seed", seed,
                 "--out", folder)
         truth, options = measure(seed, folder)
         found, _ = findings(odom, "stiffness", *options, "--y-down",

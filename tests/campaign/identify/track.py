@@ -7,7 +7,9 @@ minutes.
 
 import shlex
 
-from .rows import command, findings, judge, sample
+from common import output
+
+from .rows import findings, judge, sample
 from .stiffness import BAR, CONFIGURED, measure
 
 
@@ -15,11 +17,11 @@ def run(seeds, work, odom):
     seed = seeds[0]
     folder = work / str(seed)
     film = work / "film.avi"
-    said = command(odom, "sim", "--scenario", "circles", "--laps", 1, "--force", "--seed", seed,
+    said = output(odom, "sim", "--scenario", "circles", "--laps", 1, "--force", "--seed", seed,
                    "--film", film, "--film-rate", 25, "--out", folder)
     truth, options = measure(seed, folder)
     track = shlex.split(said.split("to track it: odom ")[1])
-    command(odom, *track, "--out", folder / "markers.csv")
+    output(odom, *track, "--out", folder / "markers.csv")
     film.unlink()
     found, _ = findings(odom, "stiffness", *options, "--metres",
                         "--run", f"{folder}/markers.csv,{folder}/drive.log")

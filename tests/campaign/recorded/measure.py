@@ -1,7 +1,5 @@
 """The recorded drives, which part of each is for training and which for evaluation, and a model's errors there."""
 
-import argparse
-import concurrent.futures
 import csv
 import json
 import math
@@ -13,7 +11,7 @@ import tomllib
 from typing import Any, NamedTuple
 
 import common
-from common import ROOT, Failed
+from common import ROOT, Failed, output
 
 CONFIGS = ROOT / "tests/data/drives"
 LOG = ROOT / "docs/dev/judged.md"
@@ -90,10 +88,6 @@ def folder_of(drive: str) -> pathlib.Path:
     raise Failed(f"ODOMD_DRIVES: no folder {drive} in {listed}")
 
 
-def run(*command: object) -> str:
-    return common.run(*command).stdout
-
-
 class Chosen(NamedTuple):
     """What a campaign is asked to measure: parts of recorded drives, or simulated drives where there are none."""
 
@@ -105,18 +99,13 @@ class Chosen(NamedTuple):
 
 def choose(doc: str, seeds: int, judged: list[Part]) -> Chosen:
     """By the command line of a campaign with this docstring."""
-    parser = argparse.ArgumentParser(description=doc.splitlines()[0])
+    parser = common.parser(doc, seeds, "simulated drives per course", jobs=False)
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--training", action="store_true", help="the recorded training drives")
     which.add_argument("--judged", action="store_true", help="the recorded drives that judge; logged")
-    parser.add_argument("--seeds", type=int, default=seeds, metavar="N",
-                        help=f"simulated drives per course; default: {seeds}")
     parser.add_argument("--log", type=pathlib.Path, default=LOG, metavar="FILE",
                         help="the file that --judged logs in; default: docs/dev/judged.md")
-    parser.add_argument("--odom", type=pathlib.Path, metavar="FILE",
-                        default=pathlib.Path(os.environ.get("ODOM", ROOT / "build/release/bin/odom")),
-                        help="the program; default: $ODOM, else the one of the release build")
-    given = parser.parse_args()
+    given = common.parse(parser)
     parts = TRAINING if given.training else judged if given.judged else []
     if parts and not os.environ.get("ODOMD_DRIVES"):
         sys.exit(f"{parser.prog}: set ODOMD_DRIVES to the folders of recorded drives")
@@ -152,6 +141,27 @@ def stopped_after(poses: pathlib.Path) -> str:
     return ""
 
 
+def replay(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Path, out: pathlib.Path, *options: object) -> None:
+    output(odom, "replay", "--config", config, "--dbc", folder / "car.dbc", "--can", folder / "drive.log", "--out", out,
+           *options)
+
+
+def errors(odom: pathlib.Path, folder: pathlib.Path, poses: pathlib.Path, align: str, *options: str) -> dict[str, Any]:
+    """What odom evaluate says of these poses."""
+    text = output(odom, "evaluate", "--reference", folder / "truth.csv", "--pose", poses, "--align", align, "--json",
+                  *options)
+    found: dict[str, Any] = json.loads(text)["estimates"][0]
+    return found
+
+
+def dead_reckoning(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Path, work: pathlib.Path,
+                   *options: str) -> dict[str, Any]:
+    """The errors of full from the reference's first pose, with these options of odom evaluate."""
+    poses = work / "pose.csv"
+    replay(odom, config, folder, poses, "--model", "full", f"--initial={first_pose(folder / 'truth.csv')}")
+    return errors(odom, folder, poses, "first", *options)
+
+
 class Replays(NamedTuple):
     """Of one drive through one model: by dead reckoning, and with the camera."""
 
@@ -160,25 +170,18 @@ class Replays(NamedTuple):
 
 
 def replays(odom: pathlib.Path, folder: pathlib.Path, model: str, work: pathlib.Path) -> Replays:
-    given = [odom, "replay", "--config", config_of(folder), "--dbc", folder / "car.dbc",
-             "--can", folder / "drive.log", "--model", model]
-    alone = work / "alone.csv"
-    run(*given, f"--initial={first_pose(folder / 'truth.csv')}", "--out", alone)
+    config, alone = config_of(folder), work / "alone.csv"
+    replay(odom, config, folder, alone, "--model", model, f"--initial={first_pose(folder / 'truth.csv')}")
     if folder.name in VELOCITIES_ONLY or not (folder / "camera.csv").exists():
         return Replays(alone, None)
     with_camera = work / "camera.csv"
-    run(*given, "--camera", folder / "camera.csv", "--out", with_camera)
+    replay(odom, config, folder, with_camera, "--model", model, "--camera", folder / "camera.csv")
     return Replays(alone, with_camera)
 
 
 def figures_of(odom: pathlib.Path, folder: pathlib.Path, part: Part, poses: Replays) -> Figures:
-    def errors(pose: pathlib.Path, align: str) -> dict[str, Any]:
-        text = run(odom, "evaluate", "--reference", folder / "truth.csv", "--pose", pose, "--align", align,
-                   f"--lever-arm={lever_arm(config_of(folder))}", "--json", *part.options)
-        found: dict[str, Any] = json.loads(text)["estimates"][0]
-        return found
-
-    alone = errors(poses.alone, "first")
+    options = f"--lever-arm={lever_arm(config_of(folder))}", *part.options
+    alone = errors(odom, folder, poses.alone, "first", *options)
     figures = {"error_35ms_mm": 1e3 * alone["error_35ms"]["position"]["mean"]}
     if folder.name in VELOCITIES_ONLY:
         velocity = alone["velocity_rms"]
@@ -186,7 +189,7 @@ def figures_of(odom: pathlib.Path, folder: pathlib.Path, part: Part, poses: Repl
     figures["heading_rms_deg"] = math.degrees(alone["heading"]["rms"])
     figures["position_rms_m"] = alone["position"]["rms"]
     if poses.with_camera:
-        seen = errors(poses.with_camera, "none")
+        seen = errors(odom, folder, poses.with_camera, "none", *options)
         figures["camera_position_rms_m"] = seen["position"]["rms"]
         if "nees" in seen:
             figures["camera_nees"] = seen["nees"]["mean"]
@@ -194,13 +197,10 @@ def figures_of(odom: pathlib.Path, folder: pathlib.Path, part: Part, poses: Repl
 
 
 def rows_of(odom: pathlib.Path, folder: pathlib.Path, model: str, parts: list[Part]) -> list[Row]:
-    with tempfile.TemporaryDirectory(prefix="drives-") as scratch:
-        try:
-            poses = replays(odom, folder, model, pathlib.Path(scratch))
-            remark = stopped_after(poses.alone)
-            return [Row(part, model, figures_of(odom, folder, part, poses), remark) for part in parts]
-        except Failed as error:
-            raise Failed(f"{folder.name}, {model}: {error}") from error
+    with tempfile.TemporaryDirectory(prefix="drives-") as scratch, common.named(f"{folder.name}, {model}"):
+        poses = replays(odom, folder, model, pathlib.Path(scratch))
+        remark = stopped_after(poses.alone)
+        return [Row(part, model, figures_of(odom, folder, part, poses), remark) for part in parts]
 
 
 def measure(odom: pathlib.Path, parts: list[Part], models: list[str], jobs: int) -> list[Row]:
@@ -209,6 +209,5 @@ def measure(odom: pathlib.Path, parts: list[Part], models: list[str], jobs: int)
     for part in parts:
         of_drive.setdefault(part.drive, []).append(part)
     tasks = [(odom, folder_of(drive), model, own) for drive, own in of_drive.items() for model in models]
-    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        found = [row for rows in pool.map(lambda task: rows_of(*task), tasks) for row in rows]
+    found = [row for rows in common.side_by_side(jobs, rows_of, tasks) for row in rows]
     return sorted(found, key=lambda row: (parts.index(row.part), models.index(row.model)))
