@@ -58,18 +58,6 @@ def summary(counts):
     }
 
 
-def histogram(values):
-    return dict(collections.Counter(values))
-
-
-def merged(*histograms):
-    counts = {}
-    for one in histograms:
-        for value, count in one.items():
-            counts[value] = counts.get(value, 0) + count
-    return counts
-
-
 def compress(log, factor, out):
     """The same frames, in a `factor`-th of the time. Stamps have six decimals."""
     first = None
@@ -124,7 +112,7 @@ class Daemon:
 
 def executions(ticks):
     """Of each tick in µs; a tick's time is published with the next."""
-    return histogram(round(tick["execution_of_last_ns"] / 1000, 1) for tick in ticks[1:])
+    return collections.Counter(round(tick["execution_of_last_ns"] / 1000, 1) for tick in ticks[1:])
 
 
 def first_pose_ms(ticks, exec_ns):
@@ -155,8 +143,8 @@ def with_cyclictest(args, cpus, work):
     during = [tick for tick in ticks if begin_ns <= tick["time_ns"] < end_ns]
     thread = json.loads(report.read_text())["thread"]["0"]
     return {
-        "odomd": histogram(tick["wakeup_latency_ns"] // 1000 for tick in during),
-        "cyclictest": {int(value): count for value, count in thread["histogram"].items()},
+        "odomd": collections.Counter(tick["wakeup_latency_ns"] // 1000 for tick in during),
+        "cyclictest": collections.Counter({int(value): count for value, count in thread["histogram"].items()}),
         "execution": executions(during),
         "skipped": skipped(during),
         "first_pose_ms": first_pose_ms(ticks, daemon.exec_ns),
@@ -165,8 +153,7 @@ def with_cyclictest(args, cpus, work):
 
 def run_with_cyclictest(args, cpus, work):
     halves = [with_cyclictest(args, order, work) for order in (cpus, cpus[::-1])]
-    both = {key: merged(*(half[key] for half in halves)) for key in ("odomd", "cyclictest", "execution")}
-    run = {key: summary(counts) for key, counts in both.items()}
+    run = {key: summary(halves[0][key] + halves[1][key]) for key in ("odomd", "cyclictest", "execution")}
     run["ratio"] = {key: run["odomd"][key] / run["cyclictest"][key] for key in run["odomd"]}
     run["skipped"] = sum(half["skipped"] for half in halves)
     run["first_pose_ms"] = max(half["first_pose_ms"] for half in halves)
