@@ -1,12 +1,10 @@
 // Matchers for diagnostics: tests ask for the kind and its figures, not for the wording.
 #pragma once
 
-#include <gmock/gmock.h>
-
 #include <ostream>
-#include <string>
 
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::diagnostics {
 

@@ -1,9 +1,6 @@
 // External text in messages.
 #include "base/printable.hpp"
-
-#include <gtest/gtest.h>
-
-#include <string>
+#include "tests/gtest.hpp"
 
 namespace odomd::printable_test {
 namespace {

@@ -1,11 +1,10 @@
 // The ring keeps the order, refuses when full, and loses nothing between two threads.
 #include "base/spsc_ring.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cstdint>
 #include <memory>
 #include <thread>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::spsc_ring_test {
 namespace {

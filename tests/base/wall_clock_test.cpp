@@ -1,7 +1,6 @@
 // Conversion of stamps with a wall clock that is stepped, set back or suspended, in simulated time.
 #include "base/wall_clock.hpp"
-
-#include <gtest/gtest.h>
+#include "tests/gtest.hpp"
 
 namespace odomd::wall_clock_test {
 namespace {

@@ -2,19 +2,16 @@
 // status, and a client that reads its poses.
 #pragma once
 
-#include <gtest/gtest.h>
 #include <sys/types.h>
 
-#include <chrono>
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <string>
-#include <vector>
 
 #include <odom/odom.h>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::testing {
 

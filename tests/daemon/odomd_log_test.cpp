@@ -1,8 +1,6 @@
 // What the running daemon makes of logs that are not in order, compared with a replay, and of live
 // pipes whose clock is not right.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <chrono>
 #include <cstdlib>
@@ -11,14 +9,11 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
-#include <vector>
 
 #include "daemon_process.hpp"
 
 namespace odomd::testing::odomd_log_test {
 namespace {
-
-using ::testing::HasSubstr;
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;

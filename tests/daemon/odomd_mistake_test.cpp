@@ -1,20 +1,12 @@
 // Errors at start are reported in one line, with exit status 2, or 1 for errors of the machine.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <filesystem>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "daemon_process.hpp"
 
 namespace odomd::testing::odomd_mistake_test {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 class OdomdMistake : public ::testing::Test {
  protected:

@@ -1,23 +1,16 @@
 // Recording a running daemon from outside, and replaying what was recorded.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <csignal>
 #include <cstdlib>
-#include <fstream>
 #include <memory>
-#include <string>
 
 #include "daemon_process.hpp"
 
 namespace odomd::testing::odomd_record_test {
 namespace {
-
-using ::testing::HasSubstr;
 
 /// `odom ARGUMENTS`, its output in the desk's file `log`; its exit status.
 int odom(const Desk& desk, const std::string& arguments, const std::string& log) {

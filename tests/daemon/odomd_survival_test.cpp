@@ -1,28 +1,18 @@
 // Events that a running odomd survives, and those that end it, with the line and exit status.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <memory>
-#include <string>
-#include <vector>
 
 #include "daemon_process.hpp"
 #include "shm_api/layout/segment.h"
 
 namespace odomd::testing::odomd_survival_test {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 class OdomdSurvival : public ::testing::Test {
  protected:

@@ -1,14 +1,11 @@
 // The daemon as its users meet it: the program is started, gets its inputs and is read from
 // outside.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <array>
 #include <charconv>
 #include <chrono>
 #include <csignal>
@@ -23,12 +20,6 @@
 
 namespace odomd::testing::odomd_test {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
 
 /// Reads poses until one matches.
 bool wait_for_pose(const Client& client, odom_pose& pose,

@@ -1,9 +1,6 @@
 // Before the beat starts: options, --check, and the pose to resume from.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 
@@ -16,9 +13,6 @@ namespace odomd::daemon::start_test {
 namespace {
 
 using estimator::Source;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
 
 Config with_signal(std::int64_t timeout_ns, std::int64_t latency_ns) {
   Config config;

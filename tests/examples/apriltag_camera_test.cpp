@@ -1,18 +1,13 @@
 // The AprilTag camera, on films that are rendered with a lens, blur and noise.
 #include <apriltag/apriltag.h>
 #include <apriltag/tag36h11.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/socket.h>
 
 #include <chrono>
-#include <cmath>
 #include <odom/odom.hpp>
 #include <opencv2/imgproc.hpp>
 #include <sstream>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
@@ -25,7 +20,6 @@ namespace odomd::tools::apriltag_test {
 namespace {
 
 using estimator::CameraPose;
-using testing::HasSubstr;
 using Scene = std::vector<FlatPicture>;
 using Car = cv::Vec3d;  // x, y [m], yaw [deg]
 constexpr double degree = CV_PI / 180.0;

@@ -2,7 +2,6 @@
 // links that go down, vanish and come back. Needs root and a kernel with vcan; makes its own buses.
 #include "can_protocol/sources/socketcan.hpp"
 
-#include <gtest/gtest.h>
 #include <linux/can.h>
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
@@ -11,8 +10,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -20,12 +17,11 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "base/file_descriptor.hpp"
 #include "can_protocol/frame.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::can {
 namespace {

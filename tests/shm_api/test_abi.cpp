@@ -1,8 +1,8 @@
 // The layout is a contract with programs that were built years ago: a failure here breaks them.
-#include <gtest/gtest.h>
 #include <cstddef>
 
 #include "shm_api/layout/segment.h"
+#include "tests/gtest.hpp"
 #include "tests/shm_api/pinned_layout.h"
 
 namespace {

@@ -1,8 +1,6 @@
 // Whose segments are trusted, what is refused, and that there is only one writer.
 #include <fcntl.h>
-#include <gmock/gmock.h>
 #include <grp.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 #include <unistd.h>
@@ -11,15 +9,11 @@
 #include <fstream>
 #include <iostream>
 #include <random>
-#include <vector>
 
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_access {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 constexpr uid_t other_user = 54321;
 

@@ -1,5 +1,4 @@
 // The camera side of the socket: the bytes on the wire, and the behaviour without a daemon.
-#include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>

@@ -1,13 +1,10 @@
 // The message of our programs when their segment is truncated.
 #include <fcntl.h>
-#include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
-#include <array>
 #include <atomic>
 #include <chrono>
-#include <string>
 #include <thread>
 
 #include "shm_api/cut_short.hpp"

@@ -1,8 +1,8 @@
 // The example in docs/shm.md is part of the program that check_installed.sh builds and runs.
-#include <gtest/gtest.h>
 #include <fstream>
 #include <iterator>
-#include <string>
+
+#include "tests/gtest.hpp"
 
 namespace {
 

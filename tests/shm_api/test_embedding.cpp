@@ -1,15 +1,12 @@
 // The library inside other programs: loaded at run time, used by several threads, carried over a
 // fork.
 #include <dlfcn.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
-#include <array>
 #include <atomic>
 #include <memory>
 #include <stdexcept>
 #include <thread>
-#include <vector>
 
 #include "tests/shm_api/segment_fixture.hpp"
 

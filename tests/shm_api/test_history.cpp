@@ -1,7 +1,4 @@
 // odom_at: the pose at a past time, across missed ticks, resets and the ends of the history.
-#include <gtest/gtest.h>
-#include <cmath>
-
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_history {

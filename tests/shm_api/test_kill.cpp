@@ -1,14 +1,10 @@
 // A writer that publishes without pause is killed at random instants, over and over, and followed
 // by another: no reader, in a thread or in a process, hangs, sees words of two ticks or misses the
 // successor. ODOMD_STRESS_KILLS=N for more kills.
-#include <gtest/gtest.h>
-#include <array>
 #include <fstream>
 #include <memory>
 #include <random>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "tests/shm_api/segment_fixture.hpp"
 #include "tests/shm_api/stress.hpp"

@@ -1,14 +1,10 @@
 // The segment as a whole, against images that ABI 1.0 and 1.1 wrote: they are kept, the newest is
 // still written, all are still read. The numbers by which programs look into it are pinned in
 // test_abi.cpp.
-#include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <array>
 #include <cstring>
 #include <fstream>
 #include <iterator>
-#include <utility>
-#include <vector>
 
 #include "shm_api/layout/slot.h"
 #include "tests/shm_api/segment_fixture.hpp"

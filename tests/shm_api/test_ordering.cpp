@@ -6,12 +6,10 @@
 //
 // Two threads of which one only stores and the other only loads need no more of the memory model
 // than this: there is one memory, each store is performed once, and each load at some instant.
-#include <gtest/gtest.h>
-#include <array>
-#include <cstdint>
 #include <set>
 #include <tuple>
-#include <vector>
+
+#include "tests/gtest.hpp"
 
 namespace {
 

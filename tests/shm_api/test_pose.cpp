@@ -1,10 +1,10 @@
 // What a controller checks before it drives by a pose.
-#include <gtest/gtest.h>
-#include <cmath>
 #include <initializer_list>
 #include <limits>
 
 #include <odom/odom.hpp>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::shm::testing::test_pose {
 namespace {

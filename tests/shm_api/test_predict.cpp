@@ -1,8 +1,4 @@
 // odom_predict against fine numerical integration of the same motion.
-#include <gtest/gtest.h>
-#include <cmath>
-#include <limits>
-
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_predict {

@@ -1,5 +1,4 @@
 // What the writer publishes, clients read: copied, in place, with details, and from the header.
-#include <gtest/gtest.h>
 #include <cstring>
 
 #include "tests/shm_api/segment_fixture.hpp"

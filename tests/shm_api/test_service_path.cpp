@@ -1,5 +1,4 @@
 // The places where clients look when no name is given.
-#include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -8,7 +7,6 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
-#include <string>
 
 #include "shm_api/libodom/service.h"
 #include "tests/shm_api/segment_fixture.hpp"

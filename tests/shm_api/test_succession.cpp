@@ -1,5 +1,4 @@
 // Writers end and are followed by others: staleness, re-attachment, inheritance.
-#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -7,7 +6,6 @@
 #include <iterator>
 #include <random>
 #include <stdexcept>
-#include <string>
 
 #include "tests/shm_api/segment_fixture.hpp"
 

@@ -1,10 +1,8 @@
 // A writer that never pauses against several readers, in threads and in processes: what validates
 // is one tick, always. ODOMD_STRESS_READS=N for more of them.
-#include <gtest/gtest.h>
 #include <atomic>
 #include <memory>
 #include <thread>
-#include <vector>
 
 #include "tests/shm_api/segment_fixture.hpp"
 #include "tests/shm_api/stress.hpp"

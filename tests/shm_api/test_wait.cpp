@@ -1,6 +1,5 @@
 // Clients that sleep until the next pose.
 #include <fcntl.h>
-#include <gtest/gtest.h>
 #include <linux/futex.h>
 #include <sys/mman.h>
 #include <sys/syscall.h>
@@ -9,7 +8,6 @@
 #include <chrono>
 #include <fstream>
 #include <thread>
-#include <vector>
 
 #include "tests/shm_api/segment_fixture.hpp"
 

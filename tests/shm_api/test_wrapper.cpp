@@ -1,7 +1,4 @@
 // The C++ header over libodom.
-#include <gtest/gtest.h>
-#include <utility>
-
 #include <odom/odom.hpp>
 
 #include "tests/shm_api/segment_fixture.hpp"

@@ -1,18 +1,9 @@
 // The DBC reader: what it accepts, accepts with a warning, and ignores.
 #include "can_protocol/dbc/dbc.hpp"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <string>
-#include <string_view>
+#include "tests/gtest.hpp"
 
 namespace odomd::can::dbc_test {
 namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 /// A message whose signals are each the multiplexor of the next.
 std::string nested(int count) {

@@ -1,24 +1,11 @@
 // DBC files as other tools write them: comments, multiplexing without a number, identifiers that no
 // frame has, and long names.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <array>
-#include <string>
-#include <string_view>
-#include <vector>
-
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/dbc/signal_layout.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::can::dialects_test {
 namespace {
-
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::StartsWith;
 
 Database parse(std::string_view text) {
   return parse_dbc(text, "car.dbc");

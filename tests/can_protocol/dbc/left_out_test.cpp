@@ -1,22 +1,13 @@
 // What cannot be used in a database costs nothing else: twenty siblings of each kind, before,
 // between and after messages that can be used.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include "can_protocol/dbc/dbc.hpp"
 #include "tests/can_protocol/decode/one_binding.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::can::left_out_test {
 namespace {
-
-using testing::HasSubstr;
 
 constexpr int siblings = 20;
 

@@ -1,15 +1,11 @@
 // Six databases of real cars against an independent decoder: layouts, and every payload it decoded.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <string>
 
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/dbc/signal_layout.hpp"
 #include "can_protocol/decode/message_encoder.hpp"
+#include "tests/gtest.hpp"
 #include "tests/recorded_drives.hpp"
 
 namespace odomd::can::real_databases_test {

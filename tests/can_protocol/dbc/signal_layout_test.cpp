@@ -1,14 +1,10 @@
 // Bits in and out of payloads, against a reference that works bit by bit.
 #include "can_protocol/dbc/signal_layout.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <limits>
 #include <random>
-#include <vector>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::can::signal_layout_test {
 namespace {

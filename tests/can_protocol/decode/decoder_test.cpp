@@ -2,30 +2,20 @@
 // allocates.
 #include "can_protocol/decode/decoder.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
 #include <numbers>
-#include <string>
 #include <tuple>
-#include <utility>
-#include <vector>
 
 #include "can_protocol/decode/e2e_trust.hpp"
 #include "can_protocol/decode/message_encoder.hpp"
 #include "can_protocol/decode/units.hpp"
 #include "tests/allocation_count.hpp"
 #include "tests/can_protocol/decode/one_binding.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::can::decoder_test {
 namespace {
 
 using testing::DoubleEq;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::Pair;
 
 constexpr const char* car = R"(BO_ 416 IMU: 8 X
  SG_ CRC : 0|8@1+ (1,0) [0|0] "" X

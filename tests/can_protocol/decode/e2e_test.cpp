@@ -1,14 +1,10 @@
 // End-to-end protection: the published vectors, every state, every refusal.
 #include "can_protocol/decode/e2e.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <array>
 #include <numeric>
-#include <string>
 
 #include "can_protocol/decode/crc8.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::can::e2e_test {
 namespace {

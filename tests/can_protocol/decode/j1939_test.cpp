@@ -1,21 +1,14 @@
 // Messages of J1939 databases match by parameter group number, whatever their sender and priority.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <linux/can/raw.h>
-
-#include <array>
-#include <string>
-#include <vector>
 
 #include "can_protocol/dbc/message_index.hpp"
 #include "can_protocol/sources/kernel_frame.hpp"
 #include "tests/can_protocol/decode/one_binding.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::can::j1939_test {
 namespace {
-
-using testing::HasSubstr;
 
 constexpr const char* by_frame_format =
     R"(BA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","ExtendedCAN","reserved","J1939PG";

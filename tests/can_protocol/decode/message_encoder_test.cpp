@@ -1,13 +1,8 @@
 // Encoding messages by name.
 #include "can_protocol/decode/message_encoder.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <string>
-
 #include "can_protocol/dbc/signal_layout.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::can::message_encoder_test {
 namespace {

@@ -1,18 +1,9 @@
 // What is proposed for a message or signal that no database has.
 #include "can_protocol/decode/name_hints.hpp"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <string>
-#include <vector>
+#include "tests/gtest.hpp"
 
 namespace odomd::can::name_hints_test {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
 
 constexpr const char* car = R"(BO_ 1 Imu: 8 X
  SG_ AccLongitudinal : 0|16@1- (0.01,0) [0|0] "m/s^2" X

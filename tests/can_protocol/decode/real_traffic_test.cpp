@@ -1,12 +1,8 @@
 // A minute of a real car's two buses against values that an independent tool decoded.
-#include <gtest/gtest.h>
-
 #include <charconv>
 #include <map>
 #include <sstream>
-#include <string>
 #include <tuple>
-#include <vector>
 
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/dbc/signal_layout.hpp"
@@ -14,6 +10,7 @@
 #include "can_protocol/decode/message_encoder.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "tests/can_protocol/decode/one_binding.hpp"
+#include "tests/gtest.hpp"
 #include "tests/recorded_drives.hpp"
 
 namespace odomd::can::real_traffic_test {

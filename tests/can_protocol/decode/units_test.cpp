@@ -1,19 +1,14 @@
 // Unit texts of databases, and the names that misspelt ones are nearest to.
 #include "can_protocol/decode/units.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <fstream>
 #include <initializer_list>
 #include <numbers>
 #include <optional>
 #include <set>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "base/nearest_name.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::can::units_test {
 namespace {

@@ -1,23 +1,16 @@
 // What counts as a value: conditions, raw values that mean "not available", the first values of a
 // source, and a sign in a signal of its own. Twenty siblings of each.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <array>
-#include <cmath>
 #include <optional>
-#include <string>
 #include <tuple>
-#include <vector>
 
 #include "can_protocol/decode/message_encoder.hpp"
 #include "tests/can_protocol/decode/one_binding.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::can::validity_test {
 namespace {
-
-using testing::HasSubstr;
 
 struct Result {
   FrameVerdict verdict = FrameVerdict::unmapped;

@@ -1,12 +1,10 @@
 // The log clock of live pipes: stepped, fast and slow ones, and those whose lines are held up.
 #include "can_protocol/sources/arrivals.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <functional>
 #include <random>
-#include <string>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::can::arrivals_test {
 namespace {

@@ -1,17 +1,12 @@
 // The candump grammar: every form of a frame, both ways, and the errors of invalid lines.
 #include "can_protocol/sources/candump.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <ostream>
-#include <string>
-#include <vector>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::can::candump_test {
 namespace {
-
-using testing::HasSubstr;
 
 CandumpLine good(std::string_view text) {
   CandumpLine line = parse_candump_line(text);

@@ -1,7 +1,6 @@
 // Interfaces without a CAN controller. Real controllers are tested in the lab.
 #include "can_protocol/sources/controller.hpp"
-
-#include <gtest/gtest.h>
+#include "tests/gtest.hpp"
 
 namespace odomd::can::controller_test {
 namespace {

@@ -1,11 +1,9 @@
 // Hardware stamps through a device clock with drift, under software stamps with jitter.
 #include "can_protocol/sources/device_clock.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cstdlib>
-#include <random>
-#include <utility>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::can::device_clock_test {
 namespace {

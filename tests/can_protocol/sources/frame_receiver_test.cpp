@@ -3,19 +3,17 @@
 #include "can_protocol/sources/frame_receiver.hpp"
 
 #include <arpa/inet.h>
-#include <gtest/gtest.h>
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
-#include <vector>
 
 #include "base/file_descriptor.hpp"
 #include "base/wall_clock.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::can::frame_receiver_test {
 namespace {

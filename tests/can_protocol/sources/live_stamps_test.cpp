@@ -1,6 +1,5 @@
 #include "can_protocol/sources/live_stamps.hpp"
-
-#include <gtest/gtest.h>
+#include "tests/gtest.hpp"
 
 namespace odomd::can::live_stamps_test {
 namespace {

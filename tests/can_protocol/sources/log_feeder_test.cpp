@@ -3,28 +3,19 @@
 #include "can_protocol/sources/log_feeder.hpp"
 
 #include <fcntl.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <chrono>
-#include <memory>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "base/wall_clock.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "tests/can_protocol/temporary_file.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::can::log_feeder_test {
 namespace {
-
-using testing::Contains;
-using testing::ElementsAre;
-using testing::HasSubstr;
 
 constexpr std::int64_t period = 5'000'000;
 constexpr std::int64_t never_held_back = INT64_MAX;

@@ -1,24 +1,15 @@
 // Lines that are no frames, damaged ones, and files of other formats: offline and live alike.
 #include "can_protocol/sources/log_lines.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <string>
-#include <vector>
-
 #include "can_protocol/sources/log_format.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "tests/can_protocol/temporary_file.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::can::log_lines_test {
 namespace {
 
 using namespace std::string_literals;
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 const std::string first = "(1.000000) can0 100#01\n";
 const std::string second = "(1.010000) can0 100#02\n";

@@ -1,25 +1,14 @@
 // Logs: complete, truncated, damaged, missing, several at once, and the real drives.
 #include "can_protocol/sources/log_reader.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <fstream>
-#include <string>
-#include <vector>
 
 #include "tests/can_protocol/temporary_file.hpp"
+#include "tests/gtest.hpp"
 #include "tests/recorded_drives.hpp"
 
 namespace odomd::can::log_reader_test {
 namespace {
-
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
-using testing::StartsWith;
 
 std::vector<Frame> read_all(const std::string& path, BusNames& buses) {
   LogReader reader(path, buses, Damage::refused);

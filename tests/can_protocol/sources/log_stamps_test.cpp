@@ -1,24 +1,15 @@
 // Stamps that stand alone, steps and pauses that stay, and stamps that are no times.
 #include "can_protocol/sources/log_stamps.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <functional>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "can_protocol/sources/candump.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "tests/can_protocol/temporary_file.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::can::log_stamps_test {
 namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 constexpr std::int64_t ms = 1'000'000;
 constexpr std::int64_t s = 1000 * ms;

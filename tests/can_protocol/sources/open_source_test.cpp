@@ -1,8 +1,6 @@
 // The kind of source of a name, and the errors of invalid names.
 #include "can_protocol/sources/open_source.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/socket.h>
 
 #include <filesystem>
@@ -12,11 +10,10 @@
 #include "base/file_descriptor.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "tests/can_protocol/temporary_file.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::can::open_source_test {
 namespace {
-
-using testing::HasSubstr;
 
 constexpr std::int64_t period = 5'000'000;
 

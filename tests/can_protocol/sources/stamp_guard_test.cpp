@@ -1,9 +1,9 @@
 // Each verdict on a time stamp, and what the guard keeps apart.
 #include "can_protocol/sources/stamp_guard.hpp"
 
-#include <gtest/gtest.h>
-
 #include <memory>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::can::stamp_guard_test {
 namespace {

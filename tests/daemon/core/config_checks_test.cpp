@@ -1,20 +1,14 @@
 // Warnings about numbers of a configuration that are in another unit.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <functional>
-#include <string>
-#include <vector>
 
 #include "daemon/core/config_sections.hpp"
 #include "tests/diagnostics.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::daemon::config_checks_test {
 namespace {
 
 using diagnostics::Named;
-using testing::ElementsAre;
-using testing::IsEmpty;
 
 diagnostics::Diagnostics warnings_of(const std::function<void(Config&)>& change) {
   Config config;

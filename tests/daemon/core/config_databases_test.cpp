@@ -1,22 +1,17 @@
 // Checks of the configuration against its databases.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <fstream>
-#include <string>
 
 #include "daemon/core/config.hpp"
 #include "tests/diagnostics.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::daemon::config_databases_test {
 namespace {
 
 using diagnostics::Named;
 using estimator::Source;
-using testing::Contains;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 constexpr auto database = R"(VERSION ""
 BU_: CAR

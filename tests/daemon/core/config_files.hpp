@@ -1,14 +1,13 @@
 // A configuration file to write and load, with its errors.
 #pragma once
 
-#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
-#include <string>
 
 #include "daemon/core/config.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::daemon {
 

@@ -1,10 +1,6 @@
 // The errors of invalid configurations. Every error is compared as a whole, because it is all that
 // the user gets.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <filesystem>
-#include <string>
 
 #include "config_files.hpp"
 

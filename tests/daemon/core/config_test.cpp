@@ -1,11 +1,7 @@
 // The values of a configuration, and of the command line options with the same meaning.
 #include "daemon/core/config.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <fstream>
-#include <string>
 
 #include "config_files.hpp"
 #include "daemon/core/config_keys.hpp"
@@ -15,9 +11,6 @@ namespace odomd::daemon::config_test {
 namespace {
 
 using estimator::Source;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 constexpr auto reference_car = R"(
 [vehicle]

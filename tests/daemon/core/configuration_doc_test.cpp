@@ -1,32 +1,24 @@
 // docs/configuration.md matches the code: its examples load, its errors are the real ones, and its
 // tables list the existing keys. Comments in the page mark the checked parts.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <regex>
 #include <set>
 #include <sstream>
-#include <string>
 #include <type_traits>
 #include <variant>
-#include <vector>
 
 #include "daemon/core/config_keys.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::daemon::configuration_doc_test {
 namespace {
 
-using testing::Contains;
-using testing::HasSubstr;
-using testing::IsEmpty;
 using testing::IsSupersetOf;
-using testing::Not;
 using testing::UnorderedElementsAreArray;
 using Row = std::vector<std::string>;
 

@@ -1,9 +1,9 @@
 #include "daemon/core/pipeline.hpp"
 
-#include <gtest/gtest.h>
-
 #include <bit>
 #include <memory>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::daemon::pipeline_test {
 namespace {

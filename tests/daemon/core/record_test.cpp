@@ -1,8 +1,5 @@
 #include "daemon/core/record.hpp"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
+#include "tests/gtest.hpp"
 
 namespace odomd::daemon::record_test {
 namespace {

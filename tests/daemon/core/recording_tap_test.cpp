@@ -2,13 +2,12 @@
 // begins and ends, and that it ends when a ring is full.
 #include "daemon/core/recording_tap.hpp"
 
-#include <gtest/gtest.h>
-
 #include <memory>
 
 #include "daemon/core/pipeline.hpp"
 #include "tests/allocation_count.hpp"
 #include "tests/daemon/core/one_wheel.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::daemon::recording_tap_test {
 namespace {

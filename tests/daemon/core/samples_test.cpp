@@ -1,15 +1,11 @@
 // What comes in with a sample: camera poses, mountings, and each source's age and flag.
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "daemon/core/camera_pose.hpp"
 #include "daemon/core/imu_mounting.hpp"
 #include "daemon/core/source_watch.hpp"
 #include "estimator/common/measurement.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::daemon::samples_test {
 namespace {

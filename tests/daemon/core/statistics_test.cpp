@@ -1,12 +1,10 @@
 // What the daemon counts of samples and of pairs of signals.
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <limits>
 
 #include "daemon/core/comparison.hpp"
 #include "daemon/core/consistency.hpp"
 #include "daemon/core/innovation_statistics.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::daemon::statistics_test {
 namespace {

@@ -1,30 +1,18 @@
 // A small car that weaves, with each kind of sensor fault.
 #include "daemon/core/wiring.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <functional>
 #include <map>
 #include <numbers>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "tests/allocation_count.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::daemon::wiring_test {
 namespace {
 
 using estimator::Source;
 using enum estimator::Source;
-using ::testing::ElementsAre;
-using ::testing::IsEmpty;
-using ::testing::Pair;
-using ::testing::UnorderedElementsAre;
 
 using Samples = std::map<Source, double>;
 using Mistake = std::function<void(Samples&)>;

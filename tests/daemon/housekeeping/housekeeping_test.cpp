@@ -1,13 +1,9 @@
 // What housekeeping tells: CAN controllers, the service manager, the status.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 #include <nlohmann/json.hpp>
 
-#include <array>
-#include <cmath>
 #include <cstdlib>
 #include <limits>
 
@@ -21,8 +17,6 @@ namespace odomd::daemon::housekeeping_test {
 namespace {
 
 using can::ControllerHealth;
-using testing::ElementsAre;
-using testing::HasSubstr;
 
 /// Checks a controller, every two seconds unless given otherwise.
 class ControllerReporterTest : public testing::Test {

@@ -1,28 +1,19 @@
 // What stands behind the journal: repeats, events from the beat, standard error.
 #include <fcntl.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <spdlog/logger.h>
 
-#include <array>
 #include <climits>
-#include <cstdint>
 #include <memory>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "base/file_descriptor.hpp"
 #include "daemon/journal/error_sink.hpp"
 #include "daemon/journal/event.hpp"
 #include "daemon/journal/repeats.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::daemon::journal_parts_test {
 namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 constexpr std::int64_t second = 1'000'000'000;
 

@@ -1,7 +1,5 @@
 #include "daemon/journal/journal.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -9,16 +7,11 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <string>
-#include <string_view>
 
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::daemon::journal_test {
 namespace {
-
-using testing::HasSubstr;
-using testing::Not;
 
 constexpr std::int64_t second = 1'000'000'000;
 

@@ -1,12 +1,10 @@
 // The beat: its grid of ticks, what it sees of the machine, and who it wakes.
-#include <gtest/gtest.h>
-
 #include <atomic>
-#include <utility>
 
 #include "daemon/realtime/relay.hpp"
 #include "daemon/realtime/surroundings.hpp"
 #include "daemon/realtime/tick_grid.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::daemon::realtime_test {
 namespace {

@@ -1,19 +1,17 @@
 // Camera messages, over real socket pairs: which are read, what they mean, and when a connection
 // ends.
 #include <fcntl.h>
-#include <gtest/gtest.h>
 #include <sys/socket.h>
 
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <limits>
 #include <memory>
 #include <optional>
-#include <vector>
 
 #include "daemon/sockets/camera_door.hpp"
 #include "daemon/sockets/camera_wire.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::daemon::camera_test {
 namespace {

@@ -1,7 +1,5 @@
 #include "daemon/sockets/local_socket.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -16,8 +14,6 @@
 
 namespace odomd::daemon::local_socket_test {
 namespace {
-
-using testing::HasSubstr;
 
 int connect_to(const std::filesystem::path& path) {
   const int connection = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);

@@ -2,21 +2,14 @@
 // sets the clock and makes the ticks.
 #include "daemon/sockets/recorder_door.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
-#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "daemon/core/pipeline.hpp"
 #include "tests/daemon/core/one_wheel.hpp"
@@ -24,10 +17,6 @@
 
 namespace odomd::daemon::recorder_door_test {
 namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::Not;
 
 constexpr std::int64_t period_ns = 5'000'000;
 constexpr std::int64_t turn_ns = 20'000'000;
