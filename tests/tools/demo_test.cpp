@@ -1,16 +1,10 @@
 // The demonstration, as far as it goes before it drives: builds and downloads are left out.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <filesystem>
-#include <string>
 
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::demo_test {
 namespace {
-
-using ::testing::HasSubstr;
 
 // A tree of its own with the demonstration in it, which finds everything built and an earlier
 // run's output in place.

@@ -1,10 +1,6 @@
 // Made-up drives for tests of the evaluation.
 #pragma once
 
-#include <cmath>
-#include <cstdint>
-#include <string>
-
 #include "tests/tools/scratch.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/drive_files/trajectory.hpp"

@@ -1,22 +1,17 @@
 // What tests of the tools share: a directory of their own, and running a program.
 #pragma once
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::tools {
 
@@ -78,6 +73,23 @@ inline Outcome run_shell(const std::string& command) {
   outcome.err = contents(scratch.path("err"));
   return outcome;
 }
+
+/// Drives `odom sim` with these options into a folder of the directory; the folder.
+inline std::string simulate(const Scratch& scratch, const std::string& options,
+                            std::string_view name = "drive") {
+  std::string folder = scratch.path(name).string();
+  const Outcome outcome = run_shell("odom sim " + options + " --out " + folder);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  return folder;
+}
+
+/// A simulated drive in a directory of its own, for all tests of a suite.
+struct SharedDrive {
+  explicit SharedDrive(const std::string& options, std::string_view name = "drive")
+      : folder(simulate(scratch, options, name)) {}
+  Scratch scratch;
+  std::filesystem::path folder;
+};
 
 /// Runs each of the lines, after `before`. It must be refused: status 2, nothing on standard
 /// output, and one line on standard error that is, or matches, the one given.

@@ -8,14 +8,10 @@
 
 #include <chrono>
 #include <csignal>
-#include <cstdint>
 #include <cstring>
 #include <functional>
-#include <memory>
 #include <stdexcept>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"

@@ -2,15 +2,14 @@
 // against the definitions of the messages.
 #include <dds/dds.h>
 #include <dds/ddsi/ddsi_serdata.h>
-#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <bit>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "ros.h"
+#include "tests/gtest.hpp"
 #include "tests/tools/bridge/bridge_process.hpp"
 
 namespace odomd::tools::dds_test {

@@ -1,15 +1,14 @@
 // odom bridge as a subscriber: publishers of ROS 2's pose types on one side, the daemon's camera
 // socket on the other.
 #include <dds/dds.h>
-#include <gtest/gtest.h>
 #include <odom/odom.h>
 
 #include <chrono>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "ros_poses.h"
+#include "tests/gtest.hpp"
 #include "tests/tools/bridge/bridge_process.hpp"
 
 namespace odomd::tools::pose_in_test {

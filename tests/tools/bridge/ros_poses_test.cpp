@@ -1,21 +1,14 @@
 // Poses into ROS messages, and out of them.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <limits>
 #include <numbers>
-#include <utility>
 
+#include "tests/gtest.hpp"
 #include "tools/bridge/odometry.hpp"
 #include "tools/bridge/pose_intake.hpp"
 #include "tools/math/se2.hpp"
 
 namespace odomd::tools::ros_poses_test {
 namespace {
-
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 BridgeSample sample() {
   BridgeSample sample;

@@ -1,20 +1,13 @@
 // What charts are made of: axes, lines with fewer points, escaped text.
-#include <algorithm>
-#include <cmath>
 #include <limits>
-#include <vector>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
+#include "tests/gtest.hpp"
 #include "tools/chart/axis.hpp"
 #include "tools/chart/decimate.hpp"
 #include "tools/chart/svg.hpp"
 
 namespace odomd::tools::chart::chart_parts_test {
 namespace {
-
-using ::testing::ElementsAre;
 
 std::vector<std::string> labels(const Range& range, Scaling scaling, double count) {
   std::vector<std::string> all;

@@ -1,12 +1,6 @@
 // Charts and maps, as SVG.
-#include <algorithm>
-#include <cmath>
 #include <limits>
 #include <set>
-#include <string>
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "tests/tools/markup.hpp"
 #include "tests/tools/scratch.hpp"
@@ -19,9 +13,6 @@ namespace odomd::tools::chart::charts_test {
 namespace {
 
 using ::testing::AnyOf;
-using ::testing::HasSubstr;
-using ::testing::Not;
-using ::testing::StartsWith;
 
 TEST(Colours, DistinguishADozenThings) {
   std::set<std::string> different;

@@ -3,15 +3,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cmath>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
-#include <string>
-#include <vector>
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "base/file_descriptor.hpp"
 #include "tests/tools/scratch.hpp"
@@ -20,10 +14,6 @@
 
 namespace odomd::tools::cli_test {
 namespace {
-
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 // Reads columns "a" and, where it is there, "b".
 std::vector<double> column_a(const std::string& text, LastLine last = LastLine::keep_whole,

@@ -1,18 +1,8 @@
 // Inputs that are no files of text are refused by every command, at once and with the fix.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::inputs_test {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 class Inputs : public ::testing::Test {
  protected:

@@ -1,15 +1,9 @@
 // What is written of the command lines follows them: the help of every command has an example, and
 // the shells' completions offer each option that it names, and no other. What is misspelt is named,
 // the first of it, with what was likely meant.
-#include <algorithm>
 #include <regex>
 #include <set>
 #include <sstream>
-#include <string>
-#include <vector>
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "tests/tools/scratch.hpp"
 
@@ -17,9 +11,7 @@ namespace odomd::tools::command_lines_test {
 namespace {
 
 using ::testing::AnyOf;
-using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
-using ::testing::Not;
 
 struct Command {
   std::string name;  // "odom camera send"
@@ -100,6 +92,9 @@ TEST(Help, IsWrittenInOneManner) {
     EXPECT_FALSE(std::regex_search(command.help, match, lower)) << command.name << match[0];
     EXPECT_THAT(command.help, Not(HasSubstr(" TEXT REQUIRED"))) << command.name;
     EXPECT_THAT(command.help, Not(HasSubstr("(default"))) << command.name;
+    EXPECT_TRUE(std::ranges::all_of(command.help, [](unsigned char c) {
+      return c == '\n' || c >= ' ';
+    })) << command.name;
   }
 }
 

@@ -1,9 +1,5 @@
 // odom dbc: what it prints, and what it says of files it cannot use.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "tests/tools/scratch.hpp"
 
@@ -11,9 +7,7 @@ namespace odomd::tools::dbc_test {
 namespace {
 
 using nlohmann::json;
-using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
-using ::testing::StartsWith;
 
 constexpr const char* car = R"(BO_ 288 Imu: 4 ECU
  SG_ Yaw : 0|16@1- (0.5,0) [-16|16] "°/s" X

@@ -1,19 +1,8 @@
 // The command line of odom as a whole, and units in its arguments.
-#include <algorithm>
-#include <string>
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::odom_test {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::Not;
-using ::testing::StartsWith;
 
 TEST(Odom, PrintsItsVersion) {
   const Outcome outcome = run_shell("odom --version");
@@ -31,12 +20,17 @@ TEST(Odom, AFullDiskIsFailedWork) {
               Ends(1, "odom: standard output: No space left on device\n"));
 }
 
-TEST(OdomBridge, RefusesRatesAndNamesThatCannotBe) {
-  for (const char* wrong : {"--rate nan", "--rate 0", "--rate=-3", "--rate inf", "--frame-base ''",
-                            "--frame-map 'my map'", "--frame-odom map"}) {
-    const Outcome outcome = run_shell(std::string("odom bridge --ros --duration 0.1 ") + wrong);
-    EXPECT_EQ(outcome.status, 2) << wrong << ": " << outcome.err;
-    EXPECT_LT(outcome.err.size(), 200U) << outcome.err;
+// It looks for its companions next to itself.
+TEST(Odom, SaysWhatToInstallWhereACompanionIsMissing) {
+  const Scratch scratch;
+  std::filesystem::copy_file(ODOMD_BIN_DIR "/odom", scratch.path("odom"));
+  for (const auto& [command, package] :
+       {std::pair{" serve", "install the package odom-web"},
+        {" bridge", "install the package odom-bridge"},
+        {" identify track f.mp4 --aruco 4x4_50 --front 1 --rear 2", "libopencv-dev"}}) {
+    const Outcome outcome = run_shell(scratch.path("odom").string() + command);
+    EXPECT_THAT(outcome, Ends(1, HasSubstr(package))) << outcome.err;
+    EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
   }
 }
 

@@ -1,7 +1,5 @@
 #include "tools/config_patch/config_patch.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <stdexcept>
@@ -10,8 +8,6 @@
 
 namespace odomd::tools::config_patch_test {
 namespace {
-
-using testing::HasSubstr;
 
 std::string patch(const std::string& text, const std::vector<ConfigValue>& values) {
   std::string once = patched(text, "car.toml", values);

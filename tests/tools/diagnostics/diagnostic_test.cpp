@@ -3,15 +3,13 @@
 #include "tests/diagnostics.hpp"
 
 #include <fmt/format.h>
-#include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <set>
-#include <string>
 
+#include "tests/gtest.hpp"
 #include "tools/diagnostics/kinds.hpp"
 
 namespace odomd::diagnostics::diagnostic_test {

@@ -1,12 +1,8 @@
 // What is noticed of a drive's units, headings and coverage.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <numbers>
-#include <vector>
 
 #include "tests/diagnostics.hpp"
+#include "tests/gtest.hpp"
 #include "tests/tools/drives.hpp"
 #include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/diagnostics/unit_check.hpp"
@@ -15,8 +11,6 @@ namespace odomd::tools::diagnostics_test {
 namespace {
 
 using diagnostics::Named;
-using ::testing::ElementsAre;
-using ::testing::IsEmpty;
 using ::testing::Optional;
 
 constexpr double degree = std::numbers::pi / 180.0;

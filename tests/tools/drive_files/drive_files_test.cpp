@@ -1,10 +1,6 @@
 // Camera logs, pose files and trajectories, written and read.
-#include <algorithm>
 #include <sstream>
-#include <string>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <odom/odom.h>
 
 #include "tests/diagnostics.hpp"
@@ -17,10 +13,6 @@ namespace odomd::tools::drive_files_test {
 namespace {
 
 using diagnostics::Named;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::StartsWith;
 
 const std::string camera_header = "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n";
 

@@ -1,20 +1,12 @@
 // Poses against a reference: alignment, errors and the offset of its times.
-#include <cmath>
-#include <cstdint>
-#include <vector>
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "tests/tools/drives.hpp"
 #include "tools/evaluation/alignment.hpp"
+#include "tests/gtest.hpp"
+#include "tests/tools/drives.hpp"
 #include "tools/evaluation/time_offset.hpp"
 #include "tools/math/se2.hpp"
 
 namespace odomd::tools::alignment_test {
 namespace {
-
-using ::testing::HasSubstr;
 
 void expect_near(const estimator::Pose2& a, const estimator::Pose2& b, double tolerance) {
   EXPECT_NEAR(a.x, b.x, tolerance);

@@ -2,19 +2,11 @@
 // truth.
 #include "tools/evaluation/camera_reference.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <array>
 #include <cctype>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <sstream>
-#include <string>
-#include <vector>
 
 #include "tests/diagnostics.hpp"
 #include "tests/recorded_drives.hpp"
@@ -214,16 +206,15 @@ TEST(DrivesWithoutTruth, AreJudgedAsByTheTruthOnSimulatedDrives) {
   const Scratch scratch;
   for (const std::string course : {"lap --laps 2 --seed 1", "slalom --duration 30 --seed 1",
                                    "slalom --duration 40 --seed 2"}) {
-    const fs::path folder = scratch.path(course.substr(0, course.find(' ')) + "_" + course.back());
-    ASSERT_EQ(run_shell("odom sim --out " + folder.string() + " --scenario " + course).status, 0);
-    compare(folder, {}, scratch);
+    compare(simulate(scratch, "--scenario " + course,
+                     course.substr(0, course.find(' ')) + "_" + course.back()),
+            {}, scratch);
   }
 }
 
 TEST(DrivesWithoutTruth, BearAGapOfTheCamera) {
   const Scratch scratch;
-  const fs::path folder = scratch.path("gap");
-  ASSERT_EQ(run_shell("odom sim --scenario lap --duration 20 --out " + folder.string()).status, 0);
+  const fs::path folder = simulate(scratch, "--scenario lap --duration 20", "gap");
   fs::remove(folder / "truth.csv");
   std::istringstream rows(contents(folder / "camera.csv"));
   std::ofstream kept(folder / "camera.csv");
@@ -253,11 +244,8 @@ TEST(DrivesWithoutTruth, AreJudgedAsByTheTruthOnRecordedDrives) {
 
 // A folder of a simulated drive without truth and camera.
 EvaluatedDrive alone(const Scratch& scratch, const std::string& how) {
-  const fs::path folder = scratch.path("alone");
-  fs::remove_all(folder);
-  EXPECT_EQ(
-      run_shell("odom sim --gyro-scale-error 0.003 --seed 1 --out " + folder.string() + how).status,
-      0);
+  fs::remove_all(scratch.path("alone"));
+  const fs::path folder = simulate(scratch, "--gyro-scale-error 0.003 --seed 1" + how, "alone");
   fs::remove(folder / "truth.csv");
   fs::remove(folder / "camera.csv");
   return evaluate_folder({.folder = folder, .config = {}, .reference = {}},

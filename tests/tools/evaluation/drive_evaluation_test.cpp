@@ -1,12 +1,5 @@
 // Drives evaluated from their files, and their score.
-#include <array>
-#include <cmath>
 #include <limits>
-#include <string>
-#include <vector>
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "estimator/common/pose.hpp"
 #include "tests/tools/scratch.hpp"
@@ -16,28 +9,15 @@
 namespace odomd::tools::drive_evaluation_test {
 namespace {
 
-using ::testing::HasSubstr;
-using ::testing::StartsWith;
-
 // One short simulated lap for all tests.
 class DriveEvaluation : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    scratch_ = new Scratch;
-    const Outcome outcome =
-        run_shell("odom sim --scenario lap --duration 4 --standstill 0.5 --seed 3 --out " +
-                  scratch_->path("lap").string());
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
+  static const SharedDrive& shared() {
+    static const SharedDrive made{"--scenario lap --duration 4 --standstill 0.5 --seed 3", "lap"};
+    return made;
   }
-  static void TearDownTestSuite() {
-    delete scratch_;
-    scratch_ = nullptr;
-  }
-  static std::filesystem::path lap() { return scratch_->path("lap"); }
-
-  static Scratch* scratch_;
+  static std::filesystem::path lap() { return shared().folder; }
 };
-Scratch* DriveEvaluation::scratch_ = nullptr;
 
 Evaluation evaluated(const Drive& drive,
                      const std::optional<estimator::Pose2>& lever_arm = std::nullopt) {
@@ -94,7 +74,7 @@ TEST_F(DriveEvaluation, KeepsEveryJudgementWithItsTimeAndVariance) {
 }
 
 TEST_F(DriveEvaluation, TakesAnotherConfigurationAndReference) {
-  const auto config = scratch_->write(
+  const auto config = shared().scratch.write(
       "other.toml", contents(lap() / "car.toml") + "\n[filter]\nmodel = \"kinematic\"\n");
   const Drive drive =
       read_drive({.folder = lap(), .config = config, .reference = lap() / "truth.csv"});
@@ -134,7 +114,7 @@ TEST_F(DriveEvaluation, ReportHasTheLeverArmOfTheConfiguration) {
   const std::size_t at = text.find(of_sim);
   ASSERT_NE(at, std::string::npos);
   text.replace(at, of_sim.size(), "[reference]\nlever_arm = [0.1, -0.05, 0.2]\n");
-  const auto config = scratch_->write("armed.toml", text);
+  const auto config = shared().scratch.write("armed.toml", text);
   EXPECT_EQ(arm_of(config, {}).value_or(estimator::Pose2{}).y, -0.05);
   EXPECT_EQ(arm_of(config, {.lever_arm = estimator::Pose2{}}).value_or(estimator::Pose2{1.0}).x,
             0.0);
@@ -142,21 +122,22 @@ TEST_F(DriveEvaluation, ReportHasTheLeverArmOfTheConfiguration) {
 
 TEST_F(DriveEvaluation, TakesTheDatabasesOfTheConfigurationThatIsGiven) {
   const std::string text = contents(lap() / "car.toml");
-  std::filesystem::create_directory(scratch_->path("with"));
-  scratch_->write("with/car.dbc", contents(lap() / "car.dbc"));
-  const auto with = scratch_->write("with/car.toml", text);
+  std::filesystem::create_directory(shared().scratch.path("with"));
+  shared().scratch.write("with/car.dbc", contents(lap() / "car.dbc"));
+  const auto with = shared().scratch.write("with/car.toml", text);
   EXPECT_EQ(read_drive({.folder = lap(), .config = with, .reference = {}}).config.can.dbc.front(),
             with.parent_path() / "car.dbc");
   const std::size_t at = text.find("car.dbc");
   ASSERT_NE(at, std::string::npos);
-  const auto other = scratch_->write("other_name.toml", std::string(text).replace(at, 7, "no.dbc"));
+  const auto other =
+      shared().scratch.write("other_name.toml", std::string(text).replace(at, 7, "no.dbc"));
   EXPECT_THAT(
       message_of([&] { (void)read_drive({.folder = lap(), .config = other, .reference = {}}); }),
       HasSubstr("no.dbc"));
 }
 
 TEST_F(DriveEvaluation, SaysInOneLineWhatAFolderLacks) {
-  const auto folder = scratch_->path("bare");
+  const auto folder = shared().scratch.path("bare");
   std::filesystem::create_directory(folder);
   const auto refusal = [&folder] {
     return message_of([&] {

@@ -1,12 +1,8 @@
 #include "tools/evaluation/evaluation.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
 #include <numbers>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/drives.hpp"
 #include "tools/evaluation/evaluation_report.hpp"
 

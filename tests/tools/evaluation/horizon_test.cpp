@@ -1,10 +1,8 @@
 #include "tools/evaluation/horizon.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <numbers>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/drives.hpp"
 #include "tools/evaluation/alignment.hpp"
 #include "tools/evaluation/closed_loop.hpp"

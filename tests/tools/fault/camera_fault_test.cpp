@@ -1,11 +1,6 @@
 // The kinds of faults as they are written on a command line, and those of the camera.
-#include <cmath>
 #include <set>
-#include <string>
-#include <vector>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "tests/tools/fault/small_car.hpp"
@@ -17,7 +12,6 @@ namespace odomd::fault::camera_fault_test {
 namespace {
 
 using estimator::CameraPose;
-using ::testing::HasSubstr;
 using tools::message_of;
 
 TEST(FaultKinds, EachHasANameOfItsOwn) {

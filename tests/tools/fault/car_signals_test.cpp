@@ -1,10 +1,6 @@
 // Values out of frames and back into them, through what a configuration says of them.
-#include <gtest/gtest.h>
-
-#include <string>
-#include <vector>
-
 #include "tools/fault/car_signals.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::fault::car_signals_test {
 namespace {

@@ -1,16 +1,10 @@
 // odom fault as a program.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <nlohmann/json.hpp>
 #include <odom/odom.hpp>
 
-#include <chrono>
 #include <optional>
 #include <sstream>
-#include <string>
-#include <thread>
-#include <vector>
 
 #include "tests/tools/scratch.hpp"
 #include "tools/fault/live.hpp"
@@ -18,8 +12,6 @@
 namespace odomd::fault::fault_program_test {
 namespace {
 
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 using tools::contents;
 using tools::Ends;
 using tools::Outcome;
@@ -38,26 +30,15 @@ std::vector<std::string> lines_of(const std::string& text) {
 // A short simulated drive, made once.
 class FaultCommand : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    scratch_ = new Scratch;
-    const Outcome made = run_shell("odom sim --laps 1 --scenario lap --standstill 1 --out " +
-                                   scratch_->path("drive").string());
-    ASSERT_EQ(made.status, 0) << made.err;
+  static const Scratch& scratch() {
+    static const tools::SharedDrive made{"--laps 1 --scenario lap --standstill 1"};
+    return made.scratch;
   }
-  static void TearDownTestSuite() {
-    delete scratch_;
-    scratch_ = nullptr;
-  }
-
-  static std::string in(const std::string& name) { return scratch_->path(name).string(); }
+  static std::string in(const std::string& name) { return scratch().path(name).string(); }
   static Outcome fault(const std::string& options) {
     return run_shell("odom fault --config " + in("drive/car.toml") + " " + options);
   }
-
- private:
-  static Scratch* scratch_;
 };
-Scratch* FaultCommand::scratch_ = nullptr;
 
 // One message's lines differ, from the begin on, for so long; no other character of the log does.
 TEST_F(FaultCommand, ChangesTheFramesThatAreMeant) {

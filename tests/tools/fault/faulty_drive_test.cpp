@@ -1,10 +1,6 @@
 // The runs of the integrity campaign are those of odom replay: what it says of a drive, a user
 // gets.
-#include <gtest/gtest.h>
-
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "daemon/core/pipeline.hpp"
 #include "tests/campaign/faulty_drive.hpp"
@@ -20,17 +16,12 @@ using fault::Fault;
 
 class FaultyDriveTest : public ::testing::TestWithParam<Camera> {
  protected:
-  static void SetUpTestSuite() {
-    const tools::Scratch scratch;
-    const tools::Outcome made = tools::run_shell(
-        "odom sim --scenario lap --laps 1 --standstill 1 --out " + scratch.path("drive").string());
-    ASSERT_EQ(made.status, 0) << made.err;
-    drive_ = std::make_unique<Drive>(read_drive(scratch.path("drive")));
+  static const Drive& drive() {
+    static const Drive made =
+        read_drive(tools::simulate(tools::Scratch{}, "--scenario lap --laps 1 --standstill 1"));
+    return made;
   }
-  static void TearDownTestSuite() { drive_.reset(); }
-
-  static const Drive& drive() { return *drive_; }
-  static std::size_t begin() { return drive_->ticks * 2 / 5; }
+  static std::size_t begin() { return drive().ticks * 2 / 5; }
 
   static Fault from_begin_on(const char* kind) {
     Fault one = fault::fault_of(fault::parse_kind(kind));

@@ -1,13 +1,6 @@
 // Every kind of fault on frames, judged by what the daemon's decoder makes of them.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
 #include <functional>
 #include <map>
-#include <string>
-#include <vector>
 
 #include "tests/tools/fault/small_car.hpp"
 #include "tests/tools/scratch.hpp"
@@ -16,8 +9,6 @@ namespace odomd::fault::frame_fault_test {
 namespace {
 
 using can::FrameVerdict;
-using ::testing::ElementsAre;
-using ::testing::Pair;
 
 double step_of(Source source) {
   return std::ranges::find(small_car_signals, source, &Signal::source)->step;

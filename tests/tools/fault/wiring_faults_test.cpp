@@ -1,14 +1,9 @@
 // Mistakes in the wiring, made in simulated drives as odom fault makes them: each is named, and
 // nothing is said of the drives as they are.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cctype>
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "daemon/core/pipeline.hpp"
 #include "tests/campaign/faulty_drive.hpp"
@@ -24,7 +19,6 @@ namespace odomd::campaign::wiring_faults_test {
 namespace {
 
 namespace fs = std::filesystem;
-using ::testing::IsEmpty;
 
 /// What is found at any time, by source; and at the end.
 struct Found {
@@ -65,11 +59,7 @@ Found replayed(const Drive& drive, const std::vector<fault::Fault>& faults, Came
 }
 
 Drive simulated(const std::string& options) {
-  const tools::Scratch scratch;
-  const tools::Outcome made =
-      tools::run_shell("odom sim " + options + " --out " + scratch.path("drive").string());
-  EXPECT_EQ(made.status, 0) << made.err;
-  return read_drive(scratch.path("drive"));
+  return read_drive(tools::simulate(tools::Scratch{}, options));
 }
 
 constexpr std::uint32_t wiring_conditions = ODOM_COND_MISWIRED | ODOM_COND_INCONSISTENT;

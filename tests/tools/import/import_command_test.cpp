@@ -1,21 +1,13 @@
 // odom import: tables as tools write them.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <nlohmann/json.hpp>
-#include <string>
-#include <vector>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/import/importing.hpp"
 
 namespace odomd::tools::import_command_test {
 namespace {
 
 using nlohmann::json;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
 
 /// What becomes of the role that comes first: its samples, least and most value, and the time of
 /// the first frame.
@@ -176,7 +168,7 @@ TEST(Import, MakesPosesOfQuaternionsDegreesAndMillimetres) {
 
 TEST(Import, KeepsTheCarOfAConfigurationAndReplacesADriveOnlyByForce) {
   const Scratch scratch;
-  ASSERT_EQ(run_shell("odom sim --config-only --out " + scratch.path("sim").string()).status, 0);
+  simulate(scratch, "--config-only", "sim");
   const std::vector<TextFile> files{{"a.csv", rows_of("t,v,x,yaw", 0, ",1,2")}};
   const std::string columns = "--config sim/car.toml --column wheel_rear_left=v,timeout=0.7 ";
   ASSERT_EQ(import(scratch, files,

@@ -1,10 +1,6 @@
 // Recorded drives as tables of their decoded frames: they replay to the same errors.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <map>
 #include <nlohmann/json.hpp>
-#include <string>
 
 #include <fmt/format.h>
 
@@ -14,6 +10,7 @@
 #include "can_protocol/decode/units.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
+#include "tests/gtest.hpp"
 #include "tests/recorded_drives.hpp"
 #include "tests/tools/import/importing.hpp"
 #include "tools/cli/csv.hpp"

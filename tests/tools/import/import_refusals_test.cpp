@@ -1,18 +1,12 @@
 // odom import: what is no table of a drive is refused in one line, and nothing is left behind.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <optional>
-#include <string>
-#include <vector>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/import/importing.hpp"
 
 namespace odomd::tools::import_refusals_test {
 namespace {
-
-using testing::HasSubstr;
 
 struct Case {
   std::string what;

@@ -1,10 +1,6 @@
 // Runs odom import on tables that a test writes.
 #pragma once
 
-#include <filesystem>
-#include <string>
-#include <vector>
-
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools {

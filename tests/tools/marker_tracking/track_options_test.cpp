@@ -1,19 +1,12 @@
 // The command line of odom identify track, which is there without OpenCV too.
 #include "tools/marker_tracking/options.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <filesystem>
 
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::track_options_test {
 namespace {
-
-using testing::HasSubstr;
 
 TrackOptions parsed(const std::vector<std::string>& arguments,
                     std::vector<std::string>* handed_over = nullptr) {
@@ -82,16 +75,6 @@ TEST(TrackOptions, WhatDoesNotFitTogetherIsRefused) {
     arguments.insert(arguments.end(), {"--aruco=4x4_50", "--front=7", "--rear=8"});
     EXPECT_THAT(refusal_of(arguments), HasSubstr(says));
   }
-}
-
-TEST(TrackOptions, WithoutItsProgramTheCommandSaysWhatToInstall) {
-  const Scratch scratch;
-  std::filesystem::copy_file(ODOMD_BIN_DIR "/odom", scratch.path("odom"));
-  const Outcome outcome = run_shell(scratch.path("odom").string() +
-                                    " identify track f.mp4 --aruco 4x4_50 --front 1 --rear 2");
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("libopencv-dev"));
-  EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1);
 }
 
 }  // namespace

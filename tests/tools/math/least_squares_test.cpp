@@ -1,11 +1,7 @@
 // Least squares against solutions that are known.
 #include "tools/math/least_squares.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstdint>
-
+#include "tests/gtest.hpp"
 #include "tools/math/random.hpp"
 
 namespace odomd::tools::least_squares_test {

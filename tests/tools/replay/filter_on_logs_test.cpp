@@ -1,16 +1,8 @@
 // The filter on replayed drives: predictions, wheel slip, slides.
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
 #include <functional>
 #include <memory>
-#include <string>
 #include <variant>
-#include <vector>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <odom/odom.h>
 #include <nlohmann/json.hpp>
 
@@ -33,7 +25,6 @@ using estimator::Measurement;
 using estimator::Pose2;
 using estimator::Source;
 using estimator::Verdict;
-using ::testing::HasSubstr;
 
 struct Horizon {
   int ticks;
@@ -44,10 +35,8 @@ struct Horizon {
 /// Every tenth tick of a lap, from two seconds after the start on.
 std::array<Horizon, 2> worst_of_a_lap(const std::string& speed) {
   const Scratch scratch;
-  const std::string folder = scratch.path("lap").string();
-  const Outcome drive = run_shell("odom sim --scenario lap --speed " + speed +
-                                  " --duration 25 --seed 5 --out " + folder);
-  EXPECT_EQ(drive.status, 0) << drive.err;
+  const std::string folder =
+      simulate(scratch, "--scenario lap --speed " + speed + " --duration 25 --seed 5");
   daemon::Config config = daemon::load_config(folder + "/car.toml");
   config.model = estimator::Model::full;
   diagnostics::Diagnostics warnings;
@@ -130,11 +119,9 @@ class WheelSlip : public testing::TestWithParam<SlipCase> {
 
   void SetUp() override {
     const Scratch scratch;
-    const Outcome sim =
-        run_shell("odom sim --scenario lap --laps 1 --seed 5 --out " + scratch.path("d").string());
-    ASSERT_EQ(sim.status, 0) << sim.err;
-    config_ = daemon::load_config(scratch.path("d/car.toml"));
-    drive_ = load_drive(config_, scratch.path("d/drive.log"), "");
+    const std::string folder = simulate(scratch, "--scenario lap --laps 1 --seed 5");
+    config_ = daemon::load_config(folder + "/car.toml");
+    drive_ = load_drive(config_, folder + "/drive.log", "");
     begin_ns_ = drive_.events.front().tick_ns + begins_s * second_ns;
     end_ns_ = begin_ns_ + lasts_s * second_ns;
   }

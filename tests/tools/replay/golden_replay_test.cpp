@@ -1,13 +1,8 @@
 // The paper author's own run, sent through the bus: what odom replay makes of it with --model paper
 // is what his filter made of it.
 #include <fmt/format.h>
-#include <gtest/gtest.h>
 
-#include <array>
 #include <bit>
-#include <cmath>
-#include <cstdint>
-#include <string>
 
 #include "tests/estimator/golden.hpp"
 #include "tests/tools/scratch.hpp"

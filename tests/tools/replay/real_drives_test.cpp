@@ -1,19 +1,13 @@
 // The recorded drives, each with its configuration, through the pipeline.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/core/pipeline.hpp"
+#include "tests/gtest.hpp"
 #include "tests/recorded_drives.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/replay/virtual_drive.hpp"

@@ -1,13 +1,7 @@
 // A drive through the pipeline, recorded by the beat's tap into a folder, and replayed from there:
 // every bit of every tick. No daemon and no clock: the test is the beat.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <limits>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "daemon/core/pipeline.hpp"
 #include "daemon/core/recording_files.hpp"
@@ -21,8 +15,6 @@ namespace odomd::tools::recording_test {
 namespace {
 
 using daemon::RecordingTap;
-using ::testing::HasSubstr;
-using ::testing::StartsWith;
 
 constexpr std::int64_t ms = 1'000'000;
 constexpr std::int64_t period = 5 * ms;

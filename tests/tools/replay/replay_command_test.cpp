@@ -1,7 +1,4 @@
 // odom replay: what it says of drives that cannot be believed.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
 
 #include <fmt/format.h>
@@ -13,12 +10,6 @@
 
 namespace odomd::tools::replay_command_test {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::ContainsRegex;
-using ::testing::HasSubstr;
-using ::testing::Not;
-using ::testing::StartsWith;
 
 class OdomReplay : public testing::Test {
  protected:
@@ -65,11 +56,9 @@ TEST_F(OdomReplay, SaysThatALogIsOutOfOrder) {
 
 TEST_F(OdomReplay, RefusesADamagedLogOnlyWhenStrict) {
   const std::string log = "(1.000000) can0 101#95E803\n(1.00\n# wet\n(1.010000) can0 101#95E803\n";
-  const Outcome outcome = replay(log, " --model kinematic");
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err,
-              AllOf(HasSubstr("drive.log:2: the log is damaged here: 1 line is left out"),
-                    HasSubstr("drive.log:3: 1 line is no frame"), HasSubstr("[W201]")));
+  EXPECT_THAT(replay(log, " --model kinematic"),
+              Ends(0, AllOf(HasSubstr("drive.log:2: the log is damaged here: 1 line is left out"),
+                            HasSubstr("drive.log:3: 1 line is no frame"), HasSubstr("[W201]"))));
   EXPECT_THAT(replay(log, " --model kinematic --strict"),
               Ends(2, HasSubstr("drive.log:2: expected 6 or 9 decimals")));
   for (const std::string command :
@@ -184,10 +173,9 @@ TEST_F(OdomReplay, SaysSinceWhenThePoseIsFaulty) {
     log += fmt::format("(1.{:02}0000) can0 101#{}\n", i, i < 50 ? "95E803" : "FA18FC");
   scratch_.write("car.toml", std::regex_replace(contents(scratch_.path("car.toml")),
                                                 std::regex("WHEEL = .*"), ""));
-  const Outcome outcome = replay(log, " --model paper");
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("the mode is fault from t = 1.5"));
-  EXPECT_THAT(outcome.err, HasSubstr("model_fault: the model left its valid range and stopped"));
+  EXPECT_THAT(replay(log, " --model paper"),
+              Ends(0, AllOf(HasSubstr("the mode is fault from t = 1.5"),
+                            HasSubstr("model_fault: the model left its valid range and stopped"))));
 }
 
 TEST_F(OdomReplay, SaysThatTheCameraSawAnotherDrive) {
@@ -222,21 +210,19 @@ TEST_F(OdomReplay, SaysThatTheInitialPoseIsOfAnotherDrive) {
 TEST_F(OdomReplay, SaysWhyThereIsNoPose) {
   const auto camera = scratch_.write(
       "camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n500,499,0,0,0,1,1,1\n");
-  const Outcome outcome = replay("(1.000000) can0 102#00\n", " --camera " + camera.string());
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("[W208]"));
-  EXPECT_THAT(outcome.err, HasSubstr("\nodom replay: there is no pose: no pose file is written\n"));
+  EXPECT_THAT(
+      replay("(1.000000) can0 102#00\n", " --camera " + camera.string()),
+      Ends(1, AllOf(HasSubstr("[W208]"),
+                    HasSubstr("\nodom replay: there is no pose: no pose file is written\n"))));
   EXPECT_FALSE(std::filesystem::exists(scratch_.path("pose.csv")));
 }
 
 TEST(ReplayCommand, ReportsTheInnovationsOfTheFullFilter) {
   const Scratch scratch;
-  const std::string drive = scratch.path("drive").string();
-  ASSERT_EQ(run_shell("odom sim --duration 8 --out " + drive).status, 0);
+  const std::string drive = simulate(scratch, "--duration 8");
   const auto innovations = [&](const std::string& model) {
-    const Outcome outcome = run_shell("odom replay --json --config " + drive + "/car.toml --can " +
-                                      drive + "/drive.log --camera " + drive +
-                                      "/camera.csv --out " + drive + "/pose.csv --model " + model);
+    const Outcome outcome = run_shell("odom replay --json --drive " + drive + " --out " + drive +
+                                      "/pose.csv --model " + model);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     return nlohmann::json::parse(outcome.err)["innovations"];
   };
@@ -253,8 +239,7 @@ TEST(ReplayCommand, ReportsTheInnovationsOfTheFullFilter) {
 
 TEST(ReplayCommand, ReportsTheNoiseThatTheFullFilterEstimates) {
   const Scratch scratch;
-  const std::string drive = scratch.path("drive").string();
-  ASSERT_EQ(run_shell("odom sim --duration 8 --out " + drive).status, 0);
+  const std::string drive = simulate(scratch, "--duration 8");
   const auto noise = [&](const std::string& model) {
     const Outcome outcome =
         run_shell("odom replay --json --config " + drive + "/car.toml --can " + drive +
@@ -281,8 +266,7 @@ TEST(ReplayCommand, ReportsTheNoiseThatTheFullFilterEstimates) {
 
 TEST(ReplayCommand, SaysWhichSensorWasNotBelieved) {
   const Scratch scratch;
-  const std::string drive = scratch.path("drive").string();
-  ASSERT_EQ(run_shell("odom sim --scenario lap --laps 1 --out " + drive).status, 0);
+  const std::string drive = simulate(scratch, "--scenario lap --laps 1");
   const auto replayed = [&](const std::string& role, const std::string& scale,
                             const std::string& more) {
     const auto config = scratch.write(

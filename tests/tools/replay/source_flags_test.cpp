@@ -1,17 +1,10 @@
 // Source flags on whole drives: recorded ones and simulated ones raise none; sensors that fail do.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <numbers>
 #include <optional>
 #include <sstream>
-#include <string>
-#include <vector>
 
 #include "tests/recorded_drives.hpp"
 #include "tests/tools/monitored_drive.hpp"
@@ -32,10 +25,9 @@ std::string described(const MonitoredDrive& drive, const FlagChange& change) {
 
 MonitoredDrive simulated(const std::string& options) {
   const Scratch scratch;
-  const Outcome outcome = run_shell("odom sim " + options + " --out " + scratch.path("d").string());
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  return load_drive(daemon::load_config(scratch.path("d/car.toml")), scratch.path("d/drive.log"),
-                    scratch.path("d/camera.csv"));
+  const fs::path drive = simulate(scratch, options);
+  return load_drive(daemon::load_config(drive / "car.toml"), drive / "drive.log",
+                    drive / "camera.csv");
 }
 
 TEST(SourceFlags, RaiseNoAlarmOnSimulatedDrives) {

@@ -1,11 +1,6 @@
 // Sources that a drive does not use are named, with the reason.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <string>
-#include <vector>
 
 #include "tests/tools/scratch.hpp"
 
@@ -13,29 +8,14 @@ namespace odomd::tools::unused_sources_test {
 namespace {
 
 using nlohmann::json;
-using testing::Contains;
 using testing::Each;
-using testing::HasSubstr;
-using testing::Not;
 
-class UnusedSources : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    sound_ = new Scratch;  // NOLINT(cppcoreguidelines-owning-memory): gtest's way
-    const Outcome sim =
-        run_shell("odom sim --seed 3 --duration 20 --out " + sound_->path("drive").string());
-    ASSERT_EQ(sim.status, 0) << sim.err;
-  }
-  static void TearDownTestSuite() { delete sound_; }  // NOLINT
-
-  static inline Scratch* sound_ = nullptr;
-};
-
-/// A copy of the sound drive with something wrong.
+/// A copy of a sound drive with something wrong.
 class Copy {
  public:
-  explicit Copy(const Scratch& sound) : folder_(scratch_.path("drive")) {
-    std::filesystem::copy(sound.path("drive"), folder_);
+  Copy() : folder_(scratch_.path("drive")) {
+    static const SharedDrive sound{"--seed 3 --duration 20"};
+    std::filesystem::copy(sound.folder, folder_);
   }
   void change(const std::string& file, const std::string& what, const std::string& by) const {
     std::string text = contents(folder_ / file);
@@ -132,10 +112,10 @@ const std::vector<Case> cases{
      "W317 wheel_rear_left", "were gated"},
 };
 
-TEST_F(UnusedSources, AreNamedWithTheReason) {
+TEST(UnusedSources, AreNamedWithTheReason) {
   for (const Case& one : cases) {
     SCOPED_TRACE(one.what);
-    const Copy drive(*sound_);
+    const Copy drive;
     one.spoil(drive);
     EXPECT_THAT(drive.replayed(),
                 Contains(testing::AllOf(HasSubstr(one.code), HasSubstr(one.said))));
@@ -148,13 +128,13 @@ TEST_F(UnusedSources, AreNamedWithTheReason) {
   }
 }
 
-TEST_F(UnusedSources, AreNoneInASoundDrive) {
-  const Copy drive(*sound_);
+TEST(UnusedSources, AreNoneInASoundDrive) {
+  const Copy drive;
   EXPECT_THAT(drive.replayed(), Each(Not(testing::AnyOf(HasSubstr("W322"), HasSubstr("W317")))));
 }
 
-TEST_F(UnusedSources, LogOfAnotherCarIsOneFinding) {
-  const Copy drive(*sound_);
+TEST(UnusedSources, LogOfAnotherCarIsOneFinding) {
+  const Copy drive;
   drive.shell("sed 's/ 1A/ 2B/' drive.log >l && mv l drive.log");
   const auto lines = drive.replayed();
   EXPECT_THAT(lines, Contains(HasSubstr("none of the 4 mapped messages is among the ")));
@@ -163,8 +143,8 @@ TEST_F(UnusedSources, LogOfAnotherCarIsOneFinding) {
   EXPECT_THAT(drive.run("odom doctor --drive .").out, HasSubstr("none of the 4 mapped messages"));
 }
 
-TEST_F(UnusedSources, CameraOfAnotherTimeIsOneFinding) {
-  const Copy drive(*sound_);
+TEST(UnusedSources, CameraOfAnotherTimeIsOneFinding) {
+  const Copy drive;
   drive.shell(
       "awk -F, -v OFS=, 'NR>1 {$1=sprintf(\"%.6f\", $1-1e3); $2=sprintf(\"%.6f\", $2-1e3)} "
       "{print}' camera.csv >c && mv c camera.csv");
@@ -174,15 +154,15 @@ TEST_F(UnusedSources, CameraOfAnotherTimeIsOneFinding) {
 }
 
 // Kinematics without a steering are nothing to be better than.
-TEST_F(UnusedSources, NothingIsComparedWithKinematicsWithoutASteering) {
-  const Copy drive(*sound_);
+TEST(UnusedSources, NothingIsComparedWithKinematicsWithoutASteering) {
+  const Copy drive;
   EXPECT_THAT(drive.run("odom evaluate --drive . --json").out, HasSubstr("that of kinematic"));
   drive.change("car.toml", "\nsteering = {", "\n# ");
   EXPECT_THAT(drive.run("odom evaluate --drive . --json").out, Not(HasSubstr("that of kinematic")));
 }
 
-TEST_F(UnusedSources, EstimatesMayEndAMomentApart) {
-  const Copy drive(*sound_);
+TEST(UnusedSources, EstimatesMayEndAMomentApart) {
+  const Copy drive;
   drive.shell("odom replay --config car.toml --can drive.log --camera camera.csv --out pose.csv");
   for (const auto& [rows, differs] : {std::pair{2, false}, {600, true}}) {
     drive.shell("head -n -" + std::to_string(rows) + " pose.csv >other.csv");
@@ -194,8 +174,8 @@ TEST_F(UnusedSources, EstimatesMayEndAMomentApart) {
 }
 
 // A heading that may be anything is not good, however near it is.
-TEST_F(UnusedSources, UncertainHeadingIsNotGood) {
-  const Copy drive(*sound_);
+TEST(UnusedSources, UncertainHeadingIsNotGood) {
+  const Copy drive;
   drive.shell("odom replay --config car.toml --can drive.log --camera camera.csv --out pose.csv");
   for (const auto& [degrees, is_uncertain] : {std::pair{9.0, false}, {11.0, true}}) {
     drive.shell("awk -F, -v OFS=, 'NR>1 {$10=" + std::to_string(degrees * 3.14159265 / 180.0) +

@@ -1,21 +1,14 @@
 #include "tools/replay/virtual_drive.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "daemon/core/pipeline.hpp"
 #include "tests/daemon/core/one_wheel.hpp"
+#include "tests/gtest.hpp"
 #include "tools/replay/source_checks.hpp"
 
 namespace odomd::tools::virtual_drive_test {
 namespace {
-
-using ::testing::ElementsAre;
-using ::testing::IsEmpty;
 
 constexpr std::int64_t ms = 1'000'000;
 constexpr std::int64_t period = 5 * ms;

@@ -1,12 +1,6 @@
 // odom plot, as it is called.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <chrono>
 #include <map>
-#include <memory>
-#include <sstream>
-#include <string>
 #include <thread>
 
 #include "daemon/core/record.hpp"
@@ -21,11 +15,6 @@
 
 namespace odomd::tools::plot_test {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::Not;
-using ::testing::StartsWith;
 
 class Plot : public ::testing::Test {
  protected:
@@ -97,9 +86,7 @@ TEST_F(Plot, OfTheCalibrationsFitsOnAPage) {
   const std::string all = scratch_.write("all.csv", rows).string() + " --what calibrations";
   for (const bool simulated : {false, true}) {
     if (simulated) {
-      ASSERT_EQ(run_shell("odom sim --config-only --seed 3 --out " + scratch_.path("sim").string())
-                    .status,
-                0);
+      simulate(scratch_, "--config-only --seed 3", "sim");
       scratch_.write("sim/truth.csv", contents(reference_));
     }
     const std::string truth = simulated ? scratch_.path("sim/truth.csv").string() : reference_;
@@ -167,14 +154,10 @@ TEST_F(Plot, OfFilesWithoutACommonTimeBeginsEachAtZeroAndSaysSo) {
 }
 
 TEST_F(Plot, DrawsTheInnovationsOfAReplay) {
-  const std::string lap = scratch_.path("lap").string();
+  const std::string lap = simulate(scratch_, "--scenario lap --standstill 0.5 --duration 3");
   const std::string file = scratch_.path("nu.csv").string();
   ASSERT_EQ(
-      run_shell("odom sim --scenario lap --standstill 0.5 --duration 3 --out " + lap +
-                " && odom replay " + "--config " + lap + "/car.toml --can " + lap +
-                "/drive.log --camera " + lap + "/camera.csv --out /dev/null --innovations " + file)
-          .status,
-      0);
+      run_shell("odom replay --drive " + lap + " --out /dev/null --innovations " + file).status, 0);
   const auto judgements = read_innovations(file);
   EXPECT_GT(judgements.size(), 1500U);
   EXPECT_THAT(svg_of(file + " --what innovation"),

@@ -1,10 +1,6 @@
 // odom evaluate of whole drives, and the report that it writes.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
 #include <regex>
-#include <string>
 
 #include "tests/tools/markup.hpp"
 #include "tests/tools/scratch.hpp"
@@ -13,34 +9,20 @@
 namespace odomd::tools::report_test {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::ContainsRegex;
-using ::testing::HasSubstr;
-using ::testing::Not;
-using ::testing::StartsWith;
-
 // One short lap for all tests: a whole one, which ends where it began. The full filter, which takes
 // its time under sanitizers, drives where it must.
 class Report : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    scratch_ = new Scratch;
-    const Outcome outcome = run_shell(
-        "odom sim --scenario circle --laps 1 --speed 1.5 --standstill 2 --seed 3 --out " + lap());
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
+  static const SharedDrive& shared() {
+    static const SharedDrive made{"--scenario circle --laps 1 --speed 1.5 --standstill 2 --seed 3",
+                                  "lap"};
+    return made;
   }
-  static void TearDownTestSuite() {
-    delete scratch_;
-    scratch_ = nullptr;
-  }
-  static std::string lap() { return scratch_->path("lap").string(); }
+  static std::string lap() { return shared().folder.string(); }
   static Outcome run(const std::string& arguments) {
     return run_shell("odom evaluate " + arguments);
   }
-
-  static Scratch* scratch_;
 };
-Scratch* Report::scratch_ = nullptr;
 
 TEST_F(Report, OfADriveIsThePapersTable) {
   const Outcome outcome = run("--drive " + lap() + " --dead-reckoning");
@@ -55,7 +37,7 @@ TEST_F(Report, OfADriveIsThePapersTable) {
 }
 
 TEST_F(Report, ComparesWithTheModelInertialOnlyWhereThereIsAGyro) {
-  const auto file = scratch_->path("no_gyro.toml").string();
+  const auto file = shared().scratch.path("no_gyro.toml").string();
   ASSERT_EQ(run_shell("grep -v ^yaw_rate " + lap() + "/car.toml > " + file).status, 0);
   const std::string drive = "--drive " + lap() + " --config " + file;
   const Outcome usual = run(drive);
@@ -68,7 +50,7 @@ TEST_F(Report, ComparesWithTheModelInertialOnlyWhereThereIsAGyro) {
 TEST_F(Report, OfADriveHasTheFiguresOfItsPoseFiles) {
   const auto json = nlohmann::json::parse(
       run("--drive " + lap() + " --dead-reckoning --model kinematic --model full --json").out);
-  const auto poses = scratch_->path("pose.csv").string();
+  const auto poses = shared().scratch.path("pose.csv").string();
   ASSERT_EQ(run_shell("odom replay --config " + lap() + "/car.toml --can " + lap() +
                       "/drive.log --out " + poses)
                 .status,
@@ -113,8 +95,8 @@ TEST_F(Report, TakesACameraInWithoutAligning) {
 
 TEST_F(Report, OfSeveralDrivesDrawsTheErrorsBySpeed) {
   const Scratch scratch;
-  const std::string slow = scratch.path("slow"), picture = scratch.path("speed.svg");
-  ASSERT_EQ(run_shell("odom sim --speed 0.8 --duration 8 --out " + slow).status, 0);
+  const std::string slow = simulate(scratch, "--speed 0.8 --duration 8", "slow"),
+                    picture = scratch.path("speed.svg");
   const Outcome outcome = run("--drive " + lap() + " --drive " + slow +
                               " --model paper --model full --dead-reckoning --picture " + picture);
   ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -133,7 +115,7 @@ TEST_F(Report, OfSeveralDrivesHasTheMeans) {
 }
 
 TEST_F(Report, DistinguishesDrivesOfOneName) {
-  const std::string folder = scratch_->path("other").string();
+  const std::string folder = shared().scratch.path("other").string();
   ASSERT_EQ(run_shell("mkdir " + folder + " && cp -r " + lap() + " " + folder).status, 0);
   const std::string other = folder + "/lap";
   const Outcome outcome =
@@ -170,7 +152,7 @@ TEST_F(Report, OfAClosedLoopNeedsNoReference) {
 }
 
 TEST_F(Report, IsOneWellFormedPageThatNeedsNothingElse) {
-  const auto file = scratch_->path("lap.html");
+  const auto file = shared().scratch.path("lap.html");
   const Outcome outcome =
       run("--drive " + lap() + " --model paper --model full --title 'R&D <lap>' --html " +
           file.string());
@@ -199,7 +181,7 @@ TEST_F(Report, IsOneWellFormedPageThatNeedsNothingElse) {
 
 TEST_F(Report, SaysWhatItsColumnsMeanAndWhatIsOfTheWholeDrive) {
   const auto page = [](const std::string& how) {
-    const auto file = scratch_->path("meaning.html");
+    const auto file = shared().scratch.path("meaning.html");
     EXPECT_EQ(run("--drive " + lap() + " --html " + file.string() + how).status, 0);
     return contents(file);
   };
@@ -216,11 +198,11 @@ TEST_F(Report, SaysWhatItsColumnsMeanAndWhatIsOfTheWholeDrive) {
 }
 
 TEST_F(Report, SaysWhichSensorWasNotBelieved) {
-  const auto wrong = scratch_->write(
+  const auto wrong = shared().scratch.write(
       "wrong.toml",
       std::regex_replace(contents(lap() + "/car.toml"),
                          std::regex("(yaw_rate = .*unit = \"rad/s\")"), "$1, scale = -1"));
-  const auto html = scratch_->path("wrong.html");
+  const auto html = shared().scratch.path("wrong.html");
   const std::string arguments =
       "--drive " + lap() + " --dead-reckoning --model kinematic --model full";
   const Outcome outcome =
@@ -248,7 +230,7 @@ TEST_F(Report, SaysWhichSensorWasNotBelieved) {
 }
 
 TEST_F(Report, KeepsItsColumnsOnAPhone) {
-  const std::string html = scratch_->path("phone.html").string();
+  const std::string html = shared().scratch.path("phone.html").string();
   ASSERT_EQ(
       run("--drive " + lap() + " --model paper --model kinematic_printed --html " + html).status,
       0);
@@ -262,7 +244,7 @@ TEST_F(Report, KeepsItsColumnsOnAPhone) {
 
 TEST_F(Report, OpensWithAVerdictAndItsReasons) {
   const auto page = [](const std::string& how) {
-    const auto file = scratch_->path("verdict.html");
+    const auto file = shared().scratch.path("verdict.html");
     EXPECT_EQ(run("--drive " + lap() + how + " --html " + file.string()).status, 0);
     const std::string text = contents(file);
     EXPECT_LT(text.find("<div class=\"verdict"), text.find("<table>"));
@@ -278,7 +260,7 @@ TEST_F(Report, OpensWithAVerdictAndItsReasons) {
   EXPECT_THAT(run("--drive " + lap() + " --model full").out,
               ContainsRegex("\nverdict: good: full with the camera\n  good: With the camera its "
                             "position is off by [0-9.]+ mm rms"));
-  const auto wrong = scratch_->write(
+  const auto wrong = shared().scratch.write(
       "turned.toml",
       std::regex_replace(contents(lap() + "/car.toml"),
                          std::regex("(yaw_rate = .*unit = \"rad/s\")"), "$1, scale = -1"));
@@ -290,14 +272,14 @@ TEST_F(Report, OpensWithAVerdictAndItsReasons) {
 }
 
 TEST_F(Report, HasItsCommandAsAShellTakesIt) {
-  const auto file = scratch_->path("quoted.html").string();
+  const auto file = shared().scratch.path("quoted.html").string();
   ASSERT_EQ(run("--drive " + lap() + " --model paper --title \"it's\" --html " + file).status, 0);
   EXPECT_THAT(contents(file), HasSubstr("--title 'it'\\''s' --html "));
 }
 
 TEST_F(Report, IsTheSameEveryTime) {
   const auto page = [](const std::string& name) {
-    const auto file = scratch_->path(name);
+    const auto file = shared().scratch.path(name);
     EXPECT_EQ(run("--drive " + lap() + " --model paper --html " + file.string()).status, 0);
     std::string text = contents(file);
     return text.substr(0, text.find("How this was made"));
@@ -312,7 +294,7 @@ TEST_F(Report, HasTheBeatOfARecording) {
     beat += std::to_string(tick) + ',' + std::to_string(0.005 * tick) + ',' +
             std::to_string(0.005 * tick + (i == 70 ? 0.002 : 0.00002)) + '\n';
   }
-  const auto file = scratch_->write("beat.csv", beat);
+  const auto file = shared().scratch.write("beat.csv", beat);
   const BeatHistogram histogram = read_beat_log(file);
   EXPECT_EQ(histogram.ticks, 100U);
   EXPECT_EQ(histogram.missed, 3U);
@@ -320,7 +302,7 @@ TEST_F(Report, HasTheBeatOfARecording) {
   EXPECT_NEAR(percentile_us(histogram.wakeup, 0.5, histogram.max_wakeup_ns), 22.6, 0.1);
   EXPECT_EQ(percentile_us(histogram.wakeup, 1.0, histogram.max_wakeup_ns), 2000.0);
 
-  const auto html = scratch_->path("beat.html");
+  const auto html = shared().scratch.path("beat.html");
   ASSERT_EQ(run("--drive " + lap() + " --model paper --beat " + file.string() + " --html " +
                 html.string())
                 .status,
@@ -331,29 +313,24 @@ TEST_F(Report, HasTheBeatOfARecording) {
 
 TEST_F(Report, SaysInOneLineWhatIsWrongWithADrive) {
   const auto file = [](const char* name, const char* text) {
-    return scratch_->write(name, text).string();
+    return shared().scratch.write(name, text).string();
   };
   const std::string paper = lap() + " --model paper";
   const std::string early = file("early.csv", "t,x,y,yaw\n1,0,0,0\n2,1,0,0\n");
-  const std::string mixed = file("mixed.csv", "t,x,y,yaw\n2,0,0,0\n1,1,0,0\n");
-  const std::string nan = file("nan.csv", "t,x,y,yaw\n2,0,nan,0\n");
   const std::string unsorted = file("beat2.csv", "tick,t,t_woke\n2,1,1\n1,2,2\n");
-  expect_refused("odom evaluate --drive ",
-                 {{"/nonexistent", HasSubstr("/nonexistent: is not a folder")},
-                  {lap() + " --model fancy", HasSubstr("fancy")},
-                  {lap() + " --pose a.csv", HasSubstr("--pose")},
-                  {lap() + " --drive " + lap() + " --reference a.csv",
-                   HasSubstr("--reference: is for one drive only")},
-                  {lap() + " --model paper --baseline best",
-                   "odom evaluate: --baseline: no estimate \"best\"; available: paper\n"},
-                  {paper + " --html /nonexistent/a.html", HasSubstr("/nonexistent/a.html")},
-                  {paper + " --reference " + early, HasSubstr("fewer than two common times")},
-                  {paper + " --reference " + mixed,
-                   HasSubstr("mixed.csv:3: column \"t\": the time runs backwards")},
-                  {paper + " --reference " + nan,
-                   HasSubstr("nan.csv:2: column \"y\": \"nan\" is not a finite number")},
-                  {paper + " --html " + scratch_->path("a.html").string() + " --beat " + unsorted,
-                   HasSubstr("beat2.csv:3: column \"tick\": the tick number does not increase")}});
+  expect_refused(
+      "odom evaluate --drive ",
+      {{"/nonexistent", HasSubstr("/nonexistent: is not a folder")},
+       {lap() + " --model fancy", HasSubstr("fancy")},
+       {lap() + " --pose a.csv", HasSubstr("--pose")},
+       {lap() + " --drive " + lap() + " --reference a.csv",
+        HasSubstr("--reference: is for one drive only")},
+       {lap() + " --model paper --baseline best",
+        "odom evaluate: --baseline: no estimate \"best\"; available: paper\n"},
+       {paper + " --html /nonexistent/a.html", HasSubstr("/nonexistent/a.html")},
+       {paper + " --reference " + early, HasSubstr("fewer than two common times")},
+       {paper + " --html " + shared().scratch.path("a.html").string() + " --beat " + unsorted,
+        HasSubstr("beat2.csv:3: column \"tick\": the tick number does not increase")}});
 }
 
 }  // namespace

@@ -8,8 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <random>
 #include <regex>
-#include <string>
-#include <vector>
 
 #include "tests/tools/bridge/bridge_process.hpp"
 #include "tests/tools/live/own_daemon.hpp"
@@ -20,9 +18,6 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
-using ::testing::HasSubstr;
-using ::testing::Not;
-using ::testing::StartsWith;
 
 constexpr std::string_view token = "0123456789abcdef-secret";
 
@@ -423,13 +418,6 @@ TEST_F(Serve, SaysThatAStatusIsNotUnderstood) {
                                R"({"sources": [{"name": "motor", "configured": "maybe"}]})"};
   start();
   EXPECT_THAT(stream_until("same version"), HasSubstr("the status cannot be parsed"));
-}
-
-TEST(ServeCommand, SaysWhatToInstallWhereTheProgramIsMissing) {
-  const Scratch scratch;
-  const std::string alone = scratch.path("odom").string();
-  EXPECT_THAT(run_shell("cp \"$(command -v odom)\" " + alone + " && exec " + alone + " serve"),
-              Ends(1, HasSubstr("install the package odom-web")));
 }
 
 }  // namespace
