@@ -1,6 +1,6 @@
 // The DBC reader: what it accepts, accepts with a warning, and ignores.
 #include "can_protocol/dbc/dbc.hpp"
-#include "tests/gtest.hpp"
+#include "tests/table.hpp"
 
 namespace odomd::can::dbc_test {
 namespace {
@@ -317,118 +317,81 @@ TEST(Dbc, ReadsOurOwnBus) {
 
 // Errors: file, line, what was expected and what was found ----------------------------------------
 
-struct BadDbc {
-  const char* name;
-  std::string text;
-  const char* error;
-};
-
-class DbcErrors : public testing::TestWithParam<BadDbc> {};
-
-TEST_P(DbcErrors, NameFileLineAndWhatWasExpected) {
-  std::vector<std::string> complaints;
+// What is left out, or the error.
+std::vector<std::string> complaints_about(const std::string& text) {
   try {
-    complaints = warnings_of(parse(GetParam().text));  // of what is left out
+    return warnings_of(parse(text));
   } catch (const DbcError& error) {
-    complaints = {error.what()};
+    return {error.what()};
   }
-  EXPECT_THAT(complaints, testing::Contains(testing::AllOf(testing::StartsWith(GetParam().error),
-                                                           HasSubstr("; "),  // the fix
-                                                           testing::Not(HasSubstr("\n")))));
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, DbcErrors,
-    testing::Values(
-        BadDbc{"NotADbc", "[vehicle]\nmass = 1\n", "car.dbc:1: expected a statement such as BO_"},
-        BadDbc{"Binary", "BO_ 1 A: 8 X\n\x01\x02", "car.dbc:2: expected text, found byte 1"},
-        BadDbc{"SignalWithoutMessage", "\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n",
-               "car.dbc:2: expected a message (BO_) before the first signal, found 'S'"},
-        BadDbc{"MisspeltKeyword", "BOO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n",
-               "car.dbc:1: expected a statement such as BO_, SG_, CM_ or VAL_, found 'BOO_'"},
-        BadDbc{"NoColon", "BO_ 1 A 8 X\n",
-               "car.dbc:1: expected ':' after the message's name, found '8'"},
-        BadDbc{"NoIdentifier", "BO_ A: 8 X\n",
-               "car.dbc:1: expected the message's identifier, found 'A'"},
-        BadDbc{"NumberAsName", "BO_ 1 2: 8 X\n",
-               "car.dbc:1: expected the message's name, found '2'"},
-        BadDbc{"CutInMessage",
-               "BO_ 1 A:", "car.dbc:1: expected the message's length in bytes, found end of file"},
-        BadDbc{"CutInSignal", "BO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,0) [0|",
-               "car.dbc:2: expected the signal's maximum, found end of file"},
-        BadDbc{"CutInText", "BO_ 1 A: 8 X\nCM_ BO_ 1 \"abc\ndef",
-               "car.dbc:2: expected '\"' that closes the text begun here"},
-        BadDbc{"CutInValues", "BO_ 1 A: 8 X\nVAL_ 1 S 0 \"a\" 1",
-               "car.dbc:2: expected the value's name in quotes, found end of "},
-        BadDbc{"CutBeforeSemicolon", "BO_ 1 A: 8 X\nVAL_ 1 S 0 \"a\"",
-               "car.dbc:2: expected ';' at the end of VAL_, found end of file"},
-        BadDbc{"CutInPassedOver", "BO_ 1 A: 8 X\nBO_TX_BU_ 1 : A,",
-               "car.dbc:2: expected ';' at the end of BO_TX_BU_, found end of file"},
-        BadDbc{"ZeroLength", "BO_ 1 A: 8 X\n SG_ S : 0|0@1+ (1,0) [0|0] \"\" X\n",
-               "car.dbc:2: expected the length of signal 'S', 1 to 64 bits, found 0"},
-        BadDbc{"LongSignal", "BO_ 1 A: 8 X\n SG_ S : 0|65@1+ (1,0) [0|0] \"\" X\n",
-               "car.dbc:2: expected the signal's length in bits, 1 to 64, found '65'"},
-        BadDbc{"BeyondAnyFrame", "BO_ 1 A: 8 X\n SG_ S : 505|8@1+ (1,0) [0|0] \"\" X\n",
-               "car.dbc:2: expected a start bit from which signal 'S' fits 64 bytes, found '505'"},
-        BadDbc{"BeyondAnyFrameBigEndian", "BO_ 1 A: 8 X\n SG_ S : 504|2@0+ (1,0) [0|0] \"\" X\n",
-               "car.dbc:2: expected a start bit from which signal 'S' fits 64 bytes, found '504'"},
-        BadDbc{"ByteOrder", "BO_ 1 A: 8 X\n SG_ S : 0|8@2+ (1,0) [0|0] \"\" X\n",
-               "car.dbc:2: expected byte order and sign, one of 1+ 1- 0+ 0-, found '2+'"},
-        BadDbc{"DecimalComma", "BO_ 1 A: 8 X\n SG_ S : 0|8@1+ (0,1,0) [0|0] \"\" X\n",
-               "car.dbc:2: expected ')' after the offset, found ','"},
-        BadDbc{"Factor", "BO_ 1 A: 8 X\n SG_ S : 0|8@1+ (nan,0) [0|0] \"\" X\n",
-               "car.dbc:2: expected the signal's factor, found 'nan'"},
-        BadDbc{"HugeOffset", "BO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,1e999) [0|0] \"\" X\n",
-               "car.dbc:2: expected the signal's offset, found '1e999'"},
-        BadDbc{"Unit", "BO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] rad X\n",
-               "car.dbc:2: expected the signal's unit in quotes, found 'rad'"},
-        BadDbc{"UnitNotClosed", "BO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"rad X\n",
-               "car.dbc:2: expected '\"' that closes the text begun here, found end of file"},
-        BadDbc{"UnitNotClosedBeforeOthers",
-               "BO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"rad X\n"
-               " SG_ T : 0|8@1+ (1,0) [0|0] \"m\" X\n",
-               "car.dbc:2: expected '\"' that closes the text begun here, found another statement"},
-        BadDbc{"ValueNameNotClosed",
-               "BO_ 1 A: 8 X\nVAL_ 1 S 0 \"a 1 \"b\" ;\nCM_ BO_ 1 \"text\";\n",
-               "car.dbc:2: expected a raw value, found 'b'"},
-        BadDbc{"LastValueNameNotClosed", "BO_ 1 A: 8 X\nVAL_ 1 S 0 \"a ;\nCM_ BO_ 1 \"text\";\n",
-               "car.dbc:2: expected '\"' that closes the text begun here, found another statement"},
-        BadDbc{"BinaryBehindAMistake", "BO_ 1 A 8 X\n\x01",
-               "car.dbc:1: expected ':' after the message's name"},
-        BadDbc{"Multiplexing", "BO_ 1 A: 8 X\n SG_ S mX : 0|8@1+ (1,0) [0|0] \"\" X\n",
-               "car.dbc:2: expected ':' or a multiplexing (M, m0, m0M) after the signal's name, "
-               "found 'mX'"},
-        BadDbc{"FloatOfSixteenBits",
-               "BO_ 1 A: 8 X\n SG_ S : 0|16@1+ (1,0) [0|0] \"\" X\n\nSIG_VALTYPE_ 1 S : 1;\n",
-               "car.dbc:4: expected 32 bits for the floating-point signal 'S', found 16"},
-        BadDbc{"ValueType",
-               "BO_ 1 A: 8 X\n SG_ S : 0|16@1+ (1,0) [0|0] \"\" X\nSIG_VALTYPE_ 1 S : 3;\n",
-               "car.dbc:3: expected 0 (integer), 1 (float) or 2 (double), found '3'"},
-        BadDbc{"MultiplexRange",
-               "BO_ 1 A: 8 X\n SG_ S : 0|16@1+ (1,0) [0|0] \"\" X\nSG_MUL_VAL_ 1 S M 3-1;\n",
-               "car.dbc:3: expected a range of multiplexor values, found '3-1'"},
-        BadDbc{"UnknownMultiplexor",
-               "BO_ 1 A: 8 X\n SG_ S m0 : 0|16@1+ (1,0) [0|0] \"\" X\nSG_MUL_VAL_ 1 S M 1-1;\n",
-               "car.dbc:3: expected the one multiplexor of signal 'S', found 'M'"},
-        BadDbc{"MultiplexingInACircle",
-               "BO_ 1 A: 8 X\n SG_ S m0M : 0|4@1+ (1,0) [0|0] \"\" X\n"
-               " SG_ T m0M : 4|4@1+ (1,0) [0|0] \"\" X\n"
-               "SG_MUL_VAL_ 1 S T 1-1;\nSG_MUL_VAL_ 1 T S 1-1;\n",
-               "car.dbc:2: expected a multiplexor above signal 'S', found a cycle"},
-        BadDbc{"MultiplexingTooDeep", nested(18),
-               "car.dbc:19: expected at most 16 multiplexors one above the other, found more "
-               "above signal 'S17'"},
-        BadDbc{"LongName", "BO_ 1 " + std::string(256, 'A') + ": 8 X\n",
-               "car.dbc:1: expected a name of at most 255 bytes, found 256: 'AAAA"},
-        BadDbc{"TwoMultiplexors",
-               "BO_ 1 A: 8 X\n SG_ S M : 0|4@1+ (1,0) [0|0] \"\" X\n"
-               " SG_ T M : 4|4@1+ (1,0) [0|0] \"\" X\n SG_ U m1 : 8|4@1+ (1,0) [0|0] \"\" X\n",
-               "car.dbc:4: expected one multiplexor for signal 'U', found 2 in message 'A'"},
-        BadDbc{"CycleTime", "BO_ 1 A: 8 X\nBA_ \"GenMsgCycleTime\" BO_ 1 \"fast\";\n",
-               "car.dbc:2: expected the cycle time in milliseconds, found \"fast\""},
-        BadDbc{"Comment", "BO_ 1 A: 8 X\nCM_ SG_ 1 S text;\n",
-               "car.dbc:2: expected the comment in quotes, found 'text'"}),
-    [](const auto& test) { return test.param.name; });
+void expect_complaint(const std::string& text, const std::string& error) {
+  EXPECT_THAT(complaints_about(text), Contains(AllOf(StartsWith("car.dbc:" + error),
+                                                     HasSubstr("; "),  // the fix
+                                                     Not(HasSubstr("\n")))))
+      << text;
+}
+
+TEST(DbcErrors, NameFileLineAndWhatWasExpected) {
+  for_each_row(R"(
+[vehicle]¶mass = 1¶ -> 1: expected a statement such as BO_
+¶ SG_ S : 0|8@1+ (1,0) [0|0] "" X¶ -> 2: expected a message (BO_) before the first signal, found 'S'
+BOO_ 1 A: 8 X¶ SG_ S : 0|8@1+ (1,0) [0|0] "" X¶ -> 1: expected a statement such as BO_, SG_, CM_ or VAL_, found
+  'BOO_'
+BO_ 1 A 8 X¶ -> 1: expected ':' after the message's name, found '8'
+BO_ A: 8 X¶ -> 1: expected the message's identifier, found 'A'
+BO_ 1 2: 8 X¶ -> 1: expected the message's name, found '2'
+BO_ 1 A: -> 1: expected the message's length in bytes, found end of file
+BO_ 1 A: 8 X¶ SG_ S : 0|8@1+ (1,0) [0| -> 2: expected the signal's maximum, found end of file
+BO_ 1 A: 8 X¶CM_ BO_ 1 "abc¶def -> 2: expected '"' that closes the text begun here
+BO_ 1 A: 8 X¶VAL_ 1 S 0 "a" 1 -> 2: expected the value's name in quotes, found end of
+BO_ 1 A: 8 X¶VAL_ 1 S 0 "a" -> 2: expected ';' at the end of VAL_, found end of file
+BO_ 1 A: 8 X¶BO_TX_BU_ 1 : A, -> 2: expected ';' at the end of BO_TX_BU_, found end of file
+BO_ 1 A: 8 X¶ SG_ S : 0|0@1+ (1,0) [0|0] "" X¶ -> 2: expected the length of signal 'S', 1 to 64 bits, found 0
+BO_ 1 A: 8 X¶ SG_ S : 0|65@1+ (1,0) [0|0] "" X¶ -> 2: expected the signal's length in bits, 1 to 64, found '65'
+BO_ 1 A: 8 X¶ SG_ S : 505|8@1+ (1,0) [0|0] "" X¶ -> 2: expected a start bit from which signal 'S' fits 64 bytes,
+  found '505'
+BO_ 1 A: 8 X¶ SG_ S : 504|2@0+ (1,0) [0|0] "" X¶ -> 2: expected a start bit from which signal 'S' fits 64 bytes,
+  found '504'
+BO_ 1 A: 8 X¶ SG_ S : 0|8@2+ (1,0) [0|0] "" X¶ -> 2: expected byte order and sign, one of 1+ 1- 0+ 0-, found '2+'
+BO_ 1 A: 8 X¶ SG_ S : 0|8@1+ (0,1,0) [0|0] "" X¶ -> 2: expected ')' after the offset, found ','
+BO_ 1 A: 8 X¶ SG_ S : 0|8@1+ (nan,0) [0|0] "" X¶ -> 2: expected the signal's factor, found 'nan'
+BO_ 1 A: 8 X¶ SG_ S : 0|8@1+ (1,1e999) [0|0] "" X¶ -> 2: expected the signal's offset, found '1e999'
+BO_ 1 A: 8 X¶ SG_ S : 0|8@1+ (1,0) [0|0] rad X¶ -> 2: expected the signal's unit in quotes, found 'rad'
+BO_ 1 A: 8 X¶ SG_ S : 0|8@1+ (1,0) [0|0] "rad X¶ -> 2: expected '"' that closes the text begun here, found end of
+  file
+BO_ 1 A: 8 X¶ SG_ S : 0|8@1+ (1,0) [0|0] "rad X¶ SG_ T : 0|8@1+ (1,0) [0|0] "m" X¶ -> 2: expected '"' that closes
+  the text begun here, found another statement
+BO_ 1 A: 8 X¶VAL_ 1 S 0 "a 1 "b" ;¶CM_ BO_ 1 "text";¶ -> 2: expected a raw value, found 'b'
+BO_ 1 A: 8 X¶VAL_ 1 S 0 "a ;¶CM_ BO_ 1 "text";¶ -> 2: expected '"' that closes the text begun here, found another
+  statement
+BO_ 1 A: 8 X¶ SG_ S mX : 0|8@1+ (1,0) [0|0] "" X¶ -> 2: expected ':' or a multiplexing (M, m0, m0M) after the
+  signal's name, found 'mX'
+BO_ 1 A: 8 X¶ SG_ S : 0|16@1+ (1,0) [0|0] "" X¶¶SIG_VALTYPE_ 1 S : 1;¶ -> 4: expected 32 bits for the floating-point
+  signal 'S', found 16
+BO_ 1 A: 8 X¶ SG_ S : 0|16@1+ (1,0) [0|0] "" X¶SIG_VALTYPE_ 1 S : 3;¶ -> 3: expected 0 (integer), 1 (float) or 2
+  (double), found '3'
+BO_ 1 A: 8 X¶ SG_ S : 0|16@1+ (1,0) [0|0] "" X¶SG_MUL_VAL_ 1 S M 3-1;¶ -> 3: expected a range of multiplexor values,
+  found '3-1'
+BO_ 1 A: 8 X¶ SG_ S m0 : 0|16@1+ (1,0) [0|0] "" X¶SG_MUL_VAL_ 1 S M 1-1;¶ -> 3: expected the one multiplexor of
+  signal 'S', found 'M'
+BO_ 1 A: 8 X¶ SG_ S m0M : 0|4@1+ (1,0) [0|0] "" X¶ SG_ T m0M : 4|4@1+ (1,0) [0|0] "" X¶SG_MUL_VAL_ 1 S T
+  1-1;¶SG_MUL_VAL_ 1 T S 1-1;¶ -> 2: expected a multiplexor above signal 'S', found a cycle
+BO_ 1 A: 8 X¶ SG_ S M : 0|4@1+ (1,0) [0|0] "" X¶ SG_ T M : 4|4@1+ (1,0) [0|0] "" X¶ SG_ U m1 : 8|4@1+ (1,0) [0|0] ""
+  X¶ -> 4: expected one multiplexor for signal 'U', found 2 in message 'A'
+BO_ 1 A: 8 X¶BA_ "GenMsgCycleTime" BO_ 1 "fast";¶ -> 2: expected the cycle time in milliseconds, found "fast"
+BO_ 1 A: 8 X¶CM_ SG_ 1 S text;¶ -> 2: expected the comment in quotes, found 'text'
+)",
+               expect_complaint);
+  expect_complaint("BO_ 1 A: 8 X\n\x01\x02", "2: expected text, found byte 1");
+  expect_complaint("BO_ 1 A 8 X\n\x01", "1: expected ':' after the message's name");
+  expect_complaint(
+      nested(18),
+      "19: expected at most 16 multiplexors one above the other, found more above signal 'S17'");
+  expect_complaint("BO_ 1 " + std::string(256, 'A') + ": 8 X\n",
+                   "1: expected a name of at most 255 bytes, found 256: 'AAAA");
+}
 
 // Hostile databases: the number of warnings and the effort are bounded by the size of the file.
 
