@@ -68,26 +68,8 @@ bool eventually(const std::function<bool()>& condition) {
 }
 
 Desk::Desk() {
-  std::string name = ::testing::TempDir() + "odomd_desk_XXXXXX";
-  if (::mkdtemp(name.data()) == nullptr) std::abort();
-  directory_ = std::filesystem::canonical(name);
-  segment_ = directory_ / "pose";
   write("car.dbc", database);
   write("car.toml", std::string(configuration) + "[shm]\nname = \"" + segment_ + "\"\n");
-}
-
-Desk::~Desk() {
-  std::filesystem::remove_all(directory_);
-}
-
-void Desk::write(const std::string& name, const std::string& text) const {
-  std::ofstream(file(name), std::ios::binary) << text;
-}
-
-std::string Desk::read(const std::string& name) const {
-  std::ostringstream text;
-  text << std::ifstream(file(name), std::ios::binary).rdbuf();
-  return text.str();
 }
 
 ::testing::AssertionResult Desk::logs(const std::string& text) const {

@@ -12,6 +12,7 @@
 #include <odom/odom.h>
 
 #include "tests/gtest.hpp"
+#include "tests/scratch.hpp"
 
 namespace odomd::testing {
 
@@ -23,15 +24,12 @@ namespace odomd::testing {
 class Desk {
  public:
   Desk();
-  ~Desk();
-  Desk(const Desk&) = delete;
-  Desk& operator=(const Desk&) = delete;
 
   [[nodiscard]] std::filesystem::path file(const std::string& name) const {
     return directory_ / name;
   }
-  void write(const std::string& name, const std::string& text) const;
-  [[nodiscard]] std::string read(const std::string& name) const;
+  void write(const std::string& name, const std::string& text) const { scratch_.write(name, text); }
+  [[nodiscard]] std::string read(const std::string& name) const { return contents(file(name)); }
   [[nodiscard]] const std::string& segment() const { return segment_; }
   /// Whether this comes onto the daemon's standard error.
   [[nodiscard]] ::testing::AssertionResult logs(const std::string& text) const;
@@ -40,8 +38,9 @@ class Desk {
   [[nodiscard]] nlohmann::json status() const;
 
  private:
-  std::filesystem::path directory_;
-  std::string segment_;
+  Scratch scratch_;
+  std::filesystem::path directory_ = std::filesystem::canonical(scratch_.path(""));
+  std::string segment_ = directory_ / "pose";
 };
 
 struct Close {

@@ -161,7 +161,7 @@ TEST(OdomdLogs, LivePipesWhoseClockIsSteppedOrIsSlowAreFollowed) {
   for (std::size_t i = 0; i < pipes.size(); ++i) {
     EXPECT_GE(pipes[i].fused(), before[i] + 70) << pipes[i].name << pipes[i].desk->read("stderr");
     const auto conditions = pipes[i].desk->status()["conditions"].dump();
-    EXPECT_THAT(conditions, ::testing::Not(HasSubstr("signal_timeout"))) << pipes[i].name;
+    EXPECT_THAT(conditions, Not(HasSubstr("signal_timeout"))) << pipes[i].name;
   }
 }
 

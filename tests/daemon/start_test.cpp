@@ -65,7 +65,7 @@ TEST(CheckSummary, EndsWithTheWarnings) {
   const diagnostics::Diagnostics warnings{
       found(diagnostics::kind("role_not_mapped"), "car.toml", "steering is not mapped")};
   EXPECT_THAT(summary(with_signal(30'000'000, 0), {}, warnings),
-              testing::EndsWith("warnings\n  " + text_of(warnings.front()) + "\n"));
+              EndsWith("warnings\n  " + text_of(warnings.front()) + "\n"));
 }
 
 constexpr std::int64_t now_ns = 1'000'000'000'000;

@@ -189,8 +189,8 @@ TEST_F(AprilTagCamera, SkipsWhatIsNotATagOfTheFile) {
                                       from_car(car, {front, on_wall(1, 1.6, 0.5, 0.1)}),
                                       from_car(car, {front, left})};
   const auto found = poses(pictures, two_tags);
-  EXPECT_THAT(outcome_.err, testing::AllOf(HasSubstr("0.160 s: tags are not where"),
-                                           HasSubstr("6 pictures, 1 ")));
+  EXPECT_THAT(outcome_.err,
+              AllOf(HasSubstr("0.160 s: tags are not where"), HasSubstr("6 pictures, 1 ")));
   ASSERT_EQ(found.size(), 1U);
   EXPECT_NEAR(static_cast<double>(found[0].capture_ns), 5e9 / rate, 5e6);
   const auto tolerant = poses(pictures, with_keys(two_tags, "max_hamming=1"));

@@ -4,38 +4,24 @@
 
 #include <array>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <ctime>
-#include <filesystem>
 #include <memory>
-#include <stdexcept>
 #include <string>
 
 #include <odom/odom.h>
 
 #include "shm_api/layout/segment.h"
 #include "shm_api/writer.hpp"
+#include "tests/scratch.hpp"
 
 namespace odomd::shm::testing {
 
 inline constexpr std::int64_t period_ns = 5'000'000;
 
 /// A directory that goes with the test.
-class TemporaryDirectory {
- public:
-  TemporaryDirectory() {
-    std::string name = (std::filesystem::temp_directory_path() / "odomd-shm-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp: " + name);
-    path_ = name;
-  }
-  ~TemporaryDirectory() { std::filesystem::remove_all(path_); }
-  TemporaryDirectory(const TemporaryDirectory&) = delete;
-  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-  [[nodiscard]] std::string file(const std::string& name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
+struct TemporaryDirectory : Scratch {
+  [[nodiscard]] std::string file(std::string_view name) const { return path(name); }
 };
 
 inline std::int64_t now_ns() {

@@ -1,52 +1,19 @@
-// What tests of the tools share: a directory of their own, and running a program.
+// What tests of the tools share: running a program in a directory of their own.
 #pragma once
 
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdio>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <stdexcept>
 
 #include "tests/gtest.hpp"
+#include "tests/scratch.hpp"
 
 namespace odomd::tools {
 
-/// A directory that lives as long as this object.
-class Scratch {
- public:
-  Scratch() {
-    std::string path = (std::filesystem::temp_directory_path() / "odom_test.XXXXXX").string();
-    if (::mkdtemp(path.data()) == nullptr) throw std::runtime_error("mkdtemp: " + path);
-    directory_ = path;
-  }
-  ~Scratch() {
-    std::error_code ignored;
-    std::filesystem::remove_all(directory_, ignored);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-
-  [[nodiscard]] std::filesystem::path path(std::string_view name) const {
-    return directory_ / name;
-  }
-  std::filesystem::path write(std::string_view name, std::string_view text) const {
-    std::ofstream{path(name), std::ios::binary} << text;
-    return path(name);
-  }
-
- private:
-  std::filesystem::path directory_;
-};
-
-inline std::string contents(const std::filesystem::path& file) {
-  std::ostringstream text;
-  text << std::ifstream{file, std::ios::binary}.rdbuf();
-  return text.str();
-}
+using odomd::contents;
+using odomd::message_of;
+using odomd::Scratch;
 
 struct Outcome {
   int status = -1;  ///< exit status, or 128 + the signal that ended it
@@ -57,8 +24,8 @@ struct Outcome {
 /// Matches an outcome of this exit status whose standard error is, or matches, `err`.
 inline ::testing::Matcher<const Outcome&> Ends(int status,
                                                const ::testing::Matcher<std::string>& err) {
-  return ::testing::AllOf(::testing::Field("status", &Outcome::status, status),
-                          ::testing::Field("err", &Outcome::err, err));
+  return AllOf(::testing::Field("status", &Outcome::status, status),
+               ::testing::Field("err", &Outcome::err, err));
 }
 
 /// Runs a shell command line; `odom` in it is the built program.
@@ -102,17 +69,6 @@ inline void expect_refused(
     EXPECT_EQ(outcome.out, "") << line;
     EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << line << ": " << outcome.err;
   }
-}
-
-/// The message of the exception that `work` throws; empty when it throws none.
-template <typename Work>
-std::string message_of(Work&& work) {
-  try {
-    work();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return {};
 }
 
 }  // namespace odomd::tools

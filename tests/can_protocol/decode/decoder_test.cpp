@@ -499,13 +499,8 @@ TEST(DecoderErrors, NameTheRoleTheNearestNameAndTheFix) {
     SignalBinding binding = bind(1, "IMU", "Yaw", Unit::deg_per_s);
     E2eBinding e2e = imu_protection();
     change(binding, e2e);
-    std::string refusal = "taken\n";
-    try {
-      const Rig rig({binding}, {e2e});
-    } catch (const std::invalid_argument& refused) {
-      refusal = std::string(refused.what()) + '\n';
-    }
-    EXPECT_THAT(refusal, HasSubstr(error));
+    const std::string refusal = message_of([&] { const Rig rig({binding}, {e2e}); });
+    EXPECT_THAT((refusal.empty() ? "taken" : refusal) + '\n', HasSubstr(error));
   }
 }
 

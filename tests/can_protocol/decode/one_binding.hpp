@@ -1,12 +1,12 @@
 // A binding of one signal, and what the decoder says of it.
 #pragma once
 
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "can_protocol/decode/decoder.hpp"
+#include "tests/scratch.hpp"
 
 namespace odomd::can {
 
@@ -22,12 +22,7 @@ inline SignalBinding binding_of(std::string message, std::string signal,
 
 /// Why the bindings are refused; empty if they are not.
 inline std::string refusal(const Database& database, const std::vector<SignalBinding>& bindings) {
-  try {
-    const Decoder decoder({&database, 1}, bindings, {}, {});
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
+  return message_of([&] { const Decoder decoder({&database, 1}, bindings, {}, {}); });
 }
 
 }  // namespace odomd::can

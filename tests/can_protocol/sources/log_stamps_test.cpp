@@ -124,7 +124,7 @@ TEST(LogStamps, RefuseTheTimeSinceTheFrameBefore) {
   };
   for (const auto& stamp_of : logs) {
     EXPECT_THAT(read(log_of(stamp_of)).error,
-                testing::AllOf(HasSubstr("time since the frame before"), HasSubstr("candump -L")));
+                AllOf(HasSubstr("time since the frame before"), HasSubstr("candump -L")));
     std::vector<Frame> few = log_of(stamp_of);
     few.resize(100);
     EXPECT_THAT(read(few).error, HasSubstr("time since the frame before"));

@@ -1,13 +1,9 @@
 // A configuration file to write and load, with its errors.
 #pragma once
 
-#include <unistd.h>
-
-#include <filesystem>
-#include <fstream>
-
 #include "daemon/core/config.hpp"
 #include "tests/gtest.hpp"
+#include "tests/scratch.hpp"
 
 namespace odomd::daemon {
 
@@ -20,15 +16,7 @@ wheel_rear = { message = "WHEEL", signal = "REAR", unit = "m/s" }
 
 class ConfigTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = testing::TempDir() + "odomd_config_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    directory_ = std::filesystem::canonical(name);
-    file_ = directory_ / "car.toml";
-  }
-  void TearDown() override { std::filesystem::remove_all(directory_); }
-
-  void write(const std::string& text) const { std::ofstream(file_, std::ios::binary) << text; }
+  void write(const std::string& text) const { scratch_.write("car.toml", text); }
 
   [[nodiscard]] Config load(const std::string& text) const {
     write(text);
@@ -41,20 +29,17 @@ class ConfigTest : public testing::Test {
     return error();
   }
   [[nodiscard]] std::string error() const {
-    try {
-      static_cast<void>(load_config(file_));
-    } catch (const ConfigError& error) {
-      std::string what = error.what();
-      EXPECT_EQ(what.find('\n'), std::string::npos) << what;
-      const auto prefix = directory_.string() + "/";
-      EXPECT_EQ(what.rfind(prefix, 0), 0U) << what;
-      return what.substr(prefix.size());
-    }
-    return "";
+    const std::string what = message_of([this] { static_cast<void>(load_config(file_)); });
+    if (what.empty()) return "";
+    EXPECT_EQ(what.find('\n'), std::string::npos) << what;
+    const auto prefix = directory_.string() + "/";
+    EXPECT_THAT(what, StartsWith(prefix));
+    return what.substr(std::min(prefix.size(), what.size()));
   }
 
-  std::filesystem::path directory_;
-  std::filesystem::path file_;
+  Scratch scratch_;
+  std::filesystem::path directory_ = std::filesystem::canonical(scratch_.path(""));
+  std::filesystem::path file_ = directory_ / "car.toml";
 };
 
 }  // namespace odomd::daemon

@@ -21,10 +21,10 @@ TEST_F(ConfigTest, RefusesADirectory) {
 }
 
 TEST_F(ConfigTest, RefusesWhatIsNotToml) {
-  EXPECT_THAT(error_of("[vehicle]\nmass = = 3\n"), testing::StartsWith("car.toml:2: not TOML: "));
-  EXPECT_THAT(error_of("a = \"\xff\xfe\"\n"), testing::StartsWith("car.toml:1: not TOML: "));
-  EXPECT_THAT(error_of("[vehicle\nx"), testing::StartsWith("car.toml:1: not TOML: "));
-  EXPECT_THAT(error_of("a = 1\na = 2\n"), testing::StartsWith("car.toml:2: not TOML: "));
+  EXPECT_THAT(error_of("[vehicle]\nmass = = 3\n"), StartsWith("car.toml:2: not TOML: "));
+  EXPECT_THAT(error_of("a = \"\xff\xfe\"\n"), StartsWith("car.toml:1: not TOML: "));
+  EXPECT_THAT(error_of("[vehicle\nx"), StartsWith("car.toml:1: not TOML: "));
+  EXPECT_THAT(error_of("a = 1\na = 2\n"), StartsWith("car.toml:2: not TOML: "));
 }
 
 TEST_F(ConfigTest, RefusesWhatIsNestedTooDeep) {
@@ -50,10 +50,9 @@ TEST_F(ConfigTest, CountsNoDotsAndBracketsOfTextsAndComments) {
   const std::string deep = std::string(40, '.') + std::string(40, '[');
   for (const std::string& text : {R"("\")" + deep + '"', "'" + deep + "'",
                                   "\"\"\"\n" + deep + "\"\n\"\"\"\"", "'''\n" + deep + "''\n'''"})
-    EXPECT_THAT(error_of("x = " + text + "  # " + deep + "\n[[[[["),
-                testing::HasSubstr(": not TOML: "))
+    EXPECT_THAT(error_of("x = " + text + "  # " + deep + "\n[[[[["), HasSubstr(": not TOML: "))
         << text;
-  EXPECT_THAT(error_of("x = \"" + deep + "\n"), testing::StartsWith("car.toml:1: not TOML: "));
+  EXPECT_THAT(error_of("x = \"" + deep + "\n"), StartsWith("car.toml:1: not TOML: "));
 }
 
 TEST_F(ConfigTest, RefusesNulBytes) {

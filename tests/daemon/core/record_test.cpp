@@ -83,17 +83,10 @@ TEST(Record, CarriesTheCalibrations) {
   TickRecord record;
   fill_record(some_estimate(), record);
   const odom_details& d = record.details;
-  EXPECT_EQ(d.gyro_bias, 0.01);
-  EXPECT_EQ(d.gyro_scale, 1.02);
-  EXPECT_EQ(d.accel_bias_x, 0.3);
-  EXPECT_EQ(d.accel_bias_y, -0.4);
-  EXPECT_EQ(d.wheel_scale, 0.99);
-  EXPECT_EQ(d.steering_offset, -0.02);
-  EXPECT_EQ(d.stiffness_scale, 1.1);
-  EXPECT_EQ(d.gyro_latency, 0.012);
-  EXPECT_EQ(d.wheel_latency, -0.003);
-  EXPECT_EQ(d.steering_latency, 0.04);
-  EXPECT_EQ(d.grip, 8.5);
+  EXPECT_THAT((std::array{d.gyro_bias, d.gyro_scale, d.accel_bias_x, d.accel_bias_y, d.wheel_scale,
+                          d.steering_offset, d.stiffness_scale, d.gyro_latency, d.wheel_latency,
+                          d.steering_latency, d.grip}),
+              testing::ElementsAreArray(some_estimate().calibration.value));
   for (int i = 0; i < 7; ++i) EXPECT_EQ(d.calibration_sigma[i], 0.001 * (i + 1)) << i;
   for (std::size_t i = 0; i < 4; ++i)
     EXPECT_EQ(d.further_calibration_sigma[i], some_estimate().calibration.sigma[7 + i]) << i;
@@ -106,12 +99,9 @@ TEST(Record, SaysOfAModelThatLearnsNothingThatAllIsExactAndNothingKnown) {
   TickRecord record;
   fill_record(Estimate{}, record);
   const odom_details& d = record.details;
-  EXPECT_EQ(d.gyro_bias, 0.0);
-  EXPECT_EQ(d.gyro_scale, 1.0);
-  EXPECT_EQ(d.wheel_scale, 1.0);
-  EXPECT_EQ(d.stiffness_scale, 1.0);
-  EXPECT_EQ(d.steering_latency, 0.0);
-  EXPECT_EQ(d.grip, 0.0);
+  EXPECT_THAT((std::array{d.gyro_bias, d.gyro_scale, d.wheel_scale, d.stiffness_scale,
+                          d.steering_latency, d.grip}),
+              ElementsAre(0.0, 1.0, 1.0, 1.0, 0.0, 0.0));
   EXPECT_EQ(d.calibration_valid, 0U);
 }
 

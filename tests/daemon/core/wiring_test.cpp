@@ -370,7 +370,7 @@ TEST_F(WiringTest, FindsOtherFaultsNextToAMotorWithoutItsGearRatio) {
 TEST_F(WiringTest, NamesAnInvertedDirectionInAdditionToTheWheels) {
   const Mistake inverted = [](Samples& samples) { samples[direction] = -1.0; };
   drive(40.0, inverted);
-  EXPECT_THAT(found(), ::testing::Contains(Pair("direction", "sign")));
+  EXPECT_THAT(found(), Contains(Pair("direction", "sign")));
 }
 
 TEST_F(WiringTest, DoesNotAllocateWhileItSearches) {

@@ -61,7 +61,7 @@ TEST_F(ErrorSinkTest, DoesNotWaitForASlowReaderAndReportsLostLines) {
   fill_pipe();
   logger_->info("one");
   logger_->info("two");
-  EXPECT_THAT(read_all(), testing::Not(testing::HasSubstr("one")));
+  EXPECT_THAT(read_all(), Not(HasSubstr("one")));
   logger_->info("three");
   logger_->info("four");
   EXPECT_EQ(read_all(), "(2 lines lost: standard error was not read)\nthree\nfour\n");

@@ -126,8 +126,8 @@ TEST_F(LocalSocketTest, NamesWhatItCannotUse) {
   EXPECT_THAT(refusal(wanted), HasSubstr("is missing and cannot be created"));
   EXPECT_THAT(refusal(wanted), HasSubstr("; create it, or try --socket"));
   wanted.path = "/proc/camera.sock";  // where even root cannot create a file
-  EXPECT_THAT(refusal(wanted), ::testing::StartsWith("/proc/camera.sock: cannot be created: "));
-  EXPECT_THAT(refusal(wanted), ::testing::EndsWith("; try --socket"));
+  EXPECT_THAT(refusal(wanted), StartsWith("/proc/camera.sock: cannot be created: "));
+  EXPECT_THAT(refusal(wanted), EndsWith("; try --socket"));
   wanted = settings();
   wanted.group = "no-such-group-here";
   EXPECT_THAT(refusal(wanted), HasSubstr("there is no group \"no-such-group-here\""));

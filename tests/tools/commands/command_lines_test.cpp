@@ -173,7 +173,7 @@ TEST(ManPages, HaveEveryCommandAndOptionOfTheHelp) {
     // And nothing that is not there any more.
     static const std::regex any("\\n\\.It (?:Fl . , )?Fl Fl ([-a-z0-9]+)");
     for (std::sregex_iterator at(part.begin(), part.end(), any), end; at != end; ++at)
-      EXPECT_THAT(command.options, ::testing::Contains("--" + (*at)[1].str()))
+      EXPECT_THAT(command.options, Contains("--" + (*at)[1].str()))
           << command.name << (whole ? "" : "; write options of a daemon elsewhere");
   }
   static const std::regex heading("\\n\\.Ss (odom [a-z ]+)");
@@ -194,7 +194,7 @@ TEST(ManPages, OfProgramsBehindCommandsNameOptionsThatExist) {
     std::sregex_iterator at(text.begin(), text.end(), option);
     EXPECT_NE(at, std::sregex_iterator{}) << page << " names no option";
     for (; at != std::sregex_iterator{}; ++at)
-      EXPECT_THAT(options, ::testing::Contains("--" + (*at)[1].str())) << page;
+      EXPECT_THAT(options, Contains("--" + (*at)[1].str())) << page;
   }
 }
 

@@ -199,7 +199,7 @@ TEST(ConfigPatch, OfAPipeDoesNotWait) {
   const Scratch scratch;
   ASSERT_EQ(run_shell("mkfifo " + scratch.path("pipe").string()).status, 0);
   EXPECT_THAT(message_of([&] { check_patchable(scratch.path("pipe")); }),
-              testing::HasSubstr("is not a regular file"));
+              HasSubstr("is not a regular file"));
 }
 
 TEST(ConfigPatch, OfAFileIsWholeOrNotAtAll) {

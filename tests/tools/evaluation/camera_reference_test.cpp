@@ -231,7 +231,7 @@ TEST(DrivesWithoutTruth, BearAGapOfTheCamera) {
   const EvaluatedDrive drive = evaluate_folder({.folder = folder, .config = {}, .reference = {}},
                                                {estimator::Model::full}, {});
   EXPECT_EQ(drive.report.evaluations.front().against, Against::camera);
-  EXPECT_THAT(drive.warnings, ::testing::Contains(diagnostics::Named("reference_covers_part")));
+  EXPECT_THAT(drive.warnings, Contains(diagnostics::Named("reference_covers_part")));
 }
 
 TEST(DrivesWithoutTruth, AreJudgedAsByTheTruthOnRecordedDrives) {
@@ -264,7 +264,7 @@ TEST(DrivesWithoutTruth, AreClosedLoopsWithoutCameraElseTheirInnovations) {
   EXPECT_FALSE(open.end_cm_per_m);
   ASSERT_TRUE(open.nis_factor);
   EXPECT_LT(*open.nis_factor, 2.0);
-  EXPECT_THAT(as_text(half.report), ::testing::HasSubstr("are not known"));
+  EXPECT_THAT(as_text(half.report), HasSubstr("are not known"));
   EXPECT_FALSE(json_of(half.report)["estimates"][0].contains("end_error"));
 }
 

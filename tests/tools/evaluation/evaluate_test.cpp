@@ -213,8 +213,7 @@ TEST_F(Evaluate, SaysThatReferenceAndPoseLookExchanged) {
   const auto file = scratch_.write("poses.csv", poses).string();
   constexpr auto warning = "check whether --reference and --pose are exchanged";
   EXPECT_THAT(run("--reference " + file + " --pose " + good_).err, HasSubstr(warning));
-  EXPECT_THAT(run("--reference " + good_ + " --pose " + file).err,
-              testing::Not(HasSubstr(warning)));
+  EXPECT_THAT(run("--reference " + good_ + " --pose " + file).err, Not(HasSubstr(warning)));
 }
 
 TEST_F(Evaluate, WrongUsageIsStatusTwoWithTheFix) {

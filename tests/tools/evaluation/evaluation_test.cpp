@@ -218,16 +218,15 @@ TEST(Improvement, IsAlwaysInTheUnitOfItsRow) {
   int rows = 0;
   for (const auto& row : report_rows(report)) {
     if (!row.front().ends_with("[%]")) continue;
-    EXPECT_THAT(row, ::testing::ElementsAre(row.front(), "-", "82.6", "< -999"));
+    EXPECT_THAT(row, ElementsAre(row.front(), "-", "82.6", "< -999"));
     ++rows;
   }
   EXPECT_GE(rows, 2);
 }
 
 TEST(ShortNames, AreStemsUnlessTheyWouldBeAlike) {
-  EXPECT_THAT(short_names({"a/kin.csv", "b/paper.csv"}), ::testing::ElementsAre("kin", "paper"));
-  EXPECT_THAT(short_names({"a/pose.csv", "b/pose.csv"}),
-              ::testing::ElementsAre("a/pose.csv", "b/pose.csv"));
+  EXPECT_THAT(short_names({"a/kin.csv", "b/paper.csv"}), ElementsAre("kin", "paper"));
+  EXPECT_THAT(short_names({"a/pose.csv", "b/pose.csv"}), ElementsAre("a/pose.csv", "b/pose.csv"));
 }
 
 }  // namespace

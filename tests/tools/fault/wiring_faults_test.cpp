@@ -192,7 +192,7 @@ TEST(RecordedDrive, ForTrainingIsNotSpokenOf) {
       const tools::Outcome outcome = tools::run_shell(
           command + (with_camera ? " --camera " + (folder / "camera.csv").string() : ""));
       ASSERT_EQ(outcome.status, 0) << outcome.err;
-      EXPECT_THAT(outcome.err, ::testing::HasSubstr("\"wiring\":{}")) << name;
+      EXPECT_THAT(outcome.err, HasSubstr("\"wiring\":{}")) << name;
     }
   }
 }

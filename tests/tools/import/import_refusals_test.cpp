@@ -118,10 +118,9 @@ TEST(Import, LeavesOutAndCountsWhatDoesNotFit) {
   for (int i = 0; i < 50; ++i)
     table += std::to_string(0.01 * i) + (i == 7 ? ",900" : ",1") + ",0.000" +
              std::to_string(i % 3) + "\n";
-  EXPECT_THAT(
-      import(scratch, {{"a.csv", table + ",1,1\n"}}, motor + "--column yaw_rate=w" + a_car),
-      Ends(0, testing::AllOf(HasSubstr("1 of 50 values are beyond -83 to 83 m/s, up to 900"),
-                             HasSubstr("1 row without a time left out"))));
+  EXPECT_THAT(import(scratch, {{"a.csv", table + ",1,1\n"}}, motor + "--column yaw_rate=w" + a_car),
+              Ends(0, AllOf(HasSubstr("1 of 50 values are beyond -83 to 83 m/s, up to 900"),
+                            HasSubstr("1 row without a time left out"))));
 }
 
 }  // namespace

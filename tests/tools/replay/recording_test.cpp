@@ -389,7 +389,7 @@ TEST(ReplayOfARecording, ExcludesWhatTheRecordingKnows) {
   const Scratch drive;
   drive.write("drive.log", "");
   EXPECT_THAT(run_shell("odom replay --out - --recording " + drive.path(".").string()).err,
-              testing::HasSubstr("is a drive, not a recording of odom record: replay it with"));
+              HasSubstr("is a drive, not a recording of odom record: replay it with"));
   EXPECT_THAT(run_shell("odom replay --recording x --out -").err,
               HasSubstr("x/info.json: no such"));
 }

@@ -117,8 +117,7 @@ TEST(UnusedSources, AreNamedWithTheReason) {
     SCOPED_TRACE(one.what);
     const Copy drive;
     one.spoil(drive);
-    EXPECT_THAT(drive.replayed(),
-                Contains(testing::AllOf(HasSubstr(one.code), HasSubstr(one.said))));
+    EXPECT_THAT(drive.replayed(), Contains(AllOf(HasSubstr(one.code), HasSubstr(one.said))));
     const json evaluation = json::parse(drive.run("odom evaluate --drive . --json").out);
     EXPECT_NE(evaluation["drives"][0]["verdict"]["grade"], "good");
     // doctor names the cause of wheels that are gated.

@@ -390,7 +390,7 @@ TEST_F(Serve, GivesTheMetricsOfOdomStatus) {
   start();
   const std::string socket = " --socket " + scratch_.path("status.sock").string();
   const Outcome printed = run_shell("odom status --openmetrics" + socket);
-  EXPECT_THAT(printed, Ends(0, ::testing::IsEmpty()));
+  EXPECT_THAT(printed, Ends(0, IsEmpty()));
   EXPECT_TRUE(printed.out.ends_with("\n# EOF\n"));
   for (const char* line :
        {"odom_up 1\n", "odom_mode{mode=\"tracking\"} 1\n", "odom_ticks_total 1000\n",
