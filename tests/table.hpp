@@ -1,5 +1,5 @@
 // A table in a raw string: a row a line, "left -> right". A line that is indented by two goes on
-// the one before; ¶ in the left part is the end of a line.
+// the one before; ¶ in the left part is the end of a line. A line that begins with # is a remark.
 #pragma once
 
 #include <regex>
@@ -14,7 +14,7 @@ template <typename Check>
 void for_each_row(const char* table, Check&& check) {
   std::istringstream lines(std::regex_replace(table, std::regex("\n  +"), " "));
   for (std::string line; std::getline(lines, line);) {
-    if (line.empty()) continue;
+    if (line.empty() || line.starts_with("# ")) continue;
     const auto arrow = line.find(" -> ");
     ASSERT_NE(arrow, std::string::npos) << line;
     check(std::regex_replace(line.substr(0, arrow), std::regex("¶"), "\n"), line.substr(arrow + 4));

@@ -5,6 +5,7 @@
 #include <set>
 #include <sstream>
 
+#include "tests/table.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::command_lines_test {
@@ -217,46 +218,39 @@ TEST(CommandLines, RefuseNumbersThatAreNone) {
 
 // What is misspelt is answered with what was meant, the first of it first; where the help is.
 TEST(CommandLines, AnswerWhatIsMisspelt) {
-  struct Slip {
-    std::string command, arguments, answer;
-  };
-  for (const auto& [command, arguments, answer] : std::vector<Slip>{
-           {"odom sim", "--scenari lap",
-            R"(unknown option "--scenari" (did you mean "--scenario"?))"},
-           {"odom sim", "--scenario=lap --lpas=3",
-            R"(unknown option "--lpas" (did you mean "--laps"?))"},
-           {"odom replay", "--ot x --config c", R"(unknown option "--ot" (did you mean "--out"?))"},
-           {"odom sim", "-laps 3", R"(unknown option "-laps" (did you mean "--laps"?))"},
-           {"odom watch", "--nonsense", R"(unknown option "--nonsense")"},
-           // A command that is unknown has no help.
-           {"odom dbc", "shwo --help", R"(no command "shwo" (did you mean "show"?))"},
-           {"odom evaluate", "--refrence x --poes y",
-            R"(unknown option "--refrence" (did you mean "--reference"?))"},
-           {"odom watch", "status", R"(unexpected argument "status")"},
-           // Before the option that is missing for it.
-           {"odom plot", "pose.csv --otu x.png",
-            R"(unknown option "--otu" (did you mean "--out"?))"},
-           {"odomd", "--confg car.toml --cna can0",
-            R"(unknown option "--confg" (did you mean "--config"?))"},
-           {"odomd", "start", R"(unexpected argument "start")"},
-           {"odomd", "", "--config is required"},
-           // Before its command.
-           {"odom", "--lasp", R"(unknown option "--lasp" (did you mean "odom sim --laps"?))"},
-           {"odom", "--config car.toml replay",
-            R"(unknown option "--config" (did you mean "odom replay --config"?))"},
-           {"odom", "--config car.toml",
-            R"(unknown option "--config": options go after the command that has them)"},
-           {"odom camera", "--foo send", R"(unknown option "--foo")"},
-           {"odom", "evalute --pose x", R"(no command "evalute" (did you mean "evaluate"?))"},
-           {"odom identify", "ltency", R"(no command "ltency" (did you mean "latency"?))"},
-           {"odom dbc", "nonsense", R"(no command "nonsense"; there are: show, decode)"},
-           {"odom dbc", "", "no command given; there are: show, decode"},
-           // Options of the companion programs.
-           {"odom identify fit", "--confg car.toml --drvie x",
-            R"(unknown option "--confg" (did you mean "--config"?))"},
-           {"odom identify track", "film.mp4 --mraker x", R"(unknown option "--mraker")"}})
-    expect_refused("", {{command + ' ' + arguments,
-                         command + ": " + answer + "; see " + command + " --help\n"}});
+  for_each_row(R"(
+odom sim | --scenari lap -> unknown option "--scenari" (did you mean "--scenario"?)
+odom sim | --scenario=lap --lpas=3 -> unknown option "--lpas" (did you mean "--laps"?)
+odom replay | --ot x --config c -> unknown option "--ot" (did you mean "--out"?)
+odom sim | -laps 3 -> unknown option "-laps" (did you mean "--laps"?)
+odom watch | --nonsense -> unknown option "--nonsense"
+# A command that is unknown has no help.
+odom dbc | shwo --help -> no command "shwo" (did you mean "show"?)
+odom evaluate | --refrence x --poes y -> unknown option "--refrence" (did you mean "--reference"?)
+odom watch | status -> unexpected argument "status"
+# Before the option that is missing for it.
+odom plot | pose.csv --otu x.png -> unknown option "--otu" (did you mean "--out"?)
+odomd | --confg car.toml --cna can0 -> unknown option "--confg" (did you mean "--config"?)
+odomd | start -> unexpected argument "start"
+odomd | -> --config is required
+# Before its command.
+odom | --lasp -> unknown option "--lasp" (did you mean "odom sim --laps"?)
+odom | --config car.toml replay -> unknown option "--config" (did you mean "odom replay --config"?)
+odom | --config car.toml -> unknown option "--config": options go after the command that has them
+odom camera | --foo send -> unknown option "--foo"
+odom | evalute --pose x -> no command "evalute" (did you mean "evaluate"?)
+odom identify | ltency -> no command "ltency" (did you mean "latency"?)
+odom dbc | nonsense -> no command "nonsense"; there are: show, decode
+odom dbc | -> no command given; there are: show, decode
+# Options of the companion programs.
+odom identify fit | --confg car.toml --drvie x -> unknown option "--confg" (did you mean "--config"?)
+odom identify track | film.mp4 --mraker x -> unknown option "--mraker"
+)",
+               [](const std::string& line, const std::string& answer) {
+                 const std::string command = line.substr(0, line.find(" |"));
+                 expect_refused(command + line.substr(command.size() + 2),
+                                {{"", command + ": " + answer + "; see " + command + " --help\n"}});
+               });
   expect_refused(
       "odom ", {{"evaluate a b c", "odom evaluate: a: is not a folder; check the path\n"},
                 {"help wtach", "odom help: no command \"wtach\" (did you mean \"watch\"?)\n"},
