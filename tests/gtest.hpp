@@ -1,4 +1,5 @@
-// GoogleTest, gMock's common matchers as our own names, and the standard headers that most tests need.
+// GoogleTest, gMock's common matchers as our own names, and the standard headers that most tests
+// need.
 #pragma once
 
 #include <gmock/gmock.h>
