@@ -11,7 +11,7 @@
 
 #include "estimator/common/settings.hpp"
 #include "estimator/ekf/state.hpp"
-#include "estimator/integrity/parity.hpp"
+#include "estimator/integrity/equations.hpp"
 
 namespace odomd::estimator::full {
 

@@ -8,7 +8,7 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/integrity/parity.hpp"
+#include "estimator/integrity/equations.hpp"
 
 namespace odomd::estimator {
 
@@ -137,7 +137,7 @@ bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& ba
   if (!halted_) {
     mirrored.integrated_speed = -observed_.integrated_speed;  // its sign is known only since a halt
   }
-  const Consensus reversed = parities(sensors, mirrored, !backwards_, Over::short_time);
+  const Consensus reversed = equations(sensors, mirrored, !backwards_, Over::short_time);
   const Solution reversed_base = reversed.without(observed_.distrusted);
   if (std::abs(base.motion[of::speed]) < slowest_rolling) {
     forward_votes_ = 0;
@@ -177,14 +177,14 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
   // 1. The integrated speed. It is unknown how the speed has changed in a gap.
   observed_.integrated_sigma += gravity * (elapsed_s - dt);
   observed_.speed_unknown_s += elapsed_s - dt;
-  integrate_acceleration(sensors, observed_, dt, agreed_.wheels_distrusted);
+  integrate_acceleration(sensors, observed_, dt);
   // 2. The consensus of the trusted sources, or else the sources at fault.
-  Consensus all = parities(sensors, observed_, backwards_, Over::short_time);
+  Consensus all = equations(sensors, observed_, backwards_, Over::short_time);
   Solution base = all.without(out);
   const Sources present = all.present();
   agreed_.reversed_distance = 0.0;
   const bool sign_known = decide_sign(sensors, all, base);
-  const Consensus longer = parities(sensors, observed_, backwards_, Over::long_time);
+  const Consensus longer = equations(sensors, observed_, backwards_, Over::long_time);
   Solution longer_base = longer.without(out);
   const bool by_short_mean = base.misfit > gate;
   agreed_.contradicted = by_short_mean || longer_base.misfit > gate;
@@ -301,12 +301,8 @@ void Integrity::raise_flags(Sources suspects, bool by_long_mean) noexcept {
 }
 
 /// Lowers a flag once the source has agreed with the others for long enough. `misfit` is what it
-/// adds to theirs. Sensors of a turn prove little while the car goes straight.
+/// adds to theirs.
 void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcept {
-  constexpr Sources of_turns = only(Source::yaw_rate) | only(Source::accel_y) |
-                               only(Source::steering) | only(Source::camera);
-  constexpr double slowest_turn = 0.1;  // [rad/s]
-  constexpr double without_turn = 0.2;
   Trust& trust = trust_[source];
   if (trust.flag == SourceFlag::drifting && observed_.repeats(static_cast<Source>(source))) {
     trust.flag = SourceFlag::frozen;
@@ -318,9 +314,7 @@ void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcep
     trust.agreed_s = 0.0;
     return;
   }
-  const bool conclusive =
-      !contains(of_turns, source) || std::abs(observed_.yaw_rate()) > slowest_turn;
-  trust.agreed_s += conclusive ? dt : without_turn * dt;
+  trust.agreed_s += dt;
   if (trust.agreed_s >= trust.required_s) {
     trust.flag = SourceFlag::ok;
     restart_means(observed_.sources[source]);

@@ -13,7 +13,7 @@
 #include "estimator/common/measurement.hpp"
 #include "estimator/integrity/camera_consistency.hpp"
 #include "estimator/integrity/consensus.hpp"
-#include "estimator/integrity/parity.hpp"
+#include "estimator/integrity/equations.hpp"
 
 namespace odomd::estimator {
 

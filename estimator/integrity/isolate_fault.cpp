@@ -1,5 +1,5 @@
 // docs/model.md, "Integrity".
-#include "estimator/integrity/parity.hpp"
+#include "estimator/integrity/equations.hpp"
 
 #include <array>
 #include <cmath>

@@ -1,5 +1,5 @@
-// docs/model.md, "Parities".
-#include "estimator/integrity/parity.hpp"
+// docs/model.md, "Equations".
+#include "estimator/integrity/equations.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -170,8 +170,8 @@ double lateral_accel(const Observations& observed, Over over) noexcept {
   return demanded * measured > 0.0 ? std::min(std::abs(demanded), std::abs(measured)) : 0.0;
 }
 
-Consensus parities(const Sensors& sensors, const Observations& observed, bool backwards,
-                   Over over) noexcept {
+Consensus equations(const Sensors& sensors, const Observations& observed, bool backwards,
+                    Over over) noexcept {
   constexpr double slip_floor = 0.02;  // [m/s]
   constexpr double slip_share = 0.01;
   const View view{sensors, observed, over};

@@ -1,6 +1,6 @@
 // The equation that each source gives for the motion of the car (parity equations).
 //
-// docs/model.md, "Parities".
+// docs/model.md, "Equations".
 #pragma once
 
 #include <array>
@@ -59,7 +59,6 @@ struct Observations {
   double accel_offset = 0.0;                            ///< of accel_x, by slope and bias [m/s²]
   double accel_offset_sigma = largest_slope * gravity;  ///< how much it varies
   double offset_averaging_s = 2.0;                      ///< averaging time of the two above
-  std::int64_t still_since_ns = 0;                      ///< since then no sensor has shown motion
   double speed_unknown_s = 0.0;            ///< time since a source last measured the speed
   std::array<Solution, 2> last_consensus;  ///< by Over
   std::int64_t last_slide_ns = 0;          ///< last time that the car may have slid; 0: never
@@ -137,8 +136,8 @@ inline constexpr double min_learning_speed = 0.3;
 [[nodiscard]] bool is_steady(const SourceHistory& gyro) noexcept;
 
 /// The equations of all sources that are alive. `backwards`: unsigned wheel speeds count negative.
-[[nodiscard]] Consensus parities(const Sensors& sensors, const Observations& observed,
-                                 bool backwards, Over over) noexcept;
+[[nodiscard]] Consensus equations(const Sensors& sensors, const Observations& observed,
+                                  bool backwards, Over over) noexcept;
 
 /// Learns the radius error of each wheel, and the load transfer, from the residuals of `all` at
 /// `base` over `dt` [s]. Call it while no source is suspected.
@@ -146,9 +145,7 @@ void learn_radii(const Sensors& sensors, const Consensus& all, const Solution& b
                  Observations& observed) noexcept;
 
 /// Integrates the measured acceleration over `dt` [s], unless accel_x is silent or distrusted.
-/// Stops once the car stands, while all wheels are distrusted.
-void integrate_acceleration(const Sensors& sensors, Observations& observed, double dt,
-                            bool wheels_distrusted) noexcept;
+void integrate_acceleration(const Sensors& sensors, Observations& observed, double dt) noexcept;
 
 /// Moves the integrated speed towards the consensus, unless both contradict each other or the
 /// consensus is `contradicted`. Learns the offset of the accelerometer (slope and bias) from their

@@ -1,5 +1,5 @@
 // The parity equations: the true motion of a car satisfies all of them.
-#include "estimator/integrity/parity.hpp"
+#include "estimator/integrity/equations.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "estimator/common/wheel_place.hpp"
 
-namespace odomd::estimator::integrity::parity_test {
+namespace odomd::estimator::integrity::equations_test {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
@@ -63,9 +63,9 @@ struct Circle {
   }
 };
 
-Consensus parities_at(std::int64_t now_ns, Observations observed, bool backwards, Over over) {
+Consensus equations_at(std::int64_t now_ns, Observations observed, bool backwards, Over over) {
   observed.now_ns = now_ns;
-  return parities({}, observed, backwards, over);
+  return equations({}, observed, backwards, over);
 }
 
 /// By how much the truth is off the rows of a source, in sigmas; the most of them.
@@ -76,12 +76,12 @@ double off(const Consensus& all, Source source, const Motion& truth) {
   return most;
 }
 
-TEST(Parity, TheTrueMotionOnACircleFitsAllWithinASigma) {
+TEST(Equations, TheTrueMotionOnACircleFitsAllWithinASigma) {
   for (const Circle circle : {Circle{2.0, 1.0}, Circle{2.0, -1.0}, Circle{0.5, 0.8},
                               Circle{-1.5, 0.6}, Circle{3.0, 0.0}}) {
     const Observations observed = circle.observed();
     for (const Over over : {Over::short_time, Over::long_time}) {
-      const Consensus all = parities_at(Circle::now_ns, observed, false, over);
+      const Consensus all = equations_at(Circle::now_ns, observed, false, over);
       for (const Row& row : all)
         EXPECT_LT(std::abs(row.off(circle.truth())), 1.0)
             << circle.speed << " m/s, " << circle.turn << " rad/s, sources " << row.sources;
@@ -93,9 +93,9 @@ TEST(Parity, TheTrueMotionOnACircleFitsAllWithinASigma) {
   }
 }
 
-TEST(Parity, EverySourceThatKnowsTheMotionHasARow) {
+TEST(Equations, EverySourceThatKnowsTheMotionHasARow) {
   const Circle circle;
-  const Consensus all = parities_at(Circle::now_ns, circle.observed(), false, Over::short_time);
+  const Consensus all = equations_at(Circle::now_ns, circle.observed(), false, Over::short_time);
   for (const Source source :
        {Source::wheel_front_left, Source::wheel_front_right, Source::wheel_rear_left,
         Source::wheel_rear_right, Source::wheel_rear, Source::motor, Source::yaw_rate,
@@ -103,21 +103,21 @@ TEST(Parity, EverySourceThatKnowsTheMotionHasARow) {
     EXPECT_GE(off(all, source, circle.truth()), 0.0) << source_names[index_of(source)];
 }
 
-TEST(Parity, ASilentSourceHasNoRow) {
+TEST(Equations, ASilentSourceHasNoRow) {
   const Circle circle;
   Observations observed = circle.observed();
   observed.sources[index_of(Source::steering)] = {};
   observed.sources[index_of(Source::wheel_front_left)].arrival_ns -= 500 * ms;
-  const Consensus all = parities_at(Circle::now_ns, observed, false, Over::short_time);
+  const Consensus all = equations_at(Circle::now_ns, observed, false, Over::short_time);
   EXPECT_LT(off(all, Source::steering, circle.truth()), 0.0);
   EXPECT_LT(off(all, Source::wheel_front_left, circle.truth()), 0.0);
 }
 
-TEST(Parity, AFrontWheelMeasuresItsSpeedAlongTheWheel) {
+TEST(Equations, AFrontWheelMeasuresItsSpeedAlongTheWheel) {
   // Of a tight turn: it goes faster than the rear wheel of its side.
   const Circle circle{1.0, 1.8};
   EXPECT_GT(circle.wheel(Source::wheel_front_right), circle.wheel(Source::wheel_rear_right));
-  const Consensus all = parities_at(Circle::now_ns, circle.observed(), false, Over::short_time);
+  const Consensus all = equations_at(Circle::now_ns, circle.observed(), false, Over::short_time);
   EXPECT_LT(off(all, Source::wheel_front_right, circle.truth()), 0.1);
   // It measures the speed, with the slip of its own axle only.
   for (const Row& row : all) {
@@ -132,7 +132,7 @@ TEST(Parity, AFrontWheelMeasuresItsSpeedAlongTheWheel) {
   }
 }
 
-TEST(Parity, EachSourceThatIsFarOffIsOffItsRowBySigmas) {
+TEST(Equations, EachSourceThatIsFarOffIsOffItsRowBySigmas) {
   struct Wrong {
     Source source;
     double by;
@@ -144,12 +144,12 @@ TEST(Parity, EachSourceThatIsFarOffIsOffItsRowBySigmas) {
     Observations observed = circle.observed();
     SourceHistory& history = observed.sources[index_of(wrong.source)];
     for (Mean& mean : history.means) mean = {mean.value + wrong.by, mean.slow + wrong.by};
-    const Consensus all = parities_at(Circle::now_ns, observed, false, Over::short_time);
+    const Consensus all = equations_at(Circle::now_ns, observed, false, Over::short_time);
     EXPECT_GT(off(all, wrong.source, circle.truth()), 3.0) << source_names[index_of(wrong.source)];
   }
 }
 
-TEST(Parity, SteeringBeyondTheGripPredictsNoYawRate) {
+TEST(Equations, SteeringBeyondTheGripPredictsNoYawRate) {
   // At 6 m/s and 3 rad/s, 18 m/s²: the front slides, whatever it is turned by.
   const Circle sliding{6.0, 1.0};
   Observations observed = sliding.observed();
@@ -159,36 +159,37 @@ TEST(Parity, SteeringBeyondTheGripPredictsNoYawRate) {
     add_sample(observed.sources[index_of(Source::steering)], t, delta, 0.002, false);
   for (std::size_t i = 0; i < source_count; ++i)
     if (observed.sources[i].seen()) observed.sources[i].time_ns = Circle::now_ns + 3'000 * ms;
-  const Consensus all = parities_at(Circle::now_ns + 3'000 * ms, observed, false, Over::short_time);
+  const Consensus all =
+      equations_at(Circle::now_ns + 3'000 * ms, observed, false, Over::short_time);
   EXPECT_LT(off(all, Source::steering, sliding.truth()), 2.0);
 }
 
-TEST(Parity, AKnownGyroBiasIsSubtracted) {
+TEST(Equations, AKnownGyroBiasIsSubtracted) {
   const Circle circle;
   Observations observed = circle.observed();
   for (Mean& mean : observed.sources[index_of(Source::yaw_rate)].means)
     mean = {mean.value + 0.1, mean.slow + 0.1};
   observed.errors.gyro_bias = 0.1;
   observed.errors.gyro_bias_sigma = 0.001;
-  EXPECT_LT(off(parities_at(Circle::now_ns, observed, false, Over::long_time), Source::yaw_rate,
+  EXPECT_LT(off(equations_at(Circle::now_ns, observed, false, Over::long_time), Source::yaw_rate,
                 circle.truth()),
             0.1);
   observed.errors.gyro_bias = 0.0;
-  EXPECT_GT(off(parities_at(Circle::now_ns, observed, false, Over::long_time), Source::yaw_rate,
+  EXPECT_GT(off(equations_at(Circle::now_ns, observed, false, Over::long_time), Source::yaw_rate,
                 circle.truth()),
             2.0);
 }
 
-TEST(Parity, UnsignedWheelsAreReadBackwards) {
+TEST(Equations, UnsignedWheelsAreReadBackwards) {
   const Circle circle{-1.5, 0.6};
   Observations observed = circle.observed();
   for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i)
     for (Mean& mean : observed.sources[i].means) mean = {-mean.value, -mean.slow};
-  const Consensus all = parities_at(Circle::now_ns, observed, true, Over::short_time);
+  const Consensus all = equations_at(Circle::now_ns, observed, true, Over::short_time);
   for (const Row& row : all) EXPECT_LT(std::abs(row.off(circle.truth())), 1.0) << row.sources;
 }
 
-TEST(Parity, SteeringIsAsLateToTheLeftAsToTheRight) {
+TEST(Equations, SteeringIsAsLateToTheLeftAsToTheRight) {
   const auto sigma_of = [](double rate) {
     Observations observed;
     observed.last_consensus.fill({.motion = {1.5, 0.0, 0.0, 0.0}});
@@ -196,7 +197,7 @@ TEST(Parity, SteeringIsAsLateToTheLeftAsToTheRight) {
       const double from_end_s = static_cast<double>(t - Circle::now_ns) * 1e-9;
       add_sample(observed.sources[index_of(Source::steering)], t, rate * from_end_s, 0.002, false);
     }
-    for (const Row& row : parities_at(Circle::now_ns, observed, false, Over::short_time))
+    for (const Row& row : equations_at(Circle::now_ns, observed, false, Over::short_time))
       if (row.sources == only(Source::steering)) return row.sigma;
     return 0.0;
   };
@@ -205,4 +206,4 @@ TEST(Parity, SteeringIsAsLateToTheLeftAsToTheRight) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::integrity::parity_test
+}  // namespace odomd::estimator::integrity::equations_test

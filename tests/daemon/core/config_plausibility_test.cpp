@@ -5,7 +5,7 @@
 #include "tests/diagnostics.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::daemon::config_checks_test {
+namespace odomd::daemon::config_plausibility_test {
 namespace {
 
 using diagnostics::Named;
@@ -70,4 +70,4 @@ TEST(ConfigChecks, NameTheNumberThatIsInAnotherUnit) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon::config_checks_test
+}  // namespace odomd::daemon::config_plausibility_test
