@@ -128,11 +128,13 @@ def main():
         print(*(f"{mutant.file}:{mutant.line}: {mutant.before}\n    {mutant.after}" for mutant in every), sep="\n")
         return 0
     before = json.loads(given.baseline.read_text(encoding="utf-8")) if given.baseline else {}
+    if before and before.get("seed") != given.seed:
+        sys.exit(f"mutants: {given.baseline} is of seed {before.get('seed')}: other mutants; use --seed or another file")
     numbers = tree.build({mutant: i for i, mutant in enumerate(every, start=1)},
                          [AREAS[area] for area in areas], given.jobs)
     for what, limit in ((resource.RLIMIT_CORE, 0), (resource.RLIMIT_AS, 4 << 30), (resource.RLIMIT_FSIZE, 1 << 30)):
         resource.setrlimit(what, (limit, limit))  # a mutant may ask for everything
-    result, rows, fallen = {}, ["| area | mutants | killed | rate |", "|---|---|---|---|"], []
+    result, rows, fallen = {"seed": given.seed}, ["| area | mutants | killed | rate |", "|---|---|---|---|"], []
     for area in areas:
         mutants = dict([(mutant, numbers[mutant]) for mutant in chosen[area] if mutant in numbers][:given.mutants])
         alive = survivors(area, mutants, given.jobs)
@@ -149,8 +151,8 @@ def main():
             given.json.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     print(*rows, *fallen, sep="\n")
     seconds = (datetime.datetime.now(datetime.timezone.utc) - begun).total_seconds()
-    print(f"{begun:%F} mutants: {sum(one['killed'] for one in result.values())} of "
-          f"{sum(one['mutants'] for one in result.values())} killed, in {seconds:.0f} s")
+    print(f"{begun:%F} mutants: {sum(result[area]['killed'] for area in areas)} of "
+          f"{sum(result[area]['mutants'] for area in areas)} killed, in {seconds:.0f} s")
     return 1 if fallen else 0
 
 

@@ -136,10 +136,8 @@ Lines message_table(const StatusValue& status, Form form) {
   const bool whole = form == Form::whole;
   const auto refused = [form](const StatusValue& message) {
     const StatusValue verdicts = message["verdicts"];
-    if (form == Form::whole)
-      return problems(verdicts.nonzero({"decoded", "unmapped", "no_sample"}), form);
-    std::string text = verdicts.nonzero({"decoded", "unmapped"});
-    if (const auto lost = message["some_lost"].count(); lost > 0)
+    std::string text = verdicts.nonzero({"decoded", "unmapped", "no_sample"});
+    if (const auto lost = message["some_lost"].count(); form != Form::whole && lost > 0)
       text += fmt::format("{}{} after a gap", text.empty() ? "" : ", ", lost);
     return problems(text, form);
   };

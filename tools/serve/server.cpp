@@ -246,7 +246,8 @@ httplib::Server::HandlerResponse Server::guard(const httplib::Request& request,
     return answer(response, 403, "pages of other sites may not read");
   const std::string& token = endpoint_.token;
   if (token.empty()) return HandlerResponse::Unhandled;
-  if (is_token(request.get_param_value("token"), token)) {
+  const std::string given = request.get_param_value("token");
+  if (is_token(given, token)) {
     constexpr const char* cookie =
         "odom_token={}; Path=/; HttpOnly; SameSite=Strict; Max-Age=31536000";
     response.set_header("Set-Cookie", fmt::format(cookie, token));
@@ -255,7 +256,9 @@ httplib::Server::HandlerResponse Server::guard(const httplib::Request& request,
   }
   if (is_token(given_token(request), token)) return HandlerResponse::Unhandled;
   response.set_header("WWW-Authenticate", "Bearer");
-  return answer(response, 401, "open this page once with /?token=TOKEN, the token of the car");
+  return answer(response, 401,
+                given.empty() ? "open this page once with /?token=TOKEN, the token of the car"
+                              : "this is not the car's token: it is in the file of --token-file");
 }
 
 bool Server::process_and_close_socket(socket_t socket) {

@@ -169,6 +169,8 @@ TEST_F(Serve, NeedsTheToken) {
          {get("/?token=" + given), get("/", "Cookie: odom_token=" + given + "\r\n"),
           get("/", "Authorization: Bearer " + given + "\r\n")})
       EXPECT_THAT(answer, StartsWith("HTTP/1.1 401")) << given;
+  EXPECT_THAT(get("/"), HasSubstr("open this page once with"));
+  EXPECT_THAT(get("/?token=" + wrong), HasSubstr("this is not the car's token"));
   const std::string first = get("/?token=" + right);
   EXPECT_THAT(first, StartsWith("HTTP/1.1 303"));
   EXPECT_THAT(first, HasSubstr("Location: /\r\n"));
