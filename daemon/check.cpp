@@ -41,7 +41,8 @@ std::string conversion(const can::SignalBinding& binding) {
     return fmt::format("forward = {}, reverse = {}", *binding.forward, *binding.reverse);
   auto text = fmt::format("in {}", can::unit_name(binding.unit));
   if (binding.radius_m > 0.0)
-    text += fmt::format(", radius {} m, ratio {}", binding.radius_m, binding.ratio);
+    text += fmt::format(", radius {} m, {}ratio {}", binding.radius_m,
+                        binding.unit == can::Unit::erpm ? "pole pairs times " : "", binding.ratio);
   if (binding.scale != 1.0) text += fmt::format(", times {}", binding.scale);
   if (binding.offset != 0.0) text += fmt::format(", plus {}", binding.offset);
   return text;
