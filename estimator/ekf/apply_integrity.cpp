@@ -19,7 +19,7 @@ constexpr double deviation_sigmas = 4.0;
 constexpr double deviation_s = 0.1;
 // A source's disagreement begins at this many sigmas.
 constexpr double onset_sigmas = 1.5;
-// Sources that contradict each other for this long make the pose doubtful.
+// The pose becomes doubtful once sources contradict each other for this long.
 constexpr double contradicted_s = 0.25;
 
 }  // namespace
@@ -60,7 +60,7 @@ void apply_integrity(const Context& context, State& state) noexcept {
     state.of_speed = state.of_yaw_rate = {};
     return;
   }
-  // 1. Take back what a faulty source has done to the pose since its disagreement began.
+  // 1. Take back a faulty source's effect on the pose since its disagreement began.
   const auto fails = [&](Deviation& deviation, double now, const integrity::Solution& others,
                          of::Index index, bool distrusted) {
     add_sample(deviation.filter, state.time_ns, now, 0.0, false);
@@ -88,14 +88,14 @@ void apply_integrity(const Context& context, State& state) noexcept {
     state.variance(at::yaw) += uncertain * turn.sum * turn.sum;
   }
   if (wheels_failed) {
-    // A camera that sees the car has corrected the pose already.
+    // A camera that sees the car has already corrected the pose.
     const double unseen_s = seconds_between(state.reading(Source::camera).fused_ns, state.time_ns);
     take_back(unseen_s < contradicted_s ? 0.0 : drive.sum);
   }
   if (agreed.reversed_distance != 0.0) {
     take_back(2.0 * agreed.reversed_distance);
   }
-  // 2. Reset the motion to the consensus where it deviates.
+  // 2. Reset the motion to the consensus if it deviates from it.
   const integrity::Solution& all = state.integrity.motion();
   const auto lasts = [&](Deviation& deviation, double off, of::Index index, double variance) {
     if (std::abs(off) <= deviation_sigmas * std::sqrt(squared(all.sigma[index]) + variance) ||
@@ -122,7 +122,7 @@ void apply_integrity(const Context& context, State& state) noexcept {
     drive.since_ns = 0;
   }
   if (state.standstill.standing) {
-    return;  // the gyro measures its bias
+    return;  // at standstill the gyro measures its bias
   }
   const double yaw_rate = all.motion[of::yaw_rate];
   const double turning = yaw_rate - turn.filter.mean();

@@ -20,7 +20,7 @@ namespace {
 // Below this noise scale the stated noise is used.
 constexpr double least_camera_noise_scale = 2.5;
 
-// Poses nearer in time than this say nothing about a velocity [s].
+// Shortest time over which a difference is attributed to a wrong velocity [s].
 constexpr double shortest_drift_s = 0.03;
 
 constexpr std::array<at::Index, 3> pose_states{at::x, at::y, at::yaw};
@@ -42,8 +42,8 @@ Pose2 step_difference(const PosePair& before, const PosePair& now) noexcept {
   return step;
 }
 
-/// A step between two poses that are this precise, of the standard deviations `way` and `turn`
-/// more.
+/// Log density of a step between two poses of this sigma; `way`, `turn`: further standard
+/// deviations.
 double log_density(const Pose2& step, const std::array<double, 3>& sigma, double way, double turn) {
   const double of_way = squared(sigma[0]) + squared(sigma[1]) + squared(way);
   const double of_turn = 2.0 * squared(sigma[2]) + squared(turn);
@@ -51,9 +51,9 @@ double log_density(const Pose2& step, const std::array<double, 3>& sigma, double
                  std::log(squared(of_way) * of_turn));
 }
 
-/// What the step from one camera pose to the next says: log p(it | the car moves like the filter,
-/// but elsewhere) - log p(it | outliers, or a tracker that stands still). Of the way of a car that
-/// slides the filter knows little.
+/// Evidence of the step between two camera poses: log p(step | the car moves like the filter, but
+/// elsewhere) - log p(step | outliers, or a tracker that stands still). The filter knows little
+/// about the distance that a sliding car covers.
 double evidence_of_step(const CarModel& model, const State& state, const PosePair& before,
                         const std::array<double, 3>& sigma) noexcept {
   const Tuning& tuning = model.tuning;
@@ -61,7 +61,7 @@ double evidence_of_step(const CarModel& model, const State& state, const PosePai
   const Pose2 seen = now.seen;
   const double turn = tuning.motion_error * distance(before.estimated, now.estimated);
   const double like_filter = log_density(now.step_error, sigma, turn, turn);
-  // As it went on since the pose before, and turned as the filter says.
+  // A sliding car may also keep the camera's velocity, and turn as the filter says.
   const double dt = seconds_between(before.capture_ns, now.capture_ns);
   const double again = dt / before.seen_s;
   const double way = std::hypot(gravity * dt * dt, 2.0 * again * std::hypot(sigma[0], sigma[1]));
@@ -81,9 +81,9 @@ double evidence_of_step(const CarModel& model, const State& state, const PosePai
   return moves - other - std::log(share * std::exp(stands - other) + std::exp(anywhere - other));
 }
 
-/// A white innovation says nothing about the next one: what ν has in common with m is a lasting
-/// error, as far as it is more than chance. c is a Gauss-Markov process, ν = c - e + noise, and an
-/// update is e ← e + K (c - e).
+/// White innovations are independent of each other: a correlation of ν with m beyond chance shows a
+/// lasting error.
+/// c is a Gauss-Markov process, ν = c - e + noise, and an update is e ← e + K (c - e).
 void note_lasting(const Tuning& tuning, LastingError& lasting, std::span<const double> nu, double K,
                   double S, double dt) noexcept {
   auto& [seen_s, mean, product, expected, e_c, e_e, m_c, m_e, variance] = lasting;
@@ -106,7 +106,7 @@ void note_lasting(const Tuning& tuning, LastingError& lasting, std::span<const d
   m_c = (1.0 - fresh) * m_c + fresh * (1.0 - e_c);
   e_e = squared(1.0 - K) * e_e + 2.0 * K * (1.0 - K) * e_c + squared(K);
   e_c += K * (1.0 - e_c);
-  // Four sigmas of `product` by chance
+  // Four sigmas of `product` for white innovations
   const double chance = 2.0 * S * std::sqrt(fresh * share * expected);
   variance = 0.0;
   if (product > 0.0 && expected > 0.0) {
@@ -114,7 +114,7 @@ void note_lasting(const Tuning& tuning, LastingError& lasting, std::span<const d
   }
 }
 
-/// Sets the pose and its covariance to those of the camera, without correlations.
+/// Sets the pose and its covariance to the camera's, without correlations.
 void move_to(State& state, const Pose2& measured, const std::array<double, 3>& sigma) noexcept {
   state.mean.head<3>() << measured.x, measured.y, measured.yaw;
   for (std::size_t i = 0; i < pose_states.size(); ++i) {
@@ -122,7 +122,7 @@ void move_to(State& state, const Pose2& measured, const std::array<double, 3>& s
   }
 }
 
-/// A camera whose innovations stay off draws the pose along: by their mean.
+/// A camera with biased innovations draws the pose along, so their mean is disputed.
 void dispute_drawn(const Tuning& tuning, State& state) noexcept {
   Disputed& now = state.disputed = state.disputed.at_time(state.time_ns, tuning.disputed_s);
   const auto& [x, y] = state.lasting_way.mean;
@@ -130,9 +130,9 @@ void dispute_drawn(const Tuning& tuning, State& state) noexcept {
   now.turn = std::max(now.turn, squared(tuning.fault_share * state.lasting_turn.mean[0]));
 }
 
-/// The filter is wrong by ν: its pose, and what has made it wrong since the last fused pose, its
-/// velocity or the gyro's bias. The map may have jumped instead: what S does not explain, this pose
-/// may hide, and it is published for a while.
+/// The filter is wrong by ν: widens the pose, and the velocity and gyro bias that may have caused ν
+/// since the last fused pose. The map may have jumped instead, so the part of ν² beyond S is added
+/// to the published covariance for a while.
 void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
            const Eigen::Matrix3d& S, double since_fused_s, bool first) noexcept {
   const double way = squared(nu[0]) + squared(nu[1]);
@@ -146,7 +146,7 @@ void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
   if (first) {
     return;
   }
-  // Of a car that slides the filter knows little.
+  // The filter knows little about a sliding car, so the camera is disputed less.
   const bool slides = state.integrity.slides();
   const double share = slides ? squared(model.tuning.fault_share) : model.tuning.fault_share;
   Disputed& now = state.disputed = state.disputed.at_time(state.time_ns, model.tuning.disputed_s);
@@ -158,8 +158,8 @@ void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
 }  // namespace
 
 /// The step error's change n_k - 2 n_k-1 + n_k-2 has six times the variance of one pose. The scale
-/// tracks its median, which for χ² with three degrees of freedom is 2.37: robust against outliers.
-/// Its first steps are long: stated sigmas may be wrong by orders of magnitude.
+/// tracks the median of its square, 2.37 for χ² with three degrees of freedom: robust against
+/// outliers. Its first steps are long: stated sigmas may be wrong by orders of magnitude.
 void note_camera_pose(State& state, const Sample& pose) noexcept {
   constexpr double median = 2.37;
   constexpr double shortest_step = 0.15;
@@ -260,7 +260,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     }
     widen(model, state, judgement.innovation, S, since_fused_s, first);
   }
-  // The yaw nearest to the filter's, of all turns.
+  // The measured yaw is taken within half a turn of the filter's.
   for (std::size_t i = 0; i < pose_states.size(); ++i) {
     Prediction z;
     z.value = state.mean[pose_states[i]];

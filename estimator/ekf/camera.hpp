@@ -10,7 +10,7 @@
 
 namespace odomd::estimator::full {
 
-/// So many fused poses in a row confirm the pose.
+/// Number of consecutive fused poses that confirm the pose.
 inline constexpr int poses_to_confirm = 6;
 
 struct CameraGate {
@@ -22,9 +22,9 @@ struct CameraGate {
 void note_camera_pose(State& state, const Sample& pose) noexcept;
 
 /// ν = z - (X, Y, ψ), S = P + R; fused if νᵀS⁻¹ν <= gate. A pose beyond it is an outlier, or the
-/// filter is wrong: the odds are carried from pose to pose. Once they favour the camera, P is
+/// filter is wrong: the log odds accumulate from pose to pose. Once they favour the camera, P is
 /// widened by ν and the pose is fused with its correlations (`resets`, `last_jump`). The state is
-/// that at the time of the sample; `before` is the camera pose before this one.
+/// at the time of the sample; `before` is the previous camera pose.
 [[nodiscard]] Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
                                     const PosePair& before, const Sample& sample) noexcept;
 

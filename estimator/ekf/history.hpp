@@ -1,5 +1,5 @@
 // The states at the ticks of the window: the filter rewinds to one of them for a late sample. And
-// by how much samples are put earlier: the latencies that the camera has taught.
+// the latencies learnt from the camera, by which samples are moved earlier.
 //
 // docs/model.md, "Late samples".
 #pragma once
@@ -33,7 +33,8 @@ class History {
     return states_[now_];
   }
 
-  /// Keeps the present state, if it has to, so that those kept reach back by `reach_ns`.
+  /// Keeps the present state unless the last kept one is so near that `capacity` states would not
+  /// reach back by `reach_ns`.
   void keep(std::int64_t reach_ns) noexcept {
     const std::int64_t interval_ns = reach_ns / static_cast<std::int64_t>(capacity - 2);
     const State& before = states_[(now_ + capacity - 1) % capacity];
@@ -47,7 +48,7 @@ class History {
     return states_[now_];
   }
 
-  /// Rewinds to the newest state before `time_ns`, or else to the oldest.
+  /// Rewinds to the newest state before `time_ns`, or to the oldest if there is none.
   void rewind_to(std::int64_t time_ns) noexcept {
     while (now().time_ns >= time_ns && kept_ > 0) {
       now_ = (now_ + capacity - 1) % capacity;
@@ -64,32 +65,32 @@ class History {
  private:
   std::array<State, capacity> states_{};
   std::size_t now_ = 0;
-  std::size_t kept_ = 0;   ///< not counting the present state ...
-  bool kept_now_ = false;  ///< ... which is kept itself
+  std::size_t kept_ = 0;   ///< number of kept states before the present one
+  bool kept_now_ = false;  ///< the present state is kept, too
 };
 
-/// A sample is advanced by what was known two windows before its own time. No late sample changes
-/// that any more, so the order of arrival does not count. What is learnt afterwards enters its
-/// prediction, to first order.
+/// A sample is moved earlier by the latency that had been learnt two windows before its own time.
+/// No late sample changes that latency any more, so the order of arrival does not count. Later
+/// changes of the latency enter the sample's prediction, to first order.
 class Latencies {
  public:
   explicit Latencies(std::int64_t window_ns) noexcept
       : window_ns_(std::max<std::int64_t>(window_ns, 1)) {}
 
-  /// Takes over the latencies of a state, for all times.
+  /// Uses the latencies of a state for all times.
   void begin(const State& state) noexcept { learnt_.fill(state.slow.mean); }
 
-  /// Notes those at a tick, the one before being at `before_ns`.
+  /// Notes the latencies at a tick; the previous tick was at `before_ns`.
   void note(const State& state, std::int64_t before_ns) noexcept {
     if (window_of(state.time_ns) != window_of(before_ns)) {
       learnt_[place(window_of(state.time_ns))] = state.slow.mean;
     }
   }
 
-  /// The most by which a sample is put earlier: half a window.
+  /// Largest time by which a sample is moved earlier: half a window.
   [[nodiscard]] std::int64_t most_ns() const noexcept { return window_ns_ / 2; }
 
-  /// By how much a sample of this time is put earlier; it is never put later than stated.
+  /// Time by which a sample of this time is moved earlier; never negative.
   [[nodiscard]] std::int64_t advance_ns(Source source, std::int64_t time_ns) const noexcept {
     slow::Index latency = slow::wheel_latency;
     if (source == Source::yaw_rate) {
@@ -111,7 +112,7 @@ class Latencies {
     return static_cast<std::uint64_t>(window) % windows;
   }
 
-  // A sample may be a window late, and need what was noted two windows before.
+  // A sample may be a window late and needs the latencies noted two windows before.
   static constexpr std::size_t windows = 8;
   std::array<SlowVector, windows> learnt_{};
   std::int64_t window_ns_;

@@ -14,10 +14,10 @@ namespace {
 
 /// How the samples of a source are judged.
 struct Rules {
-  double Tuning::*gate;  ///< of ν²/S
-  double timeout_s;      ///< rejected for so long, they are right ...
-  at::Index inflated;    ///< ... and the variance of this state grows
-  bool turn;             ///< they measure a turn, which does not correct the speed
+  double Tuning::*gate;  ///< threshold of ν²/S
+  double timeout_s;      ///< samples rejected for this long are accepted
+  at::Index inflated;    ///< state whose variance grows then
+  bool turn;             ///< they measure a turn and do not correct the speed
 };
 
 constexpr Rules rules_of(Source source) noexcept {
@@ -27,20 +27,20 @@ constexpr Rules rules_of(Source source) noexcept {
     case Source::accel_y:
       return {&Tuning::signal_gate, longest_gap_s, at::accel_bias_y, true};
     case Source::accel_x:
-      // Longer: a car sets off like this while its wheels do not resolve the speed yet.
+      // Longer: a car that sets off accelerates before its wheels resolve the speed.
       return {&Tuning::signal_gate, 1.5, at::accel_bias_x, false};
     default:
       return {&Tuning::wheel_gate, 0.1, at::v_x, false};
   }
 }
 
-/// Time since then, as far as it widens a gate.
+/// Time since `since_ns`, at most the gap up to which a gate widens [s].
 double gap_s(std::int64_t since_ns, const Sample& sample) noexcept {
   return std::min(seconds_between(since_ns, sample.time_ns), longest_gap_s);
 }
 
-/// Largest plausible deviation beyond S: for a gyro how fast tyres turn a car in, for an
-/// accelerometer a pedal, for a wheel without accelerometer the speed that a pedal makes.
+/// Largest plausible deviation beyond S. Gyro: the fastest turn-in of the tyres; accelerometer: a
+/// pedal; wheel without an accelerometer: the speed change that a pedal causes.
 double possible_change(const CarModel& model, const State& state, const Sample& sample) noexcept {
   const double since_s = gap_s(last_fused_ns(state, sample.source), sample);
   const bool pushed = state.accel_x.seen && gap_s(state.accel_x.time_ns, sample) < longest_gap_s;
@@ -51,7 +51,8 @@ double possible_change(const CarModel& model, const State& state, const Sample& 
                                               : 0.0;
 }
 
-/// A sudden change beyond S is a change of a_x, and of v_x by it; not of a bias or a gradient.
+/// Attributes a sudden change beyond S to a_x, and a wheel's to v_x, too; not to a bias or a
+/// gradient.
 void inflate_acceleration(const Tuning& tuning, State& state, const Sample& sample,
                           double off) noexcept {
   double& a_x = state.variance(at::accel_x);
@@ -64,7 +65,8 @@ void inflate_acceleration(const Tuning& tuning, State& state, const Sample& samp
   }
 }
 
-/// A change of the yaw rate since the last gyro sample beyond S, and half of its effect on the yaw.
+/// Widens the yaw rate by its change beyond S since the last gyro sample, and the yaw by half of
+/// the effect.
 void inflate_yaw(State& state, const Sample& sample, double off) noexcept {
   const double since_s = gap_s(state.reading(sample.source).time_ns, sample);
   Vector error = Vector::Zero();
@@ -73,8 +75,8 @@ void inflate_yaw(State& state, const Sample& sample, double off) noexcept {
   state.covariance += error * error.transpose();
 }
 
-/// Noise with heavy tails (Student's t): S grows by (k + q) / (k + 1), q = ν²/S, as noise of the
-/// sample.
+/// Noise with heavy tails (Student's t): for q = ν²/S > 1 the noise of the sample grows until S is
+/// (k + q) / (k + 1) times as large.
 void weigh(Innovation& nu) noexcept {
   const double more =
       std::max(nu.squared_ratio() - 1.0, 0.0) / (student_degrees + 1.0) * nu.variance;
@@ -82,18 +84,18 @@ void weigh(Innovation& nu) noexcept {
   nu.variance_of_noise += more;
 }
 
-/// Whether the gyro's readings are consistent. Then the car does turn like that, whatever the tyre
-/// model predicts: it slides or spins.
+/// Whether the gyro's readings are consistent. Then the car slides or spins and does turn at that
+/// rate, whatever the tyre model predicts.
 bool continues_steadily(const State& state, const Sample& sample) noexcept {
   return sample.source == Source::yaw_rate && !state.standstill.standing &&
          consistent_samples(state, sample) > 1;
 }
 
-/// Replaces the yaw since the last gyro sample, or the last camera pose after it, by the trapezium
-/// of the two readings, corrected by bias, scale and latency. The update alone would settle between
-/// tyre model and gyro, and a model error would turn the car. A reading that differs from both its
-/// neighbours by more than a car can is an outlier: the median replaces it, in the trapezium before
-/// too. `yaw` and `by` are ψ and its row of B before the update.
+/// Replaces the yaw since the last gyro sample, or the last camera pose after it, with the
+/// trapezium of the two readings, corrected for bias, scale and latency. The update alone would be
+/// a compromise between tyre model and gyro, and a model error would turn the pose. A reading that
+/// differs from both neighbours by more than a car can turn is an outlier: their median replaces
+/// it, also in the previous trapezium. `yaw` and `by` are ψ and its row of B before the update.
 void integrate_gyro(const CarModel& model, State& state, const Reading& before,
                     const Sample& sample, double yaw, const SlowVector& by) noexcept {
   const SlowVector& s = state.slow.mean;
@@ -146,7 +148,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   const auto test_ratio = [&](double of) {
     return nu.value * nu.value / (of + possible * possible) / gate;
   };
-  judgement.test_ratio = test_ratio(variance);  // a slip does not excuse a sample
+  judgement.test_ratio = test_ratio(variance);  // without the slip, which does not excuse a sample
 
   adapt_noise_scales(model.tuning, state, sample, prediction, nu);
   std::int64_t& rejected_ns = state.reading(sample.source).rejected_since_ns;
@@ -156,7 +158,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     judgement.verdict = Verdict::gated;
     const double before = state.reading(sample.source).value - sample.value[0] + nu.value;
     if (sample.source == Source::accel_y && before * nu.value <= 0.0) {
-      rejected_ns = sample.time_ns;  // a vibration is off to both sides
+      rejected_ns = sample.time_ns;  // a vibration deviates to both sides
     }
     if (rejected_s(state, sample) < rules.timeout_s || !state.integrity.agrees(sample.source)) {
       if (state.standstill.standing && sample.source == Source::accel_x) {

@@ -15,15 +15,15 @@ namespace odomd::estimator::full {
 /// A longer gap between two samples does not widen a gate any further [s].
 inline constexpr double longest_gap_s = 0.2;
 
-/// When a sample of this source, or of any wheel for a wheel, was last fused; 0: never.
+/// Time of the last fused sample of this source (of any wheel, for a wheel); 0: never.
 [[nodiscard]] std::int64_t last_fused_ns(const State& state, Source source) noexcept;
 
-/// Time since the first of the source's rejected samples in a row, of which this is the last [s].
+/// Time since the first of the consecutive rejected samples that end with this one [s].
 [[nodiscard]] double rejected_s(State& state, const Sample& sample) noexcept;
 
-/// What a sample of the car's own sensors corrects.
+/// The states that a sample of the car's own sensors may correct.
 struct Updates {
-  bool heading = false;  ///< ψ, ψ̇ and ε: true for a gyro; without one, for all
+  bool heading = false;  ///< ψ, ψ̇ and ε: true for a gyro; without a gyro, for all
   SlowVector slow = none();
 };
 

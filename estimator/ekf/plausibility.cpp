@@ -15,7 +15,7 @@ namespace odomd::estimator::full {
 
 namespace {
 
-// Longest time between two consistent samples, and longest time of the largest change.
+// Longest time between two consistent samples, and longest time that counts at the largest rate.
 constexpr double longest_pause_s = 1.5;
 constexpr double longest_change_s = 0.3;
 
@@ -151,7 +151,7 @@ Verdict take_direction(const CarModel& model, State& state, const Sample& sample
   const bool reversed = direction * (state.direction.value < 0.0 ? -1.0 : 1.0) < 0.0;
   if (reversed && state.moving && !state.standstill.standing && direction * v_x < 0.0) {
     if (std::abs(v_x) > fastest_reversal && direction * before.value <= 0.0) {
-      return Verdict::gated;  // one corrupt frame does not reverse a car
+      return Verdict::gated;  // a single corrupt frame does not reverse a car
     }
     state.mean.segment<6>(at::v_x) << -v_x, 0.0, state.mean[at::yaw_rate], 0.0, 0.0, 0.0;
     set_off(model, state, 2.0 * v_x);

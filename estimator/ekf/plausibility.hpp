@@ -16,14 +16,14 @@ namespace odomd::estimator::full {
 /// A source without a fused sample for this long is silent [s].
 inline constexpr double silence_s = 1.0;
 
-/// At a longer cycle the next sample is not waited for [s].
+/// Longest cycle at which a decision waits for the next sample [s].
 inline constexpr double next_sample_s = 0.05;
 
-/// How many earlier samples in a row are consistent with this one: of the same source, or of any
-/// wheel for a wheel.
+/// Number of consecutive earlier samples that are consistent with this one, from the same source
+/// (for a wheel: from any wheel).
 [[nodiscard]] int consistent_samples(const State& state, const Sample& sample) noexcept;
 
-/// The median of the wheels' first samples, and how many there are, at most five of each wheel.
+/// The median of the wheels' first speeds, and the number of samples, at most five per wheel.
 struct FirstSpeeds {
   double median = 0.0;  ///< [m/s]
   std::size_t samples = 0;
@@ -33,18 +33,19 @@ struct FirstSpeeds {
 /// Time of the earliest wheel sample that is consistent with this one; its own time if none is.
 [[nodiscard]] std::int64_t consistent_since_ns(const State& state, const Sample& sample) noexcept;
 
-/// Wheels by the newest sample of each in the last quarter of a second, `sample` included.
+/// Numbers of turning and still wheels, from the newest sample of each in the last quarter of a
+/// second, `sample` included.
 struct WheelCount {
   int turning = 0;
   int still = 0;
   bool free_turning = false;  ///< an undriven wheel turns
   bool free_still = false;
-  double slowest = 0.0;  ///< of the turning ones [m/s]
+  double slowest = 0.0;  ///< speed of the slowest turning wheel [m/s]
 };
 [[nodiscard]] WheelCount count_wheels(Driven driven, const State& state,
                                       const Sample& sample) noexcept;
 
-/// When a wheel's sample was last fused; 0: never.
+/// Time of the last fused sample of any wheel; 0: never.
 [[nodiscard]] std::int64_t last_wheel_ns(const State& state) noexcept;
 
 /// A wheel that stands for this long while another one turns is dead [s].
@@ -53,9 +54,9 @@ inline constexpr double dead_after_s = 0.5;
 /// Stores the sample as the newest one of its source.
 void note_reading(State& state, const Sample& sample) noexcept;
 
-/// Takes a sample of the direction: the sign of unsigned wheel speeds, which may have been wrong
-/// until now. 0 (unknown) keeps the last direction until the car may have stood. `gated`: a single
-/// reversal that is too fast for a car.
+/// Applies a sample of the direction, the sign of unsigned wheel speeds; the sign may have been
+/// wrong until now. 0 (unknown) keeps the last direction until the car may have stood. `gated`: a
+/// single reversal that is too fast for a car.
 [[nodiscard]] Verdict take_direction(const CarModel& model, State& state,
                                      const Sample& sample) noexcept;
 

@@ -35,7 +35,7 @@ double steering_of(const Vehicle& car, const Input& input, const Vector& x) noex
 }  // namespace
 
 Prediction predict_yaw_rate(const State& state, double sigma, double advanced_s) noexcept {
-  // ψ̈ by the gyro's own mean rate of change.
+  // ψ̈ from the gyro's own mean rate of change.
   const double yaw_accel =
       state.standstill.standing
           ? 0.0
@@ -63,7 +63,7 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   const double delta = place.steered ? steering : 0.0;
   const double c = std::cos(delta);
   const double s = std::sin(delta);
-  // v̇_x = a_x + v_y ψ̇ (errata, 4); the sample is of τ_w - what it was advanced by earlier.
+  // v̇_x = a_x + v_y ψ̇ (errata, 4); the sample shows the speed τ_w - advanced_s earlier.
   const double v_x_dot = x[at::accel_x] + x[at::v_y] * yaw_rate;
   const double v_x = x[at::v_x] - (state.slow.mean[slow::wheel_latency] - advanced_s) * v_x_dot;
   const double along = v_x - place.left * yaw_rate;

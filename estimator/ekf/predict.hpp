@@ -1,4 +1,4 @@
-// What the sensors of the car's motion measure: the predicted sample with its derivatives.
+// The predicted samples of the car's motion sensors, with their derivatives.
 //
 // docs/model.md, "Measurements".
 #pragma once
@@ -12,7 +12,8 @@
 
 namespace odomd::estimator::full {
 
-/// The gyro: z = (1 + s_g) (ψ̇ - τ ψ̈) + b_g, τ: what is left of τ_g after the sample was advanced.
+/// The gyro: z = (1 + s_g) (ψ̇ - τ ψ̈) + b_g, τ: τ_g less the time by which the sample was
+/// advanced.
 [[nodiscard]] Prediction predict_yaw_rate(const State& state, double sigma,
                                           double advanced_s = 0.0) noexcept;
 
@@ -30,10 +31,10 @@ namespace odomd::estimator::full {
 /// rear wheel. η is its slip_share(), ± the sign of v_x, d = (l_h / l) v_x ψ̇ sin δ the drag of the
 /// front tyres in a turn.
 ///
-/// It corrects v_x. The difference between two wheels says little about ψ̇ (a radius error of 0.3 %
-/// makes 0.03 rad/s at 1.5 m/s) and nothing about v_y: both count as known, with their variance.
-/// Without a gyro (`gyro` false) it corrects ψ̇ too. Without steering in `input` a front wheel rolls
-/// along the velocity of its axle's centre.
+/// A wheel corrects v_x. The difference between two wheels says little about ψ̇ (a radius error of
+/// 0.3 % makes 0.03 rad/s at 1.5 m/s) and nothing about v_y: both count as known, and their
+/// variance as noise. Without a gyro (`gyro` false) a wheel corrects ψ̇, too. Without steering in
+/// `input` a front wheel rolls along the velocity of its axle's centre.
 [[nodiscard]] Prediction predict_wheel_speed(const CarModel& model, const Input& input,
                                              const State& state, Source source, double sigma,
                                              bool gyro, double advanced_s = 0.0) noexcept;
@@ -42,9 +43,9 @@ namespace odomd::estimator::full {
 [[nodiscard]] Prediction predict_accel_x(const CarModel& model, const State& state,
                                          double sigma) noexcept;
 
-/// z = (1 + ρ_y) (a_y + ψ̈ p_x - ψ̇² p_y) + b_ay with a_y = (v_y,k - v_y) / Δt + v_x ψ̇ and
-/// ψ̈ = (ψ̇_k - ψ̇) / Δt, by the model's step over `dt`: a form of the tyre forces that holds at any
-/// speed. Below the slowest speed that `dt` resolves a_y is v_x ψ̇.
+/// z = (1 + ρ_y) (a_y + ψ̈ p_x - ψ̇² p_y) + b_ay with a_y = (v_y,k - v_y) / Δt + v_x ψ̇ and ψ̈ =
+/// (ψ̇_k - ψ̇) / Δt, from the model's step over `dt`: a form of the tyre forces that holds at any
+/// speed. Below the slowest speed that `dt` resolves, a_y is v_x ψ̇.
 [[nodiscard]] Prediction predict_accel_y(const CarModel& model, const Input& input,
                                          const State& state, double sigma, double dt) noexcept;
 

@@ -9,16 +9,16 @@
 namespace odomd::estimator::full {
 namespace {
 
-/// 1/μ [s²/m], of an axle with the configured grip, if there is one.
+/// 1/μ of an axle [s²/m]; `grip`: as configured, 0: none.
 double softness_of(double grip, const Moving& now) noexcept {
   constexpr double most = 2.0;
   return std::clamp(usual_softness(grip) + now.softness, 0.0, most);
 }
 
-/// A noisy gyro's bias walks faster, too.
+/// Random walk of the gyro's bias: faster for a noisy gyro.
 double gyro_bias_walk(const CarModel& model, const State& state) noexcept {
   const NoiseLevel& level = state.noise[index_of(Source::yaw_rate)];
-  // Before its scatter is known, and where a running engine shakes it, that is not its noise.
+  // The scatter is not the gyro's noise before it is known, or if a running engine shakes the gyro.
   const bool known = level.still.samples > 1 && level.still.mean < 1.0;
   const double noise = known ? model.gyro_sigma * std::sqrt(level.still.mean) : 0.0;
   return std::max(model.tuning.gyro_bias_walk, model.tuning.gyro_bias_walk_share * noise);
@@ -42,7 +42,7 @@ void add_walks(const CarModel& model, double dt, State& state) noexcept {
 /// F of a step: identity except for its first nine rows, x ... side_force.
 struct Jacobian {
   VelocityStep velocity;
-  double steered = 0.0;  ///< 1 where δ_0 counts
+  double steered = 0.0;  ///< 1 if δ_0 counts
   double dt = 0.0;
   double half = 0.0;  ///< Δt / 2
   double dx = 0.0;    ///< displacement of the step
@@ -69,7 +69,8 @@ template <Eigen::Index stride>
                   F.velocity.by_side_force * of(at::side_force);
     of(at::yaw_rate) = by(2, 0) * v_x + by(2, 1) * v_y + by(2, 2) * turn + by_front[1] * front;
     if (first == at::x) {
-      // By the mean velocity, ½ (v + v'), and by the yaw: ∂X'/∂ψ_m = -ΔY, ∂Y'/∂ψ_m = ΔX
+      // Derivatives with respect to the mean velocity, ½ (v + v'), and to the yaw: ∂X'/∂ψ_m = -ΔY,
+      // ∂Y'/∂ψ_m = ΔX
       const double along = v_x + of(at::v_x);
       const double across = v_y + of(at::v_y);
       const double turned = F.half * (turn + of(at::yaw_rate));
@@ -84,7 +85,8 @@ template <Eigen::Index stride>
   of(at::side_force) *= F.force_decay;
 }
 
-/// Adds the effect of a slow error of tyres or steering on velocity and pose in the step to B.
+/// Adds to B the effect that a slow error of tyres or steering has on velocity and pose in the
+/// step.
 void add_turn(const Jacobian& F, const Eigen::Vector2d& by_error, slow::Index error,
               State& state) noexcept {
   auto by = state.slow.sensitivity.col(error);
@@ -141,7 +143,7 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
   state.variance(at::y) += way;
   state.variance(at::yaw) += squared(tuning.way_turn) * speed / wheelbase * F.dt;
   const double bend = x[at::v_x] * x[at::yaw_rate] / gravity;  // [g]
-  // By what is unknown of the tyres' grip, beyond what a tyre of known grip does
+  // Model error of a tyre of known grip, and more the less the grip is known
   const double unknown =
       model.car.grip_rear > 0.0
           ? 0.0
@@ -200,7 +202,8 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
       const double softness = softness_of(grip, now);
       const double least = l - std::abs(across);
       axle = secant_stiffness(axle.stiffness, across / std::max(w, least), softness, m * share);
-      // Sliding across, slower than a wheelbase per second along, C ~ |v_x|: not held there.
+      // C ~ |v_x| if the tyre slides across at less than a wheelbase per second along: not held
+      // then.
       by_w = w > least && w < l ? -axle.by_softness * softness / w : 0.0;
     };
     at_slip(front, front_by_w, v_x * delta - v_y - l_v * r, car.grip_front, l_h / l);
@@ -208,7 +211,7 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   }
   const double c_v = front.stiffness;
   const double c_h = rear.stiffness;
-  // Everything that stiffness multiplies, per unit of k
+  // Terms that the stiffness multiplies, per unit of k
   const double coupling = dt * (l_v * c_v - l_h * c_h);
   const double steer_by_delta = dt * c_v * v_x;
   const double steer = steer_by_delta * delta;
@@ -224,7 +227,7 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
 
   VelocityStep step;
   step.velocity << v_x + dt * (now.accel_x + v_y * r), v_y_next, r_next;
-  // ∂(N/D) = (∂N - (N/D) ∂D) / D, the secant stiffnesses held
+  // ∂(N/D) = (∂N - (N/D) ∂D) / D, with the secant stiffnesses held constant
   step.by << 1.0, dt * r, dt * v_y,  //
       (m * sign * (v_y - v_y_next + dt * now.side_force) + k * dt * c_v * delta -
        dt * m * r * (w + v_x * sign)) *
@@ -302,7 +305,7 @@ void propagate(const CarModel& model, const Input& input, double dt, State& stat
   add_turn(F, F.velocity.by_stiffness, slow::stiffness_scale, state);
   add_turn(F, F.velocity.by_softness, slow::softness, state);
   if (input.has_steering) {
-    // δ is later by τ_δ than it was: ∂δ/∂τ_δ = δ̇
+    // the signal lags δ by τ_δ: ∂δ/∂τ_δ = δ̇
     add_turn(F, F.velocity.by_front_wheel * (input.change / dt), slow::steering_latency, state);
   }
   state.turned_by += state.slow.sensitivity.row(at::yaw).transpose() - yaw_by;

@@ -1,5 +1,5 @@
 // The process model: the reversible discrete bicycle (errata, 5) with tyres that saturate; the pose
-// by the mean velocity of a step; Jacobian and process noise.
+// from the mean velocity of a step; Jacobian and process noise.
 //
 // docs/model.md, "Process".
 #pragma once
@@ -17,15 +17,15 @@ namespace odomd::estimator::full {
 
 /// The input of a step.
 struct Input {
-  double steering = 0.0;  ///< δ behind the actuator [rad]
+  double steering = 0.0;  ///< δ after the actuator [rad]
   bool has_steering = false;
-  double change = 0.0;  ///< of δ in the step [rad]
+  double change = 0.0;  ///< change of δ in the step [rad]
 };
 
 /// Constant parameters of the model.
 struct CarModel : integrity::Sensors {
   std::array<double, 2> imu_position{};  ///< (p_x, p_y), from the centre of gravity [m]
-  double gyro_sigma = default_sigma[index_of(Source::yaw_rate)];  ///< as stated [rad/s]
+  double gyro_sigma = default_sigma[index_of(Source::yaw_rate)];  ///< the stated sigma [rad/s]
 };
 
 /// The quantities that change the velocity.
@@ -35,7 +35,7 @@ struct Moving {
   double front_wheel;  ///< δ - δ_0 + ε
   double side_force;   ///< e
   double stiffness;    ///< 1 + κ
-  double softness;     ///< 1/μ beyond that of the car [s²/m]
+  double softness;     ///< 1/μ in addition to the car's [s²/m]
 };
 
 /// 1/μ [s²/m] of an axle, if its softness has no error.
@@ -43,9 +43,9 @@ struct Moving {
   return grip > 0.0 ? 1.0 / grip : Tuning{}.tyre_softness;
 }
 
-/// Secant stiffness F(α) / α of an axle with a brush tyre, and its derivative by the softness 1/μ:
-/// C (1 - q + q²/3) with q = C |α| / (3 μ m_a), and μ m_a / |α| for a sliding tyre (q ≥ 1). μ is
-/// F_max over m_a, the axle's share of m [m/s²]; a softness of 0: linear.
+/// Secant stiffness F(α) / α of an axle with a brush tyre, and its derivative with respect to the
+/// softness 1/μ: C (1 - q + q²/3) with q = C |α| / (3 μ m_a), and μ m_a / |α| for a sliding tyre (q
+/// ≥ 1). μ is F_max / m_a [m/s²], m_a the axle's share of m; a softness of 0: linear.
 struct Secant {
   double stiffness = 0.0;
   double by_softness = 0.0;
@@ -72,7 +72,7 @@ struct VelocityStep {
 [[nodiscard]] Eigen::Vector3d velocity_after(const CarModel& model, Moving now, double time_s,
                                              long steps) noexcept;
 
-/// These quantities of a state.
+/// The quantities of a state that change the velocity.
 [[nodiscard]] Moving moving(const State& state, const Input& input) noexcept;
 
 /// Propagates mean, covariance and sensitivity of a moving car by `dt` > 0.

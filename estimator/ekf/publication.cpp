@@ -43,7 +43,7 @@ constexpr double learnt_share = 0.4;
 // The published time derivatives are means over this time [s].
 constexpr double look_ahead_s = 0.06;
 
-/// Place of a calibration among slow errors or states, and its published value for no error.
+/// Index of a calibration among slow errors or states, and the value published for no error.
 struct Calibrated {
   bool is_slow;
   Eigen::Index index;
@@ -98,8 +98,8 @@ Calibration calibration_of(const CarModel& model, const State& state,
   return calibration;
 }
 
-/// A client integrates the derivatives for up to 100 ms: the mean rate of the next 60 ms, in which
-/// the tyres settle. The present rate would deviate from the filter's own propagation.
+/// The mean rate over the next 60 ms, in which the tyres settle. A client integrates it for up to
+/// 100 ms; the present rate would deviate from the filter's own propagation.
 Eigen::Vector3d mean_rate_ahead(const CarModel& model, const Input& input, double period_s,
                                 const State& state) noexcept {
   const long steps = std::max(1L, std::lround(look_ahead_s / period_s));
@@ -170,7 +170,7 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   P.diagonal().head<3>() += Eigen::Vector3d(way, way, disputed.turn + state.lasting_turn.variance);
   if (state.last_camera_pose.capture_ns != 0) {
     // The filter follows the camera's clock: if that is late by τ_c, so is the pose. A
-    // predecessor's covariance has it already.
+    // predecessor's covariance contains this already.
     Eigen::Vector3d late;
     late << Eigen::Rotation2Dd(x[at::yaw]) * x.segment<2>(at::v_x), x[at::yaw_rate];
     late *= model.tuning.camera_latency;
@@ -196,7 +196,7 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   const auto implausible = [&](slow::Index scale) {
     return std::abs(state.slow.mean[scale]) > most_sigmas * initial.sigma(scale);
   };
-  // A camera or a standing car will teach it.
+  // Unless a camera or a standstill lets the filter learn the bias.
   constexpr double unseen_s = 0.5;
   e.bias_unlearnt = e.initialised && !state.standstill.wheels_still &&
                     (e.calibration.valid & 1U) == 0 &&

@@ -1,5 +1,5 @@
-// Conversion between the state and published estimates, the initial state, and what is checked
-// before a state is published.
+// Conversion between the state and published estimates, the initial state, and the checks before a
+// state is published.
 //
 // docs/model.md, "Publication".
 #pragma once
@@ -28,7 +28,7 @@ namespace odomd::estimator::full {
 /// its motion or not.
 void bridge_gap(State& state, double gap_s) noexcept;
 
-/// Inflates P against rounding, and limits its variances by D P D. Once a tick.
+/// Inflates P against rounding, and limits its variances with D P D. Call it once a tick.
 void limit(State& state) noexcept;
 
 /// Whether the state is finite and possible, and P positive definite.

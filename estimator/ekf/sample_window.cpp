@@ -10,7 +10,7 @@ Insertion SampleWindow::insert(const Sample& sample) noexcept {
     --at;
   }
   const auto same = [&](const Sample& other) {
-    // Several cameras may look at one instant.
+    // Several cameras may take pictures at the same instant.
     return other.time_ns == sample.time_ns && other.source == sample.source &&
            (sample.source != Source::camera || other.value == sample.value);
   };

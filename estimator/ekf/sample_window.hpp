@@ -24,10 +24,10 @@ struct Sample {
   bool judged = false;  ///< its verdict has been reported
   std::array<double, 3> value{};
   std::array<double, 3> sigma{};
-  double advanced_s = 0.0;  ///< its time is earlier than stated: the source's learnt latency
+  double advanced_s = 0.0;  ///< time_ns is earlier than stated by this learnt latency
 };
 
-/// A total order: time, source and, for two samples with the same of both, the numbers.
+/// A total order: by time, then by source, then by the numbers.
 [[nodiscard]] inline bool operator<(const Sample& a, const Sample& b) noexcept {
   if (a.time_ns != b.time_ns) {
     return a.time_ns < b.time_ns;
@@ -45,8 +45,8 @@ class SampleWindow {
  public:
   static constexpr std::size_t capacity = 1024;
 
-  /// Inserts a sample. Of two with the same source and time the first in the order above is kept;
-  /// `replaced`: that is the new one, which takes the verdict of the other. A full window drops the
+  /// Inserts a sample. Of two samples with the same source and time, the first in the order above
+  /// is kept; `replaced`: the new sample is kept, and takes over `judged`. A full window drops the
   /// oldest sample, which may be the new one.
   Insertion insert(const Sample& sample) noexcept;
 
@@ -93,7 +93,7 @@ class Judgements {
     }
   }
 
-  /// Reports the samples that have no verdict yet with `verdict`.
+  /// Reports `verdict` for the samples that have none yet.
   void refuse(std::span<const Sample> samples, Verdict verdict) noexcept {
     for (const Sample& sample : samples) {
       if (!sample.judged) {

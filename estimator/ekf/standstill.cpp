@@ -16,9 +16,10 @@
 namespace odomd::estimator::full {
 namespace {
 
-// Share of a pose in the mean of those of a standing car.
+// Share of a new pose in the mean of a standing car's poses.
 constexpr double camera_share = 0.125;
-// Stretches in which the range of a still gyro's readings is taken [s].
+// Still gyro: length of a stretch over which its range is taken, and averaging time of its mean
+// [s].
 constexpr double swing_s = 0.15;
 constexpr double drifts_s = 5.0;
 
@@ -27,8 +28,8 @@ constexpr double held_sigma = 1e-4;
 constexpr double departing_speed = 0.05;  // [m/s, rad/s]
 constexpr double departing_side = 0.02;   // [m/s]
 
-/// log p(off | the car stands) - log p(off | it moves), by one source: off is its deviation from
-/// what a standing car gives, `sigma` the deviation to expect of that, and a moving car adds
+/// log p(off | the car stands) - log p(off | it moves) for one source: `off` is the deviation of
+/// its reading from a standing car's, `sigma` the deviation expected at rest. A moving car adds
 /// `range` or, half of the time, nothing. Student's t: no single source is certain.
 double evidence(double off, double sigma, double range) noexcept {
   const auto log_density = [off](double variance) {
@@ -39,7 +40,7 @@ double evidence(double off, double sigma, double range) noexcept {
   return std::numbers::ln2 - std::log1p(std::exp(moving));
 }
 
-/// The log odds that the car stands, by all sources since the wheels read 0.
+/// The log odds that the car stands, from all sources since the wheels read 0.
 double odds_of_standing(const CarModel& model, const State& state) noexcept {
   const Standstill& standstill = state.standstill;
   const Tuning& tuning = model.tuning;
@@ -49,14 +50,14 @@ double odds_of_standing(const CarModel& model, const State& state) noexcept {
   double odds = std::min(still_s / leaves_s,
                          standstill.standing ? 2.0 * tuning.standing_odds : tuning.most_odds) -
                 standstill.blind;
-  // 2. The gyro shows its bias, and does not move.
+  // 2. The gyro of a standing car reads its bias and is constant.
   const double speed = standstill.dead_band + brisk_accel * tuning.still_s;
   const double turn = speed * tuning.sharpest_turn / model.car.wheelbase();
   const integrity::SourceHistory& gyro = state.integrity.history(Source::yaw_rate);
   if (gyro.alive(state.time_ns)) {
     const double noise = gyro.noise(integrity::Over::short_time);
     const double bias = state.variance(slow::gyro_bias);
-    // A bias may have made a step.
+    // The bias may have made a step.
     odds +=
         std::max(evidence(gyro.mean() - (standstill.standing ? standstill.still_gyro
                                                              : state.slow.mean[slow::gyro_bias]),
@@ -65,9 +66,9 @@ double odds_of_standing(const CarModel& model, const State& state) noexcept {
     const auto& [older, newer] = standstill.gyro_ranges;
     const double swing =
         std::max(older.highest, newer.highest) - std::min(older.lowest, newer.lowest);
-    odds += 2.0 * evidence(swing, most_sigmas * gyro.sigma, turn);  // one of each stretch
+    odds += 2.0 * evidence(swing, most_sigmas * gyro.sigma, turn);  // twice, for two stretches
   }
-  // 3. A car that reverses is accelerated.
+  // 3. A car whose wheels read 0 because it reverses is accelerated.
   const integrity::SourceHistory& accel = state.integrity.history(Source::accel_x);
   if (accel.alive(state.time_ns)) {
     const double noise = accel.noise(integrity::Over::short_time);
@@ -75,8 +76,8 @@ double odds_of_standing(const CarModel& model, const State& state) noexcept {
     odds += evidence(accel.mean() - state.mean[at::accel_bias_x], std::sqrt(noise * noise + bias),
                      tuning.pedal * gravity);
   }
-  // 4. The camera sees it at one place: the mean of its poses where the car stands, or else the
-  // newest one where the first one was.
+  // 4. The camera sees a standing car in one place. Compares the mean of its poses with the held
+  // pose or, before the standstill, the newest pose with the first.
   if (standstill.camera_ns != 0) {
     const double seen_s = seconds_between(standstill.camera_ns, state.last_camera_pose.capture_ns);
     const double known = state.variance(at::x) + state.variance(at::y);
@@ -98,11 +99,11 @@ void enter_standstill(State& state, std::int64_t time_ns) noexcept {
   standstill.standing = true;
   standstill.off = {};
   standstill.still_gyro = state.integrity.history(Source::yaw_rate).mean();
-  // A change of the bias must not move the pose that was driven with the old one.
+  // A change of the bias must not move the pose that was integrated with the old bias.
   detach_from_pose(state, slow::gyro_bias);
   const integrity::SourceHistory& gyro = state.integrity.history(Source::yaw_rate);
   if (gyro.alive(time_ns)) {
-    // What the bias does not explain was integrated as a turn.
+    // The part of the reading that the bias does not explain was integrated as a turn.
     const double off = gyro.mean() - state.slow.mean[slow::gyro_bias];
     state.variance(at::yaw) += std::max(off * off - state.variance(slow::gyro_bias), 0.0) *
                                squared(seconds_between(standstill.since_ns, time_ns));
@@ -113,7 +114,7 @@ void enter_standstill(State& state, std::int64_t time_ns) noexcept {
     zero.variance = held_sigma * held_sigma;
     zero.depends_on(index, 1.0);
     const Innovation nu = innovation(state, zero, 0.0);
-    // Standing now is no evidence of the way here.
+    // Standing now says nothing about the path so far.
     Vector gain = optimal_gain(nu);
     gain.head<3>().setZero();
     correct(state, nu, gain);
@@ -128,7 +129,8 @@ void enter_standstill(State& state, std::int64_t time_ns) noexcept {
 
 }  // namespace
 
-/// The wheels may have turned below the slowest speed that they resolve: for the distance ½ v² / a.
+/// The wheels may have turned below the slowest speed that they resolve, over the distance ½ v² /
+/// a.
 void set_off(const CarModel& model, State& state, double speed) noexcept {
   state.standstill = {.blind = state.standstill.blind, .dead_band = state.standstill.dead_band};
   const Eigen::Vector2d way = state.along_heading(0.5 * speed * speed / brisk_accel);
@@ -245,7 +247,7 @@ void update_standstill(const CarModel& model, State& state, const Sample& sample
   if (!standstill.standing && odds > model.tuning.standing_odds) {
     enter_standstill(state, sample.time_ns);
   } else if (standstill.standing && odds < -model.tuning.standing_odds) {
-    // Wheels that read 0 while the camera sees the car move say less from now on.
+    // Wheels that read 0 while the camera sees the car move count less from now on.
     const double less = model.tuning.standing_odds;
     if (sample.source == Source::camera) {
       standstill.blind = std::min(standstill.blind + less, 2.0 * less);
@@ -274,7 +276,7 @@ Judgement take_still_gyro(const CarModel& model, State& state, const Sample& sam
   mean.value[0] = stretch.sum / stretch.samples;
   mean.sigma[0] /= std::sqrt(stretch.samples);
   const Prediction z = predict_yaw_rate(state, mean.sigma[0]);
-  // A bias that makes a step has to last.
+  // A step of the bias counts only if it lasts.
   const Innovation nu = innovation(state, z, mean.value[0]);
   state.variance(slow::gyro_bias) +=
       std::max(nu.value * nu.value - nu.variance, 0.0) * stretch_s / bias_step_s;

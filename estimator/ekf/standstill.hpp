@@ -18,33 +18,34 @@ inline constexpr double brisk_accel = 1.0;
 /// Ends a standstill. The car has reached at most `speed` [m/s] unnoticed.
 void set_off(const CarModel& model, State& state, double speed) noexcept;
 
-/// Starts the motion at the speed of a wheel's sample. The distance since the first consistent
-/// wheel sample is added, half of it uncertain; all of that since the last camera pose before is
-/// uncertain.
+/// Starts the motion at the speed of a wheel's sample. Adds the distance since the first consistent
+/// wheel sample, half of it as uncertainty. The distance from an earlier camera pose to that sample
+/// is unknown.
 void begin_motion(State& state, const Sample& sample) noexcept;
 
-/// The first samples may be garbage: until there are five, the speed is their median, and the car
-/// has moved at that. Call it with every sample of a wheel.
+/// The first samples may be garbage: until there are five, sets the speed to their median, and the
+/// position to a motion at that speed. Call it with every sample of a wheel.
 void correct_start(State& state, const Sample& sample) noexcept;
 
-/// Whether a turning wheel ends the standstill. Most wheels must turn: two of them, or one whose
-/// last sample is consistent or not recent. Or half of them for so long that the others must be
-/// dead. Driven wheels that spin alone do not move a car.
+/// Whether a turning wheel ends the standstill. Most wheels must turn: at least two, or one that
+/// earlier samples confirm. Or half of them must turn for so long that the others must be dead.
+/// Driven wheels that spin alone do not move a car.
 [[nodiscard]] bool sets_off(State& state, const Sample& sample, const WheelCount& wheels) noexcept;
 
-/// Notes whether most wheels are still, at a wheel's sample. A still period begins with the first.
+/// Notes, at a wheel's sample, whether most wheels are still. The first such sample begins a still
+/// period.
 void note_wheels(State& state, const Sample& sample, bool still) noexcept;
 
-/// Call it after each sample. The car stands if all sources since the wheels read 0 say so
-/// together: at odds of 100 : 1, and until they are 1 : 100. A gyro that shows a bias which is not
-/// its known one, a force and a camera that sees the car move speak against it; time speaks for it.
+/// Call it after each sample. A standstill begins when all sources since the wheels read 0 give
+/// odds of 100 : 1, and ends at 1 : 100. Time increases the odds; a gyro reading other than the
+/// known bias, a force, and a camera that sees the car move reduce them.
 void update_standstill(const CarModel& model, State& state, const Sample& sample) noexcept;
 
-/// A wheel that reads less than its dead band, twice, has a smaller one.
+/// Two non-zero readings in a row below the dead band lower it to the larger one.
 void learn_dead_band(State& state, const Sample& sample) noexcept;
 
-/// The gyro of a standing car measures its bias. A car that sets off is noticed a little later, so
-/// a stretch of samples counts only once the next one is over, too.
+/// Learns the bias of a standing car's gyro. The filter notices a departure a little late, so a
+/// stretch of samples counts only once the next stretch is over.
 [[nodiscard]] Judgement take_still_gyro(const CarModel& model, State& state,
                                         const Sample& sample) noexcept;
 

@@ -1,5 +1,5 @@
 // The state of the full filter: the estimated quantities, and everything else that one instant
-// passes to the next. A value: the filter keeps those of the ticks of its window.
+// passes to the next. A value: the filter keeps states of its window's ticks.
 //
 // docs/model.md, "State".
 #pragma once
@@ -19,8 +19,8 @@
 
 namespace odomd::estimator::full {
 
-/// The estimated states, SI units. The pose is that of the centre of gravity in the map frame, the
-/// velocity that of the same point in the body frame.
+/// The estimated states, SI units. The pose of the centre of gravity is in the map frame, its
+/// velocity in the body frame.
 namespace at {
 enum Index : Eigen::Index {
   x,
@@ -31,7 +31,7 @@ enum Index : Eigen::Index {
   yaw_rate,
   accel_x,          ///< a_x [m/s²]: specific force along x at the centre of gravity
   front_angle,      ///< ε [rad]: turn of the front wheels beyond the measured steering
-  side_force,       ///< e [m/s²]: lateral force beyond the tyre model, over m
+  side_force,       ///< e [m/s²]: lateral force beyond the tyre model, per mass
   accel_bias_x,     ///< b_ax [m/s²]
   accel_bias_y,     ///< b_ay [m/s²]
   steering_offset,  ///< δ_0 [rad]: measured = true + offset
@@ -55,21 +55,21 @@ enum Index : Eigen::Index {
   wheel_latency,     ///< τ_w [s]: likewise the wheels
   steering_latency,  ///< τ_δ [s]: likewise the steering
   wheel_difference,  ///< d: a left wheel is faster by d / 2, a right one slower
-  softness,          ///< 1/μ [s²/m]: of the tyres' grip μ, beyond the configured or assumed one
+  softness,          ///< 1/μ [s²/m], μ the tyres' grip: error of the configured or assumed one
   size
 };
 }  // namespace slow
 
-/// What is known beforehand of a slow error.
+/// Prior knowledge of a slow error.
 struct SlowPrior {
   double Tuning::*sigma;
-  double Tuning::*walk;  ///< random walk per √s; none: it is constant
-  double lowest;         ///< limits, within which the model holds; and largest sigma
+  double Tuning::*walk;  ///< random walk per √s; nullptr: constant
+  double lowest;         ///< limits within which the model holds; `highest` also limits sigma
   double highest;
 };
 inline constexpr std::array<SlowPrior, slow::size> slow_priors = [] {
   constexpr double latency = 0.2;
-  constexpr double advanced = 0.5 * latency;  // it counts only as far as samples can be advanced
+  constexpr double advanced = 0.5 * latency;  // as far as samples can be advanced
   constexpr double difference = 0.1;
   return std::array<SlowPrior, slow::size>{{
       {&Tuning::gyro_bias, &Tuning::gyro_bias_walk, -1.0, 1.0},
@@ -108,15 +108,15 @@ struct HeldInput {
   double value = 0.0;
 };
 
-/// Noise of an inertial sensor by the differences between its samples, which vibration makes
-/// several times larger on the move.
+/// Noise of an inertial sensor, from the differences between its samples. On the move vibration
+/// makes it several times larger.
 struct NoiseLevel {
   struct {
-    double mean = 1.0;  ///< variance over the stated one
-    int samples = 0;    ///< averaged in it
+    double mean = 1.0;  ///< variance / stated variance
+    int samples = 0;    ///< number of averaged samples
   } moving, still;
-  std::array<double, 2> last{};  ///< the two samples before, over the stated sigma
-  int run = 0;                   ///< how many of them belong to the same kind, still or moving
+  std::array<double, 2> last{};  ///< the two previous samples / stated sigma
+  int run = 0;                   ///< number of them of the same kind, still or moving
   bool wheels_still = false;
 };
 
@@ -137,27 +137,27 @@ struct Standstill {
   bool standing = false;
   bool wheels_still = false;  ///< since since_ns
   std::int64_t since_ns = 0;
-  std::array<Range, 2> gyro_ranges;  ///< of its mean readings, in the last two stretches [rad/s]
+  std::array<Range, 2> gyro_ranges;  ///< of its readings in the last two stretches [rad/s]
   std::int64_t range_since_ns = 0;
-  double still_gyro = 0.0;        ///< what the gyro of the standing car reads [rad/s]
-  std::array<StillGyro, 2> gyro;  ///< the older one has no sample of a car that sets off
+  double still_gyro = 0.0;        ///< mean gyro reading of the standing car [rad/s]
+  std::array<StillGyro, 2> gyro;  ///< older, newer; the older is from before a departure
   std::int64_t camera_ns = 0;     ///< first camera pose since since_ns; 0: none
-  Pose2 first_seen;               ///< it
-  double camera_sigma = 0.0;      ///< its position's [m]
-  Pose2 off;  ///< of the camera's positions from that, or their mean from the standing car's [m]
-  double blind = 0.0;      ///< log odds that wheels have lost: the car moved while they read 0
+  Pose2 first_seen;               ///< that pose
+  double camera_sigma = 0.0;      ///< sigma of its position [m]
+  Pose2 off;  ///< newest camera position from the first; standing: their mean from the held one [m]
+  double blind = 0.0;      ///< reduction of the wheels' log odds: the car moved while they read 0
   double dead_band = 0.0;  ///< a wheel that reads 0 may turn at this speed [m/s]
 };
 
 /// The newest sample of a source, fused or not.
 struct Reading {
-  int consistent = 0;  ///< samples in a row that one motion explains, at most 3; 0: no sample yet
+  int consistent = 0;  ///< consecutive samples that one motion explains, at most 3; 0: none yet
   std::int64_t time_ns = 0;
   double value = 0.0;
   double previous = 0.0;
   double advanced_s = 0.0;             ///< see Sample
-  double interval_s = 0.0;             ///< to the sample before; 0: there was none
-  double noise_scale = 1.0;            ///< of a wheel's relative error
+  double interval_s = 0.0;             ///< time since the previous sample; 0: none
+  double noise_scale = 1.0;            ///< scale of a wheel's relative error
   std::int64_t fused_ns = 0;           ///< newest fused sample; 0: none
   std::int64_t rejected_since_ns = 0;  ///< 0: the newest sample was fused
 };
@@ -168,44 +168,44 @@ struct PosePair {
   Pose2 measured;
   Pose2 estimated;
   Pose2 step_error;       ///< measured minus estimated motion since the camera pose before
-  Pose2 seen;             ///< measured motion since the camera pose before ...
-  double seen_s = 0.0;    ///< ... and its duration [s]
-  bool has_step = false;  ///< there was one before
-  bool beyond = false;    ///< beyond the gate
+  Pose2 seen;             ///< measured motion since the camera pose before
+  double seen_s = 0.0;    ///< duration of `seen` [s]
+  bool has_step = false;  ///< there was a recent camera pose before
+  bool beyond = false;    ///< this pose is beyond the gate
 };
 
-/// What a correction by the camera may hide: the map may have jumped instead.
+/// Variance that a correction by the camera may hide: the map may have jumped instead.
 struct Disputed {
   std::int64_t since_ns = 0;
   double way = 0.0;   ///< variance of each axis [m²]
-  double turn = 0.0;  ///< of the yaw [rad²]
+  double turn = 0.0;  ///< variance of the yaw [rad²]
 
-  /// What is left of it: it fades with the time constant `disputed_s`.
+  /// The variance left at `time_ns`; it decays with the time constant `disputed_s`.
   [[nodiscard]] Disputed at_time(std::int64_t time_ns, double disputed_s) const noexcept {
     const double left = std::exp(-seconds_between(since_ns, time_ns) / disputed_s);
     return {time_ns, left * way, left * turn};
   }
 };
 
-/// An error of the camera that lasts, c, which P does not contain. The filter follows it: its own
-/// error e grows with it, and innovations are correlated with the mean m of those before. Moments
-/// of c, e and m are those by a c of variance 1.
+/// A lasting error c of the camera, which P does not contain. The filter follows c: its own error e
+/// grows with c, and innovations correlate with the mean m of earlier innovations. The moments of
+/// c, e and m are for a c of variance 1.
 struct LastingError {
-  double seen_s = 0.0;           ///< time of the camera poses that it averages over [s]
-  std::array<double, 2> mean{};  ///< m: of the innovations in the last moments
-  double product = 0.0;          ///< mean of ν m E[ν m] ...
-  double expected = 0.0;         ///< ... and of E[ν m]²
+  double seen_s = 0.0;           ///< time over which camera poses have been averaged [s]
+  std::array<double, 2> mean{};  ///< m: recent mean of the innovations
+  double product = 0.0;          ///< mean of ν m E[ν m]
+  double expected = 0.0;         ///< mean of E[ν m]²
   double e_c = 0.0, e_e = 0.0;   ///< E[e c], E[e²]
   double m_c = 0.0, m_e = 0.0;   ///< E[m c], E[m e]
-  double variance = 0.0;         ///< of the pose's error [m², rad²]
+  double variance = 0.0;         ///< of the pose's error due to c [m², rad²]
 };
 
 /// Deviation of the filter's speed or yaw rate from the consensus of the sources.
 struct Deviation {
-  integrity::SourceHistory filter;  ///< what the filter estimates, averaged like a source
-  std::int64_t since_ns = 0;        ///< beginning of the deviation; 0: there is none
-  double sum = 0.0;         ///< driven or turned beyond all sources but wheels or gyro [m, rad]
-  bool distrusted = false;  ///< all wheels, or the gyro
+  integrity::SourceHistory filter;  ///< the filter's estimate, averaged like a source
+  std::int64_t since_ns = 0;        ///< start of the deviation; 0: none
+  double sum = 0.0;                 ///< excess over the sources other than wheels or gyro [m, rad]
+  bool distrusted = false;          ///< all wheels are, or the gyro is
 };
 
 struct State {
@@ -213,20 +213,20 @@ struct State {
   Vector mean = Vector::Zero();
   Matrix covariance = Matrix::Zero();  ///< of the state, if the slow errors were known
   SlowErrors slow;
-  double drive_noise_scale = 1.0;  ///< of the variance that drives a_x, by the wheels
-  double turn_noise_scale = 1.0;   ///< of ε, by the gyro
-  double way_noise_scale = 1.0;    ///< of the position noise per distance, by the camera
-  double turned = 0.0;  ///< yaw that the steps have added since the gyro sample at ... [rad]
-  std::int64_t turned_since_ns = 0;           ///< ... this time; 0: the pose was set since then
+  double drive_noise_scale = 1.0;    ///< scale of a_x's process noise, from the wheels
+  double turn_noise_scale = 1.0;     ///< scale of ε's process noise, from the gyro
+  double way_noise_scale = 1.0;      ///< scale of the position noise, from the camera
+  double turned = 0.0;               ///< yaw that the steps have added since turned_since_ns [rad]
+  std::int64_t turned_since_ns = 0;  ///< last gyro sample or fused camera pose; 0: pose set
   SlowVector turned_by = SlowVector::Zero();  ///< change of ψ's row of B since then
-  double front_wheels = 0.0;                  ///< δ behind the steering's actuator [rad]
-  double side_accel = 0.0;     ///< a_y by its sensor, smoothed over `grip_shown_s` [m/s²]
+  double front_wheels = 0.0;                  ///< δ after the steering actuator [rad]
+  double side_accel = 0.0;     ///< measured a_y, smoothed over `grip_shown_s` [m/s²]
   double largest_accel = 0.0;  ///< the largest |side_accel| so far [m/s²]
   std::array<NoiseLevel, index_of(Source::wheel_front_left)> noise{};  ///< of the inertial sensors
 
   bool moving = false;          ///< a wheel speed has started the motion
-  Pose2 start;                  ///< the pose then
-  std::int64_t started_ns = 0;  ///< when; 0: long ago
+  Pose2 start;                  ///< pose at the start of the motion
+  std::int64_t started_ns = 0;  ///< time of the start; 0: the first speed is confirmed
   bool located = false;         ///< the pose is initialised
   Standstill standstill;
   HeldInput steering;
@@ -240,24 +240,24 @@ struct State {
   Deviation of_speed;
   Deviation of_yaw_rate;
   bool doubtful = false;  ///< a fault may have moved the pose, and no camera has confirmed it since
-  int confirming_poses = 0;  ///< fused camera poses in a row
+  int confirming_poses = 0;  ///< consecutive fused camera poses
   Disputed disputed;
   LastingError lasting_way;  ///< of the camera's x and y
   LastingError lasting_turn;
-  double camera_noise_scale = 1.0;  ///< variance of the camera's poses over the stated one
-  int camera_steps = 0;             ///< that it was learnt from
+  double camera_noise_scale = 1.0;  ///< variance of camera poses / stated variance
+  int camera_steps = 0;             ///< number of steps that it was learnt from
   PosePair last_camera_pose;        ///< fused or not
 
-  double camera_evidence = 0.0;    ///< by poses beyond the gate: that the filter is wrong, log odds
+  double camera_evidence = 0.0;  ///< log odds that the filter is wrong, from poses beyond the gate
   double camera_test_ratio = 0.0;  ///< of the newest judged camera pose
-  std::uint32_t resets = 0;        ///< by the camera
+  std::uint32_t resets = 0;        ///< resets by the camera
   Pose2 last_jump;
 
   [[nodiscard]] Reading& reading(Source source) noexcept { return readings[index_of(source)]; }
   [[nodiscard]] const Reading& reading(Source source) const noexcept {
     return readings[index_of(source)];
   }
-  /// Takes note of a fused sample.
+  /// Notes a fused sample.
   void note_fused(Source source, std::int64_t at_ns) noexcept {
     reading(source).fused_ns = at_ns;
     reading(source).rejected_since_ns = 0;

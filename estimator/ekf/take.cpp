@@ -17,9 +17,9 @@
 namespace odomd::estimator::full {
 namespace {
 
-// An older input does not count.
+// An older steering sample does not count.
 constexpr double steering_lifetime_s = 0.5;
-// After this gap wheels and steering determine ψ̇.
+// After a gyro gap this long, wheels and steering determine ψ̇.
 constexpr double gyro_lifetime_s = 0.35;
 
 // Fastest turn of the front wheels [rad/s].
@@ -36,7 +36,7 @@ bool alive(const HeldInput& held, std::int64_t now_ns, double lifetime_s) noexce
   return held.seen && seconds_between(held.time_ns, now_ns) <= lifetime_s;
 }
 
-/// Verdicts without a test: of an input, or without anything to test against.
+/// Verdicts without a test: the sample is an input, or there is nothing to test it against.
 Judgement held(Source source) noexcept {
   return {.source = source};
 }
@@ -54,8 +54,8 @@ Judgement note(const Context& context, State& state, const Sample& sample,
     note_wheels(state, sample, true);
   } else if (!most_still ||
              (!turning && seconds_between(last_wheel_ns(state), sample.time_ns) > next_sample_s)) {
-    // Sliding wheels are all gated. If only those of one side are, a biased gyro turns the car
-    // about the other side.
+    // Sliding wheels are all gated. If only one side's wheels are gated, a biased gyro would turn
+    // the car about the other side.
     note_wheels(state, sample, false);
   }
   return judgement;
@@ -93,7 +93,8 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   };
   Prediction z = predict();
   if (!turning) {
-    // 0 is any speed within the dead band: it narrows the speed to that, and no further.
+    // A reading of 0 means any speed within the dead band: it narrows the speed to the band, no
+    // further.
     const double known = state.variance(at::v_x);
     const double band = third * squared(state.standstill.dead_band);
     if (known <= band && std::abs(state.mean[at::v_x]) <= state.standstill.dead_band) {
@@ -125,8 +126,8 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
     return gated(sample.source);
   }
   hold(state.accel_x, sample);
-  // The gradient is learnt only from a force well above its uncertainty. Noise taken for a force
-  // would make it too small.
+  // The gradient is learnt only from a force well above the force's uncertainty: noise mistaken for
+  // a force would make the gradient too small.
   const double force = state.mean[at::accel_x];
   const bool significant = squared(force) > squared(most_sigmas) * state.variance(at::accel_x);
   return judge(context.model, state, sample, predict_accel_x(context.model, state, sample.sigma[0]),
@@ -146,7 +147,8 @@ void note_shown_grip(const CarModel& model, State& state, double accel, double e
   softness = allowed;
 }
 
-/// It teaches the grip, unless that is stated: a bank looks the same, and the camera corrects it.
+/// Learns the grip, too, unless it is configured. A banked road looks like less grip; the camera
+/// corrects that.
 Judgement take_accel_y(const Context& context, State& state, const Sample& sample) noexcept {
   const CarModel& model = context.model;
   const bool teaches = model.car.grip_rear == 0.0;
@@ -166,7 +168,8 @@ Judgement take_accel_y(const Context& context, State& state, const Sample& sampl
   return judgement;
 }
 
-/// A jump beyond the fastest turn may be corrupt: the excess widens the front wheels' angle.
+/// A jump beyond the fastest turn may be corrupt: the excess widens the variance of the wheels'
+/// angle.
 Judgement take_steering(State& state, const Sample& sample) noexcept {
   if (!state.steering.seen) {
     state.front_wheels = sample.value[0];
@@ -181,7 +184,7 @@ Judgement take_steering(State& state, const Sample& sample) noexcept {
   return held(sample.source);
 }
 
-/// The motion is not known yet, so nothing is fused. The yaw rate begins at the gyro's.
+/// The motion is not known yet, so nothing is fused. The yaw rate starts from the gyro's.
 Judgement hold_before_motion(State& state, const Sample& sample) noexcept {
   if (consistent_samples(state, sample) == 0) {
     return held(sample.source);
@@ -195,7 +198,8 @@ Judgement hold_before_motion(State& state, const Sample& sample) noexcept {
   return held(sample.source);
 }
 
-/// After a silence the covariance is too wide for a gate: it takes two consistent samples before.
+/// After a silence the covariance is too wide for a gate: a sample needs two consistent ones
+/// before.
 Judgement take_signal(const Context& context, State& state, const Sample& sample) noexcept {
   const std::int64_t fused_ns = last_fused_ns(state, sample.source);
   if (fused_ns != 0 && seconds_between(fused_ns, sample.time_ns) > silence_s &&
@@ -296,7 +300,8 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
       const PosePair before = state.last_camera_pose;
       note_camera_pose(state, sample);
       if (!state.integrity.trusted(Source::camera)) {
-        // It takes more evidence until it may correct a filter that it contradicts.
+        // A distrusted camera needs more evidence before it may correct a filter that it
+        // contradicts.
         state.camera_evidence = -2.0 * context.model.tuning.outlier_odds;
         return gated(sample.source);
       }
@@ -327,7 +332,7 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
     // Unsigned speeds take the sign of the direction.
     reading.value[0] = -std::abs(sample.value[0]);
   }
-  // A late sensor is alive as long as its samples come, whenever they were taken.
+  // A late sensor is alive while its samples arrive, whenever they were taken.
   state.integrity.add(reading.source, reading.time_ns, reading.value[0], reading.sigma[0],
                       ns_after(reading.time_ns, std::llround(reading.advanced_s * ns_per_second)));
   if (is_wheel(sample.source) && state.integrity.backwards()) {
@@ -340,7 +345,7 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
   if (is_wheel(source)) {
     learn_dead_band(state, reading);
     if (judgement.verdict == Verdict::fused && judgement.test_ratio > 1.0) {
-      judgement.verdict = Verdict::gated;  // its slip has left it little weight
+      judgement.verdict = Verdict::gated;  // because of its slip it has little weight
     }
   }
   note_reading(state, reading);

@@ -1,4 +1,4 @@
-// Takes one sample into the state of its instant: plausibility, gate, update, standstill. A pure
+// Applies one sample to the state at its time: plausibility, gate, update, standstill. A pure
 // function of state and sample, so that a window can be replayed.
 //
 // docs/model.md, "Process".
@@ -27,11 +27,11 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
 /// Whether the gyro is trusted and has a recent fused sample.
 [[nodiscard]] bool gyro_alive(const State& state) noexcept;
 
-/// Takes a sample whose time is the state's.
+/// Applies a sample whose time is the state's.
 [[nodiscard]] Judgement take(const Context& context, State& state, const Sample& sample) noexcept;
 
-/// Checks the sources, takes back what a faulty one has done to the pose, and resets the motion to
-/// the consensus if the filter has deviated from it for a while.
+/// Checks the sources, takes back the effect of a faulty source on the pose, and resets the motion
+/// to the consensus if the filter has deviated from it for a while.
 void apply_integrity(const Context& context, State& state) noexcept;
 
 }  // namespace odomd::estimator::full

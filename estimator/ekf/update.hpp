@@ -23,7 +23,7 @@ class Prediction {
   double variance = 0.0;
   double relative = 0.0;  ///< part of R that the noise scale of a wheel multiplies
   double slack = 0.0;     ///< part of R that does not enter the gain
-  double slip = 0.0;      ///< part of R: the sample shows a slip that no car has
+  double slip = 0.0;      ///< part of R: slip, from speed changes that no car can make
   SlowVector by_slow = SlowVector::Zero();  ///< ∂h/∂s
 
   /// Adds `by` to ∂h/∂(state).
@@ -42,13 +42,13 @@ class Prediction {
   std::size_t count_ = 0;
 };
 
-/// ν = z - h and its variance S = (H P Hᵀ + R) + G P_s Gᵀ with G = H B + ∂h/∂s: the first part by
-/// state and sample noise, the second by the slow errors.
+/// ν = z - h and its variance S = (H P Hᵀ + R) + G P_s Gᵀ with G = H B + ∂h/∂s: the first part from
+/// state and sample noise, the second from the slow errors.
 struct Innovation {
   double value = 0.0;
   double variance = 1.0;                                 ///< S
   double variance_of_noise = 1.0;                        ///< H P Hᵀ + R
-  double slack = 0.0;                                    ///< of R, see Prediction
+  double slack = 0.0;                                    ///< part of R, see Prediction
   Vector covariance_with_state = Vector::Zero();         ///< P Hᵀ
   SlowVector by_slow = SlowVector::Zero();               ///< Gᵀ
   SlowVector covariance_with_slow = SlowVector::Zero();  ///< P_s Gᵀ
@@ -99,9 +99,9 @@ inline void correct(State& state, const Innovation& nu, const Vector& gain) noex
   state.mean += gain * nu.value;
 }
 
-/// Corrects the slow errors after correct(): L = P_s Gᵀ / S, rows outside `corrected` zero,
-/// s ← s + L ν, x ← x + B L ν. This is Friedland's form of the joint filter, and equal to it if
-/// correct() took the optimal gain and no slow error walks.
+/// Corrects the slow errors after correct(): L = P_s Gᵀ / S, rows outside `corrected` zero, s ← s +
+/// L ν, x ← x + B L ν. This is Friedland's form of the joint filter, and equals it if correct()
+/// took the optimal gain and no slow error walks.
 inline void correct_slow_errors(State& state, const Innovation& nu,
                                 const SlowVector& corrected) noexcept {
   if (corrected.isZero(0.0)) {
@@ -149,8 +149,8 @@ inline void forget(State& state, at::Index index, double sigma) noexcept {
   state.slow.sensitivity.row(index).setZero();
 }
 
-/// P + B P_s Bᵀ of pose and velocity, with the second-order effect of a heading error ψ̃ on a driven
-/// way D, -½ ψ̃² D: its mean square is ¾ σ⁴ D Dᵀ, where P_Xψ = -D_y σ² and P_Yψ = D_x σ².
+/// P + B P_s Bᵀ of pose and velocity, with the second-order effect of a heading error ψ̃ on a
+/// driven path D, -½ ψ̃² D: its mean square is ¾ σ⁴ D Dᵀ, where P_Xψ = -D_y σ² and P_Yψ = D_x σ².
 [[nodiscard]] inline Eigen::Matrix<double, 6, 6> covariance_of_motion(const State& state) noexcept {
   const Eigen::Matrix<double, 6, slow::size> B = state.slow.sensitivity.topRows<6>();
   Eigen::Matrix<double, 6, 6> P =
