@@ -38,7 +38,7 @@ inline constexpr double largest_yaw = 1e6;
          std::abs(pose.y) <= largest_coordinate;
 }
 
-/// A smaller sigma would leave no digits of the covariance.
+/// A smaller sigma would leave too few digits for the covariance.
 inline constexpr double smallest_sigma = 1e-6;
 inline constexpr double largest_camera_sigma = 1e3;  ///< [m, rad]
 
@@ -56,8 +56,8 @@ inline constexpr double largest_camera_sigma = 1e3;  ///< [m, rad]
   return sigma;
 }
 
-/// Why a signal's sample is refused: source_off (a camera's, or no source), non_finite, gated
-/// (beyond physical_limit). Nothing if it is accepted.
+/// Why a signal's sample is refused: source_off (the camera, or no source), non_finite, gated
+/// (beyond physical_limit). Returns nothing if the sample is accepted.
 [[nodiscard]] inline std::optional<Verdict> refusal(const Measurement& sample) noexcept {
   const std::size_t index = index_of(sample.source);
   if (index >= source_count || sample.source == Source::camera) {
@@ -79,7 +79,8 @@ inline constexpr double largest_camera_sigma = 1e3;  ///< [m, rad]
          is_sigma(pose.sigma_x) && is_sigma(pose.sigma_y) && is_sigma(pose.sigma_yaw);
 }
 
-/// A larger variance of a pose leaves no digits for the arithmetic [m², rad²].
+/// Largest pose variance to resume from; a larger one leaves too few digits for the arithmetic [m²,
+/// rad²].
 inline constexpr double largest_resumed_variance = largest_yaw * largest_yaw;
 
 /// Whether a filter can resume from an estimate that is `gap_s` [s] old: it is initialised, has no

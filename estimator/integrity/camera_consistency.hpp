@@ -1,4 +1,5 @@
-// A camera that stays off, or whose clock drifts: faults that are too small for any single instant.
+// Detects a camera with a lasting error or a drifting clock: faults too small to show at one
+// instant.
 //
 // docs/model.md, "Integrity".
 #pragma once
@@ -12,16 +13,16 @@
 
 namespace odomd::estimator::integrity {
 
-/// Mean of the normalised innovations of the last camera poses: an error that stays.
+/// Mean of the normalised innovations of the last camera poses, which shows a lasting error.
 class CameraConsistency {
  public:
-  /// ν and its variances, of x, y and yaw. An exponential mean with the share g has the variance
-  /// g / (2 - g) of a sample.
+  /// ν and its variances, of x, y and yaw. An exponential mean with the share g has g / (2 - g)
+  /// times the variance of a sample.
   void add(const std::array<double, 3>& innovation,
            const std::array<double, 3>& variance) noexcept {
     constexpr double poses = 100.0;
-    constexpr double threshold = 35.0;  // χ²₃ with P = 1e-7: at a window in 3 s one in 10⁴ hours
-    constexpr double most = 5.0;        // of an outlier [sigmas]
+    constexpr double threshold = 35.0;  // χ²₃ with P = 1e-7: one in 10⁴ hours if a window lasts 3 s
+    constexpr double most = 5.0;        // limit of one innovation [sigmas]
     constexpr double share = 2.0 / (poses + 1.0);
     double sum = 0.0;
     for (std::size_t i = 0; i < mean_.size(); ++i) {
@@ -38,16 +39,16 @@ class CameraConsistency {
   bool contradicted_ = false;
 };
 
-/// Whether the latency of the camera poses grows or falls: its clock has another rate.
+/// Detects a camera clock with another rate: the latency of the poses grows or falls.
 class CameraClock {
  public:
-  /// The slope of an exponential mean m and of its mean m' is (m - m') / T; of white noise σ it has
-  /// the variance σ² Δt / (4 T³).
+  /// From an exponential mean m and its own mean m' the slope is (m - m') / T; with white noise σ
+  /// its variance is σ² Δt / (4 T³).
   void add(std::int64_t capture_ns, std::int64_t arrival_ns) noexcept {
     constexpr double average_s = 3.0;
     constexpr double longest_gap_s = 1.0;
     constexpr double sigmas = 6.0;
-    constexpr double largest_drift = 1e-3;  // a crystal's is a tenth of it
+    constexpr double largest_drift = 1e-3;  // a crystal drifts by a tenth of this
     if (arrival_ns == 0) {
       return;
     }
@@ -74,8 +75,8 @@ class CameraClock {
  private:
   std::int64_t since_ns_ = 0;
   std::int64_t time_ns_ = 0;
-  double mean_ = 0.0;  ///< exponential mean of the latency [s] ...
-  double slow_ = 0.0;  ///< ... and of this mean
+  double mean_ = 0.0;  ///< exponential mean of the latency [s]
+  double slow_ = 0.0;  ///< exponential mean of `mean_` [s]
   double variance_ = 0.0;
   bool drifts_ = false;
 };

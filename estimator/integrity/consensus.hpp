@@ -1,4 +1,4 @@
-// Weighted least squares over the equations of all sources, and of all but some of them.
+// Weighted least squares over the equations of all sources, or of all but some.
 //
 // docs/model.md, "Consensus".
 #pragma once
@@ -15,7 +15,7 @@
 
 namespace odomd::estimator::integrity {
 
-/// A set of sources, a bit each.
+/// A set of sources, one bit each.
 using Sources = std::uint32_t;
 
 [[nodiscard]] constexpr Sources only(Source source) noexcept {
@@ -43,7 +43,7 @@ using Motion = Eigen::Matrix<double, of::size, 1>;
 
 /// aᵀ x = z, with the standard deviation of z.
 struct Row {
-  Sources sources = 0;  ///< that gave it; none: prior knowledge
+  Sources sources = 0;  ///< sources that this equation uses; 0: prior knowledge
   Motion by = Motion::Zero();
   double z = 0.0;
   double sigma = 1.0;
@@ -51,7 +51,7 @@ struct Row {
   [[nodiscard]] double off(const Motion& x) const noexcept { return (z - by.dot(x)) / sigma; }
 };
 
-/// Before any equation: as large as any car's [m/s, rad/s].
+/// Sigma before any equation: larger than any car's speed [m/s, rad/s].
 inline constexpr double unknown_speed = 100.0;
 
 struct Solution {
@@ -62,7 +62,7 @@ struct Solution {
 
 class Consensus {
  public:
-  /// Prior knowledge, and an equation of each source, two of the camera; none of the direction.
+  /// Prior knowledge, and one equation per source: two of the camera, none of the direction.
   static constexpr std::size_t capacity = of::size + source_count;
 
   void add(const Row& row) noexcept {
@@ -74,7 +74,7 @@ class Consensus {
   /// All sources with an equation.
   [[nodiscard]] Sources present() const noexcept { return present_; }
   /// Least squares over all rows that use no source of `left_out`. The rows without a source must
-  /// make it unique.
+  /// make the solution unique.
   [[nodiscard]] Solution without(Sources left_out) const noexcept {
     // N = Σ a aᵀ / σ², b = Σ a z / σ², x = N⁻¹ b
     Eigen::Matrix<double, of::size, of::size> N = Eigen::Matrix<double, of::size, of::size>::Zero();

@@ -12,8 +12,8 @@
 namespace odomd::estimator::integrity {
 namespace {
 
-constexpr double skew_s = 0.01;  // between two sensors, on top of their cycles
-// Lag of the front wheels behind the steering: of a sensor or a modelled servo; of a command.
+constexpr double skew_s = 0.01;  // time between two sensors' samples, in addition to their cycles
+// Lag of the front wheels behind the steering [s]: a sensor or a modelled servo; a command.
 constexpr double linkage_s = 0.05;
 constexpr double servo_s = 0.1;
 constexpr double camera_averaging_s = 0.15;
@@ -22,7 +22,7 @@ constexpr double camera_averaging_s = 0.15;
 struct Averaged {
   double mean;
   double noise;
-  double lateness;  ///< error of the mean by its age
+  double lateness;  ///< error of the mean due to its age
   double changed;   ///< the short mean minus this one
   bool slides;      ///< the car may have slid meanwhile
 };
@@ -32,7 +32,7 @@ struct View {
   const Sensors& sensors;
   const Observations& observed;
   Over over;
-  double v = observed.speed(over);     ///< by the last consensus
+  double v = observed.speed(over);     ///< from the last consensus
   double r = observed.yaw_rate(over);  ///< likewise
   double side = lateral_accel(observed, over);
   /// The mean of a product is not the product of the means: this and `Averaged::changed` estimate
@@ -51,7 +51,7 @@ struct View {
 
 /// Speed of a wheel's contact point, linear about (v_0, ψ̇_0): f = ± |(v - y ψ̇, l ψ̇)|.
 Row wheel_row(const View& view, Source source, bool backwards) noexcept {
-  constexpr double lasting_share = 0.25;  // of a sample's noise, which does not average out
+  constexpr double lasting_share = 0.25;  // share of a sample's noise that does not average out
   constexpr double slowest = 1e-3;        // [m/s]
   const WheelPlace place = wheel_place(view.sensors.car, source);
   const SourceHistory& history = view.observed.history(source);
@@ -70,7 +70,7 @@ Row wheel_row(const View& view, Source source, bool backwards) noexcept {
   const double mean =
       wheel.mean / (1.0 + view.observed.radius[index_of(source)] + view.observed.load * outer);
   const double hidden = std::abs(mean) < slowest_turning ? view.observed.errors.dead_band : 0.0;
-  // A sliding front axle goes sideways, too.
+  // A sliding front axle also moves sideways.
   const double sideways =
       place.steered && view.observed.slid()
           ? std::abs(v * std::sin(view.observed.history(Source::steering).mean()))
@@ -85,17 +85,17 @@ Row wheel_row(const View& view, Source source, bool backwards) noexcept {
 
 /// ψ̇ = v tan δ / (l + K v²), K the understeer gradient.
 Row steering_row(const View& view) noexcept {
-  constexpr double share = 0.1;        // of the yaw rate: play, linkage
+  constexpr double share = 0.1;        // relative error of the yaw rate, from play and linkage
   constexpr double least_off = 0.005;  // [rad]
   constexpr double floor = 0.02;       // [rad/s]
   constexpr double slowest = 0.5;      // [m/s]
-  constexpr double understeer = 1.5;   // the car's may be that many times the stated one
+  constexpr double understeer = 1.5;   // largest ratio of the true gradient to the stated one
   const Vehicle& car = view.sensors.car;
   constexpr double largest = physical_limit[index_of(Source::steering)];
   const SourceHistory& history = view.observed.history(Source::steering);
   const Averaged steering = view.average(Source::steering);
-  // From this lateral acceleration on the front may slide [m/s²]. A driver who loses the car does
-  // not hold the steering still.
+  // Above this lateral acceleration the front may slide [m/s²]. It is higher while the steering is
+  // held, because a driver who loses the car moves the wheel.
   const double sliding = history.repeats() ? 5.0 : 2.5;
   const double l = car.wheelbase();
   const double c_v = car.cornering_stiffness_front;
@@ -118,7 +118,7 @@ Row steering_row(const View& view) noexcept {
   const double counter =
       steering.slides ? std::max(std::abs(view.r), sliding_accel / std::max(std::abs(v), slowest))
                       : 0.0;
-  // A command is an intention that the wheels follow.
+  // The wheels lag a command more than a modelled actuator.
   const bool modelled = car.steering.lag_s > 0.0 || car.steering.rate_limit > 0.0;
   const double fastest_change = std::max(std::abs(history.rate(view.over)),
                                          std::abs(steering.changed) / seconds_of(view.over));
@@ -158,7 +158,7 @@ Row accel_y_row(const View& view) noexcept {
 }  // namespace
 
 bool is_steady(const SourceHistory& gyro) noexcept {
-  constexpr double swing = 0.02;  // [rad/s], and two sigmas
+  constexpr double swing = 0.02;  // [rad/s], plus two sigmas
   return std::abs(gyro.mean()) < largest_gyro_bias &&
          std::abs(gyro.mean() - gyro.mean(Over::long_time)) < swing + 2.0 * gyro.sigma;
 }
@@ -189,8 +189,8 @@ Consensus equations(const Sensors& sensors, const Observations& observed, bool b
       root_of_squares(observed.last_consensus.front().sigma[of::speed],
                       fastest * (hold_s + observed.speed_unknown_s)));
   add(0, of::yaw_rate, view.r, sensors.turn_in() * 3.0 * hold_s);
-  // Driven wheels slip, and all that brake, in proportion to the acceleration: the smaller one of
-  // accelerometer and wheels.
+  // Driven wheels, and all braking ones, slip in proportion to the acceleration: the smaller of the
+  // accelerometer's and the wheels'.
   double faster = 0.0;
   for (const Source wheel : wheel_sources) {
     const double rate = observed.history(wheel).rate(over);
@@ -244,7 +244,7 @@ Consensus equations(const Sensors& sensors, const Observations& observed, bool b
   if (has_mean(observed.camera_speed)) {
     constexpr double share = 0.05;
     constexpr double floor = 0.03;  // [m/s, rad/s]
-    // The noise of a mean rate is that of the position over the averaging time.
+    // The noise of a mean rate is the position's noise / averaging time.
     const SourceHistory& speed = observed.camera_speed;
     const double seconds =
         std::min(std::max(camera_averaging_s, seconds_of(over)), speed.duration_s() + 1e-3);

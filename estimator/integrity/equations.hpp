@@ -33,13 +33,13 @@ struct SensorErrors {
   double gyro_bias_sigma = Tuning{}.gyro_bias;
   double steering_offset = 0.0;  ///< [rad]
   double steering_offset_sigma = Tuning{}.steering_offset;
-  double wheel_slip = Tuning{}.wheel_slip;  ///< of a driven wheel, per acceleration [s²/m]
-  double camera_noise_scale = 1.0;          ///< variance of its poses over the stated one
-  double gyro_latency = Tuning{}.latency;   ///< beyond the configured one, with its sigma [s]
+  double wheel_slip = Tuning{}.wheel_slip;  ///< slip of a driven wheel, per acceleration [s²/m]
+  double camera_noise_scale = 1.0;          ///< variance of its poses / stated variance
+  double gyro_latency = Tuning{}.latency;   ///< error of the configured latency, plus its sigma [s]
   double dead_band = 0.0;                   ///< a wheel that reads 0 may turn at this speed [m/s]
 };
 
-/// Sigma of the offset that slopes make, at most [g]; three times that bounds the offset.
+/// Largest sigma of the offset that slopes cause [g]; three times this bounds the offset.
 inline constexpr double largest_slope = 0.06;
 
 /// Whether `since_ns` (0: never) is within four averaging times before `time_ns`.
@@ -56,13 +56,13 @@ struct Observations {
   SourceHistory camera_yaw_rate;                      ///< ψ̇ between camera poses [rad/s]
   double integrated_speed = 0.0;                      ///< v_x by integrating accel_x [m/s]
   double integrated_sigma = unknown_speed;
-  double accel_offset = 0.0;                            ///< of accel_x, by slope and bias [m/s²]
-  double accel_offset_sigma = largest_slope * gravity;  ///< how much it varies
+  double accel_offset = 0.0;  ///< offset of accel_x, from slope and bias [m/s²]
+  double accel_offset_sigma = largest_slope * gravity;  ///< sigma of its variation [m/s²]
   double offset_averaging_s = 2.0;                      ///< averaging time of the two above
   double speed_unknown_s = 0.0;            ///< time since a source last measured the speed
-  std::array<Solution, 2> last_consensus;  ///< by Over
+  std::array<Solution, 2> last_consensus;  ///< indexed by Over
   std::int64_t last_slide_ns = 0;          ///< last time that the car may have slid; 0: never
-  std::int64_t slid_ns = 0;                ///< last time that it did
+  std::int64_t slid_ns = 0;                ///< last time that it slid; 0: never
   SensorErrors errors;
   std::array<double, source_count> radius{};  ///< relative error of each wheel's speed
   double load = 0.0;  ///< relative speed increase of an outer wheel at 1 g lateral acceleration
@@ -74,24 +74,24 @@ struct Observations {
   [[nodiscard]] double yaw_rate(Over over = Over::short_time) const noexcept {
     return last_consensus[static_cast<std::size_t>(over)].motion[of::yaw_rate];
   }
-  /// Whether the car may have slid, or did, shortly before `time_ns`: within four averaging times.
+  /// Whether the car slid, or may have, within four averaging times before `time_ns`.
   [[nodiscard]] bool slides(std::int64_t time_ns, Over over = Over::short_time) const noexcept {
     return lately(last_slide_ns, time_ns, over);
   }
   [[nodiscard]] bool slid() const noexcept { return lately(slid_ns, now_ns, Over::short_time); }
   /// Whether a camera sees the car.
   [[nodiscard]] bool seen() const noexcept { return camera_speed.alive(now_ns); }
-  /// Error of a wheel that has just changed its speed as no car can [m/s].
+  /// Sigma of a wheel whose speed has just changed as no car's can [m/s].
   [[nodiscard]] double slip_sigma(Source wheel) const noexcept {
     return Tuning{}.slip_share * std::abs(history(wheel).new_slip);
   }
-  /// Whether a wheel has changed its speed as no car can, and not back.
+  /// Whether a wheel's speed has changed as no car's can, and has not changed back.
   [[nodiscard]] bool slips(Source wheel) const noexcept {
     const SourceHistory& recent = history(wheel);
     return std::abs(recent.slip) >
            Tuning{}.sliding_slip * std::abs(speed()) + most_sigmas * recent.sigma;
   }
-  /// Alive and trusted.
+  /// Whether the source is alive and trusted.
   [[nodiscard]] bool usable(Source source) const noexcept {
     return history(source).alive(now_ns) && (distrusted & only(source)) == 0;
   }
@@ -116,26 +116,27 @@ inline constexpr double largest_accel = 1.5 * gravity;
 /// No car changes its yaw rate faster [rad/s²].
 inline constexpr double largest_yaw_accel = 30.0;
 
-/// A slower car may be at rest: it keeps its direction, or may have reversed [m/s].
+/// A slower car may be at rest, and may reverse [m/s].
 inline constexpr double slowest_rolling = 0.1;
 
 /// Sources whose equations are models of the turn.
 inline constexpr Sources turn_models = only(Source::accel_y) | only(Source::steering);
 /// Above this lateral acceleration all tyres may slide [m/s²].
 inline constexpr double sliding_accel = 4.0;
-/// A larger reading of a gyro is no bias but a turn [rad/s].
+/// A larger reading of a gyro is a turn, not a bias [rad/s].
 inline constexpr double largest_gyro_bias = 0.5;
 
 /// A slower wheel may stand [m/s].
 inline constexpr double slowest_turning = 2.0 * estimator::slowest_turning;
 
-/// Nothing is learnt at lower speeds [m/s].
+/// Radii and slopes are not learnt at lower speeds [m/s].
 inline constexpr double min_learning_speed = 0.3;
 
 /// Whether the gyro's reading may be its bias: small and constant.
 [[nodiscard]] bool is_steady(const SourceHistory& gyro) noexcept;
 
-/// The equations of all sources that are alive. `backwards`: unsigned wheel speeds count negative.
+/// The equations of all sources that are alive. `backwards`: unsigned wheel speeds count as
+/// negative.
 [[nodiscard]] Consensus equations(const Sensors& sensors, const Observations& observed,
                                   bool backwards, Over over) noexcept;
 
@@ -152,14 +153,15 @@ void integrate_acceleration(const Sensors& sensors, Observations& observed, doub
 /// difference if `learns`. Call it while wheels or a camera measure the speed.
 void follow_consensus(Observations& observed, double dt, bool contradicted, bool learns) noexcept;
 
-/// A misfit above this needs an explanation. -2 log of the likelihood ratio, as all scores here.
+/// A misfit above this needs a fault to explain it. All scores here are -2 log of a likelihood
+/// ratio.
 inline constexpr double gate = 25.0;
-/// The best hypothesis must be better than every other one by this.
+/// The best hypothesis must be better than every other hypothesis by this.
 inline constexpr double margin = 6.0;
 
-/// The sources at fault, of those that have an equation in `all` and are trusted. `base` is the
-/// solution by the trusted ones, `without_wheels` that by all of them but the wheels. None if no
-/// hypothesis explains the misfit of `base`, or if two do about equally well.
+/// The sources at fault among the trusted ones with an equation in `all`. `base` is the solution
+/// from all trusted sources, `without_wheels` from all but the wheels. Returns none if no
+/// hypothesis explains the misfit of `base`, or if two explain it about equally well.
 [[nodiscard]] Sources isolate_fault(const Observations& observed, const Consensus& all,
                                     const Solution& base, const Solution& without_wheels) noexcept;
 

@@ -19,7 +19,7 @@ constexpr double follow_s = 0.3;
 
 /// v̇_x = a_x + v_y ψ̇, v_y = l_h ψ̇ - α_h v, with linear tyres α_h = m l_v a_y / (l C_h).
 void integrate_acceleration(const Sensors& sensors, Observations& observed, double dt) noexcept {
-  constexpr double sliding_share = 0.5;  // v_y over v of a sliding car
+  constexpr double sliding_share = 0.5;  // v_y / v of a sliding car
   if (!observed.usable(Source::accel_x)) {
     observed.integrated_sigma += gravity * dt;
     return;
@@ -45,7 +45,7 @@ void integrate_acceleration(const Sensors& sensors, Observations& observed, doub
 
 void follow_consensus(Observations& observed, double dt, bool contradicted, bool learns) noexcept {
   constexpr double slope_s = 20.0;
-  constexpr double least_slope = 0.02;  // [g], sigma of the offset, at least
+  constexpr double least_slope = 0.02;  // [g], smallest sigma of the offset
   constexpr double contradicting_sigmas = 2.5;
   constexpr double unknown_sigma = 10.0;  // [m/s]
   const double ahead = observed.integrated_speed - observed.speed();

@@ -21,14 +21,14 @@ constexpr std::int64_t check_interval_ns = 19'000'000;
 
 constexpr double persistence_s = 0.1;
 constexpr double frozen_persistence_s = 0.05;
-// Time of agreement before a flag is lowered [s]: the first time and at most.
+// Required agreement before a flag is lowered [s]: the first time, and at most.
 constexpr std::pair required_s{1.0, 60.0};
 constexpr std::pair required_of_wheels_s{0.4, 5.0};
 // One negative wheel speed may be a corrupt frame.
 constexpr int sign_known_after = 3;
 
-/// What a wheel changes from sample to sample beyond v̇_x = a_x + v_y ψ̇ of any car and its noise is
-/// slip. It ends by a change back.
+/// Adds a wheel's speed change between two samples to its slip, as far as it exceeds noise and any
+/// car's v̇_x = a_x + v_y ψ̇. A change back ends the slip.
 void add_slip(const Observations& observed, std::int64_t time_ns, double value, double sigma,
               SourceHistory& wheel) noexcept {
   const double dt = seconds_between(wheel.time_ns, time_ns);
@@ -60,11 +60,11 @@ void Integrity::add(Source source, std::int64_t time_ns, double value, double si
   history.arrival_ns = std::max(arrival_ns, time_ns);
 }
 
-/// The motion between two poses, along the car. An outlier is left out. If the next pose is one
-/// too, the map has jumped: the motion is then measured from there.
+/// Adds the motion between two poses, along the car. Leaves out an outlier. If the next pose is an
+/// outlier, too, the map has jumped, and the motion is measured from that pose.
 void Integrity::add(const CameraPose& pose) noexcept {
   constexpr double longest_pause_s = 0.5;
-  constexpr double shortest_step_s = 0.005;  // several looks at one instant measure no speed
+  constexpr double shortest_step_s = 0.005;  // several poses of one instant measure no speed
   SourceHistory& poses = observed_.sources[index_of(Source::camera)];
   const double dt = seconds_between(reference_pose_.capture_ns, pose.capture_ns);
   if (poses.seen() && (pose.capture_ns <= poses.time_ns || dt < shortest_step_s)) {
@@ -117,9 +117,9 @@ Sources Integrity::distrusted() const noexcept {
   return all;
 }
 
-/// The sign of unsigned wheel speeds. A car reverses only after a halt, so all checks since the
-/// last halt vote: a failing sensor does not change the sign. False: the other sign explains more,
-/// but has not won yet.
+/// Decides the sign of unsigned wheel speeds. A car reverses only after a halt, so all checks since
+/// the last halt vote: a failing sensor does not change the sign. Returns false if the other sign
+/// explains more, but has not won yet.
 bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& base) noexcept {
   const SourceHistory& direction = observed_.history(Source::direction);
   if (negative_speeds_ == sign_known_after ||
@@ -135,7 +135,7 @@ bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& ba
     solution.motion[of::speed] *= -1.0;
   }
   if (!halted_) {
-    mirrored.integrated_speed = -observed_.integrated_speed;  // its sign is known only since a halt
+    mirrored.integrated_speed = -observed_.integrated_speed;  // its sign is known only after a halt
   }
   const Consensus reversed = equations(sensors, mirrored, !backwards_, Over::short_time);
   const Solution reversed_base = reversed.without(observed_.distrusted);
@@ -174,11 +174,12 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
   const double elapsed_s = before_ns != 0 ? seconds_between(before_ns, now_ns) : 0.0;
   const double dt = std::min(elapsed_s, longest_s);
   const Sources out = observed_.distrusted = distrusted();
-  // 1. The integrated speed. It is unknown how the speed has changed in a gap.
+  // 1. The integrated speed. Its change in a gap is unknown.
   observed_.integrated_sigma += gravity * (elapsed_s - dt);
   observed_.speed_unknown_s += elapsed_s - dt;
   integrate_acceleration(sensors, observed_, dt);
-  // 2. The consensus of the trusted sources, or else the sources at fault.
+  // 2. The consensus of the trusted sources and, if they contradict each other, the sources at
+  // fault.
   Consensus all = equations(sensors, observed_, backwards_, Over::short_time);
   Solution base = all.without(out);
   const Sources present = all.present();
@@ -197,8 +198,8 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
       : by_short_mean        ? isolate_fault(observed_, all, base, agreed_.without_wheels)
       : agreed_.contradicted ? isolate_fault(observed_, longer, longer_base, agreed_.without_wheels)
                              : 0;
-  // Models of the turn that contradict the gyro beyond what tyres hold show a slide, if a camera
-  // sees the car; else the gyro may be at fault.
+  // If turn models contradict a gyro that reads more than the tyres can hold, the car slides.
+  // Without a camera that sees the car, the gyro may be at fault instead.
   const double demanded = base.motion[of::speed] * observed_.history(Source::yaw_rate).mean();
   const bool slides = isolated != 0 && (isolated & ~turn_models) == 0 && observed_.seen() &&
                       (std::abs(demanded) > sliding_accel || observed_.slides(now_ns));
@@ -213,7 +214,7 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
     base = all.without(out | faulty | isolated);
     longer_base = longer.without(out | faulty | isolated);
   }
-  // 3. The result, and what is learnt from it.
+  // 3. The result, and learning from it.
   if (suspected_ == 0 && distrusted() == 0 && !agreed_.contradicted) {
     learn_radii(sensors, longer, longer_base, dt, observed_);
   }
@@ -239,8 +240,8 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
     return (present & sources) != 0 && (lately & sources & trusted) == 0;
   };
   agreed_.wheels_distrusted = all_distrusted(wheels);
-  // The car may slide at a high lateral acceleration or while an axle slips; and then as long as it
-  // yaws faster than any steering angle makes it.
+  // The car may slide at a high lateral acceleration or while an axle slips, and afterwards while
+  // it yaws faster than any steering angle allows.
   const double largest_yaw_rate =
       std::abs(observed_.speed()) * sensors.tuning.sharpest_turn / sensors.car.wheelbase();
   const bool spins = observed_.slides(now_ns, Over::long_time) &&
@@ -300,8 +301,8 @@ void Integrity::raise_flags(Sources suspects, bool by_long_mean) noexcept {
   }
 }
 
-/// Lowers a flag once the source has agreed with the others for long enough. `misfit` is what it
-/// adds to theirs.
+/// Lowers a flag once the source has agreed with the others for long enough. `misfit` is the
+/// source's addition to the others' misfit.
 void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcept {
   Trust& trust = trust_[source];
   if (trust.flag == SourceFlag::drifting && observed_.repeats(static_cast<Source>(source))) {

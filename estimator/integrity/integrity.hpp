@@ -1,5 +1,6 @@
 // Fault detection and isolation: compares all sources with their consensus on the motion of the
-// car. If they contradict it, the fewest whose absence explains that are at fault.
+// car. If they contradict it, the fewest sources whose absence resolves the contradiction are at
+// fault.
 //
 // docs/model.md, "Integrity".
 //
@@ -25,8 +26,8 @@ class Integrity {
   void add(Source source, std::int64_t time_ns, double value, double sigma,
            std::int64_t arrival_ns = 0) noexcept;
   void add(const CameraPose& pose) noexcept;
-  /// Innovation of a camera pose and its variances, x, y and yaw, fused or not. Call it for every
-  /// pose that is compared with the filter.
+  /// Adds the innovation of a camera pose and its variances (x, y, yaw), fused or not. Call it for
+  /// every pose that is compared with the filter.
   void add_camera_innovation(const std::array<double, 3>& innovation,
                              const std::array<double, 3>& variance) noexcept {
     camera_innovations_.add(innovation, variance);
@@ -43,36 +44,36 @@ class Integrity {
     return flag(source) == SourceFlag::ok;
   }
 
-  /// Trusted, and consistent with the others at the last check.
+  /// Whether the source is trusted and was consistent with the others at the last check.
   [[nodiscard]] bool agrees(Source source) const noexcept {
     return trusted(source) && !agreed_.contradicted && (suspected_ & integrity::only(source)) == 0;
   }
 
-  /// Motion by all trusted sources at the last check, over the short mean.
+  /// Motion from the short means of all trusted sources at the last check.
   [[nodiscard]] const integrity::Solution& motion() const noexcept {
     return observed_.last_consensus.front();
   }
 
   /// Other results of the last check.
   struct Agreed {
-    integrity::Solution without_gyro;    ///< motion by all trusted sources but the gyro
-    integrity::Solution without_wheels;  ///< likewise
-    bool wheels_distrusted = false;      ///< all of them
-    double reversed_distance = 0.0;      ///< driven with the wrong sign, now known [m]
+    integrity::Solution without_gyro;    ///< motion from all trusted sources but the gyro
+    integrity::Solution without_wheels;  ///< likewise, but the wheels
+    bool wheels_distrusted = false;      ///< all wheels are distrusted
+    double reversed_distance = 0.0;  ///< distance driven with the wrong sign until this check [m]
     std::int64_t contradicted_since_ns = 0;
-    bool contradicted = false;  ///< and the fault cannot be isolated
+    bool contradicted = false;  ///< sources contradict each other, no fault is isolated
     /// The camera contradicts the filter over several poses, or its clock drifts: the pose is
     /// uncertain while this lasts.
     bool camera_inconsistent = false;
   };
   [[nodiscard]] const Agreed& agreed() const noexcept { return agreed_; }
-  /// Whether unsigned wheel speeds are negative, by all other sources.
+  /// Whether unsigned wheel speeds are negative, according to all other sources.
   [[nodiscard]] bool backwards() const noexcept { return backwards_; }
-  /// Whether the car may slide, by the last check.
+  /// Whether the car may slide, at the last check.
   [[nodiscard]] bool slides() const noexcept { return observed_.slides(observed_.now_ns); }
   /// Whether it slides: no model of a turn holds.
   [[nodiscard]] bool slid() const noexcept { return observed_.slid(); }
-  /// The recent samples of a source, with those that were not fused.
+  /// The recent samples of a source, including those that were not fused.
   [[nodiscard]] const integrity::SourceHistory& history(Source source) const noexcept {
     return observed_.history(source);
   }
@@ -87,7 +88,7 @@ class Integrity {
     SourceFlag flag = SourceFlag::ok;
     std::int64_t raised_ns = 0;
     double agreed_s = 0.0;      ///< time since it last contradicted the others
-    double required_s = 0.0;    ///< of agreement before the flag is lowered
+    double required_s = 0.0;    ///< required agreement before the flag is lowered [s]
     bool by_long_mean = false;  ///< only the long mean has detected the fault
   };
 
@@ -103,10 +104,10 @@ class Integrity {
   integrity::Observations observed_;
   integrity::CameraConsistency camera_innovations_;
   std::array<Trust, source_count> trust_{};
-  integrity::Sources suspected_ = 0;  ///< by the last check
+  integrity::Sources suspected_ = 0;  ///< at the last check
   std::int64_t suspected_since_ns_ = 0;
   std::array<double, 3> newest_pose_{};
-  CameraPose reference_pose_;  ///< from which the next pose is measured
+  CameraPose reference_pose_;  ///< start of the motion to the next pose
   bool last_was_outlier_ = false;
   int negative_speeds_ = 0;
   int forward_votes_ = decisive_votes / 2;  ///< checks since the last halt: forward minus backwards

@@ -13,7 +13,7 @@ namespace {
 constexpr Sources inertial = only(Source::yaw_rate) | only(Source::accel_x) | only(Source::accel_y);
 
 /// A set of sources that may fail together, and its score: first the penalty, -2 log of its
-/// probability relative to that of a single source, then with what the observations say.
+/// probability relative to a single source's; later the misfit of the observations is added.
 struct Hypothesis {
   Sources sources = 0;
   double score = 0.0;
@@ -24,16 +24,16 @@ constexpr std::array groups{Hypothesis{front_wheels, pair}, Hypothesis{rear_whee
                             Hypothesis{wheels, group}, Hypothesis{inertial, group},
                             Hypothesis{turn_models, group}};
 
-// What a slide contradicts, but does not disturb.
+// Sources that contradict the others in a slide, without a fault.
 constexpr Sources witnesses = inertial | only(Source::camera);
 
-// A car that spins contradicts an IMU that has no fault, and outer wheels roll in a slide.
+// Penalty in a slide: a spin contradicts an IMU without a fault, and outer wheels keep rolling.
 constexpr double slide_penalty = 10.0;
 
-// A source whose bits repeat, or a wheel that slips, is so much more likely to be at fault.
+// Bonus for a source whose bits repeat or a wheel that slips: it is more likely to be at fault.
 constexpr double anomaly_bonus = 20.0;
 
-/// Whether all of these sources that are alive repeat their bits, or slip.
+/// Whether all live ones of these sources repeat their bits, or slip.
 bool is_anomalous(const Observations& observed, Sources sources, const Solution& without) noexcept {
   for (std::size_t i = 0; i < source_count; ++i) {
     const SourceHistory& history = observed.sources[i];
@@ -81,7 +81,7 @@ Sources isolate_fault(const Observations& observed, const Consensus& all, const 
     }
     // The inner wheels carry less and slip first.
     const bool outer = slides && (sources & outer_wheels) != 0 && (sources & ~outer_wheels) == 0;
-    // Without its last speed the car has only what it integrates.
+    // Without its last speed source the car has only the integrated speed.
     const bool only_speed = (sources & speeds) != 0 && (speeds & ~sources) == 0;
     tried[i] = {
         sources,

@@ -14,7 +14,7 @@ namespace odomd::estimator {
 
 class ModeMonitor {
  public:
-  /// The mode of an estimate without one, of a car that is `still` at this instant. Once a tick, in
+  /// The mode for an estimate; `still`: the car is still at this instant. Call it once a tick, in
   /// order of time. Precedence: fault, initialising, standstill, then tracking or dead_reckoning.
   /// (The daemon sets `degraded`.)
   Mode update(const Estimate& now, bool still) noexcept {
@@ -35,8 +35,8 @@ class ModeMonitor {
                               : Mode::dead_reckoning;
   }
 
-  /// Whether a motion that is measured like this is none: the thresholds are twice as large while
-  /// the car stands.
+  /// Whether a measured motion counts as none. The thresholds are twice as large while the car
+  /// stands.
   [[nodiscard]] bool is_still(double speed, double yaw_rate) const noexcept {
     constexpr double standing_yaw_rate = 0.1;  // [rad/s]: above a gyro's bias and noise
     const double wider = standing_ ? 2.0 : 1.0;

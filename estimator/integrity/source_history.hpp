@@ -21,10 +21,10 @@ inline constexpr std::array<double, 2> mean_s{0.06, 0.6};
   return mean_s[static_cast<std::size_t>(over)];
 }
 
-/// A source counts from so many samples on.
+/// A source counts once it has this many samples.
 inline constexpr std::size_t least_samples = 5;
 
-/// Exponential moving average, and the same average of it.
+/// Exponential moving average, and the moving average of that, with the same time constant.
 struct Mean {
   double value = 0.0;
   double slow = 0.0;
@@ -42,11 +42,11 @@ struct SourceHistory {
   double cycle_s = 0.0;  ///< mean time between two samples; 0: unknown
   double sigma = 0.0;    ///< of the newest sample
   double largest = 0.0;  ///< magnitude of all samples
-  int same = 0;          ///< samples in a row with identical bits
+  int same = 0;          ///< consecutive samples with identical bits
   std::int64_t same_since_ns = 0;
-  double same_share = 1.0;  ///< of the samples of some ten seconds; unknown: 1
-  double slip = 0.0;        ///< of a wheel: by how much it has changed as no car can [m/s]
-  double new_slip = 0.0;    ///< of it, what a camera saw within the long mean's time [m/s]
+  double same_share = 1.0;  ///< share of repeats in the last ten seconds or so; 1: unknown
+  double slip = 0.0;        ///< of a wheel: its speed changes as no car's can, summed [m/s]
+  double new_slip = 0.0;    ///< its recent part (long mean's time), if a camera saw it [m/s]
 
   [[nodiscard]] bool seen() const noexcept { return begun > 0; }
   [[nodiscard]] double mean(Over over = Over::short_time) const noexcept {
@@ -60,14 +60,14 @@ struct SourceHistory {
     const double kept = std::exp(-dt / seconds_of(over));
     return (mean.value - mean.slow) * (1.0 - kept) / (dt * kept);
   }
-  /// Time without a gap.
+  /// Time since the last gap [s].
   [[nodiscard]] double duration_s() const noexcept { return seconds_between(since_ns, time_ns); }
   /// Standard deviation of the mean.
   [[nodiscard]] double noise(Over over) const noexcept {
     return sigma * std::sqrt(cycle_s / (std::min(2.0 * seconds_of(over), duration_s()) + cycle_s));
   }
 
-  /// Whether the last sample is recent enough for the mean to hold now, and not the only one.
+  /// Whether there are enough samples, the last of them recent enough for the mean to hold now.
   [[nodiscard]] bool alive(std::int64_t now_ns) const noexcept {
     return begun >= least_samples && cycle_s > 0.0 &&
            seconds_between(arrival_ns, now_ns) <= 3.5 * cycle_s + 0.01;
@@ -77,8 +77,8 @@ struct SourceHistory {
   [[nodiscard]] bool repeats() const noexcept {
     return same >= 4 && seconds_between(same_since_ns, time_ns) >= 0.15;
   }
-  /// Whether noise does not repeat its bits so often: n repeats have the probability pⁿ, 3e-10 at
-  /// 100 samples per second being one in 10⁴ hours.
+  /// Whether the bits repeat more often than noise would. n repeats have the probability pⁿ; 3e-10
+  /// is one in 10⁴ hours at 100 samples per second.
   [[nodiscard]] bool is_stuck() const noexcept {
     constexpr double least_share = 0.1;
     return repeats() && -(same - 1) * std::log(std::max(same_share, least_share)) > 22.0;
@@ -100,7 +100,7 @@ inline void add_sample(SourceHistory& history, std::int64_t time_ns, double valu
     history.begun = 0;
     history.since_ns = time_ns;
   } else {
-    // A source slower than the short mean gets no median: it would be too late.
+    // A source slower than the short mean gets no median, which would be too late.
     const auto [low, high] = std::minmax(value, history.value);
     const double middle = prefilter == Prefilter::none || history.cycle_s > mean_s.front()
                               ? value
@@ -117,7 +117,7 @@ inline void add_sample(SourceHistory& history, std::int64_t time_ns, double valu
       mean.slow += share * (mean.value - mean.slow);
     }
   }
-  // The median of the first samples: none of them decides.
+  // Start from the median of the first samples, so that none of them decides.
   if (history.begun < history.first.size()) {
     const auto begin = history.first.begin();
     const auto end = begin + static_cast<std::ptrdiff_t>(++history.begun);
