@@ -19,8 +19,8 @@
 namespace odomd::estimator {
 
 /// One alternative for each family of models. A new filter is added here and in make_filter(). It
-/// may keep a window of samples and fuse each at its own time within step(), which then has its
-/// judgement.
+/// may keep a window of samples and fuse each at its own time within step(); judgements() then
+/// returns its verdict.
 using Filter = std::variant<BaselineFilter, FullFilter>;
 
 /// Each model uses its part of the settings. Throws std::invalid_argument with the setting's name
@@ -50,8 +50,8 @@ inline bool resume(Filter& filter, const Estimate& predecessor, double gap_s) no
   return std::visit([&](auto& f) { return f.resume(predecessor, gap_s); }, filter);
 }
 
-/// Adds a sample, in any order within a tick. It takes effect at the next step(). Nothing if it is
-/// judged only there.
+/// Adds a sample, in any order within a tick. It takes effect at the next step(). Returns nothing
+/// if the sample is judged only there.
 template <typename MeasurementOrPose>
 std::optional<Verdict> add(Filter& filter, const MeasurementOrPose& sample) noexcept {
   return std::visit([&](auto& f) -> std::optional<Verdict> { return f.add(sample); }, filter);

@@ -66,7 +66,8 @@ std::optional<Verdict> FullFilter::add(const Measurement& sample) noexcept {
   }
   const std::size_t index = index_of(sample.source);
   const double sigma = sample.sigma > 0.0 ? sample.sigma : sigma_[index];
-  // An actuator follows its command later; a late sensor is put earlier, as far as states go back.
+  // An actuator follows its command later; a late sensor's sample is moved earlier, as far as
+  // states go back.
   const std::int64_t actuator_ns = sample.source == Source::steering ? steering_delay_ns_ : 0;
   const std::int64_t time_ns = ns_after(sample.time_ns, actuator_ns);
   const std::int64_t room_ns = std::max<std::int64_t>(ns_between(history_.oldest_ns(), time_ns), 1);
@@ -170,8 +171,8 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   return last_;
 }
 
-/// The first tick: the state starts a window earlier, so that samples from before count. A resumed
-/// state is that of the tick before.
+/// The first tick: the state starts a window earlier, so that earlier samples count. A resumed
+/// state is at the tick before.
 void FullFilter::begin(std::int64_t tick_ns) noexcept {
   State& now = history_.restart();
   now.time_ns = ns_after(tick_ns, now.moving ? -period_ns_ : -reach_ns_ - period_ns_);
@@ -179,7 +180,7 @@ void FullFilter::begin(std::int64_t tick_ns) noexcept {
 }
 
 /// Counts the camera's resets of the published pose. If a replay undoes a reset, that is one more
-/// jump; if late samples only change its length, it is the same one.
+/// jump; if late samples only change its length, it is the same jump.
 void FullFilter::count_resets() noexcept {
   const State& now = history_.now();
   const Pose2& jump = now.last_jump;
@@ -197,8 +198,8 @@ void FullFilter::count_resets() noexcept {
   published_jump_ = jump;
 }
 
-/// Takes the samples after the state up to `tick_ns`, tick by tick. The odometry integrates the
-/// published velocities, the first one being `velocity`.
+/// Applies the samples after the state up to `tick_ns`, tick by tick. The odometry integrates the
+/// published velocities, beginning with `velocity`.
 void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept {
   const std::int64_t behind = ns_between(history_.now().time_ns, tick_ns);
   std::int64_t ticks = behind / period_ns_ + (behind % period_ns_ >= period_ns_ / 2 ? 1 : 0);
@@ -240,8 +241,9 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
   }
 }
 
-/// Restarts an invalid state from the last published pose, or else from the initial one. The old
-/// velocity was probably wrong, so it may be anything until the wheels measure it.
+/// Restarts an invalid state at the last published pose, or at the odometry's pose if there is
+/// none. The old velocity was probably wrong, so the new one is uncertain until the wheels measure
+/// it.
 void FullFilter::recover(std::int64_t tick_ns) noexcept {
   ++recoveries_;
   State& now = history_.restart();

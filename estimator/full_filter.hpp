@@ -35,7 +35,7 @@ class FullFilter {
   void set_initial_pose(const Pose2& pose) noexcept;
   bool resume(const Estimate& predecessor, double gap_s) noexcept;
 
-  /// Nothing if the sample is judged at the next step(): see judgements().
+  /// Returns nothing if the sample is judged at the next step(): see judgements().
   std::optional<Verdict> add(const Measurement& sample) noexcept;
   std::optional<Verdict> add(const CameraPose& camera) noexcept;
   Estimate step(std::int64_t tick_ns) noexcept;
@@ -46,7 +46,7 @@ class FullFilter {
     return judgements_.reported();
   }
 
-  /// At the last tick, for a source whose samples state no sigma.
+  /// Measured noise at the last tick, of a source whose samples state no sigma.
   [[nodiscard]] SourceNoise noise(Source source) const noexcept;
 
   [[nodiscard]] SourceFlag flag(Source source) const noexcept {
@@ -64,15 +64,15 @@ class FullFilter {
 
   full::Context context_;
   std::array<double, source_count> sigma_;
-  full::State initial_;  ///< before the first sample
+  full::State initial_;  ///< state before the first sample
   std::int64_t period_ns_;
-  std::int64_t window_ns_;  ///< a sample may be this late ...
-  std::int64_t reach_ns_;   ///< ... and is put earlier by its learnt latency
+  std::int64_t window_ns_;  ///< largest delay of a sample
+  std::int64_t reach_ns_;   ///< window_ns_ plus the largest learnt latency
   std::int64_t camera_latency_ns_;
   std::int64_t steering_delay_ns_;
 
   full::SampleWindow window_;
-  full::History history_;  ///< now: at the last tick
+  full::History history_;  ///< its present state is that of the last tick
   std::optional<std::int64_t> last_tick_ns_;
   std::int64_t oldest_new_sample_ns_ = std::numeric_limits<std::int64_t>::max();
 
@@ -84,8 +84,8 @@ class FullFilter {
   Pose2 odom_;
   bool odom_begun_ = false;
   std::uint32_t reset_count_ = 0;
-  std::uint32_t published_resets_ = 0;  ///< of the state that was last published
-  Pose2 published_jump_;                ///< likewise
+  std::uint32_t published_resets_ = 0;  ///< resets of the state that was last published
+  Pose2 published_jump_;                ///< its last jump
   Pose2 last_jump_;
   std::uint32_t recoveries_ = 0;
   Estimate last_;

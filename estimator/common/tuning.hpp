@@ -13,10 +13,10 @@ inline constexpr double gravity = 9.81;  // [m/s²]
 ///
 /// Origins: physics, then simulated cars (NEES, NIS, drift) and the training drives, except for:
 /// side_slip, sliding_force, sliding_slip, slip_share, velocity_odds: simulated slides.
-/// side_slip_grip, grip_used, grip_shown_s: v_y of the first half of revs_250lm; the last two also
-/// of xray_duck_1. slip_noise, wheel_noise_scale_range: the wheels of revs_250lm, and braking
-/// simulated cars. signal_gate: χ² of one degree of freedom. turn_noise_scale_range: the gyro's NIS
-/// on simulated full-size cars, and v_y as above.
+/// side_slip_grip, grip_used, grip_shown_s: v_y in the first half of revs_250lm, and for the last
+/// two also in xray_duck_1. slip_noise, wheel_noise_scale_range: the wheels of revs_250lm, and
+/// braking simulated cars. signal_gate: χ² of one degree of freedom. turn_noise_scale_range: the
+/// gyro's NIS on simulated full-size cars, and v_y as above.
 struct Tuning {
   // --- how the car is driven ---
   double drive_accel = 0.1;  ///< a_x, GM: braking and acceleration by the driver [g]
@@ -24,73 +24,73 @@ struct Tuning {
   double driving_s = 0.5;    ///< correlation time of a_x and ε [s]
 
   // --- model errors ---
-  double side_force = 0.1;         ///< e, GM: relative error of the tyre force ...
-  double sliding_force = 0.3;      ///< ... of a sliding car ...
-  double side_force_floor = 0.01;  ///< ... and in a straight line [g] ...
-  double side_force_s = 0.05;      ///< ... correlation time [s]
-  double side_slip = 0.06;         ///< white noise of v̇_y at 1 g, growing with a_y³ [g √s] ...
-  double side_slip_grip = 0.4;     ///< ... times this for a tyre with a grip number ...
-  double side_slip_floor = 0.01;   ///< ... and in a straight line [g √s]
+  double side_force = 0.1;         ///< e, GM: relative error of the tyre force
+  double sliding_force = 0.3;      ///< e: relative error of a sliding car's tyre force
+  double side_force_floor = 0.01;  ///< e: sigma in a straight line [g]
+  double side_force_s = 0.05;      ///< e: correlation time [s]
+  double side_slip = 0.06;         ///< white noise of v̇_y at 1 g, growing with a_y³ [g √s]
+  double side_slip_grip = 0.4;     ///< factor on side_slip if the tyres' grip is known
+  double side_slip_floor = 0.01;   ///< white noise of v̇_y in a straight line [g √s]
   double turn = 0.3;               ///< white noise of ψ̈, in sigmas of the gyro [1/√s]
   double way = 1e-3;               ///< white noise of the position, per √(distance · wheelbase)
   double way_turn = 1e-4;     ///< white noise of the heading, per √(distance / wheelbase) [rad]
-  double slope = 0.015;       ///< random walk of the road's slope, along [rad/√m] ...
-  double bank = 0.007;        ///< ... and across [rad/√m]
+  double slope = 0.015;       ///< random walk of the road's slope along the car [rad/√m]
+  double bank = 0.007;        ///< random walk of the road's slope across the car [rad/√m]
   double accel_scale = 0.02;  ///< scale error of an accelerometer
 
   // --- wheels ---
   double wheel_radius = 0.0025;  ///< relative difference between the wheels' radii
   double slip_noise = 0.0025;    ///< variation of a driven wheel's slip, per acceleration [s²/m]
-  double sliding_slip = 0.2;     ///< slip of the wheels of a sliding car, of its speed
-  double slip_memory_s = 20.0;   ///< of a slip that has shown itself [s]
-  double slip_share = 0.4;       ///< sigma of a wheel that has just slipped, of its slip
+  double sliding_slip = 0.2;     ///< wheel slip of a sliding car, relative to its speed
+  double slip_memory_s = 20.0;   ///< decay time of a detected slip [s]
+  double slip_share = 0.4;       ///< sigma of a wheel that has just slipped, relative to its slip
   double front_wheel = 0.05;     ///< error of δ at a front wheel [rad]
 
   // --- gates ---
   double signal_gate = 20.0;  ///< ν²/S of a scalar sample: 4.5 σ
-  double wheel_gate = 100.0;  ///< of a wheel, whose noise has heavy tails: 10 σ
+  double wheel_gate = 100.0;  ///< ν²/S of a wheel, whose noise has heavy tails: 10 σ
   double pedal = 0.3;         ///< sudden change of a_x by brakes or motor, one sigma [g]
   double turn_in = 2.0;       ///< fastest change of ψ̇ that is no outlier [g / wheelbase]
 
   // --- standing ---
   double standing_odds = 4.6;     ///< log odds at which the car stands: 100 : 1
-  double most_odds = 22.0;        ///< log odds that wheels alone give
+  double most_odds = 22.0;        ///< most log odds that the wheels alone contribute
   double bias_step_odds = 16.0;   ///< log odds against a step of the gyro's bias
-  double still_s = 0.06;          ///< a moving car's wheels read 0 for so long [s] ...
-  double still_per_speed = 0.35;  ///< ... and longer by their dead band [s²/m]
-  double dead_band = 0.3;         ///< of wheels that have not shown a smaller one [wheelbases/s]
-  double sharpest_turn = 0.55;    ///< tan δ
+  double still_s = 0.06;          ///< mean time that a moving car's wheels read 0 [s]
+  double still_per_speed = 0.35;  ///< increase of that time per dead band [s²/m]
+  double dead_band = 0.3;  ///< dead band of wheels, until they show a smaller one [wheelbases/s]
+  double sharpest_turn = 0.55;  ///< tan δ of the tightest turn
 
   // --- camera poses beyond the gate ---
-  double outlier_odds = 12.0;      ///< log odds of an outlier over a wrong filter
-  double velocity_odds = 4.6;      ///< log odds of a right over a wrong velocity of the filter
-  double outlier_range = 20.0;     ///< range of outliers [wheelbases]
-  double motion_error = 0.1;       ///< error of the filter's motion between two poses [1, rad/m]
-  double camera_latency = 0.0025;  ///< error of its stamps that lasts: half an exposure [s]
+  double outlier_odds = 12.0;   ///< prior log odds that poses are outliers, not the filter wrong
+  double velocity_odds = 4.6;   ///< prior log odds that the filter's velocity is right, not wrong
+  double outlier_range = 20.0;  ///< spread of outliers over the map [wheelbases]
+  double motion_error = 0.1;    ///< error of the filter's motion between two poses [1, rad/m]
+  double camera_latency = 0.0025;  ///< lasting error of a camera's stamps: half an exposure [s]
   double lasting_s = 3.0;          ///< correlation time of a camera's lasting error [s]
-  double lasting_mean_s = 0.5;     ///< of the mean by which it shows [s] ...
-  double lasting_memory_s = 20.0;  ///< ... and of what is remembered [s]
-  double fault_share = 0.5;        ///< σ of what a fault may have done to the pose, of its size
-  double disputed_s = 60.0;        ///< time constant of what a correction may hide [s]
+  double lasting_mean_s = 0.5;     ///< averaging time of the innovations that show it [s]
+  double lasting_memory_s = 20.0;  ///< averaging time of their correlation [s]
+  double fault_share = 0.5;  ///< sigma of a fault's effect on the pose, relative to that effect
+  double disputed_s = 60.0;  ///< decay time of the variance that a correction may hide [s]
 
   // --- noise of gyro and accelerometers from the data (ratios to the stated variance) ---
-  int noise_samples = 300;    ///< averaged samples
-  double noise_range = 10.0;  ///< on the move down and up (gyro: down); at rest its square down
+  int noise_samples = 300;    ///< number of averaged samples
+  double noise_range = 10.0;  ///< moving: from 1 / this to this; at rest: from 1 / this² to 1
 
   // --- noise scales from the data: time constants and ranges (ratios of variances) ---
-  double turn_noise_scale_s = 2.0;         ///< of ε, by the gyro [s]
-  double turn_noise_scale_range = 2500.0;  ///< ... down
-  double wheel_noise_scale_s = 5.0;  ///< of a_x and of a wheel's relative error, by the wheel [s]
-  double drive_noise_scale_range = 10.0;  ///< ... of a_x up and down
-  double wheel_noise_scale_range = 36.0;  ///< ... of the wheel's error up and down
-  double way_noise_scale_s = 0.5;         ///< of the position noise, by the camera [s]
-  double way_noise_scale_range = 1e4;     ///< ... up
+  double turn_noise_scale_s = 2.0;         ///< time constant for ε, from the gyro [s]
+  double turn_noise_scale_range = 2500.0;  ///< scale of ε: from 1 / this to 1
+  double wheel_noise_scale_s = 5.0;  ///< time constant for a_x and wheel errors, from a wheel [s]
+  double drive_noise_scale_range = 10.0;  ///< scale of a_x: from 1 / this to this
+  double wheel_noise_scale_range = 36.0;  ///< scale of wheel errors: from 1 / this to this
+  double way_noise_scale_s = 0.5;  ///< time constant for the position noise, from the camera [s]
+  double way_noise_scale_range = 1e4;  ///< scale of position noise: from 1 to this
 
   // --- slow errors and calibrations: prior standard deviations ---
   double gyro_bias = 0.03;          ///< b_g [rad/s]
   double gyro_scale = 0.02;         ///< s_g
   double wheel_scale = 0.03;        ///< s_w
-  double wheel_slip = 0.02;         ///< c_s: of a driven wheel, per acceleration [s²/m]
+  double wheel_slip = 0.02;         ///< c_s: slip of a driven wheel, per acceleration [s²/m]
   double stiffness_scale = 0.15;    ///< κ
   double roll_gradient = 0.1;       ///< ρ_y [rad/g]
   double pitch_gradient = 0.05;     ///< ρ_x [rad/g]
@@ -98,14 +98,14 @@ struct Tuning {
   double steering_offset = 0.02;    ///< δ_0 [rad]
   double latency = 0.02;            ///< τ_g, τ_w, τ_δ [s]
   double wheel_difference = 0.005;  ///< d
-  double tyre_softness = 0.04;      ///< 1/μ of tyres without a configured grip [s²/m] ...
-  double softness = 0.05;           ///< ... and its sigma [s²/m]
-  double grip_used = 0.8;           ///< share of its grip that a tyre shows at most ...
-  double grip_shown_s = 0.3;        ///< ... in the mean over this time [s]
+  double tyre_softness = 0.04;      ///< 1/μ of tyres without a configured grip [s²/m]
+  double softness = 0.05;           ///< 1/μ: sigma [s²/m]
+  double grip_used = 0.8;           ///< largest share of its grip that a tyre uses
+  double grip_shown_s = 0.3;        ///< averaging time of a_y for that share [s]
 
   // --- random walks of these, per √s ---
-  double gyro_bias_walk = 6e-5;         ///< b_g [rad/s/√s] ...
-  double gyro_bias_walk_share = 0.012;  ///< ... of a noisier gyro by its noise at rest [1/√s]
+  double gyro_bias_walk = 6e-5;         ///< b_g [rad/s/√s]
+  double gyro_bias_walk_share = 0.012;  ///< b_g of a noisier gyro, per noise at rest [1/√s]
   double gyro_scale_walk = 2e-5;        ///< s_g [1/√s]
   double accel_bias_walk = 3e-3;        ///< b_ax, b_ay [m/s²/√s]
   double wheel_scale_walk = 1.5e-3;     ///< s_w [1/√s]

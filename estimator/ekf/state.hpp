@@ -64,7 +64,7 @@ enum Index : Eigen::Index {
 struct SlowPrior {
   double Tuning::*sigma;
   double Tuning::*walk;  ///< random walk per √s; nullptr: constant
-  double lowest;         ///< limits within which the model holds; `highest` also limits sigma
+  double lowest;         ///< limits of the model; `highest` also limits sigma
   double highest;
 };
 inline constexpr std::array<SlowPrior, slow::size> slow_priors = [] {

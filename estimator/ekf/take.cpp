@@ -93,8 +93,7 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   };
   Prediction z = predict();
   if (!turning) {
-    // A reading of 0 means any speed within the dead band: it narrows the speed to the band, no
-    // further.
+    // A reading of 0 is any speed within the dead band: it narrows the speed to the band.
     const double known = state.variance(at::v_x);
     const double band = third * squared(state.standstill.dead_band);
     if (known <= band && std::abs(state.mean[at::v_x]) <= state.standstill.dead_band) {
@@ -126,8 +125,8 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
     return gated(sample.source);
   }
   hold(state.accel_x, sample);
-  // The gradient is learnt only from a force well above the force's uncertainty: noise mistaken for
-  // a force would make the gradient too small.
+  // Learn the gradient only from a force well above its own uncertainty: noise mistaken for a force
+  // would make the gradient too small.
   const double force = state.mean[at::accel_x];
   const bool significant = squared(force) > squared(most_sigmas) * state.variance(at::accel_x);
   return judge(context.model, state, sample, predict_accel_x(context.model, state, sample.sigma[0]),
@@ -147,8 +146,7 @@ void note_shown_grip(const CarModel& model, State& state, double accel, double e
   softness = allowed;
 }
 
-/// Learns the grip, too, unless it is configured. A banked road looks like less grip; the camera
-/// corrects that.
+/// Learns the grip unless it is configured. A bank looks the same; the camera corrects that.
 Judgement take_accel_y(const Context& context, State& state, const Sample& sample) noexcept {
   const CarModel& model = context.model;
   const bool teaches = model.car.grip_rear == 0.0;
@@ -168,8 +166,7 @@ Judgement take_accel_y(const Context& context, State& state, const Sample& sampl
   return judgement;
 }
 
-/// A jump beyond the fastest turn may be corrupt: the excess widens the variance of the wheels'
-/// angle.
+/// A jump beyond the fastest turn may be corrupt: the excess widens the front wheels' angle.
 Judgement take_steering(State& state, const Sample& sample) noexcept {
   if (!state.steering.seen) {
     state.front_wheels = sample.value[0];
@@ -198,8 +195,7 @@ Judgement hold_before_motion(State& state, const Sample& sample) noexcept {
   return held(sample.source);
 }
 
-/// After a silence the covariance is too wide for a gate: a sample needs two consistent ones
-/// before.
+/// After a silence the covariance is too wide to gate: two earlier samples must be consistent.
 Judgement take_signal(const Context& context, State& state, const Sample& sample) noexcept {
   const std::int64_t fused_ns = last_fused_ns(state, sample.source);
   if (fused_ns != 0 && seconds_between(fused_ns, sample.time_ns) > silence_s &&
@@ -300,8 +296,7 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
       const PosePair before = state.last_camera_pose;
       note_camera_pose(state, sample);
       if (!state.integrity.trusted(Source::camera)) {
-        // A distrusted camera needs more evidence before it may correct a filter that it
-        // contradicts.
+        // A distrusted camera needs more evidence before it may reset the filter.
         state.camera_evidence = -2.0 * context.model.tuning.outlier_odds;
         return gated(sample.source);
       }
