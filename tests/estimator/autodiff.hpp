@@ -1,4 +1,4 @@
-// Automatic differentiation of the models, to compare their analytic Jacobians with.
+// Automatic differentiation of the models, to check their analytic Jacobians.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,7 +6,7 @@
 
 namespace odomd::estimator::testing {
 
-/// A scalar with its derivatives by N variables.
+/// A scalar with its derivatives with respect to N variables.
 template <int N>
 using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, N, 1>>;
 

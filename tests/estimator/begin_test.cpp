@@ -1,4 +1,4 @@
-// Start of the filter: by a camera pose, standing, or from a predecessor.
+// Start of the filter: from a camera pose, at rest, or from a predecessor.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ TEST(Begin, ACameraPoseFromBeforeTheFirstTickInitialises) {
   const Estimate e = filter.step(tick);
   EXPECT_TRUE(e.initialised);
   EXPECT_EQ(e.reset_count, 1U);
-  // The present place, not that at the capture time.
+  // The present position, not the one at the capture time.
   EXPECT_NEAR(e.map.x, 1.0 + 0.1 * std::cos(0.5), 0.01);
   EXPECT_NEAR(e.map.y, 2.0 + 0.1 * std::sin(0.5), 0.01);
   EXPECT_NEAR(e.map.yaw, 0.5, 0.01);
@@ -50,7 +50,7 @@ TEST(Begin, ACameraPoseFromBeforeTheFirstTickInitialises) {
 }
 
 TEST(Begin, ItsFirstPoseIsTheSameInBothFrames) {
-  // Samples may wait for the first tick for a whole window, in which the car moves far.
+  // Samples may wait a whole window for the first tick, and the car moves far in that time.
   FullFilter filter({});
   filter.set_initial_pose({1.0, 2.0, 0.5});
   const std::int64_t tick = start_ns + 240 * millisecond;
@@ -115,7 +115,7 @@ TEST(Begin, ResumesWithTheCalibrationOfItsPredecessor) {
     every |= std::uint64_t{1} << i;
     EXPECT_NEAR(resumed.value[i], learnt.value[i], 1e-12) << i;
     EXPECT_GE(resumed.sigma[i], learnt.sigma[i]) << i;
-    // The road's slope may have changed in a tick, and is a bias of the accelerometers.
+    // The road's slope may have changed in a tick, which counts as a bias of the accelerometers.
     const double slope = i == 2 || i == 3 ? 0.015 * std::sqrt(circle.v_x * 0.005) * gravity : 0.0;
     EXPECT_LT(resumed.sigma[i], 1.1 * std::hypot(learnt.sigma[i], slope)) << i;
   }
@@ -149,7 +149,7 @@ TEST(Begin, ResumesWithoutCalibrationsThatMeanNothing) {
 }
 
 TEST(Begin, ItsBytesAreAllThereIs) {
-  // A recording keeps them, and resumes from them.
+  // A recording stores the filter's bytes, and a replay resumes from them.
   const std::vector<Arrival> arrivals = drive_on_a_circle(1'000 * millisecond);
   FullFilter filter = started();
   (void)run(filter, arrivals, 100);

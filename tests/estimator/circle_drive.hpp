@@ -17,8 +17,8 @@ namespace odomd::estimator::testing {
 
 inline constexpr std::int64_t start_ns = 1'000'000'000;
 
-/// What a car on a circle of 2 m/s and 1 rad/s measures, without noise, each sample with the time
-/// it arrives: wheels 5 ms late, the camera 40 ms.
+/// Samples of a car on a circle at 2 m/s and 1 rad/s, without noise, each with its time of arrival:
+/// wheels 5 ms late, the camera 40 ms.
 struct Arrival {
   std::int64_t arrival_ns = 0;
   std::optional<Measurement> signal;
@@ -67,8 +67,9 @@ inline std::vector<Arrival> drive_on_a_circle(std::int64_t duration_ns) {
   return arrivals;
 }
 
-/// The same with many events: the car stands from 1.4 to 2.2 s, its rear left wheel spins from 2.7
-/// s, single samples of gyro and camera are wrong, and from 3.2 s on the camera sees it elsewhere.
+/// A similar drive with many events: the car stands from 1.4 to 2.2 s, its rear left wheel spins
+/// from 2.7 s, single samples of gyro and camera are wrong, and from 3.2 s on the camera sees the
+/// car elsewhere.
 inline std::vector<Arrival> eventful_drive() {
   std::vector<Arrival> arrivals;
   std::mt19937 random(9);
@@ -124,7 +125,7 @@ inline std::vector<Arrival> eventful_drive() {
   return arrivals;
 }
 
-/// Every sample up to 240 ms after it was taken and in any order, all of them before `end_ns`.
+/// The samples arrive in any order, each up to 240 ms after it was taken, and all before `end_ns`.
 inline std::vector<Arrival> shuffled(std::vector<Arrival> arrivals, std::int64_t end_ns,
                                      std::mt19937& random) {
   for (Arrival& arrival : arrivals) {
@@ -136,7 +137,7 @@ inline std::vector<Arrival> shuffled(std::vector<Arrival> arrivals, std::int64_t
           std::uniform_int_distribution<std::int64_t>{arrival.arrival_ns, latest}(random);
     }
     if (arrival.camera) {
-      arrival.camera->arrival_ns = 0;  // or the camera's own limit would count
+      arrival.camera->arrival_ns = 0;  // otherwise the camera's own limit would apply
     } else {
       arrival.signal->arrival_ns = 0;
     }
@@ -160,7 +161,7 @@ inline void hand_in(FullFilter& filter, const Arrival& arrival) {
   }
 }
 
-/// Adds every arrival at the first tick that is not before it.
+/// Adds every arrival at the first tick at or after it.
 inline std::vector<Estimate> run(FullFilter& filter, const std::vector<Arrival>& arrivals,
                                  std::int64_t ticks) {
   std::vector<Estimate> estimates;
@@ -203,7 +204,8 @@ inline void expect_same_state(const Estimate& a, const Estimate& b) {
   EXPECT_EQ(a.recoveries, b.recoveries);
 }
 
-/// The odometry frame too, which depends on published velocities and so on the time of arrival.
+/// Compares the odometry, too, which depends on published velocities and so on the times of
+/// arrival.
 inline void expect_same_frames(const Estimate& a, const Estimate& b) {
   expect_same_state(a, b);
   EXPECT_EQ(a.odom.x, b.odom.x);

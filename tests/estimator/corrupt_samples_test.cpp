@@ -1,5 +1,5 @@
-// Corrupt samples that pass the checks: with a checksum of 8 bits, one random frame in 256
-// is right. A single one must not move the pose, whatever it contains and whatever follows.
+// Corrupt samples that pass the checks: with a checksum of 8 bits, one random frame in 256 is
+// right. A single corrupt frame must not move the pose, whatever it contains and whatever follows.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ constexpr std::array<Frame, 4> frames{
     Frame{{Signal{Source::steering, 0.8}}},
 };
 
-/// What follows the corrupt frame: nothing, or the car's own samples.
+/// Samples after the corrupt frame: none, or the car's own.
 enum class Then : std::uint8_t { silence, more };
 
 struct Motion {
@@ -36,7 +36,7 @@ struct Motion {
   double turn = 0.0;
 };
 
-/// Half a second of a car's own samples, one corrupt frame, and a second and a half more.
+/// Half a second of a car's own samples, one corrupt frame, and 1.5 s afterwards.
 class Drive {
  public:
   Drive(Motion motion, Then then) : motion_(motion), then_(then) {
@@ -86,7 +86,7 @@ class Drive {
 
 constexpr std::array motions{Motion{}, Motion{2.0, 0.0}, Motion{2.0, 1.0}};
 
-/// Calls `check` with the last estimate of every drive with a corrupt frame, and that without.
+/// Calls `check` with the last estimates of every drive, with a corrupt frame and without.
 void try_all(Then then,
              const std::function<void(const Estimate& corrupt, const Estimate& clean)>& check) {
   for (const Motion motion : motions) {

@@ -1,5 +1,5 @@
 // An independent implementation of the discrete dynamic bicycle (eqs 31-33 with errata 1 and 2), to
-// compare the filters' steps and Jacobians with.
+// check the filters' steps and Jacobians.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,8 +8,8 @@
 
 namespace odomd::estimator::testing {
 
-/// x = [v_x, v_y, ψ̇], u = [δ, a_x]; `w` stands for v_x wherever it is inertia: v_x as printed,
-/// |v_x| in the form that can reverse (errata, 5).
+/// x = [v_x, v_y, ψ̇], u = [δ, a_x]; `w` replaces v_x in the inertia terms: v_x as printed, |v_x|
+/// in the form that can reverse (errata, 5).
 template <typename T>
 [[nodiscard]] Eigen::Matrix<T, 3, 1> discrete_step(const Vehicle& car,
                                                    const Eigen::Matrix<T, 3, 1>& x,

@@ -25,7 +25,7 @@ struct Drive {
   std::int64_t now_ns = 1'000'000'000;
   Estimate last{};
 
-  /// One tick: the samples are stamped with it.
+  /// Drives one tick; the samples have its time.
   Estimate tick(const Samples& samples) {
     now_ns += period_ns;
     const auto send = [&](Source source, const std::optional<double>& value) {

@@ -18,7 +18,7 @@ struct DrivingCase {
   Eigen::Vector2d u;
 };
 
-/// Straight to beyond full lock, sliding and spinning, of both cars.
+/// Cases of both cars from straight ahead to beyond full lock, sliding and spinning.
 inline std::vector<DrivingCase> grid(const std::vector<double>& speeds) {
   std::vector<DrivingCase> cases;
   for (const Vehicle& car : {reference_car, full_size_car}) {

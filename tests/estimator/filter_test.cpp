@@ -36,7 +36,7 @@ INSTANTIATE_TEST_SUITE_P(, EveryModel,
                            return std::string(model_names[static_cast<std::size_t>(model.param)]);
                          });
 
-/// A slalom with all signals of a car.
+/// A slalom, with all signals of a car.
 Samples slalom(int tick) {
   const double t = 0.005 * tick;
   const double delta = 0.25 * std::sin(2.0 * t);
@@ -85,7 +85,7 @@ TEST_P(EveryModel, IsInitialisedByAPoseAndAWheelSpeed) {
   EXPECT_FALSE(no_wheel.ticks(100, {.steering = 0.1, .yaw_rate = 0.5}).initialised);
   EXPECT_EQ(no_wheel.last.map.x, 1.0);
   no_wheel.tick({.speed = 1.0});
-  // For the full filter the second speed confirms the first.
+  // The full filter needs a second speed to confirm the first.
   EXPECT_TRUE(no_wheel.tick({.speed = 1.0}).initialised);
   EXPECT_EQ(no_wheel.last.reset_count, 1U);
 }
@@ -176,7 +176,7 @@ TEST_P(EveryModel, MicrosecondOfShiftMovesNothing) {
   Drive shifted = start(GetParam());
   for (int i = 0; i < 2000; ++i) {
     on_time.tick(slalom(i));
-    // Ticks a microsecond early and late in turn, cameras and samples with them.
+    // Ticks alternate between a microsecond early and late, with their samples and camera poses.
     shifted.now_ns = on_time.now_ns - period_ns + (i % 2 == 0 ? 1000 : -1000);
     shifted.tick(slalom(i));
     if (i > 100 && i % 7 == 0) {
@@ -207,7 +207,7 @@ TEST_P(EveryModel, SkippedTicksAreMadeUpForWithTheInputsHeld) {
   const Estimate e = whole.ticks(50, steady);
   gappy.now_ns += 49 * period_ns;
   const Estimate made_up = gappy.tick(steady);
-  if (GetParam() == Model::full) {  // it corrects by every sample, and these were not there
+  if (GetParam() == Model::full) {  // every sample corrects it, and the gap had none
     EXPECT_NEAR(made_up.map.x, e.map.x, 1e-3);
     EXPECT_NEAR(made_up.map.y, e.map.y, 1e-3);
     EXPECT_NEAR(made_up.odom.x, e.odom.x, 1e-3);
@@ -255,7 +255,7 @@ TEST_P(EveryModel, SamplesFromTheFutureAreRefusedByTheirArrivalOrTheTick) {
   };
   EXPECT_EQ(verdict(next + period_ns + 1, 0), Verdict::future);
   EXPECT_TRUE(taken(verdict(next + period_ns, 0)));
-  // Ticks were skipped: what arrived late in the gap is not from the future.
+  // Ticks were skipped: a sample that arrived in the gap is not from the future.
   EXPECT_TRUE(taken(verdict(next + 20 * period_ns, next + 20 * period_ns)));
   EXPECT_EQ(verdict(next + 22 * period_ns, next + 20 * period_ns), Verdict::future);
 }
@@ -318,7 +318,7 @@ TEST_P(EveryModel, DoesNotResumeFromWhatIsNotUsable) {
   bad = good;
   bad.covariance = {};
   EXPECT_FALSE(resume(drive.filter, bad, 0.1));
-  for (const double impossible : {1e4, -1e300}) {  // finite, but no car's
+  for (const double impossible : {1e4, -1e300}) {  // finite, but impossible for a car
     bad = good;
     bad.v_x = impossible;
     EXPECT_FALSE(resume(drive.filter, bad, 0.1)) << impossible;
@@ -367,7 +367,7 @@ TEST_P(EveryModel, CovariancesStayPositiveDefiniteThroughAWildDrive) {
   }
 }
 
-/// Numbers as a broken sensor or a hostile sender would make them.
+/// Numbers that a broken sensor or a hostile sender might send.
 class Junk {
  public:
   double number() {

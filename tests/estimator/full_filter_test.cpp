@@ -40,7 +40,8 @@ TEST(FullFilter, FollowsACircleWithALateCamera) {
 }
 
 TEST(FullFilter, ACommandTurnsTheWheelsAfterItsDelay) {
-  // A servo with a delay of 40 ms, commanded 40 ms sooner, gives the same drive as one without.
+  // A servo with a delay of 40 ms, commanded 40 ms earlier, gives the same drive as a servo without
+  // delay.
   const auto run_with = [](double delay_s) {
     FilterSettings settings;
     settings.vehicle.steering.delay_s = delay_s;
@@ -112,10 +113,10 @@ TEST(FullFilter, AfterASleepTheVelocityIsAsUncertainAsThePose) {
   const Estimate before = run(filter, drive_on_a_circle(1 * second), 200).back();
   const Estimate after = filter.step(start_ns + 60 * second);
   EXPECT_GT(after.velocity_covariance[0], 1e3);
-  // The distance of a minute is unknown, and not that at the last speed.
+  // The distance driven in that minute is unknown: it is not extrapolated at the last speed.
   EXPECT_GT(after.covariance[0], 1e5);
   EXPECT_LT(std::hypot(after.odom.x - before.odom.x, after.odom.y - before.odom.y), 3.0);
-  // The car has been put down elsewhere, and stands.
+  // The car has been put down elsewhere, and is at rest.
   Estimate last;
   for (std::int64_t tick = 1; tick <= 20; ++tick) {
     const std::int64_t now = start_ns + 60 * second + tick * period_ns;
@@ -177,8 +178,7 @@ TEST(FullFilter, ACameraThatIsRightMovesTheMapOnceAndTheOdometryFrameNever) {
 }
 
 TEST(FullFilter, AJumpThatALatePoseTakesBackIsOneMoreJump) {
-  // Two poses that agree on another place; and one between them that contradicts it, but arrives
-  // later.
+  // Two poses agree on another position; a pose between them contradicts it, but arrives later.
   std::vector<Arrival> arrivals = drive_on_a_circle(2'000 * millisecond);
   const std::int64_t first = start_ns + 1'015 * millisecond;
   const std::int64_t last = first + 35 * millisecond;

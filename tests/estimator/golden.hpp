@@ -13,7 +13,7 @@ struct GoldenRow {
   std::array<double, 6> expected;  ///< v_x, v_y, ψ̇, X, Y, ψ after predict and correct
 };
 
-/// Reads tests/data/paper_ekf_golden.csv; throws std::runtime_error where that fails.
+/// Reads tests/data/paper_ekf_golden.csv; throws std::runtime_error on failure.
 [[nodiscard]] std::vector<GoldenRow> read_golden();
 
 }  // namespace odomd::estimator::testing

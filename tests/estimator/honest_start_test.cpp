@@ -1,4 +1,4 @@
-// What one sensor says alone, at the start, of a standing car or of one instant, decides nothing.
+// One sensor alone decides nothing: not at the start, not at rest, not at a single instant.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -78,7 +78,7 @@ TEST(HonestStart, AShortHaltDoesNotRewriteTheBias) {
 }
 
 TEST(HonestStart, ADepartureIsNoBias) {
-  // The wheels are late: they still read 0 while the car turns.
+  // Late wheels still read 0 while the car turns.
   for (const double late_s : {0.1, 0.2}) {
     Car car;
     car.drive(1.5, straight_at(0.0));
@@ -91,8 +91,8 @@ TEST(HonestStart, ADepartureIsNoBias) {
   }
 }
 
-/// Metres between filter and truth after ten seconds on the circle, with `looks` camera poses of
-/// each picture, `apart` nanoseconds one after the other.
+/// Distance between filter and truth [m] after ten seconds on the circle, with `looks` camera poses
+/// per picture, `apart` nanoseconds after each other.
 std::tuple<double, int> after_looks(int looks, std::int64_t apart, double stated) {
   std::vector<Arrival> arrivals;
   std::mt19937 random(3);
@@ -168,7 +168,7 @@ TEST(HonestStart, WheelsThatAreBlindToACreepDoNotBeatACameraThatSeesIt) {
     std::mt19937 random(5);
     std::normal_distribution<double> normal;
     double off = 0.0;
-    int beyond = 0;  // ticks with an error of more than four sigmas: as the car sets off unnoticed
+    int beyond = 0;  // ticks with an error above four sigmas: the departure is unnoticed
     for (int k = 1; k <= 4000; ++k) {
       const std::int64_t now = start_ns + k * period_ns;
       const double t = std::max(k * 0.005 - 3.0, 0.0);

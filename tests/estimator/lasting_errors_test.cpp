@@ -29,16 +29,16 @@ struct Errors {
   double gyro_latency_s = 0.0;
   double wheel_latency_s = 0.0;
   double steering_latency_s = 0.0;
-  double camera_lasting = 0.0;    ///< sigma of x and y [m], of the yaw half as much [rad] ...
-  double camera_lasting_s = 3.0;  ///< ... and its correlation time
-  double jump = 0.0;              ///< of the camera's map along x, after 30 s [m] ...
-  double turn = 0.0;              ///< ... and of its yaw [rad]
+  double camera_lasting = 0.0;    ///< sigma of x and y [m]; of the yaw: half of that [rad]
+  double camera_lasting_s = 3.0;  ///< correlation time of that error
+  double jump = 0.0;              ///< jump of the camera's map along x, after 30 s [m]
+  double turn = 0.0;              ///< jump of its yaw [rad]
   double camera_sigma = 0.008;    ///< as stated [m]
 };
 
 struct Outcome {
-  double nees = 0.0;     ///< mean of the second half
-  double off = 0.0;      ///< rms of the position there [m]
+  double nees = 0.0;     ///< mean NEES of the second half
+  double off = 0.0;      ///< rms position error of the second half [m]
   double sigma_x = 0.0;  ///< at the end
   Calibration calibration;
   double silent_s = 0.0;  ///< time with an error beyond five sigmas that is not `doubtful` [s]
@@ -173,7 +173,7 @@ TEST(LastingErrors, ACameraWhoseErrorsLastIsNotAveragedAway) {
   }
 }
 
-/// The map or the filter may have been wrong: the covariance contains both.
+/// Either the map or the filter may be wrong: the covariance contains both cases.
 TEST(LastingErrors, ACameraWhoseMapJumpsIsNotFollowedInSilence) {
   for (const double jump : {0.2, 0.5, 3.0}) {
     EXPECT_LT(drive({.jump = jump}, 6).silent_s, 0.5) << jump;

@@ -16,7 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 LIST = pathlib.Path(__file__).with_name("literals.txt")
 
 NUMBER = re.compile(r"(?<![\w.'])(\d[\d']*(?:\.\d*)?(?:e[+-]?\d+)?)(?!['\w.])")
-# Shapes of matrices and arrays, indices, conversions of units, and what is no code.
+# Shapes of matrices and arrays, indices, conversions of units, and text that is not code.
 NO_QUANTITY = re.compile(r'//.*|"[^"]*"|#include.*|<[^<>;=]*\d[^<>;=]*>\(?(?:\d(?:, \d)*\))?|\[\d+\]|\bP\(\d, \d\)|'
                          r'\b(seconds_per_ns|ns_per_second) = 1e-?9;')
 PLAIN = {0.0, 0.5, 1.0, 2.0}

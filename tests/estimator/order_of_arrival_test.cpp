@@ -1,4 +1,4 @@
-// Late and shuffled samples and skipped ticks: the same bits in the end.
+// Late and shuffled samples and skipped ticks give the same bits in the end.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ using estimator::testing::tick_of;
 
 TEST(OrderOfArrival, AnyOrderOfArrivalInsideTheWindowGivesTheSameBits) {
   const std::vector<Arrival> in_order = drive_on_a_circle(1'000 * millisecond);
-  // 200 ticks, and at most 240 ms more for late samples.
+  // 200 ticks, and up to 240 ms more for late samples.
   constexpr std::int64_t ticks = 200;
   FullFilter reference = started();
   const Estimate expected = run(reference, in_order, ticks).back();
@@ -106,9 +106,9 @@ TEST(OrderOfArrival, OfTwoClaimsOfOneSampleTheSameOneCountsInAnyOrder) {
   const CameraPose here{taken, 0, 0.72, 0.15, 0.39, 0.008, 0.008, 0.009};
   const CameraPose there{taken, 0, 0.71, 0.16, 0.39, 0.008, 0.008, 0.009};
 
-  // Both at once, or the second when the first has long been fused.
+  // Adds both at once, or the second one after the first has been fused.
   for (const int ticks_between : {0, 5}) {
-    // Of a camera they are two looks.
+    // Two poses at one time come from two cameras, and are not duplicates.
     const auto end_with = [&](const auto& first, const auto& second,
                               std::optional<Verdict> verdict) {
       FullFilter filter = started();
@@ -168,7 +168,7 @@ TEST(OrderOfArrival, TheOdometryFrameOfSkippedTicksIsThatOfEveryTick) {
   FullFilter some = started();
   (void)run(every, arrivals, 120);
   (void)run(some, arrivals, 120);
-  // There are no more samples, and the tyres take the car out of its circle.
+  // There are no more samples, and the predicted car leaves its circle.
   Estimate expected;
   for (std::int64_t tick = 121; tick <= 240; ++tick) {
     expected = every.step(start_ns + tick * period_ns);
@@ -177,7 +177,7 @@ TEST(OrderOfArrival, TheOdometryFrameOfSkippedTicksIsThatOfEveryTick) {
 }
 
 TEST(OrderOfArrival, BitsDoNotDependOnTheEpoch) {
-  // Decades later, on the grid of the ticks.
+  // The same drive decades later, on the grid of the ticks.
   constexpr std::int64_t later_ns = 1'760'000'000'000'000'000;
   const std::vector<Arrival> arrivals = drive_on_a_circle(500 * millisecond);
   FullFilter reference = started();

@@ -1,4 +1,4 @@
-// Sensors that fail at the end of their range for seconds: their effect on the pose, which must end
+// Sensors that are stuck at the end of their range for seconds: their effect on the pose must end
 // with the failure.
 #include <gtest/gtest.h>
 

@@ -16,7 +16,7 @@ using estimator::testing::millisecond;
 using estimator::testing::period_ns;
 using estimator::testing::start_ns;
 
-/// These masses, which no configuration allows, make every step of the model NaN.
+/// A mass that no configuration allows makes every step of the model NaN.
 FullFilter that_always_fails(const Pose2& pose) {
   FilterSettings settings;
   settings.vehicle.mass = std::numeric_limits<double>::quiet_NaN();
@@ -41,7 +41,7 @@ TEST(Recovery, KeepsThePoseThatWasGivenAndFiniteNumbers) {
     const Estimate e = filter.step(now);
     published += e.initialised ? 1 : 0;
     for (const Pose2& pose : {e.map, e.odom}) {
-      // It continues from there at 2 m/s.
+      // The pose continues from there at 2 m/s.
       EXPECT_NEAR(pose.x, given.x, 0.1) << k;
       EXPECT_NEAR(pose.y, given.y, 0.1) << k;
       EXPECT_NEAR(pose.yaw, given.yaw, 0.1) << k;

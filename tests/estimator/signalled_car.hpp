@@ -28,7 +28,7 @@ inline State fresh() {
   return initial_state(settings);
 }
 
-/// A car on its way, a tick at a time; counts what was fused and gated of each source.
+/// Drives a car, a tick at a time; counts each source's fused and gated samples.
 class Car {
  public:
   Car() {
@@ -60,7 +60,7 @@ class Car {
     ASSERT_TRUE(is_covariance(state.slow.covariance));
   }
 
-  /// Drives for `seconds`, and resets the counts before.
+  /// Resets the counts, then drives for `seconds`.
   void drive(double seconds, const SensorValues& values) {
     fused.clear();
     gated.clear();
@@ -69,7 +69,7 @@ class Car {
     }
   }
 
-  /// An inertial sensor does not repeat its bits.
+  /// Added to inertial signals: a real sensor never repeats a value exactly.
   [[nodiscard]] double tremor() const {
     return state.time_ns % (2 * period_ns) == 0 ? 1e-9 : -1e-9;
   }
@@ -93,7 +93,7 @@ inline SensorValues straight_at(double speed) {
            {Source::wheel_rear_right, speed}}};
 }
 
-/// On a circle to the left, on a road that grips.
+/// The signals on a circle to the left, on a road that grips.
 inline SensorValues bend_at(double speed, double yaw_rate) {
   const Vehicle car;
   const double half = 0.5 * car.track_width * yaw_rate;

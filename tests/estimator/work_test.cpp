@@ -1,6 +1,5 @@
-// How much a step of the full filter does at most. The state's own work is replaced by fakes that
-// count: this program brings its own advance() and its like, and so the library's do not go into
-// it.
+// The most work of a step of the full filter. Fakes that count replace the work on the state: this
+// program defines advance() and others itself, so the library's are not linked.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -42,7 +41,7 @@ constexpr std::int64_t millisecond = 1'000'000;
 constexpr std::int64_t start_ns = 1'000'000'000;
 constexpr auto capacity = static_cast<int>(full::SampleWindow::capacity);
 
-/// Ticks of a filter whose window is kept as full as it gets.
+/// Ticks of a filter whose window is kept as full as possible.
 class Flood {
  public:
   explicit Flood(const FilterSettings& settings, int samples_per_tick)
@@ -89,7 +88,7 @@ TEST(FullFilterWork, TheLongestRewindIsTheWindowOfTicksAndAWindowOfSamples) {
     FilterSettings settings;
     settings.period_s = period_s;
     const int window_ticks = static_cast<int>(settings.window_s / period_s) + 1;
-    // Just so many that the window of samples is full when the window of time is.
+    // Just enough samples to fill the window of samples when the window of time is full.
     Flood flood(settings, capacity / window_ticks);
     int most_takes = 0;
     for (int i = 0; i < 1000; ++i) {
@@ -105,7 +104,7 @@ TEST(FullFilterWork, TheLongestRewindIsTheWindowOfTicksAndAWindowOfSamples) {
       // Kept states may lie a few ticks apart.
       ASSERT_LE(advances - takes, window_ticks * 3 / 2 + 8);
     }
-    EXPECT_GT(most_takes, capacity / 2) << period_s;  // it was a long one
+    EXPECT_GT(most_takes, capacity / 2) << period_s;  // the replay was long
   }
 }
 

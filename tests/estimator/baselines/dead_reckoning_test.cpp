@@ -1,6 +1,6 @@
 // The kinematic bicycle and the slip odometer: geometry, forces, and Jacobians against automatic
-// differentiation. The filters of them are kinematic_filter_test.cpp's and
-// inertial_filter_test.cpp's.
+// differentiation. Their filters are tested in kinematic_filter_test.cpp and
+// inertial_filter_test.cpp.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -86,7 +86,8 @@ TEST(Inertial, RearAxleBearsItsShareOfTheSideForceOfASteadyTurn) {
   for (const double v_x : {2.0, -2.0}) {
     for (const double yaw_rate : {0.7, -0.7}) {
       const BodyVelocity v = inertial(v_x, yaw_rate).velocity;
-      // With front wheels along their own way, α_v = 0, only the rear axle turns the car.
+      // If the front wheels roll along their own direction, α_v = 0, only the rear axle turns the
+      // car.
       const double delta = (v.v_y + car.front_axle * v.yaw_rate) / v.v_x;
       const double yaw_accel = dynamic_rate(car, v, delta, 0.0, 0.1).yaw_rate;
       const double rear_force = -yaw_accel * car.yaw_inertia / car.rear_axle;
@@ -98,7 +99,7 @@ TEST(Inertial, RearAxleBearsItsShareOfTheSideForceOfASteadyTurn) {
 TEST(Inertial, ReversingMirrorsTheVelocity) {
   const BodyVelocity forward = inertial(1.5, 0.8).velocity;
   const BodyVelocity backward = inertial(-1.5, 0.8).velocity;
-  // The lever arm's part turns with ψ̇, the slip with a_y = v_x ψ̇ and the way the axle rolls.
+  // The lever arm's part of v_y changes sign with ψ̇; the slip with a_y = v_x ψ̇ and with v_x.
   const double slip = forward.v_y - car.rear_axle * 0.8;
   EXPECT_LT(slip, 0.0);
   EXPECT_DOUBLE_EQ(backward.v_y - car.rear_axle * 0.8, -slip);

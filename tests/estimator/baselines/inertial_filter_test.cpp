@@ -1,4 +1,4 @@
-// Dead reckoning by gyro, wheels and a steady turn's slip.
+// Dead reckoning from gyro, wheels and the slip of a steady turn.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -123,7 +123,7 @@ TEST(InertialFilter, AccelerationFollowsTheAccelerometerWithTheYawRateHeld) {
   EXPECT_NEAR(e.v_y_dot, (ahead - e.v_y) / step, 1e-5);
 }
 
-/// Of a sensor without lasting errors.
+/// Settings for sensors without lasting errors.
 FilterSettings calibrated() {
   FilterSettings settings;
   settings.tuning.gyro_bias = settings.tuning.gyro_scale = settings.tuning.wheel_scale = 0.0;
@@ -186,7 +186,7 @@ TEST(InertialFilter, CameraEndsWhatLastingErrorsHaveDone) {
   Drive drive = start(Model::inertial);
   drive.ticks(4000, {.speed = 1.0, .yaw_rate = 0.5});
   EXPECT_GT(drive.last.covariance[5], 0.3);
-  // Sees the car as it was 20 ticks ago.
+  // The camera sees the car as it was 20 ticks ago.
   const std::int64_t capture_ns = drive.now_ns;
   const Estimate before = drive.last;
   drive.ticks(20, {.speed = 1.0, .yaw_rate = 0.5});
@@ -200,7 +200,7 @@ TEST(InertialFilter, CameraEndsWhatLastingErrorsHaveDone) {
                                          .sigma_yaw = 0.02}),
             Verdict::fused);
   const Estimate e = drive.tick({.speed = 1.0, .yaw_rate = 0.5});
-  // R, 21 ticks of noise, and of bias and scale
+  // R, 21 ticks of noise, and the errors of bias and scale
   const double t = 21 * 0.005;
   const double expected = 4e-4 + 21 * 25e-6 * 9e-4 + std::pow(0.03 * t, 2) + std::pow(0.01 * t, 2);
   EXPECT_NEAR(e.covariance[5], expected, 0.01 * expected);
@@ -211,7 +211,7 @@ TEST(InertialFilter, AveragesTheGyroAtRest) {
   drive.ticks(2000, {.speed = 0.0, .yaw_rate = 0.02});
   const Estimate rest = drive.last;
   EXPECT_NEAR(rest.yaw_rate, 0.0, 1e-4);
-  // All the turn there was until then is possible.
+  // The whole turn integrated until then is within two sigmas.
   EXPECT_LT(rest.map.yaw, 2.0 * std::sqrt(rest.covariance[5]));
   const Estimate e = drive.ticks(2000, {.speed = 1.0, .yaw_rate = 0.02});
   EXPECT_NEAR(e.map.yaw, rest.map.yaw, 1e-3);
@@ -229,8 +229,8 @@ TEST(InertialFilter, StretchAtRestCountsByItsLength) {
     drive.ticks(ticks, {.speed = 0.0, .yaw_rate = reading});
     return -drive.tick({.speed = 1.0, .yaw_rate = 0.0}).yaw_rate;
   };
-  EXPECT_EQ(after_rest_of(170, 0.1), 0.0);   // too short
-  EXPECT_EQ(after_rest_of(2000, 0.2), 0.0);  // turns
+  EXPECT_EQ(after_rest_of(170, 0.1), 0.0);   // the rest is too short
+  EXPECT_EQ(after_rest_of(2000, 0.2), 0.0);  // the car turns
   EXPECT_NEAR(after_rest_of(250, 0.1), 0.1 * 122.0 / 1952.0, 5e-4);
 }
 

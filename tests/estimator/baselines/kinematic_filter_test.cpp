@@ -34,7 +34,7 @@ TEST(KinematicFilter, DrivesStraight) {
 }
 
 TEST(KinematicFilter, CentreOfGravityDrivesItsCircle) {
-  // The rear axle's radius is l / tan δ, the centre of gravity's the hypotenuse with l_h.
+  // The rear axle's radius is l / tan δ; with l_h its hypotenuse is the centre of gravity's radius.
   const double delta = 0.3;
   const double rear_radius = car.wheelbase() / std::tan(delta);
   const double radius = std::hypot(rear_radius, car.rear_axle);
@@ -60,7 +60,7 @@ TEST(KinematicFilter, AsPrintedTheCentreOfGravityDrivesTheRearAxlesCircle) {
 }
 
 TEST(KinematicFilter, PrintedFormErrsByMillimetresOverACameraGap) {
-  // 3.5 mm over 35 ms at 1 m/s, δ = 0.3 (errata, 7).
+  // They differ by 3.5 mm after 35 ms at 1 m/s and δ = 0.3 (errata, 7).
   Drive right = start(Model::kinematic);
   Drive printed = start(Model::kinematic_printed);
   for (int i = 0; i < 8; ++i) {
@@ -77,7 +77,8 @@ TEST(KinematicFilter, ReversesOnTheSameCircle) {
   drive.ticks(1, {.speed = 0.0, .steering = 0.4});
   drive.ticks(200, {.speed = 0.8, .steering = 0.4});
   drive.ticks(200, {.speed = -0.8, .steering = 0.4});
-  // Speed is a ramp between ticks: the two half ticks at the turn and the start are left.
+  // The speed is a ramp between ticks, so one more tick completes the two half ticks at start and
+  // turn.
   const Estimate e = drive.tick({.speed = 0.0, .steering = 0.4});
   EXPECT_NEAR(e.map.x, 0.0, 1e-12);
   EXPECT_NEAR(e.map.y, 0.0, 1e-12);
@@ -103,7 +104,7 @@ TEST(KinematicFilter, SingleRearWheelDrivesTheSameCircleAsTheAxle) {
                                   1.0 - yaw_rate * car.track_width / 2.0, 0.05});
     wheel.tick({.steering = delta});
   }
-  // The turn that corrects the wheel is that of the tick before: it settles within a few.
+  // A wheel is corrected with the yaw rate of the previous tick, so it settles within a few ticks.
   EXPECT_NEAR(wheel.last.v_x, 1.0, 1e-12);
   EXPECT_NEAR(wheel.last.map.yaw, axle.last.map.yaw, 0.005);
 }

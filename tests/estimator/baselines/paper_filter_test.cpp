@@ -1,4 +1,4 @@
-// The paper's filter against its author's own, and where it stops.
+// Compares the paper's filter with its author's own, and tests when it stops.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using testing::start;
 
 constexpr double tolerance = 1e-9;
 
-/// The bare filter over a row: predict, correct, and the pose by forward Euler.
+/// Steps the bare filter by a row: predict, correct, and the pose by forward Euler.
 void advance(const GoldenRow& row, Motion& motion, Pose2& pose) {
   const FilterSettings settings;
   step_paper_ekf(settings, {row.steering, row.accel_x}, {row.yaw_rate, row.speed}, motion);
@@ -124,7 +124,7 @@ TEST(PaperFilter, UsesTheAccelerationButNotTheLateralOne) {
 
 TEST(PaperFilter, SteadyTurnIsThatOfTheErrata) {
   Drive drive = start(Model::paper);
-  // The yaw rate of the model's own steady state, so that the correction agrees with it.
+  // Measure the yaw rate of the model's own steady state, so that the correction agrees with it.
   BodyVelocity steady{2.0, 0.0, 0.0};
   for (int i = 0; i < 2000; ++i) {
     steady = paper_step(Vehicle{}, steady, 0.1, 0.0, 0.005).velocity;

@@ -1,5 +1,5 @@
-// The paper's equations: the Jacobian of its step against automatic differentiation, and the steady
-// turn of the errata. The filter as a whole is paper_filter_test.cpp's.
+// The paper's equations: compares the Jacobian of a step with automatic differentiation, and checks
+// the steady turn of the errata. paper_filter_test.cpp tests the whole filter.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -80,7 +80,7 @@ TEST(DynamicModel, SteadyTurnIsThatOfTheErrata) {
   Eigen::Vector3d y{2.0, 0.0, 0.0};
   for (int i = 0; i < 200'000; ++i) {
     Eigen::Vector3d rate = rate_of(y, u, 0.1);
-    rate[0] = 0.0;  // v_x held, as if driven
+    rate[0] = 0.0;  // v_x is held, as if driven
     y += 5e-5 * rate;
   }
   EXPECT_NEAR(y[1], -0.030, 0.0005);

@@ -1,4 +1,4 @@
-// Late camera poses with a known odometry: which re-anchor, and which are rejected.
+// Late camera poses with a known odometry: which ones re-anchor, and which are rejected.
 #include "estimator/baselines/pose_anchor.hpp"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ class PoseAnchorTest : public ::testing::Test {
     }
   }
 
-  /// The odometry pose at a time, as driven from the pose `origin` at the start.
+  /// The odometry pose at a time, driven from the pose `origin` at the start.
   static Pose2 odom_at(std::int64_t time_ns, const Pose2& origin = {}) {
     return moved(origin, velocity, static_cast<double>(time_ns - start_ns) * 1e-9);
   }
@@ -77,7 +77,7 @@ TEST_F(PoseAnchorTest, MapIsTheOdometryUntilACameraSpeaks) {
 }
 
 TEST_F(PoseAnchorTest, LatePoseReAnchorsWhereItWasTaken) {
-  // The true map frame is elsewhere; 41.3 ms late, between two ticks.
+  // The true map frame is elsewhere; the pose is 41.3 ms late, between two ticks.
   const Pose2 true_anchor{0.02, -0.03, 0.01};
   begin();
   drive(100);
@@ -144,7 +144,7 @@ TEST_F(PoseAnchorTest, CovarianceGrowsOpenLoopAndStaysPositiveDefiniteAndBounded
   const Symmetric3 later = anchor_.covariance();
   EXPECT_GT(later[0], first[0]);
   EXPECT_GT(later[5], first[5]);
-  // 1.4 hours of it.
+  // 1.4 hours.
   for (int i = 0; i < 1000; ++i) {
     drive(1000);
     ASSERT_TRUE(is_positive_definite(anchor_.covariance())) << i;
@@ -212,7 +212,7 @@ TEST_F(PoseAnchorTest, RunOfRejectedBeginsAnewWithOneThatDoesNotAgree) {
   drive(50);
   for (int i = 1; i <= 2 * PoseAnchor::rejections_to_accept; ++i) {
     drive(7);
-    // From the tenth on the camera sees the car 2 m farther on.
+    // From the tenth pose on the camera sees the car 2 m farther ahead.
     const double further = i < PoseAnchor::rejections_to_accept ? 0.0 : 2.0;
     const Pose2 map = compose({3.0 + further, -1.0, 1.0}, odom_at(now_));
     const bool accepted = i == 2 * PoseAnchor::rejections_to_accept - 1;
@@ -229,7 +229,7 @@ TEST_F(PoseAnchorTest, RejectedPoseFromBeforeTheOthersDoesNotCount) {
   drive(50);
   for (int i = 1; i <= 2 * PoseAnchor::rejections_to_accept; ++i) {
     drive(7);
-    // Every other picture was taken before the one that came first.
+    // Every second picture was taken before the one that arrived ahead of it.
     const std::int64_t latency = i % 2 == 0 ? 40 * millisecond : 0;
     const Pose2 map = compose({3.0, -1.0, 1.0}, odom_at(now_ - latency));
     ASSERT_EQ(take(seen(map, latency)), Verdict::gated) << i;
@@ -266,7 +266,7 @@ TEST_F(PoseAnchorTest, CameraIsAcceptedWhileTheWheelsSpin) {
     }
   }
   EXPECT_LT(rejected, 280 / 4);
-  // At worst a run of rejected poses long.
+  // The error grows at most for the length of a run of rejected poses.
   EXPECT_LT(worst, 0.8 * 0.035 * (PoseAnchor::rejections_to_accept + 4));
 }
 
@@ -286,7 +286,7 @@ TEST_F(PoseAnchorTest, DistrustShowsInTheCovarianceAndPasses) {
     expect_positive_definite();
     return std::sqrt(anchor_.covariance()[0]);
   };
-  // σ = 7 ticks of 0.5 m/s and half of 1 m/s, and 10 mm of the camera.
+  // σ: 7 ticks at an error of 0.5 m/s and half of 1 m/s, and 10 mm from the camera.
   EXPECT_NEAR(sigma_after_a_gap(), std::hypot(0.010, 7 * 0.005 * 1.0), 0.005);
   drive(400);
   EXPECT_NEAR(sigma_after_a_gap(), 0.010, 0.001);
@@ -446,7 +446,7 @@ TEST_F(PoseAnchorTest, FirstCameraPoseInitialisesThoughTakenBeforeTheHistory) {
   EXPECT_EQ(take(seen(map, 32 * millisecond)), Verdict::fused);
   expect_near(anchor_.map(), moved(map, velocity, 0.032), 1e-9);
   expect_near(anchor_.odom(), anchor_.map(), 1e-12);
-  // σ² of the camera, and of the way since.
+  // σ² of the camera, and of the path since.
   EXPECT_GT(anchor_.covariance()[0], 1e-4);
   expect_positive_definite();
   // The next one is an ordinary pose.

@@ -1,5 +1,5 @@
-// One verdict for each sample, and the newest value held; v_x from the wheels of a car on a circle,
-// whichever of them report.
+// One verdict for each sample, and the newest value is held; v_x of a car on a circle, from
+// whichever wheels report.
 #include "estimator/baselines/signals.hpp"
 
 #include <gtest/gtest.h>
@@ -95,7 +95,8 @@ constexpr std::int64_t second = 1'000'000'000;
 constexpr std::int64_t no_limit = std::numeric_limits<std::int64_t>::max();
 
 const Vehicle car;
-// A left turn without slip: the middle of the rear axle does v_x, the circle's centre lies left.
+// A left turn without slip: the middle of the rear axle moves at v_x, the circle's centre is on the
+// left.
 constexpr double v_x = 1.5;
 constexpr double delta = 0.3;
 const double turn_rate = v_x * std::tan(delta) / car.wheelbase();
@@ -146,8 +147,8 @@ TEST(WheelSpeed, FrontWheelsRollAlongTheSteering) {
 }
 
 TEST(WheelSpeed, OneFrontWheelIsTakenToTheMiddle) {
-  // Its velocity along the car's axis is that of the rear wheel on its side; along the wheel it is
-  // by 1 / cos δ faster.
+  // A front wheel moves along the car's axis like the rear wheel on its side, and along its own
+  // direction faster by the factor 1 / cos δ.
   EXPECT_NEAR(v_x_of({{wheel_front_left, left / std::cos(delta)}, {steering, delta}}), v_x, 1e-15);
   EXPECT_NEAR(v_x_of({{wheel_front_right, right / std::cos(delta)}, {steering, delta}}), v_x,
               1e-15);
@@ -170,7 +171,7 @@ TEST(WheelSpeed, SilentSourceFallsAwayWhileAnotherSpeaks) {
   const std::int64_t later = second + second / 2;
   EXPECT_EQ(v_x_of({{wheel_rear, 1.0, second}, {motor, 3.0, later}}), 1.0);
   EXPECT_EQ(v_x_of({{wheel_rear, 1.0, second}, {motor, 3.0, later + 1}}), 3.0);
-  // One wheel of the pair dead: the other is corrected for the turn.
+  // One wheel of the pair is dead: the other is corrected for the turn.
   EXPECT_NEAR(v_x_of({{wheel_rear_left, 9.0, second}, {wheel_rear_right, right, 2 * second}}), v_x,
               1e-15);
 }

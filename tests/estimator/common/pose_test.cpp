@@ -44,7 +44,7 @@ TEST(Pose, ComposingWithIdentityChangesNoBit) {
 }
 
 TEST(Pose, MovesOnACircle) {
-  // Radius 2 m, a quarter of it.
+  // A quarter of a circle of 2 m radius.
   expect_near(moved({}, {1.0, 0.0, 0.5}, pi), {2.0, 2.0, pi / 2.0}, 1e-14);
 }
 

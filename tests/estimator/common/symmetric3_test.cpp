@@ -10,7 +10,7 @@
 namespace odomd::estimator::symmetric3_test {
 namespace {
 
-// A covariance with every entry in use.
+// A covariance without zero entries.
 constexpr Symmetric3 sample{2.0, 0.3, -0.4, 1.5, 0.2, 0.9};
 
 Eigen::Matrix3d full(const Symmetric3& p) {

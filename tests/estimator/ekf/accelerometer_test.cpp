@@ -48,7 +48,7 @@ TEST(AccelX, DependsOnTheStateAsItSays) {
       state.standstill.standing = standing;
       const auto predict = [&](const State& at) { return predict_accel_x(model, at, sigma); };
       Vector expected = testing::differences(state, predict);
-      expected[at::yaw_rate] = 0.0;  // left out on purpose: the gyro knows it better
+      expected[at::yaw_rate] = 0.0;  // left out on purpose: the gyro measures it better
       const Prediction z = predict(state);
       EXPECT_LT((testing::stated(z) - expected).cwiseAbs().maxCoeff(), 1e-8);
       EXPECT_LT((z.by_slow - testing::differences_by_slow(state, predict)).cwiseAbs().maxCoeff(),
@@ -130,7 +130,7 @@ TEST(AccelY, AtWalkingPaceAndStandstillCorrectsItsBiasAlone) {
       const Prediction z = predict_accel_y(model, input, state, sigma, dt);
       const double side = state.mean[at::v_x] * state.mean[at::yaw_rate];
       EXPECT_EQ(testing::stated(z), bias);
-      // By what is not modelled: as much as there is.
+      // The unmodelled part has a sigma as large as itself.
       EXPECT_NEAR(z.variance, sigma * sigma + side * side, 1e-15);
       ++slow;
     }

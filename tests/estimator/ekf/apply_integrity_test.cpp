@@ -42,7 +42,7 @@ TEST(ApplyIntegrity, AWrongSpeedIsResetToTheConsensus) {
 }
 
 TEST(ApplyIntegrity, AWrongYawRateIsResetToTheConsensus) {
-  // Without a gyro, which would correct the yaw rate at once.
+  // The gyro would correct the yaw rate at once, so there is none.
   Car car;
   const SensorValues values = without(bend_at(1.5, 0.8), Source::yaw_rate);
   car.drive(3.0, values);
@@ -81,7 +81,7 @@ TEST(ApplyIntegrity, ASlippingWheelDoesNotMakeThePoseDoubtful) {
 }
 
 TEST(ApplyIntegrity, ALateReversalIsAppliedToTheDrivenDistance) {
-  // Unsigned wheels: without an accelerometer the sign is unknown on a straight.
+  // Without an accelerometer the sign of unsigned wheel speeds is unknown on a straight.
   const auto backwards = [](double speed, double yaw_rate) {
     SensorValues values =
         without(without(bend_at(speed, -yaw_rate), Source::accel_x), Source::accel_y);

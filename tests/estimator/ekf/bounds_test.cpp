@@ -88,7 +88,7 @@ TEST(Sound, IsACovarianceWhoseEigenvaluesArePositive) {
   std::normal_distribution<double> normal;
   int indefinite = 0;
   for (int trial = 0; trial < 200; ++trial) {
-    // One eigenvalue about zero, the others from 1e-6 to 1.
+    // One eigenvalue near zero, of either sign, the others from 1e-6 to 1.
     Matrix root;
     for (Eigen::Index i = 0; i < root.size(); ++i) {
       root(i) = normal(random);

@@ -48,7 +48,7 @@ TEST(FullCamera, FirstPoseLocatesWhereItMay) {
   EXPECT_FALSE(state.located);
   const Judgement first = take_camera(CarModel{}, {}, state, {}, seen(1, {1.0, 2.0, 0.5}, 0.02));
   EXPECT_EQ(first.verdict, Verdict::fused);
-  EXPECT_EQ(first.degrees, 0);  // held against nothing
+  EXPECT_EQ(first.degrees, 0);  // there is nothing to compare it with
   EXPECT_TRUE(state.located);
   EXPECT_EQ(state.mean[at::x], 1.0);
   EXPECT_EQ(state.mean[at::y], 2.0);
@@ -75,7 +75,7 @@ TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
   EXPECT_NEAR(judgement.test_ratio, judgement.squared_ratio / CameraGate{}.gate, 1e-12);
   EXPECT_EQ(state.camera_test_ratio, judgement.test_ratio);
 
-  // The gate is at its stated limit.
+  // The gate is at its configured limit.
   const double just = judgement.squared_ratio;
   State inside = before;
   EXPECT_EQ(
@@ -90,7 +90,7 @@ TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
 }
 
 TEST(FullCamera, CorrectsEverythingCorrelatedWithThePose) {
-  // The slow errors too: compared with one joint update by all three numbers.
+  // Compares states and slow errors with one joint update by all three numbers.
   State before = located({1.0, 2.0, 0.3});
   before.slow = testing::some_slow_errors(1e-3);
   State state = before;
@@ -136,7 +136,7 @@ TEST(FullCamera, YawGoesOnThroughAnyNumberOfTurns) {
 struct Disagreement {
   State state = located();
   Pose2 truth;           ///< where the camera sees it at the start
-  double heading = 0.0;  ///< the way it goes there
+  double heading = 0.0;  ///< the car's direction in the camera's frame
   double speed = 1.0;    ///< [m/s]
   Context context;
 
@@ -145,7 +145,7 @@ struct Disagreement {
     const double way = speed * static_cast<double>(between_poses_ns) * 1e-9;
     for (int i = 0; i < ticks_between_poses; ++i) {
       state.time_ns += between_poses_ns / ticks_between_poses;
-      const double tremor = i % 2 == 0 ? 1e-6 : -1e-6;  // what moves does not repeat itself
+      const double tremor = i % 2 == 0 ? 1e-6 : -1e-6;  // a moving sensor does not repeat its value
       for (const Source source : {Source::wheel_rear_left, Source::wheel_rear_right}) {
         state.integrity.add(source, state.time_ns, speed + tremor, 0.01);
       }
@@ -161,7 +161,7 @@ struct Disagreement {
     return take(context, state, sample);
   }
 
-  /// Sends poses until one is accepted, at most so many.
+  /// Sends poses until one is accepted, but no more than `most`.
   int until_accepted(int most) {
     int poses = 0;
     while (state.resets == 0 && poses < most) {
@@ -183,7 +183,7 @@ TEST(FullCamera, ConsistentPosesAreAcceptedInTheEnd) {
     EXPECT_EQ(car.state.resets, 0U);
     EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-12);
   }
-  // Forced, not fused; and not at once: an outlier looks like that, too.
+  // The pose is forced, not fused; and not at once, because an outlier looks the same.
   EXPECT_GE(poses, 3);
   EXPECT_LT(poses * seconds_per_pose, longest_recovery_s);
   EXPECT_EQ(judgement.verdict, Verdict::forced);
@@ -202,7 +202,7 @@ TEST(FullCamera, ConsistentPosesAreAcceptedInTheEnd) {
 }
 
 TEST(FullCamera, AStepToAnotherPlaceIsAcceptedWithinThreeSeconds) {
-  // A camera without fault before: its step is too large for a car.
+  // The camera had no fault before, and its step is too large for a car.
   Disagreement car;
   for (int i = 1; i <= 60; ++i) {
     ASSERT_EQ(car.pose(i).verdict, Verdict::fused) << i;
@@ -217,8 +217,8 @@ TEST(FullCamera, AStepToAnotherPlaceIsAcceptedWithinThreeSeconds) {
 }
 
 TEST(FullCamera, WhereNothingElseWasWrongTheMapMayHaveJumpedInstead) {
-  // The first pose initialises; a later one that moves the pose contradicts fused ones, so what it
-  // may hide is published, if it was doubtful before or not.
+  // The first pose initialises. A later pose that moves the state contradicts fused ones, so the
+  // variance that it may hide is published, doubtful or not.
   Disagreement first{.truth = {5.0, -3.0, 0.0}};
   first.until_accepted(50);
   ASSERT_EQ(first.state.resets, 1U);
@@ -267,7 +267,7 @@ TEST(FullCamera, SixFusedPosesInARowConfirmThePose) {
 }
 
 TEST(FullCamera, OneThatScattersMoreThanItStatesIsTrustedLess) {
-  // Poses six times as noisy as stated.
+  // Poses as noisy as stated, and six times as noisy.
   for (const double times : {1.0, 6.0}) {
     std::mt19937 random(2);
     std::normal_distribution<double> normal(0.0, times * 0.01);
@@ -296,7 +296,7 @@ TEST(FullCamera, OutliersAreNot) {
   for (int i = 1; i < 500; ++i) {
     const Pose2 off{anywhere(random), 1.0 + std::abs(anywhere(random)), anywhere(random)};
     car.pose(i, off);
-    EXPECT_LT(std::abs(car.state.mean[at::y]), 0.3) << i;  // one in the grown gate
+    EXPECT_LT(std::abs(car.state.mean[at::y]), 0.3) << i;  // one outlier in the widened gate
   }
   EXPECT_EQ(car.state.resets, 0U);
 }

@@ -1,4 +1,4 @@
-// A camera that contradicts the car's own sensors: which one the filter follows, and what it
+// A camera that contradicts the car's own sensors: which of them the filter follows, and what it
 // learns.
 #include <gtest/gtest.h>
 
@@ -98,7 +98,7 @@ TEST(CameraTrust, AStepOfTheGyroBiasIsLearntOnTheMove) {
     });
     const Estimate& last = estimates.back();
     EXPECT_LT(last.reset_count, 6U) << step;
-    // At one yaw rate, bias and scale are one.
+    // At a constant yaw rate, bias and scale cannot be told apart.
     EXPECT_NEAR(last.calibration.value[0] + (last.calibration.value[1] - 1.0) * circle.yaw_rate,
                 step, 0.01)
         << step;
@@ -123,7 +123,7 @@ TEST(CameraTrust, AHeadingThatIsFlippedTurnsNoCarRoundInAnInstant) {
 }
 
 TEST(CameraTrust, WheelsThatSlipLeaveNoError) {
-  // All of them, by a little or a lot, for three seconds.
+  // All wheels slip for three seconds, by a little or a lot.
   for (const double slip : {0.8, 1.2, 1.5, 3.0}) {
     const auto slipping = [slip](Arrival& arrival) {
       if (arrival.signal && is_wheel(arrival.signal->source) &&
@@ -142,14 +142,14 @@ TEST(CameraTrust, WheelsThatSlipLeaveNoError) {
 }
 
 TEST(CameraTrust, ACarThatIsSeenDrivingDoesNotStand) {
-  // From a standstill, with wheels that are dead.
+  // A departure from a standstill, with dead wheels.
   FullFilter filter = started();
   constexpr double speed = 1.0;
   int badly = 0;
   Estimate e;
   std::mt19937 random(4);
   std::normal_distribution<double> noise(0.0, 0.01);
-  const auto x_at = [](double t) {  // off at 1 m/s²
+  const auto x_at = [](double t) {  // sets off at 1 m/s²
     return t < 2.0 ? 0.0 : t < 3.0 ? 0.5 * (t - 2.0) * (t - 2.0) : speed * (t - 2.5);
   };
   for (int k = 1; k <= 1200; ++k) {

@@ -16,7 +16,7 @@ inline Vector stated(const Prediction& prediction) {
   return by;
 }
 
-/// The same by differences. `predict`: a State to its Prediction.
+/// ∂h/∂x by central differences. `predict` maps a State to its Prediction.
 template <typename Predict>
 Vector differences(const State& at, const Predict& predict, double step = 1e-6) {
   Vector by;
@@ -30,7 +30,7 @@ Vector differences(const State& at, const Predict& predict, double step = 1e-6) 
   return by;
 }
 
-/// ∂h/∂s by differences.
+/// ∂h/∂s by central differences.
 template <typename Predict>
 SlowVector differences_by_slow(const State& at, const Predict& predict, double step = 1e-6) {
   SlowVector by;
@@ -44,7 +44,8 @@ SlowVector differences_by_slow(const State& at, const Predict& predict, double s
   return by;
 }
 
-/// What propagate() does at a state: x' = f(x, s), F, ∂f/∂s, and what it adds to the covariances.
+/// The effect of propagate() at a state: x' = f(x, s), F, ∂f/∂s, and the additions to the
+/// covariances.
 struct LinearStep {
   Vector mean = Vector::Zero();
   Matrix F = Matrix::Zero();
@@ -54,7 +55,7 @@ struct LinearStep {
   SlowMatrix slow_noise = SlowMatrix::Zero();
 };
 
-/// Read off the sensitivity, B ← F B + ∂f/∂s: of B = 0, and of unit vectors.
+/// Reads ∂f/∂s and F off the sensitivity, B ← F B + ∂f/∂s, with B = 0 and with unit vectors.
 inline LinearStep linear_step(const CarModel& model, const Input& input, double dt, State state) {
   state.covariance.setZero();
   const double softness = state.variance(slow::softness);  // the noise depends on it

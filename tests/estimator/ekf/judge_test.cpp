@@ -113,7 +113,7 @@ TEST(Judge, ADriverWhoBrakesHardIsFollowed) {
     Car car;
     EXPECT_LT(worst_while_braking(car, braking, straight_at(0.0)), 0.1) << braking;
     EXPECT_TRUE(car.gated.empty() || car.gated[Source::wheel_rear_left] <= 2) << braking;
-    // It is a change of a_x, not of bias or pitch gradient; a little of 9 m/s² may be a slope.
+    // The braking changes a_x, not bias or pitch gradient; a small part of 9 m/s² may be a slope.
     EXPECT_NEAR(car.state.mean[at::accel_bias_x], 0.0, 0.05 * braking + 0.05) << braking;
     EXPECT_NEAR(car.state.slow.mean[slow::pitch_gradient], 0.0, 0.05) << braking;
   }

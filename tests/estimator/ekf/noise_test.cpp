@@ -1,4 +1,4 @@
-// Noise from the data: by the scatter of a sensor and by the innovations, and the bounds of both.
+// Noise from the data: from a sensor's scatter and from the innovations, and the bounds of both.
 #include "estimator/ekf/noise.hpp"
 
 #include <gtest/gtest.h>
@@ -67,13 +67,13 @@ TEST(MeasuredNoise, AtRestAndOnTheMoveAreApart) {
   State state;
   EXPECT_NEAR(used(state, Source::accel_x, true, 0.2, nothing), 0.2, 0.03);
   EXPECT_NEAR(used(state, Source::accel_x, false, 2.0, nothing), 2.0, 0.3);
-  // At rest it is immediately the old one.
+  // At rest the old value is back immediately.
   EXPECT_NEAR(used(state, Source::accel_x, true, 0.2, nothing, 5), 0.2, 0.03);
 }
 
 TEST(MeasuredNoise, MotionHardlyEntersIt) {
   State state;
-  // 2 rad/s, three times a second, by samples of a 5 ms period
+  // An amplitude of 2 sigmas, three times a second, sampled every 5 ms
   const auto weave = [](int i) { return 2.0 * std::sin(20.0 * 0.005 * i) * stated; };
   EXPECT_NEAR(used(state, Source::accel_y, false, 1.0, weave), 1.0, 0.1);
   const auto ramp = [](int i) { return 5.0 * i * stated; };
@@ -90,7 +90,7 @@ TEST(NoiseOf, IsTheSigmaThatIsUsed) {
   const Tuning t;
   for (const Source source : {Source::yaw_rate, Source::accel_x, Source::accel_y}) {
     State state;
-    // Six samples are four differences of three.
+    // Six samples make four second differences.
     (void)used(state, source, true, 0.2, nothing, 6);
     EXPECT_FALSE(noise_of(t, state, source, stated).estimated());
     const double at_rest = stated * used(state, source, true, 0.2, nothing);
@@ -134,8 +134,8 @@ TEST(NoiseOf, OfAnInputAndOfACameraIsNothing) {
   }
 }
 
-/// The state after innovations of so many sigmas for 100 s, 100 a second; `share`: of the wheel's
-/// own relative error in the variance, the rest being the state's.
+/// The state after 100 s of innovations of `sigmas`, 100 a second; `share`: the part of the
+/// variance from the wheel's own relative error, the rest being the state's.
 State surprised(Source source, double sigmas, double share, State state = {}) {
   state.readings[index_of(source)].interval_s = 0.01;
   const Sample sample{.source = source};
@@ -175,14 +175,14 @@ TEST(NoiseScale, StaysIfTheInnovationsAreAsExpected) {
 }
 
 TEST(NoiseScale, ASampleWithoutInformationChangesNothing) {
-  // If all of S is the wheel's own noise, the sample says nothing about a_x; if none of it is,
-  // nothing about the wheel.
+  // If all of S is the wheel's own noise, the sample says nothing about a_x; if none of S is, it
+  // says nothing about the wheel.
   EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 1.0).drive_noise_scale, 1.0);
   EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 0.0)
                 .readings[index_of(Source::wheel_rear_left)]
                 .noise_scale,
             1.0);
-  // A wheel's sigma is not its relative error.
+  // The stated sigma of a wheel does not adapt its relative error.
   State state;
   state.readings[index_of(Source::wheel_rear_left)].interval_s = 0.01;
   Prediction z;
@@ -192,7 +192,7 @@ TEST(NoiseScale, ASampleWithoutInformationChangesNothing) {
   adapt_noise_scales({}, state, {.source = Source::wheel_rear_left}, z, nu);
   EXPECT_EQ(state.readings[index_of(Source::wheel_rear_left)].noise_scale, 1.0);
   EXPECT_LT(state.drive_noise_scale, 1.0);
-  // Nor does a sample at standstill.
+  // A sample at standstill adapts nothing, either.
   State standing;
   standing.standstill.standing = true;
   EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 0.5, standing).drive_noise_scale, 1.0);

@@ -53,7 +53,7 @@ TEST(Plausibility, ASpeedThatIsPolledOnceASecondIsFollowed) {
 }
 
 TEST(Plausibility, FramesThatContradictEachOtherAreNeverForced) {
-  // Only random frames that pass the checks are left of the wheels' messages.
+  // The wheels send no messages but random frames that pass the checks.
   const SensorValues silent{{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}}};
   int wrong = 0;
   for (unsigned seed = 0; seed < 20; ++seed) {

@@ -32,7 +32,7 @@ struct Stiffnesses {
 };
 
 /// Independent implementation of eqs 32 and 33 with |v_x| and the stiffnesses of a step, and of eqs
-/// 8 and 9 by its mean velocity.
+/// 8 and 9 with its mean velocity.
 DualVector next(const CarModel& model, const Input& input, const Stiffnesses& tyres,
                 const DualVector& x, const Dual& kappa) {
   using std::abs;
@@ -75,15 +75,16 @@ DualVector next(const CarModel& model, const Input& input, const Stiffnesses& ty
   return after;
 }
 
-/// F(α)/α, α = across / rolls, of a brush tyre (Pacejka): F = C α (1 - q + q²/3), and all it holds
-/// where it slides.
+/// F(α)/α, α = across / rolls, of a brush tyre (Pacejka): F = C α (1 - q + q²/3), and the largest
+/// force if the tyre slides.
 Dual secant(double stiffness, double across, double most, const Dual& rolls) {
   const Dual q = stiffness * std::abs(across) / (3.0 * most) / rolls;
   return q.value() < 1.0 ? Dual(stiffness * (1.0 - q + q * q / 3.0))
                          : Dual(most / std::abs(across) * rolls);
 }
 
-/// F(α)/α of both axles at a state; a function of |v_x| only where a tyre slides across slowly.
+/// F(α)/α of both axles at a state; it depends on |v_x| only if a tyre slides across at a low
+/// speed.
 Stiffnesses tyres_at(const CarModel& model, const Input& input, const State& state,
                      const Dual& v_x) {
   using std::abs;
@@ -142,8 +143,8 @@ TEST(Process, StepAndJacobianAreThoseOfAutomaticDifferentiation) {
 }
 
 TEST(Process, OfTyresThatSaturateToo) {
-  // The secant stiffness of the step's beginning is held: the model is implicit in v_y and ψ̇ with
-  // it, and so is its Jacobian.
+  // Model and Jacobian are implicit in v_y and ψ̇, with the secant stiffness held as at the step's
+  // start.
   CarModel model;
   model.car.grip_front = 7.0;
   model.car.grip_rear = 9.0;
@@ -203,8 +204,7 @@ TEST(Process, CovarianceIsThatOfTheWholeJacobian) {
 }
 
 TEST(Process, NoiseIsADensity) {
-  // Ten steps of a fifth of a millisecond leave what one of two leaves, but for the curvature of
-  // the way.
+  // Ten steps of 0.2 ms give the covariance of one step of 2 ms, except for the path's curvature.
   const CarModel model;
   const Input input{0.1, true};
   State coarse;
@@ -222,7 +222,7 @@ TEST(Process, NoiseIsADensity) {
 }
 
 TEST(Process, WhatIsUnknownOfForcesAndWheelsIsBounded) {
-  // Gauss-Markov processes: after a while, as unknown as they ever get, at any period.
+  // Gauss-Markov processes reach their stationary variance after a while, at any period.
   for (const double period_s : {0.001, 0.02}) {
     CarModel model;
     State state;
@@ -254,7 +254,7 @@ TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
   };
   const double straight = grown(0.0);
   EXPECT_NEAR(std::sqrt(straight), model.tuning.side_slip_floor * gravity, 1e-3);
-  // Of the mean within the step: a little less.
+  // The noise uses the yaw rate after the step, which is a little smaller.
   EXPECT_NEAR(std::sqrt(grown(gravity) - straight), model.tuning.side_slip * gravity, 0.15);
   EXPECT_NEAR(std::sqrt(grown(0.5 * gravity) - straight), model.tuning.side_slip * gravity / 8.0,
               0.02);
@@ -289,7 +289,7 @@ TEST(Process, StandingOnlyWhatVariesSlowlyDoesSo) {
 }
 
 TEST(BrushTyre, IsLinearWhereItHardlySlips) {
-  EXPECT_EQ(secant_stiffness(20.0, 0.3, 0.0, 1.5).stiffness, 20.0);  // of an unlimited grip, always
+  EXPECT_EQ(secant_stiffness(20.0, 0.3, 0.0, 1.5).stiffness, 20.0);  // always, with unlimited grip
   EXPECT_EQ(secant_stiffness(20.0, 0.0, 1.0 / 9.0, 1.5).stiffness, 20.0);
   EXPECT_NEAR(secant_stiffness(20.0, 1e-6, 1.0 / 9.0, 1.5).stiffness, 20.0, 1e-4);
 }

@@ -73,7 +73,7 @@ TEST(Resumed, ThePoseIsAsUncertainAsTheVelocityHasMadeItInTheGap) {
   const double gap_s = 0.5;
   const Matrix P = resumed({}, sure, gap_s, fresh()).covariance;
   const Matrix Q = resumed({}, doubtful, gap_s, fresh()).covariance;
-  // τ² V, along the car and across
+  // τ² times the squared velocity, along the car and across
   const double c = std::cos(0.4);
   const double s = std::sin(0.4);
   EXPECT_NEAR(Q(0, 0) - P(0, 0), gap_s * gap_s * (c * c * 0.09 + s * s * 0.01), 1e-9);
@@ -112,7 +112,7 @@ TEST(Publication, ThePeriodHardlyMattersToTheTimeDerivatives) {
     EXPECT_NEAR(other.v_y_dot, usual.v_y_dot, 0.5) << period_s;
     EXPECT_NEAR(other.yaw_accel, usual.yaw_accel, 0.1 * usual.yaw_accel) << period_s;
   }
-  // Longer than the look-ahead itself.
+  // A period longer than the look-ahead itself.
   EXPECT_GT(rates_at(0.1).yaw_accel, 1.0);
 }
 
@@ -178,7 +178,7 @@ TEST(Publication, ACalibrationIsValidOnceItIsKnownClearlyBetter) {
     state.slow.covariance *= share * share;
     state.covariance *= share * share;
     const Calibration known = published(state).calibration;
-    std::uint64_t every = 0;  // but those that are not estimated
+    std::uint64_t every = 0;  // except those that are not estimated
     for (std::size_t i = 0; i < calibration_count; ++i)
       if (known.sigma[i] > 0.0) every |= std::uint64_t{1} << i;
     EXPECT_GE(every, 0b1111111U);

@@ -1,5 +1,5 @@
-// The step of the full filter's velocity where the printed one does not hold: through standstill,
-// and in reverse (errata, 5).
+// The full filter's velocity step where the printed one is invalid: through standstill, and in
+// reverse (errata, 5).
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -19,7 +19,7 @@ using testing::reference_car;
 
 constexpr double dt = 0.005;
 
-/// Driven by `accel`, whatever v_y ψ̇ is.
+/// A step of a car that is driven with v̇_x = `accel`, whatever v_y ψ̇ is.
 VelocityStep step_of(const Vehicle& car, const Eigen::Vector3d& x, double steering, double accel) {
   return velocity_step(car,
                        {.v_x = x[0],
@@ -72,7 +72,7 @@ TEST(Reversing, HoldsThroughStandstillAtFullLock) {
       const double accel = i < 1600 ? -0.5 : 0.5;
       x = after(reference_car, x, lock, accel);
       ASSERT_TRUE(x.allFinite());
-      // The tightest circle of the wheelbase bounds the yaw rate; the transients stay near it.
+      // The tightest circle of the wheelbase bounds the yaw rate; transients exceed it little.
       const double bound = 1.2 * std::abs(x[0]) * std::tan(0.45) / reference_car.wheelbase() + 0.1;
       ASSERT_LT(std::abs(x[2]), bound) << "v_x = " << x[0];
       ASSERT_LT(std::abs(x[1]), 1.0) << "v_x = " << x[0];
@@ -96,7 +96,7 @@ TEST(Reversing, SettlesOnTheKinematicTurnAtWalkingPaceInBothDirections) {
     for (int i = 0; i < 2000; ++i) {
       x = after(reference_car, x, 0.3, 0.0);
     }
-    // The discrete model steers by δ where the geometry has tan δ.
+    // The discrete model steers by δ, and the geometry by tan δ.
     const BodyVelocity turn = reckon(Model::kinematic, reference_car, v_x, std::atan(0.3)).velocity;
     EXPECT_NEAR(x[2] / turn.yaw_rate, 1.0, 0.01) << "v_x = " << v_x;
     EXPECT_NEAR(x[1] / turn.v_y, 1.0, 0.01) << "v_x = " << v_x;
@@ -109,9 +109,9 @@ TEST(Reversing, IsAsStableAsTheCarItself) {
         step_of(reference_car, {v_x, 0.0, 0.0}, 0.0, 0.0).by.bottomRightCorner<2, 2>();
     return lateral.eigenvalues().cwiseAbs().maxCoeff();
   };
-  EXPECT_LT(spectral_radius(-0.065), 1.0);  // where the printed form is not
+  EXPECT_LT(spectral_radius(-0.065), 1.0);  // the printed form is unstable here
   EXPECT_LT(spectral_radius(-4.0), 1.0);
-  EXPECT_GT(spectral_radius(-4.2), 1.0);  // driven fast in reverse a car turns round
+  EXPECT_GT(spectral_radius(-4.2), 1.0);  // a car driven fast in reverse spins round
 }
 
 }  // namespace

@@ -143,7 +143,7 @@ TEST(SampleWindow, CountsSamplesDroppedWithoutAVerdict) {
   for (Sample& s : window.after(capacity / 2)) {
     s.judged = true;
   }
-  // The first half has no verdict yet, the second has. A refused one does not count.
+  // The first half has no verdict yet, the second half has. A refused sample does not count.
   for (std::int64_t t = capacity + 1; t <= 2 * capacity; ++t) {
     window.insert(sample(t));
   }
@@ -151,7 +151,7 @@ TEST(SampleWindow, CountsSamplesDroppedWithoutAVerdict) {
   std::array<std::uint32_t, source_count> counts = window.take_dropped();
   EXPECT_EQ(counts[index_of(Source::motor)], capacity / 2 / 4);
   EXPECT_EQ(counts[index_of(Source::yaw_rate)], capacity / 2 / 4 * 3);
-  // Each is reported once.
+  // Each dropped sample is reported once.
   counts = window.take_dropped();
   EXPECT_EQ(counts, (std::array<std::uint32_t, source_count>{}));
 }
@@ -175,7 +175,7 @@ TEST(SampleWindow, WhatAFullOneKeepsDoesNotDependOnTheOrder) {
 }
 
 TEST(SampleWindow, GoesOnForeverInItsRoom) {
-  // Far more samples than it has room for, some of them late, against a sorted list.
+  // Compares far more samples than the window has room for, some of them late, with a sorted list.
   SampleWindow window;
   std::vector<std::int64_t> expected;
   std::mt19937 random(5);

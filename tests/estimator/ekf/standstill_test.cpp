@@ -1,4 +1,4 @@
-// Begin and end of a standstill, and what is estimated in it.
+// Start and end of a standstill, and the estimates during one.
 #include "estimator/ekf/standstill.hpp"
 
 #include <gtest/gtest.h>
@@ -67,7 +67,7 @@ std::int64_t time_to_stand(State& state, std::int64_t duration_ms, const Wheel& 
 constexpr auto zero = [](std::int64_t) { return 0.0; };
 
 TEST(Standstill, AHaltMovesNoPose) {
-  // After a long way the errors of velocity and pose are correlated.
+  // After a long drive the errors of velocity and pose are correlated.
   State state = just_stopped();
   state.slow.sensitivity.topRows<3>().array() += 100.0;
   const Eigen::Vector3d before = state.mean.head<3>();
@@ -160,7 +160,7 @@ TEST(Standstill, ABlindWheelShowsItsDeadBand) {
     reads(speed);
   }
   EXPECT_EQ(state.standstill.dead_band, 0.8);
-  for (const double speed : {0.3, 0.0, 0.25, 0.2}) {  // one alone may be a corrupt frame
+  for (const double speed : {0.3, 0.0, 0.25, 0.2}) {  // a single reading may be a corrupt frame
     reads(speed);
   }
   EXPECT_EQ(state.standstill.dead_band, 0.25);
@@ -175,7 +175,7 @@ class AtRest {
 
   explicit AtRest(State from) : state(std::move(from)) {}
 
-  /// One tick: gyro and accelerometer, every second time the wheels.
+  /// Drives one tick, with gyro and accelerometer, and with the wheels every second time.
   void tick() {
     state_time_ns_ += 5 * millisecond;
     push(Source::yaw_rate, gyro_bias, gyro_sigma);
@@ -232,8 +232,8 @@ TEST(Standstill, BiasesAreLearntBeforeTheFirstMove) {
 }
 
 TEST(Standstill, TheBiasIsLearntWithTheNoiseAtRest) {
-  // A fifth of the stated noise: some 1.5 s of 200 samples a second, by their scatter, and the
-  // walk.
+  // With a fifth of the stated noise the sigma is that of about 1.5 s of 200 samples a second with
+  // this scatter, and of the walk.
   for (const double share : {0.2, 1.0}) {
     State state = never_moved();
     const Context context;
@@ -292,7 +292,7 @@ TEST(Standstill, WithoutACameraThePoseIsKnownNoBetterForIt) {
   for (int i = 0; i < 6000; ++i) {
     car.tick();
     const Eigen::Vector3d next = known();
-    // At most by one step of the corrected velocity.
+    // They fall at most by what one step of the corrected velocity explains.
     ASSERT_TRUE((next.array() >= 0.9999 * variances.array()).all()) << i;
     if (i == 200) {
       variances = next;

@@ -17,7 +17,7 @@ inline SlowVector some_slow_values() {
   return errors;
 }
 
-/// Standing, forward and in reverse, straight and at full lock, all other states nonzero.
+/// States at rest, forward and in reverse, straight and at full lock; all other states are nonzero.
 inline std::vector<State> grid_of_states() {
   std::vector<State> states;
   for (const double v_x : {-3.0, -0.4, -0.1, 0.0, 0.003, 0.1, 1.0, 4.0, 20.0}) {
@@ -48,7 +48,7 @@ Made some_numbers(int seed = 13) {
   return numbers;
 }
 
-/// Positive definite, everything correlated with everything; symmetric to the bit.
+/// Positive definite, with all entries correlated; symmetric to the bit.
 template <typename Square = Matrix>
 Square some_covariance(double size = 1e-2) {
   const auto root = some_numbers<Square>();

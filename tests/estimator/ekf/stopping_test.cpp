@@ -1,4 +1,4 @@
-// Stopping, standing and setting off, by wheels and gyro together.
+// Stopping, standing and setting off, decided from wheels and gyro together.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ TEST(Stopping, APersistentGyroReadingAtStandstillIsANewBias) {
   ASSERT_TRUE(car.state.standstill.standing);
   const double yaw = car.state.mean[at::yaw];
   car.drive(3.0, with(straight_at(0.0), Source::yaw_rate, 0.06));
-  EXPECT_LT(car.state.mean[at::yaw] - yaw, 0.06 * 2.0);  // until all the others outweigh the step
+  EXPECT_LT(car.state.mean[at::yaw] - yaw, 0.06 * 2.0);  // until other sources outweigh the step
   EXPECT_TRUE(car.state.standstill.standing);
   EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.06, 0.003);
   EXPECT_EQ(car.state.mean[at::yaw_rate], 0.0);
@@ -74,8 +74,8 @@ TEST(Stopping, LockedWheelsThatSlideAreNoStandstill) {
 }
 
 TEST(Stopping, WheelsThatStopWithTheCarAreAccepted) {
-  // Against a wall, too fast for the accelerometer. Dead wheels would look the same, so it takes a
-  // while; and the pose is doubtful.
+  // The car hits a wall, too suddenly for the accelerometer. Dead wheels would look the same, so
+  // the standstill takes a while, and the pose is doubtful.
   Car car;
   car.drive(2.0, straight_at(3.0));
   const double x = car.state.mean[at::x];
@@ -104,7 +104,7 @@ TEST(Stopping, OneWheelThatTurnsMovesNoCarThatStands) {
     car.drive(5.0, stuck);
     EXPECT_TRUE(car.state.standstill.standing) << speed;
     EXPECT_NEAR(car.state.mean[at::x], 0.0, 0.04) << speed;
-    // Nor does it keep a car standing, or move one.
+    // The dead wheel neither keeps the car at a standstill nor moves it.
     car.drive(4.0, with(straight_at(1.0), Source::wheel_rear_right, speed));
     EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.02) << speed;
     EXPECT_NEAR(car.state.mean[at::x], 4.0, 0.1) << speed;
@@ -234,7 +234,7 @@ TEST(Stopping, ReversesThroughStandstill) {
 }
 
 TEST(Stopping, ACarThatSetsOffBelowWhatItsWheelsResolveIsNotSurelyWhereItStood) {
-  // At 1 m/s², with wheels that read zero below 0.7 m/s.
+  // The car sets off at 1 m/s², with wheels that read zero below 0.7 m/s.
   Car car;
   car.drive(3.0, straight_at(0.0));
   car.state.standstill.dead_band = 0.8;
@@ -243,7 +243,7 @@ TEST(Stopping, ACarThatSetsOffBelowWhatItsWheelsResolveIsNotSurelyWhereItStood) 
   car.drive(0.7, with(straight_at(0.0), Source::accel_x, 1.0));
   car.drive(0.02, straight_at(0.7));
   ASSERT_FALSE(car.state.standstill.standing);
-  // The accelerometer has measured the way.
+  // The accelerometer has measured the distance.
   EXPECT_LT(std::abs(car.state.mean[at::x] - x - 0.5 * 0.7 * 0.7),
             3.0 * std::sqrt(car.state.covariance(at::x, at::x) - before));
 }
@@ -308,7 +308,7 @@ TEST(Stopping, DrivenWheelsThatSpinOnTheSpotMoveNoCar) {
 }
 
 TEST(Stopping, SettingOffDuringAGapMakesThePositionUncertain) {
-  // No samples while it sets off; then the gyro sends first.
+  // No samples arrive while the car sets off; then the gyro is first.
   Car car;
   car.drive(3.0, straight_at(0.0));
   const double before = car.state.covariance(at::x, at::x);

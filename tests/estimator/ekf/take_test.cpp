@@ -1,5 +1,5 @@
-// Single samples into a state: which are fused, and what happens to a sensor that keeps disagreeing
-// with the others.
+// Applies single samples to a state: which are fused, and the treatment of a sensor that keeps
+// disagreeing with the others.
 #include "estimator/ekf/take.hpp"
 
 #include <gtest/gtest.h>
@@ -39,8 +39,8 @@ TEST(Take, TheFirstWheelSpeedThatIsConfirmedStartsTheMotion) {
   EXPECT_NEAR(car.state.mean[at::v_x], 2.0, 1e-9);
 }
 
-// Seen by a camera: a wheel that spins up loses weight and counts as gated, and a turn that a gyro
-// goes on showing counts as fused.
+// A camera sees the car: a wheel that spins up loses weight and counts as gated, and the gyro of a
+// turn that lasts counts as fused.
 TEST(Take, ASlippingWheelLosesItsWeight) {
   Car car;
   const auto seen = [&car](double seconds, const SensorValues& values) {
@@ -70,7 +70,7 @@ TEST(Take, ASlippingWheelLosesItsWeight) {
 }
 
 TEST(Take, NoiseDoesNotCorrectThePitchGradient) {
-  // A minute at an even speed, with the noise of wheels and accelerometer as it is stated.
+  // A minute at a constant speed, with the stated noise of wheels and accelerometer.
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0.0, 1.0);
   Car car;
@@ -84,7 +84,7 @@ TEST(Take, NoiseDoesNotCorrectThePitchGradient) {
   EXPECT_NEAR(car.state.slow.mean[slow::pitch_gradient], 0.0, 0.05);
 }
 
-/// Weaves at the limit of its tyres' grip. Returns the rms error of v_y.
+/// The car weaves at the limit of its tyres' grip. Returns the rms error of v_y.
 double weave(Car& car, double grip, double seconds) {
   Vehicle plant = car.context.model.car;
   plant.grip_front = plant.grip_rear = grip;
@@ -172,14 +172,14 @@ TEST(Take, AWheelThatSpinsIsLeftOutWhileOthersRoll) {
   EXPECT_EQ(car.gated[Source::wheel_front_left], 0);
   EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.02);
   EXPECT_NEAR(car.state.mean[at::x] - x, 2.0, 0.03);
-  // Rolling again for a while, it counts again.
+  // After rolling again for a while, the wheel counts again.
   car.drive(1.2, straight_at(1.0));
   car.drive(0.5, straight_at(1.0));
   EXPECT_EQ(car.gated[Source::wheel_rear_left], 0);
 }
 
 TEST(Take, AWheelThatHasBeenCalmMayErrAsAnyOtherAgain) {
-  // At 20 m/s calm wheels are known to a centimetre a second, any others to five.
+  // At 20 m/s, calm wheels are precise to 1 cm/s, others to 5 cm/s.
   Car calm;
   calm.drive(20.0, straight_at(20.0));
   const double noise_scale = calm.state.readings[index_of(Source::wheel_rear_left)].noise_scale;
@@ -235,11 +235,11 @@ TEST(Take, SettingOffBeforeAWheelTurnsIsNoTestOfTheAccelerometer) {
   EXPECT_EQ(early.verdict, Verdict::gated);
   EXPECT_EQ(early.degrees, 0);
   EXPECT_NEAR(car.state.mean[at::accel_bias_x], 0.0, 0.05);
-  // A sample that agrees with the standstill is tested as usual.
+  // A sample that is consistent with the standstill is tested as usual.
   EXPECT_EQ(car.push(Source::accel_x, 0.0).degrees, 1);
 }
 
-/// Ten readings of the gyro a second, all else at every tick.
+/// The gyro sends ten readings a second, all other sources send at every tick.
 void drive_with_slow_gyro(Car& car, double seconds, const SensorValues& values, double yaw_rate) {
   for (int i = 0; i < std::lround(10.0 * seconds); ++i) {
     car.drive(0.1, without(values, Source::yaw_rate));
@@ -248,7 +248,7 @@ void drive_with_slow_gyro(Car& car, double seconds, const SensorValues& values, 
 }
 
 TEST(Take, TheHeadingIsTheGyrosIntegralWhateverTheSteeringSays) {
-  // Straight for so long that the steering is trusted; then a bend in which it is wrong.
+  // The steering is trusted after a long straight; in the bend that follows, it is wrong.
   Car car;
   drive_with_slow_gyro(car, 20.0, straight_at(2.0), 0.0);
   const SensorValues bend = bend_at(2.0, 0.5);
@@ -259,7 +259,7 @@ TEST(Take, TheHeadingIsTheGyrosIntegralWhateverTheSteeringSays) {
 }
 
 TEST(Take, BiasAndScaleOfTheGyroTurnTheHeadingByAllOfItsTime) {
-  // At a creep too, where tyres would straighten the car between two of its samples.
+  // Also at a creep, where tyres would straighten the car between two gyro samples.
   for (const double speed : {0.1, 2.0}) {
     Car car;
     car.state.slow.mean[slow::gyro_bias] = 0.02;
@@ -286,7 +286,7 @@ TEST(Take, TheHeadingIsNoMorePreciseThanTheGyrosNoise) {
     drive_with_slow_gyro(car, 20.0, straight_at(speed), 0.0);
     const double before = car.state.covariance(at::yaw, at::yaw);
     drive_with_slow_gyro(car, 20.0, straight_at(speed), 0.0);
-    // Two hundred intervals of a tenth of a second.
+    // The noise of two hundred intervals of 0.1 s.
     const double noise = 0.1 * Car::sigmas[index_of(Source::yaw_rate)];
     EXPECT_GE(car.state.covariance(at::yaw, at::yaw) - before, 0.99 * 200 * noise * noise) << speed;
   }
@@ -294,7 +294,7 @@ TEST(Take, TheHeadingIsNoMorePreciseThanTheGyrosNoise) {
 
 TEST(Take, AGyroWithoutASampleHasNoIntegral) {
   Car car;
-  car.state.time_ns = 0;  // of a log that begins so
+  car.state.time_ns = 0;  // the time at which a log may begin
   car.drive(0.1, without(straight_at(2.0), Source::yaw_rate));
   ASSERT_TRUE(car.state.moving);
   for (int i = 0; i < 3; ++i) {
@@ -305,7 +305,7 @@ TEST(Take, AGyroWithoutASampleHasNoIntegral) {
 }
 
 TEST(Take, ASpinByTheGyroAloneIsAFault) {
-  // Wheels, steering and lateral acceleration contradict it.
+  // Wheels, steering and lateral acceleration contradict the gyro.
   Car car;
   car.drive(2.0, straight_at(1.0));
   const double yaw = car.state.mean[at::yaw];
@@ -421,7 +421,7 @@ TEST(Take, OneCorruptDirectionDoesNotReverseAMovingCar) {
 }
 
 TEST(Take, AReversalReversesTheMotion) {
-  // A turn in reverse that was taken for one ahead, with wrong side forces.
+  // A turn in reverse that was taken for a forward turn, with wrong side forces.
   Car car;
   const SensorValues turn = with(straight_at(0.45), Source::yaw_rate, 0.3);
   car.push(Source::direction, 1.0);
@@ -439,7 +439,7 @@ TEST(Take, ASteeringThatJumpsMayBeATelegramsAlone) {
     car.tick(with(straight_at(1.0), Source::steering, angle));
     return std::sqrt(car.state.covariance(at::front_angle, at::front_angle));
   };
-  EXPECT_LT(unknown_after(0.05), 0.05);  // as one steers
+  EXPECT_LT(unknown_after(0.05), 0.05);  // a driver steers like this
   EXPECT_GT(unknown_after(-0.5), 0.3);
 }
 
@@ -477,7 +477,7 @@ TEST(Advance, GoesInStepsOfAtMostAPeriod) {
   EXPECT_LT((whole.covariance - stepped.covariance).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-/// The front wheels after each of `count` periods from a command of 0.3 rad on.
+/// The front wheels' angle after each of `count` periods since a command of 0.3 rad.
 std::vector<double> commanded(const SteeringActuator& actuator, int count) {
   Car car;
   car.context.model.car.steering = actuator;
@@ -509,7 +509,7 @@ TEST(Advance, TheFrontWheelsTurnNoFasterThanTheyCan) {
   for (std::size_t i = 0; i < angles.size(); ++i) {
     EXPECT_NEAR(angles[i], std::min(0.3, 0.01 * static_cast<double>(i + 1)), 1e-12) << i;
   }
-  // Of both, the slower.
+  // The slower of both limits applies.
   EXPECT_NEAR(commanded({.lag_s = 0.01, .rate_limit = 2.0}, 1).back(), 0.01, 1e-12);
   EXPECT_LT(commanded({.lag_s = 1.0, .rate_limit = 2.0}, 1).back(), 0.002);
 }

@@ -1,5 +1,5 @@
 // Compares the update by a scalar sample with the textbook's, and the filter with separate slow
-// errors with the joint one.
+// errors with the joint filter.
 #include "estimator/ekf/update.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ State somewhere() {
   return state;
 }
 
-/// Depends on states all over the vector, and on slow errors.
+/// A prediction that depends on states all over the vector, and on slow errors.
 Prediction something() {
   Prediction z;
   z.value = 0.3;
@@ -45,7 +45,7 @@ constexpr int joint_size = int{at::size} + int{slow::size};
 using JointVector = Eigen::Matrix<double, joint_size, 1>;
 using JointMatrix = Eigen::Matrix<double, joint_size, joint_size>;
 
-/// x and s as one state of 19, with its covariance.
+/// x and s as one joint state, with its covariance.
 struct Joint {
   JointVector mean;
   JointMatrix covariance;
@@ -57,7 +57,7 @@ struct Joint {
     covariance << state.covariance + B * P_s * B.transpose(), B * P_s, P_s * B.transpose(), P_s;
   }
 
-  /// The Kalman filter of the textbook.
+  /// The textbook's Kalman filter.
   void update(const Prediction& z, double measured) {
     JointVector H;
     H << stated(z), z.by_slow;
@@ -109,7 +109,7 @@ TEST(Update, InnovationIsTheTextbooks) {
 }
 
 TEST(Update, OptimalUpdateIsTheTextbooks) {
-  // P = (P⁻¹ + H R⁻¹ Hᵀ)⁻¹, the information form: nothing in common with the code.
+  // P = (P⁻¹ + H R⁻¹ Hᵀ)⁻¹, the information form, has nothing in common with the code.
   const State before = somewhere();
   const Vector H = stated(something());
   State state = before;
@@ -159,7 +159,7 @@ TEST(Update, CovariancesStaySoThroughThousandsOfUpdates) {
     }
     correct(state, nu, gain);
     correct_slow_errors(state, nu, i % 3 == 0 ? all() : only(slow::gyro_bias));
-    // What varies slowly does so: or everything would be known in the end.
+    // The random walks, without which everything would be known in the end.
     state.covariance.diagonal().array() += 1e-9;
     state.slow.covariance.diagonal().array() += 1e-9;
     ASSERT_TRUE(is_covariance(state.covariance)) << i;
@@ -168,8 +168,8 @@ TEST(Update, CovariancesStaySoThroughThousandsOfUpdates) {
 }
 
 TEST(Update, WithAllCorrectedItIsTheJointFilterOfStatesAndSlowErrors) {
-  // Friedland 1969: steps and any updates in turn. It is exact where the errors
-  // do last; a walk, of 1e-3 in a second, is not followed into their correlation with the state.
+  // Friedland 1969: steps and any updates in turn. The form is exact for constant errors; it
+  // neglects the effect of a walk on their correlation with the state.
   CarModel model;
   Tuning& t = model.tuning;
   t.gyro_bias_walk = t.gyro_scale_walk = t.wheel_scale_walk = t.stiffness_scale_walk = 0.0;
@@ -192,7 +192,7 @@ TEST(Update, WithAllCorrectedItIsTheJointFilterOfStatesAndSlowErrors) {
     const Joint apart(state);
     ASSERT_LT((apart.mean - joint.mean).cwiseAbs().maxCoeff(), 1e-9) << i;
     ASSERT_LT((apart.covariance - joint.covariance).cwiseAbs().maxCoeff(), 1e-9) << i;
-    // And what a heading that is off makes of the way in the second order.
+    // The published covariance adds the second-order effect of a heading error on the path.
     Eigen::Matrix<double, 6, 6> P = joint.covariance.topLeftCorner<6, 6>();
     const Eigen::Vector2d way(P(at::y, at::yaw), -P(at::x, at::yaw));
     P.topLeftCorner<2, 2>() += 0.75 * way * way.transpose();
@@ -207,7 +207,7 @@ TEST(Update, WhatIsOnlyConsideredChangesNothingButHowFarAllMayBeOff) {
   State knowing = somewhere();
   knowing.slow.covariance.setZero();
   CarModel model;
-  model.car.grip_front = model.car.grip_rear = 9.0;  // or else the noise depends on what is known
+  model.car.grip_front = model.car.grip_rear = 9.0;  // or the noise depends on the known grip
   std::mt19937 random(6);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 100; ++i) {

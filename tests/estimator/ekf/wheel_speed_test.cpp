@@ -1,4 +1,4 @@
-// The prediction of a wheel's speed: each wheel at its place, and its derivatives.
+// The prediction of a wheel's speed: each wheel at its position, and the derivatives.
 #include "estimator/ekf/predict.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,8 @@
 namespace odomd::estimator::full::wheel_speed_test {
 namespace {
 
-/// With wheels of no latency: the derivatives by what its correction depends on are left out.
+/// The grid's states without wheel latency, whose correction has derivatives that the prediction
+/// leaves out.
 std::vector<State> states_on_time() {
   std::vector<State> states = testing::grid_of_states();
   for (State& state : states) {
@@ -35,7 +36,7 @@ double slip_of(const State& state, Source source) {
   return 1.0 + 0.004 * slip_share(Driven::rear, source, force) * force;
 }
 
-/// The grid's states, of a car whose wheels do not slip: the slip's own derivatives are left out.
+/// The grid's states without wheel slip, whose derivatives the prediction leaves out.
 std::vector<State> states_without_slip() {
   std::vector<State> states = states_on_time();
   for (State& state : states) {
@@ -61,7 +62,7 @@ TEST(FullWheelSpeed, EveryWheelIsAtItsCornerOfTheCar) {
   }
 }
 
-/// By the difference d = 0.004 of some_slow_values().
+/// The factor due to the difference d = 0.004 of some_slow_values().
 double unlike(const WheelPlace& place) {
   return place.left == 0.0 ? 1.0 : 1.0 + std::copysign(0.002, place.left);
 }
@@ -70,7 +71,7 @@ TEST(FullWheelSpeed, IsTheScaledVelocityOfItsPlaceAlongTheWheel) {
   const CarModel model;
   for (const State& state : states_on_time()) {
     for (const Source source : sources) {
-      // (v_x, v_y, 0) + (0, 0, ψ̇) × (x_w, y_w, 0), on the wheel's direction
+      // (v_x, v_y, 0) + (0, 0, ψ̇) × (x_w, y_w, 0), projected on the wheel's direction
       const WheelPlace place = wheel_place(model.car, source);
       const double delta = place.steered ? state.steering.value - 0.01 : 0.0;
       const Eigen::Vector2d velocity(state.mean[at::v_x] - state.mean[at::yaw_rate] * place.left,
@@ -91,8 +92,8 @@ TEST(FullWheelSpeed, DerivativesBySpeedAndScaleAreRight) {
           return predict_wheel_speed(model, input_of(at), at, source, sigma, gyro);
         };
         Vector expected = testing::differences(state, predict);
-        // Left out on purpose: the side slip, the offset of the steering, what a_x makes of the
-        // slip, and with a gyro alive the yaw rate.
+        // Left out on purpose: the side slip, the steering offset, the effect of a_x on the slip
+        // and, if a gyro is alive, the yaw rate.
         expected[at::v_y] = 0.0;
         expected[at::steering_offset] = 0.0;
         expected[at::accel_x] = 0.0;
@@ -119,7 +120,7 @@ TEST(FullWheelSpeed, WhatCountsAsKnownDoesSoWithItsVariance) {
       for (const at::Index known : {at::v_y, at::yaw_rate}) {
         State uncertain = state;
         uncertain.covariance(known, known) += 0.09;
-        // The scale's percent does not count here.
+        // The variance neglects the scales.
         const double through = by[known] / (1.015 * unlike(wheel_place(model.car, source)));
         EXPECT_NEAR(predict(uncertain).variance - predict(state).variance, 0.09 * through * through,
                     1e-8);
@@ -184,7 +185,7 @@ TEST(FullWheelSpeed, SlipsWhereItDrivesAndHalfAsMuchWhereAllBrake) {
 TEST(FullWheelSpeed, WhatTheSlipMakesOfAnAccelerationIsItsDerivative) {
   const CarModel model;
   for (State state : states_on_time()) {
-    state.steering = {};  // no drag, which is left out of the derivatives
+    state.steering = {};  // no steering, no drag: the derivatives leave drag out
     for (const Source source : sources) {
       const auto predict = [&](const State& at) {
         return predict_wheel_speed(model, input_of(at), at, source, sigma, true);
@@ -215,7 +216,7 @@ TEST(FullWheelSpeed, ASlippingWheelCountsLessIfAnUndrivenOneIsAlive) {
   const double alone = gained(Source::wheel_rear_left);
   state.readings[index_of(Source::wheel_front_left)] = {.consistent = 1};
   EXPECT_GT(gained(Source::wheel_rear_left), 10.0 * alone);
-  // Where all brake, none is free.
+  // If all wheels brake or all are driven, none is free.
   state.mean[at::accel_x] = -6.0;
   EXPECT_EQ(gained(Source::wheel_rear_left), alone);
   state.mean[at::accel_x] = 6.0;
@@ -236,18 +237,18 @@ TEST(FullWheelSpeed, OfWheelsThatErrTheBestCountsInFull) {
   };
   EXPECT_EQ(predict(Source::wheel_rear_left).slack, 0.0);
 
-  // One of them errs: it counts for what it is worth.
+  // If one wheel errs, it has less weight.
   state.readings[left].noise_scale = 9.0;
   EXPECT_NEAR(predict(Source::wheel_rear_left).variance, sigma * sigma + 9.0 * radius, 1e-12);
   EXPECT_EQ(predict(Source::wheel_rear_left).slack, 0.0);
   EXPECT_NEAR(predict(Source::wheel_rear_right).variance, sigma * sigma + radius, 1e-12);
 
-  // All do: they are that inconsistent with each other, but the best of them is the speed.
+  // If all err, they are inconsistent with each other, but the best one determines the speed.
   state.readings[right].noise_scale = 4.0;
   EXPECT_NEAR(predict(Source::wheel_rear_right).slack, 3.0 * radius, 1e-12);
   EXPECT_NEAR(predict(Source::wheel_rear_left).slack, (9.0 - 9.0 / 4.0) * radius, 1e-12);
 
-  // Calm ones are as good as they have been.
+  // A calm wheel keeps its small error.
   state.readings[left].noise_scale = 0.1;
   EXPECT_NEAR(predict(Source::wheel_rear_left).variance, sigma * sigma + 0.1 * radius, 1e-12);
   EXPECT_EQ(predict(Source::wheel_rear_left).slack, 0.0);

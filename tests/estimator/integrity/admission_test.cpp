@@ -29,7 +29,7 @@ TEST(Refusal, OfWhatIsNoNumber) {
     EXPECT_EQ(refusal({Source::yaw_rate, 1, 0.0, value}), Verdict::non_finite);
   }
   EXPECT_EQ(refusal({Source::yaw_rate, 1, 0.0, -0.1}), Verdict::non_finite);
-  // The configured one counts.
+  // The configured sigma applies.
   EXPECT_EQ(refusal({Source::yaw_rate, 1, 0.0, 0.0}), std::nullopt);
 }
 

@@ -1,4 +1,4 @@
-// Faults inside every instant's gate that show over seconds.
+// Faults that pass the gate at every instant, and show only over seconds.
 #include "estimator/integrity/camera_consistency.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Least squares over a few rows, and over all but some sources' rows.
+// Least squares over all rows, and without the rows of some sources.
 #include "estimator/integrity/consensus.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ Row row(Sources sources, std::initializer_list<std::pair<of::Index, double>> by,
   return made;
 }
 
-/// What is known of all beforehand: next to nothing.
+/// Weak priors for all unknowns.
 Consensus of_next_to_nothing() {
   Consensus all;
   for (const of::Index index : {of::speed, of::yaw_rate, of::front_slip, of::rear_slip})

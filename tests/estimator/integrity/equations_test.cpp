@@ -68,7 +68,7 @@ Consensus equations_at(std::int64_t now_ns, Observations observed, bool backward
   return equations({}, observed, backwards, over);
 }
 
-/// By how much the truth is off the rows of a source, in sigmas; the most of them.
+/// Largest deviation of the truth from a source's rows, in sigmas.
 double off(const Consensus& all, Source source, const Motion& truth) {
   double most = -1.0;
   for (const Row& row : all)
@@ -85,7 +85,7 @@ TEST(Equations, TheTrueMotionOnACircleFitsAllWithinASigma) {
       for (const Row& row : all)
         EXPECT_LT(std::abs(row.off(circle.truth())), 1.0)
             << circle.speed << " m/s, " << circle.turn << " rad/s, sources " << row.sources;
-      // And it is what they agree on.
+      // The consensus is the true motion.
       const Solution solution = all.without(0);
       EXPECT_NEAR(solution.motion[of::speed], circle.speed, 0.05);
       EXPECT_NEAR(solution.motion[of::yaw_rate], circle.turn, 0.05);
@@ -114,12 +114,12 @@ TEST(Equations, ASilentSourceHasNoRow) {
 }
 
 TEST(Equations, AFrontWheelMeasuresItsSpeedAlongTheWheel) {
-  // Of a tight turn: it goes faster than the rear wheel of its side.
+  // In a tight turn a front wheel is faster than the rear wheel on its side.
   const Circle circle{1.0, 1.8};
   EXPECT_GT(circle.wheel(Source::wheel_front_right), circle.wheel(Source::wheel_rear_right));
   const Consensus all = equations_at(Circle::now_ns, circle.observed(), false, Over::short_time);
   EXPECT_LT(off(all, Source::wheel_front_right, circle.truth()), 0.1);
-  // It measures the speed, with the slip of its own axle only.
+  // Its equation contains the slip of its own axle only.
   for (const Row& row : all) {
     if (row.sources == only(Source::wheel_front_right)) {
       EXPECT_NE(row.by[of::front_slip], 0.0);
@@ -150,7 +150,7 @@ TEST(Equations, EachSourceThatIsFarOffIsOffItsRowBySigmas) {
 }
 
 TEST(Equations, SteeringBeyondTheGripPredictsNoYawRate) {
-  // At 6 m/s and 3 rad/s, 18 m/s²: the front slides, whatever it is turned by.
+  // At 6 m/s and 3 rad/s, a_y would be 18 m/s²: the front slides at any steering angle.
   const Circle sliding{6.0, 1.0};
   Observations observed = sliding.observed();
   const double wheelbase = Vehicle{}.wheelbase();

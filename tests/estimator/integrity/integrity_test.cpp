@@ -48,7 +48,7 @@ std::optional<double> sound(Source, double, double value) {
 struct Equipment {
   bool unsigned_wheels = false;
   bool camera = false;
-  std::optional<double> direction = std::nullopt;  ///< constant sample of it
+  std::optional<double> direction = std::nullopt;  ///< its constant value
 };
 
 class Drive {
@@ -56,7 +56,7 @@ class Drive {
   explicit Drive(std::function<Motion(double)> motion, Equipment equipment = {})
       : motion_(std::move(motion)), equipment_(equipment) {}
 
-  /// Drives on, with a sample of every source each 10 ms.
+  /// Drives on, with a sample of every source every 10 ms.
   void until(double end_s, const Failure& failure = sound) {
     for (; time_s() < end_s; now_ns_ += 5 * ms) {
       const double t = time_s();
@@ -68,7 +68,7 @@ class Drive {
     }
   }
 
-  /// When the first flag of a source was raised.
+  /// Time at which a source was first flagged [s].
   [[nodiscard]] std::optional<double> raised_s(Source source) const {
     return raised_s_[index_of(source)];
   }
@@ -78,7 +78,7 @@ class Drive {
     return count;
   }
 
-  /// From now on it shows the same picture.
+  /// From now on the camera shows the same picture.
   void freeze_camera() { camera_frozen_ = true; }
 
   Integrity integrity;
@@ -92,7 +92,7 @@ class Drive {
     const double turn = v * std::tan(delta) / car.wheelbase();
     const double ahead = (motion_(t + 0.01).speed - motion_(t - 0.01).speed) / 0.02;
     const double half_track = 0.5 * car.track_width;
-    // Moving sensors have noise; at rest they repeat.
+    // On the move sensors have noise; at rest they repeat.
     const double noise = v == 0.0 ? 0.0 : 0.01 * std::sin(97.0 * t);
     const auto give = [&](Source source, double value) {
       if (const std::optional<double> sample = failure(source, t, value))
@@ -113,7 +113,7 @@ class Drive {
     if (equipment_.direction) give(Source::direction, *equipment_.direction);
   }
 
-  /// Every 35 ms a pose, of the rear axle.
+  /// Sends a pose of the rear axle every 35 ms.
   void look(double t) {
     const auto [v, delta] = motion_(t);
     const double way = camera_frozen_ ? 0.0 : 0.005 * v;
@@ -155,7 +155,7 @@ TEST(Integrity, HasNothingToSayOfASlalom) {
 }
 
 TEST(Integrity, TakesWheelsThatKnowNoSignForNoFaultInReverse) {
-  // Backwards through a slalom, and hard on the brake and off it again.
+  // Backwards through a slalom, repeatedly braking hard and releasing the brake.
   const auto backwards = [](double t) {
     const Motion ahead = slalom(t);
     return Motion{-ahead.speed - 0.8 * std::sin(4.0 * t), ahead.steering};
@@ -178,7 +178,7 @@ TEST(Integrity, TakesWheelsThatKnowNoSignForNoFaultInReverse) {
 }
 
 TEST(Integrity, FindsTheSignOfUnsignedWheelsAfterEachHalt) {
-  // Three seconds each ahead, at rest, backwards, at rest, and ahead again.
+  // The car drives forward, rests, reverses and rests again, for three seconds each.
   const auto to_and_fro = [](double t) {
     const int part = static_cast<int>(t / 3.0) % 4;
     const double ramp = std::min({1.0, std::fmod(t, 3.0), 3.0 - std::fmod(t, 3.0)});
@@ -214,7 +214,7 @@ TEST(Integrity, DetectsFaultsInReverseWithUnsignedWheels) {
 
 TEST(Integrity, TakesARestForNoFault) {
   Drive drive([](double t) {
-    // Sets off at 1.5 m/s².
+    // The car sets off at 1.5 m/s².
     const Motion going = slalom(t);
     return t < 5.0 ? Motion{0.0, 0.2}
                    : Motion{std::min(going.speed, 1.5 * (t - 5.0)), going.steering};
@@ -232,7 +232,7 @@ TEST(Integrity, TakesASteadyDriveForNoFault) {
 TEST(Integrity, DetectsAFrozenSource) {
   for (const Source source : {Source::yaw_rate, Source::accel_y, Source::steering,
                               Source::wheel_front_left, Source::wheel_rear_right}) {
-    // While the car turns to one side.
+    // The reading is held while the car turns to one side.
     Drive drive(slalom);
     drive.until(6.0);
     std::optional<double> held;
@@ -256,7 +256,7 @@ TEST(Integrity, DetectsAContradictionWithinHalfASecond) {
     ASSERT_TRUE(drive.raised_s(source)) << source_names[index_of(source)];
     EXPECT_LT(*drive.raised_s(source), 7.8) << source_names[index_of(source)];
     EXPECT_EQ(drive.flagged(), 1) << source_names[index_of(source)];
-    // What they agree on does not follow the one.
+    // The consensus does not follow the faulty source.
     EXPECT_NEAR(drive.integrity.motion().motion[integrity::of::speed], slalom(8.0).speed, 0.1);
   }
 }
@@ -275,8 +275,8 @@ TEST(Integrity, DetectsALockedAndASpinningWheel) {
 TEST(Integrity, DistinguishesALockedAxleFromASpinningOneInBothDirections) {
   for (const bool unsigned_wheels : {false, true}) {
     for (const double direction : {1.0, -1.0}) {
-      // On the brake from 5 s to 6 s, then on the throttle: front wheels locked, rear wheels
-      // spinning.
+      // The car brakes from 5 s to 6 s with locked front wheels, then accelerates with spinning
+      // rear wheels.
       const auto motion = [direction](double t) {
         const double v = t < 5.0 ? 3.0 : t < 6.0 ? 3.0 - 2.0 * (t - 5.0) : 1.0 + 2.0 * (t - 6.0);
         return Motion{direction * v, 0.3 * std::sin(1.3 * t)};
@@ -380,7 +380,7 @@ TEST(Integrity, LowersAFlagWhenTheFaultIsGone) {
   drive.until(6.0, offset(Source::yaw_rate, 1.5));
   EXPECT_EQ(drive.integrity.flag(Source::yaw_rate), SourceFlag::drifting);
   drive.until(6.5);
-  EXPECT_EQ(drive.integrity.flag(Source::yaw_rate), SourceFlag::drifting);  // not as soon as that
+  EXPECT_EQ(drive.integrity.flag(Source::yaw_rate), SourceFlag::drifting);  // 0.5 s is not enough
   drive.until(8.0);
   EXPECT_EQ(drive.integrity.flag(Source::yaw_rate), SourceFlag::ok);
 }
@@ -402,7 +402,7 @@ TEST(Integrity, FlagsNeitherOfTwoThatContradictEachOther) {
   const auto only_gyro_and_steering = [](Source source, double t,
                                          double value) -> std::optional<double> {
     if (source == Source::yaw_rate || source == Source::steering) return value;
-    // One of an axle without the other: no turn can be read from it either.
+    // One wheel of an axle alone does not measure a turn, either.
     return source == Source::wheel_rear_left ? std::optional(slalom(t).speed) : std::nullopt;
   };
   drive.until(8.0, only_gyro_and_steering);
@@ -415,7 +415,7 @@ TEST(Integrity, FlagsNeitherOfTwoThatContradictEachOther) {
   EXPECT_FALSE(drive.integrity.agrees(Source::yaw_rate));
 }
 
-/// A car with one speed for its whole rear axle, a camera, and one more sensor that knows the turn.
+/// A car with one speed for its whole rear axle, a camera, and one more sensor of the turn.
 class OneAxle {
  public:
   using Fails = std::function<double(double t, double value)>;
@@ -482,7 +482,7 @@ TEST(Integrity, DetectsFrozenSourcesByTheCameraAlone) {
 }
 
 TEST(Integrity, IfBothRepeatFlagsTheCameraThatSeesNoMotion) {
-  // In a long bend a steering that is held repeats, and rightly so.
+  // In a long bend a steering that is held rightly repeats its value.
   for (const Source source : {Source::yaw_rate, Source::steering}) {
     OneAxle drive(source, [](double) { return 0.8; });
     const auto all_well = [](double, double value) { return value; };
@@ -508,7 +508,7 @@ TEST(Integrity, IgnoresASampleOlderThanTheNewest) {
   drive.until(5.0);
   Integrity late = drive.integrity;
   late.add(Source::yaw_rate, start_ns + 4'000 * ms, 9.0, 0.005);
-  // So soon that the gyro still counts.
+  // Check while the gyro is still alive.
   late.check({}, start_ns + 5'015 * ms);
   drive.integrity.check({}, start_ns + 5'015 * ms);
   EXPECT_NE(drive.integrity.motion().motion[integrity::of::yaw_rate],
@@ -532,7 +532,7 @@ TEST(Integrity, AGyroOfTheWrongSignIsNoReversing) {
 }
 
 TEST(Integrity, AChangeDuringAGapIsAcceptedAfterwards) {
-  // From 30 m/s to 6 m/s while the bus is silent.
+  // The car brakes from 30 m/s to 6 m/s while the bus is silent.
   const auto braking = [](double t) {
     return Motion{30.0 - 8.0 * std::clamp(t - 4.0, 0.0, 3.0) + 0.3 * std::sin(2.0 * t)};
   };
@@ -586,7 +586,7 @@ TEST(Integrity, ASilentSourceRegainsNoTrust) {
 }
 
 TEST(Integrity, ASteeringCommandAtRestIsNotFrozen) {
-  // Held at full lock, and let go to 0, while a slow servo follows.
+  // The command rests at full lock on either side.
   const auto lock_to_lock = [](double t) {
     return Motion{1.0, std::clamp(0.6 * std::sin(0.8 * t), -0.3, 0.3)};
   };
@@ -596,7 +596,7 @@ TEST(Integrity, ASteeringCommandAtRestIsNotFrozen) {
 }
 
 TEST(Integrity, TakesNoMemory) {
-  // Wheels that may turn backwards, and a gyro that fails: all that it does.
+  // Unsigned wheels and a failing gyro exercise the whole of it.
   Drive drive(slalom, {.unsigned_wheels = true});
   drive.until(2.0);
   const Failure fails = [](Source source, double, double value) -> std::optional<double> {
@@ -608,7 +608,7 @@ TEST(Integrity, TakesNoMemory) {
   EXPECT_FALSE(drive.integrity.trusted(Source::yaw_rate));
 }
 
-// A wheel that spins up as no car can and comes back, and one that follows a braking car.
+// A wheel that spins up as no car can and comes back, and a wheel that follows a braking car.
 TEST(Integrity, AddsUpTheSlipOfAWheel) {
   const auto ramp = [](double t, double rate) { return rate * std::clamp(t - 1.0, 0.0, 0.3); };
   for (const auto& [rate, slips] : {std::pair{60.0, true}, {-60.0, true}, {9.0, false}}) {

@@ -1,4 +1,4 @@
-// When each mode is entered and left, and that none flaps.
+// When each mode is entered and left; no mode flaps.
 #include "estimator/integrity/mode_monitor.hpp"
 
 #include <gtest/gtest.h>

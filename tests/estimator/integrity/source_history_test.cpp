@@ -64,7 +64,7 @@ TEST(SourceHistory, RepeatsAfterFourSamplesOfTheSameBitsOverALongEnoughTime) {
   EXPECT_FALSE(of(0.14, [](double) { return 1.0; }).repeats());
   EXPECT_TRUE(of(0.16, [](double) { return 1.0; }).repeats());
   EXPECT_FALSE(of(1.0, [](double t) { return 1.0 + 1e-9 * t; }).repeats());
-  // A slow one: over a long enough time, but too few.
+  // A slow source: the time is long enough, but the samples are too few.
   SourceHistory slow;
   for (int i = 0; i < 3; ++i) add_sample(slow, start_ns + 100 * i * ms, 1.0, 0.1, i > 0);
   EXPECT_FALSE(slow.repeats());
