@@ -43,9 +43,9 @@ namespace odomd::estimator::full {
 [[nodiscard]] Prediction predict_accel_x(const CarModel& model, const State& state,
                                          double sigma) noexcept;
 
-/// z = (1 + ρ_y) (a_y + ψ̈ p_x - ψ̇² p_y) + b_ay with a_y = (v_y,k - v_y) / Δt + v_x ψ̇ and ψ̈ =
-/// (ψ̇_k - ψ̇) / Δt, from the model's step over `dt`: a form of the tyre forces that holds at any
-/// speed. Below the slowest speed that `dt` resolves, a_y is v_x ψ̇.
+/// z = (1 + ρ_y) (a_y + ψ̈ p_x - ψ̇² p_y) + b_ay with a_y = (v_y,k - v_y) / Δt + v_x ψ̇ and
+/// ψ̈ = (ψ̇_k - ψ̇) / Δt, from the model's step over `dt`: a form of the tyre forces that holds at
+/// any speed. Below the slowest speed that `dt` resolves, a_y is v_x ψ̇.
 [[nodiscard]] Prediction predict_accel_y(const CarModel& model, const Input& input,
                                          const State& state, double sigma, double dt) noexcept;
 

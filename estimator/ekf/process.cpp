@@ -100,7 +100,7 @@ void add_turn(const Jacobian& F, const Eigen::Vector2d& by_error, slow::Index er
   by[at::yaw_rate] += turn;
 }
 
-/// The mean after the step, and F.
+/// Steps the mean, and returns F.
 Jacobian step_mean(const CarModel& model, const Input& input, double dt, State& state) noexcept {
   const Tuning& tuning = model.tuning;
   Vector& x = state.mean;
@@ -143,7 +143,7 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
   state.variance(at::y) += way;
   state.variance(at::yaw) += squared(tuning.way_turn) * speed / wheelbase * F.dt;
   const double bend = x[at::v_x] * x[at::yaw_rate] / gravity;  // [g]
-  // Model error of a tyre of known grip, and more the less the grip is known
+  // The uncertainty of the grip raises the model error from a known tyre's to an unknown tyre's.
   const double unknown =
       model.car.grip_rear > 0.0
           ? 0.0
@@ -197,13 +197,13 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   double rear_by_w = 0.0;
   if (w > 0.0) {
     const double l = car.wheelbase();
-    // A tyre that moves by less than a wheelbase per second, along and across, does not slide.
+    // A tyre slower than a wheelbase per second, along plus across, does not slide.
     const auto at_slip = [&](Secant& axle, double& by_w, double across, double grip, double share) {
       const double softness = softness_of(grip, now);
       const double least = l - std::abs(across);
       axle = secant_stiffness(axle.stiffness, across / std::max(w, least), softness, m * share);
-      // C ~ |v_x| if the tyre slides across at less than a wheelbase per second along: not held
-      // then.
+      // If the tyre slides across at less than a wheelbase per second along, C ~ |v_x| is not
+      // constant.
       by_w = w > least && w < l ? -axle.by_softness * softness / w : 0.0;
     };
     at_slip(front, front_by_w, v_x * delta - v_y - l_v * r, car.grip_front, l_h / l);

@@ -44,8 +44,8 @@ struct Moving {
 }
 
 /// Secant stiffness F(α) / α of an axle with a brush tyre, and its derivative with respect to the
-/// softness 1/μ: C (1 - q + q²/3) with q = C |α| / (3 μ m_a), and μ m_a / |α| for a sliding tyre (q
-/// ≥ 1). μ is F_max / m_a [m/s²], m_a the axle's share of m; a softness of 0: linear.
+/// softness 1/μ: C (1 - q + q²/3) with q = C |α| / (3 μ m_a) < 1, otherwise μ m_a / |α| (sliding).
+/// μ is F_max / m_a [m/s²], m_a the axle's share of m; a softness of 0: linear.
 struct Secant {
   double stiffness = 0.0;
   double by_softness = 0.0;
@@ -56,8 +56,8 @@ struct Secant {
 /// A step of (v_x, v_y, ψ̇) and its derivatives.
 ///
 ///   v_x,k = v_x + Δt (a_x + v_y ψ̇)                                            (errata, 4)
-///   v_y,k, ψ̇_k: eqs 32 and 33 with |v_x| where v_x stands for inertia (errata, 1, 2 and 5), with
-///   the secant stiffnesses of the step's beginning for C, and δ - δ_0 + ε for δ
+///   v_y,k, ψ̇_k: eqs 32 and 33 with |v_x| for v_x in the inertia terms (errata, 1, 2 and 5), the
+///   secant stiffnesses at the start of the step for C, and δ - δ_0 + ε for δ
 struct VelocityStep {
   Eigen::Vector3d velocity;
   Eigen::Matrix<double, 3, 3> by;  ///< ∂/∂(v_x, v_y, ψ̇)

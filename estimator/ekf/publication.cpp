@@ -196,7 +196,7 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   const auto implausible = [&](slow::Index scale) {
     return std::abs(state.slow.mean[scale]) > most_sigmas * initial.sigma(scale);
   };
-  // Unless a camera or a standstill lets the filter learn the bias.
+  // The bias counts as unlearnt unless a camera or a standstill shows it.
   constexpr double unseen_s = 0.5;
   e.bias_unlearnt = e.initialised && !state.standstill.wheels_still &&
                     (e.calibration.valid & 1U) == 0 &&

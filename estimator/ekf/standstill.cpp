@@ -18,8 +18,7 @@ namespace {
 
 // Share of a new pose in the mean of a standing car's poses.
 constexpr double camera_share = 0.125;
-// Still gyro: length of a stretch over which its range is taken, and averaging time of its mean
-// [s].
+// Still gyro: length of a stretch for its range, and averaging time of its mean [s].
 constexpr double swing_s = 0.15;
 constexpr double drifts_s = 5.0;
 
@@ -129,8 +128,7 @@ void enter_standstill(State& state, std::int64_t time_ns) noexcept {
 
 }  // namespace
 
-/// The wheels may have turned below the slowest speed that they resolve, over the distance ½ v² /
-/// a.
+/// The wheels may have turned below the slowest speed they resolve, over the distance ½ v² / a.
 void set_off(const CarModel& model, State& state, double speed) noexcept {
   state.standstill = {.blind = state.standstill.blind, .dead_band = state.standstill.dead_band};
   const Eigen::Vector2d way = state.along_heading(0.5 * speed * speed / brisk_accel);

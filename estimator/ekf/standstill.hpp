@@ -36,9 +36,9 @@ void correct_start(State& state, const Sample& sample) noexcept;
 /// period.
 void note_wheels(State& state, const Sample& sample, bool still) noexcept;
 
-/// Call it after each sample. A standstill begins when all sources since the wheels read 0 give
-/// odds of 100 : 1, and ends at 1 : 100. Time increases the odds; a gyro reading other than the
-/// known bias, a force, and a camera that sees the car move reduce them.
+/// Call it after each sample. A standstill begins when the evidence of all sources since the wheels
+/// read 0 reaches odds of 100 : 1, and ends at 1 : 100. Time increases the odds; a gyro reading
+/// other than the known bias, a force, and a camera that sees the car move reduce them.
 void update_standstill(const CarModel& model, State& state, const Sample& sample) noexcept;
 
 /// Two non-zero readings in a row below the dead band lower it to the larger one.

@@ -135,12 +135,12 @@ struct Range {
 /// Whether the car stands; see standstill.hpp.
 struct Standstill {
   bool standing = false;
-  bool wheels_still = false;  ///< since since_ns
+  bool wheels_still = false;  ///< since `since_ns`
   std::int64_t since_ns = 0;
   std::array<Range, 2> gyro_ranges;  ///< of its readings in the last two stretches [rad/s]
   std::int64_t range_since_ns = 0;
   double still_gyro = 0.0;        ///< mean gyro reading of the standing car [rad/s]
-  std::array<StillGyro, 2> gyro;  ///< older, newer; the older is from before a departure
+  std::array<StillGyro, 2> gyro;  ///< older, newer; the older has no samples after a departure
   std::int64_t camera_ns = 0;     ///< first camera pose since since_ns; 0: none
   Pose2 first_seen;               ///< that pose
   double camera_sigma = 0.0;      ///< sigma of its position [m]
@@ -216,8 +216,8 @@ struct State {
   double drive_noise_scale = 1.0;    ///< scale of a_x's process noise, from the wheels
   double turn_noise_scale = 1.0;     ///< scale of ε's process noise, from the gyro
   double way_noise_scale = 1.0;      ///< scale of the position noise, from the camera
-  double turned = 0.0;               ///< yaw that the steps have added since turned_since_ns [rad]
-  std::int64_t turned_since_ns = 0;  ///< last gyro sample or fused camera pose; 0: pose set
+  double turned = 0.0;               ///< yaw added by the steps since turned_since_ns [rad]
+  std::int64_t turned_since_ns = 0;  ///< last gyro sample or fused pose; 0: the pose was set
   SlowVector turned_by = SlowVector::Zero();  ///< change of ψ's row of B since then
   double front_wheels = 0.0;                  ///< δ after the steering actuator [rad]
   double side_accel = 0.0;     ///< measured a_y, smoothed over `grip_shown_s` [m/s²]

@@ -146,7 +146,7 @@ void note_shown_grip(const CarModel& model, State& state, double accel, double e
   softness = allowed;
 }
 
-/// Learns the grip unless it is configured. A bank looks the same; the camera corrects that.
+/// Learns the grip unless it is configured. A banked road looks the same; the camera corrects that.
 Judgement take_accel_y(const Context& context, State& state, const Sample& sample) noexcept {
   const CarModel& model = context.model;
   const bool teaches = model.car.grip_rear == 0.0;
@@ -340,7 +340,7 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
   if (is_wheel(source)) {
     learn_dead_band(state, reading);
     if (judgement.verdict == Verdict::fused && judgement.test_ratio > 1.0) {
-      judgement.verdict = Verdict::gated;  // because of its slip it has little weight
+      judgement.verdict = Verdict::gated;  // it has little weight because of its slip
     }
   }
   note_reading(state, reading);

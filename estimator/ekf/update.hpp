@@ -99,9 +99,9 @@ inline void correct(State& state, const Innovation& nu, const Vector& gain) noex
   state.mean += gain * nu.value;
 }
 
-/// Corrects the slow errors after correct(): L = P_s Gᵀ / S, rows outside `corrected` zero, s ← s +
-/// L ν, x ← x + B L ν. This is Friedland's form of the joint filter, and equals it if correct()
-/// took the optimal gain and no slow error walks.
+/// Corrects the slow errors after correct(): L = P_s Gᵀ / S, rows outside `corrected` zero,
+/// s ← s + L ν, x ← x + B L ν. This is Friedland's form of the joint filter, and equals it if
+/// correct() took the optimal gain and no slow error walks.
 inline void correct_slow_errors(State& state, const Innovation& nu,
                                 const SlowVector& corrected) noexcept {
   if (corrected.isZero(0.0)) {
