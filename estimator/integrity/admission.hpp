@@ -79,8 +79,8 @@ inline constexpr double largest_camera_sigma = 1e3;  ///< [m, rad]
          is_sigma(pose.sigma_x) && is_sigma(pose.sigma_y) && is_sigma(pose.sigma_yaw);
 }
 
-/// Largest pose variance to resume from; a larger one leaves too few digits for the arithmetic [m²,
-/// rad²].
+/// Largest pose variance to resume from [m², rad²]; a larger one leaves too few digits for the
+/// arithmetic.
 inline constexpr double largest_resumed_variance = largest_yaw * largest_yaw;
 
 /// Whether a filter can resume from an estimate that is `gap_s` [s] old: it is initialised, has no

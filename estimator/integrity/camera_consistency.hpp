@@ -1,5 +1,4 @@
-// Detects a camera with a lasting error or a drifting clock: faults too small to show at one
-// instant.
+// Detects lasting errors and a drifting clock of a camera: faults too small to show at one instant.
 //
 // docs/model.md, "Integrity".
 #pragma once

@@ -13,7 +13,7 @@ namespace odomd::estimator::integrity {
 namespace {
 
 constexpr double skew_s = 0.01;  // time between two sensors' samples, in addition to their cycles
-// Lag of the front wheels behind the steering [s]: a sensor or a modelled servo; a command.
+// Lag of the front wheels behind a sensor or a modelled servo, and behind a command [s].
 constexpr double linkage_s = 0.05;
 constexpr double servo_s = 0.1;
 constexpr double camera_averaging_s = 0.15;
@@ -95,7 +95,7 @@ Row steering_row(const View& view) noexcept {
   const SourceHistory& history = view.observed.history(Source::steering);
   const Averaged steering = view.average(Source::steering);
   // Above this lateral acceleration the front may slide [m/s²]. It is higher while the steering is
-  // held, because a driver who loses the car moves the wheel.
+  // held, because a driver who loses the car moves it.
   const double sliding = history.repeats() ? 5.0 : 2.5;
   const double l = car.wheelbase();
   const double c_v = car.cornering_stiffness_front;
@@ -118,7 +118,7 @@ Row steering_row(const View& view) noexcept {
   const double counter =
       steering.slides ? std::max(std::abs(view.r), sliding_accel / std::max(std::abs(v), slowest))
                       : 0.0;
-  // The wheels lag a command more than a modelled actuator.
+  // The wheels lag behind a bare command more than behind a modelled actuator.
   const bool modelled = car.steering.lag_s > 0.0 || car.steering.rate_limit > 0.0;
   const double fastest_change = std::max(std::abs(history.rate(view.over)),
                                          std::abs(steering.changed) / seconds_of(view.over));

@@ -51,7 +51,7 @@ inline constexpr double largest_slope = 0.06;
 struct Observations {
   std::int64_t now_ns = 0;
   Sources distrusted = 0;
-  std::array<SourceHistory, source_count> sources{};  ///< the camera's has only times
+  std::array<SourceHistory, source_count> sources{};  ///< the camera's contains only times
   SourceHistory camera_speed;                         ///< v_x between camera poses [m/s]
   SourceHistory camera_yaw_rate;                      ///< ψ̇ between camera poses [rad/s]
   double integrated_speed = 0.0;                      ///< v_x by integrating accel_x [m/s]

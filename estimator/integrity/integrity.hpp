@@ -57,7 +57,7 @@ class Integrity {
   /// Other results of the last check.
   struct Agreed {
     integrity::Solution without_gyro;    ///< motion from all trusted sources but the gyro
-    integrity::Solution without_wheels;  ///< likewise, but the wheels
+    integrity::Solution without_wheels;  ///< from all trusted sources but the wheels
     bool wheels_distrusted = false;      ///< all wheels are distrusted
     double reversed_distance = 0.0;  ///< distance driven with the wrong sign until this check [m]
     std::int64_t contradicted_since_ns = 0;
@@ -71,7 +71,7 @@ class Integrity {
   [[nodiscard]] bool backwards() const noexcept { return backwards_; }
   /// Whether the car may slide, at the last check.
   [[nodiscard]] bool slides() const noexcept { return observed_.slides(observed_.now_ns); }
-  /// Whether it slides: no model of a turn holds.
+  /// Whether the car slides, so that no model of a turn holds.
   [[nodiscard]] bool slid() const noexcept { return observed_.slid(); }
   /// The recent samples of a source, including those that were not fused.
   [[nodiscard]] const integrity::SourceHistory& history(Source source) const noexcept {
@@ -110,10 +110,10 @@ class Integrity {
   CameraPose reference_pose_;  ///< start of the motion to the next pose
   bool last_was_outlier_ = false;
   int negative_speeds_ = 0;
-  int forward_votes_ = decisive_votes / 2;  ///< checks since the last halt: forward minus backwards
+  int forward_votes_ = decisive_votes / 2;  ///< checks since the last halt, forward minus backwards
   bool halted_ = false;                     ///< the car has stood
   bool backwards_ = false;
-  double distance_ = 0.0;  ///< since the last halt [m]
+  double distance_ = 0.0;  ///< distance since the last halt [m]
   Agreed agreed_;
 };
 

@@ -41,7 +41,7 @@ struct SourceHistory {
   std::array<Mean, 2> means{};
   double cycle_s = 0.0;  ///< mean time between two samples; 0: unknown
   double sigma = 0.0;    ///< of the newest sample
-  double largest = 0.0;  ///< magnitude of all samples
+  double largest = 0.0;  ///< largest magnitude of all samples
   int same = 0;          ///< consecutive samples with identical bits
   std::int64_t same_since_ns = 0;
   double same_share = 1.0;  ///< share of repeats in the last ten seconds or so; 1: unknown
