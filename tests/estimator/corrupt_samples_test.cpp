@@ -1,5 +1,5 @@
-// Corrupt samples that pass the checks: with a checksum of 8 bits, one random frame in 256 is
-// right. A single corrupt frame must not move the pose, whatever it contains and whatever follows.
+// Corrupt samples that pass the checks: with a checksum of 8 bits, one random frame in 256 passes.
+// A single corrupt frame must not move the pose, whatever it contains and whatever follows.
 #include <gtest/gtest.h>
 
 #include <algorithm>

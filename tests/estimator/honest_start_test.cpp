@@ -62,7 +62,8 @@ TEST(HonestStart, ASpeedThatIsRightFromTheStartIsFollowed) {
   }
 }
 
-/// A reversal, or a departure before the wheels turn: the gyro turns at `turn` while they read 0.
+/// A reversal, or a departure before the wheels turn: the gyro measures `turn` while the wheels
+/// read 0.
 TEST(HonestStart, AShortHaltDoesNotRewriteTheBias) {
   for (const double turn : {-1.0, 0.1, 0.3, 1.5}) {
     for (const double halt_s : {0.1, 0.3, 0.5}) {

@@ -122,7 +122,7 @@ TEST_F(PoseAnchorTest, CovarianceIsTheCamerasGrownSinceTheCapture) {
   drive(100);
   const double sigma = 0.004;
   ASSERT_EQ(take(seen(odom_at(now_ - 40 * millisecond), 40 * millisecond, sigma)), Verdict::fused);
-  // By hand: eight ticks from the camera's own covariance.
+  // The expected covariance: eight ticks from the camera's own.
   Eigen::Matrix3d P = sigma * sigma * Eigen::Matrix3d::Identity();
   Pose2 pose = odom_at(now_ - 40 * millisecond);
   for (int i = 0; i < 8; ++i) {

@@ -116,7 +116,7 @@ TEST(NoiseOf, AWheelIsTheShareOfItsSpeed) {
   state.readings[index_of(wheel)].consistent = 1;
   EXPECT_DOUBLE_EQ(noise_of(t, state, wheel, stated).speed_share, 0.012);
   EXPECT_EQ(noise_of(t, state, wheel, stated).moving, 0.0);
-  // predict_wheel_speed() adds its square at that speed to the sensor's own.
+  // predict_wheel_speed() adds the square of this share of the speed to the sensor's variance.
   state.mean[at::v_x] = 2.0;
   const auto variance = [&](double wheel_radius) {
     CarModel model;

@@ -118,7 +118,7 @@ TEST(Stopping, DrivenWheelsThatSpinAtTheStartDoNotSetItsSpeed) {
   SensorValues spinning = with(straight_at(0.0), Source::wheel_rear_left, 3.0);
   spinning.signals[Source::wheel_rear_right] = 3.0;
   car.drive(0.5, spinning);
-  for (int i = 0; i < 200; ++i) {  // off at 1 m/s²
+  for (int i = 0; i < 200; ++i) {  // sets off at 1 m/s²
     SensorValues rolling = with(spinning, Source::wheel_front_left, 0.005 * i);
     rolling.signals[Source::wheel_front_right] = 0.005 * i;
     car.tick(with(rolling, Source::accel_x, 1.0));
@@ -254,7 +254,7 @@ TEST(Stopping, ADirectionThatComesLateLeavesThePlaceUncertain) {
   car.drive(3.0, straight_at(0.0));
   const double before = car.state.covariance(at::x, at::x);
   const double x = car.state.mean[at::x];
-  for (int i = 0; i < 80; ++i) {  // backwards, at 1 m/s²
+  for (int i = 0; i < 80; ++i) {  // reverses at 1 m/s²
     car.tick(with(straight_at(0.005 * i), Source::accel_x, -1.0));
   }
   car.push(Source::direction, -1.0);
@@ -273,7 +273,7 @@ TEST(Stopping, OneDeadWheelOfTwoHoldsNoCar) {
   Car car;
   car.drive(3.0, of_two_wheels(0.0, 0.0));
   ASSERT_TRUE(car.state.standstill.standing);
-  for (int i = 0; i < 200; ++i) {  // off at 1 m/s²
+  for (int i = 0; i < 200; ++i) {  // sets off at 1 m/s²
     car.tick(with(of_two_wheels(0.005 * i, 0.0), Source::accel_x, 1.0));
   }
   car.drive(1.0, of_two_wheels(1.0, 0.0));
@@ -289,7 +289,7 @@ TEST(Stopping, OneDeadWheelOfTwoHoldsNoCarThatTheGyroHasSetOff) {
     return without(without(bend, Source::wheel_front_left), Source::wheel_front_right);
   };
   car.drive(3.0, on_a_circle(0.0));
-  for (int i = 0; i < 100; ++i) {  // off at 2 m/s²
+  for (int i = 0; i < 100; ++i) {  // sets off at 2 m/s²
     car.tick(with(on_a_circle(0.01 * i), Source::accel_x, 2.0));
   }
   ASSERT_FALSE(car.state.standstill.standing);
