@@ -71,7 +71,7 @@ bool CameraFeed::send(const estimator::CameraPose& pose, odom_clock clock) {
     if (error != -EAGAIN && error != -ENOBUFS && error != -EINTR) break;
     std::this_thread::sleep_for(std::chrono::milliseconds{1});
   }
-  // Of a refused connection the library knows only later.
+  // The library learns only later that the daemon refused a connection.
   if (error == 0 && !admitted_ && admission_ == Admission::awaited)
     error = sender_.flush(admission_timeout_ns);
   admitted_ = error == 0;
@@ -96,7 +96,7 @@ PlayedLog play_with_daemon(CameraFeed& feed, odom::Client& client,
           "the daemon is not playing a log, so its clock cannot pace this one; give it --can LOG, "
           "wait longer with --wait, or use --from-now");
 
-  // On a busy machine a daemon may be stale for a moment; one that has ended stays so.
+  // On a busy machine a daemon may be stale for a moment; one that has ended stays stale.
   const auto goes_on = [&offset] {
     for (int attempt = 0; attempt < 100; ++attempt) {
       const auto now = offset();
@@ -106,7 +106,7 @@ PlayedLog play_with_daemon(CameraFeed& feed, odom::Client& client,
     return false;
   };
 
-  // A pose due since less than this is on time: the daemon checks ages itself.
+  // A pose that is overdue by less than this is still sent: the daemon checks its age.
   constexpr std::int64_t grace_ns = 200'000'000;
   PlayedLog played;
   for (const estimator::CameraPose& pose : poses) {

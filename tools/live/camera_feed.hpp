@@ -15,22 +15,22 @@ namespace odomd::tools {
 [[nodiscard]] odom_camera_message camera_message(const estimator::CameraPose& pose,
                                                  odom_clock clock);
 
-/// Whether the first pose of a connection waits until the daemon has read it, which tells whether
-/// the daemon refuses the connection.
+/// Whether the first pose of a connection waits until the daemon has read it, which shows whether
+/// the daemon accepts the connection.
 enum class Admission : std::uint8_t { awaited, assumed };
 
 /// Connected to a camera socket. One thread.
 class CameraFeed {
  public:
-  /// Connects to the socket `named`, or to the default one. Tries again for `wait_s` seconds while
+  /// Connects to the socket `named`; empty: the default one. Retries for `wait_s` seconds while
   /// nobody listens. Throws std::runtime_error with the reason and the fix.
   CameraFeed(const std::string& named, double wait_s, Admission admission = Admission::awaited);
 
   [[nodiscard]] const std::string& socket() const { return socket_; }
 
-  /// Sends one pose, its capture time on `clock`. Waits some milliseconds for a daemon that is
-  /// behind, and for admission if awaited. False if the daemon is not
-  /// there or refuses the connection (both may change); other failures throw.
+  /// Sends one pose with its capture time on `clock`. Waits some milliseconds for a daemon that is
+  /// behind, and for admission if awaited. False if there is no daemon or it refuses the connection
+  /// (both may change); other failures throw.
   bool send(const estimator::CameraPose& pose, odom_clock clock);
 
   /// Why the last connection was refused; empty if none was.
@@ -46,19 +46,19 @@ class CameraFeed {
 
 struct PlayedLog {
   std::uint64_t sent = 0;
-  std::uint64_t late = 0;     ///< were due before the daemon's log was at them: left out
-  std::uint64_t refused = 0;  ///< nobody was there to take them, or the daemon refused
-  bool daemon_ended = false;  ///< before the log did
+  std::uint64_t late = 0;     ///< left out: the daemon's log clock had already passed them
+  std::uint64_t refused = 0;  ///< no daemon was there, or it refused them
+  bool daemon_ended = false;  ///< the daemon ended before the log
 };
 
-/// Plays a log in step with the log that the daemon plays: each pose is sent when the daemon's log
-/// clock is at its t_arrival. Waits `wait_s` seconds for the daemon to begin with its log, and
-/// throws std::runtime_error when it does not.
+/// Plays a log in step with the log that the daemon plays: sends each pose when the daemon's log
+/// clock reaches its t_arrival. Waits `wait_s` seconds for the daemon to start its log, and throws
+/// std::runtime_error if it does not.
 [[nodiscard]] PlayedLog play_with_daemon(CameraFeed& feed, odom::Client& client,
                                          std::span<const estimator::CameraPose> poses,
                                          double wait_s);
 
-/// Plays a log by itself, its first pose now; capture times are moved to CLOCK_MONOTONIC.
+/// Plays a log on its own clock from now on; capture times are moved to CLOCK_MONOTONIC.
 [[nodiscard]] PlayedLog play_from_now(CameraFeed& feed,
                                       std::span<const estimator::CameraPose> poses);
 

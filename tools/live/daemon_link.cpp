@@ -29,7 +29,7 @@ namespace {
 
 constexpr const char* service = ODOMI_SERVICE_DIRECTORY;
 
-/// Where socket_path() looks, in its order.
+/// The places where socket_path() looks, in order.
 std::string places_of(const std::string& leaf) {
   const char* runtime = std::getenv("XDG_RUNTIME_DIR");
   const std::string own = runtime != nullptr && *runtime == '/'
@@ -49,15 +49,15 @@ std::string text_at(const json& status, const char* pointer) {
   return value.is_string() ? value.get<std::string>() : std::string{};
 }
 
-// std::filesystem::equivalent() takes no sockets.
+// std::filesystem::equivalent() does not accept sockets.
 bool same_file(const fs::path& a, const fs::path& b) {
   std::error_code missing;
   const fs::path full = fs::canonical(a, missing);
   return !missing && full == fs::canonical(b, missing);
 }
 
-// Nothing if nobody answers, or a daemon other than that of the camera socket. A status socket
-// without a name is the default one.
+// Nothing if nobody answers, or if the daemon that answers has another camera socket. An empty
+// `named` selects the default status socket.
 std::optional<std::string> segment_from_status(const std::string& named, const fs::path& camera) {
   try {
     const std::string socket = socket_path(named, "status.sock");

@@ -1,4 +1,4 @@
-// Lines of styled text: what is drawn, before a terminal or a pipe is known.
+// Lines of styled text, independent of whether they go to a terminal or a pipe.
 #pragma once
 
 #include <cstddef>
@@ -24,20 +24,21 @@ enum class Colour { on, off };
 
 [[nodiscard]] std::size_t width(const Line& line);
 
-/// Cut or filled with blanks to so many columns.
+/// The line, cut or filled with blanks to `columns`.
 [[nodiscard]] Line fitted(const Line& line, std::size_t columns);
 
-/// `left` at the beginning, `right` at the end of so many columns; `right` gives way.
+/// `left` at the beginning of `columns`, `right` at the end; `right` is left out if both do not
+/// fit.
 [[nodiscard]] Line justified(Line left, const Line& right, std::size_t columns);
 
 /// Two blocks side by side: `left` filled to `columns`.
 [[nodiscard]] Lines side_by_side(const Lines& left, const Lines& right, std::size_t columns);
 
-/// Without styles, without blanks at the end.
+/// The text without styles and without blanks at the end.
 [[nodiscard]] std::string as_text(const Line& line);
 
-/// With the terminal's own sixteen colours, so that its theme holds; without colours bold and dim
-/// are left.
+/// Uses the terminal's own sixteen colours, so that its theme applies; without colours only bold
+/// and dim remain.
 [[nodiscard]] std::string as_ansi(const Line& line, Colour colour);
 
 }  // namespace odomd::tools

@@ -1,4 +1,4 @@
-// What comes on CAN interfaces for a while.
+// Receives the traffic of CAN interfaces for a while.
 #pragma once
 
 #include <chrono>
@@ -12,8 +12,8 @@ namespace odomd::tools {
 
 /// All frames until the time is over or an interrupt comes, in the order of their stamps [ns,
 /// CLOCK_MONOTONIC]; Frame::bus is the index in `buses`, to which the interfaces are added.
-/// `receive_buffer` is the kernel's for each [bytes]. Throws std::invalid_argument for an interface
-/// that does not exist and for too many, std::system_error if one cannot be opened.
+/// `receive_buffer` is the kernel's buffer per interface [bytes]. Throws std::invalid_argument for
+/// a missing interface and for too many, std::system_error if one cannot be opened.
 [[nodiscard]] std::vector<can::Frame> listen(const std::vector<std::string>& interfaces,
                                              can::BusNames& buses, int receive_buffer,
                                              std::chrono::duration<double> duration);

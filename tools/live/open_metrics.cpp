@@ -9,12 +9,12 @@
 namespace odomd::tools {
 namespace {
 
-/// One metric family. What has several values in the document, or is a word, gets a label.
+/// One metric family. An object with several values, and a word, get a label.
 struct Family {
-  std::string_view path;  ///< of the value; _us becomes seconds
+  std::string_view path;  ///< path of the value; a value in _us becomes seconds
   std::string_view name;
   std::string_view type;
-  std::string_view label;  ///< of an object's keys, or of the words
+  std::string_view label;  ///< label for an object's keys or for the word
 };
 
 constexpr std::array of_daemon{
@@ -75,7 +75,7 @@ std::string samples(const Family& family, const Json& value, const std::string& 
                      family.path.ends_with("_us") ? 1e-6 * number : number);
 }
 
-/// `elements`: the document itself, or those of an array, with their names as this label.
+/// `elements`: the document alone, or the elements of an array, whose names get this label.
 void append(std::string& text, std::span<const Family> families,
             const std::vector<StatusValue>& elements, std::string_view name_label) {
   for (const Family& family : families) {

@@ -1,4 +1,4 @@
-// odomd's record socket, from the recorder's end: its messages, one after the other.
+// The recorder's end of odomd's record socket: receives its messages one after the other.
 #pragma once
 
 #include <chrono>
@@ -15,22 +15,22 @@ namespace odomd::tools {
 
 class RecordingFeed {
  public:
-  /// Connects. Throws NobodyThere, or std::runtime_error that says why else it cannot.
+  /// Connects. Throws NobodyThere, or std::runtime_error with another reason.
   explicit RecordingFeed(const std::filesystem::path& socket);
 
   struct Message {
     daemon::RecordingMessage kind = daemon::RecordingMessage::hello;
-    std::string_view bytes;  ///< until the next call
+    std::string_view bytes;  ///< valid until the next call
   };
-  /// The next message; nothing if none came within the timeout, or none will (see ended). Throws
-  /// std::runtime_error for an invalid message.
+  /// The next message; nothing if none came within the timeout, or if no more will (see ended).
+  /// Throws std::runtime_error for an invalid message.
   [[nodiscard]] std::optional<Message> next(std::chrono::milliseconds timeout);
 
-  /// The other end has gone.
+  /// Whether odomd has closed the connection.
   [[nodiscard]] bool ended() const { return ended_; }
 
-  /// Call after the end: whether odomd still runs, so that it has dropped this recorder. Waits half
-  /// a second for a process that is ending.
+  /// Call after the end: whether odomd still runs, and so has dropped this recorder. Waits half a
+  /// second for a process that is ending.
   [[nodiscard]] bool is_daemon_running() const;
 
  private:
@@ -38,7 +38,7 @@ class RecordingFeed {
 
   std::string name_;
   FileDescriptor connection_;
-  FileDescriptor daemon_;  // its process; none if it cannot be seen from here
+  FileDescriptor daemon_;  // odomd's process; empty if it is not visible from here
   std::string buffer_;
   std::size_t at_ = 0;
   bool ended_ = false;

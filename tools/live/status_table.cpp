@@ -11,7 +11,7 @@
 namespace odomd::tools {
 namespace {
 
-// None is "0" in the whole form, and empty on a screen.
+// A count of zero is "0" in the whole form, and blank on a screen.
 Span problems(std::string counts, Form form) {
   return {counts.empty() && form == Form::whole ? "0" : std::move(counts), Style::warning};
 }
@@ -48,7 +48,7 @@ struct Unit {
   double factor;
 };
 
-// A scale has none.
+// A scale has no unit.
 Unit unit_of(const StatusValue& calibration) {
   constexpr std::array with_unit{
       Unit{"gyro_bias", " deg/s", degrees}, Unit{"accel_bias_x", " m/s2", 1.0},

@@ -17,13 +17,13 @@ struct Column {
   bool flush_left = false;
 };
 
-/// The value at `path` of each row.
+/// A column with the value at `path` of each row.
 [[nodiscard]] Column column(std::string title, std::string path,
                             std::string (StatusValue::*in_words)() const = &StatusValue::text);
 [[nodiscard]] Column left(Column column);
 
-/// Cells line up, two blanks in between, the titles above them unless all are empty. No lines
-/// without rows.
+/// Cells line up, with two blanks in between, and the titles above them unless all are empty. No
+/// lines if there are no rows.
 [[nodiscard]] Lines table_of(const std::vector<Column>& columns,
                              const std::vector<StatusValue>& rows);
 
@@ -32,7 +32,7 @@ enum class Form { whole, wide_screen, screen };
 
 [[nodiscard]] Lines source_table(const StatusValue& status, Form form);
 [[nodiscard]] Lines message_table(const StatusValue& status, Form form);
-/// Of what the model estimates.
+/// The calibrations that the model estimates.
 [[nodiscard]] Lines calibration_table(const StatusValue& status, Form form, Glyphs glyphs);
 
 }  // namespace odomd::tools

@@ -26,7 +26,7 @@ std::string labelled(std::string label, const std::string& text) {
   return all;
 }
 
-// Below a blank line.
+// The lines below a blank line.
 std::string paragraph(const Lines& lines) {
   std::string text;
   for (const Line& line : lines) text += (text.empty() ? "\n" : "") + as_text(line) + '\n';
@@ -109,7 +109,7 @@ std::string buses(const std::vector<StatusValue>& buses) {
                buses));
 }
 
-// Counts of frame problems that are not 0.
+// The counts of frame problems that are not 0.
 std::string bus_remarks(const std::vector<StatusValue>& buses) {
   std::string text;
   for (const StatusValue& bus : buses) {
@@ -127,7 +127,7 @@ std::string bus_remarks(const std::vector<StatusValue>& buses) {
   return text;
 }
 
-// Of the buses that have one.
+// The controllers, of the buses that have one.
 std::string controllers(std::vector<StatusValue> buses) {
   std::erase_if(buses, [](const StatusValue& bus) { return !bus["controller"].exists(); });
   const auto state = [](const StatusValue& bus) {
@@ -156,7 +156,7 @@ std::string controllers(std::vector<StatusValue> buses) {
                             buses));
 }
 
-// The sigmas of the sources' samples, where the model estimates them.
+// The sigmas of the sources' samples, if the model estimates them.
 std::string noise(const StatusValue& now) {
   std::vector<StatusValue> sources = now["sources"].elements();
   std::erase_if(sources, [](const StatusValue& source) {
@@ -200,7 +200,7 @@ std::string clock(const StatusValue& clock) {
                                        clock["suspends"].counted("suspend")));
 }
 
-// Of x, y or yaw, by its place on the covariance's diagonal.
+// Sigma of x, y or yaw, given its index on the covariance's diagonal.
 double sigma_of(const odom_pose& pose, std::size_t diagonal) {
   return std::sqrt(std::max(0.0, pose.covariance[diagonal]));
 }

@@ -129,7 +129,7 @@ std::string duration_in_words(double seconds) {
 std::string source_state(const StatusValue& source) {
   if (source["healthy"].is_true())
     return source["inconsistent"].is_true() ? "inconsistent" : "fine";
-  // Missing or impossible values come before other findings.
+  // Missing and impossible values come before other findings.
   constexpr std::array first{"timed_out", "failed_protection", "out_of_range", "non_finite",
                              "frozen"};
   std::string flag = source["flag"].text();

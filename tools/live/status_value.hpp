@@ -17,37 +17,37 @@ using Json = nlohmann::json;
 
 inline constexpr double degrees = 180.0 / std::numbers::pi;  ///< in a radian
 
-/// Of a yaw angle [rad], without the whole turns that the daemon counts [deg].
+/// A yaw angle [rad] without the whole turns that the daemon counts [deg].
 [[nodiscard]] inline double heading(double yaw) {
   return degrees * std::remainder(yaw, 2.0 * std::numbers::pi);
 }
 
-/// "error-passive" of "error_passive".
+/// "error-passive" for "error_passive".
 [[nodiscard]] std::string hyphenated(std::string name);
 
-/// A value of a status document, or nothing where the daemon does not report it; and the same value
-/// of an earlier document. It refers to the documents. Nothing is "-" in words. All functions throw
-/// a nlohmann::json::exception where the value is of another type than it must be.
+/// A value of a status document, or nothing if the daemon does not report it; and the same value of
+/// an earlier document. Refers to the documents. Nothing is "-" in words. All functions throw a
+/// nlohmann::json::exception if the value has the wrong type.
 class StatusValue {
  public:
   StatusValue();  ///< nothing
-  /// Rates are those between the documents; without an earlier one of the same daemon those since
-  /// its start.
+  /// Rates are those between the documents; without an earlier document of the same daemon, those
+  /// since its start.
   explicit StatusValue(const Json& now, const std::optional<Json>& before = std::nullopt);
 
-  /// Of an object: "pose", or "pose/x".
+  /// A member of an object: "pose", or "pose/x".
   [[nodiscard]] StatusValue operator[](std::string_view path) const;
-  /// Of an array, each with the earlier one of the same `name`.
+  /// The elements of an array, each with the earlier element of the same `name`.
   [[nodiscard]] std::vector<StatusValue> elements() const;
-  /// The element of this `name`.
+  /// The element with this `name`.
   [[nodiscard]] StatusValue named(std::string_view name) const;
 
   [[nodiscard]] const Json& json() const { return *now_; }
   [[nodiscard]] bool exists() const { return !now_->is_null(); }
   [[nodiscard]] bool is_true() const { return exists() && now_->get<bool>(); }
-  /// Nothing is `otherwise`.
+  /// The number; `otherwise` for nothing.
   [[nodiscard]] double value(double otherwise = 0.0) const;
-  /// A count, or all counts of an object together; nothing is 0.
+  /// A count, or the sum of an object's counts; 0 for nothing.
   [[nodiscard]] std::uint64_t count() const;
 
   /// A word or a count.
@@ -57,10 +57,10 @@ class StatusValue {
   [[nodiscard]] std::string significant() const;
   /// "1 reset", "2 resets", "- resets".
   [[nodiscard]] std::string counted(std::string_view noun) const;
-  /// Seconds as precise as it matters: "12.3 ms", "4.5 s", "2 h 03 min"; nothing is "never".
+  /// Seconds with a suitable unit: "12.3 ms", "4.5 s", "2 h 03 min"; nothing is "never".
   [[nodiscard]] std::string duration() const;
   [[nodiscard]] std::string hexadecimal() const;
-  /// Of count(), per second.
+  /// The change of count() per second.
   [[nodiscard]] std::string rate() const;
   /// The counts of an object that are not 0: "3 gated, 1 too_old".
   [[nodiscard]] std::string nonzero(std::initializer_list<std::string_view> without) const;
@@ -74,13 +74,13 @@ class StatusValue {
   double seconds_ = 0.0;
 };
 
-/// As StatusValue::duration().
+/// Like StatusValue::duration().
 [[nodiscard]] std::string duration_in_words(double seconds);
 
-/// Of a source of the status: "fine", or what is wrong with it: "overdue", "frozen", ...
+/// The state of a source: "fine", or its problem: "overdue", "frozen", ...
 [[nodiscard]] std::string source_state(const StatusValue& source);
 
-/// Of a source: the mean of νᵀS⁻¹ν over what it should be, "1.02".
+/// From a source's `innovations`: the mean of νᵀS⁻¹ν / its expectation, "1.02".
 [[nodiscard]] std::string nis_by_expectation(const StatusValue& source);
 
 }  // namespace odomd::tools

@@ -16,7 +16,7 @@ odom_status TickFollower::follow(std::chrono::nanoseconds timeout,
                                  const std::function<void(const odom_pose&)>& take) {
   const auto pose = client_.wait(last_.value_or(odom_pose{}), timeout);
   if (!pose.has_value()) return pose.status;
-  if (last_ && pose->time_ns <= last_->time_ns) return ODOM_STALE;  // its last word, known already
+  if (last_ && pose->time_ns <= last_->time_ns) return ODOM_STALE;  // its last tick again
 
   const auto info = client_.info();
   if (!info.has_value()) return info.status;
@@ -33,9 +33,8 @@ odom_status TickFollower::follow(std::chrono::nanoseconds timeout,
   return ODOM_OK;
 }
 
-// Ticks [first, newest): tick k is valid (newest - k) periods before the newest. A tick that was
-// never published leaves a hole, which the library fills by interpolation or refuses; either way
-// what comes back is not tick k.
+// Ticks [first, newest): tick k is valid (newest - k) periods before the newest. For a tick that
+// was never published the library interpolates or fails; either way it does not return tick k.
 void TickFollower::catch_up(const odom_pose& newest, const odom_info& info, std::uint64_t first,
                             const std::function<void(const odom_pose&)>& take) {
   const bool same_daemon = first != 0;
@@ -52,7 +51,7 @@ void TickFollower::catch_up(const odom_pose& newest, const odom_info& info, std:
       ++counts_.fetched;
       take(*past);
     } else if (past.status == ODOM_TOO_OLD) {
-      if (same_daemon) ++counts_.lost;  // of a fresh one: a number before its first tick
+      if (same_daemon) ++counts_.lost;  // in a new daemon such a number precedes its first tick
     } else {
       ++counts_.unpublished;
     }

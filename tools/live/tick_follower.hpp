@@ -1,5 +1,5 @@
-// Every published tick, once and in order, through the client library; missed ticks are fetched
-// from the history.
+// Hands out every published tick, once and in order, through the client library; missed ticks are
+// fetched from the history.
 #pragma once
 
 #include <chrono>
@@ -12,20 +12,20 @@ namespace odomd::tools {
 
 struct FollowCounts {
   std::uint64_t ticks = 0;        ///< handed out
-  std::uint64_t fetched = 0;      ///< of these, from the history
+  std::uint64_t fetched = 0;      ///< from the history, included in `ticks`
   std::uint64_t unpublished = 0;  ///< numbers that the daemon skipped
-  std::uint64_t lost = 0;         ///< were no longer in the history
+  std::uint64_t lost = 0;         ///< ticks that were no longer in the history
   std::uint64_t restarts = 0;     ///< times another daemon took over
 };
 
 /// One thread. Survives restarts of the daemon.
 class TickFollower {
  public:
-  /// Begins after the newest tick of now.
+  /// Starts after the current tick.
   explicit TickFollower(odom::Client client);
 
-  /// Waits for ticks after the last and hands out each. ODOM_OK: something was handed out; else why
-  /// not (ODOM_TIMEOUT, ODOM_STALE, ...).
+  /// Waits for new ticks and hands out each. ODOM_OK: something was handed out; other values give
+  /// the reason (ODOM_TIMEOUT, ODOM_STALE, ...).
   odom_status follow(std::chrono::nanoseconds timeout,
                      const std::function<void(const odom_pose&)>& take);
 

@@ -9,7 +9,7 @@
 namespace odomd::tools::watch {
 namespace {
 
-// From here on two columns: the longest lines of either side are not cut.
+// Two columns from this width on: it holds the longest lines of both sides.
 constexpr std::size_t two_columns = 156;
 constexpr std::size_t left_columns = 80;
 constexpr std::size_t gap = 2;
@@ -83,7 +83,7 @@ Page page_for(std::size_t columns, std::size_t rows, Glyphs glyphs) {
     page.bar_rows = 3;
   } else if (rows >= 34) {
     page.bar_rows = 2;
-  } else if (rows < 30) {  // the sources are to be seen without scrolling
+  } else if (rows < 30) {  // leaves room for the sources without scrolling
     page.map_rows = 0;
     page.bar_rows = 0;
   }

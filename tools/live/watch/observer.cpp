@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-// Rates are those of so long: a camera of 28 Hz would jump between 26 and 30 in half a second.
+// Rates are measured over this time: over half a second, 28 Hz would flicker between 26 and 30.
 constexpr double rate_window_s = 2.0;
 
 double uptime_of(const json& document) {
@@ -25,7 +25,7 @@ double uptime_of(const json& document) {
 
 void Trail::take(const odom_pose& pose, std::uint64_t instance) {
   if (pose.mode == ODOM_INITIALISING || !std::isfinite(pose.x) || !std::isfinite(pose.y)) return;
-  // Every camera pose corrects the map pose by centimetres; only a leap breaks the line.
+  // Every camera pose corrects the map pose by centimetres; only a larger jump breaks the line.
   const bool leapt = pose.reset_count != resets_ && std::hypot(pose.jump_x, pose.jump_y) > leap_m;
   const bool joined = !points_.empty() && instance == instance_ && !leapt;
   if (joined && std::hypot(pose.x - points_.back().x, pose.y - points_.back().y) < spacing_m) {
@@ -68,7 +68,7 @@ std::optional<odom_pose> Observer::pose_at(std::int64_t time_ns) {
   return pose.has_value() ? std::optional{pose.value} : std::nullopt;
 }
 
-// The segment of the daemon that answers; that of the last one while nobody does.
+// Selects the segment of the daemon that answers; keeps the last one while nobody answers.
 void Observer::follow_socket() {
   const std::string segment = state_.status ? segment_of(*state_.status) : target_.segment;
   if (segment.empty()) {
@@ -99,7 +99,7 @@ void Observer::look_at_segment() {
   const auto info = client_->info();
   const auto beat = client_->beat();
   if (!latest.has_value() || !info.has_value() || !beat.has_value()) {
-    // Between two daemons the last state stays on the screen.
+    // Between two daemons the last state remains on the screen.
     state_.segment_problem = latest.message();
     if (state_.segment) state_.segment->silent = true;
     return;
@@ -111,8 +111,8 @@ void Observer::look_at_segment() {
   state_.segment_problem.clear();
 }
 
-// What was driven since the last look, from the history, so that the trail is as smooth however
-// seldom we look.
+// Adds the path since the last look from the history, so that the trail is equally smooth however
+// rarely we look.
 void Observer::follow_trail(const odom_pose& pose, const odom_info& info) {
   const auto history_ns = static_cast<std::int64_t>(info.slots) * info.period_ns;
   std::int64_t time_ns = std::max(trail_ns_ + Trail::spacing_ns, pose.time_ns - history_ns);
@@ -129,7 +129,7 @@ void Observer::look_at_status() {
   state_.status.reset();
   state_.before.reset();
   try {
-    state_.socket = socket_path(target_.socket, "status.sock");  // it may have come since
+    state_.socket = socket_path(target_.socket, "status.sock");  // the socket may exist by now
     json document = parse_status(fetch_status(state_.socket, timeout), state_.socket);
     const auto instance_of = [](const json& one) { return one.value("instance", json{}); };
     if (!documents_.empty() && instance_of(documents_.back()) != instance_of(document))

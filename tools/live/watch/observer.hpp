@@ -1,4 +1,4 @@
-// Looks at a daemon from outside: the shared memory by libodom, the rest by the status socket.
+// Observes a daemon from outside: the shared memory through libodom, the rest through its status.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace odomd::tools::watch {
 
-/// Where the daemon is looked for.
+/// Where to look for the daemon.
 struct Target {
   std::string segment;  ///< empty: that of the daemon at `socket`, else the library's defaults
   std::string socket;   ///< empty: the service's
@@ -19,14 +19,14 @@ struct Target {
 
 enum class Depth : std::uint8_t { segment, segment_and_status };
 
-/// One thread. Survives that there is no daemon, and its restarts.
+/// One thread. Tolerates a missing daemon and its restarts.
 class Observer {
  public:
   explicit Observer(Target target);
 
-  /// Looks once, which takes a moment, and up to 0.3 s where the daemon is stopped. With
-  /// Depth::segment the status remains that of an earlier look. Throws std::invalid_argument for a
-  /// name or path that can never be one.
+  /// Looks once. This takes a moment, up to 0.3 s if the daemon is stopped. With Depth::segment the
+  /// status remains that of an earlier look. Throws std::invalid_argument for an invalid name or
+  /// path.
   void look(Depth depth = Depth::segment_and_status);
 
   /// The pose at a past time [ns, CLOCK_MONOTONIC], if it is in the segment's history.
@@ -44,8 +44,8 @@ class Observer {
   const bool follows_socket_;  // its status names the segment
   State state_;
   std::optional<odom::Client> client_;
-  std::int64_t trail_ns_ = 0;             // newest pose that the trail has taken
-  std::deque<nlohmann::json> documents_;  // of the last seconds, the newest last
+  std::int64_t trail_ns_ = 0;             // time of the newest pose in the trail
+  std::deque<nlohmann::json> documents_;  // from the last seconds, oldest first
 };
 
 }  // namespace odomd::tools::watch

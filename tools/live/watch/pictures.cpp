@@ -18,7 +18,7 @@ using Levels = std::array<std::string_view, 9>;
 constexpr Levels blocks{" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
 constexpr Levels letters{" ", ".", ":", "-", "=", "+", "*", "%", "#"};
 
-// How many levels high a column is.
+// Height of a column in levels.
 std::size_t height(std::uint64_t count, std::uint64_t largest, std::size_t levels) {
   if (count == 0) return 0;
   const double share =
@@ -27,16 +27,16 @@ std::size_t height(std::uint64_t count, std::uint64_t largest, std::size_t level
   return std::clamp<std::size_t>(level, 1, levels);
 }
 
-// The column of a time: bucket i >= 1 begins at 2^((i-1)/4) us.
+// The column that contains a time: bucket i >= 1 begins at 2^((i-1)/4) us.
 std::size_t column_of(double us, std::size_t buckets_a_column) {
   const auto bucket = 1 + static_cast<std::size_t>(std::floor(4.0 * std::log2(us) + 1e-9));
   return bucket / buckets_a_column;
 }
 
 constexpr double pi = std::numbers::pi;
-constexpr double least_extent = 1.0;  // m: a car that stands is not magnified beyond this
+constexpr double least_extent = 1.0;  // m: a stationary car is not magnified beyond this
 
-// A cell of the terminal is two dots wide and four high, and about as wide as half its height: dots
+// A cell of the terminal is two dots wide and four dots high, and about half as wide as high: dots
 // are square.
 constexpr std::size_t dots_across = 2;
 constexpr std::size_t dots_down = 4;
@@ -51,7 +51,7 @@ class Dots {
     if (!holds(x, y)) return;
     const auto across = static_cast<std::size_t>(x);
     const auto down = static_cast<std::size_t>(y);
-    // Braille numbers its dots by columns, the lowest row apart.
+    // Braille numbers its dots column by column, the lowest row separately.
     constexpr std::array<std::array<unsigned, dots_across>, dots_down> bits{
         {{0x01, 0x08}, {0x02, 0x10}, {0x04, 0x20}, {0x40, 0x80}}};
     Cell& cell = at(across / dots_across, down / dots_down);
@@ -91,7 +91,7 @@ class Dots {
   struct Cell {
     unsigned dots = 0;
     Style style = Style::plain;
-    std::string_view character;  // in place of dots
+    std::string_view character;  // shown instead of dots
   };
 
   [[nodiscard]] bool holds(double x, double y) const {
@@ -105,7 +105,7 @@ class Dots {
     if (!cell.character.empty()) return std::string{cell.character};
     if (cell.dots == 0) return " ";
     if (glyphs == Glyphs::ascii) return cell.style == Style::accent ? "." : ",";
-    // U+2800 and the dots, in UTF-8.
+    // U+2800 plus the dots, in UTF-8.
     return {static_cast<char>(0xE2), static_cast<char>(0xA0U | cell.dots >> 6U),
             static_cast<char>(0x80U | (cell.dots & 0x3FU))};
   }
@@ -125,7 +125,7 @@ struct Box {
   }
 };
 
-// Where the map lies on the dots.
+// The part of the map that the dots show.
 struct Section {
   double metres_a_dot = 1.0;
   double left = 0.0;  // m
@@ -138,7 +138,7 @@ double snapped(double value, double step) {
   return std::round(value / step) * step;
 }
 
-// The finest of the steps in which the box fits.
+// The finest of the steps at which the box fits.
 Section section_for(const Box& box, double dots_wide, double dots_high) {
   constexpr std::array steps{1.0, 1.5, 2.0, 3.0, 5.0, 7.0};
   constexpr double snap_dots = 8.0;
@@ -151,7 +151,7 @@ Section section_for(const Box& box, double dots_wide, double dots_high) {
       const bool fits = section.across(box.x0) >= 1.0 && section.down(box.y1) >= 1.0 &&
                         section.across(box.x1) < dots_wide - 1.0 &&
                         section.down(box.y0) < dots_high - 1.0;
-      // Beyond any planet the numbers are too coarse to fit anywhere.
+      // Coordinates beyond any planet are too coarse to fit at any step.
       if (fits || power > 9) return section;
     }
   }
@@ -165,7 +165,7 @@ std::string_view arrow(double yaw, Glyphs glyphs) {
   return glyphs == Glyphs::unicode ? arrows[index] : ascii[index];
 }
 
-// "├──────┤ 2 m": a length of 1, 2 or 5 and as long as a fifth of the map.
+// "├──────┤ 2 m": a length of 1, 2 or 5 times a power of ten, at most a quarter of the map's width.
 Line scale_bar(double metres_a_column, std::size_t columns, Glyphs glyphs) {
   const double wanted = metres_a_column * static_cast<double>(columns) / 4.0;
   const double power = std::pow(10.0, std::floor(std::log10(wanted)));

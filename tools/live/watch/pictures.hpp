@@ -1,5 +1,5 @@
-// Small pictures from characters: a histogram of the beat from blocks; a map with the trail, the
-// car and its uncertainty from braille dots.
+// Small pictures from characters: a histogram of the beat in block characters; a map with the
+// trail, the car and its uncertainty in braille dots.
 #pragma once
 
 #include <array>
@@ -18,20 +18,20 @@ namespace odomd::tools::watch {
 
 using Histogram = std::span<const std::uint64_t, ODOM_HISTOGRAM_BUCKETS>;
 
-/// One column for each `buckets_a_column` buckets, `rows` rows, the topmost first. Heights are
-/// logarithmic, so that one late tick in a million is seen: any bucket that is not empty has at
+/// One column per `buckets_a_column` buckets, `rows` rows, the topmost first. Heights are
+/// logarithmic, so that one late tick in a million is visible: any bucket that is not empty has at
 /// least the lowest mark, the fullest reaches the top.
 [[nodiscard]] std::vector<std::string> bars(Histogram histogram, std::size_t buckets_a_column,
                                             std::size_t rows, Glyphs glyphs);
 
-/// The axis below: where 1 us, 10, 100, 1 ms and 10 ms lie.
+/// The axis below the bars: marks at 1 us, 10, 100, 1 ms and 10 ms.
 [[nodiscard]] std::string axis(std::size_t buckets_a_column, Glyphs glyphs);
 
-/// The ellipse of a 2-D normal distribution at so many standard deviations.
+/// The ellipse of a 2-D normal distribution at this number of standard deviations.
 struct Ellipse {
   double long_half_axis = 0.0;   ///< [m]
   double short_half_axis = 0.0;  ///< [m]
-  double direction = 0.0;        ///< of the long axis, from x [rad], in (-pi/2, pi/2]
+  double direction = 0.0;        ///< angle of the long axis from x [rad], in (-pi/2, pi/2]
 };
 
 /// `covariance`: xx, xy, yy [m²].
@@ -39,12 +39,12 @@ struct Ellipse {
 
 struct MapView {
   std::size_t columns = 0;
-  std::size_t rows = 0;  ///< the last one is the scale
+  std::size_t rows = 0;  ///< including the scale in the last one
   Glyphs glyphs = Glyphs::unicode;
 };
 
-/// x to the right, y upwards, axes of one scale. Scale and section change in steps, so that the
-/// picture stands still while the car moves.
+/// x to the right, y upwards, with equal scales. Scale and section change in steps, so that the
+/// picture does not move while the car does.
 [[nodiscard]] Lines draw_map(const Trail& trail, const odom_pose& pose, const MapView& view);
 
 }  // namespace odomd::tools::watch

@@ -134,7 +134,7 @@ Lines numbers(const State& state, const Page& page) {
   return lines;
 }
 
-// Its meaning on as many lines as it takes.
+// A condition and its meaning, on as many lines as it needs.
 void append_condition(Lines& lines, const Condition& condition, const Page& page) {
   Line line{{fmt::format("   {}", condition.name), Style::warning}, {" "}};
   std::istringstream words{std::string{condition.meaning}};
@@ -150,14 +150,14 @@ void append_condition(Lines& lines, const Condition& condition, const Page& page
 
 constexpr std::size_t label_columns = 10;
 
-// Microseconds with as many decimals as say something, milliseconds from ten on.
+// Microseconds with as many decimals as are significant; from 10 ms on in milliseconds.
 std::string time_of(const StatusValue& time) {
   const double us = time.value();
   if (us < 10'000.0) return time.number(us < 10.0 ? 1 : 0);
   return time.number(us < 100'000.0 ? 1 : 0, 1e-3) + " ms";
 }
 
-// "median 12  99.9 % 120  max 6799 µs", by the percentiles of the status.
+// "median 12  99.9 % 120  max 6799 µs", from the percentiles of the status.
 std::string percentiles(const StatusValue& times, const Page& page) {
   const std::string max = time_of(times["max"]);
   return fmt::format("  median {}  99.9 % {}  max {}{}", time_of(times["p50"]),
@@ -227,7 +227,7 @@ Lines pose_section(const State& state, const Page& page) {
         block,
         draw_map(state.trail, pose, {columns, std::max(page.map_rows, block.size()), page.glyphs}),
         pose_columns);
-  } else if (page.columns >= 2 * (pose_columns - 4)) {  // without the blanks between two halves
+  } else if (page.columns >= 2 * (pose_columns - 4)) {  // halves without the blanks between
     const auto half = block.begin() + static_cast<std::ptrdiff_t>(block.size() / 2);
     block = side_by_side({block.begin(), half}, {half, block.end()}, page.columns / 2);
   }
@@ -247,7 +247,7 @@ Lines beat_section(const State& state, const Page& page) {
                       beat.overruns);
   Lines lines{title("beat", note, page)};
   if (page.bar_rows == 0) return lines;
-  constexpr std::size_t right_of_bars = 36;  // the percentiles
+  constexpr std::size_t right_of_bars = 36;  // width of the percentiles
   const std::size_t buckets_a_column =
       page.columns >= label_columns + ODOM_HISTOGRAM_BUCKETS + right_of_bars ? 1 : 2;
   append_histogram(lines, "late by", beat.wakeup, reported["wakeup_us"], buckets_a_column, page);

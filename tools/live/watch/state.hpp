@@ -1,5 +1,4 @@
-// The observed state of a daemon, and where the car was: the last stretch that it drove, thinned
-// for drawing.
+// The observed state of a daemon, and the last part of the car's path, thinned for drawing.
 #pragma once
 
 #include <cstddef>
@@ -17,10 +16,10 @@ namespace odomd::tools::watch {
 struct TrailPoint {
   double x = 0.0;  ///< [m], map frame
   double y = 0.0;
-  bool joined = false;  ///< the car drove here from the point before; the pose did not leap
+  bool joined = false;  ///< the car drove here from the previous point; the pose did not jump
 };
 
-/// While the car stands nothing is added, so that the picture of the drive stays.
+/// Adds nothing while the car is stationary, so that the picture of the drive stays.
 class Trail {
  public:
   static constexpr std::int64_t spacing_ns = 50'000'000;
@@ -31,7 +30,7 @@ class Trail {
   void take(const odom_pose& pose, std::uint64_t instance);
 
   [[nodiscard]] const std::deque<TrailPoint>& points() const { return points_; }
-  /// Of the stretch, without the leaps [m].
+  /// Length of the path in the trail, without the jumps [m].
   [[nodiscard]] double length() const;
 
  private:
@@ -40,7 +39,7 @@ class Trail {
   std::uint32_t resets_ = 0;
 };
 
-/// What the shared memory says.
+/// The content of the shared memory.
 struct Segment {
   odom_pose pose{};
   odom_details details{};
@@ -52,9 +51,9 @@ struct Segment {
 struct State {
   std::int64_t now_ns = 0;  ///< CLOCK_MONOTONIC
 
-  std::string segment_name;        ///< as it was asked for
+  std::string segment_name;        ///< as requested
   std::optional<Segment> segment;  ///< absent: never attached, or nothing published yet
-  std::string segment_problem;     ///< why it is absent; empty: as the status is, which names it
+  std::string segment_problem;     ///< why it is absent; empty if the status is absent too
   Trail trail;
 
   std::string socket;

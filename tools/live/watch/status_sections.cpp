@@ -1,4 +1,4 @@
-// What the status document says of sources, calibrations, camera, buses and messages.
+// The sections from the status document: sources, calibrations, camera, buses and messages.
 #include <array>
 
 #include <fmt/format.h>
@@ -10,10 +10,10 @@
 namespace odomd::tools::watch {
 namespace {
 
-// Narrower, and the innovations would push out what was not fused.
+// On a narrower page the innovations would push out the counts of samples that were not fused.
 constexpr std::size_t with_innovations = 96;
 
-// A section, unless it is empty.
+// Appends a section, unless it is empty.
 void append(Lines& all, std::string_view name, std::string_view note, Lines lines,
             const Page& page) {
   if (lines.empty()) return;
@@ -30,7 +30,7 @@ std::string bit_rate(const StatusValue& rate) {
   return rate.number(rate.count() % 1000 == 0 ? 0 : 1, 1e-3) + " kbit/s";
 }
 
-// What the controller says of itself.
+// State, modes and errors of a controller.
 Line controller_line(const StatusValue& controller) {
   const std::string state = controller["state"].text();
   const bool noisy = state == "error_warning" || state == "sleeping";
@@ -44,7 +44,7 @@ Line controller_line(const StatusValue& controller) {
     rest += fmt::format(", {} at {} %", bit_rate(timing["bitrate"]),
                         timing["sample_point"].number(1, 100.0));
   line.push_back({rest});
-  // Without it a controller that went bus-off stays so for ever.
+  // Without restart_ms a controller that went bus-off stays so for ever.
   if (const StatusValue restart = controller["restart_ms"]; restart.exists())
     line.push_back(
         {", restart-ms " + restart.text(), restart.count() == 0 ? Style::warning : Style::plain});

@@ -23,7 +23,7 @@
 namespace odomd::tools::watch {
 namespace {
 
-// After "ESC [" or "ESC O".
+// Key codes after "ESC [" or "ESC O".
 constexpr std::array sequences{std::pair{std::string_view{"A"}, Key::up},
                                std::pair{std::string_view{"B"}, Key::down},
                                std::pair{std::string_view{"5~"}, Key::page_up},
@@ -43,7 +43,7 @@ bool ends_sequence(char c) {
   return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '~';
 }
 
-// Second page, no cursor, no wrapping at the right edge; and back.
+// Alternate screen, no cursor, no wrapping at the right edge; and the way back.
 constexpr std::string_view enter_sequence = "\x1b[?1049h\x1b[?25l\x1b[?7l\x1b[2J";
 constexpr std::string_view leave_sequence = "\x1b[?7h\x1b[?25h\x1b[0m\x1b[?1049l";
 
@@ -56,7 +56,7 @@ struct {
   termios settings{};
 } to_restore;
 
-// Async-signal-safe. The signal's own action follows, by SA_RESETHAND.
+// Async-signal-safe. The signal's default action follows, through SA_RESETHAND.
 extern "C" void give_terminal_back(int signal, siginfo_t* info, void* /*context*/) {
   if (to_restore.armed != 0) {
     to_restore.armed = 0;

@@ -16,7 +16,7 @@ namespace odomd::tools::watch {
 
 enum class Key { quit, pause, list_keys, up, down, page_up, page_down, home, end };
 
-/// The keys in what was read at once; others, and sequences that are not known, are passed over.
+/// The keys in one read; other keys and unknown sequences are skipped.
 [[nodiscard]] std::vector<Key> keys_in(std::string_view bytes);
 
 struct Size {
@@ -24,17 +24,17 @@ struct Size {
   std::size_t rows = 24;
 };
 
-/// What wait() has seen. `ended`: INT, TERM or HUP has come, or the terminal is gone.
+/// Events that wait() saw. `ended`: INT, TERM or HUP has come, or the terminal is gone.
 struct Happened {
   std::vector<Key> keys;
   bool ended = false;
 };
 
-/// Standard output as a screen: its second page, without echo and cursor, while this lives. TSTP
-/// gives the terminal back until we are continued. One at a time, in a process of one thread.
+/// Standard output as a screen: its alternate page, without echo and cursor, while this lives. TSTP
+/// gives the terminal back until the process continues. One at a time, in a process of one thread.
 class Terminal {
  public:
-  /// Throws std::runtime_error where the terminal does not let itself be set.
+  /// Throws std::runtime_error if the terminal cannot be configured.
   explicit Terminal(Colour colour);
   ~Terminal();
   Terminal(const Terminal&) = delete;
@@ -45,7 +45,7 @@ class Terminal {
   /// Shows a screenful; only lines that have changed are written.
   void show(const Lines& lines);
 
-  /// Sleeps until a key is pressed, the size changes, something ends us, or the time is up.
+  /// Sleeps until a key is pressed, the size changes, the program must end, or the time is up.
   [[nodiscard]] Happened wait(std::chrono::steady_clock::time_point until);
 
  private:
@@ -57,16 +57,16 @@ class Terminal {
   termios before_{};
   sigset_t signals_before_{};
   FileDescriptor signals_;
-  std::vector<std::string> shown_;  // what is on the screen, line by line
+  std::vector<std::string> shown_;  // the lines on the screen
 };
 
-/// Whether standard output can be drawn upon: a terminal, and not a dumb one.
+/// Whether standard output is a terminal that can be drawn upon, not a dumb one.
 [[nodiscard]] bool is_screen();
 
-/// What the terminal shows, by the locale; braille and blocks are missing on the Linux console.
+/// The characters that the locale allows; the Linux console lacks braille and blocks.
 [[nodiscard]] Glyphs glyphs_of_terminal();
 
-/// NO_COLOR (see no-color.org) is honoured.
+/// Follows NO_COLOR (see no-color.org).
 [[nodiscard]] Colour colour_wanted();
 
 }  // namespace odomd::tools::watch
