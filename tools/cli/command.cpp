@@ -17,7 +17,7 @@
 namespace odomd::tools {
 namespace {
 
-/// For numbers that pass `check`. CLI11's own checks of a range take "nan".
+/// A rule that accepts numbers that pass `check`. CLI11's own range checks accept "nan".
 template <typename T, typename Check>
 Rule number_rule(const Check& check, const std::string& problem, const std::string& shown) {
   const auto problem_of = [=](std::string text) {
@@ -53,7 +53,7 @@ std::string value_text(const Json& value, const std::string& name, const std::st
   fail(file, name + " must be a number, a text, or a list of them");
 }
 
-/// Gives the options of a command what the file has for them.
+/// Sets the options of a command to their values in the file.
 void apply_measurements(CLI::App& app, const std::string& file) {
   const Json measurements = read_measurements(file);
   for (const auto& [name, value] : measurements.items()) {

@@ -1,5 +1,5 @@
-// A command of the command line and its options, a row each: name, type, value, help, rules. Hides
-// CLI11, whose header costs four seconds of compiling per file: only the files that run and
+// A command of the command line and its options, one row each: name, type, value, help, rules.
+// Hides CLI11, whose header costs four seconds of compiling per file: only the files that run and
 // describe the command line include it (command.cpp, command_line.cpp, ../commands/commands.cpp,
 // ../completion/).
 //
@@ -29,12 +29,12 @@ concept OptionValue = std::same_as<T, std::string> || std::same_as<T, std::files
     std::same_as<T, std::optional<int>> || std::same_as<T, std::optional<double>> ||
     std::same_as<T, std::vector<std::string>> || std::same_as<T, std::vector<double>>;
 
-/// What holds for an option beyond its type.
+/// A constraint on an option, beyond its type.
 using Rule = std::function<void(CLI::Option&)>;
 using Rules = std::vector<Rule>;
 
 [[nodiscard]] Rule required();
-/// The other one is an option that was added before: "--log", "CSV".
+/// `other` is an option that was added before: "--log", "CSV".
 [[nodiscard]] Rule needs(const std::string& other);
 [[nodiscard]] Rule excludes(const std::string& other);
 
@@ -66,7 +66,7 @@ class Command {
  public:
   explicit Command(CLI::App& app) : app_(&app) {}
 
-  /// The same command, whose options are listed under this heading in the help; empty: none.
+  /// This command; options added through it are listed under the heading in the help; empty: none.
   [[nodiscard]] Command group(const std::string& heading) const;
 
   /// Names a program, with the options --version and --help.
@@ -82,9 +82,9 @@ class Command {
   /// Whether one of its subcommands was called.
   [[nodiscard]] bool has_called_subcommand() const;
 
-  /// An option (--name) or an argument (NAME), which sets `value`; that one must last until the
-  /// command line has been parsed. `type` is the name of the value in the help: FILE, S, a|b|c. It
-  /// also selects the shell completion.
+  /// An option (--name) or an argument (NAME). It sets `value`, which must exist until the command
+  /// line has been parsed. `type` is the name of the value in the help: FILE, S, a|b|c. It also
+  /// selects the shell completion.
   template <OptionValue T>
   void add(const std::string& name, const std::string& type, T& value, const std::string& help,
            const Rules& rules = {}) const;
@@ -99,7 +99,7 @@ class Command {
                 const Rules& rules = {}) const {
     add_flag(name, value, true, help, rules);
   }
-  /// An option that sets `value` to what the given name stands for. The help shows the names.
+  /// An option that sets `value` to the value with the given name. The help shows the names.
   template <typename T>
   void add_choice(const std::string& name, T& value,
                   const Choices<std::type_identity_t<T>>& choices, const std::string& help,
@@ -110,11 +110,11 @@ class Command {
     add_choice(name, names, choose, help, rules);
   }
 
-  /// An option for a file of measurements. Add it before the options that the file may give.
-  /// The file is a JSON object: names are those of options, with underscores; values are numbers,
-  /// texts, or lists of them. The command line has precedence, also by an option that excludes one
-  /// of the file. One file serves sibling commands: their options are passed over, other names are
-  /// errors.
+  /// An option for a file of measurements. Add it before the options that the file may give. The
+  /// file is a JSON object: names are those of options, with underscores; values are numbers,
+  /// texts, or lists of them. The command line has precedence: its options replace those of the
+  /// file, also those that they exclude. One file serves sibling commands: options of siblings are
+  /// skipped, unknown names are errors.
   void add_measurements(const std::string& name, const std::string& type,
                         const std::string& help) const;
 
@@ -127,7 +127,7 @@ class Command {
   /// Called once the command line has been parsed.
   void callback(const std::function<void()>& action) const;
 
-  /// CLI11's own.
+  /// The underlying CLI11 object.
   [[nodiscard]] CLI::App& app() const { return *app_; }
 
  private:
@@ -142,7 +142,7 @@ class Command {
   std::string heading_;
 };
 
-/// For an action that finds a required option missing: reports wrong usage.
+/// Reports a missing option as wrong usage, for an action that requires it.
 [[noreturn]] void require(const std::string& what);
 
 }  // namespace odomd::tools

@@ -31,7 +31,7 @@ int report(const std::string& command, std::string_view text, int status) {
   return status;
 }
 
-// As a shell takes it for this word.
+// The word, quoted for a shell if necessary.
 std::string shell_word(const std::string& word) {
   const auto is_plain = [](char one) {
     return std::isalnum(static_cast<unsigned char>(one)) != 0 ||
@@ -59,7 +59,7 @@ int CommandLine::run(int argc, const char* const* argv) noexcept {
     } catch (const Ended& ended) {
       status = ended.status();
     } catch (const CLI::ParseError& error) {
-      // "odom nonsense --help" is no question about odom.
+      // "odom nonsense --help" does not ask for the help of odom.
       const CLI::App* called = &odom;
       while (!called->get_subcommands().empty()) called = called->get_subcommands().front();
       const auto any = [](const CLI::App*) { return true; };

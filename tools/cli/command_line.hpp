@@ -1,6 +1,6 @@
-// Runs a command line: an error becomes one line on standard error and an exit status. Programs in
-// odom's folder with large dependencies of their own (odom-bridge, odom-fit, odom-track) are handed
-// some commands.
+// Runs a command line: an error becomes one line on standard error and an exit status. Some
+// commands are passed on to programs in odom's folder with large dependencies of their own
+// (odom-bridge, odom-fit, odom-track).
 #pragma once
 
 #include <exception>
@@ -18,7 +18,7 @@ inline constexpr int exit_done = 0;
 inline constexpr int exit_failed = 1;  ///< the work failed
 inline constexpr int exit_usage = 2;   ///< wrong usage or unusable input
 
-/// Thrown by a command whose result is printed: ends with this exit status, without a line.
+/// Thrown by a command that has printed its result: ends the program with this status, silently.
 class Ended : public std::exception {
  public:
   explicit Ended(int status) : status_(status) {}
@@ -48,16 +48,16 @@ class CommandLine {
   std::unique_ptr<CLI::App> app_;
 };
 
-/// The command line of this process as a shell would take it, for reports.
+/// The command line of this process, quoted for a shell, for reports.
 [[nodiscard]] std::string given_command();
 
-/// The whole of a program: `describe` sets up its command. A reader that closes the pipe (odom ...
-/// | head) ends it silently, even if a parent process left SIGPIPE ignored.
+/// Runs a whole program; `describe` sets up its command. A reader that closes the pipe (odom ... |
+/// head) ends the program silently, even if a parent process left SIGPIPE ignored.
 [[nodiscard]] int run_program(const std::function<void(Command)>& describe, int argc,
                               const char* const* argv);
 
-/// Replaces this process by that program. Throws std::runtime_error if it cannot be run; if it is
-/// missing, with `where_missing`, which says how to install it.
+/// Replaces this process with `program`. Throws std::runtime_error if that fails; if the program is
+/// missing, the text is `where_missing`, which says how to install it.
 [[noreturn]] void become(const std::string& program, std::vector<std::string> arguments,
                          const std::string& where_missing);
 

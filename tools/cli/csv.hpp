@@ -23,13 +23,13 @@ enum class LastLine : std::uint8_t {
   keep_whole,    ///< use it if all its fields are there, with a warning; else leave it out
 };
 
-/// How tables differ from one of a recording.
+/// Layout of a table; the defaults are those of a recording.
 struct CsvLayout {
-  std::size_t required = SIZE_MAX;  ///< first columns; the others may lack
+  std::size_t required = SIZE_MAX;  ///< this many first columns must exist
   char delimiter = ',';
-  std::optional<char> quote;    ///< around cells; empty ones too many may then end a row
-  std::optional<char> comment;  ///< begins lines that are no rows
-  std::size_t header_line = 1;  ///< 0: none, the columns stand in their order
+  std::optional<char> quote;    ///< around cells; surplus empty cells may then end a row
+  std::optional<char> comment;  ///< starts lines that are skipped
+  std::size_t header_line = 1;  ///< 0: no header, the columns come in the expected order
 };
 
 /// Reads row by row, so that a pipe can be followed. Throws std::invalid_argument for unusable
@@ -44,12 +44,12 @@ class CsvReader {
   /// Moves to the next row; false at the end.
   [[nodiscard]] bool next();
 
-  /// Whether the header has the column, by its index.
+  /// Whether the header has the column with this index.
   [[nodiscard]] bool has(std::size_t column) const { return positions_[column].has_value(); }
 
-  // Fields of the current row: a finite number; a time in nanoseconds, rounded to the nearest one;
-  // a number of digits; the index of a word in a list, where `otherwise` says what to do about
-  // another.
+  // Fields of the current row: a finite number; a time in nanoseconds, rounded to the nearest; a
+  // number of digits; the index of a word in a list, where `otherwise` says how to correct another
+  // word.
   [[nodiscard]] double number(std::size_t column) const;
   [[nodiscard]] std::int64_t time_ns(std::size_t column) const;
   template <std::integral T>
@@ -91,20 +91,20 @@ class CsvReader {
   std::vector<std::string> warnings_;
 };
 
-/// Replaces `cells` by those of the line, without the blanks around them and their quotes, which
-/// the line loses, too.
+/// Splits the line into `cells`, without the blanks around them and without their quotes, which are
+/// removed from `line`, too.
 void split_cells(std::string& line, const CsvLayout& layout, std::vector<std::string_view>& cells);
 
-/// The number, finite or not, that the whole text is.
+/// The number that the whole text represents, also an infinite one or NaN.
 [[nodiscard]] std::optional<double> parse_number(std::string_view text);
 
-/// Decimal seconds to nanoseconds by integer arithmetic, never through a double; digits beyond the
-/// ninth decimal are rounded. Nothing if the text is not a number or does not fit.
+/// Converts decimal seconds to nanoseconds in integer arithmetic, never through a double; digits
+/// beyond the ninth decimal are rounded. Nothing if the text is not a number or does not fit.
 [[nodiscard]] std::optional<std::int64_t> parse_seconds(std::string_view text);
 
 inline constexpr int all_digits = -1;
-/// So many decimals, or the shortest form that reads back to the same bits. Throws
-/// std::runtime_error for a number that is too long.
+/// Appends `value` with this number of decimals, or in the shortest form that reads back to the
+/// same bits. Throws std::runtime_error for a number that is too long.
 void append_number(std::string& out, double value, int decimals = all_digits);
 
 /// Seconds with nine decimals.

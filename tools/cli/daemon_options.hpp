@@ -1,4 +1,4 @@
-// The options by which a command finds the daemon, the same for all commands.
+// The options with which a command finds the daemon, the same for all commands.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace odomd::tools {
 
-/// The default segment: the library's defaults; or, for commands with --socket, the segment of the
-/// daemon at that socket if it is given.
+/// The segment without --shm: the library's defaults; or, for commands with --socket, the segment
+/// of the daemon at that socket if it is given.
 enum class SegmentElse { default_names, of_socket };
 
-/// --shm: the segment that the daemon publishes in.
+/// --shm: the segment in which the daemon publishes.
 void add_segment_option(Command command, std::string& name,
                         SegmentElse otherwise = SegmentElse::default_names,
                         const Rules& rules = {});

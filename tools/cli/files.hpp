@@ -16,24 +16,24 @@ namespace odomd::tools {
 /// Opens a file for writing. Throws std::invalid_argument if that fails.
 [[nodiscard]] std::ofstream open_output(const std::filesystem::path& file);
 
-/// All that is in a file. Throws like open_input().
+/// The whole content of a file. Throws like open_input().
 [[nodiscard]] std::string read_whole(const std::filesystem::path& file);
 
 /// For use before long work: throws std::invalid_argument if the file could not be written. The
 /// file is not changed.
 void check_writable(const std::filesystem::path& file);
 
-/// A file that an option names to be written; an empty name: none.
+/// An output file that an option names; an empty name: none.
 struct Output {
   std::string option;
   std::filesystem::path file;
 };
 
-/// Inputs must not be overwritten, and each output needs its own file: throws std::invalid_argument
-/// that names the option. Pipes, devices and "-", standard output, may be both.
+/// Throws std::invalid_argument with the option's name if an output would overwrite an input or
+/// another output. Pipes and devices are exempt; "-" may be an input and one output.
 void check_outputs(std::span<const Output> outputs, std::span<const std::filesystem::path> inputs);
 
-/// Why a stream has failed, even long ago: the write is tried once more. "No space left on device".
+/// Why a stream has failed, even long ago: tries the write again. "No space left on device".
 [[nodiscard]] std::string why_unwritten(std::ostream& failed);
 
 /// Flushes and closes; throws std::runtime_error when something could not be written.
@@ -46,7 +46,7 @@ class WholeFile {
  public:
   /// Throws std::invalid_argument if it cannot be written.
   explicit WholeFile(const std::filesystem::path& file);
-  ~WholeFile();  ///< without finish(): nothing has happened to the file
+  ~WholeFile();  ///< without finish() the file is unchanged
   WholeFile(const WholeFile&) = delete;
   WholeFile& operator=(const WholeFile&) = delete;
 
@@ -56,12 +56,12 @@ class WholeFile {
 
  private:
   std::filesystem::path place_;
-  std::filesystem::path written_;  // the same if it is written directly
+  std::filesystem::path written_;  // equals the target if it is written directly
   std::ofstream output_;
   bool finished_ = false;
 };
 
-/// A WholeFile of this text.
+/// Writes this text as a WholeFile.
 void write_whole(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace odomd::tools

@@ -19,7 +19,7 @@ namespace odomd::tools {
 namespace {
 
 constexpr int look_every_ms = 50;
-constexpr int looks_after_stop = 20;  // a reader that still reads gets the rest
+constexpr int looks_after_stop = 20;  // 1 s: a reader that still reads gets the rest
 
 // A pipe that is ready accepts this much without blocking; a file never blocks.
 std::size_t piece_for(int descriptor) {

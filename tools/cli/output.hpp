@@ -19,7 +19,7 @@ namespace odomd::tools {
 /// pending and nothing could be written for a second.
 [[nodiscard]] int write_all(int descriptor, std::string_view text);
 
-/// The message for such an error, also for ECANCELED.
+/// The message for an error of write_all(), also for ECANCELED.
 [[nodiscard]] std::string why_not_written(int error);
 
 /// The buffer behind std::cout or std::cerr. A failure is permanent; errno has the reason.
@@ -60,13 +60,12 @@ void say(std::string_view text);
 /// "odom fault: warning: ...", in the same way; `command` is "fault".
 void warn(std::string_view command, std::string_view text);
 
-/// Standard error as it is, with the characters that rewrite a line of a terminal.
+/// Writes to standard error unescaped, for the characters that rewrite a line of a terminal.
 void draw(std::string_view text);
 
-/// Blocks INT and TERM while it lives, and for good after the first one: timeout(1) sends two, and
-/// the second must not interrupt the shutdown. Threads that start meanwhile inherit this. The
-/// signal stays pending, so that a write that waits for its reader finds it too (output.hpp). One
-/// thread.
+/// Blocks INT and TERM while it lives, and for good after the first signal: timeout(1) sends two,
+/// and the second must not interrupt the shutdown. Threads that start meanwhile inherit the block.
+/// The signal stays pending, so that write_all() sees it while it waits for a reader. One thread.
 class Interrupt {
  public:
   Interrupt();
@@ -74,7 +73,7 @@ class Interrupt {
   Interrupt(const Interrupt&) = delete;
   Interrupt& operator=(const Interrupt&) = delete;
 
-  /// Whether one of them has come since the start.
+  /// Whether INT or TERM has come since the start.
   [[nodiscard]] bool requested();
 
  private:

@@ -1,5 +1,5 @@
-// The progress of long work on standard error: one line that is updated on a terminal and cut to
-// its width, a line every ten seconds or every second elsewhere, or nothing.
+// Shows the progress of long work on standard error: on a terminal one line, updated and cut to its
+// width; elsewhere a line every ten seconds or every second, or nothing.
 #pragma once
 
 #include <chrono>
@@ -9,10 +9,10 @@
 
 namespace odomd::tools {
 
-/// Called with the progress, as often as one likes.
+/// Called with the progress, arbitrarily often.
 using ReportProgress = std::function<void(const std::string&)>;
 
-/// What becomes of the progress where standard error is no terminal.
+/// How to show progress if standard error is not a terminal.
 enum class WithoutTerminal : std::uint8_t { lines, every_second, nothing };
 
 class ProgressLine {
@@ -24,11 +24,11 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  /// On a terminal at most ten times a second.
+  /// Shows the progress; on a terminal at most ten times a second.
   void show(const std::string& text);
-  /// Before something else is written.
+  /// Ends the line before other output.
   void end();
-  /// Shows the last state, whenever the one before was shown, and ends.
+  /// Shows the final state, however recent the last update was, and ends the line.
   void finish(const std::string& text);
 
  private:

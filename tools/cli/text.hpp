@@ -20,13 +20,13 @@ namespace odomd::tools {
 /// Width on the terminal: characters, not bytes, of UTF-8.
 [[nodiscard]] std::size_t width(std::string_view text);
 
-/// Columns are flush right but for those in `flush_left`; two spaces in between.
+/// Columns are right-aligned except those in `flush_left`; two spaces in between.
 struct Table {
   std::vector<std::string> header;
   std::vector<std::vector<std::string>> rows;
   std::vector<std::size_t> flush_left{0};
 
-  /// Header and rows, their cells filled with blanks to columns of one width.
+  /// Header and rows, with the cells of each column padded to one width.
   [[nodiscard]] std::vector<std::vector<std::string>> aligned() const;
   [[nodiscard]] std::string text() const;
 };

@@ -1,4 +1,4 @@
-// Diagnostics of experiments: what limits the values that odom identify finds.
+// Diagnostics of experiments: limits of the values that odom identify determines.
 #pragma once
 
 #include <array>

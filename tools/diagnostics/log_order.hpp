@@ -12,8 +12,8 @@
 
 namespace odomd::tools {
 
-/// Adapters and several buses may mix up the order a little; a frame this far behind is of another
-/// drive, or of a clock that was set back [ns].
+/// Adapters and several buses may mix up the order a little; a frame that is late by this much
+/// belongs to another drive or to a clock that was set back [ns].
 inline constexpr auto late_ns =
     static_cast<std::int64_t>(1e9 * diagnostics::kind("frames_late").limits.most);
 

@@ -1,4 +1,4 @@
-// Diagnostics of the machine that odomd runs on: what makes its ticks late, and who may do what.
+// Diagnostics of the machine that odomd runs on: causes of late ticks, and missing permissions.
 #pragma once
 
 #include <array>

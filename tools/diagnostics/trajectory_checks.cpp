@@ -20,7 +20,7 @@ using diagnostics::kind;
 using estimator::CameraPose;
 using estimator::Pose2;
 
-/// The longest time between two rows of an estimate that is not a gap.
+/// The longest time between two rows of an estimate that does not count as a gap.
 std::int64_t longest_of(const Trajectory& estimate) {
   constexpr std::int64_t usual_ns = 500'000'000;
   std::vector<std::int64_t> rows_ns;
@@ -41,7 +41,7 @@ bool turns_otherwise(const Trajectory& reference, const Trajectory& estimate) {
   constexpr std::int64_t second_ns = 1'000'000'000;
   constexpr std::int64_t step_ns = second_ns / 10;
   constexpr std::size_t least_samples = 20;
-  constexpr double least_turn = 0.1;  // rad a second, rms
+  constexpr double least_turn = 0.1;  // rad per second, rms
   double difference = 0.0;
   double turned = 0.0;
   std::size_t samples = 0;
@@ -64,7 +64,7 @@ bool turns_otherwise(const Trajectory& reference, const Trajectory& estimate) {
          !kind("other_drive").limits.hold(std::sqrt(difference / turned));
 }
 
-/// The motion from the initial pose to the camera's pose, of the centre of gravity.
+/// The motion of the centre of gravity from the initial pose to the camera's pose.
 Pose2 apart(const Pose2& initial, const CameraPose& seen, const Pose2& lever_arm) {
   return relative(initial, compose({seen.x, seen.y, seen.yaw}, inverse(lever_arm)));
 }
@@ -76,7 +76,7 @@ double turn(const Pose2& motion) {
 }  // namespace
 
 std::optional<Diagnostic> check_coverage(const Trajectory& reference, const Trajectory& estimate) {
-  // Larger than the jitter of a reference at rest.
+  // Steps larger than the jitter of a reference at rest.
   constexpr double piece = 0.25;  // m
   constexpr std::int64_t piece_ns = 200'000'000;
   constexpr double least_way = 4.0 * piece;  // shorter references are not checked
@@ -116,10 +116,10 @@ std::optional<Diagnostic> drive_mismatch(const Trajectory& reference, const Traj
 
 std::optional<Diagnostic> check_headings(const Trajectory& trajectory) {
   constexpr double piece = 0.2;             // m
-  constexpr std::size_t least_pieces = 20;  // fewer do not suffice
-  // The resultant R = |Σ exp(2i(χ − ψ))| / n, χ the course over a piece of the way, ψ the mean of
-  // the headings at its ends: 1 if they agree, whatever axis yaw counts from. Doubled, because a
-  // car that reverses has its heading against its course.
+  constexpr std::size_t least_pieces = 20;  // fewer pieces give no result
+  // The resultant R = |Σ exp(2i(χ − ψ))| / n, with χ the course over a piece of the path and ψ the
+  // mean heading of its ends: 1 if they agree, whatever axis yaw counts from. The angle is doubled
+  // because the heading of a reversing car is opposite to its course.
   double along = 0.0;
   double across = 0.0;
   std::size_t pieces = 0;
@@ -159,8 +159,8 @@ std::optional<Diagnostic> check_initial_pose(const daemon::Config& config,
   if (first == cameras.end()) return std::nullopt;
   const auto last = std::ranges::find_if_not(first, cameras.end(), is_soon) - 1;
 
-  // The speed up to the last of them; before the first one the car may have moved 1.5 times as
-  // fast.
+  // The speed from the first to the last of these poses; since the first tick the car may have been
+  // 1.5 times as fast.
   const double between_s =
       std::max(static_cast<double>(last->capture_ns - first->capture_ns) * 1e-9, 1e-3);
   const double speed = std::hypot(last->x - first->x, last->y - first->y) / between_s;

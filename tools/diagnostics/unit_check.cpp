@@ -16,17 +16,17 @@ namespace {
 constexpr std::int64_t piece_ns = 500'000'000;
 constexpr std::int64_t longest_ns = 1'000'000'000;
 constexpr std::size_t fewest = 10;   // pieces
-constexpr double least_way = 0.1;    // m in a piece; less may be wheels that are read too small
-constexpr double least_turn = 0.05;  // rad in a piece
-constexpr double about = 3.0;        // tolerance factor, as wheels spin
-constexpr double alike = 0.5;        // of a turn; in radians it is off by 56/57
+constexpr double least_way = 0.1;    // m per piece; below, the wheels may be scaled too small
+constexpr double least_turn = 0.05;  // rad per piece
+constexpr double about = 3.0;        // tolerance factor, since wheels may spin
+constexpr double alike = 0.5;        // relative error of a turn; poses in radians have 56/57
 
 constexpr double in_degrees = 180.0 / std::numbers::pi;
 
-// By medians over pieces, so that outliers and jumps of the filter have no influence.
+// Ratios per piece; their medians are robust against outliers and jumps of the filter.
 struct Sizes {
-  std::vector<double> ways;   ///< of the poses over the driven one
-  std::vector<double> turns;  ///< error of the poses' turn if taken as degrees, likewise
+  std::vector<double> ways;   ///< distance between the poses / distance driven
+  std::vector<double> turns;  ///< relative error of their turn, read in degrees
 };
 
 Sizes sizes_of(std::span<const TrajectoryPoint> poses, const Trajectory& driven) {

@@ -11,20 +11,20 @@
 
 namespace odomd::tools {
 
-/// What poses are compared with. Only distances and turns count, not the start.
+/// The motion that poses are compared with. Only its distances and turns matter, not its start.
 struct Driven {
   const Trajectory& trajectory;
-  std::string way_of = "the wheels";  ///< in messages
+  std::string way_of = "the wheels";  ///< source of the distances, in messages
   std::string turn_of = "the gyro";
 };
 
-/// Whether poses of `subject` go a hundred or a thousand times as far, or turn 57 times as far.
-/// Empty if neither is so, or if the drive is too short to decide.
+/// Reports poses of `subject` that go a hundred or a thousand times as far as driven, or turn 57
+/// times as far. Empty if they do not, or if the drive is too short to decide.
 [[nodiscard]] diagnostics::Diagnostics check_units(const std::string& subject,
                                                    std::span<const TrajectoryPoint> poses,
                                                    const Driven& driven);
 
-/// The same for a camera's poses, in any order.
+/// The same for poses of a camera, in any order.
 [[nodiscard]] diagnostics::Diagnostics check_units(const std::string& subject,
                                                    std::span<const estimator::CameraPose> poses,
                                                    const Driven& driven);
