@@ -1,5 +1,5 @@
-// odom bridge: the pose for other programs, or from them. JSON over UDP is sent from here; for ROS
-// 2 topics the program odom-bridge takes over, the only one linked with DDS.
+// odom bridge: exchanges poses with other programs. Sends JSON over UDP itself; ROS 2 topics are
+// left to the program odom-bridge, the only one linked with DDS.
 #include <memory>
 #include <vector>
 

@@ -66,7 +66,7 @@ void send_one(const Options& options) {
   }
 }
 
-// What is said of poses that were not taken; a refusal is an error, although others were taken.
+// Reports poses that were not sent; a refusal is an error even if others were sent.
 void report_untaken(const CameraFeed& feed, std::uint64_t untaken) {
   if (!feed.refusal().empty())
     throw std::runtime_error(feed.refusal() + " (" + std::to_string(untaken) +
@@ -101,7 +101,7 @@ void send_log(const Options& options) {
   if (played.sent == 0 && !log.poses.empty()) throw std::runtime_error("no pose was sent");
 }
 
-// Rows as they come: another camera program, through a pipe.
+// Sends rows as they arrive, such as those of another camera program through a pipe.
 void send_rows(const Options& options) {
   CsvReader reader = camera_reader(std::cin, "standard input");
   CameraFeed feed{options.socket, options.wait_s};

@@ -31,7 +31,7 @@ void print_help(Command odom, const std::vector<std::string>& words) {
   std::cout << command->get_formatter()->make_help(command, name, CLI::AppFormatMode::Normal);
 }
 
-// The help of a command, by its name.
+// odom help: prints the help of the command with the given name.
 void add_help(Command odom) {
   auto words = std::make_shared<std::vector<std::string>>();
   Command command = odom.add_subcommand("help", "Print the help of a command");

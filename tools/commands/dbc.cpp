@@ -154,11 +154,11 @@ void print_message(const Message& message) {
 
 struct DecodedSignal {
   const Signal* signal = nullptr;
-  double value = 0.0;     ///< as a person writes it
-  std::string_view name;  ///< of the value, from VAL_; empty if it has none
+  double value = 0.0;     ///< physical value in its decimal form
+  std::string_view name;  ///< name of the value in VAL_; empty if it has none
 };
 
-/// The name of a value, if there is one.
+/// The name of the value; empty if it has none.
 std::string_view value_name(const Signal& signal, double physical) {
   for (const auto& value : signal.values)
     if (static_cast<double>(value.raw) * signal.scale + signal.offset == physical)
@@ -246,7 +246,7 @@ void show_dbc(const std::string& file, OutputForm form) {
   for (const auto& warning : database.warnings) say(describe(database, warning));
 }
 
-// One line per frame; with several databases the first with an identifier decodes it.
+// One line per frame; of several databases, the first that knows the identifier decodes it.
 void decode_log(const std::vector<std::string>& databases, const std::string& log, OutputForm form,
                 Frames frames, can::Damage damage) {
   std::vector<Database> read;
@@ -263,9 +263,9 @@ void decode_log(const std::vector<std::string>& databases, const std::string& lo
     const std::string& bus = bus_names[frame->bus];
     std::cout << (form == OutputForm::json ? json_line(*frame, bus, message)
                                            : readable_line(*frame, bus, message));
-    if (log == "-") std::cout.flush();  // a live source: lines as they come
+    if (log == "-") std::cout.flush();  // a live source: flush each line
   }
-  // Last, so that a file that cannot be used is reported in one line.
+  // Warnings come last, so that the error about an unusable file is the only line.
   for (const Database& database : read)
     if (const std::size_t warnings = database.warnings.size(); warnings > 0)
       say(fmt::format("{0}: {1} {2}; odom dbc show {0} lists them", database.file, warnings,

@@ -1,4 +1,4 @@
-// odom doctor: what is wrong with the machine, the daemon, the buses or a drive, and how to fix it.
+// odom doctor: finds faults of the machine, the daemon, the buses or a drive, and how to fix them.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -42,17 +42,17 @@ struct Options {
   can::Damage damage = can::Damage::left_out;
 };
 
-// One thing that was examined.
+// A part of the system, examined or not.
 struct Part {
   std::string name;  ///< "machine", "bus can0"
-  std::string note;  ///< why it was not examined, or what could not be
+  std::string note;  ///< why it was not examined, or which of its checks were left out
   Diagnostics diagnostics;
   bool examined = true;
 };
 
 struct Examination {
   std::vector<Part> parts;
-  std::vector<doctor::Identifier> identifiers;  ///< that were listened to
+  std::vector<doctor::Identifier> identifiers;  ///< of the received frames
 
   void add(const std::string& name, Diagnostics diagnostics, const std::string& note = {}) {
     parts.push_back({name, note, std::move(diagnostics)});
@@ -112,7 +112,7 @@ std::string json_of(const Examination& examination) {
   return json_text(json, 2) + '\n';
 }
 
-// The status of the daemon, if one runs; else why there is none.
+// The status of the daemon; nothing if it cannot be read, with the reason in `why`.
 std::optional<Json> read_status(const Options& options, std::string& why) {
   try {
     const std::string path = socket_path(options.socket, "status.sock");
@@ -170,7 +170,7 @@ void examine_here(const Options& options, Examination& examination) {
 
 void examine_buses(const Options& options, Examination& examination) {
   daemon::Config config = daemon::load_config(options.config);
-  Diagnostics ignored;  // examined with the frames
+  Diagnostics ignored;  // examine_drive() reports them
   const can::FrameProtocol protocol =
       doctor::needed_protocol(config, daemon::load_databases(config, ignored));
   bool up = true;
@@ -181,7 +181,7 @@ void examine_buses(const Options& options, Examination& examination) {
     up &= link && link->is_can && link->is_up;
     links.push_back(link.value_or(doctor::Link{}));
   }
-  if (!up) return;  // nothing would come
+  if (!up) return;  // no frame would come
   const Drive heard =
       doctor::listen(options.config, options.interfaces, std::chrono::seconds{options.listen_s});
   for (std::size_t i = 0; i < links.size(); ++i)

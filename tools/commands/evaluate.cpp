@@ -110,7 +110,7 @@ std::string details_of(const EvaluatedDrive& drive) {
          source_table(drive.replays.back().summary).text();
 }
 
-// Warnings about pose files contain the file's name.
+// Prints the warnings of a drive, after its name; those about pose files contain the file's name.
 void warn_of(const EvaluatedDrive& drive) {
   warn("evaluate", drive.warnings, drive.replays.empty() ? "" : drive.name);
 }
@@ -141,7 +141,7 @@ nlohmann::ordered_json drives_json(const std::vector<EvaluatedDrive>& drives) {
   return json;
 }
 
-// All about a single drive; of several, the table and the worst of each.
+// One drive: all its details. Several: the table, and for each drive its verdict and main reason.
 std::string drives_text(const std::vector<EvaluatedDrive>& drives) {
   const std::string table = summary_table(drives).text();
   if (drives.size() == 1)
@@ -158,7 +158,7 @@ std::string drives_text(const std::vector<EvaluatedDrive>& drives) {
   return text;
 }
 
-// Of one drive its trajectories; of several the errors by speed.
+// One drive: its trajectories. Several: their errors against speed.
 void write_picture_of(const std::vector<EvaluatedDrive>& drives, const Options& options) {
   std::vector<chart::Drawing> drawings;
   if (drives.size() == 1)
@@ -199,7 +199,7 @@ void run_evaluate(const Options& options) {
   }
 }
 
-// Dependencies between options, reported as by CLI11.
+// Checks dependencies between options; errors read like those of CLI11.
 void check(const Options& options) {
   if (options.poses.empty() && options.drives.empty()) {
     require("--pose or --drive");

@@ -72,7 +72,7 @@ bool is_live(const Options& options) {
   return !options.from.empty() || !options.camera_from.empty();
 }
 
-// Each of two options requires the other.
+// Requires both options or neither.
 void check_pair(const std::string& one, const char* name, const std::string& other,
                 const char* other_name) {
   if (!one.empty() && other.empty()) require(fmt::format("{} (for {})", other_name, name));
@@ -104,7 +104,7 @@ void check_streams(const Options& options, const std::vector<Fault>& faults) {
   }
 }
 
-// Warns of a fault that had no effect, which is rarely intended.
+// Warns of faults that had no effect, which is rarely intended.
 void report(const std::vector<fault::Acted>& acted, const char* what) {
   for (const auto& [one, count] : acted) {
     const std::string name = name_of(one.kind);
@@ -181,7 +181,7 @@ void fail_in_camera_log(const Options& options, const CameraLog& camera,
 void fail_in_logs(const Options& options, const std::vector<Fault>& faults) {
   const Car car = options.log.empty() ? Car{} : car_of(options);
   check_files(options, car);
-  // Read first: nothing is written if one of the two cannot be used.
+  // Read before the log is written: nothing is written if either of the two cannot be used.
   const CameraLog camera = camera_of(options);
   std::optional<std::int64_t> start_ns;
   if (!options.log.empty()) start_ns = fail_in_log(options, car, faults);

@@ -1,4 +1,4 @@
-// odom identify: the car's parameters, measured, with their uncertainty.
+// odom identify: measures the car's parameters and their uncertainty.
 #include "tools/commands/commands.hpp"
 #include "tools/identify/methods.hpp"
 

@@ -1,4 +1,4 @@
-// odom init: a configuration from a database and a drive.
+// odom init: creates a configuration from a database and a drive.
 #include <unistd.h>
 
 #include <iostream>

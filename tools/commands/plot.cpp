@@ -22,7 +22,7 @@
 namespace odomd::tools {
 namespace {
 
-// What a picture may show: a quantity of the poses, or the contents of other files.
+// The subjects that a picture may show: a quantity of the poses, or the contents of other files.
 std::vector<std::string> subjects() {
   std::vector<std::string> all = plot_quantities();
   all.insert(all.end(), {"innovation", "beat"});
@@ -36,7 +36,7 @@ struct Options {
   std::string out;
   std::string title;
   Frame frame = Frame::map;
-  double seconds = 0.0;  // of the running daemon; 0: files
+  double seconds = 0.0;  // to record from the running daemon; 0: plot files
   std::string shm;
 };
 

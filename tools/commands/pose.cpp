@@ -129,11 +129,11 @@ class PoseWriter {
   std::string buffer_;
   std::uint64_t every_ = 1;
   std::uint64_t rows_ = 0;
-  std::uint64_t untimed_ = 0;  // before the log's clock was known
+  std::uint64_t untimed_ = 0;  // poses before the log's clock was known
 };
 
 void follow(const Options& options, odom::Client client) {
-  // A daemon that is delayed for a moment has not ended.
+  // A short delay of the daemon does not count as its end.
   const std::chrono::milliseconds timeout{options.until_stale ? 500 : 100};
   TickFollower follower{std::move(client)};
   PoseWriter writer{options, follower.client()};

@@ -69,7 +69,7 @@ class Recorder {
       if (options_.once) break;
     }
     if (folders_ == 0) throw std::runtime_error("nothing was recorded");
-    for (const std::filesystem::path& folder : finished_) {  // only now: no new daemon waits
+    for (const std::filesystem::path& folder : finished_) {  // last, so that no new daemon waits
       WholeFile file(folder / "drive.mcap");
       static_cast<void>(write_mcap(read_drive(sources_in(folder)), ExportTime::absolute,
                                    McapCompression::zstd, file.stream()));
@@ -152,7 +152,7 @@ class Recorder {
     }
   }
 
-  // Structures are sent as they lie in memory: both ends must be of the same build.
+  // Structures are sent as they are in memory: both ends must come from the same build.
   [[nodiscard]] nlohmann::ordered_json understood(std::string_view bytes) const {
     auto hello = is_nested_too_deep(bytes) ? nlohmann::ordered_json()
                                            : nlohmann::ordered_json::parse(bytes, nullptr, false);
@@ -199,10 +199,10 @@ class Recorder {
     folder.take(mark, frames_, cameras_);
   }
 
-  // --out, or the date; further recordings of one call get a number.
+  // The folder --out, or one named by the date; the next folders of one call get a number.
   std::filesystem::path next_folder() {
     std::string base = options_.out.empty() ? name_of_now() : options_.out;
-    while (base.size() > 1 && base.back() == '/') base.pop_back();  // as a shell completes it
+    while (base.size() > 1 && base.back() == '/') base.pop_back();  // from a shell's completion
     std::string name = base;
     for (int i = 2; std::filesystem::exists(name); ++i) name = fmt::format("{}-{}", base, i);
     if (folders_++ == 0) begun_ = steady_clock::now();
@@ -237,7 +237,7 @@ class Recorder {
   std::string socket_;
   Interrupt interrupt_;
   steady_clock::time_point start_ = steady_clock::now();
-  std::optional<steady_clock::time_point> begun_;  // the first folder
+  std::optional<steady_clock::time_point> begun_;  // start of the first folder
   ProgressLine progress_{"odom record", WithoutTerminal::nothing};
   int folders_ = 0;
   std::vector<std::filesystem::path> finished_;

@@ -75,7 +75,7 @@ std::vector<std::filesystem::path> inputs_of(const Options& options, const daemo
   return inputs;
 }
 
-// `outputs`: what was replayed, with its number; `more`: members of the JSON.
+// `outputs`: number and kind of the results; `more`: further members of the JSON.
 void report(const Options& options, const ReplaySummary& summary, double seconds,
             const diagnostics::Diagnostics& warnings, const std::string& outputs,
             const nlohmann::ordered_json& more = nlohmann::ordered_json::object()) {

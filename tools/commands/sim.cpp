@@ -140,7 +140,7 @@ void simulate(const Arguments& arguments) {
   std::optional<sim::DriveWriter> writer;
   if (!arguments.out.empty()) {
     sim::make_drive_folder(arguments.out, arguments.existing);
-    // The configuration would take a relative path as relative to itself.
+    // In the configuration a relative path would count from its folder.
     const std::string& socket = arguments.camera_socket;
     sim::write_car_files(
         arguments.out, plan,

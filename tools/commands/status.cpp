@@ -23,7 +23,7 @@ struct Options {
   bool open_metrics = false;
 };
 
-// A daemon that does not answer is a result, too.
+// If the daemon does not answer, that is a result, too.
 void print_open_metrics(const std::string& named) {
   std::optional<nlohmann::json> status;
   try {

@@ -84,7 +84,7 @@ void print(const watch::State& state, Glyphs glyphs) {
   std::cout.flush();
 }
 
-// Without writing, this is the only way to notice that the reader of a pipe has gone.
+// Nothing is written meanwhile, so only poll() shows that the reader of a pipe has gone.
 bool has_reader() {
   pollfd output{STDOUT_FILENO, 0, 0};
   return ::poll(&output, 1, 0) <= 0 || (output.revents & (POLLERR | POLLHUP)) == 0;
@@ -103,7 +103,7 @@ std::string why_waiting(const watch::State& state) {
   return why + (why.ends_with('?') ? "" : ".") + " Waiting for it; --once does not";
 }
 
-// A snapshot each interval; without a daemon only one, and a line on standard error.
+// Prints a snapshot per interval; without a daemon only one, and a line on standard error.
 void watch_on_paper(const Options& options, watch::Observer& observer, Glyphs glyphs) {
   Interrupt interrupt;
   bool waiting = false;
