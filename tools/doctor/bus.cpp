@@ -45,7 +45,7 @@ bool comes_as(const can::BoundMessage& message, std::uint32_t id, can::IdFormat 
   return message.format == format && ((message.id ^ id) & message.id_mask) == 0;
 }
 
-// Of one bus: the rate against the database's, else against the signals' time-outs.
+// Compares a message's rate on one bus with the database's, or else with the signals' time-outs.
 std::optional<Diagnostic> check_rate(const Drive& drive, const can::BoundMessage& message,
                                      const Identifier& seen) {
   if (seen.rate_hz <= 0.0) return std::nullopt;
@@ -207,7 +207,7 @@ Diagnostics examine_acknowledgement(const std::string& interface, const Link& li
   std::string seen = "is listen-only, and no frame comes";
   if (!frames.empty()) {
     const can::Frame& first = *frames.front();
-    constexpr double without_pause_hz = 200.0;  // at 50 kbit/s; idle nodes send less often
+    constexpr double without_pause_hz = 200.0;  // less than at 50 kbit/s, more than idle nodes
     const double duration_s = 1e-9 * static_cast<double>(frames.back()->time_ns - first.time_ns);
     if (static_cast<double>(frames.size()) < 1.0 + without_pause_hz * duration_s ||
         frames.size() < 2 || !std::ranges::all_of(frames, [&](const can::Frame* frame) {

@@ -1,5 +1,5 @@
-// The CAN buses: whether an interface can carry the car's frames, and what comes on it, compared
-// with the configuration and the databases.
+// Examines CAN buses: whether an interface can carry the car's frames, and whether its traffic
+// matches the configuration and the databases.
 #pragma once
 
 #include <chrono>
@@ -27,10 +27,10 @@ struct Link {
   std::optional<can::Controller> controller;  ///< none: a virtual interface
 };
 
-/// Nothing where there is no such interface. One thread at a time (can::read_controller()).
+/// Nothing if there is no such interface. One thread at a time (can::read_controller()).
 [[nodiscard]] std::optional<Link> read_link(const std::string& interface);
 
-/// CAN FD if a mapped message is sent so.
+/// CAN FD if a mapped message is sent in this format.
 [[nodiscard]] can::FrameProtocol needed_protocol(const daemon::Config& config,
                                                  std::span<const can::Database> databases);
 
@@ -38,8 +38,8 @@ struct Link {
     const std::string& interface, const std::optional<Link>& link,
     can::FrameProtocol needed = can::FrameProtocol::classic);
 
-/// What comes on interfaces within a time, or until an interrupt: a drive without a camera and a
-/// reference, in CLOCK_MONOTONIC. Throws std::invalid_argument or std::system_error for a wrong
+/// Records interfaces for a time, or until an interrupt, as a drive in CLOCK_MONOTONIC without
+/// camera and reference. Throws std::invalid_argument or std::system_error for a wrong
 /// configuration or interface.
 [[nodiscard]] Drive listen(const std::filesystem::path& config,
                            const std::vector<std::string>& interfaces,
@@ -52,21 +52,21 @@ struct Identifier {
   can::IdFormat format = can::IdFormat::standard;
   std::uint64_t frames = 0;
   double rate_hz = 0.0;  ///< 0: a single frame
-  std::string message;   ///< the mapped one; empty: not mapped
+  std::string message;   ///< name of the mapped message; empty: not mapped
 };
 
-/// By bus and identifier: for a table of what else is on the bus.
+/// All received identifiers, ordered by bus and identifier, for a table with the unmapped ones.
 [[nodiscard]] std::vector<Identifier> identifiers_of(const Drive& drive);
 
-/// A listen-only interface that hears nothing or a single frame again and again: a sender repeats
-/// a frame that nobody acknowledges without a pause, but stays on the bus.
+/// Reports a listen-only interface that receives nothing, or only one frame repeatedly: a sender
+/// whose frame nobody acknowledges repeats it without a pause, but stays on the bus.
 [[nodiscard]] diagnostics::Diagnostics examine_acknowledgement(const std::string& interface,
                                                                const Link& link,
                                                                const Drive& heard);
 
-/// No frame at all; mapped messages that are missing, come with the other format of their
-/// identifier, at another rate, too short, or fail their protection. Unmapped identifiers are no
-/// fault.
+/// Reports an absence of frames, and mapped messages that are missing, come with the other format
+/// of their identifier, at another rate, too short, or fail their protection. Unmapped identifiers
+/// are no fault.
 [[nodiscard]] diagnostics::Diagnostics examine_traffic(const Drive& drive);
 
 }  // namespace odomd::tools::doctor

@@ -27,7 +27,7 @@ using diagnostics::found;
 using diagnostics::Kind;
 using tools::kind;
 
-constexpr double settled_s = 3.0;              // after a start; every message has come by then
+constexpr double settled_s = 3.0;              // since the start; every message has come by then
 constexpr double silent_s = 2.0;               // no bus and no camera pauses that long
 constexpr std::uint64_t enough_samples = 500;  // for their statistics
 
@@ -38,7 +38,7 @@ std::optional<std::size_t> index_in(const Names& names, const std::string& name)
   return static_cast<std::size_t>(at - names.begin());
 }
 
-// "odomd@can0" of a service's segment, "/run/odomd/can0/pose"; empty for one started by hand.
+// "odomd@can0" for a service's segment "/run/odomd/can0/pose"; empty if started by hand.
 std::string service_of(const StatusValue& status) {
   constexpr std::string_view folder = "/run/odomd/";
   const std::string segment = status["shm"].text();
@@ -92,7 +92,7 @@ void examine_beat(const StatusValue& status, Diagnostics& all) {
                                     1e3 * works_s, 1e3 * period_s)));
     return;
   }
-  // An ordinary thread misses cycles on any machine.
+  // Without real-time priority a thread misses cycles on any machine.
   if (status["realtime/priority"].value() == 0.0) return;
   const double missed = beat["missed"].value();
   const double cycles = std::max(missed + beat["ticks"].value(), 1.0);
@@ -105,7 +105,7 @@ void examine_beat(const StatusValue& status, Diagnostics& all) {
 
 enum class Traffic { none, comes, ended };
 
-// What is wrong with the buses' traffic as a whole, and whether there is any.
+// Reports faults of the buses' traffic as a whole, and returns whether frames come.
 Traffic examine_buses(const StatusValue& status, Diagnostics& all) {
   Traffic traffic = Traffic::none;
   bool ended = false;
@@ -129,7 +129,7 @@ Traffic examine_buses(const StatusValue& status, Diagnostics& all) {
     examine_losses(kind("controller_overflows"), "controller_overflows");
   }
   if (ended) return Traffic::ended;
-  // Frames came once; the newest mapped one says until when.
+  // Frames have come; the age of the newest mapped one shows whether they still do.
   double youngest_s = std::numeric_limits<double>::infinity();
   for (const StatusValue& message : status["messages"].elements())
     youngest_s =
@@ -154,7 +154,8 @@ void examine_messages(const StatusValue& status, Diagnostics& all) {
   }
 }
 
-// Mistakes in wiring and description, one for all its sources. Returns whether there is one.
+// Reports each mistake in wiring or configuration once for all its sources; returns whether there
+// is one.
 bool examine_wiring(const StatusValue& status, Diagnostics& all) {
   bool any = false;
   for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault) {

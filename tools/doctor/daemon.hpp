@@ -1,5 +1,5 @@
-// A running daemon, from its status: what the machine refused it, its beat, buses, sources and
-// camera.
+// Examines a running daemon by its status: rights that the machine refused, its beat, buses,
+// sources and camera.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -9,10 +9,10 @@
 
 namespace odomd::tools::doctor {
 
-/// `status` is the document of the status socket; `machine` gives whose limits to raise. Causes
-/// come without their consequences: no late beat without real-time priority, no overdue signal of
-/// a silent bus. The interfaces themselves are left to examine_link() (bus.hpp). Throws a
-/// nlohmann::json::exception where a member is of another type than it must be.
+/// `status` is the document of the status socket; `machine` shows whose limits to raise. Causes are
+/// reported without their consequences: no late beat without real-time priority, no overdue signal
+/// of a silent bus. The interfaces themselves are left to examine_link() (bus.hpp). Throws a
+/// nlohmann::json::exception if a member has the wrong type.
 [[nodiscard]] diagnostics::Diagnostics examine_daemon(const nlohmann::json& status,
                                                       const Machine& machine);
 

@@ -29,7 +29,7 @@ using diagnostics::found;
 using diagnostics::kind;
 using estimator::Source;
 
-// What the filter does not fit because of a cause is no finding of its own.
+// Findings that are only consequences if the drive also has a cause.
 constexpr std::array consequences{&kind("bias_unlearnt"),      &kind("model_fault"),
                                   &kind("out_of_range"),       &kind("scale_implausible"),
                                   &kind("contradicts_others"), &kind("inconsistent"),
@@ -69,7 +69,7 @@ bool follows_from_mass(const Diagnostic& one) {
          one.kind == &kind("stiffness_unlike_a_tyre");
 }
 
-// Those of which nothing has been found yet.
+// Appends the diagnostics whose kind and subject are not in `to` yet.
 void append_new(Diagnostics& to, const Diagnostics& others) {
   for (const Diagnostic& one : others)
     if (std::ranges::none_of(to, [&](const Diagnostic& other) {
@@ -112,7 +112,7 @@ std::optional<Diagnostic> check_scatter(const Drive& drive, const SignalLog& log
                            std::max(way / sigma, 1.0), std::max(turn / sigma_yaw, 1.0)));
 }
 
-/// A plateau at the largest value, again and again.
+/// Reports a signal that repeatedly stays at its largest magnitude.
 std::optional<Diagnostic> check_range(const SignalLog& log, Source source) {
   constexpr std::size_t run = 5, runs_needed = 2;
   constexpr double step = 1e-9;
@@ -138,8 +138,8 @@ std::optional<Diagnostic> check_range(const SignalLog& log, Source source) {
                            samples, series.size()));
 }
 
-// What the replay would blame on a sensor that contradicts the culprit: the camera's sigmas against
-// its scatter, and sensors at the end of their range.
+// Faults for which the replay would blame another sensor: camera sigmas that do not match its
+// scatter, and sensors at the end of their range.
 Diagnostics find_culprits(const Drive& drive, const SignalLog& log) {
   Diagnostics all;
   if (auto scatter = check_scatter(drive, log)) all.push_back(std::move(*scatter));
@@ -148,8 +148,9 @@ Diagnostics find_culprits(const Drive& drive, const SignalLog& log) {
   return all;
 }
 
-// What a sensor cannot show, then signs and scales that the replay does not compare, then times:
-// poses that come at other times than the gyro's turns are those of a late sensor, if one is found.
+// Looks for faults that hide others first, then for signs and scales that the replay does not
+// compare, then for latencies. A late sensor, if found, replaces the finding that the camera's
+// poses and the gyro's turns differ in time.
 DriveExamination compare_sensors(const Drive& drive) try {
   const SignalLog log = signals_of(drive);
   DriveExamination compared{find_culprits(drive, log), {}};
@@ -195,10 +196,10 @@ DriveExamination examine_drive(const Drive& drive) {
     append_new(all, check_drive(drive));
   } catch (const NoPose& none) {
     if (traffic.empty()) append_new(all, none.warnings);
-    return examination;  // else no pose without the messages that have been named
+    return examination;  // otherwise the missing messages explain it
   } catch (const std::invalid_argument&) {
     if (traffic.empty()) throw;
-    return examination;  // without a frame
+    return examination;  // no frame to replay
   }
   if (std::ranges::none_of(all, is_cause)) {
     const auto [compared, note] = compare_sensors(drive);

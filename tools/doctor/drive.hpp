@@ -1,5 +1,5 @@
-// A drive replayed with its configuration: signs, sides, axles, axes, units and times of its
-// sensors, its camera and its reference.
+// Replays a drive with its configuration, and checks signs, sides, axles, axes, units and times of
+// its sensors, its camera and its reference.
 #pragma once
 
 #include <filesystem>
@@ -12,14 +12,14 @@ namespace odomd::tools::doctor {
 
 struct DriveExamination {
   diagnostics::Diagnostics diagnostics;  ///< causes without their consequences
-  std::string note;                      ///< what could not be judged; may be empty
+  std::string note;                      ///< checks that were not possible; may be empty
 };
 
 /// How many lines of a configuration odom init has marked as guesses, in words; empty for none.
 [[nodiscard]] std::string guesses_in(const std::filesystem::path& config);
 
-/// What is wrong with a drive: its configuration, its traffic (examine_traffic() in bus.hpp), and
-/// what the replay shows. Throws std::invalid_argument if the drive cannot be replayed.
+/// Faults of a drive in its configuration, its traffic (examine_traffic() in bus.hpp), and in the
+/// replay. Throws std::invalid_argument if the drive cannot be replayed.
 [[nodiscard]] DriveExamination examine_drive(const Drive& drive);
 
 }  // namespace odomd::tools::doctor

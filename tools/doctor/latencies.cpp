@@ -20,14 +20,14 @@ using estimator::Source;
 
 constexpr const diagnostics::Kind& off_kind = kind("latency_off");
 constexpr double chance = 3.0;         // standard uncertainties
-constexpr double known_below = 0.005;  // standard uncertainty [s]: little driving misleads
+constexpr double known_below = 0.005;  // standard uncertainty [s]; less driving misleads
 constexpr double known_of_steering = 0.02;
 
 bool is_steering(const SourceOffset& one) {
   return one.source == Source::steering;
 }
 
-// Wheels that turn before what [steering] says are no matter of size, and later ones of it.
+// Steering: the wheels respond earlier than [steering] says. Later is allowed: slower actuator.
 bool is_off(const SourceOffset& one) {
   if (is_steering(one)) return one.offset > chance * one.sigma;
   return !off_kind.limits.hold(std::fabs(one.offset) - chance * one.sigma);
@@ -37,7 +37,7 @@ bool is_judged(const SourceOffset& one) {
   return one.failure.empty() && one.sigma < (is_steering(one) ? known_of_steering : known_below);
 }
 
-// Signals of one message are sampled together: it is late as a whole, or the estimate is wrong.
+// Signals of one message are sampled together: either all are late, or the estimate is wrong.
 bool is_late_as_a_whole(const daemon::Config& config, const SourceOffset& one,
                         std::span<const SourceOffset> offsets) {
   const can::SignalBinding* const own = binding_of(config, one.source);
@@ -52,7 +52,7 @@ std::string late(double seconds) {
   return fmt::format("{:.0f} ms {}", 1e3 * std::fabs(seconds), seconds > 0.0 ? "late" : "early");
 }
 
-// `offset`: how much later its stamps are than those of the same instant elsewhere.
+// `offset`: delay of its stamps compared with other sources' [s].
 Diagnostic of_sensor(const daemon::Config& config, Source source, double offset) {
   const can::SignalBinding* const binding = binding_of(config, source);
   const double stated = binding == nullptr ? 0.0 : 1e-9 * static_cast<double>(binding->latency_ns);
@@ -67,8 +67,8 @@ Diagnostic of_sensor(const daemon::Config& config, Source source, double offset)
                   std::max(stated + offset, 0.0)));
 }
 
-/// Whether the gyro is off if all others are alike: several kinds of sensors, which agree, or what
-/// only its latency explains, as no sensor is early.
+/// Whether the gyro is at fault if all others are off alike: sensors of several kinds agree, or
+/// only then all latencies stay at 0 or above.
 bool is_the_gyros(const daemon::Config& config, std::span<const SourceOffset> judged,
                   double offset) {
   // The wheels of an axle are measured by their difference, and count once.
@@ -114,7 +114,7 @@ Diagnostics examine_latencies(const daemon::Config& config, std::span<const Sour
   std::vector<SourceOffset> judged;
   std::ranges::copy_if(offsets, std::back_inserter(judged), is_judged);
   if (std::ranges::none_of(judged, is_off)) return {};
-  std::vector<SourceOffset> sensors = judged;  // without an actuator
+  std::vector<SourceOffset> sensors = judged;  // without the steering
   std::erase_if(sensors, is_steering);
   if (!sensors.empty() && std::ranges::all_of(sensors, is_off)) {
     const auto [least, most] = std::ranges::minmax(sensors, {}, &SourceOffset::offset);

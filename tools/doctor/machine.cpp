@@ -22,14 +22,14 @@ bool is_arm(const Machine& machine) {
   return machine.processor.starts_with("aarch64");
 }
 
-// Read by a system call, or from a slow device.
+// Whether reading the clock takes a system call or a slow device.
 bool is_slow(std::string_view clock) {
   constexpr std::array<std::string_view, 6> slow{"hpet", "acpi_pm", "jiffies", "refined-jiffies",
                                                  "pit",  "xen"};
   return std::ranges::find(slow, clock) != slow.end();
 }
 
-// Who may do what. The service has its own limits, and a running daemon says what it was granted.
+// Checks permissions. The service has its own limits, and a running daemon reports its rights.
 void examine_rights(const Machine& machine, const Needs& needs, Diagnostics& all) {
   if (machine.has_service && !machine.has_service_accounts)
     all.push_back(found(kind("service_account_missing"), "odomd@.service",

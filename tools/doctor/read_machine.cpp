@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr int highest_priority = 99;  // of SCHED_FIFO
 
-// The first line, "" for what cannot be read.
+// The first line; "" if the file cannot be read.
 std::string line_of(const fs::path& file) {
   std::ifstream input(file);
   std::string line;
@@ -62,7 +62,7 @@ std::vector<std::string> words_of(const std::string& line, char between) {
   return words;
 }
 
-// What follows "NAME" in a file of lines such as "Groups:\t4 24 27"; "" without such a line.
+// The text after "NAME" in a file of lines such as "Groups:\t4 24 27"; "" without such a line.
 std::string after(const fs::path& file, std::string_view name) {
   std::ifstream input(file);
   for (std::string line; std::getline(input, line);) {
@@ -73,7 +73,7 @@ std::string after(const fs::path& file, std::string_view name) {
   return {};
 }
 
-// A line of /etc/passwd or /etc/group, by its name or its number; empty without one.
+// The fields of a line of /etc/passwd or /etc/group, found by name or number; empty if missing.
 std::vector<std::string> account(const fs::path& file, std::size_t field, std::string_view value) {
   std::ifstream input(file);
   for (std::string line; std::getline(input, line);) {
@@ -101,7 +101,7 @@ Process read_process(const fs::path& root) {
   constexpr int hexadecimal = 16;
   const std::string caps = after(status, "CapEff:");
   std::from_chars(caps.data(), caps.data() + caps.size(), process.capabilities, hexadecimal);
-  const auto effective = [&](std::string_view name) {  // the second of four
+  const auto effective = [&](std::string_view name) {  // second of the four ids
     const auto ids = words_of(after(status, name), '\t');
     return ids.size() > 1 ? ids[1] : std::string{"0"};
   };
@@ -112,7 +112,7 @@ Process read_process(const fs::path& root) {
   return process;
 }
 
-// The soft limit is raised to the hard one by odomd itself (memlock) or by the kernel's rule.
+// The hard limit: odomd itself (memlock) or the kernel's rule raises the soft one to it.
 std::string limit_of(const fs::path& root, std::string_view name) {
   const auto words = words_of(after(root / "proc/self/limits", name), ' ');
   return words.size() > 1 ? words[1] : std::string{};
@@ -160,7 +160,7 @@ void read_sleep(const fs::path& root, Machine& machine) {
   const fs::path device = root / "dev/cpu_dma_latency";
   machine.may_hold_cpus_awake = ::access(device.c_str(), R_OK | W_OK) == 0;
   if (!machine.has_service) return;
-  // The service's user is in its group only.
+  // The service's user has no other group.
   struct stat status {};
   const auto group = account(root / "etc/group", 0, "odomd");
   machine.may_hold_cpus_awake = ::stat(device.c_str(), &status) == 0 && group.size() > 2 &&
@@ -184,7 +184,7 @@ std::vector<std::string> interrupt_names(const fs::path& root) {
     if (number_of(interface / "type", 0) != ARPHRD_CAN) continue;
     std::error_code none;
     const fs::path device = fs::read_symlink(interface / "device", none);
-    if (none) continue;  // virtual
+    if (none) continue;  // virtual interface
     names.push_back(interface.filename());
     names.push_back(device.filename());
   }
@@ -201,7 +201,7 @@ std::vector<InterruptThread> read_interrupts(const fs::path& root) {
     const std::string name = pid ? line_of(process / "comm") : std::string{};
     const std::size_t dash = name.find('-');
     if (!name.starts_with(prefix) || dash == std::string::npos) continue;
-    // The kernel cuts the names of threads off.
+    // The kernel truncates the names of threads.
     constexpr std::size_t longest = 15;
     const std::string action = name.substr(dash + 1);
     if (std::ranges::none_of(names, [&](const std::string& one) {
@@ -212,7 +212,7 @@ std::vector<InterruptThread> read_interrupts(const fs::path& root) {
     const std::size_t end = stat.rfind(')');
     if (end == std::string::npos) continue;
     const auto fields = words_of(stat.substr(end + 1), ' ');
-    constexpr std::size_t priority = 37;  // rt_priority, the 40th; the state is the third
+    constexpr std::size_t priority = 37;  // rt_priority is field 40 of stat; fields[0] is field 3
     if (fields.size() > priority)
       threads.push_back({name, *pid, number_in<int>(fields[priority]).value_or(0)});
   }

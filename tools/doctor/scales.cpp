@@ -24,16 +24,16 @@ using diagnostics::kind;
 using Eigen::ArrayXd;
 using estimator::Source;
 
-// Relative error of a sound comparison, by slip, tyres, roll and slopes.
+// Relative error of a sound comparison, from slip, tyres, roll and slopes.
 constexpr double pose_sigma = 0.02, wheel_sigma = 0.03, axle_sigma = 0.05, rest_sigma = 0.1;
-constexpr double usual = 0.07;       // that the filter learns without harm
-constexpr double certain = 9.0;      // of the weighted sum of squares that a factor explains
-constexpr double distinct = 4.0;     // more than the next one explains
+constexpr double usual = 0.07;       // relative error that the filter learns without harm
+constexpr double certain = 9.0;      // least weighted sum of squares that the factor explains
+constexpr double distinct = 4.0;     // least difference to the next factor
 constexpr std::size_t enough = 100;  // spans
 
 struct Span {
-  double from = 0.0, to = 0.0;     ///< after the log's first frame [s]
-  double speed = 0.0, turn = 0.0;  ///< by poses [m/s, rad/s]
+  double from = 0.0, to = 0.0;     ///< since the log's first frame [s]
+  double speed = 0.0, turn = 0.0;  ///< from the poses [m/s, rad/s]
 };
 
 std::vector<Span> spans_between_poses(const Drive& drive, const SignalLog& log) {
@@ -78,7 +78,7 @@ struct Comparison {
 };
 
 struct Power {
-  std::vector<Source> sources;  ///< share it
+  std::vector<Source> sources;  ///< share the power
   double power = 1.0;
 };
 
@@ -97,7 +97,8 @@ void add_median(std::vector<Comparison>& all, const ArrayXd& y, const ArrayXd& x
   if (ratio > 0.0 && std::isfinite(ratio)) add(all, ratio, sigma, powers);
 }
 
-// By the ratio of their sizes, which hardly depends on latencies. Noise of either is uncertainty.
+// Compares the magnitudes of y and x: their ratio hardly depends on latencies. Noise of either adds
+// to the uncertainty.
 void add_slope(std::vector<Comparison>& all, const ArrayXd& y, const ArrayXd& x, double sigma,
                std::initializer_list<Power> powers) {
   constexpr double related = 0.8;
@@ -149,7 +150,7 @@ std::vector<Comparison> compare(const Drive& drive, const SignalLog& log,
   const ArrayXd v = mean(speed), turn = mean(on_grid(log.of(Source::yaw_rate)));
   const ArrayXd seen_speed = each([](const Span&span) { return span.speed; }),
                 seen_turn = each([](const Span&span) { return span.turn; });
-  std::vector<ArrayXd> middle;  // speed there by each wheel
+  std::vector<ArrayXd> middle;  // speed of the axle's middle, from each wheel
   for (const Source wheel : wheels) {
     const bool is_left = wheel == Source::wheel_front_left || wheel == Source::wheel_rear_left;
     const bool is_axle = wheel == Source::wheel_rear || wheel == Source::motor;
@@ -164,7 +165,7 @@ std::vector<Comparison> compare(const Drive& drive, const SignalLog& log,
   for (const auto& [left, right] : {std::pair{Source::wheel_front_left, Source::wheel_front_right},
                                     std::pair{Source::wheel_rear_left, Source::wheel_rear_right}})
     if (log.has(left) && log.has(right))
-      // Over v: a factor on one wheel is constant then.
+      // Divided by v, the effect of a factor on one wheel is constant.
       add_slope(all, (mean(speed_of(right)) - mean(speed_of(left))) / v, car.track_width * turn / v,
                 axle_sigma, {{{left, right}}, {gyro, -1.0}});
   if (log.has(Source::steering))
@@ -185,7 +186,7 @@ std::vector<Comparison> compare(const Drive& drive, const SignalLog& log,
 }
 
 struct Suspect {
-  std::vector<Source> sources;  ///< with one factor
+  std::vector<Source> sources;  ///< with a common factor
   double factor = 1.0, explained = 0.0;
 };
 
