@@ -20,7 +20,7 @@ using estimator::Source;
 
 constexpr const diagnostics::Kind& off_kind = kind("latency_off");
 constexpr double chance = 3.0;         // standard uncertainties
-constexpr double known_below = 0.005;  // standard uncertainty [s]; less driving misleads
+constexpr double known_below = 0.005;  // standard uncertainty [s]; larger ones mislead
 constexpr double known_of_steering = 0.02;
 
 bool is_steering(const SourceOffset& one) {
@@ -67,8 +67,8 @@ Diagnostic of_sensor(const daemon::Config& config, Source source, double offset)
                   std::max(stated + offset, 0.0)));
 }
 
-/// Whether the gyro is at fault if all others are off alike: sensors of several kinds agree, or
-/// only then all latencies stay at 0 or above.
+/// Whether the gyro is at fault if all others are off alike: sensors of several kinds agree, or the
+/// rule that no latency is negative decides for the gyro.
 bool is_the_gyros(const daemon::Config& config, std::span<const SourceOffset> judged,
                   double offset) {
   // The wheels of an axle are measured by their difference, and count once.
