@@ -1,8 +1,8 @@
-// What a drive says of the proposed signals: how they move together.
+// Compares the proposed signals of a drive with each other.
 //
 // Witnesses of a turn: the difference of an axle's wheels, (v_R - v_L) / track; the gyro; v ·
 // steering angle / wheelbase; and a_y / v. The wheels' labels are certain, so they set the sign;
-// without them the majority does, and positive to the left is assumed.
+// without them the majority does, and positive is taken as left.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,7 +22,7 @@ namespace {
 
 using estimator::Source;
 
-/// Angular velocities become speeds.
+/// Sets radius and ratios of speeds that come as angular velocities, and converts their series.
 void take_radius(Proposal& proposal, const Known& known) {
   for (const Source role : wheel_sources) {
     auto& choice = proposal.of(role);
@@ -36,7 +36,7 @@ void take_radius(Proposal& proposal, const Known& known) {
   }
 }
 
-/// Each wheel against the mean of all.
+/// Compares each wheel with the mean of all.
 void compare_speeds(Proposal& proposal, const DriveCourse& drive) {
   constexpr double tolerance = 0.1;
   std::vector<Source> wheels;
@@ -63,7 +63,7 @@ void compare_speeds(Proposal& proposal, const DriveCourse& drive) {
   }
 }
 
-/// A sign that contradicts the others is turned.
+/// Inverts the sign of a signal that contradicts the others.
 void turn(Choice& choice, std::string_view against) {
   choice.scale = -choice.scale;
   for (double& value : choice.series.value) value = -value;
@@ -79,7 +79,7 @@ std::optional<std::vector<double>> wheel_difference(const DriveCourse& drive) {
   return std::nullopt;
 }
 
-/// What a witness shows, proportional to the yaw rate.
+/// A witness's values, proportional to the yaw rate.
 std::vector<double> shown_by(const DriveCourse& drive, Source role) {
   return drive.moving([&](std::size_t i) {
     if (role == Source::steering) return drive.at(role, i) * drive.speed(i);
@@ -104,7 +104,7 @@ void sign_by_wheels(Proposal& proposal, const DriveCourse& drive,
 }
 
 void sign_by_majority(Proposal& proposal, const DriveCourse& drive) {
-  std::vector<std::pair<Source, Relation>> witnesses;  // with the first of them
+  std::vector<std::pair<Source, Relation>> witnesses;  // each compared with the first one
   std::vector<double> first;
   int sum = 0;
   bool clear = true;
@@ -142,7 +142,7 @@ void sign_by_majority(Proposal& proposal, const DriveCourse& drive) {
       "hand: yaw_rate and steering must be positive");
 }
 
-/// The only speed is that of a motor, by numbers that a person gave.
+/// Whether the only speed is a motor's, which depends on numbers given by a person.
 bool only_motor_turns(const Proposal& proposal) {
   return proposal.has(Source::motor) && proposal.of(Source::motor)->turns() &&
          std::ranges::none_of(wheel_sources, [&](Source role) {
@@ -150,7 +150,7 @@ bool only_motor_turns(const Proposal& proposal) {
          });
 }
 
-/// Of the acceleration across the car with speed times yaw rate, if they go together.
+/// Lateral acceleration against speed times yaw rate, if they correlate.
 std::optional<Relation> lateral_relation(const DriveCourse& drive) {
   if (!drive.has(Source::accel_y) || !drive.has(Source::yaw_rate)) return std::nullopt;
   const Relation relation = relation_of(
@@ -169,7 +169,7 @@ void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& k
     proposal.lateral = std::max(proposal.lateral, value);
   const auto yaw = shown_by(drive, Source::yaw_rate);
   constexpr double factor = 3.0;
-  std::optional<double> size;  // of the gyro over what it should be
+  std::optional<double> size;  // measured / expected yaw rate
   bool by_track = false;
   if (const auto difference = wheel_difference(drive)) {
     const Relation relation = relation_of(*difference, yaw);
@@ -182,7 +182,7 @@ void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& k
   if (const auto relation = lateral_relation(drive); !size && relation)
     size = 1.0 / std::fabs(relation->slope);
   if (!size) return;
-  constexpr double alike = 0.2;  // a track by a ruler against one by turns
+  constexpr double alike = 0.2;  // a measured track against one from turns
   if (by_track && std::fabs(*size - 1.0) > alike && *size > 1.0 / factor && *size < factor)
     choice.warnings.push_back(fmt::format(
         "it is {:.3g} times what the wheels say by the track: check --track, its scale and unit",
@@ -236,7 +236,7 @@ void check_accel_y(Proposal& proposal, const DriveCourse& drive) {
   }
 }
 
-/// A gear says forward while the car drives.
+/// Checks that the gear says forward at some time in the drive.
 void check_direction(Proposal& proposal) {
   auto& choice = proposal.of(Source::direction);
   if (!choice || choice->series.empty()) return;
@@ -273,7 +273,7 @@ void check_behaviour(Proposal& proposal, const Known& known) {
       sign_by_wheels(proposal, before, *difference);
     else
       sign_by_majority(proposal, before);
-    const DriveCourse drive(proposal);  // with the signs
+    const DriveCourse drive(proposal);  // with the corrected signs
     check_yaw_rate(proposal, drive, known);
     check_accel_x(proposal, drive);
     check_accel_y(proposal, drive);

@@ -90,7 +90,7 @@ void set(Car& car, const Item& item, std::string_view text) {
     car.*item.value = parse_plausible(text, item.dimension, item.question.option, item.range);
 }
 
-/// The answer may be empty.
+/// Whether the answer may be empty.
 bool is_optional(const Question& question) {
   return question.option == "--front-axle" || question.option == "--steering-ratio";
 }
@@ -107,7 +107,7 @@ void check_axle(const Car& car) {
                     *car.front_axle, *car.wheelbase));
 }
 
-/// Mass and wheelbase of no car (W102): one of them has another unit.
+/// Whether mass and wheelbase fit no car (W102), so that one of them has another unit.
 bool is_unlike_a_car(const Car& car) {
   if (!car.mass || !car.wheelbase) return false;
   const double base = *car.wheelbase;

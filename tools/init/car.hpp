@@ -1,5 +1,5 @@
-// What no database and no log says of a car: given as options, or asked for, with how to measure
-// it.
+// The numbers of a car that no database and no log contains: given as options, or asked for, with a
+// hint how to measure them.
 #pragma once
 
 #include <iosfwd>
@@ -31,22 +31,23 @@ struct Question {
   std::string_view hint;    ///< how to measure
 };
 
-/// What is missing before the log can be read: mass and wheelbase, a radius for turns per minute,
-/// and the motor's gear. The front axle may be missing: half of the wheelbase is then a guess.
+/// Numbers that are missing before the log can be read: mass and wheelbase, a radius for speeds in
+/// turns per minute, and the motor's gear ratio. Without the front axle, half of the wheelbase is a
+/// guess.
 [[nodiscard]] std::vector<Question> missing_first(const Car& car, const Proposal& proposal);
-/// What is missing after it: the track, if there are both wheels of an axle and no gyro measured
-/// it; the steering ratio or full lock, if that is not certain.
+/// Numbers that are missing after it has been read: the track, if there are both wheels of an axle
+/// and no gyro has measured it; the steering ratio or full lock, if uncertain.
 [[nodiscard]] std::vector<Question> missing_last(const Car& car, const Proposal& proposal);
 
-/// Asks until the answer is a number with a unit; the front axle and the
-/// steering ratio may stay open. A mass and wheelbase unlike a car are asked for once more.
-/// Throws std::invalid_argument at the end of the input.
+/// Asks until each answer is a number with a unit; the front axle and the steering ratio may stay
+/// open. A mass and wheelbase unlike a car are asked for once more. Throws std::invalid_argument at
+/// the end of the input.
 void ask(const std::vector<Question>& questions, Car& car, std::istream& in, std::ostream& out);
 
-/// Without those whose answer may be empty.
+/// The questions whose answer must not be empty.
 [[nodiscard]] std::vector<Question> required(std::vector<Question> questions);
 
-/// Throws std::invalid_argument that lists them all with their hints.
+/// Throws std::invalid_argument that lists the questions with their hints.
 [[noreturn]] void refuse(const std::vector<Question>& missing);
 
 }  // namespace odomd::tools

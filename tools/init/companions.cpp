@@ -1,5 +1,5 @@
-// A companion is named as its signal, with one token more, and perhaps without the end:
-// "IMU_YawSigSta" of "IMU_YawRtVal".
+// A companion is named like its signal, with an additional token and perhaps without the ending:
+// "IMU_YawSigSta" for "IMU_YawRtVal".
 #include "tools/init/companions.hpp"
 
 #include <algorithm>
@@ -34,7 +34,7 @@ constexpr auto negative =
     std::to_array<std::string_view>({"right", "rechts", "negative", "negativ", "minus", "backward",
                                      "backwards", "reverse", "rueckwaerts"});
 
-/// In lower case, letters and digits alone.
+/// The letters and digits in lower case.
 std::string squeezed(std::string_view name) {
   std::string text;
   for (const char c : name)
@@ -45,7 +45,8 @@ std::string squeezed(std::string_view name) {
 
 enum class Match : std::uint8_t { none, message, begin, whole };
 
-/// Whether `name` without one of the tokens is `own`, or the begin of it and not of all signals.
+/// How well `candidate`, without one of the tokens, matches the measured signal's name or its
+/// beginning.
 Match match(const can::Message& message, const can::Signal& measured, const can::Signal& candidate,
             Vocabulary tokens) {
   const std::string name = squeezed(candidate.name), own = squeezed(measured.name);
@@ -85,14 +86,14 @@ bool is_bad(const can::ValueName& value) {
   return nothing || (has_word(words, bad) && !has_word(words, no));
 }
 
-/// Some databases name values that a signal cannot have.
+/// Whether a named value fits into the signal: in some databases it does not.
 bool has_raw(const can::Signal& signal, std::int64_t raw) {
   const can::SignalLayout layout = can::layout_of(signal);
   const auto bits = static_cast<std::uint64_t>(raw) & can::low_bits(signal.length);
   return can::raw_value(layout, bits) == static_cast<double>(raw);
 }
 
-/// The one value that is named so; none: none, or several.
+/// The only value with such a name; nothing if there is none or several.
 template <class Named>
 std::optional<double> value_where(const can::Signal& signal, Named named) {
   if (std::ranges::count_if(signal.values, named) != 1) return std::nullopt;
@@ -100,7 +101,7 @@ std::optional<double> value_where(const can::Signal& signal, Named named) {
   return has_raw(signal, raw) ? std::optional(physical(signal, raw)) : std::nullopt;
 }
 
-/// Where neither the database nor a log says it.
+/// The valid value as the signal's name suggests it, if neither database nor log shows it.
 std::optional<double> value_by_name(const can::Signal& signal) {
   constexpr auto wrong = std::to_array<std::string_view>(
       {"invalid", "fault", "falt", "flt", "err", "fehler", "fail", "qbit"});
@@ -125,7 +126,7 @@ std::vector<Companion> validity_of(const can::Message& message, const can::Signa
       continue;
     const auto value = value_where(signal, is_good);
     const Match how = match(message, measured, signal, validity);
-    const bool speaks = value.has_value() || signal.length == 1;  // of a whole message
+    const bool speaks = value.has_value() || signal.length == 1;  // about a whole message
     if (how >= Match::begin || (how == Match::message && speaks)) found.push_back({&signal, value});
   }
   return found;
@@ -166,7 +167,7 @@ std::vector<std::int64_t> invalid_raws(const can::Signal& measured) {
 
 void settle(Companion& companion, std::span<const double> seen,
             std::vector<std::string>& warnings) {
-  // A sensor that starts is ready in the second half.
+  // In the second half a sensor has finished starting.
   std::map<double, std::size_t> counts;
   for (const double value : seen.subspan(seen.size() / 2)) ++counts[value];
   if (counts.empty()) {

@@ -13,23 +13,24 @@ namespace odomd::tools {
 
 struct Companion {
   const can::Signal* signal = nullptr;
-  /// Physical: with it the measured signal is valid, or negative. None: only a log can show it.
+  /// Physical value with which the measured signal is valid, or negative. None: only a log shows
+  /// it.
   std::optional<double> value;
 };
 
-/// By name ("YawRate_Stat", "QBit_YawRate", "IMU_Valid") and by the names of the values.
+/// Found by name ("YawRate_Stat", "QBit_YawRate", "IMU_Valid") and by the names of the values.
 [[nodiscard]] std::vector<Companion> validity_of(const can::Message& message,
                                                  const can::Signal& measured);
 
-/// By name ("VZ_YawRate", "YawRateSign", "YawRate_Dir"), of a signal without a sign of its own.
+/// Found by name ("VZ_YawRate", "YawRateSign", "YawRate_Dir"), for a signal without a sign.
 [[nodiscard]] std::optional<Companion> sign_of(const can::Message& message,
                                                const can::Signal& measured);
 
 /// Raw values that the database names as invalid.
 [[nodiscard]] std::vector<std::int64_t> invalid_raws(const can::Signal& measured);
 
-/// Sets the value of a validity by all that it had in the log, or by its name without a log. A log
-/// that contradicts the database leaves none, with a warning.
+/// Sets the value of a validity signal: the most frequent one in the log's second half, or without
+/// a log by its name. A log that contradicts the database leaves none, with a warning.
 void settle(Companion& companion, std::span<const double> seen, std::vector<std::string>& warnings);
 
 }  // namespace odomd::tools

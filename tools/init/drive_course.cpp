@@ -83,7 +83,7 @@ DriveCourse::DriveCourse(const Proposal& proposal) {
     for (double& value : speed_.value) value /= wheels;
   constexpr double around = 0.1;  // s
   change_ = slope_around(speed_, around);
-  // Slower than a quarter of its fastest, the noise of a_y / v is too large.
+  // At lower speeds the noise of a_y / v is too large.
   double fastest = 0.0;
   for (const double value : speed_.value) fastest = std::max(fastest, std::fabs(value));
   least_speed_ = std::clamp(0.25 * fastest, 0.2, 3.0);

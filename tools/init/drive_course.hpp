@@ -1,5 +1,5 @@
-// How two signals of a drive go together; the drive as the proposed signals show it, on one grid;
-// and what check_behaviour() finds with it in files of their own.
+// The relation of two signals of a drive; the drive as the proposed signals show it, on one grid;
+// and parts of check_behaviour() in files of their own.
 #pragma once
 
 #include <array>
@@ -21,16 +21,16 @@ struct Relation {
   double correlation = 0.0;
   std::size_t count = 0;
 
-  /// The two have something in common, so that the sign is certain.
+  /// Whether the signals correlate, so that the sign is certain.
   [[nodiscard]] bool clear() const;
 };
 
 [[nodiscard]] Relation relation_of(const std::vector<double>& y, const std::vector<double>& x);
-/// Over the time that both have.
+/// The relation over the time that both signals cover.
 [[nodiscard]] Relation relation_of(const Series& y, const Series& x);
 
-/// Several signals on one grid over the time that all have, as means over half a second: what is
-/// late by less moves together. Empty if they have less than that in common.
+/// Several signals on one grid over the time that all cover, as means over half a second, so that
+/// smaller latencies hardly matter. Empty if they have less than that in common.
 [[nodiscard]] std::vector<Resampled> on_one_grid(const std::vector<const Series*>& signals);
 
 class DriveCourse {
@@ -40,7 +40,7 @@ class DriveCourse {
   [[nodiscard]] bool has(estimator::Source role) const {
     return !courses_.at(estimator::index_of(role)).value.empty();
   }
-  /// The car drives for some seconds.
+  /// Whether the car drives for some seconds.
   [[nodiscard]] bool has_motion() const;
 
   [[nodiscard]] double at(estimator::Source role, std::size_t i) const {
@@ -54,22 +54,22 @@ class DriveCourse {
   [[nodiscard]] std::vector<double> moving(const std::function<double(std::size_t)>& f) const;
 
  private:
-  std::array<Resampled, estimator::source_count> courses_;  ///< empty: none
+  std::array<Resampled, estimator::source_count> courses_;  ///< empty: no such signal
   Resampled speed_, change_;
   double least_speed_ = 0.0;
 };
 
-/// A steering signal without a unit that stays within one is a share of the full lock, or in
-/// radians: its unit is none.
+/// Takes a steering signal without a unit that stays within ±1 as a share of the full lock, or in
+/// radians: sets its unit to none.
 void take_command(Proposal& proposal);
 
-/// Whether the steering angle is that of the front wheels or of the steering wheel, and their
-/// ratio: sets the scale of the role, with its reason or warning. The wheelbase must be known for a
-/// ratio.
+/// Determines whether the steering angle is that of the front wheels or of the steering wheel, and
+/// their ratio: sets the scale of the role, with its reason or warning. A ratio needs the
+/// wheelbase.
 void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Known& known);
 
-/// Sets each sigma where the log shows another than odomd's default, and the offset of a gyro that
-/// stood.
+/// Sets each sigma for which the log shows another than odomd's default, and the offset of a gyro
+/// that was at rest.
 void set_noise(Proposal& proposal);
 
 }  // namespace odomd::tools

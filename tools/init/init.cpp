@@ -28,7 +28,7 @@ bool is_own(const can::Message& message) {
          can::find_signal(message, binding.counter_signal) != nullptr;
 }
 
-/// Frames of a message that pass, of how many.
+/// Checked frames of a message, and how many passed.
 struct Checked {
   std::uint64_t passed = 0, frames = 0;
   [[nodiscard]] bool is_protected() const { return 2 * passed > frames; }
@@ -52,8 +52,8 @@ Checked check(const can::Message& message, const Traffic& traffic) {
   return checked;
 }
 
-// End-to-end protection of those messages of the proposal that are odomd.dbc's, and whose checksums
-// are right in the traffic, if there is any. Wrong checksums give the message's roles a warning.
+// End-to-end protection for the proposal's messages that come from odomd.dbc and, if there is
+// traffic, have correct checksums in it. Wrong checksums give the message's roles a warning.
 std::vector<can::E2eBinding> protections_for(Proposal& proposal,
                                              std::span<const can::Database> databases,
                                              const Traffic& traffic) {
@@ -75,7 +75,7 @@ std::vector<can::E2eBinding> protections_for(Proposal& proposal,
   return protections;
 }
 
-// Whether most messages of odomd.dbc come, at their full length.
+// Whether most messages of odomd.dbc come in full length.
 bool is_own_bus(const Traffic& traffic) {
   const auto& messages = sim::bus_database().messages;
   const auto came = std::ranges::count_if(messages, [&](const can::Message& message) {
@@ -87,7 +87,7 @@ bool is_own_bus(const Traffic& traffic) {
   return 2 * static_cast<std::size_t>(came) > messages.size();
 }
 
-/// An output that must not replace something unasked.
+/// Refuses to replace an existing file without --force.
 void check_free(const fs::path& file, Overwrite overwrite) {
   if (fs::exists(file) && overwrite == Overwrite::refuse)
     throw std::invalid_argument(
@@ -108,7 +108,7 @@ Traffic traffic_of(const InitOptions& options) {
   return listen(options.can.front(), options.listen_s);
 }
 
-/// A motor controller's, or that of our own bus if no other is given.
+/// The database of a motor controller; odomd.dbc if no database is given.
 std::optional<MadeDatabase> made_database(const InitOptions& options,
                                           const std::optional<MotorController>& controller,
                                           const Traffic& traffic) {
@@ -127,7 +127,7 @@ fs::path folder_of(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-/// As the configuration names them: relative to its folder where that is shorter.
+/// File names for the configuration: relative to its folder, unless only the file's is absolute.
 std::vector<std::string> named_from(const fs::path& out, const std::vector<std::string>& files) {
   std::vector<std::string> names;
   for (const std::string& file : files)
@@ -169,7 +169,7 @@ std::string described(const std::vector<std::string>& databases, const Traffic& 
   return text;
 }
 
-/// The configuration as odomd would load it: what is written must load.
+/// Loads the configuration as odomd would, so that only a valid one is written.
 diagnostics::Diagnostics checked(const std::string& text, const fs::path& out) {
   diagnostics::Diagnostics warnings;
   daemon::Config config = daemon::parse_config(text, out);

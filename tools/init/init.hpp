@@ -1,4 +1,4 @@
-// odom init: from databases and a drive to a car.toml that loads.
+// odom init: creates a car.toml that loads, from databases and a drive.
 #pragma once
 
 #include <filesystem>
@@ -17,17 +17,17 @@ namespace odomd::tools {
 enum class Overwrite : std::uint8_t { refuse, replace };
 
 struct InitOptions {
-  std::vector<std::string> databases;  ///< none: a controller's, or odomd.dbc if the bus is ours
+  std::vector<std::string> databases;  ///< none: a motor controller's, or odomd.dbc
   ControllerTexts controllers;
   std::vector<std::string> can;                ///< logs, or one interface
-  double listen_s = 20.0;                      ///< to an interface
+  double listen_s = 20.0;                      ///< to an interface [s]
   can::Damage damage = can::Damage::left_out;  ///< of the logs
   std::filesystem::path out = "car.toml";
   Overwrite overwrite = Overwrite::refuse;
   CarTexts car;
 };
 
-/// Who answers; without a dialogue what is missing is refused.
+/// Where to ask; without a dialogue, missing numbers are errors.
 struct Dialogue {
   std::istream& in;
   std::ostream& out;
@@ -41,7 +41,7 @@ struct InitResult {
 };
 
 /// Writes options.out, once it has loaded as a configuration with its databases. Throws
-/// std::invalid_argument that names file, line or option; then nothing is written.
+/// std::invalid_argument with the file, line or option; then nothing is written.
 [[nodiscard]] InitResult init(const InitOptions& options, Dialogue* dialogue);
 
 }  // namespace odomd::tools

@@ -15,7 +15,7 @@
 namespace odomd::tools {
 namespace {
 
-/// A signal. Those of one packet follow each other.
+/// A signal. The signals of a packet follow each other.
 struct Field {
   std::uint32_t packet = 0;
   std::string_view message;
@@ -58,8 +58,8 @@ struct ControllerLayout {
   std::uint32_t id_shift = 0, packet_shift = 0;
   can::ValueType type{};  ///< integers are big-endian, floats little-endian
   std::span<const Field> fields;
-  std::string_view id_setting;     ///< where the owner sets the number
-  std::string_view frame_setting;  ///< where the frame with the speed is switched on
+  std::string_view id_setting;     ///< the setting with the controller's number
+  std::string_view frame_setting;  ///< the setting that switches the frame with the speed on
 
   [[nodiscard]] std::uint32_t frame_id(std::uint32_t packet, std::uint32_t id) const {
     return packet << packet_shift | id << id_shift;
@@ -68,7 +68,7 @@ struct ControllerLayout {
 
 namespace {
 
-// VESC 255 is all of them.
+// VESC 255 addresses all controllers.
 constexpr ControllerLayout vesc{
     "VESC",
     "vesc",
@@ -103,7 +103,7 @@ MotorController parse_id(const ControllerLayout& layout, const std::string& text
   return {&layout, id};
 }
 
-/// Numbers of controllers of this kind that send a packet.
+/// Numbers of this kind's controllers that send the packet.
 std::set<std::uint32_t> senders_of(std::uint32_t packet, const ControllerLayout& layout,
                                    const Traffic& traffic) {
   std::set<std::uint32_t> ids;

@@ -1,5 +1,5 @@
-// Motor controllers whose frames are published: a VESC's CAN status frames and an ODrive's CAN
-// Simple. Their identifiers carry the number that the owner gives, so the database is made.
+// Motor controllers with published frames: a VESC's CAN status frames and an ODrive's CAN Simple.
+// Their identifiers contain a number that the owner sets, so the database is generated.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ struct MotorController {
   [[nodiscard]] std::string name() const;  ///< "VESC 23"
 };
 
-/// None if none is given. Throws std::invalid_argument for a number that no controller has, and for
+/// Nothing if no number is given. Throws std::invalid_argument for an impossible number and for
 /// more than one controller.
 [[nodiscard]] std::optional<MotorController> parse_controller(const ControllerTexts& texts);
 
@@ -36,12 +36,12 @@ struct MadeDatabase {
 };
 [[nodiscard]] MadeDatabase make_database(const MotorController& controller);
 
-/// Throws std::invalid_argument if the frame with the speed is not in the traffic; names the
-/// numbers that are.
+/// Throws std::invalid_argument if the controller's frame with the speed is not in the traffic; the
+/// text names the controllers that send one.
 void require_frames(const MotorController& controller, const Traffic& traffic);
 
-/// Adds to the proposal what is doubtful about the controller: a gear ratio that nobody gave and
-/// that nobody can be asked for is 1.
+/// Adds warnings about the controller to the proposal. A gear ratio that is not given and cannot be
+/// asked for is 1.
 void settle_motor(Proposal& proposal, const MotorController& controller, Car& car, bool can_ask);
 
 }  // namespace odomd::tools

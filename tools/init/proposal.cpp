@@ -31,17 +31,17 @@ bool moves(const Series& series) {
   return !series.empty() && *most > *least;
 }
 
-/// A score of this much less is another guess.
+/// A candidate whose score is lower by less than this is an alternative.
 constexpr double close_score = 1.5;
 
-/// The series of two signals rise and fall together.
+/// Whether the series of two signals correlate.
 bool are_alike(const Series& one, const Series& other) {
   constexpr double alike = 0.9;
   return std::fabs(relation_of(one, other).correlation) >= alike;
 }
 
 Choice best_of(std::vector<Observed> observed, bool has_log) {
-  // a signal that never moves steps back behind those that do
+  // a signal that never moves ranks below those that do
   std::ranges::stable_sort(observed, std::ranges::greater{}, [&](const Observed& one) {
     return one.candidate.score - (has_log && !moves(one.series) ? 2.0 * close_score : 0.0);
   });
@@ -61,7 +61,7 @@ Choice best_of(std::vector<Observed> observed, bool has_log) {
   return choice;
 }
 
-/// Whether a message comes, how often, and on which bus.
+/// Sets a message's rate, time-out and bus, from its traffic.
 void take_rhythm(Choice& choice, const Rhythm& rhythm) {
   constexpr double default_timeout = 0.1, cycles = 5.0, resolution = 0.01;  // s
   const double given = 3e-9 * static_cast<double>(choice.candidate.message->cycle_time_ns);
@@ -81,7 +81,7 @@ void take_rhythm(Choice& choice, const Rhythm& rhythm) {
 constexpr std::array four_wheels{Source::wheel_front_left, Source::wheel_front_right,
                                  Source::wheel_rear_left, Source::wheel_rear_right};
 
-/// One sensor once: the wheels, else one speed, else the motor.
+/// Keeps one kind of speed: both wheels of an axle, or else the rear axle, or else the motor.
 void keep_one_speed(Proposal& proposal) {
   const bool pair = proposal.has_axle();
   if (pair) {
@@ -109,7 +109,7 @@ void require_speed(const Proposal& proposal, std::span<const can::Database> data
                   fmt::join(files, ", ")));
 }
 
-/// A gear does what the sign of a speed would.
+/// Drops the sign signal of a speed if it is already mapped as the gear.
 void keep_one_direction(Proposal& proposal) {
   const auto& gear = proposal.of(Source::direction);
   for (const Source role : wheel_sources)
@@ -118,7 +118,7 @@ void keep_one_direction(Proposal& proposal) {
       choice->candidate.sign.reset();
 }
 
-/// Speeds that do not move, or a car without a sign.
+/// Notes that the speeds have no sign and that there is no gear.
 void add_speed_notes(Proposal& proposal) {
   bool signed_speed = false;
   for (const Source role : wheel_sources)

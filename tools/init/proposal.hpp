@@ -1,4 +1,4 @@
-// The proposal: for each role the signal that probably measures it, with how sure that is and why.
+// The proposal: for each role the signal that probably measures it, with reasons and warnings.
 #pragma once
 
 #include <array>
@@ -20,14 +20,14 @@ struct Choice {
   Candidate candidate;
   Series series;  ///< SI, as decoded; empty without a log
   double scale = 1.0, offset = 0.0;
-  bool scale_fits = false;  ///< the drive shows the scale of a steering command
+  bool scale_fits = false;  ///< the drive confirms the scale of a steering command
   std::optional<double> sigma, timeout, radius, ratio, pole_pairs;  ///< none: odomd's default
   std::string bus;                                                  ///< empty: any
-  std::vector<std::string> reasons;   ///< what speaks for it, and where numbers come from
-  std::vector<std::string> warnings;  ///< empty: sure
+  std::vector<std::string> reasons;   ///< why it was chosen, and the origin of its numbers
+  std::vector<std::string> warnings;  ///< empty: certain
 
   [[nodiscard]] bool sure() const { return warnings.empty(); }
-  /// A speed that comes as an angular velocity.
+  /// Whether the speed comes as an angular velocity.
   [[nodiscard]] bool turns() const {
     return estimator::is_wheel(candidate.role) && can::is_rotation(candidate.unit);
   }
@@ -37,7 +37,7 @@ struct Proposal {
   std::array<std::optional<Choice>, estimator::source_count> roles;
   std::optional<double> measured_track;  ///< from wheels and gyro [m]
   double lateral = 0.0;                  ///< largest acceleration in turns of the log [m/s²]
-  std::vector<std::string> notes;        ///< of the whole: what the log did not show
+  std::vector<std::string> notes;        ///< about the whole proposal: what the log did not show
 
   [[nodiscard]] std::optional<Choice>& of(estimator::Source role) {
     return roles.at(estimator::index_of(role));
@@ -46,22 +46,22 @@ struct Proposal {
     return roles.at(estimator::index_of(role));
   }
   [[nodiscard]] bool has(estimator::Source role) const { return of(role).has_value(); }
-  [[nodiscard]] bool needs_radius() const;  ///< a speed in turns per minute
-  [[nodiscard]] bool has_axle() const;      ///< both wheels of one
+  [[nodiscard]] bool needs_radius() const;  ///< has a speed in turns per minute
+  [[nodiscard]] bool has_axle() const;      ///< has both wheels of an axle
 };
 
-/// By names, units and what comes on the bus; without traffic by the database alone. One speed at
-/// least: throws std::invalid_argument if there is none.
+/// Proposes by names, units and the traffic on the bus; without traffic by the database alone.
+/// Throws std::invalid_argument if there is no speed.
 [[nodiscard]] Proposal propose(std::span<const can::Database> databases, const Traffic& traffic);
 
-/// What a person must say of the car; lengths in metres. None: not given.
+/// Numbers of the car that a person must give; lengths in metres. None: not given.
 struct Known {
   std::optional<double> wheelbase, track, wheel_radius, steering_ratio, full_lock, gear_ratio,
       pole_pairs;
 };
 
-/// Compares the signals with each other, where there are any: sets signs, the steering's scale,
-/// biases and sigmas, and adds reasons and warnings (behaviour.cpp).
+/// Compares the signals of the log with each other: sets signs, the steering's scale, biases and
+/// sigmas, and adds reasons and warnings (behaviour.cpp).
 void check_behaviour(Proposal& proposal, const Known& known);
 
 }  // namespace odomd::tools

@@ -1,4 +1,4 @@
-// The words by which roles.cpp knows what a signal measures, and what it does not.
+// The words from which roles.cpp infers what a signal measures, and what it does not.
 #pragma once
 
 #include <array>
@@ -37,7 +37,7 @@ inline constexpr auto right =
 inline constexpr auto fraction_words =
     std::to_array<std::string_view>({"fraction", "fractional", "fine"});
 
-/// Of wheels: front and left, ... in English and German.
+/// Abbreviations of the wheels in English and German: front left, front right, ...
 inline constexpr std::array corner_codes{
     std::to_array<std::string_view>({"fl", "lf", "vl"}),
     std::to_array<std::string_view>({"fr", "rf", "vr"}),
@@ -45,7 +45,7 @@ inline constexpr std::array corner_codes{
     std::to_array<std::string_view>({"rr", "rr", "hr"}),
 };
 
-/// A name with one of these is another quantity: wanted, bounded, counted, or about a signal.
+/// Words of other quantities: set values, limits, counters, states of a signal.
 inline constexpr auto other_quantity = std::to_array<std::string_view>(
     {"target",      "trgt",      "tgt",     "requested", "request",    "req",        "rqst",
      "rq",          "desired",   "soll",    "setpoint",  "set",        "limit",      "maximum",
@@ -57,18 +57,18 @@ inline constexpr auto other_quantity = std::to_array<std::string_view>(
      "curvature",   "gps",       "gnss",    "roll",      "pitch",      "vertical",   "radius",
      "temperature", "timestamp", "default", "threshold", "difference", "lkas",       "lka",
      "display",     "disp",      "dsply",   "index",     "button",     "knob",       "switch"});
-/// It may be one.
+/// Words that may mean another quantity.
 inline constexpr auto perhaps_other = std::to_array<std::string_view>(
     {"status", "state", "estimated", "ui", "command", "cmd", "getriebe"});
-/// A signal or message with one of these is about something else than the car.
+/// Words of signals and messages that are not about the car itself.
 inline constexpr auto other_thing = std::to_array<std::string_view>(
     {"trailer", "trlr", "anhaenger", "track", "trk", "object", "obj", "vision", "vsn"});
-/// Where a driver sets the gear, not where it is.
+/// Words for the position of the gear lever, which is not the gear itself.
 inline constexpr auto gear_lever =
     std::to_array<std::string_view>({"lever", "lvr", "selector", "shifter", "shift"});
 inline constexpr auto gear = std::to_array<std::string_view>(
     {"gear", "direction", "dircn", "dir", "drive", "fahrstufe", "gang", "travel", "range"});
-/// Units without a dimension.
+/// Texts in place of a unit that mean no dimension.
 inline constexpr auto no_dimension = std::to_array<std::string_view>(
     {"unitless", "discrete", "sed", "count", "counts", "enum", "bool", "encrypted", "mixed"});
 

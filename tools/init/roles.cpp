@@ -1,5 +1,5 @@
-// A role is described by groups of words; each group must be met by a word of the signal's name or
-// of its message's, or by the unit.
+// A role is described by groups of words; each group must match a word in the name of the signal or
+// its message, or the unit.
 #include "tools/init/roles.hpp"
 
 #include <algorithm>
@@ -34,17 +34,17 @@ struct Seen {
   Dimension dimension = Dimension::none;
 };
 
-/// Adds up how well a signal fits, and why it may not.
+/// Sums up how well a signal fits a role, and why it may not.
 struct Fit {
   const Seen& seen;
   double score = 0.0;
   std::vector<std::string> warnings;
   bool possible = true;
-  bool in_own_name = false;  ///< a word of the signal itself says something of the role
+  bool in_own_name = false;  ///< a word of the signal's own name describes the role
 
   constexpr static double in_name = 3.0, in_message = 1.5, by_unit = 1.0;
 
-  /// A group of words that must be met; where it stands only in the message, by_unit may be enough.
+  /// Requires a word of the group in a name, or the role's unit if `unit_says_it`.
   void need(Vocabulary words, bool unit_says_it = false) {
     if (has(seen.own, words)) {
       score += in_name;
@@ -78,7 +78,7 @@ void fit_one_speed(Fit& fit) {
   if ((of_wheel && corner_of(fit.seen.own) >= 0) || has(fit.seen.own, front) ||
       has(fit.seen.own, motor) || (!of_wheel && has(fit.seen.around, motor)) ||
       has(fit.seen.own, left) || has(fit.seen.own, right))
-    fit.possible = false;  // or another axle's, or one wheel
+    fit.possible = false;  // it is another axle's or a single wheel's speed
   fit.need(speed, of_wheel);
   if (!of_wheel)
     fit.warn(
@@ -150,13 +150,13 @@ void fit_words(Fit& fit, Source role) {
   }
 }
 
-/// Wheels may come as angular velocities.
+/// Whether the role can have the dimension; wheels may come as angular velocities.
 bool is_unit_of(Source role, Dimension dimension) {
   return dimension == dimension_of(role) ||
          (estimator::is_wheel(role) && dimension == Dimension::angular_rate);
 }
 
-/// Of a share or a count, which only a steering command can be.
+/// Whether the unit is that of a share or a count, possible only for a steering command.
 bool is_dimensionless(std::string_view text) {
   const auto unit = can::unit_of_text(text);
   if (unit) return can::dimension_of(*unit) == Dimension::none;
@@ -193,12 +193,12 @@ Fit fit_of(Source role, const Seen& seen, const can::Signal& signal) {
            has_word(seen.around, std::to_array<std::string_view>({"acc"})))
     fit.score -= 2.0;
   if (signal.multiplexor) fit.warn("it is multiplexed", 1.0);
-  constexpr double per_word = 0.1;  // the plainest name
+  constexpr double per_word = 0.1;  // prefers the plainest name
   fit.score -= per_word * static_cast<double>(seen.own.size());
   return fit;
 }
 
-/// "STEER_ANGLE" and "STEER_FRACTION" of one message are the coarse and the fine part.
+/// The fine part of a coarse signal: "STEER_FRACTION" of "STEER_ANGLE", in the same message.
 const can::Signal* fraction_of(const can::Message& message, const can::Signal& coarse) {
   const NameWords name = split_words(coarse.name);
   for (const can::Signal& fine : message.signals) {

@@ -1,5 +1,5 @@
-// Which signals of a database may have which role, by the words of their names, their unit and
-// their size. Pure: no log is looked at (behaviour.hpp does that).
+// Finds signals of a database that may have a role, from the words of their names, their unit and
+// their size. Pure: does not look at a log (behaviour.cpp does that).
 #pragma once
 
 #include <span>
@@ -18,20 +18,20 @@ struct Candidate {
   estimator::Source role{};
   const can::Message* message = nullptr;
   const can::Signal* signal = nullptr;
-  const can::Signal* fraction = nullptr;  ///< the fine part of a coarse signal, to be added
-  std::vector<Companion> valid_when;      ///< all of them; those without a value do not count
+  const can::Signal* fraction = nullptr;  ///< the fine part of a coarse signal, which is added
+  std::vector<Companion> valid_when;      ///< all must hold; those without a value are ignored
   std::optional<Companion> sign;
-  std::vector<std::int64_t> unless_raw;  ///< names of values that are none
-  bool all_ones = false;                 ///< seen in the log, and left out
+  std::vector<std::int64_t> unless_raw;  ///< named by the database as invalid
+  bool all_ones = false;                 ///< occurs in the log, and is left out
   can::Unit unit = can::Unit::none;      ///< the database's, else the role's usual one
   double score = 0.0;                    ///< comparable within a role only
-  std::vector<std::string> warnings;     ///< why name, unit or size leave it open; empty: clear
+  std::vector<std::string> warnings;     ///< why name, unit or size leave doubt; empty: none
   double forward = 0.0, reverse = 0.0;   ///< of direction: physical values
 
   [[nodiscard]] std::string name() const { return message->name + "." + signal->name; }
 };
 
-/// "rear left wheel's speed": of a role, for people.
+/// "rear left wheel's speed": the role's quantity, for people.
 [[nodiscard]] std::string_view quantity_of(estimator::Source role);
 
 /// The candidates for a role, the best first; at most `most`.

@@ -22,14 +22,14 @@ struct Range {
   double least, most;
 };
 
-/// Which sigmas a filter can use: below, the model's own errors are larger.
+/// The sigmas that a filter can use; below these the errors of the model are larger.
 Range range_of(Source role) {
   if (role == Source::yaw_rate) return {0.005, 0.05};
   if (role == Source::accel_x || role == Source::accel_y) return {0.3, 2.0};
   return {0.02, 0.1};
 }
 
-/// Whether a wheel stands for longer than the margin before and after; times only go forward.
+/// Whether a wheel is at rest from the margin before a time to the margin after; times must rise.
 class Rest {
  public:
   explicit Rest(const Series& wheel) : wheel_(&wheel) {}
@@ -49,10 +49,11 @@ class Rest {
   std::size_t from_ = 0;
 };
 
-/// The mean reading while all wheels stand, without outliers; none if it still turns then.
+/// The mean reading while all wheels are at rest, without outliers; none if the car turns
+/// meanwhile.
 std::optional<double> bias_standing(const Series& signal, const Proposal& proposal) {
   constexpr std::size_t enough = 50;
-  constexpr double quiet = 0.02;  // rad/s: a car that creeps turns more unevenly
+  constexpr double quiet = 0.02;  // rad/s: the readings of a creeping car scatter more
   std::vector<Rest> wheels;
   for (const Source role : wheel_sources)
     if (proposal.has(role)) wheels.emplace_back(proposal.of(role)->series);

@@ -1,6 +1,6 @@
-// In a steady turn δ = l ψ̇ / v + K v ψ̇, with the understeer K. The measured angle is the ratio
-// times that, plus an offset: three unknowns, by least squares over all of the drive, and what is
-// typical of K.
+// In a steady turn δ = l ψ̇ / v + K v ψ̇, with the understeer gradient K. The measured angle is the
+// ratio times δ plus an offset: three unknowns, from least squares over the whole drive with a
+// typical K as the prior.
 #include "tools/init/drive_course.hpp"
 
 #include <Eigen/Dense>
@@ -21,10 +21,10 @@ namespace {
 using estimator::Source;
 
 struct Ratio {
-  double value = 0.0, sigma = 0.0;  ///< of the measured angle over the front wheels'
+  double value = 0.0, sigma = 0.0;  ///< measured angle / angle of the front wheels
 };
 
-/// At one speed both terms are the same; then a typical understeer separates them.
+/// At constant speed both terms are proportional; then a typical understeer separates them.
 std::optional<Ratio> ratio_of(const DriveCourse& drive, double wheelbase) {
   const auto angle = drive.moving([&](std::size_t i) { return drive.at(Source::steering, i); });
   const auto slow = drive.moving([&](std::size_t i) {
@@ -43,7 +43,7 @@ std::optional<Ratio> ratio_of(const DriveCourse& drive, double wheelbase) {
     y[i] = angle[k];
   }
   const auto rest = [&](const Eigen::Vector3d& b) { return (y - x * b).squaredNorm(); };
-  // points that hang together over a second count as one
+  // the points of a second are correlated, and count as one
   constexpr double together = 20.0;
   const double spread = (y.array() - y.mean()).square().sum();
   const double expected = typical_for(wheelbase).understeer();
@@ -62,12 +62,12 @@ std::optional<Ratio> ratio_of(const DriveCourse& drive, double wheelbase) {
   }
   const double unexplained = rest(found) / spread;
   if (!(unexplained < 1.0) || !(std::fabs(found[0]) > 0.0)) return std::nullopt;
-  // Noise of the gyro makes the slope smaller, by as much as the inverse relation is larger.
+  // Noise of the gyro makes the slope too small: by half the distance to the inverse relation's.
   const double noise = 0.5 * found[0] * unexplained / (1.0 - unexplained);
   return Ratio{found[0], std::hypot(std::sqrt(covariance(0, 0)), noise)};
 }
 
-/// The largest angle that the signal had or, as the database says, can have [rad].
+/// The largest angle [rad] in the log; without a log, that of the database.
 double largest_angle(const Choice& choice) {
   const can::Signal& signal = *choice.candidate.signal;
   double largest =

@@ -45,7 +45,7 @@ Rhythm rhythm_of(Arrivals arrivals, const std::vector<std::string>& buses) {
   return rhythm;
 }
 
-/// As the configuration will have it.
+/// The binding as in the configuration.
 can::SignalBinding binding_for(const Candidate& candidate) {
   can::SignalBinding binding;
   binding.role = estimator::source_names.at(estimator::index_of(candidate.role));
@@ -76,7 +76,7 @@ double physical_in(const can::Signal& signal, const can::Frame& frame) {
   return can::physical_value(can::layout_of(signal), bits_in(signal, frame));
 }
 
-/// The frames that have the candidate's signals and its companions'; stamps rise.
+/// The frames with the signals of the candidate and its companions; their stamps rise.
 std::vector<const can::Frame*> frames_of(const Candidate& candidate, const Traffic& traffic) {
   std::vector<const can::Signal*> read{candidate.signal};
   if (candidate.fraction != nullptr) read.push_back(candidate.fraction);
@@ -168,7 +168,7 @@ Series series_of(const Traffic& traffic, std::span<const can::Database> database
       std::ranges::find(candidate.unless_raw, static_cast<std::int64_t>(ones)) ==
           candidate.unless_raw.end())
     candidate.unless_raw.push_back(static_cast<std::int64_t>(ones));
-  // A control unit that starts sends an end of the range.
+  // A control unit sends an end of the range while it starts.
   const auto ready = std::ranges::find_if_not(frames, [&](const can::Frame* frame) {
     const double value = physical_in(signal, *frame);
     return signal.maximum > signal.minimum && value != 0.0 &&

@@ -1,4 +1,4 @@
-// What a log or a live bus carries of the candidates: their series, and how often messages come.
+// The candidates' part of a log or a live bus: their series, and how often messages come.
 #pragma once
 
 #include <cstdint>
@@ -24,26 +24,26 @@ struct Traffic {
   [[nodiscard]] bool empty() const { return frames.empty(); }
 };
 
-/// All frames of logs, merged by stamp. Throws as can::MergedLog does: file, line, fix.
+/// All frames of logs, merged by stamp. Throws like can::MergedLog: file, line, fix.
 [[nodiscard]] Traffic read_logs(std::span<const std::string> logs, can::Damage damage);
 
 /// Listens to an interface; ends early on INT. Throws std::invalid_argument if nothing came.
 [[nodiscard]] Traffic listen(const std::string& interface, double seconds);
 
-/// How a message comes.
+/// How often a message comes, and on which buses.
 struct Rhythm {
   std::uint64_t frames = 0;
   double cycle = 0.0;              ///< median time between frames [s]
-  double longest = 0.0;            ///< 99.9 % of them are shorter [s]
-  std::vector<std::string> buses;  ///< that carry it, the busiest first
+  double longest = 0.0;            ///< 99.9 % of these times are shorter [s]
+  std::vector<std::string> buses;  ///< the buses that carry it, the busiest first
 };
 
-/// Of the messages of the databases that came; the key is can::frame_key.
+/// The rhythms of the databases' messages that came; the key is can::frame_key.
 [[nodiscard]] std::map<std::uint32_t, Rhythm> rhythms(const Traffic& traffic,
                                                       std::span<const can::Database> databases);
 
-/// The values of a candidate in SI units, by the daemon's decoder; fractions are added, signs
-/// given, and what is not valid left out. Settles the candidate's conditions.
+/// The values of a candidate in SI units, from the daemon's decoder, with fractions and signs,
+/// without invalid samples. Settles the candidate's conditions.
 [[nodiscard]] Series series_of(const Traffic& traffic, std::span<const can::Database> databases,
                                Candidate& candidate);
 

@@ -6,7 +6,7 @@
 namespace odomd::tools {
 namespace {
 
-// Which words are joined without a hump or an underscore between them.
+// Words that are often joined without a capital letter or an underscore in between.
 constexpr auto stems = std::to_array<std::string_view>(
     {"yaw",    "gier",     "rate",   "speed",          "geschwindigkeit", "geschw",
      "accel",  "acc",      "beschl", "beschleunigung", "acceleration",    "laengs",
@@ -18,7 +18,7 @@ constexpr auto stems = std::to_array<std::string_view>(
 constexpr auto endings =
     std::to_array<std::string_view>({"fl", "fr", "rl", "rr", "vl", "vr", "hl", "hr", "x", "y"});
 
-/// Appends the parts of a word, if all of it is parts.
+/// Appends the parts of a word if it consists of known parts only.
 bool split(std::string_view word, can::NameWords& parts) {
   const auto ends = [&](Vocabulary words) { return std::ranges::find(words, word) != words.end(); };
   if (ends(stems) || ends(endings)) {
@@ -35,7 +35,7 @@ bool split(std::string_view word, can::NameWords& parts) {
   return false;
 }
 
-/// Short words must be equal.
+/// Whether a word means an entry; short words must be equal.
 bool means(const std::string& word, std::string_view entry) {
   constexpr std::size_t long_entry = 5, compound = 3;
   const bool plural =

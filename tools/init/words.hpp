@@ -1,4 +1,4 @@
-// What the words of a signal's name mean, in English, German and French, for roles.cpp and
+// The meaning of the words in signals' names, in English, German and French, for roles.cpp and
 // companions.cpp.
 #pragma once
 
@@ -12,14 +12,14 @@ namespace odomd::tools {
 
 using Vocabulary = std::span<const std::string_view>;
 
-/// The words of a name, compounds taken apart: "Lenkradwinkel" is lenkrad and winkel, "yawrate" yaw
-/// and rate.
+/// The words of a name, with compounds split: "Lenkradwinkel" into lenkrad and winkel, "yawrate"
+/// into yaw and rate.
 [[nodiscard]] can::NameWords split_words(std::string_view name);
 
 /// Whether a word of the name means an entry: "speed", "spd" and "speedfront" mean "speed".
 [[nodiscard]] bool has(const can::NameWords& name, Vocabulary vocabulary);
 
-/// As it stands: "acc" is a system there, an acceleration elsewhere.
+/// Compares whole words: "acc" is a system there, an acceleration elsewhere.
 [[nodiscard]] bool has_word(const can::NameWords& name, Vocabulary vocabulary);
 
 }  // namespace odomd::tools

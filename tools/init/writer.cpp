@@ -20,7 +20,7 @@ using estimator::Source;
 
 constexpr double gravity = 9.80665;
 
-/// A basic string.
+/// The text as a TOML basic string.
 std::string quoted(const std::string& text) {
   const std::string key = toml_key(text);
   return key.starts_with('"') ? key : '"' + key + '"';
@@ -51,7 +51,7 @@ std::vector<std::string> signals_of(const Choice& choice) {
   return signals;
 }
 
-/// The keys that say which samples count, and their sign.
+/// The keys that select the valid samples, and those for their sign.
 std::string conditions(const Candidate& candidate) {
   std::vector<std::string> valid;
   for (const Companion& one : candidate.valid_when)
@@ -95,7 +95,7 @@ std::string entry(const Choice& choice) {
   return text + " }";
 }
 
-/// Wrapped, further lines indented.
+/// Appends a comment, wrapped, with further lines indented.
 void add_comment(std::string& text, std::string_view line) {
   constexpr std::size_t width = 118;
   std::string row = "#";
@@ -212,7 +212,7 @@ std::string as_toml(const Draft& draft) {
 
 std::string as_text(const Draft& draft) {
   Table table{{"role", "signal", "unit", "sure"}, {}, {0, 1, 2, 3}};
-  std::vector<std::pair<std::string, std::vector<std::string_view>>> warnings;  // and whose
+  std::vector<std::pair<std::string, std::vector<std::string_view>>> warnings;  // and their roles
   const auto add_warning = [&](const std::string& warning, std::string_view whose) {
     auto found = std::ranges::find(warnings, warning, &decltype(warnings)::value_type::first);
     if (found == warnings.end()) found = warnings.insert(warnings.end(), {warning, {}});

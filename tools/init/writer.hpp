@@ -20,7 +20,7 @@ struct Draft {
   std::string made_from;               ///< "car.dbc and drive.log"
 };
 
-/// A number of the vehicle with where it comes from.
+/// A number of the vehicle and its origin.
 struct VehicleValue {
   std::string key;
   double value = 0.0;
@@ -28,7 +28,7 @@ struct VehicleValue {
   bool sure = true;
 };
 
-/// The keys of [vehicle]. What is not known is typical of the class, and not sure.
+/// The keys of [vehicle]. Unknown numbers are typical of the class, and marked as not sure.
 [[nodiscard]] std::vector<VehicleValue> vehicle_values(const Draft& draft);
 
 [[nodiscard]] std::string as_toml(const Draft& draft);
