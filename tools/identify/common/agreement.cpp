@@ -29,15 +29,15 @@ using estimator::Source;
 constexpr double piece = 0.5, stride = 0.25, grid = 0.01, lag_step = 0.02;  // [s]
 constexpr int latest = 20, latest_of_all = 75;  // steps, for a usual sensor and a very late one
 constexpr double off_clock = 0.15;              // more than the latency of any sensor [s]
-constexpr double least_turn = 0.05;             // rms of a piece's [rad]
-constexpr double least_way = 0.1;               // in a piece [m]
+constexpr double least_turn = 0.05;             // rad per piece, rms
+constexpr double least_way = 0.1;               // m per piece
 constexpr std::ptrdiff_t fewest = 20;           // pieces
 constexpr double alike = 0.5, certain = 0.7;    // correlations
-constexpr double far_off_unseen = 3.0;          // allowance for slipping wheels and tyres
+constexpr double far_off_unseen = 3.0;          // allows for slipping wheels and tyres
 
-// Measurements over a piece of the drive.
+// The motion in a piece of the drive.
 struct Piece {
-  double t = 0.0;      ///< its begin [s]
+  double t = 0.0;      ///< its start [s]
   double turn = 0.0;   ///< [rad]
   double along = 0.0;  ///< distance along the heading [m]; from poses only
 };
@@ -46,21 +46,21 @@ enum class Verdict : std::uint8_t { silent, same, other_way, unlike };
 
 struct Comparison {
   Verdict verdict = Verdict::silent;
-  double ratio = 1.0;  ///< of the second to the first, if they agree
-  double lag = 0.0;    ///< how much later the second is [s]; 0 if unknown
+  double ratio = 1.0;  ///< second / first, if they agree
+  double lag = 0.0;    ///< delay of the second [s]; 0 if unknown
 };
 
 double rms(const ArrayXd& values) {
   return values.size() > 0 ? std::sqrt(values.square().mean()) : 0.0;
 }
 
-// a·b / |a| |b|
+// a·b / (|a| |b|)
 double cosine(const ArrayXd& a, const ArrayXd& b) {
   const double both = rms(a) * rms(b);
   return both > 0.0 ? (a * b).mean() / both : 0.0;
 }
 
-// The turns themselves show the sign; with their means removed, whether they happen at the same
+// The turns themselves show the sign; without their means they show whether both turn at the same
 // times.
 Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, double least) {
   double most = -1.0, fewest_alike = 1.0, most_shape = -1.0, least_shape = 1.0, ratio = 1.0;
@@ -97,7 +97,7 @@ Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, do
              (rms(b) > std::max(least, 0.3 * rms(by_sensor)));
   }
   if (!turns) return {};
-  // What turns the other way does so more than it follows late.
+  // The opposite sign must fit better than any delay.
   if (fewest_alike < -certain && most < alike && most_of_all < -fewest_alike &&
       (!varies || least_shape < -certain))
     return {Verdict::other_way};
@@ -107,7 +107,7 @@ Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, do
   return {};
 }
 
-// Uses two poses half a second apart only if others are near them.
+// Uses two poses half a second apart only if there are other poses near them.
 std::vector<Piece> pieces_of_poses(const std::vector<PoseSample>& seen, double camera_yaw,
                                    double begin, double end) {
   std::vector<Piece> result;
@@ -153,7 +153,7 @@ class Signals {
     return resampled(series, log_.first_ns, begin_, end_, grid);
   }
 
-  // Negative in reverse gear.
+  // The speed, negative in reverse gear.
   [[nodiscard]] Resampled speed(Source wheel) const {
     return on_grid(with_direction(log_.of(wheel), log_.of(Source::direction)));
   }
@@ -163,7 +163,7 @@ class Signals {
     return std::nullopt;
   }
 
-  // ∫ v tan δ / l; tyres do not change the sign of the turn.
+  // ∫ v tan δ / l: tyres do not change the sign of the turn.
   [[nodiscard]] std::optional<Resampled> steered() const {
     const std::optional<Resampled> rolled = speed();
     if (!rolled || !log_.has(Source::steering)) return std::nullopt;
@@ -173,7 +173,7 @@ class Signals {
         }));
   }
 
-  // The distance as x, the turn as yaw.
+  // The motion as a trajectory, with the distance as x and the turn as yaw.
   [[nodiscard]] Trajectory driven() const {
     const Resampled turned = integral(on_grid(log_.of(Source::yaw_rate)));
     const std::optional<Resampled> rolled = speed();
@@ -199,7 +199,7 @@ bool is_far_off(double ratio) {
   return !kind("scale_off").limits.hold(ratio);
 }
 
-// The distance of a wheel over that of the poses, by the median of the pieces; empty: too little
+// Distance of a wheel / distance of the poses, the median of the pieces; empty if too little was
 // driven.
 std::optional<double> ratio_of_ways(const std::vector<Piece>& pieces, const Resampled& speed,
                                     double least) {
@@ -241,7 +241,7 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
                    "turns the other way than wheels and steering",
                    key_of(Source::yaw_rate) + ".scale and " + key_of(Source::steering));
     if (!steered) return std::nullopt;
-    // Both ways, as each comparison bounds large values and with them the ratio.
+    // In both directions: each comparison limits large values, and with them the ratio.
     const double far = compare(pieces_of(*steered), turned, least_turn).ratio;
     const double little = gyro_to_steering.ratio;
     if (std::max(far, little) > far_off_unseen)

@@ -1,5 +1,5 @@
-// Checks that a drive's sensors agree on one car and one drive: signs and sizes that no scale near
-// one would correct, and poses of another drive. Done before anything is estimated from them.
+// Checks that a drive's sensors agree on one car and one drive: finds signs and sizes that no scale
+// near one corrects, and poses of another drive. Runs before anything is estimated from them.
 #pragma once
 
 #include <cstdint>
@@ -14,34 +14,34 @@
 
 namespace odomd::tools {
 
-/// What to do if the poses' turns have nothing in common with the gyro's.
+/// What to do if the poses' turns are unrelated to the gyro's.
 enum class UnrelatedPoses : std::uint8_t {
   refuse,
-  accept,  ///< the caller finds that out itself, and how late they are
+  accept,  ///< the caller checks that itself, and how late the poses are
 };
 
 struct AgreementOptions {
-  std::string drive;                   ///< messages begin with it; may be empty
+  std::string drive;                   ///< prefix of messages; may be empty
   std::string pose_source = "camera";  ///< the name of the poses in messages
-  double from = 0.0, to = 1e9;         ///< the part of the log, after its first frame [s]
+  double from = 0.0, to = 1e9;         ///< the part of the log, from its first frame [s]
   UnrelatedPoses unrelated = UnrelatedPoses::refuse;
 };
 
-/// Compares over pieces of half a second, with up to 0.4 s between the clocks: the turn of the
-/// poses, the gyro's, and ∫ v tan δ / l of wheels and steering; and the distance of each wheel with
-/// that of the poses, along the heading. What happens too seldom to decide is accepted. Poses in
-/// any order; without poses only gyro and steering are compared.
+/// Compares pieces of half a second, with up to 0.4 s between the clocks: the turns of the poses,
+/// of the gyro, and ∫ v tan δ / l from wheels and steering; and the distance of each wheel with
+/// that of the poses along the heading. Too little data counts as agreement. Poses in any order;
+/// without poses only gyro and steering are compared.
 ///
-/// The first of: no pose was taken during the log; poses in other units (unit_check.hpp); yaw_rate
-/// or steering turns the other way; the poses' turns differ from the gyro's, or are more than 0.15
-/// s before or after it (neither with UnrelatedPoses::accept); yaw_rate or a wheel is off by a
-/// factor above 1.5 (without poses: yaw_rate by 3 from wheels and steering); a wheel runs
-/// backwards. The others may follow from it.
+/// Reports the first of: no pose was taken during the log; poses in other units (unit_check.hpp);
+/// yaw_rate or steering turns the other way; the poses' turns differ from the gyro's, or are more
+/// than 0.15 s before or after it (neither with UnrelatedPoses::accept); yaw_rate or a wheel is off
+/// by a factor above 1.5 (without poses: yaw_rate by 3 from wheels and steering); a wheel runs
+/// backwards. Later ones may be consequences.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> find_disagreement(
     const daemon::Config& config, const SignalLog& log,
     std::span<const estimator::CameraPose> poses, const AgreementOptions& options = {});
 
-/// Throws std::invalid_argument with its text if there is one.
+/// Throws std::invalid_argument with the text of find_disagreement(), if it finds any.
 void check_agreement(const daemon::Config& config, const SignalLog& log,
                      std::span<const estimator::CameraPose> poses,
                      const AgreementOptions& options = {});

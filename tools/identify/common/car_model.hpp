@@ -3,7 +3,7 @@
 // otherwise absorb them: tyres that saturate, have a relaxation length, and change their load when
 // the car turns, accelerates or brakes; wheels with rolling resistance and spin inertia.
 //
-// Templates over the scalar: doubles, and Ceres's jets.
+// Templates of the scalar: doubles and Ceres's jets.
 #pragma once
 
 #include <array>
@@ -25,17 +25,17 @@ struct Car {
   T mass, front_axle, rear_axle, inertia;
   T stiffness_front, stiffness_rear;  ///< at zero slip under static load [N/rad]
   T bend_front, bend_rear;            ///< b below: 0 is linear
-  T relaxation;                       ///< σ, way on which a tyre builds up its force [m]
+  T relaxation;                       ///< σ, distance over which a tyre builds up its force [m]
   T load_arm;              ///< p·h: height of the centre of gravity times the exponent p below [m]
   T lag;                   ///< time constant of the steering [s]
-  T spin{};                ///< spin of the front wheels, as a share of the mass: I / r² of both
+  T spin{};                ///< spin inertia of both front wheels / mass: I / (r² m)
   T load_lag{};            ///< time constant of the load transfer [s]
-  double rolling = 0.015;  ///< resistance of the wheels, by their load
+  double rolling = 0.015;  ///< rolling resistance / wheel load
   double track = 0.16;     ///< [m]
-  double floor_speed = 0.1;  ///< below it slip builds up as if at it [m/s]
+  double floor_speed = 0.1;  ///< lower speeds count as this in the build-up of slip [m/s]
 };
 
-/// Stiffness over load: C(F_z) = C(F_z0) (F_z / F_z0)^p.
+/// Stiffness as a function of load: C(F_z) = C(F_z0) (F_z / F_z0)^p.
 inline constexpr double load_exponent = 0.8;
 
 /// The forces of the tyres on the car.
@@ -43,12 +43,11 @@ template <class T>
 struct Push {
   T side;    ///< force to the left [N]
   T moment;  ///< about the vertical axis [N m]
-  T drive;   ///< force of the rear tyres along x for this acceleration [N]
+  T drive;   ///< force of the rear tyres along x for a given acceleration [N]
 };
 
-// The side force of one tyre, of half an axle's stiffness. Its load F_z = F_z0 (1 + ξ), and with
-// s = C α / F_z and the driving force's own share s_x of the load
-//   F = C α / √(1 + b (s² + s_x²)),   C = (C_axle / 2) (1 + p ξ - p (1 - p) ξ² / 2)
+// The side force of one tyre, with half of the axle's stiffness. With its load F_z = F_z0 (1 + ξ),
+// s = C α / F_z, and the driving force as a share s_x of the load
 template <class T>
 [[nodiscard]] T tyre_force(const T& axle_stiffness, const T& bend, const T& static_load,
                            const T& shift, const T& slip, const T& drive) {
@@ -60,15 +59,16 @@ template <class T>
   return linear / sqrt(1.0 + bend * (linear * linear + drive * drive) / (load * load));
 }
 
-// Four tyres, each axle with one slip that builds up and, at once, what a wheel y to the left of
-// the middle has more of it. Ackermann's geometry steers it by y sin²δ / l more, and in a turn it
-// rolls by y u_y ψ̇ / (u_x² + u_y²) in another direction, u the velocity of the axle's middle; at
-// walking pace the one is the other.
+// Four tyres. Each axle has one slip that builds up; the additional slip of a wheel y to the left
+// of the middle acts at once. Ackermann geometry steers it by y sin²δ / l more, and in a turn its
+// direction of travel differs by y u_y ψ̇ / (u_x² + u_y²), u being the velocity of the axle's
+// middle; at walking pace the two are equal.
 //
 // Loads: F_z0 of each wheel, m a_x h / (2 l) from front to rear, and m a_y h / (2 t) from the inner
-// to the outer, where a_y = v_x (ψ̇ - τ ψ̈) lags, ψ̈ by linear tyres. Wheels roll against ρ F_z, and
-// the front ones are sped up by the road. All forces turn the car by their arms, those along the
-// wheels by y. What the wheels' spin adds to the yaw inertia, Σ I y² / r², is part of J_z here.
+// to the outer, where a_y = v_x (ψ̇ - τ ψ̈) lags, with ψ̈ of linear tyres. Rolling resistance is ρ
+// F_z; the road also accelerates the front wheels' spin. All forces contribute to the yaw moment;
+// those along the wheels have the lever arm y. J_z here includes the wheels' spin inertia, Σ I y² /
+// r².
 template <class T>
 [[nodiscard]] Push<T> push(const Car<T>& car, const State<T>& x, const T& accel_x) {
   using std::cos;
@@ -91,7 +91,7 @@ template <class T>
   const T pace2 = x[v_x] * x[v_x] + least;
   const T rolling = car.rolling * x[v_x] / sqrt(pace2);
   const T side_front = x[v_y] + car.front_axle * x[yaw_rate];
-  const T turned = s * s / wheelbase;  // of the wheel, a metre to the left
+  const T turned = s * s / wheelbase;  // extra steering per metre to the left
   const T more_front = turned - side_front * x[yaw_rate] / (pace2 + side_front * side_front);
   const T more_rear = x[slip_rear] * x[v_x] * x[yaw_rate] / pace2;
 
@@ -123,11 +123,11 @@ template <class T>
   return all;
 }
 
-// v_x follows the given dv_x/dt; the steering by its lag towards `command`:
+// v_x follows the given dv_x/dt; the steering follows `command` with its lag:
 //   δ̇ = (δ_c - δ) / τ
 //   slip:  α̇ = (-V_sy - V_t α) / σ,   V_sy = v'_y cos δ - v_x sin δ,  v'_y = v_y + l_v ψ̇
 //   v̇_y = F_y / m - v_x ψ̇,  ψ̈ = M_z / J_z
-// The steering is left to step(), which knows its solution.
+// step() integrates the steering, whose solution it knows.
 template <class T>
 [[nodiscard]] State<T> rate_of(const Car<T>& car, const State<T>& x, const T& v_x_rate) {
   using std::cos;
@@ -156,7 +156,7 @@ template <class T>
   return d;
 }
 
-/// One step of Runge and Kutta (fourth order); the steering in closed form, δ_c held.
+/// One Runge-Kutta step (fourth order); the steering in closed form, with constant δ_c.
 template <class T>
 [[nodiscard]] State<T> step(const Car<T>& car, const State<T>& x, const T& command,
                             const T& accel_begin, const T& accel_end, double dt) {
@@ -182,7 +182,7 @@ template <class T>
   return result;
 }
 
-/// The slowest speed at which a step of `dt` resolves the settling of the tyres, with a margin.
+/// The slowest speed at which a step of `dt` resolves the tyres' relaxation, with a margin.
 [[nodiscard]] inline double floor_speed(double mass, double l_v, double l_h, double inertia,
                                         double c_v, double c_h, double dt) {
   const double fastest =

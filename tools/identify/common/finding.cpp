@@ -19,14 +19,14 @@
 namespace odomd::tools {
 namespace {
 
-/// So that the uncertainty shows two digits: 0.0123 gives 4 decimals.
+/// Decimals that show the uncertainty with two digits: 4 for 0.0123.
 int decimals_for(double uncertainty) {
   if (!(uncertainty > 0.0) || !std::isfinite(uncertainty)) return 6;
   const double digits = 1.0 - std::floor(std::log10(uncertainty));
   return static_cast<int>(std::fmin(std::fmax(digits, 0.0), 9.0));
 }
 
-/// To two digits of its uncertainty: more would have no meaning.
+/// The value rounded to two digits of its uncertainty: more have no meaning.
 double rounded(double value, double sigma) {
   if (!(sigma > 0.0) || !std::isfinite(sigma) || !std::isfinite(value)) return value;
   const int decimals = static_cast<int>(1.0 - std::floor(std::log10(sigma)));
@@ -43,7 +43,7 @@ bool share_is_meaningful(const Finding& finding) {
          !key.starts_with("camera.");
 }
 
-// With two digits, as the uncertainty itself.
+// The uncertainty in per cent with two digits.
 std::string in_per_cent(const Finding& finding) {
   if (!share_is_meaningful(finding)) return "";
   const double share = 200.0 * finding.sigma / std::fabs(finding.value);
@@ -63,15 +63,15 @@ ConfigValue config_value(const Findings& findings, const Finding& finding) {
   return {finding.key, rounded(finding.value, finding.sigma), std::move(note)};
 }
 
-// The uncertainty in a note of ours.
+// The uncertainty in a note that an earlier method wrote; 0 without one.
 double uncertainty_in(const std::string& note) {
   constexpr std::string_view sign = ": +- ";
   const std::size_t at = note.find(sign);
   return at == std::string::npos ? 0.0 : std::strtod(note.c_str() + at + sign.size(), nullptr);
 }
 
-// The car's properties are known within a factor of two before they are measured; the noise and
-// latencies of its sensors are not.
+// Whether the value suggests another car: a car's properties are known within a factor of two
+// before they are measured, the noise and latencies of its sensors are not.
 bool of_another_car(const ConfigValue& before, const ConfigValue& value) {
   constexpr double surprising = 2.0;
   if (!value.key.starts_with("vehicle.") || !(before.value > 0.0) || !(value.value > 0.0))
@@ -80,8 +80,8 @@ bool of_another_car(const ConfigValue& before, const ConfigValue& value) {
   return times >= surprising || times <= 1.0 / surprising;
 }
 
-// Two that cannot be compared: a fit's inertia includes the wheels' spin, as the filter needs it,
-// and a swing's does not; the noise of a driving car includes vibration and slip.
+// Whether the two cannot be compared: a fit's inertia includes the wheels' spin, as the filter
+// needs it, and a swing's does not; the noise of a driving car includes vibration and slip.
 bool of_another_quantity(const ConfigValue& before, const ConfigValue& value) {
   const auto differ = [&](std::string_view words) {
     return (before.note.find(words) != std::string::npos) !=
@@ -92,7 +92,7 @@ bool of_another_quantity(const ConfigValue& before, const ConfigValue& value) {
           differ("driving"));
 }
 
-// By more than the scatter of one experiment done twice.
+// Whether `before` is more precise, by more than two runs of one experiment differ.
 bool more_precise(const ConfigValue& before, const ConfigValue& value) {
   constexpr double clearly = 1.3;
   const double was = uncertainty_in(before.note);
@@ -118,8 +118,8 @@ diagnostics::Diagnostic kept(const std::string& file, const ConfigValue& before,
   return found(tools::kind("more_precise_kept"), file, std::move(seen));
 }
 
-// Numbers that mean something only together: a tyre's curve, an actuator's delay, a signal's line,
-// the axles of one wheelbase.
+// The group of values that are only meaningful together: a tyre's curve, an actuator's delay, a
+// signal's line, the axles of one wheelbase.
 std::string_view together(std::string_view key) {
   const daemon::ConfigKey* row = daemon::config_key(key);
   if (row != nullptr && (row->table == "vehicle" || row->table == "steering") &&
@@ -138,11 +138,11 @@ struct Candidate {
 
 struct Writing {
   std::vector<ConfigValue> values;
-  std::size_t kept = 0;  ///< values in the configuration that are more precise
+  std::size_t kept = 0;  ///< values that stay since they are more precise
 };
 
-/// Marks findings that are left because the configuration has more precise values, for all that
-/// belong together; and warns of values that should be checked.
+/// Marks findings that stay unwritten because the configuration has more precise values for the
+/// whole group, and warns of values that should be checked.
 Writing prepare(Findings& findings, const Delivery& delivery) {
   std::vector<Candidate> candidates;
   for (Finding& finding : findings.values) {
@@ -246,7 +246,7 @@ std::optional<Measured> measured_in(const std::string& file, const std::string& 
 
 void deliver(Findings findings, const Delivery& delivery) {
   Writing writing;
-  std::exception_ptr problem;  // the numbers are printed also where they cannot be written
+  std::exception_ptr problem;  // the numbers are printed even if writing fails
   try {
     if (!delivery.write.empty() && !delivery.force && !findings.obstacle.empty())
       throw std::invalid_argument(fmt::format("nothing written to {}: {}; --force writes it",

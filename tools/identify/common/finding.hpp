@@ -1,6 +1,6 @@
-// The results of an identification, values with their standard uncertainty, each for one key of the
-// configuration or for information only; and the output of every method: a table or JSON on
-// standard output, warnings on standard error, and, if requested, the numbers in a configuration.
+// The results of an identification: values with their standard uncertainty, each for one key of the
+// configuration or for information only. Every method prints them as a table or JSON on standard
+// output, with warnings on standard error, and writes them to a configuration if requested.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -23,20 +23,20 @@ enum class Determined : std::uint8_t { yes, no };
 /// Whether a determined value is written to a configuration.
 enum class Use : std::uint8_t { write, leave };
 
-/// Whether the uncertainty as a share of the value is meaningful. For a bias, an offset, a position
-/// or a latency it is not: zero is a value like any other.
+/// Whether the uncertainty is meaningful as a share of the value. It is not for a bias, an offset,
+/// a position or a latency: for these zero is a normal value.
 enum class Share : std::uint8_t { meaningful, meaningless };
 
 struct Finding {
   std::string name;    ///< in words: "cornering stiffness, front"
-  std::string key;     ///< where it belongs: "vehicle.mass", "camera.lever_arm[0]"; empty: nowhere
+  std::string key;     ///< its key: "vehicle.mass", "camera.lever_arm[0]"; empty: none
   double value = 0.0;  ///< SI
   double sigma = 0.0;  ///< standard uncertainty (one sigma), in the value's unit
   std::string unit;    ///< "kg", "N/rad", "s"; empty: a pure number
   Determined determined = Determined::yes;  ///< no: shown with the reason, never written
-  std::string remark;               ///< what limits it, or why it is not determined; may be empty
-  Use use = Use::write;             ///< leave: shown with the reason, not written
-  Share share = Share::meaningful;  ///< as_text() also decides by the key
+  std::string remark;                       ///< its limits, or why it is undetermined; may be empty
+  Use use = Use::write;                     ///< leave: shown with the reason, not written
+  Share share = Share::meaningful;          ///< as_text() also decides by the key
 };
 
 /// The results of one run of a method.
@@ -45,8 +45,8 @@ struct Findings {
   std::string origin;  ///< for the note after each written number: "scale, 4 wheels"
   std::vector<Finding> values;
   diagnostics::Diagnostics warnings;
-  std::string table;               ///< of what they are from, above the values; may be empty
-  std::string obstacle;            ///< to writing any without --force; empty: none
+  std::string table;               ///< data of the method, printed above the values; may be empty
+  std::string obstacle;            ///< why nothing may be written without --force; empty: nothing
   nlohmann::ordered_json details;  ///< further figures of the method for --json; may be null
 };
 
@@ -65,7 +65,7 @@ inline void to_json(nlohmann::ordered_json& json, const Measured& measured) {
           .remark = std::move(remark)};
 }
 
-/// The same with the reason why it did not.
+/// A value that it did not determine, with the reason.
 [[nodiscard]] inline Finding undetermined(Finding finding, std::string why) {
   finding.determined = Determined::no;
   finding.remark = std::move(why);
@@ -75,27 +75,26 @@ inline void to_json(nlohmann::ordered_json& json, const Measured& measured) {
 struct Delivery {
   bool json = false;
   std::string write;   ///< the configuration to patch; empty: none
-  bool force = false;  ///< replace values there that are more precise
+  bool force = false;  ///< also replace values that are more precise
 };
 
 /// Adds --json, --write and --force to a method.
 void add_delivery(Command method, Delivery& delivery);
 
-/// For use before the work: throws if the configuration to patch does not exist or cannot be
-/// written.
+/// For use before the work: throws if the configuration to patch is missing or not writable.
 void check(const Delivery& delivery);
 
-/// A number in a configuration with the uncertainty that an earlier method noted beside it; sigma
-/// 0: there is no note. Nothing if the key is missing.
+/// A number in a configuration, with the uncertainty that an earlier method noted next to it; sigma
+/// 0: no note. Nothing if the key is missing.
 [[nodiscard]] std::optional<Measured> measured_in(const std::string& file, const std::string& key);
 
-/// Prints, then patches the configuration and lists the keys on standard error. A value there whose
-/// note states a smaller uncertainty is kept, with a warning, unless forced. Throws if the
+/// Prints, then patches the configuration and lists the keys on standard error. A configured value
+/// whose note states a smaller uncertainty is kept, with a warning, unless forced. Throws if the
 /// configuration cannot be patched; it is then unchanged.
 void deliver(Findings findings, const Delivery& delivery);
 
-/// The same, and its action: what `identify` finds of the options is delivered. `options` is a
-/// shared pointer, with a `delivery`.
+/// Also sets the action, which delivers what `identify` finds from the options. `options` is a
+/// shared pointer to a struct with a `delivery`.
 template <class Options, class Identify>
 void add_delivery(Command method, const Options& options, Identify identify) {
   add_delivery(method, options->delivery);

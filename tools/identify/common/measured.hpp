@@ -1,4 +1,4 @@
-// A value and how well it is known; what a sensor's resolution leaves uncertain.
+// A value with its uncertainty, and the uncertainty from a sensor's resolution.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ struct Measured {
   double sigma = 0.0;
 };
 
-/// The mean of two values at least; its uncertainty is from their scatter.
+/// The mean of at least two values; its uncertainty comes from their scatter.
 [[nodiscard]] inline Measured mean_of(std::span<const double> values) {
   const auto n = static_cast<double>(values.size());
   const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
@@ -27,7 +27,7 @@ struct Measured {
 
 /// The smallest difference between two values; 0 if all are equal.
 [[nodiscard]] inline double resolution_of(std::span<const double> values) {
-  constexpr double arithmetic = 1e-9;  // relative difference of two distinct steps
+  constexpr double arithmetic = 1e-9;  // smaller differences come from arithmetic
   std::vector<double> sorted(values.begin(), values.end());
   std::ranges::sort(sorted);
   double resolution = 0.0;
@@ -39,13 +39,13 @@ struct Measured {
   return resolution;
 }
 
-/// q/√12: for values evenly distributed between two steps.
+/// q/√12: for values that are evenly distributed between two steps.
 [[nodiscard]] inline double rounding_noise(double resolution) {
   return resolution / std::sqrt(12.0);
 }
 
-/// Samples whose noise is smaller than their resolution q do not average it out: an uncertainty of
-/// up to q/√12 of their mean remains, which grows with the share of equal samples.
+/// If the noise is smaller than the resolution q, samples do not average it out: their mean keeps
+/// an uncertainty of up to q/√12, which grows with the share of equal samples.
 [[nodiscard]] inline double rounding_left(std::span<const double> values, double resolution) {
   std::vector<double> sorted(values.begin(), values.end());
   std::ranges::sort(sorted);

@@ -13,7 +13,7 @@ namespace {
 
 struct UnitName {
   std::string_view name;
-  double per_si;  // how many make one SI unit: 175 / 1000 is 0.175, 175 * 1e-3 is not
+  double per_si;  // units per SI unit: 175 / 1000 is 0.175, 175 * 1e-3 is not
   Unit unit = Unit::si;
 };
 
@@ -105,7 +105,7 @@ void add_gravity_option(Command method, std::string& gravity) {
 }
 
 Measured gravity_of(const std::string& gravity) {
-  // Between equator (9.780) and poles (9.832).
+  // Mean of the range from the equator (9.780) to the poles (9.832).
   if (gravity.empty()) return {9.806, 0.015};
   const double value = parse_positive(gravity, Dimension::pure, "--gravity");
   if (value < 9.7 || value > 9.9)

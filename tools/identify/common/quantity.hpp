@@ -1,5 +1,5 @@
-// Measured numbers on a command line: "2985g", "29.3 N", "265mm", "15deg". A number without a unit
-// is in the SI unit.
+// Measured numbers on a command line: "2985g", "29.3 N", "265mm", "15deg". Without a unit they are
+// in the SI unit.
 #pragma once
 
 #include <cstdint>
@@ -21,21 +21,21 @@ struct Quantity {
   Unit unit = Unit::si;
 };
 
-/// `option` is its name in messages: "--front". Throws std::invalid_argument if it is not a finite
-/// number, or has a unit of another dimension.
+/// `option` is the option's name in messages: "--front". Throws std::invalid_argument if the text
+/// is not a finite number, or has a unit of another dimension.
 [[nodiscard]] Quantity parse_quantity(std::string_view text, Dimension dimension,
                                       std::string_view option);
 
-/// The same for a number that must be greater than 0, or 0 or greater; never in newtons.
+/// The same for a number that must be positive, or not negative; never in newtons.
 [[nodiscard]] double parse_positive(std::string_view text, Dimension dimension,
                                     std::string_view option);
 [[nodiscard]] double parse_not_negative(std::string_view text, Dimension dimension,
                                         std::string_view option);
-/// `otherwise` if it is not given.
+/// The number, or `otherwise` if the text is empty.
 [[nodiscard]] double parse_or(double otherwise, std::string_view text, Dimension dimension,
                               std::string_view option);
 
-/// The range of a quantity for any car, from a model to a lorry: outside it the unit is wrong.
+/// The range of a quantity for any car, from a model to a lorry; outside it the unit must be wrong.
 struct Plausible {
   double from = 0.0;
   double to = 0.0;
@@ -43,10 +43,10 @@ struct Plausible {
 [[nodiscard]] double parse_plausible(std::string_view text, Dimension dimension,
                                      std::string_view option, Plausible range);
 
-/// --measured, for the methods of scale, tape and stop-watch. Add it before their other options.
+/// --measured, for the methods that use scale, tape and stop-watch. Add it before other options.
 void add_measured_option(Command method);
 
-/// --gravity: local, or the mean of the Earth's with the spread of it.
+/// --gravity: the local value, or the Earth's mean with its spread.
 void add_gravity_option(Command method, std::string& gravity);
 [[nodiscard]] Measured gravity_of(const std::string& gravity);
 

@@ -58,7 +58,7 @@ SignalLog read_csv(const std::string& file, const std::vector<estimator::Source>
   return log;
 }
 
-/// The same for all signals, from the first sample of any signal.
+/// Cuts all signals to the same part, counted from the first sample of any signal.
 void cut(SignalLog& log, const RecordOptions& options) {
   if (options.from.empty() && options.to.empty()) return;
   std::int64_t begin = std::numeric_limits<std::int64_t>::max(), end = 0;

@@ -23,8 +23,8 @@ void add_record_options(Command method, RecordOptions& options);
 [[nodiscard]] bool is_given(const RecordOptions& options);
 [[nodiscard]] std::string name_of(const RecordOptions& options);
 
-/// The signals between --from and --to; from a CSV those of `columns` that it has, at least one.
-/// Throws std::invalid_argument for an unusable record.
+/// The signals between --from and --to; a CSV gives those of `columns` that it contains, and must
+/// contain one. Throws std::invalid_argument for an unusable record.
 [[nodiscard]] SignalLog read_record(const RecordOptions& options,
                                     const std::vector<estimator::Source>& columns);
 

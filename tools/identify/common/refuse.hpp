@@ -1,4 +1,4 @@
-// What is said of input that cannot be used: what it is, and how to mend it.
+// Errors about unusable input: what is wrong, and how to fix it.
 #pragma once
 
 #include <fmt/format.h>

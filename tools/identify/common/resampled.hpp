@@ -1,4 +1,4 @@
-// Signals on an even grid, fine enough to interpolate at any time, for comparing them in time.
+// Signals on an even grid, fine enough to interpolate at any time, so that they can be compared.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace odomd::tools {
 
-/// A signal at t = begin + k · step, linear in between and held beyond its ends. Seconds.
+/// A signal at t = begin + k · step [s], linear in between and constant beyond its ends.
 struct Resampled {
   double begin = 0.0;
   double step = 1e-3;
@@ -19,20 +19,20 @@ struct Resampled {
   }
 };
 
-/// Linear between the samples, whose times count from `origin_ns`.
+/// Interpolates linearly between the samples, whose times count from `origin_ns`.
 [[nodiscard]] Resampled resampled(const Series& series, std::int64_t origin_ns, double begin,
                                   double end, double step = 1e-3);
 
-/// ∫ from the begin, by the trapezoidal rule.
+/// The integral from the start, with the trapezoidal rule.
 [[nodiscard]] Resampled integral(const Resampled& signal);
 
 /// The mean over t ± half.
 [[nodiscard]] Resampled mean_around(const Resampled& signal, double half);
 
-/// The rate of change between t - half and t + half, which is the mean of the derivative there.
+/// The rate of change from t - half to t + half, which is the mean derivative there.
 [[nodiscard]] Resampled slope_around(const Resampled& signal, double half);
 
-/// f(t), on the grid of another signal.
+/// f(t) on the grid of another signal.
 template <class F>
 [[nodiscard]] Resampled on_grid_of(const Resampled& signal, F f) {
   Resampled result = signal;
@@ -41,7 +41,7 @@ template <class F>
   return result;
 }
 
-/// Value by value: f(a, b), on the grid of a.
+/// f(a, b) for each value, on the grid of a.
 template <class F>
 [[nodiscard]] Resampled combined(const Resampled& a, const Resampled& b, F f) {
   return on_grid_of(a,

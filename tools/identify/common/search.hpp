@@ -1,4 +1,4 @@
-// Searches on an interval, by halving it.
+// Searches on an interval by bisection.
 #pragma once
 
 namespace odomd::tools {
@@ -9,8 +9,8 @@ struct Interval {
   [[nodiscard]] double middle() const { return 0.5 * (low + high); }
 };
 
-/// Halves the interval so many times, each time to the half in which a predicate that is true up to
-/// some point becomes false.
+/// Halves the interval `halvings` times, keeping the half in which the predicate changes from true
+/// to false.
 template <class Predicate>
 [[nodiscard]] Interval bisect(Interval range, int halvings, Predicate&& is_before) {
   for (int i = 0; i < halvings; ++i) {
@@ -20,7 +20,7 @@ template <class Predicate>
   return range;
 }
 
-/// Argument of the maximum of a smooth unimodal function: where it begins to fall.
+/// Argument of the maximum of a smooth unimodal function: the point from which on it falls.
 template <class Function>
 [[nodiscard]] double argmax_unimodal(Function&& function, Interval range, int halvings) {
   const double h = 0.01 * (range.high - range.low);

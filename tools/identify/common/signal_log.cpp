@@ -27,7 +27,7 @@ bool is_good(const can::Sample& sample, const Series& series) {
   return std::isfinite(sample.value) && (series.empty() || sample.time_ns > series.t_ns.back());
 }
 
-// Frame by frame.
+// Decodes a log frame by frame.
 class SignalReader {
  public:
   SignalReader(const daemon::Config& config, std::span<const can::Database> databases,

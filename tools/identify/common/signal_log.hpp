@@ -21,7 +21,7 @@ struct Drive;  // tools/replay/drive.hpp
   return std::string(estimator::source_names[estimator::index_of(source)]);
 }
 
-/// Its table in the configuration, or a key there: ".latency".
+/// The source's table in the configuration, or a key in it: ".latency".
 [[nodiscard]] inline std::string key_of(estimator::Source source, const char* key = "") {
   return "can.signals." + name_of(source) + key;
 }
@@ -30,7 +30,7 @@ struct Drive;  // tools/replay/drive.hpp
   return config.can.signals[estimator::index_of(source)].configured;
 }
 
-/// The latency of a source by the configuration [s].
+/// The configured latency of a source [s].
 [[nodiscard]] double configured_latency(const daemon::Config& config, estimator::Source source);
 
 /// The signal that a source is mapped to; null: none.
@@ -42,7 +42,7 @@ inline constexpr std::array wheel_sources{
     estimator::Source::wheel_rear_left,  estimator::Source::wheel_rear_right,
     estimator::Source::wheel_rear,       estimator::Source::motor};
 
-/// In the order in which one of them stands for the speed of the car.
+/// Sources for the speed of the car, in the order of preference.
 inline constexpr std::array speed_sources{
     estimator::Source::wheel_rear_left,  estimator::Source::wheel_rear_right,
     estimator::Source::wheel_rear,       estimator::Source::motor,
@@ -62,12 +62,12 @@ struct Series {
 };
 
 struct SignalLog {
-  std::string name;  ///< of the file, or of the first of several
+  std::string name;  ///< name of the file, or of the first of several
   std::array<Series, estimator::source_count> signals;
-  std::int64_t first_ns = 0;  ///< of all frames
+  std::int64_t first_ns = 0;  ///< first stamp of all frames
   std::int64_t last_ns = 0;
   diagnostics::Diagnostics warnings;
-  /// "message 'IMU' (yaw_rate): no frame of it is in the log; ...", where a message gave no value.
+  /// Why a message gave no value: "message 'IMU' (yaw_rate): no frame of it is in the log; ...".
   std::array<std::string, estimator::source_count> why_empty;
 
   [[nodiscard]] const Series& of(estimator::Source source) const {
@@ -76,43 +76,43 @@ struct SignalLog {
   [[nodiscard]] Series& of(estimator::Source source) {
     return signals[estimator::index_of(source)];
   }
-  /// After the first frame [s].
+  /// Time since the first frame [s].
   [[nodiscard]] double seconds(std::int64_t t_ns) const {
     return 1e-9 * static_cast<double>(t_ns - first_ns);
   }
   [[nodiscard]] bool has(estimator::Source source) const { return of(source).size() > 1; }
-  /// Like of(), with at least two samples. Throws std::invalid_argument that names the log and the
-  /// reason: the missing message.
+  /// Like of(), but requires two samples. Throws std::invalid_argument with the log and the reason,
+  /// such as a missing message.
   [[nodiscard]] const Series& need(estimator::Source source) const;
 };
 
-/// A speed that is negative in reverse gear. Without a gear it is as measured.
+/// A speed that is negative in reverse gear; unchanged if there is no gear.
 [[nodiscard]] Series with_direction(Series speed, const Series& gear);
 
-/// The noise of a sample: an upper bound while the car drives. From third differences, which remove
-/// smooth motion, and from the median of their size, so that jerks and outliers do not count.
+/// The noise of a sample; an upper bound while the car drives. From third differences, which remove
+/// smooth motion, and the median of their magnitudes, so that jerks and outliers do not count.
 [[nodiscard]] double white_sigma(const Series& series);
 
-/// Where a camera or a reference sees the car.
+/// A pose of the car as a camera or a reference sees it.
 struct PoseSample {
   double t = 0.0;                      ///< [s]
-  double x = 0.0, y = 0.0, yaw = 0.0;  ///< of the camera's point; yaw unwrapped
+  double x = 0.0, y = 0.0, yaw = 0.0;  ///< of the camera's point; yaw is unwrapped
   double sigma_x = 0.0, sigma_y = 0.0, sigma_yaw = 0.0;
 };
 
-/// In the order of time, the first of each time. Times count from `origin_ns`.
+/// Sorted by time, keeping the first pose of each time. Times count from `origin_ns`.
 [[nodiscard]] std::vector<PoseSample> in_order(std::span<const estimator::CameraPose> poses,
                                                std::int64_t origin_ns);
 
-/// Decodes the logs ("-": standard input), merged in the order of their stamps, by the bindings of
-/// a configuration; accelerations are turned by [imu] yaw as the daemon does. Frames that fail
-/// their protection and samples without a time of their own are left out, which a warning counts.
-/// Throws std::invalid_argument if log, databases and configuration do not fit together, and for a
-/// log whose times run backwards.
+/// Decodes the logs ("-": standard input), merged in the order of their stamps, with the bindings
+/// of a configuration; rotates accelerations by [imu] yaw as the daemon does. Leaves out frames
+/// that fail their protection and samples without a time of their own, and warns of their number.
+/// Throws std::invalid_argument if log, databases and configuration do not match, and for a log
+/// whose times run backwards.
 [[nodiscard]] SignalLog read_signals(daemon::Config config, std::span<const std::string> logs,
                                      can::Damage damage = can::Damage::left_out);
 
-/// The same of a drive in memory.
+/// The signals of a drive in memory.
 [[nodiscard]] SignalLog signals_of(const Drive& drive);
 
 }  // namespace odomd::tools
