@@ -11,25 +11,25 @@ Numbers<double> at_many_speeds(double wheelbase) {
   return sigmas_of(&ParameterInfo::model_error, wheelbase);
 }
 
-constexpr double of_the_exercise = 0.4;  // variety, from which on the speeds suffice
+constexpr double of_the_exercise = 0.4;  // speed variety that suffices
 constexpr double most_times = 30.0;
 
-/// Factor on the allowance for parameters that only different speeds separate: from the errors on
-/// simulated laps and slaloms of one speed.
+/// Factor on the allowance for parameters that only different speeds separate, from the errors in
+/// simulated laps and slaloms at one speed.
 double times(double variety) {
   return std::clamp(std::pow(of_the_exercise / std::max(variety, 1e-3), 2), 1.0, most_times);
 }
 
-/// At one speed, more steering is softer front tyres, and a camera farther ahead sees the drift of
-/// softer rear tyres. A third parameter is drawn along.
+/// At one speed, more steering looks like softer front tyres, and a camera farther ahead like
+/// softer rear tyres, which drift more. A third parameter is pulled along.
 struct LookAlikes {
   Parameter tyres, other, third;
 };
 constexpr std::array all_look_alikes{LookAlikes{stiffness_front, steering_scale, steering_offset},
                                      LookAlikes{stiffness_rear, camera_x, imu_x}};
 
-/// Those of which neither is known beforehand as precisely as a fit over many speeds would
-/// determine it.
+/// The pairs in which neither parameter is known beforehand as precisely as a fit over many speeds
+/// would determine it.
 std::vector<LookAlikes> open_ones(double wheelbase, const Settings& settings) {
   const Numbers<double> sigma = at_many_speeds(wheelbase);
   const auto open = [&](Parameter k) {

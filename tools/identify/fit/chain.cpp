@@ -25,7 +25,7 @@ PoseSample pose_near(const Drive& drive, double t) {
 }
 
 // Commands and their reports have different clocks, and servos move in steps: the uncertainty is
-// the change of the signal in this many of its cycles.
+// the change of the signal over this many of its cycles.
 constexpr double uncertain_cycles = 1.0;
 double steering_uncertainty(const Setup& setup, const Drive& drive, double begin) {
   double sum = 0.0;
@@ -130,7 +130,7 @@ Turns turns_of(const std::vector<Chain>& chains) {
       pushes += accel * accel;
       accels.push_back(std::fabs(accel));
     }
-  if (!(bends > 0.0) || !(pushes > 0.0)) return {.speed_variety = 1.0};  // nothing turns
+  if (!(bends > 0.0) || !(pushes > 0.0)) return {.speed_variety = 1.0};  // no turns
   std::ranges::sort(accels);
   const auto beyond = accels.end() - std::ranges::upper_bound(accels, hard);
   return {.speed_variety = std::sqrt(std::max(0.0, 1.0 - both * both / (bends * pushes))),

@@ -13,7 +13,7 @@ namespace {
 
 using estimator::Source;
 
-// Means over neighbours, to limit the number of samples of a fast sensor.
+// Adds means over neighbouring samples, to limit the number of samples of a fast sensor.
 void add(std::vector<Sample>& samples, const Series& series, Source source, double sigma,
          std::int64_t origin_ns, double spacing) {
   const auto time = [&](std::size_t i) {
@@ -31,8 +31,8 @@ void add(std::vector<Sample>& samples, const Series& series, Source source, doub
   }
 }
 
-// The gyro's mean where the wheels stand for a second and more, 0.3 s after they stop and before
-// they go; its bias may have moved since.
+// The gyro's mean reading while the wheels are at rest for over a second, from 0.3 s after they
+// stop to 0.3 s before they start; its bias may have moved since.
 std::optional<Measured> gyro_at_rest(const Series& speed, const Series& gyro, double slow) {
   constexpr std::int64_t margin_ns = 300'000'000, least_ns = 1'000'000'000;
   constexpr double moved = 1e-3;  // [rad/s]
@@ -54,7 +54,7 @@ std::optional<Measured> gyro_at_rest(const Series& speed, const Series& gyro, do
   return Measured{mean.value, std::hypot(mean.sigma, moved)};
 }
 
-// Names the missing message, if one is bound.
+// Throws; the text names the missing message if the speed is mapped.
 [[noreturn]] void refuse_without_speed(const SignalLog& log) {
   for (const Source source : speed_sources)
     if (!log.why_empty.at(estimator::index_of(source)).empty()) (void)log.need(source);
@@ -122,11 +122,11 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
   drive.steering_cycle = 1e-9 * static_cast<double>(steering.t_ns.back() - steering.t_ns.front()) /
                          static_cast<double>(steering.size() - 1);
   drive.steering_sigma = std::max(5e-4, sigma_of(Source::steering));
-  // Margins, as latencies shift the times looked up.
+  // With margins, as latencies shift the times at which it is read.
   const auto on_grid = [&](const Series& series) {
     return resampled(series, log.first_ns, drive.begin - 1.0, drive.end + 1.0);
   };
-  // Smooth, as the dead time is fitted by the slope.
+  // Smoothed, as the dead time is fitted with the slope.
   drive.steering = mean_around(on_grid(steering), 5e-3);
   drive.yaw_rate = on_grid(gyro);
   drive.speed = mean_around(on_grid(speed), 0.05);

@@ -18,14 +18,14 @@ using diagnostics::found;
 using estimator::Source;
 using tools::kind;
 
-/// Determined by the drive and not by the prior: below this share of the prior's uncertainty.
+/// The drive determines a value if its sigma is below this share of the prior's.
 constexpr double reported_below = 0.5;
 
-/// A value this many prior sigmas away from the configured one was drawn there by something else,
-/// if another parameter can compensate for it.
+/// Another cause moved a value that is this many prior sigmas away from the configured one, if
+/// another parameter can compensate for it.
 constexpr double astray_sigmas = 2.5;
 
-/// The share of the grip that a drive must reach, so that it is not extrapolated.
+/// The share of the grip that a drive must reach, so that the grip is not extrapolated.
 constexpr double seen_at_least = 0.5;
 
 struct Builder {
@@ -97,14 +97,14 @@ struct Builder {
     return std::string(parameter_table()[k].meaning);
   }
 
-  // A value that is used directly in the configuration.
+  // Adds a value that the configuration uses directly.
   void add_value(Parameter k, const std::string& key) {
     const ParameterInfo& info = parameter_table()[k];
     const double value = value_of(info, nominal[k], result.p[k]);
     add(k, meaning(k), key, {value, info.kind == Kind::factor ? value * sigma[k] : sigma[k]});
   }
 
-  // measured = e^s true + b, so true = (measured - b) / e^s, on top of the role's own.
+  // measured = e^s true + b, so true = (measured - b) / e^s, in addition to the configured scale.
   void add_scale(Source source, Parameter scale) {
     const can::SignalBinding* binding = binding_of(config, source);
     if (binding == nullptr) return;
@@ -121,7 +121,7 @@ struct Builder {
         {(binding->offset - result.p[offset]) * factor, sigma[offset] * factor});
   }
 
-  // Latencies are not negative: early ones become 0.
+  // Latencies are not negative: slightly negative ones become 0.
   void add_latency(Parameter k, Source source) {
     if (k == accel_latency && one_imu(config)) k = gyro_latency;
     if (binding_of(config, source) == nullptr) return;
@@ -144,8 +144,8 @@ struct AxleParameters {
   const char* end;  ///< of the keys
 };
 
-// If the drive shows that tyres saturate, the filter's brush tyre goes through the fitted curve at
-// the drive's hardest turns and at half of that. Else the tyre is linear.
+// If the drive shows that tyres saturate, the filter's brush tyre matches the fitted curve in the
+// drive's hardest turns and at half of their acceleration. Otherwise the tyre is linear.
 void add_tyres(Builder& b, const AxleParameters& a) {
   const std::string end = a.end;
   const std::string stiffness_key = "vehicle.cornering_stiffness_" + end;
@@ -164,7 +164,7 @@ void add_tyres(Builder& b, const AxleParameters& a) {
              fixed(brush->grip, 0) + "; drive harder";
   if (!linear.empty()) {
     b.add_value(a.stiffness, stiffness_key);
-    // An impossible curve was caused by something else, and so was its slope.
+    // If the curve is impossible, another cause has changed it, and its slope as well.
     if (b.settings.free[a.stiffness] && b.settings.free[a.bend] && b.astray(a.bend) &&
         b.findings.values.back().determined == Determined::yes) {
       Builder::reject(b.findings.values.back(),
@@ -178,7 +178,7 @@ void add_tyres(Builder& b, const AxleParameters& a) {
                        linear + ": linear tyres"));
     return;
   }
-  // σ² = gᵀ Σ g, g the derivatives by what makes the curve.
+  // σ² = gᵀ Σ g, with g the derivatives with respect to the curve's parameters.
   constexpr double h = 1e-3;
   double of_stiffness = 0.0, of_grip = 0.0;
   const std::array<Parameter, 3> curve{a.stiffness, a.bend, load_arm};
@@ -196,7 +196,7 @@ void add_tyres(Builder& b, const AxleParameters& a) {
       of_stiffness += by_stiffness[i] * covariance * by_stiffness[j];
       of_grip += by_grip[i] * covariance * by_grip[j];
     }
-  // The stiffness is no more precise than the fit's.
+  // The stiffness is no more precise than the fitted one.
   b.add(a.stiffness, Builder::meaning(a.stiffness), stiffness_key,
         {brush->stiffness,
          std::max(std::sqrt(of_stiffness), brush->stiffness * b.sigma[a.stiffness])},
@@ -210,7 +210,7 @@ void add_steering(Builder& b) {
   b.add_scale_and_offset(Source::steering, steering_scale, steering_offset);
   b.add_value(steering_delay, "");
   if (!b.settings.free[steering_delay] || !b.settings.free[steering_lag]) return;
-  // The total delay is fitted, together with the logarithm of the lag: dτ = τ dp
+  // The fitted parameters are the total delay and the logarithm of the lag: dτ = τ dp
   const double lag =
       value_of(parameter_table()[steering_lag], b.nominal[steering_lag], b.result.p[steering_lag]);
   const double whole = b.nominal[steering_delay] + b.result.p[steering_delay];
@@ -231,7 +231,7 @@ void add_accelerometers(Builder& b) {
   const can::SignalBinding* y = binding_of(b.config, Source::accel_y);
   b.add_latency(accel_latency, Source::accel_x);
   b.add_latency(accel_latency, Source::accel_y);
-  // Offsets are the sensor's own, before it is turned by [imu] yaw: o = -R(-yaw) b
+  // Offsets are the sensor's own, before the rotation by [imu] yaw: o = -R(-yaw) b
   const double c = std::cos(b.config.imu_yaw), s = std::sin(b.config.imu_yaw);
   const double bx = b.result.p[accel_bias_x], by = b.result.p[accel_bias_y];
   if (x != nullptr)
@@ -288,7 +288,7 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
   const Numbers<double> beyond =
       allowance(config.vehicle.wheelbase(), settings, result.turns.speed_variety);
   for (std::size_t k = 0; k < parameters; ++k)
-    if (settings.free[k])  // but no larger than before
+    if (settings.free[k])  // but no larger than the prior
       sigma[k] =
           std::min(std::hypot(sigma[k], beyond[k]), std::max(sigma[k], settings.prior_sigma[k]));
   for (const Parameter k : {stiffness_front, stiffness_rear, yaw_inertia})

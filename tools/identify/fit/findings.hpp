@@ -1,4 +1,4 @@
-// The results of a fit as numbers of the configuration: each is combined with the present value.
+// The results of a fit as numbers of the configuration, each combined with the present value.
 #pragma once
 
 #include <cstdint>
@@ -12,40 +12,40 @@
 
 namespace odomd::tools::fitting {
 
-/// `mass_sigma`: relative standard uncertainty of the configured mass. Only ratios to the mass show
-/// in a drive, so it adds to the uncertainty of stiffnesses and inertia.
+/// `mass_sigma`: relative standard uncertainty of the configured mass. A drive shows only ratios to
+/// the mass, so this adds to the uncertainty of stiffnesses and inertia.
 [[nodiscard]] Findings findings_of(const daemon::Config& config, std::span<const Drive> drives,
                                    const Settings& settings, const Result& result,
                                    double mass_sigma);
 
 // Model errors of the fit, as uncertainties of its parameters.
 
-/// Whether turns were driven at too few speeds to separate free parameters that are not known
-/// before. `wheelbase` in m, `variety`: Turns::speed_variety.
+/// Whether turns were driven at too few speeds to separate free parameters without a good prior.
+/// `wheelbase` in m, `variety`: Turns::speed_variety.
 [[nodiscard]] bool at_one_speed(double wheelbase, const Settings& settings, double variety);
 
-/// The parameter that cannot be separated from k at one speed, if both are open.
+/// The parameter that cannot be separated from k at one speed, if neither is known well.
 [[nodiscard]] std::optional<Parameter> twin(double wheelbase, const Settings& settings,
                                             double variety, Parameter k);
 
-/// Standard uncertainties of p in addition to those from the residuals, in the units of p: shares
+/// Standard uncertainties of p in addition to those from the residuals, in the units of p: relative
 /// for factors, SI for shifts.
 [[nodiscard]] Numbers<double> allowance(double wheelbase, const Settings& settings, double variety);
 
-// The brush tyres of the filter that are like those of the fit (docs/model.md, "Tyres").
+// Brush tyres of the filter that match the fitted tyres (docs/model.md, "Tyres").
 
 enum class Axle : std::uint8_t { front, rear };
 
 struct BrushTyre {
-  double stiffness = 0.0;  ///< C, of the whole axle at no slip [N/rad]
-  double grip = 0.0;       ///< F_max by the axle's share of the mass [m/s²]
+  double stiffness = 0.0;  ///< C, of the whole axle at zero slip [N/rad]
+  double grip = 0.0;       ///< F_max / the axle's share of the mass [m/s²]
 };
 
-/// The slip angle [rad] at which an axle carries its share of the car in a steady turn of this
-/// lateral acceleration [m/s²], above 0. Infinite if it cannot, or slips by more than 45°.
+/// The slip angle [rad] of an axle in a steady turn of this lateral acceleration [m/s²], above 0.
+/// Infinite if it cannot carry its share of the car, or slips by more than 45°.
 [[nodiscard]] double slip_at(const car_model::Car<double>& car, Axle axle, double accel);
 
-/// The brush tyre that slips as the axle does at this lateral acceleration [m/s²] and at a half of
+/// The brush tyre with the same slip as the axle at this lateral acceleration [m/s²] and at half of
 /// it. Nothing if the axle does not saturate, or cannot carry that.
 [[nodiscard]] std::optional<BrushTyre> brush_like(const car_model::Car<double>& car, Axle axle,
                                                   double accel);

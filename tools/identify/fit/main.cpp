@@ -32,7 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 using estimator::Source;
 
-// The parameters that the mapped signals can show.
+// The parameters that the mapped signals can determine.
 std::array<bool, parameters> free_by_default(const daemon::Config& config) {
   std::array<bool, parameters> free{};
   free.fill(true);
@@ -95,7 +95,7 @@ std::vector<estimator::CameraPose> poses_of_reference(const std::string& file,
     pose.yaw = point.pose.yaw;
     pose.sigma_x = pose.sigma_y = sigma[0];
     pose.sigma_yaw = sigma[1];
-    // Denser poses would get more weight than they have information.
+    // Denser poses would get more weight than their information deserves.
     const auto least = static_cast<std::int64_t>(1e9 * spacing);
     if (!poses.empty() && pose.capture_ns - poses.back().capture_ns < least) continue;
     poses.push_back(pose);
@@ -103,7 +103,7 @@ std::vector<estimator::CameraPose> poses_of_reference(const std::string& file,
   return poses;
 }
 
-// One bias for all drives: the mean of those with a standstill.
+// One bias for all drives: the mean over the drives with a standstill.
 std::optional<Measured> at_rest(std::span<const fitting::Drive> drives) {
   std::vector<double> values;
   double sigma = std::numeric_limits<double>::infinity();
@@ -120,7 +120,7 @@ struct Files {
   std::string name;
   std::vector<std::string> logs;
   std::string poses;
-  bool of_camera = true;  // or of a reference
+  bool of_camera = true;  // otherwise of a reference
 };
 
 bool is_there(const fs::path& file) {
@@ -128,7 +128,7 @@ bool is_there(const fs::path& file) {
   return fs::exists(file, ignored);
 }
 
-// One car: drives with different configurations are refused.
+// The configuration of all drives: drives with different ones are refused.
 daemon::Config config_of(const FitOptions& options) {
   if (!options.config.empty()) return daemon::load_config(options.config);
   std::optional<daemon::Config> config;
@@ -166,7 +166,7 @@ std::vector<Files> files_of(const FitOptions& options) {
   return result;
 }
 
-constexpr double scatter_shown = 3.0;  // of the levels, in standard deviations
+constexpr double scatter_shown = 3.0;  // vertical range of the residuals, in standard deviations
 
 std::string axis_of(const std::string& source) {
   if (source == "position") return "position [m]";
@@ -241,7 +241,7 @@ void fit(const FitOptions& options) {
   findings.warnings.insert(findings.warnings.begin(), warnings.begin(), warnings.end());
   if (!options.untried) try_out(findings, trials, priors.settings.progress);
   if (!options.plot.empty()) plot_residuals(options.plot, drives, result);
-  // Only an improved replay justifies writing numbers of a fit that did not converge.
+  // Numbers of a fit that did not converge are only written if they improve the replay.
   const bool kept_back = !result.settled && options.untried && !options.delivery.write.empty();
   Delivery delivery = options.delivery;
   if (kept_back) delivery.write.clear();

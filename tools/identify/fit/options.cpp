@@ -1,4 +1,4 @@
-// The command line of odom identify fit, which hands over to the program odom-fit.
+// The command line of odom identify fit; the program odom-fit does the work.
 #include "tools/identify/fit/options.hpp"
 
 #include <fmt/format.h>

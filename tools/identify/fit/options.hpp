@@ -1,5 +1,5 @@
-// The command line of odom identify fit: one for `odom`, which describes and checks it, and one for
-// the program odom-fit, which alone is linked with Ceres.
+// The command line of odom identify fit, for `odom`, which describes and checks it, and for the
+// program odom-fit, the only one linked with Ceres.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@
 namespace odomd::tools {
 
 struct FitOptions {
-  std::string config;               ///< empty: that of the drives
+  std::string config;               ///< empty: the drives' own
   std::vector<std::string> drives;  ///< folders
   std::vector<std::string> can;
   std::vector<std::string> dbc;
@@ -25,7 +25,7 @@ struct FitOptions {
   std::vector<std::string> priors;
   double from = 0.0;
   double to = 0.0;
-  double window = 0.0;  ///< 0: by the size of the car
+  double window = 0.0;  ///< 0: depends on the size of the car
   int threads = 1;
   std::string plot;
   bool untried = false;
@@ -37,7 +37,7 @@ struct FitOptions {
 /// Adds the options, the description and the examples.
 void describe_fit(Command command, FitOptions& options);
 
-/// Checks the options together. Throws std::invalid_argument.
+/// Checks options that depend on each other. Throws std::invalid_argument.
 void check(const FitOptions& options);
 
 }  // namespace odomd::tools

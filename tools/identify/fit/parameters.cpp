@@ -46,7 +46,7 @@ std::string list_of(const std::vector<std::string>& names) {
                               (misspelt ? nearest_hint(name, names) : list_of(names)));
 }
 
-// The unit of a prior's sigma: a share for factors and for the mass, which is not a parameter.
+// The unit of a prior's sigma: relative for factors and for the mass, which is not a parameter.
 Dimension dimension_of(const ParameterInfo* info) {
   if (info == nullptr || info->kind == factor) return Dimension::pure;
   if (info->unit == "m") return Dimension::length;
@@ -115,7 +115,7 @@ Numbers<double> nominal_values(const daemon::Config& config) {
   value[load_arm] = 0.14 * car.wheelbase();
   value[load_lag] = 0.05 * std::sqrt(car.wheelbase());
   value[wheel_spin] = 0.015;
-  value[drive_spin] = 0.042;  // 0.7 of two wheels' mass, a geared motor as much again
+  value[drive_spin] = 0.042;  // 0.7 of two wheels' mass, and the same again for a geared motor
   value[track_width] = car.track_width;
   const estimator::SteeringActuator& servo = car.steering;
   const bool commanded = servo.delay_s > 0.0 || servo.lag_s > 0.0;

@@ -1,6 +1,6 @@
 // The parameters of `odom identify fit`: each a number with its prior uncertainty and its key.
 //
-// A parameter p counts from the configuration: positive values are configured · e^p, all others
+// A parameter p is relative to the configuration: positive values are configured · e^p, all others
 // configured + p. So p = 0 is the configuration.
 #pragma once
 
@@ -42,25 +42,25 @@ enum class Kind : std::uint8_t {
 
 struct ParameterInfo {
   Parameter parameter{};
-  std::string_view name;  ///< of --fix, --free and --prior
+  std::string_view name;  ///< as in --fix, --free and --prior
   Kind kind{};
   std::string_view unit;
   std::string_view meaning;
-  // Standard deviations of p; of places, in wheelbases.
-  double prior = 0.0;        ///< beforehand
-  double model_error = 0.0;  ///< of a fit over many speeds, beyond the residuals'
+  // Standard deviations of p; for positions in wheelbases.
+  double prior = 0.0;        ///< before the fit
+  double model_error = 0.0;  ///< of a fit over many speeds, in addition to that from the residuals
 };
 
-/// In the order of the enumeration; both are made from parameters.inc.
+/// In the order of the enumeration; both are generated from parameters.inc.
 [[nodiscard]] const std::array<ParameterInfo, parameters>& parameter_table();
 
-/// Throws std::invalid_argument with the nearest name.
+/// Throws std::invalid_argument with the most similar name.
 [[nodiscard]] const ParameterInfo& parameter_named(std::string_view name);
 
 /// The minimum duration of a drive [s].
 inline constexpr double least_duration = 10.0;
 
-/// NAME=SIGMA of --prior; no parameter: the mass.
+/// NAME=SIGMA of --prior; without a parameter it is for the mass.
 struct Prior {
   std::optional<Parameter> parameter;
   double sigma = 0.0;
@@ -68,21 +68,20 @@ struct Prior {
 /// Throws std::invalid_argument.
 [[nodiscard]] Prior parse_prior(const std::string& text);
 
-/// Whether accelerations come in the gyro's message: they then have its latency, and
+/// Whether accelerations come in the gyro's message: their latency is then the gyro's, and
 /// `accel_latency` is not used.
 [[nodiscard]] bool one_imu(const daemon::Config& config);
 
-/// The value for p = 0, in SI units: the configuration's; if it has none, the usual value for such
-/// a car.
+/// The value for p = 0 in SI units: the configuration's, or the usual value for such a car.
 [[nodiscard]] Numbers<double> nominal_values(const daemon::Config& config);
 
-/// ParameterInfo::prior or ::model_error of every p, in its unit.
+/// ParameterInfo::prior or ::model_error of each p, in its unit.
 [[nodiscard]] Numbers<double> sigmas_of(double ParameterInfo::*which, double wheelbase);
 
-/// The value for p.
+/// The parameter's value for a given p.
 [[nodiscard]] double value_of(const ParameterInfo& info, double nominal, double p);
 
-/// The axle's stiffness for the slip of driven wheels: κ = p · m / C_h · a_x.
+/// The factor p between an axle's stiffness and the slip of driven wheels: κ = p · m / C_h · a_x.
 inline constexpr double usual_slip = 0.5;
 
 }  // namespace odomd::tools::fitting

@@ -1,4 +1,4 @@
-// odom identify fit and track: programs of their own, which alone are linked with large libraries.
+// odom identify fit and track: separate programs, the only ones linked with large libraries.
 #include <memory>
 #include <string>
 
@@ -10,7 +10,7 @@
 namespace odomd::tools {
 namespace {
 
-/// Without the program `missing` says what to install.
+/// `missing` is the error if the program is not installed: how to install it.
 template <class Options>
 void add_program(Command identify, const std::string& name, void (*describe)(Command, Options&),
                  const std::string& missing) {

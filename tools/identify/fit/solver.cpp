@@ -26,16 +26,16 @@ namespace {
 
 namespace st = car_model;
 
-constexpr double latency_stride = 0.03;  // in a pass [s]
+constexpr double latency_stride = 0.03;  // largest change in a pass [s]
 constexpr double independent_s = 4.0;    // residuals further apart are independent
 constexpr double huber = 2.5;            // in standard deviations
 
-/// The acceleration's change from knot to knot, as a standard deviation [m/s²].
+/// Standard deviation of the acceleration's change from knot to knot [m/s²].
 constexpr double knot_change = 0.7;
 
 /// Standard deviations of the gap between a window's end and the start of the next.
 std::array<double, st::states> believed(double wheelbase) {
-  const double pace = std::sqrt(wheelbase / 0.26);  // of speeds, and of times, by Froude's number
+  const double pace = std::sqrt(wheelbase / 0.26);  // for speeds and times (Froude number)
   return {0.004 * wheelbase,
           0.004 * wheelbase,
           1e-3,
@@ -47,7 +47,7 @@ std::array<double, st::states> believed(double wheelbase) {
           0.01};
 }
 
-/// Residual e so that e² is Huber's loss.
+/// Residual e such that e² is Huber's loss.
 template <class T>
 T bounded(const T& e) {
   using std::sqrt;
@@ -64,7 +64,7 @@ bool is_finite(const T& e) {
   return std::isfinite(e.a) && e.v.allFinite();
 }
 
-/// Blocks: the free parameters, a window's first node, what is inside, the next window's node.
+/// Blocks: the free parameters, a window's first node, its inner unknowns, the next window's node.
 struct WindowCost {
   const Setup& setup;
   const Window& window;
@@ -104,10 +104,10 @@ struct WindowCost {
 struct Built {
   std::unique_ptr<ceres::Problem> problem;
   std::vector<double> p;          ///< the free parameters, the first of the problem's blocks
-  std::vector<int> cluster_rows;  ///< residuals of the windows that count together, in order
+  std::vector<int> cluster_rows;  ///< residuals per cluster of windows that counts as one, in order
 };
 
-/// It refers to the setup and the chains.
+/// The result refers to the setup and the chains.
 Built build(const Setup& setup, const Settings& settings, const Numbers<double>& p,
             std::vector<Chain>& chains) {
   const std::vector<std::size_t> free = settings.free_ones();
@@ -116,7 +116,7 @@ Built build(const Setup& setup, const Settings& settings, const Numbers<double>&
   for (const std::size_t k : free) built.p.push_back(p[k]);
   const auto together =
       std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(independent_s / setup.window)));
-  // One pass for the blocks of a usual window: 30 free parameters, 10 knots.
+  // 72 derivatives: one pass for a usual window (30 free parameters, 10 knots).
   using Cost = ceres::DynamicAutoDiffCostFunction<WindowCost, 72>;
   for (Chain& chain : chains) {
     for (std::size_t w = 0; w < chain.windows.size(); ++w) {
@@ -142,7 +142,8 @@ Built build(const Setup& setup, const Settings& settings, const Numbers<double>&
   }
   built.problem->AddResidualBlock(new ceres::NormalPrior(precision, expected), nullptr,
                                   built.p.data());
-  // Samples are assigned to windows by the present latencies: these change little in one pass.
+  // Samples are assigned to windows with the present latencies, so these may change little per
+  // pass.
   for (std::size_t i = 0; i < free.size(); ++i)
     if (parameter_table()[free[i]].unit == "s" && parameter_table()[free[i]].kind == Kind::shift) {
       built.problem->SetParameterLowerBound(built.p.data(), static_cast<int>(i),
@@ -153,9 +154,9 @@ Built build(const Setup& setup, const Settings& settings, const Numbers<double>&
   return built;
 }
 
-// With the Jacobian J at the solution, A = Jᵀ J, and the rows of one cluster together:
-//   cov = A⁻¹ (Σ_c s_c s_cᵀ + P) A⁻¹,  s_c = J_cᵀ e_c,  P the priors' part of A,
-// of which only the parameters' rows are needed: A⁻¹ E.
+// With the Jacobian J at the solution, A = Jᵀ J, and the rows of each cluster combined:
+//   cov = A⁻¹ (Σ_c s_c s_cᵀ + P) A⁻¹,  s_c = J_cᵀ e_c,  P the priors' part of A.
+// Only the parameters' rows are needed: A⁻¹ E.
 void uncertainties(const Built& built, const Settings& settings, Result& result) {
   const std::vector<std::size_t> free = settings.free_ones();
   const auto count = static_cast<Eigen::Index>(free.size());
@@ -242,8 +243,8 @@ class ProgressReport final : public ceres::IterationCallback {
   int iterations_ = 0;
 };
 
-constexpr double small_gain = 2e-3;  // of the cost, in a pass
-constexpr double still = 3e-3;       // of latencies, from pass to pass; of a 1:10 car [s]
+constexpr double small_gain = 2e-3;  // relative, of the cost in a pass
+constexpr double still = 3e-3;       // change of latencies between passes, for a 1:10 car [s]
 
 double moved(const Numbers<double>& before, const Numbers<double>& after) {
   double most = 0.0;
@@ -268,11 +269,11 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
   setup.one_imu = one_imu(config);
   const double fine = setup.step * slowness(config);
   setup.knot *= slowness(config);
-  // With finer knots than the sensors, the motion between two samples would be arbitrary.
+  // With knots finer than the sensors' cycles, the motion between two samples would be arbitrary.
   for (const Drive& drive : drives)
     setup.knot = std::max(setup.knot, 0.05 * std::ceil(drive.steering_cycle / 0.05 - 0.1));
   setup.window = rounded_window(settings.window, setup.knot);
-  // Times scale with the car's size by Froude's number.
+  // Speeds, like times, scale with the square root of the car's size (Froude number).
   setup.floor_speed = 0.04 * std::sqrt(setup.wheelbase);
   setup.slow = 0.6 * std::sqrt(setup.wheelbase);
   std::vector<Chain> chains;
@@ -290,7 +291,7 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
   ProgressReport progress(settings);
   for (int pass = 1; !result.settled && pass <= most_passes; ++pass) {
     const Numbers<double> before = result.p;
-    // Coarse steps suffice far from the solution, if a window holds a whole number of them.
+    // Coarse steps suffice far from the solution, if a window contains a whole number of them.
     setup.step = pass == 1 && setup.knots() % 2 == 0 ? 2.0 * fine : fine;
     for (Chain& chain : chains) deal(result.p, setup, chain);
     Built built = build(setup, settings, result.p, chains);
@@ -303,8 +304,8 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     options.logging_type = ceres::SILENT;
     options.initial_trust_region_radius = pass == 1 ? 10.0 : 1e4;
     options.callbacks.push_back(&progress);
-    // Elimination order: windows' insides first, then the nodes along the chain, the parameters
-    // last.
+    // Elimination order: the windows' inner unknowns, then the nodes along the chain, then the
+    // parameters.
     auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
     ordering->AddElementToGroup(built.p.data(), 2);
     for (Chain& chain : chains) {
@@ -318,13 +319,14 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     result.iterations += static_cast<int>(summary.iterations.size());
     if (!summary.IsSolutionUsable())
       throw std::runtime_error("the fit does not converge: " + summary.message);
-    // Samples are assigned by the fitted latencies, and noise comes from the residuals.
+    // The next pass assigns samples with the fitted latencies and takes the noise from the
+    // residuals.
     const double gained = summary.initial_cost - summary.final_cost;
     result.settled = pass >= settings.passes && gained < small_gain * summary.final_cost &&
                      moved(before, result.p) < still * slowness(config);
     if (result.settled || pass == most_passes) {
       uncertainties(built, settings, result);
-    } else if (pass <= settings.passes) {  // then they stay fixed, so that it converges
+    } else if (pass <= settings.passes) {  // later the noise stays fixed, so that the fit converges
       take_noises(setup, unexplained(setup, chains, result.p));
     }
   }

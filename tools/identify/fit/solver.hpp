@@ -1,7 +1,7 @@
-// Fits all parameters at once: those with which a single-track car, driven by the measured
-// steering, matches sensors and poses best, by nonlinear least squares.
+// Fits all parameters at once: finds those with which a single-track car with the measured steering
+// matches sensors and poses best, with nonlinear least squares.
 //
-// Multiple shooting: the drive is cut into windows; in each the model runs from a free state, and
+// Multiple shooting: the drive is cut into windows. In each the model runs from a free state, and
 // its end must meet the start of the next within the model's uncertainty. The acceleration along x
 // is a free function, linear between knots; v_x is its integral.
 #pragma once
@@ -31,24 +31,24 @@ struct Chain {
   std::vector<std::vector<double>> inner;
 };
 
-/// The parts of a drive that are fast enough to show the tyres, at least two windows each. Nodes
-/// are initialised from the poses, the wheels' speed, the gyro, and the corresponding slip.
+/// The parts of a drive that are fast enough to show the tyres, with at least two windows each.
+/// Initial nodes come from the poses, the wheels' speed, the gyro, and the corresponding slip.
 [[nodiscard]] std::vector<Chain> chains_of(const Setup& setup, const Drive& drive,
                                            std::size_t index);
 
-/// Assigns each sample to the window of its time, by the present latencies.
+/// Assigns each sample to the window of its time, corrected by the present latencies.
 void deal(const Numbers<double>& p, const Setup& setup, Chain& chain);
 
 /// Statistics of the drive's turns, from the states at the windows' ends.
 struct Turns {
-  /// How little the lateral acceleration is correlated with the curvature: 0 at one speed, 0.46 on
-  /// the exercise in the help.
+  /// How little lateral acceleration and curvature are correlated: 0 at one speed, 0.46 in the
+  /// exercise of the help.
   //
   // With κ = ψ̇ / v, a = v ψ̇ and a_0 = κ Σ a κ / Σ κ²: sqrt(Σ (a - a_0)² / Σ a²). On a circle the
   // single-track model has δ = l κ + (m l_h / C_v - m l_v / C_h) a / l: without variety, the
   // steering's scale and the tyres are one number.
   double speed_variety = 0.0;
-  double hard = 0.0;     ///< share of the time above half of the grip of dry tyres, 0.5 g
+  double hard = 0.0;     ///< share of the time above 0.5 g, half of the grip of dry tyres
   double hardest = 0.0;  ///< lateral acceleration exceeded for a twentieth of the time [m/s²]
 };
 [[nodiscard]] Turns turns_of(const std::vector<Chain>& chains);
@@ -60,7 +60,7 @@ struct ResidualPoint {
   double residual = 0.0;
 };
 
-/// The residuals of the measurements.
+/// The residuals of all measurements.
 struct Unexplained {
   std::vector<ResidualPoint> points;
   std::array<std::vector<double>, kinds> values;
@@ -69,18 +69,18 @@ struct Unexplained {
 [[nodiscard]] Unexplained unexplained(const Setup& setup, const std::vector<Chain>& chains,
                                       const Numbers<double>& p);
 
-/// Noise from the residuals if it is larger than stated: model errors count as noise of the source
-/// that shows them. (It is smaller if a wheel stands for long.)
+/// Takes the noise from the residuals if it is larger than stated: model errors count as noise of
+/// the source that shows them. (It is smaller if a wheel is at rest for long.)
 void take_noises(Setup& setup, const Unexplained& rest);
 
-// The fit of all of them.
+// The fit of all drives.
 
 struct Settings {
   std::array<bool, parameters> free{};
-  Numbers<double> prior_sigma{};  ///< standard deviations of p beforehand
-  std::optional<Measured> rest;   ///< the gyro's bias as it shows at rest [rad/s]
+  Numbers<double> prior_sigma{};  ///< standard deviations of p before the fit
+  std::optional<Measured> rest;   ///< the gyro's bias at rest [rad/s]
   double window = 0.5;            ///< [s]
-  int passes = 3;  ///< at least; between them noise is taken from the residuals, outliers lose
+  int passes = 3;  ///< at least; noise is then taken from the residuals, and outliers lose weight
   int threads = 1;
   std::function<void(const std::string&)> progress;  ///< called with a line now and then
 
@@ -89,27 +89,27 @@ struct Settings {
   [[nodiscard]] Measured known(std::size_t k) const;
 };
 
-/// The fit of a source at the end.
+/// How well a source fits at the end.
 struct SourceFit {
   std::string name;
   std::size_t count = 0;
   double stated = 0.0;  ///< its stated noise
-  double found = 0.0;   ///< noise of the residuals, robust
+  double found = 0.0;   ///< robust noise of the residuals
 };
 
 struct Result {
   Numbers<double> p{};
   Numbers<double> sigma{};         ///< standard uncertainties of p; 0 for fixed ones
-  Numbers<double> naive{};         ///< the same, if all residuals were independent
-  Eigen::MatrixXd covariance;      ///< of all p, fixed ones 0
-  std::vector<SourceFit> sources;  ///< by estimator::Source; the camera's: x and y, then yaw
+  Numbers<double> naive{};         ///< the same if all residuals were independent
+  Eigen::MatrixXd covariance;      ///< of all p; 0 for fixed ones
+  std::vector<SourceFit> sources;  ///< in the order of estimator::Source; camera: x and y, then yaw
   std::vector<ResidualPoint> residuals;
   int iterations = 0;
-  bool settled = false;  ///< or stopped
+  bool settled = false;  ///< converged; otherwise the passes ended
   Turns turns;
 };
 
-/// Throws std::invalid_argument for a drive that shows nothing, and where no parameter is free,
+/// Throws std::invalid_argument for a drive that determines nothing and if no parameter is free,
 /// std::runtime_error if the solver fails.
 [[nodiscard]] Result solve(const daemon::Config& config, std::span<const Drive> drives,
                            const Settings& settings);

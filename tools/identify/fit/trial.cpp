@@ -18,22 +18,22 @@
 namespace odomd::tools::fitting {
 namespace {
 
-constexpr double part_s = 8.0;         // of a 1:10 car
-constexpr std::size_t most_parts = 8;  // of a drive
+constexpr double part_s = 8.0;         // for a 1:10 car
+constexpr std::size_t most_parts = 8;  // per drive
 
 // Ratios of the errors after a change to those before it.
-constexpr double as_good = 1.003;       // counts as no worse
-constexpr double better = 0.995;        // clearly smaller
-constexpr double shown_worse = 1.0005;  // 0.1 %, rounded
-constexpr double half_as_good = 1.1;    // largest for each half
+constexpr double as_good = 1.003;       // up to this an error counts as unchanged
+constexpr double better = 0.995;        // below this an error is clearly smaller
+constexpr double shown_worse = 1.0005;  // rounds to 0.1 %
+constexpr double half_as_good = 1.1;    // maximum for each half
 
 constexpr std::int64_t spacing_ns = 20'000'000;
-constexpr double far_off = 3.0;      // from the cubic, in standard deviations
-constexpr std::size_t fewest = 6;    // poses under a cubic
-constexpr double both_sides = 0.25;  // of `half`: largest distance of a pose before and after
+constexpr double far_off = 3.0;      // distance from the cubic in standard deviations
+constexpr std::size_t fewest = 6;    // poses per cubic
+constexpr double both_sides = 0.25;  // of `half`: maximum distance to a pose on either side
 
-// The cubic's value at u = 0 for each of x, y and yaw: least squares, repeated with weights 1 / (1
-// + (r / 3σ)²) from the residuals.
+// The cubic's value at u = 0 for x, y and yaw: least squares, then again with weights 1 / (1 + (r /
+// 3σ)²) from the residuals r.
 Eigen::Vector3d middle_of(std::span<const PoseSample> places, double t, double half) {
   const auto count = static_cast<Eigen::Index>(places.size());
   Eigen::MatrixX4d a(count, 4);
@@ -63,7 +63,7 @@ bool is_wheel(std::string_view key) {
          key.find(".motor.") != std::string_view::npos;
 }
 
-// Correlated values go in together.
+// The group of a value: correlated values are accepted together.
 std::string_view group_of(std::string_view key) {
   if (key == "camera.lever_arm[2]") return "yaw of the camera";
   if (const daemon::ConfigKey* row = daemon::config_key(key)) return row->group;
@@ -95,7 +95,7 @@ std::vector<Group> groups_of(const Findings& findings) {
   return groups;
 }
 
-/// The errors with one of the groups switched.
+/// The errors if one group is switched.
 Ratio turned(std::vector<Group> groups, std::size_t which,
              const std::function<Ratio(const Patch&)>& judge) {
   groups[which].taken = !groups[which].taken;
@@ -105,7 +105,7 @@ Ratio turned(std::vector<Group> groups, std::size_t which,
   return judge(all);
 }
 
-/// Of the path of the centre of gravity, whole and in parts.
+/// Scores for the path of the centre of gravity, whole and in parts.
 std::vector<Score> scores(std::span<const tools::Drive> drives, const Patch& patch) {
   std::vector<Score> result;
   for (const tools::Drive& drive : drives) {
@@ -185,7 +185,7 @@ tools::Drive trial_drive(const std::string& name, const daemon::Config& config,
   }
   drive.buses = buses.all();
   std::ranges::sort(poses, {}, &estimator::CameraPose::capture_ns);
-  // Poses before and after have no replay to compare with.
+  // Poses before and after the log cannot be compared with a replay.
   std::erase_if(poses, [&](const estimator::CameraPose& pose) {
     return drive.frames.empty() || pose.capture_ns < after(from) ||
            pose.capture_ns > drive.frames.back().time_ns;

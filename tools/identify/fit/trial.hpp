@@ -1,5 +1,5 @@
-// The value of fitted numbers for the filter: replays the drive by dead reckoning with and without
-// them, and compares it with its own poses.
+// The benefit of fitted numbers for the filter: replays the drive in dead reckoning with and
+// without them, and compares the result with the drive's own poses.
 #pragma once
 
 #include <array>
@@ -18,12 +18,12 @@
 
 namespace odomd::tools::fitting {
 
-/// The path of a car from noisy poses, smooth enough to compare with a filter's speed: a cubic
-/// fitted to the poses `half` seconds around each time, every 20 ms; outliers lose their weight.
-/// There is no point if poses are too few. Poses in the order of capture.
+/// The path of a car from noisy poses, smooth enough to compare with a filter's speed: every 20 ms
+/// a cubic fitted to the poses within `half` seconds; outliers lose their weight. No point if there
+/// are too few poses. Poses in the order of capture.
 [[nodiscard]] Trajectory smoothed(std::span<const estimator::CameraPose> poses, double half);
 
-/// A drive to replay, between two times after its first frame [s]; the reference is its smoothed
+/// A drive to replay, between two times from its first frame [s]; the reference is its smoothed
 /// poses. Throws std::invalid_argument if there are too few of them.
 [[nodiscard]] tools::Drive trial_drive(const std::string& name, const daemon::Config& config,
                                        std::span<const std::string> logs,
@@ -32,9 +32,8 @@ namespace odomd::tools::fitting {
 
 using Patch = std::vector<ConfigValue>;
 
-/// Errors over those of the configuration, the geometric mean of those over 35 ms and over 1 s, and
-/// the rms of position and heading: over all parts of the drives, over every second one, and over
-/// the others.
+/// Errors relative to the configuration's: geometric mean of the ratios for 35 ms, 1 s, position
+/// rms and heading rms. Of all parts of the drives, of every second one, and of the others.
 struct Ratio {
   double all = std::numeric_limits<double>::infinity();
   std::array<double, 2> half{all, all};
@@ -44,20 +43,20 @@ struct Ratio {
 struct Group {
   std::string name;
   Patch patch;
-  std::vector<std::size_t> findings;  ///< that the values are of
+  std::vector<std::size_t> findings;  ///< the findings with these values
   bool taken = false;
 };
 
-/// Takes the best group to take, or if there is none drops the best one to drop, until neither
-/// helps. It takes nothing that increases the errors, drops nothing unless that clearly reduces
-/// them, and does neither if it much increases those of a half. Returns the errors with what is
-/// taken. `judge` replays with a patch.
+/// Accepts the best group, or if there is none drops the one that hurts most, until neither helps.
+/// Accepts nothing that increases the errors, drops a group only if that clearly reduces them, and
+/// does neither if it much increases the errors of one half. Returns the errors with the accepted
+/// groups. `judge` replays with a patch.
 [[nodiscard]] Ratio choose(std::vector<Group>& groups,
                            const std::function<Ratio(const Patch&)>& judge,
                            const ReportProgress& progress = {});
 
-/// Marks the values that choose() does not take, with the reason: they stay as configured.
-/// `progress` is called now and then. Drives are those of trial_drive().
+/// Marks values that choose() rejects, with the reason: they stay as configured. `progress` is
+/// called now and then. Drives come from trial_drive().
 void try_out(Findings& findings, std::span<const tools::Drive> drives,
              const ReportProgress& progress);
 

@@ -8,13 +8,13 @@
 namespace odomd::tools::fitting {
 namespace {
 
-/// Where an increasing function reaches a value.
+/// The argument at which an increasing function reaches a value.
 template <class Function>
 double where(const Function& rising, double value, Interval range) {
   return bisect(range, 50, [&](double x) { return rising(x) < value; }).middle();
 }
 
-/// α of a brush tyre over that of a linear one, at u = F / F_max.
+/// Slip angle of a brush tyre / slip angle of a linear one, at u = F / F_max.
 //   F = F_max (1 - (1 - q)³),  q = C α / (3 F_max), so C α / F_max = 3 (1 - ∛(1 - u))
 double brush_slip(double u) {
   return 3.0 * (1.0 - std::cbrt(1.0 - u));
@@ -28,7 +28,7 @@ double slip_at(const car_model::Car<double>& car, Axle axle, double accel) {
   const double share =
       (front ? car.rear_axle : car.front_axle) / (car.front_axle + car.rear_axle) * car.mass;
   const double load = 0.5 * share * car_model::gravity;
-  // The load transfer of car_model::push in a steady turn; limited just below tipping over.
+  // The load transfer of car_model::push in a steady turn, limited to just below tipping over.
   const double shift = std::fmin(
       0.5 * car.mass * car.load_arm / car_model::load_exponent * accel / car.track / load, 0.95);
   const auto force = [&](double slip) {

@@ -1,4 +1,4 @@
-// One window of the fit: the model run over it, and the predicted measurements.
+// One window of the fit: runs the model over it, and predicts the measurements.
 #pragma once
 
 #include <algorithm>
@@ -16,35 +16,35 @@ inline constexpr std::size_t node_size = car_model::states + 1;
 template <class T>
 using Node = std::array<T, node_size>;
 
-/// Kinds of residuals: of the sources and of poses.
+/// Kinds of residuals: one per source, and those of poses.
 inline constexpr std::size_t position_kind = estimator::source_count;
 inline constexpr std::size_t yaw_kind = position_kind + 1;
 inline constexpr std::size_t kinds = yaw_kind + 1;
 
-/// The car before the fit, and the integration steps.
+/// The car before the fit, and the time steps.
 struct Setup {
   const daemon::Config* config = nullptr;
   Numbers<double> nominal{};
-  double step = 10e-3;  ///< of integration [s]; this and the next: of a 1:10 car
+  double step = 10e-3;  ///< of integration [s]; like `knot` for a 1:10 car
   double knot = 50e-3;  ///< between two knots of the acceleration [s]
   double window = 0.5;  ///< [s], a whole number of knots
   double floor_speed = 0.02;
-  double slow = 0.3;  ///< at lower speeds the tyre model does not hold [m/s]
+  double slow = 0.3;  ///< minimum speed for the tyre model [m/s]
   double wheelbase = 0.26;
-  bool one_imu = false;  ///< accelerations come with the yaw rate, with the same latency
-  std::array<double, kinds> noise{};  ///< of the residuals by their kind; 0: as stated
+  bool one_imu = false;  ///< accelerations come with the yaw rate, and have its latency
+  std::array<double, kinds> noise{};  ///< of the residuals of each kind; 0: as stated
 
   [[nodiscard]] std::size_t knots() const {
     return static_cast<std::size_t>(std::lround(window / knot));
   }
-  /// Unknowns inside a window: accelerations between its ends, and its steering's errors.
+  /// Unknowns inside a window: accelerations at the inner knots, steering errors at all knots.
   [[nodiscard]] std::size_t inner() const { return 2 * knots(); }
 };
 
 struct Window {
   const Drive* drive = nullptr;
   double begin = 0.0;
-  double steering_sigma = 1e-3;  ///< of the signal against the wheels' angle at any time [rad]
+  double steering_sigma = 1e-3;  ///< difference of signal and wheel angle at one time [rad]
   std::vector<Sample> samples;
   std::vector<PoseSample> poses;
 };
@@ -53,9 +53,9 @@ struct Window {
 template <class T>
 struct Course {
   const T& begin;  ///< acceleration along x at the first knot
-  const T* inner;  ///< at the knots between; then the signal's error at all, in steering_sigma
+  const T* inner;  ///< at the inner knots; then steering errors at all knots, in steering_sigma
   const T& end;
-  std::size_t last = 0;  ///< knot
+  std::size_t last = 0;  ///< last knot
 
   [[nodiscard]] const T& accel(std::size_t k) const {
     return k == 0 ? begin : k == last ? end : inner[k - 1];
@@ -71,7 +71,7 @@ double number(const T& value) {
   return value.a;
 }
 
-/// The value of a signal at a time that may be a jet.
+/// The value of a signal at a time, which may be a jet.
 template <class T>
 T at(const Resampled& signal, const T& t) {
   constexpr double h = 5e-3;
@@ -104,15 +104,15 @@ car_model::Car<T> car_of(const Setup& setup, const Numbers<T>& p) {
   return car;
 }
 
-/// Substeps of a step. Slip settles at a rate of |v_x| / σ, and Runge and Kutta's method diverges
-/// above 2.8 per step.
+/// Substeps per step. Slip settles at a rate of |v_x| / σ, and a Runge-Kutta step diverges beyond
+/// 2.8.
 [[nodiscard]] inline int stable_parts(double speed, double relaxation, double step) {
   constexpr double stable = 2.0, most = 64.0;
   const double parts = std::ceil(std::fabs(speed) / relaxation * step / stable);
-  return static_cast<int>(std::fmin(std::fmax(parts, 1.0), most));  // of NaN, 1
+  return static_cast<int>(std::fmin(std::fmax(parts, 1.0), most));  // 1 for NaN
 }
 
-/// The model's states on the grid of a window, one per step, and dv_x/dt there.
+/// The model's states on the grid of a window, one per step, and dv_x/dt at each.
 template <class T>
 struct Run {
   std::vector<car_model::State<T>> states;
@@ -127,7 +127,7 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
   const auto steps = static_cast<std::size_t>(std::lround(setup.window / setup.step));
   const car_model::Car<T> car = car_of(setup, p);
   const T gain = exp(-p[steering_scale]);
-  // Only the total delay is observable: dead time and time constant can hardly be separated.
+  // Only the total delay is observable: dead time and time constant are hardly separable.
   const T dead_time = setup.nominal[steering_delay] + p[steering_delay] - car.lag;
   const auto between = [&](auto value_at, double k) {
     const double place = k * setup.step / setup.knot;
@@ -162,12 +162,12 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
   return result;
 }
 
-/// The states between two of the grid, and a little beyond its ends.
+/// The state between two grid points, or slightly beyond the ends.
 template <class T>
 struct Instant {
   car_model::State<T> x;
   T accel;
-  T side_accel, turn, steer_rate;  ///< of v_y, the yaw rate and the steering: their slopes
+  T side_accel, turn, steer_rate;  ///< slopes of v_y, the yaw rate and the steering
 };
 
 template <class T>
@@ -177,14 +177,14 @@ Instant<T> instant(const Setup& setup, const Window& window, const Run<T>& run, 
   const auto i =
       static_cast<std::size_t>(std::clamp(std::floor(place), 0.0, static_cast<double>(count - 2)));
   const std::size_t before = i > 0 ? i - 1 : i, after = std::min(i + 2, count - 1);
-  // Hermite's cubic with the slopes of the neighbours (Catmull and Rom), and its slope in u:
-  // smooth, so that what is fitted by its time has a smooth cost.
+  // Hermite cubic with slopes from the neighbours (Catmull-Rom), and its slope in u. Smooth, so
+  // that the cost is smooth in the fitted latencies.
   const double u = std::clamp(place - static_cast<double>(i), -1.0, 2.0), u2 = u * u, u3 = u2 * u;
   const double h00 = 2 * u3 - 3 * u2 + 1, h10 = u3 - 2 * u2 + u, h01 = 3 * u2 - 2 * u3,
                h11 = u3 - u2;
   const double d00 = 6 * u2 - 6 * u, d10 = 3 * u2 - 4 * u + 1, d01 = -d00, d11 = 3 * u2 - 2 * u;
   const double left = i > 0 ? 0.5 : 1.0, right = i + 2 < count ? 0.5 : 1.0;
-  // Of x_{i-1}, x_i, x_{i+1}, x_{i+2}; at the ends the slope is that of the last piece.
+  // Weights of x_{i-1}, x_i, x_{i+1}, x_{i+2}; at the ends the slope is that of the last interval.
   const std::array<double, 4> w{-left * h10, h00 - right * h11, h01 + left * h10, right * h11};
   const std::array<double, 4> dw{-left * d10, d00 - right * d11, d01 + left * d10, right * d11};
   const T moved = t / setup.step - number(t) / setup.step;
@@ -211,14 +211,14 @@ Instant<T> instant(const Setup& setup, const Window& window, const Run<T>& run, 
   return result;
 }
 
-/// The latency of a sample beyond the configured one.
+/// The latency of a sample in addition to the configured one.
 template <class T>
 T latency_of(const Setup& setup, estimator::Source source, const Numbers<T>& p) {
   if (estimator::is_wheel(source)) return p[wheel_latency(source)];
   return p[setup.one_imu || source == estimator::Source::yaw_rate ? gyro_latency : accel_latency];
 }
 
-/// The specific force at the IMU, in its axes as configured.
+/// The specific force at the IMU, in its configured axes.
 template <class T>
 std::array<T, 2> measured_acceleration(const Setup& setup, const car_model::Car<T>& car,
                                        const Instant<T>& now, const Numbers<T>& p) {
@@ -239,13 +239,13 @@ std::array<T, 2> measured_acceleration(const Setup& setup, const car_model::Car<
   return {scale * (c * ax + s * ay) + p[accel_bias_x], scale * (c * ay - s * ax) + p[accel_bias_y]};
 }
 
-/// The speed of a wheel, or of the axle's middle, along itself.
+/// The speed of a wheel, or of the axle's middle, along its own direction.
 //
-// A wheel of spin I / r² = m_w is sped up by its tyre's force F, so it slips: with C_κ = C / (2 p)
-// of a wheel, C its axle's cornering stiffness, and V its speed over the ground
+// The force F of its tyre accelerates a wheel of spin inertia I / r² = m_w, so it slips: with C_κ =
+// C / (2 p) per wheel, C its axle's cornering stiffness, and V its speed over the ground
 //   ω r = V (1 + κ),   κ = F / C_κ,   F = T / r - m_w V̇
-// In turns V̇ differs from side to side: the wheels' difference then is late by m_w V / C_κ, as if
-// their stamps were.
+// In turns V̇ differs between the sides: the difference of the wheels then lags by m_w V / C_κ, as
+// if their stamps were late.
 template <class T>
 T rolled(const Setup& setup, const car_model::Car<T>& car, estimator::Source source,
          const Instant<T>& now, const Numbers<T>& p) {
@@ -271,7 +271,7 @@ T rolled(const Setup& setup, const car_model::Car<T>& car, estimator::Source sou
   if (front) {
     const T along = forward - out * r;
     const T side = now.x[st::v_y] + car.front_axle * r;
-    // Ackermann: both front wheels point across the same centre, tan δ_i = l tan δ / (l - y_i tan
+    // Ackermann: both front wheels have the same centre of turn, tan δ_i = l tan δ / (l - y_i tan
     // δ)
     const T slope = tan(now.x[st::steer]);
     const T steer = atan(wheelbase * slope / (wheelbase - out * slope));
@@ -283,14 +283,14 @@ T rolled(const Setup& setup, const car_model::Car<T>& car, estimator::Source sou
     const T slip = per_force / setup.nominal[stiffness_front] * car.spin * car.mass * accel * share;
     return scale * speed * (static_cast<T>(1.0) - slip);
   }
-  // κ = p D / C_h, D what drives the car
+  // κ = p D / C_h, with D the driving force
   const T accel_x = now.accel - now.x[st::v_y] * r;
   const T drive = car_model::push(car, now.x, accel_x).drive;
   const T per_newton = per_force / setup.nominal[stiffness_rear];
   if (source == Source::wheel_rear || source == Source::motor)
     return scale * forward * (static_cast<T>(1.0) + per_newton * drive);
-  // Both wheels get the same torque, and the outer one spins up in a turn: F_i = D / 2 + m_w y_i ψ̈.
-  const T drive_spun = setup.nominal[drive_spin] * exp(p[drive_spin]) * car.mass;  // of both
+  // Both wheels get the same torque, and the outer one spins up in a turn: F_i = D / 2 + m_w y_i ψ̈
+  const T drive_spun = setup.nominal[drive_spin] * exp(p[drive_spin]) * car.mass;  // both wheels
   const T slip = per_newton * (drive + drive_spun * out * now.turn) * share;
   return scale * (forward - out * r) * (static_cast<T>(1.0) + slip);
 }
