@@ -47,8 +47,8 @@ void check_size(const Bifilar& pendulum, double period) {
       period, pendulum.cord, spacing, radius, exchange_hint(pendulum));
 }
 
-// m / k³ with the radius of gyration k: about 3000 kg/m³ for a 1:10 car, about 800 for a full-size
-// one.
+// m / k³ with the radius of gyration k is about 3000 kg/m³ for a 1:10 car, about 800 for a
+// full-size car.
 void check_mass(const Bifilar& pendulum, double period, double mass) {
   const double radius = std::sqrt(inertia_of(pendulum, 1.0, 9.81, period));
   const double cube = radius * radius * radius;
@@ -72,7 +72,7 @@ double period_at(const Bifilar& pendulum, double mass, double gravity, double in
     refuse("--amplitude: {:.3g} rad is too large for these cords; 0.1 to 0.4 is good{}", amplitude,
            exchange_hint(pendulum));
   // ½ (J + m z'²) θ'² = m g (z(A) - z(θ)); with θ = A sin φ the integrand of T = 4 ∫ dθ/θ' is
-  // smooth, and the midpoint rule exact after few points.
+  // smooth, so that the midpoint rule is exact with few points.
   constexpr int points = 64;
   double sum = 0.0;
   for (int i = 0; i < points; ++i) {
@@ -115,7 +115,7 @@ TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
       decay > 1e-6 ? (begin * begin - end * end) / (2.0 * decay) : begin * begin;
   const double radius_squared = inertia_of(pendulum, 1.0, 9.81, period);
   const double wide = lengthening(pendulum, radius_squared, std::sqrt(mean_square));
-  // All timings together span the decay. T = T0 / sqrt(1 - ζ²).
+  // The timings together span the decay. T = T0 / sqrt(1 - ζ²).
   const double damping = decay / (2.0 * pi * watch.swings * n);
   const double slow = 1.0 / std::sqrt(1.0 - std::min(damping * damping, 0.5));
   result.lengthening = wide * slow - 1.0;
@@ -135,7 +135,7 @@ TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
   return result;
 }
 
-// It is a quarter if passages were counted instead of swings.
+// The inertia is a quarter of the true one if passages were counted instead of swings.
 diagnostics::Diagnostics check_inertia(const std::string& config, double mass, double inertia) {
   const auto front = value_in(config, "vehicle.front_axle");
   const auto rear = value_in(config, "vehicle.rear_axle");

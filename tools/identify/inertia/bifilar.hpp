@@ -1,12 +1,12 @@
-// The bifilar pendulum: a body that hangs by two cords and turns about the vertical.
+// The bifilar pendulum: a body on two cords that oscillates about the vertical axis.
 //
-// Turned by θ it has risen by z(θ) = h(0) - h(θ), h² = L² - a² - b² + 2 p cos θ, with the cords'
-// fixings 2a apart above and 2b below, and p = a b for a body that hangs midway. It swings by
+// At an angle θ it is raised by z(θ) = h(0) - h(θ), h² = L² - a² - b² + 2 p cos θ, with the cords'
+// fixings 2a apart above and 2b below, and p = a b for a body in the middle. Equation of motion:
 //
 //   (J + m z'²) θ" + m z' z" θ'² + m g z' + c θ' + d |θ'| θ' = 0,   z' = p sin θ / h.
 //
-// For small swings T = 2π sqrt(J h(0) / (m g p)), which for a = b = D/2 is the formula that the
-// paper prints with π in the place of π² (eq. 23): J = m g D² T² / (16 π² L).
+// For small swings T = 2π sqrt(J h(0) / (m g p)). For a = b = D/2 this is the paper's formula (eq.
+// 23), which is printed with π in place of π²: J = m g D² T² / (16 π² L).
 #pragma once
 
 #include <cmath>
@@ -21,11 +21,11 @@ namespace odomd::tools {
 
 struct Bifilar {
   double spacing_above = 0.0;  ///< between the cords' fixings [m]
-  double spacing_below = 0.0;  ///< ... at the body
+  double spacing_below = 0.0;  ///< distance of the fixings at the body [m]
   double cord = 0.0;           ///< length of a cord, L [m]
-  double offset = 0.0;         ///< of the centre of gravity from the middle of the cords [m]
+  double offset = 0.0;         ///< of the centre of gravity from the midpoint of the cords [m]
 
-  /// p: if off the middle by e, the cords are at b ± e: p = a b (1 - (e/b)²).
+  /// p: if off the midpoint by e, the cords are at b ± e: p = a b (1 - (e/b)²).
   [[nodiscard]] double product() const {
     const double off = 2.0 * offset / spacing_below;
     return 0.25 * spacing_above * spacing_below * (1.0 - off * off);
@@ -35,7 +35,7 @@ struct Bifilar {
     const double apart = 0.5 * (spacing_above - spacing_below);
     return std::sqrt(cord * cord - apart * apart);
   }
-  /// h(θ); NaN if the cords do not reach.
+  /// h(θ); NaN if the cords are too short.
   [[nodiscard]] double height(double angle) const {
     const double sine = std::sin(0.5 * angle);
     const double straight = height();
@@ -47,59 +47,58 @@ struct Bifilar {
 void check(const Bifilar& pendulum);
 
 /// A hint for an error message if the cords are shorter than their distance, which is unusual: are
-/// the two lengths exchanged? Else empty.
+/// the two lengths exchanged? Otherwise empty.
 [[nodiscard]] std::string exchange_hint(const Bifilar& pendulum);
 
-/// Throws std::invalid_argument for a period that is impossible for a car on such cords: its radius
-/// of gyration would be ten times the distance of the cords, or a tenth of it.
+/// Throws std::invalid_argument for a period that is impossible for a car on these cords: its
+/// radius of gyration would be ten times the distance of the cords, or a tenth of it.
 void check_size(const Bifilar& pendulum, double period);
 
-/// Throws std::invalid_argument for a mass [kg] that is impossible for the size given by the
-/// period.
+/// Throws std::invalid_argument for a mass [kg] that is impossible for the size that the period
+/// implies.
 void check_mass(const Bifilar& pendulum, double period, double mass);
 
-/// J of a body of this mass with this period of small swings.
+/// J of a body with this mass and this period of small swings.
 [[nodiscard]] double inertia_of(const Bifilar& pendulum, double mass, double gravity,
                                 double period);
 [[nodiscard]] double small_period(const Bifilar& pendulum, double mass, double gravity,
                                   double inertia);
 
-/// The period of undamped swings from -amplitude to +amplitude [rad], by quadrature of the energy.
+/// The period of undamped swings between ±amplitude [rad], by quadrature of the energy equation.
 [[nodiscard]] double period_at(const Bifilar& pendulum, double mass, double gravity, double inertia,
                                double amplitude);
 
-/// The ratio to the period of small swings: T(amplitude)/T(0). For a body of this radius of
-/// gyration, J/m [m²].
+/// T(amplitude) / T(0), the second being the period of small swings, for a body with this J/m [m²].
 [[nodiscard]] double lengthening(const Bifilar& pendulum, double inertia_by_mass, double amplitude);
 
-// The period by stop-watch.
+// The period from a stop-watch.
 
 struct StopWatch {
-  std::vector<double> times;  ///< each of `swings` swings [s]
+  std::vector<double> times;  ///< durations of `swings` swings each [s]
   int swings = 0;
   double sigma = 0.0;            ///< of a timing [s]
-  double amplitude_begin = 0.0;  ///< of the first swing that was timed [rad]
-  double amplitude_end = 0.0;    ///< ... of the last
+  double amplitude_begin = 0.0;  ///< of the first timed swing [rad]
+  double amplitude_end = 0.0;    ///< of the last timed swing [rad]
 };
 
 struct TimedSwing {
   Measured period;           ///< of small, undamped swings [s]
-  double lengthening = 0.0;  ///< relative excess of the timed period
+  double lengthening = 0.0;  ///< relative excess of the timed period over the small one
   diagnostics::Diagnostics warnings;
 };
 
-/// The mean of the timings, corrected for the swings' width and damping; a quarter of the
-/// correction counts as uncertainty. Throws std::invalid_argument for impossible values.
+/// The mean of the timings, corrected for amplitude and damping; a quarter of the correction counts
+/// as uncertainty. Throws std::invalid_argument for impossible values.
 [[nodiscard]] TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum);
 
-// The period by a gyro's record: the equation of motion with damping and amplitude fitted to it.
+// The period from a gyro's record: fits the equation of motion with damping and amplitude.
 
 struct SwingFit {
   double period = 0.0;  ///< of small swings, undamped [s]
   double period_sigma = 0.0;
-  double amplitude_begin = 0.0;  ///< of what was fitted [rad]
+  double amplitude_begin = 0.0;  ///< of the fitted part [rad]
   double amplitude_end = 0.0;
-  double damping_ratio = 0.0;  ///< viscous part, at small swings
+  double damping_ratio = 0.0;  ///< viscous part, for small swings
   double gyro_bias = 0.0;      ///< [rad/s]
   double residual_rms = 0.0;   ///< [rad/s]
   double swings = 0.0;
@@ -108,12 +107,12 @@ struct SwingFit {
 };
 
 /// Uses the record from its largest rate until the swing has decayed to a seventh. `name` is the
-/// record's name in messages. Throws std::invalid_argument if it is not a swing, or too short.
+/// record's name in messages. Throws std::invalid_argument if the record shows no swing, or is too
+/// short.
 [[nodiscard]] SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum,
                                  const std::string& name);
 
-/// A warning if J / (m l_v l_h), which is about 1 for cars, is unlike it with a configuration's
-/// axles.
+/// Warns if J / (m l_v l_h) with the configuration's axles is far from 1, its usual value for cars.
 [[nodiscard]] diagnostics::Diagnostics check_inertia(const std::string& config, double mass,
                                                      double inertia);
 

@@ -1,4 +1,4 @@
-// odom identify inertia: the yaw inertia, by the period in which the car turns on two cords.
+// odom identify inertia: the yaw inertia, from the period of the car's swings on two cords.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -41,7 +41,7 @@ struct Options {
 };
 
 struct Period {
-  Measured small;  ///< of small swings [s]
+  Measured small;  ///< period of small swings [s]
   std::string origin;
 };
 
@@ -78,11 +78,11 @@ StopWatch watch_of(const Options& options, const std::vector<std::string>& times
 
 Measured mass_of(const std::string& text, const std::string& sigma, const std::string& option) {
   const double mass = parse_positive(text, Dimension::mass, option);
-  // A kitchen scale.
+  // The default suits a kitchen scale.
   return {mass, parse_or(0.002 * mass, sigma, Dimension::mass, option + "-sigma")};
 }
 
-/// Given, or as the configuration has it.
+/// The mass as given, or from the configuration.
 Measured mass_of_car(const Options& options, const std::string& config) {
   if (!options.mass.empty()) return mass_of(options.mass, options.mass_sigma, "--mass");
   auto mass = config.empty() ? std::nullopt : measured_in(config, "vehicle.mass");
@@ -91,8 +91,8 @@ Measured mass_of_car(const Options& options, const std::string& config) {
   return *mass;
 }
 
-/// From the record: adds the uncertainty of the clock's rate, and of the amplitude from the gyro's
-/// scale, to that of the fit.
+/// The period from the record. Its uncertainty combines those of the fit, of the clock's rate, and
+/// of the amplitude (the gyro's scale).
 Period period_of_record(const Options& options, const Bifilar& pendulum, Findings& findings) {
   const Series yaw_rate = read_yaw_rate(options.record, findings.warnings);
   const SwingFit fit = fit_swing(yaw_rate, pendulum, name_of(options.record));
@@ -136,7 +136,7 @@ Period period_of_car(const Options& options, const Bifilar& pendulum, Findings& 
                          findings);
 }
 
-/// What is carried with the car: its mass, and its inertia or the period in which it swings alone.
+/// A platform that carries the car: its mass, and its inertia or its period alone on the cords.
 struct Platform {
   Measured mass, inertia, period;
 
@@ -172,7 +172,7 @@ Propagated inertia_on_cords(const Options& options, const Bifilar& pendulum, Mea
   const double tape =
       parse_not_negative(options.spacing_sigma, Dimension::length, "--spacing-sigma");
   const double level = parse_not_negative(options.tilt, Dimension::angle, "--tilt");
-  // Only e² matters, whose mean is sigma² if e is unknown.
+  // Only e² matters; its mean is sigma² if e is unknown.
   const double off2 = pendulum.offset * pendulum.offset;
   const double variance = std::pow(parse_or(0.02 * pendulum.spacing_below, options.offset_sigma,
                                             Dimension::length, "--offset-sigma"),
@@ -182,8 +182,8 @@ Propagated inertia_on_cords(const Options& options, const Bifilar& pendulum, Mea
   Measured cord{pendulum.cord,
                 parse_not_negative(options.cord_sigma, Dimension::length, "--cord-sigma")};
   Measured offset2{off2 + variance, std::sqrt(2.0 * variance * variance + 4.0 * off2 * variance)};
-  // Tilted by τ it swings about another axis: J cos²τ + J_x sin²τ, where J_x of a car is about a
-  // third.
+  // Tilted by τ it swings about another axis: J cos²τ + J_x sin²τ, where a car's J_x is about a
+  // third of J.
   Measured tilt{0.0, 0.7 * level * level};
   std::vector<Input> inputs{{"mass", &mass},
                             {"gravity", &gravity},
@@ -208,7 +208,7 @@ Propagated inertia_on_cords(const Options& options, const Bifilar& pendulum, Mea
     const double whole =
         inertia_of(hung, mass.value + carried, gravity.value, period.value) * (1.0 + tilt.value);
     if (!platform) return whole;
-    hung.offset = 0.0;  // of the platform alone
+    hung.offset = 0.0;  // the platform hangs in the middle
     return whole - (platform->is_swung()
                         ? inertia_of(hung, carried, gravity.value, platform->period.value)
                         : platform->inertia.value);

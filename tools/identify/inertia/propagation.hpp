@@ -1,4 +1,4 @@
-// The uncertainty of a result from those of its inputs, and which input it comes from (GUM, 5.1).
+// The uncertainty of a result, and the share that each input contributes (GUM, 5.1).
 #pragma once
 
 #include <fmt/format.h>
@@ -16,12 +16,12 @@ namespace odomd::tools {
 
 struct Input {
   std::string name;              ///< in words: "distance of the cords"
-  Measured* measured = nullptr;  ///< what the result is computed from
+  Measured* measured = nullptr;  ///< the variable from which the result is computed
 };
 
 struct Contribution {
   std::string name;
-  double sigma = 0.0;  ///< of the result, from this input alone
+  double sigma = 0.0;  ///< uncertainty of the result from this input alone
 };
 
 struct Propagated {
@@ -29,8 +29,8 @@ struct Propagated {
   std::vector<Contribution> contributions;  ///< in the order of the inputs
 };
 
-/// `result` computes with the values that the inputs name, which are changed one by one and put
-/// back. The inputs are independent; correlated quantities must be computed inside `result`.
+/// `result` computes with the variables that the inputs point to; these are changed one by one and
+/// restored. Inputs are independent: correlated quantities must be computed inside `result`.
 [[nodiscard]] inline Propagated propagate(std::span<const Input> inputs,
                                           const std::function<double()>& result) {
   Propagated propagated;
@@ -50,7 +50,7 @@ struct Propagated {
   return propagated;
 }
 
-/// "mostly from the distance of the cords (71 %) and the swing's period (20 %)", parts of the
+/// "mostly from the distance of the cords (71 %) and the swing's period (20 %)": shares of the
 /// variance.
 [[nodiscard]] inline std::string largest_contributions(const Propagated& propagated) {
   const double variance = propagated.result.sigma * propagated.result.sigma;

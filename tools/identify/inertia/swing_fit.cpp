@@ -23,18 +23,18 @@ struct Record {
   std::vector<double> rate;
 };
 
-/// The fit needs gravity only for the small effect of the body's lift: an approximate value
+/// The fit needs gravity only for the small effect of the body's lift, so an approximate value
 /// suffices.
 constexpr double gravity = 9.81;
 
-/// Limits beyond which the record must be in other units.
-constexpr double slowest = 100.0;    // swing [s]
-constexpr double widest = 0.5 * pi;  // from the middle [rad]
+/// Beyond these limits the record must be in other units.
+constexpr double slowest = 100.0;    // period [s]
+constexpr double widest = 0.5 * pi;  // amplitude [rad]
 
 enum Unknown : Eigen::Index { log_period, viscous, quadratic, angle, rate, bias, unknown_count };
 using Unknowns = Eigen::Matrix<double, unknown_count, 1>;
 
-/// θ" of the pendulum; see bifilar.hpp, divided by J.
+/// Computes θ" of the pendulum: the equation in bifilar.hpp, divided by J.
 class Motion {
  public:
   Motion(const Bifilar& pendulum, const Unknowns& x)
@@ -70,7 +70,7 @@ class Motion {
   double p_, straight_, c_, d_, stiffness_ = 0.0;
 };
 
-/// Part of a record: from one sample up to, but without, another.
+/// Part of a record: samples [begin, end).
 struct Section {
   std::size_t begin = 0;
   std::size_t end = 0;
@@ -97,10 +97,10 @@ Eigen::VectorXd modelled(const Record& record, Section section, const Bifilar& p
 struct Fitted {
   Unknowns x = Unknowns::Zero();
   Eigen::VectorXd residuals;
-  double period_sigma = 0.0;  // from white residuals [s]
+  double period_sigma = 0.0;  // if residuals are white [s]
 };
 
-/// Nothing if it does not converge.
+/// Fits a section; nothing if the fit does not converge.
 std::optional<Fitted> fit(const Record& record, Section section, const Bifilar& pendulum,
                           const Unknowns& start) {
   const Eigen::Map<const Eigen::VectorXd> measured(&record.rate[section.begin],
@@ -127,8 +127,8 @@ std::optional<Fitted> fit(const Record& record, Section section, const Bifilar& 
   return fitted;
 }
 
-/// A few swings first, then twice as many, and so on: otherwise a period that is wrong by one swing
-/// in the whole record might be found.
+/// Fits a few swings first, then twice as many, and so on: a fit of the whole record at once might
+/// be wrong by one swing.
 std::optional<Fitted> fit_by_and_by(const Record& record, Section section, const Bifilar& pendulum,
                                     Unknowns guess) {
   double span = 4.0 * std::exp(guess[log_period]);
@@ -144,7 +144,7 @@ std::optional<Fitted> fit_by_and_by(const Record& record, Section section, const
   }
 }
 
-/// Between two crossings of the mean.
+/// The samples between two crossings of the mean.
 struct HalfSwing {
   std::size_t begin = 0, end = 0;
   double peak = 0.0;
@@ -192,7 +192,7 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
     record.t.push_back(1e-9 * static_cast<double>(yaw_rate.t_ns[i] - yaw_rate.t_ns.front()));
   record.rate = yaw_rate.value;
 
-  // The approximate swing, from the largest rate on.
+  // An approximate swing, from the largest rate on.
   double mean = 0.0;
   for (const double value : record.rate) mean += value / static_cast<double>(record.rate.size());
   const auto farther = [mean](double a, double b) {

@@ -41,14 +41,14 @@ Finding finding_of(const std::string& name, const Measured& measured, std::strin
   return failure.empty() ? finding : undetermined(std::move(finding), failure);
 }
 
-// Significantly negative: the reference clock is late.
+// Significantly negative: the reference clock must be late.
 bool is_early(const Finding& finding) {
   constexpr double chance = 3.0;  // standard uncertainties
   return finding.value < -chance * finding.sigma;
 }
 
-// Configured latencies are not negative: a slightly negative value becomes 0, a significantly
-// negative one is not written.
+// Configured latencies are not negative: slightly negative values become 0, significantly negative
+// ones are not written.
 Finding for_configuration(Finding finding, Source source, const std::string& late) {
   if (finding.determined == Determined::no) return finding;
   const std::string measured = "measured " + fixed(1e3 * finding.value, 1) + " ms";
@@ -62,8 +62,8 @@ Finding for_configuration(Finding finding, Source source, const std::string& lat
   return finding;
 }
 
-// What all sources but the camera are measured against: with a camera its stamps, without one the
-// gyro with its configured latency.
+// The reference for all sources but the camera: with a camera its stamps, without one the gyro with
+// its configured latency.
 struct Clock {
   Measured gyro{};  // excess of the gyro's latency over the configured one
   bool of_camera = false;
@@ -101,8 +101,8 @@ void add_source(const daemon::Config& config, const Clock& clock, const SourceOf
   findings.values.push_back(for_configuration(std::move(finding), found.source, clock.question()));
 }
 
-// Drag and slip of the tyres shift an acceleration by tens of milliseconds; one in the gyro's
-// message was sampled with it.
+// Drag and slip of the tyres shift an acceleration by tens of milliseconds, so its latency is only
+// known if it comes in the gyro's message, sampled with it.
 void add_accel(const daemon::Config& config, const Clock& clock, Source source,
                Findings& findings) {
   const can::SignalBinding *gyro = binding_of(config, Source::yaw_rate),
@@ -133,7 +133,7 @@ void add_steering(const daemon::Config& config, const Clock& clock, const Steeri
   findings.details["measured"]["steering_dead_time"] = s.dead_time.value - late;
   findings.details["measured"]["steering_time_constant"] = s.time_constant.value;
   findings.details["explained"]["steering"] = s.explained;
-  // A sensor of the wheels' angle may be late itself: then they move before its signal.
+  // A sensor of the wheel angle may be late itself: then the wheels move before its signal.
   if (all.determined == Determined::no || all.value >= -2.0 * all.sigma) return;
   Finding late_sensor =
       finding_of("latency of steering", {-all.value, all.sigma}, "", "the car turns before it");

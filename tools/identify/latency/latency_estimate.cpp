@@ -25,14 +25,14 @@ SourceOffset camera_yaw(const GyroDrive& drive, std::span<const estimator::Camer
   const auto since = [&](double begin) {
     return on_grid_of(drive.turned, [=](double t) { return std::max(0.0, t - begin); });
   };
-  // The gyro's bias and its walk: knots every ten seconds.
+  // The gyro's bias and its random walk: knots every ten seconds.
   r.basis = {{drive.turned, 1.0, 0.1}, {constant(drive.turned)}, {since(drive.begin)}};
   const double span = drive.end - drive.begin;
   const int knots = static_cast<int>(std::clamp(std::floor(span / 15.0) - 1.0, 0.0, 40.0));
   for (int k = 1; k <= knots; ++k)
     r.basis.push_back({since(drive.begin + span * k / (knots + 1)), 0.0, 5e-3});
   SourceOffset result = as_offset(Source::camera, "the gyro's turn", solve(r));
-  // An explained share means little for angles: require enough turns.
+  // For angles the explained share means little: also require enough turns.
   if (result.failure.empty() && std::ranges::none_of(drive.yaw_rate.value, [](double yaw_rate) {
         return std::fabs(yaw_rate) >= 0.02;
       }))
@@ -48,7 +48,7 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
   const auto begin = [&report](const std::string& what) {
     if (report) report(what);
   };
-  const Series& gyro = log.need(Source::yaw_rate);  // every latency is found against it
+  const Series& gyro = log.need(Source::yaw_rate);  // the reference of all offsets
   GyroDrive drive{config, log, 0.0, 0.0, {}, {}};
   drive.begin = drive.log.seconds(gyro.t_ns.front());
   drive.end = drive.log.seconds(gyro.t_ns.back());
@@ -58,7 +58,7 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
         "are good",
         fixed(drive.end - drive.begin, 1));
   }
-  // Unrelated poses are found and reported below.
+  // Unrelated poses are found and reported later.
   check_agreement(config, log, camera, {.unrelated = UnrelatedPoses::accept});
   drive.yaw_rate = drive.on_grid(gyro);
   drive.turned = integral(drive.yaw_rate);
@@ -87,8 +87,8 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
       }
     }
   };
-  // Approximate offsets first: then the steering gives the angle of the front wheels, which affects
-  // their speeds.
+  // Approximate offsets first: with them the steering gives the angle of the front wheels, which
+  // affects their speeds.
   place_pairs({});
   const auto rough = best_speed(drive, result.offsets);
   if (rough && log.has(Source::steering)) {

@@ -21,7 +21,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-// Time constant, rate limit, stiffnesses, inertia, relaxation, bends and steering scale by their
+// Time constant, rate limit, stiffnesses, inertia, relaxation, bends and steering scale are
 // logarithms.
 enum : Eigen::Index {
   dead,
@@ -39,21 +39,21 @@ enum : Eigen::Index {
   count
 };
 
-// The time constant by its logarithm, to 30 ms; the tyres' bend to 0.7.
+// Start values: the time constant is 30 ms times exp(lag), the tyres' bend 0.7 times exp(bend).
 constexpr double usual_lag = 0.03, usual_bend = 0.7;
 constexpr std::array<double, count> prior_sigma{1.0, 1.0, 1.0, 0.15, 0.15, 0.1,
                                                 0.5, 0.5, 0.5, 0.05, 0.1,  0.1};
 constexpr double step_s = 5e-3;
 constexpr double block_s = 2.0;  // residuals further apart are independent
-// A rate limit is accepted if it is known to a share of itself and explains clearly more: three
-// standard deviations, and a third of the residual without it. It may also absorb tyre effects
+// A rate limit is accepted if its relative uncertainty is small and it explains clearly more: by
+// three standard deviations, and by a third of the cost without it. It may also absorb tyre effects
 // beyond this model.
 constexpr double limit_known = 0.1, limit_gain = 9.0, limit_share = 0.3, unmodelled_limit = 0.02;
-// Tyre effects beyond this model, as standard uncertainties [s]: how dead time, time constant and
-// tyres share the lag can hardly be seen in the yaw rate; their sum can, if the tyres slip little.
+// Tyre effects beyond this model, as standard uncertainties [s]. The yaw rate hardly shows how dead
+// time, time constant and tyres share the lag; it shows their sum if the tyres slip little.
 constexpr double unmodelled_share = 0.012;
 constexpr double unmodelled_sum = 0.35e-3, unmodelled_slip = 40e-3, unmodelled_factor = 1.5;
-constexpr double slow_lag = 0.05, unmodelled_slow = 0.02;  // ... of what a lag is longer than that
+constexpr double slow_lag = 0.05, unmodelled_slow = 0.02;  // ... per second of lag beyond slow_lag
 
 struct DrivenCar {
   const estimator::Vehicle& car;
@@ -61,7 +61,7 @@ struct DrivenCar {
   const Resampled& speed;
   std::vector<double> t;  ///< of the gyro [s]
   VectorXd yaw_rate;
-  double rate_limit = std::numeric_limits<double>::infinity();  ///< where its logarithm counts from
+  double rate_limit = std::numeric_limits<double>::infinity();  ///< unit of the fitted factor
 };
 
 VectorXd predicted(const DrivenCar& drive, const VectorXd& p, FrontWheels* seen = nullptr) {
@@ -84,8 +84,8 @@ VectorXd predicted(const DrivenCar& drive, const VectorXd& p, FrontWheels* seen 
   const auto wanted = [&](double t) {
     return std::exp(p[steering_scale]) * drive.steering.at(t - p[dead]) - p[steering_offset];
   };
-  // The wheels follow by (δ_c - δ) (1 - exp(-Δt / τ)) in a step, and by no more than the limit's:
-  // so no command may be farther off.
+  // In a step the wheels move by (δ_c - δ) (1 - exp(-Δt / τ)), limited by their rate: so the
+  // command is limited to this distance from their angle.
   const double farthest =
       drive.rate_limit * std::exp(p[rate]) * step_s / -std::expm1(-step_s / car.lag);
   model::State<double> x{};
@@ -124,14 +124,14 @@ double spread_of(const VectorXd& z) {
   return std::sqrt((z.array() - z.mean()).square().mean());
 }
 
-/// Of `trials` for one parameter, all others as at the start, the one that fits best.
+/// The best of `trials` for one parameter, with all others at their start values.
 double best_of(const LeastSquares& problem, const DrivenCar& drive, Eigen::Index parameter,
                const std::vector<double>& trials) {
   return tools::best_of(problem, parameter, trials,
                         std::max(0.2 * spread_of(drive.yaw_rate), 1e-9));
 }
 
-// Uses the start of the drive, as long as needed to have the turns of the whole.
+// Uses as much of the drive's start as has turns like the whole drive.
 double rough_dead_time(const LeastSquares& problem, const DrivenCar& drive) {
   const double whole = spread_of(drive.yaw_rate);
   const Eigen::Index all = drive.yaw_rate.size();
@@ -163,8 +163,8 @@ Eigen::MatrixXd covariance_of(const LeastSquares& problem, const DrivenCar& driv
   return covariance_by_blocks(problem, found, blocks_of(drive.t, block_s));
 }
 
-/// Fits the drive once more with a rate limit; returns nothing if that explains it no better. Else
-/// the drive keeps the limit.
+/// Fits the drive again with a rate limit. Returns nothing, and removes the limit from `drive`, if
+/// this explains the yaw rate no better.
 std::optional<LeastSquaresSolution> limited(LeastSquares problem, DrivenCar& drive,
                                             const LeastSquaresSolution& without) {
   const Resampled from_the_start{drive.speed.begin, step_s, {}};
@@ -220,8 +220,8 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   problem.step = 1e-3 * problem.prior_sigma.cwiseMax(1e-2);
   problem.start = problem.expected = VectorXd::Zero(count);
   problem.start[dead] = rough_dead_time(problem, drive);
-  // At constant speed the tyres' relaxation and the lag can only be separated by the prior of the
-  // tyres, not by small model errors: a block counts once.
+  // At constant speed only the prior of the tyres separates their relaxation from the lag; small
+  // model errors must not. So a block counts as one sample.
   problem.together = std::max(1.0, block_s * static_cast<double>(drive.t.size()) /
                                        std::max(drive.t.back() - drive.t.front(), block_s));
   LeastSquaresSolution found = solve(problem);
@@ -229,7 +229,7 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   if (slower) found = std::move(*slower);
   const Eigen::MatrixXd covariance = covariance_of(problem, drive, found);
   if (slower) {
-    // Of the signalled angle, which the filter uses as that of the wheels.
+    // The limit of the signalled angle, which the filter uses as that of the wheels.
     const double limit =
         drive.rate_limit * std::exp(found.parameters[rate] - found.parameters[steering_scale]);
     result.rate_limit = {limit,
@@ -240,7 +240,7 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   const double of_all = std::max(of_dead + of_tau + 2.0 * tau * covariance(dead, lag), 0.0);
   result.dead_time = {found.parameters[dead], std::hypot(std::sqrt(of_dead), unmodelled_share)};
   result.time_constant = {tau, std::hypot(std::sqrt(of_tau), unmodelled_share)};
-  // ... which goes with the square of the force that is asked of them.
+  // ... which grows with the square of the lateral force.
   double force = 0.0;
   for (std::size_t i = 0; i < drive.t.size(); ++i)
     force += std::pow(speed.at(drive.t[i]) * yaw_rate[i] / car_model::gravity, 2);
@@ -258,21 +258,21 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   return result;
 }
 
-// What of it is for [steering].
+// The part of the response that goes into [steering].
 namespace {
 
 constexpr double chance = 3.0;  // standard uncertainties
-// Known: the whole to 10 ms, or a tenth where that is no more than 20 ms; delay and lag to a
-// quarter of the whole.
+// Known: the total to a tenth of itself, within limits of 10 and 20 ms; delay and lag to a quarter
+// of the total.
 constexpr double known_below = 0.01, known_at_most = 0.02, known_share = 0.1,
                  separable_below = 0.25;
-constexpr double longest_delay = 0.5, longest_lag = 1.0;  // that the configuration takes [s]
+constexpr double longest_delay = 0.5, longest_lag = 1.0;  // limits of the configuration [s]
 
 std::string milliseconds(const Measured& time) {
   return fixed(1e3 * time.value, 0) + " +- " + fixed(1e3 * time.sigma, 0) + " ms";
 }
 
-/// Why the two are not determined; empty where they are.
+/// Why delay and lag are not determined; empty if they are.
 std::string reason_undetermined(const SteeringResponse& response, const Measured& whole,
                                 const Measured& delay) {
   const Measured& time_constant = response.time_constant;

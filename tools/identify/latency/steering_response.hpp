@@ -1,5 +1,5 @@
 // The response to steering: dead time and time constant between the steering signal and the front
-// wheels, from the gyro; and the values for [steering] from it: delay, lag and rate limit of the
+// wheels, from the gyro; and the resulting values for [steering]: delay, lag and rate limit of the
 // actuator between a command and the front wheels, if there is one.
 #pragma once
 
@@ -25,31 +25,31 @@ struct FrontWheels {
 struct SteeringResponse {
   Measured dead_time;  ///< from the steering's stamps to the gyro's [s]; negative: a late sensor
   Measured time_constant;              ///< of the actuator [s]
-  Measured in_all;                     ///< their sum, which is more precise than either
+  Measured in_all;                     ///< their sum, more precise than either
   std::optional<Measured> rate_limit;  ///< if the wheels are visibly slower [rad/s]
   double explained = 0.0;              ///< share of the variance of the yaw rate
-  FrontWheels front_wheels;            ///< by the fitted model
-  std::string failure;                 ///< why they are not valid; empty: they are
+  FrontWheels front_wheels;            ///< from the fitted model
+  std::string failure;                 ///< why the values are not valid; empty if they are
 };
 
-/// The single-track model is driven over the whole log by steering and speed; dead time, time
-/// constant, the steering's scale and offset, the gyro's bias, and (within what is known of them)
-/// stiffnesses, inertia and relaxation are fitted to the gyro; and once more with a limit to the
-/// rate of the wheels, which is kept if it explains clearly more. `speed` and `yaw_rate` on one
-/// clock. `report` is called for every simulation.
+/// Drives the single-track model over the whole log with steering and speed, and fits to the gyro:
+/// dead time, time constant, the steering's scale and offset, the gyro's bias, and (within their
+/// priors) stiffnesses, inertia and relaxation; then again with a rate limit of the wheels, which
+/// is kept if it explains clearly more. `speed` and `yaw_rate` on one clock. `report` is called for
+/// every simulation.
 [[nodiscard]] SteeringResponse steering_response(const estimator::Vehicle& car,
                                                  const Resampled& steering, const Resampled& speed,
                                                  const Series& gyro, std::int64_t origin_ns,
                                                  const ReportProgress& report = {});
 
 struct ActuatorFindings {
-  std::vector<Finding> values;        ///< steering.delay, .lag, .rate_limit where there is one
+  std::vector<Finding> values;        ///< steering.delay, .lag, and .rate_limit if there is one
   diagnostics::Diagnostics warnings;  ///< about the configured values
 };
 
-/// `clock` is the excess of the latency of the gyro's stamps, the reference of the response, over
-/// the configured one [s]. Delay and lag are determined if the drive shows an actuator and
-/// separates the two, and with them the limit.
+/// `clock` is the latency of the gyro's stamps, the reference of the response, in addition to the
+/// configured one [s]. Delay and lag are determined if the drive shows an actuator and separates
+/// the two; the limit is determined with them.
 [[nodiscard]] ActuatorFindings actuator_findings(const SteeringResponse& response,
                                                  const Measured& clock,
                                                  const estimator::SteeringActuator& configured);

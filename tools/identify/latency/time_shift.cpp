@@ -17,11 +17,11 @@ using Eigen::VectorXd;
 
 constexpr double grid_step = 5e-3;
 
-// The share of the apparent information on the offset that must not be noise; below it the offset
+// The share of the apparent information on the offset that must not be noise; with less the offset
 // is arbitrary.
 constexpr double least_known_share = 0.5;
 
-/// The functions at the times of every so many samples, shifted.
+/// The shifted functions at the time of every `every`-th sample.
 MatrixXd design(const OffsetRegression& r, double offset, std::size_t every) {
   const std::size_t rows = (r.t.size() + every - 1) / every;
   return MatrixXd::NullaryExpr(static_cast<Index>(rows), static_cast<Index>(r.basis.size()),
@@ -36,7 +36,7 @@ struct Linear {
   double cost = 0.0;
 };
 
-/// The coefficients for residuals of this variance, which weighs them against what was expected.
+/// The coefficients, given the variance of the residuals, which sets the weight of the priors.
 Linear solve_linear(const LeastSquares& priors, const MatrixXd& x, const VectorXd& y,
                     double variance) {
   const auto basis = x.cols();
@@ -74,7 +74,7 @@ Offset solve(const OffsetRegression& r) {
     result.failure = "the signal never changes";
     return result;
   }
-  // The coefficients, then the offset, of which nothing is known.
+  // The coefficients, then the offset, which has no prior.
   const auto basis = static_cast<Index>(r.basis.size());
   LeastSquares problem{.enough = 1e-9};
   problem.expected = VectorXd::Zero(basis + 1);
@@ -95,7 +95,7 @@ Offset solve(const OffsetRegression& r) {
     return all;
   };
 
-  // The noise, to weigh the priors by: first a guess, then from the best of the grid.
+  // The noise, which sets the weight of the priors: first a guess, then from the best offset.
   double noise = 0.05 * spread, offset = 0.0;
   for (int pass = 0; pass < 2; ++pass) {
     double best = std::numeric_limits<double>::infinity();

@@ -18,16 +18,16 @@ enum class Axle : std::uint8_t { front, rear };
 // Errors of the model of an axle's wheels, as a standard uncertainty [s], from simulated cars.
 constexpr double unmodelled_wheel = 0.3e-3;
 
-// Effect of the delayed load transfer on the slip of the outer wheels; per metre of the wheelbase
-// and g of lateral acceleration, rms. From simulated cars of 0.26 and 2.7 m.
+// Effect of the delayed load transfer on the slip of the outer wheels [s], per metre of wheelbase
+// and g of lateral acceleration (rms). From simulated cars of 0.26 and 2.7 m.
 constexpr double unmodelled_load = 15e-3;
 
 Resampled mean_of(const Resampled& left, const Resampled& right) {
   return combined(left, right, [](double a, double b) { return 0.5 * (a + b); });
 }
 
-// The motion of the front axle in a turn, from the gyro and the tyres: slip angle α and, of the
-// axle's motion, the angle to x,
+// The motion of the front axle in a turn, from the gyro and the tyres: slip angle α, and the angle
+// β of the axle's motion to x,
 //   α = m l_h v ψ̇ / (l C_v),  β = l ψ̇ / v - m l_v v ψ̇ / (l C_h),  δ = α + β
 struct FrontAxle {
   double slip = 0.0;
@@ -42,7 +42,7 @@ FrontAxle front_axle(const estimator::Vehicle& car, double v, double yaw_rate) {
               -1.0, 1.0)};
 }
 
-// v_x from the speed along the front wheels: V = v_x (cos δ + sin δ tan β).
+// v_x from the speed V along the front wheels: V = v_x (cos δ + sin δ tan β).
 Resampled straightened(const Resampled& along, const GyroDrive& drive) {
   return combined(along, drive.yaw_rate, [&](double v, double yaw_rate) {
     const FrontAxle axle = front_axle(drive.config.vehicle, v, yaw_rate);
@@ -51,9 +51,10 @@ Resampled straightened(const Resampled& along, const GyroDrive& drive) {
   });
 }
 
-// Along a wheel at y_i, turned by δ_i,
+// Speed along a wheel at y_i, steered by δ_i:
 //   V_i = (v_x - y_i ψ̇) cos δ_i + (v_y + l_v ψ̇) sin δ_i,  tan δ_i = l tan δ / (l - y_i tan δ)
-// so that V_right - V_left = t ψ̇ cos δ and a small part because the wheels point differently.
+// so V_right - V_left = t ψ̇ cos δ, plus a small part since the wheels point in different
+// directions.
 struct Difference {
   Resampled turn;
   Resampled ackermann;
@@ -81,19 +82,19 @@ Difference front_difference(const estimator::Vehicle& car, const Resampled& turn
 }
 
 struct Turning {
-  Resampled yaw_rate;        // its mean
-  double slope_noise = 0.0;  // variance of the noise in its derivative
+  Resampled yaw_rate;        // smoothed
+  double slope_noise = 0.0;  // variance of the noise in its slope
 };
 
 // Averages the yaw rate until the noise in its derivative is a tenth of the motion, or up to the
-// limit for turns.
+// longest mean that suits turns.
 Turning turning_above_noise(const GyroDrive& drive, double shortest) {
   const double cycle = 0.5 * two_cycles(drive.log.of(Source::yaw_rate));
   const double white = std::pow(white_sigma(drive.log.of(Source::yaw_rate)), 2);
   constexpr double enough = 0.1, longest = 0.25;
   double half = shortest;
   while (true) {
-    // Twice a mean over ± h is a triangle, and its slope weighs by 1/(4 h²) over 4 h.
+    // Two means over ± h have a triangle as weight; its slope is ± 1/(4 h²) over a length of 4 h.
     Turning turning{smooth(drive.yaw_rate, half), white * cycle / (4.0 * std::pow(half, 3))};
     double slopes = 0.0;
     const std::vector<double>& value = turning.yaw_rate.value;
@@ -106,19 +107,19 @@ Turning turning_above_noise(const GyroDrive& drive, double shortest) {
 }
 
 // A wheel's spin lags the ground by I v / (r² C_κ): I / r² is about 0.7 of a wheel's mass, which is
-// about 1.5 % of the car's, the geared motor adds as much, and a wheel's C_κ is about twice its
-// C_α; within a factor of two. As a time per speed [s per m/s].
+// about 1.5 % of the car's; the geared motor adds the same; a wheel's C_κ is about twice its C_α.
+// All within a factor of two. As a time per speed [s per m/s].
 double spin_lag(const estimator::Vehicle& car, Axle axle) {
   return 0.0105 * car.mass /
          (axle == Axle::front ? car.cornering_stiffness_front : 0.5 * car.cornering_stiffness_rear);
 }
-constexpr double spin_lag_sigma = 0.5;  // of it
+constexpr double spin_lag_sigma = 0.5;  // relative
 
 }  // namespace
 
-// v_right - v_left. A driven or braked axle slips by κ, and its inner wheel, which carries less, by
-// more: κ t ψ̇ and v κ Δ(1/C_κ), with κ = m v̇ / 2 C_κ, and ΔC_κ ~ a_y = v ψ̇ by the load exponent
-// of a tyre (0.8) and the height of the centre of gravity, some quarter of the track.
+// v_right - v_left. A driven or braked axle slips by κ, and its inner wheel, which carries less,
+// slips more: this adds κ t ψ̇ and v κ Δ(1/C_κ), with κ = m v̇ / 2 C_κ, and ΔC_κ ~ a_y = v ψ̇ from
+// the load exponent of a tyre (0.8) and a centre of gravity about a quarter of the track high.
 SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
                         const std::optional<FrontWheels>& front_wheels) {
   const Series& l = drive.log.of(left);
@@ -136,8 +137,8 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
     for (; ahead < l.size() && drive.log.seconds(l.t_ns[ahead]) <= t + creeping; ++ahead)
       if (moves(ahead)) moved = drive.log.seconds(l.t_ns[ahead]);
     if (t < drive.begin + regression.range || t > drive.end - regression.range) continue;
-    // At standstill there is neither noise nor information on time. A creeping wheel also reads 0
-    // between counts.
+    // At standstill there is neither noise nor information on time. Between counts a creeping wheel
+    // reads 0, too.
     if (t > moved + creeping) continue;
     regression.t.push_back(t);
     regression.y.push_back(right_side.at(t) - l.value[i]);
@@ -146,8 +147,8 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   const Axle axle = left == Source::wheel_front_left ? Axle::front : Axle::rear;
   const Resampled speed = mean_of(left_side, right_side);
   // A wheel's speed is a mean over its cycle. The gyro's interpolated noise is smaller between two
-  // samples than at one: without averaging, the offset would be biased to the middle between them.
-  // The quieter the turns, the longer the mean.
+  // samples than at a sample: without averaging, the offset would be biased to the middle between
+  // them. Quieter turns need a longer mean.
   const Turning turn = turning_above_noise(
       drive, std::max(0.5 * two_cycles(drive.log.of(Source::yaw_rate)), 0.25 * two_cycles(l)));
   const Resampled& turning = turn.yaw_rate;
@@ -157,8 +158,8 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   if (axle == Axle::front && front_wheels)
     difference = front_difference(car, turning, speed, *front_wheels);
 
-  // The lag is taken as expected; the effect of its uncertainty on the offset is added to that of
-  // the offset.
+  // The lag has its expected value; the effect of its uncertainty adds to the uncertainty of the
+  // offset.
   const Resampled lagging = combined(slope_around(difference.turn, 0.02), speed,
                                      [](double rate, double v) { return rate * std::fabs(v); });
   const auto with_lag = [&](double seconds_per_speed) {
@@ -193,8 +194,8 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   return result;
 }
 
-// The displacement over τ along the heading, seen by the camera: ∫ v over τ; the chord of an arc is
-// shorter by Δψ²/24, and a reference point to the side of the centre of gravity adds its lever
+// The displacement along the heading over τ, as the camera sees it, is ∫ v over τ. The chord of an
+// arc is shorter by Δψ²/24, and a reference point beside the centre of gravity adds its distance
 // times Δψ.
 SourceOffset speed_by_camera(const GyroDrive& drive, Source source,
                              std::span<const estimator::CameraPose> camera, double camera_offset) {
@@ -222,7 +223,8 @@ SourceOffset speed_by_camera(const GyroDrive& drive, Source source,
   }
   r.basis = {{way, 1.0, 0.1}, {turn, 0.0, 0.5 * drive.config.vehicle.wheelbase()}};
   Offset found = solve(r);
-  // The camera was the one shifted: reverse the sign, and convert from the camera to the gyro.
+  // The camera was shifted, not the source: reverse the sign and add the camera's offset to the
+  // gyro.
   found.value = camera_offset - found.value;
   return as_offset(source, "the camera's way", found);
 }
