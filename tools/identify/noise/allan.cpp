@@ -23,7 +23,8 @@ std::vector<AllanPoint> allan_deviation(const Series& series, const std::string&
   if (1e-9 * static_cast<double>(longest) > 0.1 * span)
     refuse("{}: no sample for {:.1f} s; cut the record there with --from, --to", name,
            1e-9 * static_cast<double>(longest));
-  // Sums of the deviations from the first: the means over m samples are their differences.
+  // Cumulative sums of the deviations from the first sample: their differences give means over m
+  // samples.
   std::vector<double> sum(n + 1, 0.0);
   for (std::size_t i = 0; i < n; ++i) sum[i + 1] = sum[i] + series.value[i] - series.value.front();
   std::size_t last = 0;
@@ -54,7 +55,7 @@ BiasInstability bias_instability(const std::vector<AllanPoint>& curve) {
   constexpr double flicker = 0.664;  // sqrt(2 ln 2 / pi)
   instability.value = {lowest->deviation / flicker, lowest->sigma / flicker};
   instability.tau = lowest->tau;
-  // It has risen by more than the curve is uncertain.
+  // The curve has risen by more than its uncertainty.
   instability.reached = std::any_of(lowest, curve.end(), [&](const AllanPoint& later) {
     return later.deviation - lowest->deviation > 2.0 * std::hypot(later.sigma, lowest->sigma);
   });

@@ -101,7 +101,7 @@ std::optional<Jump> find_jump(const Series& series, double variance, double walk
     const auto n = static_cast<std::size_t>(std::max(20.0, std::round(seconds / period)));
     if (4 * n > series.size()) break;
     const auto count = static_cast<double>(n);
-    // Means over w side by side differ by 2 r/n, and by K² 2 w/3 of the walk.
+    // Consecutive means over w differ by a variance of 2 r/n from noise and K² 2 w/3 from the walk.
     const double expected =
         std::sqrt(2.0 * variance / count + walk * walk * 2.0 / 3.0 * count * period);
     for (std::size_t i = n; i + n <= series.size(); ++i) {

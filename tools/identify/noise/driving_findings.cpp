@@ -20,13 +20,13 @@ using estimator::Source;
 constexpr Eigen::Index lags = 7, most_blocks = 24;
 using Covariances = Eigen::Array<double, lags, 1>;
 
-// The coefficients of a third difference, 1 -3 3 -1, correlated with themselves: white noise of
-// variance 1 gives these covariances, and the differences of white noise of variance 1 (an
-// encoder's roundings, of which each counts twice) those.
+// Autocovariances of third differences, coefficients 1 -3 3 -1: the first column is for white noise
+// of variance 1, the second for differences of such noise (an encoder's rounding errors, each of
+// which counts twice).
 const Eigen::Matrix<double, lags, 2> design{{20.0, 70.0}, {-15.0, -56.0}, {6.0, 28.0}, {-1.0, -8.0},
                                             {0.0, 1.0},   {0.0, 0.0},     {0.0, 0.0}};
 
-/// Variances of both parts that explain the covariances best; neither is negative.
+/// The variances of both parts that fit the covariances best; neither is negative.
 Eigen::Vector2d explain(const Covariances& covariance) {
   const Eigen::Vector2d seen = design.transpose() * covariance.matrix();
   const Eigen::Matrix2d normal = design.transpose() * design;
@@ -36,14 +36,14 @@ Eigen::Vector2d explain(const Covariances& covariance) {
   return both;
 }
 
-/// Of all noise, its white part and its increments.
+/// Sigmas of the whole noise, of its white part, and of its increments.
 Eigen::Array3d sigmas_of(const Covariances& covariance) {
   const Eigen::Vector2d part = explain(covariance);
-  // An increment's rounding is in two samples.
+  // Each rounding error of an increment is in two samples.
   return Eigen::Array3d{part[0] + 2.0 * part[1], part[0], 2.0 * part[1]}.sqrt();
 }
 
-/// Third differences; not a number where the four samples do not follow each other.
+/// Third differences; NaN if the four samples are not consecutive.
 std::vector<double> third_differences(const Series& series) {
   std::vector<std::int64_t> steps;
   for (std::size_t i = 1; i < series.size(); ++i)
@@ -67,7 +67,7 @@ void add_consistency(const char* when, const std::vector<SourceConsistency>& all
         {"samples", one.samples}, {"mean", one.nis.value}, {"sigma", one.nis.sigma}};
 }
 
-// 0.5 to 2 is acceptable; about 1 is what the filter expects.
+// 0.5 to 2 is acceptable; the filter expects 1.
 std::string in_words(double nis) {
   if (nis > 2.0) return "much larger than expected: the filter trusts this source too much";
   if (nis > 1.25) return "larger than expected, by a factor below 2";
@@ -82,7 +82,7 @@ DrivingNoise driving_noise(const Series& series) {
   DrivingNoise noise;
   if (series.size() < 200) return noise;
   const std::vector<double> third = third_differences(series);
-  // Independent blocks: their scatter gives the uncertainty.
+  // Nearly independent blocks: their scatter gives the uncertainty.
   Eigen::Array<double, lags, most_blocks> sums, counts;
   sums.setZero();
   counts.setZero();

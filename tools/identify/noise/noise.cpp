@@ -1,4 +1,5 @@
-// odom identify noise: the noise of sensors at standstill, and of the filter on a drive.
+// odom identify noise: the noise of sensors at rest, and the noise settings of the filter on a
+// drive.
 #include <memory>
 #include <optional>
 #include <string>

@@ -62,8 +62,8 @@ class Search {
     return consistency(judgements_);
   }
 
-  /// The R with which the mean of ν²/S is 1, S = H P Hᵀ + R; a few times, as P follows R. Not below
-  /// the sensor's own noise, as configured.
+  /// Finds the R for which the mean of ν²/S is 1, with S = H P Hᵀ + R; repeated, as P depends on R.
+  /// R is at least the sensor's own noise as configured.
   std::vector<SampleNoise> settle_wheels() {
     const daemon::Config given = config_;
     std::vector<SampleNoise> found;
@@ -96,7 +96,7 @@ class Search {
       const auto nis = nis_of(replay(), source);
       if (!nis) return give_up(finding, "the drive has too few samples of its sensor");
       const double y = std::log(nis->value);
-      // The innovations grow smaller against what is expected as the noise grows.
+      // Innovations / their expected sigma decrease as the noise grows.
       if (i > 0 && std::fabs(x - last_x) > 1e-3)
         slope = std::clamp((y - last_y) / (x - last_x), -2.0, -0.02);
       finding.value = setting;
@@ -124,7 +124,7 @@ class Search {
   }
 
  private:
-  /// Mean of ν²/(S + more)^power over a source's samples of the last replay.
+  /// Mean of ν²/(S + more)^power over a source's samples in the last replay.
   [[nodiscard]] double mean_with(Source source, double more, double power) const {
     double sum = 0.0, count = 0.0;
     for (const estimator::Judgement& judgement : judgements_) {
@@ -155,7 +155,7 @@ class Search {
 
   const Drive& drive_;
   daemon::Config& config_;
-  std::vector<estimator::Judgement> judgements_;  // of the last replay
+  std::vector<estimator::Judgement> judgements_;  // from the last replay
   const ReportProgress& report_;
   int replays_ = 0;
 };
@@ -174,7 +174,7 @@ ProcessNoise process_noise(const Drive& drive, daemon::Config config,
   result.before = search.replay();
   result.wheels = search.settle_wheels();
   const estimator::Tuning given = config.tuning;
-  // Each affects the other's innovations a little.
+  // Each setting affects the other's innovations a little.
   for (int round = 0; round < 2; ++round) {
     if (!search.settle(config.tuning.front_angle, Source::yaw_rate, result.front_angle))
       config.tuning.front_angle = given.front_angle;

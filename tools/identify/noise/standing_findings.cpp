@@ -1,4 +1,4 @@
-// The findings of a standing car.
+// The findings for a car at rest.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using tools::kind;
 
 using estimator::Source;
 
-/// The rows of one sensor at rest.
+/// Adds the findings of one sensor at rest.
 void add_standing(const InertialSource& quantity, const StandingNoise& noise,
                   const std::vector<AllanPoint>& curve, const std::optional<daemon::Config>& config,
                   Findings& findings) {
@@ -73,8 +73,8 @@ void add_standing(const InertialSource& quantity, const StandingNoise& noise,
         {{"tau", point.tau}, {"deviation", point.deviation}, {"sigma", point.sigma}});
 }
 
-/// Values that are impossible for a car on level ground: a record in other units, or of another
-/// axis.
+/// Refuses values that are impossible for a car on level ground: a record in other units, or of
+/// another axis.
 void refuse_other_units(const InertialSource& quantity, const StandingNoise& noise,
                         const std::string& name) {
   const bool turn = quantity.source == Source::yaw_rate;
@@ -126,7 +126,7 @@ bool has_wheels(const SignalLog& log) {
   return std::ranges::any_of(wheel_sources, [&](Source wheel) { return !log.of(wheel).empty(); });
 }
 
-/// Throws std::invalid_argument, with the time, if a wheel of the log turns.
+/// Throws std::invalid_argument, with the time, if a wheel turns.
 void check_that_wheels_stand(const SignalLog& log, const std::string& record) {
   for (const Source wheel : wheel_sources) {
     const Series& speed = log.of(wheel);
@@ -141,7 +141,7 @@ void check_that_wheels_stand(const SignalLog& log, const std::string& record) {
   }
 }
 
-/// The larger walk of both accelerometers: they share one key.
+/// Keeps the larger walk of the two accelerometers, which share a key.
 void settle_accel_walk(Findings& findings) {
   Finding* kept = nullptr;
   for (Finding& finding : findings.values) {
@@ -157,9 +157,9 @@ void settle_accel_walk(Findings& findings) {
   }
 }
 
-/// Errata, 9: of the paper's Q the variance of v_x, a step, must be more than what the acceleration
-/// alone makes of it: Δt² σ²(a_x) where each step has a sample of its own, Δt S_a with S_a = σ² T
-/// where it is held for T.
+/// Errata, 9: in the paper's Q the variance of v_x per step must exceed the part that comes from
+/// the acceleration's noise: Δt² σ²(a_x) if each step has its own sample, Δt S_a with S_a = σ² T if
+/// a sample is held for T.
 void add_papers_condition(const daemon::Config& config, const Measured& sigma, double sample_period,
                           Findings& findings) {
   const double step = 1e-9 * static_cast<double>(config.realtime.period_ns);

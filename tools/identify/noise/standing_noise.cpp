@@ -12,8 +12,8 @@
 namespace odomd::tools {
 namespace {
 
-/// No sample is more precise than its resolution q, and the mean of mostly equal samples lies
-/// anywhere within it. A bias that wanders by less than a few steps shows no walk.
+/// No sample is more precise than its resolution q, and the mean of mostly equal samples may be
+/// anywhere within it. A bias that moves by less than a few steps shows no walk.
 void allow_for_resolution(const Series& series, double range, double duration,
                           StandingNoise& noise) {
   const double rounding = rounding_noise(noise.resolution);
@@ -28,19 +28,19 @@ void allow_for_resolution(const Series& series, double range, double duration,
   noise.walk_below = std::max(noise.walk_below, noise.resolution / std::sqrt(duration));
 }
 
-/// The model fitted to a record.
+/// The model fitted to a record, with its parameters.
 struct Explained {
   StandingNoise noise;
-  double lambda = 0.0;     ///< K²/r, at most
+  double lambda = 0.0;     ///< K²/r; its upper limit if there is no walk
   double variance = 0.0;   ///< r
-  bool runs_away = false;  ///< the bias outruns the noise from sample to sample
+  bool runs_away = false;  ///< the bias changes more than the noise between samples
 };
 
 Explained explain(const Series& series) {
   const auto [low, high] = std::ranges::minmax(series.value);
   const double duration = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front());
   const auto n = static_cast<double>(series.size() - 1);
-  // The likelihood of λ with the best r for it: r = Σ ν²/s / n.
+  // The likelihood of λ with the best r for this λ: r = Σ ν²/s / n.
   const auto variance_of = [&](double lambda) {
     return filter_bias(series, lambda, Direction::forwards).squares / n;
   };
@@ -49,8 +49,8 @@ Explained explain(const Series& series) {
     return -0.5 * (n * std::log(f.squares / n) + f.log_sum);
   };
   const auto of_log = [&](double log_lambda) { return likelihood(std::exp(log_lambda)); };
-  // From a walk that amounts to a thousandth of a sample's white noise over the whole record, up to
-  // one that exceeds it from sample to sample.
+  // From a walk that reaches a thousandth of a sample's white noise over the whole record, up to a
+  // walk that exceeds the noise between samples.
   const double least = std::log(1e-6 / duration);
   const double most = std::log(n / duration);
   double best = least, best_value = of_log(least);
@@ -71,7 +71,8 @@ Explained explain(const Series& series) {
   noise.sample_period = duration / n;
   const double lambda = best_value > none ? std::exp(best) : 0.0;
   const double variance = variance_of(lambda);
-  // ln L falls by 1/2 at one standard deviation; of ln r it is n/2 curved, of ln λ as it comes.
+  // ln L falls by 1/2 at one standard deviation; its curvature is n/2 in ln r, and measured in ln
+  // λ.
   constexpr double width = 0.2;
   const double curvature =
       (2.0 * best_value - of_log(best + width) - of_log(best - width)) / (width * width);
@@ -95,7 +96,7 @@ Explained explain(const Series& series) {
                          return of_log(log_lambda) > reached;
                        }).middle();
   noise.walk_below = std::sqrt(std::exp(limit) * variance_of(std::exp(limit)));
-  // A walk too small for the record to show still adds to the bias's uncertainty.
+  // Even a walk too small to be detected adds to the bias's uncertainty.
   const double for_bias = walks ? lambda : std::exp(limit);
   const FilteredBias begin = filter_bias(series, for_bias, Direction::backwards);
   noise.bias = {begin.bias, std::sqrt(begin.variance * variance)};
@@ -110,7 +111,7 @@ Explained explain(const Series& series) {
   return explained;
 }
 
-/// Without the outliers, if they are few.
+/// Fits the record without its outliers, if they are few.
 Explained without_outliers(Series& series) {
   Explained explained = explain(series);
   constexpr double few = 0.01;
@@ -132,10 +133,10 @@ Explained without_outliers(Series& series) {
   return explained;
 }
 
-/// Means over 2, 4, ... samples, until they are no longer correlated.
+/// Fits means over 2, 4, ... samples, until they are uncorrelated.
 void explain_by_means(const Series& series, Explained& explained) {
   constexpr std::size_t most = 4096, fewest_means = 100;
-  constexpr double unexplained = 0.05;  // what still hangs together, and counts as none
+  constexpr double unexplained = 0.05;  // from correlation below the detection threshold
   const auto hang = [](const Series& samples, const Explained& model) {
     return model.runs_away || hang_together(samples, model.lambda);
   };
@@ -145,14 +146,14 @@ void explain_by_means(const Series& series, Explained& explained) {
   for (std::size_t m = 2; enough(m); m *= 2) {
     const Series means = means_of(series, m);
     Explained by_means = explain(means);
-    // The first means that are white are still slightly correlated: use twice as many samples.
+    // The first white means are still slightly correlated: use twice as many samples.
     const bool last = white || !enough(2 * m);
     white = !hang(means, by_means);
     if (!last) continue;
     const StandingNoise own = explained.noise;
     explained = by_means;
     StandingNoise& noise = explained.noise;
-    // One sample is no more precise than its scatter about the bias.
+    // A sample is no more precise than its scatter about the bias.
     const double apart = std::sqrt(scatter_within(series, m) + by_means.variance);
     const double together = std::sqrt(static_cast<double>(m)) * noise.sigma.value;
     const double relative = std::hypot(noise.sigma.sigma / noise.sigma.value, unexplained);

@@ -19,13 +19,13 @@ namespace {
 using diagnostics::found;
 using tools::kind;
 
-// Beyond these, circles and what was given cannot both be right.
+// Beyond these limits the circles and the given data contradict each other.
 constexpr double farthest_centre = 0.03;    // of the wheelbase
-constexpr double farthest_steering = 1.33;  // times
+constexpr double farthest_steering = 1.33;  // factor
 constexpr double gross_scale_error = 0.15;  // between film and accelerometer
 
-/// The log's lateral acceleration over the film's v_x ψ̇: shows a wrong scale of the film. Nothing
-/// if there is too little of either.
+/// The log's lateral acceleration / the film's v_x ψ̇: shows a wrong scale of the film. Nothing if
+/// there is too little data.
 std::optional<Measured> accelerometer_slope(std::span<const CircleRun> circles) {
   std::vector<CircleRun> seen(circles.begin(), circles.end());
   std::erase_if(seen, [](const CircleRun& run) { return !(run.accelerometer.sigma > 0.0); });
@@ -41,7 +41,7 @@ std::optional<Measured> accelerometer_slope(std::span<const CircleRun> circles) 
   const double spread = film.square().sum();
   if (!(spread > 0.0) || !(std::max(spread, log.square().sum()) > 1.0)) return std::nullopt;
   const double slope = (film * log).sum() / spread;
-  // The residuals of the line give the uncertainty of its slope.
+  // The residuals of the regression give the uncertainty of the slope.
   const double residual = (log - slope * film).square().sum();
   return Measured{slope, std::sqrt(residual / (static_cast<double>(n - 2) * spread))};
 }
@@ -56,7 +56,7 @@ void compare_accelerations(std::span<const CircleRun> circles, diagnostics::Diag
                           100.0 * slope->value)));
 }
 
-// Slow or fast, a car's wheels stand about as its circle needs: l ψ̇ / v.
+// At any speed a car's wheels have about the angle that its circle needs: l ψ̇ / v.
 void check_steering(std::span<const CircleRun> circles, double wheelbase) {
   constexpr double far_off = 4.0;
   std::vector<double> ratios;

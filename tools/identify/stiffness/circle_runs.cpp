@@ -18,7 +18,7 @@ constexpr std::int64_t step_ns = 50'000'000;
 constexpr std::int64_t half_window_ns = 300'000'000;
 constexpr std::int64_t settling_ns = 500'000'000;
 constexpr double shortest_turn = std::numbers::pi;
-constexpr std::size_t samples_per_window = 4;  // of a log's signal
+constexpr std::size_t samples_per_window = 4;  // of a signal in the log
 
 double seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
@@ -57,7 +57,7 @@ struct Span {
   }
 };
 
-// How many samples from `begin` on are as steady as the first.
+// The number of samples from `begin` on with steady speed and yaw rate.
 std::size_t steady_length(const Samples& samples, std::size_t begin, std::size_t end) {
   if (!samples[begin]) return 0;
   const Sample& first = *samples[begin];
@@ -78,7 +78,7 @@ double turn_of(const Samples& samples, std::size_t begin, std::size_t length) {
   return std::abs(turn);
 }
 
-// The stretch that turns most, then those before and after it.
+// Finds the stretch that turns most, then those before and after it.
 void find_stretches(const Samples& samples, std::size_t begin, std::size_t end,
                     std::vector<std::pair<std::size_t, std::size_t>>& found) {
   std::size_t best = begin, best_length = 0;
@@ -104,7 +104,7 @@ std::vector<double> values_between(const Series& series, std::int64_t from, std:
   return {series.value.begin() + begin, series.value.begin() + end};
 }
 
-// Mean of a log's signal; the scatter is that of as many means as the film has windows.
+// Mean of a log's signal; its scatter is that of means over the film's number of windows.
 Measured mean_of_signal(const Series& series, std::int64_t from, std::int64_t to,
                         std::size_t windows) {
   const std::vector<double> values = values_between(series, from, to);
@@ -169,7 +169,7 @@ std::vector<CircleRun> measure_circles(const std::string& film, const FilmMotion
     }
     if (drifts.size() < 3) continue;
     const Measured drift = mean_of(drifts);
-    // Never less than the noise of the headings alone would make.
+    // The uncertainty is at least that from the noise of the headings.
     run.drift = {drift.value, std::max(drift.sigma, heading_noise / std::sqrt(frames))};
     run.speed = mean_of(speeds).value;
     run.lateral_accel = mean_of(accels).value;

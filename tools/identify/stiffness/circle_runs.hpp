@@ -1,4 +1,4 @@
-// Steady circles in a filmed drive, and what was measured on each.
+// Steady circles in a filmed drive, and the measurements on each.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 
 namespace odomd::tools {
 
-/// A stretch of steady turning; means over it, with the standard uncertainty that comes from their
-/// scatter. All but steering and gyro are the film's. Left turns are positive.
+/// A stretch of steady turning: means over it, with standard uncertainties from their scatter. All
+/// but steering, gyro and accelerometer are the film's. Left turns are positive.
 struct CircleRun {
   std::string film;
   std::int64_t begin_ns = 0, end_ns = 0;  ///< film time
@@ -21,7 +21,7 @@ struct CircleRun {
   double speed = 0.0;                     ///< of the centre of gravity [m/s]
   double yaw_rate = 0.0;                  ///< [rad/s]
   double lateral_accel = 0.0;             ///< v_x ψ̇ [m/s²]
-  Measured drift;                         ///< velocity against the heading [rad]
+  Measured drift;                         ///< direction of the velocity against the heading [rad]
   Measured steering;                      ///< from the log, at the front wheels [rad]
   Measured gyro;                          ///< yaw rate of the log [rad/s]
   Measured accelerometer;  ///< a_y of the log at the centre of gravity; sigma 0: none
@@ -33,12 +33,12 @@ struct Stretch {
   std::int64_t begin_ns = 0, end_ns = 0;
 };
 
-/// Stretches with speed and yaw rate within 6 % for at least half a turn; the ends, where the car
-/// settles, are cut off.
+/// Stretches of at least half a turn with speed and yaw rate within 6 %, without their ends, where
+/// the car settles.
 [[nodiscard]] std::vector<Stretch> steady_stretches(const FilmMotion& motion);
 
-/// `imu_y`: how far left of the centre of gravity the accelerometer sits [m]. A stretch in
-/// which the log has no steering, or too little of it, is left out, with a warning.
+/// `imu_y`: position of the accelerometer to the left of the centre of gravity [m]. A stretch with
+/// too little steering data in the log is left out, with a warning.
 [[nodiscard]] std::vector<CircleRun> measure_circles(const std::string& film,
                                                      const FilmMotion& motion, const SignalLog& log,
                                                      std::int64_t offset_ns, double imu_y,

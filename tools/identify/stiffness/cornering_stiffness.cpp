@@ -13,13 +13,13 @@ namespace {
 
 constexpr double gravity = 9.80665;
 
-// Model error: effects of four wheels that the single-track model leaves out (the two angles of the
-// front wheels, load transfer, drive forces, resistance that differs from side to side), and the
-// shape of the curve. As a share of each stiffness.
+// Model error relative to each stiffness: effects of four wheels that the single-track model leaves
+// out (the two angles of the front wheels, load transfer, drive forces, different resistance left
+// and right), and the shape of the curve.
 constexpr double sigma_model = 0.01;
 
-// A circle whose slip lies so far beyond the line is left out: there the shape of the curve would
-// weigh more than its slope.
+// A circle whose slip exceeds the linear slip by this factor is left out: there the shape of the
+// curve would weigh more than its slope.
 constexpr double farthest_beyond = 1.25;
 
 enum Unknown : Eigen::Index {
@@ -30,7 +30,7 @@ enum Unknown : Eigen::Index {
   steering_offset,
   steering_scale,
   marker_angle,
-  centre_shift,  // of the centre of gravity, ahead of where the markers' places put it [m]
+  centre_shift,  // centre of gravity ahead of its place according to the markers [m]
   mass,
   front_axle,
   rear_axle,
@@ -51,7 +51,8 @@ Prior prior_of(const CircleCar& car) {
     prior.mean[which] = mean;
     prior.sigma[which] = sigma;
   };
-  // Tyres reach their load in 2 to 20 degrees; this should not affect the result.
+  // With this stiffness tyres reach their load in 2 to 20 degrees; the result should not depend on
+  // it.
   const double load = car.mass.value * gravity / car.wheelbase();
   set(log_stiffness_front, std::log(6.0 * load * car.rear_axle.value), 5.0);
   set(log_stiffness_rear, std::log(6.0 * load * car.front_axle.value), 5.0);
@@ -70,7 +71,7 @@ Prior prior_of(const CircleCar& car) {
   return prior;
 }
 
-// atanh(u) / u as a function of u², and on as a straight line where u comes close to 1.
+// atanh(u) / u as a function of u², continued as a straight line near u = 1.
 double beyond_line(double u_squared) {
   constexpr double end = 0.9;
   if (u_squared > end) {
@@ -87,9 +88,9 @@ double slip_of(double force, double stiffness, double grip) {
   return force / stiffness * beyond_line(force * force / (grip * grip));
 }
 
-// An axle on a circle evaluated with these unknowns, and the curve of its tyres.
+// An axle on a circle with given unknowns, and the curve of its tyres.
 struct AxleView {
-  double slip = 0.0;  // as measured
+  double slip = 0.0;  // measured
   double force = 0.0;
   double stiffness = 0.0, grip = 0.0;
 
@@ -125,7 +126,7 @@ RunView view(const CircleRun& run, const Unknowns& x) {
                    .grip = std::exp(x[log_grip_rear]) * load_rear}};
 }
 
-// Measured slip less the curve's: front and rear of each circle.
+// Measured slip less that of the curve: front and rear for each circle.
 Eigen::VectorXd residuals(std::span<const CircleRun> runs, const Unknowns& x) {
   Eigen::VectorXd r(static_cast<Eigen::Index>(2 * runs.size()));
   for (std::size_t k = 0; k < runs.size(); ++k) {
@@ -139,10 +140,10 @@ struct Solution {
   Unknowns x;
   Eigen::MatrixXd covariance;
   Eigen::VectorXd weights;  // of the circles' slips
-  double scatter = 1.0;     // they disagree so many times as much as each by itself
+  double scatter = 1.0;     // ratio of the circles' scatter to their own sigmas
 };
 
-// If circles scatter more than their sigmas, all sigmas are scaled up alike.
+// If circles scatter more than their sigmas, all sigmas are multiplied by one factor.
 Solution fit(std::span<const CircleRun> runs, const Prior& prior) {
   constexpr double huber = 2.0;
   Eigen::VectorXd own(static_cast<Eigen::Index>(2 * runs.size()));
@@ -163,14 +164,14 @@ Solution fit(std::span<const CircleRun> runs, const Prior& prior) {
     problem.residuals = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
       return residuals(runs, x).cwiseQuotient(solution.scatter * own);
     };
-    // Outliers show only once there is a fit.
+    // Outliers are only visible after a first fit.
     problem.start = solve(problem).parameters;
     problem.huber = huber;
     const LeastSquaresSolution found = solve(problem);
     solution.x = found.parameters;
     solution.covariance = found.inverse;
     solution.weights = found.weights;
-    // tr(I - hat matrix); Huber's second proposal: an outlier counts as far as it pulls.
+    // tr(I - hat matrix); Huber's second proposal: an outlier counts with its weight.
     const double freedom = found.weights.sum() - found.from_data.cwiseProduct(found.inverse).sum();
     if (freedom < 1.0) break;
     const double factor =
@@ -203,7 +204,7 @@ std::vector<CircleRun> chosen(std::span<const CircleRun> runs, const std::vector
 }  // namespace
 
 double AxleStiffness::linear_range() const {
-  // α C / F = 1 / 0.9 where atanh(u) / u is
+  // α C / F = 1 / 0.9 for this atanh(u) / u
   double u = 0.5;
   for (int k = 0; k < 60; ++k) u += 0.5 * (1.0 / 0.9 - beyond_line(u * u));
   return slip_of(u * grip, stiffness.value, grip);

@@ -28,8 +28,8 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(blank) - begin + 1);
 }
 
-// Fields are parted by the first of these that a line has; where commas do not, they are decimal
-// ones.
+// Splits a line at the first of tab, semicolon, comma and blank that it contains; if commas do not
+// separate fields, they are decimal commas.
 std::vector<std::string> fields_of(std::string_view line) {
   char separator = ' ';
   for (const char other : {',', ';', '\t'})
@@ -48,7 +48,7 @@ std::string_view without_plus(std::string_view number) {
   return number.substr(number.starts_with('+') ? 1 : 0);
 }
 
-// "x_front (px)" is "x_front".
+// The name without its unit: "x_front" for "x_front (px)".
 std::string column_name(std::string name) {
   name.resize(std::min(name.find_first_of(" (["), name.size()));
   for (char& letter : name)
@@ -61,12 +61,13 @@ struct CsvText {
   CsvLayout layout;
 };
 
-// The file as a CSV of our own with the same lines: headings but the last, and comments, are blank.
+// The file in our CSV format with the same line numbers: comments and all headings but the last
+// become blank.
 CsvText as_csv(const std::filesystem::path& file, const std::vector<std::string>& columns) {
-  constexpr std::size_t longest = 65'536;  // a file without line ends is no track
+  constexpr std::size_t longest = 65'536;  // longer: no line ends, so not a track
   CsvText table;
   std::size_t heading_at = 0, line_number = 0, width = columns.size();
-  if (columns.size() == 3) table.layout.header_line = 0;  // headings may lack
+  if (columns.size() == 3) table.layout.header_line = 0;  // headings are optional
   std::vector<std::string> names;
   bool has_rows = false;
   std::istringstream lines(read_whole(file));
@@ -100,7 +101,7 @@ CsvText as_csv(const std::filesystem::path& file, const std::vector<std::string>
 
 struct Row {
   std::int64_t t_ns = 0;
-  std::vector<std::optional<double>> values;  // of the columns but the first
+  std::vector<std::optional<double>> values;  // of all columns but the first
 };
 
 std::int64_t time_in(const CsvReader& reader, std::optional<double> fps) {
@@ -136,7 +137,7 @@ std::vector<Row> read_rows(const std::filesystem::path& file,
   return rows;
 }
 
-// Of rows with the places of both markers.
+// The track of rows with the positions of both markers.
 MarkerTrack track_of(const std::filesystem::path& file, const std::vector<Row>& rows) {
   MarkerTrack track{.name = file.string()};
   for (const Row& row : rows) {
@@ -170,7 +171,7 @@ MarkerTrack read_marker_tracks(const std::filesystem::path& front,
   return track;
 }
 
-// What is made of a track.
+// The motion from a track.
 
 FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
                        const FilmScale& scale) {
@@ -205,7 +206,7 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
                     ratio > 1.0 ? "more" : "less", places.distance())));
 
   for (double& distance : distances) distance = std::abs(distance / apart - 1.0);
-  // 1.48 median absolute deviations are a standard deviation
+  // A standard deviation is 1.48 median absolute deviations.
   const double limit = std::max(6.0 * 1.48 * median_of(distances), 0.02);
   std::size_t left_out = 0;
   double turned_before = 0.0;
@@ -273,8 +274,8 @@ std::optional<LocalMotion> local_motion(const FilmMotion& motion, std::int64_t t
   const Eigen::ArrayXd turned = local.yaw_rate * tau;
   local.heading_residual =
       std::sqrt((heading - local.heading - turned).square().sum() / static_cast<double>(n - 2));
-  // p(τ) = c + q f(τ) with f = (exp(i ψ̇ τ) - 1) / (i ψ̇), so that q is the velocity at τ = 0;
-  // f = τ + i ψ̇ τ²/2 - … where ψ̇ τ is small.
+  // p(τ) = c + q f(τ) with f = (exp(i ψ̇ τ) - 1) / (i ψ̇), so q is the velocity at τ = 0; for small
+  // ψ̇ τ f = τ + i ψ̇ τ²/2 - …
   Eigen::ArrayXcd f = tau * turned.unaryExpr([](double angle) {
     return std::abs(angle) < 1e-4 ? Plane{1.0, 0.5 * angle}
                                   : Plane{std::sin(angle) / angle, (1.0 - std::cos(angle)) / angle};
@@ -293,8 +294,8 @@ YawRates yaw_rates_of(const FilmMotion& motion) {
   return rates;
 }
 
-// The slope of a straight line through ψ over ±h weighs the rates with a parabola, whose width is
-// that of a mean over ±h √(3/5).
+// The slope of a line through ψ over ±h weighs the rates with a parabola, as wide as the weights of
+// a mean over ±h √(3/5).
 YawRates yaw_rates_of(const Series& gyro) {
   YawRates rates{gyro.t_ns.front(), {}};
   const auto half_ns =

@@ -1,5 +1,5 @@
 // A film of the car from above: the tracks of two markers as tracking programs export them, the
-// motion of the car, and when it was taken on the log's clock.
+// motion of the car, and the film's time on the log's clock.
 #pragma once
 
 #include <complex>
@@ -16,10 +16,10 @@
 
 namespace odomd::tools {
 
-/// A point or a direction in the plane, x + i y: products turn.
+/// A point or a direction in the plane, x + i y; multiplication rotates.
 using Plane = std::complex<double>;
 
-/// A frame in which both markers were found; places in the track's unit and axes.
+/// A frame with both markers; positions in the track's unit and axes.
 struct MarkerFrame {
   std::int64_t t_ns = 0;
   Plane front, rear;
@@ -31,21 +31,22 @@ struct MarkerTrack {
   std::size_t gaps = 0;             ///< rows without both markers
 };
 
-/// A file with the columns t, x_front, y_front, x_rear, y_rear, in any order; others are passed
-/// over. Fields are parted by tabs, semicolons, commas or blanks; where commas do not part fields
-/// they may be decimal ones. Lines before the first number are headings, the last of them names the
-/// columns; "#" begins a comment. An empty field is a marker not seen. Throws std::invalid_argument
-/// with file, line and column. `frames_per_second`: given, t holds frame numbers.
+/// Reads a file with the columns t, x_front, y_front, x_rear, y_rear, in any order; ignores others.
+/// Tabs, semicolons, commas or blanks separate fields; commas that do not may be decimal commas.
+/// Lines before the first number are headings, the last of them names the columns; "#" starts a
+/// comment. An empty field is an invisible marker. Throws std::invalid_argument with file, line and
+/// column. With `frames_per_second`, t is the frame number.
 [[nodiscard]] MarkerTrack read_marker_track(const std::filesystem::path& file,
                                             std::optional<double> frames_per_second = {});
 
-/// A file a marker, each with t, x, y; without headings in this order. Only times that both have
-/// count.
+/// One file per marker, each with t, x, y, in this order if there are no headings. Only times in
+/// both files count.
 [[nodiscard]] MarkerTrack read_marker_tracks(const std::filesystem::path& front,
                                              const std::filesystem::path& rear,
                                              std::optional<double> frames_per_second = {});
 
-/// Where the markers are on the car: body frame, from the centre of gravity, x forward, y left [m].
+/// Positions of the markers on the car: body frame, from the centre of gravity, x forward, y left
+/// [m].
 struct MarkerPlaces {
   Plane front, rear;
 
@@ -56,15 +57,14 @@ enum class ImageAxes : std::uint8_t { y_up, y_down };
 
 /// The unit of the track.
 struct FilmScale {
-  std::optional<double>
-      metres_per_unit;        ///< 1 for a track in metres; none: by the markers' distance
-  double ratio_sigma = 0.01;  ///< where given: standard uncertainty of the markers' distance by it
+  std::optional<double> metres_per_unit;  ///< 1: track in metres; none: from the markers
+  double ratio_sigma = 0.01;  ///< if given: standard uncertainty of the markers' distance with it
   ImageAxes axes = ImageAxes::y_up;
 };
 
 struct BodyFrame {
   std::int64_t t_ns = 0;
-  Plane centre;          ///< of gravity [m]
+  Plane centre;          ///< centre of gravity [m]
   double heading = 0.0;  ///< continuous [rad]
 };
 
@@ -74,32 +74,32 @@ struct FilmMotion {
   diagnostics::Diagnostics warnings;
 };
 
-/// Frames in which the markers are not as far apart as they are on the car are left out, and
-/// counted in a warning; so is a scale that is given and contradicts the markers' distance by more
-/// than three of its sigma. Throws std::invalid_argument if scale, places and film do not fit.
+/// Leaves out frames in which the distance of the markers is wrong, with a warning that counts
+/// them. Also warns of a given scale that contradicts the markers' distance by more than three of
+/// its sigma. Throws std::invalid_argument if scale, positions and film do not match.
 [[nodiscard]] FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
                                      const FilmScale& scale);
 
-/// The motion about a time.
+/// The motion near a time.
 struct LocalMotion {
-  Plane velocity;                 ///< of the centre of gravity, film axes [m/s]
+  Plane velocity;                 ///< of the centre of gravity, in the film's axes [m/s]
   double heading = 0.0;           ///< [rad]
   double yaw_rate = 0.0;          ///< [rad/s]
-  double heading_residual = 0.0;  ///< rms over the frames about the straight line [rad]
+  double heading_residual = 0.0;  ///< rms of the frames' deviations from the line [rad]
   std::size_t frames = 0;
 
-  /// Velocity against the heading [rad].
+  /// Direction of the velocity against the heading [rad].
   [[nodiscard]] double drift() const { return std::arg(velocity * std::polar(1.0, -heading)); }
 };
 
-/// Heading by a straight line, path by a circle at constant rate, p(τ) = c + q exp(i ψ̇ τ), over
-/// the frames of [t - half, t + half]. Nothing if these are fewer than six, or leave a third of the
-/// window uncovered.
+/// Fits a straight line to the heading and a circle at constant rate, p(τ) = c + q exp(i ψ̇ τ), to
+/// the path in [t - half, t + half]. Nothing if there are fewer than six frames, or if they leave a
+/// third of the window uncovered.
 [[nodiscard]] std::optional<LocalMotion> local_motion(const FilmMotion& motion, std::int64_t t_ns,
                                                       std::int64_t half_ns);
 
-/// The yaw rates of a film or a gyro, smoothed alike, on a grid of step_ns: so they can be compared
-/// [rad/s]; NaN where not known.
+/// The yaw rates of a film or a gyro on a grid of step_ns [rad/s], smoothed in the same way, so
+/// that they can be compared; NaN if unknown.
 struct YawRates {
   static constexpr std::int64_t step_ns = 20'000'000;
 
@@ -121,26 +121,26 @@ struct YawRates {
 [[nodiscard]] YawRates yaw_rates_of(const Series& gyro);
 
 struct FilmAlignment {
-  std::int64_t offset_ns = 0;  ///< log time = film time + offset, of the film's first frame
+  std::int64_t offset_ns = 0;  ///< log time = film time + offset, for the film's first frame
   double sigma_s = 0.0;        ///< standard uncertainty of the offset
-  double rate = 0.0;  ///< by how much faster the log's clock runs: log seconds a film's - 1
+  double rate = 0.0;           ///< log seconds per film second - 1
   double rate_sigma = 0.0;
-  double agreement = 0.0;  ///< 1: the yaw rates are the same; 0: as far off as their own size
+  double agreement = 0.0;  ///< 1: equal yaw rates; 0: their difference is as large as they are
   diagnostics::Diagnostics warnings;
 };
 
-/// Searches every shift at which a third of the shorter one of film and log overlaps, coarsely by
-/// the mean square difference of the yaw rates, then refines by least squares with the gyro's scale
-/// and bias and the rate of the film's clock left free. Within 0.3 % the rate is held to 0.1 %, as
-/// clocks and nominal frame rates are; beyond it there is a warning. Throws std::invalid_argument
-/// if film and log do not fit at any shift, with the likeliest reason: mirrored, another frame
-/// rate, another drive. `name` is the film's. With
-/// a shift that is known: the agreement and the rate there.
+/// Tries every shift for which film and log overlap by a third of the shorter one, coarsely with
+/// the mean square difference of the yaw rates, then refines the best with least squares, in which
+/// the gyro's scale and bias and the film's clock rate are free. Within 0.3 % the rate has a prior
+/// of 0.1 %, as clocks and nominal frame rates have; beyond that there is a warning. Throws
+/// std::invalid_argument if film and log match at no shift, with the likeliest reason: mirrored,
+/// another frame rate, another drive. `name` is the film's. With a known shift: the agreement and
+/// the rate at that shift.
 [[nodiscard]] FilmAlignment align_film(const std::string& name, const FilmMotion& motion,
                                        const Series& gyro,
                                        std::optional<std::int64_t> offset_ns = {});
 
-/// Stretches the film's times about its first frame, to whose rate the log's clock runs.
+/// Scales film times about the first frame to the rate of the log's clock.
 void put_on_clock_of_log(const FilmAlignment& alignment, FilmMotion& motion);
 
 }  // namespace odomd::tools

@@ -17,7 +17,8 @@ namespace {
 constexpr std::int64_t coarse = 5;  // steps
 constexpr double good_agreement = 0.9;
 
-// Where the film lies on the gyro: its sample k at gyro step `middle_step` + (k - n/2) (1 + rate).
+// Position of the film on the gyro: its sample k is at gyro step `middle_step` + (k - n/2) (1 +
+// rate).
 struct Placement {
   double middle_step = 0.0;
   double rate = 0.0;
@@ -35,8 +36,8 @@ double between(const YawRates& gyro, double step) {
   return gyro.at(k) + (step - before) * (gyro.at(k + 1) - gyro.at(k));
 }
 
-// 1 - Σ (ω_film - ω_gyro)² / Σ ω_film²; -1 where too little overlaps or nothing turns. `sense` is
-// -1 for a mirrored film.
+// 1 - Σ (ω_film - ω_gyro)² / Σ max(ω_film², ω_gyro²); -1 if the overlap is too short or nothing
+// turns. `sense` is -1 for a mirrored film.
 Placement with_agreement(const YawRates& film, const YawRates& gyro, Placement placement,
                          double sense, std::int64_t stride) {
   double off = 0.0, size = 0.0;
@@ -54,14 +55,15 @@ Placement with_agreement(const YawRates& film, const YawRates& gyro, Placement p
   return placement;
 }
 
-// The film's first sample on the gyro's sample `shift`, by one clock.
+// The film's first sample at the gyro's sample `shift`, with equal clock rates.
 Placement shifted(const YawRates& film, const YawRates& gyro, std::int64_t shift, double sense,
                   std::int64_t stride) {
   return with_agreement(film, gyro, {static_cast<double>(shift) + Placement::middle(film)}, sense,
                         stride);
 }
 
-// Among clocks so different that the film's ends move by up to 4 s, the best one, to 0.2 s there.
+// Grid search over clock rates that move the film's ends by up to 4 s, in steps of 0.2 s, and over
+// shifts.
 Placement search_rate(const YawRates& film, const YawRates& gyro, const Placement& constant) {
   const double half = Placement::middle(film);
   Placement best = with_agreement(film, gyro, constant, 1.0, coarse);
@@ -80,10 +82,10 @@ Placement search_rate(const YawRates& film, const YawRates& gyro, const Placemen
 
 struct Refined {
   Placement placement;
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of the step in the middle and the rate
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of the middle step and the rate
 };
 
-// ω_film(t) = a ω_gyro(t') + b, with t' by the placement: a, b and it are fitted.
+// Fits ω_film(t) = a ω_gyro(t') + b, with t' from the placement: a, b and the placement.
 Refined refine(const YawRates& film, const YawRates& gyro, const Placement& placement,
                double prior_rate_sigma) {
   constexpr double unknown = std::numeric_limits<double>::infinity();
@@ -92,7 +94,7 @@ Refined refine(const YawRates& film, const YawRates& gyro, const Placement& plac
                        .prior_sigma = Eigen::Vector4d::Constant(unknown),
                        .noise = 1.0,
                        .huber = no_huber,
-                       .together = 10.0,  // what the windows of neighbours share
+                       .together = 10.0,  // samples that share a smoothing window
                        .enough = 1e-12};
   problem.step = Eigen::Vector4d{1e-4, 1e-4, 0.1, 0.1 / Placement::middle(film)};
   problem.residuals = [&](const Eigen::VectorXd& p) -> Eigen::VectorXd {
@@ -111,12 +113,12 @@ Refined refine(const YawRates& film, const YawRates& gyro, const Placement& plac
   return {{found.parameters[2], found.parameters[3]}, found.inverse.bottomRightCorner<2, 2>()};
 }
 
-// Two clocks of quartz, and the 29.97 frames of a film of 30.
+// Covers two quartz clocks, and a film of 29.97 frames per second taken for 30.
 constexpr double usual_rate_sigma = 1e-3;
 constexpr double surprising_rate = 3e-3;
 
-/// From a shift that is good to about a second. The gyro's scale and bias are left free. A rate
-/// within 0.3 % is held to 0.1 %, as clocks and nominal frame rates are.
+/// Fits the clock from a shift that is accurate to about a second. The gyro's scale and bias are
+/// free. A rate within 0.3 % has a prior of 0.1 %, as clocks and nominal frame rates have.
 FilmAlignment fit_clock(const std::string& name, const YawRates& film, const YawRates& gyro,
                         const Placement& placement) {
   FilmAlignment result;
@@ -135,13 +137,13 @@ FilmAlignment fit_clock(const std::string& name, const YawRates& film, const Yaw
   const double begin = refined.placement.step_of(film, 0);
   result.offset_ns =
       gyro.first_ns - film.first_ns + std::llround(static_cast<double>(YawRates::step_ns) * begin);
-  // The film's begin lies n/2 steps before its middle.
+  // The film's start is n/2 steps before its middle.
   const Eigen::Vector2d to_begin{1.0, -Placement::middle(film)};
   result.sigma_s = YawRates::seconds(1) * std::sqrt(to_begin.dot(refined.covariance * to_begin));
   return result;
 }
 
-// Among every `by`th shift, without those about a place that is taken.
+// The best of every `by`th shift, except those near the placement `taken`.
 Placement best_among(const YawRates& film, const YawRates& gyro, double sense, std::int64_t from,
                      std::int64_t to, std::int64_t by, const Placement* taken = nullptr) {
   constexpr double apart = 1.5e9 / YawRates::step_ns;
@@ -190,7 +192,7 @@ double fastest(const YawRates& rates) {
                  : std::string{"; give each film its own log (--run)"});
 }
 
-// Films with too few visible markers to compare.
+// Throws for films in which the markers are too rarely visible.
 void require_seen(const std::string& name, const YawRates& film) {
   const auto seen = static_cast<double>(
       std::ranges::count_if(film.value, [](double rate) { return !std::isnan(rate); }));

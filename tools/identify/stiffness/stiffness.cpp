@@ -72,12 +72,12 @@ double sigma_marker_of(const Options& options, const MarkerPlaces& places) {
                   places.distance() / 300.0);
 }
 
-// Of a scale by the markers' distance, relative.
+// Relative sigma of a scale from the markers' distance.
 double sigma_by_distance(const Options& options, const MarkerPlaces& places) {
   return std::numbers::sqrt2 * sigma_marker_of(options, places) / places.distance();
 }
 
-// Of a scale that is given, relative.
+// Relative sigma of a given scale.
 double sigma_scale_of(const Options& options) {
   constexpr double largest = 0.1;
   const double sigma = parse_positive(options.sigma_scale, Dimension::pure, "--sigma-scale");
@@ -94,7 +94,7 @@ bool scale_given(const Options& options) {
   return options.metres || options.metres_per_pixel.has_value();
 }
 
-// A default would be another car's.
+// Requires configured values: a default would be another car's.
 void require_measured(const daemon::Config& config) {
   const toml::table table = toml::parse(config.text);
   for (const char* key : {"mass", "front_axle", "rear_axle"})
@@ -150,7 +150,7 @@ CircleCar circle_car(const Options& options, const daemon::Config& config,
           .marker_distance = places.distance()};
 }
 
-/// `run`: what one --run names.
+/// `run`: the film and log of one --run.
 void measure_film(const Options& options, const daemon::Config& config, const MarkerPlaces& places,
                   const std::string& run, FilmedCircles& films) {
   const std::vector<std::string> files = parts_of(run);
@@ -174,7 +174,7 @@ void measure_film(const Options& options, const daemon::Config& config, const Ma
   FilmAlignment alignment = align_film(track.name, motion, gyro, offset_ns);
   append(films.warnings, alignment.warnings);
   put_on_clock_of_log(alignment, motion);
-  alignment.offset_ns -= log.first_ns;  // what people can read
+  alignment.offset_ns -= log.first_ns;  // relative to the log's start, for people
 
   const std::size_t warned = films.warnings.size();
   std::vector<CircleRun> circles =

@@ -120,8 +120,8 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
   return findings;
 }
 
-// The measured tyres as a picture: side force over slip angle of both axles, the circles as points,
-// the slope at zero slip with its uncertainty, the fitted curve, and the linear range.
+// A picture of the measured tyres: side force against slip angle of both axles, the circles as
+// points, the slope at zero slip with its uncertainty, the fitted curve, and the linear range.
 namespace {
 
 enum class Side : std::uint8_t { left, right, left_out };
@@ -131,7 +131,7 @@ Side side_of(const AxlePoint& point) {
   return point.force > 0.0 ? Side::left : Side::right;
 }
 
-// Circles to the right are turned over, so that both sides can be compared.
+// Right-hand circles are mirrored, so that both directions can be compared.
 chart::Series dots(const AxleStiffness& axle, Side side, std::string label, std::string colour) {
   chart::Series series{.label = std::move(label),
                        .note = {},

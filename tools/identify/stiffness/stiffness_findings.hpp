@@ -1,5 +1,5 @@
-// The circles of all films: the faults that no fit could correct, and the results of the fit, as
-// numbers for the configuration, a table, a picture.
+// The circles of all films: faults that no fit could correct, and the results of the fit as numbers
+// for the configuration, a table and a picture.
 #pragma once
 
 #include <span>
@@ -18,29 +18,29 @@ namespace odomd::tools {
 struct FilmedCircles {
   std::vector<CircleRun> circles;
   std::vector<std::string> names;         ///< of the films
-  std::vector<FilmAlignment> alignments;  ///< of each film; offset after the log's first frame
+  std::vector<FilmAlignment> alignments;  ///< one per film; offset from the log's first frame
   diagnostics::Diagnostics warnings;
 };
 
-/// Throws std::invalid_argument if most circles are driven backwards or sideways, or steered the
-/// wrong way or by another measure: markers or their X and Y exchanged, sign or scale of the
-/// steering.
+/// Throws std::invalid_argument if most circles are driven backwards or sideways, or if the
+/// steering has the wrong sign or a wrong size: markers or their X and Y exchanged, sign or scale
+/// of the steering.
 void check_circles(std::span<const CircleRun> circles, double wheelbase);
 
-/// Warnings: what a fit cannot separate without circles of another kind, and an accelerometer that
+/// Warnings: parameters that a fit cannot separate without other circles, and an accelerometer that
 /// contradicts the film's scale.
 [[nodiscard]] diagnostics::Diagnostics circle_warnings(std::span<const CircleRun> circles);
 
 /// Throws std::invalid_argument if the circles determine neither axle's stiffness to a quarter.
 void require_slip(const CorneringStiffness& found);
 
-/// Contradictions between the circles and a sensor, the configuration or the places of the markers,
-/// so grossly that the stiffness cannot be trusted.
+/// Contradictions between the circles and a sensor, the configuration or the markers' positions
+/// that are so large that the stiffness cannot be trusted.
 [[nodiscard]] diagnostics::Diagnostics contradictions(const FilmedCircles& films,
                                                       const CorneringStiffness& found,
                                                       const CircleCar& car);
 
-/// With entries in `against` the stiffnesses are not determined.
+/// If `against` has entries, the stiffnesses are not determined.
 [[nodiscard]] Findings stiffness_findings(const FilmedCircles& films,
                                           const CorneringStiffness& found,
                                           const diagnostics::Diagnostics& against);

@@ -1,5 +1,5 @@
-// odom identify mass and cog: on a scale, as a whole or by parts, and where the centre of gravity
-// lies, from the loads of axles and sides.
+// odom identify mass and cog: the car on a scale, as a whole or in parts; from the loads of axles
+// and sides the centre of gravity.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -33,10 +33,11 @@ struct Options {
 
 constexpr Plausible wheelbases{0.05, 10.0}, track_widths{0.02, 5.0};  // [m]
 
-/// The last digit or the scatter of a scale as mass is measured by it, with the same gravity.
+/// Parses a load, or a scale's resolution or scatter, as a mass; newtons are divided by the
+/// gravity.
 struct Kilograms {
   Measured gravity;
-  bool of_newtons = false;  ///< some are, so that the mass is only as well known as gravity
+  bool of_newtons = false;  ///< any value was, so that the mass is no more certain than gravity
 
   double operator()(const std::string& text, const std::string& option) {
     const Quantity quantity = parse_quantity(text, Dimension::mass, option);
@@ -79,9 +80,9 @@ Weighed read_loads(const Options& options) {
   return result;
 }
 
-/// Height and slope; the dimensions must have the wheelbase.
+/// Sets height and slope; the dimensions must contain the wheelbase.
 void set_level(const Options& options, Dimensions& dimensions) {
-  // Unknown, it is a quarter of the wheelbase for cars of any size, give or take.
+  // The default is about right for cars of any size.
   dimensions.height =
       parse_or(0.25 * dimensions.wheelbase.value, options.height, Dimension::length, "--height");
   dimensions.level_sigma = parse_not_negative(options.level, Dimension::angle, "--level");
@@ -89,7 +90,7 @@ void set_level(const Options& options, Dimensions& dimensions) {
     refuse("--level: with this slope the loads are useless; level the car");
 }
 
-/// Solves for the loads, allowing for the shifts of a car on slopes.
+/// Solves for the loads, allowing for load shifts of a car on slopes.
 void weigh(Weighed& weighed, const Dimensions& dimensions) {
   weighed.loads = wheel_loads(weighed.weighings, weighed.scale);
   weighed.mass = mass_of(weighed.loads, weighed.scale);
@@ -103,8 +104,8 @@ std::string origin_of(const Weighed& weighed) {
   return "scale, " + counted(weighed.weighings.size(), "weighing");
 }
 
-/// Loads that contradict each other; else a mass that is only known to 2 % or worse, whose units
-/// may be wrong.
+/// Warns of loads that contradict each other, or otherwise of a mass with 2 % uncertainty or more,
+/// whose units may be wrong.
 void check_precision(const Weighed& weighed, Findings& findings) {
   constexpr const diagnostics::Kind& coarse = kind("scale_coarse");
   if (const auto line = contradiction(weighed.loads))
@@ -117,7 +118,7 @@ void check_precision(const Weighed& weighed, Findings& findings) {
                           200.0 * mass->sigma / mass->value)));
 }
 
-/// Only ratios count for the mass: for a car of unknown size the usual ones are taken.
+/// Only ratios matter for the mass: for a car of unknown size they have usual values.
 Dimensions dimensions_for_mass(const Options& options) {
   if (options.wheelbase.empty() && !(options.height.empty() && options.track_width.empty()))
     refuse("--wheelbase is missing, which is needed to check --height and --track-width");
@@ -134,7 +135,7 @@ Dimensions dimensions_for_mass(const Options& options) {
   return dimensions;
 }
 
-/// A length by tape, whose sigma is in another unit if it is more than a tenth of it.
+/// A length from a tape; a sigma above a tenth of it must be in another unit.
 Measured by_tape(const std::string& text, const std::string& sigma_text, const std::string& option,
                  Plausible range) {
   const double length = parse_plausible(text, Dimension::length, option, range);
@@ -156,7 +157,7 @@ Dimensions dimensions_for_cog(const Options& options) {
   return dimensions;
 }
 
-/// Is it the same car, and the heavy end where the configuration has it?
+/// Warns if the wheelbase or the heavier axle is not that of the configuration.
 void compare_with(const std::string& file, const Measured& wheelbase, const CentreOfGravity& centre,
                   Findings& findings) {
   const estimator::Vehicle car = daemon::load_config(file).vehicle;

@@ -29,7 +29,7 @@ constexpr std::array<LoadInfo, static_cast<std::size_t>(Load::count)> loads_tabl
     {"rear-right", {0, 0, 0, 1}, "Load of the rear right wheel"},
 }};
 
-// No scale has more digits than this: a unit is wrong.
+// A scale with more digits does not exist: a unit is wrong.
 constexpr double most_digits = 1e6;
 constexpr double most_digits_of_a_heavy_one = 2e5;
 constexpr double heavy = 60.0;  // kg
@@ -39,10 +39,10 @@ bool shows(const Scale& scale, double mass) {
          mass <= (mass > heavy ? most_digits_of_a_heavy_one : most_digits) * scale.resolution;
 }
 
-// A load this far off the result of all loads is not scatter, but a mistake.
+// A load that is off the result of all loads by this share is not scatter, but a mistake.
 constexpr double another_car = 0.1;
 
-// Default scatter of weighings of one load, as a share of the last digit.
+// Default scatter of weighings of one load, relative to the last digit.
 constexpr double half_a_digit = 0.5;
 
 Eigen::Vector4d wheels_of(Load load) {
@@ -73,7 +73,7 @@ WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale, double
   const auto n = static_cast<Eigen::Index>(weighings.size());
   Eigen::MatrixXd design(n, 4);
   Eigen::VectorXd shown(n);
-  // The scale rounds a load alike each time; the scatter is of each weighing alone.
+  // The scale rounds one load the same way each time; each weighing has its own scatter.
   const double rounding = scale.resolution * scale.resolution / 12.0;
   const double scatter = scale.sigma > 0.0 ? scale.sigma : half_a_digit * scale.resolution;
   const auto once_a_load = [&](Load load) {
@@ -90,7 +90,7 @@ WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale, double
     for (Eigen::Index j = 0; j < n; ++j)
       if (weighings[static_cast<std::size_t>(j)].load == weighing.load)
         variance(i, j) = once_a_load(weighing.load) + unknown * unknown;
-    // Weighings that repeat must not be singular, however small the given scatter is.
+    // Keeps repeated weighings from being singular, however small the given scatter is.
     variance(i, i) += std::max(scatter * scatter, 1e-4 * rounding);
   }
   const Eigen::LLT<Eigen::MatrixXd> factor(variance);
@@ -138,9 +138,9 @@ bool WheelLoads::determine(const Eigen::Vector4d& sum) const {
   return (determined * sum - sum).norm() < 1e-9;
 }
 
-// If loads contradict each other, one of them is wrong and it is not known which: each gets an
-// additional error such that chi² is as expected (Mandel and Paule, 1970). That does not explain
-// the scatter of one load, for which all uncertainties grow.
+// If loads contradict each other, any of them may be wrong: each gets an additional error such that
+// chi² is as expected (Mandel and Paule, 1970). This does not explain the scatter of one load, for
+// which all uncertainties grow.
 WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) {
   check(weighings, scale);
   WheelLoads loads = solve(weighings, scale, 0.0);
@@ -153,8 +153,8 @@ WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) 
   }
   const auto repeated =
       static_cast<int>(weighings.size()) - static_cast<int>(std::ranges::count(weighed, true));
-  const int checks = loads.excess - repeated;  // of loads by others
-  // With unlimited errors of each load only its own repetitions can be checked.
+  const int checks = loads.excess - repeated;  // of loads with other loads
+  // With unlimited errors of each load only its own repetitions are checks.
   const double own = checks > 0 ? solve(weighings, scale, heaviest).chi_square : seen;
   if (checks > 0 && contradiction({.chi_square = seen - own, .excess = checks})) {
     const Interval error = bisect({0.0, heaviest}, 50, [&](double unknown) {
@@ -192,7 +192,7 @@ std::optional<Measured> mass_of(const WheelLoads& loads, const Scale& scale) {
 std::optional<Measured> share_of(const WheelLoads& loads, const Eigen::Vector4d& wheels) {
   const Eigen::Vector4d all = Eigen::Vector4d::Ones();
   if (!loads.determine(all) || !loads.determine(wheels)) return std::nullopt;
-  // s = p/m: ds = (dp - s dm)/m; the gain of the scale cancels.
+  // s = p/m: ds = (dp - s dm)/m; the scale's gain cancels.
   const double mass = all.dot(loads.load);
   const double share = wheels.dot(loads.load) / mass;
   const Eigen::Vector4d gradient = (wheels - share * all) / mass;
@@ -227,7 +227,8 @@ CentreOfGravity centre_of_gravity(const WheelLoads& loads, const Dimensions& dim
     const double tape = dimensions.wheelbase.sigma;
     centre.rear_axle = {share_h * base, std::hypot(share_h * tape, moved)};
     centre.front_axle = {share_v * base, std::hypot(share_v * tape, moved)};
-    // Errors of the tape measure affect both alike, those of the loads in opposite directions.
+    // Errors of the tape measure change both in the same direction, those of the loads in opposite
+    // ones.
     const double sigmas = centre.rear_axle->sigma * centre.front_axle->sigma;
     if (sigmas > 0.0)
       centre.correlation = (share_h * share_v * tape * tape - moved * moved) / sigmas;

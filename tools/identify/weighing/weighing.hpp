@@ -13,7 +13,7 @@
 
 namespace odomd::tools {
 
-/// Under which wheels the scale was.
+/// The wheels on the scale.
 enum class Load : std::uint8_t {
   total,
   front,
@@ -35,26 +35,26 @@ struct LoadInfo {
 
 struct Weighing {
   Load load = Load::total;
-  double mass = 0.0;  ///< what the scale showed [kg]
+  double mass = 0.0;  ///< reading of the scale [kg]
 };
 
 struct Scale {
-  double resolution = 0.0;  ///< the last digit [kg]; the same each time that a load is weighed
+  double resolution = 0.0;  ///< the last digit [kg]; rounds one load the same way each time
   double sigma = 0.0;       ///< scatter of weighings of one load [kg]; 0: half of the last digit
-  double accuracy = 0.0;    ///< standard uncertainty of its gain, common to all weighings
-  // Load shifted to other wheels by a slope [kg]; once per load.
+  double accuracy = 0.0;    ///< standard uncertainty of the scale's gain, common to all weighings
+  // Load shifted to other wheels by a slope [kg]; constant per load.
   double axle_shift = 0.0;
   double side_shift = 0.0;
 };
 
-/// The loads of the four wheels by generalised least squares: x = (front left, front right, rear
-/// left, rear right), of which a set of weighings determines some sums and not others.
+/// The loads of the four wheels from generalised least squares: x = (front left, front right, rear
+/// left, rear right). A set of weighings determines some sums of these and not others.
 struct WheelLoads {
   Eigen::Vector4d load = Eigen::Vector4d::Zero();
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();  ///< without the gain
   Eigen::Matrix4d determined = Eigen::Matrix4d::Zero();  ///< projector onto determined sums
   double chi_square = 0.0;
-  int excess = 0;  ///< weighings beyond what the unknowns need
+  int excess = 0;  ///< weighings in addition to those that the unknowns need
 
   /// Whether the weighings determine a sum of wheels (weights 0 or 1).
   [[nodiscard]] bool determine(const Eigen::Vector4d& sum) const;
@@ -62,40 +62,40 @@ struct WheelLoads {
 
 /// The covariance grows if the weighings contradict each other by more than the scale explains; if
 /// different loads do, each may be the wrong one. Throws std::invalid_argument for no weighing, for
-/// a load that is not positive, for one that is a tenth off the result of all, or a scale without
-/// any uncertainty.
+/// a load that is not positive or is a tenth off the result of all, or for a scale without any
+/// uncertainty.
 [[nodiscard]] WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale);
 
-/// Whether the weighings fit together (99 %); otherwise one line that says how far they do not.
+/// Nothing if the weighings are consistent (99 %); otherwise a warning with their contradiction.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> contradiction(const WheelLoads& loads);
 
-/// The mass, if the weighings determine it; its uncertainty with that of the scale's gain.
+/// The mass, if the weighings determine it; its uncertainty includes that of the scale's gain.
 [[nodiscard]] std::optional<Measured> mass_of(const WheelLoads& loads, const Scale& scale);
 
-/// The weight distribution: the share on some of the wheels.
+/// The weight distribution: the share of the weight on some of the wheels.
 [[nodiscard]] std::optional<Measured> share_of(const WheelLoads& loads,
                                                const Eigen::Vector4d& wheels);
 
-/// Throws std::invalid_argument, naming the option, for an axle or a side that carries more than
-/// the whole car.
+/// Throws std::invalid_argument, with the option, for an axle or a side that carries more than the
+/// whole car.
 void check_shares(const WheelLoads& loads);
 
 struct Dimensions {
   Measured wheelbase;                   ///< [m]
   std::optional<Measured> track_width;  ///< [m]
-  double height = 0.0;                  ///< of the centre of gravity, roughly [m]
-  double level_sigma = 0.0;             ///< how level the car stood, standard uncertainty [rad]
+  double height = 0.0;                  ///< approximate height of the centre of gravity [m]
+  double level_sigma = 0.0;             ///< standard uncertainty of the car's inclination [rad]
 };
 
-/// The scale with the shifts that a car of this mass [kg] may have had: on a slope θ its weight
-/// acts h tan θ away from where it acts on the level.
+/// The scale with the load shifts of a car of this mass [kg]: on a slope θ the line of action of
+/// its weight moves by h tan θ.
 [[nodiscard]] Scale with_slopes(Scale scale, double mass, const Dimensions& dimensions);
 
 struct CentreOfGravity {
   std::optional<Measured> front_axle;  ///< l_v [m]
   std::optional<Measured> rear_axle;   ///< l_h [m]
-  double correlation = 0.0;            ///< between both
-  std::optional<Measured> lateral;     ///< to the left of the middle [m]
+  double correlation = 0.0;            ///< between the two axles' values
+  std::optional<Measured> lateral;     ///< to the left of the centre line [m]
 };
 
 /// Paper, "Vehicle Center of Gravity": l_h = F_v l / (m g), l_v = F_h l / (m g).
