@@ -77,9 +77,7 @@ class Command {
 
   [[nodiscard]] Command add_subcommand(const std::string& name,
                                        const std::string& sentence = "") const;
-  /// One of its subcommands is required.
   void require_subcommand() const;
-  /// Whether one of its subcommands was called.
   [[nodiscard]] bool has_called_subcommand() const;
 
   /// An option (--name) or an argument (NAME). It sets `value`, which must exist until the command

@@ -20,7 +20,7 @@ namespace odomd::tools {
 /// How to treat a last line without a newline, as left by a recorder that lost power.
 enum class LastLine : std::uint8_t {
   drop_unended,  ///< it may have lost digits: leave it out, with a warning
-  keep_whole,    ///< use it if all its fields are there, with a warning; else leave it out
+  keep_whole,    ///< use it if all its fields are there, with a warning; otherwise leave it out
 };
 
 /// Layout of a table; the defaults are those of a recording.

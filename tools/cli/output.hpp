@@ -54,7 +54,7 @@ class StandardStreams {
   std::streambuf* error_before_;
 };
 
-/// One line on standard error, whatever the text contains: it may include file names and the like.
+/// Writes one line to standard error, even if the text (a file name) contains control characters.
 void say(std::string_view text);
 
 /// "odom fault: warning: ...", in the same way; `command` is "fault".

@@ -5,7 +5,7 @@
 
 namespace odomd::tools {
 
-// In the order of an afternoon: on the scale, on the cords, standing, on the circle, on a lap.
+// In the order of use: on the scale, on the cords, at rest, on circles, on a lap.
 void add_mass(Command identify);
 void add_cog(Command identify);
 void add_inertia(Command identify);

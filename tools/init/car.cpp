@@ -90,7 +90,6 @@ void set(Car& car, const Item& item, std::string_view text) {
     car.*item.value = parse_plausible(text, item.dimension, item.question.option, item.range);
 }
 
-/// Whether the answer may be empty.
 bool is_optional(const Question& question) {
   return question.option == "--front-axle" || question.option == "--steering-ratio";
 }

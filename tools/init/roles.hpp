@@ -23,7 +23,7 @@ struct Candidate {
   std::optional<Companion> sign;
   std::vector<std::int64_t> unless_raw;  ///< named by the database as invalid
   bool all_ones = false;                 ///< occurs in the log, and is left out
-  can::Unit unit = can::Unit::none;      ///< the database's, else the role's usual one
+  can::Unit unit = can::Unit::none;      ///< the database's, or the role's usual one
   double score = 0.0;                    ///< comparable within a role only
   std::vector<std::string> warnings;     ///< why name, unit or size leave doubt; empty: none
   double forward = 0.0, reverse = 0.0;   ///< of direction: physical values

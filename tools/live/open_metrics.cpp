@@ -9,7 +9,7 @@
 namespace odomd::tools {
 namespace {
 
-/// One metric family. An object with several values, and a word, get a label.
+/// One metric family. The values of an object, and words, get a label.
 struct Family {
   std::string_view path;  ///< path of the value; a value in _us becomes seconds
   std::string_view name;

@@ -17,7 +17,7 @@ namespace odomd::tools {
 [[nodiscard]] std::string pose_as_json(const odom_pose& pose, std::int64_t age_ns,
                                        const std::string& clock, std::int64_t t_ns, bool fresh);
 
-/// One line, to watch the pose.
+/// The pose in one line, to be watched.
 [[nodiscard]] std::string pose_as_line(const odom_pose& pose, std::int64_t t_ns);
 
 /// `before`, if given, is an earlier document of the same daemon: rates are those since then,

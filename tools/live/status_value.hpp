@@ -39,7 +39,6 @@ class StatusValue {
   [[nodiscard]] StatusValue operator[](std::string_view path) const;
   /// The elements of an array, each with the earlier element of the same `name`.
   [[nodiscard]] std::vector<StatusValue> elements() const;
-  /// The element with this `name`.
   [[nodiscard]] StatusValue named(std::string_view name) const;
 
   [[nodiscard]] const Json& json() const { return *now_; }

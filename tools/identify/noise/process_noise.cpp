@@ -96,7 +96,7 @@ class Search {
       const auto nis = nis_of(replay(), source);
       if (!nis) return give_up(finding, "the drive has too few samples of its sensor");
       const double y = std::log(nis->value);
-      // Innovations / their expected sigma decrease as the noise grows.
+      // The innovations decrease, relative to their expected size, as the noise grows.
       if (i > 0 && std::fabs(x - last_x) > 1e-3)
         slope = std::clamp((y - last_y) / (x - last_x), -2.0, -0.02);
       finding.value = setting;

@@ -11,9 +11,8 @@
 
 namespace odomd::tools::watch {
 
-/// Where to look for the daemon.
 struct Target {
-  std::string segment;  ///< empty: that of the daemon at `socket`, else the library's defaults
+  std::string segment;  ///< empty: that of the daemon at `socket`, or the library's defaults
   std::string socket;   ///< empty: the service's
 };
 
