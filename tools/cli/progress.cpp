@@ -13,8 +13,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-/// A longer line would wrap, and only its last part would be overwritten. Each byte counts as a
-/// column.
+/// A longer line would wrap, and only its last part be overwritten. Each byte counts as a column.
 std::string cut_to_terminal(const std::string& text) {
   winsize size{};
   if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col < 2) return text;

@@ -1,4 +1,4 @@
-// odom import: a drive from tables.
+// odom import: makes a drive from tables.
 #include <iostream>
 #include <memory>
 

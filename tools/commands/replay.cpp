@@ -159,7 +159,7 @@ void run(Options options) {
   if (summary.poses == 0) throw std::runtime_error("there is no pose: no pose file is written");
 }
 
-// The folder of odom record, to be compared if that is asked for.
+// All files of a recording, which --out must not overwrite.
 std::vector<std::filesystem::path> files_of(const Recording& recording) {
   std::vector<std::filesystem::path> all = recording.config.can.dbc;
   for (const char* name : {recorded_frames, recorded_cameras, recorded_beat, recorded_poses,

@@ -17,7 +17,7 @@ struct Condition {
 /// The conditions that are set, in the order of their bits.
 [[nodiscard]] std::vector<Condition> conditions_in(std::uint32_t bits);
 
-/// The condition of a name of the status document.
+/// The condition with this name in the status document.
 [[nodiscard]] std::optional<Condition> condition_named(std::string_view name);
 
 }  // namespace odomd::tools

@@ -159,8 +159,7 @@ std::optional<Diagnostic> check_initial_pose(const daemon::Config& config,
   if (first == cameras.end()) return std::nullopt;
   const auto last = std::ranges::find_if_not(first, cameras.end(), is_soon) - 1;
 
-  // The speed from the first to the last of these poses; since the first tick the car may have been
-  // 1.5 times as fast.
+  // The speed between these two poses; since the first tick it may have been 1.5 times as high.
   const double between_s =
       std::max(static_cast<double>(last->capture_ns - first->capture_ns) * 1e-9, 1e-3);
   const double speed = std::hypot(last->x - first->x, last->y - first->y) / between_s;

@@ -19,7 +19,7 @@
 
 namespace odomd::tools::doctor {
 
-/// An interface of the kernel.
+/// A network interface.
 struct Link {
   bool is_can = true;
   bool is_up = true;
@@ -64,9 +64,9 @@ struct Identifier {
                                                                const Link& link,
                                                                const Drive& heard);
 
-/// Reports an absence of frames, and mapped messages that are missing, come with the other format
-/// of their identifier, at another rate, too short, or fail their protection. Unmapped identifiers
-/// are no fault.
+/// Reports if no frame came, and mapped messages that are missing, come with the other format of
+/// their identifier, at another rate, too short, or fail their protection. Not unmapped
+/// identifiers.
 [[nodiscard]] diagnostics::Diagnostics examine_traffic(const Drive& drive);
 
 }  // namespace odomd::tools::doctor

@@ -154,8 +154,7 @@ void examine_messages(const StatusValue& status, Diagnostics& all) {
   }
 }
 
-// Reports each mistake in wiring or configuration once for all its sources; returns whether there
-// is one.
+// Reports each wiring or configuration mistake once for its sources; returns whether any exists.
 bool examine_wiring(const StatusValue& status, Diagnostics& all) {
   bool any = false;
   for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault) {

@@ -97,8 +97,7 @@ void add_median(std::vector<Comparison>& all, const ArrayXd& y, const ArrayXd& x
   if (ratio > 0.0 && std::isfinite(ratio)) add(all, ratio, sigma, powers);
 }
 
-// Compares the magnitudes of y and x: their ratio hardly depends on latencies. Noise of either adds
-// to the uncertainty.
+// Compares the magnitudes of y and x: latencies hardly change their ratio. Noise adds to sigma.
 void add_slope(std::vector<Comparison>& all, const ArrayXd& y, const ArrayXd& x, double sigma,
                std::initializer_list<Power> powers) {
   constexpr double related = 0.8;

@@ -32,7 +32,7 @@ struct Question {
 };
 
 /// Numbers that are missing before the log can be read: mass and wheelbase, a radius for speeds in
-/// turns per minute, and the motor's gear ratio. Without the front axle, half of the wheelbase is a
+/// turns per minute, and the motor's gear ratio; the front axle, for which half the wheelbase is a
 /// guess.
 [[nodiscard]] std::vector<Question> missing_first(const Car& car, const Proposal& proposal);
 /// Numbers that are missing after it has been read: the track, if there are both wheels of an axle

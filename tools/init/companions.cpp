@@ -45,8 +45,7 @@ std::string squeezed(std::string_view name) {
 
 enum class Match : std::uint8_t { none, message, begin, whole };
 
-/// How well `candidate`, without one of the tokens, matches the measured signal's name or its
-/// beginning.
+/// How well `candidate`, without a token, matches the measured signal's name or its beginning.
 Match match(const can::Message& message, const can::Signal& measured, const can::Signal& candidate,
             Vocabulary tokens) {
   const std::string name = squeezed(candidate.name), own = squeezed(measured.name);

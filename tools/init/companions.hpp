@@ -13,8 +13,7 @@ namespace odomd::tools {
 
 struct Companion {
   const can::Signal* signal = nullptr;
-  /// Physical value with which the measured signal is valid, or negative. None: only a log shows
-  /// it.
+  /// Physical value if the measured signal is valid, or negative. None: only a log shows it.
   std::optional<double> value;
 };
 

@@ -64,8 +64,7 @@ class DriveCourse {
 void take_command(Proposal& proposal);
 
 /// Determines whether the steering angle is that of the front wheels or of the steering wheel, and
-/// their ratio: sets the scale of the role, with its reason or warning. A ratio needs the
-/// wheelbase.
+/// their ratio (if the wheelbase is known): sets the role's scale, with its reason or warning.
 void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Known& known);
 
 /// Sets each sigma for which the log shows another than odomd's default, and the offset of a gyro

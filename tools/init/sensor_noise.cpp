@@ -49,8 +49,7 @@ class Rest {
   std::size_t from_ = 0;
 };
 
-/// The mean reading while all wheels are at rest, without outliers; none if the car turns
-/// meanwhile.
+/// The mean reading while all wheels are at rest, without outliers; none if the car still turns.
 std::optional<double> bias_standing(const Series& signal, const Proposal& proposal) {
   constexpr std::size_t enough = 50;
   constexpr double quiet = 0.02;  // rad/s: the readings of a creeping car scatter more

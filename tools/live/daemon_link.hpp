@@ -46,8 +46,7 @@ class Waiting {
 };
 
 /// Connects to a socket; returns an empty descriptor, with errno, if that fails. `timeout` limits
-/// each read and write; 0: no limit. Throws std::invalid_argument for a path that no socket can
-/// have.
+/// each read and write; 0: none. Throws std::invalid_argument for a path that no socket can have.
 [[nodiscard]] FileDescriptor connect_to(const std::string& path,
                                         std::chrono::milliseconds timeout = {});
 

@@ -60,8 +60,7 @@ double cosine(const ArrayXd& a, const ArrayXd& b) {
   return both > 0.0 ? (a * b).mean() / both : 0.0;
 }
 
-// The turns themselves show the sign; without their means they show whether both turn at the same
-// times.
+// The turns show the sign; without their means they show whether both happen at the same times.
 Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, double least) {
   double most = -1.0, fewest_alike = 1.0, most_shape = -1.0, least_shape = 1.0, ratio = 1.0;
   double best_lag = 0.0, most_of_all = -1.0;
@@ -199,8 +198,7 @@ bool is_far_off(double ratio) {
   return !kind("scale_off").limits.hold(ratio);
 }
 
-// Distance of a wheel / distance of the poses, the median of the pieces; empty if too little was
-// driven.
+// Distance of a wheel / that of the poses, median of the pieces; empty if too little was driven.
 std::optional<double> ratio_of_ways(const std::vector<Piece>& pieces, const Resampled& speed,
                                     double least) {
   const Resampled way = integral(speed);

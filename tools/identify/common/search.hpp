@@ -9,8 +9,7 @@ struct Interval {
   [[nodiscard]] double middle() const { return 0.5 * (low + high); }
 };
 
-/// Halves the interval `halvings` times, keeping the half in which the predicate changes from true
-/// to false.
+/// Bisects `halvings` times, keeping the half in which the predicate changes from true to false.
 template <class Predicate>
 [[nodiscard]] Interval bisect(Interval range, int halvings, Predicate&& is_before) {
   for (int i = 0; i < halvings; ++i) {

@@ -142,8 +142,7 @@ Built build(const Setup& setup, const Settings& settings, const Numbers<double>&
   }
   built.problem->AddResidualBlock(new ceres::NormalPrior(precision, expected), nullptr,
                                   built.p.data());
-  // Samples are assigned to windows with the present latencies, so these may change little per
-  // pass.
+  // Samples are assigned to windows with the present latencies, so these change little per pass.
   for (std::size_t i = 0; i < free.size(); ++i)
     if (parameter_table()[free[i]].unit == "s" && parameter_table()[free[i]].kind == Kind::shift) {
       built.problem->SetParameterLowerBound(built.p.data(), static_cast<int>(i),
@@ -304,8 +303,7 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     options.logging_type = ceres::SILENT;
     options.initial_trust_region_radius = pass == 1 ? 10.0 : 1e4;
     options.callbacks.push_back(&progress);
-    // Elimination order: the windows' inner unknowns, then the nodes along the chain, then the
-    // parameters.
+    // Elimination order: the windows' inner unknowns, the nodes along the chain, the parameters.
     auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
     ordering->AddElementToGroup(built.p.data(), 2);
     for (Chain& chain : chains) {
@@ -319,8 +317,7 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     result.iterations += static_cast<int>(summary.iterations.size());
     if (!summary.IsSolutionUsable())
       throw std::runtime_error("the fit does not converge: " + summary.message);
-    // The next pass assigns samples with the fitted latencies and takes the noise from the
-    // residuals.
+    // The next pass assigns samples with the fitted latencies, with noise from the residuals.
     const double gained = summary.initial_cost - summary.final_cost;
     result.settled = pass >= settings.passes && gained < small_gain * summary.final_cost &&
                      moved(before, result.p) < still * slowness(config);

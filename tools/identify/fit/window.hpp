@@ -104,8 +104,7 @@ car_model::Car<T> car_of(const Setup& setup, const Numbers<T>& p) {
   return car;
 }
 
-/// Substeps per step. Slip settles at a rate of |v_x| / σ, and a Runge-Kutta step diverges beyond
-/// 2.8.
+/// Substeps per step. Slip settles at a rate of |v_x| / σ; a Runge-Kutta step diverges above 2.8.
 [[nodiscard]] inline int stable_parts(double speed, double relaxation, double step) {
   constexpr double stable = 2.0, most = 64.0;
   const double parts = std::ceil(std::fabs(speed) / relaxation * step / stable);
@@ -271,8 +270,7 @@ T rolled(const Setup& setup, const car_model::Car<T>& car, estimator::Source sou
   if (front) {
     const T along = forward - out * r;
     const T side = now.x[st::v_y] + car.front_axle * r;
-    // Ackermann: both front wheels have the same centre of turn, tan δ_i = l tan δ / (l - y_i tan
-    // δ)
+    // Ackermann: both front wheels turn about one centre, tan δ_i = l tan δ / (l - y_i tan δ)
     const T slope = tan(now.x[st::steer]);
     const T steer = atan(wheelbase * slope / (wheelbase - out * slope));
     const T c = cos(steer), s = sin(steer);

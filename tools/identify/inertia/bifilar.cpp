@@ -47,8 +47,7 @@ void check_size(const Bifilar& pendulum, double period) {
       period, pendulum.cord, spacing, radius, exchange_hint(pendulum));
 }
 
-// m / k³ with the radius of gyration k is about 3000 kg/m³ for a 1:10 car, about 800 for a
-// full-size car.
+// m / k³ with the radius of gyration k: about 3000 kg/m³ for a 1:10 car, 800 for a full-size car.
 void check_mass(const Bifilar& pendulum, double period, double mass) {
   const double radius = std::sqrt(inertia_of(pendulum, 1.0, 9.81, period));
   const double cube = radius * radius * radius;

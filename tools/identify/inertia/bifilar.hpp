@@ -54,8 +54,7 @@ void check(const Bifilar& pendulum);
 /// radius of gyration would be ten times the distance of the cords, or a tenth of it.
 void check_size(const Bifilar& pendulum, double period);
 
-/// Throws std::invalid_argument for a mass [kg] that is impossible for the size that the period
-/// implies.
+/// Throws std::invalid_argument for a mass [kg] that the size, given by the period, rules out.
 void check_mass(const Bifilar& pendulum, double period, double mass);
 
 /// J of a body with this mass and this period of small swings.

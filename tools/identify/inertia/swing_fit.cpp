@@ -23,8 +23,7 @@ struct Record {
   std::vector<double> rate;
 };
 
-/// The fit needs gravity only for the small effect of the body's lift, so an approximate value
-/// suffices.
+/// An approximate value suffices: the fit needs it only for the small effect of the body's lift.
 constexpr double gravity = 9.81;
 
 /// Beyond these limits the record must be in other units.

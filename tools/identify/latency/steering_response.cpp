@@ -21,8 +21,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-// Time constant, rate limit, stiffnesses, inertia, relaxation, bends and steering scale are
-// logarithms.
+// Time constant, rate limit, stiffnesses, inertia, relaxation, bends, steering scale: logarithms.
 enum : Eigen::Index {
   dead,
   lag,

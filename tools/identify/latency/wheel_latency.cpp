@@ -53,8 +53,7 @@ Resampled straightened(const Resampled& along, const GyroDrive& drive) {
 
 // Speed along a wheel at y_i, steered by δ_i:
 //   V_i = (v_x - y_i ψ̇) cos δ_i + (v_y + l_v ψ̇) sin δ_i,  tan δ_i = l tan δ / (l - y_i tan δ)
-// so V_right - V_left = t ψ̇ cos δ, plus a small part since the wheels point in different
-// directions.
+// so V_right - V_left = t ψ̇ cos δ, plus a small part from the wheels' different directions.
 struct Difference {
   Resampled turn;
   Resampled ackermann;
@@ -158,8 +157,7 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   if (axle == Axle::front && front_wheels)
     difference = front_difference(car, turning, speed, *front_wheels);
 
-  // The lag has its expected value; the effect of its uncertainty adds to the uncertainty of the
-  // offset.
+  // The lag has its expected value; the effect of its uncertainty adds to that of the offset.
   const Resampled lagging = combined(slope_around(difference.turn, 0.02), speed,
                                      [](double rate, double v) { return rate * std::fabs(v); });
   const auto with_lag = [&](double seconds_per_speed) {
@@ -223,8 +221,7 @@ SourceOffset speed_by_camera(const GyroDrive& drive, Source source,
   }
   r.basis = {{way, 1.0, 0.1}, {turn, 0.0, 0.5 * drive.config.vehicle.wheelbase()}};
   Offset found = solve(r);
-  // The camera was shifted, not the source: reverse the sign and add the camera's offset to the
-  // gyro.
+  // The camera was shifted, not the source: reverse the sign, and refer the offset to the gyro.
   found.value = camera_offset - found.value;
   return as_offset(source, "the camera's way", found);
 }

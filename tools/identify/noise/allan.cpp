@@ -23,8 +23,7 @@ std::vector<AllanPoint> allan_deviation(const Series& series, const std::string&
   if (1e-9 * static_cast<double>(longest) > 0.1 * span)
     refuse("{}: no sample for {:.1f} s; cut the record there with --from, --to", name,
            1e-9 * static_cast<double>(longest));
-  // Cumulative sums of the deviations from the first sample: their differences give means over m
-  // samples.
+  // Sums of the deviations from the first sample: their differences give means over m samples.
   std::vector<double> sum(n + 1, 0.0);
   for (std::size_t i = 0; i < n; ++i) sum[i + 1] = sum[i] + series.value[i] - series.value.front();
   std::size_t last = 0;

@@ -1,5 +1,4 @@
-// odom identify noise: the noise of sensors at rest, and the noise settings of the filter on a
-// drive.
+// odom identify noise: the noise of sensors at rest, and the filter's noise settings from a drive.
 #include <memory>
 #include <optional>
 #include <string>

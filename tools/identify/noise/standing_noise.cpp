@@ -71,8 +71,7 @@ Explained explain(const Series& series) {
   noise.sample_period = duration / n;
   const double lambda = best_value > none ? std::exp(best) : 0.0;
   const double variance = variance_of(lambda);
-  // ln L falls by 1/2 at one standard deviation; its curvature is n/2 in ln r, and measured in ln
-  // λ.
+  // ln L falls by 1/2 at one standard deviation; its curvature in ln r is n/2, in ln λ measured.
   constexpr double width = 0.2;
   const double curvature =
       (2.0 * best_value - of_log(best + width) - of_log(best - width)) / (width * width);

@@ -51,8 +51,7 @@ Prior prior_of(const CircleCar& car) {
     prior.mean[which] = mean;
     prior.sigma[which] = sigma;
   };
-  // With this stiffness tyres reach their load in 2 to 20 degrees; the result should not depend on
-  // it.
+  // So tyres reach their load in 2 to 20 degrees; this should not affect the result.
   const double load = car.mass.value * gravity / car.wheelbase();
   set(log_stiffness_front, std::log(6.0 * load * car.rear_axle.value), 5.0);
   set(log_stiffness_rear, std::log(6.0 * load * car.front_axle.value), 5.0);

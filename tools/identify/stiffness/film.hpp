@@ -45,8 +45,7 @@ struct MarkerTrack {
                                              const std::filesystem::path& rear,
                                              std::optional<double> frames_per_second = {});
 
-/// Positions of the markers on the car: body frame, from the centre of gravity, x forward, y left
-/// [m].
+/// Positions of the markers: body frame, from the centre of gravity, x forward, y left [m].
 struct MarkerPlaces {
   Plane front, rear;
 

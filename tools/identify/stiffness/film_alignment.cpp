@@ -17,8 +17,7 @@ namespace {
 constexpr std::int64_t coarse = 5;  // steps
 constexpr double good_agreement = 0.9;
 
-// Position of the film on the gyro: its sample k is at gyro step `middle_step` + (k - n/2) (1 +
-// rate).
+// Position of the film: its sample k is at gyro step `middle_step` + (k - n/2) (1 + rate).
 struct Placement {
   double middle_step = 0.0;
   double rate = 0.0;
@@ -62,8 +61,7 @@ Placement shifted(const YawRates& film, const YawRates& gyro, std::int64_t shift
                         stride);
 }
 
-// Grid search over clock rates that move the film's ends by up to 4 s, in steps of 0.2 s, and over
-// shifts.
+// Grid search over shifts, and over clock rates that move the film's ends by 4 s in 0.2 s steps.
 Placement search_rate(const YawRates& film, const YawRates& gyro, const Placement& constant) {
   const double half = Placement::middle(film);
   Placement best = with_agreement(film, gyro, constant, 1.0, coarse);

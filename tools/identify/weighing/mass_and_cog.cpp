@@ -33,8 +33,7 @@ struct Options {
 
 constexpr Plausible wheelbases{0.05, 10.0}, track_widths{0.02, 5.0};  // [m]
 
-/// Parses a load, or a scale's resolution or scatter, as a mass; newtons are divided by the
-/// gravity.
+/// Parses a load, or a scale's resolution or scatter, as a mass; divides newtons by gravity.
 struct Kilograms {
   Measured gravity;
   bool of_newtons = false;  ///< any value was, so that the mass is no more certain than gravity

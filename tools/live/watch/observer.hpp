@@ -23,8 +23,8 @@ class Observer {
  public:
   explicit Observer(Target target);
 
-  /// Looks once. This takes a moment, up to 0.3 s if the daemon is stopped. With Depth::segment the
-  /// status remains that of an earlier look. Throws std::invalid_argument for an invalid name or
+  /// Looks once. Takes a moment, up to 0.3 s if the daemon is stopped. With Depth::segment the
+  /// status is that of an earlier look. Throws std::invalid_argument for an impossible name or
   /// path.
   void look(Depth depth = Depth::segment_and_status);
 
