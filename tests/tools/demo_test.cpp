@@ -1,4 +1,4 @@
-// The demonstration, as far as it goes before it drives: builds and downloads are left out.
+// The demonstration without driving, builds and downloads.
 #include <filesystem>
 
 #include "tests/tools/scratch.hpp"
@@ -6,8 +6,8 @@
 namespace odomd::tools::demo_test {
 namespace {
 
-// A tree of its own with the demonstration in it, which finds everything built and an earlier
-// run's output in place.
+// A source tree with the demonstration, in which everything is built and an earlier run's output
+// exists.
 class Demo : public ::testing::Test {
  protected:
   Demo() {

@@ -1,4 +1,4 @@
-// Made-up drives for tests of the evaluation.
+// Artificial drives for tests of the evaluation.
 #pragma once
 
 #include "tests/tools/scratch.hpp"
@@ -8,14 +8,14 @@
 
 namespace odomd::tools {
 
-/// 1 m/s along a path whose heading swings and turns: at any two times it is the same drive.
+/// 1 m/s along a path whose heading oscillates and turns; a later start continues the same drive.
 inline Trajectory wavy_drive(double from_s, double to_s, double step_s) {
   Trajectory drive;
   drive.name = "drive.csv";
   drive.has_motion = true;
   const auto ns = [](double s) { return static_cast<std::int64_t>(std::llround(s * 1e9)); };
   const auto yaw_at = [](double s) { return 0.3 * s + 0.8 * std::sin(s); };
-  // ∫ (cos ψ, sin ψ) in steps of a millisecond from 0 on, whatever the rows are
+  // ∫ (cos ψ, sin ψ) in steps of a millisecond from 0 on, independent of the rows
   double x = 0.0;
   double y = 0.0;
   const std::int64_t step_ns = ns(step_s);
@@ -39,7 +39,7 @@ inline Trajectory moved_by(const estimator::Pose2& motion, Trajectory trajectory
   return trajectory;
 }
 
-/// As a CSV: t,x,y,yaw.
+/// The trajectory as CSV: t,x,y,yaw.
 inline std::string csv_of(const Trajectory& trajectory) {
   std::string text = "t,x,y,yaw\n";
   for (const auto& point : trajectory.points) {

@@ -1,5 +1,5 @@
-// Whether a text is well-formed XML, as far as our own pages and pictures go: tags that close in
-// order, attributes in double quotes, no bare "&" or "<".
+// Whether a text is well-formed XML, as far as our own pages and pictures need it: tags that close
+// in order, attributes in double quotes, no bare "&" or "<".
 #pragma once
 
 #include <cctype>
@@ -18,7 +18,7 @@ inline bool has_bare_ampersand(std::string_view text) {
   return false;
 }
 
-/// The name of the tag whose inside this is; nothing where it is none.
+/// The name of a tag, from the text between < and >; nothing if that is malformed.
 inline std::optional<std::string> tag_name(std::string_view inside) {
   const auto is_name = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == ':';
@@ -46,7 +46,7 @@ inline std::optional<std::string> tag_name(std::string_view inside) {
   }
 }
 
-/// What is wrong first, with the text around it; empty where nothing is.
+/// The first error, with the text around it; empty if there is none.
 inline std::string markup_fault(std::string_view text) {
   const auto around = [&text](std::size_t at) {
     return " at \"" + std::string{text.substr(at, 60)} + '"';

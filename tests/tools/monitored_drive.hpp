@@ -1,5 +1,5 @@
-// A recorded or simulated drive through the filter and its flags, with sensors that are made to
-// fail: what the fault injection tests and the campaign share.
+// A recorded or simulated drive, run through the filter and its source flags with failing sensors;
+// shared by the fault injection tests and the campaign.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,8 @@
 
 namespace odomd::tools {
 
-/// The samples of a drive as the daemon's pipeline would see them, by the tick that they come into.
+/// The samples of a drive as the daemon's pipeline would see them, with the ticks that process
+/// them.
 struct MonitoredDrive {
   struct Event {
     std::int64_t tick_ns = 0;
@@ -45,7 +46,7 @@ inline estimator::Source source_of(const MonitoredDrive::Event& event) {
   return sample != nullptr ? sample->source : estimator::Source::camera;
 }
 
-/// `camera` may be empty.
+/// Without camera poses if `camera` is empty.
 inline MonitoredDrive load_drive(daemon::Config config, const std::filesystem::path& log_file,
                                  const std::filesystem::path& camera) {
   MonitoredDrive drive;
@@ -97,10 +98,10 @@ struct Fault {
   estimator::Source source = estimator::Source::yaw_rate;
   FaultKind kind = FaultKind::frozen;
   std::int64_t begin_ns = 0;
-  double size = 0.0;  ///< of an offset, in the source's unit; of a drift, per second
+  double size = 0.0;  ///< offset in the source's unit, or drift per second
 };
 
-/// The drive as it is when the sensor fails; a camera's pose is frozen, or moved along x.
+/// The drive with a failing sensor; a camera's pose freezes, or moves along x.
 inline MonitoredDrive with_fault(MonitoredDrive drive, const Fault& fault) {
   using estimator::CameraPose;
   using estimator::Measurement;
@@ -197,13 +198,13 @@ inline std::vector<FlagChange> monitored(const MonitoredDrive& drive) {
   return changes;
 }
 
-/// A way to fail, and the smallest error that other sources can detect [its unit].
+/// A fault, and the smallest error that other sources can detect [source's unit].
 struct FaultCase {
   Fault fault;
   double visible = 0.0;
 };
 
-/// All that is tried on a drive, for the sources that it has; sizes are those of its car.
+/// All faults to try on a drive, for the sources that it has, with sizes that suit its car.
 inline std::vector<FaultCase> fault_cases(const MonitoredDrive& drive) {
   using enum estimator::Source;
   using enum FaultKind;
@@ -247,13 +248,13 @@ inline std::vector<FaultCase> fault_cases(const MonitoredDrive& drive) {
   return here;
 }
 
-/// When the fault begins to show: the first instant of the first 0.3 s without a break in which the
-/// source is off by more than is visible while the car moves. Immediately where it is no number.
+/// Start of the first 0.3 s in which the source's error exceeds `visible` all the time while the
+/// car moves: the fault is observable then. At once if `visible` is 0.
 inline std::optional<std::int64_t> shown_at(const MonitoredDrive& drive,
                                             const MonitoredDrive& failed, const FaultCase& one) {
   constexpr std::int64_t long_enough_ns = 300'000'000;
   constexpr double slow = 0.3;  // [m/s]
-  constexpr double grip = 5.0;  // [m/s²]: near it, the steering does not say how the car turns
+  constexpr double grip = 5.0;  // [m/s²]: beyond it, steering does not determine the yaw rate
   double speed = 0.0;
   double side = 0.0;
   std::optional<std::int64_t> since;

@@ -1,4 +1,4 @@
-// What tests of the tools share: running a program in a directory of their own.
+// Shared by tests of the tools: running a program in a directory of its own.
 #pragma once
 
 #include <sys/wait.h>
@@ -21,14 +21,14 @@ struct Outcome {
   std::string err;
 };
 
-/// Matches an outcome of this exit status whose standard error is, or matches, `err`.
+/// Matches an outcome with this exit status and a standard error that equals or matches `err`.
 inline ::testing::Matcher<const Outcome&> Ends(int status,
                                                const ::testing::Matcher<std::string>& err) {
   return AllOf(::testing::Field("status", &Outcome::status, status),
                ::testing::Field("err", &Outcome::err, err));
 }
 
-/// Runs a shell command line; `odom` in it is the built program.
+/// Runs a shell command line in which `odom` is the built program.
 inline Outcome run_shell(const std::string& command) {
   const Scratch scratch;
   const std::string line = "PATH=" ODOMD_BIN_DIR ":$PATH; (" + command + ") >" +
@@ -41,7 +41,7 @@ inline Outcome run_shell(const std::string& command) {
   return outcome;
 }
 
-/// Drives `odom sim` with these options into a folder of the directory; the folder.
+/// Runs `odom sim` with these options; returns the drive's folder in the directory.
 inline std::string simulate(const Scratch& scratch, const std::string& options,
                             std::string_view name = "drive") {
   std::string folder = scratch.path(name).string();
@@ -58,8 +58,8 @@ struct SharedDrive {
   std::filesystem::path folder;
 };
 
-/// Runs each of the lines, after `before`. It must be refused: status 2, nothing on standard
-/// output, and one line on standard error that is, or matches, the one given.
+/// Runs each of the lines after `before`. Each must be refused: status 2, nothing on standard
+/// output, and on standard error one line that equals or matches the given text.
 inline void expect_refused(
     const std::string& before,
     const std::vector<std::pair<std::string, ::testing::Matcher<std::string>>>& lines) {

@@ -30,8 +30,8 @@ namespace odomd::tools {
   return true;
 }
 
-/// A DDS domain, and a network for $CYCLONEDDS_URI: nothing but the loopback, which need not know
-/// multicast, and nobody else's domain, whoever runs these tests at the same time.
+/// A DDS domain, and a network for $CYCLONEDDS_URI: only the loopback, without multicast, and with
+/// a tag that separates it from other runs of these tests.
 [[nodiscard]] inline std::uint32_t test_domain() {
   return 1 + static_cast<std::uint32_t>(::getpid()) % 90;
 }
@@ -45,11 +45,11 @@ namespace odomd::tools {
          "<Peers><Peer Address=\"127.0.0.1\"/></Peers></Discovery>";
 }
 
-/// Between ticks that nobody has answered yet: what a bridge that was held up sends at once is to
-/// fit into a socket's buffer.
+/// Pause between ticks that no subscriber has answered yet: a delayed bridge sends the missed ones
+/// at once, and they must fit into a socket's buffer.
 inline constexpr std::chrono::milliseconds between_ticks{25};
 
-/// A program of ours as a process; its output goes to files.
+/// One of our programs as a process; its output goes to files.
 class Child {
  public:
   Child(const Scratch& scratch, const std::string& program, std::vector<std::string> arguments)
@@ -77,7 +77,7 @@ class Child {
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
 
-  /// Ends it by TERM, and waits for that.
+  /// Sends SIGTERM and waits until it ends.
   Outcome terminate() {
     ::kill(pid_, SIGTERM);
     return wait();

@@ -1,5 +1,5 @@
-// odom bridge as ROS 2 meets it: a subscriber to rt/odom and rt/tf, and the bytes on the wire held
-// against the definitions of the messages.
+// odom bridge as ROS 2 sees it: a subscriber to rt/odom and rt/tf, and a comparison of the bytes on
+// the wire with the message definitions.
 #include <dds/dds.h>
 #include <dds/ddsi/ddsi_serdata.h>
 #include <unistd.h>
@@ -17,8 +17,8 @@ namespace {
 
 const std::string domain = std::to_string(test_domain());
 
-// Takes apart what XCDR1 has written: every number aligned to its own size, counted from behind
-// the four bytes of the header.
+// Parses XCDR1: every number is aligned to its own size, counted from the end of the four-byte
+// header.
 class Cdr {
  public:
   explicit Cdr(std::vector<unsigned char> bytes) : bytes_(std::move(bytes)) {}
@@ -42,7 +42,7 @@ class Cdr {
     while (count-- > 0) all.push_back(float64());
     return all;
   }
-  /// Bytes behind what was read; the writer may have filled up to a multiple of four.
+  /// Bytes after those that were read; the writer may have padded to a multiple of four.
   [[nodiscard]] std::size_t rest() const { return bytes_.size() - at_; }
 
  private:
@@ -76,7 +76,7 @@ class DdsBridge : public ::testing::Test {
   }
   void TearDown() override { dds_delete(participant_); }
 
-  // As a ROS 2 node subscribes by default.
+  // Subscribes with the defaults of a ROS 2 node.
   [[nodiscard]] dds_entity_t reader(const dds_topic_descriptor_t& type, const char* name) const {
     dds_qos_t* const qos = dds_create_qos();
     dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
@@ -107,7 +107,7 @@ class DdsBridge : public ::testing::Test {
     return Cdr(std::move(bytes));
   }
 
-  // Ticks until a sample has come.
+  // Ticks until a sample arrives.
   static Cdr tick_until(SlowDaemon& daemon, dds_entity_t reader) {
     std::optional<Cdr> cdr;
     EXPECT_TRUE(eventually(
@@ -120,7 +120,7 @@ class DdsBridge : public ::testing::Test {
     return cdr.value_or(Cdr(std::vector<unsigned char>(4096)));
   }
 
-  // The position in an Odometry message.
+  // x of the pose in an Odometry message.
   static double x_of(Cdr odometry) {
     static_cast<void>(odometry.int32());
     static_cast<void>(odometry.uint32());
@@ -217,7 +217,7 @@ TEST_F(DdsBridge, SendsTransformsByteForByteAsRosDefinesThem) {
   expect_quaternion(cdr, 0.75);
   expect_header(cdr, daemon, "world");
   EXPECT_EQ(cdr.string(), "odom");
-  // The odometry frame is turned by 0.25 in the map.
+  // The odometry frame is rotated by 0.25 rad in the map.
   expect_vector(cdr, 10.0 - (std::cos(0.25) * 9.0 + std::sin(0.25) * 5.5),
                 -4.0 - (std::sin(0.25) * 9.0 - std::cos(0.25) * 5.5), 0.0);
   expect_quaternion(cdr, 0.25);
@@ -266,7 +266,7 @@ TEST_F(DdsBridge, WithholdsAPoseThatMeansNothing) {
   daemon.pose.mode = ODOM_FAULT;
   daemon.tick();
   daemon.pose.mode = ODOM_TRACKING;
-  daemon.pose.odom_x = 5.0;  // what comes behind has come, so the other one has not
+  daemon.pose.odom_x = 5.0;  // once a later pose has arrived, the faulty one has been left out
   EXPECT_TRUE(eventually([&] { return x_of(tick_until(daemon, odometry_)) == 5.0; }));
   const Outcome outcome = bridge.terminate();
   EXPECT_EQ(outcome.status, 0) << outcome.err;

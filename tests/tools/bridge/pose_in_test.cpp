@@ -45,7 +45,7 @@ class PoseIn : public ::testing::Test {
   void SetUp() override { ::setenv("CYCLONEDDS_URI", loopback_only().c_str(), 1); }
   void TearDown() override { dds_delete(participant_); }
 
-  // In a participant of its own.
+  // Each writer has a participant of its own.
   [[nodiscard]] dds_entity_t writer(const dds_topic_descriptor_t& type,
                                     dds_reliability_kind_t reliability = DDS_RELIABILITY_RELIABLE) {
     dds_delete(
@@ -71,7 +71,7 @@ class PoseIn : public ::testing::Test {
     dds_write(writer, &message);
   }
 
-  // Publishes until a daemon that starts now has a pose.
+  // Publishes until a newly started daemon has a pose.
   template <typename Message>
   void expect_received(dds_entity_t writer, double sigma, const char* frame = "map") {
     std::filesystem::remove(socket_);
@@ -133,7 +133,7 @@ TEST_F(PoseIn, IsRefusedWithReasonIfItIsBadWhileTheBridgePublishes) {
   for (const auto& message : {filled<CovarianceStamped>("moon\x1b[2J"), unstamped,
                               filled<CovarianceStamped>("map"), early, bare})
     for (int i = 0; i < 2; ++i) publish(publisher, message);
-  // What comes behind them tells that they have come.
+  // This later pose arrives only after the others.
   expect_received<CovarianceStamped>(publisher, 2.0, "world");
   const Outcome outcome = bridge.terminate();
   EXPECT_EQ(outcome.status, 0) << outcome.err;

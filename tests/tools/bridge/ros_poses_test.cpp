@@ -1,4 +1,4 @@
-// Poses into ROS messages, and out of them.
+// Poses converted to ROS messages and back.
 #include <limits>
 #include <numbers>
 

@@ -1,4 +1,4 @@
-// odom bridge --udp, as it is called, on a segment of our own.
+// odom bridge --udp as a command, on the test's own segment.
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <netinet/in.h>
@@ -34,7 +34,7 @@ class Receiver {
   }
   [[nodiscard]] const std::string& address() const { return address_; }
 
-  /// Datagrams that are there.
+  /// Takes the datagrams that have arrived.
   std::vector<nlohmann::json> take() {
     std::vector<nlohmann::json> all;
     char buffer[65536];
@@ -56,7 +56,7 @@ class UdpBridge : public ::testing::Test {
   }
   Child start() const { return start({"--udp", receiver_.address(), "--json"}); }
 
-  // Ticks until one of them arrives; what arrived.
+  // Ticks until a datagram arrives; returns all that have arrived.
   std::vector<nlohmann::json> tick_until_received(SlowDaemon& daemon) {
     std::vector<nlohmann::json> received;
     EXPECT_TRUE(eventually(
@@ -179,7 +179,7 @@ class TerminalChild {
   TerminalChild(const TerminalChild&) = delete;
   TerminalChild& operator=(const TerminalChild&) = delete;
 
-  /// All that has come out of it so far.
+  /// All that the bridge has written so far.
   const std::string& seen() {
     std::array<char, 4096> piece{};
     for (ssize_t got = 0; (got = ::read(terminal_.get(), piece.data(), piece.size())) > 0;)
@@ -213,7 +213,7 @@ TEST_F(UdpBridge, ShowsOnATerminalWhatItSendsUntilControlC) {
       eventually([&] { return bridge.seen().find("withheld (fault)\r\n") != std::string::npos; }));
   const std::size_t summary = bridge.seen().rfind("odom bridge: ");
   ASSERT_GT(summary, shown_at);
-  EXPECT_EQ(bridge.seen().substr(summary - 2, 2), "\r\n");  // in a line of its own
+  EXPECT_EQ(bridge.seen().substr(summary - 2, 2), "\r\n");  // on a line of its own
 }
 
 TEST_F(UdpBridge, ShowsNothingWhereNobodyWatches) {

@@ -1,4 +1,4 @@
-// What charts are made of: axes, lines with fewer points, escaped text.
+// Parts of charts: axes, lines with fewer points, escaped text.
 #include <limits>
 
 #include "tests/gtest.hpp"
@@ -27,7 +27,7 @@ TEST(Ticks, OfALogarithmicAxisAreDecadesAndFinerWhereThereIsRoom) {
               ElementsAre("5", "10", "20", "50", "100", "200", "500", "1000"));
   EXPECT_THAT(labels({0.01, 1000.0}, Scaling::logarithmic, 8),
               ElementsAre("0.01", "0.1", "1", "10", "100", "1000"));
-  // 50 alone would not show how far up 95 is.
+  // A single label 50 would not show the height of 95.
   EXPECT_THAT(labels({45.0, 98.0}, Scaling::logarithmic, 6), ElementsAre("60", "80"));
   EXPECT_THAT(labels({0.981, 1.0}, Scaling::logarithmic, 6),
               ElementsAre("0.985", "0.990", "0.995", "1.000"));
@@ -144,7 +144,7 @@ TEST(Decimated, OfABandIsNoNarrowerThanTheBand) {
 }
 
 TEST(Thinned, ShowsWhereMostOfManyDotsLie) {
-  // All within ±1 but for one in a hundred at ±3.
+  // All within ±1, except one in a hundred at ±3.
   std::vector<Point> points;
   for (std::size_t i = 0; i < 100'000; ++i) {
     const double at = 100.0 * static_cast<double>(i) / 99'999.0;
@@ -154,8 +154,8 @@ TEST(Thinned, ShowsWhereMostOfManyDotsLie) {
   const auto thin = thinned(points, x, 100, 12);
   EXPECT_LE(thin.size(), 100U * 12U);
   const auto outer = std::ranges::count_if(thin, [](const Point& p) { return std::abs(p.y) > 2; });
-  EXPECT_GE(outer, 2 * 100);                                       // none is lost,
-  EXPECT_LT(outer, static_cast<std::ptrdiff_t>(thin.size()) / 3);  // and most are the usual
+  EXPECT_GE(outer, 2 * 100);                                       // none of the outliers is lost,
+  EXPECT_LT(outer, static_cast<std::ptrdiff_t>(thin.size()) / 3);  // and they are the smaller part
   for (std::size_t i = 1; i < thin.size(); ++i) EXPECT_GT(thin[i].x, thin[i - 1].x);
 }
 
@@ -172,7 +172,7 @@ TEST(Escaped, LeavesLettersAndHidesWhatIsMarkup) {
 TEST(Escaped, ReplacesWhatIsNoUtf8) {
   EXPECT_EQ(svg::escaped("lap\xff.csv"), "lap\uFFFD.csv");
   EXPECT_EQ(svg::escaped("caf\xe9"), "caf\uFFFD");                // Latin-1
-  EXPECT_EQ(svg::escaped("\xc0\xaf"), "\uFFFD\uFFFD");            // longer than needed
+  EXPECT_EQ(svg::escaped("\xc0\xaf"), "\uFFFD\uFFFD");            // overlong encoding
   EXPECT_EQ(svg::escaped("\xed\xa0\x80"), "\uFFFD\uFFFD\uFFFD");  // a surrogate
   EXPECT_EQ(svg::escaped("\xf4\x90\x80\x80").size(), 4 * 3U);     // beyond U+10FFFF
   EXPECT_EQ(svg::escaped("cut \xe2\x82"), "cut \uFFFD\uFFFD");

@@ -15,7 +15,7 @@
 namespace odomd::tools::cli_test {
 namespace {
 
-// Reads columns "a" and, where it is there, "b".
+// Reads the columns "a" and, if present, "b".
 std::vector<double> column_a(const std::string& text, LastLine last = LastLine::keep_whole,
                              std::vector<std::string>* warnings = nullptr) {
   std::istringstream input{text};
@@ -167,7 +167,7 @@ TEST(AppendNumber, IsTheShortestFormOfTheSameBits) {
   }
 }
 
-// What comes out of a terminal that a child shows two states on.
+// Output on a terminal on which a child shows two states.
 std::string on_a_terminal(unsigned short columns = 80) {
   int master = -1;
   const winsize size{.ws_row = 24, .ws_col = columns, .ws_xpixel = 0, .ws_ypixel = 0};

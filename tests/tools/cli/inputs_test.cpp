@@ -1,4 +1,4 @@
-// Inputs that are no files of text are refused by every command, at once and with the fix.
+// Every command refuses inputs that are not text files, at once and with the fix.
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::inputs_test {
@@ -18,7 +18,7 @@ class Inputs : public ::testing::Test {
   }
   static void TearDownTestSuite() { delete scratch_; }
   static std::string folder() { return scratch_->path("").string(); }
-  /// The error of a command line in the folder, which has ten seconds.
+  /// The error of a command line in the folder; it must end within ten seconds.
   static std::string refused(const std::string& line) {
     const Outcome outcome = run_shell("cd " + folder() + " && timeout 10 " + line);
     EXPECT_EQ(outcome.status, 2) << line << ": " << outcome.err;

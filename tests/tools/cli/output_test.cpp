@@ -1,5 +1,5 @@
-// Standard output and error as others leave and read them: pipes that nobody empties, and text from
-// outside that a terminal would obey.
+// Standard output and error in bad surroundings: pipes that nobody empties, and external text with
+// control characters for a terminal.
 #include "tools/cli/output.hpp"
 
 #include <fcntl.h>
@@ -65,7 +65,7 @@ class StuckOdom {
   StuckOdom(const StuckOdom&) = delete;
   StuckOdom& operator=(const StuckOdom&) = delete;
 
-  /// Whether it ends by TERM in the meantime: not yet, while it does not hold it back.
+  /// Whether it blocks SIGTERM. Before it does, SIGTERM would end it at once.
   [[nodiscard]] bool holds_term_back() const {
     const std::string status = contents("/proc/" + std::to_string(pid_) + "/status");
     const std::size_t at = status.find("SigBlk:");
@@ -74,7 +74,7 @@ class StuckOdom {
   }
   void terminate() const { ::kill(pid_, SIGTERM); }
 
-  /// As Outcome has it; -1 where it has not ended by then.
+  /// Exit status as in Outcome; -1 if it has not ended by then.
   int wait_until(steady_clock::time_point end) {
     while (!status_ && steady_clock::now() < end) {
       int raw = 0;
@@ -94,7 +94,7 @@ class StuckOdom {
 
 class StuckOutput : public ::testing::Test {
  protected:
-  /// The status it ends with after TERM, once it has had the time to write.
+  /// Exit status after SIGTERM, which is sent once the output has had time to fill.
   int end_of(const std::string& arguments, int stuck) {
     daemon_.tick();
     StuckOdom odom(arguments, stuck, scratch_.path("other"));
@@ -161,8 +161,7 @@ TEST(OutputBuffer, FailsForGood) {
   EXPECT_FALSE(out);
 }
 
-// What a message repeats of what it was given is one line without a character that a terminal
-// obeys.
+// Input that a message repeats stays on one line, without control characters.
 
 constexpr const char* nasty =
     R"sh("$(printf 'a\033[2J\033]0;x\007\nodom: \302\233all is well\r')")sh";

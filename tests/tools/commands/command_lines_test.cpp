@@ -1,6 +1,6 @@
-// What is written of the command lines follows them: the help of every command has an example, and
-// the shells' completions offer each option that it names, and no other. What is misspelt is named,
-// the first of it, with what was likely meant.
+// What describes the command lines agrees with them: each help has an example, and the shells'
+// completions offer exactly its options. An error names the first misspelt word and what was
+// probably meant.
 #include <regex>
 #include <set>
 #include <sstream>
@@ -18,12 +18,12 @@ struct Command {
   std::string name;  // "odom camera send"
   std::string help;
   std::set<std::string> options;   // with their dashes
-  std::set<std::string> commands;  // below it
+  std::set<std::string> commands;  // its subcommands
 };
 
 Command command_of(const std::string& name) {
   Command command{name, run_shell(name + " --help").out, {}, {}};
-  // "  --can SRC ...", "  -h,--help"; below "Subcommands:" two blanks and a name.
+  // "  --can SRC ...", "  -h,--help"; below "Subcommands:" two spaces and a name.
   static const std::regex option(R"(^  (?:(-\w),)?(--[a-z][-a-z0-9]*)\b.*)");
   static const std::regex sub(R"(^  ([a-z]+)  +[A-Z].*)");
   std::istringstream lines{command.help};
@@ -61,7 +61,7 @@ std::string program_of(const Command& command) {
   return command.name.substr(0, command.name.find(' '));
 }
 
-// What bash offers for the last of the words.
+// Words that bash offers to complete the last word.
 std::set<std::string> offered(const std::string& words, const std::string& before = ":") {
   const std::string program = words.substr(0, words.find(' '));
   const Outcome outcome =
@@ -136,7 +136,7 @@ TEST(Completions, OfBashOfferValues) {
 }
 
 TEST(Completions, OfZshAndFishAreSound) {
-  // Where these shells are, they must understand it.
+  // Shells that are installed must accept their files.
   for (const char* line :
        {"command -v zsh >/dev/null || exit 0; zsh -n " ODOMD_COMPLETIONS "/odom.zsh",
         "command -v fish >/dev/null || exit 0; fish -n " ODOMD_COMPLETIONS "/odom.fish"}) {
@@ -148,7 +148,7 @@ TEST(Completions, OfZshAndFishAreSound) {
 // The manual pages
 // -------------------------------------------------------------------------------
 
-// A part of a page: from its heading to the next one of its rank or above.
+// A section of a page: from its heading to the next one of the same or a higher level.
 std::string part_of(const std::string& page, const std::string& heading) {
   const std::string start = '\n' + heading + '\n';
   const auto begin = page.find(start);
@@ -167,11 +167,11 @@ TEST(ManPages, HaveEveryCommandAndOptionOfTheHelp) {
     EXPECT_NE(part, "") << command.name << ": has no part of its own";
     for (const std::string& option : command.options) {
       if (!option.starts_with("--")) continue;
-      if (!whole && option == "--help") continue;  // described once for all
+      if (!whole && option == "--help") continue;  // described once for all commands
       const std::regex item("\n\\.It (Fl . , )?Fl Fl " + option.substr(2) + "[ \n]");
       EXPECT_TRUE(std::regex_search(part, item)) << command.name << ' ' << option;
     }
-    // And nothing that is not there any more.
+    // No option that no longer exists.
     static const std::regex any("\\n\\.It (?:Fl . , )?Fl Fl ([-a-z0-9]+)");
     for (std::sregex_iterator at(part.begin(), part.end(), any), end; at != end; ++at)
       EXPECT_THAT(command.options, Contains("--" + (*at)[1].str()))
@@ -184,7 +184,7 @@ TEST(ManPages, HaveEveryCommandAndOptionOfTheHelp) {
         << (*at)[1];
 }
 
-// They leave the options to odom(1), but name some.
+// These pages leave the options to odom(1), but name some.
 TEST(ManPages, OfProgramsBehindCommandsNameOptionsThatExist) {
   static const std::regex option("Fl Fl ([-a-z0-9]+)");
   for (const auto& [page, name] :
@@ -216,7 +216,7 @@ TEST(CommandLines, RefuseNumbersThatAreNone) {
                  {{"nan", HasSubstr("--wait: \"nan\" is not a finite number, 0 or greater")}});
 }
 
-// What is misspelt is answered with what was meant, the first of it first; where the help is.
+// The answer names the first misspelt word and its correction, and where the help is.
 TEST(CommandLines, AnswerWhatIsMisspelt) {
   for_each_row(R"(
 odom sim | --scenari lap -> unknown option "--scenari" (did you mean "--scenario"?)

@@ -1,4 +1,4 @@
-// odom dbc: what it prints, and what it says of files it cannot use.
+// odom dbc: its output, and its errors for unusable files.
 #include <nlohmann/json.hpp>
 
 #include "tests/tools/scratch.hpp"
@@ -155,7 +155,7 @@ TEST_F(OdomDbc, SaysWhichFileItCannotUseAndWhy) {
                   {"decode /nonexistent.log --dbc " + dbc_.string(), HasSubstr("/nonexistent.log")},
                   {"decode " + dbc_.string() + " --dbc " + dbc_.string(), HasSubstr("car.dbc:1: ")},
                   {"decode " + log_.string(), HasSubstr("--dbc")}});
-  // Frames before the bad line were printed.
+  // The frames before the bad line are still printed.
   EXPECT_THAT(run_shell("odom dbc decode --strict --dbc " + unusual.string() + ' ' + bad.string()),
               Ends(2, MatchesRegex("odom dbc decode: [^\n]*bad.log:7: expected [^\n]*\n")));
 }

@@ -20,7 +20,7 @@ TEST(Odom, AFullDiskIsFailedWork) {
               Ends(1, "odom: standard output: No space left on device\n"));
 }
 
-// It looks for its companions next to itself.
+// odom looks for its companion programs next to itself.
 TEST(Odom, SaysWhatToInstallWhereACompanionIsMissing) {
   const Scratch scratch;
   std::filesystem::copy_file(ODOMD_BIN_DIR "/odom", scratch.path("odom"));
@@ -37,7 +37,7 @@ TEST(Odom, SaysWhatToInstallWhereACompanionIsMissing) {
 constexpr auto millimetres = "[W401]";
 constexpr auto degrees = "[W403]";
 
-// A simulated drive, with its camera and its truth in other units next to them.
+// A simulated drive; its camera log and truth in other units are next to it.
 class Units : public ::testing::Test {
  protected:
   Units() {
@@ -102,7 +102,7 @@ TEST_F(Units, OfADriveAreReportedOnce) {
   EXPECT_THAT(both, AllOf(HasSubstr("drive: camera: x and y go about 1000 times"),
                           HasSubstr("drive: ./truth.csv: yaw turns about 57 times"),
                           Not(HasSubstr("another drive"))));
-  // Without its camera nothing teaches the gyro's bias, either.
+  // Without the camera, the gyro's bias is not learnt either.
   EXPECT_EQ(std::ranges::count(both, '\n'), 3) << both;
 }
 

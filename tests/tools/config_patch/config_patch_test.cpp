@@ -39,7 +39,7 @@ TEST(ConfigPatch, WritesTheShortestFormThatReadsBackTheSame) {
 TEST(ConfigPatch, PutsTheNoteBehindTheCommentThatIsThere) {
   const std::string once = patch("[vehicle]\nmass = 2.985   # kg\n", {{"vehicle.mass", 3, note}});
   EXPECT_EQ(once, "[vehicle]\nmass = 3.0     # kg (" + note + ")\n");
-  // The column of the comments is kept, the earlier note replaced, what follows it kept.
+  // The comment's column and the text after the note are kept; the earlier note is replaced.
   const std::string later = once.substr(0, once.size() - 1) + " and more\n";
   EXPECT_EQ(patch(later, {{"vehicle.mass", 3.25, "odom identify fit: (good)"}}),
             "[vehicle]\nmass = 3.25    # kg (odom identify fit: [good]) and more\n");
@@ -110,7 +110,7 @@ TEST(ConfigPatch, ReachesIntoListsAlsoOfSeveralLines) {
             "[camera]\nlever_arm = [ # all\n  5.0, # x ([0]: " + note +
                 ")\n\t6.0,  # ([1]: " + note + ")\n  2.0\n]\n");
   EXPECT_EQ(patch("[filter]\n", {{"filter.paper_r[0]", 2.5e-4, ""}}),
-            "[filter]\npaper_r = [0.00025, 0.1]\n");  // the other element as by default
+            "[filter]\npaper_r = [0.00025, 0.1]\n");  // the other element has its default
   EXPECT_EQ(patch("[filter]\n", {{"filter.paper_q[2]", 1, ""}}),
             "[filter]\npaper_q = [0.05, 0.01, 1.0]\n");
   EXPECT_EQ(patch("[camera]\n", {{"camera.lever_arm[0]", 1, ""}, {"camera.lever_arm[2]", 3, ""}}),

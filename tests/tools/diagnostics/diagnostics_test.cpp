@@ -1,4 +1,4 @@
-// What is noticed of a drive's units, headings and coverage.
+// Findings about a drive's units, headings and coverage.
 #include <numbers>
 
 #include "tests/diagnostics.hpp"
@@ -22,7 +22,7 @@ Trajectory in_units(double metre, double radian) {
   return drive;
 }
 
-// A wheel's way and a gyro's turn, both somewhat off.
+// A wheel's distance and a gyro's turn, each with a scale error.
 Trajectory driven(double wheel = 1.05, double gyro = 0.97) {
   Trajectory drive = wavy_drive(0.0, 20.0, 0.01);
   for (auto& point : drive.points)

@@ -1,4 +1,4 @@
-// Mistakes of a bus: its interface, and the frames on it.
+// Mistakes on a bus: its interface and its frames.
 #include "tools/doctor/bus.hpp"
 
 #include <gmock/gmock.h>
@@ -207,7 +207,7 @@ TEST(Acknowledgement, IsMissedByAListenerThatHearsNothingOrOneFrameAgainAndAgain
   listener.controller->modes = {"bus_error_reporting", "listen_only"};
   Drive drive = small_drive();
   EXPECT_THAT(of(drive, listener), IsEmpty());
-  // The first frame of the log without a pause, as it is mapped or not.
+  // The log's first frame repeated without a pause, mapped or not.
   can::Frame frame = drive.frames.front();
   drive.frames.clear();
   EXPECT_THAT(of(drive, listener), ElementsAre(Named("nobody_acknowledges", "no frame comes")));
@@ -218,10 +218,10 @@ TEST(Acknowledgement, IsMissedByAListenerThatHearsNothingOrOneFrameAgainAndAgain
   const Diagnostics found = of(drive, listener);
   ASSERT_THAT(found, ElementsAre(Named("nobody_acknowledges", "3000 times")));
   EXPECT_THAT(fix_of(found[0]), HasSubstr("ip link set can0 type can listen-only off"));
-  // Whoever may acknowledge, or is virtual.
+  // No finding if the controller may acknowledge, or is virtual.
   EXPECT_THAT(of(drive, sound_link()), IsEmpty());
   EXPECT_THAT(of(drive, Link{}), IsEmpty());
-  // A payload or an identifier that changes has been acknowledged; so has an idle node's.
+  // A changing payload or identifier means that frames are acknowledged; so does an idle node.
   Drive other = drive;
   other.frames.back().data[0] ^= 1U;
   EXPECT_THAT(of(other, listener), IsEmpty());
@@ -232,11 +232,11 @@ TEST(Acknowledgement, IsMissedByAListenerThatHearsNothingOrOneFrameAgainAndAgain
   for (can::Frame& late : other.frames) late.time_ns *= 60;
   for (can::Frame& late : other.unmapped) late.time_ns *= 60;
   EXPECT_THAT(of(other, listener), IsEmpty());
-  // A frame that comes once says nothing.
+  // A single frame shows nothing.
   other.frames = {frame};
   other.unmapped.clear();
   EXPECT_THAT(of(other, listener), IsEmpty());
-  // Another bus has its own.
+  // Frames of another bus do not count.
   drive.buses = {"can1", "can0"};
   EXPECT_THAT(of(drive, listener), ElementsAre(Named("nobody_acknowledges", "no frame comes")));
 }

@@ -51,7 +51,7 @@ TEST(Daemon, ThatTheMachineRefusesIsNamedWithTheLimits) {
                         {"memory_locked", false},
                         {"dma_latency_held", false},
                         {"refusals", {"thread odomd-beat is not pinned to CPU 9: x; set y"}}};
-  status["beat"]["missed"] = 5'000;  // which follows
+  status["beat"]["missed"] = 5'000;  // a consequence
   EXPECT_THAT(of(status), ElementsAre(Named("no_realtime_priority"), Named("memory_not_locked"),
                                       Named("cpu_not_pinned", "CPU 9")));
   Machine machine;
@@ -78,7 +78,7 @@ TEST(Daemon, WhoseFramesAreLostOrDoNotComeIsNamed) {
   status["can"][0]["controller_overflows"] = 40;
   EXPECT_THAT(of(status), ElementsAre(Named("controller_overflows", "40 frames")));
 
-  // A bus without a frame: nothing on each of its messages and sources.
+  // A bus without a frame: its messages and sources have no finding of their own.
   status = sound_status();
   status["can"][0]["received"] = 0;
   for (json& message : status["messages"]) {
@@ -88,11 +88,11 @@ TEST(Daemon, WhoseFramesAreLostOrDoNotComeIsNamed) {
   for (json& one : status["sources"]) one["healthy"] = one["name"] == "camera";
   EXPECT_THAT(of(status), ElementsAre(Named("no_frames", "can0")));
 
-  // The same later.
+  // The bus falls silent later.
   status["can"][0]["received"] = 5'000;
   status["messages"][0]["age_s"] = 12.0;
   EXPECT_THAT(of(status), ElementsAre(Named("no_frames", "12 s")));
-  status["can"][0]["link"] = "down";  // which examine_link() names
+  status["can"][0]["link"] = "down";  // examine_link() reports this
   EXPECT_THAT(of(status), IsEmpty());
   status["can"][0]["link"] = "ended";  // a log: no fault
   EXPECT_THAT(of(status), IsEmpty());
@@ -105,7 +105,7 @@ TEST(Daemon, WhoseMessagesAreMissingOrUselessIsNamed) {
   EXPECT_THAT(of(status), ElementsAre(Named("message_missing", "IMU")));
   status["messages"][0]["verdicts"]["too_short"] = 700;
   EXPECT_THAT(of(status), ElementsAre(Named("message_without_value", "700")));
-  status["uptime_s"] = 0.5;  // they may still come
+  status["uptime_s"] = 0.5;  // frames may still come
   EXPECT_THAT(of(status), IsEmpty());
 }
 
@@ -120,7 +120,7 @@ TEST(Daemon, WhoseSourcesAreFlaggedIsNamed) {
     EXPECT_THAT(of(status), ElementsAre(Named(kind, "yaw_rate"))) << flag;
   }
   json status = sound_status();
-  source(status, "wheel_rear")["flag"] = "slipping";  // it passes
+  source(status, "wheel_rear")["flag"] = "slipping";  // slip is temporary
   source(status, "wheel_rear")["healthy"] = false;
   EXPECT_THAT(of(status), IsEmpty());
   source(status, "yaw_rate")["inconsistent"] = true;

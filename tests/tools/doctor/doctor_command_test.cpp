@@ -1,16 +1,17 @@
-// odom doctor as it is called: its parts, output and exit status.
+// odom doctor as a command: its parts, output and exit status.
 //
-// The 25 mistakes that it must find, each planted in a test with its fix:
-//   wiring, drive_test.cpp          signs of gyro, steering and lateral accelerometer; its axes
+// The 25 mistakes that the doctor must find, each made in a test that also checks its fix:
+//   wiring, whole_drive_test.cpp    signs of gyro, steering and lateral accelerometer; its axes
 //                                   exchanged, sides, axles; accelerometers in g, wheels in km/h,
 //                                   gyro in degrees; a mirrored camera
-//   configuration, drive_test.cpp   mass in grams, axles in millimetres, a wheel's radius, a role
+//   configuration, whole_drive_test.cpp
+//                                   mass in grams, axles in millimetres, a wheel's radius, a role
 //                                   that is not mapped, a latency
 //   the machine, machine_test.cpp   no PREEMPT_RT, no real-time priority, memory not locked, CPUs
 //                                   that sleep deeply, a changing CPU frequency
 //   the bus, bus_test.cpp           down, no restart-ms, errors (bit rate), a message that is
 //                                   missing, another rate
-// and more in each; daemon_test.cpp has those of a running daemon.
+// Each file has more; daemon_test.cpp has the mistakes of a running daemon.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -123,7 +124,7 @@ TEST(Doctor, SaysThatNoDaemonRuns) {
   const Scratch empty;
   const Outcome outcome =
       run_shell("XDG_RUNTIME_DIR=" + empty.path("").string() + " odom doctor --json");
-  EXPECT_LE(outcome.status, 1) << outcome.err;  // this machine may be sound, or not
+  EXPECT_LE(outcome.status, 1) << outcome.err;  // depends on this machine
   const json result = json::parse(outcome.out);
   EXPECT_EQ(result.at("findings") == 0, outcome.status == 0);
   EXPECT_THAT(part_of(outcome, "odomd").at("diagnostics"), ::testing::IsEmpty());

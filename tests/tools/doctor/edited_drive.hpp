@@ -25,7 +25,7 @@ using ::testing::Not;
 
 inline constexpr auto slalom = "--scenario slalom --duration 22";
 
-/// Of `odom sim` with these options, made once.
+/// A drive of `odom sim` with these options, simulated once.
 inline const Scratch& simulated(const std::string& options) {
   static std::map<std::string, Scratch> made;
   const auto [place, is_new] = made.try_emplace(options);
@@ -37,7 +37,7 @@ inline const Scratch& simulated(const std::string& options) {
   return place->second;
 }
 
-/// What replaces what in car.toml, everywhere.
+/// A replacement of all occurrences in car.toml.
 struct Edit {
   std::string from, to;
 };
@@ -66,7 +66,7 @@ inline Diagnostics found_in(const Drive& drive) {
   return examine_drive(drive).diagnostics;
 }
 
-/// One kind only, and its first finding names the part of the file.
+/// All findings are of one kind, and the first names this part of the file.
 inline void expect_only(const Diagnostics& found, const std::string& name, const std::string& key) {
   ASSERT_THAT(found, Not(IsEmpty()));
   EXPECT_THAT(found, Each(Named(name)));

@@ -1,4 +1,4 @@
-// Mistakes of the machine, planted in values and in copies of /etc, /proc and /sys.
+// Mistakes of the machine, made in values and in copies of /etc, /proc and /sys.
 #include "tools/doctor/machine.hpp"
 
 #include <gmock/gmock.h>
@@ -117,7 +117,7 @@ TEST(Machine, WithASmallReceiveBufferGetsAWholeLineForSysctl) {
   EXPECT_THAT(fix_of(found[0]), HasSubstr("net.core.rmem_max=1048576"));
   machine.may_exceed_buffer = true;
   EXPECT_THAT(examine_machine(machine), IsEmpty());
-  machine.has_service = true;  // which has no such capability
+  machine.has_service = true;  // the service lacks this capability
   EXPECT_THAT(examine_machine(machine), ElementsAre(Named("small_receive_buffer")));
 }
 
@@ -132,7 +132,7 @@ TEST(Machine, WithoutTheGroupOfTheServiceIsNamed) {
   EXPECT_THAT(examine_machine(machine), ElementsAre(Named("login_before_group", "ada")));
   machine.membership = Membership::not_needed;
   machine.has_service_accounts = false;
-  EXPECT_THAT(examine_machine(machine), IsEmpty());  // nor is there a service
+  EXPECT_THAT(examine_machine(machine), IsEmpty());  // there is no service either
   machine.has_service = true;
   EXPECT_THAT(examine_machine(machine), ElementsAre(Named("service_account_missing")));
 }
@@ -144,7 +144,8 @@ TEST(Machine, WithAFullDiskIsNamed) {
   EXPECT_THAT(examine_machine(machine), ElementsAre(Named("disk_nearly_full", "/drives: 0.30 GB")));
 }
 
-// A machine in files: sound, of user 1000, who is in the group odom, with the service.
+// A machine in files, without mistakes: user 1000 is in the group odom, and the service is
+// installed.
 class Files {
  public:
   Files() {

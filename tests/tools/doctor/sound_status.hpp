@@ -1,4 +1,4 @@
-// The status of a daemon with which nothing is wrong.
+// The status of a daemon without any fault.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// The doctor on whole drives with planted mistakes.
+// The doctor on whole drives with deliberate mistakes.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -19,7 +19,7 @@ using ::testing::ElementsAre;
 using ::testing::StartsWith;
 
 // Mistakes of wiring, configuration and clocks, made in simulated drives: each is named once with
-// the key that corrects it, and nothing is found in the drives as they are.
+// the key that corrects it, and the unchanged drives have no finding.
 
 const std::string accel = R"(unit = "m/s2",)";
 const std::string across = R"("AccY", unit = "m/s2")";
@@ -66,7 +66,7 @@ TEST(Wiring, WithExchangedSignalsNamesThem) {
   const std::vector<Edit> rear = exchange("\"WheelRearLeft\"", "\"WheelRearRight\"");
   sides.insert(sides.end(), rear.begin(), rear.end());
   expect_only(found_in(drive_with(sides)), "left_right_swapped", "can.signals.wheel_front_left");
-  // It shows in tight turns that are driven gently.
+  // Exchanged axles show in tight turns that are driven gently.
   expect_only(found_in(drive_with(exchange(R"("WHEELS_FRONT", signal = "WheelFront)",
                                            R"("WHEELS_REAR", signal = "WheelRear)"),
                                   "--scenario parking --laps 1")),
@@ -146,7 +146,7 @@ TEST(Traffic, WithoutAMessageNamesItAndNothingElse) {
   EXPECT_THAT(found_in(drive), ElementsAre(Named("message_missing", "steering")));
 }
 
-// A sensor's own fault is named at it, and not at the sensor that contradicts it.
+// A sensor's fault is reported for that sensor, not for the sensor that contradicts it.
 
 TEST(Latency, ThatIsWrongGivesTheLineToWrite) {
   Diagnostics found = found_in(drive_with({{"latency = 0.005", "latency = 0.055"}}));
@@ -157,7 +157,7 @@ TEST(Latency, ThatIsWrongGivesTheLineToWrite) {
   EXPECT_EQ(found.size(), 1U);
 }
 
-/// Each frame of a message comes later.
+/// Delays each frame of a message.
 void delay(Drive& drive, std::uint32_t id, std::int64_t by_ns) {
   for (can::Frame& frame : drive.frames)
     if (frame.id == id) frame.time_ns += by_ns;
@@ -245,10 +245,10 @@ const std::vector<std::string> all_wheels{"wheel_front_left", "wheel_front_right
 struct WrongScale {
   std::vector<std::string> signals;
   double factor;
-  bool also_without_poses = true;  ///< is certain
+  bool also_without_poses = true;  ///< the factor is found even so
 };
 
-// What replays blame: all wheels' factor on the gyro.
+// Replays blame the wrong sensor: the gyro for a wrong factor of all wheels.
 TEST(Scale, IsNamedAtItsSensorsWithAndWithoutPoses) {
   const std::vector<WrongScale> cases{{all_wheels, 0.8},
                                       {all_wheels, 1.25},

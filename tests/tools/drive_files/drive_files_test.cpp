@@ -205,7 +205,7 @@ TEST(Trajectory, InterpolatesBetweenRowsAndNeverBeyondThem) {
   ASSERT_TRUE(half);
   EXPECT_EQ(half->pose.x, 5.0);
   EXPECT_EQ(half->pose.y, -2.0);
-  EXPECT_NEAR(half->pose.yaw, 3.14159265, 1e-8);  // the shorter way, not through 0
+  EXPECT_NEAR(half->pose.yaw, 3.14159265, 1e-8);  // the shorter way round, not through 0
   EXPECT_EQ(at(trajectory, 1'000'000'000)->pose.x, 0.0);
   EXPECT_EQ(at(trajectory, 2'000'000'000)->pose.x, 10.0);
   EXPECT_FALSE(at(trajectory, 999'999'999));

@@ -1,4 +1,4 @@
-// Poses against a reference: alignment, errors and the offset of its times.
+// Comparison of poses with a reference: alignment, errors and time offset.
 #include "tools/evaluation/alignment.hpp"
 #include "tests/gtest.hpp"
 #include "tests/tools/drives.hpp"
@@ -133,7 +133,7 @@ Trajectory late_by(double seconds, Trajectory trajectory) {
 
 const Trajectory truth = wavy_drive(0.0, 20.0, 0.01);
 
-/// As camera poses keep it: within a centimetre, without a drift.
+/// Like an estimate with camera poses: within a centimetre, without drift.
 Trajectory held() {
   Trajectory estimate = wavy_drive(0.5, 19.5, 0.005);
   for (auto& point : estimate.points) {
@@ -145,7 +145,7 @@ Trajectory held() {
   return estimate;
 }
 
-/// As dead reckoning makes it: the gyro over-reads and has a bias, the wheels are too small.
+/// Like dead reckoning: the gyro over-reads and has a bias, the wheels are too small.
 Trajectory drifting() {
   Trajectory estimate = wavy_drive(0.5, 19.5, 0.005);
   estimator::Pose2 before = estimate.points.front().pose;
@@ -184,7 +184,7 @@ TEST(TimeOffset, IsFoundOfAnEstimateThatDrifts) {
 
 TEST(TimeOffset, IsNoWrongWheelLeverArmOrHeading) {
   Trajectory large_wheels = wavy_drive(0.0, 20.0, 0.01);
-  for (auto& point : large_wheels.points) {  // straight on: ahead by more and more
+  for (auto& point : large_wheels.points) {  // drives straight, with a growing lead
     point.pose = {1.03 * static_cast<double>(point.t_ns) * 1e-9, 0.0, 0.0};
   }
   Trajectory straight = large_wheels;
@@ -199,7 +199,7 @@ TEST(TimeOffset, IsNoWrongWheelLeverArmOrHeading) {
 }
 
 TEST(TimeOffset, IsNoSteeringThatIsAheadOfTheCar) {
-  // Turns 0.1 s before the car does, and by a fifth more, as tyres that slip let a kinematic model.
+  // Turns 0.1 s before the car and by a fifth more, like a kinematic model whose tyres slip.
   Trajectory estimate = wavy_drive(0.5, 19.5, 0.005);
   double x = estimate.points.front().pose.x;
   double y = estimate.points.front().pose.y;

@@ -1,4 +1,4 @@
-// A drive's camera poses as its reference, and what judging by them is worth compared with the
+// A drive's camera poses as its reference, and how well an evaluation with them agrees with the
 // truth.
 #include "tools/evaluation/camera_reference.hpp"
 
@@ -40,7 +40,7 @@ Trajectory circle(double seconds) {
   return drive;
 }
 
-// Of a camera at 28 Hz that does not know the number of turns.
+// Poses of a 28 Hz camera that does not count whole turns.
 std::vector<estimator::CameraPose> seen(double seconds) {
   sim::RandomStream noise(1, "camera");
   std::vector<estimator::CameraPose> poses;
@@ -74,7 +74,7 @@ TEST(CameraReference, HasTheNoiseThatItsCovarianceStates) {
   EXPECT_NEAR(turn / stated_turn, 1.0, 0.25);
   const auto rows = static_cast<double>(reference->points.size());
   EXPECT_LT(std::sqrt(stated / rows), 0.5 * sigma);  // x and y of 14 poses
-  // It counts the turns as the odometry does.
+  // The yaw counts whole turns, like the odometry.
   EXPECT_NEAR(
       reference->points.back().pose.yaw - reference->points.front().pose.yaw,
       0.75e-9 * static_cast<double>(reference->points.back().t_ns - reference->points.front().t_ns),
@@ -90,7 +90,7 @@ TEST(CameraReference, KnowsNothingOfPosesUpToItsInstant) {
     if (pose.capture_ns <= instant) pose.x += 1.0;
   const auto after = camera_reference(camera_trajectory(poses, {}), truth);
   ASSERT_TRUE(before && after);
-  // But for what the whole drive says of the noise.
+  // Earlier poses matter only for the estimate of the noise over the whole drive.
   const auto moved = [&](std::int64_t t_ns) {
     return at(*after, t_ns)->pose.x - at(*before, t_ns)->pose.x;
   };
@@ -138,7 +138,7 @@ TEST(CameraReference, IsNotInterpolatedAcrossAGap) {
   const Evaluation e = evaluate(*reference, truth, Align::none);
   EXPECT_EQ(e.against, Against::camera);
   EXPECT_LT(e.position.max, 0.03);
-  EXPECT_LT(e.position.rms, 0.003);  // the noise, which is known to some per cent
+  EXPECT_LT(e.position.rms, 0.003);  // the noise is known to a few per cent
   EXPECT_FALSE(e.short_term);
   ASSERT_EQ(e.horizons.size(), 1U);
   EXPECT_LT(e.horizons.front().displacement.max, 0.05);
@@ -149,14 +149,14 @@ TEST(CameraReference, NeedsASecondOfPoses) {
   EXPECT_FALSE(camera_reference(camera_trajectory({}, {}), circle(20.0)));
 }
 
-// Position rms by model. Models whose true errors are within 5 % of each other may change places.
+// Position rms by model. Two models may swap ranks if their true errors differ by at most 5 %.
 struct Judged {
   std::vector<double> by_truth;
   std::vector<double> without;
 };
 constexpr double equal = 0.05;
 constexpr double most_off = 0.25;
-// Of `full` with the camera, which misses it on some drives: docs/evaluation.md.
+// For `full` with the camera, for which the limit above is too strict: docs/evaluation.md.
 constexpr double most_off_full = 0.30;
 
 std::vector<double> rms_of(const EvaluatedDrive& drive, Against against) {
@@ -168,7 +168,7 @@ std::vector<double> rms_of(const EvaluatedDrive& drive, Against against) {
   return all;
 }
 
-// `full` is the last.
+// `full` is the last model.
 void expect_alike(const Judged& judged, double of_full, const std::string& what) {
   for (std::size_t i = 0; i < judged.by_truth.size(); ++i) {
     EXPECT_NEAR(judged.without[i] / judged.by_truth[i], 1.0,
@@ -182,7 +182,7 @@ void expect_alike(const Judged& judged, double of_full, const std::string& what)
   }
 }
 
-// Evaluates a folder as it is, and as if it had no truth.csv.
+// Evaluates a folder as it is, and again without its truth.csv.
 void compare(const fs::path& folder, const fs::path& config, const Scratch& scratch) {
   const fs::path blind = scratch.path("blind_" + folder.filename().string());
   fs::create_directory(blind);
@@ -242,7 +242,7 @@ TEST(DrivesWithoutTruth, AreJudgedAsByTheTruthOnRecordedDrives) {
     compare(recorded::folder(name), recorded::config(name), scratch);
 }
 
-// A folder of a simulated drive without truth and camera.
+// A folder with a simulated drive, without truth and camera.
 EvaluatedDrive alone(const Scratch& scratch, const std::string& how) {
   fs::remove_all(scratch.path("alone"));
   const fs::path folder = simulate(scratch, "--gyro-scale-error 0.003 --seed 1" + how, "alone");

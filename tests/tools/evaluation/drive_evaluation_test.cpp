@@ -1,4 +1,4 @@
-// Drives evaluated from their files, and their score.
+// Evaluation of drives from their files, and their score.
 #include <limits>
 
 #include "estimator/common/pose.hpp"
@@ -86,7 +86,7 @@ TEST_F(DriveEvaluation, TakesAnotherConfigurationAndReference) {
 TEST_F(DriveEvaluation, TakesTheTruthToTheCentreOfGravityByItsLeverArm) {
   const Drive drive =
       read_drive({.folder = lap(), .config = {}, .reference = {}, .camera = CameraUse::leave_out});
-  ASSERT_TRUE(drive.config.reference_lever_arm);  // of odom sim: 0
+  ASSERT_TRUE(drive.config.reference_lever_arm);  // 0 in drives of odom sim
   const double expected = evaluated(drive).position.rms;
 
   const estimator::Pose2 arm{0.1, -0.05, 0.2};
@@ -162,7 +162,7 @@ TEST_F(DriveEvaluation, SaysInOneLineWhatAFolderLacks) {
   EXPECT_THAT(
       message_of([&] { (void)replay_drive(silent, silent.config); }),
       StartsWith(folder.string() + ": none of the 4 mapped messages is among the 1 frames"));
-  // Of this car, but no wheel.
+  // A frame of this car, but not of a wheel.
   std::ofstream{folder / "drive.log"} << "(1.000000) can0 1A2#0000000000000000\n";
   const Drive still = read_drive({.folder = folder, .config = {}, .reference = {}});
   EXPECT_THAT(message_of([&] { (void)replay_drive(still, still.config); }),
@@ -178,7 +178,7 @@ Score score(double position, double heading) {
 TEST(Score, IsTheGeometricMeanOfTheRatios) {
   const std::array before{score(1.0, 0.1), score(100.0, 0.1)};
   const std::array tried{score(0.5, 0.1), score(100.0, 0.2)};
-  EXPECT_NEAR(relative_error(tried, before), 1.0, 1e-12);  // half of one, twice of another
+  EXPECT_NEAR(relative_error(tried, before), 1.0, 1e-12);  // half in one measure, twice in another
   const std::array better{score(0.5, 0.05), score(50.0, 0.05)};
   EXPECT_NEAR(relative_error(better, before), 0.5, 1e-12);
 }

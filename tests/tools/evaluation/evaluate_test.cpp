@@ -1,4 +1,4 @@
-// odom evaluate, as it is called.
+// odom evaluate as a command.
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -38,7 +38,7 @@ TEST_F(Evaluate, WritesATableWithAColumnAPoseFile) {
   EXPECT_THAT(outcome.out, HasSubstr("drift"));
   EXPECT_THAT(outcome.out, HasSubstr("end error [cm/m]"));
   EXPECT_THAT(outcome.out, HasSubstr("end error better by [%]"));
-  // Three rows of short horizons; the rest is in JSON.
+  // Three rows of short horizons; the others are only in JSON.
   for (const char* row :
        {"35 ms error mean [mm]", "35 ms yaw error mean [deg]", "1000 ms error mean"})
     EXPECT_THAT(outcome.out, HasSubstr(row));
@@ -119,7 +119,7 @@ TEST_F(Evaluate, SaysThatAnEstimateIsOfAPartOfTheReference) {
                               ": it covers 1.0 s and 0.8 m of the reference's 4.2 s and 4.2 m; "
                               "all figures are for that part only [W413]\n"),
                     Not(HasSubstr(good_ + ": it covers")))));
-  // Who asks for a part knows, as far as there is one.
+  // No warning for a part that --from and --to ask for, unless the file covers less.
   EXPECT_EQ(run(both() + good_ + " --from +1 --to +2").err, "");
   EXPECT_THAT(run(both() + part + " --from +0.5 --to +3").err,
               HasSubstr(part + ": it covers 1.0 s"));
@@ -136,7 +136,7 @@ TEST_F(Evaluate, SaysThatTheTimesOfTheReferenceAreOff) {
   EXPECT_EQ(run("--reference " + pose + " --pose " + pose).err, "");
 }
 
-// The file of a drive with its first columns later by so many seconds.
+// A drive's file with its first columns shifted by these seconds.
 std::string later(const std::string& file, std::size_t columns, double seconds) {
   std::istringstream text(contents(file));
   std::string line, moved;
@@ -254,7 +254,7 @@ TEST_F(Evaluate, JudgesAWindowAlignedAtItsBegin) {
   EXPECT_EQ(relative["t_first"], 1.0);
   EXPECT_EQ(relative["t_last"], 3.0);
   EXPECT_NEAR(relative["path_length"], 2.0, 1e-4);
-  // x is stretched by 2 %: of all four seconds the error is larger than of two.
+  // x is stretched by 2 %: the error over all four seconds is larger than over two.
   EXPECT_LT(relative["end_error"], judged("")["end_error"]);
   EXPECT_GT(relative["end_error"], 0.0);
   EXPECT_EQ(judged("--from 1 --to 3"), relative);
@@ -299,7 +299,7 @@ TEST_F(Evaluate, RefusesAWindowWithoutRows) {
 }
 
 TEST_F(Evaluate, JudgesTheOdometryFrame) {
-  // A map pose that jumps by a metre on the way; the odometry frame's does not.
+  // A map pose that jumps by a metre on the way; the pose in the odometry frame does not.
   std::string text = "t,x,y,yaw,odom_x,odom_y,odom_yaw,sigma_x,sigma_y,sigma_yaw\n";
   for (const TrajectoryPoint& point : wavy_drive(0.0, 4.0, 0.005).points) {
     const auto& pose = point.pose;
@@ -321,7 +321,7 @@ TEST_F(Evaluate, JudgesTheOdometryFrame) {
   EXPECT_EQ(map_name, "map");
   EXPECT_NEAR(map["end_error"], 1.0, 1e-9);
   EXPECT_FALSE(map["nees"].is_null());
-  // Aligned where it begins, as uncertain there as at the end.
+  // After alignment at the start, the covariance (as large there as at the end) means nothing.
   EXPECT_TRUE(judged("").second["nees"].is_null());
   const auto [odom_name, odom] = judged(" --frame odom");
   EXPECT_EQ(odom_name, "odom");

@@ -37,7 +37,7 @@ TEST(Evaluation, OfTheReferenceItselfIsZero) {
 }
 
 TEST(Evaluation, OfAScaleErrorIsWhatThePaperMeans) {
-  // 1 % too long on 10 m: 10 cm at the end, 1 cm/m, 0.35 mm in 35 ms, rms = 0.1/√3 of a ramp.
+  // 1 % too far over 10 m: 10 cm at the end, 1 cm/m, 0.35 mm in 35 ms, rms = 0.1/√3 of a ramp.
   const Evaluation e =
       evaluate(straight(1.0, 10.0, 0.01), straight(1.01, 10.0, 0.005), Align::first);
   EXPECT_NEAR(e.path_length, 10.0, 1e-9);
@@ -51,7 +51,7 @@ TEST(Evaluation, OfAScaleErrorIsWhatThePaperMeans) {
 }
 
 TEST(Evaluation, MeasuresTheShortTermInTheBodyFrameOfEach) {
-  // Turned as a whole, an estimate has no relative error at all.
+  // An estimate that is rotated as a whole has no relative error.
   const Trajectory drive = wavy_drive(0.0, 5.0, 0.005);
   const Evaluation e = evaluate(drive, moved_by({1.0, 2.0, 3.0}, drive), Align::none);
   EXPECT_GT(e.position.rms, 1.0);
@@ -64,7 +64,7 @@ TEST(Evaluation, AccumulatesHeadingOverWholeTurns) {
   Trajectory estimate = drive;
   for (auto& point : estimate.points) {
     point.pose.yaw += 0.2 * 1e-9 * static_cast<double>(point.t_ns);  // ends six radians off
-    point.pose.yaw += 4.0 * std::numbers::pi;  // and counts its turns from elsewhere
+    point.pose.yaw += 4.0 * std::numbers::pi;  // and counts its turns from another start
   }
   const Evaluation e = evaluate(drive, estimate, Align::none);
   EXPECT_NEAR(e.heading_end, 6.0, 1e-9);
@@ -78,7 +78,7 @@ TEST(Evaluation, OwesNoWholeTurnsFromBeforeAReset) {
   for (auto& point : estimate.points) {
     if (point.t_ns < 10'000'000'000) {
       point.pose.yaw += 0.2 * 1e-9 * static_cast<double>(point.t_ns);
-    } else {  // put right, the other way round
+    } else {  // after a reset that corrects the yaw, but for a whole turn
       point.pose.yaw += 0.1 - 2.0 * std::numbers::pi;
       point.reset_count = 1.0;
     }
@@ -140,13 +140,13 @@ TEST(Evaluation, OfAnEstimateThatIsAlignedHasNoNeesOfWhereItBegan) {
 }
 
 TEST(Evaluation, NeesTurnsTheCovarianceWithTheMapAndLeavesSingularOnesOut) {
-  // The estimate's map is turned by 90°: its sigma along x lies along the reference's y.
+  // The estimate's map is rotated by 90°: its sigma along x lies along the reference's y.
   const Trajectory reference = straight(1.0, 2.0, 0.01);
   Trajectory estimate = moved_by({0.0, 0.0, -std::numbers::pi / 2.0}, reference);
   estimate.has_covariance = true;
   for (auto& point : estimate.points) point.covariance = {1.0, 0.0, 0.0, 0.01, 0.0, 1.0};
   estimate.points.front().covariance = {};
-  // An error of 0.2 along the reference's x is one along the estimate's -y: two sigmas.
+  // 0.2 along the reference's x lies along the estimate's -y: two sigmas.
   for (std::size_t i = 1; i < estimate.points.size(); ++i) estimate.points[i].pose.y -= 0.2;
   const Evaluation e = evaluate(reference, estimate, Align::first);
   ASSERT_TRUE(e.consistency);
@@ -179,13 +179,13 @@ TEST(Evaluation, SeesAReferenceThatHasLostTheCar) {
   for (auto& point : lost.points) {
     if (point.t_ns > 3'000'000'000 && point.t_ns < 5'000'000'000) {
       point.pose = last_seen.pose;
-      point.pose.x += 1e-4 * std::sin(static_cast<double>(point.t_ns));  // it still shakes
+      point.pose.x += 1e-4 * std::sin(static_cast<double>(point.t_ns));  // the tracker trembles
     }
   }
   const Evaluation e = evaluate(lost, drive, Align::none);
   EXPECT_NEAR(static_cast<double>(e.reference_stuck_ns), 2e9, 2e7);
   EXPECT_EQ(evaluate(drive, drive, Align::none).reference_stuck_ns, 0);
-  EXPECT_EQ(evaluate(lost, lost, Align::none).reference_stuck_ns, 0);  // the car stood
+  EXPECT_EQ(evaluate(lost, lost, Align::none).reference_stuck_ns, 0);  // the estimate stands, too
   Trajectory elsewhere = lost;  // at first, until its filter jumps
   for (auto& point : elsewhere.points) {
     point.reset_count = point.t_ns < 4'000'000'000 ? 1.0 : 2.0;
@@ -205,7 +205,7 @@ TEST(Improvement, IsInPercentOfTheBaseline) {
   EXPECT_EQ(text(improvement(20.0, 1.0)), "< -999");
   EXPECT_EQ(text(improvement(1.0, 0.0)), "-");
   EXPECT_EQ(text_of(Metric{"vx rms [m/s]", 1, -1000.0}), "-1000.0");
-  EXPECT_FALSE(improvement(3.2, 0.01, 2.0));  // a heading that passes through zero at the end
+  EXPECT_FALSE(improvement(3.2, 0.01, 2.0));  // the baseline ends at about zero
   EXPECT_TRUE(improvement(3.2, 0.5, 2.0));
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::int64_t tick = 5'000'000;
 
-// Along x at a speed, turning at a rate: rows of 5 ms.
+// Along x at a speed and a yaw rate: rows of 5 ms.
 Trajectory turning(double speed, double rate, int rows) {
   Trajectory drive;
   drive.name = "turning.csv";
@@ -47,8 +47,8 @@ TEST(HorizonErrors, OfAScaleErrorGrowWithTheHorizon) {
 }
 
 TEST(HorizonErrors, OfAGyroErrorAreAChordNextToAnother) {
-  // Both at 1 m/s; ψ̇ 0.5 and 0.6 rad/s. In the body frame of its start each goes
-  // v/ω (sin ωT, 1 − cos ωT).
+  // Both at 1 m/s; ψ̇ 0.5 and 0.6 rad/s. In the body frame of the start, each moves by v/ω (sin ωT,
+  // 1 − cos ωT).
   const auto chord = [](double rate, double t) {
     return std::pair{std::sin(rate * t) / rate, (1.0 - std::cos(rate * t)) / rate};
   };
@@ -72,7 +72,7 @@ TEST(HorizonErrors, LeaveOutHorizonsThatAreLongerThanTheDrive) {
 }
 
 TEST(PoseErrors, LieAlongAndAcrossTheReferencesHeading) {
-  // The reference looks north; the estimate is 3 m ahead and 1 m to its left.
+  // The reference faces north; the estimate is 3 m ahead and 1 m to its left.
   TrajectoryPoint truth;
   truth.pose = {10.0, 20.0, std::numbers::pi / 2.0};
   TrajectoryPoint estimate;
@@ -99,7 +99,7 @@ TEST(PoseErrors, HaveTheNeesOfTheirCovariance) {
   EXPECT_FALSE(pose_errors(pairs, {}, true)[0].nees.has_value());
 }
 
-// A circle of 2 m radius, once round and a share more.
+// A circle of 2 m radius, driven for this many turns.
 Trajectory lap(double turns) {
   return turning(2.0, 1.0,
                  1 + static_cast<int>(std::lround(turns * 2.0 * std::numbers::pi / 0.005)));
@@ -110,7 +110,7 @@ TEST(ClosedLoop, IsHeldAgainstItsOwnStart) {
   EXPECT_EQ(e.against, Against::closed_loop);
   EXPECT_NEAR(e.path_length, 2.0 * 1.01 * 2.0 * std::numbers::pi, 0.02);
   EXPECT_NEAR(e.end_error, 4.0 * std::sin(0.01 * std::numbers::pi), 0.01);
-  EXPECT_NEAR(e.heading_end, 0.01 * 2.0 * std::numbers::pi, 0.01);  // not a turn more
+  EXPECT_NEAR(e.heading_end, 0.01 * 2.0 * std::numbers::pi, 0.01);  // not a whole turn more
   EXPECT_NEAR(e.end_cm_per_m.value(), 100.0 * e.end_error / e.path_length, 1e-12);
   EXPECT_FALSE(e.short_term.has_value());
   EXPECT_FALSE(check_that_it_closes("lap", std::vector{e}));

@@ -1,4 +1,4 @@
-// The kinds of faults as they are written on a command line, and those of the camera.
+// Kinds of faults as a command line names them, and the faults of the camera.
 #include <set>
 
 #include <nlohmann/json.hpp>
@@ -109,7 +109,7 @@ bool same(const CameraPose& a, const CameraPose& b) {
          a.sigma_yaw == b.sigma_yaw;
 }
 
-// 50 poses before the fault, 50 in it, 50 behind it.
+// 50 poses before the fault, 50 during it, 50 after it.
 TEST(CameraFault, OutsideOfItsTimeNothingChanges) {
   const auto old = healthy_poses();
   int tried = 0;

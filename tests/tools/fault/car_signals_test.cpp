@@ -1,4 +1,4 @@
-// Values out of frames and back into them, through what a configuration says of them.
+// Values read from frames and written into them, according to a configuration.
 #include "tools/fault/car_signals.hpp"
 #include "tests/gtest.hpp"
 
@@ -59,7 +59,7 @@ can::Frame frame_of(std::uint32_t id, std::vector<std::uint8_t> bytes) {
   return frame;
 }
 
-// The value of a frame that is to hold one.
+// Reads a frame that must contain exactly one value.
 Reading only_reading(const CarSignals& signals, const can::Frame& frame) {
   std::array<Reading, can::max_samples_per_frame> readings{};
   const auto message = signals.message_of(frame);
@@ -68,7 +68,7 @@ Reading only_reading(const CarSignals& signals, const can::Frame& frame) {
   return readings[0];
 }
 
-// 1000 * 0.01 km/h, big-endian; the bits around it stay.
+// 1000 * 0.01 km/h, big-endian; the neighbouring bits stay.
 TEST(CarSignals, AValueComesAndGoesInSi) {
   const Car car;
   const CarSignals signals = car.signals();
@@ -81,7 +81,7 @@ TEST(CarSignals, AValueComesAndGoesInSi) {
   EXPECT_EQ(frame.data[1], 0xD0);
   EXPECT_EQ(frame.data[2], 0x01);
   EXPECT_EQ(frame.data[3], 0xAB);
-  // What the bits cannot hold is the nearest that they can.
+  // A value out of range becomes the nearest that the bits can hold.
   signals.write(reading.binding, -5.0, frame);
   EXPECT_EQ(only_reading(signals, frame).value, 0.0);
 }

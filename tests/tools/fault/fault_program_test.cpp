@@ -40,7 +40,7 @@ class FaultCommand : public ::testing::Test {
   }
 };
 
-// One message's lines differ, from the begin on, for so long; no other character of the log does.
+// One message's lines differ during the fault; no other character of the log changes.
 TEST_F(FaultCommand, ChangesTheFramesThatAreMeant) {
   const std::string out = in("gyro.log");
   const Outcome outcome =
@@ -65,7 +65,7 @@ TEST_F(FaultCommand, ChangesTheFramesThatAreMeant) {
   EXPECT_LE(changed, 400);
 }
 
-// What is replayed is a drive whose gyro is frozen: odomd reports it.
+// A replay of the faulty log is a drive with a frozen gyro: odomd reports it.
 TEST_F(FaultCommand, TheFaultyLogIsReplayed) {
   ASSERT_EQ(fault("--kind gyro.stuck --begin 4 " + in("drive/drive.log") + " -o " + in("stuck.log"))
                 .status,
@@ -86,7 +86,7 @@ TEST_F(FaultCommand, SeveralFaultsInBothLogs) {
   EXPECT_NEAR(static_cast<double>(before.size() - after.size()), 2.0 / 0.035, 5.0);
 }
 
-// As a filter: the same bytes as from file to file, and what comes is handed on at once.
+// As a filter it gives the same bytes as from file to file, and passes each line on at once.
 TEST_F(FaultCommand, IsAFilter) {
   ASSERT_EQ(
       fault("--kind imu.noisy --seed 3 " + in("drive/drive.log") + " -o " + in("file.log")).status,
@@ -96,7 +96,7 @@ TEST_F(FaultCommand, IsAFilter) {
   EXPECT_EQ(piped.status, 0) << piped.err;
   EXPECT_EQ(contents(in("pipe.log")), contents(in("file.log")));
 
-  // The pipe stays open until all five have come out; the loop ends where they never do.
+  // The pipe stays open until all five lines have come out, or the loop's limit is reached.
   const Outcome live = run_shell(
       "cd " + in("drive") +
       "; mkfifo in; { odom fault --config car.toml --kind gyro.zero - -o - < in > out.log "
@@ -105,14 +105,14 @@ TEST_F(FaultCommand, IsAFilter) {
   EXPECT_EQ(live.out, "5\n");
 }
 
-// Nothing is left behind of a log that breaks off in the middle.
+// A log that breaks off in the middle leaves no output.
 TEST_F(FaultCommand, AnOutputIsWholeOrNotThere) {
   std::ofstream{in("broken.log")} << "(1.000000) can0 1A2#0000000000000000\nnonsense\n(2) x\n";
   EXPECT_THAT(fault("--strict --kind gyro.zero " + in("broken.log") + " -o " + in("not.log")),
               Ends(2, HasSubstr("broken.log:3")));
   EXPECT_FALSE(std::filesystem::exists(in("not.log")));
   EXPECT_FALSE(std::filesystem::exists(in("not.log.partial")));
-  // Nor where it is the camera's log that cannot be used.
+  // Nor does an unusable camera log.
   std::ofstream{in("broken.csv")} << "t,x\n1,2\n";
   EXPECT_EQ(fault("--kind gyro.zero " + in("drive/drive.log") + " -o " + in("not.log") +
                   " --camera " + in("broken.csv") + " --camera-out " + in("not.csv"))
@@ -158,7 +158,7 @@ TEST_F(FaultCommand, ListsTheKinds) {
   EXPECT_GT(nlohmann::json::parse(json.out).size(), 67U);
 }
 
-// The camera's poses between two sockets: a camera sends, a fault acts, a daemon receives.
+// Camera poses through two sockets: a camera sends, a fault changes them, a daemon receives.
 
 odom_camera_message message_at(double x) {
   odom_camera_message message{};
@@ -169,7 +169,7 @@ odom_camera_message message_at(double x) {
   return message;
 }
 
-// Stands for the daemon's end.
+// The daemon's end of the connection.
 class Daemon {
  public:
   explicit Daemon(const std::filesystem::path& path)
@@ -225,7 +225,7 @@ TEST(CameraRelay, DelayedPosesAreHeldBack) {
   EXPECT_TRUE(daemon.receive());
 }
 
-// A camera that goes and comes again, and one that talks nonsense.
+// Cameras that disconnect and reconnect, and one that sends nonsense.
 TEST(CameraRelay, CamerasComeAndGo) {
   const tools::Scratch scratch;
   Daemon daemon(scratch.path("daemon.sock"));

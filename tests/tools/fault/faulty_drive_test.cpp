@@ -1,5 +1,4 @@
-// The runs of the integrity campaign are those of odom replay: what it says of a drive, a user
-// gets.
+// The runs of the integrity campaign equal those of odom replay, so its results hold for users.
 #include <memory>
 
 #include "daemon/core/pipeline.hpp"
@@ -29,7 +28,7 @@ class FaultyDriveTest : public ::testing::TestWithParam<Camera> {
     return one;
   }
 
-  // The whole drive through the replay, with faults as odom fault makes them.
+  // Replays the whole drive with the faults that odom fault makes.
   static std::vector<odom_pose> replayed(const std::vector<Fault>& faults) {
     const std::vector<std::string> buses(drive().buses.begin(), drive().buses.end() - 1);
     fault::Injector injector(drive().config, drive().databases, buses, faults);
@@ -51,7 +50,7 @@ class FaultyDriveTest : public ::testing::TestWithParam<Camera> {
     return poses;
   }
 
-  // Tick for tick what a controller sees, and the error of the very pose.
+  // Compares tick by tick what a controller sees, and the position error.
   static void expect_same(const std::vector<Tick>& run, std::size_t first,
                           const std::vector<odom_pose>& poses) {
     std::size_t compared = 0;
@@ -89,7 +88,7 @@ TEST_P(FaultyDriveTest, ARunWithAFaultIsTheReplayOfAFaultyLog) {
   }
 }
 
-// To leave a source out is to hear no more of it.
+// Leaving a source out equals losing it.
 TEST_P(FaultyDriveTest, ASourceIsLeftOut) {
   const FaultyDrive runs(drive(), GetParam(), begin());
   const Fault lost = from_begin_on("imu.lost");

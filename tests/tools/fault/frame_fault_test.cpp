@@ -1,4 +1,4 @@
-// Every kind of fault on frames, judged by what the daemon's decoder makes of them.
+// Every kind of fault on frames, checked with the daemon's decoder.
 #include <functional>
 #include <map>
 
@@ -14,13 +14,13 @@ double step_of(Source source) {
   return std::ranges::find(small_car_signals, source, &Signal::source)->step;
 }
 
-// All that the healthy car sends, 300 cycles of four messages, gets through.
+// All frames of the healthy car, 300 cycles of four messages, are decoded.
 TEST(FrameFault, TheHealthyCarIsDecoded) {
   EXPECT_THAT(decoded(healthy_frames()).verdicts, ElementsAre(Pair(FrameVerdict::decoded, 1200)));
 }
 
-// What a source is to read: of its healthy value, the time since the fault began, the healthy value
-// before it, and the fault's size.
+// Expected value of a source, from its healthy value, the time since the fault began, the last
+// healthy value before it, and the fault's size.
 using Oracle = std::function<double(double value, double t, double before, double size)>;
 
 const std::map<std::string_view, Oracle>& oracles() {
@@ -38,8 +38,8 @@ const std::map<std::string_view, Oracle>& oracles() {
   return all;
 }
 
-// In every part that can fail so: its sources as expected, all others and all other times to the
-// bit, and no frame refused.
+// For each part with this kind of fault: its sources read as expected, other sources and other
+// times are unchanged to the bit, and no frame is refused.
 TEST(FrameFault, ValuesAreChangedAndNothingElse) {
   const Decoded before = decoded(healthy_frames());
   int tried = 0;
@@ -111,7 +111,7 @@ TEST(FrameFault, AWheelSpinsUpAndAnotherLocks) {
   EXPECT_EQ(ratio(Source::wheel_rear_right, 150), 1.0);
 }
 
-// A signal takes the newest value of the other: of the same frame where both are in one.
+// A signal takes the newest value of the other, from the same frame if it contains both.
 TEST(FrameFault, SignalsAreExchanged) {
   const auto old = decoded(healthy_frames()).values;
   const auto sides = decoded(with({in_the_middle("wheels.left_right")})).values;
@@ -123,7 +123,7 @@ TEST(FrameFault, SignalsAreExchanged) {
               old.at(Source::wheel_rear_right)[i].value);
     EXPECT_EQ(sides.at(Source::wheel_front_right)[i].value,
               old.at(Source::wheel_front_left)[i].value);
-    // The front's frame comes before the rear's: it has the rear's value of the cycle before.
+    // The front's frame comes before the rear's: it gets the rear's value of the previous cycle.
     EXPECT_EQ(axles.at(Source::wheel_front_left)[i].value,
               old.at(Source::wheel_rear_left)[i - 1].value);
     EXPECT_EQ(axles.at(Source::wheel_rear_right)[i].value,
@@ -135,7 +135,7 @@ TEST(FrameFault, SignalsAreExchanged) {
   EXPECT_EQ(axes.at(Source::yaw_rate)[150].value, old.at(Source::yaw_rate)[150].value);
 }
 
-// The first frame behind the gap has a counter that jumped; the next is good again.
+// The counter of the first frame after the gap has jumped; the next frame is good again.
 TEST(FrameFault, LostFramesAreGone) {
   const Decoded now = decoded(with({in_the_middle("imu.lost")}));
   EXPECT_EQ(now.values.at(Source::yaw_rate).size(), 199U);
@@ -145,7 +145,7 @@ TEST(FrameFault, LostFramesAreGone) {
   EXPECT_TRUE(std::ranges::none_of(left, [](const Value& one) { return is_in_the_middle(one.t); }));
 }
 
-// A tenth of a second later, in their order; those behind the fault wait for the last of it.
+// A tenth of a second later, in their order; the frames after the fault wait for the last of these.
 TEST(FrameFault, DelayedFramesComeLaterInTheirOrder) {
   const auto old = decoded(healthy_frames()).values.at(Source::steering);
   const auto frames = with({in_the_middle("steering.delayed")});
@@ -187,7 +187,7 @@ TEST(FrameFault, ReorderedFramesComeInPairs) {
   EXPECT_EQ(values[200].value, old[200].value);
 }
 
-// A frame without a partner is not lost when the fault ends.
+// A frame that waits for its partner is not lost when the fault ends.
 TEST(FrameFault, AReorderedFrameWithoutAPartnerLeavesAtTheEnd) {
   Fault fault = in_the_middle("steering.reordered");
   fault.duration_s = 0.05;
@@ -229,7 +229,7 @@ TEST(FrameFault, TheWholeBusIsStampedEarly) {
   EXPECT_EQ(now[800].time_ns, frames[800].time_ns);
 }
 
-// Every tenth frame or so has one wrong bit, of the signals that are meant: the CRC finds them all.
+// About every tenth frame has one wrong bit in the fault's signals: the CRC detects them all.
 TEST(FrameFault, BitFlipsAreRefusedUnlessTheyAreRepaired) {
   const auto frames = healthy_frames();
   const auto flipped = with({in_the_middle("imu.bit_flips")});
@@ -265,7 +265,7 @@ TEST(FrameFault, SeveralActInTheOrderOfNaming) {
   EXPECT_THAT(biased_last.verdicts, ElementsAre(Pair(FrameVerdict::decoded, 1200)));
 }
 
-// A frame that came with a wrong CRC leaves with one.
+// A frame with a wrong CRC keeps a wrong CRC.
 TEST(FrameFault, WhatWasBrokenIsNotRepaired) {
   std::vector<can::Frame> frames = healthy_frames();
   const auto imu = std::ranges::find(frames, 418U, &can::Frame::id);
@@ -277,7 +277,7 @@ TEST(FrameFault, WhatWasBrokenIsNotRepaired) {
   EXPECT_EQ(decoded(with(small_car(), faults, frames)).verdicts.at(FrameVerdict::failed_crc), 1);
 }
 
-// Frames of others, and those that are no data, pass untouched, at their places.
+// Frames of other nodes and those that are not data frames pass unchanged, at their places.
 TEST(FrameFault, UnmappedFramesPass) {
   std::vector<can::Frame> frames = healthy_frames();
   can::Frame other = frames[500];

@@ -1,4 +1,4 @@
-// A car of a few signals, its frames over three seconds, and what a receiver decodes of them.
+// A car with a few signals, its frames over three seconds, and how a receiver decodes them.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ inline constexpr std::int64_t second_ns = 1'000'000'000;
 inline constexpr std::int64_t start_ns = 1000 * second_ns;
 inline constexpr std::int64_t cycle_ns = 10'000'000;
 
-/// As odomd's own database has them, and what one of its bits is worth.
+/// A signal as in odomd's own database, and the value of one of its bits.
 struct Signal {
   Source source;
   const char* message;
@@ -42,7 +42,7 @@ inline constexpr std::array small_car_signals{
     Signal{Source::steering, "STEERING", "SteeringAngle", 1e-6},
 };
 
-/// What a sensor of the healthy car reads, different for each.
+/// The healthy reading of a sensor, different for each.
 inline double healthy(Source source, double t) {
   const auto number = static_cast<double>(estimator::index_of(source));
   return 1.0 + 0.1 * number + 0.3 * std::sin(2.0 * t + number);
@@ -65,7 +65,7 @@ inline daemon::Config small_car() {
   return config;
 }
 
-/// Three seconds of all messages, a frame of each every 10 ms, a millisecond apart.
+/// Three seconds of all messages, each every 10 ms, a millisecond apart.
 inline std::vector<can::Frame> healthy_frames() {
   std::vector<can::MessageEncoder> encoders;
   for (const can::Message& message : sim::bus_database().messages)
@@ -93,13 +93,13 @@ inline std::vector<can::Frame> with(const daemon::Config& config, std::span<cons
   return out;
 }
 
-/// The healthy car with faults.
+/// The healthy car's frames with faults.
 inline std::vector<can::Frame> with(const std::vector<Fault>& faults) {
   return with(small_car(), faults, healthy_frames());
 }
 
 struct Value {
-  double t = 0.0;  ///< [s] of the frame
+  double t = 0.0;  ///< time of the frame [s]
   double value = 0.0;
 };
 
@@ -108,7 +108,7 @@ struct Decoded {
   std::map<can::FrameVerdict, int> verdicts;
 };
 
-/// As the daemon's decoder has it, protection and all.
+/// Decodes frames like the daemon, with their protection.
 inline Decoded decoded(std::span<const can::Frame> frames) {
   const daemon::Config config = small_car();
   const std::vector<can::Database> databases{sim::bus_database()};
@@ -126,7 +126,7 @@ inline Decoded decoded(std::span<const can::Frame> frames) {
   return result;
 }
 
-/// From one second after the first frame on, for a second.
+/// A fault that begins one second after the first frame and lasts one second.
 inline Fault in_the_middle(std::string_view kind) {
   Fault fault = fault_of(parse_kind(kind));
   fault.begin_s = 1.0;

@@ -1,5 +1,5 @@
-// Mistakes in the wiring, made in simulated drives as odom fault makes them: each is named, and
-// nothing is said of the drives as they are.
+// Mistakes in the wiring, made in simulated drives by odom fault: each is named, and the unchanged
+// drives have no finding.
 #include <cctype>
 #include <filesystem>
 #include <map>
@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What is found at any time, by source; and at the end.
+/// Findings at any time, by source, and warnings at the end.
 struct Found {
   std::map<std::string, std::string> ever;
   std::uint32_t conditions = 0;  ///< at any time
@@ -133,8 +133,8 @@ INSTANTIATE_TEST_SUITE_P(Of, WrongWiring,
                                            "--car bmw_320i --scenario lap --laps 1"),
                          [](const auto& test) { return "Drive" + std::to_string(test.index); });
 
-// The front wheels' longer way shows in tight turns that are driven gently, and the sign of a_x
-// where it is sped up and braked.
+// The longer path of the front wheels shows in tight turns that are driven gently, and the sign of
+// a_x in acceleration and braking.
 TEST(WiringMistake, OfAxlesShowsInTightTurns) {
   const Drive drive = simulated("--scenario parking --laps 1");
   const Found found = replayed(drive, {fault::parse_fault("wheels.front_rear")}, Camera::off);

@@ -1,4 +1,4 @@
-// odom import: tables as tools write them.
+// odom import: tables as written by other tools.
 #include <nlohmann/json.hpp>
 
 #include "tests/gtest.hpp"
@@ -9,8 +9,8 @@ namespace {
 
 using nlohmann::json;
 
-/// What becomes of the role that comes first: its samples, least and most value, and the time of
-/// the first frame.
+/// Expected samples of the first role: number, smallest and largest value, and the time of the
+/// first frame.
 struct Case {
   std::string what, table, options;
   std::size_t samples;
@@ -120,7 +120,7 @@ TEST(Import, ReadsTheTablesOfTools) {
   }
 }
 
-// A value must not be sent again because another one came.
+// A value must not be sent again because another signal's value came.
 TEST(Import, SendsEachValueOnceAtItsTime) {
   const Scratch scratch;
   const Outcome outcome =

@@ -1,4 +1,4 @@
-// Recorded drives as tables of their decoded frames: they replay to the same errors.
+// Recorded drives as tables of their decoded frames: their import replays to the same errors.
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// A table per message, and the options for its columns.
+/// One table per message, and the options for its columns.
 struct Exported {
   std::vector<TextFile> files;
   std::string options;
@@ -102,7 +102,8 @@ TEST(Import, OfARecordedDriveReplaysToTheSameErrors) {
           errors(scratch, scratch.path("out"), scratch.path("out/truth.csv"), camera);
       for (const char* of : {"position", "heading"}) {
         const double was = before[of]["rms"].get<double>();
-        // 5 % are wanted: with its camera the heading of cpm_ucar is 6 % better, by 0.06°.
+        // 5 % would be the aim, but with the camera the heading of cpm_ucar is 6 % better, by
+        // 0.06°.
         EXPECT_NEAR(after[of]["rms"].get<double>(), was, 0.065 * was) << of << camera;
       }
     }

@@ -1,4 +1,4 @@
-// odom import: what is no table of a drive is refused in one line, and nothing is left behind.
+// odom import: whatever is not a table of a drive is refused in one line, and no file is left.
 #include <filesystem>
 #include <optional>
 

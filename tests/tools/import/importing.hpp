@@ -11,7 +11,7 @@ struct TextFile {
 
 inline constexpr const char* a_car = " --mass 3 --wheelbase 0.26 --track 0.16 ";
 
-/// Into the folder "out" of the scratch directory, which is the working directory.
+/// Imports into "out" in the scratch directory, which is the working directory.
 inline Outcome import(const Scratch& scratch, const std::vector<TextFile>& files,
                       const std::string& options) {
   std::string tables;
@@ -23,7 +23,7 @@ inline Outcome import(const Scratch& scratch, const std::vector<TextFile>& files
                    options);
 }
 
-/// A moving car at 10 rows a second: the header "t,v", and any more cells of each row.
+/// A moving car at 10 rows a second: the header "t,v", and further cells of each row.
 inline std::string rows_of(const std::string& header, double t0, const std::string& more = "") {
   std::string text = header + '\n';
   for (int i = 0; i < 5; ++i)

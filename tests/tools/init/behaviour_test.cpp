@@ -1,4 +1,4 @@
-// Signs, scales and biases from made-up drives whose right answer is known.
+// Signs, scales and biases of artificial drives with known answers.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ using testing::Not;
 
 constexpr double wheelbase = 2.5, track = 1.5;
 
-/// A car that swings left and right at a speed that changes, after ten seconds at rest.
+/// A car that weaves at a varying speed, after ten seconds at rest.
 struct Motion {
   static double speed(double t) { return t < 10.0 ? 0.0 : 8.0 - 6.0 * std::cos(0.3 * (t - 10.0)); }
   static double angle(double t) { return 0.1 * std::sin(0.7 * t) + 0.03; }

@@ -1,4 +1,4 @@
-// odom init as a program, and what it asks of the car.
+// odom init as a command, and its questions about the car.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -20,7 +20,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-// What is asked about the car.
+// Questions about the car.
 
 TEST(Car, IsAskedForUntilTheAnswerIsANumber) {
   Car car;
@@ -31,7 +31,7 @@ TEST(Car, IsAskedForUntilTheAnswerIsANumber) {
   EXPECT_DOUBLE_EQ(car.wheelbase.value(), 0.26);
   EXPECT_FALSE(car.front_axle.has_value());  // left open
   EXPECT_THAT(out.str(), HasSubstr("not a number"));
-  EXPECT_THAT(out.str(), HasSubstr("a number is needed"));  // of the empty answer
+  EXPECT_THAT(out.str(), HasSubstr("a number is needed"));  // after the empty answer
 }
 
 TEST(Car, RefusesAnAxleBeyondTheWheelbase) {
@@ -58,7 +58,7 @@ TEST(Car, SizesUnlikeACarAreAskedForOnceMore) {
   unusual.mass.reset();
   std::istringstream twice("2985\n2985\n0.26\n\n");
   ask(missing_first(unusual, {}), unusual, twice, out);
-  EXPECT_DOUBLE_EQ(unusual.mass.value(), 2985.0);  // who says it twice means it
+  EXPECT_DOUBLE_EQ(unusual.mass.value(), 2985.0);  // a repeated answer is accepted
 }
 
 TEST(Car, EndOfInputNamesTheOption) {
@@ -101,19 +101,19 @@ TEST(Car, OnlyWhatARoleNeedsIsAsked) {
   EXPECT_EQ(asked(mapped(Source::motor, can::Unit::rpm)), sizes + "--wheel-radius --gear-ratio ");
   EXPECT_EQ(asked(mapped(Source::motor, can::Unit::erpm)),
             sizes + "--wheel-radius --gear-ratio --pole-pairs ");
-  EXPECT_EQ(asked(mapped(Source::steering, can::Unit::deg)), sizes);  // the ratio may stay open
+  EXPECT_EQ(asked(mapped(Source::steering, can::Unit::deg)), sizes);  // the ratio is optional
   Proposal command = mapped(Source::steering, can::Unit::none);
   EXPECT_EQ(asked(command), sizes + "--full-lock ");
   command.of(Source::steering)->scale_fits = true;
   EXPECT_EQ(asked(command), sizes);
 }
 
-// odom init as it is called: the file loads, and replays as the one by hand.
+// odom init as a command: its file loads, and replays like the hand-written one.
 
 class Init : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    scratch_ = new Scratch;  // NOLINT(cppcoreguidelines-owning-memory): gtest's way
+    scratch_ = new Scratch;  // NOLINT(cppcoreguidelines-owning-memory): required by gtest
     lap_ = scratch_->path("lap").string();
     ASSERT_EQ(run_shell("odom sim --seed 3 --out " + lap_).status, 0);
   }
@@ -180,7 +180,7 @@ TEST_F(Init, NamesWhatIsMissing) {
   EXPECT_EQ(outcome.status, 2);
   EXPECT_THAT(outcome.err, HasSubstr("--mass"));
   EXPECT_THAT(outcome.err, HasSubstr("--wheelbase"));
-  EXPECT_THAT(outcome.err, Not(HasSubstr("--track")));  // wheels and gyro will say
+  EXPECT_THAT(outcome.err, Not(HasSubstr("--track")));  // wheels and gyro give the track
   EXPECT_FALSE(std::filesystem::exists(lap_ + "/missing.toml"));
 }
 

@@ -1,5 +1,5 @@
-// Frames of motor controllers, packed here byte by byte as their makers publish them and not by our
-// databases: what odom init writes decodes them, and a drive with them gives a pose.
+// Frames of motor controllers, packed here as their makers document them, independently of our
+// databases: the configuration of odom init decodes them, and a drive with them gives a pose.
 #include "tools/init/motor_controller.hpp"
 
 #include <gmock/gmock.h>
@@ -112,21 +112,21 @@ TEST(MotorController, DatabaseReadsEverySignalOfThePublishedLayout) {
   }
 }
 
-/// A simulated car whose wheels nobody measures: a motor controller sends the speed of its rear
-/// axle, a node of its own the rest.
+/// A simulated car without wheel sensors: a motor controller sends the speed of the rear axle,
+/// another node the rest.
 class Drive : public testing::Test {
  protected:
   static constexpr double wheel_radius = 0.033, gear_ratio = 11.8;
   static constexpr int pole_pairs = 2;
 
   static void SetUpTestSuite() {
-    scratch_ = new Scratch;  // NOLINT(cppcoreguidelines-owning-memory): gtest's way
+    scratch_ = new Scratch;  // NOLINT(cppcoreguidelines-owning-memory): required by gtest
     lap_ = scratch_->path("lap").string();
     ASSERT_EQ(run_shell("odom sim --seed 3 --out " + lap_).status, 0);
   }
   static void TearDownTestSuite() { delete scratch_; }  // NOLINT
 
-  /// Writes lap/NAME; `frame_of` is a frame for turns of a wheel per second.
+  /// Writes lap/NAME; `frame_of` makes a frame from a wheel's turns per second.
   template <class FrameOf>
   static std::string write_log(const std::string& name, int every_ns, FrameOf frame_of) {
     const tools::Drive drive = read_drive({.folder = lap_});

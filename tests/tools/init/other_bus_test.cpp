@@ -1,5 +1,5 @@
-// A simulated drive on the bus of another maker: signs and validity in bits of their own, all ones
-// while sensors start, turns of a motor, a command without a unit.
+// A simulated drive on another maker's bus: signs and validity in separate bits, all ones while
+// sensors start, motor turns, a command without a unit.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -45,7 +45,7 @@ struct Message {
 
 constexpr double degrees = 180.0 / std::numbers::pi;
 
-/// A drive of `odom sim`, whose signals a test sends anew.
+/// A drive of `odom sim` whose signals a test encodes in other messages.
 class Bus {
  public:
   explicit Bus(const std::string& options) {
@@ -61,7 +61,7 @@ class Bus {
     return series.value[std::min(static_cast<std::size_t>(next), series.size() - 1)];
   }
 
-  /// Sends the message whenever the source has a sample; the values in the order of its fields.
+  /// Sends the message for each sample of the source `clock`; `values` gives its fields in order.
   template <class Values>
   void send(const Message& message, Source clock, Values values) {
     dbc_ += fmt::format("BO_ {} {}: 8 A\n", message.id, message.name);
@@ -82,7 +82,8 @@ class Bus {
     }
   }
 
-  /// What init says, having written init.toml; hand.toml has its vehicle and these signals.
+  /// Runs init, which writes init.toml, and returns its output; hand.toml has the same vehicle and
+  /// the signals `by_hand`.
   json init(const std::string& car, const std::string& by_hand) {
     std::string log;
     for (const auto& [t_ns, line] : lines_) log += line;
@@ -182,7 +183,7 @@ steering = { message = "LWI_01", signal = "LWI_Lenkradwinkel", unit = "deg", sca
   auto roles = by_role(result);
   EXPECT_EQ(roles.size(), 5U) << result;
   EXPECT_EQ(roles["yaw_rate"]["signals"][0], "ESP_Gierrate");
-  EXPECT_LT(std::fabs(roles["yaw_rate"]["offset"].get<double>()), 0.02);  // not of 163.82 deg/s
+  EXPECT_LT(std::fabs(roles["yaw_rate"]["offset"].get<double>()), 0.02);  // all ones: 163.82
   EXPECT_NEAR(roles["steering"]["scale"].get<double>(), 1.0 / 15.6, 0.1 / 15.6);
   for (const char* key : {R"(sign = { signal = "ESP_VZ_Gierrate", negative = 1 })",
                           R"(valid_when = { signal = "ESP_QBit_Gierrate", equals = 0 })",
@@ -190,8 +191,8 @@ steering = { message = "LWI_01", signal = "LWI_Lenkradwinkel", unit = "deg", sca
                           R"(valid_when = { signal = "LWI_QBit_Lenkradwinkel", equals = 0 })",
                           R"(unless_raw = "all_ones")"})
     EXPECT_THAT(bus.text, HasSubstr(key));
-  // The file by hand has the bias at rest, too: that of two noisy seconds alone makes 0.88 to 1.19
-  // times the error without it in seeds 1 to 7, 0.99 in the mean.
+  // The file by hand also has the bias at rest. The bias from only two noisy seconds changes the
+  // error by factors of 0.88 to 1.19 in seeds 1 to 7, 0.99 on average.
   bus.expect_as_by_hand(1.1);
 }
 

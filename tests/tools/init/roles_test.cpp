@@ -1,4 +1,4 @@
-// Which signal gets which role, by name, unit and size.
+// Assignment of signals to roles, by name, unit and size.
 #include "tools/init/roles.hpp"
 
 #include <gmock/gmock.h>
@@ -119,7 +119,7 @@ TEST(Roles, KnowWhoSpeaksOfASignal) {
            {"WHEEL_SPEED_FL", "WHEEL_SPEED_FL_FAULT", "", 0.0, {}},
            {"IMU_YawRtVal", "IMU_YawSigSta", "0 \"Init\" 1 \"Normal\" 2 \"Faulty\"", 1.0, {}},
            {"PowerIn", "Power_Stat", "1 \"No_Fault\" 0 \"Fault\"", 1.0, {}},
-           {"YawRate", "Valid", "", 1.0, {}},  // of the whole message
+           {"YawRate", "Valid", "", 1.0, {}},  // validity of the whole message
            {"YawRate", "RollRate_Valid", "", {}, {}},
            {"ESP_Gierrate", "ESP_VZ_Gierrate", "", {}, 1.0},
            {"STEERING_ANGLE",

@@ -1,4 +1,4 @@
-// odom camera send, to a socket of our own.
+// odom camera send, to the test's own socket.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -30,7 +30,7 @@ using ::testing::HasSubstr;
 class CameraSend : public ::testing::Test {
  protected:
   void listen() { socket_ = listening_socket(path_, SOCK_SEQPACKET | SOCK_NONBLOCK); }
-  // Of the program that has ended by now.
+  // Messages from the program, which has ended by now.
   const std::vector<odom_camera_message>& received() const { return messages_; }
   Outcome run(const std::string& arguments, const std::string& input = "") {
     const auto file = scratch_.write("in", input).string();
@@ -38,7 +38,7 @@ class CameraSend : public ::testing::Test {
     std::jthread daemon([this](const std::stop_token& stop) { read_poses(stop); });
     return run_shell("odom camera send --socket " + path_ + " " + arguments + " <" + file);
   }
-  // As odomd does, one connection after the other.
+  // Serves one connection after the other, like odomd.
   void read_poses(const std::stop_token& stop) {
     while (socket_ && !stop.stop_requested()) {
       pollfd wanted{socket_.get(), POLLIN, 0};

@@ -1,4 +1,4 @@
-// The tools at a running daemon.
+// The tools with a running daemon.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -29,7 +29,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// How the tools find a daemon, and what a recorder knows of the end of its connection.
+// How the tools find a daemon, and how a recorder notices the end of its connection.
 
 std::string problem_of(const std::string& leaf) {
   try {
@@ -95,7 +95,7 @@ TEST(RecordingFeed, TellsADaemonThatDroppedItFromOneThatHasEnded) {
     for (;;) ::pause();
   }
   while (!std::filesystem::exists(other)) ::usleep(1000);
-  ::usleep(20'000);  // it listens
+  ::usleep(20'000);  // time to listen
   RecordingFeed feed(other);
   ::kill(daemon, SIGKILL);
   EXPECT_FALSE(runs_at_the_end(feed)) << "a zombie does not run";
@@ -107,7 +107,7 @@ class TickFollowerTest : public ::testing::Test {
   TickFollower follower() const {
     return TickFollower{std::move(odom::Client::open(segment_.c_str()).value)};
   }
-  // Ticks that one call hands out.
+  // The ticks that one call delivers.
   std::vector<std::uint64_t> follow(TickFollower& follower,
                                     milliseconds timeout = milliseconds{0}) {
     std::vector<std::uint64_t> ticks;

@@ -1,4 +1,4 @@
-// A daemon of the tests' own: its segment, which ticks on request, and its sockets.
+// The tests' own daemon: its segment, which ticks on request, and its sockets.
 #pragma once
 
 #include <sys/socket.h>
@@ -24,11 +24,11 @@ inline std::int64_t now_ns() {
   return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
 }
 
-/// CLOCK_REALTIME - CLOCK_MONOTONIC, as the segments here say.
+/// CLOCK_REALTIME - CLOCK_MONOTONIC in these segments.
 inline constexpr std::int64_t realtime_offset_ns = 1'700'000'000'123'456'789;
 
-/// A daemon with a period of a second: fresh for four seconds after a tick, so that no test depends
-/// on its own pace.
+/// A daemon with a period of a second: its pose is fresh for four seconds after a tick, so that
+/// slow tests pass.
 class SlowDaemon {
  public:
   explicit SlowDaemon(const std::string& segment, std::int64_t period_ns = 1'000'000'000,
@@ -54,16 +54,16 @@ class SlowDaemon {
     writer_->wake_clients();
   }
 
-  /// The same with this number.
+  /// Publishes the tick with this number.
   void tick(std::uint64_t number) {
     pose.tick = number - 1;
     tick();
   }
 
-  /// Lives on without a tick.
+  /// Sets the heartbeat without a tick.
   void beat() { writer_->set_heartbeat(now_ns()); }
   void fall_silent() { writer_->set_heartbeat(now_ns() - 60 * period_ns_); }
-  /// Its log is at this time now.
+  /// Sets the log's present time.
   void play_log(std::int64_t log_ns) {
     beat();
     writer_->set_log_offset(log_ns - now_ns());
@@ -94,7 +94,7 @@ class SlowDaemon {
   return socket;
 }
 
-/// Whoever connects is sent the text, as the daemon does, as long as it lives.
+/// Sends the text to each client that connects, as the daemon does.
 class AnsweringSocket {
  public:
   AnsweringSocket(const std::string& path, std::string text)

@@ -1,4 +1,4 @@
-// odom pose, as it is called, on a segment of our own.
+// odom pose as a command, on the test's own segment.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ class PoseCommand : public ::testing::Test {
   void publish(std::int64_t period_ns) {
     daemon_.emplace(segment_, period_ns);
     daemon_->pose.x = 1.25;
-    daemon_->pose.yaw = 12.3;  // twice round, and 15.26 degrees less
+    daemon_->pose.yaw = 12.3;  // two turns less 15.26 degrees
     daemon_->pose.mode = ODOM_DEGRADED;
     daemon_->pose.conditions = ODOM_COND_BUS_DOWN;
     daemon_->tick();
@@ -82,7 +82,7 @@ TEST_F(PoseCommand, FollowingEndsWithTheDaemonAndSumsUp) {
 TEST_F(PoseCommand, FollowingEndsCleanlyOnTerm) {
   publish(slow_ns);
   const auto file = scratch_.path("l.csv").string();
-  // It follows, and listens to signals, once the header is there.
+  // Once the header is written, odom pose handles signals.
   EXPECT_THAT(run_shell("odom pose --shm " + segment_ + " --follow --csv --out " + file +
                         " & tries=0; while [ ! -s " + file +
                         " ] && [ $tries -lt 200 ]; do sleep 0.1; tries=$((tries + 1)); done; kill "

@@ -1,4 +1,4 @@
-// odom status: the document as text, and asking for it.
+// odom status: how it asks for the document and prints it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -121,7 +121,7 @@ TEST(StatusText, NamesWhatIsWiredWronglyAndWhatScatters) {
 
 TEST(StatusText, LeavesWholeTurnsOutOfTheHeading) {
   json turned = document(10.0, 2000);
-  turned["pose"]["yaw"] = 12.3;  // twice round, and 15.26 degrees less
+  turned["pose"]["yaw"] = 12.3;  // two turns less 15.26 degrees
   EXPECT_THAT(status_as_text(turned, {}), HasSubstr("yaw -15.26 ± 0.00 deg"));
 }
 
@@ -192,7 +192,7 @@ TEST(StatusText, TakesRatesFromTheTimeBetweenTwoDocuments) {
               HasSubstr("beat        300.0 Hz"));
   EXPECT_THAT(status_as_text(document(10.0, 2000), {}), HasSubstr("beat        200.0 Hz"));
   json other = document(10.0, 2000);
-  other["instance"] = "b2";  // another daemon: its counts are not ours
+  other["instance"] = "b2";  // another daemon, with other counts
   EXPECT_THAT(status_as_text(document(0.5, 100), other), HasSubstr("beat        200.0 Hz"));
 }
 
@@ -222,7 +222,7 @@ TEST(Status, PassesTheDocumentOnOrShowsIt) {
   EXPECT_THAT(run_shell("odom status --socket " + socket).out, HasSubstr("degraded"));
 }
 
-// The library reads a document, and copies it by recursion.
+// The JSON library copies a document recursively, so deep nesting would exhaust the stack.
 TEST(Status, RefusesWhatIsNoStatusOrNestedTooDeep) {
   std::string deep;
   for (int i = 0; i < 200'000; ++i) deep += "{\"a\":";

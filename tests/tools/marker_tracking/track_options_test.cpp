@@ -1,4 +1,4 @@
-// The command line of odom identify track, which is there without OpenCV too.
+// The command line of odom identify track, which exists even without OpenCV.
 #include "tools/marker_tracking/options.hpp"
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-// odom identify track on films that are rendered here, of a motion that is known.
+// odom identify track on rendered films of a known motion.
 #include "tools/marker_tracking/track_film.hpp"
 
 #include <functional>
@@ -23,7 +23,7 @@ struct Pose {
   double x = 0.0, y = 0.0, yaw = 0.0;
 };
 
-// A circle of 0.7 m radius, a turn and a quarter.
+// A circle of 0.7 m radius, driven for 1.25 turns.
 Pose pose_at(int frame) {
   const double angle = 2.5 * 3.141592653589793 * frame / frames;
   return {0.7 * std::cos(angle), 0.7 * std::sin(angle), angle + 1.6};
@@ -69,7 +69,7 @@ void write_lens_of(const FilmCamera& camera, const std::filesystem::path& file) 
   write_lens(file, {camera.matrix(), camera.distortion, camera.picture, 0.1});
 }
 
-// Root mean square and largest distance of both markers from the truth [mm].
+// Root mean square and maximum of both markers' distances from the truth [mm].
 struct Errors {
   double rms = 0.0, largest = 0.0;
   std::size_t frames = 0;
@@ -126,7 +126,7 @@ const Stage& stage() {
   return made;
 }
 
-// A pixel is 4.8 mm there.
+// A pixel covers 4.8 mm on the ground.
 TEST(Track, ArucoMarkersAreFoundToAMillimetreOrTwoThroughATiltedCameraWithALens) {
   std::ostringstream csv;
   const TrackSummary summary = track_film(stage().options, csv);
@@ -139,7 +139,7 @@ TEST(Track, ArucoMarkersAreFoundToAMillimetreOrTwoThroughATiltedCameraWithALens)
   EXPECT_LT(errors.largest, 5.0);
 }
 
-// The plane of the markers is 10 cm nearer to the camera: taken for the ground it is 4 % too large.
+// The markers' plane is 10 cm nearer to the camera: taken for the ground, it appears 4 % larger.
 TEST(Track, TheHeightOfTheMarkersAndTheLensCount) {
   for (const std::string& lens : {stage().lens, std::string{}}) {
     TrackOptions options = stage().options;
@@ -155,7 +155,7 @@ TEST(Track, ColouredSpotsAreFoundByPlacesOnTheGroundThatAreGiven) {
   const Scratch scratch;
   Filmed filmed;
   filmed.front = spot_picture(cv::Scalar(40, 200, 40));  // green
-  filmed.rear = spot_picture(cv::Scalar(60, 30, 220));   // red, on both ends of the hue
+  filmed.rear = spot_picture(cv::Scalar(60, 30, 220));   // red; the hue wraps round there
   filmed.height = 0.0;
   filmed.ground_markers = false;
   TrackOptions options;
@@ -288,7 +288,7 @@ TEST(Track, AFilmOfAChessboardGivesTheLens) {
   cv::VideoWriter film(options.film, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 30.0,
                        camera.picture);
   film.set(cv::VIDEOWRITER_PROP_QUALITY, 95);
-  // The board lies; the camera goes round it.
+  // The board lies flat; the camera moves round it.
   for (int k = 0; k < 20; ++k) {
     FilmCamera moved = camera;
     moved.tilt = 0.45 * std::sin(1.3 * k);
@@ -307,7 +307,7 @@ TEST(Track, AFilmOfAChessboardGivesTheLens) {
   EXPECT_NEAR(lens.matrix(0, 0), camera.focal, 0.01 * camera.focal);
   EXPECT_EQ(lens.picture, camera.picture);
   const Lens truth{camera.matrix(), camera.distortion, camera.picture, 0.0};
-  // As directions, so that neither hides behind the other.
+  // Compares directions, so that errors of focal length and distortion cannot cancel.
   for (const cv::Point2d pixel : {cv::Point2d{60, 60}, {320, 100}, {560, 400}}) {
     const auto direction = [&pixel](const Lens& l) {
       const cv::Point2d p = l.straightened(pixel);
@@ -351,7 +351,7 @@ TEST(TrackCommand, FollowsTheMarkersOfASimulatedFilm) {
   command.pop_back();
   const Outcome tracked = run_shell(command + " --overlay " + overlay + " --out " + out);
   ASSERT_EQ(tracked.status, 0) << tracked.err;
-  // 30 cm from marker to marker, in every frame.
+  // The markers are 30 cm apart in every frame.
   const MarkerTrack track = read_marker_track(out);
   EXPECT_GT(track.frames.size(), 30U);
   for (const MarkerFrame& frame : track.frames)

@@ -1,4 +1,4 @@
-// Least squares against solutions that are known.
+// Least squares, compared with known solutions.
 #include "tools/math/least_squares.hpp"
 
 #include "tests/gtest.hpp"
@@ -82,7 +82,7 @@ TEST(LeastSquares, WeighsPriorsAgainstResiduals) {
   EXPECT_GT(solve(problem).parameters[1], held + 0.05);
 }
 
-// Each value four times: a quarter of them says as much.
+// Each value is repeated four times: only a quarter of the residuals carries information.
 TEST(LeastSquares, CountsResidualsThatHangTogetherOnce) {
   const Decay decay(0.0);
   sim::RandomStream random(2, "noise");

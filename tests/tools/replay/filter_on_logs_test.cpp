@@ -1,4 +1,4 @@
-// The filter on replayed drives: predictions, wheel slip, slides.
+// The filter on replayed drives: prediction, wheel slip, slides.
 #include <functional>
 #include <memory>
 #include <variant>
@@ -32,7 +32,7 @@ struct Horizon {
   double worst = 0.0;
 };
 
-/// Every tenth tick of a lap, from two seconds after the start on.
+/// Largest errors over every tenth tick of a lap, except its start.
 std::array<Horizon, 2> worst_of_a_lap(const std::string& speed) {
   const Scratch scratch;
   const std::string folder =
@@ -57,7 +57,7 @@ std::array<Horizon, 2> worst_of_a_lap(const std::string& speed) {
           const std::int64_t time_ns =
               record.pose.time_ns + horizon.ticks * config.realtime.period_ns;
           *ahead = pipeline->state().filter;
-          // No sample comes in on the way: the filter goes on with its inputs held.
+          // No sample arrives meanwhile: the filter holds its inputs.
           const estimator::Estimate own = step(*ahead, time_ns);
           odom_pose predicted;
           ASSERT_EQ(odom_predict(&record.pose, time_ns, &predicted), ODOM_OK);
@@ -84,9 +84,9 @@ TEST_P(Prediction, IsTheFiltersOwn) {
 }
 
 TEST(Slide, TheCameraIsFollowed) {
-  // Where the camera must have seen the filter's motion, the position is off by 0.3 and 0.6 m rms;
-  // where the only wheels that are left spin, the full-size cars are lost: by 14, 5 and 4 m; where
-  // a wheel that spins up is believed until it shows, by 6.6 m.
+  // Bars that these faults exceed: 0.3 and 0.6 m rms if the camera must confirm the filter's
+  // motion; 14, 5 and 4 m for the full-size cars if the only remaining wheels spin; 6.6 m if a
+  // wheel that spins up is trusted until the slip is detected.
   for (const auto& [options, bar] :
        {std::pair{"--scenario lap --speed 3 --friction 0.6", 0.25},
         {"--scenario slalom --speed 3 --friction 0.5", 0.25},
@@ -96,7 +96,7 @@ TEST(Slide, TheCameraIsFollowed) {
         {"--car saloon --speed 13 --friction 0.6 --duration 60 --seed 5", 0.8}}) {
     const Scratch scratch;
     const std::string drive = scratch.path("drive").string();
-    run_shell("odom sim --out " + drive + " " + options);  // some leave their track, and say so
+    run_shell("odom sim --out " + drive + " " + options);  // some leave their track, and report it
     const Outcome outcome = run_shell("odom evaluate --model full --json --drive " + drive);
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const auto full = nlohmann::json::parse(outcome.out)["drives"][0]["estimates"][0];
@@ -109,7 +109,7 @@ constexpr std::int64_t second_ns = 1'000'000'000;
 struct SlipCase {
   const char* name;
   std::vector<Source> wheels;
-  std::function<double(double)> slipping;  ///< what they say, of what they should
+  std::function<double(double)> slipping;  ///< reading in slip from the true one
 };
 
 class WheelSlip : public testing::TestWithParam<SlipCase> {
@@ -136,9 +136,9 @@ class WheelSlip : public testing::TestWithParam<SlipCase> {
     Pose2 at_the_end;
     int slipping_fused = 0;
     int slipping_left_out = 0;
-    int others_fused = 0;  ///< wheels, meanwhile
+    int others_fused = 0;  ///< other wheels, during the slip
     int others_left_out = 0;
-    int fused_afterwards = 0;  ///< of those that have slipped, from 0.1 s after
+    int fused_afterwards = 0;  ///< of the wheels that slipped, from 0.1 s after the end of the slip
     int left_out_afterwards = 0;
   };
 

@@ -1,5 +1,5 @@
-// The paper author's own run, sent through the bus: what odom replay makes of it with --model paper
-// is what his filter made of it.
+// The paper author's own run, sent over the bus: odom replay with --model paper reproduces the
+// output of his filter.
 #include <fmt/format.h>
 
 #include <bit>
@@ -39,7 +39,7 @@ std::string log_line(std::int64_t time_ns, const estimator::testing::GoldenRow& 
   return line + '\n';
 }
 
-// Stamped on the ticks of the grid, and a little before them, the same inputs reach the same ticks.
+// Inputs stamped on the grid's ticks or slightly before them reach the same ticks.
 TEST(GoldenReplay, AgreesWithTheAuthorsFilterFromTheFirstTick) {
   const auto golden = estimator::testing::read_golden();
   const Scratch scratch;

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using estimator::Model;
 
-/// Full first: it is what cars drive with.
+/// `full` comes first: it is the model that cars use.
 constexpr std::array models{Model::full, Model::inertial, Model::paper, Model::kinematic,
                             Model::kinematic_printed};
 static_assert(models.size() == estimator::model_names.size());
@@ -67,7 +67,7 @@ void expect_sound(const std::vector<odom_pose>& poses, const std::string& what) 
   }
 }
 
-/// The paper's model leaves its domain where the car reverses, for good; the others never do.
+/// The paper's model faults for good if the car reverses; the others never fault.
 void expect_no_fault(const std::vector<odom_pose>& poses, Model model, const std::string& what) {
   const auto fault = std::ranges::find(poses, ODOM_FAULT, &odom_pose::mode);
   if (fault == poses.end()) return;
@@ -117,8 +117,8 @@ TEST_F(RealDrives, ReplayToTheSameBitsTwice) {
   }
 }
 
-/// The median distance of the camera poses, of the half that the car sees last, from the poses of
-/// their times; until the model stops.
+/// Median distance between the camera poses of the drive's second half and the poses of the same
+/// times, until the model stops.
 std::optional<double> median_distance(const std::vector<odom_pose>& poses,
                                       const std::vector<estimator::CameraPose>& cameras) {
   std::vector<double> distances;
@@ -138,7 +138,7 @@ std::optional<double> median_distance(const std::vector<odom_pose>& poses,
 TEST_F(RealDrives, StayWithTheirCamera) {
   for (const Drive& drive : drives_) {
     if (!fs::exists(drive.folder / "camera.csv")) continue;  // rav4 has none
-    // Its wheels spin at five times the car's speed: no odometry bridges 40 ms of that.
+    // The wheels spin at five times the car's speed: odometry cannot bridge even 40 ms then.
     if (drive.name == "dart_drift1") continue;
     const auto cameras = read_camera_log(drive.folder / "camera.csv").poses;
     for (const Model model : {Model::full, Model::inertial, Model::paper}) {
@@ -152,7 +152,7 @@ TEST_F(RealDrives, StayWithTheirCamera) {
 
 TEST_F(RealDrives, DoNotFollowATrackerThatHasLostTheCar) {
   for (const Drive& drive : drives_) {
-    // From 4 s to 17.6 s its tracker repeats one place, trembling, while the car drives 14 m.
+    // From 4 s to 17.6 s the tracker repeats one position, with jitter, while the car drives 14 m.
     if (drive.name != "dart_track_v1") continue;
     const auto poses = replayed(drive, Model::full, true);
     expect_sound(poses, drive.name);
@@ -166,7 +166,7 @@ TEST_F(RealDrives, DoNotFollowATrackerThatHasLostTheCar) {
         static_cast<std::size_t>((found->capture_ns - poses.front().time_ns) / 5'000'000);
     ASSERT_LT(tick, poses.size());
     EXPECT_LT(std::hypot(found->x - poses[tick].x, found->y - poses[tick].y),
-              0.2);  // 1.4 % of the way
+              0.2);  // 1.4 % of the distance
     EXPECT_LT(std::abs(std::remainder(found->yaw - poses[tick].yaw, 6.283185307179586)), 0.08);
   }
 }

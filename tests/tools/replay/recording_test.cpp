@@ -1,5 +1,5 @@
-// A drive through the pipeline, recorded by the beat's tap into a folder, and replayed from there:
-// every bit of every tick. No daemon and no clock: the test is the beat.
+// A drive through the pipeline, recorded by the beat's tap into a folder and replayed from it:
+// every tick is bit-identical. Without daemon and clock: the test makes the ticks.
 #include <limits>
 #include <memory>
 
@@ -21,8 +21,8 @@ constexpr std::int64_t period = 5 * ms;
 constexpr std::int64_t grid = 1'000'000 * ms;
 constexpr std::int64_t realtime_offset = 1'700'000'000'001'234'567;
 
-/// A car with a protected wheel message on one bus and the gyro on another, and everything that
-/// happens to it: as the beat sees it.
+/// A car with a protected wheel message on one bus and the gyro on another, with all kinds of
+/// events as the beat sees them.
 class Car {
  public:
   explicit Car(const Scratch& scratch, const std::string& model = "paper") {
@@ -58,9 +58,9 @@ class Car {
     tap_->take(pose);
   }
 
-  /// One tick: what a bus carries in it, now and then a camera pose, and all kinds of mishap.
+  /// One tick: frames of a bus, sometimes a camera pose, and all kinds of mishaps.
   void tick() {
-    number_ += number_ % 50 == 17 ? 3U : 1U;  // some are missed
+    number_ += number_ % 50 == 17 ? 3U : 1U;  // some ticks are missed
     const std::int64_t tick_ns = grid + static_cast<std::int64_t>(number_) * period;
     woke_ns_ = tick_ns + 12'345 + static_cast<std::int64_t>(number_ % 7) * 1'001;
     const double t = static_cast<double>(number_) * 5e-3;
@@ -96,7 +96,7 @@ class Car {
 
   [[nodiscard]] RecordingTap& tap() { return *tap_; }
 
-  /// What the daemon says before its ticks.
+  /// The daemon's metadata from before its ticks.
   [[nodiscard]] RecordingStart start() const {
     return {{{"build", daemon::build_identity()},
              {"model", std::string(daemon::name_of(config_.model))},
@@ -107,7 +107,7 @@ class Car {
             daemon::checkpoint_bytes(tap_->checkpoint())};
   }
 
-  /// Takes out of the rings what is there.
+  /// Empties the rings into the folder.
   void drain_into(RecordingFolder& folder) {
     while (const auto* mark = tap_->mark()) {
       std::vector<can::Frame> frames;
@@ -158,7 +158,7 @@ class Car {
   std::uint8_t counter_ = 0;
 };
 
-/// What comes of holding a recording against itself.
+/// Result of verifying a recording with its own replay.
 struct Verified {
   std::string difference;
   std::string inexact;
@@ -175,7 +175,7 @@ Verified verify(const std::filesystem::path& folder) {
 
 class RecordingTest : public ::testing::TestWithParam<std::string> {
  protected:
-  /// A recording of 400 ticks that begins behind so many others.
+  /// A recording of 400 ticks, which begins after `ticks_before` others.
   std::filesystem::path record(int ticks_before, const std::string& model = "paper") {
     Car car{scratch_, model};
     car.ticks(ticks_before);
@@ -191,7 +191,7 @@ class RecordingTest : public ::testing::TestWithParam<std::string> {
     folder.close("the test is over");
     return scratch_.path("drive");
   }
-  /// Puts another text in place of the first there is.
+  /// Replaces the first occurrence of a text.
   void change(const std::string& file, const std::string& from, const std::string& to) const {
     std::string text = contents(scratch_.path("drive/" + file));
     const auto at = text.find(from);
@@ -238,7 +238,7 @@ TEST_F(RecordingTest, TheFilesAreThoseOfAPlainReplay) {
       run_shell("cd " + folder.string() +
                 " && odom replay --config car.toml --can can.log --camera camera.csv --out p.csv");
   EXPECT_EQ(outcome.status, 0) << outcome.err;
-  // Its ticks lie where those of the daemon lay.
+  // Its ticks have the same times as the daemon's.
   const std::string live = contents(folder / "pose.csv");
   const std::string last_time = live.substr(live.rfind('\n', live.size() - 2) + 1, 20);
   EXPECT_THAT(contents(folder / "p.csv"), HasSubstr(last_time));
@@ -253,7 +253,7 @@ TEST_F(RecordingTest, TheCommandWritesThePosesThatWereRecorded) {
   EXPECT_EQ(contents(out), contents(folder / "pose.csv"));
 }
 
-// Columns are only ever added at the end.
+// New columns are only ever added at the end.
 TEST_F(RecordingTest, OfAnOlderOdomIsComparedInTheColumnsThatItHas) {
   const auto folder = record(137);
   std::istringstream now{contents(folder / "pose.csv")};
@@ -277,7 +277,7 @@ TEST_F(RecordingTest, ADifferenceIsNamedByTickAndColumn) {
   std::string poses = contents(scratch_.path("drive/pose.csv"));
   auto at = poses.find('\n');
   for (int i = 0; i < 9; ++i) at = poses.find('\n', at + 1);
-  at = poses.find(',', poses.find(',', at) + 1);  // behind x of the tenth row
+  at = poses.find(',', poses.find(',', at) + 1);  // after x of the tenth row
   poses.insert(at, "1");
   scratch_.write("drive/pose.csv", poses);
   const std::string difference = verify(scratch_.path("drive")).difference;
@@ -295,14 +295,14 @@ TEST_F(RecordingTest, AChangedFrameMakesADifference) {
 
 TEST_F(RecordingTest, WhatThePoseFileDoesNotShowIsHeldAgainstTheRecordingToo) {
   record(137);
-  // A camera message that never came: counted in the record, and in no column of the poses.
+  // A camera message that never came: only the record counts it, not the pose file.
   std::string beat = contents(scratch_.path("drive/beat.csv"));
   const auto row = beat.find('\n', beat.find('\n') + 1) + 1;
   auto at = row;
   for (int field = 0; field < 11; ++field) at = beat.find(',', at) + 1;
   const auto end = beat.find(',', at);
   beat.replace(at, end - at, std::to_string(std::stoi(beat.substr(at, end - at)) + 1));
-  // Later rows count on from it.
+  // The counts of later rows include it.
   const std::string head = beat.substr(0, beat.find('\n', row) + 1);
   scratch_.write("drive/beat.csv", head);
   EXPECT_THAT(verify(scratch_.path("drive")).difference,

@@ -1,4 +1,4 @@
-// odom replay: what it says of drives that cannot be believed.
+// odom replay: its findings about implausible drives.
 #include <nlohmann/json.hpp>
 
 #include <fmt/format.h>
@@ -39,7 +39,7 @@ class OdomReplay : public testing::Test {
 TEST_F(OdomReplay, SaysWhichMessagesNeverGaveAValue) {
   const Outcome outcome =
       replay("(1.000000) can0 101#000000\n(1.010000) can0 101#00\n(1.020000) can0 7FF#\n");
-  EXPECT_EQ(outcome.status, 1);  // nor a pose
+  EXPECT_EQ(outcome.status, 1);  // and there is no pose
   EXPECT_THAT(outcome.err,
               HasSubstr("message 'WHEEL' (wheel_rear): none of its 2 frames gave a value: "
                         "1 failed their protection, 1 are too short"));
@@ -167,7 +167,7 @@ TEST_F(OdomReplay, SaysThatALogIsCutInMidFrame) {
 }
 
 TEST_F(OdomReplay, SaysSinceWhenThePoseIsFaulty) {
-  // 1 m/s, and -1 m/s, which the paper's filter does not drive.
+  // 1 m/s, then -1 m/s, where the paper's filter does not work.
   std::string log;
   for (int i = 0; i < 100; ++i)
     log += fmt::format("(1.{:02}0000) can0 101#{}\n", i, i < 50 ? "95E803" : "FA18FC");
@@ -204,7 +204,7 @@ TEST_F(OdomReplay, SaysThatTheInitialPoseIsOfAnotherDrive) {
   EXPECT_THAT(said_from("0,1,0.5", "100.02"), HasSubstr(warning));
   EXPECT_THAT(said_from("2.9,1,0.4", "100.02"), Not(HasSubstr("another drive")));
   EXPECT_THAT(said_from("3,1,3.4", "100.02"), HasSubstr("lies 0.00 m and 166 deg"));
-  EXPECT_THAT(said_from("0,1,0.5", "100.45"), Not(HasSubstr("another drive")));  // it drove there
+  EXPECT_THAT(said_from("0,1,0.5", "100.45"), Not(HasSubstr("another drive")));  // after driving
 }
 
 TEST_F(OdomReplay, SaysWhyThereIsNoPose) {

@@ -1,4 +1,4 @@
-// Source flags on whole drives: recorded ones and simulated ones raise none; sensors that fail do.
+// Source flags on whole drives: sound drives raise none, failing sensors do.
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -38,7 +38,7 @@ TEST(SourceFlags, RaiseNoAlarmOnSimulatedDrives) {
     const MonitoredDrive drive = simulated("--scenario " + std::string{scenario} + " --laps 1");
     const bool on_ice = scenario == "patch" || scenario.find("friction") != scenario.npos;
     for (const FlagChange& change : monitored(drive)) {
-      // On ice wheels do slip.
+      // On ice, wheels really slip.
       if (on_ice && (change.flag == SourceFlag::slipping || change.flag == SourceFlag::ok))
         continue;
       ADD_FAILURE() << scenario << ": " << described(drive, change);
@@ -49,7 +49,7 @@ TEST(SourceFlags, RaiseNoAlarmOnSimulatedDrives) {
 TEST(SourceFlags, ShowWhatFails) {
   const MonitoredDrive drive = simulated("--scenario lap --seed 3 --laps 2");
   const std::int64_t begin_ns =
-      drive.events.front().tick_ns + std::int64_t{12'000'000'000};  // on the move
+      drive.events.front().tick_ns + std::int64_t{12'000'000'000};  // while driving
   int shown = 0;
   for (FaultCase one : fault_cases(drive)) {
     one.fault.begin_ns = begin_ns;
@@ -72,7 +72,7 @@ TEST(SourceFlags, ShowWhatFails) {
   EXPECT_GE(shown, 18);
 }
 
-/// v_x over a fifth of a second about a time, by the drive's reference; none where there is none.
+/// Mean v_x over 0.2 s around a time, from the drive's reference; nothing without a reference.
 std::optional<double> true_speed(const fs::path& truth_file, std::int64_t time_ns) {
   std::ifstream file(truth_file);
   std::string line;
@@ -92,7 +92,7 @@ std::optional<double> true_speed(const fs::path& truth_file, std::int64_t time_n
   return ((x_1 - x_0) * std::cos(yaw) + (y_1 - y_0) * std::sin(yaw)) / (t_1 - t_0);
 }
 
-/// What a source said last before a time.
+/// The last value of a source up to a time.
 double last_said(const MonitoredDrive& drive, Source source, std::int64_t tick_ns) {
   double value = 0.0;
   for (const auto& event : drive.events) {
@@ -116,14 +116,15 @@ TEST(SourceFlags, RaiseNoAlarmOnRecordedDrives) {
           load_drive(config, folder / "drive.log", with_camera ? camera : fs::path{});
       for (const FlagChange& change : monitored(drive)) {
         if (change.flag == SourceFlag::slipping) {
-          // Right where the wheel turns otherwise than the car goes: in a drift, or a spin.
+          // The flag is right if the wheel's speed differs from the car's: in a drift or a
+          // wheelspin.
           const auto speed = true_speed(folder / "truth.csv", change.tick_ns);
           const double said = last_said(drive, change.source, change.tick_ns);
           slipped[name] = true;
           if (speed && std::abs(said - *speed) > 0.5) continue;
         }
-        // Its motion capture loses the car for seconds, while it drives on; without it the rear
-        // wheel's constant reading looks frozen once, as the car turns in.
+        // The motion capture loses the car for seconds while it drives on. Without camera poses the
+        // rear wheel's constant reading looks frozen once, as the car turns in.
         const bool lost = name == "dart_track_v1" && with_camera;
         if (lost && change.source == Source::camera) continue;
         if (lost && change.source == Source::wheel_rear && change.flag == SourceFlag::frozen)
@@ -134,7 +135,7 @@ TEST(SourceFlags, RaiseNoAlarmOnRecordedDrives) {
       }
     }
   }
-  EXPECT_TRUE(slipped["dart_drift1"]);  // its wheels spin at five times its speed
+  EXPECT_TRUE(slipped["dart_drift1"]);  // its wheels spin at five times the car's speed
 }
 
 }  // namespace

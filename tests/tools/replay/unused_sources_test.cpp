@@ -1,4 +1,4 @@
-// Sources that a drive does not use are named, with the reason.
+// Sources that a drive does not use are named with the reason.
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -10,7 +10,7 @@ namespace {
 using nlohmann::json;
 using testing::Each;
 
-/// A copy of a sound drive with something wrong.
+/// A copy of a sound drive, to be modified.
 class Copy {
  public:
   Copy() : folder_(scratch_.path("drive")) {
@@ -31,7 +31,7 @@ class Copy {
   [[nodiscard]] Outcome run(const std::string& command) const {
     return run_shell("cd " + folder_.string() + " && " + command);
   }
-  /// "W322 camera: what was seen", one per diagnostic.
+  /// "W322 camera: text" for each diagnostic.
   [[nodiscard]] std::vector<std::string> replayed() const {
     return lines(run("odom replay --json --config car.toml --can drive.log --camera camera.csv "
                      "--out pose.csv")
@@ -120,7 +120,7 @@ TEST(UnusedSources, AreNamedWithTheReason) {
     EXPECT_THAT(drive.replayed(), Contains(AllOf(HasSubstr(one.code), HasSubstr(one.said))));
     const json evaluation = json::parse(drive.run("odom evaluate --drive . --json").out);
     EXPECT_NE(evaluation["drives"][0]["verdict"]["grade"], "good");
-    // doctor names the cause of wheels that are gated.
+    // For gated wheels, doctor names the cause.
     EXPECT_THAT(
         drive.run("odom doctor --drive .").out,
         HasSubstr(one.code.starts_with("W317") ? "wheel_rear_left" : one.code.substr(0, 4)));
@@ -152,7 +152,7 @@ TEST(UnusedSources, CameraOfAnotherTimeIsOneFinding) {
   EXPECT_THAT(lines, Each(Not(HasSubstr("W322"))));
 }
 
-// Kinematics without a steering are nothing to be better than.
+// Without steering, the kinematic model is no baseline.
 TEST(UnusedSources, NothingIsComparedWithKinematicsWithoutASteering) {
   const Copy drive;
   EXPECT_THAT(drive.run("odom evaluate --drive . --json").out, HasSubstr("that of kinematic"));
@@ -172,7 +172,7 @@ TEST(UnusedSources, EstimatesMayEndAMomentApart) {
   }
 }
 
-// A heading that may be anything is not good, however near it is.
+// A very uncertain heading is not good, however small its error is.
 TEST(UnusedSources, UncertainHeadingIsNotGood) {
   const Copy drive;
   drive.shell("odom replay --config car.toml --can drive.log --camera camera.csv --out pose.csv");

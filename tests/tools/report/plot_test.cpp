@@ -1,4 +1,4 @@
-// odom plot, as it is called.
+// odom plot as a command.
 #include <chrono>
 #include <map>
 #include <thread>
@@ -37,7 +37,7 @@ class Plot : public ::testing::Test {
   [[nodiscard]] static Outcome run(const std::string& arguments) {
     return run_shell("odom plot " + arguments);
   }
-  // The SVG of a plot that must come about.
+  // The SVG of a plot that must succeed.
   [[nodiscard]] static std::string svg_of(const std::string& arguments) {
     const Outcome outcome = run(arguments + " --out -");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
@@ -74,8 +74,8 @@ std::size_t count(const std::string& text, const std::string& what) {
   return found;
 }
 
-// All calibrations, two in a row: as high as a sheet of this width, 1 : sqrt(2). Bands where a
-// sigma is known, and beside a simulated reference the true values.
+// All calibrations, two per row, fit on a sheet of this width (1 : sqrt(2)). Those with a sigma
+// have bands; with a simulated reference, the true values are drawn too.
 TEST_F(Plot, OfTheCalibrationsFitsOnAPage) {
   std::string rows = record_header();
   for (std::int64_t t_ns : {1'000'000'000, 2'000'000'000}) {
@@ -101,7 +101,8 @@ TEST_F(Plot, OfTheCalibrationsFitsOnAPage) {
   }
 }
 
-// The sim's own numbers by its own conventions, checked against its meaning of each error.
+// True values from the sim's numbers in its own conventions, checked against the meaning of each
+// error.
 TEST_F(Plot, TrueCalibrationsAreThoseOfThePlant) {
   const auto file = scratch_.path("plant.json");
   EXPECT_TRUE(true_calibrations(file.parent_path()).empty());
@@ -136,7 +137,7 @@ TEST_F(Plot, TrueCalibrationsAreThoseOfThePlant) {
 }
 
 TEST_F(Plot, KeepsASpikeOfASingleTick) {
-  EXPECT_THAT(svg_of(pose_ + " --what speed"), HasSubstr(">8<"));  // the axis reaches it
+  EXPECT_THAT(svg_of(pose_ + " --what speed"), HasSubstr(">8<"));  // the axis includes the spike
 }
 
 TEST_F(Plot, PutsSeveralFilesOverEachOtherAndSeveralQuantitiesBelow) {

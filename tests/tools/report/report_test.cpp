@@ -1,4 +1,4 @@
-// odom evaluate of whole drives, and the report that it writes.
+// odom evaluate of whole drives, and its report.
 #include <nlohmann/json.hpp>
 #include <regex>
 
@@ -9,8 +9,8 @@
 namespace odomd::tools::report_test {
 namespace {
 
-// One short lap for all tests: a whole one, which ends where it began. The full filter, which takes
-// its time under sanitizers, drives where it must.
+// One short lap for all tests; it ends where it began. Tests use the full filter, which is slow
+// under sanitizers, only where they need it.
 class Report : public ::testing::Test {
  protected:
   static const SharedDrive& shared() {
@@ -89,7 +89,7 @@ TEST_F(Report, TakesACameraInWithoutAligning) {
   };
   EXPECT_EQ(align(""), "none");
   EXPECT_EQ(align(" --dead-reckoning"), "first");
-  EXPECT_EQ(align(" --frame odom"), "first");  // no camera pose goes into it
+  EXPECT_EQ(align(" --frame odom"), "first");  // it contains no camera pose
   EXPECT_EQ(align(" --align fit"), "fit");
 }
 
@@ -134,7 +134,7 @@ TEST_F(Report, OfAClosedLoopNeedsNoReference) {
   EXPECT_LT(paper["end_error_cm_per_m"], 3.0);
   EXPECT_FALSE(paper.contains("position"));
   EXPECT_FALSE(paper.contains("nees"));
-  // With the camera in, its end is the camera's: said once, whatever the number of drives.
+  // With camera poses, the error at the end is the camera's; this is said once for all drives.
   constexpr auto note =
       "--closed-loop with camera poses: the error at the end is only as good as the camera";
   const std::string closed = "--drive " + lap() + " --closed-loop --model paper";
@@ -143,7 +143,7 @@ TEST_F(Report, OfAClosedLoopNeedsNoReference) {
   EXPECT_EQ(said.find(note), said.rfind(note));
   EXPECT_THAT(run(closed + " --dead-reckoning").err, Not(HasSubstr(note)));
   EXPECT_THAT(run(closed + " --frame odom").err, Not(HasSubstr(note)));
-  // The first half of the lap does not close.
+  // The first half of the lap is not a closed loop.
   const Outcome half = run("--drive " + lap() + " --closed-loop --model paper --to +3");
   EXPECT_EQ(half.status, 2);
   EXPECT_EQ(half.out, "");
@@ -167,7 +167,7 @@ TEST_F(Report, IsOneWellFormedPageThatNeedsNothingElse) {
                             "gyro_scale", "cornering_stiffness_front", "odom evaluate --drive"}) {
     EXPECT_THAT(page, HasSubstr(words));
   }
-  // Nothing is fetched and nothing is run: the only addresses are the names of the formats.
+  // The page loads and runs nothing: its only URLs are the names of the formats.
   for (const char* bad : {"<script", "<link", "src=", "href=", "url(", "@import", "nan", "inf\""}) {
     EXPECT_THAT(page, Not(HasSubstr(bad)));
   }
@@ -208,12 +208,12 @@ TEST_F(Report, SaysWhichSensorWasNotBelieved) {
   const Outcome outcome =
       run(arguments + " --json --config " + wrong.string() + " --html " + html.string());
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  // Which sensor the monitor flags on a circle does not matter here: the accelerometer or the gyro.
+  // Which sensor is flagged on a circle does not matter here: the accelerometer or the gyro.
   const std::string flagged = " \\(IMU\\): contradicts the other sensors";
-  // Nor whom the gates refuse: who turns the wrong way has wheels that run too fast or too slow.
+  // Nor which one is gated: in a turn with the wrong sign, wheels seem too fast or too slow.
   const std::string gated =
       "full: [a-z_]* \\([A-Z_]*\\): [0-9]* of its [0-9]* samples \\([0-9]* %\\) were gated";
-  // What every model says alike is said once, the rest with its name.
+  // A warning that all models share is given once; any other names its model.
   EXPECT_THAT(outcome.err, ContainsRegex("odom evaluate: warning: lap[a-z, ]*: [a-z_]*" + flagged));
   EXPECT_THAT(outcome.err, ContainsRegex("odom evaluate: warning: lap: " + gated));
   const auto warnings = nlohmann::json::parse(outcome.out)["drives"][0]["warnings"].dump();
@@ -236,10 +236,10 @@ TEST_F(Report, KeepsItsColumnsOnAPhone) {
       0);
   const std::string page = contents(html);
   EXPECT_THAT(page, HasSubstr("kinematic_<wbr/>printed</th>"));
-  // Each cell of a card has its column's name, and every row of figures says what it is.
+  // Each cell of a card has its column's name, and each row of figures its label.
   EXPECT_THAT(page, HasSubstr("<td data-name=\"kinematic_printed\">"));
   EXPECT_THAT(page, Not(ContainsRegex("<td class=\"words\">[a-z0-9 ]+ (rms|max|error)[^<]*</td>")));
-  EXPECT_THAT(page, HasSubstr("<div class=\"scroll short\">"));  // whole on a printed page
+  EXPECT_THAT(page, HasSubstr("<div class=\"scroll short\">"));  // not scrolled on a printed page
 }
 
 TEST_F(Report, OpensWithAVerdictAndItsReasons) {

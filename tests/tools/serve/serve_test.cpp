@@ -1,4 +1,4 @@
-// odom serve as a browser, a stranger and a broken client see it.
+// odom serve as seen by a browser, an unauthorised client and a broken client.
 #include <arpa/inet.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -50,7 +50,7 @@ class Client {
       text.remove_prefix(static_cast<std::size_t>(sent));
     }
   }
-  /// Until the server closes, or has sent `until`.
+  /// Reads until the server closes the connection, or has sent `until`.
   std::string& receive(std::string_view until = "\xff") {
     std::array<char, 65'536> piece{};
     const auto end = steady_clock::now() + milliseconds{20'000};
@@ -108,7 +108,7 @@ class Serve : public ::testing::Test {
     client.send("GET /events HTTP/1.1\r\nHost: localhost\r\n\r\n");
     return client.receive(part);
   }
-  /// A line of /proc/PID/NAME of the server that begins so.
+  /// Contents of /proc/PID/NAME of the server.
   [[nodiscard]] std::string proc(const std::string& name) const {
     return contents("/proc/" + std::to_string(server_->pid()) + '/' + name);
   }
@@ -134,13 +134,13 @@ TEST_F(Serve, AnswersItsOwnPagesOnly) {
       {"GET / HTTP/1.1\r\nHost: LOCALHOST\r\nOrigin: http://LOCALHOST\r\n\r\n", "200"},
       {"GET /secret HTTP/1.1\r\nHost: localhost\r\n\r\n", "404"},
       {"GET /../../etc/passwd HTTP/1.1\r\nHost: localhost\r\n\r\n", "404"},
-      // a name that resolves to this machine
+      // a foreign name that resolves to this machine
       {"GET / HTTP/1.1\r\nHost: rebound.example\r\n\r\n", "403"},
       {"GET / HTTP/1.1\r\nHost: localhost.example\r\n\r\n", "403"},
       {"GET / HTTP/1.1\r\nHost: 127.0.0.1.example\r\n\r\n", "403"},
       {"GET / HTTP/1.1\r\nHost: localhost\r\nHost: rebound.example\r\n\r\n", "403"},
       {"GET / HTTP/1.1\r\n\r\n", "403"},
-      // a page of another site, or of another port
+      // a page of another site or port
       {"GET /events HTTP/1.1\r\nHost: localhost\r\nOrigin: http://other.example\r\n\r\n", "403"},
       {"GET / HTTP/1.1\r\nHost: localhost:1\r\nOrigin: http://localhost:2\r\n\r\n", "403"},
       {"GET / HTTP/1.1\r\nHost: localhost\r\nOrigin: null\r\n\r\n", "403"},
@@ -178,12 +178,12 @@ TEST_F(Serve, NeedsTheToken) {
               HasSubstr("Set-Cookie: odom_token=" + right + "; Path=/; HttpOnly; SameSite=Strict"));
   const std::string cookie = "Cookie: theme=dark; odom_token=" + right + "; a=b\r\n";
   EXPECT_THAT(get("/", cookie), StartsWith("HTTP/1.1 200"));
-  // The token leaves the address of who has the cookie, too.
+  // The redirection removes the token from the address even if the client has the cookie.
   EXPECT_THAT(get("/?token=" + right, cookie), StartsWith("HTTP/1.1 303"));
   EXPECT_THAT(get("/", "Cookie: xodom_token=" + right + "\r\n"), StartsWith("HTTP/1.1 401"));
   EXPECT_THAT(get("/metrics", "Authorization: Bearer " + right + "\r\n"),
               StartsWith("HTTP/1.1 200"));
-  // The token helps no page of another site.
+  // The token does not admit a page of another site.
   EXPECT_THAT(get("/?token=" + right, "Origin: http://other.example\r\n"),
               StartsWith("HTTP/1.1 403"));
   EXPECT_THAT(proc("cmdline"), Not(HasSubstr(right)));
@@ -255,7 +255,7 @@ TEST_F(Serve, SurvivesBrokenRequests) {
   EXPECT_THAT(many, StartsWith("HTTP/1.1 200"));
   EXPECT_THAT(many, Not(HasSubstr("multipart")));
   const long before_kb = resident_kb();
-  // Headers without end: refused after 16 kB, not collected.
+  // Endless headers are refused after 16 kB, not collected.
   std::string endless = "GET / HTTP/1.1\r\nHost: localhost\r\n";
   while (endless.size() < 8'000'000) endless += "X-Filler: " + std::string(1000, 'x') + "\r\n";
   EXPECT_THAT(answer_to(endless), Not(HasSubstr("200 OK")));
@@ -266,7 +266,7 @@ TEST_F(Serve, SurvivesBrokenRequests) {
   EXPECT_EQ(server_->terminate().status, 0) << server_->errors();
 }
 
-// Where a regular expression took stack by the character, in each of 80 threads.
+// A regular expression used stack for each character here, in each of 80 threads.
 TEST_F(Serve, ReadsNoLongLines) {
   start_with_token();
   const long before_kb = resident_kb();
@@ -284,7 +284,7 @@ TEST_F(Serve, ReadsNoLongLines) {
     for (const auto& stranger : strangers)
       ASSERT_THAT(stranger->receive(), StartsWith("HTTP/1.1 " + status)) << headers;
   }
-  EXPECT_LT(resident_kb() - before_kb, 80'000);  // of the 128 MB that the service may take
+  EXPECT_LT(resident_kb() - before_kb, 80'000);  // the service may use 128 MB
   const std::string cookie = "Cookie: other=" + std::string(1400, 'x') + "; odom_token=";
   EXPECT_THAT(get("/", cookie + std::string{token} + "\r\n"), StartsWith("HTTP/1.1 200"));
 }
@@ -338,7 +338,7 @@ TEST_F(Serve, FiftyViewersOfWhomTenAreStalled) {
     for (std::size_t k = 1; k < ids.size(); ++k) ASSERT_EQ(ids[k], ids[k - 1] + 1) << i;
   }
   EXPECT_LT(resident_kb() - before_kb, 8000);
-  // The stalled ones have been dropped: their places are free.
+  // The stalled viewers were dropped: their places are free.
   for (int i = 0; i < 24; ++i)
     EXPECT_THAT(add_viewer(0).receive("\n\n"), StartsWith("HTTP/1.1 200")) << i;
   EXPECT_EQ(server_->terminate().status, 0);
@@ -358,7 +358,7 @@ TEST_F(Serve, FollowsADaemonThatComesGoesAndIsReplaced) {
   daemon->pose.x = 7.5;
   daemon->tick();
   EXPECT_THAT(stream_until("7.5000"),
-              HasSubstr(",2.0000,7.5000,"));  // another stretch of the trail
+              HasSubstr(",2.0000,7.5000,"));  // a new section of the trail
   EXPECT_THAT(stream_until("has restarted"), HasSubstr("odomd has restarted 1 time meanwhile"));
 }
 

@@ -1,4 +1,4 @@
-// odom sim as it is called.
+// odom sim as a command.
 #include <sys/socket.h>
 
 #include <sstream>
@@ -78,8 +78,8 @@ TEST(SimCommand, WeighsAndSwingsTheCarThatItDrives) {
     EXPECT_EQ(run_shell("odom sim " + what + " --seed " + seed + " --out " + folder).status, 0);
     return nlohmann::json::parse(contents(folder + "/plant.json"));
   };
-  // The car of every drive of the 1:10 car, but for the two errors that its owner weighs and
-  // swings.
+  // The car of every drive of the 1:10 car, except for the errors of mass and inertia, which its
+  // owner measures.
   const sim::PlantParameters car = sim::true_vehicle(sim::CarKind::scale_car, {});
   for (const std::string seed : {"1", "2"}) {
     const auto drawn = plant_of("--duration 2", seed).at("truth");
@@ -106,13 +106,13 @@ TEST(SimCommand, WritesMeasurementsThatIdentifyTakes) {
                           seed + " --out " + folder)
                     .status,
                 0);
-    // As they are read off
+    // With no more digits than an instrument shows.
     for (const std::string name : {"wheelbase", "spacing", "spacing_below", "cord"}) {
       const auto measured =
           nlohmann::json::parse(contents((name == "wheelbase" ? scale : swing) + "/measured.json"));
       EXPECT_LE(measured.at(name).dump().size(), std::string("0.2195").size()) << name;
     }
-    // One method's result is the next one's input: the noted mass.
+    // One method's result, the stored mass, is an input of the next.
     const std::string car = swing + "/car.toml";
     const std::string weighed = " --measured " + scale + "/measured.json --write " + car;
     for (const std::string& method :
@@ -174,7 +174,7 @@ TEST(SimCommand, LiveOnStandardOutputIsTheSameDriveAtAnotherTime) {
 }
 
 TEST(SimCommand, LiveFramesAreNotSentBeforeTheirTime) {
-  // Whoever receives a frame stamps it; by another clock than the camera's, every pose is wrong.
+  // The receiver stamps the frames: early frames would shift the bus relative to the camera.
   const Outcome played = run_shell(
       "odom sim --live --duration 1 | { IFS= read -r frame; date +'(%s.%N) can0 000#'; "
       "echo \"$frame\"; cat >/dev/null; }");
@@ -192,7 +192,7 @@ TEST(SimCommand, AReaderThatGoesEndsItWithOneLine) {
   EXPECT_THAT(outcome.err, HasSubstr("standard output: the reader has gone"));
 }
 
-/// Shell: a live drive as $pid, of which some frames have been written.
+/// Shell code: starts a live drive as $pid, and waits for its first frames.
 std::string drive_live(const std::string& folder) {
   return "odom sim --live --out " + folder + " >/dev/null & pid=$!; i=0; until [ -s " + folder +
          "/drive.log ] || [ $((i += 1)) -gt 1200 ]; do sleep 0.05; done; ";

@@ -1,4 +1,4 @@
-// Whole simulated drives: they end, they close, they repeat, and their frames say what was sensed.
+// Whole simulated drives: they end, close and repeat, and their frames contain the sensed values.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -51,7 +51,7 @@ TEST_P(EveryScenario, EndsStandingWhereItBegan) {
   const double scale = size_of(d.plan.car_kind) == CarSize::full ? 10.0 : 1.0;
   EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.04 * scale);
   EXPECT_NEAR(std::remainder(d.end.yaw - d.plan.start.heading, 6.283185307), 0.0, 0.05);
-  // It stood still at first, and its stamps are in order.
+  // The car stands at first, and the stamps increase.
   EXPECT_EQ(d.all.truth[99].pose.x, d.plan.start.x);
   for (std::size_t i = 1; i < d.all.frames.size(); ++i)
     ASSERT_GT(d.all.frames[i].time_ns, d.all.frames[i - 1].time_ns);
@@ -67,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(Sim, EveryScenario,
                            return name;
                          });
 
-// Every car of published data on every course of its size, at its slowest and fastest.
+// Every car with published data on every course of its size, at the slowest and fastest speed.
 class EveryFullSizeDrive
     : public ::testing::TestWithParam<std::tuple<CarKind, std::string, double>> {};
 
@@ -120,8 +120,8 @@ TEST(Sim, ACarOfPublishedDataRepeatsAndSpeaksAtItsOwnPace) {
   EXPECT_EQ(bus_database_text(make_plan({}).truth), bus_database_text());
 }
 
-// Mean lateral specific force, bank and roll in the half circles of the oval, and what a level road
-// would give.
+// Means in the half circles of the oval: lateral specific force, its value on a level road, bank
+// and roll.
 struct BankedTurn {
   double read = 0.0, level = 0.0, bank = 0.0, roll = 0.0;
 };
@@ -155,7 +155,7 @@ TEST(Sim, TheAccelerometerReadsGravityInABankedTurn) {
     EXPECT_EQ(level.bank, 0.0);
     EXPECT_NEAR(banked.bank, -0.17, 0.005);
     EXPECT_GT(level.level, 4.0);
-    // The body leans outwards, by less where the bank takes a part of the load.
+    // The body leans outwards, and less on a bank, which takes a part of the lateral force.
     EXPECT_GT(level.roll, 0.03);
     EXPECT_LT(banked.roll, 0.8 * level.roll);
     for (const BankedTurn& turn : {level, banked})
@@ -175,13 +175,13 @@ TEST(Sim, AMovingStartNeverStands) {
       {{"lap", 1.4}, {"circle", 0.9}, {"road", 15.0}}};
   for (const auto& [scenario, slowest] : drives) {
     const Drive d = drive({.scenario = scenario, .laps = 1, .ends = Ends::moving});
-    // The driver may slow down for the curves of the road.
+    // On the road the driver may slow down for curves.
     for (const tools::TrajectoryPoint& row : d.all.truth)
       EXPECT_GT(row.motion.vx, 0.5 * slowest) << scenario;
     EXPECT_GT(d.all.truth.front().motion.vx, slowest) << scenario;
     const double scale = size_of(d.plan.car_kind) == CarSize::full ? 10.0 : 1.0;
     EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.1 * scale);
-    // Its wheels turn from the first frame on.
+    // The wheels turn from the first frame on.
     const auto wheels = std::ranges::find(d.all.frames, 0x1A1U, &can::Frame::id);
     EXPECT_NE(std::vector(wheels->data.begin() + 2, wheels->data.begin() + 5),
               std::vector<std::uint8_t>(3, 0))
@@ -264,8 +264,8 @@ TEST(Sim, StretchesOfAnyLengthGiveTheSameDrive) {
   EXPECT_EQ(coarse.truth.size(), fine.truth.size());
 }
 
-// The configuration that is written fits the frames that are written: every frame decodes, its
-// protection holds, and without errors it says what the truth says.
+// The written configuration fits the written frames: every frame decodes, its protection holds, and
+// without errors its values are the truth.
 TEST(Sim, FramesDecodeToWhatWasSensed) {
   const tools::Scratch scratch;
   const Drive d = drive(
@@ -293,11 +293,11 @@ TEST(Sim, FramesDecodeToWhatWasSensed) {
       ++count[samples[i].channel];
       switch (static_cast<estimator::Source>(samples[i].channel)) {
         case estimator::Source::yaw_rate:
-          EXPECT_NEAR(samples[i].value, truth.motion.yaw_rate, 0.08);  // moves within 5 ms
+          EXPECT_NEAR(samples[i].value, truth.motion.yaw_rate, 0.08);  // changes in 5 ms
           break;
         case estimator::Source::wheel_rear_left:
           EXPECT_NEAR(samples[i].value, truth.motion.vx - 0.08 * truth.motion.yaw_rate,
-                      0.12);  // slips
+                      0.12);  // tyre slip
           break;
         case estimator::Source::wheel_rear_right:
           EXPECT_NEAR(samples[i].value, truth.motion.vx + 0.08 * truth.motion.yaw_rate, 0.12);

@@ -54,7 +54,7 @@ TEST(SignalLog, HoldsEachSignalInSiAtTheTimeItWasTaken) {
                              "(100.020000) can0 101#18FC\n");
   EXPECT_THAT(log.of(Source::wheel_rear).t_ns, ElementsAre(99'990'000'000, 100'010'000'000));
   EXPECT_THAT(log.of(Source::wheel_rear).value, ElementsAre(2.0, -2.0));
-  // A quarter turn of the sensor: what it calls x is the car's y.
+  // The sensor is rotated by a quarter turn: its x is the car's y.
   EXPECT_THAT(log.of(Source::accel_x).value, ElementsAre(testing::DoubleNear(0.0, 1e-12)));
   EXPECT_THAT(log.of(Source::accel_y).value, ElementsAre(2.0));
   EXPECT_TRUE(log.of(Source::yaw_rate).empty());
@@ -87,7 +87,7 @@ TEST(SignalLog, ALogWhoseTimesRunBackwardsIsToBeSorted) {
                     Not(HasSubstr("\n"))));
   EXPECT_THAT(refused("(100.000000) can0 101#E803\n(99.000000) can0 102#D0070000\n"),
               HasSubstr("drive.log:2: this frame has a stamp"));
-  // Buses whose drivers deliver at their own pace, and a frame without a stamp.
+  // Two buses, whose drivers deliver at different times, and a frame without a stamp.
   EXPECT_EQ(
       refused(
           "(100.000000) can0 101#E803\n(99.100000) can0 102#D0070000\n(0.000000) can0 101#E903\n"),
@@ -110,9 +110,9 @@ TEST(SignalLog, ALogThatIsNoLogIsRefused) {
   EXPECT_THROW((void)read(scratch, "hello\n"), std::invalid_argument);
 }
 
-// What each command says of a log that is out of order, or lacks what it needs.
+// The error of each command for a log that is out of order or lacks a needed message.
 
-/// What the commands say of a simulated drive whose log `change` has made into another.
+/// The commands' error for a simulated drive whose log was changed with the shell command `change`.
 void expect_named(const std::string& change, const std::string& reason,
                   const std::vector<std::string>& commands) {
   const Scratch scratch;
@@ -146,7 +146,7 @@ TEST(LogFaults, AreNamedByEveryCommand) {
                {stiffness, latency, inertia});
 }
 
-// What is written into a configuration, and which values there are kept.
+// Values written to a configuration, and values kept there.
 
 constexpr auto identified_car = R"([vehicle]
 mass = 3.0            # kg (odom identify mass: +- 0.004 kg, scale)
@@ -175,7 +175,7 @@ Findings findings(const std::string& method, const std::string& origin,
 
 class DeliveryTest : public testing::Test {
  protected:
-  /// What standard error says of them.
+  /// Returns standard error.
   std::string deliver_to_car(const Findings& findings, bool force = false) {
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
@@ -219,7 +219,7 @@ TEST_F(DeliveryTest, ReplacesWhatIsAsPreciseUpToScatter) {
   EXPECT_EQ(now("vehicle.mass"), 3.1);
 }
 
-// A kept curve's stiffness with another curve's grip would be no tyre.
+// The stiffness of one curve with the grip of another does not describe a tyre.
 TEST_F(DeliveryTest, ReplacesTogetherWhatMeansSomethingOnlyTogether) {
   const auto measured = [](double sigma_of_grip) {
     return findings("fit", "60 s of drive",

@@ -1,5 +1,5 @@
-// odom identify fit from the command line: a simulated drive into its configuration, and what it
-// says of drives that do not do.
+// odom identify fit as a command: a simulated drive gives the values of its configuration;
+// unsuitable drives are refused with the reason.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -65,7 +65,7 @@ TEST_F(FitCommand, OneSpeedDoesNotSeparateTyresAndSteering) {
   EXPECT_LT(json["details"]["turns"]["speed_variety"], 0.1);
 }
 
-// 60 ms of dead time and a lag of 100 ms lie between the command and the wheels.
+// Between the command and the wheels there are 60 ms of dead time and a lag of 100 ms.
 TEST_F(FitCommand, WritesTheActuatorOfASteeringCommand) {
   ASSERT_EQ(run("odom sim --scenario exercise --duration 40 --servo --seed 4 --out servo").status,
             0);
@@ -119,7 +119,7 @@ TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
 TEST_F(FitCommand, TakesTheLogUnderEitherNameAndSaysWhatItLookedFor) {
   const std::string fit = "odom identify fit --quiet ";
   ASSERT_EQ(run("mv lap/drive.log lap/can.log").status, 0);
-  // Past the log, it is the duration that does not do.
+  // The log is found: the error is about the duration.
   expect_refused(fit + "--drive lap --from 7", "ten are needed");
   ASSERT_EQ(run("odom export lap --mcap lap.mcap").status, 0);
   ASSERT_EQ(run("mv lap/can.log lap/bus.log").status, 0);
@@ -130,7 +130,7 @@ TEST_F(FitCommand, TakesTheLogUnderEitherNameAndSaysWhatItLookedFor) {
 
 TEST_F(FitCommand, TakesTheConfigurationOfTheDriveWhereNoneIsNamed) {
   const std::string fit = "odom identify fit --quiet ";
-  // Past the configuration, it is the duration that does not do.
+  // The configuration is found: the error is about the duration.
   expect_refused(fit + "--drive lap --from 7", "ten are needed");
   ASSERT_EQ(run("cp -r lap lap2 && sed -i s/^mass.*/mass=4.0/ lap2/car.toml").status, 0);
   expect_refused(fit + "--drive lap --drive lap2", "differ; give the car's configuration");

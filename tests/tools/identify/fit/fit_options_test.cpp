@@ -1,4 +1,4 @@
-// What odom identify fit makes of its command line before it hands over to odom-fit.
+// The command line of odom identify fit, before it starts odom-fit.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ std::string refusal(std::vector<std::string> arguments) {
   CLI::App app;
   FitOptions options;
   describe_fit(Command(app), options);
-  std::ranges::reverse(arguments);  // as CLI11 takes them
+  std::ranges::reverse(arguments);  // the order that CLI11 expects
   app.parse(arguments);
   try {
     check(options);

@@ -1,4 +1,4 @@
-// The fit on a short simulated drive, and what it says where it cannot.
+// The fit on a short simulated drive, and its errors for unsuitable ones.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -52,7 +52,7 @@ Settings freeing(std::initializer_list<Parameter> parameters, double prior_sigma
   return settings;
 }
 
-/// As configured.
+/// A result with all values as configured.
 Result unmoved(const Turns& turns = {}) {
   Result result;
   result.covariance.setZero(parameters, parameters);
@@ -70,7 +70,7 @@ struct Way {
   double steering = 0.2;  // [rad]
 };
 
-// What a car whose gyro reads 3 % too much, and wheels 2 %, would have recorded in twelve seconds.
+// Twelve seconds of a car whose gyro reads 3 % too much, and whose wheels read 2 % too much.
 Recorded recorded(const daemon::Config& config, const Way& way = {}) {
   const car_model::Car<double> model = fitted_car({}, config);
   constexpr std::int64_t start = 1'760'000'000'000'000'000;
@@ -189,7 +189,7 @@ TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
   EXPECT_NEAR(std::exp(result.p[gyro_scale]), 1.03, 3e-3);
   EXPECT_NEAR(result.p[gyro_bias], 0.01, 2e-3);
   EXPECT_NEAR(result.p[steering_offset], 0.004, 1e-3);
-  // A driven wheel's slip is fixed as usual, and not in what the drive was made by.
+  // The fit assumes the usual slip of a driven wheel, which this drive lacks: hence the tolerance.
   EXPECT_NEAR(std::exp(result.p[wheel_scale_rear]), 1.02, 0.02);
   EXPECT_GT(result.sigma[gyro_scale], 0.0);
   EXPECT_LT(result.sigma[gyro_scale], 0.02);
@@ -215,7 +215,7 @@ TEST(Fit, RefusesToFitNothing) {
               HasSubstr("nothing can be determined"));
 }
 
-// At 60 m/s slip settles in 3 ms, a tenth of a full-size car's step.
+// At 60 m/s the slip settles in 3 ms, a tenth of a full-size car's step.
 TEST(Fit, FollowsTyresThatSettleWithinAStep) {
   daemon::Config config = car();
   config.vehicle = {.mass = 982.0,
@@ -234,7 +234,7 @@ TEST(Fit, FollowsTyresThatSettleWithinAStep) {
   settings.passes = 2;
   const Result result = solve(config, drives, settings);
   EXPECT_NEAR(std::exp(result.p[gyro_scale]), 1.03, 0.01);
-  EXPECT_EQ(stable_parts(2.0, 0.044, 0.02), 1);  // as it was of slow cars
+  EXPECT_EQ(stable_parts(2.0, 0.044, 0.02), 1);  // slow cars need no smaller steps
   EXPECT_EQ(stable_parts(-60.0, 0.41, 0.03), 3);
 }
 
@@ -244,7 +244,7 @@ Numbers<double> without_load_transfer() {
   return p;
 }
 
-// The filter's own tyre [N].
+// Force of the filter's tyre model [N].
 double force(const BrushTyre& tyre, double slip, double mass) {
   return slip *
          estimator::full::secant_stiffness(tyre.stiffness, slip, 1.0 / tyre.grip, mass).stiffness;
@@ -276,7 +276,7 @@ TEST(FitTyres, AreNoBrushWhereNothingSaturatesOrHolds) {
   EXPECT_FALSE(brush_like(fitted_car(p), Axle::front, 8.0));
 }
 
-// What is found of a car with tyres as usual, by how hard it was driven.
+// Findings for a car with usual tyres, depending on how hard it was driven.
 std::vector<Finding> found_at(double hardest, double sigma_of_bend) {
   const Settings settings = freeing({stiffness_rear, bend_rear}, 0.5);
   Result result = unmoved({.speed_variety = 0.5, .hard = 0.0, .hardest = hardest});
@@ -290,7 +290,7 @@ TEST(FitTyres, HaveAGripWhereTheDriveShowsHowTheySaturate) {
   const std::vector<Finding> hard = found_at(9.0, 0.1);
   ASSERT_EQ(hard.size(), 2U);
   EXPECT_EQ(hard[0].key, "vehicle.cornering_stiffness_rear");
-  EXPECT_GT(hard[0].value, car().vehicle.cornering_stiffness_rear);  // bends from the first
+  EXPECT_GT(hard[0].value, car().vehicle.cornering_stiffness_rear);  // brush curves bend at once
   EXPECT_EQ(hard[1].key, "vehicle.grip_rear");
   EXPECT_EQ(hard[1].determined, Determined::yes);
   EXPECT_NEAR(hard[1].value, 12.0, 3.0);
@@ -330,7 +330,7 @@ TEST(FitSteering, IsAnActuatorWhereDelayAndLagShow) {
     return written;
   };
   EXPECT_THAT(keys(0.16), ElementsAre("steering.delay", "steering.lag"));
-  EXPECT_THAT(keys(0.003), IsEmpty());  // measured
+  EXPECT_THAT(keys(0.003), IsEmpty());  // the steering signal is a measured angle
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Fitted values tried on the filter: what helps is taken, what harms is left.
+// Fitted values are tried on the filter: those that help are written, those that harm are not.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -97,7 +97,7 @@ TEST_F(Trial, WhatHarmsIsLeftAsConfiguredAndSaysWhy) {
   EXPECT_EQ(findings.values[0].use, Use::leave);
   EXPECT_THAT(findings.values[0].remark, HasSubstr("left as configured: replayed"));
   EXPECT_THAT(as_json(findings).dump(), HasSubstr("\"left_as_configured\":true"));
-  EXPECT_EQ(findings.values[1].use, Use::write);  // changes nothing
+  EXPECT_EQ(findings.values[1].use, Use::write);  // makes no difference
   EXPECT_TRUE(findings.details["trial"]["groups"]["yaw inertia"]["taken"]);
 }
 
@@ -107,7 +107,7 @@ std::vector<Group> groups(const std::vector<std::string>& names) {
   return all;
 }
 
-/// By which of the groups are in, of all parts alike.
+/// Errors as a function of the applied groups, equal in all parts of the drives.
 template <typename Error>
 Ratio errors(const Patch& patch, Error&& error) {
   std::set<std::string> in;

@@ -1,4 +1,4 @@
-// What the fit's wheels say in quick turns, held against those of the simulated car.
+// The fit's model of the wheels in quick turns, compared with the simulated car.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -34,7 +34,7 @@ sim::PlantParameters simulated_car() {
   return sim::true_vehicle(sim::CarKind::scale_car, truth);
 }
 
-// p of a car that is as the simulated one.
+// Parameters p that describe the simulated car.
 Numbers<double> as_simulated(const Setup& setup, const sim::PlantParameters& car) {
   const auto share = [&](double inertia) {
     return 2.0 * inertia / (car.wheel_radius[0] * car.wheel_radius[0]) / car.mass;
@@ -63,8 +63,8 @@ Instant<double> instant_of(const sim::PlantOutput& from, const sim::PlantOutput&
   return now;
 }
 
-// By how much the difference of both wheels seems later than the fit's model says, weaving as the
-// exercise does. What goes with the difference itself is a scale's affair.
+// Lag of the difference of both wheels beyond the fit's model [s], while weaving as in the
+// exercise. The part in proportion to the difference is a scale error and is left out.
 double unexplained_age(const Pair& pair, double speed, double spin_factor) {
   constexpr double dt = 1e-3, frequency = 2.0 * std::numbers::pi * 1.3;
   daemon::Config config;
@@ -111,7 +111,7 @@ TEST(FitWheels, SpinUpAsLateAsTheSimulatedOnes) {
   }
 }
 
-// 1 ms at 1 m/s of this car: what its stamps would be taken to be late by.
+// Without wheel spin in the model, this car's stamps would seem 1 ms late per m/s.
 TEST(FitWheels, WithoutSpinWouldSeemToBeStampedLate) {
   EXPECT_NEAR(unexplained_age(front, 1.6, 1e-3), 1.6e-3, 0.2e-3);
   EXPECT_NEAR(unexplained_age(rear, 1.6, 1e-3), 1.5e-3, 0.3e-3);

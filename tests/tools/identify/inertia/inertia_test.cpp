@@ -1,4 +1,5 @@
-// The pendulum's formulas against a rigid body on two springy cords, and what is made of records.
+// The pendulum's formulas compared with a rigid body on two elastic cords, and results from
+// records.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -39,7 +40,7 @@ TEST(Bifilar, RefusesAPeriodThatNoCarHas) {
                std::invalid_argument);
 }
 
-// A swing whose period is drawn anew each time.
+// A swing with a new random period each time.
 Series no_pendulum() {
   sim::RandomStream random(1, "no swing");
   Series record;
@@ -78,7 +79,7 @@ TEST(Bifilar, RefusesAMassThatNothingOfThatSizeHas) {
               HasSubstr("--mass: 2985 kg does not fit the radius of gyration of 0.097 m"));
 }
 
-// The body is given nothing but its springs: what it does is not written down there.
+// The rig simulates a body on springs only: no formula of the pendulum is in it.
 double period_of_rig(const sim::SwingParameters& rig) {
   sim::SwingRig car(rig);
   double first = 0.0, last = 0.0;
@@ -193,7 +194,7 @@ TEST(SwingFit, RefusesWhatIsNoSwing) {
   EXPECT_THAT(refusal(), HasSubstr("nothing swings"));
   for (double& value : series.value) value = random.normal();
   EXPECT_NE(refusal(), "");
-  // Somebody's hand: the rate goes up and stays.
+  // Someone turns the car by hand: the rate rises and stays.
   for (std::size_t i = 0; i < series.size(); ++i) series.value[i] = i < 1000 ? 0.0 : 1.0;
   EXPECT_THAT(refusal(), HasSubstr("too few"));
   series = no_pendulum();
@@ -233,7 +234,7 @@ TEST(Propagation, AddsIndependentPartsAndNamesTheLargest) {
 const std::string hang = "odom identify inertia --mass 2.985 --spacing 0.2 --cord 1 ";
 
 TEST(IdentifyInertia, ByStopWatchTakesThePlatformOff) {
-  // A board of a third of the inertia and a tenth of the mass: each swings by the formula.
+  // A board with a third of the inertia and a tenth of the mass: the formula gives both periods.
   const double board_mass = 0.3, board = 0.009;
   const double both = small_period(reference, mass + board_mass, 9.806, inertia + board);
   const double alone = small_period(reference, board_mass, 9.806, board);

@@ -1,4 +1,4 @@
-// What is written into [steering]: of responses that are known, and of simulated drives.
+// Values for [steering], from known responses and from simulated drives.
 #include "tests/diagnostics.hpp"
 #include "tools/identify/latency/steering_response.hpp"
 
@@ -26,7 +26,7 @@ TEST(ActuatorFindings, AreWrittenWhereDelayAndLagAreSeparable) {
   ASSERT_EQ(found.values.size(), 2U);
   EXPECT_EQ(found.values[0].key, "steering.delay");
   EXPECT_EQ(found.values[0].determined, Determined::yes);
-  EXPECT_NEAR(found.values[0].value, 0.06, 1e-12);  // the gyro's own age is none of it
+  EXPECT_NEAR(found.values[0].value, 0.06, 1e-12);  // without the gyro's latency of 4 ms
   EXPECT_EQ(found.values[1].key, "steering.lag");
   EXPECT_EQ(found.values[1].value, 0.1);
   EXPECT_THAT(found.warnings, testing::IsEmpty());
@@ -77,7 +77,7 @@ TEST(ActuatorFindings, NeverAreEarly) {
   EXPECT_THAT(found.values[0].remark, testing::HasSubstr("measured -4.0 ms"));
 }
 
-// The simulated servo, and the same drive with the wheels' angle measured.
+// The simulated servo, and a drive with a measured steering angle.
 TEST(ActuatorFindings, AreTheServoOfACommandAndNoneOfAMeasuredAngle) {
   const Scratch scratch;
   const auto steering_after = [&scratch](const std::string& options) {
@@ -95,7 +95,7 @@ TEST(ActuatorFindings, AreTheServoOfACommandAndNoneOfAMeasuredAngle) {
   EXPECT_NEAR(servo.delay_s, 0.06, 0.025);
   EXPECT_NEAR(servo.lag_s, 0.1, 0.025);
   EXPECT_NEAR(servo.delay_s + servo.lag_s, 0.16, 0.008);
-  EXPECT_EQ(servo.rate_limit, 0.0);  // 3 rad/s, which these laps do not ask for
+  EXPECT_EQ(servo.rate_limit, 0.0);  // these laps never reach the limit of 3 rad/s
   const estimator::SteeringActuator slow =
       steering_after("--scenario slalom --servo --steering-rate-limit 1.2");
   EXPECT_NEAR(slow.rate_limit, 1.2, 0.07);

@@ -1,4 +1,4 @@
-// Offsets in time between signals, on signals whose offsets are known.
+// Time offsets between signals, for signals with known offsets.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ using estimator::Source;
 
 constexpr std::int64_t start_ns = 1'760'000'000'000'000'000;
 
-// Turns of several frequencies, the integral of them, and a speed that varies.
+// A yaw rate of several frequencies, its integral, and a varying speed.
 double yaw_rate(double t) {
   return 1.2 * std::sin(2.1 * t) + 0.8 * std::sin(5.3 * t + 1.0) + 0.4 * std::sin(9.7 * t);
 }
@@ -34,7 +34,7 @@ double speed(double t) {
 
 struct Sampling {
   double period = 0.01;
-  double late = 0.0;  // of the stamps
+  double late = 0.0;  // latency of the stamps
   double noise = 0.0;
   double seconds = 30.0;
   unsigned seed = 7;
@@ -114,7 +114,7 @@ TEST(OffsetRegression, SaysThatNoiseHasNoOffset) {
 TEST(Latency, OfWheelsShowsInTheDifferenceOfLeftAndRight) {
   SignalLog log = log_with_gyro();
   const Sampling wheel{.late = 0.021, .noise = 0.005};
-  // The wheels' spin follows by a millisecond a metre per second.
+  // The wheels' spin adds a lag of 1 ms per m/s.
   log.of(Source::wheel_rear_left) =
       sampled([](double t) { return speed(t) - 0.08 * yaw_rate(t - 1e-3 * speed(t)); }, wheel);
   log.of(Source::wheel_rear_right) =
@@ -131,7 +131,7 @@ TEST(Latency, OfWheelsShowsInTheDifferenceOfLeftAndRight) {
   }
 }
 
-// Interpolated between two samples, noise is less than on one of them.
+// Interpolation between two samples reduces the noise, which must not shift the offset.
 TEST(Latency, OfWheelsIsNotDrawnToWhereTheGyroIsLessNoisy) {
   SignalLog log = log_with_gyro();
   log.of(Source::yaw_rate) = sampled(yaw_rate, {.period = 0.005, .noise = 0.2});
@@ -145,7 +145,7 @@ TEST(Latency, OfWheelsIsNotDrawnToWhereTheGyroIsLessNoisy) {
   EXPECT_NEAR(found.offset, 0.02, 1e-3);
 }
 
-// In the derivative of a calm drive's yaw rate most is noise, which determines no offset.
+// The derivative of a calm drive's yaw rate is mostly noise, which determines no offset.
 TEST(Latency, OfWheelsIsNoMoreCertainThanTheGyrosNoiseAllows) {
   const auto calm = [](double t) { return 0.2 * std::sin(0.5 * t) + 0.1 * std::sin(1.1 * t); };
   for (unsigned seed = 1; seed <= 6; ++seed) {
@@ -222,7 +222,7 @@ TEST(Latency, ADriveStraightAheadDeterminesNothing) {
 }
 
 // At a steady speed the tyres' relaxation and the steering's lag look alike: details that no model
-// has must not part them.
+// contains must not separate them.
 TEST(Latency, OfTheSteeringIsNoMoreCertainThanTheTyresAtASteadySpeed) {
   const Scratch scratch;
   const std::string lap = scratch.path("lap").string();
@@ -237,14 +237,15 @@ TEST(Latency, OfTheSteeringIsNoMoreCertainThanTheTyresAtASteadySpeed) {
   for (const auto& value : found["values"]) {
     if (value["name"] != "lag of the wheels behind steering, in all") continue;
     refused = true;
-    const double half_a_cycle = 0.005;  // of the command, which is renewed and held
+    const double half_a_cycle = 0.005;  // the command is updated in cycles and held
     EXPECT_NEAR(value["value"].get<double>(), plant["truth"]["steering_lag"].get<double>(),
                 2.0 * value["sigma"].get<double>() + half_a_cycle);
   }
   EXPECT_TRUE(refused);
 }
 
-// Poses stamped when they arrive make all sensors early: they are no clock, and 0 is no answer.
+// Poses stamped on arrival make all sensors seem early: such a camera is no clock, and 0 would be a
+// wrong latency.
 TEST(Latency, HoldsBackWhatIsEarlyAndBelievesTheGyroInTheCamerasPlace) {
   const Scratch scratch;
   const std::string lap = scratch.path("lap").string();

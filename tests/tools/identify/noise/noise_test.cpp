@@ -20,7 +20,7 @@ struct Sensor {
   double walk = 0.0;
 };
 
-// At 100 Hz.
+// Simulates a sensor at 100 Hz.
 Series record(const Sensor& sensor, std::size_t samples, std::uint64_t seed) {
   sim::RandomStream random(seed, "sensor");
   Series series;
@@ -68,7 +68,7 @@ TEST(StandingNoise, SeesAKick) {
   EXPECT_GE(standing_noise(series, "gyro").outliers, 1);
 }
 
-// What one sample makes of itself was as much as ten thousand others say.
+// A single outlier would otherwise weigh as much as ten thousand samples.
 TEST(StandingNoise, LeavesOutWhatLiesFarOff) {
   Series series = record({}, 30'000, 1);
   for (std::size_t i = 0; i < 10; ++i) series.value[1'000 + 2'500 * i] += 4.0;
@@ -80,8 +80,8 @@ TEST(StandingNoise, LeavesOutWhatLiesFarOff) {
   EXPECT_FALSE(noise.walk);
 }
 
-// A sensor that filters, or a message that comes more often than it is renewed: the means of many
-// samples scatter by as much as is said of them, and no bias walks.
+// A filtering sensor, or a message sent more often than its value changes: the stated sigma is that
+// of long means, and no bias walk is found.
 TEST(StandingNoise, OfSamplesThatHangTogetherIsThatOfTheirMeans) {
   const Series white = record({}, 30'000, 1);
   Series filtered = white, held = white;
@@ -127,7 +127,7 @@ TEST(StandingNoise, RefusesWhatHasNoNoise) {
               HasSubstr("a.csv: a sample every 10 s: are the times in ms?"));
 }
 
-// The same sensor as its last digit shows it.
+// The record rounded to steps of the sensor's resolution.
 Series in_steps(Series series, double step) {
   for (double& value : series.value) value = step * std::round(value / step);
   return series;
@@ -135,7 +135,8 @@ Series in_steps(Series series, double step) {
 
 TEST(StandingNoise, OfCoarseStepsIsNoSmallerThanTheirRounding) {
   constexpr double step = 0.01;
-  // Noise of a tenth and of a fifth of a step; what is left of the bias depends on where it lies.
+  // Noise of a tenth and of a fifth of a step; the bias's error depends on where in a step the bias
+  // lies.
   for (const double sigma : {0.001, 0.002}) {
     for (const double bias : {0.0012, 0.0031, 0.0044}) {
       const Series fine = record({.sigma = sigma, .bias = bias}, 60'000, 1);
@@ -203,7 +204,7 @@ TEST(Allan, OfWhiteNoiseFallsByTheRootOfTime) {
 }
 
 TEST(Allan, TurnsWhereTheWalkOutgrowsTheNoise) {
-  // N²/τ + K² τ/3 is lowest at τ = √3 N/K: 1.7 s, sqrt(2 N K/√3).
+  // N²/τ + K² τ/3 has its minimum at τ = √3 N/K = 1.7 s; the deviation there is sqrt(2 N K/√3).
   const std::vector<AllanPoint> curve = allan_deviation(record({.walk = 1e-3}, 100'000, 3), "gyro");
   const BiasInstability instability = bias_instability(curve);
   EXPECT_TRUE(instability.reached);
@@ -218,7 +219,7 @@ TEST(Allan, RefusesARecordWithAHole) {
               HasSubstr("gyro: no sample for 10.0 s"));
 }
 
-// A sensor on a car that moves, and perhaps an encoder's counts.
+// A sensor on a moving car, with the steps of an encoder if `count` is set.
 Series moving(double white, double count, double hertz) {
   sim::RandomStream random(5, "moving");
   Series series;
@@ -274,7 +275,7 @@ TEST_F(IdentifyNoise, OfAStandingCarIsWrittenAndDrawn) {
   EXPECT_THAT(contents(folder + "/allan.svg"), HasSubstr("Allan deviation of yaw_rate"));
   const std::string car = contents(folder + "/car.toml");
   EXPECT_THAT(car, HasSubstr("(sigma: odom identify noise: +- "));
-  // R as the paper has it: ten times the gyro's variance; v_x as it was.
+  // R as in the paper, ten times the gyro's variance; v_x is unchanged.
   const auto R = daemon::load_config(folder + "/car.toml").paper_noise.R;
   EXPECT_NEAR(R[0], 10.0 * 0.012 * 0.012, 1e-4);
   EXPECT_EQ(R[1], 0.10);
@@ -338,7 +339,7 @@ TEST_F(IdentifyNoise, SaysWhatCannotBeUsed) {
   const std::pair<std::string, const char*> cases[]{
       {"", "give a record of the standing car"},
       {drive, "the car moves: wheel_"},
-      {imu, "the car moves: "},  // without the wheels, the IMU shows it
+      {imu, "the car moves: "},  // without the wheels, the IMU shows that it moves
       {drive + " --to 0.5", "samples are too few"},
       {drive + " --plot a.gif", ".svg"},
       {drive + " --plot /nonexistent/a.svg", "no folder /nonexistent"},

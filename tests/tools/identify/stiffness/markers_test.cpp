@@ -49,7 +49,7 @@ TEST(MarkerTrack, OfEndlessLinesIsRefusedBeforeItFillsTheMemory) {
 
 TEST(MarkerTrack, ReadsATableAMarkerAsTrackingProgramsExportThem) {
   const Scratch scratch;
-  // Tabs, a title above the headings, exponents; and semicolons with decimal commas.
+  // Tabs, a title above the column names, exponents; and semicolons with decimal commas.
   const auto front = scratch.write("front.txt",
                                    "mass_A\n"
                                    "t\tx\ty\n"
@@ -106,7 +106,7 @@ TEST(MarkerTrack, TracksOfDifferentFilmsAreRefused) {
   EXPECT_THROW((void)read_marker_tracks(a, b), std::invalid_argument);
 }
 
-// What is made of a film before any tyre: motion, alignment with the log, steady circles.
+// Results from a film before any tyre: motion, alignment with the log, steady circles.
 
 const MarkerPlaces places{Plane{0.18, 0.01}, Plane{-0.12, -0.02}};
 constexpr FilmScale metres{.metres_per_unit = 1.0};
@@ -189,7 +189,7 @@ TEST(FilmAlignment, FindsTheShiftBetweenFilmAndLog) {
   EXPECT_THAT(found.warnings, testing::IsEmpty());
 }
 
-// As a camera shows it whose clock runs by another rate.
+// As filmed by a camera whose clock runs at another rate.
 FilmMotion slowed(FilmMotion motion, double by) {
   for (BodyFrame& frame : motion.frames)
     frame.t_ns = std::llround(by * static_cast<double>(frame.t_ns));
@@ -218,7 +218,7 @@ TEST(FilmAlignment, FindsTheRateOfTheFilmsClock) {
 TEST(FilmAlignment, AtTheBeginIsAsUncertainAsTheRateMakesIt) {
   SyntheticFilm film = make_film(two_circles(), places, 26.0, 0.0);
   for (std::size_t k = 0; k < film.gyro.size(); ++k)
-    film.gyro.value[k] += k % 80 < 40 ? 0.02 : -0.02;  // in each mean of it
+    film.gyro.value[k] += k % 80 < 40 ? 0.02 : -0.02;  // does not average out
   const FilmMotion motion = film_motion(film.track, places, metres);
   const FilmAlignment found = align_film("film.csv", motion, film.gyro);
   EXPECT_GT(found.sigma_s, 10.0 * found.rate_sigma);
@@ -238,7 +238,7 @@ TEST(FilmAlignment, FilmsThatDoNotFitAreRefusedWithTheReason) {
     other.value[k] = 0.6 * std::sin(4e-9 * static_cast<double>(other.t_ns[k]));
   EXPECT_THAT(message_of([&] { (void)align_film("film.csv", motion, other); }),
               HasSubstr("do not overlap"));
-  // Played at half its speed.
+  // The film played at half speed.
   FilmMotion slow = motion;
   for (BodyFrame& frame : slow.frames) frame.t_ns *= 2;
   EXPECT_THAT(message_of([&] { (void)align_film("film.csv", slow, film.gyro); }),
@@ -257,7 +257,7 @@ TEST(FilmAlignment, AFilmThatHardlyShowsTheMarkersIsRefusedWithTheReason) {
               HasSubstr("both markers are seen often enough in only 4 s of 26 s of film"));
 }
 
-// The gyro, and a steering of a quarter of it until a time.
+// The gyro, and a steering signal of a quarter of it, which ends at a time.
 SignalLog log_of(const Series& gyro, std::int64_t steered_until_ns) {
   SignalLog log;
   log.of(estimator::Source::yaw_rate) = gyro;

@@ -18,7 +18,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-// The reference car and what was left unknown of it.
+// The reference car, and its values that the configuration does not know.
 struct Truth {
   double front = 20.0, rear = 60.0;
   double steering_offset = 0.006, steering_scale = 1.015, marker_angle = 0.002;
@@ -34,8 +34,8 @@ CircleCar car() {
           .marker_distance = 0.3};
 }
 
-// A steady circle of a car with linear tyres: v and radius (left positive) give ψ̇, forces, slips,
-// drift and steering.
+// A steady circle of a car with linear tyres: speed and radius (left positive) determine ψ̇,
+// forces, slip angles, drift and steering.
 CircleRun circle(const Truth& truth, double speed, double radius) {
   const double yaw_rate = speed / radius, l_v = 0.175, l_h = 0.085, m = 2.985;
   double drift = 0.0, accel = 0.0, steering = 0.0;
@@ -129,9 +129,9 @@ TEST(CorneringStiffness, ThePictureShowsBothAxles) {
   EXPECT_THAT(drawings[1].svg, HasSubstr("Rear axle"));
 }
 
-// odom identify stiffness on a simulated afternoon, and what it says of one gone wrong.
+// odom identify stiffness on simulated circles, and its errors if something went wrong.
 
-// One drive for all of them.
+// One simulated drive for all tests.
 const std::string& afternoon() {
   static const Scratch scratch;
   static const std::string folder = [] {
@@ -180,7 +180,7 @@ TEST(StiffnessCommand, TheTruthLiesWithinTwoSigmaAndGoesIntoTheConfiguration) {
   EXPECT_THAT(contents("tyres.svg"), HasSubstr("</svg>"));
 }
 
-/// With a car whose `signal` has another scale.
+/// Uses a configuration with another scale of `signal`.
 Outcome identify_scaled(const std::string& signal, const std::string& scale) {
   std::string text = contents("car.toml");
   const std::string entry = "signal = " + signal;
@@ -208,12 +208,12 @@ TEST(StiffnessCommand, WhatTheCirclesContradictIsNotWritten) {
     EXPECT_EQ(contents("kept.toml"), car) << options;
     EXPECT_THAT(outcome.err, HasSubstr("nothing written to kept.toml")) << options;
   };
-  // Measured from the rear marker, the front one, the middle of the wheelbase.
+  // Marker positions measured from the rear marker, the front one, or the middle of the wheelbase.
   expect("--front 0.30,0 --rear 0,0 ",
          "centre of gravity lies 0.120 m ahead of the place in --front and");
   expect("--front 0,0 --rear -0.30,0 ", "centre of gravity lies 0.180 m behind the place");
   expect("--front 0.225,0 --rear -0.075,0 ", "centre of gravity lies 0.045 m ahead of");
-  // A minus forgotten.
+  // A missing minus sign.
   expect("--front 0.18,0 --rear 0.12,0 ", "of the film's lateral acceleration, and one of the two");
   expect("--front 0.18,0 --rear 0.12,0 ", "no marker lies behind the centre of gravity");
   expect("--front 0.36,0 --rear -0.24,0 ", "accelerometer reads 50 %");
@@ -251,7 +251,7 @@ TEST(StiffnessCommand, EachMistakeIsOneLineThatSaysWhatToDo) {
   std::string text = contents("car.toml");
   text.erase(text.find("[vehicle]"), text.find("[can]") - text.find("[vehicle]"));
   write("no_car.toml", text);
-  // Only the slowest circles, and markers that nobody has measured.
+  // Only the slowest circles, with markers whose positions were not measured.
   std::string slow;
   std::istringstream lines(contents("markers.csv"));
   for (std::string line; std::getline(lines, line) && line.rfind("55.", 0) != 0;)

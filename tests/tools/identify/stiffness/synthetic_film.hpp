@@ -1,4 +1,4 @@
-// A film that follows a formula: a car that stands, speeds up, circles, and stops.
+// A film computed from a formula: a car stands, speeds up, circles and stops.
 #pragma once
 
 #include <cmath>
@@ -10,13 +10,13 @@
 
 namespace odomd::tools {
 
-/// Speed and yaw rate over time [s]; drift in the car's own frame.
+/// Speed, yaw rate and drift (in the car's frame) over time [s].
 struct SyntheticDrive {
   std::function<double(double)> speed;
   std::function<double(double)> yaw_rate;
   double drift = 0.0;
 
-  /// Eases in over a second after `begin` and out before `end`.
+  /// 1 between `begin` and `end`, with transitions of one second inside them; 0 outside.
   static double eased(double t, double begin, double end) {
     const auto ramp = [](double x) {
       return x <= 0.0 ? 0.0 : x >= 1.0 ? 1.0 : 0.5 - 0.5 * std::cos(3.141592653589793 * x);

@@ -20,7 +20,7 @@ using testing::Not;
 TEST(Quantity, IsReadWithItsUnit) {
   EXPECT_DOUBLE_EQ(parse_quantity("2.985", Dimension::mass, "--x").value, 2.985);
   EXPECT_DOUBLE_EQ(parse_quantity(" 2985 g ", Dimension::mass, "--x").value, 2.985);
-  EXPECT_EQ(parse_quantity("175mm", Dimension::length, "--x").value, 0.175);  // to the last bit
+  EXPECT_EQ(parse_quantity("175mm", Dimension::length, "--x").value, 0.175);  // exact
   EXPECT_EQ(parse_quantity("29.3N", Dimension::mass, "--x").unit, Unit::newton);
   EXPECT_DOUBLE_EQ(parse_positive("26cm", Dimension::length, "--x"), 0.26);
   EXPECT_DOUBLE_EQ(parse_positive("180deg", Dimension::angle, "--x"), 3.14159265358979323846);
@@ -99,14 +99,14 @@ TEST(Weighing, ContradictionsWidenTheUncertaintyAndAreReported) {
   EXPECT_FALSE(contradiction(wheel_loads(fitting, scale)));
 }
 
-// One of them is wrong, and nobody knows which: the truth may be what either says.
+// One total is wrong, and it is unknown which: the interval contains both.
 TEST(Weighing, ThatContradictEachOtherLeaveRoomForEach) {
   const std::vector<Weighing> weighings{
       {Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 3.06}, {Load::total, 3.061}};
   const auto mass = mass_of(wheel_loads(weighings, scale), scale);
   EXPECT_NEAR(mass->value, 3.0, 2.0 * mass->sigma);
   EXPECT_NEAR(mass->value, 3.06, 2.0 * mass->sigma);
-  // A load that scatters by itself says nothing against the others.
+  // A load that scatters by itself does not contradict the others.
   const std::vector<Weighing> scattering{{Load::total, 2.98}, {Load::total, 3.02}};
   const auto both = mass_of(wheel_loads(scattering, scale), scale);
   EXPECT_NEAR(both->value, 3.0, 1e-9);
@@ -137,7 +137,8 @@ TEST(Weighing, LaysTheCentreOfGravityByTheLevers) {
   EXPECT_NEAR(centre.rear_axle->value, 0.1, 1e-12);
   EXPECT_NEAR(centre.lateral->value, 0.15 * (1.6 / 3.0 - 0.5), 1e-12);
   EXPECT_NEAR(centre.correlation, -1.0, 1e-12);
-  // l F_h / (F_v + F_h): l sigma sqrt(F_v² + F_h²) / m² without the third and fourth weighing.
+  // The same without the third and fourth weighing: l F_h / (F_v + F_h) has the sigma l sigma
+  // sqrt(F_v² + F_h²) / m².
   const std::vector<Weighing> axles{{Load::front, 1.0}, {Load::rear, 2.0}};
   EXPECT_NEAR(centre_of_gravity(wheel_loads(axles, scale), tape).front_axle->sigma,
               0.3 * 0.002 * std::sqrt(5.0) / 9.0, 1e-12);
@@ -161,7 +162,7 @@ TEST(Weighing, AllowsForTapeAndSlope) {
   EXPECT_NEAR(tape.front_axle->sigma, 0.002, 1e-9);
   EXPECT_NEAR(tape.rear_axle->sigma, 0.001, 1e-9);
   EXPECT_NEAR(tape.correlation, 1.0, 1e-6);
-  // Each axle is weighed on a slope of its own: l_h = l F_v / (F_v + F_h).
+  // Each axle stands on a different slope: l_h = l F_v / (F_v + F_h).
   const Dimensions level{.wheelbase = {0.3, 0.0}, .height = 0.05, .level_sigma = 0.01};
   const Scale sloping = with_slopes(exact, 3.0, level);
   EXPECT_NEAR(sloping.axle_shift, 0.005, 1e-6);
@@ -279,7 +280,7 @@ TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {
     const auto json = nlohmann::json::parse(outcome.out);
     return json["values"].back()["sigma"].get<double>();
   };
-  // Axle by axle a slope of 0.25 degrees shifts m h/l tan θ, h/l being a quarter.
+  // Weighed axle by axle, a slope of 0.25 degrees shifts m h/l tan θ; h/l is a quarter.
   const double shift = 3.0 * 0.25 * std::tan(0.25 / 57.29577951308232);
   EXPECT_NEAR(sigma("mass"), std::hypot(std::sqrt(2.0) * shift, 0.003), 1e-4);
   EXPECT_NEAR(sigma("mass"), sigma("cog --wheelbase 0.26"), 1e-12);

@@ -1,4 +1,4 @@
-// odom watch, as it is called: on a terminal of the test's own, and into a pipe.
+// odom watch as a command: on the test's own terminal, and into a pipe.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -26,7 +26,7 @@ using ::testing::Not;
 
 constexpr std::string_view given_back = "\x1b[?7h\x1b[?25h\x1b[0m\x1b[?1049l";
 
-// A daemon that ticks once, and is stale after four periods of a second.
+// A daemon that ticks once; its pose is stale after four periods of a second.
 std::unique_ptr<SlowDaemon> publish(const std::string& segment) {
   auto daemon = std::make_unique<SlowDaemon>(segment);
   daemon->pose.x = 1.25;
@@ -35,7 +35,7 @@ std::unique_ptr<SlowDaemon> publish(const std::string& segment) {
   return daemon;
 }
 
-// Lives on without a tick: the heartbeat goes on until the end.
+// A daemon without further ticks: its heartbeat goes on until the end.
 class Beating {
  public:
   explicit Beating(const std::string& segment)
@@ -81,7 +81,7 @@ class OnATerminal {
   }
   void signal(int number) const { ::kill(pid_, number); }
 
-  /// Reads on until the text has come since the last call; false when it does not.
+  /// Reads until the text has appeared since the last call; false if it does not.
   [[nodiscard]] bool shows(std::string_view text) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{60};
     while (std::chrono::steady_clock::now() < deadline) {
@@ -94,7 +94,7 @@ class OnATerminal {
     return false;
   }
 
-  /// Its exit status, once all that it wrote was read; 128 + the signal that ended it.
+  /// Its exit status after reading all its output; 128 + the signal that ended it.
   [[nodiscard]] int end() {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{60};
     while (std::chrono::steady_clock::now() < deadline && read_some()) {
@@ -107,7 +107,7 @@ class OnATerminal {
   [[nodiscard]] const std::string& seen() const { return seen_; }
 
  private:
-  // False once the other side is closed.
+  // False if the other side has closed.
   bool read_some() {
     pollfd ready{master_.get(), POLLIN, 0};
     if (::poll(&ready, 1, 1000) <= 0) return true;
@@ -139,7 +139,7 @@ TEST_F(WatchCommand, WaitsAttachesGoesOnPausesAndQuits) {
   ASSERT_TRUE(watch.shows("WAITING")) << watch.seen();
   auto daemon = publish(segment_);
   ASSERT_TRUE(watch.shows("1.250")) << watch.seen();
-  ASSERT_TRUE(watch.shows("SILENT")) << watch.seen();  // no tick comes after it
+  ASSERT_TRUE(watch.shows("SILENT")) << watch.seen();  // publish() ticked only once
   daemon.reset();
   daemon = publish(segment_);
   ASSERT_TRUE(watch.shows("has restarted 1 time")) << watch.seen();
@@ -181,7 +181,7 @@ TEST_F(WatchCommand, SaysIntoAPipeThatItWaitsAndEndsWithItsReader) {
   EXPECT_EQ(piped.err, "odom watch: " + segment_ +
                            ": no such segment: is odomd running? Waiting for it; --once does "
                            "not\n");
-  const auto daemon = publish(segment_);  // ticks once
+  const auto daemon = publish(segment_);  // ticks only once
   EXPECT_THAT(
       run_shell("timeout 60 odom watch --interval 0.05 " + target() + " | grep -m 1 SILENT"),
       Ends(0, HasSubstr("the daemon has stopped publishing")));

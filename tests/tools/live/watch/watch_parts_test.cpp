@@ -1,4 +1,4 @@
-// odom watch: what its pictures are made of, and the keys.
+// odom watch: the parts of its pages, and the keys.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

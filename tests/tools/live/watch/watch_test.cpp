@@ -1,4 +1,4 @@
-// odom watch: its pictures of a daemon, line by line.
+// odom watch: its pages about a daemon, line by line.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ using ::testing::Not;
 constexpr std::int64_t ms = 1'000'000;
 constexpr std::int64_t s = 1000 * ms;
 
-// The pose of a car that drives a circle of 2 m radius to the left, 1.5 m/s.
+// The pose of a car on a left circle of 2 m radius at 1.5 m/s.
 odom_pose pose_at(double seconds) {
   const double angle = 0.75 * seconds;
   odom_pose pose{};
@@ -183,7 +183,7 @@ TEST(Watch, DrawsADaemonOnAnOrdinaryTerminal) {
 )");
 }
 
-// All roles that a car has, and a camera, in 24 rows.
+// All roles of a car, and a camera, in 24 rows.
 TEST(Watch, ShowsAllSourcesOnASmallTerminal) {
   State state = driving();
   json& sources = (*state.status)["sources"];
@@ -406,7 +406,7 @@ TEST(WatchTrail, KeepsTheDriveWhileTheCarStandsAndBreaksAtALeap) {
   trail.take(pose, 1);
   EXPECT_NEAR(trail.length(), 1.0, 1e-9);
   pose.x += 5.0;
-  trail.take(pose, 2);  // of another daemon
+  trail.take(pose, 2);  // another daemon
   EXPECT_NEAR(trail.length(), 1.0, 1e-9);
   for (int i = 0; i < 2000; ++i) {
     pose.x += 0.01;

@@ -1,5 +1,5 @@
-// The cars of published data against what theory says of them: how their bodies roll and pitch,
-// what their wheels carry, which of them drive, and what the sensors on the body make of it.
+// Cars with published data, compared with theory: roll and pitch of the body, wheel loads, driven
+// wheels, and sensor readings on the body.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -29,7 +29,7 @@ PlantParameters ideal_car(CarKind kind, double roll_stiffness = 1.0) {
   return true_vehicle(kind, ideal);
 }
 
-// Holds speed and steering until everything is steady.
+// Holds speed and steering until the motion is steady.
 Plant steady(const PlantParameters& car, double speed, double steering, const RoadTilt& road = {}) {
   Plant plant(car, 0.0, 0.0, 0.0);
   plant.set_speed(speed);
@@ -63,7 +63,7 @@ TEST_P(PublishedCar, RollsInASteadyTurnAsItsGradientSays) {
     EXPECT_GT(std::abs(out.accel_y), 1.5);
     EXPECT_NEAR(out.roll, car.suspension.roll_gradient() * out.accel_y, 0.01 * std::abs(out.roll));
     EXPECT_NEAR(out.roll_rate, 0.0, 1e-4);
-    // It leans outwards, and gravity adds to what an accelerometer reads to the side.
+    // The body leans outwards, so gravity adds to the lateral accelerometer's reading.
     EXPECT_EQ(std::signbit(out.roll), std::signbit(out.accel_y));
     const double read = specific_force_at(out, 0.0, 0.0).y;
     EXPECT_NEAR(read / out.accel_y, 1.0 + gravity * car.suspension.roll_gradient(), 0.01);
@@ -88,7 +88,7 @@ TEST_P(PublishedCar, DivesUnderTheBrakesAndSwingsOut) {
   EXPECT_GT(braking.pitch, 0.0);  // nose down
   EXPECT_NEAR(braking.pitch, -car.suspension.pitch_gradient() * braking.accel_x,
               0.03 * braking.pitch);
-  // Standing it swings back, and is level in the end.
+  // When the car stands, the body swings back and becomes level.
   double highest = 0.0;
   for (int k = 0; k < 50'000; ++k) {
     plant.step({.force = -car.mass * std::min(3.0, 4.0 * plant.output().v_x)}, dt);
@@ -105,7 +105,7 @@ TEST_P(PublishedCar, ItsWheelsCarryItsWeight) {
   EXPECT_NEAR(sum(turning.loads()), car.mass * gravity, 1e-6 * car.mass * gravity);
   EXPECT_GT(turning.loads()[front_right], turning.loads()[front_left]);
   EXPECT_GT(turning.loads()[rear_right], turning.loads()[rear_left]);
-  // Of the moments about the ground: m h a_y = Σ ΔF_z w, with what the body leans out.
+  // Moments about the ground: m h a_y = Σ ΔF_z w, plus the shift of the leaning body.
   const auto& load = turning.loads();
   const double wide = car.track_width + 0.5 * car.track_difference;
   const double narrow = car.track_width - 0.5 * car.track_difference;
@@ -153,7 +153,7 @@ TEST_P(PublishedCar, DrivesItsOwnAxle) {
 TEST_P(PublishedCar, GainsNoEnergyWhereNothingDrivesIt) {
   const PlantParameters car = ideal_car(GetParam());
   Plant plant = steady(car, 12.0, 0.05);
-  for (int k = 0; k < 1'200; ++k) plant.step({.steering = 0.05}, dt);  // the drive's lag
+  for (int k = 0; k < 1'200; ++k) plant.step({.steering = 0.05}, dt);  // lag of the drive
   double energy = plant.kinetic_energy();
   for (int k = 0; k < 20; ++k) {
     for (int i = 0; i < 400; ++i) plant.step({.steering = 0.05}, dt);
@@ -193,12 +193,12 @@ TEST_P(PublishedCar, StandsStillOnASlope) {
   EXPECT_NEAR(body_yaw_rate(plant.output()), 0.0, 1e-9);
 }
 
-// Specific force at a point of the body against differences of that very point's motion in space.
+// Specific force at a point of the body, compared with differences of that point's motion.
 TEST_P(PublishedCar, TheBodyFeelsWhatItsMotionAsksFor) {
   const PlantParameters car = ideal_car(GetParam());
   constexpr std::array at{0.35, 0.1, 0.45};
   const auto rotated = [](const PlantOutput& o, std::array<double, 3> v, double sign) {
-    // R_z(ψ) R_y(θ) R_x(φ) v, or back
+    // R_z(ψ) R_y(θ) R_x(φ) v, or the inverse
     const auto turn = [](double& a, double& b, double angle) {
       const double c = std::cos(angle), s = std::sin(angle), x = a;
       a = c * x - s * b;

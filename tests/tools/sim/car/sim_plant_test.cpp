@@ -1,4 +1,4 @@
-// The simulated car against what theory says of it.
+// The simulated car, compared with theory.
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -27,7 +27,7 @@ void drive(Plant& plant, const PlantInput& input, double seconds) {
   for (long k = 0; k < steps_in(seconds); ++k) plant.step(input, dt);
 }
 
-// Holds speed and steering until everything is steady.
+// Holds speed and steering until the motion is steady.
 Plant steady(const PlantParameters& car, double speed, double steering, double seconds = 4.0) {
   Plant plant(car, 0.0, 0.0, 0.0);
   plant.set_speed(speed);
@@ -174,7 +174,7 @@ TEST(Plant, StaysExactlyWhereItStands) {
 TEST(Plant, CoastsToAnExactStopWithoutGainingEnergy) {
   Plant plant = steady(reference_car(), 1.0, 0.2, 1.0);
   double energy = plant.kinetic_energy();
-  // The drive's lag first, and the springs of the tyres may give back a little.
+  // Skips the drive's lag; the tolerance below allows for energy from the tyres' springs.
   for (int k = 0; k < 400; ++k) plant.step({.steering = 0.2}, dt);
   for (int k = 0; k < 60'000 && plant.motion() == Motion::rolling; ++k) {
     plant.step({.steering = 0.2}, dt);
@@ -201,7 +201,7 @@ TEST(Plant, StopsWithoutRollingBack) {
 TEST(Plant, ReversesAlongTheCircleOfItsRearAxle) {
   const PlantParameters car = reference_car();
   const PlantOutput out = steady(car, -0.5, 0.2).output();
-  // Slowly: ψ̇ = v tan δ / l, and the rear axle moves along the car.
+  // At low speed ψ̇ = v tan δ / l, and the rear axle moves along the car.
   const double l = car.front_axle + car.rear_axle;
   EXPECT_NEAR(out.yaw_rate, out.v_x * std::tan(0.2) / l, 0.03 * std::abs(out.yaw_rate));
   EXPECT_NEAR(out.v_y, car.rear_axle * out.yaw_rate, 0.1 * std::abs(out.v_y));
@@ -224,7 +224,7 @@ TEST(Plant, SteeringLagsAndKeepsItsRateLimit) {
 }
 
 TEST(Plant, FeelsTheForceThatItsMotionAsksFor) {
-  // Specific force at the IMU against differences of the motion of that very point.
+  // Specific force at the IMU, compared with differences of that point's motion.
   const PlantParameters car = reference_car();
   Plant plant = steady(car, 1.2, 0.0, 1.0);
   constexpr double px = 0.1, py = -0.06;

@@ -1,4 +1,4 @@
-// Tracks, and a driver who holds the car in a power slide.
+// Tracks, and a driver who keeps the car in a power slide.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -63,7 +63,8 @@ TEST(Track, HasNoJumpsOfCurvature) {
       const auto& samples = leg.track->samples();
       const double wheelbase = configured_vehicle(scenario.car).wheelbase();
       for (std::size_t i = 1; i < samples.size(); ++i) {
-        // No sharper than the car can turn, and nothing that a steering could not follow.
+        // No curve is tighter than the car can drive, and no change quicker than a steering can
+        // follow.
         EXPECT_LT(std::abs(samples[i].curvature) * wheelbase, 0.5) << scenario.name;
         EXPECT_LT(std::abs(samples[i].curvature - samples[i - 1].curvature) * wheelbase, 0.12)
             << scenario.name << " at " << static_cast<double>(i) * leg.track->step();
@@ -113,7 +114,7 @@ struct Slides {
   double spin = 0.0;        // largest ratio of a driven wheel's speed and the car's
   double free_wheels = 0.0;
   double countersteer = 0.0;  // largest angle of the front wheels against the curve [rad]
-  double distance = 0.0;      // of the end from the start [m]
+  double distance = 0.0;      // between start and end [m]
   PlantOutput end;
 };
 

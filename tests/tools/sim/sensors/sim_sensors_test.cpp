@@ -1,4 +1,4 @@
-// What the simulated sensors and the camera make of the truth.
+// How the simulated sensors and the camera measure the truth.
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -117,7 +117,7 @@ TEST(Imu, ScalesBiasesAndTurnsWhatItFeels) {
   EXPECT_NEAR(reading.accel_y, -std::sin(0.1) * at_x + std::cos(0.1) * at_y, 1e-12);
 }
 
-// The noise at rest and at a speed, of gyro and accelerometer.
+// Noise of gyro and accelerometer at a speed (0: at rest).
 std::array<double, 2> noise_at(const ParameterSet& truth, double speed) {
   Imu imu(truth, 3);
   Moments gyro, accel;
@@ -173,7 +173,7 @@ TEST(WheelEncoder, QuantisesWithoutDrift) {
   truth[encoder_counts] = 100;
   constexpr double radius = 0.033, cycle = 0.01, speed = 0.9;
   WheelEncoder encoder(truth, rear_left, radius, 1);
-  const double count = 2.0 * std::numbers::pi * radius / 100.0;  // way of one mark
+  const double count = 2.0 * std::numbers::pi * radius / 100.0;  // distance per encoder count
   PlantOutput car;
   (void)encoder.read(car, cycle);
   double way = 0.0;

@@ -1,5 +1,5 @@
-// Errors of sensors that no configuration states: latency, dead band, range, warming up, and camera
-// errors that last.
+// Sensor errors that no configuration states: latency, dead band, range, warm-up, and correlated
+// camera errors.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -26,8 +26,8 @@ ParameterSet ideal() {
   return parameters;
 }
 
-// Everything that a sensor measures grows by 1 per second: yaw rate, accelerations, the speed of
-// the wheels and the steering angle.
+// All measured quantities grow by 1 per second: yaw rate, accelerations, wheel speeds, steering
+// angle.
 PlantOutput ramp(double t) {
   PlantOutput car{.yaw_rate = t, .accel_x = t, .accel_y = t, .steering = t};
   for (double& angle : car.wheel_angle) angle = 0.5 * t * t / radius;
@@ -167,7 +167,7 @@ TEST(Camera, ErrsForAsLongAsIsAskedFor) {
   EXPECT_NEAR(std::sqrt(variance / count), 0.05, 0.002);
   EXPECT_NEAR(std::sqrt(yaw_variance / count), 0.02, 0.001);
   EXPECT_NEAR(covariance / variance, std::exp(-1.0), 0.04);
-  // Of the right size from the start, and stated.
+  // The error has its full size from the start, and the stated sigma says so.
   EXPECT_NE(poses.front().x, 0.0);
   EXPECT_EQ(poses.front().sigma_x, 0.05);
   EXPECT_EQ(poses.front().sigma_yaw, 0.02);
