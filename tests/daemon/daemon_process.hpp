@@ -31,10 +31,10 @@ class Desk {
   void write(const std::string& name, const std::string& text) const { scratch_.write(name, text); }
   [[nodiscard]] std::string read(const std::string& name) const { return contents(file(name)); }
   [[nodiscard]] const std::string& segment() const { return segment_; }
-  /// Whether this comes onto the daemon's standard error.
+  /// Whether this text appears on the daemon's standard error.
   [[nodiscard]] ::testing::AssertionResult logs(const std::string& text) const;
 
-  /// Poses, modes and the like from the status socket; null when there is none.
+  /// The status document from the status socket; null if there is none.
   [[nodiscard]] nlohmann::json status() const;
 
  private:
@@ -50,17 +50,17 @@ struct Close {
 using Client = std::unique_ptr<odom_client, Close>;
 using Camera = std::unique_ptr<odom_camera, Close>;
 
-/// As soon as the daemon is there.
+/// Waits until the daemon exists.
 [[nodiscard]] Client open_client(const Desk& desk);
 [[nodiscard]] Camera open_camera(const Desk& desk);
 
-/// Sleeps for the next pose at most a second.
+/// Waits up to a second for the next pose.
 [[nodiscard]] bool next_pose(const Client& client, odom_pose& pose);
 
-/// The last pose of a daemon that has ended.
+/// Waits until the pose is stale, after the daemon's end; gives the last pose.
 [[nodiscard]] bool becomes_stale(const Client& client, odom_pose& pose);
 
-/// A straight drive at `speed`, every 10 ms for this time, as candump -L writes it. Up to five
+/// A straight drive at `speed` with frames every 10 ms, in the format of candump -L. Up to five
 /// seconds fit into a pipe.
 [[nodiscard]] std::string straight_drive(double seconds, double speed);
 

@@ -60,7 +60,7 @@ struct Times {
   std::int64_t worth_something_ns = 0;
 };
 
-// Both since `began_ns`, as a client sees them.
+// Both times since `began_ns`, as seen by a client.
 Times await_poses(const std::string& shm, std::int64_t began_ns) {
   Times times;
   while (now_ns() - began_ns < timeout_ns) {

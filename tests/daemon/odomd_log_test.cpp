@@ -1,5 +1,5 @@
-// What the running daemon makes of logs that are not in order, compared with a replay, and of live
-// pipes whose clock is not right.
+// Logs that are out of order, in the running daemon compared with a replay; and live pipes whose
+// clock is wrong.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -22,7 +22,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-/// A drive of a second, with `extra` put in before its line `at`.
+/// A drive of a second, with `extra` inserted before its line `at`.
 std::string drive_with(const std::string& extra, std::size_t at = 150) {
   std::string log;
   const auto lines = lines_of(straight_drive(1.0, 1.5));
@@ -30,7 +30,7 @@ std::string drive_with(const std::string& extra, std::size_t at = 150) {
   return log;
 }
 
-/// With a frame of an unmapped identifier after each line, on a clock `hours` ahead.
+/// The same drive with a frame of an unmapped identifier after each line, on a clock `hours` ahead.
 std::string drive_beside(int hours) {
   std::string log;
   int i = 0;
@@ -90,13 +90,13 @@ TEST(OdomdLogs, AreUsedAsAReplayUsesThem) {
   EXPECT_EQ(sound.at("wheel_rear"), (nlohmann::json{{"fused", 100}}));
   for (const auto& [name, log] : logs) {
     Verdicts live;
-    // A machine under load may make frames come after their tick.
+    // On a machine under load, frames may arrive after their tick.
     for (int attempt = 0; attempt < 5 && live != sound; ++attempt) {
       const Desk desk;
       desk.write("drive.log", log);
       EXPECT_EQ(replayed(desk), sound) << name;
       live = played(desk);
-      // What is left out is told live, too.
+      // A left-out frame of a mapped message is reported live, too.
       EXPECT_EQ(desk.read("stderr").find("far from those around") != std::string::npos,
                 name.starts_with("mapped"))
           << name;
@@ -112,7 +112,7 @@ TEST(OdomdLogs, AreRefusedAtTheStartInOtherFormats) {
   EXPECT_THAT(desk.read("stderr"), HasSubstr("asc2log"));
 }
 
-/// A daemon at a live pipe whose stamps are `clock` of the time since the start [s].
+/// A daemon that reads a live pipe; `clock` converts the time since the start to stamps [s].
 struct LivePipe {
   std::string name;
   std::function<double(double)> clock;

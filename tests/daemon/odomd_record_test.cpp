@@ -1,4 +1,4 @@
-// Recording a running daemon from outside, and replaying what was recorded.
+// Recording a running daemon, and replaying the recording.
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -12,7 +12,7 @@
 namespace odomd::testing::odomd_record_test {
 namespace {
 
-/// `odom ARGUMENTS`, its output in the desk's file `log`; its exit status.
+/// Runs `odom ARGUMENTS`, with its output in the desk's file `log`; returns its exit status.
 int odom(const Desk& desk, const std::string& arguments, const std::string& log) {
   const std::string command =
       fmt::format("cd {} && " ODOMD_BIN_DIR "/odom {} >{} 2>&1", desk.file("").string(), arguments,
@@ -28,7 +28,7 @@ pid_t start(const std::string& command) {
   ::_exit(127);
 }
 
-/// `odom record` in parallel with the test.
+/// `odom record`, running in parallel with the test.
 class RecorderProcess {
  public:
   RecorderProcess(const Desk& desk, const std::string& arguments)
@@ -67,7 +67,7 @@ class RecorderProcess {
 
 class OdomdRecord : public ::testing::Test {
  protected:
-  /// Twice, and every time to the bits.
+  /// Replays it twice; each replay must be bit-identical.
   void expect_bit_identical(const std::string& folder) const {
     for (int i = 0; i < 2; ++i) {
       EXPECT_EQ(odom(desk_, "replay --recording " + folder + " --verify --out again.csv", "v.txt"),
@@ -123,7 +123,7 @@ TEST_F(OdomdRecord, BeginsInMidDriveAndEndsOnInt) {
   EXPECT_THAT(desk_.read("drive/info.json"), HasSubstr("\"model\": \"kinematic\""));
   expect_bit_identical("drive");
   EXPECT_TRUE(desk_.logs("ticks: the recorder disconnected"));
-  // And more, from the same daemon, one right after the other.
+  // Further recordings of the same daemon, one right after the other.
   for (const char* folder : {"drive2", "drive3"}) {
     EXPECT_EQ(
         odom(desk_,
@@ -155,8 +155,9 @@ TEST_F(OdomdRecord, GoesOnInAnotherFolderWhenTheDaemonIsStartedAnew) {
 }
 
 TEST_F(OdomdRecord, ARecorderThatDoesNotKeepUpLosesTheRestAndKnowsIt) {
-  // 24,000 frames a second fill the rings in less than two; then the recording ends with the last
-  // whole tick. The log is long, for a machine on which the recorder begins late.
+  // 24,000 frames a second fill the rings in less than two seconds; then the recording ends with
+  // the last complete tick. The log is long enough for a recorder that starts late on a slow
+  // machine.
   std::string log;
   for (int ms = 0; ms < 20'000; ++ms)
     for (int n = 0; n < 24; ++n)
@@ -172,7 +173,7 @@ TEST_F(OdomdRecord, ARecorderThatDoesNotKeepUpLosesTheRestAndKnowsIt) {
     return status.is_null() ? 0 : status["can"][0]["received"].get<int>();
   };
   const int at_stop = received();
-  // It gets the contents of the rings and the sockets after it wakes.
+  // After SIGCONT the recorder still reads what the rings and sockets hold.
   ASSERT_TRUE(eventually([&] { return received() > at_stop + 50'000; })) << desk_.read("stderr");
   recorder.signal(SIGCONT);
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive-2", 20); }))

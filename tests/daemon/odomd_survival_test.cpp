@@ -1,4 +1,4 @@
-// Events that a running odomd survives, and those that end it, with the line and exit status.
+// Events that a running odomd survives, and events that end it, with message and exit status.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -47,7 +47,7 @@ TEST_F(OdomdSurvival, NoSignalButTermAndIntAndFaultsEndsIt) {
   EXPECT_EQ(odomd.wait(), 0);
 }
 
-// Exit statuses, as odomd(8) has them
+// Exit statuses as documented in odomd(8)
 
 TEST_F(OdomdSurvival, EndsWithOneWhereItCouldNotRun) {
   const DaemonProcess first(desk_, {});
@@ -100,7 +100,7 @@ TEST_F(OdomdSurvival, ACheckRefusesAGroupThatAStartWouldRefuse) {
   }
 }
 
-// The segment under the daemon
+// The segment disappears or changes under the daemon
 
 TEST_F(OdomdSurvival, MakesARemovedSegmentAgainAndReadersGoOverToIt) {
   DaemonProcess odomd(desk_, {});
@@ -127,7 +127,7 @@ TEST_F(OdomdSurvival, MakesARemovedSegmentAgainAndReadersGoOverToIt) {
   ASSERT_EQ(odom_get_info(late.get(), &info, sizeof info), ODOM_OK);
   EXPECT_EQ(pose.time_ns, info.first_tick_ns + static_cast<std::int64_t>(pose.tick) * 5'000'000);
 
-  // Once more: the old ones are released.
+  // Once more, which shows that the old segments were released.
   ASSERT_EQ(::unlink(desk_.segment().c_str()), 0);
   ASSERT_TRUE(eventually([&] { return next_pose(client, pose) && instance_of(client) != second; }));
 
@@ -210,7 +210,7 @@ TEST_F(OdomdSurvival, AReaderOfATruncatedSegmentEndsWithOneLine) {
   FILE* const shell = ::popen(command.c_str(), "w");
   ASSERT_NE(shell, nullptr);
   ASSERT_TRUE(eventually([&] { return !desk_.read("poses").empty(); })) << desk_.read("reader");
-  odomd.signal(SIGSTOP);  // so that only the reader accesses it
+  odomd.signal(SIGSTOP);  // so that only the reader accesses the segment
   ASSERT_EQ(::truncate(desk_.segment().c_str(), 0), 0);
   EXPECT_TRUE(eventually([&] { return desk_.read("ended") == "1\n"; })) << desk_.read("ended");
   ::pclose(shell);
@@ -267,7 +267,7 @@ TEST_F(OdomdSurvival, DoesNotGoOnFromADamagedPredecessor) {
     first.signal(SIGKILL);
     EXPECT_EQ(first.wait(), -1);
     const std::uint64_t slot = pose.tick % 1024;
-    // Its words and those of some later ticks, published between the read and the kill.
+    // Destroys this pose and some later ones, which were published between the read and the kill.
     std::fstream file(desk_.segment(), std::ios::in | std::ios::out | std::ios::binary);
     for (std::uint64_t i = slot; i < slot + 60; ++i) {
       file.seekp(static_cast<std::streamoff>(

@@ -1,5 +1,4 @@
-// The daemon as its users meet it: the program is started, gets its inputs and is read from
-// outside.
+// The daemon as its users see it: a program is started, receives inputs, and is read by others.
 #include <fmt/format.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -27,7 +26,7 @@ bool wait_for_pose(const Client& client, odom_pose& pose,
   return eventually([&] { return next_pose(client, pose) && fits(pose); });
 }
 
-/// A number as the tools write it: the shortest text that reads back to the same bits.
+/// A number as the tools write it: the shortest text that converts back to the same bits.
 std::string shortest(double value) {
   std::array<char, 32> text{};
   char* const end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
@@ -73,7 +72,7 @@ TEST_F(OdomdTest, PublishesAPoseEveryPeriodAndCountsEveryCycle) {
     ASSERT_EQ(pose.time_ns, info.first_tick_ns + static_cast<std::int64_t>(pose.tick) * 5'000'000);
     before = pose;
   }
-  // At 1 m/s along x.
+  // The car drives at 1 m/s along x.
   EXPECT_NEAR(pose.x - first.x, static_cast<double>(pose.time_ns - first.time_ns) * 1e-9, 0.05);
   EXPECT_NEAR(pose.y, 2.0, 1e-6);
 
@@ -121,7 +120,7 @@ TEST_F(OdomdTest, OfALogWithoutAMappedFrameFails) {
   EXPECT_THAT(desk_.read("stderr"), HasSubstr("without a frame of a mapped message"));
 }
 
-/// Poses by their time on the log's clock, as `odom replay` writes them.
+/// Poses of `odom replay` by their time on the log's clock.
 std::map<std::string, std::string> replayed_poses(const Desk& desk) {
   const std::string command =
       ODOMD_BIN_DIR "/odom replay --config " + desk.file("car.toml").string() + " --can " +
@@ -170,8 +169,8 @@ Comparison play_and_compare(const Desk& desk, const std::map<std::string, std::s
   return comparison;
 }
 
-// A machine under load makes the beat miss ticks, or frames come after theirs: then the poses may
-// differ. It will keep up in one of several attempts.
+// On a machine under load the beat may miss ticks, or frames may arrive after their tick: then the
+// poses may differ. One of several attempts is expected to be free of that.
 TEST_F(OdomdTest, GivesTheBitsThatAReplayGives) {
   Comparison comparison;
   for (int attempt = 0; attempt < 10; ++attempt) {
@@ -296,8 +295,8 @@ TEST_F(OdomdTest, TakesCameraPosesAndCountsMalformedMessages) {
   EXPECT_TRUE(desk_.logs("a camera message was invalid: it is not 80 bytes"));
 }
 
-/// Writes a drive in real time, on a clock of its own, with its first line late by `late`; sends
-/// camera poses on that clock, `ahead` of it, until `fits`.
+/// Writes a drive in real time with stamps of a separate clock, the first line late by `late`.
+/// Sends camera poses stamped `ahead_ns` ahead of that clock, until `fits`.
 bool drive_live(const Desk& desk, const DaemonProcess& odomd, std::chrono::milliseconds late,
                 std::int64_t ahead_ns, const std::function<bool()>& fits) {
   using Clock = std::chrono::steady_clock;

@@ -90,7 +90,7 @@ TEST(Inheritance, DoesNotGoOnFromAPoseThatIsNone) {
 }
 
 TEST(Inheritance, KnowsTimesFromTheEndsOfTheirRange) {
-  // As constant expressions: an overflow does not compile.
+  // Constant expressions, in which an overflow does not compile.
   static_assert(!age_of(INT64_MIN, ODOM_TRACKING));
   static_assert(!age_of(INT64_MAX, ODOM_TRACKING));
 }
@@ -119,7 +119,7 @@ socket_mode = 0o666
 socket_group = "video"
 )";
 
-/// Who may reach what, and where.
+/// The paths of the daemon's interfaces and who may access them.
 struct Doors {
   std::string shm, status, camera;
   std::uint32_t shm_mode = 0644, status_mode = 0666, camera_mode = 0666;

@@ -1,4 +1,4 @@
-// A configuration file to write and load, with its errors.
+// Writes and loads a configuration file, and returns its error.
 #pragma once
 
 #include "daemon/core/config.hpp"
@@ -23,7 +23,7 @@ class ConfigTest : public testing::Test {
     return load_config(file_);
   }
 
-  /// The error without the directory; empty when there was none.
+  /// The error without the directory; empty if there is none.
   [[nodiscard]] std::string error_of(const std::string& text) const {
     write(text);
     return error();

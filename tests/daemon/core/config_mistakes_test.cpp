@@ -75,7 +75,8 @@ TEST_F(ConfigTest, RefusesAHugeFile) {
 
 class ConfigMistakes : public ConfigTest {
  protected:
-  /// Of a table: mistakes between `before` and `after`, and what is said of them behind `place`.
+  /// For each row of the table: a mistake between `before` and `after`, and its error after
+  /// `place`.
   void expect(const std::string& before, const std::string& after, const std::string& place,
               const char* table) const {
     for_each_row(table, [&](const std::string& mistake, const std::string& error) {

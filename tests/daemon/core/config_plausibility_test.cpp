@@ -1,4 +1,4 @@
-// Warnings about numbers of a configuration that are in another unit.
+// Warnings about values of a configuration that seem to be in another unit.
 #include <functional>
 
 #include "daemon/core/config_sections.hpp"

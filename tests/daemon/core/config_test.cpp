@@ -181,7 +181,7 @@ level = "debug"
   const auto& motor = config.can.bindings[5];
   EXPECT_EQ(motor.unit, can::Unit::erpm);
   EXPECT_EQ(motor.radius_m, 0.033);
-  EXPECT_EQ(motor.ratio, 19.0);  // with the pole pairs
+  EXPECT_EQ(motor.ratio, 19.0);  // includes the pole pairs
   EXPECT_EQ(motor.unless_raw.value().pattern, can::UnlessRaw::Pattern::all_ones);
   const auto& steering = config.can.bindings[6];
   EXPECT_THAT(steering.signals, ElementsAre("ANGLE", "FRACTION"));
@@ -196,7 +196,7 @@ level = "debug"
   };
   EXPECT_TRUE(signal(Source::yaw_rate).configured);
   EXPECT_EQ(signal(Source::yaw_rate).sigma, 0.04);
-  EXPECT_EQ(signal(Source::yaw_rate).timeout_ns, 0);  // from the database, later
+  EXPECT_EQ(signal(Source::yaw_rate).timeout_ns, 0);  // set later, from the database
   EXPECT_EQ(signal(Source::steering).timeout_ns, 500'000'000);
   EXPECT_EQ(signal(Source::wheel_rear_right).dead_band, 0.3);
   EXPECT_EQ(signal(Source::motor).dead_band, 0.0);

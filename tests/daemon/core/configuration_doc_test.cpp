@@ -30,7 +30,7 @@ std::string odomd_dbc() {
   return contents(ODOMD_SOURCE_DIR "/can_protocol/odomd.dbc");
 }
 
-/// What is marked with <!-- KIND: LABEL -->, up to the next mark, by label.
+/// The texts after <!-- KIND: LABEL -->, up to the next such mark, by label.
 std::multimap<std::string, std::string> marked(const std::string& kind) {
   std::multimap<std::string, std::string> found;
   const std::string opening = "<!-- " + kind;
@@ -44,14 +44,14 @@ std::multimap<std::string, std::string> marked(const std::string& kind) {
   return found;
 }
 
-/// The ```toml block that `text` begins with.
+/// The ```toml block at the start of `text`.
 std::string code(const std::string& text) {
   const std::string opening = "```toml\n";
   if (!text.starts_with(opening)) return "";
   return text.substr(opening.size(), text.find("```", opening.size()) - opening.size());
 }
 
-/// The table that `text` begins with, without its head.
+/// The table at the start of `text`, without its header.
 std::vector<Row> rows(const std::string& text) {
   std::vector<Row> all;
   std::istringstream lines(text);
@@ -65,7 +65,7 @@ std::vector<Row> rows(const std::string& text) {
   return all;
 }
 
-/// The text between backticks.
+/// The texts between backticks.
 std::vector<std::string> quoted(const std::string& cell) {
   static const std::regex pattern("`([^`]*)`");
   std::vector<std::string> all;
@@ -83,7 +83,7 @@ std::map<std::string, std::vector<std::string>> listed_keys() {
   return all;
 }
 
-/// The defaults of the keys in the table that `text` begins with; nothing if it has no such column.
+/// The default of each key in the table at the start of `text`; empty without such a column.
 std::map<std::string, std::string> listed_defaults(const std::string& text) {
   std::map<std::string, std::string> all;
   if (!text.starts_with("| key | default |")) return all;
@@ -101,7 +101,7 @@ class ConfigurationPage : public testing::Test {
     return load_config(directory_ / "car.toml");
   }
 
-  /// The error of `odomd --check`, or nothing.
+  /// The error of `odomd --check`; empty if there is none.
   [[nodiscard]] std::string error_of(const std::string& text) const {
     const std::string error = message_of([&] {
       Config config = load(text);
@@ -134,7 +134,7 @@ dbc = "odomd.dbc"
 signals.wheel_rear = { message = "M", signal = "S", unit = "m/s" }
 )";
 
-/// Whether a key sets the same in both.
+/// Whether a key has the same value in both.
 struct AreEqual {
   Config one, other;
   template <typename Value>
@@ -158,7 +158,7 @@ TEST_F(ConfigurationPage, ItsExampleIsTheReferenceCar) {
   }
 }
 
-/// The defaults in the tables that are values, as a configuration.
+/// A configuration with the defaults of the tables, as far as they are values.
 std::string tabulated_configuration() {
   const std::map<std::string, std::string> begins = {
       {"can", "[can]\ndbc = 'a.dbc'\n"},
@@ -316,13 +316,13 @@ TEST_F(ConfigurationPage, ListsEveryKeyThatTheCodeReads) {
     EXPECT_THAT(listed_keys().at(table), UnorderedElementsAreArray(names)) << table;
 }
 
-// A cell of a table as in the manual page: without marks and links.
+// A table cell as in the manual page: without formatting and links.
 std::string plain(std::string cell) {
   cell = std::regex_replace(cell, std::regex(R"(\[([^\]]*)\]\([^)]*\))"), "$1");
   return std::regex_replace(cell, std::regex("`|\\*\\*"), "");
 }
 
-/// The items of the manual page by table and key, with the text in one line.
+/// The items of the manual page by table and key, each text in one line.
 std::map<std::string, std::map<std::string, std::string>> manual_items() {
   std::map<std::string, std::map<std::string, std::string>> all;
   std::istringstream lines(contents(ODOMD_SOURCE_DIR "/man/odomd.toml.5"));
@@ -388,7 +388,7 @@ TEST_F(ConfigurationPage, ListsTheRolesWithTheirUnitsAndSigmas) {
     }
   }
   const std::vector<std::string> known(estimator::source_names.begin(),
-                                       estimator::source_names.end() - 1);  // but the camera
+                                       estimator::source_names.end() - 1);  // except the camera
   EXPECT_EQ(roles, known);
 }
 

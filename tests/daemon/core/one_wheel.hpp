@@ -1,4 +1,4 @@
-// A car whose bus carries one message with one signal: the speed of its rear wheels.
+// A car whose bus has one message with one signal: the speed of the rear wheels.
 #pragma once
 
 #include <vector>

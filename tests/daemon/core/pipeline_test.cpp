@@ -138,7 +138,7 @@ TEST(Pipeline, AFrameThatFailsItsProtectionUpdatesNothing) {
   EXPECT_EQ(verdicts(*p, gyro, Verdict::failed_protection), 1U);
   EXPECT_TRUE(record.pose.conditions & ODOM_COND_PROTECTION);
   EXPECT_FALSE(record.pose.health & (1U << gyro));
-  EXPECT_EQ(record.details.source_age_ns[gyro], 5 * ms);  // of the good frame
+  EXPECT_EQ(record.details.source_age_ns[gyro], 5 * ms);  // age of the good frame
 
   p->take(frame(256, start + 6 * ms, 300, 2), start + 6 * ms);
   EXPECT_FALSE(p->tick(1, start + 10 * ms).pose.conditions & ODOM_COND_PROTECTION);
@@ -248,7 +248,7 @@ TEST(Pipeline, HandsOutTheNoiseThatItsFilterEstimates) {
   for (const Config& settings : {full, config()}) {
     const auto p = pipeline(settings);
     const auto& sources = p->statistics().sources;
-    // It stands for a second, then drives; the gyro alternates between 0 and 10 mrad/s.
+    // The car stands for a second, then drives; the gyro alternates between 0 and 10 mrad/s.
     for (int k = 0; k <= 400; ++k) {
       const std::int64_t now = start + k * 5 * ms;
       const auto turn = static_cast<std::int16_t>(k % 2 * 10);
@@ -261,7 +261,8 @@ TEST(Pipeline, HandsOutTheNoiseThatItsFilterEstimates) {
     const bool estimates = settings.model == estimator::Model::full;
     EXPECT_EQ(noise.estimated(), estimates);
     EXPECT_EQ(noise.stated, estimates ? 0.03 : 0.0);
-    // √(E (z_k - 2 z_k-1 + z_k-2)² / 6) = 20 mrad/s / √6; on the move it is at its bound.
+    // √(E (z_k - 2 z_k-1 + z_k-2)² / 6) = 20 mrad/s / √6; while moving, the estimate is at its
+    // bound.
     EXPECT_NEAR(noise.at_rest, estimates ? 0.00816 : 0.0, 1e-4);
     EXPECT_NEAR(noise.moving, estimates ? 0.00949 : 0.0, 1e-4);
     EXPECT_EQ(sources[wheel].noise.get().speed_share > 0.0, estimates);
@@ -277,7 +278,7 @@ TEST(Pipeline, GoesOnWithTheCalibrationsOfAPredecessor) {
   std::uint64_t number = 0;
   std::int64_t now = start;
   std::uint8_t counter = 0;
-  for (; now <= start + 3000 * ms; now += 5 * ms) {  // standing, the gyro says 20 mrad/s
+  for (; now <= start + 3000 * ms; now += 5 * ms) {  // standing, while the gyro reads 20 mrad/s
     first->take(frame(257, now, 0), now);
     first->take(frame(256, now, 20, counter), now);
     counter = static_cast<std::uint8_t>((counter + 1) % 16);
@@ -343,7 +344,7 @@ TEST(Pipeline, FlagsASourceThatContradictsTheOthers) {
   const auto drive = [&](std::int64_t from, std::int64_t to, std::int16_t speed) {
     for (std::int64_t k = from; k < to; ++k) {
       const std::int64_t now = start + k * 5 * ms;
-      // A gyro's noise.
+      // The gyro has noise.
       p->take(frame(256, now, static_cast<std::int16_t>(k % 3), static_cast<std::uint8_t>(k % 16)),
               now);
       p->take(frame(257, now, speed), now);
@@ -354,7 +355,7 @@ TEST(Pipeline, FlagsASourceThatContradictsTheOthers) {
   EXPECT_EQ(record->pose.conditions & ODOM_COND_SENSOR_FAULT, 0U);
   EXPECT_NE(record->pose.health >> wheel & 1U, 0U);
 
-  // No signal of 16 bits is beyond physics here; but a frozen camera is.
+  // A signal of 16 bits cannot exceed physical limits here; but a frozen camera can.
   for (std::int64_t k = 200; k < 400; ++k) {
     const std::int64_t now = start + k * 5 * ms;
     p->take(frame(257, now, static_cast<std::int16_t>(1500 + k % 3)), now);

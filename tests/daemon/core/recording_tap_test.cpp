@@ -23,7 +23,7 @@ class RecordingTapTest : public testing::Test {
     tap_ = std::make_unique<RecordingTap>(*pipeline_);
   }
 
-  /// A tick of the beat with these inputs.
+  /// Makes a tick of the beat with these inputs.
   void tick(int frames, int cameras = 0) {
     ++tick_;
     for (int i = 0; i < frames; ++i) {
@@ -62,7 +62,7 @@ TEST_F(RecordingTapTest, BeginsBehindATickWithItsState) {
   tick(2);
   tap_->begin();
   EXPECT_EQ(tap_->state(), State::wanted);
-  tick(3, 1);  // the inputs of this one are in the state
+  tick(3, 1);  // the state includes the inputs of this tick
   ASSERT_EQ(tap_->state(), State::running);
   ASSERT_NE(tap_->mark(), nullptr);
   EXPECT_EQ(tap_->mark()->frames, 0U);
@@ -141,9 +141,9 @@ TEST_F(RecordingTapTest, AWishThatIsTakenBackLeavesItIdle) {
 }
 
 TEST_F(RecordingTapTest, TheBeatDoesNotAllocate) {
-  tap_->begin();  // housekeeping's: the rings come with it
+  tap_->begin();  // called by housekeeping: allocates the rings
   const auto before = allocation_count();
-  for (int i = 0; i < 300; ++i) tick(200, 20);  // until it is full, and longer
+  for (int i = 0; i < 300; ++i) tick(200, 20);  // beyond the rings' capacity
   tap_->end();
   tick(1);
   EXPECT_EQ(allocation_count(), before);

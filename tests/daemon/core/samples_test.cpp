@@ -1,4 +1,4 @@
-// What comes in with a sample: camera poses, mountings, and each source's age and flag.
+// Camera poses, mountings, and the age and flag of each source.
 #include <numbers>
 
 #include "daemon/core/camera_pose.hpp"
@@ -136,7 +136,7 @@ TEST(SourceWatch, FlagsWhatIsRefusedTwiceInARowUntilNothingIsForASecond) {
     SourceWatch watch;
     watch.refused(gyro, verdict, 5'000 * ms);
     watch.usable(gyro);
-    watch.refused(gyro, verdict, 5'010 * ms);  // one alone, twice
+    watch.refused(gyro, verdict, 5'010 * ms);  // two refused samples, but not in a row
     EXPECT_EQ(watch.flag(gyro), SourceFlag::ok);
     watch.refused(gyro, verdict, 5'020 * ms);
     EXPECT_EQ(watch.flag(gyro), flag);

@@ -1,4 +1,4 @@
-// What the daemon counts of samples and of pairs of signals.
+// The daemon's statistics of samples and of pairs of signals.
 #include <limits>
 
 #include "daemon/core/comparison.hpp"
@@ -46,7 +46,7 @@ TEST(Comparison, PassesOverAnOffsetWithinItsBoundAndNotBeyond) {
   Comparison comparison;
   for (int k = 0; k < 40; ++k) comparison.add(0.5 + wave(k), wave(k), plain, memory);
   EXPECT_NEAR(comparison.correlation({1.0, 1.0, 0.1}), 1.0, 1e-6);
-  Comparison steady;  // a steady turn that one of them has the other way
+  Comparison steady;  // a steady turn, in which one signal has the wrong sign
   for (int k = 0; k < 40; ++k) steady.add(-0.8, 0.8, plain, memory);
   EXPECT_NEAR(steady.correlation({0.1, 0.1, 0.1}), -1.0, 1e-6);
   EXPECT_NEAR(steady.correlation({1.0, 0.1, 0.1}), 0.0, 1e-9);
@@ -85,7 +85,7 @@ TEST(Comparison, TakesWhatHasNoSquareWithoutHarm) {
 
 class ConsistencyTest : public ::testing::Test {
  protected:
-  // Samples with one νᵀS⁻¹ν for some seconds, 100 per second.
+  // Samples with a constant νᵀS⁻¹ν for some seconds, 100 per second.
   void take(double squared_ratio, double seconds, int degrees = 1) {
     for (int k = 0; k < static_cast<int>(100.0 * seconds); ++k) {
       t_ns_ += 10'000'000;

@@ -1,4 +1,4 @@
-// A small car that weaves, with each kind of sensor fault.
+// A small car that weaves, with each kind of wrong wiring.
 #include "daemon/core/wiring.hpp"
 
 #include <functional>
@@ -39,7 +39,7 @@ Motion straight_on(double) {
   return {1.5, 0.0, 0.0};
 }
 
-// The values of correct sensors. Each wheel has the speed of its position, and front wheels the
+// Readings of correct sensors. Each wheel has the speed at its position; front wheels have the
 // speed along the wheel.
 Samples sensed(const Motion& motion) {
   const auto [v, a, turn] = motion;
@@ -111,7 +111,7 @@ struct MistakeCase {
   const char* name;
   Mistake mistake;
   Found found;
-  double seconds = 25.0;  ///< to find it
+  double seconds = 25.0;  ///< time limit for finding it
 };
 class WiringMistake : public WiringTest, public ::testing::WithParamInterface<MistakeCase> {};
 
@@ -215,7 +215,7 @@ TEST_F(WiringTest, LeavesAFaultOfAFewSecondsAlone) {
   EXPECT_THAT(found(), IsEmpty());
 }
 
-// In reverse they look like a car whose gyro has the wrong sign.
+// Unsigned wheels in reverse look like a gyro with the wrong sign.
 TEST_F(WiringTest, DoesNotMistakeReversingForAWrongSignWhereWheelsKnowNone) {
   const Mistake unsigned_wheels = [](Samples& samples) {
     for (auto& [source, value] : samples)
@@ -287,7 +287,7 @@ TEST_P(WildDriving, IsNoMistakeInTheWiring) {
   }
 }
 
-// Oscillates about a speed, without a mean turn.
+// Oscillates at a speed, without turning on average.
 template <int tenths_of_hz>
 Motion weaving_at(double t) {
   return {1.5, 0.0, 1.2 * std::sin(0.2 * std::numbers::pi * tenths_of_hz * t)};
@@ -319,7 +319,7 @@ Motion wide_curves(double t) {
 Motion gentle_curves(double t) {
   return {0.8, 0.0, 1.2 * std::sin(0.8 * t)};
 }
-// As the load is lower in the curve.
+// The inner wheel carries less load in a curve.
 void inner_rear_spins(Samples& samples, const Motion& motion) {
   samples[motion.turn > 0.0 ? wheel_rear_left : wheel_rear_right] +=
       0.4 * std::clamp(std::abs(motion.turn) - 0.3, 0.0, 0.8);
@@ -345,7 +345,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Conduct{"rear_axle_spinning", gentle_curves, rear_axle_spins}),
     [](const auto& test) { return test.param.name; });
 
-// They go forwards and backwards between standstills, and only the motor speed shows it.
+// The car drives forwards and backwards between standstills, and only the motor speed is signed.
 TEST_F(WiringTest, TakesTheWayOfUnsignedWheelsFromASignedMotor) {
   const Mistake unsigned_wheels = [](Samples& samples) {
     samples[motor] = 0.5 * (samples[wheel_rear_left] + samples[wheel_rear_right]);

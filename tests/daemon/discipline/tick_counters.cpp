@@ -4,10 +4,9 @@
 // other threads are counted separately, which shows that the interposition works. The page faults
 // of the thread are those of getrusage(2) over the same span, the sleeps included.
 //
-//   TICK_COUNTERS_OUT=FILE     where the counts go once that many ticks were done
-//   TICK_COUNTERS_TICKS=N      how many (default 10000)
-//   TICK_COUNTERS_INJECT=WHAT  does one itself in the first of them: allocation, lock, exception,
-//   fault
+//   TICK_COUNTERS_OUT=FILE     file for the counts, written after N ticks
+//   TICK_COUNTERS_TICKS=N      number of ticks (default 10000)
+//   TICK_COUNTERS_INJECT=WHAT  performs an allocation, lock, exception or fault in the first tick
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <pthread.h>
@@ -31,7 +30,7 @@
 namespace {
 
 struct Counts {
-  std::atomic<std::uint64_t> allocations{0};  // and what gives memory back
+  std::atomic<std::uint64_t> allocations{0};  // includes releases of memory
   std::atomic<std::uint64_t> locks{0};
   std::atomic<std::uint64_t> exceptions{0};
 };
@@ -40,7 +39,7 @@ Counts of_others;
 
 enum class Thread : std::uint8_t { unknown, other, beat };
 
-// Without a call (which may allocate): the loader reserves the space at start.
+// Access without a call, which might allocate: the loader reserves the space at start.
 __attribute__((tls_model("initial-exec"))) thread_local Thread thread = Thread::unknown;
 __attribute__((tls_model("initial-exec"))) thread_local bool counting = false;
 
@@ -51,7 +50,7 @@ void count(std::atomic<std::uint64_t>& counter) {
   counter.fetch_add(1, std::memory_order_relaxed);
 }
 
-// The function behind ours, looked up at the first call.
+// libc's own function, looked up at the first call.
 template <typename Function>
 class Next {
  public:
@@ -79,7 +78,7 @@ Result counted_lock(Next<Result(Arguments...)>& next, Arguments... arguments) {
   return next.get()(arguments...);
 }
 
-// The span that is counted ------------------------------------------------------------------------
+// The counted span --------------------------------------------------------------------------------
 
 struct Faults {
   std::int64_t minor = 0;
@@ -98,7 +97,7 @@ struct Span {
   Faults before;
   bool done = false;
 };
-Span span;  // the beat's alone
+Span span;  // of the beat only
 
 const char* text_of(const char* variable, const char* otherwise) {
   const char* text = std::getenv(variable);
@@ -177,12 +176,12 @@ bool is_beat() {
 
 }  // namespace
 
-// libc's names, for what it names otherwise.
+// Names of libc for its internal functions.
 // NOLINTBEGIN(bugprone-reserved-identifier)
 // NOLINTBEGIN(readability-inconsistent-declaration-parameter-name)
 extern "C" {
 
-// The tick lies between two of these.
+// A tick lies between two calls of this.
 int clock_nanosleep(clockid_t clock, int flags, const timespec* request, timespec* rest) {
   constinit static Next<int(clockid_t, int, const timespec*, timespec*)> next("clock_nanosleep");
   const bool beats = is_beat();
@@ -192,7 +191,7 @@ int clock_nanosleep(clockid_t clock, int flags, const timespec* request, timespe
   return result;
 }
 
-// The heap: operator new comes by here too. libc's own names for them need no look-up, which would
+// The heap: operator new ends here too. libc's internal names need no look-up, which would
 // allocate.
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);
@@ -230,7 +229,7 @@ void free(void* memory) {
   __libc_free(memory);
 }
 
-// Locks. std::mutex, std::condition_variable and the like come by here too.
+// Locks: std::mutex, std::condition_variable and the like end here too.
 int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
   constinit static Next<int(pthread_mutex_t*)> next("pthread_mutex_lock");
   return counted_lock(next, mutex);
@@ -296,7 +295,7 @@ int sem_post(sem_t* semaphore) noexcept {
   constinit static Next<void(void*, void*, void (*)(void*))> next("__cxa_throw");
   count(counts().exceptions);
   next.get()(object, type, destroy);
-  std::abort();  // it does not come back
+  std::abort();  // never reached: rethrowing does not return
 }
 
 }  // extern "C"

@@ -1,4 +1,4 @@
-// What housekeeping tells: CAN controllers, the service manager, the status.
+// Reports of housekeeping: CAN controllers, the service manager, the status.
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -18,7 +18,7 @@ namespace {
 
 using can::ControllerHealth;
 
-/// Checks a controller, every two seconds unless given otherwise.
+/// Checks a controller at intervals of two seconds, unless given otherwise.
 class ControllerReporterTest : public testing::Test {
  protected:
   std::string look(ControllerHealth health, std::uint32_t bus_offs = 0,
@@ -143,7 +143,7 @@ TEST_F(ServiceManagerTest, HearsTheStateOfTheDaemon) {
 }
 
 TEST_F(ServiceManagerTest, IsFedWhileTheTicksMove) {
-  ::setenv("WATCHDOG_USEC", "300000", 1);  // to be notified every 0.1 s
+  ::setenv("WATCHDOG_USEC", "300000", 1);  // a notification every 0.1 s
   Watchdog watchdog;
   watchdog.notify(20, 1'000'000'000);
   EXPECT_EQ(heard(), "WATCHDOG=1");

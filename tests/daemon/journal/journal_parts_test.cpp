@@ -1,4 +1,4 @@
-// What stands behind the journal: repeats, events from the beat, standard error.
+// The parts of the journal: repeats, events from the beat, standard error.
 #include <fcntl.h>
 #include <spdlog/logger.h>
 
@@ -111,7 +111,7 @@ TEST(EventRing, LosesNothingBetweenTwoThreads) {
   while (!ended) {
     const auto event = ring->next();
     if (!event) {
-      // The last event itself may have found the ring full.
+      // The final event itself may have been dropped because the ring was full.
       if (read + static_cast<std::int64_t>(ring->dropped()) == pushed + 1) break;
       std::this_thread::yield();
       continue;
@@ -136,7 +136,7 @@ std::vector<std::string> texts(const std::vector<Message>& messages) {
   return texts;
 }
 
-/// The times [s] at which something is logged of a message every `every` seconds for `length`.
+/// The times [s] of log lines for a message that comes every `every` seconds for `length`.
 std::vector<std::int64_t> logged(Repeats& repeats, std::int64_t every, std::int64_t length) {
   std::vector<std::int64_t> times;
   for (std::int64_t t = 0; t <= length; ++t) {

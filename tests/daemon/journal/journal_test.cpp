@@ -63,7 +63,7 @@ TEST_F(JournalTest, LogsWhatItCountedAtItsEnd) {
   EXPECT_THAT(tools::contents(file_), HasSubstr("flood (1 time in 0.25 s)"));
 }
 
-// The last line about a state must be the state.
+// The last line about a state must report the current state.
 TEST_F(JournalTest, LogsEveryChangeOfAStateAtOnce) {
   Journal journal({file_, "info"});
   for (int flap = 0; flap < 8; ++flap) {

@@ -1,4 +1,4 @@
-// The beat: its grid of ticks, what it sees of the machine, and who it wakes.
+// The beat: its grid of ticks, its measurements of the machine, and the waking of clients.
 #include <atomic>
 
 #include "daemon/realtime/relay.hpp"
@@ -88,7 +88,7 @@ TEST(TickGrid, BeginsAtAMultipleOfThePeriodBeforeNow) {
 
 struct Case {
   const char* what;
-  std::uint64_t tick;  ///< the planned one; the one that is done
+  std::uint64_t tick;  ///< planned tick
   std::int64_t now_ns;
   std::uint64_t expected, missed;
 };
@@ -120,7 +120,7 @@ TEST(TickGrid, AnOverrunSkipsWholePeriodsAndKeepsThePhase) {
 }
 
 TEST(TickGrid, TicksAndMissedCyclesAccountForAll) {
-  // A beat with made-up latencies and execution times, some of them far too long.
+  // A beat with simulated latencies and execution times, some of them far too long.
   std::uint64_t planned = 1;
   std::uint64_t ticks = 0;
   std::uint64_t missed = 0;

@@ -1,5 +1,5 @@
-// Camera messages, over real socket pairs: which are read, what they mean, and when a connection
-// ends.
+// Camera messages over real socket pairs: which are accepted, how they are interpreted, and when a
+// connection ends.
 #include <fcntl.h>
 #include <sys/socket.h>
 
@@ -20,7 +20,7 @@ using Admission = CameraDoor::Admission;
 
 class CameraDoorTest : public testing::Test {
  protected:
-  /// Connects a camera; its end.
+  /// Connects a camera; returns the camera's end.
   FileDescriptor connect(Peer peer = {1, 2}) {
     std::array<int, 2> ends{};
     EXPECT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()), 0);
@@ -29,7 +29,8 @@ class CameraDoorTest : public testing::Test {
     admitted_ = admission_ == Admission::free_slot;
     return mine;
   }
-  /// What the daemon sent before it closed the connection; empty if it is open, 0 if nothing.
+  /// The error that the daemon sent before it closed the connection; 0 if it sent none, empty if
+  /// the connection is open.
   static std::optional<std::int32_t> refusal(const FileDescriptor& camera) {
     std::int32_t reason = 0;
     const ssize_t size = ::recv(camera.get(), &reason, sizeof reason, MSG_DONTWAIT);
@@ -125,7 +126,7 @@ TEST_F(CameraDoorTest, HasRoomForFourAndForTheNextOnceOneHasGone) {
   }
   send(cameras[2], 3);
   cameras[2] = {};
-  EXPECT_EQ(drain().poses, 1U);  // and the end is seen
+  EXPECT_EQ(drain().poses, 1U);  // drain() also notices the end of the connection
   {
     const auto too_early = connect();
     EXPECT_FALSE(admitted_) << "the slot is free only once housekeeping has closed it";
@@ -151,7 +152,7 @@ TEST_F(CameraDoorTest, TheConnectionThatWasIdleLongestMakesRoomAfterTwoSeconds) 
   EXPECT_EQ(admission_, Admission::refused);
   EXPECT_EQ(door_.refused(), 1U);
 
-  // The first sends a pose, the second rubbish, which does not count.
+  // The first camera sends a pose, the second an invalid message, which does not count as activity.
   send(cameras[0], 1);
   EXPECT_EQ(::send(cameras[1].get(), "x", 1, MSG_NOSIGNAL), 1);
   drain();
@@ -160,7 +161,7 @@ TEST_F(CameraDoorTest, TheConnectionThatWasIdleLongestMakesRoomAfterTwoSeconds) 
   EXPECT_EQ(admission_, Admission::in_place_of_idle);
   EXPECT_EQ(refusal(connect()), -EBUSY) << "no other has been idle for so long";
   send(next, 2);
-  drain();  // sees the end
+  drain();  // notices the end of the connection
   door_.close_ended(now_ns_);
   EXPECT_EQ(refusal(cameras[1]), 0) << "closed, without a word: it may connect again";
   for (const std::size_t kept : {0U, 2U, 3U}) EXPECT_EQ(refusal(cameras[kept]), std::nullopt);

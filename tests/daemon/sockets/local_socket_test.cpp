@@ -145,7 +145,7 @@ TEST_F(LocalSocketTest, LetsInOurselves) {
   EXPECT_EQ(peer->uid, ::geteuid());
 }
 
-// Only root can become someone else to try this.
+// Only root can change its user to test this.
 TEST_F(LocalSocketTest, AdmitsOtherUsersOnlyByGroupOrMode) {
   if (::geteuid() != 0) {
     std::puts("not run: 1 (needs root)");

@@ -1,5 +1,5 @@
-// The recorder socket with recorders that read, that do not read, and that read slowly. The test
-// sets the clock and makes the ticks.
+// The recorder socket with recorders that read everything, nothing, or slowly. The test sets the
+// clock and makes the ticks.
 #include "daemon/sockets/recorder_door.hpp"
 
 #include <sys/socket.h>
@@ -53,7 +53,7 @@ class Recorder {
     RecordingMessage kind{};
     std::string bytes;
   };
-  /// The next complete message of the read bytes.
+  /// The next complete message of those bytes.
   std::optional<Message> next() {
     RecordingHeader header;
     if (bytes_.size() - at_ < sizeof header) return std::nullopt;
@@ -96,7 +96,7 @@ class RecorderDoorTest : public testing::Test {
     return recorder;
   }
 
-  /// Housekeeping's turns, and the beat's ticks between them.
+  /// Runs housekeeping periodically, and the beat's ticks in between.
   void run(std::int64_t duration_ns) {
     for (const std::int64_t end_ns = now_ns_ + duration_ns; now_ns_ < end_ns;) {
       for (int i = 0; i < turn_ns / period_ns; ++i) {
@@ -107,7 +107,7 @@ class RecorderDoorTest : public testing::Test {
     }
   }
 
-  /// The same, with a recorder that reads all the while.
+  /// The same, with a recorder that reads after each turn.
   void run_reading(Recorder& recorder, std::int64_t duration_ns) {
     for (const std::int64_t end_ns = now_ns_ + duration_ns; now_ns_ < end_ns;) {
       run(turn_ns);
@@ -175,7 +175,7 @@ TEST_F(RecorderDoorTest, DropsOneThatNeverReads) {
   auto silent = connect();
   run(9 * second);
   EXPECT_THAT(log(), Not(HasSubstr("ended")));
-  run(5 * second);  // some went into the socket before it was full
+  run(5 * second);  // the first messages still fitted into the socket
   const std::string said = log();
   EXPECT_THAT(said, HasSubstr("ticks: the recorder read nothing for 10 s"));
   EXPECT_EQ(said.find("ended after"), said.rfind("ended after")) << said;
@@ -192,14 +192,14 @@ TEST_F(RecorderDoorTest, KeepsOneThatReadsSeldomButAll) {
   auto slow = connect();
   for (int i = 0; i < 5; ++i) {
     run(8 * second);
-    run_reading(slow, second);  // what the rings hold goes out as there is room
+    run_reading(slow, second);  // the rings empty as the socket gets room
     EXPECT_EQ(slow.last().kind, RecordingMessage::tick);
   }
   EXPECT_THAT(log(), Not(HasSubstr("ended")));
 }
 
-// A recorder that only reads a little falls behind until the rings are full. From then on it has
-// ten seconds for the rest, however often it reads some of it.
+// A recorder that reads too slowly falls behind until the rings are full. Then it has ten seconds
+// for everything that is left; reading only a part does not extend them.
 TEST_F(RecorderDoorTest, DropsOneThatReadsTooLittleForEver) {
   auto dripping = connect();
   for (int i = 0; i < 30; ++i) {
