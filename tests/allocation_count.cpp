@@ -1,5 +1,5 @@
-// In a file of its own, so that no compiler sees through operator new at the call and complains
-// that new is freed by free.
+// A separate file, so that no compiler sees through operator new at a call and reports that free()
+// releases memory from new.
 #include "tests/allocation_count.hpp"
 
 #include <atomic>
@@ -23,7 +23,7 @@ std::size_t allocation_count() noexcept {
 #endif
 
 #ifdef ODOMD_SANITIZER_OWNS_NEW
-// Its runtime brings operator new, and calls this at each allocation.
+// The sanitizer's runtime has its own operator new, and calls this at each allocation.
 extern "C" void __sanitizer_malloc_hook(const volatile void*, std::size_t) {
   ++count;
 }
@@ -33,7 +33,7 @@ void* operator new(std::size_t size) {
   if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
   throw std::bad_alloc();
 }
-// The library's sorts ask this one for room, and give it back by the plain delete.
+// Sorts of the standard library allocate with this one, and release with the plain delete.
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   ++count;
   return std::malloc(size == 0 ? 1 : size);

@@ -1,12 +1,12 @@
-// How often a test program has taken memory from the heap. allocation_count.cpp goes into programs
-// that count, and replaces their operator new.
+// Number of heap allocations of a test program. Programs that count are linked with
+// allocation_count.cpp, which replaces their operator new.
 #pragma once
 
 #include <cstddef>
 
 namespace odomd {
 
-/// By operator new, of all threads, since the start.
+/// Calls of operator new in all threads since the start.
 [[nodiscard]] std::size_t allocation_count() noexcept;
 
 }  // namespace odomd

@@ -1,4 +1,4 @@
-// Matchers for diagnostics: tests ask for the kind and its figures, not for the wording.
+// Matchers for diagnostics: tests check kind and figures, not the wording.
 #pragma once
 
 #include <ostream>
@@ -16,7 +16,7 @@ inline void PrintTo(const Diagnostic& diagnostic, std::ostream* out) {
 MATCHER_P(Named, name, std::string{"is "} + name) {
   return arg.kind->name == name;
 }
-/// ... about a subject, or whose text has this figure: `Named("wrong_sign", "yaw_rate")`.
+/// The same about a subject, or with this text: `Named("wrong_sign", "yaw_rate")`.
 MATCHER_P2(Named, name, part, std::string{"is "} + name + " with \"" + part + '"') {
   return arg.kind->name == name && text_of(arg).find(part) != std::string::npos;
 }

@@ -1,4 +1,4 @@
-// GoogleTest, gMock's common matchers as our own names, and the standard headers that most tests
+// GoogleTest, gMock's common matchers in our namespace, and the standard headers that most tests
 // need.
 #pragma once
 

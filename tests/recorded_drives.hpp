@@ -1,5 +1,5 @@
-// Recorded drives and real databases, which are not part of the tree: in the folders that
-// ODOMD_DRIVES names, separated by ":".
+// Recorded drives and real databases, which are not part of the source tree: ODOMD_DRIVES names
+// their folders, separated by ":".
 #pragma once
 
 #include <array>
@@ -29,17 +29,17 @@ inline constexpr std::array drives{"dart_circles1",
                                    "ini_2026_01_16_01_45_24",
                                    "rav4",
                                    "revs_250lm"};
-/// With car.toml in their own folders.
+/// Drives with a car.toml in their own folder.
 inline constexpr std::array drives_with_config{"cpm_ucar", "f110_ds3", "xray_duck_1"};
 
-/// Whether ODOMD_DRIVES is set; else says how many cases do not run.
+/// Whether ODOMD_DRIVES is set; if not, prints how many cases are skipped.
 inline bool at_hand(std::size_t cases) {
   if (std::getenv("ODOMD_DRIVES") != nullptr) return true;
   std::printf("not run: %zu\n", cases);
   return false;
 }
 
-/// The folder with this name. Throws std::runtime_error with the name that is missing.
+/// The folder with this name. Throws std::runtime_error, naming it, if there is none.
 inline std::filesystem::path folder(const std::string& name) {
   const char* const listed = std::getenv("ODOMD_DRIVES");
   std::istringstream places(listed != nullptr ? listed : "");
@@ -54,7 +54,7 @@ inline std::filesystem::path folder(const std::string& name) {
   return *found;
 }
 
-/// The configuration of a drive: its own, else the one for its set, as dart.toml for dart_free1.
+/// The configuration of a drive: its own, or that of its set (dart.toml for dart_free1).
 inline std::filesystem::path config(const std::string& name) {
   const auto own = folder(name) / "car.toml";
   if (std::filesystem::exists(own)) return own;

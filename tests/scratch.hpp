@@ -1,4 +1,4 @@
-// A directory of a test's own, and the message of an exception.
+// A temporary directory for a test, and the message of an exception.
 #pragma once
 
 #include <cstdlib>
@@ -44,7 +44,7 @@ inline std::string contents(const std::filesystem::path& file) {
   return text.str();
 }
 
-/// The message of the exception that `work` throws; empty when it throws none.
+/// The message of the exception that `work` throws; empty if it throws none.
 template <typename Work>
 std::string message_of(Work&& work) {
   try {

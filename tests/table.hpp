@@ -1,5 +1,6 @@
-// A table in a raw string: a row a line, "left -> right". A line that is indented by two goes on
-// the one before; ¶ in the left part is the end of a line. A line that begins with # is a remark.
+// A table in a raw string: "left -> right" in each line. A line that is indented by two spaces
+// continues the previous one; ¶ in the left part means a line break; a line beginning with "# " is
+// a comment.
 #pragma once
 
 #include <regex>

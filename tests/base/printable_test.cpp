@@ -27,7 +27,7 @@ TEST(Printable, SpellsOutBytesThatAreNoUtf8) {
                     "a"),
             "\\x9ba");
   EXPECT_EQ(escaped("\xC3"), "\\xc3");           // cut off
-  EXPECT_EQ(escaped("\xC0\x9B"), "\\xc0\\x9b");  // longer than it needs to be
+  EXPECT_EQ(escaped("\xC0\x9B"), "\\xc0\\x9b");  // overlong encoding
   EXPECT_EQ(escaped("\xE0\x82\x9B"), "\\xe0\\x82\\x9b");
   EXPECT_EQ(escaped("\xED\xA0\x80"), "\\xed\\xa0\\x80");  // half a surrogate pair
   EXPECT_EQ(escaped("\xF4\x90\x80\x80"), "\\xf4\\x90\\x80\\x80");

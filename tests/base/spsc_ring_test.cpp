@@ -1,4 +1,4 @@
-// The ring keeps the order, refuses when full, and loses nothing between two threads.
+// The ring keeps the order, refuses entries when full, and loses none between two threads.
 #include "base/spsc_ring.hpp"
 
 #include <memory>

@@ -1,4 +1,4 @@
-// Conversion of stamps with a wall clock that is stepped, set back or suspended, in simulated time.
+// Conversion of stamps while the wall clock is stepped, set back or suspended, in simulated time.
 #include "base/wall_clock.hpp"
 #include "tests/gtest.hpp"
 
@@ -8,7 +8,7 @@ namespace {
 constexpr std::int64_t ms = 1'000'000;
 constexpr std::int64_t s = 1'000 * ms;
 
-/// The machine's clocks: what they would show at an instant of MONOTONIC.
+/// The machine's clocks: their readings at an instant of MONOTONIC.
 struct Machine {
   std::int64_t wall_offset = 1'760'000'000 * s;
   std::int64_t slept = 0;
@@ -50,7 +50,7 @@ TEST_P(SteppedWallClock, ConvertsEachStampByTheOffsetOfItsTime) {
   WallClock clock;
   for (std::int64_t tick = 0; tick < 100; ++tick)
     clock.update(machine.read(100 * s + tick * 5 * ms));
-  // The clock is set 2 ms after the last reading; frames lie on both sides.
+  // The clock is set 2 ms after the last reading; one frame came before it, one after.
   const std::int64_t last = 100 * s + 495 * ms;
   const std::int64_t stamp_before = machine.wall(last + 1 * ms);
   machine.wall_offset += step;
