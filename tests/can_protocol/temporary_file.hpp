@@ -1,4 +1,4 @@
-// A file in its own temporary directory, gone at the end of the test.
+// A file in its own temporary directory, removed at the end of the test.
 #pragma once
 
 #include "tests/scratch.hpp"

@@ -1,4 +1,4 @@
-// The DBC reader: what it accepts, accepts with a warning, and ignores.
+// The DBC reader: what it accepts, accepts with a warning, or ignores.
 #include "can_protocol/dbc/dbc.hpp"
 #include "tests/scratch.hpp"
 #include "tests/table.hpp"
@@ -6,7 +6,7 @@
 namespace odomd::can::dbc_test {
 namespace {
 
-/// A message whose signals are each the multiplexor of the next.
+/// Messages in which each signal is the multiplexor of the next one.
 std::string nested(int count) {
   std::string text = "BO_ 1 A: 64 X\n";
   for (int i = 0; i < count; ++i)
@@ -318,7 +318,7 @@ TEST(Dbc, ReadsOurOwnBus) {
 
 // Errors: file, line, what was expected and what was found ----------------------------------------
 
-// What is left out, or the error.
+// The warnings about left-out parts, or the error.
 std::vector<std::string> complaints_about(const std::string& text) {
   try {
     return warnings_of(parse(text));
@@ -454,7 +454,7 @@ TEST(DbcErrors, NeverCrashOnACutFile) {
       ++refused;
     }
   }
-  EXPECT_GT(refused, 140);  // the others were cut between statements
+  EXPECT_GT(refused, 140);  // the other cuts lie between statements
 }
 
 }  // namespace

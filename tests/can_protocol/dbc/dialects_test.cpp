@@ -1,5 +1,5 @@
-// DBC files as other tools write them: comments, multiplexing without a number, identifiers that no
-// frame has, and long names.
+// DBC files of other tools: comments, multiplexing without a number, identifiers that frames cannot
+// have, and long names.
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/dbc/signal_layout.hpp"
 #include "tests/gtest.hpp"

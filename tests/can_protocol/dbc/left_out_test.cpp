@@ -1,5 +1,5 @@
-// What cannot be used in a database costs nothing else: twenty siblings of each kind, before,
-// between and after messages that can be used.
+// An unusable part of a database does not affect other parts: twenty siblings of each kind, before,
+// between and after usable messages.
 #include <fmt/format.h>
 
 #include "can_protocol/dbc/dbc.hpp"
@@ -11,15 +11,15 @@ namespace {
 
 constexpr int siblings = 20;
 
-/// Sibling n has `first` + n * `step` for every #, and another double-byte character for every $.
+/// In sibling n, every # becomes `first` + n * `step`, and every $ a double-byte character.
 struct Kind {
   const char* name;
   int first;
   int step;
-  std::string signals;     ///< of message 2
+  std::string signals;     ///< signals of message 2
   std::string statements;  ///< after all messages
   std::size_t warnings = 1;
-  std::string_view left_out = "Odd";  ///< the signal that it costs; "": none
+  std::string_view left_out = "Odd";  ///< the signal that is left out; "": none
 };
 
 std::string signal(std::string_view name, std::string_view bits,
@@ -61,7 +61,7 @@ const std::vector<Kind> kinds{
     {"DoubleByteUnit", 0, 1, signal("Odd", "0|8", "(1,0) [0|0] \"$\""), "", 0, ""},
 };
 
-/// For $: characters whose second byte is a backslash, in Shift-JIS, GBK or Big5.
+/// Replaces $ with characters whose second byte is a backslash, in Shift-JIS, GBK or Big5.
 std::string sibling(const Kind& kind, int n, std::string text) {
   constexpr std::string_view leads = "\x83\x95\x94\x8A\x90\xE3\xFA\xA5\xB3\xBB";
   const std::string character{leads[static_cast<std::size_t>(n) % leads.size()], '\\'};

@@ -1,4 +1,5 @@
-// Six databases of real cars against an independent decoder: layouts, and every payload it decoded.
+// Six databases of real cars, compared with an independent decoder: layouts and all its decoded
+// payloads.
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -42,7 +43,7 @@ const Message* find(const Database& database, const json& message) {
   return nullptr;
 }
 
-// The other reader read all files as Windows-1252, also those in UTF-8: compare ASCII only.
+// The other decoder read all files as Windows-1252, even those in UTF-8: compare ASCII only.
 bool is_ascii(const std::string& text) {
   return std::all_of(text.begin(), text.end(),
                      [](char c) { return static_cast<unsigned char>(c) < 0x80; });
@@ -104,7 +105,7 @@ TEST(RealDatabases, HaveTheLayoutsThatAnIndependentReaderFinds) {
   }
 }
 
-/// visit(message, vector of the other reader, payload)
+/// Calls visit(message, the other decoder's vector, payload).
 template <typename Visit>
 void each_payload(const Visit& visit) {
   for (const char* name : names) {
@@ -161,7 +162,7 @@ TEST(RealDatabases, EncodeBackToThePayloadsTheyDecode) {
       const std::uint64_t bits = extract_bits(layout, payload);
       if (signal.length <= 53)
         encoder.set(signal.name, physical_value(layout, bits));
-      else  // a double does not hold all of them
+      else  // a double has too few bits
         encoder.set_bits(signal.name, bits);
       insert_bits(layout, ~std::uint64_t{0}, covered);
       ++values;

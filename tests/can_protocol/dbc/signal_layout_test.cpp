@@ -1,4 +1,4 @@
-// Bits in and out of payloads, against a reference that works bit by bit.
+// Extraction and insertion of bits, compared with a bit-by-bit reference.
 #include "can_protocol/dbc/signal_layout.hpp"
 
 #include <limits>
@@ -11,9 +11,9 @@ namespace {
 
 using Payload = std::array<std::uint8_t, max_payload>;
 
-/// Positions of a signal's bits, least significant first, by the definition alone: a big-endian
-/// signal goes from its most significant bit down to bit 0 of the byte, then on from bit 7 of the
-/// next.
+/// Positions of a signal's bits, least significant first, directly from the definition: a
+/// big-endian signal goes from its most significant bit down to bit 0 of that byte, and continues
+/// at bit 7 of the next.
 std::vector<unsigned> positions(unsigned start, unsigned length, ByteOrder order) {
   std::vector<unsigned> bits;
   unsigned at = start;
@@ -201,7 +201,7 @@ SG_MUL_VAL_ 1 Deep Inner 3-4;
   EXPECT_EQ(present({1, 0, 0}), "Root Inner ");
   EXPECT_EQ(present({5, 4, 0}), "Root Inner Deep ");
   EXPECT_EQ(present({10, 4, 0}), "Root ");
-  EXPECT_EQ(present({1}), "Root Inner ");  // too short to say whether Deep is there
+  EXPECT_EQ(present({1}), "Root Inner ");  // too short to select Deep
   EXPECT_EQ(present({}), "Root ");
 }
 

@@ -1,5 +1,5 @@
-// The decoder: compiles bindings, checks verdicts and values of frames, and that decoding never
-// allocates.
+// The decoder: it compiles bindings, gives verdicts and values of frames, and never allocates while
+// decoding.
 #include "can_protocol/decode/decoder.hpp"
 
 #include <numbers>
@@ -48,7 +48,7 @@ SignalBinding bind(std::uint16_t channel, std::string message, std::string signa
 
 using Values = std::vector<std::pair<int, double>>;
 
-/// A decoder for `car`, and the result of a frame.
+/// A decoder for `car`, and the result of the last frame.
 class Rig {
  public:
   explicit Rig(std::vector<SignalBinding> bindings, std::vector<E2eBinding> protections = {},
@@ -116,7 +116,7 @@ TEST(Decoder, ConvertsUnitsThenScaleThenOffset) {
   wheels.set("Left", 36.0);
   wheels.set("Motor", -4800.0);
   EXPECT_EQ(rig.decode(wheels.frame(0)), FrameVerdict::decoded);
-  // 600 wheel turns a minute are 10 a second: 10 * 2 pi * 0.05 m.
+  // 600 wheel turns per minute are 10 per second: 10 * 2 pi * 0.05 m.
   EXPECT_THAT(rig.values(),
               ElementsAre(Pair(3, DoubleEq(10.0)), Pair(4, DoubleEq(-std::numbers::pi))));
 }
@@ -172,7 +172,7 @@ TEST(Decoder, MakesADirectionOfItsValues) {
   SignalBinding gear = bind(1, "STEER", "Gear");
   gear.forward = 1.0;
   gear.reverse = 2.0;
-  gear.scale = 100.0;  // does not apply
+  gear.scale = 100.0;  // does not apply to gears
   Rig rig({gear});
   MessageEncoder steer = rig.encoder("STEER");
   for (const auto& [raw, direction] : Values{{1, 1.0}, {2, -1.0}, {0, 0.0}, {7, 0.0}}) {
@@ -201,7 +201,7 @@ TEST(Decoder, TakesNothingOfAPayloadThatEndsBeforeABoundSignal) {
   Frame longer = whole;
   longer.length = 64;
   EXPECT_EQ(rig.decode(longer), FrameVerdict::decoded);
-  longer.length = 255;  // longer than any frame: must not be read beyond the end
+  longer.length = 255;  // longer than any frame: the decoder must not read beyond the end
   EXPECT_EQ(rig.decode(longer), FrameVerdict::decoded);
 }
 
@@ -307,7 +307,7 @@ TEST(Decoder, GivesEveryProtectedFrameItsVerdictAndCountsIt) {
   EXPECT_EQ(rig.decode(imu.frame(250)), FrameVerdict::distrusted);  // right after an error
   EXPECT_TRUE(rig.samples().empty());
   (void)imu.frame(0);
-  EXPECT_EQ(rig.decode(imu.frame(300)), FrameVerdict::decoded);  // one was lost: OKSOMELOST
+  EXPECT_EQ(rig.decode(imu.frame(300)), FrameVerdict::decoded);  // one frame was lost: OKSOMELOST
   for (int i = 0; i < 5; ++i) (void)imu.frame(0);
   EXPECT_EQ(rig.decode(imu.frame(400)), FrameVerdict::wrong_sequence);
   EXPECT_TRUE(rig.samples().empty());
@@ -340,8 +340,8 @@ TEST(Decoder, BelievesNothingOfAMessageWhoseChecksKeepFailing) {
   };
   for (int i = 0; i < 20; ++i) EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::decoded);
 
-  // After a few failures the message is trusted from the second good frame on; after many it is
-  // not.
+  // After a few failures the message is trusted from the second good frame on; after many it is not
+  // yet.
   for (int i = 0; i < E2eTrust::max_failed / 2; ++i)
     EXPECT_EQ(rig.decode(broken()), FrameVerdict::failed_crc);
   EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::distrusted);
@@ -349,11 +349,11 @@ TEST(Decoder, BelievesNothingOfAMessageWhoseChecksKeepFailing) {
   EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::decoded);
   for (int i = 0; i < E2eTrust::window; ++i)
     EXPECT_EQ(rig.decode(broken()), FrameVerdict::failed_crc);
-  (void)rig.decode(imu.frame(1));  // takes up the sequence again
+  (void)rig.decode(imu.frame(1));  // resumes the sequence
   EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::distrusted);
   EXPECT_TRUE(rig.samples().empty());
 
-  // The disturbance has ended: trusted again when the window has moved past it.
+  // After the disturbance, the message is trusted once the window has moved past it.
   int refused = 0;
   while (rig.decode(imu.frame(1)) == FrameVerdict::distrusted) ++refused;
   EXPECT_LE(refused, E2eTrust::window - E2eTrust::max_failed);
@@ -438,7 +438,7 @@ TEST(Decoder, NeverAllocatesWhileDecoding) {
   std::array<Sample, max_samples_per_frame> samples;
   const std::size_t before = allocation_count();
   Decoder decoder(std::span(&database, 1), bindings, {}, {});
-  EXPECT_GT(allocation_count(), before);  // the count works
+  EXPECT_GT(allocation_count(), before);  // shows that allocations are counted
   const std::size_t after = allocation_count();
   for (const Frame& frame : frames) (void)decoder.decode(frame, samples);
   EXPECT_EQ(allocation_count(), after);

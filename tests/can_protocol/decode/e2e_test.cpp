@@ -37,7 +37,7 @@ E2eBinding binding(E2eProfile profile) {
   return result;
 }
 
-/// Bytes 0 and 1 of a zero payload that is protected `frames` times.
+/// Bytes 0 and 1 of a zero payload after protecting `frames` frames.
 std::pair<int, int> head(const E2eBinding& from, int frames, Payload payload = {}) {
   const E2eProtection protection(message(), from);
   E2eState state;
@@ -107,7 +107,7 @@ TEST(E2eProtect, LeavesTheRestOfThePayloadAlone) {
   }
 }
 
-/// Every profile, with CRC and counter at different places.
+/// Every profile, with CRC and counter at different positions.
 std::vector<E2eBinding> every_kind() {
   std::vector<E2eBinding> kinds;
   for (const E2eProfile profile :
@@ -143,7 +143,7 @@ TEST(E2eCheck, AcceptsWhatItsOwnSideProtectsAndNothingThatIsFlippedOnTheWay) {
 
 TEST(E2eCheck, FindsAnotherMessagesDataId) {
   for (const E2eBinding& kind : every_kind()) {
-    if (kind.profile == E2eProfile::sae_j1850) continue;  // has none
+    if (kind.profile == E2eProfile::sae_j1850) continue;  // this profile has no data id
     E2eBinding other = kind;
     other.data_id = 0x245;
     other.data_id_list.assign(16, 7);
@@ -160,7 +160,7 @@ class E2eSequence : public testing::Test {
   explicit E2eSequence(E2eProfile profile = E2eProfile::p01)
       : protection_(message(), binding(profile)) {}
 
-  /// Checks the frame that a sender makes after `lost` others.
+  /// Checks the sender's next frame, after `lost` lost ones.
   E2eStatus next(int lost = 0) {
     for (int i = 0; i <= lost; ++i) protection_.protect(payload_, sender_);
     return protection_.check(payload_, receiver_);
@@ -249,7 +249,7 @@ TEST(E2ePlain, CounterAloneSeesSequenceOnly) {
   Payload payload{};
   const auto check = [&](std::uint8_t counter) {
     payload[4] = counter;
-    payload[2] ^= 0xFFU;  // anything else may change
+    payload[2] ^= 0xFFU;  // other bytes may change
     return protection.check(payload, state);
   };
   EXPECT_EQ(check(6), E2eStatus::ok);

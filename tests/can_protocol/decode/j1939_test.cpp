@@ -1,4 +1,4 @@
-// Messages of J1939 databases match by parameter group number, whatever their sender and priority.
+// Messages of J1939 databases match by parameter group number, for any sender and priority.
 #include <fmt/format.h>
 #include <linux/can/raw.h>
 

@@ -1,4 +1,4 @@
-// What is proposed for a message or signal that no database has.
+// Hints for a message or signal that is missing in the databases.
 #include "can_protocol/decode/name_hints.hpp"
 #include "tests/gtest.hpp"
 
@@ -78,7 +78,7 @@ TEST(NameHints, GoByTheMessageWhereTheSignalHasNoWordOfTheRole) {
 }
 
 TEST(NameHints, NameNoSignalThatOnlySharesAUnitOrAWord) {
-  // There is a speed, but no word of a motor; a yaw angle, but in another unit.
+  // The car has a speed, but no name of a motor; a yaw angle, but in another unit.
   EXPECT_THAT(for_message(binding("motor", "Inverter", "Speed", Unit::rpm)),
               Not(HasSubstr("ROLL_RATE")));
   EXPECT_THAT(for_message(binding("heading", "Compass", "Yaw", Unit::m_per_s)),

@@ -1,4 +1,4 @@
-// A binding of one signal, and what the decoder says of it.
+// A binding of one signal, and the decoder's error for it.
 #pragma once
 
 #include <string>
@@ -20,7 +20,7 @@ inline SignalBinding binding_of(std::string message, std::string signal,
   return binding;
 }
 
-/// Why the bindings are refused; empty if they are not.
+/// The reason why the bindings are refused; empty if they are accepted.
 inline std::string refusal(const Database& database, const std::vector<SignalBinding>& bindings) {
   return message_of([&] { const Decoder decoder({&database, 1}, bindings, {}, {}); });
 }

@@ -1,4 +1,4 @@
-// A minute of a real car's two buses against values that an independent tool decoded.
+// A minute of a real car's two buses, compared with the values of an independent decoder.
 #include <charconv>
 #include <map>
 #include <sstream>
@@ -53,7 +53,7 @@ TEST(RealTraffic, DecodesExactlyAsAnIndependentToolDoes) {
   const std::vector<Database> databases{read_dbc(folder / "car.dbc")};
   const auto golden = read_golden(folder / "golden_decode.csv");
 
-  // Both ways: signal by signal, and through the decoder with every signal bound.
+  // Decodes signal by signal, and through the decoder with every signal bound.
   std::vector<SignalBinding> bindings;
   std::vector<const Signal*> channels;
   for (const Message& message : databases[0].messages)
@@ -74,7 +74,7 @@ TEST(RealTraffic, DecodesExactlyAsAnIndependentToolDoes) {
     ++frames;
     std::array<Sample, max_samples_per_frame> samples;
     const DecodeResult result = decoder.decode(*frame, samples);
-    const int bus = frame->bus;  // can0 is heard first
+    const int bus = frame->bus;  // can0 occurs first
     const auto expected = golden.find({frame->time_ns / 1000, bus, frame->id});
     if (expected == golden.end()) continue;
     const Message* message = find_message(databases[0], expected->second[0].message);
@@ -102,7 +102,7 @@ TEST(RealTraffic, DecodesExactlyAsAnIndependentToolDoes) {
   EXPECT_EQ(decoded_values, 5'060U);
 }
 
-/// Every signal of every frame through its physical value back into the same bits.
+/// Converts every signal of every frame to its physical value and back to the same bits.
 TEST(RealTraffic, EncodesBackToThePayloadsItCameFrom) {
   if (!recorded::at_hand(1)) return;
   const auto folder = recorded::folder("rav4");

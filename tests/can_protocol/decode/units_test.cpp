@@ -1,4 +1,4 @@
-// Unit texts of databases, and the names that misspelt ones are nearest to.
+// Unit texts of databases, and the nearest known names of misspelt ones.
 #include "can_protocol/decode/units.hpp"
 
 #include <fstream>
@@ -38,7 +38,7 @@ TEST(Units, AreKnownInTheSpellingsOfRealDatabases) {
   expect_unit(Unit::rpm, {"Unit_MinutInver", "Unit_RevolutionsPerMinute", "rotations per minute"});
 }
 
-// docs/can.md: a table of units, the first cell of a row being the configuration's spelling.
+// docs/can.md has a table of units; the first cell of a row is the spelling in the configuration.
 TEST(Units, AreAllThatThePageLists) {
   std::ifstream page(ODOMD_SOURCE_DIR "/docs/can.md");
   std::string line;
@@ -63,7 +63,7 @@ TEST(Units, AreAllThatThePageLists) {
       at = end + 1;
     }
   }
-  EXPECT_EQ(listed.size(), static_cast<std::size_t>(Unit::percent));  // all but none
+  EXPECT_EQ(listed.size(), static_cast<std::size_t>(Unit::percent));  // all except `none`
   EXPECT_GT(spellings, 40);
 }
 
@@ -105,7 +105,7 @@ TEST(NearestName, DistinguishesATypoFromAnotherWord) {
 
 TEST(NearestName, FindsTheOneWithTheFewestEdits) {
   const std::vector<std::string> names{"WHEEL_FL", "WHEEL_FR", "STEER", "yaw_rate"};
-  EXPECT_EQ(nearest_name("WHEEL_FX", names), "WHEEL_FL");  // the first of equals
+  EXPECT_EQ(nearest_name("WHEEL_FX", names), "WHEEL_FL");  // the first of equally near names
   EXPECT_EQ(nearest_name("WHEL_FR", names), "WHEEL_FR");
   EXPECT_EQ(nearest_name("STERE", names), "STEER");
   EXPECT_EQ(nearest_name("YAW_RATE", names), "yaw_rate");

@@ -1,5 +1,5 @@
-// What counts as a value: conditions, raw values that mean "not available", the first values of a
-// source, and a sign in a signal of its own. Twenty siblings of each.
+// Which raw values are valid: conditions, values that mean "not available", the first values of a
+// source, and a sign in a separate signal. Twenty siblings of each.
 #include <fmt/format.h>
 
 #include <optional>
@@ -18,7 +18,7 @@ struct Result {
   bool not_valid = false;
 };
 
-/// One message with one binding.
+/// A decoder for one message with one binding.
 class Rig {
  public:
   Rig(const std::string& signals, SignalBinding binding)
@@ -147,8 +147,8 @@ TEST(FirstValues, AtAnEndOfTheRangeAreNotBelievedBeforeAnother) {
         EXPECT_TRUE(decode(end, 10'000'000).not_valid);
         EXPECT_TRUE(decode(end, 10'000'000).not_valid);
         EXPECT_TRUE(decode(1, 10'000'000).value);
-        EXPECT_TRUE(decode(end, 10'000'000).value);         // of a sensor that measures
-        EXPECT_TRUE(decode(end, 2'000'000'000).not_valid);  // it was off
+        EXPECT_TRUE(decode(end, 10'000'000).value);         // the sensor is measuring
+        EXPECT_TRUE(decode(end, 2'000'000'000).not_valid);  // the sensor was off
         EXPECT_TRUE(decode(end - 2, 10'000'000).value);
         EXPECT_TRUE(decode(end, 10'000'000).value);
       }

@@ -1,4 +1,4 @@
-// The log clock of live pipes: stepped, fast and slow ones, and those whose lines are held up.
+// The log clock of live pipes: clocks that are stepped, fast or slow, and delayed lines.
 #include "can_protocol/sources/arrivals.hpp"
 
 #include <functional>
@@ -16,7 +16,7 @@ constexpr std::int64_t lead = 2 * period;
 constexpr std::int64_t most = s + lead;
 constexpr std::int64_t stamp_zero = 1'700'000'000 * s;
 
-/// A pipe: at `now`, the stamp and the delay of a line.
+/// A pipe: stamp(time sent) and delay(time of arrival) of a line.
 struct Pipe {
   std::string name;
   std::function<std::int64_t(std::int64_t)> stamp;
@@ -26,7 +26,7 @@ struct Pipe {
 
 struct Moves {
   int count = 0;
-  std::int64_t lag = 0;  ///< between a line without delay and its release, at the end
+  std::int64_t lag = 0;  ///< release time of an undelayed line minus its arrival, at the end
 };
 
 Moves play(const Pipe& pipe, std::int64_t duration) {
@@ -55,7 +55,7 @@ auto at_rate(double rate) {
 
 TEST(Arrivals, FollowAClockThatIsSteppedOrRunsAtAnotherRate) {
   for (const std::int64_t by : {-1000 * ms, -300 * ms, -30 * ms, 30 * ms, 300 * ms, 900 * ms}) {
-    const Moves moves = play({"step", stepped(by)}, 6 * s);  // within two seconds
+    const Moves moves = play({"step", stepped(by)}, 6 * s);  // settles within two seconds
     EXPECT_EQ(moves.count, 1) << by;
     EXPECT_GE(moves.lag, -period) << by;
     EXPECT_LE(moves.lag, lead + 2 * period) << by;
@@ -95,7 +95,7 @@ TEST(Arrivals, LeaveTheClockWhereLinesAreHeldUp) {
     const Moves moves = play(pipe, 60 * s);
     EXPECT_EQ(moves.count, 0) << pipe.name;
   }
-  // Much jitter may move it while the first lines come, but it does not breathe.
+  // Large jitter may move the clock while the first lines come, but not continually.
   EXPECT_LE(play({"much jitter", same, jitter(40 * ms)}, 60 * s).count, 3);
 }
 

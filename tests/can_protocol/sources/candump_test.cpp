@@ -1,4 +1,4 @@
-// The candump grammar: every form of a frame, both ways, and the errors of invalid lines.
+// The candump grammar: all forms of a frame, read and written, and the errors of invalid lines.
 #include "can_protocol/sources/candump.hpp"
 
 #include <ostream>
@@ -63,7 +63,7 @@ TEST(Candump, ReadsCanFdWithItsFlags) {
   EXPECT_EQ(frame.fd_flags, 1);
   EXPECT_EQ(frame.length, 3);
   EXPECT_EQ(good("(1.000000) can0 123##0").frame.length, 0);
-  // Newer kernels set the flag "this is CAN FD" (4) as well.
+  // Newer kernels also set the flag "this is CAN FD" (4).
   EXPECT_EQ(good("(1.000000) can0 123##7AA").frame.fd_flags, 3);
   EXPECT_EQ(
       good("(1.0000000" + std::string("00) can0 12345678##3") + std::string(128, 'E')).frame.length,

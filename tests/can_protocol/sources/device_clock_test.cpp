@@ -1,4 +1,4 @@
-// Hardware stamps through a device clock with drift, under software stamps with jitter.
+// Hardware stamps from a device clock with drift, aligned with software stamps with jitter.
 #include "can_protocol/sources/device_clock.hpp"
 
 #include <cstdlib>
@@ -12,7 +12,7 @@ constexpr std::int64_t us = 1'000;
 constexpr std::int64_t ms = 1'000 * us;
 constexpr std::int64_t s = 1'000 * ms;
 
-/// A controller whose clock shows `at(t)` at instant t.
+/// A controller whose clock reads at(t) at instant t.
 struct Device {
   std::int64_t origin = 0;
   std::int64_t drift_per_million = 0;
@@ -21,7 +21,7 @@ struct Device {
   }
 };
 
-/// Software stamps: never early, mostly 10-60 us late, now and then a millisecond.
+/// Latency of software stamps: never negative, mostly 10-60 us, sometimes a millisecond.
 class Latency {
  public:
   std::int64_t next() {
@@ -40,7 +40,7 @@ TEST_P(DriftingDeviceClock, IsFollowedToTheSmallestLatency) {
   DeviceClock clock;
   Latency latency;
   std::int64_t worst = 0;
-  for (std::int64_t i = 0; i < 60'000; ++i) {  // a frame a millisecond, one minute
+  for (std::int64_t i = 0; i < 60'000; ++i) {  // one minute with a frame per millisecond
     const std::int64_t time = 1000 * s + i * ms;
     const std::int64_t software = time + latency.next();
     const std::int64_t mapped = clock.to_monotonic(device.at(time), software);
@@ -82,7 +82,7 @@ TEST(DeviceClock, ComesBackRightFromALongSilence) {
   const Device device{0, -80};
   DeviceClock clock;
   for (std::int64_t i = 0; i < 3000; ++i) clock.to_monotonic(device.at(i * ms), i * ms + 10 * us);
-  const std::int64_t time = 63 * s;  // 80 per million of a minute: 4.8 ms
+  const std::int64_t time = 63 * s;  // after a minute, a drift of 80 ppm amounts to 4.8 ms
   EXPECT_LE(std::abs(clock.to_monotonic(device.at(time), time + 10 * us) - time), 20 * us);
 }
 

@@ -1,4 +1,4 @@
-// Converts frames of the kernel, and tests the receive path on a socket that every machine has: a
+// Conversion of the kernel's frames, and the receive path on a socket that every machine has: a
 // datagram socket on the loopback stamps, counts drops and batches like a CAN socket.
 #include "can_protocol/sources/frame_receiver.hpp"
 
@@ -62,7 +62,7 @@ TEST(FromKernel, RefusesWhatIsNoFrame) {
   canfd_frame raw = raw_frame(0x120, 64);
   raw.len = 65;
   EXPECT_FALSE(from_kernel(raw, CANFD_MTU));
-  raw.len = 9;  // a virtual bus passes it, a wire has no such length
+  raw.len = 9;  // passed by a virtual bus, impossible on a real one
   EXPECT_FALSE(from_kernel(raw, CANFD_MTU));
   raw.len = 12;
   EXPECT_TRUE(from_kernel(raw, CANFD_MTU));
@@ -135,7 +135,7 @@ class FrameReceiverTest : public testing::Test {
     frames.resize(received.count);
     return frames;
   }
-  /// The kernel begins to stamp a moment after the first request.
+  /// Waits for stamps: the kernel begins to stamp shortly after the first request.
   void await_stamps() {
     ASSERT_TRUE(request_stamps(receiving_.get(), StampSource::software));
     FrameReceiver receiver(0, StampSource::software);
@@ -211,7 +211,7 @@ TEST_F(FrameReceiverTest, CarriesOverWhatADrainHasNoRoomFor) {
 
 TEST_F(FrameReceiverTest, TakesNoMoreThanItsMaximumInOneCall) {
   FrameReceiver receiver(0, StampSource::software);
-  const int large = 8 << 20;  // the kernel grants what it is allowed to, more than enough for these
+  const int large = 8 << 20;  // the kernel grants less, but enough for these frames
   ASSERT_EQ(::setsockopt(receiving_.get(), SOL_SOCKET, SO_RCVBUF, &large, sizeof large), 0);
   for (canid_t id = 0; id < 300; ++id) send(raw_frame(id, 8));
   EXPECT_EQ(receive(receiver, 5000).size(), max_frames_per_drain);
@@ -227,7 +227,7 @@ TEST_F(FrameReceiverTest, CountsWhatTheKernelDropped) {
   for (canid_t id = 0; id < sent; ++id) send(raw_frame(id, 8));
   std::size_t received = receive(receiver).size();
   EXPECT_LT(received, sent);
-  // The count is reported with the next frame that is not dropped.
+  // The kernel reports the count with the next frame that it does not drop.
   send(raw_frame(0x7FF, 0));
   received += receive(receiver).size();
   EXPECT_EQ(received + counters_.lost.get(), sent + 1);
@@ -266,7 +266,7 @@ TEST_F(FrameReceiverTest, ReportsTheErrorOfItsSocket) {
   FrameReceiver receiver(0, StampSource::software);
   std::array<Frame, 4> frames;
   EXPECT_EQ(receiver.receive(-1, frames, counters_).error, EBADF);
-  EXPECT_EQ(receiver.receive(receiving_.get(), frames, counters_).error, 0);  // nothing there
+  EXPECT_EQ(receiver.receive(receiving_.get(), frames, counters_).error, 0);  // no frame is there
 }
 
 }  // namespace

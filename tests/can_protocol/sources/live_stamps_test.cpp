@@ -10,7 +10,7 @@ using Input = LiveStamps::Input;
 
 class LiveStampsTest : public testing::Test {
  protected:
-  /// Ten frames a hundredth of a second apart.
+  /// Ten frames at intervals of 10 ms.
   void run(Input input) {
     for (int i = 0; i < 10; ++i) {
       stamp_ += s / 100;
@@ -42,11 +42,11 @@ TEST_F(LiveStampsTest, FramesThatWereKeptBackAreNoStep) {
   run(Input::waited_for);
   EXPECT_FALSE(stamps_.step(stamp_ += s / 100, now_ += 20 * s));
   EXPECT_FALSE(stamps_.step(stamp_ += s / 100, now_));
-  EXPECT_FALSE(stamps_.step(stamp_ -= s / 2, now_));  // nor are those out of order
+  EXPECT_FALSE(stamps_.step(stamp_ -= s / 2, now_));  // nor are frames out of order
 }
 
 TEST_F(LiveStampsTest, ALogThatIsPipedInKeepsItsPauses) {
-  stamps_.read(Input::waited_for);  // before it was opened
+  stamps_.read(Input::waited_for);  // waits for the pipe to open
   run(Input::ready);
   EXPECT_FALSE(stamps_.step(stamp_ += 3600 * s, now_));
   EXPECT_FALSE(stamps_.step(stamp_ -= 3600 * s, now_));

@@ -1,5 +1,5 @@
-// A log as a live bus: the mapping of its clock onto the tick grid, the hand-over, unusual inputs,
-// and an end at any moment.
+// A log as a live bus: the mapping of its clock to the tick grid, the hand-over of frames, unusual
+// inputs, and an end at any moment.
 #include "can_protocol/sources/log_feeder.hpp"
 
 #include <fcntl.h>
@@ -21,7 +21,7 @@ constexpr std::int64_t period = 5'000'000;
 constexpr std::int64_t never_held_back = INT64_MAX;
 constexpr auto timeout = std::chrono::seconds(20);
 
-/// Drains until `count` frames have arrived, the source has ended, or the time is up.
+/// Drains until `count` frames have arrived, the source has ended, or a time limit is reached.
 std::vector<Frame> drain(FrameSource& source, std::size_t count,
                          std::int64_t tick_ns = never_held_back) {
   std::vector<Frame> all;
@@ -65,7 +65,7 @@ class Fifo {
   FileDescriptor writer_;
 };
 
-/// A feeder that plays a file, or a pipe, whose writer may be opened.
+/// A feeder that plays a file or a pipe; the pipe's writer can be opened.
 struct Played {
   explicit Played(const std::string& text, std::int64_t first_tick = 0)
       : file("drive.log", text), clock(first_tick, period) {}
@@ -202,7 +202,7 @@ TEST(LogFeeder, ReleasesBackwardStampsAtOnce) {
   const auto frames = drain(log.feeder, 3);
   ASSERT_EQ(frames.size(), 3U);
   EXPECT_EQ(frames[1].time_ns - frames[0].time_ns, -4'999'000'000'000);
-  EXPECT_EQ(frames[2].time_ns, 0);  // a stamp of zero is none
+  EXPECT_EQ(frames[2].time_ns, 0);  // a stamp of zero means none
 }
 
 TEST(LogFeeder, IsNotSetByAStampOfZero) {
@@ -234,7 +234,8 @@ TEST(LogFeeder, CountsWhatIsNoFrameAndGoesOn) {
   Played log(text);
   EXPECT_EQ(drain(log.feeder, 100).size(), 9U);
   EXPECT_EQ(log.feeder.link(), LinkState::ended);
-  EXPECT_EQ(log.feeder.counters().malformed.get(), 4U);  // two lines, one bus, the truncated end
+  EXPECT_EQ(log.feeder.counters().malformed.get(),
+            4U);  // two lines, one bus, the truncated end
   EXPECT_THAT(log.feeder.warnings(),
               ElementsAre(HasSubstr("drive.log:2: \"nonsense\" is no frame"),
                           HasSubstr("drive.log:3: expected an identifier"), HasSubstr("can8")));
@@ -321,8 +322,8 @@ std::string line_at(std::int64_t stamp_ns) {
   return text;
 }
 
-/// The final delay between arrival and release of a line in a live pipe, whose clock is ahead of
-/// CLOCK_MONOTONIC by `offset_ns` and whose first line is `late`.
+/// The final delay between arrival and release of a line in a live pipe. The pipe's clock is ahead
+/// of CLOCK_MONOTONIC by `offset_ns`; its first line comes `late`.
 std::int64_t lag_after_a_late_line(std::int64_t offset_ns, std::chrono::milliseconds late,
                                    std::int64_t good_ns) {
   Piped pipe;
@@ -346,7 +347,7 @@ std::int64_t lag_after_a_late_line(std::int64_t offset_ns, std::chrono::millisec
 }
 
 TEST(LogFeeder, FollowsALivePipeWhoseFirstLineCameLate) {
-  // Two periods of head start, one to the grid, and two that are tolerated.
+  // Two periods of lead, one to the next tick of the grid, and a tolerance of two.
   EXPECT_LE(
       lag_after_a_late_line(1'000'000'000'000'000, std::chrono::milliseconds(300), 30'000'000),
       30'000'000);

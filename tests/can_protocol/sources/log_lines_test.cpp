@@ -1,4 +1,4 @@
-// Lines that are no frames, damaged ones, and files of other formats: offline and live alike.
+// Lines that are not frames, damaged lines, and files of other formats: the same offline and live.
 #include "can_protocol/sources/log_lines.hpp"
 
 #include "can_protocol/sources/log_format.hpp"

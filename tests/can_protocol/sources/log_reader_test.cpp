@@ -117,7 +117,7 @@ TEST(LogReader, RefusesWhatIsNoReadableFile) {
 
 TEST(LogReader, ReadsLinesAcrossItsBuffersEdge) {
   std::string text;
-  constexpr int frames = 20'000;  // several buffers
+  constexpr int frames = 20'000;  // fills several buffers
   for (int i = 0; i < frames; ++i) {
     Frame frame;
     frame.time_ns = i * 1'000'000LL;

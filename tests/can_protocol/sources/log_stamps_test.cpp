@@ -1,4 +1,4 @@
-// Stamps that stand alone, steps and pauses that stay, and stamps that are no times.
+// Single wrong stamps, lasting steps and pauses, and stamps that are not times.
 #include "can_protocol/sources/log_stamps.hpp"
 
 #include <functional>
@@ -16,7 +16,7 @@ constexpr std::int64_t s = 1000 * ms;
 constexpr std::int64_t epoch = 1'760'000'000 * s;
 constexpr std::size_t count = 400;
 
-/// Frames every 5 ms; the data of each is its number.
+/// Frames every 5 ms; each contains its number.
 std::vector<Frame> log_of(const std::function<std::int64_t(std::size_t)>& stamp_of) {
   std::vector<Frame> log(count);
   for (std::size_t i = 0; i < count; ++i)
@@ -59,7 +59,7 @@ TEST(LogStamps, LeaveOutFramesWhoseStampsStandAlone) {
          {std::size_t{0}, std::size_t{1}, std::size_t{200}, count - 2, count - 1})
       for (const std::size_t many : {1U, 2U}) {
         if (at + many > count) continue;
-        // At the end nothing shows that the bus did not pause for less than a second.
+        // At the end, such a step may as well be a pause of the bus of less than a second.
         if (at + many == count && off > 0 && off < s) continue;
         const Outcome outcome = read(
             log_of([&](std::size_t i) { return usual(i) + (i >= at && i < at + many ? off : 0); }));

@@ -1,4 +1,4 @@
-// The kind of source of a name, and the errors of invalid names.
+// Which kind of source a name means, and the errors of invalid names.
 #include "can_protocol/sources/open_source.hpp"
 
 #include <sys/socket.h>

@@ -1,4 +1,4 @@
-// Each verdict on a time stamp, and what the guard keeps apart.
+// Each verdict on a time stamp, and which identifiers the guard distinguishes.
 #include "can_protocol/sources/stamp_guard.hpp"
 
 #include <memory>
@@ -73,7 +73,7 @@ TEST_F(StampGuardTest, GoesOnWhenItsTableIsFull) {
   // Identifiers beyond the capacity are still checked for zero and future.
   EXPECT_EQ(check(0, 19'999, 0, IdFormat::extended), StampVerdict::zero);
   EXPECT_EQ(check(now + 100 * ms, 19'999, 0, IdFormat::extended), StampVerdict::future);
-  // The early ones are kept.
+  // The table keeps the first identifiers.
   EXPECT_EQ(check(now - 6 * ms, 0, 0, IdFormat::extended), StampVerdict::backwards);
 }
 
