@@ -1,8 +1,8 @@
 #!/bin/sh
-# Installs the client library into a directory of its own, builds programs against it by pkg-config
-# and by find_package, and lets them follow a writer.
+# Installs the client library into a separate directory, builds programs against it with pkg-config
+# and with find_package, and lets them follow a writer.
 #   check_installed.sh BUILD_DIR PUBLISHER CC CXX [SANITIZERS]
-# EMULATOR is the command that runs a cross-built program; empty where the machine itself does.
+# EMULATOR is the command that runs a cross-built program; empty for native programs.
 set -eu
 build=$1 publisher=$2 cc=$3 cxx=$4 sanitizers=${5:+-fsanitize=$5}
 here=$(cd "$(dirname "$0")" && pwd)
@@ -18,12 +18,12 @@ export PKG_CONFIG_PATH
 PKG_CONFIG_PATH=$(dirname "$(find "$work/prefix" -name odom.pc)")
 libraries=$(dirname "$PKG_CONFIG_PATH")
 warnings='-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror'
-# Unquoted on purpose: lists of flags.
+# Unquoted on purpose: the variables are lists of flags.
 $cc -std=c11 $warnings $sanitizers "$here/consumer/pose.c" -o "$work/pose_c" \
   $(pkg-config --cflags --libs odom) -Wl,-rpath,"$libraries"
 $cxx -std=c++17 $warnings -Wold-style-cast $sanitizers "$here/consumer/pose.cpp" \
   -o "$work/pose_cpp" $(pkg-config --cflags --libs odom) -Wl,-rpath,"$libraries"
-# The headers, each by itself, in both languages.
+# Each header compiles alone, in both languages.
 for header in types.h odom.h; do
   echo "#include <odom/$header>" >"$work/alone.c"
   $cc -std=c11 $warnings $(pkg-config --cflags odom) -fsyntax-only "$work/alone.c"
@@ -36,7 +36,7 @@ cmake -S "$here/consumer" -B "$work/build" -DCMAKE_PREFIX_PATH="$work/prefix" \
   { cat "$work/configure.log"; exit 1; }
 cmake --build "$work/build" >"$work/build.log" || { cat "$work/build.log"; exit 1; }
 
-# Without a segment: one line that says so, and exit status 1.
+# Without a segment: an error of one line, and exit status 1.
 if ${EMULATOR-} "$work/pose_c" "$work/segment" 2>"$work/message"; then exit 1; fi
 grep -q 'no such segment' "$work/message"
 

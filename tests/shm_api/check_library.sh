@@ -1,6 +1,6 @@
 #!/bin/sh
-# What the shared client library needs, what it is called, and what it exports: libc and libm,
-# libodom.so.0, and the functions of odom.h, no less and no more.
+# The shared client library: it depends on libc and libm only, its soname is libodom.so.0, and it
+# exports exactly the functions of odom.h.
 #   check_library.sh LIBODOM.SO ODOM.H
 set -eu
 library=$1 header=$2

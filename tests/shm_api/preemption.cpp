@@ -29,8 +29,8 @@ namespace {
 
 struct Result {
   std::atomic<std::uint64_t> wakeups{0};
-  std::uint64_t amid = 0;   // of these in the middle of a slot
-  std::uint64_t again = 0;  // reads that took a second attempt
+  std::uint64_t amid = 0;   // wake-ups while the writer was in the middle of a slot
+  std::uint64_t again = 0;  // reads that needed a second attempt
   std::uint64_t torn = 0;
   bool stuck = true;  // while the reader waited, the slot stayed half-written
 };
@@ -50,13 +50,13 @@ void sleep_for_us(std::uint64_t microseconds) {
   nanosleep(&pause, nullptr);
 }
 
-// The slot after the head: its sequence is odd while the writer writes it.
+// The slot after the head; its sequence is odd while the writer writes it.
 const std::uint64_t* slot_at_work(const odomi_segment& segment) {
   const std::uint64_t tick = odomi_tick(odomi_read_head(segment.words)) + 1;
   return segment.slots + (tick & segment.slot_mask) * segment.slot_words;
 }
 
-// A millisecond of what a reader of a single-slot sequence lock does.
+// Waits for a millisecond like a reader of a single-slot sequence lock.
 bool stays_odd(const std::uint64_t* slot) {
   const std::uint64_t sequence = odomi_load(slot);
   const std::int64_t end = now_ns() + 1'000'000;

@@ -1,6 +1,6 @@
-// A writer in a process of its own, for the tests that kill it.
+// A writer as a process, for the tests that kill it.
 //   shm_publisher PATH PERIOD_NS [pause-us]
-// Publishes patterned poses as fast as it can, or with a pause, until it is killed.
+// Publishes patterned poses until it is killed, as fast as it can or with pauses.
 #include <cstdlib>
 #include <ctime>
 #include <exception>

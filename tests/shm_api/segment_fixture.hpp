@@ -19,7 +19,7 @@ namespace odomd::shm::testing {
 
 inline constexpr std::int64_t period_ns = 5'000'000;
 
-/// A directory that goes with the test.
+/// A directory that is removed at the end of the test.
 struct TemporaryDirectory : Scratch {
   [[nodiscard]] std::string file(std::string_view name) const { return path(name); }
 };
@@ -40,7 +40,7 @@ inline odom_info test_info(std::int64_t period = period_ns) {
   return info;
 }
 
-/// Word `index` of tick `tick`: different for every pair.
+/// Word `index` of a tick, different for every pair.
 constexpr std::uint64_t pattern(std::uint64_t tick, std::size_t index) {
   std::uint64_t z = tick * 0x9E3779B97F4A7C15U + (index + 1) * 0xBF58476D1CE4E5B9U;
   z ^= z >> 29U;
@@ -52,7 +52,7 @@ struct Record {
   odom_details details;
 };
 
-/// Every word but tick and time is the pattern of its tick.
+/// All words except tick and time follow the pattern of the tick.
 inline Record patterned(std::uint64_t tick, std::int64_t time_ns) {
   std::array<std::uint64_t, ODOM_POSE_WORDS + ODOM_DETAILS_WORDS> words{};
   for (std::size_t i = 0; i < words.size(); ++i) words[i] = pattern(tick, i);
@@ -64,7 +64,7 @@ inline Record patterned(std::uint64_t tick, std::int64_t time_ns) {
   return record;
 }
 
-/// Whether the words of a pose (and its details) all belong to its tick.
+/// Whether all words of a pose (and its details) belong to its tick.
 inline bool is_whole(const odom_pose& pose, const odom_details* details = nullptr) {
   Record record{pose, {}};
   std::size_t count = ODOM_POSE_WORDS;
@@ -79,7 +79,7 @@ inline bool is_whole(const odom_pose& pose, const odom_details* details = nullpt
   return true;
 }
 
-/// Equal to the bit.
+/// Whether two poses have the same bits.
 inline bool is_same(const odom_pose& a, const odom_pose& b) {
   std::array<std::uint64_t, ODOM_POSE_WORDS> words_a{};
   std::array<std::uint64_t, ODOM_POSE_WORDS> words_b{};

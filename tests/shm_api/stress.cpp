@@ -21,7 +21,7 @@ void count(std::atomic<std::uint64_t>& counter) {
   counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
 }
 
-// Copies, and expects of each pose to be whole and not older than the last.
+// Reads copies, and expects each pose to be whole and not older than the previous one.
 class Copying {
  public:
   Copying(odom_client* client, ReaderCounts& counts) : client_(client), counts_(counts) {}
@@ -31,7 +31,7 @@ class Copying {
     const odom_status status = odom_latest(client_, &pose, sizeof pose);
     if (status == ODOM_BUSY) {
       count(counts_.starved);
-      if (pose.mode != ODOM_FAULT || pose.x != 0.0) count(counts_.torn);  // handed out all the same
+      if (pose.mode != ODOM_FAULT || pose.x != 0.0) count(counts_.torn);  // a pose in spite of BUSY
       return;
     }
     if (status > ODOM_STALE) return count(counts_.unexpected);
@@ -48,8 +48,8 @@ class Copying {
   std::uint64_t last_ = 0;
 };
 
-// In place, so that every single attempt is seen. Half-way through it waits until the slot is the
-// one that is written next, so that the other half is read while the writer is at work in it.
+// Reads in place, so that each attempt is counted. Half-way through, it waits until its slot is the
+// next to be written, so that the writer overwrites the slot during the other half.
 class InPlace {
  public:
   InPlace(odom_client* client, std::uint64_t slots, ReaderCounts& counts)
@@ -83,7 +83,7 @@ class InPlace {
   std::uint64_t last_ = 0;
 };
 
-// Checks that hold whatever the writer does, and when it dies or is followed by another.
+// Checks that hold for any writer, even one that dies or is replaced.
 class EveryWay {
  public:
   EveryWay(odom_client* client, ReaderCounts& counts) : client_(client), counts_(counts) {}
@@ -165,7 +165,7 @@ SharedCounts::SharedCounts(const std::string& path) {
   void* memory = mmap(nullptr, sizeof(Page), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
   close(file);
   if (memory == MAP_FAILED) throw std::runtime_error(path);
-  page_ = static_cast<Page*>(memory);  // zeros are counts
+  page_ = static_cast<Page*>(memory);  // zero bytes are valid counts
 }
 
 SharedCounts::~SharedCounts() {

@@ -1,5 +1,5 @@
-// A reader in a process of its own: shm_stress_reader SEGMENT COUNTS INDEX KIND SLOTS
-// Reads until the counts say stop, or its parent is gone.
+// A reader as a process: shm_stress_reader SEGMENT COUNTS INDEX KIND SLOTS
+// Reads until the counts' stop flag is set or its parent has ended.
 #include <sys/prctl.h>
 
 #include <csignal>

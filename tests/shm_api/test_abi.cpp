@@ -1,4 +1,5 @@
-// The layout is a contract with programs that were built years ago: a failure here breaks them.
+// The layout is a contract with programs that were built years ago: a change that fails here breaks
+// them.
 #include <cstddef>
 
 #include "shm_api/layout/segment.h"
@@ -7,7 +8,7 @@
 
 namespace {
 
-// Every field of every struct that leaves the program.
+// Every field of every public struct.
 TEST(Abi, StructsArePinned) {
 #define FIELD(name, offset) EXPECT_EQ(offsetof(Struct, name), std::size_t{offset});
 #define STRUCT(name, size, FIELDS)                \
@@ -19,7 +20,7 @@ TEST(Abi, StructsArePinned) {
   PINNED_STRUCTS(STRUCT)
 }
 
-// A value may be added at the end of an enum (ODOM_SOURCE_COUNT rises); none changes.
+// A new value may be appended to an enum (ODOM_SOURCE_COUNT rises); existing values never change.
 TEST(Abi, NumbersArePinned) {
 #define CONSTANT(name, value) EXPECT_EQ(ODOM_##name, value);
   PINNED_CONSTANTS(CONSTANT)

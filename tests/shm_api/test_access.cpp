@@ -1,4 +1,4 @@
-// Whose segments are trusted, what is refused, and that there is only one writer.
+// Whose segments are trusted, which files are refused, and that there is only one writer.
 #include <fcntl.h>
 #include <grp.h>
 #include <sys/stat.h>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr uid_t other_user = 54321;
 
-// Only root can give a file away.
+// Only root can change the owner of a file.
 bool can_change_owner() {
   if (geteuid() == 0) return true;
   std::cout << "not run: 1 (needs root to give a file to another user)\n";
@@ -227,7 +227,7 @@ TEST_F(Access, OtherFilesUnderTheNamesOfLockAndTemporaryFileAreKept) {
     EXPECT_FALSE(std::filesystem::exists(path)) << suffix;
     std::filesystem::remove(neighbour);
   }
-  // As short as a lock, and none: words, a pid file that all may read, more than one line.
+  // Not locks, though as short: a word, a pid file readable by all, more than one line.
   const std::string lock = path + ".lock";
   for (const char* const content : {"sesame\n", "1234\n", "12\n34\n"}) {
     std::ofstream(lock) << content;

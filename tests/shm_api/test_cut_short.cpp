@@ -1,4 +1,4 @@
-// The message of our programs when their segment is truncated.
+// The error message of our programs if their segment is truncated.
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
@@ -13,7 +13,7 @@
 namespace odomd::shm::testing::test_cut_short {
 namespace {
 
-/// Two threads that read missing memory at the same time. Does not return.
+/// Two threads access a missing page at the same time. Does not return.
 [[noreturn]] void read_what_is_gone(const std::string& path, int errors) {
   dup2(errors, STDERR_FILENO);
   end_where_a_segment_is_cut_short("reader");
@@ -30,7 +30,7 @@ namespace {
   _exit(0);
 }
 
-/// A full pipe: a writer blocks.
+/// A full pipe, so that a write blocks.
 std::array<int, 2> full_pipe() {
   std::array<int, 2> ends{};
   EXPECT_EQ(pipe2(ends.data(), O_CLOEXEC | O_NONBLOCK), 0);
@@ -55,7 +55,7 @@ TEST(CutShort, IsSaidOnceHoweverManyThreadsSeeIt) {
   ASSERT_GE(child, 0);
   if (child == 0) read_what_is_gone(directory.file("empty"), errors[1]);
   close(errors[1]);
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // for both to come by
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // until both threads have failed
   EXPECT_EQ(all_of(errors[0]),
             "reader: the segment was truncated while it was in use (SIGBUS): only odomd may write "
             "to its file; start again\n");

@@ -1,4 +1,4 @@
-// The example in docs/shm.md is part of the program that check_installed.sh builds and runs.
+// The example in docs/shm.md is a part of the program that check_installed.sh builds and runs.
 #include <fstream>
 #include <iterator>
 

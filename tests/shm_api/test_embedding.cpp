@@ -1,4 +1,4 @@
-// The library inside other programs: loaded at run time, used by several threads, carried over a
+// The library inside other programs: loaded at run time, used by several threads, inherited by a
 // fork.
 #include <dlfcn.h>
 #include <sys/wait.h>
@@ -63,7 +63,7 @@ TEST_F(Embedding, EachThreadHasAClientOfItsOwn) {
   publish_patterned(writer, 1, 100);
   for (odom_status& status : seen)
     threads.emplace_back([&] {
-      // Opened and closed repeatedly: they do not affect each other.
+      // Repeated opening and closing does not affect the other client.
       for (int round = 0; round < 20; ++round) {
         const ClientPointer client = open_client(path);
         odom_pose pose{};
@@ -107,7 +107,7 @@ TEST_F(Embedding, AfterAForkParentAndChildHaveAClientEach) {
   ASSERT_TRUE(is_given(odom_latest(client.get(), &pose, sizeof pose)));
   const pid_t child = fork();
   if (child == 0) {
-    // Sleeps on the futex of a mapping that it has inherited.
+    // Sleeps on the futex of an inherited mapping.
     const bool fine = is_given(odom_wait(client.get(), &pose, sizeof pose, 60 * second)) &&
                       pose.tick == 2 && is_whole(pose);
     odom_client* inherited = client.get();
@@ -121,7 +121,7 @@ TEST_F(Embedding, AfterAForkParentAndChildHaveAClientEach) {
   int status = -1;
   ASSERT_EQ(waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
-  // The child has unmapped its own mapping.
+  // The child has unmapped only its own mapping.
   EXPECT_TRUE(is_given(odom_latest(client.get(), &pose, sizeof pose)));
   EXPECT_EQ(pose.tick, 2U);
 }

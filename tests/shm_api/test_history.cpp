@@ -1,4 +1,4 @@
-// odom_at: the pose at a past time, across missed ticks, resets and the ends of the history.
+// odom_at: the pose at a past time, with missed ticks, resets and the ends of the history.
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_history {
@@ -15,7 +15,7 @@ class History : public ::testing::Test {
   odom_pose pose{};
 
   void publish(const odom_pose& p) { writer.publish(p, odom_details{}); }
-  // Whether the writer is fresh does not matter here: no test is faster than 20 ms.
+  // Whether the writer is fresh does not matter here: a slow test may exceed 20 ms.
   odom_status at(std::int64_t time_ns) {
     const odom_status status = odom_at(client.get(), time_ns, &pose, sizeof pose);
     return status == ODOM_STALE ? ODOM_OK : status;
@@ -24,7 +24,7 @@ class History : public ::testing::Test {
 
 constexpr double sideslip = 0.3;
 
-// A circle, driven at constant speed: v = 2 m/s, yaw rate 3 rad/s.
+// A circle at constant speed: v = 2 m/s, yaw rate 3 rad/s.
 odom_pose circling_pose(std::uint64_t tick) {
   odom_pose pose{};
   pose.tick = tick;
@@ -96,7 +96,7 @@ TEST_F(History, BetweenTicksThePoseIsInterpolated) {
 }
 
 TEST_F(History, MissedTicksAreBridged) {
-  // Ticks 61..79 were missed: 100 ms from 60 to 80.
+  // Ticks 61 to 79 were missed: 100 ms between ticks 60 and 80.
   for (std::uint64_t tick = 1; tick <= 100; ++tick)
     if (tick <= 60 || tick >= 80) publish(circling_pose(tick));
   for (std::int64_t t = 55 * period_ns; t < 99 * period_ns; t += 1'234'567) {

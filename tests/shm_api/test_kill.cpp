@@ -1,6 +1,6 @@
-// A writer that publishes without pause is killed at random instants, over and over, and followed
-// by another: no reader, in a thread or in a process, hangs, sees words of two ticks or misses the
-// successor. ODOMD_STRESS_KILLS=N for more kills.
+// A writer that publishes without pause is repeatedly killed at a random instant and replaced: no
+// reader, thread or process, hangs, sees words of two ticks or misses the next writer.
+// ODOMD_STRESS_KILLS=N sets the number of kills.
 #include <fstream>
 #include <memory>
 #include <random>
@@ -12,11 +12,11 @@
 namespace odomd::shm::testing::test_kill {
 namespace {
 
-constexpr std::int64_t fast_ns = 1'000'000;  // the period: stale after 4 ms
+constexpr std::int64_t fast_ns = 1'000'000;  // the period: poses are stale after 4 ms
 constexpr std::int64_t timeout_ns = 20'000'000'000;
-constexpr std::size_t slots = 64;  // the publisher's
+constexpr std::size_t slots = 64;  // as in the publisher
 
-// Half-written slots of a dead writer.
+// Number of half-written slots of a dead writer.
 int half_written(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::array<std::uint64_t, ODOM_SEGMENT_HEADER_WORDS + slots * ODOM_SLOT_WORDS> words{};
@@ -66,7 +66,7 @@ class Kills : public ::testing::Test {
     return true;
   }
 
-  // Each reader has returned from all its calls twice since now.
+  // Whether each reader completes two more turns.
   bool all_go_on() {
     std::array<std::uint64_t, readers> turns{};
     for (std::size_t i = 0; i < readers; ++i) turns.at(i) = counts_->readers.at(i).turns;
@@ -96,7 +96,7 @@ TEST_F(Kills, ReadersSurviveTheWritersDeathAtAnyInstant) {
     {
       const Process publisher({ODOMD_SHM_PUBLISHER, path_, std::to_string(fast_ns)});
       if (i % 4 != 0) {
-        // While it publishes: an old client finds it, whatever was before.
+        // Killed while it publishes: the old client still gets its poses.
         odom_pose pose{};
         ASSERT_TRUE(await([&] { return odom_latest(client.get(), &pose, sizeof pose) == ODOM_OK; }))
             << "kill " << i;
@@ -104,7 +104,7 @@ TEST_F(Kills, ReadersSurviveTheWritersDeathAtAnyInstant) {
         ++followed;
         pause(2000);
       } else {
-        pause(4000);  // or while it starts
+        pause(4000);  // killed while it starts
       }
     }
     ASSERT_TRUE(all_go_on()) << "kill " << i;

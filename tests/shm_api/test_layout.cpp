@@ -1,6 +1,5 @@
-// The segment as a whole, against images that ABI 1.0 and 1.1 wrote: they are kept, the newest is
-// still written, all are still read. The numbers by which programs look into it are pinned in
-// test_abi.cpp.
+// The segment as a whole, compared with images that ABI 1.0 and 1.1 wrote: today's writer
+// reproduces the newest, and clients read all. test_abi.cpp pins the constants of the layout.
 #include <sys/stat.h>
 #include <cstring>
 #include <fstream>
@@ -20,7 +19,7 @@ std::vector<std::uint64_t> words_of(const std::string& path) {
   return words;
 }
 
-// The same on every machine, but for who wrote it and when.
+// Identical on every machine, except for the writer's identity and times.
 void write_reference(const std::string& path) {
   odom_info info = test_info();
   info.first_tick_ns = 1000;
@@ -52,8 +51,8 @@ TEST(Layout, TheSegmentLiesWhereReadersLook) {
   ASSERT_EQ(words.size(), 512U + 4U * 104U);
   EXPECT_EQ(std::memcmp(words.data(), "ODOMSEG1", 8), 0);
   EXPECT_EQ(words[1], 4096U);             // bytes of the header
-  EXPECT_EQ(words[2], 832U);              // bytes from slot to slot
-  EXPECT_EQ(words[3], 8 * words.size());  // bytes of the whole
+  EXPECT_EQ(words[2], 832U);              // bytes per slot
+  EXPECT_EQ(words[3], 8 * words.size());  // bytes of the segment
   EXPECT_EQ(words[4], 28U);               // words of a pose
   EXPECT_EQ(words[5], 69U);               // words of its details
   EXPECT_EQ(words[6], 24U);
@@ -92,10 +91,10 @@ TEST(Layout, TheWriterHasOnlyAppendedToTheImageOfAbi1) {
   std::vector<std::uint64_t> written = written_words();
   std::vector<std::uint64_t> kept = words_of(ODOMD_TEST_DATA "/segment_abi_1_0.bin");
   for (const std::size_t i : volatile_words) written[i] = kept[i] = 0;
-  // What grows: bytes from slot to slot and of the whole, words of the details; and the ABI minor.
+  // Values that grow: bytes per slot and of the segment, words of the details, ABI minor version.
   for (const std::size_t i : {2U, 3U, 5U, 8U}) written[i] = kept[i] = 0;
   for (std::size_t i = 0; i < 512; ++i) EXPECT_EQ(written[i], kept[i]) << "word " << i;
-  // The words of slots that ABI 1.0 knows: the sequence, 28 of the pose, 61 of the details.
+  // The words of a slot that ABI 1.0 has: the sequence, 28 of the pose, 61 of the details.
   for (std::size_t slot = 0; slot < 4; ++slot)
     for (std::size_t i = 0; i < 90; ++i)
       EXPECT_EQ(written[512 + 104 * slot + i], kept[512 + 96 * slot + i]) << slot << ", word " << i;
@@ -106,7 +105,7 @@ void copy_image(const std::string& name, const std::string& path) {
   ASSERT_EQ(chmod(path.c_str(), 0644), 0);
 }
 
-/// The patterned details of a tick, as a daemon that has only the first `words` leaves them.
+/// The patterned details of a tick, from a daemon that only has the first `words` of them.
 odom_details details_of(std::uint64_t tick, std::size_t words) {
   odom_details details{};
   const Record record = patterned(tick, 0);
@@ -137,12 +136,12 @@ TEST(Layout, ClientsStillReadEveryImage) {
   }
 }
 
-// Its calibrations go on, what it does not have is not estimated.
+// The writer continues with the calibrations of the image; those that it lacks are not estimated.
 TEST(Layout, AWriterInheritsFromOneOfAbi1) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("pose");
   copy_image("segment_abi_1_0.bin", path);
-  // The image is older than the checksum, the last word of a slot.
+  // The image has no checksum yet, today's last word of a slot: compute it.
   const std::vector<std::uint64_t> words = words_of(path);
   const std::size_t slot = 512 + 6 % 4 * 96;
   const std::uint64_t checksum = odomi_checksum(words.data() + slot + 1, 28 + 61);

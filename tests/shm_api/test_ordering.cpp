@@ -1,11 +1,11 @@
-// The protocol of shm_api/layout/slot.h on a machine that reorders whatever it may, which x86 does
-// not: two accesses of one thread are performed in either order unless the C++ memory model orders
-// them. All orders of writer and reader are tried; no reader may take words of two ticks for one
-// pose. With any of the orderings left out, one does: each is needed. docs/dev/shm-protocol.md has
-// the argument in words.
+// The protocol of shm_api/layout/slot.h on a machine that reorders as much as it may, unlike x86:
+// two accesses of one thread happen in either order unless the C++ memory model orders them. The
+// test tries all orders of writer and reader; no reader may take words of two ticks for one pose.
+// Without any one of the orderings a reader does, so each is needed. docs/dev/shm-protocol.md
+// explains why.
 //
-// Two threads of which one only stores and the other only loads need no more of the memory model
-// than this: there is one memory, each store is performed once, and each load at some instant.
+// One thread only stores and the other only loads, so this much of the memory model is enough:
+// there is one memory, each store happens once, and each load at some instant.
 #include <set>
 #include <tuple>
 
@@ -40,7 +40,7 @@ bool is_fence(const Access& access) {
 bool comes_before(const Thread& thread, std::size_t i, std::size_t j) {
   const Access& a = thread[i];
   const Access& b = thread[j];
-  if (is_fence(a) || is_fence(b)) return false;  // they order others
+  if (is_fence(a) || is_fence(b)) return false;  // fences order the accesses around them
   if (a.location == b.location) return true;
   if (a.kind == Kind::load && a.order == Order::ordered) return true;
   if (b.kind == Kind::store && b.order == Order::ordered) return true;
@@ -51,7 +51,7 @@ bool comes_before(const Thread& thread, std::size_t i, std::size_t j) {
   return false;
 }
 
-// Which orderings the protocol has. The names are those of slot.h.
+// The orderings of the protocol, with the names of slot.h.
 struct Protocol {
   bool w1_is_release_store = false;
   bool w2 = true;
@@ -62,7 +62,8 @@ struct Protocol {
   Order r4 = Order::relaxed;
 };
 
-// Ticks 1 and 2 into the same slot: the ring has come round. Both words of tick k are k.
+// Writes ticks 1 and 2 to the same slot, as after a full round of the ring. Both words of tick k
+// are k.
 Thread writer(const Protocol& protocol) {
   Thread thread;
   for (int tick = 1; tick <= 2; ++tick) {
@@ -86,7 +87,7 @@ Thread reader(const Protocol& protocol) {
 
 struct State {
   std::array<int, locations> memory{};
-  std::array<int, locations> read{};  // what the reader has got, each location once
+  std::array<int, locations> read{};  // values that the reader loaded, each location once
   std::array<std::uint32_t, 2> performed{};
   bool operator<(const State& other) const {
     return std::tie(memory, read, performed) < std::tie(other.memory, other.read, other.performed);
@@ -94,7 +95,7 @@ struct State {
 };
 
 struct Outcomes {
-  std::set<int> whole;  // ticks that a reader has taken whole
+  std::set<int> whole;  // ticks that a reader accepted with both words
   bool torn = false;
 };
 
@@ -136,7 +137,7 @@ class Machine {
   }
 
   void judge(const std::array<int, locations>& read) {
-    if (read[head] == 0 || read[sequence] != read[head]) return;  // no pose, or thrown away
+    if (read[head] == 0 || read[sequence] != read[head]) return;  // no pose, or rejected
     const int tick = read[head] / 2 - 1;
     if (read[first_word] == tick && read[second_word] == tick)
       outcomes_.whole.insert(tick);

@@ -1,4 +1,4 @@
-// odom_predict against fine numerical integration of the same motion.
+// odom_predict compared with fine numerical integration of the same motion.
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_predict {
@@ -133,7 +133,7 @@ TEST(Predict, CovarianceGrowsAndStaysPositiveDefinite) {
   }
 }
 
-// The displacement turns with the initial yaw: its uncertainty shows across the way, not along it.
+// The displacement rotates with the initial yaw, whose uncertainty therefore acts across the path.
 TEST(Predict, YawUncertaintySwingsThePath) {
   odom_pose from = pose_with({5.0, 0.0, 0.0, 0.0, 0.0, 0.0});
   from.yaw = 0.0;

@@ -1,4 +1,4 @@
-// What the writer publishes, clients read: copied, in place, with details, and from the header.
+// Clients read what the writer publishes: copied, in place, with details, and from the header.
 #include <cstring>
 
 #include "tests/shm_api/segment_fixture.hpp"
@@ -88,7 +88,7 @@ TEST_F(RoundTrip, ValidateDetectsThatTheSlotWasOverwritten) {
   publish_patterned(writer, 1, 1);
   odom_view view{};
   ASSERT_EQ(odom_begin(client.get(), &view), ODOM_OK);
-  // Published slots stay as they are until the ring has come round: eight slots.
+  // A published slot stays unchanged for one round of the ring: eight ticks.
   for (std::uint64_t tick = 2; tick <= 8; ++tick) {
     publish_patterned(writer, tick, static_cast<std::int64_t>(tick));
     EXPECT_TRUE(odom_validate(&view)) << tick;
@@ -107,7 +107,7 @@ TEST_F(RoundTrip, AnOlderProgramsSmallerStructIsFilledAndNothingBeyondIt) {
   std::memcpy(&beyond, &pose.odom_x, sizeof beyond);
   EXPECT_EQ(beyond, 0x5A5A5A5A5A5A5A5AU);
 
-  odom_details details{};  // of a program that was built with ABI 1.0
+  odom_details details{};  // as in a program built with ABI 1.0
   std::memset(&details, 0x5A, sizeof details);
   ASSERT_EQ(odom_latest_details(client.get(), &pose, sizeof pose, &details,
                                 offsetof(odom_details, gyro_latency)),
@@ -189,7 +189,7 @@ TEST_F(RoundTrip, BeatCountsAndHistograms) {
   writer.count_wakeup(999);
   writer.count_wakeup(1000);
   writer.count_wakeup(1190);  // [2^(1/4), 2^(2/4)) us
-  writer.count_wakeup(-5);    // a clock that went back a little: no time at all
+  writer.count_wakeup(-5);    // the clock went back slightly: counts as zero
   writer.count_execution(2000);
   writer.count_execution(46'340'950);
   writer.count_execution(46'340'951);  // beyond 2^(62/4) us: the last bucket

@@ -1,4 +1,4 @@
-// The places where clients look when no name is given.
+// The paths where clients look if no name is given.
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -21,7 +21,7 @@ class ServicePath : public ::testing::Test {
     std::ofstream(directory.file(name)) << "here";
   }
 
-  /// What is found, below the directory.
+  /// The path that is found, relative to the directory.
   [[nodiscard]] std::string found(const std::string& leaf) const {
     char* path = nullptr;
     EXPECT_EQ(odomi_service_path(directory.file("run").c_str(), leaf.c_str(), &path), ODOM_OK);
@@ -32,7 +32,7 @@ class ServicePath : public ::testing::Test {
     EXPECT_EQ(odomi_socket_path(directory.file("run").c_str(), leaf.c_str(), &path), ODOM_OK);
     return below(path);
   }
-  /// Of a daemon that is started by hand.
+  /// Socket directory of a daemon that is started by hand.
   [[nodiscard]] std::string own_directory(const std::string& service) const {
     char* path = nullptr;
     EXPECT_EQ(odomi_socket_directory(service.c_str(), &path), ODOM_OK);
@@ -71,7 +71,7 @@ TEST_F(ServicePath, AnInstanceBeatsTheDirectoryItself) {
   EXPECT_EQ(found("pose"), "run/can0/pose");
 }
 
-/// With XDG_RUNTIME_DIR as it says, for as long as it lives.
+/// Sets XDG_RUNTIME_DIR while this object exists.
 class RuntimeDirectory {
  public:
   explicit RuntimeDirectory(const std::string& path) {
@@ -91,7 +91,7 @@ class RuntimeDirectory {
   std::optional<std::string> before_ = present();
 };
 
-/// A socket that listens, whose file stays behind.
+/// A listening socket, whose file remains afterwards.
 class Listener {
  public:
   explicit Listener(const std::string& path) {

@@ -1,4 +1,4 @@
-// Writers end and are followed by others: staleness, re-attachment, inheritance.
+// Writers end and are replaced: staleness, re-attachment, inheritance.
 #include <unistd.h>
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 namespace odomd::shm::testing::test_succession {
 namespace {
 
-constexpr std::int64_t slow_ns = 1'000'000'000;  // stale after 4 s: the test is not that slow
+constexpr std::int64_t slow_ns = 1'000'000'000;  // stale after 4 s, longer than the test takes
 constexpr std::int64_t fast_ns = 1'000'000;      // stale after 4 ms
 
 class Succession : public ::testing::Test {
@@ -28,7 +28,8 @@ TEST_F(Succession, SilenceOfFourPeriodsIsStaleAndTheLastPoseIsGiven) {
   publish_patterned(writer, 1, 1);
   odom_pose pose{};
   EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_OK);
-  // Half a period clear of the limit: the coarse clock of a busy machine lags by some of its ticks.
+  // Half a period beyond the limit: the coarse clock of a busy machine may lag by some of its
+  // ticks.
   writer.set_heartbeat(now_ns() - 4 * slow_ns - slow_ns / 2);
   pose = {};
   EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_STALE);
@@ -67,7 +68,7 @@ TEST_F(Succession, AClientGoesOverToTheSuccessorOnceItPublishes) {
     ASSERT_EQ(pose.tick, 100U);
   }
   publish_patterned(successor, 3, now_ns());
-  // The wait treats it as newer although its tick is lower.
+  // The wait accepts it as newer although its tick is lower.
   EXPECT_EQ(odom_wait(client.get(), &pose, sizeof pose, 5 * slow_ns), ODOM_OK);
   EXPECT_EQ(pose.tick, 3U);
   odom_info info{};
@@ -98,7 +99,7 @@ TEST_F(Succession, TheSuccessorInheritsTheLastPose) {
   std::uint64_t instance = 0;
   {
     Writer writer(settings, test_info());
-    EXPECT_FALSE(writer.predecessor().has_value());  // published nothing
+    EXPECT_FALSE(writer.predecessor().has_value());  // it published nothing
     publish_patterned(writer, 7, 70);
     publish_patterned(writer, 9, 90);
     instance = writer.info().instance_id;
@@ -126,7 +127,7 @@ TEST_F(Succession, ADamagedSegmentLeavesAWholePoseOrNone) {
   for (unsigned seed = 0; seed < 1000; ++seed) {
     std::mt19937 random(seed);
     std::string damaged = whole;
-    // Half of them in the newest slot, the others anywhere.
+    // Half of the damages lie in the newest slot, the others anywhere.
     for (unsigned i = 0; i <= random() % 8; ++i) {
       const std::size_t at =
           seed % 2 == 0 ? newest + random() % (8 * 98) : random() % damaged.size();
@@ -143,7 +144,7 @@ TEST_F(Succession, ADamagedSegmentLeavesAWholePoseOrNone) {
         ASSERT_TRUE(claim.predecessor_is_damaged() || damaged == whole) << seed;
       }
     } catch (const std::runtime_error&) {
-      ++refused;  // no segment any more, by its first word
+      ++refused;  // its first word no longer marks a segment
     }
   }
   EXPECT_GT(refused, 450);
@@ -154,7 +155,7 @@ TEST_F(Succession, ADamagedTickDoesNotPassForThatOfAnotherSlot) {
     Writer writer(settings, test_info());
     for (std::uint64_t tick = 1; tick <= 100; ++tick) publish_patterned(writer, tick, 10);
   }
-  const std::uint64_t other = 44;  // its slot is whole
+  const std::uint64_t other = 44;  // the slot of this tick is intact
   std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
   file.seekp(8 * (ODOM_SEGMENT_HEADER_WORDS + 100 % 64 * ODOM_SLOT_WORDS + ODOM_SLOT_POSE));
   file.write(reinterpret_cast<const char*>(&other), sizeof other);

@@ -1,5 +1,5 @@
-// A writer that never pauses against several readers, in threads and in processes: what validates
-// is one tick, always. ODOMD_STRESS_READS=N for more of them.
+// A writer without pauses and several readers, threads and processes: every read that validates
+// contains one tick. ODOMD_STRESS_READS=N sets the number of reads.
 #include <atomic>
 #include <memory>
 #include <thread>
@@ -18,8 +18,8 @@ class TornReads : public ::testing::Test {
   }
   enum class Overlap : std::uint8_t { as_it_comes, wanted };
 
-  // Publishes until all readers together have read this often, each has read many ticks, and, if
-  // requested, each in-place reader has seen the writer overwrite its slot.
+  // Publishes until all readers together have made this many reads, each has read many ticks, and,
+  // if wanted, each in-place reader has seen the writer overwrite its slot.
   void stress(std::uint64_t slots, Overlap overlap) {
     const std::uint64_t reads = wanted("ODOMD_STRESS_READS", 1'000'000);
     const std::string path = directory_.file("pose");
@@ -74,7 +74,7 @@ class TornReads : public ::testing::Test {
   SharedCounts counts_{directory_.file("counts")};
 };
 
-// In a ring of four the writer overtakes the readers, so every read meets it.
+// In a ring of four slots the writer overtakes every reader.
 TEST_F(TornReads, AReaderThatIsOvertakenKnowsIt) {
   stress(4, Overlap::wanted);
   EXPECT_EQ(sum(&ReaderCounts::torn), 0U);

@@ -57,7 +57,7 @@ TEST_F(Wait, EveryWaiterIsWoken) {
   publish_patterned(writer, 2, 200);
   writer.wake_clients();
   for (std::thread& thread : threads) thread.join();
-  // Without a wake-up a waiter checks only every four periods, four seconds here.
+  // Without a wake-up the client would only check after four periods, i.e. four seconds.
   EXPECT_LT(now_ns() - published, 3 * second);
   for (const Waiter& waiter : waiters) {
     EXPECT_EQ(waiter.status, ODOM_OK);
@@ -66,9 +66,9 @@ TEST_F(Wait, EveryWaiterIsWoken) {
   }
 }
 
-// Any process that may read the segment can requeue the sleepers of its futex to a word of its own,
-// because Linux requires no write permission. They miss a wake-up, and check by themselves after
-// four periods.
+// Any process that can read the segment can move the waiters of its futex to another word, because
+// Linux requires no write permission. They miss a wake-up then, but check by themselves after four
+// periods.
 TEST_F(Wait, AReaderWhoTakesTheSleepersAwayDelaysThemByFourPeriods) {
   constexpr std::int64_t period = second / 20;
   const std::string other = directory.file("other");
@@ -104,7 +104,7 @@ TEST_F(Wait, AReaderWhoTakesTheSleepersAwayDelaysThemByFourPeriods) {
   }
   thread.join();
   EXPECT_EQ(status, ODOM_OK);
-  // Usually a later one than 2, but the kernel may wake any sleeper without a reason.
+  // Usually a later tick than 2, but the kernel may wake a waiter without reason.
   EXPECT_GE(pose.tick, 2U);
   EXPECT_LT(now_ns() - taken, 10 * second) << "long before its time is out";
   munmap(segment, ODOM_WORD_BYTES * ODOM_SEGMENT_HEADER_WORDS);
