@@ -234,8 +234,7 @@ TEST(LogFeeder, CountsWhatIsNoFrameAndGoesOn) {
   Played log(text);
   EXPECT_EQ(drain(log.feeder, 100).size(), 9U);
   EXPECT_EQ(log.feeder.link(), LinkState::ended);
-  EXPECT_EQ(log.feeder.counters().malformed.get(),
-            4U);  // two lines, one bus, the truncated end
+  EXPECT_EQ(log.feeder.counters().malformed.get(), 4U);  // two lines, one bus, the cut end
   EXPECT_THAT(log.feeder.warnings(),
               ElementsAre(HasSubstr("drive.log:2: \"nonsense\" is no frame"),
                           HasSubstr("drive.log:3: expected an identifier"), HasSubstr("can8")));
