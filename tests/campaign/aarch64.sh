@@ -2,8 +2,8 @@
 # The unit tests for 64-bit ARM: cross-built with Debian's compiler, run under qemu-aarch64 in user
 # mode. Ends with a dated summary line.
 #
-# The arm64 libraries are Debian packages, unpacked into build/aarch64/sysroot; apt gets directories of
-# its own for that, so that this machine's package lists and architectures stay as they are.
+# The arm64 libraries are Debian packages, unpacked into build/aarch64/sysroot. For that apt gets
+# directories of its own, so that this machine's package lists and architectures do not change.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 begin=$SECONDS
@@ -14,7 +14,7 @@ libraries=(libc6 libstdc++6 libspdlog-dev libfmt-dev libsystemd-dev libsocketcan
   libgmock-dev libeigen3-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev zlib1g-dev libzstd-dev)
 mkdir -p build/logs "$root"
 
-# private_apt ARGUMENT...: apt-get for arm64 that knows of no installed package.
+# private_apt ARGUMENT...: apt-get for arm64, with an empty list of installed packages.
 private_apt() {
   apt-get -q -o APT::Architecture=arm64 -o APT::Architectures=arm64 -o APT::Sandbox::User=root \
     -o Dir::State="$root/apt" -o Dir::State::status="$root/apt/status" -o Dir::Cache="$root/apt" "$@"
@@ -37,7 +37,8 @@ if ! printf '%s\n' "${libraries[@]}" | cmp -s - "$sysroot/packages"; then
   make_sysroot >build/logs/aarch64-sysroot.log 2>&1 || { tail -n 5 build/logs/aarch64-sysroot.log; exit 1; }
 fi
 
-# Tests start programs through a script that runs the emulator, as this kernel cannot run them.
+# This kernel cannot run the programs themselves: tests start them through a script that runs the
+# emulator.
 wrap_programs() {
   local program
   mkdir -p "$root/programs"
@@ -47,14 +48,14 @@ wrap_programs() {
   done
 }
 
-# Not possible in a user-mode emulator: these may fail.
+# Tests that may fail, because a user-mode emulator cannot do what they need.
 not_emulated=(
-  # qemu knows no SO_TIMESTAMPING: the kernel's receive stamps
+  # qemu lacks SO_TIMESTAMPING, the kernel's receive stamps
   FrameReceiverTest.StampsFramesOnTheMonotonicClock
   FrameReceiverTest.FallsBackToSoftwareStampsWhereTheHardwareGivesNone
   FrameReceiverTest.CarriesOverWhatADrainHasNoRoomFor
   FrameReceiverTest.CountsWhatTheKernelDropped
-  # qemu writes a line of its own to the terminal of a program that a signal has killed
+  # if a signal kills the program, qemu writes an additional line to its terminal
   WatchCommand.GivesTheTerminalBackOnASignalAndInACrash
 )
 
@@ -70,7 +71,8 @@ build() {
 build 2>&1 | tee "$log"
 [ "${PIPESTATUS[0]}" = 0 ] || { echo "$(date -u +%F) aarch64: did not build"; exit 1; }
 rm -f "$failures" "$junit"
-# Some tests have a real daemon keep real time, which an emulator under load may not: a second chance.
+# Some tests need a daemon that keeps real time, which may fail under a loaded emulator: repeat them
+# once.
 ctest --test-dir "$root/tree" --progress --output-on-failure --output-junit "$junit" -j "$(nproc)" \
   --repeat until-pass:3 2>&1 | tee -a "$log"
 

@@ -1,5 +1,6 @@
 #!/bin/bash
-# All unit tests, also those of the tools, under AddressSanitizer and UBSan. Ends with a dated summary line.
+# All unit tests, including those of the tools, under AddressSanitizer and UBSan. Ends with a dated
+# summary line.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 begin=$SECONDS
@@ -7,7 +8,7 @@ tools/dependencies.sh campaign || exit 1
 mkdir -p build/logs
 log=build/logs/asan.log
 {
-  # The long replays take an hour without -O1, where g++ sees uninitialised values that are not there.
+  # Without -O1 the long replays take an hour; with it, g++ wrongly reports uninitialised values.
   cmake --preset asan -DODOMD_TESTS=ON -DODOMD_TOOLS=ON -DCMAKE_C_FLAGS_DEBUG="-O1 -g1" \
     -DCMAKE_CXX_FLAGS_DEBUG="-O1 -g1 -Wno-maybe-uninitialized" && cmake --build --preset asan -j "$(nproc)" &&
     UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1} ctest --preset asan --progress -j "$(nproc)"

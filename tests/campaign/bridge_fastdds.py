@@ -22,7 +22,7 @@ import time
 
 here = pathlib.Path(__file__).resolve().parent
 domain = "97"
-Sample = dict[str, dict[str, float]]  # the part of a tick's JSON that is checked
+Sample = dict[str, dict[str, float]]  # the checked part of a tick's JSON
 
 
 class Cdr:
@@ -106,7 +106,7 @@ def check_transforms(payload: bytes, expected: dict[int, Sample]) -> None:
     odom, pose = expected[stamp]["odom"], expected[stamp]["map"]
     x, y, yaw = found["odom", "base_link"]
     assert (x, y) == (odom["x"], odom["y"]) and same_turn(yaw, odom["yaw"])
-    at_x, at_y, turn = found["map", "odom"]  # composed they are the pose in the map
+    at_x, at_y, turn = found["map", "odom"]  # their composition is the pose in the map
     assert math.isclose(at_x + math.cos(turn) * x - math.sin(turn) * y, pose["x"], abs_tol=1e-9)
     assert math.isclose(at_y + math.sin(turn) * x + math.cos(turn) * y, pose["y"], abs_tol=1e-9)
     assert same_turn(turn + yaw, pose["yaw"])
@@ -118,7 +118,7 @@ def listen(receiver: socket.socket, expected: dict[int, Sample], end: threading.
             datagram = receiver.recv(65536)
         except TimeoutError:
             continue
-        stamp = datagram.split(b":", 2)[1].split(b",")[0].decode()  # as text: a double does not have enough digits
+        stamp = datagram.split(b":", 2)[1].split(b",")[0].decode()  # as text: a double has too few digits
         expected[int(stamp.replace(".", ""))] = json.loads(datagram)["odomd"]
 
 

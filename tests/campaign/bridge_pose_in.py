@@ -68,7 +68,7 @@ def drive(folder: pathlib.Path, programs: pathlib.Path, quality: str) -> str:
     started.append(subprocess.Popen([odom, "camera", "send", "--log", lap / "camera.csv", "--wait", "10", "--socket",
                                      ways[0] / "camera.sock"], stderr=subprocess.DEVNULL))
     offset = 0
-    while offset == 0:  # until the daemon plays its log
+    while offset == 0:  # wait until the daemon plays its log
         status = subprocess.run([odom, "status", "--json", "--socket", ways[1] / "status.sock"], capture_output=True)
         offset = json.loads(status.stdout)["clock"]["log_offset_ns"] if status.returncode == 0 else 0
     lines = schedule(camera, offset)

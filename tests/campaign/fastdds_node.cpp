@@ -1,10 +1,10 @@
-// A node on Fast DDS as ROS 2 has them, which knows types by name only: the caller encodes and
-// decodes the bytes, by the definitions of the messages.
+// A node on Fast DDS as in ROS 2. It knows types only by name: the caller encodes and decodes the
+// bytes according to the message definitions.
 //
-// fastdds_node DOMAIN SECONDS: reads /odom and /tf and prints every sample's bytes: the topic and
-// the serialised payload in hexadecimal, a line a sample.
-// fastdds_node DOMAIN TOPIC TYPE reliable|best_effort: writes the lines of standard input: the time
-// on CLOCK_MONOTONIC [ns] at which to send, and the payload.
+// fastdds_node DOMAIN SECONDS: reads /odom and /tf and prints a line per sample: the topic and the
+// serialised payload in hexadecimal.
+// fastdds_node DOMAIN TOPIC TYPE reliable|best_effort: sends the lines of standard input, each with
+// the time to send on CLOCK_MONOTONIC [ns] and the payload.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -59,7 +59,7 @@ class AnyBytes : public fast::TopicDataType {
 fast::DataReader* reader_of(fast::DomainParticipant& participant, fast::Subscriber& subscriber,
                             const char* topic, const char* type, int depth) {
   fast::TypeSupport(new AnyBytes(type)).register_type(&participant);
-  fast::DataReaderQos qos;  // what a node subscribes with by default
+  fast::DataReaderQos qos;  // a node's defaults for subscriptions
   qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
   qos.durability().kind = fast::VOLATILE_DURABILITY_QOS;
   qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
@@ -116,7 +116,7 @@ int write(fast::DomainParticipant& participant, const char* topic, const char* t
         std::chrono::steady_clock::time_point(std::chrono::nanoseconds(due_ns)));
     if (!writer->write(&bytes)) return 1;
   }
-  std::this_thread::sleep_for(std::chrono::seconds(1));  // the last ones may have to be repeated
+  std::this_thread::sleep_for(std::chrono::seconds(1));  // time to repeat the last samples
   return 0;
 }
 

@@ -1,5 +1,5 @@
-// Every kind of fault on one simulated drive, with its camera and without: a line of JSON a run.
-// For tests/campaign/integrity.py.
+// Every kind of fault on one simulated drive, with and without camera: a line of JSON per run.
+// Started by tests/campaign/integrity.py.
 //
 //   fault_runs FOLDER SEED [--kinds a,b,c] [--camera on|off|both] [--list]
 #include <algorithm>
@@ -27,8 +27,8 @@
 namespace odomd::campaign {
 namespace {
 
-// What is tried: every way to fail that a sensor has, on the sensors that differ in what
-// contradicts them; one rear and one front wheel stand for the others.
+// The default kinds: all faults of each sensor that other sensors can contradict in different ways;
+// one rear and one front wheel represent all wheels.
 constexpr std::string_view tried =
     "gyro.frozen,gyro.zero,gyro.stuck,gyro.halved,gyro.doubled,gyro.scaled,gyro.biased,gyro.ramped,"
     "gyro.inverted,gyro.noisy,"
@@ -51,7 +51,7 @@ constexpr std::string_view tried =
     "gyro.one_sided,gyro.rounded,gyro.fading,gyro.frozen_without_camera,gyro.offset_with_steering,"
     "wheels.zero_with_frozen_camera,bus.sagging,camera.skewed,camera.mixed,camera.vague_offset";
 
-// Several faults at once, KIND:BEGIN:LENGTH:SIZE as odom fault takes them, begin after that of the
+// Several faults at once, KIND:BEGIN:LENGTH:SIZE as in odom fault; begin is relative to that of the
 // run.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 6> composed{{
     {"gyro.fading",
@@ -64,8 +64,8 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 6> composed{
     {"camera.vague_offset", "camera.vague+camera.moved:::2.5"},
 }};
 
-// What a controller goes by. Not: what only the machine knows (not_realtime, restarted,
-// carried_over, ...), which no replay sets.
+// Conditions that a controller observes, without those that only depend on the machine
+// (not_realtime, restarted, carried_over, ...) and never occur in a replay.
 constexpr std::uint32_t heeded =
     ODOM_COND_BUS_DOWN | ODOM_COND_SIGNAL_TIMEOUT | ODOM_COND_PROTECTION | ODOM_COND_FRAMES_LOST |
     ODOM_COND_CAMERA_REJECTED | ODOM_COND_MODEL_FAULT | ODOM_COND_NON_FINITE |
@@ -83,8 +83,8 @@ struct Options {
   std::string camera = "both";
 };
 
-// Whether the mode is that of a good pose: tracking, and standstill while the camera is healthy;
-// without a camera dead reckoning and standstill.
+// Whether the mode is that of a good pose: with a camera, tracking, or standstill while the camera
+// is healthy; without a camera, dead reckoning or standstill.
 bool is_nominal(const Tick& tick, Camera camera) {
   if (camera == Camera::off)
     return tick.mode == ODOM_DEAD_RECKONING || tick.mode == ODOM_STANDSTILL;
@@ -92,8 +92,8 @@ bool is_nominal(const Tick& tick, Camera camera) {
          (tick.mode == ODOM_STANDSTILL && (tick.health & camera_bit) != 0);
 }
 
-// Whether the pose warns a controller. A bit or a mode that the drive without the fault has at the
-// same tick is routine, and does not count.
+// Whether the pose warns a controller. Bits and a mode that also occur at this tick without the
+// fault do not count.
 bool is_warned(const Tick& tick, const Tick* healthy, Camera camera) {
   if (!tick.initialised) return true;
   const std::uint32_t routine = healthy != nullptr ? healthy->conditions : 0;
@@ -107,7 +107,7 @@ class Report {
   Report(const Drive& drive, Camera camera, std::size_t first)
       : drive_(drive), camera_(camera), first_(first) {}
 
-  // `healthy`: the same ticks without the fault; none where this is that drive.
+  // `healthy`: the same ticks without the fault; empty if `run` is that drive.
   nlohmann::ordered_json of(const Run& run, std::span<const Tick> healthy) const {
     nlohmann::ordered_json json;
     const double period_s = static_cast<double>(drive_.config.realtime.period_ns) * 1e-9;
@@ -191,7 +191,7 @@ class Report {
 
   const Drive& drive_;
   Camera camera_;
-  std::size_t first_;  ///< tick of the run's first
+  std::size_t first_;  ///< the first tick of the run
 };
 
 void print(const nlohmann::ordered_json& head, const nlohmann::ordered_json& rest) {
@@ -229,7 +229,8 @@ std::vector<Trial> trials_of(const std::string& list) {
 }
 
 void run_all(const Drive& drive, Camera camera, const Options& options) {
-  // 25 to 60 % into the drive; for half the seeds for 5 s, for the others to the end.
+  // The fault begins after 25 to 60 % of the drive; it lasts 5 s for half of the seeds, otherwise
+  // to the end.
   sim::RandomStream random(options.seed, "begin of the faults");
   const auto begin =
       static_cast<std::size_t>(random.uniform(0.25, 0.60) * static_cast<double>(drive.ticks));

@@ -19,12 +19,12 @@ import tempfile
 import common
 
 SCENARIOS = ("lap", "circle", "slalom", "stop-and-go", "parking", "patch", "road")
-SLIPPERY = ("patch",)  # where wheels do slip
+SLIPPERY = ("patch",)  # scenarios in which wheels really slip
 IMMEDIATE = ("non_finite", "out_of_range")
-PERIOD = {"camera": 0.035}  # s, of the slower sources
+PERIOD = {"camera": 0.035}  # s, period of slower sources
 DEFAULT_PERIOD = 0.01
 LIMIT = 0.5  # s
-STEP = 0.005  # s, of the ticks: a flag within one is seen at its end
+STEP = 0.005  # s per tick: a flag appears at the end of its tick
 
 
 def arguments():

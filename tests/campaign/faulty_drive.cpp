@@ -16,10 +16,10 @@ namespace {
 
 using estimator::CameraPose;
 
-// A bus without frames: what is bound to it is left out.
+// A bus without frames: signals of this bus are left out.
 constexpr const char* no_bus = "nowhere";
 
-// So much before the fault is enough for it to know what the signals were.
+// The filter learns the signals in this time before the fault.
 constexpr std::int64_t learning_ns = 1'000'000'000;
 
 double mahalanobis(double dx, double dy, const odom_pose& pose) {
@@ -112,7 +112,7 @@ Tick FaultyDrive::tick(daemon::Pipeline& pipeline, std::size_t number) const {
   return tick;
 }
 
-// As tools::replay() does, to the last tick of the drive whatever has become of the frames.
+// Like tools::replay(), but up to the drive's last tick even if frames are missing.
 Run FaultyDrive::play(daemon::Pipeline& pipeline, std::span<const can::Frame> frames,
                       std::span<const CameraPose> cameras, std::size_t from, std::size_t to) const {
   Run run;

@@ -1,8 +1,8 @@
-// A simulated drive through the daemon's pipeline, with and without a fault, held against the truth
-// at every tick: what the integrity campaign measures with.
+// A simulated drive through the daemon's pipeline, with and without a fault, compared with the
+// truth at every tick: the measurements of the integrity campaign.
 //
-// What comes before the fault is the same in all runs, so it is replayed once: every run goes on
-// from the pipeline's state there.
+// The part before the fault is the same in all runs, so it is replayed only once: every run
+// continues from the pipeline's state at its end.
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@
 
 namespace odomd::campaign {
 
-/// The error of a pose, and what is said of it.
+/// The error of a pose, and its quality information.
 struct Tick {
   double position_m = 0.0;
   double yaw_rad = 0.0;
@@ -37,12 +37,12 @@ struct Tick {
   std::array<std::uint8_t, estimator::source_count> flags{};  ///< estimator::SourceFlag
 };
 
-/// One run from the fault's begin on, or the whole drive: a tick after the other.
+/// The ticks of one run, from the beginning of the fault or of the whole drive.
 using Run = std::vector<Tick>;
 
 enum class Camera : std::uint8_t { off, on };
 
-/// Files of a drive, decoded to frames once.
+/// The files of a drive, decoded to frames.
 struct Drive {
   daemon::Config config;
   std::vector<can::Database> databases;
@@ -62,15 +62,16 @@ struct Drive {
 /// Reads car.toml, drive.log, camera.csv and truth.csv.
 [[nodiscard]] Drive read_drive(const std::filesystem::path& folder);
 
-/// The runs of a drive whose faults begin after one tick.
+/// The runs of a drive in which all faults begin at the same tick.
 class FaultyDrive {
  public:
-  /// Replays the drive as it is. Both must outlive this. `begin`: the last tick before the faults.
+  /// Replays the drive without faults. `drive` must outlive this. `begin`: the last tick before the
+  /// faults.
   FaultyDrive(const Drive& drive, Camera camera, std::size_t begin);
 
-  /// The drive as it is, from its first tick on.
+  /// The drive without faults, from its first tick on.
   [[nodiscard]] const Run& healthy() const noexcept { return healthy_; }
-  /// From the tick behind `begin` on.
+  /// The run with these faults, from the tick after `begin` on.
   [[nodiscard]] Run with(std::span<const fault::Fault> faults) const;
   [[nodiscard]] Run without(fault::Sources sources) const;
 
@@ -86,9 +87,9 @@ class FaultyDrive {
   Camera camera_;
   std::size_t begin_;
   std::vector<std::optional<tools::TrajectoryPoint>> truth_;  ///< by tick
-  std::size_t frames_before_ = 0;                             ///< taken in by `begin`
+  std::size_t frames_before_ = 0;                             ///< frames before the faults
   std::size_t cameras_before_ = 0;
-  std::unique_ptr<daemon::PipelineState> state_;  ///< after it
+  std::unique_ptr<daemon::PipelineState> state_;  ///< state after `begin`
   std::vector<can::ProtectionState> protections_;
   Run healthy_;
 };

@@ -27,8 +27,9 @@ import common
 from common import DEGREES, ODOM, ROOT, output
 from recorded import measure
 
-# Car, drive fitted on, until when [s], and the drives judged with the options of evaluate. The reference of
-# dart_track_v1 is the car's from 17.6 s on only: before, it jumps by 7 m and faces backwards.
+# Car, drive for the fit, its length [s], and the drives to evaluate with their options. In
+# dart_track_v1 the reference is that of the car only after 17.6 s: before, it jumps by 7 m and
+# faces backwards.
 CASES = [
     ("dart", "dart_free1", 68.0,
      [("dart_free2", []), ("dart_track_v1", []), ("dart_track_v1", ["--from", "+18"])]),

@@ -34,7 +34,7 @@ class Found(NamedTuple):
     """What the drives show so far."""
 
     ratios: list[tuple[str, str, float]]  # drive, error, with init / by hand
-    other_roles: list[tuple[str, str, bool]]  # drive, role, sure of it
+    other_roles: list[tuple[str, str, bool]]  # drive, role, whether init was sure of it
 
     def good(self) -> bool:
         return (all(ratio <= MOST_WORSE for _, _, ratio in self.ratios)
@@ -125,7 +125,7 @@ def main() -> int:
                 write_by_hand(tested, folder, by_hand)
                 compare(chosen.odom, folder, by_hand, part, measure.lever_arm(tested), work, seen)
         finally:
-            if chosen.log and (seen.ratios or seen.other_roles):  # also a look that was broken off
+            if chosen.log and (seen.ratios or seen.other_roles):  # even if it was interrupted
                 drives = dict.fromkeys(drive for drive, *_ in seen.other_roles + seen.ratios)
                 log.add(chosen.log, f"`init.py --judged`, {', '.join(drives)}", seen.headline())
         if chosen.parts:

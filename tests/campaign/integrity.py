@@ -30,11 +30,11 @@ SCENARIOS = {
     "full-size": ("--car", "bmw_320i", "--scenario", "lap", "--speed", "15", "--duration", "60"),
 }
 LONGEST_SILENCE = 0.5  # s
-MOST_SILENT = 0.02  # of the runs
-SMALL = 0.05  # m, of an end error
+MOST_SILENT = 0.02  # of all runs
+SMALL = 0.05  # m; smaller end errors do not count
 MEDIAN_RATIO = 1.2
 LARGEST_RATIO = 2.0
-WITHIN_LARGEST = 0.95  # of the runs
+WITHIN_LARGEST = 0.95  # of all runs
 
 DOCUMENT = common.ROOT / "docs/dev/integrity.md"
 MARKS = ("<!-- by tests/campaign/integrity.py --write: begin -->\n", "<!-- end -->\n")
@@ -42,8 +42,8 @@ MARKS = ("<!-- by tests/campaign/integrity.py --write: begin -->\n", "<!-- end -
 ALONE = ("a speed independent of the wheels; an accelerometer shows nothing at constant speed, and at walking pace its "
          "error is as large as the speed")
 CLOCK = "a second clock in the sensor"
-# Kinds that no other sensor of the set contradicts, and the parity that is missing: at most eight, by the
-# camera being off or on. They are reported without a bar.
+# Kinds that no sensor contradicts, and the redundancy that is missing: at most eight, for the
+# camera off and on. They are reported, but not compared with a bar.
 NOT_DETECTABLE: dict[bool, dict[str, str]] = {
     False: {
         "gyro.scaled": "a yaw rate within 30 % of the gyro's; on a full-size car, steering and lateral acceleration "

@@ -42,7 +42,7 @@ def follow(segment, stop, answers):
                 info = client.info()
                 pose = client.latest()
                 if client.info().instance_id != info.instance_id:
-                    continue  # it went over in between
+                    continue  # the daemon was replaced between the calls
             except odom.OdomError:
                 continue  # stale: the daemon is dead
             if info.instance_id not in instances:
@@ -70,7 +70,8 @@ def first_pose_after(client, instance):
             before = client.info()
             pose = client.latest()
             info = client.info()
-            # Attaching to the successor between the two would give a pose of the one before.
+            # If the client attached to the successor between these calls, the pose may be the
+            # predecessor's.
             if info.instance_id not in (instance, 0) and info.instance_id == before.instance_id:
                 return pose, info
         except odom.OdomError:
@@ -126,7 +127,7 @@ def main():
                     break
                 goes_on = pose.conditions & odom.Conditions.RESTARTED
                 if not goes_on and pose.time_ns - last.time_ns > RESUMES_WITHIN_NS:
-                    late += 1  # a machine that is busy elsewhere: a pose that old is not resumed from
+                    late += 1  # on a busy machine the pose may become too old to resume from
                     continue
                 if not goes_on or pose.reset_count <= last.reset_count:
                     trouble = f"a successor began anew: {last}, then {pose}"

@@ -64,7 +64,7 @@ def run(program, tests, mutant, limit):
             status = None
         finally:
             try:
-                os.killpg(process.pid, signal.SIGKILL)  # with what the tests have started
+                os.killpg(process.pid, signal.SIGKILL)  # including programs that the tests started
             except ProcessLookupError:
                 pass
             process.wait()
@@ -75,7 +75,7 @@ def survivors(area, mutants, jobs):
     programs = [(path, tests) for path in tree.programs(AREAS[area]).values() if (tests := own_tests(area, path))]
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         timed = []
-        for path, tests in programs:  # as many at once as later: they must not disturb each other
+        for path, tests in programs:  # as parallel as later, to show that they do not disturb each other
             times = list(pool.map(lambda _: run(path, tests, 0, 900), range(jobs)))
             if None in times:
                 sys.exit(f"mutants: {path.name} fails without a mutant")
@@ -121,7 +121,7 @@ def main():
     given = options()
     begun = datetime.datetime.now(datetime.timezone.utc)
     areas = given.area or list(AREAS)
-    # A third to spare, for those that do not compile.
+    # A third more than needed, because some do not compile.
     chosen = {area: choose(area, given.seed, given.mutants + given.mutants // 3) for area in areas}
     every = [mutant for area in areas for mutant in chosen[area]]
     if given.list:
@@ -129,11 +129,11 @@ def main():
         return 0
     before = json.loads(given.baseline.read_text(encoding="utf-8")) if given.baseline else {}
     if before and before.get("seed") != given.seed:
-        sys.exit(f"mutants: {given.baseline} is of seed {before.get('seed')}: other mutants; use --seed or another file")
+        sys.exit(f"mutants: {given.baseline} has other mutants, of seed {before.get('seed', 'unknown')}: use that --seed, or write it again with --json")
     numbers = tree.build({mutant: i for i, mutant in enumerate(every, start=1)},
                          [AREAS[area] for area in areas], given.jobs)
     for what, limit in ((resource.RLIMIT_CORE, 0), (resource.RLIMIT_AS, 4 << 30), (resource.RLIMIT_FSIZE, 1 << 30)):
-        resource.setrlimit(what, (limit, limit))  # a mutant may ask for everything
+        resource.setrlimit(what, (limit, limit))  # a mutant may request any amount
     result, rows, fallen = {"seed": given.seed}, ["| area | mutants | killed | rate |", "|---|---|---|---|"], []
     for area in areas:
         mutants = dict([(mutant, numbers[mutant]) for mutant in chosen[area] if mutant in numbers][:given.mutants])

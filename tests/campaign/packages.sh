@@ -1,11 +1,13 @@
 #!/bin/bash
-# The Debian packages on a machine of their own, as docs/operations.md walks through them: packages.sh [RELEASE]
-# Makes the packages, or takes those that tools/release.sh has put into the directory RELEASE, and boots the lab's machine
-# with systemd. There: apt install, the bus by systemd-networkd on an emulated controller, a car on the other end of the
-# wire, the service enabled and started, looked at by a user who joins the group, every setting of the page; the same
-# packages once more, an upgrade under a running service, removal and purge. Ends with a dated summary line.
+# The Debian packages on a machine of their own, following docs/operations.md: packages.sh [RELEASE]
+# Builds the packages, or takes those of tools/release.sh from the directory RELEASE, and boots the
+# lab's machine with systemd. There: apt install; the bus, brought up by systemd-networkd on an
+# emulated controller, with a car at the other end of the wire; the service enabled and started; a
+# user who joins the group and reads it; every setting of the page; a reinstallation, an upgrade
+# with a running service, removal and purge. Ends with a dated summary line.
 #
-# It takes some minutes: apt and dpkg read the host's whole database through the machine's file system.
+# It takes some minutes: apt and dpkg read the host's whole database through the machine's file
+# system.
 set -uo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 tree=$(cd "$here/../.." && pwd)
@@ -22,7 +24,7 @@ if [ "${1-}" != --in-the-machine ]; then
     cmake --preset release -DODOMD_TESTS=ON >/dev/null && cmake --build --preset release >/dev/null &&
       cpack --config build/release/CPackConfig.cmake >/dev/null || exit 1
   fi
-  # The upgrade: the same, and younger.
+  # The upgrade: the same packages with a higher version.
   mkdir "$packages/younger"
   for package in "$packages"/{odomd,odom-web,odom-bridge}_*.deb; do
     unpacked=$(mktemp -d)
@@ -71,7 +73,7 @@ says "a new user sees what is missing" 'no such segment: is odomd running' as_ne
 
 echo "-- bring the bus up"
 cp /usr/lib/systemd/network/80-can0.network.example /etc/systemd/network/80-can0.network
-# networkctl asks by D-Bus, which the lab keeps out.
+# networkctl needs D-Bus, which the lab usually masks.
 rm -f /etc/systemd/system/dbus.s*
 systemctl daemon-reload
 systemctl start dbus.socket

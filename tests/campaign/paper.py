@@ -23,11 +23,12 @@ from identify import rows
 from identify.rows import sample
 
 MODELS = ["kinematic_printed", "kinematic", "paper", "full"]
-# Heading of a column: its key in the summary, and its unit there.
+# Column heading: key in the summary, and the column's unit in terms of the summary's.
 FIGURES = {"end [cm/m]": ("end_error_cm_per_m", 1.0), "heading at the end [deg]": ("heading_end", math.pi / 180),
            "35 ms [mm]": ("error_35ms_mean", 1e-3), "better than kinematic by [%]": ("better_percent", 1.0)}
 CLAIMS = [lambda end: end <= 1.25, lambda heading: heading <= 2.9, lambda ms: ms < 1.0, lambda by: by >= 82.6]
-# The laps of the errors by speed: how they are driven, by the words of their rows; and the speeds of each car.
+# Error by speed in laps: options of the laps, keyed by the words of their rows, and the speeds of
+# each car.
 SMALL_SCALE_ERROR = "--gyro-scale-error", 0.003
 DRIVEN = {"": ("--fix", "gyro_bias=0", *SMALL_SCALE_ERROR), ", with gyro bias": SMALL_SCALE_ERROR,
           ", no errors at all (`--ideal`)": ("--ideal",)}

@@ -48,7 +48,7 @@ def drawn(cells: list[list[Char]]) -> Image.Image:
             ink, paper = paper, ink
         if paper != COLOURS["black"]:
             draw.rectangle((*at, at[0] + CELL[0] - 1, at[1] + CELL[1] - 1), paper)
-        if "\u2800" < cell.data <= "\u28ff":  # braille, which the font has not
+        if "\u2800" < cell.data <= "\u28ff":  # braille, which the font lacks
             for bit, (column, row) in enumerate(((0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (0, 3), (1, 3))):
                 if ord(cell.data) >> bit & 1:
                     dot = at[0] + 1 + 4 * column, at[1] + 1 + 4 * row
@@ -96,7 +96,7 @@ def watched(options: list[str]) -> Iterator[Image.Image]:
             shots.append([[screen.buffer[y][x] for x in range(COLUMNS)] for y in range(ROWS)])
     os.write(terminal, b"q")
     os.waitpid(pid, 0)
-    return map(drawn, shots)  # now there is time for it
+    return map(drawn, shots)  # drawing takes time: do it after recording
 
 
 def browsed(options: list[str]) -> Iterator[Image.Image]:
@@ -122,7 +122,8 @@ def main(build: pathlib.Path, folder: pathlib.Path) -> None:
     for name, frames_of in (("watch", watched), ("web", browsed)):
         with tempfile.TemporaryDirectory() as scratch, drive(pathlib.Path(scratch) / "run") as options:
             frames = list(frames_of(options))[2:]
-        # Few colours, the common and the vivid ones, the same in all frames: what does not change costs nothing.
+        # Few colours, the most common and the vivid ones, are shared by all frames: unchanged areas
+        # cost nothing.
         strip = Image.new("RGB", (frames[0].width, 4 * frames[0].height))
         for i in range(4):
             strip.paste(frames[i * (len(frames) - 1) // 3], (0, i * frames[0].height))

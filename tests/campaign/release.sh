@@ -1,11 +1,12 @@
 #!/bin/bash
-# What tools/release.sh makes, as its users meet it: release.sh [--twice] [DIRECTORY]
+# The result of tools/release.sh, as users see it: release.sh [--twice] [DIRECTORY]
 #
-# On a bare Debian 12 (mmdebstrap; arm64 under qemu): the packages by README's steps to a pose in odom watch, timed; a
-# lap; the apt repository, refused where a signature is missing; the wheel; upgrade from an older version, removal and
-# purge. The Containerfile, by podman, on a base image made here. --twice makes the release again: the same sums. The
-# running service, with systemd, is packages.sh's. Without DIRECTORY it makes the release itself, signed by a key of its
-# own. Ends with a dated summary line.
+# On a bare Debian 12 (mmdebstrap; arm64 under qemu): README's steps from the packages to a pose in
+# odom watch, timed; a lap; the apt repository, which must be refused without its signature; the
+# wheel; upgrade from an older version, removal and purge. The Containerfile, with podman, on a base
+# image made here. --twice makes the release a second time, which must give the same checksums.
+# packages.sh tests the running service with systemd. Without DIRECTORY the script makes the release
+# itself, with its own signing key. Ends with a dated summary line.
 set -uo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 tree=$(cd "$here/../.." && pwd)
@@ -13,17 +14,17 @@ tree=$(cd "$here/../.." && pwd)
 # In the bare Debian -------------------------------------------------------------------------------
 
 listing() { find / -xdev \( -path /dev -o -path /proc -o -path /sys -o -path /tmp -o -path /dist -o -path /older \) -prune -o -print | sort; }
-# Users and groups stay, as Debian's do, and what apt and dpkg note.
+# Users and groups remain, as usual in Debian, and so do the records of apt and dpkg.
 left() { listing | comm -3 /tmp/before - | grep -vE '/(var/(lib/(apt|dpkg)|cache|log)|etc/(passwd|group|g?shadow|sub[ug]id)-)'; }
 named() { find / -xdev -name '*odom*' ! -path '/dist/*' ! -path '/older/*' ! -path '/var/lib/dpkg/*'; }
-# source_is OPTION FOLDER: the only one that apt has.
+# source_is OPTION FOLDER: makes this folder the only package source.
 source_is() { echo "deb [$1] file:$2 ./" >/etc/apt/sources.list && apt-get -q update; }
 as_newcomer() { runuser -u newcomer -- env HOME=/home/newcomer XDG_RUNTIME_DIR=/home/newcomer/run "$@"; }
 bare() {
   export DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 HOME=/root
   local begin seconds driver
   says "there is no compiler" '^$' sh -c 'command -v cc g++ clang'
-  # README's steps.
+  # Prints README's steps.
   readme() { sed -n '/^\*\*Try it now/,/^Or build/s/^    //p' /tmp/README.md; }
   useradd -m newcomer
   cd /home/newcomer && install -dm 700 -o newcomer run || return
@@ -49,7 +50,7 @@ bare() {
   says "the wheel finds libodom" 'StaleError|no such segment' as_newcomer env PYTHONPATH="$(echo /dist/*.whl)" \
     python3 -c 'import odom; odom.Client().latest()'
 
-  # The folder as a repository, without network: what the packages depend on stays.
+  # The folder as a repository, without network: the dependencies stay installed.
   does "purge" apt-get -q purge odomd odom-tools odom-web libodom0
   userdel -r newcomer 2>/dev/null
   says "nothing of that name is left" '^$' named
@@ -108,11 +109,11 @@ if [ -z "$dist" ]; then
   nice tools/release.sh --sign release-test --out "$dist" >build/logs/release.log 2>&1 || { tail -n 5 build/logs/release.log; exit 1; }
   if [ -n "$twice" ]; then
     nice tools/release.sh --sign release-test --out "$work/again" >build/logs/release-again.log 2>&1
-    # A signature contains its time.
+    # The signature is left out, because it contains its time.
     says "the same commit gives the same sums" '^$' diff <(grep -v InRelease "$dist/SHA256SUMS") <(grep -v InRelease "$work/again/SHA256SUMS")
   fi
 fi
-# The older version: the same programs.
+# The older version contains the same programs.
 mkdir "$work/older"
 for package in "$dist"/{odomd,odom-tools,libodom0}_*.deb; do
   dpkg-deb -R "$package" "$work/unpacked" && sed -i "s/^Version: .*/Version: 0.0.9-1/" "$work/unpacked/DEBIAN/control" &&
@@ -121,7 +122,7 @@ for package in "$dist"/{odomd,odom-tools,libodom0}_*.deb; do
 done
 tools/release.sh --index --out "$work/older" >/dev/null || exit 1
 
-# The kernel hands programs for arm64 to qemu.
+# Makes the kernel run arm64 programs with qemu.
 if [ "$(uname -m)" != aarch64 ]; then
   mountpoint -q /proc/sys/fs/binfmt_misc || mount -t binfmt_misc none /proc/sys/fs/binfmt_misc
   [ -e /proc/sys/fs/binfmt_misc/qemu-aarch64 ] ||
@@ -135,14 +136,15 @@ on_bare_debian() { # on_bare_debian ARCH; what it says comes by the hook's stand
 }
 container() {
   LAB_TEST=container
-  # The image of Debian's hub, made from the same packages.
+  # The same image as on Docker Hub, made from Debian's packages.
   podman image exists docker.io/library/debian:bookworm-slim ||
     mmdebstrap --quiet --variant=minbase bookworm - | podman import --quiet - docker.io/library/debian:bookworm-slim >/dev/null
   mkdir -p "$work/context" && cp -r "$dist" "$work/context/dist"
   local build=(podman build --isolation=chroot --pull=never --quiet -f Containerfile)
   does "the tools are built" "${build[@]}" --target tools --tag odom-test "$work/context"
   does "the daemon is built" "${build[@]}" --tag odomd-test "$work/context"
-  # Limits that every machine may set. runc also runs where control groups of both versions are mounted.
+  # Limits that any host can set. runc, if installed, also works on hosts with both versions of
+  # control groups.
   local run=(podman run --rm --interactive --network host --ipc host --user 1234 --ulimit nofile=1024:1024
     --ulimit nproc=1024:1024 --volume "$work/car:/etc/odomd" --volume "$work/run:/run/odomd")
   ! command -v runc >/dev/null || run+=(--runtime runc)

@@ -24,7 +24,7 @@ odomd --config car/car.toml --can - --exit-at-end --shm "$run/pose" --log-level 
 "${sim[@]}" --out drive >bus 2>/dev/null &
 sleep 5
 
-# measure NAME: the time's lateness by odomd's histogram of these seconds and by cyclictest [us].
+# measure NAME: the lateness during these seconds, from odomd's histogram and from cyclictest [us].
 measure() {
   local -a before after
   mapfile -t before < <(histogram)

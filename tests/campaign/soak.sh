@@ -1,7 +1,7 @@
 #!/bin/bash
-# Drives the simulated car into odomd for a long time, natively and in real time, from standard input,
-# with the camera on its socket: nothing may be lost, leak or fall behind. At the same time runs cyclictest,
-# for the latencies of this machine at the time. Ends with a dated summary line.
+# Drives the simulated car into odomd for a long time, natively and in real time, through standard
+# input and the camera socket: no frame may be lost, nothing may leak or fall behind. cyclictest
+# runs at the same time and shows this machine's latencies. Ends with a dated summary line.
 #
 #   soak.sh [SECONDS]   (default 3600)
 set -uo pipefail

@@ -1,5 +1,6 @@
 // Makes the sensors of one drive fail, one at a time, and prints when the source monitor reports
-// it: a line of JSON a fault, and one for the drive as it is. For tests/campaign/faults.py.
+// the fault: a line of JSON per fault, and one for the drive without faults. Started by
+// tests/campaign/faults.py.
 //
 //   source_faults CONFIG LOG CAMERA|- SEED
 #include <cstdio>
@@ -44,7 +45,8 @@ int run(int argc, char** argv) {
   const std::int64_t start_ns = drive.events.front().tick_ns;
   const std::int64_t end_ns = drive.events.back().tick_ns;
   for (FaultCase one : fault_cases(drive)) {
-    // In the middle of the drive: std::mt19937's bits are the standard's, a distribution's are not.
+    // The fault begins in the middle half of the drive. The C++ standard fixes the bits of
+    // std::mt19937, but not those of distributions.
     const double share = 0.25 + 0.5 * (static_cast<double>(random()) / 4294967296.0);
     Fault& fault = one.fault;
     fault.begin_ns = start_ns + std::llround(share * static_cast<double>(end_ns - start_ns));

@@ -1,8 +1,8 @@
 #!/bin/bash
-# How long from exec to the first pose, natively: start.sh [STARTS], default 20. Starts odomd with
-# frames ready on its standard input, kills it with its first pose, and starts it again; then once more
-# with all threads ahead of the machine's other work, for what the start itself takes. Ends with a
-# dated summary line; fails if the median is longer than 150 ms.
+# Time from exec to the first pose, natively: start.sh [STARTS], default 20. Starts odomd with
+# frames ready on its standard input, kills it after its first pose, and starts it again. A second
+# series with high priority for all threads shows the time of the start itself. Ends with a dated
+# summary line; fails if the median is longer than 150 ms.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 starts=${1:-20}
@@ -14,10 +14,10 @@ work=$(mktemp -d)
 shm=/odomd-start-$$
 trap 'rm -rf "$work" "/dev/shm$shm" "/dev/shm$shm.lock"' EXIT
 
-# The drive begins on the move: the first frames carry a speed.
+# The car already moves at the start of the drive, so the first frames contain a speed.
 "$bin/odom" sim --duration 5 --standstill 0 --out "$work/car" >/dev/null || exit 1
 
-# measure COMMAND...: both times of all starts, started by COMMAND.
+# measure COMMAND...: both times of all starts; COMMAND starts the program.
 measure() {
   "$@" "$bin/first_pose" "$bin/odomd" "$work/car/car.toml" "$work/car/drive.log" "$shm" "$starts" | tr '\n' ' '
 }

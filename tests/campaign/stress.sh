@@ -1,10 +1,10 @@
 #!/bin/bash
 # The shared memory under stress: stress.sh [READS [KILLS]]
 #
-# A writer that never pauses against readers in threads and processes until they have read 100 million
-# times in a ring as delivered, and as often in one of four slots; a thousand kills of such a writer;
-# and a reader that preempts it on its own CPU, with real-time throttling off where we may. Ends with
-# dated summary lines.
+# A writer that never pauses, with readers in threads and processes, until they have made 100
+# million reads in a ring of the usual size, and as many in a ring of four slots; a thousand kills
+# of such a writer; and a reader that preempts the writer on its CPU, without real-time throttling
+# where permitted. Ends with dated summary lines.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 reads=${1:-100000000} kills=${2:-1000}
@@ -21,7 +21,7 @@ ODOMD_STRESS_READS=$reads ODOMD_STRESS_KILLS=$kills \
 status=$?
 [ $status = 0 ] || grep -E 'Failure|FAILED' "$log"
 
-# Only for a moment: a real-time loop elsewhere would block its CPU for good.
+# Only briefly: meanwhile a real-time loop of another program could block its CPU for ever.
 throttle=/proc/sys/kernel/sched_rt_runtime_us
 before=$(cat $throttle)
 restore() { [ "$(cat $throttle)" = "$before" ] || echo "$before" >$throttle; }

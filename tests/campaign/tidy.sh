@@ -1,16 +1,17 @@
 #!/bin/bash
-# clang-tidy over every source file of the tree, mypy over the Python ones. Ends with dated summary lines.
+# clang-tidy for every source file of the tree, mypy for the Python files. Ends with dated summary
+# lines.
 #
 #   tests/campaign/tidy.sh [FILE...]
 #
-# With files: over these alone. The warnings stay in build/logs/tidy.log.
+# FILE: check only these. The warnings are kept in build/logs/tidy.log.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 begin=$SECONDS
 tools/dependencies.sh campaign || exit 1
 mkdir -p build/logs
 log=build/logs/tidy.log
-# clang's own compile commands, for all that can be built, benchmarks and fuzzers too.
+# clang's own compile commands for everything that can be built, including benchmarks and fuzzers.
 cmake -G Ninja -B build/tidy -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
   -DODOMD_TESTS=ON -DODOMD_UNITY_TESTS=OFF -DODOMD_BENCH=ON -DODOMD_FUZZ=ON >build/logs/configure-tidy.log 2>&1 || {
   cat build/logs/configure-tidy.log
@@ -32,7 +33,7 @@ printf '%s\0' "${checked[@]}" |
   xargs -0 -n 1 -P "$(nproc)" clang-tidy --quiet -p build/tidy 2>&1 |
   grep -v -E '^[0-9]+ warnings? (and [0-9]+ errors? )?(generated|treated as errors?)' | tee "$log"
 status=${PIPESTATUS[1]}
-# A header's warning is repeated by each file that includes it.
+# Each file that includes a header repeats the header's warnings.
 warnings=$(grep -E ': (warning|error): ' "$log" | sort -u | wc -l)
 [ "$warnings" = 0 ] || status=1
 echo "$(date -u +%F) clang-tidy: ${#checked[@]} files, $warnings warnings; $((SECONDS - begin)) s"

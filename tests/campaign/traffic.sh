@@ -1,14 +1,15 @@
 #!/bin/bash
 # Ten minutes of full traffic, natively, next to cyclictest: traffic.sh [SECONDS [CPU]]
 #
-# odomd takes 8,000 frames/s from a paced log and the camera's poses, is read by four clients, and runs
-# on one CPU together with a cyclictest of the same interval and phase (both wake at the multiples of the
-# period), one priority above, so that odomd cannot delay it. What delays this CPU delays both. Fails where
+# odomd takes 8,000 frames/s from a paced log and the camera's poses, and four clients read it. It
+# shares a CPU with a cyclictest of the same interval and phase (both wake at multiples of the
+# period) and a higher priority, so that odomd cannot delay cyclictest, but other delays of this CPU
+# affect both. Fails if
 #
 #   - a frame is lost or malformed;
-#   - odomd misses a cycle that cyclictest did not see too: that is, no sample of cyclictest within one
-#     period of a missed instant was late by a fifth of a period (1 ms) or more;
-#   - its memory (VmRSS, each second) grows after the first minute (of a shorter run: the first third).
+#   - odomd misses a cycle, and no sample of cyclictest within one period of the missed instant was
+#     late by a fifth of a period (1 ms) or more;
+#   - its memory (VmRSS, every second) grows after the first minute (or third of a shorter run).
 #
 # Ends with a dated summary line.
 set -uo pipefail
@@ -30,7 +31,7 @@ cyclictest -q -m -p 46 -i 5000 -a "$cpu" --secaligned -D "$seconds" --spike=1000
 yardstick=$!
 children+=("$witness" "$yardstick")
 
-# All is read in; every second a look at the memory.
+# After the start, memory is measured every second.
 settled=$((seconds < 180 ? seconds / 3 : 60))
 from=0 most=0
 begin=$SECONDS

@@ -6,7 +6,7 @@ begin=$SECONDS
 tools/dependencies.sh campaign || exit 1
 mkdir -p build/logs
 log=build/logs/tsan.log
-# Kernels that randomise more address bits than clang 14's runtime expects stop it at its start.
+# clang 14's runtime stops at its start on kernels that randomise more address bits than it expects.
 run=()
 setarch "$(uname -m)" -R true 2>/dev/null && run=(setarch "$(uname -m)" -R)
 {

@@ -30,12 +30,12 @@ class Row(NamedTuple):
     drive: str
     how: str
     model: str
-    ratio: float  # of the rms without truth to the true one
+    ratio: float  # rms without truth / true rms
     same_order: bool
 
     @property
     def off(self) -> bool:
-        return not abs(self.ratio - 1) <= MOST_OFF  # NaN is off
+        return not abs(self.ratio - 1) <= MOST_OFF  # also for NaN
 
 
 def rms(odom: pathlib.Path, folder: pathlib.Path, *options: str) -> dict[str, float]:
@@ -99,7 +99,7 @@ def main() -> int:
             config = measure.config_of(folder)
             rows += compare(chosen.odom, folder, part.name, ("--config", str(config), *part.options))
     finally:
-        if chosen.log and rows:  # also a look that was broken off
+        if chosen.log and rows:  # even if it was interrupted
             log.add(chosen.log, f"`without_truth.py --judged`, {', '.join(dict.fromkeys(row.drive for row in rows))}",
                     headline(rows))
     if chosen.parts:

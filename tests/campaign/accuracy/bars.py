@@ -110,7 +110,7 @@ def compare_with_paper(results, course, view, figure, limit, unit, what, at_most
               results.within(times, limit[0] / limit[1]) and results.within(median, at_most or math.inf))
 
 
-# The bars. Each yields its rows.
+# The bars. Each function yields its rows.
 
 def dead_reckoning(results):
     laps = results.laps("lap")
@@ -259,7 +259,7 @@ def close(results):
 
 
 MANOEUVRES = (*courses.MANOEUVRES, *(f"camera-{name}" for name in courses.MANOEUVRES))
-BARS = {  # by name: the function, and how the names of the courses begin that it reads
+BARS = {  # name: (function, prefixes of the courses that it reads)
     "dead-reckoning": (dead_reckoning, ("lap-", "stop-and-go", "slalom")),
     "camera-lost": (camera_lost, ("lost-15-",)),
     "prediction": (prediction, ("lost-10-", "camera-lap-")),

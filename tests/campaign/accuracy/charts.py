@@ -17,9 +17,9 @@ MODEL_WIDTH, COURSE_GAP = 26, 22
 class Chart:
     file: str
     title: str
-    figure: object  # of an evaluation
+    figure: object  # of an evaluation: returns the value to draw
     places: tuple  # (course, view)
-    limit: float | None = None  # of laps
+    limit: float | None = None  # largest value, in laps
 
 
 def laps(form, view):
@@ -111,7 +111,7 @@ def draw(chart, results):
             dashed = 'stroke="#c03030" stroke-dasharray="5 4"'
             marks.append(line(begin, y, begin + MODEL_WIDTH * len(models), y, dashed))
         name = f"{view} s" if view.startswith("gap-") else course
-        # Two lines, one lower than the other, so that neighbours do not run into each other.
+        # Labels alternate between two lines, so that neighbours do not overlap.
         below = HEIGHT - BOTTOM + 18 + 16 * (index % 2)
         marks.append(text(begin + MODEL_WIDTH * len(models) / 2, below, name))
     return (f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{HEIGHT}" '

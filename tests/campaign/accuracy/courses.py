@@ -2,14 +2,14 @@
 
 import dataclasses
 
-SPEEDS = (1.0, 1.5, 2.0, 2.5)  # m/s, of laps
+SPEEDS = (1.0, 1.5, 2.0, 2.5)  # m/s, in laps
 GAP_SPEED = 1.5
 GAPS = tuple((begin, 2.0) for begin in (20, 28, 36, 44, 52))  # begin and length of drop-outs [s]
-LATEST = 0.05  # s, after which nothing of a lost camera arrives any more
+LATEST = 0.05  # s; a lost camera's poses have all arrived by then
 FOREVER = 10000  # s
 
-CALIBRATED = ("--gyro-scale-error", "0.003")  # as after a calibration; else 3 %, for the camera to teach
-# A gyro whose noise at rest is the usual one, and five times as much on the move.
+CALIBRATED = ("--gyro-scale-error", "0.003")  # as after a calibration; otherwise 3 %, for the camera to learn
+# A gyro with the usual noise at rest, and five times that while moving.
 SHAKEN = ("--noise-at-rest", "0.2", "--gyro-noise", "0.025")
 MANOEUVRES = ("stop-and-go", "slalom", "parking", "patch")
 
@@ -20,7 +20,7 @@ class View:
 
     align: str = "first"
     frame: str = "map"
-    begin: float | None = None  # s after the drive's begin
+    begin: float | None = None  # s after the start of the drive
     end: float | None = None
     metres: float | None = None
 
@@ -28,10 +28,10 @@ class View:
 @dataclasses.dataclass(frozen=True)
 class Course:
     name: str
-    options: tuple[str, ...]  # of odom sim
+    options: tuple[str, ...]  # options of odom sim
     views: dict[str, View]
-    camera: bool = False  # whether the replay is given the camera's poses
-    shift: bool = False  # whether it is replayed again with all stamps a microsecond later
+    camera: bool = False  # whether the replay uses the camera's poses
+    shift: bool = False  # whether to replay again with all stamps a microsecond later
 
 
 def lap(speed, *options):

@@ -6,8 +6,8 @@ import math
 
 from common import Failed, last_line, run
 
-SHIFT_NS = 1000  # of all stamps
-PERIOD_NS = 5_000_000  # of the tick grid
+SHIFT_NS = 1000  # added to all stamps
+PERIOD_NS = 5_000_000  # period of the tick grid
 
 
 def simulate(odom, course, seed, folder):

@@ -11,7 +11,7 @@ from common import DEGREES
 
 from . import bars, courses, drives
 
-# Roll of 8.5, 8.4, 6.2 and 3.2 ° a g; rear, front, rear (engine too) and rear driven.
+# Roll of 8.5, 8.4, 6.2 and 3.2 ° per g; driven wheels: rear, front, rear (rear engine), rear.
 CARS = {
     "bmw": ("--car", "bmw_320i"),
     "escort": ("--car", "ford_escort"),
@@ -23,7 +23,7 @@ CARS = {
 @dataclasses.dataclass(frozen=True)
 class Drive:
     scenario: str
-    speed: float  # m/s, of the straights
+    speed: float  # m/s, on the straights
     duration: float  # s
 
     @property
@@ -37,7 +37,7 @@ class Drive:
 DRIVES = tuple(Drive(*one) for one in (
     ("lap", 8, 120), ("lap", 15, 120), ("lap", 22, 120), ("slalom", 15, 80), ("slalom", 22, 80),
     ("stop-and-go", 15, 120), ("parking", 3, 200), ("hills", 18, 130)))
-PLAIN = tuple(drive.name for drive in DRIVES if drive.scenario != "hills")  # what the ratios are of
+PLAIN = tuple(drive.name for drive in DRIVES if drive.scenario != "hills")  # the drives for the ratios
 AT_15 = tuple(drive.name for drive in DRIVES if drive.speed == 15)
 CAMERA_2D_RMS = 0.05 * math.sqrt(2)  # m
 

@@ -19,7 +19,7 @@ BAR = 2.0  # milliseconds
 MESSAGES = {"IMU": "yaw_rate accel_x accel_y", "STEERING": "steering",
             "WHEELS_FRONT": "wheel_front_left wheel_front_right",
             "WHEELS_REAR": "wheel_rear_left wheel_rear_right"}
-STEERING_ID = " 1A3#"  # in drive.log
+STEERING_ID = " 1A3#"  # as in drive.log
 ON_THE_WIRE, HALF_A_CYCLE, RENEWED = 0.0003, 0.005, 0.010
 DRIVES = {"": (("--scenario", "stop-and-go", "--speed", 1.0, "--laps", 10), BAR),
           ", on laps": (("--scenario", "lap", "--laps", 7), None)}

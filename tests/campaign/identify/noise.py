@@ -8,8 +8,8 @@ from common import output
 from .rows import each, findings, judge, sample
 
 STANDING = 600  # seconds
-RATE_STEP, ACCEL_STEP = 0.0002, 0.0025  # of the signals in odomd.dbc
-WHEEL_RADIUS, CYCLE = 0.033, 0.01  # that the simulated control units reckon with
+RATE_STEP, ACCEL_STEP = 0.0002, 0.0025  # resolutions of the signals in odomd.dbc
+WHEEL_RADIUS, CYCLE = 0.033, 0.01  # assumed by the simulated control units
 WHEELS = "wheel_front_left", "wheel_front_right", "wheel_rear_left", "wheel_rear_right"
 
 BIASES = {"yaw_rate, bias": ("mrad/s", 1e3), "accel_x, bias": ("m/s2", 1.0), "accel_y, bias": ("m/s2", 1.0)}

@@ -9,8 +9,8 @@ import statistics
 
 from common import PROCESSORS, output, side_by_side
 
-SIGMA_MASS, SIGMA_AXLE = 0.005, 0.0005  # of a person with a scale and a tape
-MASS, FRONT_AXLE, REAR_AXLE = 2.985, 0.175, 0.085  # of the car that odom sim drives, before its errors
+SIGMA_MASS, SIGMA_AXLE = 0.005, 0.0005  # typical with a scale and a tape measure
+MASS, FRONT_AXLE, REAR_AXLE = 2.985, 0.175, 0.085  # nominal car of odom sim, before its errors
 
 
 @dataclasses.dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Row:
     inside: int
     of: int
     undetermined: int
-    stated: float  # the largest 2 sigma that was stated, in unit
+    stated: float  # the largest stated 2 sigma, in unit
     error: float   # rms error, in unit
     unit: str      # "%" of the value, or the value's own times scale
     bar: float | None

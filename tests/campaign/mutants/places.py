@@ -26,9 +26,9 @@ class Mutant:
     file: str
     line: int
     form: str  # condition, value or statement
-    begin: int  # of the place, in characters
+    begin: int  # start of the place [characters]
     end: int
-    lines: range  # of the place
+    lines: range  # lines of the place
     before: str
     after: str
 
@@ -49,9 +49,9 @@ class Source:
         self.text = [m.group() for m in found] + [""]
         self.kind = [m.lastgroup for m in found] + [None]
         self.span = [m.span() for m in found]
-        self.partner: dict[int, int] = {}  # of each bracket
-        self.outer: list[int | None] = []  # the bracket that opens around each token
-        self.body: dict[int, str] = {}  # of each { that begins statements: block or lambda
+        self.partner: dict[int, int] = {}  # index of each bracket's partner
+        self.outer: list[int | None] = []  # index of the bracket that encloses each token
+        self.body: dict[int, str] = {}  # for each { that begins statements: block or lambda
         opened: list[int] = []
         for i, text in enumerate(self.text):
             if text in (")", "]", "}") and opened:
@@ -161,7 +161,7 @@ class Source:
             begin, end = self.span[first][0], self.span[last][1]
             before = self.joined(first, last, {})
             variants = [f"!({before})"] if negates else []
-            if (change := self.changed(i)) and not (self.text[i] == "+" and '"' in before):  # no sum of texts
+            if (change := self.changed(i)) and not (self.text[i] == "+" and '"' in before):  # no concatenation of texts
                 variants.append(self.joined(first, last, {i: change}))
             if form == "statement" and first == i and (self.text[i] not in ("return", "throw") or last == i + 1):
                 variants.append(";")

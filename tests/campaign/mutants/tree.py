@@ -94,7 +94,7 @@ def build(numbers, prefixes, jobs):
                               check=False)
         if done.returncode == 0:
             return numbers
-        for mark in (": error:", ""):  # where an error is in a header, our line is named further on
+        for mark in (": error:", ""):  # if the error is in a header, a later line names our file
             named = {((BUILD / file).resolve(), int(line) - 1)
                      for file, line in re.findall(rf"^([^\s:]+):(\d+):\d+{mark}", done.stdout, re.M)}
             broken = {mutant for mutant in numbers if any((COPY / mutant.file, line) in named for line in mutant.lines)}

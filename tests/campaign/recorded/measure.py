@@ -22,7 +22,7 @@ class Part(NamedTuple):
     """A drive, or the part of it for `odom evaluate`."""
 
     drive: str
-    what: str = ""  # "" the whole
+    what: str = ""  # "": the whole drive
     options: tuple[str, ...] = ()
 
     @property
@@ -30,7 +30,7 @@ class Part(NamedTuple):
         return f"{self.drive}, {self.what}" if self.what else self.drive
 
 
-# Numbers may be set from these alone.
+# Only these may be used to tune constants.
 TRAINING = [
     Part("dart_free1"),
     Part("dart_slow_steerid"),
@@ -52,15 +52,16 @@ JUDGED = [
     Part("rav4", "after 20 s", ("--from", "+20")),
     Part("revs_250lm", "second half", ("--from", "+275")),
 ]
-# The complete drives of those cut above.
+# The complete drives that are split above.
 WHOLE = [Part("genesis_slow", "whole"), Part("rav4", "whole"), Part("revs_250lm", "whole")]
-# In one the wheels spin, in the other the reference loses the car: shown, and part of no verdict.
+# In one the wheels spin, in the other the reference loses the car: shown, but not part of a
+# verdict.
 APART = [Part("dart_drift1"), Part("dart_track_v1")]
 
-# Whose position is an integral of the true velocity.
+# Drives whose position is an integral of the true velocity.
 VELOCITIES_ONLY = {"revs_250lm", "xray_duck_1"}
 
-# Of a model on a part, in the units of the column's name; "" if it has none.
+# Figures of a model on a part, in the unit that the column's name gives; "" without a figure.
 COLUMNS = ["heading_rms_deg", "position_rms_m", "error_35ms_mm", "vx_rms", "vy_rms",
            "camera_position_rms_m", "camera_nees"]
 CELLS = COLUMNS[:3]
@@ -94,7 +95,7 @@ class Chosen(NamedTuple):
     odom: pathlib.Path
     parts: list[Part]
     seeds: int
-    log: pathlib.Path | None  # of the look, if the parts are judged drives
+    log: pathlib.Path | None  # where the look at judged drives is recorded
 
 
 def choose(doc: str, seeds: int, judged: list[Part]) -> Chosen:

@@ -10,7 +10,7 @@ from .tables import JUDGED_MODEL
 FILE = CONFIGS / "training.csv"
 
 TOLERANCE = 0.03  # allowed increase of a figure of the judged model
-UNCHANGED = 0.002  # allowed difference for the others: rounding, and other compilers
+UNCHANGED = 0.002  # allowed difference of other models: rounding, and other compilers
 
 # The mean NEES of a pose with a consistent covariance: three degrees of freedom.
 HONEST_NEES = 3.0
