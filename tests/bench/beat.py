@@ -87,7 +87,7 @@ class Daemon:
             if self.process.poll() is not None:
                 raise SystemExit("beat.py: odomd ended")
             time.sleep(0.01)
-        # Into a file: a pipe that nobody reads until the end would stop the watcher.
+        # To a file: a full pipe would block the watcher, because nobody reads it before the end.
         self.seen = work / "ticks.csv"
         with open(self.seen, "w") as out:
             self.watcher = subprocess.Popen([args.bin / "beat_ticks", self.shm, str(seconds)], stdout=out)

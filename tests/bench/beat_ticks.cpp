@@ -1,9 +1,9 @@
-// Every tick of a running odomd as CSV, out of the history in its segment:
+// Prints every tick of a running odomd as CSV, from the history in its segment:
 //
 //   beat_ticks SEGMENT SECONDS
 //
-// It wakes only once a second, maps the segment read-only and is known to nobody: watching does not
-// touch the beat. Begins with the oldest tick that the history still holds.
+// It wakes only once a second and maps the segment read-only, so watching does not affect the beat.
+// The first row is the oldest tick that the history still holds.
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -35,7 +35,7 @@ const std::uint64_t* map_segment(const std::string& name) {
   return static_cast<const std::uint64_t*>(memory);
 }
 
-/// Prints the ticks after `last`, up to the newest, and returns that.
+/// Prints the ticks after `last`, up to the newest; returns the newest.
 std::uint64_t print_ticks_after(const std::uint64_t* words, std::uint64_t last) {
   const std::uint64_t head = odomi_read_head(words);
   if (head == 0) return 0;
@@ -49,7 +49,7 @@ std::uint64_t print_ticks_after(const std::uint64_t* words, std::uint64_t last) 
     odom_details details{};
     odomi_copy_out(&pose, slot + ODOM_SLOT_POSE, ODOM_POSE_WORDS);
     odomi_copy_out(&details, slot + ODOM_SLOT_DETAILS, ODOM_DETAILS_WORDS);
-    if (odomi_still(slot, odomi_sequence(tick)) == 0) continue;  // skipped by the beat, or lapped
+    if (odomi_still(slot, odomi_sequence(tick)) == 0) continue;  // missed tick, or overwritten
     std::cout << tick << ',' << pose.time_ns << ',' << pose.mode << ',' << pose.conditions << ','
               << details.frames[0] << ',' << details.wakeup_latency_ns << ','
               << details.execution_ns << '\n';

@@ -1,4 +1,4 @@
-// What the filters cost: the paper's predict and correct alone, a whole tick of each model, and a
+// Cost of the filters: the paper's predict and correct alone, a whole tick of each model, and a
 // late camera pose.
 #include <benchmark/benchmark.h>
 
@@ -22,7 +22,8 @@ struct Step {
   double yaw_rate, speed;
 };
 
-/// A slalom at 1.5 m/s, so that no branch predictor or constant folding has an easy life.
+/// A slalom at 1.5 m/s: varying inputs, which neither branch prediction nor constant folding can
+/// exploit.
 std::array<Step, 1024> slalom() {
   std::array<Step, 1024> steps{};
   for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -69,7 +70,7 @@ void whole_tick(benchmark::State& state, Model model) {
 BENCHMARK_CAPTURE(whole_tick, paper, Model::paper);
 BENCHMARK_CAPTURE(whole_tick, kinematic, Model::kinematic);
 
-/// A camera pose that is `latency` ticks late, with the tick that takes it in.
+/// A camera pose that is `latency` ticks late, and the tick that processes it.
 void camera_pose(benchmark::State& state) {
   const std::int64_t latency = state.range(0) * period_ns - 1;
   FilterSettings settings;
@@ -96,13 +97,14 @@ void camera_pose(benchmark::State& state) {
 }
 BENCHMARK(camera_pose)->Arg(1)->Arg(8)->Arg(40)->Arg(250);
 
-/// The full filter on the traffic of `odom sim`: inertial sensors every tick, about 4 ms old; the
-/// front wheels and the steering in turn with the rear wheels, which are 10 ms old. A slalom.
+/// The full filter with the traffic of `odom sim` in a slalom: inertial sensors every tick, about 4
+/// ms old; alternately the front wheels with the steering, and the rear wheels, which are 10 ms
+/// old.
 class FullTraffic {
  public:
   FullTraffic() { set_initial_pose(filter_, {}); }
 
-  /// What comes in between the last tick and the next.
+  /// Sends the samples between the last tick and the next.
   void send() {
     now_ += period_ns;
     const std::int64_t taken = now_ - 4'200'000;
@@ -121,10 +123,10 @@ class FullTraffic {
     }
   }
 
-  /// A wheel's sample that comes so late [ns] that all from there on is done again.
+  /// Sends a wheel's sample so late [ns] that the filter repeats everything after it.
   void send_late(std::int64_t late_ns) { say(Source::motor, now_ - late_ns, speed, 0.05); }
 
-  /// The pose as it was believed `late_ns` ago, as a camera sees it.
+  /// Sends a camera pose equal to the estimate of `late_ns` ago.
   void send_camera(std::int64_t late_ns) {
     const Pose2 pose = moved(last_.map, {last_.v_x, last_.v_y, last_.yaw_rate},
                              -1e-9 * static_cast<double>(late_ns - period_ns));
@@ -137,7 +139,7 @@ class FullTraffic {
     return last_;
   }
 
-  /// Since the start, all samples were taken in.
+  /// Whether all samples so far were accepted.
   [[nodiscard]] bool honest() const { return honest_; }
 
  private:
@@ -161,7 +163,7 @@ class FullTraffic {
   bool honest_ = true;
 };
 
-/// A tick of the full filter; where `late_ms` is not 0, one that something takes back so far.
+/// A tick of the full filter; unless `late_ms` is 0, with a sample or pose that is late by this.
 template <void (FullTraffic::*late)(std::int64_t)>
 void full_tick(benchmark::State& state) {
   const std::int64_t late_ns = state.range(0) * 1'000'000;

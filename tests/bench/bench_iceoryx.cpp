@@ -1,11 +1,11 @@
-// The same pose through iceoryx, for comparison: publisher and subscriber in one process, the
-// broker (iox-roudi) running, as its own examples set them up.
+// The same pose through iceoryx, for comparison: publisher and subscriber in one process, with the
+// broker (iox-roudi) running, set up as in its own examples.
 //
-// The sample is what odomd publishes in a tick: odom_pose and odom_details. A take gives a pointer
-// into shared memory; the reader looks at three doubles there and gives the chunk back, which is
-// the least that it can do: odom_latest, next to it in the table, copies the whole pose. What
-// iceoryx does for its price, and a slot of odomd does not: it queues samples, each subscriber has
-// its own, and a sample that is held is never overwritten.
+// The sample is odomd's output of a tick: odom_pose and odom_details. A take gives a pointer into
+// shared memory; the reader reads three doubles there and releases the chunk, the least that a
+// reader can do, while odom_latest, next to it in the table, copies the whole pose. For its higher
+// cost iceoryx does more than a slot of odomd: it queues samples, separately for each subscriber,
+// and never overwrites a sample that is in use.
 #include <benchmark/benchmark.h>
 
 #include <chrono>
@@ -64,7 +64,7 @@ struct Stage {
   }
 };
 
-/// A queue filled and then emptied by one thread: all of it in this core's cache.
+/// A queue is filled and then emptied by one thread: all data stay in this core's cache.
 void iceoryx_hot(benchmark::State& state) {
   using Clock = std::chrono::steady_clock;
   using Nanoseconds = std::chrono::duration<double, std::nano>;

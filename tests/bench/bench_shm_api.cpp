@@ -1,7 +1,7 @@
-// What a pose costs: to publish, to read, and to copy by the same relaxed words for comparison.
+// Cost of a pose: publishing, reading, and, for comparison, copying by the same relaxed words.
 //
-// Reads are hot, the same pose again and again, or fresh (freshly_written.hpp): each pose once,
-// after another core has written it.
+// Reads are hot (the same pose repeatedly) or fresh (freshly_written.hpp): each pose once, after
+// another core has written it.
 #include <benchmark/benchmark.h>
 #include <array>
 #include <cstdint>
@@ -26,7 +26,7 @@ struct Stage {
   Stage() {
     publish_patterned(writer, 1, 1);
     client = open_client(path);
-    // Fresh for as long as the benchmark runs: nobody beats here.
+    // Keeps the writer fresh throughout the benchmark, which has no heartbeat.
     writer.set_heartbeat(now_ns());
   }
 };
@@ -47,7 +47,7 @@ void wake_without_waiters(benchmark::State& state) {
 }
 BENCHMARK(wake_without_waiters);
 
-// The yardstick: 28 relaxed words out of shared memory into the caller's.
+// For comparison: copies 28 relaxed words from shared memory to the caller.
 void copy_relaxed_words(benchmark::State& state) {
   const std::array<std::uint64_t, ODOM_SLOT_WORDS> words{};
   odom_pose pose{};
@@ -71,7 +71,7 @@ void copy_memcpy(benchmark::State& state) {
 }
 BENCHMARK(copy_memcpy);
 
-// The heartbeat is renewed once in a while, as a daemon does, so that the read is of a live one.
+// Renews the heartbeat from time to time, like a daemon, so that the reads are of a live one.
 template <class Read>
 void read_hot(benchmark::State& state, Stage& stage, const Read& read) {
   std::uint64_t reads = 0;
@@ -143,7 +143,7 @@ void predict_35_ms(benchmark::State& state) {
 }
 BENCHMARK(predict_35_ms);
 
-/// Lets another thread publish before every read.
+/// Another thread publishes before every read.
 template <class Read>
 void read_fresh(benchmark::State& state, const Read& read) {
   Stage stage;
@@ -172,7 +172,7 @@ void in_place_fresh(benchmark::State& state) {
 }
 BENCHMARK(in_place_fresh)->UseManualTime()->Iterations(bench::fresh_reads);
 
-// The yardsticks, freshly written: 28 words in the same ring of slots, without sequence, head and
+// For comparison, freshly written: 28 words in the same ring of slots, without sequence, head and
 // heartbeat.
 template <class Copy>
 void copy_fresh(benchmark::State& state, const Copy& copy) {
@@ -207,7 +207,7 @@ void copy_memcpy_fresh(benchmark::State& state) {
 }
 BENCHMARK(copy_memcpy_fresh)->UseManualTime()->Iterations(bench::fresh_reads);
 
-// What of the times above is that of the two clock readings around each.
+// The cost of the two clock readings in each of the times above.
 void nothing_fresh(benchmark::State& state) {
   read_fresh(state, [](Stage&) {});
 }

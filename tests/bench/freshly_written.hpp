@@ -1,9 +1,9 @@
-// Times the read of what another core has just written: the cost of transferring the cache lines,
-// in addition to that of the instructions.
+// Times reads of data that another core has just written: the instructions, and in addition the
+// transfer of the cache lines.
 //
-// For every read a second thread is asked for one write, and only then the read is timed, between
-// two readings of the clock. What is reported is the median of the reads ("p50_ns"), with the clock
-// readings in it: nothing_fresh says what they cost.
+// Before each read, a second thread makes one write; then only the read is timed, between two
+// readings of the clock. The result is the median of the reads ("p50_ns"). It includes the clock
+// readings; nothing_fresh measures their cost.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -19,7 +19,8 @@ namespace odomd::bench {
 
 inline constexpr std::int64_t fresh_reads = 100'000;
 
-/// What one thread writes, alone on its cache lines, lest it takes along what the other looks at.
+/// Data of one writing thread on cache lines of its own, so that writes do not move the other
+/// thread's data.
 template <class T>
 struct alignas(64) Apart {
   T value;
@@ -31,7 +32,7 @@ inline double median(std::vector<double>& values) {
   return *middle;
 }
 
-/// `write(n)` is called for n = 1, 2, ... in a thread of its own, `read(n)` after each.
+/// Calls `write(n)` for n = 1, 2, ... in a separate thread, and `read(n)` after each.
 template <class Write, class Read>
 void time_fresh_reads(benchmark::State& state, const Write& write, const Read& read) {
   using Clock = std::chrono::steady_clock;

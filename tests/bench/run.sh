@@ -4,9 +4,9 @@
 #   --quick      one short run, to see that it works; its figures are not valid
 #   --json FILE  the table and the runs behind it
 #
-# Installs what it needs (Debian), builds, measures for about five minutes and prints Markdown. Wants
-# a quiet machine and, for SCHED_FIFO, root or its limits. What is measured, and how, is at the
-# head of beat.py and of each bench_*.cpp; what the figures are, in docs/dev/results.md.
+# Installs what it needs (Debian), builds, measures for about five minutes and prints Markdown.
+# Needs a quiet machine and, for SCHED_FIFO, root or its limits. The heads of beat.py and of each
+# bench_*.cpp explain the measurements; docs/dev/results.md has figures.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -42,7 +42,7 @@ step tools/dependencies.sh bench
 step cmake --preset release -DODOMD_BENCH=ON
 step cmake --build --preset release -j "$(nproc)" --target bench
 bin=$PWD/build/release/bin
-export TMPDIR=$work # on tmpfs, as the segment is
+export TMPDIR=$work # on tmpfs, like the segment
 
 measure() {
   step "$bin/$1" --benchmark_repetitions=$repetitions --benchmark_min_time=$min_time \
