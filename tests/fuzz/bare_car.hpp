@@ -1,5 +1,5 @@
-// Shared by the fuzzers of the pipeline: a car whose signals are all 64-bit floats, so that any
-// number can be sent, and checks of every pose.
+// Shared by the fuzzers of the pipeline: a car whose signals are all 64-bit floats, which can carry
+// any number, and checks of every pose.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Any text as a camera log: finite poses, or one line about what is wrong with it.
+// Any text as a camera log gives finite poses or an error of one line.
 #include "tools/drive_files/camera_csv.hpp"
 
 #include <stdexcept>

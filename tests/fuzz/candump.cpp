@@ -1,5 +1,5 @@
-// Any line: it is refused with a column inside it, or its frame is valid and survives being written
-// and read again.
+// Any line is either refused with a column inside it, or gives a valid frame that is the same after
+// writing and reading it.
 #include "can_protocol/sources/candump.hpp"
 
 #include <string>

@@ -1,4 +1,4 @@
-// Any text as a configuration: values in range, or one line about what is wrong with it.
+// Any text as a configuration gives values in range or an error of one line.
 #include "daemon/core/config.hpp"
 
 #include <stdexcept>

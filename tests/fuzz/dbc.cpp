@@ -1,5 +1,5 @@
-// Any text as a database: refused in one line, or every signal of it can be bound, decoded and
-// encoded without harm.
+// Any text as a database is refused in one line, or all its signals can be bound, decoded and
+// encoded safely.
 #include "can_protocol/dbc/dbc.hpp"
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 using fuzz::require;
 using fuzz::require_one_line;
 
-/// Binds up to as many signals of a message as one frame may yield.
+/// Binds as many signals of a message as one frame may yield.
 void decode_and_encode(const Database& database, const Message& message) {
   std::vector<SignalBinding> bindings;
   for (const Signal& signal : message.signals) {

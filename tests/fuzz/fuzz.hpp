@@ -1,5 +1,4 @@
-// What the fuzzers share: a check that counts in every build, and a file that exists in memory
-// only.
+// Shared by the fuzzers: a check that works in every build, and a file in memory.
 #pragma once
 
 #include <sys/mman.h>
@@ -22,20 +21,20 @@ inline void require(bool condition, const char* what) {
   std::abort();
 }
 
-/// An error text is what the user reads: one line, bounded.
+/// An error text must be one line of limited length.
 inline void require_one_line(std::string_view text) {
   require(!text.empty(), "the error has a text");
   require(text.find('\n') == std::string_view::npos, "the error is one line");
   require(text.size() < 4096, "the error is short");
 }
 
-/// The bytes of a run, taken from their beginning.
+/// Reads values from the beginning of the fuzzer's input.
 class Input {
  public:
   Input(const std::uint8_t* data, std::size_t size) : rest_(data, size) {}
   [[nodiscard]] bool empty() const { return rest_.empty(); }
 
-  /// Zeros where the input has ended.
+  /// The next value; bytes beyond the end of the input are zero.
   template <typename Value>
   Value take() {
     Value value{};

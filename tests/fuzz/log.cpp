@@ -1,4 +1,4 @@
-// Any file as a log: frames, or one line about what is wrong with it.
+// Any file as a log gives frames or an error of one line.
 #include <array>
 #include <string>
 

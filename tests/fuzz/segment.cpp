@@ -1,9 +1,9 @@
-// Any segment of a predecessor: refused in one line, or ignored, or its last pose is one from which
-// each model resumes without publishing NaN or infinity.
+// Any segment of a predecessor: it is refused in one line, or ignored, or each model can resume
+// from its last pose without publishing NaN or infinity.
 //
-// The input is a model (one byte), whether the newest slot gets the checksum that belongs to it
-// (one byte: odd), how much is cut off the file (two bytes, in words) and then changes of a valid
-// segment: a word's index (two bytes) and its new value (eight bytes).
+// The input is a model (one byte), whether the newest slot gets its correct checksum (one byte:
+// odd), the length to cut off the file (two bytes, in words) and then changes of a valid segment: a
+// word's index (two bytes) and its new value (eight bytes).
 #include <sys/stat.h>
 
 #include <cstring>
@@ -34,7 +34,7 @@ daemon::Pipeline pipeline_of(estimator::Model model) {
   return daemon::Pipeline(config(model), databases, buses, false);
 }
 
-/// Every signal is 1.
+/// Drives the pipeline with all signals equal to 1.
 void drive(daemon::Pipeline& pipeline, std::int64_t now_ns) {
   constexpr double one = 1.0;
   for (std::size_t i = 0; i < signals.size(); ++i) {
@@ -47,7 +47,7 @@ void drive(daemon::Pipeline& pipeline, std::int64_t now_ns) {
   }
 }
 
-/// A segment on disk, and the words that a correct predecessor left in it.
+/// A segment on disk, and its words as a correct predecessor left them.
 class Predecessor {
  public:
   Predecessor() {

@@ -1,12 +1,12 @@
-// Anything that cameras and a recorder may do to their sockets, in any order: no more poses and
-// warnings than messages were sent, none without a message, and the recorder gets complete
-// messages. A status is sent to whoever connects; of its readers nothing is read.
+// Any actions of cameras and a recorder on their sockets, in any order: no more poses and warnings
+// than messages were sent, none without a message, and the recorder gets complete messages. Clients
+// of the status socket are sent a status; what they send is not read.
 //
-// The input is commands of one byte: a camera connects (0), ends (1), sends so many bytes as they
-// are (2: one byte and these), sends a message whose magic and version are right (3: the rest of
-// it); a recorder connects (4), ends (5), sends bytes (6: as for a camera), reads (7: two bytes,
-// how many at the most); a tick and housekeeping's turn (all else). Which camera: the command's
-// upper half.
+// The input consists of commands of one byte: a camera connects (0), disconnects (1), sends raw
+// bytes (2: one byte for their number, then the bytes), or sends a message with correct magic and
+// version (3: the rest of it); a recorder connects (4), disconnects (5), sends bytes (6: as for a
+// camera), or reads (7: two bytes, the maximum length); all others are a tick and a turn of
+// housekeeping. The upper half of a command selects the camera.
 #include <sys/socket.h>
 #include <sys/un.h>
 
@@ -51,7 +51,7 @@ const Directory& directory() {
   return made;
 }
 
-/// As many bytes as the input has, up to the number that it begins with.
+/// Reads a number, and as many bytes, or all that the input still has.
 std::vector<std::uint8_t> some_bytes(Input& input) {
   std::vector<std::uint8_t> bytes;
   for (std::size_t left = input.take<std::uint8_t>(); left > 0 && !input.empty(); --left)
@@ -125,7 +125,7 @@ class Recording {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     directory().file("socket").native().copy(address.sun_path, sizeof address.sun_path - 1);
-    // When too many are waiting it is refused, and its bytes are lost.
+    // If too many connections are waiting, this one is refused and its bytes are lost.
     static_cast<void>(
         ::connect(recorder_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address));
   }
@@ -160,7 +160,7 @@ class Recording {
     return all;
   }
 
-  /// Takes complete messages from the front of the received bytes.
+  /// Removes complete messages from the front of the received bytes.
   void check_messages() {
     daemon::RecordingHeader header;
     std::size_t at = 0;
