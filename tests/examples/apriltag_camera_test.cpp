@@ -1,4 +1,4 @@
-// The AprilTag camera, on films that are rendered with a lens, blur and noise.
+// The AprilTag camera, on films rendered with lens distortion, blur and noise.
 #include <apriltag/apriltag.h>
 #include <apriltag/tag36h11.h>
 #include <sys/socket.h>
@@ -31,7 +31,7 @@ cv::Vec2d moved(const Car& car, double x, double y) {
   return {car[0] + c * x - s * y, car[1] + s * x + c * y};
 }
 
-/// 10 x 10 cells, of which the tag has 8 x 8.
+/// A picture of 10 x 10 cells; the tag covers 8 x 8 of them.
 FlatPicture picture_of(int id, double size, bool damaged = false) {
   apriltag_family_t* family = tag36h11_create();
   image_u8_t* image = apriltag_to_image(family, id);
@@ -46,7 +46,7 @@ FlatPicture picture_of(int id, double size, bool damaged = false) {
   return {large, size * 10 / 8};
 }
 
-// The renderer's ground is a wall that faces -x: its axes are -y, z and -x of the map.
+// The renderer's ground plane serves as a wall that faces -x: its axes are -y, z and -x of the map.
 FlatPicture on_wall(int id, double x, double y, double z, bool damaged = false) {
   const FlatPicture flat = picture_of(id, 0.16, damaged);
   return {flat.image, flat.side, -y, z, 90 * degree, -x};
@@ -81,7 +81,7 @@ std::string with_keys(std::string toml, const std::string& keys) {
   return toml.insert(toml.find('}'), ", " + keys);
 }
 
-/// Of x, y and yaw; then the same in sigmas.
+/// Errors of x, y and yaw, then the same in sigmas.
 cv::Vec6d errors_of(const CameraPose& pose, const Car& car) {
   const double x = pose.x - car[0], y = pose.y - car[1];
   const double yaw = std::remainder(pose.yaw - car[2] * degree, 2 * CV_PI);
@@ -136,7 +136,7 @@ void expect_near(const std::vector<CameraPose>& poses, const std::vector<Car>& t
   }
 }
 
-// A camera 1.5 m above a tag on the roof.
+// The camera is 1.5 m above a tag on the roof.
 TEST_F(AprilTagCamera, FollowsATagOnTheCar) {
   const std::vector<Car> truth{{1, 2, 0},       {1.3, 2.3, 45},  {0.6, 1.8, 90},  {1.2, 1.6, 137},
                                {0.6, 2.4, 180}, {1.6, 1.9, -90}, {0.9, 2.4, -20}, {1.3, 2.2, -165}};
@@ -157,14 +157,14 @@ TEST_F(AprilTagCamera, FollowsTagsOfTheMap) {
   expect_near(poses(from_cars({front, left}), two_tags), cars, 0.0);
 }
 
-// From the front, two poses fit a tag nearly alike. The file of tags is that of the page.
+// Seen from the front, two poses fit a tag almost equally well. The file of tags is the page's.
 TEST_F(AprilTagCamera, SigmasCoverBothPosesOfASingleTag) {
   std::string toml = contents(ODOMD_SOURCE_DIR "/docs/camera.md");
   toml = toml.substr(toml.find("```toml\n") + 8);
   toml = with_keys(toml.substr(0, toml.find("```")), "roll_deg=90");
   const std::vector<cv::Mat> pictures = from_cars({front});
   const auto wide = poses(pictures, toml);
-  // With the noise of these pictures, and exact places, the sigmas are those of the errors.
+  // With this noise in the pictures and exact positions, the sigmas match the errors.
   toml = with_keys(toml, "sigma_corner=0.06, sigma_tag=0.0001, sigma_tag_deg=0.01");
   const auto exact = poses(pictures, with_keys(toml, "sigma_z=0.0001, sigma_tilt_deg=0.01"));
   ASSERT_EQ(wide.size(), cars.size());
@@ -181,7 +181,7 @@ TEST_F(AprilTagCamera, SigmasCoverBothPosesOfASingleTag) {
 }
 
 TEST_F(AprilTagCamera, SkipsWhatIsNotATagOfTheFile) {
-  const Car car{0.3, 0.1, 5}, turned{0.3, 0.1, 33};  // that sees half of a tag
+  const Car car{0.3, 0.1, 5}, turned{0.3, 0.1, 33};  // half of a tag is visible
   const std::vector<cv::Mat> pictures{from_car(car, {on_wall(5, 1.5, 0.5, 0.1)}),
                                       from_car(car, {}),
                                       from_car(turned, {front}),

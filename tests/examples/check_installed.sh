@@ -1,6 +1,6 @@
 #!/bin/sh
-# Installs library, headers, examples and the Python module into a directory of its own, builds the
-# examples there by pkg-config and by find_package, and lets each follow a path.
+# Installs library, headers, examples and the Python module into a separate directory, builds the
+# examples there with pkg-config and with find_package, and lets each follow a path.
 #   check_installed.sh BUILD_DIR SEGMENT_WRITER CC CXX PYTHON [SANITIZERS]
 set -eu
 build=$1 writer=$2 cc=$3 cxx=$4 python=$5 sanitizers=${6:+-fsanitize=$6}
@@ -33,7 +33,7 @@ exec 3>"$work/commands"
 while :; do echo 'publish vx=1.0'; sleep 0.05; done >&3 &
 publisher=$!
 
-# follows PROGRAM...: gives three commands, and ends.
+# follows PROGRAM...: the program must give three commands and end.
 follows() {
   timeout 120 "$@" --shm "$work/segment" --path "$work/path.csv" --cycles 3 >"$work/output"
   { [ "$(wc -l <"$work/output")" = 4 ] && grep -q ',drive,' "$work/output"; } ||
@@ -43,7 +43,7 @@ until [ -e "$work/segment" ]; do sleep 0.05; done
 for program in by_make/stanley_c by_make/stanley_cpp by_cmake/stanley_c by_cmake/stanley_cpp; do
   follows "$work/$program"
 done
-# A library with sanitizers cannot be loaded into a Python without.
+# A library with sanitizers cannot be loaded into an ordinary Python.
 if [ -z "$sanitizers" ]; then
   unset ODOM_LIBRARY
   PYTHONPATH=$(dirname "$(dirname "$(find "$work/prefix" -name py.typed)")")

@@ -42,11 +42,11 @@ class Restart(unittest.TestCase):
 
     def test_all_go_on_by_themselves(self) -> None:
         self.drive = support.simulate(self.directory.path)
-        # The controllers come first: the daemon may come later.
+        # The controllers start first: they wait for the daemon.
         arguments = [
             *("--path", str(self.drive / "truth.csv")),
             *("--shm", str(self.directory.path / "pose")),
-            # Without a camera, and grown during the gap: the pose's uncertainty does not matter here.
+            # The sigmas do not matter here: without a camera they grow, also during the gap.
             *("--max-sigma", "100", "--max-sigma-yaw", "100"),
         ]
         self.controllers = [Controller(n, self.directory.path, arguments) for n in programs()]
@@ -81,8 +81,8 @@ class Restart(unittest.TestCase):
             )
             took = time.monotonic() - killed
             for name, row in after.items():
-                # A predecessor younger than two seconds hands its pose on, and the count says that
-                # it was cut; on a machine that takes longer the count begins anew.
+                # A daemon resumes from a pose younger than two seconds and increments its reset
+                # count; on a slower machine the count begins again.
                 allowed = [resets[name] + 1] if took < 1.0 else [resets[name] + 1, 1]
                 self.assertIn(row.reset_count, allowed, name)
             instances |= {row.instance for row in after.values()}

@@ -9,8 +9,8 @@ import unittest
 import support
 from clients import Controller, Row, programs
 
-RADIUS = 2.0  # m, of the path: a circle around (0, RADIUS)
-PERIOD = 0.5  # s: slow, so that a busy machine does not look like a silent daemon
+RADIUS = 2.0  # m, radius of the path, a circle around (0, RADIUS)
+PERIOD = 0.5  # s: long, so that on a busy machine the daemon does not seem silent
 
 
 class SameCommands(unittest.TestCase):
@@ -93,7 +93,7 @@ class SameCommands(unittest.TestCase):
         self.publish(segment, 6, mode=5)
         self.publish(segment, 7, mode=2, **self.on_circle(0.4, left=1.5))
         self.publish(segment, 8, reset_count=1, **self.on_circle(2.5, left=-0.2))
-        for tick in range(20, 80):  # on, nearly once around, across the end of the loop
+        for tick in range(20, 80):  # almost a whole round, across the end of the closed path
             angle = 2.5 + 0.1 * (tick - 20)
             self.publish(
                 segment, tick, **self.on_circle(angle, 0.3 * math.sin(angle), 0.2 * math.cos(angle))
@@ -117,11 +117,12 @@ class SameCommands(unittest.TestCase):
                 if state not in ("drive", "degraded"):
                     self.assertEqual(rows[tick][2:5], (0.0, 0.0, 0.0))
         self.assertEqual({row.speed for row in rows.values()}, {0.0, 0.5, 1.0})
-        # 20 ms at 1 m/s along the tangent of a circle of 2 m leave it by less than a millimetre.
+        # In 20 ms at 1 m/s the tangent leaves a circle of 2 m radius by less than a millimetre.
         for tick, distance in ((2, 0.0), (3, 0.3), (8, -0.2)):
             if tick in rows:
                 self.assertAlmostEqual(rows[tick].cross_track, distance, delta=0.02)
-        # Left of the path it steers to the right, and against its heading.
+        # Left of the path the controllers steer to the right, and they steer against a heading
+        # error.
         steering = {tick: rows[tick].steering for tick in (2, 3, 4, 8) if tick in rows}
         self.assertLess(steering.get(3, -1.0), steering.get(2, 0.0))
         self.assertGreater(steering.get(4, 1.0), steering.get(2, 0.0))
@@ -134,7 +135,7 @@ class SameCommands(unittest.TestCase):
         poses: list[tuple[str, dict[str, float]]] = [
             ("drive", {"mode": 1}),
             ("degraded", {"mode": 3}),
-            ("uncertain", {"mode": 3, "variance_y": 136.0**2}),  # dead reckoning without a bus
+            ("uncertain", {"mode": 3, "variance_y": 136.0**2}),  # after dead reckoning without a bus
             ("uncertain", {"mode": 1, "variance_x": 0.26}),
             ("drive", {"mode": 1, "variance_x": 0.24}),
             ("uncertain", {"mode": 2, "variance_yaw": 0.0101}),
