@@ -1,10 +1,10 @@
 // A segment writer driven by commands, for tests of clients in other languages.
 //   segment_writer PATH PERIOD_NS
-// Commands come on standard input, one a line, and each is answered by a line "ok" on standard
-// output; in between the heartbeat goes on, until "silence". It ends with its input.
-//   publish [FIELD=VALUE]...   the pose as it was last, on the next tick, now, with these fields
-//                              changed; fields of odom_details too
-//   silence                    no further heartbeat, and the last one long ago
+// It reads commands from standard input, one per line, and answers each with "ok" on standard
+// output. Meanwhile it sends a heartbeat, until "silence". It ends with its input.
+//   publish [FIELD=VALUE]...   the previous pose with the next tick, the present time and these
+//                              changes; fields of odom_details too
+//   silence                    no further heartbeat; the last one is set to long ago
 //   missed N                   counts missed cycles
 #include <poll.h>
 #include <unistd.h>

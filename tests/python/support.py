@@ -77,7 +77,7 @@ class Daemon:
     def __init__(self, directory: Path, drive: Path) -> None:
         self.segment = directory / "pose"
         self._log = open(directory / "odomd.log", "a", encoding="utf-8")
-        # On standard input, like a bus: a log file by its name would begin a drive of its own.
+        # Through standard input, like a bus: opening the log by name would start a separate drive.
         log = open(drive / "drive.log", "rb")
         self._process = subprocess.Popen(
             [

@@ -12,7 +12,7 @@ import unittest
 import odom
 import support
 
-SLOW = 1.0  # s, the longest period: after four of them a segment is silent
+SLOW = 1.0  # s, the longest period: the segment becomes silent after four of them
 FAST = 0.01  # s: silent soon
 
 
@@ -111,8 +111,8 @@ class ClientTest(unittest.TestCase):
         arrived: list[odom.Pose] = []
         waiter = threading.Thread(target=lambda: arrived.append(client.wait(None, support.TIMEOUT)))
         waiter.start()
-        waiter.join(0.5)  # it has looked, found nothing, and looked again
-        while waiter.is_alive():  # on a busy machine it may not even have begun
+        waiter.join(0.5)  # long enough to look twice without finding a pose
+        while waiter.is_alive():  # on a busy machine the waiter may not even have begun
             segment.publish(x=1.0)
             waiter.join(0.5)
         self.assertEqual([pose.x for pose in arrived], [1.0])
@@ -159,7 +159,7 @@ class ClientTest(unittest.TestCase):
         with self.assertRaises(odom.StaleError) as waited:
             client.wait(caught.exception.pose, 0.3)
         self.assertEqual(waited.exception.pose.x, 1.0)
-        self.assertEqual(client.info().period_ns, round(SLOW * 1e9))  # of the last one
+        self.assertEqual(client.info().period_ns, round(SLOW * 1e9))  # of the last segment
 
     def test_a_successor_is_found(self) -> None:
         first = self.segment(FAST)
@@ -179,7 +179,7 @@ class ClientTest(unittest.TestCase):
         first.kill()
         support.await_(is_silent)
         second = self.segment()
-        self.assertTrue(client.stale)  # it has not published yet
+        self.assertTrue(client.stale)  # the new writer has not published yet
         second.publish(x=2.0, reset_count=1)
         pose = client.wait(last, support.TIMEOUT)
         self.assertEqual((pose.tick, pose.x, pose.reset_count), (1, 2.0, 1))
@@ -236,7 +236,7 @@ class ClientTest(unittest.TestCase):
         segment.publish(x=2.0)
         os.write(theirs, b"!")
         self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), 0)
-        self.assertEqual(client.latest().x, 2.0)  # the child has closed its own
+        self.assertEqual(client.latest().x, 2.0)  # the child has closed its own client
         os.close(ours)
         os.close(theirs)
 
