@@ -14,7 +14,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-# mode, standard deviation of the position [m] where the loop allows 0.3 m: what it should do
+# mode, standard deviation of the position [m] (the loop allows 0.3 m), expected action
 POSES = [
     ("TRACKING", 0.1, "steer"),
     ("TRACKING", 0.5, "stop"),
@@ -25,7 +25,7 @@ POSES = [
     ("DEGRADED", 0.1, "steer"),
     ("TRACKING", float("nan"), "stop"),
 ]
-EXPECTED = [action for _, _, action in POSES] + ["stop"]  # and then the daemon is silent
+EXPECTED = [action for _, _, action in POSES] + ["stop"]  # at the end the daemon is silent
 
 STAND_IN = """
 #include <odom/odom.h>
@@ -125,7 +125,7 @@ class Loops(unittest.TestCase):
         class Silent(Exception):
             pass
 
-        # The record itself needs libodom; this is its mode and its sigma.
+        # The real record needs libodom; this one has its mode and sigma.
         mode = enum.Enum("Mode", ["INITIALISING", "TRACKING", "DEAD_RECKONING", "DEGRADED", "STANDSTILL", "FAULT"])
         left = [types.SimpleNamespace(mode=mode[m], position_sigma=s, time_ns=0) for m, s, _ in POSES]
         ended = []

@@ -16,8 +16,8 @@ import xml.etree.ElementTree
 
 from shown_commands import ROOT, end, run
 
-USER = "daemon" if os.geteuid() == 0 else None  # one without privileges
-BLOCKS = {  # a page's indented blocks by their beginning: RUN, or why not
+USER = "daemon" if os.geteuid() == 0 else None  # a user without privileges
+BLOCKS = {  # indented blocks of a page by their beginning: RUN, or the reason not to
     "README.md": {"sudo apt install ./{odomd,odom-tools,odom-web}": "RUN", "git clone": "tests/tools/demo_test.cpp",
                   "sudo apt install ./{odomd,odom-tools,lib": "root", "odomd --config": "root", "odom record": "a car"},
     "docs/your-computer.md": {"dtparam": "settings", "odomd": "RUN"},
@@ -66,7 +66,7 @@ class Pages(unittest.TestCase):
         shutil.chown(folder, USER or os.geteuid())
         self.enterContext(contextlib.chdir(folder))
         os.environ.update(XDG_RUNTIME_DIR=folder, ODOM_SHM=folder + "/pose")
-        resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))  # also where the user may
+        resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))  # the same for users with the permission
         self.groups = []
         self.printed = lambda commands: run(USER, commands, self.groups)
         self.addCleanup(end, self.groups)
@@ -119,7 +119,7 @@ class Pages(unittest.TestCase):
         launch = xml.etree.ElementTree.fromstring(re.search("```xml\n(.*?)```", page, re.DOTALL)[1])
         lines = [launch.find("executable").get("cmd"), *re.findall("^ +(odom bridge[^#\n]*)", page, re.MULTILINE),
                  "odom bridge " + re.search('"ODOM_BRIDGE_OPTIONS=(.*)"', page)[1]]
-        for line in lines:  # refuse the domain last
+        for line in lines:  # the domain is checked last
             self.assertTrue("--udp" in line or "not a domain" in self.printed(line + " --domain 999"), line)
         topics = re.findall(r"^- `/(\w+)` \(`(\w+)/msg/(\w+)`", page, re.MULTILINE)
         self.assertEqual([f'{package}_msg_dds__{kind}__desc, "rt/{name}"' for name, package, kind in topics],
