@@ -1,6 +1,6 @@
 #!/bin/sh
-# Installs the service into a directory and checks the result: units that systemd accepts, with a low
-# exposure, a configuration that odomd accepts, and no loss of user files.
+# Installs the service into a directory and checks the result: units that systemd accepts, with a
+# low exposure, a configuration that odomd accepts, and unchanged user files.
 #   check_installed.sh BUILD_DIR
 set -eu
 build=$1
@@ -26,12 +26,12 @@ done
 grep -q '^ExecStart=/usr/bin/odomd --config /etc/odomd/%i.toml ' "$unit" || fail "unit: other paths"
 if grep -E '@[A-Za-z_]+@' "$unit" "$root/etc/odomd/can0.toml"; then fail "a path was not filled in"; fi
 
-# The user's file is kept.
+# The installation keeps the user's file.
 echo '# mine' >>"$root/etc/odomd/can0.toml"
 installed
 grep -qx '# mine' "$root/etc/odomd/can0.toml" || fail "an installation overwrote can0.toml"
 
-# Under a prefix of its own everything lies below it, and the unit says so.
+# With another prefix, all files lie below it, and the unit refers to it.
 cmake --install "$build" --prefix "$work/opt" --component daemon >"$work/log"
 [ -f "$work/opt/etc/odomd/can0.toml" ] || fail "prefix: no can0.toml"
 own=$work/opt/lib/systemd/system/odomd@.service
@@ -41,14 +41,14 @@ grep -q "^ExecStart=$work/opt/bin/odomd --config $work/opt/etc/odomd/%i.toml " "
   fail "odomd does not take its example"
 if grep -q '^warnings' "$work/check"; then fail "$(cat "$work/check")"; fi
 
-# The verdict of systemd. Exposure in tenths: at most 2.0.
+# systemd's own check. Exposure in tenths: at most 2.0.
 systemd-analyze verify --man=no "$own" >"$work/verify" 2>&1 && [ ! -s "$work/verify" ] ||
   fail "systemd-analyze verify: $(cat "$work/verify")"
 systemd-analyze security --offline=true --threshold=20 --no-pager "$unit" >"$work/security" 2>&1 ||
   fail "$(cat "$work/security")"
 tail -n 1 "$work/security"
 
-# The bridge and the page, if they were built.
+# The bridge and the page, if built.
 for part in bridge web; do
   [ -x "$build/bin/odom-$part" ] || continue
   cmake --install "$build" --prefix "$work/opt" --component $part >"$work/log"
@@ -62,7 +62,7 @@ for part in bridge web; do
   tail -n 1 "$work/security"
 done
 
-# The user and the groups, created in the directory.
+# Creates the user and the groups in the directory.
 mkdir -p "$root/etc"
 systemd-sysusers --root="$root" "$root/usr/lib/sysusers.d/odomd.conf" >"$work/log" 2>&1 ||
   fail "systemd-sysusers: $(cat "$work/log")"

@@ -13,16 +13,16 @@ fail() {
 
 cpack --config "$build/CPackConfig.cmake" -B "$work/packages" >"$work/log" 2>&1 || fail "$(cat "$work/log")"
 
-# package NAME: its file.
+# package NAME: prints its file.
 package() { ls "$work/packages/$1"_*.deb; }
-# has NAME PATH...: the package holds these.
+# has NAME PATH...: the package must contain these paths.
 has() {
   name=$1
   shift
   dpkg-deb -c "$(package "$name")" | awk '{print $6}' >"$work/contents"
   for path; do grep -qx "\./$path" "$work/contents" || fail "$name: no $path"; done
 }
-# depends NAME PACKAGE: the package needs the other.
+# depends NAME PACKAGE: the first package must depend on the second.
 depends() { dpkg-deb -f "$(package "$1")" Depends | grep -qw "$2" || fail "$1 does not depend on $2"; }
 
 has odomd usr/bin/odomd usr/lib/systemd/system/odomd@.service etc/odomd/can0.toml \
@@ -68,7 +68,7 @@ depends python3-odom libodom0
 depends libodom0 libc6
 [ "$(dpkg-deb -f "$(package libodom0)" Depends | tr ',' '\n' | wc -l)" = 1 ] || fail "libodom0 needs more than libc"
 
-# The unit starts the program of the package, and the user's file is kept.
+# The unit starts the packaged program, and the user's file is kept.
 dpkg-deb --fsys-tarfile "$(package odomd)" | tar -xO ./usr/lib/systemd/system/odomd@.service |
   grep -q '^ExecStart=/usr/bin/odomd ' || fail "the unit starts another program"
 dpkg-deb -I "$(package odomd)" conffiles | grep -qx /etc/odomd/can0.toml || fail "can0.toml is no conffile"

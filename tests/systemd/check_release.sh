@@ -1,6 +1,6 @@
 #!/bin/sh
-# tools/release.sh without its builds (those: tests/campaign/release.sh): what it refuses; an index that apt takes only
-# with its signature; what the source package names.
+# tools/release.sh without its builds (tests/campaign/release.sh has those): which options it
+# refuses; that apt accepts the index only with its signature; the contents of the source package.
 #   check_release.sh SOURCE_DIR
 set -eu
 source=$1
@@ -17,7 +17,7 @@ fail() {
 }
 release() { "$source/tools/release.sh" "$@" >"$work/said" 2>&1; }
 index() { release --index --out "$repository" "$@" || fail "$(cat "$work/said")"; }
-# refuses MESSAGE ARGUMENT...: with the status of wrong usage.
+# refuses MESSAGE ARGUMENT...: exits with the status for wrong usage.
 refuses() {
   message=$1
   shift
@@ -50,7 +50,7 @@ cmp "$repository/SHA256SUMS" "$work/first" || fail "two runs give different sums
 [ "$(cat "$repository/Packages.old" "$work/mine/file")" = "kept
 kept" ] || fail "a foreign file was changed"
 
-# apt_takes OPTION: whether apt-get update finds the newer package, with directories of its own.
+# apt_takes OPTION: whether apt-get update, with private directories, finds the newer package.
 apt_takes() {
   rm -rf "$work/apt"
   mkdir -p "$work/apt/lists/partial" "$work/apt/archives/partial"
@@ -70,7 +70,7 @@ if apt_takes "signed-by=$work/key.gpg"; then fail "apt takes a changed index"; f
 index
 if apt_takes "signed-by=$work/key.gpg"; then fail "apt takes an index without a signature"; fi
 
-# What the build needs (the compiler is build-essential), and the packages that CPack makes.
+# The packages that the build needs (build-essential for the compiler), and those that CPack makes.
 for package in $(sed -n "/^build='/,/'\$/p" "$source/tools/dependencies.sh" | sed "s/^build=//; s/'//g; s/g++//; s/dpkg-dev//"); do
   sed -n '/^Build-Depends/,/^$/p' "$source/debian/control" | grep -qE " $package(,|\$)" ||
     fail "debian/control: Build-Depends lacks $package"

@@ -1,12 +1,12 @@
 #!/bin/bash
-# The symptoms in docs/operations.md are the real messages of odomd and odom: every line below is in
-# the page and in the sources (around names and numbers, only the text before and after).
+# The symptoms in docs/operations.md are real messages of odomd and odom: each line below occurs in
+# the page and in the sources (only the text around names and numbers is compared).
 #   check_symptoms.sh SOURCE_DIR
 set -eu
 cd "$1"
 sources=$(find base daemon can_protocol tools -name '*.[ch]pp' -exec cat {} +; cat shm_api/libodom/*.c)
 page=$(cat docs/operations.md)
-# As the compiler sees it: adjacent literals are one.
+# Joins adjacent string literals, as the compiler does.
 sources=$(perl -0pe 's/"\s*\n\s*"//g' <<<"$sources")
 
 status=0
