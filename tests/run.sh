@@ -24,7 +24,7 @@ summary=()
 failures=()
 logs=build/logs
 
-# A compiler on an Eigen file takes up to 1.5 GB: a machine with little memory gets fewer of them.
+# Compiling an Eigen file takes up to 1.5 GB: a machine with little memory runs fewer compilers.
 jobs=$(nproc)
 memory_jobs=$(awk '/^MemAvailable/ {print int($2 / 1500000)}' /proc/meminfo)
 [ "$jobs" -le "$memory_jobs" ] || jobs=$((memory_jobs > 1 ? memory_jobs : 1))
@@ -32,20 +32,20 @@ memory_jobs=$(awk '/^MemAvailable/ {print int($2 / 1500000)}' /proc/meminfo)
 export UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1}
 export CTEST_PARALLEL_LEVEL=$jobs CLICOLOR=0 GTEST_COLOR=no
 
-# note PART PASSED FAILED SECONDS: adds a part's result to the sums.
+# note PART PASSED FAILED SECONDS: adds a part's result to the totals.
 note() {
   passed=$((passed + $2))
   failed=$((failed + $3))
   summary+=("$(printf '%-22s %5d passed %4d failed %5d s' "$1" "$2" "$3" "$4")")
 }
 
-# note_failures PART: each line of standard input is a result to repeat at the end.
+# note_failures PART: stores each line of standard input, to be repeated at the end.
 note_failures() {
   local line
   while IFS= read -r line; do failures+=("$1: $line"); done
 }
 
-# failed_in JUNIT: the tests that did not pass, each with the first lines of what it said.
+# failed_in JUNIT: prints the tests that did not pass, with the first lines of their output.
 failed_in() {
   awk '
     /<testcase / {
@@ -60,7 +60,7 @@ failed_in() {
     sed 's/&lt;/</g; s/&gt;/>/g; s/&quot;/"/g; s/&apos;/'"'"'/g; s/&amp;/\&/g'
 }
 
-# part NAME COMMAND...: a step without tests of its own; counts only when it fails.
+# part NAME COMMAND...: a step without tests of its own, which counts only if it fails.
 part() {
   local name=$1 begin=$SECONDS log
   log=$logs/part-${1//[^a-z]/-}.log
@@ -91,7 +91,7 @@ build() {
   nice cmake --build --preset "$1" -j "$jobs"
 }
 
-# unit_tests PRESET: counts what CTest ran; a skipped or disabled test is a failed one.
+# unit_tests PRESET: counts CTest's results; a skipped or disabled test counts as failed.
 unit_tests() {
   local preset=$1 begin=$SECONDS junit=$PWD/$logs/unit-$1.xml total bad
   echo "=== unit tests ($preset)"
@@ -113,8 +113,8 @@ unit_tests() {
   not_run=$((not_run + here))
 }
 
-# The lab's machines wait most of their time: they run in parallel with the next build, which has the
-# lower priority.
+# The lab's machines are mostly idle: they run in parallel with the next build, which has a lower
+# priority.
 lab_job= lab_begin=0
 start_lab() {
   echo "=== lab, in parallel with what follows"
@@ -131,7 +131,7 @@ finish_lab() {
   result=$(tail -n 1 "$log")
   if [[ $result =~ ^lab:\ ([0-9]+)\ passed,\ ([0-9]+)\ failed$ ]]; then
     ok=${BASH_REMATCH[1]} bad=${BASH_REMATCH[2]}
-    # The machine's own verdict and the count must agree.
+    # CTest's exit status and the number of failures must agree.
     [ "$status" = 0 ] || [ "$bad" != 0 ] || bad=1
   else
     echo "=== lab did not run to its end"
@@ -160,7 +160,7 @@ echo
 echo "=== summary (logs in $logs)"
 printf '%s\n' "${summary[@]}"
 if [ ${#failures[@]} != 0 ]; then
-  # At the very end, and not too much of it: who reads a log from its end finds what failed.
+  # The failures come last and are limited, so that the end of a log shows them.
   printf '%s\n' "${failures[@]:0:60}" | cut -c -300
   [ ${#failures[@]} -le 60 ] || echo "and $((${#failures[@]} - 60)) lines more in $logs"
 fi
