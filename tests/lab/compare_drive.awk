@@ -2,28 +2,27 @@
 #
 #   awk -v wakeup=SECONDS -v gyro=ID -f compare_drive.awk drive.log received.log replay.csv poses.csv
 #
-# drive.log: what was played; received.log: the same frames with the stamps that the kernel gave them
-# (both candump -L); replay.csv: `odom replay` of drive.log; poses.csv: what odomd published.
+# drive.log: the played log; received.log: the same frames with the kernel's stamps (both candump
+# -L); replay.csv: `odom replay` of drive.log; poses.csv: the poses that odomd published.
 #
-# The stamps of a bus differ from those of the log by an offset (the drive is played later) and a
-# jitter (the player and the machine delay frames, never advance them). Both are measured, frame by
-# frame:
-# offset = the smallest difference, jitter = the largest less the smallest.
+# The stamps of the bus differ from those of the log by an offset (the drive is played later) and a
+# jitter (the player and the machine delay frames, but never advance them). Both are measured from
+# all frames: offset = smallest difference, jitter = largest less smallest.
 #
-# A frame takes effect at the first tick that is not before its stamp, and the ticks of the
-# log and of the bus lie differently in a period. So a frame's effect is later, or earlier, than in
-# the replay by what its own stamp's jitter makes of that: this shift is measured too, of every frame
-# on the two grids. One that comes while the beat still wakes up (`wakeup`: how late it does, but for
-# one time in a thousand) may be taken in by the tick before its stamp. And where ticks were missed the
-# step that makes up for them is longer than a period: what its tick takes in acts on all of it.
+# A frame takes effect at the first tick that is not before its stamp, and the ticks of the log and
+# of the bus have different phases. So a frame's effect may be later or earlier than in the replay,
+# depending on the jitter of its stamp. This shift, too, is measured for every frame on both grids.
+# A frame that arrives while the beat wakes up may take effect at the tick before its stamp
+# (`wakeup`: the beat's lateness, which is exceeded in one of a thousand ticks). After missed ticks
+# the step is longer than a period, and its samples affect all of it.
 #
-# Two things follow. Along the way a pose may be off by what the car drives at its highest speed in the
-# largest shift. Across it the heading is wrong by the change of the yaw rate that each frame of the gyro
-# (whose id is `gyro`) brings, times the shift of that frame; the resulting distance is integrated.
-# The bound is the sum of both, and a millimetre.
+# The bound has two parts. Along the path, a pose may be off by the distance that the car drives at
+# its highest speed in the largest shift. Across the path, the heading is wrong by the change of the
+# yaw rate at each frame of the gyro (with the id `gyro`), times the shift of that frame; the
+# resulting distance is integrated. The bound is the sum of both and a millimetre.
 #
-# Prints one line: frames compared, offset, jitter, shift, highest speed, what the heading explains,
-# poses compared, largest and root mean square distance, and the bound.
+# Prints one line: frames compared, offset, jitter, shift, highest speed, distance due to the
+# heading, poses compared, largest and root mean square distance, and the bound.
 
 function stamp(field) { return substr(field, 2, length(field) - 2) - base }
 
@@ -79,7 +78,7 @@ END {
   jitter = most - least
   period = t[2] - t[1]
 
-  # Both lists of ticks begin with the first pose; of earlier frames only the newest counts there.
+  # Both lists of ticks begin with the first pose; of earlier frames only the newest matters then.
   tick = replayed = 1
   for (i = 1; i <= n_sent; i++) {
     while (tick < ticks && tick_at[tick] < received_at[i]) tick++

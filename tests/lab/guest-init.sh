@@ -68,9 +68,10 @@ echo $? >/run/lab/status.tmp
 mv /run/lab/status.tmp /run/lab/status
 end
 
-# Emulated processors must not meet code that the kernel is patching: QEMU before 8.1 may go on with
-# what it translated meanwhile, and the kernel dies of it. Whether packets are stamped is such a switch,
-# thrown by the first and the last who asks for stamps. So a process always does, for an unused id.
+# Emulated processors must not run code that the kernel is patching: QEMU before 8.1 may keep
+# running a translation made meanwhile, and the kernel crashes. The kernel patches its code like
+# this when the first process asks for packet stamps and when the last one stops. So one process
+# always asks for them, on an unused id.
 chroot /root /usr/bin/candump any,1F334455:DFFFFFFF >/dev/null 2>&1 </dev/null &
 
 case " $command_line " in

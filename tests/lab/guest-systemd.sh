@@ -1,8 +1,8 @@
-# The machine with systemd as init. Sourced by guest-init.sh, with the host's files in /root: lays out
-# what systemd starts, and hands over to it.
+# The machine with systemd as init. guest-init.sh sources this, with the host's files in /root: it
+# prepares the files that systemd needs, and hands over to it.
 #
-# No service of the host runs, whatever is installed and enabled there: only the services of systemd
-# below, like on a small car computer, and the unit of the job.
+# No service of the host runs, even if it is installed and enabled there: only the services of
+# systemd listed below, as on a small car computer, and the unit of the job.
 
 kept='systemd-journald.service systemd-journald.socket systemd-journald-dev-log.socket
   systemd-udevd.service systemd-udevd-control.socket systemd-udevd-kernel.socket
@@ -26,13 +26,14 @@ for generator in /root/lib/systemd/system-generators/*; do
 done
 printf '[Journal]\nStorage=volatile\nRateLimitBurst=0\n' >/root/run/systemd/journald.conf.d/lab.conf
 
-# A known machine id, or systemd would treat this as the first boot and enable everything.
+# With a known machine id, systemd does not treat this as the first boot, which would enable
+# everything.
 echo 0123456789abcdef0123456789abcdef >/root/etc/machine-id
 
-# A host that is a container has a mark in its root; the machine is not a container.
+# A host that is a container has a mark in its root; this machine is not a container.
 rm -f /root/.dockerenv
 
-# What only the host's root may read, the machine's may not either where the host's user is not root.
+# If the host's user is not root, these files cannot be read: replace them with empty ones.
 for file in /root/etc/shadow /root/etc/gshadow; do
   cat $file >/dev/null 2>&1 || { rm -f $file; touch $file; chmod 640 $file; }
 done
@@ -45,8 +46,8 @@ ExecStart=
 ExecStart=-udevadm trigger --action=add --subsystem-match=net
 end
 
-# Another switch in the kernel's code (see guest-init.sh): packet filters of a unit, thrown by the
-# first and the last that has them.
+# Packet filters of units, too, make the kernel patch its code (see guest-init.sh), when the first
+# unit gets one and the last loses it. So one unit always has a filter.
 mkdir $units/system.slice.d
 printf '[Slice]\nIPAddressDeny=192.0.2.1\n' >$units/system.slice.d/lab.conf
 

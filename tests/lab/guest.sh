@@ -1,4 +1,5 @@
-# Functions of the lab's tests. Sourced by each of tests/*.sh, in the machine, and by tests/campaign/release.sh.
+# Functions of the lab's tests. Each of tests/*.sh sources this in the machine, and so does
+# tests/campaign/release.sh.
 
 set -u
 PATH=${ODOMD_BIN_DIR:+$ODOMD_BIN_DIR:}$PATH
@@ -11,20 +12,20 @@ not_ok() { # not_ok NAME REASON
   test_failed=1
 }
 
-# check NAME REASON COMMAND...: ok when the command succeeds.
+# check NAME REASON COMMAND...: ok if the command succeeds.
 check() {
   local name=$1 reason=$2
   shift 2
   if "$@" >/dev/null; then ok "$name"; else not_ok "$name" "$reason"; fi
 }
 
-# does NAME COMMAND...: the command must succeed; else prints its output.
+# does NAME COMMAND...: the command must succeed; if it fails, its output is printed.
 does() {
   local name=$1 said
   shift
   said=$("$@" 2>&1 </dev/null) && ok "$name" || not_ok "$name" "$(tail -n 3 <<<"$said" | tr '\n' ';')"
 }
-says() { # says NAME PATTERN COMMAND...: whatever its exit status
+says() { # says NAME PATTERN COMMAND...: the command's output must match; its exit status does not matter
   local name=$1 pattern=$2 said
   shift 2
   said=$("$@" 2>&1 </dev/null)
@@ -41,7 +42,7 @@ await() {
   done
 }
 
-# add_vcan NAME...: virtual buses that carry CAN FD, up.
+# add_vcan NAME...: creates virtual buses that carry CAN FD, and brings them up.
 add_vcan() {
   local bus
   for bus; do
@@ -52,12 +53,13 @@ add_vcan() {
 
 remove_link() { ip link del "$1" 2>/dev/null; }
 
-# link_packets NAME: how many packets a link has carried. On vcan a frame that is sent is received.
+# link_packets NAME: how many packets were sent on a link. On vcan each of them is also received.
 link_packets() { cat "/sys/class/net/$1/statistics/tx_packets"; }
 
 # The daemon ---------------------------------------------------------------------------------------
 
-# start_daemon CONFIG ARGUMENT...: odomd with a segment and sockets of its own, ready to take frames.
+# start_daemon CONFIG ARGUMENT...: starts odomd with a separate segment and sockets, and waits until
+# it is ready.
 start_daemon() {
   local config=$1
   shift
@@ -67,7 +69,7 @@ start_daemon() {
   await 20 test -S status.sock && await 20 status '.beat.ticks > 0' -e
 }
 
-# stop_daemon: ends it; its exit status is in $daemon_status.
+# stop_daemon: stops it; its exit status is in $daemon_status.
 stop_daemon() {
   kill "$daemon" 2>/dev/null
   wait "$daemon"

@@ -1,7 +1,7 @@
 #!/bin/sh
-# Fetches Debian's PREEMPT_RT kernel and builds the initramfs around it, once: kernel.sh DIRECTORY
+# Fetches Debian's PREEMPT_RT kernel and builds its initramfs, once: kernel.sh DIRECTORY
 #
-# The package is downloaded and unpacked, not installed. In DIRECTORY then lie `vmlinuz`,
+# The package is downloaded and unpacked, not installed. DIRECTORY then contains `vmlinuz`,
 # `initramfs.gz` and `release` (the kernel's version).
 set -eu
 
@@ -19,7 +19,8 @@ fail() {
   exit 1
 }
 
-# The package behind the metapackage: linux-image-6.12-rt-amd64 -> linux-image-6.12.117+deb12-rt-amd64
+# The package that the metapackage depends on: linux-image-6.12-rt-amd64 ->
+# linux-image-6.12.117+deb12-rt-amd64
 kernel_package() {
   for meta in linux-image-6.12-rt-amd64 linux-image-rt-amd64; do
     package=$(apt-cache depends "$meta" 2>/dev/null | sed -n 's/^ *Depends: \(linux-image-.*\)/\1/p')
@@ -37,7 +38,7 @@ fetch_kernel() {
   [ "$(dpkg --print-architecture)" = amd64 ] ||
     fail "the lab's machine is an amd64 one, and runs the programs of an amd64 host only"
   cd "$directory"
-  # Missing or old package lists name no package, or one that the mirror has replaced.
+  # Missing or old package lists contain no package, or one that the mirror has replaced.
   if ! package_file=$(download); then
     as_root=; [ "$(id -u)" = 0 ] || as_root=sudo
     $as_root apt-get -q update >&2 || true
@@ -77,7 +78,7 @@ build_initramfs() {
   rm -rf initramfs
 }
 
-# Two runs at once share one cache.
+# Two concurrent runs share one cache.
 exec 9>"$directory/lock"
 flock 9
 [ -f "$directory/release" ] || fetch_kernel

@@ -32,8 +32,8 @@ usage() {
   exit 2
 }
 
-# Whether this machine's KVM boots the kernel: asked once a boot of the host. Some clouds have a
-# /dev/kvm in which no guest ever starts.
+# Whether this host's KVM boots the kernel, tested once per boot of the host: in some clouds
+# /dev/kvm exists, but no guest ever starts.
 accelerator() {
   local boot answer
   boot=$(cat /proc/sys/kernel/random/boot_id)
@@ -132,7 +132,7 @@ run_in_machine() {
   "$here/kernel.sh" "$cache" || return $lab_failed
 
   boot "$flavour" || status=$?
-  # A fault of QEMU before 8.1 (see guest-init.sh), not of the tests: run it once more.
+  # A fault of QEMU before 8.1 (see guest-init.sh), not of the tests: run the machine again.
   for _ in 1 2 3; do
     grep -aq 'Oops: int3' "$shared/console" || break
     echo "-- the machine ran into code that its kernel was patching; once more"

@@ -1,10 +1,11 @@
-# Plays a log on buses into odomd and compares the output with the log's replay. Sourced, with
-# guest.sh, by the tests that do so.
+# Plays a log on buses into odomd and compares the output with the log's replay. Tests source this
+# together with guest.sh.
 
-# The effect of jitter is known for a filter that holds the newest value of each signal: the paper's.
+# The effect of jitter is known for a filter that holds each signal's newest value, like the
+# paper's.
 model=paper
 
-# play_drive NAME LOG CONFIG BUS...: the log names the buses on which it is played.
+# play_drive NAME LOG CONFIG BUS...: plays the log on the buses that it names.
 play_drive() {
   local name=$1 log=$2 config=$3
   shift 3
@@ -44,7 +45,7 @@ play_drive() {
   check "$name: poses are those of the replay" "$comparison" test $matched = 0
 }
 
-# Every frame that was sent arrived at both ends; the daemon itself sent none.
+# Both ends received every frame that was sent; the daemon itself sent none.
 check_counts() { # NAME FRAMES
   local name=$1 frames=$2
   echo "   $(jq -c '.can[] | {name, received, lost, carried_over}' status.json | tr '\n' ' ')"
@@ -57,9 +58,9 @@ check_counts() { # NAME FRAMES
     jq -e --argjson n "$frames" '.frames.decoded == $n and ([.frames[]] | add) == $n' status.json
 }
 
-# Rows begin with the first pose that means something, and carry the number of their tick. They go on
-# behind the status: what was missed by then is counted when the next tick is out, so rows are
-# counted up to the one before the status' newest.
+# Rows begin with the first initialised pose and contain their tick. They continue after the status
+# was read, and missed ticks are counted only at the next published tick: so rows count only up to
+# the tick before the status' newest.
 check_ticks() { # NAME
   local name=$1 published unpublished backwards missed
   read -r published unpublished backwards < <(awk -F, -v newest="$(jq .pose.tick status.json)" '

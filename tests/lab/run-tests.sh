@@ -20,7 +20,8 @@ for script in "$@"; do
   if [ "$status" != 0 ] || [ $((ok + not_ok)) = 0 ]; then
     why="ended with status $status"
     [ "$status" != 124 ] || why="no end after ${LAB_TEST_TIMEOUT:-300} s"
-    # A script prints "not ok" and continues, or ends early with a status, which is one more failure.
+    # A script prints "not ok" and continues, or ends early with another status, which is an
+    # additional failure.
     if [ "$not_ok" = 0 ] || [ "$status" != 1 ]; then
       echo "not ok $name: $why, after $ok results"
       not_ok=$((not_ok + 1))

@@ -1,11 +1,11 @@
-# The installed service. Sourced after guest.sh by the tests below systemd/, which share one boot: the
-# first of them installs it, like an administrator.
+# The installed service. The tests below systemd/ source this after guest.sh. They share one boot;
+# the first of them installs the service, like an administrator.
 
 bus=vcan0
 unit=odomd@$bus.service
 run=/run/odomd/$bus
 
-# The programs of the tree must not bring in what the service's sandbox excludes.
+# The built programs must not load files that the service's sandbox excludes.
 PATH=/usr/local/sbin:/usr/local/bin:$PATH
 export LD_LIBRARY_PATH=/usr/local/lib
 
@@ -21,7 +21,7 @@ is_active() { systemctl is-active --quiet "${1:-$unit}"; }
 publishes() { status '.beat.ticks > 0' -e; }
 settled() { status '.mode != "initialising" and .beat.ticks > 50' -e; }
 
-# is_confined UNIT: checks what its hardening promises.
+# is_confined UNIT: checks the unit's hardening.
 is_confined() {
   local rights exposure
   rights=$(sed -nE 's/^(CapPrm|CapEff|CapBnd|NoNewPrivs|Seccomp):\t//p' "/proc/$(main_pid "$1")/status" | tr -d '\n')
@@ -30,7 +30,7 @@ is_confined() {
   check "systemd calls it exposed by 2.0 at most" "$exposure" awk "BEGIN {exit !(\"$exposure\" != \"\" && $exposure <= 2.0)}"
 }
 
-# journal [UNIT]: information for failures.
+# journal [UNIT]: prints recent log lines for a failure.
 journal() { journalctl --no-pager -o cat -n 10 -u "${1:-$unit}" | tr '\n' ';'; }
 
 install_product() {
@@ -41,12 +41,12 @@ install_product() {
   /lib/systemd/systemd-sysctl 50-odomd.conf
   udevadm control --reload
   udevadm trigger --settle --name-match=/dev/cpu_dma_latency
-  # A unit that is wanted by another is kept with its result after its end.
+  # If another unit wants this one, systemd keeps its result after its end.
   systemctl add-wants --quiet lab.service "$unit"
   touch /run/odomd.installed
 }
 
-# configure BUS: the simulated car, whose service on that bus is to read it.
+# configure BUS: writes the configuration of the simulated car for the service on that bus.
 configure() {
   odom sim --config-only --force --out car >/dev/null
   mkdir -p /etc/odomd
@@ -54,7 +54,7 @@ configure() {
   cp car/car.toml "/etc/odomd/$1.toml"
 }
 
-# drive BUS [OPTION...]: the car drives laps, live; $driver is its process.
+# drive BUS [OPTION...]: starts a live drive of laps; $driver is its process.
 drive() {
   local to=$1
   shift
@@ -63,8 +63,8 @@ drive() {
   driver=$!
 }
 
-# watchdog installed|relaxed: a machine that is paused for a second must not look like a hanging
-# daemon, except in tests of the watchdog.
+# watchdog installed|relaxed: `relaxed` tolerates pauses of the machine, which must not look like a
+# hanging daemon; only tests of the watchdog use the installed limit.
 watchdog() {
   local settings=/run/systemd/system/$unit.d
   rm -rf "$settings"
@@ -75,7 +75,7 @@ watchdog() {
   systemctl daemon-reload
 }
 
-# begin [OPTION...]: the service runs, and reads the driving car.
+# begin [OPTION...]: starts the service, which then reads the driving car.
 begin() {
   if ! install_product; then
     not_ok "installs" "see above"

@@ -1,8 +1,8 @@
-// A serial CAN adapter whose other end is us: a pseudo-terminal with the kernel's slcan line
-// discipline on it. What comes in on standard input, a line each, is what the adapter says, in the
-// language of slcan: `t1A280102030405060708` a frame, `sp140000` error-passive with the counters tx
-// 140 and rx 0, `sb255000` bus-off, `e1a` a missing acknowledgement. Prints the interface's name
-// first and ends with its input.
+// Emulates a serial CAN adapter: a pseudo-terminal with the kernel's slcan line discipline. Each
+// line of standard input is sent as the adapter's message in the language of slcan:
+// `t1A280102030405060708` is a frame, `sp140000` error-passive with counters tx 140 and rx 0,
+// `sb255000` bus-off, `e1a` a missing acknowledgement. First prints the interface's name; ends with
+// its input.
 #include <fcntl.h>
 #include <linux/tty.h>
 #include <net/if.h>
@@ -40,7 +40,7 @@ int main() {
     return fail("slcan");
   std::cout << name.data() << std::endl;
 
-  // Commands to the adapter ("O": open) are taken and not answered.
+  // Commands to the adapter ("O": open) are read and not answered.
   std::thread([adapter] {
     std::array<char, 256> commands{};
     while (::read(adapter, commands.data(), commands.size()) > 0) {

@@ -43,7 +43,7 @@ std::int64_t now() {
   return std::system(command.c_str()) == 0;
 }
 
-/// The other end of the bus: a plain raw socket that may send.
+/// The other end of the bus: a raw socket that may send.
 class Peer {
  public:
   Peer() : socket_(::socket(AF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW)) {
@@ -108,7 +108,7 @@ class SocketCan : public testing::Test {
     frames.resize(source.drain(frames, time, time));
     return frames;
   }
-  /// Drains until this many frames have arrived, or the time is up.
+  /// Drains until this many frames have arrived, or a time limit is reached.
   static std::vector<Frame> drain_until(SocketCanSource& source, std::size_t count) {
     std::vector<Frame> all;
     const auto deadline = std::chrono::steady_clock::now() + timeout;
@@ -127,7 +127,7 @@ class SocketCan : public testing::Test {
     }
     return source.link() == state;
   }
-  /// The kernel begins to stamp a moment after the first request.
+  /// Waits for stamps: the kernel begins to stamp shortly after the first request.
   static void await_stamps(SocketCanSource& source, const Peer& peer) {
     const auto deadline = std::chrono::steady_clock::now() + timeout;
     for (std::uint64_t before = 1, after = 0; before != after;) {
@@ -233,7 +233,7 @@ TEST_F(SocketCan, StampsFramesBetweenSendingAndDraining) {
     const std::int64_t sent = now();
     const auto frames = drain_until(source, 1);
     ASSERT_EQ(frames.size(), 1U);
-    // The offset of the clocks is known to the width of one reading.
+    // The offset of the clocks is known only to the duration of one reading.
     EXPECT_GE(frames[0].time_ns, before - 100'000);
     EXPECT_LE(frames[0].time_ns, sent + 100'000);
     EXPECT_GT(frames[0].time_ns, last);
@@ -315,7 +315,7 @@ TEST_F(SocketCan, CountsEveryFrameThatItsBufferCannotHold) {
     peer.send(0x120);
     if (i % 100 == 99) received += drain(source).size();
   }
-  // The count is reported with the next frame that is not dropped.
+  // The kernel reports the count with the next frame that it does not drop.
   received += drain(source).size();
   peer.send(0x121);
   received += drain_until(source, 1).size();
@@ -377,7 +377,7 @@ TEST_F(SocketCan, WaitsForAnInterfaceThatIsNotThereYet) {
   add_bus();
   source.maintain();
   EXPECT_EQ(source.link(), LinkState::up);
-  drain(source);  // takes the socket over
+  drain(source);  // begins to use the new socket
   const Peer peer;
   peer.send(0x120);
   EXPECT_EQ(drain_until(source, 1).size(), 1U);

@@ -1,6 +1,6 @@
-# The bridge's service together with the daemon's: it reads the pose as a dynamic user, survives a
-# restart of the daemon, sends topics by DDS and JSON by UDP, and takes camera poses from a topic. There
-# is no network but the loopback.
+# The services of bridge and daemon together: the bridge reads the pose as a dynamic user, survives
+# a restart of the daemon, sends topics over DDS and JSON over UDP, and takes camera poses from a
+# topic. The loopback is the only network.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
 bridge=odomd-bridge@$bus.service
@@ -10,7 +10,7 @@ ip link set lo up
 export CYCLONEDDS_URI="<General><Interfaces><NetworkInterface name='lo'/></Interfaces><AllowMulticast>false\
 </AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex><Peers><Peer Address='127.0.0.1'/>\
 </Peers></Discovery>"
-# set_up OPTIONS [LINE]: the service's drop-in.
+# set_up OPTIONS [LINE]: writes the service's drop-in.
 set_up() {
   mkdir -p /run/systemd/system/$bridge.d
   printf '%s\n' '[Service]' "Environment=\"ODOM_BRIDGE_OPTIONS=--json $1\"" "Environment=\"CYCLONEDDS_URI=$CYCLONEDDS_URI\"" \
@@ -19,7 +19,7 @@ set_up() {
 }
 set_up "--ros --udp 127.0.0.1:9870"
 
-# received FILTER: a datagram that comes within a second, by jq.
+# received FILTER: prints a datagram that arrives within a second, filtered with jq.
 received() {
   python3 -c '
 import socket
@@ -51,7 +51,7 @@ says "its end is no failure" '^success$' systemctl show -P Result $bridge
 
 lab_pose_publisher &
 publisher=$!
-# With a stamp that a slow machine delivers too late a pose is judged, too.
+# A verdict shows that a pose arrived, even if a slow machine delivered it too late.
 judged() { status 'any(.sources[]; .name == "camera" and ([.verdicts[]] | add) > 0)' -e; }
 set_up "--pose-topic /pose --no-publish"
 systemctl start $bridge

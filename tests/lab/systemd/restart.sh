@@ -1,11 +1,11 @@
 # The service is killed, and stopped, while the car drives: systemd restarts it, and it resumes from
-# the last pose. The time is compared with that of an empty notify service without any settings
-# but those of the restart, killed in turns with it: the median of the poses at most 500 ms later, and
+# the last pose. For comparison, an empty notify service with the same restart settings is killed in
+# alternation with it. The median time to a pose is at most 500 ms longer than that service's, and
 # at most 2 s.
 #
-# Both limits are meant for an otherwise idle machine. The empty service shows how far from that the
-# run is: when it takes longer than its $quiet_ms on a quiet host (without RestartSec=, during which
-# nothing works), both limits grow by that ratio, and the result shows it.
+# Both limits hold on an otherwise idle machine. The empty service shows how slow this run is: if it
+# takes longer than its $quiet_ms on a quiet host (without RestartSec=, when nothing runs), both
+# limits grow by that ratio, which the result shows.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
 rounds=5
@@ -13,8 +13,8 @@ quiet_ms=140
 
 begin --camera-socket $run/camera.sock
 
-# The empty service, and for comparison an instance of our unit that runs the same program: the extra
-# time is that of our sandbox, and the rest is that of odomd.
+# The empty service, and an instance of our unit that runs the same program: their difference is the
+# time of our sandbox, and the remaining time is odomd's.
 cp "$ODOMD_BIN_DIR/restart_probe" /usr/local/bin/
 add_vcan empty
 mkdir -p /run/systemd/system/odomd@empty.service.d
@@ -36,7 +36,7 @@ end
 systemctl daemon-reload
 systemctl start odomd@empty bare
 
-# Kills, of all three in turns.
+# Kills the three alternately.
 ready() { restart_probe ready "$(main_pid "$1")" "$2" >>"$1.json" || not_ok "kill of $1" "$(systemctl status "$1")"; }
 for ((round = 1; round <= rounds; ++round)); do
   await 20 settled
@@ -63,7 +63,7 @@ check "kill -9: a pose within 2 s (here $(slow 2000) ms)" "$measured" test "$(me
 check "systemd restarts it after $restart_ms ms" "$(systemctl show -P RestartUSec $unit)" \
   test "$(systemctl show -P RestartUSec $unit)" = ${restart_ms}ms
 
-# When a slow machine took longer than 2 s, the maximum age of a pose, there is nothing to resume from.
+# A pose older than 2 s, after a slow restart, is not resumed from.
 jq -c 'select(.gap_ms < 2000)' poses.json >continued.json
 check "kill -9: mostly, the successor had a pose to go on from" "gaps $(jq -c .gap_ms poses.json | tr '\n' ' ')" \
   test $(($(wc -l <continued.json) * 2)) -gt $rounds
@@ -72,12 +72,14 @@ check "kill -9: the pose was resumed" "see above" every '.after.restarted'
 check "kill -9: it counts as a jump" "see above" every '.after.reset_count > .before.reset_count'
 check "kill -9: the pose is where the car can have come to" "see above" \
   every '(.after.x - .before.x | fabs) + (.after.y - .before.y | fabs) < 0.5 + 3 * .gap_ms / 1000'
-# They have changed since, the first of them quickly, but not from the initial values.
+# The calibrations have changed meanwhile, the first of them quickly, but not from the initial
+# values.
 check "kill -9: mostly, the calibrations are the predecessor's" "see above" \
   jq -s -e 'map([.after.calibrations, .before.calibrations] | transpose | all(.[0] - .[1] | fabs < 0.05)) |
     (map(select(.)) | length) * 2 > length' continued.json
 
-# Stopped, it misses its watchdog. On a slow machine the pose may by then be too old: three attempts.
+# A stopped daemon misses its watchdog. On a slow machine the pose may then be too old: three
+# attempts.
 watchdog installed
 systemctl restart $unit
 for ((round = 1; round <= 3; ++round)); do
@@ -90,7 +92,7 @@ check "SIGSTOP: the watchdog has it restarted" "$(journal)" test -s stopped.json
 check "SIGSTOP: it goes on from a pose that is younger than 2 s" "$(cat stopped.json)" \
   jq -e '.after.restarted or .gap_ms >= 2000' stopped.json
 
-# Many kills in a row, hardly started.
+# Many kills in a row, shortly after the start.
 has_process() { test "$(main_pid)" != 0; }
 before=$(systemctl show -P NRestarts $unit)
 for ((round = 1; round <= 10; ++round)); do

@@ -1,9 +1,9 @@
-# The commands for the service in docs/dev/security.md, with this machine's bus instead of can0.
+# The commands for the service in docs/dev/security.md, for this machine's bus instead of can0.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
 
 begin
-# One user in no group of the service, one in the readers', one in the camera's.
+# Three users: one in no group of the service, one in the readers' group, one in the camera's.
 for user in user reader camera; do systemd-sysusers --inline "u $user - - -" 2>/dev/null; done
 systemd-sysusers --inline "m reader odom" "m camera odomd-camera"
 check "has a pose to show" "$(status .mode)" await 20 settled

@@ -1,4 +1,4 @@
-# The installed unit, under its whole sandbox: it becomes ready, reads its bus, publishes in real
+# The installed unit with its whole sandbox: it becomes ready, reads its bus, publishes in real
 # time, and ends cleanly.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
@@ -34,8 +34,8 @@ check "the journal says what it does" "$(head -n 5 journal.log)" grep -q "model 
 check "in plain lines" "$(grep -nP '[^\x20-\x7E\t]' journal.log | head -n 3)" \
   test -z "$(grep -P '[^[:print:]]' journal.log)"
 
-# A log file, set up as described in docs/operations.md: moved away, as by logrotate, and reopened by
-# a reload.
+# A log file, set up as in docs/operations.md: renamed, as by logrotate, and opened again by a
+# reload.
 mkdir -p /run/systemd/system/$unit.d
 printf '[Service]\nLogsDirectory=odomd\n' >/run/systemd/system/$unit.d/log.conf
 systemctl daemon-reload

@@ -1,5 +1,5 @@
-# Permissions of the installed service: readers read, camera senders send, and other users can do
-# neither, nor disturb it.
+# Permissions of the installed service: readers can read, camera senders can send, and other users
+# can do neither, nor disturb the service.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
 
@@ -9,7 +9,7 @@ pid=$(main_pid)
 for user in reader sender outsider; do systemd-sysusers --inline "u lab-$user - - -" 2>/dev/null; done
 systemd-sysusers --inline "m lab-reader odom" "m lab-sender odomd-camera"
 
-# as USER COMMAND...: with that user's groups, and without root privileges.
+# as USER COMMAND...: runs a command with that user's groups and without root privileges.
 as() {
   local user=lab-$1
   shift
@@ -48,7 +48,7 @@ cannot outsider "open the segment" cat $run/pose
 cannot outsider "ask for the status" odom status --json --socket $run/status.sock
 cannot outsider "send a camera pose" $send 5,5,1
 
-# No other user can disturb it: not with its files, its directory, its lock or a signal.
+# No other user can disturb the service: not through its files, its directory, its lock or a signal.
 cat >/tmp/attacks <<end
 rm -f $run/pose
 rm -f $run/camera.sock
@@ -80,7 +80,8 @@ check "it was not disturbed" "$(journal)" \
   await 20 status ".beat.ticks > $ticks + 50 and .pid == $pid and .can[0].link == \"up\"" -e
 check "nor restarted" "$(systemctl show -p NRestarts $unit)" test "$(main_pid)" = "$pid"
 
-# Another user who waits for the abstract name of the writer's lock gets it before the successor.
+# Another user who waits for the abstract name of the writer's lock gets it before the daemon's
+# successor.
 cat >/tmp/squat.py <<end
 import os, socket, time
 directory = os.stat("$run")

@@ -1,5 +1,6 @@
-# The page's service together with the daemon's, under its whole sandbox: it serves what the daemon publishes, can write
-# nothing of it, survives a restart of the daemon, asks other machines for the token, and ends cleanly.
+# The services of page and daemon together, with the whole sandbox: the page shows the daemon's
+# poses, cannot write to its segment, survives a restart of the daemon, requires the token from
+# other machines, and ends cleanly.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
 web=odomd-web@$bus.service
@@ -7,7 +8,7 @@ web=odomd-web@$bus.service
 begin
 : >events
 ip link set lo up
-# page PATH [HEADER]: the whole answer; of a stream what comes within three seconds.
+# page PATH [HEADER]: prints the whole answer; from a stream, the data of three seconds.
 page() {
   exec 3<>/dev/tcp/127.0.0.1/9880 || return
   printf 'GET %s HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n%s\r\n' "$1" "${2:+$2$'\r\n'}" >&3
@@ -15,7 +16,7 @@ page() {
   exec 3>&-
 }
 has() { grep -q -- "$1" <<<"$(page "${@:2}")"; }
-# live: the stream's poses are those of the daemon that runs.
+# live: whether the stream has poses of the running daemon.
 live() {
   page /events >events
   sed -n 's/^data: \({"n".*\)/\1/p' events | tail -n 1 | jq -e '.live and .row[5] > 0.1'
@@ -43,7 +44,7 @@ await 60 settled
 check "and with the one after a crash" "$(journal $web; tail -c 300 events)" await 60 live
 check "and is the one that was started" "$(main_pid $web)" test "$(main_pid $web)" = "$pid"
 
-# For a phone, as docs/web.md has it.
+# For access from a phone, as in docs/web.md.
 token=0123456789abcdef-lab
 mkdir -p /run/systemd/system/$web.d
 (umask 077; echo $token >/etc/odomd/web-token)

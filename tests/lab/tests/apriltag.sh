@@ -1,5 +1,6 @@
-# The AprilTag camera on a V4L2 device: the kernel's vivid, whose HDMI output is wired to its input. The picture that we
-# put out has a tag 15 cm ahead of the map's origin and 10 cm to its right.
+# The AprilTag camera on a V4L2 device: the kernel's vivid driver, whose HDMI output is connected to
+# its input. The test outputs a picture with a tag 15 cm ahead of the map's origin and 10 cm to its
+# right.
 . "$(dirname "$0")/../guest.sh"
 
 camera=/dev/video0 output=/dev/video1 modules=$ODOMD_SOURCE_DIR/build/lab/unpacked
@@ -30,7 +31,7 @@ for row in range(8):
       at = 3 * (640 * line + 332 + 12 * column)
       picture[at:at + 36] = bytes([255 * white]) * 36
 open("tag.bgr", "wb").write(picture)'
-# Prints the messages that arrive, after the time of arrival.
+# Prints each message with its time of arrival.
 python3 -c '
 import socket, struct, time
 door = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
@@ -71,7 +72,7 @@ sed -nE 's/.*DQBUF.*TIMESTAMP_MONOTONIC.*tv_sec=([0-9]+), tv_usec=([0-9]+).*/\1 
 check "the driver has stamped them" "$(tail -n 2 ioctls)" test -s stamps
 check "their stamps are the driver's" "$(tail -n 1 messages; tail -n 1 stamps)" \
   awk 'NR == FNR {of_driver[$1]; next} !($6 in of_driver) || $4 != 0 || $6 > $1 {exit 1}' stamps messages
-# To the clock tick that /proc/uptime and the driver count in.
+# Tolerance: the clock tick of /proc/uptime and of the driver.
 check "and those of pictures with the tag" "gone at $gone s, $(tail -n 1 messages)" \
   awk -v gone="$gone" '$6 > 1e9 * gone + 1e7 {exit 1}' messages
 

@@ -1,4 +1,4 @@
-# The machine itself: the kernel is a real-time one, and can-utils carry a log over a virtual bus
+# The machine itself: it has a real-time kernel, and can-utils transfer a log over a virtual bus
 # without loss. If this fails, no other result of the lab is meaningful.
 . "$(dirname "$0")/../guest.sh"
 
@@ -28,7 +28,7 @@ frames() { cut -d' ' -f3 "$1"; }
 check "canplayer to candump" "$(wc -l <played.log) of 1000 frames, or others" \
   cmp -s <(frames made.log) <(frames played.log)
 
-# CAN FD as well.
+# The same with CAN FD.
 candump -L -n 1 vcan0 >fd.log &
 logger=$!
 await 5 grep -q vcan0 /proc/net/can/rcvlist_all

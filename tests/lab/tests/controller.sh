@@ -1,6 +1,6 @@
-# The controllers below: bit timing, state, error counters and restart-ms as they were configured, on
-# two emulated SJA1000 on one wire; a link that goes down and up while the beat continues; and the error
-# states, which the emulation does not have, on a serial adapter (slcan) that the test emulates.
+# CAN controllers: bit timing, state, error counters and restart-ms as configured, on two emulated
+# SJA1000 on one wire; a link that goes down and up while the beat continues; and error states,
+# which the emulation lacks, on a serial adapter (slcan) that the test emulates.
 . "$(dirname "$0")/../guest.sh"
 
 odom sim --scenario lap --standstill 1 --duration 3 --ideal --out drive >/dev/null 2>&1
@@ -11,16 +11,16 @@ state_is() { status ".can[0].controller.state == \"$1\"" -e; }
 link_is() { status ".can[0].link == \"$1\"" -e; }
 journal_has() { grep -q -- "$1" odomd.log; }
 
-# The beat through link down and up, as a client sees every tick of it. The machine itself misses
-# ticks; so each of five spans with a down and up is followed by one of equal length in which nothing
-# is done. If the link blocks the beat, it does so every time: then even the best of the five has a
-# gap larger than the usual one by 25 ms or more, or misses ten ticks more than usual.
+# Every tick of the beat, as a client sees it, while the link goes down and up. The machine itself
+# misses ticks, so each of five spans with a down and up is followed by an equally long span without
+# a change. A link that blocks the beat does so every time: then even the best of the five spans has
+# a gap at least 25 ms larger than usual, or at least ten more missed ticks.
 uptime_s() { cut -d' ' -f1 /proc/uptime; }
 follow() {
   odom pose --shm /lab --follow --csv --until-stale --out poses.csv 2>follow.log &
   follower=$!
 }
-span() { # span NAME COMMAND: the command, and 0.2 s more
+span() { # span NAME COMMAND: runs the command and waits 0.2 s
   local name=$1 begin
   shift
   begin=$(uptime_s)
@@ -28,7 +28,7 @@ span() { # span NAME COMMAND: the command, and 0.2 s more
   sleep 0.2
   echo "$name $begin $(uptime_s)" >>spans
 }
-# holes: NAME MISSED LARGEST of each span, in ticks
+# holes: prints NAME MISSED LARGEST of each span, in ticks
 holes() {
   awk '
     NR == FNR {name[NR] = $1; begin[NR] = $2; end[NR] = $3; n = NR; next}
@@ -44,10 +44,10 @@ holes() {
     END {for (s = 1; s <= n; s++) print name[s], missed[s] + 0, largest[s] + 0, rows[s] + 0}
   ' FS=' ' spans FS=, poses.csv
 }
-of_spans() { # of_spans NAME COLUMN RANK: of the five, sorted
+of_spans() { # of_spans NAME COLUMN RANK: the value of this rank among the five spans
   holes | awk -v name="$1" -v column="$2" '$1 == name {print $column}' | sort -n | sed -n "$3p"
 }
-check_beat() { # once the daemon has ended; status.json is from shortly before
+check_beat() { # after the daemon's end; status.json was read shortly before
   wait "$follower"
   local published unpublished newest
   newest=$(jq .pose.tick status.json)
@@ -70,11 +70,11 @@ check_beat() { # once the daemon has ended; status.json is from shortly before
 
 ip link set can0 type can bitrate 500000 restart-ms 100 berr-reporting on
 ip link set can1 type can bitrate 500000 restart-ms 100
-ip link set can1 txqueuelen 1000  # canplayer does not wait for room
+ip link set can1 txqueuelen 1000  # canplayer does not wait for a free place in the queue
 ip link set can0 up
 ip link set can1 up
-# Also a bus without a controller, and one that does not exist. Requests hardware stamps, which the
-# driver does not have.
+# Includes a bus without a controller and one that does not exist. Requests hardware stamps, which
+# the driver lacks.
 add_vcan vcan0
 awk '/^timestamps/ {next} {print} /^\[can\]/ {print "timestamps = \"hardware\""}' drive/car.toml >drive/hardware.toml
 start_daemon drive/hardware.toml --can can0 --can vcan0 --can can7 || not_ok "start" "$(cat odomd.log)"
@@ -92,8 +92,8 @@ check "as people read it" "$(odom status --socket "$PWD/status.sock")" \
 
 canplayer -I drive/drive.log can1="$bus"
 sleep 0.5
-# The emulation knows no bus time: frames that are sent in one go run over the receiver's 64 bytes where
-# the host stalls the machine. The kernel gives odomd exactly what the controller received.
+# The emulation transfers frames instantly: if the host stalls the machine, a burst overruns the
+# receiver's 64 bytes. The kernel gives odomd exactly the frames that the controller received.
 arrived=$(cat /sys/class/net/can0/statistics/rx_packets)
 await 20 status ".can[0].received == $arrived" -e
 echo "   $arrived of $frames frames arrived, overruns: $(cat /sys/class/net/can0/statistics/rx_over_errors)"
@@ -110,8 +110,8 @@ ip link set can0 down
 check "the link goes down" "$(status '.can[0]' -c)" await 20 link_is down
 check "the controller is stopped" "$(status '.can[0]' -c)" await 20 state_is stopped
 check "the journal says how to bring it up" "$(cat odomd.log)" await 20 journal_has 'can0: the bus is down; bring it up: ip link set can0 up'
-# The other end sends all the while, and candump says when the first frame came in after the link was
-# up. odomd receives every frame that candump does: none arrives before its socket listens again.
+# The other end sends continuously, and candump shows the first frame after the link came up. odomd
+# receives every frame that candump does: none arrives before its socket listens again.
 candump -L any,1A0:7FF >any.log &
 logger=$!
 await 20 grep -q any /proc/net/can/rcvlist_*

@@ -1,7 +1,6 @@
-# The real-time rules of the beat on real buses under a real-time kernel: 8,000 frames/s of our own
+# The real-time rules of the beat on real buses with a real-time kernel: 8,000 frames/s of mapped
 # identifiers are received without loss; all its system calls are those of the design; and a reader
-# that preempts
-# the writer of a segment on its own CPU does not wait for it.
+# that preempts the writer of a segment on its own CPU does not wait for it.
 . "$(dirname "$0")/../guest.sh"
 
 odom sim --scenario lap --duration 6 --out car >/dev/null
@@ -13,7 +12,7 @@ frames=$(wc -l <full.log)
 start_daemon car/car.toml --can vcan0 --can vcan1 || not_ok "start" "$(cat odomd.log)"
 check "real time is granted" "$(status .realtime -c)" status '.realtime | .priority == 45 and .memory_locked' -e
 
-# play: the log with its camera, and two clients that wait; prints the duration.
+# play: plays the log and the camera to the daemon, with two waiting clients; prints the duration.
 play() {
   local begin=$SECONDS camera
   odom camera send --log car/camera.csv --from-now --socket "$PWD/camera.sock" >/dev/null 2>&1 &
@@ -32,7 +31,7 @@ check "8,000 frames/s: all received" "$(status .can -c) of $frames" \
   status "[.can[].received] | add == $frames" -e
 check "8,000 frames/s: none lost" "$(status .can -c)" status '[.can[].lost] | add == 0' -e
 
-# Every system call of the beat's thread while the same is played again.
+# Traces every system call of the beat's thread while the log is played again.
 daemon_pid=$(status .pid)
 for task in "/proc/$daemon_pid/task/"*; do
   [ "$(cat "$task/comm")" != odomd-beat ] || beat=${task##*/}
@@ -59,7 +58,7 @@ check "ends cleanly" "status $daemon_status: $(tail -n 3 odomd.log)" test $daemo
 remove_link vcan0
 remove_link vcan1
 
-# Without the kernel's throttling, a writer on which a real-time reader waits would never run.
+# Without the kernel's throttling, a writer that a real-time reader waits for would never run.
 throttling=$(cat /proc/sys/kernel/sched_rt_runtime_us)
 echo -1 >/proc/sys/kernel/sched_rt_runtime_us
 preemption=$(timeout 60 "$ODOMD_BIN_DIR/shm_preemption" 2000 2>&1)

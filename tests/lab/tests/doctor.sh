@@ -1,5 +1,5 @@
 # odom doctor and odom init on a live bus: an interface that is missing, down or silent; a sound
-# car; one whose yaw rate has the wrong sign; and a proposal from frames and database alone.
+# car; a car whose yaw rate has the wrong sign; and a proposal from frames and database only.
 . "$(dirname "$0")/../guest.sh"
 
 # finds CODE ARGUMENT...: whether odom doctor gives this code, with exit status 1.
@@ -23,7 +23,7 @@ check "finds an interface that is down" "see above" \
 ip link set vcan0 mtu 72 up
 check "finds a silent bus" "see above" finds W711 --can vcan0 --for 1 --config drive/car.toml
 
-# while_played LOG COMMAND...: the command, while the log is on the bus.
+# while_played LOG COMMAND...: runs the command while the log is played on the bus.
 while_played() {
   local log=$1 player
   shift
@@ -36,7 +36,7 @@ while_played() {
   return $status
 }
 
-# Both listen to the same frames.
+# Both see the same frames.
 both() {
   odom init --dbc drive/*.dbc --can vcan0 --for 12 --yes --mass 3 --wheelbase 0.26 --track 0.2 \
     --out proposed.toml >init.log 2>&1 &

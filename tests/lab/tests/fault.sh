@@ -4,7 +4,7 @@
 
 payloads() { cut -d' ' -f3 "$1"; }
 
-# start_fault ARGUMENT...: odom fault, once it listens on vcan0.
+# start_fault ARGUMENT...: starts odom fault, and waits until it listens on vcan0.
 start_fault() {
   odom fault --config drive/car.toml --from vcan0 --to vcan1 "$@" 2>fault.txt &
   fault=$!
@@ -46,7 +46,7 @@ check "a CAN FD frame passes" "$(tail -n 3 received.log)" \
   grep -qE ' 123##[0-9A-F]000102030405060708090A0B$' received.log
 echo "   $(tail -n 2 fault.txt | tr '\n' ' ')"
 
-# A daemon behind it, with the camera routed through it too.
+# A daemon on the second bus, with the camera routed through the fault as well.
 start_daemon drive/car.toml --can vcan1 || not_ok "start" "$(cat odomd.log)"
 start_fault --kind gyro.zero --camera-from "$PWD/fault.sock" --camera-to "$PWD/camera.sock" \
   --fault camera.moved || not_ok "start" "$(cat fault.txt)"
@@ -54,7 +54,7 @@ canplayer -I drive.log &
 player=$!
 odom camera send --socket "$PWD/fault.sock" --from-now --log drive/camera.csv >camera.txt 2>&1 &
 camera=$!
-# By its log: on a slow machine a flag comes and goes between two reads of the status.
+# Checks the log: on a slow machine a flag may come and go between two reads of the status.
 check "the daemon reports the gyro" "$(cat odomd.log)" await 30 grep -q 'yaw_rate.*\[W313\]' odomd.log
 wait $player
 wait $camera
@@ -66,7 +66,7 @@ stop_daemon
 check "the camera's poses failed on the way" "$(cat fault.txt)" \
   grep -qE 'camera.moved: [0-9]{2,} camera poses' fault.txt
 
-# An interface that does not exist is named.
+# The error names an interface that does not exist.
 odom fault --config drive/car.toml --kind gyro.zero --from vcan7 --to vcan1 2>missing.txt
 check "a missing interface is named" "$(cat missing.txt)" grep -q '^odom fault: vcan7: no such CAN interface' missing.txt
 remove_link vcan0

@@ -1,6 +1,6 @@
 # Foreign traffic: cangen at full rate. The kernel's filters drop unmapped ids, so they have no
-# effect. On our own ids, with random payloads, every frame gets a verdict, and if the messages are
-# protected the pose of a stationary car stays within its three sigmas.
+# effect. On mapped ids with random payloads every frame gets a verdict, and if the messages are
+# protected, the pose of a stationary car stays within its three sigmas.
 . "$(dirname "$0")/../guest.sh"
 
 odom sim --scenario lap --standstill 4 --duration 4 --ideal --out stand >/dev/null 2>&1
@@ -8,10 +8,10 @@ bus=$(awk '{print $2; exit}' stand/drive.log)
 frames=$(wc -l <stand/drive.log)
 add_vcan vcan0
 
-# flood ARGUMENT...: cangen at full rate for three seconds.
+# flood ARGUMENT...: runs cangen at full rate for three seconds.
 flood() { timeout 3 cangen vcan0 -g 0 -i -L 8 "$@"; }
 
-# Other ids; and one of ours as an extended id, which is another id.
+# Unmapped ids; also a mapped number as an extended id, which is another id.
 start_daemon stand/car.toml --can vcan0 || not_ok "start" "$(cat odomd.log)"
 canplayer -I stand/drive.log vcan0="$bus"
 await 5 status ".can[0].received == $frames" -e
@@ -28,10 +28,10 @@ check "a flood was sent" "$sent frames" test "$sent" -gt 10000
 check "other ids have no effect" "$(pose_of before.json) became $(pose_of after.json)" \
   test "$(pose_of before.json)" = "$(pose_of after.json)"
 
-# flood_mapped NAME CONFIG LOG: random payloads on all of our ids, while the car is stationary and
-# sends it.
+# flood_mapped NAME CONFIG LOG: random payloads on all mapped ids, while a stationary car sends the
+# log.
 flood_mapped() {
-  # A given pose, so that none is inherited from the previous daemon, whose gap would widen the sigmas.
+  # An explicit pose, because the gap since the previous daemon's pose would widen the sigmas.
   start_daemon "$2" --can vcan0 --initial 3.485,0,0 || not_ok "$1: start" "$(cat odomd.log)"
   local sent id
   sent=$(link_packets vcan0)
@@ -58,8 +58,8 @@ flood_mapped() {
     jq -e '.can[0].received == ([.frames[]] | add)' after.json
 }
 
-# The car is stationary: its pose stays within three sigmas, and the sigmas are bounded: that of x by
-# the distance of a car that accelerates this hard meanwhile, however long the machine takes.
+# The pose of the stationary car stays within three sigmas, and the sigmas are bounded: sigma x by
+# the distance that a car with this acceleration could drive meanwhile, even on a slow machine.
 check_stands() { # NAME ACCELERATION-IN-M/S2
   check "$1: the pose stays within its three sigmas" "$(jq -c .pose after.json), before $(jq -c .pose before.json)" \
     jq -e --slurpfile before before.json --argjson acceleration "$2" '.pose as $p | $before[0].pose as $b |
@@ -75,7 +75,7 @@ flood_mapped "protected" stand/car.toml stand/drive.log
 # the sigmas show it.
 check_stands "protected" 1
 
-# The same flood with hardly a genuine frame before it.
+# The same flood after very few genuine frames.
 head -n 12 stand/drive.log >few.log
 flood_mapped "alone" stand/car.toml few.log
 # The speed is unknown: the car may have started to move, and the sigmas show it.

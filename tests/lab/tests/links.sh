@@ -19,7 +19,7 @@ wait $logger 2>/dev/null
 link_is() { status ".can[0].link == \"$1\"" -e; }
 bus_down() { status ".conditions | contains([\"bus_down\"]) == $1" -e; }
 
-# hears EXPECTED: plays the frames, and waits until all were received.
+# hears EXPECTED: plays the frames, and waits until all are received.
 hears() {
   local before
   before=$(status '.can[0].received')
@@ -37,7 +37,7 @@ check "hears the bus after down and up" "$(status .can -c)" hears
 index=$(cat /sys/class/net/vcan0/ifindex)
 ip link del vcan0
 check "sees the interface vanish" "$(status .can -c)" await 5 link_is gone
-# Another interface is created first, so that the interface comes back with another index.
+# Another interface is created first, so that this one gets a new index.
 add_vcan vcan9 vcan0
 check "the index is another one" "$index" test "$(cat /sys/class/net/vcan0/ifindex)" -gt "$index"
 check "sees it come back" "$(status .can -c)" await 5 link_is up

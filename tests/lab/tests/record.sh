@@ -1,8 +1,8 @@
-# A drive recorded live, on a real bus under a real-time kernel, with camera poses over the socket:
-# it replays to the bits that were published, twice, from its beginning and from the middle of it.
+# A live recording on a real bus with a real-time kernel, with camera poses over the socket: its
+# replay gives the published bits, twice, from its beginning and from the middle of the drive.
 . "$(dirname "$0")/../guest.sh"
 
-# verify NAME FOLDER: replays a recording twice, each time to the bits of every tick.
+# verify NAME FOLDER: replays a recording twice; every tick must be bit-identical.
 verify() {
   local name=$1 folder=$2 run
   for run in first second; do
@@ -14,7 +14,7 @@ verify() {
   done
 }
 
-# holds FOLDER TICKS: whether this many ticks are on the disk.
+# holds FOLDER TICKS: whether the disk has more than this many ticks.
 holds() { test "$(cat "$1/beat.csv" 2>/dev/null | wc -l)" -gt "$2"; }
 
 odom sim --scenario slalom --standstill 1 --duration 12 --out drive >/dev/null
@@ -23,7 +23,7 @@ frames=$(wc -l <drive.log)
 add_vcan vcan0
 start_daemon drive/car.toml --can vcan0 || not_ok "start" "$(cat odomd.log)"
 
-# An independent witness: a client that reads every pose from the shared memory.
+# For comparison: a client that reads every pose from the shared memory.
 odom pose --shm /lab --follow --csv --until-stale --out witness.csv 2>witness.txt &
 witness=$!
 odom record --socket "$PWD/record.sock" --out whole --once 2>whole.txt &
@@ -56,8 +56,8 @@ check "camera poses are fused" "$(cut -d, -f11 whole/pose.csv | sort | uniq -c |
 check "several hundred ticks" "$(wc -l <whole/pose.csv) rows" test "$(wc -l <whole/pose.csv)" -gt 500
 verify "a whole drive" whole
 
-# The recorded poses are those of the shared memory: all columns of a client except the time, which is
-# on another clock, by tick.
+# The recorded poses equal those of the shared memory: compares all columns of a client by tick,
+# except the time, which is on another clock.
 check "the poses are those that a client read" "$(cat compared.txt 2>/dev/null)" awk -F, '
   FNR == 1 {file++; next}
   {tick = $12; sub(/^[^,]*,/, "")}
@@ -65,7 +65,7 @@ check "the poses are those that a client read" "$(cat compared.txt 2>/dev/null)"
   file == 2 && (tick in published) {n++; if (index($0 ",", published[tick] ",") != 1) {print "tick " tick " differs" >"compared.txt"; bad = 1}}
   END {exit bad || n < 500}' witness.csv whole/pose.csv
 
-# A recorder that starts in the middle of a drive, and is killed: the data on the disk is complete.
+# A recorder starts in the middle of a drive and is killed: the data on the disk is complete.
 start_daemon drive/car.toml --can vcan0 || not_ok "start" "$(cat odomd.log)"
 canplayer -I drive.log &
 player=$!
@@ -77,7 +77,7 @@ kill -9 $middle
 wait $middle 2>/dev/null
 verify "the middle of a drive, the recorder killed" middle
 
-# A full disk is reported, and the data that fitted is kept.
+# A full disk is reported, and the data written until then is kept.
 mkdir disk
 mount -t tmpfs -o size=1400k tmpfs disk
 timeout 60 odom record --socket "$PWD/record.sock" --out disk/full 2>full.txt

@@ -1,4 +1,4 @@
-# The SocketCAN source on virtual buses: each GoogleTest case is a result of its own.
+# The SocketCAN source on virtual buses: each GoogleTest case is a separate result.
 . "$(dirname "$0")/../guest.sh"
 
 program=test_socketcan_lab

@@ -1,10 +1,10 @@
-# A full bus: 8,000 frames a second for ten seconds on vcan, counted at both ends. None is lost, all
-# are decoded.
+# A full bus: 8,000 frames a second for ten seconds on vcan, counted at both ends. None is lost, and
+# all are decoded.
 . "$(dirname "$0")/../guest.sh"
 
 rate=8000
-# A drive of four protected messages, four times over, its stamps drawn together. The counters count to
-# 14 or 15: after a multiple of 240 frames of each message they continue where they began.
+# A drive of four protected messages, repeated four times with compressed stamps. The counters wrap
+# at 14 or 15: after a multiple of 240 frames of each message they continue where they began.
 odom sim --scenario lap --duration 45 --standstill 3 --out drive >/dev/null 2>&1
 awk '{id = substr($3, 1, 3)} n[id]++ < (id == "1A2" ? 8160 : 4080) {print $3}' drive/drive.log >once
 cat once once once once | awk -v rate=$rate '{printf "(%.6f) vcan0 %s\n", 1e9 + NR / rate, $1}' >full.log
@@ -12,7 +12,8 @@ frames=$(wc -l <full.log)
 check "the log holds ten seconds of traffic" "$frames frames" test "$frames" = 81600
 
 add_vcan vcan0
-# Room for seconds of traffic, not for tenths: a busy host may stall one of the machine's processors.
+# A buffer for seconds of traffic, not for tenths: a busy host may stall one of the machine's
+# processors.
 awk '/^receive_buffer/ {next} {print} /^\[can\]/ {print "receive_buffer = 8388608"}' drive/car.toml >drive/roomy.toml
 start_daemon drive/roomy.toml --can vcan0 || not_ok "start" "$(cat odomd.log)"
 begin=$(date +%s%N)
