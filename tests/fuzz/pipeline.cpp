@@ -1,9 +1,9 @@
 // Any sequence of frames, camera messages and ticks through the pipeline: no tick publishes NaN or
 // infinity, a negative variance, or an earlier time.
 //
-// The input is a model (one byte) and then commands: a frame (0-5: the signal; one signed byte: the
-// stamp relative to the clock in units of 0.1 ms; eight bytes of payload), a camera message (6: its
-// bytes on the wire), or a tick (all others).
+// The input is a model (one byte) and then commands: a frame (0-5: the signal; two signed bytes:
+// the stamp relative to the clock in units of 0.1 ms; eight bytes of payload), a camera message (6:
+// its bytes on the wire), or a tick (all others).
 #include "daemon/core/pipeline.hpp"
 
 #include <algorithm>
