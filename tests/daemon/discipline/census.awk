@@ -1,12 +1,12 @@
 # Compares the system calls of one thread, as recorded by strace, with those allowed to the beat: in
-# each tick at most one receive of many frames a bus, eight receives a camera connection, one wake of
-# one thread, and the sleep until an absolute time. None of them may block.
+# each tick at most one receive of many frames per bus, eight receives per camera connection, one
+# wake of one thread, and the sleep until an absolute time. None of them may block.
 #
 #   awk -v buses=N -v cameras=N [-v clock_is_a_call=1] -f census.awk TRACE
 #
-# Prints the counts; exit status 1 when there was any other call. Calls before the first sleep and
-# after the last belong to the thread's start and end. `clock_is_a_call`: on this machine reading
-# the clock takes one (no vDSO for its clock source).
+# Prints the counts; exit status 1 if there was any other call. Calls before the first sleep and
+# after the last belong to the thread's start and end. `clock_is_a_call`: on this machine, reading
+# the clock is a system call (no vDSO for its clock source).
 function wrong(why) {
   if (problems++ < 5) print "line " NR ": " why ": " $0
 }

@@ -1,10 +1,11 @@
-# Makes full traffic from a car's log (candump -L): adds frames of other messages, evenly spaced, up
-# to a total of `rate` per second, on four buses, with
-# identifiers that are not mapped; one in sixteen with an extended identifier, one with CAN FD.
+# Makes full traffic from a car's log (candump -L): adds unmapped frames, evenly spaced, up to a
+# total of `rate` per second, on four buses. Of sixteen, one has an extended identifier and one is
+# CAN FD.
 #
 #   awk -v rate=8000 -v own=500 -f full_traffic.awk drive.log
 #
-# `own` is the rate of the log's own frames; `count` a file for the number of frames written. Stamps as in the log, in microseconds.
+# `own` is the rate of the log's own frames; `count` is a file for the number of frames written.
+# Stamps are in microseconds.
 function stamp(microseconds) {
   return sprintf("(%d.%06d)", int(microseconds / 1000000), microseconds % 1000000)
 }
