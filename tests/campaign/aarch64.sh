@@ -48,7 +48,7 @@ wrap_programs() {
   done
 }
 
-# Tests that may fail, because a user-mode emulator cannot do what they need.
+# These may fail: a user-mode emulator cannot run them.
 not_emulated=(
   # qemu lacks SO_TIMESTAMPING, the kernel's receive stamps
   FrameReceiverTest.StampsFramesOnTheMonotonicClock

@@ -109,7 +109,7 @@ if [ -z "$dist" ]; then
   nice tools/release.sh --sign release-test --out "$dist" >build/logs/release.log 2>&1 || { tail -n 5 build/logs/release.log; exit 1; }
   if [ -n "$twice" ]; then
     nice tools/release.sh --sign release-test --out "$work/again" >build/logs/release-again.log 2>&1
-    # The signature is left out, because it contains its time.
+    # Signatures contain their time.
     says "the same commit gives the same sums" '^$' diff <(grep -v InRelease "$dist/SHA256SUMS") <(grep -v InRelease "$work/again/SHA256SUMS")
   fi
 fi

@@ -14,7 +14,7 @@ work=$(mktemp -d)
 shm=/odomd-start-$$
 trap 'rm -rf "$work" "/dev/shm$shm" "/dev/shm$shm.lock"' EXIT
 
-# The car already moves at the start of the drive, so the first frames contain a speed.
+# The car is already moving: the first frames have a speed.
 "$bin/odom" sim --duration 5 --standstill 0 --out "$work/car" >/dev/null || exit 1
 
 # measure COMMAND...: both times of all starts; COMMAND starts the program.

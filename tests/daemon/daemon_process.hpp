@@ -57,7 +57,7 @@ using Camera = std::unique_ptr<odom_camera, Close>;
 /// Waits up to a second for the next pose.
 [[nodiscard]] bool next_pose(const Client& client, odom_pose& pose);
 
-/// Waits until the pose is stale, after the daemon's end; gives the last pose.
+/// Waits until the pose of an ended daemon is stale.
 [[nodiscard]] bool becomes_stale(const Client& client, odom_pose& pose);
 
 /// A straight drive at `speed` with frames every 10 ms, in the format of candump -L. Up to five

@@ -96,7 +96,7 @@ TEST(OdomdLogs, AreUsedAsAReplayUsesThem) {
       desk.write("drive.log", log);
       EXPECT_EQ(replayed(desk), sound) << name;
       live = played(desk);
-      // A left-out frame of a mapped message is reported live, too.
+      // Left-out frames of mapped messages are reported live, too.
       EXPECT_EQ(desk.read("stderr").find("far from those around") != std::string::npos,
                 name.starts_with("mapped"))
           << name;

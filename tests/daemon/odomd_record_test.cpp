@@ -155,9 +155,8 @@ TEST_F(OdomdRecord, GoesOnInAnotherFolderWhenTheDaemonIsStartedAnew) {
 }
 
 TEST_F(OdomdRecord, ARecorderThatDoesNotKeepUpLosesTheRestAndKnowsIt) {
-  // 24,000 frames a second fill the rings in less than two seconds; then the recording ends with
-  // the last complete tick. The log is long enough for a recorder that starts late on a slow
-  // machine.
+  // 24,000 frames/s fill the rings in less than 2 s; then the recording ends with the last complete
+  // tick. The log is long enough for a recorder that starts late.
   std::string log;
   for (int ms = 0; ms < 20'000; ++ms)
     for (int n = 0; n < 24; ++n)

@@ -100,7 +100,7 @@ TEST_F(OdomdSurvival, ACheckRefusesAGroupThatAStartWouldRefuse) {
   }
 }
 
-// The segment disappears or changes under the daemon
+// A segment that disappears or changes
 
 TEST_F(OdomdSurvival, MakesARemovedSegmentAgainAndReadersGoOverToIt) {
   DaemonProcess odomd(desk_, {});
@@ -127,7 +127,7 @@ TEST_F(OdomdSurvival, MakesARemovedSegmentAgainAndReadersGoOverToIt) {
   ASSERT_EQ(odom_get_info(late.get(), &info, sizeof info), ODOM_OK);
   EXPECT_EQ(pose.time_ns, info.first_tick_ns + static_cast<std::int64_t>(pose.tick) * 5'000'000);
 
-  // Once more, which shows that the old segments were released.
+  // Once more: the old segments were released.
   ASSERT_EQ(::unlink(desk_.segment().c_str()), 0);
   ASSERT_TRUE(eventually([&] { return next_pose(client, pose) && instance_of(client) != second; }));
 

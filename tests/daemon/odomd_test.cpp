@@ -20,7 +20,6 @@
 namespace odomd::testing::odomd_test {
 namespace {
 
-/// Reads poses until one matches.
 bool wait_for_pose(const Client& client, odom_pose& pose,
                    const std::function<bool(const odom_pose&)>& fits) {
   return eventually([&] { return next_pose(client, pose) && fits(pose); });
@@ -169,8 +168,8 @@ Comparison play_and_compare(const Desk& desk, const std::map<std::string, std::s
   return comparison;
 }
 
-// On a machine under load the beat may miss ticks, or frames may arrive after their tick: then the
-// poses may differ. One of several attempts is expected to be free of that.
+// On a loaded machine the beat may miss ticks, or frames may be late: then the poses may differ.
+// One of several attempts should be free of that.
 TEST_F(OdomdTest, GivesTheBitsThatAReplayGives) {
   Comparison comparison;
   for (int attempt = 0; attempt < 10; ++attempt) {

@@ -119,7 +119,7 @@ socket_mode = 0o666
 socket_group = "video"
 )";
 
-/// The paths of the daemon's interfaces and who may access them.
+/// The interfaces' paths and permissions.
 struct Doors {
   std::string shm, status, camera;
   std::uint32_t shm_mode = 0644, status_mode = 0666, camera_mode = 0666;

@@ -34,7 +34,7 @@ class Input {
   Input(const std::uint8_t* data, std::size_t size) : rest_(data, size) {}
   [[nodiscard]] bool empty() const { return rest_.empty(); }
 
-  /// The next value; bytes beyond the end of the input are zero.
+  /// Bytes beyond the end are zero.
   template <typename Value>
   Value take() {
     Value value{};

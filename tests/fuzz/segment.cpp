@@ -34,7 +34,7 @@ daemon::Pipeline pipeline_of(estimator::Model model) {
   return daemon::Pipeline(config(model), databases, buses, false);
 }
 
-/// Drives the pipeline with all signals equal to 1.
+/// All signals are 1.
 void drive(daemon::Pipeline& pipeline, std::int64_t now_ns) {
   constexpr double one = 1.0;
   for (std::size_t i = 0; i < signals.size(); ++i) {

@@ -46,8 +46,8 @@ ExecStart=
 ExecStart=-udevadm trigger --action=add --subsystem-match=net
 end
 
-# Packet filters of units, too, make the kernel patch its code (see guest-init.sh), when the first
-# unit gets one and the last loses it. So one unit always has a filter.
+# Packet filters of units make the kernel patch its code, too (see guest-init.sh), with the first
+# unit and the last. So one unit always has a filter.
 mkdir $units/system.slice.d
 printf '[Slice]\nIPAddressDeny=192.0.2.1\n' >$units/system.slice.d/lab.conf
 

@@ -25,7 +25,7 @@ does() {
   shift
   said=$("$@" 2>&1 </dev/null) && ok "$name" || not_ok "$name" "$(tail -n 3 <<<"$said" | tr '\n' ';')"
 }
-says() { # says NAME PATTERN COMMAND...: the command's output must match; its exit status does not matter
+says() { # says NAME PATTERN COMMAND...: the output must match; any exit status
   local name=$1 pattern=$2 said
   shift 2
   said=$("$@" 2>&1 </dev/null)
@@ -42,7 +42,7 @@ await() {
   done
 }
 
-# add_vcan NAME...: creates virtual buses that carry CAN FD, and brings them up.
+# add_vcan NAME...: brings up virtual buses that carry CAN FD.
 add_vcan() {
   local bus
   for bus; do

@@ -29,7 +29,7 @@ namespace {
 
 struct Result {
   std::atomic<std::uint64_t> wakeups{0};
-  std::uint64_t amid = 0;   // wake-ups while the writer was in the middle of a slot
+  std::uint64_t amid = 0;   // wake-ups with a half-written slot
   std::uint64_t again = 0;  // reads that needed a second attempt
   std::uint64_t torn = 0;
   bool stuck = true;  // while the reader waited, the slot stayed half-written

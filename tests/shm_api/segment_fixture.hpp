@@ -79,7 +79,7 @@ inline bool is_whole(const odom_pose& pose, const odom_details* details = nullpt
   return true;
 }
 
-/// Whether two poses have the same bits.
+/// Bitwise equality.
 inline bool is_same(const odom_pose& a, const odom_pose& b) {
   std::array<std::uint64_t, ODOM_POSE_WORDS> words_a{};
   std::array<std::uint64_t, ODOM_POSE_WORDS> words_b{};

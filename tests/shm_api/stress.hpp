@@ -20,15 +20,15 @@ namespace odomd::shm::testing {
 /// Counts of one reader. A read is a call that gives a pose; it is whole if every word belongs to
 /// the pose's tick.
 struct alignas(64) ReaderCounts {
-  std::atomic<std::uint64_t> turns{0};       ///< rises unless the reader is stuck
-  std::atomic<std::uint64_t> reads{0};       ///< calls that gave a pose
-  std::atomic<std::uint64_t> ticks{0};       ///< reads of another tick than the previous read
-  std::atomic<std::uint64_t> torn{0};        ///< reads with words of two ticks
-  std::atomic<std::uint64_t> backwards{0};   ///< reads of an older tick of the same writer
-  std::atomic<std::uint64_t> overtaken{0};   ///< attempts during which the writer reached the slot
-  std::atomic<std::uint64_t> starved{0};     ///< reads that failed: overtaken three times
-  std::atomic<std::uint64_t> unexpected{0};  ///< unexpected results
-  std::atomic<std::uint64_t> instances{0};   ///< number of writers seen
+  std::atomic<std::uint64_t> turns{0};      ///< rises unless the reader is stuck
+  std::atomic<std::uint64_t> reads{0};      ///< calls that gave a pose
+  std::atomic<std::uint64_t> ticks{0};      ///< reads of another tick than the previous read
+  std::atomic<std::uint64_t> torn{0};       ///< reads with words of two ticks
+  std::atomic<std::uint64_t> backwards{0};  ///< reads of an older tick of the same writer
+  std::atomic<std::uint64_t> overtaken{0};  ///< attempts during which the writer reached the slot
+  std::atomic<std::uint64_t> starved{0};    ///< reads that failed: overtaken three times
+  std::atomic<std::uint64_t> unexpected{0};
+  std::atomic<std::uint64_t> instances{0};  ///< number of writers seen
 };
 
 enum class ReaderKind : std::uint8_t {

@@ -8,7 +8,6 @@
 
 namespace {
 
-// Every field of every public struct.
 TEST(Abi, StructsArePinned) {
 #define FIELD(name, offset) EXPECT_EQ(offsetof(Struct, name), std::size_t{offset});
 #define STRUCT(name, size, FIELDS)                \

@@ -55,7 +55,6 @@ class Kills : public ::testing::Test {
     std::this_thread::sleep_for(std::chrono::microseconds(random_() % up_to_us));
   }
 
-  // Whether the condition becomes true within the time limit.
   template <typename Condition>
   bool await(const Condition& condition) {
     const std::int64_t deadline = now_ns() + timeout_ns;

@@ -136,7 +136,7 @@ TEST(Layout, ClientsStillReadEveryImage) {
   }
 }
 
-// The writer continues with the calibrations of the image; those that it lacks are not estimated.
+// The image's calibrations continue; those that it lacks are not estimated.
 TEST(Layout, AWriterInheritsFromOneOfAbi1) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("pose");

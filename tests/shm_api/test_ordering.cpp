@@ -40,7 +40,7 @@ bool is_fence(const Access& access) {
 bool comes_before(const Thread& thread, std::size_t i, std::size_t j) {
   const Access& a = thread[i];
   const Access& b = thread[j];
-  if (is_fence(a) || is_fence(b)) return false;  // fences order the accesses around them
+  if (is_fence(a) || is_fence(b)) return false;  // fences order other accesses
   if (a.location == b.location) return true;
   if (a.kind == Kind::load && a.order == Order::ordered) return true;
   if (b.kind == Kind::store && b.order == Order::ordered) return true;

@@ -46,7 +46,7 @@ inline estimator::Source source_of(const MonitoredDrive::Event& event) {
   return sample != nullptr ? sample->source : estimator::Source::camera;
 }
 
-/// Without camera poses if `camera` is empty.
+/// Without a camera if `camera` is empty.
 inline MonitoredDrive load_drive(daemon::Config config, const std::filesystem::path& log_file,
                                  const std::filesystem::path& camera) {
   MonitoredDrive drive;
@@ -151,7 +151,6 @@ inline MonitoredDrive with_fault(MonitoredDrive drive, const Fault& fault) {
   return drive;
 }
 
-/// A change of a source's flag.
 struct FlagChange {
   std::int64_t tick_ns = 0;
   estimator::Source source = estimator::Source::yaw_rate;

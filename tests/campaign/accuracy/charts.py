@@ -17,7 +17,7 @@ MODEL_WIDTH, COURSE_GAP = 26, 22
 class Chart:
     file: str
     title: str
-    figure: object  # of an evaluation: returns the value to draw
+    figure: object  # evaluation -> value to draw
     places: tuple  # (course, view)
     limit: float | None = None  # largest value, in laps
 

@@ -96,7 +96,7 @@ TEST_F(DatabasesTest, WarnsOfRolesThatTheModelWouldLike) {
   config.model = estimator::Model::full;
   warnings.clear();
   static_cast<void>(load_databases(config, warnings));
-  // A single speed does not determine the yaw rate.
+  // One speed gives no yaw rate.
   EXPECT_THAT(warnings, Contains(Named("role_not_mapped",
                                        "steering and yaw_rate are not mapped: nothing measures")));
 }

@@ -23,7 +23,6 @@ class RecordingTapTest : public testing::Test {
     tap_ = std::make_unique<RecordingTap>(*pipeline_);
   }
 
-  /// Makes a tick of the beat with these inputs.
   void tick(int frames, int cameras = 0) {
     ++tick_;
     for (int i = 0; i < frames; ++i) {

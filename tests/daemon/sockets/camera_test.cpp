@@ -29,8 +29,7 @@ class CameraDoorTest : public testing::Test {
     admitted_ = admission_ == Admission::free_slot;
     return mine;
   }
-  /// The error that the daemon sent before it closed the connection; 0 if it sent none, empty if
-  /// the connection is open.
+  /// The error sent before the connection was closed; 0: none sent; empty: it is still open.
   static std::optional<std::int32_t> refusal(const FileDescriptor& camera) {
     std::int32_t reason = 0;
     const ssize_t size = ::recv(camera.get(), &reason, sizeof reason, MSG_DONTWAIT);
@@ -126,7 +125,7 @@ TEST_F(CameraDoorTest, HasRoomForFourAndForTheNextOnceOneHasGone) {
   }
   send(cameras[2], 3);
   cameras[2] = {};
-  EXPECT_EQ(drain().poses, 1U);  // drain() also notices the end of the connection
+  EXPECT_EQ(drain().poses, 1U);  // and notices the end
   {
     const auto too_early = connect();
     EXPECT_FALSE(admitted_) << "the slot is free only once housekeeping has closed it";
@@ -152,7 +151,7 @@ TEST_F(CameraDoorTest, TheConnectionThatWasIdleLongestMakesRoomAfterTwoSeconds) 
   EXPECT_EQ(admission_, Admission::refused);
   EXPECT_EQ(door_.refused(), 1U);
 
-  // The first camera sends a pose, the second an invalid message, which does not count as activity.
+  // The first sends a pose, the second an invalid message, which counts as idle.
   send(cameras[0], 1);
   EXPECT_EQ(::send(cameras[1].get(), "x", 1, MSG_NOSIGNAL), 1);
   drain();
@@ -161,7 +160,7 @@ TEST_F(CameraDoorTest, TheConnectionThatWasIdleLongestMakesRoomAfterTwoSeconds) 
   EXPECT_EQ(admission_, Admission::in_place_of_idle);
   EXPECT_EQ(refusal(connect()), -EBUSY) << "no other has been idle for so long";
   send(next, 2);
-  drain();  // notices the end of the connection
+  drain();  // notices the end
   door_.close_ended(now_ns_);
   EXPECT_EQ(refusal(cameras[1]), 0) << "closed, without a word: it may connect again";
   for (const std::size_t kept : {0U, 2U, 3U}) EXPECT_EQ(refusal(cameras[kept]), std::nullopt);

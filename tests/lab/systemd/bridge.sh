@@ -19,7 +19,7 @@ set_up() {
 }
 set_up "--ros --udp 127.0.0.1:9870"
 
-# received FILTER: prints a datagram that arrives within a second, filtered with jq.
+# received FILTER: a datagram of the next second, filtered by jq.
 received() {
   python3 -c '
 import socket

@@ -44,7 +44,7 @@ holes() {
     END {for (s = 1; s <= n; s++) print name[s], missed[s] + 0, largest[s] + 0, rows[s] + 0}
   ' FS=' ' spans FS=, poses.csv
 }
-of_spans() { # of_spans NAME COLUMN RANK: the value of this rank among the five spans
+of_spans() { # of_spans NAME COLUMN RANK: this rank of the five values
   holes | awk -v name="$1" -v column="$2" '$1 == name {print $column}' | sort -n | sed -n "$3p"
 }
 check_beat() { # after the daemon's end; status.json was read shortly before
@@ -70,7 +70,7 @@ check_beat() { # after the daemon's end; status.json was read shortly before
 
 ip link set can0 type can bitrate 500000 restart-ms 100 berr-reporting on
 ip link set can1 type can bitrate 500000 restart-ms 100
-ip link set can1 txqueuelen 1000  # canplayer does not wait for a free place in the queue
+ip link set can1 txqueuelen 1000  # canplayer does not wait for the queue
 ip link set can0 up
 ip link set can1 up
 # Includes a bus without a controller and one that does not exist. Requests hardware stamps, which

@@ -45,8 +45,8 @@ namespace odomd::tools {
          "<Peers><Peer Address=\"127.0.0.1\"/></Peers></Discovery>";
 }
 
-/// Pause between ticks that no subscriber has answered yet: a delayed bridge sends the missed ones
-/// at once, and they must fit into a socket's buffer.
+/// Pause between unanswered ticks: a delayed bridge sends them all at once, and they must fit into
+/// a socket's buffer.
 inline constexpr std::chrono::milliseconds between_ticks{25};
 
 /// One of our programs as a process; its output goes to files.

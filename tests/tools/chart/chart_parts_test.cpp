@@ -154,8 +154,8 @@ TEST(Thinned, ShowsWhereMostOfManyDotsLie) {
   const auto thin = thinned(points, x, 100, 12);
   EXPECT_LE(thin.size(), 100U * 12U);
   const auto outer = std::ranges::count_if(thin, [](const Point& p) { return std::abs(p.y) > 2; });
-  EXPECT_GE(outer, 2 * 100);                                       // none of the outliers is lost,
-  EXPECT_LT(outer, static_cast<std::ptrdiff_t>(thin.size()) / 3);  // and they are the smaller part
+  EXPECT_GE(outer, 2 * 100);                                       // no outlier is lost,
+  EXPECT_LT(outer, static_cast<std::ptrdiff_t>(thin.size()) / 3);  // and most points are inside
   for (std::size_t i = 1; i < thin.size(); ++i) EXPECT_GT(thin[i].x, thin[i - 1].x);
 }
 

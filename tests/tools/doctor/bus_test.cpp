@@ -218,7 +218,7 @@ TEST(Acknowledgement, IsMissedByAListenerThatHearsNothingOrOneFrameAgainAndAgain
   const Diagnostics found = of(drive, listener);
   ASSERT_THAT(found, ElementsAre(Named("nobody_acknowledges", "3000 times")));
   EXPECT_THAT(fix_of(found[0]), HasSubstr("ip link set can0 type can listen-only off"));
-  // No finding if the controller may acknowledge, or is virtual.
+  // A controller that may acknowledge, or a virtual one.
   EXPECT_THAT(of(drive, sound_link()), IsEmpty());
   EXPECT_THAT(of(drive, Link{}), IsEmpty());
   // A changing payload or identifier means that frames are acknowledged; so does an idle node.

@@ -90,7 +90,7 @@ TEST(CameraReference, KnowsNothingOfPosesUpToItsInstant) {
     if (pose.capture_ns <= instant) pose.x += 1.0;
   const auto after = camera_reference(camera_trajectory(poses, {}), truth);
   ASSERT_TRUE(before && after);
-  // Earlier poses matter only for the estimate of the noise over the whole drive.
+  // Earlier poses only affect the estimate of the noise.
   const auto moved = [&](std::int64_t t_ns) {
     return at(*after, t_ns)->pose.x - at(*before, t_ns)->pose.x;
   };

@@ -119,7 +119,7 @@ TEST_F(Evaluate, SaysThatAnEstimateIsOfAPartOfTheReference) {
                               ": it covers 1.0 s and 0.8 m of the reference's 4.2 s and 4.2 m; "
                               "all figures are for that part only [W413]\n"),
                     Not(HasSubstr(good_ + ": it covers")))));
-  // No warning for a part that --from and --to ask for, unless the file covers less.
+  // No warning for a requested part, unless the file covers less.
   EXPECT_EQ(run(both() + good_ + " --from +1 --to +2").err, "");
   EXPECT_THAT(run(both() + part + " --from +0.5 --to +3").err,
               HasSubstr(part + ": it covers 1.0 s"));
@@ -321,7 +321,7 @@ TEST_F(Evaluate, JudgesTheOdometryFrame) {
   EXPECT_EQ(map_name, "map");
   EXPECT_NEAR(map["end_error"], 1.0, 1e-9);
   EXPECT_FALSE(map["nees"].is_null());
-  // After alignment at the start, the covariance (as large there as at the end) means nothing.
+  // Aligned at the start, where the covariance is as large as at the end.
   EXPECT_TRUE(judged("").second["nees"].is_null());
   const auto [odom_name, odom] = judged(" --frame odom");
   EXPECT_EQ(odom_name, "odom");

@@ -9,7 +9,6 @@
 namespace odomd::tools::evaluation_test {
 namespace {
 
-// Straight along x at 1 m/s.
 Trajectory straight(double speed, double seconds, double step) {
   Trajectory drive;
   drive.name = "straight.csv";
@@ -78,7 +77,7 @@ TEST(Evaluation, OwesNoWholeTurnsFromBeforeAReset) {
   for (auto& point : estimate.points) {
     if (point.t_ns < 10'000'000'000) {
       point.pose.yaw += 0.2 * 1e-9 * static_cast<double>(point.t_ns);
-    } else {  // after a reset that corrects the yaw, but for a whole turn
+    } else {  // reset: corrected, but for a turn
       point.pose.yaw += 0.1 - 2.0 * std::numbers::pi;
       point.reset_count = 1.0;
     }

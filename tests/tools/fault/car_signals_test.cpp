@@ -59,7 +59,6 @@ can::Frame frame_of(std::uint32_t id, std::vector<std::uint8_t> bytes) {
   return frame;
 }
 
-// Reads a frame that must contain exactly one value.
 Reading only_reading(const CarSignals& signals, const can::Frame& frame) {
   std::array<Reading, can::max_samples_per_frame> readings{};
   const auto message = signals.message_of(frame);

@@ -82,8 +82,8 @@ class Bus {
     }
   }
 
-  /// Runs init, which writes init.toml, and returns its output; hand.toml has the same vehicle and
-  /// the signals `by_hand`.
+  /// The output of init, which writes init.toml; hand.toml has its vehicle and the signals
+  /// `by_hand`.
   json init(const std::string& car, const std::string& by_hand) {
     std::string log;
     for (const auto& [t_ns, line] : lines_) log += line;

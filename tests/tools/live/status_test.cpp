@@ -222,7 +222,7 @@ TEST(Status, PassesTheDocumentOnOrShowsIt) {
   EXPECT_THAT(run_shell("odom status --socket " + socket).out, HasSubstr("degraded"));
 }
 
-// The JSON library copies a document recursively, so deep nesting would exhaust the stack.
+// Deep nesting would exhaust the stack: the JSON library recurses.
 TEST(Status, RefusesWhatIsNoStatusOrNestedTooDeep) {
   std::string deep;
   for (int i = 0; i < 200'000; ++i) deep += "{\"a\":";

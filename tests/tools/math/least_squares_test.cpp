@@ -82,7 +82,7 @@ TEST(LeastSquares, WeighsPriorsAgainstResiduals) {
   EXPECT_GT(solve(problem).parameters[1], held + 0.05);
 }
 
-// Each value is repeated four times: only a quarter of the residuals carries information.
+// Each value occurs four times: only a quarter of them is information.
 TEST(LeastSquares, CountsResidualsThatHangTogetherOnce) {
   const Decay decay(0.0);
   sim::RandomStream random(2, "noise");

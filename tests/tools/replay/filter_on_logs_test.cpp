@@ -138,7 +138,7 @@ class WheelSlip : public testing::TestWithParam<SlipCase> {
     int slipping_left_out = 0;
     int others_fused = 0;  ///< other wheels, during the slip
     int others_left_out = 0;
-    int fused_afterwards = 0;  ///< of the wheels that slipped, from 0.1 s after the end of the slip
+    int fused_afterwards = 0;  ///< of these wheels, from 0.1 s after the slip on
     int left_out_afterwards = 0;
   };
 

@@ -50,7 +50,7 @@ class Client {
       text.remove_prefix(static_cast<std::size_t>(sent));
     }
   }
-  /// Reads until the server closes the connection, or has sent `until`.
+  /// Reads until the server closes, or has sent `until`.
   std::string& receive(std::string_view until = "\xff") {
     std::array<char, 65'536> piece{};
     const auto end = steady_clock::now() + milliseconds{20'000};
@@ -178,7 +178,7 @@ TEST_F(Serve, NeedsTheToken) {
               HasSubstr("Set-Cookie: odom_token=" + right + "; Path=/; HttpOnly; SameSite=Strict"));
   const std::string cookie = "Cookie: theme=dark; odom_token=" + right + "; a=b\r\n";
   EXPECT_THAT(get("/", cookie), StartsWith("HTTP/1.1 200"));
-  // The redirection removes the token from the address even if the client has the cookie.
+  // The token is removed from the address even if the client has the cookie.
   EXPECT_THAT(get("/?token=" + right, cookie), StartsWith("HTTP/1.1 303"));
   EXPECT_THAT(get("/", "Cookie: xodom_token=" + right + "\r\n"), StartsWith("HTTP/1.1 401"));
   EXPECT_THAT(get("/metrics", "Authorization: Bearer " + right + "\r\n"),

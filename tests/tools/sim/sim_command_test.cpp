@@ -106,7 +106,7 @@ TEST(SimCommand, WritesMeasurementsThatIdentifyTakes) {
                           seed + " --out " + folder)
                     .status,
                 0);
-    // With no more digits than an instrument shows.
+    // Rounded like a reading.
     for (const std::string name : {"wheelbase", "spacing", "spacing_below", "cord"}) {
       const auto measured =
           nlohmann::json::parse(contents((name == "wheelbase" ? scale : swing) + "/measured.json"));

@@ -168,7 +168,7 @@ TEST(Agreement, WithoutPosesAGyroFarOffWheelsAndSteeringIsNamed) {
   Recorded drive = recorded();
   drive.poses.clear();
   drive.scale(Source::yaw_rate, 57.3);
-  // The gyro also over-reads by 5 %: 57.3 becomes 60.
+  // The gyro reads 5 % too much: 60.
   EXPECT_THAT(drive.verdict(), Optional(Named("scale_off", "yaw_rate: turns 6")));
   drive.scale(Source::yaw_rate, 1.0 / 57.3 / 57.3);
   EXPECT_THAT(drive.verdict(), Optional(Named("scale_off", "times as little")));

@@ -52,7 +52,7 @@ Settings freeing(std::initializer_list<Parameter> parameters, double prior_sigma
   return settings;
 }
 
-/// A result with all values as configured.
+/// All values as configured.
 Result unmoved(const Turns& turns = {}) {
   Result result;
   result.covariance.setZero(parameters, parameters);
@@ -330,7 +330,7 @@ TEST(FitSteering, IsAnActuatorWhereDelayAndLagShow) {
     return written;
   };
   EXPECT_THAT(keys(0.16), ElementsAre("steering.delay", "steering.lag"));
-  EXPECT_THAT(keys(0.003), IsEmpty());  // the steering signal is a measured angle
+  EXPECT_THAT(keys(0.003), IsEmpty());  // a measured angle
 }
 
 }  // namespace

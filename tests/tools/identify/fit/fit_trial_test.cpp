@@ -107,7 +107,7 @@ std::vector<Group> groups(const std::vector<std::string>& names) {
   return all;
 }
 
-/// Errors as a function of the applied groups, equal in all parts of the drives.
+/// Errors by the applied groups, equal in all parts of the drives.
 template <typename Error>
 Ratio errors(const Patch& patch, Error&& error) {
   std::set<std::string> in;

@@ -244,8 +244,7 @@ TEST(Latency, OfTheSteeringIsNoMoreCertainThanTheTyresAtASteadySpeed) {
   EXPECT_TRUE(refused);
 }
 
-// Poses stamped on arrival make all sensors seem early: such a camera is no clock, and 0 would be a
-// wrong latency.
+// With poses stamped on arrival all sensors seem early: no clock, and 0 would be wrong.
 TEST(Latency, HoldsBackWhatIsEarlyAndBelievesTheGyroInTheCamerasPlace) {
   const Scratch scratch;
   const std::string lap = scratch.path("lap").string();

@@ -204,7 +204,7 @@ TEST(Allan, OfWhiteNoiseFallsByTheRootOfTime) {
 }
 
 TEST(Allan, TurnsWhereTheWalkOutgrowsTheNoise) {
-  // N²/τ + K² τ/3 has its minimum at τ = √3 N/K = 1.7 s; the deviation there is sqrt(2 N K/√3).
+  // N²/τ + K² τ/3 is smallest at τ = √3 N/K = 1.7 s: sqrt(2 N K/√3).
   const std::vector<AllanPoint> curve = allan_deviation(record({.walk = 1e-3}, 100'000, 3), "gyro");
   const BiasInstability instability = bias_instability(curve);
   EXPECT_TRUE(instability.reached);

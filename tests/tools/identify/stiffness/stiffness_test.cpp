@@ -18,7 +18,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-// The reference car, and its values that the configuration does not know.
+// The reference car, and values missing in its configuration.
 struct Truth {
   double front = 20.0, rear = 60.0;
   double steering_offset = 0.006, steering_scale = 1.015, marker_angle = 0.002;
@@ -208,7 +208,7 @@ TEST(StiffnessCommand, WhatTheCirclesContradictIsNotWritten) {
     EXPECT_EQ(contents("kept.toml"), car) << options;
     EXPECT_THAT(outcome.err, HasSubstr("nothing written to kept.toml")) << options;
   };
-  // Marker positions measured from the rear marker, the front one, or the middle of the wheelbase.
+  // Measured from the rear marker, the front marker, the middle of the wheelbase.
   expect("--front 0.30,0 --rear 0,0 ",
          "centre of gravity lies 0.120 m ahead of the place in --front and");
   expect("--front 0,0 --rear -0.30,0 ", "centre of gravity lies 0.180 m behind the place");

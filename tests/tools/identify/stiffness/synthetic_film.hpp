@@ -16,7 +16,7 @@ struct SyntheticDrive {
   std::function<double(double)> yaw_rate;
   double drift = 0.0;
 
-  /// 1 between `begin` and `end`, with transitions of one second inside them; 0 outside.
+  /// Rises within 1 s after `begin`, falls within 1 s before `end`.
   static double eased(double t, double begin, double end) {
     const auto ramp = [](double x) {
       return x <= 0.0 ? 0.0 : x >= 1.0 ? 1.0 : 0.5 - 0.5 * std::cos(3.141592653589793 * x);

@@ -51,7 +51,6 @@ class Beating {
   std::jthread thread_;
 };
 
-// odom watch on a pseudo-terminal of 80 x 24.
 class OnATerminal {
  public:
   explicit OnATerminal(const std::string& arguments) {
@@ -181,7 +180,7 @@ TEST_F(WatchCommand, SaysIntoAPipeThatItWaitsAndEndsWithItsReader) {
   EXPECT_EQ(piped.err, "odom watch: " + segment_ +
                            ": no such segment: is odomd running? Waiting for it; --once does "
                            "not\n");
-  const auto daemon = publish(segment_);  // ticks only once
+  const auto daemon = publish(segment_);
   EXPECT_THAT(
       run_shell("timeout 60 odom watch --interval 0.05 " + target() + " | grep -m 1 SILENT"),
       Ends(0, HasSubstr("the daemon has stopped publishing")));

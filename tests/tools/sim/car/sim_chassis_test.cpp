@@ -29,7 +29,6 @@ PlantParameters ideal_car(CarKind kind, double roll_stiffness = 1.0) {
   return true_vehicle(kind, ideal);
 }
 
-// Holds speed and steering until the motion is steady.
 Plant steady(const PlantParameters& car, double speed, double steering, const RoadTilt& road = {}) {
   Plant plant(car, 0.0, 0.0, 0.0);
   plant.set_speed(speed);

@@ -27,7 +27,6 @@ void drive(Plant& plant, const PlantInput& input, double seconds) {
   for (long k = 0; k < steps_in(seconds); ++k) plant.step(input, dt);
 }
 
-// Holds speed and steering until the motion is steady.
 Plant steady(const PlantParameters& car, double speed, double steering, double seconds = 4.0) {
   Plant plant(car, 0.0, 0.0, 0.0);
   plant.set_speed(speed);
