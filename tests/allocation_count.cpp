@@ -23,7 +23,7 @@ std::size_t allocation_count() noexcept {
 #endif
 
 #ifdef ODOMD_SANITIZER_OWNS_NEW
-// The sanitizer's runtime has its own operator new, and calls this at each allocation.
+// The sanitizer's own operator new calls this at each allocation.
 extern "C" void __sanitizer_malloc_hook(const volatile void*, std::size_t) {
   ++count;
 }

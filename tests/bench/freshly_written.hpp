@@ -19,8 +19,7 @@ namespace odomd::bench {
 
 inline constexpr std::int64_t fresh_reads = 100'000;
 
-/// Data of one writing thread on cache lines of its own, so that writes do not move the other
-/// thread's data.
+/// One thread's data on its own cache lines, so that its writes do not move the other's.
 template <class T>
 struct alignas(64) Apart {
   T value;

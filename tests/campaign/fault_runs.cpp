@@ -64,8 +64,8 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 6> composed{
     {"camera.vague_offset", "camera.vague+camera.moved:::2.5"},
 }};
 
-// Conditions that a controller observes, without those that only depend on the machine
-// (not_realtime, restarted, carried_over, ...) and never occur in a replay.
+// Conditions for a controller, without those of the machine (not_realtime, restarted, carried_over,
+// ...), which no replay sets.
 constexpr std::uint32_t heeded =
     ODOM_COND_BUS_DOWN | ODOM_COND_SIGNAL_TIMEOUT | ODOM_COND_PROTECTION | ODOM_COND_FRAMES_LOST |
     ODOM_COND_CAMERA_REJECTED | ODOM_COND_MODEL_FAULT | ODOM_COND_NON_FINITE |
@@ -229,8 +229,7 @@ std::vector<Trial> trials_of(const std::string& list) {
 }
 
 void run_all(const Drive& drive, Camera camera, const Options& options) {
-  // The fault begins after 25 to 60 % of the drive; it lasts 5 s for half of the seeds, otherwise
-  // to the end.
+  // After 25 to 60 % of the drive; for 5 s in half of the seeds, otherwise to the end.
   sim::RandomStream random(options.seed, "begin of the faults");
   const auto begin =
       static_cast<std::size_t>(random.uniform(0.25, 0.60) * static_cast<double>(drive.ticks));

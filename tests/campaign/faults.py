@@ -19,7 +19,7 @@ import tempfile
 import common
 
 SCENARIOS = ("lap", "circle", "slalom", "stop-and-go", "parking", "patch", "road")
-SLIPPERY = ("patch",)  # scenarios in which wheels really slip
+SLIPPERY = ("patch",)  # wheels really slip
 IMMEDIATE = ("non_finite", "out_of_range")
 PERIOD = {"camera": 0.035}  # s, period of slower sources
 DEFAULT_PERIOD = 0.01

@@ -71,7 +71,7 @@ class FaultyDrive {
 
   /// The drive without faults, from its first tick on.
   [[nodiscard]] const Run& healthy() const noexcept { return healthy_; }
-  /// With these faults, from the tick after `begin` on.
+  /// From the tick after `begin` on.
   [[nodiscard]] Run with(std::span<const fault::Fault> faults) const;
   [[nodiscard]] Run without(fault::Sources sources) const;
 

@@ -15,7 +15,7 @@ cmake --preset fuzz >build/logs/configure-fuzz.log 2>&1 || { cat build/logs/conf
 [ $# -gt 0 ] || set -- $(basename -s .cpp tests/fuzz/*.cpp)
 cmake --build --preset fuzz -j "$(nproc)" --target $(printf 'fuzz_%s ' "$@") || exit 1
 
-# fuzz NAME: runs a fuzzer, prints a line about it, and returns its status.
+# fuzz NAME: runs a fuzzer; prints a line, returns its status.
 fuzz() {
   local corpus=build/fuzz/corpus/$1 found=build/fuzz/found/$1 log=build/logs/fuzz-$1.log words=() status=0
   mkdir -p "$corpus" "$found"

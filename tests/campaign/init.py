@@ -34,7 +34,7 @@ class Found(NamedTuple):
     """What the drives show so far."""
 
     ratios: list[tuple[str, str, float]]  # drive, error, with init / by hand
-    other_roles: list[tuple[str, str, bool]]  # drive, role, whether init was sure of it
+    other_roles: list[tuple[str, str, bool]]  # drive, role, whether it was sure
 
     def good(self) -> bool:
         return (all(ratio <= MOST_WORSE for _, _, ratio in self.ratios)

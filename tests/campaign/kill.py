@@ -42,7 +42,7 @@ def follow(segment, stop, answers):
                 info = client.info()
                 pose = client.latest()
                 if client.info().instance_id != info.instance_id:
-                    continue  # the daemon was replaced between the calls
+                    continue  # the daemon was replaced
             except odom.OdomError:
                 continue  # stale: the daemon is dead
             if info.instance_id not in instances:
@@ -70,8 +70,7 @@ def first_pose_after(client, instance):
             before = client.info()
             pose = client.latest()
             info = client.info()
-            # If the client attached to the successor between these calls, the pose may be the
-            # predecessor's.
+            # If the client re-attached in between, the pose may be the predecessor's.
             if info.instance_id not in (instance, 0) and info.instance_id == before.instance_id:
                 return pose, info
         except odom.OdomError:

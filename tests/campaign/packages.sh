@@ -24,7 +24,7 @@ if [ "${1-}" != --in-the-machine ]; then
     cmake --preset release -DODOMD_TESTS=ON >/dev/null && cmake --build --preset release >/dev/null &&
       cpack --config build/release/CPackConfig.cmake >/dev/null || exit 1
   fi
-  # The upgrade: the same packages with a higher version.
+  # The upgrade: a higher version.
   mkdir "$packages/younger"
   for package in "$packages"/{odomd,odom-web,odom-bridge}_*.deb; do
     unpacked=$(mktemp -d)

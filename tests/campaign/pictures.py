@@ -96,7 +96,7 @@ def watched(options: list[str]) -> Iterator[Image.Image]:
             shots.append([[screen.buffer[y][x] for x in range(COLUMNS)] for y in range(ROWS)])
     os.write(terminal, b"q")
     os.waitpid(pid, 0)
-    return map(drawn, shots)  # drawing takes time: do it after recording
+    return map(drawn, shots)  # drawing takes time
 
 
 def browsed(options: list[str]) -> Iterator[Image.Image]:

@@ -67,7 +67,7 @@ class RecorderProcess {
 
 class OdomdRecord : public ::testing::Test {
  protected:
-  /// Replays it twice; each replay must be bit-identical.
+  /// Two replays are bit-identical.
   void expect_bit_identical(const std::string& folder) const {
     for (int i = 0; i < 2; ++i) {
       EXPECT_EQ(odom(desk_, "replay --recording " + folder + " --verify --out again.csv", "v.txt"),

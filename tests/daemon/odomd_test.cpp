@@ -71,7 +71,7 @@ TEST_F(OdomdTest, PublishesAPoseEveryPeriodAndCountsEveryCycle) {
     ASSERT_EQ(pose.time_ns, info.first_tick_ns + static_cast<std::int64_t>(pose.tick) * 5'000'000);
     before = pose;
   }
-  // The car drives at 1 m/s along x.
+  // 1 m/s along x.
   EXPECT_NEAR(pose.x - first.x, static_cast<double>(pose.time_ns - first.time_ns) * 1e-9, 0.05);
   EXPECT_NEAR(pose.y, 2.0, 1e-6);
 

@@ -66,7 +66,7 @@ class Pages(unittest.TestCase):
         shutil.chown(folder, USER or os.geteuid())
         self.enterContext(contextlib.chdir(folder))
         os.environ.update(XDG_RUNTIME_DIR=folder, ODOM_SHM=folder + "/pose")
-        resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))  # the same for users with the permission
+        resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))  # even if the user may
         self.groups = []
         self.printed = lambda commands: run(USER, commands, self.groups)
         self.addCleanup(end, self.groups)

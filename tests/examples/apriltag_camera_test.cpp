@@ -31,7 +31,7 @@ cv::Vec2d moved(const Car& car, double x, double y) {
   return {car[0] + c * x - s * y, car[1] + s * x + c * y};
 }
 
-/// A picture of 10 x 10 cells; the tag covers 8 x 8 of them.
+/// 10 x 10 cells, including the tag's 8 x 8.
 FlatPicture picture_of(int id, double size, bool damaged = false) {
   apriltag_family_t* family = tag36h11_create();
   image_u8_t* image = apriltag_to_image(family, id);

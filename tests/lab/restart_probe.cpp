@@ -47,8 +47,8 @@ double ms_since(std::int64_t begin_ns, std::int64_t end_ns) {
   return static_cast<double>(end_ns - begin_ns) * 1e-6;
 }
 
-/// Waits actively. systemd runs a timer, such as RestartSec=, up to 250 ms late unless something
-/// else wakes it; this does, so that the measurement does not depend on chance.
+/// Waits actively: otherwise systemd runs a timer, such as RestartSec=, up to 250 ms late, by
+/// chance.
 void await(const std::function<bool()>& done, const char* what) {
   const auto begin = std::chrono::steady_clock::now();
   for (unsigned turn = 0; !done(); ++turn) {

@@ -63,8 +63,8 @@ drive() {
   driver=$!
 }
 
-# watchdog installed|relaxed: `relaxed` tolerates pauses of the machine, which must not look like a
-# hanging daemon; only tests of the watchdog use the installed limit.
+# watchdog installed|relaxed: `relaxed` tolerates a machine that pauses for a second; only tests of
+# the watchdog use the installed limit.
 watchdog() {
   local settings=/run/systemd/system/$unit.d
   rm -rf "$settings"

@@ -18,7 +18,7 @@ export PKG_CONFIG_PATH
 PKG_CONFIG_PATH=$(dirname "$(find "$work/prefix" -name odom.pc)")
 libraries=$(dirname "$PKG_CONFIG_PATH")
 warnings='-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror'
-# Unquoted on purpose: the variables are lists of flags.
+# Unquoted on purpose: lists of flags.
 $cc -std=c11 $warnings $sanitizers "$here/consumer/pose.c" -o "$work/pose_c" \
   $(pkg-config --cflags --libs odom) -Wl,-rpath,"$libraries"
 $cxx -std=c++17 $warnings -Wold-style-cast $sanitizers "$here/consumer/pose.cpp" \

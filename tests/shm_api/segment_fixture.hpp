@@ -19,7 +19,7 @@ namespace odomd::shm::testing {
 
 inline constexpr std::int64_t period_ns = 5'000'000;
 
-/// A directory that is removed at the end of the test.
+/// A directory for one test.
 struct TemporaryDirectory : Scratch {
   [[nodiscard]] std::string file(std::string_view name) const { return path(name); }
 };

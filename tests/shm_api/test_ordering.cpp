@@ -62,8 +62,7 @@ struct Protocol {
   Order r4 = Order::relaxed;
 };
 
-// Writes ticks 1 and 2 to the same slot, as after a full round of the ring. Both words of tick k
-// are k.
+// Writes ticks 1 and 2 to the same slot, a full round apart. Both words of tick k are k.
 Thread writer(const Protocol& protocol) {
   Thread thread;
   for (int tick = 1; tick <= 2; ++tick) {

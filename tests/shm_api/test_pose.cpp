@@ -14,7 +14,7 @@ odom_pose pose_with(double xx, double xy, double yy) {
   pose.covariance[0] = xx;
   pose.covariance[1] = xy;
   pose.covariance[3] = yy;
-  pose.covariance[2] = pose.covariance[4] = 7.0;  // covariances with the yaw: must not matter
+  pose.covariance[2] = pose.covariance[4] = 7.0;  // must not matter: yaw
   pose.covariance[5] = 9.0;
   return pose;
 }

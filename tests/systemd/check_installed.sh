@@ -26,7 +26,7 @@ done
 grep -q '^ExecStart=/usr/bin/odomd --config /etc/odomd/%i.toml ' "$unit" || fail "unit: other paths"
 if grep -E '@[A-Za-z_]+@' "$unit" "$root/etc/odomd/can0.toml"; then fail "a path was not filled in"; fi
 
-# The installation keeps the user's file.
+# The user's file is kept.
 echo '# mine' >>"$root/etc/odomd/can0.toml"
 installed
 grep -qx '# mine' "$root/etc/odomd/can0.toml" || fail "an installation overwrote can0.toml"

@@ -22,7 +22,7 @@ has() {
   dpkg-deb -c "$(package "$name")" | awk '{print $6}' >"$work/contents"
   for path; do grep -qx "\./$path" "$work/contents" || fail "$name: no $path"; done
 }
-# depends NAME PACKAGE: the first package must depend on the second.
+# depends NAME PACKAGE: NAME must depend on PACKAGE.
 depends() { dpkg-deb -f "$(package "$1")" Depends | grep -qw "$2" || fail "$1 does not depend on $2"; }
 
 has odomd usr/bin/odomd usr/lib/systemd/system/odomd@.service etc/odomd/can0.toml \

@@ -318,7 +318,7 @@ TEST(Dbc, ReadsOurOwnBus) {
 
 // Errors: file, line, what was expected and what was found ----------------------------------------
 
-// The warnings about left-out parts, or the error.
+// The warnings, or the error.
 std::vector<std::string> complaints_about(const std::string& text) {
   try {
     return warnings_of(parse(text));

@@ -438,7 +438,7 @@ TEST(Decoder, NeverAllocatesWhileDecoding) {
   std::array<Sample, max_samples_per_frame> samples;
   const std::size_t before = allocation_count();
   Decoder decoder(std::span(&database, 1), bindings, {}, {});
-  EXPECT_GT(allocation_count(), before);  // shows that allocations are counted
+  EXPECT_GT(allocation_count(), before);  // the counter works
   const std::size_t after = allocation_count();
   for (const Frame& frame : frames) (void)decoder.decode(frame, samples);
   EXPECT_EQ(allocation_count(), after);

@@ -143,7 +143,7 @@ TEST(E2eCheck, AcceptsWhatItsOwnSideProtectsAndNothingThatIsFlippedOnTheWay) {
 
 TEST(E2eCheck, FindsAnotherMessagesDataId) {
   for (const E2eBinding& kind : every_kind()) {
-    if (kind.profile == E2eProfile::sae_j1850) continue;  // this profile has no data id
+    if (kind.profile == E2eProfile::sae_j1850) continue;  // has no data id
     E2eBinding other = kind;
     other.data_id = 0x245;
     other.data_id_list.assign(16, 7);

@@ -20,7 +20,7 @@ inline SignalBinding binding_of(std::string message, std::string signal,
   return binding;
 }
 
-/// The reason why the bindings are refused; empty if they are accepted.
+/// Why the bindings are refused; empty if accepted.
 inline std::string refusal(const Database& database, const std::vector<SignalBinding>& bindings) {
   return message_of([&] { const Decoder decoder({&database, 1}, bindings, {}, {}); });
 }

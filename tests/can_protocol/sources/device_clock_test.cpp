@@ -82,7 +82,7 @@ TEST(DeviceClock, ComesBackRightFromALongSilence) {
   const Device device{0, -80};
   DeviceClock clock;
   for (std::int64_t i = 0; i < 3000; ++i) clock.to_monotonic(device.at(i * ms), i * ms + 10 * us);
-  const std::int64_t time = 63 * s;  // after a minute, a drift of 80 ppm amounts to 4.8 ms
+  const std::int64_t time = 63 * s;  // 80 ppm of a minute: 4.8 ms
   EXPECT_LE(std::abs(clock.to_monotonic(device.at(time), time + 10 * us) - time), 20 * us);
 }
 

@@ -111,7 +111,7 @@ struct MistakeCase {
   const char* name;
   Mistake mistake;
   Found found;
-  double seconds = 25.0;  ///< time limit for finding it
+  double seconds = 25.0;  ///< time limit
 };
 class WiringMistake : public WiringTest, public ::testing::WithParamInterface<MistakeCase> {};
 

@@ -295,7 +295,7 @@ int sem_post(sem_t* semaphore) noexcept {
   constinit static Next<void(void*, void*, void (*)(void*))> next("__cxa_throw");
   count(counts().exceptions);
   next.get()(object, type, destroy);
-  std::abort();  // never reached: rethrowing does not return
+  std::abort();  // never reached
 }
 
 }  // extern "C"

@@ -111,7 +111,7 @@ TEST(EventRing, LosesNothingBetweenTwoThreads) {
   while (!ended) {
     const auto event = ring->next();
     if (!event) {
-      // The final event itself may have been dropped because the ring was full.
+      // The last event may have been dropped, too.
       if (read + static_cast<std::int64_t>(ring->dropped()) == pushed + 1) break;
       std::this_thread::yield();
       continue;

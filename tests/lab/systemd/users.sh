@@ -9,7 +9,7 @@ pid=$(main_pid)
 for user in reader sender outsider; do systemd-sysusers --inline "u lab-$user - - -" 2>/dev/null; done
 systemd-sysusers --inline "m lab-reader odom" "m lab-sender odomd-camera"
 
-# as USER COMMAND...: runs a command with that user's groups and without root privileges.
+# as USER COMMAND...: with that user's groups and without root privileges.
 as() {
   local user=lab-$1
   shift

@@ -12,7 +12,7 @@ frames=$(wc -l <full.log)
 start_daemon car/car.toml --can vcan0 --can vcan1 || not_ok "start" "$(cat odomd.log)"
 check "real time is granted" "$(status .realtime -c)" status '.realtime | .priority == 45 and .memory_locked' -e
 
-# play: plays the log and the camera to the daemon, with two waiting clients; prints the duration.
+# play: the log with its camera, and two waiting clients; prints the duration.
 play() {
   local begin=$SECONDS camera
   odom camera send --log car/camera.csv --from-now --socket "$PWD/camera.sock" >/dev/null 2>&1 &

@@ -4,7 +4,7 @@
 
 payloads() { cut -d' ' -f3 "$1"; }
 
-# start_fault ARGUMENT...: starts odom fault, and waits until it listens on vcan0.
+# start_fault ARGUMENT...: odom fault, ready on vcan0.
 start_fault() {
   odom fault --config drive/car.toml --from vcan0 --to vcan1 "$@" 2>fault.txt &
   fault=$!
@@ -46,7 +46,7 @@ check "a CAN FD frame passes" "$(tail -n 3 received.log)" \
   grep -qE ' 123##[0-9A-F]000102030405060708090A0B$' received.log
 echo "   $(tail -n 2 fault.txt | tr '\n' ' ')"
 
-# A daemon on the second bus, with the camera routed through the fault as well.
+# A daemon on vcan1, its camera routed through the fault, too.
 start_daemon drive/car.toml --can vcan1 || not_ok "start" "$(cat odomd.log)"
 start_fault --kind gyro.zero --camera-from "$PWD/fault.sock" --camera-to "$PWD/camera.sock" \
   --fault camera.moved || not_ok "start" "$(cat fault.txt)"

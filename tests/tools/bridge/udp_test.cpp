@@ -56,7 +56,7 @@ class UdpBridge : public ::testing::Test {
   }
   Child start() const { return start({"--udp", receiver_.address(), "--json"}); }
 
-  // Ticks until a datagram arrives; returns all that have arrived.
+  // Ticks until datagrams arrive; returns them.
   std::vector<nlohmann::json> tick_until_received(SlowDaemon& daemon) {
     std::vector<nlohmann::json> received;
     EXPECT_TRUE(eventually(

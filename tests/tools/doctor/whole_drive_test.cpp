@@ -245,10 +245,10 @@ const std::vector<std::string> all_wheels{"wheel_front_left", "wheel_front_right
 struct WrongScale {
   std::vector<std::string> signals;
   double factor;
-  bool also_without_poses = true;  ///< the factor is found even so
+  bool also_without_poses = true;  ///< found even so
 };
 
-// Replays blame the wrong sensor: the gyro for a wrong factor of all wheels.
+// Replays blame the wrong sensor: the gyro for all wheels' factor.
 TEST(Scale, IsNamedAtItsSensorsWithAndWithoutPoses) {
   const std::vector<WrongScale> cases{{all_wheels, 0.8},
                                       {all_wheels, 1.25},

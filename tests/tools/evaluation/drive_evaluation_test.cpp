@@ -162,7 +162,7 @@ TEST_F(DriveEvaluation, SaysInOneLineWhatAFolderLacks) {
   EXPECT_THAT(
       message_of([&] { (void)replay_drive(silent, silent.config); }),
       StartsWith(folder.string() + ": none of the 4 mapped messages is among the 1 frames"));
-  // A frame of this car, but not of a wheel.
+  // A known frame, but no wheel.
   std::ofstream{folder / "drive.log"} << "(1.000000) can0 1A2#0000000000000000\n";
   const Drive still = read_drive({.folder = folder, .config = {}, .reference = {}});
   EXPECT_THAT(message_of([&] { (void)replay_drive(still, still.config); }),

@@ -38,8 +38,8 @@ const std::map<std::string_view, Oracle>& oracles() {
   return all;
 }
 
-// For each part with this kind of fault: its sources read as expected, other sources and other
-// times are unchanged to the bit, and no frame is refused.
+// For each part that can fail so: its sources as expected, other sources and times unchanged to the
+// bit, and no frame refused.
 TEST(FrameFault, ValuesAreChangedAndNothingElse) {
   const Decoded before = decoded(healthy_frames());
   int tried = 0;

@@ -126,7 +126,7 @@ inline Decoded decoded(std::span<const can::Frame> frames) {
   return result;
 }
 
-/// A fault that begins one second after the first frame and lasts one second.
+/// A fault from 1 s to 2 s after the first frame.
 inline Fault in_the_middle(std::string_view kind) {
   Fault fault = fault_of(parse_kind(kind));
   fault.begin_s = 1.0;

@@ -1,4 +1,4 @@
-// Fitted values are tried on the filter: those that help are written, those that harm are not.
+// Fitted values tried on the filter: it keeps those that help.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

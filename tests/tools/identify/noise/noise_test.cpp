@@ -20,7 +20,7 @@ struct Sensor {
   double walk = 0.0;
 };
 
-// Simulates a sensor at 100 Hz.
+// A sensor at 100 Hz.
 Series record(const Sensor& sensor, std::size_t samples, std::uint64_t seed) {
   sim::RandomStream random(seed, "sensor");
   Series series;

@@ -257,7 +257,7 @@ TEST(FilmAlignment, AFilmThatHardlyShowsTheMarkersIsRefusedWithTheReason) {
               HasSubstr("both markers are seen often enough in only 4 s of 26 s of film"));
 }
 
-// The gyro, and a steering signal of a quarter of it, which ends at a time.
+// The gyro, and a quarter of it as steering, up to a time.
 SignalLog log_of(const Series& gyro, std::int64_t steered_until_ns) {
   SignalLog log;
   log.of(estimator::Source::yaw_rate) = gyro;

@@ -63,8 +63,7 @@ TEST(Track, HasNoJumpsOfCurvature) {
       const auto& samples = leg.track->samples();
       const double wheelbase = configured_vehicle(scenario.car).wheelbase();
       for (std::size_t i = 1; i < samples.size(); ++i) {
-        // No curve is tighter than the car can drive, and no change quicker than a steering can
-        // follow.
+        // No tighter than the car can drive, no quicker than a steering can follow.
         EXPECT_LT(std::abs(samples[i].curvature) * wheelbase, 0.5) << scenario.name;
         EXPECT_LT(std::abs(samples[i].curvature - samples[i - 1].curvature) * wheelbase, 0.12)
             << scenario.name << " at " << static_cast<double>(i) * leg.track->step();
