@@ -1,4 +1,4 @@
-// Cost of a pose: publishing, reading, and, for comparison, copying by the same relaxed words.
+// Cost of a pose: publishing, reading, and, for comparison, copying with the same relaxed loads.
 //
 // Reads are hot (the same pose repeatedly) or fresh (freshly_written.hpp): each pose once, after
 // another core has written it.

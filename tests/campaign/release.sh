@@ -128,7 +128,7 @@ if [ "$(uname -m)" != aarch64 ]; then
   [ -e /proc/sys/fs/binfmt_misc/qemu-aarch64 ] ||
     { cat /usr/lib/binfmt.d/qemu-aarch64.conf >/proc/sys/fs/binfmt_misc/register && registered=yes; }
 fi
-on_bare_debian() { # on_bare_debian ARCH; what it says comes by the hook's standard error
+on_bare_debian() { # on_bare_debian ARCH; its output comes from the hook's standard error
   mmdebstrap --quiet --format=null --variant=minbase --architectures="$1" \
     --customize-hook='mkdir "$1/dist" "$1/older"' --customize-hook="sync-in $dist /dist" \
     --customize-hook="sync-in $work/older /older" --customize-hook="copy-in $here/release.sh $tree/tests/lab/guest.sh $tree/README.md /tmp" \

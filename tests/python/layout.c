@@ -1,5 +1,7 @@
-/* Prints what the compiler makes of the public headers, one fact a line, for the test that holds
- * the Python module to it: struct NAME SIZE field STRUCT NAME OFFSET SIZE constant NAME VALUE
+/* Prints the layout of the public headers, a fact per line, to compare with the Python module:
+ *   struct NAME SIZE
+ *   field STRUCT NAME OFFSET SIZE
+ *   constant NAME VALUE
  */
 #include <stdio.h>
 

@@ -1,5 +1,5 @@
-/* The layout as programs that were built years ago know it: fields with their offsets, constants
- * with their numbers. Nothing here changes: append, and raise the ABI minor. */
+/* The layout for programs that were built years ago: fields with their offsets, constants with
+ * their values. Nothing here ever changes: append, and raise the ABI's minor version. */
 #ifndef ODOMD_TESTS_SHM_API_PINNED_LAYOUT_H
 #define ODOMD_TESTS_SHM_API_PINNED_LAYOUT_H
 
@@ -50,7 +50,7 @@
   X(ABI, 4) X(NO_POSE, 5) X(TOO_OLD, 6) X(TOO_NEW, 7) X(RESET, 8) X(TIMEOUT, 9) X(BUSY, 10) \
   X(INVALID, 11) X(GAP, 12) X(SYSTEM, 13) X(CLOCK_MONOTONIC, 0) X(CLOCK_REALTIME, 1) \
   X(CLOCK_LOG, 2)
-/* Of the segment, not in the module for Python. */
+/* Constants of the segment that the Python module lacks. */
 #define PINNED_WORDS(X) \
   X(SOURCE_CAPACITY, 16) X(WORD_TICK, 1) X(WORD_TIME, 2) X(WORD_X, 3) X(WORD_Y, 4) \
   X(WORD_YAW, 5) X(WORD_ODOM_X, 6) X(WORD_ODOM_Y, 7) X(WORD_ODOM_YAW, 8) X(WORD_VX, 9) \

@@ -17,7 +17,7 @@
 
 namespace odomd::shm::testing {
 
-/// Counts of one reader. A read is a call that gives a pose; all its words belong to the tick.
+/// Counts of one reader. A read gives a pose; it is whole if all words belong to the pose's tick.
 struct alignas(64) ReaderCounts {
   std::atomic<std::uint64_t> turns{0};      ///< rises unless the reader is stuck
   std::atomic<std::uint64_t> reads{0};      ///< calls that gave a pose

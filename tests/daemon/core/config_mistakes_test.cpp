@@ -70,7 +70,7 @@ TEST_F(ConfigTest, RefusesAHugeFile) {
             "car.toml: is larger than 1 MiB; is this the configuration?");
 }
 
-// Every other error, one line each
+// All other errors, one line each
 // -----------------------------------------------------------------
 
 class ConfigMistakes : public ConfigTest {

@@ -84,7 +84,7 @@ TEST_P(Prediction, IsTheFiltersOwn) {
 }
 
 TEST(Slide, TheCameraIsFollowed) {
-  // Bars that these faults exceed: 0.3 and 0.6 m rms if the camera must confirm the filter's
+  // Worse rules exceed the bars, with 0.3 and 0.6 m rms if the camera must confirm the filter's
   // motion; 14, 5 and 4 m for the full-size cars if the only remaining wheels spin; 6.6 m if a
   // wheel that spins up is trusted until the slip is detected.
   for (const auto& [options, bar] :
