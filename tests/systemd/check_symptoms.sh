@@ -15,7 +15,8 @@ while IFS= read -r words; do
   [[ $sources == *"$words"* ]] || { echo "nobody says: $words"; status=1; }
 done <<'end'
 segment refused: untrusted owner, writable by others, or not readable
-not allowed; join the group of the socket (the service's: odom)
+not allowed; join the group 
+of the socket (the service's: odom)
 no such socket
 cannot be read: 
 was never received
