@@ -59,6 +59,7 @@ struct Observations {
   double accel_offset = 0.0;  ///< offset of accel_x, from slope and bias [m/s²]
   double accel_offset_sigma = largest_slope * gravity;  ///< sigma of its variation [m/s²]
   double offset_averaging_s = 2.0;                      ///< averaging time of the two above
+  std::int64_t still_since_ns = 0;                      ///< since then no sensor has shown motion
   double speed_unknown_s = 0.0;            ///< time since a source last measured the speed
   std::array<Solution, 2> last_consensus;  ///< indexed by Over
   std::int64_t last_slide_ns = 0;          ///< last time that the car may have slid; 0: never
@@ -146,7 +147,9 @@ void learn_radii(const Sensors& sensors, const Consensus& all, const Solution& b
                  Observations& observed) noexcept;
 
 /// Integrates the measured acceleration over `dt` [s], unless accel_x is silent or distrusted.
-void integrate_acceleration(const Sensors& sensors, Observations& observed, double dt) noexcept;
+/// Stops once the car stands, while all wheels are distrusted.
+void integrate_acceleration(const Sensors& sensors, Observations& observed, double dt,
+                            bool wheels_distrusted) noexcept;
 
 /// Moves the integrated speed towards the consensus, unless both contradict each other or the
 /// consensus is `contradicted`. Learns the offset of the accelerometer (slope and bias) from their

@@ -15,10 +15,33 @@ namespace {
 // Time constant of following the consensus [s].
 constexpr double follow_s = 0.3;
 
+/// Locked wheels brake, which the accelerometer measures. So the car stands if all wheels are
+/// distrusted and neither accelerometer, gyro nor camera has shown any motion for a while.
+void stop_with_locked_wheels(Observations& observed, bool wheels_distrusted) noexcept {
+  constexpr double stands_after_s = 2.0;
+  constexpr double braking = 0.05;        // [g]
+  constexpr double standing_sigma = 0.1;  // [m/s]
+  const double accel = observed.history(Source::accel_x).mean(Over::long_time);
+  bool still = wheels_distrusted && is_steady(observed.history(Source::yaw_rate)) &&
+               std::abs(accel - observed.accel_offset) < braking * gravity &&
+               !observed.camera_speed.alive(observed.now_ns);
+  for (const Source source : wheel_sources) {
+    const SourceHistory& wheel = observed.history(source);
+    still = still && (!wheel.alive(observed.now_ns) || std::abs(wheel.mean()) < slowest_turning);
+  }
+  if (!still) {
+    observed.still_since_ns = observed.now_ns;
+  } else if (seconds_between(observed.still_since_ns, observed.now_ns) >= stands_after_s) {
+    observed.integrated_speed = 0.0;
+    observed.integrated_sigma = standing_sigma;
+  }
+}
+
 }  // namespace
 
 /// v̇_x = a_x + v_y ψ̇, v_y = l_h ψ̇ - α_h v, with linear tyres α_h = m l_v a_y / (l C_h).
-void integrate_acceleration(const Sensors& sensors, Observations& observed, double dt) noexcept {
+void integrate_acceleration(const Sensors& sensors, Observations& observed, double dt,
+                            bool wheels_distrusted) noexcept {
   constexpr double sliding_share = 0.5;  // v_y / v of a sliding car
   if (!observed.usable(Source::accel_x)) {
     observed.integrated_sigma += gravity * dt;
@@ -41,6 +64,7 @@ void integrate_acceleration(const Sensors& sensors, Observations& observed, doub
       dt * std::sqrt(squared(observed.accel_offset_sigma) +
                      squared(accel_x.sigma) * accel_x.cycle_s / follow_s +
                      squared(sensors.tuning.pitch_gradient * v_x_dot) + squared(sideways));
+  stop_with_locked_wheels(observed, wheels_distrusted);
 }
 
 void follow_consensus(Observations& observed, double dt, bool contradicted, bool learns) noexcept {

@@ -177,7 +177,7 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
   // 1. The integrated speed. Its change in a gap is unknown.
   observed_.integrated_sigma += gravity * (elapsed_s - dt);
   observed_.speed_unknown_s += elapsed_s - dt;
-  integrate_acceleration(sensors, observed_, dt);
+  integrate_acceleration(sensors, observed_, dt, agreed_.wheels_distrusted);
   // 2. The consensus of the trusted sources and, if they contradict each other, the sources at
   // fault.
   Consensus all = equations(sensors, observed_, backwards_, Over::short_time);
@@ -302,8 +302,12 @@ void Integrity::raise_flags(Sources suspects, bool by_long_mean) noexcept {
 }
 
 /// Lowers a flag once the source has agreed with the others for long enough. `misfit` is the
-/// source's addition to the others' misfit.
+/// source's addition to the others' misfit. Sensors of a turn prove little on a straight.
 void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcept {
+  constexpr Sources of_turns = only(Source::yaw_rate) | only(Source::accel_y) |
+                               only(Source::steering) | only(Source::camera);
+  constexpr double slowest_turn = 0.1;  // [rad/s]
+  constexpr double without_turn = 0.2;
   Trust& trust = trust_[source];
   if (trust.flag == SourceFlag::drifting && observed_.repeats(static_cast<Source>(source))) {
     trust.flag = SourceFlag::frozen;
@@ -315,7 +319,9 @@ void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcep
     trust.agreed_s = 0.0;
     return;
   }
-  trust.agreed_s += dt;
+  const bool conclusive =
+      !contains(of_turns, source) || std::abs(observed_.yaw_rate()) > slowest_turn;
+  trust.agreed_s += conclusive ? dt : without_turn * dt;
   if (trust.agreed_s >= trust.required_s) {
     trust.flag = SourceFlag::ok;
     restart_means(observed_.sources[source]);
