@@ -13,7 +13,7 @@ set -uo pipefail
 cd "$(dirname "$0")/.."
 case $# in 0) quick= ;; *) quick=$1 ;; esac
 if [ $# -gt 1 ] || { [ -n "$quick" ] && [ "$quick" != --quick ]; }; then
-  sed -n '2,14s/^# \{0,1\}//p' "$0" >&2
+  sed -n '2,11s/^# \{0,1\}//p' "$0" >&2
   exit 2
 fi
 

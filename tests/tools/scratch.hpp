@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <stdexcept>
 
 #include "tests/gtest.hpp"
 #include "tests/scratch.hpp"
@@ -41,12 +42,13 @@ inline Outcome run_shell(const std::string& command) {
   return outcome;
 }
 
-/// Runs `odom sim` with these options; returns the drive's folder in the directory.
+/// Runs `odom sim` with these options; returns the drive's folder in the directory. Throws if it
+/// fails.
 inline std::string simulate(const Scratch& scratch, const std::string& options,
                             std::string_view name = "drive") {
   std::string folder = scratch.path(name).string();
   const Outcome outcome = run_shell("odom sim " + options + " --out " + folder);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  if (outcome.status != 0) throw std::runtime_error("odom sim: " + outcome.err);
   return folder;
 }
 

@@ -89,7 +89,7 @@ PlayedLog play_with_daemon(CameraFeed& feed, odom::Client& client,
                            std::span<const estimator::CameraPose> poses, double wait_s) {
   // log clock - CLOCK_MONOTONIC; known once the daemon has released the first frame of its log.
   const auto offset = [&client] { return client.to_clock(ODOM_CLOCK_LOG, 0); };
-  const Waiting waiting{wait_s};
+  const Waiting waiting{wait_s, std::chrono::milliseconds{2}};
   while (!offset().has_value())
     if (!waiting.goes_on())
       throw std::runtime_error(

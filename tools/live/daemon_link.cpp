@@ -87,13 +87,16 @@ std::string socket_path(const std::string& named, const std::string& leaf) {
 
 std::string why_unconnected(const std::string& path, int error, std::string_view leaf) {
   const bool camera = leaf == "camera.sock";
+  const std::string other =
+      fmt::format("--socket names another path{}",
+                  leaf == "status.sock" ? " ([status] socket of its configuration)" : "");
   switch (error) {
     case ENOENT:
     case ENOTDIR:
-      return fmt::format("{}: no such socket; is odomd running{}? --socket names another path",
-                         path, camera ? ", with a [camera] table" : "");
+      return fmt::format("{}: no such socket; is odomd running{}? {}", path,
+                         camera ? ", with a [camera] table" : "", other);
     case ECONNREFUSED:
-      return path + ": nobody listens; is odomd running? --socket names another path";
+      return path + ": nobody listens; is odomd running? " + other;
     case EACCES:
     case EPERM:
       return fmt::format("{}: not allowed; join the group {}", path,
@@ -116,7 +119,7 @@ void fail_to_connect(const std::string& path, int error, std::string_view leaf) 
 
 bool Waiting::goes_on() const {
   if (std::chrono::steady_clock::now() - start_ >= seconds_) return false;
-  std::this_thread::sleep_for(std::chrono::milliseconds{20});
+  std::this_thread::sleep_for(nap_);
   return true;
 }
 

@@ -36,13 +36,15 @@ class NobodyThere : public std::runtime_error {
 /// A limited time in which a daemon may appear.
 class Waiting {
  public:
-  explicit Waiting(double seconds) : seconds_(seconds) {}
+  explicit Waiting(double seconds, std::chrono::milliseconds nap = std::chrono::milliseconds{20})
+      : seconds_(seconds), nap_(nap) {}
   /// Sleeps for a moment and returns true; false once the time is over.
   [[nodiscard]] bool goes_on() const;
 
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::chrono::duration<double> seconds_;
+  std::chrono::milliseconds nap_;
 };
 
 /// Connects to a socket; returns an empty descriptor, with errno, if that fails. `timeout` limits

@@ -246,19 +246,21 @@ httplib::Server::HandlerResponse Server::guard(const httplib::Request& request,
     return answer(response, 403, "pages of other sites may not read");
   const std::string& token = endpoint_.token;
   if (token.empty()) return HandlerResponse::Unhandled;
-  const std::string given = request.get_param_value("token");
-  if (is_token(given, token)) {
+  const std::string in_address = request.get_param_value("token");
+  if (is_token(in_address, token)) {
     constexpr const char* cookie =
         "odom_token={}; Path=/; HttpOnly; SameSite=Strict; Max-Age=31536000";
     response.set_header("Set-Cookie", fmt::format(cookie, token));
     response.set_redirect("/", 303);
     return HandlerResponse::Handled;
   }
-  if (is_token(given_token(request), token)) return HandlerResponse::Unhandled;
+  const std::string given = given_token(request);
+  if (is_token(given, token)) return HandlerResponse::Unhandled;
   response.set_header("WWW-Authenticate", "Bearer");
   return answer(response, 401,
-                given.empty() ? "open this page once with /?token=TOKEN, the token of the car"
-                              : "this is not the car's token: it is in the file of --token-file");
+                in_address.empty() && given.empty()
+                    ? "open this page once with /?token=TOKEN, the token of the car"
+                    : "this is not the car's token: it is in the file of --token-file");
 }
 
 bool Server::process_and_close_socket(socket_t socket) {

@@ -171,6 +171,8 @@ TEST_F(Serve, NeedsTheToken) {
       EXPECT_THAT(answer, StartsWith("HTTP/1.1 401")) << given;
   EXPECT_THAT(get("/"), HasSubstr("open this page once with"));
   EXPECT_THAT(get("/?token=" + wrong), HasSubstr("this is not the car's token"));
+  EXPECT_THAT(get("/metrics", "Authorization: Bearer " + wrong + "\r\n"),
+              HasSubstr("this is not the car's token"));
   const std::string first = get("/?token=" + right);
   EXPECT_THAT(first, StartsWith("HTTP/1.1 303"));
   EXPECT_THAT(first, HasSubstr("Location: /\r\n"));

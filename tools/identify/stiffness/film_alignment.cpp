@@ -95,11 +95,18 @@ Refined refine(const YawRates& film, const YawRates& gyro, const Placement& plac
                        .together = 10.0,  // samples that share a smoothing window
                        .enough = 1e-12};
   problem.step = Eigen::Vector4d{1e-4, 1e-4, 0.1, 0.1 / Placement::middle(film)};
+  // The samples that overlap at the start count to the end: none leaves the log for a better fit.
+  const auto in_log = [&](const Placement& here, std::int64_t k) {
+    return std::clamp(here.step_of(film, k), 0.0, static_cast<double>(gyro.size()) - 1.001);
+  };
+  const auto overlaps = [&](std::int64_t k) {
+    return placement.step_of(film, k) == in_log(placement, k);
+  };
   problem.residuals = [&](const Eigen::VectorXd& p) -> Eigen::VectorXd {
     const Placement here{p[2], p[3]};
     return Eigen::VectorXd::NullaryExpr(film.size(), [&](Eigen::Index k) {
-      const double off = film.at(k) - p[0] * between(gyro, here.step_of(film, k)) - p[1];
-      return std::isnan(off) ? 0.0 : off;
+      const double off = film.at(k) - p[0] * between(gyro, in_log(here, k)) - p[1];
+      return std::isnan(off) || !overlaps(k) ? 0.0 : off;
     });
   };
   problem.start = solve(problem).parameters;
