@@ -10,6 +10,7 @@
 #include <iostream>
 #include <random>
 
+#include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_access {

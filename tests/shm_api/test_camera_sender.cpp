@@ -8,6 +8,7 @@
 
 #include <odom/odom.hpp>
 
+#include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_camera_sender {

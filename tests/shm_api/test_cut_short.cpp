@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "shm_api/cut_short.hpp"
+#include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_cut_short {

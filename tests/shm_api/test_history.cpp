@@ -1,4 +1,5 @@
 // odom_at: the pose at a past time, with missed ticks, resets and the ends of the history.
+#include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_history {

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "shm_api/layout/slot.h"
+#include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_layout {

@@ -1,4 +1,5 @@
 // odom_predict compared with fine numerical integration of the same motion.
+#include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_predict {

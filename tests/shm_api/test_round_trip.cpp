@@ -1,6 +1,7 @@
 // Clients read what the writer publishes: copied, in place, with details, and from the header.
 #include <cstring>
 
+#include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_round_trip {

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "shm_api/libodom/service.h"
+#include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_service_path {

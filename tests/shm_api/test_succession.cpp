@@ -7,6 +7,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_succession {

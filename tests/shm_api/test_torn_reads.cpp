@@ -4,6 +4,7 @@
 #include <memory>
 #include <thread>
 
+#include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 #include "tests/shm_api/stress.hpp"
 

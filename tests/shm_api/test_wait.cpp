@@ -9,6 +9,7 @@
 #include <fstream>
 #include <thread>
 
+#include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_wait {

@@ -1,6 +1,7 @@
 // The C++ header over libodom.
 #include <odom/odom.hpp>
 
+#include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_wrapper {
