@@ -22,7 +22,7 @@ struct HeldSignal {
   bool seen = false;
   std::int64_t time_ns = 0;
   double value = 0.0;
-  double sigma = 0.0;  ///< at most the largest value that passes the gate
+  double sigma = 0.0;  ///< limited to the source's physical_limit
 };
 
 class HeldSignals {

@@ -62,7 +62,7 @@ struct FilterSettings {
   /// Standard deviations of samples that state none. 0: the default of the source.
   std::array<double, source_count> sigma{};
 
-  /// A wheel that reads 0 may turn at up to this speed [m/s]. 0: from the sensor's step.
+  /// A wheel may turn at up to this speed while it reads 0 [m/s]. Set to 0: learnt from readings.
   std::array<double, source_count> dead_band{};
 
   bool initialise_from_camera = false;  ///< wait for a camera pose if no initial pose is set

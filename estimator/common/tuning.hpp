@@ -78,13 +78,13 @@ struct Tuning {
   double noise_range = 10.0;  ///< moving: from 1 / this to this; at rest: from 1 / this² to 1
 
   // --- noise scales from the data: time constants and ranges (ratios of variances) ---
-  double turn_noise_scale_s = 2.0;         ///< time constant for ε, from the gyro [s]
+  double turn_noise_scale_s = 2.0;  ///< time constant of the scale of ε, learnt from the gyro [s]
   double turn_noise_scale_range = 2500.0;  ///< scale of ε: from 1 / this to 1
-  double wheel_noise_scale_s = 5.0;  ///< time constant for a_x and wheel errors, from a wheel [s]
+  double wheel_noise_scale_s = 5.0;  ///< time constant of the scales of a_x and wheel errors [s]
   double drive_noise_scale_range = 10.0;  ///< scale of a_x: from 1 / this to this
   double wheel_noise_scale_range = 36.0;  ///< scale of wheel errors: from 1 / this to this
-  double way_noise_scale_s = 0.5;  ///< time constant for the position noise, from the camera [s]
-  double way_noise_scale_range = 1e4;  ///< scale of position noise: from 1 to this
+  double way_noise_scale_s = 0.5;         ///< time constant of the scale of position noise [s]
+  double way_noise_scale_range = 1e4;     ///< scale of position noise: from 1 to this
 
   // --- slow errors and calibrations: prior standard deviations ---
   double gyro_bias = 0.03;          ///< b_g [rad/s]

@@ -65,8 +65,8 @@ void inflate_acceleration(const Tuning& tuning, State& state, const Sample& samp
   }
 }
 
-/// Widens the yaw rate by its change beyond S since the last gyro sample, and the yaw by half of
-/// the effect.
+/// Adds to the covariance an unpredicted change `off` of the yaw rate since the last gyro sample,
+/// and its effect on the yaw: half of `off` times that interval.
 void inflate_yaw(State& state, const Sample& sample, double off) noexcept {
   const double since_s = gap_s(state.reading(sample.source).time_ns, sample);
   Vector error = Vector::Zero();
@@ -91,11 +91,11 @@ bool continues_steadily(const State& state, const Sample& sample) noexcept {
          consistent_samples(state, sample) > 1;
 }
 
-/// Replaces the yaw since the last gyro sample, or the last camera pose after it, with the
+/// Replaces the change of yaw since the last gyro sample, or since a later camera pose, with the
 /// trapezium of the two readings, corrected for bias, scale and latency. The update alone would be
 /// a compromise between tyre model and gyro, and a model error would turn the pose. A reading that
-/// differs from both neighbours by more than a car can turn is an outlier: their median replaces
-/// it, also in the previous trapezium. `yaw` and `by` are ψ and its row of B before the update.
+/// differs from both neighbours by more than a car can turn is an outlier: the median of the three
+/// replaces it, also in the previous trapezium. `yaw`, `by`: ψ and its row of B before the update.
 void integrate_gyro(const CarModel& model, State& state, const Reading& before,
                     const Sample& sample, double yaw, const SlowVector& by) noexcept {
   const SlowVector& s = state.slow.mean;

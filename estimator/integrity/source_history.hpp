@@ -77,8 +77,8 @@ struct SourceHistory {
   [[nodiscard]] bool repeats() const noexcept {
     return same >= 4 && seconds_between(same_since_ns, time_ns) >= 0.15;
   }
-  /// Whether the bits repeat more often than noise would. n repeats have the probability pⁿ; 3e-10
-  /// is one in 10⁴ hours at 100 samples per second.
+  /// Whether the bits repeat more often than noise would. n repeats have the probability pⁿ with
+  /// p = same_share; the limit, e⁻²² = 3e-10, is one in 10⁴ hours at 100 samples per second.
   [[nodiscard]] bool is_stuck() const noexcept {
     constexpr double least_share = 0.1;
     return repeats() && -(same - 1) * std::log(std::max(same_share, least_share)) > 22.0;
