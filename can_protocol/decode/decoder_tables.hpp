@@ -27,8 +27,8 @@ struct CompiledSelector {
   Stretch ranges;  ///< of Tables::ranges
 };
 
-/// A signal that must have one physical value. The raw bits are compared, so that rounding of scale
-/// and offset does not matter.
+/// A signal and one of its physical values, as raw bits: rounding of scale and offset then does not
+/// matter in comparisons.
 struct CompiledMatch {
   SignalLayout signal;
   std::uint64_t bits = 0;

@@ -31,7 +31,7 @@ enum class LineKind : std::uint8_t {
 
 enum class LineEnd : std::uint8_t { newline, end_of_log };
 
-/// The lines of one log, in order. One thread.
+/// The lines of one log, in order. For use by one thread.
 class LogLines {
  public:
   /// `label` names the log in messages. `buses` numbers the interfaces and must outlive this.
