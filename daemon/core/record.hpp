@@ -46,11 +46,11 @@ inline constexpr std::array<PublishedCalibration, estimator::calibration_count> 
   return i < first ? details.calibration_sigma[i] : details.further_calibration_sigma[i - first];
 }
 
-/// The ODOM_COND_ bits that an estimate states itself.
+/// The ODOM_COND_ bits that follow from the estimate alone.
 [[nodiscard]] std::uint32_t estimator_conditions(const estimator::Estimate& estimate) noexcept;
 
 /// The mode to publish, by precedence: fault, initialising, degraded, standstill, dead reckoning,
-/// tracking. `conditions` are ODOM_COND_ bits; some of them degrade.
+/// tracking. `conditions` are ODOM_COND_ bits; some of them make the mode degraded.
 [[nodiscard]] odom_mode published_mode(const estimator::Estimate& estimate,
                                        std::uint32_t conditions) noexcept;
 

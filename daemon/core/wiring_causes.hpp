@@ -16,7 +16,7 @@ namespace odomd::daemon::wiring {
 using estimator::index_of;
 using estimator::Source;
 
-// The compared quantities, over each two consecutive pieces. Wheels give the turn as a curvature,
+// The compared quantities, each over two consecutive pieces. Wheels give the turn as a curvature,
 // because a difference of their radii then causes a constant offset only.
 enum Quantity : std::uint8_t {
   turn_gyro,         // ψ̇ [rad/s]
