@@ -25,7 +25,7 @@
 namespace odomd::shm {
 namespace {
 
-// A name that is impossible on any machine is a user error; all others are errors of this machine.
+// A name that is impossible on any machine is a user error; every other failure is the machine's.
 [[noreturn]] void fail(const std::string& path, const std::string& what) {
   const int error = errno;
   if (error == ENOENT || error == ENOTDIR)
