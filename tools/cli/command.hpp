@@ -66,7 +66,7 @@ class Command {
  public:
   explicit Command(CLI::App& app) : app_(&app) {}
 
-  /// This command; options added through it are listed under the heading in the help; empty: none.
+  /// A copy of this command whose options the help lists under `heading`; empty: under no heading.
   [[nodiscard]] Command group(const std::string& heading) const;
 
   /// Names a program, with the options --version and --help.

@@ -24,8 +24,8 @@ struct ConfigValue {
 /// The text with the numbers: an existing value is replaced in place, a missing one is added to its
 /// [table] or inline table, a missing table is added at the end. Numbers have the shortest form
 /// that reads back to the same bits. Throws std::invalid_argument, naming file, line and key, if
-/// the text is not TOML, a key is not a number, or a number cannot be inserted: into a table of
-/// dotted keys, or one that only [table.below] implies.
+/// the text is not TOML, a key is not a number, or a number cannot be inserted because its table is
+/// written as dotted keys or only implied by a [table.below].
 [[nodiscard]] std::string patched(const std::string& text, const std::filesystem::path& file,
                                   std::span<const ConfigValue> values);
 

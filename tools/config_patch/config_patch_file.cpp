@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A temporary file that is to replace a file in the same folder; removed without replace().
+/// A temporary file that replace() puts in a file's place, in the same folder; otherwise removed.
 class Replacement {
  public:
   explicit Replacement(fs::path place)

@@ -48,7 +48,7 @@ ReplayedDrive replay_with(const Drive& drive, const daemon::Config& config, Fram
   result.summary.unmapped = drive.unmapped.size();
   result.warnings = check_replay(pipeline->decoder(), result.summary);
   if (result.poses.points.empty()) {
-    // The last warning says what a pose lacks, unless the database is another car's.
+    // The last warning says why there is no pose; if the database is another car's, the first.
     const auto& first = result.warnings.front();
     const bool is_cause = first.kind == &diagnostics::kind("other_database");
     throw NoPose(drive.folder.string() + ": " + text_of(is_cause ? first : result.warnings.back()),

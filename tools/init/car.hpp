@@ -1,5 +1,5 @@
 // The numbers of a car that no database and no log contains: given as options, or asked for, with a
-// hint how to measure them.
+// hint on how to measure them.
 #pragma once
 
 #include <iosfwd>

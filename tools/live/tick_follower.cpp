@@ -16,7 +16,7 @@ odom_status TickFollower::follow(std::chrono::nanoseconds timeout,
                                  const std::function<void(const odom_pose&)>& take) {
   const auto pose = client_.wait(last_.value_or(odom_pose{}), timeout);
   if (!pose.has_value()) return pose.status;
-  if (last_ && pose->time_ns <= last_->time_ns) return ODOM_STALE;  // its last tick again
+  if (last_ && pose->time_ns <= last_->time_ns) return ODOM_STALE;  // the same tick again
 
   const auto info = client_.info();
   if (!info.has_value()) return info.status;

@@ -18,7 +18,7 @@
 namespace odomd::tools::report {
 namespace {
 
-/// Grades a value: good up to `good`, to look at up to `look_at`, wrong beyond.
+/// Grades a value: Grade::good up to `good`, Grade::look_at up to `look_at`, Grade::wrong beyond.
 struct Bar {
   double good;
   double look_at;

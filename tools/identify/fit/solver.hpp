@@ -80,7 +80,7 @@ struct Settings {
   Numbers<double> prior_sigma{};  ///< standard deviations of p before the fit
   std::optional<Measured> rest;   ///< the gyro's bias at rest [rad/s]
   double window = 0.5;            ///< [s]
-  int passes = 3;  ///< at least; noise is then taken from the residuals, and outliers lose weight
+  int passes = 3;  ///< minimum; after each, residuals give the noise, and outliers lose weight
   int threads = 1;
   std::function<void(const std::string&)> progress;  ///< called with a line now and then
 

@@ -53,7 +53,7 @@ struct Window {
 template <class T>
 struct Course {
   const T& begin;  ///< acceleration along x at the first knot
-  const T* inner;  ///< at the inner knots; then steering errors at all knots, in steering_sigma
+  const T* inner;  ///< accelerations at inner knots, then steering errors / steering_sigma at all
   const T& end;
   std::size_t last = 0;  ///< last knot
 

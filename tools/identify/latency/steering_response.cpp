@@ -52,7 +52,7 @@ constexpr double limit_known = 0.1, limit_gain = 9.0, limit_share = 0.3, unmodel
 // time, time constant and tyres share the lag; it shows their sum if the tyres slip little.
 constexpr double unmodelled_share = 0.012;
 constexpr double unmodelled_sum = 0.35e-3, unmodelled_slip = 40e-3, unmodelled_factor = 1.5;
-constexpr double slow_lag = 0.05, unmodelled_slow = 0.02;  // ... per second of lag beyond slow_lag
+constexpr double slow_lag = 0.05, unmodelled_slow = 0.02;  // [s]; more per second beyond slow_lag
 
 struct DrivenCar {
   const estimator::Vehicle& car;
@@ -130,7 +130,7 @@ double best_of(const LeastSquares& problem, const DrivenCar& drive, Eigen::Index
                         std::max(0.2 * spread_of(drive.yaw_rate), 1e-9));
 }
 
-// Uses as much of the drive's start as has turns like the whole drive.
+// Uses only the drive's start, so much that its yaw rate varies about as in the whole drive.
 double rough_dead_time(const LeastSquares& problem, const DrivenCar& drive) {
   const double whole = spread_of(drive.yaw_rate);
   const Eigen::Index all = drive.yaw_rate.size();

@@ -33,7 +33,7 @@ struct Explained {
   StandingNoise noise;
   double lambda = 0.0;     ///< K²/r; its upper limit if there is no walk
   double variance = 0.0;   ///< r
-  bool runs_away = false;  ///< the bias changes more than the noise between samples
+  bool runs_away = false;  ///< from sample to sample, the bias changes by more than the noise
 };
 
 Explained explain(const Series& series) {

@@ -87,7 +87,7 @@ double slip_of(double force, double stiffness, double grip) {
   return force / stiffness * beyond_line(force * force / (grip * grip));
 }
 
-// An axle on a circle with given unknowns, and the curve of its tyres.
+// An axle on a circle, for assumed values of the unknowns, with the characteristic of its tyres.
 struct AxleView {
   double slip = 0.0;  // measured
   double force = 0.0;

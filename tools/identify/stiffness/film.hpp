@@ -32,7 +32,7 @@ struct MarkerTrack {
 };
 
 /// Reads a file with the columns t, x_front, y_front, x_rear, y_rear, in any order; ignores others.
-/// Tabs, semicolons, commas or blanks separate fields; commas that do not may be decimal commas.
+/// Tabs, semicolons, commas or blanks separate fields; if not commas, these may be decimal commas.
 /// Lines before the first number are headings, the last of them names the columns; "#" starts a
 /// comment. An empty field is an invisible marker. Throws std::invalid_argument with file, line and
 /// column. With `frames_per_second`, t is the frame number.

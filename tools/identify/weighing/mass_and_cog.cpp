@@ -36,7 +36,7 @@ constexpr Plausible wheelbases{0.05, 10.0}, track_widths{0.02, 5.0};  // [m]
 /// Parses a load, or a scale's resolution or scatter, as a mass; divides newtons by gravity.
 struct Kilograms {
   Measured gravity;
-  bool of_newtons = false;  ///< any value was, so that the mass is no more certain than gravity
+  bool of_newtons = false;  ///< a value was in newtons: the mass is no more certain than gravity
 
   double operator()(const std::string& text, const std::string& option) {
     const Quantity quantity = parse_quantity(text, Dimension::mass, option);

@@ -56,7 +56,7 @@ struct WheelLoads {
   double chi_square = 0.0;
   int excess = 0;  ///< weighings in addition to those that the unknowns need
 
-  /// Whether the weighings determine a sum of wheels (weights 0 or 1).
+  /// Whether the weighings determine a sum of wheel loads (`sum`: coefficients 0 or 1).
   [[nodiscard]] bool determine(const Eigen::Vector4d& sum) const;
 };
 

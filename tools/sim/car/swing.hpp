@@ -12,7 +12,7 @@
 
 namespace odomd::sim {
 
-/// SI units; the cords are apart along the car's y axis.
+/// SI units; the cords are spaced along the car's y axis.
 struct SwingParameters {
   double mass = 0.0;
   Eigen::Vector3d inertia = Eigen::Vector3d::Zero();  ///< principal, about x, y, z
