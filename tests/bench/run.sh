@@ -34,7 +34,7 @@ clean_up() {
 trap clean_up EXIT
 trap 'exit 130' INT TERM
 
-# step COMMAND...: other output goes to a log, and to standard error only on failure.
+# step COMMAND...: its output goes to a log; on failure, the log's end goes to standard error.
 step() { "$@" >>"$work/log" 2>&1 || { tail -n 20 "$work/log"; echo "run.sh: failed: $*"; exit 1; } >&2; }
 
 cat /proc/loadavg | cut -d ' ' -f 1-3 >"$work/load"

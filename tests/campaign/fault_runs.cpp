@@ -27,7 +27,7 @@
 namespace odomd::campaign {
 namespace {
 
-// The default kinds: all faults of each sensor that other sensors can contradict in different ways;
+// The default kinds: of each sensor, the faults that differ in how other sensors contradict them;
 // one rear and one front wheel represent all wheels.
 constexpr std::string_view tried =
     "gyro.frozen,gyro.zero,gyro.stuck,gyro.halved,gyro.doubled,gyro.scaled,gyro.biased,gyro.ramped,"

@@ -17,7 +17,7 @@ fail() {
 }
 release() { "$source/tools/release.sh" "$@" >"$work/said" 2>&1; }
 index() { release --index --out "$repository" "$@" || fail "$(cat "$work/said")"; }
-# refuses MESSAGE ARGUMENT...: exits with the status for wrong usage.
+# refuses MESSAGE ARGUMENT...: release.sh must say MESSAGE and exit with the status for wrong usage.
 refuses() {
   message=$1
   shift

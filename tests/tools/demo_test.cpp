@@ -1,4 +1,4 @@
-// The demonstration without driving, builds and downloads.
+// Tests tools/demo.sh without driving, building or downloading anything.
 #include <filesystem>
 
 #include "tests/tools/scratch.hpp"

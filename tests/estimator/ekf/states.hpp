@@ -17,7 +17,7 @@ inline SlowVector some_slow_values() {
   return errors;
 }
 
-/// States at rest, forward and in reverse, straight and at full lock; all other states are nonzero.
+/// States at rest, forward and in reverse, straight and at full lock; other components are nonzero.
 inline std::vector<State> grid_of_states() {
   std::vector<State> states;
   for (const double v_x : {-3.0, -0.4, -0.1, 0.0, 0.003, 0.1, 1.0, 4.0, 20.0}) {

@@ -509,7 +509,7 @@ TEST(Advance, TheFrontWheelsTurnNoFasterThanTheyCan) {
   for (std::size_t i = 0; i < angles.size(); ++i) {
     EXPECT_NEAR(angles[i], std::min(0.3, 0.01 * static_cast<double>(i + 1)), 1e-12) << i;
   }
-  // The slower of both limits applies.
+  // The slower of the two limits applies.
   EXPECT_NEAR(commanded({.lag_s = 0.01, .rate_limit = 2.0}, 1).back(), 0.01, 1e-12);
   EXPECT_LT(commanded({.lag_s = 1.0, .rate_limit = 2.0}, 1).back(), 0.002);
 }

@@ -36,7 +36,7 @@ double slip_of(const State& state, Source source) {
   return 1.0 + 0.004 * slip_share(Driven::rear, source, force) * force;
 }
 
-/// The grid's states without wheel slip, whose derivatives the prediction leaves out.
+/// The grid's states with zero wheel slip: the prediction leaves out the slip's derivatives.
 std::vector<State> states_without_slip() {
   std::vector<State> states = states_on_time();
   for (State& state : states) {
