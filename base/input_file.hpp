@@ -11,8 +11,8 @@ namespace odomd {
 struct Packing {
   std::string_view begins;
   std::string_view name;     ///< "gzip"
-  std::string_view to_file;  ///< command that unpacks a file next to it
-  std::string_view to_pipe;  ///< command that unpacks it to standard output
+  std::string_view to_file;  ///< command that unpacks a file into the same folder
+  std::string_view to_pipe;  ///< command that unpacks a file to standard output
 };
 
 /// The packing of a file that begins with `head`; nullptr: not a known one.
@@ -23,7 +23,7 @@ struct Packing {
 [[nodiscard]] std::string_view kind_of_no_file(const std::filesystem::path& file);
 
 /// The reason why a file cannot be read as text, with the fix: "is a named pipe; name a file".
-/// Empty if it can be read, like an unnamed pipe: <(command) of a shell.
+/// Empty if it can be read, as can an unnamed pipe: a shell's <(command).
 [[nodiscard]] std::string problem_with_input(const std::filesystem::path& file);
 
 }  // namespace odomd
