@@ -10,8 +10,8 @@ namespace odomd::shm {
 /// is gone. The line begins with `program`, which must never be freed.
 void end_where_a_segment_is_cut_short(const char* program);
 
-/// For handlers of SIGBUS with other tasks: writes the line and ends the process if `info` has this
-/// cause; otherwise returns. Async-signal-safe.
+/// For SIGBUS handlers that have other tasks, too: if `info` says that a mapping was truncated,
+/// writes the line and ends the process; otherwise returns. Async-signal-safe.
 void end_if_cut_short(const siginfo_t& info) noexcept;
 
 }  // namespace odomd::shm

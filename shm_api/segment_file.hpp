@@ -31,7 +31,7 @@ class FileDescriptor {
   int fd_;
 };
 
-/// The words of a segment, mapped for writing.
+/// Unmaps the words of a segment, which are mapped for writing.
 struct Unmap {
   std::size_t bytes = 0;
   void operator()(std::uint64_t* words) const noexcept;

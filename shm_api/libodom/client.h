@@ -33,7 +33,7 @@ static inline int odomi_is_fresh(const odomi_segment* segment, int64_t now_ns, i
   return age_ns <= limit_ns && age_ns >= -(ODOM_STALE_PERIODS * segment->period_ns);
 }
 
-/* The part of odomi_freshen() for when the coarse clock is not sufficient. */
+/* The part of odomi_freshen() that runs if the coarse clock does not suffice. */
 odom_status odomi_look_again(odom_client* client);
 
 /* ODOM_OK when the writer has ticked recently. Otherwise looks for a successor, at most once in
