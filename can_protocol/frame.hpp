@@ -47,7 +47,7 @@ inline constexpr std::uint32_t id_without_priority = 0x03FF'FFFFU;
   return (id >> 16U & 0xFFU) < 240 ? 0x03FF'0000U : 0x03FF'FF00U;
 }
 
-/// In a key to listen to: all identifiers of this one's J1939 group.
+/// In a key to listen to: this bit selects all identifiers of the key's J1939 group.
 inline constexpr std::uint32_t j1939_group_flag = 0x4000'0000U;
 
 /// Identifier and format in one number, to compare and to look frames up by.

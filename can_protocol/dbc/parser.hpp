@@ -29,7 +29,7 @@ class DbcParser {
  private:
   // parser.cpp: the statements that build messages.
   void statement();
-  /// After a mistake in the statement that began with `first`.
+  /// Leaves out the statement that began with `first`, after a mistake in it.
   void leave_out_statement(const Token& first, const DbcMistake& mistake);
   void ignore_message(const std::string& name, std::uint32_t line, std::string why);
   void version();

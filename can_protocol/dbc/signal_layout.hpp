@@ -51,7 +51,7 @@ struct SignalLayout {
 }
 
 /// The signal's bits as they are on the bus, right-aligned. `payload` must have bytes_needed bytes;
-/// seven more, of any content, make it faster.
+/// seven more, of any content, make the extraction faster.
 [[nodiscard]] inline std::uint64_t extract_bits(const SignalLayout& signal,
                                                 std::span<const std::uint8_t> payload) noexcept {
   const unsigned length = signal.length;

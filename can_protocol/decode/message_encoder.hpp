@@ -17,7 +17,7 @@
 
 namespace odomd::can {
 
-/// Holds the values of one message between frames; all raw values are initially 0. One thread.
+/// Holds the values of one message between frames; initially all raw values are 0. For one thread.
 class MessageEncoder {
  public:
   explicit MessageEncoder(Message message);

@@ -19,7 +19,7 @@ namespace odomd::can {
 /// The spelling in a configuration: "m/s2".
 [[nodiscard]] std::string_view unit_name(Unit unit) noexcept;
 
-/// Angular velocities of a wheel or motor: in turns per minute, or in any unit.
+/// Whether a unit is one of angular velocity: in turns per minute (revolutions), or any (rotation).
 [[nodiscard]] constexpr bool is_revolutions(Unit unit) noexcept {
   return unit == Unit::rpm || unit == Unit::erpm;
 }

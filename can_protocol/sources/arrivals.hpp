@@ -4,9 +4,9 @@
 //     arrival - stamp = offset of the clocks + l,   l >= 0,
 // and the smallest difference is the best guess at the offset. Not every producer is live, though:
 // lines of a log that is written faster than real time arrive earlier and earlier relative to their
-// stamps. With a live producer the smallest differences of two windows agree. Later lines prove
-// less than earlier ones, as any of them may be held up: they need longer windows with more lines,
-// whose smallest delay does not fall as after a pause. It may rise: the stamps' clock is slow.
+// stamps. With a live producer the smallest differences of two windows agree. Lines that come later
+// than expected prove less, as any line may be held up: they need longer windows with more lines.
+// There the smallest delay must not fall, as it does after a pause; with a slow clock it rises.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@
 
 namespace odomd::can {
 
-/// Pure logic on given times. One thread.
+/// Pure logic on given times. For use by one thread.
 class SmallestDelay {
  public:
   /// Two windows agree when they differ by at most this.
@@ -65,7 +65,7 @@ class SmallestDelay {
 
 /// Makes the log clock follow the arrivals of a live pipe: its lines come earlier than expected if
 /// the first was late or the sender's clock is fast or was stepped ahead, and later if that clock
-/// is slow or was stepped back. Pure logic on given times. One thread.
+/// is slow or was stepped back. Pure logic on given times. For use by one thread.
 class Arrivals {
  public:
   /// Lines are released `lead_ns` after their arrival, and the clock moves by less than `most_ns`

@@ -13,7 +13,7 @@
 
 namespace odomd::can {
 
-/// Real-time safe, no clock of its own. One thread.
+/// Real-time safe, no clock of its own. For use by one thread.
 class DeviceClock {
  public:
   /// The rate of the leak; two crystals differ by less than 100 parts per million.

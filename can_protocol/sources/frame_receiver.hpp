@@ -26,8 +26,8 @@ struct Received {
   int error = 0;          ///< errno of the socket; 0: no error
 };
 
-/// Its buffers are allocated once; `receive` is real-time safe: one recvmmsg that does not block,
-/// and the clocks. One thread.
+/// The buffers are allocated once; `receive` is real-time safe: one recvmmsg that does not block,
+/// and reading the clocks. For use by one thread.
 class FrameReceiver {
  public:
   FrameReceiver(std::uint8_t bus, StampSource stamps);

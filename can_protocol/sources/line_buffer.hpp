@@ -9,7 +9,7 @@
 
 namespace odomd::can {
 
-/// Does not own the descriptor. One thread.
+/// Does not own the descriptor. For use by one thread.
 class LineBuffer {
  public:
   /// The maximum length of a line; a longer one is returned in pieces of this size.

@@ -12,7 +12,7 @@
 
 namespace odomd::can {
 
-/// Pure logic on given times. One thread.
+/// Pure logic on given times. For use by one thread.
 class LiveStamps {
  public:
   /// A smaller difference is a pause, a delay, or frames out of order.

@@ -29,7 +29,7 @@ enum class FifoOpening : std::uint8_t { wait_for_writer, at_once };
 /// Whether damaged lines are left out, or a log with damaged lines is refused.
 enum class Damage : std::uint8_t { left_out, refused };
 
-/// One log, frame by frame, in the file's order. One thread.
+/// One log, frame by frame, in the file's order. For use by one thread.
 class LogReader {
  public:
   /// `path` may be "-", standard input. `buses` numbers the interfaces and must outlive this.
@@ -62,7 +62,7 @@ class LogReader {
 
 /// Merges several logs in the order of their stamps; of equal stamps, the log named first comes
 /// first. A log whose stamps go backwards keeps its own order. Frames whose stamps stand alone are
-/// left out. One thread.
+/// left out. For use by one thread.
 class MergedLog {
  public:
   /// Only `selected` frames are returned, and only their stamps count. Throws as LogReader does,

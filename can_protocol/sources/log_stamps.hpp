@@ -73,7 +73,7 @@ class LogStamps {
   std::int64_t last_stamp_ns_ = 0;
   std::uint64_t last_line_ = 0;
   std::uint64_t alone_ = 0;
-  std::uint64_t first_alone_ = 0;  ///< its line number
+  std::uint64_t first_alone_ = 0;  ///< line number of the first stamp that stands alone
   bool ended_ = false;
 };
 

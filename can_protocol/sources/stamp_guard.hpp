@@ -25,7 +25,7 @@ inline constexpr std::array<std::string_view, stamp_verdict_count> stamp_verdict
 
 /// Remembers the last stamp of each bus and identifier, in a fixed table: no allocation after
 /// construction, bounded work. Identifiers beyond the table's capacity are checked for zero and
-/// future only. One thread.
+/// future only. For use by one thread.
 class StampGuard {
  public:
   /// A stamp this far behind the last one means that the clock was set back: the guard restarts
