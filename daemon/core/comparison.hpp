@@ -55,7 +55,7 @@ class Comparison {
     double aa = 0.0, bb = 0.0, ab = 0.0;
   };
 
-  // Mean squares and product after each mean is reduced by as much offset as its bound allows.
+  // Mean squares and mean product of a and b, after removing as much offset as the bounds allow.
   [[nodiscard]] Sums sums(const Bounds& bounds) const noexcept {
     if (n_ <= 0.0) return {};
     const double mean_a = a_ / n_, mean_b = b_ / n_;

@@ -24,7 +24,7 @@ struct SignalSettings {
   bool configured = false;
   double sigma = 0.0;           ///< standard deviation in the role's SI unit
   std::int64_t timeout_ns = 0;  ///< overdue after this time; default: three cycle times
-  double dead_band = 0.0;       ///< of a wheel [m/s]; 0: from the sensor's readings
+  double dead_band = 0.0;       ///< of a wheel [m/s]; 0: learnt from the sensor's readings
 };
 
 enum class Timestamps : std::uint8_t { software, hardware };
@@ -91,8 +91,8 @@ struct Config {
   std::optional<std::array<double, 3>> reference_lever_arm;
   std::array<double, 2> imu_position{};  ///< lever arm from the centre of gravity [m]
   double imu_yaw = 0.0;                  ///< of the accelerometer's x axis in the body frame [rad]
-  /// Accelerometers roll and pitch with the body: a measured = (1 + gradient) a. Empty: learnt from
-  /// 0 on.
+  /// Accelerometers roll and pitch with the body: measured a = (1 + gradient) a. Empty: learnt,
+  /// starting at 0.
   std::optional<double> roll_gradient;
   std::optional<double> pitch_gradient;
   std::optional<estimator::Pose2> initial_pose;

@@ -10,8 +10,8 @@
 
 namespace odomd::daemon {
 
-/// Read the keys of [can] that config_keys() lacks: read_buses() before those, read_messages()
-/// after them.
+/// Read the keys of [can] that config_keys() lacks: read_buses() before the keys of config_keys(),
+/// read_messages() after them.
 void read_buses(TableReader& table, CanConfig& can);
 void read_messages(TableReader& table, CanConfig& can);
 [[nodiscard]] can::E2eBinding read_protection(const std::string& message, TableReader table);

@@ -18,14 +18,14 @@ class InnovationStatistics {
   void take(const estimator::Judgement& judgement) noexcept;
 
   [[nodiscard]] std::uint64_t count() const noexcept { return count_.get(); }
-  [[nodiscard]] std::uint64_t gated() const noexcept { return gated_.get(); }  ///< among them
+  [[nodiscard]] std::uint64_t gated() const noexcept { return gated_.get(); }  ///< part of count()
 
   // Of the counted samples; 0 when there are none.
   [[nodiscard]] int dimension() const noexcept { return static_cast<int>(dimension_.get()); }
-  [[nodiscard]] double mean_nis() const noexcept;   ///< of νᵀS⁻¹ν; expected: dimension()
+  [[nodiscard]] double mean_nis() const noexcept;  ///< mean of νᵀS⁻¹ν; expected: dimension()
   [[nodiscard]] double inside_95() const noexcept;  ///< share with νᵀS⁻¹ν <= χ²₉₅
-  [[nodiscard]] double last_test_ratio() const noexcept;  ///< νᵀS⁻¹ν / gate of the newest
-  [[nodiscard]] std::array<double, 3> last_innovation() const noexcept;  ///< dimension() are valid
+  [[nodiscard]] double last_test_ratio() const noexcept;  ///< νᵀS⁻¹ν / gate of the newest sample
+  [[nodiscard]] std::array<double, 3> last_innovation() const noexcept;  ///< dimension() values
 
  private:
   Counter count_;

@@ -75,8 +75,8 @@ class Pipeline {
   /// Steps the filter to the tick that is valid at `tick_ns` and returns the record to publish.
   const TickRecord& tick(std::uint64_t number, std::int64_t tick_ns) noexcept;
 
-  /// Valid between two ticks. Another pipeline with the same configuration can continue from a copy
-  /// with identical bits. Real-time safe.
+  /// Valid between two ticks. From a copy, another pipeline with the same configuration continues
+  /// with bit-identical results. Real-time safe.
   [[nodiscard]] const PipelineState& state() const noexcept { return state_; }
   [[nodiscard]] std::span<const can::ProtectionState> protections() const noexcept {
     return decoder_.protections();

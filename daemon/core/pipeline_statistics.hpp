@@ -17,12 +17,12 @@ struct SourceStatistics {
   Counter last_time_ns;     ///< when the newest sample was taken (bit pattern of the signed time)
   Counter last_verdict;     ///< an estimator::Verdict
   Counter flag;             ///< an estimator::SourceFlag, at the last tick
-  Counter wiring;           ///< a WiringFault, likewise
-  Counter inconsistent;     ///< 1: the NIS has been too large for seconds, likewise
+  Counter wiring;           ///< a WiringFault, at the last tick
+  Counter inconsistent;     ///< 1: at the last tick the NIS had been too large for seconds
   Counter last_latency_ns;  ///< camera only: from the capture of the newest pose to its arrival
   Counter last_test_ratio;  ///< camera only: νᵀS⁻¹ν / gate (bit pattern of the double)
   InnovationStatistics innovations;  ///< for models that test each sample
-  NoiseStatistics noise;             ///< likewise, at the last tick
+  NoiseStatistics noise;             ///< at the last tick, for models that estimate it
 };
 
 struct PipelineStatistics {

@@ -30,8 +30,8 @@ struct TickMark {
   std::int64_t woke_ns = 0;             ///< time of the drain, CLOCK_MONOTONIC
   std::int64_t realtime_offset_ns = 0;  ///< CLOCK_REALTIME - CLOCK_MONOTONIC, as measured
   std::uint32_t conditions = 0;         ///< ODOM_COND_ bits from outside the pipeline
-  std::uint32_t frames = 0;             ///< the inputs of this tick, in order
-  std::uint32_t cameras = 0;            ///< camera poses, likewise
+  std::uint32_t frames = 0;             ///< number of this tick's frames, in order
+  std::uint32_t cameras = 0;            ///< number of this tick's camera poses, in order
 };
 
 /// The state from which a pipeline can continue after a tick.

@@ -110,7 +110,7 @@ class SourceWatch {
 
   std::array<Entry, estimator::source_count> entries_{};
   int unusable_poses_ = 0;    ///< in this tick
-  bool usable_pose_ = false;  ///< likewise
+  bool usable_pose_ = false;  ///< one came in this tick
 };
 
 }  // namespace odomd::daemon

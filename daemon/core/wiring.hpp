@@ -2,7 +2,7 @@
 // axles, axes and units of the sensors over the last tens of seconds of driving.
 //
 // The filter's own flags report within a fraction of a second that a source is wrong; this check
-// reports the cause after seconds, until it is gone.
+// finds the cause after seconds, and reports it until the cause is gone.
 //
 // docs/model.md, "Wiring".
 //
@@ -57,7 +57,7 @@ class Wiring {
   static constexpr std::uint8_t cause_count = 34;
 
  private:
-  // A weighted sum and its weights.
+  // A weighted sum, and the sum of its weights.
   struct Sum {
     double of = 0.0, weights = 0.0;
     void add(double value, double weight) noexcept {

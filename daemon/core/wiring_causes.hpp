@@ -22,7 +22,7 @@ enum Quantity : std::uint8_t {
   turn_gyro,         // ψ̇ [rad/s]
   turn_steering,     // v δ / l
   turn_camera,       //
-  curve_gyro,        // ψ̇ / v times the track [1], as the next three
+  curve_gyro,        // ψ̇ / v; this and the next three are times the track width [1]
   curve_steering,    // δ / l
   curve_front,       // (v_right - v_left) / v
   curve_rear,        //

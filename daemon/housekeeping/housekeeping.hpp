@@ -66,7 +66,7 @@ class Housekeeping {
   std::int64_t files_seen_ns_ = 0;
   std::int64_t ended_ns_ = 0;  // when the last input was seen to have ended; 0: some still run
   std::int64_t last_status_ns_ = 0;
-  std::uint32_t logged_mode_ = ODOM_INITIALISING;  // as logged last; at most once a second
+  std::uint32_t logged_mode_ = ODOM_INITIALISING;  // logged last; at most one change a second
   std::int64_t mode_logged_ns_ = 0;
   bool ready_ = false;
   bool stop_ = false;

@@ -146,7 +146,7 @@ void write_bit_timing(JsonWriter& json, const std::optional<can::BitTiming>& tim
   json.end_object();
 }
 
-/// null on vcan and logs, and when the driver does not report it.
+/// Writes null for vcan and logs, and when the driver does not report the controller.
 void write_controller(JsonWriter& json, const std::optional<can::Controller>& controller) {
   if (!controller) {
     json.member("controller", NAN);

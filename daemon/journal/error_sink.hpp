@@ -11,7 +11,7 @@
 
 namespace odomd::daemon {
 
-/// One thread. Lines that do not fit are lost; their number is reported as soon as there is room.
+/// For one thread. Lines that do not fit are lost; once there is room, their number is reported.
 class ErrorSink final : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
  public:
   explicit ErrorSink(int descriptor = STDERR_FILENO) : descriptor_(descriptor) {}

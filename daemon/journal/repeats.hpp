@@ -18,7 +18,7 @@ struct Message {
 };
 
 /// Two messages are the same when only their numbers differ: "ticks missed: 3" and "ticks missed:
-/// 5", but not those about can0 and can1. One thread.
+/// 5", but not those about can0 and can1. For use by one thread.
 class Repeats {
  public:
   /// The intervals at which a repeated message is logged: each is four times the one before. A

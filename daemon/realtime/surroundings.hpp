@@ -17,7 +17,7 @@ struct Sighting {
   bool clock_stepped = false;         ///< since the previous tick
   bool suspended = false;             ///< since the previous tick
   std::uint64_t frames_lost = 0;      ///< dropped by the kernel since start, all buses
-  std::uint64_t cameras_refused = 0;  ///< connections since start
+  std::uint64_t cameras_refused = 0;  ///< camera connections refused since start
 };
 
 class Surroundings {
