@@ -18,9 +18,9 @@
 
 namespace odomd::estimator {
 
-/// One alternative for each family of models. A new filter is added here and in make_filter(). It
-/// may keep a window of samples and fuse each at its own time within step(); judgements() then
-/// returns its verdict.
+/// One alternative for each family of models. A new filter is added here and in make_filter(). A
+/// filter may keep a window of samples and fuse each sample at its own time within step();
+/// judgements() then returns the sample's verdict.
 using Filter = std::variant<BaselineFilter, FullFilter>;
 
 /// Each model uses its part of the settings. Throws std::invalid_argument with the setting's name
@@ -51,7 +51,7 @@ inline bool resume(Filter& filter, const Estimate& predecessor, double gap_s) no
 }
 
 /// Adds a sample, in any order within a tick. It takes effect at the next step(). Returns nothing
-/// if the sample is judged only there.
+/// if the sample is judged only in that step.
 template <typename MeasurementOrPose>
 std::optional<Verdict> add(Filter& filter, const MeasurementOrPose& sample) noexcept {
   return std::visit([&](auto& f) -> std::optional<Verdict> { return f.add(sample); }, filter);

@@ -180,7 +180,7 @@ void FullFilter::begin(std::int64_t tick_ns) noexcept {
 }
 
 /// Counts the camera's resets of the published pose. If a replay undoes a reset, that is one more
-/// jump; if late samples only change its length, it is the same jump.
+/// jump; if late samples only change the length of a reset, it is the same jump.
 void FullFilter::count_resets() noexcept {
   const State& now = history_.now();
   const Pose2& jump = now.last_jump;

@@ -85,7 +85,7 @@ class FullFilter {
   bool odom_begun_ = false;
   std::uint32_t reset_count_ = 0;
   std::uint32_t published_resets_ = 0;  ///< resets of the state that was last published
-  Pose2 published_jump_;                ///< its last jump
+  Pose2 published_jump_;                ///< last jump of that state
   Pose2 last_jump_;
   std::uint32_t recoveries_ = 0;
   Estimate last_;

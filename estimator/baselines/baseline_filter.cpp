@@ -76,7 +76,7 @@ std::int64_t BaselineFilter::arrival_of(std::int64_t stated_ns) const noexcept {
 }
 
 Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
-  // 1. Number of ticks to step through. A tick within half a period of the last one is the same.
+  // 1. Number of ticks to step through. Within half a period of the last tick there is no new one.
   const std::int64_t elapsed = last_tick_ns_ ? ns_between(*last_tick_ns_, tick_ns) : period_ns_;
   if (elapsed < period_ns_ / 2) {
     return last_;

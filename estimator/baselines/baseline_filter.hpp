@@ -47,7 +47,7 @@ class BaselineFilter {
   ModeMonitor modes_;
   Integrity integrity_;  ///< does not affect the pose
 
-  std::optional<AxleSpeed> speed_;  ///< the predecessor's until the first wheel sample
+  std::optional<AxleSpeed> speed_;  ///< the predecessor's speed until the first wheel sample
   std::optional<std::int64_t> last_tick_ns_;
   std::uint32_t recoveries_ = 0;
   Estimate last_;

@@ -72,7 +72,7 @@ struct PaperStep {
 };
 
 /// The dynamic bicycle, discrete as printed (eqs 31-33), with errata 1 and 2. For forward motion
-/// only: the denominators vanish just below 0, and the map is unstable already before.
+/// only: the denominators vanish at a v_x just below 0, and the map is unstable already above it.
 [[nodiscard]] PaperStep paper_step(const Vehicle& car, const BodyVelocity& v, double steering,
                                    double accel_x, double dt) noexcept;
 

@@ -91,12 +91,12 @@ void PoseAnchor::extend(std::int64_t time_ns, const Motion& motion) noexcept {
     now.noise.diagonal() += gap_noise(0.5 * gap_s * gap_s);
   }
   if (time_ns <= suspect_until_ns_) {
-    // At n ticks after the last camera pose σ is n σ_1, so a tick adds σ_1² (2n - 1).
+    // n ticks after the last camera pose, σ is n σ_1, so tick n adds σ_1² (2n - 1).
     const double n = std::clamp(seconds_between(fused_capture_ns_, time_ns) / dt, 1.0, 40.0);
     now.noise.diagonal() += (2.0 * n - 1.0) * suspect_motion(before.odom, now.odom, dt);
   }
   now.by_errors = dt * G * motion.sensitivity;
-  // Learning an error corrects no past pose: its effect so far becomes independent of it.
+  // Learning an error corrects no past pose: the effect so far of the learnt part joins white_.
   if (const Eigen::Vector3d learnt = error_variance_ - motion.error_variance;
       learnt.maxCoeff() > 0.0) {
     white_ += by_errors(sensitivity_, learnt.cwiseMax(0.0));

@@ -38,8 +38,8 @@ class HeldSignals {
   }
   /// Whether a wheel has a sample within half a second before the newest wheel sample.
   [[nodiscard]] bool alive(Source wheel) const noexcept;
-  /// Whether no wheel that is alive turns: faster than twice its sigma, clamped to 0.01 to
-  /// 0.03 m/s. False if no wheel is alive.
+  /// Whether no wheel that is alive is faster than twice its sigma, clamped to 0.01 to 0.03 m/s.
+  /// False if no wheel is alive.
   [[nodiscard]] bool wheels_still() const noexcept;
 
  private:

@@ -17,8 +17,8 @@ inline constexpr std::int64_t max_bridged_ticks = 200;
 inline constexpr double unobserved_accel = 2.0;
 inline constexpr double unobserved_yaw_accel = 5.0;
 
-/// Variances of (x, y, yaw) or of their rates after such accelerations a: σ = `factor` a. In an
-/// unobserved time τ [s] they add σ = a τ to the velocity, σ = ½ a τ² to the pose.
+/// Variances of (x, y, yaw) or of their rates due to these accelerations a: σ = `factor` a. In an
+/// unobserved time τ [s], a adds σ = a τ to the velocity and σ = ½ a τ² to the pose.
 [[nodiscard]] inline Eigen::Vector3d gap_noise(double factor) noexcept {
   return (factor * Eigen::Vector3d(unobserved_accel, unobserved_accel, unobserved_yaw_accel))
       .cwiseAbs2();
@@ -33,8 +33,8 @@ inline constexpr double unobserved_yaw_accel = 5.0;
 ///
 ///   P ← F P Fᵀ + τ² G V Gᵀ + gap_noise(½ τ²), V ← V + gap_noise(τ).
 ///
-/// If its V is not positive definite, or larger than any car's, V is that of a new filter before
-/// the gap, (1 m/s)² and (1 rad/s)².
+/// If the predecessor's V is not positive definite, or larger than any car's, the V of a new
+/// filter, (1 m/s)² and (1 rad/s)², replaces it before the gap.
 [[nodiscard]] inline Estimate after_gap(const Estimate& predecessor, double gap_s) noexcept {
   Estimate e = predecessor;
   const BodyVelocity velocity = velocity_of(predecessor);

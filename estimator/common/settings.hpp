@@ -54,7 +54,7 @@ struct FilterSettings {
   PaperNoise paper;
   Tuning tuning;
   std::array<double, 2> imu_position{};  ///< ahead and left of the centre of gravity [m]
-  /// Roll and pitch of the body: measured a = (1 + gradient) a. If not set, learnt from 0 on.
+  /// Roll and pitch of the body: measured a = (1 + gradient) a. If not set, learnt, starting at 0.
   std::optional<double> roll_gradient;
   std::optional<double> pitch_gradient;
   double window_s = 0.25;  ///< a sample may be this late

@@ -57,7 +57,7 @@ struct Tuning {
   double most_odds = 22.0;        ///< most log odds that the wheels alone contribute
   double bias_step_odds = 16.0;   ///< log odds against a step of the gyro's bias
   double still_s = 0.06;          ///< mean time that a moving car's wheels read 0 [s]
-  double still_per_speed = 0.35;  ///< increase of that time per dead band [s²/m]
+  double still_per_speed = 0.35;  ///< increase of still_s per dead band [s²/m]
   double dead_band = 0.3;  ///< dead band of wheels, until they show a smaller one [wheelbases/s]
   double sharpest_turn = 0.55;  ///< tan δ of the tightest turn
 
@@ -68,8 +68,8 @@ struct Tuning {
   double motion_error = 0.1;    ///< error of the filter's motion between two poses [1, rad/m]
   double camera_latency = 0.0025;  ///< lasting error of a camera's stamps: half an exposure [s]
   double lasting_s = 3.0;          ///< correlation time of a camera's lasting error [s]
-  double lasting_mean_s = 0.5;     ///< averaging time of the innovations that show it [s]
-  double lasting_memory_s = 20.0;  ///< averaging time of their correlation [s]
+  double lasting_mean_s = 0.5;     ///< averaging time of m, the mean of a camera's innovations [s]
+  double lasting_memory_s = 20.0;  ///< averaging time of the innovations' correlation with m [s]
   double fault_share = 0.5;  ///< sigma of a fault's effect on the pose, relative to that effect
   double disputed_s = 60.0;  ///< decay time of the variance that a correction may hide [s]
 
@@ -103,7 +103,7 @@ struct Tuning {
   double grip_used = 0.8;           ///< largest share of its grip that a tyre uses
   double grip_shown_s = 0.3;        ///< averaging time of a_y for that share [s]
 
-  // --- random walks of these, per √s ---
+  // --- random walks of slow errors and calibrations, per √s ---
   double gyro_bias_walk = 6e-5;         ///< b_g [rad/s/√s]
   double gyro_bias_walk_share = 0.012;  ///< b_g of a noisier gyro, per noise at rest [1/√s]
   double gyro_scale_walk = 2e-5;        ///< s_g [1/√s]

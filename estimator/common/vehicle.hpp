@@ -6,7 +6,7 @@
 
 namespace odomd::estimator {
 
-/// Dynamics between a steering command and the front wheels. None if the angle itself is measured.
+/// Dynamics between a steering command and the front wheels. All 0 if the angle itself is measured.
 struct SteeringActuator {
   double delay_s = 0.0;
   double lag_s = 0.0;       ///< time constant of a first-order lag

@@ -35,7 +35,7 @@ inline constexpr double slowest_turning = 0.01;
   return std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning);
 }
 
-/// Position of a source's wheel ahead and left of the centre of gravity [m]; steered or not.
+/// Position of a source's wheel ahead and left of the centre of gravity [m], and if it is steered.
 struct WheelPlace {
   double ahead = 0.0;
   double left = 0.0;

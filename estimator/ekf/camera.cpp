@@ -42,8 +42,8 @@ Pose2 step_difference(const PosePair& before, const PosePair& now) noexcept {
   return step;
 }
 
-/// Log density of a step between two poses of this sigma; `way`, `turn`: further standard
-/// deviations.
+/// Log density of a step between two poses of this sigma; `way`, `turn`: further sigmas of the
+/// displacement and of the turn.
 double log_density(const Pose2& step, const std::array<double, 3>& sigma, double way, double turn) {
   const double of_way = squared(sigma[0]) + squared(sigma[1]) + squared(way);
   const double of_turn = 2.0 * squared(sigma[2]) + squared(turn);
@@ -159,7 +159,7 @@ void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
 
 /// The step error's change n_k - 2 n_k-1 + n_k-2 has six times the variance of one pose. The scale
 /// tracks the median of its square, 2.37 for χ² with three degrees of freedom: robust against
-/// outliers. Its first steps are long: stated sigmas may be wrong by orders of magnitude.
+/// outliers. At first it adapts fast: stated sigmas may be wrong by orders of magnitude.
 void note_camera_pose(State& state, const Sample& pose) noexcept {
   constexpr double median = 2.37;
   constexpr double shortest_step = 0.15;

@@ -23,11 +23,11 @@ inline constexpr double longest_gap_s = 0.2;
 
 /// The states that a sample of the car's own sensors may correct.
 struct Updates {
-  bool heading = false;  ///< ψ, ψ̇ and ε: true for a gyro; without a gyro, for all
+  bool heading = false;  ///< ψ, ψ̇ and ε: for a gyro's samples; without a gyro, for all samples
   SlowVector slow = none();
 };
 
-/// Fuses the sample if ν²/S is below the gate, S widened by a possible change of the motion. After
+/// Fuses the sample if ν²/S is below the gate, with S widened by a possible change of motion. After
 /// the rejection timeout of its source the variance of the measured state grows by ν², and the
 /// sample is fused too (`forced`).
 [[nodiscard]] Judgement judge(const CarModel& model, State& state, const Sample& sample,

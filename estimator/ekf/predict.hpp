@@ -17,8 +17,8 @@ namespace odomd::estimator::full {
 [[nodiscard]] Prediction predict_yaw_rate(const State& state, double sigma,
                                           double advanced_s = 0.0) noexcept;
 
-/// A wheel's share of the force on the car, relative to a driven wheel of two. All four wheels
-/// brake with half of that.
+/// A wheel's share of the force on the car, relative to a driven wheel's share when it drives. All
+/// four wheels brake, each with half the share of one of two driven wheels.
 [[nodiscard]] constexpr double slip_share(Driven driven, Source source, double force) noexcept {
   if (force > 0.0) {
     return is_driven(driven, source) ? 1.0 : 0.0;

@@ -48,14 +48,14 @@ enum Index : Eigen::Index {
   gyro_scale,        ///< s_g: measured = (1 + s_g) ψ̇ + b_g
   wheel_scale,       ///< s_w: measured = (1 + s_w) v
   wheel_slip,        ///< c_s [s²/m]: a driven wheel is faster by c_s a_x v
-  stiffness_scale,   ///< κ: C = (1 + κ) C as configured
+  stiffness_scale,   ///< κ: true C = (1 + κ) configured C
   roll_gradient,     ///< ρ_y: measured a_y = (1 + ρ_y) a_y + b_ay
   pitch_gradient,    ///< ρ_x: likewise along x
   gyro_latency,      ///< τ_g [s]: the gyro is later than configured
   wheel_latency,     ///< τ_w [s]: likewise the wheels
   steering_latency,  ///< τ_δ [s]: likewise the steering
   wheel_difference,  ///< d: a left wheel is faster by d / 2, a right one slower
-  softness,          ///< 1/μ [s²/m], μ the tyres' grip: error of the configured or assumed one
+  softness,          ///< error of the configured or assumed 1/μ [s²/m], μ the tyres' grip
   size
 };
 }  // namespace slow
@@ -116,7 +116,7 @@ struct NoiseLevel {
     int samples = 0;    ///< number of averaged samples
   } moving, still;
   std::array<double, 2> last{};  ///< the two previous samples / stated sigma
-  int run = 0;                   ///< number of them of the same kind, still or moving
+  int run = 0;                   ///< number of these since the wheels last stopped or started
   bool wheels_still = false;
 };
 
@@ -144,7 +144,7 @@ struct Standstill {
   std::int64_t camera_ns = 0;     ///< first camera pose since since_ns; 0: none
   Pose2 first_seen;               ///< that pose
   double camera_sigma = 0.0;      ///< sigma of its position [m]
-  Pose2 off;  ///< newest camera position from the first; standing: their mean from the held one [m]
+  Pose2 off;  ///< newest camera position minus the first; standing: mean minus held position [m]
   double blind = 0.0;      ///< reduction of the wheels' log odds: the car moved while they read 0
   double dead_band = 0.0;  ///< a wheel that reads 0 may turn at this speed [m/s]
 };
@@ -204,8 +204,8 @@ struct LastingError {
 struct Deviation {
   integrity::SourceHistory filter;  ///< the filter's estimate, averaged like a source
   std::int64_t since_ns = 0;        ///< start of the deviation; 0: none
-  double sum = 0.0;                 ///< excess over the sources other than wheels or gyro [m, rad]
-  bool distrusted = false;          ///< all wheels are, or the gyro is
+  double sum = 0.0;                 ///< excess over the consensus without wheels or gyro [m, rad]
+  bool distrusted = false;          ///< all wheels (speed) or the gyro (yaw rate) are distrusted
 };
 
 struct State {

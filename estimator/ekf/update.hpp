@@ -23,7 +23,7 @@ class Prediction {
   double variance = 0.0;
   double relative = 0.0;  ///< part of R that the noise scale of a wheel multiplies
   double slack = 0.0;     ///< part of R that does not enter the gain
-  double slip = 0.0;      ///< part of R: slip, from speed changes that no car can make
+  double slip = 0.0;      ///< part of R: variance of slip, from speed changes that no car can make
   SlowVector by_slow = SlowVector::Zero();  ///< ∂h/∂s
 
   /// Adds `by` to ∂h/∂(state).

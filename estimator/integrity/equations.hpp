@@ -58,12 +58,12 @@ struct Observations {
   double integrated_sigma = unknown_speed;
   double accel_offset = 0.0;  ///< offset of accel_x, from slope and bias [m/s²]
   double accel_offset_sigma = largest_slope * gravity;  ///< sigma of its variation [m/s²]
-  double offset_averaging_s = 2.0;                      ///< averaging time of the two above
+  double offset_averaging_s = 2.0;                      ///< averaging time of offset and sigma
   std::int64_t still_since_ns = 0;                      ///< since then no sensor has shown motion
   double speed_unknown_s = 0.0;            ///< time since a source last measured the speed
   std::array<Solution, 2> last_consensus;  ///< indexed by Over
   std::int64_t last_slide_ns = 0;          ///< last time that the car may have slid; 0: never
-  std::int64_t slid_ns = 0;                ///< last time that it slid; 0: never
+  std::int64_t slid_ns = 0;                ///< last time that the car slid; 0: never
   SensorErrors errors;
   std::array<double, source_count> radius{};  ///< relative error of each wheel's speed
   double load = 0.0;  ///< relative speed increase of an outer wheel at 1 g lateral acceleration
@@ -108,8 +108,8 @@ struct Observations {
   }
 };
 
-/// Lateral acceleration on which motion and accelerometer agree: the smaller of both, 0 if their
-/// signs differ [m/s²].
+/// Lateral acceleration on which motion and accelerometer agree: the smaller of the two [m/s²]; 0
+/// if their signs differ.
 [[nodiscard]] double lateral_accel(const Observations& observed, Over over) noexcept;
 
 /// No car changes its speed faster [m/s²].
@@ -151,9 +151,9 @@ void learn_radii(const Sensors& sensors, const Consensus& all, const Solution& b
 void integrate_acceleration(const Sensors& sensors, Observations& observed, double dt,
                             bool wheels_distrusted) noexcept;
 
-/// Moves the integrated speed towards the consensus, unless both contradict each other or the
-/// consensus is `contradicted`. Learns the offset of the accelerometer (slope and bias) from their
-/// difference if `learns`. Call it while wheels or a camera measure the speed.
+/// Moves the integrated speed towards the consensus, unless the two contradict each other or the
+/// consensus is `contradicted`. If `learns`, learns the offset of the accelerometer (slope and
+/// bias) from the difference of the two. Call it while wheels or a camera measure the speed.
 void follow_consensus(Observations& observed, double dt, bool contradicted, bool learns) noexcept;
 
 /// A misfit above this needs a fault to explain it. All scores here are -2 log of a likelihood

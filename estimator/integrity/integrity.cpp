@@ -27,8 +27,8 @@ constexpr std::pair required_of_wheels_s{0.4, 5.0};
 // One negative wheel speed may be a corrupt frame.
 constexpr int sign_known_after = 3;
 
-/// Adds a wheel's speed change between two samples to its slip, as far as it exceeds noise and any
-/// car's v̇_x = a_x + v_y ψ̇. A change back ends the slip.
+/// Adds to a wheel's slip the part of its speed change between two samples that exceeds noise and
+/// any car's v̇_x = a_x + v_y ψ̇. A change back ends the slip.
 void add_slip(const Observations& observed, std::int64_t time_ns, double value, double sigma,
               SourceHistory& wheel) noexcept {
   const double dt = seconds_between(wheel.time_ns, time_ns);

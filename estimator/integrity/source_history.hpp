@@ -45,8 +45,8 @@ struct SourceHistory {
   int same = 0;          ///< consecutive samples with identical bits
   std::int64_t same_since_ns = 0;
   double same_share = 1.0;  ///< share of repeats in the last ten seconds or so; 1: unknown
-  double slip = 0.0;        ///< of a wheel: its speed changes as no car's can, summed [m/s]
-  double new_slip = 0.0;    ///< its recent part (long mean's time), if a camera saw it [m/s]
+  double slip = 0.0;        ///< sum of a wheel's speed changes that no car can make [m/s]
+  double new_slip = 0.0;    ///< the part of `slip` within the long mean's time, seen by a camera
 
   [[nodiscard]] bool seen() const noexcept { return begun > 0; }
   [[nodiscard]] double mean(Over over = Over::short_time) const noexcept {
