@@ -127,8 +127,7 @@ fs::path folder_of(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-/// File names for the configuration `out`: relative to its folder, but absolute ones stay if `out`
-/// is relative.
+/// File names for `out`: relative to its folder, but absolute ones stay if `out` is relative.
 std::vector<std::string> named_from(const fs::path& out, const std::vector<std::string>& files) {
   std::vector<std::string> names;
   for (const std::string& file : files)
