@@ -59,7 +59,7 @@ class Claim {
 /// The result of a check of the segment's name.
 enum class Upkeep : std::uint8_t {
   stands,        ///< the segment has its name
-  lock_renewed,  ///< likewise, but its lock file had to be recreated
+  lock_renewed,  ///< the segment has its name, but the lock file had to be recreated
   made_again     ///< its name was gone: a new segment serves from the next tick
 };
 
