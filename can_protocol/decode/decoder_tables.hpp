@@ -64,8 +64,8 @@ struct CompiledBinding {
 struct CompiledMessage {
   Stretch bindings;  ///< of Tables::bindings
   std::optional<E2eProtection> protection;
-  std::uint8_t bus_mask = 0;    ///< union over its bindings
-  std::bitset<256> sources;     ///< likewise; a source is the last byte of an identifier
+  std::uint8_t bus_mask = 0;    ///< union over the bindings
+  std::bitset<256> sources;     ///< J1939 senders (last bytes of identifiers) of all bindings
   std::int16_t next = -1;       ///< another message with this identifier, of other buses or sources
   std::int64_t restart_ns = 0;  ///< after a longer silence its sources start anew
 };

@@ -50,12 +50,12 @@ struct UnlessRaw {
 /// Another signal of the message that has the sign of a magnitude.
 struct SignSignal {
   std::string signal;
-  double negative = 1.0;  ///< its physical value for negative quantities
+  double negative = 1.0;  ///< physical value of `signal` for negative quantities
 };
 
 struct SignalBinding {
   std::uint16_t channel = 0;  ///< the caller's number for the quantity; comes back in Sample
-  std::string role;           ///< the caller's name for it, for error texts: "wheel_rear_left"
+  std::string role;           ///< the caller's name for the quantity, in errors: "wheel_rear_left"
   std::string message;
   std::vector<std::string> signals;    ///< one, or several whose physical values are summed
   std::string bus;                     ///< name of the bus; empty: any

@@ -94,7 +94,7 @@ class LogClock {
            advance_ns();
   }
 
-  /// The advance that would release `stamp_ns` at `earliest_ns`; 0 before the first frame.
+  /// The advance with which `stamp_ns` is released as early as allowed; 0 before the first frame.
   [[nodiscard]] std::int64_t advance_for(std::int64_t stamp_ns,
                                          std::int64_t earliest_ns) const noexcept {
     const std::int64_t base = base_ns_.load(std::memory_order_acquire);

@@ -61,9 +61,9 @@ class SocketCanSource final : public FrameSource {
   std::atomic<LinkState> link_{LinkState::gone};
 
   // Between the two threads: descriptors, `none` when empty.
-  std::atomic<int> offered_{none};  // housekeeping to beat: read from this one from now on
-  std::atomic<int> retired_{none};  // beat to housekeeping: close this one
-  std::atomic<int> dead_{none};     // the interface of this one disappeared
+  std::atomic<int> offered_{none};  // housekeeping to beat: the socket to read from now on
+  std::atomic<int> retired_{none};  // beat to housekeeping: the socket to close
+  std::atomic<int> dead_{none};     // beat to housekeeping: the socket whose interface is gone
 
   // Used by the beat only.
   int socket_ = none;
@@ -72,7 +72,7 @@ class SocketCanSource final : public FrameSource {
   // Used by housekeeping only.
   FileDescriptor control_;  // to query interfaces
   int newest_ = none;       // the socket offered last
-  int bound_index_ = 0;     // index of its interface; 0: none
+  int bound_index_ = 0;     // index of the interface of newest_; 0: none
   SourceWarnings warnings_;
 };
 
