@@ -81,8 +81,8 @@ inline constexpr double shortest_window_s = 0.2;
 inline constexpr double longest_window_s = 1.0;
 
 struct Config {
-  std::filesystem::path file;  ///< where it was read from
-  std::string text;            ///< its contents
+  std::filesystem::path file;  ///< where the configuration was read from
+  std::string text;            ///< the contents of `file`
   estimator::Vehicle vehicle;
   CanConfig can;
   CameraConfig camera;

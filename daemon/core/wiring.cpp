@@ -22,17 +22,17 @@ constexpr double piece_s = 0.5;
 constexpr double memory = 20.0;             // pieces
 constexpr double fewest = 10.0;             // pieces, counted with their weights
 constexpr int decisions_needed = 4;         // consecutive decisions with the same result
-constexpr int decisions_if_ambiguous = 20;  // likewise, if other causes are nearly as likely
+constexpr int decisions_if_ambiguous = 20;  // the same, if other causes are nearly as likely
 constexpr int most_cost = 100;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double least_backwards = 0.05;     // above the noise of a stationary wheel [m/s]
-constexpr double slow = 0.1;                 // Froude numbers v / √(g l)
-constexpr double faster_than_reverse = 0.5;  // likewise, for wheel speeds without a sign
+constexpr double slow = 0.1;                 // smallest compared Froude number v / √(g l)
+constexpr double faster_than_reverse = 0.5;  // the same for wheel speeds without a sign
 constexpr double slip_angle = 0.1;           // at which tyres begin to slide [rad]
-constexpr double dry_road = 6.0;             // below it tyres hardly slide [m/s²]
+constexpr double dry_road = 6.0;             // acceleration below which tyres hardly slide [m/s²]
 constexpr double impossible = 20.0;          // [m/s²]
 constexpr int pieces_of_calm = 4;
-constexpr double most_gap = 0.03;  // of the two axles' speeds, from unequal radii
+constexpr double most_gap = 0.03;  // relative gap of the axles' speeds due to unequal radii
 
 double mean(double sum, double weights) {
   return weights > 0.0 ? sum / weights : nan;

@@ -99,12 +99,12 @@ class Wiring {
   std::int64_t first_open_ = 0;  ///< number of the oldest open piece; 0: none yet
   Means last_{};
   bool speed_has_sign_ = false;
-  std::uint32_t ever_ahead_ = 0;  ///< bits of wheels
+  std::uint32_t ever_ahead_ = 0;  ///< bits of the wheels that have had a positive speed
   std::uint32_t ever_back_ = 0;
   int calm_ = 0;  ///< pieces since the car may last have slid
   int spun_ = 0;  ///< pieces since the wheels of an axle last spun
   std::array<Comparison, pair_count> pairs_{};
-  std::uint32_t heard_ = 0;  ///< bits of sources
+  std::uint32_t heard_ = 0;  ///< bits of the sources that have had a sample
   Diagnosis diagnosis_;
   Diagnosis pending_;        ///< the result of the last decisions
   int equal_decisions_ = 0;  ///< number of consecutive equal decisions

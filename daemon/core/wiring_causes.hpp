@@ -48,8 +48,8 @@ enum class Relation : std::uint8_t { same, none };
 struct Pair {
   Quantity a, b;
   Comparison::Bounds bounds;
-  double about;  ///< gain up to which the unit is the same
-  double other;  ///< gain from which it is another unit; in between it may be slip
+  double about;  ///< gain up to which the two units are the same
+  double other;  ///< gain from which the units differ; between `about` and `other` it may be slip
   Relation relation = Relation::same;
 };
 inline constexpr double any = 1e12;

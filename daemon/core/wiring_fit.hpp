@@ -10,8 +10,8 @@
 
 namespace odomd::daemon::wiring {
 
-inline constexpr double alike = 0.7;       // correlation
-inline constexpr double very_alike = 0.8;  // for unrelated quantities
+inline constexpr double alike = 0.7;       // below this correlation a gain means nothing
+inline constexpr double very_alike = 0.8;  // above this correlation quantities are related
 
 // The same fault cannot occur twice on one source, and two wrong units would explain too much.
 inline bool exclude(std::uint8_t one, std::uint8_t other) noexcept {

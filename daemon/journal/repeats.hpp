@@ -39,8 +39,8 @@ class Repeats {
   struct Series {
     std::int64_t logged_ns = 0;
     std::int64_t interval_ns = first_interval_ns;
-    std::uint64_t counted = 0;  ///< since it was logged
-    Message newest;             ///< of the counted ones
+    std::uint64_t counted = 0;  ///< messages since the last logged one
+    Message newest;             ///< the newest counted message
     std::int64_t newest_ns = 0;
   };
 
