@@ -66,7 +66,7 @@ std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& 
   const double turn = car_yaw_rate * car.track_width / 2.0;
   const double front = std::cos(held[steering].value);
   struct Choice {
-    Source left, right;  // equal if there is only one
+    Source left, right;  // equal for a single wheel
     double along, turn;
   };
   for (const Choice& of : {Choice{wheel_rear_left, wheel_rear_right, 1.0, 0.0},

@@ -105,7 +105,7 @@ inline void GyroBias::add(const HeldSignal& gyro, bool wheels_still) noexcept {
   }
   const Block block = std::exchange(before_, std::exchange(block_, {}));
   if (complete_++ < 2) {
-    return;  // the block before the last needs one before it
+    return;  // a block is used only between two complete ones
   }
   if (averaged_ns_ != 0) {
     variance_ += walk_ * seconds_between(averaged_ns_, gyro.time_ns);

@@ -54,7 +54,7 @@ struct Estimate {
       false;  ///< a learnt scale is far outside its prior: check the configured one
 
   Pose2 map;   ///< centre of gravity in the map frame; jumps when a camera pose re-anchors it
-  Pose2 odom;  ///< the same in the odometry frame, which never jumps; starts at the initial pose
+  Pose2 odom;  ///< the same in the odometry frame, which never jumps and starts at the initial pose
 
   double v_x = 0.0;  ///< velocity of the centre of gravity in the body frame [m/s]
   double v_y = 0.0;

@@ -101,7 +101,7 @@ struct Tuning {
   double tyre_softness = 0.04;      ///< 1/μ of tyres without a configured grip [s²/m]
   double softness = 0.05;           ///< 1/μ: sigma [s²/m]
   double grip_used = 0.8;           ///< largest share of its grip that a tyre uses
-  double grip_shown_s = 0.3;        ///< averaging time of a_y for that share [s]
+  double grip_shown_s = 0.3;        ///< averaging time of the a_y that grip_used limits [s]
 
   // --- random walks of slow errors and calibrations, per √s ---
   double gyro_bias_walk = 6e-5;         ///< b_g [rad/s/√s]

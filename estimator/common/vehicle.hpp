@@ -27,7 +27,7 @@ struct Vehicle {
   double cornering_stiffness_rear = 60.0;   ///< C_h [N/rad]
   double track_width = 0.16;                ///< [m]
   double grip_front = 0.0;  ///< peak lateral force / mass on the axle [m/s²]; 0: linear tyres
-  double grip_rear = 0.0;   ///< likewise
+  double grip_rear = 0.0;   ///< the same for the rear axle
 
   SteeringActuator steering;
   Driven driven = Driven::rear;

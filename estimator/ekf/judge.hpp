@@ -28,8 +28,8 @@ struct Updates {
 };
 
 /// Fuses the sample if ν²/S is below the gate, with S widened by a possible change of motion. After
-/// the rejection timeout of its source the variance of the measured state grows by ν², and the
-/// sample is fused too (`forced`).
+/// the rejection timeout of its source, if integrity agrees, the variance of yaw rate, v_x or an
+/// accelerometer's bias grows by ν², and the sample is fused too (`forced`).
 [[nodiscard]] Judgement judge(const CarModel& model, State& state, const Sample& sample,
                               const Prediction& prediction, const Updates& updates) noexcept;
 

@@ -23,8 +23,8 @@ void set_off(const CarModel& model, State& state, double speed) noexcept;
 /// is unknown.
 void begin_motion(State& state, const Sample& sample) noexcept;
 
-/// The first samples may be garbage: until there are five, sets the speed to their median, and the
-/// position to a motion at that speed. Call it with every sample of a wheel.
+/// The first samples may be garbage: until there are five, a speed far from their median becomes
+/// the median, and the position that of a motion at it. Call it with every sample of a wheel.
 void correct_start(State& state, const Sample& sample) noexcept;
 
 /// Whether a turning wheel ends the standstill. Most wheels must turn: at least two, or one that
@@ -41,7 +41,7 @@ void note_wheels(State& state, const Sample& sample, bool still) noexcept;
 /// other than the known bias, a force, and a camera that sees the car move reduce them.
 void update_standstill(const CarModel& model, State& state, const Sample& sample) noexcept;
 
-/// Two non-zero readings in a row below the dead band lower it to the larger one.
+/// Two non-zero readings in a row below the dead band lower it to the larger of the two.
 void learn_dead_band(State& state, const Sample& sample) noexcept;
 
 /// Learns the bias of a standing car's gyro. The filter notices a departure a little late, so a

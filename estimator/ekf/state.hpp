@@ -50,10 +50,10 @@ enum Index : Eigen::Index {
   wheel_slip,        ///< c_s [s²/m]: a driven wheel is faster by c_s a_x v
   stiffness_scale,   ///< κ: true C = (1 + κ) configured C
   roll_gradient,     ///< ρ_y: measured a_y = (1 + ρ_y) a_y + b_ay
-  pitch_gradient,    ///< ρ_x: likewise along x
+  pitch_gradient,    ///< ρ_x: measured a_x = (1 + ρ_x) a_x + b_ax
   gyro_latency,      ///< τ_g [s]: the gyro is later than configured
-  wheel_latency,     ///< τ_w [s]: likewise the wheels
-  steering_latency,  ///< τ_δ [s]: likewise the steering
+  wheel_latency,     ///< τ_w [s]: the wheels are later than configured
+  steering_latency,  ///< τ_δ [s]: the steering is later than configured
   wheel_difference,  ///< d: a left wheel is faster by d / 2, a right one slower
   softness,          ///< error of the configured or assumed 1/μ [s²/m], μ the tyres' grip
   size
@@ -137,13 +137,13 @@ struct Standstill {
   bool standing = false;
   bool wheels_still = false;  ///< since `since_ns`
   std::int64_t since_ns = 0;
-  std::array<Range, 2> gyro_ranges;  ///< of its readings in the last two stretches [rad/s]
+  std::array<Range, 2> gyro_ranges;  ///< of gyro readings in the last two stretches [rad/s]
   std::int64_t range_since_ns = 0;
   double still_gyro = 0.0;        ///< mean gyro reading of the standing car [rad/s]
   std::array<StillGyro, 2> gyro;  ///< older, newer; the older has no samples after a departure
   std::int64_t camera_ns = 0;     ///< first camera pose since since_ns; 0: none
-  Pose2 first_seen;               ///< that pose
-  double camera_sigma = 0.0;      ///< sigma of its position [m]
+  Pose2 first_seen;               ///< the camera pose at camera_ns
+  double camera_sigma = 0.0;      ///< sigma of the position of first_seen [m]
   Pose2 off;  ///< newest camera position minus the first; standing: mean minus held position [m]
   double blind = 0.0;      ///< reduction of the wheels' log odds: the car moved while they read 0
   double dead_band = 0.0;  ///< a wheel that reads 0 may turn at this speed [m/s]
@@ -245,7 +245,7 @@ struct State {
   LastingError lasting_way;  ///< of the camera's x and y
   LastingError lasting_turn;
   double camera_noise_scale = 1.0;  ///< variance of camera poses / stated variance
-  int camera_steps = 0;             ///< number of steps that it was learnt from
+  int camera_steps = 0;             ///< number of steps that taught camera_noise_scale
   PosePair last_camera_pose;        ///< fused or not
 
   double camera_evidence = 0.0;  ///< log odds that the filter is wrong, from poses beyond the gate

@@ -54,8 +54,8 @@ Judgement note(const Context& context, State& state, const Sample& sample,
     note_wheels(state, sample, true);
   } else if (!most_still ||
              (!turning && seconds_between(last_wheel_ns(state), sample.time_ns) > next_sample_s)) {
-    // Sliding wheels are all gated. If only one side's wheels are gated, a biased gyro would turn
-    // the car about the other side.
+    // The car slides only if all its wheels are gated: if one side's were enough, a biased gyro
+    // would turn the car about the other side.
     note_wheels(state, sample, false);
   }
   return judgement;
@@ -108,7 +108,7 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   const bool surprising = noise_scale < 1.0 && innovation(state, z, speed).squared_ratio() >
                                                    context.model.tuning.signal_gate;
   if (surprising) {
-    noise_scale = 1.0;  // its errors may have grown
+    noise_scale = 1.0;  // the wheel's errors may have grown
     z = predict();
   }
   const Judgement judgement = judge(context.model, state, sample, z, {.heading = !gyro});
@@ -340,7 +340,7 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
   if (is_wheel(source)) {
     learn_dead_band(state, reading);
     if (judgement.verdict == Verdict::fused && judgement.test_ratio > 1.0) {
-      judgement.verdict = Verdict::gated;  // it has little weight because of its slip
+      judgement.verdict = Verdict::gated;  // a slipping wheel has little weight
     }
   }
   note_reading(state, reading);

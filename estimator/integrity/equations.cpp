@@ -33,7 +33,7 @@ struct View {
   const Observations& observed;
   Over over;
   double v = observed.speed(over);     ///< from the last consensus
-  double r = observed.yaw_rate(over);  ///< likewise
+  double r = observed.yaw_rate(over);  ///< from the last consensus
   double side = lateral_accel(observed, over);
   /// The mean of a product is not the product of the means: this and `Averaged::changed` estimate
   /// the difference.

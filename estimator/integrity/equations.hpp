@@ -34,8 +34,8 @@ struct SensorErrors {
   double steering_offset = 0.0;  ///< [rad]
   double steering_offset_sigma = Tuning{}.steering_offset;
   double wheel_slip = Tuning{}.wheel_slip;  ///< slip of a driven wheel, per acceleration [s²/m]
-  double camera_noise_scale = 1.0;          ///< variance of its poses / stated variance
-  double gyro_latency = Tuning{}.latency;   ///< error of the configured latency, plus its sigma [s]
+  double camera_noise_scale = 1.0;          ///< variance of camera poses / stated variance
+  double gyro_latency = Tuning{}.latency;   ///< error of the configured latency, plus one sigma [s]
   double dead_band = 0.0;                   ///< a wheel that reads 0 may turn at this speed [m/s]
 };
 
@@ -57,7 +57,7 @@ struct Observations {
   double integrated_speed = 0.0;                      ///< v_x by integrating accel_x [m/s]
   double integrated_sigma = unknown_speed;
   double accel_offset = 0.0;  ///< offset of accel_x, from slope and bias [m/s²]
-  double accel_offset_sigma = largest_slope * gravity;  ///< sigma of its variation [m/s²]
+  double accel_offset_sigma = largest_slope * gravity;  ///< sigma of the offset's variation [m/s²]
   double offset_averaging_s = 2.0;                      ///< averaging time of offset and sigma
   std::int64_t still_since_ns = 0;                      ///< since then no sensor has shown motion
   double speed_unknown_s = 0.0;            ///< time since a source last measured the speed

@@ -135,7 +135,7 @@ bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& ba
     solution.motion[of::speed] *= -1.0;
   }
   if (!halted_) {
-    mirrored.integrated_speed = -observed_.integrated_speed;  // its sign is known only after a halt
+    mirrored.integrated_speed = -observed_.integrated_speed;  // a halt makes its sign known
   }
   const Consensus reversed = equations(sensors, mirrored, !backwards_, Over::short_time);
   const Solution reversed_base = reversed.without(observed_.distrusted);

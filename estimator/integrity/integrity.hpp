@@ -87,7 +87,7 @@ class Integrity {
   struct Trust {
     SourceFlag flag = SourceFlag::ok;
     std::int64_t raised_ns = 0;
-    double agreed_s = 0.0;      ///< time since it last contradicted the others
+    double agreed_s = 0.0;      ///< time since the source last contradicted the others
     double required_s = 0.0;    ///< required agreement before the flag is lowered [s]
     bool by_long_mean = false;  ///< only the long mean has detected the fault
   };

@@ -46,7 +46,7 @@ struct SourceHistory {
   std::int64_t same_since_ns = 0;
   double same_share = 1.0;  ///< share of repeats in the last ten seconds or so; 1: unknown
   double slip = 0.0;        ///< sum of a wheel's speed changes that no car can make [m/s]
-  double new_slip = 0.0;    ///< the part of `slip` within the long mean's time, seen by a camera
+  double new_slip = 0.0;    ///< part of `slip` in the long mean's time, seen by a camera [m/s]
 
   [[nodiscard]] bool seen() const noexcept { return begun > 0; }
   [[nodiscard]] double mean(Over over = Over::short_time) const noexcept {
