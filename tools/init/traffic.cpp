@@ -168,7 +168,7 @@ Series series_of(const Traffic& traffic, std::span<const can::Database> database
       std::ranges::find(candidate.unless_raw, static_cast<std::int64_t>(ones)) ==
           candidate.unless_raw.end())
     candidate.unless_raw.push_back(static_cast<std::int64_t>(ones));
-  // While it starts, a control unit may send the minimum or maximum of the signal's range, or 0.
+  // While it starts, a control unit may send the range's minimum or maximum; 0 counts as a value.
   const auto ready = std::ranges::find_if_not(frames, [&](const can::Frame* frame) {
     const double value = physical_in(signal, *frame);
     return signal.maximum > signal.minimum && value != 0.0 &&
