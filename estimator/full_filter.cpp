@@ -171,7 +171,7 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   return last_;
 }
 
-/// The first tick: the state starts a window earlier, so that earlier samples count. A resumed
+/// The first tick: the state starts `reach_ns_` earlier, so that earlier samples count. A resumed
 /// state is at the tick before.
 void FullFilter::begin(std::int64_t tick_ns) noexcept {
   State& now = history_.restart();

@@ -4,7 +4,8 @@
 // state before all new samples, and replays the samples from there. So the state at a tick depends
 // on the samples alone, not on the order of their arrival, if each arrives inside the window.
 //
-// The work of a step is bounded: at most the window's ticks and `SampleWindow::capacity` samples.
+// The work of a step is bounded: at most `max_bridged_ticks` plus the ticks within `reach_ns_`, and
+// `SampleWindow::capacity` samples.
 //
 // A value; no heap, no clock.
 #pragma once
@@ -72,7 +73,7 @@ class FullFilter {
   std::int64_t steering_delay_ns_;
 
   full::SampleWindow window_;
-  full::History history_;  ///< its present state is that of the last tick
+  full::History history_;  ///< now(): the state at the last tick
   std::optional<std::int64_t> last_tick_ns_;
   std::int64_t oldest_new_sample_ns_ = std::numeric_limits<std::int64_t>::max();
 

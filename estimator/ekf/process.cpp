@@ -42,7 +42,7 @@ void add_walks(const CarModel& model, double dt, State& state) noexcept {
 /// F of a step: identity except for its first nine rows, x ... side_force.
 struct Jacobian {
   VelocityStep velocity;
-  double steered = 0.0;  ///< 1 if δ_0 counts
+  double steered = 0.0;  ///< 1: there is a steering signal, so δ_0 counts
   double dt = 0.0;
   double half = 0.0;  ///< Δt / 2
   double dx = 0.0;    ///< displacement of the step
@@ -202,8 +202,7 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
       const double softness = softness_of(grip, now);
       const double least = l - std::abs(across);
       axle = secant_stiffness(axle.stiffness, across / std::max(w, least), softness, m * share);
-      // If the tyre slides across at less than a wheelbase per second along, C ~ |v_x| is not
-      // constant.
+      // If the tyre slides across and rolls at less than a wheelbase per second, C ~ |v_x| varies.
       by_w = w > least && w < l ? -axle.by_softness * softness / w : 0.0;
     };
     at_slip(front, front_by_w, v_x * delta - v_y - l_v * r, car.grip_front, l_h / l);
