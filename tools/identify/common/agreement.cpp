@@ -33,11 +33,11 @@ constexpr double least_turn = 0.05;             // rad per piece, rms
 constexpr double least_way = 0.1;               // m per piece
 constexpr std::ptrdiff_t fewest = 20;           // pieces
 constexpr double alike = 0.5, certain = 0.7;    // correlations
-constexpr double far_off_unseen = 3.0;          // allows for slipping wheels and tyres
+constexpr double far_off_unseen = 3.0;  // without poses: allows for slipping wheels and tyres
 
 // The motion in a piece of the drive.
 struct Piece {
-  double t = 0.0;      ///< its start [s]
+  double t = 0.0;      ///< start of the piece [s]
   double turn = 0.0;   ///< [rad]
   double along = 0.0;  ///< distance along the heading [m]; from poses only
 };
@@ -46,8 +46,8 @@ enum class Verdict : std::uint8_t { silent, same, other_way, unlike };
 
 struct Comparison {
   Verdict verdict = Verdict::silent;
-  double ratio = 1.0;  ///< second / first, if they agree
-  double lag = 0.0;    ///< delay of the second [s]; 0 if unknown
+  double ratio = 1.0;  ///< `turned` / pieces, if they agree
+  double lag = 0.0;    ///< delay of `turned` [s]; 0 if unknown
 };
 
 double rms(const ArrayXd& values) {
@@ -60,7 +60,7 @@ double cosine(const ArrayXd& a, const ArrayXd& b) {
   return both > 0.0 ? (a * b).mean() / both : 0.0;
 }
 
-// The turns show the sign; without their means they show whether both happen at the same times.
+// Turns show the sign; less their means they show whether both signals turn at the same times.
 Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, double least) {
   double most = -1.0, fewest_alike = 1.0, most_shape = -1.0, least_shape = 1.0, ratio = 1.0;
   double best_lag = 0.0, most_of_all = -1.0;
@@ -239,7 +239,7 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
                    "turns the other way than wheels and steering",
                    key_of(Source::yaw_rate) + ".scale and " + key_of(Source::steering));
     if (!steered) return std::nullopt;
-    // In both directions: each comparison limits large values, and with them the ratio.
+    // Compares in both directions: compare() limits large pieces, which hides small ratios.
     const double far = compare(pieces_of(*steered), turned, least_turn).ratio;
     const double little = gyro_to_steering.ratio;
     if (std::max(far, little) > far_off_unseen)

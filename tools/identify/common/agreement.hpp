@@ -17,7 +17,7 @@ namespace odomd::tools {
 /// What to do if the poses' turns are unrelated to the gyro's.
 enum class UnrelatedPoses : std::uint8_t {
   refuse,
-  accept,  ///< the caller checks that itself, and how late the poses are
+  accept,  ///< the caller checks the relation and the delay of the poses itself
 };
 
 struct AgreementOptions {
@@ -36,7 +36,7 @@ struct AgreementOptions {
 /// yaw_rate or steering turns the other way; the poses' turns differ from the gyro's, or are more
 /// than 0.15 s before or after it (neither with UnrelatedPoses::accept); yaw_rate or a wheel is off
 /// by a factor above 1.5 (without poses: yaw_rate by 3 from wheels and steering); a wheel runs
-/// backwards. Later ones may be consequences.
+/// backwards. Those further down may be consequences of the first.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> find_disagreement(
     const daemon::Config& config, const SignalLog& log,
     std::span<const estimator::CameraPose> poses, const AgreementOptions& options = {});

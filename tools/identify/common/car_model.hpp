@@ -46,8 +46,8 @@ struct Push {
   T drive;   ///< force of the rear tyres along x for a given acceleration [N]
 };
 
-// The side force of one tyre, with half of the axle's stiffness. With its load F_z = F_z0 (1 + ξ),
-// s = C α / F_z, and the driving force as a share s_x of the load
+// The side force of one tyre, with half of the axle's stiffness: C α / sqrt(1 + b (s² + s_x²)) with
+// its load F_z = F_z0 (1 + ξ), s = C α / F_z, and s_x the driving force / F_z.
 template <class T>
 [[nodiscard]] T tyre_force(const T& axle_stiffness, const T& bend, const T& static_load,
                            const T& shift, const T& slip, const T& drive) {
@@ -60,9 +60,9 @@ template <class T>
 }
 
 // Four tyres. Each axle has one slip that builds up; the additional slip of a wheel y to the left
-// of the middle acts at once. Ackermann geometry steers it by y sin²δ / l more, and in a turn its
-// direction of travel differs by y u_y ψ̇ / (u_x² + u_y²), u being the velocity of the axle's
-// middle; at walking pace the two are equal.
+// of the middle acts at once: y sin²δ / l from Ackermann geometry, less the change of its direction
+// of travel in a turn, y u_y ψ̇ / (u_x² + u_y²), u being the velocity of the axle's middle. At
+// walking pace the two cancel.
 //
 // Loads: F_z0 of each wheel, m a_x h / (2 l) from front to rear, and m a_y h / (2 t) from the inner
 // to the outer, where a_y = v_x (ψ̇ - τ ψ̈) lags, with ψ̈ of linear tyres. Rolling resistance is ρ
@@ -127,7 +127,7 @@ template <class T>
 //   δ̇ = (δ_c - δ) / τ
 //   slip:  α̇ = (-V_sy - V_t α) / σ,   V_sy = v'_y cos δ - v_x sin δ,  v'_y = v_y + l_v ψ̇
 //   v̇_y = F_y / m - v_x ψ̇,  ψ̈ = M_z / J_z
-// step() integrates the steering, whose solution it knows.
+// step() integrates the steering in closed form.
 template <class T>
 [[nodiscard]] State<T> rate_of(const Car<T>& car, const State<T>& x, const T& v_x_rate) {
   using std::cos;

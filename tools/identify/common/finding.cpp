@@ -63,7 +63,7 @@ ConfigValue config_value(const Findings& findings, const Finding& finding) {
   return {finding.key, rounded(finding.value, finding.sigma), std::move(note)};
 }
 
-// The uncertainty in a note that an earlier method wrote; 0 without one.
+// The uncertainty in a note that an earlier method wrote; 0 if the note has none.
 double uncertainty_in(const std::string& note) {
   constexpr std::string_view sign = ": +- ";
   const std::size_t at = note.find(sign);
@@ -92,7 +92,7 @@ bool of_another_quantity(const ConfigValue& before, const ConfigValue& value) {
           differ("driving"));
 }
 
-// Whether `before` is more precise, by more than two runs of one experiment differ.
+// Whether `before` is clearly more precise, not only by chance between two runs of an experiment.
 bool more_precise(const ConfigValue& before, const ConfigValue& value) {
   constexpr double clearly = 1.3;
   const double was = uncertainty_in(before.note);

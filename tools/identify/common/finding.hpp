@@ -34,9 +34,9 @@ struct Finding {
   double sigma = 0.0;  ///< standard uncertainty (one sigma), in the value's unit
   std::string unit;    ///< "kg", "N/rad", "s"; empty: a pure number
   Determined determined = Determined::yes;  ///< no: shown with the reason, never written
-  std::string remark;                       ///< its limits, or why it is undetermined; may be empty
-  Use use = Use::write;                     ///< leave: shown with the reason, not written
-  Share share = Share::meaningful;          ///< as_text() also decides by the key
+  std::string remark;    ///< limits of the value, or why it is undetermined; may be empty
+  Use use = Use::write;  ///< leave: shown with the reason, not written
+  Share share = Share::meaningful;  ///< as_text() also decides by the key
 };
 
 /// The results of one run of a method.
@@ -65,7 +65,7 @@ inline void to_json(nlohmann::ordered_json& json, const Measured& measured) {
           .remark = std::move(remark)};
 }
 
-/// A value that it did not determine, with the reason.
+/// A value that the experiment did not determine, with the reason.
 [[nodiscard]] inline Finding undetermined(Finding finding, std::string why) {
   finding.determined = Determined::no;
   finding.remark = std::move(why);
@@ -93,7 +93,7 @@ void check(const Delivery& delivery);
 /// configuration cannot be patched; it is then unchanged.
 void deliver(Findings findings, const Delivery& delivery);
 
-/// Also sets the action, which delivers what `identify` finds from the options. `options` is a
+/// Adds the options and an action: deliver what `identify` finds from the options. `options` is a
 /// shared pointer to a struct with a `delivery`.
 template <class Options, class Identify>
 void add_delivery(Command method, const Options& options, Identify identify) {

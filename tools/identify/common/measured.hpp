@@ -45,7 +45,7 @@ struct Measured {
 }
 
 /// If the noise is smaller than the resolution q, samples do not average it out: their mean keeps
-/// an uncertainty of up to q/√12, which grows with the share of equal samples.
+/// an uncertainty of up to q/√12, which grows with the share of the most frequent value.
 [[nodiscard]] inline double rounding_left(std::span<const double> values, double resolution) {
   std::vector<double> sorted(values.begin(), values.end());
   std::ranges::sort(sorted);

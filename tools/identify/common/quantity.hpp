@@ -26,7 +26,7 @@ struct Quantity {
 [[nodiscard]] Quantity parse_quantity(std::string_view text, Dimension dimension,
                                       std::string_view option);
 
-/// The same for a number that must be positive, or not negative; never in newtons.
+/// Like parse_quantity(), for a number that must be positive, or not negative; never in newtons.
 [[nodiscard]] double parse_positive(std::string_view text, Dimension dimension,
                                     std::string_view option);
 [[nodiscard]] double parse_not_negative(std::string_view text, Dimension dimension,

@@ -19,7 +19,7 @@ template <class Predicate>
   return range;
 }
 
-/// Argument of the maximum of a smooth unimodal function: the point from which on it falls.
+/// Argument of the maximum of a smooth unimodal function: the point where it starts to fall.
 template <class Function>
 [[nodiscard]] double argmax_unimodal(Function&& function, Interval range, int halvings) {
   const double h = 0.01 * (range.high - range.low);

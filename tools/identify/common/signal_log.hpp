@@ -50,7 +50,7 @@ inline constexpr std::array speed_sources{
 
 /// One quantity over time, in SI units; times strictly increasing, values finite.
 struct Series {
-  std::vector<std::int64_t> t_ns;  ///< sample times: the frame's stamp less its latency
+  std::vector<std::int64_t> t_ns;  ///< sample times: the frame's stamp less the source's latency
   std::vector<double> value;
 
   [[nodiscard]] bool empty() const { return t_ns.empty(); }
@@ -64,7 +64,7 @@ struct Series {
 struct SignalLog {
   std::string name;  ///< name of the file, or of the first of several
   std::array<Series, estimator::source_count> signals;
-  std::int64_t first_ns = 0;  ///< first stamp of all frames
+  std::int64_t first_ns = 0;  ///< stamp of the first frame of any message
   std::int64_t last_ns = 0;
   diagnostics::Diagnostics warnings;
   /// Why a message gave no value: "message 'IMU' (yaw_rate): no frame of it is in the log; ...".

@@ -21,7 +21,7 @@ double times(double variety) {
 }
 
 /// At one speed, more steering looks like softer front tyres, and a camera farther ahead like
-/// softer rear tyres, which drift more. A third parameter is pulled along.
+/// softer rear tyres, which drift more. Errors of these two also shift a third parameter.
 struct LookAlikes {
   Parameter tyres, other, third;
 };

@@ -32,7 +32,7 @@ void add(std::vector<Sample>& samples, const Series& series, Source source, doub
 }
 
 // The gyro's mean reading while the wheels are at rest for over a second, from 0.3 s after they
-// stop to 0.3 s before they start; its bias may have moved since.
+// stop to 0.3 s before they start. While driving, the gyro's bias may differ by `moved`.
 std::optional<Measured> gyro_at_rest(const Series& speed, const Series& gyro, double slow) {
   constexpr std::int64_t margin_ns = 300'000'000, least_ns = 1'000'000'000;
   constexpr double moved = 1e-3;  // [rad/s]
@@ -122,11 +122,11 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
   drive.steering_cycle = 1e-9 * static_cast<double>(steering.t_ns.back() - steering.t_ns.front()) /
                          static_cast<double>(steering.size() - 1);
   drive.steering_sigma = std::max(5e-4, sigma_of(Source::steering));
-  // With margins, as latencies shift the times at which it is read.
+  // With margins: latencies shift the times at which the signals are read.
   const auto on_grid = [&](const Series& series) {
     return resampled(series, log.first_ns, drive.begin - 1.0, drive.end + 1.0);
   };
-  // Smoothed, as the dead time is fitted with the slope.
+  // Smoothed: the fit of the dead time uses the slope of the signal.
   drive.steering = mean_around(on_grid(steering), 5e-3);
   drive.yaw_rate = on_grid(gyro);
   drive.speed = mean_around(on_grid(speed), 0.05);

@@ -27,8 +27,8 @@ struct Drive {
   std::vector<Sample> samples;    ///< in the order of time
   std::vector<PoseSample> poses;  ///< in the order of time
   Resampled steering;             ///< as measured
-  double steering_sigma = 1e-3;   ///< of a sample [rad]
-  double steering_cycle = 0.01;   ///< between two samples [s]
+  double steering_sigma = 1e-3;   ///< noise of a steering sample [rad]
+  double steering_cycle = 0.01;   ///< time between two steering samples [s]
   Resampled speed, yaw_rate;      ///< approximate, as start values
   std::optional<Measured> rest;   ///< reading of the gyro at standstill [rad/s]
 };

@@ -141,7 +141,7 @@ struct Builder {
 struct AxleParameters {
   Axle axle;
   Parameter stiffness, bend;
-  const char* end;  ///< of the keys
+  const char* end;  ///< how the axle's keys end: "front"
 };
 
 // If the drive shows that tyres saturate, the filter's brush tyre matches the fitted curve in the
@@ -288,7 +288,7 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
   const Numbers<double> beyond =
       allowance(config.vehicle.wheelbase(), settings, result.turns.speed_variety);
   for (std::size_t k = 0; k < parameters; ++k)
-    if (settings.free[k])  // but no larger than the prior
+    if (settings.free[k])  // adds model errors, but not beyond the prior
       sigma[k] =
           std::min(std::hypot(sigma[k], beyond[k]), std::max(sigma[k], settings.prior_sigma[k]));
   for (const Parameter k : {stiffness_front, stiffness_rear, yaw_inertia})

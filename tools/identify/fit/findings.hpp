@@ -46,7 +46,7 @@ struct BrushTyre {
 [[nodiscard]] double slip_at(const car_model::Car<double>& car, Axle axle, double accel);
 
 /// The brush tyre with the same slip as the axle at this lateral acceleration [m/s²] and at half of
-/// it. Nothing if the axle does not saturate, or cannot carry that.
+/// it. Nothing if the axle does not saturate, or cannot reach that acceleration.
 [[nodiscard]] std::optional<BrushTyre> brush_like(const car_model::Car<double>& car, Axle axle,
                                                   double accel);
 

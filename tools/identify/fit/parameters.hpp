@@ -48,7 +48,7 @@ struct ParameterInfo {
   std::string_view meaning;
   // Standard deviations of p; for positions in wheelbases.
   double prior = 0.0;        ///< before the fit
-  double model_error = 0.0;  ///< of a fit over many speeds, in addition to that from the residuals
+  double model_error = 0.0;  ///< of a fit over many speeds, added to the sigma from the residuals
 };
 
 /// In the order of the enumeration; both are generated from parameters.inc.

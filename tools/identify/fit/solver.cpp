@@ -26,7 +26,7 @@ namespace {
 
 namespace st = car_model;
 
-constexpr double latency_stride = 0.03;  // largest change in a pass [s]
+constexpr double latency_stride = 0.03;  // largest change of a latency in a pass [s]
 constexpr double independent_s = 4.0;    // residuals further apart are independent
 constexpr double huber = 2.5;            // in standard deviations
 
@@ -104,7 +104,7 @@ struct WindowCost {
 struct Built {
   std::unique_ptr<ceres::Problem> problem;
   std::vector<double> p;          ///< the free parameters, the first of the problem's blocks
-  std::vector<int> cluster_rows;  ///< residuals per cluster of windows that counts as one, in order
+  std::vector<int> cluster_rows;  ///< residuals per cluster: windows that count as one sample
 };
 
 /// The result refers to the setup and the chains.
@@ -242,7 +242,7 @@ class ProgressReport final : public ceres::IterationCallback {
   int iterations_ = 0;
 };
 
-constexpr double small_gain = 2e-3;  // relative, of the cost in a pass
+constexpr double small_gain = 2e-3;  // relative decrease of the cost in a pass
 constexpr double still = 3e-3;       // change of latencies between passes, for a 1:10 car [s]
 
 double moved(const Numbers<double>& before, const Numbers<double>& after) {

@@ -25,7 +25,7 @@ constexpr std::size_t most_parts = 8;  // per drive
 constexpr double as_good = 1.003;       // up to this an error counts as unchanged
 constexpr double better = 0.995;        // below this an error is clearly smaller
 constexpr double shown_worse = 1.0005;  // rounds to 0.1 %
-constexpr double half_as_good = 1.1;    // maximum for each half
+constexpr double half_as_good = 1.1;    // maximum for each half of the parts
 
 constexpr std::int64_t spacing_ns = 20'000'000;
 constexpr double far_off = 3.0;      // distance from the cubic in standard deviations

@@ -104,7 +104,7 @@ car_model::Car<T> car_of(const Setup& setup, const Numbers<T>& p) {
   return car;
 }
 
-/// Substeps per step. Slip settles at a rate of |v_x| / σ; a Runge-Kutta step diverges above 2.8.
+/// Substeps per step. Slip settles at the rate |v_x| / σ; Runge-Kutta diverges if rate · dt > 2.8.
 [[nodiscard]] inline int stable_parts(double speed, double relaxation, double step) {
   constexpr double stable = 2.0, most = 64.0;
   const double parts = std::ceil(std::fabs(speed) / relaxation * step / stable);

@@ -82,7 +82,7 @@ struct StopWatch {
 
 struct TimedSwing {
   Measured period;           ///< of small, undamped swings [s]
-  double lengthening = 0.0;  ///< relative excess of the timed period over the small one
+  double lengthening = 0.0;  ///< relative excess of the timed period over `period`
   diagnostics::Diagnostics warnings;
 };
 

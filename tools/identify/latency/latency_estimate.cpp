@@ -25,7 +25,7 @@ SourceOffset camera_yaw(const GyroDrive& drive, std::span<const estimator::Camer
   const auto since = [&](double begin) {
     return on_grid_of(drive.turned, [=](double t) { return std::max(0.0, t - begin); });
   };
-  // The gyro's bias and its random walk: knots every ten seconds.
+  // The gyro's bias and its random walk: a line with bends at least 15 s apart.
   r.basis = {{drive.turned, 1.0, 0.1}, {constant(drive.turned)}, {since(drive.begin)}};
   const double span = drive.end - drive.begin;
   const int knots = static_cast<int>(std::clamp(std::floor(span / 15.0) - 1.0, 0.0, 40.0));

@@ -28,9 +28,9 @@ namespace odomd::tools {
 // cross-correlation with coefficients), then in continuous time (tools/math/least_squares.hpp),
 // with a covariance from blocks of time.
 //
-// Noise in φ_1 makes its derivative look larger, and so D more certain, than they are. Of the
-// energy of that derivative, less the part that the other functions explain, only the part that is
-// not noise determines D.
+// Noise in φ_1 makes its derivative look larger, and so D more certain, than they are. D is
+// determined only by the energy of that derivative less its noise, and less the part that the
+// other functions explain.
 
 struct BasisFunction {
   Resampled function;

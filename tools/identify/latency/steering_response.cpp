@@ -239,7 +239,7 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   const double of_all = std::max(of_dead + of_tau + 2.0 * tau * covariance(dead, lag), 0.0);
   result.dead_time = {found.parameters[dead], std::hypot(std::sqrt(of_dead), unmodelled_share)};
   result.time_constant = {tau, std::hypot(std::sqrt(of_tau), unmodelled_share)};
-  // ... which grows with the square of the lateral force.
+  // The tyres' effect on the sum grows with the square of the lateral force.
   double force = 0.0;
   for (std::size_t i = 0; i < drive.t.size(); ++i)
     force += std::pow(speed.at(drive.t[i]) * yaw_rate[i] / car_model::gravity, 2);

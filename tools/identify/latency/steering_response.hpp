@@ -26,7 +26,7 @@ struct SteeringResponse {
   Measured dead_time;  ///< from the steering's stamps to the gyro's [s]; negative: a late sensor
   Measured time_constant;              ///< of the actuator [s]
   Measured in_all;                     ///< their sum, more precise than either
-  std::optional<Measured> rate_limit;  ///< if the wheels are visibly slower [rad/s]
+  std::optional<Measured> rate_limit;  ///< if the wheels visibly lag fast signals [rad/s]
   double explained = 0.0;              ///< share of the variance of the yaw rate
   FrontWheels front_wheels;            ///< from the fitted model
   std::string failure;                 ///< why the values are not valid; empty if they are
@@ -35,7 +35,7 @@ struct SteeringResponse {
 /// Drives the single-track model over the whole log with steering and speed, and fits to the gyro:
 /// dead time, time constant, the steering's scale and offset, the gyro's bias, and (within their
 /// priors) stiffnesses, inertia and relaxation; then again with a rate limit of the wheels, which
-/// is kept if it explains clearly more. `speed` and `yaw_rate` on one clock. `report` is called for
+/// is kept if it explains clearly more. `speed` and `gyro` share one clock. `report` is called for
 /// every simulation.
 [[nodiscard]] SteeringResponse steering_response(const estimator::Vehicle& car,
                                                  const Resampled& steering, const Resampled& speed,

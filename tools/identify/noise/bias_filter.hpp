@@ -45,7 +45,7 @@ enum class Direction : std::uint8_t { forwards, backwards };
 [[nodiscard]] double scatter_within(const Series& series, std::size_t count);
 
 /// The largest jump: means over 1, 4 or 16 s before and after it differ by over 6 sigma of noise
-/// and walk [unit/√s].
+/// and walk. `walk` in unit/√s.
 [[nodiscard]] std::optional<Jump> find_jump(const Series& series, double variance, double walk);
 
 }  // namespace odomd::tools

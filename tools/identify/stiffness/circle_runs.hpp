@@ -13,7 +13,7 @@
 namespace odomd::tools {
 
 /// A stretch of steady turning: means over it, with standard uncertainties from their scatter. All
-/// but steering, gyro and accelerometer are the film's. Left turns are positive.
+/// but steering, gyro and accelerometer come from the film. Left turns are positive.
 struct CircleRun {
   std::string film;
   std::int64_t begin_ns = 0, end_ns = 0;  ///< film time

@@ -57,7 +57,7 @@ enum class ImageAxes : std::uint8_t { y_up, y_down };
 /// The unit of the track.
 struct FilmScale {
   std::optional<double> metres_per_unit;  ///< 1: track in metres; none: from the markers
-  double ratio_sigma = 0.01;  ///< if given: standard uncertainty of the markers' distance with it
+  double ratio_sigma = 0.01;  ///< relative sigma of the markers' distance by metres_per_unit
   ImageAxes axes = ImageAxes::y_up;
 };
 

@@ -95,7 +95,7 @@ Refined refine(const YawRates& film, const YawRates& gyro, const Placement& plac
                        .together = 10.0,  // samples that share a smoothing window
                        .enough = 1e-12};
   problem.step = Eigen::Vector4d{1e-4, 1e-4, 0.1, 0.1 / Placement::middle(film)};
-  // The samples that overlap at the start count to the end: none leaves the log for a better fit.
+  // Samples that overlap before the fit stay in it: none drops out of the log to improve the fit.
   const auto in_log = [&](const Placement& here, std::int64_t k) {
     return std::clamp(here.step_of(film, k), 0.0, static_cast<double>(gyro.size()) - 1.001);
   };

@@ -29,7 +29,7 @@ constexpr std::array<LoadInfo, static_cast<std::size_t>(Load::count)> loads_tabl
     {"rear-right", {0, 0, 0, 1}, "Load of the rear right wheel"},
 }};
 
-// A scale with more digits does not exist: a unit is wrong.
+// Limits of load / resolution. Scales with finer steps do not exist: a unit is wrong.
 constexpr double most_digits = 1e6;
 constexpr double most_digits_of_a_heavy_one = 2e5;
 constexpr double heavy = 60.0;  // kg
@@ -154,7 +154,7 @@ WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) 
   const auto repeated =
       static_cast<int>(weighings.size()) - static_cast<int>(std::ranges::count(weighed, true));
   const int checks = loads.excess - repeated;  // of loads with other loads
-  // With unlimited errors of each load only its own repetitions are checks.
+  // If the error of each load is as good as unlimited, only repetitions of one load are checks.
   const double own = checks > 0 ? solve(weighings, scale, heaviest).chi_square : seen;
   if (checks > 0 && contradiction({.chi_square = seen - own, .excess = checks})) {
     const Interval error = bisect({0.0, heaviest}, 50, [&](double unknown) {

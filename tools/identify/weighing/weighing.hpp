@@ -61,7 +61,7 @@ struct WheelLoads {
 };
 
 /// The covariance grows if the weighings contradict each other by more than the scale explains; if
-/// different loads do, each may be the wrong one. Throws std::invalid_argument for no weighing, for
+/// different loads do, any of them may be wrong. Throws std::invalid_argument for no weighing, for
 /// a load that is not positive or is a tenth off the result of all, or for a scale without any
 /// uncertainty.
 [[nodiscard]] WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale);
