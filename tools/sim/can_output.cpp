@@ -30,7 +30,7 @@ FileDescriptor open_interface(const std::string& name) {
   FileDescriptor descriptor(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
   if (!descriptor)
     throw std::runtime_error(name + ": CAN is not available here: " + std::strerror(errno));
-  // No filter at all, as nothing is received.
+  // An empty filter list: the socket receives nothing.
   ::setsockopt(descriptor.get(), SOL_CAN_RAW, CAN_RAW_FILTER, nullptr, 0);
   // An interface without CAN FD reports that when it has to send such a frame.
   const int fd_frames = 1;

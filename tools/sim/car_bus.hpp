@@ -15,7 +15,7 @@
 
 namespace odomd::sim {
 
-/// The text of odomd.dbc, unchanged, with the cycle times of a car, or with other cycle times.
+/// The text of odomd.dbc: unchanged, with the cycle times of a car, or with given cycle times.
 [[nodiscard]] std::string_view bus_database_text();
 [[nodiscard]] std::string bus_database_text(const ParameterSet& truth);
 /// A cycle time of 0 ns means none.

@@ -14,7 +14,7 @@
 namespace odomd::sim {
 
 struct LiveOptions {
-  std::int64_t start_ns = 0;            ///< of the simulation's plan, from live_start_ns()
+  std::int64_t start_ns = 0;            ///< start_ns of the simulation's plan: live_start_ns()
   std::string can = "-";                ///< interface, or "-" for standard output
   std::filesystem::path camera_socket;  ///< empty: no camera
   can::StampDecimals decimals = can::StampDecimals::six;

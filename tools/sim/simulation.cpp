@@ -62,7 +62,7 @@ RunPlan make_plan(const RunOptions& options) {
   if (options.start_ns < 0) throw std::invalid_argument("start time: must not be negative");
 
   plan.laps = options.laps.value_or(scenario.laps);
-  if (options.duration && !options.laps) {  // as many as fit into the duration
+  if (options.duration && !options.laps) {  // as many laps as fit into the duration
     const double lap = route_length(scenario.route(plan.speed, 1));
     plan.laps =
         static_cast<int>(std::min(*options.duration * plan.speed / lap + 1.0, double{most_laps}));

@@ -85,7 +85,7 @@ BodyAcceleration body_acceleration_at_rest(const Suspension& s, const Attitude& 
 }
 
 // Springs and dampers load the wheels with the moment that holds the body; the unsprung masses,
-// half of them on each axle, add theirs.
+// half of them on each axle, add the moment of their own specific force.
 LoadShift load_shift(const Suspension& s, double mass, const Attitude& a, const Tracks& tracks,
                      double specific_x, double specific_y) {
   const double unsprung = (mass - s.sprung_mass) * s.unsprung_height;

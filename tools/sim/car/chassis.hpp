@@ -15,7 +15,7 @@ struct Suspension {
   double sprung_height = 0.0;         ///< h, of the sprung mass above the ground
   double unsprung_height = 0.0;       ///< of the unsprung masses above the ground
   double roll_inertia = 0.0;          ///< of the sprung mass, about its own centre
-  double pitch_inertia = 0.0;         ///< likewise
+  double pitch_inertia = 0.0;         ///< of the sprung mass, about its own centre
   double roll_stiffness_front = 0.0;  ///< springs, anti-roll bar and tyres of an axle [N m/rad]
   double roll_stiffness_rear = 0.0;
   double roll_damping_front = 0.0;  ///< [N m s/rad]

@@ -24,7 +24,7 @@ constexpr std::array<ParameterInfo, parameter_count> table{{
 #undef ODOMD_PARAMETER
 }};
 
-// Where the published cars, and their sensors, differ from the saloon.
+// Defaults in which the cars with published data, and their sensors, differ from the saloon.
 constexpr double degree = std::numbers::pi / 180.0;
 constexpr std::array sprung{
     Assignment{friction, 1.0489},          // friction of their tyres, p_Dy1: vehicle.cpp

@@ -38,8 +38,8 @@ struct WheelMotion {
 
 // Single-contact-point tyre with relaxation (Pacejka, ch. 7): the deflections u, v obey
 //   u̇ = -V_sx - V_t u / σ_κ,   κ = u / σ_κ;      v̇ = -V_sy - V_t v / σ_α,   tan α = v / σ_α
-// They remain valid at standstill, where they are springs; only there they are damped. V_t is the
-// faster of hub and tread, and limits the slips to 2 if a tyre slides without rolling.
+// At standstill, too: there the tyre is a spring along u and v, and only there it is damped. V_t is
+// the faster of hub and tread, and limits the slips to 2 if a tyre slides without rolling.
 template <class State>
 WheelMotion wheel_motion(const PlantParameters& p, const State& s, std::size_t wheel) {
   WheelMotion motion;
@@ -56,7 +56,7 @@ WheelMotion wheel_motion(const PlantParameters& p, const State& s, std::size_t w
   motion.transport_y = std::max(rolling, 0.5 * std::abs(hub.y));
 
   const double length_y = p.relaxation_length, length_x = 0.5 * p.relaxation_length;
-  // Fades out while small compared with the relaxation: at a few per cent of the stiffness.
+  // The damping fades out while it is small beside the relaxation: a few per cent of the stiffness.
   const double fade_speed = 0.2 * p.relaxation_length / p.tyre_damping;
   const double damping =
       rolling < fade_speed

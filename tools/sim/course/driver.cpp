@@ -190,7 +190,7 @@ std::optional<PlantInput> Driver::slide(const PlantOutput& car, double dt) {
   if (leg.slide == 0.0) return std::nullopt;
   constexpr double begin = 0.3, end = 0.6;    // times before the curve begins and ends [s]
   constexpr double ramp = 3.0, grips = 0.3;   // [rad/s], [rad]
-  constexpr double quick = 0.4, reach = 3.0;  // of the grip; [m]
+  constexpr double quick = 0.4, reach = 3.0;  // lateral acceleration / μ g; length λ [m]
   const double speed = std::hypot(car.v_x, car.v_y);
   const double near = leg.track->at(s_ + begin * speed).curvature;
   const double far = leg.track->at(s_ + end * speed).curvature;

@@ -89,7 +89,7 @@ class Driver {
   std::vector<Leg> legs_;
   DriverLimits limits_;
   Ends ends_;
-  double wait_;  // until the next leg, or the end
+  double wait_;  // standstill before the next leg, or before the end [s]
   double waited_ = 0.0;
   std::size_t leg_ = 0;
   double s_ = 0.0;             // of the rear axle along the leg's track

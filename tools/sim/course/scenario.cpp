@@ -24,7 +24,7 @@ TrackPointer polygon(const std::vector<Corner>& corners, Shape shape, double spa
   return std::make_shared<Track>(rounded_polygon(corners, shape, spacing), shape, smoothing);
 }
 
-// Heading along x, round to the left for a positive radius.
+// A circle that starts along x; to the left for a positive radius.
 TrackPointer circle_through_origin(double radius, double smoothing) {
   constexpr int points = 720;
   std::vector<Point> line;
@@ -74,8 +74,8 @@ Route laps_of(double speed, int laps) {
   return {.legs = {rounds(track(), speed, laps)}};
 }
 
-// The same with a stop after each of the stretches in turn [m], but for one that would be followed
-// by less than `least`.
+// Like rounds(), with a stop after each of the stretches in turn [m]; a stop that less than `least`
+// would follow is left out.
 Route rounds_with_stops(const TrackPointer& track, std::span<const double> stretches, double least,
                         double speed, int laps) {
   constexpr std::array paces{0.7, 1.0, 0.5, 0.85};

@@ -34,7 +34,7 @@ std::vector<Point> equidistant(const std::vector<Point>& line, std::size_t inter
   return result;
 }
 
-// The point `i`, also outside: a closed track continues round, an open one straight on.
+// The point `i`; beyond the ends a closed track continues round, an open one straight on.
 Point beyond(const std::vector<Point>& line, Shape shape, std::ptrdiff_t i) {
   const auto last = static_cast<std::ptrdiff_t>(line.size()) - 1;
   const auto get = [&line](std::ptrdiff_t k) { return line[static_cast<std::size_t>(k)]; };
@@ -102,7 +102,7 @@ Track::Track(const std::vector<Point>& points, Shape shape, double smoothing) : 
     throw std::invalid_argument("a track needs three points, a length and a smoothing length");
   const auto intervals = static_cast<std::size_t>(std::max(20.0, 20.0 * length / smoothing));
   line = equidistant(line, intervals);
-  // Twice, so that the curvature is continuous and its slope bounded.
+  // Smoothed twice, so that the curvature is continuous and its slope bounded.
   for (int pass = 0; pass < 2; ++pass) line = smoothed(line, shape, 5);
   line = equidistant(line, intervals);
 

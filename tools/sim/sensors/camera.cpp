@@ -58,7 +58,7 @@ void Camera::age_lasting_errors() {
 void Camera::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t to_ns,
                      const PlantOutput& to, std::vector<estimator::CameraPose>& poses) {
   for (; due_ns_ <= to_ns; due_ns_ += nanoseconds(truth_[camera_period])) {
-    // Rounded like a stamp, which without a delay is then the exact time of the picture.
+    // Rounded like a stamp: a stamp without a delay is then the exact time of the picture.
     const std::int64_t capture_ns = due_ns_ / stamp_step_ns_ * stamp_step_ns_;
     const PlantOutput car = interpolate(
         from, to, static_cast<double>(capture_ns - from_ns) / static_cast<double>(to_ns - from_ns));

@@ -68,8 +68,8 @@ class Imu {
  public:
   Imu(const ParameterSet& truth, std::uint64_t seed);
 
-  /// `dt` since the last reading. The gyro measures `gyro_car`, the accelerometers `car`: the car
-  /// before the latency of each.
+  /// `dt` since the last reading. `gyro_car`: the car one latency of the gyro ago; `car`: one of
+  /// the accelerometers.
   ImuReading read(const PlantOutput& gyro_car, const PlantOutput& car, double dt);
 
  private:
