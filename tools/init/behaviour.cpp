@@ -182,7 +182,7 @@ void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& k
   if (const auto relation = lateral_relation(drive); !size && relation)
     size = 1.0 / std::fabs(relation->slope);
   if (!size) return;
-  constexpr double alike = 0.2;  // a measured track against one from turns
+  constexpr double alike = 0.2;  // relative difference of the given track from that of the turns
   if (by_track && std::fabs(*size - 1.0) > alike && *size > 1.0 / factor && *size < factor)
     choice.warnings.push_back(fmt::format(
         "it is {:.3g} times what the wheels say by the track: check --track, its scale and unit",

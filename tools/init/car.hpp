@@ -35,12 +35,12 @@ struct Question {
 /// turns per minute, and the motor's gear ratio; the front axle, for which half the wheelbase is a
 /// guess.
 [[nodiscard]] std::vector<Question> missing_first(const Car& car, const Proposal& proposal);
-/// Numbers that are missing after it has been read: the track, if there are both wheels of an axle
-/// and no gyro has measured it; the steering ratio or full lock, if uncertain.
+/// Numbers that are missing after the log has been read: the track, if both wheels of an axle are
+/// mapped and no gyro has measured it; the steering ratio or full lock, if uncertain.
 [[nodiscard]] std::vector<Question> missing_last(const Car& car, const Proposal& proposal);
 
 /// Asks until each answer is a number with a unit; the front axle and the steering ratio may stay
-/// open. A mass and wheelbase unlike a car are asked for once more. Throws std::invalid_argument at
+/// open. A mass and wheelbase that fit no car are asked for again. Throws std::invalid_argument at
 /// the end of the input.
 void ask(const std::vector<Question>& questions, Car& car, std::istream& in, std::ostream& out);
 

@@ -125,7 +125,7 @@ std::vector<Companion> validity_of(const can::Message& message, const can::Signa
       continue;
     const auto value = value_where(signal, is_good);
     const Match how = match(message, measured, signal, validity);
-    const bool speaks = value.has_value() || signal.length == 1;  // about a whole message
+    const bool speaks = value.has_value() || signal.length == 1;  // needed for a whole message
     if (how >= Match::begin || (how == Match::message && speaks)) found.push_back({&signal, value});
   }
   return found;

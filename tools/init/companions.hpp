@@ -13,7 +13,7 @@ namespace odomd::tools {
 
 struct Companion {
   const can::Signal* signal = nullptr;
-  /// Physical value if the measured signal is valid, or negative. None: only a log shows it.
+  /// The physical value that means "valid", or "negative". None: only a log shows it.
   std::optional<double> value;
 };
 

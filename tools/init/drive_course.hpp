@@ -46,7 +46,7 @@ class DriveCourse {
   [[nodiscard]] double at(estimator::Source role, std::size_t i) const {
     return courses_.at(estimator::index_of(role)).value[i];
   }
-  /// The mean of the wheels [m/s], and its change [m/s²].
+  /// The mean speed of the wheels [m/s], and its rate of change [m/s²].
   [[nodiscard]] double speed(std::size_t i) const { return speed_.value[i]; }
   [[nodiscard]] double acceleration(std::size_t i) const { return change_.value[i]; }
 

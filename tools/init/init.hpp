@@ -20,8 +20,8 @@ struct InitOptions {
   std::vector<std::string> databases;  ///< none: a motor controller's, or odomd.dbc
   ControllerTexts controllers;
   std::vector<std::string> can;                ///< logs, or one interface
-  double listen_s = 20.0;                      ///< to an interface [s]
-  can::Damage damage = can::Damage::left_out;  ///< of the logs
+  double listen_s = 20.0;                      ///< how long to listen to an interface [s]
+  can::Damage damage = can::Damage::left_out;  ///< how to treat damage of the logs
   std::filesystem::path out = "car.toml";
   Overwrite overwrite = Overwrite::refuse;
   CarTexts car;

@@ -22,7 +22,7 @@ struct Range {
   double least, most;
 };
 
-/// The sigmas that a filter can use; below these the errors of the model are larger.
+/// The range of sigmas that a filter can use; below it the errors of its model are larger.
 Range range_of(Source role) {
   if (role == Source::yaw_rate) return {0.005, 0.05};
   if (role == Source::accel_x || role == Source::accel_y) return {0.3, 2.0};

@@ -60,7 +60,7 @@ can::SignalBinding binding_for(const Candidate& candidate) {
   else if (candidate.all_ones)
     binding.unless_raw = {can::UnlessRaw::Pattern::all_ones, {}};
   binding.unit = candidate.unit;
-  binding.radius_m = 1.0;  // rpm: the angular velocity
+  binding.radius_m = 1.0;  // a speed in rpm becomes an angular velocity
   if (candidate.role == estimator::Source::direction) {
     binding.forward = candidate.forward;
     binding.reverse = candidate.reverse;

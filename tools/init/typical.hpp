@@ -4,8 +4,8 @@
 namespace odomd::tools {
 
 struct Typical {
-  double inertia;                          ///< / (m l_v l_h)
-  double stiffness_front, stiffness_rear;  ///< / weight on the axle [1/rad]
+  double inertia;                          ///< J_z / (m l_v l_h)
+  double stiffness_front, stiffness_rear;  ///< C / weight on the axle [1/rad]
   double grip;                             ///< [m/s²]
 
   /// Front-wheel angle per lateral acceleration, beyond that of a turn without slip [s²/m].

@@ -19,7 +19,7 @@ using Vocabulary = std::span<const std::string_view>;
 /// Whether a word of the name means an entry: "speed", "spd" and "speedfront" mean "speed".
 [[nodiscard]] bool has(const can::NameWords& name, Vocabulary vocabulary);
 
-/// Compares whole words: "acc" is a system there, an acceleration elsewhere.
+/// Like has(), but a word must equal the entry: "acc" alone is a system, "accel" an acceleration.
 [[nodiscard]] bool has_word(const can::NameWords& name, Vocabulary vocabulary);
 
 }  // namespace odomd::tools

@@ -212,7 +212,7 @@ std::string as_toml(const Draft& draft) {
 
 std::string as_text(const Draft& draft) {
   Table table{{"role", "signal", "unit", "sure"}, {}, {0, 1, 2, 3}};
-  std::vector<std::pair<std::string, std::vector<std::string_view>>> warnings;  // and their roles
+  std::vector<std::pair<std::string, std::vector<std::string_view>>> warnings;  // with their roles
   const auto add_warning = [&](const std::string& warning, std::string_view whose) {
     auto found = std::ranges::find(warnings, warning, &decltype(warnings)::value_type::first);
     if (found == warnings.end()) found = warnings.insert(warnings.end(), {warning, {}});
