@@ -27,9 +27,9 @@ using diagnostics::found;
 using diagnostics::Kind;
 using tools::kind;
 
-constexpr double settled_s = 3.0;              // since the start; every message has come by then
+constexpr double settled_s = 3.0;              // uptime by which every message has come
 constexpr double silent_s = 2.0;               // no bus and no camera pauses that long
-constexpr std::uint64_t enough_samples = 500;  // for their statistics
+constexpr std::uint64_t enough_samples = 500;  // of a source, to judge its innovations
 
 template <typename Names>
 std::optional<std::size_t> index_in(const Names& names, const std::string& name) {

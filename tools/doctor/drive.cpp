@@ -196,7 +196,7 @@ DriveExamination examine_drive(const Drive& drive) {
     append_new(all, check_drive(drive));
   } catch (const NoPose& none) {
     if (traffic.empty()) append_new(all, none.warnings);
-    return examination;  // otherwise the missing messages explain it
+    return examination;  // otherwise the findings on the traffic explain the missing pose
   } catch (const std::invalid_argument&) {
     if (traffic.empty()) throw;
     return examination;  // no frame to replay

@@ -27,7 +27,7 @@ bool is_steering(const SourceOffset& one) {
   return one.source == Source::steering;
 }
 
-// Steering: the wheels respond earlier than [steering] says. Later is allowed: slower actuator.
+// Steering: the wheels respond earlier than [steering] says. If later, the actuator may be slower.
 bool is_off(const SourceOffset& one) {
   if (is_steering(one)) return one.offset > chance * one.sigma;
   return !off_kind.limits.hold(std::fabs(one.offset) - chance * one.sigma);
@@ -52,7 +52,7 @@ std::string late(double seconds) {
   return fmt::format("{:.0f} ms {}", 1e3 * std::fabs(seconds), seconds > 0.0 ? "late" : "early");
 }
 
-// `offset`: delay of its stamps compared with other sources' [s].
+// `offset`: delay of the source's stamps behind those of other sources [s].
 Diagnostic of_sensor(const daemon::Config& config, Source source, double offset) {
   const can::SignalBinding* const binding = binding_of(config, source);
   const double stated = binding == nullptr ? 0.0 : 1e-9 * static_cast<double>(binding->latency_ns);
@@ -67,8 +67,8 @@ Diagnostic of_sensor(const daemon::Config& config, Source source, double offset)
                   std::max(stated + offset, 0.0)));
 }
 
-/// Whether the gyro is at fault if all others are off alike: sensors of several kinds agree, or the
-/// rule that no latency is negative decides for the gyro.
+/// Whether the gyro is at fault if all other sources are off alike: sensors of several kinds agree,
+/// or the rule that no latency is negative decides for the gyro.
 bool is_the_gyros(const daemon::Config& config, std::span<const SourceOffset> judged,
                   double offset) {
   // The wheels of an axle are measured by their difference, and count once.

@@ -36,11 +36,11 @@ struct Machine {
   std::string user = "user";
   std::string group = "user";        ///< the user's primary group
   bool has_service = false;          ///< odomd@.service is installed
-  bool has_service_accounts = true;  ///< its user and groups
+  bool has_service_accounts = true;  ///< the service's user and groups exist
   Membership membership = Membership::member;
   int priority_limit = 99;                ///< highest SCHED_FIFO priority of this process
   bool may_lock_memory = true;            ///< this process, without limit
-  bool may_hold_cpus_awake = true;        ///< this process; with a service: its group
+  bool may_hold_cpus_awake = true;        ///< this process; with a service: the service's group
   double deepest_sleep_us = 0.0;          ///< wake-up latency of the deepest sleep state in use
   double realtime_share = 0.95;           ///< share of the time for real-time threads
   std::string clock = "tsc";              ///< the kernel's clock source
@@ -60,7 +60,7 @@ struct Machine {
 struct Needs {
   int priority = daemon::RealtimeConfig{}.priority;
   int receive_buffer = daemon::CanConfig{}.receive_buffer;
-  bool is_granted = false;  ///< a daemon runs, and its status has its rights
+  bool is_granted = false;  ///< a daemon runs: its status reports the rights that it has
 };
 
 [[nodiscard]] diagnostics::Diagnostics examine_machine(const Machine& machine,

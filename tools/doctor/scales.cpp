@@ -28,7 +28,7 @@ using estimator::Source;
 constexpr double pose_sigma = 0.02, wheel_sigma = 0.03, axle_sigma = 0.05, rest_sigma = 0.1;
 constexpr double usual = 0.07;       // relative error that the filter learns without harm
 constexpr double certain = 9.0;      // least weighted sum of squares that the factor explains
-constexpr double distinct = 4.0;     // least difference to the next factor
+constexpr double distinct = 4.0;     // least lead over the next best factor, in the same sum
 constexpr std::size_t enough = 100;  // spans
 
 struct Span {
@@ -78,7 +78,7 @@ struct Comparison {
 };
 
 struct Power {
-  std::vector<Source> sources;  ///< share the power
+  std::vector<Source> sources;  ///< each has an equal part of the power
   double power = 1.0;
 };
 

@@ -29,7 +29,7 @@ namespace odomd::tools::doctor {
                                      const estimator::SteeringActuator& configured);
 
 /// Reports each source whose offset against the gyro is too large, or only the gyro if all others
-/// are off alike and its latency explains that.
+/// are off alike and a wrong latency of the gyro explains that.
 [[nodiscard]] diagnostics::Diagnostics examine_latencies(const daemon::Config& config,
                                                          std::span<const SourceOffset> offsets);
 
