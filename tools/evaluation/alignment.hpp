@@ -15,7 +15,7 @@ namespace odomd::tools {
 enum class Align : std::uint8_t {
   first,  ///< position and heading agree at the first common time
   fit,    ///< least squares of the positions over all common times
-  none,   ///< as they are
+  none,   ///< the poses as they are
 };
 
 /// An estimate and the reference at one common time.
@@ -63,8 +63,8 @@ struct PoseError {
 [[nodiscard]] bool covariance_is_of_error(std::span<const Pair> pairs, Align align);
 
 /// Both headings are unwrapped. Whole turns between them are removed at the first time and at
-/// resets of the estimate, which cannot know the number of turns. Without a covariance the last two
-/// members stay empty.
+/// resets of the estimate, which cannot know the number of turns. Without a covariance `covariance`
+/// and `nees` stay empty.
 [[nodiscard]] std::vector<PoseError> pose_errors(std::span<const Pair> pairs,
                                                  const estimator::Pose2& alignment,
                                                  bool has_covariance);

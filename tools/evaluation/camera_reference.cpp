@@ -56,8 +56,8 @@ Contradiction between(const Seen& a, const Seen& b) {
 }
 
 /// Drops poses that contradict both neighbours by over ten times the median of a moving car: the
-/// camera took another object for the car. Normal noise practically never gets there, and a jump of
-/// the map contradicts one neighbour only.
+/// camera took another object for the car. Normal noise practically never reaches this, and a jump
+/// of the map contradicts one neighbour only.
 void drop_outliers(std::vector<Seen>& seen) {
   constexpr double most = 10.0;
   constexpr double moves_m = 1e-3;  // a camera may repeat a standing car's pose to the last digit
@@ -88,8 +88,8 @@ std::int64_t length_of_windows(const std::vector<Seen>& seen) {
                     longest_window_ns);
 }
 
-/// A line through one coordinate of the poses after an instant, carried back to it with the
-/// odometry. An error of the odometry's speed makes them drift with their lag: `slope`.
+/// A line through one coordinate of the poses after an instant, carried back to the instant with
+/// the odometry. An error of the odometry's speed makes the coordinate drift with the lag: `slope`.
 struct Line {
   double mean = 0.0;
   double slope = 0.0;
@@ -101,7 +101,7 @@ struct Window {
   double mean_lag = 0.0;  ///< [s]
   double lags = 0.0;      ///< sum of squared deviations from mean_lag [s²]
   double yaw = 0.0;
-  double yaw_variance = 0.0;  ///< of the mean
+  double yaw_variance = 0.0;  ///< variance of the mean yaw
   Line x, y;
 };
 

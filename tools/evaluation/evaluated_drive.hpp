@@ -26,7 +26,7 @@ struct EvaluatedDrive {
   std::vector<ReplayedDrive> replays;  ///< one per estimate, its poses moved to `estimates`; none
                                        ///< for pose files
   std::vector<estimator::CameraPose> cameras;  ///< also those that the replay left out
-  bool is_part = false;           ///< limited by --from or --to; sample statistics are not
+  bool is_part = false;  ///< limited by --from or --to; sample statistics cover the whole drive
   bool loop_is_assumed = false;   ///< without --closed-loop: the end is near the start
   bool begins_elsewhere = false;  ///< the configuration's initial pose belongs to another drive
   std::optional<BeatHistogram> beat;
@@ -53,8 +53,8 @@ struct Judging {
   std::string to;    ///< likewise; empty: all
   std::optional<estimator::Pose2> lever_arm;
   bool fit_lever_arm = false;
-  std::string baseline;  ///< short name; empty: kinematic or else the first, without steering
-                         ///< inertial or else the last
+  std::string baseline;  ///< short name; empty: kinematic or else the first estimate; without a
+                         ///< steering signal, inertial or else the last
   Judgements judgements = Judgements::forget;
   std::filesystem::path beat;  ///< a beat.csv; empty: the folder's, if there is one
 };

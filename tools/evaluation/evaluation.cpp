@@ -18,8 +18,8 @@ constexpr double fastest_car = diagnostics::kind("reference_jumps").limits.most;
 constexpr double standing = 0.1;  // m: no car turns so tightly; a reference that stays within only
                                   // shows noise
 
-// The reference's rows between two times, and its interpolated ends. Of a camera, one row per tenth
-// of a second: its noise would lengthen the path.
+// The reference's rows between two times, and its interpolated ends. Only one row per tenth of a
+// second of a camera reference, as its noise would lengthen the path.
 std::vector<TrajectoryPoint> piece(const Trajectory& reference, std::int64_t first_ns,
                                    std::int64_t last_ns) {
   std::vector<TrajectoryPoint> points{*at(reference, first_ns)};

@@ -40,7 +40,7 @@ struct Evaluation {
   std::int64_t last_ns = 0;
   std::size_t samples = 0;
   double path_length = 0.0;           ///< of the reference, or of the estimate in a closed loop [m]
-  double farthest = 0.0;              ///< largest distance of the same from its start [m]
+  double farthest = 0.0;              ///< largest distance of that path from its start [m]
   std::size_t reference_jumps = 0;    ///< number of steps faster than any car: over 100 m/s
   std::int64_t reference_gap_ns = 0;  ///< longest gap that was interpolated
   std::int64_t reference_stuck_ns = 0;  ///< total time at one position while the estimate moves on

@@ -33,7 +33,7 @@ enum class Units : std::uint8_t { alike, unlike };
 [[nodiscard]] std::vector<Units> check_units(EvaluatedDrive& drive);
 
 /// Warns of parts of the reference that are not evaluated: jumps, gaps and standstills. `judged`:
-/// the requested part of it. Needs the evaluations.
+/// the requested part of the reference. Needs the evaluations.
 void check_coverage(EvaluatedDrive& drive, const Trajectory& judged,
                     const std::vector<Units>& units);
 
@@ -42,8 +42,8 @@ void check_coverage(EvaluatedDrive& drive, const Trajectory& judged,
 [[nodiscard]] std::optional<diagnostics::Diagnostic> check_times(
     const Trajectory& reference, std::span<const Trajectory> estimates, Align align);
 
-/// Compares them for a drive with motion() without the camera, which is on the log's clock. The
-/// reference is that of the centre of gravity. Replays the drive.
+/// Compares the times of a drive's reference with those of motion() without the camera, which is on
+/// the log's clock. The reference is that of the centre of gravity. Replays the drive.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> check_times(const Trajectory& reference,
                                                                  const Drive& drive, Align align);
 

@@ -10,8 +10,8 @@
 namespace odomd::tools {
 
 /// One row per drive and estimate. Several drives that all have the same estimates are followed by
-/// one row per estimate with the means. Empty columns are left out, as is the drive's if there is
-/// only one.
+/// one row per estimate with the means. Empty columns are left out, and for a single drive the
+/// column of its name.
 [[nodiscard]] Table summary_table(std::span<const EvaluatedDrive> drives);
 
 /// Verdicts on the samples and their innovations: one row per source of the drive.
