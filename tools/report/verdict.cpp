@@ -45,7 +45,7 @@ constexpr double cautious_nees = 0.75;  // sigmas twice as large as the errors
 constexpr double least_nis = 0.25;
 constexpr double most_nis = 4.0;
 
-/// The heading counts as uncertain if its sigma exceeds this for more than this share of the drive.
+/// Limits of the heading's sigma, and of the share of the drive in which it may be larger.
 constexpr double max_heading_sigma = 10.0, max_uncertain_share = 0.1;  // deg
 
 /// Shorter drives may end near the reference by chance: their drift is not judged.
