@@ -14,7 +14,7 @@ namespace {
 
 void bridge(BridgeOptions& options) {
   complete(options);
-  // Blocks signals before DDS starts its threads, which inherit this: they must reach this thread.
+  // Blocks signals before DDS starts its threads, which inherit the block: signals must come here.
   const Interrupt held_back;
   std::vector<std::unique_ptr<Sink>> sinks;
   if (options.publishes_ros()) sinks.push_back(open_dds(options));

@@ -22,7 +22,7 @@ struct BridgeSample {
   std::int64_t realtime_ns = 0;  ///< when the pose is valid, CLOCK_REALTIME
 };
 
-/// Sends samples. One thread.
+/// Sends samples. For use by one thread.
 class Sink {
  public:
   Sink() = default;

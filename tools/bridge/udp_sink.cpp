@@ -76,7 +76,7 @@ class UdpSink : public Sink {
     for (int attempt = 0; attempt < 2 && sent < 0; ++attempt) {
       sent = ::send(socket_.get(), text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
       if (sent >= 0 || errno != ECONNREFUSED) break;
-      // This error is about the previous datagram (nobody listens); this one is not sent yet.
+      // The error is about the previous datagram (nobody listens); the present one is not sent yet.
       if (counts_.sent > 0) --counts_.sent;
       ++counts_.dropped;
     }
