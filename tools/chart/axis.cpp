@@ -51,7 +51,7 @@ std::vector<Tick> decades(const Range& range, double count) {
   if (take(fine, 1)) {
     constexpr std::size_t least = 3;  // with fewer the scale cannot be read
     if (result.size() >= least) return result;
-    // Within a decade, use even steps with room for the labels at the upper end, the closest.
+    // Within a decade, use even steps with room for the labels at the upper end, where it is least.
     const double closest = range.high * (1.0 - std::pow(range.low / range.high, 1.0 / count));
     auto even = multiples(range, round_step(closest, 1.0));
     return even.size() > result.size() ? even : result;

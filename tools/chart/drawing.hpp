@@ -18,7 +18,7 @@ inline constexpr double title_size = 34.0;
 inline constexpr double text_size = 29.0;
 inline constexpr double tick_size = 27.0;
 
-/// Mean width of a letter / its size; generous, as fonts differ.
+/// Mean width of a letter / font size; generous, as fonts differ.
 inline constexpr double letter_width = 0.57;
 
 /// Six hues, then the same ones darker: brightness tells them apart for colour-blind readers.

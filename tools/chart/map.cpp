@@ -31,8 +31,7 @@ double fineness(std::span<const Point> points, double scale) {
 // A polyline without the points that do not differ visibly from a straight line (Reumann and Witkam
 // 1974: those in a narrow strip along the direction in which a segment begins).
 std::string path_data(std::span<const Point> points, const Layout& layout) {
-  constexpr double finest = 1.0;  // user units: shortest segment; half of it: half the strip's
-                                  // width
+  constexpr double finest = 1.0;  // user units: shortest segment, and width of the strip
   const Scale x = layout.x();
   const Scale y = layout.y();
   std::string data;
@@ -196,7 +195,7 @@ Box view_of(const Map& map) {
 
 Layout layout_of(const Box& view, double top) {
   constexpr double tallest = 1.3 * canvas;  // a tall track may be a third higher than wide
-  constexpr double flattest = 0.3;          // height / width of a flat one, at least
+  constexpr double flattest = 0.3;          // least height / width of the plot
   // Room for the labels of the y axis, their unit, and a sign.
   const double step = round_step(std::max(view.wide(), view.high()), 8.0);
   const auto letters = [step](double value) {
