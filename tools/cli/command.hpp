@@ -110,9 +110,9 @@ class Command {
 
   /// An option for a file of measurements. Add it before the options that the file may give. The
   /// file is a JSON object: names are those of options, with underscores; values are numbers,
-  /// texts, or lists of them. The command line has precedence: its options replace those of the
-  /// file, also those that they exclude. One file serves sibling commands: options of siblings are
-  /// skipped, unknown names are errors.
+  /// texts, or lists of them. The command line has precedence: an option on it cancels the same
+  /// option in the file, and those that it excludes. One file serves sibling commands: options of
+  /// siblings are skipped, unknown names are errors.
   void add_measurements(const std::string& name, const std::string& type,
                         const std::string& help) const;
 
