@@ -36,7 +36,7 @@ struct Options {
   std::string out;
   std::string title;
   Frame frame = Frame::map;
-  double seconds = 0.0;  // to record from the running daemon; 0: plot files
+  double seconds = 0.0;  // how long to follow the running daemon; 0: plot files
   std::string shm;
 };
 
