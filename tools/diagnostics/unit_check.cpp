@@ -16,7 +16,7 @@ namespace {
 constexpr std::int64_t piece_ns = 500'000'000;
 constexpr std::int64_t longest_ns = 1'000'000'000;
 constexpr std::size_t fewest = 10;   // pieces
-constexpr double least_way = 0.1;    // m per piece; below, the wheels may be scaled too small
+constexpr double least_way = 0.1;    // m per piece; less may come from a wrong scale of the wheels
 constexpr double least_turn = 0.05;  // rad per piece
 constexpr double about = 3.0;        // tolerance factor, since wheels may spin
 constexpr double alike = 0.5;        // relative error of a turn; poses in radians have 56/57
