@@ -20,7 +20,7 @@
 
 namespace odomd::tools {
 
-/// An enumerator, in the file its name; `otherwise` is the error's end at another word.
+/// An enumerator, written as its name; `otherwise` ends the error about an unknown word.
 template <typename T, typename Names>
 struct Word {
   T& value;
