@@ -20,7 +20,7 @@ struct McapStatistics {
 };
 
 /// Schemas and messages are JSON. Messages must come in the order of their times; a schema or
-/// channel without a message is left out of the file. One thread.
+/// channel without a message is left out of the file. For use by one thread.
 class McapWriter {
  public:
   using Id = std::uint16_t;
