@@ -13,7 +13,7 @@
 
 namespace odomd::fault {
 
-/// One stream, one thread.
+/// For one stream, and for use by one thread.
 class CameraFault {
  public:
   /// `fault` must be one of the camera's.
@@ -21,7 +21,7 @@ class CameraFault {
 
   /// Takes a pose and appends the poses that are output by its arrival time.
   void take(const estimator::CameraPose& pose, std::vector<estimator::CameraPose>& out);
-  /// Appends the poses held back until `now_ns`.
+  /// Appends the held-back poses that are due by `now_ns`.
   void release(std::int64_t now_ns, std::vector<estimator::CameraPose>& out);
 
   /// The number of poses affected so far.
@@ -36,7 +36,7 @@ class CameraFault {
   Span span_;
   sim::RandomStream random_;
   std::optional<estimator::CameraPose> latest_;   ///< the last one before the fault
-  std::array<estimator::CameraPose, 2> shown_{};  ///< the two poses before this one
+  std::array<estimator::CameraPose, 2> shown_{};  ///< the two poses before the newest one
   std::uint64_t poses_ = 0;                       ///< received during the fault
   std::vector<estimator::CameraPose> held_;       ///< in order of arrival
 };

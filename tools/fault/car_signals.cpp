@@ -132,7 +132,7 @@ void CarSignals::protect(std::size_t message, can::Frame& frame,
     protection->protect({frame.data.data(), frame.length}, counter);
 }
 
-// protect() continues from the previous counter: none before 0, otherwise one less.
+// protect() continues from the counter before the frame's own; from none if its own is 0.
 void CarSignals::repair(std::size_t message, can::Frame& frame,
                         const can::E2eState& own) const noexcept {
   can::E2eState before;

@@ -40,7 +40,7 @@ class CarSignals {
   std::size_t read(std::size_t message, const can::Frame& frame,
                    std::span<Reading> readings) const noexcept;
 
-  /// Writes the nearest value that its bits can hold; counter and CRC are not changed. NaN is not
+  /// Writes the nearest value that the signal can hold; counter and CRC are not changed. NaN is not
   /// written to integer signals.
   void write(std::uint32_t binding_index, double value, can::Frame& frame) const noexcept;
 

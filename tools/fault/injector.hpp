@@ -50,7 +50,7 @@ class Chain {
     in_.assign(1, item);
     pass(0, out);
   }
-  /// Appends the items held back until `now_ns`.
+  /// Appends the held-back items that are due by `now_ns`.
   void release(std::int64_t now_ns, std::vector<Item>& out) {
     for (std::size_t stage = 0; stage < stages_.size(); ++stage) {
       in_.clear();
