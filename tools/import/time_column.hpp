@@ -22,7 +22,7 @@ struct TimeColumn {
 /// "s", "ms", "us", "ns" and "hhmmss"; anything else: unstated.
 [[nodiscard]] TimeUnit time_unit(std::string_view text);
 
-/// "speed" and "km/h" of "speed (km/h)"; the name lacks the mark of a comment before it.
+/// "speed" and "km/h" of "speed (km/h)"; the mark of a comment before the name is left out.
 struct NameAndUnit {
   std::string_view name, unit;
 };
