@@ -19,7 +19,7 @@ namespace odomd::tools {
 /// the daemon accepts the connection.
 enum class Admission : std::uint8_t { awaited, assumed };
 
-/// Connected to a camera socket. One thread.
+/// A connection to a camera socket, for use by one thread.
 class CameraFeed {
  public:
   /// Connects to the socket `named`; empty: the default one. Retries for `wait_s` seconds while

@@ -27,7 +27,7 @@ enum class Colour { on, off };
 /// The line, cut or filled with blanks to `columns`.
 [[nodiscard]] Line fitted(const Line& line, std::size_t columns);
 
-/// `left` at the beginning of `columns`, `right` at the end, left out if both do not fit.
+/// `left` at the beginning of `columns`, `right` at the end; without `right` if both do not fit.
 [[nodiscard]] Line justified(Line left, const Line& right, std::size_t columns);
 
 /// Two blocks side by side: `left` filled to `columns`.

@@ -75,7 +75,7 @@ std::string samples(const Family& family, const Json& value, const std::string& 
                      family.path.ends_with("_us") ? 1e-6 * number : number);
 }
 
-/// `elements`: the document alone, or the elements of an array, whose names get this label.
+/// `elements`: the document alone, or the elements of an array, with their names as `name_label`.
 void append(std::string& text, std::span<const Family> families,
             const std::vector<StatusValue>& elements, std::string_view name_label) {
   for (const Family& family : families) {

@@ -18,7 +18,7 @@ struct FollowCounts {
   std::uint64_t restarts = 0;     ///< times another daemon took over
 };
 
-/// One thread. Survives restarts of the daemon.
+/// For use by one thread. Survives restarts of the daemon.
 class TickFollower {
  public:
   /// Starts after the current tick.

@@ -18,7 +18,7 @@ struct Target {
 
 enum class Depth : std::uint8_t { segment, segment_and_status };
 
-/// One thread. Tolerates a missing daemon and its restarts.
+/// For use by one thread. Tolerates a missing daemon and restarts of the daemon.
 class Observer {
  public:
   explicit Observer(Target target);
@@ -40,7 +40,7 @@ class Observer {
   void follow_trail(const odom_pose& pose, const odom_info& info);
 
   Target target_;
-  const bool follows_socket_;  // its status names the segment
+  const bool follows_socket_;  // the status from the socket names the segment
   State state_;
   std::optional<odom::Client> client_;
   std::int64_t trail_ns_ = 0;             // time of the newest pose in the trail

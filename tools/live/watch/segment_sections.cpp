@@ -227,7 +227,7 @@ Lines pose_section(const State& state, const Page& page) {
         block,
         draw_map(state.trail, pose, {columns, std::max(page.map_rows, block.size()), page.glyphs}),
         pose_columns);
-  } else if (page.columns >= 2 * (pose_columns - 4)) {  // halves without the blanks between
+  } else if (page.columns >= 2 * (pose_columns - 4)) {  // two halves, without blanks at the right
     const auto half = block.begin() + static_cast<std::ptrdiff_t>(block.size() / 2);
     block = side_by_side({block.begin(), half}, {half, block.end()}, page.columns / 2);
   }

@@ -53,13 +53,13 @@ struct State {
 
   std::string segment_name;        ///< as requested
   std::optional<Segment> segment;  ///< absent: never attached, or nothing published yet
-  std::string segment_problem;     ///< why it is absent; empty if the status is absent too
+  std::string segment_problem;     ///< why `segment` is absent; empty if `status` is absent too
   Trail trail;
 
   std::string socket;
   std::optional<Json> status;  ///< the newest document, absent while nobody answers
   std::optional<Json> before;  ///< one some seconds earlier, for rates
-  std::string status_problem;  ///< why it is absent
+  std::string status_problem;  ///< why `status` is absent
 
   std::uint64_t restarts = 0;  ///< times another daemon took over while we watched
 

@@ -61,7 +61,7 @@ extern "C" void give_terminal_back(int signal, siginfo_t* info, void* /*context*
   if (to_restore.armed != 0) {
     to_restore.armed = 0;
     if (::write(STDOUT_FILENO, leave_sequence.data(), leave_sequence.size()) < 0) {
-      // There is nobody left to report it to.
+      // Nobody is left to whom a failure could be reported.
     }
     if (to_restore.keyboard) ::tcsetattr(STDIN_FILENO, TCSANOW, &to_restore.settings);
   }
