@@ -38,8 +38,8 @@ cv::Point2d crossing(const std::vector<cv::Point2f>& corners) {
   return a + t * ac;
 }
 
-/// Finds the largest spot of a colour. If others are nearly as large, takes the one nearest to its
-/// last position.
+/// Finds the largest spot of a colour. If others are nearly as large, takes the one nearest to the
+/// last position found.
 class ColourFinder {
  public:
   explicit ColourFinder(const ColourRange& colour) : colour_(colour) {}

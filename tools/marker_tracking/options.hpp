@@ -34,7 +34,7 @@ void describe_track(Command command, TrackOptions& options);
 /// Checks the combination of options. Throws std::invalid_argument.
 void check(const TrackOptions& options);
 
-/// A marker's colour as "HUE,SATURATION,BRIGHTNESS[,TOLERANCE]": degrees, least per cents, degrees.
+/// A marker's colour: "HUE,SATURATION,BRIGHTNESS[,TOLERANCE]"; degrees, two minima in %, degrees.
 struct ColourRange {
   double hue = 0.0;         ///< 0 red, 120 green, 240 blue
   double saturation = 0.0;  ///< lower limit [0, 1]

@@ -34,8 +34,8 @@ void write_lens(const std::filesystem::path& file, const Lens& lens);
 class GroundView {
  public:
   /// Fits the view to four or more points with pixels and positions on the ground. `height` of the
-  /// markers above the ground needs the lens. Throws std::invalid_argument if the points do not fit
-  /// the picture: in a line, mirrored.
+  /// markers above the ground has no effect without a lens. Throws std::invalid_argument if the
+  /// points do not fit the picture: in a line, mirrored.
   GroundView(std::span<const GroundPoint> points, const std::optional<Lens>& lens, double height);
 
   [[nodiscard]] cv::Point2d at(const cv::Point2d& pixel) const;
