@@ -24,7 +24,7 @@ std::optional<fs::path> file_in(const fs::path& folder, const char* name) {
   return fs::exists(file, ignored) ? std::optional(file) : std::nullopt;
 }
 
-/// "lap" for "drives/lap/", and for "." in it.
+/// "lap" for "drives/lap/", and for "." in that folder.
 std::string name_of(const fs::path& folder) {
   std::error_code failed;
   const fs::path whole = fs::canonical(folder, failed);

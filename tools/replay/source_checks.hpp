@@ -18,7 +18,7 @@ namespace odomd::tools {
 /// if it was inconsistent with the filter; one per flag that lasted a second or more (a tenth of a
 /// shorter drive): out of range, NaN or infinite, frozen, contradicting the others, failing its
 /// protection; one if over a tenth of its samples was not used, or it was silent for over a tenth
-/// of the time; and one if over a tenth was gated. A camera with wrong units gets only that one.
+/// of the time; one if over a tenth was gated. A camera in other units: only the one about units.
 [[nodiscard]] diagnostics::Diagnostics check_sources(const can::Decoder& decoder,
                                                      const ReplaySummary& summary);
 
