@@ -62,7 +62,7 @@ ordered_json sources_json(const tools::StatusValue& status) {
   return rows;
 }
 
-// The status has the camera's innovation, not its pose: adds the estimate of that time.
+// The status has the camera's innovation, not its pose: adds the estimated pose at the same time.
 ordered_json camera_json(watch::Observer& observer) {
   const tools::StatusValue camera = observer.state().reported()["sources"].named("camera");
   const double age_s = camera["age_s"].value(1.0);

@@ -81,7 +81,7 @@ class Connection final : public httplib::Stream {
 };
 
 /// The accepted Host headers: an address, localhost, or this machine's name. If the name of another
-/// site resolves to this machine, requests of its pages have that name there.
+/// site resolves to this machine, requests of its pages have that name in the header.
 std::string own_hosts() {
   std::array<char, 256> name{};
   ::gethostname(name.data(), name.size() - 1);
