@@ -26,7 +26,7 @@ cmake --preset release "${tests[@]}" >build/logs/configure-release.log 2>&1 || {
 cmake --build --preset release -j "$(nproc)" --target odomd odom
 PATH=$PWD/build/release/bin:$PATH
 
-# Sockets and segment are this run's own: it disturbs no daemon, and leaves nothing behind.
+# This run has its own sockets and segment: it disturbs no daemon, and leaves nothing behind.
 run=$(mktemp -d "${TMPDIR:-/tmp}/odomd-demo.XXXXXX")
 out=$PWD/build/demo
 shm=/odomd-demo-$$

@@ -2,7 +2,7 @@
 # Installs the Debian packages that odomd needs: dependencies.sh build | test | campaign | bench |
 # aarch64 | release
 #
-#   build     what compiles and installs the programs, but for odom-track (libopencv-dev) and
+#   build     what compiles and installs the programs, except odom-track (libopencv-dev) and
 #             odom-fit (libceres-dev)
 #   test      build, and what the test command needs (GoogleTest, can-utils, the lab's machine)
 #   campaign  test, and what the longer work needs (clang, clang-tidy)
@@ -60,7 +60,7 @@ fi
 
 echo "installing$missing"
 export DEBIAN_FRONTEND=noninteractive
-# A mirror that is out of reach must not stop what the lists at hand already allow.
+# If the mirror is out of reach, the package lists at hand may suffice.
 $as_root apt-get -q update || echo "dependencies.sh: apt-get update failed, going on" >&2
 $as_root env DEBIAN_FRONTEND=noninteractive \
   apt-get -q install -y --no-install-recommends $missing </dev/null || {

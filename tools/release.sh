@@ -111,8 +111,8 @@ end
 mkdir "$source"
 cp "$new"/* "$source"
 
-# What mmdebstrap calls with its root directory. A mount ends with the namespace of this process, so nothing removes the
-# cache through it.
+# mmdebstrap calls this script with its root directory. The mount of the cache ends with the script's namespace, so
+# removing the root directory does not empty the cache.
 cat >"$work/compile" <<'end'
 #!/bin/bash
 set -e
@@ -121,7 +121,7 @@ chroot "$1" sh /build/build.sh
 end
 chmod +x "$work/compile"
 
-# build ARCH: the packages, in a Debian of their own. The first of them also has those for all architectures.
+# build ARCH: builds the packages in a fresh Debian; for the first of the architectures, also those for all of them.
 build() {
   local cross= include=(${ODOMD_CCACHE:+--include=ccache})
   [ "$1" = "$native" ] || { cross="-a $1" && include+=("--include=crossbuild-essential-$1"); }
@@ -155,7 +155,7 @@ say "Python wheel"
 say "apt repository"
 index "$new"
 
-# Of an earlier release only what it lists is removed.
+# Removes only those files of an earlier release that its SHA256SUMS lists.
 if [ -f "$out/SHA256SUMS" ]; then
   (cd "$out" && sed 's/^[^ ]*  //' SHA256SUMS | xargs -d '\n' rm -f -- SHA256SUMS)
 fi
