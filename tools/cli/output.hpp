@@ -65,7 +65,7 @@ void draw(std::string_view text);
 
 /// Blocks INT and TERM while it lives, and for good after the first signal: timeout(1) sends two,
 /// and the second must not interrupt the shutdown. Threads that start meanwhile inherit the block.
-/// The signal stays pending, so that write_all() sees it while it waits for a reader. One thread.
+/// The signal stays pending, so that write_all() sees it while it waits. For use by one thread.
 class Interrupt {
  public:
   Interrupt();

@@ -27,7 +27,7 @@ struct Link {
   std::optional<can::Controller> controller;  ///< none: a virtual interface
 };
 
-/// Nothing if there is no such interface. One thread at a time (can::read_controller()).
+/// Nothing if there is no such interface. For one thread at a time, like can::read_controller().
 [[nodiscard]] std::optional<Link> read_link(const std::string& interface);
 
 /// CAN FD if a mapped message is sent in this format.

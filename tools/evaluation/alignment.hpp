@@ -72,7 +72,7 @@ struct PoseError {
 /// A PoseError along and across the reference's heading, with its standard deviations.
 struct DrivenError {
   double along = 0.0;  ///< ahead of the reference [m]
-  double cross = 0.0;  ///< to the left of it [m]
+  double cross = 0.0;  ///< to the left of the reference [m]
   double yaw = 0.0;    ///< [rad]
   double sigma_along = 0.0;
   double sigma_cross = 0.0;

@@ -50,7 +50,7 @@ struct Judging {
   Frame frame = Frame::map;
   std::string from;  ///< a time in the files [s]; "+T": after the first row of the reference, or
                      ///< else of the estimate
-  std::string to;    ///< likewise; empty: all
+  std::string to;    ///< a time in the same form; empty: to the end
   std::optional<estimator::Pose2> lever_arm;
   bool fit_lever_arm = false;
   std::string baseline;  ///< short name; empty: kinematic or else the first estimate; without a

@@ -32,7 +32,7 @@ class StatusValue {
  public:
   StatusValue();  ///< nothing
   /// Rates are those between the documents; without an earlier document of the same daemon, those
-  /// since its start.
+  /// since the daemon's start.
   explicit StatusValue(const Json& now, const std::optional<Json>& before = std::nullopt);
 
   /// A member of an object: "pose", or "pose/x".

@@ -22,7 +22,7 @@ using estimator::SourceFlag;
 using estimator::Verdict;
 
 constexpr double long_flagged_s = 1.0;
-constexpr double long_part = 0.1;  // of a shorter drive
+constexpr double long_part = 0.1;  // share of a drive under 10 s
 constexpr std::uint64_t least_samples = 10;
 
 // Without slipping, which passes, and missing signals, which the mode shows.

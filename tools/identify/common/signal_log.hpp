@@ -96,7 +96,7 @@ struct SignalLog {
 /// A pose of the car as a camera or a reference sees it.
 struct PoseSample {
   double t = 0.0;                      ///< [s]
-  double x = 0.0, y = 0.0, yaw = 0.0;  ///< of the camera's point; yaw is unwrapped
+  double x = 0.0, y = 0.0, yaw = 0.0;  ///< of the point that it follows; yaw is unwrapped
   double sigma_x = 0.0, sigma_y = 0.0, sigma_yaw = 0.0;
 };
 

@@ -25,7 +25,7 @@ inline constexpr std::size_t kinds = yaw_kind + 1;
 struct Setup {
   const daemon::Config* config = nullptr;
   Numbers<double> nominal{};
-  double step = 10e-3;  ///< of integration [s]; like `knot` for a 1:10 car
+  double step = 10e-3;  ///< step of integration [s]; this and `knot` are for a 1:10 car
   double knot = 50e-3;  ///< between two knots of the acceleration [s]
   double window = 0.5;  ///< [s], a whole number of knots
   double floor_speed = 0.02;

@@ -26,7 +26,7 @@ using Covariances = Eigen::Array<double, lags, 1>;
 const Eigen::Matrix<double, lags, 2> design{{20.0, 70.0}, {-15.0, -56.0}, {6.0, 28.0}, {-1.0, -8.0},
                                             {0.0, 1.0},   {0.0, 0.0},     {0.0, 0.0}};
 
-/// The variances of both parts that fit the covariances best; neither is negative.
+/// The variances of the two parts for which the covariances fit best; neither is negative.
 Eigen::Vector2d explain(const Covariances& covariance) {
   const Eigen::Vector2d seen = design.transpose() * covariance.matrix();
   const Eigen::Matrix2d normal = design.transpose() * design;

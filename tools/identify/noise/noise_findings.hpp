@@ -19,7 +19,7 @@ namespace odomd::tools {
 struct InertialSource {
   estimator::Source source;
   const char* unit;
-  const char* walk_key;  ///< of its bias's walk
+  const char* walk_key;  ///< key of the walk of the sensor's bias
 };
 
 inline constexpr std::array<InertialSource, 3> inertial_sources{{

@@ -20,9 +20,9 @@ using diagnostics::found;
 using tools::kind;
 
 // Beyond these limits the circles and the given data contradict each other.
-constexpr double farthest_centre = 0.03;    // of the wheelbase
-constexpr double farthest_steering = 1.33;  // factor
-constexpr double gross_scale_error = 0.15;  // between film and accelerometer
+constexpr double farthest_centre = 0.03;    // shift of the centre of gravity / wheelbase
+constexpr double farthest_steering = 1.33;  // factor on the steering angle, or its inverse
+constexpr double gross_scale_error = 0.15;  // of the film against the accelerometer
 
 /// The log's lateral acceleration / the film's v_x ψ̇: shows a wrong scale of the film. Nothing if
 /// there is too little data.

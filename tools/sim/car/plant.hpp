@@ -38,7 +38,7 @@ struct Tyre {
 
 struct TyreForce {
   double x = 0.0;  ///< along the wheel [N]
-  double y = 0.0;  ///< to its left [N]
+  double y = 0.0;  ///< to the left of the wheel [N]
 };
 
 /// `slip_x` is κ (positive if the wheel drives), `slip_y` is tan α (positive if the force points to

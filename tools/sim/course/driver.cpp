@@ -10,7 +10,7 @@ namespace odomd::sim {
 namespace {
 
 constexpr double sideslip_gain = 5.0, yaw_gain = 25.0;  // [1/s]
-constexpr double throttle_gain = 0.7;                   // of the mass [1/s]
+constexpr double throttle_gain = 0.7;                   // force / (mass · speed error) [1/s]
 constexpr double used_grip = 0.85;  // share of μ g for the centripetal acceleration
 
 /// Required tyre forces, in the car's axes [N].
