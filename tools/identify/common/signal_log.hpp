@@ -64,7 +64,7 @@ struct Series {
 struct SignalLog {
   std::string name;  ///< name of the file, or of the first of several
   std::array<Series, estimator::source_count> signals;
-  std::int64_t first_ns = 0;  ///< stamp of the first frame of any message
+  std::int64_t first_ns = 0;  ///< stamp of the log's first frame
   std::int64_t last_ns = 0;
   diagnostics::Diagnostics warnings;
   /// Why a message gave no value: "message 'IMU' (yaw_rate): no frame of it is in the log; ...".
@@ -96,7 +96,7 @@ struct SignalLog {
 /// A pose of the car as a camera or a reference sees it.
 struct PoseSample {
   double t = 0.0;                      ///< [s]
-  double x = 0.0, y = 0.0, yaw = 0.0;  ///< of the point that it follows; yaw is unwrapped
+  double x = 0.0, y = 0.0, yaw = 0.0;  ///< of the observed point of the car; yaw is unwrapped
   double sigma_x = 0.0, sigma_y = 0.0, sigma_yaw = 0.0;
 };
 

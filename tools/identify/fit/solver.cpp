@@ -104,7 +104,7 @@ struct WindowCost {
 struct Built {
   std::unique_ptr<ceres::Problem> problem;
   std::vector<double> p;          ///< the free parameters, the first of the problem's blocks
-  std::vector<int> cluster_rows;  ///< residuals per cluster: windows that count as one sample
+  std::vector<int> cluster_rows;  ///< residuals per cluster (windows that count as one), in order
 };
 
 /// The result refers to the setup and the chains.
