@@ -72,7 +72,7 @@ build 2>&1 | tee "$log"
 [ "${PIPESTATUS[0]}" = 0 ] || { echo "$(date -u +%F) aarch64: did not build"; exit 1; }
 rm -f "$failures" "$junit"
 # Some tests need a daemon that keeps real time, which may fail under a loaded emulator: repeat them
-# once.
+# up to twice.
 ctest --test-dir "$root/tree" --progress --output-on-failure --output-junit "$junit" -j "$(nproc)" \
   --repeat until-pass:3 2>&1 | tee -a "$log"
 

@@ -2,9 +2,9 @@
 """How good the filter is on a plant that is not its own model: every bar, over many drives of odom sim.
 
 Each course (scenario, speed, errors, camera) is driven with the seeds 1 to N, replayed through the models
-and evaluated against the truth. Standard output is a table in Markdown, a row a bar; a folder gets it with
-charts. Where ODOMD_DRIVES names folders of recorded drives, and no bar is asked for by name, the tables of those
-for training follow. Exit status 1 where a bar is missed or the work failed, 2 on wrong usage.
+and evaluated against the truth. Standard output is a table in Markdown, a row per bar; --out's folder gets it
+too, with charts. If ODOMD_DRIVES names folders of recorded drives, and no bar is asked for by name, the tables
+of the training drives follow. Exit status 1 if a bar is missed or the work failed, 2 on wrong usage.
 """
 
 import os

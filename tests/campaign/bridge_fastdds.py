@@ -4,8 +4,8 @@
     python3 tests/campaign/bridge_fastdds.py [--bin build/release/bin] [--seconds 10]
 
 odomd plays a simulated lap, odom bridge publishes every second tick by DDS and as JSON over UDP. A reader on Fast DDS
-(libfastrtps-dev; compiled here) takes the topics with a node's quality of service. Every message is decoded by the
-definitions of nav_msgs/Odometry and tf2_msgs/TFMessage and held against the datagram with its stamp, number by number.
+(libfastrtps-dev; compiled here) subscribes with a ROS 2 node's quality of service. Every message is decoded by the
+definitions of nav_msgs/Odometry and tf2_msgs/TFMessage and compared, number by number, with its stamp's datagram.
 """
 import argparse
 import json
@@ -26,7 +26,7 @@ Sample = dict[str, dict[str, float]]  # the checked part of a tick's JSON
 
 
 class Cdr:
-    """A little-endian CDR (XCDR1) of which the members are taken one after the other."""
+    """Reads a little-endian CDR (XCDR1), one member after the other."""
 
     def __init__(self, payload: bytes) -> None:
         if payload[:2] != b"\0\1":

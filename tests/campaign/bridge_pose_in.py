@@ -4,9 +4,9 @@
     python3 tests/campaign/bridge_pose_in.py [--bin build/release/bin]
 
 Two daemons play one simulated lap, with poses 30 to 120 ms late and out of order: one gets them by odom camera send, the
-other by odom bridge from a publisher on Fast DDS (libfastrtps-dev; compiled here), reliable or best effort. It adds to
-every fifth a bad copy 5 m beside it: another frame, stamp 0, a stamp ahead or of yesterday. Every bad one must be
-refused, every good one taken, and the position's rms be within 10 % of the other's, from 2 s on.
+other by odom bridge from a publisher on Fast DDS (libfastrtps-dev; compiled here), reliable or best effort. To every
+fifth pose the publisher adds a bad copy 5 m away: in another frame, or stamped 0, ahead of now or yesterday. Every bad
+copy must be refused, every good pose taken, and the position's rms be within 10 % of the other daemon's, from 2 s on.
 """
 import argparse
 import csv

@@ -1,4 +1,4 @@
-"""What the campaigns share: options of the command line, programs that are run, and many drives side by side."""
+"""What the campaigns share: options of the command line, running programs, and many drives in parallel."""
 
 import argparse
 import concurrent.futures
@@ -20,7 +20,7 @@ DEGREES = 180 / math.pi
 
 
 class Failed(Exception):
-    """A command that failed; in one line."""
+    """A failed command, described in one line."""
 
 
 def last_line(text: str) -> str:
@@ -42,7 +42,7 @@ def output(*command: object) -> str:
 
 @contextlib.contextmanager
 def named(what):
-    """A failure in it says what failed."""
+    """Puts `what` before the message of a failure inside."""
     try:
         yield
     except Failed as error:
@@ -50,7 +50,7 @@ def named(what):
 
 
 def side_by_side(jobs, measure, tasks):
-    """The results of `measure(*task)`, in the order of the tasks. Threads: programs do the work."""
+    """The results of `measure(*task)`, in the order of the tasks. Threads suffice: other programs do the work."""
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         started = [pool.submit(measure, *task) for task in tasks]
         try:
@@ -77,7 +77,7 @@ def each_drive(given, measure, tasks):
 
 
 def parser(doc, seeds=None, what="drives of each course", jobs=True, odom=True):
-    """For a campaign with this docstring."""
+    """A parser for a campaign with this docstring."""
     made = argparse.ArgumentParser(description=doc.splitlines()[0])
     if seeds:
         made.add_argument("--seeds", type=int, default=seeds, metavar="N", help=f"{what}; default: {seeds}")
@@ -97,7 +97,7 @@ def add_work(made):
 
 
 def add_bars(made, bars):
-    """For a campaign that holds a model to bars."""
+    """The options of a campaign that compares a model with bars."""
     made.add_argument("--only", action="append", choices=bars, metavar="BAR",
                       help=f"this bar; several times: these. One of {', '.join(bars)}")
     made.add_argument("--slack", type=float, default=1.0, metavar="X",
@@ -122,7 +122,7 @@ def require_program(made, program):
 
 def finish(name: str, begun: datetime.datetime, rows: list[Any], file: pathlib.Path | None,
            figures: dict[str, Any]) -> int:
-    """Writes the figures and the last line; the exit status: 1 if one of the rows, (bar, row), is not met."""
+    """Writes the figures and the last line. Returns 1 if one of the rows, (bar, row), is not met, otherwise 0."""
     if file:
         document = {**figures, "rows": [{"bar": bar, **vars(row)} for bar, row in rows]}
         file.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
@@ -131,7 +131,7 @@ def finish(name: str, begun: datetime.datetime, rows: list[Any], file: pathlib.P
 
 
 def last_words(name, begun, text, bad):
-    """The dated last line; the exit status."""
+    """Prints the dated last line; returns the exit status."""
     took = (datetime.datetime.now(datetime.timezone.utc) - begun).total_seconds()
     print(f"{begun:%F} {name}: {text}, in {took:.0f} s")
     return 1 if bad else 0
@@ -149,7 +149,7 @@ def table(rows):
 
 
 def main(campaign):
-    """Runs a campaign's main: its exit status, or 1 and a line where the work failed."""
+    """Runs a campaign and exits with its status, or with 1 and a line if the work failed."""
     try:
         sys.exit(campaign())
     except (Failed, OSError) as error:

@@ -4,15 +4,15 @@
   ODOMD_DRIVES=DIRECTORIES tests/campaign/drives.py --training [--check | --update]
   ODOMD_DRIVES=DIRECTORIES tests/campaign/drives.py --judge
 
-Numbers are tuned on simulated cars and on the training drives, and judged on the others, when a version is
-finished: so --training runs the training drives alone, as often as one likes, and --judge runs all and logs the look
-in docs/dev/judged.md: it appends a row and replaces the tables of the newest look. Training drives of which a part is
-for training are cut there. --check holds the figures against tests/data/drives/training.csv: exit status 1 where
-full is worse by more than 3 % in one of them, or another model is not what it was; --update writes that file.
+Numbers are tuned on simulated cars and on the training drives, and judged on the others when a version is finished.
+So --training runs the training drives alone, as often as one likes; --judge runs all drives and logs the look in
+docs/dev/judged.md: it appends a row and replaces the tables of the newest look. A drive with a part for training is
+cut after that part. --check compares the figures with tests/data/drives/training.csv: exit status 1 if full is worse
+by more than 3 % in one of them, or another model's have changed; --update writes that file.
 
-A drive's configuration is its own car.toml, else tests/data/drives/SET.toml; SET is how its folder begins. The
-reference's lever arm is that of [reference] there, else the camera's. Output is Markdown. Exit status 1 where a check
-or the work failed, 2 on wrong usage.
+A drive's configuration is its own car.toml, otherwise tests/data/drives/SET.toml, where SET begins the name of its
+folder. The reference's lever arm is that of [reference] there, otherwise the camera's. Output is Markdown. Exit status
+1 if a check or the work failed, 2 on wrong usage.
 """
 
 import os

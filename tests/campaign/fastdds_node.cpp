@@ -4,7 +4,7 @@
 // fastdds_node DOMAIN SECONDS: reads /odom and /tf and prints a line per sample: the topic and the
 // serialised payload in hexadecimal.
 // fastdds_node DOMAIN TOPIC TYPE reliable|best_effort: sends the lines of standard input, each with
-// the time to send on CLOCK_MONOTONIC [ns] and the payload.
+// its time of sending on CLOCK_MONOTONIC [ns] and the payload.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>

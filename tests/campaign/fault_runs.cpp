@@ -51,8 +51,8 @@ constexpr std::string_view tried =
     "gyro.one_sided,gyro.rounded,gyro.fading,gyro.frozen_without_camera,gyro.offset_with_steering,"
     "wheels.zero_with_frozen_camera,bus.sagging,camera.skewed,camera.mixed,camera.vague_offset";
 
-// Several faults at once, KIND:BEGIN:LENGTH:SIZE as in odom fault; begin is relative to that of the
-// run.
+// Several faults at once, KIND:BEGIN:LENGTH:SIZE as in odom fault; BEGIN counts from the begin of
+// the run's faults.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 6> composed{{
     {"gyro.fading",
      "gyro.scaled:0:20:0.93+gyro.scaled:4:16:0.93+gyro.scaled:8:12:0.93+gyro.scaled:12:8:0.93+"
@@ -107,7 +107,7 @@ class Report {
   Report(const Drive& drive, Camera camera, std::size_t first)
       : drive_(drive), camera_(camera), first_(first) {}
 
-  // `healthy`: the same ticks without the fault; empty if `run` is that drive.
+  // `healthy`: the same ticks of the drive without fault; empty if `run` is that drive itself.
   nlohmann::ordered_json of(const Run& run, std::span<const Tick> healthy) const {
     nlohmann::ordered_json json;
     const double period_s = static_cast<double>(drive_.config.realtime.period_ns) * 1e-9;

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Checks that the source flags show what fails, and nothing else: every scenario of odom sim, many seeds.
 
-Each drive is taken once as it is (no flag may be raised, but for slipping wheels on ice), and once for
-every sensor and way to fail, from a random time on: the flag of that source must be raised within 0.5 s of
-when the fault shows (within 3 periods where the values are no numbers or out of range), and no other
-source's before it. Standard output is a table in Markdown. Exit status 1 where a flag is missed, late or
-false, or the work failed; 2 on wrong usage.
+Each drive is replayed once as it is (no flag may be raised, except for slipping wheels on ice), and once for
+every sensor and kind of fault, from a random time on: the flag of that source must be raised within 0.5 s after
+the fault shows (within 3 periods if the values are not finite or out of range), and before any other source's.
+Standard output is a table in Markdown. Exit status 1 if a flag is missed, late or false, or the work failed; 2
+on wrong usage.
 """
 
 import collections
@@ -37,8 +37,8 @@ def arguments():
 
 
 def measure(build, scenario, seed):
-    """The output of source_faults for a drive: lines, the first for the drive without fault. With a camera in every
-    second drive."""
+    """The lines of source_faults for a drive, the first of them for the drive without fault. Every second drive
+    has a camera."""
     with tempfile.TemporaryDirectory(prefix="faults-") as scratch:
         folder = pathlib.Path(scratch) / "drive"
         common.run(build / "bin/odom", "sim", "--scenario", scenario, "--seed", seed, "--out", folder)
@@ -52,8 +52,8 @@ def raised(flags):
 
 
 def judge(fault, known):
-    """Delay of the flag in s, None where it is missed; and the flags of others that came before it.
-    `known` are the flags of the drive as it is, which count for nothing."""
+    """Delay of the flag in s, None if it is missed; and the flags of other sources that came before it. `known`
+    are the flags of the drive without fault, which do not count."""
     own = [t for t, source, _ in raised(fault["flags"]) if source == fault["source"] and t >= fault["begin"]]
     until = own[0] if own else float("inf")
     others = [flag for flag in raised(fault["flags"])

@@ -3,16 +3,16 @@
 
   ODOMD_DRIVES=DIRECTORIES tests/campaign/fit_drives.py [dart] [genesis]
 
-What is published of each car (mass, axles, inertia, stiffnesses, age of the gyro; its sensors as they are
-delivered) is fitted on one drive with the poses of its camera, as anybody would do it: what the fit writes is
-what is judged. Other drives (or the rest of it) are then replayed by dead reckoning and held against their
-references. Rows: as published; as published, but the reference's lever arm taken from the fit, so that the
-error of the point that is compared is out of it; by hand, which is tests/data/drives: the scales and offsets of
-the sensors by somebody who knew the references of all these drives; as fitted. The table is Markdown;
-docs/dev/results.md has the figures that matter. Exit status 1 where a fit does not lower the 35 ms error, the
-end error and the rms of the position against the published parameters on every drive.
+The published parameters of each car (mass, axles, inertia, stiffnesses, age of the gyro; the sensors as they are
+delivered) are the start of a fit on one drive with its camera's poses, as anybody would do it; what the fit writes
+is judged. Other drives (or the rest of that one) are then replayed by dead reckoning and compared with their
+references. Rows: as published; as published, but with the reference's lever arm from the fit, to exclude the error
+of the point that is compared; by hand, with tests/data/drives: the scales and offsets of the sensors by somebody
+who knew the references of all these drives; as fitted. The table is Markdown; docs/dev/results.md has the figures
+that matter. Exit status 1 if, on any drive, a fit does not lower the 35 ms error, the end error and the position's
+rms of the published parameters.
 
-ODOM=FILE: that program.
+ODOM=FILE: the odom program.
 """
 import datetime
 import os
@@ -38,7 +38,7 @@ CASES = [
 
 
 def as_delivered(by_hand: pathlib.Path, published: pathlib.Path) -> None:
-    """Without the scales and offsets of the sensors that measure motion."""
+    """Writes the configuration by hand without the scales and offsets of the sensors that measure motion."""
     lines = [re.sub(r", (scale|offset) = [-0-9.e]+", "", line)
              if re.match(r"(yaw_rate|accel_x|accel_y|wheel_rear)\s*=", line) else line
              for line in by_hand.read_text().splitlines()]

@@ -3,14 +3,14 @@
 
   tests/campaign/fit_laps.py [SEEDS]
 
-For each of the simulated cars (8) a configuration as scale, cords and film measure it: mass to 5 g, axles to
-0.5 mm, stiffnesses to 1.5 %, yaw inertia to 0.5 %, standard uncertainties, the sensors as their
-data sheets have them. The fit starts from it, knows these uncertainties, and is given one lap at 1.5 m/s with
-its camera. Other laps of the same car, at other speeds and with the biases of another start, are replayed by
-dead reckoning with both. The table is Markdown; docs/dev/results.md has the figures that matter. Exit
-status 1 where the fit does not lower the errors of each lap, as a geometric mean over the cars.
+Each of the simulated cars (8) has a configuration by hand, as measured with scale, cords and film: mass to 5 g,
+axles to 0.5 mm, stiffnesses to 1.5 %, yaw inertia to 0.5 % (standard uncertainties), the sensors as in their data
+sheets. The fit starts from it, knows these uncertainties, and gets one lap at 1.5 m/s with its camera. Other laps
+of the same car, at other speeds and with the biases of another start, are replayed by dead reckoning with both
+configurations. The table is Markdown; docs/dev/results.md has the figures that matter. Exit status 1 if the fit
+does not lower the errors of each lap, as a geometric mean over the cars.
 
-ODOM=FILE: that program.
+ODOM=FILE: the odom program.
 """
 import datetime
 import json

@@ -4,7 +4,7 @@
 Three cars of published data, and one of them on stiffer anti-roll bars, drive laps, a slalom, stop-and-go, a
 car park and hills, each course with N seeds of its own. They stand for 3 s first, and are replayed by dead
 reckoning through the judged and the reference model, and with the camera through the judged one. Standard
-output is a table in Markdown, a row a bar, and one of all courses. Exit status 1 where a bar is missed or
+output is a table in Markdown with a row per bar, and one of all courses. Exit status 1 if a bar is missed or
 the work failed, 2 on wrong usage.
 """
 

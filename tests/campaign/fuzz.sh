@@ -1,7 +1,7 @@
 #!/bin/bash
 # Runs every fuzzer (clang, libFuzzer, ASan and UBSan) for a time: fuzz.sh [SECONDS] [NAME...]
 #
-# SECONDS for each, default 600; NAME as in tests/fuzz, default all. What is found stays in
+# SECONDS for each, default 600; NAME as in tests/fuzz, default all. Findings stay in
 # build/fuzz/found/NAME, the growing corpus in build/fuzz/corpus/NAME. Ends with a dated summary line.
 set -uo pipefail
 cd "$(dirname "$0")/../.."

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """How accurate odom identify and its stated uncertainties are, on simulated cars that differ from its model.
 
-Each method measures a car a seed, whose true values are known. The true value must lie within the stated
-2 sigma for 35 to 40 of 40 seeds (and in that proportion of others), and 2 sigma must be small enough where
-there is a bar. Standard output is a table in Markdown. Exit status 1 where a bar is missed or the work
+Each method measures one car per seed; its true values are known. They must lie within the stated 2 sigma for
+35 of 40 seeds or more (or in that proportion of another number), and 2 sigma must be small enough where there
+is a bar. Standard output is a table in Markdown. Exit status 1 if a bar is missed or the work
 failed, 2 on wrong usage.
 """
 

@@ -5,8 +5,8 @@
   ODOMD_DRIVES=DIRECTORIES tests/campaign/init.py --training  recorded training drives
   ODOMD_DRIVES=DIRECTORIES tests/campaign/init.py --judged    the others; logs the look in docs/dev/judged.md
 
-By hand is what its owner knows before any identification: the signals with their signs, units and ratios, and what is
-published of the car (with the fitted stiffness of tyres where none is). Nothing else is fitted: no offset, latency,
+The one by hand has what the owner knows before any identification: the signals with their signs, units and ratios, and
+what is published of the car (with fitted tyre stiffnesses if none are). Nothing else is fitted: no offset, latency,
 sigma, or scale within 10 % of 1. For a simulated drive it is the car.toml of `odom sim`. Exit status 1 where an error
 with init's file is more than 10 % larger, or a role differs and is not marked as unsure.
 """

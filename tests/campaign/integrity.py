@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """Checks whether odomd ever publishes a wrong pose in silence: every kind of fault on simulated drives.
 
-Each drive is replayed as it is, and once for every kind of fault, with its camera and without. Silent is a
-pose that is off by more than five of its own standard deviations with no condition set, in a mode of a
-good pose; gross where it is off by more than 0.1 m or 0.1 rad, too. The bars, of each kind:
+Each drive is replayed as it is, and once for every kind of fault, with its camera and without. A pose is
+silent if it is off by more than five of its own standard deviations, with no condition set and in the mode of
+a good pose; and gross if it is also off by more than 0.1 m or 0.1 rad. The bars, for each kind:
 
   silent      without a camera silent for more than 0.5 s, with one gross for more than 0.5 s:
-              at most 2 % of the runs; of the drives as they are none
-  end error   at most 1.2 times that of the same drive without that source, and 5 cm: the median;
-              at most twice, and 5 cm: 95 % of the runs
+              in at most 2 % of the runs; without a fault in none
+  end error   at most 1.2 times that of the same drive without that source, plus 5 cm, in the median run;
+              at most twice, plus 5 cm, in 95 % of the runs
 
 Standard output is a table in Markdown. Exit status 1 where a bar is missed or the work failed, 2 on wrong
 usage.
@@ -42,8 +42,8 @@ MARKS = ("<!-- by tests/campaign/integrity.py --write: begin -->\n", "<!-- end -
 ALONE = ("a speed independent of the wheels; an accelerometer shows nothing at constant speed, and at walking pace its "
          "error is as large as the speed")
 CLOCK = "a second clock in the sensor"
-# Kinds that no sensor contradicts, and the redundancy that is missing: at most eight, for the
-# camera off and on. They are reported, but not compared with a bar.
+# Kinds that no sensor contradicts, and the missing redundancy: at most eight with the camera off (False), and
+# as many with it on. They are reported, but not compared with a bar.
 NOT_DETECTABLE: dict[bool, dict[str, str]] = {
     False: {
         "gyro.scaled": "a yaw rate within 30 % of the gyro's; on a full-size car, steering and lateral acceleration "
@@ -113,12 +113,12 @@ def measure(given, scenario, seed, wanted):
 
 
 def silence(one):
-    """The quantity of the bar [s]: without a camera every silence, with one the gross ones."""
+    """The time that the bar limits [s]: gross with a camera and a fault, otherwise silent."""
     return one["silent_gross_s"] if one["camera"] and one["kind"] != "none" else one["silent_s"]
 
 
 def ratio(one):
-    """End error by that without the source, less 5 cm of it; a millimetre is the least to divide by."""
+    """End error beyond 5 cm, divided by the end error without the source, which counts as a millimetre or more."""
     return max(0.0, one["end_m"] - SMALL) / max(one["left_out_m"], 1e-3)
 
 
@@ -173,7 +173,7 @@ def documented_row(title, found, ends):
 
 
 def documented_table(rows, ends):
-    """A row for each kind that was silent in a run, or may be, and one for all others of its part."""
+    """A row for each kind that was or may be silent in a run, and one for all other kinds of its part."""
     yield "| fault | reported [%] | after [s] | silent, longest | error [m] |" + ends * " end ratio |"
     yield "|---|--:|--:|--:|--:|" + ends * "--:|"
     for part in dict.fromkeys(row.kind.partition(".")[0] for row in rows):

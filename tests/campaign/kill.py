@@ -19,7 +19,7 @@ RESUMES_WITHIN_NS = 2_000_000_000  # docs/shm.md: an older pose is not resumed f
 
 
 def what_is_wrong(pose, before, info):
-    """Empty if the pose is consistent; `before` is of the same instance, or None."""
+    """The pose's inconsistency, or nothing. `before`: an earlier pose of the same instance, or None."""
     if pose.time_ns != info.first_tick_ns + pose.tick * info.period_ns:
         return "it is not on the grid of its instance"
     if before is not None and pose.tick < before.tick:
@@ -63,7 +63,7 @@ def start(binaries, directory, log):
 
 
 def first_pose_after(client, instance):
-    """Of an instance that is not `instance`."""
+    """The first pose, with its info, of another instance than `instance`."""
     end = time.monotonic() + WAIT_S
     while time.monotonic() < end:
         try:

@@ -3,7 +3,7 @@
 # 20 to 70 ms of a drive, again and again, while three readers follow the pose. Asserts that readers
 # see only whole poses (on the grid of their instance, ticks that rise, finite, variances that are
 # not negative), that each attaches to every successor or a later one, and that every successor
-# resumes from its predecessor, if that is younger than 2 s. Ends with a dated summary line.
+# resumes from its predecessor's pose if that is younger than 2 s. Ends with a dated summary line.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 kills=${1:-10000}

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The log of looks at the judged drives, by made-up results: a row is appended, the tables are replaced."""
+"""The log of looks at the judged drives, with made-up results: a row is appended, the tables are replaced."""
 
 import contextlib
 import io

@@ -28,7 +28,7 @@ AREAS = {"can_protocol": "can_protocol/", "shm_api": "shm_api/", "configuration"
 
 
 def choose(area, seed, count):
-    """In the order of a digest of each mutant: a change elsewhere in the tree leaves the choice as it is."""
+    """Mutants in the order of their digests, so that a change elsewhere in the tree does not change the choice."""
     found = [mutant for name in tree.files(AREAS[area] + "*") if name.endswith((".cpp", ".c"))
              for mutant in places.Source(name, (common.ROOT / name).read_text(encoding="utf-8")).mutants()]
     found.sort(key=lambda mutant: hashlib.sha256(f"{seed} {mutant.key}".encode()).digest())

@@ -2,9 +2,9 @@
 """The paper's story on simulated cars: weigh, swing, film circles, measure the noise, and drive a lap.
 
 Every method takes the results of those before it from the configuration that they share. Each stated 2 sigma
-must hold the simulator's truth on 90 % of the cars, and the paper's claims on its lap must hold on their mean:
-a lap whose gyro has been set to zero at rest, as the author's is. docs/dev/results.md's table of errors by speed must
-be what its commands give. Prints tables in Markdown. Exit status 1 where a bar is missed or the work failed,
+must contain the simulator's truth on 90 % of the cars. The paper's claims on its lap must hold for the cars'
+mean, with the gyro set to zero at rest, as the author's is. The table of errors by speed in docs/dev/results.md must
+be what its commands give. Prints tables in Markdown. Exit status 1 if a bar is missed or the work failed,
 2 on wrong usage.
 """
 
@@ -36,7 +36,7 @@ SPEEDS = {"small car": [0.6, 1, 1.5, 2], "saloon": [5, 10, 15, 20]}
 
 
 def identified(odom, work, seed):
-    """The chain. Returns the configuration, and a sample per value."""
+    """Runs the chain of methods. Returns the configuration, and a sample per value."""
     def sim(name, *options):
         output(odom, "sim", *options, "--force", "--seed", seed, "--out", work / name)
         return json.loads((work / name / "plant.json").read_text())
@@ -73,7 +73,7 @@ def identified(odom, work, seed):
 
 
 def lap_of(odom, work, options, configuration=()):
-    """The magnitudes of FIGURES of each model on the lap, by its name."""
+    """The magnitudes of FIGURES on the lap, by model."""
     output(odom, "sim", "--laps", 1, *options, "--force", "--out", work / "lap")
     models = [option for model in MODELS for option in ("--model", model)]
     said = json.loads(output(odom, "evaluate", "--json", "--dead-reckoning", *configuration,
@@ -83,7 +83,7 @@ def lap_of(odom, work, options, configuration=()):
 
 
 def errors_by_speed(odom):
-    """The rows of docs/dev/results.md's table of them: a name, and pairs of what is printed and what it is."""
+    """The rows of that table in docs/dev/results.md: a name, and pairs (printed figure, computed figure)."""
     text = (ROOT / "docs/dev/results.md").read_text().split("## The paper by speed")[1].split("\n## ")[0]
     car = "small car"
     for line in re.findall(r"^\| (?!\|)(.*) \|$", text, re.MULTILINE):
@@ -102,7 +102,7 @@ def errors_by_speed(odom):
 
 
 def printed_right(printed, found):
-    """Within a unit of the last digit, and 2 % for another machine's rounding."""
+    """Whether they agree to a unit of the last digit, plus 2 % for another machine's rounding."""
     decimals = len(printed.partition(".")[2])
     return abs(float(printed) - found) <= 10 ** -decimals + 0.02 * found
 

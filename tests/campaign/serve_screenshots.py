@@ -1,7 +1,7 @@
 """Screenshots of odom serve's page in Chromium, without a window: serve_screenshots.py URL FOLDER
 
-One picture of the whole page for each of 1280 and 390 pixels, light and dark. Fails if the page is wider than the
-window, if its script fails, and if car and sources are not there at once."""
+One picture of the whole page, light and dark, for each width of 1280 and 390 pixels. Fails if the page is wider than
+the window, if its script fails, or if car and sources are not shown at once."""
 import base64
 import json
 import pathlib

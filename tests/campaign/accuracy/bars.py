@@ -1,7 +1,7 @@
 """The bars that a model is held to, each a function that reads the results of its courses.
 
-A figure is taken of every drive; what is held against a bar is its median over the seeds, or what the
-row names. Ratios are those of two medians."""
+A figure is computed for every drive; its median over the seeds is compared with a bar, unless the row
+names another statistic. A ratio is that of two medians."""
 
 import dataclasses
 import math
@@ -23,8 +23,8 @@ class Row:
 
 
 class Results:
-    """What the drives gave, by course; the models in question; the speeds of the laps; and how much wider
-    than they are the bars are taken (for a few seeds, whose medians spread)."""
+    """The drives' results, by course; the model to judge, and those to compare with; the speeds of the laps;
+    and the factor `slack` that widens the bars (for few seeds, whose medians spread more)."""
 
     def __init__(self, drives, judged, compared, speeds=courses.SPEEDS, slack=1.0):
         self.judged, self.compared, self.speeds, self.slack = judged, compared, speeds, slack
@@ -42,7 +42,7 @@ class Results:
         return [f"{form}-{speed:g}" for speed in self.speeds]
 
     def figures(self, course, view, figure, model=None):
-        """Of every seed; infinite where a pose was not finite."""
+        """The figure for every seed; infinite where a pose was not finite."""
         found = (drive["views"][view][model or self.judged] for drive in self.by_course[course])
         return [math.inf if found_one is None else figure(found_one) for found_one in found]
 
@@ -100,7 +100,7 @@ def ratio(value, other):
 
 
 def compare_with_paper(results, course, view, figure, limit, unit, what, at_most=None):
-    """The median is at most a fraction (n, d) of that of the paper's filter, and at most a limit."""
+    """Requires a median of at most n/d (`limit`) of that of the paper's filter, and of at most `at_most`."""
     values = results.figures(course, view, figure)
     paper = results.figures(course, view, figure, "paper")
     median = statistics.median(values)
@@ -206,7 +206,7 @@ def nis_of_laps(results):
 
 
 def innovations(results, source, measured):
-    """Over all samples of all drives; NIS by its expectation, the dimension of the measurement."""
+    """Over all samples of all drives: NIS divided by its expectation, the dimension of the measurement."""
     measured = [one for one in measured if one["count"] > 0]
     count = sum(one["count"] for one in measured)
     if count:

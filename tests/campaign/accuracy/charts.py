@@ -19,7 +19,7 @@ class Chart:
     title: str
     figure: object  # evaluation -> value to draw
     places: tuple  # (course, view)
-    limit: float | None = None  # largest value, in laps
+    limit: float | None = None  # largest value allowed on laps
 
 
 def laps(form, view):

@@ -1,4 +1,4 @@
-"""What is driven: scenarios of odom sim with their options, and what of each drive is evaluated."""
+"""The courses: scenarios of odom sim with their options, and the parts of each drive to evaluate."""
 
 import dataclasses
 
@@ -16,7 +16,7 @@ MANOEUVRES = ("stop-and-go", "slalom", "parking", "patch")
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """One evaluation of a drive: the options of odom evaluate. `metres` ends it so far after its begin."""
+    """One evaluation of a drive: the options of odom evaluate. `metres`: it ends this far after its begin."""
 
     align: str = "first"
     frame: str = "map"
@@ -51,7 +51,7 @@ def lost(name, speed, begin, **views):
 
 
 def shaken_lap(speed):
-    """For a minute after 3 s of standing, with a gyro whose scale is exact."""
+    """A lap of a minute after 3 s at rest, with a gyro whose scale is exact."""
     exact = ("--scenario", "lap", "--speed", f"{speed:g}", "--duration", "63", "--gyro-scale-error", "0")
     return Course(f"shaken-lap-{speed:g}", (*exact, *SHAKEN), {"whole": View()})
 

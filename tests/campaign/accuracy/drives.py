@@ -32,7 +32,7 @@ def replay(odom, course, model, folder, pose):
 
 
 def seconds_to_metres(truth, begin, metres):
-    """How long after the start of the drive the car is this far from where it was `begin` seconds after it."""
+    """Time after the start of the drive [s] at which the car has driven this many metres since `begin`."""
     first = before = None
     driven = 0.0
     with open(truth, newline="") as file:
@@ -80,13 +80,13 @@ def nanoseconds(stamp):
 
 
 def decimal(ns, like):
-    """With as many decimals as the stamp `like`."""
+    """`ns` in seconds, with as many decimals as the stamp `like`."""
     return f"{ns // 10**9}.{ns % 10**9:09d}"[: len(like)]
 
 
 def write_shifted(folder, shifted):
-    """The drive of a folder in another, with all stamps a microsecond later. Returns the ticks [ns] that a
-    frame or a camera pose comes too late for by that: what is known there is not what was."""
+    """Copies the drive of a folder to another, with all stamps a microsecond later. Returns the ticks [ns] that
+    a frame or camera pose now comes too late for: there the models know less than before the shift."""
     crossed = set()
 
     def later(stamp):
@@ -117,8 +117,8 @@ def read_poses(file):
 
 
 def shift_change(odom, course, model, folder, pose, shifted):
-    """The largest distance [m] of two poses of the same time when all stamps are a microsecond later: of the
-    ticks that know the same frames and camera poses, and of all."""
+    """The largest distance [m] between the poses of a tick with and without a shift of all stamps by a
+    microsecond: over the ticks that know the same frames and camera poses, and over all ticks."""
     crossed = write_shifted(folder, shifted)
     replay(odom, course, model, shifted, shifted / "pose.csv")
     here, there = read_poses(pose), read_poses(shifted / "pose.csv")
@@ -128,7 +128,7 @@ def shift_change(odom, course, model, folder, pose, shifted):
 
 
 def draw(odom, course, folder, poses, picture):
-    """The first view's trajectories; a model that is not finite has no picture."""
+    """The trajectories in the first view; no picture if a model's poses are not finite."""
     words = [word for file in poses.values() for word in ("--pose", file)]
     align = next(iter(course.views.values())).align
     try:
@@ -139,8 +139,8 @@ def draw(odom, course, folder, poses, picture):
 
 
 def measure(odom, course, seed, models, folder, scratch, picture=None):
-    """All that is to be said of a drive: by view and model what odom evaluate says, by model what the
-    replay reports, and what the shift of the stamps changes for the last of the models."""
+    """A drive's results: by view and model, those of odom evaluate; by model, those of the replay; and, if the
+    course asks for it, the effect of the shift of the stamps on the last model."""
     simulate(odom, course, seed, folder)
     poses = {model: scratch / f"{model}.csv" for model in models}
     result = {"course": course.name, "seed": seed}

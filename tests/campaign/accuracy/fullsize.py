@@ -1,7 +1,7 @@
 """The full-size cars of odom sim: what they drive, and the bars that a model is held to there.
 
-Ratios are those of a drive's figures, model by reference model; what is held against a bar is their
-geometric mean over cars, courses and seeds."""
+A ratio divides a drive's figure for the model by that for the reference model; the geometric mean of the
+ratios over cars, courses and seeds is compared with a bar."""
 
 import dataclasses
 import math
@@ -52,7 +52,7 @@ def all_courses():
 
 
 def seed_of(course, number):
-    """No two courses have the errors of their sensors in common."""
+    """A seed of its own for each course, so that no two courses share their sensors' errors."""
     return 1000 * [one.name for one in all_courses()].index(course.name) + number
 
 
@@ -89,7 +89,7 @@ class Results:
         self.measured, self.judged, self.reference, self.slack = measured, judged, reference, slack
 
     def of(self, *names):
-        """The drives of courses, by the name without the car."""
+        """The drives on these courses, which are named without the car."""
         return [one for one in self.measured if one["course"].split("-", 1)[1] in names]
 
     def by_course(self):
@@ -157,7 +157,7 @@ def nees(results):
 
 
 def nis(results):
-    """For every source over the seeds of a course; the worst course counts."""
+    """The mean NIS of every source over the seeds of a course; the worst course counts."""
     by_source = {}
     for course, found in results.by_course().items():
         for source in dict.fromkeys(name for one in found for name in one["innovations"]):

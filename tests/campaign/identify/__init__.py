@@ -1,4 +1,4 @@
 """The methods of odom identify on simulated cars: one module each, with run(seeds, work, odom) -> rows.
 
-`seeds` are the numbers to draw cars by, `work` is a folder of the module's own, `odom` the program.
+`seeds`: the random seeds of the cars; `work`: a folder for this module alone; `odom`: the program.
 """

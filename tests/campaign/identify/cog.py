@@ -1,4 +1,4 @@
-"""odom identify cog, with a car that is never quite level and a tape."""
+"""odom identify cog, with a tape measure and a car that is never quite level."""
 
 from .mass import weigh
 from .rows import each, findings, judge, sample

@@ -1,10 +1,10 @@
 """odom identify fit, on the drive that its help describes: odom sim --scenario exercise.
 
 The fit starts from what a person would know: mass to 5 g, axles to 0.5 mm; stiffnesses, inertia
-and sensors as configured. The truth of the yaw inertia is what turns with the car: the body's and
-what the wheels' spin adds, I (t / 2 r)^2 each, which a pendulum does not show. The truth of a
-latency is what the simulated bus does: a frame takes 0.25 ms and is stamped 0.05 ms later, a wheel's speed is
-the mean over a cycle of 10 ms before.
+and sensors as configured. The true yaw inertia is that of all that turns with the car: the body's, and
+I (t / 2 r)^2 for the spin of each wheel and motor, which a pendulum does not show. The true latency is
+that of the simulated bus: a frame takes 0.25 ms and is stamped 0.05 ms later, and a wheel's speed is
+the mean over the 10 ms before.
 """
 
 from common import output
@@ -17,7 +17,7 @@ FRAME = 0.3e-3
 
 
 def rows_of(truth):
-    """What is evaluated: the fit's name for it, its true value, and how it is printed."""
+    """The evaluated values: name in the fit, true value, and how judge() prints and compares them."""
     spin = (4 * WHEEL + 2 * MOTOR) * (TRACK / 2.0 / RADIUS) ** 2
     radius = 1.0 + truth["wheel_radius_error"]
     return [

@@ -1,5 +1,5 @@
-"""odom identify inertia, of a rigid body in space on two springy cords: by its gyro, and by stop-watch.
-The car is weighed before.
+"""odom identify inertia, on a rigid body in space on two springy cords: with its gyro, and with a stop-watch.
+The car is weighed first.
 """
 
 import json

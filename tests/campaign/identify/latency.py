@@ -1,10 +1,10 @@
-"""odom identify latency, of a car that drives slowly with stops and of one on fast laps, with a camera.
+"""odom identify latency, on a car that drives slowly with stops, and on one on fast laps, with a camera.
 
-Every signal is configured with an age drawn for the seed, which is wrong. The truth: a frame is stamped
-0.3 ms after its sample (0.25 ms on the wire, 0.05 ms of the kernel), a wheel's speed is a mean over the
-10 ms before, and the steering's command, renewed every 10 ms and held, is as old as it was when it was
-sampled, half a period off that. The bar holds for the drive that the guide asks for; the laps are what
-happens to who drives otherwise.
+Every signal is configured with a wrong age, drawn for the seed. The truth: a frame is stamped 0.3 ms after its
+sample (0.25 ms on the wire, 0.05 ms of the kernel); a wheel's speed is the mean over the 10 ms before; the
+steering's command is renewed every 10 ms and held, so that the wheels lag by half of that on average, less the
+command's age when it is sampled. The bar holds for the drive that the guide asks for; the laps show the
+results of another way to drive.
 """
 
 import json
@@ -37,7 +37,7 @@ def misconfigure(config, seed):
 
 
 def steering_lag(log, plant):
-    """From the stamps of the steering to the front wheels."""
+    """True lag of the front wheels behind the stamps of the steering [s]."""
     since = plant["start_time_ns"] * 1e-9
     ages = [(float(line[1:line.index(")")]) - since - ON_THE_WIRE) % RENEWED
             for line in log.read_text().splitlines() if STEERING_ID in line]

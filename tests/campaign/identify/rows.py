@@ -33,7 +33,7 @@ class Row:
     undetermined: int
     stated: float  # the largest stated 2 sigma, in unit
     error: float   # rms error, in unit
-    unit: str      # "%" of the value, or the value's own times scale
+    unit: str      # "%" of the value, or the unit that scale converts it to
     bar: float | None
 
     @property
@@ -43,7 +43,7 @@ class Row:
 
 
 def judge(what, samples, unit="%", scale=1.0, bar=None):
-    """A row of samples; None stands for a seed whose value the method found not determined."""
+    """A row of samples; None stands for a seed for which the method did not determine the value."""
     known = [sample for sample in samples if sample is not None]
 
     def shown(amount, sample):
@@ -64,14 +64,14 @@ def findings(odom, method, *arguments):
 
 
 def sample(truth, finding):
-    """A finding with the true value; None if the method found it not determined."""
+    """A finding with the true value; None if the method did not determine it."""
     if finding is None or not finding["determined"]:
         return None
     return Sample(truth, finding["value"], finding["sigma"])
 
 
 def measure_car(seed, folder):
-    """Writes mass and axles as a person measures them into car.toml; what plant.json holds."""
+    """Writes mass and axles, as a person would measure them, into car.toml; returns the contents of plant.json."""
     plant = json.loads((folder / "plant.json").read_text())
     chance = random.Random(seed)
     measured = {"mass": MASS * (1.0 + plant["truth"]["mass_error"]) + chance.gauss(0.0, SIGMA_MASS),

@@ -28,7 +28,7 @@ def measure(seed, folder):
 
 
 def begin_of_film(folder):
-    """When its first frame was taken, after the first frame of the log [s]."""
+    """Time of the film's first frame after the log's first frame [s]."""
     plant = json.loads((folder / "plant.json").read_text())
     with open(folder / "drive.log", encoding="ascii") as log:
         second, digits = log.readline().split(")")[0].lstrip("(").split(".")

@@ -1,4 +1,4 @@
-"""odom identify track and stiffness after it, of one film rendered of simulated circles.
+"""odom identify track, and then stiffness, on one rendered film of simulated circles.
 
 A perspective camera with a lens, a little askew, 25 frames a second of 1280 x 720, noise of 3 grey levels;
 ArUco markers of 10 cm on the car and of 22 cm on the ground. Needs odom-track. One seed: the film takes

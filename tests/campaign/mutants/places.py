@@ -1,7 +1,7 @@
-"""Small changes of C and C++ code, found by its tokens alone.
+"""Small changes of C and C++ code, found from its tokens alone.
 
 Each changes a place: a condition, the value of a declaration, or a statement. What is constant at compile time,
-templates, labels and the preprocessor are left alone. What does not compile shows when it is built.
+templates, labels and the preprocessor are left alone. A change that does not compile shows in the build.
 """
 
 import dataclasses
@@ -83,7 +83,7 @@ class Source:
         return self.partner.get(i, i) + step
 
     def condition(self, opens: int, inner: int) -> tuple[str, int, int] | None:
-        """What an if, while or for with this bracket asks, if the token belongs to it."""
+        """The condition of the if, while or for with this bracket, if the token belongs to it."""
         direct = [i for i in range(opens + 1, self.partner[opens]) if self.outer[i] == opens]
         ends = [opens, *(i for i in direct if self.text[i] == ";"), self.partner[opens]]
         part = 1 if self.text[opens - 1] == "for" else len(ends) - 2

@@ -33,7 +33,7 @@ def files(prefix):
 
 
 def rewritten(code, mutants):
-    """The code with the mutants, (mutant, number), as variants; the lines keep their numbers but for one more."""
+    """The code with the mutants, (mutant, number), as variants; each line moves down by one."""
     by_place = collections.defaultdict(list)
     for mutant, number in mutants:
         by_place[mutant.begin, mutant.end, mutant.form].append((number, mutant.after))
@@ -50,7 +50,7 @@ def rewritten(code, mutants):
 
 
 def copy(numbers):
-    """What stays the same keeps its time, and so is not built again."""
+    """Writes the tree with the mutants. Unchanged files keep their times, so that they are not built again."""
     by_file = collections.defaultdict(list)
     for mutant, number in numbers.items():
         by_file[mutant.file].append((mutant, number))

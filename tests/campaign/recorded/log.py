@@ -1,4 +1,4 @@
-"""docs/dev/judged.md: a row for every look at the judged drives, and the tables of the newest one of drives.py."""
+"""docs/dev/judged.md: a row for every look at the judged drives, and the tables of drives.py's newest look."""
 
 import datetime
 import pathlib
@@ -25,7 +25,7 @@ def commit() -> str:
 
 
 def headline(rows: list[Row]) -> str:
-    """Of the judged drives: median and worst error of dead reckoning, and how it compares."""
+    """Median and worst error of dead reckoning on the judged drives, and the summary of the ratios."""
     rows = [row for row in rows if row.part in JUDGED]
     found = []
     for name, column, unit, digits in COLUMNS:
@@ -39,7 +39,7 @@ def headline(rows: list[Row]) -> str:
 
 
 def add(page: pathlib.Path, looked_at: str, figures: str, newest: str = "") -> None:
-    """Append a look's row; replace the tables by newest, if it is given."""
+    """Append a look's row; if `newest` is given, replace the tables with it."""
     text = page.read_text(encoding="utf-8") if page.exists() else HEADER
     head, _, old = text.partition(NEWEST)
     stamp, at = f"{datetime.datetime.now(datetime.timezone.utc):%F %H:%M}", commit()

@@ -77,7 +77,7 @@ class Row(NamedTuple):
 
 
 def folder_of(drive: str) -> pathlib.Path:
-    """In one of the folders that ODOMD_DRIVES names."""
+    """The drive's folder, in one of those that ODOMD_DRIVES names."""
     listed = os.environ.get("ODOMD_DRIVES", "")
     places = [pathlib.Path(place).resolve() for place in listed.split(":") if place]
     for place in places:
@@ -99,7 +99,7 @@ class Chosen(NamedTuple):
 
 
 def choose(doc: str, seeds: int, judged: list[Part]) -> Chosen:
-    """By the command line of a campaign with this docstring."""
+    """From the command line of a campaign with this docstring."""
     parser = common.parser(doc, seeds, "simulated drives per course", jobs=False)
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--training", action="store_true", help="the recorded training drives")
@@ -132,7 +132,7 @@ def first_pose(truth: pathlib.Path) -> str:
 
 
 def stopped_after(poses: pathlib.Path) -> str:
-    """When the model left its domain, as the paper's does in reverse."""
+    """When the model left its domain, as the paper's does in reverse; empty if it did not."""
     with poses.open() as file:
         begin = None
         for row in csv.DictReader(file):
@@ -164,7 +164,7 @@ def dead_reckoning(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Pat
 
 
 class Replays(NamedTuple):
-    """Of one drive through one model: by dead reckoning, and with the camera."""
+    """The pose files of one drive through one model: by dead reckoning, and with the camera."""
 
     alone: pathlib.Path
     with_camera: pathlib.Path | None
@@ -205,7 +205,7 @@ def rows_of(odom: pathlib.Path, folder: pathlib.Path, model: str, parts: list[Pa
 
 
 def measure(odom: pathlib.Path, parts: list[Part], models: list[str], jobs: int) -> list[Row]:
-    """In the order of the parts, then of the models. A drive is replayed once, whatever its parts."""
+    """The rows in the order of the parts, then of the models. Each model replays a drive once, for all its parts."""
     of_drive: dict[str, list[Part]] = {}
     for part in parts:
         of_drive.setdefault(part.drive, []).append(part)

@@ -42,7 +42,7 @@ def geometric_mean(values: list[float]) -> float:
 
 
 def summary(rows: list[Row]) -> Iterator[str]:
-    """Of the ratios; nothing if there are none."""
+    """A summary of the ratios; nothing if there are none."""
     every = [(part, cell, ratio) for part, cells in ratios(rows).items() for cell, ratio in cells.items()]
     if not every:
         return
@@ -70,7 +70,7 @@ def comparison(rows: list[Row]) -> Iterator[str]:
 
 
 def section(title: str, rows: list[Row], verdict: bool) -> Iterator[str]:
-    """Of a group of drives: the errors and the comparison."""
+    """The errors and the comparison of a group of drives."""
     if not rows:
         return
     yield f"### {title}"

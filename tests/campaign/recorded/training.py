@@ -42,7 +42,7 @@ def badness(column: str, value: float) -> float:
 
 
 def complaints(rows: list[Row], tolerance: float = TOLERANCE, file: pathlib.Path = FILE) -> Iterator[str]:
-    """Figures worse than in the file for the judged model; different ones for the others."""
+    """Figures of the judged model that are worse than in the file, and changed figures of the others."""
     known = read(file)
     for row in rows:
         old = known.get((row.part.name, row.model))
