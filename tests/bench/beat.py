@@ -5,14 +5,14 @@
 
 A run is two halves of S seconds. In the first, a real odomd plays a drive's log in real time with its
 beat pinned to one CPU, and `cyclictest -m -i 5000` of the same priority runs pinned to another at
-the same time; in the second the CPUs are swapped. Percentiles of a run are over both halves, so
-that a CPU that the host treats worse counts for both alike; the ratio is taken in each run.
+the same time; in the second the CPUs are swapped. A run's percentiles cover both halves, so that a
+CPU that the host slows down affects both programs alike. Ratios are computed for each run.
 
-Then odomd plays the same drive sixteen times as fast, 8,000 frames/s, all of them its own: every
-frame is decoded, checked and fused.
+Then odomd plays the same drive sixteen times as fast: 8,000 frames/s, all of mapped messages, so that
+every frame is decoded, checked and fused.
 
-odomd's samples are those that it publishes with every tick (all of them, out of its history).
-Both programs sleep to absolute times of CLOCK_MONOTONIC and both hold the CPUs awake by
+odomd publishes a sample with every tick; all of them are read from its history.
+Both programs sleep until absolute times of CLOCK_MONOTONIC and keep the CPUs awake with
 /dev/cpu_dma_latency. cyclictest rounds down to whole microseconds; odomd's samples are rounded down
 here too.
 
@@ -39,7 +39,7 @@ NOT_REALTIME = 1  # ODOM_COND_NOT_REALTIME
 
 
 def percentile(counts, fraction):
-    """Nearest rank, of a histogram {value: count}."""
+    """Percentile by nearest rank, of a histogram {value: count}."""
     rank = math.ceil(fraction * sum(counts.values()))
     for value in sorted(counts):
         rank -= counts[value]
@@ -111,12 +111,12 @@ class Daemon:
 
 
 def executions(ticks):
-    """Of each tick in µs; a tick's time is published with the next."""
+    """Histogram of the ticks' execution times [µs]; a tick's time is published with the next tick."""
     return collections.Counter(round(tick["execution_of_last_ns"] / 1000, 1) for tick in ticks[1:])
 
 
 def first_pose_ms(ticks, exec_ns):
-    """From exec until the first pose with a mode better than `initialising` lies there to be read."""
+    """Time [ms] from exec until a pose with a mode other than `initialising` can be read."""
     first = next(i for i, tick in enumerate(ticks) if tick["mode"] != 0)
     woke_ns = ticks[first]["time_ns"] + ticks[first]["wakeup_latency_ns"]
     return (woke_ns + ticks[first + 1]["execution_of_last_ns"] - exec_ns) / 1e6

@@ -3,9 +3,9 @@
 //
 // The sample is odomd's output of a tick: odom_pose and odom_details. A take gives a pointer into
 // shared memory; the reader reads three doubles there and releases the chunk, the least that a
-// reader can do, while odom_latest, next to it in the table, copies the whole pose. For its higher
-// cost iceoryx does more than a slot of odomd: it queues samples, separately for each subscriber,
-// and never overwrites a sample that is in use.
+// reader can do, while odom_latest, next to it in the table, copies the whole pose. iceoryx costs
+// more because it queues samples, separately for each subscriber, and never overwrites a sample in
+// use.
 #include <benchmark/benchmark.h>
 
 #include <chrono>

@@ -26,7 +26,7 @@ struct Stage {
   Stage() {
     publish_patterned(writer, 1, 1);
     client = open_client(path);
-    // Keeps the writer fresh throughout the benchmark, which has no heartbeat.
+    // Makes the writer fresh at the start of the benchmark; read_hot() renews the heartbeat.
     writer.set_heartbeat(now_ns());
   }
 };
@@ -71,7 +71,7 @@ void copy_memcpy(benchmark::State& state) {
 }
 BENCHMARK(copy_memcpy);
 
-// Renews the heartbeat from time to time, like a daemon, so that the reads are of a live one.
+// Renews the heartbeat from time to time, so that the reads are those of a live daemon.
 template <class Read>
 void read_hot(benchmark::State& state, Stage& stage, const Read& read) {
   std::uint64_t reads = 0;

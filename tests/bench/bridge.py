@@ -3,10 +3,10 @@
 
     bridge.py --bin DIRECTORY [--runs N] [--seconds S]
 
-A run is two halves of S seconds: odomd plays a simulated lap in real time, alone, and together with an odom
-bridge that sends every tick by DDS (over the loopback) and by UDP, where nobody listens. Which comes
-first alternates. The beat's percentiles are those of odomd's own status. Needs root, or the limits
-for SCHED_FIFO; wants a quiet machine. Prints Markdown.
+A run is two halves of S seconds, in alternating order: odomd plays a simulated lap in real time, in one half
+alone, in the other together with an odom bridge that sends every tick by DDS (over the loopback) and by UDP,
+where nobody listens. The beat's percentiles are those of odomd's own status. Needs root, or limits that permit
+SCHED_FIFO, and a quiet machine. Prints Markdown.
 """
 
 import argparse
@@ -35,7 +35,7 @@ def wait_for(path):
 
 
 def half(args, work, with_bridge):
-    """The beat's figures, and the bridge's share of a CPU and summary."""
+    """The beat's figures; the bridge's share of a CPU, and its summary."""
     segment, status = work / "pose", work / "status.sock"
     command = [args.bin / "odomd", "--config", work / "drive/car.toml", "--can", work / "drive/drive.log"]
     command += ["--initial", "0,0,0", "--shm", segment, "--status-socket", status]

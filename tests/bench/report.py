@@ -20,7 +20,7 @@ class Report:
         self.rows = []
 
     def row(self, what, value, unit, peer=None, peer_value=None, ratio=None, bar=None):
-        """`ratio` is value by peer_value unless it is given. `bar` is a figure of BARS and its limit."""
+        """`ratio` defaults to value / peer_value. `bar` is a key of BARS and the limit."""
         if ratio is None and peer_value is not None:
             ratio = value / peer_value
         row = {"what": what, "value": value, "unit": unit, "peer": peer, "peer_value": peer_value}
@@ -51,7 +51,7 @@ BARS = {
 
 
 def number(value):
-    """Three digits."""
+    """About three significant digits."""
     if value >= 100 or value == round(value):
         return f"{value:,.0f}"
     return f"{value:.1f}" if value >= 10 else f"{value:.2f}"
@@ -78,7 +78,7 @@ class Benchmarks:
         return self.medians[name]["cpu_time"]
 
     def counter_ns(self, name, counter="p50_ns"):
-        """A median that the benchmark has taken itself."""
+        """A median that the benchmark itself has computed."""
         return self.medians[name][counter]
 
     def fresh_ns(self, name):

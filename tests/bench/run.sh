@@ -2,10 +2,10 @@
 # All benchmarks, one table: bash tests/bench/run.sh [--quick] [--json FILE]
 #
 #   --quick      one short run, to see that it works; its figures are not valid
-#   --json FILE  the table and the runs behind it
+#   --json FILE  write the table and the runs behind it
 #
 # Installs what it needs (Debian), builds, measures for about five minutes and prints Markdown.
-# Needs a quiet machine and, for SCHED_FIFO, root or its limits. The heads of beat.py and of each
+# Needs a quiet machine, and root or limits that permit SCHED_FIFO. The heads of beat.py and of each
 # bench_*.cpp explain the measurements; docs/dev/results.md has figures.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
