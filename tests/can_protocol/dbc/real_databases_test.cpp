@@ -1,5 +1,5 @@
-// Six databases of real cars, compared with an independent decoder: layouts and all its decoded
-// payloads.
+// Six databases of real cars, compared with an independent decoder: the layouts, and all payloads
+// that it decoded.
 #include <nlohmann/json.hpp>
 #include <set>
 

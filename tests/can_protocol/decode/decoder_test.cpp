@@ -340,8 +340,8 @@ TEST(Decoder, BelievesNothingOfAMessageWhoseChecksKeepFailing) {
   };
   for (int i = 0; i < 20; ++i) EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::decoded);
 
-  // After a few failures the message is trusted from the second good frame on; after many it is not
-  // yet.
+  // After a few failures the message is trusted from the second good frame on; after many, only
+  // later.
   for (int i = 0; i < E2eTrust::max_failed / 2; ++i)
     EXPECT_EQ(rig.decode(broken()), FrameVerdict::failed_crc);
   EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::distrusted);

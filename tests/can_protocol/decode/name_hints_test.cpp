@@ -78,7 +78,7 @@ TEST(NameHints, GoByTheMessageWhereTheSignalHasNoWordOfTheRole) {
 }
 
 TEST(NameHints, NameNoSignalThatOnlySharesAUnitOrAWord) {
-  // The car has a speed, but no name of a motor; a yaw angle, but in another unit.
+  // The databases have a speed, but no name of a motor; and a yaw angle, but in another unit.
   EXPECT_THAT(for_message(binding("motor", "Inverter", "Speed", Unit::rpm)),
               Not(HasSubstr("ROLL_RATE")));
   EXPECT_THAT(for_message(binding("heading", "Compass", "Yaw", Unit::m_per_s)),

@@ -74,7 +74,7 @@ TEST(RealTraffic, DecodesExactlyAsAnIndependentToolDoes) {
     ++frames;
     std::array<Sample, max_samples_per_frame> samples;
     const DecodeResult result = decoder.decode(*frame, samples);
-    const int bus = frame->bus;  // can0 occurs first
+    const int bus = frame->bus;  // 0: can0, which occurs first
     const auto expected = golden.find({frame->time_ns / 1000, bus, frame->id});
     if (expected == golden.end()) continue;
     const Message* message = find_message(databases[0], expected->second[0].message);

@@ -76,7 +76,7 @@ TEST(Arrivals, LeaveTheClockWhereLinesAreHeldUp) {
     };
   };
   const auto caught_up = [](std::int64_t stalled, double speed) {
-    // Nothing for a time, then the backlog at this multiple of real time.
+    // No lines for a time, then a backlog whose delay shrinks by `speed` seconds a second.
     return [=](std::int64_t t) {
       const std::int64_t into = (t - s) % (10 * s) - 5 * s;
       const double left = static_cast<double>(stalled) - speed * static_cast<double>(into);

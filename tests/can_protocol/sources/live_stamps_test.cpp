@@ -42,7 +42,7 @@ TEST_F(LiveStampsTest, FramesThatWereKeptBackAreNoStep) {
   run(Input::waited_for);
   EXPECT_FALSE(stamps_.step(stamp_ += s / 100, now_ += 20 * s));
   EXPECT_FALSE(stamps_.step(stamp_ += s / 100, now_));
-  EXPECT_FALSE(stamps_.step(stamp_ -= s / 2, now_));  // nor are frames out of order
+  EXPECT_FALSE(stamps_.step(stamp_ -= s / 2, now_));  // a frame out of order: no step either
 }
 
 TEST_F(LiveStampsTest, ALogThatIsPipedInKeepsItsPauses) {

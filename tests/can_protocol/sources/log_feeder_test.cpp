@@ -321,8 +321,8 @@ std::string line_at(std::int64_t stamp_ns) {
   return text;
 }
 
-/// The final delay between arrival and release of a line in a live pipe. Its clock is ahead of
-/// CLOCK_MONOTONIC by `offset_ns`, its first line is late by `late`.
+/// The final delay between arrival and release of a line in a live pipe. The sender's clock is
+/// ahead of CLOCK_MONOTONIC by `offset_ns`; the first line is late by `late`.
 std::int64_t lag_after_a_late_line(std::int64_t offset_ns, std::chrono::milliseconds late,
                                    std::int64_t good_ns) {
   Piped pipe;

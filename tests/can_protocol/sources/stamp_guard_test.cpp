@@ -73,7 +73,7 @@ TEST_F(StampGuardTest, GoesOnWhenItsTableIsFull) {
   // Identifiers beyond the capacity are still checked for zero and future.
   EXPECT_EQ(check(0, 19'999, 0, IdFormat::extended), StampVerdict::zero);
   EXPECT_EQ(check(now + 100 * ms, 19'999, 0, IdFormat::extended), StampVerdict::future);
-  // The first ones are kept.
+  // The first identifiers are kept.
   EXPECT_EQ(check(now - 6 * ms, 0, 0, IdFormat::extended), StampVerdict::backwards);
 }
 
