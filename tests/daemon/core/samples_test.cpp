@@ -136,7 +136,7 @@ TEST(SourceWatch, FlagsWhatIsRefusedTwiceInARowUntilNothingIsForASecond) {
     SourceWatch watch;
     watch.refused(gyro, verdict, 5'000 * ms);
     watch.usable(gyro);
-    watch.refused(gyro, verdict, 5'010 * ms);  // not two in a row
+    watch.refused(gyro, verdict, 5'010 * ms);  // not the second in a row
     EXPECT_EQ(watch.flag(gyro), SourceFlag::ok);
     watch.refused(gyro, verdict, 5'020 * ms);
     EXPECT_EQ(watch.flag(gyro), flag);

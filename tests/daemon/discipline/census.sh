@@ -8,7 +8,7 @@ set -uo pipefail
 name=census
 . "$(dirname "$0")/full_traffic.sh"
 
-# Its clock source decides whether reading the clock is a system call.
+# The kernel's clock source decides whether reading the clock is a system call.
 case $(cat /sys/devices/system/clocksource/clocksource0/current_clocksource) in
   tsc | kvm-clock | hyperv* | arch_sys_counter) clock_is_a_call=0 ;;
   *) clock_is_a_call=1 ;;

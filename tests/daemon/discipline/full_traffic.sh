@@ -47,8 +47,8 @@ status() {
 }
 
 # start_full_traffic SECONDS [COMMAND...]: the traffic for this time, into an odomd that is started by
-# COMMAND (if given). $more_config is added to its configuration. The number of the frames is in
-# $work/frames when all were sent.
+# COMMAND (if given). $more_config is added to its configuration. The number of frames is in
+# $work/frames once all have been sent.
 start_full_traffic() {
   local seconds=$1
   shift

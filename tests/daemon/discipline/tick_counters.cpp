@@ -104,7 +104,7 @@ const char* text_of(const char* variable, const char* otherwise) {
   return text != nullptr ? text : otherwise;
 }
 
-constexpr std::size_t page_size = 65536;  // at least
+constexpr std::size_t page_size = 65536;  // the machine's, or more
 alignas(page_size) char page[page_size];
 
 void inject(std::string_view what) {

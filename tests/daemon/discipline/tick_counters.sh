@@ -2,9 +2,8 @@
 # No allocation, lock, exception or page fault in the beat of the real odomd, from its first tick on,
 # under full traffic, with a recording that begins meanwhile: tick_counters.sh LIBRARY [TICKS [INJECT]]
 #
-# LIBRARY is the library built from tick_counters.cpp. With INJECT (allocation, lock, exception,
-# fault) the
-# library does one of these itself in the beat's thread, and the test checks that it is counted once.
+# LIBRARY is built from tick_counters.cpp. With INJECT (allocation, lock, exception or fault) the
+# library itself does this in the beat's thread, and the test checks that it is counted.
 set -uo pipefail
 library=$1 ticks=${2:-10000} injected=${3-}
 name=tick-counters${injected:+-$injected}
