@@ -1,5 +1,5 @@
-"""Runs the commands of pages that need neither CAN nor root, as printed but for stated changes. BLOCKS has what is not
-run; shown_commands.py --options compares its options. Of docs/tutorial.md the steps 1, 2, 3 and 9 run, which replay.
+"""Runs the commands of pages that need neither CAN nor root, as printed except for stated changes. BLOCKS says which
+are not run; shown_commands.py --options checks their options. Of docs/tutorial.md, steps 1, 2, 3 and 9 run: replays.
 """
 
 import contextlib
@@ -39,7 +39,7 @@ def blocks(page):
 
 
 def block(page, start, *changes):
-    """The block that begins so, after changes (pattern, replacement), each of which must find its place."""
+    """The block that begins with `start`, after changes (pattern, replacement), each of which must match."""
     (text,) = (text for text in blocks(page) if text.startswith(start) and BLOCKS[page][start] == "RUN")
     for pattern, replacement in changes:
         assert re.search(pattern, text), f"{page}: no {pattern} in {text}"
@@ -53,7 +53,7 @@ def step(number):
 
 
 def figures(number):
-    """What the commands of a step print, and the rows of its last table: their numbers."""
+    """What a step's commands print on standard error, and the numbers of the rows in their last table, by name."""
     commands = "\n".join(line[4:] for line in step(number).splitlines() if line.startswith("    "))
     done = subprocess.run(["sh", "-ec", commands], capture_output=True, text=True, check=True)
     rows = re.findall(r"^(\S.*?\]|NEES.*?\))((?: +-?[\d.]+)+)$", done.stdout, re.MULTILINE)
@@ -66,13 +66,13 @@ class Pages(unittest.TestCase):
         shutil.chown(folder, USER or os.geteuid())
         self.enterContext(contextlib.chdir(folder))
         os.environ.update(XDG_RUNTIME_DIR=folder, ODOM_SHM=folder + "/pose")
-        resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))  # even if the user may
+        resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))  # even if the user may have more
         self.groups = []
         self.printed = lambda commands: run(USER, commands, self.groups)
         self.addCleanup(end, self.groups)
 
     def start_car(self):
-        """As in README.md. The status once camera poses arrive."""
+        """Starts odomd as in README.md. Returns the status once camera poses arrive."""
         return self.printed(block(
             "README.md", "sudo apt install ./{odomd,odom-tools,odom-web}", ("^sudo apt.*\n", ""),
             ("odomd --config", "odomd --shm $ODOM_SHM --config"),

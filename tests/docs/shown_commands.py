@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """Runs what a page shows: shown_commands.py PAGE SHOWN
-Compares commands in the code of pages with their help, options alone with the manual pages; runs none:
-shown_commands.py --options PAGE...
+With --options it runs none, but compares commands in the code of pages with their help, and options that stand alone
+with the manual pages: shown_commands.py --options PAGE...
 
-A page marks with <!-- shown: SHOWN --> where the ```console blocks begin that are meant, until its
-next mark. In them a line `$ COMMAND`, `USER$ COMMAND` or `root# COMMAND` is run, in order, in one
-new directory that all may write, and prints the lines below it; `...` stands for anything in a line, and alone for
-any lines. A USER is another one of this machine, which takes root. Prints `ok NAME` or
-`not ok NAME: why` for each; the exit status is 0 only when all are as shown.
+The ```console blocks between the mark <!-- shown: SHOWN --> and the page's next mark are meant. In them each line
+`$ COMMAND`, `USER$ COMMAND` or `root# COMMAND` is run, in order, in one new directory that all may write, and must
+print the lines below it; `...` stands for anything in a line, and alone for any lines. USER is another user of this
+machine, for which the script needs root. Prints `ok NAME` or `not ok NAME: why` for each command; the exit status
+is 0 only if all are as shown.
 """
 
 import contextlib
@@ -55,7 +55,7 @@ def pattern_of(lines):
 
 
 def run(user, command, groups):
-    """What it prints, on either stream. What it leaves in the background goes on until the end."""
+    """What a command prints, on either stream. What it leaves in the background runs on until the end."""
     words = ["bash", "-c", command]
     if user:
         words = ["setpriv", f"--reuid={user}", f"--regid={user}", "--init-groups",
@@ -88,7 +88,7 @@ def help_of(*words):
 
 
 def unknown_in(page):
-    """What no help has of the commands and options in a page's code."""
+    """The commands and options in a page's code that neither a help nor a manual page has."""
     described = "".join(file.read_text() for file in (*ROOT.glob("man/*.[18]"), ROOT / "examples/stanley.py"))
     known = {"--" + option for option in re.findall(r'(?:Fl Fl |"--)([-a-z0-9]+)', described)}
     for code in map("".join, re.findall(f"{FENCE}|{LINE}|{SPAN}", page.replace("\\\n", " "), re.MULTILINE)):

@@ -1,4 +1,4 @@
-"""shown_commands.py: what is as shown passes, what is not fails, and a page that shows nothing too."""
+"""shown_commands.py: a page that is as shown passes; one that is not, or that shows nothing, fails."""
 
 import os
 import pathlib
