@@ -67,7 +67,7 @@ TEST(Begin, ItsFirstPoseIsTheSameInBothFrames) {
   EXPECT_EQ(first.odom.y, first.map.y);
   EXPECT_EQ(first.odom.yaw, first.map.yaw);
 
-  // From there on both move at the car's speed.
+  // From there on the odometry pose moves at the car's speed.
   const Estimate second = filter.step(tick + period_ns);
   EXPECT_NEAR(std::hypot(second.odom.x - first.odom.x, second.odom.y - first.odom.y), 0.01, 1e-3);
 }

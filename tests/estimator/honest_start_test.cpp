@@ -92,8 +92,8 @@ TEST(HonestStart, ADepartureIsNoBias) {
   }
 }
 
-/// Distance between filter and truth [m] after ten seconds on the circle, with `looks` camera poses
-/// per picture, `apart` nanoseconds after each other.
+/// Rms distance from the truth [m] and number of doubtful ticks, over the last five of ten seconds
+/// on the circle, with `looks` camera poses per picture, `apart` nanoseconds after each other.
 std::tuple<double, int> after_looks(int looks, std::int64_t apart, double stated) {
   std::vector<Arrival> arrivals;
   std::mt19937 random(3);

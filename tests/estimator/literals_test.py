@@ -1,7 +1,7 @@
-"""Every number in estimator/ outside of tuning.hpp is written down in literals.txt, and they only become fewer.
+"""literals.txt lists every number in estimator/ outside of tuning.hpp, and the list only becomes shorter.
 
-Numbers other than 0, 1, 2 and ½ belong into tuning.hpp, with meaning and origin. Those that are elsewhere are listed
-with their line of code; a new one fails this test, and so does one that has gone but is still listed.
+Numbers other than 0, 1, 2 and ½ belong in tuning.hpp, with meaning and origin. Those that are elsewhere are listed
+with their line of code; a new number fails this test, and so does a listed one that has gone.
 
   tests/estimator/literals_test.py            checks the list
   tests/estimator/literals_test.py --update   writes it: only to take lines away

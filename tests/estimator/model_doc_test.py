@@ -1,4 +1,4 @@
-"""docs/model.md: it and estimator/ekf name each other, and what links into it arrives. Python's own unittest."""
+"""docs/model.md and estimator/ekf name each other, and links into the page have targets. Python's own unittest."""
 
 import pathlib
 import re
@@ -18,7 +18,7 @@ def sections() -> list[str]:
 
 
 def anchor(heading: str) -> str:
-    """As GitHub makes it."""
+    """The heading's anchor, as GitHub makes it."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
 
 

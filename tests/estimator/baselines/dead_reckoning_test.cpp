@@ -99,7 +99,7 @@ TEST(Inertial, RearAxleBearsItsShareOfTheSideForceOfASteadyTurn) {
 TEST(Inertial, ReversingMirrorsTheVelocity) {
   const BodyVelocity forward = inertial(1.5, 0.8).velocity;
   const BodyVelocity backward = inertial(-1.5, 0.8).velocity;
-  // The lever arm's part of v_y changes sign with ψ̇; the slip with a_y = v_x ψ̇ and with v_x.
+  // The part of v_y from the lever arm depends on ψ̇, and that from the slip on a_y = v_x ψ̇.
   const double slip = forward.v_y - car.rear_axle * 0.8;
   EXPECT_LT(slip, 0.0);
   EXPECT_DOUBLE_EQ(backward.v_y - car.rear_axle * 0.8, -slip);

@@ -122,7 +122,7 @@ TEST_F(PoseAnchorTest, CovarianceIsTheCamerasGrownSinceTheCapture) {
   drive(100);
   const double sigma = 0.004;
   ASSERT_EQ(take(seen(odom_at(now_ - 40 * millisecond), 40 * millisecond, sigma)), Verdict::fused);
-  // The expected covariance: eight ticks from the camera's own.
+  // The expected covariance: the camera's own, propagated over eight ticks.
   Eigen::Matrix3d P = sigma * sigma * Eigen::Matrix3d::Identity();
   Pose2 pose = odom_at(now_ - 40 * millisecond);
   for (int i = 0; i < 8; ++i) {
@@ -286,7 +286,7 @@ TEST_F(PoseAnchorTest, DistrustShowsInTheCovarianceAndPasses) {
     expect_positive_definite();
     return std::sqrt(anchor_.covariance()[0]);
   };
-  // σ: 7 ticks at an error of 0.5 m/s and half of 1 m/s, and 10 mm from the camera.
+  // σ: 7 ticks at a speed error of 0.5 m/s plus half of 1 m/s, and the camera's 10 mm.
   EXPECT_NEAR(sigma_after_a_gap(), std::hypot(0.010, 7 * 0.005 * 1.0), 0.005);
   drive(400);
   EXPECT_NEAR(sigma_after_a_gap(), 0.010, 0.001);

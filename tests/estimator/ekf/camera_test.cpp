@@ -217,8 +217,8 @@ TEST(FullCamera, AStepToAnotherPlaceIsAcceptedWithinThreeSeconds) {
 }
 
 TEST(FullCamera, WhereNothingElseWasWrongTheMapMayHaveJumpedInstead) {
-  // The first pose initialises. A later pose that moves the state contradicts fused ones, so the
-  // variance that it may hide is published, doubtful or not.
+  // The first pose initialises. A later pose that moves the state contradicts fused ones, so
+  // variance for a jump of the map is published, whether the state is doubtful or not.
   Disagreement first{.truth = {5.0, -3.0, 0.0}};
   first.until_accepted(50);
   ASSERT_EQ(first.state.resets, 1U);

@@ -182,7 +182,7 @@ TEST(NoiseScale, ASampleWithoutInformationChangesNothing) {
                 .readings[index_of(Source::wheel_rear_left)]
                 .noise_scale,
             1.0);
-  // The stated sigma of a wheel does not adapt its relative error.
+  // The part of S from a wheel's stated sigma does not adapt its relative error.
   State state;
   state.readings[index_of(Source::wheel_rear_left)].interval_s = 0.01;
   Prediction z;

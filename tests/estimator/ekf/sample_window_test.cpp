@@ -143,7 +143,7 @@ TEST(SampleWindow, CountsSamplesDroppedWithoutAVerdict) {
   for (Sample& s : window.after(capacity / 2)) {
     s.judged = true;
   }
-  // The first half has no verdict yet, the second half has. A refused sample does not count.
+  // The first half has no verdict yet, the second half has. The refused sample does not count.
   for (std::int64_t t = capacity + 1; t <= 2 * capacity; ++t) {
     window.insert(sample(t));
   }

@@ -232,8 +232,8 @@ TEST(Standstill, BiasesAreLearntBeforeTheFirstMove) {
 }
 
 TEST(Standstill, TheBiasIsLearntWithTheNoiseAtRest) {
-  // With a fifth of the stated noise the sigma is that of about 1.5 s of 200 samples a second with
-  // this scatter, and of the walk.
+  // The bias's sigma follows the actual scatter, a fifth of the stated noise or all of it: that of
+  // about 1.5 s at 200 samples a second, and of the walk.
   for (const double share : {0.2, 1.0}) {
     State state = never_moved();
     const Context context;
@@ -292,7 +292,7 @@ TEST(Standstill, WithoutACameraThePoseIsKnownNoBetterForIt) {
   for (int i = 0; i < 6000; ++i) {
     car.tick();
     const Eigen::Vector3d next = known();
-    // They fall at most by what one step of the corrected velocity explains.
+    // The variances fall at most by what one step of the corrected velocity explains.
     ASSERT_TRUE((next.array() >= 0.9999 * variances.array()).all()) << i;
     if (i == 200) {
       variances = next;

@@ -207,7 +207,7 @@ TEST(Update, WhatIsOnlyConsideredChangesNothingButHowFarAllMayBeOff) {
   State knowing = somewhere();
   knowing.slow.covariance.setZero();
   CarModel model;
-  model.car.grip_front = model.car.grip_rear = 9.0;  // or the noise depends on the known grip
+  model.car.grip_front = model.car.grip_rear = 9.0;  // else the noise depends on the grip
   std::mt19937 random(6);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 100; ++i) {

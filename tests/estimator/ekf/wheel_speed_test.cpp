@@ -14,8 +14,8 @@
 namespace odomd::estimator::full::wheel_speed_test {
 namespace {
 
-/// The grid's states without wheel latency, whose correction has derivatives that the prediction
-/// leaves out.
+/// The grid's states with zero wheel latency: the prediction leaves out the derivatives of its
+/// correction.
 std::vector<State> states_on_time() {
   std::vector<State> states = testing::grid_of_states();
   for (State& state : states) {
@@ -120,7 +120,7 @@ TEST(FullWheelSpeed, WhatCountsAsKnownDoesSoWithItsVariance) {
       for (const at::Index known : {at::v_y, at::yaw_rate}) {
         State uncertain = state;
         uncertain.covariance(known, known) += 0.09;
-        // The variance neglects the scales.
+        // The added variance ignores the wheel scales.
         const double through = by[known] / (1.015 * unlike(wheel_place(model.car, source)));
         EXPECT_NEAR(predict(uncertain).variance - predict(state).variance, 0.09 * through * through,
                     1e-8);

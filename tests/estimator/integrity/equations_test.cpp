@@ -119,7 +119,7 @@ TEST(Equations, AFrontWheelMeasuresItsSpeedAlongTheWheel) {
   EXPECT_GT(circle.wheel(Source::wheel_front_right), circle.wheel(Source::wheel_rear_right));
   const Consensus all = equations_at(Circle::now_ns, circle.observed(), false, Over::short_time);
   EXPECT_LT(off(all, Source::wheel_front_right, circle.truth()), 0.1);
-  // Its equation contains the slip of its own axle only.
+  // The front wheel's equation contains the slip of its own axle only.
   for (const Row& row : all) {
     if (row.sources == only(Source::wheel_front_right)) {
       EXPECT_NE(row.by[of::front_slip], 0.0);

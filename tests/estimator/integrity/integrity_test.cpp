@@ -482,7 +482,7 @@ TEST(Integrity, DetectsFrozenSourcesByTheCameraAlone) {
 }
 
 TEST(Integrity, IfBothRepeatFlagsTheCameraThatSeesNoMotion) {
-  // In a long bend a steering that is held rightly repeats its value.
+  // In a long bend, a steering that is held still repeats its value without a fault.
   for (const Source source : {Source::yaw_rate, Source::steering}) {
     OneAxle drive(source, [](double) { return 0.8; });
     const auto all_well = [](double, double value) { return value; };
@@ -596,7 +596,7 @@ TEST(Integrity, ASteeringCommandAtRestIsNotFrozen) {
 }
 
 TEST(Integrity, TakesNoMemory) {
-  // Unsigned wheels and a failing gyro exercise the whole of it.
+  // Unsigned wheels and a failing gyro exercise all of the checks.
   Drive drive(slalom, {.unsigned_wheels = true});
   drive.until(2.0);
   const Failure fails = [](Source source, double, double value) -> std::optional<double> {
