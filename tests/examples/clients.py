@@ -24,7 +24,7 @@ class Row(NamedTuple):
 
 
 def programs() -> dict[str, list[str]]:
-    """The three languages. Python only where a library that it can load is named."""
+    """The example in three languages; in Python only if ODOM_LIBRARY names a library that it can load."""
     examples = Path(os.environ["ODOMD_EXAMPLES_BUILT"])
     found = {"C": [str(examples / "stanley_c")], "C++": [str(examples / "stanley_cpp")]}
     if "ODOM_LIBRARY" in os.environ:

@@ -23,7 +23,7 @@ class Restart(unittest.TestCase):
         return daemon
 
     def await_row(self, begin: dict[str, int], fits: Callable[[Row], bool], what: str) -> dict[str, Row]:
-        """A line of each controller, from a line on, that fits."""
+        """Each controller's first row that fits, from row `begin` on."""
         found = {}
         for controller in self.controllers:
             rows: list[Row] = []

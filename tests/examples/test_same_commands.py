@@ -26,7 +26,7 @@ class SameCommands(unittest.TestCase):
         self.first = 0
 
     def start(self, segment: support.Segment, *arguments: str) -> None:
-        """All three, until each has answered a pose. The test's ticks begin at `first`."""
+        """Starts all three; returns once each has answered a pose. The test's ticks count from `first`."""
         for name in programs():
             controller = Controller(
                 name,
@@ -49,7 +49,7 @@ class SameCommands(unittest.TestCase):
         return segment
 
     def publish(self, segment: support.Segment, tick: int, **fields: float) -> None:
-        """One pose, and on to the next only when all have answered it."""
+        """Publishes one pose; returns once all have answered it."""
         segment.publish(tick=self.first + tick, **fields)
         for controller in self.controllers:
             support.await_(
@@ -58,7 +58,7 @@ class SameCommands(unittest.TestCase):
             )
 
     def on_circle(self, angle: float, left: float = 0.0, turned: float = 0.0) -> dict[str, float]:
-        """The front axle `left` of the path at this angle, the car `turned` from its direction."""
+        """The front axle `left` of the path at this angle, the car `turned` from the path's direction."""
         yaw = angle + turned
         front = 0.175
         return {
