@@ -1,12 +1,12 @@
 #!/bin/bash
 # A real CAN bus and a real real-time kernel on any machine: runs a script in a virtual machine.
 #
-#   lab.sh run [--systemd] SCRIPT [ARGUMENT...]   run it in the machine; its output and its exit
-#                                                 status are ours
+#   lab.sh run [--systemd] SCRIPT [ARGUMENT...]   run it in the machine; output and exit status are
+#                                                 those of SCRIPT
 #   lab.sh test [TEST...]                         run tests (default: all), and count them
 #
 # The machine comes in two flavours: plain, in which the script is all that runs, and with systemd as
-# its init. Tests below tests/ run in the one, those below systemd/ in the other, each in one boot.
+# its init. Tests below tests/ run in the plain one, those below systemd/ in the other, each in one boot.
 #
 # The machine is QEMU with Debian's PREEMPT_RT kernel and two CAN controllers, can0 and can1, on one
 # wire (SJA1000; down, without a bit rate). It sees the host's files under the host's paths (writes
@@ -16,8 +16,8 @@
 #
 # Environment: LAB_TIMEOUT=SECONDS for each machine (default 600), LAB_KEEP=DIRECTORY keeps the
 # shared files there, ODOMD_BIN_DIR (default build/release/bin).
-# A machine that does not start, panics, hangs or is too slow is a failed run: exit status 125; of
-# tests, it is one failure more.
+# If a machine does not start, panics, hangs or is too slow, the run has failed: exit status 125; in
+# `test` this is one failure more.
 set -euo pipefail
 
 here=$(cd "$(dirname "$0")" && pwd)

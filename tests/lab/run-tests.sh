@@ -20,7 +20,7 @@ for script in "$@"; do
   if [ "$status" != 0 ] || [ $((ok + not_ok)) = 0 ]; then
     why="ended with status $status"
     [ "$status" != 124 ] || why="no end after ${LAB_TEST_TIMEOUT:-300} s"
-    # A script prints "not ok" and continues, or ends early with another status, which is an
+    # A script with a failed check prints "not ok", continues and ends with status 1. Any other end is an
     # additional failure.
     if [ "$not_ok" = 0 ] || [ "$status" != 1 ]; then
       echo "not ok $name: $why, after $ok results"

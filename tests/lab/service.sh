@@ -41,7 +41,7 @@ install_product() {
   /lib/systemd/systemd-sysctl 50-odomd.conf
   udevadm control --reload
   udevadm trigger --settle --name-match=/dev/cpu_dma_latency
-  # If another unit wants this one, systemd keeps its result after its end.
+  # If another unit wants this unit, systemd keeps this unit's result after its end.
   systemctl add-wants --quiet lab.service "$unit"
   touch /run/odomd.installed
 }

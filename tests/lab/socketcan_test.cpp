@@ -233,7 +233,7 @@ TEST_F(SocketCan, StampsFramesBetweenSendingAndDraining) {
     const std::int64_t sent = now();
     const auto frames = drain_until(source, 1);
     ASSERT_EQ(frames.size(), 1U);
-    // The offset of the clocks is known only to the duration of one reading.
+    // The offset between the clocks is known only to within the duration of one reading.
     EXPECT_GE(frames[0].time_ns, before - 100'000);
     EXPECT_LE(frames[0].time_ns, sent + 100'000);
     EXPECT_GT(frames[0].time_ns, last);

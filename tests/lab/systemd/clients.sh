@@ -1,5 +1,5 @@
-# Clients in every language continue by themselves after a restart of the service. Each of their
-# lines names the daemon whose pose they use.
+# Clients in every language continue by themselves after a restart of the service. Each line of their
+# output names the daemon whose pose they used.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
 

@@ -1,11 +1,11 @@
 # The service is killed, and stopped, while the car drives: systemd restarts it, and it resumes from
 # the last pose. For comparison, an empty notify service with the same restart settings is killed in
-# alternation with it. The median time to a pose is at most 500 ms longer than that service's, and
-# at most 2 s.
+# alternation with it. The median time to a pose is at most 500 ms longer than that of the empty
+# service, and at most 2 s.
 #
 # Both limits hold on an otherwise idle machine. The empty service shows how slow this run is: if it
-# takes longer than its $quiet_ms on a quiet host (without RestartSec=, when nothing runs), both
-# limits grow by that ratio, which the result shows.
+# takes longer than $quiet_ms, its time on a quiet host (without RestartSec=, when nothing runs), both
+# limits grow by the ratio of the two, which the result shows.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
 rounds=5
@@ -72,7 +72,7 @@ check "kill -9: the pose was resumed" "see above" every '.after.restarted'
 check "kill -9: it counts as a jump" "see above" every '.after.reset_count > .before.reset_count'
 check "kill -9: the pose is where the car can have come to" "see above" \
   every '(.after.x - .before.x | fabs) + (.after.y - .before.y | fabs) < 0.5 + 3 * .gap_ms / 1000'
-# They have changed meanwhile, the first of them quickly, from the predecessor's values on.
+# The calibrations have changed meanwhile, the first of them quickly, from the predecessor's values on.
 check "kill -9: mostly, the calibrations are the predecessor's" "see above" \
   jq -s -e 'map([.after.calibrations, .before.calibrations] | transpose | all(.[0] - .[1] | fabs < 0.05)) |
     (map(select(.)) | length) * 2 > length' continued.json

@@ -36,7 +36,7 @@ while_played() {
   return $status
 }
 
-# Both see the same frames.
+# both: odom init and odom doctor at once, on the same frames.
 both() {
   odom init --dbc drive/*.dbc --can vcan0 --for 12 --yes --mass 3 --wheelbase 0.26 --track 0.2 \
     --out proposed.toml >init.log 2>&1 &
