@@ -3,8 +3,8 @@
 // The writer publishes without pause; the reader wakes at random instants, often in the middle of a
 // slot that the writer then cannot finish before the reader sleeps again. Every read must return at
 // its first attempt, with a complete pose. For comparison, the first time the reader also waits for
-// the half-written slot, as a reader of a single-slot sequence lock would have to, which never
-// ends. A third thread, of still higher priority, ends the program with status 1 when a read hangs.
+// the half-written slot, as a reader of a single-slot sequence lock would have to; it would never
+// end. A third thread, of still higher priority, ends the program with status 1 when a read hangs.
 // Needs SCHED_FIFO; with real-time throttling off (kernel.sched_rt_runtime_us = -1) nothing else
 // would set the writer free.
 #include <pthread.h>

@@ -1,7 +1,7 @@
 // The protocol of shm_api/layout/slot.h on a machine that reorders as much as it may, unlike x86:
 // two accesses of one thread happen in either order unless the C++ memory model orders them. The
 // test tries all orders of writer and reader; no reader may take words of two ticks for one pose.
-// Without any one of the orderings a reader does, so each is needed. docs/dev/shm-protocol.md
+// If any one of the orderings is left out, a reader does: each is needed. docs/dev/shm-protocol.md
 // explains why.
 //
 // One thread only stores and the other only loads, so this much of the memory model is enough:

@@ -128,7 +128,7 @@ TEST_F(Succession, ADamagedSegmentLeavesAWholePoseOrNone) {
   for (unsigned seed = 0; seed < 1000; ++seed) {
     std::mt19937 random(seed);
     std::string damaged = whole;
-    // Half of the damages lie in the newest slot, the others anywhere.
+    // In half of the runs the damage lies in the newest slot, in the others anywhere.
     for (unsigned i = 0; i <= random() % 8; ++i) {
       const std::size_t at =
           seed % 2 == 0 ? newest + random() % (8 * 98) : random() % damaged.size();
