@@ -42,7 +42,7 @@ std::string page() {
       std::string fix{kind.fix};
       std::erase_if(fix, [](char one) { return one == '{' || one == '}'; });
       text += fmt::format("- **{}** `{}`: {}", kind.code, kind.name, kind.meaning);
-      // Only tools find these, and print the fix with each.
+      // Only tools report these kinds, and they print the fix each time.
       const bool is_of_tools = kind.code.starts_with("W4") || kind.code.starts_with("W5");
       if (!fix.empty() && !is_of_tools) text += fmt::format(" *{}*", fix);
       text += kind.limits.exist() ? fmt::format(" ({})\n", usual(kind)) : "\n";

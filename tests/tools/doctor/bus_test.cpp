@@ -221,7 +221,7 @@ TEST(Acknowledgement, IsMissedByAListenerThatHearsNothingOrOneFrameAgainAndAgain
   // A controller that may acknowledge, or a virtual one.
   EXPECT_THAT(of(drive, sound_link()), IsEmpty());
   EXPECT_THAT(of(drive, Link{}), IsEmpty());
-  // A changing payload or identifier means that frames are acknowledged; so does an idle node.
+  // A changing payload or identifier, or pauses in between, mean that frames are acknowledged.
   Drive other = drive;
   other.frames.back().data[0] ^= 1U;
   EXPECT_THAT(of(other, listener), IsEmpty());

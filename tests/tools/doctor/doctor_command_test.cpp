@@ -1,9 +1,9 @@
 // odom doctor as a command: its parts, output and exit status.
 //
 // The 25 mistakes that the doctor must find, each made in a test that also checks its fix:
-//   wiring, whole_drive_test.cpp    signs of gyro, steering and lateral accelerometer; its axes
-//                                   exchanged, sides, axles; accelerometers in g, wheels in km/h,
-//                                   gyro in degrees; a mirrored camera
+//   wiring, whole_drive_test.cpp    signs of gyro, steering and lateral accelerometer; exchanged
+//                                   accelerometer axes, sides, axles; accelerometers in g, wheels
+//                                   in km/h, gyro in degrees; a mirrored camera
 //   configuration, whole_drive_test.cpp
 //                                   mass in grams, axles in millimetres, a wheel's radius, a role
 //                                   that is not mapped, a latency

@@ -248,7 +248,7 @@ struct WrongScale {
   bool also_without_poses = true;  ///< found even so
 };
 
-// Replays blame the wrong sensor: the gyro for all wheels' factor.
+// In replays the wrong sensor is flagged: the gyro, for a wrong factor of all wheels.
 TEST(Scale, IsNamedAtItsSensorsWithAndWithoutPoses) {
   const std::vector<WrongScale> cases{{all_wheels, 0.8},
                                       {all_wheels, 1.25},

@@ -1,5 +1,5 @@
-"""A strict reader of MCAP files, from the specification alone (https://mcap.dev/spec): whatever the file
-claims of itself is held against what is in it. Knows the records that an indexed file of messages has."""
+"""A strict reader of MCAP files, from the specification alone (https://mcap.dev/spec): all that a file says about
+itself is compared with its contents. Knows the records that an indexed file of messages has."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def odom(*arguments: object, status: int = 0) -> str:
 
 
 def conforms(value: Any, schema: dict[str, Any], place: str) -> None:
-    """The part of JSON schema that Foxglove reads. Nothing may be missing, nothing be too much."""
+    """Checks a value by the part of JSON schema that Foxglove reads; no property may be missing or additional."""
     kind = schema["type"]
     if kind == "object":
         assert set(schema["required"]) == set(schema["properties"]), place

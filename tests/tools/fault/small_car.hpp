@@ -24,7 +24,7 @@ inline constexpr std::int64_t second_ns = 1'000'000'000;
 inline constexpr std::int64_t start_ns = 1000 * second_ns;
 inline constexpr std::int64_t cycle_ns = 10'000'000;
 
-/// A signal as in odomd's own database, and the value of one of its bits.
+/// A signal as in odomd's own database, and the value of its least significant bit.
 struct Signal {
   Source source;
   const char* message;

@@ -78,7 +78,7 @@ TEST(SimCommand, WeighsAndSwingsTheCarThatItDrives) {
     EXPECT_EQ(run_shell("odom sim " + what + " --seed " + seed + " --out " + folder).status, 0);
     return nlohmann::json::parse(contents(folder + "/plant.json"));
   };
-  // The car of every drive of the 1:10 car, except for the errors of mass and inertia, which its
+  // Every drive of the 1:10 car has this car, except for the errors of mass and inertia, which its
   // owner measures.
   const sim::PlantParameters car = sim::true_vehicle(sim::CarKind::scale_car, {});
   for (const std::string seed : {"1", "2"}) {

@@ -244,7 +244,7 @@ TEST(Latency, OfTheSteeringIsNoMoreCertainThanTheTyresAtASteadySpeed) {
   EXPECT_TRUE(refused);
 }
 
-// With poses stamped on arrival all sensors seem early: no clock, and 0 would be wrong.
+// With poses stamped on arrival all sensors seem early: the camera is no clock, and 0 is wrong.
 TEST(Latency, HoldsBackWhatIsEarlyAndBelievesTheGyroInTheCamerasPlace) {
   const Scratch scratch;
   const std::string lap = scratch.path("lap").string();

@@ -106,7 +106,7 @@ TEST(MarkerTrack, TracksOfDifferentFilmsAreRefused) {
   EXPECT_THROW((void)read_marker_tracks(a, b), std::invalid_argument);
 }
 
-// Results from a film before any tyre: motion, alignment with the log, steady circles.
+// Results from a film without a tyre model: motion, alignment with the log, steady circles.
 
 const MarkerPlaces places{Plane{0.18, 0.01}, Plane{-0.12, -0.02}};
 constexpr FilmScale metres{.metres_per_unit = 1.0};

@@ -80,7 +80,7 @@ class OnATerminal {
   }
   void signal(int number) const { ::kill(pid_, number); }
 
-  /// Reads until the text has appeared since the last call; false if it does not.
+  /// Reads on until the text appears; false if it does not.
   [[nodiscard]] bool shows(std::string_view text) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{60};
     while (std::chrono::steady_clock::now() < deadline) {
