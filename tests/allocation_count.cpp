@@ -33,7 +33,7 @@ void* operator new(std::size_t size) {
   if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
   throw std::bad_alloc();
 }
-// Sorts of the standard library allocate with this one, and release with the plain delete.
+// std::stable_sort() and its like allocate with this operator, and release with the plain delete.
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   ++count;
   return std::malloc(size == 0 ? 1 : size);

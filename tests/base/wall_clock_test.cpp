@@ -50,7 +50,7 @@ TEST_P(SteppedWallClock, ConvertsEachStampByTheOffsetOfItsTime) {
   WallClock clock;
   for (std::int64_t tick = 0; tick < 100; ++tick)
     clock.update(machine.read(100 * s + tick * 5 * ms));
-  // The clock is set 2 ms after the last reading; one frame came before it, one after.
+  // The clock is set 2 ms after its last reading; one frame came before that step, one after.
   const std::int64_t last = 100 * s + 495 * ms;
   const std::int64_t stamp_before = machine.wall(last + 1 * ms);
   machine.wall_offset += step;

@@ -1,7 +1,7 @@
 // Any segment of a predecessor: it is refused in one line, or ignored, or each model can resume
 // from its last pose without publishing NaN or infinity.
 //
-// The input is a model (one byte), whether the newest slot gets its correct checksum (one byte:
+// The input is a model (one byte), whether the newest slot gets its correct checksum (one byte: if
 // odd), the length to cut off the file (two bytes, in words) and then changes of a valid segment: a
 // word's index (two bytes) and its new value (eight bytes).
 #include <sys/stat.h>

@@ -1,12 +1,12 @@
 """The rooms of the tree: which folder may include which, and how large folders and files may become. Python's own
 unittest; needs no build.
 
-budget.txt has what each room may hold in all.
+budget.txt has the total size that each room may have.
 
-ROOMS is the one place where the arrows are written down. A folder may include itself and the folders that stand behind
-its colon, and these stand above it: so there is no circle. Folders of one house stand together, so that houses
-(tools/identify, tools, ...) include in no circle either. Who needs another arrow writes it down here; one that points
-down the list is a circle, and is broken by moving a file.
+ROOMS is the one place where these arrows are written down. A folder may include itself and the folders after its
+colon, which stand above it in the list: so there is no circle. The folders of one house stand together, so that there
+is no circle between houses (tools/identify, tools, ...) either. A new arrow is added here; one that points down the
+list would make a circle: move a file instead.
 """
 
 import os
@@ -121,7 +121,7 @@ SOURCES = (".hpp", ".cpp", ".h", ".c", ".in")
 
 
 def read_tree() -> dict[str, str]:
-    """Path -> text of all that is the product's."""
+    """Path -> text of all files of the product."""
     return {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
             for house in HOUSES for path in sorted((ROOT / house).rglob("*"))
             if path.is_file() and "__pycache__" not in path.parts}
@@ -152,7 +152,7 @@ def includes(tree: dict[str, str]) -> set[tuple[str, str]]:
 
 
 def mistakes_in(rooms: dict[str, list[str]]) -> list[str]:
-    """Of the table itself."""
+    """Mistakes in the table itself."""
     names = list(rooms)
     found = [f"{room} may include {target}, which does not stand above it" for room, allowed in rooms.items()
              for target in allowed if target not in names[:names.index(room)]]
@@ -195,7 +195,7 @@ def read_budget(text: str) -> list[tuple[str, list[str], int, int]]:
 
 
 def size_of(room: str, paths: list[str]) -> int:
-    """Lines of the files, or words of the room of that name."""
+    """Lines of the files; for the room `words`, their words."""
     listed = subprocess.run(["git", "ls-files", "-z", "--", *paths], cwd=ROOT, capture_output=True, text=True, check=True)
     texts = [(ROOT / name).read_bytes() for name in listed.stdout.split("\0") if name and (ROOT / name).exists()]
     return sum(len(text.decode().split()) if room == "words" else text.count(b"\n") for text in texts)
