@@ -33,8 +33,7 @@ class History {
     return states_[now_];
   }
 
-  /// Keeps the present state unless the last kept one is so near that `capacity` states would not
-  /// reach back by `reach_ns`.
+  /// Keeps the present state if it is `reach_ns` / (capacity - 2) after the last kept one.
   void keep(std::int64_t reach_ns) noexcept {
     const std::int64_t interval_ns = reach_ns / static_cast<std::int64_t>(capacity - 2);
     const State& before = states_[(now_ + capacity - 1) % capacity];

@@ -51,8 +51,7 @@ double possible_change(const CarModel& model, const State& state, const Sample& 
                                               : 0.0;
 }
 
-/// Attributes a sudden change `off` beyond S to a_x, and that of a wheel to v_x, too; not to a bias
-/// or a gradient.
+/// Attributes a sudden change `off` beyond S to a_x, a wheel's to v_x, too: not to bias or slope.
 void inflate_acceleration(const Tuning& tuning, State& state, const Sample& sample,
                           double off) noexcept {
   double& a_x = state.variance(at::accel_x);

@@ -33,8 +33,7 @@ struct FirstSpeeds {
 /// Time of the earliest wheel sample that is consistent with this one; its own time if none is.
 [[nodiscard]] std::int64_t consistent_since_ns(const State& state, const Sample& sample) noexcept;
 
-/// Numbers of turning and still wheels, from the newest sample of each in the last quarter of a
-/// second, `sample` included.
+/// Turning and still wheels, by the newest sample of each within 0.25 s, `sample` included.
 struct WheelCount {
   int turning = 0;
   int still = 0;

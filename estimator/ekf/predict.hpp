@@ -12,8 +12,7 @@
 
 namespace odomd::estimator::full {
 
-/// The gyro: z = (1 + s_g) (ψ̇ - τ ψ̈) + b_g, τ: τ_g less the time by which the sample was
-/// advanced.
+/// The gyro: z = (1 + s_g) (ψ̇ - τ ψ̈) + b_g, τ = τ_g - `advanced_s`.
 [[nodiscard]] Prediction predict_yaw_rate(const State& state, double sigma,
                                           double advanced_s = 0.0) noexcept;
 

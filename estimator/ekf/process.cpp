@@ -69,8 +69,7 @@ template <Eigen::Index stride>
                   F.velocity.by_side_force * of(at::side_force);
     of(at::yaw_rate) = by(2, 0) * v_x + by(2, 1) * v_y + by(2, 2) * turn + by_front[1] * front;
     if (first == at::x) {
-      // Derivatives with respect to the mean velocity, ½ (v + v'), and to the yaw: ∂X'/∂ψ_m = -ΔY,
-      // ∂Y'/∂ψ_m = ΔX
+      // With respect to ½ (v + v') and to the yaw: ∂X'/∂ψ_m = -ΔY, ∂Y'/∂ψ_m = ΔX
       const double along = v_x + of(at::v_x);
       const double across = v_y + of(at::v_y);
       const double turned = F.half * (turn + of(at::yaw_rate));
@@ -85,8 +84,7 @@ template <Eigen::Index stride>
   of(at::side_force) *= F.force_decay;
 }
 
-/// Adds to B the effect that a slow error of tyres or steering has on velocity and pose in the
-/// step.
+/// Adds to B the effect of a slow error of tyres or steering on velocity and pose in the step.
 void add_turn(const Jacobian& F, const Eigen::Vector2d& by_error, slow::Index error,
               State& state) noexcept {
   auto by = state.slow.sensitivity.col(error);

@@ -136,8 +136,7 @@ inline constexpr double min_learning_speed = 0.3;
 /// Whether the gyro's reading may be its bias: small and constant.
 [[nodiscard]] bool is_steady(const SourceHistory& gyro) noexcept;
 
-/// The equations of all sources that are alive. `backwards`: unsigned wheel speeds count as
-/// negative.
+/// The equations of all sources that are alive. `backwards`: unsigned wheel speeds are negative.
 [[nodiscard]] Consensus equations(const Sensors& sensors, const Observations& observed,
                                   bool backwards, Over over) noexcept;
 
@@ -156,8 +155,7 @@ void integrate_acceleration(const Sensors& sensors, Observations& observed, doub
 /// bias) from the difference of the two. Call it while wheels or a camera measure the speed.
 void follow_consensus(Observations& observed, double dt, bool contradicted, bool learns) noexcept;
 
-/// A misfit above this needs a fault to explain it. All scores here are -2 log of a likelihood
-/// ratio.
+/// A misfit above this needs a fault to explain it. Scores are -2 log of a likelihood ratio.
 inline constexpr double gate = 25.0;
 /// The best hypothesis must be better than every other hypothesis by this.
 inline constexpr double margin = 6.0;

@@ -178,8 +178,7 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
   observed_.integrated_sigma += gravity * (elapsed_s - dt);
   observed_.speed_unknown_s += elapsed_s - dt;
   integrate_acceleration(sensors, observed_, dt, agreed_.wheels_distrusted);
-  // 2. The consensus of the trusted sources and, if they contradict each other, the sources at
-  // fault.
+  // 2. The consensus of the trusted sources; if it is contradicted, the sources at fault.
   Consensus all = equations(sensors, observed_, backwards_, Over::short_time);
   Solution base = all.without(out);
   const Sources present = all.present();

@@ -1,6 +1,5 @@
 // Fault detection and isolation: compares all sources with their consensus on the motion of the
-// car. If they contradict it, the fewest sources whose absence resolves the contradiction are at
-// fault.
+// car. If they contradict it, the fewest sources whose absence resolves this are at fault.
 //
 // docs/model.md, "Integrity".
 //

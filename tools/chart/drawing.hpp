@@ -21,7 +21,7 @@ inline constexpr double tick_size = 27.0;
 /// Mean width of a letter / font size; generous, as fonts differ.
 inline constexpr double letter_width = 0.57;
 
-/// Six hues, then the same ones darker: brightness tells them apart for colour-blind readers.
+/// Six hues, then the same ones darker: their brightness differs for colour-blind readers.
 inline constexpr std::array<const char*, 12> colours{"#0072B2", "#D55E00", "#009E73", "#CC79A7",
                                                      "#56B4E9", "#8A6D00", "#003A5C", "#7A3500",
                                                      "#00513B", "#7D3F63", "#1B6A8F", "#403200"};

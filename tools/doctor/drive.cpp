@@ -138,7 +138,7 @@ std::optional<Diagnostic> check_range(const SignalLog& log, Source source) {
                            samples, series.size()));
 }
 
-// Faults for which the replay would blame another sensor: camera sigmas that do not match its
+// Faults for which the replay would accuse another sensor: camera sigmas that do not match its
 // scatter, and sensors at the end of their range.
 Diagnostics find_culprits(const Drive& drive, const SignalLog& log) {
   Diagnostics all;

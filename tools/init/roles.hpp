@@ -25,7 +25,7 @@ struct Candidate {
   bool all_ones = false;                 ///< occurs in the log, and is left out
   can::Unit unit = can::Unit::none;      ///< the database's, or the role's usual one
   double score = 0.0;                    ///< comparable within a role only
-  std::vector<std::string> warnings;     ///< why name, unit or size leave doubt; empty: none
+  std::vector<std::string> warnings;     ///< why name, unit or size are uncertain; empty: none
   double forward = 0.0, reverse = 0.0;   ///< physical values of the role direction
 
   [[nodiscard]] std::string name() const { return message->name + "." + signal->name; }

@@ -98,7 +98,7 @@ TEST(CameraTrust, AStepOfTheGyroBiasIsLearntOnTheMove) {
     });
     const Estimate& last = estimates.back();
     EXPECT_LT(last.reset_count, 6U) << step;
-    // At a constant yaw rate, bias and scale cannot be told apart.
+    // At a constant yaw rate, bias and scale cannot be separated.
     EXPECT_NEAR(last.calibration.value[0] + (last.calibration.value[1] - 1.0) * circle.yaw_rate,
                 step, 0.01)
         << step;

@@ -193,7 +193,7 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
 }
 
 // The displacement along the heading over τ, as the camera sees it, is ∫ v over τ. The chord of an
-// arc is shorter by Δψ²/24, and a reference point beside the centre of gravity adds its distance
+// arc is shorter by Δψ²/24, and a reference point off the centre of gravity adds its distance
 // times Δψ.
 SourceOffset speed_by_camera(const GyroDrive& drive, Source source,
                              std::span<const estimator::CameraPose> camera, double camera_offset) {

@@ -56,7 +56,7 @@ WheelMotion wheel_motion(const PlantParameters& p, const State& s, std::size_t w
   motion.transport_y = std::max(rolling, 0.5 * std::abs(hub.y));
 
   const double length_y = p.relaxation_length, length_x = 0.5 * p.relaxation_length;
-  // The damping fades out while it is small beside the relaxation: a few per cent of the stiffness.
+  // The damping fades out where the relaxation dominates: a few per cent of the stiffness.
   const double fade_speed = 0.2 * p.relaxation_length / p.tyre_damping;
   const double damping =
       rolling < fade_speed
