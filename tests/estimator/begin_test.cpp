@@ -1,14 +1,10 @@
 // Start of the filter: from a camera pose, at rest, or from a predecessor.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <optional>
-#include <vector>
 
 #include "circle_drive.hpp"
 #include "estimator/full_filter.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::begin_test {
 namespace {

@@ -1,17 +1,11 @@
 // Corrupt samples that pass the checks: with a checksum of 8 bits, one random frame in 256 passes.
 // A single corrupt frame must not move the pose, whatever it contains and whatever follows.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
 #include <functional>
 #include <random>
-#include <utility>
 
 #include "circle_drive.hpp"
 #include "estimator/full_filter.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::testing {
 namespace {

@@ -1,22 +1,15 @@
 // Properties of every model behind the common interface.
 #include "estimator/filter.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numeric>
 #include <optional>
 #include <random>
 #include <stdexcept>
-#include <string>
-#include <vector>
 
 #include "drive.hpp"
 #include "tests/allocation_count.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::filter_test {
 namespace {

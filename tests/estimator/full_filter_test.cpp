@@ -1,17 +1,12 @@
 // The full filter as a whole: a flood of samples, a long gap, a wrong camera.
 #include "estimator/full_filter.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <optional>
 #include <random>
-#include <vector>
 
 #include "circle_drive.hpp"
 #include "estimator/common/pose.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full_filter_test {
 namespace {

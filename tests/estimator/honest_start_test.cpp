@@ -1,14 +1,10 @@
 // One sensor alone decides nothing: not at the start, not at rest, not at a single instant.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstdint>
 #include <random>
 #include <tuple>
-#include <vector>
 
 #include "tests/estimator/circle_drive.hpp"
 #include "tests/estimator/signalled_car.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::honest_start_test {
 namespace {

@@ -1,10 +1,5 @@
 // Errors that last: sensors that are later than configured, and a camera whose errors are not
 // white.
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
-#include <cstdint>
 #include <functional>
 #include <random>
 
@@ -12,6 +7,7 @@
 
 #include "estimator/common/pose.hpp"
 #include "estimator/full_filter.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator {
 namespace {

@@ -1,14 +1,10 @@
 // Late and shuffled samples and skipped ticks give the same bits in the end.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
 #include <optional>
 #include <random>
-#include <vector>
 
 #include "circle_drive.hpp"
 #include "estimator/full_filter.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::order_of_arrival_test {
 namespace {

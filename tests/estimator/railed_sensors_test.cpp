@@ -1,13 +1,8 @@
 // Sensors that are stuck at the end of their range for seconds: their effect on the pose must end
 // with the failure.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
 #include "circle_drive.hpp"
 #include "estimator/full_filter.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::railed_sensors_test {
 namespace {

@@ -1,11 +1,9 @@
 // An invalid state is counted, never published, and restarted from the last pose.
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <limits>
 
 #include "circle_drive.hpp"
 #include "estimator/full_filter.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::recovery_test {
 namespace {

@@ -1,10 +1,7 @@
 // The most work of a step of the full filter. Fakes that count replace the work on the state: this
 // program defines advance() and its like, so the library's are not linked.
-#include <gtest/gtest.h>
-
-#include <cstdint>
-
 #include "estimator/full_filter.hpp"
+#include "tests/gtest.hpp"
 
 namespace {
 

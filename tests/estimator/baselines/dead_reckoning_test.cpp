@@ -1,13 +1,9 @@
 // The kinematic bicycle and the slip odometer: geometry, forces, and Jacobians against automatic
 // differentiation. Their filters are tested in kinematic_filter_test.cpp and
 // inertial_filter_test.cpp.
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
-
 #include "estimator/baselines/motion.hpp"
 #include "tests/estimator/autodiff.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::dead_reckoning_test {
 namespace {

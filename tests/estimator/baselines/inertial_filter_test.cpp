@@ -1,13 +1,10 @@
 // Dead reckoning from gyro, wheels and the slip of a steady turn.
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
 #include <numbers>
 
 #include "estimator/baselines/motion.hpp"
 #include "estimator/common/pose.hpp"
 #include "tests/estimator/drive.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::inertial_filter_test {
 namespace {

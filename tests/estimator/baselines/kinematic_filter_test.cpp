@@ -1,10 +1,8 @@
 // Dead reckoning with the kinematic model.
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <numbers>
 
 #include "tests/estimator/drive.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::kinematic_filter_test {
 namespace {

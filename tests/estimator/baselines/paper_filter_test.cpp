@@ -1,13 +1,9 @@
 // Compares the paper's filter with its author's own, and tests when it stops.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
 #include "estimator/baselines/motion.hpp"
 #include "estimator/filter.hpp"
 #include "tests/estimator/drive.hpp"
 #include "tests/estimator/golden.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::paper_filter_test {
 namespace {

@@ -1,15 +1,12 @@
 // The paper's equations: compares the Jacobian of a step with automatic differentiation, and checks
 // the steady turn of the errata. paper_filter_test.cpp tests the whole filter.
-#include <gtest/gtest.h>
-
 #include <Eigen/Eigenvalues>
-#include <cmath>
-#include <vector>
 
 #include "estimator/baselines/motion.hpp"
 #include "tests/estimator/autodiff.hpp"
 #include "tests/estimator/discrete_step.hpp"
 #include "tests/estimator/driving_cases.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::paper_test {
 namespace {

@@ -1,13 +1,8 @@
 // Late camera poses with a known odometry: which ones re-anchor, and which are rejected.
 #include "estimator/baselines/pose_anchor.hpp"
+#include "tests/gtest.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <limits>
-#include <vector>
 
 namespace odomd::estimator::pose_anchor_test {
 namespace {

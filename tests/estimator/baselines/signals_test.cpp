@@ -1,11 +1,8 @@
 // One verdict for each sample, and the newest value is held; v_x of a car on a circle, from
 // whichever wheels report.
 #include "estimator/baselines/signals.hpp"
+#include "tests/gtest.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstdint>
 #include <initializer_list>
 #include <limits>
 

@@ -1,7 +1,6 @@
 // Pose algebra, and motion at a velocity.
 #include "estimator/common/pose.hpp"
-
-#include <gtest/gtest.h>
+#include "tests/gtest.hpp"
 
 #include <numbers>
 

@@ -1,10 +1,8 @@
 // Compares packed covariances with full matrices.
 #include "estimator/common/symmetric3.hpp"
-
-#include <gtest/gtest.h>
+#include "tests/gtest.hpp"
 
 #include <Eigen/Dense>
-#include <cmath>
 #include <limits>
 
 namespace odomd::estimator::symmetric3_test {

@@ -1,13 +1,10 @@
 // Compares the accelerometers' predictions with the model and with central differences.
 #include "estimator/ekf/predict.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "derivatives.hpp"
 #include "estimator/common/vehicle.hpp"
 #include "states.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::accelerometer_test {
 namespace {

@@ -1,11 +1,8 @@
 // Effects of the integrity verdict on the filter: resets to the consensus, forced samples, doubtful
 // poses.
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "estimator/ekf/update.hpp"
 #include "tests/estimator/signalled_car.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::apply_integrity_test {
 namespace {

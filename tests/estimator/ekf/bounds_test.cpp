@@ -1,8 +1,5 @@
 #include "estimator/ekf/publication.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <limits>
 #include <random>
 
@@ -10,6 +7,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "states.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::bounds_test {
 namespace {

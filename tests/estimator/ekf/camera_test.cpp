@@ -1,11 +1,7 @@
 // The camera's gate and update, and the recovery of a filter that disagrees with it.
 #include "estimator/ekf/camera.hpp"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/LU>
-#include <cmath>
-#include <cstdint>
 #include <numbers>
 #include <random>
 
@@ -13,6 +9,7 @@
 #include "estimator/ekf/take.hpp"
 #include "estimator/ekf/update.hpp"
 #include "tests/estimator/ekf/states.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::camera_test {
 namespace {

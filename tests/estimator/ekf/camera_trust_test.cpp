@@ -1,17 +1,13 @@
 // A camera that contradicts the car's own sensors: which of them the filter follows, and what it
 // learns.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
 #include <functional>
 #include <numbers>
 #include <optional>
 #include <random>
-#include <vector>
 
 #include "estimator/full_filter.hpp"
 #include "tests/estimator/circle_drive.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::camera_trust_test {
 namespace {

@@ -1,10 +1,9 @@
 // Compares the gyro's prediction with its equation and with central differences.
 #include "estimator/ekf/predict.hpp"
 
-#include <gtest/gtest.h>
-
 #include "derivatives.hpp"
 #include "states.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::gyro_test {
 namespace {

@@ -1,15 +1,11 @@
 // Gates of the car's own sensors, the states that each may correct, and sudden changes.
 #include "estimator/ekf/judge.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
 #include "estimator/ekf/predict.hpp"
 #include "estimator/ekf/publication.hpp"
 #include "tests/estimator/ekf/states.hpp"
 #include "tests/estimator/signalled_car.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::judge_test {
 namespace {

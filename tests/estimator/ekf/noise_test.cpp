@@ -1,12 +1,10 @@
 // Noise from the data: from a sensor's scatter and from the innovations, and the bounds of both.
 #include "estimator/ekf/noise.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <random>
 
 #include "estimator/ekf/predict.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::noise_test {
 namespace {

@@ -1,12 +1,10 @@
 // One corrupt sample among good ones, and the decision between two that contradict each other.
 #include "estimator/ekf/plausibility.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <random>
 
 #include "tests/estimator/signalled_car.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::plausibility_test {
 namespace {

@@ -1,17 +1,11 @@
 // Compares the process model with automatic differentiation and with its parts.
 #include "estimator/ekf/process.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <utility>
-#include <vector>
-
 #include "derivatives.hpp"
 #include "states.hpp"
 #include "tests/estimator/autodiff.hpp"
 #include "tests/estimator/discrete_step.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::process_test {
 namespace {

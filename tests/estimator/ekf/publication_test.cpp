@@ -1,14 +1,9 @@
 // The published part of the state, and the state that resumes from it.
 #include "estimator/ekf/publication.hpp"
 
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
-#include <cstdint>
-
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/symmetric3.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::publication_test {
 namespace {

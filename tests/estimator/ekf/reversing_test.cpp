@@ -1,14 +1,11 @@
 // The full filter's velocity step where the printed one is invalid: through standstill, and in
 // reverse (errata, 5).
-#include <gtest/gtest.h>
-
 #include <Eigen/Eigenvalues>
-#include <cmath>
-#include <vector>
 
 #include "estimator/baselines/motion.hpp"
 #include "estimator/ekf/process.hpp"
 #include "tests/estimator/driving_cases.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::reversing_test {
 namespace {

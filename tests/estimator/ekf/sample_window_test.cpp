@@ -1,15 +1,10 @@
 // The window of samples: its order, duplicates, and dropped samples.
 #include "estimator/ekf/sample_window.hpp"
+#include "tests/gtest.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cstdint>
 #include <limits>
 #include <memory>
 #include <random>
-#include <vector>
 
 namespace odomd::estimator::full::sample_window_test {
 namespace {

@@ -1,18 +1,14 @@
 // Start and end of a standstill, and the estimates during one.
 #include "estimator/ekf/standstill.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstdint>
 #include <random>
 #include <tuple>
-#include <utility>
 
 #include "estimator/ekf/publication.hpp"
 #include "estimator/ekf/take.hpp"
 #include "estimator/ekf/update.hpp"
 #include "tests/estimator/ekf/states.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::standstill_test {
 namespace {

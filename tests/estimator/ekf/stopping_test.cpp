@@ -1,11 +1,9 @@
 // Stopping, standing and setting off, decided from wheels and gyro together.
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <random>
 
 #include "tests/estimator/signalled_car.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::stopping_test {
 namespace {

@@ -2,15 +2,11 @@
 // disagreeing with the others.
 #include "estimator/ekf/take.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
 #include <random>
-#include <vector>
 
 #include "estimator/common/symmetric3.hpp"
 #include "tests/estimator/signalled_car.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::take_test {
 namespace {

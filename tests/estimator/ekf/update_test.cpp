@@ -2,14 +2,12 @@
 // errors with the joint filter.
 #include "estimator/ekf/update.hpp"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/LU>
-#include <cmath>
 #include <random>
 
 #include "derivatives.hpp"
 #include "states.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::update_test {
 namespace {

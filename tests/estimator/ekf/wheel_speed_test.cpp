@@ -1,15 +1,10 @@
 // The prediction of a wheel's speed: each wheel at its position, and the derivatives.
 #include "estimator/ekf/predict.hpp"
 
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
-#include <utility>
-
 #include "derivatives.hpp"
 #include "estimator/ekf/take.hpp"
 #include "states.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::wheel_speed_test {
 namespace {

@@ -1,6 +1,5 @@
 #include "estimator/integrity/admission.hpp"
-
-#include <gtest/gtest.h>
+#include "tests/gtest.hpp"
 
 #include <limits>
 

@@ -1,11 +1,8 @@
 // Faults that pass the gate at every instant, and show only over seconds.
 #include "estimator/integrity/camera_consistency.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "estimator/integrity/integrity.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::integrity::camera_consistency_test {
 namespace {

@@ -1,11 +1,8 @@
 // Least squares over all rows, and without the rows of some sources.
 #include "estimator/integrity/consensus.hpp"
+#include "tests/gtest.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <initializer_list>
-#include <utility>
 
 namespace odomd::estimator::integrity::consensus_test {
 namespace {

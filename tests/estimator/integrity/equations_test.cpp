@@ -1,13 +1,10 @@
 // The parity equations: the true motion of a car satisfies all of them.
 #include "estimator/integrity/equations.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include "estimator/common/wheel_place.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::integrity::equations_test {
 namespace {

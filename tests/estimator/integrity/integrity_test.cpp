@@ -1,18 +1,12 @@
 // Integrity on a simulated drive: detects each fault, and raises no flag without one.
 #include "estimator/integrity/integrity.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <functional>
 #include <optional>
-#include <string>
-#include <utility>
 
 #include "estimator/common/settings.hpp"
 #include "tests/allocation_count.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::integrity_test {
 namespace {

@@ -1,9 +1,6 @@
 // When each mode is entered and left; no mode flaps.
 #include "estimator/integrity/mode_monitor.hpp"
-
-#include <gtest/gtest.h>
-
-#include <cstdint>
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::mode_monitor_test {
 namespace {

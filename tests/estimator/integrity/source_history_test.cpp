@@ -1,9 +1,7 @@
 // The history of a source: means and their rates, and repeats.
 #include "estimator/integrity/source_history.hpp"
+#include "tests/gtest.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <functional>
 
 namespace odomd::estimator::integrity::source_history_test {

@@ -1,13 +1,8 @@
 // Mistakes on a bus: its interface and its frames.
 #include "tools/doctor/bus.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <string>
-
 #include "tests/diagnostics.hpp"
+#include "tests/gtest.hpp"
 #include "tests/tools/fault/small_car.hpp"
 
 namespace odomd::tools::doctor::bus_test {
@@ -16,11 +11,6 @@ namespace {
 using diagnostics::Diagnostics;
 using diagnostics::fix_of;
 using diagnostics::Named;
-using ::testing::Contains;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::UnorderedElementsAre;
 
 Link sound_link() {
   Link link;

@@ -1,13 +1,10 @@
 // Mistakes of a running daemon, planted in its status.
 #include "tools/doctor/daemon.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
-#include <string>
 
 #include "tests/diagnostics.hpp"
+#include "tests/gtest.hpp"
 #include "tests/tools/doctor/sound_status.hpp"
 
 namespace odomd::tools::doctor::daemon_test {
@@ -17,9 +14,6 @@ using diagnostics::Diagnostics;
 using diagnostics::fix_of;
 using diagnostics::Named;
 using nlohmann::json;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 Diagnostics of(const json& status) {
   return examine_daemon(status, Machine{});

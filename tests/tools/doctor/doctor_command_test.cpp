@@ -12,12 +12,9 @@
 //   the bus, bus_test.cpp           down, no restart-ms, errors (bit rate), a message that is
 //                                   missing, another rate
 // Each file has more; daemon_test.cpp has the mistakes of a running daemon.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
-#include <string>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/doctor/sound_status.hpp"
 #include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
@@ -26,10 +23,6 @@ namespace odomd::tools::doctor::doctor_command_test {
 namespace {
 
 using nlohmann::json;
-using ::testing::AllOf;
-using ::testing::EndsWith;
-using ::testing::HasSubstr;
-using ::testing::StartsWith;
 using namespace std::string_literals;
 
 /// A drive of `odom sim`, made once.

@@ -1,16 +1,14 @@
 // Mistakes of the machine, made in values and in copies of /etc, /proc and /sys.
 #include "tools/doctor/machine.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
-#include <string>
 
 #include "tests/diagnostics.hpp"
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::doctor::machine_test {
@@ -19,9 +17,6 @@ namespace {
 using diagnostics::Diagnostics;
 using diagnostics::fix_of;
 using diagnostics::Named;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 TEST(Machine, ThatIsSoundGivesNothing) {
   EXPECT_THAT(examine_machine(Machine{}), IsEmpty());

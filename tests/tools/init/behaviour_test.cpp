@@ -1,20 +1,13 @@
 // Signs, scales and biases of artificial drives with known answers.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <functional>
-#include <string>
-#include <vector>
 
+#include "tests/gtest.hpp"
 #include "tools/init/proposal.hpp"
 
 namespace odomd::tools::behaviour_test {
 namespace {
 
 using estimator::Source;
-using testing::IsEmpty;
-using testing::Not;
 
 constexpr double wheelbase = 2.5, track = 1.5;
 

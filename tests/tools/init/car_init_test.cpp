@@ -1,12 +1,10 @@
 // odom init as a command, and its questions about the car.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
 #include <sstream>
-#include <string>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/init/car.hpp"
 
@@ -15,10 +13,6 @@ namespace {
 
 using estimator::Source;
 using nlohmann::json;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
 
 // Questions about the car.
 

@@ -1,19 +1,12 @@
 // Frames of motor controllers, packed here as their makers document them, independently of our
 // databases: the configuration of odom init decodes them, and a drive with them gives a pose.
 #include "tools/init/motor_controller.hpp"
+#include "tests/gtest.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <bit>
-#include <cmath>
-#include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <string>
-#include <vector>
 
 #include <fmt/format.h>
 
@@ -25,9 +18,6 @@ namespace odomd::tools::motor_controller_test {
 namespace {
 
 using nlohmann::json;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
 
 /// Payload bytes in hexadecimal.
 std::string most_significant_first(std::int64_t value, int bytes) {

@@ -1,19 +1,12 @@
 // A simulated drive on another maker's bus: signs and validity in separate bits, all ones while
 // sensors start, motor turns, a command without a unit.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <string>
-#include <vector>
 
 #include <fmt/format.h>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/replay/drive.hpp"
@@ -23,7 +16,6 @@ namespace {
 
 using estimator::Source;
 using nlohmann::json;
-using testing::HasSubstr;
 
 struct Field {
   const char* name;

@@ -1,19 +1,13 @@
 // Assignment of signals to roles, by name, unit and size.
 #include "tools/init/roles.hpp"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "tests/gtest.hpp"
 
 #include <optional>
-#include <string>
-#include <vector>
 
 namespace odomd::tools::roles_test {
 namespace {
 
 using estimator::Source;
-using testing::IsEmpty;
-using testing::Not;
 
 can::Database database(const std::string& signals, const std::string& message = "MSG") {
   return can::parse_dbc("VERSION \"\"\nBU_: A\nBO_ 100 " + message + ": 8 A\n" + signals + "\n",

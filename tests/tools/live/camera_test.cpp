@@ -1,6 +1,4 @@
 // odom camera send, to the test's own socket.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -12,20 +10,15 @@
 #include <cstring>
 #include <filesystem>
 #include <memory>
-#include <string>
 #include <thread>
-#include <utility>
-#include <vector>
 
 #include "base/file_descriptor.hpp"
+#include "tests/gtest.hpp"
 #include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::camera_test {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 class CameraSend : public ::testing::Test {
  protected:

@@ -1,6 +1,4 @@
 // The tools with a running daemon.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <sys/wait.h>
@@ -8,13 +6,11 @@
 
 #include <chrono>
 #include <csignal>
-#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <memory>
-#include <string>
-#include <vector>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/live/daemon_link.hpp"
@@ -25,9 +21,6 @@ namespace odomd::tools::follow_test {
 namespace {
 
 using std::chrono::milliseconds;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 // How the tools find a daemon, and how a recorder notices the end of its connection.
 

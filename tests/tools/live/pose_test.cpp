@@ -1,21 +1,15 @@
 // odom pose as a command, on the test's own segment.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <string>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/live/status_text.hpp"
 
 namespace odomd::tools::pose_test {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::StartsWith;
 
 class PoseCommand : public ::testing::Test {
  protected:

@@ -1,14 +1,10 @@
 // odom status: how it asks for the document and prints it.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <odom/odom.h>
 
 #include <nlohmann/json.hpp>
-#include <string>
-#include <utility>
 
 #include "daemon/housekeeping/status.hpp"
+#include "tests/gtest.hpp"
 #include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/diagnostics/conditions.hpp"
@@ -18,10 +14,7 @@ namespace odomd::tools::status_test {
 namespace {
 
 using nlohmann::json;
-using ::testing::EndsWith;
-using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
-using ::testing::Not;
 
 json document(double uptime, std::uint64_t ticks) {
   return json{{"version", "0.1.0"},

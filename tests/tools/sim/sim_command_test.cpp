@@ -2,26 +2,19 @@
 #include <sys/socket.h>
 
 #include <sstream>
-#include <string>
-#include <vector>
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <odom/odom.h>
 #include <nlohmann/json.hpp>
 
 #include "base/file_descriptor.hpp"
 #include "can_protocol/sources/candump.hpp"
+#include "tests/gtest.hpp"
 #include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/sim/car/vehicle.hpp"
 
 namespace odomd::tools::sim_command_test {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::StartsWith;
 
 std::vector<can::Frame> frames_of(const std::string& text) {
   std::vector<can::Frame> frames;

@@ -1,12 +1,9 @@
 // Sensors that contradict each other are named.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <numbers>
 #include <random>
 
 #include "tests/diagnostics.hpp"
+#include "tests/gtest.hpp"
 #include "tools/identify/common/agreement.hpp"
 
 namespace odomd::tools::agreement_test {
@@ -15,7 +12,6 @@ namespace {
 using diagnostics::Named;
 using estimator::Source;
 using testing::Optional;
-using testing::StartsWith;
 using testing::ThrowsMessage;
 
 constexpr std::int64_t start_ns = 1'760'000'000'000'000'000;

@@ -1,11 +1,6 @@
 // What the methods of odom identify share.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <string>
-#include <vector>
-
 #include "tests/diagnostics.hpp"
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/identify/common/finding.hpp"
@@ -15,10 +10,6 @@ namespace odomd::tools::common_test {
 namespace {
 
 using estimator::Source;
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::Not;
 
 constexpr std::string_view dbc = R"(VERSION ""
 BO_ 257 WHEEL: 2 Car

@@ -1,18 +1,12 @@
 // odom identify fit as a command: a simulated drive gives the values of its configuration;
 // unsuitable drives are refused with the reason.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
-#include <string>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::fit_command_test {
 namespace {
-
-using testing::HasSubstr;
-using testing::Not;
 
 std::string in(const Scratch& scratch, const std::string& command) {
   return "cd " + scratch.path("").string() + " && " + command;

@@ -1,11 +1,7 @@
 // The command line of odom identify fit, before it starts odom-fit.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <CLI/CLI.hpp>
-#include <string>
-#include <vector>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/fit/options.hpp"
 #include "tools/identify/fit/parameters.hpp"
@@ -14,7 +10,6 @@ namespace odomd::tools::fit_options_test {
 namespace {
 
 using fitting::parse_prior;
-using testing::HasSubstr;
 
 std::string refusal(std::vector<std::string> arguments) {
   CLI::App app;

@@ -1,12 +1,7 @@
 // The fit on a short simulated drive, and its errors for unsuitable ones.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
 #include "estimator/ekf/process.hpp"
 #include "tests/diagnostics.hpp"
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/fit/drive.hpp"
 #include "tools/identify/fit/findings.hpp"
@@ -18,9 +13,6 @@ namespace odomd::tools::fitting::fit_test {
 namespace {
 
 using estimator::Source;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 namespace st = car_model;
 
 daemon::Config car() {

@@ -1,14 +1,8 @@
 // Fitted values tried on the filter: it keeps those that help.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <string>
-#include <vector>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/identify/common/finding.hpp"
@@ -16,8 +10,6 @@
 
 namespace odomd::tools::fitting::fit_trial_test {
 namespace {
-
-using testing::HasSubstr;
 
 TEST(Smoothed, FollowsACurveThroughNoiseAndForgetsAnOutlier) {
   std::vector<estimator::CameraPose> poses;

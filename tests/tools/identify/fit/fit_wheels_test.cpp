@@ -1,12 +1,8 @@
 // The fit's model of the wheels in quick turns, compared with the simulated car.
-#include <gtest/gtest.h>
-
 #include <Eigen/Dense>
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <numbers>
 
+#include "tests/gtest.hpp"
 #include "tools/identify/fit/window.hpp"
 #include "tools/sim/car/vehicle.hpp"
 

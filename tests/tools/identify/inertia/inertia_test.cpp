@@ -1,12 +1,9 @@
 // The pendulum's formulas compared with a rigid body on two elastic cords, and results from
 // records.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/inertia/bifilar.hpp"
 #include "tools/identify/inertia/propagation.hpp"
@@ -17,7 +14,6 @@ namespace odomd::tools::inertia_test {
 namespace {
 
 using std::numbers::pi;
-using testing::HasSubstr;
 
 constexpr Bifilar reference{.spacing_above = 0.2, .spacing_below = 0.2, .cord = 1.0};
 constexpr double mass = 2.985, inertia = 0.0283384, gravity = 9.81;

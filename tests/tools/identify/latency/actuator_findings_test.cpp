@@ -2,12 +2,8 @@
 #include "tests/diagnostics.hpp"
 #include "tools/identify/latency/steering_response.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <string>
-
 #include "daemon/core/config.hpp"
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::actuator_findings_test {

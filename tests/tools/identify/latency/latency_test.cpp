@@ -1,14 +1,9 @@
 // Time offsets between signals, for signals with known offsets.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
-#include <string>
-#include <vector>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
 #include "tools/identify/latency/source_offsets.hpp"

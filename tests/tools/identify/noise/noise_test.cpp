@@ -1,9 +1,7 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/noise/noise_findings.hpp"
 #include "tools/identify/noise/standing_noise.hpp"
@@ -11,8 +9,6 @@
 
 namespace odomd::tools::noise_test {
 namespace {
-
-using testing::HasSubstr;
 
 struct Sensor {
   double sigma = 0.01;

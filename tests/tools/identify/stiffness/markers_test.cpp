@@ -1,8 +1,6 @@
 // From a film's markers to steady circles.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "tests/diagnostics.hpp"
+#include "tests/gtest.hpp"
 #include "tests/tools/identify/stiffness/synthetic_film.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/stiffness/circle_runs.hpp"
@@ -11,8 +9,6 @@
 namespace odomd::tools::markers_test {
 namespace {
 
-using testing::Contains;
-using testing::HasSubstr;
 using testing::SizeIs;
 
 TEST(MarkerTrack, ReadsColumnsByNameInAnyOrderAndCountsGaps) {

@@ -1,22 +1,16 @@
 // Cornering stiffnesses from circles.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/stiffness/stiffness_findings.hpp"
 
 namespace odomd::tools::stiffness_test {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::StartsWith;
 
 // The reference car, and values missing in its configuration.
 struct Truth {

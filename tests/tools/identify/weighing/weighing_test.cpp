@@ -1,10 +1,7 @@
 #include "tools/identify/weighing/weighing.hpp"
 #include "tests/diagnostics.hpp"
+#include "tests/gtest.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "tests/tools/scratch.hpp"
@@ -13,9 +10,6 @@
 
 namespace odomd::tools::weighing_test {
 namespace {
-
-using testing::HasSubstr;
-using testing::Not;
 
 TEST(Quantity, IsReadWithItsUnit) {
   EXPECT_DOUBLE_EQ(parse_quantity("2.985", Dimension::mass, "--x").value, 2.985);

@@ -1,6 +1,4 @@
 // odom watch as a command: on the test's own terminal, and into a pipe.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <poll.h>
 #include <pty.h>
 #include <sys/wait.h>
@@ -9,20 +7,15 @@
 #include <chrono>
 #include <csignal>
 #include <memory>
-#include <string>
-#include <string_view>
 #include <thread>
 
 #include "base/file_descriptor.hpp"
+#include "tests/gtest.hpp"
 #include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::watch_command_test {
 namespace {
-
-using ::testing::EndsWith;
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 constexpr std::string_view given_back = "\x1b[?7h\x1b[?25h\x1b[0m\x1b[?1049l";
 

@@ -1,18 +1,11 @@
 // odom watch: the parts of its pages, and the keys.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <string>
-
+#include "tests/gtest.hpp"
 #include "tools/live/line.hpp"
 #include "tools/live/watch/pictures.hpp"
 #include "tools/live/watch/terminal.hpp"
 
 namespace odomd::tools::watch::watch_parts_test {
 namespace {
-
-using ::testing::ElementsAre;
-using ::testing::IsEmpty;
 
 TEST(WatchHistogram, ShowsEveryBucketThatIsNotEmpty) {
   std::uint64_t histogram[ODOM_HISTOGRAM_BUCKETS]{};

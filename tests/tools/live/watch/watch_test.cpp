@@ -1,13 +1,9 @@
 // odom watch: its pages about a daemon, line by line.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <string>
 
+#include "tests/gtest.hpp"
 #include "tools/diagnostics/conditions.hpp"
 #include "tools/live/watch/draw.hpp"
 #include "tools/live/watch/pictures.hpp"
@@ -16,8 +12,6 @@ namespace odomd::tools::watch::watch_test {
 namespace {
 
 using nlohmann::json;
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 constexpr std::int64_t ms = 1'000'000;
 constexpr std::int64_t s = 1000 * ms;

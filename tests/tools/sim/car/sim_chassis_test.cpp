@@ -1,16 +1,10 @@
 // Cars with published data, compared with theory: roll and pitch of the body, wheel loads, driven
 // wheels, and sensor readings on the body.
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
-#include <string>
-#include <vector>
 
-#include <gtest/gtest.h>
-
+#include "tests/gtest.hpp"
 #include "tools/sim/car/plant.hpp"
 #include "tools/sim/car/vehicle.hpp"
 #include "tools/sim/course/track.hpp"

@@ -1,10 +1,7 @@
 // The simulated car, compared with theory.
-#include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
-#include <gtest/gtest.h>
-
+#include "tests/gtest.hpp"
 #include "tools/sim/car/plant.hpp"
 #include "tools/sim/car/vehicle.hpp"
 

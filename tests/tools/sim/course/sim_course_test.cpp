@@ -1,13 +1,9 @@
 // Tracks, and a driver who keeps the car in a power slide.
-#include <algorithm>
-#include <cmath>
 #include <memory>
 #include <numbers>
 #include <stdexcept>
-#include <vector>
 
-#include <gtest/gtest.h>
-
+#include "tests/gtest.hpp"
 #include "tools/sim/car/vehicle.hpp"
 #include "tools/sim/course/driver.hpp"
 #include "tools/sim/course/scenario.hpp"

@@ -1,12 +1,8 @@
 // How the simulated sensors and the camera measure the truth.
-#include <array>
-#include <cmath>
 #include <numbers>
 #include <stdexcept>
-#include <vector>
 
-#include <gtest/gtest.h>
-
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/math/random.hpp"
 #include "tools/sim/car/parameters.hpp"

@@ -1,13 +1,8 @@
 // Sensor errors that no configuration states: latency, dead band, range, warm-up, and correlated
 // camera errors.
-#include <array>
-#include <cmath>
-#include <cstdint>
 #include <cstring>
-#include <vector>
 
-#include <gtest/gtest.h>
-
+#include "tests/gtest.hpp"
 #include "tools/sim/car_bus.hpp"
 #include "tools/sim/sensors/camera.hpp"
 #include "tools/sim/sensors/sensors.hpp"
