@@ -1,17 +1,13 @@
 // A drive on a circle for the full filter, sample by sample, each with the time it arrives.
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cstdint>
 #include <optional>
 #include <random>
-#include <vector>
 
 #include "estimator/common/pose.hpp"
 #include "estimator/full_filter.hpp"
 #include "tests/estimator/drive.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::testing {
 

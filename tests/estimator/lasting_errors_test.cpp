@@ -1,6 +1,5 @@
 // Errors that last: sensors that are later than configured, and a camera whose errors are not
 // white.
-#include <functional>
 #include <random>
 
 #include <Eigen/LU>

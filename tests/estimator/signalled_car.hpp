@@ -1,17 +1,13 @@
 // Passes the samples of a simulated car to one state of the filter, tick by tick.
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
-#include <cstdint>
 #include <map>
 
 #include "estimator/ekf/publication.hpp"
 #include "estimator/ekf/take.hpp"
 #include "tests/estimator/drive.hpp"
 #include "tests/estimator/ekf/states.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::testing {
 

@@ -1,8 +1,9 @@
 // Late camera poses with a known odometry: which ones re-anchor, and which are rejected.
 #include "estimator/baselines/pose_anchor.hpp"
-#include "tests/gtest.hpp"
 
 #include <limits>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::pose_anchor_test {
 namespace {

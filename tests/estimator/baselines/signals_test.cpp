@@ -1,10 +1,11 @@
 // One verdict for each sample, and the newest value is held; v_x of a car on a circle, from
 // whichever wheels report.
 #include "estimator/baselines/signals.hpp"
-#include "tests/gtest.hpp"
 
 #include <initializer_list>
 #include <limits>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::signals_test {
 namespace {

@@ -1,8 +1,9 @@
 // Pose algebra, and motion at a velocity.
 #include "estimator/common/pose.hpp"
-#include "tests/gtest.hpp"
 
 #include <numbers>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::pose_test {
 namespace {

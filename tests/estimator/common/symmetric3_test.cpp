@@ -1,9 +1,10 @@
 // Compares packed covariances with full matrices.
 #include "estimator/common/symmetric3.hpp"
-#include "tests/gtest.hpp"
 
 #include <Eigen/Dense>
 #include <limits>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::symmetric3_test {
 namespace {

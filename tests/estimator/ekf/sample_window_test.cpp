@@ -1,10 +1,10 @@
 // The window of samples: its order, duplicates, and dropped samples.
 #include "estimator/ekf/sample_window.hpp"
-#include "tests/gtest.hpp"
 
 #include <limits>
-#include <memory>
 #include <random>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::sample_window_test {
 namespace {

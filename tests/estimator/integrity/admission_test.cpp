@@ -1,7 +1,8 @@
 #include "estimator/integrity/admission.hpp"
-#include "tests/gtest.hpp"
 
 #include <limits>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::admission_test {
 namespace {

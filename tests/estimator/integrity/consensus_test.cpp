@@ -1,8 +1,9 @@
 // Least squares over all rows, and without the rows of some sources.
 #include "estimator/integrity/consensus.hpp"
-#include "tests/gtest.hpp"
 
 #include <initializer_list>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::integrity::consensus_test {
 namespace {

@@ -1,8 +1,6 @@
 // The parity equations: the true motion of a car satisfies all of them.
 #include "estimator/integrity/equations.hpp"
 
-#include <numbers>
-
 #include "estimator/common/wheel_place.hpp"
 #include "tests/gtest.hpp"
 

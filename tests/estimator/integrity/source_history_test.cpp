@@ -1,8 +1,9 @@
 // The history of a source: means and their rates, and repeats.
 #include "estimator/integrity/source_history.hpp"
-#include "tests/gtest.hpp"
 
 #include <functional>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::integrity::source_history_test {
 namespace {

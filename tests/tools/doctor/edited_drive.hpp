@@ -1,15 +1,10 @@
 // A drive of `odom sim` with edits of its car.toml, and what the doctor finds in it.
 #pragma once
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <map>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "tests/diagnostics.hpp"
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/doctor/drive.hpp"
 
@@ -19,9 +14,6 @@ using diagnostics::Diagnostics;
 using diagnostics::Named;
 using diagnostics::text_of;
 using ::testing::Each;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
 
 inline constexpr auto slalom = "--scenario slalom --duration 22";
 

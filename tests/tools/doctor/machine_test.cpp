@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include "tests/diagnostics.hpp"
 #include "tests/gtest.hpp"

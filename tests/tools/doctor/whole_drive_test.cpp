@@ -2,21 +2,15 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <cctype>
-#include <cstdint>
 #include <cstring>
-#include <string>
-#include <vector>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/doctor/edited_drive.hpp"
 #include "tools/doctor/sensor_checks.hpp"
 
 namespace odomd::tools::doctor::edited_drive {
 namespace {
-
-using ::testing::ElementsAre;
-using ::testing::StartsWith;
 
 // Mistakes of wiring, configuration and clocks, made in simulated drives: each is named once with
 // the key that corrects it, and the unchanged drives have no finding.

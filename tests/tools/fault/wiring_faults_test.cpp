@@ -8,6 +8,7 @@
 #include "daemon/core/pipeline.hpp"
 #include "tests/campaign/faulty_drive.hpp"
 #include "tests/diagnostics.hpp"
+#include "tests/gtest.hpp"
 #include "tests/recorded_drives.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/fault/camera_fault.hpp"
@@ -148,8 +149,6 @@ TEST(WiringMistake, OfTheForwardAccelerationShowsWhereItIsBraked) {
 
 TEST(WiringMistake, IsSaidInOneLineAheadOfAllElse) {
   using diagnostics::Named;
-  using ::testing::HasSubstr;
-  using ::testing::Not;
   const Drive drive = simulated("--scenario slalom");
   const auto warnings = [&](const char* kind) {
     return replayed(drive, {fault::parse_fault(kind)}, Camera::off).warnings;

@@ -1,7 +1,6 @@
 // Frames of motor controllers, packed here as their makers document them, independently of our
 // databases: the configuration of odom init decodes them, and a drive with them gives a pose.
 #include "tools/init/motor_controller.hpp"
-#include "tests/gtest.hpp"
 
 #include <bit>
 #include <map>
@@ -10,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/replay/drive.hpp"

@@ -1,8 +1,9 @@
 // Assignment of signals to roles, by name, unit and size.
 #include "tools/init/roles.hpp"
-#include "tests/gtest.hpp"
 
 #include <optional>
+
+#include "tests/gtest.hpp"
 
 namespace odomd::tools::roles_test {
 namespace {

@@ -6,10 +6,7 @@
 #include <odom/odom.h>
 
 #include <cerrno>
-#include <chrono>
-#include <cstring>
 #include <filesystem>
-#include <memory>
 #include <thread>
 
 #include "base/file_descriptor.hpp"

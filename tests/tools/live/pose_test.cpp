@@ -1,5 +1,4 @@
 // odom pose as a command, on the test's own segment.
-#include <chrono>
 #include <nlohmann/json.hpp>
 #include <optional>
 

@@ -1,9 +1,9 @@
 #include "tools/identify/weighing/weighing.hpp"
-#include "tests/diagnostics.hpp"
-#include "tests/gtest.hpp"
 
 #include <nlohmann/json.hpp>
 
+#include "tests/diagnostics.hpp"
+#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/quantity.hpp"

@@ -1,5 +1,4 @@
 // odom watch: its pages about a daemon, line by line.
-#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 

@@ -1,5 +1,4 @@
 // Tracks, and a driver who keeps the car in a power slide.
-#include <memory>
 #include <numbers>
 #include <stdexcept>
 
