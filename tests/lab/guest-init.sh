@@ -72,7 +72,7 @@ end
 # running a translation made meanwhile, and the kernel crashes. The kernel patches its code like
 # this when the first process asks for packet stamps and when the last one stops. So one process
 # always asks for them, on an unused id.
-chroot /root /usr/bin/candump any,1F334455:DFFFFFFF >/dev/null 2>&1 </dev/null &
+chroot /root /usr/bin/candump -t a any,1F334455:DFFFFFFF >/dev/null 2>&1 </dev/null &
 
 case " $command_line " in
   *" lab.systemd "*) . /systemd.sh ;;
