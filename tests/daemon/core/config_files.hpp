@@ -1,13 +1,14 @@
-// Writes and loads a configuration file, and returns its error.
+// Writes, loads and checks a configuration file.
 #pragma once
 
 #include "daemon/core/config.hpp"
+#include "tests/diagnostics.hpp"
 #include "tests/gtest.hpp"
 #include "tests/scratch.hpp"
 
 namespace odomd::daemon {
 
-inline constexpr auto small_bus = R"(
+inline const std::string small_bus = R"(
 [can]
 dbc = "car.dbc"
 [can.signals]
@@ -16,30 +17,40 @@ wheel_rear = { message = "WHEEL", signal = "REAR", unit = "m/s" }
 
 class ConfigTest : public testing::Test {
  protected:
-  void write(const std::string& text) const { scratch_.write("car.toml", text); }
-
   [[nodiscard]] Config load(const std::string& text) const {
-    write(text);
+    scratch_.write("car.toml", text);
     return load_config(file_);
   }
 
-  /// The error without the directory; empty if there is none.
-  [[nodiscard]] std::string error_of(const std::string& text) const {
-    write(text);
-    return error();
+  /// The warnings of `odomd --check`.
+  [[nodiscard]] diagnostics::Diagnostics warnings_of(const std::string& text) const {
+    Config config = load(text);
+    static_cast<void>(load_databases(config, config.warnings));
+    return config.warnings;
   }
+
+  /// The error of `odomd --check` without the directory; empty if there is none.
+  [[nodiscard]] std::string error_of(const std::string& text) const {
+    return in_one_line(message_of([&] { static_cast<void>(warnings_of(text)); }));
+  }
+  /// The same for the file as it is.
   [[nodiscard]] std::string error() const {
-    const std::string what = message_of([this] { static_cast<void>(load_config(file_)); });
-    if (what.empty()) return "";
-    EXPECT_EQ(what.find('\n'), std::string::npos) << what;
-    const auto prefix = directory_.string() + "/";
-    EXPECT_THAT(what, StartsWith(prefix));
-    return what.substr(std::min(prefix.size(), what.size()));
+    return in_one_line(message_of([this] { static_cast<void>(load_config(file_)); }));
   }
 
   Scratch scratch_;
   std::filesystem::path directory_ = std::filesystem::canonical(scratch_.path(""));
   std::filesystem::path file_ = directory_ / "car.toml";
+
+ private:
+  [[nodiscard]] std::string in_one_line(std::string error) const {
+    const auto prefix = directory_.string() + "/";
+    EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+    EXPECT_TRUE(error.empty() || error.starts_with(prefix)) << error;
+    for (std::size_t at = 0; (at = error.find(prefix, at)) != std::string::npos;)
+      error.erase(at, prefix.size());
+    return error;
+  }
 };
 
 }  // namespace odomd::daemon

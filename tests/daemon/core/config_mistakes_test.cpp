@@ -9,13 +9,16 @@ namespace odomd::daemon::config_mistakes_test {
 namespace {
 
 // Files that are not a configuration
-// ------------------------------------------------------------------
 
-TEST_F(ConfigTest, RefusesAFileThatIsNotThere) {
+TEST_F(ConfigTest, RefusesWhatIsNoConfiguration) {
   EXPECT_EQ(error(), "car.toml: cannot be read: No such file or directory; check the path");
-}
-
-TEST_F(ConfigTest, RefusesADirectory) {
+  EXPECT_EQ(error_of(std::string("[vehicle]\nmass\0 = 3\n", 20)),
+            "car.toml:2: holds a NUL byte; the file is damaged or not a text");
+  EXPECT_EQ(error_of(""),
+            "car.toml:1: can: is missing; name the database and the signals in [can]");
+  EXPECT_EQ(error_of(std::string((1 << 20) + 1, '\n')),
+            "car.toml: is larger than 1 MiB; is this the configuration?");
+  std::filesystem::remove(file_);
   std::filesystem::create_directory(file_);
   EXPECT_EQ(error(), "car.toml: is a directory; name a file");
 }
@@ -55,23 +58,7 @@ TEST_F(ConfigTest, CountsNoDotsAndBracketsOfTextsAndComments) {
   EXPECT_THAT(error_of("x = \"" + deep + "\n"), StartsWith("car.toml:1: not TOML: "));
 }
 
-TEST_F(ConfigTest, RefusesNulBytes) {
-  EXPECT_EQ(error_of(std::string("[vehicle]\nmass\0 = 3\n", 20)),
-            "car.toml:2: holds a NUL byte; the file is damaged or not a text");
-}
-
-TEST_F(ConfigTest, RefusesAnEmptyFile) {
-  EXPECT_EQ(error_of(""),
-            "car.toml:1: can: is missing; name the database and the signals in [can]");
-}
-
-TEST_F(ConfigTest, RefusesAHugeFile) {
-  EXPECT_EQ(error_of(std::string((1 << 20) + 1, '\n')),
-            "car.toml: is larger than 1 MiB; is this the configuration?");
-}
-
 // All other errors, one line each
-// -----------------------------------------------------------------
 
 class ConfigMistakes : public ConfigTest {
  protected:
@@ -100,7 +87,6 @@ vehicle = 3 -> 1: vehicle: is a number; it must be a table
 TEST_F(ConfigMistakes, InTheCarAreNamedWithTheirLineAndFix) {
   expect("[vehicle]\n", small_bus, "car.toml:", R"(
 mas = 3 -> 2: [vehicle] mas: unknown key; did you mean "mass"?
-mass = -1 -> 2: [vehicle] mass: -1 is not possible; it must be greater than 0
 mass = 2,985 -> 2: not TOML: Error while parsing key-value pair: expected a comment or whitespace, saw ','; mass:
   write a number with a decimal point: 2.5, not 2,5
 mass = 0 -> 2: [vehicle] mass: 0 is not possible; it must be greater than 0
@@ -113,7 +99,6 @@ mass = -9223372036854775807 -> 2: [vehicle] mass: -9.223372036854776e+18 is not 
 mass = 1e400 -> 2: not TOML: Error while parsing floating-point: '1e400' could not be interpreted as a value; a
   number is at most 1.8e308 in size
 grip_front = 0 -> 2: [vehicle] grip_front: 0 is not possible; it must be greater than 0
-grip_rea = 9 -> 2: [vehicle] grip_rea: unknown key; did you mean "grip_rear"?
 )");
 }
 
@@ -137,76 +122,58 @@ receive_buffer = "8192" -> 3: [can] receive_buffer: is a text; it must be a whol
 }
 
 TEST_F(ConfigMistakes, OfSignalsAreNamedWithTheirLineAndFix) {
-  expect(can + "[can.signals]\n", "\n", "car.toml:4: [can.signals] ", R"(
-yaw_rat = { message = "M", signal = "S", unit = "rad/s" } -> yaw_rat: unknown role; did you mean "yaw_rate"?
-camera = { message = "M", signal = "S", unit = "rad/s" } -> camera: the camera is not on the bus; configure it in
-  its own table, [camera]
+  const std::string signals = can + "[can.signals]\n", place = "car.toml:4: [can.signals] ";
+  expect(signals, "\n", place, R"(
+yaw_rat = {} -> yaw_rat: unknown role; did you mean "yaw_rate"?
+camera = {} -> camera: the camera is not on the bus; configure it in its own table, [camera]
+motor = "N" -> motor: is a text; it must be a table
 yaw_rate = { signal = "S" } -> yaw_rate message: is missing
 yaw_rate = { message = "M", unit = "rad/s" } -> yaw_rate: names no signal; add signal = "..."
 yaw_rate = { message = "M", signal = "S", sum = ["A", "B"] } -> yaw_rate: has both `signal` and `sum`; keep one
 yaw_rate = { message = "M", signal = "S" } -> yaw_rate unit: is missing; it is one of "rad/s", "deg/s"
-yaw_rate = { message = "M", signal = "S", unit = "rad/" } -> yaw_rate unit: "rad/" is not known; it is one of
-  "rad/s", "deg/s"
-yaw_rate = { message = "M", signal = "S", unit = "m/s" } -> yaw_rate unit: "m/s" does not fit this role; it is one
-  of "rad/s", "deg/s"
-motor = { message = "M", signal = "S", unit = "rpm" } -> motor unit: "rpm" needs `radius`, the rolling radius of the
-  wheel in metres
-motor = { message = "M", signal = "S", unit = "rpm", radius = -1 } -> motor radius: -1 is not possible; it must be
-  between 0 and 10 (m)
-motor = { message = "M", signal = "S", unit = "m/s", radius = 1 } -> motor radius: applies only to wheels and motor
-  with unit = "rpm", "erpm", "rad/s" or "deg/s"
-steering = { message = "M", signal = "S", unit = "1" } -> steering unit: "1" needs `scale`, which turns the number
-  into the role's SI quantity
-motor = { message = "M", signal = "S", unit = "m/s", scale = 0 } -> motor scale: must not be 0
-motor = { message = "M", signal = "S", unit = "m/s", sigma = 0 } -> motor sigma: 0 is not possible; it must be
-  greater than 0
-motor = { message = "M", signal = "S", unit = "m/s", latency = -0.1 } -> motor latency: -0.1 is not possible; it
-  must be between 0 and 1 (s)
-motor = { message = "M", signal = "S", unit = "m/s", timeout = 0 } -> motor timeout: 0 is not possible; it must be
-  between 0 and 60 (s)
-motor = { message = "M", signal = "S", unit = "m/s", dead_band = 3.1 } -> motor dead_band: 3.1 is not possible; it
-  must be between 0 and 3 (m/s)
-wheel_rear = { message = "M", signal = "S", unit = "m/s", dead_band = -0.1 } -> wheel_rear dead_band: -0.1 is not
-  possible; it must be between 0 and 3 (m/s)
-steering = { message = "M", signal = "S", unit = "rad", dead_band = 0.1 } -> steering dead_band: applies only to
-  wheels and motor; leave it out
-direction = { message = "M", signal = "S", forward = 1, reverse = 2, dead_band = 0.1 } -> direction dead_band:
-  applies only to wheels and motor; leave it out
-motor = { message = "M", signal = "S", unit = "m/s", scal = 2 } -> motor scal: unknown key; did you mean "scale"?
-motor = { message = "M", signal = "S", unit = "m/s", valid_when = { equals = 0 } } -> motor valid_when signal: is
-  missing
-motor = { message = "M", signal = "S", unit = "m/s", valid_when = 1 } -> motor valid_when: is a number; it must be a
-  table
-motor = { message = "M", signal = "S", unit = "m/s", valid_when = [1] } -> motor valid_when: holds a number; it must
-  hold tables
-motor = { message = "M", signal = "S", unit = "m/s", valid_when = [{ signal = "V" }] } -> motor valid_when: needs
-  one of equals, not_equals, below, at_least
-motor = { message = "M", signal = "S", unit = "m/s", valid_when = { signal = "V", below = 1, equals = 0 } } -> motor
-  valid_when: needs one of equals, not_equals, below, at_least
-motor = { message = "M", signal = "S", unit = "m/s", unless_raw = 1 } -> motor unless_raw: is a number; it must be a
-  list of whole numbers
-motor = { message = "M", signal = "S", unit = "m/s", unless_raw = [0.5] } -> motor unless_raw: must hold whole
-  numbers
-motor = { message = "M", signal = "S", unit = "m/s", unless_raw = "all" } -> motor unless_raw: "all" is not known;
-  did you mean "max"?
-direction = { message = "M", signal = "S", forward = 1, reverse = 2, sign = { signal = "V", negative = 1 } } ->
-  direction sign: does not apply to a direction
-motor = { message = "M", signal = "S", unit = "m/s", sign = { signal = "V" } } -> motor sign negative: is missing
-motor = { message = "M", signal = "S", unit = "m/s", source = 256 } -> motor source: 256 is not possible; it must be
-  0 to 255
-motor = { message = "M", signal = "S", unit = "erpm", radius = 0.03 } -> motor unit: "erpm" needs `pole_pairs`, the
-  pole pairs of the motor
-steering = { message = "M", signal = "S", unit = "%" } -> steering unit: "%" needs `scale`, which turns the number
-  into the role's SI quantity
-motor = { message = "M", signal = "S", unit = "m/s", forward = 1 } -> motor forward: belongs to the role direction
-direction = { message = "M", signal = "S", forward = 1 } -> direction reverse: is missing
-direction = { message = "M", signal = "S", forward = 1, reverse = 1 } -> direction reverse: is the same value as
-  forward
-direction = { message = "M", signal = "S", forward = 1, reverse = 2, unit = "m/s" } -> direction unit: does not
-  apply to a direction
-direction = { message = "M", sum = ["A", "B"], forward = 1, reverse = 2 } -> direction sum: a direction is taken
-  from one signal
-motor = "N" -> motor: is a text; it must be a table
+)");
+  expect(signals + "yaw_rate = { message = \"M\", signal = \"S\", ", " }\n", place + "yaw_rate ",
+         R"(
+unit = "rad/" -> unit: "rad/" is not known; it is one of "rad/s", "deg/s"
+unit = "m/s" -> unit: "m/s" does not fit this role; it is one of "rad/s", "deg/s"
+unit = "1" -> unit: "1" needs `scale`, which turns the number into the role's SI quantity
+unit = "%" -> unit: "%" needs `scale`, which turns the number into the role's SI quantity
+unit = "rad/s", dead_band = 0.1 -> dead_band: applies only to wheels and motor; leave it out
+)");
+  expect(signals + "motor = { message = \"M\", signal = \"S\", ", " }\n", place + "motor ", R"(
+unit = "rpm" -> unit: "rpm" needs `radius`, the rolling radius of the wheel in metres
+unit = "rpm", radius = -1 -> radius: -1 is not possible; it must be between 0 and 10 (m)
+unit = "erpm", radius = 0.03 -> unit: "erpm" needs `pole_pairs`, the pole pairs of the motor
+)");
+  expect(signals + "motor = { message = \"M\", signal = \"S\", unit = \"m/s\", ", " }\n",
+         place + "motor ", R"(
+radius = 1 -> radius: applies only to wheels and motor with unit = "rpm", "erpm", "rad/s" or "deg/s"
+scale = 0 -> scale: must not be 0
+sigma = 0 -> sigma: 0 is not possible; it must be greater than 0
+latency = -0.1 -> latency: -0.1 is not possible; it must be between 0 and 1 (s)
+timeout = 0 -> timeout: 0 is not possible; it must be between 0 and 60 (s)
+dead_band = 3.1 -> dead_band: 3.1 is not possible; it must be between 0 and 3 (m/s)
+dead_band = -0.1 -> dead_band: -0.1 is not possible; it must be between 0 and 3 (m/s)
+scal = 2 -> scal: unknown key; did you mean "scale"?
+valid_when = { equals = 0 } -> valid_when signal: is missing
+valid_when = 1 -> valid_when: is a number; it must be a table
+valid_when = [1] -> valid_when: holds a number; it must hold tables
+valid_when = [{ signal = "V" }] -> valid_when: needs one of equals, not_equals, below, at_least
+valid_when = { signal = "V", below = 1, equals = 0 } -> valid_when: needs one of equals, not_equals, below, at_least
+unless_raw = 1 -> unless_raw: is a number; it must be a list of whole numbers
+unless_raw = [0.5] -> unless_raw: must hold whole numbers
+unless_raw = "all" -> unless_raw: "all" is not known; did you mean "max"?
+sign = { signal = "V" } -> sign negative: is missing
+source = 256 -> source: 256 is not possible; it must be 0 to 255
+forward = 1 -> forward: belongs to the role direction
+)");
+  expect(signals + "direction = { message = \"M\", forward = 1, ", " }\n", place + "direction ", R"(
+signal = "S" -> reverse: is missing
+signal = "S", reverse = 1 -> reverse: is the same value as forward
+signal = "S", reverse = 2, dead_band = 0.1 -> dead_band: applies only to wheels and motor; leave it out
+signal = "S", reverse = 2, sign = { signal = "V", negative = 1 } -> sign: does not apply to a direction
+signal = "S", reverse = 2, unit = "m/s" -> unit: does not apply to a direction
+sum = ["A", "B"], reverse = 2 -> sum: a direction is taken from one signal
 )");
 }
 
@@ -258,10 +225,7 @@ TEST_F(ConfigMistakes, OfOtherTablesAreNamedWithTheirLineAndFix) {
 [steering]¶delay = 60 -> 3: [steering] delay: 60 is not possible; it must be 0 to 0.5 (s)
 [steering]¶lag = 100 -> 3: [steering] lag: 100 is not possible; it must be 0 to 1 (s)
 [steering]¶rate_limit = 0 -> 3: [steering] rate_limit: 0 is not possible; it must be greater than 0
-[steering]¶rate_limt = 3 -> 3: [steering] rate_limt: unknown key; did you mean "rate_limit"?
-[steerin] -> 2: steerin: unknown key; did you mean "steering"?
 [imu]¶roll_gradient = 7 -> 3: [imu] roll_gradient: 7 is not possible; it must be -0.5 to 0.5 (rad per g)
-[imu]¶pitch_gradent = 0.05 -> 3: [imu] pitch_gradent: unknown key; did you mean "pitch_gradient"?
 [imu]¶yaw = 90 -> 3: [imu] yaw: 90 is not possible; it must be -3.15 to 3.15 (rad)
 [initial] -> 2: [initial] pose: is missing
 [initial]¶pose = [0, 0] -> 3: [initial] pose: must be a list of 3 numbers
@@ -269,7 +233,6 @@ TEST_F(ConfigMistakes, OfOtherTablesAreNamedWithTheirLineAndFix) {
   rad
 [initial]¶pose = [0, 0, "north"] -> 3: [initial] pose: is a text; it must be a number
 [realtime]¶period = 0 -> 3: [realtime] period: 0 is not possible; it must be 0.001 to 0.1 (s)
-[realtime]¶period = -0.005 -> 3: [realtime] period: -0.005 is not possible; it must be 0.001 to 0.1 (s)
 [realtime]¶priority = 100 -> 3: [realtime] priority: 100 is not possible; it must be 2 to 99
 [realtime]¶cpu = -2 -> 3: [realtime] cpu: -2 is not possible; it must be -1 to 1023
 [shm]¶name = "odomd" -> 3: [shm] name: must begin with a slash: "/odomd", or a path
