@@ -26,9 +26,9 @@ BO_ 257 WHEEL: 2 Car
  SG_ Speed : 0|16@1- (0.001,0) [0|0] "m/s" X
 )";
 
-Config config() {
+Config two_signals(estimator::Model model = estimator::Model::kinematic) {
   Config config;
-  config.model = estimator::Model::kinematic;
+  config.model = model;
   config.can.bindings = {
       {.channel = gyro,
        .role = "yaw_rate",
@@ -49,33 +49,61 @@ Config config() {
   return config;
 }
 
-std::unique_ptr<Pipeline> pipeline(const Config& config, bool camera_expected = false) {
-  const std::vector<can::Database> databases{can::parse_dbc(bus, "test.dbc")};
-  const std::vector<std::string> names{"can0", "can1"};
-  return std::make_unique<Pipeline>(config, databases, names, camera_expected);
-}
+/// A car's pipeline. Times are in ms after the start; frames arrive at their time.
+struct Car {
+  explicit Car(const Config& config = two_signals(), bool camera_expected = false)
+      : pipeline(std::make_unique<Pipeline>(
+            config, std::vector<can::Database>{can::parse_dbc(bus, "test.dbc")},
+            std::vector<std::string>{"can0", "can1"}, camera_expected)) {}
 
-can::Frame frame(std::uint32_t id, std::int64_t time_ns, std::int16_t value,
-                 std::uint8_t counter = 0) {
-  can::Frame frame{.time_ns = time_ns, .id = id, .length = 2};
-  const auto raw = std::bit_cast<std::uint16_t>(value);
-  frame.data[0] = static_cast<std::uint8_t>(raw & 0xFFU);
-  frame.data[1] = static_cast<std::uint8_t>(raw >> 8U);
-  if (id == 256) frame.data[2] = counter, frame.length = 4;
-  return frame;
-}
+  void wheel_reads(std::int64_t at_ms, std::int16_t value) const {
+    take(257, start + at_ms * ms, value, start + at_ms * ms);
+  }
+  void gyro_reads(std::int64_t at_ms, std::int16_t value, std::int64_t counter) const {
+    take(256, start + at_ms * ms, value, start + at_ms * ms, counter);
+  }
+  void take(std::uint32_t id, std::int64_t time_ns, std::int16_t value, std::int64_t now_ns,
+            std::int64_t counter = 0) const {
+    can::Frame frame{.time_ns = time_ns, .id = id, .length = 4};
+    const auto raw = std::bit_cast<std::uint16_t>(value);
+    frame.data[0] = static_cast<std::uint8_t>(raw & 0xFFU);
+    frame.data[1] = static_cast<std::uint8_t>(raw >> 8U);
+    frame.data[2] = static_cast<std::uint8_t>(counter % 16);
+    pipeline->take(frame, now_ns);
+  }
+  [[nodiscard]] const TickRecord& tick(std::int64_t at_ms) const {
+    return pipeline->tick(static_cast<std::uint64_t>(at_ms / 5), start + at_ms * ms);
+  }
+  /// Takes a camera pose and ticks; whether the camera counts as rejected.
+  [[nodiscard]] bool rejects(const estimator::CameraPose& pose, std::int64_t at_ms) const {
+    pipeline->take(pose);
+    return (tick(at_ms).pose.conditions & ODOM_COND_CAMERA_REJECTED) != 0;
+  }
+  [[nodiscard]] std::uint64_t count(std::size_t source, Verdict verdict) const {
+    return pipeline->statistics().sources[source].verdicts[static_cast<std::size_t>(verdict)].get();
+  }
+  [[nodiscard]] estimator::SourceFlag flag(std::size_t source) const {
+    return static_cast<estimator::SourceFlag>(pipeline->statistics().sources[source].flag.get());
+  }
+  std::unique_ptr<Pipeline> pipeline;
+};
 
-std::uint64_t verdicts(const Pipeline& pipeline, std::size_t source, Verdict verdict) {
-  return pipeline.statistics().sources[source].verdicts[static_cast<std::size_t>(verdict)].get();
+estimator::CameraPose seen(double x, std::int64_t capture_ms, std::int64_t arrival_ms,
+                           double sigma = 0.01) {
+  return {.capture_ns = start + capture_ms * ms,
+          .arrival_ns = start + arrival_ms * ms,
+          .x = x,
+          .sigma_x = sigma,
+          .sigma_y = sigma,
+          .sigma_yaw = sigma};
 }
 
 TEST(Pipeline, DrivesStraightAheadAtTheWheelsSpeed) {
-  const auto p = pipeline(config());
+  const Car car;
   const TickRecord* record = nullptr;
-  for (std::int64_t k = 0; k <= 200; ++k) {
-    const std::int64_t now = start + k * 5 * ms;
-    p->take(frame(257, now, 1500), now);
-    record = &p->tick(static_cast<std::uint64_t>(k), now);
+  for (std::int64_t t = 0; t <= 1000; t += 5) {
+    car.wheel_reads(t, 1500);
+    record = &car.tick(t);
   }
   EXPECT_TRUE(record->initialised);
   EXPECT_EQ(record->pose.tick, 200U);
@@ -83,182 +111,149 @@ TEST(Pipeline, DrivesStraightAheadAtTheWheelsSpeed) {
   EXPECT_NEAR(record->pose.x, 1.5, 0.01);
   EXPECT_NEAR(record->pose.vx, 1.5, 1e-9);
   EXPECT_EQ(record->details.frames[0], 201U);
-  EXPECT_EQ(verdicts(*p, wheel, Verdict::fused), 201U);
+  EXPECT_EQ(car.count(wheel, Verdict::fused), 201U);
 }
 
 TEST(Pipeline, IsNotInitialisedBeforeTheFirstWheelSample) {
-  const auto p = pipeline(config());
-  EXPECT_FALSE(p->tick(0, start).initialised);
-  EXPECT_EQ(p->tick(1, start + 5 * ms).pose.mode, ODOM_INITIALISING);
+  const Car car;
+  EXPECT_FALSE(car.tick(0).initialised);
+  EXPECT_EQ(car.tick(5).pose.mode, ODOM_INITIALISING);
 }
 
 TEST(Pipeline, WaitsForTheCameraWhereItIsToInitialise) {
-  Config waiting = config();
+  Config waiting = two_signals();
   waiting.initial_pose.reset();
-  const auto p = pipeline(waiting, true);
-  p->take(frame(257, start, 0), start);
-  EXPECT_FALSE(p->tick(0, start).initialised);
+  const Car car(waiting, true);
+  car.wheel_reads(0, 0);
+  EXPECT_FALSE(car.tick(0).initialised);
 
-  p->take(estimator::CameraPose{.capture_ns = start,
-                                .arrival_ns = start + 5 * ms,
-                                .x = 2.0,
-                                .y = 3.0,
-                                .yaw = 0.5,
-                                .sigma_x = 0.01,
-                                .sigma_y = 0.01,
-                                .sigma_yaw = 0.01});
-  const TickRecord& record = p->tick(1, start + 5 * ms);
+  estimator::CameraPose pose = seen(2.0, 0, 5);
+  pose.yaw = 0.5;
+  car.pipeline->take(pose);
+  const TickRecord& record = car.tick(5);
   EXPECT_TRUE(record.initialised);
   EXPECT_NEAR(record.pose.x, 2.0, 1e-9);
   EXPECT_NEAR(record.pose.yaw, 0.5, 1e-9);
   EXPECT_EQ(record.details.camera_messages, 1U);
-  EXPECT_EQ(verdicts(*p, camera, Verdict::fused), 1U);
+  EXPECT_EQ(car.count(camera, Verdict::fused), 1U);
 }
 
 TEST(Pipeline, CountsValuesThatDoNotCount) {
-  Config odd = config();
+  Config odd = two_signals();
   odd.can.bindings[0].valid_when = {{"YawRate", 1.0, can::Comparison::below}};
-  const auto p = pipeline(odd);
-  p->take(frame(257, start, 32767), start);  // the first value, at an end of the range
-  p->take(frame(256, start, 1000, 1), start);
-  p->take(frame(257, start + 1 * ms, 500), start + 1 * ms);
-  EXPECT_FALSE(p->tick(0, start + 5 * ms).pose.health & 1U << gyro);
-  EXPECT_EQ(verdicts(*p, wheel, Verdict::not_valid), 1U);
-  EXPECT_EQ(verdicts(*p, wheel, Verdict::fused), 1U);
-  EXPECT_EQ(verdicts(*p, gyro, Verdict::not_valid), 1U);
-  EXPECT_EQ(verdicts(*p, gyro, Verdict::fused), 0U);
+  const Car car(odd);
+  car.wheel_reads(0, 32767);  // the first value, at an end of the range
+  car.gyro_reads(0, 1000, 1);
+  car.wheel_reads(1, 500);
+  EXPECT_EQ(car.tick(5).pose.health, 1U << wheel);
+  EXPECT_EQ(car.count(wheel, Verdict::not_valid), 1U);
+  EXPECT_EQ(car.count(wheel, Verdict::fused), 1U);
+  EXPECT_EQ(car.count(gyro, Verdict::not_valid), 1U);
+  EXPECT_EQ(car.count(gyro, Verdict::fused), 0U);
 }
 
 TEST(Pipeline, AFrameThatFailsItsProtectionUpdatesNothing) {
-  const auto p = pipeline(config());
-  p->take(frame(257, start, 1000), start);
-  p->take(frame(256, start, 100, 1), start);
-  p->take(frame(256, start + 1 * ms, 200, 1), start + 1 * ms);  // the counter does not change
-  const TickRecord& record = p->tick(0, start + 5 * ms);
-  EXPECT_EQ(verdicts(*p, gyro, Verdict::failed_protection), 1U);
+  const Car car;
+  car.wheel_reads(0, 1000);
+  car.gyro_reads(0, 100, 1);
+  car.gyro_reads(1, 200, 1);  // the counter does not change
+  const TickRecord& record = car.tick(5);
+  EXPECT_EQ(car.count(gyro, Verdict::failed_protection), 1U);
   EXPECT_TRUE(record.pose.conditions & ODOM_COND_PROTECTION);
   EXPECT_FALSE(record.pose.health & (1U << gyro));
   EXPECT_EQ(record.details.source_age_ns[gyro], 5 * ms);  // age of the good frame
 
-  p->take(frame(256, start + 6 * ms, 300, 2), start + 6 * ms);
-  EXPECT_FALSE(p->tick(1, start + 10 * ms).pose.conditions & ODOM_COND_PROTECTION);
+  car.gyro_reads(6, 300, 2);
+  EXPECT_FALSE(car.tick(10).pose.conditions & ODOM_COND_PROTECTION);
 }
 
 TEST(Pipeline, CountsASampleThatAFloodPushedOut) {
-  Config full = config();
-  full.model = estimator::Model::full;
-  const auto p = pipeline(full);
-  (void)p->tick(0, start);
+  const Car car(two_signals(estimator::Model::full));
+  (void)car.tick(0);
   constexpr std::int64_t flood = 3000;
-  for (std::int64_t i = 1; i <= flood; ++i) p->take(frame(257, start + i, 1500), start + 5 * ms);
-  (void)p->tick(1, start + 5 * ms);
-  EXPECT_EQ(verdicts(*p, wheel, Verdict::too_old) + verdicts(*p, wheel, Verdict::fused) +
-                verdicts(*p, wheel, Verdict::gated),
-            static_cast<std::uint64_t>(flood));
-  EXPECT_EQ(verdicts(*p, wheel, Verdict::too_old), flood - 1024);
+  for (std::int64_t i = 1; i <= flood; ++i) car.take(257, start + i, 1500, start + 5 * ms);
+  (void)car.tick(5);
+  EXPECT_EQ(car.count(wheel, Verdict::too_old), flood - 1024);
+  EXPECT_EQ(car.count(wheel, Verdict::fused) + car.count(wheel, Verdict::gated), 1024U);
 }
 
 TEST(Pipeline, SaysWhichSourceIsOverdueAndDegrades) {
-  const auto p = pipeline(config());
-  p->take(frame(257, start, 1000), start);
-  p->take(frame(256, start, 0, 1), start);
-  const TickRecord& fresh = p->tick(0, start);
+  const Car car;
+  car.wheel_reads(0, 1000);
+  car.gyro_reads(0, 0, 1);
+  const TickRecord& fresh = car.tick(0);
   EXPECT_EQ(fresh.pose.conditions, 0U);
   EXPECT_EQ(fresh.pose.health, (1U << gyro) | (1U << wheel));
 
-  p->take(frame(257, start + 31 * ms, 1000), start + 31 * ms);
-  const TickRecord& late = p->tick(1, start + 35 * ms);
+  car.wheel_reads(31, 1000);
+  const TickRecord& late = car.tick(35);
   EXPECT_EQ(late.pose.conditions, static_cast<std::uint32_t>(ODOM_COND_SIGNAL_TIMEOUT));
   EXPECT_EQ(late.pose.health, 1U << wheel);
   EXPECT_EQ(late.pose.mode, ODOM_DEGRADED);
 }
 
 TEST(Pipeline, GivesStampsThatStandStillOrRunBackwardsAVerdictNotTrust) {
-  const auto p = pipeline(config());
-  p->take(frame(257, start, 1000), start);
-  p->take(frame(257, start, 9000), start);
-  p->take(frame(257, start - 1 * ms, 9000), start);
-  EXPECT_NEAR(p->tick(0, start).pose.vx, 1.0, 1e-9);
-  EXPECT_EQ(verdicts(*p, wheel, Verdict::duplicate), 1U);
-  EXPECT_EQ(verdicts(*p, wheel, Verdict::too_old), 1U);
+  const Car car;
+  car.wheel_reads(0, 1000);
+  car.wheel_reads(0, 9000);
+  car.take(257, start - 1 * ms, 9000, start);
+  EXPECT_NEAR(car.tick(0).pose.vx, 1.0, 1e-9);
+  EXPECT_EQ(car.count(wheel, Verdict::duplicate), 1U);
+  EXPECT_EQ(car.count(wheel, Verdict::too_old), 1U);
 }
 
 TEST(Pipeline, TimesFramesWithoutAUsableStampByTheirDrain) {
-  const auto p = pipeline(config());
-  p->take(frame(257, 0, 1000), start);
-  EXPECT_EQ(p->tick(0, start + 2 * ms).details.source_age_ns[wheel], 2 * ms);
-  p->take(frame(257, start + 900 * ms, 1000), start + 5 * ms);
-  EXPECT_EQ(p->tick(1, start + 7 * ms).details.source_age_ns[wheel], 2 * ms);
-  const auto& stamps = p->statistics().stamps;
+  const Car car;
+  car.take(257, 0, 1000, start);
+  EXPECT_EQ(car.tick(2).details.source_age_ns[wheel], 2 * ms);
+  car.take(257, start + 900 * ms, 1000, start + 5 * ms);
+  EXPECT_EQ(car.tick(7).details.source_age_ns[wheel], 2 * ms);
+  const auto& stamps = car.pipeline->statistics().stamps;
   EXPECT_EQ(stamps[static_cast<std::size_t>(can::StampVerdict::zero)].get(), 1U);
   EXPECT_EQ(stamps[static_cast<std::size_t>(can::StampVerdict::future)].get(), 1U);
 }
 
 TEST(Pipeline, TakesFreshSamplesAfterSkippedTicks) {
-  const auto p = pipeline(config());
-  p->take(frame(257, start, 1000), start);
-  p->tick(0, start);
-  p->take(frame(257, start + 99 * ms, 2000), start + 100 * ms);  // 19 ticks were skipped
-  p->tick(20, start + 100 * ms);
-  EXPECT_EQ(verdicts(*p, wheel, Verdict::fused), 2U);
+  const Car car;
+  car.wheel_reads(0, 1000);
+  (void)car.tick(0);
+  car.wheel_reads(99, 2000);
+  (void)car.tick(100);
+  EXPECT_EQ(car.count(wheel, Verdict::fused), 2U);
 }
 
 TEST(Pipeline, CountsTheFramesOfEachBusButNoErrorFrames) {
-  const auto p = pipeline(config());
-  can::Frame other = frame(0x7FF, start, 0);
-  other.bus = 1;
-  p->take(other, start);
-  can::Frame error{.time_ns = start, .id = 4, .kind = can::FrameKind::error};
-  p->take(error, start);
-  const TickRecord& record = p->tick(0, start);
+  const Car car;
+  car.pipeline->take({.time_ns = start, .id = 0x7FF, .bus = 1, .length = 2}, start);
+  car.pipeline->take({.time_ns = start, .id = 4, .kind = can::FrameKind::error}, start);
+  const TickRecord& record = car.tick(0);
   EXPECT_EQ(record.details.frames[0], 0U);
   EXPECT_EQ(record.details.frames[1], 1U);
-  EXPECT_EQ(p->statistics().frames[static_cast<std::size_t>(can::FrameVerdict::unmapped)].get(),
-            1U);
+  const auto& frames = car.pipeline->statistics().frames;
+  EXPECT_EQ(frames[static_cast<std::size_t>(can::FrameVerdict::unmapped)].get(), 1U);
 }
 
 TEST(Pipeline, PublishesTheConditionsOfItsSurroundings) {
-  const auto p = pipeline(config());
-  p->set_conditions(ODOM_COND_NOT_REALTIME);
-  p->take(frame(257, start, 0), start);
-  p->take(frame(256, start, 0, 1), start);
-  EXPECT_EQ(p->tick(0, start).pose.conditions, static_cast<std::uint32_t>(ODOM_COND_NOT_REALTIME));
-}
-
-TEST(Pipeline, GoesOnFromAPredecessorWithItsCovarianceGrown) {
-  const auto first = pipeline(config());
-  first->take(frame(257, start, 1000), start);
-  TickRecord last = first->tick(0, start);
-  last.pose.x = 5.0;
-  last.pose.odom_x = 5.0;
-
-  const auto second = pipeline(config());
-  second->resume(last.pose, last.details, 100 * ms);
-  second->take(frame(257, start + 100 * ms, 1000), start + 100 * ms);
-  const TickRecord& record = second->tick(1, start + 100 * ms);
-  EXPECT_TRUE(record.initialised);
-  EXPECT_NEAR(record.pose.x, 5.0, 0.2);
-  EXPECT_GT(record.pose.covariance[0], last.pose.covariance[0]);
-  EXPECT_GT(record.pose.reset_count, last.pose.reset_count);
+  const Car car;
+  car.pipeline->set_conditions(ODOM_COND_NOT_REALTIME);
+  car.wheel_reads(0, 0);
+  car.gyro_reads(0, 0, 1);
+  EXPECT_EQ(car.tick(0).pose.conditions, static_cast<std::uint32_t>(ODOM_COND_NOT_REALTIME));
 }
 
 TEST(Pipeline, HandsOutTheNoiseThatItsFilterEstimates) {
-  Config full = config();
-  full.model = estimator::Model::full;
-  for (const Config& settings : {full, config()}) {
-    const auto p = pipeline(settings);
-    const auto& sources = p->statistics().sources;
+  for (const auto model : {estimator::Model::full, estimator::Model::kinematic}) {
+    const Car car(two_signals(model));
+    const auto& sources = car.pipeline->statistics().sources;
     // The car stands for a second, then drives; the gyro alternates between 0 and 10 mrad/s.
-    for (int k = 0; k <= 400; ++k) {
-      const std::int64_t now = start + k * 5 * ms;
-      const auto turn = static_cast<std::int16_t>(k % 2 * 10);
-      p->take(frame(257, now, k < 200 ? 0 : 1500), now);
-      p->take(frame(256, now, turn, static_cast<std::uint8_t>(k % 16)), now);
-      p->tick(static_cast<std::uint64_t>(k), now);
+    for (std::int64_t k = 0; k <= 400; ++k) {
+      car.wheel_reads(k * 5, k < 200 ? 0 : 1500);
+      car.gyro_reads(k * 5, static_cast<std::int16_t>(k % 2 * 10), k);
+      (void)car.tick(k * 5);
       EXPECT_FALSE(k == 0 && sources[gyro].noise.get().estimated());
     }
     const estimator::SourceNoise noise = sources[gyro].noise.get();
-    const bool estimates = settings.model == estimator::Model::full;
+    const bool estimates = model == estimator::Model::full;
     EXPECT_EQ(noise.estimated(), estimates);
     EXPECT_EQ(noise.stated, estimates ? 0.03 : 0.0);
     // √(E (z_k - 2 z_k-1 + z_k-2)² / 6) = 20 mrad/s / √6; while moving, the estimate is at its
@@ -270,110 +265,80 @@ TEST(Pipeline, HandsOutTheNoiseThatItsFilterEstimates) {
   }
 }
 
-TEST(Pipeline, GoesOnWithTheCalibrationsOfAPredecessor) {
-  Config full = config();
-  full.model = estimator::Model::full;
-  const auto first = pipeline(full);
+TEST(Pipeline, GoesOnFromAPredecessorWithItsCalibrationsAndItsCovarianceGrown) {
+  const Car first(two_signals(estimator::Model::full));
   TickRecord last;
-  std::uint64_t number = 0;
-  std::int64_t now = start;
-  std::uint8_t counter = 0;
-  for (; now <= start + 3000 * ms; now += 5 * ms) {  // standing, while the gyro reads 20 mrad/s
-    first->take(frame(257, now, 0), now);
-    first->take(frame(256, now, 20, counter), now);
-    counter = static_cast<std::uint8_t>((counter + 1) % 16);
-    last = first->tick(number++, now);
+  for (std::int64_t k = 0; k <= 600; ++k) {  // standing, while the gyro reads 20 mrad/s
+    first.wheel_reads(k * 5, 0);
+    first.gyro_reads(k * 5, 20, k);
+    last = first.tick(k * 5);
   }
   EXPECT_NEAR(last.details.gyro_bias, 0.02, 1e-3);
   EXPECT_NE(last.details.calibration_valid & 1U, 0U);
+  last.pose.x = last.pose.odom_x = 5.0;
 
-  const auto second = pipeline(full);
-  second->resume(last.pose, last.details, 100 * ms);
-  now += 100 * ms;
-  second->take(frame(257, now, 1000), now);
-  const TickRecord& record = second->tick(number, now);
+  const Car second(two_signals(estimator::Model::full));
+  second.pipeline->resume(last.pose, last.details, 100 * ms);
+  second.wheel_reads(3105, 1000);
+  const TickRecord& record = second.tick(3105);
+  EXPECT_TRUE(record.initialised);
+  EXPECT_NEAR(record.pose.x, 5.0, 0.2);
+  EXPECT_GT(record.pose.covariance[0], last.pose.covariance[0]);
+  EXPECT_GT(record.pose.reset_count, last.pose.reset_count);
   EXPECT_NEAR(record.details.gyro_bias, last.details.gyro_bias, 1e-3);
   EXPECT_NE(record.details.calibration_valid & 1U, 0U);
   EXPECT_LT(record.details.calibration_sigma[0], 1.5 * last.details.calibration_sigma[0]);
 }
 
 TEST(Pipeline, TakesASigmaThatIsNotPositiveForUnusableWhateverTheLeverArm) {
-  Config arm = config();
+  Config arm = two_signals();
   arm.camera.lever_arm = {0.1, 0.2, 0.3};
-  const auto p = pipeline(arm, true);
-  p->take(frame(257, start, 1000), start);
-  p->tick(0, start);
-  estimator::CameraPose far{.capture_ns = start,
-                            .arrival_ns = start,
-                            .x = 50.0,
-                            .sigma_x = 0.01,
-                            .sigma_y = 0.01,
-                            .sigma_yaw = 0.01};
-  p->take(far);
-  EXPECT_EQ(verdicts(*p, camera, Verdict::gated), 1U);
+  const Car car(arm, true);
+  car.wheel_reads(0, 1000);
+  (void)car.tick(0);
+  estimator::CameraPose far = seen(50.0, 0, 0);
+  car.pipeline->take(far);
+  EXPECT_EQ(car.count(camera, Verdict::gated), 1U);
   far.sigma_x = -0.01;
-  p->take(far);
+  car.pipeline->take(far);
   far.sigma_x = 0.0;
-  p->take(far);
-  EXPECT_EQ(verdicts(*p, camera, Verdict::non_finite), 2U);
   // A message that is not a pose does not affect the last pose.
-  EXPECT_NE(p->tick(1, start + 5 * ms).pose.conditions & ODOM_COND_CAMERA_REJECTED, 0U);
+  EXPECT_TRUE(car.rejects(far, 5));
+  EXPECT_EQ(car.count(camera, Verdict::non_finite), 2U);
 }
 
 TEST(Pipeline, SaysThatTheCameraIsRejectedWhileItsClockIsAhead) {
-  const auto p = pipeline(config(), true);
-  p->take(frame(257, start, 1000), start);
-  p->tick(0, start);
-  estimator::CameraPose pose{
-      .capture_ns = start, .arrival_ns = start, .sigma_x = 1.0, .sigma_y = 1.0, .sigma_yaw = 1.0};
-  p->take(pose);
-  EXPECT_EQ(p->tick(1, start + 5 * ms).pose.conditions & ODOM_COND_CAMERA_REJECTED, 0U);
-  pose.arrival_ns = start + 7 * ms;
-  pose.capture_ns = start + 200 * ms;
-  p->take(pose);
-  EXPECT_EQ(verdicts(*p, camera, Verdict::future), 1U);
-  EXPECT_NE(p->tick(2, start + 10 * ms).pose.conditions & ODOM_COND_CAMERA_REJECTED, 0U);
-  pose.capture_ns = pose.arrival_ns = start + 9 * ms;
-  p->take(pose);
-  EXPECT_EQ(p->tick(3, start + 15 * ms).pose.conditions & ODOM_COND_CAMERA_REJECTED, 0U);
+  const Car car(two_signals(), true);
+  car.wheel_reads(0, 1000);
+  (void)car.tick(0);
+  EXPECT_FALSE(car.rejects(seen(0.0, 0, 0, 1.0), 5));
+  EXPECT_TRUE(car.rejects(seen(0.0, 200, 7, 1.0), 10));
+  EXPECT_EQ(car.count(camera, Verdict::future), 1U);
+  EXPECT_FALSE(car.rejects(seen(0.0, 9, 9, 1.0), 15));
 }
 
 TEST(Pipeline, FlagsASourceThatContradictsTheOthers) {
-  const auto p = pipeline(config());
+  const Car car;
   const TickRecord* record = nullptr;
-  const auto drive = [&](std::int64_t from, std::int64_t to, std::int16_t speed) {
-    for (std::int64_t k = from; k < to; ++k) {
-      const std::int64_t now = start + k * 5 * ms;
-      // The gyro has noise.
-      p->take(frame(256, now, static_cast<std::int16_t>(k % 3), static_cast<std::uint8_t>(k % 16)),
-              now);
-      p->take(frame(257, now, speed), now);
-      record = &p->tick(static_cast<std::uint64_t>(k), now);
-    }
-  };
-  drive(0, 200, 1500);
+  for (std::int64_t k = 0; k < 200; ++k) {
+    car.gyro_reads(k * 5, static_cast<std::int16_t>(k % 3), k);  // the gyro has noise
+    car.wheel_reads(k * 5, 1500);
+    record = &car.tick(k * 5);
+  }
   EXPECT_EQ(record->pose.conditions & ODOM_COND_SENSOR_FAULT, 0U);
   EXPECT_NE(record->pose.health >> wheel & 1U, 0U);
 
   // A signal of 16 bits cannot exceed physical limits here; but a frozen camera can.
   for (std::int64_t k = 200; k < 400; ++k) {
-    const std::int64_t now = start + k * 5 * ms;
-    p->take(frame(257, now, static_cast<std::int16_t>(1500 + k % 3)), now);
-    p->take(estimator::CameraPose{.capture_ns = now - 30 * ms,
-                                  .arrival_ns = now,
-                                  .x = 1.0,
-                                  .sigma_x = 0.01,
-                                  .sigma_y = 0.01,
-                                  .sigma_yaw = 0.01});
-    record = &p->tick(static_cast<std::uint64_t>(k), now);
+    car.wheel_reads(k * 5, static_cast<std::int16_t>(1500 + k % 3));
+    car.pipeline->take(seen(1.0, k * 5 - 30, k * 5));
+    record = &car.tick(k * 5);
   }
   EXPECT_NE(record->pose.conditions & ODOM_COND_SENSOR_FAULT, 0U);
   EXPECT_EQ(record->pose.health >> camera & 1U, 0U);
   EXPECT_EQ(record->pose.mode, static_cast<std::uint32_t>(ODOM_DEGRADED));
-  EXPECT_EQ(p->statistics().sources[camera].flag.get(),
-            static_cast<std::uint64_t>(estimator::SourceFlag::frozen));
-  EXPECT_EQ(p->statistics().sources[gyro].flag.get(),
-            static_cast<std::uint64_t>(estimator::SourceFlag::timed_out));
+  EXPECT_EQ(car.flag(camera), estimator::SourceFlag::frozen);
+  EXPECT_EQ(car.flag(gyro), estimator::SourceFlag::timed_out);
 }
 
 }  // namespace

@@ -23,37 +23,33 @@ estimator::CameraPose facing_north() {
           .sigma_yaw = 0.1};
 }
 
-TEST(CameraPoseAtTheDoor, WithoutALeverArmIsItself) {
-  const auto pose = to_centre_of_gravity(facing_north(), {});
-  EXPECT_EQ(pose.x, 10.0);
-  EXPECT_EQ(pose.y, 20.0);
-  EXPECT_EQ(pose.sigma_x, 0.01);
-  EXPECT_EQ(pose.sigma_y, 0.02);
-  EXPECT_EQ(pose.capture_ns, 1);
-  EXPECT_EQ(pose.arrival_ns, 2);
-}
-
-TEST(CameraPoseAtTheDoor, MovesBackAlongTheArmInTheBodyFrame) {
-  // The reference point is 0.3 m ahead of and 0.1 m left of the centre of gravity; facing north
-  // that is 0.3 m north and 0.1 m west of it.
-  const auto pose = to_centre_of_gravity(facing_north(), {0.3, 0.1, 0.0});
-  EXPECT_NEAR(pose.x, 10.1, 1e-12);
-  EXPECT_NEAR(pose.y, 19.7, 1e-12);
-}
-
-TEST(CameraPoseAtTheDoor, YawErrorSwingsTheArmAcrossItself) {
-  const auto pose = to_centre_of_gravity(facing_north(), {0.3, 0.0, 0.0});
-  EXPECT_NEAR(pose.sigma_x, std::hypot(0.01, 0.3 * 0.1), 1e-12);  // across: east-west
-  EXPECT_NEAR(pose.sigma_y, 0.02, 1e-12);                         // along: untouched
-}
-
-TEST(CameraPoseAtTheDoor, TurnsByTheMountingYawFirst) {
-  auto reference = facing_north();
-  reference.yaw += 0.2;
-  const auto pose = to_centre_of_gravity(reference, {0.3, 0.0, 0.2});
-  EXPECT_NEAR(pose.yaw, std::numbers::pi / 2, 1e-12);
-  EXPECT_NEAR(pose.x, 10.0, 1e-12);
-  EXPECT_NEAR(pose.y, 19.7, 1e-12);
+TEST(CameraPoseAtTheDoor, MovesBackAlongTheLeverArmAndGrowsByTheYawError) {
+  const double north = std::numbers::pi / 2;
+  auto turned = facing_north();
+  turned.yaw += 0.2;
+  struct Case {
+    estimator::CameraPose reference;
+    std::array<double, 3> arm;
+    double x, y, sigma_x;
+  };
+  const Case cases[]{{facing_north(), {}, 10.0, 20.0, 0.01},
+                     // The reference point is ahead of and left of the centre of gravity: facing
+                     // north that is 0.3 m north and 0.1 m west of it.
+                     {facing_north(), {0.3, 0.1, 0.0}, 10.1, 19.7, std::hypot(0.01, 0.03)},
+                     // The yaw error of 0.1 swings the arm across itself, east-west.
+                     {facing_north(), {0.3, 0.0, 0.0}, 10.0, 19.7, std::hypot(0.01, 0.03)},
+                     // The mounting yaw comes first.
+                     {turned, {0.3, 0.0, 0.2}, 10.0, 19.7, std::hypot(0.01, 0.03)}};
+  for (const auto& [reference, arm, x, y, sigma_x] : cases) {
+    const auto pose = to_centre_of_gravity(reference, arm);
+    EXPECT_EQ(pose.capture_ns, 1);
+    EXPECT_EQ(pose.arrival_ns, 2);
+    EXPECT_NEAR(pose.x, x, 1e-12);
+    EXPECT_NEAR(pose.y, y, 1e-12);
+    EXPECT_NEAR(pose.yaw, north, 1e-12);
+    EXPECT_NEAR(pose.sigma_x, sigma_x, 1e-12);
+    EXPECT_NEAR(pose.sigma_y, arm[1] == 0.0 ? 0.02 : std::hypot(0.02, 0.01), 1e-12);
+  }
 }
 
 can::Sample sample(Source source, double value) {
@@ -71,61 +67,40 @@ TEST(ImuMounting, TurnsBothAxesIntoTheCars) {
   EXPECT_NEAR(samples[2].value, -2.0, 1e-12);  // a_x
 }
 
-TEST(ImuMounting, KnowsNothingOfAnAxisThatCameAlone) {
-  std::array samples{sample(Source::accel_x, 1.0)};
+TEST(ImuMounting, KnowsNothingOfAnAxisThatCameAloneAndLeavesOthersAlone) {
+  std::array samples{sample(Source::accel_x, 1.0), sample(Source::steering, 0.2)};
   turn_accelerations(samples, 0.1);
   EXPECT_TRUE(std::isnan(samples[0].value));
-}
-
-TEST(ImuMounting, LeavesFramesWithoutAccelerationsAlone) {
-  std::array samples{sample(Source::steering, 0.2)};
-  turn_accelerations(samples, 0.1);
-  EXPECT_EQ(samples[0].value, 0.2);
+  EXPECT_EQ(samples[1].value, 0.2);
 }
 
 constexpr std::size_t gyro = 0;
 constexpr std::int64_t ms = 1'000'000;
 
-TEST(SourceWatch, KnowsNoAgeBeforeTheFirstSample) {
+TEST(SourceWatch, GivesASourceWithoutASampleItsTimeoutFromTheStartAndNoAge) {
   SourceWatch watch;
   watch.configure(gyro, 30 * ms);
   EXPECT_EQ(watch.age_ns(gyro, 100 * ms), -1);
   EXPECT_FALSE(watch.healthy(gyro, 100 * ms));
-}
-
-TEST(SourceWatch, GivesANeverHeardSourceItsTimeoutFromTheStart) {
-  SourceWatch watch;
-  watch.configure(gyro, 30 * ms);
   EXPECT_FALSE(watch.overdue(gyro, 130 * ms, 100 * ms));
   EXPECT_TRUE(watch.overdue(gyro, 131 * ms, 100 * ms));
 }
 
 TEST(SourceWatch, CountsAgeFromWhenTheSampleWasTakenAndTimeoutFromWhenItWasHeard) {
   SourceWatch watch;
-  watch.configure(gyro, 30 * ms);
   watch.heard(gyro, 100 * ms, 60 * ms);  // 40 ms of known latency, longer than the time-out
+  EXPECT_FALSE(watch.overdue(gyro, 10'000 * ms, 0)) << "it is not configured";
+  EXPECT_FALSE(watch.healthy(gyro, 100 * ms));
+  watch.configure(gyro, 30 * ms);
   EXPECT_EQ(watch.age_ns(gyro, 110 * ms), 50 * ms);
   EXPECT_TRUE(watch.healthy(gyro, 110 * ms));
   EXPECT_TRUE(watch.overdue(gyro, 131 * ms, 0));
   EXPECT_FALSE(watch.healthy(gyro, 131 * ms));
-}
-
-TEST(SourceWatch, NeverCallsAnUnconfiguredSourceOverdueOrHealthy) {
-  SourceWatch watch;
-  watch.heard(gyro, 100 * ms, 100 * ms);
-  EXPECT_FALSE(watch.overdue(gyro, 10'000 * ms, 0));
-  EXPECT_FALSE(watch.healthy(gyro, 100 * ms));
-}
-
-TEST(SourceWatch, FailsWithItsProtectionUntilTheNextGoodSample) {
-  SourceWatch watch;
-  watch.configure(gyro, 30 * ms);
-  watch.heard(gyro, 100 * ms, 100 * ms);
   watch.failed(gyro);
   EXPECT_TRUE(watch.failing(gyro));
   EXPECT_FALSE(watch.healthy(gyro, 101 * ms));
   watch.heard(gyro, 105 * ms, 105 * ms);
-  EXPECT_TRUE(watch.healthy(gyro, 106 * ms));
+  EXPECT_TRUE(watch.healthy(gyro, 106 * ms)) << "a good sample ends the failure";
 }
 
 TEST(SourceWatch, FlagsWhatIsRefusedTwiceInARowUntilNothingIsForASecond) {

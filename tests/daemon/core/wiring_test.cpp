@@ -16,7 +16,6 @@ using enum estimator::Source;
 
 using Samples = std::map<Source, double>;
 using Mistake = std::function<void(Samples&)>;
-using Found = std::map<std::string, std::string>;
 
 constexpr estimator::Vehicle car{};
 constexpr std::int64_t step_ns = 10'000'000;
@@ -25,19 +24,19 @@ struct Motion {
   double speed = 0.0, acceleration = 0.0, turn = 0.0;
 };
 
+using Course = std::function<Motion(double t)>;
+
 Motion weaving(double t) {
   return {1.5 + 0.9 * std::sin(0.8 * t), 0.72 * std::cos(0.8 * t), 1.2 * std::sin(1.1 * t)};
-}
-Motion standing(double) {
-  return {};
 }
 Motion backwards(double t) {
   const Motion ahead = weaving(t);
   return {-0.4 * ahead.speed, -0.4 * ahead.acceleration, ahead.turn};
 }
-Motion straight_on(double) {
-  return {1.5, 0.0, 0.0};
+Course steady(double speed, double turn) {
+  return [=](double) { return Motion{speed, 0.0, turn}; };
 }
+const Course standing = steady(0.0, 0.0), straight_on = steady(1.5, 0.0);
 
 // Readings of correct sensors. Each wheel has the speed at its position; front wheels have the
 // speed along the wheel.
@@ -56,268 +55,231 @@ Samples sensed(const Motion& motion) {
 }
 
 void none(Samples&) {}
-Mistake factor(std::initializer_list<Source> sources, double by) {
-  return [sources = std::vector<Source>(sources), by](Samples& samples) {
+Mistake factor(const std::vector<Source>& sources, double by) {
+  return [=](Samples& samples) {
     for (const Source source : sources) samples[source] *= by;
   };
 }
 Mistake swapped(Source a, Source b) {
-  return [a, b](Samples& samples) { std::swap(samples[a], samples[b]); };
-}
-Mistake without(std::initializer_list<Source> sources) {
-  return [sources = std::vector<Source>(sources)](Samples& samples) {
-    for (const Source source : sources) samples.erase(source);
-  };
+  return [=](Samples& samples) { std::swap(samples[a], samples[b]); };
 }
 Mistake both(const Mistake& a, const Mistake& b) {
-  return [a, b](Samples& samples) {
-    a(samples);
-    b(samples);
-  };
+  return [=](Samples& samples) { a(samples), b(samples); };
 }
 
-class WiringTest : public ::testing::Test {
- protected:
-  void drive(double seconds, const Mistake& mistake, Motion (*motion)(double) = weaving) {
-    for (int k = 0; k < static_cast<int>(100.0 * seconds); ++k) {
-      t_ns_ += step_ns;
-      Samples samples = sensed(motion(1e-9 * static_cast<double>(t_ns_ - begin_ns)));
+class Drive {
+ public:
+  void go(double seconds, const Mistake& mistake, const Course& course = weaving) {
+    for (int k = 0; k < std::lround(100.0 * seconds); ++k) {
+      t_ns += step_ns;
+      const Motion now = course(t());
+      yaw_ += 1e-2 * now.turn;
+      x_ += 1e-2 * now.speed * std::cos(yaw_);
+      y_ += 1e-2 * now.speed * std::sin(yaw_);
+      Samples samples = sensed(now);
       mistake(samples);
-      for (const auto& [source, value] : samples) wiring_.hear(source, t_ns_, value);
-      wiring_.look(t_ns_);
+      for (const auto& [source, value] : samples) wiring.hear(source, t_ns, value);
+      wiring.look(t_ns);
     }
   }
-  [[nodiscard]] Found found() const {
-    Found found;
+  /// A camera sees the car; `side` -1: in a mirror.
+  void see(double side) {
+    wiring.hear(
+        estimator::CameraPose{.capture_ns = t_ns, .x = x_, .y = side * y_, .yaw = side * yaw_});
+  }
+  [[nodiscard]] double t() const { return 1e-9 * static_cast<double>(t_ns - begin_ns); }
+  /// The faults: "yaw_rate sign, steering unit".
+  [[nodiscard]] std::string found() const {
+    std::string found;
     for (std::size_t source = 0; source < estimator::source_count; ++source)
-      if (const WiringFault fault = wiring_.fault(source); fault != WiringFault::none)
-        found[std::string{estimator::source_names[source]}] =
-            wiring_names[static_cast<std::size_t>(fault)];
+      if (const WiringFault fault = wiring.fault(source); fault != WiringFault::none)
+        found += (found.empty() ? "" : ", ") + std::string{estimator::source_names[source]} + ' ' +
+                 std::string{wiring_names[static_cast<std::size_t>(fault)]};
     return found;
   }
+
   static constexpr std::int64_t begin_ns = 1'760'000'000'000'000'000;
-  std::int64_t t_ns_ = begin_ns;
-  Wiring wiring_{car};
+  std::int64_t t_ns = begin_ns;
+  Wiring wiring{car};
+
+ private:
+  double x_ = 0.0, y_ = 0.0, yaw_ = 0.0;
 };
 
-TEST_F(WiringTest, FindsNothingWrongWithASoundCar) {
-  for (const auto motion : {weaving, standing, backwards, straight_on, weaving}) {
-    drive(40.0, none, motion);
-    EXPECT_THAT(found(), IsEmpty());
+TEST(Wiring, FindsNothingWrongWithASoundCar) {
+  Drive drive;
+  for (const Course& course : {Course{weaving}, standing, Course{backwards}, straight_on}) {
+    drive.go(40.0, none, course);
+    EXPECT_EQ(drive.found(), "");
   }
 }
 
-struct MistakeCase {
-  const char* name;
-  Mistake mistake;
-  Found found;
-  double seconds = 25.0;  ///< time limit
-};
-class WiringMistake : public WiringTest, public ::testing::WithParamInterface<MistakeCase> {};
-
-TEST_P(WiringMistake, IsNamedHeldAndForgottenWhenItIsGone) {
-  drive(3.0, GetParam().mistake);
-  EXPECT_THAT(found(), IsEmpty()) << "too early";
-  drive(GetParam().seconds, GetParam().mistake);
-  EXPECT_EQ(found(), GetParam().found);
-  drive(60.0, GetParam().mistake, standing);
-  drive(60.0, GetParam().mistake, straight_on);
-  EXPECT_EQ(found(), GetParam().found) << "held where nothing shows";
-  drive(60.0, GetParam().mistake);
-  EXPECT_EQ(found(), GetParam().found);
-  drive(150.0, none);
-  EXPECT_THAT(found(), IsEmpty());
+const std::vector<Source> wheels{wheel_front_left, wheel_front_right, wheel_rear_left,
+                                 wheel_rear_right};
+std::string of_wheels(const std::string& fault) {
+  return "wheel_front_left " + fault + ", wheel_front_right " + fault + ", wheel_rear_left " +
+         fault + ", wheel_rear_right " + fault;
 }
 
-const Found wheels_swapped{{"wheel_front_left", "left_right_swapped"},
-                           {"wheel_front_right", "left_right_swapped"},
-                           {"wheel_rear_left", "left_right_swapped"},
-                           {"wheel_rear_right", "left_right_swapped"}};
-Found of_wheels(const std::string& what) {
-  Found found = wheels_swapped;
-  for (auto& [wheel, fault] : found) fault = what;
-  return found;
+TEST(Wiring, NamesAndHoldsAMistakeAndForgetsItWhenItIsGone) {
+  const auto front = swapped(wheel_front_left, wheel_front_right),
+             rear = swapped(wheel_rear_left, wheel_rear_right),
+             left = swapped(wheel_front_left, wheel_rear_left),
+             right = swapped(wheel_front_right, wheel_rear_right);
+  const std::string swap = "left_right_swapped", axes = "axes_swapped";
+  struct Case {
+    Mistake mistake;
+    std::string found;
+    double seconds = 25.0;  ///< time limit
+  };
+  const Case cases[]{
+      {factor({yaw_rate}, -1.0), "yaw_rate sign"},
+      {factor({yaw_rate}, 57.3), "yaw_rate unit"},  // in degrees
+      {factor({yaw_rate}, 1 / 57.3), "yaw_rate unit"},
+      {factor({steering}, -1.0), "steering sign", 50.0},
+      {factor({steering}, 57.3), "steering unit", 50.0},
+      {front, "wheel_front_left " + swap + ", wheel_front_right " + swap},
+      {rear, "wheel_rear_left " + swap + ", wheel_rear_right " + swap},
+      {both(front, rear), of_wheels(swap)},
+      {both(left, right), of_wheels("front_rear_swapped")},
+      {factor({wheel_front_right}, -1.0), "wheel_front_right sign"},
+      {factor(wheels, 3.6), of_wheels("unit")},  // in km/h
+      {factor(wheels, -1.0), of_wheels("sign")},
+      {factor({accel_x}, -1.0), "accel_x sign"},
+      {factor({accel_y}, -1.0), "accel_y sign"},
+      {factor({accel_x, accel_y}, 1 / 9.81), "accel_x unit, accel_y unit"},  // in g
+      {swapped(accel_x, accel_y), "accel_x " + axes + ", accel_y " + axes},
+      {factor({accel_x}, 1 / 9.81), "accel_x unit"},
+      {factor({accel_y}, 1 / 9.81), "accel_y unit"},
+      {factor({wheel_front_left, wheel_rear_left}, -1.0),
+       "wheel_front_left sign, wheel_rear_left sign"},
+      {factor({wheel_front_right, wheel_rear_right}, -1.0),
+       "wheel_front_right sign, wheel_rear_right sign"},
+      {factor({wheel_rear_left}, 7.5), "wheel_rear_left unit"},  // without its gear ratio
+      {factor({wheel_rear_left}, 2.0), "wheel_rear_left unit"},  // diameter for radius
+      {both(factor({steering}, -1.0), factor({accel_x, accel_y}, 1 / 9.81)),
+       "accel_x unit, accel_y unit, steering sign", 50.0}};
+  for (const auto& [mistake, found, seconds] : cases) {
+    SCOPED_TRACE(found);
+    Drive drive;
+    drive.go(3.0, mistake);
+    EXPECT_EQ(drive.found(), "") << "too early";
+    drive.go(seconds, mistake);
+    EXPECT_EQ(drive.found(), found);
+    drive.go(60.0, mistake, standing);
+    drive.go(60.0, mistake, straight_on);
+    EXPECT_EQ(drive.found(), found) << "held where nothing shows";
+    drive.go(60.0, mistake);
+    EXPECT_EQ(drive.found(), found);
+    drive.go(150.0, none);
+    EXPECT_EQ(drive.found(), "");
+  }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Of, WiringMistake,
-    ::testing::Values(
-        MistakeCase{"gyro_sign", factor({yaw_rate}, -1.0), {{"yaw_rate", "sign"}}},
-        MistakeCase{"gyro_in_degrees", factor({yaw_rate}, 57.3), {{"yaw_rate", "unit"}}},
-        MistakeCase{"gyro_taken_for_degrees", factor({yaw_rate}, 1 / 57.3), {{"yaw_rate", "unit"}}},
-        MistakeCase{"steering_sign", factor({steering}, -1.0), {{"steering", "sign"}}, 50.0},
-        MistakeCase{"steering_in_degrees", factor({steering}, 57.3), {{"steering", "unit"}}, 50.0},
-        MistakeCase{"front_wheels_swapped",
-                    swapped(wheel_front_left, wheel_front_right),
-                    {{"wheel_front_left", "left_right_swapped"},
-                     {"wheel_front_right", "left_right_swapped"}}},
-        MistakeCase{"rear_wheels_swapped",
-                    swapped(wheel_rear_left, wheel_rear_right),
-                    {{"wheel_rear_left", "left_right_swapped"},
-                     {"wheel_rear_right", "left_right_swapped"}}},
-        MistakeCase{"sides_swapped",
-                    both(swapped(wheel_rear_left, wheel_rear_right),
-                         swapped(wheel_front_left, wheel_front_right)),
-                    wheels_swapped},
-        MistakeCase{"axles_swapped",
-                    both(swapped(wheel_rear_left, wheel_front_left),
-                         swapped(wheel_rear_right, wheel_front_right)),
-                    of_wheels("front_rear_swapped")},
-        MistakeCase{"one_wheel_backwards",
-                    factor({wheel_front_right}, -1.0),
-                    {{"wheel_front_right", "sign"}}},
-        MistakeCase{
-            "wheels_in_km_per_h",
-            factor({wheel_front_left, wheel_front_right, wheel_rear_left, wheel_rear_right}, 3.6),
-            of_wheels("unit")},
-        MistakeCase{
-            "all_wheels_backwards",
-            factor({wheel_front_left, wheel_front_right, wheel_rear_left, wheel_rear_right}, -1.0),
-            of_wheels("sign")},
-        MistakeCase{"accel_x_sign", factor({accel_x}, -1.0), {{"accel_x", "sign"}}},
-        MistakeCase{"accel_y_sign", factor({accel_y}, -1.0), {{"accel_y", "sign"}}},
-        MistakeCase{"accel_in_g",
-                    factor({accel_x, accel_y}, 1 / 9.81),
-                    {{"accel_x", "unit"}, {"accel_y", "unit"}}},
-        MistakeCase{"accel_axes_swapped",
-                    swapped(accel_x, accel_y),
-                    {{"accel_x", "axes_swapped"}, {"accel_y", "axes_swapped"}}},
-        MistakeCase{"accel_x_in_g", factor({accel_x}, 1 / 9.81), {{"accel_x", "unit"}}},
-        MistakeCase{"accel_y_in_g", factor({accel_y}, 1 / 9.81), {{"accel_y", "unit"}}},
-        MistakeCase{"left_wheels_backwards",
-                    factor({wheel_front_left, wheel_rear_left}, -1.0),
-                    {{"wheel_front_left", "sign"}, {"wheel_rear_left", "sign"}}},
-        MistakeCase{"right_wheels_backwards",
-                    factor({wheel_front_right, wheel_rear_right}, -1.0),
-                    {{"wheel_front_right", "sign"}, {"wheel_rear_right", "sign"}}},
-        MistakeCase{
-            "gear_ratio_forgotten", factor({wheel_rear_left}, 7.5), {{"wheel_rear_left", "unit"}}},
-        MistakeCase{
-            "diameter_for_radius", factor({wheel_rear_left}, 2.0), {{"wheel_rear_left", "unit"}}},
-        MistakeCase{"two_at_once",
-                    both(factor({steering}, -1.0), factor({accel_x, accel_y}, 1 / 9.81)),
-                    {{"accel_x", "unit"}, {"accel_y", "unit"}, {"steering", "sign"}},
-                    50.0}),
-    [](const auto& test) { return test.param.name; });
-
-TEST_F(WiringTest, NamesBothWhenTheyCannotBeDistinguished) {
-  const Mistake few =
-      without({accel_x, accel_y, wheel_front_left, wheel_front_right, wheel_rear_left});
-  drive(40.0, both(few, factor({yaw_rate}, -1.0)));
-  EXPECT_THAT(found(), UnorderedElementsAre(Pair("steering", "sign"), Pair("yaw_rate", "sign")));
+TEST(Wiring, NamesBothWhenTheyCannotBeDistinguished) {
+  Drive drive;
+  drive.go(40.0, [](Samples& samples) {
+    for (const Source source :
+         {accel_x, accel_y, wheel_front_left, wheel_front_right, wheel_rear_left})
+      samples.erase(source);
+    samples[yaw_rate] *= -1.0;
+  });
+  EXPECT_EQ(drive.found(), "yaw_rate sign, steering sign");
 }
 
-TEST_F(WiringTest, LeavesAFaultOfAFewSecondsAlone) {
-  drive(30.0, none);
-  drive(3.0, factor({yaw_rate}, -1.0));
-  EXPECT_THAT(found(), IsEmpty());
-  drive(30.0, none);
-  EXPECT_THAT(found(), IsEmpty());
+TEST(Wiring, LeavesAFaultOfAFewSecondsAlone) {
+  Drive drive;
+  drive.go(30.0, none);
+  drive.go(3.0, factor({yaw_rate}, -1.0));
+  EXPECT_EQ(drive.found(), "");
+  drive.go(30.0, none);
+  EXPECT_EQ(drive.found(), "");
+}
+
+void without_sign(Samples& samples) {
+  for (const Source wheel : wheels) samples[wheel] = std::abs(samples[wheel]);
 }
 
 // Unsigned wheels in reverse look like a gyro with the wrong sign.
-TEST_F(WiringTest, DoesNotMistakeReversingForAWrongSignWhereWheelsKnowNone) {
-  const Mistake unsigned_wheels = [](Samples& samples) {
-    for (auto& [source, value] : samples)
-      if (estimator::is_wheel(source)) value = std::abs(value);
-  };
-  drive(40.0, unsigned_wheels, backwards);
-  EXPECT_THAT(found(), IsEmpty());
-  const Mistake reversed = [&](Samples& samples) {
-    unsigned_wheels(samples);
-    samples[direction] = -1.0;
-    samples[yaw_rate] *= -1.0;
-  };
-  drive(60.0, reversed, backwards);
-  EXPECT_THAT(found(), ElementsAre(Pair("yaw_rate", "sign"))) << "with the gear it shows";
+TEST(Wiring, DoesNotMistakeReversingForAWrongSignWhereWheelsKnowNone) {
+  Drive drive;
+  drive.go(40.0, without_sign, backwards);
+  EXPECT_EQ(drive.found(), "");
+  const Mistake in_reverse = [](Samples& samples) { samples[direction] = -1.0; };
+  drive.go(60.0, both(both(without_sign, in_reverse), factor({yaw_rate}, -1.0)), backwards);
+  EXPECT_EQ(drive.found(), "yaw_rate sign") << "with the gear it shows";
 }
 
-TEST_F(WiringTest, ComparesTheCamera) {
-  double x = 0.0, y = 0.0, yaw = 0.0;
-  for (int k = 0; k < 4000; ++k) {
-    const Motion motion = weaving(1e-2 * k);
-    yaw += 1e-2 * motion.turn;
-    x += 1e-2 * motion.speed * std::cos(yaw);
-    y += 1e-2 * motion.speed * std::sin(yaw);
-    if (k % 4 == 0)
-      wiring_.hear(estimator::CameraPose{.capture_ns = t_ns_, .x = x, .y = -y, .yaw = -yaw});
-    drive(0.01, none);
+// The car drives forwards and backwards between standstills, and only the motor speed is signed.
+TEST(Wiring, TakesTheDirectionOfUnsignedWheelsFromASignedMotor) {
+  const Mistake motor_knows = [](Samples& samples) {
+    samples[motor] = 0.5 * (samples[wheel_rear_left] + samples[wheel_rear_right]);
+    without_sign(samples);
+  };
+  Drive drive;
+  for (const auto motion : {weaving, backwards, weaving, backwards}) {
+    drive.go(40.0, motor_knows, motion);
+    EXPECT_EQ(drive.found(), "");
   }
-  EXPECT_THAT(found(), ElementsAre(Pair("camera", "sign")));
 }
 
-TEST_F(WiringTest, TakesTimeThatJumpsAndSamplesThatAreNoneWithoutHarm) {
-  const Mistake broken = [](Samples& samples) { samples[yaw_rate] = std::nan(""); };
-  drive(20.0, broken);
-  t_ns_ += 3'600'000'000'000;
-  drive(20.0, none);
-  wiring_.hear(yaw_rate, begin_ns, 1.0);
-  wiring_.hear(yaw_rate, t_ns_ + 3'600'000'000'000, 1.0);
-  drive(20.0, none);
-  EXPECT_THAT(found(), IsEmpty());
+TEST(Wiring, FindsOtherFaultsNextToAMotorWithoutItsGearRatio) {
+  const Mistake geared = [](Samples& samples) {
+    samples[motor] = 7.5 * 0.5 * (samples[wheel_rear_left] + samples[wheel_rear_right]);
+  };
+  Drive drive;
+  drive.go(40.0, both(geared, factor({yaw_rate}, -1.0)));
+  EXPECT_EQ(drive.found(), "yaw_rate sign, motor unit");
 }
 
-TEST_F(WiringTest, DoesNotWaitForAFirstSampleFromTheFuture) {
-  wiring_.hear(estimator::CameraPose{.capture_ns = t_ns_ + 3'600'000'000'000});
-  drive(30.0, factor({yaw_rate}, -1.0));
-  EXPECT_THAT(found(), ElementsAre(Pair("yaw_rate", "sign")));
+TEST(Wiring, NamesAnInvertedDirectionInAdditionToTheWheels) {
+  Drive drive;
+  drive.go(40.0, [](Samples& samples) { samples[direction] = -1.0; });
+  EXPECT_EQ(drive.found(), of_wheels("sign") + ", direction sign");
+}
+
+TEST(Wiring, ComparesTheCamera) {
+  Drive drive;
+  for (int k = 0; k < 1000; ++k) {
+    drive.see(-1.0);
+    drive.go(0.04, none);
+  }
+  EXPECT_EQ(drive.found(), "camera sign");
+}
+
+TEST(Wiring, TakesTimeThatJumpsAndSamplesThatAreNoneWithoutHarm) {
+  constexpr std::int64_t hour_ns = 3'600'000'000'000;
+  Drive drive;
+  drive.go(20.0, factor({yaw_rate}, std::nan("")));
+  drive.t_ns += hour_ns;
+  drive.go(20.0, none);
+  drive.wiring.hear(yaw_rate, Drive::begin_ns, 1.0);
+  drive.wiring.hear(yaw_rate, drive.t_ns + hour_ns, 1.0);
+  drive.go(20.0, none);
+  EXPECT_EQ(drive.found(), "");
+  Drive other;
+  other.wiring.hear(estimator::CameraPose{.capture_ns = other.t_ns + hour_ns});
+  other.go(30.0, factor({yaw_rate}, -1.0));
+  EXPECT_EQ(other.found(), "yaw_rate sign") << "it does not wait for that time";
 }
 
 // A car that is driven violently, with correct sensors.
-struct Conduct {
-  const char* name;
-  Motion (*motion)(double t);
-  void (*car_does)(Samples&, const Motion&);
-};
+
+Course swinging(double speed, double turn, double omega) {
+  return [=](double t) { return Motion{speed, 0.0, turn * std::sin(omega * t)}; };
+}
+Course pumping(double omega) {
+  return [=](double t) {
+    return Motion{1.5 + 3.5 / omega * std::sin(omega * t), 3.5 * std::cos(omega * t),
+                  0.8 * std::sin(1.1 * t)};
+  };
+}
 void as_it_is(Samples&, const Motion&) {}
-class WildDriving : public WiringTest, public ::testing::WithParamInterface<Conduct> {};
-
-TEST_P(WildDriving, IsNoMistakeInTheWiring) {
-  double x = 0.0, y = 0.0, yaw = 0.0;
-  for (int k = 0; k < 9000; ++k) {
-    const Motion motion = GetParam().motion(1e-2 * k);
-    yaw += 1e-2 * motion.turn;
-    x += 1e-2 * motion.speed * std::cos(yaw);
-    y += 1e-2 * motion.speed * std::sin(yaw);
-    if (k % 4 == 0)
-      wiring_.hear(estimator::CameraPose{.capture_ns = t_ns_, .x = x, .y = y, .yaw = yaw});
-    drive(
-        0.01, [&](Samples& samples) { GetParam().car_does(samples, motion); }, GetParam().motion);
-    ASSERT_THAT(found(), IsEmpty()) << 1e-2 * k << " s";
-  }
-}
-
-// Oscillates at a speed, without turning on average.
-template <int tenths_of_hz>
-Motion weaving_at(double t) {
-  return {1.5, 0.0, 1.2 * std::sin(0.2 * std::numbers::pi * tenths_of_hz * t)};
-}
-template <int tenths_of_hz>
-Motion pumping_at(double t) {
-  const double omega = 0.2 * std::numbers::pi * tenths_of_hz;
-  return {1.5 + 3.5 / omega * std::sin(omega * t), 3.5 * std::cos(omega * t),
-          0.8 * std::sin(1.1 * t)};
-}
-Motion held_drift(double) {
-  return {2.0, 0.0, 1.8};
-}
-Motion drift_to_and_fro(double t) {
-  return {2.0, 0.0, 1.8 * std::sin(0.8 * t)};
-}
 void countersteered(Samples& samples, const Motion& motion) {
   samples[steering] = -0.12 * motion.turn;
 }
-Motion on_ice(double t) {
-  return {3.0, 0.0, 0.4 * std::sin(0.8 * t)};
-}
 void ploughing_on(Samples& samples, const Motion& motion) {
   samples[steering] = 1.05 * motion.turn;
-}
-Motion wide_curves(double t) {
-  return {1.5, 0.0, 1.5 * std::sin(0.8 * t)};
-}
-Motion gentle_curves(double t) {
-  return {0.8, 0.0, 1.2 * std::sin(0.8 * t)};
 }
 // The inner wheel carries less load in a curve.
 void inner_rear_spins(Samples& samples, const Motion& motion) {
@@ -330,64 +292,49 @@ void rear_axle_spins(Samples& samples, const Motion& motion) {
     samples[wheel] *= 1.0 + 0.7 * bend * bend;
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Of, WildDriving,
-    ::testing::Values(Conduct{"weaving_at_1_2_hz", weaving_at<12>, as_it_is},
-                      Conduct{"weaving_at_1_5_hz", weaving_at<15>, as_it_is},
-                      Conduct{"weaving_at_2_3_hz", weaving_at<23>, as_it_is},
-                      Conduct{"pumping_at_1_2_hz", pumping_at<12>, as_it_is},
-                      Conduct{"pumping_at_1_5_hz", pumping_at<15>, as_it_is},
-                      Conduct{"held_drift", held_drift, countersteered},
-                      Conduct{"drift_to_and_fro", drift_to_and_fro, countersteered},
-                      Conduct{"ploughing", on_ice, ploughing_on},
-                      Conduct{"inner_wheel_spinning", wide_curves, inner_rear_spins},
-                      Conduct{"inner_wheel_spinning_gently", gentle_curves, inner_rear_spins},
-                      Conduct{"rear_axle_spinning", gentle_curves, rear_axle_spins}),
-    [](const auto& test) { return test.param.name; });
-
-// The car drives forwards and backwards between standstills, and only the motor speed is signed.
-TEST_F(WiringTest, TakesTheWayOfUnsignedWheelsFromASignedMotor) {
-  const Mistake unsigned_wheels = [](Samples& samples) {
-    samples[motor] = 0.5 * (samples[wheel_rear_left] + samples[wheel_rear_right]);
-    for (const Source wheel :
-         {wheel_front_left, wheel_front_right, wheel_rear_left, wheel_rear_right})
-      samples[wheel] = std::abs(samples[wheel]);
+TEST(Wiring, TakesWildDrivingForNoMistake) {
+  struct Conduct {
+    Course course;
+    void (*car_does)(Samples&, const Motion&);
   };
-  for (const auto motion : {weaving, backwards, weaving, backwards}) {
-    drive(40.0, unsigned_wheels, motion);
-    EXPECT_THAT(found(), IsEmpty());
+  constexpr double hz = 2.0 * std::numbers::pi;
+  const Conduct cases[]{{swinging(1.5, 1.2, 1.2 * hz), as_it_is},
+                        {swinging(1.5, 1.2, 1.5 * hz), as_it_is},
+                        {swinging(1.5, 1.2, 2.3 * hz), as_it_is},
+                        {pumping(1.2 * hz), as_it_is},
+                        {pumping(1.5 * hz), as_it_is},
+                        {steady(2.0, 1.8), countersteered},
+                        {swinging(2.0, 1.8, 0.8), countersteered},
+                        {swinging(3.0, 0.4, 0.8), ploughing_on},
+                        {swinging(1.5, 1.5, 0.8), inner_rear_spins},
+                        {swinging(0.8, 1.2, 0.8), inner_rear_spins},
+                        {swinging(0.8, 1.2, 0.8), rear_axle_spins}};
+  for (const Conduct& conduct : cases) {
+    Drive drive;
+    const Mistake mistake = [&](Samples& samples) {
+      conduct.car_does(samples, conduct.course(drive.t()));
+    };
+    for (int k = 0; k < 9000; ++k) {
+      if (k % 4 == 0) drive.see(1.0);
+      drive.go(0.01, mistake, conduct.course);
+      ASSERT_EQ(drive.found(), "") << "case " << &conduct - cases << " at " << drive.t() << " s";
+    }
   }
 }
 
-TEST_F(WiringTest, FindsOtherFaultsNextToAMotorWithoutItsGearRatio) {
-  const Mistake geared = [](Samples& samples) {
-    samples[motor] = 7.5 * 0.5 * (samples[wheel_rear_left] + samples[wheel_rear_right]);
-  };
-  drive(40.0, both(geared, factor({yaw_rate}, -1.0)));
-  EXPECT_THAT(found(), UnorderedElementsAre(Pair("motor", "unit"), Pair("yaw_rate", "sign")));
-}
-
-TEST_F(WiringTest, NamesAnInvertedDirectionInAdditionToTheWheels) {
-  const Mistake inverted = [](Samples& samples) { samples[direction] = -1.0; };
-  drive(40.0, inverted);
-  EXPECT_THAT(found(), Contains(Pair("direction", "sign")));
-}
-
-TEST_F(WiringTest, DoesNotAllocateWhileItSearches) {
+TEST(Wiring, DoesNotAllocateWhileItSearches) {
   const Mistake mistakes = both(factor({steering}, -1.0), factor({accel_x, accel_y}, 1 / 9.81));
   std::vector<Samples> samples;
-  for (int k = 0; k < 4000; ++k) {
-    samples.push_back(sensed(weaving(1e-2 * k)));
-    mistakes(samples.back());
-  }
+  for (int k = 0; k < 4000; ++k) mistakes(samples.emplace_back(sensed(weaving(1e-2 * k))));
+  Drive drive;
   const auto before = allocation_count();
   for (const Samples& now : samples) {
-    t_ns_ += step_ns;
-    for (const auto& [source, value] : now) wiring_.hear(source, t_ns_, value);
-    wiring_.look(t_ns_);
+    drive.t_ns += step_ns;
+    for (const auto& [source, value] : now) drive.wiring.hear(source, drive.t_ns, value);
+    drive.wiring.look(drive.t_ns);
   }
   EXPECT_EQ(allocation_count(), before);
-  EXPECT_EQ(found().size(), 3U) << "it searched";
+  EXPECT_EQ(drive.found(), "accel_x unit, accel_y unit, steering sign") << "it searched";
 }
 
 }  // namespace
