@@ -57,28 +57,26 @@ TEST_F(ControllerReporterTest, ReportsErrorPassiveAndTheRecovery) {
             "info can0: the controller is error-active again");
 }
 
-TEST_F(ControllerReporterTest, ReportsTheRecoveryFromBusOff) {
+TEST_F(ControllerReporterTest, ReportsBusOffWithTheWayOutAndTheRecovery) {
+  const std::string bus_off =
+      "warning can0: bus-off: the controller has left the bus and receives nothing; ";
+  const std::string restarted =
+      "info can0: the controller was restarted after bus-off and is error-active";
   controller_.restart_ms = 100;
-  EXPECT_EQ(
-      look(ControllerHealth::bus_off),
-      "warning can0: bus-off: the controller has left the bus and receives nothing; it restarts "
-      "after 100 ms");
+  EXPECT_EQ(look(ControllerHealth::bus_off), bus_off + "it restarts after 100 ms");
   EXPECT_EQ(look(ControllerHealth::bus_off), "");
-  EXPECT_EQ(look(ControllerHealth::error_active),
-            "info can0: the controller was restarted after bus-off and is error-active");
-}
-
-TEST_F(ControllerReporterTest, SaysHowToRestartAControllerWithoutAutomaticRestart) {
+  EXPECT_EQ(look(ControllerHealth::error_active), restarted);
   controller_.restart_ms = 0;
   EXPECT_THAT(look(ControllerHealth::bus_off),
               HasSubstr("ip link set can0 down; ip link set can0 type can restart-ms 100"));
   EXPECT_EQ(look(ControllerHealth::stopped), "") << "down is the link's affair";
-  EXPECT_EQ(look(ControllerHealth::error_active),
-            "info can0: the controller was restarted after bus-off and is error-active");
+  EXPECT_EQ(look(ControllerHealth::error_active), restarted);
 }
 
 TEST_F(ControllerReporterTest, ReportsABusOffThatEndedBeforeTheCheck) {
-  look(ControllerHealth::error_active, 3);
+  look(ControllerHealth::error_active, 9);
+  vanish();  // the counters begin at zero when the interface comes back
+  EXPECT_EQ(look(ControllerHealth::error_active, 3), "");
   EXPECT_EQ(
       look(ControllerHealth::error_active, 4),
       "warning can0: the controller went bus-off once and was restarted; it is now error-active; "
@@ -97,13 +95,6 @@ TEST_F(ControllerReporterTest, SumsUpWhatHappensMoreThanOnceASecond) {
   EXPECT_EQ(look(ControllerHealth::error_active, 3, soon_ns), "");
   EXPECT_THAT(look(ControllerHealth::error_active, 3),
               HasSubstr("bus-off 2 times more and was restarted; it is now error-active"));
-}
-
-TEST_F(ControllerReporterTest, CountsFromZeroAfterTheInterfaceCameBack) {
-  look(ControllerHealth::error_active, 9);
-  vanish();
-  EXPECT_EQ(look(ControllerHealth::error_active, 0), "");
-  EXPECT_THAT(look(ControllerHealth::error_active, 1), HasSubstr("bus-off once and was"));
 }
 
 class ServiceManagerTest : public testing::Test {
@@ -142,7 +133,10 @@ TEST_F(ServiceManagerTest, HearsTheStateOfTheDaemon) {
   EXPECT_EQ(heard(), "STOPPING=1");
 }
 
-TEST_F(ServiceManagerTest, IsFedWhileTheTicksMove) {
+TEST_F(ServiceManagerTest, IsFedWhileTheTicksMoveIfItWantsAWatchdog) {
+  Watchdog unwanted;
+  unwanted.notify(1, 1'000'000'000);
+  EXPECT_EQ(heard(), "");
   ::setenv("WATCHDOG_USEC", "300000", 1);  // a notification every 0.1 s
   Watchdog watchdog;
   watchdog.notify(20, 1'000'000'000);
@@ -151,17 +145,10 @@ TEST_F(ServiceManagerTest, IsFedWhileTheTicksMove) {
   EXPECT_EQ(heard(), "") << "not yet due";
   watchdog.notify(40, 1'100'000'000);
   EXPECT_EQ(heard(), "WATCHDOG=1");
-  watchdog.notify(40, 1'200'000'000);
   watchdog.notify(40, 9'000'000'000);
   EXPECT_EQ(heard(), "") << "a beat that hangs starves it";
   watchdog.notify(41, 9'000'000'001);
   EXPECT_EQ(heard(), "WATCHDOG=1");
-}
-
-TEST_F(ServiceManagerTest, IsLeftAloneWhereItWantsNoWatchdog) {
-  Watchdog watchdog;
-  watchdog.notify(1, 1'000'000'000);
-  EXPECT_EQ(heard(), "");
 }
 
 TEST(Percentile, IsTheUpperEdgeOfItsBucketAndNoMoreThanTheMaximum) {
@@ -178,13 +165,11 @@ TEST(Percentile, IsTheUpperEdgeOfItsBucketAndNoMoreThanTheMaximum) {
 }
 
 TEST(ConditionNames, NameEveryBit) {
-  EXPECT_TRUE(condition_names(0).empty());
   EXPECT_THAT(condition_names(ODOM_COND_NOT_REALTIME | ODOM_COND_INPUT_ENDED),
               ElementsAre("not_realtime", "input_ended"));
-  EXPECT_THAT(condition_names(ODOM_COND_MISWIRED | ODOM_COND_INCONSISTENT),
-              ElementsAre("miswired", "inconsistent"));
-  EXPECT_THAT(condition_names(ODOM_COND_BIAS_UNLEARNT | ODOM_COND_SCALE_IMPLAUSIBLE),
-              ElementsAre("bias_unlearnt", "scale_implausible"));
+  EXPECT_THAT(condition_names(ODOM_COND_MISWIRED | ODOM_COND_INCONSISTENT |
+                              ODOM_COND_BIAS_UNLEARNT | ODOM_COND_SCALE_IMPLAUSIBLE),
+              ElementsAre("miswired", "inconsistent", "bias_unlearnt", "scale_implausible"));
   EXPECT_EQ(condition_names(0xFFFF'FFFF).size(), 20U);
 }
 
@@ -208,16 +193,10 @@ TEST(Json, IsReadBackAsItWasWritten) {
   json.member("b", 2);
   json.end_object();
   json.end_object();
-
-  const auto read = nlohmann::json::parse(json.text());
-  EXPECT_EQ(read["text"], "a\"b\\c\n\x01");
-  EXPECT_EQ(read["bytes"], "\u00ff\u00c3");
-  EXPECT_EQ(read["number"], 0.1);
-  EXPECT_EQ(read["large"], std::int64_t{-9'007'199'254'740'993});
-  EXPECT_TRUE(read["none"].is_null());
-  EXPECT_EQ(read["yes"], true);
-  EXPECT_EQ(read["list"].size(), 3U);
-  EXPECT_EQ(read["inner"]["b"], 2);
+  EXPECT_EQ(nlohmann::json::parse(json.text()), nlohmann::json::parse(R"({
+      "text": "a\"b\\c\n\u0001", "bytes": "\u00ff\u00c3", "number": 0.1,
+      "large": -9007199254740993, "none": null, "yes": true, "list": [1, {}, "x"],
+      "inner": {"a": 1, "b": 2}})"));
 }
 
 }  // namespace

@@ -25,19 +25,14 @@ TEST(Relay, WakesAllAfterARing) {
   EXPECT_EQ(woken.load(), 100);
 }
 
-TEST(Relay, EndsWithoutEverHavingBeenRung) {
+TEST(Relay, EndsWithoutARingAndSaysWhatTheMachineRefused) {
   std::atomic<int> woken{0};
   {
-    const Relay relay(2, -1, [&] { woken.fetch_add(1); });
+    const Relay relay(2, 1023, [&] { woken.fetch_add(1); });
+    EXPECT_EQ(relay.grant().cpu, -1);
+    EXPECT_THAT(relay.grant().refusals, Contains(HasSubstr("is not pinned to CPU 1023")));
   }
   EXPECT_LE(woken.load(), 1);
-}
-
-TEST(Relay, SaysWhatTheMachineRefused) {
-  const Relay relay(2, 1023, [] {});
-  EXPECT_EQ(relay.grant().cpu, -1);
-  ASSERT_FALSE(relay.grant().refusals.empty());
-  EXPECT_NE(relay.grant().refusals.front().find("is not pinned to CPU 1023"), std::string::npos);
 }
 
 TEST(Surroundings, ReportWhatHoldsNowAndAnIncidentForAWhile) {
@@ -86,37 +81,28 @@ TEST(TickGrid, BeginsAtAMultipleOfThePeriodBeforeNow) {
   EXPECT_EQ(grid_from(10'000'000, period).first_ns, 10'000'000);
 }
 
-struct Case {
-  const char* what;
-  std::uint64_t tick;  ///< planned tick
-  std::int64_t now_ns;
-  std::uint64_t expected, missed;
-};
-
 TEST(TickGrid, AWakeUpDoesTheNewestTickThatIsDue) {
-  const Case cases[]{{"on time", 7, grid.time_of(7) + 50 * microsecond, 7, 0},
-                     {"slightly late", 7, grid.time_of(8) - 1, 7, 0},
-                     {"a period late", 7, grid.time_of(8), 8, 1},
-                     {"three periods late", 7, grid.time_of(10) + 3 * microsecond, 10, 3},
-                     {"early", 7, grid.time_of(7) - 1, 7, 0},
-                     {"before all", 1, 0, 1, 0}};
-  for (const Case& one : cases) {
-    const auto due = due_tick(grid, one.tick, one.now_ns);
-    EXPECT_EQ(due.tick, one.expected) << one.what;
-    EXPECT_EQ(due.missed, one.missed) << one.what;
-  }
+  const auto due = [](std::uint64_t planned, std::int64_t now_ns) {
+    const auto [tick, missed] = due_tick(grid, planned, now_ns);
+    return std::pair{tick, missed};
+  };
+  EXPECT_THAT(due(7, grid.time_of(7) + 50 * microsecond), Pair(7, 0));
+  EXPECT_THAT(due(7, grid.time_of(8) - 1), Pair(7, 0));
+  EXPECT_THAT(due(7, grid.time_of(8)), Pair(8, 1)) << "a period late";
+  EXPECT_THAT(due(7, grid.time_of(10) + 3 * microsecond), Pair(10, 3));
+  EXPECT_THAT(due(7, grid.time_of(7) - 1), Pair(7, 0)) << "early";
+  EXPECT_THAT(due(1, 0), Pair(1, 0)) << "before all";
 }
 
 TEST(TickGrid, AnOverrunSkipsWholePeriodsAndKeepsThePhase) {
-  const Case cases[]{{"quick", 7, grid.time_of(7) + 100 * microsecond, 8, 0},
-                     {"done exactly when the next is due", 7, grid.time_of(8), 9, 1},
-                     {"one", 7, grid.time_of(8) + 1, 9, 1},
-                     {"many", 7, grid.time_of(17) + period / 2, 18, 10}};
-  for (const Case& one : cases) {
-    const auto next = next_tick(grid, one.tick, one.now_ns);
-    EXPECT_EQ(next.tick, one.expected) << one.what;
-    EXPECT_EQ(next.missed, one.missed) << one.what;
-  }
+  const auto next = [](std::int64_t now_ns) {
+    const auto [tick, missed] = next_tick(grid, 7, now_ns);
+    return std::pair{tick, missed};
+  };
+  EXPECT_THAT(next(grid.time_of(7) + 100 * microsecond), Pair(8, 0));
+  EXPECT_THAT(next(grid.time_of(8)), Pair(9, 1)) << "done exactly when the next is due";
+  EXPECT_THAT(next(grid.time_of(8) + 1), Pair(9, 1));
+  EXPECT_THAT(next(grid.time_of(17) + period / 2), Pair(18, 10));
 }
 
 TEST(TickGrid, TicksAndMissedCyclesAccountForAll) {
