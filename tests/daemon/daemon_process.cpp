@@ -112,6 +112,11 @@ bool next_pose(const Client& client, odom_pose& pose) {
   return odom_wait(client.get(), &pose, sizeof pose, -1) == ODOM_OK;
 }
 
+bool next_pose(const Client& client, odom_pose& pose,
+               const std::function<bool(const odom_pose&)>& fits) {
+  return eventually([&] { return next_pose(client, pose) && fits(pose); });
+}
+
 bool becomes_stale(const Client& client, odom_pose& pose) {
   return eventually([&] { return odom_latest(client.get(), &pose, sizeof pose) == ODOM_STALE; });
 }

@@ -56,6 +56,9 @@ using Camera = std::unique_ptr<odom_camera, Close>;
 
 /// Waits up to a second for the next pose.
 [[nodiscard]] bool next_pose(const Client& client, odom_pose& pose);
+/// Waits for a pose that fits.
+[[nodiscard]] bool next_pose(const Client& client, odom_pose& pose,
+                             const std::function<bool(const odom_pose&)>& fits);
 
 /// Waits until the pose of an ended daemon is stale.
 [[nodiscard]] bool becomes_stale(const Client& client, odom_pose& pose);

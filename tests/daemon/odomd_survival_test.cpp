@@ -233,28 +233,6 @@ TEST_F(OdomdSurvival, MakesRemovedSocketsAgain) {
   EXPECT_TRUE(open_camera(desk_));
 }
 
-TEST_F(OdomdSurvival, IdleCamerasDoNotLockTheCameraOut) {
-  const DaemonProcess odomd(desk_, {});
-  const Client client = open_client(desk_);
-  std::vector<Camera> idle;
-  while (idle.size() < 4) idle.push_back(open_camera(desk_));
-  const auto send = [&] {
-    const std::string command = ODOMD_BIN_DIR "/odom camera send --pose 1,2,0 --socket " +
-                                desk_.file("camera.sock").string() + " 2> " +
-                                desk_.file("sent").string();
-    return WEXITSTATUS(std::system(command.c_str()));
-  };
-  EXPECT_EQ(send(), 1);
-  EXPECT_THAT(desk_.read("sent"), HasSubstr("refused: odomd has as many camera connections"));
-  odom_pose pose{};
-  EXPECT_TRUE(eventually([&] {
-    return next_pose(client, pose) && (pose.conditions & ODOM_COND_CAMERA_REFUSED) != 0;
-  }));
-  EXPECT_TRUE(eventually([&] { return send() == 0; })) << desk_.read("sent");
-  EXPECT_EQ(desk_.status()["camera"]["messages"], 1);
-  EXPECT_TRUE(desk_.logs("in place of one that sent no valid pose for 2 s"));
-}
-
 // A predecessor's segment
 
 TEST_F(OdomdSurvival, DoesNotGoOnFromADamagedPredecessor) {

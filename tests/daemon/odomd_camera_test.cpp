@@ -1,0 +1,188 @@
+// The camera of a running daemon: its poses, its clock, and its connections.
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <sstream>
+#include <thread>
+
+#include "daemon_process.hpp"
+
+namespace odomd::testing::odomd_camera_test {
+namespace {
+
+odom_camera_message camera_pose(const odom_pose& at) {
+  odom_camera_message message{};
+  message.clock = ODOM_CLOCK_MONOTONIC;
+  message.capture_ns = at.time_ns;
+  message.x = at.x + 0.01;
+  message.y = at.y;
+  message.yaw = at.yaw;
+  message.sigma_x = message.sigma_y = 0.05;
+  message.sigma_yaw = 0.05;
+  return message;
+}
+
+/// A camera pose at the start, stamped with the time of the log `after_ns` after its first frame.
+odom_camera_message log_pose(std::int64_t after_ns) {
+  odom_camera_message message{};
+  message.clock = ODOM_CLOCK_LOG;
+  message.capture_ns = 1'700'000'000'000'000'000 + after_ns;
+  message.sigma_x = message.sigma_y = message.sigma_yaw = 0.5;
+  return message;
+}
+
+class OdomdCamera : public ::testing::Test {
+ protected:
+  Desk desk_;
+};
+
+TEST_F(OdomdCamera, TakesCameraPosesAndCountsMalformedMessages) {
+  DaemonProcess odomd(desk_, {});
+  const Client client = open_client(desk_);
+  odomd.feed(straight_drive(5.0, 1.0));
+  odom_pose pose{};
+  ASSERT_TRUE(next_pose(client, pose, [](const odom_pose& p) { return p.vx > 0.9; }));
+
+  Camera camera = open_camera(desk_);
+  const auto message = camera_pose(pose);
+  ASSERT_EQ(odom_camera_send(camera.get(), &message), 0);
+  odom_details details{};
+  ASSERT_TRUE(eventually([&] {
+    return odom_latest_details(client.get(), &pose, sizeof pose, &details, sizeof details) ==
+               ODOM_OK &&
+           details.camera_messages == 1;
+  }));
+  EXPECT_TRUE(next_pose(client, pose, [](const odom_pose& p) {
+    return (p.health >> ODOM_SOURCE_CAMERA & 1U) != 0;
+  })) << desk_.status().dump(1);
+
+  const int raw = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  desk_.file("camera.sock").native().copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(::connect(raw, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(::send(raw, "rubbish", 7, MSG_NOSIGNAL), 7);
+  nlohmann::json status;
+  ASSERT_TRUE(eventually([&] {
+    status = desk_.status();
+    return status["camera"]["malformed"] == 1;
+  })) << status.dump(1);
+  EXPECT_EQ(status["camera"]["messages"], 2);
+  EXPECT_EQ(status["camera"]["connections"].size(), 2U);
+  EXPECT_EQ(status["camera"]["connections"][0]["pid"], ::getpid());
+  ::close(raw);
+  camera.reset();
+  EXPECT_TRUE(eventually([&] { return desk_.status()["camera"]["connections"].empty(); }));
+  EXPECT_TRUE(desk_.logs("a camera message was invalid: it is not 80 bytes"));
+}
+
+// The first line is late, and the poses are stamped 40 ms behind the log.
+TEST_F(OdomdCamera, FollowsAPipeWhoseFirstLineCameLateSoThatCameraPosesAreInTime) {
+  using Clock = std::chrono::steady_clock;
+  const DaemonProcess odomd(desk_, {"--model", "full"});
+  const Camera camera = open_camera(desk_);
+  const auto begin = Clock::now();
+  std::this_thread::sleep_for(std::chrono::milliseconds(400));
+  std::istringstream lines(straight_drive(12.0, 1.0));
+  std::string line;
+  long sent = 0;
+  EXPECT_TRUE(eventually([&] {
+    const std::int64_t gone_ns = std::chrono::nanoseconds(Clock::now() - begin).count();
+    std::string text;
+    for (; sent < 3 * gone_ns / 10'000'000 && std::getline(lines, line); ++sent)
+      text += line + '\n';
+    odomd.feed(text);
+    odom_camera_message message = log_pose(gone_ns - 40'000'000);
+    message.x = 1.0 + static_cast<double>(gone_ns) * 1e-9;
+    message.y = 2.0;
+    odom_camera_send(camera.get(), &message);
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    const auto status = desk_.status();
+    return !status.is_null() &&
+           status["sources"][ODOM_SOURCE_CAMERA]["verdicts"]["fused"].get<int>() > 20;
+  })) << desk_.status().dump(1);
+  EXPECT_THAT(desk_.read("stderr"), HasSubstr("earlier than before relative to their time stamps"));
+}
+
+TEST_F(OdomdCamera, WarnsOfPosesInTheFutureAndNamesHowFarAheadTheNewestIs) {
+  const DaemonProcess odomd(desk_, {});
+  const Client client = open_client(desk_);
+  const Camera camera = open_camera(desk_);
+  odom_pose pose{};
+  ASSERT_TRUE(next_pose(client, pose));
+  const auto send = [&](double ahead_s) {
+    odom_camera_message message = camera_pose(pose);
+    message.capture_ns += static_cast<std::int64_t>(ahead_s * 1e9);
+    EXPECT_EQ(odom_camera_send(camera.get(), &message), 0);
+  };
+  for (int i = 0; i < 12; ++i) send(1000.0);
+  send(-1000.0);
+  const std::int64_t sent_ns = pose.time_ns;
+  ASSERT_TRUE(next_pose(client, pose,
+                        [=](const odom_pose& p) { return p.time_ns > sent_ns + 100'000'000; }));
+  for (int i = 0; i < 30; ++i) send(1000.0);
+  EXPECT_TRUE(desk_.logs("camera poses are all stamped in the future, the newest by 999."));
+  EXPECT_THAT(desk_.read("stderr"), Not(HasSubstr("the newest by -")));
+}
+
+TEST_F(OdomdCamera, WarnsOfOneThatIsAheadOfTheFirstFrameOfItsLog) {
+  const DaemonProcess odomd(desk_, {});
+  const Camera camera = open_camera(desk_);
+  const odom_camera_message message = log_pose(0);
+  EXPECT_EQ(odom_camera_send(camera.get(), &message), 0);
+  EXPECT_TRUE(desk_.logs("no log is being played yet"));
+}
+
+TEST_F(OdomdCamera, InitialisesThePoseWhereNoOtherIsGiven) {
+  auto text = desk_.read("car.toml");
+  const std::string initial = "[initial]\npose = [1.0, 2.0, 0.0]\n";
+  desk_.write("car.toml", text.erase(text.find(initial), initial.size()));
+  DaemonProcess odomd(desk_, {});
+  const Client client = open_client(desk_);
+  odomd.feed(straight_drive(5.0, 1.0));
+  odom_pose pose{};
+  ASSERT_TRUE(next_pose(client, pose));
+  ASSERT_TRUE(next_pose(client, pose));
+  EXPECT_EQ(pose.mode, static_cast<std::uint32_t>(ODOM_INITIALISING));
+
+  const Camera camera = open_camera(desk_);
+  ASSERT_TRUE(next_pose(client, pose, [&](odom_pose seen) {
+    if (seen.mode != ODOM_INITIALISING) return true;
+    seen.x = 30.0;
+    seen.y = 40.0;
+    const auto message = camera_pose(seen);
+    odom_camera_send(camera.get(), &message);
+    return false;
+  })) << desk_.status().dump(1);
+  EXPECT_NEAR(pose.x, 30.0, 1.0);
+  EXPECT_NEAR(pose.y, 40.0, 1.0);
+}
+
+TEST_F(OdomdCamera, IdleOnesDoNotLockItOut) {
+  const DaemonProcess odomd(desk_, {});
+  const Client client = open_client(desk_);
+  std::vector<Camera> idle;
+  while (idle.size() < 4) idle.push_back(open_camera(desk_));
+  const auto send = [&] {
+    const std::string command = ODOMD_BIN_DIR "/odom camera send --pose 1,2,0 --socket " +
+                                desk_.file("camera.sock").string() + " 2> " +
+                                desk_.file("sent").string();
+    return WEXITSTATUS(std::system(command.c_str()));
+  };
+  EXPECT_EQ(send(), 1);
+  EXPECT_THAT(desk_.read("sent"), HasSubstr("refused: odomd has as many camera connections"));
+  odom_pose pose{};
+  EXPECT_TRUE(next_pose(client, pose, [](const odom_pose& p) {
+    return (p.conditions & ODOM_COND_CAMERA_REFUSED) != 0;
+  }));
+  EXPECT_TRUE(eventually([&] { return send() == 0; })) << desk_.read("sent");
+  EXPECT_EQ(desk_.status()["camera"]["messages"], 1);
+  EXPECT_TRUE(desk_.logs("in place of one that sent no valid pose for 2 s"));
+}
+
+}  // namespace
+}  // namespace odomd::testing::odomd_camera_test
