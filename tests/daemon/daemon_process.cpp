@@ -135,21 +135,21 @@ std::string straight_drive(double seconds, double speed) {
   return log;
 }
 
-DaemonProcess::DaemonProcess(const Desk& desk, const std::vector<std::string>& arguments) {
-  std::vector<std::string> words{ODOMD_BIN_DIR "/odomd", "--config", desk.file("car.toml")};
-  words.insert(words.end(), arguments.begin(), arguments.end());
+Process::Process(std::vector<std::string> words, const std::vector<std::string>& more_words,
+                 const std::filesystem::path& outputs) {
+  words.insert(words.end(), more_words.begin(), more_words.end());
   std::vector<char*> argv;
   argv.reserve(words.size() + 1);
   for (auto& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  const std::string errors = desk.file("stderr");
 
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) std::abort();
   pid_ = ::fork();
   if (pid_ == 0) {
-    const int log = ::open(errors.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
+    const int log = ::open(outputs.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
     ::dup2(ends[0], STDIN_FILENO);
+    ::dup2(log, STDOUT_FILENO);
     ::dup2(log, STDERR_FILENO);
     ::execv(argv[0], argv.data());
     ::_exit(127);
@@ -158,14 +158,14 @@ DaemonProcess::DaemonProcess(const Desk& desk, const std::vector<std::string>& a
   input_ = ends[1];
 }
 
-DaemonProcess::~DaemonProcess() {
+Process::~Process() {
   close_input();
   if (pid_ <= 0) return;
   ::kill(pid_, SIGKILL);
   ::waitpid(pid_, nullptr, 0);
 }
 
-void DaemonProcess::feed(const std::string& text) const {
+void Process::feed(const std::string& text) const {
   for (std::size_t at = 0; at < text.size();) {
     const ssize_t written = ::write(input_, text.data() + at, text.size() - at);
     if (written <= 0) return;
@@ -173,16 +173,16 @@ void DaemonProcess::feed(const std::string& text) const {
   }
 }
 
-void DaemonProcess::close_input() {
+void Process::close_input() {
   if (input_ >= 0) ::close(input_);
   input_ = -1;
 }
 
-void DaemonProcess::signal(int number) const {
+void Process::signal(int number) const {
   ::kill(pid_, number);
 }
 
-int DaemonProcess::wait() {
+int Process::wait() {
   int status = 0;
   if (!eventually([&] { return ::waitpid(pid_, &status, WNOHANG) == pid_; })) return -2;
   pid_ = -1;

@@ -67,14 +67,15 @@ using Camera = std::unique_ptr<odom_camera, Close>;
 /// seconds fit into a pipe.
 [[nodiscard]] std::string straight_drive(double seconds, double speed);
 
-/// odomd with the configuration of a desk. Its standard input is a pipe; its standard error goes to
-/// the desk's file "stderr".
-class DaemonProcess {
+/// A program that runs beside the test. Its standard input is a pipe; its outputs are appended to a
+/// file.
+class Process {
  public:
-  DaemonProcess(const Desk& desk, const std::vector<std::string>& arguments);
-  ~DaemonProcess();  ///< kills it if it is still running
-  DaemonProcess(const DaemonProcess&) = delete;
-  DaemonProcess& operator=(const DaemonProcess&) = delete;
+  Process(std::vector<std::string> words, const std::vector<std::string>& more_words,
+          const std::filesystem::path& outputs);
+  ~Process();  ///< kills it if it is still running
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
 
   void feed(const std::string& text) const;
   void close_input();
@@ -86,6 +87,13 @@ class DaemonProcess {
  private:
   pid_t pid_ = -1;
   int input_ = -1;
+};
+
+/// odomd with the configuration of a desk, and the desk's file "stderr".
+struct DaemonProcess : Process {
+  DaemonProcess(const Desk& desk, const std::vector<std::string>& arguments)
+      : Process({ODOMD_BIN_DIR "/odomd", "--config", desk.file("car.toml")}, arguments,
+                desk.file("stderr")) {}
 };
 
 }  // namespace odomd::testing

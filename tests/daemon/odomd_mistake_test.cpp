@@ -22,21 +22,16 @@ class OdomdMistake : public ::testing::Test {
   Desk desk_;
 };
 
-TEST_F(OdomdMistake, AnUnknownKey) {
-  desk_.write("car.toml", "[vehicle]\nmas = 3\n" + desk_.read("car.toml").substr(10));
+TEST_F(OdomdMistake, InTheFiles) {
+  const std::string car = desk_.read("car.toml"), source = "source = \"-\"\n";
+  desk_.write("car.toml", "[vehicle]\nmas = 3\n" + car.substr(10));
   EXPECT_THAT(error_of({}), HasSubstr("car.toml:2: [vehicle] mas: unknown key; did you mean"));
-}
-
-TEST_F(OdomdMistake, ADatabaseThatIsNone) {
+  std::string without = car;
+  desk_.write("car.toml", without.erase(car.find(source), source.size()));
+  EXPECT_THAT(error_of({}), HasSubstr("no CAN source is named; give --can can0"));
+  desk_.write("car.toml", car);
   desk_.write("car.dbc", "BO_ what is this\n");
   EXPECT_THAT(error_of({}), HasSubstr("car.dbc:1: "));
-}
-
-TEST_F(OdomdMistake, NoSource) {
-  auto text = desk_.read("car.toml");
-  text.erase(text.find("source = \"-\"\n"), std::string("source = \"-\"\n").size());
-  desk_.write("car.toml", text);
-  EXPECT_THAT(error_of({}), HasSubstr("no CAN source is named; give --can can0"));
 }
 
 TEST_F(OdomdMistake, OnTheCommandLine) {
@@ -95,12 +90,6 @@ TEST_F(OdomdMistake, APipeOrADeviceForAFile) {
     EXPECT_THAT(error_of({}), HasSubstr("car.toml: " + kind));
     std::filesystem::remove(desk_.file("car.toml"));
   }
-}
-
-TEST_F(OdomdMistake, ACameraSocketThatIsAFile) {
-  desk_.write("camera.sock", "precious");
-  EXPECT_THAT(error_of({}, 1), HasSubstr("camera.sock: exists and is not a socket"));
-  EXPECT_EQ(desk_.read("camera.sock"), "precious");
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Recording a running daemon, and replaying the recording.
 #include <fmt/format.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <csignal>
 #include <cstdlib>
@@ -21,37 +20,14 @@ int odom(const Desk& desk, const std::string& arguments, const std::string& log)
   return WIFEXITED(raw) ? WEXITSTATUS(raw) : -1;
 }
 
-pid_t start(const std::string& command) {
-  const pid_t pid = ::fork();
-  if (pid != 0) return pid;
-  ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
-  ::_exit(127);
-}
-
-/// `odom record`, running in parallel with the test.
-class RecorderProcess {
+/// `odom record`, running in parallel with the test, into the desk's folder "drive".
+class RecorderProcess : public Process {
  public:
-  RecorderProcess(const Desk& desk, const std::string& arguments)
-      : desk_(desk),
-        pid_(start(fmt::format("cd {} && exec " ODOMD_BIN_DIR
-                               "/odom record --socket {} --wait 10 {} >>{} 2>&1",
-                               desk.file("").string(), desk.file("record.sock").string(), arguments,
-                               desk.file("record.txt").string()))) {}
-  ~RecorderProcess() {
-    if (pid_ <= 0) return;
-    ::kill(pid_, SIGKILL);
-    ::waitpid(pid_, nullptr, 0);
-  }
-  RecorderProcess(const RecorderProcess&) = delete;
-  RecorderProcess& operator=(const RecorderProcess&) = delete;
-
-  void signal(int number) const { ::kill(pid_, number); }
-  [[nodiscard]] int wait() {
-    int status = 0;
-    if (!eventually([&] { return ::waitpid(pid_, &status, WNOHANG) == pid_; })) return -2;
-    pid_ = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
+  explicit RecorderProcess(const Desk& desk, const std::vector<std::string>& options = {})
+      : Process({ODOMD_BIN_DIR "/odom", "record", "--socket", desk.file("record.sock"), "--wait",
+                 "10", "--out", desk.file("drive")},
+                options, desk.file("record.txt")),
+        desk_(desk) {}
   [[nodiscard]] bool holds(const std::string& folder, int ticks) const {
     return lines(folder + "/beat.csv") > ticks + 1;
   }
@@ -62,7 +38,6 @@ class RecorderProcess {
 
  private:
   const Desk& desk_;
-  pid_t pid_;
 };
 
 class OdomdRecord : public ::testing::Test {
@@ -93,7 +68,7 @@ class OdomdRecord : public ::testing::Test {
 
 TEST_F(OdomdRecord, ADriveReplaysToTheBitsThatWerePublished) {
   DaemonProcess odomd(desk_, {});
-  RecorderProcess recorder(desk_, "--out drive --once");
+  RecorderProcess recorder(desk_, {"--once"});
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 1); })) << desk_.read("record.txt");
   odomd.feed(straight_drive(5.0, 1.0));
   send_camera_poses();
@@ -116,7 +91,7 @@ TEST_F(OdomdRecord, BeginsInMidDriveAndEndsOnInt) {
     const auto status = desk_.status();
     return !status.is_null() && status["beat"]["ticks"].get<int>() > 200;
   }));
-  RecorderProcess recorder(desk_, "--out drive");
+  RecorderProcess recorder(desk_);
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 200); })) << desk_.read("record.txt");
   recorder.signal(SIGINT);
   EXPECT_EQ(recorder.wait(), 0) << desk_.read("record.txt");
@@ -138,7 +113,7 @@ TEST_F(OdomdRecord, BeginsInMidDriveAndEndsOnInt) {
 
 TEST_F(OdomdRecord, GoesOnInAnotherFolderWhenTheDaemonIsStartedAnew) {
   auto odomd = std::make_unique<DaemonProcess>(desk_, std::vector<std::string>{});
-  RecorderProcess recorder(desk_, "--out drive");
+  RecorderProcess recorder(desk_);
   odomd->feed(straight_drive(5.0, 1.0));
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 100); })) << desk_.read("record.txt");
   odomd->signal(SIGKILL);
@@ -163,7 +138,7 @@ TEST_F(OdomdRecord, ARecorderThatDoesNotKeepUpLosesTheRestAndKnowsIt) {
       log += fmt::format("({}.{:06}) can0 100#E8030000\n", 1'700'000'000 + ms / 1000,
                          ms % 1000 * 1000 + n * 40);
   desk_.write("full.log", log);
-  RecorderProcess recorder(desk_, "--out drive");
+  RecorderProcess recorder(desk_);
   DaemonProcess odomd(desk_, {"--can", desk_.file("full.log")});
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 50); })) << desk_.read("record.txt");
   recorder.signal(SIGSTOP);
@@ -203,7 +178,7 @@ TEST_F(OdomdRecord, WhoMayReadThePoseMayRecord) {
 
 TEST_F(OdomdRecord, OneAtATime) {
   DaemonProcess odomd(desk_, {});
-  RecorderProcess recorder(desk_, "--out drive");
+  RecorderProcess recorder(desk_);
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 1); })) << desk_.read("record.txt");
   EXPECT_EQ(odom(desk_, "record --socket record.sock --out other", "r.txt"), 1);
   EXPECT_THAT(desk_.read("r.txt"), HasSubstr("odomd is already being recorded (by pid "));

@@ -3,8 +3,6 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -71,13 +69,6 @@ TEST_F(OdomdSurvival, EndsWithOneWhereItCouldNotRun) {
   EXPECT_FALSE(desk_.status().is_null());
 }
 
-TEST_F(OdomdSurvival, EndsWithZeroWhereItIsDone) {
-  EXPECT_EQ(status_of({"--check"}), 0);
-  EXPECT_EQ(status_of({"--help"}), 0);
-  desk_.write("drive.log", straight_drive(0.1, 1.0));
-  EXPECT_EQ(status_of({"--can", desk_.file("drive.log"), "--exit-at-end"}), 0);
-}
-
 TEST_F(OdomdSurvival, ACheckRefusesAGroupThatAStartWouldRefuse) {
   const std::string car = desk_.read("car.toml");
   const std::pair<std::string, std::vector<std::string>> cases[]{
@@ -107,7 +98,7 @@ TEST_F(OdomdSurvival, MakesARemovedSegmentAgainAndReadersGoOverToIt) {
   const Client client = open_client(desk_);
   odomd.feed(straight_drive(5.0, 1.0));
   odom_pose pose{};
-  ASSERT_TRUE(eventually([&] { return next_pose(client, pose) && pose.x > 1.05; }));
+  ASSERT_TRUE(next_pose(client, pose, [](const odom_pose& p) { return p.x > 1.05; }));
   const std::uint64_t first = instance_of(client);
   const odom_pose before = pose;
 
@@ -131,37 +122,15 @@ TEST_F(OdomdSurvival, MakesARemovedSegmentAgainAndReadersGoOverToIt) {
   ASSERT_EQ(::unlink(desk_.segment().c_str()), 0);
   ASSERT_TRUE(eventually([&] { return next_pose(client, pose) && instance_of(client) != second; }));
 
+  ASSERT_EQ(::unlink((desk_.segment() + ".lock").c_str()), 0);
+  ASSERT_TRUE(desk_.logs("pose.lock was removed while odomd was running; it has been recreated"));
+
   odomd.signal(SIGTERM);
   EXPECT_EQ(odomd.wait(), 0) << desk_.read("stderr");
   ASSERT_TRUE(becomes_stale(client, pose));
   odom_beat beat{};
   ASSERT_EQ(odom_get_beat(client.get(), &beat, sizeof beat), ODOM_STALE);
   EXPECT_EQ(beat.ticks + beat.missed, pose.tick) << "no tick was lost on the way";
-}
-
-TEST_F(OdomdSurvival, IsTheOnlyWriterWhateverIsRemoved) {
-  DaemonProcess first(desk_, {});
-  const Client client = open_client(desk_);
-  odom_pose pose{};
-  ASSERT_TRUE(next_pose(client, pose));
-  for (const auto& gone : {std::vector<std::string>{desk_.segment() + ".lock"},
-                           std::vector<std::string>{desk_.segment(), desk_.segment() + ".lock"}}) {
-    for (const std::string& file : gone) ASSERT_EQ(::unlink(file.c_str()), 0);
-    EXPECT_EQ(status_of({"--camera-socket", desk_.file("c2"), "--status-socket", desk_.file("s2")}),
-              1);
-    EXPECT_THAT(desk_.read("stderr"),
-                HasSubstr("process " + std::to_string(first.pid()) + " publishes there already"));
-    ASSERT_TRUE(eventually([&] {
-      return std::filesystem::exists(desk_.segment()) &&
-             std::filesystem::exists(desk_.segment() + ".lock");
-    }));
-    EXPECT_TRUE(
-        desk_.logs("pose.lock was removed while odomd was running; it has been recreated") ||
-        desk_.logs("it has been recreated"));
-    ASSERT_TRUE(next_pose(open_client(desk_), pose));
-  }
-  first.signal(SIGTERM);
-  EXPECT_EQ(first.wait(), 0);
 }
 
 TEST_F(OdomdSurvival, SaysWhyItCannotMakeItsSegmentAgainAndGoesOn) {
@@ -184,10 +153,7 @@ TEST_F(OdomdSurvival, ATruncatedSegmentEndsItWithOneLineAndASuccessorStarts) {
     desk_.write("stderr", "");
     DaemonProcess odomd(desk_, {});
     odom_pose pose{};
-    {
-      const Client client = open_client(desk_);
-      ASSERT_TRUE(eventually([&] { return next_pose(client, pose); }));
-    }
+    ASSERT_TRUE(next_pose(open_client(desk_), pose));
     ASSERT_EQ(::truncate(desk_.segment().c_str(), size), 0);
     EXPECT_EQ(odomd.wait(), 1) << size;
     EXPECT_THAT(desk_.read("stderr"),
@@ -195,25 +161,19 @@ TEST_F(OdomdSurvival, ATruncatedSegmentEndsItWithOneLineAndASuccessorStarts) {
   }
   const DaemonProcess successor(desk_, {});
   odom_pose pose{};
-  EXPECT_TRUE(eventually([&] { return next_pose(open_client(desk_), pose); }))
-      << desk_.read("stderr");
+  EXPECT_TRUE(next_pose(open_client(desk_), pose)) << desk_.read("stderr");
 }
 
 TEST_F(OdomdSurvival, AReaderOfATruncatedSegmentEndsWithOneLine) {
   DaemonProcess odomd(desk_, {});
   ASSERT_TRUE(open_client(desk_));
   odomd.feed(straight_drive(5.0, 1.0));
-  const std::string command = "timeout 30 " ODOMD_BIN_DIR "/odom pose --follow --shm " +
-                              desk_.segment() + " > " + desk_.file("poses").string() + " 2> " +
-                              desk_.file("reader").string() + "; echo $? > " +
-                              desk_.file("ended").string();
-  FILE* const shell = ::popen(command.c_str(), "w");
-  ASSERT_NE(shell, nullptr);
-  ASSERT_TRUE(eventually([&] { return !desk_.read("poses").empty(); })) << desk_.read("reader");
+  Process reader({ODOMD_BIN_DIR "/odom", "pose", "--follow", "--shm", desk_.segment()}, {},
+                 desk_.file("reader"));
+  ASSERT_TRUE(eventually([&] { return !desk_.read("reader").empty(); }));
   odomd.signal(SIGSTOP);  // so that only the reader accesses the segment
   ASSERT_EQ(::truncate(desk_.segment().c_str(), 0), 0);
-  EXPECT_TRUE(eventually([&] { return desk_.read("ended") == "1\n"; })) << desk_.read("ended");
-  ::pclose(shell);
+  EXPECT_EQ(reader.wait(), 1);
   EXPECT_THAT(desk_.read("reader"),
               HasSubstr("odom: the segment was truncated while it was in use (SIGBUS)"));
 }
@@ -241,16 +201,14 @@ TEST_F(OdomdSurvival, DoesNotGoOnFromADamagedPredecessor) {
     const Client client = open_client(desk_);
     first.feed(straight_drive(1.0, 1.0));
     odom_pose pose{};
-    ASSERT_TRUE(eventually([&] { return next_pose(client, pose) && pose.x > 1.2; }));
+    ASSERT_TRUE(next_pose(client, pose, [](const odom_pose& p) { return p.x > 1.2; }));
     first.signal(SIGKILL);
     EXPECT_EQ(first.wait(), -1);
-    const std::uint64_t slot = pose.tick % 1024;
     // Destroys this pose and some later ones, which were published between the read and the kill.
     std::fstream file(desk_.segment(), std::ios::in | std::ios::out | std::ios::binary);
-    for (std::uint64_t i = slot; i < slot + 60; ++i) {
-      file.seekp(static_cast<std::streamoff>(
-          ODOM_WORD_BYTES *
-          (ODOM_SEGMENT_HEADER_WORDS + i % 1024 * ODOM_SLOT_WORDS + ODOM_SLOT_POSE + 2)));
+    for (std::uint64_t tick = pose.tick; tick < pose.tick + 60; ++tick) {
+      const std::uint64_t word = ODOM_SEGMENT_HEADER_WORDS + tick % 1024 * ODOM_SLOT_WORDS;
+      file.seekp(static_cast<std::streamoff>(ODOM_WORD_BYTES * (word + ODOM_SLOT_POSE + 2)));
       const double x = 7.0;
       file.write(reinterpret_cast<const char*>(&x), sizeof x);
     }
