@@ -115,7 +115,8 @@ TEST_F(OdomdTest, GivesTheBitsThatAReplayGives) {
     const std::string replay = "replay --config car.toml --can drive.log --out replay.csv",
                       follow = "pose --shm " + desk.segment() +
                                " --follow --csv --clock log --until-stale --wait 10 --out live.csv";
-    ASSERT_EQ(std::system((begin + replay + " >replay.txt 2>&1").c_str()), 0) << desk.read("replay.txt");
+    ASSERT_EQ(std::system((begin + replay + " >replay.txt 2>&1").c_str()), 0)
+        << desk.read("replay.txt");
     DaemonProcess odomd(desk, {"--can", desk.file("drive.log"), "--exit-at-end"});
     static_cast<void>(std::system((begin + follow + " 2>follow.txt").c_str()));
     EXPECT_EQ(odomd.wait(), 0);
