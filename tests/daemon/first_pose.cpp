@@ -11,16 +11,17 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <cstdlib>
-#include <ctime>
 #include <exception>
 #include <fstream>
 #include <iomanip>
 #include <iostream>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <odom/odom.h>
@@ -30,9 +31,7 @@ namespace {
 constexpr std::int64_t timeout_ns = 10'000'000'000;
 
 std::int64_t now_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+  return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 pid_t start(std::vector<std::string> words, const std::string& input) {
@@ -76,21 +75,16 @@ Times await_poses(const std::string& shm, std::int64_t began_ns) {
     }
     odom_close(client);
     if (times.worth_something_ns != 0) return times;
-    const timespec pause{0, 200'000};
-    nanosleep(&pause, nullptr);
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
   }
   throw std::runtime_error("no pose within ten seconds");
 }
 
-double milliseconds(std::int64_t ns) {
-  return static_cast<double>(ns) * 1e-6;
-}
-
 void print(const char* what, std::vector<std::int64_t> times) {
   std::sort(times.begin(), times.end());
+  const auto ms = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-6; };
   std::cout << std::fixed << std::setprecision(1) << what << " median "
-            << milliseconds(times[times.size() / 2]) << " max " << milliseconds(times.back())
-            << '\n';
+            << ms(times[times.size() / 2]) << " max " << ms(times.back()) << '\n';
 }
 
 void measure(const std::string& odomd, const std::string& config, const std::string& log,

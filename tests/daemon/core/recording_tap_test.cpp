@@ -126,6 +126,10 @@ TEST_F(RecordingTapTest, BeginsAnewWithEmptyRingsAndHoldsNothingWhileNobodyRecor
   EXPECT_EQ(tap_->mark()->frames, 1U);
   EXPECT_EQ(tap_->mark()->cameras, 1U);
   EXPECT_EQ(take_out(), 6U);
+  EXPECT_EQ(last_taken_, next_time_ - 1);
+  tick(1);
+  EXPECT_EQ(take_out(), 7U);
+  EXPECT_EQ(last_taken_, next_time_ - 1);
 }
 
 TEST_F(RecordingTapTest, TheBeatDoesNotAllocate) {

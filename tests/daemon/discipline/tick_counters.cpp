@@ -15,6 +15,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdarg>
@@ -72,8 +73,15 @@ class Next {
   std::atomic<Function*> function_{nullptr};
 };
 
-template <typename Result, typename... Arguments>
-Result counted_lock(Next<Result(Arguments...)>& next, Arguments... arguments) {
+template <std::size_t size>
+struct Name {
+  consteval Name(const char (&name)[size]) { std::copy_n(name, size, text); }
+  char text[size]{};
+};
+
+template <Name name, typename... Arguments>
+int counted_lock(Arguments... arguments) {
+  constinit static Next<int(Arguments...)> next(name.text);
   count(counts().locks);
   return next.get()(arguments...);
 }
@@ -231,64 +239,48 @@ void free(void* memory) {
 
 // Locks: std::mutex, std::condition_variable and the like end here too.
 int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
-  constinit static Next<int(pthread_mutex_t*)> next("pthread_mutex_lock");
-  return counted_lock(next, mutex);
+  return counted_lock<"pthread_mutex_lock">(mutex);
 }
 int pthread_mutex_trylock(pthread_mutex_t* mutex) noexcept {
-  constinit static Next<int(pthread_mutex_t*)> next("pthread_mutex_trylock");
-  return counted_lock(next, mutex);
+  return counted_lock<"pthread_mutex_trylock">(mutex);
 }
 int pthread_mutex_timedlock(pthread_mutex_t* mutex, const timespec* until) noexcept {
-  constinit static Next<int(pthread_mutex_t*, const timespec*)> next("pthread_mutex_timedlock");
-  return counted_lock(next, mutex, until);
+  return counted_lock<"pthread_mutex_timedlock">(mutex, until);
 }
 int pthread_rwlock_rdlock(pthread_rwlock_t* lock) noexcept {
-  constinit static Next<int(pthread_rwlock_t*)> next("pthread_rwlock_rdlock");
-  return counted_lock(next, lock);
+  return counted_lock<"pthread_rwlock_rdlock">(lock);
 }
 int pthread_rwlock_wrlock(pthread_rwlock_t* lock) noexcept {
-  constinit static Next<int(pthread_rwlock_t*)> next("pthread_rwlock_wrlock");
-  return counted_lock(next, lock);
+  return counted_lock<"pthread_rwlock_wrlock">(lock);
 }
 int pthread_spin_lock(pthread_spinlock_t* lock) noexcept {
-  constinit static Next<int(pthread_spinlock_t*)> next("pthread_spin_lock");
-  return counted_lock(next, lock);
+  return counted_lock<"pthread_spin_lock">(lock);
 }
 int pthread_cond_wait(pthread_cond_t* condition, pthread_mutex_t* mutex) {
-  constinit static Next<int(pthread_cond_t*, pthread_mutex_t*)> next("pthread_cond_wait");
-  return counted_lock(next, condition, mutex);
+  return counted_lock<"pthread_cond_wait">(condition, mutex);
 }
 int pthread_cond_timedwait(pthread_cond_t* condition, pthread_mutex_t* mutex,
                            const timespec* until) {
-  constinit static Next<int(pthread_cond_t*, pthread_mutex_t*, const timespec*)> next(
-      "pthread_cond_timedwait");
-  return counted_lock(next, condition, mutex, until);
+  return counted_lock<"pthread_cond_timedwait">(condition, mutex, until);
 }
 int pthread_cond_clockwait(pthread_cond_t* condition, pthread_mutex_t* mutex, clockid_t clock,
                            const timespec* until) {
-  constinit static Next<int(pthread_cond_t*, pthread_mutex_t*, clockid_t, const timespec*)> next(
-      "pthread_cond_clockwait");
-  return counted_lock(next, condition, mutex, clock, until);
+  return counted_lock<"pthread_cond_clockwait">(condition, mutex, clock, until);
 }
 int pthread_cond_signal(pthread_cond_t* condition) noexcept {
-  constinit static Next<int(pthread_cond_t*)> next("pthread_cond_signal");
-  return counted_lock(next, condition);
+  return counted_lock<"pthread_cond_signal">(condition);
 }
 int pthread_cond_broadcast(pthread_cond_t* condition) noexcept {
-  constinit static Next<int(pthread_cond_t*)> next("pthread_cond_broadcast");
-  return counted_lock(next, condition);
+  return counted_lock<"pthread_cond_broadcast">(condition);
 }
 int sem_wait(sem_t* semaphore) {
-  constinit static Next<int(sem_t*)> next("sem_wait");
-  return counted_lock(next, semaphore);
+  return counted_lock<"sem_wait">(semaphore);
 }
 int sem_timedwait(sem_t* semaphore, const timespec* until) {
-  constinit static Next<int(sem_t*, const timespec*)> next("sem_timedwait");
-  return counted_lock(next, semaphore, until);
+  return counted_lock<"sem_timedwait">(semaphore, until);
 }
 int sem_post(sem_t* semaphore) noexcept {
-  constinit static Next<int(sem_t*)> next("sem_post");
-  return counted_lock(next, semaphore);
+  return counted_lock<"sem_post">(semaphore);
 }
 
 [[noreturn]] void __cxa_throw(void* object, void* type, void (*destroy)(void*)) {

@@ -123,6 +123,7 @@ TEST_F(CameraDoorTest, HasRoomForFourAndForTheNextOnceOneHasGone) {
     EXPECT_EQ(admission_, Admission::free_slot);
   }
   EXPECT_EQ(refusal(connect()), -EBUSY);
+  send(cameras[2], 3);
   cameras[2] = {};
   drain();  // notices the end
   EXPECT_EQ(refusal(connect()), -EBUSY) << "the slot is free only once housekeeping has closed it";
