@@ -192,6 +192,7 @@ TEST_F(ConfigTest, TakesTheReferenceCarWithAWarningAndNoSensorsWhereTheFileIsSil
   EXPECT_THAT(config.vehicle, FieldsAre(2.985, 0.175, 0.085, 0.0283384, 20.0, 60.0, 0.16, 0.0, 0.0,
                                         FieldsAre(0.0, 0.0, 0.0), Driven::rear));
   EXPECT_THAT(config.warnings, ElementsAre(Named("reference_car")));
+  EXPECT_EQ(record_mode(config), 0666U) << "who may read the pose may record";
   EXPECT_THAT(config.can.sources, IsEmpty());
   EXPECT_FALSE(config.camera.configured || config.reference_lever_arm || config.initial_pose ||
                config.roll_gradient || config.pitch_gradient);

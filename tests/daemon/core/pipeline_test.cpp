@@ -233,14 +233,6 @@ TEST(Pipeline, CountsTheFramesOfEachBusButNoErrorFrames) {
   EXPECT_EQ(frames[static_cast<std::size_t>(can::FrameVerdict::unmapped)].get(), 1U);
 }
 
-TEST(Pipeline, PublishesTheConditionsOfItsSurroundings) {
-  const Car car;
-  car.pipeline->set_conditions(ODOM_COND_NOT_REALTIME);
-  car.wheel_reads(0, 0);
-  car.gyro_reads(0, 0, 1);
-  EXPECT_EQ(car.tick(0).pose.conditions, static_cast<std::uint32_t>(ODOM_COND_NOT_REALTIME));
-}
-
 TEST(Pipeline, HandsOutTheNoiseThatItsFilterEstimates) {
   for (const auto model : {estimator::Model::full, estimator::Model::kinematic}) {
     const Car car(two_signals(model));
