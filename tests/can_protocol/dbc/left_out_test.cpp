@@ -121,9 +121,7 @@ TEST(DbcLeftOut, OfAMessageSaysWhy) {
                 HasSubstr("no message 'M2' in car.dbc; it was left out in line 3: "));
     EXPECT_EQ(find_message(database, "M1")->signals.size(), 1U);
   }
-}
-
-TEST(DbcLeftOut, NeverMovesSignalsToTheMessageBefore) {
+  // A line that is no message's does not add the signals after it to the message before.
   const Database database =
       parse_dbc(message(1, "") + "B0_ 2 M2: 8 X\n" + signal("Other", "0|8"), "car.dbc");
   ASSERT_EQ(database.messages.size(), 1U);

@@ -3,6 +3,7 @@
 
 #include <limits>
 #include <random>
+#include <tuple>
 
 #include "tests/gtest.hpp"
 
@@ -94,14 +95,6 @@ TEST(SignalLayout, AgreesWithABitByBitReferenceAtEveryPositionAndLength) {
   EXPECT_GT(cases, 60'000);
 }
 
-TEST(SignalLayout, ExtendsTheSign) {
-  EXPECT_EQ(sign_extended(0b1000, 4), -8);
-  EXPECT_EQ(sign_extended(0b0111, 4), 7);
-  EXPECT_EQ(sign_extended(1, 1), -1);
-  EXPECT_EQ(sign_extended(0x8000'0000'0000'0000U, 64), std::numeric_limits<std::int64_t>::min());
-  EXPECT_EQ(sign_extended(0xFFFF'FFFF'FFFF'FFFFU, 64), -1);
-}
-
 TEST(SignalLayout, ReadsFloatsInBothByteOrders) {
   SignalLayout single = layout(0, 32, ByteOrder::little_endian);
   single.type = ValueType::float32;
@@ -120,65 +113,55 @@ TEST(SignalLayout, ReadsFloatsInBothByteOrders) {
 }
 
 TEST(SignalLayout, RoundsToTheNearestRawValueAndSaturates) {
-  SignalLayout unsigned8 = layout(0, 8, ByteOrder::little_endian);
-  unsigned8.scale = 0.5;
-  unsigned8.offset = -10.0;
-  EXPECT_EQ(bits_for(unsigned8, -10.0), 0U);
-  EXPECT_EQ(bits_for(unsigned8, -9.3), 1U);
-  EXPECT_EQ(bits_for(unsigned8, -9.2), 2U);
-  EXPECT_EQ(bits_for(unsigned8, -1000.0), 0U);
-  EXPECT_EQ(bits_for(unsigned8, 1000.0), 255U);
-  EXPECT_EQ(bits_for(unsigned8, HUGE_VAL), 255U);
-  EXPECT_EQ(bits_for(unsigned8, -HUGE_VAL), 0U);
-  EXPECT_EQ(bits_for(unsigned8, std::nan("")), 0U);
-
-  SignalLayout signed8 = unsigned8;
-  signed8.type = ValueType::signed_integer;
-  signed8.scale = -1.0;
-  signed8.offset = 0.0;
-  EXPECT_EQ(bits_for(signed8, 1.0), 0xFFU);
-  EXPECT_EQ(bits_for(signed8, 1e9), 0x80U);
-  EXPECT_EQ(bits_for(signed8, -1e9), 0x7FU);
-  EXPECT_EQ(bits_for(signed8, std::nan("")), 0U);
-
-  const SignalLayout widest = layout(0, 64, ByteOrder::little_endian);
-  EXPECT_EQ(bits_for(widest, 1e30), ~std::uint64_t{0});
-  EXPECT_EQ(bits_for(widest, 0x1p63), std::uint64_t{1} << 63U);
-  SignalLayout widest_signed = widest;
-  widest_signed.type = ValueType::signed_integer;
-  EXPECT_EQ(bits_for(widest_signed, -1e30), std::uint64_t{1} << 63U);
-  EXPECT_EQ(bits_for(widest_signed, 1e30), ~std::uint64_t{0} >> 1U);
+  const auto of = [](unsigned length, char sign, double scale = 1.0, double offset = 0.0) {
+    SignalLayout signal = layout(0, length, ByteOrder::little_endian);
+    signal.type = sign == '-' ? ValueType::signed_integer : ValueType::unsigned_integer;
+    signal.scale = scale;
+    signal.offset = offset;
+    return signal;
+  };
+  struct {
+    SignalLayout signal;
+    std::vector<std::pair<double, std::uint64_t>> bits;
+  } const cases[]{
+      {of(8, '+', 0.5, -10.0),
+       {{-10.0, 0}, {-9.3, 1}, {-9.2, 2}, {-1000.0, 0}, {1000.0, 255}, {HUGE_VAL, 255}}},
+      {of(8, '+', 0.5, -10.0), {{-HUGE_VAL, 0}, {std::nan(""), 0}}},
+      {of(8, '-', -1.0), {{1.0, 0xFF}, {1e9, 0x80}, {-1e9, 0x7F}, {std::nan(""), 0}}},
+      {of(64, '+'), {{1e30, ~std::uint64_t{0}}, {0x1p63, std::uint64_t{1} << 63U}}},
+      {of(64, '-'), {{-1e30, std::uint64_t{1} << 63U}, {1e30, ~std::uint64_t{0} >> 1U}}},
+  };
+  for (const auto& [signal, rows] : cases)
+    for (const auto& [physical, bits] : rows)
+      EXPECT_EQ(bits_for(signal, physical), bits) << int{signal.length} << ' ' << physical;
 }
 
-TEST(AsWritten, HasTheDecimalsOfFactorAndOffset) {
-  const auto layout = [](double scale, double offset) {
+TEST(AsWritten, HasTheDecimalsOfFactorAndOffsetIfTheyDescribeTheValue) {
+  const auto scaled = [](double scale, double offset = 0.0,
+                         ValueType type = ValueType::signed_integer) {
     SignalLayout signal;
     signal.scale = scale;
     signal.offset = offset;
-    signal.type = ValueType::signed_integer;
+    signal.type = type;
     return signal;
   };
-  EXPECT_EQ(as_written(layout(0.0005, 0.0), -235 * 0.0005), -0.1175);
-  EXPECT_EQ(as_written(layout(0.1, -100.0), 1001 * 0.1 - 100.0), 0.1);
-  EXPECT_EQ(as_written(layout(0.1, 0.25), 3 * 0.1 + 0.25), 0.55);
-  EXPECT_EQ(as_written(layout(100.0, 0.0), 4.2e9 * 100.0), 4.2e11);
-  EXPECT_EQ(as_written(layout(1e-9, 0.0), 7 * 1e-9), 7e-9);
-  EXPECT_EQ(as_written(layout(0.0, 0.0), 0.0), 0.0);
+  const std::tuple<SignalLayout, double, double> cases[]{
+      {scaled(0.0005), -235 * 0.0005, -0.1175},
+      {scaled(0.1, -100.0), 1001 * 0.1 - 100.0, 0.1},
+      {scaled(0.1, 0.25), 3 * 0.1 + 0.25, 0.55},
+      {scaled(100.0), 4.2e9 * 100.0, 4.2e11},
+      {scaled(1e-9), 7 * 1e-9, 7e-9},
+      {scaled(0.0), 0.0, 0.0},
+      {scaled(1e-300), 3e-300, 3e-300},
+      {scaled(1.0, 0.0, ValueType::float32), static_cast<double>(0.1F), 0.1},
+      {scaled(1.0, 0.0, ValueType::float64), 0.1 + 0.2, 0.1 + 0.2},
+      {scaled(1.0, 0.0, ValueType::unsigned_integer), 0x1p64, 0x1p64},
+  };
+  for (const auto& [signal, physical, written] : cases)
+    EXPECT_EQ(as_written(signal, physical), written);
   for (int raw = -32768; raw < 32768; ++raw)
-    ASSERT_EQ(as_written(layout(0.01, 0.0), raw * 0.01), raw / 100.0) << raw;
-}
-
-TEST(AsWritten, KeepsWhatNoDecimalsDescribe) {
-  SignalLayout signal;
-  signal.type = ValueType::float32;
-  EXPECT_EQ(as_written(signal, static_cast<double>(0.1F)), 0.1);
-  signal.type = ValueType::float64;
-  EXPECT_EQ(as_written(signal, 0.1 + 0.2), 0.1 + 0.2);
-  signal.type = ValueType::unsigned_integer;
-  EXPECT_EQ(as_written(signal, 18446744073709551615.0), 18446744073709551615.0);
-  signal.scale = 1e-300;
-  EXPECT_EQ(as_written(signal, 3e-300), 3e-300);
-  EXPECT_TRUE(std::isnan(as_written(signal, std::nan(""))));
+    ASSERT_EQ(as_written(scaled(0.01), raw * 0.01), raw / 100.0) << raw;
+  EXPECT_TRUE(std::isnan(as_written(scaled(1e-300), std::nan(""))));
 }
 
 TEST(SignalLayout, KnowsWhichMultiplexedSignalsAPayloadHolds) {

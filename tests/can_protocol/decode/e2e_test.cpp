@@ -1,11 +1,15 @@
 // End-to-end protection: the published vectors, every state, every refusal.
 #include "can_protocol/decode/e2e.hpp"
 
+#include <map>
 #include <numeric>
+#include <sstream>
+#include <tuple>
 
 #include "can_protocol/decode/crc8.hpp"
 #include "tests/gtest.hpp"
 #include "tests/scratch.hpp"
+#include "tests/table.hpp"
 
 namespace odomd::can::e2e_test {
 namespace {
@@ -55,20 +59,17 @@ TEST(Crc8, HasTheCheckValuesOfItsCatalogue) {
 }
 
 TEST(E2eProtect, YieldsThePublishedVectorsOfProfile1And11) {
-  for (const E2eProfile profile : {E2eProfile::p01, E2eProfile::p11}) {
-    E2eBinding with = binding(profile);
-    EXPECT_EQ(head(with, 1), (Head{0xCC, 0x00}));
-    EXPECT_EQ(head(with, 2), (Head{0x91, 0x01}));
-    with.data_id_mode = DataIdMode::nibble;
-    EXPECT_EQ(head(with, 1), (Head{0x2A, 0x10}));
-    EXPECT_EQ(head(with, 2), (Head{0x77, 0x11}));
-    with.data_id_mode = DataIdMode::alternating;
-    EXPECT_EQ(head(with, 1), (Head{0xCE, 0x00}));
-    EXPECT_EQ(head(with, 2), (Head{0x02, 0x01}));
-    with.data_id_mode = DataIdMode::low;
-    EXPECT_EQ(head(with, 1), (Head{0xCE, 0x00}));
-    EXPECT_EQ(head(with, 2), (Head{0x93, 0x01}));
-  }
+  for (const E2eProfile profile : {E2eProfile::p01, E2eProfile::p11})
+    for (const auto& [mode, first, second] :
+         {std::tuple{DataIdMode::both, Head{0xCC, 0x00}, Head{0x91, 0x01}},
+          {DataIdMode::nibble, Head{0x2A, 0x10}, Head{0x77, 0x11}},
+          {DataIdMode::alternating, Head{0xCE, 0x00}, Head{0x02, 0x01}},
+          {DataIdMode::low, Head{0xCE, 0x00}, Head{0x93, 0x01}}}) {
+      E2eBinding with = binding(profile);
+      with.data_id_mode = mode;
+      EXPECT_EQ(head(with, 1), first);
+      EXPECT_EQ(head(with, 2), second);
+    }
 }
 
 TEST(E2eProtect, YieldsThePublishedVectorsOfProfile2And22) {
@@ -86,24 +87,12 @@ TEST(E2eProtect, YieldsThePublishedVectorsOfProfile2And22) {
 }
 
 TEST(E2eProtect, CountsRoundInEachProfile) {
-  EXPECT_EQ(head(binding(E2eProfile::p01), 15).second, 14);
-  EXPECT_EQ(head(binding(E2eProfile::p01), 16).second, 0);
-  EXPECT_EQ(head(binding(E2eProfile::p22), 16).second, 15);
-  EXPECT_EQ(head(binding(E2eProfile::p22), 17).second, 0);
-  E2eBinding plain = binding(E2eProfile::counter);
-  plain.crc_signal.clear();
-  EXPECT_EQ(head(plain, 16).second, 15);
-  EXPECT_EQ(head(plain, 17).second, 0);
-}
-
-TEST(E2eProtect, LeavesTheRestOfThePayloadAlone) {
-  for (const E2eProfile profile : {E2eProfile::p01, E2eProfile::p22, E2eProfile::sae_j1850}) {
-    const E2eProtection protection(message(), binding(profile));
-    E2eState state;
-    Payload payload{0xFF, 0xAF, 1, 2, 3, 4, 5, 6};
-    protection.protect(payload, state);
-    EXPECT_EQ(payload[1], 0xA0);
-    for (std::size_t i = 2; i < 8; ++i) EXPECT_EQ(payload[i], i - 1);
+  for (const auto& [profile, last] :
+       {std::pair{E2eProfile::p01, 14}, {E2eProfile::p22, 15}, {E2eProfile::counter, 15}}) {
+    E2eBinding with = binding(profile);
+    if (profile == E2eProfile::counter) with.crc_signal.clear();
+    EXPECT_EQ(head(with, last + 1).second, last);
+    EXPECT_EQ(head(with, last + 2).second, 0);
   }
 }
 
@@ -141,51 +130,62 @@ TEST(E2eCheck, AcceptsWhatItsOwnSideProtectsAndNothingThatIsFlippedOnTheWay) {
   }
 }
 
-TEST(E2eCheck, FindsAnotherMessagesDataId) {
-  for (const E2eBinding& kind : every_kind()) {
-    if (kind.profile == E2eProfile::sae_j1850) continue;  // has no data id
-    E2eBinding other = kind;
-    other.data_id = 0x245;
-    other.data_id_list.assign(16, 7);
-    E2eState sender;
-    E2eState receiver;
-    Payload payload{};
-    E2eProtection(message(), other).protect(payload, sender);
-    EXPECT_EQ(E2eProtection(message(), kind).check(payload, receiver), E2eStatus::error);
-  }
-}
-
+/// A sender and a receiver of protected frames.
 class E2eSequence : public testing::Test {
  protected:
-  explicit E2eSequence(E2eProfile profile = E2eProfile::p01)
-      : protection_(message(), binding(profile)) {}
-
   /// Checks the sender's next frame, after `lost` lost ones.
   E2eStatus next(int lost = 0) {
+    old_ = payload_;
     for (int i = 0; i <= lost; ++i) protection_.protect(payload_, sender_);
-    return protection_.check(payload_, receiver_);
+    return check(payload_);
   }
-  E2eStatus again() { return protection_.check(payload_, receiver_); }
+  E2eStatus check(std::span<const std::uint8_t> payload) {
+    return protection_.check(payload, receiver_);
+  }
+  /// "3": the next frame after 3 lost ones; "again", "older", "broken", "short", "empty".
+  E2eStatus frame(const std::string& kind) {
+    Payload broken = payload_;
+    broken[5] ^= 0x10U;
+    return kind == "again"    ? check(payload_)
+           : kind == "older"  ? check(old_)
+           : kind == "broken" ? check(broken)
+           : kind == "short"  ? check(std::span(payload_).first(7))
+           : kind == "empty"  ? check({})
+                              : next(std::stoi(kind));
+  }
 
-  E2eProtection protection_;
+  E2eProtection protection_{message(), binding(E2eProfile::p01)};
   E2eState sender_;
   E2eState receiver_;
   Payload payload_{};
+  Payload old_{};
 };
 
-TEST_F(E2eSequence, TakesTheFirstFrameWhateverItsCounter) {
-  EXPECT_EQ(next(9), E2eStatus::ok);
-}
-
-TEST_F(E2eSequence, IsOkRoundAndRound) {
-  for (int i = 0; i < 50; ++i) EXPECT_EQ(next(), E2eStatus::ok);
-}
-
-TEST_F(E2eSequence, DistinguishesSmallFromLargeLosses) {
-  (void)next();
-  EXPECT_EQ(next(1), E2eStatus::ok_some_lost);
-  EXPECT_EQ(next(2), E2eStatus::ok_some_lost);  // step 3, the default limit
-  EXPECT_EQ(next(3), E2eStatus::wrong_sequence);
+TEST_F(E2eSequence, GivesEveryFrameItsStatus) {
+  const std::map<E2eStatus, std::string> names{{E2eStatus::ok, "ok "},
+                                               {E2eStatus::ok_some_lost, "some_lost "},
+                                               {E2eStatus::repeated, "repeated "},
+                                               {E2eStatus::wrong_sequence, "wrong_sequence "},
+                                               {E2eStatus::error, "error "},
+                                               {E2eStatus::no_new_data, "no_new_data "}};
+  for_each_row(R"(
+# The first frame is taken whatever its counter; a step of 3 is the default limit.
+9 -> ok
+0 1 2 3 -> ok some_lost some_lost wrong_sequence
+0 again again 0 -> ok repeated repeated ok
+0 0 older -> ok ok wrong_sequence
+# Neither a broken nor a short frame moves the reference.
+0 broken again 0 -> ok error repeated ok
+0 short empty 0 -> ok error no_new_data ok
+)",
+               [&](const std::string& frames, const std::string& expected) {
+                 sender_ = receiver_ = {};
+                 payload_ = {};
+                 std::string statuses;
+                 std::istringstream words(frames);
+                 for (std::string word; words >> word;) statuses += names.at(frame(word));
+                 EXPECT_EQ(statuses, expected + ' ') << frames;
+               });
 }
 
 TEST_F(E2eSequence, RecoversFromAnyLossWithTheNextFrame) {
@@ -195,49 +195,19 @@ TEST_F(E2eSequence, RecoversFromAnyLossWithTheNextFrame) {
   }
 }
 
-TEST_F(E2eSequence, RefusesARepeatedFrameAndGoesOn) {
-  (void)next();
-  EXPECT_EQ(again(), E2eStatus::repeated);
-  EXPECT_EQ(again(), E2eStatus::repeated);
-  EXPECT_EQ(next(), E2eStatus::ok);
-}
-
-TEST_F(E2eSequence, RefusesAnOlderFrame) {
-  (void)next();
-  const Payload old = payload_;
-  (void)next();
-  EXPECT_EQ(protection_.check(old, receiver_), E2eStatus::wrong_sequence);
-}
-
-TEST_F(E2eSequence, IsNotMovedByAFrameInError) {
-  (void)next();
-  Payload broken = payload_;
-  broken[5] ^= 0x10U;
-  EXPECT_EQ(protection_.check(broken, receiver_), E2eStatus::error);
-  EXPECT_EQ(again(), E2eStatus::repeated);  // the reference is still the last good one
-  EXPECT_EQ(next(), E2eStatus::ok);
-}
-
-TEST_F(E2eSequence, ReportsShortAndEmptyPayloads) {
-  (void)next();
-  EXPECT_EQ(protection_.check(std::span(payload_).first(7), receiver_), E2eStatus::error);
-  EXPECT_EQ(protection_.check({}, receiver_), E2eStatus::no_new_data);
-  EXPECT_EQ(next(), E2eStatus::ok);
-}
-
 TEST_F(E2eSequence, DoesNotLookAtPadding) {
   protection_.protect(payload_, sender_);
   std::array<std::uint8_t, 12> padded{};
   std::copy(payload_.begin(), payload_.end(), padded.begin());
   padded[9] = 0x55;
-  EXPECT_EQ(protection_.check(padded, receiver_), E2eStatus::ok);
+  EXPECT_EQ(check(padded), E2eStatus::ok);
 }
 
 TEST_F(E2eSequence, RefusesTheCounterThatProfile1Reserves) {
   payload_[1] = 15;
   const std::uint8_t crc = CrcJ1850::update(CrcJ1850::update(0, std::uint8_t{0x23}), 0x01);
   payload_[0] = CrcJ1850::update(crc, std::span(payload_).subspan(1));
-  EXPECT_EQ(again(), E2eStatus::error);
+  EXPECT_EQ(check(payload_), E2eStatus::error);
 }
 
 TEST(E2ePlain, CounterAloneSeesSequenceOnly) {
@@ -247,17 +217,16 @@ TEST(E2ePlain, CounterAloneSeesSequenceOnly) {
   const E2eProtection protection(message(), plain);
   E2eState state;
   Payload payload{};
-  const auto check = [&](std::uint8_t counter) {
-    payload[4] = counter;
+  for (const auto& [counter, status] : {std::pair{6, E2eStatus::ok},
+                                        {7, E2eStatus::ok},
+                                        {0, E2eStatus::ok},
+                                        {0, E2eStatus::repeated},
+                                        {3, E2eStatus::ok_some_lost},
+                                        {2, E2eStatus::wrong_sequence}}) {
+    payload[4] = static_cast<std::uint8_t>(counter);
     payload[2] ^= 0xFFU;  // other bytes may change
-    return protection.check(payload, state);
-  };
-  EXPECT_EQ(check(6), E2eStatus::ok);
-  EXPECT_EQ(check(7), E2eStatus::ok);
-  EXPECT_EQ(check(0), E2eStatus::ok);
-  EXPECT_EQ(check(0), E2eStatus::repeated);
-  EXPECT_EQ(check(3), E2eStatus::ok_some_lost);
-  EXPECT_EQ(check(2), E2eStatus::wrong_sequence);
+    EXPECT_EQ(protection.check(payload, state), status);
+  }
 }
 
 TEST(E2ePlain, ChecksumAloneNeedsNoCounter) {

@@ -37,11 +37,11 @@ SignalBinding binding(std::uint16_t channel, std::string message,
 }
 
 Frame frame(std::uint32_t id) {
-  Frame frame;
-  frame.id = id;
-  frame.format = IdFormat::extended;
-  frame.length = 8;
-  return frame;
+  return {.id = id, .format = IdFormat::extended, .length = 8};
+}
+
+Decoder decoder_for(const Database& database, const std::vector<SignalBinding>& bindings) {
+  return {{&database, 1}, bindings, {}, {}};
 }
 
 /// The channels of the samples of a frame.
@@ -63,7 +63,7 @@ TEST(J1939, MatchesByGroupNumber) {
     SCOPED_TRACE(fmt::format("{:08X}", id));
     for (const char* attributes : {by_frame_format, by_protocol}) {
       const Database database = parse_dbc(message("M", id) + attributes, "truck.dbc");
-      Decoder decoder({&database, 1}, std::vector{binding(1, "M")}, {}, {});
+      Decoder decoder = decoder_for(database, {binding(1, "M")});
       const MessageIndex index({&database, 1});
       const auto filters =
           exact_filters(std::vector{frame_key(id, IdFormat::extended) | j1939_group_flag});
@@ -87,10 +87,8 @@ TEST(J1939, MatchesByGroupNumber) {
 TEST(J1939, IsTakenFromOneSourceIfThatIsAsked) {
   const Database database =
       parse_dbc(message("M", id_of(6, 254, 191, 0xFE)) + by_protocol, "truck.dbc");
-  Decoder decoder(
-      {&database, 1},
-      std::vector{binding(1, "M", std::uint8_t{0x0B}), binding(2, "M", std::uint8_t{0x21})}, {},
-      {});
+  Decoder decoder = decoder_for(
+      database, {binding(1, "M", std::uint8_t{0x0B}), binding(2, "M", std::uint8_t{0x21})});
   for (std::uint32_t source = 0; source < 256; ++source)
     EXPECT_EQ(channels(decoder, id_of(3, 254, 191, source)), source == 0x0B   ? std::vector{1}
                                                              : source == 0x21 ? std::vector{2}
@@ -104,7 +102,7 @@ TEST(J1939, TellsMessagesOfAGroupApartByTheirAddresses) {
   const Database database = parse_dbc(
       message("A", id_of(3, 240, 4, 0)) + message("B", id_of(3, 240, 4, 1)) + by_frame_format,
       "truck.dbc");
-  Decoder decoder({&database, 1}, std::vector{binding(1, "A"), binding(2, "B")}, {}, {});
+  Decoder decoder = decoder_for(database, {binding(1, "A"), binding(2, "B")});
   EXPECT_EQ(channels(decoder, id_of(6, 240, 4, 0)), std::vector{1});
   EXPECT_EQ(channels(decoder, id_of(6, 240, 4, 1)), std::vector{2});
   EXPECT_EQ(channels(decoder, id_of(6, 240, 4, 2)), std::vector<int>{});
@@ -119,7 +117,7 @@ TEST(J1939, IsNotAssumedOfOtherDatabases) {
   for (const std::string& attributes :
        {std::string(), by_frame_format + one, by_frame_format + std::string(by_protocol) + one}) {
     const Database database = parse_dbc(message("M", id) + attributes, "car.dbc");
-    Decoder decoder({&database, 1}, std::vector{binding(1, "M")}, {}, {});
+    Decoder decoder = decoder_for(database, {binding(1, "M")});
     EXPECT_EQ(channels(decoder, id), std::vector{1});
     EXPECT_EQ(channels(decoder, id ^ 1U), std::vector<int>{});
     EXPECT_THAT(refusal(database, {binding(1, "M", std::uint8_t{0x0B})}), HasSubstr("car.dbc:1"));

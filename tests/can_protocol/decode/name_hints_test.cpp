@@ -1,11 +1,13 @@
 // Hints for a message or signal that is missing in the databases.
 #include "can_protocol/decode/name_hints.hpp"
+
+#include "tests/can_protocol/decode/one_binding.hpp"
 #include "tests/gtest.hpp"
 
 namespace odomd::can::name_hints_test {
 namespace {
 
-constexpr const char* car = R"(BO_ 1 Imu: 8 X
+constexpr const char* database = R"(BO_ 1 Imu: 8 X
  SG_ AccLongitudinal : 0|16@1- (0.01,0) [0|0] "m/s^2" X
  SG_ AccLateral : 16|16@1- (0.01,0) [0|0] "m/s^2" X
 BO_ 2 ESP_02: 8 X
@@ -25,16 +27,13 @@ BO_ 4 Steer: 8 X
 )";
 
 SignalBinding binding(std::string role, std::string message, std::string signal, Unit unit) {
-  SignalBinding result;
+  SignalBinding result = bind(0, std::move(message), std::move(signal), unit);
   result.role = std::move(role);
-  result.message = std::move(message);
-  result.signals = {std::move(signal)};
-  result.unit = unit;
   return result;
 }
 
 const std::vector<Database>& databases() {
-  static const std::vector<Database> all{parse_dbc(car, "car.dbc")};
+  static const std::vector<Database> all{parse_dbc(database, "car.dbc")};
   return all;
 }
 
@@ -47,20 +46,19 @@ std::string for_signal(const SignalBinding& wanted) {
                      wanted.signals[0]);
 }
 
-TEST(NameHints, NameTheNearestWhereItResembles) {
+TEST(NameHints, NameTheNearestOrTheSignalOfAnyMessageThatFitsByUnitAndWords) {
   EXPECT_EQ(for_message(binding("yaw_rate", "IMU", "Yaw", Unit::deg_per_s)),
             "; the nearest is 'Imu'");
   EXPECT_EQ(for_signal(binding("wheel_rear_left", "ABS_1", "WhlSpeedRL", Unit::km_per_h)),
             "; the nearest is 'WhlSpdRL'");
-}
-
-TEST(NameHints, NameTheSignalOfAnyMessageThatFitsByUnitAndWords) {
-  EXPECT_EQ(for_message(binding("yaw_rate", "Gyroscope", "Z", Unit::rad_per_s)),
-            "; signal 'YAW_RATE' (deg/s) of message 'ESP_02' would fit");
-  EXPECT_EQ(for_signal(binding("yaw_rate", "Imu", "YawRate", Unit::deg_per_s)),
-            "; signal 'YAW_RATE' (deg/s) of message 'ESP_02' would fit");
+  const std::string yaw_rate = "; signal 'YAW_RATE' (deg/s) of message 'ESP_02' would fit";
+  EXPECT_EQ(for_message(binding("yaw_rate", "Gyroscope", "Z", Unit::rad_per_s)), yaw_rate);
+  EXPECT_EQ(for_signal(binding("yaw_rate", "Imu", "YawRate", Unit::deg_per_s)), yaw_rate);
   EXPECT_THAT(for_message(binding("accel_y", "Gyroscope", "AY_Lateral", Unit::g)),
               HasSubstr("'AccLateral' (m/s^2) of message 'Imu'"));
+  // The signal has no word of the role: the message decides.
+  EXPECT_EQ(for_message(binding("steering", "Front", "Wheels", Unit::rad)),
+            "; signal 'Angle' (deg) of message 'Steer' would fit");
 }
 
 TEST(NameHints, KnowAbbreviationsAndInitials) {
@@ -70,11 +68,6 @@ TEST(NameHints, KnowAbbreviationsAndInitials) {
     EXPECT_THAT(for_message(binding(role, "Wheels", "Speed", Unit::m_per_s)),
                 AllOf(HasSubstr("'" + std::string(signal) + "'"), Not(HasSubstr("Imu"))))
         << role;
-}
-
-TEST(NameHints, GoByTheMessageWhereTheSignalHasNoWordOfTheRole) {
-  EXPECT_EQ(for_message(binding("steering", "Front", "Wheels", Unit::rad)),
-            "; signal 'Angle' (deg) of message 'Steer' would fit");
 }
 
 TEST(NameHints, NameNoSignalThatOnlySharesAUnitOrAWord) {
