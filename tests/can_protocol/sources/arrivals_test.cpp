@@ -4,6 +4,7 @@
 #include <functional>
 #include <random>
 
+#include "can_protocol/sources/live_stamps.hpp"
 #include "tests/gtest.hpp"
 
 namespace odomd::can::arrivals_test {
@@ -110,6 +111,59 @@ TEST(Arrivals, KeepTheClockThatAnotherPipeIsInTimeWith) {
     moves += late.take(stamp_zero + now - 80 * ms, now) != 0 ? 1 : 0;
   }
   EXPECT_EQ(moves, 0);
+}
+
+// Steps of the clock that stamps a live log ----------------------------------------------------
+
+using Input = LiveStamps::Input;
+
+class LiveStampsTest : public testing::Test {
+ protected:
+  /// Ten frames at intervals of 10 ms.
+  void run(Input input) {
+    for (int i = 0; i < 10; ++i) {
+      stamp_ += s / 100;
+      now_ += s / 100;
+      stamps_.read(input);
+      EXPECT_FALSE(stamps_.step(stamp_, now_));
+    }
+  }
+  LiveStamps stamps_;
+  std::int64_t stamp_ = stamp_zero;
+  std::int64_t now_ = 5000 * s;
+};
+
+TEST_F(LiveStampsTest, AClockThatIsSetIsNoticedInEitherDirection) {
+  run(Input::waited_for);
+  EXPECT_EQ(stamps_.step(stamp_ += 3600 * s, now_), 3600 * s);
+  run(Input::waited_for);
+  EXPECT_EQ(stamps_.step(stamp_ -= 7200 * s, now_), -7200 * s);
+  run(Input::waited_for);
+  EXPECT_EQ(stamps_.step(stamp_ += 2 * s, now_), 2 * s);
+}
+
+TEST_F(LiveStampsTest, APauseOfTheBusIsNoStep) {
+  run(Input::waited_for);
+  EXPECT_FALSE(stamps_.step(stamp_ += 3600 * s, now_ += 3600 * s));
+}
+
+TEST_F(LiveStampsTest, FramesThatWereKeptBackAreNoStep) {
+  run(Input::waited_for);
+  EXPECT_FALSE(stamps_.step(stamp_ += s / 100, now_ += 20 * s));
+  EXPECT_FALSE(stamps_.step(stamp_ += s / 100, now_));
+  EXPECT_FALSE(stamps_.step(stamp_ -= s / 2, now_));  // a frame out of order: no step either
+}
+
+TEST_F(LiveStampsTest, ALogThatIsPipedInKeepsItsPauses) {
+  stamps_.read(Input::waited_for);  // waits for the pipe to open
+  run(Input::ready);
+  EXPECT_FALSE(stamps_.step(stamp_ += 3600 * s, now_));
+  EXPECT_FALSE(stamps_.step(stamp_ -= 3600 * s, now_));
+}
+
+TEST_F(LiveStampsTest, TheFirstStampIsNoStep) {
+  for (int i = 0; i < 8; ++i) stamps_.read(Input::waited_for);
+  EXPECT_FALSE(stamps_.step(stamp_zero, now_));
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 // The candump grammar: all forms of a frame, read and written, and the errors of invalid lines.
 #include "can_protocol/sources/candump.hpp"
 
-#include <ostream>
+#include <fmt/format.h>
 
-#include "tests/gtest.hpp"
+#include "tests/table.hpp"
 
 namespace odomd::can::candump_test {
 namespace {
@@ -14,117 +14,91 @@ CandumpLine good(std::string_view text) {
   return line;
 }
 
-std::vector<std::uint8_t> payload(const Frame& frame) {
-  return {frame.payload().begin(), frame.payload().end()};
+/// "time [ns] interface: s|x (identifier format) identifier kind length bytes", and the flags of
+/// FD.
+std::string description(const CandumpLine& line) {
+  const Frame& frame = line.frame;
+  std::string text = fmt::format(
+      "{} {}: {}{:X} {} {}", frame.time_ns, line.interface,
+      frame.format == IdFormat::extended ? 'x' : 's', frame.id,
+      std::array{"data", "remote", "error"}.at(static_cast<std::size_t>(frame.kind)), frame.length);
+  if (frame.kind != FrameKind::remote)
+    for (const std::uint8_t byte : frame.payload()) text += fmt::format(" {:02X}", byte);
+  if (frame.protocol == FrameProtocol::fd) text += fmt::format(" fd {}", frame.fd_flags);
+  return text;
 }
 
-TEST(Candump, ReadsAClassicFrameWithItsStampAsAnInteger) {
-  const CandumpLine line = good("(1760000000.069964) can0 120#0400A0FF");
-  EXPECT_EQ(line.frame.time_ns, 1'760'000'000'069'964'000);
-  EXPECT_EQ(line.interface, "can0");
-  EXPECT_EQ(line.frame.id, 0x120U);
-  EXPECT_EQ(line.frame.format, IdFormat::standard);
-  EXPECT_EQ(line.frame.kind, FrameKind::data);
-  EXPECT_EQ(line.frame.protocol, FrameProtocol::classic);
-  EXPECT_EQ(payload(line.frame), (std::vector<std::uint8_t>{0x04, 0x00, 0xA0, 0xFF}));
+TEST(Candump, ReadsEveryKindOfFrame) {
+  for_each_row(R"(
+(1760000000.069964) can0 120#0400A0FF -> 1760000000069964000 can0: s120 data 4 04 00 A0 FF
+(1760000000.069964123) can0 120# -> 1760000000069964123 can0: s120 data 0
+(0000000000.000000001) can0 120# -> 1 can0: s120 data 0
+(1.000000) can0 00000123#01 -> 1000000000 can0: x123 data 1 01
+(1.000000) can0 18DAF110#01 -> 1000000000 can0: x18DAF110 data 1 01
+(1.000000) can0 7FF#01 -> 1000000000 can0: s7FF data 1 01
+(1.000000) can0 123#R -> 1000000000 can0: s123 remote 0
+(1.000000) can0 123#R4 -> 1000000000 can0: s123 remote 4
+(1.000000) can0 123#R8_9 -> 1000000000 can0: s123 remote 8
+(1.000000) can0 20000004#0004000000000000 -> 1000000000 can0: s4 error 8 00 04 00 00 00 00 00 00
+(1.000000) can0 123##1AABBCC -> 1000000000 can0: s123 data 3 AA BB CC fd 1
+(1.000000) can0 123##0 -> 1000000000 can0: s123 data 0 fd 0
+# Newer kernels also set the flag "this is CAN FD" (4).
+(1.000000) can0 123##7AA -> 1000000000 can0: s123 data 1 AA fd 3
+# What other writers add.
+(1.000000) can0 123#1122334455667788_C -> 1000000000 can0: s123 data 8 11 22 33 44 55 66 77 88
+(1.000000) can0 123#11.22.33 -> 1000000000 can0: s123 data 3 11 22 33
+(1.000000) can0 123#ab R -> 1000000000 can0: s123 data 1 AB
+ (1.000000) vcan-front.1 7ff#   -> 1000000000 vcan-front.1: s7FF data 0
+)",
+               [](const std::string& text, const std::string& expected) {
+                 EXPECT_EQ(description(good(text)), expected) << text;
+               });
+  EXPECT_EQ(description(good("(1.000000)  can0\t123##0ab T\r")),
+            "1000000000 can0: s123 data 1 AB fd 0");
+  EXPECT_EQ(good("(1.000000) can0 12345678##3" + std::string(128, 'E')).frame.length, 64);
 }
 
-TEST(Candump, ReadsNanoseconds) {
-  EXPECT_EQ(good("(1760000000.069964123) can0 120#").frame.time_ns, 1'760'000'000'069'964'123);
-  EXPECT_EQ(good("(0000000000.000000001) can0 120#").frame.time_ns, 1);
+TEST(Candump, SaysWhatWasExpectedAndWhere) {
+  const auto expect_bad = [](const std::string& text, const std::string& column_and_expected) {
+    const CandumpLine line = parse_candump_line(text);
+    EXPECT_FALSE(line.good()) << text;
+    const std::size_t blank = column_and_expected.find(' ');
+    EXPECT_EQ(std::to_string(line.column), column_and_expected.substr(0, blank)) << text;
+    EXPECT_THAT(std::string(line.expected), HasSubstr(column_and_expected.substr(blank + 1)));
+  };
+  for_each_row(R"(
+ -> 1 '('
+1.000000 can0 123# -> 1 '('
+(-1.000000) can0 123# -> 2 seconds
+(1) can0 123# -> 3 decimals
+(1.5) can0 123# -> 5 6 or 9 decimals
+(1.0000000) can0 123# -> 11 6 or 9 decimals
+(1.0000000000) can0 123# -> 14 6 or 9 decimals
+(9000000001.000000) can0 123# -> 11 2255
+(99999999999999999999999.000000) can0 123# -> 11 2255
+(1.000000 can0 123# -> 10 ')'
+(1.000000)can0 123# -> 11 space
+(1.000000)  -> 12 interface
+(1.000000) can0 -> 16 space
+(1.000000) can0  -> 17 identifier
+(1.000000) can0 12#00 -> 19 3 or 8
+(1.000000) can0 1234#00 -> 21 3 or 8
+(1.000000) can0 123456789#00 -> 25 3 or 8
+(1.000000) can0 800#00 -> 17 7FF
+(1.000000) can0 40000000#00 -> 17 1FFFFFFF
+(1.000000) can0 123#0 -> 22 second digit
+(1.000000) can0 123#0G -> 22 second digit
+(1.000000) can0 123#00 junk -> 24 end of the line
+(1.000000) can0 123#112233445566778899 -> 37 longer
+(1.000000) can0 123#R9 -> 22 end of the line
+(1.000000) can0 123## -> 22 flags
+(1.000000) can0 123##0112233445566778899 -> 41 12, 16
+(1.000000) can0 123#1122334455667788_8 -> 38 9 to F
+(1.000000) can0 20000004##000 -> 27 error frame
+)",
+               expect_bad);
+  expect_bad(std::string("(1.000000) can0 123#00\0", 23), "23 end of the line");
 }
-
-TEST(Candump, DistinguishesExtendedFromStandardByTheNumberOfDigits) {
-  const Frame extended = good("(1.000000) can0 00000123#01").frame;
-  EXPECT_EQ(extended.format, IdFormat::extended);
-  EXPECT_EQ(extended.id, 0x123U);
-  EXPECT_EQ(good("(1.000000) can0 18DAF110#01").frame.id, 0x18DA'F110U);
-  EXPECT_EQ(good("(1.000000) can0 7FF#01").frame.format, IdFormat::standard);
-}
-
-TEST(Candump, ReadsRemoteFrames) {
-  const Frame plain = good("(1.000000) can0 123#R").frame;
-  EXPECT_EQ(plain.kind, FrameKind::remote);
-  EXPECT_EQ(plain.length, 0);
-  EXPECT_EQ(good("(1.000000) can0 123#R4").frame.length, 4);
-  EXPECT_EQ(good("(1.000000) can0 123#R8_9").frame.length, 8);
-}
-
-TEST(Candump, ReadsErrorFramesByTheirFlag) {
-  const Frame frame = good("(1.000000) can0 20000004#0004000000000000").frame;
-  EXPECT_EQ(frame.kind, FrameKind::error);
-  EXPECT_EQ(frame.id, 4U);
-  EXPECT_EQ(frame.length, 8);
-}
-
-TEST(Candump, ReadsCanFdWithItsFlags) {
-  const Frame frame = good("(1.000000) can0 123##1AABBCC").frame;
-  EXPECT_EQ(frame.protocol, FrameProtocol::fd);
-  EXPECT_EQ(frame.fd_flags, 1);
-  EXPECT_EQ(frame.length, 3);
-  EXPECT_EQ(good("(1.000000) can0 123##0").frame.length, 0);
-  // Newer kernels also set the flag "this is CAN FD" (4).
-  EXPECT_EQ(good("(1.000000) can0 123##7AA").frame.fd_flags, 3);
-  EXPECT_EQ(
-      good("(1.0000000" + std::string("00) can0 12345678##3") + std::string(128, 'E')).frame.length,
-      64);
-}
-
-TEST(Candump, TakesWhatOtherWritersAdd) {
-  EXPECT_EQ(good("(1.000000) can0 123#1122334455667788_C").frame.length, 8);
-  EXPECT_EQ(good("(1.000000) can0 123#11.22.33").frame.length, 3);
-  EXPECT_EQ(good("(1.000000) can0 123#ab R").frame.data[0], 0xAB);
-  EXPECT_EQ(good("(1.000000)  can0\t123##0ab T\r").frame.data[0], 0xAB);
-  EXPECT_EQ(good("  (1.000000) vcan-front.1 7ff#  ").interface, "vcan-front.1");
-}
-
-struct BadLine {
-  std::string text;
-  std::size_t column;
-  std::string expected;
-};
-
-void PrintTo(const BadLine& line, std::ostream* out) {
-  *out << '"' << line.text << '"';
-}
-
-class BadCandump : public testing::TestWithParam<BadLine> {};
-
-TEST_P(BadCandump, SaysWhatWasExpectedAndWhere) {
-  const CandumpLine line = parse_candump_line(GetParam().text);
-  EXPECT_FALSE(line.good());
-  EXPECT_EQ(line.column, GetParam().column);
-  EXPECT_THAT(std::string(line.expected), HasSubstr(GetParam().expected));
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    Lines, BadCandump,
-    testing::Values(
-        BadLine{"", 1, "'('"}, BadLine{"1.000000 can0 123#", 1, "'('"},
-        BadLine{"(-1.000000) can0 123#", 2, "seconds"}, BadLine{"(1) can0 123#", 3, "decimals"},
-        BadLine{"(1.5) can0 123#", 5, "6 or 9 decimals"},
-        BadLine{"(1.0000000) can0 123#", 11, "6 or 9 decimals"},
-        BadLine{"(1.0000000000) can0 123#", 14, "6 or 9 decimals"},
-        BadLine{"(9000000001.000000) can0 123#", 11, "2255"},
-        BadLine{"(99999999999999999999999.000000) can0 123#", 11, "2255"},
-        BadLine{"(1.000000 can0 123#", 10, "')'"}, BadLine{"(1.000000)can0 123#", 11, "space"},
-        BadLine{"(1.000000) ", 12, "interface"}, BadLine{"(1.000000) can0", 16, "space"},
-        BadLine{"(1.000000) can0 ", 17, "identifier"},
-        BadLine{"(1.000000) can0 12#00", 17 + 2, "3 or 8"},
-        BadLine{"(1.000000) can0 1234#00", 17 + 4, "3 or 8"},
-        BadLine{"(1.000000) can0 123456789#00", 17 + 8, "3 or 8"},
-        BadLine{"(1.000000) can0 800#00", 17, "7FF"},
-        BadLine{"(1.000000) can0 40000000#00", 17, "1FFFFFFF"},
-        BadLine{"(1.000000) can0 123#0", 22, "second digit"},
-        BadLine{"(1.000000) can0 123#0G", 22, "second digit"},
-        BadLine{"(1.000000) can0 123#00 junk", 24, "end of the line"},
-        BadLine{"(1.000000) can0 123#112233445566778899", 37, "longer"},
-        BadLine{"(1.000000) can0 123#R9", 22, "end of the line"},
-        BadLine{"(1.000000) can0 123##", 22, "flags"},
-        BadLine{"(1.000000) can0 123##0112233445566778899", 41, "12, 16"},
-        BadLine{"(1.000000) can0 123#1122334455667788_8", 38, "9 to F"},
-        BadLine{"(1.000000) can0 20000004##000", 27, "error frame"},
-        BadLine{std::string("(1.000000) can0 123#00\0", 23), 23, "end of the line"}));
 
 TEST(Candump, WritesWhatItReads) {
   for (const std::string_view text :

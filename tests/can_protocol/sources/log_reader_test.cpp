@@ -36,23 +36,15 @@ std::string error_of_content(std::string_view content) {
 }
 
 TEST(LogReader, NumbersTheBusesInTheOrderOfTheirAppearance) {
+  // Empty lines and carriage returns are passed over.
   const TemporaryFile file("drive.log",
-                           "(1.000000) can1 100#01\n(1.000100) can0 100#02\n"
-                           "(1.000200) can1 100#03\n");
+                           "\n\r\n(1.000000) can1 100#01\r\n  \n(1.000100) can0 100#02\n"
+                           "(1.000200) can1 100#");
   BusNames buses;
-  const auto frames = read_all(file.path(), buses);
-  ASSERT_EQ(frames.size(), 3U);
-  EXPECT_EQ(frames[0].bus, 0);
-  EXPECT_EQ(frames[1].bus, 1);
-  EXPECT_EQ(frames[2].bus, 0);
-  EXPECT_EQ(frames[2].data[0], 3);
-  EXPECT_EQ(buses.all(), (std::vector<std::string>{"can1", "can0"}));
-}
-
-TEST(LogReader, PassesOverEmptyLinesAndCarriageReturns) {
-  const TemporaryFile file("drive.log", "\n\r\n(1.000000) can0 100#01\r\n  \n(2.000000) can0 100#");
-  BusNames buses;
-  EXPECT_EQ(read_all(file.path(), buses).size(), 2U);
+  std::vector<int> numbers;
+  for (const Frame& frame : read_all(file.path(), buses)) numbers.push_back(frame.bus);
+  EXPECT_THAT(numbers, ElementsAre(0, 1, 0));
+  EXPECT_THAT(buses.all(), ElementsAre("can1", "can0"));
 }
 
 TEST(LogReader, KeepsTheDriveWhenTheLastLineIsCutOff) {
@@ -82,30 +74,21 @@ TEST(LogReader, KeepsTheDriveWhenAPowerCutLeftZeros) {
   EXPECT_FALSE(reader.warnings().empty());
 }
 
-TEST(LogReader, NamesTheLineTheColumnAndTheFix) {
+TEST(LogReader, RefusesALogWithoutAFrameOrWithADamagedLine) {
   EXPECT_THAT(
       error_of_content("(1.000000) can0 100#01\n(1.000000) can0 1000#01\n"),
       AllOf(StartsWith(":2: expected"), HasSubstr("column 21"), HasSubstr("a line looks like")));
-}
-
-TEST(LogReader, RefusesALogWithoutAFrame) {
   EXPECT_THAT(error_of_content(""), HasSubstr("contains no frame"));
   EXPECT_THAT(error_of_content("\n\n"), HasSubstr("contains no frame"));
   EXPECT_THAT(error_of_content("(1.0000"), StartsWith(":1: expected 6 or 9 decimals"));
   EXPECT_THAT(error_of_content("\ngarbage"), StartsWith(":2: \"garbage\" is no frame; a line"));
-}
-
-TEST(LogReader, RefusesBinaryGarbageWithOneLine) {
   std::string garbage;
   for (unsigned i = 0; i < 400'000; ++i) garbage.push_back(static_cast<char>(i * i >> 3U));
   EXPECT_THAT(error_of_content(garbage), HasSubstr(":1: expected"));
   EXPECT_THAT(error_of_content(std::string(400'000, 'x')), HasSubstr(":1: \"xxx"));
-}
-
-TEST(LogReader, RefusesOneBusTooMany) {
-  std::string text;
-  for (char bus = '0'; bus <= '8'; ++bus) text += std::string("(1.000000) can") + bus + " 100#\n";
-  EXPECT_THAT(error_of_content(text),
+  std::string buses;
+  for (char bus = '0'; bus <= '8'; ++bus) buses += std::string("(1.000000) can") + bus + " 100#\n";
+  EXPECT_THAT(error_of_content(buses),
               AllOf(StartsWith(":9: "), HasSubstr("can8"), HasSubstr("at most 8")));
 }
 
@@ -127,14 +110,10 @@ TEST(LogReader, ReadsLinesAcrossItsBuffersEdge) {
   }
   const TemporaryFile file("drive.log", text);
   BusNames buses;
-  const auto read = read_all(file.path(), buses);
-  ASSERT_EQ(read.size(), static_cast<std::size_t>(frames));
-  for (int i = 0; i < frames; ++i) {
-    const Frame& frame = read[static_cast<std::size_t>(i)];
-    ASSERT_EQ(frame.time_ns, i * 1'000'000LL);
-    ASSERT_EQ(frame.id, static_cast<std::uint32_t>(i % 0x7FF));
-    ASSERT_EQ(frame.length, i % 9);
-  }
+  std::string written;
+  for (const Frame& frame : read_all(file.path(), buses))
+    append_candump_line(written, frame, "can0");
+  EXPECT_TRUE(written == text) << written.size();
 }
 
 TEST(MergedLog, OrdersByStampAndBreaksTiesByTheOrderOfNaming) {

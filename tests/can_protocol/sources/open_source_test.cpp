@@ -1,4 +1,5 @@
-// Which kind of source a name means, and the errors of invalid names.
+// Which kind of source a name means, the errors of invalid names, and interfaces without a CAN
+// controller.
 #include "can_protocol/sources/open_source.hpp"
 
 #include <sys/socket.h>
@@ -8,6 +9,7 @@
 #include <system_error>
 
 #include "base/file_descriptor.hpp"
+#include "can_protocol/sources/controller.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "tests/can_protocol/temporary_file.hpp"
 #include "tests/gtest.hpp"
@@ -21,21 +23,19 @@ bool kernel_has_can() {
   return static_cast<bool>(FileDescriptor(::socket(AF_CAN, SOCK_RAW | SOCK_CLOEXEC, 1)));
 }
 
-TEST(SourceKind, GoesByTheName) {
-  EXPECT_EQ(source_kind("-"), SourceKind::standard_input);
-  EXPECT_EQ(source_kind("can0"), SourceKind::interface);
-  EXPECT_EQ(source_kind("vcan-front.1"), SourceKind::interface);
-  EXPECT_EQ(source_kind("drive.log"), SourceKind::log);
-  EXPECT_EQ(source_kind("./can0"), SourceKind::log);
-  EXPECT_EQ(source_kind("/nonexistent/drive"), SourceKind::log);
-}
-
-TEST(SourceKind, TakesTheNameOfAFileForALog) {
+TEST(SourceKind, GoesByTheNameOrAFileOfThisName) {
   const TemporaryFile file("drive", "");
   const auto before = std::filesystem::current_path();
   std::filesystem::current_path(file.directory());
-  EXPECT_EQ(source_kind("drive"), SourceKind::log);
-  EXPECT_EQ(source_kind("drive2"), SourceKind::interface);
+  for (const auto& [name, kind] : {std::pair{"-", SourceKind::standard_input},
+                                   {"can0", SourceKind::interface},
+                                   {"vcan-front.1", SourceKind::interface},
+                                   {"drive2", SourceKind::interface},
+                                   {"drive", SourceKind::log},
+                                   {"drive.log", SourceKind::log},
+                                   {"./can0", SourceKind::log},
+                                   {"/nonexistent/drive", SourceKind::log}})
+    EXPECT_EQ(source_kind(name), kind) << name;
   std::filesystem::current_path(before);
 }
 
@@ -72,6 +72,21 @@ TEST(OpenSource, WaitsForAnInterfaceOrSaysThatTheKernelHasNoCan) {
   }
   EXPECT_THAT(message_of([&] { (void)open_source("can0", buses, clock, {}); }),
               HasSubstr("can0: this kernel has no CAN sockets"));
+}
+
+// Real controllers are tested in the lab.
+TEST(Controller, IsNoneWhereThereIsNoSuchInterfaceOrItIsNotCanAndNothingIsSaidAboutIt) {
+  testing::internal::CaptureStderr();
+  for (const char* const name :
+       {"no-such-bus", "lo", "", "an interface's name is never as long as this one"})
+    EXPECT_FALSE(read_controller(name)) << name;
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(Controller, HealthHasANameForEveryValue) {
+  EXPECT_EQ(name_of(ControllerHealth::error_active), "error_active");
+  EXPECT_EQ(name_of(ControllerHealth::bus_off), "bus_off");
+  EXPECT_EQ(name_of(ControllerHealth::sleeping), "sleeping");
 }
 
 }  // namespace

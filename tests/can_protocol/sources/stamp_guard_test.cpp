@@ -30,27 +30,20 @@ TEST_F(StampGuardTest, TrustsStampsThatRise) {
     EXPECT_EQ(check(now - 100 * ms + time), StampVerdict::trusted);
 }
 
-TEST_F(StampGuardTest, RefusesZeroAndLess) {
-  EXPECT_EQ(check(0), StampVerdict::zero);
-  EXPECT_EQ(check(-5 * ms), StampVerdict::zero);
-}
-
-TEST_F(StampGuardTest, RefusesTheFutureBeyondAClocksResolution) {
-  EXPECT_EQ(check(now + StampGuard::tolerance_ns), StampVerdict::trusted);
-  EXPECT_EQ(check(now + StampGuard::tolerance_ns + 1), StampVerdict::future);
-}
-
-TEST_F(StampGuardTest, IsNotMovedByAFutureStamp) {
-  EXPECT_EQ(check(now - 2 * ms), StampVerdict::trusted);
-  EXPECT_EQ(check(INT64_MAX), StampVerdict::future);
-  EXPECT_EQ(check(now - 1 * ms), StampVerdict::trusted);
-}
-
-TEST_F(StampGuardTest, RefusesBackwardsAndRepeatedWithinOneIdentifier) {
-  EXPECT_EQ(check(now - 5 * ms), StampVerdict::trusted);
-  EXPECT_EQ(check(now - 5 * ms), StampVerdict::repeated);
-  EXPECT_EQ(check(now - 6 * ms), StampVerdict::backwards);
-  EXPECT_EQ(check(now - 4 * ms), StampVerdict::trusted);
+TEST_F(StampGuardTest, GivesEveryStampItsVerdict) {
+  using enum StampVerdict;
+  for (const auto& [time_ns, verdict] :
+       {std::pair{std::int64_t{0}, zero},
+        {-5 * ms, zero},
+        {now - 5 * ms, trusted},
+        {now - 5 * ms, repeated},
+        {now - 6 * ms, backwards},
+        {now - 4 * ms, trusted},
+        {INT64_MAX, future},
+        {now - 1 * ms, trusted},  // not moved by the future stamp
+        {now + StampGuard::tolerance_ns + 1, future},
+        {now + StampGuard::tolerance_ns, trusted}})  // a clock's resolution
+    EXPECT_EQ(check(time_ns), verdict) << time_ns;
 }
 
 TEST_F(StampGuardTest, KeepsBusesIdentifiersAndFormatsApart) {
