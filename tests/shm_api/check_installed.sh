@@ -23,6 +23,12 @@ $cc -std=c11 $warnings $sanitizers "$here/consumer/pose.c" -o "$work/pose_c" \
   $(pkg-config --cflags --libs odom) -Wl,-rpath,"$libraries"
 $cxx -std=c++17 $warnings -Wold-style-cast $sanitizers "$here/consumer/pose.cpp" \
   -o "$work/pose_cpp" $(pkg-config --cflags --libs odom) -Wl,-rpath,"$libraries"
+# The example in docs/shm.md is a part of this program.
+example=$(awk '/^```c$/ { c = 1; next } c && /^```$/ { exit } c' "$here/../../docs/shm.md")
+case $(cat "$here/consumer/pose.c") in
+*"${example:?}"*) ;;
+*) echo 'docs/shm.md has another example'; exit 1 ;;
+esac
 # Each header compiles alone, in both languages.
 for header in types.h odom.h; do
   echo "#include <odom/$header>" >"$work/alone.c"

@@ -8,6 +8,7 @@
 #include <ctime>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include <odom/odom.h>
 
@@ -66,12 +67,8 @@ inline Record patterned(std::uint64_t tick, std::int64_t time_ns) {
 
 /// Whether all words of a pose (and its details) belong to its tick.
 inline bool is_whole(const odom_pose& pose, const odom_details* details = nullptr) {
-  Record record{pose, {}};
-  std::size_t count = ODOM_POSE_WORDS;
-  if (details != nullptr) {
-    record.details = *details;
-    count += ODOM_DETAILS_WORDS;
-  }
+  const Record record{pose, details != nullptr ? *details : odom_details{}};
+  const std::size_t count = ODOM_POSE_WORDS + (details != nullptr ? ODOM_DETAILS_WORDS : 0);
   std::array<std::uint64_t, ODOM_POSE_WORDS + ODOM_DETAILS_WORDS> words{};
   std::memcpy(words.data(), &record, sizeof record);
   for (std::size_t i = 2; i < count; ++i)
@@ -80,12 +77,9 @@ inline bool is_whole(const odom_pose& pose, const odom_details* details = nullpt
 }
 
 /// Bitwise equality.
-inline bool is_same(const odom_pose& a, const odom_pose& b) {
-  std::array<std::uint64_t, ODOM_POSE_WORDS> words_a{};
-  std::array<std::uint64_t, ODOM_POSE_WORDS> words_b{};
-  std::memcpy(words_a.data(), &a, sizeof a);
-  std::memcpy(words_b.data(), &b, sizeof b);
-  return words_a == words_b;
+template <class Struct>
+bool is_same(const Struct& a, const Struct& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
 inline void publish_patterned(Writer& writer, std::uint64_t tick, std::int64_t time_ns) {
@@ -115,6 +109,21 @@ inline ClientPointer open_client(const std::string& path) {
   const odom_status status = odom_open(path.c_str(), &client);
   if (status != ODOM_OK) throw std::runtime_error(path + ": " + odom_strstatus(status));
   return ClientPointer(client);
+}
+
+using Latest = std::pair<odom_status, std::uint64_t>;
+
+/// The status of odom_latest, and the tick of the pose that it gives.
+inline Latest latest(const ClientPointer& client) {
+  odom_pose pose{};
+  const odom_status status = odom_latest(client.get(), &pose, sizeof pose);
+  return {status, pose.tick};
+}
+
+inline odom_info info_of(const ClientPointer& client) {
+  odom_info info{};
+  odom_get_info(client.get(), &info, sizeof info);
+  return info;
 }
 
 }  // namespace odomd::shm::testing

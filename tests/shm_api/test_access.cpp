@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iostream>
 #include <random>
+#include <tuple>
 
 #include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
@@ -18,17 +19,21 @@ namespace {
 
 constexpr uid_t other_user = 54321;
 
-// Only root can change the owner of a file.
-bool can_change_owner() {
-  if (geteuid() == 0) return true;
-  std::cout << "not run: 1 (needs root to give a file to another user)\n";
-  return false;
+/// Gives a file to another user, which only root can.
+bool give_away(const std::string& file) {
+  if (geteuid() != 0) {
+    std::cout << "not run: 1 (needs root to give a file to another user)\n";
+    return false;
+  }
+  EXPECT_EQ(chown(file.c_str(), other_user, static_cast<gid_t>(-1)), 0);
+  return true;
 }
 
 class Access : public ::testing::Test {
  protected:
   TemporaryDirectory directory;
   std::string path = directory.file("pose");
+  SegmentSettings settings{.name = path, .slots = 8};
 
   [[nodiscard]] static odom_status try_open(const std::string& name) {
     odom_client* client = nullptr;
@@ -38,8 +43,8 @@ class Access : public ::testing::Test {
     return status;
   }
 
-  [[nodiscard]] static std::string refusal(const SegmentSettings& settings) {
-    return message_of([&] { const Writer accepted(settings, test_info()); });
+  [[nodiscard]] static std::string refusal(const SegmentSettings& wrong) {
+    return message_of([&] { const Writer accepted(wrong, test_info()); });
   }
 };
 
@@ -60,44 +65,39 @@ TEST_F(Access, APosixShmNameIsAFileInDevShm) {
 }
 
 TEST_F(Access, TheEnvironmentNamesTheSegmentWhereTheCallerDoesNot) {
-  const Writer writer({.name = path, .slots = 8}, test_info(1'000'000'000));
+  const Writer writer(settings, test_info(1'000'000'000));
   ASSERT_EQ(setenv("ODOM_SHM", path.c_str(), 1), 0);
   odom_client* client = nullptr;
   EXPECT_EQ(odom_open(nullptr, &client), ODOM_OK);
-  odom_info info{};
-  EXPECT_EQ(odom_get_info(client, &info, sizeof info), ODOM_OK);
-  EXPECT_EQ(info.instance_id, writer.info().instance_id);
-  odom_close(client);
+  EXPECT_EQ(info_of(ClientPointer(client)).instance_id, writer.info().instance_id);
   unsetenv("ODOM_SHM");
 }
 
 TEST_F(Access, ASegmentOfAnotherUserIsRefused) {
-  if (!can_change_owner()) return;
-  const Writer writer({.name = path, .slots = 8}, test_info());
+  const Writer writer(settings, test_info());
   ASSERT_EQ(try_open(path), ODOM_OK);
-  ASSERT_EQ(chown(path.c_str(), other_user, static_cast<gid_t>(-1)), 0);
-  EXPECT_EQ(try_open(path), ODOM_REFUSED);
+  if (give_away(path)) {
+    EXPECT_EQ(try_open(path), ODOM_REFUSED);
+  }
 }
 
 TEST_F(Access, ASuccessorOfAnotherUserIsNotFollowed) {
-  if (!can_change_owner()) return;
   ClientPointer client;
   {
-    Writer writer({.name = path, .slots = 8}, test_info(1'000'000));
+    Writer writer(settings, test_info(1'000'000));
     publish_patterned(writer, 1, now_ns());
     writer.set_heartbeat(now_ns() - 1'000'000'000);
     client = open_client(path);
   }
-  Writer successor({.name = path, .slots = 8}, test_info(1'000'000'000));
+  Writer successor(settings, test_info(1'000'000'000));
   publish_patterned(successor, 9, now_ns());
-  ASSERT_EQ(chown(path.c_str(), other_user, static_cast<gid_t>(-1)), 0);
-  odom_pose pose{};
-  EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_STALE);
-  EXPECT_EQ(pose.tick, 1U);
+  if (give_away(path)) {
+    EXPECT_EQ(latest(client), Latest(ODOM_STALE, 1));
+  }
 }
 
 TEST_F(Access, ASegmentThatOthersMayWriteIsRefused) {
-  const Writer writer({.name = path, .slots = 8}, test_info());
+  const Writer writer(settings, test_info());
   for (const mode_t mode : {0664U, 0646U}) {
     ASSERT_EQ(chmod(path.c_str(), mode), 0);
     EXPECT_EQ(try_open(path), ODOM_REFUSED);
@@ -105,35 +105,31 @@ TEST_F(Access, ASegmentThatOthersMayWriteIsRefused) {
 }
 
 TEST_F(Access, LinksPipesAndDirectoriesAreRefused) {
-  const Writer writer({.name = path, .slots = 8}, test_info());
+  const Writer writer(settings, test_info());
   const std::string link = directory.file("link");
-  ASSERT_EQ(symlink(path.c_str(), link.c_str()), 0);
-  EXPECT_EQ(try_open(link), ODOM_REFUSED);
   const std::string pipe = directory.file("pipe");
-  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  EXPECT_EQ(try_open(pipe), ODOM_REFUSED);
-  EXPECT_EQ(try_open(directory.file(".") + "./"), ODOM_INVALID);
   const std::string inner = directory.file("inner");
+  ASSERT_EQ(symlink(path.c_str(), link.c_str()), 0);
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   ASSERT_EQ(mkdir(inner.c_str(), 0700), 0);
-  EXPECT_EQ(try_open(inner), ODOM_REFUSED);
+  for (const std::string& name : {link, pipe, inner}) EXPECT_EQ(try_open(name), ODOM_REFUSED);
+  EXPECT_EQ(try_open(directory.file(".") + "./"), ODOM_INVALID);
 }
 
-TEST_F(Access, WhatIsNoSegmentIsAnotherAbi) {
+TEST_F(Access, WhatIsNoWholeSegmentIsAnotherAbi) {
   for (const std::size_t size : {0U, 1U, 4095U, 4096U, 100000U}) {
     std::ofstream(path, std::ios::binary) << std::string(size, 'x');
     EXPECT_EQ(try_open(path), ODOM_ABI) << size;
   }
-}
-
-TEST_F(Access, ATruncatedSegmentIsRefusedAtOpen) {
-  { const Writer writer({.name = path, .slots = 8}, test_info()); }
+  std::filesystem::remove(path);
+  { const Writer writer(settings, test_info()); }
   ASSERT_EQ(truncate(path.c_str(), 4096 + 8 * 832 - 1), 0);
   EXPECT_EQ(try_open(path), ODOM_ABI);
 }
 
 TEST_F(Access, ADamagedHeaderNeverLeadsAReaderAstray) {
   {
-    Writer writer({.name = path, .slots = 8}, test_info());
+    Writer writer(settings, test_info());
     for (std::uint64_t tick = 1; tick < 20; ++tick) publish_patterned(writer, tick, now_ns());
   }
   std::mt19937_64 random(1);
@@ -145,9 +141,7 @@ TEST_F(Access, ADamagedHeaderNeverLeadsAReaderAstray) {
     const std::uint64_t value = random() >> (random() % 64);
     std::fstream file(damaged, std::ios::in | std::ios::out | std::ios::binary);
     file.seekp(static_cast<std::streamoff>(8 * word));
-    std::array<char, 8> bytes{};
-    std::memcpy(bytes.data(), &value, sizeof value);
-    file.write(bytes.data(), bytes.size());
+    file.write(reinterpret_cast<const char*>(&value), sizeof value);
     file.close();
 
     odom_client* client = nullptr;
@@ -167,7 +161,6 @@ TEST_F(Access, ADamagedHeaderNeverLeadsAReaderAstray) {
 }
 
 TEST_F(Access, ASecondWriterIsRefusedAndTheFirstNamed) {
-  const SegmentSettings settings{.name = path, .slots = 8};
   {
     const Writer writer(settings, test_info());
     EXPECT_THAT(refusal(settings), HasSubstr("process " + std::to_string(getpid()) + " publishes"));
@@ -177,15 +170,15 @@ TEST_F(Access, ASecondWriterIsRefusedAndTheFirstNamed) {
 }
 
 TEST_F(Access, ALockOfAnotherUserIsRefused) {
-  if (!can_change_owner()) return;
   std::ofstream(path + ".lock") << "1\n";
-  ASSERT_EQ(chown((path + ".lock").c_str(), other_user, static_cast<gid_t>(-1)), 0);
-  EXPECT_THAT(refusal({.name = path}), HasSubstr("belongs to user 54321"));
+  if (give_away(path + ".lock")) {
+    EXPECT_THAT(refusal(settings), HasSubstr("belongs to user 54321"));
+  }
 }
 
 TEST_F(Access, TheTemporaryFileOfADeadWriterIsRemoved) {
   std::ofstream(path + ".tmp", std::ios::binary) << std::string(1000, '\0');
-  const Writer writer({.name = path, .slots = 8}, test_info());
+  const Writer writer(settings, test_info());
   EXPECT_EQ(try_open(path), ODOM_OK);
   EXPECT_FALSE(std::filesystem::exists(path + ".tmp"));
 }
@@ -215,32 +208,28 @@ TEST_F(Access, NothingButASegmentIsReplaced) {
     EXPECT_EQ(after.st_mode, before.st_mode) << other;
     EXPECT_FALSE(std::filesystem::exists(other + ".lock")) << other;
   }
-  EXPECT_EQ(std::filesystem::file_size(text), content.size());
+  EXPECT_EQ(contents(text), content);
 }
 
 TEST_F(Access, OtherFilesUnderTheNamesOfLockAndTemporaryFileAreKept) {
-  for (const char* const suffix : {".tmp", ".lock"}) {
-    const std::string neighbour = path + suffix;
-    const std::string content = "years of work, and neither a lock nor half a segment";
+  const std::string lock = path + ".lock";
+  // Not locks, though as short as one: a word, a pid file readable by all, more than one line.
+  for (const auto& [neighbour, content, mode] :
+       {std::tuple{path + ".tmp", "years of work, and not half a segment", 0600U},
+        {lock, "years of work, and no lock", 0600U},
+        {lock, "sesame\n", 0600U},
+        {lock, "1234\n", 0644U},
+        {lock, "12\n34\n", 0600U}}) {
+    SCOPED_TRACE(neighbour + ": " + content);
     std::ofstream(neighbour) << content;
-    EXPECT_THAT(refusal({.name = path}), HasSubstr(neighbour + ": is a file, not ")) << suffix;
-    EXPECT_EQ(std::filesystem::file_size(neighbour), content.size()) << suffix;
-    EXPECT_FALSE(std::filesystem::exists(path)) << suffix;
+    ASSERT_EQ(chmod(neighbour.c_str(), mode), 0);
+    const std::string kind = neighbour == lock ? "a lock of odomd" : "";
+    EXPECT_THAT(refusal({.name = path}), HasSubstr(neighbour + ": is a file, not " + kind));
+    EXPECT_EQ(contents(neighbour), content);
+    EXPECT_FALSE(std::filesystem::exists(path));
     std::filesystem::remove(neighbour);
   }
-  // Not locks, though as short: a word, a pid file readable by all, more than one line.
-  const std::string lock = path + ".lock";
-  for (const char* const content : {"sesame\n", "1234\n", "12\n34\n"}) {
-    std::ofstream(lock) << content;
-    ASSERT_EQ(chmod(lock.c_str(), content == std::string("1234\n") ? 0644 : 0600), 0);
-    EXPECT_THAT(refusal({.name = path}), HasSubstr(lock + ": is a file, not a lock of odomd"));
-    EXPECT_EQ(std::filesystem::file_size(lock), std::string(content).size());
-    std::filesystem::remove(lock);
-  }
-  ASSERT_EQ(mkfifo(lock.c_str(), 0600), 0);
-  EXPECT_THAT(refusal({.name = path}), HasSubstr(lock + ": is a pipe, not a lock of odomd"));
-  std::filesystem::remove(lock);
-  EXPECT_EQ(refusal({.name = path, .slots = 8}), "");
+  EXPECT_EQ(refusal(settings), "");
 }
 
 TEST_F(Access, ModeAndGroupAreSet) {
@@ -255,32 +244,24 @@ TEST_F(Access, ModeAndGroupAreSet) {
   EXPECT_EQ(status.st_gid, gid);
 }
 
-TEST_F(Access, UnusableSettingsAreNamed) {
-  EXPECT_THAT(refusal({.name = "odomd"}), HasSubstr("'odomd'"));
-  EXPECT_THAT(refusal({.name = ""}), HasSubstr("[shm] name"));
-  EXPECT_THAT(refusal({.name = "/.."}), HasSubstr("[shm] name"));
-  EXPECT_THAT(refusal({.name = directory.file("none/pose")}), HasSubstr("no such directory"));
-  EXPECT_THAT(refusal({.name = "/" + std::string(300, 'a')}), HasSubstr("too long"));
-  EXPECT_THAT(refusal({.name = path, .slots = 1000}), HasSubstr("power of two"));
-  EXPECT_THAT(refusal({.name = path, .slots = 2}), HasSubstr("power of two"));
-  EXPECT_THAT(refusal({.name = path, .mode = 0666}), HasSubstr("[shm] mode"));
-  EXPECT_THAT(refusal({.name = path, .slots = 8, .group = "no-such-group"}),
-              HasSubstr("'no-such-group'"));
-  EXPECT_FALSE(std::filesystem::exists(path + ".tmp"));
+TEST_F(Access, UnusableSettingsAreNamedAndLeaveThePredecessorInPlace) {
+  { const Writer writer(settings, test_info()); }
+  const std::string before = contents(path);
+  const std::pair<SegmentSettings, std::string> cases[]{
+      {{.name = "odomd"}, "'odomd'"},
+      {{.name = ""}, "[shm] name"},
+      {{.name = "/.."}, "[shm] name"},
+      {{.name = directory.file("none/pose")}, "no such directory"},
+      {{.name = "/" + std::string(300, 'a')}, "too long"},
+      {{.name = path, .slots = 1000}, "power of two"},
+      {{.name = path, .slots = 2}, "power of two"},
+      {{.name = path, .mode = 0666}, "[shm] mode"},
+      {{.name = path, .slots = 8, .group = "no-such-group"}, "'no-such-group'"},
+  };
+  for (const auto& [wrong, message] : cases) EXPECT_THAT(refusal(wrong), HasSubstr(message));
   EXPECT_THROW(Writer({.name = path}, test_info(0)), std::invalid_argument);
-}
-
-TEST_F(Access, AFailedStartLeavesThePredecessorInPlace) {
-  std::uint64_t instance = 0;
-  {
-    const Writer writer({.name = path, .slots = 8}, test_info());
-    instance = writer.info().instance_id;
-  }
-  EXPECT_THAT(refusal({.name = path, .slots = 8, .group = "no-such-group"}), Not(IsEmpty()));
-  odom_info info{};
-  const ClientPointer client = open_client(path);
-  odom_get_info(client.get(), &info, sizeof info);
-  EXPECT_EQ(info.instance_id, instance);
+  EXPECT_FALSE(std::filesystem::exists(path + ".tmp"));
+  EXPECT_EQ(contents(path), before);
 }
 
 }  // namespace

@@ -91,16 +91,6 @@ TEST_F(Embedding, EachThreadHasAClientOfItsOwn) {
   for (const odom_status status : seen) EXPECT_TRUE(is_given(status)) << odom_strstatus(status);
 }
 
-TEST_F(Embedding, AClientMayBeHandedToAnotherThread) {
-  publish_patterned(writer, 1, 100);
-  const ClientPointer client = open_client(path);
-  odom_pose pose{};
-  EXPECT_TRUE(is_given(odom_latest(client.get(), &pose, sizeof pose)));
-  publish_patterned(writer, 2, 200);
-  std::thread([&] { EXPECT_TRUE(is_given(odom_latest(client.get(), &pose, sizeof pose))); }).join();
-  EXPECT_EQ(pose.tick, 2U);
-}
-
 TEST_F(Embedding, AfterAForkParentAndChildHaveAClientEach) {
   publish_patterned(writer, 1, 100);
   const ClientPointer client = open_client(path);
@@ -122,8 +112,8 @@ TEST_F(Embedding, AfterAForkParentAndChildHaveAClientEach) {
   int status = -1;
   ASSERT_EQ(waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
-  // The child has unmapped only its own mapping.
-  EXPECT_TRUE(is_given(odom_latest(client.get(), &pose, sizeof pose)));
+  // The child has unmapped only its own mapping. Another thread may have the client, too.
+  std::thread([&] { EXPECT_TRUE(is_given(odom_latest(client.get(), &pose, sizeof pose))); }).join();
   EXPECT_EQ(pose.tick, 2U);
 }
 

@@ -16,10 +16,16 @@ class History : public ::testing::Test {
   odom_pose pose{};
 
   void publish(const odom_pose& p) { writer.publish(p, odom_details{}); }
+  void publish_moving(std::uint64_t first, std::uint64_t last) {
+    for (std::uint64_t tick = first; tick <= last; ++tick) publish(moving_pose(tick));
+  }
   // Whether the writer is fresh does not matter here: a slow test may exceed 20 ms.
   odom_status at(std::int64_t time_ns) {
     const odom_status status = odom_at(client.get(), time_ns, &pose, sizeof pose);
     return status == ODOM_STALE ? ODOM_OK : status;
+  }
+  void expect_at(const std::vector<std::pair<std::int64_t, odom_status>>& expected) {
+    for (const auto& [time_ns, status] : expected) EXPECT_EQ(at(time_ns), status) << time_ns;
   }
 };
 
@@ -51,35 +57,21 @@ double distance_from_circle(const odom_pose& p) {
   return std::hypot(p.x - 2.0 / 3.0 * std::sin(course), p.y + 2.0 / 3.0 * std::cos(course));
 }
 
-TEST_F(History, NothingPublishedIsNoPose) {
+TEST_F(History, EveryTickIsFoundExactlyAndBothEndsAreReported) {
   EXPECT_EQ(at(5), ODOM_NO_POSE);
-}
-
-TEST_F(History, EveryTickOfTheHistoryIsFoundExactly) {
-  for (std::uint64_t tick = 1; tick <= 200; ++tick) publish(moving_pose(tick));
+  publish_moving(5, 9);
+  expect_at({{5 * period_ns, ODOM_OK}, {5 * period_ns - 1, ODOM_TOO_OLD}});
+  publish_moving(10, 200);
   for (std::uint64_t tick = 200 - slots + 1; tick <= 200; ++tick) {
     ASSERT_EQ(at(static_cast<std::int64_t>(tick) * period_ns), ODOM_OK) << tick;
-    EXPECT_EQ(pose.tick, tick);
-    EXPECT_EQ(pose.x, moving_pose(tick).x);
+    EXPECT_TRUE(is_same(pose, moving_pose(tick)));
   }
-}
-
-TEST_F(History, BothEndsAreReported) {
-  for (std::uint64_t tick = 1; tick <= 200; ++tick) publish(moving_pose(tick));
-  EXPECT_EQ(at(200 * period_ns), ODOM_OK);
-  EXPECT_EQ(at(200 * period_ns + 1), ODOM_TOO_NEW);
-  EXPECT_EQ(at(INT64_MAX), ODOM_TOO_NEW);
   const auto oldest = static_cast<std::int64_t>(200 - slots + 1) * period_ns;
-  EXPECT_EQ(at(oldest), ODOM_OK);
-  EXPECT_EQ(at(oldest - 1), ODOM_TOO_OLD);
-  EXPECT_EQ(at(0), ODOM_TOO_OLD);
-  EXPECT_EQ(at(INT64_MIN), ODOM_TOO_OLD);
-}
-
-TEST_F(History, AYoungHistoryBeginsWithItsFirstTick) {
-  for (std::uint64_t tick = 5; tick <= 9; ++tick) publish(moving_pose(tick));
-  EXPECT_EQ(at(5 * period_ns), ODOM_OK);
-  EXPECT_EQ(at(5 * period_ns - 1), ODOM_TOO_OLD);
+  expect_at({{200 * period_ns + 1, ODOM_TOO_NEW},
+             {INT64_MAX, ODOM_TOO_NEW},
+             {oldest - 1, ODOM_TOO_OLD},
+             {0, ODOM_TOO_OLD},
+             {INT64_MIN, ODOM_TOO_OLD}});
 }
 
 TEST_F(History, BetweenTicksThePoseIsInterpolated) {
@@ -117,20 +109,16 @@ TEST_F(History, EveryOtherTickMissing) {
 }
 
 TEST_F(History, ALongerGapIsNotBridged) {
-  publish(moving_pose(1));
-  publish(moving_pose(2));
-  publish(moving_pose(23));
-  EXPECT_EQ(at(2 * period_ns), ODOM_OK);
-  EXPECT_EQ(at(2 * period_ns + 1), ODOM_GAP);
-  EXPECT_EQ(at(23 * period_ns - 1), ODOM_GAP);
-  EXPECT_EQ(at(23 * period_ns), ODOM_OK);
-}
-
-TEST_F(History, AGapLongerThanTheRingHidesWhatWasBefore) {
-  publish(moving_pose(1));
-  publish(moving_pose(1 + 3 * slots));
-  EXPECT_EQ(at(period_ns), ODOM_TOO_OLD);
-  EXPECT_EQ(at(static_cast<std::int64_t>(1 + 3 * slots) * period_ns), ODOM_OK);
+  for (const std::uint64_t tick : {1U, 2U, 23U}) publish(moving_pose(tick));
+  expect_at({{2 * period_ns, ODOM_OK},
+             {2 * period_ns + 1, ODOM_GAP},
+             {23 * period_ns - 1, ODOM_GAP},
+             {23 * period_ns, ODOM_OK}});
+  // One that is longer than the ring hides what was before.
+  constexpr std::uint64_t after = 23 + 3 * slots;
+  publish(moving_pose(after));
+  expect_at(
+      {{23 * period_ns, ODOM_TOO_OLD}, {static_cast<std::int64_t>(after) * period_ns, ODOM_OK}});
 }
 
 TEST_F(History, UpToAResetTheEarlierPoseIsPredicted) {
@@ -151,11 +139,11 @@ TEST_F(History, UpToAResetTheEarlierPoseIsPredicted) {
     EXPECT_NEAR(pose.odom_x - 10.0, pose.x, 1e-9);
     EXPECT_GE(pose.covariance[0], 5.0);
   }
-  EXPECT_EQ(at(6 * period_ns), ODOM_OK);
-  EXPECT_EQ(pose.reset_count, 1U);
-  EXPECT_GT(pose.x, 99.0);
-  EXPECT_EQ(at(6 * period_ns + 1), ODOM_OK);
-  EXPECT_GT(pose.x, 99.0);
+  for (const std::int64_t t : {6 * period_ns, 6 * period_ns + 1}) {
+    EXPECT_EQ(at(t), ODOM_OK);
+    EXPECT_EQ(pose.reset_count, 1U);
+    EXPECT_GT(pose.x, 99.0);
+  }
 }
 
 TEST_F(History, AResetAfterMissedTicksIsPredictedTo) {
@@ -179,9 +167,7 @@ TEST_F(History, OutOfAnInitialisingPoseNothingIsPredicted) {
   p = circling_pose(2);
   p.reset_count = 1;
   publish(p);
-  EXPECT_EQ(at(period_ns), ODOM_OK);
-  EXPECT_EQ(at(period_ns + 1), ODOM_RESET);
-  EXPECT_EQ(at(2 * period_ns), ODOM_OK);
+  expect_at({{period_ns, ODOM_OK}, {period_ns + 1, ODOM_RESET}, {2 * period_ns, ODOM_OK}});
 }
 
 TEST_F(History, YawTakesTheShorterWay) {
@@ -196,7 +182,7 @@ TEST_F(History, YawTakesTheShorterWay) {
 }
 
 TEST_F(History, ATimeAfterSilenceIsStaleButGiven) {
-  for (std::uint64_t tick = 1; tick <= 10; ++tick) publish(moving_pose(tick));
+  publish_moving(1, 10);
   writer.set_heartbeat(now_ns() - 5 * period_ns);
   EXPECT_EQ(odom_at(client.get(), 5 * period_ns, &pose, sizeof pose), ODOM_STALE);
   EXPECT_EQ(pose.tick, 5U);

@@ -1,4 +1,9 @@
-// odom_predict compared with fine numerical integration of the same motion.
+// odom_predict compared with fine numerical integration of the same motion, and what a controller
+// checks before it uses a pose.
+#include <limits>
+
+#include <odom/odom.hpp>
+
 #include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
@@ -77,42 +82,34 @@ TEST(Predict, AgreesWithFineIntegrationOverTheMotionsOfACar) {
 }
 
 TEST(Predict, HorizonIsFromThePoseToAHundredMilliseconds) {
-  const odom_pose from = pose_with({1.0, 0.0, 0.0, 0.0, 0.0, 0.0});
+  odom_pose from = pose_with({1.0, 0.0, 0.0, 0.0, 0.0, 0.0});
   odom_pose to{};
   to.tick = 99;
-  EXPECT_EQ(odom_predict(&from, from.time_ns - 1, &to), ODOM_TOO_OLD);
-  EXPECT_EQ(odom_predict(&from, INT64_MIN, &to), ODOM_TOO_OLD);
-  EXPECT_EQ(odom_predict(&from, from.time_ns + 100'000'001, &to), ODOM_TOO_NEW);
-  EXPECT_EQ(odom_predict(&from, INT64_MAX, &to), ODOM_TOO_NEW);
+  for (const auto& [time_ns, status] :
+       {std::pair<std::int64_t, odom_status>{from.time_ns - 1, ODOM_TOO_OLD},
+        {INT64_MIN, ODOM_TOO_OLD},
+        {from.time_ns + 100'000'001, ODOM_TOO_NEW},
+        {INT64_MAX, ODOM_TOO_NEW}})
+    EXPECT_EQ(odom_predict(&from, time_ns, &to), status) << time_ns;
   EXPECT_EQ(to.tick, 99U);
   EXPECT_EQ(odom_predict(&from, from.time_ns + 100'000'000, &to), ODOM_OK);
   EXPECT_NEAR(std::hypot(to.x - from.x, to.y - from.y), 0.1, 1e-12);
   EXPECT_EQ(to.tick, from.tick);
   EXPECT_EQ(odom_predict(nullptr, 0, &to), ODOM_INVALID);
   EXPECT_EQ(odom_predict(&from, 0, nullptr), ODOM_INVALID);
+  from.mode = ODOM_INITIALISING;
+  EXPECT_EQ(odom_predict(&from, from.time_ns, &to), ODOM_NO_POSE);
 }
 
-TEST(Predict, ToItsOwnTimeNothingChanges) {
+TEST(Predict, NothingChangesToItsOwnTimeAndThePoseMayBeItsOwnResult) {
   const odom_pose from = pose_with({1.0, 0.2, 3.0, 0.5, 0.0, 1.0});
   odom_pose to{};
   ASSERT_EQ(odom_predict(&from, from.time_ns, &to), ODOM_OK);
   EXPECT_TRUE(is_same(from, to));
-}
-
-TEST(Predict, InPlace) {
-  const odom_pose from = pose_with({1.0, 0.2, 3.0, 0.5, 0.0, 1.0});
-  odom_pose to{};
   odom_pose same = from;
   ASSERT_EQ(odom_predict(&from, from.time_ns + 35'000'000, &to), ODOM_OK);
   ASSERT_EQ(odom_predict(&same, from.time_ns + 35'000'000, &same), ODOM_OK);
   EXPECT_TRUE(is_same(same, to));
-}
-
-TEST(Predict, AnInitialisingPosePredictsNothing) {
-  odom_pose from = pose_with({1.0, 0.0, 0.0, 0.0, 0.0, 0.0});
-  from.mode = ODOM_INITIALISING;
-  odom_pose to{};
-  EXPECT_EQ(odom_predict(&from, from.time_ns, &to), ODOM_NO_POSE);
 }
 
 TEST(Predict, CovarianceGrowsAndStaysPositiveDefinite) {
@@ -144,6 +141,54 @@ TEST(Predict, YawUncertaintySwingsThePath) {
   ASSERT_EQ(odom_predict(&from, from.time_ns + 100'000'000, &to), ODOM_OK);
   EXPECT_NEAR(to.covariance[3] - to.covariance[0], 0.04 * 0.5 * 0.5, 1e-12);
   EXPECT_NEAR(to.covariance[4], 0.04 * 0.5, 1e-12);
+}
+
+// Checks of a controller before it uses a pose --------------------------------------------------
+
+odom_pose pose_with_covariance(double xx, double xy, double yy) {
+  odom_pose pose{};
+  pose.covariance[0] = xx;
+  pose.covariance[1] = xy;
+  pose.covariance[3] = yy;
+  pose.covariance[2] = pose.covariance[4] = 7.0;  // must not matter: yaw
+  pose.covariance[5] = 9.0;
+  return pose;
+}
+
+TEST(PositionSigma, IsTheAxisOfACovarianceAlongTheAxes) {
+  EXPECT_DOUBLE_EQ(odom::position_sigma(pose_with_covariance(0.09, 0.0, 0.04)), 0.3);
+  EXPECT_DOUBLE_EQ(odom::position_sigma(pose_with_covariance(0.04, 0.0, 0.09)), 0.3);
+  EXPECT_EQ(odom::position_sigma(pose_with_covariance(0.0, 0.0, 0.0)), 0.0);
+}
+
+TEST(PositionSigma, IsTheSameHoweverTheCovarianceIsTurned) {
+  constexpr double major = 0.5;
+  constexpr double minor = 0.1;
+  for (const double angle : {0.1, 0.7, 1.5, 2.5, -1.0}) {
+    const double c = std::cos(angle);
+    const double s = std::sin(angle);
+    const double a = major * major;
+    const double b = minor * minor;
+    EXPECT_NEAR(odom::position_sigma(pose_with_covariance(a * c * c + b * s * s, (a - b) * c * s,
+                                                          a * s * s + b * c * c)),
+                major, 1e-15);
+  }
+}
+
+TEST(PositionSigma, IsBelowNoLimitWhereThereIsNoCovariance) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const odom_pose& pose :
+       {pose_with_covariance(nan, 0.0, 1.0), pose_with_covariance(1.0, nan, 1.0),
+        pose_with_covariance(-1.0, 0.0, -1.0)})
+    EXPECT_FALSE(odom::position_sigma(pose) <= 1e300);
+}
+
+TEST(ModeName, IsWhatTheStatusCallsIt) {
+  EXPECT_STREQ(odom::mode_name(ODOM_INITIALISING), "initialising");
+  EXPECT_STREQ(odom::mode_name(ODOM_DEAD_RECKONING), "dead_reckoning");
+  EXPECT_STREQ(odom::mode_name(ODOM_FAULT), "fault");
+  EXPECT_STREQ(odom::mode_name(6), "unknown");
+  EXPECT_STREQ(odom::mode_name(std::numeric_limits<std::uint32_t>::max()), "unknown");
 }
 
 }  // namespace

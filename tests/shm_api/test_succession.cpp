@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <random>
 #include <stdexcept>
 
@@ -27,29 +26,20 @@ TEST_F(Succession, SilenceOfFourPeriodsIsStaleAndTheLastPoseIsGiven) {
   Writer writer(settings, test_info(slow_ns));
   const ClientPointer client = open_client(path);
   publish_patterned(writer, 1, 1);
-  odom_pose pose{};
-  EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_OK);
+  EXPECT_EQ(latest(client), Latest(ODOM_OK, 1));
   // Half a period beyond the limit: the coarse clock of a busy machine may lag by some of its
   // ticks.
   writer.set_heartbeat(now_ns() - 4 * slow_ns - slow_ns / 2);
-  pose = {};
-  EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_STALE);
-  EXPECT_EQ(pose.tick, 1U);
+  EXPECT_EQ(latest(client), Latest(ODOM_STALE, 1));
   odom_view view{};
   EXPECT_EQ(odom_begin(client.get(), &view), ODOM_STALE);
   EXPECT_TRUE(odom_validate(&view));
   writer.set_heartbeat(now_ns());
-  EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_OK);
-}
-
-TEST_F(Succession, AHeartbeatOnAnotherClockIsStale) {
-  Writer writer(settings, test_info(slow_ns));
-  const ClientPointer client = open_client(path);
-  publish_patterned(writer, 1, 1);
-  odom_pose pose{};
+  EXPECT_EQ(latest(client), Latest(ODOM_OK, 1));
+  // On another clock.
   for (const std::int64_t heartbeat : {now_ns() + 60 * slow_ns, INT64_MIN, INT64_MAX}) {
     writer.set_heartbeat(heartbeat);
-    EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_STALE) << heartbeat;
+    EXPECT_EQ(latest(client), Latest(ODOM_STALE, 1)) << heartbeat;
   }
 }
 
@@ -62,19 +52,15 @@ TEST_F(Succession, AClientGoesOverToTheSuccessorOnceItPublishes) {
     writer.set_heartbeat(now_ns() - 10 * fast_ns);
   }
   Writer successor(settings, test_info(slow_ns));
-  odom_pose pose{};
   const std::int64_t until = now_ns() + 10 * fast_ns;
-  while (now_ns() < until) {
-    ASSERT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_STALE);
-    ASSERT_EQ(pose.tick, 100U);
-  }
+  while (now_ns() < until) ASSERT_EQ(latest(client), Latest(ODOM_STALE, 100));
+  odom_pose pose{};
+  odom_latest(client.get(), &pose, sizeof pose);
   publish_patterned(successor, 3, now_ns());
   // The wait accepts it as newer although its tick is lower.
   EXPECT_EQ(odom_wait(client.get(), &pose, sizeof pose, 5 * slow_ns), ODOM_OK);
   EXPECT_EQ(pose.tick, 3U);
-  odom_info info{};
-  EXPECT_EQ(odom_get_info(client.get(), &info, sizeof info), ODOM_OK);
-  EXPECT_EQ(info.instance_id, successor.info().instance_id);
+  EXPECT_EQ(info_of(client).instance_id, successor.info().instance_id);
 }
 
 TEST_F(Succession, ARemovedNameLeavesTheLastPose) {
@@ -118,11 +104,7 @@ TEST_F(Succession, ADamagedSegmentLeavesAWholePoseOrNone) {
     Writer writer(settings, test_info());
     for (std::uint64_t tick = 1; tick <= 100; ++tick) publish_patterned(writer, tick, 10);
   }
-  std::string whole;
-  {
-    std::ifstream file(path, std::ios::binary);
-    whole.assign(std::istreambuf_iterator<char>(file), {});
-  }
+  const std::string whole = contents(path);
   const std::size_t newest = 8 * (512 + 100 % 64 * 104);
   int refused = 0;
   for (unsigned seed = 0; seed < 1000; ++seed) {
@@ -172,7 +154,7 @@ TEST_F(Succession, WhatATruncationLeftIsReplaced) {
     ASSERT_EQ(truncate(path.c_str(), size), 0);
     const Writer successor(settings, test_info());
     EXPECT_FALSE(successor.predecessor().has_value());
-    EXPECT_EQ(open_client(path) != nullptr, true);
+    EXPECT_NE(open_client(path), nullptr);
   }
 }
 
@@ -189,10 +171,8 @@ TEST_F(Succession, ARemovedSegmentIsMadeAgainWithTheNextTick) {
   EXPECT_NE(writer.info().instance_id, first);
   EXPECT_EQ(writer.look_after(), Upkeep::stands);
   writer.wake_clients();
-  odom_pose pose{};
   const ClientPointer client = open_client(path);
-  EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_OK);
-  EXPECT_EQ(pose.tick, 2U);
+  EXPECT_EQ(latest(client), Latest(ODOM_OK, 2));
   odom_beat beat{};
   EXPECT_EQ(odom_get_beat(client.get(), &beat, sizeof beat), ODOM_OK);
   EXPECT_EQ(beat.ticks, 2U);

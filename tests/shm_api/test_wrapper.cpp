@@ -16,18 +16,15 @@ class Wrapper : public ::testing::Test {
   void publish(std::uint64_t tick) { writer.publish(moving_pose(tick), odom_details{}); }
 };
 
-TEST_F(Wrapper, AnEmptyClientAnswersInvalid) {
+TEST_F(Wrapper, OpeningWhatIsNotThereSaysWhyAndAnEmptyClientAnswersInvalid) {
+  const auto opened = odom::Client::open(directory.file("none").c_str());
+  EXPECT_FALSE(opened);
+  EXPECT_FALSE(opened.has_value());
+  EXPECT_EQ(opened.status, ODOM_NO_SEGMENT);
+  EXPECT_STREQ(opened.message(), "no such segment: is odomd running?");
   odom::Client client;
   EXPECT_EQ(client.latest().status, ODOM_INVALID);
   EXPECT_EQ(client.read_in_place([](odom::View) {}), ODOM_INVALID);
-}
-
-TEST_F(Wrapper, OpeningWhatIsNotThereSaysWhy) {
-  const auto client = odom::Client::open(directory.file("none").c_str());
-  EXPECT_FALSE(client);
-  EXPECT_FALSE(client.has_value());
-  EXPECT_EQ(client.status, ODOM_NO_SEGMENT);
-  EXPECT_STREQ(client.message(), "no such segment: is odomd running?");
 }
 
 TEST_F(Wrapper, AResultIsTrueOnlyWhenItIsFresh) {
@@ -43,13 +40,6 @@ TEST_F(Wrapper, AResultIsTrueOnlyWhenItIsFresh) {
   EXPECT_FALSE(stale);
   ASSERT_TRUE(stale.has_value());
   EXPECT_EQ((*stale).tick, 5U);
-}
-
-TEST_F(Wrapper, AClientMoves) {
-  publish(5);
-  auto opened = odom::Client::open(path.c_str());
-  odom::Client client = std::move(*opened);
-  EXPECT_EQ(client.latest()->tick, 5U);
 }
 
 TEST_F(Wrapper, InPlaceAccessorsReadTheirFields) {
@@ -113,27 +103,23 @@ TEST_F(Wrapper, PredictionReachesFromTheHistoryToAHundredMillisecondsAhead) {
   EXPECT_EQ(client->predict(31 * period_ns).status, ODOM_TOO_NEW);
 }
 
-TEST_F(Wrapper, WaitTakesThePoseAfterTheLast) {
-  publish(1);
-  auto client = odom::Client::open(path.c_str());
-  const auto first = client->latest();
-  publish(2);
-  const auto next = client->wait(*first, std::chrono::seconds(60));
-  ASSERT_TRUE(next);
-  EXPECT_EQ(next->tick, 2U);
-  EXPECT_EQ(client->wait(*next, std::chrono::milliseconds(1)).status, ODOM_TIMEOUT);
-}
-
-TEST_F(Wrapper, HeaderReadings) {
+TEST_F(Wrapper, AClientThatWasMovedCallsTheLibrary) {
   publish(1);
   writer.set_realtime_offset(100);
   writer.count_missed(4);
-  auto client = odom::Client::open(path.c_str());
-  EXPECT_EQ(client->info()->slots, 64U);
-  EXPECT_EQ(client->beat()->missed, 4U);
-  EXPECT_EQ(*client->to_clock(ODOM_CLOCK_REALTIME, 5), 105);
-  EXPECT_EQ(client->latest_details()->pose.tick, 1U);
-  EXPECT_EQ(client->at(period_ns)->tick, 1U);
+  auto opened = odom::Client::open(path.c_str());
+  odom::Client client = std::move(*opened);
+  EXPECT_EQ(client.info()->slots, 64U);
+  EXPECT_EQ(client.beat()->missed, 4U);
+  EXPECT_EQ(*client.to_clock(ODOM_CLOCK_REALTIME, 5), 105);
+  EXPECT_EQ(client.latest_details()->pose.tick, 1U);
+  EXPECT_EQ(client.at(period_ns)->tick, 1U);
+  const auto first = client.latest();
+  publish(2);
+  const auto next = client.wait(*first, std::chrono::seconds(60));
+  ASSERT_TRUE(next);
+  EXPECT_EQ(next->tick, 2U);
+  EXPECT_EQ(client.wait(*next, std::chrono::milliseconds(1)).status, ODOM_TIMEOUT);
 }
 
 }  // namespace
