@@ -16,6 +16,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <variant>
 
 #include "tests/shm_api/segment_fixture.hpp"
 
@@ -70,40 +71,33 @@ class Segment {
   }
 
   void set(const std::string& name, const std::string& value) {
-    const std::map<std::string, double*> numbers{
+    using Field = std::variant<double*, std::int64_t*, std::uint64_t*, std::uint32_t*>;
+    const std::map<std::string, Field> fields{
+        {"tick", &pose_.tick},
+        {"time_ns", &pose_.time_ns},
         {"x", &pose_.x},
         {"y", &pose_.y},
         {"yaw", &pose_.yaw},
         {"odom_x", &pose_.odom_x},
-        {"odom_y", &pose_.odom_y},
-        {"odom_yaw", &pose_.odom_yaw},
         {"vx", &pose_.vx},
-        {"vy", &pose_.vy},
-        {"yaw_rate", &pose_.yaw_rate},
-        {"steering", &pose_.steering},
         {"variance_x", &pose_.covariance[0]},
         {"covariance_xy", &pose_.covariance[1]},
         {"variance_y", &pose_.covariance[3]},
         {"variance_yaw", &pose_.covariance[5]},
+        {"mode", &pose_.mode},
+        {"conditions", &pose_.conditions},
+        {"reset_count", &pose_.reset_count},
+        {"health", &pose_.health},
         {"jump_yaw", &pose_.jump_yaw},
         {"gyro_bias", &details_.gyro_bias},
+        {"camera_messages", &details_.camera_messages},
     };
-    const std::map<std::string, std::uint32_t*> counts{{"mode", &pose_.mode},
-                                                       {"conditions", &pose_.conditions},
-                                                       {"reset_count", &pose_.reset_count},
-                                                       {"health", &pose_.health}};
-    if (const auto number = numbers.find(name); number != numbers.end())
-      *number->second = std::stod(value);
-    else if (const auto count = counts.find(name); count != counts.end())
-      *count->second = static_cast<std::uint32_t>(std::stoul(value));
-    else if (name == "tick")
-      pose_.tick = std::stoull(value);
-    else if (name == "time_ns")
-      pose_.time_ns = std::stoll(value);
-    else if (name == "camera_messages")
-      details_.camera_messages = std::stoull(value);
+    const auto found = fields.find(name);
+    if (found == fields.end()) throw std::invalid_argument("no such field: " + name);
+    if (auto* const* number = std::get_if<double*>(&found->second))
+      **number = std::stod(value);
     else
-      throw std::invalid_argument("no such field: " + name);
+      std::visit([&](auto* field) { std::istringstream(value) >> *field; }, found->second);
   }
 
   std::int64_t period_ns_;

@@ -1,27 +1,68 @@
-"""The client, on a segment whose writer takes commands."""
+"""The client, on a segment whose writer takes commands, and the camera's sender."""
 
 from __future__ import annotations
 
 import math
 import os
 import pickle
+import socket
 import threading
 import time
 import unittest
 
 import odom
 import support
+from odom._library import CameraMessageStruct
 
 SLOW = 1.0  # s, the longest period: the segment becomes silent after four of them
 FAST = 0.01  # s: silent soon
 
 
-class ClientTest(unittest.TestCase):
+class DirectoryTest(unittest.TestCase):
     def setUp(self) -> None:
         self.directory = support.Directory()
         self.addCleanup(self.directory.remove)
         self.path = self.directory.path / "pose"
 
+
+class Camera(DirectoryTest):
+    """The camera's side, against a socket that stands for the daemon's."""
+
+    def listen(self) -> socket.socket:
+        door = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self.addCleanup(door.close)
+        door.bind(str(self.path))
+        door.listen()
+        return door
+
+    def test_a_pose_arrives_on_the_wire(self) -> None:
+        door = self.listen()
+        with odom.CameraSender(self.path) as camera:
+            camera.send(
+                5, 1.0, 2.0, 3.0, sigma_x=0.1, sigma_y=0.2, sigma_yaw=0.3, clock=odom.Clock.LOG
+            )
+            connection, _ = door.accept()
+            with connection:
+                message = CameraMessageStruct.from_buffer_copy(connection.recv(4096))
+        self.assertEqual((message.magic, message.version, message.clock), (0x4D43444F, 1, 2))
+        self.assertEqual((message.sequence, message.capture_ns), (1, 5))
+        self.assertEqual((message.x, message.y, message.yaw), (1.0, 2.0, 3.0))
+        self.assertEqual((message.sigma_x, message.sigma_y, message.sigma_yaw), (0.1, 0.2, 0.3))
+
+    def test_reports_what_cannot_be_sent(self) -> None:
+        with self.assertRaises(FileNotFoundError):
+            odom.CameraSender(self.path)
+        self.listen()
+        camera = odom.CameraSender(self.path)
+        for x, sigma_x in [(math.nan, 0.1), (1.0, 0.0)]:
+            with self.assertRaises(OSError):
+                camera.send(5, x, 2.0, 3.0, sigma_x=sigma_x, sigma_y=0.2, sigma_yaw=0.3)
+        camera.close()
+        with self.assertRaises(OSError):
+            camera.send(5, 1.0, 2.0, 3.0, sigma_x=0.1, sigma_y=0.2, sigma_yaw=0.3)
+
+
+class ClientTest(DirectoryTest):
     def segment(self, period: float = SLOW) -> support.Segment:
         segment = support.Segment(self.path, period)
         self.addCleanup(segment.kill)
