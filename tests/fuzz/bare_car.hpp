@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <string>
 
-#include "can_protocol/dbc/dbc.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/core/record.hpp"
+#include "tests/can_protocol/decode/one_binding.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace odomd::fuzz {
@@ -38,11 +38,7 @@ inline daemon::Config config(estimator::Model model) {
   config.model = model;
   for (std::size_t i = 0; i < signals.size(); ++i) {
     const auto channel = static_cast<std::uint16_t>(signals[i]);
-    can::SignalBinding binding;
-    binding.channel = channel;
-    binding.role = "role";
-    binding.message = "M" + std::to_string(i);
-    binding.signals = {"S"};
+    can::SignalBinding binding = can::binding_of("M" + std::to_string(i), "S", channel);
     if (signals[i] == estimator::Source::direction) {
       binding.forward = 1.0;
       binding.reverse = 2.0;

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "can_protocol/decode/decoder.hpp"
 #include "can_protocol/decode/message_encoder.hpp"
+#include "tests/can_protocol/decode/one_binding.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace odomd::can {
@@ -23,12 +23,8 @@ void decode_and_encode(const Database& database, const Message& message) {
   std::vector<SignalBinding> bindings;
   for (const Signal& signal : message.signals) {
     if (bindings.size() == max_samples_per_frame) break;
-    SignalBinding binding;
-    binding.channel = static_cast<std::uint16_t>(bindings.size());
-    binding.role = "role";
-    binding.message = message.name;
-    binding.signals = {signal.name};
-    bindings.push_back(binding);
+    bindings.push_back(
+        binding_of(message.name, signal.name, static_cast<std::uint16_t>(bindings.size())));
   }
   try {
     Decoder decoder(std::span(&database, 1), bindings, {}, {});

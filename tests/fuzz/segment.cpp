@@ -7,9 +7,7 @@
 #include <sys/stat.h>
 
 #include <cstring>
-#include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -21,6 +19,7 @@
 #include "shm_api/layout/slot.h"
 #include "shm_api/writer.hpp"
 #include "tests/fuzz/bare_car.hpp"
+#include "tests/scratch.hpp"
 
 namespace odomd::fuzz {
 namespace {
@@ -51,9 +50,6 @@ void drive(daemon::Pipeline& pipeline, std::int64_t now_ns) {
 class Predecessor {
  public:
   Predecessor() {
-    std::string name = std::filesystem::temp_directory_path() / "odomd_fuzz_XXXXXX";
-    require(::mkdtemp(name.data()) != nullptr, "mkdtemp");
-    settings_ = {.name = name + "/segment", .slots = slots, .mode = 0600};
     odom_info info{};
     info.period_ns = period_ns;
     const auto pipeline = std::make_unique<daemon::Pipeline>(pipeline_of(estimator::Model::full));
@@ -65,17 +61,10 @@ class Predecessor {
       require(record.pose.mode != ODOM_INITIALISING, "the predecessor knows where it is");
       require(writer.publish(record.pose, record.details), "a tick is published");
     }
-    std::ifstream file(settings_.name, std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+    const std::string bytes = contents(settings_.name);
     words_.resize(bytes.size() / sizeof(std::uint64_t));
     std::memcpy(words_.data(), bytes.data(), bytes.size());
   }
-  ~Predecessor() {
-    std::error_code ignored;
-    std::filesystem::remove_all(std::filesystem::path(settings_.name).parent_path(), ignored);
-  }
-  Predecessor(const Predecessor&) = delete;
-  Predecessor& operator=(const Predecessor&) = delete;
 
   [[nodiscard]] const shm::SegmentSettings& settings() const { return settings_; }
   [[nodiscard]] const std::vector<std::uint64_t>& words() const { return words_; }
@@ -90,7 +79,8 @@ class Predecessor {
   }
 
  private:
-  shm::SegmentSettings settings_;
+  Scratch directory_;
+  shm::SegmentSettings settings_{.name = directory_.path("segment"), .slots = slots, .mode = 0600};
   std::vector<std::uint64_t> words_;
 };
 

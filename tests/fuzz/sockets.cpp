@@ -13,7 +13,6 @@
 #include <array>
 #include <cstddef>
 #include <cstring>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,33 +20,15 @@
 #include "daemon/sockets/camera_door.hpp"
 #include "daemon/sockets/recorder_door.hpp"
 #include "tests/fuzz/bare_car.hpp"
+#include "tests/scratch.hpp"
 
 namespace odomd::fuzz {
 namespace {
 
 using daemon::CameraDoor;
 
-class Directory {
- public:
-  Directory() : path_(std::filesystem::temp_directory_path() / "odomd_fuzz_XXXXXX") {
-    require(::mkdtemp(path_.data()) != nullptr, "mkdtemp");
-  }
-  ~Directory() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  Directory(const Directory&) = delete;
-  Directory& operator=(const Directory&) = delete;
-  [[nodiscard]] std::filesystem::path file(const char* name) const {
-    return std::filesystem::path(path_) / name;
-  }
-
- private:
-  std::string path_;
-};
-
-const Directory& directory() {
-  static const Directory made;
+const Scratch& directory() {
+  static const Scratch made;
   return made;
 }
 
@@ -111,10 +92,10 @@ class Recording {
       : config_(config(estimator::Model::full)),
         pipeline_(std::make_unique<daemon::Pipeline>(config_, databases(), names(), true)),
         tap_(std::make_unique<daemon::RecordingTap>(*pipeline_)),
-        journal_({directory().file("log"), "error"}),
+        journal_({directory().path("log"), "error"}),
         door_(
             {config_, buses_, 1, *tap_},
-            daemon::LocalSocket({directory().file("socket"), daemon::SocketType::stream, 0600, ""}),
+            daemon::LocalSocket({directory().path("socket"), daemon::SocketType::stream, 0600, ""}),
             {{"car.toml", "# a car\n"}}) {
     static_cast<void>(buses_.index_of("can0"));
   }
@@ -124,7 +105,7 @@ class Recording {
     got_.clear();
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
-    directory().file("socket").native().copy(address.sun_path, sizeof address.sun_path - 1);
+    directory().path("socket").native().copy(address.sun_path, sizeof address.sun_path - 1);
     // If too many connections are waiting, this one is refused and its bytes are lost.
     static_cast<void>(
         ::connect(recorder_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address));
