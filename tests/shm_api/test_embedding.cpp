@@ -1,9 +1,8 @@
-// The library inside other programs: loaded at run time, used by several threads, inherited by a
-// fork.
+// The library inside other programs: loaded at run time, inherited by a fork, used by another
+// thread. test_kill.cpp has clients in several threads.
 #include <dlfcn.h>
 #include <sys/wait.h>
 #include <unistd.h>
-#include <atomic>
 #include <memory>
 #include <stdexcept>
 #include <thread>
@@ -55,40 +54,6 @@ TEST_F(Embedding, ALibraryLoadedAtRunTimeReadsAndCanBeUnloaded) {
     EXPECT_TRUE(is_whole(pose));
     close(client);
   }
-}
-
-TEST_F(Embedding, EachThreadHasAClientOfItsOwn) {
-  std::array<odom_status, 4> seen{};
-  std::vector<std::thread> threads;
-  threads.reserve(seen.size());
-  publish_patterned(writer, 1, 100);
-  for (odom_status& status : seen)
-    threads.emplace_back([&] {
-      // Repeated opening and closing does not affect the other client.
-      for (int round = 0; round < 20; ++round) {
-        const ClientPointer client = open_client(path);
-        odom_pose pose{};
-        status = odom_latest(client.get(), &pose, sizeof pose);
-        for (std::uint64_t last = pose.tick; is_given(status) && pose.tick < last + 3;)
-          status = odom_wait(client.get(), &pose, sizeof pose, 60 * second);
-        if (is_given(status) && !is_whole(pose)) status = ODOM_BUSY;
-        if (!is_given(status)) return;
-      }
-    });
-  std::atomic<bool> done{false};
-  std::thread publisher([&] {
-    for (std::uint64_t tick = 2; !done; ++tick) {
-      const std::int64_t now = now_ns();
-      publish_patterned(writer, tick, now);
-      writer.set_heartbeat(now);
-      writer.wake_clients();
-      std::this_thread::yield();
-    }
-  });
-  for (std::thread& thread : threads) thread.join();
-  done = true;
-  publisher.join();
-  for (const odom_status status : seen) EXPECT_TRUE(is_given(status)) << odom_strstatus(status);
 }
 
 TEST_F(Embedding, AfterAForkParentAndChildHaveAClientEach) {

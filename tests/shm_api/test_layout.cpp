@@ -3,7 +3,6 @@
 #include <sys/stat.h>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 
 #include "shm_api/layout/slot.h"
 #include "tests/gtest.hpp"
@@ -13,8 +12,7 @@ namespace odomd::shm::testing::test_layout {
 namespace {
 
 std::vector<std::uint64_t> words_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), {});
+  const std::string bytes = contents(path);
   std::vector<std::uint64_t> words(bytes.size() / 8);
   std::memcpy(words.data(), bytes.data(), 8 * words.size());
   return words;
@@ -44,11 +42,15 @@ void write_reference(const std::string& path) {
 
 constexpr std::array<std::size_t, 4> volatile_words{9, 10, 11, 71};  // instance, pid, start, beat
 
-TEST(Layout, TheSegmentLiesWhereReadersLook) {
+std::vector<std::uint64_t> written_words() {
   const TemporaryDirectory directory;
   const std::string path = directory.file("pose");
   write_reference(path);
-  const std::vector<std::uint64_t> words = words_of(path);
+  return words_of(path);
+}
+
+TEST(Layout, TheSegmentLiesWhereReadersLook) {
+  const std::vector<std::uint64_t> words = written_words();
   ASSERT_EQ(words.size(), 512U + 4U * 104U);
   EXPECT_EQ(std::memcmp(words.data(), "ODOMSEG1", 8), 0);
   EXPECT_EQ(words[1], 4096U);             // bytes of the header
@@ -71,13 +73,6 @@ TEST(Layout, TheSegmentLiesWhereReadersLook) {
     EXPECT_EQ(words[slot + 29], pattern(tick, 28));
   }
   EXPECT_EQ(words[512], 0U);  // tick 4 was missed
-}
-
-std::vector<std::uint64_t> written_words() {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("pose");
-  write_reference(path);
-  return words_of(path);
 }
 
 TEST(Layout, TheWriterStillWritesTheNewestImage) {

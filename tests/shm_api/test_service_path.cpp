@@ -49,27 +49,20 @@ class ServicePath : public ::testing::Test {
   TemporaryDirectory directory;
 };
 
-TEST_F(ServicePath, WithoutAServiceItIsTheDirectoryItself) {
+TEST_F(ServicePath, IsTheFirstInstanceByNameThatHasItOtherwiseTheDirectoryItself) {
   EXPECT_EQ(found("pose"), "run/pose");
   make("run/other");
-  EXPECT_EQ(found("pose"), "run/pose");
-}
-
-TEST_F(ServicePath, TheFirstInstanceByNameThatHasIt) {
-  make("run/can2/pose");
-  make("run/can1/pose");
-  make("run/can3/pose");
-  make("run/can0/status.sock");
-  make("run/.hidden/pose");
-  EXPECT_EQ(found("pose"), "run/can1/pose");
-  EXPECT_EQ(found("status.sock"), "run/can0/status.sock");
-}
-
-TEST_F(ServicePath, AnInstanceBeatsTheDirectoryItself) {
   make("run/pose");
   EXPECT_EQ(found("pose"), "run/pose");
-  make("run/can0/pose");
-  EXPECT_EQ(found("pose"), "run/can0/pose");
+  for (const char* name :
+       {"can2/pose", "can1/pose", "can3/pose", "can0/status.sock", ".hidden/pose"})
+    make(std::string("run/") + name);
+  EXPECT_EQ(found("pose"), "run/can1/pose");
+  EXPECT_EQ(found("status.sock"), "run/can0/status.sock");
+  const std::string longest(255, '-');  // sorts first
+  make("run/" + longest + "/pose");
+  EXPECT_EQ(found("pose"), "run/" + longest + "/pose");
+  EXPECT_EQ(found(std::string(300, 'y')), "run/" + std::string(300, 'y'));
 }
 
 /// Sets XDG_RUNTIME_DIR while this object exists.
@@ -127,9 +120,11 @@ TEST_F(ServicePath, ASocketOfTheUsersOwnDaemonBeatsTheService) {
   EXPECT_EQ(found("status.sock"), "run/can0/status.sock") << "the service's alone";
 }
 
-TEST_F(ServicePath, ARelativeRuntimeDirectoryIsIgnored) {
+TEST_F(ServicePath, ARelativeOrEmptyRuntimeDirectoryIsIgnored) {
   const RuntimeDirectory runtime("user");
   EXPECT_EQ(found_socket("status.sock"), "run/status.sock");
+  EXPECT_EQ(own_directory("/nowhere/odomd"), "/nowhere/odomd");
+  const RuntimeDirectory none("");
   EXPECT_EQ(own_directory("/nowhere/odomd"), "/nowhere/odomd");
 }
 
@@ -142,18 +137,6 @@ TEST_F(ServicePath, TheDaemonsDirectoryIsTheServicesWhereItMayWrite) {
   EXPECT_EQ(own_directory("/nowhere/odomd"), "user/odomd");
   make("plain");
   EXPECT_EQ(own_directory(directory.file("plain")), "user/odomd") << "not even root enters a file";
-}
-
-TEST_F(ServicePath, WithoutARuntimeDirectoryItIsTheServices) {
-  const RuntimeDirectory runtime("");
-  EXPECT_EQ(own_directory("/nowhere/odomd"), "/nowhere/odomd");
-}
-
-TEST_F(ServicePath, NamesOfAnyLengthDoNoHarm) {
-  const std::string longest(255, 'x');
-  make("run/" + longest + "/pose");
-  EXPECT_EQ(found("pose"), "run/" + longest + "/pose");
-  EXPECT_EQ(found(std::string(300, 'y')), "run/" + std::string(300, 'y'));
 }
 
 }  // namespace
