@@ -5,10 +5,12 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <string>
+#include <vector>
 
-#include "daemon/core/config.hpp"
-#include "daemon/core/record.hpp"
+#include "base/wall_clock.hpp"
+#include "daemon/core/pipeline.hpp"
 #include "tests/can_protocol/decode/one_binding.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
@@ -49,6 +51,21 @@ inline daemon::Config config(estimator::Model model) {
   config.camera.configured = true;
   config.camera.lever_arm = {0.1, 0.02, 0.3};
   return config;
+}
+
+/// A pipeline of the car, on one bus.
+inline std::unique_ptr<daemon::Pipeline> pipeline_of(const daemon::Config& config,
+                                                     bool camera_expected) {
+  static const std::vector<can::Database> databases{database()};
+  static const std::vector<std::string> buses{"can0"};
+  return std::make_unique<daemon::Pipeline>(config, databases, buses, camera_expected);
+}
+
+/// A clock whose real time is that of the year 2025.
+inline WallClock wall_clock() {
+  WallClock wall;
+  wall.update({start_ns, 1'760'000'000'000'000'000 + start_ns, start_ns, start_ns});
+  return wall;
 }
 
 inline void check(const daemon::TickRecord& record, std::int64_t tick_ns) {

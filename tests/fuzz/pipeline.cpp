@@ -4,33 +4,23 @@
 // The input is a model (one byte) and then commands: a frame (0-5: the signal; two signed bytes:
 // the stamp relative to the clock in units of 0.1 ms; eight bytes of payload), a camera message (6:
 // its bytes on the wire), or a tick (all others).
-#include "daemon/core/pipeline.hpp"
-
 #include <algorithm>
 #include <array>
-#include <memory>
-#include <string>
-#include <vector>
 
 #include "daemon/sockets/camera_wire.hpp"
 #include "tests/fuzz/bare_car.hpp"
 
-using odomd::daemon::Pipeline;
 using odomd::fuzz::Input;
 using odomd::fuzz::period_ns;
 using odomd::fuzz::signals;
 using odomd::fuzz::start_ns;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const std::vector<odomd::can::Database> databases{odomd::fuzz::database()};
-  static const std::vector<std::string> buses{"can0"};
   Input input(data, size);
   const auto model = static_cast<odomd::estimator::Model>(input.take<std::uint8_t>() %
                                                           odomd::estimator::model_names.size());
-  const auto pipeline =
-      std::make_unique<Pipeline>(odomd::fuzz::config(model), databases, buses, true);
-  odomd::WallClock wall;
-  wall.update({start_ns, 1'760'000'000'000'000'000 + start_ns, start_ns, start_ns});
+  const auto pipeline = odomd::fuzz::pipeline_of(odomd::fuzz::config(model), true);
+  const odomd::WallClock wall = odomd::fuzz::wall_clock();
   const odomd::daemon::MessageClocks clocks{wall, start_ns / 2};
 
   std::uint64_t number = 1;

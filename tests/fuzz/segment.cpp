@@ -8,12 +8,10 @@
 
 #include <cstring>
 #include <fstream>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "daemon/core/pipeline.hpp"
 #include "daemon/inheritance.hpp"
 #include "shm_api/layout/segment.h"
 #include "shm_api/layout/slot.h"
@@ -26,12 +24,6 @@ namespace {
 
 constexpr std::uint64_t slots = 4;
 constexpr std::uint64_t ticks = 6;
-
-daemon::Pipeline pipeline_of(estimator::Model model) {
-  static const std::vector<can::Database> databases{database()};
-  static const std::vector<std::string> buses{"can0"};
-  return daemon::Pipeline(config(model), databases, buses, false);
-}
 
 /// All signals are 1.
 void drive(daemon::Pipeline& pipeline, std::int64_t now_ns) {
@@ -52,7 +44,7 @@ class Predecessor {
   Predecessor() {
     odom_info info{};
     info.period_ns = period_ns;
-    const auto pipeline = std::make_unique<daemon::Pipeline>(pipeline_of(estimator::Model::full));
+    const auto pipeline = pipeline_of(config(estimator::Model::full), false);
     shm::Writer writer(settings_, info);
     for (std::uint64_t i = 1; i <= ticks; ++i) {
       const std::int64_t now = start_ns + static_cast<std::int64_t>(i) * period_ns;
@@ -93,7 +85,7 @@ void seal(std::vector<std::uint64_t>& words) {
 }
 
 void go_on_from(const shm::Inheritance& last, estimator::Model model) {
-  const auto pipeline = std::make_unique<daemon::Pipeline>(pipeline_of(model));
+  const auto pipeline = pipeline_of(config(model), false);
   std::int64_t now = start_ns + static_cast<std::int64_t>(ticks) * period_ns + 1'000'000;
   if (const auto age_ns = daemon::age_to_go_on_from(last.pose, now)) {
     require(*age_ns >= 0 && *age_ns < daemon::inheritance_ns, "it is young");

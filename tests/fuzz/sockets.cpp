@@ -42,8 +42,6 @@ std::vector<std::uint8_t> some_bytes(Input& input) {
 
 class Cameras {
  public:
-  Cameras() { wall_.update({start_ns, 1'760'000'000'000'000'000 + start_ns, start_ns, start_ns}); }
-
   void connect(std::size_t which) {
     std::array<int, 2> ends{};
     require(
@@ -78,7 +76,7 @@ class Cameras {
 
  private:
   CameraDoor door_;
-  WallClock wall_;
+  WallClock wall_ = wall_clock();
   std::array<FileDescriptor, 2 * CameraDoor::max_connections> ends_;
   std::array<estimator::CameraPose, CameraDoor::max_poses> poses_{};
   std::unique_ptr<daemon::EventRing> events_ = std::make_unique<daemon::EventRing>();
@@ -90,7 +88,7 @@ class Recording {
  public:
   Recording()
       : config_(config(estimator::Model::full)),
-        pipeline_(std::make_unique<daemon::Pipeline>(config_, databases(), names(), true)),
+        pipeline_(pipeline_of(config_, true)),
         tap_(std::make_unique<daemon::RecordingTap>(*pipeline_)),
         journal_({directory().path("log"), "error"}),
         door_(
@@ -132,15 +130,6 @@ class Recording {
   }
 
  private:
-  static const std::vector<can::Database>& databases() {
-    static const std::vector<can::Database> all{database()};
-    return all;
-  }
-  static const std::vector<std::string>& names() {
-    static const std::vector<std::string> all{"can0"};
-    return all;
-  }
-
   /// Removes complete messages from the front of the received bytes.
   void check_messages() {
     daemon::RecordingHeader header;
