@@ -62,9 +62,6 @@ class Controller:
     def describe(self) -> str:
         return f"{self.name}: {self.lines()[-3:]} {self.errors()[-300:]}"
 
-    def is_running(self) -> bool:
-        return self._process.poll() is None
-
     def wait(self) -> int:
         return self._process.wait(support.TIMEOUT)
 

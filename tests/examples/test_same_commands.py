@@ -25,8 +25,9 @@ class SameCommands(unittest.TestCase):
         self.controllers: list[Controller] = []
         self.first = 0
 
-    def start(self, segment: support.Segment, *arguments: str) -> None:
-        """Starts all three; returns once each has answered a pose. The test's ticks count from `first`."""
+    def start(self, *arguments: str) -> None:
+        """Starts all; returns once each has answered a pose. The test's ticks count from `first`."""
+        self.open_segment()
         for name in programs():
             controller = Controller(
                 name,
@@ -38,24 +39,36 @@ class SameCommands(unittest.TestCase):
 
         def have_begun() -> bool:
             self.first += 1
-            segment.publish(tick=self.first, mode=0)
+            self.segment.publish(tick=self.first, mode=0)
             return all(any(row.tick > 0 for row in c.rows()) for c in self.controllers)
 
         support.await_(have_begun, lambda: "; ".join(c.describe() for c in self.controllers))
 
-    def segment(self) -> support.Segment:
-        segment = support.Segment(self.shm, PERIOD)
-        self.addCleanup(segment.kill)
-        return segment
+    def open_segment(self) -> None:
+        self.segment = support.Segment(self.shm, PERIOD)
+        self.addCleanup(self.segment.kill)
 
-    def publish(self, segment: support.Segment, tick: int, **fields: float) -> None:
+    def publish(self, tick: int, **fields: float) -> None:
         """Publishes one pose; returns once all have answered it."""
-        segment.publish(tick=self.first + tick, **fields)
+        self.segment.publish(tick=self.first + tick, **fields)
         for controller in self.controllers:
             support.await_(
                 lambda: any(row.tick == self.first + tick for row in controller.rows()[-20:]),
                 controller.describe,
             )
+
+    def expect(self, poses: list[tuple[str, dict[str, float]]]) -> dict[int, Row]:
+        """Publishes the poses, from tick 1 on. All must agree on the state of each; returns the rows."""
+        for tick, (_, fields) in enumerate(poses, start=1):
+            self.publish(tick, **fields)
+        rows = self.agreed()
+        self.assertGreater(len(rows), len(poses) // 2)
+        for tick, (state, _) in enumerate(poses, start=1):
+            if tick in rows:
+                self.assertEqual(rows[tick].state, state, rows[tick])
+                if state not in ("drive", "degraded", "arrived"):
+                    self.assertEqual(rows[tick][2:5], (0.0, 0.0, 0.0))
+        return rows
 
     def on_circle(self, angle: float, left: float = 0.0, turned: float = 0.0) -> dict[str, float]:
         """The front axle `left` of the path at this angle, the car `turned` from the path's direction."""
@@ -83,39 +96,25 @@ class SameCommands(unittest.TestCase):
         }
 
     def test_whatever_the_segment_says(self) -> None:
-        segment = self.segment()
-        self.start(segment)
-        self.publish(segment, 1, mode=0)
-        self.publish(segment, 2, mode=1, **self.on_circle(0.0))
-        self.publish(segment, 3, **self.on_circle(0.1, left=0.3))
-        self.publish(segment, 4, **self.on_circle(0.2, turned=-0.2))
-        self.publish(segment, 5, mode=3, **self.on_circle(0.3))
-        self.publish(segment, 6, mode=5)
-        self.publish(segment, 7, mode=2, **self.on_circle(0.4, left=1.5))
-        self.publish(segment, 8, reset_count=1, **self.on_circle(2.5, left=-0.2))
+        self.start()
+        self.expect(
+            [
+                ("initialising", {"mode": 0}),
+                ("drive", {"mode": 1, **self.on_circle(0.0)}),
+                ("drive", self.on_circle(0.1, left=0.3)),
+                ("drive", self.on_circle(0.2, turned=-0.2)),
+                ("degraded", {"mode": 3, **self.on_circle(0.3)}),
+                ("fault", {"mode": 5}),
+                ("lost", {"mode": 2, **self.on_circle(0.4, left=1.5)}),
+                ("drive", {"reset_count": 1, **self.on_circle(2.5, left=-0.2)}),
+            ]
+        )
         for tick in range(20, 80):  # almost a whole round, across the end of the closed path
             angle = 2.5 + 0.1 * (tick - 20)
-            self.publish(
-                segment, tick, **self.on_circle(angle, 0.3 * math.sin(angle), 0.2 * math.cos(angle))
-            )
+            self.publish(tick, **self.on_circle(angle, 0.3 * math.sin(angle), 0.2 * math.cos(angle)))
 
         rows = self.agreed()
         self.assertGreater(len(rows), 40)
-        expected = {
-            1: "initialising",
-            2: "drive",
-            3: "drive",
-            4: "drive",
-            5: "degraded",
-            6: "fault",
-            7: "lost",
-            8: "drive",
-        }
-        for tick, state in expected.items():
-            if tick in rows:
-                self.assertEqual(rows[tick].state, state, rows[tick])
-                if state not in ("drive", "degraded"):
-                    self.assertEqual(rows[tick][2:5], (0.0, 0.0, 0.0))
         self.assertEqual({row.speed for row in rows.values()}, {0.0, 0.5, 1.0})
         # In 20 ms at 1 m/s the tangent leaves a circle of 2 m radius by less than a millimetre.
         for tick, distance in ((2, 0.0), (3, 0.3), (8, -0.2)):
@@ -128,9 +127,8 @@ class SameCommands(unittest.TestCase):
         self.assertGreater(steering.get(8, 1.0), 0.0)
 
     def test_a_pose_beyond_the_lane_stops_them_in_every_mode(self) -> None:
-        segment = self.segment()
-        self.start(segment, "--max-sigma", "0.5", "--max-sigma-yaw", "0.1")
-        sure = {"variance_x": 0.01, "variance_y": 0.01, "variance_yaw": 0.0001}
+        self.start("--max-sigma", "0.5", "--max-sigma-yaw", "0.1")
+        sure = {"variance_x": 0.01, "variance_y": 0.01, "variance_yaw": 0.0001, "covariance_xy": 0.0}
         poses: list[tuple[str, dict[str, float]]] = [
             ("drive", {"mode": 1}),
             ("degraded", {"mode": 3}),
@@ -146,39 +144,51 @@ class SameCommands(unittest.TestCase):
             ("fault", {"mode": 5, "variance_x": 1.0}),
             ("drive", {"mode": 4}),
         ]
-        for tick, (_, fields) in enumerate(poses, start=1):
-            here = self.on_circle(0.02 * tick, left=0.1)
-            self.publish(segment, tick, **{"covariance_xy": 0.0, **sure, **here, **fields})
-
-        rows = self.agreed()
-        self.assertGreater(len(rows), len(poses) // 2)
-        for tick, (state, _) in enumerate(poses, start=1):
-            if tick not in rows:
-                continue
-            self.assertEqual(rows[tick].state, state, rows[tick])
-            if state == "uncertain":
-                self.assertEqual(rows[tick][2:5], (0.0, 0.0, 0.0))
+        self.expect(
+            [
+                (state, {**sure, **self.on_circle(0.02 * i, left=0.1), **fields})
+                for i, (state, fields) in enumerate(poses)
+            ]
+        )
 
     def test_they_stop_where_nobody_says_how_wide_the_lane_is(self) -> None:
-        segment = self.segment()
-        self.start(segment)
-        self.publish(segment, 1, mode=3, **self.on_circle(0.1), variance_x=0.25**2)
-        self.publish(segment, 2, mode=3, **self.on_circle(0.1), variance_x=0.35**2)
-        self.publish(segment, 3, mode=3, **self.on_circle(0.1), variance_x=0.0, variance_yaw=0.25**2)
-        expected = {1: "degraded", 2: "uncertain", 3: "uncertain"}
-        for tick, row in self.agreed().items():
-            self.assertEqual(row.state, expected[tick], row)
+        self.start()
+        here: dict[str, float] = {"mode": 3, **self.on_circle(0.1)}
+        self.expect(
+            [
+                ("degraded", {**here, "variance_x": 0.25**2}),
+                ("uncertain", {**here, "variance_x": 0.35**2}),
+                ("uncertain", {**here, "variance_x": 0.0, "variance_yaw": 0.25**2}),
+            ]
+        )
 
     def test_an_open_path_with_speeds_ends(self) -> None:
         self.path.write_text("speed,x,y\n0.0,0,0\n0.5,0,0\n0.75,1,0\n1.0,2,0\n")
-        segment = self.segment()
-        self.start(segment, "--delay", "0.1")
-        self.publish(segment, 1, mode=1, x=-0.2, vx=1.0)
-        self.publish(segment, 2, x=0.7)
-        self.publish(segment, 3, x=2.0)
-        expected = {1: ("drive", 0.5), 2: ("drive", 0.75), 3: ("arrived", 0.0)}
-        for tick, row in self.agreed().items():
-            self.assertEqual((row.state, row.speed), expected[tick])
+        self.start("--delay", "0.1")
+        rows = self.expect(
+            [
+                ("drive", {"mode": 1, "x": -0.2, "vx": 1.0}),
+                ("drive", {"x": 0.7}),
+                ("arrived", {"x": 2.0}),
+            ]
+        )
+        for tick, row in rows.items():
+            self.assertEqual(row.speed, (0.5, 0.75, 0.0)[tick - 1])
+
+    def test_they_stop_while_the_daemon_is_silent_and_go_on_with_the_next(self) -> None:
+        self.start()
+        self.publish(1, mode=1, **self.on_circle(0.1))
+        self.segment.kill()
+        for controller in self.controllers:
+            support.await_(lambda: controller.rows()[-1].state == "silent", controller.describe)
+            self.assertEqual(controller.rows()[-1][2:4], (0.0, 0.0))
+        before = {controller.rows()[-1].instance for controller in self.controllers}
+        self.assertEqual(len(before), 1)
+        self.open_segment()
+        self.publish(2, mode=1, reset_count=4, **self.on_circle(0.1))
+        for controller in self.controllers:
+            row = next(r for r in controller.rows() if r.tick == self.first + 2)
+            self.assertEqual((row.state, row.reset_count, row.instance in before), ("drive", 4, False))
 
     def test_a_path_that_is_none_is_refused_in_one_line(self) -> None:
         for text in ("", "a,b\n1,2\n", "x,y\n1,2\n", "x,y\n1,2\n3,nonsense\n", "x,y\n1,2\n3\n"):

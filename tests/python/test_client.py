@@ -68,6 +68,12 @@ class ClientTest(DirectoryTest):
         self.addCleanup(segment.kill)
         return segment
 
+    def opened(self, **fields: float) -> tuple[support.Segment, odom.Client]:
+        """A segment with one pose, and its client."""
+        segment = self.segment()
+        segment.publish(**fields)
+        return segment, self.client()
+
     def client(self) -> odom.Client:
         client = odom.Client(self.path)
         self.addCleanup(client.close)
@@ -118,9 +124,7 @@ class ClientTest(DirectoryTest):
         self.assertAlmostEqual(client.predict(now + 70_000_000).x, 0.07, places=9)
 
     def test_a_pose_is_predicted_at_most_100_ms_ahead(self) -> None:
-        segment = self.segment()
-        segment.publish(x=1.0, yaw=math.pi / 2, vx=2.0, variance_x=0.01, reset_count=4)
-        pose = self.client().latest()
+        pose = self.opened(x=1.0, yaw=math.pi / 2, vx=2.0, variance_x=0.01, reset_count=4)[1].latest()
         ahead = odom.predict(pose, pose.time_ns + 100_000_000)
         self.assertAlmostEqual(ahead.x, 1.0, places=9)
         self.assertAlmostEqual(ahead.y, 0.2, places=9)
@@ -132,9 +136,7 @@ class ClientTest(DirectoryTest):
         self.assert_status(odom.Status.NO_POSE, odom.predict, lost, pose.time_ns)
 
     def test_a_wait_ends_with_the_next_pose_while_other_threads_run(self) -> None:
-        segment = self.segment()
-        segment.publish(x=1.0)
-        client = self.client()
+        segment, client = self.opened(x=1.0)
         first = client.latest()
         arrived: list[odom.Pose] = []
         waiter = threading.Thread(target=lambda: arrived.append(client.wait(first, support.TIMEOUT)))
@@ -184,9 +186,7 @@ class ClientTest(DirectoryTest):
         self.assertEqual((raw.tick, raw.x), (2, 2.0))
 
     def test_silence_raises_and_carries_the_last_pose(self) -> None:
-        segment = self.segment()
-        segment.publish(x=1.0, gyro_bias=0.5)
-        client = self.client()
+        segment, client = self.opened(x=1.0, gyro_bias=0.5)
         segment.silence()
         self.assertTrue(client.stale)
         with self.assertRaises(odom.StaleError) as caught:
@@ -261,9 +261,7 @@ class ClientTest(DirectoryTest):
         client.close()
 
     def test_a_forked_child_has_a_client_of_its_own(self) -> None:
-        segment = self.segment()
-        segment.publish(x=1.0)
-        client = self.client()
+        segment, client = self.opened(x=1.0)
         ours, theirs = os.pipe()
         child = os.fork()
         if child == 0:
