@@ -51,13 +51,6 @@ std::pair<int, int> head(const E2eBinding& from, int frames, Payload payload = {
 
 using Head = std::pair<int, int>;
 
-TEST(Crc8, HasTheCheckValuesOfItsCatalogue) {
-  const std::string text = "123456789";
-  const std::vector<std::uint8_t> bytes(text.begin(), text.end());
-  EXPECT_EQ(CrcJ1850::update(0xFF, bytes) ^ 0xFF, 0x4B);  // CRC-8/SAE-J1850
-  EXPECT_EQ(CrcH2f::update(0xFF, bytes) ^ 0xFF, 0xDF);    // CRC-8/AUTOSAR
-}
-
 TEST(E2eProtect, YieldsThePublishedVectorsOfProfile1And11) {
   for (const E2eProfile profile : {E2eProfile::p01, E2eProfile::p11})
     for (const auto& [mode, first, second] :

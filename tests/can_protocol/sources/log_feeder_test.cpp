@@ -77,6 +77,12 @@ struct Piped {
   LogFeeder feeder{fifo.path(), buses, clock};
 };
 
+std::string line_at(std::int64_t stamp_ns) {
+  std::string text;
+  append_candump_line(text, {.time_ns = stamp_ns}, "can0");
+  return text;
+}
+
 // The clock of the log ----------------------------------------------------------------------------
 
 TEST(AlignedRelease, PutsMultiplesOfThePeriodOnTicks) {
@@ -122,10 +128,8 @@ TEST(LogFeeder, KeepsTheStampsDistancesAndTheTicksOfAReplay) {
   std::string text;
   std::vector<std::int64_t> stamps;
   for (int i = 0; i < 40; ++i) {
-    Frame frame;
-    frame.time_ns = 1'760'000'000'003'000'000 + i * 777'000LL;
-    stamps.push_back(frame.time_ns);
-    append_candump_line(text, frame, "can0");
+    stamps.push_back(1'760'000'000'003'000'000 + i * 777'000LL);
+    text += line_at(stamps.back());
   }
   const std::int64_t first_tick = monotonic_now() + 1'234'567;
   Played log(text, first_tick);
@@ -242,8 +246,7 @@ TEST(LogFeeder, FollowsALivePipeWhoseClockIsSet) {
   std::int64_t stamp_ms = 1'700'000'000'000;
   const auto live_frames = [&] {
     for (int i = 0; i < 20; ++i, stamp_ms += 5) {
-      pipe.fifo.write("(" + std::to_string(stamp_ms / 1000) + "." +
-                      std::to_string(1000 + stamp_ms % 1000).substr(1) + "000) can0 100#01\n");
+      pipe.fifo.write(line_at(stamp_ms * 1'000'000));
       const auto frames = drain(pipe.feeder, 1);
       ASSERT_EQ(frames.size(), 1U);
       EXPECT_LT(std::abs(frames[0].time_ns - monotonic_now()), 10'000'000'000);
@@ -258,14 +261,6 @@ TEST(LogFeeder, FollowsALivePipeWhoseClockIsSet) {
   EXPECT_EQ(pipe.feeder.counters().clock_steps.get(), 2U);
   EXPECT_THAT(pipe.feeder.warnings(),
               Contains(HasSubstr("the clock of the time stamps was stepped by 35")));
-}
-
-std::string line_at(std::int64_t stamp_ns) {
-  std::string text;
-  Frame frame;
-  frame.time_ns = stamp_ns;
-  append_candump_line(text, frame, "can0");
-  return text;
 }
 
 /// The final delay between arrival and release of a line in a live pipe. The sender's clock is
