@@ -28,10 +28,7 @@ void decode_and_encode(const Database& database, const Message& message) {
   }
   try {
     Decoder decoder(std::span(&database, 1), bindings, {}, {});
-    Frame frame;
-    frame.id = message.id;
-    frame.format = message.format;
-    frame.length = message.length;
+    Frame frame{.id = message.id, .format = message.format, .length = message.length};
     std::array<Sample, max_samples_per_frame> samples;
     for (const std::uint8_t fill : std::array<std::uint8_t, 3>{0x00, 0xFF, 0x5A}) {
       frame.data.fill(fill);

@@ -29,10 +29,8 @@ constexpr std::uint64_t ticks = 6;
 void drive(daemon::Pipeline& pipeline, std::int64_t now_ns) {
   constexpr double one = 1.0;
   for (std::size_t i = 0; i < signals.size(); ++i) {
-    can::Frame frame;
-    frame.id = 256U + static_cast<std::uint32_t>(i);
-    frame.length = 8;
-    frame.time_ns = now_ns - 1'000'000;
+    can::Frame frame{
+        .time_ns = now_ns - 1'000'000, .id = 256U + static_cast<std::uint32_t>(i), .length = 8};
     std::memcpy(frame.data.data(), &one, sizeof one);
     pipeline.take(frame, now_ns);
   }

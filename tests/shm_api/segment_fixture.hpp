@@ -89,14 +89,9 @@ inline void publish_patterned(Writer& writer, std::uint64_t tick, std::int64_t t
 
 /// A plausible pose: 1 m/s along x, valid at tick * period.
 inline odom_pose moving_pose(std::uint64_t tick) {
-  odom_pose pose{};
-  pose.tick = tick;
-  pose.time_ns = static_cast<std::int64_t>(tick) * period_ns;
-  pose.x = static_cast<double>(pose.time_ns) * 1e-9;
-  pose.odom_x = pose.x;
-  pose.vx = 1.0;
-  pose.mode = ODOM_TRACKING;
-  return pose;
+  const auto time_ns = static_cast<std::int64_t>(tick) * period_ns;
+  const double x = static_cast<double>(time_ns) * 1e-9;
+  return {.tick = tick, .time_ns = time_ns, .x = x, .odom_x = x, .vx = 1.0, .mode = ODOM_TRACKING};
 }
 
 struct CloseClient {

@@ -61,15 +61,14 @@ class Daemon {
 };
 
 odom_camera_message seen_pose() {
-  odom_camera_message message{};
-  message.clock = ODOM_CLOCK_REALTIME;
-  message.capture_ns = 1'700'000'000'123'456'789;
-  message.x = 1.5;
-  message.y = -2.5;
-  message.yaw = 0.25;
-  message.sigma_x = message.sigma_y = 0.008;
-  message.sigma_yaw = 0.009;
-  return message;
+  return {.clock = ODOM_CLOCK_REALTIME,
+          .capture_ns = 1'700'000'000'123'456'789,
+          .x = 1.5,
+          .y = -2.5,
+          .yaw = 0.25,
+          .sigma_x = 0.008,
+          .sigma_y = 0.008,
+          .sigma_yaw = 0.009};
 }
 
 class CameraSender : public ::testing::Test {

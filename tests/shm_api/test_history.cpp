@@ -33,23 +33,25 @@ constexpr double sideslip = 0.3;
 
 // A circle at constant speed: v = 2 m/s, yaw rate 3 rad/s.
 odom_pose circling_pose(std::uint64_t tick) {
-  odom_pose pose{};
-  pose.tick = tick;
-  pose.time_ns = static_cast<std::int64_t>(tick) * period_ns;
-  const double course = 3.0 * static_cast<double>(pose.time_ns) * 1e-9;
-  pose.yaw = course - sideslip;
-  pose.x = 2.0 / 3.0 * std::sin(course);
-  pose.y = -2.0 / 3.0 * std::cos(course);
-  pose.odom_yaw = pose.yaw;
-  pose.odom_x = pose.x + 10.0;
-  pose.odom_y = pose.y;
-  pose.vx = 2.0 * std::cos(sideslip);
-  pose.vy = 2.0 * std::sin(sideslip);
-  pose.yaw_rate = 3.0;
-  pose.accel_y = static_cast<double>(tick);
-  pose.covariance[0] = static_cast<double>(tick);
-  pose.mode = ODOM_TRACKING;
-  return pose;
+  const auto time_ns = static_cast<std::int64_t>(tick) * period_ns;
+  const double course = 3.0 * static_cast<double>(time_ns) * 1e-9;
+  const double x = 2.0 / 3.0 * std::sin(course);
+  const double y = -2.0 / 3.0 * std::cos(course);
+  const auto number = static_cast<double>(tick);
+  return {.tick = tick,
+          .time_ns = time_ns,
+          .x = x,
+          .y = y,
+          .yaw = course - sideslip,
+          .odom_x = x + 10.0,
+          .odom_y = y,
+          .odom_yaw = course - sideslip,
+          .vx = 2.0 * std::cos(sideslip),
+          .vy = 2.0 * std::sin(sideslip),
+          .yaw_rate = 3.0,
+          .accel_y = number,
+          .covariance = {number},
+          .mode = ODOM_TRACKING};
 }
 
 double distance_from_circle(const odom_pose& p) {

@@ -15,25 +15,22 @@ struct Motion {
 };
 
 odom_pose pose_with(const Motion& m) {
-  odom_pose p{};
-  p.tick = 42;
-  p.time_ns = 1'000'000'000;
-  p.x = 3.0;
-  p.y = -2.0;
-  p.yaw = 0.7;
-  p.odom_x = -5.0;
-  p.odom_y = 6.0;
-  p.odom_yaw = -2.1;
-  p.vx = m.vx;
-  p.vy = m.vy;
-  p.yaw_rate = m.yaw_rate;
-  p.vx_dot = m.vx_dot;
-  p.vy_dot = m.vy_dot;
-  p.yaw_accel = m.yaw_accel;
-  p.covariance[0] = p.covariance[3] = 1e-4;
-  p.covariance[5] = 1e-4;
-  p.mode = ODOM_TRACKING;
-  return p;
+  return {.tick = 42,
+          .time_ns = 1'000'000'000,
+          .x = 3.0,
+          .y = -2.0,
+          .yaw = 0.7,
+          .odom_x = -5.0,
+          .odom_y = 6.0,
+          .odom_yaw = -2.1,
+          .vx = m.vx,
+          .vy = m.vy,
+          .yaw_rate = m.yaw_rate,
+          .vx_dot = m.vx_dot,
+          .vy_dot = m.vy_dot,
+          .yaw_accel = m.yaw_accel,
+          .covariance = {1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4},
+          .mode = ODOM_TRACKING};
 }
 
 struct Point {
@@ -146,13 +143,7 @@ TEST(Predict, YawUncertaintySwingsThePath) {
 // Checks of a controller before it uses a pose --------------------------------------------------
 
 odom_pose pose_with_covariance(double xx, double xy, double yy) {
-  odom_pose pose{};
-  pose.covariance[0] = xx;
-  pose.covariance[1] = xy;
-  pose.covariance[3] = yy;
-  pose.covariance[2] = pose.covariance[4] = 7.0;  // must not matter: yaw
-  pose.covariance[5] = 9.0;
-  return pose;
+  return {.covariance = {xx, xy, 7.0, yy, 7.0, 9.0}};  // the yaw's must not matter
 }
 
 TEST(PositionSigma, IsTheAxisOfACovarianceAlongTheAxes) {

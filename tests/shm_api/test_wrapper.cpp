@@ -56,22 +56,22 @@ TEST_F(Wrapper, InPlaceAccessorsReadTheirFields) {
   auto client = odom::Client::open(path.c_str());
   odom_pose seen{};
   ASSERT_EQ(client->read_in_place([&](const odom::View& view) {
-    seen.tick = view.tick();
-    seen.time_ns = view.time_ns();
-    seen.x = view.x();
-    seen.y = view.y();
-    seen.yaw = view.yaw();
-    seen.odom_x = view.odom_x();
-    seen.odom_y = view.odom_y();
-    seen.odom_yaw = view.odom_yaw();
-    seen.vx = view.vx();
-    seen.vy = view.vy();
-    seen.yaw_rate = view.yaw_rate();
-    seen.steering = view.steering();
-    seen.mode = static_cast<std::uint32_t>(view.mode());
-    seen.conditions = view.conditions();
-    seen.reset_count = view.reset_count();
-    seen.health = view.health();
+    seen = {.tick = view.tick(),
+            .time_ns = view.time_ns(),
+            .x = view.x(),
+            .y = view.y(),
+            .yaw = view.yaw(),
+            .odom_x = view.odom_x(),
+            .odom_y = view.odom_y(),
+            .odom_yaw = view.odom_yaw(),
+            .vx = view.vx(),
+            .vy = view.vy(),
+            .yaw_rate = view.yaw_rate(),
+            .steering = view.steering(),
+            .mode = static_cast<std::uint32_t>(view.mode()),
+            .conditions = view.conditions(),
+            .reset_count = view.reset_count(),
+            .health = view.health()};
   }),
             ODOM_OK);
   EXPECT_TRUE(is_same(seen, pose));

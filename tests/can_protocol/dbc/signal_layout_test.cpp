@@ -45,11 +45,9 @@ void slow_insert(const std::vector<unsigned>& bits, std::uint64_t value, Payload
 }
 
 SignalLayout layout(unsigned start, unsigned length, ByteOrder order) {
-  Signal signal;
-  signal.start_bit = static_cast<std::uint16_t>(start);
-  signal.length = static_cast<std::uint8_t>(length);
-  signal.byte_order = order;
-  return layout_of(signal);
+  return layout_of({.start_bit = static_cast<std::uint16_t>(start),
+                    .length = static_cast<std::uint8_t>(length),
+                    .byte_order = order});
 }
 
 Payload random_payload(std::mt19937_64& random) {
@@ -139,11 +137,7 @@ TEST(SignalLayout, RoundsToTheNearestRawValueAndSaturates) {
 TEST(AsWritten, HasTheDecimalsOfFactorAndOffsetIfTheyDescribeTheValue) {
   const auto scaled = [](double scale, double offset = 0.0,
                          ValueType type = ValueType::signed_integer) {
-    SignalLayout signal;
-    signal.scale = scale;
-    signal.offset = offset;
-    signal.type = type;
-    return signal;
+    return SignalLayout{.scale = scale, .offset = offset, .type = type};
   };
   const std::tuple<SignalLayout, double, double> cases[]{
       {scaled(0.0005), -235 * 0.0005, -0.1175},

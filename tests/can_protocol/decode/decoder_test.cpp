@@ -59,11 +59,10 @@ class Rig {
 };
 
 Frame raw_frame(std::uint32_t id, IdFormat format, std::vector<std::uint8_t> payload) {
-  Frame frame;
-  frame.time_ns = 1'000;
-  frame.id = id;
-  frame.format = format;
-  frame.length = static_cast<std::uint8_t>(payload.size());
+  Frame frame{.time_ns = 1'000,
+              .id = id,
+              .format = format,
+              .length = static_cast<std::uint8_t>(payload.size())};
   std::copy(payload.begin(), payload.end(), frame.data.begin());
   return frame;
 }

@@ -31,14 +31,12 @@ Message message() {
 }
 
 E2eBinding binding(E2eProfile profile) {
-  E2eBinding result;
-  result.message = "A";
-  result.profile = profile;
-  result.data_id = 0x123;
-  result.crc_signal = "CRC";
-  result.counter_signal = "Counter";
-  result.data_id_list.resize(16);
-  return result;
+  return {.message = "A",
+          .profile = profile,
+          .data_id = 0x123,
+          .data_id_list = std::vector<std::uint8_t>(16),
+          .crc_signal = "CRC",
+          .counter_signal = "Counter"};
 }
 
 /// Bytes 0 and 1 of a zero payload after protecting `frames` frames.

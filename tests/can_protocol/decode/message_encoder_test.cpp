@@ -60,12 +60,11 @@ TEST(MessageEncoder, RefusesWhatItCannotSend) {
 TEST(MessageEncoder, SendsProtectedFramesOfOurOwnBus) {
   const Database bus = read_dbc(ODOMD_SOURCE_DIR "/can_protocol/odomd.dbc");
   for (const Message& sent : bus.messages) {
-    E2eBinding e2e;
-    e2e.message = sent.name;
-    e2e.profile = E2eProfile::p01;
-    e2e.data_id = static_cast<std::uint16_t>(sent.id);
-    e2e.crc_signal = sent.name + "_CRC";
-    e2e.counter_signal = sent.name + "_Counter";
+    const E2eBinding e2e{.message = sent.name,
+                         .profile = E2eProfile::p01,
+                         .data_id = static_cast<std::uint16_t>(sent.id),
+                         .crc_signal = sent.name + "_CRC",
+                         .counter_signal = sent.name + "_Counter"};
     MessageEncoder encoder(sent, e2e);
     const E2eProtection receiver(sent, e2e);
     E2eState state;

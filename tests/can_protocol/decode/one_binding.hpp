@@ -12,12 +12,10 @@ namespace odomd::can {
 
 inline SignalBinding binding_of(std::string message, std::string signal,
                                 std::uint16_t channel = 0) {
-  SignalBinding binding;
-  binding.channel = channel;
-  binding.role = "role_" + std::to_string(channel);
-  binding.message = std::move(message);
-  binding.signals = {std::move(signal)};
-  return binding;
+  return {.channel = channel,
+          .role = "role_" + std::to_string(channel),
+          .message = std::move(message),
+          .signals = {std::move(signal)}};
 }
 
 /// Why the bindings are refused; empty if accepted.
@@ -56,13 +54,11 @@ inline SignalBinding bind(std::uint16_t channel, std::string message, std::strin
 
 /// Protects the message IMU of `car`.
 inline E2eBinding imu_protection() {
-  E2eBinding e2e;
-  e2e.message = "IMU";
-  e2e.profile = E2eProfile::p01;
-  e2e.data_id = 0x1A0;
-  e2e.crc_signal = "CRC";
-  e2e.counter_signal = "Counter";
-  return e2e;
+  return {.message = "IMU",
+          .profile = E2eProfile::p01,
+          .data_id = 0x1A0,
+          .crc_signal = "CRC",
+          .counter_signal = "Counter"};
 }
 
 }  // namespace odomd::can

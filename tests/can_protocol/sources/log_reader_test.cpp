@@ -100,14 +100,12 @@ TEST(LogReader, RefusesWhatIsNoReadableFile) {
 
 TEST(LogReader, ReadsLinesAcrossItsBuffersEdge) {
   std::string text;
-  constexpr int frames = 20'000;  // fills several buffers
-  for (int i = 0; i < frames; ++i) {
-    Frame frame;
-    frame.time_ns = i * 1'000'000LL;
-    frame.id = static_cast<std::uint32_t>(i % 0x7FF);
-    frame.length = static_cast<std::uint8_t>(i % 9);
-    append_candump_line(text, frame, "can0");
-  }
+  constexpr std::uint32_t frames = 20'000;  // fills several buffers
+  for (std::uint32_t i = 0; i < frames; ++i)
+    append_candump_line(
+        text,
+        {.time_ns = i * 1'000'000LL, .id = i % 0x7FF, .length = static_cast<std::uint8_t>(i % 9)},
+        "can0");
   const TemporaryFile file("drive.log", text);
   BusNames buses;
   std::string written;

@@ -15,12 +15,7 @@ class StampGuardTest : public testing::Test {
  protected:
   StampVerdict check(std::int64_t time_ns, std::uint32_t id = 0x120, std::uint8_t bus = 0,
                      IdFormat format = IdFormat::standard) {
-    Frame frame;
-    frame.time_ns = time_ns;
-    frame.id = id;
-    frame.bus = bus;
-    frame.format = format;
-    return guard_->check(frame, now);
+    return guard_->check({.time_ns = time_ns, .id = id, .format = format, .bus = bus}, now);
   }
   std::unique_ptr<StampGuard> guard_ = std::make_unique<StampGuard>();
 };
