@@ -8,6 +8,7 @@
 
 #include <odom/odom.hpp>
 
+#include "base/file_descriptor.hpp"
 #include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
@@ -16,39 +17,30 @@ namespace {
 
 class Daemon {
  public:
-  explicit Daemon(const std::string& path)
-      : path_(path), listener_(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0)) {
+  explicit Daemon(const std::string& path) : path_(path) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     path.copy(address.sun_path, sizeof address.sun_path - 1);
-    if (bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
-        listen(listener_, 4) != 0)
+    if (bind(listener_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+        listen(listener_.get(), 4) != 0)
       throw std::runtime_error("bind " + path);
   }
-  ~Daemon() {
-    if (connection_ >= 0) close(connection_);
-    close(listener_);
-    unlink(path_.c_str());
-  }
+  ~Daemon() { unlink(path_.c_str()); }
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
 
   void accept_one() {
-    close_one();
-    connection_ = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
+    connection_ = FileDescriptor(accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC));
   }
-  void close_one() {
-    if (connection_ >= 0) close(connection_);
-    connection_ = -1;
-  }
+  void close_one() { connection_ = FileDescriptor(); }
   void refuse_one(std::int32_t reason) {
     accept_one();
-    EXPECT_EQ(::send(connection_, &reason, sizeof reason, MSG_NOSIGNAL), 4);
+    EXPECT_EQ(::send(connection_.get(), &reason, sizeof reason, MSG_NOSIGNAL), 4);
     close_one();
   }
   [[nodiscard]] odom_camera_message receive() const {
     std::array<char, 256> bytes{};
-    EXPECT_EQ(recv(connection_, bytes.data(), bytes.size(), MSG_DONTWAIT), 80);
+    EXPECT_EQ(recv(connection_.get(), bytes.data(), bytes.size(), MSG_DONTWAIT), 80);
     odom_camera_message message{};
     std::memcpy(&message, bytes.data(), sizeof message);
     return message;
@@ -56,8 +48,8 @@ class Daemon {
 
  private:
   std::string path_;
-  int listener_;
-  int connection_ = -1;
+  FileDescriptor listener_{socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0)};
+  FileDescriptor connection_;
 };
 
 odom_camera_message seen_pose() {

@@ -1,15 +1,37 @@
-// The segment as a whole, compared with images that ABI 1.0 and 1.1 wrote: today's writer
-// reproduces the newest, and clients read all. test_abi.cpp pins the constants of the layout.
+// The layout is a contract with programs that were built years ago: fields and constants are
+// pinned, and the segment as a whole is compared with images that ABI 1.0 and 1.1 wrote. Today's
+// writer reproduces the newest, and clients read all.
 #include <sys/stat.h>
+#include <cstddef>
 #include <cstring>
 #include <fstream>
 
 #include "shm_api/layout/slot.h"
 #include "tests/gtest.hpp"
+#include "tests/shm_api/pinned_layout.h"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_layout {
 namespace {
+
+// A change that fails here breaks programs that were built years ago.
+TEST(Abi, StructsArePinned) {
+#define FIELD(name, offset) EXPECT_EQ(offsetof(Struct, name), std::size_t{offset});
+#define STRUCT(name, size, FIELDS)                \
+  {                                               \
+    using Struct = name;                          \
+    EXPECT_EQ(sizeof(Struct), std::size_t{size}); \
+    FIELDS(FIELD)                                 \
+  }
+  PINNED_STRUCTS(STRUCT)
+}
+
+// A new value may be appended to an enum (ODOM_SOURCE_COUNT rises); existing values never change.
+TEST(Abi, NumbersArePinned) {
+#define CONSTANT(name, value) EXPECT_EQ(ODOM_##name, value);
+  PINNED_CONSTANTS(CONSTANT)
+  PINNED_WORDS(CONSTANT)
+}
 
 std::vector<std::uint64_t> words_of(const std::string& path) {
   const std::string bytes = contents(path);

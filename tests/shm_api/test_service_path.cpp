@@ -8,6 +8,7 @@
 #include <fstream>
 #include <optional>
 
+#include "base/file_descriptor.hpp"
 #include "shm_api/libodom/service.h"
 #include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
@@ -91,15 +92,13 @@ class Listener {
   explicit Listener(const std::string& path) {
     sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
     path.copy(static_cast<char*>(address.sun_path), sizeof address.sun_path - 1);
-    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-    EXPECT_EQ(::listen(socket_, 1), 0);
+    const auto* const generic = reinterpret_cast<const sockaddr*>(&address);
+    EXPECT_EQ(::bind(socket_.get(), generic, sizeof address), 0);
+    EXPECT_EQ(::listen(socket_.get(), 1), 0);
   }
-  ~Listener() { ::close(socket_); }
-  Listener(const Listener&) = delete;
-  Listener& operator=(const Listener&) = delete;
 
  private:
-  int socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  FileDescriptor socket_{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
 };
 
 TEST_F(ServicePath, ASocketOfTheUsersOwnDaemonBeatsTheService) {

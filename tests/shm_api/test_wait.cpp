@@ -37,7 +37,6 @@ TEST_F(Wait, EveryWaiterIsWoken) {
     std::atomic<pid_t> thread{0};
     odom_status status = ODOM_INVALID;
     odom_pose pose{};
-    std::int64_t took_ns = 0;
   };
   publish_patterned(writer, 1, 100);
   std::vector<Waiter> waiters(3);
@@ -47,9 +46,7 @@ TEST_F(Wait, EveryWaiterIsWoken) {
     threads.emplace_back([&] {
       const ClientPointer client = open_client(path);
       waiter.thread = static_cast<pid_t>(syscall(SYS_gettid));
-      const std::int64_t start = now_ns();
       waiter.status = odom_wait(client.get(), &waiter.pose, sizeof waiter.pose, 60 * second);
-      waiter.took_ns = now_ns() - start;
     });
   for (const Waiter& waiter : waiters)
     while (waiter.thread == 0 || !sleeps(waiter.thread)) std::this_thread::yield();

@@ -327,17 +327,5 @@ BA_ "SystemMessageLongSymbol" BO_ 1 Long;
   EXPECT_EQ(listing(database), listing(parse(messages)));
 }
 
-TEST(Dbc, ReadsOurOwnBus) {
-  const Database database = read_dbc(ODOMD_SOURCE_DIR "/can_protocol/odomd.dbc");
-  EXPECT_THAT(warnings_of(database), IsEmpty());
-  ASSERT_EQ(database.messages.size(), 4U);
-  for (const Message& message : database.messages) {
-    EXPECT_GE(message.cycle_time_ns, 5'000'000);
-    EXPECT_LE(message.cycle_time_ns, 10'000'000);
-    for (const Signal& signal : message.signals)
-      EXPECT_FALSE(signal.comment.empty() && signal.unit.empty());
-  }
-}
-
 }  // namespace
 }  // namespace odomd::can::dbc_test

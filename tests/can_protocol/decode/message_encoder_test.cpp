@@ -59,12 +59,18 @@ TEST(MessageEncoder, RefusesWhatItCannotSend) {
 
 TEST(MessageEncoder, SendsProtectedFramesOfOurOwnBus) {
   const Database bus = read_dbc(ODOMD_SOURCE_DIR "/can_protocol/odomd.dbc");
+  EXPECT_THAT(bus.warnings, IsEmpty());
+  EXPECT_EQ(bus.messages.size(), 4U);
   for (const Message& sent : bus.messages) {
     const E2eBinding e2e{.message = sent.name,
                          .profile = E2eProfile::p01,
                          .data_id = static_cast<std::uint16_t>(sent.id),
                          .crc_signal = sent.name + "_CRC",
                          .counter_signal = sent.name + "_Counter"};
+    EXPECT_GE(sent.cycle_time_ns, 5'000'000);
+    EXPECT_LE(sent.cycle_time_ns, 10'000'000);
+    for (const Signal& signal : sent.signals)
+      EXPECT_FALSE(signal.comment.empty() && signal.unit.empty());
     MessageEncoder encoder(sent, e2e);
     const E2eProtection receiver(sent, e2e);
     E2eState state;

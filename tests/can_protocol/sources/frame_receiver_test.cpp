@@ -53,6 +53,7 @@ TEST(FromKernel, ReadsEveryKindOfFrame) {
     std::string text;
     if (const auto frame = from_kernel(raw, bytes)) {
       append_candump_line(text, *frame, "can0");
+      EXPECT_EQ(frame->fd_flags, row.flags & CANFD_BRS);
       text = text.substr(text.find("can0 ") + 5, text.size() - text.find("can0 ") - 6);
     }
     EXPECT_EQ(text, row.candump) << row.id << ' ' << int{row.length};
