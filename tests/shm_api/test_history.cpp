@@ -91,7 +91,7 @@ TEST_F(History, BetweenTicksThePoseIsInterpolated) {
 }
 
 TEST_F(History, MissedTicksAreBridged) {
-  // Ticks 61 to 79 were missed: 100 ms between ticks 60 and 80.
+  // Ticks 61 to 79 are missed, 100 ms between ticks 60 and 80; then every other tick.
   for (std::uint64_t tick = 1; tick <= 100; ++tick)
     if (tick <= 60 || tick >= 80) publish(circling_pose(tick));
   for (std::int64_t t = 55 * period_ns; t < 99 * period_ns; t += 1'234'567) {
@@ -100,10 +100,7 @@ TEST_F(History, MissedTicksAreBridged) {
   }
   ASSERT_EQ(at(70 * period_ns), ODOM_OK);
   EXPECT_EQ(pose.tick, 60U);
-}
-
-TEST_F(History, EveryOtherTickMissing) {
-  for (std::uint64_t tick = 2; tick <= 200; tick += 2) publish(circling_pose(tick));
+  for (std::uint64_t tick = 102; tick <= 200; tick += 2) publish(circling_pose(tick));
   for (std::int64_t t = 150 * period_ns; t <= 200 * period_ns; t += 999'999) {
     ASSERT_EQ(at(t), ODOM_OK) << t;
     EXPECT_LT(distance_from_circle(pose), 1e-6);

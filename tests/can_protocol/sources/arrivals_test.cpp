@@ -2,6 +2,7 @@
 #include "can_protocol/sources/arrivals.hpp"
 
 #include <functional>
+#include <optional>
 #include <random>
 
 #include "can_protocol/sources/live_stamps.hpp"
@@ -115,55 +116,42 @@ TEST(Arrivals, KeepTheClockThatAnotherPipeIsInTimeWith) {
 
 // Steps of the clock that stamps a live log ----------------------------------------------------
 
-using Input = LiveStamps::Input;
-
-class LiveStampsTest : public testing::Test {
- protected:
-  /// Ten frames at intervals of 10 ms.
-  void run(Input input) {
-    for (int i = 0; i < 10; ++i) {
-      stamp_ += s / 100;
-      now_ += s / 100;
-      stamps_.read(input);
-      EXPECT_FALSE(stamps_.step(stamp_, now_));
+TEST(LiveStamps, SeparateStepsOfTheClockFromPausesOfTheBus) {
+  using Input = LiveStamps::Input;
+  struct Frame {
+    std::int64_t stamp;  ///< after the stamp of the frame before
+    std::int64_t now;    ///< after its arrival
+    std::optional<std::int64_t> step;
+  };
+  struct {
+    Input input;
+    std::vector<std::vector<Frame>> sequences;  ///< each after ten frames at intervals of 10 ms
+  } const cases[]{
+      {Input::waited_for,
+       {{{3600 * s, 0, 3600 * s}},
+        {{-7200 * s, 0, -7200 * s}},
+        {{2 * s, 0, 2 * s}},
+        {{3600 * s, 3600 * s, {}}},                                    // a pause
+        {{10 * ms, 20 * s, {}}, {10 * ms, 0, {}}, {-s / 2, 0, {}}}}},  // kept back, out of order
+      {Input::ready, {{{3600 * s, 0, {}}, {-3600 * s, 0, {}}}}},       // a log that is piped in
+  };
+  for (const auto& [input, sequences] : cases) {
+    LiveStamps stamps;
+    std::int64_t stamp = stamp_zero;
+    std::int64_t now = 5000 * s;
+    stamps.read(Input::waited_for);  // waits for the pipe to open
+    for (const auto& frames : sequences) {
+      for (int i = 0; i < 10; ++i) {
+        stamps.read(input);
+        EXPECT_FALSE(stamps.step(stamp += 10 * ms, now += 10 * ms));
+      }
+      for (const Frame& frame : frames)
+        EXPECT_EQ(stamps.step(stamp += frame.stamp, now += frame.now), frame.step) << frame.stamp;
     }
   }
-  LiveStamps stamps_;
-  std::int64_t stamp_ = stamp_zero;
-  std::int64_t now_ = 5000 * s;
-};
-
-TEST_F(LiveStampsTest, AClockThatIsSetIsNoticedInEitherDirection) {
-  run(Input::waited_for);
-  EXPECT_EQ(stamps_.step(stamp_ += 3600 * s, now_), 3600 * s);
-  run(Input::waited_for);
-  EXPECT_EQ(stamps_.step(stamp_ -= 7200 * s, now_), -7200 * s);
-  run(Input::waited_for);
-  EXPECT_EQ(stamps_.step(stamp_ += 2 * s, now_), 2 * s);
-}
-
-TEST_F(LiveStampsTest, APauseOfTheBusIsNoStep) {
-  run(Input::waited_for);
-  EXPECT_FALSE(stamps_.step(stamp_ += 3600 * s, now_ += 3600 * s));
-}
-
-TEST_F(LiveStampsTest, FramesThatWereKeptBackAreNoStep) {
-  run(Input::waited_for);
-  EXPECT_FALSE(stamps_.step(stamp_ += s / 100, now_ += 20 * s));
-  EXPECT_FALSE(stamps_.step(stamp_ += s / 100, now_));
-  EXPECT_FALSE(stamps_.step(stamp_ -= s / 2, now_));  // a frame out of order: no step either
-}
-
-TEST_F(LiveStampsTest, ALogThatIsPipedInKeepsItsPauses) {
-  stamps_.read(Input::waited_for);  // waits for the pipe to open
-  run(Input::ready);
-  EXPECT_FALSE(stamps_.step(stamp_ += 3600 * s, now_));
-  EXPECT_FALSE(stamps_.step(stamp_ -= 3600 * s, now_));
-}
-
-TEST_F(LiveStampsTest, TheFirstStampIsNoStep) {
-  for (int i = 0; i < 8; ++i) stamps_.read(Input::waited_for);
-  EXPECT_FALSE(stamps_.step(stamp_zero, now_));
+  LiveStamps first;
+  for (int i = 0; i < 8; ++i) first.read(Input::waited_for);
+  EXPECT_FALSE(first.step(stamp_zero, 5000 * s));
 }
 
 }  // namespace

@@ -44,9 +44,7 @@ void await_end(FrameSource& source) {
 
 class Fifo {
  public:
-  Fifo() : place_("unused", ""), path_((place_.directory() / "bus.log").string()) {
-    EXPECT_EQ(::mkfifo(path_.c_str(), 0600), 0);
-  }
+  Fifo() { EXPECT_EQ(::mkfifo(path_.c_str(), 0600), 0); }
   void open_writer() { writer_ = FileDescriptor(::open(path_.c_str(), O_WRONLY | O_CLOEXEC)); }
   void close_writer() { writer_ = FileDescriptor(); }
   void write(std::string_view text) const {
@@ -55,8 +53,8 @@ class Fifo {
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
-  TemporaryFile place_;
-  std::string path_;
+  Scratch place_;
+  std::string path_ = place_.path("bus.log");
   FileDescriptor writer_;
 };
 

@@ -145,15 +145,6 @@ TEST(MergedLog, KnowsWhereItsNewestFrameCameFrom) {
   }
 }
 
-TEST(MergedLog, KeepsTheOrderOfALogThatRunsBackwards) {
-  const TemporaryFile file("drive.log",
-                           "(5.000000) can0 000#\n(1.000000) can0 001#\n(6.000000) can0 002#\n");
-  BusNames buses;
-  const std::vector<std::string> paths{file.path()};
-  MergedLog log(paths, buses);
-  for (std::uint32_t id = 0; id < 3; ++id) EXPECT_EQ(log.next()->id, id);
-}
-
 TEST(RealDrives, ReadToTheLastLineAndWriteBackAsTheyAre) {
   std::vector<std::string> drives(recorded::drives.begin(), recorded::drives.end());
   drives.insert(drives.end(), recorded::drives_with_config.begin(),
