@@ -1,5 +1,5 @@
 // The library inside other programs: loaded at run time, inherited by a fork, used by another
-// thread. test_kill.cpp has clients in several threads.
+// thread. test_stress.cpp has clients in several threads.
 #include <dlfcn.h>
 #include <sys/wait.h>
 #include <unistd.h>
