@@ -1,12 +1,12 @@
-"""The module's structs and enums are those of the headers, as the compiler sees them."""
+"""The module's structs and enums are those of the headers, which test_layout.cpp pins."""
 
 from __future__ import annotations
 
 import ctypes
 import enum
-import os
-import subprocess
+import re
 import unittest
+from pathlib import Path
 
 import odom
 from odom import _library, _records
@@ -26,24 +26,27 @@ ENUMS: list[tuple[str, type[enum.IntEnum] | type[enum.IntFlag]]] = [
 ]
 
 
-class Layout(unittest.TestCase):
-    def setUp(self) -> None:
-        output = subprocess.run(
-            [os.environ["ODOMD_LAYOUT"]], check=True, capture_output=True, text=True
-        ).stdout
-        facts = [line.split() for line in output.splitlines()]
-        self.sizes = {f[1]: int(f[2]) for f in facts if f[0] == "struct"}
-        self.fields = {(f[1], f[2]): (int(f[3]), int(f[4])) for f in facts if f[0] == "field"}
-        self.constants = {f[1]: int(f[2]) for f in facts if f[0] == "constant"}
+PINNED = Path(__file__).parent.parent / "shm_api" / "pinned_layout.h"
 
-    def test_every_field_lies_where_the_compiler_puts_it(self) -> None:
-        ours = {
-            (name, field[0]): (getattr(struct, field[0]).offset, getattr(struct, field[0]).size)
-            for name, struct in STRUCTS.items()
-            for field in struct._fields_
-        }
-        self.assertEqual(ours, self.fields)
-        self.assertEqual({name: ctypes.sizeof(s) for name, s in STRUCTS.items()}, self.sizes)
+
+def pinned(name: str) -> dict[str, int]:
+    """The names in a macro of the pinned layout, with their offsets or values."""
+    macro = PINNED.read_text().split(f"#define {name}(X)")[1].split("\n#define")[0].split("/*")[0]
+    return {name: int(value) for name, value in re.findall(r"X\((\w+), (\d+)", macro)}
+
+
+class Layout(unittest.TestCase):
+    def test_every_field_lies_where_it_is_pinned(self) -> None:
+        sizes = pinned("PINNED_STRUCTS")
+        self.assertEqual({name: ctypes.sizeof(s) for name, s in STRUCTS.items()}, sizes)
+        for name, struct in STRUCTS.items():
+            fields = {f[0]: getattr(struct, f[0]) for f in struct._fields_}
+            offsets = pinned(name.replace("odom_", "PINNED_").upper())
+            ends = [*offsets.values(), sizes[name]][1:]  # there is no padding
+            self.assertEqual(
+                {field: (place.offset, place.size) for field, place in fields.items()},
+                {f: (start, end - start) for (f, start), end in zip(offsets.items(), ends)},
+            )
 
     def test_the_records_have_the_fields_of_the_structs(self) -> None:
         for struct, record in [
@@ -56,15 +59,15 @@ class Layout(unittest.TestCase):
             self.assertEqual(names, list(record.__annotations__))
 
     def test_the_enums_have_every_constant(self) -> None:
-        count = self.constants.pop("ODOM_SOURCE_COUNT")
-        self.assertEqual(count, len(odom.Source))
+        constants = {f"ODOM_{name}": value for name, value in pinned("PINNED_CONSTANTS").items()}
+        self.assertEqual(constants.pop("ODOM_SOURCE_COUNT"), len(odom.Source))
         for prefix, members in ENUMS:
-            found = {n: v for n, v in self.constants.items() if n.startswith(prefix)}
+            found = {n: v for n, v in constants.items() if n.startswith(prefix)}
             self.assertEqual({prefix + m.name: m.value for m in members}, found)
             for name in found:
-                del self.constants[name]
+                del constants[name]
         plain = [*odom.Status, *odom.Mode]
-        self.assertEqual({f"ODOM_{m.name}": m.value for m in plain}, self.constants)
+        self.assertEqual({f"ODOM_{m.name}": m.value for m in plain}, constants)
 
     def test_a_pose_survives_the_way_there_and_back(self) -> None:
         raw = _library.PoseStruct()

@@ -6,7 +6,6 @@
 #include <unistd.h>
 #include <atomic>
 #include <chrono>
-#include <fstream>
 #include <thread>
 
 #include "tests/gtest.hpp"
@@ -25,8 +24,7 @@ class Wait : public ::testing::Test {
 };
 
 bool sleeps(pid_t thread) {
-  std::ifstream file("/proc/self/task/" + std::to_string(thread) + "/stat");
-  const std::string line((std::istreambuf_iterator<char>(file)), {});
+  const std::string line = contents("/proc/self/task/" + std::to_string(thread) + "/stat");
   const std::size_t end_of_name = line.rfind(')');
   return end_of_name != std::string::npos && line.size() > end_of_name + 2 &&
          line[end_of_name + 2] == 'S';

@@ -40,25 +40,22 @@ void feed(DeviceClock& clock, const Device& device, std::int64_t from, std::int6
     ASSERT_LE(clock.to_monotonic(device.at(time), time + 10 * us), time + 10 * us);
 }
 
-class DriftingDeviceClock : public testing::TestWithParam<std::int64_t> {};
-
-TEST_P(DriftingDeviceClock, IsFollowedToTheSmallestLatency) {
-  const Device device{-123'456'789'012, GetParam()};
-  DeviceClock clock;
-  Latency latency;
-  std::int64_t worst = 0;
-  for (std::int64_t i = 0; i < 60'000; ++i) {  // one minute with a frame per millisecond
-    const std::int64_t time = 1000 * s + i * ms;
-    const std::int64_t software = time + latency.next();
-    const std::int64_t mapped = clock.to_monotonic(device.at(time), software);
-    ASSERT_LE(mapped, software);
-    if (i > 2000) worst = std::max(worst, std::abs(mapped - time));
+TEST(DeviceClock, IsFollowedToTheSmallestLatency) {
+  for (const std::int64_t drift_per_million : {-100, -50, 0, 50, 100}) {
+    const Device device{-123'456'789'012, drift_per_million};
+    DeviceClock clock;
+    Latency latency;
+    std::int64_t worst = 0;
+    for (std::int64_t i = 0; i < 60'000; ++i) {  // one minute with a frame per millisecond
+      const std::int64_t time = 1000 * s + i * ms;
+      const std::int64_t software = time + latency.next();
+      const std::int64_t mapped = clock.to_monotonic(device.at(time), software);
+      ASSERT_LE(mapped, software);
+      if (i > 2000) worst = std::max(worst, std::abs(mapped - time));
+    }
+    EXPECT_LT(worst, 30 * us) << drift_per_million;
   }
-  EXPECT_LT(worst, 30 * us);
 }
-
-INSTANTIATE_TEST_SUITE_P(PartsPerMillion, DriftingDeviceClock,
-                         testing::Values(-100, -50, 0, 50, 100));
 
 TEST(DeviceClock, FollowsAClockThatJumpsAheadOrStartsOverAtOnce) {
   for (const auto& [origin, later] : {std::pair{0 * s, 7 * s}, {500 * s, 0 * s}}) {

@@ -48,30 +48,22 @@ TEST(LogReader, NumbersTheBusesInTheOrderOfTheirAppearance) {
 }
 
 TEST(LogReader, KeepsTheDriveWhenTheLastLineIsCutOff) {
-  const std::string whole = "(1.000000) can0 100#01\n";
   const std::string last = "(1.000100) can0 100#0";
-  for (std::size_t cut = 1; cut <= last.size(); ++cut) {
-    const TemporaryFile file("drive.log", whole + last.substr(0, cut));
+  std::vector<std::string> ends{std::string(5000, '\0')};  // of a power cut
+  for (std::size_t cut = 1; cut <= last.size(); ++cut) ends.push_back(last.substr(0, cut));
+  for (const std::string& end : ends) {
+    const TemporaryFile file("drive.log", "(1.000000) can0 100#01\n" + end);
     BusNames buses;
     LogReader reader(file.path(), buses);
     std::size_t frames = 0;
     while (reader.next()) ++frames;
-    const bool parsable = last.substr(0, cut) == "(1.000100) can0 100#";
-    EXPECT_EQ(frames, parsable ? 2U : 1U) << cut;
+    const bool parsable = end == "(1.000100) can0 100#";
+    EXPECT_EQ(frames, parsable ? 2U : 1U) << end;
     if (!parsable) {
       EXPECT_THAT(reader.warnings(),
                   ElementsAre(HasSubstr("drive.log:2: the last line is cut off")));
     }
   }
-}
-
-TEST(LogReader, KeepsTheDriveWhenAPowerCutLeftZeros) {
-  const TemporaryFile file("drive.log", "(1.000000) can0 100#01\n" + std::string(5000, '\0'));
-  BusNames buses;
-  LogReader reader(file.path(), buses);
-  EXPECT_TRUE(reader.next());
-  EXPECT_FALSE(reader.next());
-  EXPECT_FALSE(reader.warnings().empty());
 }
 
 TEST(LogReader, RefusesALogWithoutAFrameOrWithADamagedLine) {
