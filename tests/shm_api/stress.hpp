@@ -1,19 +1,18 @@
-// Readers under stress, as threads and as processes (stress_reader.cpp): how they read, and their
-// counts, in memory that the test maps as well.
+// Readers under stress, in threads and in processes: how they read, and their counts, in memory
+// that a forked process shares.
 #pragma once
 
-#include <array>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+
 #include <atomic>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <string>
-#include <string_view>
-#include <vector>
+#include <csignal>
+#include <cstdlib>
+#include <stdexcept>
 
-#include <sys/types.h>
-
-#include <odom/odom.h>
+#include "tests/gtest.hpp"
+#include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing {
 
@@ -36,21 +35,163 @@ enum class ReaderKind : std::uint8_t {
   every_way  ///< alternates between all calls, including those that sleep
 };
 
-/// Reads until `stop`; the ring has `slots` slots.
-void read_on(const std::string& path, ReaderKind kind, std::uint64_t slots, ReaderCounts& counts,
-             const std::atomic<bool>& stop);
+inline void count(std::atomic<std::uint64_t>& counter) {
+  counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
 
-/// The counts of several readers and the flag that stops them, in a file that processes share.
+// Reads copies, and expects each pose to be whole and not older than the previous one.
+class Copying {
+ public:
+  Copying(odom_client* client, ReaderCounts& counts) : client_(client), counts_(counts) {}
+
+  void turn() {
+    odom_pose pose;
+    const odom_status status = odom_latest(client_, &pose, sizeof pose);
+    if (status == ODOM_BUSY) {
+      count(counts_.starved);
+      if (pose.mode != ODOM_FAULT || pose.x != 0.0) count(counts_.torn);  // a pose in spite of BUSY
+      return;
+    }
+    if (status > ODOM_STALE) return count(counts_.unexpected);
+    count(counts_.reads);
+    if (!is_whole(pose)) count(counts_.torn);
+    if (pose.tick != last_) count(counts_.ticks);
+    if (pose.tick < last_) count(counts_.backwards);
+    last_ = pose.tick;
+  }
+
+ private:
+  odom_client* client_;
+  ReaderCounts& counts_;
+  std::uint64_t last_ = 0;
+};
+
+// Reads in place, so that each attempt is counted. Half-way through, it waits until its slot is the
+// next to be written, so that the writer overwrites the slot during the other half.
+class InPlace {
+ public:
+  InPlace(odom_client* client, std::uint64_t slots, ReaderCounts& counts)
+      : client_(client), slots_(slots), counts_(counts) {}
+
+  void turn() {
+    odom_view view{};
+    if (odom_begin(client_, &view) > ODOM_STALE) return count(counts_.unexpected);
+    std::array<std::uint64_t, ODOM_POSE_WORDS + ODOM_DETAILS_WORDS> words{};
+    std::size_t i = 0;
+    for (; i < words.size() / 2; ++i) words[i] = odom_view_word(&view, i + 1);
+    odom_view newest = view;
+    for (int attempt = 0; attempt < 1000; ++attempt) {
+      if (newest.sequence >= view.sequence + 2 * (slots_ - 1)) break;
+      if (odom_begin(client_, &newest) > ODOM_STALE) return count(counts_.unexpected);
+    }
+    for (; i < words.size(); ++i) words[i] = odom_view_word(&view, i + 1);
+    if (odom_validate(&view) == 0) return count(counts_.overtaken);
+    count(counts_.reads);
+    if (words[0] != last_) count(counts_.ticks);
+    if (words[0] < last_) count(counts_.backwards);
+    last_ = words[0];
+    for (i = 2; i < words.size(); ++i)
+      if (words[i] != pattern(words[0], i)) return count(counts_.torn);
+  }
+
+ private:
+  odom_client* client_;
+  std::uint64_t slots_;
+  ReaderCounts& counts_;
+  std::uint64_t last_ = 0;
+};
+
+// Checks that hold for any writer, even one that dies or is replaced.
+class EveryWay {
+ public:
+  EveryWay(odom_client* client, ReaderCounts& counts) : client_(client), counts_(counts) {}
+
+  void turn() {
+    copy();
+    look();
+    odom_status status = odom_wait(client_, &waited_, sizeof waited_, 100'000);
+    if (status == ODOM_OK && !is_whole(waited_)) count(counts_.torn);
+    odom_info info{};
+    if (odom_get_info(client_, &info, sizeof info) > ODOM_STALE) return count(counts_.unexpected);
+    if (info.instance_id != instance_) count(counts_.instances);
+    instance_ = info.instance_id;
+  }
+
+ private:
+  void copy() {
+    odom_pose pose{};
+    odom_details details{};
+    const odom_status status =
+        odom_latest_details(client_, &pose, sizeof pose, &details, sizeof details);
+    if (status <= ODOM_STALE) {
+      count(counts_.reads);
+      if (!is_whole(pose, &details)) count(counts_.torn);
+      if (pose.tick != last_) count(counts_.ticks);
+      last_ = pose.tick;
+    } else if (status == ODOM_BUSY) {
+      count(counts_.starved);
+    } else if (status != ODOM_NO_POSE) {
+      count(counts_.unexpected);
+    }
+  }
+
+  void look() {
+    odom_view view{};
+    if (odom_begin(client_, &view) > ODOM_STALE) return;
+    const std::uint64_t tick = odom_view_word(&view, ODOM_WORD_TICK);
+    constexpr std::size_t last_index = ODOM_POSE_WORDS + ODOM_DETAILS_WORDS - 1;
+    const std::uint64_t last = odom_view_word(&view, ODOM_WORD_TICK + last_index);
+    if (odom_validate(&view) == 0)
+      count(counts_.overtaken);
+    else if (last != pattern(tick, last_index))
+      count(counts_.torn);
+  }
+
+  odom_client* client_;
+  ReaderCounts& counts_;
+  odom_pose waited_{};
+  std::uint64_t last_ = 0;
+  std::uint64_t instance_ = 0;
+};
+
+template <typename Reader>
+void turn_until(const std::atomic<bool>& stop, ReaderCounts& counts, Reader reader) {
+  while (!stop.load(std::memory_order_relaxed)) {
+    reader.turn();
+    count(counts.turns);
+  }
+}
+
+/// Reads until `stop`; the ring has `slots` slots.
+inline void read_on(const std::string& path, ReaderKind kind, std::uint64_t slots,
+                    ReaderCounts& counts, const std::atomic<bool>& stop) {
+  const ClientPointer client = open_client(path);
+  switch (kind) {
+    case ReaderKind::copying:
+      return turn_until(stop, counts, Copying(client.get(), counts));
+    case ReaderKind::in_place:
+      return turn_until(stop, counts, InPlace(client.get(), slots, counts));
+    case ReaderKind::every_way:
+      return turn_until(stop, counts, EveryWay(client.get(), counts));
+  }
+}
+
+/// The counts of several readers and the flag that stops them, shared with forked processes.
 class SharedCounts {
  public:
-  static constexpr std::size_t capacity = 16;
+  static constexpr std::size_t capacity = 4;
   struct Page {
     std::atomic<bool> stop{false};
     std::array<ReaderCounts, capacity> readers;
   };
 
-  explicit SharedCounts(const std::string& path);  ///< creates the file if it does not exist
-  ~SharedCounts();
+  SharedCounts() {
+    void* memory =
+        mmap(nullptr, sizeof(Page), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) throw std::runtime_error("mmap");
+    page_ = static_cast<Page*>(memory);  // zero bytes are valid counts
+  }
+  ~SharedCounts() { munmap(page_, sizeof(Page)); }
   SharedCounts(const SharedCounts&) = delete;
   SharedCounts& operator=(const SharedCounts&) = delete;
   Page* operator->() const noexcept { return page_; }
@@ -59,21 +200,31 @@ class SharedCounts {
   Page* page_;
 };
 
-/// A process, killed at the end if it is still running.
+/// A process, killed at the end.
 class Process {
  public:
-  explicit Process(std::vector<std::string> words);
-  ~Process();
+  explicit Process(std::vector<std::string> words) {
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    if (posix_spawn(&pid_, arguments[0], nullptr, nullptr, arguments.data(), environ) != 0)
+      throw std::runtime_error("posix_spawn: " + words[0]);
+  }
+  ~Process() {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
-  /// Waits for its end; returns the exit status, -1 if a signal ended it.
-  int wait();
 
  private:
   pid_t pid_ = -1;
 };
 
 /// A number from the environment, which makes a test longer; otherwise `usual`.
-[[nodiscard]] std::uint64_t wanted(const char* variable, std::uint64_t usual);
+inline std::uint64_t wanted(const char* variable, std::uint64_t usual) {
+  const char* text = std::getenv(variable);
+  return text != nullptr ? std::strtoull(text, nullptr, 10) : usual;
+}
 
 }  // namespace odomd::shm::testing

@@ -2,8 +2,9 @@
 // contains one tick (TornReads; ODOMD_STRESS_READS=N sets the number of reads). The writer is
 // repeatedly killed at a random instant and replaced (Kills; ODOMD_STRESS_KILLS=N): no reader
 // hangs, sees words of two ticks or misses the next writer.
-#include <atomic>
-#include <memory>
+#include <sys/prctl.h>
+#include <unistd.h>
+
 #include <random>
 #include <thread>
 
@@ -16,26 +17,30 @@ namespace {
 
 class Stress : public ::testing::Test {
  protected:
-  static constexpr std::size_t readers = 4;  // two threads and two processes
+  static constexpr std::size_t readers = SharedCounts::capacity;  // two threads and two processes
   using Kinds = std::array<ReaderKind, readers>;
 
   void start_readers(const Kinds& kinds, std::uint64_t slots) {
-    for (std::size_t i = 0; i < readers; ++i) {
-      if (i < readers / 2)
-        threads_.emplace_back([=, this] {
-          read_on(path_, kinds.at(i), slots, counts_->readers.at(i), counts_->stop);
-        });
-      else
-        processes_.push_back(std::make_unique<Process>(std::vector<std::string>{
-            ODOMD_SHM_STRESS_READER, path_, directory_.file("counts"), std::to_string(i),
-            std::to_string(static_cast<int>(kinds.at(i))), std::to_string(slots)}));
+    const auto read = [=, this](std::size_t i) {
+      read_on(path_, kinds.at(i), slots, counts_->readers.at(i), counts_->stop);
+    };
+    for (std::size_t i = 0; i < readers / 2; ++i) {  // before there are threads
+      processes_.push_back(fork());
+      if (processes_.back() != 0) continue;
+      prctl(PR_SET_PDEATHSIG, SIGKILL);
+      _exit(message_of([&] { read(i); }).empty() ? 0 : 1);
     }
+    for (std::size_t i = readers / 2; i < readers; ++i) threads_.emplace_back(read, i);
   }
 
   void stop_readers() {
     counts_->stop = true;
     for (std::thread& thread : threads_) thread.join();
-    for (const auto& process : processes_) EXPECT_EQ(process->wait(), 0);
+    for (const pid_t process : processes_) {
+      int status = -1;
+      EXPECT_EQ(waitpid(process, &status, 0), process);
+      EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+    }
     EXPECT_EQ(sum(&ReaderCounts::torn), 0U);
     EXPECT_EQ(sum(&ReaderCounts::backwards), 0U);
     EXPECT_EQ(sum(&ReaderCounts::unexpected), 0U);
@@ -49,9 +54,9 @@ class Stress : public ::testing::Test {
 
   TemporaryDirectory directory_;
   std::string path_ = directory_.file("pose");
-  SharedCounts counts_{directory_.file("counts")};
+  SharedCounts counts_;
   std::vector<std::thread> threads_;
-  std::vector<std::unique_ptr<Process>> processes_;
+  std::vector<pid_t> processes_;
 };
 
 // Reads that are torn -----------------------------------------------------------------------------
