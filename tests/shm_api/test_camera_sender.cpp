@@ -1,6 +1,5 @@
 // The camera side of the socket: the bytes on the wire, and the behaviour without a daemon.
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 #include <cerrno>
 #include <cstring>
@@ -8,23 +7,17 @@
 
 #include <odom/odom.hpp>
 
-#include "base/file_descriptor.hpp"
 #include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
+#include "tests/tools/live/own_daemon.hpp"
 
 namespace odomd::shm::testing::test_camera_sender {
 namespace {
 
 class Daemon {
  public:
-  explicit Daemon(const std::string& path) : path_(path) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    path.copy(address.sun_path, sizeof address.sun_path - 1);
-    if (bind(listener_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
-        listen(listener_.get(), 4) != 0)
-      throw std::runtime_error("bind " + path);
-  }
+  explicit Daemon(const std::string& path)
+      : path_(path), listener_(tools::listening_socket(path, SOCK_SEQPACKET)) {}
   ~Daemon() { unlink(path_.c_str()); }
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
@@ -48,7 +41,7 @@ class Daemon {
 
  private:
   std::string path_;
-  FileDescriptor listener_{socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0)};
+  FileDescriptor listener_;
   FileDescriptor connection_;
 };
 

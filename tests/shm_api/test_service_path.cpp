@@ -1,17 +1,15 @@
 // The paths where clients look if no name is given.
 #include <sys/socket.h>
-#include <sys/un.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <optional>
 
-#include "base/file_descriptor.hpp"
 #include "shm_api/libodom/service.h"
 #include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
+#include "tests/tools/live/own_daemon.hpp"
 
 namespace odomd::shm::testing::test_service_path {
 namespace {
@@ -86,28 +84,13 @@ class RuntimeDirectory {
   std::optional<std::string> before_ = present();
 };
 
-/// A listening socket, whose file remains afterwards.
-class Listener {
- public:
-  explicit Listener(const std::string& path) {
-    sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
-    path.copy(static_cast<char*>(address.sun_path), sizeof address.sun_path - 1);
-    const auto* const generic = reinterpret_cast<const sockaddr*>(&address);
-    EXPECT_EQ(::bind(socket_.get(), generic, sizeof address), 0);
-    EXPECT_EQ(::listen(socket_.get(), 1), 0);
-  }
-
- private:
-  FileDescriptor socket_{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-};
-
 TEST_F(ServicePath, ASocketOfTheUsersOwnDaemonBeatsTheService) {
   const RuntimeDirectory runtime(directory.file("user"));
   make("run/can0/status.sock");
   EXPECT_EQ(found_socket("status.sock"), "run/can0/status.sock");
   make("user/odomd/here");
   {
-    const Listener own(directory.file("user/odomd/status.sock"));
+    const auto own = tools::listening_socket(directory.file("user/odomd/status.sock"), SOCK_STREAM);
     EXPECT_EQ(found_socket("status.sock"), "user/odomd/status.sock");
     std::filesystem::permissions(directory.file("user"), std::filesystem::perms::all);
     EXPECT_EQ(found_socket("status.sock"), "run/can0/status.sock") << "others may write there";
