@@ -14,29 +14,6 @@ void expect_near(const estimator::Pose2& a, const estimator::Pose2& b, double to
   EXPECT_NEAR(a.yaw, b.yaw, tolerance);
 }
 
-TEST(Se2, InverseUndoesAndRelativeIsInverseComposed) {
-  const estimator::Pose2 a{3.0, -1.0, 2.2};
-  const estimator::Pose2 b{-0.5, 4.0, -1.1};
-  expect_near(compose(inverse(a), a), {}, 1e-15);
-  expect_near(relative(a, b), compose(inverse(a), b), 1e-14);
-}
-
-TEST(CommonTimes, AreTheRowsOfTheEstimateThatTheReferenceCovers) {
-  const Trajectory reference = wavy_drive(1.0, 2.0, 0.01);
-  const Trajectory estimate = wavy_drive(0.5, 3.0, 0.005);
-  const auto pairs = common_times(reference, estimate);
-  EXPECT_EQ(pairs.front().estimate.t_ns, 1'000'000'000);
-  EXPECT_EQ(pairs.back().estimate.t_ns, 2'000'000'000);
-  EXPECT_EQ(pairs.size(), 201U);
-}
-
-TEST(CommonTimes, RefuseTrajectoriesThatShareNone) {
-  EXPECT_THAT(message_of([] {
-                (void)common_times(wavy_drive(0.0, 1.0, 0.01), wavy_drive(5.0, 6.0, 0.01));
-              }),
-              HasSubstr("fewer than two common times"));
-}
-
 TEST(Alignment, FirstAndFitBothUndoARigidMotion) {
   const Trajectory reference = wavy_drive(0.0, 10.0, 0.01);
   const estimator::Pose2 away{5.0, -2.0, 2.5};

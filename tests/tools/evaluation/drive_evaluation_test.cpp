@@ -25,24 +25,6 @@ Evaluation evaluated(const Drive& drive,
                   usual_align(!drive.cameras.empty(), Frame::map));
 }
 
-TEST_F(DriveEvaluation, ReplaysToThePosesOfOdomReplay) {
-  const Drive drive = read_drive({.folder = lap(), .config = {}, .reference = {}});
-  EXPECT_EQ(drive.name, "lap");
-  const ReplayedDrive replayed = replay_drive(drive, drive.config);
-  const std::string folder = lap().string();
-  const Outcome outcome =
-      run_shell("odom replay --config " + folder + "/car.toml --can " + folder +
-                "/drive.log --camera " + folder + "/camera.csv --out " + folder + "/pose.csv");
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
-  const Trajectory file = read_trajectory(lap() / "pose.csv");
-  ASSERT_EQ(file.points.size(), replayed.poses.points.size());
-  for (std::size_t i = 0; i < file.points.size(); ++i) {
-    ASSERT_EQ(file.points[i].t_ns, replayed.poses.points[i].t_ns);
-    ASSERT_EQ(file.points[i].pose.x, replayed.poses.points[i].pose.x);
-    ASSERT_EQ(file.points[i].pose.y, replayed.poses.points[i].pose.y);
-  }
-}
-
 TEST_F(DriveEvaluation, KeepsEveryJudgementWithItsTimeAndVariance) {
   const Drive drive = read_drive({.folder = lap(), .config = {}, .reference = {}});
   EXPECT_TRUE(replay_drive(drive, drive.config).judgements.empty());

@@ -112,12 +112,12 @@ TEST_F(OdomReplay, KeepsWhatItReads) {
 
 TEST_F(OdomReplay, LeavesNoPoseFileOfADriveThatFailed) {
   const auto pose = scratch_.write("pose.csv", "an earlier one");
-  EXPECT_EQ(replay("(1.000000) can0 101#95E803\n(9000.000000) can0 102#00\n").status, 2);
-  EXPECT_EQ(contents(pose), "an earlier one");
-  EXPECT_FALSE(std::filesystem::exists(pose.string() + ".partial"));
-  EXPECT_EQ(replay("(1.000000) can0 102#00\n").status, 1);
-  EXPECT_EQ(contents(pose), "an earlier one");
-  EXPECT_FALSE(std::filesystem::exists(pose.string() + ".partial"));
+  const std::string pause = "(1.000000) can0 101#95E803\n(9000.000000) can0 102#00\n";
+  for (const auto& [log, status] : {std::pair{pause, 2}, {"(1.000000) can0 102#00\n", 1}}) {
+    EXPECT_EQ(replay(log).status, status);
+    EXPECT_EQ(contents(pose), "an earlier one");
+    EXPECT_FALSE(std::filesystem::exists(pose.string() + ".partial"));
+  }
   EXPECT_EQ(replay("(1.000000) can0 101#95E803\n", " --model kinematic").status, 0);
   EXPECT_THAT(contents(pose), StartsWith("t,x,y,yaw,"));
   EXPECT_FALSE(std::filesystem::exists(pose.string() + ".partial"));
@@ -217,77 +217,42 @@ TEST_F(OdomReplay, SaysWhyThereIsNoPose) {
   EXPECT_FALSE(std::filesystem::exists(scratch_.path("pose.csv")));
 }
 
-TEST(ReplayCommand, ReportsTheInnovationsOfTheFullFilter) {
+TEST(ReplayCommand, ReportsTheInnovationsAndTheNoiseOfTheFullFilter) {
   const Scratch scratch;
   const std::string drive = simulate(scratch, "--duration 8");
-  const auto innovations = [&](const std::string& model) {
+  const auto replayed = [&](const std::string& model) {
     const Outcome outcome = run_shell("odom replay --json --drive " + drive + " --out " + drive +
                                       "/pose.csv --model " + model);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
-    return nlohmann::json::parse(outcome.err)["innovations"];
+    return nlohmann::json::parse(outcome.err);
   };
-  const auto full = innovations("full");
-  EXPECT_GT(full["yaw_rate"]["count"], 1000);
-  EXPECT_EQ(full["yaw_rate"]["dimension"], 1);
-  EXPECT_GT(full["yaw_rate"]["mean_nis"], 0.0);
-  EXPECT_GT(full["camera"]["count"], 200);
-  EXPECT_EQ(full["camera"]["dimension"], 3);
-  EXPECT_GT(full["wheel_rear_left"]["inside_95"], 0.5);
-  EXPECT_FALSE(full.contains("steering"));
-  EXPECT_TRUE(innovations("paper").empty());
-}
+  for (const char* other : {"paper", "kinematic"}) {
+    EXPECT_TRUE(replayed(other)["innovations"].empty());
+    EXPECT_TRUE(replayed(other)["noise"].empty());
+  }
+  const auto full = replayed("full");
+  EXPECT_TRUE(full["warnings"].empty());
+  const auto& tested = full["innovations"];
+  EXPECT_GT(tested["yaw_rate"]["count"], 1000);
+  EXPECT_EQ(tested["yaw_rate"]["dimension"], 1);
+  EXPECT_GT(tested["yaw_rate"]["mean_nis"], 0.0);
+  EXPECT_GT(tested["camera"]["count"], 200);
+  EXPECT_EQ(tested["camera"]["dimension"], 3);
+  EXPECT_GT(tested["wheel_rear_left"]["inside_95"], 0.5);
+  EXPECT_FALSE(tested.contains("steering"));
 
-TEST(ReplayCommand, ReportsTheNoiseThatTheFullFilterEstimates) {
-  const Scratch scratch;
-  const std::string drive = simulate(scratch, "--duration 8");
-  const auto noise = [&](const std::string& model) {
-    const Outcome outcome =
-        run_shell("odom replay --json --config " + drive + "/car.toml --can " + drive +
-                  "/drive.log --out " + drive + "/pose.csv --model " + model);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    return nlohmann::json::parse(outcome.err)["noise"];
-  };
-  const auto full = noise("full");
+  const auto& noise = full["noise"];
   for (const char* source : {"yaw_rate", "accel_x", "accel_y"}) {
-    const double stated = full[source]["sigma"];
+    const double stated = noise[source]["sigma"], moving = noise[source]["moving"];
     EXPECT_GT(stated, 0.0) << source;
-    const double moving = full[source]["moving"];
     EXPECT_GE(moving, 0.3 * stated) << source;
     EXPECT_LE(moving, 3.0 * stated) << source;
-    EXPECT_TRUE(full[source]["speed_share"].is_null()) << source;
+    EXPECT_TRUE(noise[source]["speed_share"].is_null()) << source;
   }
-  EXPECT_GT(full["wheel_rear_left"]["speed_share"], 0.0);
-  EXPECT_LT(full["wheel_rear_left"]["speed_share"], 0.05);
-  EXPECT_TRUE(full["wheel_rear_left"]["moving"].is_null());
-  EXPECT_FALSE(full.contains("steering"));
-  EXPECT_TRUE(noise("paper").empty());
-  EXPECT_TRUE(noise("kinematic").empty());
-}
-
-TEST(ReplayCommand, SaysWhichSensorWasNotBelieved) {
-  const Scratch scratch;
-  const std::string drive = simulate(scratch, "--scenario lap --laps 1");
-  const auto replayed = [&](const std::string& role, const std::string& scale,
-                            const std::string& more) {
-    const auto config = scratch.write(
-        "drive/changed.toml", std::regex_replace(contents(drive + "/car.toml"),
-                                                 std::regex("(" + role + " = .*unit = \"[^\"]*\")"),
-                                                 "$1, scale = " + scale));
-    const Outcome outcome = run_shell("odom replay --config " + config.string() + " --can " +
-                                      drive + "/drive.log --camera " + drive +
-                                      "/camera.csv --out " + drive + "/pose.csv" + more);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    return outcome.err;
-  };
-  EXPECT_THAT(
-      replayed("yaw_rate", "-1", ""),
-      ContainsRegex("odom replay: warning: yaw_rate \\(IMU\\): .* \\(for [0-9.]* of [0-9.]* s\\); "
-                    "check the sign of can.signals.yaw_rate.scale \\[W301\\]"));
-  const auto wheels = nlohmann::json::parse(replayed("wheel_rear_[a-z]*", "3.6", " --json"));
-  EXPECT_THAT(wheels["warnings"].dump(),
-              ContainsRegex("wheel_rear_left \\(WHEELS_REAR\\): [0-9]* of its [0-9]* samples"));
-  EXPECT_THAT(replayed("yaw_rate", "1", ""), Not(HasSubstr("warning")));
-  EXPECT_TRUE(nlohmann::json::parse(replayed("yaw_rate", "1", " --json"))["warnings"].empty());
+  EXPECT_GT(noise["wheel_rear_left"]["speed_share"], 0.0);
+  EXPECT_LT(noise["wheel_rear_left"]["speed_share"], 0.05);
+  EXPECT_TRUE(noise["wheel_rear_left"]["moving"].is_null());
+  EXPECT_FALSE(noise.contains("steering"));
 }
 
 }  // namespace

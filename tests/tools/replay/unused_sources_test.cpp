@@ -33,13 +33,10 @@ class Copy {
   }
   /// "W322 camera: text" for each diagnostic.
   [[nodiscard]] std::vector<std::string> replayed() const {
-    return lines(run("odom replay --json --config car.toml --can drive.log --camera camera.csv "
-                     "--out pose.csv")
-                     .err);
-  }
-  static std::vector<std::string> lines(const std::string& text) {
     std::vector<std::string> all;
+    const std::string text = run("odom replay --json --drive . --out pose.csv").err;
     const json result = json::parse(text.substr(0, text.find('\n')));
+    EXPECT_EQ(result["warnings"].size(), result["diagnostics"].size());
     for (const json& one : result["diagnostics"])
       all.push_back(one["code"].get<std::string>() + ' ' + one["subject"].get<std::string>() +
                     ": " + one["seen"].get<std::string>() + "; " + one["fix"].get<std::string>());

@@ -93,11 +93,6 @@ TEST(Replay, CountsFramesThatAreFarBehindTheirTick) {
   EXPECT_EQ(drive.summary.frames, 5U);
 }
 
-TEST(Replay, RefusesToTickThroughAPauseOfHours) {
-  Drive drive{.stamps = {1000 * ms, 1000 * ms + 2 * longest_pause_ns}};
-  EXPECT_THROW(play(drive), PauseError);
-}
-
 std::vector<std::string> warnings_after(std::uint64_t ticks, std::uint32_t conditions,
                                         odom_mode mode) {
   const auto idle = pipeline(false);
