@@ -21,4 +21,12 @@ MATCHER_P2(Named, name, part, std::string{"is "} + name + " with \"" + part + '"
   return arg.kind->name == name && text_of(arg).find(part) != std::string::npos;
 }
 
+/// The same with a fix that equals or matches this:
+/// `Named("no_bit_rate", "can0", HasSubstr("type can bitrate"))`.
+MATCHER_P3(Named, name, part, fix,
+           std::string{"is "} + name + " with \"" + part + "\" and its fix") {
+  return arg.kind->name == name && text_of(arg).find(part) != std::string::npos &&
+         ::testing::ExplainMatchResult(fix, fix_of(arg), result_listener);
+}
+
 }  // namespace odomd::diagnostics
