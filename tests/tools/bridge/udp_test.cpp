@@ -1,18 +1,14 @@
 // odom bridge --udp as a command, on the test's own segment.
 #include <arpa/inet.h>
-#include <fcntl.h>
 #include <netinet/in.h>
-#include <pty.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <csignal>
 #include <nlohmann/json.hpp>
 
 #include "base/file_descriptor.hpp"
 #include "tests/gtest.hpp"
 #include "tests/tools/bridge/bridge_process.hpp"
+#include "tests/tools/live/on_a_terminal.hpp"
 #include "tools/bridge/sink.hpp"
 
 namespace odomd::tools::udp_test {
@@ -153,67 +149,25 @@ TEST_F(UdpBridge, WaitsForTheDaemonAndGoesOnWithItsSuccessor) {
   EXPECT_EQ(nlohmann::json::parse(outcome.out)["restarts"], 1);
 }
 
-/// A bridge whose standard streams are a terminal.
-class TerminalChild {
- public:
-  explicit TerminalChild(std::vector<std::string> arguments) {
-    const std::string path = std::string(ODOMD_BIN_DIR) + "/odom";
-    std::vector<char*> argv;
-    arguments.insert(arguments.begin(), {path, "bridge"});
-    argv.reserve(arguments.size() + 1);
-    for (std::string& argument : arguments) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    int master = -1;
-    pid_ = ::forkpty(&master, nullptr, nullptr, nullptr);
-    if (pid_ == 0) {
-      ::execv(path.c_str(), argv.data());
-      ::_exit(127);
-    }
-    terminal_ = FileDescriptor(master);
-    ::fcntl(master, F_SETFL, O_NONBLOCK);
-  }
-  ~TerminalChild() {
-    ::kill(pid_, SIGKILL);
-    ::waitpid(pid_, nullptr, 0);
-  }
-  TerminalChild(const TerminalChild&) = delete;
-  TerminalChild& operator=(const TerminalChild&) = delete;
-
-  /// All that the bridge has written so far.
-  const std::string& seen() {
-    std::array<char, 4096> piece{};
-    for (ssize_t got = 0; (got = ::read(terminal_.get(), piece.data(), piece.size())) > 0;)
-      seen_.append(piece.data(), static_cast<std::size_t>(got));
-    return seen_;
-  }
-  void press(char key) const { ASSERT_EQ(::write(terminal_.get(), &key, 1), 1); }
-
- private:
-  pid_t pid_ = -1;
-  FileDescriptor terminal_;
-  std::string seen_;
-};
-
 TEST_F(UdpBridge, ShowsOnATerminalWhatItSendsUntilControlC) {
   SlowDaemon daemon(segment_);
   daemon.pose.x = 1.5;
-  TerminalChild bridge({"--shm", segment_, "--udp", receiver_.address()});
-  EXPECT_TRUE(eventually(
-      [&] {
-        daemon.tick();
-        return bridge.seen().find(" sent") != std::string::npos;
-      },
-      between_ticks));
-  EXPECT_THAT(bridge.seen(), HasSubstr("\rtracking  x 1.50 m  y 0.00 m"));
-  EXPECT_THAT(bridge.seen(), HasSubstr("udp " + receiver_.address() + ": "));
-  const auto shown_at = bridge.seen().rfind(" sent");
-
-  bridge.press('\x03');
-  EXPECT_TRUE(
-      eventually([&] { return bridge.seen().find("withheld (fault)\r\n") != std::string::npos; }));
-  const std::size_t summary = bridge.seen().rfind("odom bridge: ");
-  ASSERT_GT(summary, shown_at);
-  EXPECT_EQ(bridge.seen().substr(summary - 2, 2), "\r\n");  // on a line of its own
+  OnATerminal bridge("bridge --shm " + segment_ + " --udp " + receiver_.address(), 200);
+  const auto show = [&](const std::string& text) {
+    EXPECT_TRUE(eventually(
+        [&] {
+          daemon.tick();
+          return bridge.has_shown(text);
+        },
+        between_ticks))
+        << text << bridge.seen();
+  };
+  show("\rtracking  x 1.50 m  y 0.00 m");
+  show("udp " + receiver_.address() + ": ");
+  show(" sent");
+  bridge.press("\x03");
+  EXPECT_TRUE(bridge.shows("\r\nodom bridge: "));  // the summary, on a line of its own
+  EXPECT_TRUE(bridge.shows("withheld (fault)\r\n"));
 }
 
 TEST_F(UdpBridge, ShowsNothingWhereNobodyWatches) {

@@ -1,16 +1,10 @@
 // odom watch as a command: on the test's own terminal, and into a pipe.
-#include <poll.h>
-#include <pty.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <chrono>
-#include <csignal>
 #include <memory>
 #include <thread>
 
-#include "base/file_descriptor.hpp"
 #include "tests/gtest.hpp"
+#include "tests/tools/live/on_a_terminal.hpp"
 #include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
@@ -44,78 +38,6 @@ class Beating {
   std::jthread thread_;
 };
 
-class OnATerminal {
- public:
-  explicit OnATerminal(const std::string& arguments) {
-    int master = -1;
-    winsize size{24, 80, 0, 0};
-    pid_ = ::forkpty(&master, nullptr, nullptr, &size);
-    if (pid_ == 0) {
-      const std::string line = "exec " ODOMD_BIN_DIR "/odom watch --interval 0.1 " + arguments;
-      ::setenv("TERM", "xterm", 1);
-      ::setenv("LC_ALL", "C.UTF-8", 1);
-      ::execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
-      ::_exit(127);
-    }
-    master_ = FileDescriptor{master};
-  }
-  ~OnATerminal() {
-    if (pid_ > 0) {
-      ::kill(pid_, SIGKILL);
-      ::waitpid(pid_, nullptr, 0);
-    }
-  }
-  OnATerminal(const OnATerminal&) = delete;
-  OnATerminal& operator=(const OnATerminal&) = delete;
-
-  void press(std::string_view keys) const {
-    ASSERT_EQ(::write(master_.get(), keys.data(), keys.size()), static_cast<ssize_t>(keys.size()));
-  }
-  void signal(int number) const { ::kill(pid_, number); }
-
-  /// Reads on until the text appears; false if it does not.
-  [[nodiscard]] bool shows(std::string_view text) {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{60};
-    while (std::chrono::steady_clock::now() < deadline) {
-      if (const auto at = seen_.find(text, from_); at != std::string::npos) {
-        from_ = at + text.size();
-        return true;
-      }
-      if (!read_some()) return false;
-    }
-    return false;
-  }
-
-  /// Its exit status after reading all its output; 128 + the signal that ended it.
-  [[nodiscard]] int end() {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{60};
-    while (std::chrono::steady_clock::now() < deadline && read_some()) {
-    }
-    int raw = 0;
-    ::waitpid(pid_, &raw, 0);
-    pid_ = -1;
-    return WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
-  }
-  [[nodiscard]] const std::string& seen() const { return seen_; }
-
- private:
-  // False if the other side has closed.
-  bool read_some() {
-    pollfd ready{master_.get(), POLLIN, 0};
-    if (::poll(&ready, 1, 1000) <= 0) return true;
-    char bytes[4096];
-    const auto size = ::read(master_.get(), bytes, sizeof bytes);
-    if (size <= 0) return false;
-    seen_.append(bytes, static_cast<std::size_t>(size));
-    return true;
-  }
-
-  pid_t pid_ = -1;
-  FileDescriptor master_;
-  std::string seen_;
-  std::size_t from_ = 0;
-};
-
 class WatchCommand : public ::testing::Test {
  protected:
   [[nodiscard]] std::string target() const {
@@ -126,7 +48,7 @@ class WatchCommand : public ::testing::Test {
 };
 
 TEST_F(WatchCommand, WaitsAttachesGoesOnPausesAndQuits) {
-  OnATerminal watch{target()};
+  OnATerminal watch{"watch --interval 0.1 " + target()};
   ASSERT_TRUE(watch.shows("\x1b[?1049h"));
   ASSERT_TRUE(watch.shows("WAITING")) << watch.seen();
   auto daemon = publish(segment_);
@@ -147,7 +69,7 @@ TEST_F(WatchCommand, WaitsAttachesGoesOnPausesAndQuits) {
 TEST_F(WatchCommand, GivesTheTerminalBackOnASignalAndInACrash) {
   for (const auto& [signal, status] :
        {std::pair{SIGINT, 0}, std::pair{SIGTERM, 0}, std::pair{SIGABRT, 128 + SIGABRT}}) {
-    OnATerminal watch{target()};
+    OnATerminal watch{"watch --interval 0.1 " + target()};
     ASSERT_TRUE(watch.shows("WAITING")) << watch.seen();
     watch.signal(signal);
     EXPECT_EQ(watch.end(), status);
