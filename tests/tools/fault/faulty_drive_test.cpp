@@ -68,11 +68,7 @@ class FaultyDriveTest : public ::testing::TestWithParam<Camera> {
     }
     EXPECT_GT(compared, (drive().ticks - first) * 9 / 10);
   }
-
- private:
-  static std::unique_ptr<Drive> drive_;
 };
-std::unique_ptr<Drive> FaultyDriveTest::drive_;
 
 TEST_P(FaultyDriveTest, TheHealthyRunIsTheReplay) {
   const FaultyDrive runs(drive(), GetParam(), begin());
@@ -93,6 +89,32 @@ TEST_P(FaultyDriveTest, ASourceIsLeftOut) {
   const FaultyDrive runs(drive(), GetParam(), begin());
   const Fault lost = from_begin_on("imu.lost");
   expect_same(runs.without(fault::sources_of(lost.kind)), begin() + 1, replayed({lost}));
+}
+
+// In the second bend. The other wheels are trusted meanwhile, and this one again afterwards.
+TEST(WheelSlip, IsNamedAndThePoseStaysGood) {
+  const Drive drive =
+      read_drive(tools::simulate(tools::Scratch{}, "--scenario lap --laps 1 --seed 5"));
+  constexpr std::size_t begin = 2000, ends = 400;  // [ticks]
+  const FaultyDrive runs(drive, Camera::off, begin);
+  for (const char* kind : {"wheel_rear_left.zero:10:2", "wheel_front_right.zero:10:2",
+                           "wheel_rear_right.scaled:10:2:1.5", "rear_wheels.scaled:10:2:2"}) {
+    SCOPED_TRACE(kind);
+    const Fault slip = fault::parse_fault(kind);
+    const std::vector<Tick> run = runs.with({&slip, 1});
+    for (std::size_t i = 0; i < run.size(); ++i) {
+      const Tick& sound = runs.healthy()[begin + 1 + i];
+      ASSERT_NEAR(run[i].position_m, sound.position_m, 0.06) << i;
+      ASSERT_NEAR(run[i].yaw_rad, sound.yaw_rad, 0.01) << i;
+      for (std::size_t source = 0; source < estimator::source_count; ++source) {
+        const bool slips =
+            fault::contains(fault::sources_of(slip.kind), static_cast<estimator::Source>(source)) &&
+            drive.config.can.signals[source].configured;
+        if (i < 20 || (slips && i >= ends && i < ends + 210)) continue;  // clears in a second
+        ASSERT_EQ(run[i].flags[source] != 0, slips && i < ends) << i << ' ' << source;
+      }
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(OfADrive, FaultyDriveTest, ::testing::Values(Camera::off, Camera::on),

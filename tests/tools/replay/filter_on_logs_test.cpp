@@ -1,7 +1,5 @@
-// The filter on replayed drives: prediction, wheel slip, slides.
-#include <functional>
+// The filter on replayed drives: prediction and slides.
 #include <memory>
-#include <variant>
 
 #include <odom/odom.h>
 #include <nlohmann/json.hpp>
@@ -9,22 +7,12 @@
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/core/pipeline.hpp"
-#include "estimator/full_filter.hpp"
-#include "tests/tools/monitored_drive.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools::filter_on_logs_test {
 namespace {
-
-using estimator::Estimate;
-using estimator::FullFilter;
-using estimator::Judgement;
-using estimator::Measurement;
-using estimator::Pose2;
-using estimator::Source;
-using estimator::Verdict;
 
 struct Horizon {
   int ticks;
@@ -103,117 +91,6 @@ TEST(Slide, TheCameraIsFollowed) {
     EXPECT_LT(full["position"]["rms"].get<double>(), bar) << options;
   }
 }
-
-constexpr std::int64_t second_ns = 1'000'000'000;
-
-struct SlipCase {
-  const char* name;
-  std::vector<Source> wheels;
-  std::function<double(double)> slipping;  ///< reading in slip from the true one
-};
-
-class WheelSlip : public testing::TestWithParam<SlipCase> {
- protected:
-  static constexpr std::int64_t begins_s = 10;  // in the second bend
-  static constexpr std::int64_t lasts_s = 2;
-
-  void SetUp() override {
-    const Scratch scratch;
-    const std::string folder = simulate(scratch, "--scenario lap --laps 1 --seed 5");
-    config_ = daemon::load_config(folder + "/car.toml");
-    drive_ = load_drive(config_, folder + "/drive.log", "");
-    begin_ns_ = drive_.events.front().tick_ns + begins_s * second_ns;
-    end_ns_ = begin_ns_ + lasts_s * second_ns;
-  }
-
-  [[nodiscard]] static bool slips(Source source) {
-    return std::ranges::find(GetParam().wheels, source) != GetParam().wheels.end();
-  }
-
-  struct Run {
-    Pose2 when_it_begins;
-    Pose2 when_it_ends;
-    Pose2 at_the_end;
-    int slipping_fused = 0;
-    int slipping_left_out = 0;
-    int others_fused = 0;  ///< other wheels, during the slip
-    int others_left_out = 0;
-    int fused_afterwards = 0;  ///< of these wheels, from 0.1 s after the slip on
-    int left_out_afterwards = 0;
-  };
-
-  [[nodiscard]] Run run(bool with_slip) const {
-    FullFilter filter(daemon::filter_settings(config_));
-    filter.set_initial_pose({});
-    Run run;
-    std::size_t next = 0;
-    for (std::int64_t tick_ns = drive_.events.front().tick_ns; next < drive_.events.size();
-         tick_ns += drive_.period_ns) {
-      for (; next < drive_.events.size() && drive_.events[next].tick_ns <= tick_ns; ++next) {
-        Measurement sample = std::get<Measurement>(drive_.events[next].sample);
-        if (with_slip && slips(sample.source) && sample.time_ns >= begin_ns_ &&
-            sample.time_ns < end_ns_)
-          sample.value = GetParam().slipping(sample.value);
-        (void)filter.add(sample);
-      }
-      const Estimate estimate = filter.step(tick_ns);
-      for (const Judgement& judgement : filter.judgements()) count(judgement, tick_ns, run);
-      run.at_the_end = estimate.map;
-      if (tick_ns <= begin_ns_) run.when_it_begins = estimate.map;
-      if (tick_ns <= end_ns_) run.when_it_ends = estimate.map;
-    }
-    return run;
-  }
-
- private:
-  void count(const Judgement& judgement, std::int64_t tick_ns, Run& run) const {
-    const bool fused = judgement.verdict == Verdict::fused;
-    if (!estimator::is_wheel(judgement.source)) return;
-    if (tick_ns > begin_ns_ + second_ns / 20 && tick_ns < end_ns_) {
-      if (slips(judgement.source))
-        ++(fused ? run.slipping_fused : run.slipping_left_out);
-      else
-        ++(fused ? run.others_fused : run.others_left_out);
-    }
-    if (slips(judgement.source) && tick_ns > end_ns_ + second_ns / 10)
-      ++(fused ? run.fused_afterwards : run.left_out_afterwards);
-  }
-
-  daemon::Config config_;
-  MonitoredDrive drive_;
-  std::int64_t begin_ns_ = 0;
-  std::int64_t end_ns_ = 0;
-};
-
-TEST_P(WheelSlip, IsLeftOutAndThePoseStaysGood) {
-  const Run sound = run(false);
-  const Run slipped = run(true);
-  ASSERT_GT(std::hypot(sound.when_it_ends.x - sound.when_it_begins.x,
-                       sound.when_it_ends.y - sound.when_it_begins.y),
-            1.0);
-
-  EXPECT_GT(slipped.slipping_left_out, 150);
-  EXPECT_EQ(slipped.slipping_fused, 0);
-  EXPECT_GT(slipped.others_fused, 20 * slipped.others_left_out);
-  EXPECT_GT(slipped.fused_afterwards, 20 * slipped.left_out_afterwards);
-
-  for (const auto& [a, b] : {std::pair{sound.when_it_ends, slipped.when_it_ends},
-                             std::pair{sound.at_the_end, slipped.at_the_end}}) {
-    EXPECT_LT(std::hypot(a.x - b.x, a.y - b.y), 0.06);
-    EXPECT_LT(std::abs(a.yaw - b.yaw), 0.01);
-  }
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    AWheel, WheelSlip,
-    testing::Values(
-        SlipCase{"Locked", {Source::wheel_rear_left}, [](double) { return 0.0; }},
-        SlipCase{"LockedInFront", {Source::wheel_front_right}, [](double) { return 0.0; }},
-        SlipCase{"Spinning", {Source::wheel_rear_right}, [](double speed) { return 1.5 * speed; }},
-        SlipCase{"DrivenAxleSpinning",
-                 {Source::wheel_rear_left, Source::wheel_rear_right},
-                 [](double speed) { return 2.0 * speed; }}),
-    [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
 }  // namespace odomd::tools::filter_on_logs_test
