@@ -6,29 +6,23 @@ namespace {
 
 class Inputs : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    scratch_ = new Scratch;
-    ASSERT_EQ(run_shell("cd " + folder() +
-                        " && mkfifo pipe && ln -s /dev/zero zero && "
-                        "odom sim --scenario circle --laps 1 --out d && cp -r d piped && "
-                        "rm piped/drive.log && mkfifo piped/drive.log && "
-                        "gzip -k d/car.toml d/car.dbc d/camera.csv")
-                  .status,
-              0);
+  static std::string folder() {
+    static const SharedDrive made{"--scenario circle --laps 1", "d"};
+    static const Outcome more = run_shell("cd " + made.scratch.path("").string() +
+                                          " && mkfifo pipe && ln -s /dev/zero zero && "
+                                          "cp -r d piped && rm piped/drive.log && "
+                                          "mkfifo piped/drive.log && "
+                                          "gzip -k d/car.toml d/car.dbc d/camera.csv");
+    EXPECT_EQ(more.status, 0) << more.err;
+    return made.scratch.path("").string();
   }
-  static void TearDownTestSuite() { delete scratch_; }
-  static std::string folder() { return scratch_->path("").string(); }
   /// The error of a command line in the folder; it must end within ten seconds.
   static std::string refused(const std::string& line) {
     const Outcome outcome = run_shell("cd " + folder() + " && timeout 10 " + line);
     EXPECT_EQ(outcome.status, 2) << line << ": " << outcome.err;
     return outcome.err;
   }
-
- private:
-  static Scratch* scratch_;
 };
-Scratch* Inputs::scratch_ = nullptr;
 
 TEST_F(Inputs, APipeOrADeviceIsRefusedWhereverAFileIsRead) {
   for (const auto& [input, kind] : {std::pair{"pipe", "pipe: is a named pipe; name a file"},

@@ -65,16 +65,6 @@ TEST_F(FaultCommand, ChangesTheFramesThatAreMeant) {
   EXPECT_LE(changed, 400);
 }
 
-// A replay of the faulty log is a drive with a frozen gyro: odomd reports it.
-TEST_F(FaultCommand, TheFaultyLogIsReplayed) {
-  ASSERT_EQ(fault("--kind gyro.stuck --begin 4 " + in("drive/drive.log") + " -o " + in("stuck.log"))
-                .status,
-            0);
-  EXPECT_THAT(run_shell("odom replay --config " + in("drive/car.toml") + " --can " +
-                        in("stuck.log") + " --out " + in("pose.csv")),
-              Ends(0, HasSubstr("yaw_rate")));
-}
-
 TEST_F(FaultCommand, SeveralFaultsInBothLogs) {
   const Outcome outcome = fault("--fault wheels.scaled:3::1.1 --fault camera.lost:5:2 " +
                                 in("drive/drive.log") + " --out " + in("both.log") + " --camera " +
@@ -126,7 +116,10 @@ TEST_F(FaultCommand, ErrorsSayHowToFixThem) {
   const std::string before = contents(in("drive/drive.log"));
   tools::expect_refused(
       "odom fault --config " + in("drive/car.toml") + ' ',
-      {{"--kind gyro.forzen " + log, HasSubstr("the nearest is 'gyro.frozen'")},
+      {{"--kind gyro.forzen " + log,
+        HasSubstr("there is no kind of fault \"gyro.forzen\"; the nearest is 'gyro.frozen'; odom "
+                  "fault --list shows all\n")},
+       {"--kind weels.zero " + log, HasSubstr("'wheels.zero'")},
        {"--kind motor.zero " + log, HasSubstr("[can.signals] maps no motor")},
        {log, HasSubstr("--kind (or --fault) is required")},
        {"--kind gyro.zero " + in("drive/drive.log"), HasSubstr("--out (for LOG) is required")},
@@ -188,16 +181,27 @@ class Daemon {
   FileDescriptor connection_;
 };
 
-TEST(CameraRelay, HandsPosesOnWithTheirFault) {
-  const tools::Scratch scratch;
-  Daemon daemon(scratch.path("daemon.sock"));
-  const std::vector<Fault> faults{fault_of(parse_kind("camera.moved")),
-                                  fault_of(parse_kind("camera.early"))};
-  CameraRelay relay(scratch.path("fault.sock"), scratch.path("daemon.sock").string(), 0.0, faults,
-                    0);
-  odom::CameraSender camera;
-  ASSERT_EQ(camera.open(scratch.path("fault.sock").c_str()), 0);
-  ASSERT_EQ(camera.send(message_at(1.0)), 0);
+class Relay : public ::testing::Test {
+ protected:
+  CameraRelay relay(const std::vector<const char*>& kinds) const {
+    std::vector<Fault> faults;
+    for (const char* kind : kinds) faults.push_back(fault_of(parse_kind(kind)));
+    return {scratch_.path("fault.sock"), scratch_.path("daemon.sock").string(), 0.0, faults, 0};
+  }
+  /// Sends a message from a new camera, which stays.
+  void send(const odom_camera_message& message) {
+    ASSERT_EQ(camera_.emplace().open(scratch_.path("fault.sock").c_str()), 0);
+    ASSERT_EQ(camera_->send(message), 0);
+  }
+
+  tools::Scratch scratch_;
+  std::optional<odom::CameraSender> camera_;
+};
+
+TEST_F(Relay, HandsPosesOnWithTheirFault) {
+  Daemon daemon(scratch_.path("daemon.sock"));
+  CameraRelay relay = this->relay({"camera.moved", "camera.early"});
+  send(message_at(1.0));
   relay.pass_on(monotonic_ns());
   const auto received = daemon.receive();
   ASSERT_TRUE(received);
@@ -207,53 +211,37 @@ TEST(CameraRelay, HandsPosesOnWithTheirFault) {
   EXPECT_EQ(relay.sent(), 1U);
 }
 
-TEST(CameraRelay, DelayedPosesAreHeldBack) {
-  const tools::Scratch scratch;
-  Daemon daemon(scratch.path("daemon.sock"));
-  const std::vector<Fault> faults{fault_of(parse_kind("camera.delayed"))};
-  CameraRelay relay(scratch.path("fault.sock"), scratch.path("daemon.sock").string(), 0.0, faults,
-                    0);
-  odom::CameraSender camera;
-  ASSERT_EQ(camera.open(scratch.path("fault.sock").c_str()), 0);
-  ASSERT_EQ(camera.send(message_at(1.0)), 0);
+TEST_F(Relay, HoldsDelayedPosesBack) {
+  Daemon daemon(scratch_.path("daemon.sock"));
+  CameraRelay relay = this->relay({"camera.delayed"});
+  send(message_at(1.0));
   const std::int64_t now_ns = monotonic_ns();
-  relay.pass_on(now_ns);
-  EXPECT_FALSE(daemon.receive());
-  relay.pass_on(now_ns + 99'000'000);
-  EXPECT_FALSE(daemon.receive());
-  relay.pass_on(now_ns + 100'000'000);
-  EXPECT_TRUE(daemon.receive());
+  for (const auto& [after_ns, comes] :
+       {std::pair{0, false}, {99'000'000, false}, {100'000'000, true}}) {
+    relay.pass_on(now_ns + after_ns);
+    EXPECT_EQ(daemon.receive().has_value(), comes) << after_ns;
+  }
 }
 
 // Cameras that disconnect and reconnect, and one that sends nonsense.
-TEST(CameraRelay, CamerasComeAndGo) {
-  const tools::Scratch scratch;
-  Daemon daemon(scratch.path("daemon.sock"));
-  CameraRelay relay(scratch.path("fault.sock"), scratch.path("daemon.sock").string(), 0.0, {}, 0);
+TEST_F(Relay, CamerasComeAndGo) {
+  Daemon daemon(scratch_.path("daemon.sock"));
+  CameraRelay relay = this->relay({});
   for (int i = 0; i < 3; ++i) {
-    odom::CameraSender camera;
-    ASSERT_EQ(camera.open(scratch.path("fault.sock").c_str()), 0);
-    ASSERT_EQ(camera.send(message_at(1.0)), 0);
+    send(message_at(1.0));
     relay.pass_on(monotonic_ns());
     EXPECT_TRUE(daemon.receive());
   }
-  odom::CameraSender wrong;
-  ASSERT_EQ(wrong.open(scratch.path("fault.sock").c_str()), 0);
-  odom_camera_message message = message_at(1.0);
-  message.sigma_x = 1.0;
-  ASSERT_EQ(wrong.send(message), 0);
+  odom_camera_message wrong = message_at(1.0);
+  wrong.sigma_x = 1.0;
+  send(wrong);
   relay.pass_on(monotonic_ns());
   EXPECT_EQ(relay.received(), 4U);
   EXPECT_EQ(relay.malformed(), 0U);
 }
 
-TEST(CameraRelay, NobodyBehindItIsAnError) {
-  const tools::Scratch scratch;
-  EXPECT_NE(tools::message_of([&] {
-              const CameraRelay relay(scratch.path("fault.sock"),
-                                      scratch.path("daemon.sock").string(), 0.0, {}, 0);
-            }).find("is odomd running"),
-            std::string::npos);
+TEST_F(Relay, NobodyBehindItIsAnError) {
+  EXPECT_THAT(tools::message_of([&] { (void)relay({}); }), HasSubstr("is odomd running"));
 }
 
 }  // namespace

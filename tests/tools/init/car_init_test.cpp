@@ -106,17 +106,15 @@ TEST(Car, OnlyWhatARoleNeedsIsAsked) {
 
 class Init : public testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    scratch_ = new Scratch;  // NOLINT(cppcoreguidelines-owning-memory): required by gtest
-    lap_ = scratch_->path("lap").string();
-    ASSERT_EQ(run_shell("odom sim --seed 3 --out " + lap_).status, 0);
+  static const SharedDrive& shared() {
+    static const SharedDrive made{"--seed 3", "lap"};
+    return made;
   }
-  static void TearDownTestSuite() { delete scratch_; }  // NOLINT
-
-  static Outcome init(const std::string& options, const std::string& out = "init.toml") {
+  [[nodiscard]] Outcome init(const std::string& options,
+                             const std::string& out = "init.toml") const {
     return run_shell("odom init --yes --out " + lap_ + "/" + out + " " + options);
   }
-  static json errors(const std::string& config) {
+  [[nodiscard]] json errors(const std::string& config) const {
     const std::string pose = lap_ + "/" + config + ".csv";
     const Outcome replay = run_shell("odom replay --config " + lap_ + "/" + config + " --can " +
                                      lap_ + "/drive.log --initial 0,0,0 --out " + pose);
@@ -126,8 +124,8 @@ class Init : public testing::Test {
     return json::parse(outcome.out)["estimates"][0];
   }
 
-  static inline Scratch* scratch_ = nullptr;
-  static inline std::string lap_;
+  const Scratch& scratch_ = shared().scratch;
+  const std::string lap_ = shared().folder.string();
   static constexpr const char* car = " --mass 2.985 --wheelbase 0.26 --front-axle 0.175";
 };
 
@@ -170,11 +168,10 @@ TEST_F(Init, WithoutALogSaysThatNothingWasCompared) {
 }
 
 TEST_F(Init, NamesWhatIsMissing) {
-  const Outcome outcome = init("--can " + lap_ + "/drive.log", "missing.toml");
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("--mass"));
-  EXPECT_THAT(outcome.err, HasSubstr("--wheelbase"));
-  EXPECT_THAT(outcome.err, Not(HasSubstr("--track")));  // wheels and gyro give the track
+  // Wheels and gyro give the track.
+  EXPECT_THAT(
+      init("--can " + lap_ + "/drive.log", "missing.toml"),
+      Ends(2, AllOf(HasSubstr("--mass"), HasSubstr("--wheelbase"), Not(HasSubstr("--track")))));
   EXPECT_FALSE(std::filesystem::exists(lap_ + "/missing.toml"));
 }
 
@@ -187,21 +184,21 @@ TEST_F(Init, OverwritesNothingUnasked) {
 
 TEST_F(Init, NamesFileAndLineOfBadInput) {
   const std::string log =
-      scratch_->write("bad.log", "(1.000000) can0 1A2#00\n(2) rubbish\n").string();
+      scratch_.write("bad.log", "(1.000000) can0 1A2#00\n(2) rubbish\n").string();
   EXPECT_THAT(init("--strict --can " + log + car, "bad.toml").err, HasSubstr("bad.log:2"));
-  const std::string dbc = scratch_->write("bad.dbc", "VERSION \"\"\nBO_ x\n").string();
+  const std::string dbc = scratch_.write("bad.dbc", "VERSION \"\"\nBO_ x\n").string();
   EXPECT_THAT(init("--dbc " + dbc + car, "bad.toml").err, HasSubstr("bad.dbc:2"));
   EXPECT_FALSE(std::filesystem::exists(lap_ + "/bad.toml"));
 }
 
 TEST_F(Init, SaysWhatToDoAboutAnUnknownBus) {
   const std::string log =
-      scratch_->write("other.log", "(1.000000) can0 111#00\n(1.100000) can0 111#00\n").string();
+      scratch_.write("other.log", "(1.000000) can0 111#00\n(1.100000) can0 111#00\n").string();
   EXPECT_THAT(init("--can " + log + car, "other.toml"), Ends(2, HasSubstr("--dbc")));
   const std::string dbc =
       scratch_
-          ->write("lamps.dbc",
-                  "VERSION \"\"\nBU_: A\nBO_ 273 LAMP: 1 A\n SG_ On : 0|8@1+ (1,0) [0|1] \"\" A\n")
+          .write("lamps.dbc",
+                 "VERSION \"\"\nBU_: A\nBO_ 273 LAMP: 1 A\n SG_ On : 0|8@1+ (1,0) [0|1] \"\" A\n")
           .string();
   EXPECT_THAT(init("--dbc " + dbc + car, "other.toml").err, HasSubstr("lamps.dbc"));
 }

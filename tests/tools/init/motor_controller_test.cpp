@@ -109,16 +109,15 @@ class Drive : public testing::Test {
   static constexpr double wheel_radius = 0.033, gear_ratio = 11.8;
   static constexpr int pole_pairs = 2;
 
-  static void SetUpTestSuite() {
-    scratch_ = new Scratch;  // NOLINT(cppcoreguidelines-owning-memory): required by gtest
-    lap_ = scratch_->path("lap").string();
-    ASSERT_EQ(run_shell("odom sim --seed 3 --out " + lap_).status, 0);
+  static const SharedDrive& shared() {
+    static const SharedDrive made{"--seed 3", "lap"};
+    return made;
   }
-  static void TearDownTestSuite() { delete scratch_; }  // NOLINT
 
   /// Writes lap/NAME; `frame_of` makes a frame from a wheel's turns per second.
   template <class FrameOf>
-  static std::string write_log(const std::string& name, int every_ns, FrameOf frame_of) {
+  [[nodiscard]] std::string write_log(const std::string& name, int every_ns,
+                                      FrameOf frame_of) const {
     const tools::Drive drive = read_drive({.folder = lap_});
     const auto signals = signals_of(drive);
     const Series& left = signals.of(estimator::Source::wheel_rear_left);
@@ -141,21 +140,22 @@ class Drive : public testing::Test {
         lines.emplace(line.substr(0, line.find(')') + 1), line + "\n");
     std::string text;
     for (const auto& line : lines) text += line.second;
-    return scratch_->write("lap/" + name, text).string();
+    return scratch_.write("lap/" + name, text).string();
   }
   static std::string vesc_frame(double turns) {
     const auto erpm = std::lround(60.0 * turns * gear_ratio * pole_pairs);
     return "00000917#" + most_significant_first(erpm, 4) + "00000000";
   }
-  static Outcome init(const std::string& options, const std::string& out = "motor.toml") {
+  [[nodiscard]] Outcome init(const std::string& options,
+                             const std::string& out = "motor.toml") const {
     return run_shell(
         "odom init --yes --force --json --mass 2.985 --wheelbase 0.26 --front-axle "
         "0.175 --wheel-radius 33mm --out " +
         lap_ + "/" + out + " " + options);
   }
 
-  static inline Scratch* scratch_ = nullptr;
-  static inline std::string lap_;
+  const Scratch& scratch_ = shared().scratch;
+  const std::string lap_ = shared().folder.string();
 };
 
 TEST_F(Drive, GivesAPoseByNothingButMassAndSizes) {
@@ -218,7 +218,7 @@ TEST_F(Drive, IsNotNeededForTheFilesAndMarksWhatNobodySaid) {
               AllOf(HasSubstr("# UNSURE: ratio 1"), HasSubstr("ratio = 1.0, pole_pairs = 2"),
                     HasSubstr("dbc = \"vesc-23.dbc\"")));
   EXPECT_EQ(run_shell("odomd --check --config " + lap_ + "/motor.toml").status, 0);
-  scratch_->write("lap/vesc-24.dbc", "VERSION \"mine\"\n");
+  scratch_.write("lap/vesc-24.dbc", "VERSION \"mine\"\n");
   EXPECT_THAT(init("--vesc 24 --pole-pairs 2"), Ends(2, HasSubstr("vesc-24.dbc: exists already")));
   EXPECT_EQ(contents(lap_ + "/vesc-24.dbc"), "VERSION \"mine\"\n");
   EXPECT_THAT(init("--vesc 25 --pole-pairs 2 --track 0.16 --dbc " + lap_ + "/car.dbc").out,

@@ -126,16 +126,9 @@ TEST(CorneringStiffness, ThePictureShowsBothAxles) {
 // odom identify stiffness on simulated circles, and its errors if something went wrong.
 
 // One simulated drive for all tests.
-const std::string& afternoon() {
-  static const Scratch scratch;
-  static const std::string folder = [] {
-    const std::string made = scratch.path("circles").string();
-    const Outcome outcome = run_shell(
-        "odom sim --scenario circles --markers --seed 3 --fix mass_error=0 --out " + made);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    return made;
-  }();
-  return folder;
+std::string afternoon() {
+  static const SharedDrive made{"--scenario circles --markers --seed 3 --fix mass_error=0"};
+  return made.folder.string();
 }
 
 Outcome identify(const std::string& options) {
