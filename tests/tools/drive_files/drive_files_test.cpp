@@ -24,16 +24,9 @@ CameraLog read_camera(const std::string& text) {
 TEST(CameraLog, ReadsEveryColumnExactly) {
   const CameraLog log =
       read_camera(camera_header + "1760000000.032016,1760000000,0.5,-2.5,-0.08,8e-3,0.009,0.01\n");
-  ASSERT_EQ(log.poses.size(), 1U);
-  const estimator::CameraPose& pose = log.poses.front();
-  EXPECT_EQ(pose.arrival_ns, 1'760'000'000'032'016'000);
-  EXPECT_EQ(pose.capture_ns, 1'760'000'000'000'000'000);
-  EXPECT_EQ(pose.x, 0.5);
-  EXPECT_EQ(pose.y, -2.5);
-  EXPECT_EQ(pose.yaw, -0.08);
-  EXPECT_EQ(pose.sigma_x, 0.008);
-  EXPECT_EQ(pose.sigma_y, 0.009);
-  EXPECT_EQ(pose.sigma_yaw, 0.01);
+  EXPECT_THAT(log.poses,
+              ElementsAre(testing::FieldsAre(1'760'000'000'000'000'000, 1'760'000'000'032'016'000,
+                                             0.5, -2.5, -0.08, 0.008, 0.009, 0.01)));
   EXPECT_THAT(log.warnings, IsEmpty());
 }
 
@@ -42,10 +35,9 @@ TEST(CameraLog, IsSortedByArrivalAndKeepsTheOrderOfEqualOnes) {
                                     "2,1,20,0,0,1,1,1\n"
                                     "1,0.5,10,0,0,1,1,1\n"
                                     "1,0.6,11,0,0,1,1,1\n");
-  ASSERT_EQ(log.poses.size(), 3U);
-  EXPECT_EQ(log.poses[0].x, 10.0);
-  EXPECT_EQ(log.poses[1].x, 11.0);
-  EXPECT_EQ(log.poses[2].x, 20.0);
+  std::vector<double> x;
+  for (const estimator::CameraPose& pose : log.poses) x.push_back(pose.x);
+  EXPECT_THAT(x, ElementsAre(10.0, 11.0, 20.0));
   EXPECT_THAT(log.warnings, ElementsAre(Named("file_content", "not in the order of t_arrival")));
 }
 
@@ -60,21 +52,13 @@ TEST(CameraLog, ReportsPosesThatArriveBeforeTheyAreCaptured) {
               ElementsAre(Named("camera_columns_exchanged", "1 of 2 poses")));
 }
 
-TEST(CameraLog, MayHoldNoPose) {
+TEST(CameraLog, MayHoldNoPoseButNoSigmaThatIsNotPositive) {
   EXPECT_THAT(read_camera(camera_header).poses, IsEmpty());
-}
-
-TEST(CameraLog, RefusesASigmaThatIsNotPositive) {
   for (const char* sigma : {"0", "-0.01", "nan"}) {
     const std::string error =
         message_of([&] { (void)read_camera(camera_header + "1,1,0,0,0,1," + sigma + ",1\n"); });
     EXPECT_THAT(error, HasSubstr("camera.csv:2: column \"sigma_y\"")) << sigma;
   }
-}
-
-TEST(CameraLog, RefusesAMissingFile) {
-  EXPECT_THAT(message_of([] { (void)read_camera_log("/nonexistent/camera.csv"); }),
-              HasSubstr("/nonexistent/camera.csv: no such file"));
 }
 
 odom_pose some_pose() {
@@ -167,20 +151,15 @@ TEST(PoseFile, WritesAllRowsInTheirOrder) {
   }
   file.finish();
   EXPECT_EQ(out.str(), expected);
-}
 
-TEST(PoseFile, OfNothingIsItsHeader) {
-  std::ostringstream out;
-  PoseFile(out).finish();
-  EXPECT_EQ(out.str(), record_header());
+  std::ostringstream nothing;
+  PoseFile(nothing).finish();
+  EXPECT_EQ(nothing.str(), record_header());
 }
 
 TEST(PoseCsv, ModesHaveTheNamesOfTheClientLibrary) {
   for (std::uint32_t mode = ODOM_INITIALISING; mode <= ODOM_FAULT; ++mode)
     EXPECT_EQ(mode_name(mode), odom_mode_name(mode));
-}
-
-TEST(PoseCsv, AModeThatIsNotKnownHasItsNumber) {
   EXPECT_EQ(mode_name(77), "mode 77");
 }
 

@@ -49,6 +49,14 @@ INSTANTIATE_TEST_SUITE_P(Sim, PublishedCar,
                                            CarKind::vw_vanagon),
                          [](const auto& car) { return std::string(car_name(car.param)); });
 
+/// Also the car whose body does not move.
+class AnyCar : public PublishedCar {};
+
+INSTANTIATE_TEST_SUITE_P(Sim, AnyCar,
+                         ::testing::Values(CarKind::saloon, CarKind::bmw_320i, CarKind::ford_escort,
+                                           CarKind::vw_vanagon),
+                         [](const auto& car) { return std::string(car_name(car.param)); });
+
 TEST_P(PublishedCar, RollsInASteadyTurnAsItsGradientSays) {
   const PlantParameters car = ideal_car(GetParam());
   for (const double steering : {0.06, -0.06}) {
@@ -65,11 +73,10 @@ TEST_P(PublishedCar, RollsInASteadyTurnAsItsGradientSays) {
 
 TEST_P(PublishedCar, RollsAndPitchesAsCarsDo) {
   const double per_g = gravity / degree;
-  EXPECT_GT(ideal_car(GetParam()).suspension.roll_gradient() * per_g, 6.0);
-  EXPECT_LT(ideal_car(GetParam()).suspension.roll_gradient() * per_g, 9.0);
-  EXPECT_GT(ideal_car(GetParam(), 2.5).suspension.roll_gradient() * per_g, 2.0);
-  EXPECT_LT(ideal_car(GetParam(), 2.5).suspension.roll_gradient() * per_g, 4.0);
-  EXPECT_NEAR(ideal_car(GetParam()).suspension.pitch_gradient() * per_g, 3.0, 0.5);
+  const Suspension usual = ideal_car(GetParam()).suspension;
+  EXPECT_NEAR(usual.roll_gradient() * per_g, 7.5, 1.5);
+  EXPECT_NEAR(ideal_car(GetParam(), 2.5).suspension.roll_gradient() * per_g, 3.0, 1.0);
+  EXPECT_NEAR(usual.pitch_gradient() * per_g, 3.0, 0.5);
 }
 
 TEST_P(PublishedCar, DivesUnderTheBrakesAndSwingsOut) {
@@ -115,22 +122,6 @@ TEST_P(PublishedCar, ItsWheelsCarryItsWeight) {
   for (int k = 0; k < 3'000; ++k) braking.step({.force = -3.0 * car.mass}, dt);
   EXPECT_NEAR(sum(braking.loads()), car.mass * gravity, 1e-6 * car.mass * gravity);
   EXPECT_GT(braking.loads()[front_left], 1.1 * Plant(car, 0, 0, 0).loads()[front_left]);
-}
-
-TEST_P(PublishedCar, TurnsAsTheLinearBicycleDoesWhenDrivenGently) {
-  const PlantParameters car = ideal_car(GetParam());
-  const double l = car.front_axle + car.rear_axle;
-  const PlantOutput out = steady(car, 12.0, 0.01).output();
-  // ψ̇ = v δ / (l + K v²),  K = (m / l)(l_h / C_v - l_v / C_h)
-  const double K = car.mass / l *
-                   (car.rear_axle / car.cornering_stiffness_front -
-                    car.front_axle / car.cornering_stiffness_rear);
-  EXPECT_GT(K, 0.0);  // understeers
-  const double yaw_rate = out.v_x * 0.01 / (l + K * out.v_x * out.v_x);
-  EXPECT_NEAR(out.yaw_rate, yaw_rate, 0.02 * yaw_rate);
-  const double v_y = yaw_rate * (car.rear_axle - car.mass * car.front_axle * out.v_x * out.v_x /
-                                                     (car.cornering_stiffness_rear * l));
-  EXPECT_NEAR(out.v_y, v_y, 0.05 * yaw_rate * car.rear_axle);
 }
 
 TEST_P(PublishedCar, DrivesItsOwnAxle) {
@@ -187,7 +178,7 @@ TEST_P(PublishedCar, StandsStillOnASlope) {
 }
 
 // Specific force at a point of the body, compared with differences of that point's motion.
-TEST_P(PublishedCar, TheBodyFeelsWhatItsMotionAsksFor) {
+TEST_P(AnyCar, TheBodyFeelsWhatItsMotionAsksFor) {
   const PlantParameters car = ideal_car(GetParam());
   constexpr std::array at{0.35, 0.1, 0.45};
   const auto rotated = [](const PlantOutput& o, std::array<double, 3> v, double sign) {

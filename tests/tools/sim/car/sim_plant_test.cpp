@@ -10,10 +10,10 @@ namespace {
 
 constexpr double dt = 0.0005;
 
-PlantParameters reference_car() {
-  ParameterSet ideal = default_parameters(CarKind::scale_car);
+PlantParameters reference_car(CarKind kind = CarKind::scale_car) {
+  ParameterSet ideal = default_parameters(kind);
   make_ideal(ideal);
-  return true_vehicle(CarKind::scale_car, ideal);
+  return true_vehicle(kind, ideal);
 }
 
 long steps_in(double seconds) {
@@ -69,23 +69,32 @@ TEST(Tyre, GrowsLessThanTheLoad) {
   EXPECT_EQ(tyre_force(tyre, 0.0, 1.0, 0.1, 0.1).y, 0.0);
 }
 
+// ψ̇ = v δ / (l + K v²),  K = (m / l)(l_h / C_v - l_v / C_h),  v_y = ψ̇ (l_h - m l_v v² / (C_h l))
 TEST(Plant, TurnsAsTheLinearBicycleDoesWhenDrivenGently) {
-  const PlantParameters car = reference_car();
-  const double l = car.front_axle + car.rear_axle;
-  for (const double speed : {0.5, 1.0, 2.0}) {
-    for (const double steering : {0.02, -0.02}) {
-      const PlantOutput out = steady(car, speed, steering).output();
-      // ψ̇ = v δ / (l + K v²),  K = (m / l)(l_h / C_v - l_v / C_h)
-      const double K = car.mass / l *
-                       (car.rear_axle / car.cornering_stiffness_front -
-                        car.front_axle / car.cornering_stiffness_rear);
-      const double yaw_rate = out.v_x * steering / (l + K * out.v_x * out.v_x);
-      EXPECT_NEAR(out.yaw_rate, yaw_rate, 0.02 * std::abs(yaw_rate)) << speed;
-      // v_y = ψ̇ (l_h - m l_v v² / (C_h l))
-      const double v_y = yaw_rate * (car.rear_axle - car.mass * car.front_axle * out.v_x * out.v_x /
-                                                         (car.cornering_stiffness_rear * l));
-      EXPECT_NEAR(out.v_y, v_y, 0.03 * std::abs(yaw_rate) * car.rear_axle) << speed;
-    }
+  using enum CarKind;
+  struct Turn {
+    CarKind kind;
+    double speed, steering, tolerance;
+  };
+  for (const auto& [kind, speed, steering, tolerance] : {Turn{scale_car, 0.5, 0.02, 0.03},
+                                                         {scale_car, 1.0, -0.02, 0.03},
+                                                         {scale_car, 2.0, 0.02, 0.03},
+                                                         {bmw_320i, 12.0, 0.01, 0.05},
+                                                         {ford_escort, 12.0, 0.01, 0.05},
+                                                         {vw_vanagon, 12.0, 0.01, 0.05}}) {
+    SCOPED_TRACE(car_name(kind));
+    const PlantParameters car = reference_car(kind);
+    const double l = car.front_axle + car.rear_axle;
+    const PlantOutput out = steady(car, speed, steering, 8.0).output();
+    const double K = car.mass / l *
+                     (car.rear_axle / car.cornering_stiffness_front -
+                      car.front_axle / car.cornering_stiffness_rear);
+    EXPECT_GT(K, 0.0);  // understeers
+    const double yaw_rate = out.v_x * steering / (l + K * out.v_x * out.v_x);
+    EXPECT_NEAR(out.yaw_rate, yaw_rate, 0.02 * std::abs(yaw_rate));
+    const double v_y = yaw_rate * (car.rear_axle - car.mass * car.front_axle * out.v_x * out.v_x /
+                                                       (car.cornering_stiffness_rear * l));
+    EXPECT_NEAR(out.v_y, v_y, tolerance * std::abs(yaw_rate) * car.rear_axle);
   }
 }
 
@@ -121,14 +130,6 @@ TEST(Plant, LoadMovesOutwardsAndToTheRear) {
   drive(plant, {.force = 2.0 * car.mass}, 0.3);
   EXPECT_GT(plant.loads()[rear_left], standing[rear_left]);
   EXPECT_LT(plant.loads()[front_left], standing[front_left]);
-}
-
-TEST(Plant, DrivenWheelsSlipAndFreeOnesDoNot) {
-  const PlantParameters car = reference_car();
-  Plant plant(car, 0.0, 0.0, 0.0);
-  drive(plant, {.force = 2.0 * car.mass}, 0.5);
-  EXPECT_GT(plant.slip_x()[rear_left], 0.02);
-  EXPECT_LT(std::abs(plant.slip_x()[front_left]), 0.005);
 }
 
 TEST(Plant, OnIceTheWheelsSpinUpToTheTopSpeedAndLockWhenBraked) {
@@ -217,36 +218,6 @@ TEST(Plant, SteeringLagsAndKeepsItsRateLimit) {
   EXPECT_GT(fastest, 0.99 * car.steering_rate_limit);
   EXPECT_NEAR(before, car.steering_limit, 0.01);
   EXPECT_LE(before, car.steering_limit);
-}
-
-TEST(Plant, FeelsTheForceThatItsMotionAsksFor) {
-  // Specific force at the IMU, compared with differences of that point's motion.
-  const PlantParameters car = reference_car();
-  Plant plant = steady(car, 1.2, 0.0, 1.0);
-  constexpr double px = 0.1, py = -0.06;
-  const auto point_velocity = [&](const PlantOutput& o) {  // over ground
-    const double vx = o.v_x - o.yaw_rate * py, vy = o.v_y + o.yaw_rate * px;
-    return BodyForce{std::cos(o.yaw) * vx - std::sin(o.yaw) * vy,
-                     std::sin(o.yaw) * vx + std::cos(o.yaw) * vy};
-  };
-  double largest = 0.0;
-  for (int k = 0; k < 4000; ++k) {
-    const double t = k * dt;
-    const BodyForce before = point_velocity(plant.output());
-    const PlantInput input{.steering = 0.25 * std::sin(5.0 * t), .force = 2.0 * std::cos(3.0 * t)};
-    plant.step(input, dt);
-    const PlantOutput middle = plant.output();
-    plant.step(input, dt);
-    const BodyForce after = point_velocity(plant.output());
-    const double ax = (after.x - before.x) / (2.0 * dt), ay = (after.y - before.y) / (2.0 * dt);
-    const BodyForce expected{std::cos(middle.yaw) * ax + std::sin(middle.yaw) * ay,
-                             -std::sin(middle.yaw) * ax + std::cos(middle.yaw) * ay};
-    const BodyForce specific_force = specific_force_at(middle, px, py);
-    EXPECT_NEAR(specific_force.x, expected.x, 0.01);
-    EXPECT_NEAR(specific_force.y, expected.y, 0.01);
-    largest = std::max(largest, std::abs(specific_force.y));
-  }
-  EXPECT_GT(largest, 0.5);
 }
 
 TEST(Plant, AFinerStepGivesTheSameCar) {
