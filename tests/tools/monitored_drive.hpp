@@ -86,6 +86,7 @@ inline MonitoredDrive load_drive(daemon::Config config, const std::filesystem::p
   return drive;
 }
 
+/// In the order of the values in with_fault().
 enum class FaultKind : std::uint8_t { frozen, offset, drift, non_finite, out_of_range, zero };
 
 inline std::string_view name_of(FaultKind kind) {
@@ -115,26 +116,13 @@ inline MonitoredDrive with_fault(MonitoredDrive drive, const Fault& fault) {
     }
     const double t = static_cast<double>(event.tick_ns - fault.begin_ns) * 1e-9;
     const auto fail = [&](double& value, double frozen) {
-      switch (fault.kind) {
-        case FaultKind::frozen:
-          value = frozen;
-          break;
-        case FaultKind::offset:
-          value += fault.size;
-          break;
-        case FaultKind::drift:
-          value += fault.size * t;
-          break;
-        case FaultKind::non_finite:
-          value = std::numeric_limits<double>::quiet_NaN();
-          break;
-        case FaultKind::out_of_range:
-          value = 1e6;
-          break;
-        case FaultKind::zero:
-          value = 0.0;
-          break;
-      }
+      const std::array failed{frozen,
+                              value + fault.size,
+                              value + fault.size * t,
+                              std::numeric_limits<double>::quiet_NaN(),
+                              1e6,
+                              0.0};
+      value = failed[static_cast<std::size_t>(fault.kind)];
     };
     if (auto* const sample = std::get_if<Measurement>(&event.sample)) {
       fail(sample->value, last != nullptr ? std::get<Measurement>(last->sample).value : 0.0);

@@ -141,6 +141,9 @@ TEST(SimCommand, WrongUsageIsOneLineAndStatusTwo) {
   expect_refused(
       "cd " + scratch.path("").string() + "; odom sim --out x --fix ",
       {{"gyro_bais=1", HasSubstr("the nearest is 'gyro_bias'")},
+       {"gyro_bias", HasSubstr("NAME=VALUE")},
+       {"gyro_bias=1x", HasSubstr("not a finite number")},
+       {"gyro_bias=nan", HasSubstr("not a finite number")},
        {"foo=1", HasSubstr("not a parameter of the simulation; available: friction, ")}});
   EXPECT_FALSE(std::filesystem::exists(scratch.path("x")));
 }

@@ -1,4 +1,5 @@
 // Time offsets between signals, for signals with known offsets.
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
@@ -69,6 +70,22 @@ SignalLog log_with_gyro(double seconds = 30.0) {
       sampled(yaw_rate, {.period = 0.005, .noise = 0.005, .seconds = seconds});
   return log;
 }
+
+/// A lap at a steady speed, and what odom identify latency finds in it after `change`.
+struct Lap {
+  explicit Lap(const std::string& change, const std::string& options) {
+    outcome =
+        run_shell("cd " + folder + " && " + change +
+                  " odom identify latency --json --config car.toml --can drive.log " + options);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    const auto found = nlohmann::json::parse(outcome.out);
+    for (const auto& value : found["values"]) values[value["name"]] = value;
+  }
+  Scratch scratch;
+  std::string folder = simulate(scratch, "--speed 1 --laps 2 --seed 1", "lap");
+  Outcome outcome;
+  std::map<std::string, nlohmann::json> values;  ///< by name
+};
 
 const SourceOffset& of(const LatencyEstimate& estimate, Source source) {
   for (const SourceOffset& offset : estimate.offsets)
@@ -219,57 +236,28 @@ TEST(Latency, ADriveStraightAheadDeterminesNothing) {
 // At a steady speed the tyres' relaxation and the steering's lag look alike: details that no model
 // contains must not separate them.
 TEST(Latency, OfTheSteeringIsNoMoreCertainThanTheTyresAtASteadySpeed) {
-  const Scratch scratch;
-  const std::string lap = scratch.path("lap").string();
-  ASSERT_EQ(run_shell("odom sim --speed 1 --laps 2 --seed 1 --out " + lap).status, 0);
-  const Outcome outcome = run_shell("cd " + lap +
-                                    " && odom identify latency --json --config car.toml --can "
-                                    "drive.log --camera camera.csv");
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
-  const auto plant = nlohmann::json::parse(contents(lap + "/plant.json"));
-  bool refused = false;
-  const auto found = nlohmann::json::parse(outcome.out);
-  for (const auto& value : found["values"]) {
-    if (value["name"] != "lag of the wheels behind steering, in all") continue;
-    refused = true;
-    const double half_a_cycle = 0.005;  // the command is updated in cycles and held
-    EXPECT_NEAR(value["value"].get<double>(), plant["truth"]["steering_lag"].get<double>(),
-                2.0 * value["sigma"].get<double>() + half_a_cycle);
-  }
-  EXPECT_TRUE(refused);
+  Lap lap("", "--camera camera.csv");
+  const auto plant = nlohmann::json::parse(contents(lap.folder + "/plant.json"));
+  const auto& value = lap.values.at("lag of the wheels behind steering, in all");
+  const double half_a_cycle = 0.005;  // the command is updated in cycles and held
+  EXPECT_NEAR(value["value"].get<double>(), plant["truth"]["steering_lag"].get<double>(),
+              2.0 * value["sigma"].get<double>() + half_a_cycle);
 }
 
 // With poses stamped on arrival all sensors seem early: the camera is no clock, and 0 is wrong.
 TEST(Latency, HoldsBackWhatIsEarlyAndBelievesTheGyroInTheCamerasPlace) {
-  const Scratch scratch;
-  const std::string lap = scratch.path("lap").string();
-  ASSERT_EQ(run_shell("odom sim --speed 1 --laps 2 --seed 1 --out " + lap).status, 0);
-  const Outcome outcome = run_shell(
-      "cd " + lap + " && awk -F, -v OFS=, 'NR > 1 {$2 = $1} 1' camera.csv > late.csv" +
-      " && odom identify latency --json --config car.toml --can drive.log --camera late.csv" +
-      " --write car.toml");
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, testing::HasSubstr("the gyro's configured latency, 0.0 ms, is assumed"));
-  const auto found = nlohmann::json::parse(outcome.out);
-  bool gyro = false, wheel = false;
-  for (const auto& value : found["values"]) {
-    if (value["name"] == "latency of yaw_rate") {
-      gyro = true;
-      EXPECT_FALSE(value["determined"].get<bool>());
-      EXPECT_THAT(value["remark"].get<std::string>(), testing::HasSubstr("which is not possible"));
-    }
-    if (value["name"] == "latency of accel_x") {
-      EXPECT_THAT(value["remark"].get<std::string>(),
-                  testing::HasSubstr("only known in the gyro's"));
-    }
-    if (value["name"] == "latency of wheel_rear_left") {
-      wheel = true;
-      EXPECT_TRUE(value["determined"].get<bool>());
-      EXPECT_NEAR(value["value"].get<double>(), 0.005, 2.0 * value["sigma"].get<double>());
-    }
-  }
-  EXPECT_TRUE(gyro && wheel);
-  EXPECT_THAT(outcome.err, testing::Not(testing::HasSubstr("can.signals.yaw_rate.latency")));
+  Lap lap("awk -F, -v OFS=, 'NR > 1 {$2 = $1} 1' camera.csv > late.csv &&",
+          "--camera late.csv --write car.toml");
+  EXPECT_THAT(lap.outcome.err, AllOf(HasSubstr("the gyro's configured latency, 0.0 ms, is assumed"),
+                                     Not(HasSubstr("can.signals.yaw_rate.latency"))));
+  const auto& gyro = lap.values.at("latency of yaw_rate");
+  EXPECT_FALSE(gyro["determined"].get<bool>());
+  EXPECT_THAT(gyro["remark"].get<std::string>(), HasSubstr("which is not possible"));
+  EXPECT_THAT(lap.values.at("latency of accel_x")["remark"].get<std::string>(),
+              HasSubstr("only known in the gyro's"));
+  const auto& wheel = lap.values.at("latency of wheel_rear_left");
+  EXPECT_TRUE(wheel["determined"].get<bool>());
+  EXPECT_NEAR(wheel["value"].get<double>(), 0.005, 2.0 * wheel["sigma"].get<double>());
 }
 
 TEST(Latency, NeedsAGyroAndTime) {

@@ -71,16 +71,6 @@ TEST(Parameters, OneErrorLeavesTheOthersAlone) {
   }
 }
 
-TEST(Parameters, MisspeltOnesAreNamed) {
-  const auto complaint = [](std::string_view text) {
-    return tools::message_of([text] { (void)parse_assignment(text); });
-  };
-  EXPECT_NE(complaint("gyro_bais=1").find("gyro_bias"), std::string::npos);
-  EXPECT_NE(complaint("gyro_bias").find("NAME=VALUE"), std::string::npos);
-  EXPECT_NE(complaint("gyro_bias=1x").find("not a finite number"), std::string::npos);
-  EXPECT_NE(complaint("gyro_bias=nan").find("not a finite number"), std::string::npos);
-}
-
 TEST(Imu, TheBiasWalksAsItsDensitySays) {
   Moments ends;
   for (std::uint64_t seed = 0; seed < 500; ++seed) {
