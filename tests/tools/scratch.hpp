@@ -42,6 +42,13 @@ inline Outcome run_shell(const std::string& command) {
   return outcome;
 }
 
+/// The standard output of a command line, which must succeed.
+inline std::string must_run(const std::string& command) {
+  const Outcome outcome = run_shell(command);
+  EXPECT_EQ(outcome.status, 0) << command << ": " << outcome.err;
+  return outcome.out;
+}
+
 /// Runs `odom sim` with these options; returns the drive's folder in the directory. Throws if it
 /// fails.
 inline std::string simulate(const Scratch& scratch, const std::string& options,

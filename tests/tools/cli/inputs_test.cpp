@@ -46,12 +46,10 @@ TEST_F(Inputs, ADriveWhoseLogIsAPipeIsRefused) {
 }
 
 TEST_F(Inputs, APipeOfTheShellIsRead) {
-  EXPECT_EQ(run_shell("cd " + folder() +
-                      " && bash -c 'timeout 60 odom replay --can d/drive.log "
-                      "--config d/car.toml --dbc <(cat d/car.dbc) --camera <(cat d/camera.csv) "
-                      "--out o'")
-                .status,
-            0);
+  must_run("cd " + folder() +
+           " && bash -c 'timeout 60 odom replay --can d/drive.log "
+           "--config d/car.toml --dbc <(cat d/car.dbc) --camera <(cat d/camera.csv) "
+           "--out o'");
 }
 
 TEST_F(Inputs, WhatIsPackedIsNamedWithTheCommandThatUnpacksIt) {
@@ -101,9 +99,7 @@ TEST_F(Inputs, DrivesAreTakenWithAndWithoutTheirOption) {
 
 TEST_F(Inputs, ADriveIsReplayedLikeItsFiles) {
   const auto replayed = [](const std::string& options) {
-    const Outcome outcome = run_shell("cd " + folder() + " && odom replay --out - " + options);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    return outcome.out;
+    return must_run("cd " + folder() + " && odom replay --out - " + options);
   };
   const std::string whole = replayed("--config d/car.toml --can d/drive.log --camera d/camera.csv");
   EXPECT_EQ(replayed("--drive d"), whole);

@@ -140,8 +140,7 @@ TEST(Completions, OfZshAndFishAreSound) {
   for (const char* line :
        {"command -v zsh >/dev/null || exit 0; zsh -n " ODOMD_COMPLETIONS "/odom.zsh",
         "command -v fish >/dev/null || exit 0; fish -n " ODOMD_COMPLETIONS "/odom.fish"}) {
-    const Outcome outcome = run_shell(line);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    must_run(line);
   }
 }
 

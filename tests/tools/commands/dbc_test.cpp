@@ -60,9 +60,7 @@ TEST_F(OdomDbc, DecodesOneJsonObjectAFrame) {
 }
 
 TEST_F(OdomDbc, DecodesStandardInputForPeople) {
-  const Outcome outcome = run_shell(decode("- <" + log_.string()));
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.out,
+  EXPECT_THAT(must_run(decode("- <" + log_.string())),
               StartsWith("(1760000000.069964) can0 120 Imu  Yaw 2 °/s  Acc -1.96 m/s2\n"
                          "(1760000000.080001) can1 00000160 Paged  Page 1 (first)  One 10\n"));
 }
@@ -99,13 +97,12 @@ TEST_F(OdomDbc, TakesTheFirstOfSeveralDatabases) {
 }
 
 TEST_F(OdomDbc, ShowsADatabase) {
-  const Outcome outcome = run_shell("odom dbc show " + dbc_.string());
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.out, HasSubstr("2 messages, 5 signals\n"));
-  EXPECT_THAT(outcome.out, HasSubstr("120 Imu  id 288, 4 bytes, every 10 ms, from ECU\n"
-                                     "  Inertial sensor\n"));
-  EXPECT_THAT(outcome.out, HasSubstr("00000160 Paged  id 352 extended, 3 bytes, from ECU\n"));
-  EXPECT_THAT(outcome.out, HasSubstr("m2 of Page"));
+  const std::string out = must_run("odom dbc show " + dbc_.string());
+  EXPECT_THAT(out, HasSubstr("2 messages, 5 signals\n"));
+  EXPECT_THAT(out, HasSubstr("120 Imu  id 288, 4 bytes, every 10 ms, from ECU\n"
+                             "  Inertial sensor\n"));
+  EXPECT_THAT(out, HasSubstr("00000160 Paged  id 352 extended, 3 bytes, from ECU\n"));
+  EXPECT_THAT(out, HasSubstr("m2 of Page"));
 }
 
 TEST_F(OdomDbc, ShowsADatabaseAsJson) {

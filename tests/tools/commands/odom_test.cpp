@@ -5,9 +5,7 @@ namespace odomd::tools::odom_test {
 namespace {
 
 TEST(Odom, PrintsItsVersion) {
-  const Outcome outcome = run_shell("odom --version");
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.out, StartsWith("odom "));
+  EXPECT_THAT(must_run("odom --version"), StartsWith("odom "));
 }
 
 TEST(Odom, WrongUsageIsOneLineAndStatusTwo) {
@@ -43,14 +41,12 @@ class Units : public ::testing::Test {
   Units() {
     const std::string scale =
         "; awk -F, -v OFS=, -v CONVFMT=%.9g 'NR > 1 { $c *= m; $(c + 1) *= m; $(c + 2) *= r } 1' ";
-    const Outcome made =
-        run_shell("cd " + scratch_.path("").string() +
-                  " && odom sim --scenario lap --duration 20 --out drive && cd drive || exit 1" +
-                  scale + "c=3 m=1000 r=1 camera.csv >camera_mm.csv" +  //
-                  scale + "c=3 m=1 r=57.29578 camera.csv >camera_deg.csv" + scale +
-                  "c=2 m=1000 r=1 truth.csv >truth_mm.csv" + scale +
-                  "c=2 m=1 r=57.29578 truth.csv >truth_deg.csv");
-    EXPECT_EQ(made.status, 0) << made.err;
+    must_run("cd " + scratch_.path("").string() +
+             " && odom sim --scenario lap --duration 20 --out drive && cd drive || exit 1" + scale +
+             "c=3 m=1000 r=1 camera.csv >camera_mm.csv" +  //
+             scale + "c=3 m=1 r=57.29578 camera.csv >camera_deg.csv" + scale +
+             "c=2 m=1000 r=1 truth.csv >truth_mm.csv" + scale +
+             "c=2 m=1 r=57.29578 truth.csv >truth_deg.csv");
   }
 
   [[nodiscard]] std::string said(const std::string& command) const {

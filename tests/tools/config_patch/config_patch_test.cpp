@@ -197,7 +197,7 @@ TEST(ConfigPatch, OfAFileKeepsItsModeAndLinks) {
 
 TEST(ConfigPatch, OfAPipeDoesNotWait) {
   const Scratch scratch;
-  ASSERT_EQ(run_shell("mkfifo " + scratch.path("pipe").string()).status, 0);
+  must_run("mkfifo " + scratch.path("pipe").string());
   EXPECT_THAT(message_of([&] { check_patchable(scratch.path("pipe")); }),
               HasSubstr("is not a regular file"));
 }

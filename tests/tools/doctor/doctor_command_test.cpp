@@ -68,9 +68,7 @@ TEST(Doctor, FindsNothingInASoundDrive) {
   EXPECT_EQ(text.status, 0) << text.out;
   EXPECT_THAT(text.out, AllOf(StartsWith(drive() + ": fine"), EndsWith("\nnothing found\n")));
   EXPECT_EQ(text.err, "");
-  const Outcome outcome = run_shell("odom doctor --json --drive " + drive());
-  EXPECT_EQ(outcome.status, 0);
-  const json result = json::parse(outcome.out);
+  const json result = json::parse(must_run("odom doctor --json --drive " + drive()));
   EXPECT_EQ(result.at("findings"), 0);
   EXPECT_TRUE(result.at("parts").at(0).at("examined"));
 }

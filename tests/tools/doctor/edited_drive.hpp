@@ -22,9 +22,7 @@ inline const Scratch& simulated(const std::string& options) {
   static std::map<std::string, Scratch> made;
   const auto [place, is_new] = made.try_emplace(options);
   if (is_new) {
-    const Outcome outcome =
-        run_shell("odom sim " + options + " --out " + place->second.path("drive").string());
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    must_run("odom sim " + options + " --out " + place->second.path("drive").string());
   }
   return place->second;
 }

@@ -115,8 +115,7 @@ TEST(Import, ReadsTheTablesOfTools) {
     EXPECT_NEAR(role["least"].get<double>(), one.least, 1e-6);
     EXPECT_NEAR(role["most"].get<double>(), one.most, 1e-6);
     EXPECT_NEAR(result["first"].get<double>(), one.first, 1e-6);
-    EXPECT_EQ(run_shell("odomd --check --config " + scratch.path("out/car.toml").string()).status,
-              0);
+    must_run("odomd --check --config " + scratch.path("out/car.toml").string());
   }
 }
 

@@ -66,10 +66,8 @@ Exported exported(const fs::path& folder) {
 json errors(const Scratch& scratch, const fs::path& folder, const fs::path& truth,
             const std::string& camera) {
   const std::string out = scratch.path("pose.csv").string();
-  const Outcome replay =
-      run_shell("cd " + folder.string() + " && odom replay --config car.toml --can drive.log " +
-                camera + " --out " + out);
-  EXPECT_EQ(replay.status, 0) << replay.err;
+  must_run("cd " + folder.string() + " && odom replay --config car.toml --can drive.log " + camera +
+           " --out " + out);
   const Outcome outcome =
       run_shell("odom evaluate --json --reference " + truth.string() + " --pose " + out);
   return json::parse(outcome.out)["estimates"][0];

@@ -116,9 +116,8 @@ class Init : public testing::Test {
   }
   [[nodiscard]] json errors(const std::string& config) const {
     const std::string pose = lap_ + "/" + config + ".csv";
-    const Outcome replay = run_shell("odom replay --config " + lap_ + "/" + config + " --can " +
-                                     lap_ + "/drive.log --initial 0,0,0 --out " + pose);
-    EXPECT_EQ(replay.status, 0) << replay.err;
+    must_run("odom replay --config " + lap_ + "/" + config + " --can " + lap_ +
+             "/drive.log --initial 0,0,0 --out " + pose);
     const Outcome outcome = run_shell("odom evaluate --align first --json --reference " + lap_ +
                                       "/truth.csv --pose " + pose);
     return json::parse(outcome.out)["estimates"][0];
@@ -140,7 +139,7 @@ TEST_F(Init, WritesWhatReplaysAsTheConfigurationByHand) {
     EXPECT_EQ(role["scale"], 1.0) << role;
   }
   EXPECT_NEAR(result["vehicle"]["track_width"]["value"].get<double>(), 0.16, 0.008);
-  EXPECT_EQ(run_shell("odomd --check --config " + lap_ + "/init.toml").status, 0);
+  must_run("odomd --check --config " + lap_ + "/init.toml");
   const json by_hand = errors("car.toml"), proposed = errors("init.toml");
   EXPECT_LT(proposed["position"]["rms"], 1.1 * by_hand["position"]["rms"].get<double>());
   EXPECT_LT(proposed["heading"]["rms"], 1.1 * by_hand["heading"]["rms"].get<double>());
@@ -155,7 +154,7 @@ TEST_F(Init, KnowsItsOwnBusWithoutADatabaseAndProtectsIt) {
   EXPECT_THAT(contents(folder + "/car.toml"),
               AllOf(HasSubstr("data_id = 0x1A2"), HasSubstr("# position = ["),
                     HasSubstr("# lever_arm = [")));
-  EXPECT_EQ(run_shell("odomd --check --config " + folder + "/car.toml").status, 0);
+  must_run("odomd --check --config " + folder + "/car.toml");
 }
 
 TEST_F(Init, WithoutALogSaysThatNothingWasCompared) {

@@ -81,11 +81,10 @@ TEST(MotorController, DatabaseReadsEverySignalOfThePublishedLayout) {
     for (std::size_t i = 0; i < one.samples.size(); ++i)
       log += fmt::format("({}.000000) can0 {}\n", 100 + i, one.samples[i].frame);
     scratch.write("bus.log", log);
-    const Outcome made = run_shell("cd " + folder +
-                                   " && odom init --yes --mass 3 --wheelbase 0.3 "
-                                   "--wheel-radius 50mm " +
-                                   one.option);
-    ASSERT_EQ(made.status, 0) << made.err;
+    must_run("cd " + folder +
+             " && odom init --yes --mass 3 --wheelbase 0.3 "
+             "--wheel-radius 50mm " +
+             one.option);
     const Outcome shown =
         run_shell("cd " + folder + " && odom dbc decode --json --dbc *-*.dbc bus.log");
     ASSERT_EQ(shown.status, 0) << shown.err;
@@ -179,9 +178,8 @@ TEST_F(Drive, GivesAPoseByNothingButMassAndSizes) {
     }
     EXPECT_EQ(roles, "yaw_rate accel_x accel_y motor steering ");
     const std::string pose = lap_ + "/motor.csv";
-    const Outcome replay = run_shell("odom replay --config " + lap_ + "/motor.toml --can " +
-                                     one.log + " --initial 0,0,0 --out " + pose);
-    ASSERT_EQ(replay.status, 0) << replay.err;
+    must_run("odom replay --config " + lap_ + "/motor.toml --can " + one.log +
+             " --initial 0,0,0 --out " + pose);
     const Outcome shown = run_shell("odom evaluate --align first --json --reference " + lap_ +
                                     "/truth.csv --pose " + pose);
     const json estimate = json::parse(shown.out).at("estimates").at(0);
@@ -217,7 +215,7 @@ TEST_F(Drive, IsNotNeededForTheFilesAndMarksWhatNobodySaid) {
   EXPECT_THAT(contents(lap_ + "/motor.toml"),
               AllOf(HasSubstr("# UNSURE: ratio 1"), HasSubstr("ratio = 1.0, pole_pairs = 2"),
                     HasSubstr("dbc = \"vesc-23.dbc\"")));
-  EXPECT_EQ(run_shell("odomd --check --config " + lap_ + "/motor.toml").status, 0);
+  must_run("odomd --check --config " + lap_ + "/motor.toml");
   scratch_.write("lap/vesc-24.dbc", "VERSION \"mine\"\n");
   EXPECT_THAT(init("--vesc 24 --pole-pairs 2"), Ends(2, HasSubstr("vesc-24.dbc: exists already")));
   EXPECT_EQ(contents(lap_ + "/vesc-24.dbc"), "VERSION \"mine\"\n");

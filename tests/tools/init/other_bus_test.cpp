@@ -42,7 +42,7 @@ class Bus {
  public:
   explicit Bus(const std::string& options) {
     const std::string folder = scratch_.path("sim").string();
-    EXPECT_EQ(run_shell("odom sim " + options + " --out " + folder).status, 0);
+    must_run("odom sim " + options + " --out " + folder);
     drive = read_drive({.folder = folder});
     signals = signals_of(drive);
   }
@@ -92,10 +92,9 @@ class Bus {
 
   [[nodiscard]] json errors(const char* config) const {
     const auto& pose = drive.config.initial_pose.value();
-    const Outcome replayed = run_shell(
-        fmt::format("odom replay --config {} --can {} --initial={},{},{} --out {}", path(config),
-                    path("drive.log"), pose.x, pose.y, pose.yaw, path("pose.csv")));
-    EXPECT_EQ(replayed.status, 0) << replayed.err;
+    must_run(fmt::format("odom replay --config {} --can {} --initial={},{},{} --out {}",
+                         path(config), path("drive.log"), pose.x, pose.y, pose.yaw,
+                         path("pose.csv")));
     return json::parse(run_shell("odom evaluate --align first --json --reference " +
                                  path("sim/truth.csv") + " --pose " + path("pose.csv"))
                            .out)["estimates"][0];

@@ -48,10 +48,8 @@ TEST(SocketPath, TheStatusIsThatOfTheUsersOwnDaemon) {
   const Scratch runtime;
   std::filesystem::create_directory(runtime.path("odomd"));
   const AnsweringSocket daemon{runtime.path("odomd/status.sock").string(), R"({"pid": 4711})"};
-  const Outcome outcome =
-      run_shell("XDG_RUNTIME_DIR=" + runtime.path("").string() + " odom status --json");
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("4711"));
+  EXPECT_THAT(must_run("XDG_RUNTIME_DIR=" + runtime.path("").string() + " odom status --json"),
+              HasSubstr("4711"));
 }
 
 TEST(SocketPath, RecordAndCameraSendLookInTheSamePlaces) {

@@ -85,9 +85,8 @@ TEST(Slide, TheCameraIsFollowed) {
     const Scratch scratch;
     const std::string drive = scratch.path("drive").string();
     run_shell("odom sim --out " + drive + " " + options);  // some leave their track, and report it
-    const Outcome outcome = run_shell("odom evaluate --model full --json --drive " + drive);
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
-    const auto full = nlohmann::json::parse(outcome.out)["drives"][0]["estimates"][0];
+    const auto full = nlohmann::json::parse(must_run("odom evaluate --model full --json --drive " +
+                                                     drive))["drives"][0]["estimates"][0];
     EXPECT_LT(full["position"]["rms"].get<double>(), bar) << options;
   }
 }

@@ -56,10 +56,8 @@ TEST(GoldenReplay, AgreesWithTheAuthorsFilterFromTheFirstTick) {
     }
     const auto drive = scratch.write("drive.log", log);
     const auto out = scratch.path("pose.csv");
-    const Outcome outcome =
-        run_shell("odom replay --model paper --config " + scratch.path("car.toml").string() +
-                  " --can " + drive.string() + " --out " + out.string());
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    must_run("odom replay --model paper --config " + scratch.path("car.toml").string() + " --can " +
+             drive.string() + " --out " + out.string());
 
     const Trajectory poses = read_trajectory(out);
     ASSERT_EQ(poses.points.size(), golden.size());

@@ -213,10 +213,8 @@ TEST_F(RecordingTest, TheCommandWritesThePosesThatWereRecordedOrThoseOfAPlainRep
   const std::string config = contents(folder / "car.toml");
   EXPECT_THAT(config, StartsWith("# a comment that stays\n"));
   EXPECT_THAT(config, HasSubstr("dbc = [\"wheels _of_ car.dbc\", \"_gyro.dbc\"]\n[can.e2e]"));
-  const Outcome outcome =
-      run_shell("cd " + folder.string() +
-                " && odom replay --config car.toml --can can.log --camera camera.csv --out p.csv");
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  must_run("cd " + folder.string() +
+           " && odom replay --config car.toml --can can.log --camera camera.csv --out p.csv");
   // Its ticks have the same times as the daemon's.
   const std::string last_time = live.substr(live.rfind('\n', live.size() - 2) + 1, 20);
   EXPECT_THAT(contents(folder / "p.csv"), HasSubstr(last_time));

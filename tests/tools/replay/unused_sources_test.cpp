@@ -25,8 +25,7 @@ class Copy {
     std::ofstream(folder_ / file) << text;
   }
   void shell(const std::string& command) const {
-    const Outcome outcome = run_shell("cd " + folder_.string() + " && " + command);
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    must_run("cd " + folder_.string() + " && " + command);
   }
   [[nodiscard]] Outcome run(const std::string& command) const {
     return run_shell("cd " + folder_.string() + " && " + command);

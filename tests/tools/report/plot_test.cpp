@@ -157,8 +157,7 @@ TEST_F(Plot, OfFilesWithoutACommonTimeBeginsEachAtZeroAndSaysSo) {
 TEST_F(Plot, DrawsTheInnovationsOfAReplay) {
   const std::string lap = simulate(scratch_, "--scenario lap --standstill 0.5 --duration 3");
   const std::string file = scratch_.path("nu.csv").string();
-  ASSERT_EQ(
-      run_shell("odom replay --drive " + lap + " --out /dev/null --innovations " + file).status, 0);
+  must_run("odom replay --drive " + lap + " --out /dev/null --innovations " + file);
   const auto judgements = read_innovations(file);
   EXPECT_GT(judgements.size(), 1500U);
   EXPECT_THAT(svg_of(file + " --what innovation"),

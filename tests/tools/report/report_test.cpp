@@ -38,7 +38,7 @@ TEST_F(Report, OfADriveIsThePapersTable) {
 
 TEST_F(Report, ComparesWithTheModelInertialOnlyWhereThereIsAGyro) {
   const auto file = shared().scratch.path("no_gyro.toml").string();
-  ASSERT_EQ(run_shell("grep -v ^yaw_rate " + lap() + "/car.toml > " + file).status, 0);
+  must_run("grep -v ^yaw_rate " + lap() + "/car.toml > " + file);
   const std::string drive = "--drive " + lap() + " --config " + file;
   const Outcome usual = run(drive);
   EXPECT_EQ(usual.status, 0) << usual.err;
@@ -51,10 +51,8 @@ TEST_F(Report, OfADriveHasTheFiguresOfItsPoseFiles) {
   const auto json = nlohmann::json::parse(
       run("--drive " + lap() + " --dead-reckoning --model kinematic --model full --json").out);
   const auto poses = shared().scratch.path("pose.csv").string();
-  ASSERT_EQ(run_shell("odom replay --config " + lap() + "/car.toml --can " + lap() +
-                      "/drive.log --out " + poses)
-                .status,
-            0);
+  must_run("odom replay --config " + lap() + "/car.toml --can " + lap() + "/drive.log --out " +
+           poses);
   const auto file = nlohmann::json::parse(
       run("--reference " + lap() + "/truth.csv --pose " + poses + " --json").out);
   const auto& full = json["drives"][0]["estimates"][1];
@@ -116,7 +114,7 @@ TEST_F(Report, OfSeveralDrivesHasTheMeans) {
 
 TEST_F(Report, DistinguishesDrivesOfOneName) {
   const std::string folder = shared().scratch.path("other").string();
-  ASSERT_EQ(run_shell("mkdir " + folder + " && cp -r " + lap() + " " + folder).status, 0);
+  must_run("mkdir " + folder + " && cp -r " + lap() + " " + folder);
   const std::string other = folder + "/lap";
   const Outcome outcome =
       run("--drive " + lap() + " --drive " + other + " --model kinematic --dead-reckoning");

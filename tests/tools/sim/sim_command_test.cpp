@@ -33,10 +33,8 @@ TEST(SimCommand, WritesADriveThatReplays) {
   const Outcome made = run_shell("odom sim --duration 6 --out " + folder);
   ASSERT_EQ(made.status, 0) << made.err;
   EXPECT_EQ(made.err, "");
-  const Outcome replayed = run_shell("odom replay --config " + folder + "/car.toml --can " +
-                                     folder + "/drive.log --camera " + folder +
-                                     "/camera.csv --model paper --out " + folder + "/pose.csv");
-  EXPECT_EQ(replayed.status, 0) << replayed.err;
+  must_run("odom replay --config " + folder + "/car.toml --can " + folder + "/drive.log --camera " +
+           folder + "/camera.csv --model paper --out " + folder + "/pose.csv");
 }
 
 TEST(SimCommand, KeepsAForeignDirectory) {
@@ -44,18 +42,16 @@ TEST(SimCommand, KeepsAForeignDirectory) {
   scratch.write("precious", "data");
   const std::string folder = scratch.path("").string();
   EXPECT_THAT(run_shell("odom sim --duration 1 --out " + folder), Ends(2, HasSubstr("--force")));
-  EXPECT_EQ(run_shell("odom sim --duration 1 --force --out " + folder).status, 0);
+  must_run("odom sim --duration 1 --force --out " + folder);
   EXPECT_EQ(contents(scratch.path("precious")), "data");
 }
 
 TEST(SimCommand, JsonContainsWhatWasDrawn) {
   const Scratch scratch;
   const std::string folder = scratch.path("drive").string();
-  const Outcome outcome = run_shell(
+  const auto report = nlohmann::json::parse(must_run(
       "odom sim --json --duration 1 --seed 4 --fix gyro_bias=-0.02 --gyro-scale-error 0 --out " +
-      folder);
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
-  const auto report = nlohmann::json::parse(outcome.out);
+      folder));
   EXPECT_EQ(report["truth"]["gyro_bias"], -0.02);
   EXPECT_EQ(report["truth"]["gyro_scale_error"], 0.0);
   EXPECT_NE(report["truth"]["wheel_radius_error"], 0.0);
@@ -68,7 +64,7 @@ TEST(SimCommand, WeighsAndSwingsTheCarThatItDrives) {
   const auto plant_of = [](const std::string& what, const std::string& seed) {
     const Scratch scratch;
     const std::string folder = scratch.path("made").string();
-    EXPECT_EQ(run_shell("odom sim " + what + " --seed " + seed + " --out " + folder).status, 0);
+    must_run("odom sim " + what + " --seed " + seed + " --out " + folder);
     return nlohmann::json::parse(contents(folder + "/plant.json"));
   };
   // Every drive of the 1:10 car has this car, except for the errors of mass and inertia, which its
@@ -95,10 +91,8 @@ TEST(SimCommand, WritesMeasurementsThatIdentifyTakes) {
                     swing = scratch.path("swing").string();
   for (const std::string seed : {"1", "5", "15", "20"}) {
     for (const std::string& folder : {scale, swing})
-      EXPECT_EQ(run_shell("odom sim " + folder.substr(folder.rfind('/') + 1) + " --force --seed " +
-                          seed + " --out " + folder)
-                    .status,
-                0);
+      must_run("odom sim " + folder.substr(folder.rfind('/') + 1) + " --force --seed " + seed +
+               " --out " + folder);
     // Rounded like a reading.
     for (const std::string name : {"wheelbase", "spacing", "spacing_below", "cord"}) {
       const auto measured =
@@ -122,11 +116,10 @@ TEST(SimCommand, WritesMeasurementsThatIdentifyTakes) {
 }
 
 TEST(SimCommand, ListsItsScenarios) {
-  const Outcome outcome = run_shell("odom sim --list");
-  EXPECT_EQ(outcome.status, 0);
+  const std::string out = must_run("odom sim --list");
   for (const char* name : {"lap", "circle", "circles", "exercise", "slalom", "stop-and-go",
                            "parking", "patch", "drift", "road", "hills", "banked"})
-    EXPECT_THAT(outcome.out, HasSubstr(name));
+    EXPECT_THAT(out, HasSubstr(name));
 }
 
 TEST(SimCommand, WrongUsageIsOneLineAndStatusTwo) {
@@ -153,12 +146,11 @@ TEST(SimCommand, LiveOnStandardOutputIsTheSameDriveAtAnotherTime) {
   const std::string options = "odom sim --duration 1.5 --standstill 0.3 --seed 3 --out ";
   const std::string offline = scratch.path("offline").string();
   const std::string live = scratch.path("live").string();
-  ASSERT_EQ(run_shell(options + offline).status, 0);
-  const Outcome played = run_shell(options + live + " --live");
-  ASSERT_EQ(played.status, 0) << played.err;
+  must_run(options + offline);
+  const std::string played = must_run(options + live + " --live");
 
   const auto expected = frames_of(contents(scratch.path("offline/drive.log")));
-  const auto seen = frames_of(played.out);
+  const auto seen = frames_of(played);
   ASSERT_EQ(seen.size(), expected.size());
   ASSERT_GT(seen.size(), 500U);
   for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -166,7 +158,7 @@ TEST(SimCommand, LiveOnStandardOutputIsTheSameDriveAtAnotherTime) {
     EXPECT_EQ(seen[i].data, expected[i].data);
     EXPECT_EQ(seen[i].time_ns - seen[0].time_ns, expected[i].time_ns - expected[0].time_ns);
   }
-  EXPECT_EQ(contents(scratch.path("live/drive.log")), played.out);
+  EXPECT_EQ(contents(scratch.path("live/drive.log")), played);
 }
 
 TEST(SimCommand, LiveFramesAreNotSentBeforeTheirTime) {
@@ -214,10 +206,8 @@ TEST(SimCommand, SendsCameraPosesToTheSocket) {
   const Scratch scratch;
   const std::string path = scratch.path("camera.sock").string();
   const FileDescriptor door = listening_socket(path, SOCK_SEQPACKET);
-  const Outcome played = run_shell(
-      "cd " + scratch.path("").string() +
-      " && odom sim --live --duration 1 --camera-socket camera.sock --out drive >/dev/null");
-  ASSERT_EQ(played.status, 0) << played.err;
+  must_run("cd " + scratch.path("").string() +
+           " && odom sim --live --duration 1 --camera-socket camera.sock --out drive >/dev/null");
   EXPECT_THAT(contents(scratch.path("drive/car.toml")), HasSubstr(path));
 
   const FileDescriptor connection(::accept(door.get(), nullptr, nullptr));

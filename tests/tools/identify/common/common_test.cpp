@@ -107,11 +107,10 @@ TEST(SignalLog, ALogThatIsNoLogIsRefused) {
 void expect_named(const std::string& change, const std::string& reason,
                   const std::vector<std::string>& commands) {
   const Scratch scratch;
-  const Outcome made = run_shell(
+  must_run(
       "cd " + scratch.path("").string() +
       " && odom sim --scenario circles --markers --duration 20 --seed 3 --out lap && cd lap && " +
       change + " && mv new.log drive.log");
-  EXPECT_EQ(made.status, 0) << made.err;
   for (const std::string& command : commands)
     expect_refused("cd " + scratch.path("lap").string() + " && ", {{command, HasSubstr(reason)}});
 }

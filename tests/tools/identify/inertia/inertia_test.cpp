@@ -234,12 +234,10 @@ TEST(IdentifyInertia, ByStopWatchTakesThePlatformOff) {
   const double board_mass = 0.3, board = 0.009;
   const double both = small_period(reference, mass + board_mass, 9.806, inertia + board);
   const double alone = small_period(reference, board_mass, 9.806, board);
-  const Outcome outcome = run_shell(hang + "--amplitude 0 --offset-sigma 0 --swings 20 --time " +
-                                    std::to_string(20.0 * both) +
-                                    " --platform-mass 300g --platform-swings 10 --platform-time " +
-                                    std::to_string(10.0 * alone) + " --json");
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
-  const auto json = nlohmann::json::parse(outcome.out);
+  const auto json = nlohmann::json::parse(must_run(
+      hang + "--amplitude 0 --offset-sigma 0 --swings 20 --time " + std::to_string(20.0 * both) +
+      " --platform-mass 300g --platform-swings 10 --platform-time " + std::to_string(10.0 * alone) +
+      " --json"));
   EXPECT_NEAR(json["values"][0]["value"].get<double>(), inertia, 1e-6);
   EXPECT_EQ(json["values"][0]["key"], "vehicle.yaw_inertia");
 }
@@ -247,15 +245,13 @@ TEST(IdentifyInertia, ByStopWatchTakesThePlatformOff) {
 TEST(IdentifyInertia, ByTheGyroOfASimulatedSwing) {
   const Scratch scratch;
   const std::string folder = scratch.path("swing").string();
-  ASSERT_EQ(run_shell("odom sim swing --duration 20 --seed 5 --out " + folder).status, 0);
+  must_run("odom sim swing --duration 20 --seed 5 --out " + folder);
   const auto truth = nlohmann::json::parse(contents(folder + "/plant.json"))["experiment"];
-  const Outcome outcome =
-      run_shell("odom identify inertia --json --config " + folder + "/car.toml --can " + folder +
-                "/drive.log --mass " + truth["mass"].dump() + " --spacing " +
-                truth["spacing"].dump() + " --spacing-below " + truth["spacing_below"].dump() +
-                " --cord " + truth["cord"].dump() + " --gravity " + truth["gravity"].dump());
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
-  const auto json = nlohmann::json::parse(outcome.out);
+  const auto json = nlohmann::json::parse(
+      must_run("odom identify inertia --json --config " + folder + "/car.toml --can " + folder +
+               "/drive.log --mass " + truth["mass"].dump() + " --spacing " +
+               truth["spacing"].dump() + " --spacing-below " + truth["spacing_below"].dump() +
+               " --cord " + truth["cord"].dump() + " --gravity " + truth["gravity"].dump()));
   EXPECT_NEAR(json["values"][0]["value"].get<double>() / truth["yaw_inertia"].get<double>(), 1.0,
               0.005);
 }

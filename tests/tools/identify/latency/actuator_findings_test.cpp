@@ -78,13 +78,10 @@ TEST(ActuatorFindings, AreTheServoOfACommandAndNoneOfAMeasuredAngle) {
   const Scratch scratch;
   const auto steering_after = [&scratch](const std::string& options) {
     const std::string drive = scratch.path("drive").string();
-    const Outcome made = run_shell("odom sim --force --seed 4 " + options + " --out " + drive);
-    EXPECT_EQ(made.status, 0) << made.err;
-    const Outcome outcome =
-        run_shell("cd " + drive +
-                  " && odom identify latency --config car.toml --can drive.log --camera camera.csv "
-                  "--write car.toml");
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    must_run("odom sim --force --seed 4 " + options + " --out " + drive);
+    must_run("cd " + drive +
+             " && odom identify latency --config car.toml --can drive.log --camera camera.csv "
+             "--write car.toml");
     return daemon::load_config(drive + "/car.toml").vehicle.steering;
   };
   const estimator::SteeringActuator servo = steering_after("--scenario stop-and-go --servo");

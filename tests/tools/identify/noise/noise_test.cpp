@@ -240,10 +240,7 @@ class IdentifyNoise : public testing::Test {
  protected:
   [[nodiscard]] std::string standing(const std::string& options = "") const {
     const std::string folder = scratch_.path("standing").string();
-    EXPECT_EQ(
-        run_shell("odom sim --standstill 30 --duration 30 --force " + options + " --out " + folder)
-            .status,
-        0);
+    must_run("odom sim --standstill 30 --duration 30 --force " + options + " --out " + folder);
     return folder;
   }
   Scratch scratch_;
@@ -251,11 +248,10 @@ class IdentifyNoise : public testing::Test {
 
 TEST_F(IdentifyNoise, OfAStandingCarIsWrittenAndDrawn) {
   const std::string folder = standing("--gyro-noise 0.012");
-  const Outcome outcome =
-      run_shell("odom identify noise --config " + folder + "/car.toml --can " + folder +
-                "/drive.log --plot " + folder + "/allan.svg --write " + folder + "/car.toml");
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("the paper's condition holds: paper_q has 0.05"));
+  EXPECT_THAT(
+      must_run("odom identify noise --config " + folder + "/car.toml --can " + folder +
+               "/drive.log --plot " + folder + "/allan.svg --write " + folder + "/car.toml"),
+      HasSubstr("the paper's condition holds: paper_q has 0.05"));
   EXPECT_THAT(contents(folder + "/allan.svg"), HasSubstr("Allan deviation of yaw_rate"));
   const std::string car = contents(folder + "/car.toml");
   EXPECT_THAT(car, HasSubstr("(sigma: odom identify noise: +- "));
@@ -263,10 +259,8 @@ TEST_F(IdentifyNoise, OfAStandingCarIsWrittenAndDrawn) {
   const auto R = daemon::load_config(folder + "/car.toml").paper_noise.R;
   EXPECT_NEAR(R[0], 10.0 * 0.012 * 0.012, 1e-4);
   EXPECT_EQ(R[1], 0.10);
-  EXPECT_EQ(run_shell("odom replay --config " + folder + "/car.toml --can " + folder +
-                      "/drive.log --out /dev/null")
-                .status,
-            0);
+  must_run("odom replay --config " + folder + "/car.toml --can " + folder +
+           "/drive.log --out /dev/null");
 }
 
 TEST_F(IdentifyNoise, FindsThePapersConditionViolated) {
@@ -280,10 +274,8 @@ TEST_F(IdentifyNoise, FindsThePapersConditionViolated) {
 
 TEST_F(IdentifyNoise, OfADriveMakesTheFilterConsistent) {
   const std::string folder = scratch_.path("drive").string();
-  ASSERT_EQ(run_shell("odom sim --scenario slalom --duration 25 --out " + folder).status, 0);
-  const Outcome outcome = run_shell("odom identify noise --json --drive " + folder);
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
-  const auto json = nlohmann::json::parse(outcome.out);
+  must_run("odom sim --scenario slalom --duration 25 --out " + folder);
+  const auto json = nlohmann::json::parse(must_run("odom identify noise --json --drive " + folder));
   for (const auto& value : json["values"]) {
     const std::string name = value["name"];
     const double found = value["value"];
@@ -303,9 +295,8 @@ TEST_F(IdentifyNoise, OfADriveMakesTheFilterConsistent) {
 
 TEST_F(IdentifyNoise, RefusesADriveWhoseGyroContradictsTheOtherSensors) {
   const std::string folder = scratch_.path("drive").string();
-  ASSERT_EQ(run_shell("odom sim --scenario slalom --duration 15 --out " + folder).status, 0);
-  ASSERT_EQ(run_shell("sed -i '/^yaw_rate/s/}/, scale = -1.0 }/' " + folder + "/car.toml").status,
-            0);
+  must_run("odom sim --scenario slalom --duration 15 --out " + folder);
+  must_run("sed -i '/^yaw_rate/s/}/, scale = -1.0 }/' " + folder + "/car.toml");
   EXPECT_THAT(run_shell("odom identify noise --drive " + folder),
               Ends(2, HasSubstr("drive: yaw_rate: turns the other way than the camera; check")));
   EXPECT_THAT(run_shell("odom identify noise --no-camera --drive " + folder),
@@ -314,9 +305,9 @@ TEST_F(IdentifyNoise, RefusesADriveWhoseGyroContradictsTheOtherSensors) {
 
 TEST_F(IdentifyNoise, SaysWhatCannotBeUsed) {
   const std::string folder = scratch_.path("drive").string();
-  ASSERT_EQ(run_shell("odom sim --duration 10 --standstill 2 --out " + folder).status, 0);
+  must_run("odom sim --duration 10 --standstill 2 --out " + folder);
   const std::string drive = " --config " + folder + "/car.toml --can " + folder + "/drive.log";
-  ASSERT_EQ(run_shell("cd " + folder + " && grep ' 1A2#' drive.log > imu.log").status, 0);
+  must_run("cd " + folder + " && grep ' 1A2#' drive.log > imu.log");
   const std::string imu = " --config " + folder + "/car.toml --can " + folder + "/imu.log";
   const std::string csv = scratch_.write("a.csv", "t,speed\n1,2\n").string();
   const std::string nothing = scratch_.write("nothing.csv", "").string();

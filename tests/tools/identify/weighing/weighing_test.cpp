@@ -268,9 +268,7 @@ TEST(IdentifyMass, ReportsATargetThatCannotBeWrittenBeforeTheWorkElseItsNumbers)
 TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {
   const std::string loads = " --front 1 --rear 2 --scale-resolution 1g --json";
   const auto sigma = [&](const std::string& method) {
-    const Outcome outcome = run_shell("odom identify " + method + loads);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    const auto json = nlohmann::json::parse(outcome.out);
+    const auto json = nlohmann::json::parse(must_run("odom identify " + method + loads));
     return json["values"].back()["sigma"].get<double>();
   };
   // Weighed axle by axle, a slope of 0.25 degrees shifts m h/l tan θ; h/l is a quarter.

@@ -79,15 +79,13 @@ TEST_F(WatchCommand, GivesTheTerminalBackOnASignalAndInACrash) {
 
 TEST_F(WatchCommand, PrintsPlainSnapshotsIntoAPipe) {
   const Beating daemon{segment_};
-  const Outcome once = run_shell("odom watch --once " + target());
-  EXPECT_EQ(once.status, 0) << once.err;
-  EXPECT_THAT(once.out, HasSubstr("DEAD RECKONING  odometry alone\n"));
-  EXPECT_THAT(once.out, HasSubstr("1.250 m"));
-  EXPECT_THAT(once.out, HasSubstr("no such socket"));
-  EXPECT_THAT(once.out, Not(HasSubstr("\x1b")));
-  const Outcome some = run_shell("odom watch --interval 0.05 " + target() + " | grep -m 2 RECKON");
-  EXPECT_EQ(some.status, 0);
-  EXPECT_THAT(some.out, HasSubstr("RECKONING"));
+  const std::string once = must_run("odom watch --once " + target());
+  EXPECT_THAT(once, HasSubstr("DEAD RECKONING  odometry alone\n"));
+  EXPECT_THAT(once, HasSubstr("1.250 m"));
+  EXPECT_THAT(once, HasSubstr("no such socket"));
+  EXPECT_THAT(once, Not(HasSubstr("\x1b")));
+  EXPECT_THAT(must_run("odom watch --interval 0.05 " + target() + " | grep -m 2 RECKON"),
+              HasSubstr("RECKONING"));
 }
 
 TEST_F(WatchCommand, SaysIntoAPipeThatItWaitsAndEndsWithItsReader) {
@@ -107,9 +105,7 @@ TEST_F(WatchCommand, ShowsTheSegmentOfTheDaemonBehindTheSocket) {
               Ends(1, HasSubstr("odom watch: " + socket + ": no such socket; is odomd")));
   const Beating daemon{segment_};
   const AnsweringSocket status{socket, R"({"shm":")" + segment_ + "\"}"};
-  const Outcome once = run_shell("odom watch --once --socket " + socket);
-  EXPECT_EQ(once.status, 0) << once.err;
-  EXPECT_THAT(once.out, HasSubstr("1.250 m"));
+  EXPECT_THAT(must_run("odom watch --once --socket " + socket), HasSubstr("1.250 m"));
 }
 
 TEST_F(WatchCommand, SaysOnceThatNobodyIsThere) {
