@@ -128,19 +128,11 @@ INSTANTIATE_TEST_SUITE_P(Of, WrongWiring,
                                            "--car bmw_320i --scenario lap --laps 1"),
                          [](const auto& test) { return "Drive" + std::to_string(test.index); });
 
-// The longer path of the front wheels shows in tight turns that are driven gently, and the sign of
-// a_x in acceleration and braking.
-TEST(WiringMistake, OfAxlesShowsInTightTurns) {
-  const Drive drive = simulated("--scenario parking --laps 1");
-  const Found found = replayed(drive, {fault::parse_fault("wheels.front_rear")}, Camera::off);
-  EXPECT_EQ(found.ever, all_wheels("front_rear_swapped"));
-}
 TEST(WiringMistake, OfTheForwardAccelerationShowsWhereItIsBraked) {
   const Drive drive = simulated("--scenario road");
   const Found found = replayed(drive, {fault::parse_fault("accel_x.inverted")}, Camera::off);
   EXPECT_EQ(found.ever, (Names{{"accel_x", "sign"}}));
 }
-
 TEST(WiringMistake, IsSaidInOneLineAheadOfAllElse) {
   using diagnostics::Named;
   const Drive drive = simulated("--scenario slalom");

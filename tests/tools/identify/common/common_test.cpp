@@ -96,11 +96,6 @@ TEST(SignalLog, SaysWhichMessageOfANeededSignalIsMissing) {
   EXPECT_EQ(refused(Source::wheel_rear), "");
 }
 
-TEST(SignalLog, ALogThatIsNoLogIsRefused) {
-  const Scratch scratch;
-  EXPECT_THROW((void)read(scratch, "hello\n"), std::invalid_argument);
-}
-
 // The error of each command for a log that is out of order or lacks a needed message.
 
 /// The commands' error for a simulated drive whose log was changed with the shell command `change`.
