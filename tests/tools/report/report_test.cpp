@@ -22,6 +22,12 @@ class Report : public ::testing::Test {
   static Outcome run(const std::string& arguments) {
     return run_shell("odom evaluate " + arguments);
   }
+  /// A configuration in which the gyro has the wrong sign.
+  static std::string turned() {
+    const std::regex gyro("(yaw_rate = .*unit = \"rad/s\")");
+    return shared().scratch.write(
+        "turned.toml", std::regex_replace(contents(lap() + "/car.toml"), gyro, "$1, scale = -1"));
+  }
 };
 
 TEST_F(Report, OfADriveIsThePapersTable) {
@@ -196,15 +202,11 @@ TEST_F(Report, SaysWhatItsColumnsMeanAndWhatIsOfTheWholeDrive) {
 }
 
 TEST_F(Report, SaysWhichSensorWasNotBelieved) {
-  const auto wrong = shared().scratch.write(
-      "wrong.toml",
-      std::regex_replace(contents(lap() + "/car.toml"),
-                         std::regex("(yaw_rate = .*unit = \"rad/s\")"), "$1, scale = -1"));
   const auto html = shared().scratch.path("wrong.html");
   const std::string arguments =
       "--drive " + lap() + " --dead-reckoning --model kinematic --model full";
   const Outcome outcome =
-      run(arguments + " --json --config " + wrong.string() + " --html " + html.string());
+      run(arguments + " --json --config " + turned() + " --html " + html.string());
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   // Which sensor is flagged on a circle does not matter here: the accelerometer or the gyro.
   const std::string flagged = " \\(IMU\\): contradicts the other sensors";
@@ -258,14 +260,10 @@ TEST_F(Report, OpensWithAVerdictAndItsReasons) {
   EXPECT_THAT(run("--drive " + lap() + " --model full").out,
               ContainsRegex("\nverdict: good: full with the camera\n  good: With the camera its "
                             "position is off by [0-9.]+ mm rms"));
-  const auto wrong = shared().scratch.write(
-      "turned.toml",
-      std::regex_replace(contents(lap() + "/car.toml"),
-                         std::regex("(yaw_rate = .*unit = \"rad/s\")"), "$1, scale = -1"));
-  EXPECT_THAT(page(" --model inertial --dead-reckoning --config " + wrong.string()),
+  EXPECT_THAT(page(" --model inertial --dead-reckoning --config " + turned()),
               StartsWith("<div class=\"verdict wrong\">"));
   const Outcome two = run("--drive " + lap() + " --drive " + lap() +
-                          "/. --model inertial --dead-reckoning --config " + wrong.string());
+                          "/. --model inertial --dead-reckoning --config " + turned());
   EXPECT_THAT(two.out, ContainsRegex("\n[^\n]*: wrong: Without the camera its position"));
 }
 

@@ -18,9 +18,6 @@ TEST(WatchHistogram, ShowsEveryBucketThatIsNotEmpty) {
   EXPECT_EQ(rows[1], ".       #" + std::string(54, ' ') + ".");
   const std::uint64_t empty[ODOM_HISTOGRAM_BUCKETS]{};
   EXPECT_EQ(bars(empty, 2, 1, Glyphs::ascii).front(), std::string(32, ' '));
-}
-
-TEST(WatchHistogram, ItsAxisFitsTheBuckets) {
   // Bucket i holds [2^((i-1)/4), 2^(i/4)) us: 1 us is in bucket 1, 10 us in 14, 1 ms in 40.
   EXPECT_EQ(axis(1, Glyphs::ascii), " 1 us         10           100          1 ms          10 ms");
 }
