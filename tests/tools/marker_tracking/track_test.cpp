@@ -342,13 +342,15 @@ TEST(TrackCommand, FollowsTheMarkersOfASimulatedFilm) {
   const Scratch scratch;
   const std::string drive = scratch.path("drive"), film = scratch.path("film.avi"),
                     overlay = scratch.path("found.avi"), out = scratch.path("markers.csv");
-  const std::string made = must_run(
-      "odom sim --scenario circle --duration 4 --film-rate 10 --film " + film + " --out " + drive);
+  const Outcome made = run_shell("odom sim --scenario circle --duration 4 --film-rate 10 --film " +
+                                 film + " --out " + drive);
+  ASSERT_EQ(made.status, 0) << made.err;
   const std::string says = "to track it: ";
-  ASSERT_THAT(made, HasSubstr(says));
-  std::string command = made.substr(made.find(says) + says.size());
+  ASSERT_THAT(made.out, HasSubstr(says));
+  std::string command = made.out.substr(made.out.find(says) + says.size());
   command.pop_back();
-  must_run(command + " --overlay " + overlay + " --out " + out);
+  const Outcome tracked = run_shell(command + " --overlay " + overlay + " --out " + out);
+  ASSERT_EQ(tracked.status, 0) << tracked.err;
   // The markers are 30 cm apart in every frame.
   const MarkerTrack track = read_marker_track(out);
   EXPECT_GT(track.frames.size(), 30U);
