@@ -5,7 +5,6 @@
 #include "tests/gtest.hpp"
 #include "tools/bridge/odometry.hpp"
 #include "tools/bridge/pose_intake.hpp"
-#include "tools/math/se2.hpp"
 
 namespace odomd::tools::ros_poses_test {
 namespace {
@@ -61,15 +60,6 @@ TEST(Odometry, InTheOdometryFrameHasTheCovarianceTurnedToItsAxes) {
   EXPECT_THAT(
       planar(odometry.pose_covariance),
       testing::Pointwise(testing::DoubleNear(1e-15), {0.09, -0.01, -0.003, 0.04, -0.002, 0.0016}));
-}
-
-TEST(Odometry, CorrectionAndOdometryPoseMakeTheMapPose) {
-  const odom_pose pose = sample().pose;
-  const estimator::Pose2 map =
-      compose(correction_of(pose), {pose.odom_x, pose.odom_y, pose.odom_yaw});
-  EXPECT_NEAR(map.x, pose.x, 1e-12);
-  EXPECT_NEAR(map.y, pose.y, 1e-12);
-  EXPECT_NEAR(map.yaw, pose.yaw, 1e-12);
 }
 
 TEST(Odometry, QuaternionOfAnUnwrappedYawHasOneSign) {

@@ -145,19 +145,6 @@ TEST(AppendSeconds, WritesNineDecimalsAndReadsBack) {
   }
 }
 
-TEST(AppendNumber, IsTheShortestFormOfTheSameBits) {
-  std::string text;
-  append_number(text, 0.1);
-  EXPECT_EQ(text, "0.1");
-  for (const double value : {1.0 / 3.0, 1.7976931348623157e308, -0.0, 123456789.125}) {
-    std::string written;
-    append_number(written, value);
-    const double back = std::stod(written);
-    EXPECT_EQ(std::signbit(back), std::signbit(value));
-    EXPECT_EQ(back, value) << written;
-  }
-}
-
 // Output on a terminal on which a child shows two states.
 std::string on_a_terminal(unsigned short columns = 80) {
   int master = -1;

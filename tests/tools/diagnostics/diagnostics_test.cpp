@@ -37,30 +37,27 @@ diagnostics::Diagnostics units(const Trajectory& poses, const Trajectory& driven
 const auto millimetres = Named("positions_in_millimetres", "about 1000 times as far as the wheels");
 const auto degrees = Named("yaw_in_degrees", "about 57 times as far as the gyro");
 
-TEST(UnitCheck, HasNoneOfMetresAndRadians) {
-  EXPECT_THAT(units(in_units(1.0, 1.0), driven()), IsEmpty());
-  EXPECT_THAT(units(in_units(1.0, -1.0), driven()), IsEmpty());
-  EXPECT_THAT(units(in_units(30.0, 1.0), driven()), IsEmpty());
-}
-
-TEST(UnitCheck, AsksForMillimetresAndCentimetres) {
-  EXPECT_THAT(units(in_units(1000.0, 1.0), driven()), ElementsAre(millimetres));
-  EXPECT_THAT(units(in_units(100.0, 1.0), driven()),
-              ElementsAre(Named("positions_in_centimetres")));
-}
-
-TEST(UnitCheck, AsksForDegrees) {
-  EXPECT_THAT(units(in_units(1.0, 1.0 / degree), driven()), ElementsAre(degrees));
-  EXPECT_THAT(units(in_units(1000.0, 1.0 / degree), driven()), ElementsAre(millimetres, degrees));
+TEST(UnitCheck, AsksForMillimetresAndDegreesThatAreNotWrongOfWheelsAndGyro) {
+  const struct {
+    double metre, radian;
+    ::testing::Matcher<const diagnostics::Diagnostics&> found;
+    double wheel = 1.05, gyro = 0.97;
+  } cases[]{{1.0, 1.0, IsEmpty()},
+            {1.0, -1.0, IsEmpty()},
+            {30.0, 1.0, IsEmpty()},
+            {1000.0, 1.0, ElementsAre(millimetres)},
+            {100.0, 1.0, ElementsAre(Named("positions_in_centimetres"))},
+            {1.0, 1.0 / degree, ElementsAre(degrees)},
+            {1000.0, 1.0 / degree, ElementsAre(millimetres, degrees)},
+            {1.0, 1.0, IsEmpty(), 0.001, 1.0},
+            {1.0, 1.0, IsEmpty(), 1.0, degree},
+            {1.0, 1.0, IsEmpty(), 3.6, 1.0 / degree}};
+  for (const auto& [metre, radian, found, wheel, gyro] : cases)
+    EXPECT_THAT(units(in_units(metre, radian), driven(wheel, gyro)), found)
+        << metre << ' ' << radian << ' ' << wheel << ' ' << gyro;
   Trajectory wrapped = in_units(1.0, 1.0 / degree);
   for (auto& point : wrapped.points) point.pose.yaw = std::remainder(point.pose.yaw, 360.0);
   EXPECT_THAT(units(wrapped, driven()), ElementsAre(degrees));
-}
-
-TEST(UnitCheck, LeavesToWheelsAndGyroWhatIsTheirs) {
-  EXPECT_THAT(units(in_units(1.0, 1.0), driven(0.001, 1.0)), IsEmpty());
-  EXPECT_THAT(units(in_units(1.0, 1.0), driven(1.0, degree)), IsEmpty());
-  EXPECT_THAT(units(in_units(1.0, 1.0), driven(3.6, 1.0 / degree)), IsEmpty());
 }
 
 TEST(UnitCheck, IsNotMovedByAFewPosesThatAreWide) {

@@ -31,21 +31,6 @@ Trajectory turning(double speed, double rate, int rows) {
   return drive;
 }
 
-TEST(HorizonErrors, OfAScaleErrorGrowWithTheHorizon) {
-  const Trajectory truth = turning(2.0, 0.0, 601);
-  const Trajectory estimate = turning(2.02, 0.0, 601);
-  const auto errors = horizon_errors(truth, estimate, common_times(truth, estimate));
-  ASSERT_EQ(errors.size(), horizons_ns.size());
-  for (std::size_t i = 0; i < errors.size(); ++i) {
-    const double seconds = 1e-9 * static_cast<double>(horizons_ns[i]);
-    EXPECT_EQ(errors[i].horizon_ns, horizons_ns[i]);
-    EXPECT_NEAR(errors[i].displacement.mean, 0.02 * seconds, 1e-12);  // 1 % of 2 m/s
-    EXPECT_NEAR(errors[i].displacement.max, 0.02 * seconds, 1e-12);
-    EXPECT_NEAR(errors[i].yaw.max, 0.0, 1e-12);
-    EXPECT_EQ(errors[i].samples, 601U - static_cast<std::size_t>(horizons_ns[i] / tick));
-  }
-}
-
 TEST(HorizonErrors, OfAGyroErrorAreAChordNextToAnother) {
   // Both at 1 m/s; ψ̇ 0.5 and 0.6 rad/s. In the body frame of the start, each moves by v/ω (sin ωT,
   // 1 − cos ωT).
@@ -54,11 +39,17 @@ TEST(HorizonErrors, OfAGyroErrorAreAChordNextToAnother) {
   };
   const Trajectory truth = turning(1.0, 0.5, 401);
   const Trajectory estimate = turning(1.0, 0.6, 401);
-  for (const HorizonError& e : horizon_errors(truth, estimate, common_times(truth, estimate))) {
+  const auto errors = horizon_errors(truth, estimate, common_times(truth, estimate));
+  ASSERT_EQ(errors.size(), horizons_ns.size());
+  for (const HorizonError& e : errors) {
+    EXPECT_EQ(e.samples, 401U - static_cast<std::size_t>(e.horizon_ns / tick));
     const double t = 1e-9 * static_cast<double>(e.horizon_ns);
     const auto [x, y] = chord(0.6, t);
     const auto [x_true, y_true] = chord(0.5, t);
-    EXPECT_NEAR(e.displacement.rms, std::hypot(x - x_true, y - y_true), 1e-9);
+    const double apart = std::hypot(x - x_true, y - y_true);
+    EXPECT_NEAR(e.displacement.rms, apart, 1e-9);
+    EXPECT_NEAR(e.displacement.mean, apart, 1e-9);
+    EXPECT_NEAR(e.displacement.max, apart, 1e-9);
     EXPECT_NEAR(e.yaw.mean, 0.1 * t, 1e-9);
   }
 }
@@ -88,17 +79,6 @@ TEST(PoseErrors, LieAlongAndAcrossTheReferencesHeading) {
   EXPECT_NEAR(e.sigma_yaw, 0.3, 1e-12);
 }
 
-TEST(PoseErrors, HaveTheNeesOfTheirCovariance) {
-  TrajectoryPoint estimate;
-  estimate.pose = {0.1, -0.2, 0.3};
-  estimate.covariance = {0.01, 0.0, 0.0, 0.04, 0.0, 0.09};
-  std::vector<Pair> pairs{{estimate, {}}};
-  EXPECT_NEAR(pose_errors(pairs, {}, true)[0].nees.value(), 3.0, 1e-12);
-  EXPECT_FALSE(pose_errors(pairs, {}, false)[0].nees.has_value());
-  pairs[0].estimate.covariance = {0.01, 0.0, 0.0, -0.04, 0.0, 0.09};
-  EXPECT_FALSE(pose_errors(pairs, {}, true)[0].nees.has_value());
-}
-
 // A circle of 2 m radius, driven for this many turns.
 Trajectory lap(double turns) {
   return turning(2.0, 1.0,
@@ -126,12 +106,10 @@ TEST(ClosedLoop, ThatClosesBadlyGivesAWarningAndOneThatDoesNotIsRefused) {
   };
   EXPECT_EQ(verdict(1.02), "");
   EXPECT_EQ(verdict(0.93), "loop_closes_badly");
-  const std::string refused = verdict(0.8);
-  EXPECT_NE(refused.find("lap: the lap does not close: by the best estimate it ends 2.35 m"),
-            std::string::npos)
-      << refused;
-  EXPECT_NE(refused.find("--from and --to, or give a --reference"), std::string::npos);
-  EXPECT_NE(verdict(0.01).find("the car hardly moves"), std::string::npos);
+  EXPECT_THAT(verdict(0.8),
+              AllOf(HasSubstr("lap: the lap does not close: by the best estimate it ends 2.35 m"),
+                    HasSubstr("--from and --to, or give a --reference")));
+  EXPECT_THAT(verdict(0.01), HasSubstr("the car hardly moves"));
 }
 
 TEST(ClosedLoop, IsJudgedByTheBestOfTheEstimates) {

@@ -105,13 +105,11 @@ TEST(SimCommand, WritesMeasurementsThatIdentifyTakes) {
     for (const std::string& method :
          {"mass" + weighed, "cog" + weighed,
           "inertia --measured " + swing + "/measured.json --write " + car}) {
-      const Outcome outcome = run_shell("odom identify " + method);
-      EXPECT_EQ(outcome.status, 0) << outcome.err;
-      EXPECT_EQ(outcome.err.find("contradict"), std::string::npos) << outcome.err;
+      EXPECT_THAT(run_shell("odom identify " + method), Ends(0, Not(HasSubstr("contradict"))));
     }
-    const std::string text = contents(car);
-    for (const char* note : {"odom identify mass", "odom identify cog", "odom identify inertia"})
-      EXPECT_NE(text.find(note), std::string::npos) << note;
+    EXPECT_THAT(contents(car),
+                AllOf(HasSubstr("odom identify mass"), HasSubstr("odom identify cog"),
+                      HasSubstr("odom identify inertia")));
   }
 }
 
