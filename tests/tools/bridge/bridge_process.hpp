@@ -49,10 +49,12 @@ namespace odomd::tools {
 /// a socket's buffer.
 inline constexpr std::chrono::milliseconds between_ticks{25};
 
-/// One of our programs as a process; its output goes to files.
+/// One of our programs as a process; its output goes to files, except for a stream that goes to
+/// a descriptor: {STDOUT_FILENO, pipe}.
 class Child {
  public:
-  Child(const Scratch& scratch, const std::string& program, std::vector<std::string> arguments)
+  Child(const Scratch& scratch, const std::string& program, std::vector<std::string> arguments,
+        std::pair<int, int> stream_to = {-1, -1})
       : out_(scratch.path("child.out")), err_(scratch.path("child.err")) {
     const std::string path = std::string(ODOMD_BIN_DIR) + "/" + program;
     arguments.insert(arguments.begin(), path);
@@ -65,6 +67,8 @@ class Child {
     constexpr int write_anew = O_WRONLY | O_CREAT | O_TRUNC;
     ::posix_spawn_file_actions_addopen(&files, 1, out_.c_str(), write_anew, 0600);
     ::posix_spawn_file_actions_addopen(&files, 2, err_.c_str(), write_anew, 0600);
+    if (stream_to.first >= 0)
+      ::posix_spawn_file_actions_adddup2(&files, stream_to.second, stream_to.first);
     const int error = ::posix_spawn(&pid_, path.c_str(), &files, nullptr, argv.data(), environ);
     ::posix_spawn_file_actions_destroy(&files);
     if (error != 0) throw std::runtime_error(path + ": " + std::strerror(error));

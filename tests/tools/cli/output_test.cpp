@@ -3,22 +3,15 @@
 #include "tools/cli/output.hpp"
 
 #include <fcntl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
-#include <csignal>
-#include <optional>
-#include <thread>
-
 #include "base/file_descriptor.hpp"
-#include "tests/tools/live/own_daemon.hpp"
+#include "tests/tools/bridge/bridge_process.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::output_test {
 namespace {
 
-using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
 /// A pipe that is full, with both ends open.
@@ -42,95 +35,50 @@ class StuckPipe {
   FileDescriptor writer_;
 };
 
-/// odom with one of its outputs stuck; the other goes to a file.
-class StuckOdom {
- public:
-  StuckOdom(const std::string& arguments, int stuck, const std::filesystem::path& other) {
-    const std::string line = "exec " ODOMD_BIN_DIR "/odom " + arguments;
-    const FileDescriptor file{
-        ::open(other.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600)};
-    pid_ = ::fork();
-    if (pid_ == 0) {
-      ::dup2(pipe_.writer(), stuck);
-      ::dup2(file.get(), stuck == STDOUT_FILENO ? STDERR_FILENO : STDOUT_FILENO);
-      ::execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
-      ::_exit(127);
-    }
-  }
-  ~StuckOdom() {
-    if (status_) return;
-    ::kill(pid_, SIGKILL);
-    ::waitpid(pid_, nullptr, 0);
-  }
-  StuckOdom(const StuckOdom&) = delete;
-  StuckOdom& operator=(const StuckOdom&) = delete;
-
-  /// Whether it blocks SIGTERM. Before it does, SIGTERM would end it at once.
-  [[nodiscard]] bool holds_term_back() const {
-    const std::string status = contents("/proc/" + std::to_string(pid_) + "/status");
-    const std::size_t at = status.find("SigBlk:");
-    return at != std::string::npos &&
-           (std::stoull(status.substr(at + 7), nullptr, 16) >> (SIGTERM - 1) & 1U) != 0;
-  }
-  void terminate() const { ::kill(pid_, SIGTERM); }
-
-  /// Exit status as in Outcome; -1 if it has not ended by then.
-  int wait_until(steady_clock::time_point end) {
-    while (!status_ && steady_clock::now() < end) {
-      int raw = 0;
-      if (::waitpid(pid_, &raw, WNOHANG) == pid_)
-        status_ = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
-      else
-        std::this_thread::sleep_for(milliseconds{5});
-    }
-    return status_.value_or(-1);
-  }
-
- private:
-  StuckPipe pipe_;
-  pid_t pid_ = -1;
-  std::optional<int> status_;
-};
-
 class StuckOutput : public ::testing::Test {
  protected:
-  /// Exit status after SIGTERM, which is sent once the output has had time to fill.
-  int end_of(const std::string& arguments, int stuck) {
+  /// After SIGTERM, which is sent once the output has had time to fill.
+  Outcome end_of(std::vector<std::string> arguments, int stuck) {
     daemon_.tick();
-    StuckOdom odom(arguments, stuck, scratch_.path("other"));
+    const StuckPipe pipe;
+    Child odom(scratch_, "odom", std::move(arguments), {stuck, pipe.writer()});
     const auto guard = steady_clock::now() + std::chrono::seconds{60};
-    while (!odom.holds_term_back() && steady_clock::now() < guard) tick();
+    while (!holds_term_back(odom) && steady_clock::now() < guard) tick();
     for (int i = 0; i < 200; ++i) tick();
-    odom.terminate();
-    return odom.wait_until(steady_clock::now() + std::chrono::seconds{20});
+    return odom.terminate();
   }
 
   Scratch scratch_;
   std::string segment_ = scratch_.path("pose").string();
 
  private:
+  /// Whether it blocks SIGTERM. Before it does, SIGTERM would end it at once.
+  static bool holds_term_back(const Child& odom) {
+    const std::string status = contents("/proc/" + std::to_string(odom.pid()) + "/status");
+    const std::size_t at = status.find("SigBlk:");
+    return at != std::string::npos &&
+           (std::stoull(status.substr(at + 7), nullptr, 16) >> (SIGTERM - 1) & 1U) != 0;
+  }
   void tick() {
     daemon_.tick();
-    std::this_thread::sleep_for(milliseconds{5});
+    std::this_thread::sleep_for(std::chrono::milliseconds{5});
   }
 
   SlowDaemon daemon_{segment_, 5'000'000};
 };
 
 TEST_F(StuckOutput, IsNotWaitedForOnceTermHasCome) {
-  for (const std::string& arguments :
-       {std::string("sim --live"), "pose --follow --csv --shm " + segment_,
-        "watch --interval 0.05 --shm " + segment_}) {
-    EXPECT_EQ(end_of(arguments, STDOUT_FILENO), 1) << arguments;
-    EXPECT_THAT(contents(scratch_.path("other")),
-                EndsWith("nobody was reading when INT or TERM came; the rest is "
-                         "lost\n"))
-        << arguments;
-  }
+  using Arguments = std::vector<std::string>;
+  for (const Arguments& arguments : {Arguments{"sim", "--live"},
+                                     {"pose", "--follow", "--csv", "--shm", segment_},
+                                     {"watch", "--interval", "0.05", "--shm", segment_}})
+    EXPECT_THAT(end_of(arguments, STDOUT_FILENO),
+                Ends(1, EndsWith("nobody was reading when INT or TERM came; the rest is lost\n")))
+        << arguments.front();
 }
 
 TEST_F(StuckOutput, IsNotWaitedForWhereItIsStandardError) {
-  EXPECT_EQ(end_of("sim --live --progress", STDERR_FILENO), 0);
+  EXPECT_EQ(end_of({"sim", "--live", "--progress"}, STDERR_FILENO).status, 0);
 }
 
 TEST(OutputBuffer, WritesWholeLinesAndWhatIsFlushed) {
