@@ -29,11 +29,26 @@ TEST(Track, HasTheLengthAndTheCurvesOfItsPolygon) {
   EXPECT_NEAR(track.at(3.0 + pi / 4.0).curvature, 0.0, 0.02);
 }
 
+TEST(Track, GoesRoundAndRound) {
+  const Track track = square();
+  const TrackPoint once = track.at(1.3), again = track.at(1.3 + 3.0 * track.length());
+  EXPECT_NEAR(once.x, again.x, 1e-9);
+  EXPECT_NEAR(once.y, again.y, 1e-9);
+  EXPECT_NEAR(once.heading + 6.0 * pi, again.heading, 1e-9);
+}
+
 TEST(Track, AnOpenOneGoesStraightOn) {
   const Track track(rounded_polygon({{0, 0, 0}, {2, 0, 0}, {4, 0, 0}}, Shape::open, 0.01),
                     Shape::open, 0.3);
   EXPECT_NEAR(track.at(track.length() + 1.0).x, 5.0, 1e-6);
   EXPECT_NEAR(track.at(-1.0).x, -1.0, 1e-6);
+}
+
+TEST(Track, FindsTheNearestPoint) {
+  const Track track = square();
+  const TrackPoint p = track.at(7.5);
+  EXPECT_NEAR(track.nearest(p.x - 0.1 * std::sin(p.heading), p.y + 0.1 * std::cos(p.heading), 7.3),
+              7.5, 0.02);
 }
 
 TEST(Track, HasNoJumpsOfCurvature) {
