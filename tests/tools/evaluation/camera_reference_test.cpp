@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "tests/diagnostics.hpp"
 #include "tests/recorded_drives.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/camera_csv.hpp"
@@ -203,6 +204,19 @@ TEST(DrivesWithoutTruth, AreJudgedAsByTheTruthOnSimulatedDrives) {
                      course.substr(0, course.find(' ')) + "_" + course.back()),
             {}, scratch);
   }
+}
+
+TEST(DrivesWithoutTruth, BearAGapOfTheCamera) {
+  const Scratch scratch;
+  const fs::path folder = simulate(scratch, "--scenario lap --duration 20", "gap");
+  fs::remove(folder / "truth.csv");
+  must_run("cd " + folder.string() +
+           " && awk -F, 'NR == 2 {t = $1} NR < 3 || $1 < t + 8 || $1 > t + 12' camera.csv > c"
+           " && mv c camera.csv");
+  const EvaluatedDrive drive = evaluate_folder({.folder = folder, .config = {}, .reference = {}},
+                                               {estimator::Model::full}, {});
+  EXPECT_EQ(drive.report.evaluations.front().against, Against::camera);
+  EXPECT_THAT(drive.warnings, Contains(diagnostics::Named("reference_covers_part")));
 }
 
 TEST(DrivesWithoutTruth, AreJudgedAsByTheTruthOnRecordedDrives) {

@@ -4,6 +4,7 @@
 
 #include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
+#include "tools/math/random.hpp"
 #include "tools/sim/car/parameters.hpp"
 #include "tools/sim/sensors/camera.hpp"
 #include "tools/sim/sensors/sensors.hpp"
@@ -30,6 +31,20 @@ struct Moments {
   [[nodiscard]] double mean() const { return sum / count; }
   [[nodiscard]] double deviation() const { return std::sqrt(squares / count - mean() * mean()); }
 };
+
+TEST(RandomStream, IsNormalAndTheSameForTheSameSeedAndName) {
+  RandomStream a(7, "gyro"), b(7, "gyro"), other_name(7, "wheel"), other_seed(8, "gyro");
+  Moments moments;
+  for (int k = 0; k < 100'000; ++k) {
+    const double x = a.normal();
+    EXPECT_EQ(x, b.normal());
+    EXPECT_NE(x, other_name.normal());
+    EXPECT_NE(x, other_seed.normal());
+    moments.add(x);
+  }
+  EXPECT_NEAR(moments.mean(), 0.0, 0.01);
+  EXPECT_NEAR(moments.deviation(), 1.0, 0.01);
+}
 
 TEST(Parameters, TruthIsDrawnWithTheStatedSizes) {
   const ParameterSet sizes = default_parameters(CarKind::scale_car);
