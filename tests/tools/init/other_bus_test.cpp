@@ -1,5 +1,5 @@
 // A simulated drive on another maker's bus: signs and validity in separate bits, all ones while
-// sensors start.
+// sensors start, motor turns, a command without a unit.
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -184,6 +184,35 @@ steering = { message = "LWI_01", signal = "LWI_Lenkradwinkel", unit = "deg", sca
     EXPECT_THAT(bus.text, HasSubstr(key));
   // The file by hand also has the bias at rest. The bias from only two noisy seconds changes the
   // error by factors of 0.88 to 1.19 in seeds 1 to 7, 0.99 on average.
+  bus.expect_as_by_hand(1.1);
+}
+
+TEST(OtherBus, WithTheTurnsOfAMotorAndACommandIsReadAsByHand) {
+  Bus bus("--scenario lap --laps 2 --seed 5");
+  bus.send({9,
+            "VESC_Status1",
+            {{"ERPM", 0, 32, 1, 0, "erpm", true}, {"DutyCycle", 48, 16, 0.001, 0, "%", true}}},
+           Source::wheel_rear_left, [&](std::int64_t t) {
+             const double v =
+                 0.5 * (bus.at(Source::wheel_rear_left, t) + bus.at(Source::wheel_rear_right, t));
+             return std::vector{v / 0.033 * 8.0 * 2.0 * 30.0 / std::numbers::pi, 20.0};
+           });
+  bus.send({32, "Imu", {{"gyro_z_yaw_rate", 0, 16, 0.01, 0, "dps", true}}}, Source::yaw_rate,
+           [&](std::int64_t t) { return std::vector{degrees * bus.at(Source::yaw_rate, t)}; });
+  bus.send({33, "Servo", {{"steering_cmd", 0, 16, 0.0001, 0, "", true}}}, Source::steering,
+           [&](std::int64_t t) { return std::vector{bus.at(Source::steering, t) / 0.45}; });
+  const json result = bus.init(
+      " --mass 2.985 --wheelbase 0.26 --front-axle 0.175 --wheel-radius 33mm --gear-ratio 8 "
+      "--pole-pairs 2",
+      R"(yaw_rate = { message = "Imu", signal = "gyro_z_yaw_rate", unit = "deg/s", unless_raw = [-1] }
+motor = { message = "VESC_Status1", signal = "ERPM", unit = "erpm", radius = 0.033, ratio = 8.0, pole_pairs = 2, unless_raw = [-1] }
+steering = { message = "Servo", signal = "steering_cmd", unit = "1", scale = 0.45, unless_raw = [-1] }
+)");
+  auto roles = by_role(result);
+  EXPECT_EQ(roles.size(), 3U) << result;
+  EXPECT_EQ(roles["motor"]["unit"], "erpm");
+  EXPECT_EQ(roles["steering"]["unit"], "1");
+  EXPECT_NEAR(roles["steering"]["scale"].get<double>(), 0.45, 0.045);
   bus.expect_as_by_hand(1.1);
 }
 
