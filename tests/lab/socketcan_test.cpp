@@ -1,5 +1,6 @@
-// The SocketCAN source on real (virtual) buses: every kind of frame, filters, stamps, overflow, and
+// The SocketCAN source on real (virtual) buses: every kind of frame, filters, a stepped clock, and
 // links that go down, vanish and come back. Needs root and a kernel with vcan; makes its own buses.
+// The receive path itself is tested on any machine, in tests/can_protocol/sources.
 #include "can_protocol/sources/socketcan.hpp"
 
 #include <linux/can.h>
@@ -13,13 +14,13 @@
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <thread>
 
 #include "base/file_descriptor.hpp"
+#include "base/wall_clock.hpp"
 #include "can_protocol/frame.hpp"
 #include "tests/gtest.hpp"
 
@@ -28,16 +29,6 @@ namespace {
 
 const std::string bus_name = "odomtest0";
 constexpr auto timeout = std::chrono::seconds(20);
-
-std::int64_t read_clock(clockid_t clock) {
-  timespec time{};
-  ::clock_gettime(clock, &time);
-  return time.tv_sec * 1'000'000'000 + time.tv_nsec;
-}
-
-std::int64_t now() {
-  return read_clock(CLOCK_MONOTONIC);
-}
 
 [[nodiscard]] bool run(const std::string& command) {
   return std::system(command.c_str()) == 0;
@@ -83,8 +74,8 @@ class Peer {
 
 class SocketCan : public testing::Test {
  protected:
-  void SetUp() override { remove_bus(); }
-  void TearDown() override { remove_bus(); }
+  SocketCan() { remove_bus(); }
+  ~SocketCan() override { remove_bus(); }
 
   static void add_bus(const std::string& options = "") {
     ASSERT_TRUE(run("ip link add " + bus_name + " " + options + " type vcan"));
@@ -94,38 +85,38 @@ class SocketCan : public testing::Test {
   static void set_link(const std::string& state) {
     ASSERT_TRUE(run("ip link set " + bus_name + " " + state));
   }
-  static std::uint64_t sent_on_bus() {
-    std::ifstream file("/sys/class/net/" + bus_name + "/statistics/tx_packets");
-    std::uint64_t count = 0;
-    file >> count;
-    EXPECT_TRUE(file);
-    return count;
-  }
-  static std::vector<Frame> drain(SocketCanSource& source,
-                                  std::size_t room = max_frames_per_drain) {
-    std::vector<Frame> frames(room);
-    const std::int64_t time = now();
+  static std::vector<Frame> drain(SocketCanSource& source) {
+    std::vector<Frame> frames(max_frames_per_drain);
+    const std::int64_t time = monotonic_now();
     frames.resize(source.drain(frames, time, time));
     return frames;
   }
-  /// Drains until this many frames have arrived, or a time limit is reached.
-  static std::vector<Frame> drain_until(SocketCanSource& source, std::size_t count) {
+  /// Drains until this holds for the frames so far, or a time limit is reached.
+  template <typename Done>
+  static std::vector<Frame> drain_until(SocketCanSource& source, const Done& done) {
     std::vector<Frame> all;
     const auto deadline = std::chrono::steady_clock::now() + timeout;
-    while (all.size() < count && std::chrono::steady_clock::now() < deadline) {
+    while (!done(all) && std::chrono::steady_clock::now() < deadline) {
       const auto some = drain(source);
       all.insert(all.end(), some.begin(), some.end());
       if (some.empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     return all;
   }
-  static bool drain_until_state(SocketCanSource& source, LinkState state) {
-    const auto deadline = std::chrono::steady_clock::now() + timeout;
-    while (source.link() != state && std::chrono::steady_clock::now() < deadline) {
-      drain(source);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+  static std::vector<Frame> drain_frames(SocketCanSource& source, std::size_t count) {
+    return drain_until(source, [&](const auto& frames) { return frames.size() >= count; });
+  }
+  static bool reaches(SocketCanSource& source, LinkState state) {
+    drain_until(source, [&](const auto&) { return source.link() == state; });
     return source.link() == state;
+  }
+  /// Whether housekeeping finds the link up, and a frame arrives.
+  static bool hears(SocketCanSource& source) {
+    source.maintain();
+    if (source.link() != LinkState::up) return false;
+    drain(source);  // begins to use a new socket
+    Peer().send(0x120);
+    return drain_frames(source, 1).size() == 1;
   }
   /// Waits for stamps: the kernel begins to stamp shortly after the first request.
   static void await_stamps(SocketCanSource& source, const Peer& peer) {
@@ -134,7 +125,7 @@ class SocketCan : public testing::Test {
       ASSERT_LT(std::chrono::steady_clock::now(), deadline);
       before = source.counters().stamp_fallbacks.get();
       peer.send(0x7FF, 0);
-      ASSERT_EQ(drain_until(source, 1).size(), 1U);
+      ASSERT_EQ(drain_frames(source, 1).size(), 1U);
       after = source.counters().stamp_fallbacks.get();
     }
   }
@@ -155,26 +146,23 @@ TEST_F(SocketCan, HandsOutEveryKindOfFrame) {
   peer.send(0x123, 3);
   peer.send(0x18DA'F110 | CAN_EFF_FLAG, 8);
   peer.send(0x124 | CAN_RTR_FLAG, 4);
+  peer.send(CAN_ERR_FLAG | CAN_ERR_BUSOFF);
   canfd_frame fd{};
   fd.can_id = 0x125;
   fd.len = 64;
-  fd.flags = CANFD_BRS;
   fd.data[63] = 0xAB;
   peer.send(fd, CANFD_MTU);
 
-  const auto frames = drain_until(source, 4);
+  const auto frames = drain_frames(source, 4);
   ASSERT_EQ(frames.size(), 4U);
   EXPECT_EQ(frames[0].id, 0x123U);
   EXPECT_EQ(frames[0].length, 3);
-  EXPECT_EQ(frames[0].data[2], 3);
   EXPECT_EQ(frames[0].bus, 5);
-  EXPECT_EQ(frames[1].format, IdFormat::extended);
   EXPECT_EQ(frames[1].id, 0x18DA'F110U);
   EXPECT_EQ(frames[2].kind, FrameKind::remote);
-  EXPECT_EQ(frames[3].protocol, FrameProtocol::fd);
-  EXPECT_EQ(frames[3].fd_flags, CANFD_BRS);
   EXPECT_EQ(frames[3].data[63], 0xAB);
   EXPECT_EQ(source.counters().received.get(), 4U);
+  EXPECT_EQ(source.counters().bus_offs.get(), 1U);
   EXPECT_EQ(source.counters().malformed.get(), 0U);
 }
 
@@ -187,7 +175,7 @@ TEST_F(SocketCan, LetsTheKernelFilterByExactIdentifier) {
   peer.send(0x120 | CAN_EFF_FLAG);
   peer.send(0x120 | CAN_RTR_FLAG);
   peer.send(0x1'0130 | CAN_EFF_FLAG);
-  const auto frames = drain_until(source, 2);
+  const auto frames = drain_frames(source, 2);
   ASSERT_EQ(frames.size(), 2U);
   EXPECT_EQ(frames[0].id, 0x120U);
   EXPECT_EQ(frames[0].format, IdFormat::standard);
@@ -200,58 +188,7 @@ TEST_F(SocketCan, TakesEverythingWhenThereAreMoreIdentifiersThanFilters) {
   std::vector<std::uint32_t> keys;
   for (std::uint32_t id = 0; id <= CAN_RAW_FILTER_MAX; ++id) keys.push_back(id);
   SocketCanSource source(bus_name, settings(keys));
-  const Peer peer;
-  peer.send(0x7FF);
-  EXPECT_EQ(drain_until(source, 1).size(), 1U);
-}
-
-TEST_F(SocketCan, CountsErrorFrames) {
-  add_bus();
-  SocketCanSource source(bus_name, settings({frame_key(0x120, IdFormat::standard)}));
-  const Peer peer;
-  peer.send(CAN_ERR_FLAG | CAN_ERR_BUSOFF);
-  peer.send(CAN_ERR_FLAG | CAN_ERR_ACK);
-  peer.send(0x120);
-  const auto frames = drain_until(source, 1);
-  ASSERT_EQ(frames.size(), 1U);
-  EXPECT_EQ(frames[0].kind, FrameKind::data);
-  EXPECT_EQ(source.counters().error_frames.get(), 2U);
-  EXPECT_EQ(source.counters().bus_offs.get(), 1U);
-  EXPECT_EQ(source.counters().received.get(), 1U);
-}
-
-TEST_F(SocketCan, StampsFramesBetweenSendingAndDraining) {
-  add_bus();
-  SocketCanSource source(bus_name, settings());
-  const Peer peer;
-  await_stamps(source, peer);
-  const std::uint64_t fallbacks = source.counters().stamp_fallbacks.get();
-  std::int64_t last = 0;
-  for (canid_t id = 0; id < 200; ++id) {
-    const std::int64_t before = now();
-    peer.send(id);
-    const std::int64_t sent = now();
-    const auto frames = drain_until(source, 1);
-    ASSERT_EQ(frames.size(), 1U);
-    // The offset between the clocks is known only to within the duration of one reading.
-    EXPECT_GE(frames[0].time_ns, before - 100'000);
-    EXPECT_LE(frames[0].time_ns, sent + 100'000);
-    EXPECT_GT(frames[0].time_ns, last);
-    last = frames[0].time_ns;
-  }
-  EXPECT_EQ(source.counters().stamp_fallbacks.get(), fallbacks);
-  EXPECT_EQ(source.counters().clock_steps.get(), 0U);
-}
-
-TEST_F(SocketCan, FallsBackWhereTheControllerGivesNoHardwareStamps) {
-  add_bus();
-  SocketCanSettings hardware = settings();
-  hardware.stamps = StampSource::hardware;
-  SocketCanSource source(bus_name, hardware);
-  const Peer peer;
-  peer.send(0x120);
-  EXPECT_EQ(drain_until(source, 1).size(), 1U);
-  EXPECT_EQ(source.counters().hardware_fallbacks.get(), 1U);
+  EXPECT_TRUE(hears(source));
 }
 
 TEST_F(SocketCan, ConvertsStampsAcrossASteppedWallClock) {
@@ -266,15 +203,15 @@ TEST_F(SocketCan, ConvertsStampsAcrossASteppedWallClock) {
   const std::uint64_t fallbacks = source.counters().stamp_fallbacks.get();
   for (const std::int64_t step_s : {3600, -7200, 30, -30, 86'400, -82'800}) {
     drain(source);
-    const std::int64_t before = now();
+    const std::int64_t before = monotonic_now();
     peer.send(0x1);
     timespec wall{};
     ::clock_gettime(CLOCK_REALTIME, &wall);
     wall.tv_sec += step_s;
     ASSERT_EQ(::clock_settime(CLOCK_REALTIME, &wall), 0);
     peer.send(0x2);
-    const std::int64_t sent = now();
-    const auto frames = drain_until(source, 2);
+    const std::int64_t sent = monotonic_now();
+    const auto frames = drain_frames(source, 2);
     ASSERT_EQ(frames.size(), 2U);
     EXPECT_GE(frames[0].time_ns, before - 100'000);
     EXPECT_GE(frames[1].time_ns, frames[0].time_ns);
@@ -285,44 +222,6 @@ TEST_F(SocketCan, ConvertsStampsAcrossASteppedWallClock) {
   EXPECT_EQ(source.counters().stamp_fallbacks.get(), fallbacks);
 }
 
-TEST_F(SocketCan, CarriesOverWhatADrainHasNoRoomFor) {
-  add_bus();
-  SocketCanSource source(bus_name, settings());
-  const Peer peer;
-  for (canid_t id = 0; id < 600; ++id) peer.send(id);
-  const auto last = std::chrono::steady_clock::now() + timeout;
-  std::vector<std::size_t> drains;
-  canid_t next = 0;
-  while (next < 600 && std::chrono::steady_clock::now() < last) {
-    const auto frames = drain(source, 1000);
-    for (const Frame& frame : frames) EXPECT_EQ(frame.id, next++);
-    if (!frames.empty()) drains.push_back(frames.size());
-  }
-  EXPECT_EQ(drains, (std::vector<std::size_t>{256, 256, 88}));
-  EXPECT_EQ(source.counters().carried_over.get(), 2U);
-  EXPECT_EQ(source.counters().lost.get(), 0U);
-}
-
-TEST_F(SocketCan, CountsEveryFrameThatItsBufferCannotHold) {
-  add_bus();
-  SocketCanSettings small = settings();
-  small.receive_buffer = 4096;
-  SocketCanSource source(bus_name, small);
-  const Peer peer;
-  constexpr std::uint64_t sent = 3000;
-  std::uint64_t received = 0;
-  for (std::uint64_t i = 0; i < sent; ++i) {
-    peer.send(0x120);
-    if (i % 100 == 99) received += drain(source).size();
-  }
-  // The kernel reports the count with the next frame that it does not drop.
-  received += drain(source).size();
-  peer.send(0x121);
-  received += drain_until(source, 1).size();
-  EXPECT_LT(received, sent);
-  EXPECT_EQ(received + source.counters().lost.get(), sent + 1);
-}
-
 TEST_F(SocketCan, GetsTheReceiveBufferItAsksFor) {
   add_bus();
   SocketCanSettings large = settings();
@@ -331,75 +230,47 @@ TEST_F(SocketCan, GetsTheReceiveBufferItAsksFor) {
   EXPECT_TRUE(source.warnings().empty());
   const Peer peer;
   for (int i = 0; i < 5000; ++i) peer.send(0x120);
-  EXPECT_EQ(drain_until(source, 5000).size(), 5000U);
+  EXPECT_EQ(drain_frames(source, 5000).size(), 5000U);
   EXPECT_EQ(source.counters().lost.get(), 0U);
 }
 
-TEST_F(SocketCan, SurvivesALinkThatGoesDownAndUp) {
-  add_bus();
-  SocketCanSource source(bus_name, settings());
-  for (std::uint64_t round = 1; round <= 3; ++round) {
-    set_link("down");
-    EXPECT_TRUE(drain_until_state(source, LinkState::down));
-    source.maintain();
-    EXPECT_EQ(source.link(), LinkState::down);
-    EXPECT_EQ(source.counters().link_downs.get(), round);
-    set_link("up");
-    source.maintain();
-    EXPECT_EQ(source.link(), LinkState::up);
-    const Peer peer;
-    peer.send(0x120);
-    EXPECT_EQ(drain_until(source, 1).size(), 1U);
+TEST_F(SocketCan, SurvivesALinkThatGoesDownOrVanishesAndComesBack) {
+  for (const bool vanishes : {false, true}) {
+    SCOPED_TRACE(vanishes ? "vanishes" : "goes down");
+    add_bus();
+    SocketCanSource source(bus_name, settings());
+    for (std::uint64_t round = 1; round <= 3; ++round) {
+      vanishes ? remove_bus() : set_link("down");
+      const LinkState broken = vanishes ? LinkState::gone : LinkState::down;
+      EXPECT_TRUE(reaches(source, broken));
+      source.maintain();
+      EXPECT_EQ(source.link(), broken);
+      const std::uint64_t downs = source.counters().link_downs.get();
+      EXPECT_TRUE(vanishes ? downs >= round : downs == round) << downs;
+      vanishes ? add_bus() : set_link("up");
+      EXPECT_TRUE(hears(source));
+    }
+    remove_bus();
   }
 }
 
-TEST_F(SocketCan, StartsOnALinkThatIsDown) {
-  add_bus();
-  set_link("down");
-  SocketCanSource source(bus_name, settings());
-  EXPECT_EQ(source.link(), LinkState::down);
-  EXPECT_TRUE(drain(source).empty());
-  EXPECT_EQ(source.counters().link_downs.get(), 0U);
-  set_link("up");
-  source.maintain();
-  EXPECT_EQ(source.link(), LinkState::up);
-  const Peer peer;
-  peer.send(0x120);
-  EXPECT_EQ(drain_until(source, 1).size(), 1U);
-}
-
-TEST_F(SocketCan, WaitsForAnInterfaceThatIsNotThereYet) {
-  SocketCanSource source(bus_name, settings());
-  EXPECT_EQ(source.link(), LinkState::gone);
-  EXPECT_TRUE(drain(source).empty());
-  source.maintain();
-  EXPECT_EQ(source.link(), LinkState::gone);
-  add_bus();
-  source.maintain();
-  EXPECT_EQ(source.link(), LinkState::up);
-  drain(source);  // begins to use the new socket
-  const Peer peer;
-  peer.send(0x120);
-  EXPECT_EQ(drain_until(source, 1).size(), 1U);
-  EXPECT_EQ(source.counters().link_downs.get(), 0U);
-}
-
-TEST_F(SocketCan, SurvivesAnInterfaceThatVanishesAndComesBack) {
-  add_bus();
-  SocketCanSource source(bus_name, settings());
-  for (std::uint64_t round = 1; round <= 3; ++round) {
+TEST_F(SocketCan, WaitsForALinkThatIsMissingOrDown) {
+  for (const bool missing : {false, true}) {
+    SCOPED_TRACE(missing ? "missing" : "down");
+    if (!missing) {
+      add_bus();
+      set_link("down");
+    }
+    SocketCanSource source(bus_name, settings());
+    const LinkState expected = missing ? LinkState::gone : LinkState::down;
+    EXPECT_EQ(source.link(), expected);
+    EXPECT_TRUE(drain(source).empty());
+    source.maintain();
+    EXPECT_EQ(source.link(), expected);
+    missing ? add_bus() : set_link("up");
+    EXPECT_TRUE(hears(source));
+    EXPECT_EQ(source.counters().link_downs.get(), 0U);
     remove_bus();
-    EXPECT_TRUE(drain_until_state(source, LinkState::gone));
-    source.maintain();
-    EXPECT_EQ(source.link(), LinkState::gone);
-    EXPECT_GE(source.counters().link_downs.get(), round);
-    add_bus();
-    source.maintain();
-    EXPECT_EQ(source.link(), LinkState::up);
-    drain(source);
-    const Peer peer;
-    peer.send(0x120);
-    EXPECT_EQ(drain_until(source, 1).size(), 1U);
   }
 }
 
@@ -408,13 +279,8 @@ TEST_F(SocketCan, SeesThroughAnInterfaceThatCameBackUnderItsOldIndex) {
   SocketCanSource source(bus_name, settings());
   remove_bus();
   add_bus("index 4711");
-  EXPECT_TRUE(drain_until_state(source, LinkState::gone));
-  source.maintain();
-  EXPECT_EQ(source.link(), LinkState::up);
-  drain(source);
-  const Peer peer;
-  peer.send(0x120);
-  EXPECT_EQ(drain_until(source, 1).size(), 1U);
+  EXPECT_TRUE(reaches(source, LinkState::gone));
+  EXPECT_TRUE(hears(source));
 }
 
 TEST_F(SocketCan, ChangesSocketsUnderARunningBeatWithoutLeakingOne) {
@@ -427,7 +293,7 @@ TEST_F(SocketCan, ChangesSocketsUnderARunningBeatWithoutLeakingOne) {
   std::atomic<bool> stop{false};
   std::thread beat([&] {
     std::array<Frame, max_frames_per_drain> frames;
-    while (!stop) source.drain(frames, now(), now());
+    while (!stop) source.drain(frames, monotonic_now(), monotonic_now());
   });
   for (int round = 0; round < 10; ++round) {
     remove_bus();
@@ -441,10 +307,7 @@ TEST_F(SocketCan, ChangesSocketsUnderARunningBeatWithoutLeakingOne) {
   drain(source);
   source.maintain();
   EXPECT_EQ(open_descriptors(), before);
-  drain(source);
-  const Peer peer;
-  peer.send(0x120);
-  EXPECT_EQ(drain_until(source, 1).size(), 1U);
+  EXPECT_TRUE(hears(source));
 }
 
 TEST_F(SocketCan, NeverTransmits) {
@@ -452,18 +315,16 @@ TEST_F(SocketCan, NeverTransmits) {
   const Peer peer;
   {
     SocketCanSource source(bus_name, settings());
-    for (int round = 0; round < 3; ++round) {
-      drain(source);
-      source.maintain();
-      set_link("down");
-      drain(source);
-      source.maintain();
-      set_link("up");
+    for (const char* state : {"up", "down", "up", "down", "up"}) {
+      set_link(state);
       drain(source);
       source.maintain();
     }
   }
-  EXPECT_EQ(sent_on_bus(), 0U);
+  std::ifstream sent("/sys/class/net/" + bus_name + "/statistics/tx_packets");
+  std::uint64_t count = 1;
+  sent >> count;
+  EXPECT_EQ(count, 0U);
   EXPECT_FALSE(peer.hears_something());
 }
 
