@@ -1,5 +1,5 @@
-# Functions of the lab's tests. Each of tests/*.sh sources this in the machine, and so does
-# tests/campaign/release.sh.
+# Functions of the lab's tests. run-tests.sh sources this before each of them; packages.sh and release.sh
+# in tests/campaign use it, too.
 
 set -u
 PATH=${ODOMD_BIN_DIR:+$ODOMD_BIN_DIR:}$PATH
@@ -42,7 +42,15 @@ await() {
   done
 }
 
-# add_vcan NAME...: brings up virtual buses that carry CAN FD.
+# reap PROCESS...: ends processes of this shell.
+reap() {
+  kill "$@" 2>/dev/null
+  wait "$@" 2>/dev/null
+}
+
+# Buses --------------------------------------------------------------------------------------------
+
+# add_vcan NAME...: brings up virtual buses that carry CAN FD. run-tests.sh removes what a test leaves.
 add_vcan() {
   local bus
   for bus; do
@@ -51,10 +59,22 @@ add_vcan() {
   done
 }
 
-remove_link() { ip link del "$1" 2>/dev/null; }
+# listen BUS FILE: starts candump, which writes what it hears to the file; $logger is its process.
+listen() {
+  candump -L "$1" >"$2" &
+  logger=$!
+  await 5 grep -q "$1" /proc/net/can/rcvlist_all
+}
 
 # link_packets NAME: how many packets were sent on a link. On vcan each of them is also received.
 link_packets() { cat "/sys/class/net/$1/statistics/tx_packets"; }
+
+# simulate OPTION...: a drive in drive/; drive.log is its log on vcan0, with $frames lines.
+simulate() {
+  odom sim "$@" --out drive --force >/dev/null 2>&1
+  sed 's/ can[0-9]* / vcan0 /' drive/drive.log >drive.log
+  frames=$(wc -l <drive.log)
+}
 
 # The daemon ---------------------------------------------------------------------------------------
 
@@ -66,19 +86,26 @@ start_daemon() {
   odomd --config "$config" --shm /lab --status-socket "$PWD/status.sock" \
     --camera-socket "$PWD/camera.sock" "$@" 2>odomd.log &
   daemon=$!
-  await 20 test -S status.sock && await 20 status '.beat.ticks > 0' -e
+  await 20 test -S status.sock && await 20 status '.beat.ticks > 0' -e || not_ok "start" "$(cat odomd.log)"
 }
 
-# stop_daemon: stops it; its exit status is in $daemon_status.
+# stop_daemon [NAME]: stops it; it must end cleanly.
 stop_daemon() {
   kill "$daemon" 2>/dev/null
   wait "$daemon"
-  daemon_status=$?
+  local result=$?
+  check "${1:+$1: }ends cleanly" "status $result: $(tail -n 3 odomd.log)" test $result = 0
 }
 
 # status FILTER [JQ-OPTION...]: a value of the running daemon's status.
 status() {
   local filter=$1
   shift
-  odom status --json --socket "$PWD/status.sock" | jq -r "$@" "$filter"
+  odom status --json --socket "${run:-$PWD}/status.sock" | jq -r "$@" "$filter"
 }
+state_of_daemon() { status 'del(.messages, .sources, .calibrations)' -c; tail -n 3 odomd.log; }
+
+# shows NAME FILTER [SECONDS]: the status fulfils the filter, at once or within that time.
+shows() { await "${3:-0}" status "$2" -e && ok "$1" || not_ok "$1" "$(state_of_daemon)"; }
+# logs NAME PATTERN: odomd says this within 20 s.
+logs() { await 20 grep -q -- "$2" odomd.log && ok "$1" || not_ok "$1" "$(cat odomd.log)"; }

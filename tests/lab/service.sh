@@ -1,24 +1,16 @@
-# The installed service. The tests below systemd/ source this after guest.sh. They share one boot;
-# the first of them installs the service, like an administrator.
+# The installed service. run-tests.sh sources this after guest.sh, before the tests below systemd/. They
+# share one boot; the first of them installs the service, like an administrator.
 
-bus=vcan0
-unit=odomd@$bus.service
-run=/run/odomd/$bus
+# on_bus BUS: the names of the service on that bus.
+on_bus() { bus=$1 unit=odomd@$1.service run=/run/odomd/$1; }
+on_bus vcan0
 
 # The built programs must not load files that the service's sandbox excludes.
 PATH=/usr/local/sbin:/usr/local/bin:$PATH
 export LD_LIBRARY_PATH=/usr/local/lib
 
-# status FILTER [JQ-OPTION...]: a value of the service's status.
-status() {
-  local filter=$1
-  shift
-  odom status --json --socket "$run/status.sock" | jq -r "$@" "$filter"
-}
-
 main_pid() { systemctl show -P MainPID "${1:-$unit}"; }
 is_active() { systemctl is-active --quiet "${1:-$unit}"; }
-publishes() { status '.beat.ticks > 0' -e; }
 settled() { status '.mode != "initialising" and .beat.ticks > 50' -e; }
 
 # is_confined UNIT: checks the unit's hardening.
@@ -30,8 +22,17 @@ is_confined() {
   check "systemd calls it exposed by 2.0 at most" "$exposure" awk "BEGIN {exit !(\"$exposure\" != \"\" && $exposure <= 2.0)}"
 }
 
+# is_nobodys UNIT: the same, for a service without a user of its own.
+is_nobodys() {
+  local user
+  user=$(ps -o user:32= -p "$(main_pid "$1")")
+  check "it is nobody's user" "$user" test "$user" != root -a "$user" != odomd
+  is_confined "$1"
+}
+
 # journal [UNIT]: prints recent log lines for a failure.
 journal() { journalctl --no-pager -o cat -n 10 -u "${1:-$unit}" | tr '\n' ';'; }
+state_of_daemon() { status 'del(.messages, .sources, .calibrations)' -c; journal; }
 
 install_product() {
   [ ! -e /run/odomd.installed ] || return 0
@@ -46,53 +47,45 @@ install_product() {
   touch /run/odomd.installed
 }
 
-# configure BUS: writes the configuration of the simulated car for the service on that bus.
-configure() {
-  odom sim --config-only --force --out car >/dev/null
-  mkdir -p /etc/odomd
-  cp car/car.dbc /etc/odomd/
-  cp car/car.toml "/etc/odomd/$1.toml"
-}
-
-# drive BUS [OPTION...]: starts a live drive of laps; $driver is its process.
-drive() {
-  local to=$1
+# drop_in UNIT [LINE...]: the only settings that the unit has besides the installed ones; without lines, none.
+drop_in() {
+  local settings=/run/systemd/system/$1.d
   shift
-  odom sim --live --can "$to" --laps 1000 --standstill 0.5 --out "drive-$to" --force "$@" \
-    >"drive-$to.log" 2>&1 &
-  driver=$!
-}
-
-# watchdog installed|relaxed: `relaxed` tolerates a machine that pauses for a second; only tests of
-# the watchdog use the installed limit.
-watchdog() {
-  local settings=/run/systemd/system/$unit.d
   rm -rf "$settings"
-  if [ "$1" = relaxed ]; then
+  if [ $# -gt 0 ]; then
     mkdir -p "$settings"
-    printf '[Service]\nWatchdogSec=30s\n' >"$settings/lab.conf"
+    printf '%s\n' "$@" >"$settings/lab.conf"
   fi
   systemctl daemon-reload
 }
 
-# begin [OPTION...]: starts the service, which then reads the driving car.
-begin() {
-  if ! install_product; then
-    not_ok "installs" "see above"
-    exit
-  fi
-  watchdog relaxed
-  configure $bus
-  add_vcan $bus
-  drive $bus "$@"
-  systemctl start $unit && await 30 status '.can[0].received > 0' -e ||
-    not_ok "starts" "$(journal)"
+# drive BUS [OPTION...]: starts a live drive of laps; $driver is its process.
+drive() {
+  odom sim --live --can "$1" --laps 1000 --standstill 0.5 --out "drive-$1" --force "${@:2}" >"drive-$1.log" 2>&1 &
+  driver=$!
 }
 
-# end: removes everything for the next test.
+# Tolerates a machine that pauses for a second; only tests of the watchdog use the installed limit.
+relaxed='WatchdogSec=30s'
+
+# begin [BUS [OPTION...]]: installs the product, and starts the service, which then reads the car that drives on
+# this bus. At the end of the test all of it is removed.
+begin() {
+  local to=${1:-$bus}
+  install_product || { not_ok "installs" "see above"; exit; }
+  drop_in $unit '[Service]' $relaxed
+  odom sim --config-only --force --out car >/dev/null
+  mkdir -p /etc/odomd
+  cp car/car.dbc /etc/odomd/
+  cp car/car.toml /etc/odomd/$bus.toml
+  [ -e "/sys/class/net/$to" ] || add_vcan "$to"
+  trap 'end; exit $test_failed' EXIT
+  drive "$to" "${@:2}"
+  systemctl start $unit
+  shows "starts, and reads its bus" '.can[0].received > 0' 30
+}
+
 end() {
   systemctl stop $unit
-  kill "$driver" 2>/dev/null
-  wait "$driver" 2>/dev/null
-  remove_link $bus
+  reap $driver
 }

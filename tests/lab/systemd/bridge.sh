@@ -1,8 +1,6 @@
 # The services of bridge and daemon together: the bridge reads the pose as a dynamic user, survives
 # a restart of the daemon, sends topics over DDS and JSON over UDP, and takes camera poses from a
 # topic. The loopback is the only network.
-. "$(dirname "$0")/../guest.sh"
-. "$(dirname "$0")/../service.sh"
 bridge=odomd-bridge@$bus.service
 
 begin
@@ -12,10 +10,8 @@ export CYCLONEDDS_URI="<General><Interfaces><NetworkInterface name='lo'/></Inter
 </Peers></Discovery>"
 # set_up OPTIONS [LINE]: writes the service's drop-in.
 set_up() {
-  mkdir -p /run/systemd/system/$bridge.d
-  printf '%s\n' '[Service]' "Environment=\"ODOM_BRIDGE_OPTIONS=--json $1\"" "Environment=\"CYCLONEDDS_URI=$CYCLONEDDS_URI\"" \
-    "${2-}" >/run/systemd/system/$bridge.d/lab.conf
-  systemctl daemon-reload
+  drop_in $bridge '[Service]' "Environment=\"ODOM_BRIDGE_OPTIONS=--json $1\"" \
+    "Environment=\"CYCLONEDDS_URI=$CYCLONEDDS_URI\"" "${2-}"
 }
 set_up "--ros --udp 127.0.0.1:9870"
 
@@ -30,40 +26,36 @@ print(receiver.recv(65536).decode())' 2>/dev/null | jq -r "$@"
 }
 
 says "it is off until somebody enables it" '^disabled' systemctl is-enabled $bridge
-check "it starts" "$(journal $bridge)" systemctl start $bridge
+does "it starts" systemctl start $bridge
 check "it sends what the service publishes" "$(journal $bridge)" await 60 received '.odomd.velocity.x > 0.1' -e
-user=$(ps -o user:32= -p "$(main_pid $bridge)")
-check "it is nobody's user" "$user" test "$user" != root -a "$user" != odomd
-is_confined $bridge
+is_nobodys $bridge
 
 pid=$(main_pid $bridge)
 instance=$(status .instance)
 kill -9 "$(main_pid)"
-succeeded() { [ "$(status .instance)" != "$instance" ] && settled; }
-check "the daemon is started anew" "$(journal)" await 60 succeeded
+shows "the daemon is started anew" ".instance != \"$instance\" and .mode != \"initialising\" and .beat.ticks > 50" 60
 check "it goes on with the daemon's successor" "$(journal $bridge)" await 60 received '.odomd.velocity.x > 0.1' -e
-check "and is the one that was started" "$(main_pid $bridge)" test "$(main_pid $bridge)" = "$pid"
+says "and is the one that was started" "^$pid\$" main_pid $bridge
 
 systemctl stop $bridge
-summary=$(journalctl --no-pager -o cat -u $bridge | grep '^{')
-check "it says what it sent" "$(journal $bridge)" jq -e '.restarts == 1 and (.sinks | length) == 2 and all(.sinks[]; .sent > 0)' <<<"$summary"
+summary() { journalctl --no-pager -o cat -u $bridge | grep '^{' | tail -n 1; }
+check "it says what it sent" "$(journal $bridge)" \
+  jq -e '.restarts == 1 and (.sinks | length) == 2 and all(.sinks[]; .sent > 0)' <<<"$(summary)"
 says "its end is no failure" '^success$' systemctl show -P Result $bridge
 
 lab_pose_publisher &
 publisher=$!
 # A verdict shows that a pose arrived, even if a slow machine delivered it too late.
-judged() { status 'any(.sources[]; .name == "camera" and ([.verdicts[]] | add) > 0)' -e; }
+judged='any(.sources[]; .name == "camera" and ([.verdicts[]] | add) > 0)'
 set_up "--pose-topic /pose --no-publish"
 systemctl start $bridge
 refused() { journal $bridge | grep 'camera.sock: not allowed'; }
 check "poses from a topic need the senders' group, it says" "$(journal $bridge)" await 60 refused
-check "and none gets through" "$(status .sources -c)" test "$(judged)" = false
+shows "and none gets through" "$judged | not"
 set_up "--ros --pose-topic /pose" "SupplementaryGroups=odomd-camera"
 systemctl restart $bridge
-check "with it they reach the daemon" "$(journal $bridge)" await 60 judged
+shows "with it they reach the daemon" "$judged" 60
 systemctl stop $bridge
-check "and it read the pose as well" "$(journal $bridge)" \
-  jq -e '.input.sent > 0 and .ticks > 0' <<<"$(journalctl --no-pager -o cat -u $bridge | grep '^{' | tail -n 1)"
+check "and it read the pose as well" "$(journal $bridge)" jq -e '.input.sent > 0 and .ticks > 0' <<<"$(summary)"
 kill $publisher
-rm -r /run/systemd/system/$bridge.d
-end
+drop_in $bridge

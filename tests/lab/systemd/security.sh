@@ -1,6 +1,4 @@
 # The commands for the service in docs/dev/security.md, for this machine's bus instead of can0.
-. "$(dirname "$0")/../guest.sh"
-. "$(dirname "$0")/../service.sh"
 
 begin
 # Three users: one in no group of the service, one in the readers' group, one in the camera's.
@@ -10,4 +8,3 @@ check "has a pose to show" "$(status .mode)" await 20 settled
 
 sed "s/can0/$bus/g" "$ODOMD_SOURCE_DIR/docs/dev/security.md" >security.md
 "$ODOMD_SOURCE_DIR/tests/docs/shown_commands.py" security.md service || test_failed=1
-end

@@ -1,7 +1,5 @@
 # Permissions of the installed service: readers can read, camera senders can send, and other users
 # can do neither, nor disturb the service.
-. "$(dirname "$0")/../guest.sh"
-. "$(dirname "$0")/../service.sh"
 
 begin
 pid=$(main_pid)
@@ -11,20 +9,11 @@ systemd-sysusers --inline "m lab-reader odom" "m lab-sender odomd-camera"
 
 # as USER COMMAND...: with that user's groups and without root privileges.
 as() {
-  local user=lab-$1
-  shift
-  (cd / && setpriv --reuid="$user" --regid="$user" --init-groups --inh-caps=-all "$@" 2>&1 </dev/null)
+  (cd / && setpriv --reuid="lab-$1" --regid="lab-$1" --init-groups --inh-caps=-all "${@:2}" 2>&1 </dev/null)
 }
-can() { # USER WHAT COMMAND...
-  local user=$1 what=$2 said
-  shift 2
-  said=$(as "$user" "$@") && ok "a $user can $what" || not_ok "a $user can $what" "$(tail -n 2 <<<"$said")"
-}
-cannot() { # USER WHAT COMMAND...
-  local user=$1 what=$2 said
-  shift 2
-  said=$(as "$user" "$@") && not_ok "a $user cannot $what" "$(tail -n 2 <<<"$said")" || ok "a $user cannot $what"
-}
+can() { does "a $1 can $2" as "$1" "${@:3}"; } # USER WHAT COMMAND...
+fails() { ! "$@"; }
+cannot() { does "a $1 cannot $2" fails as "$1" "${@:3}"; }
 
 send="odom camera send --socket $run/camera.sock --sigma 2,2,1 --pose"
 can reader "read the pose" odom pose --shm $run/pose
@@ -76,23 +65,18 @@ for user in reader sender outsider; do
 done
 
 ticks=$(status .beat.ticks)
-check "it was not disturbed" "$(journal)" \
-  await 20 status ".beat.ticks > $ticks + 50 and .pid == $pid and .can[0].link == \"up\"" -e
-check "nor restarted" "$(systemctl show -p NRestarts $unit)" test "$(main_pid)" = "$pid"
+shows "it was not disturbed, nor restarted" ".beat.ticks > $ticks + 50 and .pid == $pid and .can[0].link == \"up\"" 20
 
 # Another user who waits for the abstract name of the writer's lock gets it before the daemon's
 # successor.
 cat >/tmp/squat.py <<end
-import os, socket, time
+import contextlib, os, socket, time
 directory = os.stat("$run")
 name = f"\\0odomd-writer:{directory.st_dev}:{directory.st_ino}:pose"
 squatter = socket.socket(socket.AF_UNIX)
-while True:
-  try:
+while not squatter.getsockname():
+  with contextlib.suppress(OSError):
     squatter.bind(name)
-    break
-  except OSError:
-    pass
 print("taken", flush=True)
 time.sleep(30)
 end
@@ -101,6 +85,5 @@ squatter=$!
 sleep 3
 kill -9 "$pid"
 check "another user takes the name of the writer's lock" "$(cat squat)" await 20 grep -q taken squat
-check "but keeps no successor out" "$(journal)" await 20 status ".pid != $pid and .beat.ticks > 50" -e
+shows "but keeps no successor out" ".pid != $pid and .beat.ticks > 50" 20
 wait $squatter
-end

@@ -1,8 +1,6 @@
 # The services of page and daemon together, with the whole sandbox: the page shows the daemon's
 # poses, cannot write to its segment, survives a restart of the daemon, requires the token from
 # other machines, and ends cleanly.
-. "$(dirname "$0")/../guest.sh"
-. "$(dirname "$0")/../service.sh"
 web=odomd-web@$bus.service
 
 begin
@@ -23,7 +21,7 @@ live() {
 }
 
 says "it is off until somebody enables it" '^disabled' systemctl is-enabled $web
-check "it starts" "$(journal $web)" systemctl start $web
+does "it starts" systemctl start $web
 check "it serves the page" "$(journal $web)" await 30 has '<title>' /
 check "with the pose" "$(journal $web; tail -c 300 events)" await 60 live
 check "and the metrics" "$(journal $web)" await 30 has '^odom_up.* 1$' /metrics
@@ -31,9 +29,7 @@ check "and the metrics" "$(journal $web)" await 30 has '^odom_up.* 1$' /metrics
 pid=$(main_pid $web)
 rights=$(awk -v file="$run/pose" '$NF == file {print $2}' "/proc/$pid/maps" | sort -u)
 check "it maps the segment, and only to read" "$rights" test "$rights" = r--s
-user=$(ps -o user:32= -p "$pid")
-check "it is nobody's user" "$user" test "$user" != root -a "$user" != odomd
-is_confined $web
+is_nobodys $web
 
 systemctl stop $unit
 check "without the daemon it says so" "$(journal $web)" await 30 has '^odom_up.* 0$' /metrics
@@ -42,14 +38,12 @@ check "it goes on with the next one" "$(journal; journal $web; tail -c 300 event
 kill -9 "$(main_pid)"
 await 60 settled
 check "and with the one after a crash" "$(journal $web; tail -c 300 events)" await 60 live
-check "and is the one that was started" "$(main_pid $web)" test "$(main_pid $web)" = "$pid"
+says "and is the one that was started" "^$pid\$" main_pid $web
 
 # For access from a phone, as in docs/web.md.
 token=0123456789abcdef-lab
-mkdir -p /run/systemd/system/$web.d
 (umask 077; echo $token >/etc/odomd/web-token)
-sed -n '/^As a service/,/^    sudo systemctl enable/s/^      //p' "$ODOMD_SOURCE_DIR/docs/web.md" >/run/systemd/system/$web.d/lab.conf
-systemctl daemon-reload
+drop_in $web "$(sed -n '/^As a service/,/^    sudo systemctl enable/s/^      //p' "$ODOMD_SOURCE_DIR/docs/web.md")"
 systemctl restart $web
 check "another machine needs the token" "$(journal $web)" await 30 has '^HTTP/1.1 401' /
 check "and is served with it" "$(journal $web)" await 30 has '^HTTP/1.1 200' /metrics "Authorization: Bearer $token"
@@ -61,5 +55,4 @@ printf 'GET /events HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer %s\r\n\
 check "a viewer looks on" "$(journal $web)" grep -q -m1 '^data' <&4
 systemctl stop $web
 says "its end is no failure, nor waits for the viewer" '^success$' systemctl show -P Result $web
-rm -r /run/systemd/system/$web.d
-end
+drop_in $web

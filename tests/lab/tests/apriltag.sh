@@ -1,7 +1,6 @@
 # The AprilTag camera on a V4L2 device: the kernel's vivid driver, whose HDMI output is connected to
 # its input. The test outputs a picture with a tag 15 cm ahead of the map's origin and 10 cm to its
 # right.
-. "$(dirname "$0")/../guest.sh"
 
 camera=/dev/video0 output=/dev/video1 modules=$ODOMD_SOURCE_DIR/build/lab/unpacked
 modprobe -d "$modules" vivid node_types=0x101 num_inputs=1 input_types=3 num_outputs=1 output_types=1
@@ -56,8 +55,7 @@ strace -f -e trace=ioctl -o ioctls $example lens.yaml $camera >poses.csv 2>said 
 seer=$!
 sent() { [ "$(wc -l <messages)" -ge 20 ]; }
 check "poses reach the socket" "$(head -n 5 said)" await 60 sent
-kill $writer
-wait $writer 2>/dev/null
+reap $writer
 read -r gone _ </proc/uptime
 says "it says what the camera gives" "^$camera: 640 x 480 pixels, 59.94 pictures/s" cat said
 blind() { grep -q '^no known tag since' said; }

@@ -1,27 +1,23 @@
 # odom doctor and odom init on a live bus: an interface that is missing, down or silent; a sound
 # car; a car whose yaw rate has the wrong sign; and a proposal from frames and database only.
-. "$(dirname "$0")/../guest.sh"
 
 # finds CODE ARGUMENT...: whether odom doctor gives this code, with exit status 1.
 finds() {
   local code=$1
   shift
-  odom doctor --json "$@" >found.json 2>doctor.log
+  odom doctor --json --config drive/car.toml "$@" >found.json 2>doctor.log
   [ $? = 1 ] && jq -e --arg code "$code" '[.parts[].diagnostics[].code] | index($code)' found.json && return
   cat found.json doctor.log >&2
   return 1
 }
 
-odom sim --scenario slalom --standstill 1 --duration 13 --out drive >/dev/null 2>&1
-sed 's/ can[0-9]* / vcan0 /' drive/drive.log >drive.log
+simulate --scenario slalom --standstill 1 --duration 13
 
-check "finds a missing interface" "see above" \
-  finds W701 --can vcan0 --for 1 --config drive/car.toml
+check "finds a missing interface" "see above" finds W701 --can vcan0 --for 1
 ip link add vcan0 type vcan
-check "finds an interface that is down" "see above" \
-  finds W703 --can vcan0 --for 1 --config drive/car.toml
+check "finds an interface that is down" "see above" finds W703 --can vcan0 --for 1
 ip link set vcan0 mtu 72 up
-check "finds a silent bus" "see above" finds W711 --can vcan0 --for 1 --config drive/car.toml
+check "finds a silent bus" "see above" finds W711 --can vcan0 --for 1
 
 # while_played LOG COMMAND...: runs the command while the log is played on the bus.
 while_played() {
@@ -31,8 +27,7 @@ while_played() {
   player=$!
   "$@"
   local status=$?
-  kill $player
-  wait $player 2>/dev/null
+  reap $player
   return $status
 }
 
@@ -49,13 +44,11 @@ both() {
 while_played drive.log both
 check "finds nothing on a sound bus" "$(cat doctor.log)" test $doctor_status = 0
 check "proposes a configuration from the live bus" "$(cat init.log)" test $init_status = 0
-check "the proposal maps the gyro" "$(cat proposed.toml)" grep -q '^yaw_rate = ' proposed.toml
-check "odomd takes it" "$(cat init.log)" odomd --config proposed.toml --check
+says "the proposal maps the gyro" '^yaw_rate = ' cat proposed.toml
+does "odomd takes it" odomd --config proposed.toml --check
 
 odom fault --config drive/car.toml --kind gyro.inverted drive.log -o inverted.log 2>/dev/null
 check "finds a yaw rate of the wrong sign" "see above" \
-  while_played inverted.log finds W301 --can vcan0 --for 12 --config drive/car.toml
+  while_played inverted.log finds W301 --can vcan0 --for 12
 check "lists what is on the bus" "$(jq -c .identifiers found.json)" \
   jq -e '.identifiers | length > 3 and all(.frames > 0)' found.json
-
-remove_link vcan0

@@ -1,27 +1,22 @@
 # A live recording on a real bus with a real-time kernel, with camera poses over the socket: its
 # replay gives the published bits, twice, from its beginning and from the middle of the drive.
-. "$(dirname "$0")/../guest.sh"
 
 # verify NAME FOLDER: replays a recording twice; every tick must be bit-identical.
 verify() {
-  local name=$1 folder=$2 run
-  for run in first second; do
-    odom replay --recording "$folder" --verify --out replayed.csv 2>verify.txt
-    check "$name: bit-identical, the $run time" "status $?: $(tail -n 2 verify.txt)" \
-      grep -q '^bit-identical' verify.txt
-    echo "   $(tail -n 1 verify.txt)"
-    check "$name: the same pose file, the $run time" "they differ" cmp -s replayed.csv "$folder/pose.csv"
+  local name=$1 folder=$2 nth
+  for nth in first second; do
+    says "$name: bit-identical, the $nth time" '^bit-identical' \
+      odom replay --recording "$folder" --verify --out replayed.csv
+    check "$name: the same pose file, the $nth time" "they differ" cmp -s replayed.csv "$folder/pose.csv"
   done
 }
 
 # holds FOLDER TICKS: whether the disk has more than this many ticks.
 holds() { test "$(cat "$1/beat.csv" 2>/dev/null | wc -l)" -gt "$2"; }
 
-odom sim --scenario slalom --standstill 1 --duration 12 --out drive >/dev/null
-sed 's/ can[0-9]* / vcan0 /' drive/drive.log >drive.log
-frames=$(wc -l <drive.log)
+simulate --scenario slalom --standstill 1 --duration 12
 add_vcan vcan0
-start_daemon drive/car.toml --can vcan0 || not_ok "start" "$(cat odomd.log)"
+start_daemon drive/car.toml --can vcan0
 
 # For comparison: a client that reads every pose from the shared memory.
 odom pose --shm /lab --follow --csv --until-stale --out witness.csv 2>witness.txt &
@@ -34,21 +29,15 @@ canplayer -I drive.log &
 player=$!
 odom camera send --socket "$PWD/camera.sock" --from-now --log drive/camera.csv >camera.txt 2>&1 &
 camera=$!
-wait $player
-wait $camera
+wait $player $camera
 await 10 status ".can[0].received == $frames" -e
 sleep 0.5
-status . >status.json
 stop_daemon
-check "the daemon ends cleanly" "status $daemon_status: $(tail -n 3 odomd.log)" test $daemon_status = 0
-wait $whole
-check "the recorder ends with it" "status $?: $(cat whole.txt)" grep -q 'odomd has ended' whole.txt
-wait $witness
-echo "   $(tail -n 1 whole.txt); $(jq -c '.beat | {ticks, missed, carried_over}' status.json)"
+wait $whole $witness
+says "the recorder ends with it" 'odomd has ended' cat whole.txt
+echo "   $(tail -n 1 whole.txt)"
 
-check "every frame that was played is recorded" "$(wc -l <whole/can.log) of $frames" \
-  test "$(wc -l <whole/can.log)" = "$frames"
-check "the frames are those that were played" "they differ" \
+check "the recorded frames are those that were played" "$(wc -l <whole/can.log) of $frames, or others" \
   cmp -s <(cut -d' ' -f3 drive.log) <(cut -d' ' -f3 whole/can.log)
 check "camera poses are recorded" "$(wc -l <whole/camera.csv) rows" test "$(wc -l <whole/camera.csv)" -gt 100
 check "camera poses are fused" "$(cut -d, -f11 whole/pose.csv | sort | uniq -c | tr '\n' ' ')" \
@@ -66,7 +55,7 @@ check "the poses are those that a client read" "$(cat compared.txt 2>/dev/null)"
   END {exit bad || n < 500}' witness.csv whole/pose.csv
 
 # A recorder starts in the middle of a drive and is killed: the data on the disk is complete.
-start_daemon drive/car.toml --can vcan0 || not_ok "start" "$(cat odomd.log)"
+start_daemon drive/car.toml --can vcan0
 canplayer -I drive.log &
 player=$!
 await 20 status '.can[0].received > 300' -e
@@ -81,11 +70,10 @@ verify "the middle of a drive, the recorder killed" middle
 mkdir disk
 mount -t tmpfs -o size=1400k tmpfs disk
 timeout 60 odom record --socket "$PWD/record.sock" --out disk/full 2>full.txt
-check "a full disk ends the recording with status 1" "status $?: $(cat full.txt)" \
-  grep -q 'the disk is full; what was recorded until now is kept' full.txt
-odom replay --recording disk/full --verify 2>verify.txt
-check "what there was room for replays" "status $?: $(cat verify.txt)" grep -q '^bit-identical' verify.txt
+echo "status $?" >>full.txt
+says "a full disk ends the recording with status 1" '^kept; status 1$' \
+  sed -n '/the disk is full; what was recorded until now is kept/{N;s/.*kept.*\n/kept; /p}' full.txt
+says "what there was room for replays" '^bit-identical' odom replay --recording disk/full --verify
 umount disk
-kill $player; wait $player 2>/dev/null
-stop_daemon
-remove_link vcan0
+reap $player
+stop_daemon "the last daemon"
