@@ -37,7 +37,7 @@ def main():
         given, lambda course, seed, folder, scratch: fullsize.measure(given.odom, course, seed, models, folder, scratch),
         [(course, fullsize.seed_of(course, number))
          for course in given.courses for number in range(1, given.seeds + 1)])
-    results = fullsize.Results(measured, given.model, given.reference, given.slack)
+    results = fullsize.Results(measured, given.model, given.reference, slack=given.slack)
     rows = [(name, row) for name in given.only or fullsize.BARS for row in fullsize.BARS[name](results)]
     print(f"`--model {given.model}` and `{given.reference}`, {begun:%F}, {given.seeds} seeds a course; medians "
           "(smallest to largest):\n")

@@ -8,21 +8,13 @@ failed, 2 on wrong usage.
 """
 
 import datetime
-import importlib
 import pathlib
-import pkgutil
 import sys
 import tempfile
 import time
 
 import common
-import identify
-
-ORDER = ["mass", "cog", "inertia", "noise", "track", "stiffness", "latency", "fit"]
-METHODS = sorted((module.name for module in pkgutil.iter_modules(identify.__path__)
-                  if module.name != "rows" and hasattr(
-                      importlib.import_module(f"identify.{module.name}"), "run")),
-                 key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name))
+from identify.methods import METHODS, ONE_SEED, rows_of
 
 
 def arguments():
@@ -58,9 +50,10 @@ def main():
             work = (given.work or pathlib.Path(scratch)) / method
             work.mkdir(parents=True, exist_ok=True)
             try:
-                for row in importlib.import_module(f"identify.{method}").run(seeds, work, given.odom):
-                    met = met and row.met
-                    print(line(row), flush=True)
+                for experiment in METHODS[method]:
+                    for row in rows_of(experiment, seeds[:1] if method in ONE_SEED else seeds, work, given.odom):
+                        met = met and row.met
+                        print(line(row), flush=True)
             except common.Failed as error:
                 met = False
                 print(f"identify.py: {method}: {error}", file=sys.stderr)

@@ -6,12 +6,12 @@ names another statistic. A ratio is that of two medians."""
 import dataclasses
 import math
 import statistics
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from common import DEGREES
 
 from . import courses
-
-POSE_DIMENSION = 3
 
 
 @dataclasses.dataclass(frozen=True)
@@ -20,6 +20,21 @@ class Row:
     required: str
     measured: str
     met: bool
+
+
+class Figure(NamedTuple):
+    unit: str
+    of: Callable[[dict[str, Any]], float]  # from the output of odom evaluate
+
+
+DRIFT = Figure("cm/m", lambda e: e["end_error_cm_per_m"])
+HEADING = Figure("°", lambda e: abs(e["heading"]["end"]) * DEGREES)
+AHEAD = Figure("mm", lambda e: 1000 * e["error_35ms"]["position"]["mean"])
+POSITION = Figure("mm", lambda e: 1000 * e["position"]["rms"])
+YAW = Figure("°", lambda e: e["heading"]["rms"] * DEGREES)
+FURTHEST = Figure("cm", lambda e: 100 * e["position"]["max"])
+END = Figure("cm", lambda e: 100 * e["end_error"])
+NEES = Figure("", lambda e: e["nees"]["mean"] if e["nees"] else math.inf)
 
 
 class Results:
@@ -35,53 +50,22 @@ class Results:
     def __contains__(self, course):
         return course in self.by_course
 
-    def drives(self, course):
-        return self.by_course[course]
-
     def laps(self, form):
         return [f"{form}-{speed:g}" for speed in self.speeds]
 
     def figures(self, course, view, figure, model=None):
         """The figure for every seed; infinite where a pose was not finite."""
-        found = (drive["views"][view][model or self.judged] for drive in self.by_course[course])
-        return [math.inf if found_one is None else figure(found_one) for found_one in found]
+        return of_all(figure, (drive["views"][view][model or self.judged] for drive in self.by_course[course]))
 
     def within(self, value, limit, low=-math.inf):
         return low / self.slack <= value <= limit * self.slack
 
-
-# Figures of a drive, from the output of odom evaluate.
-
-def drift(evaluation):
-    return evaluation["end_error_cm_per_m"]
+    def row(self, what, required, measured, value, limit, low=-math.inf):
+        return Row(what, required, measured, self.within(value, limit, low))
 
 
-def heading(evaluation):
-    return abs(evaluation["heading"]["end"]) * DEGREES
-
-
-def short_term_mm(evaluation):
-    return 1000 * evaluation["error_35ms"]["position"]["mean"]
-
-
-def position_mm(evaluation):
-    return 1000 * evaluation["position"]["rms"]
-
-
-def yaw_deg(evaluation):
-    return evaluation["heading"]["rms"] * DEGREES
-
-
-def furthest_cm(evaluation):
-    return 100 * evaluation["position"]["max"]
-
-
-def end_error(evaluation):
-    return evaluation["end_error"]
-
-
-def nees(evaluation):
-    return evaluation["nees"]["mean"] if evaluation["nees"] else math.inf
+def of_all(figure, evaluations):
+    return [math.inf if one is None else figure.of(one) for one in evaluations]
 
 
 # Statistics of the figures of all seeds.
@@ -99,78 +83,98 @@ def ratio(value, other):
     return value / other if other > 0 else math.inf
 
 
-def compare_with_paper(results, course, view, figure, limit, unit, what, at_most=None):
+def mean_nis(measured):
+    """The number of samples, and their mean NIS divided by its expectation, the dimension of the measurement."""
+    count = sum(one["count"] for one in measured)
+    return count, sum(one["count"] * one["mean_nis"] / one["dimension"] for one in measured) / max(count, 1)
+
+
+# The bars. Each is a function that yields its rows.
+
+class Limit(NamedTuple):
+    """A limit for a statistic, median or rms, of a figure's values on laps."""
+
+    form: str
+    view: str
+    figure: Figure
+    what: str
+    limits: dict[float, float]  # by speed
+    statistic: Callable[[list[float]], float] = statistics.median
+
+    def row(self, results, speed):
+        unit, limit = self.figure.unit, self.limits[speed]
+        values = results.figures(f"{self.form}-{speed:g}", self.view, self.figure)
+        shown = (f"{rms(values):.3g} {unit}; of a drive {spread(values)}" if self.statistic is rms
+                 else spread(values, unit))
+        return results.row(f"{self.form}-{speed:g}: {self.what}", f"≤ {limit} {unit}", shown, self.statistic(values), limit)
+
+
+def laps_within(*limits):
+    """A bar of limits."""
+    return lambda results: (one.row(results, speed) for speed in results.speeds for one in limits if speed in one.limits)
+
+
+def at_all_speeds(limit):
+    return dict.fromkeys(courses.SPEEDS, limit)
+
+
+def at_most_of_paper(results, course, view, figure, limit, what, at_most=None):
     """Requires a median of at most n/d (`limit`) of that of the paper's filter, and of at most `at_most`."""
     values = results.figures(course, view, figure)
     paper = results.figures(course, view, figure, "paper")
     median = statistics.median(values)
     times = ratio(median, statistics.median(paper))
-    required = f"≤ {limit[0]}/{limit[1]} of paper's" + (f", ≤ {at_most} {unit}" if at_most else "")
-    yield Row(f"{course}: {what}", required, f"{times:.2f}: {spread(values)} of {spread(paper, unit)}",
-              results.within(times, limit[0] / limit[1]) and results.within(median, at_most or math.inf))
+    required = f"≤ {limit[0]}/{limit[1]} of paper's" + (f", ≤ {at_most} {figure.unit}" if at_most else "")
+    return Row(f"{course}: {what}", required, f"{times:.2f}: {spread(values)} of {spread(paper, figure.unit)}",
+               results.within(times, limit[0] / limit[1]) and results.within(median, at_most or math.inf))
 
-
-# The bars. Each function yields its rows.
 
 def dead_reckoning(results):
     laps = results.laps("lap")
     for course in (*laps, "stop-and-go"):
-        yield from compare_with_paper(results, course, "whole", drift, (1, 3), "cm/m", "drift",
-                                at_most=0.4 if course in laps else None)
-        yield from compare_with_paper(results, course, "whole", heading, (1, 5), "°", "heading at the end")
-    yield from compare_with_paper(results, "slalom", "whole", drift, (2, 3), "cm/m", "drift")
+        yield at_most_of_paper(results, course, "whole", DRIFT, (1, 3), "drift", at_most=0.4 if course in laps else None)
+        yield at_most_of_paper(results, course, "whole", HEADING, (1, 5), "heading at the end")
+    yield at_most_of_paper(results, "slalom", "whole", DRIFT, (2, 3), "drift")
 
 
 def camera_lost(results):
     for course in results.laps("lost-15-lap"):
-        values = results.figures(course, "after", drift)
-        in_map = results.figures(course, "in_map", drift)
-        yield Row(f"{course}: 20 m after the loss", "≤ 0.3 cm/m",
-                  f"{spread(values, 'cm/m')}; not aligned there {spread(in_map)}",
-                  results.within(statistics.median(values), 0.3))
+        values = results.figures(course, "after", DRIFT)
+        in_map = results.figures(course, "in_map", DRIFT)
+        yield results.row(f"{course}: 20 m after the loss", "≤ 0.3 cm/m",
+                          f"{spread(values, 'cm/m')}; not aligned there {spread(in_map)}", statistics.median(values), 0.3)
 
 
 def prediction(results):
-    what = "35 ms after ten seconds of camera"
     for form, view in (("lost-10-lap", "after"), ("camera-lap", "odom")):
         for speed in results.speeds:
-            yield from compare_with_paper(results, f"{form}-{speed:g}", view, short_term_mm, (1, 2), "mm", what,
-                                    at_most=0.25 if speed == 1 else None)
-
-
-def camera(results):
-    for course in results.laps("camera-lap"):
-        for figure, limit, unit, what in ((position_mm, 5, "mm", "position"), (yaw_deg, 0.4, "°", "yaw")):
-            values = results.figures(course, "map", figure)
-            yield Row(f"{course}: {what}, rms", f"≤ {limit} {unit}",
-                      f"{rms(values):.3g} {unit}; of a drive {spread(values)}",
-                      results.within(rms(values), limit))
+            yield at_most_of_paper(results, f"{form}-{speed:g}", view, AHEAD, (1, 2),
+                                   "35 ms after ten seconds of camera", at_most=0.25 if speed == 1 else None)
 
 
 def outliers(results):
     for speed in results.speeds:
-        for figure, what in ((position_mm, "position"), (yaw_deg, "yaw")):
+        for figure, what in ((POSITION, "position"), (YAW, "yaw")):
             without = results.figures(f"camera-lap-{speed:g}", "map", figure)
             values = results.figures(f"outliers-lap-{speed:g}", "map", figure)
             change = 100 * (ratio(rms(values), rms(without)) - 1)
             of_seeds = [100 * (ratio(a, b) - 1) for a, b in zip(values, without)]
-            yield Row(f"outliers-lap-{speed:g}: {what}, rms, compared with none", "< 10 % more",
-                      f"{change:+.1f} %; of a drive {spread(of_seeds)}", results.within(change, 10))
+            yield results.row(f"outliers-lap-{speed:g}: {what}, rms, compared with none", "< 10 % more",
+                              f"{change:+.1f} %; of a drive {spread(of_seeds)}", change, 10)
 
 
 def gap(results):
     values = [value for begin, _ in courses.GAPS
-              for value in results.figures("gaps-lap", f"gap-{begin}", furthest_cm)]
-    yield Row("gaps-lap: furthest off in 2 s without camera at 1.5 m/s", "< 3 cm", spread(values, "cm"),
-              results.within(max(values), 3))
+              for value in results.figures("gaps-lap", f"gap-{begin}", FURTHEST)]
+    yield results.row("gaps-lap: furthest off in 2 s without camera at 1.5 m/s", "< 3 cm", spread(values, "cm"),
+                      max(values), 3)
 
 
 def no_worse(results):
     for course in MANOEUVRES:
         view = "map" if course.startswith("camera") else "whole"
-        values = [100 * value for value in results.figures(course, view, end_error)]
-        best = [100 * min(both) for both in zip(*(results.figures(course, view, end_error, model)
-                                                   for model in results.compared))]
+        values = results.figures(course, view, END)
+        best = [min(both) for both in zip(*(results.figures(course, view, END, model) for model in results.compared))]
         worse = sum(not results.within(value, 1.1 * other + 1) for value, other in zip(values, best))
         yield Row(f"{course}: end error, every seed", "≤ 1.1 × the better of kinematic, paper + 1 cm",
                   f"{worse} of {len(values)} seeds worse; {spread(values)} against {spread(best, 'cm')}",
@@ -185,77 +189,60 @@ def finite(results):
               ", ".join(sorted(broken)) or f"none in {count} drives", not broken)
 
 
+def nees_row(results, what, values):
+    mean = statistics.fmean(values)
+    return results.row(f"{what}, mean", "1.5 to 6", f"{mean:.3g}; of a drive {spread(values)}", mean, 6, low=1.5)
+
+
 def nees_of_laps(results):
     for course in results.laps("camera-lap"):
-        values = results.figures(course, "map", nees)
-        mean = statistics.fmean(values)
-        yield Row(f"{course}: NEES of (x, y, yaw), mean", f"{POSE_DIMENSION / 2} to {2 * POSE_DIMENSION}",
-                  f"{mean:.3g}; of a drive {spread(values)}",
-                  results.within(mean, 2 * POSE_DIMENSION, low=POSE_DIMENSION / 2))
+        yield nees_row(results, f"{course}: NEES of (x, y, yaw)", results.figures(course, "map", NEES))
 
 
 def nis_of_laps(results):
+    """Over all samples of all drives."""
     reports = [drive["replay"][results.judged].get("innovations", {})
-               for course in results.laps("camera-lap") for drive in results.drives(course)]
+               for course in results.laps("camera-lap") for drive in results.by_course[course]]
     sources = list(dict.fromkeys(source for report in reports for source in report))
     if not sources:
         yield Row("camera-lap: NIS of every source", "0.5 to 2 of expectation",
                   f"odom replay reports no innovations of {results.judged}", False)
     for source in sources:
-        yield from innovations(results, source, [report[source] for report in reports if source in report])
-
-
-def innovations(results, source, measured):
-    """Over all samples of all drives: NIS divided by its expectation, the dimension of the measurement."""
-    measured = [one for one in measured if one["count"] > 0]
-    count = sum(one["count"] for one in measured)
-    if count:
-        nis = sum(one["count"] * one["mean_nis"] / one["dimension"] for one in measured) / count
-        inside = 100 * sum(one["count"] * one["inside_95"] for one in measured) / count
-        yield Row(f"camera-lap: {source}, mean NIS by its expectation; inside χ²₉₅",
-                  "0.5 to 2; 90 to 99 %", f"{nis:.2f}; {inside:.1f} % of {count}",
-                  results.within(nis, 2, low=0.5) and 90 <= inside <= 99)
+        measured = [report[source] for report in reports if report.get(source, {"count": 0})["count"] > 0]
+        count, nis = mean_nis(measured)
+        if count:
+            inside = 100 * sum(one["count"] * one["inside_95"] for one in measured) / count
+            yield Row(f"camera-lap: {source}, mean NIS by its expectation; inside χ²₉₅",
+                      "0.5 to 2; 90 to 99 %", f"{nis:.2f}; {inside:.1f} % of {count}",
+                      results.within(nis, 2, low=0.5) and 90 <= inside <= 99)
 
 
 def shift(results):
     for course in results.laps("camera-lap"):
-        measured = [drive["shift"] for drive in results.drives(course)]
+        measured = [drive["shift"] for drive in results.by_course[course]]
         values = [1e6 * one["largest"] for one in measured]
         crossed = statistics.median(one["crossed"] for one in measured)
-        yield Row(f"{course}: all stamps 1 µs later, largest change of a pose", "≤ 10 µm",
-                  f"{spread(values, 'µm')}; without {crossed:g} ticks a drive that lack a frame by it",
-                  results.within(max(values), 10))
+        yield results.row(f"{course}: all stamps 1 µs later, largest change of a pose", "≤ 10 µm",
+                          f"{spread(values, 'µm')}; without {crossed:g} ticks a drive that lack a frame by it",
+                          max(values), 10)
 
 
-def standing(results):
-    """The effect of a gyro that is quieter at rest than on the move."""
-    for speed in results.speeds:
-        course = f"shaken-lap-{speed:g}"
-        for figure, limit, unit, what in ((heading, 1, "°", "heading at the end of a minute"),
-                                          (drift, 0.25, "cm/m", "drift")):
-            values = results.figures(course, "whole", figure)
-            yield Row(f"{course}: {what}", f"≤ {limit} {unit}", spread(values, unit),
-                      results.within(statistics.median(values), limit))
+camera = laps_within(Limit("camera-lap", "map", POSITION, "position, rms", at_all_speeds(5), rms),
+                     Limit("camera-lap", "map", YAW, "yaw, rms", at_all_speeds(0.4), rms))
+# The effect of a gyro that is quieter at rest than on the move.
+standing = laps_within(Limit("shaken-lap", "whole", HEADING, "heading at the end of a minute", at_all_speeds(1)),
+                       Limit("shaken-lap", "whole", DRIFT, "drift", at_all_speeds(0.25)))
+# The error of the filter with the camera, and afterwards without it.
+close_with_camera = laps_within(
+    Limit("camera-lap", "map", POSITION, "position, rms", {1.0: 3, 2.0: 4}, rms),
+    Limit("camera-lap", "odom", AHEAD, "35 ms after ten seconds of camera", {1.0: 0.12, 2.0: 0.35}))
+close_after = laps_within(
+    Limit("lost-15-lap", "after", DRIFT, "20 m after the loss", {speed: 0.2 for speed in courses.SPEEDS if speed <= 2.0}))
 
 
 def close(results):
-    """The error of the filter with the camera, and afterwards without it."""
-    for speed, at_most, ahead in ((1.0, 3, 0.12), (2.0, 4, 0.35)):
-        if speed not in results.speeds:
-            continue
-        course = f"camera-lap-{speed:g}"
-        values = results.figures(course, "map", position_mm)
-        yield Row(f"{course}: position, rms", f"≤ {at_most} mm",
-                  f"{rms(values):.3g} mm; of a drive {spread(values)}", results.within(rms(values), at_most))
-        values = results.figures(course, "odom", short_term_mm)
-        yield Row(f"{course}: 35 ms after ten seconds of camera", f"≤ {ahead} mm", spread(values, "mm"),
-                  results.within(statistics.median(values), ahead))
-    for speed in results.speeds:
-        if speed <= 2.0:
-            course = f"lost-15-lap-{speed:g}"
-            values = results.figures(course, "after", drift)
-            yield Row(f"{course}: 20 m after the loss", "≤ 0.2 cm/m", spread(values, "cm/m"),
-                      results.within(statistics.median(values), 0.2))
+    yield from close_with_camera(results)
+    yield from close_after(results)
 
 
 MANOEUVRES = (*courses.MANOEUVRES, *(f"camera-{name}" for name in courses.MANOEUVRES))

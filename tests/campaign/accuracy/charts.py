@@ -17,7 +17,7 @@ MODEL_WIDTH, COURSE_GAP = 26, 22
 class Chart:
     file: str
     title: str
-    figure: object  # evaluation -> value to draw
+    figure: bars.Figure
     places: tuple  # (course, view)
     limit: float | None = None  # largest value allowed on laps
 
@@ -29,18 +29,18 @@ def laps(form, view):
 WITHOUT = (*laps("", "whole"), *((name, "whole") for name in courses.MANOEUVRES))
 WITH = (*laps("camera-", "map"), *((f"camera-{name}", "map") for name in courses.MANOEUVRES))
 CHARTS = (
-    Chart("drift", "Without camera: end error [cm/m]", bars.drift, WITHOUT, 0.4),
-    Chart("heading", "Without camera: heading at the end [°]", bars.heading, WITHOUT),
-    Chart("lost", "20 m after the camera's loss: end error [cm/m]", bars.drift,
+    Chart("drift", "Without camera: end error [cm/m]", bars.DRIFT, WITHOUT, 0.4),
+    Chart("heading", "Without camera: heading at the end [°]", bars.HEADING, WITHOUT),
+    Chart("lost", "20 m after the camera's loss: end error [cm/m]", bars.DRIFT,
           laps("lost-15-", "after"), 0.3),
-    Chart("prediction", "35 ms, after ten seconds of camera: mean [mm]", bars.short_term_mm,
+    Chart("prediction", "35 ms, after ten seconds of camera: mean [mm]", bars.AHEAD,
           (*laps("lost-10-", "after"), *laps("camera-", "odom")), 0.25),
-    Chart("position", "With camera: position, rms [mm]", bars.position_mm,
+    Chart("position", "With camera: position, rms [mm]", bars.POSITION,
           (*WITH, *laps("outliers-", "map")), 5),
-    Chart("yaw", "With camera: yaw, rms [°]", bars.yaw_deg, (*WITH, *laps("outliers-", "map")), 0.4),
-    Chart("gap", "2 s without camera at 1.5 m/s: furthest off [cm]", bars.furthest_cm,
+    Chart("yaw", "With camera: yaw, rms [°]", bars.YAW, (*WITH, *laps("outliers-", "map")), 0.4),
+    Chart("gap", "2 s without camera at 1.5 m/s: furthest off [cm]", bars.FURTHEST,
           tuple(("gaps-lap", f"gap-{begin}") for begin, _ in courses.GAPS), 3),
-    Chart("nees", "With camera: NEES of (x, y, yaw), honest: 3", bars.nees, WITH, 3),
+    Chart("nees", "With camera: NEES of (x, y, yaw), honest: 3", bars.NEES, WITH, 3),
 )
 
 

@@ -7,7 +7,7 @@ import random
 import re
 import statistics
 
-from common import PROCESSORS, output, side_by_side
+from common import PROCESSORS, side_by_side
 
 SIGMA_MASS, SIGMA_AXLE = 0.005, 0.0005  # typical with a scale and a tape measure
 MASS, FRONT_AXLE, REAR_AXLE = 2.985, 0.175, 0.085  # nominal car of odom sim, before its errors
@@ -57,12 +57,6 @@ def judge(what, samples, unit="%", scale=1.0, bar=None):
                unit=unit, bar=bar)
 
 
-def findings(odom, method, *arguments):
-    """The values of odom identify METHOD by their names, and the whole of its JSON."""
-    said = json.loads(output(odom, "identify", method, "--json", *arguments))
-    return {value["name"]: value for value in said["values"]}, said
-
-
 def sample(truth, finding):
     """A finding with the true value; None if the method did not determine it."""
     if finding is None or not finding["determined"]:
@@ -70,9 +64,13 @@ def sample(truth, finding):
     return Sample(truth, finding["value"], finding["sigma"])
 
 
+def plant_of(folder):
+    return json.loads((folder / "plant.json").read_text())
+
+
 def measure_car(seed, folder):
     """Writes mass and axles, as a person would measure them, into car.toml; returns the contents of plant.json."""
-    plant = json.loads((folder / "plant.json").read_text())
+    plant = plant_of(folder)
     chance = random.Random(seed)
     measured = {"mass": MASS * (1.0 + plant["truth"]["mass_error"]) + chance.gauss(0.0, SIGMA_MASS),
                 "front_axle": FRONT_AXLE + chance.gauss(0.0, SIGMA_AXLE),
@@ -83,12 +81,6 @@ def measure_car(seed, folder):
         text = re.sub(rf"(?m)^{key} = .*$", f"{key} = {value:.5f}", text)
     config.write_text(text)
     return plant
-
-
-def remove_drive(folder):
-    """Removes the large files of a seed after its evaluation."""
-    for name in ("drive.log", "truth.csv", "camera.csv"):
-        (folder / name).unlink()
 
 
 def each(seeds, work):
