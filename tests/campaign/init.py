@@ -11,7 +11,6 @@ sigma, or scale within 10 % of 1. For a simulated drive it is the car.toml of `o
 with init's file is more than 10 % larger, or a role differs and is not marked as unsure.
 """
 
-import itertools
 import json
 import math
 import pathlib
@@ -35,6 +34,9 @@ class Found(NamedTuple):
 
     ratios: list[tuple[str, str, float]]  # drive, error, with init / by hand
     other_roles: list[tuple[str, str, bool]]  # drive, role, whether it was sure
+
+    def drives(self) -> list[str]:
+        return [drive for drive, *_ in self.other_roles + self.ratios]
 
     def good(self) -> bool:
         return (all(ratio <= MOST_WORSE for _, _, ratio in self.ratios)
@@ -70,9 +72,9 @@ def write_by_hand(config: pathlib.Path, folder: pathlib.Path, out: pathlib.Path)
     out.write_text("\n".join(lines) + "\n")
 
 
-def errors(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Path, part: measure.Part, arm: str,
-           work: pathlib.Path) -> measure.Figures:
-    found = measure.dead_reckoning(odom, config, folder, work, *([f"--lever-arm={arm}"] if arm else []), *part.options)
+def errors(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Path, work: pathlib.Path,
+           options: list[str]) -> measure.Figures:
+    found = measure.dead_reckoning(odom, config, folder, work, *options)
     figures = {"error_35ms [mm]": 1e3 * found["error_35ms"]["position"]["mean"]}
     if folder.name in measure.VELOCITIES_ONLY:
         return figures
@@ -84,57 +86,41 @@ def is_same_role(by_hand: Table, found: Table) -> bool:
     return bool(by_hand.get("message") == found["message"] and named == found["signals"])
 
 
-def compare(odom: pathlib.Path, folder: pathlib.Path, by_hand: pathlib.Path, part: measure.Part, arm: str,
-            work: pathlib.Path, seen: Found) -> None:
-    hand = tomllib.loads(by_hand.read_text())
-    vehicle = hand["vehicle"]
-    config = work / "init.toml"
-    car: list[object] = ["--mass", vehicle["mass"], "--front-axle", vehicle["front_axle"],
-                         "--wheelbase", vehicle["front_axle"] + vehicle["rear_axle"], "--track", vehicle["track_width"]]
-    proposal = json.loads(common.output(odom, "init", "--yes", "--json", "--dbc", folder / "car.dbc",
-                                        "--can", folder / "drive.log", *car, "--out", config, "--force"))
-    found = {role["role"]: role for role in proposal["roles"]}
-    for role in sorted(set(hand["can"]["signals"]) | set(found)):
-        if role not in found:
-            print(f"{part.name}: {role} is not proposed", flush=True)
-        elif role not in hand["can"]["signals"]:
-            print(f"{part.name}: {role} is proposed too", flush=True)
-        elif not is_same_role(hand["can"]["signals"][role], found[role]):
-            seen.other_roles.append((part.name, role, found[role]["sure"]))
-            print(f"{part.name}: {role} = {found[role]['message']}.{'+'.join(found[role]['signals'])}, "
-                  f"{'SURE' if found[role]['sure'] else 'unsure'}", flush=True)
-    with_hand = errors(odom, by_hand, folder, part, arm, work)
-    with_init = errors(odom, config, folder, part, arm, work)
-    for name, before in with_hand.items():
-        ratio = with_init[name] / before
-        seen.ratios.append((part.name, name, ratio))
-        print(f"| {part.name} | {name} | {before:.4g} | {with_init[name]:.4g} | {ratio:.2f} |", flush=True)
+def compare(odom: pathlib.Path, folder: pathlib.Path, part: measure.Part, recorded: bool, seen: Found) -> None:
+    with tempfile.TemporaryDirectory(prefix="init-") as scratch:
+        work = pathlib.Path(scratch)
+        by_hand, config, options = folder / "car.toml", work / "init.toml", list(part.options)
+        if recorded:
+            tested, by_hand = measure.config_of(folder), work / "hand.toml"
+            write_by_hand(tested, folder, by_hand)
+            options.insert(0, f"--lever-arm={measure.lever_arm(tested)}")
+        hand = tomllib.loads(by_hand.read_text())
+        vehicle, signals = hand["vehicle"], hand["can"]["signals"]
+        car: list[object] = ["--mass", vehicle["mass"], "--front-axle", vehicle["front_axle"], "--wheelbase",
+                             vehicle["front_axle"] + vehicle["rear_axle"], "--track", vehicle["track_width"]]
+        proposal = json.loads(common.output(odom, "init", "--yes", "--json", "--dbc", folder / "car.dbc",
+                                            "--can", folder / "drive.log", *car, "--out", config, "--force"))
+        found = {role["role"]: role for role in proposal["roles"]}
+        for role in sorted(set(signals) | set(found)):
+            if role not in found:
+                print(f"{part.name}: {role} is not proposed", flush=True)
+            elif role not in signals:
+                print(f"{part.name}: {role} is proposed too", flush=True)
+            elif not is_same_role(signals[role], found[role]):
+                seen.other_roles.append((part.name, role, found[role]["sure"]))
+                print(f"{part.name}: {role} = {found[role]['message']}.{'+'.join(found[role]['signals'])}, "
+                      f"{'SURE' if found[role]['sure'] else 'unsure'}", flush=True)
+        with_hand, with_init = (errors(odom, one, folder, work, options) for one in (by_hand, config))
+        for name, before in with_hand.items():
+            ratio = with_init[name] / before
+            seen.ratios.append((part.name, name, ratio))
+            print(f"| {part.name} | {name} | {before:.4g} | {with_init[name]:.4g} | {ratio:.2f} |", flush=True)
 
 
 def main() -> int:
-    chosen = measure.choose(__doc__ or "", seeds=2, judged=measure.JUDGED)
-    print("| drive | error | by hand | init | ratio |\n|---|---|--:|--:|--:|")
     seen = Found([], [])
-    with tempfile.TemporaryDirectory(prefix="init-") as scratch:
-        work = pathlib.Path(scratch)
-        try:
-            for part in chosen.parts:
-                folder = measure.folder_of(part.drive)
-                by_hand = work / "hand.toml"
-                tested = measure.config_of(folder)
-                write_by_hand(tested, folder, by_hand)
-                compare(chosen.odom, folder, by_hand, part, measure.lever_arm(tested), work, seen)
-        finally:
-            if chosen.log and (seen.ratios or seen.other_roles):  # even if it was interrupted
-                drives = dict.fromkeys(drive for drive, *_ in seen.other_roles + seen.ratios)
-                log.add(chosen.log, f"`init.py --judged`, {', '.join(drives)}", seen.headline())
-        if chosen.parts:
-            return 0 if seen.good() else 1
-        for (course, options), seed in itertools.product(COURSES.items(), range(1, chosen.seeds + 1)):
-            folder = work / f"{course}_{seed}"
-            common.output(chosen.odom, "sim", *options, "--seed", seed, "--out", folder)
-            compare(chosen.odom, folder, folder / "car.toml", measure.Part(folder.name), "", work, seen)
-    return 0 if seen.good() else 1
+    return log.look(__doc__ or "", "| drive | error | by hand | init | ratio |\n|---|---|--:|--:|--:|",
+                    2, measure.JUDGED, COURSES, seen, lambda *drive: compare(*drive, seen))
 
 
 if __name__ == "__main__":

@@ -28,9 +28,9 @@ def made_up(_odom, parts, models, _jobs):
             for i, part in enumerate(parts) for model in models]
 
 
-def compared(_odom, _folder, name, _options):
-    yield without_truth.Row(name, "camera", "full", 1.3, True)
-    if name == measure.JUDGED[1].name:
+def compared(_odom, _folder, part, _recorded, found):
+    found.rows.append(without_truth.Row(part.name, "camera", "full", 1.3, True))
+    if part == measure.JUDGED[1]:
         raise measure.Failed("broken off")
 
 
@@ -95,10 +95,10 @@ class Log(unittest.TestCase):
         self.assertTrue(self.page.read_text(encoding="utf-8").endswith(f"{log.NEWEST}\nold tables\n"))
 
     def test_init_logs_its_look(self):
-        def compare(_odom, _folder, _by_hand, part, _arm, _work, seen):
+        def compare(_odom, _folder, part, _recorded, seen):
             seen.ratios.append((part.name, "position [m]", 1.2 if part == measure.JUDGED[0] else 0.9))
             seen.other_roles.append((part.name, "yaw_rate", False))
-        with mock.patch.object(init, "compare", compare), mock.patch.object(init, "write_by_hand"):
+        with mock.patch.object(init, "compare", compare):
             self.assertEqual(self.run_campaign(init, "--judged"), 1)
         self.assertTrue(self.newest_row()[4].startswith(
             "init / by hand: position [m] 0.90 to 1.20; above 1.1: dart_circles1 position [m] 1.20; other roles: "

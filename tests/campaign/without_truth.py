@@ -14,7 +14,6 @@ import itertools
 import json
 import pathlib
 import tempfile
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import common
@@ -38,6 +37,26 @@ class Row(NamedTuple):
         return not abs(self.ratio - 1) <= MOST_OFF  # also for NaN
 
 
+class Found(NamedTuple):
+    rows: list[Row]
+
+    def drives(self) -> list[str]:
+        return [row.drive for row in self.rows]
+
+    def good(self) -> bool:
+        return not any(row.off or not row.same_order for row in self.rows)
+
+    def headline(self) -> str:
+        ratios: dict[str, list[float]] = {}
+        for row in self.rows:
+            ratios.setdefault(row.how, []).append(row.ratio)
+        ranges = [f"{how} {min(some):.2f} to {max(some):.2f}" for how, some in ratios.items()]
+        off = [f"{row.drive} {row.how} {row.model} {row.ratio:.2f}" for row in self.rows if row.off]
+        other = dict.fromkeys(f"{row.drive} {row.how}" for row in self.rows if not row.same_order)
+        return (f"position rms without truth / true: {', '.join(ranges)}; off by more than {100 * MOST_OFF:.0f} %: "
+                f"{', '.join(off) or 'none'}; another order: {', '.join(other) or 'none'}")
+
+
 def rms(odom: pathlib.Path, folder: pathlib.Path, *options: str) -> dict[str, float]:
     models = [word for model in MODELS for word in ("--model", model)]
     text = common.output(odom, "evaluate", "--drive", folder, *models, *options, "--json")
@@ -59,57 +78,28 @@ def without_truth(folder: pathlib.Path, work: pathlib.Path) -> pathlib.Path:
     return copy
 
 
-def compare(odom: pathlib.Path, folder: pathlib.Path, name: str, options: tuple[str, ...]) -> Iterator[Row]:
+def compare(odom: pathlib.Path, folder: pathlib.Path, part: measure.Part, recorded: bool, found: Found) -> None:
+    if recorded and (part.drive in measure.VELOCITIES_ONLY or not (folder / "camera.csv").exists()):
+        return
+    options = ("--config", str(measure.config_of(folder)), *part.options) if recorded else ()
     with tempfile.TemporaryDirectory() as work:
         blind = without_truth(folder, pathlib.Path(work))
-        for how in ("dead reckoning", "camera"):
-            given = (*options, *(["--dead-reckoning"] if how != "camera" else []))
-            true = rms(odom, folder, *given)
-            found = rms(odom, blind, *given)
-            order = same_order(true, found)
+        for how, more in (("dead reckoning", ["--dead-reckoning"]), ("camera", [])):
+            true, seen = rms(odom, folder, *options, *more), rms(odom, blind, *options, *more)
+            order = same_order(true, seen)
             for model in MODELS:
-                ratio = found[model] / true[model]
-                print(f"| {name} | {how} | {model} | {true[model]:.4f} | {found[model]:.4f} | {ratio:.2f} | "
+                ratio = seen[model] / true[model]
+                print(f"| {part.name} | {how} | {model} | {true[model]:.4f} | {seen[model]:.4f} | {ratio:.2f} | "
                       f"{'yes' if order else 'no'} |", flush=True)
-                yield Row(name, how, model, ratio, order)
-
-
-def headline(rows: list[Row]) -> str:
-    ratios = {how: [row.ratio for row in rows if row.how == how] for how in dict.fromkeys(row.how for row in rows)}
-    ranges = [f"{how} {min(some):.2f} to {max(some):.2f}" for how, some in ratios.items()]
-    off = [f"{row.drive} {row.how} {row.model} {row.ratio:.2f}" for row in rows if row.off]
-    other = dict.fromkeys(f"{row.drive} {row.how}" for row in rows if not row.same_order)
-    return (f"position rms without truth / true: {', '.join(ranges)}; off by more than {100 * MOST_OFF:.0f} %: "
-            f"{', '.join(off) or 'none'}; another order: {', '.join(other) or 'none'}")
-
-
-def status(rows: list[Row]) -> int:
-    return 1 if any(row.off or not row.same_order for row in rows) else 0
+                found.rows.append(Row(part.name, how, model, ratio, order))
 
 
 def main() -> int:
-    chosen = measure.choose(__doc__ or "", seeds=3, judged=measure.JUDGED + measure.APART)
-    print("| drive | | model | true rms [m] | without truth [m] | ratio | same order |\n|---|---|---|--:|--:|--:|---|")
-    rows: list[Row] = []
-    try:
-        for part in chosen.parts:
-            folder = measure.folder_of(part.drive)
-            if part.drive in measure.VELOCITIES_ONLY or not (folder / "camera.csv").exists():
-                continue
-            config = measure.config_of(folder)
-            rows += compare(chosen.odom, folder, part.name, ("--config", str(config), *part.options))
-    finally:
-        if chosen.log and rows:  # even if it was interrupted
-            log.add(chosen.log, f"`without_truth.py --judged`, {', '.join(dict.fromkeys(row.drive for row in rows))}",
-                    headline(rows))
-    if chosen.parts:
-        return status(rows)
-    with tempfile.TemporaryDirectory() as work:
-        for (course, options), seed in itertools.product(COURSES.items(), range(1, chosen.seeds + 1)):
-            folder = pathlib.Path(work) / f"{course}_{seed}"
-            common.output(chosen.odom, "sim", *options, "--seed", seed, "--out", folder)
-            rows += compare(chosen.odom, folder, folder.name, ())
-    return status(rows)
+    found = Found([])
+    return log.look(
+        __doc__ or "",
+        "| drive | | model | true rms [m] | without truth [m] | ratio | same order |\n|---|---|---|--:|--:|--:|---|",
+        3, measure.JUDGED + measure.APART, COURSES, found, lambda *drive: compare(*drive, found))
 
 
 if __name__ == "__main__":

@@ -1,18 +1,24 @@
 """docs/dev/judged.md: a row for every look at the judged drives, and the tables of drives.py's newest look."""
 
 import datetime
+import os
 import pathlib
 import statistics
 import subprocess
 import sys
+import tempfile
+from collections.abc import Callable
+from typing import Protocol
+
+import common
 
 from . import tables
-from .measure import JUDGED, ROOT, Row
+from .measure import JUDGED, LOG, ROOT, TRAINING, Part, Row, folder_of
 
 HEADER = "| UTC | commit | looked at | changed before; after | figures |\n|---|---|---|---|---|\n"
 NEWEST = "\n## The newest look in full\n"
 COLUMNS = [("heading", "heading_rms_deg", "°", 1), ("position", "position_rms_m", " m", 2)]
-TRAINING = "Training drives: tests/data/drives/training.csv of that commit."
+OF_TRAINING = "Training drives: tests/data/drives/training.csv of that commit."
 UNSAID = "?"  # what was changed: replaced by hand by whoever looked at the figures
 
 
@@ -44,8 +50,49 @@ def add(page: pathlib.Path, looked_at: str, figures: str, newest: str = "") -> N
     head, _, old = text.partition(NEWEST)
     stamp, at = f"{datetime.datetime.now(datetime.timezone.utc):%F %H:%M}", commit()
     row = f"| {stamp} | {at} | {looked_at} | {UNSAID} | {figures} |"
-    below = f"\n{stamp} UTC, commit {at}: {looked_at}. {TRAINING}\n\n{newest.strip()}\n" if newest else old
+    below = f"\n{stamp} UTC, commit {at}: {looked_at}. {OF_TRAINING}\n\n{newest.strip()}\n" if newest else old
     whole = page.with_name(page.name + ".new")
     whole.write_text(f"{head.rstrip()}\n{row}\n" + (NEWEST + below if below else ""), encoding="utf-8")
     whole.replace(page)
     print(f"logged in {page}: write there, for {UNSAID}, what was changed before and after", file=sys.stderr)
+
+
+class Found(Protocol):
+    """What a campaign has found so far."""
+
+    def drives(self) -> list[str]: ...
+    def headline(self) -> str: ...
+    def good(self) -> bool: ...
+
+
+def look(doc: str, header: str, seeds: int, judged: list[Part], courses: dict[str, list[str]], found: Found,
+         compare: Callable[[pathlib.Path, pathlib.Path, Part, bool], None]) -> int:
+    """A campaign with this docstring: compares the recorded drives that its command line asks for, and logs the look at
+    those that judge; without any, simulated drives. compare(odom, folder, part, recorded) adds to `found`. Returns the
+    exit status."""
+    parser = common.parser(doc, seeds, "simulated drives per course", jobs=False)
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--training", action="store_true", help="the recorded training drives")
+    which.add_argument("--judged", action="store_true", help="the recorded drives that judge; logged")
+    parser.add_argument("--log", type=pathlib.Path, default=LOG, metavar="FILE",
+                        help="the file that --judged logs in; default: docs/dev/judged.md")
+    given = common.parse(parser)
+    parts = TRAINING if given.training else judged if given.judged else []
+    if parts and not os.environ.get("ODOMD_DRIVES"):
+        sys.exit(f"{parser.prog}: set ODOMD_DRIVES to the folders of recorded drives")
+    print(header)
+    try:
+        for part in parts:
+            compare(given.odom, folder_of(part.drive), part, True)
+    finally:
+        if given.judged and found.drives():  # even if it was interrupted
+            drives = ", ".join(dict.fromkeys(found.drives()))
+            add(given.log, f"`{pathlib.Path(sys.argv[0]).stem}.py --judged`, {drives}", found.headline())
+    if not parts:
+        with tempfile.TemporaryDirectory() as work:
+            for course, options in courses.items():
+                for seed in range(1, given.seeds + 1):
+                    folder = pathlib.Path(work) / f"{course}_{seed}"
+                    common.output(given.odom, "sim", *options, "--seed", seed, "--out", folder)
+                    compare(given.odom, folder, Part(folder.name), False)
+    return 0 if found.good() else 1

@@ -5,7 +5,6 @@ import json
 import math
 import os
 import pathlib
-import sys
 import tempfile
 import tomllib
 from typing import Any, NamedTuple
@@ -87,30 +86,6 @@ def folder_of(drive: str) -> pathlib.Path:
         if (place / drive).is_dir():
             return place / drive
     raise Failed(f"ODOMD_DRIVES: no folder {drive} in {listed}")
-
-
-class Chosen(NamedTuple):
-    """What a campaign is asked to measure: parts of recorded drives, or simulated drives where there are none."""
-
-    odom: pathlib.Path
-    parts: list[Part]
-    seeds: int
-    log: pathlib.Path | None  # where the look at judged drives is recorded
-
-
-def choose(doc: str, seeds: int, judged: list[Part]) -> Chosen:
-    """From the command line of a campaign with this docstring."""
-    parser = common.parser(doc, seeds, "simulated drives per course", jobs=False)
-    which = parser.add_mutually_exclusive_group()
-    which.add_argument("--training", action="store_true", help="the recorded training drives")
-    which.add_argument("--judged", action="store_true", help="the recorded drives that judge; logged")
-    parser.add_argument("--log", type=pathlib.Path, default=LOG, metavar="FILE",
-                        help="the file that --judged logs in; default: docs/dev/judged.md")
-    given = common.parse(parser)
-    parts = TRAINING if given.training else judged if given.judged else []
-    if parts and not os.environ.get("ODOMD_DRIVES"):
-        sys.exit(f"{parser.prog}: set ODOMD_DRIVES to the folders of recorded drives")
-    return Chosen(given.odom, parts, given.seeds, given.log if given.judged else None)
 
 
 def config_of(folder: pathlib.Path) -> pathlib.Path:
