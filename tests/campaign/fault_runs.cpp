@@ -19,6 +19,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "daemon/housekeeping/status.hpp"
 #include "estimator/integrity/integrity.hpp"
 #include "tests/campaign/faulty_drive.hpp"
 #include "tools/fault/injector.hpp"
@@ -149,7 +150,7 @@ class Report {
     json["first_silent"] = optional_seconds(first_silent);
     json["first_gross"] = optional_seconds(first_gross);
     json["detected"] = optional_seconds(detected);
-    json["conditions"] = names(bits);
+    json["conditions"] = daemon::condition_names(bits);
     json["first_flag"] = flag;
     json["worst_m"] = rounded(worst.position_m);
     json["worst_rad"] = rounded(worst.yaw_rad);
@@ -168,25 +169,6 @@ class Report {
   }
   [[nodiscard]] nlohmann::ordered_json optional_seconds(std::optional<std::size_t> tick) const {
     return tick ? nlohmann::ordered_json(seconds(*tick)) : nlohmann::ordered_json(nullptr);
-  }
-  static std::vector<std::string> names(std::uint32_t bits) {
-    static constexpr std::array<std::pair<std::uint32_t, const char*>, 11> all{{
-        {ODOM_COND_BUS_DOWN, "bus_down"},
-        {ODOM_COND_SIGNAL_TIMEOUT, "signal_timeout"},
-        {ODOM_COND_PROTECTION, "protection"},
-        {ODOM_COND_FRAMES_LOST, "frames_lost"},
-        {ODOM_COND_CAMERA_REJECTED, "camera_rejected"},
-        {ODOM_COND_MODEL_FAULT, "model_fault"},
-        {ODOM_COND_NON_FINITE, "non_finite"},
-        {ODOM_COND_SENSOR_FAULT, "sensor_fault"},
-        {ODOM_COND_WHEEL_SLIP, "wheel_slip"},
-        {ODOM_COND_MISWIRED, "miswired"},
-        {ODOM_COND_INCONSISTENT, "inconsistent"},
-    }};
-    std::vector<std::string> result;
-    for (const auto& [bit, name] : all)
-      if ((bits & bit) != 0) result.emplace_back(name);
-    return result;
   }
 
   const Drive& drive_;

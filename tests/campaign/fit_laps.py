@@ -17,7 +17,6 @@ import json
 import math
 import pathlib
 import random
-import re
 import shutil
 import statistics
 import sys
@@ -25,15 +24,16 @@ import tempfile
 
 import common
 from common import DEGREES, ODOM, PROCESSORS, output
+from identify import rows
+from identify.methods import INERTIA, STIFFNESS
 from recorded import measure
 
-MASS, FRONT, REAR, INERTIA, STIFFNESS_FRONT, STIFFNESS_REAR = 2.985, 0.175, 0.085, 0.0283384, 20.0, 60.0
 OTHERS = {"lap at 1 m/s": ("lap", 1.0, 1), "lap at 2 m/s": ("lap", 2.0, 1), "three laps at 2.5 m/s": ("lap", 2.5, 3),
           "slalom at 1.5 m/s": ("slalom", 1.5, 1)}
-ERRORS = {"35 ms, mean": lambda e: e["error_35ms"]["position"]["mean"],
-          "position, rms": lambda e: e["position"]["rms"],
-          "end": lambda e: e["end_error"],
-          "heading, rms": lambda e: e["heading"]["rms"]}
+ERRORS = {"35 ms, mean": (1e3, lambda e: e["error_35ms"]["position"]["mean"]),  # the table's unit, the error
+          "position, rms": (1e3, lambda e: e["position"]["rms"]),
+          "end": (1e3, lambda e: e["end_error"]),
+          "heading, rms": (DEGREES, lambda e: e["heading"]["rms"])}
 
 
 def drive(folder: pathlib.Path, seed: int, scenario: str, speed: float, laps: int, *more: object) -> None:
@@ -41,24 +41,19 @@ def drive(folder: pathlib.Path, seed: int, scenario: str, speed: float, laps: in
 
 
 def measured_by_hand(config: pathlib.Path, truth: dict, chance: random.Random) -> None:
-    values = {
-        "mass": MASS * (1.0 + truth["mass_error"]) + chance.gauss(0.0, 0.005),
-        "front_axle": FRONT + chance.gauss(0.0, 0.0005),
-        "rear_axle": REAR + chance.gauss(0.0, 0.0005),
-        "yaw_inertia": INERTIA * (1.0 + truth["inertia_error"]) * (1.0 + chance.gauss(0.0, 0.005)),
-        "cornering_stiffness_front":
-            STIFFNESS_FRONT * (1.0 + truth["stiffness_error_front"]) * (1.0 + chance.gauss(0.0, 0.015)),
-        "cornering_stiffness_rear":
-            STIFFNESS_REAR * (1.0 + truth["stiffness_error_rear"]) * (1.0 + chance.gauss(0.0, 0.015))}
-    text = config.read_text()
-    for key, value in values.items():
-        text = re.sub(rf"(?m)^{key} = .*$", f"{key} = {value:.6g}", text)
-    config.write_text(text)
+    values = {"mass": rows.MASS * (1.0 + truth["mass_error"]) + chance.gauss(0.0, 0.005),
+              "front_axle": rows.FRONT_AXLE + chance.gauss(0.0, 0.0005),
+              "rear_axle": rows.REAR_AXLE + chance.gauss(0.0, 0.0005),
+              "yaw_inertia": INERTIA * (1.0 + truth["inertia_error"]) * (1.0 + chance.gauss(0.0, 0.005))}
+    for axle, value in STIFFNESS.items():
+        true = value * (1.0 + truth[f"stiffness_error_{axle}"])
+        values[f"cornering_stiffness_{axle}"] = true * (1.0 + chance.gauss(0.0, 0.015))
+    rows.write_values(config, {key: f"{value:.6g}" for key, value in values.items()})
 
 
 def judged(config: pathlib.Path, folder: pathlib.Path) -> dict:
     estimate = measure.dead_reckoning(ODOM, config, folder, folder)
-    return {name: error(estimate) for name, error in ERRORS.items()}
+    return {name: error(estimate) for name, (_, error) in ERRORS.items()}
 
 
 def car(seed: int, work: pathlib.Path) -> dict:
@@ -94,10 +89,9 @@ def main() -> int:
     print("| judged on | 35 ms mean [mm] | position rms [mm] | end [mm] | heading rms [°] |")
     print("|---|---|---|---|---|")
     lowered = True
-    units = {"35 ms, mean": 1e3, "position, rms": 1e3, "end": 1e3, "heading, rms": DEGREES}
     for lap in OTHERS:
         cells = []
-        for error, unit in units.items():
+        for error, (unit, _) in ERRORS.items():
             pairs = [(c[lap][0][error], c[lap][1][error]) for c in cars]
             ratio = math.exp(statistics.fmean(math.log(after / before) for before, after in pairs))
             better = sum(after < before for before, after in pairs)

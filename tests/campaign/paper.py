@@ -20,6 +20,7 @@ import tempfile
 import common
 from common import ROOT, output
 from identify import rows
+from identify.methods import STIFFNESS, findings, simulate
 from identify.rows import sample
 
 MODELS = ["kinematic_printed", "kinematic", "paper", "full"]
@@ -37,37 +38,29 @@ SPEEDS = {"small car": [0.6, 1, 1.5, 2], "saloon": [5, 10, 15, 20]}
 
 def identified(odom, work, seed):
     """Runs the chain of methods. Returns the configuration, and a sample per value."""
-    def sim(name, *options):
-        output(odom, "sim", *options, "--force", "--seed", seed, "--out", work / name)
-        return json.loads((work / name / "plant.json").read_text())
-
-    weighed = sim("weighing", "weighing")["experiment"]
-    swung = sim("swing", "swing")["experiment"]
-    plant = sim("circles", "--scenario", "circles", "--laps", 1, "--markers")
-    sim("standing", "--standstill", 60, "--duration", 60)
+    weighed = simulate(odom, work / "weighing", seed, "weighing")["experiment"]
+    swung = simulate(odom, work / "swing", seed, "swing")["experiment"]
+    plant = simulate(odom, work / "circles", seed, "--scenario", "circles", "--laps", 1, "--markers")
+    simulate(odom, work / "standing", seed, "--standstill", 60, "--duration", 60)
     car = work / "car.toml"
     for name in "car.toml", "car.dbc":
         shutil.copy(work / "swing" / name, work / name)
-
-    def identify(method, *options):
-        said = json.loads(output(odom, "identify", method, "--json", *options, "--write", car))
-        return {value["name"]: value for value in said["values"]}
-
     scale = "--measured", work / "weighing/measured.json"
-    found = identify("mass", *scale)
-    found |= identify("cog", *scale)
-    found |= identify("inertia", "--measured", work / "swing/measured.json", "--config", car,
-                      "--can", work / "swing/drive.log")
     places = [f"--{end}={x},{y}" for end, (x, y) in plant["markers"].items()]
-    found |= identify("stiffness", "--config", car, *places, "--y-down",
-                      "--run", f"{work}/circles/markers.csv,{work}/circles/drive.log")
-    found |= identify("noise", "--config", car, "--can", work / "standing/drive.log")
+    found = {}
+    for method, *options in (
+            ("mass", *scale), ("cog", *scale),
+            ("inertia", "--measured", work / "swing/measured.json", "--config", car, "--can", work / "swing/drive.log"),
+            ("stiffness", "--config", car, *places, "--y-down", "--run",
+             f"{work}/circles/markers.csv,{work}/circles/drive.log"),
+            ("noise", "--config", car, "--can", work / "standing/drive.log")):
+        found |= findings(odom, method, *options, "--write", car)
     truth = {"mass": weighed["mass"],
              "centre of gravity to front axle": weighed["front_axle"],
              "centre of gravity to rear axle": weighed["rear_axle"],
              "yaw inertia": swung["yaw_inertia"],
-             "cornering stiffness, front": 20.0 * (1.0 + plant["truth"]["stiffness_error_front"]),
-             "cornering stiffness, rear": 60.0 * (1.0 + plant["truth"]["stiffness_error_rear"]),
+             **{f"cornering stiffness, {axle}": value * (1.0 + plant["truth"][f"stiffness_error_{axle}"])
+                for axle, value in STIFFNESS.items()},
              "yaw_rate, noise": plant["truth"]["gyro_noise"]}
     return car, {name: sample(value, found[name]) for name, value in truth.items()}
 

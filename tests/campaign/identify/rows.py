@@ -68,6 +68,13 @@ def plant_of(folder):
     return json.loads((folder / "plant.json").read_text())
 
 
+def write_values(config, values):
+    text = config.read_text()
+    for key, value in values.items():
+        text = re.sub(rf"(?m)^{key} = .*$", f"{key} = {value}", text)
+    config.write_text(text)
+
+
 def measure_car(seed, folder):
     """Writes mass and axles, as a person would measure them, into car.toml; returns the contents of plant.json."""
     plant = plant_of(folder)
@@ -75,11 +82,7 @@ def measure_car(seed, folder):
     measured = {"mass": MASS * (1.0 + plant["truth"]["mass_error"]) + chance.gauss(0.0, SIGMA_MASS),
                 "front_axle": FRONT_AXLE + chance.gauss(0.0, SIGMA_AXLE),
                 "rear_axle": REAR_AXLE + chance.gauss(0.0, SIGMA_AXLE)}
-    config = folder / "car.toml"
-    text = config.read_text()
-    for key, value in measured.items():
-        text = re.sub(rf"(?m)^{key} = .*$", f"{key} = {value:.5f}", text)
-    config.write_text(text)
+    write_values(folder / "car.toml", {key: f"{value:.5f}" for key, value in measured.items()})
     return plant
 
 
