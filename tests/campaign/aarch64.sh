@@ -4,15 +4,13 @@
 #
 # The arm64 libraries are Debian packages, unpacked into build/aarch64/sysroot. For that apt gets
 # directories of its own, so that this machine's package lists and architectures do not change.
-set -uo pipefail
-cd "$(dirname "$0")/../.."
-begin=$SECONDS
-tools/dependencies.sh aarch64 || exit 1
+needs=aarch64
+. "$(dirname "$0")/common.sh"
 root=$PWD/build/aarch64
 sysroot=$root/sysroot
 libraries=(libc6 libstdc++6 libspdlog-dev libfmt-dev libsystemd-dev libsocketcan-dev libgtest-dev
   libgmock-dev libeigen3-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev zlib1g-dev libzstd-dev)
-mkdir -p build/logs "$root"
+mkdir -p "$root"
 
 # private_apt ARGUMENT...: apt-get for arm64, with an empty list of installed packages.
 private_apt() {

@@ -3,14 +3,10 @@
 #
 # SECONDS for each, default 600; NAME as in tests/fuzz, default all. Findings stay in
 # build/fuzz/found/NAME, the growing corpus in build/fuzz/corpus/NAME. Ends with a dated summary line.
-set -uo pipefail
-cd "$(dirname "$0")/../.."
-begin=$SECONDS
 seconds=${1:-600}
 shift || true
 case $seconds in '' | *[!0-9]*) sed -n '2,5s/^# \{0,1\}//p' "$0" >&2; exit 2 ;; esac
-tools/dependencies.sh campaign || exit 1
-mkdir -p build/logs
+. "$(dirname "$0")/common.sh"
 cmake --preset fuzz >build/logs/configure-fuzz.log 2>&1 || { cat build/logs/configure-fuzz.log; exit 1; }
 [ $# -gt 0 ] || set -- $(basename -s .cpp tests/fuzz/*.cpp)
 cmake --build --preset fuzz -j "$(nproc)" --target $(printf 'fuzz_%s ' "$@") || exit 1

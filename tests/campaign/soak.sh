@@ -4,12 +4,10 @@
 # runs at the same time and shows this machine's latencies. Ends with a dated summary line.
 #
 #   soak.sh [SECONDS]   (default 3600)
-set -uo pipefail
-cd "$(dirname "$0")/../.."
 seconds=${1:-3600}
-tools/dependencies.sh campaign || exit 1
-cmake --preset release >/dev/null && cmake --build --preset release --target odomd odom || exit 1
-PATH=$PWD/build/release/bin:$PATH
+. "$(dirname "$0")/common.sh"
+build odomd odom_command
+PATH=$bin:$PATH
 
 run=$(mktemp -d)
 shm=/odomd-soak-$$

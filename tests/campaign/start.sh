@@ -3,13 +3,9 @@
 # frames ready on its standard input, kills it after its first pose, and starts it again. A second
 # series with high priority for all threads shows the time of the start itself. Ends with a dated
 # summary line; fails if the median is longer than 150 ms.
-set -uo pipefail
-cd "$(dirname "$0")/../.."
 starts=${1:-20}
-tools/dependencies.sh campaign || exit 1
-cmake --preset release -DODOMD_TESTS=ON >/dev/null &&
-  cmake --build --preset release --target odomd odom_command first_pose >/dev/null || exit 1
-bin=$PWD/build/release/bin
+. "$(dirname "$0")/common.sh"
+build odomd odom_command first_pose
 work=$(mktemp -d)
 shm=/odomd-start-$$
 trap 'rm -rf "$work" "/dev/shm$shm" "/dev/shm$shm.lock"' EXIT

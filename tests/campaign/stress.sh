@@ -5,14 +5,9 @@
 # million reads in a ring of the usual size, and as many in a ring of four slots; a thousand kills
 # of such a writer; and a reader that preempts the writer on its CPU, without real-time throttling
 # where permitted. Ends with dated summary lines.
-set -uo pipefail
-cd "$(dirname "$0")/../.."
 reads=${1:-100000000} kills=${2:-1000}
-tools/dependencies.sh campaign || exit 1
-cmake --preset release -DODOMD_TESTS=ON >/dev/null &&
-  cmake --build --preset release --target test_shm_api shm_preemption >/dev/null || exit 1
-bin=build/release/bin
-mkdir -p build/logs
+. "$(dirname "$0")/common.sh"
+build test_shm_api shm_preemption
 log=build/logs/stress.log
 
 begin=$SECONDS

@@ -5,11 +5,7 @@
 #   tests/campaign/tidy.sh [FILE...]
 #
 # FILE: check only these. The warnings are kept in build/logs/tidy.log.
-set -uo pipefail
-cd "$(dirname "$0")/../.."
-begin=$SECONDS
-tools/dependencies.sh campaign || exit 1
-mkdir -p build/logs
+. "$(dirname "$0")/common.sh"
 log=build/logs/tidy.log
 # clang's own compile commands for everything that can be built, including benchmarks and fuzzers.
 cmake -G Ninja -B build/tidy -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \

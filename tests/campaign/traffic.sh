@@ -12,13 +12,10 @@
 #   - its memory (VmRSS, every second) grows after the first minute (or third of a shorter run).
 #
 # Ends with a dated summary line.
-set -uo pipefail
-cd "$(dirname "$0")/../.."
 seconds=${1:-600} cpu=${2:-$(($(nproc) - 1))}
-tools/dependencies.sh campaign || exit 1
-cmake --preset release >/dev/null && cmake --build --preset release --target odomd odom_command >/dev/null || exit 1
-ODOMD_BIN_DIR=$PWD/build/release/bin
-name=traffic
+. "$(dirname "$0")/common.sh"
+build odomd odom_command
+ODOMD_BIN_DIR=$bin
 . tests/daemon/discipline/full_traffic.sh
 
 more_config=$(printf '[realtime]\ncpu = %d' "$cpu")
