@@ -49,13 +49,8 @@ def percentile(counts, fraction):
 
 
 def summary(counts):
-    return {
-        "samples": sum(counts.values()),
-        "p50": percentile(counts, 0.5),
-        "p99": percentile(counts, 0.99),
-        "p999": percentile(counts, 0.999),
-        "max": max(counts),
-    }
+    percentiles = {name: percentile(counts, share) for name, share in (("p50", 0.5), ("p99", 0.99), ("p999", 0.999))}
+    return {"samples": sum(counts.values()), **percentiles, "max": max(counts)}
 
 
 def compress(log, factor, out):
@@ -132,12 +127,8 @@ def with_cyclictest(args, cpus, work):
     time.sleep(0.5)
     report = work / "cyclictest.json"
     begin_ns = time.monotonic_ns()
-    subprocess.run(
-        f"cyclictest -q -m -p {PRIORITY} -i {PERIOD_US} -t 1 -a {cpus[1]} -D {args.seconds} "
-        f"-h 1000000 --json={report}".split(),
-        check=True,
-        stdout=subprocess.DEVNULL,
-    )
+    subprocess.run(f"cyclictest -q -m -p {PRIORITY} -i {PERIOD_US} -t 1 -a {cpus[1]} -D {args.seconds} "
+                   f"-h 1000000 --json={report}".split(), check=True, stdout=subprocess.DEVNULL)
     end_ns = time.monotonic_ns()
     ticks = daemon.ticks()
     during = [tick for tick in ticks if begin_ns <= tick["time_ns"] < end_ns]

@@ -19,10 +19,8 @@ import subprocess
 import tempfile
 import time
 
-LOOPBACK = (
-    '<General><Interfaces><NetworkInterface name="lo"/></Interfaces>'
-    "<AllowMulticast>false</AllowMulticast></General>"
-)
+LOOPBACK = ('<General><Interfaces><NetworkInterface name="lo"/></Interfaces>'
+            "<AllowMulticast>false</AllowMulticast></General>")
 FIGURES = [(part, name) for part in ("wakeup_us", "execution_us") for name in ("p50", "p99", "max")]
 
 
@@ -59,18 +57,12 @@ def half(args, work, with_bridge):
         said = json.loads((work / "bridge.json").read_text())
     else:
         time.sleep(args.seconds)
-    answer = subprocess.run(
-        [args.bin / "odom", "status", "--json", "--socket", status], check=True, capture_output=True
-    )
+    answer = subprocess.run([args.bin / "odom", "status", "--json", "--socket", status], check=True, capture_output=True)
     daemon.send_signal(signal.SIGTERM)
     daemon.wait()
     beat = json.loads(answer.stdout)["beat"]
-    return {
-        **{(part, name): beat[part][name] for part, name in FIGURES},
-        "missed": beat["missed"],
-        "share": share,
-        "said": said,
-    }
+    return {**{(part, name): beat[part][name] for part, name in FIGURES}, "missed": beat["missed"],
+            "share": share, "said": said}
 
 
 def main():
@@ -81,11 +73,8 @@ def main():
     args = parser.parse_args()
     with tempfile.TemporaryDirectory(dir="/dev/shm", prefix="odomd-bench-") as directory:
         work = pathlib.Path(directory)
-        subprocess.run(
-            [args.bin / "odom", "sim", "--duration", str(args.seconds + 10), "--out", work / "drive"],
-            check=True,
-            stdout=subprocess.DEVNULL,
-        )
+        subprocess.run([args.bin / "odom", "sim", "--duration", str(args.seconds + 10), "--out", work / "drive"],
+                       check=True, stdout=subprocess.DEVNULL)
         alone, bridged = [], []
         for run in range(args.runs):
             for with_bridge in (False, True) if run % 2 == 0 else (True, False):
@@ -101,8 +90,7 @@ def main():
         row = (median(alone, (part, name)), median(bridged, (part, name)))
         print(f"| {part.removesuffix('_us')}, {name} | {row[0]:.0f} µs | {row[1]:.0f} µs |")
     print(f"| ticks missed, all runs | {sum(o['missed'] for o in alone)} | {sum(o['missed'] for o in bridged)} |")
-    ticks = sum(one["said"]["ticks"] for one in bridged)
-    lost = sum(one["said"]["lost"] for one in bridged)
+    ticks, lost = (sum(one["said"][key] for one in bridged) for key in ("ticks", "lost"))
     dds = sum(one["said"]["sinks"][0]["sent"] for one in bridged)
     print(f"| the bridge's share of a CPU | | {100 * median(bridged, 'share'):.1f} % |")
     print(f"| ticks followed, lost, sent by DDS | | {ticks}, {lost}, {dds} |")

@@ -122,10 +122,21 @@ def listen(receiver: socket.socket, expected: dict[int, Sample], end: threading.
         expected[int(stamp.replace(".", ""))] = json.loads(datagram)["odomd"]
 
 
+def compile_node(folder: pathlib.Path) -> str:
+    node = str(folder / "node")
+    subprocess.run(["g++", "-std=c++20", "-O1", str(here / "fastdds_node.cpp"), "-o", node, "-lfastrtps", "-lfastcdr"],
+                   check=True)
+    return node
+
+
+def parser(doc: str) -> argparse.ArgumentParser:
+    made = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    made.add_argument("--bin", type=pathlib.Path, default=pathlib.Path("build/release/bin"))
+    return made
+
+
 def run(folder: pathlib.Path, programs: pathlib.Path, seconds: int) -> str:
-    odom, reader = str(programs / "odom"), str(folder / "reader")
-    subprocess.run(["g++", "-std=c++20", "-O1", str(here / "fastdds_node.cpp"), "-o", reader, "-lfastrtps",
-                    "-lfastcdr"], check=True)
+    odom, reader = str(programs / "odom"), compile_node(folder)
     subprocess.run([odom, "sim", "--duration", str(seconds + 5), "--out", str(folder / "lap")], check=True,
                    capture_output=True)
     receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -168,10 +179,9 @@ def run(folder: pathlib.Path, programs: pathlib.Path, seconds: int) -> str:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--bin", type=pathlib.Path, default=pathlib.Path("build/release/bin"))
-    parser.add_argument("--seconds", type=int, default=10)
-    options = parser.parse_args()
+    made = parser(__doc__)
+    made.add_argument("--seconds", type=int, default=10)
+    options = made.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         result = run(pathlib.Path(folder), options.bin.resolve(), options.seconds)
     print(time.strftime("%Y-%m-%d"), "bridge_fastdds:", result)

@@ -8,7 +8,6 @@ other by odom bridge from a publisher on Fast DDS (libfastrtps-dev; compiled her
 fifth pose the publisher adds a bad copy 5 m away: in another frame, or stamped 0, ahead of now or yesterday. Every bad
 copy must be refused, every good pose taken, and the position's rms be within 10 % of the other daemon's, from 2 s on.
 """
-import argparse
 import csv
 import json
 import math
@@ -18,9 +17,9 @@ import subprocess
 import tempfile
 import time
 
+import bridge_fastdds
 import common
 
-here = pathlib.Path(__file__).resolve().parent
 domain, second = "98", 1_000_000_000
 
 
@@ -91,12 +90,10 @@ def drive(folder: pathlib.Path, programs: pathlib.Path, quality: str) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--bin", type=pathlib.Path, default=pathlib.Path("build/release/bin"))
-    programs = parser.parse_args().bin.resolve()
+    programs = bridge_fastdds.parser(__doc__).parse_args().bin.resolve()
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        common.run("g++", "-std=c++20", "-O1", here / "fastdds_node.cpp", "-o", folder / "node", "-lfastrtps", "-lfastcdr")
+        bridge_fastdds.compile_node(folder)
         common.run(programs / "odom", "sim", "--scenario", "lap", "--laps", "1", "--camera-latency-max", "0.12",
                    "--out", folder / "lap")
         for quality in ("reliable", "best_effort"):

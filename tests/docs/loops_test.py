@@ -13,6 +13,7 @@ import types
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+C = [os.environ.get("CC", "cc"), "-std=c11"]
 
 # mode, standard deviation of the position [m] (the loop allows 0.3 m), expected action
 POSES = [
@@ -82,31 +83,28 @@ def stand_in(limit: float = 0.3) -> str:
 
 
 class Loops(unittest.TestCase):
-    def actions(self, compiler: list[str], suffix: str, program: str) -> list[str]:
+    def steer_as_expected(self, compiler: list[str], suffix: str, program: str) -> None:
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
             source = folder / f"loop{suffix}"
             source.write_text(program)
             pose = folder / "pose.o"  # odom_position_sigma, odom_mode_name
             include = f"-I{ROOT / 'shm_api/include'}"
-            subprocess.run([os.environ.get("CC", "cc"), "-std=c11", include, "-c",
-                            ROOT / "shm_api/libodom/pose.c", "-o", pose], check=True)
+            subprocess.run([*C, include, "-c", ROOT / "shm_api/libodom/pose.c", "-o", pose], check=True)
             subprocess.run([*compiler, "-Wall", "-Wextra", "-Werror", "-Wno-unused-function", "-Wno-div-by-zero",
                             include, source, pose, "-lm", "-o", folder / "loop"], check=True)
             done = subprocess.run([folder / "loop"], capture_output=True, text=True, timeout=20, check=False)
-            return done.stdout.splitlines()
+            self.assertEqual(done.stdout.splitlines(), EXPECTED)
 
     def test_the_readme(self) -> None:
         body = loop_of("README.md", "c").replace("#include <odom/odom.h>\n", "")
         (limit,) = re.findall(r"odom_position_sigma\(&ahead\) <= ([0-9.]+)", body)
-        program = f"{stand_in(float(limit))}\nint main(void) {{\n{body}\nreturn 0;\n}}\n"
-        self.assertEqual(self.actions([os.environ.get("CC", "cc"), "-std=c11"], ".c", program), EXPECTED)
+        self.steer_as_expected(C, ".c", f"{stand_in(float(limit))}\nint main(void) {{\n{body}\nreturn 0;\n}}\n")
 
     def test_the_manual_page(self) -> None:
         page = (ROOT / "man/libodom.3").read_text()
         (loop,) = re.findall(r"^\.Bd -literal[^\n]*\n(.*?)^\.Ed", page, re.M | re.S)
-        program = f"{stand_in()}\n{loop}"
-        self.assertEqual(self.actions([os.environ.get("CC", "cc"), "-std=c11"], ".c", program), EXPECTED)
+        self.steer_as_expected(C, ".c", f"{stand_in()}\n{loop}")
 
     def test_the_page_in_cpp(self) -> None:
         body = loop_of("docs/shm.md", "cpp")
@@ -116,7 +114,7 @@ class Loops(unittest.TestCase):
                    f"void odom_close(odom_client* client) {{ free(client); }}}}\n"
                    f"static void steer(const odom::Pose& pose) {{ steer(&pose); }}\n"
                    f"int main() {{\n{body}\nreturn 0;\n}}\n")
-        self.assertEqual(self.actions([os.environ.get("CXX", "c++"), "-std=c++17"], ".cpp", program), EXPECTED)
+        self.steer_as_expected([os.environ.get("CXX", "c++"), "-std=c++17"], ".cpp", program)
 
     def test_the_page_in_python(self) -> None:
         class OdomError(Exception):

@@ -70,9 +70,6 @@ nlohmann::json as_json(const odom::DetailedPose& seen) {
   const auto& [pose, details] = seen;
   return {{"x", pose.x},
           {"y", pose.y},
-          {"yaw", pose.yaw},
-          {"time_ns", pose.time_ns},
-          {"mode", pose.mode},
           {"restarted", (pose.conditions & ODOM_COND_RESTARTED) != 0},
           {"reset_count", pose.reset_count},
           {"calibrations",

@@ -54,31 +54,18 @@ def summary(rows: list[Row]) -> Iterator[str]:
 
 def comparison(rows: list[Row]) -> Iterator[str]:
     found = ratios(rows)
-    if not found:
-        return
-    yield f"{JUDGED_MODEL} / {TO_BEAT}:"
-    yield ""
-    yield "| drive | heading rms | position rms | 35 ms |"
-    yield "|---|--:|--:|--:|"
+    yield from (f"{JUDGED_MODEL} / {TO_BEAT}:", "", "| drive | heading rms | position rms | 35 ms |", "|---|--:|--:|--:|")
     for part, cells in found.items():
         yield f"| {part.name} | " + " | ".join(f"{cells[cell]:.2f}" if cell in cells else "" for cell in CELLS) + " |"
     means = {cell: [cells[cell] for cells in found.values() if cell in cells] for cell in CELLS}
     yield "| geometric mean | " + " | ".join(
         f"{geometric_mean(values):.2f}" if values else "" for values in means.values()) + " |"
-    yield ""
-    yield from (f"- {line}" for line in summary(rows))
+    yield from ("", *(f"- {line}" for line in summary(rows)))
 
 
 def section(title: str, rows: list[Row], verdict: bool) -> Iterator[str]:
     """The errors and the comparison of a group of drives."""
-    if not rows:
-        return
-    yield f"### {title}"
-    yield ""
-    yield "By dead reckoning, unless with the camera:"
-    yield ""
-    yield from table(rows)
-    yield ""
-    if verdict and ratios(rows):
-        yield from comparison(rows)
-        yield ""
+    if rows:
+        yield from (f"### {title}", "", "By dead reckoning, unless with the camera:", "", *table(rows), "")
+        if verdict and ratios(rows):
+            yield from (*comparison(rows), "")
