@@ -45,15 +45,6 @@ def as_delivered(by_hand: pathlib.Path, published: pathlib.Path) -> None:
     published.write_text("\n".join(lines) + "\n")
 
 
-def arm_of(config: pathlib.Path) -> list[float]:
-    """The lever arm of the fitted configuration."""
-    for line in config.read_text().splitlines():
-        if line.startswith("lever_arm"):
-            inside = line.split("[", 1)[1].split("]", 1)[0]
-            return [float(number) for number in inside.split(",")]
-    return [0.0, 0.0, 0.0]
-
-
 def fit(published: pathlib.Path, folder: pathlib.Path, until: float, fitted: pathlib.Path) -> None:
     shutil.copy(published, fitted)
     begun = time.monotonic()
@@ -78,7 +69,7 @@ def main() -> int:
             published, fitted = work / "published.toml", work / "fitted.toml"
             as_delivered(by_hand, published)
             fit(published, measure.folder_of(taught), until, fitted)
-            arm, own = arm_of(fitted), arm_of(published)
+            arm, own = measure.lever_arm(fitted), measure.lever_arm(published)
             for other, options in others:
                 name = " ".join([other, *options])
                 rows = [("published", published, own), ("published, arm of the fit", published, arm),
@@ -89,7 +80,7 @@ def main() -> int:
                     if label.endswith("arm of the fit") and lever == own:
                         continue
                     e = measure.dead_reckoning(ODOM, config, measure.folder_of(other), work,
-                                               "--lever-arm=" + ",".join(map(str, lever)), *options)
+                                               f"--lever-arm={lever}", *options)
                     figures.append((e["error_35ms"]["position"]["mean"], e["end_error"], e["position"]["rms"]))
                     print(f"| {taught} to {until:g} s | {name} "
                           f"| {label} | {e['end_error']:.2f} | {e['end_error_cm_per_m']:.2f} "

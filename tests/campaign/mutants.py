@@ -8,7 +8,6 @@ equivalent to the original, so that a rate of 100 % is out of reach.
 
 import argparse
 import concurrent.futures
-import datetime
 import hashlib
 import json
 import os
@@ -119,7 +118,7 @@ def options():
 
 def main():
     given = options()
-    begun = datetime.datetime.now(datetime.timezone.utc)
+    begun = common.now()
     areas = given.area or list(AREAS)
     # A third more than needed, because some do not compile.
     chosen = {area: choose(area, given.seed, given.mutants + given.mutants // 3) for area in areas}
@@ -150,10 +149,8 @@ def main():
         if given.json:
             given.json.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     print(*rows, *fallen, sep="\n")
-    seconds = (datetime.datetime.now(datetime.timezone.utc) - begun).total_seconds()
-    print(f"{begun:%F} mutants: {sum(result[area]['killed'] for area in areas)} of "
-          f"{sum(result[area]['mutants'] for area in areas)} killed, in {seconds:.0f} s")
-    return 1 if fallen else 0
+    killed, of = (sum(result[area][key] for area in areas) for key in ("killed", "mutants"))
+    return common.last_words("mutants", begun, f"{killed} of {of} killed", fallen)
 
 
 if __name__ == "__main__":
