@@ -23,12 +23,10 @@ class Report:
         """`ratio` defaults to value / peer_value. `bar` is a key of BARS and the limit."""
         if ratio is None and peer_value is not None:
             ratio = value / peer_value
-        row = {"what": what, "value": value, "unit": unit, "peer": peer, "peer_value": peer_value}
-        row |= {"ratio": ratio, "bar": None, "limit": None, "met": None}
-        if bar is not None:
-            row["bar"], row["limit"] = bar
-            row["met"] = BARS[row["bar"]](value, ratio, row["limit"])
-        self.rows.append(row)
+        kind, limit = bar or (None, None)
+        met = BARS[kind](value, ratio, limit) if kind else None
+        self.rows.append({"what": what, "value": value, "unit": unit, "peer": peer, "peer_value": peer_value,
+                          "ratio": ratio, "bar": kind, "limit": limit, "met": met})
 
     def markdown(self):
         yield "| what | measured | compared with | ratio | limit | met |"
