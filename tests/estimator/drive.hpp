@@ -1,15 +1,53 @@
-// Passes simulated samples to a filter, a tick at a time.
+// Passes simulated samples to a filter, a tick at a time. And comparisons of poses and estimates.
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <tuple>
 
 #include "estimator/filter.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::testing {
 
 inline constexpr std::int64_t millisecond = 1'000'000;
 inline constexpr std::int64_t period_ns = 5 * millisecond;
+
+/// Matches a pose within `way` in x and y and `turn` in its yaw.
+inline ::testing::Matcher<const Pose2&> PoseNear(const Pose2& pose, double way, double turn) {
+  using ::testing::DoubleNear;
+  return ::testing::FieldsAre(DoubleNear(pose.x, way), DoubleNear(pose.y, way),
+                              DoubleNear(pose.yaw, turn));
+}
+inline ::testing::Matcher<const Pose2&> PoseNear(const Pose2& pose, double tolerance) {
+  return PoseNear(pose, tolerance, tolerance);
+}
+
+inline std::array<double, 3> numbers_of(const Pose2& pose) {
+  return {pose.x, pose.y, pose.yaw};
+}
+
+/// The part of an estimate that depends on the samples alone, not on their times of arrival.
+inline auto state_of(const Estimate& e) {
+  const std::array motion{e.v_x,       e.v_y,     e.yaw_rate, e.v_x_dot,  e.v_y_dot,
+                          e.yaw_accel, e.accel_x, e.accel_y,  e.steering, e.camera_test_ratio};
+  return std::tuple(numbers_of(e.map), motion, e.covariance, e.velocity_covariance,
+                    e.cross_covariance, e.calibration.value, e.calibration.sigma,
+                    e.calibration.valid, e.reset_count, numbers_of(e.last_jump), e.initialised,
+                    e.recoveries);
+}
+
+inline void expect_same_state(const Estimate& a, const Estimate& b) {
+  EXPECT_EQ(state_of(a), state_of(b));
+}
+
+/// Compares the odometry, too, which depends on published velocities and so on the times of
+/// arrival.
+inline void expect_same_frames(const Estimate& a, const Estimate& b) {
+  expect_same_state(a, b);
+  EXPECT_EQ(numbers_of(a.odom), numbers_of(b.odom));
+  EXPECT_EQ(a.mode, b.mode);
+}
 
 /// The samples of one tick; missing ones are not sent.
 struct Samples {
@@ -29,9 +67,7 @@ struct Drive {
   Estimate tick(const Samples& samples) {
     now_ns += period_ns;
     const auto send = [&](Source source, const std::optional<double>& value) {
-      if (value) {
-        add(filter, Measurement{source, now_ns, *value, 0.0});
-      }
+      if (value) add(filter, Measurement{source, now_ns, *value, 0.0});
     };
     send(Source::wheel_rear, samples.speed);
     send(Source::steering, samples.steering);
@@ -42,9 +78,7 @@ struct Drive {
   }
 
   Estimate ticks(int count, const Samples& samples) {
-    for (int i = 0; i < count; ++i) {
-      tick(samples);
-    }
+    for (int i = 0; i < count; ++i) tick(samples);
     return last;
   }
 };
@@ -52,9 +86,7 @@ struct Drive {
 inline Drive start(Model model, FilterSettings settings = {},
                    std::optional<Pose2> initial = Pose2{}) {
   Drive drive{make_filter(model, settings)};
-  if (initial) {
-    set_initial_pose(drive.filter, *initial);
-  }
+  if (initial) set_initial_pose(drive.filter, *initial);
   return drive;
 }
 

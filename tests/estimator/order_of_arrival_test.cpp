@@ -14,13 +14,13 @@ using estimator::testing::drive_on_a_circle;
 using estimator::testing::eventful_drive;
 using estimator::testing::expect_same_frames;
 using estimator::testing::expect_same_state;
-using estimator::testing::hand_in;
 using estimator::testing::millisecond;
 using estimator::testing::period_ns;
 using estimator::testing::run;
 using estimator::testing::shuffled;
 using estimator::testing::start_ns;
 using estimator::testing::started;
+using estimator::testing::step_to;
 using estimator::testing::tick_of;
 
 TEST(OrderOfArrival, AnyOrderOfArrivalInsideTheWindowGivesTheSameBits) {
@@ -47,13 +47,8 @@ TEST(OrderOfArrival, AnyOrderOfArrivalGivesTheSameBitsThroughGatesSlipRestAndRes
   std::array<int, source_count> gated{};
   bool stood = false;
   Estimate expected;
-  std::size_t next = 0;
   for (std::int64_t k = 1; k <= ticks; ++k) {
-    const std::int64_t now = start_ns + k * period_ns;
-    for (; next < in_order.size() && in_order[next].arrival_ns <= now; ++next) {
-      hand_in(reference, in_order[next]);
-    }
-    expected = reference.step(now);
+    expected = step_to(reference, in_order, k - 1, k);
     stood = stood || expected.mode == Mode::standstill;
     for (const Judgement& judgement : reference.judgements()) {
       gated[index_of(judgement.source)] += judgement.verdict == Verdict::gated ? 1 : 0;
@@ -132,13 +127,7 @@ TEST(OrderOfArrival, ALateSampleCountsAsIfItHadComeInTime) {
   FullFilter late = started();
   (void)run(late, arrivals, 189);
   EXPECT_EQ(late.add(sample), std::nullopt);
-  // The last tick again, with the samples that arrive in it.
-  for (const Arrival& arrival : arrivals) {
-    if (tick_of(arrival.arrival_ns) == 190) {
-      hand_in(late, arrival);
-    }
-  }
-  expect_same_state(late.step(start_ns + 190 * period_ns), expected);
+  expect_same_state(step_to(late, arrivals, 189, 190), expected);
 }
 
 TEST(OrderOfArrival, SkippedTicksLeaveTheSameBitsOnceTheirSamplesAreThere) {
@@ -146,14 +135,10 @@ TEST(OrderOfArrival, SkippedTicksLeaveTheSameBitsOnceTheirSamplesAreThere) {
   FullFilter every = started();
   const Estimate expected = run(every, arrivals, 180).back();
   FullFilter some = started();
-  std::size_t next = 0;
+  std::int64_t before = 0;
   Estimate last;
   for (const std::int64_t tick : {1, 2, 3, 10, 11, 25, 60, 61, 100, 140, 180}) {
-    const std::int64_t now = start_ns + tick * period_ns;
-    for (; next < arrivals.size() && arrivals[next].arrival_ns <= now; ++next) {
-      hand_in(some, arrivals[next]);
-    }
-    last = some.step(now);
+    last = step_to(some, arrivals, std::exchange(before, tick), tick);
   }
   expect_same_state(last, expected);
 }
@@ -162,14 +147,9 @@ TEST(OrderOfArrival, TheOdometryFrameOfSkippedTicksIsThatOfEveryTick) {
   const std::vector<Arrival> arrivals = drive_on_a_circle(500 * millisecond);
   FullFilter every = started();
   FullFilter some = started();
-  (void)run(every, arrivals, 120);
   (void)run(some, arrivals, 120);
   // There are no more samples, and the predicted car leaves its circle.
-  Estimate expected;
-  for (std::int64_t tick = 121; tick <= 240; ++tick) {
-    expected = every.step(start_ns + tick * period_ns);
-  }
-  expect_same_frames(some.step(start_ns + 240 * period_ns), expected);
+  expect_same_frames(some.step(start_ns + 240 * period_ns), run(every, arrivals, 240).back());
 }
 
 TEST(OrderOfArrival, BitsDoNotDependOnTheEpoch) {
@@ -178,22 +158,18 @@ TEST(OrderOfArrival, BitsDoNotDependOnTheEpoch) {
   const std::vector<Arrival> arrivals = drive_on_a_circle(500 * millisecond);
   FullFilter reference = started();
   const std::vector<Estimate> expected = run(reference, arrivals, 100);
+  std::vector<Arrival> later = arrivals;
+  for (auto& [arrival_ns, signal, camera] : later) {
+    (signal ? signal->time_ns : camera->capture_ns) += later_ns;
+    (signal ? signal->arrival_ns : camera->arrival_ns) += later_ns;
+  }
   FullFilter filter = started();
-  std::size_t next = 0;
-  for (std::int64_t k = 1; k <= 100; ++k) {
-    const std::int64_t now = start_ns + k * period_ns;
-    for (; next < arrivals.size() && arrivals[next].arrival_ns <= now; ++next) {
-      Arrival moved = arrivals[next];
-      if (moved.signal) {
-        moved.signal->time_ns += later_ns;
-        moved.signal->arrival_ns += later_ns;
-      } else {
-        moved.camera->capture_ns += later_ns;
-        moved.camera->arrival_ns += later_ns;
-      }
-      hand_in(filter, moved);
+  for (std::size_t i = 0, k = 0; k < expected.size(); ++k) {
+    const std::int64_t now = expected[k].time_ns;
+    for (; i < later.size() && later[i].arrival_ns <= now; ++i) {
+      (void)(later[i].signal ? filter.add(*later[i].signal) : filter.add(*later[i].camera));
     }
-    expect_same_frames(filter.step(now + later_ns), expected[static_cast<std::size_t>(k - 1)]);
+    expect_same_frames(filter.step(now + later_ns), expected[k]);
   }
 }
 

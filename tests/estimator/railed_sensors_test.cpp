@@ -10,10 +10,11 @@ namespace {
 using estimator::testing::Arrival;
 using estimator::testing::circle;
 using estimator::testing::drive_on_a_circle;
-using estimator::testing::hand_in;
 using estimator::testing::millisecond;
-using estimator::testing::period_ns;
+using estimator::testing::on_circle;
+using estimator::testing::run;
 using estimator::testing::start_ns;
+using estimator::testing::started;
 
 struct Rail {
   double gyro;   ///< 0: healthy
@@ -41,26 +42,13 @@ std::vector<Arrival> drive_with(const Rail& rail) {
 class RailedSensors : public ::testing::TestWithParam<Rail> {};
 
 TEST_P(RailedSensors, LeaveNothingBehind) {
-  FullFilter filter{FilterSettings{}};
-  filter.set_initial_pose({});
-  const std::vector<Arrival> arrivals = drive_with(GetParam());
-  std::size_t next = 0;
-  std::uint32_t recoveries_when_healthy = 0;
-  Estimate e;
-  for (int k = 1; k <= 2400; ++k) {
-    const std::int64_t now = start_ns + k * period_ns;
-    for (; next < arrivals.size() && arrivals[next].arrival_ns <= now; ++next) {
-      hand_in(filter, arrivals[next]);
-    }
-    e = filter.step(now);
-    if (k == 1600) {
-      recoveries_when_healthy = e.recoveries;
-    }
-  }
-  EXPECT_EQ(e.recoveries, recoveries_when_healthy);
+  FullFilter filter = started();
+  const std::vector<Estimate> estimates = run(filter, drive_with(GetParam()), 2400);
+  const Estimate& e = estimates.back();
+  EXPECT_EQ(e.recoveries, estimates[1599].recoveries) << "none once it is healthy";
   EXPECT_NEAR(e.v_x, circle.v_x, 0.05);
   EXPECT_NEAR(e.yaw_rate, circle.yaw_rate, 0.05);
-  const Pose2 truth = moved({}, circle, static_cast<double>(e.time_ns - start_ns) * 1e-9);
+  const Pose2 truth = on_circle(e.time_ns);
   EXPECT_NEAR(e.map.x, truth.x, 0.03);
   EXPECT_NEAR(e.map.y, truth.y, 0.03);
 }

@@ -15,7 +15,6 @@ namespace {
 using estimator::testing::Arrival;
 using estimator::testing::circle;
 using estimator::testing::drive_on_a_circle;
-using estimator::testing::hand_in;
 using estimator::testing::millisecond;
 using estimator::testing::period_ns;
 using estimator::testing::run;
@@ -26,7 +25,7 @@ constexpr std::int64_t ticks = 2000;
 constexpr std::int64_t fault_ns = start_ns + 4'000 * millisecond;
 
 double off(const Estimate& e) {
-  const Pose2 truth = moved({}, circle, static_cast<double>(e.time_ns - start_ns) * 1e-9);
+  const Pose2 truth = estimator::testing::on_circle(e.time_ns);
   return std::hypot(e.map.x - truth.x, e.map.y - truth.y);
 }
 
