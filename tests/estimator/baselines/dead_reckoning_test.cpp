@@ -15,47 +15,11 @@ using testing::variables;
 const Vehicle car;
 constexpr std::array kinematic_models{Model::kinematic, Model::kinematic_printed};
 
-DeadReckoning kinematic(double v_x, double steering) {
-  return reckon(Model::kinematic, car, v_x, steering);
-}
-
 DeadReckoning inertial(double v_x, double yaw_rate) {
   return reckon(Model::inertial, car, v_x, yaw_rate);
 }
 
-TEST(Kinematic, YawRateIsThatOfTheCircleThroughBothAxles) {
-  for (const Model model : kinematic_models) {
-    const BodyVelocity v = reckon(model, car, 1.0, 0.3).velocity;
-    EXPECT_DOUBLE_EQ(v.v_x, 1.0);
-    EXPECT_DOUBLE_EQ(v.yaw_rate, std::tan(0.3) / 0.26);
-  }
-}
-
-TEST(Kinematic, RearAxleDoesNotSlip) {
-  const BodyVelocity v = kinematic(1.3, -0.4).velocity;
-  EXPECT_DOUBLE_EQ(v.v_y - car.rear_axle * v.yaw_rate, 0.0);
-}
-
-TEST(Kinematic, FrontWheelDoesNotSlip) {
-  const double delta = 0.35;
-  const BodyVelocity v = kinematic(1.3, delta).velocity;
-  const double lateral = v.v_y + car.front_axle * v.yaw_rate;
-  EXPECT_NEAR(std::atan2(lateral, v.v_x), delta, 1e-15);
-}
-
-TEST(Kinematic, AsPrintedTheCentreOfGravityDoesNotSlip) {
-  EXPECT_EQ(reckon(Model::kinematic_printed, car, 1.0, 0.3).velocity.v_y, 0.0);
-}
-
-TEST(Kinematic, ReversingTurnsTheOtherWay) {
-  const BodyVelocity forward = kinematic(0.7, 0.4).velocity;
-  const BodyVelocity backward = kinematic(-0.7, 0.4).velocity;
-  EXPECT_EQ(backward.v_x, -forward.v_x);
-  EXPECT_EQ(backward.v_y, -forward.v_y);
-  EXPECT_EQ(backward.yaw_rate, -forward.yaw_rate);
-}
-
-TEST(Kinematic, JacobianIsThatOfTheModel) {
+TEST(Kinematic, VelocityAndJacobianAreThoseOfTheModel) {
   // The model again, for automatic differentiation.
   const auto velocity = [](double lever, const Eigen::Matrix<Dual<2>, 2, 1>& input) {
     const Dual<2> yaw_rate = input[0] / car.wheelbase() * tan(input[1]);
@@ -90,15 +54,6 @@ TEST(Inertial, RearAxleBearsItsShareOfTheSideForceOfASteadyTurn) {
       EXPECT_NEAR(rear_force, car.front_axle / car.wheelbase() * car.mass * v_x * yaw_rate, 1e-12);
     }
   }
-}
-
-TEST(Inertial, ReversingMirrorsTheVelocity) {
-  const BodyVelocity forward = inertial(1.5, 0.8).velocity;
-  const BodyVelocity backward = inertial(-1.5, 0.8).velocity;
-  // The part of v_y from the lever arm depends on ψ̇, and that from the slip on a_y = v_x ψ̇.
-  const double slip = forward.v_y - car.rear_axle * 0.8;
-  EXPECT_LT(slip, 0.0);
-  EXPECT_DOUBLE_EQ(backward.v_y - car.rear_axle * 0.8, -slip);
 }
 
 TEST(Inertial, JacobianIsThatOfTheVelocity) {

@@ -1,6 +1,4 @@
 // Dead reckoning from gyro, wheels and the slip of a steady turn.
-#include <numbers>
-
 #include "estimator/baselines/motion.hpp"
 #include "estimator/common/pose.hpp"
 #include "tests/estimator/drive.hpp"
@@ -12,19 +10,7 @@ namespace {
 using testing::Drive;
 using testing::start;
 
-constexpr double pi = std::numbers::pi;
 const Vehicle car;
-
-TEST(InertialFilter, StartsAtTheWheelSpeedWithThePoseWhereItWasSet) {
-  Drive drive = start(Model::inertial, {}, Pose2{1.0, 2.0, 0.5});
-  const Estimate e = drive.tick({.speed = 2.0, .yaw_rate = 0.3});
-  EXPECT_TRUE(e.initialised);
-  EXPECT_EQ(e.v_x, 2.0);
-  EXPECT_EQ(e.yaw_rate, 0.3);
-  EXPECT_EQ(e.map.x, 1.0);
-  EXPECT_EQ(e.map.y, 2.0);
-  EXPECT_EQ(e.map.yaw, 0.5);
-}
 
 TEST(InertialFilter, DrivesTheCircleThatItsSlipMakes) {
   const double v_x = 2.0;
@@ -55,27 +41,6 @@ TEST(InertialFilter, HeadingIsTheIntegralOfTheGyroWhateverTheSteering) {
   EXPECT_NEAR(drive.last.map.yaw, heading, 1e-12);
 }
 
-TEST(InertialFilter, ReversesOnTheSameWayWhereTyresDoNotSlip) {
-  FilterSettings stiff;
-  stiff.vehicle.cornering_stiffness_rear = 1e12;
-  Drive drive = start(Model::inertial, stiff);
-  drive.ticks(1, {.speed = 0.0, .yaw_rate = 0.0});
-  drive.ticks(200, {.speed = 0.8, .yaw_rate = 0.5});
-  drive.ticks(200, {.speed = -0.8, .yaw_rate = -0.5});
-  const Estimate e = drive.tick({.speed = 0.0, .yaw_rate = 0.0});
-  EXPECT_NEAR(e.map.yaw, 0.0, 1e-12);
-  EXPECT_NEAR(e.map.x, 0.0, 1e-9);
-  EXPECT_NEAR(e.map.y, 0.0, 1e-9);
-}
-
-TEST(InertialFilter, DirectionIsTheSignOfSpeedsThatHaveNone) {
-  Drive drive = start(Model::inertial);
-  add(drive.filter, Measurement{Source::direction, drive.now_ns + 1, -1.0, 0.0});
-  const Estimate e = drive.ticks(201, {.speed = 1.5, .yaw_rate = 0.0});
-  EXPECT_EQ(e.v_x, -1.5);
-  EXPECT_NEAR(e.map.x, -1.5, 1e-12);
-}
-
 TEST(InertialFilter, FrontWheelsAreTakenToTheRearAxle) {
   const double yaw_rate = 0.6;
   const double delta = 0.2;
@@ -89,24 +54,11 @@ TEST(InertialFilter, FrontWheelsAreTakenToTheRearAxle) {
   EXPECT_NEAR(drive.last.v_x, 1.0, 1e-12);
 }
 
-TEST(InertialFilter, DoesNotListenToTheLateralAccelerometer) {
+TEST(InertialFilter, IgnoresTheLateralAccelerometer) {
   Drive drive = start(Model::inertial);
   EXPECT_EQ(add(drive.filter, Measurement{Source::accel_y, 1, 1.0, 0.1}), Verdict::source_off);
   EXPECT_EQ(add(drive.filter, Measurement{Source::yaw_rate, 1, 1.0, 0.1}), Verdict::fused);
   EXPECT_EQ(add(drive.filter, Measurement{Source::wheel_rear, 1, 1.0, 0.1}), Verdict::fused);
-}
-
-TEST(InertialFilter, IgnoresTheLatencyOfItsSamples) {
-  Drive fresh = start(Model::inertial);
-  Drive late = start(Model::inertial);
-  for (int i = 0; i < 400; ++i) {
-    const double yaw_rate = std::sin(0.02 * i);
-    add(late.filter, Measurement{Source::yaw_rate, late.now_ns + testing::period_ns - 50'000'000,
-                                 yaw_rate, 0.0});
-    late.tick({.speed = 1.0});
-    fresh.tick({.speed = 1.0, .yaw_rate = yaw_rate});
-    ASSERT_EQ(late.last.map.yaw, fresh.last.map.yaw);
-  }
 }
 
 TEST(InertialFilter, AccelerationFollowsTheAccelerometerWithTheYawRateHeld) {
@@ -229,44 +181,6 @@ TEST(InertialFilter, StretchAtRestCountsByItsLength) {
   EXPECT_EQ(after_rest_of(170, 0.1), 0.0);   // the rest is too short
   EXPECT_EQ(after_rest_of(2000, 0.2), 0.0);  // the car turns
   EXPECT_NEAR(after_rest_of(250, 0.1), 0.1 * 122.0 / 1952.0, 5e-4);
-}
-
-TEST(InertialFilter, CovariancesArePositiveDefiniteAtRestAndInFastTurns) {
-  Drive drive = start(Model::inertial);
-  for (const double yaw_rate : {0.0, 5.0, -5.0}) {
-    for (const double speed : {0.0, 3.0, -3.0}) {
-      const Estimate e = drive.ticks(300, {.speed = speed, .yaw_rate = yaw_rate});
-      EXPECT_TRUE(is_positive_definite(e.covariance));
-      EXPECT_TRUE(is_positive_definite(e.velocity_covariance));
-    }
-  }
-}
-
-TEST(InertialFilter, CameraPoseAnchorsTheMapAndNotTheOdometry) {
-  Drive drive = start(Model::inertial);
-  drive.ticks(200, {.speed = 1.0, .yaw_rate = 0.0});
-  const Estimate before = drive.last;
-  const CameraPose seen{.capture_ns = drive.now_ns,
-                        .arrival_ns = drive.now_ns,
-                        .x = before.map.x + 0.05,
-                        .y = before.map.y - 0.02,
-                        .yaw = before.map.yaw + 0.01,
-                        .sigma_x = 0.02,
-                        .sigma_y = 0.02,
-                        .sigma_yaw = 0.02};
-  EXPECT_EQ(add(drive.filter, seen), Verdict::fused);
-  const Estimate e = drive.tick({.speed = 1.0, .yaw_rate = 0.0});
-  EXPECT_NEAR(e.map.x, seen.x + 0.005 * std::cos(seen.yaw), 1e-12);
-  EXPECT_NEAR(e.map.yaw, seen.yaw, 1e-12);
-  EXPECT_NEAR(e.odom.x, before.odom.x + 0.005, 1e-12);
-  EXPECT_EQ(e.odom.y, before.odom.y);
-}
-
-TEST(InertialFilter, YawCountsTurns) {
-  Drive drive = start(Model::inertial);
-  const Estimate e = drive.ticks(4001, {.speed = 1.0, .yaw_rate = 1.5});
-  EXPECT_NEAR(e.map.yaw, 30.0, 1e-9);
-  EXPECT_GT(e.map.yaw, 4.0 * 2.0 * pi);
 }
 
 }  // namespace

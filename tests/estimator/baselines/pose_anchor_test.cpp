@@ -1,73 +1,16 @@
 // Late camera poses with a known odometry: which ones re-anchor, and which are rejected.
-#include "estimator/baselines/pose_anchor.hpp"
+#include <functional>
 
-#include <limits>
-
+#include "pose_anchor_fixture.hpp"
 #include "tests/gtest.hpp"
 
 namespace odomd::estimator::pose_anchor_test {
 namespace {
 
-constexpr std::int64_t period_ns = 5'000'000;
-constexpr std::int64_t start_ns = 1'000'000'000;
-constexpr std::int64_t millisecond = 1'000'000;
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-/// A car that drives a circle of 0.5 m radius at 1 m/s in its odometry frame.
-class PoseAnchorTest : public ::testing::Test {
- protected:
-  static constexpr BodyVelocity velocity{1.0, 0.05, 2.0};
-  static constexpr Symmetric3 velocity_covariance{4e-4, 0.0, 0.0, 1e-4, 0.0, 1e-3};
-
-  void begin(const FilterSettings& settings = {}, const Pose2& pose = {}) {
-    anchor_ = PoseAnchor{settings};
-    if (!settings.initialise_from_camera) {
-      anchor_.set_pose(pose);
-    }
-    now_ = start_ns;
-  }
-
-  void drive(int ticks, double noise_factor = 1.0) {
-    for (int i = 0; i < ticks; ++i) {
-      now_ += period_ns;
-      anchor_.extend(now_, {.velocity = velocity,
-                            .covariance = packed(noise_factor * unpacked(velocity_covariance)),
-                            .mean = velocity,
-                            .way = moved({}, velocity, 0.005)});
-    }
-  }
-
-  /// The odometry pose at a time, driven from the pose `origin` at the start.
-  static Pose2 odom_at(std::int64_t time_ns, const Pose2& origin = {}) {
-    return moved(origin, velocity, static_cast<double>(time_ns - start_ns) * 1e-9);
-  }
-
-  /// A camera pose captured `latency_ns` before now, that sees the car at `map`.
-  [[nodiscard]] CameraPose seen(const Pose2& map, std::int64_t latency_ns,
-                                double sigma = 0.01) const {
-    return {now_ - latency_ns, now_, map.x, map.y, map.yaw, sigma, sigma, sigma};
-  }
-
-  Verdict take(const CameraPose& camera) { return anchor_.take(camera, now_ + period_ns, now_); }
-
-  static void expect_near(const Pose2& a, const Pose2& b, double tolerance) {
-    EXPECT_NEAR(a.x, b.x, tolerance);
-    EXPECT_NEAR(a.y, b.y, tolerance);
-    EXPECT_NEAR(a.yaw, b.yaw, tolerance);
-  }
-
-  void expect_positive_definite() const { EXPECT_TRUE(is_positive_definite(anchor_.covariance())); }
-
-  PoseAnchor anchor_{FilterSettings{}};
-  std::int64_t now_ = start_ns;
-};
-
 TEST_F(PoseAnchorTest, MapIsTheOdometryUntilACameraSpeaks) {
   begin({}, {1.0, 2.0, 0.5});
   drive(100);
-  EXPECT_EQ(anchor_.map().x, anchor_.odom().x);
-  EXPECT_EQ(anchor_.map().y, anchor_.odom().y);
-  EXPECT_EQ(anchor_.map().yaw, anchor_.odom().yaw);
+  expect_near(anchor_.map(), anchor_.odom(), 0.0);
   EXPECT_EQ(anchor_.reset_count(), 1U);
   EXPECT_EQ(anchor_.last_jump().x, 0.0);
 }
@@ -79,15 +22,12 @@ TEST_F(PoseAnchorTest, LatePoseReAnchorsWhereItWasTaken) {
   drive(100);
   const std::int64_t latency = 41'300'000;
   const Pose2 before = anchor_.map();
-  ASSERT_EQ(take(seen(compose(true_anchor, odom_at(now_ - latency)), latency)), Verdict::fused);
+  ASSERT_EQ(take(seen_at(true_anchor, latency)), Verdict::fused);
   expect_near(anchor_.map(), compose(true_anchor, odom_at(now_)), 1e-9);
   expect_near(anchor_.odom(), odom_at(now_), 1e-12);
   EXPECT_EQ(anchor_.reset_count(), 2U);
   EXPECT_EQ(anchor_.camera_ns(), now_ - latency);
-  expect_near(
-      anchor_.last_jump(),
-      {anchor_.map().x - before.x, anchor_.map().y - before.y, anchor_.map().yaw - before.yaw},
-      0.0);
+  expect_near(anchor_.last_jump(), anchor_.map() - before, 0.0);
   EXPECT_LT(anchor_.test_ratio(), 1.0);
 }
 
@@ -117,7 +57,7 @@ TEST_F(PoseAnchorTest, CovarianceIsTheCamerasGrownSinceTheCapture) {
   begin();
   drive(100);
   const double sigma = 0.004;
-  ASSERT_EQ(take(seen(odom_at(now_ - 40 * millisecond), 40 * millisecond, sigma)), Verdict::fused);
+  ASSERT_EQ(take(seen_at({}, 40 * millisecond, sigma)), Verdict::fused);
   // The expected covariance: the camera's own, propagated over eight ticks.
   Eigen::Matrix3d P = sigma * sigma * Eigen::Matrix3d::Identity();
   Pose2 pose = odom_at(now_ - 40 * millisecond);
@@ -133,8 +73,7 @@ TEST_F(PoseAnchorTest, CovarianceIsTheCamerasGrownSinceTheCapture) {
 }
 
 TEST_F(PoseAnchorTest, CovarianceGrowsOpenLoopAndStaysPositiveDefiniteAndBounded) {
-  FilterSettings settings;
-  begin(settings);
+  begin();
   const Symmetric3 first = anchor_.covariance();
   drive(2000);
   const Symmetric3 later = anchor_.covariance();
@@ -193,53 +132,44 @@ TEST_F(PoseAnchorTest, ConsistentRejectedPosesAreAcceptedAfterTen) {
   EXPECT_GT(anchor_.test_ratio(), 1.0);
 }
 
-TEST_F(PoseAnchorTest, RejectedPosesThatContradictEachOtherAreNeverAccepted) {
-  begin();
-  drive(50);
-  for (int i = 0; i < 100; ++i) {
-    drive(7);
-    const double side = i % 2 == 0 ? 4.0 : -4.0;
-    ASSERT_EQ(take(seen({side, side, 0.0}, 40 * millisecond)), Verdict::gated) << i;
-  }
-}
-
-TEST_F(PoseAnchorTest, RunOfRejectedBeginsAnewWithOneThatDoesNotAgree) {
-  begin();
-  drive(50);
-  for (int i = 1; i <= 2 * PoseAnchor::rejections_to_accept; ++i) {
-    drive(7);
-    // From the tenth pose on the camera sees the car 2 m farther ahead.
-    const double further = i < PoseAnchor::rejections_to_accept ? 0.0 : 2.0;
-    const Pose2 map = compose({3.0 + further, -1.0, 1.0}, odom_at(now_));
-    const bool accepted = i == 2 * PoseAnchor::rejections_to_accept - 1;
-    ASSERT_EQ(take(seen(map, 0)), accepted ? Verdict::fused : Verdict::gated) << i;
-    if (accepted) {
-      break;
+TEST_F(PoseAnchorTest, OnlyAnUnbrokenRunOfRejectedPosesThatAgreeIsAccepted) {
+  constexpr int most = PoseAnchor::rejections_to_accept;
+  const Pose2 elsewhere{3.0, -1.0, 1.0};
+  constexpr std::int64_t late = 40 * millisecond;
+  struct Run {
+    const char* name;
+    int poses;
+    std::function<CameraPose(int)> pose;  ///< the i-th, from 1 on
+    std::function<bool(int)> accepted = [](int) { return false; };
+    std::function<int(int)> ticks = [](int) { return 7; };
+  };
+  const Run runs[] = {
+      {"poses that contradict each other", 100,
+       [&](int i) {
+         const double side = i % 2 == 0 ? 4.0 : -4.0;
+         return seen({side, side, 0.0}, late);
+       }},
+      {"begins anew 2 m farther ahead at the tenth pose", 2 * most - 1,
+       [&](int i) {
+         return seen_at({i < most ? 3.0 : 5.0, -1.0, 1.0}, 0);
+       },
+       [&](int i) { return i == 2 * most - 1; }},
+      {"every second picture is older than the one before", 2 * most,
+       [&](int i) { return seen_at(elsewhere, i % 2 == 0 ? late : 0); }},
+      {"a pause ends it", 30, [&](int) { return seen_at(elsewhere, late); },
+       [](int) { return false; }, [](int i) { return i % 9 == 0 ? 101 : 7; }},
+      {"one good pose ends it", 30,
+       [&](int i) { return seen_at(i % 9 == 0 ? Pose2{} : elsewhere, late); },
+       [](int i) { return i % 9 == 0; }},
+  };
+  for (const Run& run : runs) {
+    SCOPED_TRACE(run.name);
+    begin();
+    drive(50);
+    for (int i = 1; i <= run.poses; ++i) {
+      drive(run.ticks(i));
+      ASSERT_EQ(take(run.pose(i)), run.accepted(i) ? Verdict::fused : Verdict::gated) << i;
     }
-  }
-  EXPECT_EQ(anchor_.reset_count(), 2U);
-}
-
-TEST_F(PoseAnchorTest, RejectedPoseFromBeforeTheOthersDoesNotCount) {
-  begin();
-  drive(50);
-  for (int i = 1; i <= 2 * PoseAnchor::rejections_to_accept; ++i) {
-    drive(7);
-    // Every second picture was taken before the one that arrived ahead of it.
-    const std::int64_t latency = i % 2 == 0 ? 40 * millisecond : 0;
-    const Pose2 map = compose({3.0, -1.0, 1.0}, odom_at(now_ - latency));
-    ASSERT_EQ(take(seen(map, latency)), Verdict::gated) << i;
-  }
-}
-
-TEST_F(PoseAnchorTest, RunOfRejectedEndsAtAPause) {
-  const Pose2 true_anchor{3.0, -1.0, 1.0};
-  begin();
-  drive(50);
-  for (int i = 0; i < 30; ++i) {
-    drive(i % 9 == 8 ? 101 : 7);
-    const Pose2 map = compose(true_anchor, odom_at(now_ - 40 * millisecond));
-    ASSERT_EQ(take(seen(map, 40 * millisecond)), Verdict::gated) << i;
   }
 }
 
@@ -272,12 +202,12 @@ TEST_F(PoseAnchorTest, DistrustShowsInTheCovarianceAndPasses) {
   drive(50);
   for (int i = 0; i < PoseAnchor::rejections_to_accept; ++i) {
     drive(7);
-    take(seen(compose(true_anchor, odom_at(now_)), 0));
+    take(seen_at(true_anchor, 0));
   }
   ASSERT_EQ(anchor_.reset_count(), 2U);
   const auto sigma_after_a_gap = [&] {
     drive(7);
-    EXPECT_EQ(take(seen(compose(true_anchor, odom_at(now_)), 0)), Verdict::fused);
+    EXPECT_EQ(take(seen_at(true_anchor, 0)), Verdict::fused);
     drive(7);
     expect_positive_definite();
     return std::sqrt(anchor_.covariance()[0]);
@@ -286,20 +216,6 @@ TEST_F(PoseAnchorTest, DistrustShowsInTheCovarianceAndPasses) {
   EXPECT_NEAR(sigma_after_a_gap(), std::hypot(0.010, 7 * 0.005 * 1.0), 0.005);
   drive(400);
   EXPECT_NEAR(sigma_after_a_gap(), 0.010, 0.001);
-}
-
-TEST_F(PoseAnchorTest, OneGoodPoseEndsTheRunOfRejected) {
-  const Pose2 wrong{3.0, -1.0, 1.0};
-  begin();
-  drive(50);
-  for (int i = 0; i < 30; ++i) {
-    drive(7);
-    const Pose2 truth = odom_at(now_ - 40 * millisecond);
-    const bool good = i % 9 == 8;
-    ASSERT_EQ(take(seen(good ? truth : compose(wrong, truth), 40 * millisecond)),
-              good ? Verdict::fused : Verdict::gated)
-        << i;
-  }
 }
 
 TEST_F(PoseAnchorTest, PoseIsAcceptedAgainOnceTheUncertaintyHasGrown) {
@@ -317,7 +233,7 @@ TEST_F(PoseAnchorTest, PoseIsAcceptedAgainOnceTheUncertaintyHasGrown) {
 TEST_F(PoseAnchorTest, DuplicateCaptureIsRefused) {
   begin();
   drive(100);
-  const CameraPose camera = seen(odom_at(now_ - 40 * millisecond), 40 * millisecond);
+  const CameraPose camera = seen_at({}, 40 * millisecond);
   EXPECT_EQ(take(camera), Verdict::fused);
   EXPECT_EQ(take(camera), Verdict::duplicate);
   Pose2 wrong = odom_at(now_ - 30 * millisecond);
@@ -339,8 +255,8 @@ TEST_F(PoseAnchorTest, PoseAheadOfTheLimitIsFromTheFuture) {
 TEST_F(PoseAnchorTest, PoseBeyondTheLatencyIsTooOld) {
   begin();
   drive(400);
-  EXPECT_EQ(take(seen(odom_at(now_ - 201 * millisecond), 201 * millisecond)), Verdict::too_old);
-  EXPECT_EQ(take(seen(odom_at(now_ - 199 * millisecond), 199 * millisecond)), Verdict::fused);
+  EXPECT_EQ(take(seen_at({}, 201 * millisecond)), Verdict::too_old);
+  EXPECT_EQ(take(seen_at({}, 199 * millisecond)), Verdict::fused);
   CameraPose camera = seen(odom_at(now_), 0);
   camera.capture_ns = std::numeric_limits<std::int64_t>::min();
   EXPECT_EQ(take(camera), Verdict::too_old);
@@ -349,142 +265,43 @@ TEST_F(PoseAnchorTest, PoseBeyondTheLatencyIsTooOld) {
 TEST_F(PoseAnchorTest, PoseFromBeforeTheHistoryIsTooOld) {
   begin();
   drive(4);
-  EXPECT_EQ(take(seen(odom_at(now_ - 21 * millisecond), 21 * millisecond)), Verdict::too_old);
+  EXPECT_EQ(take(seen_at({}, 21 * millisecond)), Verdict::too_old);
   FilterSettings high_latency;
   high_latency.camera_max_latency_s = 10.0;
   begin(high_latency);
   drive(1000);
   const std::int64_t oldest = (static_cast<std::int64_t>(PoseAnchor::ring_ticks) - 1) * period_ns;
   EXPECT_EQ(take(seen(odom_at(now_ - oldest - 1), oldest + 1)), Verdict::too_old);
-  EXPECT_EQ(take(seen(odom_at(now_ - oldest), oldest)), Verdict::fused);
+  EXPECT_EQ(take(seen_at({}, oldest)), Verdict::fused);
   expect_positive_definite();
 }
 
 TEST_F(PoseAnchorTest, PoseTakenBeforeTheLastFusedIsTooOld) {
   begin();
   drive(100);
-  EXPECT_EQ(take(seen(odom_at(now_ - 30 * millisecond), 30 * millisecond)), Verdict::fused);
-  EXPECT_EQ(take(seen(odom_at(now_ - 40 * millisecond), 40 * millisecond)), Verdict::too_old);
+  EXPECT_EQ(take(seen_at({}, 30 * millisecond)), Verdict::fused);
+  EXPECT_EQ(take(seen_at({}, 40 * millisecond)), Verdict::too_old);
 }
 
-TEST_F(PoseAnchorTest, NonFiniteNumbersAndSigmasAreRefused) {
+TEST_F(PoseAnchorTest, PosesThatAreNotUsableAreRefused) {
   begin();
   drive(100);
-  const CameraPose good = seen(odom_at(now_ - 40 * millisecond), 40 * millisecond);
-  for (double CameraPose::*field :
-       {&CameraPose::x, &CameraPose::y, &CameraPose::yaw, &CameraPose::sigma_x,
-        &CameraPose::sigma_y, &CameraPose::sigma_yaw}) {
-    for (const double value : {infinity, -infinity, std::nan("")}) {
-      CameraPose camera = good;
-      camera.*field = value;
-      EXPECT_EQ(take(camera), Verdict::non_finite);
-    }
-  }
-  for (double CameraPose::*field :
-       {&CameraPose::sigma_x, &CameraPose::sigma_y, &CameraPose::sigma_yaw}) {
-    for (const double value : {0.0, -0.1}) {
-      CameraPose camera = good;
-      camera.*field = value;
-      EXPECT_EQ(take(camera), Verdict::non_finite);
-    }
-  }
+  const CameraPose good = seen_at({}, 40 * millisecond);
+  CameraPose bad = good;
+  bad.yaw = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(take(bad), Verdict::non_finite);
   EXPECT_EQ(take(good), Verdict::fused);
 }
 
 TEST_F(PoseAnchorTest, SillySigmasLeaveAPositiveDefiniteCovariance) {
   begin();
   drive(100);
-  EXPECT_EQ(take(seen(odom_at(now_ - 40 * millisecond), 40 * millisecond, 1e-200)), Verdict::fused);
+  EXPECT_EQ(take(seen_at({}, 40 * millisecond, 1e-200)), Verdict::fused);
   expect_positive_definite();
   drive(10);
   EXPECT_EQ(take(seen(anchor_.map(), 0, 1e200)), Verdict::fused);
   expect_positive_definite();
   EXPECT_TRUE(is_finite(anchor_.covariance()));
-}
-
-TEST_F(PoseAnchorTest, AbsurdCoordinatesAreGatedEvenWhenInitialising) {
-  FilterSettings settings;
-  settings.initialise_from_camera = true;
-  begin(settings);
-  drive(100);
-  EXPECT_EQ(take(seen({1e300, 0.0, 0.0}, 40 * millisecond)), Verdict::gated);
-  EXPECT_FALSE(anchor_.initialised());
-}
-
-TEST_F(PoseAnchorTest, FirstCameraPoseInitialises) {
-  FilterSettings settings;
-  settings.initialise_from_camera = true;
-  begin(settings);
-  drive(100);
-  EXPECT_FALSE(anchor_.initialised());
-  const std::int64_t latency = 40 * millisecond;
-  const Pose2 map{5.0, 6.0, 2.0};
-  EXPECT_EQ(take(seen(map, latency)), Verdict::fused);
-  EXPECT_TRUE(anchor_.initialised());
-  EXPECT_EQ(anchor_.reset_count(), 1U);
-  expect_near(anchor_.last_jump(), {}, 0.0);
-  expect_near(anchor_.map(), moved(map, velocity, 0.04), 1e-9);
-  // The odometry frame starts there too.
-  expect_near(anchor_.odom(), anchor_.map(), 1e-12);
-  EXPECT_EQ(anchor_.camera_ns(), now_ - latency);
-  // Then both move together.
-  drive(20);
-  expect_near(anchor_.odom(), moved(map, velocity, 0.14), 1e-9);
-  expect_positive_definite();
-}
-
-TEST_F(PoseAnchorTest, FirstCameraPoseInitialisesThoughTakenBeforeTheHistory) {
-  FilterSettings settings;
-  settings.initialise_from_camera = true;
-  begin(settings);
-  drive(4);
-  const Pose2 map{5.0, 6.0, 2.0};
-  EXPECT_EQ(take(seen(map, 32 * millisecond)), Verdict::fused);
-  expect_near(anchor_.map(), moved(map, velocity, 0.032), 1e-9);
-  expect_near(anchor_.odom(), anchor_.map(), 1e-12);
-  // σ² of the camera, and of the path since.
-  EXPECT_GT(anchor_.covariance()[0], 1e-4);
-  expect_positive_definite();
-  // The next one is an ordinary pose.
-  drive(7);
-  EXPECT_EQ(take(seen(moved(map, velocity, 0.002), 65 * millisecond)), Verdict::too_old);
-  EXPECT_EQ(take(seen(moved(map, velocity, 0.062), 5 * millisecond)), Verdict::fused);
-  EXPECT_EQ(anchor_.reset_count(), 2U);
-}
-
-TEST_F(PoseAnchorTest, NewestCameraPoseBeforeTheHistoryIsWhereItBegins) {
-  FilterSettings settings;
-  settings.initialise_from_camera = true;
-  anchor_ = PoseAnchor{settings};
-  now_ = start_ns;
-  EXPECT_EQ(take(seen({1.0, 1.0, 1.0}, 150 * millisecond)), Verdict::fused);
-  EXPECT_TRUE(anchor_.initialised());
-  const Pose2 map{5.0, 6.0, 2.0};
-  EXPECT_EQ(take(seen(map, 40 * millisecond)), Verdict::fused);
-  EXPECT_EQ(anchor_.reset_count(), 1U);
-  expect_near(anchor_.map(), map, 1e-12);
-  expect_near(anchor_.odom(), map, 1e-12);
-  drive(20);
-  expect_near(anchor_.map(), moved(map, velocity, 0.1), 1e-9);
-  expect_positive_definite();
-}
-
-TEST_F(PoseAnchorTest, CameraPoseFromBeforeARestartDoesNotMoveIt) {
-  FilterSettings settings;
-  settings.initialise_from_camera = true;
-  anchor_ = PoseAnchor{settings};
-  const Pose2 map{5.0, 6.0, 2.0};
-  anchor_.resume({.map = map, .covariance = {1e-2, 0.0, 0.0, 1e-2, 0.0, 1e-2}, .reset_count = 3});
-  now_ = start_ns;
-  EXPECT_EQ(take(seen({1.0, 1.0, 1.0}, 40 * millisecond)), Verdict::too_old);
-  expect_near(anchor_.map(), map, 1e-12);
-}
-
-TEST_F(PoseAnchorTest, CameraDoesNotInitialiseUnlessItMay) {
-  anchor_ = PoseAnchor{FilterSettings{}};
-  drive(100);
-  EXPECT_EQ(take(seen({1.0, 1.0, 1.0}, 40 * millisecond)), Verdict::source_off);
-  EXPECT_FALSE(anchor_.initialised());
 }
 
 TEST_F(PoseAnchorTest, SettingAPoseOnTheWayIsAJump) {

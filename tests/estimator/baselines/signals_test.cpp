@@ -2,7 +2,6 @@
 // whichever wheels report.
 #include "estimator/baselines/signals.hpp"
 
-#include <initializer_list>
 #include <limits>
 
 #include "tests/gtest.hpp"
@@ -105,7 +104,7 @@ struct Sample {
   std::int64_t time_ns = second;
 };
 
-double v_x_of(std::initializer_list<Sample> samples, double turn = turn_rate) {
+double v_x_of(const std::vector<Sample>& samples, double turn = turn_rate) {
   HeldSignals held{{}};
   for (const Sample& s : samples) {
     EXPECT_EQ(held.take({s.source, s.time_ns, s.value, 0.1}, no_limit), Verdict::fused);
@@ -126,30 +125,32 @@ TEST(WheelSpeed, NothingWithoutAWheel) {
   EXPECT_FALSE(rear_axle_speed(car, held, 0.0).has_value());
 }
 
-TEST(WheelSpeed, MeanOfTheRearWheelsNeedsNoYawRate) {
-  EXPECT_NEAR(v_x_of({{wheel_rear_left, left}, {wheel_rear_right, right}}, 0.0), v_x, 1e-15);
-}
-
-TEST(WheelSpeed, OneRearWheelIsTakenToTheMiddle) {
-  EXPECT_NEAR(v_x_of({{wheel_rear_left, left}}), v_x, 1e-15);
-  EXPECT_NEAR(v_x_of({{wheel_rear_right, right}}), v_x, 1e-15);
-}
-
-TEST(WheelSpeed, FrontWheelsRollAlongTheSteering) {
-  // The front axle's middle moves along δ.
-  const double front = v_x / std::cos(delta);
-  EXPECT_NEAR(
-      v_x_of(
-          {{wheel_front_left, front - 0.1}, {wheel_front_right, front + 0.1}, {steering, delta}}),
-      v_x, 1e-15);
-}
-
-TEST(WheelSpeed, OneFrontWheelIsTakenToTheMiddle) {
-  // A front wheel moves along the car's axis like the rear wheel on its side, and along its own
-  // direction faster by the factor 1 / cos δ.
-  EXPECT_NEAR(v_x_of({{wheel_front_left, left / std::cos(delta)}, {steering, delta}}), v_x, 1e-15);
-  EXPECT_NEAR(v_x_of({{wheel_front_right, right / std::cos(delta)}, {steering, delta}}), v_x,
-              1e-15);
+TEST(WheelSpeed, AnyWheelOfACarOnACircleGivesTheSpeedOfItsRearAxle) {
+  // The front axle's middle moves along δ. A front wheel moves along the car's axis like the rear
+  // wheel on its side, and along its own direction faster by the factor 1 / cos δ.
+  const double faster = 1.0 / std::cos(delta);
+  const double front = v_x * faster;
+  struct Case {
+    const char* name;
+    std::vector<Sample> samples;
+    double turn = turn_rate;
+    double speed = v_x;
+  };
+  for (const auto& [name, samples, turn, speed] : {
+           Case{"the mean of both rear wheels needs no yaw rate",
+                {{wheel_rear_left, left}, {wheel_rear_right, right}},
+                0.0},
+           {"rear left", {{wheel_rear_left, left}}},
+           {"rear right", {{wheel_rear_right, right}}},
+           {"both front wheels",
+            {{wheel_front_left, front - 0.1}, {wheel_front_right, front + 0.1}, {steering, delta}}},
+           {"front left", {{wheel_front_left, left * faster}, {steering, delta}}},
+           {"front right", {{wheel_front_right, right * faster}, {steering, delta}}},
+           // In reverse on the same circle: v_x and ψ̇ change sign together.
+           {"in reverse", {{wheel_rear_left, left}, {direction, -1.0}}, -turn_rate, -v_x},
+       }) {
+    EXPECT_NEAR(v_x_of(samples, turn), speed, 1e-15) << name;
+  }
 }
 
 TEST(WheelSpeed, PrecedenceIsThatOfTheDocumentation) {
@@ -184,11 +185,6 @@ TEST(WheelSpeed, DirectionGivesUnsignedSpeedsTheirSign) {
   EXPECT_EQ(v_x_of({{motor, 1.0}, {direction, 0.0}}), 1.0);
   EXPECT_EQ(v_x_of({{motor, 1.0}, {direction, 1.0}}), 1.0);
   EXPECT_EQ(v_x_of({{motor, -1.0}, {direction, 1.0}}), -1.0);
-}
-
-TEST(WheelSpeed, ReversingWheelKeepsItsSideOfTheTurn) {
-  // In reverse on the same circle: v_x and ψ̇ change sign together.
-  EXPECT_NEAR(v_x_of({{wheel_rear_left, left}, {direction, -1.0}}, -turn_rate), -v_x, 1e-15);
 }
 
 TEST(WheelSpeed, MeanOfTwoIsMoreCertainThanOne) {

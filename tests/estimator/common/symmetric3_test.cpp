@@ -67,12 +67,6 @@ TEST(Symmetric3, LimitedKeepsCorrelationsAndDefiniteness) {
   EXPECT_TRUE(is_positive_definite(p));
 }
 
-TEST(Symmetric3, SmallCovarianceIsNotLimited) {
-  Eigen::Matrix3d small = full(sample);
-  limit(small, Eigen::Vector3d(1e3, 1e3, 3.0));
-  EXPECT_EQ(small, full(sample));
-}
-
 TEST(Symmetric3, KnowsThePositiveDefinite) {
   EXPECT_TRUE(is_positive_definite(sample));
   EXPECT_FALSE(is_positive_definite(Symmetric3{}));
