@@ -1,6 +1,7 @@
 // Passes the samples of a simulated car to one state of the filter, tick by tick.
 #pragma once
 
+#include <concepts>
 #include <map>
 
 #include "estimator/ekf/publication.hpp"
@@ -18,11 +19,6 @@ using estimator::testing::period_ns;
 struct SensorValues {
   std::map<Source, double> signals;
 };
-
-inline State fresh() {
-  const FilterSettings settings;
-  return initial_state(settings);
-}
 
 /// Drives a car, a tick at a time; counts each source's fused and gated samples.
 class Car {
@@ -60,10 +56,15 @@ class Car {
   void drive(double seconds, const SensorValues& values) {
     fused.clear();
     gated.clear();
-    for (int i = 0; i < static_cast<int>(std::lround(200.0 * seconds)); ++i) {
-      tick(values);
-    }
+    for (int i = 0; i < static_cast<int>(std::lround(200.0 * seconds)); ++i) tick(values);
   }
+
+  [[nodiscard]] double x() const { return state.mean[at::x]; }
+  [[nodiscard]] double v_x() const { return state.mean[at::v_x]; }
+  [[nodiscard]] double yaw() const { return state.mean[at::yaw]; }
+  [[nodiscard]] double yaw_rate() const { return state.mean[at::yaw_rate]; }
+  [[nodiscard]] double gyro_bias() const { return state.slow.mean[slow::gyro_bias]; }
+  [[nodiscard]] bool stands() const { return state.standstill.standing; }
 
   /// Added to inertial signals: a real sensor never repeats a value exactly.
   [[nodiscard]] double tremor() const {
@@ -73,7 +74,7 @@ class Car {
   static constexpr std::array<double, source_count> sigmas{0.01, 0.1,  0.1,  0.01,  0.01, 0.01,
                                                            0.01, 0.01, 0.01, 0.005, 1.0,  1.0};
   Context context;
-  State state = fresh();
+  State state = initial_state({});
   std::map<Source, int> fused;
   std::map<Source, int> gated;
 };
@@ -104,14 +105,22 @@ inline SensorValues bend_at(double speed, double yaw_rate) {
            {Source::wheel_rear_right, speed + half}}};
 }
 
-inline SensorValues with(SensorValues values, Source source, double value) {
-  values.signals[source] = value;
+inline SensorValues with(SensorValues values, const std::map<Source, double>& changes) {
+  for (const auto& [source, value] : changes) values.signals[source] = value;
+  return values;
+}
+inline SensorValues with(const SensorValues& values, Source source, double value) {
+  return with(values, {{source, value}});
+}
+
+inline SensorValues without(SensorValues values, std::same_as<Source> auto... sources) {
+  (values.signals.erase(sources), ...);
   return values;
 }
 
-inline SensorValues without(SensorValues values, Source source) {
-  values.signals.erase(source);
-  return values;
+inline SensorValues without_wheels(const SensorValues& values) {
+  return without(values, Source::wheel_front_left, Source::wheel_front_right,
+                 Source::wheel_rear_left, Source::wheel_rear_right);
 }
 
 }  // namespace odomd::estimator::full::testing

@@ -34,7 +34,7 @@ TEST(ApplyIntegrity, AWrongSpeedIsResetToTheConsensus) {
   car.state.mean[at::v_x] = 6.0;
   forget(car.state, at::v_x, 1e-3);
   car.drive(0.4, straight_at(1.5));
-  EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.1);
+  EXPECT_NEAR(car.v_x(), 1.5, 0.1);
   EXPECT_GT(car.state.covariance(at::x, at::x), before);
 }
 
@@ -50,7 +50,7 @@ TEST(ApplyIntegrity, AWrongYawRateIsResetToTheConsensus) {
   forget(car.state, at::yaw_rate, 1e-3);
   forget(car.state, at::front_angle, 1e-3);
   car.drive(0.4, values);
-  EXPECT_NEAR(car.state.mean[at::yaw_rate], 0.8, 0.2);
+  EXPECT_NEAR(car.yaw_rate(), 0.8, 0.2);
   EXPECT_GT(car.state.covariance(at::yaw, at::yaw), before);
 }
 
@@ -61,7 +61,7 @@ TEST(ApplyIntegrity, ADistrustedGyroMakesThePoseDoubtful) {
   car.drive(1.0, with(bend_at(1.5, 0.5), Source::yaw_rate, 2.0));
   EXPECT_FALSE(car.state.integrity.trusted(Source::yaw_rate));
   EXPECT_TRUE(car.state.doubtful);
-  EXPECT_NEAR(car.state.mean[at::yaw_rate], 0.5, 0.1);
+  EXPECT_NEAR(car.yaw_rate(), 0.5, 0.1);
   // Without a camera nothing confirms the pose.
   car.drive(10.0, bend_at(1.5, 0.5));
   EXPECT_TRUE(car.state.integrity.trusted(Source::yaw_rate));
@@ -74,7 +74,7 @@ TEST(ApplyIntegrity, ASlippingWheelDoesNotMakeThePoseDoubtful) {
   car.drive(2.0, with(straight_at(1.5), Source::wheel_rear_left, 4.0));
   EXPECT_EQ(car.state.integrity.flag(Source::wheel_rear_left), SourceFlag::slipping);
   EXPECT_FALSE(car.state.doubtful);
-  EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.05);
+  EXPECT_NEAR(car.v_x(), 1.5, 0.05);
 }
 
 TEST(ApplyIntegrity, ALateReversalIsAppliedToTheDrivenDistance) {
@@ -87,15 +87,15 @@ TEST(ApplyIntegrity, ALateReversalIsAppliedToTheDrivenDistance) {
   };
   Car car;
   car.drive(3.0, backwards(0.0, 0.0));
-  ASSERT_TRUE(car.state.standstill.standing);
+  ASSERT_TRUE(car.stands());
   car.drive(2.0, backwards(1.0, 0.0));
   ASSERT_FALSE(car.state.integrity.backwards());
-  ASSERT_NEAR(car.state.mean[at::x], 2.0, 0.1);
+  ASSERT_NEAR(car.x(), 2.0, 0.1);
   car.drive(1.0, backwards(1.0, 0.8));
   EXPECT_TRUE(car.state.integrity.backwards());
   EXPECT_TRUE(car.state.doubtful);
-  EXPECT_NEAR(car.state.mean[at::v_x], -1.0, 0.05);
-  const double off = car.state.mean[at::x] - (-2.0 - std::sin(0.8) / 0.8);
+  EXPECT_NEAR(car.v_x(), -1.0, 0.05);
+  const double off = car.x() - (-2.0 - std::sin(0.8) / 0.8);
   EXPECT_LT(std::abs(off), 0.5);
   EXPECT_LT(off * off, car.state.covariance(at::x, at::x));
 }
@@ -121,7 +121,7 @@ TEST(ApplyIntegrity, ASourceThatAgreesWithTheOthersIsForcedAfterItsTimeout) {
     }
   }
   EXPECT_GT(forced, 0);
-  EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.1);
+  EXPECT_NEAR(car.v_x(), 1.5, 0.1);
 }
 
 }  // namespace

@@ -34,32 +34,28 @@ TEST(Sound, IsWhatACarMayBe) {
 }
 
 TEST(Sound, IsNoStateWithANumberThatIsNone) {
+  const auto expect_refused = [](const auto& change) {
+    State state = some_state();
+    change(state);
+    EXPECT_FALSE(is_valid(state));
+  };
   for (const double value : {nan, infinity, -infinity}) {
     for (Eigen::Index i = 0; i < at::size; ++i) {
-      State state = some_state();
-      state.mean[i] = value;
-      EXPECT_FALSE(is_valid(state)) << value << ' ' << i;
-    }
-    for (Eigen::Index i = 0; i < at::size; ++i) {
+      SCOPED_TRACE(i);
+      expect_refused([&](State& s) { s.mean[i] = value; });
       for (Eigen::Index j = 0; j <= i; ++j) {
-        State state = some_state();
-        state.covariance(i, j) = state.covariance(j, i) = value;
-        EXPECT_FALSE(is_valid(state)) << value << ' ' << i << ' ' << j;
+        expect_refused([&](State& s) { s.covariance(i, j) = s.covariance(j, i) = value; });
+      }
+      for (Eigen::Index j = 0; j < slow::size; ++j) {
+        expect_refused([&](State& s) { s.slow.sensitivity(i, j) = value; });
       }
     }
     for (Eigen::Index i = 0; i < slow::size; ++i) {
-      State state = some_state();
-      state.slow.mean[i] = value;
-      EXPECT_FALSE(is_valid(state)) << value << ' ' << i;
+      SCOPED_TRACE(i);
+      expect_refused([&](State& s) { s.slow.mean[i] = value; });
       for (Eigen::Index j = 0; j <= i; ++j) {
-        state = some_state();
-        state.slow.covariance(i, j) = state.slow.covariance(j, i) = value;
-        EXPECT_FALSE(is_valid(state)) << value << ' ' << i << ' ' << j;
-      }
-      for (Eigen::Index j = 0; j < at::size; ++j) {
-        state = some_state();
-        state.slow.sensitivity(j, i) = value;
-        EXPECT_FALSE(is_valid(state)) << value << ' ' << j << ' ' << i;
+        expect_refused(
+            [&](State& s) { s.slow.covariance(i, j) = s.slow.covariance(j, i) = value; });
       }
     }
   }

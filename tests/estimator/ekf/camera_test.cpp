@@ -158,13 +158,19 @@ struct Disagreement {
     return take(context, state, sample);
   }
 
-  /// Sends poses until one is accepted, but no more than `most`.
-  int until_accepted(int most) {
+  /// Sends poses after the first `before` until one is accepted, but no more than `most`.
+  int until_accepted(int most, int before = 0) {
     int poses = 0;
-    while (state.resets == 0 && poses < most) {
-      pose(++poses);
-    }
+    while (state.resets == 0 && poses < most) pose(before + ++poses);
     return poses;
+  }
+
+  /// A camera that agreed for 60 poses, and now sees the car elsewhere.
+  static Disagreement after_sixty(const Pose2& truth) {
+    Disagreement car;
+    for (int i = 1; i <= 60; ++i) EXPECT_EQ(car.pose(i).verdict, Verdict::fused) << i;
+    car.truth = truth;
+    return car;
   }
 };
 
@@ -200,16 +206,8 @@ TEST(FullCamera, ConsistentPosesAreAcceptedInTheEnd) {
 
 TEST(FullCamera, AStepToAnotherPlaceIsAcceptedWithinThreeSeconds) {
   // The camera had no fault before, and its step is too large for a car.
-  Disagreement car;
-  for (int i = 1; i <= 60; ++i) {
-    ASSERT_EQ(car.pose(i).verdict, Verdict::fused) << i;
-  }
-  car.truth = {1.0, -2.0, 0.0};
-  int poses = 0;
-  while (car.state.resets == 0 && poses < 400) {
-    car.pose(60 + ++poses);
-  }
-  EXPECT_LT(poses * seconds_per_pose, 3.0);
+  Disagreement car = Disagreement::after_sixty({1.0, -2.0, 0.0});
+  EXPECT_LT(car.until_accepted(400, 60) * seconds_per_pose, 3.0);
   EXPECT_NEAR(car.state.mean[at::y], -2.0, 0.01);
 }
 
@@ -221,11 +219,7 @@ TEST(FullCamera, WhereNothingElseWasWrongTheMapMayHaveJumpedInstead) {
   ASSERT_EQ(first.state.resets, 1U);
   EXPECT_EQ(first.state.disputed.way, 0.0);
   for (const bool doubtful : {false, true}) {
-    Disagreement later;
-    for (int i = 1; i <= 60; ++i) {
-      ASSERT_EQ(later.pose(i).verdict, Verdict::fused) << i;
-    }
-    later.truth = {0.0, -0.3, 0.0};
+    Disagreement later = Disagreement::after_sixty({0.0, -0.3, 0.0});
     for (int i = 61; later.state.resets == 0 && i < 400; ++i) {
       later.state.doubtful = doubtful;
       later.pose(i);
@@ -237,17 +231,9 @@ TEST(FullCamera, WhereNothingElseWasWrongTheMapMayHaveJumpedInstead) {
 
 TEST(FullCamera, ACameraThatWasDistrustedNeedsMoreEvidence) {
   const auto poses_needed = [](double evidence) {
-    Disagreement car;
-    for (int i = 1; i <= 60; ++i) {
-      car.pose(i);
-    }
-    car.truth = {0.0, -0.3, 0.0};
+    Disagreement car = Disagreement::after_sixty({0.0, -0.3, 0.0});
     car.state.camera_evidence = evidence;
-    int i = 61;
-    for (; car.state.resets == 0 && i < 400; ++i) {
-      car.pose(i);
-    }
-    return i - 61;
+    return car.until_accepted(340, 60);
   };
   EXPECT_GT(poses_needed(-2.0 * Tuning{}.outlier_odds), 2 * poses_needed(0.0));
 }

@@ -4,7 +4,6 @@
 #include "derivatives.hpp"
 #include "states.hpp"
 #include "tests/estimator/autodiff.hpp"
-#include "tests/estimator/discrete_step.hpp"
 #include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::process_test {
@@ -143,27 +142,6 @@ TEST(Process, OfTyresThatSaturateToo) {
   model.car.grip_front = 7.0;
   model.car.grip_rear = 9.0;
   expect_step_of_automatic_differentiation(model);
-}
-
-TEST(Process, WithoutCorrectionsItIsTheReversibleStep) {
-  const Vehicle car;
-  for (const double v_x : {-2.0, -0.1, 0.0, 0.5, 3.0}) {
-    const Eigen::Vector3d expected = estimator::testing::discrete_step<double>(
-        car, Eigen::Vector3d(v_x, 0.1, 0.8), {0.2, 0.5}, dt, std::abs(v_x));
-    const VelocityStep step = velocity_step(car,
-                                            {.v_x = v_x,
-                                             .v_y = 0.1,
-                                             .yaw_rate = 0.8,
-                                             .accel_x = 0.5,
-                                             .front_wheel = 0.2,
-                                             .stiffness = 1.0,
-                                             .softness = -1.0},
-                                            dt);
-    // The discrete form as printed drops v_y ψ̇ (errata, 4).
-    EXPECT_NEAR(step.velocity[0], expected[0] + dt * 0.1 * 0.8, 1e-15);
-    EXPECT_NEAR(step.velocity[1], expected[1], 1e-15);
-    EXPECT_NEAR(step.velocity[2], expected[2], 1e-15);
-  }
 }
 
 TEST(Process, WithoutASteeringItsOffsetMeansNothing) {

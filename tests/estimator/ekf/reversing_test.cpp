@@ -79,14 +79,6 @@ TEST(Reversing, HoldsThroughStandstillAtFullLock) {
   }
 }
 
-TEST(Reversing, ContractsAtStandstill) {
-  Eigen::Vector3d x{0.0, 0.3, -2.0};
-  for (int i = 0; i < 20; ++i) {
-    x = after(reference_car, x, 0.4, 0.0);
-  }
-  EXPECT_LT(x.cwiseAbs().maxCoeff(), 1e-6);
-}
-
 TEST(Reversing, SettlesOnTheKinematicTurnAtWalkingPaceInBothDirections) {
   for (const double v_x : {-0.05, -0.01, 0.01, 0.05}) {
     Eigen::Vector3d x{v_x, 0.0, 0.0};

@@ -151,24 +151,6 @@ TEST(SampleWindow, CountsSamplesDroppedWithoutAVerdict) {
   EXPECT_EQ(counts, (std::array<std::uint32_t, source_count>{}));
 }
 
-TEST(SampleWindow, WhatAFullOneKeepsDoesNotDependOnTheOrder) {
-  std::vector<Sample> samples;
-  for (std::int64_t t = 0; t < 1500; ++t) {
-    samples.push_back(sample(t));
-  }
-  std::mt19937 random(4);
-  for (int permutation = 0; permutation < 5; ++permutation) {
-    std::ranges::shuffle(samples, random);
-    SampleWindow window;
-    for (const Sample& s : samples) {
-      window.insert(s);
-    }
-    EXPECT_EQ(times(window).front(), 1500 - static_cast<std::int64_t>(SampleWindow::capacity));
-    EXPECT_EQ(times(window).back(), 1499);
-    EXPECT_EQ(window.dropped_until_ns(), times(window).front() - 1);
-  }
-}
-
 TEST(SampleWindow, GoesOnForeverInItsRoom) {
   // Compares far more samples than the window has room for, some of them late, with a sorted list.
   SampleWindow window;

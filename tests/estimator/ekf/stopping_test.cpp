@@ -20,12 +20,12 @@ using testing::without;
 TEST(Stopping, APersistentGyroReadingAtStandstillIsANewBias) {
   Car car;
   car.drive(3.0, straight_at(0.0));
-  ASSERT_TRUE(car.state.standstill.standing);
-  const double yaw = car.state.mean[at::yaw];
+  ASSERT_TRUE(car.stands());
+  const double yaw = car.yaw();
   car.drive(3.0, with(straight_at(0.0), Source::yaw_rate, 0.06));
-  EXPECT_LT(car.state.mean[at::yaw] - yaw, 0.06 * 2.0);  // until other sources outweigh the step
-  EXPECT_TRUE(car.state.standstill.standing);
-  EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.06, 0.003);
+  EXPECT_LT(car.yaw() - yaw, 0.06 * 2.0);  // until other sources outweigh the step
+  EXPECT_TRUE(car.stands());
+  EXPECT_NEAR(car.gyro_bias(), 0.06, 0.003);
   EXPECT_EQ(car.state.mean[at::yaw_rate], 0.0);
 }
 
@@ -34,11 +34,11 @@ TEST(Stopping, AGyroOfALargeBiasTurnsNoCarThatStands) {
     Car car;
     const SensorValues values = with(straight_at(0.0), Source::yaw_rate, bias);
     car.drive(2.0, values);
-    ASSERT_TRUE(car.state.standstill.standing);
-    EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], bias, 0.003);
-    const double yaw = car.state.mean[at::yaw];
+    ASSERT_TRUE(car.stands());
+    EXPECT_NEAR(car.gyro_bias(), bias, 0.003);
+    const double yaw = car.yaw();
     car.drive(20.0, values);
-    EXPECT_NEAR(car.state.mean[at::yaw], yaw, 1e-6);
+    EXPECT_NEAR(car.yaw(), yaw, 1e-6);
     EXPECT_TRUE(car.gated.empty());
   }
 }
@@ -46,13 +46,13 @@ TEST(Stopping, AGyroOfALargeBiasTurnsNoCarThatStands) {
 TEST(Stopping, AGyroThatWarmsUpKeepsTheCarStanding) {
   Car car;
   car.drive(2.0, straight_at(0.0));
-  const double yaw = car.state.mean[at::yaw];
+  const double yaw = car.yaw();
   for (int i = 0; i <= 600; ++i) {
     car.drive(0.1, with(straight_at(0.0), Source::yaw_rate, 5e-5 * i));
-    ASSERT_TRUE(car.state.standstill.standing);
+    ASSERT_TRUE(car.stands());
   }
-  EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.03, 0.01);
-  EXPECT_NEAR(car.state.mean[at::yaw], yaw, 1e-6);
+  EXPECT_NEAR(car.gyro_bias(), 0.03, 0.01);
+  EXPECT_NEAR(car.yaw(), yaw, 1e-6);
 }
 
 TEST(Stopping, LockedWheelsThatSlideAreNoStandstill) {
@@ -62,12 +62,12 @@ TEST(Stopping, LockedWheelsThatSlideAreNoStandstill) {
     car.tick(with(straight_at(0.015 * i), Source::accel_x, 3.0));
   }
   car.drive(1.0, straight_at(3.0));
-  const double x = car.state.mean[at::x];
+  const double x = car.x();
   const double bias = car.state.mean[at::accel_bias_x];
   car.drive(1.5, with(straight_at(0.0), Source::accel_x, -2.0));
   car.drive(1.0, straight_at(0.0));
-  EXPECT_TRUE(car.state.standstill.standing);
-  EXPECT_NEAR(car.state.mean[at::x] - x, 2.25, 0.4);
+  EXPECT_TRUE(car.stands());
+  EXPECT_NEAR(car.x() - x, 2.25, 0.4);
   EXPECT_NEAR(car.state.mean[at::accel_bias_x], bias, 0.1);
 }
 
@@ -76,10 +76,10 @@ TEST(Stopping, WheelsThatStopWithTheCarAreAccepted) {
   // the standstill takes a while, and the pose is doubtful.
   Car car;
   car.drive(2.0, straight_at(3.0));
-  const double x = car.state.mean[at::x];
+  const double x = car.x();
   car.drive(4.0, straight_at(0.0));
-  EXPECT_TRUE(car.state.standstill.standing);
-  EXPECT_LT(car.state.mean[at::x] - x, 8.0);
+  EXPECT_TRUE(car.stands());
+  EXPECT_LT(car.x() - x, 8.0);
   EXPECT_TRUE(car.state.doubtful);
 }
 
@@ -87,9 +87,9 @@ TEST(Stopping, SetsOffAtOnceWithWheelsThatAreBlindToSlowSpeeds) {
   for (const double speed : {0.6, -0.6}) {
     Car car;
     car.drive(2.0, straight_at(0.0));
-    ASSERT_TRUE(car.state.standstill.standing);
+    ASSERT_TRUE(car.stands());
     car.drive(0.02, straight_at(speed));
-    EXPECT_NEAR(car.state.mean[at::v_x], speed, 0.02);
+    EXPECT_NEAR(car.v_x(), speed, 0.02);
     car.drive(0.1, straight_at(speed));
     EXPECT_TRUE(car.gated.empty());
   }
@@ -100,19 +100,19 @@ TEST(Stopping, OneWheelThatTurnsMovesNoCarThatStands) {
     Car car;
     const SensorValues stuck = with(straight_at(0.0), Source::wheel_rear_right, speed);
     car.drive(5.0, stuck);
-    EXPECT_TRUE(car.state.standstill.standing) << speed;
-    EXPECT_NEAR(car.state.mean[at::x], 0.0, 0.04) << speed;
+    EXPECT_TRUE(car.stands()) << speed;
+    EXPECT_NEAR(car.x(), 0.0, 0.04) << speed;
     // The dead wheel neither keeps the car at a standstill nor moves it.
     car.drive(4.0, with(straight_at(1.0), Source::wheel_rear_right, speed));
-    EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.02) << speed;
-    EXPECT_NEAR(car.state.mean[at::x], 4.0, 0.1) << speed;
+    EXPECT_NEAR(car.v_x(), 1.0, 0.02) << speed;
+    EXPECT_NEAR(car.x(), 4.0, 0.1) << speed;
   }
 }
 
 TEST(Stopping, DrivenWheelsThatSpinAtTheStartDoNotSetItsSpeed) {
   Car car;
   car.drive(3.0, straight_at(0.0));
-  const double x = car.state.mean[at::x];
+  const double x = car.x();
   SensorValues spinning = with(straight_at(0.0), Source::wheel_rear_left, 3.0);
   spinning.signals[Source::wheel_rear_right] = 3.0;
   car.drive(0.5, spinning);
@@ -121,21 +121,21 @@ TEST(Stopping, DrivenWheelsThatSpinAtTheStartDoNotSetItsSpeed) {
     rolling.signals[Source::wheel_front_right] = 0.005 * i;
     car.tick(with(rolling, Source::accel_x, 1.0));
   }
-  EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.1);
-  EXPECT_NEAR(car.state.mean[at::x] - x, 0.5, 0.1);
+  EXPECT_NEAR(car.v_x(), 1.0, 0.1);
+  EXPECT_NEAR(car.x() - x, 0.5, 0.1);
 }
 
 TEST(Stopping, AWheelOfOnesOwnSetsOffWithItsSecondTurningSample) {
   Car car;
   const SensorValues still{{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}, {Source::motor, 0.0}}};
   car.drive(3.0, still);
-  ASSERT_TRUE(car.state.standstill.standing);
+  ASSERT_TRUE(car.stands());
   EXPECT_EQ(car.push(Source::motor, 2.0).verdict, Verdict::gated);
   car.drive(0.1, still);
-  EXPECT_TRUE(car.state.standstill.standing);
-  EXPECT_NEAR(car.state.mean[at::x], 0.0, 1e-3);
+  EXPECT_TRUE(car.stands());
+  EXPECT_NEAR(car.x(), 0.0, 1e-3);
   car.drive(0.1, with(still, Source::motor, 0.5));
-  EXPECT_NEAR(car.state.mean[at::v_x], 0.5, 0.02);
+  EXPECT_NEAR(car.v_x(), 0.5, 0.02);
 }
 
 TEST(Stopping, ABiasThatIsKnownIsNotGivenUpForACreepThatTheWheelsDoNotSee) {
@@ -143,9 +143,9 @@ TEST(Stopping, ABiasThatIsKnownIsNotGivenUpForACreepThatTheWheelsDoNotSee) {
   car.drive(10.0, straight_at(0.0));
   ASSERT_LT(std::sqrt(car.state.slow.covariance(slow::gyro_bias, slow::gyro_bias)), 0.005);
   car.drive(1.5, with(straight_at(0.0), Source::yaw_rate, 0.09));
-  EXPECT_FALSE(car.state.standstill.standing);
-  EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.0, 0.005);
-  EXPECT_GT(car.state.mean[at::yaw], 0.05);
+  EXPECT_FALSE(car.stands());
+  EXPECT_NEAR(car.gyro_bias(), 0.0, 0.005);
+  EXPECT_GT(car.yaw(), 0.05);
 }
 
 TEST(Stopping, AGyroWithoutFaultKeepsTheCarStanding) {
@@ -161,7 +161,7 @@ TEST(Stopping, AGyroWithoutFaultKeepsTheCarStanding) {
                   .source = Source::yaw_rate,
                   .value = {noise(random)},
                   .sigma = {sigma}});
-      departed += tick > 400 && !car.state.standstill.standing ? 1 : 0;
+      departed += tick > 400 && !car.stands() ? 1 : 0;
     }
     EXPECT_EQ(departed, 0) << sigma;
   }
@@ -170,79 +170,69 @@ TEST(Stopping, AGyroWithoutFaultKeepsTheCarStanding) {
 TEST(Stopping, NoCarIsKnownToStandWithoutItsWheels) {
   Car car;
   car.drive(3.0, straight_at(0.0));
-  ASSERT_TRUE(car.state.standstill.standing);
+  ASSERT_TRUE(car.stands());
   car.drive(4.0, {{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}}});
-  EXPECT_FALSE(car.state.standstill.standing);
+  EXPECT_FALSE(car.stands());
   EXPECT_GT(std::sqrt(car.state.covariance(at::v_x, at::v_x)), 0.05);
 }
 
 TEST(Stopping, OneWildSpeedMovesNoCarThatStands) {
   Car car;
   car.drive(2.0, straight_at(0.0));
-  const double x = car.state.mean[at::x];
+  const double x = car.x();
   for (int i = 0; i < 10; ++i) {
     EXPECT_EQ(car.push(Source::wheel_rear_left, 80.0).verdict, Verdict::gated);
     car.drive(0.1, straight_at(0.0));
-    EXPECT_TRUE(car.state.standstill.standing);
+    EXPECT_TRUE(car.stands());
   }
-  EXPECT_NEAR(car.state.mean[at::x], x, 1e-6);
+  EXPECT_NEAR(car.x(), x, 1e-6);
 }
 
-TEST(Stopping, APersistentAccelerationAtStandstillIsANewBias) {
-  Car car;
-  car.drive(3.0, straight_at(0.0));
-  const double front = car.state.covariance(at::front_angle, at::front_angle);
-  car.drive(1.0, with(straight_at(0.0), Source::accel_y, 1.0));
-  EXPECT_GT(car.gated[Source::accel_y], 20);
-  EXPECT_NEAR(car.state.mean[at::accel_bias_y], 1.0, 0.05);
-  EXPECT_EQ(car.state.covariance(at::front_angle, at::front_angle), front);
-}
-
-TEST(Stopping, APersistentAccelerationOnASlopeIsANewBiasToo) {
-  Car car;
-  car.drive(3.0, straight_at(0.0));
-  ASSERT_TRUE(car.state.standstill.standing);
-  car.drive(2.0, with(straight_at(0.0), Source::accel_x, 2.0));
-  EXPECT_NEAR(car.state.mean[at::accel_bias_x], 2.0, 0.1);
-}
-
-TEST(Stopping, SettingOffBelowTheWheelsResolutionCorrectsNoBias) {
-  Car car;
-  car.drive(3.0, straight_at(0.0));
-  car.state.standstill.dead_band = 0.8;
-  const double bias = car.state.mean[at::accel_bias_x];
-  car.drive(0.7, with(straight_at(0.0), Source::accel_x, 1.0));
-  EXPECT_NEAR(car.state.mean[at::accel_bias_x], bias, 0.02);
+TEST(Stopping, APersistentAccelerationAtStandstillIsANewBiasOnASlopeToo) {
+  Car side;
+  side.drive(3.0, straight_at(0.0));
+  const double front = side.state.covariance(at::front_angle, at::front_angle);
+  side.drive(1.0, with(straight_at(0.0), Source::accel_y, 1.0));
+  EXPECT_GT(side.gated[Source::accel_y], 20);
+  EXPECT_NEAR(side.state.mean[at::accel_bias_y], 1.0, 0.05);
+  EXPECT_EQ(side.state.covariance(at::front_angle, at::front_angle), front);
+  Car slope;
+  slope.drive(3.0, straight_at(0.0));
+  ASSERT_TRUE(slope.stands());
+  slope.drive(2.0, with(straight_at(0.0), Source::accel_x, 2.0));
+  EXPECT_NEAR(slope.state.mean[at::accel_bias_x], 2.0, 0.1);
 }
 
 TEST(Stopping, ReversesThroughStandstill) {
   Car car;
   car.push(Source::direction, 1.0);
   car.drive(1.0, straight_at(0.5));
-  const double turn_around = car.state.mean[at::x];
+  const double turn_around = car.x();
   for (int i = 0; i < 100; ++i) {  // at 2 m/s²
     const double v = 0.5 - 0.01 * i;
     car.push(Source::direction, v < 0.0 ? -1.0 : 1.0);
     car.tick(with(straight_at(std::abs(v)), Source::accel_x, -2.0));
   }
   car.drive(1.0, straight_at(0.5));
-  EXPECT_NEAR(car.state.mean[at::v_x], -0.5, 0.02);
-  EXPECT_NEAR(car.state.mean[at::x] - turn_around, -0.5, 0.05);
-  EXPECT_NEAR(car.state.mean[at::yaw], 0.0, 0.01);
+  EXPECT_NEAR(car.v_x(), -0.5, 0.02);
+  EXPECT_NEAR(car.x() - turn_around, -0.5, 0.05);
+  EXPECT_NEAR(car.yaw(), 0.0, 0.01);
 }
 
-TEST(Stopping, ACarThatSetsOffBelowWhatItsWheelsResolveIsNotSurelyWhereItStood) {
+TEST(Stopping, SettingOffBelowTheWheelsResolutionCorrectsNoBiasAndWidensThePlace) {
   // The car sets off at 1 m/s², with wheels that read zero below 0.7 m/s.
   Car car;
   car.drive(3.0, straight_at(0.0));
   car.state.standstill.dead_band = 0.8;
-  const double x = car.state.mean[at::x];
+  const double x = car.x();
+  const double bias = car.state.mean[at::accel_bias_x];
   const double before = car.state.covariance(at::x, at::x);
   car.drive(0.7, with(straight_at(0.0), Source::accel_x, 1.0));
+  EXPECT_NEAR(car.state.mean[at::accel_bias_x], bias, 0.02);
   car.drive(0.02, straight_at(0.7));
-  ASSERT_FALSE(car.state.standstill.standing);
+  ASSERT_FALSE(car.stands());
   // The accelerometer has measured the distance.
-  EXPECT_LT(std::abs(car.state.mean[at::x] - x - 0.5 * 0.7 * 0.7),
+  EXPECT_LT(std::abs(car.x() - x - 0.5 * 0.7 * 0.7),
             3.0 * std::sqrt(car.state.covariance(at::x, at::x) - before));
 }
 
@@ -251,12 +241,12 @@ TEST(Stopping, ADirectionThatComesLateLeavesThePlaceUncertain) {
   car.push(Source::direction, 1.0);
   car.drive(3.0, straight_at(0.0));
   const double before = car.state.covariance(at::x, at::x);
-  const double x = car.state.mean[at::x];
+  const double x = car.x();
   for (int i = 0; i < 80; ++i) {  // reverses at 1 m/s²
     car.tick(with(straight_at(0.005 * i), Source::accel_x, -1.0));
   }
   car.push(Source::direction, -1.0);
-  const double off = car.state.mean[at::x] - (x - 0.5 * 0.4 * 0.4);
+  const double off = car.x() - (x - 0.5 * 0.4 * 0.4);
   EXPECT_GT(off, 0.05);
   EXPECT_LT(off, 4.0 * std::sqrt(car.state.covariance(at::x, at::x) - before));
 }
@@ -270,14 +260,14 @@ SensorValues of_two_wheels(double left, double right) {
 TEST(Stopping, OneDeadWheelOfTwoHoldsNoCar) {
   Car car;
   car.drive(3.0, of_two_wheels(0.0, 0.0));
-  ASSERT_TRUE(car.state.standstill.standing);
+  ASSERT_TRUE(car.stands());
   for (int i = 0; i < 200; ++i) {  // sets off at 1 m/s²
     car.tick(with(of_two_wheels(0.005 * i, 0.0), Source::accel_x, 1.0));
   }
   car.drive(1.0, of_two_wheels(1.0, 0.0));
-  EXPECT_FALSE(car.state.standstill.standing);
-  EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.02);
-  EXPECT_NEAR(car.state.mean[at::x], 1.5, 0.25);
+  EXPECT_FALSE(car.stands());
+  EXPECT_NEAR(car.v_x(), 1.0, 0.02);
+  EXPECT_NEAR(car.x(), 1.5, 0.25);
 }
 
 TEST(Stopping, OneDeadWheelOfTwoHoldsNoCarThatTheGyroHasSetOff) {
@@ -290,19 +280,19 @@ TEST(Stopping, OneDeadWheelOfTwoHoldsNoCarThatTheGyroHasSetOff) {
   for (int i = 0; i < 100; ++i) {  // sets off at 2 m/s²
     car.tick(with(on_a_circle(0.01 * i), Source::accel_x, 2.0));
   }
-  ASSERT_FALSE(car.state.standstill.standing);
+  ASSERT_FALSE(car.stands());
   car.drive(2.0, on_a_circle(1.0));
-  EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.05);
+  EXPECT_NEAR(car.v_x(), 1.0, 0.05);
 }
 
 TEST(Stopping, DrivenWheelsThatSpinOnTheSpotMoveNoCar) {
   Car car;
   car.drive(3.0, straight_at(0.0));
-  const double x = car.state.mean[at::x];
+  const double x = car.x();
   car.drive(3.0, with(with(straight_at(0.0), Source::wheel_rear_left, 3.0),
                       Source::wheel_rear_right, 3.0));
-  EXPECT_TRUE(car.state.standstill.standing);
-  EXPECT_NEAR(car.state.mean[at::x], x, 1e-6);
+  EXPECT_TRUE(car.stands());
+  EXPECT_NEAR(car.x(), x, 1e-6);
 }
 
 TEST(Stopping, SettingOffDuringAGapMakesThePositionUncertain) {
@@ -315,21 +305,20 @@ TEST(Stopping, SettingOffDuringAGapMakesThePositionUncertain) {
     advance(car.context, car.state, car.state.time_ns + period_ns);
     car.push(Source::yaw_rate, 0.8);
   }
-  ASSERT_FALSE(car.state.standstill.standing);
+  ASSERT_FALSE(car.stands());
   car.drive(0.2, with(straight_at(1.0), Source::yaw_rate, 0.8));
-  EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.1);
+  EXPECT_NEAR(car.v_x(), 1.0, 0.1);
   EXPECT_GT(car.state.covariance(at::x, at::x) - before, 0.08 * 0.08);
 }
 
 TEST(Stopping, ATurnThatWasABiasLeavesTheHeadingUncertain) {
   Car car;
   car.drive(5.0, straight_at(0.0));
-  const double yaw = car.state.mean[at::yaw];
+  const double yaw = car.yaw();
   car.drive(8.0, with(straight_at(0.0), Source::yaw_rate, 0.3));
-  EXPECT_TRUE(car.state.standstill.standing);
-  EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.3, 0.01);
-  EXPECT_LT(std::abs(car.state.mean[at::yaw] - yaw),
-            1.5 * std::sqrt(car.state.covariance(at::yaw, at::yaw)));
+  EXPECT_TRUE(car.stands());
+  EXPECT_NEAR(car.gyro_bias(), 0.3, 0.01);
+  EXPECT_LT(std::abs(car.yaw() - yaw), 1.5 * std::sqrt(car.state.covariance(at::yaw, at::yaw)));
 }
 
 }  // namespace

@@ -54,6 +54,8 @@ TEST(FullWheelSpeed, EveryWheelIsAtItsCornerOfTheCar) {
     EXPECT_EQ(place.left, middle ? 0.0 : (left ? 0.5 : -0.5) * car.track_width);
     EXPECT_EQ(place.steered, front);
     EXPECT_EQ(is_driven(Driven::rear, source), !front);
+    EXPECT_EQ(is_driven(Driven::front, source), front || source == Source::motor);
+    EXPECT_TRUE(is_driven(Driven::all, source));
   }
 }
 
@@ -124,16 +126,6 @@ TEST(FullWheelSpeed, WhatCountsAsKnownDoesSoWithItsVariance) {
   }
 }
 
-TEST(FullWheelSpeed, IsNeverTakenForBetterThanItsSensor) {
-  const CarModel model;
-  for (const State& state : states_on_time()) {
-    for (const Source source : sources) {
-      EXPECT_GE(predict_wheel_speed(model, input_of(state), state, source, sigma, true).variance,
-                sigma * sigma);
-    }
-  }
-}
-
 TEST(FullWheelSpeed, WithoutASteeringSignalAFrontWheelRollsAlongItsVelocity) {
   const CarModel model;
   State state;
@@ -188,14 +180,6 @@ TEST(FullWheelSpeed, WhatTheSlipMakesOfAnAccelerationIsItsDerivative) {
       EXPECT_NEAR(testing::stated(predict(state))[at::accel_x],
                   testing::differences(state, predict)[at::accel_x], 1e-7);
     }
-  }
-}
-
-TEST(FullWheelSpeed, KnowsWhichAxleIsDriven) {
-  for (const Source source : sources) {
-    const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
-    EXPECT_EQ(is_driven(Driven::front, source), front || source == Source::motor);
-    EXPECT_TRUE(is_driven(Driven::all, source));
   }
 }
 
