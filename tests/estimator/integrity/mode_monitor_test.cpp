@@ -52,22 +52,15 @@ class ModeMonitorTest : public ::testing::Test {
   int changes_ = 0;
 };
 
-TEST_F(ModeMonitorTest, InitialisingUntilThereIsAPose) {
+TEST_F(ModeMonitorTest, InitialisingUntilThereIsAPoseAndAFaultComesFirst) {
   EXPECT_EQ(run(0.1, {.initialised = false, .wheel_speed = 1.0}), Mode::initialising);
   EXPECT_EQ(run(0.1, {.initialised = true, .wheel_speed = 1.0}), Mode::dead_reckoning);
-}
-
-TEST_F(ModeMonitorTest, FaultComesBeforeEverything) {
   EXPECT_EQ(run(1.0, {.initialised = false, .fault = true}), Mode::fault);
 }
 
-TEST_F(ModeMonitorTest, StandsAfterHalfASecondOfRest) {
+TEST_F(ModeMonitorTest, StandsAfterHalfASecondOfRestUntilTheWheelsTurn) {
   EXPECT_EQ(run(0.5, {.initialised = true}), Mode::dead_reckoning);
   EXPECT_EQ(run(0.01, {.initialised = true}), Mode::standstill);
-}
-
-TEST_F(ModeMonitorTest, LeavesStandstillAtOnceWhenTheWheelsTurn) {
-  run(1.0, {.initialised = true});
   EXPECT_EQ(run(0.005, {.initialised = true, .wheel_speed = -0.03}), Mode::dead_reckoning);
 }
 
