@@ -126,6 +126,14 @@ TEST(Publication, APoseByTheCameraIsAsLateAsItsClock) {
   EXPECT_EQ(after.velocity_covariance, before.velocity_covariance);
 }
 
+TEST(Publication, StandingNothingChanges) {
+  State state;
+  state.located = state.moving = state.standstill.standing = true;
+  state.mean[at::accel_x] = 0.7;
+  const Estimate e = published(state);
+  EXPECT_EQ((std::array{e.v_x_dot, e.v_y_dot, e.yaw_accel}), (std::array<double, 3>{}));
+}
+
 TEST(Publication, TheCovarianceIncludesTheSlowErrors) {
   State state = resumed({}, predecessor(), 0.0, fresh());
   state.slow.sensitivity(at::yaw, slow::gyro_bias) = -10.0;
