@@ -48,6 +48,9 @@ void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
   now.lasting_way = {};
   now.lasting_turn = {};
   now.disputed = {};
+  now.doubtful = now.unconfirmed = false;
+  now.camera_evidence = 0.0;
+  now.last_camera_pose = {};
   for (const at::Index index : {at::x, at::y, at::yaw}) {
     full::forget(now, index, std::sqrt(initial_.variance(index)));
   }
@@ -256,6 +259,9 @@ void FullFilter::recover(std::int64_t tick_ns) noexcept {
   now.doubtful = true;
   const Pose2 pose = last_.initialised ? last_.map : odom_;
   now.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
+  if (may_resume(last_, 0.0)) {
+    now.covariance.topLeftCorner<3, 3>() += unpacked(last_.covariance);
+  }
   now.variance(at::v_x) += last_.v_x * last_.v_x;
   latencies_.begin(now);
 }

@@ -33,7 +33,7 @@ constexpr std::array<std::string_view, 2> timestamp_names{"software", "hardware"
 /// In the order of estimator::Driven.
 constexpr std::array<std::string_view, 3> driven_names{"rear", "front", "all"};
 
-constexpr Range fraction{0.0, 1.0, false, "above 0, at most 1"};
+constexpr Range fraction{1e-9, 1.0, true, "1e-9 to 1"};
 constexpr Range lean{-0.5, 0.5, true, "-0.5 to 0.5 (rad per g)"};
 
 // Two groups of tyres: the rear ones determine the side slip, the front ones the response to
@@ -114,7 +114,7 @@ constexpr ConfigKey keys[] = {
      Removed{"use front_angle_error instead, an angle at the front wheels in rad"}},
     {"filter", "front_angle_error", tuning<&Tuning::front_angle>, fraction},
     {"filter", "side_slip_error", tuning<&Tuning::side_slip>,
-     Range{0.0, 10.0, false, "above 0, at most 10"}},
+     Range{1e-9, 10.0, true, "1e-9 to 10"}},
     {"filter", "wheel_radius_error", tuning<&Tuning::wheel_radius>,
      Range{0.0, 0.5, true, "0 to 0.5"}},
     {"filter", "wheel_slip", tuning<&Tuning::wheel_slip>, fraction},

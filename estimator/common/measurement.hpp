@@ -43,6 +43,11 @@ inline constexpr std::array<std::string_view, source_count> source_names{
   return source >= Source::wheel_front_left && source <= Source::motor;
 }
 
+/// One of the four wheels, in contrast to an axle or the motor.
+[[nodiscard]] constexpr bool is_single_wheel(Source source) noexcept {
+  return source >= Source::wheel_front_left && source <= Source::wheel_rear_right;
+}
+
 struct Measurement {
   Source source = Source::yaw_rate;
   std::int64_t time_ns = 0;  ///< time of measurement, not of arrival

@@ -64,6 +64,7 @@ struct Tuning {
   // --- camera poses beyond the gate ---
   double outlier_odds = 12.0;   ///< prior log odds that poses are outliers, not the filter wrong
   double velocity_odds = 4.6;   ///< prior log odds that the filter's velocity is right, not wrong
+  double outlier_share = 0.01;  ///< share of outliers among the poses that a map begins with
   double outlier_range = 20.0;  ///< spread of outliers over the map [wheelbases]
   double motion_error = 0.1;    ///< error of the filter's motion between two poses [1, rad/m]
   double camera_latency = 0.0025;  ///< lasting error of a camera's stamps: half an exposure [s]

@@ -13,6 +13,7 @@
 #include "estimator/ekf/noise.hpp"
 #include "estimator/ekf/standstill.hpp"
 #include "estimator/ekf/update.hpp"
+#include "estimator/integrity/admission.hpp"
 
 namespace odomd::estimator::full {
 namespace {
@@ -114,12 +115,13 @@ void note_lasting(const Tuning& tuning, LastingError& lasting, std::span<const d
   }
 }
 
-/// Sets the pose and its covariance to the camera's, without correlations.
-void move_to(State& state, const Pose2& measured, const std::array<double, 3>& sigma) noexcept {
-  state.mean.head<3>() << measured.x, measured.y, measured.yaw;
+/// Begins at a camera pose, without correlations, until a second one confirms it.
+void begin_at(State& state, const Sample& pose) noexcept {
+  state.mean.head<3>() << pose.value[0], pose.value[1], wrap_angle(pose.value[2]);
   for (std::size_t i = 0; i < pose_states.size(); ++i) {
-    forget(state, pose_states[i], sigma[i]);
+    forget(state, pose_states[i], pose.sigma[i]);
   }
+  state.located = state.unconfirmed = true;
 }
 
 /// A camera with biased innovations draws the pose along, so their mean is disputed.
@@ -135,7 +137,7 @@ void dispute_drawn(const Tuning& tuning, State& state) noexcept {
 /// to the published covariance for a while.
 void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
            const Eigen::Matrix3d& S, double since_fused_s, bool first) noexcept {
-  const double way = squared(nu[0]) + squared(nu[1]);
+  const double way = std::min(squared(nu[0]) + squared(nu[1]), squared(largest_camera_sigma));
   const double turn = squared(nu[2]);
   const double dt = std::max(since_fused_s, shortest_drift_s);
   const double speed = std::hypot(state.mean[at::v_x], state.mean[at::v_y]);
@@ -215,8 +217,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
       judgement.verdict = Verdict::source_off;
       return judgement;
     }
-    move_to(state, {z_x, z_y, wrap_angle(z_yaw)}, sample.sigma);
-    state.located = true;
+    begin_at(state, sample);
     fused();
     return judgement;
   }
@@ -239,6 +240,14 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   state.camera_test_ratio = judgement.test_ratio;
 
   const bool beyond = !(judgement.test_ratio <= 1.0);
+  if (std::exchange(state.unconfirmed, false) && beyond) {
+    // Two poses that contradict each other are equally good: the newer one waits for the next.
+    begin_at(state, sample);
+    ++state.resets;
+    state.last_jump = state.pose() - estimated;
+    fused();
+    return judgement;
+  }
   if (beyond) {
     state.confirming_poses = 0;
     const bool run = before.beyond && state.last_camera_pose.has_step;

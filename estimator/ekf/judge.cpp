@@ -83,11 +83,17 @@ void weigh(Innovation& nu) noexcept {
   nu.variance_of_noise += more;
 }
 
+/// Whether the sample is the first one after a gap: no other one confirms it.
+bool resumes(const State& state, const Sample& sample) noexcept {
+  return unheard_s(state, sample) >
+         integrity::patience_s(state.integrity.history(sample.source).cycle_s);
+}
+
 /// Whether the gyro's readings are consistent. Then the car slides or spins and does turn at that
 /// rate, whatever the tyre model predicts.
 bool continues_steadily(const State& state, const Sample& sample) noexcept {
   return sample.source == Source::yaw_rate && !state.standstill.standing &&
-         consistent_samples(state, sample) > 1;
+         !resumes(state, sample) && consistent_samples(state, sample) > 1;
 }
 
 /// Replaces the change of yaw since the last gyro sample, or since a later camera pose, with the
@@ -102,9 +108,9 @@ void integrate_gyro(const CarModel& model, State& state, const Reading& before,
   const double z = sample.value[0];
   const auto [least, most] = std::minmax(z, before.previous);
   const double outlier = before.value - std::clamp(before.value, least, most);
-  const double possible = model.turn_in() * before.interval_s;
-  const double wrong = std::abs(outlier) > possible && before.interval_s > 0.0 ? outlier : 0.0;
   const double interval_s = seconds_between(before.time_ns, sample.time_ns);
+  const double possible = model.turn_in() * std::min(before.interval_s, interval_s);
+  const double wrong = std::abs(outlier) > possible && before.interval_s > 0.0 ? outlier : 0.0;
   const double since_s = seconds_between(state.turned_since_ns, sample.time_ns);
   const double change = (z - before.value + wrong) * since_s / interval_s;
   const bool whole = state.turned_since_ns == before.time_ns;
@@ -168,14 +174,14 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     judgement.verdict = Verdict::forced;
     state.variance(rules.inflated) += nu.value * nu.value;
     nu = innovation(state, prediction, sample.value[0]);
-  } else if (!bias && nu.squared_ratio() > gate && gyro) {
+  } else if (!bias && nu.squared_ratio() > gate && gyro && !(first && resumes(state, sample))) {
     inflate_yaw(state, sample, nu.value);
     state.turn_noise_scale = std::max(state.turn_noise_scale, 0.2);
     nu = innovation(state, prediction, sample.value[0]);
   } else if (!bias && nu.squared_ratio() > gate) {
     if (first) {
       rejected_ns = sample.time_ns;
-      judgement.verdict = Verdict::gated;  // one corrupt frame does not brake a car
+      judgement.verdict = Verdict::gated;  // one corrupt frame does not brake or turn a car
       return judgement;
     }
     inflate_acceleration(model.tuning, state, sample, nu.value);

@@ -23,6 +23,9 @@ inline constexpr double next_sample_s = 0.05;
 /// (for a wheel: from any wheel).
 [[nodiscard]] int consistent_samples(const State& state, const Sample& sample) noexcept;
 
+/// Time since the previous sample of its source [s]; large for the first one.
+[[nodiscard]] double unheard_s(const State& state, const Sample& sample) noexcept;
+
 /// The median of the wheels' first speeds, and the number of samples, at most five per wheel.
 struct FirstSpeeds {
   double median = 0.0;  ///< [m/s]
@@ -33,7 +36,8 @@ struct FirstSpeeds {
 /// Time of the earliest wheel sample that is consistent with this one; its own time if none is.
 [[nodiscard]] std::int64_t consistent_since_ns(const State& state, const Sample& sample) noexcept;
 
-/// Turning and still wheels, by the newest sample of each within 0.25 s, `sample` included.
+/// Turning and still wheels, by the newest sample of each within 0.25 s, `sample` included. A still
+/// wheel does not count if its dead band hides the speed of those that turn.
 struct WheelCount {
   int turning = 0;
   int still = 0;
@@ -43,6 +47,9 @@ struct WheelCount {
 };
 [[nodiscard]] WheelCount count_wheels(Driven driven, const State& state,
                                       const Sample& sample) noexcept;
+
+/// The smallest dead band of a wheel with a recent sample [m/s].
+[[nodiscard]] double smallest_dead_band(const State& state) noexcept;
 
 /// Time of the last fused sample of any wheel; 0: never.
 [[nodiscard]] std::int64_t last_wheel_ns(const State& state) noexcept;
@@ -58,5 +65,12 @@ void note_reading(State& state, const Sample& sample) noexcept;
 /// single reversal that is too fast for a car.
 [[nodiscard]] Verdict take_direction(const CarModel& model, State& state,
                                      const Sample& sample) noexcept;
+
+/// Whether the direction came in cycles, has stopped to come, and the car may have stood since: it
+/// may set off in either direction.
+[[nodiscard]] bool lost_direction(const State& state) noexcept;
+
+/// Whether the gyro is trusted and has a recent fused sample.
+[[nodiscard]] bool gyro_alive(const State& state) noexcept;
 
 }  // namespace odomd::estimator::full

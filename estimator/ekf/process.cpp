@@ -18,9 +18,9 @@ double softness_of(double grip, const Moving& now) noexcept {
 /// Random walk of the gyro's bias: faster for a noisy gyro.
 double gyro_bias_walk(const CarModel& model, const State& state) noexcept {
   const NoiseLevel& level = state.noise[index_of(Source::yaw_rate)];
-  // The scatter is not the gyro's noise before it is known, or if a running engine shakes the gyro.
-  const bool known = level.still.samples > 1 && level.still.mean < 1.0;
-  const double noise = known ? model.gyro_sigma * std::sqrt(level.still.mean) : 0.0;
+  // A running engine may shake the gyro beyond its noise.
+  const double noise =
+      level.still.samples > 1 ? model.gyro_sigma * std::sqrt(std::min(level.still.mean, 1.0)) : 0.0;
   return std::max(model.tuning.gyro_bias_walk, model.tuning.gyro_bias_walk_share * noise);
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -142,13 +143,8 @@ State initial_state(const FilterSettings& settings) noexcept {
   state.covariance.diagonal() = sigma.array().square();
   SlowVector slow_sigma =
       SlowVector::NullaryExpr([&t](Eigen::Index i) { return t.*slow_priors.begin()[i].sigma; });
-  double& dead_band = state.standstill.dead_band;
-  dead_band = t.dead_band * settings.vehicle.wheelbase();
-  for (const Source wheel : wheel_sources) {
-    if (settings.dead_band[index_of(wheel)] > 0.0) {
-      dead_band = settings.dead_band[index_of(wheel)];
-    }
-  }
+  state.standstill.dead_band = settings.dead_band;
+  std::ranges::replace(state.standstill.dead_band, 0.0, t.dead_band * settings.vehicle.wheelbase());
   for (const auto& [index, configured] :
        {std::pair{slow::roll_gradient, settings.roll_gradient},
         std::pair{slow::pitch_gradient, settings.pitch_gradient}}) {
@@ -168,6 +164,12 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   const Disputed disputed = state.disputed.at_time(state.time_ns, model.tuning.disputed_s);
   const double way = disputed.way + state.lasting_way.variance;
   P.diagonal().head<3>() += Eigen::Vector3d(way, way, disputed.turn + state.lasting_turn.variance);
+  if (state.unconfirmed) {
+    // The only camera pose so far may be an outlier.
+    const double range = model.tuning.outlier_range * model.car.wheelbase();
+    P.diagonal().head<3>() +=
+        model.tuning.outlier_share * Eigen::Vector3d(range, range, std::numbers::pi).cwiseAbs2();
+  }
   if (state.last_camera_pose.capture_ns != 0) {
     // The filter follows the camera's clock: if that is late by τ_c, so is the pose. A
     // predecessor's covariance contains this already.
@@ -233,6 +235,7 @@ State resumed(const CarModel& model, const Estimate& predecessor, double gap_s,
     }
   }
   state.reading(Source::camera).fused_ns = predecessor.camera_ns;
+  state.doubtful = predecessor.doubtful;
   state.located = true;
   state.moving = true;
   return state;

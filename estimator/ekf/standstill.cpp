@@ -42,15 +42,16 @@ double evidence(double off, double sigma, double range) noexcept {
 /// The log odds that the car stands, from all sources since the wheels read 0.
 double odds_of_standing(const CarModel& model, const State& state) noexcept {
   const Standstill& standstill = state.standstill;
+  const double dead_band = smallest_dead_band(state);
   const Tuning& tuning = model.tuning;
   const double still_s = seconds_between(standstill.since_ns, state.time_ns);
   // 1. A moving car leaves the dead band of its wheels soon.
-  const double leaves_s = tuning.still_s + tuning.still_per_speed * standstill.dead_band;
+  const double leaves_s = tuning.still_s + tuning.still_per_speed * dead_band;
   double odds = std::min(still_s / leaves_s,
                          standstill.standing ? 2.0 * tuning.standing_odds : tuning.most_odds) -
                 standstill.blind;
   // 2. The gyro of a standing car reads its bias and is constant.
-  const double speed = standstill.dead_band + brisk_accel * tuning.still_s;
+  const double speed = dead_band + brisk_accel * tuning.still_s;
   const double turn = speed * tuning.sharpest_turn / model.car.wheelbase();
   const integrity::SourceHistory& gyro = state.integrity.history(Source::yaw_rate);
   if (gyro.alive(state.time_ns)) {
@@ -272,21 +273,31 @@ Judgement take_still_gyro(const CarModel& model, State& state, const Sample& sam
   }
   Sample mean = sample;
   mean.value[0] = stretch.sum / stretch.samples;
-  mean.sigma[0] /= std::sqrt(stretch.samples);
+  // A stretch counts as far as the next one confirms it.
+  const double noise = squared(mean.sigma[0]) / stretch.samples;
+  const double unlike = squared(mean.value[0] - older.sum / older.samples);
+  mean.sigma[0] = std::sqrt(noise + std::max(unlike - squared(most_sigmas) * noise, 0.0));
   const Prediction z = predict_yaw_rate(state, mean.sigma[0]);
-  // A step of the bias counts only if it lasts.
+  // A step of the bias counts only if it lasts: the excess widens the bias for the next stretch.
   const Innovation nu = innovation(state, z, mean.value[0]);
-  state.variance(slow::gyro_bias) +=
-      std::max(nu.value * nu.value - nu.variance, 0.0) * stretch_s / bias_step_s;
-  return judge(model, state, mean, z, {.heading = false, .slow = only(slow::gyro_bias)});
+  const double excess = std::max(nu.value * nu.value - nu.variance, 0.0);
+  const Judgement judgement =
+      judge(model, state, mean, z, {.heading = false, .slow = only(slow::gyro_bias)});
+  state.variance(slow::gyro_bias) += excess * stretch_s / bias_step_s;
+  return judgement;
 }
 
 void learn_dead_band(State& state, const Sample& sample) noexcept {
   const Reading& before = state.reading(sample.source);
   if (before.consistent > 0 && sample.value[0] != 0.0 && before.value != 0.0) {
-    state.standstill.dead_band =
-        std::min(state.standstill.dead_band,
-                 std::max({std::abs(sample.value[0]), std::abs(before.value), slowest_turning}));
+    const double shown =
+        std::max({std::abs(sample.value[0]), std::abs(before.value), slowest_turning});
+    for (const Source wheel : wheel_sources) {
+      if (wheel == sample.source || (is_single_wheel(wheel) && is_single_wheel(sample.source))) {
+        double& dead_band = state.standstill.dead_band[index_of(wheel)];
+        dead_band = std::min(dead_band, shown);
+      }
+    }
   }
 }
 

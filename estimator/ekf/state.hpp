@@ -145,8 +145,8 @@ struct Standstill {
   Pose2 first_seen;               ///< the camera pose at camera_ns
   double camera_sigma = 0.0;      ///< sigma of the position of first_seen [m]
   Pose2 off;  ///< newest camera position minus the first; standing: mean minus held position [m]
-  double blind = 0.0;      ///< reduction of the wheels' log odds: the car moved while they read 0
-  double dead_band = 0.0;  ///< a wheel that reads 0 may turn at this speed [m/s]
+  double blind = 0.0;  ///< reduction of the wheels' log odds: the car moved while they read 0
+  std::array<double, source_count> dead_band{};  ///< a wheel that reads 0 may be this fast [m/s]
 };
 
 /// The newest sample of a source, fused or not.
@@ -228,6 +228,7 @@ struct State {
   Pose2 start;                  ///< pose at the start of the motion
   std::int64_t started_ns = 0;  ///< time of the start; 0: the first speed is confirmed
   bool located = false;         ///< the pose is initialised
+  bool unconfirmed = false;     ///< by one camera pose, which no second one has confirmed
   Standstill standstill;
   HeldInput steering;
   HeldInput accel_x;

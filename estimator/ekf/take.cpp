@@ -19,8 +19,6 @@ namespace {
 
 // An older steering sample does not count.
 constexpr double steering_lifetime_s = 0.5;
-// After a gyro gap this long, wheels and steering determine ψ̇.
-constexpr double gyro_lifetime_s = 0.35;
 
 // Fastest turn of the front wheels [rad/s].
 constexpr double fastest_steering = 20.0;
@@ -95,8 +93,9 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   if (!turning) {
     // A reading of 0 is any speed within the dead band: it narrows the speed to the band.
     const double known = state.variance(at::v_x);
-    const double band = third * squared(state.standstill.dead_band);
-    if (known <= band && std::abs(state.mean[at::v_x]) <= state.standstill.dead_band) {
+    const double dead_band = state.standstill.dead_band[index_of(sample.source)];
+    const double band = third * squared(dead_band);
+    if (known <= band && std::abs(state.mean[at::v_x]) <= dead_band) {
       state.note_fused(sample.source, sample.time_ns);
       return note(context, state, sample, held(sample.source));
     }
@@ -115,7 +114,6 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   if (surprising && !is_taken(judgement.verdict)) {
     noise_scale = before;
   }
-
   return turning && !state.standstill.wheels_still ? judgement
                                                    : note(context, state, sample, judgement);
 }
@@ -160,7 +158,7 @@ Judgement take_accel_y(const Context& context, State& state, const Sample& sampl
   const Judgement judgement = judge(
       model, state, sample,
       predict_accel_y(model, input_of(state), state, sample.sigma[0], context.period_s), updates);
-  if (teaches && is_taken(judgement.verdict)) {
+  if (teaches && judgement.verdict == Verdict::fused) {
     note_shown_grip(model, state, sample.value[0] - state.mean[at::accel_bias_y], elapsed_s);
   }
   return judgement;
@@ -207,8 +205,9 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
   }
   switch (sample.source) {
     case Source::yaw_rate:
-      return state.standstill.standing
-                 ? take_still_gyro(context.model, state, sample)
+      return state.standstill.standing ? take_still_gyro(context.model, state, sample)
+             : unheard_s(state, sample) > longest_gap_s  // the next reading must confirm it
+                 ? held(sample.source)
                  : judge(context.model, state, sample,
                          predict_yaw_rate(state, sample.sigma[0], sample.advanced_s),
                          {.heading = true});
@@ -234,14 +233,6 @@ double steer(const SteeringActuator& actuator, double dt, State& state) noexcept
 }
 
 }  // namespace
-
-bool gyro_alive(const State& state) noexcept {
-  if (!state.integrity.trusted(Source::yaw_rate)) {
-    return false;
-  }
-  const std::int64_t gyro_ns = state.reading(Source::yaw_rate).fused_ns;
-  return gyro_ns != 0 && seconds_between(gyro_ns, state.time_ns) <= gyro_lifetime_s;
-}
 
 Input input_of(const State& state) noexcept {
   return {.steering = state.front_wheels,
@@ -312,13 +303,22 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
                           sample.sigma[0]);
       return take_steering(state, sample);
     }
-    case Source::direction:
-      state.integrity.add(sample.source, sample.time_ns, sample.value[0], sample.sigma[0]);
-      return {.source = sample.source, .verdict = take_direction(context.model, state, sample)};
+    case Source::direction: {
+      const Verdict verdict = take_direction(context.model, state, sample);
+      if (is_taken(verdict)) {
+        state.integrity.add(sample.source, sample.time_ns, sample.value[0], sample.sigma[0]);
+      }
+      return {.source = sample.source, .verdict = verdict};
+    }
     case Source::count:
       return {.source = sample.source, .verdict = Verdict::source_off};
     default:
       break;
+  }
+  if (is_wheel(sample.source) && lost_direction(state)) {
+    // The car may set off in either direction now.
+    state.integrity.add(Source::direction, sample.time_ns, 0.0, 0.0);
+    state.direction.value = 0.0;
   }
   Sample reading = sample;
   if (!is_wheel(sample.source)) {

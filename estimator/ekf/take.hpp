@@ -24,9 +24,6 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
 /// The model's inputs at the state's time, unless they are too old.
 [[nodiscard]] Input input_of(const State& state) noexcept;
 
-/// Whether the gyro is trusted and has a recent fused sample.
-[[nodiscard]] bool gyro_alive(const State& state) noexcept;
-
 /// Applies a sample whose time is the state's.
 [[nodiscard]] Judgement take(const Context& context, State& state, const Sample& sample) noexcept;
 

@@ -69,7 +69,9 @@ Row wheel_row(const View& view, Source source, bool backwards) noexcept {
   const double outer = -std::copysign(place.left == 0.0 ? 0.0 : 1.0, place.left) * v * r / gravity;
   const double mean =
       wheel.mean / (1.0 + view.observed.radius[index_of(source)] + view.observed.load * outer);
-  const double hidden = std::abs(mean) < slowest_turning ? view.observed.errors.dead_band : 0.0;
+  const double hidden = std::abs(history.value) < slowest_turning
+                            ? view.observed.errors.dead_band[index_of(source)]
+                            : 0.0;
   // A sliding front axle also moves sideways.
   const double sideways =
       place.steered && view.observed.slid()

@@ -36,7 +36,7 @@ struct SensorErrors {
   double wheel_slip = Tuning{}.wheel_slip;  ///< slip of a driven wheel, per acceleration [s²/m]
   double camera_noise_scale = 1.0;          ///< variance of camera poses / stated variance
   double gyro_latency = Tuning{}.latency;   ///< error of the configured latency, plus one sigma [s]
-  double dead_band = 0.0;                   ///< a wheel that reads 0 may turn at this speed [m/s]
+  std::array<double, source_count> dead_band{};  ///< a wheel that reads 0 may be this fast [m/s]
 };
 
 /// Largest sigma of the offset that slopes cause [g]; three times this bounds the offset.

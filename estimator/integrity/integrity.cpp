@@ -24,7 +24,7 @@ constexpr double frozen_persistence_s = 0.05;
 // Required agreement before a flag is lowered [s]: the first time, and at most.
 constexpr std::pair required_s{1.0, 60.0};
 constexpr std::pair required_of_wheels_s{0.4, 5.0};
-// One negative wheel speed may be a corrupt frame.
+// Fewer negative speeds, each after a negative one of the same wheel, may be corrupt frames.
 constexpr int sign_known_after = 3;
 
 /// Adds to a wheel's slip the part of its speed change between two samples that exceeds noise and
@@ -50,7 +50,8 @@ void Integrity::add(Source source, std::int64_t time_ns, double value, double si
   if (history.seen() && time_ns <= history.time_ns) {
     return;
   }
-  if (is_wheel(source) && value < 0.0 && observed_.history(Source::direction).value >= 0.0) {
+  if (is_wheel(source) && value < 0.0 && history.value < 0.0 &&
+      observed_.history(Source::direction).value >= 0.0) {
     negative_speeds_ = std::min(negative_speeds_ + 1, sign_known_after);
   }
   if (is_wheel(source) && history.seen()) {
@@ -122,8 +123,7 @@ Sources Integrity::distrusted() const noexcept {
 /// explains more, but has not won yet.
 bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& base) noexcept {
   const SourceHistory& direction = observed_.history(Source::direction);
-  if (negative_speeds_ == sign_known_after ||
-      (direction.alive(observed_.now_ns) && direction.value != 0.0)) {
+  if (negative_speeds_ == sign_known_after || direction.value != 0.0) {
     backwards_ = false;
     return true;
   }

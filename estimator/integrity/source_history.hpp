@@ -24,6 +24,11 @@ inline constexpr std::array<double, 2> mean_s{0.06, 0.6};
 /// A source counts once it has this many samples.
 inline constexpr std::size_t least_samples = 5;
 
+/// A source with this cycle that is silent for longer has paused [s].
+[[nodiscard]] constexpr double patience_s(double cycle_s) noexcept {
+  return 3.5 * cycle_s + 0.01;
+}
+
 /// Exponential moving average, and the moving average of that, with the same time constant.
 struct Mean {
   double value = 0.0;
@@ -70,7 +75,7 @@ struct SourceHistory {
   /// Whether there are enough samples, the last of them recent enough for the mean to hold now.
   [[nodiscard]] bool alive(std::int64_t now_ns) const noexcept {
     return begun >= least_samples && cycle_s > 0.0 &&
-           seconds_between(arrival_ns, now_ns) <= 3.5 * cycle_s + 0.01;
+           seconds_between(arrival_ns, now_ns) <= patience_s(cycle_s);
   }
 
   /// Whether the bits have been identical for longer than a sensor of a moving car can repeat them.

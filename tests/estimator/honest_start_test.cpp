@@ -48,6 +48,23 @@ TEST(HonestStart, GarbageInTheFirstSamplesMovesNoCarThatStands) {
   }
 }
 
+TEST(HonestStart, TheFirstReadingAfterAGapTurnsNoCar) {
+  for (const double gap_s : {0.1, 0.3, 0.9, 1.2}) {
+    for (const double garbage : {-30.0, 2.0, 5.0, 30.0}) {
+      for (const bool known : {true, false}) {  // false: it is the first reading of all
+        Car car;
+        const SensorValues straight = straight_at(1.5);
+        const SensorValues silent = testing::without(straight, Source::yaw_rate);
+        car.drive(2.0, known ? straight : silent);
+        car.drive(gap_s, silent);
+        car.push(Source::yaw_rate, garbage);
+        car.drive(1.0, straight);
+        EXPECT_NEAR(car.yaw(), 0.0, 0.02) << garbage << " after " << gap_s << ' ' << known;
+      }
+    }
+  }
+}
+
 /// A reversal, or a departure before the wheels turn: the gyro measures `turn` while the wheels
 /// read 0.
 TEST(HonestStart, AShortHaltDoesNotRewriteTheBias) {

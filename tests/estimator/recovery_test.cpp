@@ -32,6 +32,7 @@ TEST(Recovery, KeepsThePoseThatWasGivenAndFiniteNumbers) {
   }
   EXPECT_GT(std::ranges::count_if(estimates, &Estimate::initialised), 90);
   EXPECT_GT(estimates.back().recoveries, 90U);
+  EXPECT_GT(estimates.back().covariance[0], 10.0 * estimates[5].covariance[0]);
 }
 
 }  // namespace

@@ -213,15 +213,15 @@ TEST_F(ConfigMistakes, OfOtherTablesAreNamedWithTheirLineAndFix) {
 [filter]¶window = 0.1 -> 3: [filter] window: 0.1 is not possible; it must be 0.2 to 1 (s)
 [filter]¶window = 1.5 -> 3: [filter] window: 1.5 is not possible; it must be 0.2 to 1 (s)
 [filter]¶camera_gate = 0 -> 3: [filter] camera_gate: 0 is not possible; it must be 1 to 1e6
-[filter]¶gyro_bias_walk = 0 -> 3: [filter] gyro_bias_walk: 0 is not possible; it must be above 0, at most 1
+[filter]¶gyro_bias_walk = 0 -> 3: [filter] gyro_bias_walk: 0 is not possible; it must be 1e-9 to 1
 [filter]¶tyre_force_error = 1 -> 3: [filter] tyre_force_error: was removed; use side_slip_error instead, the error
   of v_y per lateral acceleration
 [filter]¶yaw_moment_error = 7 -> 3: [filter] yaw_moment_error: was removed; use front_angle_error instead, an angle
   at the front wheels in rad
 [filter]¶yaw_momnt_error = 7 -> 3: [filter] yaw_momnt_error: unknown key; did you mean "side_slip_error"?
-[filter]¶front_angle_error = 10 -> 3: [filter] front_angle_error: 10 is not possible; it must be above 0, at most 1
-[filter]¶side_slip_error = 0 -> 3: [filter] side_slip_error: 0 is not possible; it must be above 0, at most 10
-[filter]¶wheel_slip = 0 -> 3: [filter] wheel_slip: 0 is not possible; it must be above 0, at most 1
+[filter]¶front_angle_error = 10 -> 3: [filter] front_angle_error: 10 is not possible; it must be 1e-9 to 1
+[filter]¶side_slip_error = 0 -> 3: [filter] side_slip_error: 0 is not possible; it must be 1e-9 to 10
+[filter]¶wheel_slip = 1e-200 -> 3: [filter] wheel_slip: 1e-200 is not possible; it must be 1e-9 to 1
 [steering]¶delay = 60 -> 3: [steering] delay: 60 is not possible; it must be 0 to 0.5 (s)
 [steering]¶lag = 100 -> 3: [steering] lag: 100 is not possible; it must be 0 to 1 (s)
 [steering]¶rate_limit = 0 -> 3: [steering] rate_limit: 0 is not possible; it must be greater than 0

@@ -29,7 +29,7 @@ State just_stopped() {
   state.covariance = testing::some_covariance(1e-3);
   state.slow = testing::some_slow_errors(1e-3);
   state.slow.mean.setZero();
-  state.standstill.dead_band = 0.02;
+  state.standstill.dead_band.fill(0.02);
   return state;
 }
 
@@ -106,7 +106,7 @@ TEST(Standstill, BeginsByWheelsAndGyro) {
            {"wheels that are blind to slow speeds", zero, zero, 600.0, 5000.0, 0.8},
        }) {
     State state = just_stopped();
-    state.standstill.dead_band = c.dead_band;
+    state.standstill.dead_band.fill(c.dead_band);
     const std::int64_t longest_ms = c.latest_ms < 0.0 ? 900 : 5000;
     const auto ms = static_cast<double>(time_to_stand(state, longest_ms, c.wheel, c.gyro));
     EXPECT_GE(ms, c.earliest_ms) << c.name;
@@ -123,7 +123,7 @@ TEST(Standstill, IsOverWhenTheCarSetsOff) {
   State state = just_stopped();
   ASSERT_GT(time_to_stand(state, 1000, zero, zero), 0);
   set_off({}, state, -0.2);
-  EXPECT_EQ(state.standstill.dead_band, 0.02);
+  EXPECT_EQ(state.standstill.dead_band[index_of(Source::wheel_rear)], 0.02);
   EXPECT_FALSE(state.standstill.standing);
   EXPECT_FALSE(state.standstill.wheels_still);
   EXPECT_NEAR(std::sqrt(state.covariance(at::v_x, at::v_x)), 0.2, 1e-12);
@@ -136,12 +136,12 @@ TEST(Standstill, IsOverWhenTheCarSetsOff) {
 TEST(Standstill, TheDeadBandMayBeConfigured) {
   FilterSettings settings;
   settings.dead_band[index_of(Source::wheel_rear)] = 0.3;
-  EXPECT_EQ(initial_state(settings).standstill.dead_band, 0.3);
+  EXPECT_EQ(initial_state(settings).standstill.dead_band[index_of(Source::wheel_rear)], 0.3);
 }
 
 TEST(Standstill, ABlindWheelShowsItsDeadBand) {
   State state = just_stopped();
-  state.standstill.dead_band = 0.8;
+  state.standstill.dead_band.fill(0.8);
   const auto reads = [&state](double speed) {
     state.time_ns += 10 * millisecond;
     const Sample sample{.time_ns = state.time_ns,
@@ -154,11 +154,11 @@ TEST(Standstill, ABlindWheelShowsItsDeadBand) {
   for (const double speed : {0.9, 0.85, 0.0, 0.0}) {
     reads(speed);
   }
-  EXPECT_EQ(state.standstill.dead_band, 0.8);
+  EXPECT_EQ(state.standstill.dead_band[index_of(Source::wheel_rear)], 0.8);
   for (const double speed : {0.3, 0.0, 0.25, 0.2}) {  // a single reading may be a corrupt frame
     reads(speed);
   }
-  EXPECT_EQ(state.standstill.dead_band, 0.25);
+  EXPECT_EQ(state.standstill.dead_band[index_of(Source::wheel_rear)], 0.25);
 }
 
 /// A car that has not moved yet, with its samples.

@@ -29,6 +29,16 @@ TEST(Stopping, APersistentGyroReadingAtStandstillIsANewBias) {
   EXPECT_EQ(car.state.mean[at::yaw_rate], 0.0);
 }
 
+TEST(Stopping, AShortStepOfTheGyroIsNoNewBias) {
+  for (const double step : {0.02, 0.06, 0.12}) {
+    Car car;
+    car.drive(10.0, straight_at(0.0));
+    car.drive(0.3, with(straight_at(0.0), Source::yaw_rate, step));
+    car.drive(1.0, straight_at(0.0));
+    EXPECT_NEAR(car.gyro_bias(), 0.0, 0.1 * step) << step;
+  }
+}
+
 TEST(Stopping, AGyroOfALargeBiasTurnsNoCarThatStands) {
   for (const double bias : {0.15, -0.3}) {
     Car car;
@@ -93,6 +103,16 @@ TEST(Stopping, SetsOffAtOnceWithWheelsThatAreBlindToSlowSpeeds) {
     car.drive(0.1, straight_at(speed));
     EXPECT_TRUE(car.gated.empty());
   }
+}
+
+TEST(Stopping, WheelsThatAreBlindToACreepDoNotHoldACarWhoseMotorTurns) {
+  Car car;
+  car.drive(3.0, with(straight_at(0.0), Source::motor, 0.0));
+  ASSERT_TRUE(car.stands());
+  const double x = car.x();
+  car.drive(10.0, with(straight_at(0.0), Source::motor, 0.05));
+  EXPECT_FALSE(car.stands());
+  EXPECT_NEAR(car.x() - x, 0.5, 0.05);
 }
 
 TEST(Stopping, OneWheelThatTurnsMovesNoCarThatStands) {
@@ -219,11 +239,30 @@ TEST(Stopping, ReversesThroughStandstill) {
   EXPECT_NEAR(car.yaw(), 0.0, 0.01);
 }
 
+TEST(Stopping, ALostDirectionIsUnknownAfterAHalt) {
+  Car car;
+  for (int i = 0; i < 400; ++i) {
+    car.push(Source::direction, -1.0);
+    car.tick(straight_at(1.0));
+  }
+  ASSERT_LT(car.v_x(), -0.9);
+  car.drive(1.0, straight_at(1.0));
+  EXPECT_LT(car.v_x(), -0.9);  // it cannot have turned around without a halt
+  car.drive(2.0, straight_at(0.0));
+  const double x = car.x();
+  for (int i = 0; i < 100; ++i) {  // at 2 m/s²
+    car.tick(with(straight_at(0.01 * i), Source::accel_x, 2.0));
+  }
+  car.drive(3.0, straight_at(1.0));
+  EXPECT_NEAR(car.v_x(), 1.0, 0.05);
+  EXPECT_NEAR(car.x() - x, 3.25, 0.1);
+}
+
 TEST(Stopping, SettingOffBelowTheWheelsResolutionCorrectsNoBiasAndWidensThePlace) {
   // The car sets off at 1 m/s², with wheels that read zero below 0.7 m/s.
   Car car;
   car.drive(3.0, straight_at(0.0));
-  car.state.standstill.dead_band = 0.8;
+  car.state.standstill.dead_band.fill(0.8);
   const double x = car.x();
   const double bias = car.state.mean[at::accel_bias_x];
   const double before = car.state.covariance(at::x, at::x);
