@@ -1,12 +1,12 @@
 #include "daemon/core/record.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <tuple>
 #include <type_traits>
 
 #include "estimator/common/measurement.hpp"
+#include "estimator/common/pose.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -95,12 +95,10 @@ void fill_record(const Estimate& estimate, TickRecord& record) noexcept {
   details.dead_reckoning_since_ns = estimate.camera_ns;
 
   // T_map_odom = T_map_body ∘ T_odom_body⁻¹
-  const double yaw = estimate.map.yaw - estimate.odom.yaw;
-  const double c = std::cos(yaw);
-  const double s = std::sin(yaw);
-  details.correction_x = estimate.map.x - (c * estimate.odom.x - s * estimate.odom.y);
-  details.correction_y = estimate.map.y - (s * estimate.odom.x + c * estimate.odom.y);
-  details.correction_yaw = yaw;
+  const estimator::Pose2 correction = estimator::frame_of(estimate.map, estimate.odom);
+  details.correction_x = correction.x;
+  details.correction_y = correction.y;
+  details.correction_yaw = correction.yaw;
 
   record.initialised = estimate.initialised;
 }
