@@ -109,7 +109,9 @@ void integrate_gyro(const CarModel& model, State& state, const Reading& before,
   const auto [least, most] = std::minmax(z, before.previous);
   const double outlier = before.value - std::clamp(before.value, least, most);
   const double interval_s = seconds_between(before.time_ns, sample.time_ns);
-  const double possible = model.turn_in() * std::min(before.interval_s, interval_s);
+  const double cycle_s = state.integrity.history(sample.source).cycle_s;
+  const double possible =
+      model.turn_in() * std::min(before.interval_s, std::max(interval_s, cycle_s));
   const double wrong = std::abs(outlier) > possible && before.interval_s > 0.0 ? outlier : 0.0;
   const double since_s = seconds_between(state.turned_since_ns, sample.time_ns);
   const double change = (z - before.value + wrong) * since_s / interval_s;
