@@ -2,6 +2,7 @@
 #include "can_protocol/sources/device_clock.hpp"
 
 #include <cstdlib>
+#include <random>
 #include <tuple>
 
 #include "tests/gtest.hpp"
