@@ -108,7 +108,6 @@ Estimate to_estimate(const odom_pose& pose, const odom_details& details) noexcep
   estimate.time_ns = pose.time_ns;
   estimate.initialised = pose.mode != ODOM_INITIALISING;
   estimate.model_fault = pose.mode == ODOM_FAULT;
-  estimate.doubtful = (pose.conditions & ODOM_COND_SENSOR_FAULT) != 0;
   estimate.map = {pose.x, pose.y, pose.yaw};
   estimate.odom = {pose.odom_x, pose.odom_y, pose.odom_yaw};
   estimate.v_x = pose.vx;

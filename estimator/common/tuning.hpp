@@ -16,7 +16,7 @@ inline constexpr double gravity = 9.81;  // [m/s²]
 /// side_slip_grip, grip_used, grip_shown_s: v_y in the first half of revs_250lm, and for the last
 /// two also in xray_duck_1. slip_noise, wheel_noise_scale_range: the wheels of revs_250lm, and
 /// braking simulated cars. signal_gate: χ² of one degree of freedom. turn_noise_scale_range: the
-/// gyro's NIS on simulated full-size cars, and v_y as above.
+/// gyro's NIS on simulated full-size cars, and v_y as above. outlier_share: assumed.
 struct Tuning {
   // --- how the car is driven ---
   double drive_accel = 0.1;  ///< a_x, GM: braking and acceleration by the driver [g]

@@ -6,6 +6,7 @@
 
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
+#include "estimator/ekf/judge.hpp"
 #include "estimator/ekf/standstill.hpp"
 #include "estimator/ekf/update.hpp"
 

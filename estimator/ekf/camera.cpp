@@ -132,9 +132,9 @@ void dispute_drawn(const Tuning& tuning, State& state) noexcept {
   now.turn = std::max(now.turn, squared(tuning.fault_share * state.lasting_turn.mean[0]));
 }
 
-/// The filter is wrong by ν: widens the pose, and the velocity and gyro bias that may have caused ν
-/// since the last fused pose. The map may have jumped instead, so the part of ν² beyond S is added
-/// to the published covariance for a while.
+/// The filter is wrong by ν: widens the pose, up to what P can hold, and the velocity and gyro bias
+/// that may have caused ν since the last fused pose. The map may have jumped instead, so the part
+/// of ν² beyond S is added to the published covariance for a while.
 void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
            const Eigen::Matrix3d& S, double since_fused_s, bool first) noexcept {
   const double way = std::min(squared(nu[0]) + squared(nu[1]), squared(largest_camera_sigma));
@@ -243,8 +243,11 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   if (std::exchange(state.unconfirmed, false) && beyond) {
     // Two poses that contradict each other are equally good: the newer one waits for the next.
     begin_at(state, sample);
+    judgement.degrees = 0;
+    judgement.verdict = Verdict::forced;
     ++state.resets;
     state.last_jump = state.pose() - estimated;
+    state.confirming_poses = 0;
     fused();
     return judgement;
   }

@@ -12,6 +12,9 @@
 namespace odomd::estimator::full {
 namespace {
 
+// After a gyro gap this long, wheels and steering determine ψ̇.
+constexpr double gyro_lifetime_s = 0.35;
+
 /// How the samples of a source are judged.
 struct Rules {
   double Tuning::*gate;  ///< threshold of ν²/S
@@ -83,17 +86,11 @@ void weigh(Innovation& nu) noexcept {
   nu.variance_of_noise += more;
 }
 
-/// Whether the sample is the first one after a gap: no other one confirms it.
-bool resumes(const State& state, const Sample& sample) noexcept {
-  return unheard_s(state, sample) >
-         integrity::patience_s(state.integrity.history(sample.source).cycle_s);
-}
-
 /// Whether the gyro's readings are consistent. Then the car slides or spins and does turn at that
 /// rate, whatever the tyre model predicts.
 bool continues_steadily(const State& state, const Sample& sample) noexcept {
   return sample.source == Source::yaw_rate && !state.standstill.standing &&
-         !resumes(state, sample) && consistent_samples(state, sample) > 1;
+         !ends_pause(state, sample) && consistent_samples(state, sample) > 1;
 }
 
 /// Replaces the change of yaw since the last gyro sample, or since a later camera pose, with the
@@ -140,6 +137,14 @@ std::int64_t last_fused_ns(const State& state, Source source) noexcept {
   return is_wheel(source) ? last_wheel_ns(state) : state.reading(source).fused_ns;
 }
 
+bool gyro_alive(const State& state) noexcept {
+  if (!state.integrity.trusted(Source::yaw_rate)) {
+    return false;
+  }
+  const std::int64_t gyro_ns = state.reading(Source::yaw_rate).fused_ns;
+  return gyro_ns != 0 && seconds_between(gyro_ns, state.time_ns) <= gyro_lifetime_s;
+}
+
 Judgement judge(const CarModel& model, State& state, const Sample& sample,
                 const Prediction& prediction, const Updates& updates) noexcept {
   Innovation nu = innovation(state, prediction, sample.value[0]);
@@ -176,7 +181,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     judgement.verdict = Verdict::forced;
     state.variance(rules.inflated) += nu.value * nu.value;
     nu = innovation(state, prediction, sample.value[0]);
-  } else if (!bias && nu.squared_ratio() > gate && gyro && !(first && resumes(state, sample))) {
+  } else if (!bias && nu.squared_ratio() > gate && gyro && !(first && ends_pause(state, sample))) {
     inflate_yaw(state, sample, nu.value);
     state.turn_noise_scale = std::max(state.turn_noise_scale, 0.2);
     nu = innovation(state, prediction, sample.value[0]);

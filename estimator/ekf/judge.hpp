@@ -18,6 +18,9 @@ inline constexpr double longest_gap_s = 0.2;
 /// Time of the last fused sample of this source (of any wheel, for a wheel); 0: never.
 [[nodiscard]] std::int64_t last_fused_ns(const State& state, Source source) noexcept;
 
+/// Whether the gyro is trusted and has a recent fused sample.
+[[nodiscard]] bool gyro_alive(const State& state) noexcept;
+
 /// Time since the first of the consecutive rejected samples that end with this one [s].
 [[nodiscard]] double rejected_s(State& state, const Sample& sample) noexcept;
 

@@ -19,9 +19,6 @@ namespace {
 constexpr double longest_pause_s = 1.5;
 constexpr double longest_change_s = 0.3;
 
-// After a gyro gap this long, wheels and steering determine ψ̇.
-constexpr double gyro_lifetime_s = 0.35;
-
 // A wheel's sample is current for this long.
 constexpr double fresh_s = 0.25;
 
@@ -69,8 +66,10 @@ int consistent_samples(const State& state, const Sample& sample) noexcept {
   return most;
 }
 
-double unheard_s(const State& state, const Sample& sample) noexcept {
-  return seconds_between(state.reading(sample.source).time_ns, sample.time_ns);
+bool ends_pause(const State& state, const Sample& sample, double at_least_s) noexcept {
+  const double pause_s = seconds_between(state.reading(sample.source).time_ns, sample.time_ns);
+  const double cycle_s = state.integrity.history(sample.source).cycle_s;
+  return pause_s > std::max(at_least_s, integrity::patience_s(cycle_s));
 }
 
 FirstSpeeds first_speeds(const State& state) noexcept {
@@ -109,49 +108,48 @@ std::int64_t last_wheel_ns(const State& state) noexcept {
   return newest_ns;
 }
 
-namespace {
-
-bool is_fresh(const Reading& reading, std::int64_t now_ns) noexcept {
-  return reading.consistent > 0 && seconds_between(reading.time_ns, now_ns) <= fresh_s;
-}
-
-}  // namespace
-
 WheelCount count_wheels(Driven driven, const State& state, const Sample& sample) noexcept {
   const auto reads = [&](Source wheel) {
     return wheel == sample.source ? sample.value[0] : state.reading(wheel).value;
   };
-  WheelCount wheels;
-  const auto count = [&](bool turning) {
-    for (const Source wheel : wheel_sources) {
-      const double speed = reads(wheel);
-      const bool fresh = wheel == sample.source || is_fresh(state.reading(wheel), sample.time_ns);
-      if (!fresh || is_turning(speed, sample.sigma[0]) != turning) {
-        continue;
-      }
-      const bool free = !is_driven(driven, wheel);
-      if (turning) {
-        wheels.slowest = wheels.turning == 0 || std::abs(speed) < std::abs(wheels.slowest)
-                             ? speed
-                             : wheels.slowest;
-        ++wheels.turning;
-        wheels.free_turning |= free;
-      } else if (wheels.turning == 0 ||
-                 state.standstill.dead_band[index_of(wheel)] <= std::abs(wheels.slowest)) {
-        ++wheels.still;
-        wheels.free_still |= free;
-      }
-    }
+  const auto fresh = [&](Source wheel) {
+    const Reading& reading = state.reading(wheel);
+    return wheel == sample.source ||
+           (reading.consistent > 0 && seconds_between(reading.time_ns, sample.time_ns) <= fresh_s);
   };
-  count(true);
-  count(false);
+  const auto turns = [&](Source wheel) { return is_turning(reads(wheel), sample.sigma[0]); };
+  const auto dead_band = [&](Source wheel) { return state.standstill.dead_band[index_of(wheel)]; };
+  const auto blind = [&](Source wheel) {
+    return std::ranges::any_of(wheel_sources, [&](Source other) {
+      return fresh(other) && turns(other) && dead_band(other) < dead_band(wheel) &&
+             std::abs(reads(other)) < dead_band(wheel);
+    });
+  };
+  WheelCount wheels;
+  for (const Source wheel : wheel_sources) {
+    if (!fresh(wheel) || (!turns(wheel) && blind(wheel))) {
+      continue;
+    }
+    const double speed = reads(wheel);
+    const bool free = !is_driven(driven, wheel);
+    if (!turns(wheel)) {
+      ++wheels.still;
+      wheels.free_still |= free;
+      continue;
+    }
+    if (wheels.turning == 0 || std::abs(speed) < std::abs(wheels.slowest)) {
+      wheels.slowest = speed;
+    }
+    ++wheels.turning;
+    wheels.free_turning |= free;
+  }
   return wheels;
 }
 
 double smallest_dead_band(const State& state) noexcept {
   double smallest = *std::ranges::max_element(state.standstill.dead_band);
   for (const Source wheel : wheel_sources) {
-    if (is_fresh(state.reading(wheel), state.time_ns)) {
+    if (state.reading(wheel).consistent > 0) {
       smallest = std::min(smallest, state.standstill.dead_band[index_of(wheel)]);
     }
   }
@@ -195,14 +193,6 @@ bool lost_direction(const State& state) noexcept {
   const integrity::SourceHistory& direction = state.integrity.history(Source::direction);
   return direction.value != 0.0 && state.standstill.wheels_still &&
          direction.begun >= integrity::least_samples && !direction.alive(state.time_ns);
-}
-
-bool gyro_alive(const State& state) noexcept {
-  if (!state.integrity.trusted(Source::yaw_rate)) {
-    return false;
-  }
-  const std::int64_t gyro_ns = state.reading(Source::yaw_rate).fused_ns;
-  return gyro_ns != 0 && seconds_between(gyro_ns, state.time_ns) <= gyro_lifetime_s;
 }
 
 }  // namespace odomd::estimator::full

@@ -23,8 +23,10 @@ inline constexpr double next_sample_s = 0.05;
 /// (for a wheel: from any wheel).
 [[nodiscard]] int consistent_samples(const State& state, const Sample& sample) noexcept;
 
-/// Time since the previous sample of its source [s]; large for the first one.
-[[nodiscard]] double unheard_s(const State& state, const Sample& sample) noexcept;
+/// Whether the sample is the first of its source after a pause of more than a few cycles and of
+/// more than `at_least_s` [s], or at all.
+[[nodiscard]] bool ends_pause(const State& state, const Sample& sample,
+                              double at_least_s = 0.0) noexcept;
 
 /// The median of the wheels' first speeds, and the number of samples, at most five per wheel.
 struct FirstSpeeds {
@@ -37,7 +39,7 @@ struct FirstSpeeds {
 [[nodiscard]] std::int64_t consistent_since_ns(const State& state, const Sample& sample) noexcept;
 
 /// Turning and still wheels, by the newest sample of each within 0.25 s, `sample` included. A still
-/// wheel does not count if its dead band hides the speed of those that turn.
+/// wheel does not count if its dead band hides the speed of one with a smaller dead band.
 struct WheelCount {
   int turning = 0;
   int still = 0;
@@ -48,7 +50,7 @@ struct WheelCount {
 [[nodiscard]] WheelCount count_wheels(Driven driven, const State& state,
                                       const Sample& sample) noexcept;
 
-/// The smallest dead band of a wheel with a recent sample [m/s].
+/// The smallest dead band of the wheels that have samples; without any, the largest of all [m/s].
 [[nodiscard]] double smallest_dead_band(const State& state) noexcept;
 
 /// Time of the last fused sample of any wheel; 0: never.
@@ -69,8 +71,5 @@ void note_reading(State& state, const Sample& sample) noexcept;
 /// Whether the direction came in cycles, has stopped to come, and the car may have stood since: it
 /// may set off in either direction.
 [[nodiscard]] bool lost_direction(const State& state) noexcept;
-
-/// Whether the gyro is trusted and has a recent fused sample.
-[[nodiscard]] bool gyro_alive(const State& state) noexcept;
 
 }  // namespace odomd::estimator::full

@@ -235,7 +235,6 @@ State resumed(const CarModel& model, const Estimate& predecessor, double gap_s,
     }
   }
   state.reading(Source::camera).fused_ns = predecessor.camera_ns;
-  state.doubtful = predecessor.doubtful;
   state.located = true;
   state.moving = true;
   return state;

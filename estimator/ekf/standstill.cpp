@@ -275,8 +275,9 @@ Judgement take_still_gyro(const CarModel& model, State& state, const Sample& sam
   mean.value[0] = stretch.sum / stretch.samples;
   // A stretch counts as far as the next one confirms it.
   const double noise = squared(mean.sigma[0]) / stretch.samples;
+  const double of_both = noise + squared(mean.sigma[0]) / older.samples;
   const double unlike = squared(mean.value[0] - older.sum / older.samples);
-  mean.sigma[0] = std::sqrt(noise + std::max(unlike - squared(most_sigmas) * noise, 0.0));
+  mean.sigma[0] = std::sqrt(noise + std::max(unlike - squared(most_sigmas) * of_both, 0.0));
   const Prediction z = predict_yaw_rate(state, mean.sigma[0]);
   // A step of the bias counts only if it lasts: the excess widens the bias for the next stretch.
   const Innovation nu = innovation(state, z, mean.value[0]);
@@ -292,9 +293,11 @@ void learn_dead_band(State& state, const Sample& sample) noexcept {
   if (before.consistent > 0 && sample.value[0] != 0.0 && before.value != 0.0) {
     const double shown =
         std::max({std::abs(sample.value[0]), std::abs(before.value), slowest_turning});
+    const double own = state.standstill.dead_band[index_of(sample.source)];
     for (const Source wheel : wheel_sources) {
-      if (wheel == sample.source || (is_single_wheel(wheel) && is_single_wheel(sample.source))) {
-        double& dead_band = state.standstill.dead_band[index_of(wheel)];
+      double& dead_band = state.standstill.dead_band[index_of(wheel)];
+      if (wheel == sample.source ||
+          (dead_band == own && is_single_wheel(wheel) && is_single_wheel(sample.source))) {
         dead_band = std::min(dead_band, shown);
       }
     }

@@ -228,7 +228,7 @@ struct State {
   Pose2 start;                  ///< pose at the start of the motion
   std::int64_t started_ns = 0;  ///< time of the start; 0: the first speed is confirmed
   bool located = false;         ///< the pose is initialised
-  bool unconfirmed = false;     ///< by one camera pose, which no second one has confirmed
+  bool unconfirmed = false;     ///< located by a single camera pose
   Standstill standstill;
   HeldInput steering;
   HeldInput accel_x;

@@ -206,7 +206,7 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
   switch (sample.source) {
     case Source::yaw_rate:
       return state.standstill.standing ? take_still_gyro(context.model, state, sample)
-             : unheard_s(state, sample) > longest_gap_s  // the next reading must confirm it
+             : ends_pause(state, sample, longest_gap_s)  // the next reading must confirm it
                  ? held(sample.source)
                  : judge(context.model, state, sample,
                          predict_yaw_rate(state, sample.sigma[0], sample.advanced_s),
@@ -316,8 +316,7 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
       break;
   }
   if (is_wheel(sample.source) && lost_direction(state)) {
-    // The car may set off in either direction now.
-    state.integrity.add(Source::direction, sample.time_ns, 0.0, 0.0);
+    state.integrity.forget(Source::direction);
     state.direction.value = 0.0;
   }
   Sample reading = sample;

@@ -65,6 +65,17 @@ TEST(HonestStart, TheFirstReadingAfterAGapTurnsNoCar) {
   }
 }
 
+TEST(HonestStart, ASlowGyroIsUsed) {
+  Car car;
+  car.drive(1.0, straight_at(0.0));
+  const SensorValues bend = testing::bend_at(1.5, 0.4);
+  for (int i = 0; i < 20; ++i) {
+    car.drive(0.3, testing::without(bend, Source::yaw_rate, Source::steering));
+    car.push(Source::yaw_rate, 0.4);
+  }
+  EXPECT_EQ(car.state.reading(Source::yaw_rate).fused_ns, car.state.time_ns);
+}
+
 /// A reversal, or a departure before the wheels turn: the gyro measures `turn` while the wheels
 /// read 0.
 TEST(HonestStart, AShortHaltDoesNotRewriteTheBias) {
@@ -136,6 +147,29 @@ std::tuple<double, int> after_looks(int looks, std::int64_t apart, double stated
     doubtful += e.doubtful ? 1 : 0;
   }
   return {std::sqrt(squares / static_cast<double>(estimates.size() - 1000)), doubtful};
+}
+
+TEST(HonestStart, TwoPosesThatAgreeLocateTheCar) {
+  State state = initial_state({});
+  state.moving = true;
+  const std::array poses{Pose2{10.0, -5.0, 2.0}, Pose2{1.0, 2.0, 0.5}, Pose2{1.01, 2.0, 0.5}};
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    state.time_ns = static_cast<std::int64_t>(i + 1) * 35 * millisecond;
+    const Sample seen{.time_ns = state.time_ns,
+                      .source = Source::camera,
+                      .value = {poses[i].x, poses[i].y, poses[i].yaw},
+                      .sigma = {0.01, 0.01, 0.01}};
+    const Judgement judgement = take_camera(CarModel{}, {}, state, {}, seen);
+    EXPECT_EQ(judgement.verdict, i == 1 ? Verdict::forced : Verdict::fused) << i;
+    EXPECT_EQ(judgement.degrees, i == 2 ? 3 : 0) << i;  // the others are no test of the filter
+    EXPECT_NEAR(state.mean[at::x], poses[i].x, 0.01) << i;
+    const bool confirmed = i + 1 == poses.size();
+    EXPECT_EQ(state.unconfirmed, !confirmed) << i;
+    const Estimate e = publication({}, {}, 0.005, state, initial_state({}));
+    EXPECT_EQ(std::sqrt(e.covariance[0]) < 0.02, confirmed) << i;
+  }
+  EXPECT_FALSE(state.doubtful);
+  EXPECT_EQ(state.disputed.way, 0.0);
 }
 
 TEST(HonestStart, PosesOfOneInstantAreSeveralLooks) {

@@ -88,7 +88,11 @@ TEST(ApplyIntegrity, ALateReversalIsAppliedToTheDrivenDistance) {
   Car car;
   car.drive(3.0, backwards(0.0, 0.0));
   ASSERT_TRUE(car.stands());
-  car.drive(2.0, backwards(1.0, 0.0));
+  for (int i = 0; i < 8; ++i) {
+    car.drive(0.245, backwards(1.0, 0.0));
+    car.push(Source::wheel_rear_left, -1.0);  // corrupt: no wheel has a sign
+    car.tick(backwards(1.0, 0.0));
+  }
   ASSERT_FALSE(car.state.integrity.backwards());
   ASSERT_NEAR(car.x(), 2.0, 0.1);
   car.drive(1.0, backwards(1.0, 0.8));

@@ -6,7 +6,6 @@
 #include <random>
 
 #include "estimator/common/pose.hpp"
-#include "estimator/ekf/publication.hpp"
 #include "estimator/ekf/take.hpp"
 #include "estimator/ekf/update.hpp"
 #include "tests/estimator/ekf/states.hpp"
@@ -54,23 +53,6 @@ TEST(FullCamera, FirstPoseLocatesWhereItMay) {
   EXPECT_NEAR(state.covariance(at::yaw, at::yaw), 4e-4, 1e-18);
   EXPECT_TRUE(testing::is_covariance(state.covariance));
   EXPECT_EQ(state.resets, 0U);
-}
-
-TEST(FullCamera, BeginsWithTwoPosesThatAgree) {
-  State state = initial_state({});
-  state.moving = true;
-  const std::array poses{Pose2{10.0, -5.0, 2.0}, Pose2{1.0, 2.0, 0.5}, Pose2{1.01, 2.0, 0.5}};
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    state.time_ns = static_cast<std::int64_t>(i + 1) * 35 * millisecond;
-    (void)take_camera(CarModel{}, {}, state, {}, seen(state.time_ns, poses[i]));
-    EXPECT_NEAR(state.mean[at::x], poses[i].x, 0.01) << i;
-    const bool confirmed = i + 1 == poses.size();
-    EXPECT_EQ(state.unconfirmed, !confirmed) << i;
-    const Estimate e = publication({}, {}, 0.005, state, initial_state({}));
-    EXPECT_EQ(std::sqrt(e.covariance[0]) < 0.02, confirmed) << i;
-  }
-  EXPECT_FALSE(state.doubtful);
-  EXPECT_EQ(state.disputed.way, 0.0);
 }
 
 TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
@@ -220,6 +202,12 @@ TEST(FullCamera, ConsistentPosesAreAcceptedInTheEnd) {
   EXPECT_TRUE(testing::is_covariance(car.state.covariance));
   EXPECT_EQ(car.pose(poses + 1).verdict, Verdict::fused);
   EXPECT_EQ(car.state.resets, 1U);
+}
+
+TEST(FullCamera, AFarMapLeavesTheCovarianceItsDigits) {
+  Disagreement car{.truth = {5.4e6, -3.0, 0.0}};
+  car.until_accepted(50);
+  EXPECT_NEAR(car.state.covariance(at::x, at::x), 1e-4, 1e-6);
 }
 
 TEST(FullCamera, AStepToAnotherPlaceIsAcceptedWithinThreeSeconds) {

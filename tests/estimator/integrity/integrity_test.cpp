@@ -320,5 +320,19 @@ TEST(Integrity, AddsUpTheSlipOfAWheel) {
   }
 }
 
+TEST(Integrity, AGyroOfTheWrongSignIsNoReversing) {
+  const auto from_rest = [](double t) {
+    return Motion{1.5 * std::clamp(t - 2.0, 0.0, 1.0), t < 4.0 ? 0.0 : 0.3 * std::sin(1.3 * t)};
+  };
+  Drive drive(from_rest, {.unsigned_wheels = true});
+  drive.until(12.0, [](Source source, double, double value) -> std::optional<double> {
+    return source == Source::yaw_rate ? -value : value;
+  });
+  EXPECT_FALSE(drive.integrity.backwards());
+  EXPECT_NEAR(drive.integrity.motion().motion[integrity::of::speed], 1.5, 0.1);
+  EXPECT_TRUE(drive.raised_s(Source::yaw_rate));
+  EXPECT_EQ(drive.flagged(), 1);
+}
+
 }  // namespace
 }  // namespace odomd::estimator::integrity_test
