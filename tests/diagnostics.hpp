@@ -25,7 +25,7 @@ MATCHER_P2(Named, name, part, std::string{"is "} + name + " with \"" + part + '"
 /// `Named("no_bit_rate", "can0", HasSubstr("type can bitrate"))`.
 MATCHER_P3(Named, name, part, fix,
            std::string{"is "} + name + " with \"" + part + "\" and its fix") {
-  return arg.kind->name == name && text_of(arg).find(part) != std::string::npos &&
+  return ::testing::ExplainMatchResult(Named(name, part), arg, result_listener) &&
          ::testing::ExplainMatchResult(fix, fix_of(arg), result_listener);
 }
 

@@ -48,6 +48,7 @@ TEST_F(OdomdSurvival, NoSignalButTermAndIntAndFaultsEndsIt) {
 // Exit statuses as documented in odomd(8)
 
 TEST_F(OdomdSurvival, EndsWithOneWhereItCouldNotRun) {
+  EXPECT_EQ(status_of({"--help"}), 0);
   const DaemonProcess first(desk_, {});
   const Client client = open_client(desk_);
   const std::string elsewhere = desk_.file("elsewhere"), precious = desk_.file("precious");

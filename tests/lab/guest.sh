@@ -63,7 +63,7 @@ add_vcan() {
 listen() {
   candump -L "$1" >"$2" &
   logger=$!
-  await 5 grep -q "$1" /proc/net/can/rcvlist_all
+  await 5 grep -qE "^ +$1 " /proc/net/can/rcvlist_all
 }
 
 # link_packets NAME: how many packets were sent on a link. On vcan each of them is also received.

@@ -32,6 +32,13 @@ for header in types.h odom.h odom.hpp; do
   echo "#include <odom/$header>" >"$work/alone.c"
   [ $header = odom.hpp ] ||
     $cc -std=c11 $warnings $(pkg-config --cflags odom) -fsyntax-only "$work/alone.c"
+  [ $header != odom.hpp ] || cat >>"$work/alone.c" <<'end'
+double x_of(odom::Client& client) {
+  double x = 0.0;
+  (void)client.read_in_place([&x](const odom::View& view) { x = view.x(); });
+  return x;
+}
+end
   $cxx -std=c++17 -x c++ $warnings -Wold-style-cast $(pkg-config --cflags odom) -fsyntax-only \
     "$work/alone.c"
 done

@@ -5,7 +5,6 @@
 #include <sys/sysmacros.h>
 #include <unistd.h>
 #include <climits>
-#include <cstring>
 #include <fstream>
 #include <iostream>
 #include <random>
@@ -229,6 +228,9 @@ TEST_F(Access, OtherFilesUnderTheNamesOfLockAndTemporaryFileAreKept) {
     EXPECT_FALSE(std::filesystem::exists(path));
     std::filesystem::remove(neighbour);
   }
+  ASSERT_EQ(mkfifo(lock.c_str(), 0600), 0);
+  EXPECT_THAT(refusal({.name = path}), HasSubstr(lock + ": is a pipe, not a lock of odomd"));
+  std::filesystem::remove(lock);
   EXPECT_EQ(refusal(settings), "");
 }
 

@@ -8,8 +8,8 @@
 #include <odom/odom.hpp>
 
 #include "tests/gtest.hpp"
+#include "tests/listening_socket.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
-#include "tests/tools/live/own_daemon.hpp"
 
 namespace odomd::shm::testing::test_camera_sender {
 namespace {
@@ -17,7 +17,7 @@ namespace {
 class Daemon {
  public:
   explicit Daemon(const std::string& path)
-      : path_(path), listener_(tools::listening_socket(path, SOCK_SEQPACKET)) {}
+      : path_(path), listener_(listening_socket(path, SOCK_SEQPACKET)) {}
   ~Daemon() { unlink(path_.c_str()); }
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;

@@ -8,8 +8,8 @@
 
 #include "shm_api/libodom/service.h"
 #include "tests/gtest.hpp"
+#include "tests/listening_socket.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
-#include "tests/tools/live/own_daemon.hpp"
 
 namespace odomd::shm::testing::test_service_path {
 namespace {
@@ -90,7 +90,7 @@ TEST_F(ServicePath, ASocketOfTheUsersOwnDaemonBeatsTheService) {
   EXPECT_EQ(found_socket("status.sock"), "run/can0/status.sock");
   make("user/odomd/here");
   {
-    const auto own = tools::listening_socket(directory.file("user/odomd/status.sock"), SOCK_STREAM);
+    const auto own = listening_socket(directory.file("user/odomd/status.sock"), SOCK_STREAM);
     EXPECT_EQ(found_socket("status.sock"), "user/odomd/status.sock");
     std::filesystem::permissions(directory.file("user"), std::filesystem::perms::all);
     EXPECT_EQ(found_socket("status.sock"), "run/can0/status.sock") << "others may write there";

@@ -116,13 +116,26 @@ inline MonitoredDrive with_fault(MonitoredDrive drive, const Fault& fault) {
     }
     const double t = static_cast<double>(event.tick_ns - fault.begin_ns) * 1e-9;
     const auto fail = [&](double& value, double frozen) {
-      const std::array failed{frozen,
-                              value + fault.size,
-                              value + fault.size * t,
-                              std::numeric_limits<double>::quiet_NaN(),
-                              1e6,
-                              0.0};
-      value = failed[static_cast<std::size_t>(fault.kind)];
+      switch (fault.kind) {
+        case FaultKind::frozen:
+          value = frozen;
+          break;
+        case FaultKind::offset:
+          value += fault.size;
+          break;
+        case FaultKind::drift:
+          value += fault.size * t;
+          break;
+        case FaultKind::non_finite:
+          value = std::numeric_limits<double>::quiet_NaN();
+          break;
+        case FaultKind::out_of_range:
+          value = 1e6;
+          break;
+        case FaultKind::zero:
+          value = 0.0;
+          break;
+      }
     };
     if (auto* const sample = std::get_if<Measurement>(&event.sample)) {
       fail(sample->value, last != nullptr ? std::get<Measurement>(last->sample).value : 0.0);

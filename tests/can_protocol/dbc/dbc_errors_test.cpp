@@ -171,5 +171,21 @@ TEST(DbcErrors, WarnOnceOfAMessageWhoseNameManyOthersHave) {
   EXPECT_EQ(parse(text).warnings.size(), 299U);
 }
 
+TEST(DbcErrors, NeverCrashOnACutFile) {
+  constexpr std::string_view text =
+      "BO_ 1 A: 8 X\n SG_ S M : 0|4@1+ (1,0) [0|0] \"u\" X\n"
+      " SG_ T m1 : 4|4@0- (.5,0) [0|0] \"\" X\nVAL_ 1 S 1 \"a\" ;\n"
+      "SG_MUL_VAL_ 1 T S 1-1;\nCM_ SG_ 1 S \"c\";\nBA_ \"GenMsgCycleTime\" BO_ 1 5;\n";
+  int refused = 0;
+  for (std::size_t cut = 0; cut < text.size(); ++cut) {
+    try {
+      (void)parse(text.substr(0, cut));
+    } catch (const DbcError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 140);  // the other cuts lie between statements
+}
+
 }  // namespace
 }  // namespace odomd::can::dbc_errors_test

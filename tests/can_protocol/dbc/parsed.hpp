@@ -1,4 +1,4 @@
-// A parsed DBC text: its warnings, and everything else as a listing to compare with.
+// A parsed DBC text: its warnings, and its messages and signals as a listing to compare with.
 #pragma once
 
 #include <fmt/format.h>
@@ -22,7 +22,8 @@ inline std::vector<std::string> warnings_of(const Database& database) {
 }
 
 /// "line: name start|length order type (scale,offset) [minimum|maximum]", then what it has of
-/// "unit", comment, values, and its multiplexor's index with the raw values that select it.
+/// "unit", short name, comment, values, M (it is a multiplexor), and its multiplexor's index with
+/// the raw values that select it.
 inline std::string listing(const Signal& signal) {
   constexpr std::string_view orders = "<>";  // little-endian, big-endian
   constexpr std::string_view types = "+-fd";

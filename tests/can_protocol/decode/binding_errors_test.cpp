@@ -1,4 +1,5 @@
-// Bindings that do not fit the databases: the errors name the role, the nearest name and the fix.
+// Bindings that do not fit the databases: the errors name the role, the nearest name and the fix;
+// and the hints for a name that the databases lack.
 #include "can_protocol/decode/name_hints.hpp"
 
 #include "tests/can_protocol/decode/one_binding.hpp"

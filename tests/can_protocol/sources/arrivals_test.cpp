@@ -1,4 +1,5 @@
-// The log clock of live pipes: clocks that are stepped, fast or slow, and delayed lines.
+// The log clock of live pipes: clocks that are stepped, fast or slow, and delayed lines; and steps
+// of the clock that stamps their lines.
 #include "can_protocol/sources/arrivals.hpp"
 
 #include <functional>

@@ -33,7 +33,7 @@ class ConfigTest : public testing::Test {
   [[nodiscard]] std::string error_of(const std::string& text) const {
     return in_one_line(message_of([&] { static_cast<void>(warnings_of(text)); }));
   }
-  /// The same for the file as it is.
+  /// The error of loading the file as it is, without its databases.
   [[nodiscard]] std::string error() const {
     return in_one_line(message_of([this] { static_cast<void>(load_config(file_)); }));
   }

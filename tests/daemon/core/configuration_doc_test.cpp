@@ -226,6 +226,11 @@ TEST_F(ConfigurationPage, ListsTheKeysThatTheCodeReads) {
     if (!std::holds_alternative<Removed>(key.member))
       keys[std::string(key.table)].emplace_back(key.name);
   auto listed = listed_keys();
+  EXPECT_THAT(listed.at("can.signals.ROLE.sign"), UnorderedElementsAre("signal", "negative"));
+  EXPECT_THAT(listed.at("can.signals.ROLE.valid_when"),
+              UnorderedElementsAre("signal", "equals", "not_equals", "below", "at_least"));
+  EXPECT_THAT(listed.at("can"), UnorderedElementsAre("source", "dbc", "timestamps",
+                                                     "receive_buffer", "e2e", "signals"));
   EXPECT_EQ(listed.size(), keys.size() + 4) << "sections of [can] are not in the table of keys";
   const auto take = [&](std::initializer_list<std::string> tables) {
     std::set<std::string> all;

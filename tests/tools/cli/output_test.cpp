@@ -6,7 +6,8 @@
 #include <unistd.h>
 
 #include "base/file_descriptor.hpp"
-#include "tests/tools/bridge/bridge_process.hpp"
+#include "tests/tools/child.hpp"
+#include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::output_test {

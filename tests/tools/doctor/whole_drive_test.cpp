@@ -113,7 +113,7 @@ TEST(Traffic, OfAnotherCarOrWithoutAMessageIsNamedAndNothingElseIs) {
   std::erase_if(drive.frames, [](const can::Frame& frame) { return frame.id == 0x1A3; });
   EXPECT_THAT(found_in(drive), ElementsAre(Named("message_missing", "steering")));
   drive.frames.clear();
-  EXPECT_THAT(found_in(drive), ElementsAre(Named("no_frames")));
+  EXPECT_THAT(found_in(drive), ElementsAre(Named("no_frames", "drive")));
 }
 
 // A sensor's fault is reported for that sensor, not for the sensor that contradicts it.

@@ -133,6 +133,7 @@ TEST(WiringMistake, OfTheForwardAccelerationShowsWhereItIsBraked) {
   const Found found = replayed(drive, {fault::parse_fault("accel_x.inverted")}, Camera::off);
   EXPECT_EQ(found.ever, (Names{{"accel_x", "sign"}}));
 }
+
 TEST(WiringMistake, IsSaidInOneLineAheadOfAllElse) {
   using diagnostics::Named;
   const Drive drive = simulated("--scenario slalom");

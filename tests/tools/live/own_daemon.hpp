@@ -2,13 +2,10 @@
 #pragma once
 
 #include <sys/socket.h>
-#include <sys/un.h>
 
 #include <chrono>
 #include <cstdint>
-#include <cstring>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
@@ -17,6 +14,7 @@
 
 #include "base/file_descriptor.hpp"
 #include "shm_api/writer.hpp"
+#include "tests/listening_socket.hpp"
 
 namespace odomd::tools {
 
@@ -81,18 +79,6 @@ class SlowDaemon {
   std::int64_t first_ns_ = now_ns();
   std::unique_ptr<shm::Writer> writer_;
 };
-
-/// A socket of this type that listens at `path`.
-[[nodiscard]] inline FileDescriptor listening_socket(const std::string& path, int type) {
-  FileDescriptor socket{::socket(AF_UNIX, type | SOCK_CLOEXEC, 0)};
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
-  if (::bind(socket.get(), reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
-      ::listen(socket.get(), 4) != 0)
-    throw std::runtime_error("cannot listen at " + path);
-  return socket;
-}
 
 /// Sends the text to each client that connects, as the daemon does.
 class AnsweringSocket {

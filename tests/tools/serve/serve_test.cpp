@@ -9,7 +9,7 @@
 #include <random>
 #include <regex>
 
-#include "tests/tools/bridge/bridge_process.hpp"
+#include "tests/tools/child.hpp"
 #include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
