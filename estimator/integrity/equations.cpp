@@ -251,7 +251,9 @@ Consensus equations(const Sensors& sensors, const Observations& observed, bool b
     const double seconds =
         std::min(std::max(camera_averaging_s, seconds_of(over)), speed.duration_s() + 1e-3);
     const double age_s = camera_averaging_s + seconds_between(speed.time_ns, observed.now_ns);
-    const double noise = std::sqrt(observed.errors.camera_noise_scale) / seconds;
+    const double noise =
+        std::sqrt(observed.errors.camera_noise_scale * std::max(observed.camera_scatter, 1.0)) /
+        seconds;
     const auto add_rate = [&](of::Index index, const SourceHistory& rate, double last) {
       add(only(Source::camera), index, rate.mean(over),
           root_of_squares(floor + share * std::abs(last), rate.sigma * noise,

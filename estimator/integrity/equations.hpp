@@ -54,6 +54,7 @@ struct Observations {
   std::array<SourceHistory, source_count> sources{};  ///< the camera's contains only times
   SourceHistory camera_speed;                         ///< v_x between camera poses [m/s]
   SourceHistory camera_yaw_rate;                      ///< ψ̇ between camera poses [rad/s]
+  double camera_scatter = 1.0;                        ///< variance of these / expected variance
   double integrated_speed = 0.0;                      ///< v_x by integrating accel_x [m/s]
   double integrated_sigma = unknown_speed;
   double accel_offset = 0.0;  ///< offset of accel_x, from slope and bias [m/s²]
@@ -82,11 +83,11 @@ struct Observations {
   [[nodiscard]] bool slid() const noexcept { return lately(slid_ns, now_ns, Over::short_time); }
   /// Whether a camera sees the car.
   [[nodiscard]] bool seen() const noexcept { return camera_speed.alive(now_ns); }
-  /// Sigma of a wheel whose speed has just changed as no car's can [m/s].
+  /// Sigma of a wheel whose speed has just changed faster than a car's can [m/s].
   [[nodiscard]] double slip_sigma(Source wheel) const noexcept {
     return Tuning{}.slip_share * std::abs(history(wheel).new_slip);
   }
-  /// Whether a wheel's speed has changed as no car's can, and has not changed back.
+  /// Whether a wheel's speed has changed faster than a car's can, and has not changed back.
   [[nodiscard]] bool slips(Source wheel) const noexcept {
     const SourceHistory& recent = history(wheel);
     return std::abs(recent.slip) >
@@ -127,7 +128,7 @@ inline constexpr double sliding_accel = 4.0;
 /// A larger reading of a gyro is a turn, not a bias [rad/s].
 inline constexpr double largest_gyro_bias = 0.5;
 
-/// A slower wheel may stand [m/s].
+/// A wheel slower than this may be stationary [m/s].
 inline constexpr double slowest_turning = 2.0 * estimator::slowest_turning;
 
 /// Radii and slopes are not learnt at lower speeds [m/s].

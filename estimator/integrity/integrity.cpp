@@ -42,6 +42,15 @@ void add_slip(const Observations& observed, std::int64_t time_ns, double value, 
                    (observed.seen() ? slipped : 0.0);
 }
 
+CameraStep step_between(const CameraPose& from, const CameraPose& to) noexcept {
+  const double turned = wrap_angle(to.yaw - from.yaw);
+  const double c = std::cos(from.yaw + 0.5 * turned);
+  const double s = std::sin(from.yaw + 0.5 * turned);
+  const double x = to.x - from.x;
+  const double y = to.y - from.y;
+  return {seconds_between(from.capture_ns, to.capture_ns), c * x + s * y, c * y - s * x, turned};
+}
+
 }  // namespace
 
 void Integrity::add(Source source, std::int64_t time_ns, double value, double sigma,
@@ -61,47 +70,64 @@ void Integrity::add(Source source, std::int64_t time_ns, double value, double si
   history.arrival_ns = std::max(arrival_ns, time_ns);
 }
 
-/// Adds the motion between two poses, along the car. Leaves out an outlier. If the next pose is an
-/// outlier, too, the map has jumped, and the motion is measured from that pose.
+/// In sigmas, what lies between a step of the camera and any motion of a car after the steps
+/// before.
+double Integrity::surprise(const CameraStep& step, const CameraPose& pose) const noexcept {
+  const SourceHistory& speed = observed_.camera_speed;
+  if (speed.begun < least_samples) {
+    return 0.0;
+  }
+  const double scale = std::sqrt(observed_.errors.camera_noise_scale);
+  const double sigma = scale * std::max(pose.sigma_x, pose.sigma_y);
+  const double dt = step.dt;
+  // v̇_x = a_x + v_y ψ̇
+  const double turning = std::abs(step.turned) / dt * camera_pace_;
+  const double ahead = speed.mean() * dt;
+  const double slip = std::abs(step.along) + std::abs(ahead);  // sideways
+  const double change_s = (mean_s.front() + dt) * dt;
+  const double off = std::max(std::abs(step.along - ahead) - (largest_accel + turning) * change_s,
+                              std::abs(step.across) - slip - largest_accel * change_s);
+  const double turned = std::abs(step.turned - observed_.camera_yaw_rate.mean() * dt);
+  return std::max(
+      {off / sigma, (turned - largest_yaw_accel * change_s) / (scale * pose.sigma_yaw), 0.0});
+}
+
+/// Adds the motion between two poses, along the car. Leaves out an outlier, unless the next pose
+/// continues its motion: then the map has jumped.
 void Integrity::add(const CameraPose& pose) noexcept {
   constexpr double longest_pause_s = 0.5;
   constexpr double shortest_step_s = 0.005;  // several poses of one instant measure no speed
+  constexpr double most = 5.0;               // sigmas
   SourceHistory& poses = observed_.sources[index_of(Source::camera)];
-  const double dt = seconds_between(reference_pose_.capture_ns, pose.capture_ns);
-  if (poses.seen() && (pose.capture_ns <= poses.time_ns || dt < shortest_step_s)) {
+  CameraStep step = step_between(reference_pose_, pose);
+  if (poses.seen() && (pose.capture_ns <= poses.time_ns || step.dt < shortest_step_s)) {
     return;
   }
   const std::array<double, 3> numbers{pose.x, pose.y, pose.yaw};
   const bool same = std::exchange(newest_pose_, numbers) == numbers;
   bool outlier = false;
-  if (poses.seen() && dt < longest_pause_s) {
-    const double turned = wrap_angle(pose.yaw - reference_pose_.yaw);
-    const double middle = reference_pose_.yaw + 0.5 * turned;
-    const double way = (pose.x - reference_pose_.x) * std::cos(middle) +
-                       (pose.y - reference_pose_.y) * std::sin(middle);
-    const double sigma = std::max(pose.sigma_x, pose.sigma_y);
-    const auto is_motion = [&](const SourceHistory& recent, double by, double noise, double rate) {
-      constexpr double sigmas = 8.0;
-      const double most = sigmas * std::sqrt(observed_.errors.camera_noise_scale) * noise +
-                          rate * (mean_s.front() + dt) * dt;
-      return !recent.seen() || std::abs(by - recent.mean() * dt) <= most;
-    };
-    // v̇_x = a_x + v_y ψ̇
-    const double turning = std::abs(turned) / (dt * dt) *
-                           std::hypot(pose.x - reference_pose_.x, pose.y - reference_pose_.y);
-    outlier = !is_motion(observed_.camera_speed, way, sigma, largest_accel + turning) ||
-              !is_motion(observed_.camera_yaw_rate, turned, pose.sigma_yaw, largest_yaw_accel);
+  if (!poses.seen() || step.dt >= longest_pause_s) {
+    observed_.camera_speed = observed_.camera_yaw_rate = {};
+  } else {
+    const double off = std::min(surprise(step, pose), most);
+    observed_.camera_scatter += std::min(step.dt / seconds_of(Over::long_time), 1.0) *
+                                (off * off - observed_.camera_scatter);
+    if (off == most) {
+      step = step_between(last_outlier_, pose);
+      outlier =
+          step.dt < shortest_step_s || step.dt >= longest_pause_s || surprise(step, pose) > most;
+    }
     if (!outlier) {
-      constexpr auto unfiltered = Prefilter::none;
-      add_sample(observed_.camera_speed, pose.capture_ns, way / dt, sigma, same, unfiltered);
-      add_sample(observed_.camera_yaw_rate, pose.capture_ns, turned / dt, pose.sigma_yaw, same,
-                 unfiltered);
+      camera_pace_ = std::hypot(step.along, step.across) / step.dt;
+      add_sample(observed_.camera_speed, pose.capture_ns, step.along / step.dt,
+                 std::max(pose.sigma_x, pose.sigma_y), same, Prefilter::none);
+      add_sample(observed_.camera_yaw_rate, pose.capture_ns, step.turned / step.dt, pose.sigma_yaw,
+                 same, Prefilter::none);
     }
   }
-  const bool jumps = outlier && last_was_outlier_;
-  last_was_outlier_ = outlier && !jumps;
-  if (!last_was_outlier_) {
-    reference_pose_ = pose;
+  (outlier ? last_outlier_ : reference_pose_) = pose;
+  if (!outlier) {
+    last_outlier_ = {};
   }
   add_sample(poses, pose.capture_ns, 0.0, 0.0, same);
   for (SourceHistory* const history :

@@ -17,6 +17,14 @@
 
 namespace odomd::estimator {
 
+/// The car's motion from one camera pose to another, along its mean heading and to the left.
+struct CameraStep {
+  double dt = 0.0;      ///< [s]
+  double along = 0.0;   ///< [m]
+  double across = 0.0;  ///< [m]
+  double turned = 0.0;  ///< [rad]
+};
+
 class Integrity {
  public:
   /// Adds a sample of one of the car's own sensors, newer than the last of its source. A wheel
@@ -93,6 +101,7 @@ class Integrity {
     bool by_long_mean = false;  ///< only the long mean has detected the fault
   };
 
+  [[nodiscard]] double surprise(const CameraStep& step, const CameraPose& pose) const noexcept;
   bool decide_sign(const integrity::Sensors& sensors, integrity::Consensus& all,
                    integrity::Solution& base) noexcept;
   [[nodiscard]] integrity::Sources distrusted() const noexcept;
@@ -108,8 +117,9 @@ class Integrity {
   integrity::Sources suspected_ = 0;  ///< at the last check
   std::int64_t suspected_since_ns_ = 0;
   std::array<double, 3> newest_pose_{};
-  CameraPose reference_pose_;  ///< start of the motion to the next pose
-  bool last_was_outlier_ = false;
+  CameraPose reference_pose_;  ///< start of the camera's step to the next pose
+  CameraPose last_outlier_;
+  double camera_pace_ = 0.0;  ///< in any direction, of the last step [m/s]
   int negative_speeds_ = 0;
   int forward_votes_ = decisive_votes / 2;  ///< checks since the last halt, forward minus backwards
   bool halted_ = false;                     ///< the car has stood

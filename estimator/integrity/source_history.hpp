@@ -49,9 +49,10 @@ struct SourceHistory {
   double largest = 0.0;  ///< largest magnitude of all samples
   int same = 0;          ///< consecutive samples with identical bits
   std::int64_t same_since_ns = 0;
-  double same_share = 1.0;  ///< share of repeats in the last ten seconds or so; 1: unknown
-  double slip = 0.0;        ///< sum of a wheel's speed changes that no car can make [m/s]
-  double new_slip = 0.0;    ///< part of `slip` in the long mean's time, seen by a camera [m/s]
+  double step = 0.0;         ///< smallest change of its value; 0: unknown
+  double quiet_share = 1.0;  ///< share of samples without noise in ten seconds or so; 1: unknown
+  double slip = 0.0;         ///< sum of a wheel's speed changes that no car can make [m/s]
+  double new_slip = 0.0;     ///< part of `slip` in the long mean's time, seen by a camera [m/s]
 
   [[nodiscard]] bool seen() const noexcept { return begun > 0; }
   [[nodiscard]] double mean(Over over = Over::short_time) const noexcept {
@@ -83,10 +84,10 @@ struct SourceHistory {
     return same >= 4 && seconds_between(same_since_ns, time_ns) >= 0.15;
   }
   /// Whether the bits repeat more often than noise would. n repeats have the probability pⁿ with
-  /// p = same_share; the limit, e⁻²² = 3e-10, is one in 10⁴ hours at 100 samples per second.
+  /// p = quiet_share; the limit, e⁻²² = 3e-10, is one in 10⁴ hours at 100 samples per second.
   [[nodiscard]] bool is_stuck() const noexcept {
     constexpr double least_share = 0.1;
-    return repeats() && -(same - 1) * std::log(std::max(same_share, least_share)) > 22.0;
+    return repeats() && -(same - 1) * std::log(std::max(quiet_share, least_share)) > 22.0;
   }
 };
 
@@ -132,8 +133,15 @@ inline void add_sample(SourceHistory& history, std::int64_t time_ns, double valu
     history.means.fill({median, median});
   }
   constexpr double share_s = 10.0;
-  history.same_share +=
-      std::min(history.cycle_s / share_s, 1.0) * ((same ? 1.0 : 0.0) - history.same_share);
+  const double change = std::abs(value - history.value);
+  if (!first && change > 0.0) {
+    history.step = history.step > 0.0 ? std::min(history.step, change) : change;
+  }
+  // Rounding alone makes a second difference of up to two steps.
+  const double second = std::abs(value - 2.0 * history.value + history.previous);
+  const bool quiet = same || std::round(second / history.step) <= 2.0;
+  history.quiet_share +=
+      std::min(history.cycle_s / share_s, 1.0) * ((quiet ? 1.0 : 0.0) - history.quiet_share);
   if (first || !same) {
     history.same = 0;
     history.same_since_ns = time_ns;

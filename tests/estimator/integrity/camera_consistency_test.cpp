@@ -46,18 +46,5 @@ TEST(CameraClock, DetectsAnotherRate) {
   EXPECT_FALSE(drifts(1e-4));
 }
 
-TEST(SourceHistory, ANoisySourceThatRepeatsIsStuck) {
-  SourceHistory noisy;
-  SourceHistory quantised;
-  for (int i = 1; i < 4000; ++i) {
-    const bool frozen = i > 3970;
-    add_sample(noisy, 10 * ms * i, frozen ? 0.0 : std::sin(9.0 * i), 0.01, frozen && i > 3971);
-    add_sample(quantised, 10 * ms * i, 0.0, 0.01, i % 50 != 0);
-    EXPECT_FALSE(quantised.is_stuck());
-    EXPECT_TRUE(frozen || !noisy.is_stuck());
-  }
-  EXPECT_TRUE(noisy.is_stuck());
-}
-
 }  // namespace
 }  // namespace odomd::estimator::integrity::camera_consistency_test

@@ -89,8 +89,8 @@ TEST(Integrity, FindsTheSignOfUnsignedWheelsAfterEachHalt) {
         << source_names[i] << " at " << drive.raised_s(static_cast<Source>(i)).value_or(0.0);
 }
 
-/// A car that spins off a corner, over its rear axle: β grows to a right angle and beyond, while
-/// the driver countersteers.
+/// A car whose rear slides out in a corner until it spins: β grows to a right angle and beyond,
+/// while the driver countersteers.
 TEST(Integrity, ASpinIsNoFaultOfTheSteering) {
   constexpr double spin_s = 3.0;
   const double l = Vehicle{}.wheelbase();
@@ -148,6 +148,15 @@ TEST(Integrity, ForgivesASingleValue) {
     drive.until(3.01, failing(source, [value = value](double, double) { return value; }));
     drive.until(5.0);
     EXPECT_EQ(drive.flagged(), 0) << source_names[index_of(source)] << ' ' << value;
+  }
+}
+
+TEST(Integrity, ACameraWithOutliersIsNotFaulty) {
+  for (const double speed : {0.2, 1.0, 3.0}) {
+    const auto circle = [speed](double t) { return Motion{std::min(speed, t), 0.1}; };
+    Drive drive(circle, {.camera = true, .outliers = 0.15});
+    drive.until(60.0);
+    EXPECT_EQ(drive.flagged(), 0) << speed;
   }
 }
 

@@ -42,6 +42,7 @@ struct Equipment {
   bool unsigned_wheels = false;
   bool camera = false;
   std::optional<double> direction = std::nullopt;  ///< its constant value
+  double outliers = 0.0;                           ///< share of the camera's poses, up to 2 m off
 };
 
 class Drive {
@@ -116,11 +117,18 @@ class Drive {
     if (now_ns_ / ms % 35 != 0) return;
     seen_.capture_ns = now_ns_ - 5 * ms;
     seen_.arrival_ns = now_ns_;
-    integrity.add(seen_);
+    CameraPose pose = seen_;
+    if (0.5 + 0.5 * off_(random_) < equipment_.outliers) {
+      pose.x += 2.0 * off_(random_);
+      pose.y += 2.0 * off_(random_);
+    }
+    integrity.add(pose);
   }
 
   std::function<Motion(double)> motion_;
   Equipment equipment_;
+  std::mt19937 random_;
+  std::uniform_real_distribution<double> off_{-1.0, 1.0};
   bool camera_frozen_ = false;
   CameraPose seen_{.sigma_x = 0.008, .sigma_y = 0.008, .sigma_yaw = 0.009};
   std::int64_t now_ns_ = start_ns;

@@ -71,6 +71,22 @@ TEST(SourceHistory, RepeatsAfterFourSamplesOfTheSameBitsOverALongEnoughTime) {
   EXPECT_TRUE(slow.repeats());
 }
 
+TEST(SourceHistory, IsStuckIfItRepeatsMoreOftenThanItsNoiseAllows) {
+  const auto noise = [](double t) { return std::sin(900.0 * t); };
+  const auto with_noise = [&](double sigma, double step, double until_s) {
+    return of(60.0, [&, sigma, step, until_s](double t) {
+      const double turn = t < 40.0 ? 0.3 * std::sin(0.4 * t) : 0.0;
+      return step * std::round((turn + (t < until_s ? sigma * noise(t) : 0.0)) / step);
+    });
+  };
+  EXPECT_TRUE(with_noise(0.01, 1e-4, 59.5).is_stuck());
+  EXPECT_TRUE(with_noise(0.01, 5e-3, 57.0).is_stuck());
+  EXPECT_FALSE(with_noise(0.01, 1e-4, 60.1).is_stuck());
+  // The steps hide the noise: a long straight repeats the bits.
+  EXPECT_FALSE(with_noise(0.0005, 2e-3, 60.1).is_stuck());
+  EXPECT_FALSE(with_noise(0.0, 2e-3, 60.1).is_stuck());
+}
+
 TEST(SourceHistory, IsAliveForAFewCycles) {
   SourceHistory history;
   EXPECT_FALSE(history.alive(start_ns));
