@@ -15,8 +15,8 @@ namespace odomd {
 /// Whether one is probably a misspelling of the other: at most one edit, or two from 8 bytes on.
 [[nodiscard]] bool resembles(std::string_view a, std::string_view b);
 
-/// The name that was probably meant, or none: one that begins with the input (the only one if that
-/// has one or two letters), otherwise the nearest one if it resembles the input.
+/// The name that was probably meant, or none: the first that begins with `given` (for one or two
+/// letters, only if no other does), otherwise the nearest name if it resembles `given`.
 [[nodiscard]] std::string_view likely_name(std::string_view given,
                                            std::span<const std::string> names);
 

@@ -21,7 +21,7 @@ MATCHER_P2(Named, name, part, std::string{"is "} + name + " with \"" + part + '"
   return arg.kind->name == name && text_of(arg).find(part) != std::string::npos;
 }
 
-/// The same with a fix that equals or matches this:
+/// The same, if its fix equals or matches `fix`:
 /// `Named("no_bit_rate", "can0", HasSubstr("type can bitrate"))`.
 MATCHER_P3(Named, name, part, fix,
            std::string{"is "} + name + " with \"" + part + "\" and its fix") {

@@ -121,7 +121,7 @@ chroot "$1" sh /build/build.sh
 end
 chmod +x "$work/compile"
 
-# build ARCH: builds the packages in a fresh Debian; for the first of the architectures, also those for all of them.
+# build ARCH: builds the packages in a fresh Debian; the first architecture also builds the packages of `all`.
 build() {
   local cross= include=(${ODOMD_CCACHE:+--include=ccache})
   [ "$1" = "$native" ] || { cross="-a $1" && include+=("--include=crossbuild-essential-$1"); }

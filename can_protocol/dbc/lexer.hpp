@@ -25,7 +25,7 @@ struct Token {
   bool starts_line = false;  ///< nothing but blanks before it on its line
 };
 
-/// How the bytes of a quoted text were written before they became UTF-8.
+/// The encoding of the file before its conversion to UTF-8.
 enum class Encoding : std::uint8_t { utf8, other };
 
 /// The tokens of UTF-8 `text`; the last one is of kind `end`. Skips comments: from `//` to the end

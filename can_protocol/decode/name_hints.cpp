@@ -32,7 +32,7 @@ int common_words(const Words& words, const Words& name) {
 /// The signal that a binding wants.
 struct Wanted {
   Words quantity;     ///< words of role and signals
-  Words distinctive;  ///< one of them must occur: the role's first word, and words of signals only
+  Words distinctive;  ///< one must match: the role's first word, or a signal's that the role lacks
   Words message;
   Dimension dimension;
 };

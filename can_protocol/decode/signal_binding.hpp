@@ -47,7 +47,7 @@ struct UnlessRaw {
   std::vector<std::int64_t> values;  ///< if listed
 };
 
-/// Another signal of the message that has the sign of a magnitude.
+/// Another signal of the same message that gives the sign of an unsigned quantity.
 struct SignSignal {
   std::string signal;
   double negative = 1.0;  ///< physical value of `signal` for negative quantities

@@ -46,7 +46,7 @@ class MuteStandardError {
 class Impatience {
  public:
   Impatience() {
-    // SIGURG is ignored by default and then interrupts nothing; a handler without SA_RESTART does.
+    // SIGURG, ignored by default, interrupts a system call only with a handler, no SA_RESTART.
     struct sigaction nothing {};
     nothing.sa_handler = [](int) {};
     ::sigaction(SIGURG, &nothing, nullptr);

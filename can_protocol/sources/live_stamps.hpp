@@ -15,7 +15,7 @@ namespace odomd::can {
 /// Pure logic on given times. For use by one thread.
 class LiveStamps {
  public:
-  /// A smaller difference is a pause, a delay, or frames out of order.
+  /// A smaller jump is not a step of the clock, but a pause, a delay, or frames out of order.
   static constexpr std::int64_t step_ns = 1'000'000'000;
 
   enum class Input : std::uint8_t { ready, waited_for };

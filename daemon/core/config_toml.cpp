@@ -39,7 +39,7 @@ std::string kind_of(const toml::node& node) {
   }
 }
 
-/// Any number; the library never returns an integer that a double would have to round.
+/// Any number. (value<double>() would be empty for an integer that a double has to round.)
 std::optional<double> number_in(const toml::node& node) {
   if (const auto whole = node.value_exact<std::int64_t>()) return static_cast<double>(*whole);
   return node.value_exact<double>();

@@ -20,7 +20,7 @@ class InnovationStatistics {
   [[nodiscard]] std::uint64_t count() const noexcept { return count_.get(); }
   [[nodiscard]] std::uint64_t gated() const noexcept { return gated_.get(); }  ///< part of count()
 
-  // Of the counted samples; 0 when there are none.
+  // Statistics of the counted samples; 0 if there are none.
   [[nodiscard]] int dimension() const noexcept { return static_cast<int>(dimension_.get()); }
   [[nodiscard]] double mean_nis() const noexcept;  ///< mean of νᵀS⁻¹ν; expected: dimension()
   [[nodiscard]] double inside_95() const noexcept;  ///< share with νᵀS⁻¹ν <= χ²₉₅

@@ -67,7 +67,7 @@ std::string likely_option(const CLI::App& command, std::string_view given) {
   return std::string(likely_name(without_dashes(given), names));
 }
 
-/// Appends the subcommands below that have such an option: "odom sim --laps".
+/// Appends the options of all subcommands of `command` that may be meant: "odom sim --laps".
 void add_options_below(const CLI::App& command, const std::string& called, std::string_view given,
                        std::vector<std::string>& found) {
   for (const CLI::App* sub : all_below(command)) {

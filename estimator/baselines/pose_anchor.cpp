@@ -184,8 +184,8 @@ PoseAnchor::Place PoseAnchor::place(std::int64_t time_ns) const noexcept {
 bool PoseAnchor::accepts_run(const RejectedPose& rejected) noexcept {
   const RejectedPose last = std::exchange(last_rejected_, rejected);
   const double dt = seconds_between(last.capture_ns, rejected.capture_ns);
-  // ν = camera - (the rejected pose before it, moved by the odometry); S has both covariances and
-  // the odometry's
+  // ν = camera - (the previous rejected pose, moved by the odometry); S is the sum of both poses'
+  // covariances and the odometry's
   const Pose2 expected = compose(frame_of(last.map, last.odom), rejected.odom);
   const Eigen::Matrix3d S =
       (last.variance + rejected.variance + suspect_motion(last.odom, rejected.odom, dt))

@@ -76,7 +76,7 @@ double evidence_of_step(const CarModel& model, const State& state, const PosePai
   const double stands = log_density(seen, sigma, 0.0, 0.0);
   const double map = tuning.outlier_range * model.car.wheelbase();
   const double anywhere = -0.5 * std::log(squared(squared(map)) * squared(std::numbers::pi));
-  // A tracker that stands still is right about a car that stands.
+  // If the wheels are still, a tracker that shows no motion is at fault only half of the time.
   const double share = state.standstill.wheels_still ? 0.5 : 1.0;
   const double other = std::max(stands, anywhere);
   return moves - other - std::log(share * std::exp(stands - other) + std::exp(anywhere - other));

@@ -18,7 +18,7 @@ namespace {
 
 // Share of a new pose in the mean of a standing car's poses.
 constexpr double camera_share = 0.125;
-// Still gyro: length of a stretch for its range, and averaging time of its mean [s].
+// Still gyro [s]: period over which the range of its readings is taken; time constant of its mean.
 constexpr double swing_s = 0.15;
 constexpr double drifts_s = 5.0;
 

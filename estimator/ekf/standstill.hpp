@@ -41,8 +41,9 @@ void note_wheels(State& state, const Sample& sample, bool still) noexcept;
 /// other than the known bias, a force, and a camera that sees the car move reduce them.
 void update_standstill(const CarModel& model, State& state, const Sample& sample) noexcept;
 
-/// Two non-zero readings in a row below the dead band lower it to the larger of the two, also that
-/// of wheels with the same one: the four wheels have the same sensors unless configured otherwise.
+/// Two non-zero readings in a row below a wheel's dead band lower it to the larger of the two. The
+/// other single wheels with an equal dead band follow: their sensors are the same unless configured
+/// otherwise.
 void learn_dead_band(State& state, const Sample& sample) noexcept;
 
 /// Learns the bias of a standing car's gyro. The filter notices a departure a little late, so a

@@ -93,8 +93,8 @@ using SlowVector = Eigen::Matrix<double, slow::size, 1>;
 using SlowMatrix = Eigen::Matrix<double, slow::size, slow::size>;
 using Sensitivity = Eigen::Matrix<double, at::size, slow::size, Eigen::RowMajor>;
 
-/// s, P_s and B = ∂(x error)/∂(s error). The error of the state is x̃ + B s̃, with x̃ of covariance P
-/// independent of s̃ of covariance P_s.
+/// s, P_s and B = ∂(x error)/∂(s error). The error of the state is x̃ + B s̃; x̃ and s̃ are
+/// independent, with the covariances P and P_s.
 struct SlowErrors {
   SlowVector mean = SlowVector::Zero();
   SlowMatrix covariance = SlowMatrix::Zero();

@@ -45,8 +45,8 @@ int run(int argc, char** argv) {
   const std::int64_t start_ns = drive.events.front().tick_ns;
   const std::int64_t end_ns = drive.events.back().tick_ns;
   for (FaultCase one : fault_cases(drive)) {
-    // A begin in the middle half of the drive. The standard fixes the numbers of std::mt19937, but
-    // not those of distributions.
+    // The fault begins in the middle half of the drive. The standard fixes the numbers of
+    // std::mt19937, but not those of distributions.
     const double share = 0.25 + 0.5 * (static_cast<double>(random()) / 4294967296.0);
     Fault& fault = one.fault;
     fault.begin_ns = start_ns + std::llround(share * static_cast<double>(end_ns - start_ns));

@@ -59,7 +59,7 @@ struct Times {
   std::int64_t worth_something_ns = 0;
 };
 
-// Both times since `began_ns`, as seen by a client.
+// When a client sees the first pose, and the first past initialising; both since `began_ns`.
 Times await_poses(const std::string& shm, std::int64_t began_ns) {
   Times times;
   while (now_ns() - began_ns < timeout_ns) {

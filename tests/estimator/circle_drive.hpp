@@ -162,7 +162,7 @@ inline Estimate step_to(FullFilter& filter, const std::vector<Arrival>& arrivals
   return filter.step(start_ns + tick * period_ns);
 }
 
-/// Steps through the ticks from `first` to `last`, with what arrives until each.
+/// Steps through the ticks from `first` to `last`; before each, adds what has arrived by then.
 inline std::vector<Estimate> run(FullFilter& filter, const std::vector<Arrival>& arrivals,
                                  std::int64_t last, std::int64_t first = 1) {
   std::vector<Estimate> estimates;

@@ -8,8 +8,8 @@
 #include <limits>
 
 #include "tools/chart/axis.hpp"
-#include "tools/chart/drawing.hpp"
-#include "tools/chart/svg.hpp"
+#include "tools/chart/picture.hpp"
+#include "tools/chart/svg_elements.hpp"
 #include "tools/cli/text.hpp"
 
 namespace odomd::tools::chart {

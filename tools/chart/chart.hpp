@@ -8,7 +8,7 @@
 
 #include "tools/chart/axis.hpp"
 #include "tools/chart/decimate.hpp"
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 
 namespace odomd::tools::chart {
 

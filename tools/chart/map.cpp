@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 
 #include "tools/chart/axis.hpp"
-#include "tools/chart/drawing.hpp"
-#include "tools/chart/svg.hpp"
+#include "tools/chart/picture.hpp"
+#include "tools/chart/svg_elements.hpp"
 #include "tools/cli/text.hpp"
 
 namespace odomd::tools::chart {

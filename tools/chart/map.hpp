@@ -10,7 +10,7 @@
 
 #include "tools/chart/axis.hpp"
 #include "tools/chart/decimate.hpp"
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 
 namespace odomd::tools::chart {
 
@@ -64,7 +64,7 @@ struct Box {
   }
 };
 
-/// Position and scale of the plot, which is the same for both axes.
+/// Position of the plot, and its scale, which is the same for both axes.
 struct Layout {
   Box view;                                                 ///< what is shown [m]
   double scale = 1.0;                                       ///< user units per metre

@@ -16,7 +16,7 @@
 
 #include "daemon/core/usage.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/cli/command.hpp"
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/files.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/cli/command.hpp"
 #include "tools/cli/daemon_options.hpp"
 #include "tools/cli/output.hpp"

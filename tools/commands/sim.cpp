@@ -83,7 +83,7 @@ void list_scenarios() {
   }
 }
 
-// The summary of a drive, as text or JSON.
+// What a drive has sent, for its summary.
 struct Counts {
   std::uint64_t frames = 0;
   std::uint64_t camera = 0;

@@ -1,15 +1,12 @@
 #include "tools/evaluation/alignment.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 
 #include <Eigen/Dense>
 
-#include "estimator/common/symmetric3.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/math/se2.hpp"
 
@@ -57,19 +54,6 @@ Pose2 least_squares(std::span<const Pair> pairs) {
   const double yaw = spread ? std::atan2(cross, dot) : std::atan2(yaw_sin, yaw_cos);
   const Pose2 turned = compose({0.0, 0.0, yaw}, mean_estimate);
   return {mean_reference.x - turned.x, mean_reference.y - turned.y, yaw};
-}
-
-std::optional<double> nees(const estimator::PoseCovariance& P, const estimator::Pose2& error) {
-  Eigen::Matrix3d full;
-  full << P[0], P[1], P[2],  //
-      P[1], P[3], P[4],      //
-      P[2], P[4], P[5];
-  const Eigen::LLT<Eigen::Matrix3d> factor{full};
-  if (factor.info() != Eigen::Success) return std::nullopt;  // not positive definite
-  const Eigen::Vector3d whitened =
-      factor.matrixL().solve(Eigen::Vector3d{error.x, error.y, error.yaw});
-  if (!whitened.allFinite()) return std::nullopt;
-  return whitened.squaredNorm();
 }
 
 }  // namespace
@@ -164,59 +148,6 @@ LeverArmFit fit_lever_arm(const Trajectory& reference, std::span<const Trajector
   }
   fit.lever_arm = {u[2] / k, u[3] / k, std::atan2(u[1], u[0])};
   return fit;
-}
-
-bool covariance_is_of_error(std::span<const Pair> pairs, Align align) {
-  if (align != Align::first) return align == Align::none;
-  constexpr double small = 0.01;
-  const auto& begin = pairs.front().estimate.covariance;
-  const auto& end = pairs.back().estimate.covariance;
-  constexpr std::array<std::size_t, 3> variances{0, 3, 5};
-  return std::ranges::all_of(variances, [&](std::size_t i) { return begin[i] <= small * end[i]; });
-}
-
-std::vector<PoseError> pose_errors(std::span<const Pair> pairs, const estimator::Pose2& alignment,
-                                   bool has_covariance) {
-  const double c = std::cos(alignment.yaw);
-  const double s = std::sin(alignment.yaw);
-  std::vector<PoseError> errors;
-  errors.reserve(pairs.size());
-  double whole_turns = 0.0;
-  std::optional<double> resets;
-  for (const Pair& pair : pairs) {
-    const estimator::Pose2 pose = compose(alignment, pair.estimate.pose);
-    const estimator::Pose2& truth = pair.reference.pose;
-    if (resets != pair.estimate.reset_count) {
-      const double turn = pose.yaw - truth.yaw;
-      whole_turns = turn - std::remainder(turn, 2.0 * std::numbers::pi);
-      resets = pair.estimate.reset_count;
-    }
-    PoseError e;
-    e.t_ns = pair.estimate.t_ns;
-    e.error = {pose.x - truth.x, pose.y - truth.y, pose.yaw - truth.yaw - whole_turns};
-    e.heading = truth.yaw;
-    if (has_covariance) {
-      e.covariance = estimator::rotated(pair.estimate.covariance, c, s);  // the map is turned
-      for (std::size_t i = 0; i < e.covariance.size(); ++i)
-        e.covariance[i] += pair.reference.covariance[i];
-      e.nees = nees(e.covariance, e.error);
-    }
-    errors.push_back(e);
-  }
-  return errors;
-}
-
-DrivenError driven(const PoseError& error) {
-  const double c = std::cos(error.heading);
-  const double s = std::sin(error.heading);
-  const estimator::Symmetric3 P = estimator::rotated(error.covariance, c, -s);
-  const auto sigma = [](double variance) { return std::sqrt(std::max(variance, 0.0)); };
-  return {.along = c * error.error.x + s * error.error.y,
-          .cross = -s * error.error.x + c * error.error.y,
-          .yaw = error.error.yaw,
-          .sigma_along = sigma(P[0]),
-          .sigma_cross = sigma(P[3]),
-          .sigma_yaw = sigma(P[5])};
 }
 
 }  // namespace odomd::tools

@@ -1,4 +1,4 @@
-// Comparison of poses with a reference: alignment of the two frames, and the error of each pose.
+// Alignment of an estimate's frame with the reference's, and of the point that each follows.
 #pragma once
 
 #include <cstddef>
@@ -47,40 +47,5 @@ struct LeverArmFit {
 /// std::invalid_argument if the drive turns too little.
 [[nodiscard]] LeverArmFit fit_lever_arm(const Trajectory& reference,
                                         std::span<const Trajectory> estimates);
-
-/// Aligned estimate - reference.
-struct PoseError {
-  std::int64_t t_ns = 0;
-  estimator::Pose2 error;                  ///< in the axes of the map [m, m, rad], yaw accumulated
-  double heading = 0.0;                    ///< of the reference [rad]
-  estimator::PoseCovariance covariance{};  ///< of estimate plus camera's noise, same axes
-  std::optional<double> nees;              ///< eᵀP⁻¹e; nothing if P is not positive definite
-};
-
-/// Whether the covariances of an estimate apply to its errors after the alignment. Align::first
-/// removes the uncertainty of the start: they apply only if its variances are at most 1 % of those
-/// at the end. After a fit to all positions they never apply.
-[[nodiscard]] bool covariance_is_of_error(std::span<const Pair> pairs, Align align);
-
-/// Both headings are unwrapped. Whole turns between them are removed at the first time and at
-/// resets of the estimate, which cannot know the number of turns. Without a covariance `covariance`
-/// and `nees` stay empty.
-[[nodiscard]] std::vector<PoseError> pose_errors(std::span<const Pair> pairs,
-                                                 const estimator::Pose2& alignment,
-                                                 bool has_covariance);
-
-/// A PoseError along and across the reference's heading, with its standard deviations.
-struct DrivenError {
-  double along = 0.0;  ///< ahead of the reference [m]
-  double cross = 0.0;  ///< to the left of the reference [m]
-  double yaw = 0.0;    ///< [rad]
-  double sigma_along = 0.0;
-  double sigma_cross = 0.0;
-  double sigma_yaw = 0.0;
-};
-[[nodiscard]] DrivenError driven(const PoseError& error);
-
-/// 95 % of νᵀP⁻¹ν with three degrees of freedom lie below.
-inline constexpr double chi_squared_95_of_3 = 7.814727903251179;
 
 }  // namespace odomd::tools

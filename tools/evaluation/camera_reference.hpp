@@ -24,8 +24,8 @@ namespace odomd::tools {
 [[nodiscard]] std::optional<Trajectory> camera_reference(const Trajectory& camera,
                                                          const Trajectory& odometry);
 
-/// The reference of a drive, also from camera poses that its replays leave out. Replays the drive.
-/// Nothing without a camera.
+/// The reference of a drive from its camera poses, even if its replays leave the camera out.
+/// Replays the drive. Nothing if there are no camera poses.
 [[nodiscard]] std::optional<Trajectory> camera_reference(const Drive& drive);
 
 }  // namespace odomd::tools

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/trajectory_checks.hpp"

@@ -6,7 +6,7 @@
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/symmetric3.hpp"
-#include "tools/evaluation/alignment.hpp"
+#include "tools/evaluation/pose_error.hpp"
 #include "tools/math/se2.hpp"
 
 namespace odomd::tools {

@@ -9,8 +9,7 @@
 
 #include "estimator/common/estimate.hpp"
 #include "tools/drive_files/trajectory.hpp"
-#include "tools/evaluation/alignment.hpp"
-#include "tools/evaluation/horizon.hpp"
+#include "tools/evaluation/pose_error.hpp"
 
 namespace odomd::tools {
 

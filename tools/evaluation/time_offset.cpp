@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "tools/evaluation/alignment.hpp"
+#include "tools/evaluation/pose_error.hpp"
 #include "tools/math/se2.hpp"
 
 namespace odomd::tools {

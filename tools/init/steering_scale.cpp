@@ -62,7 +62,7 @@ std::optional<Ratio> ratio_of(const DriveCourse& drive, double wheelbase) {
   }
   const double unexplained = rest(found) / spread;
   if (!(unexplained < 1.0) || !(std::fabs(found[0]) > 0.0)) return std::nullopt;
-  // The gyro's noise makes the slope too small: sigma is half the distance to the inverse slope.
+  // The gyro's noise makes the slope too small: sigma is half the distance to slope / R².
   const double noise = 0.5 * found[0] * unexplained / (1.0 - unexplained);
   return Ratio{found[0], std::hypot(std::sqrt(covariance(0, 0)), noise)};
 }

@@ -1,5 +1,5 @@
 // Reads a recording: its configuration, and its drive, which it replays through the pipeline tick
-// by tick as it was live. docs/recording.md has the formats.
+// by tick, exactly as it ran live. docs/recording.md has the formats.
 #pragma once
 
 #include <cstdint>

@@ -25,7 +25,7 @@ constexpr double long_flagged_s = 1.0;
 constexpr double long_part = 0.1;  // share of a drive under 10 s
 constexpr std::uint64_t least_samples = 10;
 
-// Without slipping, which passes, and missing signals, which the mode shows.
+// All but slipping, which is temporary, and missing signals, which the mode shows.
 constexpr std::array reported_flags{SourceFlag::out_of_range, SourceFlag::non_finite,
                                     SourceFlag::frozen, SourceFlag::drifting,
                                     SourceFlag::failed_protection};

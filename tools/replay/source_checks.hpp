@@ -13,12 +13,12 @@ namespace odomd::tools {
 /// For the fix of often_gated: "its unit, scale and sign, and the vehicle".
 [[nodiscard]] std::string_view what_to_check(estimator::Source source);
 
-/// First one diagnostic per fault of wiring or description found at any time
-/// (daemon/core/wiring.hpp), with its sources but without its consequences. Then, per source, one
-/// if it was inconsistent with the filter; one per flag that lasted a second or more (a tenth of a
-/// shorter drive): out of range, NaN or infinite, frozen, contradicting the others, failing its
-/// protection; one if over a tenth of its samples was not used, or it was silent for over a tenth
-/// of the time; one if over a tenth was gated. A camera in other units: only the one about units.
+/// First one diagnostic per wiring fault found at any time (daemon/core/wiring.hpp), with its
+/// sources but without its consequences, and those of a bias or scale not learnt plausibly. Then,
+/// per source, one if it was inconsistent with the filter; one per flag that lasted a second or
+/// more (a tenth of a shorter drive): out of range, NaN or infinite, frozen, contradicting the
+/// others, failing its protection; one if over a tenth of its samples was not used, or it was
+/// silent for over a tenth of the time; one if over a tenth was gated.
 [[nodiscard]] diagnostics::Diagnostics check_sources(const can::Decoder& decoder,
                                                      const ReplaySummary& summary);
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "tools/chart/chart.hpp"
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/evaluation_report.hpp"
 #include "tools/math/median.hpp"

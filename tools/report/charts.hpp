@@ -8,8 +8,8 @@
 
 #include "estimator/common/measurement.hpp"
 #include "tools/chart/chart.hpp"
-#include "tools/chart/drawing.hpp"
 #include "tools/chart/map.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/drive_files/beat_histogram.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
 

@@ -8,9 +8,9 @@
 #include <optional>
 
 #include "tools/chart/chart.hpp"
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/evaluation/alignment.hpp"
+#include "tools/evaluation/pose_error.hpp"
 #include "tools/report/charts.hpp"
 
 namespace odomd::tools::report {
@@ -100,7 +100,7 @@ Figure heading_errors(const EvaluatedDrive& drive, const Errors& errors) {
   return {draw(chart), "Accumulated heading error of each estimate."};
 }
 
-// An error component of the focus, and its sigma.
+// An error component of the estimate shown in detail (focus_of), and its sigma.
 struct Component {
   const char* name;
   double DrivenError::*value;

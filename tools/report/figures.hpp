@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
 #include "tools/report/charts.hpp"
 

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/chart/svg.hpp"
+#include "tools/chart/svg_elements.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/evaluation_summary.hpp"
 #include "tools/report/figures.hpp"

@@ -14,8 +14,8 @@
 
 #include "daemon/core/record.hpp"
 #include "tools/chart/chart.hpp"
-#include "tools/chart/drawing.hpp"
 #include "tools/chart/map.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/drive_files/pose_csv.hpp"

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/drive_files/beat_histogram.hpp"
 #include "tools/drive_files/trajectory.hpp"
 

@@ -212,7 +212,7 @@ nlohmann::ordered_json simulate_weighing(const ExperimentOptions& options) {
 
   RandomStream hand(options.seed, "who weighs");
   Json measured;
-  // On a slope, the line of the weight is shifted by height × slope.
+  // On a slope, the weight's line of action is shifted by height × slope.
   const auto weigh = [&](const char* name, double share_on_the_level, double base) {
     const double load =
         mass *

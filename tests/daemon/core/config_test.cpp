@@ -238,7 +238,7 @@ TEST(ConfigKeys, AreFoundByTableAndNameAndHaveTheirGroup) {
   EXPECT_EQ(group("vehicle.mass"), "");
 }
 
-// Words of the command line
+// Command-line values
 
 TEST(ParsePose, TakesThreeNumbersAndNothingElse) {
   EXPECT_THAT(parse_pose("1.5,-2,3e-1"), FieldsAre(1.5, -2.0, 0.3));

@@ -25,8 +25,8 @@ TEST(Comparison, TakesWhatHasNoSquareWithoutHarm) {
 
 class ConsistencyTest : public ::testing::Test {
  protected:
-  /// Whether it is inconsistent after some seconds with 100 samples per second of a constant
-  /// νᵀS⁻¹ν; without degrees of freedom they are not tested.
+  /// Whether the source is inconsistent after `seconds` of 100 samples per second with a constant
+  /// νᵀS⁻¹ν. Samples without degrees of freedom are not tested.
   bool after(double squared_ratio, double seconds, int degrees = 1) {
     for (int k = 0; k < std::lround(100.0 * seconds); ++k) {
       t_ns_ += 10'000'000;

@@ -111,7 +111,7 @@ TEST(PaperFilter, SlowRollBackwardsWithinTheDomainIsNoFault) {
 }
 
 TEST(PaperFilter, NonFiniteStateIsNeverEmitted) {
-  // Within the physical limits, but with a car whose numbers overflow the covariance.
+  // Inputs within the physical limits, but Q and R that overflow the covariance.
   FilterSettings settings;
   settings.paper.Q = {1e308, 1e308, 1e308};
   settings.paper.R = {1e308, 1e308};

@@ -69,7 +69,7 @@ TEST(Reversing, HoldsThroughStandstillAtFullLock) {
       const double accel = i < 1600 ? -0.5 : 0.5;
       x = after(reference_car, x, lock, accel);
       ASSERT_TRUE(x.allFinite());
-      // The tightest circle of the wheelbase bounds the yaw rate; transients exceed it little.
+      // The bound is the kinematic yaw rate at full lock, with a margin for transients.
       const double bound = 1.2 * std::abs(x[0]) * std::tan(0.45) / reference_car.wheelbase() + 0.1;
       ASSERT_LT(std::abs(x[2]), bound) << "v_x = " << x[0];
       ASSERT_LT(std::abs(x[1]), 1.0) << "v_x = " << x[0];

@@ -5,9 +5,9 @@
 #include "tests/tools/markup.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/chart/chart.hpp"
-#include "tools/chart/drawing.hpp"
 #include "tools/chart/map.hpp"
-#include "tools/chart/svg.hpp"
+#include "tools/chart/picture.hpp"
+#include "tools/chart/svg_elements.hpp"
 
 namespace odomd::tools::chart::charts_test {
 namespace {

@@ -20,7 +20,7 @@ constexpr std::int64_t tick = 5'000'000;
 constexpr double sigma = 0.01;      // m
 constexpr double sigma_yaw = 0.01;  // rad
 
-// A circle of 2 m at 1.5 m/s.
+// A circle of 2 m radius at 1.5 m/s.
 estimator::Pose2 pose_at(double t) {
   const double turned = 0.75 * t;
   return {2.0 * std::sin(turned), 2.0 * (1.0 - std::cos(turned)), turned};

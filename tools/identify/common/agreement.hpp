@@ -1,5 +1,5 @@
-// Checks that a drive's sensors agree on one car and one drive: finds signs and sizes that no scale
-// near one corrects, and poses of another drive. Runs before anything is estimated from them.
+// Checks that a drive's sensors describe one car and one drive: finds wrong signs, scales that are
+// wrong by a large factor, and poses of another drive. Runs before anything is estimated from them.
 #pragma once
 
 #include <cstdint>

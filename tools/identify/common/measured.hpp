@@ -44,7 +44,7 @@ struct Measured {
   return resolution / std::sqrt(12.0);
 }
 
-/// If the noise is smaller than the resolution q, samples do not average it out: their mean keeps
+/// If the noise is smaller than the resolution q, rounding errors do not average out: the mean has
 /// an uncertainty of up to q/√12, which grows with the share of the most frequent value.
 [[nodiscard]] inline double rounding_left(std::span<const double> values, double resolution) {
   std::vector<double> sorted(values.begin(), values.end());

@@ -12,7 +12,7 @@
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/chart/chart.hpp"
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"

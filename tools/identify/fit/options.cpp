@@ -5,7 +5,7 @@
 
 #include <stdexcept>
 
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/identify/fit/parameters.hpp"
 
 namespace odomd::tools {

@@ -42,7 +42,7 @@ void deal(const Numbers<double>& p, const Setup& setup, Chain& chain);
 /// Statistics of the drive's turns, from the states at the windows' ends.
 struct Turns {
   /// How little lateral acceleration and curvature are correlated: 0 at one speed, 0.46 in the
-  /// exercise of the help.
+  /// exercise that the help describes.
   //
   // With κ = ψ̇ / v, a = v ψ̇ and a_0 = κ Σ a κ / Σ κ²: sqrt(Σ (a - a_0)² / Σ a²). On a circle the
   // single-track model has δ = l κ + (m l_h / C_v - m l_v / C_h) a / l: without variety, the
@@ -89,7 +89,7 @@ struct Settings {
   [[nodiscard]] Measured known(std::size_t k) const;
 };
 
-/// How well a source fits at the end.
+/// How well a source fits after the last pass.
 struct SourceFit {
   std::string name;
   std::size_t count = 0;

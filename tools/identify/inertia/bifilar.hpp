@@ -46,15 +46,15 @@ struct Bifilar {
 /// Throws std::invalid_argument, naming the option, for impossible dimensions.
 void check(const Bifilar& pendulum);
 
-/// A hint for an error message if the cords are shorter than their distance, which is unusual: are
-/// the two lengths exchanged? Otherwise empty.
+/// For an error message: whether --spacing and --cord may be swapped, as the cords are shorter than
+/// the distance between them. Otherwise empty.
 [[nodiscard]] std::string exchange_hint(const Bifilar& pendulum);
 
 /// Throws std::invalid_argument for a period that is impossible for a car on these cords: its
-/// radius of gyration would be ten times the distance of the cords, or a tenth of it.
+/// radius of gyration would be over ten times the distance between the cords, or under a tenth.
 void check_size(const Bifilar& pendulum, double period);
 
-/// Throws std::invalid_argument for a mass [kg] that the size, given by the period, rules out.
+/// Throws std::invalid_argument for a mass [kg] that does not fit the period's radius of gyration.
 void check_mass(const Bifilar& pendulum, double period, double mass);
 
 /// J of a body with this mass and this period of small swings.

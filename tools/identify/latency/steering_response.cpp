@@ -130,7 +130,7 @@ double best_of(const LeastSquares& problem, const DrivenCar& drive, Eigen::Index
                         std::max(0.2 * spread_of(drive.yaw_rate), 1e-9));
 }
 
-// Uses only the drive's start, so much that its yaw rate varies about as in the whole drive.
+// Uses only the drive's beginning, until the yaw rate has varied about as in the whole drive.
 double rough_dead_time(const LeastSquares& problem, const DrivenCar& drive) {
   const double whole = spread_of(drive.yaw_rate);
   const Eigen::Index all = drive.yaw_rate.size();

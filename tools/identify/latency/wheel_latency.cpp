@@ -105,9 +105,9 @@ Turning turning_above_noise(const GyroDrive& drive, double shortest) {
   }
 }
 
-// A wheel's spin lags the ground by I v / (r² C_κ): I / r² is about 0.7 of a wheel's mass, which is
-// about 1.5 % of the car's; the geared motor adds the same; a wheel's C_κ is about twice its C_α.
-// All within a factor of two. As a time per speed [s per m/s].
+// A wheel's spin lags the ground by I v / (r² C_κ): I / r² is about 0.7 of the wheel's mass, or 1 %
+// of the car's; a geared motor at the rear adds the same; a wheel's C_κ is about twice its C_α. All
+// within a factor of two. Returns the lag per speed [s per m/s].
 double spin_lag(const estimator::Vehicle& car, Axle axle) {
   return 0.0105 * car.mass /
          (axle == Axle::front ? car.cornering_stiffness_front : 0.5 * car.cornering_stiffness_rear);

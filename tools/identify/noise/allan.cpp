@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "tools/chart/chart.hpp"
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/identify/common/refuse.hpp"
 
 namespace odomd::tools {

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/record.hpp"
 #include "tools/identify/common/refuse.hpp"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/identify/common/measured.hpp"
 #include "tools/identify/common/signal_log.hpp"
 

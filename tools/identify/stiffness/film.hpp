@@ -133,8 +133,8 @@ struct FilmAlignment {
 /// the gyro's scale and bias and the film's clock rate are free. Within 0.3 % the rate has a prior
 /// of 0.1 %, as clocks and nominal frame rates have; beyond that there is a warning. Throws
 /// std::invalid_argument if film and log match at no shift, with the likeliest reason: mirrored,
-/// another frame rate, another drive. `name` is the film's. With a known shift: the agreement and
-/// the rate at that shift.
+/// another frame rate, another drive. `name` is the film's. If `offset_ns` is given, finds only the
+/// agreement and the rate at that offset.
 [[nodiscard]] FilmAlignment align_film(const std::string& name, const FilmMotion& motion,
                                        const Series& gyro,
                                        std::optional<std::int64_t> offset_ns = {});

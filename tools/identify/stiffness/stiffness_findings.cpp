@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "tools/chart/chart.hpp"
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/stiffness/circle_runs.hpp"
 #include "tools/identify/stiffness/cornering_stiffness.hpp"

@@ -52,12 +52,12 @@ struct BodyAcceleration {
   double roll = 0.0, pitch = 0.0;
 };
 
-/// For a car of `mass` under these forces from the ground and the air.
+/// The accelerations of a car of `mass` under these forces from the ground and the air.
 [[nodiscard]] BodyAcceleration body_acceleration(const Suspension& suspension, double mass,
                                                  const Attitude& attitude, const RoadTilt& road,
                                                  double force_x, double force_y);
 
-/// For a car whose wheels are at rest.
+/// The accelerations of a car whose wheels are at rest.
 [[nodiscard]] BodyAcceleration body_acceleration_at_rest(const Suspension& suspension,
                                                          const Attitude& attitude,
                                                          const RoadTilt& road);

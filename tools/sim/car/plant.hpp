@@ -86,7 +86,7 @@ struct BodyForce {
 /// The rate that a gyro measures about the body's own upward axis [rad/s].
 [[nodiscard]] double body_yaw_rate(const PlantOutput& output);
 
-/// A disc of road with another friction.
+/// A circular patch of road with a different friction coefficient.
 struct FrictionPatch {
   double x = 0.0, y = 0.0, radius = 0.0;  ///< [m]
   double friction = 1.0;

@@ -38,8 +38,8 @@ struct WheelMotion {
 
 // Single-contact-point tyre with relaxation (Pacejka, ch. 7): the deflections u, v obey
 //   u̇ = -V_sx - V_t u / σ_κ,   κ = u / σ_κ;      v̇ = -V_sy - V_t v / σ_α,   tan α = v / σ_α
-// At standstill, too: there the tyre is a spring along u and v, and only there it is damped. V_t is
-// the faster of hub and tread, and limits the slips to 2 if a tyre slides without rolling.
+// At standstill the tyre is a spring along u and v; its damping fades out as the wheel rolls. V_t
+// is the faster of hub and tread, along y at least |V_sy| / 2, which limits κ and tan α to 2.
 template <class State>
 WheelMotion wheel_motion(const PlantParameters& p, const State& s, std::size_t wheel) {
   WheelMotion motion;

@@ -1,14 +1,12 @@
-#include "tools/evaluation/horizon.hpp"
-
 #include <numbers>
 
 #include "tests/gtest.hpp"
 #include "tests/tools/drives.hpp"
-#include "tools/evaluation/alignment.hpp"
 #include "tools/evaluation/closed_loop.hpp"
 #include "tools/evaluation/evaluation.hpp"
+#include "tools/evaluation/pose_error.hpp"
 
-namespace odomd::tools::horizon_test {
+namespace odomd::tools::pose_error_test {
 namespace {
 
 constexpr std::int64_t tick = 5'000'000;
@@ -119,4 +117,4 @@ TEST(ClosedLoop, IsJudgedByTheBestOfTheEstimates) {
 }
 
 }  // namespace
-}  // namespace odomd::tools::horizon_test
+}  // namespace odomd::tools::pose_error_test

@@ -1,4 +1,4 @@
-#include "tools/chart/svg.hpp"
+#include "tools/chart/svg_elements.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // Writes a picture to a file: SVG directly, PNG with rsvg-convert.
 
-#include "tools/chart/drawing.hpp"
+#include "tools/chart/picture.hpp"
 
 #include <spawn.h>
 #include <sys/wait.h>
@@ -16,7 +16,7 @@
 
 #include <fmt/format.h>
 
-#include "tools/chart/svg.hpp"
+#include "tools/chart/svg_elements.hpp"
 #include "tools/cli/files.hpp"
 
 namespace odomd::tools::chart {
