@@ -165,7 +165,7 @@ class Report {
 
  private:
   [[nodiscard]] double seconds(std::size_t tick) const {
-    return rounded(static_cast<double>(drive_.tick_ns(first_ + tick) - drive_.start_ns()) * 1e-9);
+    return rounded(drive_.seconds_at(drive_.tick_ns(first_ + tick)));
   }
   [[nodiscard]] nlohmann::ordered_json optional_seconds(std::optional<std::size_t> tick) const {
     return tick ? nlohmann::ordered_json(seconds(*tick)) : nlohmann::ordered_json(nullptr);
@@ -215,7 +215,7 @@ void run_all(const Drive& drive, Camera camera, const Options& options) {
   sim::RandomStream random(options.seed, "begin of the faults");
   const auto begin =
       static_cast<std::size_t>(random.uniform(0.25, 0.60) * static_cast<double>(drive.ticks));
-  const double begin_s = static_cast<double>(drive.tick_ns(begin) - drive.start_ns() + 1) * 1e-9;
+  const double begin_s = drive.begin_s(begin);
   const bool ends = options.seed / 2 % 2 == 0;
   const FaultyDrive runs(drive, camera, begin);
   const bool on = camera == Camera::on;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/pipeline.hpp"
@@ -34,7 +35,12 @@ double mahalanobis(double dx, double dy, const odom_pose& pose) {
 }  // namespace
 
 Drive read_drive(const std::filesystem::path& folder) {
-  Drive drive{.config = daemon::load_config(folder / "car.toml")};
+  return read_drive(folder, daemon::load_config(folder / "car.toml"));
+}
+
+Drive read_drive(const std::filesystem::path& folder, daemon::Config config) {
+  Drive drive{.config = std::move(config)};
+  drive.config.can.dbc = {folder / "car.dbc"};
   diagnostics::Diagnostics warnings;
   drive.databases = daemon::load_databases(drive.config, warnings);
   can::BusNames buses;
@@ -43,7 +49,8 @@ Drive read_drive(const std::filesystem::path& folder) {
   while (const can::Frame* const frame = log.next()) drive.frames.push_back(*frame);
   drive.buses = buses.all();
   drive.buses.emplace_back(no_bus);
-  drive.cameras = tools::read_camera_log(folder / "camera.csv").poses;
+  if (exists(folder / "camera.csv"))
+    drive.cameras = tools::read_camera_log(folder / "camera.csv").poses;
   drive.truth = tools::read_trajectory(folder / "truth.csv");
 
   const std::int64_t period_ns = drive.config.realtime.period_ns;
@@ -52,6 +59,17 @@ Drive read_drive(const std::filesystem::path& folder) {
   drive.ticks =
       static_cast<std::size_t>((last_ns - drive.first_tick_ns + period_ns - 1) / period_ns) + 1;
   return drive;
+}
+
+Sent sent(const Drive& drive, std::span<const fault::Fault> faults) {
+  Sent sent;
+  fault::Injector injector(drive.config, drive.databases, drive.buses, faults);
+  for (const can::Frame& frame : drive.frames) injector.take(frame, sent.frames);
+  injector.release(fault::end_of_time, sent.frames);
+  fault::CameraInjector camera(faults, drive.start_ns());
+  for (const CameraPose& pose : drive.cameras) camera.take(pose, sent.cameras);
+  camera.release(fault::end_of_time, sent.cameras);
+  return sent;
 }
 
 FaultyDrive::FaultyDrive(const Drive& drive, Camera camera, std::size_t begin)

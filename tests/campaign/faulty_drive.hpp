@@ -57,10 +57,25 @@ struct Drive {
   [[nodiscard]] std::int64_t tick_ns(std::size_t tick) const {
     return first_tick_ns + static_cast<std::int64_t>(tick) * config.realtime.period_ns;
   }
+  /// On the faults' clock.
+  [[nodiscard]] double seconds_at(std::int64_t time_ns) const {
+    return static_cast<double>(time_ns - start_ns()) * 1e-9;
+  }
+  /// The begin of a fault that acts from the next tick on.
+  [[nodiscard]] double begin_s(std::size_t tick) const { return seconds_at(tick_ns(tick) + 1); }
 };
 
 /// Reads car.toml, drive.log, camera.csv and truth.csv.
 [[nodiscard]] Drive read_drive(const std::filesystem::path& folder);
+/// With another configuration, whose database is in the folder; without poses if there are none.
+[[nodiscard]] Drive read_drive(const std::filesystem::path& folder, daemon::Config config);
+
+/// What a car with faults sends during the drive.
+struct Sent {
+  std::vector<can::Frame> frames;
+  std::vector<estimator::CameraPose> cameras;
+};
+[[nodiscard]] Sent sent(const Drive& drive, std::span<const fault::Fault> faults);
 
 /// The runs of a drive in which all faults begin at the same tick.
 class FaultyDrive {

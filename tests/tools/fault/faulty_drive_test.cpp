@@ -4,8 +4,6 @@
 #include "daemon/core/pipeline.hpp"
 #include "tests/campaign/faulty_drive.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/fault/camera_fault.hpp"
-#include "tools/fault/injector.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::campaign::faulty_drive_test {
@@ -24,28 +22,22 @@ class FaultyDriveTest : public ::testing::TestWithParam<Camera> {
 
   static Fault from_begin_on(const char* kind) {
     Fault one = fault::fault_of(fault::parse_kind(kind));
-    one.begin_s = static_cast<double>(drive().tick_ns(begin()) - drive().start_ns() + 1) * 1e-9;
+    one.begin_s = drive().begin_s(begin());
     return one;
   }
 
   // Replays the whole drive with the faults that odom fault makes.
   static std::vector<odom_pose> replayed(const std::vector<Fault>& faults) {
+    Sent sent = campaign::sent(drive(), faults);
+    if (GetParam() == Camera::off) sent.cameras.clear();
     const std::vector<std::string> buses(drive().buses.begin(), drive().buses.end() - 1);
-    fault::Injector injector(drive().config, drive().databases, buses, faults);
-    std::vector<can::Frame> frames;
-    for (const can::Frame& frame : drive().frames) injector.take(frame, frames);
-    injector.release(fault::end_of_time, frames);
-    fault::CameraInjector camera(faults, drive().start_ns());
-    std::vector<estimator::CameraPose> cameras;
-    if (GetParam() == Camera::on)
-      for (const auto& pose : drive().cameras) camera.take(pose, cameras);
     const auto pipeline = std::make_unique<daemon::Pipeline>(drive().config, drive().databases,
                                                              buses, GetParam() == Camera::on);
     std::vector<odom_pose> poses;
     std::size_t next = 0;
     tools::replay(
         *pipeline, drive().config.realtime.period_ns,
-        [&] { return next < frames.size() ? &frames[next++] : nullptr; }, cameras,
+        [&] { return next < sent.frames.size() ? &sent.frames[next++] : nullptr; }, sent.cameras,
         [&](const daemon::TickRecord& record) { poses.push_back(record.pose); });
     return poses;
   }

@@ -10,8 +10,6 @@
 #include "tests/gtest.hpp"
 #include "tests/recorded_drives.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/fault/camera_fault.hpp"
-#include "tools/fault/injector.hpp"
 #include "tools/replay/source_checks.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
@@ -28,27 +26,15 @@ struct Found {
 };
 
 Found replayed(const Drive& drive, const std::vector<fault::Fault>& faults, Camera camera) {
-  const std::vector<std::string> buses(drive.buses.begin(), drive.buses.end() - 1);
-  std::vector<can::Frame> frames;
-  std::vector<estimator::CameraPose> cameras;
-  if (faults.empty()) {
-    frames = drive.frames;
-    cameras = drive.cameras;
-  } else {
-    fault::Injector injector(drive.config, drive.databases, buses, faults);
-    for (const can::Frame& frame : drive.frames) injector.take(frame, frames);
-    injector.release(fault::end_of_time, frames);
-    fault::CameraInjector poses(faults, drive.start_ns());
-    for (const auto& pose : drive.cameras) poses.take(pose, cameras);
-  }
-  if (camera == Camera::off) cameras.clear();
-  const auto pipeline = std::make_unique<daemon::Pipeline>(drive.config, drive.databases, buses,
-                                                           camera == Camera::on);
+  Sent sent = campaign::sent(drive, faults);
+  if (camera == Camera::off) sent.cameras.clear();
+  const auto pipeline = std::make_unique<daemon::Pipeline>(drive.config, drive.databases,
+                                                           drive.buses, camera == Camera::on);
   Found found;
   std::size_t next = 0;
   const tools::ReplaySummary summary = tools::replay(
       *pipeline, drive.config.realtime.period_ns,
-      [&] { return next < frames.size() ? &frames[next++] : nullptr; }, cameras,
+      [&] { return next < sent.frames.size() ? &sent.frames[next++] : nullptr; }, sent.cameras,
       [&](const daemon::TickRecord& record) { found.conditions |= record.pose.conditions; });
   for (std::size_t source = 0; source < estimator::source_count; ++source)
     for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault)

@@ -1,0 +1,117 @@
+// Source flags on whole drives: sound drives raise none, failing sensors do.
+#include "tests/campaign/source_flags.hpp"
+
+#include <filesystem>
+#include <map>
+
+#include "tests/recorded_drives.hpp"
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::campaign::source_flags_test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string described(const Drive& drive, const FlagChange& change) {
+  return std::string(estimator::source_names[estimator::index_of(change.source)]) + ' ' +
+         std::string(change.flag) + " at " + std::to_string(drive.seconds_at(change.tick_ns));
+}
+
+Drive simulated(const std::string& options) {
+  return read_drive(tools::simulate(tools::Scratch{}, options));
+}
+
+TEST(SourceFlags, RaiseNoAlarmOnSimulatedDrives) {
+  for (const std::string_view scenario :
+       {"lap", "circle", "slalom", "stop-and-go", "parking", "patch", "road",
+        "circle --friction 0.25 --speed 2 --duration 15",
+        "slalom --friction 0.15 --speed 3 --duration 6"}) {
+    const Drive drive = simulated("--scenario " + std::string{scenario} + " --laps 1");
+    const bool on_ice = scenario == "patch" || scenario.find("friction") != scenario.npos;
+    for (const FlagChange& change :
+         flag_changes(drive, FaultyDrive(drive, Camera::on, 0).healthy())) {
+      // On ice, wheels really slip.
+      if (on_ice && (change.flag == "slipping" || change.flag == "ok")) continue;
+      ADD_FAILURE() << scenario << ": " << described(drive, change);
+    }
+  }
+}
+
+TEST(SourceFlags, ShowWhatFails) {
+  const Drive drive = simulated("--scenario lap --seed 3 --laps 2");
+  constexpr std::size_t begin = 2400;  // while driving
+  const FaultyDrive runs(drive, Camera::on, begin);
+  int shown = 0;
+  for (const FaultCase& one : fault_cases(drive, drive.begin_s(begin))) {
+    const auto shown_ns = shown_at(drive, one);
+    if (!shown_ns) continue;
+    ++shown;
+    SCOPED_TRACE(name_of(one.fault.kind));
+    const auto changes =
+        flag_changes(drive, runs.with({&one.fault, 1}), begin + 1, runs.healthy()[begin]);
+    ASSERT_FALSE(changes.empty());
+    EXPECT_TRUE(fault::contains(sources_of(one.fault.kind), changes.front().source))
+        << described(drive, changes.front());
+    EXPECT_LE(changes.front().tick_ns - *shown_ns, 505'000'000);
+  }
+  EXPECT_GE(shown, 14);
+}
+
+/// Mean v_x over 0.2 s around a time, from the drive's reference; nothing without a reference.
+std::optional<double> true_speed(const Drive& drive, std::int64_t time_ns) {
+  const auto a = at(drive.truth, time_ns - 100'000'000), b = at(drive.truth, time_ns + 100'000'000);
+  if (!a || !b) return std::nullopt;
+  const double yaw = a->pose.yaw + 0.5 * std::remainder(b->pose.yaw - a->pose.yaw, 6.283185307);
+  return ((b->pose.x - a->pose.x) * std::cos(yaw) + (b->pose.y - a->pose.y) * std::sin(yaw)) / 0.2;
+}
+
+/// The last value of a source up to a time.
+double last_said(const Drive& drive, Source source, std::int64_t tick_ns) {
+  const fault::CarSignals signals(drive.config.can, drive.databases, drive.buses);
+  std::array<fault::Reading, can::max_samples_per_frame> readings{};
+  double value = 0.0;
+  for (const can::Frame& frame : drive.frames) {
+    if (frame.time_ns > tick_ns) break;
+    const auto message = signals.message_of(frame);
+    const std::size_t count = message ? signals.read(*message, frame, readings) : 0;
+    for (std::size_t i = 0; i < count; ++i)
+      if (readings[i].source == source) value = readings[i].value;
+  }
+  return value;
+}
+
+TEST(SourceFlags, RaiseNoAlarmOnRecordedDrives) {
+  if (!recorded::at_hand(recorded::drives.size())) return;
+  std::map<std::string, bool> slipped;
+  for (const std::string name : recorded::drives) {
+    const Drive drive =
+        read_drive(recorded::folder(name), daemon::load_config(recorded::config(name)));
+    for (const Camera camera : {Camera::off, Camera::on}) {
+      if (camera == Camera::on && drive.cameras.empty()) continue;
+      SCOPED_TRACE(name + (camera == Camera::on ? ", with camera" : ""));
+      for (const FlagChange& change :
+           flag_changes(drive, FaultyDrive(drive, camera, 0).healthy())) {
+        if (change.flag == "slipping") {
+          // The flag is right if the wheel's speed differs from the car's: in a drift or a
+          // wheelspin.
+          const auto speed = true_speed(drive, change.tick_ns);
+          slipped[name] = true;
+          if (speed && std::abs(last_said(drive, change.source, change.tick_ns) - *speed) > 0.5)
+            continue;
+        }
+        // The motion capture loses the car for seconds while it drives on. Without camera poses the
+        // rear wheel's constant reading looks frozen once, as the car turns in.
+        const bool lost = name == "dart_track_v1" && camera == Camera::on;
+        if (lost && (change.source == Source::camera ||
+                     (change.source == Source::wheel_rear && change.flag == "frozen")))
+          continue;
+        if (change.flag == "ok") continue;
+        ADD_FAILURE() << described(drive, change);
+      }
+    }
+  }
+  EXPECT_TRUE(slipped["dart_drift1"]);  // its wheels spin at five times the car's speed
+}
+
+}  // namespace
+}  // namespace odomd::campaign::source_flags_test
