@@ -267,7 +267,7 @@ int run(int argc, char** argv) {
     for (const Trial& trial : trials_of(options.kinds)) fmt::print("{}\n", trial.name);
     return 0;
   }
-  const Drive drive = read_drive(options.folder);
+  const Drive drive = read_drive({.folder = options.folder});
   if (options.camera != "on") run_all(drive, Camera::off, options);
   if (options.camera != "off") run_all(drive, Camera::on, options);
   return 0;

@@ -3,11 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
-#include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/pipeline.hpp"
-#include "tools/drive_files/camera_csv.hpp"
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"
 #include "tools/replay/virtual_drive.hpp"
@@ -34,25 +31,9 @@ double mahalanobis(double dx, double dy, const odom_pose& pose) {
 
 }  // namespace
 
-Drive read_drive(const std::filesystem::path& folder) {
-  return read_drive(folder, daemon::load_config(folder / "car.toml"));
-}
-
-Drive read_drive(const std::filesystem::path& folder, daemon::Config config) {
-  Drive drive{.config = std::move(config)};
-  drive.config.can.dbc = {folder / "car.dbc"};
-  diagnostics::Diagnostics warnings;
-  drive.databases = daemon::load_databases(drive.config, warnings);
-  can::BusNames buses;
-  const std::vector<std::string> logs{folder / "drive.log"};
-  can::MergedLog log(logs, buses);
-  while (const can::Frame* const frame = log.next()) drive.frames.push_back(*frame);
-  drive.buses = buses.all();
+Drive read_drive(const tools::DriveFiles& files) {
+  Drive drive{tools::read_drive(files)};
   drive.buses.emplace_back(no_bus);
-  if (exists(folder / "camera.csv"))
-    drive.cameras = tools::read_camera_log(folder / "camera.csv").poses;
-  drive.truth = tools::read_trajectory(folder / "truth.csv");
-
   const std::int64_t period_ns = drive.config.realtime.period_ns;
   drive.first_tick_ns = tools::first_tick_ns(drive.frames.front().time_ns, period_ns);
   const std::int64_t last_ns = drive.frames.back().time_ns;
@@ -74,7 +55,8 @@ Sent sent(const Drive& drive, std::span<const fault::Fault> faults) {
 
 FaultyDrive::FaultyDrive(const Drive& drive, Camera camera, std::size_t begin)
     : drive_(drive), camera_(camera), begin_(begin) {
-  for (std::size_t i = 0; i < drive.ticks; ++i) truth_.push_back(at(drive.truth, drive.tick_ns(i)));
+  for (std::size_t i = 0; i < drive.ticks; ++i)
+    truth_.push_back(at(*drive.reference, drive.tick_ns(i)));
   const std::int64_t begin_ns = drive.tick_ns(begin);
   const std::span frames(drive.frames);
   const std::span cameras(drive.cameras);

@@ -14,14 +14,10 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/bus_names.hpp"
-#include "can_protocol/dbc/dbc.hpp"
-#include "can_protocol/frame.hpp"
-#include "daemon/core/config.hpp"
 #include "daemon/core/pipeline.hpp"
 #include "estimator/common/measurement.hpp"
-#include "tools/drive_files/trajectory.hpp"
 #include "tools/fault/fault.hpp"
+#include "tools/replay/drive.hpp"
 
 namespace odomd::campaign {
 
@@ -42,14 +38,8 @@ using Run = std::vector<Tick>;
 
 enum class Camera : std::uint8_t { off, on };
 
-/// The files of a drive, decoded to frames.
-struct Drive {
-  daemon::Config config;
-  std::vector<can::Database> databases;
-  std::vector<std::string> buses;
-  std::vector<can::Frame> frames;
-  std::vector<estimator::CameraPose> cameras;
-  tools::Trajectory truth;
+/// A drive with the ticks of its replay.
+struct Drive : tools::Drive {
   std::int64_t first_tick_ns = 0;
   std::size_t ticks = 0;
 
@@ -65,10 +55,7 @@ struct Drive {
   [[nodiscard]] double begin_s(std::size_t tick) const { return seconds_at(tick_ns(tick) + 1); }
 };
 
-/// Reads car.toml, drive.log, camera.csv and truth.csv.
-[[nodiscard]] Drive read_drive(const std::filesystem::path& folder);
-/// With another configuration, whose database is in the folder; without poses if there are none.
-[[nodiscard]] Drive read_drive(const std::filesystem::path& folder, daemon::Config config);
+[[nodiscard]] Drive read_drive(const tools::DriveFiles& files);
 
 /// What a car with faults sends during the drive.
 struct Sent {

@@ -30,7 +30,7 @@ int run(int argc, char** argv) {
     fmt::print(stderr, "usage: source_faults FOLDER on|off SEED\n");
     return 2;
   }
-  const Drive drive = read_drive(argv[1]);
+  const Drive drive = read_drive({.folder = argv[1]});
   const Camera camera = std::string(argv[2]) == "on" ? Camera::on : Camera::off;
   std::mt19937 random(static_cast<unsigned>(std::stoul(argv[3])));
   // The faults begin in the middle half of the drive. The standard fixes the numbers of

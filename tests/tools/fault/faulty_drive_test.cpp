@@ -14,8 +14,8 @@ using fault::Fault;
 class FaultyDriveTest : public ::testing::TestWithParam<Camera> {
  protected:
   static const Drive& drive() {
-    static const Drive made =
-        read_drive(tools::simulate(tools::Scratch{}, "--scenario lap --laps 1 --standstill 1"));
+    static const Drive made = read_drive(
+        {.folder = tools::simulate(tools::Scratch{}, "--scenario lap --laps 1 --standstill 1")});
     return made;
   }
   static std::size_t begin() { return drive().ticks * 2 / 5; }
@@ -53,7 +53,7 @@ class FaultyDriveTest : public ::testing::TestWithParam<Camera> {
       ASSERT_EQ(tick.mode, pose.mode) << pose.tick;
       ASSERT_EQ(tick.conditions, pose.conditions) << pose.tick;
       ASSERT_EQ(tick.health, pose.health) << pose.tick;
-      const auto truth = at(drive().truth, pose.time_ns);
+      const auto truth = at(*drive().reference, pose.time_ns);
       if (!truth) continue;
       ASSERT_EQ(tick.position_m, std::hypot(pose.x - truth->pose.x, pose.y - truth->pose.y));
       ++compared;
@@ -86,7 +86,7 @@ TEST_P(FaultyDriveTest, ASourceIsLeftOut) {
 // In the second bend. The other wheels are trusted meanwhile, and this one again afterwards.
 TEST(WheelSlip, IsNamedAndThePoseStaysGood) {
   const Drive drive =
-      read_drive(tools::simulate(tools::Scratch{}, "--scenario lap --laps 1 --seed 5"));
+      read_drive({.folder = tools::simulate(tools::Scratch{}, "--scenario lap --laps 1 --seed 5")});
   constexpr std::size_t begin = 2000, ends = 400;  // [ticks]
   constexpr auto slipping = static_cast<std::uint8_t>(estimator::SourceFlag::slipping);
   const FaultyDrive runs(drive, Camera::off, begin);
