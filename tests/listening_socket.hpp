@@ -1,4 +1,4 @@
-// A Unix socket of the test's own, in place of the daemon's.
+// Unix sockets of the test's own: in place of the daemon's, or connected to them.
 #pragma once
 
 #include <sys/socket.h>
@@ -12,15 +12,29 @@
 
 namespace odomd {
 
-/// A socket of this type that listens at `path`.
-[[nodiscard]] inline FileDescriptor listening_socket(const std::string& path, int type) {
-  FileDescriptor socket{::socket(AF_UNIX, type | SOCK_CLOEXEC, 0)};
+[[nodiscard]] inline sockaddr_un unix_address(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
-  if (::bind(socket.get(), reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
+  return address;
+}
+
+/// A socket of this type that listens at `path`.
+[[nodiscard]] inline FileDescriptor listening_socket(const std::string& path, int type) {
+  FileDescriptor socket{::socket(AF_UNIX, type | SOCK_CLOEXEC, 0)};
+  const sockaddr_un address = unix_address(path);
+  if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
       ::listen(socket.get(), 4) != 0)
     throw std::runtime_error("cannot listen at " + path);
+  return socket;
+}
+
+/// A socket of this type that is connected to `path`; none if nobody listens there.
+[[nodiscard]] inline FileDescriptor connected_socket(const std::string& path, int type) {
+  FileDescriptor socket{::socket(AF_UNIX, type | SOCK_CLOEXEC, 0)};
+  const sockaddr_un address = unix_address(path);
+  if (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    return {};
   return socket;
 }
 

@@ -1,23 +1,11 @@
 #include "daemon_process.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/socket.h>
-#include <sys/un.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <csignal>
-#include <cstdlib>
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <sstream>
-#include <thread>
+#include "tests/listening_socket.hpp"
 
 namespace odomd::testing {
 namespace {
-
-constexpr auto timeout = std::chrono::seconds(10);
 
 constexpr auto database = R"(VERSION ""
 BU_: CAR
@@ -58,15 +46,6 @@ socket = "status.sock"
 
 }  // namespace
 
-bool eventually(const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + timeout;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-  return true;
-}
-
 Desk::Desk() {
   write("car.dbc", database);
   write("car.toml", std::string(configuration) + "[shm]\nname = \"" + segment_ + "\"\n");
@@ -79,17 +58,12 @@ Desk::Desk() {
 }
 
 nlohmann::json Desk::status() const {
-  const int connection = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  file("status.sock").native().copy(address.sun_path, sizeof address.sun_path - 1);
   std::string text;
-  if (::connect(connection, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
+  if (const FileDescriptor connection = connected_socket(file("status.sock"), SOCK_STREAM)) {
     char buffer[4096];
-    for (ssize_t size = 0; (size = ::read(connection, buffer, sizeof buffer)) > 0;)
+    for (ssize_t size = 0; (size = ::read(connection.get(), buffer, sizeof buffer)) > 0;)
       text.append(buffer, static_cast<std::size_t>(size));
   }
-  ::close(connection);
   return text.empty() ? nlohmann::json() : nlohmann::json::parse(text);
 }
 
@@ -133,60 +107,6 @@ std::string straight_drive(double seconds, double speed) {
     log += fmt::format("({}.{:06}) can0 102#0000\n", s, us + 200);
   }
   return log;
-}
-
-Process::Process(std::vector<std::string> words, const std::vector<std::string>& more_words,
-                 const std::filesystem::path& outputs) {
-  words.insert(words.end(), more_words.begin(), more_words.end());
-  std::vector<char*> argv;
-  argv.reserve(words.size() + 1);
-  for (auto& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-
-  int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) std::abort();
-  pid_ = ::fork();
-  if (pid_ == 0) {
-    const int log = ::open(outputs.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
-    ::dup2(ends[0], STDIN_FILENO);
-    ::dup2(log, STDOUT_FILENO);
-    ::dup2(log, STDERR_FILENO);
-    ::execv(argv[0], argv.data());
-    ::_exit(127);
-  }
-  ::close(ends[0]);
-  input_ = ends[1];
-}
-
-Process::~Process() {
-  close_input();
-  if (pid_ <= 0) return;
-  ::kill(pid_, SIGKILL);
-  ::waitpid(pid_, nullptr, 0);
-}
-
-void Process::feed(const std::string& text) const {
-  for (std::size_t at = 0; at < text.size();) {
-    const ssize_t written = ::write(input_, text.data() + at, text.size() - at);
-    if (written <= 0) return;
-    at += static_cast<std::size_t>(written);
-  }
-}
-
-void Process::close_input() {
-  if (input_ >= 0) ::close(input_);
-  input_ = -1;
-}
-
-void Process::signal(int number) const {
-  ::kill(pid_, number);
-}
-
-int Process::wait() {
-  int status = 0;
-  if (!eventually([&] { return ::waitpid(pid_, &status, WNOHANG) == pid_; })) return -2;
-  pid_ = -1;
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
 }  // namespace odomd::testing

@@ -2,8 +2,6 @@
 // status, and a client that reads its poses.
 #pragma once
 
-#include <sys/types.h>
-
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -12,12 +10,10 @@
 #include <odom/odom.h>
 
 #include "tests/gtest.hpp"
+#include "tests/process.hpp"
 #include "tests/scratch.hpp"
 
 namespace odomd::testing {
-
-/// Tries `condition` until it is true; false after ten seconds.
-[[nodiscard]] bool eventually(const std::function<bool()>& condition);
 
 /// A directory of one test, with `car.toml` and `car.dbc` of a car whose bus carries a speed
 /// (0x100), a yaw rate (0x101) and a steering angle (0x102). Removed at the end, with the segment.
@@ -67,33 +63,17 @@ using Camera = std::unique_ptr<odom_camera, Close>;
 /// seconds fit into a pipe.
 [[nodiscard]] std::string straight_drive(double seconds, double speed);
 
-/// A program that runs beside the test. Its standard input is a pipe; its outputs are appended to a
-/// file.
-class Process {
- public:
-  Process(std::vector<std::string> words, const std::vector<std::string>& more_words,
-          const std::filesystem::path& outputs);
-  ~Process();  ///< kills it if it is still running
-  Process(const Process&) = delete;
-  Process& operator=(const Process&) = delete;
-
-  void feed(const std::string& text) const;
-  void close_input();
-  void signal(int number) const;
-  /// Its exit status; -1 if a signal ended it, -2 if it does not end.
-  [[nodiscard]] int wait();
-  [[nodiscard]] pid_t pid() const { return pid_; }
+/// odomd with the configuration of a desk; its outputs are appended to the desk's file "stderr".
+struct DaemonProcess : Process {
+  DaemonProcess(const Desk& desk, std::vector<std::string> arguments)
+      : Process(words(desk, std::move(arguments)), desk.file("stderr"), desk.file("stderr")) {}
 
  private:
-  pid_t pid_ = -1;
-  int input_ = -1;
-};
-
-/// odomd with the configuration of a desk, and the desk's file "stderr".
-struct DaemonProcess : Process {
-  DaemonProcess(const Desk& desk, const std::vector<std::string>& arguments)
-      : Process({ODOMD_BIN_DIR "/odomd", "--config", desk.file("car.toml")}, arguments,
-                desk.file("stderr")) {}
+  static std::vector<std::string> words(const Desk& desk, std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(),
+                     {ODOMD_BIN_DIR "/odomd", "--config", desk.file("car.toml")});
+    return arguments;
+  }
 };
 
 }  // namespace odomd::testing

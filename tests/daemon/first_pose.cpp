@@ -1,18 +1,12 @@
 // How long odomd takes from its start to its first pose: first_pose ODOMD CONFIG LOG SHM [STARTS]
 //
-// Forks and executes the daemon with the log's beginning ready in its standard input, waits in
+// Starts the daemon with the log's beginning in its standard input, waits in
 // shared memory for the first pose of this instance, kills it with SIGKILL and starts the next,
 // which resumes from the last pose. Prints median and maximum, in ms, of the time from
-// before the fork to the first pose that is published, and to the first valid one (not
+// before the start to the first pose that is published, and to the first valid one (not
 // initialising).
-#include <fcntl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <csignal>
 #include <cstdint>
 #include <cstdlib>
 #include <exception>
@@ -26,32 +20,14 @@
 
 #include <odom/odom.h>
 
+#include "tests/process.hpp"
+
 namespace {
 
 constexpr std::int64_t timeout_ns = 10'000'000'000;
 
 std::int64_t now_ns() {
   return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-pid_t start(std::vector<std::string> words, const std::string& input) {
-  std::array<int, 2> ends{};
-  if (pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("pipe2");
-  if (write(ends[1], input.data(), input.size()) != static_cast<ssize_t>(input.size()))
-    throw std::runtime_error("the log's beginning does not fit into a pipe");
-  std::vector<char*> arguments;
-  arguments.reserve(words.size() + 1);
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  const pid_t pid = fork();
-  if (pid == 0) {
-    dup2(ends[0], STDIN_FILENO);
-    execv(arguments[0], arguments.data());
-    _exit(127);
-  }
-  close(ends[0]);
-  close(ends[1]);
-  return pid;
 }
 
 struct Times {
@@ -97,14 +73,13 @@ void measure(const std::string& odomd, const std::string& config, const std::str
   std::vector<std::int64_t> worth_something;
   for (int i = 0; i < starts; ++i) {
     const std::int64_t began_ns = now_ns();
-    const pid_t pid = start({odomd, "--config", config, "--can", "-", "--shm", shm, "--log-level",
-                             "error", "--status-socket", config + ".sock"},
-                            input);
+    const odomd::Process started({odomd, "--config", config, "--can", "-", "--shm", shm,
+                                  "--log-level", "error", "--status-socket", config + ".sock"},
+                                 "/dev/stderr", "/dev/stderr");
+    started.feed(input);
     const Times times = await_poses(shm, began_ns);
     first.push_back(times.first_ns);
     worth_something.push_back(times.worth_something_ns);
-    kill(pid, SIGKILL);
-    waitpid(pid, nullptr, 0);
   }
   print("first_pose", first);
   print("worth_something", worth_something);

@@ -1,6 +1,4 @@
 // The camera of a running daemon: its poses, its clock, and its connections.
-#include <sys/socket.h>
-#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,6 +8,7 @@
 #include <thread>
 
 #include "daemon_process.hpp"
+#include "tests/listening_socket.hpp"
 
 namespace odomd::testing::odomd_camera_test {
 namespace {
@@ -60,12 +59,8 @@ TEST_F(OdomdCamera, TakesCameraPosesAndCountsMalformedMessages) {
     return (p.health >> ODOM_SOURCE_CAMERA & 1U) != 0;
   })) << desk_.status().dump(1);
 
-  const int raw = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  desk_.file("camera.sock").native().copy(address.sun_path, sizeof address.sun_path - 1);
-  ASSERT_EQ(::connect(raw, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  ASSERT_EQ(::send(raw, "rubbish", 7, MSG_NOSIGNAL), 7);
+  FileDescriptor raw = connected_socket(desk_.file("camera.sock"), SOCK_SEQPACKET);
+  ASSERT_EQ(::send(raw.get(), "rubbish", 7, MSG_NOSIGNAL), 7);
   nlohmann::json status;
   ASSERT_TRUE(eventually([&] {
     status = desk_.status();
@@ -74,7 +69,7 @@ TEST_F(OdomdCamera, TakesCameraPosesAndCountsMalformedMessages) {
   EXPECT_EQ(status["camera"]["messages"], 2);
   EXPECT_EQ(status["camera"]["connections"].size(), 2U);
   EXPECT_EQ(status["camera"]["connections"][0]["pid"], ::getpid());
-  ::close(raw);
+  raw = {};
   camera.reset();
   EXPECT_TRUE(eventually([&] { return desk_.status()["camera"]["connections"].empty(); }));
   EXPECT_TRUE(desk_.logs("a camera message was invalid: it is not 80 bytes"));

@@ -23,10 +23,12 @@ int odom(const Desk& desk, const std::string& arguments, const std::string& log)
 /// `odom record`, running in parallel with the test, into the desk's folder "drive".
 class RecorderProcess : public Process {
  public:
-  explicit RecorderProcess(const Desk& desk, const std::vector<std::string>& options = {})
-      : Process({ODOMD_BIN_DIR "/odom", "record", "--socket", desk.file("record.sock"), "--wait",
-                 "10", "--out", desk.file("drive")},
-                options, desk.file("record.txt")),
+  explicit RecorderProcess(const Desk& desk, const std::string& command = "record")
+      : Process(
+            {"/bin/sh", "-c",
+             "exec " ODOMD_BIN_DIR "/odom " + command + " --wait 10 --socket \"$0\" --out \"$1\"",
+             desk.file("record.sock"), desk.file("drive")},
+            desk.file("record.txt"), desk.file("record.txt")),
         desk_(desk) {}
   [[nodiscard]] bool holds(const std::string& folder, int ticks) const {
     return lines(folder + "/beat.csv") > ticks + 1;
@@ -68,7 +70,7 @@ class OdomdRecord : public ::testing::Test {
 
 TEST_F(OdomdRecord, ADriveReplaysToTheBitsThatWerePublished) {
   DaemonProcess odomd(desk_, {});
-  RecorderProcess recorder(desk_, {"--once"});
+  RecorderProcess recorder(desk_, "record --once");
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 1); })) << desk_.read("record.txt");
   odomd.feed(straight_drive(5.0, 1.0));
   send_camera_poses();
@@ -117,7 +119,7 @@ TEST_F(OdomdRecord, GoesOnInAnotherFolderWhenTheDaemonIsStartedAnew) {
   odomd->feed(straight_drive(5.0, 1.0));
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 100); })) << desk_.read("record.txt");
   odomd->signal(SIGKILL);
-  EXPECT_EQ(odomd->wait(), -1);
+  EXPECT_EQ(odomd->wait(), 128 + SIGKILL);
   odomd = std::make_unique<DaemonProcess>(desk_, std::vector<std::string>{});
   odomd->feed(straight_drive(5.0, 1.0));
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive-2", 100); }))

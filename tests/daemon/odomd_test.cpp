@@ -208,7 +208,7 @@ TEST_F(OdomdTest, ASuccessorGoesOnFromWhereItsPredecessorDied) {
   odom_info died{};
   ASSERT_EQ(odom_get_info(client.get(), &died, sizeof died), ODOM_OK);
   first->signal(SIGKILL);
-  EXPECT_EQ(first->wait(), -1);
+  EXPECT_EQ(first->wait(), 128 + SIGKILL);
 
   const DaemonProcess second(desk_, {});
   odom_pose pose = last;
@@ -231,7 +231,7 @@ TEST_F(OdomdTest, AStartThatFailsLeavesThePredecessorsLastPose) {
   odom_pose pose{};
   ASSERT_TRUE(next_pose(client, pose));
   first.signal(SIGKILL);
-  EXPECT_EQ(first.wait(), -1);
+  EXPECT_EQ(first.wait(), 128 + SIGKILL);
   desk_.write("taken", "by a file that is no socket");
   EXPECT_EQ(DaemonProcess(desk_, {"--can", "/nowhere/drive.log"}).wait(), 2);
   EXPECT_EQ(DaemonProcess(desk_, {"--camera-socket", desk_.file("taken")}).wait(), 1);

@@ -1,6 +1,5 @@
 // Reports of housekeeping: CAN controllers, the service manager, the status.
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 #include <nlohmann/json.hpp>
 
@@ -11,6 +10,7 @@
 #include "daemon/housekeeping/service_manager.hpp"
 #include "daemon/housekeeping/status.hpp"
 #include "daemon/sockets/json.hpp"
+#include "tests/listening_socket.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::daemon::housekeeping_test {
@@ -102,9 +102,7 @@ class ServiceManagerTest : public testing::Test {
   void SetUp() override {
     const auto path = scratch_.path("notify");
     socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    path.native().copy(address.sun_path, sizeof address.sun_path - 1);
+    const sockaddr_un address = unix_address(path);
     ASSERT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
     ::setenv("NOTIFY_SOCKET", path.c_str(), 1);
   }

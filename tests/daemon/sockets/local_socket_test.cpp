@@ -2,27 +2,20 @@
 
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdio>
 #include <optional>
 
+#include "tests/listening_socket.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::daemon::local_socket_test {
 namespace {
 
-int connect_to(const std::filesystem::path& path) {
-  const int connection = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  path.native().copy(address.sun_path, sizeof address.sun_path - 1);
-  if (::connect(connection, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0)
-    return connection;
-  ::close(connection);
-  return -1;
+FileDescriptor connect_to(const std::filesystem::path& path) {
+  return connected_socket(path, SOCK_SEQPACKET);
 }
 
 class LocalSocketTest : public testing::Test {
@@ -48,7 +41,7 @@ TEST_F(LocalSocketTest, ListensAnewWhereItsFileWasRemovedOrReplaced) {
   std::filesystem::remove(path_);
   EXPECT_TRUE(socket.renew());
   EXPECT_FALSE(socket.renew());
-  EXPECT_TRUE(FileDescriptor(connect_to(path_)));
+  EXPECT_TRUE(connect_to(path_));
   EXPECT_TRUE(socket.accept());
 
   std::filesystem::remove(path_);
@@ -64,7 +57,7 @@ TEST_F(LocalSocketTest, LeavesTheFileOfASuccessorAlone) {
   std::filesystem::remove(path_);
   const LocalSocket second(settings());
   first.reset();
-  EXPECT_TRUE(FileDescriptor(connect_to(path_)));
+  EXPECT_TRUE(connect_to(path_));
 }
 
 TEST_F(LocalSocketTest, ListensWithItsModeAndGoesAwayWithItsFile) {
@@ -73,7 +66,7 @@ TEST_F(LocalSocketTest, ListensWithItsModeAndGoesAwayWithItsFile) {
     struct stat status {};
     ASSERT_EQ(::stat(path_.c_str(), &status), 0);
     EXPECT_EQ(status.st_mode & 0777U, 0640U);
-    const FileDescriptor camera(connect_to(path_));
+    const FileDescriptor camera = connect_to(path_);
     EXPECT_TRUE(camera);
     EXPECT_TRUE(socket.accept());
     EXPECT_FALSE(socket.accept());
@@ -97,7 +90,7 @@ TEST_F(LocalSocketTest, ReplacesTheSocketOfADeadPredecessor) {
   ASSERT_EQ(::waitpid(child, nullptr, 0), child);
   ASSERT_TRUE(std::filesystem::is_socket(path_));
   const LocalSocket socket(settings());
-  EXPECT_TRUE(FileDescriptor(connect_to(path_)));
+  EXPECT_TRUE(connect_to(path_));
 }
 
 TEST_F(LocalSocketTest, NamesWhatItCannotUse) {
@@ -121,7 +114,7 @@ TEST_F(LocalSocketTest, NamesWhatItCannotUse) {
 
 TEST_F(LocalSocketTest, LetsInOurselves) {
   const LocalSocket socket(settings());
-  const FileDescriptor camera(connect_to(path_));
+  const FileDescriptor camera = connect_to(path_);
   const auto connection = socket.accept();
   ASSERT_TRUE(connection);
   EXPECT_TRUE(peer_is_welcome(connection.get(), 12345, 0600));
@@ -145,8 +138,8 @@ TEST_F(LocalSocketTest, AdmitsOtherUsersOnlyByGroupOrMode) {
   const pid_t child = ::fork();
   if (child == 0) {
     const bool dropped = ::setgid(nobody) == 0 && ::setuid(nobody) == 0;
-    const bool refused = connect_to(closed_settings.path) < 0;
-    const bool connected = connect_to(path_) >= 0;
+    const bool refused = !connect_to(closed_settings.path);
+    const FileDescriptor connected = connect_to(path_);
     ::_exit(dropped && refused && connected ? 0 : 1);
   }
   int status = 0;

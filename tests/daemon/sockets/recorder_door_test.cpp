@@ -3,7 +3,6 @@
 #include "daemon/sockets/recorder_door.hpp"
 
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -12,6 +11,7 @@
 
 #include "daemon/core/pipeline.hpp"
 #include "tests/daemon/core/one_wheel.hpp"
+#include "tests/listening_socket.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::daemon::recorder_door_test {
@@ -25,14 +25,7 @@ constexpr std::int64_t second = 1'000'000'000;
 class Recorder {
  public:
   explicit Recorder(const std::filesystem::path& path)
-      : connection_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    path.native().copy(address.sun_path, sizeof address.sun_path - 1);
-    EXPECT_EQ(
-        ::connect(connection_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address),
-        0);
-  }
+      : connection_(connected_socket(path, SOCK_STREAM)) {}
 
   /// Reads the bytes that have arrived, up to `most`; returns whether the connection has ended.
   bool read(std::size_t most = SIZE_MAX) const {
