@@ -198,8 +198,7 @@ TEST_F(UdpBridge, EndsAfterItsTimeWhetherSomebodyListensOrNot) {
   Outcome outcome;
   for (int i = 0; i < 10; ++i) daemon.tick();
   outcome = bridge.wait();
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("odom bridge: "));
+  EXPECT_THAT(outcome, Ends(0, HasSubstr("odom bridge: ")));
   EXPECT_THAT(outcome.err, HasSubstr("; udp " + nobody + ": "));
 }
 

@@ -42,8 +42,7 @@ class OdomDbc : public testing::Test {
 
 TEST_F(OdomDbc, DecodesOneJsonObjectAFrame) {
   const Outcome outcome = run_shell(decode("--json " + log_.string()));
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_EQ(outcome.err, "");
+  EXPECT_THAT(outcome, Ends(0, ""));
   EXPECT_EQ(outcome.out,
             R"({"t":1760000000.069964,"bus":"can0","id":288,"message":"Imu",)"
             R"("signals":{"Yaw":2.0,"Acc":-1.96}})"

@@ -155,8 +155,7 @@ TEST(Import, MakesPosesOfQuaternionsDegreesAndMillimetres) {
       "--column truth.vy=0 --column truth.yaw_rate=0 "
       "--column truth.yaw=head,unit=deg,scale=-1,offset=1.57079632679" +
           std::string(a_car));
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("2 of 3 rows lack a value"));
+  ASSERT_THAT(outcome, Ends(0, HasSubstr("2 of 3 rows lack a value")));
   const std::string camera = contents(scratch.path("out/camera.csv"));
   EXPECT_THAT(camera, HasSubstr("\n100.160000000,100.100000000,1,2,1.570796"));
   EXPECT_THAT(camera, HasSubstr(",0.01,0.01,0.0174532"));

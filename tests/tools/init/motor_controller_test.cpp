@@ -87,8 +87,7 @@ TEST(MotorController, DatabaseReadsEverySignalOfThePublishedLayout) {
              one.option);
     const Outcome shown =
         run_shell("cd " + folder + " && odom dbc decode --json --dbc *-*.dbc bus.log");
-    ASSERT_EQ(shown.status, 0) << shown.err;
-    EXPECT_EQ(shown.err, "");
+    ASSERT_THAT(shown, Ends(0, ""));
     std::istringstream lines(shown.out);
     std::string line;
     for (const Sample& sample : one.samples) {

@@ -333,8 +333,7 @@ TEST(TrackCommand, OdomHandsOverToTheProgramWithOpenCv) {
 
   const Outcome wrong =
       run_shell("odom identify track nothing.avi --aruco 4x4_50 --front 1 --rear 2");
-  EXPECT_EQ(wrong.status, 2);
-  EXPECT_THAT(wrong.err, StartsWith("odom identify track: nothing.avi: no such file"));
+  EXPECT_THAT(wrong, Ends(2, StartsWith("odom identify track: nothing.avi: no such file")));
   EXPECT_EQ(wrong.err.find('\n'), wrong.err.size() - 1);
 }
 

@@ -40,8 +40,7 @@ class Plot : public ::testing::Test {
   // The SVG of a plot that must succeed.
   [[nodiscard]] static std::string svg_of(const std::string& arguments) {
     const Outcome outcome = run(arguments + " --out -");
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_EQ(outcome.err, "");
+    EXPECT_THAT(outcome, Ends(0, ""));
     EXPECT_EQ(markup_fault(outcome.out), "");
     EXPECT_THAT(outcome.out, AllOf(StartsWith("<svg xmlns="), Not(HasSubstr("nan"))));
     return outcome.out;

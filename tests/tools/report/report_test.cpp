@@ -32,8 +32,7 @@ class Report : public ::testing::Test {
 
 TEST_F(Report, OfADriveIsThePapersTable) {
   const Outcome outcome = run("--drive " + lap() + " --dead-reckoning");
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_EQ(outcome.err, "");
+  EXPECT_THAT(outcome, Ends(0, ""));
   EXPECT_THAT(
       outcome.out,
       AllOf(HasSubstr("end [cm/m]"), HasSubstr("heading end [deg]"), HasSubstr("35 ms [mm]"),

@@ -31,8 +31,7 @@ TEST(SimCommand, WritesADriveThatReplays) {
   const Scratch scratch;
   const std::string folder = scratch.path("drive").string();
   const Outcome made = run_shell("odom sim --duration 6 --out " + folder);
-  ASSERT_EQ(made.status, 0) << made.err;
-  EXPECT_EQ(made.err, "");
+  ASSERT_THAT(made, Ends(0, ""));
   must_run("odom replay --config " + folder + "/car.toml --can " + folder + "/drive.log --camera " +
            folder + "/camera.csv --model paper --out " + folder + "/pose.csv");
 }

@@ -36,8 +36,7 @@ TEST_F(FitCommand, WritesWhatTheDriveDeterminesAndLeavesTheRest) {
         "accel_scale", "accel_latency", "imu_x", "imu_y", "imu_yaw", "wheel_slip", "camera_yaw"})
     most += std::string(" --fix ") + name;
   const Outcome outcome = run(most);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("pass 1 of"));
+  EXPECT_THAT(outcome, Ends(0, HasSubstr("pass 1 of")));
   EXPECT_THAT(outcome.out, HasSubstr("gyro bias"));
   const std::string written = contents(scratch_.path("lap/car.toml"));
   EXPECT_THAT(written, HasSubstr("odom identify fit:"));
@@ -52,8 +51,7 @@ TEST_F(FitCommand, OneSpeedDoesNotSeparateTyresAndSteering) {
                            "accel_scale", "wheel_slip", "camera_x", "steering_lag"})
     most += std::string(" --fix ") + name;
   const Outcome outcome = run(most);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("turns are driven at much the same speed"));
+  EXPECT_THAT(outcome, Ends(0, HasSubstr("turns are driven at much the same speed")));
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_FALSE(json["details"]["parameters"]["steering_scale"]["determined"]);
   EXPECT_LT(json["details"]["turns"]["speed_variety"], 0.1);

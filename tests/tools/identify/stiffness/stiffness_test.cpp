@@ -150,10 +150,10 @@ void write(const std::string& file, const std::string& text) {
 TEST(StiffnessCommand, TheTruthLiesWithinTwoSigmaAndGoesIntoTheConfiguration) {
   std::filesystem::copy_file(afternoon() + "/car.toml", afternoon() + "/mine.toml");
   const Outcome outcome = identify(places + film + "--json --plot tyres.svg --write mine.toml");
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_EQ(outcome.err,
-            "odom identify stiffness: 2 keys written to mine.toml: "
-            "vehicle.cornering_stiffness_front, vehicle.cornering_stiffness_rear\n");
+  ASSERT_THAT(outcome,
+              Ends(0,
+                   "odom identify stiffness: 2 keys written to mine.toml: "
+                   "vehicle.cornering_stiffness_front, vehicle.cornering_stiffness_rear\n"));
   const auto json = nlohmann::json::parse(outcome.out);
   const auto truth = nlohmann::json::parse(contents("plant.json"))["truth"];
   const double front = 20.0 * (1.0 + truth["stiffness_error_front"].get<double>());
@@ -215,8 +215,7 @@ TEST(StiffnessCommand, ASteeringOfAnotherScaleIsRefusedOrContradicted) {
                 Ends(2, HasSubstr("correct scale and unit of [can.signals] steering")));
   }
   const Outcome contradicted = with_scale("1.5");
-  EXPECT_EQ(contradicted.status, 0);
-  EXPECT_THAT(contradicted.err, HasSubstr("is 1.47 times the angle of the wheels"));
+  EXPECT_THAT(contradicted, Ends(0, HasSubstr("is 1.47 times the angle of the wheels")));
   EXPECT_THAT(contradicted.out, HasSubstr("not determined"));
 }
 

@@ -213,8 +213,7 @@ TEST(IdentifyMass, ReportsAndWrites) {
       car;
   const std::string before = contents(scratch.path("car.toml"));
   Outcome cog = run_shell(contradictory);
-  EXPECT_EQ(cog.status, 2);
-  EXPECT_THAT(cog.err, HasSubstr("make a wheelbase of 0.2600 m, measured are 0.2700 m"));
+  EXPECT_THAT(cog, Ends(2, HasSubstr("make a wheelbase of 0.2600 m, measured are 0.2700 m")));
   EXPECT_THAT(cog.err,
               HasSubstr("car.toml: the measurement contradicts the configuration; --force"));
   EXPECT_EQ(contents(scratch.path("car.toml")), before);
