@@ -126,11 +126,9 @@ TEST(Map, IsAnSvgWithEscapedWordsAndItsLegend) {
   const std::string svg = svg_of(circle_map());
   EXPECT_THAT(svg, StartsWith("<svg xmlns="));
   EXPECT_EQ(markup_fault(svg), "");
-  EXPECT_THAT(svg, HasSubstr("R&amp;D &lt;lap&gt;"));
-  EXPECT_THAT(svg, HasSubstr("1.25 cm/m"));
-  EXPECT_THAT(svg, HasSubstr("<ellipse"));
-  EXPECT_THAT(svg, Not(HasSubstr("leaves the picture")));
-  EXPECT_THAT(svg, Not(HasSubstr("nan")));
+  EXPECT_THAT(svg,
+              AllOf(HasSubstr("R&amp;D &lt;lap&gt;"), HasSubstr("1.25 cm/m"), HasSubstr("<ellipse"),
+                    Not(HasSubstr("leaves the picture")), Not(HasSubstr("nan"))));
 }
 
 TEST(Map, HasEqualAxes) {

@@ -34,10 +34,9 @@ TEST_F(PoseCommand, PrintsTheNewestPose) {
   publish(slow_ns);
   const Outcome outcome = run("");
   EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("mode   degraded\n"));
-  EXPECT_THAT(outcome.out, HasSubstr("bus_down: a bus is down or gone"));
-  EXPECT_THAT(outcome.out, HasSubstr("1.2500 m"));
-  EXPECT_THAT(outcome.out, HasSubstr("-15.262 deg"));
+  EXPECT_THAT(outcome.out,
+              AllOf(HasSubstr("mode   degraded\n"), HasSubstr("bus_down: a bus is down or gone"),
+                    HasSubstr("1.2500 m"), HasSubstr("-15.262 deg")));
   const auto json = nlohmann::json::parse(run("--json").out);
   EXPECT_EQ(json["x"], 1.25);
   EXPECT_EQ(json["yaw"], 12.3);

@@ -174,10 +174,9 @@ TEST_F(Serve, NeedsTheToken) {
   EXPECT_THAT(get("/metrics", "Authorization: Bearer " + wrong + "\r\n"),
               HasSubstr("this is not the car's token"));
   const std::string first = get("/?token=" + right);
-  EXPECT_THAT(first, StartsWith("HTTP/1.1 303"));
-  EXPECT_THAT(first, HasSubstr("Location: /\r\n"));
-  EXPECT_THAT(first,
-              HasSubstr("Set-Cookie: odom_token=" + right + "; Path=/; HttpOnly; SameSite=Strict"));
+  EXPECT_THAT(first, AllOf(StartsWith("HTTP/1.1 303"), HasSubstr("Location: /\r\n"),
+                           HasSubstr("Set-Cookie: odom_token=" + right +
+                                     "; Path=/; HttpOnly; SameSite=Strict")));
   const std::string cookie = "Cookie: theme=dark; odom_token=" + right + "; a=b\r\n";
   EXPECT_THAT(get("/", cookie), StartsWith("HTTP/1.1 200"));
   // The token is removed from the address even if the client has the cookie.
@@ -254,8 +253,7 @@ TEST_F(Serve, SurvivesBrokenRequests) {
     client.receive();
   }
   const std::string many = get("/page.js", ranges(400) + "\r\n");
-  EXPECT_THAT(many, StartsWith("HTTP/1.1 200"));
-  EXPECT_THAT(many, Not(HasSubstr("multipart")));
+  EXPECT_THAT(many, AllOf(StartsWith("HTTP/1.1 200"), Not(HasSubstr("multipart"))));
   const long before_kb = resident_kb();
   // Endless headers are refused after 16 kB, not collected.
   std::string endless = "GET / HTTP/1.1\r\nHost: localhost\r\n";
@@ -403,9 +401,8 @@ TEST_F(Serve, GivesTheMetricsOfOdomStatus) {
         "odom_can_frames_total{bus=\"can\\\"0\\\\\\n\"} 7\n",
         "odom_source_healthy{source=\"camera\"} 0\n",
         "odom_source_samples_total{source=\"camera\",verdict=\"gated\"} 1\n"})
-    EXPECT_THAT(printed.out, HasSubstr(line));
-  EXPECT_THAT(printed.out, Not(HasSubstr("motor")));
-  EXPECT_THAT(printed.out, Not(HasSubstr("sigma_x")));
+    EXPECT_THAT(printed.out,
+                AllOf(HasSubstr(line), Not(HasSubstr("motor")), Not(HasSubstr("sigma_x"))));
   ASSERT_TRUE(eventually([&] { return get("/metrics").ends_with(printed.out); }));
   EXPECT_THAT(get("/metrics"), HasSubstr("application/openmetrics-text; version=1.0.0"));
   EXPECT_THAT(stream_until("frozen"), HasSubstr(R"(["camera","frozen",false,)"));

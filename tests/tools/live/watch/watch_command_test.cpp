@@ -80,10 +80,8 @@ TEST_F(WatchCommand, GivesTheTerminalBackOnASignalAndInACrash) {
 TEST_F(WatchCommand, PrintsPlainSnapshotsIntoAPipe) {
   const Beating daemon{segment_};
   const std::string once = must_run("odom watch --once " + target());
-  EXPECT_THAT(once, HasSubstr("DEAD RECKONING  odometry alone\n"));
-  EXPECT_THAT(once, HasSubstr("1.250 m"));
-  EXPECT_THAT(once, HasSubstr("no such socket"));
-  EXPECT_THAT(once, Not(HasSubstr("\x1b")));
+  EXPECT_THAT(once, AllOf(HasSubstr("DEAD RECKONING  odometry alone\n"), HasSubstr("1.250 m"),
+                          HasSubstr("no such socket"), Not(HasSubstr("\x1b"))));
   EXPECT_THAT(must_run("odom watch --interval 0.05 " + target() + " | grep -m 2 RECKON"),
               HasSubstr("RECKONING"));
 }

@@ -218,9 +218,8 @@ TEST(Watch, KeepsTheTextOfAConditionOnANarrowTerminal) {
 
 TEST(Watch, ListsTheKeysInsteadOfTheBody) {
   const std::string text = screen_of(driving(), {.columns = 60, .rows = 18, .lists_keys = true});
-  EXPECT_THAT(text, HasSubstr("p, space            pause and continue"));
-  EXPECT_THAT(text, HasSubstr("TRACKING"));
-  EXPECT_THAT(text, Not(HasSubstr("pose  tick")));
+  EXPECT_THAT(text, AllOf(HasSubstr("p, space            pause and continue"),
+                          HasSubstr("TRACKING"), Not(HasSubstr("pose  tick"))));
 }
 
 TEST(Watch, ShowsInnovationsWhereThereIsRoomAndWhatWasLearnt) {
@@ -305,9 +304,7 @@ TEST(Watch, ScrollsToTheEndAndNoFurther) {
   EXPECT_EQ(picture.head.size() + picture.body.size() + 1, view.rows + most);
   view.scrolled = most + 5;
   const std::string end = text_of(screen(picture, view));
-  EXPECT_THAT(end, HasSubstr("TRACKING"));
-  EXPECT_THAT(end, HasSubstr("IMU"));
-  EXPECT_THAT(end, HasSubstr("the end"));
+  EXPECT_THAT(end, AllOf(HasSubstr("TRACKING"), HasSubstr("IMU"), HasSubstr("the end")));
 }
 
 TEST(Watch, SaysWhatItWaitsFor) {
