@@ -4,11 +4,9 @@
 #include <odom/odom.h>
 #include <nlohmann/json.hpp>
 
-#include "can_protocol/sources/log_reader.hpp"
-#include "daemon/core/config.hpp"
 #include "daemon/core/pipeline.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/replay/drive.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools::filter_on_logs_test {
@@ -23,27 +21,23 @@ struct Horizon {
 /// Largest errors over every tenth tick of a lap, except its start.
 std::array<Horizon, 2> worst_of_a_lap(const std::string& speed) {
   const Scratch scratch;
-  const std::string folder =
-      simulate(scratch, "--scenario lap --speed " + speed + " --duration 25 --seed 5");
-  daemon::Config config = daemon::load_config(folder + "/car.toml");
-  config.model = estimator::Model::full;
-  diagnostics::Diagnostics warnings;
-  const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
-  can::BusNames buses;
-  const std::vector<std::string> logs{folder + "/drive.log"};
-  can::MergedLog log(logs, buses);
-  const auto cameras = read_camera_log(folder + "/camera.csv").poses;
-  const auto pipeline = std::make_unique<daemon::Pipeline>(config, databases, buses.all(), true);
+  Drive drive = read_drive(
+      {.folder = simulate(scratch, "--scenario lap --speed " + speed + " --duration 25 --seed 5")});
+  drive.config.model = estimator::Model::full;
+  const std::int64_t period_ns = drive.config.realtime.period_ns;
+  const auto pipeline =
+      std::make_unique<daemon::Pipeline>(drive.config, drive.databases, drive.buses, true);
+  auto frame = drive.frames.begin();
 
   std::array<Horizon, 2> horizons{{{7, 2e-4}, {20, 2e-3}}};
   const auto ahead = std::make_unique<estimator::Filter>(pipeline->state().filter);
   replay(
-      *pipeline, config.realtime.period_ns, [&log] { return log.next(); }, cameras,
+      *pipeline, period_ns, [&] { return frame == drive.frames.end() ? nullptr : &*frame++; },
+      drive.cameras,
       [&](const daemon::TickRecord& record) {
         if (record.pose.tick % 10 != 0 || record.pose.tick < 1000) return;
         for (Horizon& horizon : horizons) {
-          const std::int64_t time_ns =
-              record.pose.time_ns + horizon.ticks * config.realtime.period_ns;
+          const std::int64_t time_ns = record.pose.time_ns + horizon.ticks * period_ns;
           *ahead = pipeline->state().filter;
           // No sample arrives meanwhile: the filter holds its inputs.
           const estimator::Estimate own = step(*ahead, time_ns);

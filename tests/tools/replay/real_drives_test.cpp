@@ -1,20 +1,16 @@
 // The recorded drives, each with its configuration, through the pipeline.
-#include <filesystem>
 #include <memory>
 #include <optional>
 
-#include "can_protocol/sources/log_reader.hpp"
-#include "daemon/core/config.hpp"
 #include "daemon/core/pipeline.hpp"
 #include "tests/gtest.hpp"
 #include "tests/recorded_drives.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/replay/drive.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools::real_drives_test {
 namespace {
 
-namespace fs = std::filesystem;
 using estimator::Model;
 
 /// `full` comes first: it is the model that cars use.
@@ -22,30 +18,18 @@ constexpr std::array models{Model::full, Model::inertial, Model::paper, Model::k
                             Model::kinematic_printed};
 static_assert(models.size() == estimator::model_names.size());
 
-struct Drive {
-  std::string name;
-  fs::path folder;
-  fs::path config;
-};
-
 std::vector<odom_pose> replayed(const Drive& drive, Model model, bool with_camera) {
-  daemon::Config config = daemon::load_config(drive.config);
-  config.can.dbc = {drive.folder / "car.dbc"};
+  daemon::Config config = drive.config;
   config.model = model;
-  diagnostics::Diagnostics warnings;
-  const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
-
-  can::BusNames buses;
-  const std::vector<std::string> logs{drive.folder / "drive.log"};
-  can::MergedLog log(logs, buses);
-  std::vector<estimator::CameraPose> cameras;
-  if (with_camera) cameras = read_camera_log(drive.folder / "camera.csv").poses;
-
   const auto pipeline =
-      std::make_unique<daemon::Pipeline>(config, databases, buses.all(), with_camera);
+      std::make_unique<daemon::Pipeline>(config, drive.databases, drive.buses, with_camera);
+  std::vector<estimator::CameraPose> cameras;
+  if (with_camera) cameras = drive.cameras;
+  auto frame = drive.frames.begin();
   std::vector<odom_pose> poses;
   replay(
-      *pipeline, config.realtime.period_ns, [&log] { return log.next(); }, cameras,
+      *pipeline, config.realtime.period_ns,
+      [&] { return frame == drive.frames.end() ? nullptr : &*frame++; }, cameras,
       [&](const daemon::TickRecord& record) { poses.push_back(record.pose); });
   return poses;
 }
@@ -75,26 +59,28 @@ void expect_no_fault(const std::vector<odom_pose>& poses, Model model, const std
   EXPECT_LT(std::prev(fault)->vx, 0.0) << what;
 }
 
+Drive read(const std::string& name) {
+  return read_drive({.folder = recorded::folder(name), .config = recorded::config(name)});
+}
+
 class RealDrives : public testing::Test {
  protected:
   void SetUp() override {
     std::vector<std::string> names(recorded::drives.begin(), recorded::drives.end());
     names.insert(names.end(), recorded::drives_with_config.begin(),
                  recorded::drives_with_config.end());
-    if (!recorded::at_hand(names.size())) return;
-    for (const std::string& name : names)
-      drives_.push_back({name, recorded::folder(name), recorded::config(name)});
+    if (recorded::at_hand(names.size())) names_ = names;
   }
-  std::vector<Drive> drives_;
+  std::vector<std::string> names_;
 };
 
 TEST_F(RealDrives, ReplayThroughEveryModel) {
-  for (const Drive& drive : drives_) {
-    const bool has_camera = fs::exists(drive.folder / "camera.csv");  // rav4 has none
+  for (const std::string& name : names_) {
+    const Drive drive = read(name);
     for (const Model model : models) {
       for (const bool with_camera : {false, true}) {
-        if (with_camera && !has_camera) continue;
-        const std::string what = drive.name + ", " + std::string(daemon::name_of(model)) +
+        if (with_camera && drive.cameras.empty()) continue;  // rav4 has none
+        const std::string what = name + ", " + std::string(daemon::name_of(model)) +
                                  (with_camera ? ", with camera" : "");
         const auto poses = replayed(drive, model, with_camera);
         expect_sound(poses, what);
@@ -123,39 +109,37 @@ std::optional<double> median_distance(const std::vector<odom_pose>& poses,
 }
 
 TEST_F(RealDrives, StayWithTheirCamera) {
-  for (const Drive& drive : drives_) {
-    if (!fs::exists(drive.folder / "camera.csv")) continue;  // rav4 has none
+  for (const std::string& name : names_) {
     // The wheels spin at five times the car's speed: odometry cannot bridge even 40 ms then.
-    if (drive.name == "dart_drift1") continue;
-    const auto cameras = read_camera_log(drive.folder / "camera.csv").poses;
+    if (name == "dart_drift1") continue;
+    const Drive drive = read(name);
+    if (drive.cameras.empty()) continue;  // rav4 has none
     for (const Model model : {Model::full, Model::inertial, Model::paper}) {
-      const std::string what = drive.name + ", " + std::string(daemon::name_of(model));
-      const auto distance = median_distance(replayed(drive, model, true), cameras);
+      const std::string what = name + ", " + std::string(daemon::name_of(model));
+      const auto distance = median_distance(replayed(drive, model, true), drive.cameras);
       ASSERT_TRUE(distance) << what;
-      EXPECT_LT(*distance, 10 * cameras.front().sigma_x) << what;
+      EXPECT_LT(*distance, 10 * drive.cameras.front().sigma_x) << what;
     }
   }
 }
 
 TEST_F(RealDrives, DoNotFollowATrackerThatHasLostTheCar) {
-  for (const Drive& drive : drives_) {
-    // From 4 s to 17.6 s the tracker repeats one position, with jitter, while the car drives 14 m.
-    if (drive.name != "dart_track_v1") continue;
-    const auto poses = replayed(drive, Model::full, true);
-    expect_sound(poses, drive.name);
-    for (const odom_pose& pose : poses) ASSERT_EQ(pose.reset_count, 1U) << pose.time_ns;
-    const auto cameras = read_camera_log(drive.folder / "camera.csv").poses;
-    const auto found = std::adjacent_find(
-        cameras.rbegin(), cameras.rend(),
-        [](const auto& later, const auto& earlier) { return std::abs(later.x - earlier.x) > 1.0; });
-    ASSERT_NE(found, cameras.rend());
-    const auto tick =
-        static_cast<std::size_t>((found->capture_ns - poses.front().time_ns) / 5'000'000);
-    ASSERT_LT(tick, poses.size());
-    EXPECT_LT(std::hypot(found->x - poses[tick].x, found->y - poses[tick].y),
-              0.2);  // 1.4 % of the distance
-    EXPECT_LT(std::abs(std::remainder(found->yaw - poses[tick].yaw, 6.283185307179586)), 0.08);
-  }
+  if (names_.empty()) return;
+  // From 4 s to 17.6 s the tracker repeats one position, with jitter, while the car drives 14 m.
+  const Drive drive = read("dart_track_v1");
+  const auto poses = replayed(drive, Model::full, true);
+  expect_sound(poses, drive.name);
+  for (const odom_pose& pose : poses) ASSERT_EQ(pose.reset_count, 1U) << pose.time_ns;
+  const auto found = std::adjacent_find(
+      drive.cameras.rbegin(), drive.cameras.rend(),
+      [](const auto& later, const auto& earlier) { return std::abs(later.x - earlier.x) > 1.0; });
+  ASSERT_NE(found, drive.cameras.rend());
+  const auto tick =
+      static_cast<std::size_t>((found->capture_ns - poses.front().time_ns) / 5'000'000);
+  ASSERT_LT(tick, poses.size());
+  EXPECT_LT(std::hypot(found->x - poses[tick].x, found->y - poses[tick].y),
+            0.2);  // 1.4 % of the distance
+  EXPECT_LT(std::abs(std::remainder(found->yaw - poses[tick].yaw, 6.283185307179586)), 0.08);
 }
 
 }  // namespace
