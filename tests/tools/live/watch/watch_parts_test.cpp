@@ -1,4 +1,6 @@
 // odom watch: the parts of its pages, and the keys.
+#include <limits>
+
 #include "tests/gtest.hpp"
 #include "tools/live/line.hpp"
 #include "tools/live/watch/pictures.hpp"
@@ -20,6 +22,68 @@ TEST(WatchHistogram, ShowsEveryBucketThatIsNotEmpty) {
   EXPECT_EQ(bars(empty, 2, 1, Glyphs::ascii).front(), std::string(32, ' '));
   // Bucket i holds [2^((i-1)/4), 2^(i/4)) us: 1 us is in bucket 1, 10 us in 14, 1 ms in 40.
   EXPECT_EQ(axis(1, Glyphs::ascii), " 1 us         10           100          1 ms          10 ms");
+}
+
+odom_pose pose_at(double x, double y) {
+  odom_pose pose{};
+  pose.x = x;
+  pose.y = y;
+  pose.mode = ODOM_TRACKING;
+  return pose;
+}
+
+TEST(WatchMap, DrawsWhatIsNotFiniteOrHugeWithoutHarm) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  const Trail trail;
+  for (const double value : {inf, -inf, 1e300, -1e300, std::nan("")}) {
+    odom_pose pose = pose_at(1.0, 1.0);
+    pose.covariance[0] = value;
+    EXPECT_EQ(draw_map(trail, pose, {30, 8}).size(), 8U);
+    pose.x = value;
+    EXPECT_EQ(draw_map(trail, pose, {30, 8}).size(), 8U);
+  }
+}
+
+TEST(WatchMap, StandsStillWhileTheCarMovesALittle) {
+  Trail trail;
+  for (int i = 0; i <= 120; ++i) trail.take(pose_at(0.02 * i, 0.05 * i), 1);
+  const auto scale_of = [&trail](double y) {
+    return as_text(draw_map(trail, pose_at(1.2, y), {40, 10}).back());
+  };
+  EXPECT_EQ(scale_of(3.0), scale_of(3.3));
+}
+
+TEST(WatchMap, GivesTheAxesOfAnEllipse) {
+  const Ellipse flat = ellipse_of({0.04, 0.0, 0.01}, 3.0);
+  EXPECT_NEAR(flat.long_half_axis, 0.6, 1e-12);
+  EXPECT_NEAR(flat.short_half_axis, 0.3, 1e-12);
+  EXPECT_NEAR(flat.direction, 0.0, 1e-12);
+  EXPECT_NEAR(ellipse_of({0.02, 0.01, 0.02}, 1.0).direction, std::atan(1.0), 1e-12);
+  EXPECT_NEAR(ellipse_of({0.01, 0.0, 0.04}, 1.0).direction, 2.0 * std::atan(1.0), 1e-12);
+}
+
+TEST(WatchTrail, KeepsTheDriveWhileTheCarStandsAndBreaksAtALeap) {
+  Trail trail;
+  odom_pose pose = pose_at(0.0, 0.0);
+  trail.take(pose, 1);
+  trail.take(pose, 1);
+  EXPECT_EQ(trail.points().size(), 1U);
+  pose.x += 1.0;
+  trail.take(pose, 1);
+  EXPECT_NEAR(trail.length(), 1.0, 1e-9);
+  pose.x += 5.0;
+  pose.jump_x = 5.0;
+  pose.reset_count = 1;
+  trail.take(pose, 1);
+  EXPECT_NEAR(trail.length(), 1.0, 1e-9);
+  pose.x += 5.0;
+  trail.take(pose, 2);  // another daemon
+  EXPECT_NEAR(trail.length(), 1.0, 1e-9);
+  for (int i = 0; i < 2000; ++i) {
+    pose.x += 0.01;
+    trail.take(pose, 2);
+  }
+  EXPECT_EQ(trail.points().size(), Trail::longest);
 }
 
 TEST(WatchLine, IsCutAndFilledByCharacters) {

@@ -1,11 +1,9 @@
 // odom watch: its pages about a daemon, line by line.
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "tests/gtest.hpp"
 #include "tools/diagnostics/conditions.hpp"
 #include "tools/live/watch/draw.hpp"
-#include "tools/live/watch/pictures.hpp"
 
 namespace odomd::tools::watch::watch_test {
 namespace {
@@ -349,60 +347,6 @@ TEST(Watch, DrawsNoPoseWhereThereIsNone) {
   State state = driving();
   state.segment->pose.mode = ODOM_INITIALISING;
   EXPECT_THAT(text_of(draw(state, Page{}).body), HasSubstr("none yet"));
-}
-
-TEST(WatchMap, DrawsWhatIsNotFiniteOrHugeWithoutHarm) {
-  constexpr double inf = std::numeric_limits<double>::infinity();
-  const Trail trail;
-  for (const double value : {inf, -inf, 1e300, -1e300, std::nan("")}) {
-    odom_pose pose = pose_at(1.0);
-    pose.covariance[0] = value;
-    EXPECT_EQ(draw_map(trail, pose, {30, 8}).size(), 8U);
-    pose.x = value;
-    EXPECT_EQ(draw_map(trail, pose, {30, 8}).size(), 8U);
-  }
-}
-
-TEST(WatchMap, StandsStillWhileTheCarMovesALittle) {
-  Trail trail;
-  for (int i = 0; i <= 120; ++i) trail.take(pose_at(0.05 * i), 1);
-  const auto scale_of = [&trail](double seconds) {
-    return as_text(draw_map(trail, pose_at(seconds), {40, 10}).back());
-  };
-  EXPECT_EQ(scale_of(3.0), scale_of(3.2));
-}
-
-TEST(WatchMap, GivesTheAxesOfAnEllipse) {
-  const Ellipse flat = ellipse_of({0.04, 0.0, 0.01}, 3.0);
-  EXPECT_NEAR(flat.long_half_axis, 0.6, 1e-12);
-  EXPECT_NEAR(flat.short_half_axis, 0.3, 1e-12);
-  EXPECT_NEAR(flat.direction, 0.0, 1e-12);
-  EXPECT_NEAR(ellipse_of({0.02, 0.01, 0.02}, 1.0).direction, std::atan(1.0), 1e-12);
-  EXPECT_NEAR(ellipse_of({0.01, 0.0, 0.04}, 1.0).direction, 2.0 * std::atan(1.0), 1e-12);
-}
-
-TEST(WatchTrail, KeepsTheDriveWhileTheCarStandsAndBreaksAtALeap) {
-  Trail trail;
-  odom_pose pose = pose_at(0.0);
-  trail.take(pose, 1);
-  trail.take(pose, 1);
-  EXPECT_EQ(trail.points().size(), 1U);
-  pose.x += 1.0;
-  trail.take(pose, 1);
-  EXPECT_NEAR(trail.length(), 1.0, 1e-9);
-  pose.x += 5.0;
-  pose.jump_x = 5.0;
-  pose.reset_count = 1;
-  trail.take(pose, 1);
-  EXPECT_NEAR(trail.length(), 1.0, 1e-9);
-  pose.x += 5.0;
-  trail.take(pose, 2);  // another daemon
-  EXPECT_NEAR(trail.length(), 1.0, 1e-9);
-  for (int i = 0; i < 2000; ++i) {
-    pose.x += 0.01;
-    trail.take(pose, 2);
-  }
-  EXPECT_EQ(trail.points().size(), Trail::longest);
 }
 
 }  // namespace
