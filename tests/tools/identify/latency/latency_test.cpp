@@ -56,6 +56,16 @@ estimator::CameraPose pose_at(double t, double x, double y, double turned) {
   return pose;
 }
 
+/// Speeds of the rear wheels, which are `side` from the middle; `lag` per m/s is that of their
+/// spin.
+void add_rear_wheels(SignalLog& log, double side, const Sampling& how, double lag = 0.0) {
+  const auto wheel = [&](double y) {
+    return sampled([=](double t) { return speed(t) + y * yaw_rate(t - lag * speed(t)); }, how);
+  };
+  log.of(Source::wheel_rear_left) = wheel(-side);
+  log.of(Source::wheel_rear_right) = wheel(side);
+}
+
 daemon::Config car() {
   daemon::Config config;
   config.file = "car.toml";
@@ -125,12 +135,7 @@ TEST(OffsetRegression, SaysThatNoiseHasNoOffset) {
 
 TEST(Latency, OfWheelsShowsInTheDifferenceOfLeftAndRight) {
   SignalLog log = log_with_gyro();
-  const Sampling wheel{.late = 0.021, .noise = 0.005};
-  // The wheels' spin adds a lag of 1 ms per m/s.
-  log.of(Source::wheel_rear_left) =
-      sampled([](double t) { return speed(t) - 0.08 * yaw_rate(t - 1e-3 * speed(t)); }, wheel);
-  log.of(Source::wheel_rear_right) =
-      sampled([](double t) { return speed(t) + 0.08 * yaw_rate(t - 1e-3 * speed(t)); }, wheel);
+  add_rear_wheels(log, 0.08, {.late = 0.021, .noise = 0.005}, 1e-3);
   std::vector<std::string> reports;
   const LatencyEstimate estimate = estimate_latencies(
       car(), log, {}, [&reports](const std::string& now) { reports.push_back(now); });
@@ -147,12 +152,7 @@ TEST(Latency, OfWheelsShowsInTheDifferenceOfLeftAndRight) {
 TEST(Latency, OfWheelsIsNotDrawnToWhereTheGyroIsLessNoisy) {
   SignalLog log = log_with_gyro();
   log.of(Source::yaw_rate) = sampled(yaw_rate, {.period = 0.005, .noise = 0.2});
-  const auto wheel = [](double side) {
-    return sampled([side](double t) { return speed(t) + side * yaw_rate(t - 1e-3 * speed(t)); },
-                   {.late = 0.02});  // four samples of the gyro
-  };
-  log.of(Source::wheel_rear_left) = wheel(-0.08);
-  log.of(Source::wheel_rear_right) = wheel(0.08);
+  add_rear_wheels(log, 0.08, {.late = 0.02}, 1e-3);  // four samples of the gyro
   const SourceOffset found = of(estimate_latencies(car(), log, {}), Source::wheel_rear_left);
   EXPECT_NEAR(found.offset, 0.02, 1e-3);
 }
@@ -216,11 +216,7 @@ TEST(Latency, OfOneSpeedIsDeterminedByTheCamerasPathAlone) {
 
 TEST(Latency, OfExchangedWheelsIsNotReported) {
   SignalLog log = log_with_gyro();
-  const auto wheel = [](double side) {
-    return sampled([side](double t) { return speed(t) + side * yaw_rate(t); }, {.noise = 0.005});
-  };
-  log.of(Source::wheel_rear_left) = wheel(0.08);
-  log.of(Source::wheel_rear_right) = wheel(-0.08);
+  add_rear_wheels(log, -0.08, {.noise = 0.005});
   EXPECT_THAT(of(estimate_latencies(car(), log, {}), Source::wheel_rear_left).failure,
               testing::HasSubstr("left and right exchanged?"));
 }
