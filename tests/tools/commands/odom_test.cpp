@@ -25,7 +25,11 @@ TEST(Odom, SaysWhatToInstallWhereACompanionIsMissing) {
   for (const auto& [command, package] :
        {std::pair{" serve", "install the package odom-web"},
         {" bridge", "install the package odom-bridge"},
-        {" identify track f.mp4 --aruco 4x4_50 --front 1 --rear 2", "libopencv-dev"}}) {
+        {" identify track f.mp4 --aruco 4x4_50 --front 1 --rear 2", "libopencv-dev"},
+        {" identify fit --drive somewhere",
+         "odom identify fit: fitting needs odom-fit: install the package odom-fit; or install "
+         "libceres-dev, and configure and build all: cmake --preset release && cmake --build "
+         "--preset release\n"}}) {
     const Outcome outcome = run_shell(scratch.path("odom").string() + command);
     EXPECT_THAT(outcome, Ends(1, HasSubstr(package))) << outcome.err;
     EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;

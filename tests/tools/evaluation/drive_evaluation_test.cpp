@@ -55,14 +55,23 @@ TEST_F(DriveEvaluation, KeepsEveryJudgementWithItsTimeAndVariance) {
           replayed.summary.verdicts[camera][static_cast<std::size_t>(estimator::Verdict::too_old)]);
 }
 
-TEST_F(DriveEvaluation, TakesAnotherConfigurationAndReference) {
-  const auto config = shared().scratch.write(
-      "other.toml", contents(lap() / "car.toml") + "\n[filter]\nmodel = \"kinematic\"\n");
-  const Drive drive =
-      read_drive({.folder = lap(), .config = config, .reference = lap() / "truth.csv"});
+// A database that is not next to the configuration is taken from the folder.
+TEST_F(DriveEvaluation, TakesAnotherConfigurationWithItsDatabaseAndReference) {
+  const Scratch& scratch = shared().scratch;
+  const std::string text = contents(lap() / "car.toml") + "\n[filter]\nmodel = \"kinematic\"\n";
+  const auto read = [](const std::filesystem::path& config) {
+    return read_drive({.folder = lap(), .config = config, .reference = lap() / "truth.csv"});
+  };
+  const Drive drive = read(scratch.write("other.toml", text));
   EXPECT_EQ(drive.config.model, estimator::Model::kinematic);
   EXPECT_EQ(drive.config.can.dbc.front(), std::filesystem::absolute(lap() / "car.dbc"));
   EXPECT_GT(evaluated(drive).samples, 500U);
+  std::filesystem::create_directory(scratch.path("with"));
+  const auto with = scratch.write("with/car.dbc", contents(lap() / "car.dbc"));
+  EXPECT_EQ(read(scratch.write("with/car.toml", text)).config.can.dbc.front(), with);
+  const auto nowhere = scratch.write("other_name.toml",
+                                     std::string(text).replace(text.find("car.dbc"), 7, "no.dbc"));
+  EXPECT_THAT(message_of([&] { (void)read(nowhere); }), HasSubstr("no.dbc"));
 }
 
 TEST_F(DriveEvaluation, TakesTheTruthToTheCentreOfGravityByItsLeverArm) {
@@ -100,22 +109,6 @@ TEST_F(DriveEvaluation, ReportHasTheLeverArmOfTheConfiguration) {
   EXPECT_EQ(arm_of(config, {}).value_or(estimator::Pose2{}).y, -0.05);
   EXPECT_EQ(arm_of(config, {.lever_arm = estimator::Pose2{}}).value_or(estimator::Pose2{1.0}).x,
             0.0);
-}
-
-TEST_F(DriveEvaluation, TakesTheDatabasesOfTheConfigurationThatIsGiven) {
-  const std::string text = contents(lap() / "car.toml");
-  std::filesystem::create_directory(shared().scratch.path("with"));
-  shared().scratch.write("with/car.dbc", contents(lap() / "car.dbc"));
-  const auto with = shared().scratch.write("with/car.toml", text);
-  EXPECT_EQ(read_drive({.folder = lap(), .config = with, .reference = {}}).config.can.dbc.front(),
-            with.parent_path() / "car.dbc");
-  const std::size_t at = text.find("car.dbc");
-  ASSERT_NE(at, std::string::npos);
-  const auto other =
-      shared().scratch.write("other_name.toml", std::string(text).replace(at, 7, "no.dbc"));
-  EXPECT_THAT(
-      message_of([&] { (void)read_drive({.folder = lap(), .config = other, .reference = {}}); }),
-      HasSubstr("no.dbc"));
 }
 
 TEST_F(DriveEvaluation, SaysInOneLineWhatAFolderLacks) {

@@ -71,16 +71,5 @@ TEST(FitOptions, APriorIsANameAndASigma) {
     EXPECT_THAT(message_of([&] { (void)parse_prior(text); }), HasSubstr(says)) << text;
 }
 
-TEST(FitOptions, WithoutTheProgramItIsSaidHowToHaveIt) {
-  const Scratch scratch;
-  const std::string alone = scratch.path("odom").string();
-  EXPECT_THAT(run_shell("cp \"$(command -v odom)\" " + alone + " && exec " + alone +
-                        " identify fit --drive somewhere"),
-              Ends(1,
-                   "odom identify fit: fitting needs odom-fit: install the package odom-fit; or "
-                   "install libceres-dev, and configure and build all: cmake --preset release && "
-                   "cmake --build --preset release\n"));
-}
-
 }  // namespace
 }  // namespace odomd::tools::fit_options_test
