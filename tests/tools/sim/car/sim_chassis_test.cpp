@@ -155,9 +155,9 @@ TEST_P(PublishedCar, AFinerStepGivesTheSameCar) {
     return plant.output();
   };
   const PlantOutput coarse = drive(0.0005), fine = drive(0.0001);
-  EXPECT_NEAR(coarse.x, fine.x, 2e-3);
-  EXPECT_NEAR(coarse.y, fine.y, 2e-3);
-  EXPECT_NEAR(coarse.roll, fine.roll, 1e-4);
+  EXPECT_NEAR(coarse.x, fine.x, 2e-4);
+  EXPECT_NEAR(coarse.y, fine.y, 2e-4);
+  EXPECT_NEAR(coarse.roll, fine.roll, 5e-6);
   EXPECT_GT(std::abs(fine.roll), 1e-3);
 }
 
