@@ -75,8 +75,7 @@ struct Errors {
   std::size_t frames = 0;
 };
 
-Errors errors_of(const Scratch& scratch, const std::string& csv) {
-  const MarkerTrack track = read_marker_track(scratch.write("track.csv", csv));
+Errors errors_of(const MarkerTrack& track) {
   Errors errors{.frames = track.frames.size()};
   double squares = 0.0;
   for (const MarkerFrame& frame : track.frames) {
@@ -126,15 +125,20 @@ const Stage& stage() {
   return made;
 }
 
+MarkerTrack tracked(const TrackOptions& options, TrackSummary* summary = nullptr) {
+  std::ostringstream csv;
+  const TrackSummary found = track_film(options, csv);
+  if (summary != nullptr) *summary = found;
+  return read_marker_track(stage().scratch.write("track.csv", csv.str()));
+}
+
 // A pixel covers 4.8 mm on the ground.
 TEST(Track, ArucoMarkersAreFoundToAMillimetreOrTwoThroughATiltedCameraWithALens) {
-  std::ostringstream csv;
-  const TrackSummary summary = track_film(stage().options, csv);
+  TrackSummary summary;
+  const Errors errors = errors_of(tracked(stage().options, &summary));
   EXPECT_EQ(summary.frames, frames);
   EXPECT_GE(summary.front, frames - 1);
   EXPECT_GE(summary.rear, frames - 1);
-  const Errors errors = errors_of(stage().scratch, csv.str());
-  std::cout << "ArUco: " << errors.rms << " mm rms, largest " << errors.largest << " mm\n";
   EXPECT_LT(errors.rms, 1.5);
   EXPECT_LT(errors.largest, 5.0);
 }
@@ -145,9 +149,7 @@ TEST(Track, TheHeightOfTheMarkersAndTheLensCount) {
     TrackOptions options = stage().options;
     options.height = 0.0;
     options.lens = lens;
-    std::ostringstream csv;
-    static_cast<void>(track_film(options, csv));
-    EXPECT_GT(errors_of(stage().scratch, csv.str()).rms, 15.0) << lens;
+    EXPECT_GT(errors_of(tracked(options)).rms, 15.0) << lens;
   }
 }
 
@@ -173,12 +175,10 @@ TEST(Track, ColouredSpotsAreFoundByPlacesOnTheGroundThatAreGiven) {
     point << p.x << ',' << p.y << '=' << x << ',' << y;
     options.ground.push_back(point.str());
   }
-  std::ostringstream csv;
-  const TrackSummary summary = track_film(options, csv);
+  TrackSummary summary;
+  const Errors errors = errors_of(tracked(options, &summary));
   EXPECT_EQ(summary.front, frames);
   EXPECT_EQ(summary.rear, frames);
-  const Errors errors = errors_of(scratch, csv.str());
-  std::cout << "colours: " << errors.rms << " mm rms, largest " << errors.largest << " mm\n";
   EXPECT_LT(errors.rms, 1.5);
   EXPECT_LT(errors.largest, 5.0);
 }
@@ -190,11 +190,10 @@ TEST(Track, ALostMarkerLeavesItsFieldsEmptyAndIsCounted) {
   TrackOptions options = stage().options;
   options.film = scratch.path("film.avi").string();
   filmed.write(options.film);
-  std::ostringstream csv;
-  const TrackSummary summary = track_film(options, csv);
+  TrackSummary summary;
+  const MarkerTrack track = tracked(options, &summary);
   EXPECT_LE(summary.front, frames - 5);
   EXPECT_GE(summary.longest_gap, 5);
-  const MarkerTrack track = read_marker_track(scratch.write("track.csv", csv.str()));
   EXPECT_EQ(track.frames.size() + track.gaps, static_cast<std::size_t>(frames));
   EXPECT_GE(track.gaps, 5U);
 }
@@ -204,9 +203,7 @@ TEST(Track, WithoutPlacesOnTheGroundTheTrackIsInPixels) {
   options.ground_markers.clear();
   options.lens.clear();
   options.height = 0.0;
-  std::ostringstream csv;
-  static_cast<void>(track_film(options, csv));
-  const MarkerTrack track = read_marker_track(stage().scratch.write("px.csv", csv.str()));
+  const MarkerTrack track = tracked(options);
   const Plane place = at_body(pose_at(0), front_place);
   const cv::Point2d pixel = Filmed{}.camera.pixel({place.real(), place.imag(), car_height});
   EXPECT_NEAR(track.frames[0].front.real(), pixel.x, 0.5);
@@ -215,9 +212,7 @@ TEST(Track, WithoutPlacesOnTheGroundTheTrackIsInPixels) {
 
 TEST(Track, TimesComeFromTheFilmTheRateOrAFile) {
   const auto second_time = [](const TrackOptions& options) {
-    std::ostringstream csv;
-    static_cast<void>(track_film(options, csv));
-    return read_marker_track(stage().scratch.write("t.csv", csv.str())).frames.at(1).t_ns;
+    return tracked(options).frames.at(1).t_ns;
   };
   TrackOptions options = stage().options;
   EXPECT_EQ(second_time(options), 20'000'000);
@@ -302,7 +297,7 @@ TEST(Track, AFilmOfAChessboardGivesTheLens) {
     for (int repeat = 0; repeat < 3; ++repeat) film.write(picture);
   }
   film.release();
-  for (const std::string& note : calibrate_lens(options)) std::cout << note << '\n';
+  static_cast<void>(calibrate_lens(options));
   const Lens lens = read_lens(options.out);
   EXPECT_NEAR(lens.matrix(0, 0), camera.focal, 0.01 * camera.focal);
   EXPECT_EQ(lens.picture, camera.picture);
@@ -329,27 +324,23 @@ TEST(TrackCommand, OdomHandsOverToTheProgramWithOpenCv) {
   for (const std::string& text : on_ground) line += " --ground-marker=" + text;
   EXPECT_THAT(run_shell(line),
               Ends(0, AllOf(HasSubstr("40 frames; front marker in"), HasSubstr("frame 25 of 40"))));
-  EXPECT_LT(errors_of(scratch, contents(out)).rms, 1.5);
-
-  const Outcome wrong =
-      run_shell("odom identify track nothing.avi --aruco 4x4_50 --front 1 --rear 2");
-  EXPECT_THAT(wrong, Ends(2, StartsWith("odom identify track: nothing.avi: no such file")));
-  EXPECT_EQ(wrong.err.find('\n'), wrong.err.size() - 1);
+  EXPECT_LT(errors_of(read_marker_track(out)).rms, 1.5);
+  expect_refused("odom identify track ",
+                 {{"nothing.avi --aruco 4x4_50 --front 1 --rear 2",
+                   StartsWith("odom identify track: nothing.avi: no such file")}});
 }
 
 TEST(TrackCommand, FollowsTheMarkersOfASimulatedFilm) {
   const Scratch scratch;
   const std::string drive = scratch.path("drive"), film = scratch.path("film.avi"),
                     overlay = scratch.path("found.avi"), out = scratch.path("markers.csv");
-  const Outcome made = run_shell("odom sim --scenario circle --duration 4 --film-rate 10 --film " +
-                                 film + " --out " + drive);
-  ASSERT_EQ(made.status, 0) << made.err;
+  const std::string made = must_run(
+      "odom sim --scenario circle --duration 4 --film-rate 10 --film " + film + " --out " + drive);
   const std::string says = "to track it: ";
-  ASSERT_THAT(made.out, HasSubstr(says));
-  std::string command = made.out.substr(made.out.find(says) + says.size());
+  ASSERT_THAT(made, HasSubstr(says));
+  std::string command = made.substr(made.find(says) + says.size());
   command.pop_back();
-  const Outcome tracked = run_shell(command + " --overlay " + overlay + " --out " + out);
-  ASSERT_EQ(tracked.status, 0) << tracked.err;
+  must_run(command + " --overlay " + overlay + " --out " + out);
   // The markers are 30 cm apart in every frame.
   const MarkerTrack track = read_marker_track(out);
   EXPECT_GT(track.frames.size(), 30U);
