@@ -7,6 +7,7 @@ import ctypes
 import re
 import struct
 import zlib
+from collections import namedtuple
 from typing import Any, NamedTuple
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -50,39 +51,12 @@ def check(condition: object, what: str) -> None:
         raise Malformed(what)
 
 
-class Schema(NamedTuple):
-    id: int
-    name: str
-    encoding: str
-    data: bytes
-
-
-class Channel(NamedTuple):
-    id: int
-    schema_id: int
-    topic: str
-    message_encoding: str
-    metadata: list[tuple[str, str]]
-
-
-class Message(NamedTuple):
-    channel_id: int
-    sequence: int
-    log_time: int
-    publish_time: int
-    data: bytes
-
-
-class ChunkIndex(NamedTuple):
-    start: int
-    end: int
-    offset: int
-    length: int
-    index_offsets: list[tuple[int, int]]
-    index_length: int
-    compression: str
-    compressed: int
-    uncompressed: int
+Schema = namedtuple("Schema", "id name encoding data")
+Channel = namedtuple("Channel", "id schema_id topic message_encoding metadata")
+Message = namedtuple("Message", "channel_id sequence log_time publish_time data")
+ChunkIndex = namedtuple(
+    "ChunkIndex", "start end offset length index_offsets index_length compression compressed uncompressed"
+)
 
 
 class Record(NamedTuple):

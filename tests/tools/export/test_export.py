@@ -107,7 +107,7 @@ class Export(unittest.TestCase):
         return self.read(file)
 
     def schema_of(self, mcap: mcap_reader.File, topic: str) -> str:
-        return mcap.schemas[mcap.topics()[topic].schema_id].name
+        return str(mcap.schemas[mcap.topics()[topic].schema_id].name)
 
     def test_a_drive_has_all_of_its_topics(self) -> None:
         mcap = self.export(self.drive, "--pose", self.pose)
