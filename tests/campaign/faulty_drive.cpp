@@ -56,7 +56,7 @@ Sent sent(const Drive& drive, std::span<const fault::Fault> faults) {
 FaultyDrive::FaultyDrive(const Drive& drive, Camera camera, std::size_t begin)
     : drive_(drive), camera_(camera), begin_(begin) {
   for (std::size_t i = 0; i < drive.ticks; ++i)
-    truth_.push_back(at(*drive.reference, drive.tick_ns(i)));
+    truth_.push_back(at(drive.reference.value(), drive.tick_ns(i)));
   const std::int64_t begin_ns = drive.tick_ns(begin);
   const std::span frames(drive.frames);
   const std::span cameras(drive.cameras);

@@ -1,7 +1,6 @@
 // Source flags on whole drives: sound drives raise none, failing sensors do.
 #include "tests/campaign/source_flags.hpp"
 
-#include <filesystem>
 #include <map>
 #include <set>
 
@@ -10,8 +9,6 @@
 
 namespace odomd::campaign::source_flags_test {
 namespace {
-
-namespace fs = std::filesystem;
 
 std::string described(const Drive& drive, const FlagChange& change) {
   return std::string(estimator::source_names[estimator::index_of(change.source)]) + ' ' +
@@ -76,7 +73,7 @@ TEST(SourceFlags, ShowWhatFails) {
   EXPECT_GE(shown, 14);
 }
 
-/// Mean v_x over 0.2 s around a time, from the drive's reference; nothing without a reference.
+/// Mean v_x over 0.2 s around a time, from the drive's reference; nothing where that has a gap.
 std::optional<double> true_speed(const Drive& drive, std::int64_t time_ns) {
   const auto a = at(*drive.reference, time_ns - 100'000'000),
              b = at(*drive.reference, time_ns + 100'000'000);
