@@ -185,12 +185,5 @@ TEST_F(OdomdRecord, OneAtATime) {
   EXPECT_THAT(desk_.read("r.txt"), HasSubstr("drive: exists already; name another folder"));
 }
 
-TEST_F(OdomdRecord, WithoutADaemonIsOneSentence) {
-  EXPECT_EQ(odom(desk_, "record --socket record.sock", "r.txt"), 1);
-  EXPECT_EQ(desk_.read("r.txt"),
-            "odom record: record.sock: no such socket; is odomd running? --socket names another "
-            "path\n");
-}
-
 }  // namespace
 }  // namespace odomd::testing::odomd_record_test

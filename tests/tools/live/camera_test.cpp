@@ -154,11 +154,6 @@ TEST_F(CameraSend, SaysThatNobodyReadsThePose) {
   EXPECT_THAT(run("--pose 1,2,3"), Ends(1, HasSubstr("does not take poses; is it stopped?")));
 }
 
-TEST_F(CameraSend, SaysThatNobodyListens) {
-  EXPECT_THAT(run("--pose 1,2,3 --wait 0.05"),
-              Ends(1, HasSubstr("odom camera send: " + path_ + ": no such socket; is odomd")));
-}
-
 TEST_F(CameraSend, RefusesBadPosesAndRowsInOneLine) {
   listen();
   for (const char* bad : {"--pose 1,2", "--pose 1,2,nan", "--pose 1,2,3 --sigma 0,1,1",

@@ -64,6 +64,32 @@ TEST(SocketPath, RecordAndCameraSendLookInTheSamePlaces) {
               HasSubstr(own + "/odomd/camera.sock: "));
 }
 
+TEST(NobodyThere, IsOneSentenceOfEachCommand) {
+  const Scratch scratch;
+  const std::string path = scratch.path("none").string();
+  const std::string segment = path + ": no such segment: is odomd running?\n",
+                    other = "? --socket names another path",
+                    socket = path + ": no such socket; is odomd running",
+                    status = socket + other + " ([status] socket of its configuration)\n";
+  for (const auto& [command, says] :
+       {std::pair{"pose --shm ", "odom pose: " + segment},
+        {"watch --once --socket /nonexistent/s --shm ", "odom watch: " + segment},
+        {"watch --once --socket ", "odom watch: " + status},
+        {"plot --for 1 --out - --shm ", "odom plot: " + segment},
+        {"status --socket ", "odom status: " + status},
+        {"camera send --pose 1,2,3 --wait 0.05 --socket ",
+         "odom camera send: " + socket + ", with a [camera] table" + other + '\n'},
+        {"record --socket ", "odom record: " + socket + other + '\n'}}) {
+    const Outcome outcome = run_shell(std::string("odom ") + command + path);
+    EXPECT_THAT(outcome, Ends(1, says));
+    EXPECT_EQ(outcome.out, "");
+  }
+  for (const std::string& wrong :
+       {std::string("pose --shm nonsense"), std::string("watch --once --shm nonsense"),
+        std::string("watch --interval 0"), "status --socket " + std::string(200, 'x')})
+    EXPECT_EQ(run_shell("odom " + wrong).status, 2) << wrong;
+}
+
 bool runs_at_the_end(RecordingFeed& feed) {
   while (!feed.ended()) EXPECT_FALSE(feed.next(std::chrono::milliseconds(100)).has_value());
   return feed.is_daemon_running();

@@ -52,12 +52,6 @@ TEST_F(PoseCommand, OfADeadDaemonIsShownAndFails) {
   EXPECT_THAT(outcome.err, HasSubstr("the daemon has stopped publishing: this was its last pose"));
 }
 
-TEST_F(PoseCommand, WithoutADaemonIsOneSentence) {
-  EXPECT_THAT(run(""),
-              Ends(1, "odom pose: " + segment_ + ": no such segment: is odomd running?\n"));
-  EXPECT_EQ(run_shell("odom pose --shm nonsense").status, 2);
-}
-
 TEST_F(PoseCommand, KnowsNoLogClockWhereNoLogIsPlayed) {
   publish(slow_ns);
   EXPECT_THAT(run("--clock log"), Ends(1, HasSubstr("the daemon is not playing a log")));

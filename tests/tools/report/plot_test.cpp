@@ -198,8 +198,6 @@ TEST_F(Plot, SaysInOneLineWhatIsWrong) {
   EXPECT_FALSE(std::filesystem::exists(out));
   expect_refused("odom plot ",
                  {{pose_ + " --out x.jpg", HasSubstr("pictures end in .svg or .png")}});
-  EXPECT_THAT(run("--for 1 --shm " + scratch_.path("none").string() + " --out -"),
-              Ends(1, HasSubstr("no such segment: is odomd running?")));
 }
 
 TEST(InnovationChart, ExpectsNothingWhereThereAreNoSamples) {
