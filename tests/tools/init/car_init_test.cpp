@@ -182,9 +182,6 @@ TEST_F(Init, OverwritesNothingUnasked) {
 }
 
 TEST_F(Init, NamesFileAndLineOfBadInput) {
-  const std::string log =
-      scratch_.write("bad.log", "(1.000000) can0 1A2#00\n(2) rubbish\n").string();
-  EXPECT_THAT(init("--strict --can " + log + car, "bad.toml").err, HasSubstr("bad.log:2"));
   const std::string dbc = scratch_.write("bad.dbc", "VERSION \"\"\nBO_ x\n").string();
   EXPECT_THAT(init("--dbc " + dbc + car, "bad.toml").err, HasSubstr("bad.dbc:2"));
   EXPECT_FALSE(std::filesystem::exists(lap_ + "/bad.toml"));
