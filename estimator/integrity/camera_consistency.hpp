@@ -7,10 +7,31 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+
+#include "estimator/common/measurement.hpp"
+#include "estimator/common/pose.hpp"
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 
 namespace odomd::estimator::integrity {
+
+/// The car's motion from one camera pose to another, along its mean heading and to the left.
+struct CameraStep {
+  double dt = 0.0;      ///< [s]
+  double along = 0.0;   ///< [m]
+  double across = 0.0;  ///< [m]
+  double turned = 0.0;  ///< [rad]
+};
+
+[[nodiscard]] inline CameraStep step_between(const CameraPose& from,
+                                             const CameraPose& to) noexcept {
+  const double turned = wrap_angle(to.yaw - from.yaw);
+  const double c = std::cos(from.yaw + 0.5 * turned);
+  const double s = std::sin(from.yaw + 0.5 * turned);
+  const double x = to.x - from.x;
+  const double y = to.y - from.y;
+  return {seconds_between(from.capture_ns, to.capture_ns), c * x + s * y, c * y - s * x, turned};
+}
 
 /// Mean of the normalised innovations of the last camera poses, which shows a lasting error.
 class CameraConsistency {

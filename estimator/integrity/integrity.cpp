@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "estimator/common/pose.hpp"
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/integrity/equations.hpp"
@@ -42,15 +41,6 @@ void add_slip(const Observations& observed, std::int64_t time_ns, double value, 
                    (observed.seen() ? slipped : 0.0);
 }
 
-CameraStep step_between(const CameraPose& from, const CameraPose& to) noexcept {
-  const double turned = wrap_angle(to.yaw - from.yaw);
-  const double c = std::cos(from.yaw + 0.5 * turned);
-  const double s = std::sin(from.yaw + 0.5 * turned);
-  const double x = to.x - from.x;
-  const double y = to.y - from.y;
-  return {seconds_between(from.capture_ns, to.capture_ns), c * x + s * y, c * y - s * x, turned};
-}
-
 }  // namespace
 
 void Integrity::add(Source source, std::int64_t time_ns, double value, double sigma,
@@ -70,8 +60,7 @@ void Integrity::add(Source source, std::int64_t time_ns, double value, double si
   history.arrival_ns = std::max(arrival_ns, time_ns);
 }
 
-/// In sigmas, what lies between a step of the camera and any motion of a car after the steps
-/// before.
+/// Sigmas between a step of the camera and any motion of a car after the steps before.
 double Integrity::surprise(const CameraStep& step, const CameraPose& pose) const noexcept {
   const SourceHistory& speed = observed_.camera_speed;
   if (speed.begun < least_samples) {
@@ -83,10 +72,10 @@ double Integrity::surprise(const CameraStep& step, const CameraPose& pose) const
   // v̇_x = a_x + v_y ψ̇
   const double turning = std::abs(step.turned) / dt * camera_pace_;
   const double ahead = speed.mean() * dt;
-  const double slip = std::abs(step.along) + std::abs(ahead);  // sideways
   const double change_s = (mean_s.front() + dt) * dt;
-  const double off = std::max(std::abs(step.along - ahead) - (largest_accel + turning) * change_s,
-                              std::abs(step.across) - slip - largest_accel * change_s);
+  const double off = std::max(
+      std::abs(step.along - ahead) - (largest_accel + turning) * change_s,
+      std::abs(step.across) - std::abs(step.along) - std::abs(ahead) - largest_accel * change_s);
   const double turned = std::abs(step.turned - observed_.camera_yaw_rate.mean() * dt);
   return std::max(
       {off / sigma, (turned - largest_yaw_accel * change_s) / (scale * pose.sigma_yaw), 0.0});

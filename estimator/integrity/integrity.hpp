@@ -17,14 +17,6 @@
 
 namespace odomd::estimator {
 
-/// The car's motion from one camera pose to another, along its mean heading and to the left.
-struct CameraStep {
-  double dt = 0.0;      ///< [s]
-  double along = 0.0;   ///< [m]
-  double across = 0.0;  ///< [m]
-  double turned = 0.0;  ///< [rad]
-};
-
 class Integrity {
  public:
   /// Adds a sample of one of the car's own sensors, newer than the last of its source. A wheel
@@ -101,7 +93,8 @@ class Integrity {
     bool by_long_mean = false;  ///< only the long mean has detected the fault
   };
 
-  [[nodiscard]] double surprise(const CameraStep& step, const CameraPose& pose) const noexcept;
+  [[nodiscard]] double surprise(const integrity::CameraStep& step,
+                                const CameraPose& pose) const noexcept;
   bool decide_sign(const integrity::Sensors& sensors, integrity::Consensus& all,
                    integrity::Solution& base) noexcept;
   [[nodiscard]] integrity::Sources distrusted() const noexcept;
