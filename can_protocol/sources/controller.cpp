@@ -46,7 +46,7 @@ class MuteStandardError {
 class Impatience {
  public:
   Impatience() {
-    // SIGURG, ignored by default, interrupts a system call only with a handler, no SA_RESTART.
+    // SIGURG is ignored by default: only a handler without SA_RESTART interrupts a system call.
     struct sigaction nothing {};
     nothing.sa_handler = [](int) {};
     ::sigaction(SIGURG, &nothing, nullptr);

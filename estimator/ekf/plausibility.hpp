@@ -23,8 +23,8 @@ inline constexpr double next_sample_s = 0.05;
 /// (for a wheel: from any wheel).
 [[nodiscard]] int consistent_samples(const State& state, const Sample& sample) noexcept;
 
-/// Whether the sample is the first of its source after a pause of more than a few cycles and of
-/// more than `at_least_s` [s], or at all.
+/// Whether the sample is the first of its source, or the first after a pause of more than a few
+/// cycles and more than `at_least_s` [s].
 [[nodiscard]] bool ends_pause(const State& state, const Sample& sample,
                               double at_least_s = 0.0) noexcept;
 

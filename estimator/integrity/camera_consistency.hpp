@@ -1,4 +1,4 @@
-// Detects lasting errors and a drifting clock of a camera: faults too small to show at one instant.
+// The car's motion between two camera poses; lasting errors and a drifting clock of a camera.
 //
 // docs/model.md, "Integrity".
 #pragma once

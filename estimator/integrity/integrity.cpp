@@ -70,7 +70,7 @@ double Integrity::surprise(const CameraStep& step, const CameraPose& pose) const
   const double sigma = scale * std::max(pose.sigma_x, pose.sigma_y);
   const double dt = step.dt;
   // v̇_x = a_x + v_y ψ̇
-  const double turning = std::abs(step.turned) / dt * camera_pace_;
+  const double turning = std::abs(step.turned) / dt * last_step_speed_;
   const double ahead = speed.mean() * dt;
   const double change_s = (mean_s.front() + dt) * dt;
   const double off = std::max(
@@ -98,16 +98,16 @@ void Integrity::add(const CameraPose& pose) noexcept {
   if (!poses.seen() || step.dt >= longest_pause_s) {
     observed_.camera_speed = observed_.camera_yaw_rate = {};
   } else {
-    const double off = std::min(surprise(step, pose), most);
-    observed_.camera_scatter += std::min(step.dt / seconds_of(Over::long_time), 1.0) *
-                                (off * off - observed_.camera_scatter);
-    if (off == most) {
+    const double off = surprise(step, pose);
+    observed_.camera_scatter += step.dt / seconds_of(Over::long_time) *
+                                (squared(std::min(off, most)) - observed_.camera_scatter);
+    if (off > most) {
       step = step_between(last_outlier_, pose);
       outlier =
           step.dt < shortest_step_s || step.dt >= longest_pause_s || surprise(step, pose) > most;
     }
     if (!outlier) {
-      camera_pace_ = std::hypot(step.along, step.across) / step.dt;
+      last_step_speed_ = std::hypot(step.along, step.across) / step.dt;
       add_sample(observed_.camera_speed, pose.capture_ns, step.along / step.dt,
                  std::max(pose.sigma_x, pose.sigma_y), same, Prefilter::none);
       add_sample(observed_.camera_yaw_rate, pose.capture_ns, step.turned / step.dt, pose.sigma_yaw,

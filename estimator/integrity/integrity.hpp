@@ -112,7 +112,7 @@ class Integrity {
   std::array<double, 3> newest_pose_{};
   CameraPose reference_pose_;  ///< start of the camera's step to the next pose
   CameraPose last_outlier_;
-  double camera_pace_ = 0.0;  ///< in any direction, of the last step [m/s]
+  double last_step_speed_ = 0.0;  ///< of the camera's last step, in any direction [m/s]
   int negative_speeds_ = 0;
   int forward_votes_ = decisive_votes / 2;  ///< checks since the last halt, forward minus backwards
   bool halted_ = false;                     ///< the car has stood

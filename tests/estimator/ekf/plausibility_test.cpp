@@ -6,14 +6,8 @@
 #include "tests/estimator/signalled_car.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::plausibility_test {
+namespace odomd::estimator::full::testing::plausibility_test {
 namespace {
-
-using testing::Car;
-using testing::period_ns;
-using testing::SensorValues;
-using testing::straight_at;
-using testing::with;
 
 TEST(Plausibility, AFirstWheelSpeedThatNoOtherConfirmsStartsNothing) {
   Car car;
@@ -24,6 +18,21 @@ TEST(Plausibility, AFirstWheelSpeedThatNoOtherConfirmsStartsNothing) {
   }
   EXPECT_NEAR(car.x(), 0.0, 0.01);
   EXPECT_TRUE(car.stands());
+}
+
+TEST(Plausibility, AStillWheelHasNoVoteOnlyAgainstOneWithASmallerDeadBand) {
+  State state = initial_state({});
+  state.time_ns = 1'000 * estimator::testing::millisecond;
+  for (const Source wheel :
+       {Source::wheel_front_left, Source::wheel_front_right, Source::wheel_rear_left})
+    state.reading(wheel) = {.consistent = 3, .time_ns = state.time_ns};
+  const Sample trembles{.time_ns = state.time_ns,
+                        .source = Source::wheel_rear_right,
+                        .value = {0.05},
+                        .sigma = {0.01}};
+  EXPECT_EQ(count_wheels(Driven::rear, state, trembles).still, 3);
+  state.standstill.dead_band[index_of(Source::wheel_rear_right)] = 0.02;
+  EXPECT_EQ(count_wheels(Driven::rear, state, trembles).still, 0);
 }
 
 TEST(Plausibility, ADeadWheelIsOutvotedAfterADropOut) {
@@ -127,4 +136,4 @@ TEST(Plausibility, LateralAccelerationsToBothSidesAreNeverForced) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::plausibility_test
+}  // namespace odomd::estimator::full::testing::plausibility_test

@@ -1,7 +1,6 @@
 // Faults that pass the gate at every instant, and show only over seconds.
 #include "estimator/integrity/camera_consistency.hpp"
 
-#include "estimator/integrity/integrity.hpp"
 #include "tests/gtest.hpp"
 
 namespace odomd::estimator::integrity::camera_consistency_test {

@@ -154,7 +154,7 @@ TEST(Integrity, ForgivesASingleValue) {
 TEST(Integrity, ACameraWithOutliersIsNotFaulty) {
   for (const double speed : {0.2, 1.0, 3.0}) {
     const auto circle = [speed](double t) { return Motion{std::min(speed, t), 0.1}; };
-    Drive drive(circle, {.camera = true, .outliers = 0.15});
+    Drive drive(circle, {.camera = true, .outliers = 0.2});
     drive.until(60.0);
     EXPECT_EQ(drive.flagged(), 0) << speed;
   }

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <optional>
+#include <random>
 
 #include "estimator/common/settings.hpp"
 #include "estimator/integrity/integrity.hpp"
@@ -42,7 +43,7 @@ struct Equipment {
   bool unsigned_wheels = false;
   bool camera = false;
   std::optional<double> direction = std::nullopt;  ///< its constant value
-  double outliers = 0.0;                           ///< share of the camera's poses, up to 2 m off
+  double outliers = 0.0;  ///< share of the camera's poses; up to 2 m off in x, y
 };
 
 class Drive {
