@@ -1,4 +1,4 @@
-// A program that runs beside a test.
+// A program that runs in parallel with a test.
 #pragma once
 
 #include <fcntl.h>
@@ -13,6 +13,7 @@
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>

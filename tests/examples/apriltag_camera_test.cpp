@@ -9,8 +9,8 @@
 #include <sstream>
 #include <thread>
 
-#include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
+#include "tests/unix_socket.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/marker_tracking/film.hpp"
 #include "tools/marker_tracking/film_renderer.hpp"

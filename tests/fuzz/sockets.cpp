@@ -8,7 +8,6 @@
 // camera), or reads (7: two bytes, the maximum length); all others are a tick and a turn of
 // housekeeping. The upper half of a command selects the camera.
 #include <sys/socket.h>
-#include <sys/un.h>
 
 #include <array>
 #include <cstddef>
@@ -21,6 +20,7 @@
 #include "daemon/sockets/recorder_door.hpp"
 #include "tests/fuzz/bare_car.hpp"
 #include "tests/scratch.hpp"
+#include "tests/unix_socket.hpp"
 
 namespace odomd::fuzz {
 namespace {
@@ -99,14 +99,9 @@ class Recording {
   }
 
   void connect() {
-    recorder_ = FileDescriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-    got_.clear();
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    directory().path("socket").native().copy(address.sun_path, sizeof address.sun_path - 1);
     // If too many connections are waiting, this one is refused and its bytes are lost.
-    static_cast<void>(
-        ::connect(recorder_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address));
+    recorder_ = connected_socket(directory().path("socket"), SOCK_STREAM | SOCK_NONBLOCK);
+    got_.clear();
   }
   void end() { recorder_ = FileDescriptor(); }
   void send(const std::vector<std::uint8_t>& bytes) const {

@@ -2,7 +2,6 @@
 // that a forked process shares.
 #pragma once
 
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
 
@@ -12,6 +11,7 @@
 #include <stdexcept>
 
 #include "tests/gtest.hpp"
+#include "tests/process.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing {
@@ -198,27 +198,6 @@ class SharedCounts {
 
  private:
   Page* page_;
-};
-
-/// A process, killed at the end.
-class Process {
- public:
-  explicit Process(std::vector<std::string> words) {
-    std::vector<char*> arguments;
-    for (std::string& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    if (posix_spawn(&pid_, arguments[0], nullptr, nullptr, arguments.data(), environ) != 0)
-      throw std::runtime_error("posix_spawn: " + words[0]);
-  }
-  ~Process() {
-    kill(pid_, SIGKILL);
-    waitpid(pid_, nullptr, 0);
-  }
-  Process(const Process&) = delete;
-  Process& operator=(const Process&) = delete;
-
- private:
-  pid_t pid_ = -1;
 };
 
 /// A number from the environment, which makes a test longer; otherwise `usual`.

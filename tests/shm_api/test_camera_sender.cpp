@@ -8,8 +8,8 @@
 #include <odom/odom.hpp>
 
 #include "tests/gtest.hpp"
-#include "tests/listening_socket.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
+#include "tests/unix_socket.hpp"
 
 namespace odomd::shm::testing::test_camera_sender {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "shm_api/libodom/service.h"
 #include "tests/gtest.hpp"
-#include "tests/listening_socket.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
+#include "tests/unix_socket.hpp"
 
 namespace odomd::shm::testing::test_service_path {
 namespace {

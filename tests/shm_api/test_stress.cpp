@@ -167,7 +167,8 @@ TEST_F(Kills, ReadersSurviveTheWritersDeathAtAnyInstant) {
   std::uint64_t in_a_slot = 0;
   for (std::uint64_t i = 0; i < kills; ++i) {
     {
-      const Process publisher({ODOMD_SHM_PUBLISHER, path_, std::to_string(fast_ns)});
+      const Process publisher({ODOMD_SHM_PUBLISHER, path_, std::to_string(fast_ns)}, "/dev/null",
+                              "/dev/null");
       if (i % 4 != 0) {
         // Killed while it publishes: the old client still gets its poses.
         odom_pose pose{};

@@ -1,4 +1,4 @@
-// A program of ours that runs beside a test of the tools.
+// One of the project's programs, which runs in parallel with a test of the tools.
 #pragma once
 
 #include "tests/process.hpp"

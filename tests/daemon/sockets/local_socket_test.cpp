@@ -5,11 +5,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdio>
 #include <optional>
 
-#include "tests/listening_socket.hpp"
 #include "tests/tools/scratch.hpp"
+#include "tests/unix_socket.hpp"
 
 namespace odomd::daemon::local_socket_test {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "daemon/core/pipeline.hpp"
 #include "tests/daemon/core/one_wheel.hpp"
-#include "tests/listening_socket.hpp"
 #include "tests/tools/scratch.hpp"
+#include "tests/unix_socket.hpp"
 
 namespace odomd::daemon::recorder_door_test {
 namespace {
@@ -25,7 +25,9 @@ constexpr std::int64_t second = 1'000'000'000;
 class Recorder {
  public:
   explicit Recorder(const std::filesystem::path& path)
-      : connection_(connected_socket(path, SOCK_STREAM)) {}
+      : connection_(connected_socket(path, SOCK_STREAM)) {
+    EXPECT_TRUE(connection_);
+  }
 
   /// Reads the bytes that have arrived, up to `most`; returns whether the connection has ended.
   bool read(std::size_t most = SIZE_MAX) const {

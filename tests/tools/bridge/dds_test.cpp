@@ -10,7 +10,7 @@
 
 #include "ros.h"
 #include "tests/gtest.hpp"
-#include "tests/tools/bridge/bridge_process.hpp"
+#include "tests/tools/bridge/network.hpp"
 
 namespace odomd::tools::dds_test {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "ros_poses.h"
 #include "tests/gtest.hpp"
-#include "tests/tools/bridge/bridge_process.hpp"
+#include "tests/tools/bridge/network.hpp"
 
 namespace odomd::tools::pose_in_test {
 namespace {

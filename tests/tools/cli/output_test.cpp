@@ -7,7 +7,7 @@
 
 #include "base/file_descriptor.hpp"
 #include "tests/tools/child.hpp"
-#include "tests/tools/live/own_daemon.hpp"
+#include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::output_test {

@@ -16,7 +16,7 @@
 
 #include "tests/gtest.hpp"
 #include "tests/tools/doctor/sound_status.hpp"
-#include "tests/tools/live/own_daemon.hpp"
+#include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::doctor::doctor_command_test {

@@ -1,4 +1,4 @@
-// Comparison of poses with a reference: alignment, errors and time offset.
+// Comparison of poses with a reference: alignment, lever arm and time offset.
 #include "tools/evaluation/alignment.hpp"
 #include "tests/gtest.hpp"
 #include "tests/tools/drives.hpp"

@@ -1,10 +1,11 @@
+#include "tools/evaluation/pose_error.hpp"
+
 #include <numbers>
 
 #include "tests/gtest.hpp"
 #include "tests/tools/drives.hpp"
 #include "tools/evaluation/closed_loop.hpp"
 #include "tools/evaluation/evaluation.hpp"
-#include "tools/evaluation/pose_error.hpp"
 
 namespace odomd::tools::pose_error_test {
 namespace {

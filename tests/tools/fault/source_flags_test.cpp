@@ -97,7 +97,7 @@ double last_said(const Drive& drive, Source source, std::int64_t tick_ns) {
   return value;
 }
 
-// The wiring is held against the training drives.
+// Wiring is checked on the training drives alone.
 TEST(SourceFlags, RaiseNoAlarmOnRecordedDrives) {
   const std::set<std::string> training{
       "dart_free1", "dart_slow_steerid", "ini_2026_01_16_01_22_28", "genesis_slow",
@@ -121,8 +121,8 @@ TEST(SourceFlags, RaiseNoAlarmOnRecordedDrives) {
           if (speed && std::abs(last_said(drive, change.source, change.tick_ns) - *speed) > 0.5)
             continue;
         }
-        // The motion capture loses the car for seconds while it drives on. Without camera poses the
-        // rear wheel's constant reading looks frozen once, as the car turns in.
+        // The motion capture loses the car for seconds while it drives on. Meanwhile the rear
+        // wheel's constant reading looks frozen once, as the car turns in.
         const bool lost = name == "dart_track_v1" && camera == Camera::on;
         if (lost && (change.source == Source::camera ||
                      (change.source == Source::wheel_rear && change.flag == "frozen")))

@@ -1,7 +1,6 @@
 // odom camera send, to the test's own socket.
 #include <poll.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 
 #include <odom/odom.h>
 
@@ -11,7 +10,7 @@
 
 #include "base/file_descriptor.hpp"
 #include "tests/gtest.hpp"
-#include "tests/tools/live/own_daemon.hpp"
+#include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::camera_test {

@@ -1,6 +1,5 @@
-// The tools with a running daemon.
+// The tools with a running daemon, and without one.
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,7 +9,7 @@
 #include <memory>
 
 #include "tests/gtest.hpp"
-#include "tests/tools/live/own_daemon.hpp"
+#include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/live/daemon_link.hpp"
 #include "tools/live/recording_feed.hpp"

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "tests/gtest.hpp"
-#include "tests/tools/live/own_daemon.hpp"
+#include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/live/status_text.hpp"
 

@@ -79,7 +79,7 @@ TEST_F(RealDrives, ReplayThroughEveryModel) {
     const Drive drive = read(name);
     for (const Model model : models) {
       for (const bool with_camera : {false, true}) {
-        if (with_camera && drive.cameras.empty()) continue;  // rav4 has none
+        if (with_camera && drive.cameras.empty()) continue;  // rav4 and xray_duck_1 have none
         const std::string what = name + ", " + std::string(daemon::name_of(model)) +
                                  (with_camera ? ", with camera" : "");
         const auto poses = replayed(drive, model, with_camera);
@@ -113,7 +113,7 @@ TEST_F(RealDrives, StayWithTheirCamera) {
     // The wheels spin at five times the car's speed: odometry cannot bridge even 40 ms then.
     if (name == "dart_drift1") continue;
     const Drive drive = read(name);
-    if (drive.cameras.empty()) continue;  // rav4 has none
+    if (drive.cameras.empty()) continue;  // rav4 and xray_duck_1 have none
     for (const Model model : {Model::full, Model::inertial, Model::paper}) {
       const std::string what = name + ", " + std::string(daemon::name_of(model));
       const auto distance = median_distance(replayed(drive, model, true), drive.cameras);

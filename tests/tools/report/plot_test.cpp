@@ -5,8 +5,8 @@
 
 #include "daemon/core/record.hpp"
 #include "tests/tools/drives.hpp"
-#include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/markup.hpp"
+#include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/innovation_file.hpp"
 #include "tools/drive_files/pose_csv.hpp"

@@ -37,7 +37,7 @@ class Client {
       text.remove_prefix(static_cast<std::size_t>(sent));
     }
   }
-  /// Reads until the server closes, or has sent `until`; with MSG_DONTWAIT, what has come.
+  /// Reads until the server closes, or has sent `until`; with MSG_DONTWAIT, what has arrived.
   std::string& receive(std::string_view until = "\xff", int flags = 0) {
     std::array<char, 65'536> piece{};
     const auto end = steady_clock::now() + milliseconds{20'000};

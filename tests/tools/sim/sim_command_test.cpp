@@ -9,8 +9,8 @@
 #include "base/file_descriptor.hpp"
 #include "can_protocol/sources/candump.hpp"
 #include "tests/gtest.hpp"
-#include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
+#include "tests/unix_socket.hpp"
 #include "tools/sim/car/vehicle.hpp"
 
 namespace odomd::tools::sim_command_test {

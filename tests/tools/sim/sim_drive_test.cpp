@@ -86,8 +86,7 @@ TEST_P(EveryDrive, EndsStandingWhereItBegan) {
     ASSERT_GT(d.all.frames[i].time_ns, d.all.frames[i - 1].time_ns);
 }
 
-// Every scenario; every car with published data on every course of its size, at the slowest and
-// fastest speed.
+// Every scenario, and cars with published data on courses of their size, slow and fast.
 INSTANTIATE_TEST_SUITE_P(
     Sim, EveryDrive,
     ::testing::Values(Course{"lap"}, Course{"circle"}, Course{"circles"}, Course{"exercise"},

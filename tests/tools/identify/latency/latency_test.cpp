@@ -56,14 +56,16 @@ estimator::CameraPose pose_at(double t, double x, double y, double turned) {
   return pose;
 }
 
-/// Speeds of the rear wheels, which are `side` from the middle; `lag` per m/s is that of their
-/// spin.
+/// The rear wheels' speeds, `side` [m] left and right of the middle (below 0: exchanged), each with
+/// noise of its own. Their spin adds a latency of `lag` [s per m/s].
 void add_rear_wheels(SignalLog& log, double side, const Sampling& how, double lag = 0.0) {
-  const auto wheel = [&](double y) {
-    return sampled([=](double t) { return speed(t) + y * yaw_rate(t - lag * speed(t)); }, how);
+  const auto wheel = [&](double y, unsigned seed) {
+    Sampling own = how;
+    own.seed = seed;
+    return sampled([=](double t) { return speed(t) + y * yaw_rate(t - lag * speed(t)); }, own);
   };
-  log.of(Source::wheel_rear_left) = wheel(-side);
-  log.of(Source::wheel_rear_right) = wheel(side);
+  log.of(Source::wheel_rear_left) = wheel(-side, 8);
+  log.of(Source::wheel_rear_right) = wheel(side, 9);
 }
 
 daemon::Config car() {

@@ -4,8 +4,8 @@
 #include <thread>
 
 #include "tests/gtest.hpp"
-#include "tests/tools/live/own_daemon.hpp"
 #include "tests/tools/on_a_terminal.hpp"
+#include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::watch_command_test {

@@ -220,6 +220,19 @@ TEST(Plant, SteeringLagsAndKeepsItsRateLimit) {
   EXPECT_LE(before, car.steering_limit);
 }
 
+TEST(Plant, AFinerStepGivesTheSameCar) {
+  const PlantParameters car = reference_car();
+  const auto drive = [&](double step) {
+    Plant plant(car, 0.0, 0.0, 0.0);
+    for (int k = 0; k < std::lround(2.0 / step); ++k)
+      plant.step({.steering = 0.2, .force = 1.5}, step);
+    return plant.output();
+  };
+  const PlantOutput coarse = drive(0.0005), fine = drive(0.0001);
+  EXPECT_NEAR(coarse.x, fine.x, 1e-4);
+  EXPECT_NEAR(coarse.yaw, fine.yaw, 1e-4);
+}
+
 TEST(Plant, RefusesWhatIsNoCar) {
   PlantParameters car = reference_car();
   car.mass = 0.0;

@@ -1,4 +1,4 @@
-// Unix sockets of the test's own: in place of the daemon's, or connected to them.
+// Unix sockets for tests: one that listens in place of the daemon, one that connects to it.
 #pragma once
 
 #include <sys/socket.h>

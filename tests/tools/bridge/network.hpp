@@ -1,4 +1,4 @@
-// A bridge that tests run: its network, and the pace at which they tick.
+// The network of tests of the bridge, and the pace at which they tick.
 #pragma once
 
 #include <unistd.h>
@@ -8,7 +8,7 @@
 #include <string>
 
 #include "tests/tools/child.hpp"
-#include "tests/tools/live/own_daemon.hpp"
+#include "tests/tools/own_daemon.hpp"
 
 namespace odomd::tools {
 

@@ -14,7 +14,7 @@
 
 #include "base/file_descriptor.hpp"
 #include "shm_api/writer.hpp"
-#include "tests/listening_socket.hpp"
+#include "tests/unix_socket.hpp"
 
 namespace odomd::tools {
 
