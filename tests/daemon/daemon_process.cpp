@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "tests/listening_socket.hpp"
+#include "tests/unix_socket.hpp"
 
 namespace odomd::testing {
 namespace {

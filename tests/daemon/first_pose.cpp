@@ -1,10 +1,9 @@
 // How long odomd takes from its start to its first pose: first_pose ODOMD CONFIG LOG SHM [STARTS]
 //
-// Starts the daemon with the log's beginning in its standard input, waits in
-// shared memory for the first pose of this instance, kills it with SIGKILL and starts the next,
-// which resumes from the last pose. Prints median and maximum, in ms, of the time from
-// before the start to the first pose that is published, and to the first valid one (not
-// initialising).
+// Starts the daemon with the log's beginning in its standard input, waits in shared memory for the
+// first pose of this instance, kills it with SIGKILL and starts the next, which resumes from the
+// last pose. Prints median and maximum, in ms, of the time from before the start to the first pose
+// that is published, and to the first valid one (not initialising).
 #include <algorithm>
 #include <chrono>
 #include <cstdint>

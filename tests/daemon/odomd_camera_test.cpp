@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "daemon_process.hpp"
-#include "tests/listening_socket.hpp"
+#include "tests/unix_socket.hpp"
 
 namespace odomd::testing::odomd_camera_test {
 namespace {

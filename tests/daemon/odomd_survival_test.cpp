@@ -1,5 +1,4 @@
 // Events that a running odomd survives, and events that end it, with message and exit status.
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -47,8 +46,11 @@ TEST_F(OdomdSurvival, NoSignalButTermAndIntAndFaultsEndsIt) {
 
 // Exit statuses as documented in odomd(8)
 
-TEST_F(OdomdSurvival, EndsWithOneWhereItCouldNotRun) {
+TEST_F(OdomdSurvival, HelpEndsWithZero) {
   EXPECT_EQ(status_of({"--help"}), 0);
+}
+
+TEST_F(OdomdSurvival, EndsWithOneWhereItCouldNotRun) {
   const DaemonProcess first(desk_, {});
   const Client client = open_client(desk_);
   const std::string elsewhere = desk_.file("elsewhere"), precious = desk_.file("precious");

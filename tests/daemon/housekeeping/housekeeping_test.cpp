@@ -10,8 +10,8 @@
 #include "daemon/housekeeping/service_manager.hpp"
 #include "daemon/housekeeping/status.hpp"
 #include "daemon/sockets/json.hpp"
-#include "tests/listening_socket.hpp"
 #include "tests/tools/scratch.hpp"
+#include "tests/unix_socket.hpp"
 
 namespace odomd::daemon::housekeeping_test {
 namespace {
