@@ -2,8 +2,8 @@
 """Checks that the source flags show what fails, and nothing else: every scenario of odom sim, many seeds.
 
 Each drive is replayed once as it is (no flag may be raised, except for slipping wheels on ice), and once for
-every sensor and kind of fault, from a random time on: the flag of that source must be raised within 0.5 s after
-the fault shows, and before any other source's.
+every fault in the table of source_flags.hpp, from the same random time on: the flag of that source must be raised
+within 0.5 s after the fault shows, and before any other source's.
 Standard output is a table in Markdown. Exit status 1 if a flag is missed, late or false, or the work failed; 2
 on wrong usage.
 """

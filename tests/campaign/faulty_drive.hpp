@@ -1,5 +1,5 @@
-// A simulated drive through the daemon's pipeline, with and without a fault, compared with the
-// truth at every tick: the measurements of the integrity campaign.
+// A drive with its truth through the daemon's pipeline, with and without faults, compared with the
+// truth at every tick: for the campaigns of integrity and of source flags.
 //
 // The part before the fault is the same in all runs, so it is replayed only once: every run
 // continues from the pipeline's state at its end.
@@ -7,7 +7,6 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -47,11 +46,11 @@ struct Drive : tools::Drive {
   [[nodiscard]] std::int64_t tick_ns(std::size_t tick) const {
     return first_tick_ns + static_cast<std::int64_t>(tick) * config.realtime.period_ns;
   }
-  /// On the faults' clock.
+  /// Seconds after the first frame, the clock of faults.
   [[nodiscard]] double seconds_at(std::int64_t time_ns) const {
     return static_cast<double>(time_ns - start_ns()) * 1e-9;
   }
-  /// The begin of a fault that acts from the next tick on.
+  /// When a fault must begin to act from the next tick on.
   [[nodiscard]] double begin_s(std::size_t tick) const { return seconds_at(tick_ns(tick) + 1); }
 };
 

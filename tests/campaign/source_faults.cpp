@@ -26,7 +26,7 @@ void print(const std::string& head, const Drive& drive, const std::vector<FlagCh
 }
 
 int run(int argc, char** argv) {
-  if (argc != 4) {
+  if (argc != 4 || (std::string(argv[2]) != "on" && std::string(argv[2]) != "off")) {
     fmt::print(stderr, "usage: source_faults FOLDER on|off SEED\n");
     return 2;
   }

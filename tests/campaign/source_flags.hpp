@@ -22,7 +22,7 @@ struct FlagChange {
   std::string_view flag;
 };
 
-/// The changes in a run from the tick `first` on, since the tick `before`.
+/// The changes in a run whose first tick has the number `first`; `before` is the tick before it.
 inline std::vector<FlagChange> flag_changes(const Drive& drive, std::span<const Tick> run,
                                             std::size_t first = 0, Tick before = {}) {
   std::vector<FlagChange> changes;

@@ -22,5 +22,5 @@ ahead="not allowed here"
 ! chrt -f 10 true 2>/dev/null || ahead=$(measure chrt -f 10)
 median=$(awk '{print $3}' <<<"$usual")
 verdict=$(awk -v median="$median" 'BEGIN {print median <= 150 ? "" : "FAILED: "}')
-echo "$(date -u +%F) start: $verdict$starts starts, ms from before the fork: $usual; ahead of other work (SCHED_FIFO): $ahead"
+echo "$(date -u +%F) start: $verdict$starts starts, ms from before the start: $usual; ahead of other work (SCHED_FIFO): $ahead"
 [ -z "$verdict" ]
