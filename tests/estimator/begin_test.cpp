@@ -6,19 +6,8 @@
 #include "estimator/full_filter.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::begin_test {
+namespace odomd::estimator::testing::begin_test {
 namespace {
-
-using estimator::testing::Arrival;
-using estimator::testing::circle;
-using estimator::testing::drive_on_a_circle;
-using estimator::testing::expect_same_frames;
-using estimator::testing::millisecond;
-using estimator::testing::numbers_of;
-using estimator::testing::period_ns;
-using estimator::testing::run;
-using estimator::testing::start_ns;
-using estimator::testing::started;
 
 TEST(Begin, ACameraPoseFromBeforeTheFirstTickInitialises) {
   FilterSettings settings;
@@ -155,4 +144,4 @@ TEST(Begin, ItsBytesAreAllThereIs) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::begin_test
+}  // namespace odomd::estimator::testing::begin_test

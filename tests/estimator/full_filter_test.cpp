@@ -8,17 +8,8 @@
 #include "estimator/common/pose.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full_filter_test {
+namespace odomd::estimator::testing::full_filter_test {
 namespace {
-
-using testing::Arrival;
-using testing::drive_on_a_circle;
-using testing::millisecond;
-using testing::period_ns;
-using testing::run;
-using testing::start_ns;
-using testing::started;
-using testing::tick_of;
 
 TEST(FullFilter, FollowsACircleWithALateCamera) {
   FullFilter filter = started();
@@ -183,4 +174,4 @@ TEST(FullFilter, AJumpThatALatePoseTakesBackIsOneMoreJump) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full_filter_test
+}  // namespace odomd::estimator::testing::full_filter_test

@@ -6,7 +6,7 @@
 #include "tests/estimator/signalled_car.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::honest_start_test {
+namespace odomd::estimator::full::testing::honest_start_test {
 namespace {
 
 using estimator::testing::Arrival;
@@ -15,12 +15,6 @@ using estimator::testing::drive_on_a_circle;
 using estimator::testing::run;
 using estimator::testing::start_ns;
 using estimator::testing::started;
-using testing::Car;
-using testing::millisecond;
-using testing::period_ns;
-using testing::SensorValues;
-using testing::straight_at;
-using testing::with;
 
 TEST(HonestStart, GarbageInTheFirstSamplesMovesNoCarThatStands) {
   for (const Source source : {Source::wheel_front_left, Source::wheel_rear_right, Source::yaw_rate,
@@ -237,4 +231,4 @@ TEST(HonestStart, WheelsThatAreBlindToACreepDoNotBeatACameraThatSeesIt) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::honest_start_test
+}  // namespace odomd::estimator::full::testing::honest_start_test

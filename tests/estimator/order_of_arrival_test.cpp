@@ -6,22 +6,8 @@
 #include "estimator/full_filter.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::order_of_arrival_test {
+namespace odomd::estimator::testing::order_of_arrival_test {
 namespace {
-
-using estimator::testing::Arrival;
-using estimator::testing::drive_on_a_circle;
-using estimator::testing::eventful_drive;
-using estimator::testing::expect_same_frames;
-using estimator::testing::expect_same_state;
-using estimator::testing::millisecond;
-using estimator::testing::period_ns;
-using estimator::testing::run;
-using estimator::testing::shuffled;
-using estimator::testing::start_ns;
-using estimator::testing::started;
-using estimator::testing::step_to;
-using estimator::testing::tick_of;
 
 TEST(OrderOfArrival, AnyOrderOfArrivalInsideTheWindowGivesTheSameBits) {
   const std::vector<Arrival> in_order = drive_on_a_circle(1'000 * millisecond);
@@ -174,4 +160,4 @@ TEST(OrderOfArrival, BitsDoNotDependOnTheEpoch) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::order_of_arrival_test
+}  // namespace odomd::estimator::testing::order_of_arrival_test

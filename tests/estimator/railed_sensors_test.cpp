@@ -4,17 +4,8 @@
 #include "estimator/full_filter.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::railed_sensors_test {
+namespace odomd::estimator::testing::railed_sensors_test {
 namespace {
-
-using estimator::testing::Arrival;
-using estimator::testing::circle;
-using estimator::testing::drive_on_a_circle;
-using estimator::testing::millisecond;
-using estimator::testing::on_circle;
-using estimator::testing::run;
-using estimator::testing::start_ns;
-using estimator::testing::started;
 
 struct Rail {
   double gyro;   ///< 0: healthy
@@ -59,4 +50,4 @@ INSTANTIATE_TEST_SUITE_P(Imu, RailedSensors,
                                            Rail{8.7, 19.6}));
 
 }  // namespace
-}  // namespace odomd::estimator::full::railed_sensors_test
+}  // namespace odomd::estimator::testing::railed_sensors_test

@@ -5,13 +5,8 @@
 #include "estimator/full_filter.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::recovery_test {
+namespace odomd::estimator::testing::recovery_test {
 namespace {
-
-using estimator::testing::drive_on_a_circle;
-using estimator::testing::millisecond;
-using estimator::testing::PoseNear;
-using estimator::testing::run;
 
 TEST(Recovery, KeepsThePoseThatWasGivenAndFiniteNumbers) {
   // A mass that no configuration allows makes every step of the model NaN.
@@ -36,4 +31,4 @@ TEST(Recovery, KeepsThePoseThatWasGivenAndFiniteNumbers) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::recovery_test
+}  // namespace odomd::estimator::testing::recovery_test

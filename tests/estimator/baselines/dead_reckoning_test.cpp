@@ -5,12 +5,8 @@
 #include "tests/estimator/autodiff.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::dead_reckoning_test {
+namespace odomd::estimator::testing::dead_reckoning_test {
 namespace {
-
-using testing::Dual;
-using testing::jacobian;
-using testing::variables;
 
 const Vehicle car;
 constexpr std::array kinematic_models{Model::kinematic, Model::kinematic_printed};
@@ -73,4 +69,4 @@ TEST(Inertial, JacobianIsThatOfTheVelocity) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::dead_reckoning_test
+}  // namespace odomd::estimator::testing::dead_reckoning_test

@@ -4,11 +4,8 @@
 #include "tests/estimator/drive.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::inertial_filter_test {
+namespace odomd::estimator::testing::inertial_filter_test {
 namespace {
-
-using testing::Drive;
-using testing::start;
 
 const Vehicle car;
 
@@ -184,4 +181,4 @@ TEST(InertialFilter, StretchAtRestCountsByItsLength) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::inertial_filter_test
+}  // namespace odomd::estimator::testing::inertial_filter_test

@@ -2,11 +2,8 @@
 #include "tests/estimator/drive.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::kinematic_filter_test {
+namespace odomd::estimator::testing::kinematic_filter_test {
 namespace {
-
-using testing::Drive;
-using testing::start;
 
 const Vehicle car;
 
@@ -109,4 +106,4 @@ TEST(KinematicFilter, CovarianceComesFromTheSigmasOfTheSamples) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::kinematic_filter_test
+}  // namespace odomd::estimator::testing::kinematic_filter_test

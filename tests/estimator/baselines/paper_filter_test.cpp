@@ -5,12 +5,8 @@
 #include "tests/estimator/golden.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::paper_filter_test {
+namespace odomd::estimator::testing::paper_filter_test {
 namespace {
-
-using testing::Drive;
-using testing::read_golden;
-using testing::start;
 
 constexpr double tolerance = 1e-9;
 
@@ -127,4 +123,4 @@ TEST(PaperFilter, NonFiniteStateIsNeverEmitted) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::paper_filter_test
+}  // namespace odomd::estimator::testing::paper_filter_test

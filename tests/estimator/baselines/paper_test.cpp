@@ -8,18 +8,8 @@
 #include "tests/estimator/driving_cases.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::paper_test {
+namespace odomd::estimator::testing::paper_test {
 namespace {
-
-using testing::constants;
-using testing::discrete_step;
-using testing::DrivingCase;
-using testing::Dual;
-using testing::grid;
-using testing::jacobian;
-using testing::reference_car;
-using testing::values;
-using testing::variables;
 
 constexpr double dt = 0.005;
 
@@ -123,4 +113,4 @@ TEST(DynamicModel, SlowestResolvedSpeedIsThePoleOfThePrintedForm) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::paper_test
+}  // namespace odomd::estimator::testing::paper_test

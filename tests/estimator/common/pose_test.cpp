@@ -6,10 +6,8 @@
 #include "tests/estimator/drive.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::pose_test {
+namespace odomd::estimator::testing::pose_test {
 namespace {
-
-using testing::PoseNear;
 
 constexpr double pi = std::numbers::pi;
 
@@ -51,4 +49,4 @@ TEST(Pose, MovingBackInTimeReturns) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::pose_test
+}  // namespace odomd::estimator::testing::pose_test

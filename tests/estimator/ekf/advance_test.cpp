@@ -3,12 +3,8 @@
 #include "tests/estimator/signalled_car.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::advance_test {
+namespace odomd::estimator::full::testing::advance_test {
 namespace {
-
-using testing::Car;
-using testing::period_ns;
-using testing::straight_at;
 
 TEST(Advance, GoesInStepsOfAtMostAPeriod) {
   Car car;
@@ -84,4 +80,4 @@ TEST(Advance, ACarThatStandsOnlyForgetsItsCalibrations) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::advance_test
+}  // namespace odomd::estimator::full::testing::advance_test

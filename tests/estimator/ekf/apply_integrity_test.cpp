@@ -4,15 +4,8 @@
 #include "tests/estimator/signalled_car.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::apply_integrity_test {
+namespace odomd::estimator::full::testing::apply_integrity_test {
 namespace {
-
-using testing::bend_at;
-using testing::Car;
-using testing::SensorValues;
-using testing::straight_at;
-using testing::with;
-using testing::without;
 
 TEST(ApplyIntegrity, ADriveWithoutFaultsIsNotCorrectedNorDoubtful) {
   Car car;
@@ -129,4 +122,4 @@ TEST(ApplyIntegrity, ASourceThatAgreesWithTheOthersIsForcedAfterItsTimeout) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::apply_integrity_test
+}  // namespace odomd::estimator::full::testing::apply_integrity_test

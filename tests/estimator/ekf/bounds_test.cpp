@@ -9,11 +9,8 @@
 #include "states.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::bounds_test {
+namespace odomd::estimator::full::testing::bounds_test {
 namespace {
-
-using testing::grid_of_states;
-using testing::some_covariance;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -139,4 +136,4 @@ TEST(Limit, HardlyTouchesWhatIsBelow) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::bounds_test
+}  // namespace odomd::estimator::full::testing::bounds_test

@@ -9,17 +9,8 @@
 #include "tests/estimator/circle_drive.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::camera_trust_test {
+namespace odomd::estimator::testing::camera_trust_test {
 namespace {
-
-using estimator::testing::Arrival;
-using estimator::testing::circle;
-using estimator::testing::drive_on_a_circle;
-using estimator::testing::millisecond;
-using estimator::testing::period_ns;
-using estimator::testing::run;
-using estimator::testing::start_ns;
-using estimator::testing::started;
 
 constexpr std::int64_t ticks = 2000;
 constexpr std::int64_t fault_ns = start_ns + 4'000 * millisecond;
@@ -188,4 +179,4 @@ TEST(CameraTrust, ANoisyCameraIsTrustedWhileTheCarStands) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::camera_trust_test
+}  // namespace odomd::estimator::testing::camera_trust_test

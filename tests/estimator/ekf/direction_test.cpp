@@ -2,12 +2,8 @@
 #include "tests/estimator/signalled_car.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::direction_test {
+namespace odomd::estimator::full::testing::direction_test {
 namespace {
-
-using testing::Car;
-using testing::straight_at;
-using testing::with;
 
 TEST(Direction, ReversesThroughStandstill) {
   Car car;
@@ -60,4 +56,4 @@ TEST(Direction, ALostDirectionIsUnknownAfterAHalt) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::direction_test
+}  // namespace odomd::estimator::full::testing::direction_test

@@ -2,15 +2,8 @@
 #include "tests/estimator/signalled_car.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::heading_test {
+namespace odomd::estimator::full::testing::heading_test {
 namespace {
-
-using testing::bend_at;
-using testing::Car;
-using testing::SensorValues;
-using testing::straight_at;
-using testing::with;
-using testing::without;
 
 TEST(Heading, AConsistentGyroIsAcceptedAfterItsTimeout) {
   // A bump spins the car on the spot, without an effect on wheels and steering.
@@ -104,4 +97,4 @@ TEST(Heading, ASpinByTheGyroAloneIsAFault) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::heading_test
+}  // namespace odomd::estimator::full::testing::heading_test

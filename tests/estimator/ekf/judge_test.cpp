@@ -7,14 +7,8 @@
 #include "tests/estimator/signalled_car.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::judge_test {
+namespace odomd::estimator::full::testing::judge_test {
 namespace {
-
-using testing::Car;
-using testing::SensorValues;
-using testing::straight_at;
-using testing::with;
-using testing::without;
 
 State on_its_way() {
   State state;
@@ -171,4 +165,4 @@ TEST(Judge, RollIsLearntFromTheSideForceAndPitchFromBraking) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::judge_test
+}  // namespace odomd::estimator::full::testing::judge_test

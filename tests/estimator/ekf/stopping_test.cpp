@@ -5,17 +5,8 @@
 #include "tests/estimator/signalled_car.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::stopping_test {
+namespace odomd::estimator::full::testing::stopping_test {
 namespace {
-
-using testing::bend_at;
-using testing::Car;
-using testing::millisecond;
-using testing::period_ns;
-using testing::SensorValues;
-using testing::straight_at;
-using testing::with;
-using testing::without;
 
 TEST(Stopping, APersistentGyroReadingAtStandstillIsANewBias) {
   Car car;
@@ -323,4 +314,4 @@ TEST(Stopping, ATurnThatWasABiasLeavesTheHeadingUncertain) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::stopping_test
+}  // namespace odomd::estimator::full::testing::stopping_test

@@ -9,17 +9,8 @@
 #include "tests/estimator/signalled_car.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::take_test {
+namespace odomd::estimator::full::testing::take_test {
 namespace {
-
-using testing::bend_at;
-using testing::Car;
-using testing::millisecond;
-using testing::period_ns;
-using testing::SensorValues;
-using testing::straight_at;
-using testing::with;
-using testing::without;
 
 TEST(Take, TheFirstWheelSpeedThatIsConfirmedStartsTheMotion) {
   Car car;
@@ -347,4 +338,4 @@ TEST(Take, WhatIsNoSourceIsOff) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::take_test
+}  // namespace odomd::estimator::full::testing::take_test

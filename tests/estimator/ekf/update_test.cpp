@@ -9,13 +9,8 @@
 #include "states.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::update_test {
+namespace odomd::estimator::full::testing::update_test {
 namespace {
-
-using testing::is_covariance;
-using testing::some_covariance;
-using testing::some_slow_errors;
-using testing::stated;
 
 State somewhere() {
   State state;
@@ -300,4 +295,4 @@ TEST(Forget, NothingIsRelatedToAStateThatIsForgotten) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::update_test
+}  // namespace odomd::estimator::full::testing::update_test
