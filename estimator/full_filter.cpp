@@ -47,7 +47,7 @@ void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
   now.turned_since_ns = 0;
   now.lasting_way = {};
   now.lasting_turn = {};
-  now.disputed = {};
+  now.disputed.setZero();
   now.doubtful = now.unconfirmed = false;
   now.camera_evidence = 0.0;
   now.last_camera_pose = {};
@@ -192,8 +192,7 @@ void FullFilter::count_resets() noexcept {
   } else if (now.resets < published_resets_) {
     ++reset_count_;
     last_jump_ = Pose2() - published_jump_;
-  } else if (jump.x != published_jump_.x || jump.y != published_jump_.y ||
-             jump.yaw != published_jump_.yaw) {
+  } else if (difference(jump, published_jump_) != std::array<double, 3>{}) {
     last_jump_ = jump;
   }
   published_resets_ = now.resets;

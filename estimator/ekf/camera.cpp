@@ -26,7 +26,7 @@ constexpr double shortest_drift_s = 0.03;
 
 constexpr std::array<at::Index, 3> pose_states{at::x, at::y, at::yaw};
 
-// Longest time between two poses whose motion is compared [s].
+// Longest time between two poses whose difference is taken for the camera's noise [s].
 constexpr double longest_pause_s = 0.5;
 
 double distance(const Pose2& a, const Pose2& b) noexcept {
@@ -56,13 +56,13 @@ double log_density(const Pose2& step, const std::array<double, 3>& sigma, double
 /// elsewhere) - log p(step | outliers, or a tracker that stands still). The filter knows little
 /// about the distance that a sliding car covers.
 double evidence_of_step(const CarModel& model, const State& state, const PosePair& before,
-                        const std::array<double, 3>& sigma) noexcept {
+                        const std::array<double, 3>& sigma, double yaw_ratio) noexcept {
   const Tuning& tuning = model.tuning;
   const PosePair& now = state.last_camera_pose;
   const Pose2 seen = now.seen;
   const double turn = tuning.motion_error * distance(before.estimated, now.estimated);
   const double like_filter = log_density(now.step_error, sigma, turn, turn);
-  // A sliding car may also keep the camera's velocity, and turn as the filter says.
+  // A sliding car may also keep the camera's velocity: its turn and heading are the filter's.
   const double dt = seconds_between(before.capture_ns, now.capture_ns);
   const double again = dt / before.seen_s;
   const double way = std::hypot(gravity * dt * dt, 2.0 * again * std::hypot(sigma[0], sigma[1]));
@@ -70,7 +70,7 @@ double evidence_of_step(const CarModel& model, const State& state, const PosePai
                              ? log_density({seen.x - again * before.seen.x,
                                             seen.y - again * before.seen.y, now.step_error.yaw},
                                            sigma, way, turn) -
-                                   tuning.velocity_odds
+                                   tuning.velocity_odds - 0.5 * yaw_ratio
                              : like_filter;
   const double moves = std::max(like_filter, goes_on);
   const double stands = log_density(seen, sigma, 0.0, 0.0);
@@ -126,15 +126,19 @@ void begin_at(State& state, const Sample& pose) noexcept {
 
 /// A camera with biased innovations draws the pose along, so their mean is disputed.
 void dispute_drawn(const Tuning& tuning, State& state) noexcept {
-  Disputed& now = state.disputed = state.disputed.at_time(state.time_ns, tuning.disputed_s);
-  const auto& [x, y] = state.lasting_way.mean;
-  now.way = std::max(now.way, squared(tuning.fault_share) * (squared(x) + squared(y)));
-  now.turn = std::max(now.turn, squared(tuning.fault_share * state.lasting_turn.mean[0]));
+  const Eigen::Vector2d way = tuning.fault_share * Eigen::Vector2d(state.lasting_way.mean.data());
+  const double turn = tuning.fault_share * state.lasting_turn.mean[0];
+  if (way.norm() > state.disputed.head<2>().norm()) {
+    state.disputed.head<2>() = way;
+  }
+  if (std::abs(turn) > std::abs(state.disputed[2])) {
+    state.disputed[2] = turn;
+  }
 }
 
 /// The filter is wrong by ν: widens the pose, up to what P can hold, and the velocity and gyro bias
-/// that may have caused ν since the last fused pose. The map may have jumped instead, so the part
-/// of ν² beyond S is added to the published covariance for a while.
+/// that may have caused ν since the last fused pose. The map may have jumped instead, by the part
+/// of ν that S does not explain.
 void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
            const Eigen::Matrix3d& S, double since_fused_s, bool first) noexcept {
   const double way = std::min(squared(nu[0]) + squared(nu[1]), squared(largest_camera_sigma));
@@ -151,9 +155,11 @@ void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
   // The filter knows little about a sliding car, so the camera is disputed less.
   const bool slides = state.integrity.slides();
   const double share = slides ? squared(model.tuning.fault_share) : model.tuning.fault_share;
-  Disputed& now = state.disputed = state.disputed.at_time(state.time_ns, model.tuning.disputed_s);
-  now.way += squared(share) * std::max(way - S(0, 0) - S(1, 1), 0.0);
-  now.turn += squared(share) * std::max(turn - S(2, 2), 0.0);
+  const auto unexplained = [share](double square, double variance) {
+    return share * std::sqrt(1.0 - variance / std::max(square, variance));
+  };
+  state.disputed.head<2>() += unexplained(way, S(0, 0) + S(1, 1)) * Eigen::Vector2d(nu[0], nu[1]);
+  state.disputed[2] += unexplained(turn, S(2, 2)) * nu[2];
   state.doubtful = state.doubtful || !slides;
 }
 
@@ -170,8 +176,7 @@ void note_camera_pose(State& state, const Sample& pose) noexcept {
   const PosePair before = std::exchange(
       state.last_camera_pose,
       {.capture_ns = pose.time_ns, .measured = {x, y, yaw}, .estimated = state.pose()});
-  if (before.capture_ns == 0 ||
-      seconds_between(before.capture_ns, pose.time_ns) > longest_pause_s) {
+  if (before.capture_ns == 0) {
     return;
   }
   PosePair& now = state.last_camera_pose;
@@ -179,8 +184,8 @@ void note_camera_pose(State& state, const Sample& pose) noexcept {
   now.seen = {now.measured.x - before.measured.x, now.measured.y - before.measured.y,
               wrap_angle(now.measured.yaw - before.measured.yaw)};
   now.seen_s = seconds_between(before.capture_ns, now.capture_ns);
-  now.has_step = true;
-  if (!before.has_step) {
+  // The motion between the poses has errors of its own.
+  if (before.seen_s == 0.0 || now.seen_s > longest_pause_s) {
     return;
   }
   const Pose2 change = now.step_error - before.step_error;
@@ -253,12 +258,12 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   }
   if (beyond) {
     state.confirming_poses = 0;
-    const bool run = before.beyond && state.last_camera_pose.has_step;
     state.last_camera_pose.beyond = true;
-    if (run) {
-      state.camera_evidence =
-          std::max(std::min(state.camera_evidence, 0.0),
-                   state.camera_evidence + evidence_of_step(model, state, before, sample.sigma));
+    if (before.beyond) {
+      state.camera_evidence = std::max(
+          std::min(state.camera_evidence, 0.0),
+          state.camera_evidence + evidence_of_step(model, state, before, sample.sigma,
+                                                   squared(judgement.innovation[2]) / S(2, 2)));
     }
     if (state.camera_evidence < model.tuning.outlier_odds) {
       judgement.verdict = Verdict::gated;

@@ -24,9 +24,10 @@ double gyro_bias_walk(const CarModel& model, const State& state) noexcept {
   return std::max(model.tuning.gyro_bias_walk, model.tuning.gyro_bias_walk_share * noise);
 }
 
-/// Process noise of the random walks.
+/// Process noise of the random walks; a dispute fades.
 void add_walks(const CarModel& model, double dt, State& state) noexcept {
   const Tuning& tuning = model.tuning;
+  state.disputed *= std::max(1.0 - 0.5 * dt / tuning.disputed_s, 0.0);
   for (const at::Index bias : {at::accel_bias_x, at::accel_bias_y}) {
     state.variance(bias) += squared(tuning.accel_bias_walk) * dt;
   }

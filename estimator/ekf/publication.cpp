@@ -117,7 +117,7 @@ void limit(State& state) noexcept {
   estimator::limit(state.covariance, largest_deviation);
   estimator::limit(state.slow.covariance, largest_error);
   for (Eigen::Index j = 0; j < slow::size; ++j) {
-    const Vector most = largest_deviation / std::sqrt(state.slow.covariance(j, j));
+    const Vector most = 1.0 / std::sqrt(state.slow.covariance(j, j)) * largest_deviation;
     state.slow.sensitivity.col(j) = state.slow.sensitivity.col(j).cwiseMax(-most).cwiseMin(most);
   }
 }
@@ -161,9 +161,9 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
                      const State& initial) noexcept {
   const Vector& x = state.mean;
   Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
-  const Disputed disputed = state.disputed.at_time(state.time_ns, model.tuning.disputed_s);
-  const double way = disputed.way + state.lasting_way.variance;
-  P.diagonal().head<3>() += Eigen::Vector3d(way, way, disputed.turn + state.lasting_turn.variance);
+  const double way = state.disputed.head<2>().squaredNorm() + state.lasting_way.variance;
+  const double turn = squared(state.disputed[2]) + state.lasting_turn.variance;
+  P.diagonal().head<3>() += Eigen::Vector3d(way, way, turn);
   if (state.unconfirmed) {
     // The only camera pose so far may be an outlier.
     const double range = model.tuning.outlier_range * model.car.wheelbase();

@@ -167,24 +167,10 @@ struct PosePair {
   std::int64_t capture_ns = 0;
   Pose2 measured;
   Pose2 estimated;
-  Pose2 step_error;       ///< measured minus estimated motion since the camera pose before
-  Pose2 seen;             ///< measured motion since the camera pose before
-  double seen_s = 0.0;    ///< duration of `seen` [s]
-  bool has_step = false;  ///< there was a recent camera pose before
-  bool beyond = false;    ///< this pose is beyond the gate
-};
-
-/// Variance that a correction by the camera may hide: the map may have jumped instead.
-struct Disputed {
-  std::int64_t since_ns = 0;
-  double way = 0.0;   ///< variance of each axis [m²]
-  double turn = 0.0;  ///< variance of the yaw [rad²]
-
-  /// The variance left at `time_ns`; it decays with the time constant `disputed_s`.
-  [[nodiscard]] Disputed at_time(std::int64_t time_ns, double disputed_s) const noexcept {
-    const double left = std::exp(-seconds_between(since_ns, time_ns) / disputed_s);
-    return {time_ns, left * way, left * turn};
-  }
+  Pose2 step_error;     ///< measured minus estimated motion since the camera pose before
+  Pose2 seen;           ///< measured motion since the camera pose before
+  double seen_s = 0.0;  ///< duration of `seen` [s]
+  bool beyond = false;  ///< this pose is beyond the gate
 };
 
 /// A lasting error c of the camera, which P does not contain. The filter follows c: its own error e
@@ -242,7 +228,9 @@ struct State {
   Deviation of_yaw_rate;
   bool doubtful = false;  ///< a fault may have moved the pose, and no camera has confirmed it since
   int confirming_poses = 0;  ///< consecutive fused camera poses
-  Disputed disputed;
+  /// Corrections by the camera that may be jumps of the map instead [m, m, rad]; their sum,
+  /// squared, is added to the published P. Those there and back cancel.
+  Eigen::Vector3d disputed = Eigen::Vector3d::Zero();
   LastingError lasting_way;  ///< of the camera's x and y
   LastingError lasting_turn;
   double camera_noise_scale = 1.0;  ///< variance of camera poses / stated variance

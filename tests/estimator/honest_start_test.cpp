@@ -163,7 +163,7 @@ TEST(HonestStart, TwoPosesThatAgreeLocateTheCar) {
     EXPECT_EQ(std::sqrt(e.covariance[0]) < 0.02, confirmed) << i;
   }
   EXPECT_FALSE(state.doubtful);
-  EXPECT_EQ(state.disputed.way, 0.0);
+  EXPECT_EQ(state.disputed.head<2>().squaredNorm(), 0.0);
 }
 
 TEST(HonestStart, PosesOfOneInstantAreSeveralLooks) {

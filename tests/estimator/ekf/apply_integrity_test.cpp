@@ -12,7 +12,7 @@ TEST(ApplyIntegrity, ADriveWithoutFaultsIsNotCorrectedNorDoubtful) {
   car.drive(3.0, straight_at(1.5));
   car.drive(3.0, bend_at(1.5, 0.8));
   EXPECT_FALSE(car.state.doubtful);
-  EXPECT_EQ(car.state.disputed.way, 0.0);
+  EXPECT_EQ(car.state.disputed.head<2>().squaredNorm(), 0.0);
   EXPECT_EQ(car.state.of_speed.since_ns, 0);
   EXPECT_EQ(car.state.of_yaw_rate.since_ns, 0);
   EXPECT_NEAR(car.state.integrity.motion().motion[integrity::of::yaw_rate], 0.8, 0.05);
