@@ -290,7 +290,9 @@ Judgement take_still_gyro(const CarModel& model, State& state, const Sample& sam
 
 void learn_dead_band(State& state, const Sample& sample) noexcept {
   const Reading& before = state.reading(sample.source);
-  if (before.consistent > 0 && sample.value[0] != 0.0 && before.value != 0.0) {
+  // A wheel that trembles while the others stand shows nothing.
+  const bool alone = state.standstill.wheels_still && is_single_wheel(sample.source);
+  if (!alone && before.consistent > 0 && sample.value[0] != 0.0 && before.value != 0.0) {
     const double shown =
         std::max({std::abs(sample.value[0]), std::abs(before.value), slowest_turning});
     const double own = state.standstill.dead_band[index_of(sample.source)];

@@ -49,7 +49,7 @@ void Integrity::add(Source source, std::int64_t time_ns, double value, double si
   if (history.seen() && time_ns <= history.time_ns) {
     return;
   }
-  if (is_wheel(source) && value < 0.0 && history.value < 0.0 &&
+  if (is_wheel(source) && std::max(value, history.value) < -slowest_rolling &&
       observed_.history(Source::direction).value >= 0.0) {
     negative_speeds_ = std::min(negative_speeds_ + 1, sign_known_after);
   }
@@ -60,7 +60,7 @@ void Integrity::add(Source source, std::int64_t time_ns, double value, double si
   history.arrival_ns = std::max(arrival_ns, time_ns);
 }
 
-/// Sigmas between a step of the camera and any motion of a car after the steps before.
+/// Sigmas by which a camera step exceeds any motion possible after earlier steps.
 double Integrity::surprise(const CameraStep& step, const CameraPose& pose) const noexcept {
   const SourceHistory& speed = observed_.camera_speed;
   if (speed.begun < least_samples) {

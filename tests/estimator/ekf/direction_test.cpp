@@ -55,5 +55,20 @@ TEST(Direction, ALostDirectionIsUnknownAfterAHalt) {
   EXPECT_NEAR(car.x() - x, 3.25, 0.1);
 }
 
+TEST(Direction, NoiseAboutZeroDoesNotShowThatSpeedsHaveASign) {
+  const auto reversing = [](double speed) {
+    SensorValues values = bend_at(-speed, 0.5 * speed);
+    for (auto& [source, value] : values.signals)
+      if (is_wheel(source)) value = std::abs(value);
+    return values;
+  };
+  Car car;
+  for (int i = 0; i < 400; ++i) car.tick(straight_at(i % 20 < 10 ? 0.0 : -0.001));
+  for (int i = 0; i < 100; ++i)  // at 2 m/s²
+    car.tick(with(reversing(0.01 * i), Source::accel_x, -2.0));
+  car.drive(3.0, reversing(1.0));
+  EXPECT_NEAR(car.v_x(), -1.0, 0.05);
+}
+
 }  // namespace
 }  // namespace odomd::estimator::full::testing::direction_test

@@ -145,20 +145,25 @@ TEST(Standstill, ABlindWheelShowsItsDeadBand) {
   const auto reads = [&state](double speed) {
     state.time_ns += 10 * millisecond;
     const Sample sample{.time_ns = state.time_ns,
-                        .source = Source::wheel_rear,
+                        .source = Source::wheel_rear_left,
                         .value = {speed},
                         .sigma = {wheel_sigma}};
     learn_dead_band(state, sample);
     note_reading(state, sample);
   };
+  state.standstill.wheels_still = true;
+  for (const double speed : {0.3, 0.25, 0.0}) {  // one wheel trembles while the others stand
+    reads(speed);
+  }
+  state.standstill.wheels_still = false;
   for (const double speed : {0.9, 0.85, 0.0, 0.0}) {
     reads(speed);
   }
-  EXPECT_EQ(state.standstill.dead_band[index_of(Source::wheel_rear)], 0.8);
+  EXPECT_EQ(state.standstill.dead_band[index_of(Source::wheel_rear_left)], 0.8);
   for (const double speed : {0.3, 0.0, 0.25, 0.2}) {  // a single reading may be a corrupt frame
     reads(speed);
   }
-  EXPECT_EQ(state.standstill.dead_band[index_of(Source::wheel_rear)], 0.25);
+  EXPECT_EQ(state.standstill.dead_band[index_of(Source::wheel_rear_left)], 0.25);
 }
 
 /// A car that has not moved yet, with its samples.

@@ -103,7 +103,7 @@ TEST(WheelSlip, IsNamedAndThePoseStaysGood) {
         const bool slips =
             fault::contains(fault::sources_of(slip.kind), static_cast<estimator::Source>(source)) &&
             drive.config.can.signals[source].configured;
-        if (i < 20 || (slips && i >= ends && i < ends + 210)) continue;  // clears in a second
+        if (i < 24 || (slips && i >= ends && i < ends + 210)) continue;  // clears in a second
         ASSERT_EQ(run[i].flags[source], slips && i < ends ? slipping : 0) << i << ' ' << source;
       }
     }
