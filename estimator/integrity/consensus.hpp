@@ -8,10 +8,11 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/LU>
 
 #include "estimator/common/measurement.hpp"
+#include "estimator/common/symmetric3.hpp"
 
 namespace odomd::estimator::integrity {
 
@@ -56,8 +57,8 @@ inline constexpr double unknown_speed = 100.0;
 
 struct Solution {
   Motion motion = Motion::Zero();
-  Motion sigma = Motion::Constant(unknown_speed);
-  double misfit = 0.0;  ///< Σ ((z - aᵀ x) / σ)²
+  Eigen::Vector2d sigma = Eigen::Vector2d::Constant(unknown_speed);  ///< of speed and yaw rate
+  double misfit = 0.0;                                               ///< Σ ((z - aᵀ x) / σ)²
 };
 
 class Consensus {
@@ -76,26 +77,28 @@ class Consensus {
   /// Least squares over all rows that use no source of `left_out`. The rows without a source must
   /// make the solution unique.
   [[nodiscard]] Solution without(Sources left_out) const noexcept {
-    // N = Σ a aᵀ / σ², b = Σ a z / σ², x = N⁻¹ b
+    // N = Σ a aᵀ / σ², b = Σ a z / σ², N x = b
     Eigen::Matrix<double, of::size, of::size> N = Eigen::Matrix<double, of::size, of::size>::Zero();
     Motion b = Motion::Zero();
     for (const Row& row : *this) {
       if ((row.sources & left_out) == 0) {
-        const Motion weighed = row.by / (row.sigma * row.sigma);
+        const Motion weighed = 1.0 / squared(row.sigma) * row.by;
         N += row.by * weighed.transpose();
         b += weighed * row.z;
       }
     }
-    const Eigen::LLT<Eigen::Matrix<double, of::size, of::size>> factors(N);
+    // No row has both slips, so their block D of N = [A Bᵀ; B D] is diagonal: P = (A - Bᵀ D⁻¹ B)⁻¹.
+    const auto B = N.bottomLeftCorner<2, 2>();
+    const Eigen::Vector2d per_slip = N.diagonal().tail<2>().cwiseInverse();
+    const Eigen::Matrix2d C = B.transpose() * per_slip.asDiagonal();
+    const Eigen::Matrix2d P = (N.topLeftCorner<2, 2>() - C * B).inverse();
     Solution solution;
-    solution.motion = factors.solve(b);
-    for (Eigen::Index i = 0; i < of::size; ++i) {
-      solution.sigma[i] = std::sqrt(factors.solve(Motion::Unit(i))[i]);
-    }
+    solution.motion.head<2>() = P * (b.head<2>() - C * b.tail<2>());
+    solution.motion.tail<2>() = per_slip.cwiseProduct(b.tail<2>() - B * solution.motion.head<2>());
+    solution.sigma = P.diagonal().cwiseSqrt();
     for (const Row& row : *this) {
       if ((row.sources & left_out) == 0) {
-        const double residual = row.off(solution.motion);
-        solution.misfit += residual * residual;
+        solution.misfit += squared(row.off(solution.motion));
       }
     }
     return solution;

@@ -28,7 +28,7 @@ struct Circle {
   [[nodiscard]] Observations observed() const {
     Observations observed;
     observed.last_consensus.fill(
-        {.motion = {speed, turn, 0.0, 0.0}, .sigma = Motion::Constant(0.1)});
+        {.motion = {speed, turn, 0.0, 0.0}, .sigma = Eigen::Vector2d::Constant(0.1)});
     observed.integrated_speed = speed;
     observed.integrated_sigma = 0.1;
     const auto push = [&observed](Source source, double value, double sigma) {
