@@ -101,7 +101,7 @@ void require_distinct_paths(const Config& config) {
     if (std::filesystem::equivalent(one, other, missing)) return true;
     const auto a = std::filesystem::weakly_canonical(one, missing);
     const auto b = std::filesystem::weakly_canonical(other, missing);
-    // Empty paths: a folder may not be searched.
+    // Empty: no permission to search a folder.
     return a.empty() || b.empty() ? std::filesystem::path(one).lexically_normal() ==
                                         std::filesystem::path(other).lexically_normal()
                                   : a == b;

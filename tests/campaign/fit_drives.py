@@ -28,7 +28,7 @@ from common import DEGREES, ODOM, ROOT, output
 from recorded import measure
 
 # Car, drive for the fit, its length [s], and the drives to evaluate with their options. In
-# dart_track_v1 the reference is that of the car only after 17.6 s: before, it jumps by 7 m and
+# dart_track_v1 the reference follows the car only after 17.6 s: before, it jumps by 7 m and
 # faces backwards.
 CASES = [
     ("dart", "dart_free1", 68.0,

@@ -68,7 +68,7 @@ class Log(unittest.TestCase):
         self.assertTrue(text.startswith(PAGE.partition(log.NEWEST)[0]))
         self.assertEqual(len(table(text)), 2)
         self.assertEqual(self.newest_row()[2:4], ["`drives.py --judge`", log.UNSAID])
-        # Parts 10 to 17 are judged; made_up() gives a heading to the last, revs_250lm, too.
+        # Parts 10 to 17 are judged; in made_up() even the last, revs_250lm, has a heading.
         self.assertTrue(self.newest_row()[4].startswith(
             "heading 13.5° median, 17.0° worst (revs_250lm, second half); position 1.35 m median, 1.70 m worst "
             "(revs_250lm, second half); at most 1.05: 8 of 24 cells, 33 %; above 1.3: dart_circles1 heading 2.00, "))

@@ -113,7 +113,7 @@ TEST_F(History, ALongerGapIsNotBridged) {
              {2 * period_ns + 1, ODOM_GAP},
              {23 * period_ns - 1, ODOM_GAP},
              {23 * period_ns, ODOM_OK}});
-  // One that is longer than the ring hides what was before.
+  // A gap longer than the ring hides all earlier poses.
   constexpr std::uint64_t after = 23 + 3 * slots;
   publish(moving_pose(after));
   expect_at(

@@ -33,7 +33,7 @@ struct Output {
 /// another output. Pipes and devices are exempt; "-" may be an input and one output.
 void check_outputs(std::span<const Output> outputs, std::span<const std::filesystem::path> inputs);
 
-/// Why a stream has failed, even long ago: tries the write again. "No space left on device".
+/// The reason why a stream failed, from a new attempt to write: "No space left on device".
 [[nodiscard]] std::string why_unwritten(std::ostream& failed);
 
 /// Flushes and closes; throws std::runtime_error when something could not be written.

@@ -19,7 +19,7 @@ class CameraFault {
   /// `fault` must be one of the camera's.
   CameraFault(const Fault& fault, Span span);
 
-  /// Takes a pose and appends the poses that are output by its arrival time.
+  /// Takes a pose and appends the poses that are due by its arrival time.
   void take(const estimator::CameraPose& pose, std::vector<estimator::CameraPose>& out);
   /// Appends the held-back poses that are due by `now_ns`.
   void release(std::int64_t now_ns, std::vector<estimator::CameraPose>& out);

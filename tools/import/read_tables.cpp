@@ -68,8 +68,8 @@ Cells matches(const OpenTable& table, std::string_view name) {
   return matches(table.path, table.columns, name);
 }
 
-/// Finds the header: the line with the most wanted names; among several, the first with the most
-/// cells, which are also the names to suggest.
+/// Finds the header: the line with the most names of `wanted`; if tied, the first with the most
+/// cells. Its cells are the names to suggest.
 void find_header(OpenTable& table, const std::vector<std::string>& wanted) {
   constexpr std::size_t max_header_line = 200;
   constexpr std::string_view delimiters = "\t;,";  // commas may be decimal ones

@@ -1,5 +1,5 @@
-// Reads the times of tables: in seconds to nanoseconds, with seconds and nanoseconds in two
-// columns, or as times of day.
+// Reads the times of tables: in s, ms, us or ns, in two columns (seconds and nanoseconds), or as
+// times of day.
 #pragma once
 
 #include <cstdint>
@@ -42,7 +42,7 @@ void take_unit(TimeColumn& time, std::string_view unit_of_table);
 /// that makes it a date of this century, otherwise to seconds. Throws if the cell is not a time.
 [[nodiscard]] std::optional<std::int64_t> time_in(const CsvReader& reader, std::size_t column,
                                                   TimeUnit& unit);
-/// The same from the first column, plus the second (nanoseconds) if `time` has two.
+/// The same from column 0, plus column 1 (nanoseconds) if `time` has two.
 [[nodiscard]] std::optional<std::int64_t> time_in(const CsvReader& reader, TimeColumn& time);
 
 /// Throws if times that were read as seconds have another unit.

@@ -1,4 +1,4 @@
-// The candidates' part of a log or a live bus: their series, and how often messages come.
+// Signal candidates in a log or on a live bus: their series and message intervals.
 #pragma once
 
 #include <cstdint>

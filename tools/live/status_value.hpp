@@ -17,7 +17,7 @@ using Json = nlohmann::json;
 
 inline constexpr double degrees = 180.0 / std::numbers::pi;  ///< in a radian
 
-/// A yaw angle [rad] without the whole turns that the daemon counts [deg].
+/// The heading [deg] of a yaw [rad], without the whole turns in it.
 [[nodiscard]] inline double heading(double yaw) {
   return degrees * std::remainder(yaw, 2.0 * std::numbers::pi);
 }

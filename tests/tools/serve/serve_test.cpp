@@ -148,7 +148,7 @@ TEST_F(Serve, SurvivesBrokenRequests) {
   EXPECT_EQ(server_->terminate().status, 0) << server_->errors();
 }
 
-// A regular expression used stack for each character here, in each of 80 threads.
+// Here a regular expression once used stack per character, in each of 80 threads.
 TEST_F(Serve, ReadsNoLongLines) {
   start_with_token();
   const long before_kb = resident_kb();

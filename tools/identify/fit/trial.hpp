@@ -19,7 +19,7 @@
 namespace odomd::tools::fitting {
 
 /// The path of a car from noisy poses, smooth enough to compare with a filter's speed: every 20 ms
-/// a cubic fitted to the poses within `half` seconds; outliers lose their weight. No point if there
+/// a cubic fitted to the poses within `half` seconds; outliers lose their weight. Empty if there
 /// are too few poses. Poses in the order of capture.
 [[nodiscard]] Trajectory smoothed(std::span<const estimator::CameraPose> poses, double half);
 

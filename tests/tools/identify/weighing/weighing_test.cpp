@@ -131,7 +131,7 @@ TEST(Weighing, LaysTheCentreOfGravityByTheLevers) {
   EXPECT_NEAR(centre.rear_axle->value, 0.1, 1e-12);
   EXPECT_NEAR(centre.lateral->value, 0.15 * (1.6 / 3.0 - 0.5), 1e-12);
   EXPECT_NEAR(centre.correlation, -1.0, 1e-12);
-  // sigma of l F_h / (F_v + F_h) without the sides: l sigma sqrt(F_v² + F_h²) / m².
+  // sigma of l F_r / (F_f + F_r) from axles alone: l sigma sqrt(F_f² + F_r²) / m².
   const std::vector<Weighing> axles{{Load::front, 1.0}, {Load::rear, 2.0}};
   EXPECT_NEAR(centre_of_gravity(wheel_loads(axles, scale), tape).front_axle->sigma,
               0.3 * 0.002 * std::sqrt(5.0) / 9.0, 1e-12);

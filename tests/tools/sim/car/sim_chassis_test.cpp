@@ -49,7 +49,7 @@ INSTANTIATE_TEST_SUITE_P(Sim, PublishedCar,
                                            CarKind::vw_vanagon),
                          [](const auto& car) { return std::string(car_name(car.param)); });
 
-/// Also the car whose body does not move.
+/// Adds the saloon, whose body is rigid.
 class AnyCar : public PublishedCar {};
 
 INSTANTIATE_TEST_SUITE_P(Sim, AnyCar,
