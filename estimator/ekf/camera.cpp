@@ -53,8 +53,8 @@ double log_density(const Pose2& step, const std::array<double, 3>& sigma, double
 }
 
 /// Evidence of the step between two camera poses: log p(step | the car moves like the filter, but
-/// elsewhere) - log p(step | outliers, or a tracker that stands still). The filter knows little
-/// about the distance that a sliding car covers.
+/// elsewhere) - log p(step | outliers, or a tracker that stands still). The filter knows little of
+/// a sliding car's distance, but its heading, of which `yaw_ratio` is ν²/S.
 double evidence_of_step(const CarModel& model, const State& state, const PosePair& before,
                         const std::array<double, 3>& sigma, double yaw_ratio) noexcept {
   const Tuning& tuning = model.tuning;
@@ -185,7 +185,7 @@ void note_camera_pose(State& state, const Sample& pose) noexcept {
               wrap_angle(now.measured.yaw - before.measured.yaw)};
   now.seen_s = seconds_between(before.capture_ns, now.capture_ns);
   // The motion between the poses has errors of its own.
-  if (before.seen_s == 0.0 || now.seen_s > longest_pause_s) {
+  if (before.seen_s == 0.0 || std::max(before.seen_s, now.seen_s) > longest_pause_s) {
     return;
   }
   const Pose2 change = now.step_error - before.step_error;

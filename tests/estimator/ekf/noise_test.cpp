@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "estimator/ekf/camera.hpp"
 #include "estimator/ekf/predict.hpp"
 #include "tests/gtest.hpp"
 
@@ -223,6 +224,16 @@ TEST(NoiseScale, TheOneOfThePositionFollowsTheCamera) {
   EXPECT_EQ(state.way_noise_scale, 1.0);
   adapt_way_noise_scale(t, state, 3.0, 0.035);  // as expected of three degrees of freedom
   EXPECT_EQ(state.way_noise_scale, 1.0);
+}
+
+TEST(CameraNoise, IsNotLearntAcrossAPause) {
+  State state;
+  for (int i = 0; i < 200; ++i) {
+    state.time_ns += i % 2 == 0 ? 1'000'000'000 : 35'000'000;
+    state.mean[at::x] = i % 4 < 2 ? 0.2 : -0.2;  // what the filter is off by then
+    note_camera_pose(state, {.time_ns = state.time_ns, .sigma = {0.01, 0.01, 0.01}});
+  }
+  EXPECT_EQ(state.camera_noise_scale, 1.0);
 }
 
 }  // namespace
