@@ -58,7 +58,7 @@ class FrameSource {
   /// that disappeared. May allocate and make system calls; never throws.
   virtual void maintain() noexcept {}
 
-  /// Warnings for the user since the source was opened, one line each, in order; the first of each
+  /// Warnings for the user since the source was opened, in order: one line, the first, of each
   /// kind. The list only grows. Call from the thread that calls `maintain`.
   [[nodiscard]] virtual std::vector<std::string> warnings() const { return {}; }
 

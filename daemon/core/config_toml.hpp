@@ -58,7 +58,7 @@ class TableReader {
   /// The table of this name inside this one, or the tables of a list; none without the key.
   [[nodiscard]] std::vector<TableReader> tables(std::string_view key, const std::string& name);
 
-  /// All keys and their tables, for tables whose keys are names.
+  /// All keys with their tables; every value must be a table.
   [[nodiscard]] std::vector<std::pair<std::string, TableReader>> tables();
 
   /// Rejects unknown keys.

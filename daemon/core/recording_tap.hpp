@@ -114,8 +114,8 @@ class RecordingTap {
   }
 
   std::atomic<State> state_{State::idle};
-  bool taking_ = false;  // the beat's: running, and all inputs of this tick fitted into the rings
-  TickMark mark_;        // the beat's: of the current tick
+  bool taking_ = false;  // beat only: running, and all inputs of this tick fitted into the rings
+  TickMark mark_;        // beat only: of the current tick
   Checkpoint checkpoint_;
   struct Rings {
     SpscRing<can::Frame, max_frames> frames;

@@ -44,7 +44,7 @@ inline constexpr auto poses = std::to_array<Kind>({
      .fix = "remove [initial] pose to start from the first camera pose, or set this drive's",
      .limits = {.most = 0.5},
      .unit = "m or rad",
-     .reason = "beyond five sigmas and possible motion"},
+     .reason = "excess over 5 sigmas + possible motion"},
     {.code = "W409",
      .name = "clocks_differ",
      .meaning = "Poses are not on the log's clock.",

@@ -86,8 +86,8 @@ void weigh(Innovation& nu) noexcept {
   nu.variance_of_noise += more;
 }
 
-/// Whether the gyro's readings are consistent. Then the car slides or spins and does turn at that
-/// rate, whatever the tyre model predicts.
+/// Whether the gyro's readings are consistent. If so, an innovation above the gate means that the
+/// car slides or spins, not a gyro fault.
 bool continues_steadily(const State& state, const Sample& sample) noexcept {
   return sample.source == Source::yaw_rate && !state.standstill.standing &&
          !ends_pause(state, sample) && consistent_samples(state, sample) > 1;

@@ -46,7 +46,7 @@ struct Judging {
   Against against = Against::reference;  ///< reference or closed_loop; a drive without truth.csv
                                          ///< uses its camera, or its start if it is a closed loop,
                                          ///< or else nothing
-  std::optional<Align> align;            ///< nothing: usual_align(), for pose files `first`
+  std::optional<Align> align;            ///< unset: usual_align() (`first` for pose files)
   Frame frame = Frame::map;
   std::string from;  ///< a time in the files [s]; "+T": after the first row of the reference, or
                      ///< else of the estimate

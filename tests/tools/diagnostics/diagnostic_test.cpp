@@ -32,9 +32,9 @@ std::string page() {
       "# Diagnostics\n\n"
       "Each problem that `odomd`, `odom doctor`, `replay`, `evaluate`, `export` and `identify`\n"
       "report ends with its fix and a code. With `--json` the list `diagnostics` has `code`,\n"
-      "`name`, `subject`, `seen` and `fix` of each. Here are its meaning, *the fix* (except of W4\n"
-      "and W5, which only tools report), and the limits outside which it is issued. A fix that\n"
-      "writes nothing under /etc lasts until the next reboot.\n\n"
+      "`name`, `subject`, `seen` and `fix` of each. Entries: meaning, *the fix* (except in W4 and\n"
+      "W5, which only tools report), and the limits outside which it is issued. A fix that writes\n"
+      "nothing under /etc lasts until the next reboot.\n\n"
       "<!-- Made from tools/diagnostics/kinds.hpp: ODOMD_WRITE_PAGES=1 test_diagnostics -->\n";
   for (const Chapter& chapter : tools::all_chapters) {
     text += fmt::format("\n## {}\n\n", chapter.title);

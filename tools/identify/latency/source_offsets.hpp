@@ -91,7 +91,7 @@ struct GyroDrive {
   return on_grid_of(like, [](double) { return 1.0; });
 }
 
-/// Applies the mean over ± half twice, to both compared signals, so that neither is delayed and the
+/// Averages twice over ± `half`, both compared signals, so that neither is delayed and the
 /// gyro's noise remains small after differentiation.
 [[nodiscard]] inline Resampled smooth(const Resampled& signal, double half) {
   return mean_around(mean_around(signal, half), half);
