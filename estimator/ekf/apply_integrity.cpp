@@ -88,14 +88,18 @@ void apply_integrity(const Context& context, State& state) noexcept {
     state.mean[at::yaw] -= turn.sum;
     state.variance(at::yaw) += uncertain * turn.sum * turn.sum;
   }
+  // A camera that sees the car has already corrected the pose.
+  const bool seen =
+      seconds_between(state.reading(Source::camera).fused_ns, state.time_ns) < contradicted_s;
   if (wheels_failed) {
-    // A camera that sees the car has already corrected the pose.
-    const double unseen_s = seconds_between(state.reading(Source::camera).fused_ns, state.time_ns);
-    take_back(unseen_s < contradicted_s ? 0.0 : drive.sum);
+    take_back(seen ? 0.0 : drive.sum);
   }
   if (agreed.reversed_distance != 0.0) {
     take_back(2.0 * agreed.reversed_distance);
   }
+  const Eigen::Vector2d reversed = state.along_heading(
+      seen ? 0.0 : 2.0 * std::sqrt(context.model.tuning.reverses) * agreed.unsettled_distance);
+  state.covariance.topLeftCorner<2, 2>() += reversed * reversed.transpose();
   // 2. Reset the motion to the consensus if it deviates from it.
   const integrity::Solution& all = state.integrity.motion();
   const auto lasts = [&](Deviation& deviation, double off, of::Index index, double variance) {

@@ -108,6 +108,15 @@ std::int64_t last_wheel_ns(const State& state) noexcept {
   return newest_ns;
 }
 
+double wheel_silence_s(const State& state, std::int64_t time_ns) noexcept {
+  double cycle_s = 0.0;
+  for (const Source wheel : wheel_sources) {
+    cycle_s = std::max(cycle_s, state.integrity.history(wheel).cycle_s);
+  }
+  const double since_s = seconds_between(last_wheel_ns(state), time_ns);
+  return std::max(since_s - integrity::patience_s(cycle_s), 0.0);
+}
+
 WheelCount count_wheels(Driven driven, const State& state, const Sample& sample) noexcept {
   const auto reads = [&](Source wheel) {
     return wheel == sample.source ? sample.value[0] : state.reading(wheel).value;

@@ -56,6 +56,9 @@ struct WheelCount {
 /// Time of the last fused sample of any wheel; 0: never.
 [[nodiscard]] std::int64_t last_wheel_ns(const State& state) noexcept;
 
+/// Time for which the wheels have been silent beyond their cycle [s].
+[[nodiscard]] double wheel_silence_s(const State& state, std::int64_t time_ns) noexcept;
+
 /// A wheel that stands for this long while another one turns is dead [s].
 inline constexpr double dead_after_s = 0.5;
 

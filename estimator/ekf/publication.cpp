@@ -170,6 +170,17 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
     P.diagonal().head<3>() +=
         model.tuning.outlier_share * Eigen::Vector3d(range, range, std::numbers::pi).cwiseAbs2();
   }
+  // Unsigned wheel speeds: after a halt the car may have reversed, since it was last seen.
+  const double unseen_s = seconds_between(state.reading(Source::camera).fused_ns, state.time_ns);
+  const double backwards = std::clamp(std::abs(x[at::v_x]) * unseen_s, 0.0,
+                                      std::abs(state.integrity.agreed().unsigned_distance));
+  if (backwards > 0.0) {
+    Vector reversed = Vector::Zero();
+    reversed.head<2>() = state.along_heading(2.0 * backwards);
+    reversed[at::v_x] = 2.0 * x[at::v_x];
+    reversed *= std::sqrt(model.tuning.reverses);
+    P += reversed.head<6>() * reversed.head<6>().transpose();
+  }
   if (state.last_camera_pose.capture_ns != 0) {
     // The filter follows the camera's clock: if that is late by τ_c, so is the pose. A
     // predecessor's covariance contains this already.
@@ -199,11 +210,11 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
     return std::abs(state.slow.mean[scale]) > most_sigmas * initial.sigma(scale);
   };
   // The bias counts as unlearnt unless a camera or a standstill shows it.
-  constexpr double unseen_s = 0.5;
+  constexpr double longest_unseen_s = 0.5;
   e.bias_unlearnt = e.initialised && !state.standstill.wheels_still &&
                     (e.calibration.valid & 1U) == 0 &&
                     state.reading(Source::yaw_rate).fused_ns != 0 &&
-                    (e.camera_ns == 0 || seconds_between(e.camera_ns, state.time_ns) > unseen_s);
+                    (e.camera_ns == 0 || unseen_s > longest_unseen_s);
   e.scale_implausible = implausible(slow::gyro_scale) || implausible(slow::wheel_scale);
   if (e.initialised && !state.standstill.standing) {
     const Eigen::Vector3d rate = mean_rate_ahead(model, input, period_s, state);

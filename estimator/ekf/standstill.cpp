@@ -39,16 +39,19 @@ double evidence(double off, double sigma, double range) noexcept {
   return std::numbers::ln2 - std::log1p(std::exp(moving));
 }
 
-/// The log odds that the car stands, from all sources since the wheels read 0.
-double odds_of_standing(const CarModel& model, const State& state) noexcept {
+/// The log odds that the car stands at `time_ns`, from all sources since the wheels read 0.
+double odds_of_standing(const CarModel& model, const State& state, std::int64_t time_ns) noexcept {
   const Standstill& standstill = state.standstill;
   const double dead_band = smallest_dead_band(state);
   const Tuning& tuning = model.tuning;
-  const double still_s = seconds_between(standstill.since_ns, state.time_ns);
-  // 1. A moving car leaves the dead band of its wheels soon.
+  const double still_s = seconds_between(standstill.since_ns, last_wheel_ns(state));
+  // 1. A moving car leaves the dead band of its wheels soon. Silent wheels may have left it, and
+  // a car that stands does not stand for ever.
   const double leaves_s = tuning.still_s + tuning.still_per_speed * dead_band;
-  double odds = std::min(still_s / leaves_s,
-                         standstill.standing ? 2.0 * tuning.standing_odds : tuning.most_odds) -
+  const double silence_s = wheel_silence_s(state, time_ns);
+  const double most = standstill.standing ? 2.0 * tuning.standing_odds : tuning.most_odds;
+  double odds = std::max(std::min(still_s / leaves_s, most) - silence_s / leaves_s,
+                         -silence_s / tuning.departs_s) -
                 standstill.blind;
   // 2. The gyro of a standing car reads its bias and is constant.
   const double speed = dead_band + brisk_accel * tuning.still_s;
@@ -125,6 +128,11 @@ void enter_standstill(State& state, std::int64_t time_ns) noexcept {
        {at::v_x, at::v_y, at::yaw_rate, at::accel_x, at::front_angle, at::side_force}) {
     forget(state, index, std::sqrt(state.variance(index)));
   }
+}
+
+/// Ends a standstill during which the wheels have shown nothing since their last sample.
+void set_off_unnoticed(const CarModel& model, State& state, std::int64_t time_ns) noexcept {
+  set_off(model, state, brisk_accel * seconds_between(last_wheel_ns(state), time_ns));
 }
 
 }  // namespace
@@ -242,7 +250,7 @@ void update_standstill(const CarModel& model, State& state, const Sample& sample
         std::min(before.interval_s / drifts_s, 1.0) *
         (state.integrity.history(Source::yaw_rate).mean() - standstill.still_gyro);
   }
-  const double odds = odds_of_standing(model, state);
+  const double odds = odds_of_standing(model, state, sample.time_ns);
   if (!standstill.standing && odds > model.tuning.standing_odds) {
     enter_standstill(state, sample.time_ns);
   } else if (standstill.standing && odds < -model.tuning.standing_odds) {
@@ -251,7 +259,14 @@ void update_standstill(const CarModel& model, State& state, const Sample& sample
     if (sample.source == Source::camera) {
       standstill.blind = std::min(standstill.blind + less, 2.0 * less);
     }
-    set_off(model, state, brisk_accel * seconds_between(last_wheel_ns(state), sample.time_ns));
+    set_off_unnoticed(model, state, sample.time_ns);
+  }
+}
+
+void doubt_standstill(const CarModel& model, State& state, std::int64_t time_ns) noexcept {
+  if (state.standstill.standing && wheel_silence_s(state, time_ns) > 0.0 &&
+      odds_of_standing(model, state, time_ns) < -model.tuning.standing_odds) {
+    set_off_unnoticed(model, state, time_ns);
   }
 }
 

@@ -23,9 +23,6 @@ constexpr double steering_lifetime_s = 0.5;
 // Fastest turn of the front wheels [rad/s].
 constexpr double fastest_steering = 20.0;
 
-// A standstill ends without wheel samples for this long.
-constexpr double wheels_needed_s = 2.5;
-
 void hold(HeldInput& held, const Sample& sample) noexcept {
   held = {true, sample.time_ns, sample.value[0]};
 }
@@ -249,12 +246,7 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
     state.time_ns = time_ns;
     return;
   }
-  if (state.standstill.standing) {
-    const double gap_s = seconds_between(last_wheel_ns(state), time_ns);
-    if (gap_s > wheels_needed_s) {
-      set_off(context.model, state, brisk_accel * gap_s);
-    }
-  }
+  doubt_standstill(context.model, state, time_ns);
   if (state.standstill.standing) {
     steer(context.model.car.steering, left, state);
     propagate_standing(context.model, left, state);

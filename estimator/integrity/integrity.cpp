@@ -140,6 +140,7 @@ bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& ba
   const SourceHistory& direction = observed_.history(Source::direction);
   if (negative_speeds_ == sign_known_after || direction.value != 0.0) {
     backwards_ = false;
+    agreed_.unsigned_distance = 0.0;
     return true;
   }
   if ((all.present() & wheels & ~observed_.distrusted) == 0) {
@@ -158,6 +159,7 @@ bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& ba
     forward_votes_ = 0;
     halted_ = true;
     distance_ = 0.0;
+    agreed_.unsettled_distance = agreed_.unsigned_distance;
   }
   const double better = reversed_base.misfit - base.misfit;
   const int vote = std::abs(better) <= gate ? 0 : (better > 0.0) != backwards_ ? 1 : -1;
@@ -165,6 +167,7 @@ bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& ba
   if (backwards_ != (forward_votes_ < 0)) {
     backwards_ = forward_votes_ < 0;
     agreed_.reversed_distance = std::exchange(distance_, -distance_);
+    agreed_.unsigned_distance = 0.0;
     observed_ = mirrored;
     observed_.integrated_sigma = Observations{}.integrated_sigma;
     for (SourceHistory& history : observed_.sources) {
@@ -174,6 +177,8 @@ bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& ba
     base = reversed_base;
     return true;
   }
+  const double decided = static_cast<double>(std::abs(forward_votes_)) / decisive_votes;
+  agreed_.unsigned_distance = halted_ ? std::max(1.0 - decided, 0.0) * distance_ : 0.0;
   return better > -margin || std::abs(forward_votes_) >= decisive_votes;
 }
 
@@ -197,7 +202,7 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
   Consensus all = equations(sensors, observed_, backwards_, Over::short_time);
   Solution base = all.without(out);
   const Sources present = all.present();
-  agreed_.reversed_distance = 0.0;
+  agreed_.reversed_distance = agreed_.unsettled_distance = 0.0;
   const bool sign_known = decide_sign(sensors, all, base);
   const Consensus longer = equations(sensors, observed_, backwards_, Over::long_time);
   Solution longer_base = longer.without(out);

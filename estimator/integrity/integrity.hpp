@@ -61,6 +61,9 @@ class Integrity {
     integrity::Solution without_wheels;  ///< from all trusted sources but the wheels
     bool wheels_distrusted = false;      ///< all wheels are distrusted
     double reversed_distance = 0.0;  ///< distance driven with the wrong sign until this check [m]
+    /// Distance since the last halt, as far as the sign of unsigned wheel speeds is open [m].
+    double unsigned_distance = 0.0;
+    double unsettled_distance = 0.0;  ///< the same of a drive that ends with this check [m]
     std::int64_t contradicted_since_ns = 0;
     bool contradicted = false;  ///< sources contradict each other, no fault is isolated
     /// The camera contradicts the filter over several poses, or its clock drifts: the pose is

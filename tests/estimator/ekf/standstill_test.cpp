@@ -52,6 +52,7 @@ std::int64_t time_to_stand(State& state, std::int64_t duration_ms, const Wheel& 
                        .sigma = {wheel_sigma}};
     state.integrity.add(turn.source, turn.time_ns, turn.value[0], gyro_sigma);
     note_reading(state, turn);
+    state.note_fused(speed.source, speed.time_ns);
     note_wheels(state, speed, !is_turning(wheel(ms), wheel_sigma));
     update_standstill(model, state, turn);
     if (state.standstill.standing) {

@@ -303,6 +303,38 @@ TEST(Stopping, SettingOffDuringAGapMakesThePositionUncertain) {
   EXPECT_GT(car.state.covariance(at::x, at::x) - before, 0.08 * 0.08);
 }
 
+TEST(Stopping, SilentWheelsHideNoDeparture) {
+  // The wheels fall silent before the car sets off, and are back once it drives.
+  constexpr double accel = 1.5;
+  for (const double silent_s : {0.2, 1.0, 1.5}) {
+    Car car;
+    car.drive(3.0, straight_at(0.0));
+    const double x = car.x();
+    const auto only_inertial = [&](double a) {
+      advance(car.context, car.state, car.state.time_ns + period_ns);
+      car.push(Source::yaw_rate, 0.0);
+      car.push(Source::accel_x, a);
+    };
+    for (int i = 0; i < std::lround(silent_s / 0.005); ++i) only_inertial(0.0);
+    for (int i = 0; i < 200; ++i) only_inertial(accel);
+    const double off = car.x() - x - 0.5 * accel;
+    EXPECT_FALSE(car.stands()) << silent_s;
+    EXPECT_LT(std::abs(off), 3.0 * std::sqrt(car.state.covariance(at::x, at::x))) << silent_s;
+    car.drive(0.5, straight_at(accel));
+    EXPECT_NEAR(car.v_x(), accel, 0.02) << silent_s;
+  }
+}
+
+TEST(Stopping, ASilentCarIsNotAtOnceOneThatHasLeft) {
+  Car car;
+  car.drive(3.0, straight_at(0.0));
+  advance(car.context, car.state, car.state.time_ns + 1500 * millisecond);
+  EXPECT_TRUE(car.stands());
+  advance(car.context, car.state, car.state.time_ns + 2000 * millisecond);
+  EXPECT_FALSE(car.stands());
+  EXPECT_GT(car.state.covariance(at::x, at::x), 4.0);
+}
+
 TEST(Stopping, ATurnThatWasABiasLeavesTheHeadingUncertain) {
   Car car;
   car.drive(5.0, straight_at(0.0));
