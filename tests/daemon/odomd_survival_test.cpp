@@ -37,11 +37,10 @@ class OdomdSurvival : public ::testing::Test {
 
 // Signals -----------------------------------------------------------------------------------------
 
-TEST_F(OdomdSurvival, NoSignalButTermAndIntAndFaultsEndsIt) {
+TEST_F(OdomdSurvival, IgnoresAllSignalsButTermIntAndFaults) {
   DaemonProcess odomd(desk_, {});
   const Client client = open_client(desk_);
-  odom_pose pose{};
-  ASSERT_TRUE(next_pose(client, pose));
+  odom_pose pose = await_pose(client);
   const std::vector<int> others{SIGKILL, SIGTERM, SIGINT, SIGSTOP, SIGTSTP, SIGTTIN, SIGTTOU,
                                 SIGSEGV, SIGBUS,  SIGFPE, SIGILL,  SIGTRAP, SIGABRT, SIGSYS};
   for (int signal = 1; signal <= SIGRTMAX; ++signal) {
@@ -56,7 +55,7 @@ TEST_F(OdomdSurvival, NoSignalButTermAndIntAndFaultsEndsIt) {
 
 // Exit statuses as documented in odomd(8)
 
-TEST_F(OdomdSurvival, EndsWithOneWhereItCouldNotRun) {
+TEST_F(OdomdSurvival, ExitsWith1IfItCannotRun) {
   const DaemonProcess first(desk_, {});
   const Client client = open_client(desk_);
   const std::string elsewhere = desk_.file("elsewhere"), precious = desk_.file("precious");
@@ -73,8 +72,7 @@ TEST_F(OdomdSurvival, EndsWithOneWhereItCouldNotRun) {
     EXPECT_THAT(desk_.read("stderr"), AllOf(HasSubstr("odomd: "), HasSubstr(says)));
   }
   EXPECT_EQ(desk_.read("precious"), "years of work");
-  odom_pose pose{};
-  EXPECT_TRUE(next_pose(client, pose)) << "the first is unharmed";
+  await_pose(client);
   EXPECT_FALSE(desk_.status().is_null());
 }
 
@@ -102,12 +100,11 @@ TEST_F(OdomdSurvival, ACheckRefusesAGroupThatAStartWouldRefuse) {
 
 // A segment that disappears or changes
 
-TEST_F(OdomdSurvival, MakesARemovedSegmentAgainAndReadersGoOverToIt) {
+TEST_F(OdomdSurvival, RecreatesARemovedSegmentAndReadersSwitchToIt) {
   DaemonProcess odomd(desk_, {});
   const Client client = open_client(desk_);
   odomd.feed(straight_drive(5.0, 1.0));
-  odom_pose pose{};
-  ASSERT_TRUE(next_pose(client, pose, [](const odom_pose& p) { return p.x > 1.05; }));
+  odom_pose pose = await_pose(client, [](const odom_pose& p) { return p.x > 1.05; });
   const std::uint64_t first = instance_of(client);
   const odom_pose before = pose;
 
@@ -142,7 +139,7 @@ TEST_F(OdomdSurvival, MakesARemovedSegmentAgainAndReadersGoOverToIt) {
   EXPECT_EQ(beat.ticks + beat.missed, pose.tick) << "no tick was lost on the way";
 }
 
-TEST_F(OdomdSurvival, SaysWhyItCannotMakeItsSegmentAgainAndGoesOn) {
+TEST_F(OdomdSurvival, ReportsWhyItCannotRecreateItsSegmentAndContinues) {
   DaemonProcess odomd(desk_, {});
   const Client client = open_client(desk_);
   ASSERT_EQ(::unlink(desk_.segment().c_str()), 0);
@@ -150,30 +147,27 @@ TEST_F(OdomdSurvival, SaysWhyItCannotMakeItsSegmentAgainAndGoesOn) {
   ASSERT_TRUE(desk_.logs("cannot be recreated: " + desk_.segment() +
                          ": is a file, not a segment of odomd"));
   EXPECT_EQ(desk_.read("pose"), "years of work, and no segment");
-  odom_pose pose{};
-  EXPECT_TRUE(next_pose(client, pose)) << "who has the old one goes on";
+  await_pose(client);  // a reader of the old one continues
   ASSERT_EQ(::unlink(desk_.segment().c_str()), 0);
   ASSERT_TRUE(desk_.logs("it has been recreated"));
-  EXPECT_TRUE(next_pose(open_client(desk_), pose));
+  await_pose(open_client(desk_));
 }
 
-TEST_F(OdomdSurvival, ATruncatedSegmentEndsItWithOneLineAndASuccessorStarts) {
+TEST_F(OdomdSurvival, ExitsWithOneLineIfItsSegmentIsTruncatedAndASuccessorStarts) {
   for (const off_t size : {0, 8, 4096}) {
     desk_.write("stderr", "");
     DaemonProcess odomd(desk_, {});
-    odom_pose pose{};
-    ASSERT_TRUE(next_pose(open_client(desk_), pose));
+    await_pose(open_client(desk_));
     ASSERT_EQ(::truncate(desk_.segment().c_str(), size), 0);
     EXPECT_EQ(odomd.wait(), 1) << size;
     EXPECT_THAT(desk_.read("stderr"),
                 HasSubstr("odomd: the segment was truncated while it was in use (SIGBUS)"));
   }
   const DaemonProcess successor(desk_, {});
-  odom_pose pose{};
-  EXPECT_TRUE(next_pose(open_client(desk_), pose)) << desk_.read("stderr");
+  await_pose(open_client(desk_));
 }
 
-TEST_F(OdomdSurvival, AReaderOfATruncatedSegmentEndsWithOneLine) {
+TEST_F(OdomdSurvival, AReaderOfATruncatedSegmentExitsWithOneLine) {
   DaemonProcess odomd(desk_, {});
   ASSERT_TRUE(open_client(desk_));
   odomd.feed(straight_drive(5.0, 1.0));
@@ -189,7 +183,7 @@ TEST_F(OdomdSurvival, AReaderOfATruncatedSegmentEndsWithOneLine) {
 
 // Its sockets
 
-TEST_F(OdomdSurvival, MakesRemovedSocketsAgain) {
+TEST_F(OdomdSurvival, RecreatesRemovedSockets) {
   const DaemonProcess odomd(desk_, {});
   ASSERT_TRUE(open_client(desk_));
   for (const std::string name : {"camera.sock", "status.sock", "record.sock"}) {
@@ -204,13 +198,12 @@ TEST_F(OdomdSurvival, MakesRemovedSocketsAgain) {
 
 // A predecessor's segment
 
-TEST_F(OdomdSurvival, DoesNotGoOnFromADamagedPredecessor) {
+TEST_F(OdomdSurvival, DoesNotResumeFromADamagedPredecessor) {
   {
     DaemonProcess first(desk_, {});
     const Client client = open_client(desk_);
     first.feed(straight_drive(1.0, 1.0));
-    odom_pose pose{};
-    ASSERT_TRUE(next_pose(client, pose, [](const odom_pose& p) { return p.x > 1.2; }));
+    const odom_pose pose = await_pose(client, [](const odom_pose& p) { return p.x > 1.2; });
     first.signal(SIGKILL);
     EXPECT_EQ(first.wait(), 128 + SIGKILL);
     // Destroys this pose and some later ones, which were published between the read and the kill.
@@ -225,8 +218,7 @@ TEST_F(OdomdSurvival, DoesNotGoOnFromADamagedPredecessor) {
   desk_.write("stderr", "");
   const DaemonProcess second(desk_, {});
   EXPECT_TRUE(desk_.logs("cannot resume from the last pose: it is damaged"));
-  odom_pose pose{};
-  ASSERT_TRUE(next_pose(open_client(desk_), pose));
+  const odom_pose pose = await_pose(open_client(desk_));
   EXPECT_EQ(pose.x, 1.0) << "as the configuration says";
   EXPECT_THAT(desk_.read("stderr"), Not(HasSubstr("resuming")));
 }
