@@ -26,11 +26,6 @@ auto parsed(std::string_view option, Parse parse) {
   }
 }
 
-/// "kinematic|kinematic_printed|paper"
-std::string model_choices() {
-  return fmt::format("{}", fmt::join(estimator::model_names, "|"));
-}
-
 /// The directory of the sockets of a daemon that is started by hand, as its clients know it.
 std::filesystem::path socket_directory() {
   char* path = nullptr;
@@ -96,15 +91,12 @@ std::vector<Used> created_files(const Config& config) {
 
 /// Each file that the daemon creates needs a path unlike all others that it creates or reads.
 void require_distinct_paths(const Config& config) {
-  const auto is_same = [](const auto& one, const auto& other) {
+  const auto is_same = [](const std::filesystem::path& lhs, const std::filesystem::path& rhs) {
     std::error_code missing;
-    if (std::filesystem::equivalent(one, other, missing)) return true;
-    const auto a = std::filesystem::weakly_canonical(one, missing);
-    const auto b = std::filesystem::weakly_canonical(other, missing);
-    // Empty: no permission to search a folder.
-    return a.empty() || b.empty() ? std::filesystem::path(one).lexically_normal() ==
-                                        std::filesystem::path(other).lexically_normal()
-                                  : a == b;
+    return lhs.lexically_normal() == rhs.lexically_normal() ||
+           std::filesystem::equivalent(lhs, rhs, missing) ||
+           (std::filesystem::equivalent(lhs.parent_path(), rhs.parent_path(), missing) &&
+            lhs.filename() == rhs.filename());
   };
   std::vector<Used> others{{"the configuration", config.file}};
   for (const auto& database : config.can.dbc) others.push_back({"a database", database});
@@ -138,31 +130,32 @@ void add_options(CLI::App& app, Options& options) {
       ->type_name("SRC")
       ->take_all()
       ->allow_extra_args(false);
-  app.add_option("--model", options.model, "Model of the filter; instead of [filter] model")
-      ->type_name(model_choices());
-  app.add_option("--initial", options.initial,
-                 "Initial pose [m, m, rad]; instead of [initial] pose")
-      ->type_name("X,Y,YAW");
-  app.add_option("--shm", options.shm, "Segment: a name (/odomd) or a path; instead of [shm] name")
-      ->type_name("NAME");
-  app.add_option("--camera-socket", options.camera_socket,
-                 "Socket for camera processes; instead of [camera] socket")
-      ->type_name("PATH");
-  app.add_option("--status-socket", options.status_socket,
-                 "Socket for odom status; instead of [status] socket")
-      ->type_name("PATH");
-  app.add_option("--runtime-directory", options.runtime_directory,
-                 "Folder of the segment and the sockets: pose, status.sock, camera.sock and "
-                 "record.sock; instead of the paths in the configuration")
-      ->type_name("DIR");
-  app.add_option("--readers", options.readers,
-                 "The only group that may read the pose and the status; instead of the "
-                 "permissions and groups of [shm] and [status]")
-      ->type_name("GROUP");
-  app.add_option(
-         "--camera-senders", options.camera_senders,
-         "The only group that may send camera poses; instead of the mode and group of [camera]")
-      ->type_name("GROUP");
+  struct Text {
+    std::string name, type;
+    std::string Options::*value;
+    std::string help;
+  };
+  const Text texts[]{
+      {"--model", fmt::format("{}", fmt::join(estimator::model_names, "|")), &Options::model,
+       "Model of the filter; instead of [filter] model"},
+      {"--initial", "X,Y,YAW", &Options::initial,
+       "Initial pose [m, m, rad]; instead of [initial] pose"},
+      {"--shm", "NAME", &Options::shm, "Segment: a name (/odomd) or a path; instead of [shm] name"},
+      {"--camera-socket", "PATH", &Options::camera_socket,
+       "Socket for camera processes; instead of [camera] socket"},
+      {"--status-socket", "PATH", &Options::status_socket,
+       "Socket for odom status; instead of [status] socket"},
+      {"--runtime-directory", "DIR", &Options::runtime_directory,
+       "Folder of the segment and the sockets: pose, status.sock, camera.sock and record.sock; "
+       "instead of the paths in the configuration"},
+      {"--readers", "GROUP", &Options::readers,
+       "The only group that may read the pose and the status; instead of the permissions and "
+       "groups of [shm] and [status]"},
+      {"--camera-senders", "GROUP", &Options::camera_senders,
+       "The only group that may send camera poses; instead of the mode and group of [camera]"},
+  };
+  for (const Text& text : texts)
+    app.add_option(text.name, options.*text.value, text.help)->type_name(text.type);
   app.add_option("--log-level", options.log_level, "Lowest severity of message to log")
       ->type_name("trace|debug|info|warn|error|critical|off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"})

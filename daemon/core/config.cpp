@@ -1,14 +1,19 @@
-// load_config(): reads the keys of the table into the configuration.
+// load_config(): reads the keys of the table into the configuration. Values that the configuration
+// and the command line share: the model and a pose.
 #include "daemon/core/config.hpp"
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <utility>
 #include <variant>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "daemon/core/config_keys.hpp"
 #include "daemon/core/config_sections.hpp"
+#include "estimator/integrity/admission.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -21,10 +26,6 @@ struct Reader {
 
   void operator()(const Choice& choice) const {
     if (const auto name = table.read_choice(key.name, choice.names)) choice.set(config, *name);
-  }
-  void operator()(const Removed& removed) const {
-    if (table.contains(key.name))
-      table.fail(key.name, fmt::format("was removed; {}", removed.instead));
   }
   template <typename Value>
   void operator()(Member<Value> member) const {
@@ -123,6 +124,38 @@ std::filesystem::path record_socket(const Config& config) {
 
 std::uint32_t record_mode(const Config& config) {
   return config.shm.mode | (config.shm.mode & 0444U) >> 1U;  // connecting needs write permission
+}
+
+estimator::Model parse_model(std::string_view name) {
+  const auto* const found = std::ranges::find(estimator::model_names, name);
+  if (found == estimator::model_names.end())
+    throw std::invalid_argument(
+        fmt::format("\"{}\" is not a model of this version; the models are: {}", name,
+                    fmt::join(estimator::model_names, ", ")));
+  return static_cast<estimator::Model>(found - estimator::model_names.begin());
+}
+
+std::string_view name_of(estimator::Model model) {
+  return estimator::model_names[static_cast<std::size_t>(model)];
+}
+
+estimator::Pose2 parse_pose(std::string_view text) {
+  std::array<double, 3> pose{};
+  const char* at = text.data();
+  const char* const end = text.data() + text.size();
+  for (std::size_t i = 0; i < pose.size(); ++i) {
+    const auto [next, error] = std::from_chars(at, end, pose[i]);
+    const bool last = i + 1 == pose.size();
+    const bool ends_well = last ? next == end : (next != end && *next == ',');
+    if (error != std::errc{} || !std::isfinite(pose[i]) || !ends_well)
+      throw std::invalid_argument(fmt::format(
+          "\"{}\" is not a pose; write x,y,yaw in metres and radians, as 1.5,-0.2,3.14", text));
+    at = next + (last ? 0 : 1);
+  }
+  const estimator::Pose2 result{pose[0], pose[1], pose[2]};
+  if (!estimator::is_possible(result))
+    throw std::invalid_argument(fmt::format("\"{}\" {}", text, pose_too_far));
+  return result;
 }
 
 }  // namespace odomd::daemon

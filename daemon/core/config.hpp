@@ -6,18 +6,25 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/decode/signal_binding.hpp"
-#include "daemon/core/config_error.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/settings.hpp"
 
 namespace odomd::daemon {
+
+/// An error in a configuration, as the one line that the user reads:
+/// "car.toml:12: [vehicle] mas: unknown key; did you mean \"mass\"?"
+class ConfigError : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
 
 /// Settings of a role besides its binding.
 struct SignalSettings {

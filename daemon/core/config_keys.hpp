@@ -36,11 +36,6 @@ struct Choice {
   void (*set)(Config&, std::size_t);
 };
 
-/// A key of earlier versions.
-struct Removed {
-  std::string_view instead;
-};
-
 template <typename Value>
 using Member = Value& (*)(Config&);
 
@@ -52,7 +47,7 @@ struct ConfigKey {
                Member<std::array<double, 3>>, Member<std::optional<std::array<double, 3>>>,
                Member<std::optional<estimator::Pose2>>, Member<int>, Member<std::int64_t>,
                Member<std::uint32_t>, Member<std::string>, Member<std::filesystem::path>,
-               Member<estimator::Model>, Choice, Removed>
+               Member<estimator::Model>, Choice>
       member;
   Range range = any_number;
   std::string_view group = {};  ///< shared by values that are identified together

@@ -14,12 +14,13 @@
 
 #include "base/input_file.hpp"
 #include "base/nearest_name.hpp"
-#include "daemon/core/toml_depth.hpp"
 
 namespace odomd::daemon {
 namespace {
 
 constexpr std::uintmax_t largest_file = 1 << 20;
+/// The library recurses with each part of a dotted key; brackets it limits itself.
+constexpr std::ptrdiff_t max_dots_per_line = 200;
 
 std::string kind_of(const toml::node& node) {
   switch (node.type()) {
@@ -286,7 +287,13 @@ std::string read_toml_file(const std::filesystem::path& file) {
 }
 
 toml::table parse_toml(const std::string& text, const std::filesystem::path& file) {
-  check_depth(text, file);
+  std::istringstream lines(text);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number)
+    if (std::ranges::count(line, '.') > max_dots_per_line)
+      throw ConfigError(
+          fmt::format("{}:{}: has more than {} dots; write the tables that a key means",
+                      file.string(), number, max_dots_per_line));
   try {
     return toml::parse(text);
   } catch (const toml::parse_error& parse_error) {
@@ -296,8 +303,8 @@ toml::table parse_toml(const std::string& text, const std::filesystem::path& fil
     if (what.starts_with("Error while parsing floating-point") && what.ends_with("as a value"))
       what += "; a number is at most 1.8e308 in size";
     static const std::regex decimal_comma(R"(([\w-]+)\s*=\s*(?:[-+]?\d+,\d|\[.*\d,0\d))");
-    std::istringstream lines(text);
-    std::string line;
+    lines.clear();
+    lines.seekg(0);
     for (auto left = parse_error.source().begin.line; left > 0; --left) std::getline(lines, line);
     line.resize(std::min(line.size(), std::size_t{1000}));  // the matcher recurses
     if (std::smatch match; std::regex_search(line, match, decimal_comma))

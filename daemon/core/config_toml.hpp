@@ -16,7 +16,6 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/core/config_error.hpp"
 #include "daemon/core/config_keys.hpp"
 
 namespace odomd::daemon {
@@ -30,8 +29,6 @@ class TableReader {
       : table_(&table), name_(std::move(name)), file_(&file) {}
 
   [[nodiscard]] bool has(std::string_view key);
-  /// Like has(), for a key that is not allowed and must not appear in suggestions.
-  [[nodiscard]] bool contains(std::string_view key) const { return table_->contains(key); }
   [[nodiscard]] bool is_text(std::string_view key) const { return (*table_)[key].is_string(); }
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const std::filesystem::path& file() const { return *file_; }

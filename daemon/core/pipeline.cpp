@@ -1,11 +1,9 @@
 #include "daemon/core/pipeline.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
-#include "daemon/core/camera_pose.hpp"
-#include "daemon/core/imu_mounting.hpp"
+#include "daemon/core/mounting.hpp"
 #include "estimator/integrity/admission.hpp"
 
 namespace odomd::daemon {
@@ -108,8 +106,7 @@ void Pipeline::take_samples(std::span<can::Sample> samples, const can::Frame& fr
       state_.wiring.hear(measurement.source, measurement.time_ns, measurement.value);
     if (verdict == Verdict::non_finite) continue;
     state_.watch.heard(sample.channel, frame.time_ns, sample.time_ns);
-    statistics_.sources[sample.channel].last_time_ns.set(
-        std::bit_cast<std::uint64_t>(sample.time_ns));
+    statistics_.sources[sample.channel].last_time_ns.set(sample.time_ns);
   }
 }
 
@@ -128,9 +125,9 @@ void Pipeline::take(const estimator::CameraPose& reference) noexcept {
   if (verdict == Verdict::non_finite) return;
   if (estimator::is_possible(estimator::Pose2{pose.x, pose.y, pose.yaw})) state_.wiring.hear(pose);
   state_.watch.heard(camera, reference.arrival_ns, reference.capture_ns);
-  statistics_.sources[camera].last_time_ns.set(std::bit_cast<std::uint64_t>(reference.capture_ns));
-  statistics_.sources[camera].last_latency_ns.set(
-      std::bit_cast<std::uint64_t>(reference.arrival_ns - reference.capture_ns));
+  SourceStatistics& statistics = statistics_.sources[camera];
+  statistics.last_time_ns.set(reference.capture_ns);
+  statistics.last_latency_ns.set(reference.arrival_ns - reference.capture_ns);
 }
 
 void Pipeline::judge_camera(Verdict verdict, std::uint64_t samples) noexcept {
@@ -168,8 +165,8 @@ estimator::SourceFlag Pipeline::flag_of(std::size_t source, std::int64_t tick_ns
 
 std::uint32_t Pipeline::conditions(const estimator::Estimate& estimate,
                                    std::int64_t tick_ns) const noexcept {
-  std::uint32_t bits = state_.outside_conditions | estimator_conditions(estimate);
   using estimator::SourceFlag;
+  std::uint32_t bits = state_.outside_conditions | estimator_conditions(estimate);
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
     const SourceFlag flagged = flag(state_.filter, static_cast<Source>(source));
     if (flagged == SourceFlag::slipping) {
@@ -177,12 +174,9 @@ std::uint32_t Pipeline::conditions(const estimator::Estimate& estimate,
     } else if (flagged != SourceFlag::ok || state_.watch.flag(source) != SourceFlag::ok) {
       bits |= ODOM_COND_SENSOR_FAULT;
     }
-  }
-  for (std::size_t source = 0; source < camera; ++source) {
-    if (state_.watch.overdue(source, tick_ns, state_.start_ns)) bits |= ODOM_COND_SIGNAL_TIMEOUT;
+    if (source != camera && state_.watch.overdue(source, tick_ns, state_.start_ns))
+      bits |= ODOM_COND_SIGNAL_TIMEOUT;
     if (state_.watch.failing(source)) bits |= ODOM_COND_PROTECTION;
-  }
-  for (std::size_t source = 0; source < estimator::source_count; ++source) {
     if (state_.wiring.fault(source) != WiringFault::none) bits |= ODOM_COND_MISWIRED;
     if (state_.consistency[source].inconsistent()) bits |= ODOM_COND_INCONSISTENT;
   }
@@ -206,8 +200,7 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
       count(source, judgement.verdict, judgement.count);
     }
   }
-  statistics_.sources[camera].last_test_ratio.set(
-      std::bit_cast<std::uint64_t>(estimate.camera_test_ratio));
+  statistics_.sources[camera].last_test_ratio.set(estimate.camera_test_ratio);
 
   if (estimate.recoveries != state_.recoveries) state_.recovered_ns = tick_ns;
   state_.recoveries = estimate.recoveries;
@@ -226,12 +219,12 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
     state_.record.details.source_age_ns[source] = state_.watch.age_ns(source, tick_ns);
     const estimator::SourceFlag flag = flag_of(source, tick_ns);
-    statistics_.sources[source].flag.set(static_cast<std::uint64_t>(flag));
-    statistics_.sources[source].noise.set(noise(state_.filter, static_cast<Source>(source)));
     const WiringFault wiring = state_.wiring.fault(source);
-    statistics_.sources[source].wiring.set(static_cast<std::uint64_t>(wiring));
-    statistics_.sources[source].inconsistent.set(state_.consistency[source].inconsistent() ? 1U
-                                                                                           : 0U);
+    SourceStatistics& statistics = statistics_.sources[source];
+    statistics.flag.set(static_cast<std::uint64_t>(flag));
+    statistics.noise.set(noise(state_.filter, static_cast<Source>(source)));
+    statistics.wiring.set(static_cast<std::uint64_t>(wiring));
+    statistics.inconsistent.set(state_.consistency[source].inconsistent() ? 1U : 0U);
     if (state_.watch.healthy(source, tick_ns) && flag == estimator::SourceFlag::ok &&
         wiring == WiringFault::none)
       pose.health |= 1U << source;

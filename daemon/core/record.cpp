@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/pose.hpp"
@@ -42,6 +43,23 @@ static_assert(std::extent_v<decltype(odom_details::calibration_sigma)> +
                   std::extent_v<decltype(odom_details::further_calibration_sigma)> ==
               estimator::calibration_count);
 
+std::tuple<double, double, double> parts_of(const estimator::Pose2& pose) noexcept {
+  return {pose.x, pose.y, pose.yaw};
+}
+
+/// The numbers that both have.
+constexpr std::pair<double odom_pose::*, double Estimate::*> motion[]{
+    {&odom_pose::vx, &Estimate::v_x},
+    {&odom_pose::vy, &Estimate::v_y},
+    {&odom_pose::yaw_rate, &Estimate::yaw_rate},
+    {&odom_pose::vx_dot, &Estimate::v_x_dot},
+    {&odom_pose::vy_dot, &Estimate::v_y_dot},
+    {&odom_pose::yaw_accel, &Estimate::yaw_accel},
+    {&odom_pose::accel_x, &Estimate::accel_x},
+    {&odom_pose::accel_y, &Estimate::accel_y},
+    {&odom_pose::steering, &Estimate::steering},
+};
+
 }  // namespace
 
 std::uint32_t estimator_conditions(const Estimate& estimate) noexcept {
@@ -63,26 +81,12 @@ odom_mode published_mode(const Estimate& estimate, std::uint32_t conditions) noe
 void fill_record(const Estimate& estimate, TickRecord& record) noexcept {
   odom_pose& pose = record.pose;
   pose.time_ns = estimate.time_ns;
-  pose.x = estimate.map.x;
-  pose.y = estimate.map.y;
-  pose.yaw = estimate.map.yaw;
-  pose.odom_x = estimate.odom.x;
-  pose.odom_y = estimate.odom.y;
-  pose.odom_yaw = estimate.odom.yaw;
-  pose.vx = estimate.v_x;
-  pose.vy = estimate.v_y;
-  pose.yaw_rate = estimate.yaw_rate;
-  pose.vx_dot = estimate.v_x_dot;
-  pose.vy_dot = estimate.v_y_dot;
-  pose.yaw_accel = estimate.yaw_accel;
-  pose.accel_x = estimate.accel_x;
-  pose.accel_y = estimate.accel_y;
-  pose.steering = estimate.steering;
+  std::tie(pose.x, pose.y, pose.yaw) = parts_of(estimate.map);
+  std::tie(pose.odom_x, pose.odom_y, pose.odom_yaw) = parts_of(estimate.odom);
+  for (const auto& [published, estimated] : motion) pose.*published = estimate.*estimated;
   std::ranges::copy(estimate.covariance, pose.covariance);
   pose.reset_count = estimate.reset_count;
-  pose.jump_x = estimate.last_jump.x;
-  pose.jump_y = estimate.last_jump.y;
-  pose.jump_yaw = estimate.last_jump.yaw;
+  std::tie(pose.jump_x, pose.jump_y, pose.jump_yaw) = parts_of(estimate.last_jump);
 
   odom_details& details = record.details;
   std::ranges::copy(estimate.cross_covariance, details.velocity_covariance);
@@ -95,10 +99,8 @@ void fill_record(const Estimate& estimate, TickRecord& record) noexcept {
   details.dead_reckoning_since_ns = estimate.camera_ns;
 
   // T_map_odom = T_map_body ∘ T_odom_body⁻¹
-  const estimator::Pose2 correction = estimator::frame_of(estimate.map, estimate.odom);
-  details.correction_x = correction.x;
-  details.correction_y = correction.y;
-  details.correction_yaw = correction.yaw;
+  std::tie(details.correction_x, details.correction_y, details.correction_yaw) =
+      parts_of(estimator::frame_of(estimate.map, estimate.odom));
 
   record.initialised = estimate.initialised;
 }
@@ -110,15 +112,7 @@ Estimate to_estimate(const odom_pose& pose, const odom_details& details) noexcep
   estimate.model_fault = pose.mode == ODOM_FAULT;
   estimate.map = {pose.x, pose.y, pose.yaw};
   estimate.odom = {pose.odom_x, pose.odom_y, pose.odom_yaw};
-  estimate.v_x = pose.vx;
-  estimate.v_y = pose.vy;
-  estimate.yaw_rate = pose.yaw_rate;
-  estimate.v_x_dot = pose.vx_dot;
-  estimate.v_y_dot = pose.vy_dot;
-  estimate.yaw_accel = pose.yaw_accel;
-  estimate.accel_x = pose.accel_x;
-  estimate.accel_y = pose.accel_y;
-  estimate.steering = pose.steering;
+  for (const auto& [published, estimated] : motion) estimate.*estimated = pose.*published;
   std::ranges::copy(pose.covariance, estimate.covariance.begin());
   std::copy_n(details.velocity_covariance, estimate.cross_covariance.size(),
               estimate.cross_covariance.begin());

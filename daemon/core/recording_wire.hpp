@@ -15,7 +15,9 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "daemon/core/config.hpp"
 #include "daemon/core/record.hpp"
 
 namespace odomd::daemon {
@@ -32,6 +34,18 @@ struct RecordingHeader {
 
 /// The longest message: a tick of eight full buses, or a database.
 inline constexpr std::uint32_t longest_recording_message = 1U << 26U;
+
+/// A file of the message `file`: the configuration or a database, so that a recording can be used
+/// on another machine.
+struct RecordingFile {
+  std::string name;  ///< in the folder, without any directory
+  std::string text;
+};
+
+/// The configuration's text first, as "car.toml", with [can] dbc pointing to the copies; then the
+/// databases under their own file names. Comments are kept. Throws std::runtime_error when a
+/// database can no longer be read.
+[[nodiscard]] std::vector<RecordingFile> recording_files(const Config& config);
 
 /// Version, compiler and layout. Replays are bit-identical only if these are equal.
 [[nodiscard]] std::string build_identity();

@@ -1,7 +1,9 @@
 #include "daemon/core/usage.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -14,93 +16,48 @@
 namespace odomd::daemon {
 namespace {
 
-struct Stray {
-  const CLI::App* command;  ///< the command that does not know it
-  std::string called;       ///< "odom camera"
-  std::string argument;
-};
-
 const CLI::App* called_below(const CLI::App& command) {
   const auto called = command.get_subcommands();
   return called.empty() ? nullptr : called.front();
 }
 
-std::vector<const CLI::App*> all_below(const CLI::App& command) {
-  return command.get_subcommands([](const CLI::App*) { return true; });
-}
-
 std::vector<std::string> names_below(const CLI::App& command) {
   std::vector<std::string> names;
-  for (const CLI::App* sub : all_below(command)) names.push_back(sub->get_name());
+  for (const CLI::App* sub : command.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(sub->get_name());
   return names;
 }
 
-// The first unknown argument of the command line; the arguments after a subcommand belong to it.
-std::optional<Stray> first_stray(const CLI::App& program) {
-  std::string called;
-  for (const CLI::App* command = &program; command != nullptr; command = called_below(*command)) {
-    called += (called.empty() ? "" : " ") + command->get_name();
-    for (const std::string& argument : command->remaining())
-      if (argument != "--") return Stray{command, called, argument};
-  }
-  return std::nullopt;
-}
-
-bool is_option(std::string_view argument) {
-  return argument.size() > 1 && argument.front() == '-';
-}
-
-// "--laps" of "--laps=3".
-std::string_view without_value(std::string_view argument) {
-  return argument.substr(0, argument.find('='));
-}
-
-std::string_view without_dashes(std::string_view option) {
-  return option.substr(std::min(option.find_first_not_of('-'), option.size()));
-}
-
-/// The option of a command that was probably meant, without its dashes; may be empty.
-std::string likely_option(const CLI::App& command, std::string_view given) {
+std::string unknown_option(const CLI::App& command, std::string_view argument) {
+  const std::string_view given = argument.substr(0, argument.find('='));  // "--laps" of "--laps=3"
+  const std::string what = "unknown option " + quoted(given);
   std::vector<std::string> names;
   for (const CLI::Option* option : command.get_options())
     for (const std::string& name : option->get_lnames()) names.push_back(name);
-  return std::string(likely_name(without_dashes(given), names));
+  const std::size_t dashes = std::min(given.find_first_not_of('-'), given.size());
+  const std::string_view likely = likely_name(given.substr(dashes), names);
+  if (!likely.empty()) return fmt::format("{} (did you mean \"--{}\"?)", what, likely);
+  return names_below(command).empty() ? what
+                                      : what + ": options go after the command that has them";
 }
 
-/// Appends the options of all subcommands of `command` that may be meant: "odom sim --laps".
-void add_options_below(const CLI::App& command, const std::string& called, std::string_view given,
-                       std::vector<std::string>& found) {
-  for (const CLI::App* sub : all_below(command)) {
-    const std::string name = fmt::format("{} {}", called, sub->get_name());
-    const std::string option = likely_option(*sub, given);
-    if (!option.empty()) found.push_back(fmt::format("{} --{}", name, option));
-    add_options_below(*sub, name, given, found);
+/// What is wrong with the first unknown argument of the command line, if there is one; the
+/// arguments after a subcommand belong to it.
+std::optional<Mistake> unknown_argument(const CLI::App& program) {
+  std::string called;
+  for (const CLI::App* command = &program; command != nullptr; command = called_below(*command)) {
+    called += (called.empty() ? "" : " ") + command->get_name();
+    for (const std::string& argument : command->remaining()) {
+      if (argument == "--") continue;
+      if (argument.size() > 1 && argument.front() == '-')
+        return Mistake{called, unknown_option(*command, argument)};
+      const std::vector<std::string> names = names_below(*command);
+      return Mistake{called, names.empty() || called_below(*command) != nullptr
+                                 ? "unexpected argument " + odomd::quoted(argument)
+                                 : no_command(argument, names)};
+    }
   }
-}
-
-std::string unknown_option(const Stray& stray) {
-  const std::string_view given = without_value(stray.argument);
-  const std::string what = "unknown option " + quoted(given);
-  const std::string own = likely_option(*stray.command, given);
-  if (!own.empty()) return fmt::format("{} (did you mean \"--{}\"?)", what, own);
-  std::vector<std::string> elsewhere;
-  if (const CLI::App* sub = called_below(*stray.command)) {
-    const std::string option = likely_option(*sub, given);
-    if (!option.empty())
-      elsewhere.push_back(fmt::format("{} {} --{}", stray.called, sub->get_name(), option));
-  } else {
-    add_options_below(*stray.command, stray.called, given, elsewhere);
-  }
-  if (elsewhere.size() == 1) return fmt::format("{} (did you mean \"{}\"?)", what, elsewhere[0]);
-  return elsewhere.empty() ? what : what + ": options go after the command that has them";
-}
-
-std::string unknown(const Stray& stray) {
-  if (is_option(stray.argument)) return unknown_option(stray);
-  const std::vector<std::string> names = names_below(*stray.command);
-  if (!names.empty() && called_below(*stray.command) == nullptr)
-    return no_command(stray.argument, names);
-  return "unexpected argument " + odomd::quoted(stray.argument);
+  return std::nullopt;
 }
 
 const CLI::App& innermost(const CLI::App& command) {
@@ -133,7 +90,7 @@ void refuse_empty_values(CLI::App& program) {
 }
 
 Mistake mistake_in(const CLI::App& program, const CLI::ParseError& error) {
-  if (const auto stray = first_stray(program)) return {stray->called, unknown(*stray)};
+  if (auto unknown = unknown_argument(program)) return *std::move(unknown);
   const CLI::App& command = innermost(program);
   if (command.get_require_subcommand_min() > 0 &&
       dynamic_cast<const CLI::RequiredError*>(&error) != nullptr)

@@ -11,13 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/diagnostics/bus.hpp"
-#include "daemon/diagnostics/configuration.hpp"
-#include "daemon/diagnostics/kind.hpp"
-#include "daemon/diagnostics/poses.hpp"
-#include "daemon/diagnostics/records.hpp"
-#include "daemon/diagnostics/running.hpp"
-#include "daemon/diagnostics/sensors.hpp"
+#include "daemon/diagnostics/kinds.hpp"
 
 namespace odomd::diagnostics {
 

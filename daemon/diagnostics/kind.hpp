@@ -19,6 +19,16 @@ struct Limits {
   }
 };
 
+constexpr Limits at_least(double value) {
+  return {.least = value};
+}
+constexpr Limits at_most(double value) {
+  return {.most = value};
+}
+constexpr Limits within(double least, double most) {
+  return {least, most};
+}
+
 struct Kind {
   std::string_view code;     ///< "W301"; never given to another kind
   std::string_view name;     ///< "wrong_sign"

@@ -3,12 +3,14 @@
 #include <poll.h>
 #include <sys/signalfd.h>
 #include <sys/socket.h>
+#include <systemd/sd-daemon.h>
 #include <unistd.h>
 #include <csignal>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cinttypes>
 #include <utility>
 
 #include <fmt/format.h>
@@ -76,7 +78,7 @@ void Housekeeping::run() {
     look_at_end(now_ns);
     notify_service_manager(now_ns);
   }
-  notify_stopping();
+  ::sd_notify(0, "STOPPING=1");
   if (recorders_) recorders_->close(journal_);
 }
 
@@ -251,14 +253,14 @@ void Housekeeping::look_at_end(std::int64_t now_ns) {
 void Housekeeping::notify_service_manager(std::int64_t now_ns) {
   const std::uint64_t ticks = running_.beat.counters().ticks.get();
   if (!ready_ && ticks > 0) {
-    notify_ready();
+    ::sd_notify(0, "READY=1");
     ready_ = true;
   }
   watchdog_.notify(ticks, now_ns);
   if (now_ns - last_status_ns_ < status_every_ns) return;
   last_status_ns_ = now_ns;
   const auto seen = published();
-  notify_status(fmt::format("{}, {} poses", odom_mode_name(seen.pose.mode), ticks));
+  ::sd_notifyf(0, "STATUS=%s, %" PRIu64 " poses", odom_mode_name(seen.pose.mode), ticks);
 }
 
 PublishedPose Housekeeping::published() {

@@ -10,8 +10,8 @@
 #include <odom/odom.h>
 
 #include "base/file_descriptor.hpp"
+#include "daemon/housekeeping/process_control.hpp"
 #include "daemon/housekeeping/running.hpp"
-#include "daemon/housekeeping/service_manager.hpp"
 #include "daemon/housekeeping/source_reporter.hpp"
 #include "daemon/housekeeping/status.hpp"
 #include "daemon/journal/journal.hpp"

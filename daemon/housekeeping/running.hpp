@@ -11,7 +11,7 @@
 #include "can_protocol/sources/frame_source.hpp"
 #include "can_protocol/sources/log_clock.hpp"
 #include "daemon/core/config.hpp"
-#include "daemon/housekeeping/controller_watch.hpp"
+#include "daemon/housekeeping/controllers.hpp"
 #include "daemon/journal/event.hpp"
 #include "daemon/realtime/beat.hpp"
 #include "daemon/realtime/realtime.hpp"

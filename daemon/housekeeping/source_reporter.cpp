@@ -25,7 +25,7 @@ SourceReporter::SourceReporter(const Running& running)
     : running_(running), buses_(running.sources.size()) {}
 
 void SourceReporter::look(const PublishedPose& published, std::int64_t now_ns, Journal& journal) {
-  look_at_links(now_ns, journal);
+  look_at_links(journal);
   look_at_camera_times(journal);
   look_at_wiring(journal);
   if (!published.valid) return;
@@ -36,14 +36,13 @@ void SourceReporter::look(const PublishedPose& published, std::int64_t now_ns, J
 void SourceReporter::look_at_camera_times(Journal& journal) {
   const auto& camera =
       running_.pipeline.statistics().sources[static_cast<std::size_t>(estimator::Source::camera)];
-  std::uint64_t all = 0;
-  for (const Counter& verdict : camera.verdicts) all += verdict.get();
+  const std::uint64_t all = camera.judged();
   const std::uint64_t future =
       camera.verdicts[static_cast<std::size_t>(estimator::Verdict::future)].get();
   if (all < camera_.all + enough_poses) return;
   const bool all_future = all - camera_.all == future - camera_.future;
   if (all_future && !camera_.reported) {
-    const auto latency_ns = static_cast<std::int64_t>(camera.last_latency_ns.get());
+    const std::int64_t latency_ns = camera.last_latency_ns.get();
     if (latency_ns >= 0) return;  // a newer pose came after the counts were read
     journal.warn(
         fmt::format("the last {} camera poses are all stamped in the future, the newest by {:.3f} "
@@ -86,7 +85,7 @@ void SourceReporter::look_at_learning(const odom_pose& pose, Journal& journal) {
          implausible_scale(), "the learnt scales are plausible again");
 }
 
-void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {
+void SourceReporter::look_at_links(Journal& journal) {
   for (std::size_t i = 0; i < buses_.size(); ++i) {
     const can::FrameSource& source = *running_.sources[i];
     Bus& bus = buses_[i];
@@ -127,20 +126,22 @@ void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {
     const std::vector<std::string> warnings = source.warnings();
     for (; bus.warnings_logged < warnings.size(); ++bus.warnings_logged)
       journal.warn(warnings[bus.warnings_logged]);
-    look_at_controller(i, now_ns, journal);
+    look_at_controller(i, journal);
   }
 }
 
-void SourceReporter::look_at_controller(std::size_t bus, std::int64_t now_ns, Journal& journal) {
+void SourceReporter::look_at_controller(std::size_t bus, Journal& journal) {
   const can::FrameSource& source = *running_.sources[bus];
   const auto controller = running_.controllers.latest(bus);
-  if (const auto report = buses_[bus].controller.look(source.name(), controller, now_ns))
-    report->severity == Severity::warning ? journal.warn(report->text) : journal.info(report->text);
+  if (controller)
+    if (const auto report = report_change(buses_[bus].controller, source.name(), *controller))
+      report->severity == Severity::warning ? journal.warn_counted(report->text)
+                                            : journal.info_counted(report->text);
 
-  // For controllers that cannot be queried, such as those in a log, use the error frames.
+  // For a bus-off that ended before the query, and for controllers in a log, use the error frames.
   std::uint64_t& reported = buses_[bus].bus_offs;
   const std::uint64_t bus_offs = source.counters().bus_offs.get();
-  if (bus_offs != reported && !controller)
+  if (bus_offs != reported && buses_[bus].controller != can::ControllerHealth::bus_off)
     journal.warn_counted(
         fmt::format("{}: bus-off: an error frame reports that a controller has left this "
                     "bus; frames may be missing",

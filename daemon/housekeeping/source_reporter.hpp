@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "daemon/core/wiring.hpp"
-#include "daemon/housekeeping/controller_reporter.hpp"
+#include "daemon/housekeeping/controllers.hpp"
 #include "daemon/housekeeping/running.hpp"
 #include "daemon/housekeeping/status.hpp"
 #include "daemon/journal/journal.hpp"
@@ -23,8 +23,8 @@ class SourceReporter {
   void look(const PublishedPose& published, std::int64_t now_ns, Journal& journal);
 
  private:
-  void look_at_links(std::int64_t now_ns, Journal& journal);
-  void look_at_controller(std::size_t bus, std::int64_t now_ns, Journal& journal);
+  void look_at_links(Journal& journal);
+  void look_at_controller(std::size_t bus, Journal& journal);
   void look_at_signals(const PublishedPose& published, std::int64_t now_ns, Journal& journal);
   void look_at_camera_times(Journal& journal);
   void look_at_wiring(Journal& journal);
@@ -39,7 +39,7 @@ class SourceReporter {
     std::uint64_t link_downs = 0;
     std::uint64_t error_frames = 0;
     std::uint64_t bus_offs = 0;
-    ControllerReporter controller;
+    can::ControllerHealth controller = can::ControllerHealth::error_active;
     std::size_t warnings_logged = 0;
   };
   /// The number of camera poses per check.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -33,14 +32,14 @@ double seconds(std::int64_t ns) {
   return static_cast<double>(ns) / ns_per_s;
 }
 
-std::int64_t signed_of(const Counter& counter) {
-  return static_cast<std::int64_t>(counter.get());
+/// Seconds since a time; null when it was never set.
+double age_of(std::int64_t last_ns, std::int64_t now_ns) {
+  return last_ns == 0 ? NAN : seconds(now_ns - last_ns);
 }
 
-/// Seconds since the time in a counter; null when it was never set.
-void age_member(JsonWriter& json, std::string_view key, const Counter& last_ns,
-                std::int64_t now_ns) {
-  json.member(key, last_ns.get() == 0 ? NAN : seconds(now_ns - signed_of(last_ns)));
+/// A positive number; null while it is not estimated.
+double estimated(double value) {
+  return value > 0.0 ? value : NAN;
 }
 
 void write_head(JsonWriter& json, const Running& running, const PublishedPose& published,
@@ -54,10 +53,7 @@ void write_head(JsonWriter& json, const Running& running, const PublishedPose& p
   json.member("shm", running.config.shm.name);
   json.member("model", name_of(running.config.model));
   json.member("mode", odom_mode_name(published.pose.mode));
-  json.begin_array("conditions");
-  for (const auto name : condition_names(published.valid ? published.pose.conditions : 0))
-    json.element(name);
-  json.end_array();
+  json.list("conditions", condition_names(published.valid ? published.pose.conditions : 0));
 }
 
 void write_pose(JsonWriter& json, const PublishedPose& published, std::int64_t now_ns) {
@@ -87,9 +83,7 @@ void write_calibrations(JsonWriter& json, const odom_details& details) {
     json.begin_object();
     json.member("name", calibrations[i].name);
     json.member("value", details.*calibrations[i].value);
-    // 0: the model does not estimate it
-    const double sigma = calibration_sigma(details, i);
-    json.member("sigma", sigma > 0.0 ? sigma : NAN);
+    json.member("sigma", estimated(calibration_sigma(details, i)));
     json.member("valid", (details.calibration_valid >> i & 1U) != 0);
     json.end_object();
   }
@@ -115,10 +109,11 @@ void write_beat(JsonWriter& json, const Running& running, std::int64_t now_ns) {
   json.member("missed", beat.missed);
   json.member("overruns", beat.overruns);
   json.member("carried_over", beat.carried_over);
-  const bool ever = beat.last_overrun_ns != 0;
-  json.member("last_overrun_age_s", ever ? seconds(now_ns - beat.last_overrun_ns) : NAN);
+  json.member("last_overrun_age_s", age_of(beat.last_overrun_ns, now_ns));
   json.member("last_overrun_execution_us",
-              ever ? static_cast<double>(beat.last_overrun_execution_ns) / ns_per_us : NAN);
+              beat.last_overrun_ns == 0
+                  ? NAN
+                  : static_cast<double>(beat.last_overrun_execution_ns) / ns_per_us);
   write_histogram(json, "wakeup_us", beat.wakeup, beat.max_wakeup_ns);
   write_histogram(json, "execution_us", beat.execution, beat.max_execution_ns);
   json.end_object();
@@ -157,9 +152,7 @@ void write_controller(JsonWriter& json, const std::optional<can::Controller>& co
   json.member("restart_ms", controller->restart_ms);
   write_bit_timing(json, controller->bit_timing);
   json.member("clock_hz", controller->clock_hz);
-  json.begin_array("modes");
-  for (const auto mode : controller->modes) json.element(mode);
-  json.end_array();
+  json.list("modes", controller->modes);
   const auto& errors = controller->errors;
   json.member("tx_errors", errors ? std::optional(errors->transmit) : std::nullopt);
   json.member("rx_errors", errors ? std::optional(errors->receive) : std::nullopt);
@@ -213,25 +206,16 @@ void write_messages(JsonWriter& json, const Running& running, std::int64_t now_n
     json.member("id", message.id);
     json.member("extended", message.format == can::IdFormat::extended);
     json.member("cycle_time_s", seconds(message.cycle_time_ns));
-    age_member(json, "age_s", counters.last_time_ns, now_ns);
-    json.begin_object("verdicts");
-    for (std::size_t v = 0; v < can::frame_verdict_count; ++v)
-      json.member(can::frame_verdict_names[v], counters.verdicts[v].get());
-    json.end_object();
+    json.member("age_s", age_of(static_cast<std::int64_t>(counters.last_time_ns.get()), now_ns));
+    json.counts("verdicts", can::frame_verdict_names, counters.verdicts);
     json.member("some_lost", counters.some_lost.get());
     json.end_object();
   }
   json.end_array();
 
   const PipelineStatistics& statistics = running.pipeline.statistics();
-  json.begin_object("frames");
-  for (std::size_t v = 0; v < can::frame_verdict_count; ++v)
-    json.member(can::frame_verdict_names[v], statistics.frames[v].get());
-  json.end_object();
-  json.begin_object("stamps");
-  for (std::size_t v = 0; v < can::stamp_verdict_count; ++v)
-    json.member(can::stamp_verdict_names[v], statistics.stamps[v].get());
-  json.end_object();
+  json.counts("frames", can::frame_verdict_names, statistics.frames);
+  json.counts("stamps", can::stamp_verdict_names, statistics.stamps);
 }
 
 /// `anchored`: camera poses were taken. A model that does not report each test gives only the ratio
@@ -240,31 +224,17 @@ void write_innovations(JsonWriter& json, const SourceStatistics& source, bool an
   const InnovationStatistics& statistics = source.innovations;
   const bool tested = statistics.count() > 0;
   json.member("test_ratio", tested     ? statistics.last_test_ratio()
-                            : anchored ? std::bit_cast<double>(source.last_test_ratio.get())
+                            : anchored ? source.last_test_ratio.get()
                                        : NAN);
-  json.begin_array("innovation");
   const std::array<double, 3> innovation = statistics.last_innovation();
-  for (int i = 0; i < statistics.dimension(); ++i)
-    json.element(innovation[static_cast<std::size_t>(i)]);
-  json.end_array();
+  json.list("innovation",
+            std::span(innovation).first(static_cast<std::size_t>(statistics.dimension())));
   json.begin_object("innovations");
   json.member("count", statistics.count());
   json.member("gated", statistics.gated());
   json.member("dimension", statistics.dimension());
   json.member("mean_nis", tested ? statistics.mean_nis() : NAN);
   json.member("inside_95", tested ? statistics.inside_95() : NAN);
-  json.end_object();
-}
-
-/// Members are null while they are not estimated.
-void write_noise(JsonWriter& json, const estimator::SourceNoise& noise) {
-  const auto estimated = [&](std::string_view key, double value) {
-    json.member(key, value > 0.0 ? value : NAN);
-  };
-  json.begin_object("noise");
-  estimated("at_rest", noise.at_rest);
-  estimated("moving", noise.moving);
-  estimated("speed_share", noise.speed_share);
   json.end_object();
 }
 
@@ -286,21 +256,21 @@ void write_sources(JsonWriter& json, const Running& running, const PublishedPose
     json.member("wiring",
                 wiring_names[std::min<std::size_t>(source.wiring.get(), wiring_names.size() - 1)]);
     json.member("inconsistent", source.inconsistent.get() != 0);
-    age_member(json, "age_s", source.last_time_ns, now_ns);
+    json.member("age_s", age_of(source.last_time_ns.get(), now_ns));
     json.member("timeout_s", settings.configured ? seconds(settings.timeout_ns) : NAN);
     json.member("sigma", settings.configured ? settings.sigma : NAN);
-    write_noise(json, source.noise.get());
-    const std::uint64_t seen = std::accumulate(
-        source.verdicts.begin(), source.verdicts.end(), std::uint64_t{0},
-        [](std::uint64_t sum, const Counter& counter) { return sum + counter.get(); });
+    const estimator::SourceNoise noise = source.noise.get();
+    json.begin_object("noise");
+    json.member("at_rest", estimated(noise.at_rest));
+    json.member("moving", estimated(noise.moving));
+    json.member("speed_share", estimated(noise.speed_share));
+    json.end_object();
+    const std::uint64_t seen = source.judged();
     const auto last =
         std::min<std::size_t>(source.last_verdict.get(), estimator::verdict_count - 1);
     json.member("last_verdict", seen == 0 ? "none" : estimator::verdict_names[last]);
     write_innovations(json, source, by_camera && seen > 0);
-    json.begin_object("verdicts");
-    for (std::size_t v = 0; v < estimator::verdict_count; ++v)
-      json.member(estimator::verdict_names[v], source.verdicts[v].get());
-    json.end_object();
+    json.counts("verdicts", estimator::verdict_names, source.verdicts);
     json.end_object();
   }
   json.end_array();
@@ -316,7 +286,7 @@ void write_camera(JsonWriter& json, const Running& running) {
   const SourceStatistics& source =
       running.pipeline.statistics().sources[static_cast<std::size_t>(estimator::Source::camera)];
   json.member("last_latency_s",
-              source.last_time_ns.get() == 0 ? NAN : seconds(signed_of(source.last_latency_ns)));
+              source.last_time_ns.get() == 0 ? NAN : seconds(source.last_latency_ns.get()));
   json.begin_array("connections");
   for (const auto& connection : running.cameras.connections()) {
     if (!connection.open) continue;
@@ -334,7 +304,7 @@ void write_camera(JsonWriter& json, const Running& running) {
 void write_clock(JsonWriter& json, const Running& running) {
   const BeatCounters& counters = running.beat.counters();
   json.begin_object("clock");
-  json.member("realtime_offset_ns", signed_of(counters.realtime_offset_ns));
+  json.member("realtime_offset_ns", static_cast<std::int64_t>(counters.realtime_offset_ns.get()));
   json.member("log_offset_ns", running.log_clock.offset_ns().value_or(0));
   json.member("steps", counters.clock_steps.get());
   json.member("suspends", counters.suspends.get());
@@ -347,9 +317,7 @@ void write_realtime(JsonWriter& json, const RealtimeFacts& facts) {
   json.member("cpu", facts.cpu);
   json.member("memory_locked", facts.memory_locked);
   json.member("dma_latency_held", facts.dma_latency_held);
-  json.begin_array("refusals");
-  for (const auto& refusal : facts.refusals) json.element(refusal);
-  json.end_array();
+  json.list("refusals", facts.refusals);
   json.end_object();
 }
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 #include <concepts>
-#include <cstdint>
+#include <cstddef>
 #include <iterator>
 #include <optional>
 #include <string>
@@ -27,36 +27,39 @@ class JsonWriter {
     element(value);
   }
 
-  void element(std::string_view text) {
+  /// A text, a number, true or false, or null for an empty optional and for NaN or infinity, which
+  /// JSON does not have. Numbers have the shortest text that reads back as the same value.
+  template <typename T>
+  void element(const T& value) {
     separate();
-    quote(text);
-  }
-  void element(const char* text) { element(std::string_view{text}); }
-  void element(const std::string& text) { element(std::string_view{text}); }
-  void element(bool value) {
-    separate();
-    text_ += value ? "true" : "false";
-  }
-  void element(std::integral auto value) {
-    separate();
-    fmt::format_to(std::back_inserter(text_), "{}", value);
-  }
-  /// The shortest text that reads back as the same value; null if JSON has no such number.
-  void element(std::floating_point auto value) {
-    separate();
-    if (std::isfinite(value)) {
-      fmt::format_to(std::back_inserter(text_), "{}", value);
+    if constexpr (std::convertible_to<T, std::string_view>) {
+      quote(value);
+    } else if constexpr (std::floating_point<T>) {
+      if (std::isfinite(value))
+        fmt::format_to(std::back_inserter(text_), "{}", value);
+      else
+        text_ += "null";
     } else {
-      text_ += "null";
+      fmt::format_to(std::back_inserter(text_), "{}", value);
     }
   }
-
-  /// null if `value` is empty.
   template <typename T>
   void element(const std::optional<T>& value) {
     if (value) return element(*value);
-    separate();
-    text_ += "null";
+    element(NAN);
+  }
+
+  /// A list of elements.
+  void list(std::string_view key, const auto& values) {
+    begin_array(key);
+    for (const auto& value : values) element(value);
+    end_array();
+  }
+  /// An object with a counter for each name.
+  void counts(std::string_view key, const auto& names, const auto& counters) {
+    begin_object(key);
+    for (std::size_t i = 0; i < std::size(counters); ++i) member(names[i], counters[i].get());
+    end_object();
   }
 
   [[nodiscard]] const std::string& text() const { return text_; }

@@ -45,8 +45,10 @@ const sockaddr* generic(const sockaddr_un& address) {
   return reinterpret_cast<const sockaddr*>(&address);
 }
 
-int type_of(SocketType type) {
-  return type == SocketType::stream ? SOCK_STREAM : SOCK_SEQPACKET;
+/// A socket that does not block.
+FileDescriptor make_socket(SocketType type) {
+  return FileDescriptor(
+      ::socket(AF_UNIX, static_cast<int>(type) | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
 }
 
 /// Makes the directory: after a boot it is gone from /run.
@@ -67,8 +69,7 @@ void remove_stale(const LocalSocketSettings& settings, const sockaddr_un& addres
   if (::lstat(settings.path.c_str(), &status) != 0) return;
   if (!S_ISSOCK(status.st_mode))
     refuse(settings.path, "exists and is not a socket; remove it or choose another name");
-  const FileDescriptor probe(
-      ::socket(AF_UNIX, type_of(settings.type) | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  const FileDescriptor probe = make_socket(settings.type);
   if (::connect(probe.get(), generic(address), sizeof address) == 0 || errno != ECONNREFUSED)
     refuse(settings.path, "another program is listening there; is odomd already running?");
   if (::unlink(settings.path.c_str()) != 0) fail(settings.path, "cannot remove the old socket");
@@ -84,8 +85,7 @@ LocalSocket::LocalSocket(const LocalSocketSettings& settings) : settings_(settin
   make_directory(settings);
   remove_stale(settings, address);
 
-  FileDescriptor descriptor(
-      ::socket(AF_UNIX, type_of(settings.type) | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  FileDescriptor descriptor = make_socket(settings.type);
   if (!descriptor) fail(path, "cannot create a socket");
   if (::bind(descriptor.get(), generic(address), sizeof address) != 0)
     refuse(path, fmt::format("cannot be created: {}; {}", std::strerror(errno), settings.fix));

@@ -2,6 +2,7 @@
 // and replaces the file of a dead process, but not the file of a running one.
 #pragma once
 
+#include <sys/socket.h>
 #include <sys/types.h>
 
 #include <cstdint>
@@ -13,7 +14,7 @@
 
 namespace odomd::daemon {
 
-enum class SocketType : std::uint8_t { stream, packets };  // SOCK_STREAM, SOCK_SEQPACKET
+enum class SocketType : int { stream = SOCK_STREAM, packets = SOCK_SEQPACKET };
 
 struct LocalSocketSettings {
   std::filesystem::path path;

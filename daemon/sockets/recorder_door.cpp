@@ -123,9 +123,7 @@ std::string RecorderDoor::hello() const {
   json.member("model", name_of(config.model));
   json.member("period_ns", config.realtime.period_ns);
   json.member("camera_expected", config.camera.configured);
-  json.begin_array("sources");
-  for (const auto& source : config.can.sources) json.element(source);
-  json.end_array();
+  json.list("sources", config.can.sources);
   json.end_object();
   return json.text();
 }

@@ -12,7 +12,6 @@
 #include "base/file_descriptor.hpp"
 #include "can_protocol/bus_names.hpp"
 #include "daemon/core/config.hpp"
-#include "daemon/core/recording_files.hpp"
 #include "daemon/core/recording_tap.hpp"
 #include "daemon/core/recording_wire.hpp"
 #include "daemon/journal/journal.hpp"

@@ -91,6 +91,12 @@ bool next_pose(const Client& client, odom_pose& pose,
   return eventually([&] { return next_pose(client, pose) && fits(pose); });
 }
 
+odom_pose await_pose(const Client& client, const std::function<bool(const odom_pose&)>& fits) {
+  odom_pose pose{};
+  EXPECT_TRUE(next_pose(client, pose, fits));
+  return pose;
+}
+
 bool becomes_stale(const Client& client, odom_pose& pose) {
   return eventually([&] { return odom_latest(client.get(), &pose, sizeof pose) == ODOM_STALE; });
 }

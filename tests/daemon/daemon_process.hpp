@@ -56,6 +56,11 @@ using Camera = std::unique_ptr<odom_camera, Close>;
 [[nodiscard]] bool next_pose(const Client& client, odom_pose& pose,
                              const std::function<bool(const odom_pose&)>& fits);
 
+/// Waits for a pose that fits and returns it; the test fails if none comes.
+odom_pose await_pose(
+    const Client& client,
+    const std::function<bool(const odom_pose&)>& fits = [](const odom_pose&) { return true; });
+
 /// Waits until the pose of an ended daemon is stale.
 [[nodiscard]] bool becomes_stale(const Client& client, odom_pose& pose);
 

@@ -43,8 +43,7 @@ TEST_F(OdomdCamera, TakesCameraPosesAndCountsMalformedMessages) {
   DaemonProcess odomd(desk_, {});
   const Client client = open_client(desk_);
   odomd.feed(straight_drive(5.0, 1.0));
-  odom_pose pose{};
-  ASSERT_TRUE(next_pose(client, pose, [](const odom_pose& p) { return p.vx > 0.9; }));
+  odom_pose pose = await_pose(client, [](const odom_pose& p) { return p.vx > 0.9; });
 
   Camera camera = open_camera(desk_);
   const auto message = camera_pose(pose);
@@ -76,7 +75,7 @@ TEST_F(OdomdCamera, TakesCameraPosesAndCountsMalformedMessages) {
 }
 
 // The first line is late, and the poses are stamped 40 ms behind the log.
-TEST_F(OdomdCamera, FollowsAPipeWhoseFirstLineCameLateSoThatCameraPosesAreInTime) {
+TEST_F(OdomdCamera, SynchronisesAPipeWhoseFirstLineWasLate) {
   using Clock = std::chrono::steady_clock;
   const DaemonProcess odomd(desk_, {"--model", "full"});
   const Camera camera = open_camera(desk_);
@@ -103,12 +102,11 @@ TEST_F(OdomdCamera, FollowsAPipeWhoseFirstLineCameLateSoThatCameraPosesAreInTime
   EXPECT_THAT(desk_.read("stderr"), HasSubstr("earlier than before relative to their time stamps"));
 }
 
-TEST_F(OdomdCamera, WarnsOfPosesInTheFutureAndNamesHowFarAheadTheNewestIs) {
+TEST_F(OdomdCamera, WarnsOfPosesInTheFutureWithTheNewestOffset) {
   const DaemonProcess odomd(desk_, {});
   const Client client = open_client(desk_);
   const Camera camera = open_camera(desk_);
-  odom_pose pose{};
-  ASSERT_TRUE(next_pose(client, pose));
+  odom_pose pose = await_pose(client);
   const auto send = [&](double ahead_s) {
     odom_camera_message message = camera_pose(pose);
     message.capture_ns += static_cast<std::int64_t>(ahead_s * 1e9);
@@ -124,7 +122,7 @@ TEST_F(OdomdCamera, WarnsOfPosesInTheFutureAndNamesHowFarAheadTheNewestIs) {
   EXPECT_THAT(desk_.read("stderr"), Not(HasSubstr("the newest by -")));
 }
 
-TEST_F(OdomdCamera, WarnsOfOneThatIsAheadOfTheFirstFrameOfItsLog) {
+TEST_F(OdomdCamera, WarnsOfAPoseBeforeTheFirstFrameOfItsLog) {
   const DaemonProcess odomd(desk_, {});
   const Camera camera = open_camera(desk_);
   const odom_camera_message message = log_pose(0);
@@ -132,15 +130,14 @@ TEST_F(OdomdCamera, WarnsOfOneThatIsAheadOfTheFirstFrameOfItsLog) {
   EXPECT_TRUE(desk_.logs("no log is being played yet"));
 }
 
-TEST_F(OdomdCamera, InitialisesThePoseWhereNoOtherIsGiven) {
+TEST_F(OdomdCamera, InitialisesThePoseIfNoOtherIsGiven) {
   auto text = desk_.read("car.toml");
   const std::string initial = "[initial]\npose = [1.0, 2.0, 0.0]\n";
   desk_.write("car.toml", text.erase(text.find(initial), initial.size()));
   DaemonProcess odomd(desk_, {});
   const Client client = open_client(desk_);
   odomd.feed(straight_drive(5.0, 1.0));
-  odom_pose pose{};
-  ASSERT_TRUE(next_pose(client, pose));
+  odom_pose pose = await_pose(client);
   ASSERT_TRUE(next_pose(client, pose));
   EXPECT_EQ(pose.mode, static_cast<std::uint32_t>(ODOM_INITIALISING));
 
@@ -157,7 +154,7 @@ TEST_F(OdomdCamera, InitialisesThePoseWhereNoOtherIsGiven) {
   EXPECT_NEAR(pose.y, 40.0, 1.0);
 }
 
-TEST_F(OdomdCamera, IdleOnesDoNotLockItOut) {
+TEST_F(OdomdCamera, IdleConnectionsDoNotLockItOut) {
   const DaemonProcess odomd(desk_, {});
   const Client client = open_client(desk_);
   std::vector<Camera> idle;
@@ -170,10 +167,8 @@ TEST_F(OdomdCamera, IdleOnesDoNotLockItOut) {
   };
   EXPECT_EQ(send(), 1);
   EXPECT_THAT(desk_.read("sent"), HasSubstr("refused: odomd has as many camera connections"));
-  odom_pose pose{};
-  EXPECT_TRUE(next_pose(client, pose, [](const odom_pose& p) {
-    return (p.conditions & ODOM_COND_CAMERA_REFUSED) != 0;
-  }));
+  await_pose(client,
+             [](const odom_pose& p) { return (p.conditions & ODOM_COND_CAMERA_REFUSED) != 0; });
   EXPECT_TRUE(eventually([&] { return send() == 0; })) << desk_.read("sent");
   EXPECT_EQ(desk_.status()["camera"]["messages"], 1);
   EXPECT_TRUE(desk_.logs("in place of one that sent no valid pose for 2 s"));

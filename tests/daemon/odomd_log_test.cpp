@@ -101,12 +101,5 @@ TEST(OdomdLogs, AreUsedAsAReplayUsesThem) {
   }
 }
 
-TEST(OdomdLogs, AreRefusedAtTheStartInOtherFormats) {
-  const Desk desk;
-  desk.write("drive.log", "date Mon Jan 5 10:00:00.000 am 2026\nbase hex  timestamps absolute\n");
-  EXPECT_EQ(DaemonProcess(desk, {"--can", desk.file("drive.log")}).wait(), 2);
-  EXPECT_THAT(desk.read("stderr"), HasSubstr("asc2log"));
-}
-
 }  // namespace
 }  // namespace odomd::testing::odomd_log_test

@@ -68,7 +68,7 @@ class OdomdRecord : public ::testing::Test {
   Desk desk_;
 };
 
-TEST_F(OdomdRecord, ADriveReplaysToTheBitsThatWerePublished) {
+TEST_F(OdomdRecord, ReplaysADriveBitIdentically) {
   DaemonProcess odomd(desk_, {});
   RecorderProcess recorder(desk_, "record --once");
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 1); })) << desk_.read("record.txt");
@@ -113,7 +113,7 @@ TEST_F(OdomdRecord, BeginsInMidDriveAndEndsOnInt) {
   expect_bit_identical("drive3");
 }
 
-TEST_F(OdomdRecord, GoesOnInAnotherFolderWhenTheDaemonIsStartedAnew) {
+TEST_F(OdomdRecord, ContinuesInAnotherFolderAfterARestartOfTheDaemon) {
   auto odomd = std::make_unique<DaemonProcess>(desk_, std::vector<std::string>{});
   RecorderProcess recorder(desk_);
   odomd->feed(straight_drive(5.0, 1.0));

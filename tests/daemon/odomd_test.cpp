@@ -31,8 +31,7 @@ TEST_F(OdomdTest, PublishesAPoseEveryPeriodAndCountsEveryCycle) {
   const Client client = open_client(desk_);
   odomd.feed(straight_drive(2.0, 1.0));
 
-  odom_pose pose{};
-  ASSERT_TRUE(next_pose(client, pose, [](const odom_pose& p) { return p.vx > 0.9; }));
+  odom_pose pose = await_pose(client, [](const odom_pose& p) { return p.vx > 0.9; });
   odom_info info{};
   ASSERT_EQ(odom_get_info(client.get(), &info, sizeof info), ODOM_OK);
   EXPECT_EQ(info.period_ns, 5'000'000);
@@ -74,7 +73,7 @@ TEST_F(OdomdTest, PlaysALogToItsEnd) {
               AllOf(HasSubstr("has ended after 150 frames"), Not(HasSubstr("overdue"))));
 }
 
-TEST_F(OdomdTest, CallsASignalOverdueThatStopsBeforeItsLog) {
+TEST_F(OdomdTest, ReportsASignalThatStopsBeforeItsLogAsOverdue) {
   std::istringstream lines(straight_drive(1.0, 2.0));
   std::string log;
   int gyro = 0;
@@ -85,7 +84,7 @@ TEST_F(OdomdTest, CallsASignalOverdueThatStopsBeforeItsLog) {
   EXPECT_THAT(desk_.read("stderr"), HasSubstr("yaw_rate (GYRO) is overdue"));
 }
 
-TEST_F(OdomdTest, OfALogWithoutAMappedFrameFails) {
+TEST_F(OdomdTest, FailsOnALogWithoutAMappedFrame) {
   EXPECT_EQ(play("(1700000000.100000) can0 7A2#00\n(1700000000.200000) can0 7A2#00\n"), 1);
   EXPECT_THAT(desk_.read("stderr"), HasSubstr("without a frame of a mapped message"));
 }
@@ -105,7 +104,7 @@ std::map<std::string, std::string> poses_in(const std::string& csv) {
 
 // On a loaded machine the beat may miss ticks, or frames may be late: then the poses may differ.
 // One of several attempts should be free of that.
-TEST_F(OdomdTest, GivesTheBitsThatAReplayGives) {
+TEST_F(OdomdTest, PublishesTheSameBitsAsAReplay) {
   std::size_t same = 0;
   std::vector<std::string> different;
   for (int attempt = 0; attempt < 10 && (same <= 100 || !different.empty()); ++attempt) {
@@ -135,16 +134,15 @@ TEST_F(OdomdTest, GivesTheBitsThatAReplayGives) {
   EXPECT_THAT(different, IsEmpty());
 }
 
-TEST_F(OdomdTest, GoesOnAfterTheEndOfItsInput) {
+TEST_F(OdomdTest, ContinuesAfterTheEndOfItsInput) {
   DaemonProcess odomd(desk_, {});
   const Client client = open_client(desk_);
   odomd.feed(straight_drive(0.1, 1.0));
   odomd.close_input();
-  odom_pose pose{};
-  ASSERT_TRUE(next_pose(client, pose, [](const odom_pose& p) {
+  odom_pose pose = await_pose(client, [](const odom_pose& p) {
     return (p.conditions & ODOM_COND_INPUT_ENDED) != 0 &&
            (p.conditions & ODOM_COND_SIGNAL_TIMEOUT) != 0;
-  }));
+  });
   EXPECT_TRUE(next_pose(client, pose));
   EXPECT_TRUE(desk_.logs("warning: mode: degraded ("));
   odomd.signal(SIGINT);
@@ -199,12 +197,11 @@ TEST_F(OdomdTest, ReportsItsStatus) {
   EXPECT_EQ(status["events_dropped"], 0);
 }
 
-TEST_F(OdomdTest, ASuccessorGoesOnFromWhereItsPredecessorDied) {
+TEST_F(OdomdTest, ResumesWhereItsPredecessorDied) {
   auto first = std::make_unique<DaemonProcess>(desk_, std::vector<std::string>{});
   const Client client = open_client(desk_);
   first->feed(straight_drive(5.0, 1.0));
-  odom_pose last{};
-  ASSERT_TRUE(next_pose(client, last, [](const odom_pose& p) { return p.x > 1.5; }));
+  const odom_pose last = await_pose(client, [](const odom_pose& p) { return p.x > 1.5; });
   odom_info died{};
   ASSERT_EQ(odom_get_info(client.get(), &died, sizeof died), ODOM_OK);
   first->signal(SIGKILL);
@@ -225,11 +222,10 @@ TEST_F(OdomdTest, ASuccessorGoesOnFromWhereItsPredecessorDied) {
   EXPECT_EQ(pose.mode, static_cast<std::uint32_t>(ODOM_DEGRADED));
 }
 
-TEST_F(OdomdTest, AStartThatFailsLeavesThePredecessorsLastPose) {
+TEST_F(OdomdTest, AFailedStartKeepsThePredecessorsLastPose) {
   DaemonProcess first(desk_, {});
   const Client client = open_client(desk_);
-  odom_pose pose{};
-  ASSERT_TRUE(next_pose(client, pose));
+  const odom_pose pose = await_pose(client);
   first.signal(SIGKILL);
   EXPECT_EQ(first.wait(), 128 + SIGKILL);
   desk_.write("taken", "by a file that is no socket");
@@ -242,22 +238,20 @@ TEST_F(OdomdTest, AStartThatFailsLeavesThePredecessorsLastPose) {
   EXPECT_GE(last.tick, pose.tick);
 }
 
-TEST_F(OdomdTest, AGivenInitialPoseCountsMoreThanAPredecessor) {
+TEST_F(OdomdTest, PrefersAGivenInitialPoseToThePredecessors) {
   {
     DaemonProcess first(desk_, {});
     const Client client = open_client(desk_);
-    odom_pose pose{};
-    ASSERT_TRUE(next_pose(client, pose));
+    await_pose(client);
     first.signal(SIGTERM);
     EXPECT_EQ(first.wait(), 0);
   }
   const DaemonProcess second(desk_, {"--initial", "7,8,0"});
   const Client client = open_client(desk_);
-  odom_pose pose{};
-  EXPECT_TRUE(next_pose(client, pose, [](const odom_pose& p) { return p.x == 7.0; }));
+  await_pose(client, [](const odom_pose& p) { return p.x == 7.0; });
 }
 
-TEST_F(OdomdTest, OpensItsLogAnewOnHup) {
+TEST_F(OdomdTest, ReopensItsLogOnHup) {
   desk_.write("car.toml", desk_.read("car.toml") + "[log]\nfile = \"odomd.log\"\n");
   DaemonProcess odomd(desk_, {});
   ASSERT_TRUE(eventually([&] { return !desk_.read("odomd.log").empty(); }));

@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "daemon/inheritance.hpp"
 #include "shm_api/layout/segment.h"
 #include "shm_api/layout/slot.h"
 #include "shm_api/writer.hpp"

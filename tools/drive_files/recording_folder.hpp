@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "base/file_descriptor.hpp"
-#include "daemon/core/recording_files.hpp"
 #include "daemon/core/recording_tap.hpp"
+#include "daemon/core/recording_wire.hpp"
 
 namespace odomd::tools {
 

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "can_protocol/sources/candump.hpp"
-#include "daemon/core/config_error.hpp"
+#include "daemon/core/config.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/table.hpp"

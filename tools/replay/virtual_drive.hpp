@@ -11,7 +11,7 @@
 #include <string>
 
 #include "can_protocol/frame.hpp"
-#include "daemon/core/innovation_statistics.hpp"
+#include "daemon/core/pipeline_statistics.hpp"
 #include "daemon/core/record.hpp"
 #include "daemon/core/wiring.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"

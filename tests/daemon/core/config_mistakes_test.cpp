@@ -31,31 +31,13 @@ TEST_F(ConfigTest, RefusesWhatIsNotToml) {
 }
 
 TEST_F(ConfigTest, RefusesWhatIsNestedTooDeep) {
-  const auto dotted = [](int parts) {
-    std::string key = "a";
-    for (int i = 1; i < parts; ++i) key += ".a";
-    return key;
-  };
-  const char* const too_many = "car.toml:2: more than 16 brackets are open; close those before";
-  const char* const too_long =
-      "car.toml:2: a key of more than 16 parts; write the tables that it means";
-  EXPECT_EQ(error_of("\n" + dotted(50000) + " = 1\n"), too_long);
-  EXPECT_EQ(error_of("\n[" + dotted(50000) + "]\n"), too_long);
-  EXPECT_EQ(error_of("\nb = [1.5, {" + dotted(17) + " = 1}]\n"), too_long);
-  EXPECT_EQ(error_of("\nb = " + std::string(50000, '[')), too_many);
-  EXPECT_EQ(error_of("\nb = " + std::string(17, '[') + std::string(17, ']') + "\n"), too_many);
-  std::string tables = "\n";
-  for (int i = 0; i < 50000; ++i) tables += "b={";
-  EXPECT_EQ(error_of(tables), too_many);
-}
-
-TEST_F(ConfigTest, CountsNoDotsAndBracketsOfTextsAndComments) {
-  const std::string deep = std::string(40, '.') + std::string(40, '[');
-  for (const std::string& text : {R"("\")" + deep + '"', "'" + deep + "'",
-                                  "\"\"\"\n" + deep + "\"\n\"\"\"\"", "'''\n" + deep + "''\n'''"})
-    EXPECT_THAT(error_of("x = " + text + "  # " + deep + "\n[[[[["), HasSubstr(": not TOML: "))
-        << text;
-  EXPECT_THAT(error_of("x = \"" + deep + "\n"), StartsWith("car.toml:1: not TOML: "));
+  std::string key = "a", tables = "\n";
+  for (int i = 0; i < 50000; ++i) key += ".a", tables += "b={";
+  for (const std::string& text : {key + " = 1", '[' + key + ']', "b = [1.5, {" + key + " = 1}]"})
+    EXPECT_EQ(error_of('\n' + text + '\n'),
+              "car.toml:2: has more than 200 dots; write the tables that a key means");
+  for (const std::string& text : {"\nb = " + std::string(50000, '['), tables})
+    EXPECT_THAT(error_of(text), StartsWith("car.toml:2: not TOML: "));
 }
 
 // All other errors, one line each
@@ -214,10 +196,6 @@ TEST_F(ConfigMistakes, OfOtherTablesAreNamedWithTheirLineAndFix) {
 [filter]¶window = 1.5 -> 3: [filter] window: 1.5 is not possible; it must be 0.2 to 1 (s)
 [filter]¶camera_gate = 0 -> 3: [filter] camera_gate: 0 is not possible; it must be 1 to 1e6
 [filter]¶gyro_bias_walk = 0 -> 3: [filter] gyro_bias_walk: 0 is not possible; it must be 1e-9 to 1
-[filter]¶tyre_force_error = 1 -> 3: [filter] tyre_force_error: was removed; use side_slip_error instead, the error
-  of v_y per lateral acceleration
-[filter]¶yaw_moment_error = 7 -> 3: [filter] yaw_moment_error: was removed; use front_angle_error instead, an angle
-  at the front wheels in rad
 [filter]¶yaw_momnt_error = 7 -> 3: [filter] yaw_momnt_error: unknown key; did you mean "side_slip_error"?
 [filter]¶front_angle_error = 10 -> 3: [filter] front_angle_error: 10 is not possible; it must be 1e-9 to 1
 [filter]¶side_slip_error = 0 -> 3: [filter] side_slip_error: 0 is not possible; it must be 1e-9 to 10

@@ -1,8 +1,7 @@
 // Camera poses, mountings, and the age and flag of each source.
 #include <numbers>
 
-#include "daemon/core/camera_pose.hpp"
-#include "daemon/core/imu_mounting.hpp"
+#include "daemon/core/mounting.hpp"
 #include "daemon/core/source_watch.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tests/gtest.hpp"

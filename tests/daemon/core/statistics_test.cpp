@@ -3,7 +3,7 @@
 
 #include "daemon/core/comparison.hpp"
 #include "daemon/core/consistency.hpp"
-#include "daemon/core/innovation_statistics.hpp"
+#include "daemon/core/pipeline_statistics.hpp"
 #include "tests/gtest.hpp"
 
 namespace odomd::daemon::statistics_test {

@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <limits>
 
-#include "daemon/housekeeping/controller_reporter.hpp"
-#include "daemon/housekeeping/service_manager.hpp"
+#include "daemon/housekeeping/controllers.hpp"
+#include "daemon/housekeeping/process_control.hpp"
 #include "daemon/housekeeping/status.hpp"
 #include "daemon/sockets/json.hpp"
 #include "tests/tools/scratch.hpp"
@@ -18,83 +18,48 @@ namespace {
 
 using can::ControllerHealth;
 
-/// Checks a controller at intervals of two seconds, unless given otherwise.
-class ControllerReporterTest : public testing::Test {
- protected:
-  std::string look(ControllerHealth health, std::uint32_t bus_offs = 0,
-                   std::int64_t after_ns = 2'000'000'000) {
-    controller_.health = health;
-    controller_.statistics = can::ControllerStatistics{};
-    controller_.statistics->bus_offs = bus_offs;
-    now_ns_ += after_ns;
-    const auto said = reporter_.look("can0", controller_, now_ns_);
-    return said ? (said->severity == Severity::warning ? "warning " : "info ") + said->text : "";
-  }
-  void vanish() { EXPECT_FALSE(reporter_.look("can0", std::nullopt, ++now_ns_)); }
-
-  can::Controller controller_;
-
- private:
-  ControllerReporter reporter_;
-  std::int64_t now_ns_ = 0;
+struct Look {
+  ControllerHealth health;
+  std::string report;  ///< severity and how it begins; empty: none
 };
 
-TEST_F(ControllerReporterTest, IsSilentAboutAHealthyController) {
-  EXPECT_EQ(look(ControllerHealth::stopped), "");
-  EXPECT_EQ(look(ControllerHealth::error_active, 7), "") << "what was before is old";
-  EXPECT_EQ(look(ControllerHealth::error_warning, 7), "");
-  EXPECT_EQ(look(ControllerHealth::error_active, 7), "");
+/// Looks at a controller several times.
+void expect_reports(can::Controller controller, const std::vector<Look>& looks) {
+  ControllerHealth reported = ControllerHealth::error_active;
+  for (const auto& [health, expected] : looks) {
+    controller.health = health;
+    const auto report = report_change(reported, "can0", controller);
+    ASSERT_EQ(report.has_value(), !expected.empty()) << expected;
+    if (!report) continue;
+    EXPECT_THAT((report->severity == Severity::warning ? "warning " : "info ") + report->text,
+                StartsWith(expected));
+  }
 }
 
-TEST_F(ControllerReporterTest, ReportsErrorPassiveAndTheRecovery) {
-  controller_.errors = can::ErrorCounters{130, 5};
-  EXPECT_THAT(look(ControllerHealth::error_passive),
-              HasSubstr("warning can0: error-passive: the controller sees too many errors (error "
-                        "counters: transmit 130, receive 5); check bit rate"));
-  EXPECT_EQ(look(ControllerHealth::error_passive), "");
-  EXPECT_EQ(look(ControllerHealth::error_warning), "");
-  EXPECT_EQ(look(ControllerHealth::error_active),
-            "info can0: the controller is error-active again");
-}
-
-TEST_F(ControllerReporterTest, ReportsBusOffWithTheWayOutAndTheRecovery) {
-  const std::string bus_off =
+TEST(ControllerReports, NameErrorsWithTheFixAndRecoveries) {
+  using enum ControllerHealth;
+  const std::string off =
       "warning can0: bus-off: the controller has left the bus and receives nothing; ";
-  const std::string restarted =
-      "info can0: the controller was restarted after bus-off and is error-active";
-  controller_.restart_ms = 100;
-  EXPECT_EQ(look(ControllerHealth::bus_off), bus_off + "it restarts after 100 ms");
-  EXPECT_EQ(look(ControllerHealth::bus_off), "");
-  EXPECT_EQ(look(ControllerHealth::error_active), restarted);
-  controller_.restart_ms = 0;
-  EXPECT_THAT(look(ControllerHealth::bus_off),
-              HasSubstr("ip link set can0 down; ip link set can0 type can restart-ms 100"));
-  EXPECT_EQ(look(ControllerHealth::stopped), "") << "down is the link's affair";
-  EXPECT_EQ(look(ControllerHealth::error_active), restarted);
-}
-
-TEST_F(ControllerReporterTest, ReportsABusOffThatEndedBeforeTheCheck) {
-  look(ControllerHealth::error_active, 9);
-  vanish();  // the counters begin at zero when the interface comes back
-  EXPECT_EQ(look(ControllerHealth::error_active, 3), "");
-  EXPECT_EQ(
-      look(ControllerHealth::error_active, 4),
-      "warning can0: the controller went bus-off once and was restarted; it is now error-active; "
-      "check bit rate, wiring and termination");
-  EXPECT_THAT(look(ControllerHealth::error_passive, 6), HasSubstr("bus-off 2 times and was"));
-  EXPECT_EQ(look(ControllerHealth::error_active, 6),
-            "info can0: the controller is error-active again");
-}
-
-TEST_F(ControllerReporterTest, SumsUpWhatHappensMoreThanOnceASecond) {
-  constexpr std::int64_t soon_ns = 100'000'000;
-  look(ControllerHealth::error_active, 0);
-  EXPECT_THAT(look(ControllerHealth::bus_off, 1), HasSubstr("bus-off"));
-  EXPECT_EQ(look(ControllerHealth::error_active, 1, soon_ns), "");
-  EXPECT_EQ(look(ControllerHealth::bus_off, 2, soon_ns), "");
-  EXPECT_EQ(look(ControllerHealth::error_active, 3, soon_ns), "");
-  EXPECT_THAT(look(ControllerHealth::error_active, 3),
-              HasSubstr("bus-off 2 times more and was restarted; it is now error-active"));
+  const std::string passive = "warning can0: error-passive: the controller sees too many errors";
+  const std::string restarted = "info can0: the controller was restarted after bus-off and is ";
+  const std::string active_again = "info can0: the controller is error-active again";
+  expect_reports({}, {{stopped, ""}, {error_active, ""}, {error_warning, ""}, {error_active, ""}});
+  expect_reports(
+      {.errors = can::ErrorCounters{130, 5}},
+      {{error_passive, passive + " (error counters: transmit 130, receive 5); check bit rate"},
+       {error_passive, ""},
+       {error_warning, ""},
+       {error_active, active_again}});
+  expect_reports({.restart_ms = 100}, {{bus_off, off + "it restarts after 100 ms"},
+                                       {bus_off, ""},
+                                       {error_passive, restarted + "error-passive"},
+                                       {error_active, active_again}});
+  // Down is the link's state, not the controller's.
+  expect_reports({.restart_ms = 0},
+                 {{bus_off, off + "it does not restart by itself: ip link set can0 down; ip link "
+                                  "set can0 type can restart-ms 100"},
+                  {stopped, ""},
+                  {error_active, restarted + "error-active"}});
 }
 
 class ServiceManagerTest : public testing::Test {
@@ -121,15 +86,6 @@ class ServiceManagerTest : public testing::Test {
   const tools::Scratch scratch_;
   int socket_ = -1;
 };
-
-TEST_F(ServiceManagerTest, HearsTheStateOfTheDaemon) {
-  notify_ready();
-  EXPECT_EQ(heard(), "READY=1");
-  notify_status("tracking");
-  EXPECT_EQ(heard(), "STATUS=tracking");
-  notify_stopping();
-  EXPECT_EQ(heard(), "STOPPING=1");
-}
 
 TEST_F(ServiceManagerTest, IsFedWhileTheTicksMoveIfItWantsAWatchdog) {
   Watchdog unwanted;

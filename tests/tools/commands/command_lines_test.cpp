@@ -233,10 +233,9 @@ odomd | --confg car.toml --cna can0 -> unknown option "--confg" (did you mean "-
 odomd | start -> unexpected argument "start"
 odomd | -> --config is required
 # Before its command.
-odom | --lasp -> unknown option "--lasp" (did you mean "odom sim --laps"?)
-odom | --config car.toml replay -> unknown option "--config" (did you mean "odom replay --config"?)
+odom | --config car.toml replay -> unknown option "--config": options go after the command that has them
 odom | --config car.toml -> unknown option "--config": options go after the command that has them
-odom camera | --foo send -> unknown option "--foo"
+odom camera | --foo send -> unknown option "--foo": options go after the command that has them
 odom | evalute --pose x -> no command "evalute" (did you mean "evaluate"?)
 odom identify | ltency -> no command "ltency" (did you mean "latency"?)
 odom dbc | nonsense -> no command "nonsense"; there are: show, decode

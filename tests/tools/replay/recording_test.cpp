@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "daemon/core/pipeline.hpp"
-#include "daemon/core/recording_files.hpp"
 #include "daemon/core/recording_wire.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/recording_folder.hpp"

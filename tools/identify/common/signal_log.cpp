@@ -11,7 +11,7 @@
 #include "can_protocol/decode/decoder.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "can_protocol/sources/stamp_guard.hpp"
-#include "daemon/core/imu_mounting.hpp"
+#include "daemon/core/mounting.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/log_order.hpp"

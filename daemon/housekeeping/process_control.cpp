@@ -1,7 +1,7 @@
-#include "daemon/housekeeping/signals.hpp"
+#include "daemon/housekeeping/process_control.hpp"
 
 #include <sys/signalfd.h>
-#include <sys/syscall.h>
+#include <systemd/sd-daemon.h>
 #include <unistd.h>
 #include <csignal>
 
@@ -37,12 +37,6 @@ FileDescriptor take_signals() {
       continue;
     static_cast<void>(::signal(signal, SIG_IGN));  // fails for KILL and libc's own
   }
-  // libc reserves two signals for pthread_cancel and setuid, which odomd does not call, and does
-  // not let a program ignore them; the system call does. Its struct begins with the handler; the
-  // rest may be zero.
-  const std::array<std::uintptr_t, 8> ignored{reinterpret_cast<std::uintptr_t>(SIG_IGN)};
-  for (int signal = 32; signal < SIGRTMIN; ++signal)
-    ::syscall(SYS_rt_sigaction, signal, ignored.data(), nullptr, sizeof(std::uint64_t));
   shm::end_where_a_segment_is_cut_short("odomd");
 
   sigset_t set;
@@ -52,6 +46,22 @@ FileDescriptor take_signals() {
   FileDescriptor descriptor(::signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC));
   if (!descriptor) throw std::system_error(errno, std::generic_category(), "signalfd");
   return descriptor;
+}
+
+Watchdog::Watchdog() {
+  std::uint64_t limit_us = 0;
+  // A third of the limit: one notification may be late.
+  if (::sd_watchdog_enabled(0, &limit_us) > 0)
+    notify_every_ns_ = static_cast<std::int64_t>(limit_us) * 1000 / 3;
+}
+
+void Watchdog::notify(std::uint64_t ticks, std::int64_t now_ns) {
+  if (notify_every_ns_ == 0 || now_ns - last_notified_ns_ < notify_every_ns_ ||
+      ticks == last_ticks_)
+    return;
+  last_notified_ns_ = now_ns;
+  last_ticks_ = ticks;
+  ::sd_notify(0, "WATCHDOG=1");
 }
 
 }  // namespace odomd::daemon

@@ -1,10 +1,9 @@
-// Reads the state of the CAN controllers of the buses, once a second and after errors, in a thread
-// of its own: the kernel answers under a lock that a driver may hold for seconds, and neither the
-// beat nor housekeeping (which notifies the watchdog) may wait for that.
+// The CAN controllers of the buses: reads their state, and composes log lines about its changes.
 #pragma once
 
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -15,6 +14,9 @@
 
 namespace odomd::daemon {
 
+/// Reads the state once a second and after errors, in a thread of its own: the kernel answers under
+/// a lock that a driver may hold for seconds, and neither the beat nor housekeeping (which notifies
+/// the watchdog) may wait for that.
 class ControllerWatch {
  public:
   /// One name per bus; an empty name has no controller (a log).
@@ -40,5 +42,19 @@ class ControllerWatch {
   bool stop_ = false;
   std::thread thread_;
 };
+
+enum class Severity : std::uint8_t { info, warning };
+
+struct ControllerReport {
+  Severity severity = Severity::info;
+  std::string text;  ///< one line, with the fix
+};
+
+/// The report of a controller that became error-passive, went bus-off, or recovered since
+/// `reported`, which is then updated; empty if there is none. The state of a controller that is
+/// stopped, asleep or close to error-passive is passed over.
+[[nodiscard]] std::optional<ControllerReport> report_change(can::ControllerHealth& reported,
+                                                            const std::string& interface,
+                                                            const can::Controller& controller);
 
 }  // namespace odomd::daemon
