@@ -57,12 +57,6 @@ cv::Mat aruco_picture(int identifier) {
   return colour;
 }
 
-cv::Mat spot_picture(const cv::Scalar& colour) {
-  cv::Mat image(200, 200, CV_8UC3, cv::Scalar(120, 120, 120));
-  cv::circle(image, {100, 100}, 95, colour, cv::FILLED, cv::LINE_AA);
-  return image;
-}
-
 FilmRenderer::FilmRenderer(FilmCamera camera, double noise, std::uint64_t seed)
     : camera_(std::move(camera)), random_(seed) {
   for (int k = 0; k < 4; ++k) {
