@@ -1,14 +1,17 @@
-// Pose files of odom replay and odom record: one row per tick.
+// The numbers of a pose, in pose files of odom replay and odom record (one row per tick), and under
+// one name each in all outputs to plotting tools, live or recorded.
 #pragma once
 
 #include <cstdint>
 #include <future>
 #include <iosfwd>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <odom/types.h>
+#include <nlohmann/json_fwd.hpp>
 
 #include "daemon/core/record.hpp"
 
@@ -29,6 +32,23 @@ void append_record_row(std::string& out, const daemon::TickRecord& record, std::
 
 /// "tracking", ...; "mode 9" for a mode that is not known here.
 [[nodiscard]] std::string mode_name(std::uint32_t mode);
+
+/// One number. SI units.
+struct PoseField {
+  std::string_view path;    ///< "map/x": its name in plotting tools
+  std::string_view column;  ///< in a pose file; empty: not in the file
+  double (*value)(const odom_pose& pose, const odom_details& details);
+  bool is_count = false;  ///< an integer
+};
+
+[[nodiscard]] std::span<const PoseField> pose_fields();
+
+/// The field `mode`, an odom_mode; a pose file contains its name.
+inline constexpr std::string_view mode_path = "mode";
+
+/// Sets the field's member, in the object of its group if its path has two parts; with the mode
+/// also `mode_name`. JSON has null for a number that is not finite.
+void set_field(nlohmann::ordered_json& object, const PoseField& field, double value);
 
 /// Rows come out in the order in which they were added. Another thread formats them, so that a
 /// replay does not wait for its output. One thread may add.

@@ -14,10 +14,9 @@ namespace odomd::tools {
 /// The origin of times: as in the files, or the first exported item.
 enum class ExportTime : std::uint8_t { absolute, relative };
 
-/// Writes the topics that docs/bridge.md lists, in JSON, in order of time. Throws
-/// std::invalid_argument if there is nothing to export, and for times before 0.
-McapStatistics write_mcap(const DriveData& data, ExportTime time, McapCompression compression,
-                          std::ostream& out);
+/// Writes the topics that docs/bridge.md lists, in order of time. Throws std::invalid_argument if
+/// there is nothing to export, and for times before 0.
+McapStatistics write_mcap(const DriveData& data, ExportTime time, std::ostream& out);
 
 /// Writes the poses: `time` in seconds, then the fields, named by their paths. Throws
 /// std::invalid_argument if there is no pose.
