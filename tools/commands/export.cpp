@@ -25,7 +25,6 @@ struct Options {
   std::string mcap;
   std::string csv;
   std::string tum;
-  ExportTime time = ExportTime::absolute;
 };
 
 void export_drive(const Options& options) {
@@ -40,17 +39,16 @@ void export_drive(const Options& options) {
                                 " looks like a table by its name; use --csv for a table");
   const DriveData data = read_drive(source);
   warn("export", data.warnings);
-  const ExportTime time = options.time;
   if (!options.csv.empty()) {
     WholeFile file(options.csv);
-    write_plot_csv(data.poses, time, file.stream());
+    write_plot_csv(data.poses, file.stream());
     file.finish();
     say(fmt::format("odom export: {}: {} poses, {} columns", options.csv,
                     data.poses.times_ns.size(), data.poses.fields.size() + 1));
   }
   if (!options.mcap.empty()) {
     WholeFile file(options.mcap);
-    const McapStatistics statistics = write_mcap(data, time, file.stream());
+    const McapStatistics statistics = write_mcap(data, file.stream());
     file.finish();
     say(fmt::format("odom export: {}: {} messages on {} topics, {:.1f} MB", options.mcap,
                     statistics.messages, statistics.topics,
@@ -61,7 +59,7 @@ void export_drive(const Options& options) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw std::invalid_argument("--tum: " + options.tum + ": " + error.message());
-  for (const auto& [name, text] : tum_files(data, time)) {
+  for (const auto& [name, text] : tum_files(data)) {
     write_whole(folder / name, text);
     say("odom export: " + (folder / name).string());
   }
@@ -82,8 +80,6 @@ void add_export(Command odom) {
   command.add("--tum", "DIR", options->tum,
               "Folder to write trajectories into, for evo: pose.tum, odometry.tum, camera.tum, "
               "truth.tum, as far as the drive has them");
-  command.add_flag("--relative-time", options->time, ExportTime::relative,
-                   "Write times [s] since the beginning of the drive instead of the files' times");
   command.add("--pose", "CSV", options->source.pose, "Pose file; instead of the folder's pose.csv");
   command.add("--config", "FILE", options->source.config,
               "Configuration of the car (TOML); instead of the folder's car.toml");
@@ -91,7 +87,7 @@ void add_export(Command odom) {
   command.footer(
       "Examples:\n"
       "  odom export drive-20261121-140300 --mcap drive.mcap\n"
-      "  odom export pose.csv --csv plot.csv --relative-time\n"
+      "  odom export pose.csv --csv plot.csv\n"
       "  odom export lap --pose pose.csv --mcap lap.mcap\n"
       "  odom export lap --tum tum && evo_ape tum tum/truth.tum tum/pose.tum\n"
       "A folder without poses is replayed to get them.\n"

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <ostream>
 #include <ranges>
 #include <string_view>
 
@@ -114,8 +113,6 @@ void append_row(std::string& out, const odom_pose& pose, const odom_details& det
   }
 }
 
-constexpr std::size_t batch = 2048;  // rows: enough that starting a thread for them is cheap
-
 }  // namespace
 
 std::string pose_header() {
@@ -160,34 +157,6 @@ void set_field(nlohmann::ordered_json& object, const PoseField& field, double va
   else
     member = value;
   if (field.path == mode_path) object["mode_name"] = mode_name(static_cast<std::uint32_t>(value));
-}
-
-PoseFile::PoseFile(std::ostream& out) : out_(out) {
-  added_.reserve(batch);
-  out_ << record_header();
-}
-
-PoseFile::~PoseFile() = default;
-
-void PoseFile::add(const daemon::TickRecord& record, std::int64_t t_ns) {
-  added_.push_back({record, t_ns});
-  if (added_.size() == batch) hand_over();
-}
-
-void PoseFile::finish() {
-  hand_over();
-  writing_.get();
-}
-
-void PoseFile::hand_over() {
-  if (writing_.valid()) writing_.get();
-  written_.swap(added_);
-  added_.clear();
-  writing_ = std::async([this] {
-    text_.clear();
-    for (const Row& row : written_) append_record_row(text_, row.record, row.t_ns);
-    out_ << text_;
-  });
 }
 
 }  // namespace odomd::tools

@@ -22,16 +22,6 @@ namespace {
 using estimator::Pose2;
 using Json = nlohmann::ordered_json;
 
-/// The earliest time in the file: samples are older than the frames and messages that carried them.
-std::int64_t earliest(const DriveData& data) {
-  std::int64_t first = std::numeric_limits<std::int64_t>::max();
-  for (const SignalSample& sample : data.signals) first = std::min(first, sample.time_ns);
-  for (const auto& pose : data.camera) first = std::min(first, pose.capture_ns);
-  if (data.truth) first = std::min(first, data.truth->points.front().t_ns);
-  if (!data.poses.times_ns.empty()) first = std::min(first, data.poses.times_ns.front());
-  return first;
-}
-
 using Columns = std::optional<std::array<std::size_t, 3>>;
 
 /// The columns of x, y and yaw in the group of fields, if all are there.
@@ -88,8 +78,7 @@ struct Stream {
 
 class Topics {
  public:
-  Topics(const DriveData& data, std::int64_t zero_ns, McapWriter& writer)
-      : data_(data), zero_ns_(zero_ns), writer_(writer) {}
+  Topics(const DriveData& data, McapWriter& writer) : data_(data), writer_(writer) {}
 
   /// Writes all in order of time.
   void write() {
@@ -102,7 +91,7 @@ class Topics {
           first_ns = stream.time_ns(stream.next);
         }
       if (first == nullptr) return;
-      first->write(first->next++, first_ns - zero_ns_);
+      first->write(first->next++, first_ns);
     }
   }
 
@@ -127,7 +116,7 @@ class Topics {
 
   // The message is logged at the arrival; its timestamp is the capture.
   void write_camera(std::int64_t t_ns, const estimator::CameraPose& pose) {
-    const Json time = time_json(pose.capture_ns - zero_ns_);
+    const Json time = time_json(pose.capture_ns);
     writer_.write("/camera/pose", "foxglove.PoseInFrame", t_ns,
                   pose_in_map(time, {pose.x, pose.y, pose.yaw}));
     writer_.write("/camera/measurement", "odomd.CameraPose", t_ns,
@@ -155,12 +144,10 @@ class Topics {
   void write_signal(std::int64_t t_ns, const SignalSample& sample) {
     writer_.write(
         fmt::format("/can/{}", estimator::source_names[estimator::index_of(sample.source)]),
-        "odomd.Signal", t_ns,
-        {{"timestamp", time_json(sample.time_ns - zero_ns_)}, {"value", sample.value}});
+        "odomd.Signal", t_ns, {{"timestamp", time_json(sample.time_ns)}, {"value", sample.value}});
   }
 
   const DriveData& data_;
-  std::int64_t zero_ns_;
   McapWriter& writer_;
   Columns in_map_ = pose_columns(data_.poses, "map");
   Columns in_odom_ = pose_columns(data_.poses, "odom");
@@ -178,42 +165,36 @@ class Topics {
 
 }  // namespace
 
-McapStatistics write_mcap(const DriveData& data, ExportTime time, std::ostream& out) {
+McapStatistics write_mcap(const DriveData& data, std::ostream& out) {
   if (data.poses.times_ns.empty() && data.signals.empty() && data.camera.empty() && !data.truth)
     throw std::invalid_argument("there is nothing to export");
-  const std::int64_t first_ns = earliest(data);
-  if (time == ExportTime::absolute && first_ns < 0)
-    throw std::invalid_argument(
-        "a time lies before 0, which MCAP cannot store; add --relative-time");
   McapWriter writer(out, "odom " ODOMD_VERSION);
-  Topics(data, time == ExportTime::relative ? first_ns : 0, writer).write();
+  Topics(data, writer).write();
   return writer.finish();
 }
 
 // PlotJuggler shows names with slashes as a tree.
-void write_plot_csv(const PoseTable& poses, ExportTime time, std::ostream& out) {
+void write_plot_csv(const PoseTable& poses, std::ostream& out) {
   if (poses.times_ns.empty())
     throw std::invalid_argument("there is no pose to export; give a pose file with --pose");
   std::string text = "time";
   for (const PoseField* field : poses.fields) text.append(",").append(field->path);
   text += '\n';
-  const std::int64_t zero_ns = time == ExportTime::relative ? poses.times_ns.front() : 0;
   for (std::size_t i = 0; i < poses.times_ns.size(); ++i) {
-    append_seconds(text, poses.times_ns[i] - zero_ns);
+    append_seconds(text, poses.times_ns[i]);
     for (const double value : poses.row(i)) append_number(text += ',', value);
     out << text << '\n';
     text.clear();
   }
 }
 
-std::map<std::string, std::string> tum_files(const DriveData& data, ExportTime time) {
-  const std::int64_t zero_ns = time == ExportTime::relative ? earliest(data) : 0;
+std::map<std::string, std::string> tum_files(const DriveData& data) {
   std::map<std::string, std::string> files;
   const auto add = [&](const char* file, std::int64_t t_ns, const Pose2& pose) {
     std::string& text =
         files.try_emplace(file, "# timestamp x y z q_x q_y q_z q_w\n").first->second;
     const PlanarQuaternion q = quaternion_of(pose.yaw);
-    append_seconds(text, t_ns - zero_ns);
+    append_seconds(text, t_ns);
     text += fmt::format(" {} {} 0 0 0 {} {}\n", pose.x, pose.y, q.z, q.w);
   };
   const Columns in_map = pose_columns(data.poses, "map");

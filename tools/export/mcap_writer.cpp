@@ -131,6 +131,7 @@ McapWriter::Channel& McapWriter::channel_for(const std::string& topic, const std
 
 void McapWriter::write(const std::string& topic, const std::string& schema, std::int64_t time_ns,
                        const Json& message) {
+  if (time_ns < 0) throw std::invalid_argument("a time lies before 0, which MCAP cannot store");
   Channel& channel = channel_for(topic, schema, message);
   const auto time = static_cast<std::uint64_t>(time_ns);
   if (index_.empty()) chunk_start_ns_ = time;

@@ -27,8 +27,8 @@ class McapWriter {
 
   /// `schema` is the name of the message's type; Foxglove recognises its own by their names
   /// (https://docs.foxglove.dev/docs/sdk/schemas) and structures. The JSON schema follows from the
-  /// first message: all others of this schema must have the same members. `time_ns` is not
-  /// negative.
+  /// first message: all others of this schema must have the same members. Throws
+  /// std::invalid_argument for a time before 0.
   void write(const std::string& topic, const std::string& schema, std::int64_t time_ns,
              const nlohmann::ordered_json& message);
   /// Ends the file. Check `out` for write errors.

@@ -223,7 +223,14 @@ RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink)
       ++summary.poses;
       summary.take_odometry(record->pose);
     }
-    sink(*record, drive.tick());
+    const BeatRow& live = drive.tick();
+    if (result.difference.empty() &&
+        fmt::format("{:016x}", daemon::fingerprint(*record)) != live.record) {
+      result.difference = fmt::format("tick {} (t = ", live.tick);
+      append_seconds(result.difference, live.time_ns);
+      result.difference += ')';
+    }
+    sink(*record, live.time_ns);
   }
   summary.take_statistics(*pipeline);
   summary.camera_units = check_units("camera", drive.cameras(), {.trajectory = summary.odometry});
