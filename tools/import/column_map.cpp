@@ -93,7 +93,7 @@ TimeColumn time_of(const std::string& text) {
 /// The column, with missing sensor keys taken from its role in the configuration.
 MappedColumn column_of(const std::string& role, toml::table keys, const toml::table* configured) {
   MappedColumn column{.role = role};
-  TableReader reader(keys, "[columns] " + role, option_name);
+  TableReader reader(keys, role, option_name);
   if (!column.is_sensor() && std::ranges::find(fields, role) == fields.end())
     reader.fail("unknown field" + daemon::suggestion(role, fields));
   for (const char* key : value_keys) static_cast<void>(reader.has(key));
@@ -144,7 +144,7 @@ ColumnMap read_map(const MapSources& sources) {
 }
 
 void read_keys(MappedColumn& column, std::string_view unit_of_table) {
-  const std::string name = "[columns] " + column.role, like = role_like(column);
+  const std::string name = column.role, like = role_like(column);
   toml::table keys = column.keys;
   column.unit_stated = keys.contains("unit") || can::unit_of_text(unit_of_table) ||
                        can::is_other_unit(unit_of_table);
