@@ -20,7 +20,7 @@
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/recording_folder.hpp"
 #include "tools/drive_files/table.hpp"
-#include "tools/replay/source_checks.hpp"
+#include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools {
 namespace {
