@@ -123,7 +123,7 @@ class Pages(unittest.TestCase):
             self.assertTrue("--udp" in line or "not a domain" in self.printed(line + " --domain 999"), line)
         topics = re.findall(r"^- `/(\w+)` \(`(\w+)/msg/(\w+)`", page, re.MULTILINE)
         self.assertEqual([f'{package}_msg_dds__{kind}__desc, "rt/{name}"' for name, package, kind in topics],
-                         re.findall(r'writer\((.*?),\s+\d', (ROOT / "tools/bridge/dds_sink.cpp").read_text()))
+                         re.findall(r'writer\((.*?),\s+\d', (ROOT / "tools/bridge/dds.cpp").read_text()))
 
     def test_the_tutorials_figures_are_those_of_its_commands(self):
         _, (_, alone), (_, both), (warnings, broken) = map(figures, (1, 2, 3, 9))

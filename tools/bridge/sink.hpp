@@ -51,7 +51,7 @@ class Sink {
 inline constexpr const char* plotjuggler_address = "127.0.0.1:9870";
 
 /// {"timestamp": seconds, "odomd": {"tick": ..., "map": {"x": ...}, ..., "mode_name": "tracking"}},
-/// names and units as in pose_fields.hpp.
+/// names and units as in pose_csv.hpp.
 [[nodiscard]] std::string sample_json(const BridgeSample& sample);
 
 /// Sends to HOST:PORT ([::1]:9870 for IPv6). Nobody needs to listen. Throws std::invalid_argument

@@ -7,13 +7,13 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
 
 #include "base/file_descriptor.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/drive_files/pose_csv.hpp"
-#include "tools/drive_files/pose_fields.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -92,13 +92,10 @@ class UdpSink : public Sink {
 std::string sample_json(const BridgeSample& sample) {
   std::string text = "{\"timestamp\":";
   append_seconds(text, sample.realtime_ns);
-  text += ",\"odomd\":";
-  NestedJson json(text);
+  nlohmann::ordered_json fields;
   for (const PoseField& field : pose_fields())
-    json.number(field.path, field.value(sample.pose, sample.details));
-  json.text("mode_name", mode_name(sample.pose.mode));
-  json.end();
-  text += '}';
+    set_field(fields, field, field.value(sample.pose, sample.details));
+  text += ",\"odomd\":" + fields.dump() + '}';
   return text;
 }
 

@@ -51,14 +51,13 @@ void add_import(Command odom) {
   ImportOptions& import = options->import;
   Command command =
       odom.add_subcommand("import", "Make a drive from tables: a ROS bag's topics, a logger's CSV");
-  command.add("CSV", "", import.map.tables, "Tables, merged by their times; instead of the map's");
+  command.add("CSV", "", import.map.tables, "Tables, merged by their times");
   command.add("--column", "ROLE=COLUMN[,KEY=VALUE]", import.map.columns,
               "A column for a role; repeatable. Keys: unit, scale, offset, ...", {one_each()});
   command.add("--time", "COLUMN[,unit=U]", import.map.times,
               "Column of the time, or SECONDS+NANOSECONDS; U: s, ms, us, ns or hhmmss; repeatable. "
               "Default: by its name and size",
               {one_each()});
-  command.add("--map", "TOML", import.map.map, "File with tables, time and [columns]");
   command.add("--config", "FILE", import.map.config,
               "Configuration of the car (TOML), for all but [can]; sigma, latency, timeout and "
               "dead_band of its roles are kept");
@@ -89,15 +88,6 @@ void add_import(Command odom) {
       "      --column 'yaw_rate=Gz,unit=deg/s,scale=-1'\n"
       "  odom import vbox.csv --out lap --config car.toml --time time,unit=hhmmss \\\n"
       "      --column wheel_rear=velocity,unit=km/h\n"
-      "  odom import --map map.toml --config car.toml --out lap\n"
-      "\n"
-      "map.toml:\n"
-      "  tables = [\"imu.csv\", \"vicon.csv\"]\n"
-      "  time = { column = [\"header.stamp.sec\", \"header.stamp.nanosec\"] }\n"
-      "  [columns]\n"
-      "  yaw_rate = { column = \"imu:angular_velocity.z\", scale = -1 }\n"
-      "  camera.x = \"vicon:pose.position.x\"\n"
-      "  camera.sigma_x = 0.005\n"
       "\n"
       "Exit status: 0 written, 2 unusable input; then nothing is written.");
   command.callback([options] { run(*options); });

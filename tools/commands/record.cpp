@@ -71,8 +71,7 @@ class Recorder {
     if (folders_ == 0) throw std::runtime_error("nothing was recorded");
     for (const std::filesystem::path& folder : finished_) {  // last, so that no new daemon waits
       WholeFile file(folder / "drive.mcap");
-      static_cast<void>(write_mcap(read_drive(sources_in(folder)), ExportTime::absolute,
-                                   McapCompression::zstd, file.stream()));
+      static_cast<void>(write_mcap(read_drive({.drive = folder}), file.stream()));
       file.finish();
     }
   }

@@ -30,7 +30,6 @@
 #include "tools/replay/drive.hpp"
 #include "tools/replay/log_options.hpp"
 #include "tools/replay/recording.hpp"
-#include "tools/replay/recording_verifier.hpp"
 #include "tools/replay/replay_checks.hpp"
 #include "tools/replay/replay_json.hpp"
 #include "tools/replay/virtual_drive.hpp"
@@ -140,12 +139,14 @@ void run(Options options) {
   }
 
   const auto start = std::chrono::steady_clock::now();
-  PoseFile poses(file.stream());
-  ReplaySummary summary = play(
-      *pipeline, config.realtime.period_ns, log, camera,
-      [&](const daemon::TickRecord& record) { poses.add(record, record.pose.time_ns); }, judged);
+  file.stream() << record_header();
+  const auto write = [&file](const daemon::TickRecord& record) {
+    std::string row;
+    append_record_row(row, record, record.pose.time_ns);
+    file.stream() << row;
+  };
+  ReplaySummary summary = play(*pipeline, config.realtime.period_ns, log, camera, write, judged);
   summary.unmapped = unmapped;
-  poses.finish();
   if (innovations) innovations->finish();
   if (summary.poses > 0) file.finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
@@ -170,21 +171,19 @@ std::vector<std::filesystem::path> files_of(const Recording& recording) {
 
 void replay_recording(const Options& options) {
   const Recording recording = open_recording(options.recording);
-  std::optional<RecordingVerifier> verifier;
-  if (options.verify) verifier.emplace(recording.folder);
   check_outputs(std::vector<Output>{{"--out", options.out}}, files_of(recording));
   std::optional<WholeFile> file;
-  std::optional<PoseFile> poses;
-  if (!options.out.empty()) poses.emplace(file.emplace(options.out).stream());
+  if (!options.out.empty()) file.emplace(options.out).stream() << record_header();
 
   const auto start = std::chrono::steady_clock::now();
   const RecordingReplay replayed =
-      replay(recording, [&](const daemon::TickRecord& record, const BeatRow& live) {
-        if (verifier) verifier->take(record, live);
-        if (poses && record.initialised) poses->add(record, live.time_ns);
+      replay(recording, [&file](const daemon::TickRecord& record, std::int64_t time_ns) {
+        if (!file || !record.initialised) return;
+        std::string row;
+        append_record_row(row, record, time_ns);
+        file->stream() << row;
       });
-  const bool lacks_poses = poses && replayed.summary.poses == 0;
-  if (poses) poses->finish();
+  const bool lacks_poses = file && replayed.summary.poses == 0;
   if (file && !lacks_poses) file->finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
@@ -195,18 +194,18 @@ void replay_recording(const Options& options) {
                              "the replay begins with the recorded pose, not with the filter's "
                              "state: " +
                                  replayed.inexact));
-  const bool identical = verifier && replayed.inexact.empty() && !verifier->difference();
+  const bool identical = options.verify && replayed.inexact.empty() && replayed.difference.empty();
   nlohmann::ordered_json more{{"from_state", replayed.inexact.empty()}};
-  if (verifier) more["bit_identical"] = identical;
+  if (options.verify) more["bit_identical"] = identical;
   report(options, replayed.summary, seconds.count(), warnings,
          fmt::format("{} ticks", replayed.summary.ticks), more);
   if (identical && !options.json)
-    std::cerr << fmt::format("bit-identical to what was published: {} ticks, {} rows of poses\n",
-                             verifier->ticks(), verifier->rows());
-  if (verifier && !replayed.inexact.empty())
+    std::cerr << fmt::format("bit-identical to what was published: {} ticks\n",
+                             replayed.summary.ticks);
+  if (options.verify && !replayed.inexact.empty())
     throw std::runtime_error("cannot be verified without the filter's state: " + replayed.inexact);
-  if (verifier && verifier->difference())
-    throw std::runtime_error("differs from the published poses: " + *verifier->difference());
+  if (options.verify && !replayed.difference.empty())
+    throw std::runtime_error("differs from the published poses: " + replayed.difference);
   if (lacks_poses) throw std::runtime_error("the recording holds no pose: no pose file is written");
 }
 

@@ -17,7 +17,7 @@
 #include "daemon/core/source_diagnostics.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/live/status_value.hpp"
-#include "tools/replay/source_checks.hpp"
+#include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools::doctor {
 namespace {

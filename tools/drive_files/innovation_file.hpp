@@ -1,5 +1,5 @@
-// Writes and reads how every sample was judged: a file with a row per sample, in the order in which
-// the ticks used the samples.
+// Writes and reads the filter's verdict on every sample: a file with a row per sample, in the order
+// in which the ticks used them.
 //
 //   t         when the sample was taken [s], the log's clock
 //   source    yaw_rate, ..., camera

@@ -3,17 +3,84 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <iterator>
-#include <ostream>
 #include <ranges>
 #include <string_view>
 
+#include <nlohmann/json.hpp>
+
 #include "estimator/common/estimate.hpp"
 #include "tools/cli/csv.hpp"
-#include "tools/drive_files/pose_fields.hpp"
 
 namespace odomd::tools {
 namespace {
+
+using P = const odom_pose&;
+using D = const odom_details&;
+
+double sigma(double variance) {
+  return std::sqrt(variance > 0.0 ? variance : 0.0);
+}
+double seconds(std::int64_t ns) {
+  return static_cast<double>(ns) * 1e-9;
+}
+
+// Covariances: odom_pose has xx, xy, xyaw, yy, yyaw, yawyaw; odom_details the variances of vx, vy
+// and yaw_rate at 9, 12 and 14.
+constexpr std::array fields{
+    PoseField{"tick", "tick", [](P p, D) { return static_cast<double>(p.tick); }, true},
+    PoseField{"map/x", "x", [](P p, D) { return p.x; }},
+    PoseField{"map/y", "y", [](P p, D) { return p.y; }},
+    PoseField{"map/yaw", "yaw", [](P p, D) { return p.yaw; }},
+    PoseField{"odom/x", "odom_x", [](P p, D) { return p.odom_x; }},
+    PoseField{"odom/y", "odom_y", [](P p, D) { return p.odom_y; }},
+    PoseField{"odom/yaw", "odom_yaw", [](P p, D) { return p.odom_yaw; }},
+    PoseField{"velocity/x", "vx", [](P p, D) { return p.vx; }},
+    PoseField{"velocity/y", "vy", [](P p, D) { return p.vy; }},
+    PoseField{"velocity/yaw", "yaw_rate", [](P p, D) { return p.yaw_rate; }},
+    PoseField{"velocity_dot/x", "", [](P p, D) { return p.vx_dot; }},
+    PoseField{"velocity_dot/y", "", [](P p, D) { return p.vy_dot; }},
+    PoseField{"velocity_dot/yaw", "", [](P p, D) { return p.yaw_accel; }},
+    PoseField{"accel/x", "accel_x", [](P p, D) { return p.accel_x; }},
+    PoseField{"accel/y", "accel_y", [](P p, D) { return p.accel_y; }},
+    PoseField{"steering", "steering", [](P p, D) { return p.steering; }},
+    PoseField{"sigma/x", "sigma_x", [](P p, D) { return sigma(p.covariance[0]); }},
+    PoseField{"sigma/y", "sigma_y", [](P p, D) { return sigma(p.covariance[3]); }},
+    PoseField{"sigma/yaw", "sigma_yaw", [](P p, D) { return sigma(p.covariance[5]); }},
+    PoseField{"covariance/xy", "cov_xy", [](P p, D) { return p.covariance[1]; }},
+    PoseField{"covariance/xyaw", "cov_xyaw", [](P p, D) { return p.covariance[2]; }},
+    PoseField{"covariance/yyaw", "cov_yyaw", [](P p, D) { return p.covariance[4]; }},
+    PoseField{"velocity_sigma/x", "", [](P, D d) { return sigma(d.velocity_covariance[9]); }},
+    PoseField{"velocity_sigma/y", "", [](P, D d) { return sigma(d.velocity_covariance[12]); }},
+    PoseField{"velocity_sigma/yaw", "", [](P, D d) { return sigma(d.velocity_covariance[14]); }},
+    PoseField{mode_path, "mode", [](P p, D) { return static_cast<double>(p.mode); }, true},
+    PoseField{"conditions", "conditions", [](P p, D) { return static_cast<double>(p.conditions); },
+              true},
+    PoseField{"health", "", [](P p, D) { return static_cast<double>(p.health); }, true},
+    PoseField{"reset_count", "reset_count",
+              [](P p, D) { return static_cast<double>(p.reset_count); }, true},
+    PoseField{"jump/x", "", [](P p, D) { return p.jump_x; }},
+    PoseField{"jump/y", "", [](P p, D) { return p.jump_y; }},
+    PoseField{"jump/yaw", "", [](P p, D) { return p.jump_yaw; }},
+    PoseField{"calibration/gyro_bias", "gyro_bias", [](P, D d) { return d.gyro_bias; }},
+    PoseField{"calibration/gyro_scale", "gyro_scale", [](P, D d) { return d.gyro_scale; }},
+    PoseField{"calibration/accel_bias_x", "accel_bias_x", [](P, D d) { return d.accel_bias_x; }},
+    PoseField{"calibration/accel_bias_y", "accel_bias_y", [](P, D d) { return d.accel_bias_y; }},
+    PoseField{"calibration/wheel_scale", "wheel_scale", [](P, D d) { return d.wheel_scale; }},
+    PoseField{"calibration/steering_offset", "steering_offset",
+              [](P, D d) { return d.steering_offset; }},
+    PoseField{"calibration/stiffness_scale", "stiffness_scale",
+              [](P, D d) { return d.stiffness_scale; }},
+    PoseField{"calibration/gyro_latency", "gyro_latency", [](P, D d) { return d.gyro_latency; }},
+    PoseField{"calibration/wheel_latency", "wheel_latency", [](P, D d) { return d.wheel_latency; }},
+    PoseField{"calibration/steering_latency", "steering_latency",
+              [](P, D d) { return d.steering_latency; }},
+    PoseField{"calibration/grip", "grip", [](P, D d) { return d.grip; }},
+    PoseField{"beat/wakeup_latency", "", [](P, D d) { return seconds(d.wakeup_latency_ns); }},
+    PoseField{"beat/execution", "", [](P, D d) { return seconds(d.execution_ns); }},
+};
 
 constexpr std::string_view pose_columns =
     "t,x,y,yaw,vx,vy,yaw_rate,sigma_x,sigma_y,sigma_yaw,mode,"
@@ -24,7 +91,7 @@ const std::vector<const PoseField*>& fields_after_time() {
   static const auto all = [] {
     std::vector<const PoseField*> found;
     for (const auto name : pose_columns | std::views::split(',') | std::views::drop(1))
-      found.push_back(&*std::ranges::find(pose_fields(), std::string_view(name.begin(), name.end()),
+      found.push_back(&*std::ranges::find(fields, std::string_view(name.begin(), name.end()),
                                           &PoseField::column));
     return found;
   }();
@@ -45,8 +112,6 @@ void append_row(std::string& out, const odom_pose& pose, const odom_details& det
       append_number(out, field->value(pose, details));
   }
 }
-
-constexpr std::size_t batch = 2048;  // rows: enough that starting a thread for them is cheap
 
 }  // namespace
 
@@ -81,32 +146,17 @@ std::string mode_name(std::uint32_t mode) {
                                              : "mode " + std::to_string(mode);
 }
 
-PoseFile::PoseFile(std::ostream& out) : out_(out) {
-  added_.reserve(batch);
-  out_ << record_header();
+std::span<const PoseField> pose_fields() {
+  return fields;
 }
 
-PoseFile::~PoseFile() = default;
-
-void PoseFile::add(const daemon::TickRecord& record, std::int64_t t_ns) {
-  added_.push_back({record, t_ns});
-  if (added_.size() == batch) hand_over();
-}
-
-void PoseFile::finish() {
-  hand_over();
-  writing_.get();
-}
-
-void PoseFile::hand_over() {
-  if (writing_.valid()) writing_.get();
-  written_.swap(added_);
-  added_.clear();
-  writing_ = std::async([this] {
-    text_.clear();
-    for (const Row& row : written_) append_record_row(text_, row.record, row.t_ns);
-    out_ << text_;
-  });
+void set_field(nlohmann::ordered_json& object, const PoseField& field, double value) {
+  auto& member = object[nlohmann::ordered_json::json_pointer("/" + std::string(field.path))];
+  if (field.is_count)
+    member = static_cast<std::uint64_t>(value);
+  else
+    member = value;
+  if (field.path == mode_path) object["mode_name"] = mode_name(static_cast<std::uint32_t>(value));
 }
 
 }  // namespace odomd::tools

@@ -1,14 +1,14 @@
-// Pose files of odom replay and odom record: one row per tick.
+// The numbers of a pose, in pose files of odom replay and odom record (one row per tick), and under
+// one name each in all outputs to plotting tools, live or recorded.
 #pragma once
 
 #include <cstdint>
-#include <future>
-#include <iosfwd>
+#include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include <odom/types.h>
+#include <nlohmann/json_fwd.hpp>
 
 #include "daemon/core/record.hpp"
 
@@ -30,33 +30,21 @@ void append_record_row(std::string& out, const daemon::TickRecord& record, std::
 /// "tracking", ...; "mode 9" for a mode that is not known here.
 [[nodiscard]] std::string mode_name(std::uint32_t mode);
 
-/// Rows come out in the order in which they were added. Another thread formats them, so that a
-/// replay does not wait for its output. One thread may add.
-class PoseFile {
- public:
-  /// Writes the header. `out` belongs to this object until finish() or its destruction.
-  explicit PoseFile(std::ostream& out);
-  ~PoseFile();  ///< without finish(): the last rows may be missing
-  PoseFile(const PoseFile&) = delete;
-  PoseFile& operator=(const PoseFile&) = delete;
-
-  /// `t_ns` is the time of validity on the clock of the file.
-  void add(const daemon::TickRecord& record, std::int64_t t_ns);
-  /// Returns when all rows are in `out`.
-  void finish();
-
- private:
-  struct Row {
-    daemon::TickRecord record;
-    std::int64_t t_ns;
-  };
-  void hand_over();
-
-  std::ostream& out_;
-  std::vector<Row> added_;
-  std::vector<Row> written_;  // used by the writing thread, like text_
-  std::string text_;
-  std::future<void> writing_;  // declared last: its destructor waits for the thread
+/// One number. SI units.
+struct PoseField {
+  std::string_view path;    ///< "map/x": its name in plotting tools
+  std::string_view column;  ///< in a pose file; empty: not in the file
+  double (*value)(const odom_pose& pose, const odom_details& details);
+  bool is_count = false;  ///< an integer
 };
+
+[[nodiscard]] std::span<const PoseField> pose_fields();
+
+/// The field `mode`, an odom_mode; a pose file contains its name.
+inline constexpr std::string_view mode_path = "mode";
+
+/// Sets the field's member, in the object of its group if its path has two parts; with the mode
+/// also `mode_name`. JSON has null for a number that is not finite.
+void set_field(nlohmann::ordered_json& object, const PoseField& field, double value);
 
 }  // namespace odomd::tools

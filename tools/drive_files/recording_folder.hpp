@@ -57,8 +57,8 @@ struct RecordingCounts {
   std::uint64_t frames = 0;
   std::uint64_t cameras = 0;
   std::uint64_t unusable_cameras = 0;  ///< messages that are not a pose
-  std::uint64_t first_tick = 0;        ///< number of the first tick; next: of the newest
-  std::uint64_t last_tick = 0;
+  std::uint64_t first_tick = 0;        ///< its number
+  std::uint64_t last_tick = 0;         ///< number of the newest tick
 };
 
 /// One recording. Throws std::invalid_argument if the folder exists, std::runtime_error if it

@@ -51,8 +51,8 @@ struct Trajectory {
   std::vector<std::vector<double>> columns;  ///< the requested further columns, a value per point;
                                              ///< empty: not in the file
   bool is_camera = false;  ///< a camera's poses as a reference: the covariance is their noise
-  std::int64_t bridge_ns = std::numeric_limits<std::int64_t>::max();  ///< a longer gap between two
-                                                                      ///< rows is not interpolated
+  /// A longer gap between two rows is not interpolated.
+  std::int64_t bridge_ns = std::numeric_limits<std::int64_t>::max();
   diagnostics::Diagnostics warnings;
 };
 

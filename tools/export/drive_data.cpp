@@ -3,18 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <memory>
-#include <optional>
-#include <stdexcept>
+#include <utility>
 
 #include "can_protocol/decode/decoder.hpp"
-#include "daemon/core/config.hpp"
 #include "daemon/core/pipeline.hpp"
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/drive_files/recording_folder.hpp"
 #include "tools/replay/drive.hpp"
-#include "tools/replay/recording.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools {
@@ -57,145 +53,58 @@ PoseTable read_poses(const fs::path& file, diagnostics::Diagnostics& warnings) {
   return table;
 }
 
-/// The logs of a drive, and all that is needed to decode them.
-struct FrameSource {
-  daemon::Config config;
-  std::vector<can::Database> databases;
-  std::vector<std::string> bus_names;  ///< known before a log is read
-  std::vector<std::string> logs;
-  can::Damage damage = can::Damage::left_out;
-};
-
-std::optional<FrameSource> frame_source(const ExportSources& sources, DriveData& data) {
-  FrameSource source{.damage = sources.damage};
-  if (!sources.recording.empty()) {
-    Recording recording = open_recording(sources.recording);
-    append(data.warnings, recording.warnings);
-    source.config = std::move(recording.config);
-    source.databases = std::move(recording.databases);
-    source.bus_names = recording.buses;
-    const fs::path frames = sources.recording / recorded_frames;
-    // The recording of a silent bus has an empty file.
-    if (fs::exists(frames) && fs::file_size(frames) > 0) source.logs = {frames.string()};
-    return source;
-  }
-  if (sources.logs.empty()) return std::nullopt;
-  if (sources.config.empty()) {
-    data.warnings.push_back(
-        found(diagnostics::kind("log_content"), sources.logs.front(),
-              "left out: without a configuration (--config) its frames cannot be decoded"));
-    return std::nullopt;
-  }
-  source.config = daemon::load_config(sources.config);
-  if (!sources.databases.empty())
-    source.config.can.dbc.assign(sources.databases.begin(), sources.databases.end());
-  source.databases = daemon::load_databases(source.config, data.warnings);
-  source.bus_names = daemon::expected_buses(source.config);
-  source.logs = sources.logs;
-  return source;
+PoseTable replayed_poses(const Drive& drive) {
+  PoseTable table;
+  for (const PoseField& field : pose_fields())  // a replay has no beat
+    if (!field.path.starts_with("beat/")) table.fields.push_back(&field);
+  const auto pipeline = std::make_unique<daemon::Pipeline>(drive.config, drive.databases,
+                                                           drive.buses, !drive.cameras.empty());
+  auto frame = drive.frames.begin();
+  replay(
+      *pipeline, drive.config.realtime.period_ns,
+      [&] { return frame == drive.frames.end() ? nullptr : &*frame++; }, drive.cameras,
+      [&table](const daemon::TickRecord& record) {
+        table.times_ns.push_back(record.pose.time_ns);
+        for (const PoseField* field : table.fields)
+          table.values.push_back(field->value(record.pose, record.details));
+      });
+  return table;
 }
 
-/// Reads the frames, keeps their signals, and replays them for poses if there are none.
-class FramePass {
- public:
-  FramePass(const FrameSource& source, DriveData& data) : source_(source), data_(data) {
-    for (const std::string& name : source.bus_names) buses_.index_of(name);
+std::vector<SignalSample> signals_of(const Drive& drive) {
+  can::Decoder decoder(drive.databases, drive.config.can.bindings, drive.config.can.protections,
+                       drive.buses);
+  std::array<can::Sample, can::max_samples_per_frame> samples{};
+  std::vector<SignalSample> signals;
+  for (const can::Frame& frame : drive.frames) {
+    if (frame.time_ns == 0) continue;  // has no stamp
+    const can::DecodeResult result = decoder.decode(frame, samples);
+    for (const can::Sample& sample : std::span(samples).first(result.count))
+      signals.push_back({frame.time_ns, sample.time_ns,
+                         static_cast<estimator::Source>(sample.channel), sample.value});
   }
-
-  void run() {
-    can::MergedLog log =
-        open_mapped_log(source_.config, source_.databases, source_.logs, buses_, source_.damage);
-    can::Decoder decoder(source_.databases, source_.config.can.bindings,
-                         source_.config.can.protections, buses_.all());
-    const auto next = [&] {
-      const can::Frame* const frame = log.next();
-      if (frame != nullptr) keep_signals(decoder, *frame);
-      return frame;
-    };
-    if (data_.poses.fields.empty()) {
-      replay_by(next, log);
-    } else {
-      while (next() != nullptr) continue;
-    }
-    append(data_.warnings, diagnostics::kind("log_content"), log.warnings());
-    std::ranges::stable_sort(data_.signals, {}, &SignalSample::frame_ns);
-  }
-
- private:
-  void keep_signals(can::Decoder& decoder, const can::Frame& frame) {
-    if (frame.time_ns == 0) return;  // has no stamp
-    const can::DecodeResult result = decoder.decode(frame, samples_);
-    for (std::size_t i = 0; i < result.count; ++i)
-      data_.signals.push_back({frame.time_ns, samples_[i].time_ns,
-                               static_cast<estimator::Source>(samples_[i].channel),
-                               samples_[i].value});
-  }
-
-  void replay_by(const NextFrame& next, const can::MergedLog& log) try {
-    for (const PoseField& field : pose_fields())  // a replay has no beat
-      if (!field.path.starts_with("beat/")) data_.poses.fields.push_back(&field);
-    const auto pipeline = std::make_unique<daemon::Pipeline>(source_.config, source_.databases,
-                                                             buses_.all(), !data_.camera.empty());
-    replay(*pipeline, source_.config.realtime.period_ns, next, data_.camera,
-           [this](const daemon::TickRecord& record) {
-             data_.poses.times_ns.push_back(record.pose.time_ns);
-             for (const PoseField* field : data_.poses.fields)
-               data_.poses.values.push_back(field->value(record.pose, record.details));
-           });
-  } catch (const PauseError& error) {
-    throw PauseError(log.position() + error.what());
-  }
-
-  const FrameSource& source_;
-  DriveData& data_;
-  can::BusNames buses_;
-  std::array<can::Sample, can::max_samples_per_frame> samples_{};
-};
+  std::ranges::stable_sort(signals, {}, &SignalSample::frame_ns);
+  return signals;
+}
 
 }  // namespace
 
-ExportSources sources_in(const fs::path& source) {
-  ExportSources sources;
-  if (!fs::is_directory(source)) {
-    sources.pose = source;
-    return sources;
-  }
-  const auto there = [&source](const char* name) {
-    return fs::exists(source / name) ? source / name : fs::path{};
-  };
-  sources.pose = there(recorded_poses);
-  sources.camera = there(recorded_cameras);
-  if (!there(recorded_beat).empty() && !there(recorded_info).empty()) {
-    sources.recording = source;
-    return sources;
-  }
-  sources.config = there("car.toml");
-  sources.truth = there("truth.csv");
-  if (const auto log = log_in(source)) sources.logs = {log->string()};
-  if (sources.pose.empty() && sources.logs.empty() && sources.truth.empty())
-    throw std::invalid_argument(
-        source.string() +
-        ": contains neither a recording nor a drive (pose.csv, drive.log or "
-        "can.log with car.toml, truth.csv)");
-  return sources;
-}
-
-DriveData read_drive(const ExportSources& sources) {
+DriveData read_drive(const ExportSource& source) {
   DriveData data;
-  if (!sources.pose.empty()) data.poses = read_poses(sources.pose, data.warnings);
-  if (!sources.camera.empty()) {
-    CameraLog log = read_camera_log(sources.camera);
-    data.camera = std::move(log.poses);
-    append(data.warnings, log.warnings);
-  }
-  if (!sources.truth.empty()) {
-    Trajectory truth = read_trajectory(sources.truth);
-    data.truth = std::move(truth.points);
-    data.truth_has_motion = truth.has_motion;
-    append(data.warnings, truth.warnings);
-  }
-  if (const auto frames = frame_source(sources, data); frames && !frames->logs.empty())
-    FramePass(*frames, data).run();
+  const bool is_folder = fs::is_directory(source.drive);
+  fs::path pose = source.pose;
+  if (pose.empty()) pose = is_folder ? source.drive / recorded_poses : source.drive;
+  if (!is_folder || !source.pose.empty() || fs::exists(pose))
+    data.poses = read_poses(pose, data.warnings);
+  if (!is_folder) return data;
+
+  Drive drive =
+      read_drive({.folder = source.drive, .config = source.config, .damage = source.damage});
+  append(data.warnings, drive.warnings);
+  data.signals = signals_of(drive);
+  if (data.poses.fields.empty()) data.poses = replayed_poses(drive);
+  data.camera = std::move(drive.cameras);
+  data.truth = std::move(drive.reference);
   return data;
 }
 

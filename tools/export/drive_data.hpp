@@ -4,35 +4,24 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
-#include "tools/drive_files/camera_csv.hpp"
-#include "tools/drive_files/pose_fields.hpp"
+#include "tools/drive_files/pose_csv.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
 
-/// The files to export; empty: absent.
-struct ExportSources {
-  std::filesystem::path recording;  ///< a folder of odom record: configuration, frames
-  std::filesystem::path pose;
-  std::filesystem::path config;
-  std::vector<std::string> logs;
-  std::vector<std::string> databases;  ///< instead of the configuration's
-  std::filesystem::path camera;
-  std::filesystem::path truth;
+struct ExportSource {
+  std::filesystem::path drive;   ///< a pose file, or a folder of odom sim, record or import
+  std::filesystem::path pose;    ///< instead of the folder's pose.csv; empty: that one
+  std::filesystem::path config;  ///< instead of the folder's car.toml; empty: that one
   can::Damage damage = can::Damage::left_out;
 };
-
-/// The files of `source`: a pose file, a folder of odom record, or the folder of a drive
-/// (drive.log, car.toml, camera.csv, truth.csv, pose.csv, if they exist). Throws
-/// std::invalid_argument if it is none of these.
-[[nodiscard]] ExportSources sources_in(const std::filesystem::path& source);
 
 /// Rows of a pose file, with non-decreasing times and the fields that the file contains.
 struct PoseTable {
@@ -55,14 +44,13 @@ struct SignalSample {
 struct DriveData {
   PoseTable poses;
   std::vector<estimator::CameraPose> camera;  ///< in order of arrival
-  std::vector<TrajectoryPoint> truth;
-  bool truth_has_motion = false;
-  std::vector<SignalSample> signals;
+  std::optional<Trajectory> truth;
+  std::vector<SignalSample> signals;  ///< in order of frames
   diagnostics::Diagnostics warnings;
 };
 
-/// Reads everything. If there are frames and a configuration but no poses, the drive is replayed.
-/// Throws std::invalid_argument for unusable files.
-[[nodiscard]] DriveData read_drive(const ExportSources& sources);
+/// Reads everything. A folder without poses is replayed. Throws std::invalid_argument for unusable
+/// files.
+[[nodiscard]] DriveData read_drive(const ExportSource& source);
 
 }  // namespace odomd::tools

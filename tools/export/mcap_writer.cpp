@@ -4,14 +4,19 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <concepts>
 #include <ostream>
 #include <stdexcept>
-#include <type_traits>
+
+#include <nlohmann/json.hpp>
 
 namespace odomd::tools {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 constexpr std::string_view magic{"\x89MCAP0\r\n", 8};
+constexpr std::string_view compression = "zstd";
 
 // Large enough to compress well, small enough to read quickly.
 constexpr std::size_t chunk_size = 1U << 20U;
@@ -36,32 +41,34 @@ std::uint32_t crc32(std::uint32_t crc, std::string_view bytes) {
       ::crc32_z(crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
-template <typename T>
-void put_integer(std::string& out, T value) {
-  static_assert(std::is_unsigned_v<T>);
-  for (std::size_t i = 0; i < sizeof(T); ++i)
-    out += static_cast<char>(static_cast<std::uint64_t>(value) >> (8 * i) & 0xFFU);
-}
-
 std::uint32_t size32(std::size_t size) {
   if (size > 0xFFFFFFFFU) throw std::runtime_error("MCAP: a part of the file exceeds 4 GB");
   return static_cast<std::uint32_t>(size);
 }
 
-void put_string(std::string& out, std::string_view text) {
-  put_integer(out, size32(text.size()));
+void append(std::string& out, std::unsigned_integral auto value) {
+  for (std::size_t i = 0; i < sizeof value; ++i)
+    out += static_cast<char>(static_cast<std::uint64_t>(value) >> (8 * i) & 0xFFU);
+}
+
+/// A text or a map, after its length.
+void append(std::string& out, std::string_view text) {
+  append(out, size32(text.size()));
   out += text;
 }
 
-std::string record(Opcode opcode, std::string_view content) {
-  std::string bytes(1, static_cast<char>(opcode));
-  put_integer(bytes, std::uint64_t{content.size()});
-  bytes += content;
+/// The fields of a record one after the other; integers are little endian.
+std::string bytes_of(const auto&... fields) {
+  std::string bytes;
+  (append(bytes, fields), ...);
   return bytes;
 }
 
-std::string compressed(McapCompression compression, const std::string& bytes) {
-  if (compression == McapCompression::none) return bytes;
+std::string record(Opcode opcode, std::string_view content) {
+  return bytes_of(static_cast<std::uint8_t>(opcode), std::uint64_t{content.size()}).append(content);
+}
+
+std::string compressed(const std::string& bytes) {
   std::string packed(ZSTD_compressBound(bytes.size()), '\0');
   const std::size_t size =
       ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), ZSTD_CLEVEL_DEFAULT);
@@ -71,19 +78,25 @@ std::string compressed(McapCompression compression, const std::string& bytes) {
   return packed;
 }
 
-}  // namespace
-
-McapWriter::McapWriter(std::ostream& out, McapCompression compression, std::string_view library)
-    : out_(out), compression_(compression) {
-  put(magic);
-  std::string header;
-  put_string(header, "");  // no profile: that of ROS implies ROS serialisation
-  put_string(header, library);
-  put(record(Opcode::header, header));
+/// The JSON schema of values like this one; all members of an object are required.
+Json schema_of(const Json& value) {
+  if (value.is_string()) return {{"type", "string"}};
+  if (value.is_number()) return {{"type", value.is_number_integer() ? "integer" : "number"}};
+  if (value.is_array()) return {{"type", "array"}, {"items", schema_of(value.at(0))}};
+  Json properties = Json::object(), names = Json::array();
+  for (const auto& [name, member] : value.items()) {
+    properties[name] = schema_of(member);
+    names.push_back(name);
+  }
+  return {{"type", "object"}, {"properties", properties}, {"required", names}};
 }
 
-std::string_view McapWriter::compression_name() const {
-  return compression_ == McapCompression::zstd ? "zstd" : "";
+}  // namespace
+
+McapWriter::McapWriter(std::ostream& out, std::string_view library) : out_(out) {
+  put(magic);
+  constexpr std::string_view no_profile;  // that of ROS implies ROS serialisation
+  put(record(Opcode::header, bytes_of(no_profile, library)));
 }
 
 void McapWriter::put(std::string_view bytes) {
@@ -92,110 +105,74 @@ void McapWriter::put(std::string_view bytes) {
   crc_ = crc32(crc_, bytes);
 }
 
-McapWriter::Id McapWriter::add_schema(std::string_view name, std::string_view text) {
-  const auto id = static_cast<Id>(schemas_.size() + 1);
-  std::string content;
-  put_integer(content, id);
-  put_string(content, name);
-  put_string(content, "jsonschema");
-  put_string(content, text);
-  schemas_.push_back({record(Opcode::schema, content)});
-  return id;
-}
-
-McapWriter::Id McapWriter::add_channel(std::string_view topic, Id schema) {
-  const auto id = static_cast<Id>(channels_.size() + 1);
-  std::string content;
-  put_integer(content, id);
-  put_integer(content, schema);
-  put_string(content, topic);
-  put_string(content, "json");
-  put_string(content, "");  // no metadata
-  channels_.push_back({record(Opcode::channel, content), schema});
-  return id;
-}
-
 // Writes schema and channel before the first message that needs them.
-void McapWriter::introduce(Channel& channel) {
-  if (channel.written) return;
-  Schema& schema = schemas_[channel.schema - 1U];
-  if (!schema.written) chunk_ += schema.record;
-  schema.written = true;
-  chunk_ += channel.record;
-  channel.written = true;
+McapWriter::Channel& McapWriter::channel_for(const std::string& topic, const std::string& schema,
+                                             const Json& message) {
+  const auto [channel, is_new] =
+      channels_.try_emplace(topic, Channel{static_cast<Id>(channels_.size() + 1)});
+  if (!is_new) return channel->second;
+  const auto [known, is_new_schema] =
+      schemas_.try_emplace(schema, static_cast<Id>(schemas_.size() + 1));
+  if (is_new_schema) {
+    Json text{{"title", schema}};
+    text.update(schema_of(message));
+    const std::string added =
+        record(Opcode::schema, bytes_of(known->second, schema, "jsonschema", text.dump()));
+    chunk_ += added;
+    schema_records_ += added;
+  }
+  constexpr std::string_view encoding = "json", no_metadata;
+  const std::string added = record(
+      Opcode::channel, bytes_of(channel->second.id, known->second, topic, encoding, no_metadata));
+  chunk_ += added;
+  channel_records_ += added;
+  return channel->second;
 }
 
-void McapWriter::write(Id id, std::int64_t time_ns, std::string_view json) {
-  Channel& channel = channels_[id - 1U];
-  introduce(channel);
+void McapWriter::write(const std::string& topic, const std::string& schema, std::int64_t time_ns,
+                       const Json& message) {
+  if (time_ns < 0) throw std::invalid_argument("a time lies before 0, which MCAP cannot store");
+  Channel& channel = channel_for(topic, schema, message);
   const auto time = static_cast<std::uint64_t>(time_ns);
-  if (index_.empty()) chunk_start_ns_ = chunk_end_ns_ = time;
-  chunk_start_ns_ = std::min(chunk_start_ns_, time);
-  chunk_end_ns_ = std::max(chunk_end_ns_, time);
-  index_[id].push_back({time, chunk_.size()});
-
-  chunk_ += static_cast<char>(Opcode::message);
-  constexpr std::size_t fixed = 2 + 4 + 8 + 8;
-  put_integer(chunk_, std::uint64_t{fixed + json.size()});
-  put_integer(chunk_, id);
-  put_integer(chunk_, channel.messages++);
-  put_integer(chunk_, time);  // logged
-  put_integer(chunk_, time);  // published
-  chunk_ += json;
+  if (index_.empty()) chunk_start_ns_ = time;
+  chunk_end_ns_ = time;
+  index_[channel.id] += bytes_of(time, std::uint64_t{chunk_.size()});
+  const std::string head =
+      bytes_of(channel.id, channel.messages++, time, time);  // logged, published
+  chunk_ += record(Opcode::message, head + message.dump());
   if (chunk_.size() >= chunk_size) end_chunk();
 }
 
 void McapWriter::end_chunk() {
   if (chunk_.empty()) return;
-  const std::string packed = compressed(compression_, chunk_);
-  ChunkIndex entry;
-  entry.start_ns = chunk_start_ns_;
-  entry.end_ns = chunk_end_ns_;
-  entry.offset = written_;
-  entry.compressed = packed.size();
-  entry.uncompressed = chunk_.size();
-  std::string content;
-  put_integer(content, entry.start_ns);
-  put_integer(content, entry.end_ns);
-  put_integer(content, entry.uncompressed);
-  put_integer(content, crc32(0, chunk_));
-  put_string(content, compression_name());
-  put_integer(content, entry.compressed);
-  content += packed;
-  put(record(Opcode::chunk, content));
-  entry.length = written_ - entry.offset;
+  const std::string packed = compressed(chunk_);
+  const std::uint64_t offset = written_, size = chunk_.size(), packed_size = packed.size();
+  put(record(Opcode::chunk, bytes_of(chunk_start_ns_, chunk_end_ns_, size, crc32(0, chunk_),
+                                     compression, packed_size) +
+                                packed));
+  const std::uint64_t length = written_ - offset;
 
+  std::string index_offsets;
   for (const auto& [channel, entries] : index_) {
-    entry.index_offsets[channel] = written_;
-    std::string array;
-    for (const IndexEntry& one : entries) {
-      put_integer(array, one.time_ns);
-      put_integer(array, one.offset);
-    }
-    std::string index;
-    put_integer(index, channel);
-    put_string(index, array);
-    put(record(Opcode::message_index, index));
+    index_offsets += bytes_of(channel, written_);
+    put(record(Opcode::message_index, bytes_of(channel, entries)));
   }
-  entry.index_length = written_ - entry.offset - entry.length;
-  chunks_.push_back(std::move(entry));
+  const std::uint64_t index_length = written_ - offset - length;
+  chunks_.push_back(
+      {chunk_start_ns_, chunk_end_ns_,
+       bytes_of(offset, length, index_offsets, index_length, compression, packed_size, size)});
   chunk_.clear();
   index_.clear();
 }
 
 McapStatistics McapWriter::finish() {
   end_chunk();
-  std::string end;
-  put_integer(end, crc_);
-  put(record(Opcode::data_end, end));
+  put(record(Opcode::data_end, bytes_of(crc_)));
   write_summary();
   put(magic);
-  McapStatistics statistics;
-  statistics.bytes = written_;
-  for (const Channel& channel : channels_) {
-    statistics.messages += channel.messages;
-    statistics.topics += channel.written ? 1 : 0;
-  }
+  McapStatistics statistics{.bytes = written_,
+                            .topics = static_cast<std::uint32_t>(channels_.size())};
+  for (const auto& [topic, channel] : channels_) statistics.messages += channel.messages;
   return statistics;
 }
 
@@ -203,87 +180,41 @@ void McapWriter::write_summary() {
   const std::uint64_t summary_start = written_;
   crc_ = 0;
   std::string offsets;
-  std::uint64_t group_start = written_;
-  const auto end_group = [&](Opcode opcode) {
-    if (written_ == group_start) return;
-    std::string content(1, static_cast<char>(opcode));
-    put_integer(content, group_start);
-    put_integer(content, written_ - group_start);
-    offsets += record(Opcode::summary_offset, content);
-    group_start = written_;
+  const auto put_group = [&](Opcode opcode, const std::string& records) {
+    if (records.empty()) return;
+    const std::uint64_t start = written_;
+    put(records);
+    offsets += record(Opcode::summary_offset, bytes_of(static_cast<std::uint8_t>(opcode), start,
+                                                       std::uint64_t{records.size()}));
   };
+  put_group(Opcode::schema, schema_records_);
+  put_group(Opcode::channel, channel_records_);
 
-  std::string counts;
+  std::string counts, chunks;
   std::uint64_t messages = 0;
-  std::uint16_t schema_count = 0;
-  std::uint32_t channel_count = 0;
-  for (const Schema& schema : schemas_) {
-    if (!schema.written) continue;
-    put(schema.record);
-    ++schema_count;
+  for (const auto& [topic, channel] : channels_) {
+    messages += channel.messages;
+    counts += bytes_of(channel.id, std::uint64_t{channel.messages});
   }
-  end_group(Opcode::schema);
-  for (std::size_t i = 0; i < channels_.size(); ++i) {
-    if (!channels_[i].written) continue;
-    put(channels_[i].record);
-    ++channel_count;
-    messages += channels_[i].messages;
-    put_integer(counts, static_cast<Id>(i + 1));
-    put_integer(counts, std::uint64_t{channels_[i].messages});
-  }
-  end_group(Opcode::channel);
-
-  std::string statistics;
-  put_integer(statistics, messages);
-  put_integer(statistics, schema_count);
-  put_integer(statistics, channel_count);
-  put_integer(statistics, std::uint32_t{0});  // attachments
-  put_integer(statistics, std::uint32_t{0});  // metadata
-  put_integer(statistics, size32(chunks_.size()));
-  std::uint64_t start_ns = chunks_.empty() ? 0 : chunks_.front().start_ns;
-  std::uint64_t end_ns = 0;
-  for (const ChunkIndex& chunk : chunks_) {
-    start_ns = std::min(start_ns, chunk.start_ns);
-    end_ns = std::max(end_ns, chunk.end_ns);
-  }
-  put_integer(statistics, start_ns);
-  put_integer(statistics, end_ns);
-  put_string(statistics, counts);
-  put(record(Opcode::statistics, statistics));
-  end_group(Opcode::statistics);
-
-  for (const ChunkIndex& chunk : chunks_) {
-    std::string content;
-    put_integer(content, chunk.start_ns);
-    put_integer(content, chunk.end_ns);
-    put_integer(content, chunk.offset);
-    put_integer(content, chunk.length);
-    std::string map;
-    for (const auto& [channel, offset] : chunk.index_offsets) {
-      put_integer(map, channel);
-      put_integer(map, offset);
-    }
-    put_string(content, map);
-    put_integer(content, chunk.index_length);
-    put_string(content, compression_name());
-    put_integer(content, chunk.compressed);
-    put_integer(content, chunk.uncompressed);
-    put(record(Opcode::chunk_index, content));
-  }
-  end_group(Opcode::chunk_index);
+  for (const ChunkIndex& chunk : chunks_)
+    chunks +=
+        record(Opcode::chunk_index, bytes_of(chunk.start_ns, chunk.end_ns).append(chunk.rest));
+  constexpr std::uint32_t attachments = 0, metadata = 0;
+  const std::uint64_t start_ns = chunks_.empty() ? 0 : chunks_.front().start_ns;
+  const std::uint64_t end_ns = chunks_.empty() ? 0 : chunks_.back().end_ns;
+  put_group(Opcode::statistics,
+            record(Opcode::statistics,
+                   bytes_of(messages, static_cast<std::uint16_t>(schemas_.size()),
+                            static_cast<std::uint32_t>(channels_.size()), attachments, metadata,
+                            size32(chunks_.size()), start_ns, end_ns, counts)));
+  put_group(Opcode::chunk_index, chunks);
 
   const std::uint64_t offsets_start = written_;
   put(offsets);
   // The checksum covers the footer before the checksum.
-  std::string footer;
-  put_integer(footer, summary_start);
-  put_integer(footer, offsets_start);
-  std::string begin(1, static_cast<char>(Opcode::footer));
-  put_integer(begin, std::uint64_t{footer.size() + sizeof crc_});
-  put(begin + footer);
-  std::string crc;
-  put_integer(crc, crc_);
-  put(crc);
+  const std::string footer = record(Opcode::footer, bytes_of(summary_start, offsets_start, crc_));
+  put(std::string_view(footer).substr(0, footer.size() - sizeof crc_));
+  put(bytes_of(crc_));
 }
 
 }  // namespace odomd::tools

@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
-namespace odomd::tools {
+#include <nlohmann/json_fwd.hpp>
 
-enum class McapCompression : std::uint8_t { none, zstd };
+namespace odomd::tools {
 
 struct McapStatistics {
   std::uint64_t messages = 0;
@@ -19,63 +19,47 @@ struct McapStatistics {
   std::uint32_t topics = 0;
 };
 
-/// Schemas and messages are JSON. Messages must come in the order of their times; a schema or
-/// channel without a message is left out of the file. For use by one thread.
+/// Messages are JSON, and come in the order of their times. For use by one thread.
 class McapWriter {
  public:
-  using Id = std::uint16_t;
-
   /// `out` belongs to this object until finish(). `library` names the program that writes.
-  McapWriter(std::ostream& out, McapCompression compression, std::string_view library);
+  McapWriter(std::ostream& out, std::string_view library);
 
-  /// `text` is a JSON schema.
-  [[nodiscard]] Id add_schema(std::string_view name, std::string_view text);
-  [[nodiscard]] Id add_channel(std::string_view topic, Id schema);
-  /// A message on the channel. `time_ns` is not negative.
-  void write(Id id, std::int64_t time_ns, std::string_view json);
+  /// `schema` is the name of the message's type; Foxglove recognises its own by their names
+  /// (https://docs.foxglove.dev/docs/sdk/schemas) and structures. The JSON schema follows from the
+  /// first message: all others of this schema must have the same members. Throws
+  /// std::invalid_argument for a time before 0.
+  void write(const std::string& topic, const std::string& schema, std::int64_t time_ns,
+             const nlohmann::ordered_json& message);
   /// Ends the file. Check `out` for write errors.
   McapStatistics finish();
 
  private:
-  struct Schema {
-    std::string record;
-    bool written = false;
-  };
+  using Id = std::uint16_t;
   struct Channel {
-    std::string record;
-    Id schema = 0;
-    bool written = false;
+    Id id = 0;
     std::uint32_t messages = 0;
   };
   struct ChunkIndex {
     std::uint64_t start_ns = 0;
     std::uint64_t end_ns = 0;
-    std::uint64_t offset = 0;
-    std::uint64_t length = 0;
-    std::map<Id, std::uint64_t> index_offsets;  ///< per channel
-    std::uint64_t index_length = 0;
-    std::uint64_t compressed = 0;
-    std::uint64_t uncompressed = 0;
-  };
-  struct IndexEntry {
-    std::uint64_t time_ns = 0;
-    std::uint64_t offset = 0;  ///< in the uncompressed chunk
+    std::string rest;  ///< of the record: positions and sizes
   };
 
   void put(std::string_view bytes);
-  void introduce(Channel& channel);
+  Channel& channel_for(const std::string& topic, const std::string& schema,
+                       const nlohmann::ordered_json& message);
   void end_chunk();
   void write_summary();
-  [[nodiscard]] std::string_view compression_name() const;
 
   std::ostream& out_;
-  McapCompression compression_;
   std::uint64_t written_ = 0;
-  std::uint32_t crc_ = 0;                        // of all bytes put since it was set to 0
-  std::vector<Schema> schemas_;                  // index: id - 1
-  std::vector<Channel> channels_;                // index: id - 1
-  std::string chunk_;                            // records, not yet compressed
-  std::map<Id, std::vector<IndexEntry>> index_;  // of the current chunk
+  std::uint32_t crc_ = 0;  // of all bytes put since it was set to 0
+  std::map<std::string, Id> schemas_;
+  std::map<std::string, Channel> channels_;  // key: topic
+  std::string schema_records_, channel_records_;
+  std::string chunk_;                // records, not yet compressed
+  std::map<Id, std::string> index_;  // of the current chunk: times and offsets of its messages
   std::uint64_t chunk_start_ns_ = 0;
   std::uint64_t chunk_end_ns_ = 0;
   std::vector<ChunkIndex> chunks_;

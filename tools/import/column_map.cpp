@@ -16,6 +16,8 @@ namespace {
 
 using daemon::TableReader;
 
+constexpr const char* option_name = "--column";  // in messages
+
 const std::vector<std::string> fields{
     "camera.x",       "camera.y",         "camera.yaw",     "camera.qx",      "camera.qy",
     "camera.qz",      "camera.qw",        "camera.arrival", "camera.latency", "camera.sigma_x",
@@ -72,29 +74,16 @@ toml::table entry_of(std::string_view option, const std::string& text) {
   return entry;
 }
 
-/// A bare name or number stands for { column = ... }.
-toml::table entry_of(const toml::node& node) {
-  if (node.is_table()) return *node.as_table();
-  toml::table entry;
-  if (const auto number = node.is_number() ? node.value<double>() : std::nullopt)
-    entry.insert("column", fmt::format("{}", *number));
-  else
-    entry.insert("column", node);
-  return entry;
-}
-
-TimeColumn time_of(const toml::table& entry, const std::filesystem::path& file) {
-  TableReader reader(entry, "time", file);
-  TimeColumn time;
+TimeColumn time_of(const std::string& text) {
+  const toml::table entry = entry_of("--time", text);
+  TableReader reader(entry, "time", "--time");
+  std::string column, unit;
   reader.require("column");
-  reader.read_texts("column", time.columns);
-  if (time.columns.size() == 1)
-    if (const auto plus = time.columns[0].find('+'); plus != std::string::npos)
-      time.columns = {time.columns[0].substr(0, plus), time.columns[0].substr(plus + 1)};
-  if (time.columns.size() > 2) reader.fail("column", "is more than seconds and nanoseconds");
-  std::string unit;
+  reader.read("column", column);
   reader.read("unit", unit);
-  time.unit = time_unit(unit);
+  TimeColumn time{.columns = {column}, .unit = time_unit(unit)};
+  if (const auto plus = column.find('+'); plus != std::string::npos)
+    time.columns = {column.substr(0, plus), column.substr(plus + 1)};
   if (!unit.empty() && time.unit == TimeUnit::unstated)
     reader.fail("unit", "is none of s, ms, us, ns, hhmmss");
   reader.finish();
@@ -102,10 +91,9 @@ TimeColumn time_of(const toml::table& entry, const std::filesystem::path& file) 
 }
 
 /// The column, with missing sensor keys taken from its role in the configuration.
-MappedColumn column_of(const std::string& role, toml::table keys, const toml::table* configured,
-                       const std::filesystem::path& file) {
+MappedColumn column_of(const std::string& role, toml::table keys, const toml::table* configured) {
   MappedColumn column{.role = role};
-  TableReader reader(keys, "[columns] " + role, file);
+  TableReader reader(keys, role, option_name);
   if (!column.is_sensor() && std::ranges::find(fields, role) == fields.end())
     reader.fail("unknown field" + daemon::suggestion(role, fields));
   for (const char* key : value_keys) static_cast<void>(reader.has(key));
@@ -121,95 +109,47 @@ MappedColumn column_of(const std::string& role, toml::table keys, const toml::ta
       keys.insert(key, *configured->get(key));
   column.keys = std::move(keys);
   if (const auto constant = parse_number(column.name); constant && !column.is_sensor()) {
-    read_keys(column, "", file);
+    read_keys(column, "");
     column.offset += column.factor * *constant;
     column.name.clear();
   }
   return column;
 }
 
-/// Roles and their keys.
-using Entries = std::vector<std::pair<std::string, toml::table>>;
-
-/// Appends the entries of a table; x in the table camera becomes "camera.x".
-void add_entries(const toml::table& columns, const std::string& group, const std::string& file,
-                 Entries& entries) {
-  for (const auto& [key, node] : columns) {
-    const std::string role = group + std::string(key.str());
-    if (role != "camera" && role != "truth")
-      entries.emplace_back(role, entry_of(node));
-    else if (node.is_table())
-      add_entries(*node.as_table(), role + '.', file, entries);
-    else
-      throw std::invalid_argument(
-          fmt::format("{}: {} has fields: {}.x, {}.y, ...", file, role, role, role));
-  }
-}
-
-/// Replaces the role's entry in the map by that of a --column.
-void add_option(const std::string& option, Entries& entries) {
-  const auto equals = option.find('=');
-  const std::string role = option.substr(0, equals);
-  if (equals == std::string::npos || role.empty())
-    throw std::invalid_argument(
-        fmt::format("--column {}: is no ROLE=COLUMN, as yaw_rate=gyro_z or camera.x=pose.x",
-                    tools::quoted(option)));
-  std::erase_if(entries, [&role](const auto& entry) { return entry.first == role; });
-  entries.emplace_back(role, entry_of("--column", option.substr(equals + 1)));
-}
-
 }  // namespace
 
 ColumnMap read_map(const MapSources& sources) {
-  ColumnMap map{.file = sources.map.empty() ? std::filesystem::path("--column") : sources.map};
-  std::vector<std::string> tables;
-  toml::table file, config;
-  if (!sources.map.empty()) {
-    file = daemon::parse_toml(daemon::read_toml_file(sources.map), sources.map);
-    TableReader reader(file, "", sources.map);
-    reader.read_texts("tables", tables);
-    for (std::string& table : tables) table = (sources.map.parent_path() / table).string();
-    static_cast<void>(reader.has("time"));
-    static_cast<void>(reader.table("columns", "[columns]"));
-    reader.finish();
-  }
+  ColumnMap map;
+  toml::table config;
   if (!sources.config.empty())
     config = daemon::parse_toml(daemon::read_toml_file(sources.config), sources.config);
-
-  for (const std::string& table : sources.tables.empty() ? tables : sources.tables)
-    map.tables.push_back({.name = table});
-  for (const std::string& text : sources.times)
-    map.times.push_back(time_of(entry_of("--time", text), "--time"));
-  const auto add_time = [&](const toml::node& node) {
-    map.times.push_back(time_of(entry_of(node), sources.map));
-  };
-  if (const toml::array* several = file["time"].as_array())
-    for (const auto& node : *several) add_time(node);
-  else if (const toml::node* one = file.get("time"))
-    add_time(*one);
-
-  Entries entries;
-  if (const toml::table* columns = file["columns"].as_table())
-    add_entries(*columns, "", sources.map.string(), entries);
-  for (const std::string& option : sources.columns) add_option(option, entries);
-  for (const auto& [role, entry] : entries)
-    map.columns.push_back(
-        column_of(role, entry, config["can"]["signals"][role].as_table(), map.file));
+  for (const std::string& table : sources.tables) map.tables.push_back({.name = table});
+  for (const std::string& text : sources.times) map.times.push_back(time_of(text));
+  for (const std::string& text : sources.columns) {
+    const auto equals = text.find('=');
+    const std::string role = text.substr(0, equals);
+    if (equals == std::string::npos || role.empty())
+      throw std::invalid_argument(
+          fmt::format("--column {}: is no ROLE=COLUMN, as yaw_rate=gyro_z or camera.x=pose.x",
+                      tools::quoted(text)));
+    std::erase_if(map.columns, [&role](const MappedColumn& column) { return column.role == role; });
+    map.columns.push_back(column_of(role, entry_of(option_name, text.substr(equals + 1)),
+                                    config["can"]["signals"][role].as_table()));
+  }
   if (std::ranges::none_of(map.columns, &MappedColumn::is_sensor))
     throw std::invalid_argument(
         "no column is mapped to a role: give --column ROLE=COLUMN (yaw_rate, accel_x, accel_y, "
-        "wheel_..., motor, steering), or [columns] in a --map");
+        "wheel_..., motor, steering)");
   return map;
 }
 
-void read_keys(MappedColumn& column, std::string_view unit_of_table,
-               const std::filesystem::path& file) {
-  const std::string name = "[columns] " + column.role, like = role_like(column);
+void read_keys(MappedColumn& column, std::string_view unit_of_table) {
+  const std::string name = column.role, like = role_like(column);
   toml::table keys = column.keys;
   column.unit_stated = keys.contains("unit") || can::unit_of_text(unit_of_table) ||
                        can::is_other_unit(unit_of_table);
   keys.insert("unit", column.unit_stated ? unit_of_table : si_unit(like));
-  TableReader reader(keys, name, file);
+  TableReader reader(keys, name, option_name);
   reader.read("unit", column.unit);
   if (like == "direction") reader.fail("is not read from tables; map a speed that has a sign");
   double factor = 1.0;
@@ -225,7 +165,7 @@ void read_keys(MappedColumn& column, std::string_view unit_of_table,
   keys.insert("message", "table");
   keys.insert("signal", "column");
   daemon::CanConfig can;
-  daemon::read_signal(like.empty() ? "motor" : like, TableReader(keys, name, file), can);
+  daemon::read_signal(like.empty() ? "motor" : like, TableReader(keys, name, option_name), can);
   const can::SignalBinding& binding = can.bindings.front();
   column.factor = factor * binding.scale * can::si_factor(binding.unit);
   if (binding.radius_m > 0.0) column.factor *= binding.radius_m / binding.ratio;

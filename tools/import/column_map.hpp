@@ -1,5 +1,4 @@
-// The map of odom import, from a TOML file and from options: the meaning of each column of the
-// tables, and its values.
+// What the options of odom import say about the tables: the meaning of each column, and its values.
 #pragma once
 
 #include <cstddef>
@@ -45,27 +44,24 @@ struct TimedTable {
 };
 
 struct ColumnMap {
-  std::filesystem::path file;  ///< "--column" if there is no file
   std::vector<TimedTable> tables;
   std::vector<TimeColumn> times;
   std::vector<MappedColumn> columns;
 };
 
 struct MapSources {
-  std::vector<std::string> tables;  ///< used instead of the map's
-  std::filesystem::path map;
-  std::vector<std::string> columns;  ///< "yaw_rate=gyro_z,unit=deg/s"; override the map's
+  std::vector<std::string> tables;
+  std::vector<std::string> columns;  ///< "yaw_rate=gyro_z,unit=deg/s"
   std::vector<std::string> times;    ///< "stamp.sec+stamp.nanosec", "t,unit=ms"; tried first
   std::filesystem::path config;  ///< its roles' latency, sigma, timeout, dead_band are the defaults
 };
 
-/// Throws std::invalid_argument that names file, line and key.
+/// Throws std::invalid_argument that names option and key.
 [[nodiscard]] ColumnMap read_map(const MapSources& sources);
 
-/// Computes factor and offset. The unit is that of the map, otherwise that of the table, otherwise
+/// Computes factor and offset. The unit is the stated one, otherwise that of the table, otherwise
 /// SI.
-void read_keys(MappedColumn& column, std::string_view unit_of_table,
-               const std::filesystem::path& file);
+void read_keys(MappedColumn& column, std::string_view unit_of_table);
 
 /// Reads the tables and fills the columns. Detects delimiters, quotes, decimal commas, lines before
 /// the header and a row of units below it. "imu.csv:gyro_z" and "imu:gyro_z" name a column of one

@@ -226,8 +226,7 @@ void read_rows(const OpenTable& table, const ColumnMap& map, TimedTable& rows,
 }  // namespace
 
 void read_tables(ColumnMap& map, const ReportProgress& report, std::vector<std::string>& warnings) {
-  if (map.tables.empty())
-    throw std::invalid_argument("no table: name its file, or write tables = [...] in the --map");
+  if (map.tables.empty()) throw std::invalid_argument("no table: name its file");
   std::vector<std::string> wanted;
   for (const MappedColumn& column : map.columns)
     if (!column.name.empty()) wanted.push_back(column.name);
@@ -243,7 +242,7 @@ void read_tables(ColumnMap& map, const ReportProgress& report, std::vector<std::
   for (MappedColumn& column : map.columns) {
     if (column.name.empty()) continue;
     const auto [table, name] = locate(tables, column.name);
-    read_keys(column, unit_of(*table, name), map.file);
+    read_keys(column, unit_of(*table, name));
     column.table = static_cast<std::size_t>(table - tables.data());
     column.name = name;
     column.place = fmt::format("{}: {}", table->path, name);

@@ -57,12 +57,6 @@ cv::Mat aruco_picture(int identifier) {
   return colour;
 }
 
-cv::Mat spot_picture(const cv::Scalar& colour) {
-  cv::Mat image(200, 200, CV_8UC3, cv::Scalar(120, 120, 120));
-  cv::circle(image, {100, 100}, 95, colour, cv::FILLED, cv::LINE_AA);
-  return image;
-}
-
 FilmRenderer::FilmRenderer(FilmCamera camera, double noise, std::uint64_t seed)
     : camera_(std::move(camera)), random_(seed) {
   for (int k = 0; k < 4; ++k) {
@@ -86,8 +80,9 @@ const cv::Mat& FilmRenderer::ground_map(double height) {
     for (int u = 0; u < map.cols; ++u) {
       const cv::Point2d& ray = rays[static_cast<std::size_t>(v * map.cols + u)];
       const cv::Vec3d d = to_world * cv::Vec3d(ray.x, ray.y, 1.0);
-      const double way = (height - camera_.place[2]) / d[2];
-      map.at<cv::Vec2d>(v, u) = {camera_.place[0] + way * d[0], camera_.place[1] + way * d[1]};
+      const double distance = (height - camera_.place[2]) / d[2];
+      map.at<cv::Vec2d>(v, u) = {camera_.place[0] + distance * d[0],
+                                 camera_.place[1] + distance * d[1]};
     }
   return maps_.emplace_back(height, map).second;
 }
@@ -114,9 +109,9 @@ void FilmRenderer::paint(cv::Mat& frame, const FlatPicture& flat) {
       const cv::Vec2d across = 0.5 * (map.at<cv::Vec2d>(v + 1, u) - map.at<cv::Vec2d>(v - 1, u));
       cv::Vec3d sum;
       const cv::Vec3b under = frame.at<cv::Vec3b>(v, u);
-      for (int look = 0; look < 16; ++look) {
-        const cv::Vec2d place = middle + ((look % 4) / 4.0 - 0.375) * along +
-                                (std::floor(look / 4.0) / 4.0 - 0.375) * across;
+      for (int sample = 0; sample < 16; ++sample) {
+        const cv::Vec2d place = middle + ((sample % 4) / 4.0 - 0.375) * along +
+                                (std::floor(sample / 4.0) / 4.0 - 0.375) * across;
         const double dx = place[0] - flat.x, dy = place[1] - flat.y;
         // Rows of the picture run against the body's x axis, columns against its y axis.
         const int row = static_cast<int>(std::floor((half - (c * dx + s * dy)) * scale));

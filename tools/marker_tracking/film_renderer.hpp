@@ -34,8 +34,6 @@ struct FlatPicture {
 [[nodiscard]] cv::Mat aruco_picture(int identifier);
 /// Side of the marker / side of the picture with its rim.
 inline constexpr double aruco_part = 0.75;
-/// A disc of this colour (BGR) on grey.
-[[nodiscard]] cv::Mat spot_picture(const cv::Scalar& colour);
 
 /// Renders scenes as seen by one camera.
 class FilmRenderer {

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
+#include "tools/cli/progress.hpp"
 #include "tools/marker_tracking/film.hpp"
 
 namespace odomd::tools {
@@ -22,6 +23,15 @@ cv::Point2d mapped(const cv::Matx33d& h, const cv::Point2d& p) {
 double orientation(const cv::Matx33d& h, const cv::Point2d& p) {
   const double w = h(2, 0) * p.x + h(2, 1) * p.y + h(2, 2);
   return cv::determinant(h) / (w * w * w);
+}
+
+using Corners = std::vector<cv::Point2f>;
+
+// Mean distance of the corners between two views / width of the picture.
+double distance(const Corners& a, const Corners& b, int width) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < a.size(); ++k) sum += cv::norm(a[k] - b[k]);
+  return sum / static_cast<double>(a.size()) / width;
 }
 
 }  // namespace
@@ -43,10 +53,7 @@ Lens read_lens(const std::filesystem::path& file) {
     const cv::FileStorage storage(file.string(), cv::FileStorage::READ);
     cv::Mat matrix, distortion;
     storage["camera_matrix"] >> matrix;
-    const cv::FileNode node = storage["distortion_coefficients"].empty()
-                                  ? storage["dist_coeffs"]
-                                  : storage["distortion_coefficients"];
-    node >> distortion;
+    storage["distortion_coefficients"] >> distortion;
     if (matrix.rows != 3 || matrix.cols != 3) fail("has no 3 x 3 camera_matrix");
     matrix.convertTo(matrix, CV_64F);
     lens.matrix = cv::Matx33d(matrix.ptr<double>());
@@ -55,8 +62,7 @@ Lens read_lens(const std::filesystem::path& file) {
     const std::size_t n = lens.distortion.size();
     if (n != 4 && n != 5 && n != 8 && n != 12 && n != 14)
       fail("has no distortion_coefficients (4, 5, 8, 12 or 14 numbers)");
-    for (const double value : lens.distortion)
-      if (!std::isfinite(value)) fail("has a coefficient that is not finite");
+    if (!cv::checkRange(distortion)) fail("has a coefficient that is not finite");
     if (!(lens.matrix(0, 0) > 0.0 && lens.matrix(1, 1) > 0.0 && cv::checkRange(lens.matrix)))
       fail("has a camera_matrix without focal lengths");
     if (!storage["image_width"].empty() && !storage["image_height"].empty())
@@ -85,30 +91,17 @@ void write_lens(const std::filesystem::path& file, const Lens& lens) {
   storage.release();
 }
 
-namespace {
-
-using Corners = std::vector<cv::Point2f>;
-
-// Mean distance of the corners between two views / width of the picture.
-double moved(const Corners& a, const Corners& b, int width) {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < a.size(); ++k) sum += cv::norm(a[k] - b[k]);
-  return sum / static_cast<double>(a.size()) / width;
-}
-
-}  // namespace
-
 std::vector<std::string> calibrate_lens(const TrackOptions& options) {
-  constexpr std::size_t most_views = 40, least_views = 6;
+  constexpr std::size_t max_views = 40, min_views = 6;
   constexpr double another_view = 0.04;  // of the picture's width
   const BoardSize size = parse_board(options.calibrate);
   const cv::Size board(size.columns, size.rows);
 
   FilmReader film(options);
   std::vector<Corners> views;
-  FrameProgress progress(options.progress);
-  while (views.size() < most_views && film.next()) {
-    progress.update(film.count(), film.total(), static_cast<std::int64_t>(views.size()));
+  ProgressLine progress("odom identify track", WithoutTerminal::nothing);
+  while (views.size() < max_views && film.next()) {
+    progress.show(film.progress());
     if (film.count() % 3 != 1) continue;
     cv::Mat grey;
     cv::cvtColor(film.picture(), grey, cv::COLOR_BGR2GRAY);
@@ -120,15 +113,15 @@ std::vector<std::string> calibrate_lens(const TrackOptions& options) {
     cv::cornerSubPix(grey, corners, {5, 5}, {-1, -1},
                      {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.01});
     const bool another = std::ranges::all_of(views, [&](const Corners& view) {
-      return moved(view, corners, film.size().width) > another_view;
+      return distance(view, corners, film.size().width) > another_view;
     });
     if (another) views.push_back(corners);
   }
-  if (views.size() < least_views)
+  if (views.size() < min_views)
     throw std::invalid_argument(fmt::format(
         "{}: shows a chessboard of {} x {} inner corners in {} different places, and {} are "
         "needed; hold it nearer and farther, tilted, and into the corners of the picture",
-        options.film, size.columns, size.rows, views.size(), least_views));
+        options.film, size.columns, size.rows, views.size(), min_views));
 
   std::vector<cv::Point3f> places;
   for (int row = 0; row < size.rows; ++row)
@@ -150,8 +143,7 @@ std::vector<std::string> calibrate_lens(const TrackOptions& options) {
       fmt::format("{}: {} views, {:.2f} px rms", options.out, views.size(), lens.rms_px)};
   if (lens.rms_px > 1.0)
     notes.emplace_back(
-        "warning: more than a pixel: is the board flat, the focus fixed, the film "
-        "sharp?");
+        "warning: more than a pixel: is the board flat, the focus fixed, the film sharp?");
   return notes;
 }
 
@@ -161,15 +153,15 @@ GroundView::GroundView(std::span<const GroundPoint> points, const std::optional<
   std::vector<cv::Point2d> pixels, places;
   std::vector<cv::Point3d> on_ground;
   for (const GroundPoint& point : points) {
-    const cv::Point2d pixel{point.u, point.v};
-    pixels.push_back(lens ? lens->straightened(pixel) : pixel);
-    places.emplace_back(point.x, point.y);
-    on_ground.emplace_back(point.x, point.y, 0.0);
+    pixels.push_back(lens ? lens->straightened(point.pixel) : point.pixel);
+    places.push_back(point.place);
+    on_ground.emplace_back(point.place.x, point.place.y, 0.0);
   }
   const cv::Mat found = cv::findHomography(pixels, places, 0);
   if (found.empty())
-    throw std::invalid_argument(fmt::format(
-        "--ground: these places are impossible in one view; no three of them may lie in a line"));
+    throw std::invalid_argument(
+        fmt::format("--ground-marker: these places are impossible in one view; no three of them "
+                    "may lie in a line"));
   to_plane_ = cv::Matx33d(found.ptr<double>());
   double squares = 0.0, size = 0.0;
   for (std::size_t k = 0; k < pixels.size(); ++k) {
@@ -177,15 +169,17 @@ GroundView::GroundView(std::span<const GroundPoint> points, const std::optional<
     size = std::max(size, cv::norm(places[k] - places[0]));
     // Seen from above, a correct map mirrors: v points down in the picture.
     if (orientation(to_plane_, pixels[k]) >= 0.0)
-      throw std::invalid_argument(fmt::format(
-          "--ground: the places are mirrored, or three of them lie in a line; seen from above y "
-          "points to the left of x"));
+      throw std::invalid_argument(
+          fmt::format("--ground-marker: the places are mirrored, or three of them lie in a line; "
+                      "seen from above y "
+                      "points to the left of x"));
   }
   misfit_ = std::sqrt(squares / static_cast<double>(pixels.size()));
   if (misfit_ > 0.1 * size)
-    throw std::invalid_argument(fmt::format(
-        "--ground: the places lie {:.3g} m from where the picture shows them; are two exchanged?",
-        misfit_));
+    throw std::invalid_argument(
+        fmt::format("--ground-marker: the places lie {:.3g} m from where the picture shows them; "
+                    "are two exchanged?",
+                    misfit_));
   if (!lens || height <= 0.0) return;
 
   // With the ground's pose [R|t] in the camera's frame, a point (X, Y, h) is seen at K (r₁ X + r₂ Y

@@ -22,13 +22,19 @@ struct Lens {
   [[nodiscard]] cv::Point2d straightened(const cv::Point2d& pixel) const;
 };
 
-/// Reads camera_matrix and distortion_coefficients (or dist_coeffs). Throws std::invalid_argument.
+/// Reads camera_matrix and distortion_coefficients. Throws std::invalid_argument.
 [[nodiscard]] Lens read_lens(const std::filesystem::path& file);
 void write_lens(const std::filesystem::path& file, const Lens& lens);
 
 /// Calibrates a lens from a film of a chessboard with OpenCV (Z. Zhang, A flexible new technique
 /// for camera calibration, 2000) and writes it to options.out. Returns notes for the user.
 [[nodiscard]] std::vector<std::string> calibrate_lens(const TrackOptions& options);
+
+/// A point on the ground and the pixel that shows it.
+struct GroundPoint {
+  cv::Point2d pixel;
+  cv::Point2d place;  ///< [m]
+};
 
 /// Maps pixels to metres on the plane of the markers.
 class GroundView {

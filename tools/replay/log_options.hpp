@@ -7,6 +7,9 @@
 namespace odomd::tools {
 
 /// Adds --strict, the last of a command's options.
-void add_strict(Command command, can::Damage& damage);
+inline void add_strict(Command command, can::Damage& damage) {
+  command.add_flag("--strict", damage, can::Damage::refused,
+                   "Refuse a log with damaged lines instead of leaving them out");
+}
 
 }  // namespace odomd::tools

@@ -20,35 +20,10 @@
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/recording_folder.hpp"
 #include "tools/drive_files/table.hpp"
-#include "tools/replay/source_checks.hpp"
+#include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools {
 namespace {
-
-/// The recorded frames, in the order in which the daemon used them.
-class FrameLog {
- public:
-  FrameLog(const Recording& recording, can::BusNames& buses)
-      : offset_ns_(recording.clock_offset_ns) {
-    const auto file = recording.folder / recorded_frames;
-    static_cast<void>(open_input(file));
-    // A silent bus leaves an empty file.
-    if (std::filesystem::file_size(file) > 0)
-      reader_.emplace(file.string(), buses, can::Damage::refused);  // beat.csv counts its frames
-  }
-
-  [[nodiscard]] std::optional<can::Frame> next() {
-    const can::Frame* const read = reader_ ? reader_->next() : nullptr;
-    if (read == nullptr) return std::nullopt;
-    can::Frame frame = *read;
-    if (frame.time_ns != 0) frame.time_ns -= offset_ns_;
-    return frame;
-  }
-
- private:
-  std::int64_t offset_ns_;
-  std::optional<can::LogReader> reader_;
-};
 
 std::vector<estimator::CameraPose> camera_poses(const Recording& recording,
                                                 diagnostics::Diagnostics& warnings) {
@@ -62,17 +37,22 @@ std::vector<estimator::CameraPose> camera_poses(const Recording& recording,
 }
 
 /// Feeds the drive from its files into a pipeline.
-class Drive {
+class RecordedDrive {
  public:
-  Drive(const Recording& recording, can::BusNames& buses, daemon::Pipeline& pipeline,
-        diagnostics::Diagnostics& warnings)
+  RecordedDrive(const Recording& recording, can::BusNames& buses, daemon::Pipeline& pipeline,
+                diagnostics::Diagnostics& warnings)
       : offset_ns_(recording.clock_offset_ns),
         pipeline_(pipeline),
         beat_file_(open_input(recording.folder / recorded_beat)),
         beat_(beat_file_, (recording.folder / recorded_beat).string(),
               names_of<BeatRow>(beat_columns), LastLine::drop_unended),
-        frames_(recording, buses),
-        cameras_(camera_poses(recording, warnings)) {}
+        cameras_(camera_poses(recording, warnings)) {
+    const auto file = recording.folder / recorded_frames;
+    static_cast<void>(open_input(file));
+    // A silent bus leaves an empty file.
+    if (std::filesystem::file_size(file) > 0)
+      frames_.emplace(file.string(), buses, can::Damage::refused);  // beat.csv counts its frames
+  }
 
   /// Reads the first row: the tick of the saved state, which has no inputs.
   [[nodiscard]] BeatRow begin() {
@@ -113,12 +93,14 @@ class Drive {
       all += due[bus];
     }
     for (; all > 0; --all) {
-      const auto frame = frames_.next();
-      if (!frame) fail(fmt::format("{} ends before this tick", recorded_frames));
-      if (due[frame->bus] == 0)
+      const can::Frame* const next = frames_ ? frames_->next() : nullptr;
+      if (next == nullptr) fail(fmt::format("{} ends before this tick", recorded_frames));
+      can::Frame frame = *next;
+      if (due[frame.bus] == 0)
         fail(fmt::format("{} has frames of another bus here", recorded_frames));
-      --due[frame->bus];
-      pipeline_.take(*frame, woke_ns);
+      --due[frame.bus];
+      if (frame.time_ns != 0) frame.time_ns -= offset_ns_;
+      pipeline_.take(frame, woke_ns);
       ++summary.frames;
     }
   }
@@ -143,7 +125,7 @@ class Drive {
   daemon::Pipeline& pipeline_;
   std::ifstream beat_file_;
   CsvReader beat_;
-  FrameLog frames_;
+  std::optional<can::LogReader> frames_;
   std::vector<estimator::CameraPose> cameras_;
   BeatRow before_;
 };
@@ -211,7 +193,7 @@ RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink)
       result.inexact = state.string() + ": " + result.inexact;
   }
 
-  Drive drive(recording, buses, *pipeline, result.warnings);
+  RecordedDrive drive(recording, buses, *pipeline, result.warnings);
   ReplaySummary& summary = result.summary;
   summary.first_tick_ns = summary.last_tick_ns = drive.begin().time_ns;
   while (const daemon::TickRecord* record = drive.next(summary)) {
@@ -223,7 +205,14 @@ RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink)
       ++summary.poses;
       summary.take_odometry(record->pose);
     }
-    sink(*record, drive.tick());
+    const BeatRow& live = drive.tick();
+    if (result.difference.empty() &&
+        fmt::format("{:016x}", daemon::fingerprint(*record)) != live.record) {
+      result.difference = fmt::format("tick {} (t = ", live.tick);
+      append_seconds(result.difference, live.time_ns);
+      result.difference += ')';
+    }
+    sink(*record, live.time_ns);
   }
   summary.take_statistics(*pipeline);
   summary.camera_units = check_units("camera", drive.cameras(), {.trajectory = summary.odometry});

@@ -31,15 +31,14 @@ struct Recording {
 /// Throws std::invalid_argument that names the file and the problem.
 [[nodiscard]] Recording open_recording(const std::filesystem::path& folder);
 
-/// Receives a replayed tick, and the recorded tick to compare it with.
-using RecordedTickSink = std::function<void(const daemon::TickRecord& record, const BeatRow& live)>;
-
-/// Why the replayed poses may differ from the published ones; empty: they are identical.
-using Inexact = std::string;
+/// Receives a replayed tick and its time on the recording's clock.
+using RecordedTickSink =
+    std::function<void(const daemon::TickRecord& record, std::int64_t time_ns)>;
 
 struct RecordingReplay {
   ReplaySummary summary;
-  Inexact inexact;
+  std::string inexact;     ///< why the state at the beginning could not be used; empty: it was
+  std::string difference;  ///< the first tick that differs from the published one; empty: none
   diagnostics::Diagnostics warnings;
 };
 

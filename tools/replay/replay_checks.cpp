@@ -14,7 +14,6 @@
 #include "estimator/common/measurement.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/diagnostics/conditions.hpp"
-#include "tools/replay/source_checks.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/replay/source_checks.hpp"
+#include "tools/replay/replay_checks.hpp"
 
 #include <fmt/format.h>
 
@@ -30,12 +30,18 @@ constexpr std::array reported_flags{SourceFlag::out_of_range, SourceFlag::non_fi
                                     SourceFlag::frozen, SourceFlag::drifting,
                                     SourceFlag::failed_protection};
 
+const can::BoundMessage* message_of(const can::Decoder& decoder, std::size_t source) {
+  const auto found = std::ranges::find_if(decoder.messages(), [&](const auto& message) {
+    return std::ranges::find(message.channels, source) != message.channels.end();
+  });
+  return found == decoder.messages().end() ? nullptr : &*found;
+}
+
 // "yaw_rate (IMU)", "camera".
 std::string label(const can::Decoder& decoder, std::size_t source) {
-  for (const can::BoundMessage& message : decoder.messages())
-    if (std::ranges::find(message.channels, source) != message.channels.end())
-      return fmt::format("{} ({})", estimator::source_names[source], message.name);
-  return std::string{estimator::source_names[source]};
+  const std::string_view name = estimator::source_names[source];
+  const can::BoundMessage* const message = message_of(decoder, source);
+  return message == nullptr ? std::string(name) : fmt::format("{} ({})", name, message->name);
 }
 
 double drive_seconds(const ReplaySummary& summary) {
@@ -118,13 +124,6 @@ std::string fix_for(const ReplaySummary& summary, Source source, Verdict verdict
     default:
       return fmt::format("check {}", what_to_check(source));
   }
-}
-
-const can::BoundMessage* message_of(const can::Decoder& decoder, std::size_t source) {
-  const auto found = std::ranges::find_if(decoder.messages(), [&](const auto& message) {
-    return std::ranges::find(message.channels, source) != message.channels.end();
-  });
-  return found == decoder.messages().end() ? nullptr : &*found;
 }
 
 // Reports refused samples, or the time without samples. A message without a value is reported by

@@ -65,9 +65,9 @@ struct ReplaySummary {
   std::uint64_t bias_unlearnt = 0;
   std::uint64_t scale_implausible = 0;
 
-  /// The path from wheels and gyro alone, a point every 0.1 s; next: the findings on the units of
-  /// the camera's poses, which are compared with this path.
+  /// The path from wheels and gyro alone, a point every 0.1 s.
   Trajectory odometry;
+  /// Findings on the units of the camera's poses, from a comparison with that path.
   diagnostics::Diagnostics camera_units;
 
   /// Call after every tick with a pose.

@@ -136,27 +136,6 @@ TEST(PoseCsv, ReadsBackToTheSameBits) {
   EXPECT_EQ(point.covariance[5], 4.0);
 }
 
-TEST(PoseFile, WritesAllRowsInTheirOrder) {
-  std::string expected = record_header();
-  std::ostringstream out;
-  PoseFile file(out);
-  daemon::TickRecord record{.pose = some_pose()};
-  odom_pose& pose = record.pose;
-  for (pose.tick = 1; pose.tick <= 10'000; ++pose.tick) {  // several batches
-    pose.x = 0.1 * static_cast<double>(pose.tick);
-    const auto t_ns = static_cast<std::int64_t>(pose.tick) * 5'000'000;
-    record.details.gyro_bias = 0.001 * pose.x;
-    file.add(record, t_ns);
-    append_record_row(expected, record, t_ns);
-  }
-  file.finish();
-  EXPECT_EQ(out.str(), expected);
-
-  std::ostringstream nothing;
-  PoseFile(nothing).finish();
-  EXPECT_EQ(nothing.str(), record_header());
-}
-
 TEST(PoseCsv, ModesHaveTheNamesOfTheClientLibrary) {
   for (std::uint32_t mode = ODOM_INITIALISING; mode <= ODOM_FAULT; ++mode)
     EXPECT_EQ(mode_name(mode), odom_mode_name(mode));

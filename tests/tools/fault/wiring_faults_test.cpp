@@ -8,7 +8,7 @@
 #include "tests/diagnostics.hpp"
 #include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/replay/source_checks.hpp"
+#include "tools/replay/replay_checks.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::campaign::wiring_faults_test {

@@ -87,16 +87,6 @@ const std::vector<Case> cases{
      1.4,
      0.0,
      {{"b.csv", rows_of("t,x", 0.05)}}},
-    {"a map",
-     rows_of("stamp,v", 7),
-     "--map map.toml",
-     5,
-     2.0,
-     2.8,
-     7.0,
-     {{"map.toml",
-       "tables = 'a.csv'\ntime = { column = 'stamp', unit = 's' }\n"
-       "[columns]\nmotor = { column = 'v', scale = 2 }\n"}}},
 };
 
 TEST(Import, ReadsTheTablesOfTools) {

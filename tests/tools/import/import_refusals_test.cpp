@@ -81,16 +81,6 @@ const std::vector<Case> cases{
     {"a unit in Latin-1", "t,v (\xB0/s)\n0,1\n", motor, "needs `radius`"},
     {"no table", {}, motor, "no table"},
     {"an empty name", "t,v,\n0,1,\n", "--column motor=", "names no column"},
-    {"a map without columns",
-     "t,v\n0,1\n",
-     motor + "--map m.toml",
-     "m.toml:1: columns: is a number; it must be a table",
-     {{"m.toml", "columns = 1\n"}}},
-    {"a map with an unknown key",
-     "t,v\n0,1\n",
-     motor + "--map m.toml",
-     "m.toml:1: colums: unknown key",
-     {{"m.toml", "colums = 1\n"}}},
 };
 
 TEST(Import, RefusesAndLeavesNothingBehind) {

@@ -25,13 +25,12 @@ std::string refusal(const std::vector<std::string>& arguments) {
 
 TEST(TrackOptions, GoToTheOtherProgramAsTheyCame) {
   const std::vector<std::string> given{
-      "film.mp4",           "--out=a.csv",      "--aruco=4x4_50",    "--front=7",
-      "--rear=8",           "--lens=lens.yaml", "--ground=1,2=3,-4", "--ground=1,3=3,4",
-      "--ground=2,2=0.5,4", "--ground=5,2=3,6", "--height=0.125",    "--fps=240",
-      "--progress"};
+      "film.mp4",       "--out=a.csv",           "--aruco=4x4_50",         "--front=7",
+      "--rear=8",       "--lens=lens.yaml",      "--ground-marker=1=3,-4", "--ground-marker=2=3,4",
+      "--height=0.125", "--ground-marker=3=4,4", "--ground-marker=4=3,6",  "--fps=240"};
   std::vector<std::string> handed_over, again;
   EXPECT_EQ(parsed(given, &handed_over).height, 0.125);
-  EXPECT_EQ(parsed(handed_over, &again).ground.size(), 4U);
+  EXPECT_EQ(parsed(handed_over, &again).ground_markers.size(), 4U);
   std::ranges::sort(handed_over);
   std::ranges::sort(again);
   std::vector<std::string> sorted = given;
@@ -43,13 +42,13 @@ TEST(TrackOptions, GoToTheOtherProgramAsTheyCame) {
 TEST(TrackOptions, WhatDoesNotFitTogetherIsRefused) {
   using Arguments = std::vector<std::string>;
   const std::pair<Arguments, const char*> whole[]{
-      {{}, "one kind of marker"},
+      {{}, "--aruco 4x4_50"},
       {{"--aruco=4x4_50", "--front=7"}, "--rear ID"},
       {{"--aruco=4x4_50", "--front=7", "--rear=7"}, "different"},
-      {{"--colour-front=120,40,30"}, "both are needed"},
-      {{"--colour-front=120,40,30", "--colour-rear=400,1,1"}, "HUE,SATURATION,BRIGHTNESS"},
       {{"--calibrate=9x6"}, "--square"},
       {{"--calibrate=9", "--square=0.1", "--out=l.yaml"}, "COLUMNSxROWS"},
+      {{"--calibrate=9x2", "--square=0.1", "--out=l.yaml"}, "COLUMNSxROWS"},
+      {{"--calibrate=9x6", "--square=0.1"}, "--out lens.yaml"},
   };
   const auto refusal_of = [](Arguments arguments) {
     arguments.insert(arguments.begin(), "f.mp4");
@@ -58,8 +57,9 @@ TEST(TrackOptions, WhatDoesNotFitTogetherIsRefused) {
   for (const auto& [arguments, says] : whole) EXPECT_THAT(refusal_of(arguments), HasSubstr(says));
   EXPECT_EQ(refusal_of({"--aruco=4x4_50", "--front=7", "--rear=8"}), "");
   const std::pair<Arguments, const char*> added[]{
-      {{"--ground=1,2=3,4"}, "four places"},
-      {{"--ground=1,2=3", "--ground=1,2=3,4", "--ground=1,2=3,4", "--ground=1,2=3,4"}, "U,V=X,Y"},
+      {{"--ground-marker=1=3,4"}, "at least four"},
+      {{"--ground-marker=1=3"}, "ID=X,Y"},
+      {{"--ground-marker=1=3,4,5"}, "ID=X,Y"},
       {{"--ground-marker=x=3,4", "--ground-marker=1=3,4", "--ground-marker=2=3,4",
         "--ground-marker=3=3,4"},
        "ID=X,Y"},

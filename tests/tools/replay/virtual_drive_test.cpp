@@ -5,7 +5,7 @@
 #include "daemon/core/pipeline.hpp"
 #include "tests/daemon/core/one_wheel.hpp"
 #include "tests/gtest.hpp"
-#include "tools/replay/source_checks.hpp"
+#include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools::virtual_drive_test {
 namespace {
