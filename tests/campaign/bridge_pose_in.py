@@ -63,7 +63,7 @@ def drive(folder: pathlib.Path, programs: pathlib.Path, quality: str) -> str:
         started += [subprocess.Popen([programs / "odomd", "--config", lap / "car.toml", "--can", lap / "drive.log",
                                       "--exit-at-end", "--runtime-directory", way, "--log-level", "error"]),
                     subprocess.Popen([odom, "pose", "--shm", way / "pose", "--wait", "10", "--follow", "--csv", "--clock",
-                                      "log", "--until-stale", "--out", way / "pose.csv"], stderr=subprocess.DEVNULL)]
+                                      "log", "--until-stale"], stdout=open(way / "pose.csv", "w"), stderr=subprocess.DEVNULL)]
     started.append(subprocess.Popen([odom, "camera", "send", "--log", lap / "camera.csv", "--wait", "10", "--socket",
                                      ways[0] / "camera.sock"], stderr=subprocess.DEVNULL))
     offset = 0

@@ -37,15 +37,6 @@ void Trail::take(const odom_pose& pose, std::uint64_t instance) {
   if (points_.size() > longest) points_.pop_front();
 }
 
-double Trail::length() const {
-  double length = 0.0;
-  for (std::size_t i = 1; i < points_.size(); ++i) {
-    if (!points_[i].joined) continue;
-    length += std::hypot(points_[i].x - points_[i - 1].x, points_[i].y - points_[i - 1].y);
-  }
-  return length;
-}
-
 Observer::Observer(Target target)
     : target_(std::move(target)),
       follows_socket_(target_.segment.empty() && !target_.socket.empty()) {

@@ -30,8 +30,6 @@ class Trail {
   void take(const odom_pose& pose, std::uint64_t instance);
 
   [[nodiscard]] const std::deque<TrailPoint>& points() const { return points_; }
-  /// Length of the path in the trail, without the jumps [m].
-  [[nodiscard]] double length() const;
 
  private:
   std::deque<TrailPoint> points_;

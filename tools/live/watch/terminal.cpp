@@ -1,7 +1,6 @@
 #include "tools/live/watch/terminal.hpp"
 
 #include <fcntl.h>
-#include <langinfo.h>
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/signalfd.h>
@@ -10,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <clocale>
 #include <cstdlib>
 #include <cstring>
 #include <stdexcept>
@@ -27,17 +25,10 @@ namespace {
 constexpr std::array sequences{std::pair{std::string_view{"A"}, Key::up},
                                std::pair{std::string_view{"B"}, Key::down},
                                std::pair{std::string_view{"5~"}, Key::page_up},
-                               std::pair{std::string_view{"6~"}, Key::page_down},
-                               std::pair{std::string_view{"H"}, Key::home},
-                               std::pair{std::string_view{"1~"}, Key::home},
-                               std::pair{std::string_view{"F"}, Key::end},
-                               std::pair{std::string_view{"4~"}, Key::end}};
+                               std::pair{std::string_view{"6~"}, Key::page_down}};
 
-constexpr std::array letters{std::pair{'q', Key::quit},  std::pair{'Q', Key::quit},
-                             std::pair{'p', Key::pause}, std::pair{'P', Key::pause},
-                             std::pair{' ', Key::pause}, std::pair{'k', Key::up},
-                             std::pair{'j', Key::down},  std::pair{'g', Key::home},
-                             std::pair{'G', Key::end},   std::pair{'?', Key::list_keys}};
+constexpr std::array letters{std::pair{'q', Key::quit}, std::pair{'p', Key::pause},
+                             std::pair{' ', Key::pause}};
 
 bool ends_sequence(char c) {
   return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '~';
@@ -147,10 +138,10 @@ void Terminal::leave() {
   if (keyboard_) ::tcsetattr(STDIN_FILENO, taken ? TCSADRAIN : TCSANOW, &before_);
 }
 
-Size Terminal::size() {
+std::pair<std::size_t, std::size_t> Terminal::size() {
   winsize window{};
   if (::ioctl(STDOUT_FILENO, TIOCGWINSZ, &window) != 0 || window.ws_col == 0 || window.ws_row == 0)
-    return {};
+    return {80, 24};
   return {window.ws_col, window.ws_row};
 }
 
@@ -200,12 +191,6 @@ Happened Terminal::wait(std::chrono::steady_clock::time_point until) {
 
 bool is_screen() {
   return ::isatty(STDOUT_FILENO) != 0 && variable("TERM") != "dumb" && !variable("TERM").empty();
-}
-
-Glyphs glyphs_of_terminal() {
-  static_cast<void>(std::setlocale(LC_CTYPE, ""));
-  const bool utf8 = std::string_view{::nl_langinfo(CODESET)} == "UTF-8";
-  return utf8 && variable("TERM") != "linux" ? Glyphs::unicode : Glyphs::ascii;
 }
 
 Colour colour_wanted() {
