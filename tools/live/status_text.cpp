@@ -13,9 +13,6 @@
 namespace odomd::tools {
 namespace {
 
-// On a narrower page the innovations would push out the counts of samples that were not fused.
-constexpr std::size_t with_innovations = 96;
-
 using Rows = std::vector<StatusValue>;
 
 struct Column {
@@ -86,6 +83,8 @@ Span last_verdict(const StatusValue& source) {
           fine ? Style::plain : Style::warning};
 }
 
+// On a page narrower than 96 columns the innovations would push out the counts of samples that were
+// not fused.
 Lines sources(Rows sources, std::size_t columns_of_page) {
   std::erase_if(sources, [](const StatusValue& source) { return !source["configured"].is_true(); });
   std::vector<Column> columns{
@@ -97,14 +96,9 @@ Lines sources(Rows sources, std::size_t columns_of_page) {
        true},
       column("1/s", "verdicts", &StatusValue::rate),
       column("age", "age_s", &StatusValue::duration),
-      {"fused",
-       [](const StatusValue& source) {
-         return Span{source["verdicts/fused"].text(),
-                     is_unused(source) ? Style::dim : Style::plain};
-       }},
+      column("fused", "verdicts/fused"),
       {"last", last_verdict, true}};
-  if (columns_of_page >= with_innovations &&
-      std::ranges::any_of(sources, [](const StatusValue& source) {
+  if (columns_of_page >= 96 && std::ranges::any_of(sources, [](const StatusValue& source) {
         return source["innovations/mean_nis"].exists();
       })) {
     columns.push_back({"NIS", [](const auto& source) { return Span{nis_by_expectation(source)}; }});

@@ -120,7 +120,7 @@ TEST(Completions, OfBashOfferValues) {
   EXPECT_EQ(offered("odomd --model p"), Words{"paper"});
   EXPECT_EQ(offered("odomd --log-level w"), Words{"warn"});
   EXPECT_EQ(offered("odom sim --scenario st"), Words{"stop-and-go"});
-  EXPECT_EQ(offered("odom pose --rate \"\""), Words{});
+  EXPECT_EQ(offered("odom bridge --rate \"\""), Words{});
   const Scratch scratch;
   scratch.write("car.toml", "");
   scratch.write("drive.log", "");
