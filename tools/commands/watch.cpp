@@ -37,14 +37,15 @@ steady_clock::duration interval_of(const Options& options) {
 }
 
 void scroll(watch::Key key, std::size_t most, watch::View& view) {
+  const auto page = std::max<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(view.rows / 2), 1);
+  const std::ptrdiff_t step = key == watch::Key::up          ? -1
+                              : key == watch::Key::down      ? 1
+                              : key == watch::Key::page_up   ? -page
+                              : key == watch::Key::page_down ? page
+                                                             : 0;
   const auto last = static_cast<std::ptrdiff_t>(most);
-  const auto page = std::max(static_cast<std::ptrdiff_t>(view.rows / 2), std::ptrdiff_t{1});
-  auto at = std::min(static_cast<std::ptrdiff_t>(view.scrolled), last);
-  if (key == watch::Key::up) at -= 1;
-  if (key == watch::Key::down) at += 1;
-  if (key == watch::Key::page_up) at -= page;
-  if (key == watch::Key::page_down) at += page;
-  view.scrolled = static_cast<std::size_t>(std::clamp(at, std::ptrdiff_t{0}, last));
+  const auto first = static_cast<std::ptrdiff_t>(std::min(view.scrolled, most));
+  view.scrolled = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(first + step, 0, last));
 }
 
 void watch_on_screen(const Options& options, watch::Observer& observer) {
