@@ -14,7 +14,6 @@
 #include "tools/cli/text.hpp"
 #include "tools/doctor/daemon.hpp"
 #include "tools/live/status_text.hpp"
-#include "tools/live/watch/map.hpp"
 #include "tools/live/watch/observer.hpp"
 #include "tools/live/watch/page.hpp"
 #include "tools/serve/options.hpp"

@@ -1,4 +1,4 @@
-#include "tools/live/watch/map.hpp"
+// A map in braille dots: the trail, the car and its uncertainty.
 
 #include <algorithm>
 #include <array>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tools/cli/text.hpp"
+#include "tools/live/watch/page.hpp"
 
 namespace odomd::tools::watch {
 namespace {

@@ -12,7 +12,6 @@
 #include "tools/diagnostics/conditions.hpp"
 #include "tools/drive_files/pose_csv.hpp"
 #include "tools/live/status_text.hpp"
-#include "tools/live/watch/map.hpp"
 
 namespace odomd::tools::watch {
 namespace {
@@ -112,6 +111,39 @@ Lines numbers(const Segment& segment) {
   return lines;
 }
 
+// What a status document says about the segment of its daemon. Velocities have no sigma.
+Segment segment_reported(const StatusValue& status, std::int64_t now_ns) {
+  const auto ns = [](const StatusValue& seconds) {
+    return static_cast<std::int64_t>(1e9 * seconds.value());
+  };
+  Segment segment;
+  const StatusValue from = status["pose"];
+  odom_pose& pose = segment.pose;
+  while (pose.mode < modes.size() && mode_name(pose.mode) != status["mode"].text()) ++pose.mode;
+  for (const StatusValue& name : status["conditions"].elements())
+    if (const auto condition = condition_named(name.text())) pose.conditions |= condition->bit;
+  pose.tick = from["tick"].count();
+  pose.time_ns = now_ns - ns(from["age_s"]);
+  for (const auto& [key, member] : {std::pair{"x", &odom_pose::x},
+                                    {"y", &odom_pose::y},
+                                    {"yaw", &odom_pose::yaw},
+                                    {"vx", &odom_pose::vx},
+                                    {"vy", &odom_pose::vy},
+                                    {"yaw_rate", &odom_pose::yaw_rate},
+                                    {"steering", &odom_pose::steering}})
+    pose.*member = from[key].value();
+  for (const auto& [key, index] : {std::pair{"sigma_x", 0}, {"sigma_y", 3}, {"sigma_yaw", 5}})
+    pose.covariance[index] = std::pow(from[key].value(), 2);
+  pose.reset_count = static_cast<std::uint32_t>(from["reset_count"].count());
+  std::ranges::fill(segment.details.velocity_covariance, std::numeric_limits<double>::quiet_NaN());
+  odom_info& info = segment.info;
+  fmt::format_to_n(info.version, sizeof info.version - 1, "{}", status["version"].text());
+  fmt::format_to_n(info.model, sizeof info.model - 1, "{}", status["model"].text());
+  info.writer_pid = static_cast<decltype(info.writer_pid)>(status["pid"].count());
+  info.writer_start_ns = now_ns - ns(status["uptime_s"]);
+  return segment;
+}
+
 // Shows the status document, or why there is none.
 Lines status_of(const State& state, std::size_t columns) {
   const StatusValue status = state.reported();
@@ -127,9 +159,11 @@ Lines status_of(const State& state, std::size_t columns) {
   return lines;
 }
 
-Picture draw_all(const State& state, std::size_t columns, std::size_t map_rows) {
-  Picture picture{head(state, columns), pose_section(state, columns, map_rows)};
-  append(picture.body, status_of(state, columns));
+// A larger screen gets a larger map.
+Picture draw_all(const State& state, const View& view) {
+  const std::size_t map_rows = view.rows >= 44 ? 15 : view.rows >= 30 ? 10 : 0;
+  Picture picture{head(state, view.columns), pose_section(state, view.columns, map_rows)};
+  append(picture.body, status_of(state, view.columns));
   return picture;
 }
 
@@ -194,38 +228,6 @@ Lines pose_section(const State& state, std::size_t columns, std::size_t map_rows
   return lines;
 }
 
-Segment segment_reported(const StatusValue& status, std::int64_t now_ns) {
-  const auto ns = [](const StatusValue& seconds) {
-    return static_cast<std::int64_t>(1e9 * seconds.value());
-  };
-  Segment segment;
-  const StatusValue from = status["pose"];
-  odom_pose& pose = segment.pose;
-  while (pose.mode < modes.size() && mode_name(pose.mode) != status["mode"].text()) ++pose.mode;
-  for (const StatusValue& name : status["conditions"].elements())
-    if (const auto condition = condition_named(name.text())) pose.conditions |= condition->bit;
-  pose.tick = from["tick"].count();
-  pose.time_ns = now_ns - ns(from["age_s"]);
-  for (const auto& [key, member] : {std::pair{"x", &odom_pose::x},
-                                    {"y", &odom_pose::y},
-                                    {"yaw", &odom_pose::yaw},
-                                    {"vx", &odom_pose::vx},
-                                    {"vy", &odom_pose::vy},
-                                    {"yaw_rate", &odom_pose::yaw_rate},
-                                    {"steering", &odom_pose::steering}})
-    pose.*member = from[key].value();
-  for (const auto& [key, index] : {std::pair{"sigma_x", 0}, {"sigma_y", 3}, {"sigma_yaw", 5}})
-    pose.covariance[index] = std::pow(from[key].value(), 2);
-  pose.reset_count = static_cast<std::uint32_t>(from["reset_count"].count());
-  std::ranges::fill(segment.details.velocity_covariance, std::numeric_limits<double>::quiet_NaN());
-  odom_info& info = segment.info;
-  fmt::format_to_n(info.version, sizeof info.version - 1, "{}", status["version"].text());
-  fmt::format_to_n(info.model, sizeof info.model - 1, "{}", status["model"].text());
-  info.writer_pid = static_cast<decltype(info.writer_pid)>(status["pid"].count());
-  info.writer_start_ns = now_ns - ns(status["uptime_s"]);
-  return segment;
-}
-
 std::string status_as_text(const Json& document, const std::optional<Json>& before) {
   State state{.status = document, .before = before};
   state.segment = segment_reported(state.reported(), state.now_ns);
@@ -234,20 +236,16 @@ std::string status_as_text(const Json& document, const std::optional<Json>& befo
          as_text(status_sections(state.reported(), columns));
 }
 
-Picture draw(const State& state, std::size_t columns, std::size_t map_rows) {
+Picture draw(const State& state, const View& view) {
   try {
-    return draw_all(state, columns, map_rows);
+    return draw_all(state, view);
   } catch (const Json::exception& error) {
     State without = state;
     without.status.reset();
     without.status_problem =
         fmt::format("cannot be parsed; are odom and odomd of the same version? ({})", error.what());
-    return draw_all(without, columns, map_rows);
+    return draw_all(without, view);
   }
-}
-
-Picture draw(const State& state, const View& view) {
-  return draw(state, view.columns, view.rows >= 44 ? 15 : view.rows >= 30 ? 10 : 0);
 }
 
 std::size_t most_scrolled(const Picture& picture, const View& view) {

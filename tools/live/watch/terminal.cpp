@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <regex>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -21,18 +22,15 @@
 namespace odomd::tools::watch {
 namespace {
 
-// Key codes after "ESC [" or "ESC O".
-constexpr std::array sequences{std::pair{std::string_view{"A"}, Key::up},
-                               std::pair{std::string_view{"B"}, Key::down},
-                               std::pair{std::string_view{"5~"}, Key::page_up},
-                               std::pair{std::string_view{"6~"}, Key::page_down}};
-
-constexpr std::array letters{std::pair{'q', Key::quit}, std::pair{'p', Key::pause},
-                             std::pair{' ', Key::pause}};
-
-bool ends_sequence(char c) {
-  return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '~';
-}
+constexpr std::array<std::pair<std::string_view, Key>, 9> codes{{{"q", Key::quit},
+                                                                 {"p", Key::pause},
+                                                                 {" ", Key::pause},
+                                                                 {"\x1b[A", Key::up},
+                                                                 {"\x1bOA", Key::up},
+                                                                 {"\x1b[B", Key::down},
+                                                                 {"\x1bOB", Key::down},
+                                                                 {"\x1b[5~", Key::page_up},
+                                                                 {"\x1b[6~", Key::page_down}}};
 
 // Alternate screen, no cursor, no wrapping at the right edge; and the way back.
 constexpr std::string_view enter_sequence = "\x1b[?1049h\x1b[?25l\x1b[?7l\x1b[2J";
@@ -68,26 +66,13 @@ std::string_view variable(const char* name) {
 }  // namespace
 
 std::vector<Key> keys_in(std::string_view bytes) {
+  static const std::regex sequence_or_character{"\x1b[[O][^A-Za-z~]*[A-Za-z~]?|[\\s\\S]"};
   std::vector<Key> keys;
-  const auto take = [&keys](const auto& table, const auto& pressed) {
+  for (std::cregex_iterator at(bytes.begin(), bytes.end(), sequence_or_character), end; at != end;
+       ++at) {
     const auto* const found =
-        std::find_if(table.begin(), table.end(),
-                     [&pressed](const auto& entry) { return entry.first == pressed; });
-    if (found != table.end()) keys.push_back(found->second);
-  };
-  while (!bytes.empty()) {
-    const bool sequence =
-        bytes.size() > 1 && bytes[0] == '\x1b' && (bytes[1] == '[' || bytes[1] == 'O');
-    if (!sequence) {
-      take(letters, bytes.front());
-      bytes.remove_prefix(1);
-      continue;
-    }
-    bytes.remove_prefix(2);
-    const auto* const last = std::find_if(bytes.begin(), bytes.end(), ends_sequence);
-    const auto length = static_cast<std::size_t>(last - bytes.begin());
-    take(sequences, bytes.substr(0, length + 1));
-    bytes.remove_prefix(std::min(bytes.size(), length + 1));
+        std::ranges::find(codes, at->str(), &decltype(codes)::value_type::first);
+    if (found != codes.end()) keys.push_back(found->second);
   }
   return keys;
 }

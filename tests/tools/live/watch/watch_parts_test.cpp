@@ -3,7 +3,7 @@
 
 #include "tests/gtest.hpp"
 #include "tools/live/line.hpp"
-#include "tools/live/watch/map.hpp"
+#include "tools/live/watch/page.hpp"
 #include "tools/live/watch/terminal.hpp"
 
 namespace odomd::tools::watch::watch_parts_test {
