@@ -67,9 +67,10 @@ daemon=$!
 "${simulator[@]}" --out "$run/drive" >"$run/bus" 2>"$run/sim.log" &
 driving=$!
 odom pose --shm "$shm" --wait 10 --follow --csv --clock log --until-stale \
-  --out "$out/pose.csv" 2>"$run/client.log" &
+  >"$out/pose.csv" 2>"$run/client.log" &
 client=$!
-odom pose --shm "$shm" --wait 10 --follow --rate 1 --until-stale 2>/dev/null &
+odom pose --shm "$shm" --wait 10 --follow --until-stale 2>/dev/null |
+  awk 'NR % 5 == 1 { print; fflush() }' &  # one line per second
 watcher=$!
 children=("$daemon" "$driving" "$client" "$watcher")
 

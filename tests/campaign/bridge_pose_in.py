@@ -63,9 +63,9 @@ def drive(folder: pathlib.Path, programs: pathlib.Path, quality: str) -> str:
         started += [subprocess.Popen([programs / "odomd", "--config", lap / "car.toml", "--can", lap / "drive.log",
                                       "--exit-at-end", "--runtime-directory", way, "--log-level", "error"]),
                     subprocess.Popen([odom, "pose", "--shm", way / "pose", "--wait", "10", "--follow", "--csv", "--clock",
-                                      "log", "--until-stale", "--out", way / "pose.csv"], stderr=subprocess.DEVNULL)]
+                                      "log", "--until-stale"], stdout=open(way / "pose.csv", "w"), stderr=subprocess.DEVNULL)]
     started.append(subprocess.Popen([odom, "camera", "send", "--log", lap / "camera.csv", "--wait", "10", "--socket",
-                                     ways[0] / "camera.sock"], stderr=subprocess.DEVNULL))
+                                     ways[0] / "camera.sock", "--shm", ways[0] / "pose"], stderr=subprocess.DEVNULL))
     offset = 0
     while offset == 0:  # wait until the daemon plays its log
         status = subprocess.run([odom, "status", "--json", "--socket", ways[1] / "status.sock"], capture_output=True)

@@ -99,7 +99,7 @@ says "a user outside the group gets that message" 'refused: untrusted owner|not 
 does "a user joins the group" usermod -aG odom newcomer
 does "and sees the pose" as_newcomer "odom pose"
 does "and the status" as_newcomer "odom status"
-does "follows it" as_newcomer "odom pose --follow --duration 1"
+does "follows it" as_newcomer "timeout --preserve-status 1 odom pose --follow"
 says "reads it in Python" 'Pose' as_newcomer "python3 -c 'import odom; print(odom.Client().latest())'"
 says "real time is granted, as the page promises" 'SCHED_FIFO 45, memory locked, cpu_dma_latency held' odom status
 says "sends no camera pose" 'no such socket|not allowed' as_newcomer "odom camera send --pose 1.20,0.35,1.57"

@@ -38,7 +38,7 @@ odomd --config "$run/car/car.toml" --can - --shm "$shm" --log-level warn \
 daemon=$!
 odom sim "${arguments[@]}" --live --can - --camera-socket "$run/camera.sock" >"$run/bus" 2>/dev/null &
 simulator=$!
-odom pose --shm "$shm" --wait 10 --follow --csv --until-stale --out /dev/null 2>"$run/client.log" &
+odom pose --shm "$shm" --wait 10 --follow --csv --until-stale >/dev/null 2>"$run/client.log" &
 client=$!
 cyclictest -q -m -p 40 -i 5000 -D "$seconds" >"$run/cyclictest" 2>/dev/null &
 children=("$daemon" "$simulator" "$client" $!)

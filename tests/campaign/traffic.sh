@@ -20,7 +20,7 @@ ODOMD_BIN_DIR=$bin
 
 more_config=$(printf '[realtime]\ncpu = %d' "$cpu")
 start_full_traffic "$seconds"
-odom pose --shm "$shm" --wait 10 --follow --csv --clock monotonic --out "$work/poses.csv" \
+odom pose --shm "$shm" --wait 10 --follow --csv --clock monotonic >"$work/poses.csv" \
   2>"$work/client.poses" &
 witness=$!
 cyclictest -q -m -p 46 -i 5000 -a "$cpu" --secaligned -D "$seconds" --spike=1000 --spike-nodes=100000 \

@@ -89,7 +89,7 @@ class Pages(unittest.TestCase):
         self.assertRegex(self.printed(block(
             "docs/your-computer.md", "odomd", ("^odomd", "odom sim --live --out car --force 2>sim.log | odomd"),
             ("car.toml", "car/car.toml"), ("can0", "-"), ("/mine", "$PWD/mine"), ("\n", " 2>odomd.log &\n"),
-            ("odom.*mine$", r"until \g<0> --once | grep -A4 DEGRADED; do sleep 0.2; done"))), "not_realtime")
+            ("odom.*mine$", r"until \g<0> --once | grep -A4 degraded; do sleep 0.2; done"))), "not_realtime")
 
     @unittest.skipUnless(shutil.which("odom-web"), "not built")
     def test_a_phone_needs_the_token_once_and_metrics_are_the_daemons(self):

@@ -218,28 +218,6 @@ void Command::add_rules(const std::string& name, const Rules& rules) const {
   complete(*app_->get_option(name), rules);
 }
 
-std::vector<std::string> Command::given() const {
-  std::vector<std::string> result;
-  for (const CLI::Option* option : app_->get_options()) {
-    if (option->count() == 0) continue;
-    const std::string name = option->get_name();
-    if (!option->nonpositional()) {
-      result.insert(result.end(), option->results().begin(), option->results().end());
-    } else if (option->get_items_expected_max() == 0) {
-      result.push_back(name);
-    } else if (option->get_items_expected_max() == 2 || option->get_items_expected_max() == 3) {
-      result.push_back(name);
-      result.insert(result.end(), option->results().begin(), option->results().end());
-    } else {
-      for (const std::string& value : option->results()) {
-        result.push_back(name);
-        result.back() += "=" + value;
-      }
-    }
-  }
-  return result;
-}
-
 void Command::callback(const std::function<void()>& action) const {
   app_->callback(action);
 }

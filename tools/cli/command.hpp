@@ -119,9 +119,6 @@ class Command {
   /// Further rules for an option that was added before.
   void add_rules(const std::string& name, const Rules& rules) const;
 
-  /// The given options as arguments for another program with the same options.
-  [[nodiscard]] std::vector<std::string> given() const;
-
   /// Called once the command line has been parsed.
   void callback(const std::function<void()>& action) const;
 

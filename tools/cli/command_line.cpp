@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <ranges>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -29,6 +30,14 @@ int report(const std::string& command, std::string_view text, int status) {
   std::cout.flush();
   say(command + ": " + std::string(text));
   return status;
+}
+
+// The command line of this process.
+std::vector<std::string> given_words() {
+  std::ifstream file{"/proc/self/cmdline", std::ios::binary};
+  std::vector<std::string> words;
+  for (std::string word; std::getline(file, word, '\0');) words.push_back(word);
+  return words;
 }
 
 // The word, quoted for a shell if necessary.
@@ -85,12 +94,9 @@ int CommandLine::run(int argc, const char* const* argv) noexcept {
 }
 
 std::string given_command() {
-  std::ifstream file{"/proc/self/cmdline", std::ios::binary};
-  std::string text;
-  for (std::string word; std::getline(file, word, '\0');) {
-    if (text.empty()) word = "odom";
-    text += (text.empty() ? "" : " ") + shell_word(word);
-  }
+  std::string text = "odom";
+  for (const std::string& word : given_words() | std::views::drop(1))
+    text += ' ' + shell_word(word);
   return text;
 }
 
@@ -114,6 +120,14 @@ void become(const std::string& program, std::vector<std::string> arguments,
   ::execv(path.c_str(), argv.data());
   if (errno == ENOENT) throw std::runtime_error(where_missing);
   throw std::runtime_error(path.string() + ": " + std::strerror(errno));
+}
+
+void hand_over(const Command& command, const std::string& program,
+               const std::string& where_missing) {
+  std::vector<std::string> words = given_words();
+  for (const CLI::App* app = &command.app(); app != nullptr; app = app->get_parent())
+    words.erase(words.begin());
+  become(program, std::move(words), where_missing);
 }
 
 }  // namespace odomd::tools

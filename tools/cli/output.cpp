@@ -133,11 +133,7 @@ Interrupt::~Interrupt() {
 }
 
 bool Interrupt::requested() {
-  sigset_t pending;
-  sigemptyset(&pending);
-  sigpending(&pending);
-  requested_ =
-      requested_ || sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1;
+  requested_ = requested_ || stop_is_asked();
   return requested_;
 }
 

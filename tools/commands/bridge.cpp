@@ -10,22 +10,6 @@
 #include "tools/commands/commands.hpp"
 
 namespace odomd::tools {
-namespace {
-
-[[noreturn]] void become_odom_bridge(const BridgeOptions& options, const Command& command) {
-  static_cast<void>(domain_of(options));  // errors in the options are reported here, too
-  become("odom-bridge", command.given(),
-         "ROS 2 topics need odom-bridge: install the package odom-bridge, or cyclonedds-dev and "
-         "cyclonedds-tools, and configure and build again; --udp works without");
-}
-
-void run_here(const BridgeOptions& options) {
-  std::vector<std::unique_ptr<Sink>> sinks;
-  sinks.push_back(open_udp(options.udp));
-  run_bridge(options, sinks, nullptr);
-}
-
-}  // namespace
 
 void add_bridge(Command odom) {
   auto options = std::make_shared<BridgeOptions>();
@@ -33,10 +17,15 @@ void add_bridge(Command odom) {
   describe_bridge(command, *options);
   command.callback([options, command] {
     complete(*options);
-    if (options->publishes_ros() || !options->input.topic.empty())
-      become_odom_bridge(*options, command);
-    else
-      run_here(*options);
+    if (options->publishes_ros() || !options->input.topic.empty()) {
+      static_cast<void>(domain_of(*options));  // errors in the options are reported here, too
+      hand_over(command, "odom-bridge",
+                "ROS 2 topics need odom-bridge: install the package odom-bridge, or cyclonedds-dev "
+                "and cyclonedds-tools, and configure and build again; --udp works without");
+    }
+    std::vector<std::unique_ptr<Sink>> sinks;
+    sinks.push_back(open_udp(options->udp));
+    run_bridge(*options, sinks, nullptr);
   });
 }
 

@@ -1,4 +1,5 @@
 // odom camera send: camera poses to the running daemon, by hand, from a log or from a pipe.
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <iostream>
@@ -35,19 +36,8 @@ struct Options {
 
 void send_one(const Options& options) {
   constexpr double ns_per_ms = 1e6;
-  constexpr double longest_age_ms = 1e9;
-  for (const auto& values : {options.pose, options.sigma, {options.age_ms}}) {
-    for (const double value : values) {
-      if (!std::isfinite(value))
-        throw std::invalid_argument("a pose must consist of finite numbers");
-    }
-  }
-  for (const double sigma : options.sigma) {
-    if (!(sigma > 0.0)) throw std::invalid_argument("--sigma: each must be above 0");
-  }
-  if (std::abs(options.age_ms) > longest_age_ms) {
-    throw std::invalid_argument("--age-ms: beyond 1e9 milliseconds");
-  }
+  if (!std::ranges::all_of(options.pose, [](double value) { return std::isfinite(value); }))
+    throw std::invalid_argument("--pose: must be three finite numbers");
   CameraFeed feed{options.socket, options.wait_s};
   const auto now = std::chrono::steady_clock::now().time_since_epoch();
   estimator::CameraPose pose;
@@ -86,10 +76,7 @@ void send_log(const Options& options) {
   if (options.from_now) {
     played = play_from_now(feed, log.poses);
   } else {
-    const bool of_socket = options.shm.empty() && !options.socket.empty();
-    odom::Client client =
-        attach(of_socket ? segment_behind_camera(options.socket, options.wait_s) : options.shm,
-               options.wait_s);
+    odom::Client client = attach(options.shm, options.wait_s);
     played = play_with_daemon(feed, client, log.poses, options.wait_s);
   }
   if (played.daemon_ended) warn("camera send", "the daemon ended before the log did");
@@ -120,16 +107,6 @@ void send_rows(const Options& options) {
   if (sent == 0 && refused > 0) throw std::runtime_error("no pose was sent");
 }
 
-void run_send(const Options& options) {
-  if (!options.pose.empty()) {
-    send_one(options);
-  } else if (!options.log.empty()) {
-    send_log(options);
-  } else {
-    send_rows(options);
-  }
-}
-
 }  // namespace
 
 void add_camera(Command odom) {
@@ -148,15 +125,15 @@ void add_camera(Command odom) {
               {delimiter(','), values(3)});
   command.add("--sigma", "SX,SY,SYAW", options->sigma,
               "Standard uncertainty of the pose [m, m, rad]; default: 0.01 each",
-              {delimiter(','), values(3), needs("--pose")});
+              {delimiter(','), values(3), positive(), needs("--pose")});
   command.add("--age-ms", "MS", options->age_ms,
               "Age of the pose: time since the picture was taken [ms]; default: 0",
-              {needs("--pose")});
+              {within(-1e9, 1e9, Bounds::in_text), needs("--pose")});
   command.add("--log", "CSV", options->log,
               "Camera log, sent in step with the log that the daemon plays", {excludes("--pose")});
   command.add_flag("--from-now", options->from_now, "Play the log on its own, beginning now",
                    {needs("--log")});
-  add_segment_option(command, options->shm, SegmentElse::of_socket, {needs("--log")});
+  add_segment_option(command, options->shm, SegmentElse::default_names, {needs("--log")});
   command.add_choice("--clock", options->clock,
                      {{"monotonic", ODOM_CLOCK_MONOTONIC},
                       {"realtime", ODOM_CLOCK_REALTIME},
@@ -173,7 +150,12 @@ void add_camera(Command odom) {
       "with this header, are read from standard input and sent as they come. A --log is paced by\n"
       "the daemon's log clock, which is read from its segment (--shm); --from-now needs no "
       "daemon's clock.");
-  command.callback([options] { run_send(*options); });
+  command.callback([options] {
+    const auto send = !options->pose.empty()  ? send_one
+                      : !options->log.empty() ? send_log
+                                              : send_rows;
+    send(*options);
+  });
 }
 
 }  // namespace odomd::tools

@@ -32,9 +32,6 @@ using can::Message;
 using can::Signal;
 using nlohmann::ordered_json;
 
-enum class OutputForm : std::uint8_t { readable, json };
-enum class Frames : std::uint8_t { known, all };
-
 // As candump prints it: 3 digits, or 8 for an extended identifier.
 std::string hexadecimal(std::uint32_t id, IdFormat format) {
   return format == IdFormat::extended ? fmt::format("{:08X}", id) : fmt::format("{:03X}", id);
@@ -43,56 +40,6 @@ std::string hexadecimal(std::uint32_t id, IdFormat format) {
 std::string_view type_name(can::ValueType type) {
   constexpr std::array<std::string_view, 4> names{"unsigned", "signed", "float", "double"};
   return names[static_cast<std::size_t>(type)];
-}
-
-ordered_json signal_json(const Message& message, const Signal& signal) {
-  ordered_json json{
-      {"name", signal.name},
-      {"short_name", signal.short_name},
-      {"start", signal.start_bit},
-      {"length", signal.length},
-      {"byte_order",
-       signal.byte_order == can::ByteOrder::little_endian ? "little_endian" : "big_endian"},
-      {"type", type_name(signal.type)},
-      {"scale", signal.scale},
-      {"offset", signal.offset},
-      {"min", signal.minimum},
-      {"max", signal.maximum},
-      {"unit", signal.unit},
-      {"comment", signal.comment},
-      {"multiplexor", signal.is_multiplexor}};
-  if (signal.multiplexor) {
-    ordered_json ranges = ordered_json::array();
-    for (const auto& range : signal.selected_by) ranges.push_back({range.first, range.last});
-    json["selected_by"] = {{"signal", message.signals[*signal.multiplexor].name},
-                           {"ranges", ranges}};
-  }
-  ordered_json values = ordered_json::object();
-  for (const auto& value : signal.values) values[std::to_string(value.raw)] = value.name;
-  json["values"] = values;
-  return json;
-}
-
-ordered_json database_json(const Database& database) {
-  ordered_json messages = ordered_json::array();
-  for (const Message& message : database.messages) {
-    ordered_json signals = ordered_json::array();
-    for (const Signal& signal : message.signals) signals.push_back(signal_json(message, signal));
-    messages.push_back({{"name", message.name},
-                        {"short_name", message.short_name},
-                        {"id", message.id},
-                        {"extended", message.format == IdFormat::extended},
-                        {"length", message.length},
-                        {"fd", message.protocol == can::FrameProtocol::fd},
-                        {"cycle_time_ms", static_cast<double>(message.cycle_time_ns) / 1e6},
-                        {"sender", message.sender},
-                        {"comment", message.comment},
-                        {"signals", signals}});
-  }
-  ordered_json warnings = ordered_json::array();
-  for (const auto& warning : database.warnings)
-    warnings.push_back({{"line", warning.line}, {"text", warning.text}});
-  return {{"file", database.file}, {"messages", messages}, {"warnings", warnings}};
 }
 
 /// "M", "m3", "m0-2,5 of Page"
@@ -187,43 +134,21 @@ std::string stamp_text(std::int64_t time_ns) {
                           : fmt::format("{}.{:09}", seconds, rest);
 }
 
-std::string_view kind_name(can::FrameKind kind) {
-  constexpr std::array<std::string_view, 3> names{"data", "remote", "error"};
-  return names[static_cast<std::size_t>(kind)];
-}
-
-std::string payload_text(const Frame& frame) {
-  std::string text;
-  for (const std::uint8_t byte : frame.payload()) text += fmt::format("{:02X}", byte);
-  return text;
-}
-
-std::string json_line(const Frame& frame, const std::string& bus, const Message* message) {
-  std::string line = "{\"t\":" + stamp_text(frame.time_ns) + ",\"bus\":" + json_text(bus) +
-                     ",\"id\":" + std::to_string(frame.id);
-  if (frame.format == IdFormat::extended) line += ",\"extended\":true";
-  line += ",\"message\":" + (message == nullptr ? "null" : json_text(message->name));
+std::string json_line(const Frame& frame, const std::string& bus, const Message& message) {
   ordered_json signals = ordered_json::object();
-  if (message != nullptr)
-    for (const DecodedSignal& decoded : decoded_signals(*message, frame))
-      signals[decoded.signal->name] = decoded.value;
-  line += ",\"signals\":" + json_text(signals);
-  if (message == nullptr)
-    line += ",\"kind\":" + json_text(kind_name(frame.kind)) +
-            ",\"data\":" + json_text(payload_text(frame));
-  return line + "}\n";
+  for (const auto& [signal, value, name] : decoded_signals(message, frame))
+    signals[signal->name] = value;
+  return fmt::format(R"({{"t":{},"bus":{},"id":{}{},"message":{},"signals":{}}})"
+                     "\n",
+                     stamp_text(frame.time_ns), json_text(bus), frame.id,
+                     frame.format == IdFormat::extended ? R"(,"extended":true)" : "",
+                     json_text(message.name), json_text(signals));
 }
 
-std::string readable_line(const Frame& frame, const std::string& bus, const Message* message) {
-  std::string line = '(' + stamp_text(frame.time_ns) + ") " + bus + ' ' +
-                     hexadecimal(frame.id, frame.format) + ' ';
-  if (message == nullptr)
-    return line + "- " +
-           (frame.kind == can::FrameKind::data ? payload_text(frame)
-                                               : std::string(kind_name(frame.kind))) +
-           '\n';
-  line += message->name;
-  for (const auto& [signal, value, name] : decoded_signals(*message, frame)) {
+std::string readable_line(const Frame& frame, const std::string& bus, const Message& message) {
+  std::string line = fmt::format("({}) {} {} {}", stamp_text(frame.time_ns), bus,
+                                 hexadecimal(frame.id, frame.format), message.name);
+  for (const auto& [signal, value, name] : decoded_signals(message, frame)) {
     line += "  " + signal->name + ' ' + shortest(value);
     if (!signal->unit.empty()) line += ' ' + signal->unit;
     if (!name.empty()) line.append(" (").append(name).append(")");
@@ -232,12 +157,8 @@ std::string readable_line(const Frame& frame, const std::string& bus, const Mess
 }
 
 // Warnings go to standard error.
-void show_dbc(const std::string& file, OutputForm form) {
+void show_dbc(const std::string& file) {
   const Database database = can::read_dbc(file);
-  if (form == OutputForm::json) {
-    std::cout << json_text(database_json(database), 2) << '\n';
-    return;
-  }
   std::size_t signals = 0;
   for (const Message& message : database.messages) signals += message.signals.size();
   std::cout << database.file << ": " << database.messages.size() << " messages, " << signals
@@ -246,9 +167,9 @@ void show_dbc(const std::string& file, OutputForm form) {
   for (const auto& warning : database.warnings) say(describe(database, warning));
 }
 
-// One line per frame; of several databases, the first that knows the identifier decodes it.
-void decode_log(const std::vector<std::string>& databases, const std::string& log, OutputForm form,
-                Frames frames, can::Damage damage) {
+// One line per known frame; of several databases, the first that has the identifier decodes it.
+void decode_log(const std::vector<std::string>& databases, const std::string& log, bool json,
+                can::Damage damage) {
   std::vector<Database> read;
   read.reserve(databases.size());
   for (const std::string& file : databases) read.push_back(can::read_dbc(file));
@@ -258,11 +179,10 @@ void decode_log(const std::vector<std::string>& databases, const std::string& lo
   std::vector<std::string> bus_names;
   while (const auto* frame = reader.next()) {
     const Message* message = frame->kind == can::FrameKind::data ? index.find(*frame) : nullptr;
-    if (message == nullptr && frames == Frames::known) continue;
+    if (message == nullptr) continue;
     if (frame->bus >= bus_names.size()) bus_names = buses.all();
     const std::string& bus = bus_names[frame->bus];
-    std::cout << (form == OutputForm::json ? json_line(*frame, bus, message)
-                                           : readable_line(*frame, bus, message));
+    std::cout << (json ? json_line(*frame, bus, *message) : readable_line(*frame, bus, *message));
     if (log == "-") std::cout.flush();  // a live source: flush each line
   }
   // Warnings come last, so that the error about an unusable file is the only line.
@@ -280,8 +200,7 @@ void add_dbc(Command odom) {
     std::string file;
     std::vector<std::string> databases;
     std::string log;
-    OutputForm form = OutputForm::readable;
-    Frames frames = Frames::known;
+    bool json = false;
     can::Damage damage = can::Damage::left_out;
   };
   const auto options = std::make_shared<Options>();
@@ -296,12 +215,10 @@ void add_dbc(Command odom) {
 
   Command show_command = dbc.add_subcommand("show", "Print the messages and signals of a DBC");
   show_command.add("DBC", "", options->file, "Database (DBC)", {required()});
-  show_command.add_flag("--json", options->form, OutputForm::json, "Print the database as JSON");
   show_command.footer(
-      "Examples:\n"
-      "  odom dbc show car.dbc\n"
-      "  odom dbc show --json car.dbc | jq '.messages[].name'");
-  show_command.callback([options] { show_dbc(options->file, options->form); });
+      "Example:\n"
+      "  odom dbc show car.dbc");
+  show_command.callback([options] { show_dbc(options->file); });
 
   Command decode_command = dbc.add_subcommand("decode", "Decode a candump log, one line per frame");
   decode_command.add("--dbc", "DBC", options->databases,
@@ -309,19 +226,15 @@ void add_dbc(Command odom) {
                      {required(), one_each()});
   decode_command.add("LOG", "", options->log, "Log of candump -L, or - for standard input",
                      {required()});
-  decode_command.add_flag("--json", options->form, OutputForm::json,
-                          "Print each frame as JSON, one per line");
-  decode_command.add_flag("--all", options->frames, Frames::all,
-                          "Also print frames that are in no database");
+  decode_command.add_flag("--json", options->json, "Print each frame as JSON, one per line");
   add_strict(decode_command, options->damage);
   decode_command.footer(
       "Examples:\n"
       "  odom dbc decode --dbc car.dbc drive.log\n"
       "  odom dbc decode --dbc powertrain.dbc --dbc chassis.dbc --json drive.log\n"
       "  candump -L can0 | odom dbc decode --dbc car.dbc -");
-  decode_command.callback([options] {
-    decode_log(options->databases, options->log, options->form, options->frames, options->damage);
-  });
+  decode_command.callback(
+      [options] { decode_log(options->databases, options->log, options->json, options->damage); });
 }
 
 }  // namespace odomd::tools

@@ -43,10 +43,8 @@ struct Options {
   std::string config;
   CameraUse camera_use = CameraUse::take;
   bool closed_loop = false;
-  std::optional<Align> align;
   Judging judging;
   std::vector<double> lever_arm;
-  std::string beat;
   bool json = false;
   std::string html;
   std::string picture;
@@ -57,17 +55,12 @@ struct Options {
 
 Judging judging_of(const Options& options) {
   Judging judging = options.judging;
-  judging.beat = options.beat;
   if (options.closed_loop) judging.against = Against::closed_loop;
   if (!options.html.empty()) judging.judgements = Judgements::keep;
-  if (!options.lever_arm.empty()) {
-    for (const double value : options.lever_arm) {
-      if (!std::isfinite(value)) {
-        throw std::invalid_argument("--lever-arm: must be three finite numbers x,y,yaw");
-      }
-    }
+  if (!std::ranges::all_of(options.lever_arm, [](double value) { return std::isfinite(value); }))
+    throw std::invalid_argument("--lever-arm: must be three finite numbers x,y,yaw");
+  if (!options.lever_arm.empty())
     judging.lever_arm = {options.lever_arm[0], options.lever_arm[1], options.lever_arm[2]};
-  }
   return judging;
 }
 
@@ -110,11 +103,6 @@ std::string details_of(const EvaluatedDrive& drive) {
          source_table(drive.replays.back().summary).text();
 }
 
-// Prints the warnings of a drive, after its name; those about pose files contain the file's name.
-void warn_of(const EvaluatedDrive& drive) {
-  warn("evaluate", drive.warnings, drive.replays.empty() ? "" : drive.name);
-}
-
 nlohmann::ordered_json files_json(const EvaluatedDrive& drive) {
   nlohmann::ordered_json json = json_of(drive.report);
   json["warnings"] = texts_of(drive.warnings);
@@ -124,7 +112,8 @@ nlohmann::ordered_json files_json(const EvaluatedDrive& drive) {
 }
 
 std::vector<std::filesystem::path> inputs_of(const Options& options) {
-  std::vector<std::filesystem::path> inputs{options.reference, options.camera, options.beat};
+  std::vector<std::filesystem::path> inputs{options.reference, options.camera,
+                                            options.judging.beat};
   inputs.insert(inputs.end(), options.poses.begin(), options.poses.end());
   for (const std::string& folder : options.drives) {
     const auto files =
@@ -180,9 +169,8 @@ void run_evaluate(const Options& options) {
                           [](const EvaluatedDrive& drive) { return camera_came_in(drive); }))
     std::cerr << "odom evaluate: warning: --closed-loop with camera poses: the error at the end is "
                  "only as good as the camera; use --dead-reckoning to evaluate the odometry\n";
-  for (const EvaluatedDrive& drive : drives) {
-    warn_of(drive);
-  }
+  for (const EvaluatedDrive& drive : drives)  // warnings about pose files contain their names
+    warn("evaluate", drive.warnings, drive.replays.empty() ? "" : drive.name);
   if (!options.picture.empty()) write_picture_of(drives, options);
   if (!options.html.empty()) {
     write_whole(options.html, report::page(drives, {.title = options.title,
@@ -211,7 +199,7 @@ void check(const Options& options) {
     throw std::invalid_argument(
         "--reference: is for one drive only; put truth.csv into each folder");
   }
-  if (options.drives.size() > 1 && !options.beat.empty()) {
+  if (options.drives.size() > 1 && !options.judging.beat.empty()) {
     throw std::invalid_argument("--beat: is for one drive only; put beat.csv into each folder");
   }
 }
@@ -246,7 +234,7 @@ void add_inputs(Command command, Options& options) {
 
 void add_judging(Command command, Options& options) {
   command.add_choice(
-      "--align", options.align,
+      "--align", options.judging.align,
       {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
       "Alignment at the first common time, by least squares, or none; default: none for the map's "
       "pose of a drive with camera poses, else first");
@@ -272,7 +260,7 @@ void add_outputs(Command command, Options& options) {
   command.add("--html", "FILE", options.html,
               "Write a report with pictures: one file, nothing else needed");
   command.add(
-      "--beat", "CSV", options.beat,
+      "--beat", "CSV", options.judging.beat,
       "Timing of the ticks (beat.csv of a recording), for the report; with --drive: replaces "
       "its own",
       {needs("--html")});
@@ -312,7 +300,6 @@ void add_evaluate(Command odom) {
       std::string(daemon::models_help));
   command.callback([options] {
     check(*options);
-    options->judging.align = options->align;
     run_evaluate(*options);
   });
 }

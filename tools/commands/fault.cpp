@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <vector>
 
 #include <fmt/format.h>
@@ -72,35 +73,33 @@ bool is_live(const Options& options) {
   return !options.from.empty() || !options.camera_from.empty();
 }
 
-// Requires both options or neither.
-void check_pair(const std::string& one, const char* name, const std::string& other,
-                const char* other_name) {
-  if (!one.empty() && other.empty()) require(fmt::format("{} (for {})", other_name, name));
-  if (one.empty() && !other.empty()) require(fmt::format("{} (for {})", name, other_name));
-}
-
 void check_streams(const Options& options, const std::vector<Fault>& faults) {
-  check_pair(options.log, "LOG", options.out, "--out");
-  check_pair(options.camera, "--camera", options.camera_out, "--camera-out");
-  check_pair(options.from, "--from", options.to, "--to");
-  check_pair(options.camera_from, "--camera-from", options.camera_to, "--camera-to");
+  // Both options are required, or neither.
+  for (const auto& [one, name, other, other_name] :
+       {std::tuple{options.log, "LOG", options.out, "--out"},
+        {options.camera, "--camera", options.camera_out, "--camera-out"},
+        {options.from, "--from", options.to, "--to"},
+        {options.camera_from, "--camera-from", options.camera_to, "--camera-to"}})
+    if (one.empty() != other.empty())
+      require(one.empty() ? fmt::format("{} (for {})", name, other_name)
+                          : fmt::format("{} (for {})", other_name, name));
+  const bool live = is_live(options);
   const bool logs = !options.log.empty() || !options.camera.empty();
-  if (!logs && !is_live(options)) require("LOG (or --camera, --from, --camera-from)");
-  if (logs && is_live(options))
+  if (!logs && !live) require("LOG (or --camera, --from, --camera-from)");
+  if (logs && live)
     throw std::invalid_argument(
         "give either logs (LOG, --camera) or live inputs (--from, --camera-from), not both");
   const bool frames = !options.log.empty() || !options.from.empty();
   const bool poses = !options.camera.empty() || !options.camera_from.empty();
   for (const Fault& one : faults) {
     const bool of_camera = one.kind.part == fault::Part::camera;
+    const std::string name = name_of(one.kind);
     if (of_camera && !poses)
-      require(fmt::format("--camera and --camera-out (or --camera-from and --camera-to), for {}",
-                          name_of(one.kind)));
-    if (one.kind.act == fault::Act::shifted && is_live(options))
+      require("--camera and --camera-out (or --camera-from and --camera-to), for " + name);
+    if (one.kind.act == fault::Act::shifted && live)
       throw std::invalid_argument(fmt::format("{}: the receiver stamps live frames; use {}.delayed",
-                                              name_of(one.kind), info(one.kind.part).name));
-    if (!of_camera && !frames)
-      require(fmt::format("LOG and --out (or --from and --to), for {}", name_of(one.kind)));
+                                              name, info(one.kind.part).name));
+    if (!of_camera && !frames) require("LOG and --out (or --from and --to), for " + name);
   }
 }
 
@@ -158,18 +157,9 @@ std::int64_t fail_in_log(const Options& options, const Car& car, const std::vect
   return streamed.first_ns;
 }
 
-CameraLog camera_of(const Options& options) {
-  if (options.camera.empty()) return {};
-  CameraLog camera = read_camera_log(options.camera);
-  warn("fault", camera.warnings);
-  if (camera.poses.empty()) warn("fault", {no_camera_pose(options.camera)});
-  return camera;
-}
-
 void fail_in_camera_log(const Options& options, const CameraLog& camera,
-                        const std::vector<Fault>& faults, std::optional<std::int64_t> start_ns) {
-  if (!start_ns) start_ns = camera.poses.empty() ? 0 : camera.poses.front().arrival_ns;
-  fault::CameraInjector injector(faults, *start_ns);
+                        const std::vector<Fault>& faults, std::int64_t start_ns) {
+  fault::CameraInjector injector(faults, start_ns);
   WholeFile sink(options.camera_out);
   const fault::Streamed streamed = write_camera_log(camera.poses, injector, sink.stream());
   sink.finish();
@@ -181,9 +171,17 @@ void fail_in_camera_log(const Options& options, const CameraLog& camera,
 void fail_in_logs(const Options& options, const std::vector<Fault>& faults) {
   const Car car = options.log.empty() ? Car{} : car_of(options);
   check_files(options, car);
+  CameraLog camera;
+  std::int64_t start_ns = 0;
   // Read before the log is written: nothing is written if either of the two cannot be used.
-  const CameraLog camera = camera_of(options);
-  std::optional<std::int64_t> start_ns;
+  if (!options.camera.empty()) {
+    camera = read_camera_log(options.camera);
+    warn("fault", camera.warnings);
+    if (camera.poses.empty())
+      warn("fault", {no_camera_pose(options.camera)});
+    else
+      start_ns = camera.poses.front().arrival_ns;
+  }
   if (!options.log.empty()) start_ns = fail_in_log(options, car, faults);
   if (!options.camera.empty()) fail_in_camera_log(options, camera, faults, start_ns);
 }
@@ -236,11 +234,7 @@ void run(const Options& options) {
   }
   const std::vector<Fault> faults = faults_of(options);
   check_streams(options, faults);
-  if (is_live(options)) {
-    fail_live(options, faults);
-  } else {
-    fail_in_logs(options, faults);
-  }
+  (is_live(options) ? fail_live : fail_in_logs)(options, faults);
 }
 
 }  // namespace

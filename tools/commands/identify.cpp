@@ -20,7 +20,7 @@ void add_identify(Command odom) {
       "other comments stay.\n"
       "\n"
       "Examples:\n"
-      "  odom help identify mass\n"
+      "  odom identify mass --help\n"
       "  odom identify mass --total 2985g --scale-resolution 1g --write car.toml");
   add_mass(identify);
   add_cog(identify);

@@ -40,94 +40,65 @@ struct Options {
   std::string shm;
 };
 
-using Drawings = std::vector<chart::Drawing>;
-
-void append(Drawings& to, const Drawings& from) {
-  to.insert(to.end(), from.begin(), from.end());
-}
-
+// A file that holds something else than poses, such as the beat.
 const std::string& only_file(const Options& options, const std::string& what) {
-  if (options.files.size() != 1) {
+  if (options.files.size() != 1)
     throw std::invalid_argument("--what " + what + ": takes one file only");
-  }
   return options.files.front();
 }
 
-Drawings innovations_of(const Options& options) {
+std::vector<Figure> innovations_of(const std::string& file) {
+  const auto judgements = read_innovations(file);
+  std::vector<Figure> figures;
+  for (const chart::Chart& chart : innovation_charts(judgements, judgements.front().time_ns))
+    figures.push_back({.drawing = draw(chart)});
+  if (figures.empty()) throw std::invalid_argument(file + ": no sample in it was tested");
+  return figures;
+}
+
+// Reads the poses, and of a running daemon the beat.
+PlotInput read_input(const Options& options, std::optional<BeatHistogram>& beat) {
+  PlotInput input;
   if (options.seconds > 0.0) {
-    throw std::invalid_argument(
-        "--what innovation: the daemon does not keep innovations; record the drive, and plot the "
-        "file of odom replay --innovations");
+    LiveTrack live = follow_daemon(options.shm, options.seconds, options.frame, plot_columns());
+    input.tracks.push_back(std::move(live.track));
+    beat = live.beat;
   }
-  const auto judgements = read_innovations(only_file(options, "innovation"));
-  Drawings drawings;
-  for (const chart::Chart& chart : innovation_charts(judgements, judgements.front().time_ns)) {
-    drawings.push_back(draw(chart));
+  for (const std::string& file : options.files)
+    input.tracks.push_back(read_trajectory(file, options.frame, plot_columns()));
+  if (!options.reference.empty()) {
+    input.reference = read_trajectory(options.reference, Frame::map, plot_columns());
+    warn("plot", input.reference->warnings);
+    if (std::ranges::find(options.what, "calibrations") != options.what.end())
+      input.truth = true_calibrations(std::filesystem::path{options.reference}.parent_path());
   }
-  if (drawings.empty()) {
-    throw std::invalid_argument(options.files.front() + ": no sample in it was tested");
-  }
-  return drawings;
+  for (const Trajectory& track : input.tracks) warn("plot", track.warnings);
+  if (!overlap(input)) warn("plot", "the files have no time in common; each begins at 0 s");
+  return input;
 }
-
-Drawings beat_of(const BeatHistogram& beat) {
-  Drawings drawings;
-  for (const Figure& figure : beat_charts(beat)) drawings.push_back(figure.drawing);
-  return drawings;
-}
-
-// The source of the poses, read on first use.
-class Source {
- public:
-  explicit Source(const Options& options) : options_(options) {}
-
-  [[nodiscard]] const PlotInput& poses() {
-    if (!input_) read();
-    return *input_;
-  }
-  [[nodiscard]] BeatHistogram beat() {
-    if (options_.seconds == 0.0) return read_beat_log(only_file(options_, "beat"));
-    if (!input_) read();
-    return beat_;
-  }
-
- private:
-  void read() {
-    PlotInput& input = input_.emplace();
-    if (options_.seconds > 0.0) {
-      LiveTrack live =
-          follow_daemon(options_.shm, options_.seconds, options_.frame, plot_columns());
-      input.tracks.push_back(std::move(live.track));
-      beat_ = live.beat;
-    }
-    for (const std::string& file : options_.files) {
-      input.tracks.push_back(read_trajectory(file, options_.frame, plot_columns()));
-    }
-    if (!options_.reference.empty()) {
-      input.reference = read_trajectory(options_.reference, Frame::map, plot_columns());
-      warn("plot", input.reference->warnings);
-      if (std::ranges::find(options_.what, "calibrations") != options_.what.end())
-        input.truth = true_calibrations(std::filesystem::path{options_.reference}.parent_path());
-    }
-    for (const Trajectory& track : input.tracks) warn("plot", track.warnings);
-    if (!overlap(input)) warn("plot", "the files have no time in common; each begins at 0 s");
-  }
-
-  const Options& options_;
-  std::optional<PlotInput> input_;
-  BeatHistogram beat_;
-};
 
 void run_plot(const Options& options) {
   chart::check_picture(options.out);
-  Drawings drawings;
+  const bool live = options.seconds > 0.0;
+  std::vector<chart::Drawing> drawings;
   if (!options.title.empty()) drawings.push_back(chart::heading(options.title));
-  Source source(options);
-  for (const std::string& subject :
-       options.what.empty() ? std::vector<std::string>{"trajectory"} : options.what)
-    append(drawings, subject == "innovation" ? innovations_of(options)
-                     : subject == "beat"     ? beat_of(source.beat())
-                                             : plot(subject, source.poses()));
+  std::optional<PlotInput> input;
+  std::optional<BeatHistogram> beat;
+  for (const std::string& subject : options.what) {
+    const bool of_file = subject == "innovation" || subject == "beat";
+    if (subject == "innovation" && live)
+      throw std::invalid_argument(
+          "--what innovation: the daemon does not keep innovations; record the drive, and plot the "
+          "file of odom replay --innovations");
+    if (!input && (live || !of_file)) input = read_input(options, beat);
+    if (subject == "beat" && !live) beat = read_beat_log(only_file(options, subject));
+    if (!of_file)
+      std::ranges::move(plot(subject, *input), std::back_inserter(drawings));
+    else
+      for (Figure& figure :
+           subject == "beat" ? beat_charts(*beat) : innovations_of(only_file(options, subject)))
+        drawings.push_back(std::move(figure.drawing));
+  }
   chart::write_picture(options.out, drawings);
 }
 
@@ -174,6 +145,7 @@ void add_plot(Command odom) {
     if (options->files.empty() && options->seconds == 0.0) {
       require("A pose file or --for");
     }
+    if (options->what.empty()) options->what = {"trajectory"};
     run_plot(*options);
   });
 }

@@ -2,25 +2,26 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <fstream>
 #include <iostream>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
-#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "tools/cli/command.hpp"
+#include "tools/cli/csv.hpp"
 #include "tools/cli/daemon_options.hpp"
-#include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
+#include "tools/diagnostics/conditions.hpp"
 #include "tools/drive_files/pose_csv.hpp"
 #include "tools/live/daemon_link.hpp"
-#include "tools/live/status_text.hpp"
 #include "tools/live/tick_follower.hpp"
+#include "tools/live/watch/page.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -32,11 +33,8 @@ struct Options {
   bool json = false;
   bool follow = false;
   bool csv = false;
-  std::string out;
   odom_clock clock = ODOM_CLOCK_MONOTONIC;
   double wait_s = 0.0;
-  double duration_s = 0.0;  // 0: without end
-  double rate_hz = 0.0;     // 0: every tick, or a few per second for people
   bool until_stale = false;
 };
 
@@ -47,106 +45,104 @@ const Choices<odom_clock>& clocks() {
   return names;
 }
 
-std::string name_of(odom_clock clock) {
-  for (const auto& [name, value] : clocks()) {
-    if (value == clock) return name;
-  }
-  return "clock";
-}
-
 constexpr const char* no_log = "the daemon is not playing a log; use --clock monotonic or realtime";
 
-void print_once(const Options& options, odom::Client& client) {
-  const auto pose = client.latest();
-  if (!pose.has_value()) throw std::runtime_error(pose.message());
-  const auto t = client.to_clock(options.clock, pose->time_ns);
-  if (!t.has_value()) throw std::runtime_error(no_log);
-  const std::int64_t age_ns =
-      steady_clock::now().time_since_epoch() / std::chrono::nanoseconds{1} - pose->time_ns;
-  const bool fresh = pose.status == ODOM_OK;
-  std::cout << (options.json ? pose_as_json(*pose, age_ns, name_of(options.clock), *t, fresh)
-                             : pose_as_text(*pose, age_ns));
-  if (!fresh) {
-    throw std::runtime_error("the daemon has stopped publishing: this was its last pose, " +
-                             fixed(static_cast<double>(age_ns) * 1e-9, 1) + " s ago");
-  }
+// One JSON object and a newline. `t_ns` is the pose's time on the requested clock.
+std::string as_json(const odom_pose& pose, std::int64_t age_ns, odom_clock clock, std::int64_t t_ns,
+                    bool fresh) {
+  const auto sigma = [&pose](std::size_t diagonal) {
+    return std::sqrt(std::max(0.0, pose.covariance[diagonal]));
+  };
+  nlohmann::ordered_json conditions = nlohmann::ordered_json::array();
+  for (const Condition& condition : conditions_in(pose.conditions))
+    conditions.push_back(condition.name);
+  const nlohmann::ordered_json json{
+      {"fresh", fresh},
+      {"tick", pose.tick},
+      {"clock",
+       std::ranges::find(clocks(), clock, &Choices<odom_clock>::value_type::second)->first},
+      {"time_ns", t_ns},
+      {"age_s", static_cast<double>(age_ns) / 1e9},
+      {"mode", mode_name(pose.mode)},
+      {"conditions", conditions},
+      {"x", pose.x},
+      {"y", pose.y},
+      {"yaw", pose.yaw},
+      {"sigma_x", sigma(0)},
+      {"sigma_y", sigma(3)},
+      {"sigma_yaw", sigma(5)},
+      {"odom_x", pose.odom_x},
+      {"odom_y", pose.odom_y},
+      {"odom_yaw", pose.odom_yaw},
+      {"vx", pose.vx},
+      {"vy", pose.vy},
+      {"yaw_rate", pose.yaw_rate},
+      {"steering", pose.steering},
+      {"accel_x", pose.accel_x},
+      {"accel_y", pose.accel_y},
+      {"reset_count", pose.reset_count},
+      {"last_jump", {pose.jump_x, pose.jump_y, pose.jump_yaw}}};
+  return json.dump(2) + '\n';
 }
 
-// Writes the requested poses in the requested form.
-class PoseWriter {
- public:
-  PoseWriter(const Options& options, odom::Client& client) : options_(options), client_(client) {
-    if (!options.out.empty() && options.out != "-") file_.emplace(open_output(options.out));
-    if (options.csv) stream() << pose_header();
-    const auto info = client.info();
-    constexpr double people_hz = 5.0;
-    const double rate = options.rate_hz > 0.0 ? options.rate_hz : options.csv ? 0.0 : people_hz;
-    if (rate > 0.0 && info.has_value()) {
-      const double ticks = 1e9 / (rate * static_cast<double>(info->period_ns));
-      every_ = static_cast<std::uint64_t>(std::clamp(std::llround(ticks), 1LL, 1'000'000'000LL));
-    }
+void print_once(const Options& options, odom::Client& client) {
+  const auto latest = client.latest_details();
+  if (!latest.has_value()) throw std::runtime_error(latest.message());
+  const odom_pose& pose = latest->pose;
+  const auto t = client.to_clock(options.clock, pose.time_ns);
+  if (!t.has_value()) throw std::runtime_error(no_log);
+  const std::int64_t now_ns = steady_clock::now().time_since_epoch() / std::chrono::nanoseconds{1};
+  const std::int64_t age_ns = now_ns - pose.time_ns;
+  const bool fresh = latest.status == ODOM_OK;
+  if (options.json) {
+    std::cout << as_json(pose, age_ns, options.clock, *t, fresh);
+  } else {
+    watch::State state{.now_ns = now_ns};
+    state.segment = watch::Segment{.pose = pose, .details = latest->details};
+    std::cout << as_text(watch::mode_lines(state, 100))
+              << as_text(watch::pose_section(state, 100, 0));
   }
+  if (!fresh)
+    throw std::runtime_error("the daemon has stopped publishing: this was its last pose, " +
+                             fixed(static_cast<double>(age_ns) * 1e-9, 1) + " s ago");
+}
 
-  void take(const odom_pose& pose) {
-    if (pose.mode == ODOM_INITIALISING || pose.tick % every_ != 0) return;
-    const auto t = client_.to_clock(options_.clock, pose.time_ns);
-    if (!t.has_value()) {
-      ++untimed_;
-      return;
-    }
-    ++rows_;
-    if (options_.csv) {
-      append_pose_row(buffer_, pose, *t);
-    } else {
-      buffer_ += pose_as_line(pose, *t);
-    }
-  }
-
-  // Flush whole batches for a reader that follows.
-  void flush() {
-    stream() << buffer_;
-    buffer_.clear();
-    if (!stream().flush()) {
-      throw std::runtime_error((options_.out.empty() ? "standard output" : options_.out) +
-                               ": cannot be written: " + why_unwritten(stream()));
-    }
-  }
-
-  void close() {
-    flush();
-    if (file_) close_output(*file_, options_.out);
-    if (rows_ == 0 && untimed_ > 0) throw std::runtime_error(no_log);
-  }
-
-  [[nodiscard]] std::uint64_t rows() const { return rows_; }
-
- private:
-  std::ostream& stream() { return file_ ? *file_ : std::cout; }
-
-  const Options& options_;
-  odom::Client& client_;
-  std::optional<std::ofstream> file_;
-  std::string buffer_;
-  std::uint64_t every_ = 1;
-  std::uint64_t rows_ = 0;
-  std::uint64_t untimed_ = 0;  // poses before the log's clock was known
-};
+std::string as_line(const odom_pose& pose, std::int64_t t_ns) {
+  std::string time;
+  append_seconds(time, t_ns);
+  const double heading = degrees * std::remainder(pose.yaw, 2.0 * std::numbers::pi);
+  return fmt::format("{:>20}  x {:>9}  y {:>9}  yaw {:>7} deg  v {:>6} m/s  {}\n", time,
+                     fixed(pose.x, 3), fixed(pose.y, 3), fixed(heading, 1), fixed(pose.vx, 2),
+                     mode_name(pose.mode));
+}
 
 void follow(const Options& options, odom::Client client) {
   // A short delay of the daemon does not count as its end.
   const std::chrono::milliseconds timeout{options.until_stale ? 500 : 100};
+  constexpr double people_hz = 5.0;
+  const auto info = client.info();
   TickFollower follower{std::move(client)};
-  PoseWriter writer{options, follower.client()};
+  std::uint64_t every = 1, rows = 0, untimed = 0;  // untimed: before the log's clock was known
+  if (!options.csv && info.has_value())
+    every = static_cast<std::uint64_t>(
+        std::max(std::llround(1e9 / (people_hz * static_cast<double>(info->period_ns))), 1LL));
+  std::string text = options.csv ? pose_header() : "";
+  const auto take = [&](const odom_pose& pose) {
+    if (pose.mode == ODOM_INITIALISING || pose.tick % every != 0) return;
+    const auto t = follower.client().to_clock(options.clock, pose.time_ns);
+    ++(t.has_value() ? rows : untimed);
+    if (!t.has_value()) return;
+    if (options.csv)
+      append_pose_row(text, pose, *t);
+    else
+      text += as_line(pose, *t);
+  };
   Interrupt interrupt;
   const auto start = steady_clock::now();
-  const auto elapsed = [start] {
-    return std::chrono::duration<double>(steady_clock::now() - start).count();
-  };
   bool silent = false;
-  while (!interrupt.requested() && (options.duration_s <= 0.0 || elapsed() < options.duration_s)) {
-    const auto status =
-        follower.follow(timeout, [&writer](const odom_pose& pose) { writer.take(pose); });
-    writer.flush();
+  // Each batch is flushed for a reader that follows.
+  while (std::cout << std::exchange(text, {}) << std::flush && !interrupt.requested()) {
+    const auto status = follower.follow(timeout, take);
     if (status == ODOM_OK) {
       silent = false;
     } else if (status == ODOM_STALE) {
@@ -157,21 +153,15 @@ void follow(const Options& options, odom::Client client) {
       throw std::runtime_error(odom_strstatus(status));
     }
   }
-  writer.close();
+  std::cout << text;
+  if (rows == 0 && untimed > 0) throw std::runtime_error(no_log);
   const FollowCounts& counts = follower.counts();
-  std::cerr << "odom pose: " << counts.ticks << " ticks in " << fixed(elapsed(), 1) << " s, "
-            << writer.rows() << " rows; " << counts.unpublished << " missed by the daemon, "
-            << counts.fetched << " fetched from the history, " << counts.lost << " lost, "
-            << counts.restarts << " restarts\n";
-}
-
-void run_pose(const Options& options) {
-  odom::Client client = attach(options.shm, options.wait_s);
-  if (options.follow) {
-    follow(options, std::move(client));
-  } else {
-    print_once(options, client);
-  }
+  const std::chrono::duration<double> elapsed = steady_clock::now() - start;
+  std::cerr << fmt::format(
+      "odom pose: {} ticks in {} s, {} rows; {} missed by the daemon, {} fetched from the history, "
+      "{} lost, {} restarts\n",
+      counts.ticks, fixed(elapsed.count(), 1), rows, counts.unpublished, counts.fetched,
+      counts.lost, counts.restarts);
 }
 
 }  // namespace
@@ -190,23 +180,22 @@ void add_pose(Command odom) {
   command.add_flag("--csv", options->csv,
                    "Print rows in the format of odom replay, without the calibrations",
                    {needs("--follow")});
-  command.add("--out", "FILE", options->out, "Write the rows to a file instead of standard output",
-              {needs("--follow")});
-  command.add("--duration", "S", options->duration_s, "End after this time [s]",
-              {positive(), needs("--follow")});
-  command.add("--rate", "HZ", options->rate_hz,
-              "Rows per second [Hz]; default: 5, with --csv every tick",
-              {positive(), needs("--follow")});
   command.add_flag("--until-stale", options->until_stale, "End when the daemon ends",
                    {needs("--follow")});
   command.footer(
       "Examples:\n"
       "  odom pose\n"
       "  odom pose --follow\n"
-      "  odom pose --follow --csv --out live.csv --clock log --until-stale --wait 10\n"
+      "  odom pose --follow --csv --clock log --until-stale --wait 10 >live.csv\n"
       "--follow continues across restarts of the daemon; INT and TERM end it, with a summary on\n"
       "standard error.");
-  command.callback([options] { run_pose(*options); });
+  command.callback([options] {
+    odom::Client client = attach(options->shm, options->wait_s);
+    if (options->follow)
+      follow(*options, std::move(client));
+    else
+      print_once(*options, client);
+  });
 }
 
 }  // namespace odomd::tools

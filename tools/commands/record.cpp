@@ -13,14 +13,11 @@
 #include <fmt/format.h>
 
 #include "tools/cli/daemon_options.hpp"
-#include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/cli/progress.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/drive_files/recording_folder.hpp"
-#include "tools/export/drive_data.hpp"
-#include "tools/export/formats.hpp"
 #include "tools/live/daemon_link.hpp"
 #include "tools/live/recording_feed.hpp"
 
@@ -36,8 +33,6 @@ struct Options {
   double duration_s = 0.0;  // 0: until interrupted
   double wait_s = 0.0;
   bool once = false;
-  bool mcap = false;
-  bool quiet = false;
 };
 
 double seconds_since(steady_clock::time_point start) {
@@ -69,11 +64,6 @@ class Recorder {
       if (options_.once) break;
     }
     if (folders_ == 0) throw std::runtime_error("nothing was recorded");
-    for (const std::filesystem::path& folder : finished_) {  // last, so that no new daemon waits
-      WholeFile file(folder / "drive.mcap");
-      static_cast<void>(write_mcap(read_drive({.drive = folder}), file.stream()));
-      file.finish();
-    }
   }
 
  private:
@@ -118,7 +108,7 @@ class Recorder {
         folder->flush();
         flushed = steady_clock::now();
       }
-      if (folder && !options_.quiet)
+      if (folder)
         progress_.show(fmt::format("{:.0f} s: {}", seconds_since(*begun_), sum_of(*folder)));
     }
     if (folder) finish(*folder, why);
@@ -217,14 +207,12 @@ class Recorder {
 
   void finish(RecordingFolder& folder, const std::string& why) {
     folder.close(why);
-    if (options_.mcap) finished_.push_back(folder.path());
     say(fmt::format("{}: {}; {}", folder.path().string(), sum_of(folder), why));
     if (why != stopped && !options_.once && !over())
       say("waiting for the next daemon, to continue in another folder; INT ends it");
   }
 
   void say(const std::string& text) {
-    if (options_.quiet) return;
     progress_.end();
     tools::say("odom record: " + text);
   }
@@ -239,7 +227,6 @@ class Recorder {
   std::optional<steady_clock::time_point> begun_;  // start of the first folder
   ProgressLine progress_{"odom record", WithoutTerminal::nothing};
   int folders_ = 0;
-  std::vector<std::filesystem::path> finished_;
   std::vector<can::Frame> frames_;
   std::vector<estimator::CameraPose> cameras_;
 };
@@ -255,9 +242,6 @@ void add_record(Command odom) {
   command.add("--duration", "S", options->duration_s, "End after this time [s]", {positive()});
   add_wait_option(command, options->wait_s);
   command.add_flag("--once", options->once, "End with the daemon instead of waiting for the next");
-  command.add_flag("--mcap", options->mcap,
-                   "At the end also export the drive for Foxglove, as drive.mcap in the folder");
-  command.add_flag("--quiet", options->quiet, "Print errors only");
   command.footer(
       "Examples:\n"
       "  odom record\n"

@@ -14,9 +14,9 @@ void add_serve(Command odom) {
   serve::describe_serve(command, *options);
   command.callback([command, options] {
     static_cast<void>(serve::endpoint_of(*options));  // errors are reported here, too
-    become("odom-web", command.given(),
-           "the page needs odom-web: install the package odom-web, or libcpp-httplib-dev, and "
-           "configure and build again; odom watch works without");
+    hand_over(command, "odom-web",
+              "the page needs odom-web: install the package odom-web, or libcpp-httplib-dev, and "
+              "configure and build again; odom watch works without");
   });
 }
 

@@ -13,6 +13,7 @@
 #include "tools/commands/commands.hpp"
 #include "tools/live/daemon_link.hpp"
 #include "tools/live/status_text.hpp"
+#include "tools/live/watch/page.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -47,7 +48,7 @@ void run_status(const Options& options) {
   std::this_thread::sleep_for(between);
   const nlohmann::json second = parse_status(fetch_status(options.socket), options.socket);
   try {
-    std::cout << status_as_text(second, first);
+    std::cout << watch::status_as_text(second, first);
   } catch (const nlohmann::json::exception& error) {
     throw std::runtime_error(
         options.socket +

@@ -10,13 +10,14 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <tuple>
 
 #include "tools/cli/command.hpp"
 #include "tools/cli/daemon_options.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/live/watch/draw.hpp"
 #include "tools/live/watch/observer.hpp"
+#include "tools/live/watch/page.hpp"
 #include "tools/live/watch/terminal.hpp"
 
 namespace odomd::tools {
@@ -28,7 +29,6 @@ struct Options {
   watch::Target target;
   double interval_s = 0.5;
   bool once = false;
-  bool ascii = false;
 };
 
 steady_clock::duration interval_of(const Options& options) {
@@ -37,32 +37,28 @@ steady_clock::duration interval_of(const Options& options) {
 }
 
 void scroll(watch::Key key, std::size_t most, watch::View& view) {
+  const auto page = std::max<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(view.rows / 2), 1);
+  const std::ptrdiff_t step = key == watch::Key::up          ? -1
+                              : key == watch::Key::down      ? 1
+                              : key == watch::Key::page_up   ? -page
+                              : key == watch::Key::page_down ? page
+                                                             : 0;
   const auto last = static_cast<std::ptrdiff_t>(most);
-  const auto page = std::max(static_cast<std::ptrdiff_t>(view.rows / 2), std::ptrdiff_t{1});
-  auto at = std::min(static_cast<std::ptrdiff_t>(view.scrolled), last);
-  if (key == watch::Key::up) at -= 1;
-  if (key == watch::Key::down) at += 1;
-  if (key == watch::Key::page_up) at -= page;
-  if (key == watch::Key::page_down) at += page;
-  if (key == watch::Key::home) at = 0;
-  if (key == watch::Key::end) at = last;
-  view.scrolled = static_cast<std::size_t>(std::clamp(at, std::ptrdiff_t{0}, last));
+  const auto first = static_cast<std::ptrdiff_t>(std::min(view.scrolled, most));
+  view.scrolled = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(first + step, 0, last));
 }
 
-void watch_on_screen(const Options& options, watch::Observer& observer, Glyphs glyphs) {
+void watch_on_screen(const Options& options, watch::Observer& observer) {
   watch::Terminal terminal{watch::colour_wanted()};
-  watch::View view{.glyphs = glyphs};
+  watch::View view;
   auto next = steady_clock::now();
   while (true) {
     if (!view.paused && steady_clock::now() >= next) {
       observer.look();
       next = std::max(next + interval_of(options), steady_clock::now());
     }
-    const watch::Size size = watch::Terminal::size();
-    view.columns = size.columns;
-    view.rows = size.rows;
-    const watch::Picture picture =
-        draw(observer.state(), watch::page_for(view.columns, view.rows, glyphs));
+    std::tie(view.columns, view.rows) = watch::Terminal::size();
+    const watch::Picture picture = draw(observer.state(), view);
     terminal.show(screen(picture, view));
 
     constexpr auto while_paused = std::chrono::seconds{10};
@@ -71,17 +67,14 @@ void watch_on_screen(const Options& options, watch::Observer& observer, Glyphs g
     for (const watch::Key key : happened.keys) {
       if (key == watch::Key::quit) return;
       if (key == watch::Key::pause) view.paused = !view.paused;
-      if (key == watch::Key::list_keys) view.lists_keys = !view.lists_keys;
       scroll(key, most_scrolled(picture, view), view);
     }
   }
 }
 
-void print(const watch::State& state, Glyphs glyphs) {
-  const watch::Picture picture = draw(state, watch::page_for(100, 40, glyphs));
-  for (const Lines& part : {picture.head, picture.body})
-    for (const Line& line : part) std::cout << as_text(line) << '\n';
-  std::cout.flush();
+void print(const watch::State& state) {
+  const watch::Picture picture = draw(state, {.columns = 100, .rows = 40});
+  std::cout << as_text(picture.head) << as_text(picture.body) << std::flush;
 }
 
 // Nothing is written meanwhile, so only poll() shows that the reader of a pipe has gone.
@@ -104,7 +97,7 @@ std::string why_waiting(const watch::State& state) {
 }
 
 // Prints a snapshot per interval; without a daemon only one, and a line on standard error.
-void watch_on_paper(const Options& options, watch::Observer& observer, Glyphs glyphs) {
+void watch_on_paper(const Options& options, watch::Observer& observer) {
   Interrupt interrupt;
   bool waiting = false;
   for (auto next = steady_clock::now(); std::cout && has_reader() && !interrupt.requested();
@@ -113,7 +106,7 @@ void watch_on_paper(const Options& options, watch::Observer& observer, Glyphs gl
     const bool silent = !observer.state().segment || observer.state().segment->silent;
     if (silent && !waiting) say("odom watch: " + why_waiting(observer.state()));
     if (!silent || !waiting) {
-      print(observer.state(), glyphs);
+      print(observer.state());
       std::cout << '\n' << std::flush;
     }
     waiting = silent;
@@ -125,7 +118,7 @@ void watch_on_paper(const Options& options, watch::Observer& observer, Glyphs gl
   }
 }
 
-void print_once(watch::Observer& observer, Glyphs glyphs) {
+void print_once(watch::Observer& observer) {
   constexpr auto between = std::chrono::milliseconds{500};
   observer.look();
   if (observer.state().segment || observer.state().status) {
@@ -135,21 +128,20 @@ void print_once(watch::Observer& observer, Glyphs glyphs) {
   if (!observer.state().segment) {
     throw std::runtime_error(why_absent(observer.state()));
   }
-  print(observer.state(), glyphs);
+  print(observer.state());
   if (observer.state().segment->silent) {
     throw std::runtime_error("the daemon has stopped publishing: this was its last state");
   }
 }
 
 void run(const Options& options) {
-  const Glyphs glyphs = options.ascii ? Glyphs::ascii : watch::glyphs_of_terminal();
   watch::Observer observer{options.target};
   if (options.once) {
-    print_once(observer, glyphs);
+    print_once(observer);
   } else if (watch::is_screen()) {
-    watch_on_screen(options, observer, glyphs);
+    watch_on_screen(options, observer);
   } else {
-    watch_on_paper(options, observer, glyphs);
+    watch_on_paper(options, observer);
   }
 }
 
@@ -164,19 +156,14 @@ void add_watch(Command odom) {
               "Interval between updates [s], 0.05 to 3600; default: 0.5",
               {within(0.05, 3600.0, Bounds::in_text)});
   command.add_flag("--once", options->once, "Print one snapshot and exit");
-  command.add_flag("--ascii", options->ascii, "Use ASCII characters only");
   command.footer(
       "Examples:\n"
       "  odom watch\n"
       "  odom watch --interval 0.1\n"
-      "  odom watch --once --ascii\n"
       "  odom watch --interval 60 >> drive.txt\n"
-      "Keys: q ends, p pauses and continues, arrows and page keys scroll, ? lists all. It waits "
-      "for a daemon "
-      "that\n"
-      "is not there, and continues with the next one. If standard output is not a terminal a "
-      "plain\n"
-      "snapshot is printed every interval; while it waits, it says so on standard error.\n"
+      "Keys: q ends, p pauses and continues, arrows and page keys scroll. It waits for a daemon\n"
+      "that is not there, and continues with the next one. If standard output is not a terminal a\n"
+      "plain snapshot is printed every interval; while it waits, it says so on standard error.\n"
       "NO_COLOR=1 turns colours off.");
   command.callback([options] { run(*options); });
 }

@@ -85,12 +85,7 @@ void complete(const CLI::App& program, std::span<const std::string> before,
     for (const std::string& name : option->get_lnames())
       offer("--" + name, option->get_description());
     if (!option->get_positional() || is_option) continue;
-    const std::string name = option->get_name(true);
-    if (name == "COMMAND") {
-      offer_commands(program);
-    } else {
-      offer_values(name, false);
-    }
+    offer_values(option->get_name(true), false);
   }
   offer_commands(*command);
 }

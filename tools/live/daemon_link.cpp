@@ -40,36 +40,7 @@ std::string places_of(const std::string& leaf) {
 
 constexpr std::size_t largest_document = std::size_t{16} << 20U;
 
-namespace fs = std::filesystem;
-
 using nlohmann::json;
-
-std::string text_at(const json& status, const char* pointer) {
-  const json value = status.value(json::json_pointer{pointer}, json{});
-  return value.is_string() ? value.get<std::string>() : std::string{};
-}
-
-// std::filesystem::equivalent() does not accept sockets.
-bool same_file(const fs::path& a, const fs::path& b) {
-  std::error_code missing;
-  const fs::path full = fs::canonical(a, missing);
-  return !missing && full == fs::canonical(b, missing);
-}
-
-// Nothing if nobody answers, or if the daemon that answers has another camera socket. An empty
-// `named` selects the default status socket.
-std::optional<std::string> segment_from_status(const std::string& named, const fs::path& camera) {
-  try {
-    const std::string socket = socket_path(named, "status.sock");
-    const json status = parse_status(fetch_status(socket), socket);
-    const std::string segment = segment_of(status);
-    if (segment.empty() || !same_file(text_at(status, "/camera/socket"), camera))
-      return std::nullopt;
-    return segment;
-  } catch (const std::exception&) {
-    return std::nullopt;
-  }
-}
 
 }  // namespace
 
@@ -192,19 +163,8 @@ odom::Client attach(const std::string& name, double wait_s) {
 }
 
 std::string segment_of(const json& status) {
-  return text_at(status, "/shm");
-}
-
-std::string segment_behind_camera(const std::string& socket, double wait_s) {
-  const fs::path neighbour = fs::path{socket}.parent_path() / "status.sock";
-  const Waiting waiting{wait_s};
-  do {
-    for (const std::string& status : {neighbour.string(), std::string{}})
-      if (auto segment = segment_from_status(status, socket)) return *std::move(segment);
-    if (std::getenv("ODOM_SHM") != nullptr) return {};
-  } while (waiting.goes_on());
-  throw std::runtime_error(
-      socket + ": no status socket next to it names the segment of its daemon; give it with --shm");
+  const json name = status.value("shm", json{});
+  return name.is_string() ? name.get<std::string>() : std::string{};
 }
 
 }  // namespace odomd::tools

@@ -72,9 +72,4 @@ class Waiting {
 /// The member `shm` of a status document; empty if missing.
 [[nodiscard]] std::string segment_of(const nlohmann::json& status);
 
-/// The segment of the daemon that receives camera poses at `socket`, as named by the status socket
-/// next to it or by the service's. If neither answers: empty, for the default names, if $ODOM_SHM
-/// is set; otherwise retries for `wait_s` seconds, then throws std::runtime_error.
-[[nodiscard]] std::string segment_behind_camera(const std::string& socket, double wait_s);
-
 }  // namespace odomd::tools

@@ -85,6 +85,12 @@ std::string as_text(const Line& line) {
   return text;
 }
 
+std::string as_text(const Lines& lines) {
+  std::string text;
+  for (const Line& line : lines) text += as_text(line) + '\n';
+  return text;
+}
+
 std::string as_ansi(const Line& line, Colour colour) {
   std::string text;
   for (const Span& span : line) {

@@ -17,9 +17,6 @@ struct Span {
 using Line = std::vector<Span>;
 using Lines = std::vector<Line>;
 
-/// Which characters the terminal can show.
-enum class Glyphs { unicode, ascii };
-
 enum class Colour { on, off };
 
 [[nodiscard]] std::size_t width(const Line& line);
@@ -35,6 +32,7 @@ enum class Colour { on, off };
 
 /// The text without styles and without blanks at the end.
 [[nodiscard]] std::string as_text(const Line& line);
+[[nodiscard]] std::string as_text(const Lines& lines);
 
 /// Uses the terminal's own sixteen colours, so that its theme applies; without colours only bold
 /// and dim remain.

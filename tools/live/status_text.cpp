@@ -1,164 +1,290 @@
 #include "tools/live/status_text.hpp"
 
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <utility>
+#include <vector>
+
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <sstream>
-#include <tuple>
-#include <utility>
-
-#include "tools/cli/csv.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/diagnostics/conditions.hpp"
-#include "tools/drive_files/pose_csv.hpp"
-#include "tools/live/status_table.hpp"
 
 namespace odomd::tools {
 namespace {
 
-// The label in front of the first line, blanks in front of the others.
-std::string labelled(std::string label, const std::string& text) {
-  std::string all;
-  std::istringstream lines{text};
-  for (std::string line; std::getline(lines, line); label.clear())
-    all += fmt::format("{:<12}{}\n", label, line);
-  return all;
+using Rows = std::vector<StatusValue>;
+
+struct Column {
+  std::string title;
+  std::function<Span(const StatusValue& row)> cell;
+  bool flush_left = false;
+};
+
+// A column with the value at `path` of each row.
+Column column(std::string title, std::string path,
+              std::string (StatusValue::*in_words)() const = &StatusValue::text) {
+  return {std::move(title), [path = std::move(path), in_words](const StatusValue& row) {
+            return Span{(row[path].*in_words)()};
+          }};
 }
 
-// The lines below a blank line.
-std::string paragraph(const Lines& lines) {
-  std::string text;
-  for (const Line& line : lines) text += (text.empty() ? "\n" : "") + as_text(line) + '\n';
-  return text;
+Column left(Column column) {
+  column.flush_left = true;
+  return column;
 }
 
-std::string head(const StatusValue& now) {
-  return fmt::format("odomd {}, pid {}, up {}, model {}\nconfiguration {}, segment {}\n\n",
-                     now["version"].text(), now["pid"].text(), now["uptime_s"].duration(),
-                     now["model"].text(), now["config"].text(), now["shm"].text());
-}
-
-std::string conditions(const StatusValue& now) {
-  std::string text;
-  for (const StatusValue& name : now["conditions"].elements()) {
-    const auto condition = condition_named(name.text());
-    text += name.text() + (condition ? fmt::format(": {}\n", condition->meaning) : "\n");
+// Cells line up, with the titles above them unless all are empty. No lines if there are no rows.
+Lines table_of(const std::vector<Column>& columns, const Rows& rows) {
+  if (rows.empty()) return {};
+  Table table{.flush_left = {}};
+  Lines lines(1);
+  for (const Column& column : columns) {
+    if (column.flush_left) table.flush_left.push_back(table.header.size());
+    table.header.push_back(column.title);
+    lines[0].push_back({"", Style::dim});
   }
-  return text;
+  for (const StatusValue& row : rows) {
+    lines.emplace_back();
+    table.rows.emplace_back();
+    for (const Column& column : columns) {
+      lines.back().push_back(column.cell(row));
+      table.rows.back().push_back(lines.back().back().text);
+    }
+  }
+  const auto aligned = table.aligned();
+  for (std::size_t row = 0; row < lines.size(); ++row)
+    for (std::size_t i = 0; i < columns.size(); ++i)
+      lines[row][i].text = (i == 0 ? "" : "  ") + aligned[row][i];
+  if (as_text(lines[0]).empty()) lines.erase(lines.begin());
+  return lines;
 }
 
-std::string pose(const StatusValue& pose) {
-  if (!pose.exists()) return labelled("pose", "none published yet");
-  const auto with_sigma = [&](const char* key, const char* sigma) {
-    return fmt::format("{} ± {}", pose[key].number(3), pose[sigma].number(3));
-  };
-  return labelled("pose",
-                  fmt::format("x {} m,  y {} m,  yaw {} ± {} deg", with_sigma("x", "sigma_x"),
-                              with_sigma("y", "sigma_y"),
-                              pose["yaw"].exists() ? fixed(heading(pose["yaw"].value()), 2) : "-",
-                              pose["sigma_yaw"].number(2, degrees))) +
-         labelled("motion",
-                  fmt::format("{} m/s forward,  {} m/s to the left,  {} deg/s,  steering {} deg\n"
-                              "tick {}, {} old, {}",
-                              pose["vx"].number(3), pose["vy"].number(3),
-                              pose["yaw_rate"].number(2, degrees),
-                              pose["steering"].number(2, degrees), pose["tick"].text(),
-                              pose["age_s"].duration(), pose["reset_count"].counted("reset")));
+// ", 2 lost, 1 times down": the counts that are not 0.
+Span nonzero(const StatusValue& counts, Style style,
+             std::initializer_list<std::pair<const char*, const char*>> names) {
+  std::string text;
+  for (const auto& [key, name] : names)
+    if (const std::uint64_t count = counts[key].count(); count > 0)
+      text += fmt::format(", {} {}", count, name);
+  return {text, style};
 }
 
-std::string beat(const StatusValue& beat) {
-  if (!beat.exists()) return {};
-  std::string text =
-      fmt::format("{} Hz, {}, {} missed, {}, {} carried over\n", beat["ticks"].rate(),
-                  beat["ticks"].counted("tick"), beat["missed"].text(),
-                  beat["overruns"].counted("overrun"), beat["carried_over"].text());
+bool is_unused(const StatusValue& source) {
+  return source["verdicts/source_off"].count() > 0 && source["verdicts/fused"].count() == 0;
+}
+
+Span last_verdict(const StatusValue& source) {
+  if (is_unused(source)) return {"unused by the model", Style::dim};
+  const std::string last = source["last_verdict"].text();
+  const bool fine = last == "fused" || last == "source_off" || last == "none";
+  const StatusValue ratio = source["test_ratio"];
+  return {last + (ratio.exists() ? ' ' + ratio.number(2) : ""),
+          fine ? Style::plain : Style::warning};
+}
+
+// On a page narrower than 96 columns the innovations would push out the counts of samples that were
+// not fused.
+Lines sources(Rows sources, std::size_t columns_of_page) {
+  std::erase_if(sources, [](const StatusValue& source) { return !source["configured"].is_true(); });
+  std::vector<Column> columns{
+      left(column("source", "name")),
+      {"state",
+       [](const StatusValue& source) {
+         return Span{source_state(source), source["healthy"].is_true() ? Style::good : Style::bad};
+       },
+       true},
+      column("1/s", "verdicts", &StatusValue::rate),
+      column("age", "age_s", &StatusValue::duration),
+      column("fused", "verdicts/fused"),
+      {"last", last_verdict, true}};
+  if (columns_of_page >= 96 && std::ranges::any_of(sources, [](const StatusValue& source) {
+        return source["innovations/mean_nis"].exists();
+      })) {
+    columns.push_back({"NIS", [](const auto& source) { return Span{nis_by_expectation(source)}; }});
+    columns.push_back({"in 95 %", [](const auto& source) {
+                         return Span{source["innovations/inside_95"].number(1, 100.0)};
+                       }});
+  }
+  columns.push_back(
+      {"not fused",
+       [](const StatusValue& source) {
+         return Span{source["verdicts"].nonzero({"fused", "source_off"}), Style::warning};
+       },
+       true});
+  return table_of(columns, sources);
+}
+
+std::string beat_note(const StatusValue& beat) {
+  if (!beat.exists()) return "";
+  return fmt::format("{} Hz · {} · {} missed · {}{}", beat["ticks"].rate(),
+                     beat["ticks"].counted("tick"), beat["missed"].text(),
+                     beat["overruns"].counted("overrun"),
+                     nonzero(beat, Style::plain, {{"carried_over", "carried over"}}).text);
+}
+
+// Microseconds with as many decimals as are significant; from 10 ms on in milliseconds.
+std::string time_of(const StatusValue& time) {
+  const double us = time.value();
+  if (us < 10'000.0) return time.number(us < 10.0 ? 1 : 0);
+  return time.number(us < 100'000.0 ? 1 : 0, 1e-3) + " ms";
+}
+
+// The beat's times since the start, and what the machine granted.
+Lines beat(const StatusValue& status) {
+  Lines lines;
+  const StatusValue beat = status["beat"], realtime = status["realtime"];
   if (beat["last_overrun_age_s"].exists())
-    text += fmt::format("last overrun {} ago: that tick worked for {} us\n",
-                        beat["last_overrun_age_s"].duration(),
-                        beat["last_overrun_execution_us"].number(0));
-  Table table{{"[us]", "median", "99 %", "99.9 %", "max"}, {}, {0}};
-  for (const auto& [key, label] :
-       {std::pair{"wakeup_us", "wake-up late by"}, std::pair{"execution_us", "a tick works for"}}) {
+    lines.push_back({{fmt::format("last overrun {} ago: that tick worked for {} µs",
+                                  beat["last_overrun_age_s"].duration(),
+                                  beat["last_overrun_execution_us"].number(0)),
+                      Style::warning}});
+  for (const auto& [key, label] : {std::pair{"wakeup_us", "wake-up late by   "},
+                                   std::pair{"execution_us", "a tick works for  "}}) {
     const StatusValue times = beat[key];
     if (!times.exists()) continue;
-    table.rows.push_back({label, times["p50"].number(1), times["p99"].number(1),
-                          times["p999"].number(1), times["max"].number(1)});
+    const std::string max = time_of(times["max"]);
+    lines.push_back({{label, Style::dim},
+                     {fmt::format("median {}  99 % {}  99.9 % {}  max {}{}", time_of(times["p50"]),
+                                  time_of(times["p99"]), time_of(times["p999"]), max,
+                                  max.ends_with(" ms") ? "" : " µs")}});
   }
-  return labelled("beat", text + table.text());
-}
-
-std::string realtime(const StatusValue& realtime) {
-  if (!realtime.exists()) return {};
+  if (!realtime.exists()) return lines;
   const double priority = realtime["priority"].value();
-  std::string text = fmt::format(
-      "{}, {}, {}\n", priority > 0.0 ? fmt::format("SCHED_FIFO {}", priority) : "not scheduled",
-      realtime["memory_locked"].is_true() ? "memory locked" : "memory not locked",
-      realtime["dma_latency_held"].is_true() ? "cpu_dma_latency held" : "cpu_dma_latency not held");
+  const bool locked = realtime["memory_locked"].is_true();
+  lines.push_back(
+      {{"runs as ", Style::dim},
+       {priority > 0.0 ? fmt::format("SCHED_FIFO {}", priority) : "an ordinary thread",
+        priority > 0.0 ? Style::plain : Style::warning},
+       {locked ? ", memory locked" : ", memory not locked", locked ? Style::plain : Style::warning},
+       {realtime["dma_latency_held"].is_true() ? ", cpu_dma_latency held"
+                                               : ", cpu_dma_latency not held"},
+       nonzero(status["clock"], Style::warning,
+               {{"steps", "steps of the wall clock"}, {"suspends", "suspends"}})});
   for (const StatusValue& refusal : realtime["refusals"].elements())
-    text += fmt::format("refused: {}\n", refusal.text());
-  return labelled("real time", text);
+    lines.push_back({{"refused: " + refusal.text(), Style::warning}});
+  return lines;
 }
 
-std::string buses(const std::vector<StatusValue>& buses) {
-  return paragraph(
-      table_of({left(column("bus", "name")), left(column("link", "link")),
-                column("frames", "received"), column("1/s", "received", &StatusValue::rate),
-                column("lost", "lost"), column("errors", "error_frames"),
-                column("malformed", "malformed"), column("downs", "link_downs")},
-               buses));
+struct Unit {
+  std::string_view calibration;
+  std::string_view name;
+  double factor;
+};
+
+// A scale has no unit.
+Unit unit_of(const StatusValue& calibration) {
+  constexpr std::array with_unit{
+      Unit{"gyro_bias", " deg/s", degrees}, Unit{"accel_bias_x", " m/s2", 1.0},
+      Unit{"accel_bias_y", " m/s2", 1.0},   Unit{"steering_offset", " deg", degrees},
+      Unit{"gyro_latency", " ms", 1e3},     Unit{"wheel_latency", " ms", 1e3},
+      Unit{"steering_latency", " ms", 1e3}, Unit{"grip", " m/s2", 1.0}};
+  const auto* const found =
+      std::ranges::find(with_unit, calibration["name"].text(), &Unit::calibration);
+  return found == with_unit.end() ? Unit{"", "", 1.0} : *found;
 }
 
-// The counts of frame problems that are not 0.
-std::string bus_remarks(const std::vector<StatusValue>& buses) {
-  std::string text;
+// The calibrations that the model estimates.
+Lines calibrations(Rows calibrations) {
+  std::erase_if(calibrations, [](const StatusValue& one) { return !one["sigma"].exists(); });
+  const auto value = [](const StatusValue& calibration) {
+    return Span{calibration["value"].number(4, unit_of(calibration).factor), Style::strong};
+  };
+  const auto sigma = [](const StatusValue& calibration) {
+    const Unit unit = unit_of(calibration);
+    return Span{fmt::format("± {}{}", calibration["sigma"].number(4, unit.factor), unit.name)};
+  };
+  const auto learnt = [](const StatusValue& calibration) {
+    return calibration["valid"].is_true() ? Span{"learnt", Style::good}
+                                          : Span{"not yet", Style::dim};
+  };
+  return table_of({left(column("", "name")), {"", value}, {"", sigma, true}, {"", learnt, true}},
+                  calibrations);
+}
+
+Lines camera(const StatusValue& camera) {
+  if (!camera.exists() || camera["socket"].text().empty()) return {};
+  Line line{{camera["messages"].rate() + " poses/s"}};
+  if (const StatusValue latency = camera["last_latency_s"]; latency.exists())
+    line.push_back({fmt::format(", the last one {} late", latency.duration())});
+  const std::size_t connections = camera["connections"].elements().size();
+  line.push_back({", " + counted(connections, "connection"),
+                  connections == 0 ? Style::warning : Style::plain});
+  line.push_back(nonzero(camera, Style::warning, {{"malformed", "malformed"}}));
+  return {line};
+}
+
+// State, modes and errors of a controller.
+Line controller_line(const StatusValue& controller) {
+  const std::string state = controller["state"].text();
+  const bool noisy = state == "error_warning" || state == "sleeping";
+  Line line{{"  controller ", Style::dim},
+            {hyphenated(state), state == "error_active" ? Style::good
+                                : noisy                 ? Style::warning
+                                                        : Style::bad}};
+  std::string rest;
+  for (const StatusValue& mode : controller["modes"].elements()) rest += ", " + mode.text();
+  rest +=
+      fmt::format(", tx {} rx {}", controller["tx_errors"].text(), controller["rx_errors"].text());
+  if (const StatusValue timing = controller["bit_timing"]; timing.exists())
+    rest +=
+        fmt::format(", {} kbit/s at {} %",
+                    timing["bitrate"].exists() ? shortest(1e-3 * timing["bitrate"].value()) : "-",
+                    timing["sample_point"].number(1, 100.0));
+  line.push_back({rest});
+  // Without restart_ms a controller that went bus-off stays so for ever.
+  if (const StatusValue restart = controller["restart_ms"]; restart.exists())
+    line.push_back(
+        {", restart-ms " + restart.text(), restart.count() == 0 ? Style::warning : Style::plain});
+  line.push_back(nonzero(controller, Style::warning,
+                         {{"bus_errors", "bus errors"},
+                          {"error_passives", "times error-passive"},
+                          {"bus_offs", "times bus-off"},
+                          {"restarts", "restarts"}}));
+  return line;
+}
+
+Lines buses(const Rows& buses) {
+  Lines lines;
   for (const StatusValue& bus : buses) {
-    std::string remarks;
-    for (const auto& [key, remark] :
-         {std::pair{"bus_offs", "error frames reported bus-off"},
-          std::pair{"controller_overflows",
-                    "error frames reported that the controller lost frames"},
-          std::pair{"stamp_fallbacks", "frames stamped when read"},
-          std::pair{"hardware_fallbacks", "frames without a hardware stamp"}})
-      if (const std::uint64_t count = bus[key].count(); count > 0)
-        remarks += fmt::format("{} {} {}", remarks.empty() ? ":" : ",", count, remark);
-    if (!remarks.empty()) text += bus["name"].text() + remarks + '\n';
+    const std::string link = bus["link"].text();
+    lines.push_back(
+        {{bus["name"].text() + ' ', Style::strong},
+         {link, link == "up" ? Style::good : Style::bad},
+         {fmt::format(", {} frames/s, {} in all", bus["received"].rate(), bus["received"].text())},
+         nonzero(bus, Style::warning,
+                 {{"lost", "lost"},
+                  {"error_frames", "error frames"},
+                  {"malformed", "malformed lines"},
+                  {"controller_overflows", "controller overflows"},
+                  {"bus_offs", "times bus-off"},
+                  {"link_downs", "times down"}}),
+         nonzero(bus, Style::plain,
+                 {{"stamp_fallbacks", "stamped when read"},
+                  {"hardware_fallbacks", "without a hardware stamp"}})});
+    if (bus["controller"].exists()) lines.push_back(controller_line(bus["controller"]));
   }
-  return text;
+  return lines;
 }
 
-// The controllers, of the buses that have one.
-std::string controllers(std::vector<StatusValue> buses) {
-  std::erase_if(buses, [](const StatusValue& bus) { return !bus["controller"].exists(); });
-  const auto state = [](const StatusValue& bus) {
-    std::string text = hyphenated(bus["controller/state"].text());
-    for (const StatusValue& mode : bus["controller/modes"].elements()) text += ", " + mode.text();
-    return Span{text};
+Lines messages(const Rows& messages) {
+  const auto refused = [](const StatusValue& message) {
+    std::string text = message["verdicts"].nonzero({"decoded", "unmapped", "no_sample"});
+    if (const std::uint64_t lost = message["some_lost"].count(); lost > 0)
+      text += fmt::format("{}{} after a gap", text.empty() ? "" : ", ", lost);
+    return Span{text, Style::warning};
   };
-  const auto sample_point = [](const StatusValue& bus) {
-    return Span{bus["controller/bit_timing/sample_point"].number(3)};
-  };
-  const auto restart = [](const StatusValue& bus) {
-    const StatusValue ms = bus["controller/restart_ms"];
-    return Span{ms.exists() && ms.count() == 0 ? "never" : ms.text() + (ms.exists() ? " ms" : "")};
-  };
-  return paragraph(table_of({left(column("controller", "name")),
-                             {"state", state, true},
-                             column("errors tx", "controller/tx_errors"),
-                             column("rx", "controller/rx_errors"),
-                             column("bit/s", "controller/bit_timing/bitrate"),
-                             {"sample point", sample_point},
-                             {"restart", restart},
-                             column("bus errors", "controller/bus_errors"),
-                             column("passive", "controller/error_passives"),
-                             column("bus-off", "controller/bus_offs"),
-                             column("restarts", "controller/restarts")},
-                            buses));
+  return table_of({left(column("message", "name")),
+                   left(column("id", "id", &StatusValue::hexadecimal)),
+                   column("1/s", "verdicts", &StatusValue::rate),
+                   column("age", "age_s", &StatusValue::duration),
+                   column("decoded", "verdicts/decoded"),
+                   {"refused", refused, true}},
+                  messages);
 }
 
 // The sigmas of the sources' samples, if the model estimates them.
-std::string noise(const StatusValue& now) {
-  std::vector<StatusValue> sources = now["sources"].elements();
+Lines noise(Rows sources) {
   std::erase_if(sources, [](const StatusValue& source) {
     const StatusValue noise = source["noise"];
     return !noise["at_rest"].exists() && !noise["moving"].exists() &&
@@ -173,108 +299,47 @@ std::string noise(const StatusValue& now) {
     return Span{part.number(2, 100.0) + (part.exists() ? " %" : "")};
   };
   constexpr auto significant = &StatusValue::significant;
-  return paragraph(table_of({left(column("noise", "name")),
-                             {"unit", unit, true},
-                             column("stated", "sigma", significant),
-                             column("at rest", "noise/at_rest", significant),
-                             column("moving", "noise/moving", significant),
-                             {"of speed", share}},
-                            sources));
-}
-
-std::string camera(const StatusValue& camera) {
-  if (!camera.exists() || camera["socket"].text().empty()) return {};
-  const auto received = [](const std::string& from, const StatusValue& here) {
-    return fmt::format("{}: {}, {} malformed\n", from, here["messages"].counted("message"),
-                       here["malformed"].text());
-  };
-  std::string text = received(camera["socket"].text(), camera);
-  for (const StatusValue& connection : camera["connections"].elements())
-    text += received("pid " + connection["pid"].text(), connection);
-  return '\n' + labelled("camera", text);
-}
-
-std::string clock(const StatusValue& clock) {
-  if (!clock.exists()) return {};
-  return labelled("clock", fmt::format("{} of the wall clock, {}", clock["steps"].counted("step"),
-                                       clock["suspends"].counted("suspend")));
-}
-
-// Sigma of x, y or yaw, given its index on the covariance's diagonal.
-double sigma_of(const odom_pose& pose, std::size_t diagonal) {
-  return std::sqrt(std::max(0.0, pose.covariance[diagonal]));
+  return table_of({left(column("source", "name")),
+                   {"unit", unit, true},
+                   column("stated", "sigma", significant),
+                   column("at rest", "noise/at_rest", significant),
+                   column("moving", "noise/moving", significant),
+                   {"of speed", share}},
+                  sources);
 }
 
 }  // namespace
 
-std::string pose_as_text(const odom_pose& pose, std::int64_t age_ns) {
-  std::string text = "mode   " + mode_name(pose.mode) + '\n';
-  for (const Condition& condition : conditions_in(pose.conditions))
-    text += fmt::format("       {}: {}\n", condition.name, condition.meaning);
-  for (const auto& [name, value, unit, decimals, deviation] :
-       {std::tuple{"x", pose.x, "m", 4, sigma_of(pose, 0)},
-        {"y", pose.y, "m", 4, sigma_of(pose, 3)},
-        {"yaw", heading(pose.yaw), "deg", 3, degrees * sigma_of(pose, 5)}})
-    text += fmt::format("{:<6}{:>12} {:<3}  ± {}\n", name, fixed(value, decimals), unit,
-                        fixed(deviation, decimals));
-  return text + fmt::format(
-                    "speed {:>12} m/s forward, {} m/s to the left, {} deg/s\n"
-                    "tick  {:>12}, {} ms old, {}\n",
-                    fixed(pose.vx, 4), fixed(pose.vy, 4), fixed(degrees * pose.yaw_rate, 2),
-                    pose.tick, fixed(1e-6 * static_cast<double>(age_ns), 1),
-                    counted(pose.reset_count, "reset"));
+Line title(std::string_view name, std::string_view note, std::size_t columns) {
+  Line line{{"── ", Style::dim}, {std::string{name} + ' ', Style::strong}};
+  if (!note.empty()) line.push_back({fmt::format(" {} ", note), Style::plain});
+  std::string rule;
+  for (std::size_t i = width(line); i < columns; ++i) rule += "─";
+  line.push_back({rule, Style::dim});
+  return line;
 }
 
-std::string pose_as_json(const odom_pose& pose, std::int64_t age_ns, const std::string& clock,
-                         std::int64_t t_ns, bool fresh) {
-  nlohmann::ordered_json conditions = nlohmann::ordered_json::array();
-  for (const Condition& condition : conditions_in(pose.conditions)) {
-    conditions.push_back(condition.name);
-  }
-  const nlohmann::ordered_json json{{"fresh", fresh},
-                                    {"tick", pose.tick},
-                                    {"clock", clock},
-                                    {"time_ns", t_ns},
-                                    {"age_s", static_cast<double>(age_ns) / 1e9},
-                                    {"mode", mode_name(pose.mode)},
-                                    {"conditions", conditions},
-                                    {"x", pose.x},
-                                    {"y", pose.y},
-                                    {"yaw", pose.yaw},
-                                    {"sigma_x", sigma_of(pose, 0)},
-                                    {"sigma_y", sigma_of(pose, 3)},
-                                    {"sigma_yaw", sigma_of(pose, 5)},
-                                    {"odom_x", pose.odom_x},
-                                    {"odom_y", pose.odom_y},
-                                    {"odom_yaw", pose.odom_yaw},
-                                    {"vx", pose.vx},
-                                    {"vy", pose.vy},
-                                    {"yaw_rate", pose.yaw_rate},
-                                    {"steering", pose.steering},
-                                    {"accel_x", pose.accel_x},
-                                    {"accel_y", pose.accel_y},
-                                    {"reset_count", pose.reset_count},
-                                    {"last_jump", {pose.jump_x, pose.jump_y, pose.jump_yaw}}};
-  return json.dump(2) + '\n';
-}
-
-std::string pose_as_line(const odom_pose& pose, std::int64_t t_ns) {
-  std::string time;
-  append_seconds(time, t_ns);
-  return fmt::format("{:>20}  x {:>9}  y {:>9}  yaw {:>7} deg  v {:>6} m/s  {}\n", time,
-                     fixed(pose.x, 3), fixed(pose.y, 3), fixed(heading(pose.yaw), 1),
-                     fixed(pose.vx, 2), mode_name(pose.mode));
-}
-
-std::string status_as_text(const Json& document, const std::optional<Json>& before) {
-  const StatusValue now{document, before};
-  const auto can = now["can"].elements();
-  return head(now) + labelled("mode", now["mode"].text()) +
-         labelled("conditions", conditions(now)) + pose(now["pose"]) + '\n' + beat(now["beat"]) +
-         realtime(now["realtime"]) + buses(can) + bus_remarks(can) + controllers(can) +
-         paragraph(message_table(now, Form::whole)) + paragraph(source_table(now, Form::whole)) +
-         noise(now) + paragraph(calibration_table(now, Form::whole, Glyphs::unicode)) +
-         camera(now["camera"]) + clock(now["clock"]);
+Lines status_sections(const StatusValue& status, std::size_t columns) {
+  Lines all;
+  const auto add = [&](std::string_view name, std::string_view note, Lines lines) {
+    if (lines.empty() && note.empty()) return;
+    all.push_back(title(name, note, columns));
+    for (Line& line : lines) {
+      line.insert(line.begin(), {"  "});
+      all.push_back(std::move(line));
+    }
+  };
+  const Rows all_sources = status["sources"].elements();
+  const std::string camera_socket =
+      status["camera"].exists() ? status["camera/socket"].text() : std::string{};
+  add("sources", "", sources(all_sources, columns));
+  add("beat", beat_note(status["beat"]), beat(status));
+  add("calibration", "", calibrations(status["calibrations"].elements()));
+  add("camera", camera_socket, camera(status["camera"]));
+  add("bus", "", buses(status["can"].elements()));
+  add("messages", "", messages(status["messages"].elements()));
+  add("noise", "", noise(all_sources));
+  return all;
 }
 
 }  // namespace odomd::tools

@@ -1,7 +1,6 @@
 // Values of the daemon's status document in words, and rates between two documents.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <initializer_list>
 #include <nlohmann/json.hpp>
@@ -16,11 +15,6 @@ namespace odomd::tools {
 using Json = nlohmann::json;
 
 inline constexpr double degrees = 180.0 / std::numbers::pi;  ///< in a radian
-
-/// The heading [deg] of a yaw [rad], without the whole turns in it.
-[[nodiscard]] inline double heading(double yaw) {
-  return degrees * std::remainder(yaw, 2.0 * std::numbers::pi);
-}
 
 /// "error-passive" for "error_passive".
 [[nodiscard]] std::string hyphenated(std::string name);

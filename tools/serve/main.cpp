@@ -14,9 +14,8 @@
 #include "tools/cli/text.hpp"
 #include "tools/doctor/daemon.hpp"
 #include "tools/live/status_text.hpp"
-#include "tools/live/watch/draw.hpp"
 #include "tools/live/watch/observer.hpp"
-#include "tools/live/watch/pictures.hpp"
+#include "tools/live/watch/page.hpp"
 #include "tools/serve/options.hpp"
 #include "tools/serve/server.hpp"
 
@@ -44,7 +43,7 @@ std::string numbers(std::initializer_list<double> values) {
 ordered_json head_json(const watch::State& state) {
   constexpr std::array styles{"plain", "dim", "strong", "good", "warning", "bad", "accent"};
   ordered_json lines = ordered_json::array();
-  for (const tools::Line& line : watch::who_and_mode(state, {.columns = 200})) {
+  for (const tools::Line& line : watch::head(state, 200)) {
     lines.push_back(ordered_json::array());
     for (const auto& [text, style] : line)
       lines.back().push_back({text, styles.at(static_cast<std::size_t>(style))});

@@ -69,12 +69,10 @@ start_full_traffic() {
     --wait 20 >/dev/null 2>&1 &
   children+=($!)
   local client
-  for client in 1 2 3; do
-    odom pose --shm "$shm" --wait 20 --follow --csv --out /dev/null 2>/dev/null &
+  for client in 1 2 3 4; do
+    odom pose --shm "$shm" --wait 20 --follow --csv >/dev/null 2>&1 &
     children+=($!)
   done
-  odom pose --shm "$shm" --wait 20 --follow --csv --rate 100 --out /dev/null 2>/dev/null &
-  children+=($!)
 }
 
 # stop_daemon PID: stops it; succeeds if it ended cleanly.

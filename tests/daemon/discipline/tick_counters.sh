@@ -11,7 +11,7 @@ name=tick-counters${injected:+-$injected}
 
 start_full_traffic $((ticks / 200 + 30)) env LD_PRELOAD="$library" TICK_COUNTERS_OUT="$work/counts" \
   TICK_COUNTERS_TICKS="$ticks" TICK_COUNTERS_INJECT="$injected"
-odom record --socket "$work/record.sock" --wait 20 --quiet --out "$work/recorded" &
+odom record --socket "$work/record.sock" --wait 20 --out "$work/recorded" &
 children+=($!)
 await $((ticks / 200 + 120)) grep -q other_locks "$work/counts" || fail "no counts: $(status .beat -c)"
 read -r published received camera locked < <(status '[.beat.ticks, .can[0].received,

@@ -21,8 +21,8 @@ play() {
   took=$((SECONDS - begin))
   reap $camera
 }
-odom pose --shm /lab --follow --csv --until-stale --out /dev/null 2>/dev/null &
-odom pose --shm /lab --follow --csv --until-stale --out /dev/null 2>/dev/null &
+odom pose --shm /lab --follow --csv --until-stale >/dev/null 2>/dev/null &
+odom pose --shm /lab --follow --csv --until-stale >/dev/null 2>/dev/null &
 play
 shows "8,000 frames/s: all received" "[.can[].received] | add == $frames" 20
 shows "8,000 frames/s: none lost" '[.can[].lost] | add == 0'

@@ -19,7 +19,7 @@ play_drive() {
   for bus; do arguments+=(--can "$bus"); done
   listen any received.log
   start_daemon drive/car.toml --model $model "${arguments[@]}"
-  odom pose --shm /lab --wait 10 --follow --csv --clock realtime --until-stale --out poses.csv 2>follow.log &
+  odom pose --shm /lab --wait 10 --follow --csv --clock realtime --until-stale >poses.csv 2>follow.log &
   recorder=$!
   shows "$name: real time is granted" '.realtime | .priority == 45 and .memory_locked'
 

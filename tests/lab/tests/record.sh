@@ -19,7 +19,7 @@ add_vcan vcan0
 start_daemon drive/car.toml --can vcan0
 
 # For comparison: a client that reads every pose from the shared memory.
-odom pose --shm /lab --follow --csv --until-stale --out witness.csv 2>witness.txt &
+odom pose --shm /lab --follow --csv --until-stale >witness.csv 2>witness.txt &
 witness=$!
 odom record --socket "$PWD/record.sock" --out whole --once 2>whole.txt &
 whole=$!

@@ -99,11 +99,6 @@ TEST(Help, IsWrittenInOneManner) {
   }
 }
 
-TEST(Help, IsFoundByName) {
-  EXPECT_EQ(run_shell("odom help").out, run_shell("odom --help").out);
-  EXPECT_EQ(run_shell("odom help camera send").out, run_shell("odom camera send --help").out);
-}
-
 TEST(Completions, OfBashOfferEveryOptionAndCommandOfTheHelp) {
   for (const Command& command : all_commands()) {
     EXPECT_EQ(offered(command.name + " -"), command.options) << command.name;
@@ -120,7 +115,7 @@ TEST(Completions, OfBashOfferValues) {
   EXPECT_EQ(offered("odomd --model p"), Words{"paper"});
   EXPECT_EQ(offered("odomd --log-level w"), Words{"warn"});
   EXPECT_EQ(offered("odom sim --scenario st"), Words{"stop-and-go"});
-  EXPECT_EQ(offered("odom pose --rate \"\""), Words{});
+  EXPECT_EQ(offered("odom bridge --rate \"\""), Words{});
   const Scratch scratch;
   scratch.write("car.toml", "");
   scratch.write("drive.log", "");
@@ -130,7 +125,6 @@ TEST(Completions, OfBashOfferValues) {
   EXPECT_EQ(offered("odom identify cog --config c", folder), Words{"car.toml"});
   EXPECT_EQ(offered("odom bridge --frame-map c", folder), Words{});
   EXPECT_EQ(offered("odom pose --shm c", folder), Words{"car.toml"});
-  EXPECT_EQ(offered("odom help d"), (Words{"dbc", "doctor"}));
   EXPECT_THAT(offered("odomd --can \"\"", folder),
               IsSupersetOf(Words{"-", "car.toml", "drive.log"}));
 }
@@ -249,10 +243,8 @@ odom identify track | film.mp4 --mraker x -> unknown option "--mraker"
                  expect_refused(command + line.substr(command.size() + 2),
                                 {{"", command + ": " + answer + "; see " + command + " --help\n"}});
                });
-  expect_refused(
-      "odom ", {{"evaluate a b c", "odom evaluate: a: is not a folder; check the path\n"},
-                {"help wtach", "odom help: no command \"wtach\" (did you mean \"watch\"?)\n"},
-                {"help camera sned", "odom help: no command \"sned\" (did you mean \"send\"?)\n"}});
+  expect_refused("odom ",
+                 {{"evaluate a b c", "odom evaluate: a: is not a folder; check the path\n"}});
 }
 
 }  // namespace

@@ -36,74 +36,61 @@ TEST(Odom, SaysWhatToInstallWhereACompanionIsMissing) {
   }
 }
 
-constexpr auto millimetres = "[W401]";
-constexpr auto degrees = "[W403]";
-
-// A simulated drive; its camera log and truth in other units are next to it.
-class Units : public ::testing::Test {
- protected:
-  Units() {
-    const std::string scale =
-        "; awk -F, -v OFS=, -v CONVFMT=%.9g 'NR > 1 { $c *= m; $(c + 1) *= m; $(c + 2) *= r } 1' ";
-    must_run("cd " + scratch_.path("").string() +
-             " && odom sim --scenario lap --duration 20 --out drive && cd drive || exit 1" + scale +
-             "c=3 m=1000 r=1 camera.csv >camera_mm.csv" +  //
-             scale + "c=3 m=1 r=57.29578 camera.csv >camera_deg.csv" + scale +
-             "c=2 m=1000 r=1 truth.csv >truth_mm.csv" + scale +
-             "c=2 m=1 r=57.29578 truth.csv >truth_deg.csv");
+// A simulated drive with its camera log and truth in other units: each is reported once, without
+// the findings that follow from it.
+TEST(Units, OfPosesAreReportedByReplayAndEvaluate) {
+  const Scratch scratch;
+  const std::string in_drive = "cd " + scratch.path("drive").string() + " && ";
+  const std::string scale =
+      "; awk -F, -v OFS=, -v CONVFMT=%.9g 'NR > 1 { $c *= m; $(c + 1) *= m; $(c + 2) *= r } 1' ";
+  must_run("cd " + scratch.path("").string() +
+           " && odom sim --scenario lap --duration 20 --out drive && " + in_drive + ":" + scale +
+           "c=3 m=1000 r=1 camera.csv >camera_mm.csv" + scale +
+           "c=3 m=1 r=57.29578 camera.csv >camera_deg.csv" + scale +
+           "c=2 m=1000 r=1 truth.csv >truth_mm.csv" + scale +
+           "c=2 m=1 r=57.29578 truth.csv >truth_deg.csv");
+  const char* const replay =
+      "odom replay --config car.toml --can drive.log --out pose.csv --camera ";
+  const char* const evaluate = "odom evaluate --pose pose.csv --reference ";
+  using Texts = std::vector<const char*>;
+  const struct {
+    std::string command;
+    Texts says;
+    Texts not_then;
+  } cases[]{
+      {std::string(replay) + "camera_mm.csv",
+       {"warning: camera: x and y go about 1000 times as far as the wheels", "[W401]"},
+       {"scale", "gated", "another drive"}},
+      {std::string(replay) + "camera_deg.csv",
+       {"warning: camera: yaw turns about 57 times as far as the gyro", "[W403]"},
+       {"mounting"}},
+      {std::string(replay) + "camera.csv", {}, {"warning"}},
+      {std::string(evaluate) + "truth.csv", {}, {"warning"}},
+      {std::string(evaluate) + "truth_mm.csv",
+       {"truth_mm.csv: x and y go about 1000 times as far as the estimate", "[W401]"},
+       {"jumps"}},
+      {std::string(evaluate) + "truth_mm.csv --fit-lever-arm", {"[W401]"}, {"too differently"}},
+      {std::string(evaluate) + "truth_deg.csv",
+       {"truth_deg.csv: yaw turns about 57 times as far as the estimate", "[W403]"},
+       {"do not follow", "disagree with"}},
+      {"odom evaluate --reference truth.csv --pose truth.csv --pose truth_mm.csv",
+       {"truth_mm.csv: x and y go about 1000 times as far as the reference"},
+       {"stays at one place"}},
+      {"odom evaluate --drive . --model kinematic --reference truth_mm.csv",
+       {"drive: truth_mm.csv: x and y go about 1000 times"},
+       {"jumps"}},
+      {"cp camera_mm.csv camera.csv; cp truth_deg.csv truth.csv; odom evaluate --drive .",
+       {"drive: camera: x and y go about 1000 times",
+        "drive: ./truth.csv: yaw turns about 57 times"},
+       {"another drive"}}};
+  std::string err;
+  for (const auto& [command, says, not_then] : cases) {
+    err = run_shell(in_drive + command).err;
+    for (const char* text : says) EXPECT_THAT(err, HasSubstr(text)) << command;
+    for (const char* text : not_then) EXPECT_THAT(err, Not(HasSubstr(text))) << command;
   }
-
-  [[nodiscard]] std::string said(const std::string& command) const {
-    const Outcome outcome = run_shell("cd " + scratch_.path("drive").string() + " && " + command);
-    return outcome.err;
-  }
-  [[nodiscard]] std::string replayed_with(const std::string& camera) const {
-    return said("odom replay --config car.toml --can drive.log --out pose.csv --camera " + camera);
-  }
-
-  Scratch scratch_;
-};
-
-TEST_F(Units, OfACameraAreReportedByReplay) {
-  EXPECT_THAT(replayed_with("camera.csv"), Not(HasSubstr("warning")));
-  EXPECT_THAT(replayed_with("camera_mm.csv"),
-              AllOf(HasSubstr("warning: camera: x and y go about 1000 times as far as the wheels"),
-                    HasSubstr(millimetres), Not(HasSubstr("scale")), Not(HasSubstr("gated")),
-                    Not(HasSubstr("another drive"))));
-  EXPECT_THAT(replayed_with("camera_deg.csv"),
-              AllOf(HasSubstr("warning: camera: yaw turns about 57 times as far as the gyro"),
-                    HasSubstr(degrees), Not(HasSubstr("mounting"))));
-}
-
-TEST_F(Units, OfAReferenceAndAPoseFileAreReportedByEvaluate) {
-  static_cast<void>(replayed_with("camera.csv"));
-  const std::string evaluate = "odom evaluate --pose pose.csv --reference ";
-  EXPECT_THAT(said(evaluate + "truth.csv"), Not(HasSubstr("warning")));
-  EXPECT_THAT(said(evaluate + "truth_mm.csv"),
-              AllOf(HasSubstr("truth_mm.csv: x and y go about 1000 times as far as the estimate"),
-                    HasSubstr(millimetres), Not(HasSubstr("jumps"))));
-  EXPECT_THAT(said(evaluate + "truth_mm.csv --fit-lever-arm"),
-              AllOf(HasSubstr(millimetres), Not(HasSubstr("too differently"))));
-  EXPECT_THAT(
-      said(evaluate + "truth_deg.csv"),
-      AllOf(HasSubstr("truth_deg.csv: yaw turns about 57 times as far as the estimate"),
-            HasSubstr(degrees), Not(HasSubstr("do not follow")), Not(HasSubstr("disagree with"))));
-  EXPECT_THAT(said("odom evaluate --reference truth.csv --pose truth.csv --pose truth_mm.csv"),
-              AllOf(HasSubstr("truth_mm.csv: x and y go about 1000 times as far as the reference"),
-                    Not(HasSubstr("stays at one place"))));
-}
-
-TEST_F(Units, OfADriveAreReportedOnce) {
-  EXPECT_THAT(said("odom evaluate --drive . --model kinematic --reference truth_mm.csv"),
-              AllOf(HasSubstr("drive: truth_mm.csv: x and y go about 1000 times"),
-                    Not(HasSubstr("jumps"))));
-  const std::string both =
-      said("cp camera_mm.csv camera.csv; cp truth_deg.csv truth.csv; odom evaluate --drive .");
-  EXPECT_THAT(both, AllOf(HasSubstr("drive: camera: x and y go about 1000 times"),
-                          HasSubstr("drive: ./truth.csv: yaw turns about 57 times"),
-                          Not(HasSubstr("another drive"))));
   // Without the camera, the gyro's bias is not learnt either.
-  EXPECT_EQ(std::ranges::count(both, '\n'), 3) << both;
+  EXPECT_EQ(std::ranges::count(err, '\n'), 3) << err;
 }
 
 }  // namespace

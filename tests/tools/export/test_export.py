@@ -269,8 +269,7 @@ class Export(unittest.TestCase):
         daemon = support.Daemon(self.directory.path, self.drive)
         self.addCleanup(daemon.kill)
         socket = self.directory.path / "record.sock"
-        odom("record", "--out", recording, "--socket", socket, "--wait", 60, "--duration", 3, "--mcap")
-        self.assertEqual((recording / "drive.mcap").read_bytes(), self.export(recording).data)
+        odom("record", "--out", recording, "--socket", socket, "--wait", 60, "--duration", 3)
         mcap = self.export(recording)
         rows = rows_of(recording / "pose.csv")
         self.assertGreater(len(rows), 0)

@@ -110,29 +110,6 @@ TEST_F(CameraSend, PlaysALogInStepWithTheDaemons) {
   EXPECT_EQ(messages[0].capture_ns, 1'001'450'000'000);
 }
 
-TEST_F(CameraSend, TakesTheClockOfTheDaemonBehindTheSocket) {
-  listen();
-  const std::string segment = scratch_.path("pose").string();
-  SlowDaemon daemon{segment};
-  daemon.play_log(1'000'000'000'000);
-  const auto log = scratch_.write("camera.csv", header_ + "1001,1000.95,2,0,0,1,1,1\n");
-  {
-    const AnsweringSocket status{
-        scratch_.path("status.sock").string(),
-        R"({"shm":")" + segment + R"(","camera":{"socket":")" + path_ + "\"}}"};
-    const Outcome outcome = run("--log " + log.string());
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_EQ(received().size(), 1U);
-  }
-  std::filesystem::remove(scratch_.path("status.sock"));
-  const std::string refusal =
-      path_ + ": no status socket next to it names the segment of its daemon";
-  EXPECT_THAT(run("--log " + log.string()).err, HasSubstr(refusal));
-  const AnsweringSocket of_another{scratch_.path("status.sock").string(),
-                                   R"({"shm":")" + segment + R"(","camera":{"socket":"/else"}})"};
-  EXPECT_THAT(run("--log " + log.string()).err, HasSubstr(refusal));
-}
-
 TEST_F(CameraSend, SaysThatItIsRefusedHoweverThePosesCome) {
   listen();
   const auto log = scratch_.write("camera.csv", header_ + "1,1,1,0,0,1,1,1\n2,1.1,2,0,0,1,1,1\n");

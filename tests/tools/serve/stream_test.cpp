@@ -86,7 +86,7 @@ TEST_F(Serve, MapsNothingOfTheSegmentWritable) {
   SlowDaemon daemon{segment()};
   daemon.tick();
   start();
-  ASSERT_THAT(stream_until("TRACKING"), HasSubstr("TRACKING"));
+  ASSERT_THAT(stream_until("tracking"), HasSubstr("tracking"));
   std::istringstream maps{proc("maps")};
   int found = 0;
   for (std::string line; std::getline(maps, line);) {

@@ -19,7 +19,7 @@ void add_program(Command identify, const std::string& name, void (*describe)(Com
   describe(method, *options);
   method.callback([=] {
     check(*options);
-    become("odom-" + name, method.given(), missing);
+    hand_over(method, "odom-" + name, missing);
   });
 }
 

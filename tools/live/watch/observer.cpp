@@ -11,15 +11,8 @@
 namespace odomd::tools::watch {
 namespace {
 
-using nlohmann::json;
-
 // Rates are measured over this time: over half a second, 28 Hz would flicker between 26 and 30.
-constexpr double rate_window_s = 2.0;
-
-double uptime_of(const json& document) {
-  const json uptime = document.value("uptime_s", json{});
-  return uptime.is_number() ? uptime.get<double>() : 0.0;
-}
+constexpr std::int64_t rate_window_ns = 2'000'000'000;
 
 }  // namespace
 
@@ -35,15 +28,6 @@ void Trail::take(const odom_pose& pose, std::uint64_t instance) {
   resets_ = pose.reset_count;
   points_.push_back({pose.x, pose.y, joined});
   if (points_.size() > longest) points_.pop_front();
-}
-
-double Trail::length() const {
-  double length = 0.0;
-  for (std::size_t i = 1; i < points_.size(); ++i) {
-    if (!points_[i].joined) continue;
-    length += std::hypot(points_[i].x - points_[i - 1].x, points_[i].y - points_[i - 1].y);
-  }
-  return length;
 }
 
 Observer::Observer(Target target)
@@ -130,17 +114,11 @@ void Observer::look_at_status() {
   state_.before.reset();
   try {
     state_.socket = socket_path(target_.socket, "status.sock");  // the socket may exist by now
-    json document = parse_status(fetch_status(state_.socket, timeout), state_.socket);
-    const auto instance_of = [](const json& one) { return one.value("instance", json{}); };
-    if (!documents_.empty() && instance_of(documents_.back()) != instance_of(document))
-      documents_.clear();
-    documents_.push_back(std::move(document));
-    const double now = uptime_of(documents_.back());
-    while (documents_.size() > 2 && now - uptime_of(documents_[1]) >= rate_window_s) {
+    state_.status = parse_status(fetch_status(state_.socket, timeout), state_.socket);
+    documents_.emplace_back(state_.now_ns, *state_.status);
+    while (documents_.size() > 2 && state_.now_ns - documents_[1].first >= rate_window_ns)
       documents_.pop_front();
-    }
-    state_.status = documents_.back();
-    if (documents_.size() > 1) state_.before = documents_.front();
+    if (documents_.size() > 1) state_.before = documents_.front().second;
     state_.status_problem.clear();
   } catch (const std::runtime_error& error) {
     state_.status_problem = error.what();

@@ -1,7 +1,6 @@
 #include "tools/live/watch/terminal.hpp"
 
 #include <fcntl.h>
-#include <langinfo.h>
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/signalfd.h>
@@ -10,9 +9,9 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <clocale>
 #include <cstdlib>
 #include <cstring>
+#include <regex>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -23,25 +22,15 @@
 namespace odomd::tools::watch {
 namespace {
 
-// Key codes after "ESC [" or "ESC O".
-constexpr std::array sequences{std::pair{std::string_view{"A"}, Key::up},
-                               std::pair{std::string_view{"B"}, Key::down},
-                               std::pair{std::string_view{"5~"}, Key::page_up},
-                               std::pair{std::string_view{"6~"}, Key::page_down},
-                               std::pair{std::string_view{"H"}, Key::home},
-                               std::pair{std::string_view{"1~"}, Key::home},
-                               std::pair{std::string_view{"F"}, Key::end},
-                               std::pair{std::string_view{"4~"}, Key::end}};
-
-constexpr std::array letters{std::pair{'q', Key::quit},  std::pair{'Q', Key::quit},
-                             std::pair{'p', Key::pause}, std::pair{'P', Key::pause},
-                             std::pair{' ', Key::pause}, std::pair{'k', Key::up},
-                             std::pair{'j', Key::down},  std::pair{'g', Key::home},
-                             std::pair{'G', Key::end},   std::pair{'?', Key::list_keys}};
-
-bool ends_sequence(char c) {
-  return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '~';
-}
+constexpr std::array<std::pair<std::string_view, Key>, 9> codes{{{"q", Key::quit},
+                                                                 {"p", Key::pause},
+                                                                 {" ", Key::pause},
+                                                                 {"\x1b[A", Key::up},
+                                                                 {"\x1bOA", Key::up},
+                                                                 {"\x1b[B", Key::down},
+                                                                 {"\x1bOB", Key::down},
+                                                                 {"\x1b[5~", Key::page_up},
+                                                                 {"\x1b[6~", Key::page_down}}};
 
 // Alternate screen, no cursor, no wrapping at the right edge; and the way back.
 constexpr std::string_view enter_sequence = "\x1b[?1049h\x1b[?25l\x1b[?7l\x1b[2J";
@@ -77,26 +66,13 @@ std::string_view variable(const char* name) {
 }  // namespace
 
 std::vector<Key> keys_in(std::string_view bytes) {
+  static const std::regex sequence_or_character{"\x1b[[O][^A-Za-z~]*[A-Za-z~]?|[\\s\\S]"};
   std::vector<Key> keys;
-  const auto take = [&keys](const auto& table, const auto& pressed) {
+  for (std::cregex_iterator at(bytes.begin(), bytes.end(), sequence_or_character), end; at != end;
+       ++at) {
     const auto* const found =
-        std::find_if(table.begin(), table.end(),
-                     [&pressed](const auto& entry) { return entry.first == pressed; });
-    if (found != table.end()) keys.push_back(found->second);
-  };
-  while (!bytes.empty()) {
-    const bool sequence =
-        bytes.size() > 1 && bytes[0] == '\x1b' && (bytes[1] == '[' || bytes[1] == 'O');
-    if (!sequence) {
-      take(letters, bytes.front());
-      bytes.remove_prefix(1);
-      continue;
-    }
-    bytes.remove_prefix(2);
-    const auto* const last = std::find_if(bytes.begin(), bytes.end(), ends_sequence);
-    const auto length = static_cast<std::size_t>(last - bytes.begin());
-    take(sequences, bytes.substr(0, length + 1));
-    bytes.remove_prefix(std::min(bytes.size(), length + 1));
+        std::ranges::find(codes, at->str(), &decltype(codes)::value_type::first);
+    if (found != codes.end()) keys.push_back(found->second);
   }
   return keys;
 }
@@ -147,10 +123,10 @@ void Terminal::leave() {
   if (keyboard_) ::tcsetattr(STDIN_FILENO, taken ? TCSADRAIN : TCSANOW, &before_);
 }
 
-Size Terminal::size() {
+std::pair<std::size_t, std::size_t> Terminal::size() {
   winsize window{};
   if (::ioctl(STDOUT_FILENO, TIOCGWINSZ, &window) != 0 || window.ws_col == 0 || window.ws_row == 0)
-    return {};
+    return {80, 24};
   return {window.ws_col, window.ws_row};
 }
 
@@ -200,12 +176,6 @@ Happened Terminal::wait(std::chrono::steady_clock::time_point until) {
 
 bool is_screen() {
   return ::isatty(STDOUT_FILENO) != 0 && variable("TERM") != "dumb" && !variable("TERM").empty();
-}
-
-Glyphs glyphs_of_terminal() {
-  static_cast<void>(std::setlocale(LC_CTYPE, ""));
-  const bool utf8 = std::string_view{::nl_langinfo(CODESET)} == "UTF-8";
-  return utf8 && variable("TERM") != "linux" ? Glyphs::unicode : Glyphs::ascii;
 }
 
 Colour colour_wanted() {

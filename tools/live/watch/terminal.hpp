@@ -7,6 +7,7 @@
 #include <csignal>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/file_descriptor.hpp"
@@ -14,15 +15,10 @@
 
 namespace odomd::tools::watch {
 
-enum class Key { quit, pause, list_keys, up, down, page_up, page_down, home, end };
+enum class Key { quit, pause, up, down, page_up, page_down };
 
 /// The keys in one read; other keys and unknown sequences are skipped.
 [[nodiscard]] std::vector<Key> keys_in(std::string_view bytes);
-
-struct Size {
-  std::size_t columns = 80;
-  std::size_t rows = 24;
-};
 
 /// Events that wait() saw. `ended`: INT, TERM or HUP has come, or the terminal is gone.
 struct Happened {
@@ -40,7 +36,8 @@ class Terminal {
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
 
-  [[nodiscard]] static Size size();
+  /// Columns and rows.
+  [[nodiscard]] static std::pair<std::size_t, std::size_t> size();
 
   /// Shows a screenful; only lines that have changed are written.
   void show(const Lines& lines);
@@ -62,9 +59,6 @@ class Terminal {
 
 /// Whether standard output is a terminal that can be drawn upon, not a dumb one.
 [[nodiscard]] bool is_screen();
-
-/// The characters that the locale allows; the Linux console lacks braille and blocks.
-[[nodiscard]] Glyphs glyphs_of_terminal();
 
 /// Follows NO_COLOR (see no-color.org).
 [[nodiscard]] Colour colour_wanted();

@@ -80,10 +80,10 @@ TEST_F(WatchCommand, GivesTheTerminalBackOnASignalAndInACrash) {
 TEST_F(WatchCommand, PrintsPlainSnapshotsIntoAPipe) {
   const Beating daemon{segment_};
   const std::string once = must_run("odom watch --once " + target());
-  EXPECT_THAT(once, AllOf(HasSubstr("DEAD RECKONING  odometry alone\n"), HasSubstr("1.250 m"),
+  EXPECT_THAT(once, AllOf(HasSubstr("dead_reckoning  odometry alone\n"), HasSubstr("1.250 m"),
                           HasSubstr("no such socket"), Not(HasSubstr("\x1b"))));
-  EXPECT_THAT(must_run("odom watch --interval 0.05 " + target() + " | grep -m 2 RECKON"),
-              HasSubstr("RECKONING"));
+  EXPECT_THAT(must_run("odom watch --interval 0.05 " + target() + " | grep -m 2 reckon"),
+              HasSubstr("reckoning"));
 }
 
 TEST_F(WatchCommand, SaysIntoAPipeThatItWaitsAndEndsWithItsReader) {

@@ -3,26 +3,11 @@
 
 #include "tests/gtest.hpp"
 #include "tools/live/line.hpp"
-#include "tools/live/watch/pictures.hpp"
+#include "tools/live/watch/page.hpp"
 #include "tools/live/watch/terminal.hpp"
 
 namespace odomd::tools::watch::watch_parts_test {
 namespace {
-
-TEST(WatchHistogram, ShowsEveryBucketThatIsNotEmpty) {
-  std::uint64_t histogram[ODOM_HISTOGRAM_BUCKETS]{};
-  histogram[0] = 1;
-  histogram[8] = 1'000'000;
-  histogram[63] = 1;
-  const auto rows = bars(histogram, 1, 2, Glyphs::ascii);
-  ASSERT_EQ(rows.size(), 2U);
-  EXPECT_EQ(rows[0], "        #" + std::string(55, ' '));
-  EXPECT_EQ(rows[1], ".       #" + std::string(54, ' ') + ".");
-  const std::uint64_t empty[ODOM_HISTOGRAM_BUCKETS]{};
-  EXPECT_EQ(bars(empty, 2, 1, Glyphs::ascii).front(), std::string(32, ' '));
-  // Bucket i holds [2^((i-1)/4), 2^(i/4)) us: 1 us is in bucket 1, 10 us in 14, 1 ms in 40.
-  EXPECT_EQ(axis(1, Glyphs::ascii), " 1 us         10           100          1 ms          10 ms");
-}
 
 odom_pose pose_at(double x, double y) {
   odom_pose pose{};
@@ -38,9 +23,9 @@ TEST(WatchMap, DrawsWhatIsNotFiniteOrHugeWithoutHarm) {
   for (const double value : {inf, -inf, 1e300, -1e300, std::nan("")}) {
     odom_pose pose = pose_at(1.0, 1.0);
     pose.covariance[0] = value;
-    EXPECT_EQ(draw_map(trail, pose, {30, 8}).size(), 8U);
+    EXPECT_EQ(draw_map(trail, pose, 30, 8).size(), 8U);
     pose.x = value;
-    EXPECT_EQ(draw_map(trail, pose, {30, 8}).size(), 8U);
+    EXPECT_EQ(draw_map(trail, pose, 30, 8).size(), 8U);
   }
 }
 
@@ -48,7 +33,7 @@ TEST(WatchMap, StandsStillWhileTheCarMovesALittle) {
   Trail trail;
   for (int i = 0; i <= 120; ++i) trail.take(pose_at(0.02 * i, 0.05 * i), 1);
   const auto scale_of = [&trail](double y) {
-    return as_text(draw_map(trail, pose_at(1.2, y), {40, 10}).back());
+    return as_text(draw_map(trail, pose_at(1.2, y), 40, 10).back());
   };
   EXPECT_EQ(scale_of(3.0), scale_of(3.3));
 }
@@ -70,15 +55,15 @@ TEST(WatchTrail, KeepsTheDriveWhileTheCarStandsAndBreaksAtALeap) {
   EXPECT_EQ(trail.points().size(), 1U);
   pose.x += 1.0;
   trail.take(pose, 1);
-  EXPECT_NEAR(trail.length(), 1.0, 1e-9);
   pose.x += 5.0;
   pose.jump_x = 5.0;
   pose.reset_count = 1;
   trail.take(pose, 1);
-  EXPECT_NEAR(trail.length(), 1.0, 1e-9);
   pose.x += 5.0;
   trail.take(pose, 2);  // another daemon
-  EXPECT_NEAR(trail.length(), 1.0, 1e-9);
+  std::vector<bool> joined;
+  for (const TrailPoint& point : trail.points()) joined.push_back(point.joined);
+  EXPECT_THAT(joined, ElementsAre(false, true, false, false));
   for (int i = 0; i < 2000; ++i) {
     pose.x += 0.01;
     trail.take(pose, 2);
@@ -101,10 +86,9 @@ TEST(WatchLine, HasColoursOnlyWhereTheyAreWanted) {
 }
 
 TEST(WatchKeys, AreReadFromWhatATerminalSends) {
-  EXPECT_THAT(keys_in("pq?"), ElementsAre(Key::pause, Key::quit, Key::list_keys));
+  EXPECT_THAT(keys_in("pq ?"), ElementsAre(Key::pause, Key::quit, Key::pause));
   EXPECT_THAT(keys_in("\x1b[A\x1bOB\x1b[5~\x1b[6~"),
               ElementsAre(Key::up, Key::down, Key::page_up, Key::page_down));
-  EXPECT_THAT(keys_in("\x1b[H\x1b[4~j"), ElementsAre(Key::home, Key::end, Key::down));
   EXPECT_THAT(keys_in("\x1b[1;5C\x1b[200~x\x1b"), IsEmpty());
   EXPECT_THAT(keys_in("\x1b["), IsEmpty());
 }

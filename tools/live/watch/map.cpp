@@ -1,37 +1,18 @@
-#include "tools/live/watch/pictures.hpp"
+// A map in braille dots: the trail, the car and its uncertainty.
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "tools/cli/text.hpp"
+#include "tools/live/watch/page.hpp"
 
 namespace odomd::tools::watch {
 namespace {
-
-using Levels = std::array<std::string_view, 9>;
-constexpr Levels blocks{" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
-constexpr Levels letters{" ", ".", ":", "-", "=", "+", "*", "%", "#"};
-
-// Height of a column in levels.
-std::size_t height(std::uint64_t count, std::uint64_t largest, std::size_t levels) {
-  if (count == 0) return 0;
-  const double share =
-      std::log1p(static_cast<double>(count)) / std::log1p(static_cast<double>(largest));
-  const auto level = static_cast<std::size_t>(std::lround(share * static_cast<double>(levels)));
-  return std::clamp<std::size_t>(level, 1, levels);
-}
-
-// The column that contains a time: bucket i >= 1 begins at 2^((i-1)/4) us.
-std::size_t column_of(double us, std::size_t buckets_a_column) {
-  const auto bucket = 1 + static_cast<std::size_t>(std::floor(4.0 * std::log2(us) + 1e-9));
-  return bucket / buckets_a_column;
-}
 
 constexpr double pi = std::numbers::pi;
 constexpr double least_extent = 1.0;  // m: a stationary car is not magnified beyond this
@@ -73,14 +54,14 @@ class Dots {
         0, style, character};
   }
 
-  [[nodiscard]] Lines lines(Glyphs glyphs) const {
+  [[nodiscard]] Lines lines() const {
     Lines all;
     for (std::size_t row = 0; row < rows_; ++row) {
       Line line;
       for (std::size_t column = 0; column < columns_; ++column) {
         const Cell& cell = cells_[row * columns_ + column];
         if (line.empty() || line.back().style != cell.style) line.push_back({"", cell.style});
-        line.back().text += character(cell, glyphs);
+        line.back().text += character(cell);
       }
       all.push_back(std::move(line));
     }
@@ -101,10 +82,9 @@ class Dots {
 
   Cell& at(std::size_t column, std::size_t row) { return cells_[row * columns_ + column]; }
 
-  static std::string character(const Cell& cell, Glyphs glyphs) {
+  static std::string character(const Cell& cell) {
     if (!cell.character.empty()) return std::string{cell.character};
     if (cell.dots == 0) return " ";
-    if (glyphs == Glyphs::ascii) return cell.style == Style::accent ? "." : ",";
     // U+2800 plus the dots, in UTF-8.
     return {static_cast<char>(0xE2), static_cast<char>(0xA0U | cell.dots >> 6U),
             static_cast<char>(0x80U | (cell.dots & 0x3FU))};
@@ -157,67 +137,27 @@ Section section_for(const Box& box, double dots_wide, double dots_high) {
   }
 }
 
-std::string_view arrow(double yaw, Glyphs glyphs) {
+std::string_view arrow(double yaw) {
   constexpr std::array<std::string_view, 8> arrows{"→", "↗", "↑", "↖", "←", "↙", "↓", "↘"};
-  constexpr std::array<std::string_view, 8> ascii{">", "/", "^", "\\", "<", "/", "v", "\\"};
   const auto eighth = static_cast<long>(std::lround(std::remainder(yaw, 2.0 * pi) / (pi / 4.0)));
-  const auto index = static_cast<std::size_t>((eighth + 8) % 8);
-  return glyphs == Glyphs::unicode ? arrows[index] : ascii[index];
+  return arrows[static_cast<std::size_t>((eighth + 8) % 8)];
 }
 
 // "├──────┤ 2 m": a length of 1, 2 or 5 times a power of ten, at most a quarter of the map's width.
-Line scale_bar(double metres_a_column, std::size_t columns, Glyphs glyphs) {
+Line scale_bar(double metres_a_column, std::size_t columns) {
   const double wanted = metres_a_column * static_cast<double>(columns) / 4.0;
   const double power = std::pow(10.0, std::floor(std::log10(wanted)));
   const double first = wanted / power;
   const double metres = power * (first >= 5.0 ? 5.0 : first >= 2.0 ? 2.0 : 1.0);
   const auto cells = static_cast<std::size_t>(std::max(2L, std::lround(metres / metres_a_column)));
-  std::string bar = glyphs == Glyphs::unicode ? "├" : "|";
-  for (std::size_t i = 2; i < cells; ++i) bar += glyphs == Glyphs::unicode ? "─" : "-";
-  bar += glyphs == Glyphs::unicode ? "┤" : "|";
+  std::string bar = "├";
+  for (std::size_t i = 2; i < cells; ++i) bar += "─";
   const std::string length =
       metres >= 1.0 ? fixed(metres, 0) + " m" : fixed(100.0 * metres, 0) + " cm";
-  return {{bar + ' ' + length, Style::dim}};
+  return {{bar + "┤ " + length, Style::dim}};
 }
 
 }  // namespace
-
-std::vector<std::string> bars(Histogram histogram, std::size_t buckets_a_column, std::size_t rows,
-                              Glyphs glyphs) {
-  const Levels& marks = glyphs == Glyphs::unicode ? blocks : letters;
-  constexpr std::size_t marks_a_row = blocks.size() - 1;
-
-  std::vector<std::uint64_t> counts;
-  for (std::size_t i = 0; i < histogram.size(); i += buckets_a_column) {
-    const auto part = histogram.subspan(i, std::min(buckets_a_column, histogram.size() - i));
-    counts.push_back(std::accumulate(part.begin(), part.end(), std::uint64_t{0}));
-  }
-  const std::uint64_t largest = *std::max_element(counts.begin(), counts.end());
-
-  std::vector<std::string> lines(rows);
-  for (const std::uint64_t count : counts) {
-    const std::size_t level = height(count, largest, rows * marks_a_row);
-    for (std::size_t row = 0; row < rows; ++row) {
-      const std::size_t below = (rows - 1 - row) * marks_a_row;
-      lines[row] += marks[level > below ? std::min(level - below, marks_a_row) : 0];
-    }
-  }
-  return lines;
-}
-
-std::string axis(std::size_t buckets_a_column, Glyphs glyphs) {
-  const std::string_view micro = glyphs == Glyphs::unicode ? "1 µs" : "1 us";
-  std::string line;
-  for (const auto& [us, label] :
-       {std::pair{1.0, micro}, std::pair{10.0, std::string_view{"10"}},
-        std::pair{100.0, std::string_view{"100"}}, std::pair{1e3, std::string_view{"1 ms"}},
-        std::pair{1e4, std::string_view{"10 ms"}}}) {
-    const std::size_t column = column_of(us, buckets_a_column);
-    line.append(column - std::min(column, width(line)), ' ');
-    line += label;
-  }
-  return line;
-}
 
 Ellipse ellipse_of(const std::array<double, 3>& covariance, double sigmas) {
   const auto [xx, xy, yy] = covariance;
@@ -228,19 +168,16 @@ Ellipse ellipse_of(const std::array<double, 3>& covariance, double sigmas) {
           radius > 0.0 ? std::atan2(2.0 * xy, xx - yy) / 2.0 : 0.0};
 }
 
-Lines draw_map(const Trail& trail, const odom_pose& pose, const MapView& view) {
-  if (view.rows < 2 || view.columns < 2) return {};
-  const std::size_t rows = view.rows - 1;
-  if (!std::isfinite(pose.x) || !std::isfinite(pose.y) || pose.mode == ODOM_INITIALISING) {
-    return Lines(view.rows);
-  }
+Lines draw_map(const Trail& trail, const odom_pose& pose, std::size_t columns, std::size_t rows) {
+  if (!std::isfinite(pose.x) || !std::isfinite(pose.y)) return Lines(rows);
+  --rows;  // the last one has the scale
   Box box{pose.x - least_extent / 2.0, pose.x + least_extent / 2.0, pose.y - least_extent / 2.0,
           pose.y + least_extent / 2.0};
   for (const TrailPoint& point : trail.points()) box.include(point.x, point.y);
-  const Section section = section_for(box, static_cast<double>(view.columns * dots_across),
+  const Section section = section_for(box, static_cast<double>(columns * dots_across),
                                       static_cast<double>(rows * dots_down));
 
-  Dots dots{view.columns, rows};
+  Dots dots{columns, rows};
   const Ellipse ellipse =
       ellipse_of({pose.covariance[0], pose.covariance[1], pose.covariance[3]}, 3.0);
   constexpr int pieces = 180;
@@ -260,11 +197,10 @@ Lines draw_map(const Trail& trail, const odom_pose& pose, const MapView& view) {
               section.down(point.y), Style::accent);
     before = &point;
   }
-  dots.mark(section.across(pose.x), section.down(pose.y), arrow(pose.yaw, view.glyphs),
-            Style::strong);
+  dots.mark(section.across(pose.x), section.down(pose.y), arrow(pose.yaw), Style::strong);
 
-  Lines lines = dots.lines(view.glyphs);
-  lines.push_back(scale_bar(section.metres_a_dot * dots_across, view.columns, view.glyphs));
+  Lines lines = dots.lines();
+  lines.push_back(scale_bar(section.metres_a_dot * dots_across, columns));
   return lines;
 }
 
