@@ -170,7 +170,11 @@ std::vector<chart::Chart> innovation_charts(std::span<const Judgement> judgement
   return charts;
 }
 
-chart::Map evaluation_map(const EvaluatedDrive& drive, const std::string& title) {
+chart::Chart empty_map(const std::string& title) {
+  return {.title = title, .x = {.label = "x [m]"}, .y = {.label = "y [m]"}, .is_map = true};
+}
+
+chart::Chart evaluation_map(const EvaluatedDrive& drive, const std::string& title) {
   std::int64_t first_ns = std::numeric_limits<std::int64_t>::max();
   std::int64_t last_ns = std::numeric_limits<std::int64_t>::min();
   double path = 0.0;
@@ -182,31 +186,28 @@ chart::Map evaluation_map(const EvaluatedDrive& drive, const std::string& title)
   const auto names = names_of(drive);
   const auto colours = colours_of(drive);
 
-  chart::Map map;
-  map.title = title;
-  if (const auto& reference = drive.reference ? drive.reference : drive.shown) {
-    map.reference.label = drive.reference ? "reference" : "truth";
-    map.reference.note = fixed(path, path < 1000.0 ? 1 : 0) + " m";
-    map.reference.points = points_between(*reference, first_ns, last_ns);
-  }
+  chart::Chart map = empty_map(title);
+  if (const auto& reference = drive.reference ? drive.reference : drive.shown)
+    map.series.push_back({drive.reference ? "reference" : "truth",
+                          fixed(path, path < 1000.0 ? 1 : 0) + " m", chart::reference_colour,
+                          points_between(*reference, first_ns, last_ns), chart::Mark::line, 9.0});
+  const bool left_out = !drive.replays.empty() && !camera_came_in(drive);
+  chart::Series cameras{
+      left_out ? "camera, left out" : "camera", "", chart::dot_colour, {}, chart::Mark::dots};
+  for (const auto& pose : drive.cameras)
+    if (pose.capture_ns >= first_ns && pose.capture_ns <= last_ns)
+      cameras.points.push_back({pose.x, pose.y});
+  if (!cameras.points.empty()) map.series.push_back(std::move(cameras));
   for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
     const Evaluation& e = drive.report.evaluations[i];
     const Trajectory moved = aligned(drive.estimates[i], e.alignment);
-    chart::Trace trace{
-        names[i], note_of(e), points_between(moved, e.first_ns, e.last_ns), {}, colours[i]};
-    if (e.consistency) {
-      const TrajectoryPoint end = *at(moved, e.last_ns);
-      const auto& P = end.covariance;
-      trace.end_ellipse = chart::Ellipse{{end.pose.x, end.pose.y}, {P[0], P[1], P[3]}};
-    }
-    map.estimates.push_back(std::move(trace));
+    map.series.push_back(
+        {names[i], note_of(e), colours[i], points_between(moved, e.first_ns, e.last_ns)});
+    if (!e.consistency) continue;
+    const TrajectoryPoint end = *at(moved, e.last_ns);
+    const auto& P = end.covariance;
+    map.ellipses.push_back({{end.pose.x, end.pose.y}, {P[0], P[1], P[3]}, colours[i]});
   }
-  for (const auto& pose : drive.cameras) {
-    if (pose.capture_ns >= first_ns && pose.capture_ns <= last_ns) {
-      map.dots.push_back({pose.x, pose.y});
-    }
-  }
-  map.dots_label = drive.replays.empty() || camera_came_in(drive) ? "camera" : "camera, left out";
   return map;
 }
 

@@ -8,7 +8,6 @@
 
 #include "estimator/common/measurement.hpp"
 #include "tools/chart/chart.hpp"
-#include "tools/chart/map.hpp"
 #include "tools/chart/picture.hpp"
 #include "tools/drive_files/beat_histogram.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
@@ -29,8 +28,11 @@ struct Figure {
 [[nodiscard]] std::vector<chart::Chart> innovation_charts(
     std::span<const estimator::Judgement> judgements, std::int64_t zero_ns);
 
+/// A map without trajectories.
+[[nodiscard]] chart::Chart empty_map(const std::string& title);
+
 /// Reference and aligned estimates within their common time, camera poses as dots; cm/m and heading
 /// error in the legend.
-[[nodiscard]] chart::Map evaluation_map(const EvaluatedDrive& drive, const std::string& title);
+[[nodiscard]] chart::Chart evaluation_map(const EvaluatedDrive& drive, const std::string& title);
 
 }  // namespace odomd::tools

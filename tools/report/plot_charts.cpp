@@ -14,7 +14,6 @@
 
 #include "daemon/core/record.hpp"
 #include "tools/chart/chart.hpp"
-#include "tools/chart/map.hpp"
 #include "tools/chart/picture.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
@@ -22,6 +21,7 @@
 #include "tools/evaluation/evaluation_report.hpp"
 #include "tools/live/daemon_link.hpp"
 #include "tools/live/tick_follower.hpp"
+#include "tools/report/charts.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -177,18 +177,12 @@ Chart chart_of(const Curve& curve, const std::vector<Drawn>& tracks, const Calib
 }
 
 chart::Drawing map_of(const PlotInput& input) {
-  chart::Map map;
-  const auto points_of = [](const Trajectory& track) {
-    std::vector<chart::Point> points;
-    for (const TrajectoryPoint& p : track.points) points.push_back({p.pose.x, p.pose.y});
-    return points;
-  };
+  chart::Chart map = empty_map("");
   for (const Drawn& one : drawn(input)) {
-    chart::Trace trace{one.name, "", points_of(*one.track), {}, one.colour};
-    if (input.reference && one.track == &*input.reference)
-      map.reference = std::move(trace);
-    else
-      map.estimates.push_back(std::move(trace));
+    Series series{one.name, "", one.colour, {}, chart::Mark::line, one.stroke};
+    for (const TrajectoryPoint& p : one.track->points)
+      series.points.push_back({p.pose.x, p.pose.y});
+    map.series.push_back(std::move(series));
   }
   return draw(map);
 }
