@@ -3,6 +3,7 @@
 import argparse
 import concurrent.futures
 import contextlib
+import dataclasses
 import datetime
 import json
 import math
@@ -17,6 +18,15 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 ODOM = pathlib.Path(os.environ.get("ODOM", ROOT / "build/release/bin/odom"))
 PROCESSORS = len(os.sched_getaffinity(0))
 DEGREES = 180 / math.pi
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """A bar's row in the table."""
+    what: str
+    required: str
+    measured: str
+    met: bool
 
 
 class Failed(Exception):
