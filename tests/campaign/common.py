@@ -9,6 +9,7 @@ import json
 import math
 import os
 import pathlib
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -31,6 +32,10 @@ class Row:
 
 class Failed(Exception):
     """A failed command, described in one line."""
+
+
+def geometric_mean(values: list[float]) -> float:
+    return math.exp(statistics.fmean(math.log(max(value, 1e-9)) for value in values))
 
 
 def last_line(text: str) -> str:

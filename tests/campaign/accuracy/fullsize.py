@@ -7,7 +7,7 @@ import dataclasses
 import math
 import statistics
 
-from common import Row
+from common import Row, geometric_mean
 
 from . import bars, courses, drives
 
@@ -80,10 +80,6 @@ class Results(bars.Results):
 
     def ratios(self, found, figure):
         return list(map(bars.ratio, self.values(found, figure), self.values(found, figure, REFERENCE)))
-
-
-def geometric_mean(values):
-    return math.exp(statistics.fmean(math.log(max(value, 1e-9)) for value in values))
 
 
 def dead_reckoning(results):
