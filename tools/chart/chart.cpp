@@ -25,10 +25,7 @@ class Extent {
  public:
   explicit Extent(Scaling scaling) : scaling_(scaling) {}
   void take(double value) {
-    if (!std::isfinite(value)) return;
-    if (scaling_ == Scaling::logarithmic && !(value > 0.0)) return;
-    range_.low = std::min(range_.low, value);
-    range_.high = std::max(range_.high, value);
+    if (std::isfinite(value) && (scaling_ == Scaling::linear || value > 0.0)) range_.take(value);
   }
   [[nodiscard]] bool empty() const { return range_.low > range_.high; }
   [[nodiscard]] Range range() const {

@@ -29,7 +29,7 @@ std::string escaped(const std::string& text) {
         out += "&quot;";
         break;
       default:
-        out += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
+        out += static_cast<unsigned char>(c) < ' ' && c != '\n' ? ' ' : c;
     }
   }
   return out;
@@ -55,12 +55,6 @@ std::string words(double x, double y, double size, const std::string& attributes
   return fmt::format(R"(<text x="{}" y="{}" font-size="{}" {}>{}</text>)"
                      "\n",
                      px(x), px(y), px(size), attributes, content);
-}
-
-std::string clipped(double x, double y, double wide, double high, const std::string& content) {
-  return fmt::format(R"(<svg x="{0}" y="{1}" width="{2}" height="{3}" viewBox="{0} {1} {2} {3}">)"
-                     "\n{4}</svg>\n",
-                     px(x), px(y), px(wide), px(high), content);
 }
 
 }  // namespace odomd::tools::svg

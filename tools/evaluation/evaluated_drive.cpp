@@ -15,7 +15,7 @@
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/evaluation/camera_reference.hpp"
-#include "tools/evaluation/closed_loop.hpp"
+#include "tools/evaluation/evaluation.hpp"
 #include "tools/evaluation/evaluation_checks.hpp"
 #include "tools/math/se2.hpp"
 
@@ -94,12 +94,6 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
       if (drive.replays.empty()) append(drive.warnings, check_headings(estimate));
       report.evaluations.push_back(evaluate_closed_loop(estimate));
     }
-    // Aligned for the picture with truth and camera: dead reckoning has an arbitrary start pose.
-    if (drive.shown && !has_cameras)
-      for (std::size_t i = 0; i < drive.estimates.size(); ++i)
-        if (const auto there = at(*drive.shown, drive.estimates[i].points.front().t_ns))
-          report.evaluations[i].alignment =
-              compose(there->pose, inverse(drive.estimates[i].points.front().pose));
     if (judging.against == Against::closed_loop)
       append(drive.warnings, check_that_it_closes(drive.name, report.evaluations));
     else if (!drive.loop_is_assumed)
@@ -125,14 +119,14 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
     if (arm.x != 0.0 || arm.y != 0.0 || arm.yaw != 0.0) report.lever_arm = arm;
   }
   if (report.lever_arm) drive.reference = at_centre_of_gravity(*drive.reference, *report.lever_arm);
-  const std::vector<Units> units = check_units(drive);
+  const std::vector<bool> has_same_units = check_units(drive);
   bool is_of_the_drive = false;
   for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
     const Trajectory& estimate = drive.estimates[i];
     report.evaluations.push_back(evaluate(*drive.reference, estimate, report.align));
     // A model that has stopped no longer turns, and its fault is reported already.
     if (!drive.replays.empty() && drive.replays[i].summary.fault_ns) continue;
-    if (units[i] == Units::unlike) continue;
+    if (!has_same_units[i]) continue;
     const std::optional<Diagnostic> mismatch = drive_mismatch(*drive.reference, estimate);
     is_of_the_drive = is_of_the_drive || !mismatch;
     append(drive.warnings, mismatch);
@@ -148,7 +142,7 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
     append(drive.warnings, read != nullptr ? check_times(judged, *read, report.align)
                                            : check_times(judged, drive.estimates, report.align));
   }
-  check_coverage(drive, judged, units);
+  check_coverage(drive, judged, has_same_units);
 }
 
 }  // namespace
@@ -164,18 +158,18 @@ std::vector<std::string> names_of(const EvaluatedDrive& drive) {
 }
 
 std::vector<std::string> colours_of(const EvaluatedDrive& drive) {
-  // kinematic, kinematic_printed, paper, full, inertial
-  static constexpr std::array<std::size_t, estimator::model_names.size()> of_model{0, 4, 1, 2, 3};
   const std::vector<std::string> names = names_of(drive);
-  std::vector<std::string> by_model, by_place;
-  for (const std::string& name : names) {
-    by_place.push_back(chart::colour_of(by_place.size()));
-    const auto* const model = std::ranges::find(estimator::model_names, name);
-    if (model != estimator::model_names.end())
-      by_model.push_back(chart::colour_of(
-          of_model.at(static_cast<std::size_t>(model - estimator::model_names.begin()))));
-  }
-  return by_model.size() == names.size() ? by_model : by_place;
+  const auto is_model = [](const std::string& name) {
+    return std::ranges::find(estimator::model_names, name) != estimator::model_names.end();
+  };
+  const bool are_models = std::ranges::all_of(names, is_model);
+  std::vector<std::string> colours;
+  for (const std::string& name : names)
+    colours.push_back(chart::colour_of(
+        are_models ? static_cast<std::size_t>(std::ranges::find(estimator::model_names, name) -
+                                              estimator::model_names.begin())
+                   : colours.size()));
+  return colours;
 }
 
 EvaluatedDrive evaluate_files(const std::string& reference, const std::vector<std::string>& poses,
@@ -216,8 +210,6 @@ EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estima
     find_reference(read);
     drive.reference = std::move(read.reference);
     drive.loop_is_assumed = read.closed_loop;
-  } else {
-    if (read.reference) drive.shown = reference_of(read, judging.lever_arm);
   }
   const std::filesystem::path beat = judging.beat.empty() ? read.folder / "beat.csv" : judging.beat;
   if (!judging.beat.empty() || std::filesystem::exists(beat)) drive.beat = read_beat_log(beat);

@@ -21,7 +21,7 @@
 #include "tools/evaluation/evaluation_report.hpp"
 #include "tools/live/daemon_link.hpp"
 #include "tools/live/tick_follower.hpp"
-#include "tools/report/charts.hpp"
+#include "tools/report/figures.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -119,10 +119,6 @@ std::vector<Drawn> drawn(const PlotInput& input) {
   return all;
 }
 
-double seconds(const Drawn& one, std::int64_t t_ns) {
-  return static_cast<double>(t_ns - one.zero_ns) * 1e-9;
-}
-
 const std::vector<double>& values_of(const Trajectory& track, std::string_view column) {
   const std::vector<std::string> columns = plot_columns();
   return track.columns.at(
@@ -146,24 +142,21 @@ chart::Band band_of(const Curve& curve, const Trajectory& track, const Series& s
 
 // Draws the curve of every track that has its data.
 Chart chart_of(const Curve& curve, const std::vector<Drawn>& tracks, const Calibrations& truth) {
-  Chart chart;
-  chart.title = curve.title;
-  chart.x.label = "time [s]";
-  chart.y.label = curve.label;
+  Chart chart = time_chart(std::string{curve.title}, std::string{curve.label});
   if (curve.needs == &Trajectory::has_covariance) chart.y.scaling = chart::Scaling::logarithmic;
   if (curve.quantity == "calibrations") chart.height = 200.0;
   for (const Drawn& one : tracks) {
     const Trajectory& track = *one.track;
-    Series series{one.name, "", one.colour, {}, chart::Mark::line, one.stroke};
-    if (curve.value == nullptr) {
-      const std::vector<double>& values = values_of(track, curve.column);
-      for (std::size_t i = 0; i < values.size(); ++i)
-        series.points.push_back({seconds(one, track.points[i].t_ns), values[i] * curve.factor});
-    } else if (curve.needs == nullptr || track.*curve.needs) {
-      for (const TrajectoryPoint& point : track.points)
-        series.points.push_back({seconds(one, point.t_ns), curve.value(point)});
-    }
-    if (series.points.empty()) continue;
+    const std::vector<double>* const column =
+        curve.value == nullptr ? &values_of(track, curve.column) : nullptr;
+    if (column != nullptr ? column->empty() : curve.needs != nullptr && !(track.*curve.needs))
+      continue;
+    Series series = over_time(
+        {one.name, "", one.colour, {}, chart::Mark::line, one.stroke}, track.points, one.zero_ns,
+        [&](const TrajectoryPoint& point) -> std::optional<double> {
+          if (column == nullptr) return curve.value(point);
+          return (*column)[static_cast<std::size_t>(&point - track.points.data())] * curve.factor;
+        });
     if (curve.quantity == "calibrations") {
       chart::Band band = band_of(curve, track, series);
       if (!chart.bands.empty()) band.label.clear();

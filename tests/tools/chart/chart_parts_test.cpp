@@ -166,7 +166,7 @@ TEST(Thinned, LeavesFewDotsAsTheyAre) {
 
 TEST(Escaped, LeavesLettersAndHidesWhatIsMarkup) {
   EXPECT_EQ(svg::escaped("a<b>&\"c\" ψ±3√S 🚗"), "a&lt;b&gt;&amp;&quot;c&quot; ψ±3√S 🚗");
-  EXPECT_EQ(svg::escaped("two\nlines\x01"), "two lines ");
+  EXPECT_EQ(svg::escaped("two\nlines\x01"), "two\nlines ");
 }
 
 TEST(Escaped, ReplacesWhatIsNoUtf8) {
