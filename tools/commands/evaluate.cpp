@@ -160,11 +160,9 @@ std::string drives_text(const std::vector<EvaluatedDrive>& drives) {
 
 // One drive: its trajectories. Several: their errors against speed.
 void write_picture_of(const std::vector<EvaluatedDrive>& drives, const Options& options) {
-  std::vector<chart::Drawing> drawings;
-  if (drives.size() == 1)
-    drawings.push_back(draw(evaluation_map(drives.front(), options.title)));
-  else
-    for (Figure& figure : errors_by_speed(drives)) drawings.push_back(std::move(figure.drawing));
+  const std::vector<chart::Drawing> drawings =
+      drives.size() == 1 ? std::vector{draw(evaluation_map(drives.front(), options.title))}
+                         : errors_by_speed(drives);
   chart::write_picture(options.picture, drawings);
 }
 

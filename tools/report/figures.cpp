@@ -216,28 +216,20 @@ std::vector<Figure> innovation_figures(const EvaluatedDrive& drive) {
   return figures;
 }
 
-std::vector<Figure> errors_by_speed(const std::vector<EvaluatedDrive>& drives) {
-  struct Quantity {
-    const char* label;
-    const char* caption;
-    const char* metric;
-  };
-  constexpr std::array<Quantity, 3> quantities{{
-      {"35 ms error [mm]", "Mean error of the displacement over 35 ms.", "35 ms error mean [mm]"},
-      {"end error [cm/m]", "End error per metre of path.", "end error [cm/m]"},
-      {"heading at the end [deg]", "Heading error at the end, magnitude.",
-       "heading error at the end [deg]"},
-  }};
-  std::vector<Figure> figures;
-  for (const Quantity& quantity : quantities) {
+std::vector<chart::Drawing> errors_by_speed(const std::vector<EvaluatedDrive>& drives) {
+  constexpr std::array<std::string_view, 3> quantities{"35 ms error mean [mm]", "end error [cm/m]",
+                                                       "heading error at the end [deg]"};
+  std::vector<chart::Drawing> drawings;
+  for (const std::string_view label : quantities) {
+    const Metric& quantity = metric(label);
     Chart chart;
     chart.x.label = "mean speed [m/s]";
-    chart.y = {quantity.label, chart::Scaling::logarithmic, {}};
+    chart.y = {std::string{label}, chart::Scaling::logarithmic, {}};
     for (const EvaluatedDrive& drive : drives) {
       const auto names = names_of(drive), colours = colours_of(drive);
       for (std::size_t i = 0; i < names.size(); ++i) {
         const Evaluation& e = drive.report.evaluations[i];
-        const Metric::Value value = metric(quantity.metric).value(e, e);
+        const Metric::Value value = quantity.value(e, e);
         const double duration = 1e-9 * static_cast<double>(e.last_ns - e.first_ns);
         if (!value || !(duration > 0.0)) continue;
         auto series = std::ranges::find(chart.series, names[i], &Series::label);
@@ -251,13 +243,13 @@ std::vector<Figure> errors_by_speed(const std::vector<EvaluatedDrive>& drives) {
     chart::Range speeds{chart.series[0].points[0].x, chart.series[0].points[0].x};
     for (Series& series : chart.series) {
       std::ranges::sort(series.points, {}, &chart::Point::x);
-      speeds = {std::min(speeds.low, series.points.front().x),
-                std::max(speeds.high, series.points.back().x)};
+      speeds.take(series.points.front().x);
+      speeds.take(series.points.back().x);
     }
     chart.x.range = with_room(speeds, chart::Scaling::linear);
-    figures.push_back({draw(chart), quantity.caption});
+    drawings.push_back(draw(chart));
   }
-  return figures;
+  return drawings;
 }
 
 }  // namespace odomd::tools

@@ -67,7 +67,8 @@ template <typename Rows, typename Value>
 
 /// Errors over the mean speed of each drive, one curve per model: 35 ms, end per metre, heading at
 /// the end. Figures that no drive has are left out.
-[[nodiscard]] std::vector<Figure> errors_by_speed(const std::vector<EvaluatedDrive>& drives);
+[[nodiscard]] std::vector<chart::Drawing> errors_by_speed(
+    const std::vector<EvaluatedDrive>& drives);
 
 /// For the focus, one figure per source whose samples were tested; three for the camera.
 [[nodiscard]] std::vector<Figure> innovation_figures(const EvaluatedDrive& drive);

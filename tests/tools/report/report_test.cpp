@@ -115,8 +115,8 @@ TEST_F(Report, OfSeveralDrivesDrawsTheErrorsBySpeed) {
                               " --model paper --model full --dead-reckoning --picture " + picture);
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const std::string svg = contents(picture);
-  for (const char* axis : {"mean speed [m/s]", "35 ms error [mm]", "end error [cm/m]",
-                           "heading at the end [deg]", "paper", "full"})
+  for (const char* axis : {"mean speed [m/s]", "35 ms error mean [mm]", "end error [cm/m]",
+                           "heading error at the end [deg]", "paper", "full"})
     EXPECT_THAT(svg, HasSubstr(axis));
 }
 
