@@ -3,11 +3,13 @@
 import argparse
 import concurrent.futures
 import contextlib
+import dataclasses
 import datetime
 import json
 import math
 import os
 import pathlib
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -19,8 +21,21 @@ PROCESSORS = len(os.sched_getaffinity(0))
 DEGREES = 180 / math.pi
 
 
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """A bar's row in the table."""
+    what: str
+    required: str
+    measured: str
+    met: bool
+
+
 class Failed(Exception):
     """A failed command, described in one line."""
+
+
+def geometric_mean(values: list[float]) -> float:
+    return math.exp(statistics.fmean(math.log(max(value, 1e-9)) for value in values))
 
 
 def last_line(text: str) -> str:

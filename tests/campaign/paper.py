@@ -8,7 +8,6 @@ be what its commands give. Prints tables in Markdown. Exit status 1 if a bar is 
 2 on wrong usage.
 """
 
-import datetime
 import json
 import math
 import pathlib
@@ -18,7 +17,7 @@ import statistics
 import tempfile
 
 import common
-from common import ROOT, output
+from common import ROOT, Row, output
 from identify import rows
 from identify.methods import STIFFNESS, findings, simulate
 from identify.rows import sample
@@ -27,7 +26,8 @@ MODELS = ["kinematic_printed", "kinematic", "paper", "full"]
 # Column heading: key in the summary, and the column's unit in terms of the summary's.
 FIGURES = {"end [cm/m]": ("end_error_cm_per_m", 1.0), "heading at the end [deg]": ("heading_end", math.pi / 180),
            "35 ms [mm]": ("error_35ms_mean", 1e-3), "better than kinematic by [%]": ("better_percent", 1.0)}
-CLAIMS = [lambda end: end <= 1.25, lambda heading: heading <= 2.9, lambda ms: ms < 1.0, lambda by: by >= 82.6]
+CLAIMS = [("≤ 1.25", lambda end: end <= 1.25), ("≤ 2.9", lambda heading: heading <= 2.9),
+          ("< 1", lambda ms: ms < 1.0), ("≥ 82.6", lambda by: by >= 82.6)]
 # Error by speed in laps: options of the laps, keyed by the words of their rows, and the speeds of
 # each car.
 SMALL_SCALE_ERROR = "--gyro-scale-error", 0.003
@@ -101,6 +101,7 @@ def printed_right(printed, found):
 
 
 def main():
+    begun = common.now()
     given = common.parse(common.parser(__doc__, seeds=10, what="cars", jobs=False))
 
     def one(seed):
@@ -111,30 +112,24 @@ def main():
             return values, lap_of(given.odom, work, lap, ("--config", car))
 
     cars = rows.each(range(1, given.seeds + 1), one)
-    passed = failed = 0
-
-    def bar(met, text):
-        nonlocal passed, failed
-        passed, failed = passed + met, failed + (not met)
-        return text if met else f"**{text}**"
-
-    print("| value | truth within 2 sigma | rms error [%] |\n|---|--:|--:|")
+    bars = []
     for name in cars[0][0]:
         row = rows.judge(name, [values[name] for values, _ in cars])
-        met = row.undetermined == 0 and row.inside >= 0.9 * row.of
-        print(f"| {name} | {bar(met, f'{row.inside} of {row.of}')} | {row.error:.2g} |")
-    print(f"\n| mean of {given.seeds} laps | {' | '.join(FIGURES)} |\n|---|" + "--:|" * len(FIGURES))
-    for model in MODELS:
-        means = [statistics.fmean(column) for column in zip(*(laps[model] for _, laps in cars))]
-        cells = [bar(claim(mean), f"{mean:.2f}") if model == "paper" else f"{mean:.2f}"
-                 for mean, claim in zip(means, CLAIMS)]
-        print(f"| {model} | {' | '.join(cells)} |")
-    print("\n| errors by speed in docs/dev/results.md | other than printed |\n|---|--:|")
+        bars.append(("identified", Row(name, "truth within 2 sigma for 90 %",
+                                       f"{row.inside} of {row.of}; rms error {row.error:.2g} %",
+                                       row.undetermined == 0 and row.inside >= 0.9 * row.of)))
+    means = {model: [statistics.fmean(column) for column in zip(*(laps[model] for _, laps in cars))]
+             for model in MODELS}
+    bars += [("lap", Row(figure, claim, f"{mean:.2f}", holds(mean)))
+             for figure, mean, (claim, holds) in zip(FIGURES, means["paper"], CLAIMS)]
     for name, pairs in errors_by_speed(given.odom):
         wrong = [f"{found:.3g} for {printed}" for printed, found in pairs if not printed_right(printed, found)]
-        print(f"| {name} | {bar(not wrong, ', '.join(wrong) or 'none')} |")
-    print(f"{datetime.date.today()} paper: {passed} passed, {failed} failed")
-    return 1 if failed else 0
+        bars.append(("errors by speed", Row(name, "as docs/dev/results.md", ", ".join(wrong) or "the same", not wrong)))
+    print("\n".join(common.table(bars)))
+    print(f"\n| mean of {given.seeds} laps | {' | '.join(FIGURES)} |\n|---|" + "--:|" * len(FIGURES))
+    for model, figures in means.items():
+        print(f"| {model} | {' | '.join(f'{mean:.2f}' for mean in figures)} |")
+    return common.finish("paper", begun, bars, None, {})
 
 
 if __name__ == "__main__":

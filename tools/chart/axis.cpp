@@ -136,11 +136,12 @@ std::string grid(const std::vector<Tick>& x_ticks, const std::vector<Tick>& y_ti
 
 std::string framed(const Scale& x, const Scale& y, const std::string& content) {
   const double wide = x.to - x.from, high = y.from - y.to;
-  return svg::clipped(x.from, y.to, wide, high, content) +
-         fmt::format(R"(<rect x="{}" y="{}" width="{}" height="{}" fill="none" stroke="{}" )"
-                     R"(stroke-width="2"/>)"
-                     "\n",
-                     px(x.from), px(y.to), px(wide), px(high), frame_colour);
+  return fmt::format(
+      R"(<svg x="{0}" y="{1}" width="{2}" height="{3}" viewBox="{0} {1} {2} {3}">)"
+      "\n{4}</svg>\n"
+      R"(<rect x="{0}" y="{1}" width="{2}" height="{3}" fill="none" stroke="{5}" stroke-width="2"/>)"
+      "\n",
+      px(x.from), px(y.to), px(wide), px(high), content, frame_colour);
 }
 
 std::string title_at(const std::string& title, double& top) {

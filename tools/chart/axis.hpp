@@ -1,6 +1,7 @@
-// Axes with round ticks, and legends, for charts and maps.
+// Axes with round ticks, and legends.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -14,6 +15,9 @@ struct Range {
   double high = 1.0;
 
   [[nodiscard]] double width() const { return high - low; }
+  [[nodiscard]] bool holds(double value) const { return value >= low && value <= high; }
+  [[nodiscard]] Range grown(double by) const { return {low - by, high + by}; }
+  void take(double value) { *this = {std::min(low, value), std::max(high, value)}; }
 };
 
 /// An axis between two positions in the picture (user units; `from` is that of the low end).

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "tools/chart/axis.hpp"
+#include "tools/chart/map.hpp"
 #include "tools/chart/picture.hpp"
 #include "tools/chart/svg_elements.hpp"
 #include "tools/cli/text.hpp"
@@ -24,10 +25,7 @@ class Extent {
  public:
   explicit Extent(Scaling scaling) : scaling_(scaling) {}
   void take(double value) {
-    if (!std::isfinite(value)) return;
-    if (scaling_ == Scaling::logarithmic && !(value > 0.0)) return;
-    range_.low = std::min(range_.low, value);
-    range_.high = std::max(range_.high, value);
+    if (std::isfinite(value) && (scaling_ == Scaling::linear || value > 0.0)) range_.take(value);
   }
   [[nodiscard]] bool empty() const { return range_.low > range_.high; }
   [[nodiscard]] Range range() const {
@@ -119,6 +117,14 @@ std::string dots_of(const std::vector<Point>& points, const Scale& x, const Scal
   return svg::line(data, colour, size);
 }
 
+std::string draw_on_map(const Series& series, const Axes& axes) {
+  constexpr double step = 5.0, dot_spacing = 11.0;  // dots remain separate
+  if (series.mark == Mark::line)
+    return svg::line(path_of(spaced(series.points, axes, step), axes.x, axes.y), series.colour,
+                     series.stroke);
+  return dots_of(spaced(series.points, axes, dot_spacing), axes.x, axes.y, series.colour, 7.0);
+}
+
 std::string draw_series(const Series& series, const Scale& x, const Scale& y) {
   // Dots are wider than lines: fewer columns suffice.
   constexpr std::size_t columns_of_dots = 160;
@@ -171,12 +177,15 @@ std::string draw_bars(const std::vector<Bar>& bars, const Scale& x, const Scale&
 
 std::vector<LegendEntry> entries_of(const Chart& chart) {
   std::vector<LegendEntry> entries;
+  const View view = chart.is_map ? view_of(chart) : View{};
+  const auto is_shown = [&view](const Point& p) { return view.holds(p); };
   for (const auto& series : chart.series) {
     if (series.label.empty()) continue;
     const bool line = series.mark == Mark::line || series.mark == Mark::line_and_dots;
+    const bool leaves = chart.is_map && line && !std::ranges::all_of(series.points, is_shown);
     entries.push_back(
         {line ? line_mark(series.colour, series.stroke + 2.0) : dot_mark(series.colour),
-         series.label, series.note});
+         series.label, series.note + (leaves ? " · leaves the picture" : "")});
   }
   for (const auto& band : chart.bands) {
     if (!band.label.empty()) entries.push_back({area_mark(band.colour), band.label, ""});
@@ -209,6 +218,19 @@ std::size_t widest(const std::vector<Tick>& some) {
   return letters;
 }
 
+Axes axes_of(const Chart& chart, double top) {
+  const Range ys = y_range(chart);
+  const auto y_ticks = ticks(ys, chart.y.scaling, 6.0);
+  const double left = border + letter_width * tick_size * static_cast<double>(widest(y_ticks)) + 16;
+  const Scale x{x_range(chart), chart.x.scaling, left, canvas - border - 12.0};
+  const Scale y{ys, chart.y.scaling, top + chart.height, top};
+  // Fewer ticks if their labels are long.
+  const auto letters = static_cast<double>(widest(ticks(x.range, chart.x.scaling, 8.0)));
+  const double needed = letter_width * tick_size * letters + 24.0;
+  const double count = std::clamp((x.to - x.from) / needed, 2.0, 10.0);
+  return {x, y, ticks(x.range, chart.x.scaling, count), y_ticks};
+}
+
 }  // namespace
 
 Drawing draw(const Chart& chart) {
@@ -220,29 +242,23 @@ Drawing draw(const Chart& chart) {
                       svg::escaped(chart.y.label));
   top += text_size + 18.0;
 
-  const double bottom = top + chart.height;
-  const Range ys = y_range(chart);
-  const auto y_ticks = ticks(ys, chart.y.scaling, 6.0);
-  const double left = border + letter_width * tick_size * static_cast<double>(widest(y_ticks)) + 16;
-  const Scale x{x_range(chart), chart.x.scaling, left, canvas - border - 12.0};
-  const Scale y{ys, chart.y.scaling, bottom, top};
-  auto x_ticks = ticks(x.range, chart.x.scaling, 8.0);
-  // Fewer ticks if their labels are long.
-  const double needed = letter_width * tick_size * static_cast<double>(widest(x_ticks)) + 24.0;
-  x_ticks = ticks(x.range, chart.x.scaling, std::clamp((x.to - x.from) / needed, 2.0, 10.0));
-
+  const Axes axes = chart.is_map ? map_axes(view_of(chart), top) : axes_of(chart, top);
+  const auto& [x, y, x_ticks, y_ticks] = axes;
   std::string inside = levels_of(chart, x, y);
   for (const Band& band : chart.bands) inside += draw_band(band, x, y);
   if (!chart.bars.empty()) inside += draw_bars(chart.bars, x, y);
-  for (const Series& series : chart.series) inside += draw_series(series, x, y);
+  for (const Ellipse& ellipse : chart.ellipses) inside += draw_ellipse(ellipse, axes);
+  for (const Series& series : chart.series)
+    inside += chart.is_map ? draw_on_map(series, axes) : draw_series(series, x, y);
+  if (chart.is_map) inside += draw_ends(chart.series, axes);
 
   Drawing drawing;
   drawing.name = chart.title.empty() ? chart.y.label + " over " + chart.x.label : chart.title;
   drawing.svg = words + key.svg + grid(x_ticks, y_ticks, x, y) + framed(x, y, inside) +
-                svg::words(0.5 * (left + x.to), bottom + 2.0 * tick_size + 22.0, tick_size,
+                svg::words(0.5 * (x.from + x.to), y.from + 2.0 * tick_size + 22.0, tick_size,
                            fmt::format(R"(text-anchor="middle" fill="{}")", faint_ink),
                            svg::escaped(chart.x.label));
-  drawing.height = bottom + 2.0 * tick_size + 22.0 + border;
+  drawing.height = y.from + 2.0 * tick_size + 22.0 + border;
   return drawing;
 }
 

@@ -1,6 +1,7 @@
-// A chart: curves, bands and bars over an axis.
+// A chart: curves, bands and bars over an axis, or a map of trajectories.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -47,6 +48,13 @@ struct Bar {
   double height = 0.0;
 };
 
+/// The ellipse of three standard deviations of a 2-D normal distribution.
+struct Ellipse {
+  Point centre;
+  std::array<double, 3> covariance{};  ///< xx, xy, yy
+  std::string colour;
+};
+
 /// A dashed horizontal line.
 struct Level {
   double y = 0.0;
@@ -61,10 +69,14 @@ struct Chart {
   std::vector<Bar> bars;
   std::vector<Level> levels;
   std::vector<Series> series;  ///< later ones are drawn over earlier ones
-  double height = 440.0;       ///< of the plot, without its labels
+  std::vector<Ellipse> ellipses;
+  double height = 440.0;  ///< of the plot, without its labels
+  bool is_map = false;    ///< equal scales; x of a series may decrease; ranges and height follow
 };
 
-/// Draws as many points as are visible. Bands extend the range of y only near the curves.
+/// Draws as many points as are visible. Bands extend the range of y only near the curves. A map
+/// shows the first line and what is near it: a line that leaves is cut at the border, with a note
+/// in the legend. Its lines end in a disc, and the first begins with a ring.
 [[nodiscard]] Drawing draw(const Chart& chart);
 
 }  // namespace odomd::tools::chart

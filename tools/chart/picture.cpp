@@ -10,6 +10,7 @@
 #include <array>
 #include <cerrno>
 #include <cstdlib>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -22,31 +23,19 @@
 namespace odomd::tools::chart {
 namespace {
 
-// Removed when it goes out of scope.
-struct TemporaryFile {
-  std::filesystem::path path;
-  TemporaryFile() {
-    std::string name = (std::filesystem::temp_directory_path() / "odom-XXXXXX.svg").string();
-    const int descriptor = ::mkstemps(name.data(), 4);
-    if (descriptor < 0) {
-      throw std::system_error(errno, std::generic_category(), "temporary file " + name);
-    }
-    ::close(descriptor);
-    path = name;
-  }
-  ~TemporaryFile() {
-    std::error_code ignored;
-    std::filesystem::remove(path, ignored);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-};
+std::string new_temporary_file() {
+  std::string name = (std::filesystem::temp_directory_path() / "odom-XXXXXX.svg").string();
+  const int descriptor = ::mkstemps(name.data(), 4);
+  if (descriptor < 0)
+    throw std::system_error(errno, std::generic_category(), "temporary file " + name);
+  ::close(descriptor);
+  return name;
+}
 
-void convert(const std::filesystem::path& svg, const std::filesystem::path& png) {
+void convert(std::string svg, const std::filesystem::path& png) {
   std::string program = "rsvg-convert";
   std::string output = "--output=" + std::filesystem::absolute(png).string();
-  std::string input = svg.string();
-  const std::array<char*, 4> arguments{program.data(), output.data(), input.data(), nullptr};
+  const std::array<char*, 4> arguments{program.data(), output.data(), svg.data(), nullptr};
   pid_t child = 0;
   // posix_spawnp returns the error
   const int error =
@@ -122,9 +111,10 @@ void write_picture(const std::filesystem::path& file, std::span<const Drawing> d
     write_whole(file, as_svg(drawings));
     return;
   }
-  const TemporaryFile svg;
-  write_whole(svg.path, as_svg(drawings));
-  convert(svg.path, file);
+  const std::string svg = new_temporary_file();
+  const std::unique_ptr<const char, int (*)(const char*)> removed_at_the_end(svg.c_str(), ::unlink);
+  write_whole(svg, as_svg(drawings));
+  convert(svg, file);
 }
 
 }  // namespace odomd::tools::chart

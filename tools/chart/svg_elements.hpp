@@ -21,8 +21,4 @@ namespace odomd::tools::svg {
 [[nodiscard]] std::string words(double x, double y, double size, const std::string& attributes,
                                 const std::string& content);
 
-/// Clips `content` to a rectangle; its coordinates remain those of the picture.
-[[nodiscard]] std::string clipped(double x, double y, double wide, double high,
-                                  const std::string& content);
-
 }  // namespace odomd::tools::svg

@@ -21,13 +21,13 @@
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
 #include "tools/evaluation/evaluation_summary.hpp"
 #include "tools/replay/log_options.hpp"
-#include "tools/report/charts.hpp"
 #include "tools/report/figures.hpp"
 #include "tools/report/page.hpp"
 #include "tools/report/verdict.hpp"
@@ -149,12 +149,9 @@ std::string drives_text(const std::vector<EvaluatedDrive>& drives) {
 
 // One drive: its trajectories. Several: their errors against speed.
 void write_picture_of(const std::vector<EvaluatedDrive>& drives, const Options& options) {
-  std::vector<chart::Drawing> drawings;
-  if (drives.size() == 1)
-    drawings.push_back(draw(evaluation_map(drives.front(), options.title)));
-  else
-    for (Figure& figure : report::errors_by_speed(drives))
-      drawings.push_back(std::move(figure.drawing));
+  const std::vector<chart::Drawing> drawings =
+      drives.size() == 1 ? std::vector{draw(evaluation_map(drives.front(), options.title))}
+                         : errors_by_speed(drives);
   chart::write_picture(options.picture, drawings);
 }
 
@@ -178,7 +175,8 @@ void run_evaluate(const Options& options) {
                                                     .command = given_command()}));
   }
   if (options.json) {
-    std::cout << text_of(options.drives.empty() ? files_json(drives.front()) : drives_json(drives));
+    const auto json = options.drives.empty() ? files_json(drives.front()) : drives_json(drives);
+    std::cout << json_text(json, 2) << '\n';
   } else if (options.drives.empty()) {
     std::cout << as_text(drives.front().report)
               << "\nverdict: " << report::as_text(report::verdict_of(drives.front()));

@@ -16,7 +16,7 @@
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/innovation_file.hpp"
-#include "tools/report/charts.hpp"
+#include "tools/report/figures.hpp"
 #include "tools/report/plot_charts.hpp"
 
 namespace odomd::tools {

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "tools/evaluation/alignment.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
+#include "tools/evaluation/pose_error.hpp"
 #include "tools/math/median.hpp"
 #include "tools/math/se2.hpp"
 

@@ -13,7 +13,7 @@
 #include "daemon/core/pipeline.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/evaluation/camera_reference.hpp"
-#include "tools/evaluation/closed_loop.hpp"
+#include "tools/evaluation/evaluation.hpp"
 #include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools {
@@ -62,7 +62,6 @@ ReplayedDrive replay_with(const Drive& drive, const daemon::Config& config, Fram
 }
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-constexpr std::int64_t second_ns = 1'000'000'000;
 
 /// Smaller errors count as equal, as their ratio has no meaning.
 constexpr double least_error = 1e-9;
@@ -120,9 +119,10 @@ Trajectory reference_of(const Drive& drive, const std::optional<estimator::Pose2
 
 Score score_of(const Evaluation& evaluation) {
   Score score{unknown, unknown, evaluation.position.rms, evaluation.heading.rms};
-  if (evaluation.short_term) score[0] = evaluation.short_term->displacement.mean;
-  for (const HorizonError& error : evaluation.horizons)
-    if (error.horizon_ns == second_ns) score[1] = error.displacement.mean;
+  constexpr std::array horizons{short_horizon_ns, std::int64_t{1'000'000'000}};
+  for (std::size_t i = 0; i < horizons.size(); ++i)
+    if (const HorizonError* const error = error_over(evaluation, horizons[i]))
+      score[i] = error->displacement.mean;
   return score;
 }
 

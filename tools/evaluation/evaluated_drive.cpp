@@ -15,7 +15,7 @@
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/evaluation/camera_reference.hpp"
-#include "tools/evaluation/closed_loop.hpp"
+#include "tools/evaluation/evaluation.hpp"
 #include "tools/evaluation/evaluation_checks.hpp"
 #include "tools/math/se2.hpp"
 
@@ -75,42 +75,25 @@ std::size_t baseline_of(const EvaluatedDrive& drive, const std::string& name) {
                                           tools::quoted(name), fmt::join(names, ", ")));
 }
 
-// Completes the evaluation once the estimates and the reference (as in its file) are set. `read` is
-// the replayed drive; null for pose files.
-void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
-  EvaluationReport& report = drive.report;
-  drive.is_part = !judging.from.empty() || !judging.to.empty();
-  report.frame = judging.frame;
-  const bool has_cameras = read != nullptr && !read->cameras.empty();
-  report.align = judging.align.value_or(usual_align(has_cameras, judging.frame));
-  const std::int64_t first_ns =
-      (drive.reference ? *drive.reference : drive.estimates.front()).points.front().t_ns;
-  const Part part = part_of(judging, first_ns);
-  for (Trajectory& estimate : drive.estimates)
-    if (drive.is_part) estimate = cut_to(std::move(estimate), part.from_ns, part.to_ns);
-  report.baseline = baseline_of(drive, judging.baseline);
-  if (!drive.reference) {
-    for (const Trajectory& estimate : drive.estimates) {
-      if (drive.replays.empty()) append(drive.warnings, check_headings(estimate));
-      report.evaluations.push_back(evaluate_closed_loop(estimate));
-    }
-    // Aligned for the picture with truth and camera: dead reckoning has an arbitrary start pose.
-    if (drive.shown && !has_cameras)
-      for (std::size_t i = 0; i < drive.estimates.size(); ++i)
-        if (const auto there = at(*drive.shown, drive.estimates[i].points.front().t_ns))
-          report.evaluations[i].alignment =
-              compose(there->pose, inverse(drive.estimates[i].points.front().pose));
-    if (judging.against == Against::closed_loop)
-      append(drive.warnings, check_that_it_closes(drive.name, report.evaluations));
-    else if (!drive.loop_is_assumed)
-      for (Evaluation& e : report.evaluations) e = without_errors(e);
-    return;
+// Evaluates the estimates as closed loops.
+void judge_by_start(EvaluatedDrive& drive, const Judging& judging) {
+  for (const Trajectory& estimate : drive.estimates) {
+    if (drive.replays.empty()) append(drive.warnings, check_headings(estimate));
+    drive.report.evaluations.push_back(evaluate_closed_loop(estimate));
   }
+  if (judging.against == Against::closed_loop)
+    append(drive.warnings, check_that_it_closes(drive.name, drive.report.evaluations));
+  else if (!drive.loop_is_assumed)
+    for (Evaluation& e : drive.report.evaluations) e = without_errors(e);
+}
+
+// Moves the reference to the centre of gravity. `read` as for judge().
+void remove_lever_arm(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
+  EvaluationReport& report = drive.report;
   if (drive.reference->is_camera && (judging.lever_arm || judging.fit_lever_arm))
     throw std::invalid_argument(drive.name +
                                 ": --lever-arm and --fit-lever-arm are of a truth.csv; without one "
                                 "the reference is camera.csv with [camera] lever_arm");
-  report.reference = drive.reference->name;
   if (judging.lever_arm) {
     report.lever_arm = judging.lever_arm;
   } else if (judging.fit_lever_arm) {
@@ -125,30 +108,46 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
     if (arm.x != 0.0 || arm.y != 0.0 || arm.yaw != 0.0) report.lever_arm = arm;
   }
   if (report.lever_arm) drive.reference = at_centre_of_gravity(*drive.reference, *report.lever_arm);
-  const std::vector<Units> units = check_units(drive);
+}
+
+// Completes the evaluation once the estimates and the reference (as in its file) are set. `read` is
+// the replayed drive; null for pose files.
+void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
+  EvaluationReport& report = drive.report;
+  drive.is_part = !judging.from.empty() || !judging.to.empty();
+  report.frame = judging.frame;
+  const bool has_cameras = read != nullptr && !read->cameras.empty();
+  report.align = judging.align.value_or(usual_align(has_cameras, judging.frame));
+  const Trajectory& timed = drive.reference ? *drive.reference : drive.estimates.front();
+  const Part part = part_of(judging, timed.points.front().t_ns);
+  for (Trajectory& estimate : drive.estimates)
+    if (drive.is_part) estimate = cut_to(std::move(estimate), part.from_ns, part.to_ns);
+  report.baseline = baseline_of(drive, judging.baseline);
+  if (!drive.reference) return judge_by_start(drive, judging);
+  report.reference = drive.reference->name;
+  remove_lever_arm(drive, judging, read);
+  const std::vector<bool> has_same_units = check_units(drive);
   bool is_of_the_drive = false;
   for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
     const Trajectory& estimate = drive.estimates[i];
     report.evaluations.push_back(evaluate(*drive.reference, estimate, report.align));
     // A model that has stopped no longer turns, and its fault is reported already.
     if (!drive.replays.empty() && drive.replays[i].summary.fault_ns) continue;
-    if (units[i] == Units::unlike) continue;
+    if (!has_same_units[i]) continue;
     const std::optional<Diagnostic> mismatch = drive_mismatch(*drive.reference, estimate);
     is_of_the_drive = is_of_the_drive || !mismatch;
     append(drive.warnings, mismatch);
   }
   // Only the evaluated part is checked.
   Trajectory judged = *drive.reference;
-  const auto is_outside = [&part](const TrajectoryPoint& point) {
+  std::erase_if(judged.points, [&part](const TrajectoryPoint& point) {
     return point.t_ns < part.from_ns || point.t_ns > part.to_ns;
-  };
-  std::erase_if(judged.points, is_outside);
+  });
   if (judged.points.size() < 2) judged = *drive.reference;
-  if (is_of_the_drive) {
+  if (is_of_the_drive)
     append(drive.warnings, read != nullptr ? check_times(judged, *read, report.align)
                                            : check_times(judged, drive.estimates, report.align));
-  }
-  check_coverage(drive, judged, units);
+  check_coverage(drive, judged, has_same_units);
 }
 
 }  // namespace
@@ -164,18 +163,18 @@ std::vector<std::string> names_of(const EvaluatedDrive& drive) {
 }
 
 std::vector<std::string> colours_of(const EvaluatedDrive& drive) {
-  // kinematic, kinematic_printed, paper, full, inertial
-  static constexpr std::array<std::size_t, estimator::model_names.size()> of_model{0, 4, 1, 2, 3};
   const std::vector<std::string> names = names_of(drive);
-  std::vector<std::string> by_model, by_place;
-  for (const std::string& name : names) {
-    by_place.push_back(chart::colour_of(by_place.size()));
-    const auto* const model = std::ranges::find(estimator::model_names, name);
-    if (model != estimator::model_names.end())
-      by_model.push_back(chart::colour_of(
-          of_model.at(static_cast<std::size_t>(model - estimator::model_names.begin()))));
-  }
-  return by_model.size() == names.size() ? by_model : by_place;
+  const auto is_model = [](const std::string& name) {
+    return std::ranges::find(estimator::model_names, name) != estimator::model_names.end();
+  };
+  const bool are_models = std::ranges::all_of(names, is_model);
+  std::vector<std::string> colours;
+  for (const std::string& name : names)
+    colours.push_back(chart::colour_of(
+        are_models ? static_cast<std::size_t>(std::ranges::find(estimator::model_names, name) -
+                                              estimator::model_names.begin())
+                   : colours.size()));
+  return colours;
 }
 
 EvaluatedDrive evaluate_files(const std::string& reference, const std::vector<std::string>& poses,
@@ -216,8 +215,6 @@ EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estima
     find_reference(read);
     drive.reference = std::move(read.reference);
     drive.loop_is_assumed = read.closed_loop;
-  } else {
-    if (read.reference) drive.shown = reference_of(read, judging.lever_arm);
   }
   const std::filesystem::path beat = judging.beat.empty() ? read.folder / "beat.csv" : judging.beat;
   if (!judging.beat.empty() || std::filesystem::exists(beat)) drive.beat = read_beat_log(beat);

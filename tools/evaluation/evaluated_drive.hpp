@@ -21,7 +21,6 @@ struct EvaluatedDrive {
   std::string name;
   EvaluationReport report;              ///< one evaluation per estimate
   std::optional<Trajectory> reference;  ///< of the centre of gravity: truth or camera, or none
-  std::optional<Trajectory> shown;      ///< truth, drawn with a closed loop but not compared
   std::vector<Trajectory> estimates;
   std::vector<ReplayedDrive> replays;  ///< one per estimate, its poses moved to `estimates`; none
                                        ///< for pose files

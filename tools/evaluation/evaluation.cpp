@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <span>
+#include <stdexcept>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/symmetric3.hpp"
-#include "tools/evaluation/pose_error.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/math/se2.hpp"
 
 namespace odomd::tools {
@@ -28,6 +30,18 @@ std::vector<TrajectoryPoint> piece(const Trajectory& reference, std::int64_t fir
     if (point.t_ns > points.back().t_ns + step_ns && point.t_ns < last_ns) points.push_back(point);
   points.push_back(*at(reference, last_ns));
   return points;
+}
+
+// The figures of the path that errors are related to.
+void add_path(std::span<const TrajectoryPoint> path, Evaluation& result) {
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const double step = distance(path[i - 1].pose, path[i].pose);
+    const std::int64_t gap_ns = path[i].t_ns - path[i - 1].t_ns;
+    result.path_length += step;
+    result.farthest = std::max(result.farthest, distance(path.front().pose, path[i].pose));
+    result.reference_gap_ns = std::max(result.reference_gap_ns, gap_ns);
+    if (step > fastest_car * static_cast<double>(gap_ns) * 1e-9) ++result.reference_jumps;
+  }
 }
 
 // Time in which the reference repeats a position, as trackers often do that have lost the car.
@@ -84,7 +98,45 @@ void take_out_noise(std::span<const Pair> pairs, Evaluation& result) {
   result.heading.rms = without(result.heading.rms, heading);
 }
 
+constexpr double least_path = 1.0;        // m
+constexpr double refused_of_path = 0.10;  // end error
+constexpr double refused_of_size = 0.5;
+constexpr double refused_turn = 45.0;  // deg
+constexpr double warn_share_of_path = 0.03;
+constexpr double warn_turn = 20.0;  // deg
+
+double degrees_off(const Evaluation& e) {
+  return std::abs(e.heading_end) * 180.0 / std::numbers::pi;
+}
+
+// Largest ratio of an error to its limit; above 1 the lap is refused.
+double excess(const Evaluation& e) {
+  return std::max({e.end_error / (refused_of_path * e.path_length),
+                   e.end_error / (refused_of_size * std::max(e.farthest, 1e-9)),
+                   degrees_off(e) / refused_turn});
+}
+
+std::string how_far(const Evaluation& e) {
+  return fixed(e.end_error, 2) + " m (" + fixed(100.0 * e.end_error / e.path_length, 1) + " % of " +
+         fixed(e.path_length, 1) + " m) and " + fixed(degrees_off(e), 0) + " deg from its start";
+}
+
+bool closes_badly(const Evaluation& e) {
+  return e.end_error > warn_share_of_path * e.path_length || degrees_off(e) > warn_turn;
+}
+
+const Evaluation& best_of(std::span<const Evaluation> evaluations) {
+  return *std::ranges::min_element(evaluations, {}, [](const Evaluation& e) {
+    return std::pair{e.path_length < least_path, excess(e)};
+  });
+}
+
 }  // namespace
+
+const HorizonError* error_over(const Evaluation& e, std::int64_t horizon_ns) {
+  const auto found = std::ranges::find(e.horizons, horizon_ns, &HorizonError::horizon_ns);
+  return found == e.horizons.end() ? nullptr : &*found;
+}
 
 Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Align align) {
   const auto pairs = common_times(reference, estimate);
@@ -93,15 +145,7 @@ Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Ali
   result.samples = pairs.size();
   result.first_ns = pairs.front().estimate.t_ns;
   result.last_ns = pairs.back().estimate.t_ns;
-  const auto path = piece(reference, result.first_ns, result.last_ns);
-  for (std::size_t i = 1; i < path.size(); ++i) {
-    const double step = distance(path[i - 1].pose, path[i].pose);
-    const std::int64_t gap_ns = path[i].t_ns - path[i - 1].t_ns;
-    result.path_length += step;
-    result.farthest = std::max(result.farthest, distance(path.front().pose, path[i].pose));
-    result.reference_gap_ns = std::max(result.reference_gap_ns, gap_ns);
-    if (step > fastest_car * static_cast<double>(gap_ns) * 1e-9) ++result.reference_jumps;
-  }
+  add_path(piece(reference, result.first_ns, result.last_ns), result);
   if (reference.is_camera) result.reference_gap_ns = 0;  // not interpolated across
   result.reference_stuck_ns = stuck_ns(pairs);
   result.alignment = alignment(pairs, align);
@@ -135,9 +179,6 @@ Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Ali
   if (reference.is_camera)
     std::erase_if(result.horizons,
                   [&](const HorizonError& e) { return e.horizon_ns < 2 * reference.bridge_ns; });
-  const auto short_term =
-      std::ranges::find(result.horizons, short_horizon_ns, &HorizonError::horizon_ns);
-  if (short_term != result.horizons.end()) result.short_term = *short_term;
   if (reference.has_motion && estimate.has_motion) result.velocity_rms = velocity_rms(pairs);
   return result;
 }
@@ -150,6 +191,56 @@ Trajectory aligned(const Trajectory& estimate, const Pose2& alignment) {
         estimator::rotated(point.covariance, std::cos(alignment.yaw), std::sin(alignment.yaw));
   }
   return moved;
+}
+
+Evaluation evaluate_closed_loop(const Trajectory& estimate) {
+  const auto& points = estimate.points;
+  if (points.size() < 2) {
+    throw std::invalid_argument(estimate.name + ": has one row only; a lap needs more");
+  }
+  Evaluation e;
+  e.against = Against::closed_loop;
+  e.name = estimate.name;
+  e.samples = points.size();
+  e.first_ns = points.front().t_ns;
+  e.last_ns = points.back().t_ns;
+  add_path(points, e);
+  e.end_error = distance(points.front().pose, points.back().pose);
+  e.heading_end =
+      std::remainder(points.back().pose.yaw - points.front().pose.yaw, 2.0 * std::numbers::pi);
+  if (e.path_length > 0.0) e.end_cm_per_m = 100.0 * e.end_error / e.path_length;
+  return e;
+}
+
+bool closes(const Evaluation& loop) {
+  return loop.path_length >= least_path && excess(loop) <= 1.0 && !closes_badly(loop);
+}
+
+Evaluation without_errors(const Evaluation& open) {
+  Evaluation e = open;
+  e.against = Against::nothing;
+  e.end_error = e.heading_end = 0.0;
+  e.end_cm_per_m.reset();
+  return e;
+}
+
+std::optional<diagnostics::Diagnostic> check_that_it_closes(
+    const std::string& drive, std::span<const Evaluation> evaluations) {
+  const Evaluation* const best = &best_of(evaluations);
+  if (best->path_length < least_path) {
+    throw std::invalid_argument(drive + ": the car hardly moves (" + fixed(best->path_length, 2) +
+                                " m); a closed loop needs a lap");
+  }
+  if (excess(*best) > 1.0) {
+    throw std::invalid_argument(
+        drive + ": the lap does not close: by the best estimate it ends " + how_far(*best) +
+        "; cut it to whole laps with --from and --to, or give a --reference");
+  }
+  if (closes_badly(*best)) {
+    return found(diagnostics::kind("loop_closes_badly"), drive,
+                 "the lap closes badly: by the best estimate it ends " + how_far(*best));
+  }
+  return std::nullopt;
 }
 
 }  // namespace odomd::tools

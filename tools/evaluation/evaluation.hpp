@@ -1,12 +1,15 @@
-// Errors of an estimate against a reference. docs/evaluation.md has every definition.
+// Errors of an estimate against a reference, or, for a lap that ends where it began, against its
+// own start. docs/evaluation.md has every definition.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/estimate.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/evaluation/pose_error.hpp"
@@ -17,7 +20,7 @@ namespace odomd::tools {
 enum class Against : std::uint8_t {
   reference,
   camera,       ///< the camera's next poses: see camera_reference.hpp
-  closed_loop,  ///< its own start: see closed_loop.hpp
+  closed_loop,  ///< its own start
   nothing,      ///< the error is not known; innovations only
 };
 
@@ -55,7 +58,6 @@ struct Evaluation {
   Spread heading;                          ///< [rad]
   double reference_noise = 0.0;            ///< rms of a camera's positions [m]
   std::vector<HorizonError> horizons;      ///< those within the time span
-  std::optional<HorizonError> short_term;  ///< the horizon of 35 ms
   std::optional<Consistency> consistency;  ///< if the estimate has sigmas; with a camera's noise
   std::optional<Motion> velocity_rms;      ///< if both have velocities: rms of each difference
 
@@ -64,11 +66,32 @@ struct Evaluation {
   std::optional<double> nis_factor;
 };
 
+/// The error over a horizon; null if it is not known.
+[[nodiscard]] const HorizonError* error_over(const Evaluation& e, std::int64_t horizon_ns);
+
 /// Throws std::invalid_argument if there are fewer than two common times.
 [[nodiscard]] Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate,
                                   Align align);
 
 /// The estimate in the frame of the reference.
 [[nodiscard]] Trajectory aligned(const Trajectory& estimate, const estimator::Pose2& alignment);
+
+/// End error and end heading (to the nearest whole turn) of an estimate of a closed lap, with its
+/// own path length. Figures that need a reference stay empty. Throws std::invalid_argument for
+/// fewer than two rows.
+[[nodiscard]] Evaluation evaluate_closed_loop(const Trajectory& estimate);
+
+/// Whether to assume a closed lap without --closed-loop: the estimate ends within 3 % of the path
+/// and 20° of its start, which its own drift may explain.
+[[nodiscard]] bool closes(const Evaluation& loop);
+
+/// The evaluation of a drive whose errors are not known.
+[[nodiscard]] Evaluation without_errors(const Evaluation& open);
+
+/// Checks with the best estimate that the car came back. Throws std::invalid_argument if it moved
+/// less than 1 m, or ends more than a tenth of the path, half the largest distance, or 45° from the
+/// start. More than 3 % of the path or 20° gives a diagnostic: estimate or car may be off.
+[[nodiscard]] std::optional<diagnostics::Diagnostic> check_that_it_closes(
+    const std::string& drive, std::span<const Evaluation> evaluations);
 
 }  // namespace odomd::tools

@@ -72,33 +72,29 @@ diagnostics::Diagnostics check_units_of(const Trajectory& poses, const Trajector
                      {.trajectory = other, .way_of = whose, .turn_of = whose});
 }
 
-std::vector<Units> check_units(EvaluatedDrive& drive) {
-  const auto are_unlike = [&drive](const Trajectory& poses, const Trajectory& other,
-                                   const std::string& whose) {
+std::vector<bool> check_units(EvaluatedDrive& drive) {
+  const auto are_alike = [&drive](const Trajectory& poses, const Trajectory& other,
+                                  const std::string& whose) {
     const diagnostics::Diagnostics units = check_units_of(poses, other, whose);
     append(drive.warnings, units);
-    return !units.empty();
+    return units.empty();
   };
-  std::vector<Units> units(drive.estimates.size(), Units::alike);
-  for (const Trajectory& estimate : drive.estimates) {
-    if (!are_unlike(*drive.reference, estimate, "the estimate")) continue;
-    std::ranges::fill(units, Units::unlike);
-    return units;
-  }
+  for (const Trajectory& estimate : drive.estimates)
+    if (!are_alike(*drive.reference, estimate, "the estimate"))
+      return std::vector<bool>(drive.estimates.size(), false);
   append(drive.warnings, check_headings(*drive.reference));
-  if (!drive.replays.empty()) return units;
-  for (std::size_t i = 0; i < units.size(); ++i) {
-    const Trajectory& estimate = drive.estimates[i];  // may be another program's
-    if (are_unlike(estimate, *drive.reference, "the reference"))
-      units[i] = Units::unlike;
-    else
+  std::vector<bool> has_same_units;
+  for (const Trajectory& estimate : drive.estimates) {  // may be another program's
+    has_same_units.push_back(!drive.replays.empty() ||
+                             are_alike(estimate, *drive.reference, "the reference"));
+    if (drive.replays.empty() && has_same_units.back())
       append(drive.warnings, check_headings(estimate));
   }
-  return units;
+  return has_same_units;
 }
 
 void check_coverage(EvaluatedDrive& drive, const Trajectory& judged,
-                    const std::vector<Units>& units) {
+                    const std::vector<bool>& has_same_units) {
   const Evaluation& first = drive.report.evaluations.front();
   for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
     const Evaluation& e = drive.report.evaluations[i];
@@ -121,11 +117,11 @@ void check_coverage(EvaluatedDrive& drive, const Trajectory& judged,
     constexpr const diagnostics::Kind& gap = kind("reference_gap");
     if (!gap.limits.hold(seconds(e.reference_gap_ns)))
       report(gap, "the reference has a gap of " + fixed(seconds(e.reference_gap_ns), 2) + " s");
-    if (e.reference_jumps > 0 && units[i] == Units::alike)
+    if (e.reference_jumps > 0 && has_same_units[i])
       report(kind("reference_jumps"), "the reference jumps " + std::to_string(e.reference_jumps) +
                                           " times faster than any car (100 m/s)");
     // An estimate from another program may move while the car stands.
-    if (e.reference_stuck_ns > 0 && !drive.begins_elsewhere && units[i] == Units::alike)
+    if (e.reference_stuck_ns > 0 && !drive.begins_elsewhere && has_same_units[i])
       report(kind("reference_stuck"), "the reference stays at one place for " +
                                           fixed(seconds(e.reference_stuck_ns), 1) +
                                           " s while the estimate moves on");

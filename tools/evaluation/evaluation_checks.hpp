@@ -24,18 +24,15 @@ void check_sensors(EvaluatedDrive& drive);
                                                       const Trajectory& other,
                                                       const std::string& whose);
 
-/// Whether reference and estimate have the same units. If not, most other warnings about the two
-/// are left out, as they follow from this.
-enum class Units : std::uint8_t { alike, unlike };
-
-/// The units of each estimate. Also checks the headings of the reference and of estimates in the
-/// same units.
-[[nodiscard]] std::vector<Units> check_units(EvaluatedDrive& drive);
+/// For each estimate, whether it has the units of the reference. If not, most other warnings about
+/// the two are left out, as they follow from this. Also checks the headings of the reference and of
+/// estimates in the same units.
+[[nodiscard]] std::vector<bool> check_units(EvaluatedDrive& drive);
 
 /// Warns of parts of the reference that are not evaluated: jumps, gaps and standstills. `judged`:
 /// the requested part of the reference. Needs the evaluations.
 void check_coverage(EvaluatedDrive& drive, const Trajectory& judged,
-                    const std::vector<Units>& units);
+                    const std::vector<bool>& has_same_units);
 
 /// Compares the times of a reference with those of estimates from files, whose log is not known.
 /// Nothing if they agree.

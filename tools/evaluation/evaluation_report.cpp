@@ -38,12 +38,11 @@ Json spread(const Spread& value) {
   return {{"mean", value.mean}, {"rms", value.rms}, {"max", value.max}};
 }
 
-Json better(double value, double baseline, double usual = 0.0) {
-  const auto percent = improvement(value, baseline, usual);
-  return percent ? Json(*percent) : Json(nullptr);
+Json or_null(const std::optional<double>& value) {
+  return value ? Json(*value) : Json(nullptr);
 }
 
-Json short_term(const HorizonError& e) {
+Json horizon(const HorizonError& e) {
   return {{"position", spread(e.displacement)}, {"yaw", spread(e.yaw)}, {"samples", e.samples}};
 }
 
@@ -53,11 +52,12 @@ void add_reference_figures(const Evaluation& e, Json& json) {
   if (e.against == Against::camera) json["reference_noise"] = e.reference_noise;
   json["heading"]["rms"] = e.heading.rms;
   json["heading"]["max"] = e.heading.max;
-  json["error_35ms"] = e.short_term ? short_term(*e.short_term) : Json(nullptr);
+  const HorizonError* const short_term = error_over(e, short_horizon_ns);
+  json["error_35ms"] = short_term != nullptr ? horizon(*short_term) : Json(nullptr);
   json["horizons"] = Json::array();
   for (const HorizonError& error : e.horizons) {
     Json one{{"horizon", static_cast<double>(error.horizon_ns) / 1e9}};
-    one.update(short_term(error));
+    one.update(horizon(error));
     json["horizons"].push_back(std::move(one));
   }
   json["nees"] = nullptr;
@@ -79,77 +79,129 @@ Json json_of(const Evaluation& e, const Evaluation* baseline) {
             {"t_last", stamp(e.last_ns)},
             {"duration", static_cast<double>(e.last_ns - e.first_ns) / 1e9},
             {"path_length", e.path_length},
-            {"nis_factor", e.nis_factor ? Json(*e.nis_factor) : Json(nullptr)}};
+            {"nis_factor", or_null(e.nis_factor)}};
   if (e.against == Against::nothing) return json;
   json["end_error"] = e.end_error;
-  json["end_error_cm_per_m"] = e.end_cm_per_m ? Json(*e.end_cm_per_m) : Json(nullptr);
+  json["end_error_cm_per_m"] = or_null(e.end_cm_per_m);
   json["heading"]["end"] = e.heading_end;
   if (has_reference(e.against)) add_reference_figures(e, json);
   if (baseline == nullptr) return json;
+  const auto better = [&](std::string_view label) {
+    return or_null(metric(label).value(e, *baseline));
+  };
   Json percent{{"against", baseline->name},
-               {"end_error", better(e.end_error, baseline->end_error, baseline->position.rms)},
-               {"heading_end", better(std::abs(e.heading_end), std::abs(baseline->heading_end),
-                                      baseline->heading.rms)}};
+               {"end_error", better("end error better by [%]")},
+               {"heading_end", better("heading end better by [%]")}};
   if (has_reference(e.against)) {
-    percent["position_rms"] = better(e.position.rms, baseline->position.rms);
-    percent["heading_rms"] = better(e.heading.rms, baseline->heading.rms);
-    percent["error_35ms_mean"] =
-        e.short_term && baseline->short_term
-            ? better(e.short_term->displacement.mean, baseline->short_term->displacement.mean)
-            : Json(nullptr);
+    percent["position_rms"] = better("position rms better by [%]");
+    percent["heading_rms"] = or_null(improvement(e.heading.rms, baseline->heading.rms));
+    percent["error_35ms_mean"] = better("35 ms error mean better by [%]");
   }
   json["improvement_percent"] = std::move(percent);
   return json;
 }
 
+using E = const Evaluation&;
+using Value = Metric::Value;
+
+Value if_known(bool known, double value) {
+  return known ? Value(value) : std::nullopt;
+}
+
+// Only with a reference.
+Value against_reference(E e, double value) {
+  return if_known(has_reference(e.against), value);
+}
+
+Value mean_over(E e, std::int64_t horizon_ns, Spread HorizonError::*error, double factor) {
+  const HorizonError* const found = error_over(e, horizon_ns);
+  return found == nullptr ? std::nullopt : Value(factor * (found->*error).mean);
+}
+
+Value velocity(E e, double Motion::*component, double factor = 1.0) {
+  return e.velocity_rms ? Value(factor * (*e.velocity_rms).*component) : std::nullopt;
+}
+
+// Of magnitudes.
+Value better(E e, E baseline, Value value, Value before, double usual = 0.0) {
+  if (&e == &baseline || !value || !before) return std::nullopt;
+  return improvement(std::abs(*value), std::abs(*before), usual);
+}
+
+constexpr double per_degree = 180.0 / std::numbers::pi;
+constexpr std::int64_t second_ns = 1'000'000'000;
+constexpr auto displacement = &HorizonError::displacement;
+constexpr std::string_view smaller = "how much smaller than the baseline's; negative: larger";
+
+constexpr std::array<Metric, 22> all_metrics{{
+    {"samples", 0, "instants that were compared",
+     [](E e, E) { return Value(static_cast<double>(e.samples)); }},
+    {"time span [s]", 3, "from the first of them to the last",
+     [](E e, E) { return Value(static_cast<double>(e.last_ns - e.first_ns) * 1e-9); }},
+    {"path length [m]", 3, "distance driven along the reference, or along the estimate without one",
+     [](E e, E) { return Value(e.path_length); }},
+    {"end error [m]", 4,
+     "distance of the last pose from the reference's, or from the start of a closed loop",
+     [](E e, E) { return if_known(e.against != Against::nothing, e.end_error); }},
+    {"end error [cm/m]", 3, "end error per metre of the path: per cent of the distance driven",
+     [](E e, E) { return e.end_cm_per_m; }},
+    {"position rms [m]", 4,
+     "root of the mean squared distance from the reference; without the noise of a camera that is "
+     "the reference",
+     [](E e, E) { return against_reference(e, e.position.rms); }},
+    {"position max [m]", 4, "the largest distance from the reference",
+     [](E e, E) { return against_reference(e, e.position.max); }},
+    {"heading error at the end [deg]", 3, "heading less the reference's at the end, turns counted",
+     [](E e, E) { return if_known(e.against != Against::nothing, degrees(e.heading_end)); }},
+    {"heading error rms [deg]", 3, "root of its mean square over the drive",
+     [](E e, E) { return against_reference(e, degrees(e.heading.rms)); }},
+    {"heading error max [deg]", 3, "its largest magnitude",
+     [](E e, E) { return against_reference(e, degrees(e.heading.max)); }},
+    // The JSON also has their rms and maximum, and further horizons.
+    {"35 ms error mean [mm]", 3,
+     "error of the displacement over seven ticks of 5 ms, in the body frame: what a controller "
+     "sees between two commands",
+     [](E e, E) { return mean_over(e, short_horizon_ns, displacement, 1e3); }},
+    {"35 ms yaw error mean [deg]", 3, "error of the turn over seven ticks of 5 ms",
+     [](E e, E) { return mean_over(e, short_horizon_ns, &HorizonError::yaw, per_degree); }},
+    {"1000 ms error mean [mm]", 3, "the same over a second",
+     [](E e, E) { return mean_over(e, second_ns, displacement, 1e3); }},
+    {"NEES mean (expected: 3)", 3,
+     "squared error over the filter's own covariance, of x, y and yaw. 3: the sigmas fit the "
+     "errors; above: too small. None if the alignment removes what the filter did not know at "
+     "the start",
+     [](E e, E) { return e.consistency ? Value(e.consistency->nees) : std::nullopt; }},
+    {"NIS factor (expected: 1)", 2,
+     "by what factor the squared innovations are off what the filter expects, as geometric mean "
+     "over the sources. Needs no reference",
+     [](E e, E) { return e.nis_factor; }},
+    {"vx rms [m/s]", 4, "root mean square of the error of the speed ahead",
+     [](E e, E) { return velocity(e, &Motion::vx); }},
+    {"vy rms [m/s]", 4, "the same of the speed to the left",
+     [](E e, E) { return velocity(e, &Motion::vy); }},
+    {"yaw rate rms [deg/s]", 4, "the same of the yaw rate",
+     [](E e, E) { return velocity(e, &Motion::yaw_rate, per_degree); }},
+    {"end error better by [%]", 1, smaller,
+     [](E e, E b) { return better(e, b, e.end_error, b.end_error, b.position.rms); }},
+    {"position rms better by [%]", 1, smaller,
+     [](E e, E b) { return better(e, b, e.position.rms, b.position.rms); }},
+    {"heading end better by [%]", 1, smaller,
+     [](E e, E b) { return better(e, b, e.heading_end, b.heading_end, b.heading.rms); }},
+    {"35 ms error mean better by [%]", 1, smaller,
+     [](E e, E b) {
+       return better(e, b, mean_over(e, short_horizon_ns, displacement, 1.0),
+                     mean_over(b, short_horizon_ns, displacement, 1.0));
+     }},
+}};
+
 }  // namespace
 
-std::vector<Metric> metrics_of(const Evaluation& e, const Evaluation& baseline) {
-  std::vector<Metric> all;
-  const auto add = [&all](std::string_view label, int decimals, std::optional<double> value) {
-    all.emplace_back(label, decimals, value);
-  };
-  const auto add_if = [&add](bool known, std::string_view label, int decimals, double value) {
-    add(label, decimals, known ? std::optional(value) : std::nullopt);
-  };
-  const auto add_better = [&](std::string_view label, double value, double before,
-                              double usual = 0.0) {
-    add(label, 1, &e == &baseline ? std::nullopt : improvement(value, before, usual));
-  };
-  const bool compared = e.against != Against::nothing, reference = has_reference(e.against);
-  const HorizonError short_term = e.short_term.value_or(HorizonError{});
+std::span<const Metric> metrics() {
+  return all_metrics;
+}
 
-  add("samples", 0, static_cast<double>(e.samples));
-  add("time span [s]", 3, static_cast<double>(e.last_ns - e.first_ns) * 1e-9);
-  add("path length [m]", 3, e.path_length);
-  add_if(compared, "end error [m]", 4, e.end_error);
-  add("end error [cm/m]", 3, e.end_cm_per_m);
-  add_if(reference, "position rms [m]", 4, e.position.rms);
-  add_if(reference, "position max [m]", 4, e.position.max);
-  add_if(compared, "heading error at the end [deg]", 3, degrees(e.heading_end));
-  add_if(reference, "heading error rms [deg]", 3, degrees(e.heading.rms));
-  add_if(reference, "heading error max [deg]", 3, degrees(e.heading.max));
-  // The JSON also has their rms and maximum, and further horizons.
-  const bool known = e.short_term.has_value();
-  add_if(known, "35 ms error mean [mm]", 3, 1e3 * short_term.displacement.mean);
-  add_if(known, "35 ms yaw error mean [deg]", 3, degrees(short_term.yaw.mean));
-  const auto second = std::ranges::find(e.horizons, 1'000'000'000, &HorizonError::horizon_ns);
-  add("1000 ms error mean [mm]", 3,
-      second == e.horizons.end() ? std::nullopt : std::optional(1e3 * second->displacement.mean));
-  add_if(e.consistency.has_value(), "NEES mean (honest: 3)", 3,
-         e.consistency.value_or(Consistency{}).nees);
-  add("NIS factor (honest: 1)", 2, e.nis_factor);
-  const Motion motion = e.velocity_rms.value_or(Motion{});
-  add_if(e.velocity_rms.has_value(), "vx rms [m/s]", 4, motion.vx);
-  add_if(e.velocity_rms.has_value(), "vy rms [m/s]", 4, motion.vy);
-  add_if(e.velocity_rms.has_value(), "yaw rate rms [deg/s]", 4, degrees(motion.yaw_rate));
-  add_better("end error better by [%]", e.end_error, baseline.end_error, baseline.position.rms);
-  add_better("position rms better by [%]", e.position.rms, baseline.position.rms);
-  add_better("heading end better by [%]", std::abs(e.heading_end), std::abs(baseline.heading_end),
-             baseline.heading.rms);
-  add_better("35 ms error mean better by [%]", short_term.displacement.mean,
-             baseline.short_term.value_or(HorizonError{}).displacement.mean);
-  return all;
+const Metric& metric(std::string_view label) {
+  return *std::ranges::find(all_metrics, label, &Metric::label);
 }
 
 std::string align_in_words(Align align) {
@@ -170,24 +222,26 @@ std::optional<double> improvement(double value, double baseline, double usual) {
   return 100.0 * (1.0 - value / baseline);
 }
 
-std::string text_of(const Metric& metric) {
-  if (!metric.value) return "-";
-  const bool is_far_worse = metric.label.ends_with("better by [%]") && *metric.value < -999.0;
-  return is_far_worse ? "< -999" : fixed(*metric.value, metric.decimals);
+std::string text_of(Metric::Value value, std::string_view label, int decimals) {
+  if (!value) return "-";
+  const bool is_far_worse = label.ends_with("better by [%]") && *value < -999.0;
+  return is_far_worse ? "< -999" : fixed(*value, decimals);
 }
 
-std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report) {
-  std::vector<std::vector<Metric>> columns;
-  for (const Evaluation& e : report.evaluations)
-    columns.push_back(metrics_of(e, report.evaluations.at(report.baseline)));
-  std::vector<std::vector<std::string>> rows;
-  for (std::size_t i = 0; i < columns.front().size(); ++i) {
-    const auto is_known = [i](const auto& column) { return column[i].value.has_value(); };
-    if (std::ranges::none_of(columns, is_known)) continue;
-    rows.push_back({std::string{columns.front()[i].label}});
-    for (const auto& column : columns) rows.back().push_back(text_of(column[i]));
+Table metrics_table(const EvaluationReport& report) {
+  std::vector<std::string> files;
+  for (const Evaluation& e : report.evaluations) files.push_back(e.name);
+  Table table{{""}, {}, {0}};
+  for (const std::string& name : short_names(files)) table.header.push_back(name);
+  for (const Metric& metric : all_metrics) {
+    std::vector<std::string> cells{std::string{metric.label}};
+    for (const Evaluation& e : report.evaluations)
+      cells.push_back(text_of(metric.value(e, report.evaluations.at(report.baseline)), metric.label,
+                              metric.decimals));
+    if (!std::all_of(cells.begin() + 1, cells.end(), [](const auto& cell) { return cell == "-"; }))
+      table.rows.push_back(std::move(cells));
   }
-  return rows;
+  return table;
 }
 
 std::string basis_in_words(Against against) {
@@ -230,14 +284,7 @@ std::string as_text(const EvaluationReport& report) {
                                             " displacements over a second\n"
                                       : ", as given\n";
   }
-  text += '\n';
-
-  std::vector<std::string> files;
-  for (const auto& e : report.evaluations) files.push_back(e.name);
-  Table table{{""}, {}, {0}};
-  for (const auto& name : short_names(files)) table.header.push_back(name);
-  table.rows = report_rows(report);
-  return text + table.text();
+  return text + '\n' + metrics_table(report).text();
 }
 
 Json json_of(const EvaluationReport& report) {
@@ -263,10 +310,6 @@ Json json_of(const EvaluationReport& report) {
         json_of(evaluation, &evaluation == &baseline ? nullptr : &baseline));
   }
   return json;
-}
-
-std::string text_of(const Json& json) {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
 }  // namespace odomd::tools

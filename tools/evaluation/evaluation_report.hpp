@@ -4,10 +4,12 @@
 #include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "tools/cli/text.hpp"
 #include "tools/evaluation/evaluation.hpp"
 
 namespace odomd::tools {
@@ -36,29 +38,30 @@ struct EvaluationReport {
 [[nodiscard]] std::string basis_in_words(Against against);
 [[nodiscard]] std::string basis_in_words(const EvaluationReport& report);
 
-/// A figure of an evaluation in the unit of its label; without a value if it is not known.
+/// A figure of an evaluation: how it is computed, shown and explained.
 struct Metric {
+  using Value = std::optional<double>;  ///< in the unit of the label; nothing if it is not known
+
   std::string_view label;
   int decimals = 0;
-  std::optional<double> value;
+  std::string_view definition;
+  Value (*value)(const Evaluation& e, const Evaluation& baseline) = nullptr;
 };
 
+/// In the order of the report.
+[[nodiscard]] std::span<const Metric> metrics();
+[[nodiscard]] const Metric& metric(std::string_view label);
+
 /// "12.3"; "-" if it is not known; "< -999" for an improvement below that.
-[[nodiscard]] std::string text_of(const Metric& metric);
+[[nodiscard]] std::string text_of(Metric::Value value, std::string_view label, int decimals);
 
-/// The figures in the order of the report, with the same labels for all evaluations.
-[[nodiscard]] std::vector<Metric> metrics_of(const Evaluation& e, const Evaluation& baseline);
+/// A column for each estimate, and a row for each metric that one of them has.
+[[nodiscard]] Table metrics_table(const EvaluationReport& report);
 
-/// The rows of the report: a label and one cell per estimate.
-[[nodiscard]] std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report);
-
-/// A table with one column per estimate, below a description.
+/// The table, below a description.
 [[nodiscard]] std::string as_text(const EvaluationReport& report);
 
 /// In SI units and radians.
 [[nodiscard]] nlohmann::ordered_json json_of(const EvaluationReport& report);
-
-/// The JSON and a newline; bytes that are not UTF-8 are replaced.
-[[nodiscard]] std::string text_of(const nlohmann::ordered_json& json);
 
 }  // namespace odomd::tools

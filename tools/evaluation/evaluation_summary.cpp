@@ -19,11 +19,11 @@ using Json = nlohmann::ordered_json;
 
 constexpr double degrees = 180.0 / std::numbers::pi;
 
-using Value = std::optional<double>;
+using Value = Metric::Value;
 
 // A column of the table: a metric with a shorter name.
 struct Column {
-  const char* header;
+  std::string_view header;
   int decimals;
   const char* json;  // name of its JSON key
   double si;         // the header's unit in SI units
@@ -37,8 +37,8 @@ constexpr std::array<Column, 8> columns{{
     {"35 ms [mm]", 2, "error_35ms_mean", 1e-3, "35 ms error mean [mm]"},
     {"end better by [%]", 1, "better_percent", 1.0, "end error better by [%]"},
     {"position rms [m]", 4, "position_rms", 1.0, "position rms [m]"},
-    {"NEES", 2, "nees", 1.0, "NEES mean (honest: 3)"},
-    {"NIS factor", 2, "nis_factor", 1.0, "NIS factor (honest: 1)"},
+    {"NEES", 2, "nees", 1.0, "NEES mean (expected: 3)"},
+    {"NIS factor", 2, "nis_factor", 1.0, "NIS factor (expected: 1)"},
     {"path [m]", 1, "path_length", 1.0, "path length [m]"},
 }};
 constexpr std::size_t per_metre = 0, better = 3;
@@ -50,61 +50,45 @@ struct Figures {
   std::array<Value, columns.size()> values;
 };
 
-std::vector<Figures> figures_of(const EvaluatedDrive& drive) {
-  const auto& evaluations = drive.report.evaluations;
-  const auto names = names_of(drive);
-  std::vector<Figures> rows;
-  for (std::size_t i = 0; i < evaluations.size(); ++i) {
-    rows.push_back({drive.name, names[i], {}});
-    const auto metrics = metrics_of(evaluations[i], evaluations.at(drive.report.baseline));
-    for (std::size_t k = 0; k < columns.size(); ++k)
-      rows.back().values[k] = std::ranges::find(metrics, columns[k].metric, &Metric::label)->value;
-  }
-  return rows;
-}
-
-std::optional<double> mean(const std::vector<std::vector<Figures>>& drives, std::size_t estimate,
-                           std::size_t column) {
+// Of the magnitudes of a column; nothing if one is missing.
+Value mean(std::span<const Figures* const> rows, std::size_t column) {
   double sum = 0.0;
-  for (const auto& rows : drives) {
-    const Value one = rows[estimate].values[column];
-    if (!one) return std::nullopt;
-    sum += std::abs(*one);
+  for (const Figures* row : rows) {
+    if (!row->values[column]) return std::nullopt;
+    sum += std::abs(*row->values[column]);
   }
-  return sum / static_cast<double>(drives.size());
+  return sum / static_cast<double>(rows.size());
 }
 
-// Means of the magnitudes over all drives. The improvement is computed from the mean cm/m.
-std::vector<Figures> means_of(const std::vector<std::vector<Figures>>& drives,
-                              std::size_t baseline) {
-  const auto same = [&drives](const auto& rows) {
-    return std::ranges::equal(rows, drives.front(), {}, &Figures::estimate, &Figures::estimate);
-  };
-  if (drives.size() < 2 || !std::ranges::all_of(drives, same)) return {};
-  std::vector<Figures> rows;
-  for (std::size_t i = 0; i < drives.front().size(); ++i) {
-    Figures row{.drive = "mean of " + std::to_string(drives.size()),
-                .estimate = drives.front()[i].estimate,
-                .values = {}};
-    for (std::size_t k = 0; k < columns.size(); ++k)
-      if (k != better) row.values[k] = mean(drives, i, k);
-    rows.push_back(std::move(row));
-  }
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const Value its = rows[i].values[per_metre], before = rows[baseline].values[per_metre];
-    if (i != baseline && its && before) rows[i].values[better] = improvement(*its, *before);
-  }
-  return rows;
-}
-
+// One row per drive and estimate, and the means if all drives have the same estimates. The mean
+// improvement is computed from the mean cm/m.
 std::vector<Figures> all_figures(std::span<const EvaluatedDrive> drives) {
-  std::vector<std::vector<Figures>> by_drive;
   std::vector<Figures> all;
+  const std::vector<std::string> names = names_of(drives.front());
   for (const EvaluatedDrive& drive : drives) {
-    by_drive.push_back(figures_of(drive));
-    all.insert(all.end(), by_drive.back().begin(), by_drive.back().end());
+    const auto& evaluations = drive.report.evaluations;
+    for (std::size_t i = 0; i < evaluations.size(); ++i) {
+      all.push_back({drive.name, names_of(drive)[i], {}});
+      for (std::size_t k = 0; k < columns.size(); ++k)
+        all.back().values[k] =
+            metric(columns[k].metric).value(evaluations[i], evaluations.at(drive.report.baseline));
+    }
   }
-  const auto means = means_of(by_drive, drives.front().report.baseline);
+  const auto same = [&](const EvaluatedDrive& drive) { return names_of(drive) == names; };
+  if (drives.size() < 2 || !std::ranges::all_of(drives, same)) return all;
+  std::vector<Figures> means;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    std::vector<const Figures*> rows;
+    for (std::size_t at = i; at < all.size(); at += names.size()) rows.push_back(&all[at]);
+    means.push_back({"mean of " + std::to_string(drives.size()), names[i], {}});
+    for (std::size_t k = 0; k < columns.size(); ++k)
+      if (k != better) means.back().values[k] = mean(rows, k);
+  }
+  const std::size_t baseline = drives.front().report.baseline;
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    const Value its = means[i].values[per_metre], before = means[baseline].values[per_metre];
+    if (i != baseline && its && before) means[i].values[better] = improvement(*its, *before);
+  }
   all.insert(all.end(), means.begin(), means.end());
   return all;
 }
@@ -128,10 +112,17 @@ Table summary_table(std::span<const EvaluatedDrive> drives) {
     if (several) cells.push_back(row.drive);
     cells.push_back(row.estimate);
     for (const std::size_t k : shown)
-      cells.push_back(text_of({columns[k].header, columns[k].decimals, row.values[k]}));
+      cells.push_back(text_of(row.values[k], columns[k].header, columns[k].decimals));
     table.rows.push_back(std::move(cells));
   }
   return table;
+}
+
+std::string_view definition_of(std::string_view label) {
+  const auto column = std::ranges::find(columns, label, &Column::header);
+  if (column != columns.end()) return metric(column->metric).definition;
+  const auto row = std::ranges::find(metrics(), label, &Metric::label);
+  return row != metrics().end() ? row->definition : std::string_view{};
 }
 
 Table source_table(const ReplaySummary& summary) {

@@ -14,6 +14,9 @@ namespace odomd::tools {
 /// column of its name.
 [[nodiscard]] Table summary_table(std::span<const EvaluatedDrive> drives);
 
+/// The definition of the metric with this label or this header; empty for other words.
+[[nodiscard]] std::string_view definition_of(std::string_view label);
+
 /// Verdicts on the samples and their innovations: one row per source of the drive.
 [[nodiscard]] Table source_table(const ReplaySummary& summary);
 

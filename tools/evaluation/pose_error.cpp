@@ -1,11 +1,15 @@
 #include "tools/evaluation/pose_error.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
-#include <optional>
+#include <stdexcept>
+#include <string>
 
 #include <Eigen/Dense>
 
 #include "estimator/common/symmetric3.hpp"
+#include "tools/cli/csv.hpp"
 #include "tools/math/se2.hpp"
 
 namespace odomd::tools {
@@ -13,42 +17,58 @@ namespace {
 
 using estimator::Pose2;
 
-// Poses of a trajectory at non-decreasing times within its span.
-class Walk {
- public:
-  explicit Walk(const Trajectory& trajectory)
-      : points_(trajectory.points), bridge_ns_(trajectory.bridge_ns) {}
+std::string span_of(const Trajectory& trajectory) {
+  std::string text = trajectory.name + " spans t = ";
+  append_seconds(text, trajectory.points.front().t_ns);
+  text += " to ";
+  append_seconds(text, trajectory.points.back().t_ns);
+  return text;
+}
 
-  /// Nothing in a gap.
-  [[nodiscard]] std::optional<Pose2> at(std::int64_t t_ns) {
-    while (points_[after_].t_ns < t_ns) ++after_;
-    const TrajectoryPoint& b = points_[after_];
-    if (b.t_ns == t_ns) return b.pose;
-    const TrajectoryPoint& a = points_[after_ - 1];
-    if (b.t_ns - a.t_ns > bridge_ns_) return std::nullopt;
-    return between(a, b, t_ns).pose;
+// Least squares over positions (Umeyama 1991, eqs 40-43, without scale): with p and q reduced by
+// their means, the rotation angle is atan2(Σ p × q, Σ p · q).
+Pose2 least_squares(std::span<const Pair> pairs) {
+  const auto count = static_cast<double>(pairs.size());
+  Pose2 mean_estimate;
+  Pose2 mean_reference;
+  for (const Pair& pair : pairs) {
+    mean_estimate.x += pair.estimate.pose.x / count;
+    mean_estimate.y += pair.estimate.pose.y / count;
+    mean_reference.x += pair.reference.pose.x / count;
+    mean_reference.y += pair.reference.pose.y / count;
   }
-
- private:
-  std::span<const TrajectoryPoint> points_;
-  std::int64_t bridge_ns_;
-  std::size_t after_ = 0;
-};
+  double dot = 0.0, cross = 0.0;
+  double yaw_cos = 0.0, yaw_sin = 0.0;
+  for (const Pair& pair : pairs) {
+    const double px = pair.estimate.pose.x - mean_estimate.x;
+    const double py = pair.estimate.pose.y - mean_estimate.y;
+    const double qx = pair.reference.pose.x - mean_reference.x;
+    const double qy = pair.reference.pose.y - mean_reference.y;
+    dot += px * qx + py * qy;
+    cross += px * qy - py * qx;
+    const double turn = pair.reference.pose.yaw - pair.estimate.pose.yaw;
+    yaw_cos += std::cos(turn);
+    yaw_sin += std::sin(turn);
+  }
+  // A stationary car's positions have no spread: only headings determine the rotation.
+  constexpr double least_spread = 1e-6;  // m²
+  const bool spread = std::hypot(dot, cross) > least_spread * count;
+  const double yaw = spread ? std::atan2(cross, dot) : std::atan2(yaw_sin, yaw_cos);
+  const Pose2 turned = compose({0.0, 0.0, yaw}, mean_estimate);
+  return {mean_reference.x - turned.x, mean_reference.y - turned.y, yaw};
+}
 
 std::optional<HorizonError> error_over(std::int64_t horizon_ns, const Trajectory& reference,
                                        const Trajectory& estimate, std::span<const Pair> pairs) {
   Gathered displacement, yaw;
-  Walk true_way(reference);
-  Walk estimated_way(estimate);
   const std::int64_t last_ns = pairs.back().estimate.t_ns;
   for (const Pair& pair : pairs) {
     const std::int64_t later_ns = pair.estimate.t_ns + horizon_ns;
     if (later_ns > last_ns) break;
-    const std::optional<Pose2> there = estimated_way.at(later_ns);
-    const std::optional<Pose2> true_there = true_way.at(later_ns);
+    const auto there = at(estimate, later_ns), true_there = at(reference, later_ns);
     if (!there || !true_there) continue;
-    const Pose2 d = relative(pair.estimate.pose, *there);
-    const Pose2 d_true = relative(pair.reference.pose, *true_there);
+    const Pose2 d = relative(pair.estimate.pose, there->pose);
+    const Pose2 d_true = relative(pair.reference.pose, true_there->pose);
     displacement.add(std::hypot(d_true.x - d.x, d_true.y - d.y));
     yaw.add(std::abs(d.yaw - d_true.yaw));
   }
@@ -70,6 +90,98 @@ std::optional<double> nees(const estimator::PoseCovariance& P, const Pose2& erro
 }
 
 }  // namespace
+
+std::vector<Pair> common_times(const Trajectory& reference, const Trajectory& estimate) {
+  std::vector<Pair> pairs;
+  for (const TrajectoryPoint& point : estimate.points) {
+    auto there = at(reference, point.t_ns);
+    if (!there) continue;
+    if (!reference.is_camera) there->covariance = {};
+    pairs.push_back({point, *there});
+  }
+  if (pairs.size() < 2) {
+    throw std::invalid_argument(span_of(estimate) + ", " + span_of(reference) +
+                                ": fewer than two common times; put both on the log's clock");
+  }
+  return pairs;
+}
+
+Pose2 alignment(std::span<const Pair> pairs, Align align) {
+  switch (align) {
+    case Align::first:
+      return compose(pairs.front().reference.pose, inverse(pairs.front().estimate.pose));
+    case Align::fit:
+      return least_squares(pairs);
+    case Align::none:
+      break;
+  }
+  return {};
+}
+
+Trajectory at_centre_of_gravity(const Trajectory& reference, const Pose2& lever_arm) {
+  const Pose2 back = inverse(lever_arm);
+  const double c = std::cos(lever_arm.yaw);
+  const double s = std::sin(lever_arm.yaw);
+  Trajectory moved = reference;
+  for (TrajectoryPoint& point : moved.points) {
+    point.pose = compose(point.pose, back);
+    // v_cog = R(lever yaw) v_point − ψ̇ × lever
+    const Motion v = point.motion;
+    point.motion.vx = c * v.vx - s * v.vy + v.yaw_rate * lever_arm.y;
+    point.motion.vy = s * v.vx + c * v.vy - v.yaw_rate * lever_arm.x;
+  }
+  return moved;
+}
+
+LeverArmFit fit_lever_arm(const Trajectory& reference, std::span<const Trajectory> estimates) {
+  constexpr std::int64_t window_ns = 1'000'000'000;
+  constexpr std::int64_t stride_ns = 100'000'000;
+
+  // While the centre of gravity moves by d, a point at l with heading γ in the body frame moves by
+  // d_point, in its own axes:  k R(γ) d_point − (R(Δψ) − I) k l = k d,  where k d is the
+  // displacement of an estimate with scale factor k. Linear in u = k (cos γ, sin γ, l_x, l_y).
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  double moved = 0.0;
+  double turned = 0.0;
+  LeverArmFit fit;
+  for (const Trajectory& estimate : estimates) {
+    const auto pairs = common_times(reference, estimate);
+    const std::int64_t end = pairs.back().estimate.t_ns;
+    for (std::int64_t t = pairs.front().estimate.t_ns; t + window_ns <= end; t += stride_ns) {
+      const Pose2 d = relative(at(estimate, t)->pose, at(estimate, t + window_ns)->pose);
+      const Pose2 d_point = relative(at(reference, t)->pose, at(reference, t + window_ns)->pose);
+      const double c = std::cos(d_point.yaw) - 1.0;
+      const double s = std::sin(d_point.yaw);
+      Eigen::Matrix<double, 2, 4> A;
+      A << d_point.x, -d_point.y, -c, s,  //
+          d_point.y, d_point.x, -s, -c;
+      normal += A.transpose() * A;
+      right += A.transpose() * Eigen::Vector2d{d.x, d.y};
+      moved += d_point.x * d_point.x + d_point.y * d_point.y;
+      turned += c * c + s * s;
+      ++fit.windows;
+    }
+  }
+  const auto count = static_cast<double>(fit.windows);
+  constexpr double least_moved = 0.05;   // m in a second, rms
+  constexpr double least_turned = 0.05;  // rad in a second, rms
+  if (fit.windows < 10 || std::sqrt(moved / count) < least_moved ||
+      std::sqrt(turned / count) < least_turned) {
+    throw std::invalid_argument(reference.name +
+                                ": the drive is too short or turns too little to fit a lever arm; "
+                                "give it with --lever-arm x,y,yaw");
+  }
+  const Eigen::Vector4d u = normal.ldlt().solve(right);
+  const double k = std::hypot(u[0], u[1]);
+  if (!(k > 0.1) || !u.allFinite()) {
+    throw std::invalid_argument(reference.name +
+                                ": reference and estimate move too differently to fit a lever "
+                                "arm; give it with --lever-arm x,y,yaw");
+  }
+  fit.lever_arm = {u[2] / k, u[3] / k, std::atan2(u[1], u[0])};
+  return fit;
+}
 
 bool covariance_is_of_error(std::span<const Pair> pairs, Align align) {
   if (align != Align::first) return align == Align::none;

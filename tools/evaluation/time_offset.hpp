@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "tools/drive_files/trajectory.hpp"
-#include "tools/evaluation/alignment.hpp"
+#include "tools/evaluation/pose_error.hpp"
 
 namespace odomd::tools {
 

@@ -1,4 +1,4 @@
-#include "tools/report/charts.hpp"
+#include "tools/report/figures.hpp"
 
 #include <algorithm>
 #include <array>
@@ -78,15 +78,13 @@ double longest_spacing(std::span<const Judgement> samples) {
   return std::max(5e-9 * static_cast<double>(median_of(std::move(spacings))), 0.5);
 }
 
-chart::Chart chart_of(std::span<const Judgement> samples, std::size_t dimension,
-                      const Dimension& words, std::int64_t zero_ns) {
-  chart::Chart chart;
-  chart.height = 400.0;
-  chart.title =
+Chart chart_of(std::span<const Judgement> samples, std::size_t dimension, const Dimension& words,
+               std::int64_t zero_ns) {
+  Chart chart = time_chart(
       std::string{estimator::source_names.at(static_cast<std::size_t>(samples.front().source))} +
-      words.name;
-  chart.x.label = "time [s]";
-  chart.y.label = std::string{"innovation ["} + words.unit + "]";
+          words.name,
+      std::string{"innovation ["} + words.unit + "]");
+  chart.height = 400.0;
   chart::Series taken{"", "", chart::colour_of(0), {}, chart::Mark::dots};
   chart::Series gated{"gated", "", chart::refused_colour, {}, chart::Mark::dots};
   chart::Band band{"±3√S", chart::colour_of(0), {}};
@@ -94,7 +92,7 @@ chart::Chart chart_of(std::span<const Judgement> samples, std::size_t dimension,
   const double gap = longest_spacing(samples);
   constexpr double nowhere = std::numeric_limits<double>::quiet_NaN();
   for (const Judgement& sample : samples) {
-    const double t = static_cast<double>(sample.time_ns - zero_ns) * 1e-9;
+    const double t = seconds_after(zero_ns, sample.time_ns);
     const double nu = sample.innovation[dimension] * words.factor;
     const double reach = 3.0 * std::sqrt(sample.variance[dimension]) * words.factor;
     (sample.verdict == estimator::Verdict::gated ? gated : taken).points.push_back({t, nu});
@@ -129,6 +127,11 @@ std::string note_of(const Evaluation& e) {
 
 }  // namespace
 
+Chart time_chart(std::string title, std::string y_label) {
+  return {
+      .title = std::move(title), .x = {.label = "time [s]"}, .y = {.label = std::move(y_label)}};
+}
+
 std::vector<Figure> beat_charts(const BeatHistogram& beat) {
   std::vector<Figure> charts{{draw(histogram_of(beat.wakeup, "Wake-up latency")),
                               percentiles(beat.wakeup, beat.max_wakeup_ns) + " " +
@@ -147,15 +150,13 @@ std::vector<chart::Chart> innovation_charts(std::span<const Judgement> judgement
                                             std::int64_t zero_ns) {
   std::array<std::vector<Judgement>, estimator::source_count> by_source;
   // One time axis for all charts: it shows a source that was tested for part of the time only.
-  double first = std::numeric_limits<double>::infinity();
-  double last = -first;
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  chart::Range all{infinity, -infinity};
   for (const Judgement& judgement : judgements) {
     // The pose that initialises the filter is not tested.
     if (judgement.degrees < 1 || !(judgement.variance[0] > 0.0)) continue;
     by_source.at(static_cast<std::size_t>(judgement.source)).push_back(judgement);
-    const double t = static_cast<double>(judgement.time_ns - zero_ns) * 1e-9;
-    first = std::min(first, t);
-    last = std::max(last, t);
+    all.take(seconds_after(zero_ns, judgement.time_ns));
   }
   std::vector<chart::Chart> charts;
   for (auto& samples : by_source) {
@@ -164,13 +165,17 @@ std::vector<chart::Chart> innovation_charts(std::span<const Judgement> judgement
     const auto dimensions = dimensions_of(samples.front().source);
     for (std::size_t i = 0; i < dimensions.size(); ++i) {
       charts.push_back(chart_of(samples, i, dimensions[i], zero_ns));
-      if (first < last) charts.back().x.range = chart::Range{first, last};
+      if (all.low < all.high) charts.back().x.range = all;
     }
   }
   return charts;
 }
 
-chart::Map evaluation_map(const EvaluatedDrive& drive, const std::string& title) {
+chart::Chart empty_map(const std::string& title) {
+  return {.title = title, .x = {.label = "x [m]"}, .y = {.label = "y [m]"}, .is_map = true};
+}
+
+chart::Chart evaluation_map(const EvaluatedDrive& drive, const std::string& title) {
   std::int64_t first_ns = std::numeric_limits<std::int64_t>::max();
   std::int64_t last_ns = std::numeric_limits<std::int64_t>::min();
   double path = 0.0;
@@ -182,31 +187,28 @@ chart::Map evaluation_map(const EvaluatedDrive& drive, const std::string& title)
   const auto names = names_of(drive);
   const auto colours = colours_of(drive);
 
-  chart::Map map;
-  map.title = title;
-  if (const auto& reference = drive.reference ? drive.reference : drive.shown) {
-    map.reference.label = drive.reference ? "reference" : "truth";
-    map.reference.note = fixed(path, path < 1000.0 ? 1 : 0) + " m";
-    map.reference.points = points_between(*reference, first_ns, last_ns);
-  }
+  chart::Chart map = empty_map(title);
+  if (drive.reference)
+    map.series.push_back(
+        {"reference", fixed(path, path < 1000.0 ? 1 : 0) + " m", chart::reference_colour,
+         points_between(*drive.reference, first_ns, last_ns), chart::Mark::line, 9.0});
+  const bool left_out = !drive.replays.empty() && !camera_came_in(drive);
+  chart::Series cameras{
+      left_out ? "camera, left out" : "camera", "", chart::dot_colour, {}, chart::Mark::dots};
+  for (const auto& pose : drive.cameras)
+    if (pose.capture_ns >= first_ns && pose.capture_ns <= last_ns)
+      cameras.points.push_back({pose.x, pose.y});
+  if (!cameras.points.empty()) map.series.push_back(std::move(cameras));
   for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
     const Evaluation& e = drive.report.evaluations[i];
     const Trajectory moved = aligned(drive.estimates[i], e.alignment);
-    chart::Trace trace{
-        names[i], note_of(e), points_between(moved, e.first_ns, e.last_ns), {}, colours[i]};
-    if (e.consistency) {
-      const TrajectoryPoint end = *at(moved, e.last_ns);
-      const auto& P = end.covariance;
-      trace.end_ellipse = chart::Ellipse{{end.pose.x, end.pose.y}, {P[0], P[1], P[3]}};
-    }
-    map.estimates.push_back(std::move(trace));
+    map.series.push_back(
+        {names[i], note_of(e), colours[i], points_between(moved, e.first_ns, e.last_ns)});
+    if (!e.consistency) continue;
+    const TrajectoryPoint end = *at(moved, e.last_ns);
+    const auto& P = end.covariance;
+    map.ellipses.push_back({{end.pose.x, end.pose.y}, {P[0], P[1], P[3]}, colours[i]});
   }
-  for (const auto& pose : drive.cameras) {
-    if (pose.capture_ns >= first_ns && pose.capture_ns <= last_ns) {
-      map.dots.push_back({pose.x, pose.y});
-    }
-  }
-  map.dots_label = drive.replays.empty() || camera_came_in(drive) ? "camera" : "camera, left out";
   return map;
 }
 

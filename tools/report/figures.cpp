@@ -11,9 +11,8 @@
 #include "tools/chart/picture.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/pose_error.hpp"
-#include "tools/report/charts.hpp"
 
-namespace odomd::tools::report {
+namespace odomd::tools {
 namespace {
 
 using chart::Chart;
@@ -30,17 +29,6 @@ Unit unit_for(double largest_m) {
   return largest_m < 0.2 ? Unit{"mm", 1e3} : Unit{"m", 1.0};
 }
 
-double seconds(const EvaluatedDrive& drive, std::int64_t t_ns) {
-  return static_cast<double>(t_ns - drive.report.evaluations.front().first_ns) * 1e-9;
-}
-
-Chart over_time(const std::string& y_label) {
-  Chart chart;
-  chart.x.label = "time [s]";
-  chart.y.label = y_label;
-  return chart;
-}
-
 Figure horizon(const EvaluatedDrive& drive) {
   const auto names = names_of(drive);
   const auto colours = colours_of(drive);
@@ -53,7 +41,7 @@ Figure horizon(const EvaluatedDrive& drive) {
     for (const HorizonError& e : drive.report.evaluations[i].horizons)
       series.points.push_back(
           {static_cast<double>(e.horizon_ns) * 1e-6, std::max(1e3 * e.displacement.mean, 1e-4)});
-    if (const auto& at = drive.report.evaluations[i].short_term)
+    if (const auto* const at = error_over(drive.report.evaluations[i], short_horizon_ns))
       series.note = fixed(1e3 * at->displacement.mean, 2) + " mm at 35 ms";
     chart.series.push_back(std::move(series));
   }
@@ -68,18 +56,15 @@ using Errors = std::vector<std::vector<PoseError>>;  // one vector per estimate
 template <typename Value>
 Series series_of(const EvaluatedDrive& drive, std::size_t estimate,
                  const std::vector<PoseError>& errors, Value value) {
-  Series series{names_of(drive)[estimate], "", colours_of(drive)[estimate], {}};
-  for (const PoseError& e : errors)
-    if (const std::optional<double> y = value(e))
-      series.points.push_back({seconds(drive, e.t_ns), *y});
-  return series;
+  return over_time({names_of(drive)[estimate], "", colours_of(drive)[estimate], {}}, errors,
+                   drive.report.evaluations.front().first_ns, value);
 }
 
 Figure position_errors(const EvaluatedDrive& drive, const Errors& errors) {
   double largest = 0.0;
   for (const Evaluation& e : drive.report.evaluations) largest = std::max(largest, e.position.max);
   const Unit unit = unit_for(largest);
-  Chart chart = over_time(std::string{"position error ["} + unit.name + "]");
+  Chart chart = time_chart("", std::string{"position error ["} + unit.name + "]");
   for (std::size_t i = 0; i < errors.size(); ++i) {
     chart.series.push_back(series_of(drive, i, errors[i], [&](const PoseError& e) {
       return std::hypot(e.error.x, e.error.y) * unit.factor;
@@ -91,7 +76,7 @@ Figure position_errors(const EvaluatedDrive& drive, const Errors& errors) {
 }
 
 Figure heading_errors(const EvaluatedDrive& drive, const Errors& errors) {
-  Chart chart = over_time("heading error [deg]");
+  Chart chart = time_chart("", "heading error [deg]");
   for (std::size_t i = 0; i < errors.size(); ++i) {
     chart.series.push_back(
         series_of(drive, i, errors[i], [](const PoseError& e) { return e.error.yaw * degrees; }));
@@ -109,7 +94,7 @@ struct Component {
 
 Figure with_band(const EvaluatedDrive& drive, const std::vector<PoseError>& errors,
                  std::size_t estimate, const Component& component) {
-  Chart chart = over_time("");
+  Chart chart = time_chart("", "");
   chart.series = {series_of(drive, estimate, errors,
                             [&](const PoseError& e) { return driven(e).*component.value; })};
   Series& series = chart.series.front();
@@ -138,7 +123,7 @@ Figure with_band(const EvaluatedDrive& drive, const std::vector<PoseError>& erro
 
 Figure nees(const EvaluatedDrive& drive, const std::vector<PoseError>& errors,
             std::size_t estimate) {
-  Chart chart = over_time("NEES of (x, y, yaw)");
+  Chart chart = time_chart("", "NEES of (x, y, yaw)");
   chart.y.scaling = chart::Scaling::logarithmic;
   chart.levels = {{3.0, "3, expected"}, {chi_squared_95_of_3, ""}};
   double largest = 10.0;
@@ -168,7 +153,7 @@ std::size_t focus_of(const EvaluatedDrive& drive) {
   return drive.estimates.size() - 1;
 }
 
-Figure trajectories(const EvaluatedDrive& drive) {
+Figure map_figure(const EvaluatedDrive& drive) {
   std::string caption = drive.reference ? "Reference and estimates" : "The estimates";
   caption += ": start hollow, ends filled, end error per metre and heading in the legend";
   if (!drive.cameras.empty()) caption += "; the dots are poses of the camera";
@@ -179,7 +164,7 @@ Figure trajectories(const EvaluatedDrive& drive) {
   return {draw(evaluation_map(drive, "")), caption};
 }
 
-std::vector<Figure> errors(const EvaluatedDrive& drive) {
+std::vector<Figure> error_figures(const EvaluatedDrive& drive) {
   if (!drive.reference) return {};
   Errors all;
   for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
@@ -214,7 +199,7 @@ std::vector<Figure> errors(const EvaluatedDrive& drive) {
   return figures;
 }
 
-std::vector<Figure> innovations(const EvaluatedDrive& drive) {
+std::vector<Figure> innovation_figures(const EvaluatedDrive& drive) {
   const std::size_t focus = focus_of(drive);
   if (focus >= drive.replays.size()) return {};
   const Evaluation& judged = drive.report.evaluations[focus];
@@ -231,29 +216,20 @@ std::vector<Figure> innovations(const EvaluatedDrive& drive) {
   return figures;
 }
 
-std::vector<Figure> errors_by_speed(const std::vector<EvaluatedDrive>& drives) {
-  struct Quantity {
-    const char* label;
-    const char* caption;
-    const char* metric;
-  };
-  constexpr std::array<Quantity, 3> quantities{{
-      {"35 ms error [mm]", "Mean error of the displacement over 35 ms.", "35 ms error mean [mm]"},
-      {"end error [cm/m]", "End error per metre of path.", "end error [cm/m]"},
-      {"heading at the end [deg]", "Heading error at the end, magnitude.",
-       "heading error at the end [deg]"},
-  }};
-  std::vector<Figure> figures;
-  for (const Quantity& quantity : quantities) {
+std::vector<chart::Drawing> errors_by_speed(const std::vector<EvaluatedDrive>& drives) {
+  constexpr std::array<std::string_view, 3> quantities{"35 ms error mean [mm]", "end error [cm/m]",
+                                                       "heading error at the end [deg]"};
+  std::vector<chart::Drawing> drawings;
+  for (const std::string_view label : quantities) {
+    const Metric& quantity = metric(label);
     Chart chart;
     chart.x.label = "mean speed [m/s]";
-    chart.y = {quantity.label, chart::Scaling::logarithmic, {}};
+    chart.y = {std::string{label}, chart::Scaling::logarithmic, {}};
     for (const EvaluatedDrive& drive : drives) {
       const auto names = names_of(drive), colours = colours_of(drive);
       for (std::size_t i = 0; i < names.size(); ++i) {
         const Evaluation& e = drive.report.evaluations[i];
-        const auto metrics = metrics_of(e, e);
-        const auto value = std::ranges::find(metrics, quantity.metric, &Metric::label)->value;
+        const Metric::Value value = quantity.value(e, e);
         const double duration = 1e-9 * static_cast<double>(e.last_ns - e.first_ns);
         if (!value || !(duration > 0.0)) continue;
         auto series = std::ranges::find(chart.series, names[i], &Series::label);
@@ -267,13 +243,13 @@ std::vector<Figure> errors_by_speed(const std::vector<EvaluatedDrive>& drives) {
     chart::Range speeds{chart.series[0].points[0].x, chart.series[0].points[0].x};
     for (Series& series : chart.series) {
       std::ranges::sort(series.points, {}, &chart::Point::x);
-      speeds = {std::min(speeds.low, series.points.front().x),
-                std::max(speeds.high, series.points.back().x)};
+      speeds.take(series.points.front().x);
+      speeds.take(series.points.back().x);
     }
     chart.x.range = with_room(speeds, chart::Scaling::linear);
-    figures.push_back({draw(chart), quantity.caption});
+    drawings.push_back(draw(chart));
   }
-  return figures;
+  return drawings;
 }
 
-}  // namespace odomd::tools::report
+}  // namespace odomd::tools

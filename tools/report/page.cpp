@@ -99,12 +99,33 @@ std::string breakable(const std::string& name) {
   return words;
 }
 
+/// The words of tables that are no metrics.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 9> other_words{{
+    {"fused", "samples that the filter used"},
+    {"gated", "samples left out because they were too far from what it expected"},
+    {"late", "samples older than its window"},
+    {"other", "samples not used for other reasons"},
+    {"tested", "samples compared with what the filter expected"},
+    {"NIS / expected",
+     "mean squared innovation over what the filter expects. 1: the noise is right; above: set too "
+     "small; below: too large"},
+    {"inside 95 % [%]", "share of samples within the filter's own 95 % limit; 95 is right"},
+    {"value", "learnt by the filter, at the end"},
+    {"3σ", "three standard deviations of it"},
+}};
+
+std::string explanation_of(std::string_view label) {
+  const auto* const other =
+      std::ranges::find(other_words, label, &decltype(other_words)::value_type::first);
+  return escaped(std::string{other != other_words.end() ? other->second : definition_of(label)});
+}
+
 // The definitions of the table's columns.
 std::string definitions_of(const Table& table) {
   std::string list;
   for (const std::string& label : table.header)
-    if (const std::string text = definition_of(label); !text.empty())
-      list += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escaped(label), escaped(text));
+    if (const std::string text = explanation_of(label); !text.empty())
+      list += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escaped(label), text);
   return list.empty() ? "" : "<dl>\n" + list + "</dl>\n";
 }
 
@@ -123,9 +144,9 @@ std::string html_of(const Table& table) {
       std::string name;
       if (std::string_view{tag} == "td" && i > 0 && !table.header[i].empty())
         name = fmt::format(" data-name=\"{}\"", escaped(table.header[i]));
-      else if (const std::string text = definition_of(cells[i]);
+      else if (const std::string text = explanation_of(cells[i]);
                i == 0 && table.header[0].empty() && !text.empty())
-        words += "<small>" + escaped(text) + "</small>";
+        words += "<small>" + text + "</small>";
       row += fmt::format("<{0}{1}{3}>{2}</{0}>", tag, is_words(i) ? " class=\"words\"" : "", words,
                          name);
     }
@@ -180,13 +201,6 @@ std::string facts(const EvaluatedDrive& drive) {
   return paragraph(text, "faint");
 }
 
-Table details_table(const EvaluatedDrive& drive) {
-  Table table{{""}, {}, {0}};
-  for (const std::string& name : names_of(drive)) table.header.push_back(name);
-  for (const auto& row : report_rows(drive.report)) table.rows.push_back(row);
-  return table;
-}
-
 // The focus's calibrations at the end of the drive.
 std::optional<Table> calibration_table(const EvaluatedDrive& drive) {
   const std::size_t focus = focus_of(drive);
@@ -213,7 +227,7 @@ std::string samples(const EvaluatedDrive& drive) {
   std::string out = "<h3>Samples, as " + escaped(drive.estimates[focus].name) + " took them" +
                     (drive.is_part ? ", over the whole drive" : "") + "</h3>\n" +
                     html_of(source_table(drive.replays[focus].summary));
-  const std::vector<Figure> figures = innovations(drive);
+  const std::vector<Figure> figures = innovation_figures(drive);
   if (!figures.empty()) {
     out += paragraph(
         "Innovations: difference of each sample from what the filter expected at the sample's own "
@@ -226,40 +240,22 @@ std::string samples(const EvaluatedDrive& drive) {
   return out;
 }
 
-// Escapes a text and keeps its line breaks.
-std::string escaped_lines(const std::string& text) {
-  std::string out;
-  std::size_t at = 0;
-  while (at < text.size()) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    out += escaped(text.substr(at, end - at)) + '\n';
-    at = end + 1;
-  }
-  return out;
-}
-
 std::string configuration(const EvaluatedDrive& drive) {
   if (!drive.config) return {};
   return fmt::format("<details><summary>Configuration: {}</summary>\n<pre>{}</pre></details>\n",
-                     escaped(drive.config->file.string()), escaped_lines(drive.config->text));
+                     escaped(drive.config->file.string()), escaped(drive.config->text));
 }
 
 std::string section(const EvaluatedDrive& drive) {
   std::string out = "<h2>" + escaped(drive.name) + "</h2>\n" + facts(drive);
   for (const std::string& warning : texts_of(drive.warnings)) out += paragraph(warning, "warning");
-  std::vector<Figure> figures{trajectories(drive)};
-  for (Figure& figure : errors(drive)) figures.push_back(std::move(figure));
+  std::vector<Figure> figures{map_figure(drive)};
+  for (Figure& figure : error_figures(drive)) figures.push_back(std::move(figure));
   out += html_of(figures);
-  out += "<h3>All figures</h3>\n" + html_of(details_table(drive));
+  out += "<h3>All figures</h3>\n" + html_of(metrics_table(drive.report));
   out += samples(drive);
   if (drive.beat) out += "<h3>Beat</h3>\n" + html_of(beat_charts(*drive.beat), " small");
   return out + configuration(drive);
-}
-
-std::string title_of(std::span<const EvaluatedDrive> drives, const PageInfo& info) {
-  if (!info.title.empty()) return info.title;
-  return fmt::format("Odometry of {}",
-                     fmt::join(drives | std::views::transform(&EvaluatedDrive::name), ", "));
 }
 
 // The box at the top of the page.
@@ -281,7 +277,9 @@ std::string verdict(const EvaluatedDrive& drive, bool several) {
 }  // namespace
 
 std::string page(std::span<const EvaluatedDrive> drives, const PageInfo& info) {
-  const std::string title = escaped(title_of(drives, info));
+  const auto names = drives | std::views::transform(&EvaluatedDrive::name);
+  const std::string title = escaped(
+      info.title.empty() ? fmt::format("Odometry of {}", fmt::join(names, ", ")) : info.title);
   const Table summary = summary_table(drives);
   std::string body = "<h1>" + title + "</h1>\n";
   for (const EvaluatedDrive& drive : drives) body += verdict(drive, drives.size() > 1);

@@ -4,7 +4,6 @@
 
 #include <span>
 #include <string>
-#include <string_view>
 
 #include "tools/evaluation/evaluated_drive.hpp"
 
@@ -15,9 +14,6 @@ struct PageInfo {
   std::string version;
   std::string command;  ///< the command that made the report
 };
-
-/// One sentence about the label of a row or a column; empty for names of estimates and the like.
-[[nodiscard]] std::string definition_of(std::string_view label);
 
 [[nodiscard]] std::string page(std::span<const EvaluatedDrive> drives, const PageInfo& info);
 

@@ -14,7 +14,6 @@
 
 #include "daemon/core/record.hpp"
 #include "tools/chart/chart.hpp"
-#include "tools/chart/map.hpp"
 #include "tools/chart/picture.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
@@ -22,6 +21,7 @@
 #include "tools/evaluation/evaluation_report.hpp"
 #include "tools/live/daemon_link.hpp"
 #include "tools/live/tick_follower.hpp"
+#include "tools/report/figures.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -119,10 +119,6 @@ std::vector<Drawn> drawn(const PlotInput& input) {
   return all;
 }
 
-double seconds(const Drawn& one, std::int64_t t_ns) {
-  return static_cast<double>(t_ns - one.zero_ns) * 1e-9;
-}
-
 const std::vector<double>& values_of(const Trajectory& track, std::string_view column) {
   const std::vector<std::string> columns = plot_columns();
   return track.columns.at(
@@ -146,24 +142,21 @@ chart::Band band_of(const Curve& curve, const Trajectory& track, const Series& s
 
 // Draws the curve of every track that has its data.
 Chart chart_of(const Curve& curve, const std::vector<Drawn>& tracks, const Calibrations& truth) {
-  Chart chart;
-  chart.title = curve.title;
-  chart.x.label = "time [s]";
-  chart.y.label = curve.label;
+  Chart chart = time_chart(std::string{curve.title}, std::string{curve.label});
   if (curve.needs == &Trajectory::has_covariance) chart.y.scaling = chart::Scaling::logarithmic;
   if (curve.quantity == "calibrations") chart.height = 200.0;
   for (const Drawn& one : tracks) {
     const Trajectory& track = *one.track;
-    Series series{one.name, "", one.colour, {}, chart::Mark::line, one.stroke};
-    if (curve.value == nullptr) {
-      const std::vector<double>& values = values_of(track, curve.column);
-      for (std::size_t i = 0; i < values.size(); ++i)
-        series.points.push_back({seconds(one, track.points[i].t_ns), values[i] * curve.factor});
-    } else if (curve.needs == nullptr || track.*curve.needs) {
-      for (const TrajectoryPoint& point : track.points)
-        series.points.push_back({seconds(one, point.t_ns), curve.value(point)});
-    }
-    if (series.points.empty()) continue;
+    const std::vector<double>* const column =
+        curve.value == nullptr ? &values_of(track, curve.column) : nullptr;
+    if (column != nullptr ? column->empty() : curve.needs != nullptr && !(track.*curve.needs))
+      continue;
+    Series series = over_time(
+        {one.name, "", one.colour, {}, chart::Mark::line, one.stroke}, track.points, one.zero_ns,
+        [&](const TrajectoryPoint& point) -> std::optional<double> {
+          if (column == nullptr) return curve.value(point);
+          return (*column)[static_cast<std::size_t>(&point - track.points.data())] * curve.factor;
+        });
     if (curve.quantity == "calibrations") {
       chart::Band band = band_of(curve, track, series);
       if (!chart.bands.empty()) band.label.clear();
@@ -177,18 +170,12 @@ Chart chart_of(const Curve& curve, const std::vector<Drawn>& tracks, const Calib
 }
 
 chart::Drawing map_of(const PlotInput& input) {
-  chart::Map map;
-  const auto points_of = [](const Trajectory& track) {
-    std::vector<chart::Point> points;
-    for (const TrajectoryPoint& p : track.points) points.push_back({p.pose.x, p.pose.y});
-    return points;
-  };
+  chart::Chart map = empty_map("");
   for (const Drawn& one : drawn(input)) {
-    chart::Trace trace{one.name, "", points_of(*one.track), {}, one.colour};
-    if (input.reference && one.track == &*input.reference)
-      map.reference = std::move(trace);
-    else
-      map.estimates.push_back(std::move(trace));
+    Series series{one.name, "", one.colour, {}, chart::Mark::line, one.stroke};
+    for (const TrajectoryPoint& p : one.track->points)
+      series.points.push_back({p.pose.x, p.pose.y});
+    map.series.push_back(std::move(series));
   }
   return draw(map);
 }

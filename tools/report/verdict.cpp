@@ -55,34 +55,25 @@ constexpr double least_path = 5.0;  // m
 /// best model (docs/evaluation.md). With truth, differences below 5 % are chance.
 constexpr double clear_by = 5.0, clear_by_camera = 30.0;  // %
 
-class Reasons {
- public:
-  void add(Grade grade, std::string sentence) {
-    verdict.grade = std::max(verdict.grade, grade);
-    verdict.reasons.push_back({grade, std::move(sentence)});
-  }
-  Verdict verdict;
-};
-
-void judge_fault(const EvaluatedDrive& drive, std::size_t focus, Reasons& reasons) {
+void judge_fault(const EvaluatedDrive& drive, std::size_t focus, Verdict& verdict) {
   if (focus >= drive.replays.size()) return;
   const ReplaySummary& summary = drive.replays[focus].summary;
   if (!summary.fault_ns) return;
-  reasons.add(
+  verdict.add(
       Grade::wrong,
       fmt::format("It stopped with a fault {} s after the start; its figures are of the pose "
                   "that stayed behind.",
                   fixed(static_cast<double>(*summary.fault_ns - summary.first_tick_ns) * 1e-9, 1)));
 }
 
-void judge_warnings(const EvaluatedDrive& drive, Reasons& reasons) {
+void judge_warnings(const EvaluatedDrive& drive, Verdict& verdict) {
   if (drive.warnings.empty()) return;
   std::string codes;
   for (const diagnostics::Diagnostic& warning : drive.warnings) {
     const std::string code{warning.kind->code};
     if (codes.find(code) == std::string::npos) codes += (codes.empty() ? "" : ", ") + code;
   }
-  reasons.add(Grade::look_at,
+  verdict.add(Grade::look_at,
               fmt::format("{} ({}), listed with the drive: fix these first, as they "
                           "may explain the rest.",
                           counted(drive.warnings.size(), "warning"), codes));
@@ -96,34 +87,34 @@ std::string subject_of(const EvaluatedDrive& drive) {
 }
 
 // Returns false if the drift cannot be judged.
-bool judge_drift(const EvaluatedDrive& drive, const Evaluation& e, Reasons& reasons) {
+bool judge_drift(const EvaluatedDrive& drive, const Evaluation& e, Verdict& verdict) {
   if (!e.end_cm_per_m || e.path_length < least_path) return false;
   // The end may be right by chance: the rms counts, too.
   const double off =
       std::max(has_reference(e.against) ? e.position.rms : 0.0, e.end_error) / e.path_length;
   const std::string rms =
       has_reference(e.against) ? fmt::format("{} m off rms and ", fixed(e.position.rms, 2)) : "";
-  reasons.add(drift.of(100.0 * off),
+  verdict.add(drift.of(100.0 * off),
               fmt::format("{} {}{} m off at the end, of {} m: {} % of the way. "
                           "Up to {} % is good; from {} % on it is no better than the paper's car "
                           "without a filter.",
                           subject_of(drive), rms, fixed(e.end_error, 2), fixed(e.path_length, 0),
                           fixed(100.0 * off, 2), fixed(drift.good, 1), fixed(drift.look_at, 1)));
   if (drive.loop_is_assumed)
-    reasons.add(Grade::look_at,
+    verdict.add(Grade::look_at,
                 "That the drive ends where it began is assumed, as the poses nearly do: say so "
                 "with --closed-loop if it is true.");
   return true;
 }
 
-bool judge_with_camera(const EvaluatedDrive& drive, const Evaluation& e, Reasons& reasons) {
+bool judge_with_camera(const EvaluatedDrive& drive, const Evaluation& e, Verdict& verdict) {
   if (!has_reference(e.against) || drive.cameras.empty()) return false;
   std::vector<double> sigmas;
   for (const estimator::CameraPose& pose : drive.cameras)
     sigmas.push_back(std::hypot(pose.sigma_x, pose.sigma_y));
   const double pose = median_of(std::move(sigmas));
   const Grade grade = against_a_pose.of(e.position.rms / pose);
-  reasons.add(grade,
+  verdict.add(grade,
               fmt::format("With the camera its position is off by {} mm rms, {} than one camera "
                           "pose, whose stated sigma of x and y together is {} mm.",
                           fixed(1e3 * e.position.rms, 1),
@@ -134,7 +125,7 @@ bool judge_with_camera(const EvaluatedDrive& drive, const Evaluation& e, Reasons
   return true;
 }
 
-void judge_baseline(const EvaluatedDrive& drive, std::size_t focus, Reasons& reasons) {
+void judge_baseline(const EvaluatedDrive& drive, std::size_t focus, Verdict& verdict) {
   const Evaluation& e = drive.report.evaluations[focus];
   const Evaluation& baseline = drive.report.evaluations[drive.report.baseline];
   if (&e == &baseline) return;
@@ -147,34 +138,34 @@ void judge_baseline(const EvaluatedDrive& drive, std::size_t focus, Reasons& rea
   const char* const of = everywhere ? "position rms" : "error at the end";
   const double clear = e.against == Against::camera ? clear_by_camera : clear_by;
   if (*better >= clear)
-    reasons.add(Grade::good, fmt::format("Its {} is {} % smaller than that of {}.", of,
+    verdict.add(Grade::good, fmt::format("Its {} is {} % smaller than that of {}.", of,
                                          fixed(*better, 0), than));
   else if (*better < -clear)
-    reasons.add(Grade::look_at,
+    verdict.add(Grade::look_at,
                 fmt::format("Its {} is {} % larger than that of {}: check what {} does not use "
                             "(gyro, accelerometers, tyres).",
                             of, fixed(-*better, 0), than, than));
   else
-    reasons.add(Grade::good, fmt::format("Its {} is about that of {}.", of, than));
+    verdict.add(Grade::good, fmt::format("Its {} is about that of {}.", of, than));
 }
 
-void judge_nees(const Evaluation& e, Reasons& reasons) {
+void judge_nees(const Evaluation& e, Verdict& verdict) {
   if (!e.consistency) return;
   const double mean = e.consistency->nees;
   const std::string figure = "the mean NEES is " + fixed(mean, 1) + " (3 is expected)";
   if (mean < cautious_nees)
-    reasons.add(Grade::look_at, "Its sigmas are too large: " + figure + ".");
+    verdict.add(Grade::look_at, "Its sigmas are too large: " + figure + ".");
   else if (nees.of(mean) == Grade::good)
-    reasons.add(Grade::good, "Its sigmas fit its errors: " + figure + ".");
+    verdict.add(Grade::good, "Its sigmas fit its errors: " + figure + ".");
   else
-    reasons.add(
+    verdict.add(
         nees.of(mean),
         fmt::format("It is more certain than it should be: {}, so its errors are {} times as "
                     "large as its sigmas say.",
                     figure, fixed(std::sqrt(mean / 3.0), 1)));
 }
 
-void judge_heading(const EvaluatedDrive& drive, std::size_t focus, Reasons& reasons) {
+void judge_heading(const EvaluatedDrive& drive, std::size_t focus, Verdict& verdict) {
   const Trajectory& poses = drive.estimates[focus];
   if (!poses.has_covariance || poses.points.empty()) return;
   const auto uncertain = std::ranges::count_if(poses.points, [](const TrajectoryPoint& point) {
@@ -183,13 +174,13 @@ void judge_heading(const EvaluatedDrive& drive, std::size_t focus, Reasons& reas
   });
   const double share = static_cast<double>(uncertain) / static_cast<double>(poses.points.size());
   if (share > max_uncertain_share)
-    reasons.add(Grade::look_at,
+    verdict.add(Grade::look_at,
                 fmt::format("Its heading is uncertain: its sigma is above {} degrees for {} % of "
                             "the time.",
                             fixed(max_heading_sigma, 0), fixed(100.0 * share, 0)));
 }
 
-void judge_innovations(const EvaluatedDrive& drive, std::size_t focus, Reasons& reasons) {
+void judge_innovations(const EvaluatedDrive& drive, std::size_t focus, Verdict& verdict) {
   if (focus >= drive.replays.size() || !drive.report.evaluations[focus].nis_factor) return;
   std::string off;
   const auto& all = drive.replays[focus].summary.innovations;
@@ -201,14 +192,14 @@ void judge_innovations(const EvaluatedDrive& drive, std::size_t focus, Reasons& 
                        fixed(ratio, 2));
   }
   if (off.empty())
-    reasons.add(
+    verdict.add(
         Grade::good,
         fmt::format("Every sensor agrees with it as well as its noise says: NIS over expected "
                     "is between {} and {} for each.",
                     fixed(least_nis, 2), fixed(most_nis, 0)));
   else
-    reasons.add(Grade::look_at,
-                fmt::format("Noises that do not fit, by NIS over expected (1 is honest, {} to {} "
+    verdict.add(Grade::look_at,
+                fmt::format("Noises that do not fit, by NIS over expected (1 is expected, {} to {} "
                             "accepted): {}. Above, the noise is set too small or the model wrong; "
                             "below, too large.",
                             fixed(least_nis, 2), fixed(most_nis, 0), off));
@@ -224,21 +215,20 @@ std::string in_words(Grade grade) {
 Verdict verdict_of(const EvaluatedDrive& drive) {
   const std::size_t focus = focus_of(drive);
   const Evaluation& e = drive.report.evaluations[focus];
-  Reasons reasons;
-  judge_fault(drive, focus, reasons);
-  judge_warnings(drive, reasons);
+  Verdict verdict;
+  judge_fault(drive, focus, verdict);
+  judge_warnings(drive, verdict);
   const bool position_is_judged = camera_came_in(drive) && drive.report.frame == Frame::map
-                                      ? judge_with_camera(drive, e, reasons)
-                                      : judge_drift(drive, e, reasons);
-  judge_baseline(drive, focus, reasons);
-  judge_nees(e, reasons);
-  judge_heading(drive, focus, reasons);
-  judge_innovations(drive, focus, reasons);
+                                      ? judge_with_camera(drive, e, verdict)
+                                      : judge_drift(drive, e, verdict);
+  judge_baseline(drive, focus, verdict);
+  judge_nees(e, verdict);
+  judge_heading(drive, focus, verdict);
+  judge_innovations(drive, focus, verdict);
   if (!position_is_judged)
-    reasons.add(Grade::look_at,
+    verdict.add(Grade::look_at,
                 "Whether the position is right is not known: there is nothing to compare it "
                 "with, or the car drove less than 5 m.");
-  Verdict verdict = std::move(reasons.verdict);
   verdict.subject = names_of(drive)[focus] + (camera_came_in(drive)    ? " with the camera"
                                               : !drive.replays.empty() ? " by dead reckoning"
                                                                        : "");

@@ -2,9 +2,11 @@
 // with the reasons in sentences.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tools/evaluation/evaluated_drive.hpp"
@@ -27,6 +29,11 @@ struct Verdict {
   std::string subject;          ///< "full with the camera"
   std::string basis;            ///< what the estimate is compared with, and the limits of that
   std::vector<Reason> reasons;  ///< the worst first
+
+  void add(Grade of_reason, std::string sentence) {
+    grade = std::max(grade, of_reason);
+    reasons.push_back({of_reason, std::move(sentence)});
+  }
 };
 
 [[nodiscard]] Verdict verdict_of(const EvaluatedDrive& drive);

@@ -1,1 +1,1 @@
-"""The parts of accuracy.py: simulated and replayed drives, bars for them, charts."""
+"""The parts of accuracy.py: simulated and replayed drives, and bars for them."""

@@ -3,23 +3,18 @@
 A figure is computed for every drive; its median over the seeds is compared with a bar, unless the row
 names another statistic. A ratio is that of two medians."""
 
-import dataclasses
 import math
 import statistics
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from common import DEGREES
+from common import DEGREES, Row
 
 from . import courses
+from .courses import all_courses  # noqa: F401
+from .drives import measure  # noqa: F401
 
-
-@dataclasses.dataclass(frozen=True)
-class Row:
-    what: str
-    required: str
-    measured: str
-    met: bool
+COMPARED = ("kinematic", "paper")
 
 
 class Figure(NamedTuple):
@@ -38,17 +33,14 @@ NEES = Figure("", lambda e: e["nees"]["mean"] if e["nees"] else math.inf)
 
 
 class Results:
-    """The drives' results, by course; the model to judge, and those to compare with; the speeds of the laps;
-    and the factor `slack` that widens the bars (for few seeds, whose medians spread more)."""
+    """The drives' results, by course; the model to judge; the speeds of the laps; and the factor `slack` that
+    widens the bars (for few seeds, whose medians spread more)."""
 
-    def __init__(self, drives, judged, compared, speeds=courses.SPEEDS, slack=1.0):
-        self.judged, self.compared, self.speeds, self.slack = judged, compared, speeds, slack
+    def __init__(self, drives, given):
+        self.judged, self.speeds, self.slack = given.model, given.speed, given.slack
         self.by_course = {}
         for drive in drives:
             self.by_course.setdefault(drive["course"], []).append(drive)
-
-    def __contains__(self, course):
-        return course in self.by_course
 
     def laps(self, form):
         return [f"{form}-{speed:g}" for speed in self.speeds]
@@ -137,14 +129,6 @@ def dead_reckoning(results):
     yield at_most_of_paper(results, "slalom", "whole", DRIFT, (2, 3), "drift")
 
 
-def camera_lost(results):
-    for course in results.laps("lost-15-lap"):
-        values = results.figures(course, "after", DRIFT)
-        in_map = results.figures(course, "in_map", DRIFT)
-        yield results.row(f"{course}: 20 m after the loss", "≤ 0.3 cm/m",
-                          f"{spread(values, 'cm/m')}; not aligned there {spread(in_map)}", statistics.median(values), 0.3)
-
-
 def prediction(results):
     for form, view in (("lost-10-lap", "after"), ("camera-lap", "odom")):
         for speed in results.speeds:
@@ -174,7 +158,7 @@ def no_worse(results):
     for course in MANOEUVRES:
         view = "map" if course.startswith("camera") else "whole"
         values = results.figures(course, view, END)
-        best = [min(both) for both in zip(*(results.figures(course, view, END, model) for model in results.compared))]
+        best = [min(both) for both in zip(*(results.figures(course, view, END, model) for model in COMPARED))]
         worse = sum(not results.within(value, 1.1 * other + 1) for value, other in zip(values, best))
         yield Row(f"{course}: end error, every seed", "≤ 1.1 × the better of kinematic, paper + 1 cm",
                   f"{worse} of {len(values)} seeds worse; {spread(values)} against {spread(best, 'cm')}",
@@ -232,18 +216,12 @@ camera = laps_within(Limit("camera-lap", "map", POSITION, "position, rms", at_al
 # The effect of a gyro that is quieter at rest than on the move.
 standing = laps_within(Limit("shaken-lap", "whole", HEADING, "heading at the end of a minute", at_all_speeds(1)),
                        Limit("shaken-lap", "whole", DRIFT, "drift", at_all_speeds(0.25)))
+camera_lost = laps_within(Limit("lost-15-lap", "after", DRIFT, "20 m after the loss", at_all_speeds(0.3)))
 # The error of the filter with the camera, and afterwards without it.
-close_with_camera = laps_within(
+close = laps_within(
     Limit("camera-lap", "map", POSITION, "position, rms", {1.0: 3, 2.0: 4}, rms),
-    Limit("camera-lap", "odom", AHEAD, "35 ms after ten seconds of camera", {1.0: 0.12, 2.0: 0.35}))
-close_after = laps_within(
-    Limit("lost-15-lap", "after", DRIFT, "20 m after the loss", {speed: 0.2 for speed in courses.SPEEDS if speed <= 2.0}))
-
-
-def close(results):
-    yield from close_with_camera(results)
-    yield from close_after(results)
-
+    Limit("camera-lap", "odom", AHEAD, "35 ms after ten seconds of camera", {1.0: 0.12, 2.0: 0.35}),
+    Limit("lost-15-lap", "after", DRIFT, "20 m after the loss", {1.0: 0.2, 1.5: 0.2, 2.0: 0.2}))
 
 MANOEUVRES = (*courses.MANOEUVRES, *(f"camera-{name}" for name in courses.MANOEUVRES))
 BARS = {  # name: (function, prefixes of the courses that it reads)
@@ -263,7 +241,9 @@ BARS = {  # name: (function, prefixes of the courses that it reads)
 }
 
 
-def courses_of(names, speeds):
-    """The courses that the bars of these names read."""
-    wanted = tuple(begin for name in names for begin in BARS[name][1])
-    return [course for course in courses.all_courses(speeds) if course.name.startswith(wanted)]
+def seed_of(_course, number):
+    return number
+
+
+def further(_results):
+    return ()

@@ -66,9 +66,7 @@ def all_courses(speeds=SPEEDS):
                           odom=View(frame="odom", begin=10))
         yield with_camera(f"outliers-lap-{speed:g}", *lap(speed, "--camera-outliers", "0.01"))
         yield lost(f"lost-10-lap-{speed:g}", speed, 10, after=View(begin=10 + LATEST))
-        after = {"begin": 15 + LATEST, "metres": 20}
-        yield lost(f"lost-15-lap-{speed:g}", speed, 15, after=View(**after),
-                   in_map=View(align="none", **after))
+        yield lost(f"lost-15-lap-{speed:g}", speed, 15, after=View(begin=15 + LATEST, metres=20))
     for scenario in MANOEUVRES:
         yield with_camera(f"camera-{scenario}", "--scenario", scenario)
     dropouts = [word for begin, length in GAPS for word in ("--camera-dropout", f"{begin}:{length:g}")]

@@ -127,18 +127,7 @@ def shift_change(odom, course, model, folder, pose, shifted):
             "largest_of_all": max(change.values()), "crossed": len(crossed & change.keys())}
 
 
-def draw(odom, course, folder, poses, picture):
-    """The trajectories in the first view; no picture if a model's poses are not finite."""
-    words = [word for file in poses.values() for word in ("--pose", file)]
-    align = next(iter(course.views.values())).align
-    try:
-        run(odom, "evaluate", "--reference", folder / "truth.csv", *words, "--align", align,
-            "--picture", picture, "--title", f"{course.name}, seed 1")
-    except Failed:
-        picture.unlink(missing_ok=True)
-
-
-def measure(odom, course, seed, models, folder, scratch, picture=None):
+def measure(odom, course, seed, models, folder, scratch):
     """A drive's results: by view and model, those of odom evaluate; by model, those of the replay; and, if the
     course asks for it, the effect of the shift of the stamps on the last model."""
     simulate(odom, course, seed, folder)
@@ -149,6 +138,4 @@ def measure(odom, course, seed, models, folder, scratch, picture=None):
     if course.shift:
         judged = models[-1]
         result["shift"] = shift_change(odom, course, judged, folder, poses[judged], scratch / "shifted")
-    if picture:
-        draw(odom, course, folder, poses, picture)
     return result

@@ -7,6 +7,8 @@ import dataclasses
 import math
 import statistics
 
+from common import Row, geometric_mean
+
 from . import bars, courses, drives
 
 # Roll of 8.5, 8.4, 6.2 and 3.2 ° per g; driven wheels: rear, front, rear (rear engine), rear.
@@ -23,6 +25,8 @@ DRIVES = {f"{scenario}-{speed}": ("--scenario", scenario, "--speed", speed, "--d
           for scenario, speed, duration in (
               ("lap", 8, 120), ("lap", 15, 120), ("lap", 22, 120), ("slalom", 15, 80), ("slalom", 22, 80),
               ("stop-and-go", 15, 120), ("parking", 3, 200), ("hills", 18, 130))}
+COMPARED = ("inertial",)
+REFERENCE = COMPARED[0]
 PLAIN = tuple(name for name in DRIVES if name != "hills-18")  # the drives for the ratios
 AT_15 = tuple(name for name in DRIVES if name.endswith("-15"))
 
@@ -30,7 +34,7 @@ DEAD = courses.View()
 MAP = courses.View(align="none")
 
 
-def all_courses():
+def all_courses(_speeds=()):
     for car, options in CARS.items():
         for name, drive in DRIVES.items():
             yield courses.Course(f"{car}-{name}", (*options, *drive), {})
@@ -64,8 +68,6 @@ SEEN_CM = bars.Figure("cm", lambda e: 100 * e["position"]["rms"])
 
 
 class Results(bars.Results):
-    """`compared` is one model, the reference."""
-
     def of(self, *names):
         """The drives on these courses, which are named without the car."""
         return [one for found in self.by_course.values() for one in found if one["course"].split("-", 1)[1] in names]
@@ -77,31 +79,26 @@ class Results(bars.Results):
         return bars.of_all(figure, (one["camera"] for one in found))
 
     def ratios(self, found, figure):
-        return list(map(bars.ratio, self.values(found, figure), self.values(found, figure, self.compared)))
-
-
-def geometric_mean(values):
-    return math.exp(statistics.fmean(math.log(max(value, 1e-9)) for value in values)) if values else math.nan
+        return list(map(bars.ratio, self.values(found, figure), self.values(found, figure, REFERENCE)))
 
 
 def dead_reckoning(results):
     for names, what in ((PLAIN, "all courses"), (("hills-18",), "hills")):
         found = results.of(*names)
-        for name, figure in FIGURES.items() if found else ():
+        for name, figure in FIGURES.items():
             ratios, limit = results.ratios(found, figure), RATIO_LIMITS[name]
             mean = geometric_mean(ratios)
-            yield results.row(f"{what}: {name.split(' [')[0]} by {results.compared}'s, geometric mean",
+            yield results.row(f"{what}: {name.split(' [')[0]} by {REFERENCE}'s, geometric mean",
                               f"≤ {limit}", f"{mean:.2f}; of a drive {bars.spread(ratios)}", mean, limit)
 
 
 def prediction(results):
     found = results.of(*AT_15)
-    if found:
-        values, other = (results.values(found, bars.AHEAD, model) for model in (None, results.compared))
-        mean = geometric_mean(values)
-        yield results.row("courses at 15 m/s: 35 ms, geometric mean", "≤ 2.5 mm",
-                          f"{mean:.2f} mm; of a drive {bars.spread(values)}; {results.compared}: "
-                          f"{geometric_mean(other):.2f}", mean, 2.5)
+    values, other = (results.values(found, bars.AHEAD, model) for model in (None, REFERENCE))
+    mean = geometric_mean(values)
+    yield results.row("courses at 15 m/s: 35 ms, geometric mean", "≤ 2.5 mm",
+                      f"{mean:.2f} mm; of a drive {bars.spread(values)}; {REFERENCE}: {geometric_mean(other):.2f}",
+                      mean, 2.5)
 
 
 def camera(results):
@@ -125,25 +122,27 @@ def nis(results):
             if count:
                 by_source.setdefault(source, {})[course] = mean
     if not by_source:
-        yield bars.Row("NIS of every source", "0.5 to 2", f"{results.judged} has no innovations", False)
+        yield Row("NIS of every source", "0.5 to 2", f"{results.judged} has no innovations", False)
     for source, means in by_source.items():
         worst = max(means, key=lambda course: abs(math.log(max(means[course], 1e-9))))
-        yield bars.Row(f"{source}: NIS by its expectation, of every course", "0.5 to 2",
+        yield Row(f"{source}: NIS by its expectation, of every course", "0.5 to 2",
                        f"{bars.spread(list(means.values()))}; furthest off: {worst}, {means[worst]:.2f}",
                        all(results.within(mean, 2, low=0.5) for mean in means.values()))
 
 
-BARS = {"dead-reckoning": dead_reckoning, "prediction": prediction, "camera": camera, "nees": nees, "nis": nis}
+EVERY = ("",)
+BARS = {"dead-reckoning": (dead_reckoning, EVERY), "prediction": (prediction, EVERY), "camera": (camera, EVERY),
+        "nees": (nees, EVERY), "nis": (nis, EVERY)}
 
 
-def by_course(results):
+def further(results):
     """The figures behind the means: medians over the seeds, without a bar."""
-    yield ("| course | " + " | ".join(f"{name}: {results.judged} / {results.compared}" for name in FIGURES) +
+    yield ("| course | " + " | ".join(f"{name}: {results.judged} / {REFERENCE}" for name in FIGURES) +
            " | with camera [cm] |")
     yield "|---" * (len(FIGURES) + 2) + "|"
     for course, found in results.by_course.items():
         cells = [f"{statistics.median(results.values(found, figure)):.3g} / "
-                 f"{statistics.median(results.values(found, figure, results.compared)):.3g}"
+                 f"{statistics.median(results.values(found, figure, REFERENCE)):.3g}"
                  for figure in FIGURES.values()]
         seen = statistics.median(results.seen(found, SEEN_CM))
         yield f"| {course} | " + " | ".join(cells) + f" | {seen:.2f} |"

@@ -1,7 +1,8 @@
 """Tables in Markdown: errors of every model on every drive, and full against the model to beat."""
 
-import math
 from collections.abc import Iterator
+
+from common import geometric_mean
 
 from .measure import CELLS, Part, Row
 
@@ -35,10 +36,6 @@ def ratios(rows: list[Row]) -> dict[Part, dict[str, float]]:
         if mine and theirs:
             found[part] = {cell: mine[cell] / theirs[cell] for cell in CELLS if cell in mine}
     return found
-
-
-def geometric_mean(values: list[float]) -> float:
-    return math.exp(sum(map(math.log, values)) / len(values))
 
 
 def summary(rows: list[Row]) -> Iterator[str]:

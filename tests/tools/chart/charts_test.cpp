@@ -5,7 +5,6 @@
 #include "tests/tools/markup.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/chart/chart.hpp"
-#include "tools/chart/map.hpp"
 #include "tools/chart/picture.hpp"
 #include "tools/chart/svg_elements.hpp"
 
@@ -103,23 +102,21 @@ TEST(Drawings, StandBelowEachOther) {
   EXPECT_THAT(svg, HasSubstr("viewBox=\"0 0 1000.0 " + svg::px(2.0 * one.height) + "\""));
 }
 
-Map circle_map() {
-  Map map;
+Chart circle_map() {
+  Chart map;
   map.title = "R&D <lap>";
-  map.reference = {"reference", "6.3 m", {}, {}};
-  Trace trace{"paper", "1.25 cm/m", {}, {}};
+  map.is_map = true;
+  map.series = {{"reference", "6.3 m", reference_colour, {}, Mark::line, 9.0},
+                {"camera", "", dot_colour, {}, Mark::dots},
+                {"paper", "1.25 cm/m", colour_of(0), {}}};
   for (int i = 0; i <= 100; ++i) {
     const double a = 0.0628 * i;
-    map.reference.points.push_back({std::cos(a), std::sin(a)});
-    trace.points.push_back({1.05 * std::cos(a), 1.05 * std::sin(a)});
+    map.series[0].points.push_back({std::cos(a), std::sin(a)});
+    map.series[1].points.push_back({1.02 * std::cos(a), 1.02 * std::sin(a)});
+    map.series[2].points.push_back({1.05 * std::cos(a), 1.05 * std::sin(a)});
   }
-  trace.end_ellipse = Ellipse{trace.points.back(), {0.01, 0.0, 0.0025}};
-  map.estimates.push_back(trace);
+  map.ellipses = {{map.series[2].points.back(), {0.01, 0.0, 0.0025}, colour_of(0)}};
   return map;
-}
-
-std::string svg_of(const Map& map) {
-  return as_svg(std::array{draw(map)});
 }
 
 TEST(Map, IsAnSvgWithEscapedWordsAndItsLegend) {
@@ -136,31 +133,37 @@ TEST(Map, HasEqualAxes) {
   const std::string svg = svg_of(circle_map());
   const auto start = svg.find("<path d=\"M", svg.find("<svg x=")) + 10;
   std::istringstream data{svg.substr(start, svg.find('"', start) - start)};
-  double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9, x = 0.0, y = 0.0;
-  char separator = 0;
-  while (data >> x >> y) {
-    left = std::min(left, x);
-    right = std::max(right, x);
-    top = std::min(top, y);
-    bottom = std::max(bottom, y);
-    data >> separator;
+  Range across{1e9, -1e9}, down{1e9, -1e9};
+  double x = 0.0, y = 0.0;
+  for (char separator = 0; data >> x >> y; data >> separator) {
+    across.take(x);
+    down.take(y);
   }
-  EXPECT_GT(right - left, 500.0);
-  EXPECT_NEAR(right - left, bottom - top, 2.0);
+  EXPECT_GT(across.width(), 500.0);
+  EXPECT_NEAR(across.width(), down.width(), 2.0);
 }
 
 TEST(Map, CutsAnEstimateThatRunsAway) {
-  Map map = circle_map();
-  map.estimates[0].points.push_back({1e9, 1e9});
+  Chart map = circle_map();
+  map.series[2].points.push_back({1e9, 1e9});
   const std::string svg = svg_of(map);
-  EXPECT_THAT(svg, HasSubstr("leaves the picture"));
+  EXPECT_THAT(svg, HasSubstr("1.25 cm/m · leaves the picture"));
   EXPECT_LT(svg.size(), 100'000U);
 }
 
+TEST(Map, DrawsNoMoreThanIsVisible) {
+  Chart map = circle_map();
+  auto& points = map.series[2].points;
+  for (int i = 0; i < 200'000; ++i)
+    points.push_back({1.05 * std::cos(3.14e-5 * i), 1.05 * std::sin(3.14e-5 * i)});
+  EXPECT_LT(svg_of(map).size(), 60'000U);
+}
+
 TEST(Map, OfACarThatStandsIsStillAPicture) {
-  Map map;
-  map.reference = {"reference", "", {{2.0, 3.0}, {2.0, 3.0}}, {}};
-  EXPECT_THAT(svg_of(map), Not(::testing::AnyOf(HasSubstr("nan"), HasSubstr("inf"))));
+  Chart map;
+  map.is_map = true;
+  map.series = {{"reference", "", reference_colour, {{2.0, 3.0}, {2.0, 3.0}}}};
+  EXPECT_THAT(svg_of(map), Not(AnyOf(HasSubstr("nan"), HasSubstr("inf"))));
 }
 
 TEST(PictureFile, IsSvgOrPngByItsEnding) {

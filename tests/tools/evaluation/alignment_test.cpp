@@ -1,7 +1,7 @@
 // Comparison of poses with a reference: alignment, lever arm and time offset.
-#include "tools/evaluation/alignment.hpp"
 #include "tests/gtest.hpp"
 #include "tests/tools/drives.hpp"
+#include "tools/evaluation/pose_error.hpp"
 #include "tools/evaluation/time_offset.hpp"
 #include "tools/math/se2.hpp"
 

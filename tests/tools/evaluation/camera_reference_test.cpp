@@ -133,7 +133,7 @@ TEST(CameraReference, IsNotInterpolatedAcrossAGap) {
   EXPECT_EQ(e.against, Against::camera);
   EXPECT_LT(e.position.max, 0.03);
   EXPECT_LT(e.position.rms, 0.003);  // the noise is known to a few per cent
-  EXPECT_FALSE(e.short_term);
+  EXPECT_EQ(error_over(e, short_horizon_ns), nullptr);
   ASSERT_EQ(e.horizons.size(), 1U);
   EXPECT_LT(e.horizons.front().displacement.max, 0.05);
 }

@@ -171,7 +171,7 @@ TEST(Score, IsMadeOfTheEvaluation) {
   evaluation.horizons = {{.horizon_ns = 5'000'000, .displacement = {.mean = 1e-4}},
                          {.horizon_ns = 1'000'000'000, .displacement = {.mean = 5e-3}}};
   EXPECT_TRUE(std::isnan(score_of(evaluation)[0]));
-  evaluation.short_term = HorizonError{.horizon_ns = 35'000'000, .displacement = {.mean = 4e-4}};
+  evaluation.horizons.push_back({.horizon_ns = 35'000'000, .displacement = {.mean = 4e-4}});
   EXPECT_EQ(score_of(evaluation), (Score{4e-4, 5e-3, 0.3, 0.02}));
 }
 

@@ -12,21 +12,22 @@ namespace {
 class Evaluate : public ::testing::Test {
  protected:
   void SetUp() override {
-    reference_ = scratch_.write("ref.csv", csv_of(wavy_drive(0.0, 4.2, 0.01))).string();
-    good_ = scratch_.write("good.csv", csv_of(wavy_drive(0.0, 4.0, 0.005))).string();
+    reference_ = write("ref.csv", wavy_drive(0.0, 4.2, 0.01));
+    good_ = write("good.csv", wavy_drive(0.0, 4.0, 0.005));
     Trajectory drift = wavy_drive(0.0, 4.0, 0.005);
     for (auto& point : drift.points) point.pose.x *= 1.02;
-    drift_ = scratch_.write("drift.csv", csv_of(drift)).string();
+    drift_ = write("drift.csv", drift);
   }
   static Outcome run(const std::string& arguments) {
     return run_shell("odom evaluate " + arguments);
   }
-  [[nodiscard]] std::string both() const { return "--reference " + reference_ + " --pose "; }
-  static void refuses(
-      const std::vector<std::pair<std::string, ::testing::Matcher<std::string>>>& lines) {
-    expect_refused("odom evaluate ", lines);
+  static nlohmann::json json_of(const std::string& arguments) {
+    return nlohmann::json::parse(run("--json " + arguments).out);
   }
-
+  [[nodiscard]] std::string write(const std::string& name, const Trajectory& trajectory) const {
+    return scratch_.write(name, csv_of(trajectory)).string();
+  }
+  [[nodiscard]] std::string both() const { return "--reference " + reference_ + " --pose "; }
   Scratch scratch_;
   std::string reference_, good_, drift_;
 };
@@ -45,15 +46,13 @@ TEST_F(Evaluate, WritesATableWithAColumnAPoseFileAndAPicture) {
 }
 
 TEST_F(Evaluate, WritesJsonInTheOrderOfTheFiles) {
-  const Outcome outcome =
-      run("--json --reference " + reference_ + " --pose " + drift_ + " --pose " + good_);
-  const auto json = nlohmann::json::parse(outcome.out);
-  ASSERT_EQ(json["estimates"].size(), 2U);
-  EXPECT_EQ(json["estimates"][0]["pose"], drift_);
-  EXPECT_EQ(json["estimates"][0]["samples"], 801);
-  EXPECT_GT(json["estimates"][0]["end_error"], json["estimates"][1]["end_error"]);
-  EXPECT_GT(json["estimates"][1]["improvement_percent"]["end_error"], 99.0);
-  EXPECT_TRUE(json["estimates"][1]["nees"].is_null());
+  const auto estimates = json_of(both() + drift_ + " --pose " + good_)["estimates"];
+  ASSERT_EQ(estimates.size(), 2U);
+  EXPECT_EQ(estimates[0]["pose"], drift_);
+  EXPECT_EQ(estimates[0]["samples"], 801);
+  EXPECT_GT(estimates[0]["end_error"], estimates[1]["end_error"]);
+  EXPECT_GT(estimates[1]["improvement_percent"]["end_error"], 99.0);
+  EXPECT_TRUE(estimates[1]["nees"].is_null());
 }
 
 TEST_F(Evaluate, TakesALeverArmOrFitsOneAndSaysSo) {
@@ -79,44 +78,51 @@ TEST_F(Evaluate, SaysWhyAReportCannotBeWritten) {
               Ends(1, "odom evaluate: /dev/full: cannot be written: No space left on device\n"));
 }
 
-TEST_F(Evaluate, RefusesBadFilesInOneLine) {
-  for (const auto& [text, what] : std::vector<std::pair<const char*, const char*>>{
-           {"t,x,y,yaw\n0,0,nan,0\n", R"(:2: column "y": "nan" is not a finite number)"},
-           {"t,x,y,yaw\n100,0,0,0\n101,0,0,0\n", "fewer than two common times"},
-           {"t,x,y,yaw\n9223372036.8,0,0,0\n",
-            R"(:2: column "t": "9223372036.8" is not a time in seconds)"}}) {
-    const std::string bad = scratch_.write("bad.csv", text).string();
-    refuses({{both() + bad, AllOf(StartsWith("odom evaluate: " + bad), HasSubstr(what))}});
-  }
-}
-
-TEST_F(Evaluate, KeepsADriveWhoseLastLineIsCutOff) {
+TEST_F(Evaluate, WarnsOfWhatMakesTheFiguresDoubtful) {
   const std::string whole = contents(good_);
   const auto cut = scratch_.write("cut.csv", whole.substr(0, whole.size() - 40)).string();
-  EXPECT_THAT(run(both() + cut),
-              Ends(0, HasSubstr("warning: " + cut + ":802: the last line is cut off")));
-}
+  const auto early = write("early.csv", wavy_drive(0.0, 2.0, 0.01));
+  const auto part = write("part.csv", wavy_drive(1.0, 2.0, 0.005));
+  Trajectory turning = wavy_drive(0.0, 5.0, 0.01), in_degrees = wavy_drive(0.0, 8.0, 0.005);
+  for (auto& point : turning.points) point.pose.yaw = 0.6 * static_cast<double>(point.t_ns) * 1e-9;
+  for (auto& point : in_degrees.points) point.pose.yaw *= 180.0 / 3.14159265358979;
+  const auto other = write("other.csv", turning), degrees = write("degrees.csv", in_degrees);
+  std::string rows = "t,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n";
+  for (int i = 0; i < 5; ++i) rows += std::to_string(i) + ",0,0,0,.1,.1,.1\n";
+  const auto with_sigmas = scratch_.write("poses.csv", rows).string();
+  Trajectory moved = wavy_drive(0.0, 40.0, 0.01);
+  for (auto& point : moved.points)
+    if (point.t_ns > 20'000'000'000) point.t_ns += 60'000'000;
+  const auto late = write("late.csv", moved),
+             long_drive = write("l.csv", wavy_drive(0.0, 40.0, 0.005));
+  constexpr auto exchanged = "check whether --reference and --pose are exchanged";
+  constexpr auto headings = ": the headings do not follow the path";
+  const std::string warning = "odom evaluate: warning: ";
 
-TEST_F(Evaluate, SaysWhereTheReferenceEndsEarly) {
-  const auto early = scratch_.write("early.csv", csv_of(wavy_drive(0.0, 2.0, 0.01))).string();
-  EXPECT_THAT(
-      run("--reference " + early + " --pose " + good_),
-      Ends(0, "odom evaluate: warning: " + good_ +
-                  ": the reference covers 2.0 s of 4.0 s; the rest is not evaluated [W412]\n"));
-}
-
-TEST_F(Evaluate, SaysThatAnEstimateIsOfAPartOfTheReference) {
-  const auto part = scratch_.write("part.csv", csv_of(wavy_drive(1.0, 2.0, 0.005))).string();
-  EXPECT_THAT(
-      run(both() + part + " --pose " + good_),
-      Ends(0, AllOf(HasSubstr("warning: " + part +
-                              ": it covers 1.0 s and 0.8 m of the reference's 4.2 s and 4.2 m; "
-                              "all figures are for that part only [W413]\n"),
-                    Not(HasSubstr(good_ + ": it covers")))));
-  // No warning for a requested part, unless the file covers less.
-  EXPECT_EQ(run(both() + good_ + " --from +1 --to +2").err, "");
-  EXPECT_THAT(run(both() + part + " --from +0.5 --to +3").err,
-              HasSubstr(part + ": it covers 1.0 s"));
+  const std::vector<std::pair<std::string, ::testing::Matcher<std::string>>> cases{
+      {both() + cut, HasSubstr("warning: " + cut + ":802: the last line is cut off")},
+      {"--reference " + early + " --pose " + good_,
+       warning + good_ +
+           ": the reference covers 2.0 s of 4.0 s; the rest is not evaluated [W412]\n"},
+      {both() + part + " --pose " + good_,
+       AllOf(HasSubstr("warning: " + part +
+                       ": it covers 1.0 s and 0.8 m of the reference's 4.2 s and 4.2 m; all "
+                       "figures are for that part only [W413]\n"),
+             Not(HasSubstr(good_ + ": it covers")))},
+      // No warning for a requested part, unless the file covers less.
+      {both() + good_ + " --from +1 --to +2", ""},
+      {both() + part + " --from +0.5 --to +3", HasSubstr(part + ": it covers 1.0 s")},
+      // The times are off in the part that is evaluated, or not.
+      {"--reference " + late + " --pose " + long_drive + " --to +20", ""},
+      {"--reference " + late + " --pose " + long_drive + " --from +21",
+       StartsWith(warning + late + ": its times look 60 ms late compared with the poses")},
+      {both() + other, HasSubstr(other + ": its turns disagree with the reference's")},
+      {"--reference " + with_sigmas + " --pose " + good_, HasSubstr(exchanged)},
+      {"--reference " + good_ + " --pose " + with_sigmas, Not(HasSubstr(exchanged))},
+      {"--reference " + degrees + " --pose " + good_, HasSubstr(degrees + headings)},
+      {both() + degrees, HasSubstr(degrees + headings)}};
+  for (const auto& [arguments, matcher] : cases)
+    EXPECT_THAT(run(arguments), Ends(0, matcher)) << arguments;
 }
 
 // A drive's file with its first columns shifted by these seconds.
@@ -136,19 +142,6 @@ std::string later(const std::string& file, std::size_t columns, double seconds) 
     moved += line + '\n';
   }
   return moved;
-}
-
-TEST_F(Evaluate, SaysThatTheTimesOfTheReferenceAreOffInThePartThatIsEvaluated) {
-  Trajectory reference = wavy_drive(0.0, 40.0, 0.01);
-  for (auto& point : reference.points)
-    if (point.t_ns > 20'000'000'000) point.t_ns += 60'000'000;
-  const auto late = scratch_.write("late.csv", csv_of(reference)).string();
-  const auto pose = scratch_.write("pose.csv", csv_of(wavy_drive(0.0, 40.0, 0.005))).string();
-  const std::string files = "--reference " + late + " --pose " + pose;
-  EXPECT_EQ(run(files + " --to +20").err, "");
-  EXPECT_THAT(run(files + " --from +21"),
-              Ends(0, StartsWith("odom evaluate: warning: " + late +
-                                 ": its times look 60 ms late compared with the poses")));
 }
 
 TEST_F(Evaluate, SaysWhoseTimesAreOffInADrive) {
@@ -176,46 +169,46 @@ TEST_F(Evaluate, SaysWhoseTimesAreOffInADrive) {
               HasSubstr("warning: lap: camera.csv: its times look 80 ms late against the bus"));
 }
 
-TEST_F(Evaluate, SaysThatTheReferenceIsOfAnotherDrive) {
-  Trajectory other = wavy_drive(0.0, 5.0, 0.01);
-  for (auto& point : other.points) point.pose.yaw = 0.6 * static_cast<double>(point.t_ns) * 1e-9;
-  const auto file = scratch_.write("other.csv", csv_of(other)).string();
-  EXPECT_THAT(run(both() + file).err,
-              HasSubstr(file + ": its turns disagree with the reference's"));
-}
-
-TEST_F(Evaluate, SaysThatReferenceAndPoseLookExchanged) {
-  std::string poses = "t,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n";
-  for (int i = 0; i < 5; ++i) poses += std::to_string(i) + ",0,0,0,.1,.1,.1\n";
-  const auto file = scratch_.write("poses.csv", poses).string();
-  constexpr auto warning = "check whether --reference and --pose are exchanged";
-  EXPECT_THAT(run("--reference " + file + " --pose " + good_).err, HasSubstr(warning));
-  EXPECT_THAT(run("--reference " + good_ + " --pose " + file).err, Not(HasSubstr(warning)));
-}
-
 TEST_F(Evaluate, WrongUsageIsStatusTwoWithTheFix) {
-  refuses(
-      {{"", HasSubstr("--pose or --drive is required; see odom evaluate --help")},
-       {"--pose " + good_,
-        HasSubstr("--reference (or --closed-loop) is required; see odom evaluate --help")},
-       {"--reference /nonexistent.csv --pose " + good_,
-        "odom evaluate: /nonexistent.csv: no such file or directory; check the path\n"},
-       {both() + good_ + " --align last", HasSubstr("--align: \"last\" is none of first|fit|none")},
-       {both() + good_ + " --lever-arm 1,2", HasSubstr("--lever-arm")},
-       {both() + good_ + " --lever-arm 1,nan,2", HasSubstr("--lever-arm")},
-       {both() + good_ + " --html " + good_,
-        "odom evaluate: --html: " + good_ + " is what is read; name another file\n"},
-       {both() + good_ + " --html -",
-        "odom evaluate: --html: - is the summary too; name another file\n"},
-       {both() + "/", HasSubstr("/")}});
+  const auto bad = [&](const std::string& name, const std::string& rows) {
+    return both() + scratch_.write(name, "t,x,y,yaw\n" + rows).string();
+  };
+  const std::string window = both() + good_;
+  std::vector<std::pair<std::string, ::testing::Matcher<std::string>>> cases{
+      {"", HasSubstr("--pose or --drive is required; see odom evaluate --help")},
+      {"--pose " + good_,
+       HasSubstr("--reference (or --closed-loop) is required; see odom evaluate --help")},
+      {"--reference /nonexistent.csv --pose " + good_,
+       "odom evaluate: /nonexistent.csv: no such file or directory; check the path\n"},
+      {both() + good_ + " --align last", HasSubstr("--align: \"last\" is none of first|fit|none")},
+      {both() + good_ + " --lever-arm 1,2", HasSubstr("--lever-arm")},
+      {both() + good_ + " --lever-arm 1,nan,2", HasSubstr("--lever-arm")},
+      {both() + good_ + " --html " + good_,
+       "odom evaluate: --html: " + good_ + " is what is read; name another file\n"},
+      {both() + good_ + " --html -",
+       "odom evaluate: --html: - is the summary too; name another file\n"},
+      {both() + "/", HasSubstr("/")},
+      {both() + good_ + " --frame odom", HasSubstr(R"(:1: no column "odom_x")")},
+      {bad("nan.csv", "0,0,nan,0\n"), HasSubstr(R"(:2: column "y": "nan" is not a finite number)")},
+      {bad("apart.csv", "100,0,0,0\n101,0,0,0\n"), HasSubstr("fewer than two common times")},
+      {bad("far.csv", "9223372036.8,0,0,0\n"),
+       HasSubstr(R"(:2: column "t": "9223372036.8" is not a time in seconds)")},
+      {window + " --from +60",
+       "odom evaluate: " + good_ +
+           ": no row within --from and --to; its times are 0.000000000 to 4.000000000\n"},
+      {window + " --from 3 --to 2", HasSubstr("no row within --from and --to")},
+      {window + " --to 0", HasSubstr("fewer than two common times")},
+      {window + " --from -90000", HasSubstr("lies more than a day before")}};
+  for (const std::string time : {"+", "x", "++1", "1e999", "+9223372036.9"})
+    for (const std::string option : {"--from", "--to"})
+      cases.emplace_back(window + " " + option + " " + time,
+                         HasSubstr(option + ": \"" + time + "\" is not a time"));
+  expect_refused("odom evaluate ", cases);
 }
 
 TEST_F(Evaluate, JudgesAWindowAlignedAtItsBegin) {
   const auto judged = [&](const std::string& window) {
-    const Outcome outcome =
-        run("--json --reference " + reference_ + " --pose " + drift_ + " " + window);
-    EXPECT_EQ(outcome.err, "");
-    return nlohmann::json::parse(outcome.out)["estimates"][0];
+    return json_of(both() + drift_ + " " + window)["estimates"][0];
   };
   const auto relative = judged("--from +1 --to +3");
   EXPECT_EQ(relative["samples"], 401);
@@ -240,32 +233,6 @@ TEST_F(Evaluate, GivesTimesAsTheFilesHaveThem) {
   EXPECT_THAT(outcome.out, HasSubstr("\"t_last\": 1760000029.55,"));
 }
 
-TEST_F(Evaluate, WarnsOfHeadingsInDegrees) {
-  Trajectory degrees = wavy_drive(0.0, 8.0, 0.005);
-  for (auto& point : degrees.points) point.pose.yaw *= 180.0 / 3.14159265358979;
-  const std::string file = scratch_.write("degrees.csv", csv_of(degrees)).string();
-  constexpr auto warning = "the headings do not follow the path";
-  EXPECT_THAT(run("--reference " + file + " --pose " + good_).err,
-              HasSubstr(file + ": " + warning));
-  EXPECT_THAT(run(both() + file).err, HasSubstr(file + ": " + warning));
-}
-
-TEST_F(Evaluate, RefusesAWindowWithoutRows) {
-  const std::string files = both() + good_;
-  EXPECT_THAT(
-      run(files + " --from +60"),
-      Ends(2, "odom evaluate: " + good_ +
-                  ": no row within --from and --to; its times are 0.000000000 to 4.000000000\n"));
-  EXPECT_EQ(run(files + " --from 3 --to 2").status, 2);
-  EXPECT_THAT(run(files + " --to 0").err, HasSubstr("fewer than two common times"));
-  EXPECT_THAT(run(files + " --from -90000").err, HasSubstr("lies more than a day before"));
-  for (const std::string bad : {"+", "x", "++1", "1e999", "+9223372036.9"}) {
-    EXPECT_THAT(run(std::string{files}.append(" --from ").append(bad)),
-                Ends(2, HasSubstr("--from: \"" + bad + "\" is not a time")));
-    EXPECT_EQ(run(std::string{files}.append(" --to ").append(bad)).status, 2);
-  }
-}
-
 TEST_F(Evaluate, JudgesTheOdometryFrame) {
   // A map pose that jumps by a metre on the way; the pose in the odometry frame does not.
   std::string text = "t,x,y,yaw,odom_x,odom_y,odom_yaw,sigma_x,sigma_y,sigma_yaw\n";
@@ -281,8 +248,7 @@ TEST_F(Evaluate, JudgesTheOdometryFrame) {
   }
   const auto jumping = scratch_.write("jumping.csv", text).string();
   const auto judged = [&](const std::string& frame) {
-    const auto json = nlohmann::json::parse(
-        run("--json --reference " + reference_ + " --pose " + jumping + frame).out);
+    const auto json = json_of(both() + jumping + frame);
     return std::pair{json["frame"], json["estimates"][0]};
   };
   const auto [map_name, map] = judged(" --align none");
@@ -295,9 +261,6 @@ TEST_F(Evaluate, JudgesTheOdometryFrame) {
   EXPECT_EQ(odom_name, "odom");
   EXPECT_NEAR(odom["end_error"], 0.0, 1e-9);
   EXPECT_TRUE(odom["nees"].is_null());  // the covariance is that of the map's pose
-
-  EXPECT_THAT(run(both() + good_ + " --frame odom"),
-              Ends(2, HasSubstr(R"(:1: no column "odom_x")")));
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ TEST(Evaluation, OfTheReferenceItselfIsZero) {
     EXPECT_NEAR(e.end_error, 0.0, 1e-12);
     EXPECT_NEAR(e.heading.max, 0.0, 1e-12);
     EXPECT_NEAR(e.position.max, 0.0, 1e-12);
-    EXPECT_NEAR(e.short_term->displacement.max, 0.0, 1e-12);
+    EXPECT_NEAR(error_over(e, short_horizon_ns)->displacement.max, 0.0, 1e-12);
     EXPECT_NEAR(e.path_length, 5.0, 1e-4);
     EXPECT_EQ(e.samples, 1001U);
   }
@@ -44,9 +44,9 @@ TEST(Evaluation, OfAScaleErrorIsWhatThePaperMeans) {
   EXPECT_NEAR(e.end_cm_per_m.value(), 1.0, 1e-9);
   EXPECT_NEAR(e.position.max, 0.1, 1e-9);
   EXPECT_NEAR(e.position.rms, 0.1 / std::sqrt(3.0), 1e-4);
-  EXPECT_NEAR(e.short_term->displacement.mean, 0.35e-3, 1e-9);
-  EXPECT_NEAR(e.short_term->displacement.rms, 0.35e-3, 1e-9);
-  EXPECT_EQ(e.short_term->samples, e.samples - 7);  // seven ticks of 5 ms
+  EXPECT_NEAR(error_over(e, short_horizon_ns)->displacement.mean, 0.35e-3, 1e-9);
+  EXPECT_NEAR(error_over(e, short_horizon_ns)->displacement.rms, 0.35e-3, 1e-9);
+  EXPECT_EQ(error_over(e, short_horizon_ns)->samples, e.samples - 7);  // seven ticks of 5 ms
 }
 
 TEST(Evaluation, AccumulatesHeadingOverWholeTurns) {
@@ -187,12 +187,12 @@ TEST(Improvement, IsInPercentOfTheBaseline) {
   EXPECT_FALSE(improvement(3.2, 0.01, 2.0));  // the baseline ends at about zero
   EXPECT_TRUE(improvement(3.2, 0.5, 2.0));
   const auto text = [](std::optional<double> value) {
-    return text_of(Metric{"end error better by [%]", 1, value});
+    return text_of(value, "end error better by [%]", 1);
   };
   EXPECT_EQ(text(improvement(2.0, 1.0)), "-100.0");
   EXPECT_EQ(text(improvement(20.0, 1.0)), "< -999");
   EXPECT_EQ(text(improvement(1.0, 0.0)), "-");
-  EXPECT_EQ(text_of(Metric{"vx rms [m/s]", 1, -1000.0}), "-1000.0");
+  EXPECT_EQ(text_of(-1000.0, "vx rms [m/s]", 1), "-1000.0");
 }
 
 TEST(Improvement, IsAlwaysInTheUnitOfItsRow) {
@@ -202,7 +202,7 @@ TEST(Improvement, IsAlwaysInTheUnitOfItsRow) {
   for (std::size_t i = 0; i < errors.size(); ++i)
     report.evaluations[i].end_error = report.evaluations[i].position.rms = errors[i];
   int rows = 0;
-  for (const auto& row : report_rows(report)) {
+  for (const auto& row : metrics_table(report).rows) {
     if (!row.front().ends_with("[%]")) continue;
     EXPECT_THAT(row, ElementsAre(row.front(), "-", "82.6", "< -999"));
     ++rows;

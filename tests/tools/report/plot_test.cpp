@@ -10,7 +10,7 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/innovation_file.hpp"
 #include "tools/drive_files/pose_csv.hpp"
-#include "tools/report/charts.hpp"
+#include "tools/report/figures.hpp"
 #include "tools/report/plot_charts.hpp"
 
 namespace odomd::tools::plot_test {
