@@ -83,7 +83,7 @@ tools/identify/weighing: daemon/diagnostics daemon/core tools/cli tools/diagnost
     tools/identify tools/identify/common
 tools/identify/inertia: daemon/diagnostics tools/math tools/cli tools/diagnostics tools/replay tools/config_patch
     tools/identify tools/identify/common
-tools/identify/noise: daemon/core tools/math tools/cli tools/chart tools/diagnostics tools/replay tools/evaluation
+tools/identify/noise: daemon/core tools/math tools/cli tools/chart tools/diagnostics tools/replay
     tools/identify tools/identify/common
 tools/identify/latency: daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files
     tools/diagnostics tools/replay tools/identify tools/identify/common

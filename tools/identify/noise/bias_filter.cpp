@@ -32,14 +32,10 @@ FilteredBias filter_bias(const Series& series, double lambda, Direction directio
 std::vector<std::size_t> far_off(const Series& series, double lambda, double least) {
   std::vector<double> all;
   (void)filter_bias(series, lambda, Direction::forwards, &all);
-  std::vector<double> squares;
-  squares.reserve(all.size());
-  for (const double innovation : all) squares.push_back(innovation * innovation);
-  constexpr double median_of_chi_square = 0.4549;
-  const double variance = std::max(median_of(std::move(squares)) / median_of_chi_square, least);
+  const double sigma = std::max(robust_sigma(all), least);
   std::vector<std::size_t> far;
   for (std::size_t i = 0; i < all.size(); ++i)
-    if (all[i] * all[i] > 36.0 * variance) far.push_back(i + 1);
+    if (std::fabs(all[i]) > 6.0 * sigma) far.push_back(i + 1);
   return far;
 }
 
@@ -56,7 +52,7 @@ Series without(const Series& series, std::span<const std::size_t> samples) {
   return kept;
 }
 
-bool hang_together(const Series& series, double lambda) {
+bool are_correlated(const Series& series, double lambda) {
   std::vector<double> all;
   (void)filter_bias(series, lambda, Direction::forwards, &all);
   double squares = 0.0, products = 0.0;
@@ -86,32 +82,6 @@ double scatter_within(const Series& series, std::size_t count) {
   for (std::size_t i = 0; i < means.size() * count; ++i)
     squares += std::pow(series.value[i] - means.value[i / count], 2);
   return squares / static_cast<double>(std::max<std::size_t>(means.size() * count, 1));
-}
-
-std::optional<Jump> find_jump(const Series& series, double variance, double walk) {
-  std::vector<double> sum(series.size() + 1, 0.0);
-  for (std::size_t i = 0; i < series.size(); ++i)
-    sum[i + 1] = sum[i] + series.value[i] - series.value.front();
-  const double span = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front());
-  const double period = span / static_cast<double>(series.size() - 1);
-  constexpr double too_far = 6.0;
-  double farthest = too_far;
-  std::optional<Jump> jump;
-  for (const double seconds : {1.0, 4.0, 16.0}) {
-    const auto n = static_cast<std::size_t>(std::max(20.0, std::round(seconds / period)));
-    if (4 * n > series.size()) break;
-    const auto count = static_cast<double>(n);
-    // Consecutive means over w differ by a variance of 2 r/n from noise and K² 2 w/3 from the walk.
-    const double expected =
-        std::sqrt(2.0 * variance / count + walk * walk * 2.0 / 3.0 * count * period);
-    for (std::size_t i = n; i + n <= series.size(); ++i) {
-      const double size = (sum[i + n] - 2.0 * sum[i] + sum[i - n]) / count;
-      if (std::fabs(size) <= farthest * expected) continue;
-      farthest = std::fabs(size) / expected;
-      jump = Jump{1e-9 * static_cast<double>(series.t_ns[i] - series.t_ns.front()), size};
-    }
-  }
-  return jump;
 }
 
 }  // namespace odomd::tools

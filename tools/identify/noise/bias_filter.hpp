@@ -1,15 +1,13 @@
 // A Kalman filter for a sensor's bias while the car is at rest: y = b + v, b a random walk, v
-// white; and deviations of a record from that model: outliers, correlated samples, jumps.
+// white; and deviations of a record from that model: outliers, correlated samples.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "tools/identify/common/signal_log.hpp"
-#include "tools/identify/noise/standing_noise.hpp"
 
 namespace odomd::tools {
 
@@ -28,24 +26,20 @@ enum class Direction : std::uint8_t { forwards, backwards };
 [[nodiscard]] FilteredBias filter_bias(const Series& series, double lambda, Direction direction,
                                        std::vector<double>* innovations = nullptr);
 
-/// The samples more than 6 σ from the prediction. σ² comes from the median of the squared
-/// innovations, and is at least `least`.
+/// The samples more than 6 σ from the prediction. σ comes from the median of the innovations, and
+/// is at least `least`.
 [[nodiscard]] std::vector<std::size_t> far_off(const Series& series, double lambda, double least);
 
 /// The series without the samples with these sorted indices.
 [[nodiscard]] Series without(const Series& series, std::span<const std::size_t> samples);
 
 /// Whether successive innovations are significantly correlated, by more than 0.1.
-[[nodiscard]] bool hang_together(const Series& series, double lambda);
+[[nodiscard]] bool are_correlated(const Series& series, double lambda);
 
 /// Means over every `count` samples.
 [[nodiscard]] Series means_of(const Series& series, std::size_t count);
 
 /// The mean variance of samples about the mean of their group of `count`.
 [[nodiscard]] double scatter_within(const Series& series, std::size_t count);
-
-/// The largest jump: means over 1, 4 or 16 s before and after it differ by over 6 sigma of noise
-/// and walk. `walk` in unit/√s.
-[[nodiscard]] std::optional<Jump> find_jump(const Series& series, double variance, double walk);
 
 }  // namespace odomd::tools

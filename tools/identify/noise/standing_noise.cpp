@@ -116,8 +116,8 @@ Explained without_outliers(Series& series) {
   constexpr double few = 0.01;
   int left_out = 0;
   for (int round = 0; round < 4; ++round) {
-    const double rounding = rounding_noise(explained.noise.resolution);
-    const std::vector<std::size_t> far = far_off(series, explained.lambda, rounding * rounding);
+    const std::vector<std::size_t> far =
+        far_off(series, explained.lambda, rounding_noise(explained.noise.resolution));
     if (far.empty()) break;
     if (static_cast<double>(far.size()) > few * static_cast<double>(series.size())) {
       explained.noise.outliers = left_out + static_cast<int>(far.size());
@@ -136,10 +136,10 @@ Explained without_outliers(Series& series) {
 void explain_by_means(const Series& series, Explained& explained) {
   constexpr std::size_t most = 4096, fewest_means = 100;
   constexpr double unexplained = 0.05;  // from correlation below the detection threshold
-  const auto hang = [](const Series& samples, const Explained& model) {
-    return model.runs_away || hang_together(samples, model.lambda);
+  const auto correlated = [](const Series& samples, const Explained& model) {
+    return model.runs_away || are_correlated(samples, model.lambda);
   };
-  if (explained.noise.resolution_hides_noise || !hang(series, explained)) return;
+  if (explained.noise.resolution_hides_noise || !correlated(series, explained)) return;
   const auto enough = [&](std::size_t m) { return m <= most && series.size() / m >= fewest_means; };
   bool white = false;
   for (std::size_t m = 2; enough(m); m *= 2) {
@@ -147,7 +147,7 @@ void explain_by_means(const Series& series, Explained& explained) {
     Explained by_means = explain(means);
     // The first white means are still slightly correlated: use twice as many samples.
     const bool last = white || !enough(2 * m);
-    white = !hang(means, by_means);
+    white = !correlated(means, by_means);
     if (!last) continue;
     const StandingNoise own = explained.noise;
     explained = by_means;
@@ -192,12 +192,7 @@ StandingNoise standing_noise(const Series& series, const std::string& name) {
   Series kept = series;
   Explained explained = without_outliers(kept);
   explain_by_means(kept, explained);
-  StandingNoise noise = explained.noise;
-  if (!noise.resolution_hides_noise)
-    noise.jump = find_jump(kept, noise.sigma.value * noise.sigma.value,
-                           noise.walk ? noise.walk->value : 0.0);
-  if (noise.jump) noise.walk.reset();
-  return noise;
+  return explained.noise;
 }
 
 }  // namespace odomd::tools

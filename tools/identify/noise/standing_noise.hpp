@@ -16,12 +16,6 @@
 
 namespace odomd::tools {
 
-/// A jump of a sensor from one level to another, which the model of the bias excludes.
-struct Jump {
-  double after = 0.0;  ///< time since the first sample [s]
-  double size = 0.0;
-};
-
 struct StandingNoise {
   /// White noise of a sample. For correlated samples the value that gives the right uncertainty for
   /// means of many samples.
@@ -35,7 +29,6 @@ struct StandingNoise {
   bool outliers_left_out = false;  ///< they are few, and affect nothing else here
   std::size_t together = 1;        ///< number of correlated samples that count as one
   double from_the_last = 0.0;      ///< error of a sample's prediction from earlier samples
-  std::optional<Jump> jump;        ///< if there is one, the record determines no walk
   double resolution = 0.0;         ///< step between adjacent values
   /// The noise is smaller than the resolution: `sigma` is the rounding noise, q/√12.
   bool resolution_hides_noise = false;
