@@ -79,11 +79,11 @@ tools/marker_tracking: tools/cli tools/drive_files
 tools/identify: tools/cli
 tools/identify/common: daemon/diagnostics can_protocol can_protocol/decode can_protocol/sources estimator/common
     daemon/core tools/math tools/cli tools/drive_files tools/diagnostics tools/replay tools/config_patch
-tools/identify/weighing: daemon/diagnostics daemon/core tools/cli tools/diagnostics tools/config_patch
+tools/identify/weighing: daemon/diagnostics daemon/core tools/cli tools/diagnostics
     tools/identify tools/identify/common
 tools/identify/inertia: daemon/diagnostics tools/math tools/cli tools/diagnostics tools/replay tools/config_patch
     tools/identify tools/identify/common
-tools/identify/noise: daemon/core tools/math tools/cli tools/chart tools/diagnostics tools/replay
+tools/identify/noise: daemon/core tools/math tools/cli tools/diagnostics tools/replay
     tools/identify tools/identify/common
 tools/identify/latency: daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files
     tools/diagnostics tools/replay tools/identify tools/identify/common

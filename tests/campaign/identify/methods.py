@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from common import output
 
-from .rows import MASS, SIGMA_AXLE, SIGMA_MASS, each, judge, measure_car, plant_of, sample
+from .rows import MASS, SIGMA_MASS, each, judge, measure_car, plant_of, sample
 
 # The configured car of odom sim, before its errors.
 INERTIA, TRACK, RADIUS = 0.0283384, 0.16, 0.033
@@ -124,8 +124,7 @@ def measure_for_stiffness(seed, folder):
     Writes it into car.toml; returns the truth (the slope of the plant's tyres at zero slip under static load), and the
     method's other options."""
     plant = measure_car(seed, folder)
-    options = ["--config", folder / "car.toml", "--sigma-mass", SIGMA_MASS, "--sigma-axle", SIGMA_AXLE,
-               "--sigma-marker", 0.001]
+    options = ["--config", folder / "car.toml", "--sigma-marker", 0.001]
     options += [f"--{end}={x},{y}" for end, (x, y) in plant["markers"].items()]
     return {axle: value * (1.0 + plant["truth"][f"stiffness_error_{axle}"]) for axle, value in STIFFNESS.items()}, options
 

@@ -7,10 +7,8 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "daemon/core/config.hpp"
-#include "tools/chart/picture.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
@@ -28,7 +26,6 @@ using estimator::Source;
 
 struct Options {
   RecordOptions record;
-  std::string plot;
   Delivery delivery;
 };
 
@@ -52,8 +49,7 @@ constexpr std::array<Sensor, 3> sensors{{
 
 /// Adds the findings of one sensor. The keys are those of a configuration that maps it.
 void add_sensor(const Sensor& sensor, const StandingNoise& noise,
-                const std::vector<AllanPoint>& curve, const std::optional<daemon::Config>& config,
-                Findings& findings) {
+                const std::optional<daemon::Config>& config, Findings& findings) {
   const std::string name = name_of(sensor.source), unit = sensor.unit;
   const bool mapped = config && is_mapped(*config, sensor.source);
   const auto add = [&](const std::string& what, const std::string& key, const Measured& measured,
@@ -81,13 +77,6 @@ void add_sensor(const Sensor& sensor, const StandingNoise& noise,
   if (!noise.walk)
     walk = undetermined(walk,
                         fmt::format("below {:.2g}: log longer to determine it", noise.walk_below));
-  const BiasInstability instability = bias_instability(curve);
-  add(", bias instability", "", instability.value, unit,
-      instability.reached
-          ? fmt::format("at {:.3g} s", instability.tau)
-          : fmt::format(
-                "at most: whether the curve rises after {:.3g} s is not certain; log longer",
-                instability.tau));
   const auto outliers = static_cast<std::uint64_t>(noise.outliers);
   const bool one = outliers == 1;
   if (outliers > 0)
@@ -97,9 +86,6 @@ void add_sensor(const Sensor& sensor, const StandingNoise& noise,
                           !noise.outliers_left_out ? ""
                           : one                    ? ", and is left out"
                                                    : ", and are left out")));
-  for (const AllanPoint& point : curve)
-    findings.details["allan"][name].push_back(
-        {{"tau", point.tau}, {"deviation", point.deviation}, {"sigma", point.sigma}});
 }
 
 [[noreturn]] void refuse_moving(const SignalLog& log, const std::string& record,
@@ -160,7 +146,6 @@ Findings identify_noise(const Options& options) {
     refuse(
         "give a record of the standing car, --config and --can or --csv; odom identify noise "
         "--help explains each");
-  if (!options.plot.empty()) chart::check_picture(options.plot);
   std::optional<daemon::Config> config;
   for (const std::string& file : {options.record.config, options.delivery.write})
     if (!config && !file.empty()) config = daemon::load_config(file);
@@ -171,7 +156,7 @@ Findings identify_noise(const Options& options) {
       read_record(options.record, {Source::yaw_rate, Source::accel_x, Source::accel_y});
   append(findings.warnings, log.warnings);
   const bool has_wheels = check_wheels(log, record);
-  std::vector<AllanCurve> curves;
+  bool any = false;
   for (const Sensor& sensor : sensors) {
     const Series& series = log.of(sensor.source);
     if (series.empty()) continue;
@@ -181,10 +166,10 @@ Findings identify_noise(const Options& options) {
     if (std::fabs(noise.bias.value) >= sensor.most_bias || noise.sigma.value >= sensor.most_noise)
       refuse("{}: at rest it reads {:.3g} +- {:.3g} {}: {}", name, noise.bias.value,
              noise.sigma.value, sensor.unit, sensor.other_units);
-    curves.push_back({name_of(sensor.source), sensor.unit, allan_deviation(series, name), noise});
-    add_sensor(sensor, noise, curves.back().points, config, findings);
+    add_sensor(sensor, noise, config, findings);
+    any = true;
   }
-  if (curves.empty()) {
+  if (!any) {
     for (const Sensor& sensor : sensors)
       if (!log.why_empty.at(estimator::index_of(sensor.source)).empty())
         (void)log.need(sensor.source);
@@ -196,7 +181,6 @@ Findings identify_noise(const Options& options) {
     findings.warnings.push_back(found(kind("standstill_unconfirmed"), record,
                                       "no wheel speed confirms that the car stood"));
   settle_accel_walk(findings);
-  if (!options.plot.empty()) chart::write_picture(options.plot, draw(curves));
   return findings;
 }
 
@@ -209,16 +193,14 @@ void add_noise(Command identify) {
   method.footer(
       R"(Let the car stand where nothing shakes it, motor on, warm, and log its IMU for ten
 minutes; an hour also shows the bias's walk. From it come the white noise of a sample and
-its density, bias, random walk and instability of the bias, by maximum likelihood and by
-the Allan deviation, which --plot draws. On the move the model full measures the noise
-itself.
+its density, the bias and its random walk, by maximum likelihood. On the move the model
+full measures the noise itself.
 
 Examples:
-  odom identify noise --config car.toml --can standing.log --plot allan.svg
+  odom identify noise --config car.toml --can standing.log
   odom identify noise --csv phone.csv --from 10 --to 600
   odom identify noise --config car.toml --can standing.log --write car.toml)");
   add_record_options(method, options->record);
-  method.add("--plot", "FILE", options->plot, "Draw the Allan deviation, .svg or .png");
   add_delivery(method, options, identify_noise);
   add_strict(method, options->record.damage);
 }

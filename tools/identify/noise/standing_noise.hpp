@@ -8,9 +8,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "tools/chart/picture.hpp"
 #include "tools/identify/common/measured.hpp"
 #include "tools/identify/common/signal_log.hpp"
 
@@ -37,35 +35,5 @@ struct StandingNoise {
 /// The bias's uncertainty includes the resolution. Throws std::invalid_argument, with `name`, for
 /// fewer than 200 samples or fewer than one in 2 s, and for a constant signal.
 [[nodiscard]] StandingNoise standing_noise(const Series& series, const std::string& name);
-
-// The Allan deviation: how much consecutive means over τ differ (IEEE Std 952, annex C).
-
-struct AllanPoint {
-  double tau = 0.0;        ///< [s]
-  double deviation = 0.0;  ///< in the signal's unit
-  double sigma = 0.0;
-};
-
-/// Overlapping, for about six τ per decade, up to a fifth of the record. Assumes evenly spaced
-/// samples; throws std::invalid_argument with `name` if they are far from that.
-[[nodiscard]] std::vector<AllanPoint> allan_deviation(const Series& series,
-                                                      const std::string& name);
-
-struct BiasInstability {
-  Measured value;        ///< minimum of the curve, divided by 0.664
-  double tau = 0.0;      ///< τ of the minimum [s]
-  bool reached = false;  ///< the curve rises again after it; otherwise `value` is an upper limit
-};
-[[nodiscard]] BiasInstability bias_instability(const std::vector<AllanPoint>& curve);
-
-struct AllanCurve {
-  std::string name;  ///< "yaw_rate"
-  std::string unit;
-  std::vector<AllanPoint> points;
-  StandingNoise noise;
-};
-
-/// A picture of each curve, with the expected lines of white noise and walk.
-[[nodiscard]] std::vector<chart::Drawing> draw(const std::vector<AllanCurve>& curves);
 
 }  // namespace odomd::tools

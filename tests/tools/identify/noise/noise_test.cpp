@@ -139,38 +139,12 @@ TEST(StandingNoise, OfFineStepsIsTheSensorsOwn) {
   EXPECT_NEAR(noise.sigma.value, std::hypot(0.01, 0.005 / std::sqrt(12.0)), 2e-4);
 }
 
-TEST(Allan, OfWhiteNoiseFallsByTheRootOfTime) {
-  const std::vector<AllanPoint> curve = allan_deviation(record({}, 50'000, 2), "gyro");
-  ASSERT_GT(curve.size(), 15U);
-  for (const AllanPoint& point : curve)
-    EXPECT_NEAR(point.deviation, 0.01 * std::sqrt(0.01 / point.tau), 4.0 * point.sigma)
-        << point.tau;
-  EXPECT_FALSE(bias_instability(curve).reached);
-}
-
-TEST(Allan, TurnsWhereTheWalkOutgrowsTheNoise) {
-  // N²/τ + K² τ/3 is smallest at τ = √3 N/K = 1.7 s: sqrt(2 N K/√3).
-  const std::vector<AllanPoint> curve = allan_deviation(record({.walk = 1e-3}, 100'000, 3), "gyro");
-  const BiasInstability instability = bias_instability(curve);
-  EXPECT_TRUE(instability.reached);
-  EXPECT_NEAR(instability.tau, 1.7, 1.0);
-  EXPECT_NEAR(instability.value.value, std::sqrt(2.0 * 1e-3 * 1e-3 / std::sqrt(3.0)) / 0.664, 2e-4);
-}
-
-TEST(Allan, RefusesARecordWithAHole) {
-  Series series = record({}, 1'000, 1);
-  for (std::size_t i = 500; i < series.size(); ++i) series.t_ns[i] += 10'000'000'000;
-  EXPECT_THAT(message_of([&] { (void)allan_deviation(series, "gyro"); }),
-              HasSubstr("gyro: no sample for 10.0 s"));
-}
-
-TEST(IdentifyNoise, OfAStandingCarIsWrittenAndDrawn) {
+TEST(IdentifyNoise, OfAStandingCarIsWritten) {
   const Scratch scratch;
   const std::string folder = scratch.path("standing").string();
   must_run("odom sim --standstill 30 --duration 30 --gyro-noise 0.012 --out " + folder);
   must_run("odom identify noise --config " + folder + "/car.toml --can " + folder +
-           "/drive.log --plot " + folder + "/allan.svg --write " + folder + "/car.toml");
-  EXPECT_THAT(contents(folder + "/allan.svg"), HasSubstr("Allan deviation of yaw_rate"));
+           "/drive.log --write " + folder + "/car.toml");
   const std::string car = contents(folder + "/car.toml");
   EXPECT_THAT(car, HasSubstr("(sigma: odom identify noise: +- "));
   // R as in the paper, ten times the gyro's variance; v_x is unchanged.
@@ -195,8 +169,6 @@ TEST(IdentifyNoise, SaysWhatCannotBeUsed) {
       {drive, "the car moves: wheel_"},
       {imu, "the car moves: yaw_rate is "},  // without the wheels, the gyro shows that it moves
       {drive + " --to 0.5", "samples are too few"},
-      {drive + " --plot a.gif", ".svg"},
-      {drive + " --plot /nonexistent/a.svg", "no folder /nonexistent"},
       {"--csv " + nothing, "a first line \"t,yaw_rate,accel_x,accel_y\" is expected, with t [s]"},
       {"--csv " + csv, "none of the columns yaw_rate, accel_x, accel_y"}};
   for (const auto& [options, says] : cases)
