@@ -90,7 +90,7 @@ tools/identify/latency: daemon/diagnostics estimator/common daemon/core tools/ma
 tools/identify/stiffness: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/diagnostics
     tools/replay tools/identify tools/identify/common
 tools/identify/fit: daemon/diagnostics base can_protocol estimator/common daemon/core
-    tools/math tools/cli tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation
+    tools/math tools/cli tools/drive_files tools/diagnostics tools/replay tools/evaluation
     tools/config_patch tools/marker_tracking tools/identify tools/identify/common tools/identify/latency
 tools/init: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/live tools/sim tools/identify/common
