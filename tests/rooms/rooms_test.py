@@ -79,18 +79,18 @@ tools/marker_tracking: tools/cli tools/drive_files
 tools/identify: tools/cli
 tools/identify/common: daemon/diagnostics can_protocol can_protocol/decode can_protocol/sources estimator/common
     daemon/core tools/math tools/cli tools/drive_files tools/diagnostics tools/replay tools/config_patch
-tools/identify/weighing: daemon/diagnostics daemon/core tools/cli tools/diagnostics tools/config_patch
+tools/identify/weighing: daemon/diagnostics daemon/core tools/cli tools/diagnostics
     tools/identify tools/identify/common
 tools/identify/inertia: daemon/diagnostics tools/math tools/cli tools/diagnostics tools/replay tools/config_patch
     tools/identify tools/identify/common
-tools/identify/noise: daemon/core tools/math tools/cli tools/chart tools/diagnostics tools/replay tools/evaluation
+tools/identify/noise: daemon/core tools/math tools/cli tools/diagnostics tools/replay
     tools/identify tools/identify/common
 tools/identify/latency: daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files
     tools/diagnostics tools/replay tools/identify tools/identify/common
 tools/identify/stiffness: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/diagnostics
     tools/replay tools/identify tools/identify/common
 tools/identify/fit: daemon/diagnostics base can_protocol estimator/common daemon/core
-    tools/math tools/cli tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation
+    tools/math tools/cli tools/drive_files tools/diagnostics tools/replay tools/evaluation
     tools/config_patch tools/marker_tracking tools/identify tools/identify/common tools/identify/latency
 tools/init: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/live tools/sim tools/identify/common

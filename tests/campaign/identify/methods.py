@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from common import output
 
-from .rows import MASS, SIGMA_AXLE, SIGMA_MASS, each, judge, measure_car, plant_of, sample
+from .rows import MASS, SIGMA_MASS, each, judge, measure_car, plant_of, sample
 
 # The configured car of odom sim, before its errors.
 INERTIA, TRACK, RADIUS = 0.0283384, 0.16, 0.033
@@ -118,27 +118,13 @@ def standing_noise(odom, work, seed):
         yield value(f"{signal}, bias walk", truth["accel_bias_walk"])
 
 
-def driving_noise(odom, work, seed):
-    """Of a car that drives a minute."""
-    folder = work / f"driving-{seed}"
-    truth = simulate(odom, folder, seed, "--scenario", "slalom")["truth"]
-    found = findings(odom, "noise", "--drive", folder)
-    count = 2 * math.pi * RADIUS / truth["encoder_counts"] / CYCLE
-    wheel = math.hypot(truth["wheel_noise"], count / math.sqrt(6))
-    wheels = (f"wheel_{end}_{side}" for end in ("front", "rear") for side in ("left", "right"))
-    for signal, noise in (noises(truth) | dict.fromkeys(wheels, wheel)).items():
-        name = f"{signal}, noise on the move"
-        yield Value(f"noise, driving: {name}", noise, found[name])
-
-
 def measure_for_stiffness(seed, folder):
     """What a person would know: mass to 5 g, axles to 0.5 mm, the markers' places to 1 mm (drawn by the simulator).
 
     Writes it into car.toml; returns the truth (the slope of the plant's tyres at zero slip under static load), and the
     method's other options."""
     plant = measure_car(seed, folder)
-    options = ["--config", folder / "car.toml", "--sigma-mass", SIGMA_MASS, "--sigma-axle", SIGMA_AXLE,
-               "--sigma-marker", 0.001]
+    options = ["--config", folder / "car.toml", "--sigma-marker", 0.001]
     options += [f"--{end}={x},{y}" for end, (x, y) in plant["markers"].items()]
     return {axle: value * (1.0 + plant["truth"][f"stiffness_error_{axle}"]) for axle, value in STIFFNESS.items()}, options
 
@@ -244,7 +230,7 @@ def fit(odom, work, seed):
 
 
 # The bar on latency holds for the drive that the guide asks for; the laps show another way to drive.
-METHODS = {"mass": [mass], "cog": [cog], "inertia": [inertia], "noise": [standing_noise, driving_noise],
+METHODS = {"mass": [mass], "cog": [cog], "inertia": [inertia], "noise": [standing_noise],
            "track": [track], "stiffness": [stiffness],
            "latency": [latency_of(("--scenario", "stop-and-go", "--speed", 1.0, "--laps", 10), "", 2.0),
                        latency_of(("--scenario", "lap", "--laps", 7), ", on laps", None)],

@@ -82,7 +82,9 @@ def measure_car(seed, folder):
     measured = {"mass": MASS * (1.0 + plant["truth"]["mass_error"]) + chance.gauss(0.0, SIGMA_MASS),
                 "front_axle": FRONT_AXLE + chance.gauss(0.0, SIGMA_AXLE),
                 "rear_axle": REAR_AXLE + chance.gauss(0.0, SIGMA_AXLE)}
-    write_values(folder / "car.toml", {key: f"{value:.5f}" for key, value in measured.items()})
+    notes = {key: SIGMA_MASS if key == "mass" else SIGMA_AXLE for key in measured}
+    write_values(folder / "car.toml", {key: f"{value:.5f}  # (odom identify {key}: +- {2 * notes[key]})"
+                                       for key, value in measured.items()})
     return plant
 
 

@@ -94,7 +94,6 @@ TEST_F(Inputs, DrivesAreTakenWithAndWithoutTheirOption) {
               out(before + std::string("d") + after));
   EXPECT_THAT(refused("odom evaluate nowhere"), HasSubstr("nowhere: is not a folder"));
   EXPECT_THAT(refused("odom replay --out - nowhere"), HasSubstr("nowhere: is not a folder"));
-  EXPECT_THAT(refused("odom identify noise nowhere"), HasSubstr("nowhere: is not a folder"));
 }
 
 TEST_F(Inputs, ADriveIsReplayedLikeItsFiles) {

@@ -70,26 +70,13 @@ double uncertainty_in(const std::string& note) {
   return at == std::string::npos ? 0.0 : std::strtod(note.c_str() + at + sign.size(), nullptr);
 }
 
-// Whether the value suggests another car: a car's properties are known within a factor of two
-// before they are measured, the noise and latencies of its sensors are not.
-bool of_another_car(const ConfigValue& before, const ConfigValue& value) {
-  constexpr double surprising = 2.0;
-  if (!value.key.starts_with("vehicle.") || !(before.value > 0.0) || !(value.value > 0.0))
-    return false;
-  const double times = value.value / before.value;
-  return times >= surprising || times <= 1.0 / surprising;
-}
-
 // Whether the two cannot be compared: a fit's inertia includes the wheels' spin, as the filter
-// needs it, and a swing's does not; the noise of a driving car includes vibration and slip.
-bool of_another_quantity(const ConfigValue& before, const ConfigValue& value) {
-  const auto differ = [&](std::string_view words) {
-    return (before.note.find(words) != std::string::npos) !=
-           (value.note.find(words) != std::string::npos);
+// needs it, and a swing's does not.
+bool are_different_quantities(const ConfigValue& before, const ConfigValue& value) {
+  const auto is_fitted = [](const ConfigValue& one) {
+    return one.note.find("odom identify fit:") != std::string::npos;
   };
-  return (value.key == "vehicle.yaw_inertia" && differ("odom identify fit:")) ||
-         ((value.key.ends_with(".sigma") || value.key.starts_with("filter.paper_r")) &&
-          differ("driving"));
+  return value.key == "vehicle.yaw_inertia" && is_fitted(before) != is_fitted(value);
 }
 
 // Whether `before` is clearly more precise, not only by chance between two runs of an experiment.
@@ -97,7 +84,7 @@ bool more_precise(const ConfigValue& before, const ConfigValue& value) {
   constexpr double clearly = 1.3;
   const double was = uncertainty_in(before.note);
   return was > 0.0 && uncertainty_in(value.note) > clearly * was &&
-         !of_another_quantity(before, value);
+         !are_different_quantities(before, value);
 }
 
 bool contradict(const ConfigValue& one, const ConfigValue& other) {
@@ -111,9 +98,7 @@ diagnostics::Diagnostic kept(const std::string& file, const ConfigValue& before,
   std::string seen =
       fmt::format("{} stays {:.9g} ({}), which is more precise than {:.9g} +- {:g}", value.key,
                   before.value, before.note, value.value, uncertainty_in(value.note));
-  if (of_another_car(before, value))
-    seen += ": is it another car, or another unit?";
-  else if (contradict(before, value))
+  if (contradict(before, value))
     seen += ", but they contradict each other: unless the car has changed, measure again";
   return found(tools::kind("more_precise_kept"), file, std::move(seen));
 }
@@ -167,10 +152,6 @@ Writing prepare(Findings& findings, const Delivery& delivery) {
       ++writing.kept;
       continue;
     }
-    if (one.before && of_another_car(*one.before, one.value))
-      findings.warnings.push_back(found(tools::kind("another_value"), delivery.write,
-                                        fmt::format("{} was {:g} and becomes {:g}", one.value.key,
-                                                    one.before->value, one.value.value)));
     writing.values.push_back(one.value);
   }
   return writing;
@@ -194,8 +175,7 @@ void add_delivery(Command method, Delivery& delivery) {
   method.add("--write", "TOML", delivery.write,
              "Configuration to write the numbers to, each with a note on its origin; more precise "
              "numbers there are kept");
-  method.add_flag("--force", delivery.force,
-                  "Also replace numbers that are more precise, or of another car");
+  method.add_flag("--force", delivery.force, "Also replace numbers that are more precise");
 }
 
 std::string as_text(const Findings& findings) {
@@ -248,9 +228,6 @@ void deliver(Findings findings, const Delivery& delivery) {
   Writing writing;
   std::exception_ptr problem;  // the numbers are printed even if writing fails
   try {
-    if (!delivery.write.empty() && !delivery.force && !findings.obstacle.empty())
-      throw std::invalid_argument(fmt::format("nothing written to {}: {}; --force writes it",
-                                              delivery.write, findings.obstacle));
     if (!delivery.write.empty()) writing = prepare(findings, delivery);
   } catch (const std::exception&) {
     problem = std::current_exception();

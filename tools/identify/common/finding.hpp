@@ -46,7 +46,6 @@ struct Findings {
   std::vector<Finding> values;
   diagnostics::Diagnostics warnings;
   std::string table;               ///< data of the method, printed above the values; may be empty
-  std::string obstacle;            ///< why nothing may be written without --force; empty: nothing
   nlohmann::ordered_json details;  ///< further figures of the method for --json; may be null
 };
 

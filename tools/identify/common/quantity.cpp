@@ -14,7 +14,6 @@ namespace {
 struct UnitName {
   std::string_view name;
   double per_si;  // units per SI unit: 175 / 1000 is 0.175, 175 * 1e-3 is not
-  Unit unit = Unit::si;
 };
 
 struct Units {
@@ -24,7 +23,7 @@ struct Units {
 
 // In the order of Dimension.
 constexpr std::array<Units, 5> units{{
-    {"kg, g or N", {{{"kg", 1.0}, {"g", 1e3}, {"N", 1.0, Unit::newton}}}},
+    {"kg or g", {{{"kg", 1.0}, {"g", 1e3}}}},
     {"m, cm or mm", {{{"m", 1.0}, {"cm", 1e2}, {"mm", 1e3}}}},
     {"rad or deg", {{{"rad", 1.0}, {"deg", 180.0 / std::numbers::pi}}}},
     {"s or ms", {{{"s", 1.0}, {"ms", 1e3}}}},
@@ -41,37 +40,31 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-double parse_si(std::string_view text, Dimension dimension, std::string_view option) {
-  const Quantity quantity = parse_quantity(text, dimension, option);
-  if (quantity.unit == Unit::newton) refuse("{}: {}: give it in kg or g", option, quoted(text));
-  return quantity.value;
-}
-
 }  // namespace
 
-Quantity parse_quantity(std::string_view text, Dimension dimension, std::string_view option) {
+double parse_quantity(std::string_view text, Dimension dimension, std::string_view option) {
   const std::string_view whole = trimmed(text);
   double value = 0.0;
   const auto [end, error] = std::from_chars(whole.data(), whole.data() + whole.size(), value);
   if (error != std::errc{} || !std::isfinite(value))
     refuse("{}: {} is not a number", option, quoted(text));
   const std::string_view unit = trimmed(whole.substr(static_cast<std::size_t>(end - whole.data())));
-  if (unit.empty()) return {value, Unit::si};
+  if (unit.empty()) return value;
   for (const UnitName& name : of(dimension).names)
-    if (name.name == unit) return {value / name.per_si, name.unit};
+    if (name.name == unit) return value / name.per_si;
   if (unit.front() == ',')
     refuse("{}: {}: write a decimal point, not a comma", option, quoted(text));
   refuse("{}: {}: the unit must be {}", option, quoted(text), of(dimension).in_words);
 }
 
 double parse_positive(std::string_view text, Dimension dimension, std::string_view option) {
-  const double value = parse_si(text, dimension, option);
+  const double value = parse_quantity(text, dimension, option);
   if (value > 0.0) return value;
   refuse("{}: {} is not possible; it must be greater than 0", option, quoted(text));
 }
 
 double parse_not_negative(std::string_view text, Dimension dimension, std::string_view option) {
-  const double value = parse_si(text, dimension, option);
+  const double value = parse_quantity(text, dimension, option);
   if (value >= 0.0) return value;
   refuse("{}: {} is not possible; it must be 0 or greater", option, quoted(text));
 }
@@ -97,20 +90,6 @@ void add_measured_option(Command method) {
       "--measured", "JSON",
       "Measurements written down in a file: {\"total\": [2.985, 2.986], "
       "\"spacing\": \"200mm\"}; names are those of the options, with underscores");
-}
-
-void add_gravity_option(Command method, std::string& gravity) {
-  method.add("--gravity", "G", gravity,
-             "Local gravity [m/s2], known to 0.001; default: 9.806 +- 0.015, anywhere on Earth");
-}
-
-Measured gravity_of(const std::string& gravity) {
-  // Mean of the range from the equator (9.780) to the poles (9.832).
-  if (gravity.empty()) return {9.806, 0.015};
-  const double value = parse_positive(gravity, Dimension::pure, "--gravity");
-  if (value < 9.7 || value > 9.9)
-    refuse("--gravity: {} does not occur on Earth; give 9.76 to 9.84", gravity);
-  return {value, 0.001};
 }
 
 }  // namespace odomd::tools

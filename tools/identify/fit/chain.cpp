@@ -35,9 +35,8 @@ double steering_uncertainty(const Setup& setup, const Drive& drive, double begin
   return std::hypot(drive.steering_sigma, uncertain_cycles * std::sqrt(sum / count));
 }
 
-Chain chain_between(const Setup& setup, const Drive& drive, std::size_t index, double begin,
-                    std::size_t count) {
-  Chain chain{.drive = index, .windows = {}, .nodes = {}, .inner = {}};
+Chain chain_between(const Setup& setup, const Drive& drive, double begin, std::size_t count) {
+  Chain chain;
   const estimator::Vehicle& car = setup.config->vehicle;
   const double sense = car.mass / car.wheelbase();
   const auto accel_at = [&](double t) {
@@ -83,7 +82,7 @@ bool fast(const Setup& setup, const Drive& drive, double begin) {
 
 }  // namespace
 
-std::vector<Chain> chains_of(const Setup& setup, const Drive& drive, std::size_t index) {
+std::vector<Chain> chains_of(const Setup& setup, const Drive& drive) {
   std::vector<Chain> chains;
   const auto count = static_cast<std::size_t>((drive.end - drive.begin) / setup.window);
   const auto begin_of = [&](std::size_t k) {
@@ -92,14 +91,13 @@ std::vector<Chain> chains_of(const Setup& setup, const Drive& drive, std::size_t
   std::size_t first = 0;
   for (std::size_t k = 0; k <= count; ++k) {
     if (k < count && fast(setup, drive, begin_of(k))) continue;
-    if (k - first >= 2)
-      chains.push_back(chain_between(setup, drive, index, begin_of(first), k - first));
+    if (k - first >= 2) chains.push_back(chain_between(setup, drive, begin_of(first), k - first));
     first = k + 1;
   }
   return chains;
 }
 
-void deal(const Numbers<double>& p, const Setup& setup, Chain& chain) {
+void assign_samples(const Numbers<double>& p, const Setup& setup, Chain& chain) {
   const Drive& drive = *chain.windows.front().drive;
   for (Window& window : chain.windows) {
     window.samples.clear();
@@ -138,29 +136,27 @@ Turns turns_of(const std::vector<Chain>& chains) {
           .hardest = accels[accels.size() * 19 / 20]};
 }
 
-Unexplained unexplained(const Setup& setup, const std::vector<Chain>& chains,
-                        const Numbers<double>& p) {
-  Unexplained result;
-  for (const Chain& chain : chains) {
-    const auto take = [&](std::size_t kind, double t, double e, double stated) {
-      result.points.push_back({chain.drive, t, kind, e});
-      result.values[kind].push_back(e);
-      result.stated[kind] = std::max(result.stated[kind], stated);
-    };
+Residuals residuals_of(const Setup& setup, const std::vector<Chain>& chains,
+                       const Numbers<double>& p) {
+  Residuals result;
+  const auto take = [&](std::size_t kind, double e, double stated) {
+    result.values[kind].push_back(e);
+    result.stated[kind] = std::max(result.stated[kind], stated);
+  };
+  for (const Chain& chain : chains)
     for (std::size_t w = 0; w < chain.windows.size(); ++w) {
       const Course<double> course{chain.nodes[w][st::states], chain.inner[w].data(),
                                   chain.nodes[w + 1][st::states], setup.knots()};
       for_each_residual(setup, chain.windows[w], p,
                         run(setup, chain.windows[w], p, chain.nodes[w], course), take);
     }
-  }
   return result;
 }
 
-void take_noises(Setup& setup, const Unexplained& rest) {
+void update_noise(Setup& setup, const Residuals& residuals) {
   for (std::size_t kind = 0; kind < kinds; ++kind)
-    if (!rest.values[kind].empty())
-      setup.noise[kind] = std::max(robust_sigma(rest.values[kind]), rest.stated[kind]);
+    if (!residuals.values[kind].empty())
+      setup.noise[kind] = std::max(robust_sigma(residuals.values[kind]), residuals.stated[kind]);
 }
 
 }  // namespace odomd::tools::fitting

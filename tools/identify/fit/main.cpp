@@ -11,8 +11,6 @@
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/chart/chart.hpp"
-#include "tools/chart/picture.hpp"
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"
@@ -76,16 +74,15 @@ Priors priors_of(const daemon::Config& config, const FitOptions& options) {
     const Prior prior = parse_prior(text);
     (prior.parameter ? result.settings.prior_sigma[*prior.parameter] : result.mass) = prior.sigma;
   }
-  result.settings.window = options.window > 0.0 ? options.window : 0.5 * slowness(config);
+  result.settings.window = 0.5 * slowness(config);
   result.settings.threads = options.threads;
   if (!options.quiet)
     result.settings.progress = [](const std::string& line) { say("odom identify fit: " + line); };
   return result;
 }
 
-std::vector<estimator::CameraPose> poses_of_reference(const std::string& file,
-                                                      const std::vector<double>& sigma,
-                                                      double spacing) {
+std::vector<estimator::CameraPose> poses_of_reference(const std::string& file, double spacing) {
+  constexpr double sigma = 0.005;  // m, rad: the residuals decide in the end
   std::vector<estimator::CameraPose> poses;
   for (const TrajectoryPoint& point : read_trajectory(file).points) {
     estimator::CameraPose pose;
@@ -93,8 +90,7 @@ std::vector<estimator::CameraPose> poses_of_reference(const std::string& file,
     pose.x = point.pose.x;
     pose.y = point.pose.y;
     pose.yaw = point.pose.yaw;
-    pose.sigma_x = pose.sigma_y = sigma[0];
-    pose.sigma_yaw = sigma[1];
+    pose.sigma_x = pose.sigma_y = pose.sigma_yaw = sigma;
     // Denser poses would get more weight than their information deserves.
     const auto least = static_cast<std::int64_t>(1e9 * spacing);
     if (!poses.empty() && pose.capture_ns - poses.back().capture_ns < least) continue;
@@ -115,13 +111,6 @@ std::optional<Measured> at_rest(std::span<const fitting::Drive> drives) {
   if (values.empty()) return std::nullopt;
   return Measured{mean_of(values).value, sigma};
 }
-
-struct Files {
-  std::string name;
-  std::vector<std::string> logs;
-  std::string poses;
-  bool of_camera = true;  // otherwise of a reference
-};
 
 bool is_there(const fs::path& file) {
   std::error_code ignored;
@@ -146,61 +135,14 @@ daemon::Config config_of(const FitOptions& options) {
   return std::move(config).value();
 }
 
-std::vector<Files> files_of(const FitOptions& options) {
-  std::vector<Files> result;
-  for (const std::string& folder : options.drives) {
-    check_folder(folder);
-    const std::string log = need_log_in(folder).string();
-    const fs::path poses = fs::path(folder) / (options.use_reference ? "truth.csv" : "camera.csv");
-    if (!is_there(poses))
-      throw std::invalid_argument(
-          folder + (options.use_reference ? ": has no truth.csv to fit to"
-                                          : ": has no camera.csv to fit to; use its truth.csv with "
-                                            "--use-reference, or another drive"));
-    result.push_back({folder, {log}, poses.string(), !options.use_reference});
-  }
-  const bool of_camera = !options.camera.empty();
-  if (!options.can.empty())
-    result.push_back({options.can.front(), options.can,
-                      of_camera ? options.camera : options.reference, of_camera});
-  return result;
-}
-
-constexpr double scatter_shown = 3.0;  // vertical range of the residuals, in standard deviations
-
-std::string axis_of(const std::string& source) {
-  if (source == "position") return "position [m]";
-  if (source == "yaw") return "yaw [rad]";
-  if (source == "yaw_rate") return "yaw rate [rad/s]";
-  if (source.starts_with("accel")) return source + " [m/s²]";
-  return source + " [m/s]";
-}
-
-// The residuals of every source over time, one chart each.
-void plot_residuals(const std::string& file, std::span<const Drive> drives, const Result& result) {
-  std::vector<chart::Drawing> drawings;
-  for (std::size_t kind = 0; kind < result.sources.size(); ++kind) {
-    const SourceFit& source = result.sources[kind];
-    if (source.count == 0) continue;
-    chart::Chart picture{
-        .title = "Residuals: " + source.name,
-        .x = {.label = "time [s]"},
-        .y = {.label = axis_of(source.name)},
-        .levels = {{scatter_shown * source.found, "3 sigma"}, {-scatter_shown * source.found, ""}}};
-    picture.height = 260.0;
-    for (std::size_t drive = 0; drive < drives.size(); ++drive) {
-      chart::Series series{.label = drives.size() > 1 ? drives[drive].name : "",
-                           .colour = chart::colour_of(drive),
-                           .mark = chart::Mark::dots};
-      for (const ResidualPoint& point : result.residuals)
-        if (point.drive == drive && point.kind == kind)
-          series.points.push_back({point.t, point.residual});
-      std::ranges::stable_sort(series.points, {}, &chart::Point::x);
-      picture.series.push_back(std::move(series));
-    }
-    drawings.push_back(chart::draw(picture));
-  }
-  chart::write_picture(file, drawings);
+std::string poses_in(const std::string& folder, bool use_reference) {
+  const fs::path poses = fs::path(folder) / (use_reference ? "truth.csv" : "camera.csv");
+  if (!is_there(poses))
+    throw std::invalid_argument(
+        folder + (use_reference ? ": has no truth.csv to fit to"
+                                : ": has no camera.csv to fit to; use its truth.csv with "
+                                  "--use-reference, or another drive"));
+  return poses.string();
 }
 
 void fit(const FitOptions& options) {
@@ -213,34 +155,35 @@ void fit(const FitOptions& options) {
   diagnostics::Diagnostics warnings = config.warnings;
   std::vector<fitting::Drive> drives;
   std::vector<tools::Drive> trials;
-  for (const Files& files : files_of(options)) {
-    const SignalLog log = read_signals(config, files.logs, options.damage);
+  const Part part{options.from, options.to > 0.0 ? options.to : 1e9};
+  for (const std::string& folder : options.drives) {
+    check_folder(folder);
+    const std::vector<std::string> logs{need_log_in(folder).string()};
+    const std::string file = poses_in(folder, options.use_reference);
+    const SignalLog log = read_signals(config, logs, options.damage);
     append(warnings, log.warnings);
     std::vector<estimator::CameraPose> poses;
-    if (files.of_camera) {
-      CameraLog camera = read_camera_log(files.poses);
+    if (options.use_reference) {
+      poses = poses_of_reference(file, least_spacing(config));
+    } else {
+      CameraLog camera = read_camera_log(file);
       append(warnings, camera.warnings);
       poses = std::move(camera.poses);
-    } else {
-      poses = poses_of_reference(files.poses, options.reference_sigma, least_spacing(config));
     }
-    const Part part{options.from, options.to > 0.0 ? options.to : 1e9};
     check_agreement(config, log, poses,
-                    {.drive = files.name,
-                     .pose_source = files.of_camera ? "camera" : "reference",
+                    {.drive = folder,
+                     .pose_source = options.use_reference ? "reference" : "camera",
                      .from = part.from,
                      .to = part.to});
-    drives.push_back(prepare(files.name, config, log, poses, part));
+    drives.push_back(prepare(folder, config, log, poses, part));
     if (!options.untried)
-      trials.push_back(
-          trial_drive(files.name, config, files.logs, std::move(poses), part.from, part.to));
+      trials.push_back(trial_drive(folder, config, logs, std::move(poses), part.from, part.to));
   }
   priors.settings.rest = at_rest(drives);
   const Result result = solve(config, drives, priors.settings);
   Findings findings = findings_of(config, drives, priors.settings, result, priors.mass);
   findings.warnings.insert(findings.warnings.begin(), warnings.begin(), warnings.end());
   if (!options.untried) try_out(findings, trials, priors.settings.progress);
-  if (!options.plot.empty()) plot_residuals(options.plot, drives, result);
   // Numbers of a fit that did not converge are only written if they improve the replay.
   const bool kept_back = !result.settled && options.untried && !options.delivery.write.empty();
   Delivery delivery = options.delivery;

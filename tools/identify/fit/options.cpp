@@ -5,7 +5,6 @@
 
 #include <stdexcept>
 
-#include "tools/chart/picture.hpp"
 #include "tools/identify/fit/parameters.hpp"
 
 namespace odomd::tools {
@@ -16,18 +15,10 @@ void describe_fit(Command command, FitOptions& options) {
               "Configuration of the car (TOML) to start from, as measured by hand; default: the "
               "drive's car.toml");
   command.add("--drive,DIR", "DIR", options.drives,
-              "Folder with drive.log (or can.log) and camera.csv (or truth.csv); repeatable");
-  command.add("--can", "LOG", options.can, "Log of candump -L of a drive; repeatable");
-  command.add("--camera", "CSV", options.camera, "Camera log of that drive");
-  command.add("--reference", "CSV", options.reference,
-              "Reference trajectory of that drive, instead of camera poses");
+              "Folder with drive.log (or can.log) and camera.csv (or truth.csv); repeatable",
+              {required()});
   command.add_flag("--use-reference", options.use_reference,
                    "Use truth.csv of each --drive instead of camera.csv");
-  command.add(
-      "--reference-sigma", "M RAD", options.reference_sigma,
-      "Standard uncertainty of a reference [m, rad]; the residuals decide in the end; default: "
-      "0.005 0.005",
-      {values(2)});
   command.add("--dbc", "FILE", options.dbc, "Database (DBC); repeatable; instead of [can] dbc");
   command.add("--from", "S", options.from,
               "Start time [s] after the log's first frame; default: 0");
@@ -41,14 +32,8 @@ void describe_fit(Command command, FitOptions& options) {
   command.add("--prior", "NAME=SIGMA", options.priors,
               "Standard uncertainty of a parameter before the fit, in its unit; for those marked * "
               "relative (0.02: 2 %); default of mass: 0.01; repeatable");
-  command.add(
-      "--window", "S", options.window,
-      "Length of a shooting window [s], 0.1 to 5; default: 0.5 for a 1:10 car, up to 1.5 for a "
-      "larger one",
-      {within(0.1, 5.0, Bounds::in_text)});
   command.add("--threads", "N", options.threads, "Number of threads, 1 to 64; default: 1",
               {within(1, 64, Bounds::in_text)});
-  command.add("--plot", "FILE", options.plot, "Plot of the residuals, .svg or .png");
   command.add_flag("--untried", options.untried,
                    "Write every value that was determined, without the replays that otherwise "
                    "decide which are written");
@@ -80,32 +65,18 @@ Parameters (* --prior is relative); the result names their keys:)" +
 Examples:
   odom identify fit --drive lap1 --write car.toml
   odom identify fit --config car.toml --drive lap1 --write car.toml
-  odom identify fit --config car.toml --can drive.log --camera camera.csv --plot rest.svg
   odom identify fit --config car.toml --drive lap1 --drive slalom --prior mass=0.002 \
     --prior yaw_inertia=0.01 --fix camera_yaw)");
 }
 
 void check(const FitOptions& o) {
   const auto refuse = [](const char* what) { throw std::invalid_argument(what); };
-  if (!o.can.empty()) {
-    if (o.camera.empty() == o.reference.empty())
-      refuse("--can needs poses: give either --camera or --reference");
-  } else if (!o.camera.empty() || !o.reference.empty()) {
-    refuse("poses need their log: give --can");
-  }
-  if (o.drives.empty() && o.can.empty())
-    refuse("no drive; give --drive DIR, or --can LOG with --camera CSV");
-  if (o.config.empty() && o.drives.empty())
-    refuse("--can needs the car's configuration: give it with --config");
   if (!(o.from >= 0.0)) refuse("--from: must not be negative");
   if (o.to != 0.0 && !(o.to - o.from >= fitting::least_duration))
     refuse("--to: must be at least ten seconds after --from");
-  for (const double sigma : o.reference_sigma)
-    if (!(sigma > 0.0)) refuse("--reference-sigma: both must be greater than 0");
   for (const std::string& name : o.freed) static_cast<void>(fitting::parameter_named(name));
   for (const std::string& name : o.fixed) static_cast<void>(fitting::parameter_named(name));
   for (const std::string& text : o.priors) static_cast<void>(fitting::parse_prior(text));
-  if (!o.plot.empty()) chart::check_picture(o.plot);
 }
 
 }  // namespace odomd::tools

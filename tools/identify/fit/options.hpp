@@ -14,20 +14,14 @@ namespace odomd::tools {
 struct FitOptions {
   std::string config;               ///< empty: the drives' own
   std::vector<std::string> drives;  ///< folders
-  std::vector<std::string> can;
   std::vector<std::string> dbc;
-  std::string camera;
-  std::string reference;
   bool use_reference = false;
-  std::vector<double> reference_sigma{0.005, 0.005};
   std::vector<std::string> fixed;
   std::vector<std::string> freed;
   std::vector<std::string> priors;
   double from = 0.0;
   double to = 0.0;
-  double window = 0.0;  ///< 0: depends on the size of the car
   int threads = 1;
-  std::string plot;
   bool untried = false;
   bool quiet = false;
   Delivery delivery;

@@ -86,7 +86,7 @@ struct WindowCost {
 
     T* out = residuals;
     for_each_residual(setup, window, p, trajectory,
-                      [&](std::size_t kind, double /*t*/, const T& e, double stated) {
+                      [&](std::size_t kind, const T& e, double stated) {
                         const double noise = setup.noise[kind];
                         *out++ = bounded(static_cast<T>(e / (noise > 0.0 ? noise : stated)));
                       });
@@ -276,10 +276,10 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
   setup.floor_speed = 0.04 * std::sqrt(setup.wheelbase);
   setup.slow = 0.6 * std::sqrt(setup.wheelbase);
   std::vector<Chain> chains;
-  for (std::size_t k = 0; k < drives.size(); ++k) {
-    std::vector<Chain> parts = chains_of(setup, drives[k], k);
+  for (const Drive& drive : drives) {
+    std::vector<Chain> parts = chains_of(setup, drive);
     if (parts.empty())
-      refuse("{}: nowhere faster than {} m/s for {} s: nothing can be determined", drives[k].name,
+      refuse("{}: nowhere faster than {} m/s for {} s: nothing can be determined", drive.name,
              fixed(setup.slow, 2), fixed(2.0 * setup.window, 1));
     std::ranges::move(parts, std::back_inserter(chains));
   }
@@ -292,7 +292,7 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     const Numbers<double> before = result.p;
     // Coarse steps suffice far from the solution, if a window contains a whole number of them.
     setup.step = pass == 1 && setup.knots() % 2 == 0 ? 2.0 * fine : fine;
-    for (Chain& chain : chains) deal(result.p, setup, chain);
+    for (Chain& chain : chains) assign_samples(result.p, setup, chain);
     Built built = build(setup, settings, result.p, chains);
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -324,16 +324,15 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     if (result.settled || pass == most_passes) {
       uncertainties(built, settings, result);
     } else if (pass <= settings.passes) {  // later the noise stays fixed, so that the fit converges
-      take_noises(setup, unexplained(setup, chains, result.p));
+      update_noise(setup, residuals_of(setup, chains, result.p));
     }
   }
 
   result.turns = turns_of(chains);
-  Unexplained rest = unexplained(setup, chains, result.p);
+  const Residuals rest = residuals_of(setup, chains, result.p);
   for (std::size_t kind = 0; kind < kinds; ++kind)
     result.sources.push_back({name_of_kind(kind), rest.values[kind].size(), rest.stated[kind],
                               robust_sigma(rest.values[kind])});
-  result.residuals = std::move(rest.points);
   return result;
 }
 

@@ -25,7 +25,6 @@ namespace odomd::tools::fitting {
 
 /// A node at the start of each window and at the end, and the unknowns inside the windows.
 struct Chain {
-  std::size_t drive = 0;
   std::vector<Window> windows;
   std::vector<Node<double>> nodes;
   std::vector<std::vector<double>> inner;
@@ -33,11 +32,10 @@ struct Chain {
 
 /// The parts of a drive that are fast enough to show the tyres, with at least two windows each.
 /// Initial nodes come from the poses, the wheels' speed, the gyro, and the corresponding slip.
-[[nodiscard]] std::vector<Chain> chains_of(const Setup& setup, const Drive& drive,
-                                           std::size_t index);
+[[nodiscard]] std::vector<Chain> chains_of(const Setup& setup, const Drive& drive);
 
 /// Assigns each sample to the window of its time, corrected by the present latencies.
-void deal(const Numbers<double>& p, const Setup& setup, Chain& chain);
+void assign_samples(const Numbers<double>& p, const Setup& setup, Chain& chain);
 
 /// Statistics of the drive's turns, from the states at the windows' ends.
 struct Turns {
@@ -53,25 +51,17 @@ struct Turns {
 };
 [[nodiscard]] Turns turns_of(const std::vector<Chain>& chains);
 
-struct ResidualPoint {
-  std::size_t drive = 0;
-  double t = 0.0;
-  std::size_t kind = 0;
-  double residual = 0.0;
-};
-
 /// The residuals of all measurements.
-struct Unexplained {
-  std::vector<ResidualPoint> points;
+struct Residuals {
   std::array<std::vector<double>, kinds> values;
   std::array<double, kinds> stated{};
 };
-[[nodiscard]] Unexplained unexplained(const Setup& setup, const std::vector<Chain>& chains,
-                                      const Numbers<double>& p);
+[[nodiscard]] Residuals residuals_of(const Setup& setup, const std::vector<Chain>& chains,
+                                     const Numbers<double>& p);
 
 /// Takes the noise from the residuals if it is larger than stated: model errors count as noise of
 /// the source that shows them. (It is smaller if a wheel is at rest for long.)
-void take_noises(Setup& setup, const Unexplained& rest);
+void update_noise(Setup& setup, const Residuals& residuals);
 
 // The fit of all drives.
 
@@ -103,7 +93,6 @@ struct Result {
   Numbers<double> naive{};         ///< the same if all residuals were independent
   Eigen::MatrixXd covariance;      ///< of all p; 0 for fixed ones
   std::vector<SourceFit> sources;  ///< in the order of estimator::Source; camera: x and y, then yaw
-  std::vector<ResidualPoint> residuals;
   int iterations = 0;
   bool settled = false;  ///< converged; otherwise the passes ended
   Turns turns;

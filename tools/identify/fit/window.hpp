@@ -321,8 +321,7 @@ std::array<T, 3> expected_pose(const Setup& setup, const Instant<T>& now, const 
           now.x[st::yaw] + setup.nominal[camera_yaw] + p[camera_yaw]};
 }
 
-/// Calls take(kind, time of the stamp, measured less predicted, stated sigma) for every measurement
-/// of a window.
+/// Calls take(kind, measured less predicted, stated sigma) for every measurement of a window.
 template <class T, class Take>
 void for_each_residual(const Setup& setup, const Window& window, const Numbers<T>& p,
                        const Run<T>& run, Take&& take) {
@@ -330,15 +329,14 @@ void for_each_residual(const Setup& setup, const Window& window, const Numbers<T
   for (const Sample& sample : window.samples) {
     const T t = sample.t - latency_of(setup, sample.source, p);
     const T h = expected(setup, car, sample, instant(setup, window, run, t), p);
-    take(estimator::index_of(sample.source), sample.t, static_cast<T>(sample.value - h),
-         sample.sigma);
+    take(estimator::index_of(sample.source), static_cast<T>(sample.value - h), sample.sigma);
   }
   for (const PoseSample& pose : window.poses) {
     const std::array<T, 3> h =
         expected_pose(setup, instant(setup, window, run, static_cast<T>(pose.t)), p);
-    take(position_kind, pose.t, static_cast<T>(pose.x - h[0]), pose.sigma_x);
-    take(position_kind, pose.t, static_cast<T>(pose.y - h[1]), pose.sigma_y);
-    take(yaw_kind, pose.t, static_cast<T>(pose.yaw - h[2]), pose.sigma_yaw);
+    take(position_kind, static_cast<T>(pose.x - h[0]), pose.sigma_x);
+    take(position_kind, static_cast<T>(pose.y - h[1]), pose.sigma_y);
+    take(yaw_kind, static_cast<T>(pose.yaw - h[2]), pose.sigma_yaw);
   }
 }
 

@@ -51,11 +51,9 @@ void check(const Bifilar& pendulum);
 [[nodiscard]] std::string exchange_hint(const Bifilar& pendulum);
 
 /// Throws std::invalid_argument for a period that is impossible for a car on these cords: its
-/// radius of gyration would be over ten times the distance between the cords, or under a tenth.
-void check_size(const Bifilar& pendulum, double period);
-
-/// Throws std::invalid_argument for a mass [kg] that does not fit the period's radius of gyration.
-void check_mass(const Bifilar& pendulum, double period, double mass);
+/// radius of gyration would be over ten times the distance between the cords, or under a tenth; and
+/// for a mass [kg] that does not fit this radius.
+void check_size(const Bifilar& pendulum, double period, double mass);
 
 /// J of a body with this mass and this period of small swings.
 [[nodiscard]] double inertia_of(const Bifilar& pendulum, double mass, double gravity,
@@ -90,18 +88,14 @@ struct TimedSwing {
 /// as uncertainty. Throws std::invalid_argument for impossible values.
 [[nodiscard]] TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum);
 
-// The period from a gyro's record: fits the equation of motion with damping and amplitude.
+// The period from a gyro's record: the times at which the car turns back.
 
 struct SwingFit {
-  double period = 0.0;  ///< of small swings, undamped [s]
-  double period_sigma = 0.0;
-  double amplitude_begin = 0.0;  ///< of the fitted part [rad]
+  Measured period;               ///< of small, undamped swings [s]
+  double amplitude_begin = 0.0;  ///< of the first and the last swing [rad]
   double amplitude_end = 0.0;
-  double damping_ratio = 0.0;  ///< viscous part, for small swings
-  double gyro_bias = 0.0;      ///< [rad/s]
-  double residual_rms = 0.0;   ///< [rad/s]
+  double gyro_bias = 0.0;  ///< [rad/s]
   double swings = 0.0;
-  double seconds = 0.0;
   diagnostics::Diagnostics warnings;
 };
 

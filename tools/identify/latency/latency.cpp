@@ -201,8 +201,7 @@ Each source is compared with another and shifted in time until they agree:
                camera's
   accel_x, _y  as the gyro if it is in the same message; tyres shift what they show
   steering     the yaw rate of a car with these tyres, with the gyro: delay and lag
-               between command and wheels, for [steering], and a rate limit if it
-               shows; none if the angle is measured
+               between command and wheels, for [steering]; none if the angle is measured
 The camera's capture stamps are the time reference, and the gyro's own latency is found too.
 Without a camera the gyro is the reference, with its configured latency. The offsets found
 add to those in the configuration: run it again after --write; all offsets should then be

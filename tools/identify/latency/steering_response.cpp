@@ -6,14 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/identify/common/car_model.hpp"
-#include "tools/identify/latency/source_offsets.hpp"
+#include "tools/identify/common/time_shift.hpp"
 #include "tools/math/least_squares.hpp"
 
 namespace odomd::tools {
@@ -21,11 +20,10 @@ namespace {
 
 using Eigen::VectorXd;
 
-// Time constant, rate limit, stiffnesses, inertia, relaxation, bends, steering scale: logarithms.
+// Time constant, stiffnesses, inertia, relaxation, bends, steering scale: logarithms.
 enum : Eigen::Index {
   dead,
   lag,
-  rate,
   front,
   rear,
   inertia,
@@ -40,14 +38,10 @@ enum : Eigen::Index {
 
 // Start values: the time constant is 30 ms times exp(lag), the tyres' bend 0.7 times exp(bend).
 constexpr double usual_lag = 0.03, usual_bend = 0.7;
-constexpr std::array<double, count> prior_sigma{1.0, 1.0, 1.0, 0.15, 0.15, 0.1,
-                                                0.5, 0.5, 0.5, 0.05, 0.1,  0.1};
+constexpr std::array<double, count> prior_sigma{1.0, 1.0, 0.15, 0.15, 0.1, 0.5,
+                                                0.5, 0.5, 0.05, 0.1,  0.1};
 constexpr double step_s = 5e-3;
 constexpr double block_s = 2.0;  // residuals further apart are independent
-// A rate limit is accepted if its relative uncertainty is small and it explains clearly more: by
-// three standard deviations, and by a third of the cost without it. It may also absorb tyre effects
-// beyond this model.
-constexpr double limit_known = 0.1, limit_gain = 9.0, limit_share = 0.3, unmodelled_limit = 0.02;
 // Tyre effects beyond this model, as standard uncertainties [s]. The yaw rate hardly shows how dead
 // time, time constant and tyres share the lag; it shows their sum if the tyres slip little.
 constexpr double unmodelled_share = 0.012;
@@ -60,7 +54,6 @@ struct DrivenCar {
   const Resampled& speed;
   std::vector<double> t;  ///< of the gyro [s]
   VectorXd yaw_rate;
-  double rate_limit = std::numeric_limits<double>::infinity();  ///< unit of the fitted factor
 };
 
 VectorXd predicted(const DrivenCar& drive, const VectorXd& p, FrontWheels* seen = nullptr) {
@@ -83,10 +76,6 @@ VectorXd predicted(const DrivenCar& drive, const VectorXd& p, FrontWheels* seen 
   const auto wanted = [&](double t) {
     return std::exp(p[steering_scale]) * drive.steering.at(t - p[dead]) - p[steering_offset];
   };
-  // In a step the wheels move by (δ_c - δ) (1 - exp(-Δt / τ)), limited by their rate: so the
-  // command is limited to this distance from their angle.
-  const double farthest =
-      drive.rate_limit * std::exp(p[rate]) * step_s / -std::expm1(-step_s / car.lag);
   model::State<double> x{};
   double t = drive.speed.begin;
   x[model::steer] = wanted(t);
@@ -106,9 +95,7 @@ VectorXd predicted(const DrivenCar& drive, const VectorXd& p, FrontWheels* seen 
       seen->angle.value.push_back(x[model::steer]);
       seen->side_speed.value.push_back(x[model::v_y]);
     }
-    const double steer = x[model::steer];
-    const double command = std::clamp(wanted(t + 0.5 * step_s), steer - farthest, steer + farthest);
-    x = model::step(car, x, command, accel, accel, step_s);
+    x = model::step(car, x, wanted(t + 0.5 * step_s), accel, accel, step_s);
     for (; next < drive.t.size() && drive.t[next] <= t + step_s; ++next) {
       const double part = std::clamp((drive.t[next] - t) / step_s, 0.0, 1.0);
       result[static_cast<Eigen::Index>(next)] =
@@ -121,13 +108,6 @@ VectorXd predicted(const DrivenCar& drive, const VectorXd& p, FrontWheels* seen 
 
 double spread_of(const VectorXd& z) {
   return std::sqrt((z.array() - z.mean()).square().mean());
-}
-
-/// The best of `trials` for one parameter, with all others at their start values.
-double best_of(const LeastSquares& problem, const DrivenCar& drive, Eigen::Index parameter,
-               const std::vector<double>& trials) {
-  return tools::best_of(problem, parameter, trials,
-                        std::max(0.2 * spread_of(drive.yaw_rate), 1e-9));
 }
 
 // Uses only the drive's beginning, until the yaw rate has varied about as in the whole drive.
@@ -146,42 +126,7 @@ double rough_dead_time(const LeastSquares& problem, const DrivenCar& drive) {
   };
   std::vector<double> trials;
   for (double trial = -0.3; trial <= 0.6; trial += 0.02) trials.push_back(trial);
-  return best_of(rough, begin, dead, trials);
-}
-
-/// The largest rate of the front wheels [rad/s].
-double quickest(const Resampled& front_wheels) {
-  double most = 0.0;
-  for (std::size_t i = 1; i < front_wheels.value.size(); ++i)
-    most = std::max(most, std::fabs(front_wheels.value[i] - front_wheels.value[i - 1]));
-  return most / front_wheels.step;
-}
-
-Eigen::MatrixXd covariance_of(const LeastSquares& problem, const DrivenCar& drive,
-                              const LeastSquaresSolution& found) {
-  return covariance_by_blocks(problem, found, blocks_of(drive.t, block_s));
-}
-
-/// Fits the drive again with a rate limit. Returns nothing, and removes the limit from `drive`, if
-/// this explains the yaw rate no better.
-std::optional<LeastSquaresSolution> limited(LeastSquares problem, DrivenCar& drive,
-                                            const LeastSquaresSolution& without) {
-  const Resampled from_the_start{drive.speed.begin, step_s, {}};
-  FrontWheels seen{from_the_start, from_the_start};
-  (void)predicted(drive, without.parameters, &seen);
-  const double before = cost_of(problem, without.parameters, without.noise);
-  drive.rate_limit = quickest(seen.angle);
-  problem.start = without.parameters;
-  std::vector<double> trials;
-  for (const double part : {0.8, 0.6, 0.45, 0.35, 0.25, 0.18, 0.12})
-    trials.push_back(std::log(part));
-  problem.start[rate] = best_of(problem, drive, rate, trials);
-  LeastSquaresSolution found = solve(problem);
-  const double after = cost_of(problem, found.parameters, without.noise);
-  const bool known = std::sqrt(covariance_of(problem, drive, found)(rate, rate)) < limit_known;
-  if (known && before - after > std::max(limit_gain, limit_share * before)) return found;
-  drive.rate_limit = std::numeric_limits<double>::infinity();
-  return std::nullopt;
+  return best_of(rough, dead, trials, std::max(0.2 * spread_of(begin.yaw_rate), 1e-9));
 }
 
 }  // namespace
@@ -223,17 +168,9 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   // model errors must not. So a block counts as one sample.
   problem.together = std::max(1.0, block_s * static_cast<double>(drive.t.size()) /
                                        std::max(drive.t.back() - drive.t.front(), block_s));
-  LeastSquaresSolution found = solve(problem);
-  std::optional<LeastSquaresSolution> slower = limited(problem, drive, found);
-  if (slower) found = std::move(*slower);
-  const Eigen::MatrixXd covariance = covariance_of(problem, drive, found);
-  if (slower) {
-    // The limit of the signalled angle, which the filter uses as that of the wheels.
-    const double limit =
-        drive.rate_limit * std::exp(found.parameters[rate] - found.parameters[steering_scale]);
-    result.rate_limit = {limit,
-                         limit * std::hypot(std::sqrt(covariance(rate, rate)), unmodelled_limit)};
-  }
+  const LeastSquaresSolution found = solve(problem);
+  const Eigen::MatrixXd covariance =
+      covariance_by_blocks(problem, found, blocks_of(drive.t, block_s));
   const double tau = usual_lag * std::exp(found.parameters[lag]);  // and dτ = τ dp
   const double of_dead = covariance(dead, dead), of_tau = tau * tau * covariance(lag, lag);
   const double of_all = std::max(of_dead + of_tau + 2.0 * tau * covariance(dead, lag), 0.0);
@@ -310,9 +247,6 @@ ActuatorFindings actuator_findings(const SteeringResponse& response, const Measu
   ActuatorFindings found;
   found.values = {finding_of("... of this delay", "steering.delay", delay),
                   finding_of("... and lag", "steering.lag", response.time_constant)};
-  if (response.rate_limit)
-    found.values.push_back(as_finding("... and no quicker than", "steering.rate_limit",
-                                      *response.rate_limit, "rad/s"));
   const std::string failure = reason_undetermined(response, whole, delay);
   if (failure.empty()) return found;
   for (Finding& finding : found.values) {

@@ -1,9 +1,8 @@
 // The response to steering: dead time and time constant between the steering signal and the front
-// wheels, from the gyro; and the resulting values for [steering]: delay, lag and rate limit of the
-// actuator between a command and the front wheels, if there is one.
+// wheels, from the gyro; and the resulting values for [steering]: delay and lag of the actuator
+// between a command and the front wheels, if there is one.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,32 +23,30 @@ struct FrontWheels {
 
 struct SteeringResponse {
   Measured dead_time;  ///< from the steering's stamps to the gyro's [s]; negative: a late sensor
-  Measured time_constant;              ///< of the actuator [s]
-  Measured in_all;                     ///< their sum, more precise than either
-  std::optional<Measured> rate_limit;  ///< if the wheels visibly lag fast signals [rad/s]
-  double explained = 0.0;              ///< share of the variance of the yaw rate
-  FrontWheels front_wheels;            ///< from the fitted model
-  std::string failure;                 ///< why the values are not valid; empty if they are
+  Measured time_constant;    ///< of the actuator [s]
+  Measured in_all;           ///< their sum, more precise than either
+  double explained = 0.0;    ///< share of the variance of the yaw rate
+  FrontWheels front_wheels;  ///< from the fitted model
+  std::string failure;       ///< why the values are not valid; empty if they are
 };
 
 /// Drives the single-track model over the whole log with steering and speed, and fits to the gyro:
 /// dead time, time constant, the steering's scale and offset, the gyro's bias, and (within their
-/// priors) stiffnesses, inertia and relaxation; then again with a rate limit of the wheels, which
-/// is kept if it explains clearly more. `speed` and `gyro` share one clock. `report` is called for
-/// every simulation.
+/// priors) stiffnesses, inertia and relaxation. `speed` and `gyro` share one clock. `report` is
+/// called for every simulation.
 [[nodiscard]] SteeringResponse steering_response(const estimator::Vehicle& car,
                                                  const Resampled& steering, const Resampled& speed,
                                                  const Series& gyro, std::int64_t origin_ns,
                                                  const ReportProgress& report = {});
 
 struct ActuatorFindings {
-  std::vector<Finding> values;        ///< steering.delay, .lag, and .rate_limit if there is one
+  std::vector<Finding> values;        ///< steering.delay and .lag
   diagnostics::Diagnostics warnings;  ///< about the configured values
 };
 
 /// `clock` is the latency of the gyro's stamps, the reference of the response, in addition to the
 /// configured one [s]. Delay and lag are determined if the drive shows an actuator and separates
-/// the two; the limit is determined with them.
+/// the two.
 [[nodiscard]] ActuatorFindings actuator_findings(const SteeringResponse& response,
                                                  const Measured& clock,
                                                  const estimator::SteeringActuator& configured);

@@ -2,15 +2,115 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <span>
+#include <vector>
 
 #include "tools/identify/common/measured.hpp"
 #include "tools/identify/common/refuse.hpp"
 #include "tools/identify/common/search.hpp"
-#include "tools/identify/noise/bias_filter.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 namespace {
+
+// A Kalman filter for a sensor's bias while the car is at rest, and deviations of a record from its
+// model: outliers and correlated samples.
+
+/// Variances are in units of the white noise's variance r: with λ = K²/r the bias's variance grows
+/// by λ dt between samples, and the innovations' variances are r s.
+struct FilteredBias {
+  double log_sum = 0.0;   ///< Σ ln s
+  double squares = 0.0;   ///< Σ ν²/s
+  double bias = 0.0;      ///< after the last sample
+  double variance = 0.0;  ///< its variance over r
+};
+
+enum class Direction : std::uint8_t { forwards, backwards };
+
+/// Appends ν/√s of each sample but the first to `innovations`, if given.
+FilteredBias filter_bias(const Series& series, double lambda, Direction direction,
+                         std::vector<double>* innovations = nullptr) {
+  const std::size_t n = series.size();
+  const auto at = [&](std::size_t i) { return direction == Direction::forwards ? i : n - 1 - i; };
+  FilteredBias f;
+  f.bias = series.value[at(0)];
+  f.variance = 1.0;
+  for (std::size_t i = 1; i < n; ++i) {
+    const double dt =
+        1e-9 * std::fabs(static_cast<double>(series.t_ns[at(i)] - series.t_ns[at(i - 1)]));
+    f.variance += lambda * dt;
+    const double s = f.variance + 1.0;
+    const double innovation = series.value[at(i)] - f.bias;
+    f.log_sum += std::log(s);
+    f.squares += innovation * innovation / s;
+    if (innovations != nullptr) innovations->push_back(innovation / std::sqrt(s));
+    f.bias += f.variance / s * innovation;
+    f.variance /= s;
+  }
+  return f;
+}
+
+/// The samples more than 6 σ from the prediction. σ comes from the median of the innovations, and
+/// is at least `least`.
+std::vector<std::size_t> far_off(const Series& series, double lambda, double least) {
+  std::vector<double> all;
+  (void)filter_bias(series, lambda, Direction::forwards, &all);
+  const double sigma = std::max(robust_sigma(all), least);
+  std::vector<std::size_t> far;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (std::fabs(all[i]) > 6.0 * sigma) far.push_back(i + 1);
+  return far;
+}
+
+/// The series without the samples with these sorted indices.
+Series without(const Series& series, std::span<const std::size_t> samples) {
+  Series kept;
+  auto next = samples.begin();
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    if (next != samples.end() && *next == i) {
+      ++next;
+      continue;
+    }
+    kept.add(series.t_ns[i], series.value[i]);
+  }
+  return kept;
+}
+
+/// Whether successive innovations are significantly correlated, by more than 0.1.
+bool are_correlated(const Series& series, double lambda) {
+  std::vector<double> all;
+  (void)filter_bias(series, lambda, Direction::forwards, &all);
+  double squares = 0.0, products = 0.0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    squares += all[i] * all[i];
+    if (i > 0) products += all[i] * all[i - 1];
+  }
+  constexpr double much = 0.1, no_chance = 4.0;
+  return products >
+         squares * std::max(much, no_chance / std::sqrt(static_cast<double>(all.size())));
+}
+
+/// Means over every `count` samples.
+Series means_of(const Series& series, std::size_t count) {
+  Series means;
+  for (std::size_t i = 0; i + count <= series.size(); i += count) {
+    double sum = 0.0;
+    for (std::size_t k = i; k < i + count; ++k) sum += series.value[k];
+    means.add(series.t_ns[i] / 2 + series.t_ns[i + count - 1] / 2,
+              sum / static_cast<double>(count));
+  }
+  return means;
+}
+
+/// The mean variance of samples about the mean of their group of `count`.
+double scatter_within(const Series& series, std::size_t count) {
+  const Series means = means_of(series, count);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < means.size() * count; ++i)
+    squares += std::pow(series.value[i] - means.value[i / count], 2);
+  return squares / static_cast<double>(std::max<std::size_t>(means.size() * count, 1));
+}
 
 /// No sample is more precise than its resolution q, and the mean of mostly equal samples may be
 /// anywhere within it. A bias that moves by less than a few steps shows no walk.
@@ -116,8 +216,8 @@ Explained without_outliers(Series& series) {
   constexpr double few = 0.01;
   int left_out = 0;
   for (int round = 0; round < 4; ++round) {
-    const double rounding = rounding_noise(explained.noise.resolution);
-    const std::vector<std::size_t> far = far_off(series, explained.lambda, rounding * rounding);
+    const std::vector<std::size_t> far =
+        far_off(series, explained.lambda, rounding_noise(explained.noise.resolution));
     if (far.empty()) break;
     if (static_cast<double>(far.size()) > few * static_cast<double>(series.size())) {
       explained.noise.outliers = left_out + static_cast<int>(far.size());
@@ -136,10 +236,10 @@ Explained without_outliers(Series& series) {
 void explain_by_means(const Series& series, Explained& explained) {
   constexpr std::size_t most = 4096, fewest_means = 100;
   constexpr double unexplained = 0.05;  // from correlation below the detection threshold
-  const auto hang = [](const Series& samples, const Explained& model) {
-    return model.runs_away || hang_together(samples, model.lambda);
+  const auto correlated = [](const Series& samples, const Explained& model) {
+    return model.runs_away || are_correlated(samples, model.lambda);
   };
-  if (explained.noise.resolution_hides_noise || !hang(series, explained)) return;
+  if (explained.noise.resolution_hides_noise || !correlated(series, explained)) return;
   const auto enough = [&](std::size_t m) { return m <= most && series.size() / m >= fewest_means; };
   bool white = false;
   for (std::size_t m = 2; enough(m); m *= 2) {
@@ -147,7 +247,7 @@ void explain_by_means(const Series& series, Explained& explained) {
     Explained by_means = explain(means);
     // The first white means are still slightly correlated: use twice as many samples.
     const bool last = white || !enough(2 * m);
-    white = !hang(means, by_means);
+    white = !correlated(means, by_means);
     if (!last) continue;
     const StandingNoise own = explained.noise;
     explained = by_means;
@@ -192,12 +292,7 @@ StandingNoise standing_noise(const Series& series, const std::string& name) {
   Series kept = series;
   Explained explained = without_outliers(kept);
   explain_by_means(kept, explained);
-  StandingNoise noise = explained.noise;
-  if (!noise.resolution_hides_noise)
-    noise.jump = find_jump(kept, noise.sigma.value * noise.sigma.value,
-                           noise.walk ? noise.walk->value : 0.0);
-  if (noise.jump) noise.walk.reset();
-  return noise;
+  return explained.noise;
 }
 
 }  // namespace odomd::tools

@@ -8,19 +8,11 @@
 #include <cstddef>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "tools/chart/picture.hpp"
 #include "tools/identify/common/measured.hpp"
 #include "tools/identify/common/signal_log.hpp"
 
 namespace odomd::tools {
-
-/// A jump of a sensor from one level to another, which the model of the bias excludes.
-struct Jump {
-  double after = 0.0;  ///< time since the first sample [s]
-  double size = 0.0;
-};
 
 struct StandingNoise {
   /// White noise of a sample. For correlated samples the value that gives the right uncertainty for
@@ -35,7 +27,6 @@ struct StandingNoise {
   bool outliers_left_out = false;  ///< they are few, and affect nothing else here
   std::size_t together = 1;        ///< number of correlated samples that count as one
   double from_the_last = 0.0;      ///< error of a sample's prediction from earlier samples
-  std::optional<Jump> jump;        ///< if there is one, the record determines no walk
   double resolution = 0.0;         ///< step between adjacent values
   /// The noise is smaller than the resolution: `sigma` is the rounding noise, q/√12.
   bool resolution_hides_noise = false;
@@ -44,35 +35,5 @@ struct StandingNoise {
 /// The bias's uncertainty includes the resolution. Throws std::invalid_argument, with `name`, for
 /// fewer than 200 samples or fewer than one in 2 s, and for a constant signal.
 [[nodiscard]] StandingNoise standing_noise(const Series& series, const std::string& name);
-
-// The Allan deviation: how much consecutive means over τ differ (IEEE Std 952, annex C).
-
-struct AllanPoint {
-  double tau = 0.0;        ///< [s]
-  double deviation = 0.0;  ///< in the signal's unit
-  double sigma = 0.0;
-};
-
-/// Overlapping, for about six τ per decade, up to a fifth of the record. Assumes evenly spaced
-/// samples; throws std::invalid_argument with `name` if they are far from that.
-[[nodiscard]] std::vector<AllanPoint> allan_deviation(const Series& series,
-                                                      const std::string& name);
-
-struct BiasInstability {
-  Measured value;        ///< minimum of the curve, divided by 0.664
-  double tau = 0.0;      ///< τ of the minimum [s]
-  bool reached = false;  ///< the curve rises again after it; otherwise `value` is an upper limit
-};
-[[nodiscard]] BiasInstability bias_instability(const std::vector<AllanPoint>& curve);
-
-struct AllanCurve {
-  std::string name;  ///< "yaw_rate"
-  std::string unit;
-  std::vector<AllanPoint> points;
-  StandingNoise noise;
-};
-
-/// A picture of each curve, with the expected lines of white noise and walk.
-[[nodiscard]] std::vector<chart::Drawing> draw(const std::vector<AllanCurve>& curves);
 
 }  // namespace odomd::tools

@@ -31,19 +31,10 @@ struct MarkerTrack {
   std::size_t gaps = 0;             ///< rows without both markers
 };
 
-/// Reads a file with the columns t, x_front, y_front, x_rear, y_rear, in any order; ignores others.
-/// Tabs, semicolons, commas or blanks separate fields; if not commas, these may be decimal commas.
-/// Lines before the first number are headings, the last of them names the columns; "#" starts a
-/// comment. An empty field is an invisible marker. Throws std::invalid_argument with file, line and
-/// column. With `frames_per_second`, t is the frame number.
-[[nodiscard]] MarkerTrack read_marker_track(const std::filesystem::path& file,
-                                            std::optional<double> frames_per_second = {});
-
-/// One file per marker, each with t, x, y, in this order if there are no headings. Only times in
-/// both files count.
-[[nodiscard]] MarkerTrack read_marker_tracks(const std::filesystem::path& front,
-                                             const std::filesystem::path& rear,
-                                             std::optional<double> frames_per_second = {});
+/// Reads a CSV with the columns t [s], x_front, y_front, x_rear, y_rear, in any order; ignores
+/// others. An empty field is an invisible marker. Throws std::invalid_argument with file, line and
+/// column.
+[[nodiscard]] MarkerTrack read_marker_track(const std::filesystem::path& file);
 
 /// Positions of the markers: body frame, from the centre of gravity, x forward, y left [m].
 struct MarkerPlaces {
@@ -120,26 +111,17 @@ struct YawRates {
 [[nodiscard]] YawRates yaw_rates_of(const Series& gyro);
 
 struct FilmAlignment {
-  std::int64_t offset_ns = 0;  ///< log time = film time + offset, for the film's first frame
-  double sigma_s = 0.0;        ///< standard uncertainty of the offset
-  double rate = 0.0;           ///< log seconds per film second - 1
-  double rate_sigma = 0.0;
-  double agreement = 0.0;  ///< 1: equal yaw rates; 0: their difference is as large as they are
+  std::int64_t offset_ns = 0;  ///< log time = film time + offset
+  double sigma_s = 0.0;        ///< standard uncertainty of the offset at the film's begin
+  double agreement = 0.0;      ///< 1: equal yaw rates; 0: their difference is as large as they are
   diagnostics::Diagnostics warnings;
 };
 
-/// Tries every shift for which film and log overlap by a third of the shorter one, coarsely with
-/// the mean square difference of the yaw rates, then refines the best with least squares, in which
-/// the gyro's scale and bias and the film's clock rate are free. Within 0.3 % the rate has a prior
-/// of 0.1 %, as clocks and nominal frame rates have; beyond that there is a warning. Throws
+/// Tries every shift for which film and log overlap by a third of the shorter one, with the mean
+/// square difference of the yaw rates, then refines the best (time_shift.hpp). Throws
 /// std::invalid_argument if film and log match at no shift, with the likeliest reason: mirrored,
-/// another frame rate, another drive. `name` is the film's. If `offset_ns` is given, finds only the
-/// agreement and the rate at that offset.
+/// another frame rate, another drive. `name` is the film's.
 [[nodiscard]] FilmAlignment align_film(const std::string& name, const FilmMotion& motion,
-                                       const Series& gyro,
-                                       std::optional<std::int64_t> offset_ns = {});
-
-/// Scales film times about the first frame to the rate of the log's clock.
-void put_on_clock_of_log(const FilmAlignment& alignment, FilmMotion& motion);
+                                       const Series& gyro);
 
 }  // namespace odomd::tools

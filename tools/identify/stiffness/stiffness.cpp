@@ -30,10 +30,7 @@ struct Options {
   std::optional<double> metres_per_pixel;
   bool metres = false;
   bool y_down = false;
-  std::optional<double> frames_per_second;
-  std::optional<double> time_offset;
-  std::string sigma_mass, sigma_axle, sigma_marker, sigma_scale = "0.3%";
-  double rolling_resistance = 0.015;
+  std::string sigma_marker, sigma_scale = "0.3%";
   std::string plot;
   Delivery delivery;
   can::Damage damage = can::Damage::left_out;
@@ -53,23 +50,14 @@ Plane parse_place(const std::string& option, const std::string& text) {
         "{}: \"{}\" is not X,Y from the centre of gravity, forward and to the left: 0.18,0 or "
         "18cm,0",
         option, text);
-  return {parse_quantity(parts[0], Dimension::length, option).value,
-          parse_quantity(parts[1], Dimension::length, option).value};
-}
-
-void require_positive(const std::string& option, const std::optional<double>& value) {
-  if (value && !(*value > 0.0 && std::isfinite(*value)))
-    refuse("{}: must be greater than 0", option);
-}
-
-double given_or(const std::string& text, Dimension dimension, const std::string& option,
-                double otherwise) {
-  return text.empty() ? otherwise : parse_positive(text, dimension, option);
+  return {parse_quantity(parts[0], Dimension::length, option),
+          parse_quantity(parts[1], Dimension::length, option)};
 }
 
 double sigma_marker_of(const Options& options, const MarkerPlaces& places) {
-  return given_or(options.sigma_marker, Dimension::length, "--sigma-marker",
-                  places.distance() / 300.0);
+  return options.sigma_marker.empty()
+             ? places.distance() / 300.0
+             : parse_positive(options.sigma_marker, Dimension::length, "--sigma-marker");
 }
 
 // Relative sigma of a scale from the markers' distance.
@@ -108,17 +96,6 @@ void require_measured(const daemon::Config& config) {
              name_of(source));
 }
 
-void check(const Options& options) {
-  if (options.metres && options.metres_per_pixel)
-    refuse("--metres and --metres-per-pixel: give one of them");
-  if (options.time_offset && options.runs.size() > 1) refuse("--time-offset: needs a single --run");
-  for (const auto& [option, value] : {std::pair{"--metres-per-pixel", options.metres_per_pixel},
-                                      std::pair{"--fps", options.frames_per_second}})
-    require_positive(option, value);
-  if (!(options.rolling_resistance >= 0.0 && options.rolling_resistance < 0.3))
-    refuse("--rolling-resistance: must lie between 0 and 0.3");
-}
-
 FilmScale film_scale(const Options& options, const MarkerPlaces& places) {
   return {.metres_per_unit = options.metres ? 1.0 : options.metres_per_pixel,
           .ratio_sigma = std::hypot(sigma_scale_of(options), sigma_by_distance(options, places)),
@@ -129,57 +106,42 @@ CircleCar circle_car(const Options& options, const daemon::Config& config,
                      const MarkerPlaces& places) {
   const double wheelbase = config.vehicle.wheelbase();
   const double mass = config.vehicle.mass;
-  const auto sigma_of = [&](const std::string& given, Dimension dimension, const char* option,
-                            const char* key, double otherwise) {
+  const auto sigma_of = [&](const char* key, double otherwise) {
     const auto noted = measured_in(options.config, key);
-    return given_or(given, dimension, option,
-                    noted && noted->sigma > 0.0 ? noted->sigma : otherwise);
-  };
-  const auto axle_sigma = [&](const char* key) {
-    return sigma_of(options.sigma_axle, Dimension::length, "--sigma-axle", key, 0.004 * wheelbase);
+    return noted && noted->sigma > 0.0 ? noted->sigma : otherwise;
   };
   const double sigma_marker = sigma_marker_of(options, places);
   const double given = sigma_scale_of(options);
-  return {.mass = {mass, sigma_of(options.sigma_mass, Dimension::mass, "--sigma-mass",
-                                  "vehicle.mass", 0.005 * mass)},
-          .front_axle = {config.vehicle.front_axle, axle_sigma("vehicle.front_axle")},
-          .rear_axle = {config.vehicle.rear_axle, axle_sigma("vehicle.rear_axle")},
-          .rolling_resistance = {options.rolling_resistance, 0.01},
-          .sigma_scale = scale_given(options) ? given : sigma_by_distance(options, places),
-          .sigma_marker = sigma_marker,
-          .marker_distance = places.distance()};
+  return {
+      .mass = {mass, sigma_of("vehicle.mass", 0.005 * mass)},
+      .front_axle = {config.vehicle.front_axle, sigma_of("vehicle.front_axle", 0.004 * wheelbase)},
+      .rear_axle = {config.vehicle.rear_axle, sigma_of("vehicle.rear_axle", 0.004 * wheelbase)},
+      .rolling_resistance = {0.015, 0.01},
+      .sigma_scale = scale_given(options) ? given : sigma_by_distance(options, places),
+      .sigma_marker = sigma_marker,
+      .marker_distance = places.distance()};
 }
 
 /// `run`: the film and log of one --run.
 void measure_film(const Options& options, const daemon::Config& config, const MarkerPlaces& places,
                   const std::string& run, FilmedCircles& films) {
   const std::vector<std::string> files = parts_of(run);
-  if (files.size() != 2 && files.size() != 3)
-    refuse(
-        "--run: \"{}\" is neither MARKERS,LOG nor FRONT,REAR,LOG (three files where each marker "
-        "has its own)",
-        run);
-  const auto& fps = options.frames_per_second;
-  const MarkerTrack track = files.size() == 2 ? read_marker_track(files[0], fps)
-                                              : read_marker_tracks(files[0], files[1], fps);
-  FilmMotion motion = film_motion(track, places, film_scale(options, places));
+  if (files.size() != 2) refuse("--run: \"{}\" is not MARKERS,LOG", run);
+  const MarkerTrack track = read_marker_track(files[0]);
+  const FilmMotion motion = film_motion(track, places, film_scale(options, places));
   append(films.warnings, motion.warnings);
 
   const SignalLog log = read_signals(config, {&files.back(), 1}, options.damage);
   append(films.warnings, log.warnings);
   const Series& gyro = log.need(estimator::Source::yaw_rate);
   (void)log.need(estimator::Source::steering);
-  std::optional<std::int64_t> offset_ns;
-  if (options.time_offset) offset_ns = log.first_ns + std::llround(1e9 * *options.time_offset);
-  FilmAlignment alignment = align_film(track.name, motion, gyro, offset_ns);
+  FilmAlignment alignment = align_film(track.name, motion, gyro);
   append(films.warnings, alignment.warnings);
-  put_on_clock_of_log(alignment, motion);
-  alignment.offset_ns -= log.first_ns;  // relative to the log's start, for people
 
   const std::size_t warned = films.warnings.size();
-  std::vector<CircleRun> circles =
-      measure_circles(track.name, motion, log, alignment.offset_ns + log.first_ns,
-                      config.imu_position[1], films.warnings);
+  std::vector<CircleRun> circles = measure_circles(track.name, motion, log, alignment.offset_ns,
+                                                   config.imu_position[1], films.warnings);
+  alignment.offset_ns -= log.first_ns;  // relative to the log's start, for people
   if (circles.empty() && films.warnings.size() == warned)
     films.warnings.push_back(
         found(tools::kind("no_circle"), track.name, "contains no steady circle"));
@@ -189,7 +151,8 @@ void measure_film(const Options& options, const daemon::Config& config, const Ma
 }
 
 Findings identify_stiffness(const Options& options) {
-  check(options);
+  if (options.metres && options.metres_per_pixel)
+    refuse("--metres and --metres-per-pixel: give one of them");
   const MarkerPlaces places{parse_place("--front", options.front),
                             parse_place("--rear", options.rear)};
   if (!options.plot.empty()) chart::check_picture(options.plot);
@@ -222,7 +185,7 @@ a video) from above, the camera fixed and looking straight down, 50 frames a sec
 the bus being logged (candump -L). From standing, drive a circle at steady steering and
 speed, two turns; stop. Do so slowly, at medium speed and until the car slides a little, to
 the left and to the right: six circles at least, in one film or in several. Track both
-markers: odom identify track, or a program such as Tracker. Mass and axles must be in the
+markers: odom identify track, or another program. Mass and axles must be in the
 configuration.
 
 The film gives the sideslip angle (path of the centre of gravity against the heading), speed,
@@ -236,13 +199,10 @@ Examples:
   odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 --y-down \
     --run markers.csv,drive.log --plot tyres.svg --write car.toml
   odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 --metres \
-    --run left.csv,left.log --run right.csv,right.log
-  odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 \
-    --run front.txt,rear.txt,drive.log)");
+    --run left.csv,left.log --run right.csv,right.log)");
   command.add(
-      "--run", "MARKERS[,REAR],LOG", options.runs,
-      "Film and its log: a table with t,x_front,y_front,x_rear,y_rear, or one table per marker "
-      "with t,x,y; repeatable",
+      "--run", "MARKERS,LOG", options.runs,
+      "Film and its log: a CSV with t,x_front,y_front,x_rear,y_rear, t in seconds; repeatable",
       {required()});
   command.add("--config", "FILE", options.config, "Configuration of the car (TOML)", {required()});
   command.add("--front", "X,Y", options.front,
@@ -251,29 +211,18 @@ Examples:
   command.add("--rear", "X,Y", options.rear, "Place of the rear marker, likewise: -0.12,0 [m]",
               {required()});
   command.add("--metres-per-pixel", "S", options.metres_per_pixel,
-              "Scale of the tracks [m/px]; default: from the distance of the markers");
+              "Scale of the tracks [m/px]; default: from the distance of the markers",
+              {positive()});
   command.add_flag("--metres", options.metres, "The tracks are in metres");
   command.add_flag("--y-down", options.y_down,
                    "The tracks' y points down, as pixels do, or the film is mirrored");
-  command.add("--fps", "N", options.frames_per_second,
-              "The tracks' t counts frames, this many per second [1/s]");
-  command.add("--time-offset", "T", options.time_offset,
-              "The film's time 0 after the log's first frame [s]; default: found");
   command.add("--plot", "FILE", options.plot, "Picture of force over slip angle, .svg or .png");
   const Command known = command.group("Uncertainty of the measurements");
-  known.add(
-      "--sigma-mass", "S", options.sigma_mass,
-      "Standard uncertainty of the mass [kg]; default: the one noted in --config, else 0.5 %");
-  known.add("--sigma-axle", "S", options.sigma_axle,
-            "Standard uncertainty of front_axle and rear_axle, each [m]; default: those noted in "
-            "--config, else 0.4 % of the wheelbase");
   known.add(
       "--sigma-marker", "S", options.sigma_marker,
       "Standard uncertainty of a marker's place on the car [m]; default: 1/300 of their distance");
   known.add("--sigma-scale", "S", options.sigma_scale,
             "Standard uncertainty of a given scale, relative; default: 0.3%");
-  known.add("--rolling-resistance", "C", options.rolling_resistance,
-            "Coefficient of rolling resistance, +- 0.01; default: 0.015");
 }
 
 }  // namespace

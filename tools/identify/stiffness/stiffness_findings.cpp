@@ -76,8 +76,6 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
     add("begin of the film after the log",
         {1e-9 * static_cast<double>(films.alignments[k].offset_ns), films.alignments[k].sigma_s},
         "s", films.names[k]);
-  for (const FilmAlignment& film : films.alignments)
-    findings.details["films"].push_back({{"rate", film.rate}, {"rate_sigma", film.rate_sigma}});
 
   nlohmann::ordered_json& details = findings.details;
   details["scatter"] = found.scatter;

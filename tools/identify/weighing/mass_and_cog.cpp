@@ -7,7 +7,6 @@
 
 #include "daemon/core/config.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/config_patch/config_patch.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/quantity.hpp"
@@ -23,84 +22,47 @@ using tools::kind;
 
 struct Options {
   std::array<std::vector<std::string>, static_cast<std::size_t>(Load::count)> loads;
-  std::string resolution, sigma, accuracy, gravity;
+  std::string resolution, sigma, accuracy, level = "0.25deg";
   std::string wheelbase, wheelbase_sigma = "1mm";
   std::string track_width, track_width_sigma = "1mm";
-  std::string height, level = "0.25deg";
   std::string config;
   Delivery delivery;
 };
 
-constexpr Plausible wheelbases{0.05, 10.0}, track_widths{0.02, 5.0};  // [m]
-
-/// Parses a load, or a scale's resolution or scatter, as a mass; divides newtons by gravity.
-struct Kilograms {
-  Measured gravity;
-  bool of_newtons = false;  ///< a value was in newtons: the mass is no more certain than gravity
-
-  double operator()(const std::string& text, const std::string& option) {
-    const Quantity quantity = parse_quantity(text, Dimension::mass, option);
-    if (quantity.unit == Unit::si) return quantity.value;
-    of_newtons = true;
-    return quantity.value / gravity.value;
-  }
-  double not_negative(const std::string& text, const std::string& option) {
-    const double value = text.empty() ? 0.0 : operator()(text, option);
-    if (value < 0.0) refuse("{}: {} is not possible; it must be 0 or more", option, text);
-    return value;
-  }
-};
-
 struct Weighed {
-  std::vector<Weighing> weighings;
-  Scale scale;
+  std::size_t weighings = 0;
   WheelLoads loads;
   std::optional<Measured> mass;
 };
 
-Weighed read_loads(const Options& options) {
-  Weighed result;
-  Kilograms kilograms{gravity_of(options.gravity)};
-  for (std::size_t i = 0; i < options.loads.size(); ++i) {
-    const auto load = static_cast<Load>(i);
-    for (const std::string& text : options.loads[i])
-      result.weighings.push_back(
-          {load, kilograms(text, fmt::format("--{}", info_of(load).option))});
-  }
-  result.scale.resolution = kilograms.not_negative(options.resolution, "--scale-resolution");
-  result.scale.sigma = kilograms.not_negative(options.sigma, "--scale-sigma");
-  result.scale.accuracy = parse_or(1e-3, options.accuracy, Dimension::pure, "--scale-accuracy");
-  constexpr double worst_gain = 0.1;
-  if (result.scale.accuracy > worst_gain)
-    refuse("--scale-accuracy: {} is more than a tenth; write per cent as 0.1%", options.accuracy);
-  if (kilograms.of_newtons)
-    result.scale.accuracy =
-        std::hypot(result.scale.accuracy, kilograms.gravity.sigma / kilograms.gravity.value);
-  return result;
-}
-
-/// Sets height and slope; the dimensions must contain the wheelbase.
-void set_level(const Options& options, Dimensions& dimensions) {
-  // The default is about right for cars of any size.
-  dimensions.height =
-      parse_or(0.25 * dimensions.wheelbase.value, options.height, Dimension::length, "--height");
-  dimensions.level_sigma = parse_not_negative(options.level, Dimension::angle, "--level");
-  if (dimensions.level_sigma > 0.2)
-    refuse("--level: with this slope the loads are useless; level the car");
-}
-
 /// Solves for the loads, allowing for load shifts of a car on slopes.
-void weigh(Weighed& weighed, const Dimensions& dimensions) {
-  weighed.loads = wheel_loads(weighed.weighings, weighed.scale);
-  weighed.mass = mass_of(weighed.loads, weighed.scale);
-  if (!weighed.mass) return;
-  weighed.scale = with_slopes(weighed.scale, weighed.mass->value, dimensions);
-  weighed.loads = wheel_loads(weighed.weighings, weighed.scale);
-  weighed.mass = mass_of(weighed.loads, weighed.scale);
+Weighed weigh(const Options& options, Dimensions dimensions) {
+  std::vector<Weighing> weighings;
+  for (std::size_t i = 0; i < options.loads.size(); ++i)
+    for (const auto load = static_cast<Load>(i); const std::string& text : options.loads[i])
+      weighings.push_back(
+          {load, parse_quantity(text, Dimension::mass, fmt::format("--{}", info_of(load).option))});
+  Scale scale{
+      .resolution = parse_or(0.0, options.resolution, Dimension::mass, "--scale-resolution"),
+      .sigma = parse_or(0.0, options.sigma, Dimension::mass, "--scale-sigma"),
+      .accuracy = parse_or(1e-3, options.accuracy, Dimension::pure, "--scale-accuracy")};
+  if (scale.accuracy > 0.1)
+    refuse("--scale-accuracy: {} is more than a tenth; write per cent as 0.1%", options.accuracy);
+  dimensions.level = parse_not_negative(options.level, Dimension::angle, "--level");
+  if (dimensions.level > 0.2)
+    refuse("--level: with this slope the loads are useless; level the car");
+  Weighed weighed{.weighings = weighings.size()};
+  for (int round = 0; round < 2; ++round) {  // the load shifts need the mass
+    weighed.loads = wheel_loads(weighings, scale);
+    weighed.mass = mass_of(weighed.loads, scale);
+    if (!weighed.mass) break;
+    scale = with_slopes(scale, weighed.mass->value, dimensions);
+  }
+  return weighed;
 }
 
 std::string origin_of(const Weighed& weighed) {
-  return "scale, " + counted(weighed.weighings.size(), "weighing");
+  return "scale, " + counted(weighed.weighings, "weighing");
 }
 
 /// Warns of loads that contradict each other, or otherwise of a mass with 2 % uncertainty or more,
@@ -117,23 +79,6 @@ void check_precision(const Weighed& weighed, Findings& findings) {
                           200.0 * mass->sigma / mass->value)));
 }
 
-/// Only ratios matter for the mass: for a car of unknown size they have usual values.
-Dimensions dimensions_for_mass(const Options& options) {
-  if (options.wheelbase.empty() && !(options.height.empty() && options.track_width.empty()))
-    refuse("--wheelbase is missing, which is needed to check --height and --track-width");
-  const auto length = [](const std::string& text, const char* option, Plausible range,
-                         double usual) {
-    return text.empty() ? usual : parse_plausible(text, Dimension::length, option, range);
-  };
-  Dimensions dimensions;
-  const double base = length(options.wheelbase, "--wheelbase", wheelbases, 1.0);
-  dimensions.wheelbase.value = base;
-  dimensions.track_width =
-      Measured{length(options.track_width, "--track-width", track_widths, 0.6 * base), 0.0};
-  set_level(options, dimensions);
-  return dimensions;
-}
-
 /// A length from a tape; a sigma above a tenth of it must be in another unit.
 Measured by_tape(const std::string& text, const std::string& sigma_text, const std::string& option,
                  Plausible range) {
@@ -145,49 +90,32 @@ Measured by_tape(const std::string& text, const std::string& sigma_text, const s
   return {length, sigma};
 }
 
-Dimensions dimensions_for_cog(const Options& options) {
-  Dimensions dimensions;
-  dimensions.wheelbase =
-      by_tape(options.wheelbase, options.wheelbase_sigma, "--wheelbase", wheelbases);
+Dimensions dimensions_of(const Options& options) {
+  Dimensions dimensions{.wheelbase = by_tape(options.wheelbase, options.wheelbase_sigma,
+                                             "--wheelbase", {0.05, 10.0})};
   if (!options.track_width.empty())
     dimensions.track_width =
-        by_tape(options.track_width, options.track_width_sigma, "--track-width", track_widths);
-  set_level(options, dimensions);
+        by_tape(options.track_width, options.track_width_sigma, "--track-width", {0.02, 5.0});
   return dimensions;
 }
 
-/// Warns if the wheelbase or the heavier axle is not that of the configuration.
-void compare_with(const std::string& file, const Measured& wheelbase, const CentreOfGravity& centre,
-                  Findings& findings) {
-  const estimator::Vehicle car = daemon::load_config(file).vehicle;
-  const double configured = car.front_axle + car.rear_axle;
-  if (std::fabs(configured - wheelbase.value) >
+/// Warns if the wheelbase is not that of the configuration.
+void compare_with(const std::string& file, const Measured& wheelbase, Findings& findings) {
+  const double configured = daemon::load_config(file).vehicle.wheelbase();
+  if (std::fabs(configured - wheelbase.value) <=
       std::max(3.0 * wheelbase.sigma, 0.002 * wheelbase.value))
-    findings.warnings.push_back(
-        found(kind("another_wheelbase"), file,
-              fmt::format("[vehicle] front_axle + rear_axle make a wheelbase of {:.4f} m, measured "
-                          "are {:.4f} m",
-                          configured, wheelbase.value)));
-  const auto front = value_in(file, "vehicle.front_axle");
-  const auto rear = value_in(file, "vehicle.rear_axle");
-  if (!front || !rear || !centre.front_axle || !centre.rear_axle) return;
-  const double was = front->value - rear->value,
-               is = centre.front_axle->value - centre.rear_axle->value;
-  constexpr double clear = 0.05;  // of the wheelbase
-  if (was * is > 0.0 || std::fabs(was) < clear * (front->value + rear->value) ||
-      std::fabs(is) < clear * (centre.front_axle->value + centre.rear_axle->value))
     return;
-  findings.warnings.push_back(found(
-      kind("axles_exchanged"), file,
-      fmt::format("with [vehicle] front_axle {:g} and rear_axle {:g} the {} axle is the heavier "
-                  "one, but by the loads it is the {} one",
-                  front->value, rear->value, was > 0.0 ? "rear" : "front",
-                  is > 0.0 ? "rear" : "front")));
+  findings.warnings.push_back(
+      found(kind("another_wheelbase"), file,
+            fmt::format("[vehicle] front_axle + rear_axle make a wheelbase of {:.4f} m, measured "
+                        "are {:.4f} m",
+                        configured, wheelbase.value)));
 }
 
 Findings identify_mass(const Options& options) {
-  Weighed weighed = read_loads(options);
-  weigh(weighed, dimensions_for_mass(options));
+  // Only ratios matter: those of a usual car.
+  const Weighed weighed =
+      weigh(options, {.wheelbase = {1.0, 0.0}, .track_width = Measured{0.6, 0.0}});
   if (!weighed.mass)
     refuse(
         "the loads do not add up to the whole car; give --total, --front and --rear, or all "
@@ -199,9 +127,8 @@ Findings identify_mass(const Options& options) {
 }
 
 Findings identify_cog(const Options& options) {
-  Weighed weighed = read_loads(options);
-  const Dimensions dimensions = dimensions_for_cog(options);
-  weigh(weighed, dimensions);
+  const Dimensions dimensions = dimensions_of(options);
+  const Weighed weighed = weigh(options, dimensions);
   check_shares(weighed.loads);
   const CentreOfGravity centre = centre_of_gravity(weighed.loads, dimensions);
   if (!centre.front_axle && !centre.lateral)
@@ -237,12 +164,8 @@ Findings identify_cog(const Options& options) {
               "the centre of gravity lies far to one side; the models assume it in the middle"));
   check_precision(weighed, findings);
   if (const std::string file = options.config.empty() ? options.delivery.write : options.config;
-      !file.empty()) {
-    const std::size_t others = findings.warnings.size();
-    compare_with(file, dimensions.wheelbase, centre, findings);
-    if (findings.warnings.size() > others)
-      findings.obstacle = "the measurement contradicts the configuration";
-  }
+      !file.empty())
+    compare_with(file, dimensions.wheelbase, findings);
   return findings;
 }
 
@@ -250,7 +173,7 @@ void add_scale_options(Command method, Options& options) {
   add_measured_option(method);
   for (std::size_t i = 0; i < options.loads.size(); ++i) {
     const auto load = static_cast<Load>(i);
-    const char* units = " [kg], or 2985g, or 29.3N; repeat the option for each weighing";
+    const char* units = " [kg], or 2985g; repeat the option for each weighing";
     method.add(fmt::format("--{}", info_of(load).option), "LOAD", options.loads[i],
                std::string(info_of(load).help) + (load == Load::total ? units : ""), {one_each()});
   }
@@ -260,13 +183,6 @@ void add_scale_options(Command method, Options& options) {
              "Standard uncertainty of a weighing [kg], or 2g; default: half of the last digit");
   method.add("--scale-accuracy", "X", options.accuracy,
              "Standard uncertainty of the scale's gain, relative: 0.001, or 0.1%; default: 0.1%");
-  add_gravity_option(method, options.gravity);
-}
-
-void add_level_options(Command method, Options& options) {
-  method.add("--height", "LENGTH", options.height,
-             "Approximate height of the centre of gravity above the ground [m]; default: a quarter "
-             "of the wheelbase");
   method.add("--level", "ANGLE", options.level,
              "Standard uncertainty of the level of the car [rad], or 0.5deg; default: 0.25deg");
 }
@@ -288,17 +204,9 @@ a slope of the car, which shifts load between the scale and the block.
 
 Examples:
   odom identify mass --total 2.985 --total 2.986 --scale-resolution 1g
-  odom identify mass --front 9.6N --rear 19.7N --scale-sigma 0.05N --gravity 9.8077
+  odom identify mass --front 976g --rear 2009g --scale-resolution 1g
   odom identify mass --total 2985g --scale-resolution 1g --write car.toml)");
   add_scale_options(method, *options);
-  method.add("--wheelbase", "LENGTH", options->wheelbase,
-             "Distance between the centres of front and rear wheels [m], or 260mm; needed for "
-             "--height and --track-width");
-  method.add(
-      "--track-width", "LENGTH", options->track_width,
-      "Distance between the middles of left and right tyres [m], or 160mm; default: 0.6 of the "
-      "wheelbase");
-  add_level_options(method, *options);
   add_delivery(method, options, identify_mass);
 }
 
@@ -316,7 +224,7 @@ of the tyres.
 
 Precision: the distance of an axle is as precise as its load (1 g in 1 kg is 0.1 %) and the
 wheelbase. A slope of the car moves it by height times slope: 0.2 mm for a height of 50 mm
-and 0.25 degrees. The uncertainty allows for that by --height and --level. A gain error of
+and 0.25 degrees. The uncertainty allows for that by --level. A gain error of
 the scale cancels.
 
 Examples:
@@ -324,7 +232,7 @@ Examples:
   odom identify cog --front 0.976 --total 2.985 --left 1.51 --right 1.475 \
       --scale-resolution 1g --scale-sigma 2g --wheelbase 0.26 --track-width 0.16 \
       --config car.toml
-  odom identify cog --front 9.57N --rear 19.7N --scale-sigma 0.05N --wheelbase 0.26 \
+  odom identify cog --front 0.976 --rear 2.009 --scale-sigma 5g --wheelbase 0.26 \
       --wheelbase-sigma 0.5mm --write car.toml)");
   add_scale_options(method, *options);
   method.add("--wheelbase", "LENGTH", options->wheelbase,
@@ -336,7 +244,6 @@ Examples:
       "Distance between the middles of left and right tyres [m], or 160mm; for the lateral offset");
   method.add("--track-width-sigma", "LENGTH", options->track_width_sigma,
              "Standard uncertainty of the track width; default: 1mm");
-  add_level_options(method, *options);
   method.add(
       "--config", "TOML", options->config,
       "Configuration of the car (TOML) to compare the wheelbase with; default: the one of --write");

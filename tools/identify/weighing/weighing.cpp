@@ -10,7 +10,6 @@
 
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/refuse.hpp"
-#include "tools/identify/common/search.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -39,9 +38,6 @@ bool shows(const Scale& scale, double mass) {
          mass <= (mass > heavy ? most_digits_of_a_heavy_one : most_digits) * scale.resolution;
 }
 
-// A load that is off the result of all loads by this share is not scatter, but a mistake.
-constexpr double another_car = 0.1;
-
 // Default scatter of weighings of one load, relative to the last digit.
 constexpr double half_a_digit = 0.5;
 
@@ -49,27 +45,8 @@ Eigen::Vector4d wheels_of(Load load) {
   return Eigen::Vector4d(info_of(load).wheels.data());
 }
 
-void refuse_another_car(std::span<const Weighing> weighings, const WheelLoads& loads) {
-  if (!contradiction(loads)) return;
-  const Weighing* worst = nullptr;
-  double most = another_car;
-  for (const Weighing& weighing : weighings) {
-    const double together = wheels_of(weighing.load).dot(loads.load);
-    const double off = std::fabs(weighing.mass - together) / std::fabs(together);
-    if (off <= most) continue;
-    most = off;
-    worst = &weighing;
-  }
-  if (worst == nullptr) return;
-  refuse(
-      "--{}: {:g} kg is {:.0f} % off the {:.4g} kg from all loads together: weigh again, or leave "
-      "out the wrong load",
-      info_of(worst->load).option, worst->mass, 100.0 * most,
-      wheels_of(worst->load).dot(loads.load));
-}
-
-/// Generalised least squares; every load has an additional common error of `unknown` [kg].
-WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale, double unknown) {
+/// Generalised least squares.
+WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale) {
   const auto n = static_cast<Eigen::Index>(weighings.size());
   Eigen::MatrixXd design(n, 4);
   Eigen::VectorXd shown(n);
@@ -89,7 +66,7 @@ WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale, double
     shown(i) = weighing.mass;
     for (Eigen::Index j = 0; j < n; ++j)
       if (weighings[static_cast<std::size_t>(j)].load == weighing.load)
-        variance(i, j) = once_a_load(weighing.load) + unknown * unknown;
+        variance(i, j) = once_a_load(weighing.load);
     // Keeps repeated weighings from being singular, however small the given scatter is.
     variance(i, i) += std::max(scatter * scatter, 1e-4 * rounding);
   }
@@ -138,33 +115,11 @@ bool WheelLoads::determine(const Eigen::Vector4d& sum) const {
   return (determined * sum - sum).norm() < 1e-9;
 }
 
-// If loads contradict each other, any of them may be wrong: each gets an additional error such that
-// chi² is as expected (Mandel and Paule, 1970). This does not explain the scatter of one load, for
-// which all uncertainties grow.
 WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) {
   check(weighings, scale);
-  WheelLoads loads = solve(weighings, scale, 0.0);
-  const double seen = loads.chi_square;
-  double heaviest = 0.0;
-  std::array<bool, static_cast<std::size_t>(Load::count)> weighed{};
-  for (const Weighing& weighing : weighings) {
-    heaviest = std::max(heaviest, weighing.mass);
-    weighed[static_cast<std::size_t>(weighing.load)] = true;
-  }
-  const auto repeated =
-      static_cast<int>(weighings.size()) - static_cast<int>(std::ranges::count(weighed, true));
-  const int checks = loads.excess - repeated;  // of loads with other loads
-  // If the error of each load is as good as unlimited, only repetitions of one load are checks.
-  const double own = checks > 0 ? solve(weighings, scale, heaviest).chi_square : seen;
-  if (checks > 0 && contradiction({.chi_square = seen - own, .excess = checks})) {
-    const Interval error = bisect({0.0, heaviest}, 50, [&](double unknown) {
-      return solve(weighings, scale, unknown).chi_square - own > checks;
-    });
-    loads = solve(weighings, scale, error.high);
-  }
+  WheelLoads loads = solve(weighings, scale);
+  // Birge (1932)
   if (loads.excess > 0) loads.covariance *= std::max(loads.chi_square / loads.excess, 1.0);
-  loads.chi_square = seen;
-  refuse_another_car(weighings, loads);
   return loads;
 }
 
@@ -189,6 +144,9 @@ std::optional<Measured> mass_of(const WheelLoads& loads, const Scale& scale) {
   return Measured{mass, std::hypot(std::sqrt(variance), scale.accuracy * mass)};
 }
 
+namespace {
+
+/// The weight distribution: the share of the weight on some of the wheels.
 std::optional<Measured> share_of(const WheelLoads& loads, const Eigen::Vector4d& wheels) {
   const Eigen::Vector4d all = Eigen::Vector4d::Ones();
   if (!loads.determine(all) || !loads.determine(wheels)) return std::nullopt;
@@ -198,6 +156,8 @@ std::optional<Measured> share_of(const WheelLoads& loads, const Eigen::Vector4d&
   const Eigen::Vector4d gradient = (wheels - share * all) / mass;
   return Measured{share, std::sqrt(gradient.dot(loads.covariance * gradient))};
 }
+
+}  // namespace
 
 void check_shares(const WheelLoads& loads) {
   for (const Load load : {Load::front, Load::rear, Load::left, Load::right}) {
@@ -211,7 +171,8 @@ void check_shares(const WheelLoads& loads) {
 }
 
 Scale with_slopes(Scale scale, double mass, const Dimensions& dimensions) {
-  const double moment = mass * dimensions.height * std::tan(dimensions.level_sigma);
+  constexpr double height = 0.25;  // of the centre of gravity / wheelbase: about right for any car
+  const double moment = mass * height * dimensions.wheelbase.value * std::tan(dimensions.level);
   scale.axle_shift = moment / dimensions.wheelbase.value;
   if (dimensions.track_width) scale.side_shift = moment / dimensions.track_width->value;
   return scale;

@@ -60,9 +60,8 @@ struct WheelLoads {
   [[nodiscard]] bool determine(const Eigen::Vector4d& sum) const;
 };
 
-/// The covariance grows if the weighings contradict each other by more than the scale explains; if
-/// different loads do, any of them may be wrong. Throws std::invalid_argument for no weighing, for
-/// a load that is not positive or is a tenth off the result of all, or for a scale without any
+/// The covariance grows if the weighings contradict each other by more than the scale explains.
+/// Throws std::invalid_argument for no weighing, for an impossible load, or for a scale without any
 /// uncertainty.
 [[nodiscard]] WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale);
 
@@ -72,10 +71,6 @@ struct WheelLoads {
 /// The mass, if the weighings determine it; its uncertainty includes that of the scale's gain.
 [[nodiscard]] std::optional<Measured> mass_of(const WheelLoads& loads, const Scale& scale);
 
-/// The weight distribution: the share of the weight on some of the wheels.
-[[nodiscard]] std::optional<Measured> share_of(const WheelLoads& loads,
-                                               const Eigen::Vector4d& wheels);
-
 /// Throws std::invalid_argument, with the option, for an axle or a side that carries more than the
 /// whole car.
 void check_shares(const WheelLoads& loads);
@@ -83,8 +78,7 @@ void check_shares(const WheelLoads& loads);
 struct Dimensions {
   Measured wheelbase;                   ///< [m]
   std::optional<Measured> track_width;  ///< [m]
-  double height = 0.0;                  ///< approximate height of the centre of gravity [m]
-  double level_sigma = 0.0;             ///< standard uncertainty of the car's inclination [rad]
+  double level = 0.0;                   ///< standard uncertainty of the car's inclination [rad]
 };
 
 /// The scale with the load shifts of a car of this mass [kg]: on a slope θ the line of action of

@@ -96,41 +96,6 @@ TEST(SignalLog, SaysWhichMessageOfANeededSignalIsMissing) {
   EXPECT_EQ(refused(Source::wheel_rear), "");
 }
 
-// The error of each command for a log that is out of order or lacks a needed message.
-
-/// The commands' error for a simulated drive whose log was changed with the shell command `change`.
-void expect_named(const std::string& change, const std::string& reason,
-                  const std::vector<std::string>& commands) {
-  const Scratch scratch;
-  must_run(
-      "cd " + scratch.path("").string() +
-      " && odom sim --scenario circles --markers --duration 20 --seed 3 --out lap && cd lap && " +
-      change + " && mv new.log drive.log");
-  for (const std::string& command : commands)
-    expect_refused("cd " + scratch.path("lap").string() + " && ", {{command, HasSubstr(reason)}});
-}
-
-const std::string stiffness =
-    "odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 --y-down "
-    "--run markers.csv,drive.log";
-const std::string latency = "odom identify latency --config car.toml --can drive.log";
-const std::string noise = "odom identify noise --config car.toml --can drive.log";
-const std::string inertia =
-    "odom identify inertia --config car.toml --can drive.log --mass 2.985 --spacing 0.2 --cord 1";
-
-TEST(LogFaults, AreNamedByEveryCommand) {
-  expect_named(
-      "n=$(($(wc -l <drive.log) / 2)) && "
-      "(tail -n +$((n + 1)) drive.log; head -n $n drive.log) >new.log",
-      "sort the log",
-      {stiffness, latency, noise, inertia, "odom identify noise --drive .",
-       "odom evaluate --drive ."});
-  expect_named("tac drive.log >new.log", "(tac turns one in reverse)",
-               {latency, noise, "odom evaluate --drive ."});
-  expect_named("grep -v ' 1A2#' drive.log >new.log", "no frame of it is in the log",  // the IMU
-               {stiffness, latency, inertia});
-}
-
 // Values written to a configuration, and values kept there.
 
 constexpr auto identified_car = R"([vehicle]
@@ -222,7 +187,7 @@ TEST_F(DeliveryTest, ReplacesTogetherWhatMeansSomethingOnlyTogether) {
   EXPECT_EQ(now("vehicle.cornering_stiffness_front"), 20.5);
 }
 
-TEST_F(DeliveryTest, SaysWhatIsAnotherAndWhatContradicts) {
+TEST_F(DeliveryTest, SaysWhatContradicts) {
   const auto weighed = [](double value, double sigma) {
     return findings("mass", "scale", {finding("vehicle.mass", value, sigma)});
   };
@@ -231,11 +196,8 @@ TEST_F(DeliveryTest, SaysWhatIsAnotherAndWhatContradicts) {
   EXPECT_THAT(deliver_to_car(weighed(3.5, 0.02)),
               AllOf(HasSubstr("they contradict each other"), HasSubstr("measure again")));
   EXPECT_THAT(deliver_to_car(weighed(2985.0, 1.0)),
-              AllOf(HasSubstr("vehicle.mass stays 3 "), HasSubstr("is it another car"),
-                    HasSubstr("[W502]")));
+              AllOf(HasSubstr("vehicle.mass stays 3 "), HasSubstr("[W502]")));
   EXPECT_EQ(contents(car_), identified_car);
-  EXPECT_THAT(deliver_to_car(weighed(2985.0, 1.0), true),
-              AllOf(HasSubstr("vehicle.mass was 3 and becomes 2985"), HasSubstr("[W501]")));
 }
 
 TEST_F(DeliveryTest, ShowsInJsonWhatIsKept) {
@@ -250,10 +212,6 @@ TEST_F(DeliveryTest, ShowsInJsonWhatIsKept) {
 }
 
 TEST_F(DeliveryTest, ReplacesAnotherQuantityHoweverPrecise) {
-  const Findings driving =
-      findings("noise", "driving", {finding("can.signals.yaw_rate.sigma", 0.01, 0.0005)});
-  EXPECT_THAT(deliver_to_car(driving), HasSubstr("1 key written"));
-  EXPECT_EQ(now("can.signals.yaw_rate.sigma"), 0.01);
   const auto turned = [](const std::string& method) {
     return findings(method, "", {finding("vehicle.yaw_inertia", 0.03, 0.001)});
   };

@@ -85,19 +85,22 @@ TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
   expect_refused(fit + "--drive lap/drive.log", "lap/drive.log: is a file; give the folder");
   expect_refused(fit + "--drive lap --to 9.9", "ten seconds");
   expect_refused(fit + "--drive lap --from 7", "ten are needed");
-  scratch_.write("c.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y\n1,1,0,0,0,1,1\n");
-  expect_refused(fit + "--can lap/drive.log --camera c.csv", "sigma_yaw");
-  scratch_.write("t.csv", "t,x,y,yaw\n1760000001,0,0,0\n1760000002,nan,0,0\n");
-  expect_refused(fit + "--can lap/drive.log --reference t.csv", "t.csv");
-  scratch_.write("t.csv", "t,x,y,yaw\n1760000002,0,0,0\n1760000001,0,0,0\n");
-  expect_refused(fit + "--can lap/drive.log --reference t.csv", "t.csv");
-  ASSERT_EQ(run("sed s/,17/,18/g lap/camera.csv > c.csv && sed -i s/^17/18/ c.csv").status, 0);
-  expect_refused(fit + "--can lap/drive.log --camera c.csv", "while the log lasts");
-  ASSERT_EQ(run("sed '2s/#.*/#/' lap/drive.log > cut.log && echo '(1' >> cut.log && "
-                "echo '(1' >> cut.log")
-                .status,
-            0);
-  expect_refused(fit + "--strict --can cut.log --camera lap/camera.csv", "cut.log:");
+  const auto expect_refused_with = [&](const std::string& change, const std::string& options,
+                                       const std::string& says) {
+    ASSERT_EQ(run("rm -rf bad && cp -r lap bad && cd bad && " + change).status, 0);
+    expect_refused(fit + options + " --drive bad", says);
+  };
+  expect_refused_with(
+      "printf 't_arrival,t_capture,x,y,yaw,sigma_x,sigma_y\\n1,1,0,0,0,1,1\\n' "
+      "> camera.csv",
+      "", "sigma_yaw");
+  for (const char* rows :
+       {"1760000001,0,0,0\\n1760000002,nan,0,0", "1760000002,0,0,0\\n1760000001,0,0,0"})
+    expect_refused_with(std::string("printf 't,x,y,yaw\\n") + rows + "\\n' > truth.csv",
+                        "--use-reference", "truth.csv");
+  expect_refused_with("sed -i 's/,17/,18/g;s/^17/18/' camera.csv", "", "while the log lasts");
+  expect_refused_with("(sed '2s/#.*/#/' ../lap/drive.log; echo '(1'; echo '(1') > drive.log",
+                      "--strict", "drive.log:");
   ASSERT_EQ(run("sed '/^yaw_rate/s/}/, scale = -1.0 }/' lap/car.toml > lap/left.toml").status, 0);
   expect_refused("odom identify fit --config lap/left.toml --drive lap",
                  "lap: yaw_rate: turns the other way than the camera; check the sign of "

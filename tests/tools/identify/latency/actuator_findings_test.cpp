@@ -55,17 +55,6 @@ TEST(ActuatorFindings, AreNotWrittenWhereTheDriveHasTooLittleExcitation) {
   EXPECT_EQ(remark(failed), "the car does not turn");
 }
 
-TEST(ActuatorFindings, HaveARateLimitWhereOneIsSeen) {
-  SteeringResponse slow = response(0.06, 0.1, 0.004);
-  slow.rate_limit = Measured{1.0, 0.03};
-  const auto found = actuator_findings(slow, {}, {});
-  ASSERT_EQ(found.values.size(), 3U);
-  EXPECT_EQ(found.values[2].key, "steering.rate_limit");
-  EXPECT_EQ(found.values[2].value, 1.0);
-  slow.failure = "the car does not turn";
-  EXPECT_EQ(actuator_findings(slow, {}, {}).values[2].determined, Determined::no);
-}
-
 TEST(ActuatorFindings, NeverAreEarly) {
   const auto found = actuator_findings(response(-0.004, 0.2, 0.004), {}, {});
   EXPECT_EQ(found.values[0].determined, Determined::yes);
@@ -88,11 +77,6 @@ TEST(ActuatorFindings, AreTheServoOfACommandAndNoneOfAMeasuredAngle) {
   EXPECT_NEAR(servo.delay_s, 0.06, 0.025);
   EXPECT_NEAR(servo.lag_s, 0.1, 0.025);
   EXPECT_NEAR(servo.delay_s + servo.lag_s, 0.16, 0.008);
-  EXPECT_EQ(servo.rate_limit, 0.0);  // these laps never reach the limit of 3 rad/s
-  const estimator::SteeringActuator slow =
-      steering_after("--scenario slalom --servo --steering-rate-limit 1.2");
-  EXPECT_NEAR(slow.rate_limit, 1.2, 0.07);
-  EXPECT_NEAR(slow.delay_s + slow.lag_s, 0.16, 0.015);
   const estimator::SteeringActuator none =
       steering_after("--scenario stop-and-go --steering-commanded 0");
   EXPECT_EQ(none.delay_s, 0.0);

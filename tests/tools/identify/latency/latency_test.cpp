@@ -6,8 +6,8 @@
 
 #include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
+#include "tools/identify/common/time_shift.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
-#include "tools/identify/latency/source_offsets.hpp"
 
 namespace odomd::tools::latency_test {
 namespace {

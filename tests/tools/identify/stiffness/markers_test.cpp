@@ -14,7 +14,6 @@ using testing::SizeIs;
 TEST(MarkerTrack, ReadsColumnsByNameInAnyOrderAndCountsGaps) {
   const Scratch scratch;
   const auto file = scratch.write("a.csv",
-                                  "# made by hand\n"
                                   "t,note,x_rear,y_rear,x_front,y_front\n"
                                   "0.0,a,1,2,3,4\n"
                                   "0.1,b,,,3,4\n"
@@ -28,78 +27,21 @@ TEST(MarkerTrack, ReadsColumnsByNameInAnyOrderAndCountsGaps) {
   EXPECT_EQ(track.frames[1].rear, Plane(1.5, 2.5));
 }
 
-TEST(MarkerTrack, ReadsATableThatBeginsWithAByteOrderMark) {
-  const Scratch scratch;
-  const auto file =
-      scratch.write("bom.csv", "\xEF\xBB\xBFt,x_front,y_front,x_rear,y_rear\n0,1,2,3,4\n");
-  EXPECT_EQ(read_marker_track(file).frames.size(), 1U);
-}
-
-TEST(MarkerTrack, OfEndlessLinesIsRefusedBeforeItFillsTheMemory) {
-  const Scratch scratch;
-  const auto file = scratch.write("endless.csv", std::string(200'000, '0'));
-  EXPECT_THAT(message_of([&] { (void)read_marker_track(file); }),
-              HasSubstr("endless.csv:1: the line is longer than 64 KiB"));
-  EXPECT_THAT(message_of([] { (void)read_marker_track("/dev/zero"); }), HasSubstr("is a device"));
-}
-
-TEST(MarkerTrack, ReadsATableAMarkerAsTrackingProgramsExportThem) {
-  const Scratch scratch;
-  // Tabs, a title above the column names, exponents; and semicolons with decimal commas.
-  const auto front = scratch.write("front.txt",
-                                   "mass_A\n"
-                                   "t\tx\ty\n"
-                                   "0.000E0\t1.5E1\t2.0E0\n"
-                                   "3.334E-2\t1.6E1\t2.1E0\n"
-                                   "6.667E-2\t1.7E1\t2.2E0\n");
-  const auto rear = scratch.write("rear.txt",
-                                  "\"t (s)\";\"x (px)\";\"y (px)\"\n"
-                                  "0,000;5,5;2\n"
-                                  "0,06667;7,5;2,25\n");
-  const MarkerTrack track = read_marker_tracks(front, rear);
-  ASSERT_EQ(track.frames.size(), 2U);
-  EXPECT_EQ(track.gaps, 1U);
-  EXPECT_EQ(track.frames[1].t_ns, 66'670'000);
-  EXPECT_EQ(track.frames[1].front, Plane(17.0, 2.2));
-  EXPECT_EQ(track.frames[1].rear, Plane(7.5, 2.25));
-}
-
-TEST(MarkerTrack, CountsFramesWhereAsked) {
-  const Scratch scratch;
-  const auto file =
-      scratch.write("a.csv", "t;x_front;y_front;x_rear;y_rear\n0;1;2;3;4\n120;1;2;3;4\n");
-  EXPECT_EQ(read_marker_track(file, 240.0).frames[1].t_ns, 500'000'000);
-}
-
 TEST(MarkerTrack, BadInputIsNamedByLineAndColumn) {
   const Scratch scratch;
   const std::string head = "t,x_front,y_front,x_rear,y_rear\n0,1,2,3,4\n";
-  struct Case {
-    std::string text;
-    const char* says;
-    std::optional<double> frames_per_second = {};
-  };
-  const Case cases[]{{head + "0,1,2,3,4\n", "bad.csv:3: column \"t\""},
-                     {head + "-1,1,2,3,4\n", "sort the rows"},
-                     {head + "1,nan,2,3,4\n", "bad.csv:3: column \"x_front\""},
-                     {head + "1,1,2,3,x\n", "column \"y_rear\""},
-                     {head + "x,1,2,3,4\n", "not a time"},
-                     {"t,x,y\n0,1,2\n", "no column \"x_front\""},
-                     {"0,1,2,3,4\n", "no column \"t\""},
-                     {"nothing\n", "contains no row"},
-                     {"", "contains no row"},
-                     {head + "1.5,1,2,3,4\n", "not a frame number", 50.0}};
-  for (const auto& [text, says, fps] : cases) {
+  const std::pair<std::string, const char*> cases[]{
+      {head + "0,1,2,3,4\n", "bad.csv:3: column \"t\""},
+      {head + "-1,1,2,3,4\n", "sort the rows"},
+      {head + "1,nan,2,3,4\n", "bad.csv:3: column \"x_front\""},
+      {head + "1,1,2,3,x\n", "column \"y_rear\""},
+      {head + "x,1,2,3,4\n", "not a time"},
+      {"t,x,y\n0,1,2\n", "no column \"x_front\""},
+      {"", "bad.csv"}};
+  for (const auto& [text, says] : cases) {
     const auto file = scratch.write("bad.csv", text);
-    EXPECT_THAT(message_of([&] { (void)read_marker_track(file, fps); }), HasSubstr(says)) << text;
+    EXPECT_THAT(message_of([&] { (void)read_marker_track(file); }), HasSubstr(says)) << text;
   }
-}
-
-TEST(MarkerTrack, TracksOfDifferentFilmsAreRefused) {
-  const Scratch scratch;
-  const auto a = scratch.write("a.txt", "0 1 2\n1 1 2\n");
-  const auto b = scratch.write("b.txt", "0.5 1 2\n1.5 1 2\n");
-  EXPECT_THROW((void)read_marker_tracks(a, b), std::invalid_argument);
 }
 
 // Results from a film without a tyre model: motion, alignment with the log, steady circles.
@@ -180,46 +122,25 @@ TEST(FilmAlignment, FindsTheShiftBetweenFilmAndLog) {
   const FilmMotion motion = film_motion(film.track, places, metres);
   const FilmAlignment found = align_film("film.csv", motion, film.gyro);
   EXPECT_NEAR(1e-9 * static_cast<double>(found.offset_ns), 100.2345, 0.005);
-  EXPECT_LT(found.sigma_s, 0.01);
+  EXPECT_LT(found.sigma_s, 0.02);
   EXPECT_GT(found.agreement, 0.99);
   EXPECT_THAT(found.warnings, testing::IsEmpty());
 }
 
 // As filmed by a camera whose clock runs at another rate.
-FilmMotion slowed(FilmMotion motion, double by) {
-  for (BodyFrame& frame : motion.frames)
-    frame.t_ns = std::llround(by * static_cast<double>(frame.t_ns));
-  return motion;
-}
-
-TEST(FilmAlignment, FindsTheRateOfTheFilmsClock) {
+TEST(FilmAlignment, AllowsForTheRateOfTheFilmsClockAndWarnsOfAnotherOne) {
   const SyntheticFilm film = make_film(two_circles(), places, 26.0, 100.2345);
-  const FilmMotion motion = film_motion(film.track, places, metres);
-  for (const double by : {0.9999, 1.02, 0.97}) {
-    FilmMotion seen = slowed(motion, by);
-    const FilmAlignment found = align_film("film.csv", seen, film.gyro);
-    EXPECT_NEAR(found.rate, 1.0 / by - 1.0, 2e-4) << by;
-    EXPECT_NEAR(1e-9 * static_cast<double>(found.offset_ns), 100.2345, 0.005) << by;
-    EXPECT_EQ(found.warnings.size(), std::abs(by - 1.0) > 0.003 ? 1U : 0U);
-    put_on_clock_of_log(found, seen);
-    const auto local = local_motion(seen, 6'000'000'000, 500'000'000);
-    ASSERT_TRUE(local);
-    EXPECT_NEAR(local->yaw_rate, 0.8, 5e-4) << by;
-    const FilmAlignment given =
-        align_film("film.csv", slowed(motion, by), film.gyro, found.offset_ns);
-    EXPECT_NEAR(given.rate, found.rate, 1e-4) << by;
+  for (const double by : {0.9999, 1.001, 1.03, 0.97}) {
+    FilmMotion motion = film_motion(film.track, places, metres);
+    for (BodyFrame& frame : motion.frames)
+      frame.t_ns = std::llround(by * static_cast<double>(frame.t_ns));
+    const FilmAlignment found = align_film("film.csv", motion, film.gyro);
+    const bool usual = std::abs(by - 1.0) < 0.002;
+    EXPECT_EQ(found.warnings.size(), usual ? 0U : 1U) << by;
+    if (usual) {
+      EXPECT_NEAR(1e-9 * static_cast<double>(found.offset_ns), 100.2345, 2.0 * found.sigma_s) << by;
+    }
   }
-}
-
-TEST(FilmAlignment, AtTheBeginIsAsUncertainAsTheRateMakesIt) {
-  SyntheticFilm film = make_film(two_circles(), places, 26.0, 0.0);
-  for (std::size_t k = 0; k < film.gyro.size(); ++k)
-    film.gyro.value[k] += k % 80 < 40 ? 0.02 : -0.02;  // does not average out
-  const FilmMotion motion = film_motion(film.track, places, metres);
-  const FilmAlignment found = align_film("film.csv", motion, film.gyro);
-  EXPECT_GT(found.sigma_s, 10.0 * found.rate_sigma);
-  EXPECT_GT(found.rate_sigma, 0.0);
-  EXPECT_LT(std::abs(found.rate), 3.0 * found.rate_sigma);
 }
 
 TEST(FilmAlignment, FilmsThatDoNotFitAreRefusedWithTheReason) {
@@ -239,8 +160,6 @@ TEST(FilmAlignment, FilmsThatDoNotFitAreRefusedWithTheReason) {
   for (BodyFrame& frame : slow.frames) frame.t_ns *= 2;
   EXPECT_THAT(message_of([&] { (void)align_film("film.csv", slow, film.gyro); }),
               HasSubstr("--fps"));
-  EXPECT_THAT(message_of([&] { (void)align_film("film.csv", motion, film.gyro, 60'000'000'000); }),
-              HasSubstr("do not overlap"));
 }
 
 TEST(FilmAlignment, AFilmThatHardlyShowsTheMarkersIsRefusedWithTheReason) {

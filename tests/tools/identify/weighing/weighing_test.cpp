@@ -12,10 +12,9 @@ namespace odomd::tools::weighing_test {
 namespace {
 
 TEST(Quantity, IsReadWithItsUnit) {
-  EXPECT_DOUBLE_EQ(parse_quantity("2.985", Dimension::mass, "--x").value, 2.985);
-  EXPECT_DOUBLE_EQ(parse_quantity(" 2985 g ", Dimension::mass, "--x").value, 2.985);
-  EXPECT_EQ(parse_quantity("175mm", Dimension::length, "--x").value, 0.175);  // exact
-  EXPECT_EQ(parse_quantity("29.3N", Dimension::mass, "--x").unit, Unit::newton);
+  EXPECT_DOUBLE_EQ(parse_quantity("2.985", Dimension::mass, "--x"), 2.985);
+  EXPECT_DOUBLE_EQ(parse_quantity(" 2985 g ", Dimension::mass, "--x"), 2.985);
+  EXPECT_EQ(parse_quantity("175mm", Dimension::length, "--x"), 0.175);  // exact
   EXPECT_DOUBLE_EQ(parse_positive("26cm", Dimension::length, "--x"), 0.26);
   EXPECT_DOUBLE_EQ(parse_positive("180deg", Dimension::angle, "--x"), 3.14159265358979323846);
   EXPECT_DOUBLE_EQ(parse_not_negative("0.1%", Dimension::pure, "--x"), 0.001);
@@ -23,8 +22,8 @@ TEST(Quantity, IsReadWithItsUnit) {
 
 TEST(Quantity, OfAnotherKindOrImpossibleIsRefused) {
   const std::pair<const char*, const char*> cases[]{
-      {"3mm", "--front: \"3mm\": the unit must be kg, g or N"},
-      {"3N", "--front: \"3N\": give it in kg or g"},
+      {"3mm", "--front: \"3mm\": the unit must be kg or g"},
+      {"3N", "--front: \"3N\": the unit must be kg or g"},
       {"3,015", "--front: \"3,015\": write a decimal point, not a comma"},
       {"", "--front: "},
       {"kg", "--front: "},
@@ -93,26 +92,14 @@ TEST(Weighing, ContradictionsWidenTheUncertaintyAndAreReported) {
   EXPECT_FALSE(contradiction(wheel_loads(fitting, scale)));
 }
 
-// One total is wrong, and it is unknown which: the interval contains both.
-TEST(Weighing, ThatContradictEachOtherLeaveRoomForEach) {
-  const std::vector<Weighing> weighings{
-      {Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 3.06}, {Load::total, 3.061}};
-  const auto mass = mass_of(wheel_loads(weighings, scale), scale);
-  EXPECT_NEAR(mass->value, 3.0, 2.0 * mass->sigma);
-  EXPECT_NEAR(mass->value, 3.06, 2.0 * mass->sigma);
-  // A load that scatters by itself does not contradict the others.
+TEST(Weighing, ThatScatterAreAsUncertainAsTheirScatter) {
   const std::vector<Weighing> scattering{{Load::total, 2.98}, {Load::total, 3.02}};
   const auto both = mass_of(wheel_loads(scattering, scale), scale);
   EXPECT_NEAR(both->value, 3.0, 1e-9);
   EXPECT_NEAR(both->sigma, 0.02, 0.003);
 }
 
-TEST(Weighing, OfAnotherCarIsRefused) {
-  const std::vector<Weighing> twice{{Load::total, 2.9}, {Load::total, 5.0}};
-  EXPECT_THAT(message_of([&] { (void)wheel_loads(twice, scale); }),
-              HasSubstr("is 27 % off the 3.95 kg from all loads together: weigh again"));
-  const std::vector<Weighing> axle{{Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 4.0}};
-  EXPECT_THAT(message_of([&] { (void)wheel_loads(axle, scale); }), HasSubstr("--front: 1 kg"));
+TEST(Weighing, InAnotherUnitIsRefused) {
   const std::vector<Weighing> grams{{Load::total, 2985.0}};
   EXPECT_EQ(message_of([&] { (void)wheel_loads(grams, {.resolution = 0.001}); }),
             "--total: no scale shows 2985 kg with steps of 0.001 kg; write grams as 2985g");
@@ -124,8 +111,7 @@ TEST(Weighing, OfAnotherCarIsRefused) {
 TEST(Weighing, LaysTheCentreOfGravityByTheLevers) {
   const std::vector<Weighing> weighings{
       {Load::front, 1.0}, {Load::rear, 2.0}, {Load::left, 1.6}, {Load::right, 1.4}};
-  const Dimensions tape{
-      .wheelbase = {0.3, 0.0}, .track_width = Measured{0.15, 0.0}, .height = 0.05};
+  const Dimensions tape{.wheelbase = {0.3, 0.0}, .track_width = Measured{0.15, 0.0}};
   const CentreOfGravity centre = centre_of_gravity(wheel_loads(weighings, scale), tape);
   EXPECT_NEAR(centre.front_axle->value, 0.2, 1e-12);
   EXPECT_NEAR(centre.rear_axle->value, 0.1, 1e-12);
@@ -156,11 +142,11 @@ TEST(Weighing, AllowsForTapeAndSlope) {
   EXPECT_NEAR(tape.rear_axle->sigma, 0.001, 1e-9);
   EXPECT_NEAR(tape.correlation, 1.0, 1e-6);
   // Each axle stands on a different slope: l_h = l F_v / (F_v + F_h).
-  const Dimensions level{.wheelbase = {0.3, 0.0}, .height = 0.05, .level_sigma = 0.01};
+  const Dimensions level{.wheelbase = {0.3, 0.0}, .level = 0.01};
   const Scale sloping = with_slopes(exact, 3.0, level);
-  EXPECT_NEAR(sloping.axle_shift, 0.005, 1e-6);
+  EXPECT_NEAR(sloping.axle_shift, 0.0075, 1e-6);
   EXPECT_NEAR(centre_of_gravity(wheel_loads(axles, sloping), level).rear_axle->sigma,
-              0.3 * 0.005 * std::sqrt(5.0) / 9.0, 1e-6);
+              0.3 * 0.0075 * std::sqrt(5.0) / 9.0, 1e-6);
 }
 
 TEST(Weighing, WithoutWhatItNeedsIsRefused) {
@@ -207,18 +193,11 @@ TEST(IdentifyMass, ReportsAndWrites) {
   EXPECT_THAT(contents(scratch.path("car.toml")),
               HasSubstr("mass = 3.0205  # kg (odom identify mass: +- 0.0062 kg, scale, 2 "
                         "weighings)\n"));
-  const std::string contradictory =
+  const Outcome cog = run_shell(
       "odom identify cog --front 1 --rear 2 --scale-resolution 1g --wheelbase 270mm --json "
       "--write " +
-      car;
-  const std::string before = contents(scratch.path("car.toml"));
-  Outcome cog = run_shell(contradictory);
-  EXPECT_THAT(cog, Ends(2, HasSubstr("make a wheelbase of 0.2600 m, measured are 0.2700 m")));
-  EXPECT_THAT(cog.err,
-              HasSubstr("car.toml: the measurement contradicts the configuration; --force"));
-  EXPECT_EQ(contents(scratch.path("car.toml")), before);
-  cog = run_shell(contradictory + " --force");
-  EXPECT_EQ(cog.status, 0) << cog.err;
+      car);
+  EXPECT_THAT(cog, Ends(0, HasSubstr("make a wheelbase of 0.2600 m, measured are 0.2700 m")));
   EXPECT_THAT(cog.out, HasSubstr("\"vehicle.rear_axle\""));
   EXPECT_THAT(contents(scratch.path("car.toml")), HasSubstr("\nfront_axle = 0.18"));
 }
@@ -228,20 +207,6 @@ TEST(IdentifyMass, NamesTheKeyOfADecimalCommaInAFile) {
   const std::string file = scratch.write("m.json", R"({"total": 2,985, "front": 1.0})").string();
   EXPECT_THAT(run_shell("odom identify mass --scale-resolution 1g --measured " + file).err,
               HasSubstr("m.json: total: write a number with a decimal point: 2.5, not 2,5"));
-}
-
-TEST(IdentifyCog, AsksWhetherFrontAndRearAreExchanged) {
-  const Scratch scratch;
-  scratch.write("car.toml", car_toml);
-  const auto said = [&](const std::string& loads) {
-    return run_shell("odom identify cog " + loads +
-                     " --scale-resolution 1g --wheelbase 260mm --config " +
-                     scratch.path("car.toml").string())
-        .err;
-  };
-  EXPECT_THAT(said("--front 1 --rear 2"), Not(HasSubstr("exchanged")));
-  EXPECT_THAT(said("--front 2 --rear 1"),
-              HasSubstr("the rear axle is the heavier one, but by the loads it is the front one"));
 }
 
 TEST(IdentifyMass, ReportsATargetThatCannotBeWrittenBeforeTheWorkElseItsNumbers) {
@@ -274,8 +239,6 @@ TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {
   const double shift = 3.0 * 0.25 * std::tan(0.25 / 57.29577951308232);
   EXPECT_NEAR(sigma("mass"), std::hypot(std::sqrt(2.0) * shift, 0.003), 1e-4);
   EXPECT_NEAR(sigma("mass"), sigma("cog --wheelbase 0.26"), 1e-12);
-  EXPECT_NEAR(sigma("mass --wheelbase 0.26 --height 10cm"),
-              sigma("cog --wheelbase 0.26 --height 10cm"), 1e-12);
   EXPECT_LT(sigma("mass --level 0"), 0.0032);
 }
 
@@ -292,7 +255,6 @@ TEST(IdentifyMass, SaysWhatIsMissingOrInOtherUnits) {
        "odom identify mass: --scale-accuracy: 5 is more than a tenth"},
       {"cog --front 1 --rear 2 --scale-resolution 1g --wheelbase 0.26 --wheelbase-sigma 1", 2,
        "odom identify cog: --wheelbase-sigma: 1 is more than a tenth of 0.26 m"},
-      {"mass --total 3 --scale-sigma 1g --height 5cm", 2, "--wheelbase is missing"},
       {"mass --front 1 --scale-resolution 1g", 2, "do not add up to the whole car"},
       {"cog --total 3 --scale-sigma 1g --wheelbase 1", 2,
        "do not determine the weight distribution"}};

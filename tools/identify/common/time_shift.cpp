@@ -1,4 +1,4 @@
-#include "tools/identify/latency/source_offsets.hpp"
+#include "tools/identify/common/time_shift.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
