@@ -23,13 +23,13 @@ namespace {
 using estimator::Source;
 
 /// Sets radius and ratios of speeds that come as angular velocities, and converts their series.
-void take_radius(Proposal& proposal, const Known& known) {
+void take_radius(Proposal& proposal, const Car& car) {
   for (const Source role : wheel_sources) {
     auto& choice = proposal.of(role);
     if (!choice || !choice->turns()) continue;
-    choice->radius = known.wheel_radius.value_or(1.0);
-    if (role == Source::motor) choice->ratio = known.gear_ratio;
-    if (choice->candidate.unit == can::Unit::erpm) choice->pole_pairs = known.pole_pairs;
+    choice->radius = car.wheel_radius.value_or(1.0);
+    if (role == Source::motor) choice->ratio = car.gear_ratio;
+    if (choice->candidate.unit == can::Unit::erpm) choice->pole_pairs = car.pole_pairs;
     const double factor =
         *choice->radius / choice->ratio.value_or(1.0) / choice->pole_pairs.value_or(1.0);
     for (double& value : choice->series.value) value *= factor;
@@ -159,7 +159,7 @@ std::optional<Relation> lateral_relation(const DriveCourse& drive) {
   return relation.clear() ? std::optional(relation) : std::nullopt;
 }
 
-void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& known) {
+void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Car& car) {
   if (!drive.has(Source::yaw_rate)) return;
   Choice& choice = *proposal.of(Source::yaw_rate);
   proposal.lateral = 0.0;
@@ -175,8 +175,8 @@ void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& k
     const Relation relation = relation_of(*difference, yaw);
     if (relation.clear()) {
       proposal.measured_track = std::fabs(relation.slope);
-      by_track = known.track.has_value();
-      if (by_track) size = *known.track / std::fabs(relation.slope);
+      by_track = car.track.has_value();
+      if (by_track) size = *car.track / std::fabs(relation.slope);
     }
   }
   if (const auto relation = lateral_relation(drive); !size && relation)
@@ -260,13 +260,13 @@ void warn_of_standing_log(Proposal& proposal) {
 
 }  // namespace
 
-void check_behaviour(Proposal& proposal, const Known& known) {
-  take_radius(proposal, known);
+void check_behaviour(Proposal& proposal, const Car& car) {
+  take_radius(proposal, car);
   take_command(proposal);
   const DriveCourse before(proposal);
   if (!before.has_motion()) {
     warn_of_standing_log(proposal);
-    set_steering_scale(proposal, before, known);
+    set_steering_scale(proposal, before, car);
   } else {
     compare_speeds(proposal, before);
     if (const auto difference = wheel_difference(before))
@@ -274,11 +274,11 @@ void check_behaviour(Proposal& proposal, const Known& known) {
     else
       sign_by_majority(proposal, before);
     const DriveCourse drive(proposal);  // with the corrected signs
-    check_yaw_rate(proposal, drive, known);
+    check_yaw_rate(proposal, drive, car);
     check_accel_x(proposal, drive);
     check_accel_y(proposal, drive);
     check_direction(proposal);
-    set_steering_scale(proposal, drive, known);
+    set_steering_scale(proposal, drive, car);
   }
   set_noise(proposal);
 }

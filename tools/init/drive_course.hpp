@@ -65,7 +65,7 @@ void take_command(Proposal& proposal);
 
 /// Determines whether the steering angle is that of the front wheels or of the steering wheel, and
 /// their ratio (if the wheelbase is known): sets the role's scale, with its reason or warning.
-void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Known& known);
+void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Car& car);
 
 /// Sets each sigma for which the log shows another than odomd's default, and the offset of a gyro
 /// that was at rest.

@@ -13,6 +13,7 @@
 #include "can_protocol/sources/open_source.hpp"
 #include "daemon/core/config.hpp"
 #include "tools/cli/files.hpp"
+#include "tools/init/vesc.hpp"
 #include "tools/sim/car_bus.hpp"
 
 namespace odomd::tools {
@@ -108,16 +109,20 @@ Traffic traffic_of(const InitOptions& options) {
   return listen(options.can.front(), options.listen_s);
 }
 
-/// The database of a motor controller; odomd.dbc if no database is given.
-std::optional<MadeDatabase> made_database(const InitOptions& options,
-                                          const std::optional<MotorController>& controller,
-                                          const Traffic& traffic) {
-  if (controller) return make_database(*controller);
+/// A database that is written next to the configuration: "vesc-23.dbc".
+struct MadeDatabase {
+  std::string name, text;
+};
+
+/// The database of the VESC; odomd.dbc if no database is given.
+std::optional<MadeDatabase> made_database(const InitOptions& options, const Traffic& traffic) {
+  if (options.vesc)
+    return MadeDatabase{fmt::format("vesc-{}.dbc", *options.vesc), vesc_database(*options.vesc)};
   if (!options.databases.empty()) return std::nullopt;
   if (!traffic.empty() && !is_own_bus(traffic))
     throw std::invalid_argument(fmt::format(
         "{}: its identifiers are not those of odomd.dbc, so a database must say what they mean: "
-        "give it with --dbc, or name a motor controller with --vesc or --odrive. The maker of the "
+        "give it with --dbc, or name a motor controller with --vesc. The maker of the "
         "car or of its control units has it; collections such as opendbc have many cars",
         traffic.name));
   return MadeDatabase{"odomd.dbc", std::string(sim::bus_database_text())};
@@ -156,13 +161,6 @@ std::vector<std::string> sources_of(const Proposal& proposal, const Traffic& tra
   return {carrying.begin(), carrying.end()};
 }
 
-void answer(const std::vector<Question>& missing, Car& car, Dialogue* dialogue) {
-  if (dialogue != nullptr)
-    ask(missing, car, dialogue->in, dialogue->out);
-  else if (const auto needed = required(missing); !needed.empty())
-    refuse(needed);
-}
-
 std::string described(const std::vector<std::string>& databases, const Traffic& traffic) {
   std::string text = fmt::format("{}", fmt::join(databases, ", "));
   if (!traffic.empty()) text += " and " + traffic.name;
@@ -180,20 +178,19 @@ diagnostics::Diagnostics checked(const std::string& text, const fs::path& out) {
 
 }  // namespace
 
-InitResult init(const InitOptions& options, Dialogue* dialogue) {
+InitResult init(const InitOptions& options) {
   check_free(options.out, options.overwrite);
   std::vector<fs::path> inputs{options.databases.begin(), options.databases.end()};
   inputs.insert(inputs.end(), options.can.begin(), options.can.end());
   check_outputs(std::vector<Output>{{"--out", options.out.string()}}, inputs);
   Car car = parse_car(options.car);
-  const auto controller = parse_controller(options.controllers);
   const Traffic traffic = traffic_of(options);
-  if (controller && !traffic.empty()) require_frames(*controller, traffic);
+  if (options.vesc && !traffic.empty()) require_frames(*options.vesc, traffic);
   InitResult result;
   std::vector<std::string> files = options.databases;
   for (const std::string& file : files) result.databases.push_back(can::read_dbc(file));
   std::vector<std::string> names = files;
-  const auto made = made_database(options, controller, traffic);
+  const auto made = made_database(options, traffic);
   fs::path made_file;
   if (made) {
     result.databases.push_back(can::parse_dbc(made->text, made->name));
@@ -207,16 +204,10 @@ InitResult init(const InitOptions& options, Dialogue* dialogue) {
           "{}: exists already and is another database; name it with --dbc, or move it away",
           made_file.string()));
   }
-  Proposal named = propose(result.databases, traffic);
-  if (controller) settle_motor(named, *controller, car, dialogue != nullptr);
-  answer(missing_first(car, named), car, dialogue);
-  Proposal proposal = named;
+  Proposal proposal = propose(result.databases, traffic);
+  if (options.vesc) settle_motor(proposal, *options.vesc, car);
   check_behaviour(proposal, car);
-  if (const auto missing = missing_last(car, proposal); !missing.empty()) {
-    answer(missing, car, dialogue);
-    proposal = named;
-    check_behaviour(proposal, car);
-  }
+  require_numbers(car, proposal);
   auto protections = protections_for(proposal, result.databases, traffic);
   auto sources = sources_of(proposal, traffic, result.databases);
   result.draft = {std::move(proposal),    car,

@@ -54,14 +54,14 @@ struct Proposal {
 /// Throws std::invalid_argument if there is no speed.
 [[nodiscard]] Proposal propose(std::span<const can::Database> databases, const Traffic& traffic);
 
-/// Numbers of the car that a person must give; lengths in metres. None: not given.
-struct Known {
-  std::optional<double> wheelbase, track, wheel_radius, steering_ratio, full_lock, gear_ratio,
-      pole_pairs;
+/// Numbers of the car that a person must give, in SI units. None: not given.
+struct Car {
+  std::optional<double> mass, wheelbase, front_axle, track, wheel_radius, steering_ratio, full_lock,
+      gear_ratio, pole_pairs;
 };
 
 /// Compares the signals of the log with each other: sets signs, the steering's scale, biases and
 /// sigmas, and adds reasons and warnings (behaviour.cpp).
-void check_behaviour(Proposal& proposal, const Known& known);
+void check_behaviour(Proposal& proposal, const Car& car);
 
 }  // namespace odomd::tools

@@ -101,26 +101,26 @@ void take_command(Proposal& proposal) {
   for (double& value : choice.series.value) value /= factor;
 }
 
-void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Known& known) {
+void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Car& car) {
   if (!proposal.has(Source::steering)) return;
   Choice& choice = *proposal.of(Source::steering);
   constexpr double usual_ratio = 16.0, full_lock = 0.9;  // rad
   const double sign = choice.scale < 0.0 ? -1.0 : 1.0;
   const auto use = [&](double ratio) { choice.scale = sign * std::round(1e5 / ratio) / 1e5; };
   const bool is_command = choice.candidate.unit == can::Unit::none;
-  if (is_command && known.full_lock) {
-    use(1.0 / *known.full_lock);
+  if (is_command && car.full_lock) {
+    use(1.0 / *car.full_lock);
     choice.reasons.emplace_back("scale: the angle at full lock as given");
     return;
   }
-  if (!is_command && known.steering_ratio) {
-    use(*known.steering_ratio);
+  if (!is_command && car.steering_ratio) {
+    use(*car.steering_ratio);
     choice.reasons.emplace_back("scale: one over the steering ratio as given");
     return;
   }
   const bool compares =
       drive.has(Source::steering) && drive.has(Source::yaw_rate) && drive.has_motion();
-  const auto ratio = known.wheelbase && compares ? ratio_of(drive, *known.wheelbase) : std::nullopt;
+  const auto ratio = car.wheelbase && compares ? ratio_of(drive, *car.wheelbase) : std::nullopt;
   constexpr double front_least = 0.4, front_most = 2.5, steering_wheel = 10.0, most = 40.0;
   constexpr double precise = 0.15;
   const bool is_precise = ratio && ratio->sigma < precise * ratio->value;
