@@ -16,73 +16,42 @@ namespace {
 struct Item {
   std::string_view option, hint;  ///< "--mass"; what it is, and how to measure it
   Dimension dimension;
-  Plausible range;
+  double from, to;  ///< the range for any car, in SI units
   std::optional<double> Car::*value;
   std::string CarTexts::*text;
 };
 
 // Numbers without a hint are never required.
-const std::array items{
-    Item{"--mass",
-         "mass ready to drive [kg, or as 2985g]; weighed with battery and all that is on it; odom "
-         "identify mass helps",
-         Dimension::mass,
-         {0.2, 60000.0},
-         &Car::mass,
-         &CarTexts::mass},
-    Item{"--wheelbase",
-         "wheelbase [m, or as 260mm]; front to rear axle, by a tape along the ground",
-         Dimension::length,
-         {0.05, 15.0},
-         &Car::wheelbase,
-         &CarTexts::wheelbase},
-    Item{"--front-axle",
-         "",
-         Dimension::length,
-         {0.01, 12.0},
-         &Car::front_axle,
-         &CarTexts::front_axle},
-    Item{"--track",
-         "track [m, or as 160mm]; middle of a rear tyre to the middle of the other, by a tape",
-         Dimension::length,
-         {0.03, 5.0},
-         &Car::track,
-         &CarTexts::track},
-    Item{"--wheel-radius",
-         "rolling radius of a wheel [m, or as 33mm]; roll the car ten turns of a wheel and divide "
-         "the way by 62.83",
-         Dimension::length,
-         {0.005, 2.0},
-         &Car::wheel_radius,
-         &CarTexts::wheel_radius},
-    Item{"--steering-ratio",
-         "",
-         Dimension::pure,
-         {0.5, 60.0},
-         &Car::steering_ratio,
-         &CarTexts::steering_ratio},
-    Item{"--full-lock",
-         "angle of the front wheels at a command of 1 [rad, or as 20deg]; turn the steering fully "
-         "and measure the mean of both front wheels",
-         Dimension::angle,
-         {0.05, 1.2},
-         &Car::full_lock,
-         &CarTexts::full_lock},
-    Item{"--gear-ratio",
-         "turns of the motor for one of a wheel; gear teeth: spur over pinion, times the "
-         "differential's ratio",
-         Dimension::pure,
-         {0.1, 100.0},
-         &Car::gear_ratio,
-         &CarTexts::gear_ratio},
-    Item{"--pole-pairs",
-         "pole pairs of the motor, as it reports electrical turns; half the poles in its data "
-         "sheet; 1 if the controller divides by them",
-         Dimension::pure,
-         {1.0, 50.0},
-         &Car::pole_pairs,
-         &CarTexts::pole_pairs},
-};
+const auto items = std::to_array<Item>({
+    {"--mass",
+     "mass ready to drive [kg, or as 2985g]; weighed with battery and all that is on it; odom "
+     "identify mass helps",
+     Dimension::mass, 0.2, 60000.0, &Car::mass, &CarTexts::mass},
+    {"--wheelbase", "wheelbase [m, or as 260mm]; front to rear axle, by a tape along the ground",
+     Dimension::length, 0.05, 15.0, &Car::wheelbase, &CarTexts::wheelbase},
+    {"--front-axle", "", Dimension::length, 0.01, 12.0, &Car::front_axle, &CarTexts::front_axle},
+    {"--track",
+     "track [m, or as 160mm]; middle of a rear tyre to the middle of the other, by a tape",
+     Dimension::length, 0.03, 5.0, &Car::track, &CarTexts::track},
+    {"--wheel-radius",
+     "rolling radius of a wheel [m, or as 33mm]; roll the car ten turns of a wheel and divide the "
+     "way by 62.83",
+     Dimension::length, 0.005, 2.0, &Car::wheel_radius, &CarTexts::wheel_radius},
+    {"--steering-ratio", "", Dimension::pure, 0.5, 60.0, &Car::steering_ratio,
+     &CarTexts::steering_ratio},
+    {"--full-lock",
+     "angle of the front wheels at a command of 1 [rad, or as 20deg]; turn the steering fully and "
+     "measure the mean of both front wheels",
+     Dimension::angle, 0.05, 1.2, &Car::full_lock, &CarTexts::full_lock},
+    {"--gear-ratio",
+     "turns of the motor for one of a wheel; gear teeth: spur over pinion, times the "
+     "differential's ratio",
+     Dimension::pure, 0.1, 100.0, &Car::gear_ratio, &CarTexts::gear_ratio},
+    {"--pole-pairs",
+     "pole pairs of the motor, as it reports electrical turns; half the poles in its data sheet; 1 "
+     "if the controller divides by them",
+     Dimension::pure, 1.0, 50.0, &Car::pole_pairs, &CarTexts::pole_pairs},
+});
 
 }  // namespace
 
@@ -90,7 +59,7 @@ Car parse_car(const CarTexts& texts) {
   Car car;
   for (const Item& item : items)
     if (const std::string& text = texts.*item.text; !text.empty())
-      car.*item.value = parse_plausible(text, item.dimension, item.option, item.range);
+      car.*item.value = parse_plausible(text, item.dimension, item.option, {item.from, item.to});
   if (car.front_axle && car.wheelbase && *car.front_axle >= *car.wheelbase)
     throw std::invalid_argument(
         fmt::format("--front-axle: {:g} m is not between the axles, which are {:g} m apart",

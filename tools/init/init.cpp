@@ -29,13 +29,8 @@ bool is_own(const can::Message& message) {
          can::find_signal(message, binding.counter_signal) != nullptr;
 }
 
-/// Checked frames of a message, and how many passed.
-struct Checked {
-  std::uint64_t passed = 0, frames = 0;
-  [[nodiscard]] bool is_protected() const { return 2 * passed > frames; }
-};
-
-Checked check(const can::Message& message, const Traffic& traffic) {
+/// Whether most frames of a message have the checksum and the counter of odomd.dbc.
+bool is_protected(const can::Message& message, const Traffic& traffic) {
   can::SignalBinding binding;
   binding.role = binding.message = message.name;
   binding.signals = {message.signals.back().name};
@@ -43,14 +38,14 @@ Checked check(const can::Message& message, const Traffic& traffic) {
   const std::array protections{sim::bus_protection(message)};
   can::Decoder decoder(std::span(&sim::bus_database(), 1), bindings, protections, traffic.buses);
   std::array<can::Sample, can::max_samples_per_frame> samples{};
-  Checked checked;
+  std::uint64_t passed = 0, frames = 0;
   for (const can::Frame& frame : traffic.frames) {
     const can::DecodeResult result = decoder.decode(frame, samples);
     if (result.message < 0) continue;
-    ++checked.frames;
-    if (result.verdict == can::FrameVerdict::decoded) ++checked.passed;
+    ++frames;
+    if (result.verdict == can::FrameVerdict::decoded) ++passed;
   }
-  return checked;
+  return 2 * passed > frames;
 }
 
 // End-to-end protection for the proposal's messages that come from odomd.dbc and, if there is
@@ -65,7 +60,7 @@ std::vector<can::E2eBinding> protections_for(Proposal& proposal,
       for (auto& choice : proposal.roles)
         if (choice && choice->candidate.message == &message) users.push_back(&*choice);
       if (users.empty() || !is_own(message)) continue;
-      if (traffic.empty() || check(message, traffic).is_protected()) {
+      if (traffic.empty() || is_protected(message, traffic)) {
         protections.push_back(sim::bus_protection(message));
         continue;
       }
@@ -143,35 +138,17 @@ std::vector<std::string> named_from(const fs::path& out, const std::vector<std::
 }
 
 /// The interfaces that carry the mapped messages.
-std::vector<std::string> sources_of(const Proposal& proposal, const Traffic& traffic,
-                                    std::span<const can::Database> databases) {
-  const auto came = rhythms(traffic, databases);
+std::vector<std::string> sources_of(const Proposal& proposal) {
   std::set<std::string> carrying;
-  for (const auto& choice : proposal.roles) {
-    if (!choice) continue;
-    if (!choice->bus.empty()) {
-      carrying.insert(choice->bus);
-      continue;
-    }
-    const can::Message& message = *choice->candidate.message;
-    if (const auto found = came.find(can::frame_key(message.id, message.format));
-        found != came.end())
-      carrying.insert(found->second.buses.begin(), found->second.buses.end());
-  }
+  for (const auto& choice : proposal.roles)
+    if (choice) carrying.insert(choice->buses.begin(), choice->buses.end());
   return {carrying.begin(), carrying.end()};
-}
-
-std::string described(const std::vector<std::string>& databases, const Traffic& traffic) {
-  std::string text = fmt::format("{}", fmt::join(databases, ", "));
-  if (!traffic.empty()) text += " and " + traffic.name;
-  return text;
 }
 
 /// Loads the configuration as odomd would, so that only a valid one is written.
 diagnostics::Diagnostics checked(const std::string& text, const fs::path& out) {
-  diagnostics::Diagnostics warnings;
   daemon::Config config = daemon::parse_config(text, out);
-  warnings = config.warnings;
+  diagnostics::Diagnostics warnings = config.warnings;
   static_cast<void>(daemon::load_databases(config, warnings));
   return warnings;
 }
@@ -209,10 +186,14 @@ InitResult init(const InitOptions& options) {
   check_behaviour(proposal, car);
   require_numbers(car, proposal);
   auto protections = protections_for(proposal, result.databases, traffic);
-  auto sources = sources_of(proposal, traffic, result.databases);
-  result.draft = {std::move(proposal),    car,
-                  std::move(protections), named_from(options.out, files),
-                  std::move(sources),     described(names, traffic)};
+  auto sources = sources_of(proposal);
+  result.draft = {
+      std::move(proposal),
+      car,
+      std::move(protections),
+      named_from(options.out, files),
+      std::move(sources),
+      fmt::format("{}{}", fmt::join(names, ", "), traffic.empty() ? "" : " and " + traffic.name)};
   const std::string text = as_toml(result.draft);
   try {
     if (!result.wrote_database.empty()) write_whole(made_file, made->text);

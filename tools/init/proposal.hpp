@@ -22,7 +22,8 @@ struct Choice {
   double scale = 1.0, offset = 0.0;
   bool scale_fits = false;  ///< the drive confirms the scale of a steering command
   std::optional<double> sigma, timeout, radius, ratio, pole_pairs;  ///< none: odomd's default
-  std::string bus;                                                  ///< empty: any
+  std::vector<std::string> buses;     ///< those that carry the message in the log
+  std::string bus;                    ///< the one to take it from; empty: any
   std::vector<std::string> reasons;   ///< why it was chosen, and the origin of its numbers
   std::vector<std::string> warnings;  ///< empty: certain
 

@@ -26,22 +26,14 @@ struct Ratio {
 
 /// At constant speed both terms are proportional; then a typical understeer separates them.
 std::optional<Ratio> ratio_of(const DriveCourse& drive, double wheelbase) {
-  const auto angle = drive.moving([&](std::size_t i) { return drive.at(Source::steering, i); });
-  const auto slow = drive.moving([&](std::size_t i) {
-    return std::atan(wheelbase * drive.at(Source::yaw_rate, i) / drive.speed(i));
-  });
-  const auto fast =
-      drive.moving([&](std::size_t i) { return drive.at(Source::yaw_rate, i) * drive.speed(i); });
-  const auto n = static_cast<Eigen::Index>(angle.size());
+  const Eigen::ArrayXd &angle = drive.of(Source::steering), &yaw = drive.of(Source::yaw_rate);
+  const Eigen::ArrayXd slow = (wheelbase * yaw / drive.speed).atan();
+  const Eigen::Index n = angle.size();
   const Relation rough = relation_of(angle, slow);
   if (!(std::fabs(rough.slope) > 0.0)) return std::nullopt;
   Eigen::MatrixXd x(n, 3);
-  Eigen::VectorXd y(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    x.row(i) << slow[k], fast[k], 1.0;
-    y[i] = angle[k];
-  }
+  x << slow, yaw * drive.speed, Eigen::ArrayXd::Ones(n);
+  const Eigen::VectorXd y = angle;
   const auto rest = [&](const Eigen::Vector3d& b) { return (y - x * b).squaredNorm(); };
   // the points of a second are correlated, and count as one
   constexpr double together = 20.0;

@@ -118,37 +118,29 @@ TEST_F(Init, WithoutALogSaysThatNothingWasCompared) {
   for (const json& role : roles) EXPECT_FALSE(role["sure"].get<bool>()) << role;
 }
 
-TEST_F(Init, NamesWhatIsMissing) {
-  // Wheels and gyro give the track.
-  EXPECT_THAT(
-      init("--can " + lap_ + "/drive.log", "missing.toml"),
-      Ends(2, AllOf(HasSubstr("--mass"), HasSubstr("--wheelbase"), Not(HasSubstr("--track")))));
-  EXPECT_FALSE(std::filesystem::exists(lap_ + "/missing.toml"));
-}
-
-TEST_F(Init, OverwritesNothingUnasked) {
-  const std::string before = contents(lap_ + "/car.toml");
-  EXPECT_THAT(init("--can " + lap_ + "/drive.log" + car, "car.toml"),
-              Ends(2, HasSubstr("--force")));
-  EXPECT_EQ(contents(lap_ + "/car.toml"), before);
-}
-
-TEST_F(Init, NamesFileAndLineOfBadInput) {
-  const std::string dbc = scratch_.write("bad.dbc", "VERSION \"\"\nBO_ x\n").string();
-  EXPECT_THAT(init("--dbc " + dbc + car, "bad.toml").err, HasSubstr("bad.dbc:2"));
-  EXPECT_FALSE(std::filesystem::exists(lap_ + "/bad.toml"));
-}
-
-TEST_F(Init, SaysWhatToDoAboutAnUnknownBus) {
-  const std::string log =
+TEST_F(Init, RefusesAndWritesNothing) {
+  const std::string log = "--can " + lap_ + "/drive.log";
+  const std::string bad = scratch_.write("bad.dbc", "VERSION \"\"\nBO_ x\n").string();
+  const std::string other =
       scratch_.write("other.log", "(1.000000) can0 111#00\n(1.100000) can0 111#00\n").string();
-  EXPECT_THAT(init("--can " + log + car, "other.toml"), Ends(2, HasSubstr("--dbc")));
-  const std::string dbc =
+  const std::string lamps =
       scratch_
           .write("lamps.dbc",
                  "VERSION \"\"\nBU_: A\nBO_ 273 LAMP: 1 A\n SG_ On : 0|8@1+ (1,0) [0|1] \"\" A\n")
           .string();
-  EXPECT_THAT(init("--dbc " + dbc + car, "other.toml").err, HasSubstr("lamps.dbc"));
+  const std::pair<std::string, ::testing::Matcher<std::string>> cases[]{
+      // Wheels and gyro give the track.
+      {log, AllOf(HasSubstr("--mass"), HasSubstr("--wheelbase"), Not(HasSubstr("--track")))},
+      {"--dbc " + bad + car, HasSubstr("bad.dbc:2")},
+      {"--can " + other + car, HasSubstr("--dbc")},
+      {"--can " + other + " --dbc " + lamps + car, HasSubstr("lamps.dbc")}};
+  for (const auto& [options, message] : cases) {
+    EXPECT_THAT(init(options, "refused.toml"), Ends(2, message));
+    EXPECT_FALSE(std::filesystem::exists(lap_ + "/refused.toml"));
+  }
+  const std::string before = contents(lap_ + "/car.toml");
+  EXPECT_THAT(init(log + car, "car.toml"), Ends(2, HasSubstr("--force")));
+  EXPECT_EQ(contents(lap_ + "/car.toml"), before);
 }
 
 }  // namespace
