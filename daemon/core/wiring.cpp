@@ -8,7 +8,6 @@
 #include <span>
 
 #include "daemon/core/wiring_causes.hpp"
-#include "daemon/core/wiring_fit.hpp"
 #include "estimator/common/tuning.hpp"
 
 namespace odomd::daemon {
@@ -214,10 +213,10 @@ void Wiring::compare(const Means& before, const Means& now) noexcept {
 // all observations are chosen, one or two at once; several alternatives if their costs are equal.
 void Wiring::decide() noexcept {
   std::array<Seen, pair_count> seen{};
-  for (std::size_t i = 0; i < pairs.size(); ++i)
-    seen[i] = {.shows = pairs_[i].shows(pairs[i].bounds, fewest),
-               .correlation = pairs_[i].correlation(pairs[i].bounds),
-               .gain = pairs_[i].gain(pairs[i].bounds)};
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Moments::Squares squares = pairs_[i].squares(pairs[i].bounds);
+    seen[i] = {pairs_[i].shows(pairs[i].bounds, fewest), squares.correlation(), squares.gain()};
+  }
   const auto contradicted = [&seen](const Causes& together) {
     for (std::size_t i = 0; i < pairs.size(); ++i)
       if (fit(together, pairs[i], seen[i]) == Fit::contradicts) return true;

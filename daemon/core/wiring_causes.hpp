@@ -1,8 +1,10 @@
-// Tables of what Wiring compares, and of the effect of each cause. wiring_fit.hpp tests whether a
-// pair fits the prediction of a cause.
+// Tables of what Wiring compares, and of the effect of each cause; and whether the observations of
+// a pair of sensors fit what one or two causes predict.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
@@ -110,6 +112,8 @@ struct Cause {
 };
 
 using enum Source;
+using WiringFault::axes_swapped, WiringFault::front_rear_swapped, WiringFault::left_right_swapped,
+    WiringFault::sign, WiringFault::unit;
 inline constexpr std::uint32_t front_wheels = bits(wheel_front_left, wheel_front_right);
 inline constexpr std::uint32_t rear_wheels = bits(wheel_rear_left, wheel_rear_right);
 inline constexpr std::uint32_t all_wheels = front_wheels | rear_wheels | bits(wheel_rear, motor);
@@ -123,11 +127,10 @@ constexpr Cause one_wheel(WiringFault fault, Source wheel, std::uint32_t shown_i
   return {fault,
           2,
           bits(wheel),
-          {{{bits(quantity_of(wheel)), fault == WiringFault::sign ? reversed : geared},
-            {shown_in, lost}}}};
+          {{{bits(quantity_of(wheel)), fault == sign ? reversed : geared}, {shown_in, lost}}}};
 }
 constexpr Cause one_side(Source front, Source rear) {
-  return {WiringFault::sign,
+  return {sign,
           3,
           bits(front, rear),
           {{{bits(quantity_of(front), quantity_of(rear)), reversed},
@@ -136,52 +139,49 @@ constexpr Cause one_side(Source front, Source rear) {
 inline constexpr std::uint32_t in_front = bits(curve_front, axle_gap),
                                in_rear = bits(curve_rear, axle_gap);
 inline constexpr Cause causes[] = {
-    {WiringFault::sign, 2, bits(yaw_rate), {{{by_gyro, reversed}}}},
-    {WiringFault::unit, 2, bits(yaw_rate), {{{by_gyro, cut_degrees}, {bits(axle_bend), lost}}}},
-    {WiringFault::unit, 2, bits(yaw_rate), {{{by_gyro, radians}, {bits(axle_bend), lost}}}},
-    {WiringFault::sign, 2, bits(steering), {{{by_steering, reversed}}}},
-    {WiringFault::unit, 2, bits(steering), {{{by_steering, degrees}}}},
-    {WiringFault::unit, 2, bits(steering), {{{by_steering, radians}}}},
-    {WiringFault::left_right_swapped, 2, front_wheels, {{{bits(curve_front), reversed}}}},
-    {WiringFault::left_right_swapped, 2, rear_wheels, {{{bits(curve_rear), reversed}}}},
-    {WiringFault::left_right_swapped,
+    {sign, 2, bits(yaw_rate), {{{by_gyro, reversed}}}},
+    {unit, 2, bits(yaw_rate), {{{by_gyro, cut_degrees}, {bits(axle_bend), lost}}}},
+    {unit, 2, bits(yaw_rate), {{{by_gyro, radians}, {bits(axle_bend), lost}}}},
+    {sign, 2, bits(steering), {{{by_steering, reversed}}}},
+    {unit, 2, bits(steering), {{{by_steering, degrees}}}},
+    {unit, 2, bits(steering), {{{by_steering, radians}}}},
+    {left_right_swapped, 2, front_wheels, {{{bits(curve_front), reversed}}}},
+    {left_right_swapped, 2, rear_wheels, {{{bits(curve_rear), reversed}}}},
+    {left_right_swapped,
      3,
      front_wheels | rear_wheels,
      {{{bits(curve_front, curve_rear), reversed}}}},
-    {WiringFault::front_rear_swapped,
-     2,
-     front_wheels | rear_wheels,
-     {{{bits(axle_gap), reversed}}}},
-    {WiringFault::sign,
+    {front_rear_swapped, 2, front_wheels | rear_wheels, {{{bits(axle_gap), reversed}}}},
+    {sign,
      3,
      all_wheels | bits(direction),
      {{{bits(turn_steering, curve_gyro, lateral_gyro, faster), reversed}}}},
-    {WiringFault::unit,
+    {unit,
      3,
      all_wheels,
      {{{bits(turn_steering, lateral_gyro, faster) | speeds, km_per_h},
        {bits(lateral_steering), km_per_h* km_per_h},
        {bits(axle_bend), lost}}}},
-    {WiringFault::sign, 2, bits(accel_x), {{{bits(ahead), reversed}}}},
-    {WiringFault::sign, 2, bits(accel_y), {{{bits(side), reversed}}}},
-    {WiringFault::axes_swapped, 2, bits(accel_x, accel_y), {}},
-    {WiringFault::unit, 2, bits(accel_x, accel_y), {{{bits(ahead, side), in_g}}}},
-    {WiringFault::unit, 2, bits(accel_x), {{{bits(ahead), in_g}}}},
-    {WiringFault::unit, 2, bits(accel_y), {{{bits(side), in_g}}}},
-    {WiringFault::sign, 2, bits(camera), {{{bits(turn_camera), reversed}}}},
-    {WiringFault::unit, 2, bits(camera), {{{bits(speed_camera), millimetres}}}},
-    one_wheel(WiringFault::sign, wheel_front_left, in_front),
-    one_wheel(WiringFault::sign, wheel_front_right, in_front),
-    one_wheel(WiringFault::sign, wheel_rear_left, in_rear),
-    one_wheel(WiringFault::sign, wheel_rear_right, in_rear),
-    one_wheel(WiringFault::sign, wheel_rear, 0),
-    one_wheel(WiringFault::sign, motor, 0),
-    one_wheel(WiringFault::unit, wheel_front_left, in_front),
-    one_wheel(WiringFault::unit, wheel_front_right, in_front),
-    one_wheel(WiringFault::unit, wheel_rear_left, in_rear),
-    one_wheel(WiringFault::unit, wheel_rear_right, in_rear),
-    one_wheel(WiringFault::unit, wheel_rear, 0),
-    one_wheel(WiringFault::unit, motor, 0),
+    {sign, 2, bits(accel_x), {{{bits(ahead), reversed}}}},
+    {sign, 2, bits(accel_y), {{{bits(side), reversed}}}},
+    {axes_swapped, 2, bits(accel_x, accel_y), {}},
+    {unit, 2, bits(accel_x, accel_y), {{{bits(ahead, side), in_g}}}},
+    {unit, 2, bits(accel_x), {{{bits(ahead), in_g}}}},
+    {unit, 2, bits(accel_y), {{{bits(side), in_g}}}},
+    {sign, 2, bits(camera), {{{bits(turn_camera), reversed}}}},
+    {unit, 2, bits(camera), {{{bits(speed_camera), millimetres}}}},
+    one_wheel(sign, wheel_front_left, in_front),
+    one_wheel(sign, wheel_front_right, in_front),
+    one_wheel(sign, wheel_rear_left, in_rear),
+    one_wheel(sign, wheel_rear_right, in_rear),
+    one_wheel(sign, wheel_rear, 0),
+    one_wheel(sign, motor, 0),
+    one_wheel(unit, wheel_front_left, in_front),
+    one_wheel(unit, wheel_front_right, in_front),
+    one_wheel(unit, wheel_rear_left, in_rear),
+    one_wheel(unit, wheel_rear_right, in_rear),
+    one_wheel(unit, wheel_rear, 0),
+    one_wheel(unit, motor, 0),
     one_side(wheel_front_left, wheel_rear_left),
     one_side(wheel_front_right, wheel_rear_right),
 };
@@ -198,5 +198,48 @@ inline constexpr std::array<Factors, nothing + 1> factors = [] {
         if ((effect.quantities >> q & 1U) != 0) table[cause][q] = effect.factor;
   return table;
 }();
+
+inline constexpr double alike = 0.7;       // below this correlation a gain means nothing
+inline constexpr double very_alike = 0.8;  // above this correlation quantities are related
+
+// The same fault cannot occur twice on one source, and two wrong units would explain too much.
+inline bool exclude(std::uint8_t one, std::uint8_t other) noexcept {
+  return other != nothing && causes[one].fault == causes[other].fault &&
+         (causes[one].fault == WiringFault::unit ||
+          (causes[one].sources & causes[other].sources) != 0);
+}
+
+inline bool swaps_axes(std::uint8_t cause) noexcept {
+  return cause != nothing && causes[cause].fault == WiringFault::axes_swapped;
+}
+
+// The observations of a pair.
+struct Seen {
+  bool shows = false;
+  double correlation = 0.0, gain = 0.0;
+};
+enum class Fit : std::uint8_t { open, fits, contradicts };
+
+inline Fit fit(const std::array<std::uint8_t, 2>& by, const Pair& pair, const Seen& seen) noexcept {
+  if (!seen.shows) return Fit::open;
+  const bool swapped = swaps_axes(by[0]) || swaps_axes(by[1]);
+  if (pair.relation == Relation::none || (swapped && (pair.a == ahead || pair.a == side))) {
+    const bool related = std::abs(seen.correlation) > very_alike && seen.gain > 1.0 / pair.about;
+    if (swapped && pair.relation == Relation::none) return related ? Fit::fits : Fit::open;
+    return related ? Fit::contradicts : Fit::open;
+  }
+  if (std::abs(seen.correlation) < alike) return Fit::open;
+  const auto factor = [&](Quantity q) { return factors[by[0]][q] * factors[by[1]][q]; };
+  const Factor a = factor(pair.a), b = factor(pair.b);
+  if (a.sign * b.sign == 0) return Fit::open;
+  const double off = std::max(seen.gain, 1.0 / seen.gain);
+  const bool same_unit = a.least == b.least && a.most == b.most;
+  const bool predicted = same_unit ? off <= pair.about
+                         : a.other ? off >= a.least && off <= a.most
+                                   : seen.gain >= a.least / b.most && seen.gain <= a.most / b.least;
+  if (predicted && (seen.correlation > 0.0) == (a.sign * b.sign > 0)) return Fit::fits;
+  // Neither the same unit nor another: tyres slip, wheels spin, or the car understeers.
+  return off > pair.about && off < pair.other ? Fit::open : Fit::contradicts;
+}
 
 }  // namespace odomd::daemon::wiring

@@ -98,7 +98,7 @@ def compare(odom: pathlib.Path, folder: pathlib.Path, part: measure.Part, record
         vehicle, signals = hand["vehicle"], hand["can"]["signals"]
         car: list[object] = ["--mass", vehicle["mass"], "--front-axle", vehicle["front_axle"], "--wheelbase",
                              vehicle["front_axle"] + vehicle["rear_axle"], "--track", vehicle["track_width"]]
-        proposal = json.loads(common.output(odom, "init", "--yes", "--json", "--dbc", folder / "car.dbc",
+        proposal = json.loads(common.output(odom, "init", "--json", "--dbc", folder / "car.dbc",
                                             "--can", folder / "drive.log", *car, "--out", config, "--force"))
         found = {role["role"]: role for role in proposal["roles"]}
         for role in sorted(set(signals) | set(found)):

@@ -96,7 +96,7 @@ tools/init: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sourc
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/live tools/sim tools/identify/common
 tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
     daemon/core tools/math tools/diagnostics tools/replay tools/evaluation tools/live tools/identify/common
-    tools/identify/latency tools/init
+    tools/identify/latency
 tools/serve: base tools/cli tools/live tools/live/watch tools/doctor
 tools/import: base can_protocol/dbc can_protocol/decode can_protocol/sources
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/drive_files tools/init tools/sim

@@ -1,6 +1,4 @@
 // odom init: creates a configuration from a database and a drive.
-#include <unistd.h>
-
 #include <iostream>
 #include <memory>
 
@@ -18,7 +16,6 @@ namespace {
 
 struct Options {
   InitOptions init;
-  bool yes = false;
   bool json = false;
 };
 
@@ -38,9 +35,7 @@ void report(const Options& options, const InitResult& result) {
 }
 
 void run(const Options& options) {
-  Dialogue dialogue{std::cin, std::cerr};
-  const bool asks = !options.yes && ::isatty(STDIN_FILENO) == 1;
-  report(options, init(options.init, asks ? &dialogue : nullptr));
+  report(options, init(options.init));
 }
 
 }  // namespace
@@ -52,12 +47,11 @@ void add_init(Command odom) {
   command.add("--dbc", "DBC", options->init.databases,
               "Database (DBC); repeatable. Default: odomd.dbc, if the log's identifiers match it",
               {one_each()});
-  command.add("--vesc", "ID", options->init.controllers.vesc,
+  constexpr int last_vesc = 254;  // 255 addresses all
+  command.add("--vesc", "ID", options->init.vesc,
               "VESC whose CAN status frames give the speed: its VESC ID. Writes their database, "
               "vesc-ID.dbc, beside FILE",
-              {one_each()});
-  command.add("--odrive", "NODE", options->init.controllers.odrive,
-              "Likewise an ODrive (CAN Simple): its node_id", {one_each()});
+              {within(0, last_vesc)});
   command.add("--can", "SRC", options->init.can,
               "Log of candump -L with the car driving turns, or an interface; logs: repeatable. "
               "Without it the database is compared with nothing",
@@ -67,12 +61,8 @@ void add_init(Command odom) {
   command.add("--out", "FILE", options->init.out, "Configuration to write; default: car.toml");
   command.add_flag("--force", options->init.overwrite, Overwrite::replace,
                    "Replace an existing file");
-  command.add_flag(
-      "--yes", options->yes,
-      "Ask nothing: what a proposed signal needs is an error if it is missing, the rest a "
-      "marked guess");
   command.add_flag("--json", options->json, "Print the proposal as JSON");
-  const Command car = command.group("The car (asked for on a terminal if they are missing)");
+  const Command car = command.group("The car; what a proposed signal needs must be given");
   const auto number = [&](const std::string& name, std::string& value, const std::string& type,
                           const std::string& help) { car.add(name, type, value, help); };
   CarTexts& texts = options->init.car;
@@ -95,9 +85,9 @@ void add_init(Command odom) {
       "Examples:\n"
       "  odom init --dbc car.dbc --can drive.log\n"
       "  odom init --dbc car.dbc --can can0 --for 30         # drive turns meanwhile\n"
-      "  odom init --can drive.log --yes --mass 2.98 --wheelbase 260mm --track 160mm\n"
+      "  odom init --can drive.log --mass 2.98 --wheelbase 260mm --track 160mm\n"
       "  odom init --vesc 23 --pole-pairs 2 --wheel-radius 51mm --gear-ratio 11.8 --dbc imu.dbc\n"
-      "  odom init --dbc car.dbc --yes --mass 1700 --wheelbase 2.66 --track 1.56 --json\n"
+      "  odom init --dbc car.dbc --mass 1700 --wheelbase 2.66 --track 1.56 --json\n"
       "Drive for a minute: stand, curves to the left and right, braking. The file says where each\n"
       "value comes from; lines marked UNSURE are guesses. It is written only if odomd can load\n"
       "it. Exit status: 0 written, 2 unusable input.");

@@ -77,26 +77,21 @@ std::optional<Diagnostic> check_rate(const Drive& drive, const can::BoundMessage
                fmt::format("{} to {:.2g} or more", keys, 3e-3 * period_ms));
 }
 
-ifreq request_for(const std::string& interface) {
-  ifreq request{};
-  interface.copy(request.ifr_name, IFNAMSIZ - 1);
-  return request;
-}
-
 }  // namespace
 
 std::optional<Link> read_link(const std::string& interface) {
   const FileDescriptor control(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  ifreq request = request_for(interface);
-  if (!control || ::ioctl(control.get(), SIOCGIFFLAGS, &request) != 0) return std::nullopt;
+  ifreq answer{};
+  const auto asks = [&](unsigned long question) {
+    answer = {};
+    interface.copy(answer.ifr_name, IFNAMSIZ - 1);
+    return control && ::ioctl(control.get(), question, &answer) == 0;
+  };
+  if (!asks(SIOCGIFFLAGS)) return std::nullopt;
   Link link;
-  link.is_up = (request.ifr_flags & IFF_UP) != 0;
-  request = request_for(interface);
-  link.is_can = ::ioctl(control.get(), SIOCGIFHWADDR, &request) == 0 &&
-                request.ifr_hwaddr.sa_family == ARPHRD_CAN;
-  request = request_for(interface);
-  link.carries_fd = ::ioctl(control.get(), SIOCGIFMTU, &request) == 0 &&
-                    request.ifr_mtu >= static_cast<int>(CANFD_MTU);
+  link.is_up = (answer.ifr_flags & IFF_UP) != 0;
+  link.is_can = asks(SIOCGIFHWADDR) && answer.ifr_hwaddr.sa_family == ARPHRD_CAN;
+  link.carries_fd = asks(SIOCGIFMTU) && answer.ifr_mtu >= static_cast<int>(CANFD_MTU);
   if (link.is_can) link.controller = can::read_controller(interface);
   return link;
 }
@@ -119,35 +114,25 @@ Diagnostics examine_link(const std::string& interface, const std::optional<Link>
   if (!link) return {one(kind("interface_missing"), "there is no such interface")};
   if (!link->is_can) return {one(kind("interface_not_can"), "is not a CAN interface")};
   Diagnostics all;
-  const can::Controller* const controller = link->controller ? &*link->controller : nullptr;
-  const bool lacks_rate = controller != nullptr && !controller->bit_timing;
-  if (lacks_rate) {
+  const auto& controller = link->controller;
+  const bool lacks_rate = controller && !controller->bit_timing;
+  if (lacks_rate)
     all.push_back(one(kind("no_bit_rate"), "its controller has no bit rate"));
-  } else if (!link->is_up) {
+  else if (!link->is_up)
     all.push_back(one(kind("interface_down"), "is down"));
-  }
   if (needed == can::FrameProtocol::fd && !link->carries_fd)
     all.push_back(one(kind("no_can_fd"), "carries no CAN FD, which a mapped message needs"));
-  if (controller == nullptr || lacks_rate) return all;
+  if (!controller || lacks_rate) return all;
   if (controller->restart_ms == 0U) all.push_back(one(kind("no_restart"), "restart-ms is 0"));
-  switch (controller->health) {
-    case can::ControllerHealth::error_warning:
-    case can::ControllerHealth::error_passive: {
-      const can::ErrorCounters errors = controller->errors.value_or(can::ErrorCounters{});
-      all.push_back(
-          one(kind("bus_errors"),
-              fmt::format("is {}, with error counters of {} (receive) and {} (transmit)",
-                          can::name_of(controller->health), errors.receive, errors.transmit)));
-      break;
-    }
-    case can::ControllerHealth::bus_off:
-      all.push_back(one(kind("bus_off"), "is bus-off"));
-      break;
-    case can::ControllerHealth::error_active:
-    case can::ControllerHealth::stopped:
-    case can::ControllerHealth::sleeping:
-      break;
+  const can::ControllerHealth health = controller->health;
+  if (health == can::ControllerHealth::error_warning ||
+      health == can::ControllerHealth::error_passive) {
+    const can::ErrorCounters errors = controller->errors.value_or(can::ErrorCounters{});
+    all.push_back(one(kind("bus_errors"),
+                      fmt::format("is {}, with error counters of {} (receive) and {} (transmit)",
+                                  can::name_of(health), errors.receive, errors.transmit)));
   }
+  if (health == can::ControllerHealth::bus_off) all.push_back(one(kind("bus_off"), "is bus-off"));
   return all;
 }
 

@@ -6,19 +6,11 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "daemon/core/config.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 
 namespace odomd::tools::doctor {
-
-/// A kernel thread that handles a CAN controller's interrupt.
-struct InterruptThread {
-  std::string name;  ///< "irq/45-can0"
-  int pid = 0;
-  int priority = 0;  ///< of SCHED_FIFO
-};
 
 /// The user's membership in the group that may read the service's pose.
 enum class Membership : std::uint8_t {
@@ -47,7 +39,6 @@ struct Machine {
   std::string governor;                   ///< of a CPU that changes its frequency; empty: none
   bool may_exceed_buffer = false;         ///< CAP_NET_ADMIN
   std::int64_t largest_buffer = 1 << 20;  ///< net.core.rmem_max
-  std::vector<InterruptThread> interrupts;
   std::string folder = ".";
   double free_gb = 100.0;  ///< free space in `folder`
 };

@@ -1,6 +1,5 @@
 // Reads the machine from /etc, /proc and /sys.
 #include <linux/capability.h>
-#include <net/if_arp.h>
 #include <sys/stat.h>
 #include <sys/utsname.h>
 #include <unistd.h>
@@ -177,48 +176,6 @@ void read_frequency(const fs::path& root, Machine& machine) {
   }
 }
 
-// Names that an interrupt of a CAN interface may have: its own, and its device's ("spi0.0").
-std::vector<std::string> interrupt_names(const fs::path& root) {
-  std::vector<std::string> names;
-  for (const fs::path& interface : entries_of(root / "sys/class/net")) {
-    if (number_of(interface / "type", 0) != ARPHRD_CAN) continue;
-    std::error_code none;
-    const fs::path device = fs::read_symlink(interface / "device", none);
-    if (none) continue;  // virtual interface
-    names.push_back(interface.filename());
-    names.push_back(device.filename());
-  }
-  return names;
-}
-
-std::vector<InterruptThread> read_interrupts(const fs::path& root) {
-  std::vector<InterruptThread> threads;
-  const std::vector<std::string> names = interrupt_names(root);
-  if (names.empty()) return threads;
-  constexpr std::string_view prefix = "irq/";
-  for (const fs::path& process : entries_of(root / "proc")) {
-    const auto pid = number_in<int>(process.filename().string());
-    const std::string name = pid ? line_of(process / "comm") : std::string{};
-    const std::size_t dash = name.find('-');
-    if (!name.starts_with(prefix) || dash == std::string::npos) continue;
-    // The kernel truncates the names of threads.
-    constexpr std::size_t longest = 15;
-    const std::string action = name.substr(dash + 1);
-    if (std::ranges::none_of(names, [&](const std::string& one) {
-          return one == action || (name.size() == longest && one.starts_with(action));
-        }))
-      continue;
-    const std::string stat = line_of(process / "stat");
-    const std::size_t end = stat.rfind(')');
-    if (end == std::string::npos) continue;
-    const auto fields = words_of(stat.substr(end + 1), ' ');
-    constexpr std::size_t priority = 37;  // rt_priority is field 40 of stat; fields[0] is field 3
-    if (fields.size() > priority)
-      threads.push_back({name, *pid, number_in<int>(fields[priority]).value_or(0)});
-  }
-  return threads;
-}
-
 }  // namespace
 
 Machine read_machine(const fs::path& root) {
@@ -238,7 +195,6 @@ Machine read_machine(const fs::path& root) {
   machine.clock = line_of(root / "sys/devices/system/clocksource/clocksource0/current_clocksource");
   machine.largest_buffer =
       number_of(root / "proc/sys/net/core/rmem_max", std::numeric_limits<std::int64_t>::max());
-  machine.interrupts = read_interrupts(root);
   std::error_code unknown;
   const fs::path here = fs::current_path(unknown);
   machine.folder = here.string();

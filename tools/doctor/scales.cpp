@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "tools/identify/common/agreement.hpp"
 #include "tools/identify/common/resampled.hpp"
-#include "tools/init/drive_course.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools::doctor {
@@ -29,46 +29,18 @@ constexpr double pose_sigma = 0.02, wheel_sigma = 0.03, axle_sigma = 0.05, rest_
 constexpr double usual = 0.07;       // relative error that the filter learns without harm
 constexpr double certain = 9.0;      // least weighted sum of squares that the factor explains
 constexpr double distinct = 4.0;     // least lead over the next best factor, in the same sum
-constexpr std::size_t enough = 100;  // spans
+constexpr std::size_t enough = 100;  // pieces
 
-struct Span {
-  double from = 0.0, to = 0.0;     ///< since the log's first frame [s]
-  double speed = 0.0, turn = 0.0;  ///< from the poses [m/s, rad/s]
-};
-
-std::vector<Span> spans_between_poses(const Drive& drive, const SignalLog& log) {
+std::vector<Piece> pieces_between_poses(const Drive& drive, const SignalLog& log) {
+  constexpr double longest = 1.5;  // s
   std::vector<PoseSample> poses = in_order(drive.cameras, log.first_ns);
   auto arm = drive.config.camera.lever_arm;
   if (poses.empty() && drive.reference) {
     arm = drive.config.reference_lever_arm.value_or(arm);
     for (const TrajectoryPoint& point : drive.reference->points)
-      poses.push_back({1e-9 * static_cast<double>(point.t_ns - log.first_ns), point.pose.x,
-                       point.pose.y, point.pose.yaw});
+      poses.push_back({log.seconds(point.t_ns), point.pose.x, point.pose.y, point.pose.yaw});
   }
-  constexpr double shortest = 0.499, longest = 1.5;  // s
-  std::vector<Span> spans;
-  for (std::size_t i = 0, j = 0; i < poses.size(); ++i) {
-    const PoseSample& from = poses[i];
-    while (j < poses.size() && poses[j].t - from.t < shortest) ++j;
-    if (j == poses.size()) break;
-    const PoseSample& to = poses[j];
-    if (to.t - from.t > longest) continue;
-    const double heading = 0.5 * (from.yaw + to.yaw) - arm[2];
-    const double turn = (to.yaw - from.yaw) / (to.t - from.t);
-    const double way = (to.x - from.x) * std::cos(heading) + (to.y - from.y) * std::sin(heading);
-    // A point on the left of the centre is slower in a turn to the left.
-    spans.push_back({from.t, to.t, way / (to.t - from.t) + arm[1] * turn, turn});
-  }
-  return spans;
-}
-
-std::vector<Span> even_spans(const SignalLog& log) {
-  constexpr double length = 0.5, stride = 0.05;  // s
-  std::vector<Span> spans;
-  for (double t = 0.0; t + length < 1e-9 * static_cast<double>(log.last_ns - log.first_ns);
-       t += stride)
-    spans.push_back({t, t + length});
-  return spans;
+  return pieces_of(poses, 0.0, longest, arm);
 }
 
 /// ln(ratio) = Σ power · ln(scale of the source) ± sigma
@@ -101,54 +73,51 @@ void add_median(std::vector<Comparison>& all, const ArrayXd& y, const ArrayXd& x
 void add_slope(std::vector<Comparison>& all, const ArrayXd& y, const ArrayXd& x, double sigma,
                std::initializer_list<Power> powers) {
   constexpr double related = 0.8;
-  const Relation relation = relation_of({y.begin(), y.end()}, {x.begin(), x.end()});
-  if (relation.correlation > related && relation.slope > 0.0)
-    add(all, relation.slope / relation.correlation,
-        std::hypot(sigma, std::log(relation.correlation)), powers);
+  const Relation relation = relation_of(y, x);
+  if (relation.correlation > related)
+    add(all, relation.gain, std::hypot(sigma, std::log(relation.correlation)), powers);
 }
 
 std::vector<Comparison> compare(const Drive& drive, const SignalLog& log,
                                 const std::vector<Source>& wheels) {
   const estimator::Vehicle& car = drive.config.vehicle;
-  std::vector<Span> spans = spans_between_poses(drive, log);
-  const bool has_poses = spans.size() >= enough;
-  if (!has_poses) spans = even_spans(log);
+  constexpr double stride = 0.05, step = 0.01;  // s
+  const double end = log.seconds(log.last_ns);
+  std::vector<Piece> pieces = pieces_between_poses(drive, log);
+  const bool has_poses = pieces.size() >= enough;
+  if (!has_poses) pieces = even_pieces(0.0, end, stride);
   const auto on_grid = [&](const Series& series) {
-    constexpr double step = 0.01;
-    return resampled(series, log.first_ns, 0.0,
-                     1e-9 * static_cast<double>(log.last_ns - log.first_ns), step);
+    return resampled(series, log.first_ns, 0.0, end, step);
   };
   const auto speed_of = [&](Source wheel) {
-    return on_grid(log.has(Source::direction)
-                       ? with_direction(log.of(wheel), log.of(Source::direction))
-                       : log.of(wheel));
+    return on_grid(with_direction(log.of(wheel), log.of(Source::direction)));
   };
   Resampled speed = speed_of(wheels[0]);
   for (std::size_t k = 1; k < wheels.size(); ++k)
     speed = combined(speed, speed_of(wheels[k]), std::plus{});
   for (double& value : speed.value) value /= static_cast<double>(wheels.size());
   const auto each = [&](auto f) {
-    ArrayXd values(static_cast<Eigen::Index>(spans.size()));
-    std::ranges::transform(spans, values.begin(), f);
+    ArrayXd values(std::ssize(pieces));
+    std::ranges::transform(pieces, values.begin(), f);
     return values;
   };
   const auto mean = [&](const Resampled& signal) {
-    return each([sum = integral(signal)](const Span& span) {
-      return (sum.at(span.to) - sum.at(span.from)) / (span.to - span.from);
+    return each([sum = integral(signal)](const Piece& piece) {
+      return (sum.at(piece.to) - sum.at(piece.from)) / piece.length();
     });
   };
   const ArrayXd all_speeds = mean(speed).abs();
   const double slowest =
-      spans.empty() ? 0.0 : std::max(0.5 * median_of_magnitudes(all_speeds), 0.1);
+      pieces.empty() ? 0.0 : std::max(0.5 * median_of_magnitudes(all_speeds), 0.1);
   std::erase_if(
-      spans, [&, i = Eigen::Index{0}](const Span&) mutable { return all_speeds[i++] < slowest; });
+      pieces, [&, i = Eigen::Index{0}](const Piece&) mutable { return all_speeds[i++] < slowest; });
   std::vector<Comparison> all;
-  if (spans.size() < enough || !log.has(Source::yaw_rate)) return all;
+  if (pieces.size() < enough || !log.has(Source::yaw_rate)) return all;
 
   const std::vector<Source> gyro{Source::yaw_rate};
   const ArrayXd v = mean(speed), turn = mean(on_grid(log.of(Source::yaw_rate)));
-  const ArrayXd seen_speed = each([](const Span&span) { return span.speed; }),
-                seen_turn = each([](const Span&span) { return span.turn; });
+  const ArrayXd seen_speed = each([](const Piece&p) { return p.along / p.length(); }),
+                seen_turn = each([](const Piece&p) { return p.turn / p.length(); });
   std::vector<ArrayXd> middle;  // speed of the axle's middle, from each wheel
   for (const Source wheel : wheels) {
     const bool is_left = wheel == Source::wheel_front_left || wheel == Source::wheel_rear_left;
@@ -177,8 +146,8 @@ std::vector<Comparison> compare(const Drive& drive, const SignalLog& log,
     add_slope(all, mean(on_grid(log.of(Source::accel_y))), v * turn, rest_sigma,
               {{{Source::accel_y}}, {wheels, -1.0}, {gyro, -1.0}});
   if (log.has(Source::accel_x))
-    add_slope(all, mean(on_grid(log.of(Source::accel_x))), each([&](const Span& span) {
-                return (speed.at(span.to) - speed.at(span.from)) / (span.to - span.from);
+    add_slope(all, mean(on_grid(log.of(Source::accel_x))), each([&](const Piece& piece) {
+                return (speed.at(piece.to) - speed.at(piece.from)) / piece.length();
               }),
               rest_sigma, {{{Source::accel_x}}, {wheels, -1.0}});
   return all;

@@ -90,10 +90,7 @@ std::string own_tables(const std::filesystem::path& file) {
 std::string vehicle(const CarTexts& texts) {
   Draft draft;
   draft.car = parse_car(texts);
-  auto missing = required(missing_first(draft.car, draft.proposal));
-  for (const Question& question : required(missing_last(draft.car, draft.proposal)))
-    missing.push_back(question);
-  if (!missing.empty()) refuse(missing);
+  require_numbers(draft.car, draft.proposal);
   std::string text = "[vehicle]\n";
   for (const VehicleValue& value : vehicle_values(draft))
     text += fmt::format("{} = {} # {}{}\n", value.key, shortest(value.value),

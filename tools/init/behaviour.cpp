@@ -6,13 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
-#include <numeric>
 #include <optional>
 #include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "tools/init/drive_course.hpp"
 #include "tools/init/proposal.hpp"
@@ -20,16 +17,19 @@
 namespace odomd::tools {
 namespace {
 
+using Eigen::ArrayXd;
 using estimator::Source;
 
+constexpr std::array witnesses{Source::yaw_rate, Source::steering, Source::accel_y};
+
 /// Sets radius and ratios of speeds that come as angular velocities, and converts their series.
-void take_radius(Proposal& proposal, const Known& known) {
+void take_radius(Proposal& proposal, const Car& car) {
   for (const Source role : wheel_sources) {
     auto& choice = proposal.of(role);
     if (!choice || !choice->turns()) continue;
-    choice->radius = known.wheel_radius.value_or(1.0);
-    if (role == Source::motor) choice->ratio = known.gear_ratio;
-    if (choice->candidate.unit == can::Unit::erpm) choice->pole_pairs = known.pole_pairs;
+    choice->radius = car.wheel_radius.value_or(1.0);
+    if (role == Source::motor) choice->ratio = car.gear_ratio;
+    if (choice->candidate.unit == can::Unit::erpm) choice->pole_pairs = car.pole_pairs;
     const double factor =
         *choice->radius / choice->ratio.value_or(1.0) / choice->pole_pairs.value_or(1.0);
     for (double& value : choice->series.value) value *= factor;
@@ -39,23 +39,17 @@ void take_radius(Proposal& proposal, const Known& known) {
 /// Compares each wheel with the mean of all.
 void compare_speeds(Proposal& proposal, const DriveCourse& drive) {
   constexpr double tolerance = 0.1;
-  std::vector<Source> wheels;
-  for (const Source role : wheel_sources)
-    if (drive.has(role)) wheels.push_back(role);
-  for (const Source role : wheels) {
+  const auto wheels =
+      std::ranges::count_if(wheel_sources, [&](Source role) { return drive.has(role); });
+  for (const Source role : wheel_sources) {
+    if (!drive.has(role)) continue;
     Choice& choice = *proposal.of(role);
-    std::vector<double> own = drive.moving([&](std::size_t i) { return drive.at(role, i); });
-    if (own.empty()) {
-      choice.warnings.emplace_back("it does not move in the log");
-      continue;
-    }
-    if (2 * std::ranges::count_if(own, [](double speed) { return speed < 0.0; }) > std::ssize(own))
+    const ArrayXd& own = drive.of(role);
+    if (2 * (own < 0.0).count() > own.size())
       choice.warnings.emplace_back(
           "negative for most of the drive: if the car drove forwards, set scale = -1");
-    if (wheels.size() < 2) continue;
-    const std::vector<double> mean = drive.moving([&](std::size_t i) { return drive.speed(i); });
-    const double ratio = std::accumulate(own.begin(), own.end(), 0.0) /
-                         std::accumulate(mean.begin(), mean.end(), 0.0);
+    if (wheels < 2) continue;
+    const double ratio = own.sum() / drive.speed.sum();
     if (std::fabs(ratio - 1.0) <= tolerance)
       choice.reasons.emplace_back("agrees with the other wheels");
     else
@@ -64,73 +58,68 @@ void compare_speeds(Proposal& proposal, const DriveCourse& drive) {
 }
 
 /// Inverts the sign of a signal that contradicts the others.
-void turn(Choice& choice, std::string_view against) {
+void turn(Proposal& proposal, DriveCourse& drive, Source role, std::string_view against) {
+  Choice& choice = *proposal.of(role);
   choice.scale = -choice.scale;
   for (double& value : choice.series.value) value = -value;
+  drive.signals.at(estimator::index_of(role)) *= -1.0;
   choice.reasons.push_back(fmt::format("scale negative: it goes the other way than {}", against));
 }
 
-std::optional<std::vector<double>> wheel_difference(const DriveCourse& drive) {
-  for (const auto& axle : {std::pair{Source::wheel_rear_left, Source::wheel_rear_right},
-                           std::pair{Source::wheel_front_left, Source::wheel_front_right}})
-    if (drive.has(axle.first) && drive.has(axle.second))
-      return drive.moving(
-          [&](std::size_t i) { return drive.at(axle.second, i) - drive.at(axle.first, i); });
+std::optional<ArrayXd> wheel_difference(const DriveCourse& drive) {
+  for (const auto& [left, right] : {std::pair{Source::wheel_rear_left, Source::wheel_rear_right},
+                                    std::pair{Source::wheel_front_left, Source::wheel_front_right}})
+    if (drive.has(left) && drive.has(right)) return drive.of(right) - drive.of(left);
   return std::nullopt;
 }
 
 /// A witness's values, proportional to the yaw rate.
-std::vector<double> shown_by(const DriveCourse& drive, Source role) {
-  return drive.moving([&](std::size_t i) {
-    if (role == Source::steering) return drive.at(role, i) * drive.speed(i);
-    if (role == Source::accel_y) return drive.at(role, i) / drive.speed(i);
-    return drive.at(role, i);
-  });
+ArrayXd shown_by(const DriveCourse& drive, Source role) {
+  if (role == Source::steering) return drive.of(role) * drive.speed;
+  if (role == Source::accel_y) return drive.of(role) / drive.speed;
+  return drive.of(role);
 }
 
-void sign_by_wheels(Proposal& proposal, const DriveCourse& drive,
-                    const std::vector<double>& difference) {
-  for (const Source role : {Source::yaw_rate, Source::steering, Source::accel_y}) {
+void sign_by_wheels(Proposal& proposal, DriveCourse& drive, const ArrayXd& difference) {
+  for (const Source role : witnesses) {
     if (!drive.has(role)) continue;
     Choice& choice = *proposal.of(role);
     const Relation relation = relation_of(shown_by(drive, role), difference);
     if (!relation.clear())
       choice.warnings.emplace_back("the log shows too few turns to compare it with the wheels");
     else if (relation.slope < 0.0)
-      turn(choice, "right less left wheel");
+      turn(proposal, drive, role, "right less left wheel");
     else
       choice.reasons.emplace_back("turns as right less left wheel do");
   }
 }
 
-void sign_by_majority(Proposal& proposal, const DriveCourse& drive) {
-  std::vector<std::pair<Source, Relation>> witnesses;  // each compared with the first one
-  std::vector<double> first;
-  int sum = 0;
-  bool clear = true;
-  for (const Source role : {Source::yaw_rate, Source::steering, Source::accel_y}) {
+void sign_by_majority(Proposal& proposal, DriveCourse& drive) {
+  std::vector<std::pair<Source, Relation>> relations;  // each witness with the first one
+  std::ptrdiff_t sum = 0, clear = 0;
+  for (const Source role : witnesses) {
     if (!drive.has(role)) continue;
-    if (witnesses.empty()) first = shown_by(drive, role);
-    const Relation& relation =
-        witnesses.emplace_back(role, relation_of(shown_by(drive, role), first)).second;
-    if (relation.clear())
-      sum += relation.slope > 0.0 ? 1 : -1;
-    else
-      clear = false;
+    const Source first = relations.empty() ? role : relations[0].first;
+    const Relation relation = relation_of(shown_by(drive, role), shown_by(drive, first));
+    relations.emplace_back(role, relation);
+    if (!relation.clear()) continue;
+    ++clear;
+    sum += relation.slope > 0.0 ? 1 : -1;
   }
-  if (witnesses.empty()) return;
-  const bool together = std::cmp_equal(std::abs(sum), witnesses.size());
-  for (const auto& [role, relation] : witnesses) {
+  const std::ptrdiff_t all = std::ssize(relations);
+  if (all == 0) return;
+  const bool undecided = sum == 0 || (clear < all && std::abs(sum) < all && all < 3);
+  for (const auto& [role, relation] : relations) {
     Choice& choice = *proposal.of(role);
-    if (witnesses.size() < 2) {
+    if (all < 2) {
       choice.warnings.emplace_back("nothing in the log says whether positive is left");
     } else if (!relation.clear()) {
       choice.warnings.emplace_back("the log shows too few turns to compare it with the others");
-    } else if (sum == 0 || (!clear && !together && witnesses.size() < 3)) {
+    } else if (undecided) {
       choice.warnings.emplace_back(
           "gyro and steering disagree about left and right; turn left: both must be positive");
     } else if ((relation.slope > 0.0) != (sum > 0)) {
-      turn(choice, "the others");
+      turn(proposal, drive, role, "the others");
       choice.warnings.emplace_back("its sign was set by majority; turn left: it must be positive");
     } else {
       choice.reasons.emplace_back("its sign agrees with the others'");
@@ -138,8 +127,7 @@ void sign_by_majority(Proposal& proposal, const DriveCourse& drive) {
   }
   proposal.notes.emplace_back(
       "left and right: no pair of wheels confirms it, positive to the left is assumed; turn left "
-      "by "
-      "hand: yaw_rate and steering must be positive");
+      "by hand: yaw_rate and steering must be positive");
 }
 
 /// Whether the only speed is a motor's, which depends on numbers given by a person.
@@ -153,21 +141,16 @@ bool only_motor_turns(const Proposal& proposal) {
 /// Lateral acceleration against speed times yaw rate, if they correlate.
 std::optional<Relation> lateral_relation(const DriveCourse& drive) {
   if (!drive.has(Source::accel_y) || !drive.has(Source::yaw_rate)) return std::nullopt;
-  const Relation relation = relation_of(
-      drive.moving([&](std::size_t i) { return drive.at(Source::accel_y, i); }),
-      drive.moving([&](std::size_t i) { return drive.at(Source::yaw_rate, i) * drive.speed(i); }));
+  const Relation relation =
+      relation_of(drive.of(Source::accel_y), drive.of(Source::yaw_rate) * drive.speed);
   return relation.clear() ? std::optional(relation) : std::nullopt;
 }
 
-void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& known) {
+void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Car& car) {
   if (!drive.has(Source::yaw_rate)) return;
   Choice& choice = *proposal.of(Source::yaw_rate);
-  proposal.lateral = 0.0;
-  for (const double value : drive.moving([&](std::size_t i) {
-         return std::fabs(drive.at(Source::yaw_rate, i) * drive.speed(i));
-       }))
-    proposal.lateral = std::max(proposal.lateral, value);
-  const auto yaw = shown_by(drive, Source::yaw_rate);
+  const ArrayXd& yaw = drive.of(Source::yaw_rate);
+  proposal.lateral = (yaw * drive.speed).abs().maxCoeff();
   constexpr double factor = 3.0;
   std::optional<double> size;  // measured / expected yaw rate
   bool by_track = false;
@@ -175,8 +158,8 @@ void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& k
     const Relation relation = relation_of(*difference, yaw);
     if (relation.clear()) {
       proposal.measured_track = std::fabs(relation.slope);
-      by_track = known.track.has_value();
-      if (by_track) size = *known.track / std::fabs(relation.slope);
+      by_track = car.track.has_value();
+      if (by_track) size = *car.track / std::fabs(relation.slope);
     }
   }
   if (const auto relation = lateral_relation(drive); !size && relation)
@@ -201,18 +184,16 @@ void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& k
         fmt::format("it is {:.3g} times what the other sensors say: check the unit", *size));
 }
 
-void check_accel_x(Proposal& proposal, const DriveCourse& drive) {
+void check_accel_x(Proposal& proposal, DriveCourse& drive) {
   if (!drive.has(Source::accel_x)) return;
   Choice& choice = *proposal.of(Source::accel_x);
-  const auto measured = drive.moving([&](std::size_t i) { return drive.at(Source::accel_x, i); });
-  const auto change = drive.moving([&](std::size_t i) { return drive.acceleration(i); });
-  const Relation relation = relation_of(measured, change);
+  const Relation relation = relation_of(drive.of(Source::accel_x), drive.acceleration);
   if (!relation.clear()) {
     choice.warnings.emplace_back("the log shows too little braking to compare it with the speed");
     return;
   }
   if (relation.slope < 0.0)
-    turn(choice, "the speed's change");
+    turn(proposal, drive, Source::accel_x, "the speed's change");
   else
     choice.reasons.emplace_back("follows the change of the speed");
   if (const double slope = std::fabs(relation.slope); slope < 0.5 || slope > 2.0)
@@ -260,26 +241,24 @@ void warn_of_standing_log(Proposal& proposal) {
 
 }  // namespace
 
-void check_behaviour(Proposal& proposal, const Known& known) {
-  take_radius(proposal, known);
+void check_behaviour(Proposal& proposal, const Car& car) {
+  take_radius(proposal, car);
   take_command(proposal);
-  const DriveCourse before(proposal);
-  if (!before.has_motion()) {
-    warn_of_standing_log(proposal);
-    set_steering_scale(proposal, before, known);
-  } else {
-    compare_speeds(proposal, before);
-    if (const auto difference = wheel_difference(before))
-      sign_by_wheels(proposal, before, *difference);
+  DriveCourse drive(proposal);
+  if (drive.has_motion()) {
+    compare_speeds(proposal, drive);
+    if (const auto difference = wheel_difference(drive))
+      sign_by_wheels(proposal, drive, *difference);
     else
-      sign_by_majority(proposal, before);
-    const DriveCourse drive(proposal);  // with the corrected signs
-    check_yaw_rate(proposal, drive, known);
+      sign_by_majority(proposal, drive);
+    check_yaw_rate(proposal, drive, car);
     check_accel_x(proposal, drive);
     check_accel_y(proposal, drive);
     check_direction(proposal);
-    set_steering_scale(proposal, drive, known);
+  } else {
+    warn_of_standing_log(proposal);
   }
+  set_steering_scale(proposal, drive, car);
   set_noise(proposal);
 }
 

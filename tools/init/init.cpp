@@ -13,6 +13,7 @@
 #include "can_protocol/sources/open_source.hpp"
 #include "daemon/core/config.hpp"
 #include "tools/cli/files.hpp"
+#include "tools/init/vesc.hpp"
 #include "tools/sim/car_bus.hpp"
 
 namespace odomd::tools {
@@ -28,13 +29,8 @@ bool is_own(const can::Message& message) {
          can::find_signal(message, binding.counter_signal) != nullptr;
 }
 
-/// Checked frames of a message, and how many passed.
-struct Checked {
-  std::uint64_t passed = 0, frames = 0;
-  [[nodiscard]] bool is_protected() const { return 2 * passed > frames; }
-};
-
-Checked check(const can::Message& message, const Traffic& traffic) {
+/// Whether most frames of a message have the checksum and the counter of odomd.dbc.
+bool is_protected(const can::Message& message, const Traffic& traffic) {
   can::SignalBinding binding;
   binding.role = binding.message = message.name;
   binding.signals = {message.signals.back().name};
@@ -42,14 +38,14 @@ Checked check(const can::Message& message, const Traffic& traffic) {
   const std::array protections{sim::bus_protection(message)};
   can::Decoder decoder(std::span(&sim::bus_database(), 1), bindings, protections, traffic.buses);
   std::array<can::Sample, can::max_samples_per_frame> samples{};
-  Checked checked;
+  std::uint64_t passed = 0, frames = 0;
   for (const can::Frame& frame : traffic.frames) {
     const can::DecodeResult result = decoder.decode(frame, samples);
     if (result.message < 0) continue;
-    ++checked.frames;
-    if (result.verdict == can::FrameVerdict::decoded) ++checked.passed;
+    ++frames;
+    if (result.verdict == can::FrameVerdict::decoded) ++passed;
   }
-  return checked;
+  return 2 * passed > frames;
 }
 
 // End-to-end protection for the proposal's messages that come from odomd.dbc and, if there is
@@ -64,7 +60,7 @@ std::vector<can::E2eBinding> protections_for(Proposal& proposal,
       for (auto& choice : proposal.roles)
         if (choice && choice->candidate.message == &message) users.push_back(&*choice);
       if (users.empty() || !is_own(message)) continue;
-      if (traffic.empty() || check(message, traffic).is_protected()) {
+      if (traffic.empty() || is_protected(message, traffic)) {
         protections.push_back(sim::bus_protection(message));
         continue;
       }
@@ -108,16 +104,20 @@ Traffic traffic_of(const InitOptions& options) {
   return listen(options.can.front(), options.listen_s);
 }
 
-/// The database of a motor controller; odomd.dbc if no database is given.
-std::optional<MadeDatabase> made_database(const InitOptions& options,
-                                          const std::optional<MotorController>& controller,
-                                          const Traffic& traffic) {
-  if (controller) return make_database(*controller);
+/// A database that is written next to the configuration: "vesc-23.dbc".
+struct MadeDatabase {
+  std::string name, text;
+};
+
+/// The database of the VESC; odomd.dbc if no database is given.
+std::optional<MadeDatabase> made_database(const InitOptions& options, const Traffic& traffic) {
+  if (options.vesc)
+    return MadeDatabase{fmt::format("vesc-{}.dbc", *options.vesc), vesc_database(*options.vesc)};
   if (!options.databases.empty()) return std::nullopt;
   if (!traffic.empty() && !is_own_bus(traffic))
     throw std::invalid_argument(fmt::format(
         "{}: its identifiers are not those of odomd.dbc, so a database must say what they mean: "
-        "give it with --dbc, or name a motor controller with --vesc or --odrive. The maker of the "
+        "give it with --dbc, or name a motor controller with --vesc. The maker of the "
         "car or of its control units has it; collections such as opendbc have many cars",
         traffic.name));
   return MadeDatabase{"odomd.dbc", std::string(sim::bus_database_text())};
@@ -138,62 +138,36 @@ std::vector<std::string> named_from(const fs::path& out, const std::vector<std::
 }
 
 /// The interfaces that carry the mapped messages.
-std::vector<std::string> sources_of(const Proposal& proposal, const Traffic& traffic,
-                                    std::span<const can::Database> databases) {
-  const auto came = rhythms(traffic, databases);
+std::vector<std::string> sources_of(const Proposal& proposal) {
   std::set<std::string> carrying;
-  for (const auto& choice : proposal.roles) {
-    if (!choice) continue;
-    if (!choice->bus.empty()) {
-      carrying.insert(choice->bus);
-      continue;
-    }
-    const can::Message& message = *choice->candidate.message;
-    if (const auto found = came.find(can::frame_key(message.id, message.format));
-        found != came.end())
-      carrying.insert(found->second.buses.begin(), found->second.buses.end());
-  }
+  for (const auto& choice : proposal.roles)
+    if (choice) carrying.insert(choice->buses.begin(), choice->buses.end());
   return {carrying.begin(), carrying.end()};
-}
-
-void answer(const std::vector<Question>& missing, Car& car, Dialogue* dialogue) {
-  if (dialogue != nullptr)
-    ask(missing, car, dialogue->in, dialogue->out);
-  else if (const auto needed = required(missing); !needed.empty())
-    refuse(needed);
-}
-
-std::string described(const std::vector<std::string>& databases, const Traffic& traffic) {
-  std::string text = fmt::format("{}", fmt::join(databases, ", "));
-  if (!traffic.empty()) text += " and " + traffic.name;
-  return text;
 }
 
 /// Loads the configuration as odomd would, so that only a valid one is written.
 diagnostics::Diagnostics checked(const std::string& text, const fs::path& out) {
-  diagnostics::Diagnostics warnings;
   daemon::Config config = daemon::parse_config(text, out);
-  warnings = config.warnings;
+  diagnostics::Diagnostics warnings = config.warnings;
   static_cast<void>(daemon::load_databases(config, warnings));
   return warnings;
 }
 
 }  // namespace
 
-InitResult init(const InitOptions& options, Dialogue* dialogue) {
+InitResult init(const InitOptions& options) {
   check_free(options.out, options.overwrite);
   std::vector<fs::path> inputs{options.databases.begin(), options.databases.end()};
   inputs.insert(inputs.end(), options.can.begin(), options.can.end());
   check_outputs(std::vector<Output>{{"--out", options.out.string()}}, inputs);
   Car car = parse_car(options.car);
-  const auto controller = parse_controller(options.controllers);
   const Traffic traffic = traffic_of(options);
-  if (controller && !traffic.empty()) require_frames(*controller, traffic);
+  if (options.vesc && !traffic.empty()) require_frames(*options.vesc, traffic);
   InitResult result;
   std::vector<std::string> files = options.databases;
   for (const std::string& file : files) result.databases.push_back(can::read_dbc(file));
   std::vector<std::string> names = files;
-  const auto made = made_database(options, controller, traffic);
+  const auto made = made_database(options, traffic);
   fs::path made_file;
   if (made) {
     result.databases.push_back(can::parse_dbc(made->text, made->name));
@@ -207,21 +181,19 @@ InitResult init(const InitOptions& options, Dialogue* dialogue) {
           "{}: exists already and is another database; name it with --dbc, or move it away",
           made_file.string()));
   }
-  Proposal named = propose(result.databases, traffic);
-  if (controller) settle_motor(named, *controller, car, dialogue != nullptr);
-  answer(missing_first(car, named), car, dialogue);
-  Proposal proposal = named;
+  Proposal proposal = propose(result.databases, traffic);
+  if (options.vesc) settle_motor(proposal, *options.vesc, car);
   check_behaviour(proposal, car);
-  if (const auto missing = missing_last(car, proposal); !missing.empty()) {
-    answer(missing, car, dialogue);
-    proposal = named;
-    check_behaviour(proposal, car);
-  }
+  require_numbers(car, proposal);
   auto protections = protections_for(proposal, result.databases, traffic);
-  auto sources = sources_of(proposal, traffic, result.databases);
-  result.draft = {std::move(proposal),    car,
-                  std::move(protections), named_from(options.out, files),
-                  std::move(sources),     described(names, traffic)};
+  auto sources = sources_of(proposal);
+  result.draft = {
+      std::move(proposal),
+      car,
+      std::move(protections),
+      named_from(options.out, files),
+      std::move(sources),
+      fmt::format("{}{}", fmt::join(names, ", "), traffic.empty() ? "" : " and " + traffic.name)};
   const std::string text = as_toml(result.draft);
   try {
     if (!result.wrote_database.empty()) write_whole(made_file, made->text);

@@ -2,14 +2,13 @@
 #pragma once
 
 #include <filesystem>
-#include <iosfwd>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/init/car.hpp"
-#include "tools/init/motor_controller.hpp"
 #include "tools/init/writer.hpp"
 
 namespace odomd::tools {
@@ -17,20 +16,14 @@ namespace odomd::tools {
 enum class Overwrite : std::uint8_t { refuse, replace };
 
 struct InitOptions {
-  std::vector<std::string> databases;  ///< none: a motor controller's, or odomd.dbc
-  ControllerTexts controllers;
+  std::vector<std::string> databases;          ///< none: the VESC's, or odomd.dbc
+  std::optional<int> vesc;                     ///< its ID; a database is made for it
   std::vector<std::string> can;                ///< logs, or one interface
   double listen_s = 20.0;                      ///< how long to listen to an interface [s]
   can::Damage damage = can::Damage::left_out;  ///< how to treat damage of the logs
   std::filesystem::path out = "car.toml";
   Overwrite overwrite = Overwrite::refuse;
   CarTexts car;
-};
-
-/// Where to ask; without a dialogue, missing numbers are errors.
-struct Dialogue {
-  std::istream& in;
-  std::ostream& out;
 };
 
 struct InitResult {
@@ -41,7 +34,7 @@ struct InitResult {
 };
 
 /// Writes options.out, once it has loaded as a configuration with its databases. Throws
-/// std::invalid_argument with the file, line or option; then nothing is written.
-[[nodiscard]] InitResult init(const InitOptions& options, Dialogue* dialogue);
+/// std::invalid_argument with the file, the line or the missing options; then nothing is written.
+[[nodiscard]] InitResult init(const InitOptions& options);
 
 }  // namespace odomd::tools

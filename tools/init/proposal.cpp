@@ -37,7 +37,12 @@ constexpr double close_score = 1.5;
 /// Whether the series of two signals correlate.
 bool are_alike(const Series& one, const Series& other) {
   constexpr double alike = 0.9;
-  return std::fabs(relation_of(one, other).correlation) >= alike;
+  const std::vector<Resampled> both = on_one_grid({&one, &other});
+  if (both.empty()) return false;
+  const auto values = [&](std::size_t i) {
+    return Eigen::Map<const Eigen::ArrayXd>(both[i].value.data(), std::ssize(both[i].value));
+  };
+  return std::fabs(relation_of(values(0), values(1)).correlation) >= alike;
 }
 
 Choice best_of(std::vector<Observed> observed, bool has_log) {
@@ -70,8 +75,10 @@ void take_rhythm(Choice& choice, const Rhythm& rhythm) {
   choice.reasons.push_back(fmt::format("every {:.4g} ms in the log", 1e3 * rhythm.cycle));
   if (3.0 * rhythm.cycle > usual || rhythm.longest > usual)
     choice.timeout = std::ceil(needed / resolution - 1e-6) * resolution;
+  choice.buses = rhythm.buses;
   if (rhythm.buses.size() > 1) {
     choice.bus = rhythm.buses.front();
+    choice.buses = {choice.bus};
     choice.warnings.push_back(
         fmt::format("frames of this identifier come on {}; taken from the busiest",
                     fmt::join(rhythm.buses, " and ")));

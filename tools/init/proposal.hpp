@@ -22,7 +22,8 @@ struct Choice {
   double scale = 1.0, offset = 0.0;
   bool scale_fits = false;  ///< the drive confirms the scale of a steering command
   std::optional<double> sigma, timeout, radius, ratio, pole_pairs;  ///< none: odomd's default
-  std::string bus;                                                  ///< empty: any
+  std::vector<std::string> buses;     ///< those that carry the message in the log
+  std::string bus;                    ///< the one to take it from; empty: any
   std::vector<std::string> reasons;   ///< why it was chosen, and the origin of its numbers
   std::vector<std::string> warnings;  ///< empty: certain
 
@@ -54,14 +55,14 @@ struct Proposal {
 /// Throws std::invalid_argument if there is no speed.
 [[nodiscard]] Proposal propose(std::span<const can::Database> databases, const Traffic& traffic);
 
-/// Numbers of the car that a person must give; lengths in metres. None: not given.
-struct Known {
-  std::optional<double> wheelbase, track, wheel_radius, steering_ratio, full_lock, gear_ratio,
-      pole_pairs;
+/// Numbers of the car that a person must give, in SI units. None: not given.
+struct Car {
+  std::optional<double> mass, wheelbase, front_axle, track, wheel_radius, steering_ratio, full_lock,
+      gear_ratio, pole_pairs;
 };
 
 /// Compares the signals of the log with each other: sets signs, the steering's scale, biases and
 /// sigmas, and adds reasons and warnings (behaviour.cpp).
-void check_behaviour(Proposal& proposal, const Known& known);
+void check_behaviour(Proposal& proposal, const Car& car);
 
 }  // namespace odomd::tools

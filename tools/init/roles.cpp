@@ -29,6 +29,9 @@ int corner_of(const NameWords& name) {
   return (in_front ? 0 : 2) + (at_left ? 0 : 1);
 }
 
+constexpr auto axis_words = std::to_array<std::string_view>({"x", "ax", "y", "ay"});
+constexpr auto rate_word = std::to_array<std::string_view>({"rate"});
+
 struct Seen {
   NameWords own, around;  ///< of the signal and of its message
   Dimension dimension = Dimension::none;
@@ -90,14 +93,6 @@ void fit_one_speed(Fit& fit) {
   if (!of_wheel && !has(fit.seen.own, car) && !has(fit.seen.around, car)) fit.score -= 1.0;
 }
 
-void fit_steering(Fit& fit) {
-  fit.need(steering);
-  fit.need(angle, true);
-  if (has(fit.seen.own, rear)) fit.possible = false;
-  if (has(fit.seen.own, speed)) fit.possible = false;
-  if (has_word(fit.seen.own, std::to_array<std::string_view>({"rate"}))) fit.possible = false;
-}
-
 can::Unit usual_unit(Source role) {
   if (role == Source::yaw_rate) return can::Unit::deg_per_s;
   if (role == Source::accel_x || role == Source::accel_y) return can::Unit::m_per_s2;
@@ -109,44 +104,35 @@ Dimension dimension_of(Source role) {
 }
 
 void fit_words(Fit& fit, Source role) {
-  switch (role) {
-    case Source::yaw_rate:
-      fit.need(yaw);
-      fit.need(rate, fit.seen.dimension == Dimension::angular_rate);
-      if (has(fit.seen.own, steering) || has_word(fit.seen.own, {along.data(), 2}) ||
-          has_word(fit.seen.own, {across.data(), 2}) ||
-          (has(fit.seen.own, acceleration) && fit.seen.dimension == Dimension::none))
-        fit.possible = false;
-      break;
-    case Source::accel_x:
-      fit.need(acceleration, fit.seen.dimension == Dimension::acceleration);
-      fit.need(along);
-      if (has(fit.seen.own, across)) fit.possible = false;
-      break;
-    case Source::accel_y:
-      fit.need(acceleration, fit.seen.dimension == Dimension::acceleration);
-      fit.need(across);
-      if (has(fit.seen.own, along)) fit.possible = false;
-      break;
-    case Source::wheel_front_left:
-    case Source::wheel_front_right:
-    case Source::wheel_rear_left:
-    case Source::wheel_rear_right:
-      fit_wheel(fit, static_cast<int>(estimator::index_of(role)) -
-                         static_cast<int>(estimator::index_of(Source::wheel_front_left)));
-      break;
-    case Source::wheel_rear:
-      fit_one_speed(fit);
-      break;
-    case Source::motor:
-      fit.need(motor);
-      fit.need(speed, fit.seen.dimension == Dimension::speed);
-      break;
-    case Source::steering:
-      fit_steering(fit);
-      break;
-    default:
+  // Two groups of words that describe the role, of which a unit may replace one; and words of the
+  // signal's own name that exclude it.
+  const auto describe = [&](Vocabulary what, bool unit_says_what, Vocabulary which,
+                            bool unit_says_which, std::initializer_list<Vocabulary> others) {
+    fit.need(what, unit_says_what);
+    fit.need(which, unit_says_which);
+    for (const Vocabulary other : others)
+      if (has(fit.seen.own, other)) fit.possible = false;
+  };
+  const Dimension unit = fit.seen.dimension;
+  if (role == Source::yaw_rate) {
+    describe(yaw, false, rate, unit == Dimension::angular_rate, {steering});
+    if (has_word(fit.seen.own, axis_words) ||
+        (has(fit.seen.own, acceleration) && unit == Dimension::none))
       fit.possible = false;
+  } else if (role == Source::accel_x) {
+    describe(acceleration, unit == Dimension::acceleration, along, false, {across});
+  } else if (role == Source::accel_y) {
+    describe(acceleration, unit == Dimension::acceleration, across, false, {along});
+  } else if (role == Source::motor) {
+    describe(motor, false, speed, unit == Dimension::speed, {});
+  } else if (role == Source::steering) {
+    describe(steering, false, angle, true, {rear, speed});
+    if (has_word(fit.seen.own, rate_word)) fit.possible = false;
+  } else if (role == Source::wheel_rear) {
+    fit_one_speed(fit);
+  } else {
+    fit_wheel(fit, static_cast<int>(estimator::index_of(role)) -
+                       static_cast<int>(estimator::index_of(Source::wheel_front_left)));
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include <fmt/format.h>
@@ -29,38 +30,31 @@ Range range_of(Source role) {
   return {0.02, 0.1};
 }
 
-/// Whether a wheel is at rest from the margin before a time to the margin after; times must rise.
-class Rest {
- public:
-  explicit Rest(const Series& wheel) : wheel_(&wheel) {}
-  [[nodiscard]] bool holds_at(std::int64_t t_ns) {
-    constexpr double still = 0.01;                // m/s
-    constexpr std::int64_t margin = 750'000'000;  // ns
-    while (from_ < wheel_->size() && wheel_->t_ns[from_] < t_ns - margin) ++from_;
-    bool stands = from_ > 0;
-    std::size_t k = from_;
-    for (; k < wheel_->size() && wheel_->t_ns[k] <= t_ns + margin; ++k)
-      stands = stands && std::fabs(wheel_->value[k]) < still;
-    return stands && k > from_ && k < wheel_->size();
-  }
-
- private:
-  const Series* wheel_;
-  std::size_t from_ = 0;
-};
-
 /// The mean reading while all wheels are at rest, without outliers; none if the car still turns.
 std::optional<double> bias_standing(const Series& signal, const Proposal& proposal) {
   constexpr std::size_t enough = 50;
   constexpr double quiet = 0.02;  // rad/s: the readings of a creeping car scatter more
-  std::vector<Rest> wheels;
-  for (const Source role : wheel_sources)
-    if (proposal.has(role)) wheels.emplace_back(proposal.of(role)->series);
+  constexpr double still = 0.01;  // m/s
+  constexpr std::int64_t margin = 750'000'000;  // ns, before and after a reading
+  std::int64_t from = 0, to = std::numeric_limits<std::int64_t>::max();
+  std::vector<std::int64_t> turning;  // times at which a wheel turns
+  bool has_wheel = false;
+  for (const Source role : wheel_sources) {
+    if (!proposal.has(role) || proposal.of(role)->series.empty()) continue;
+    const Series& wheel = proposal.of(role)->series;
+    has_wheel = true;
+    from = std::max(from, wheel.t_ns.front() + margin);
+    to = std::min(to, wheel.t_ns.back() - margin);
+    for (std::size_t i = 0; i < wheel.size(); ++i)
+      if (std::fabs(wheel.value[i]) >= still) turning.push_back(wheel.t_ns[i]);
+  }
+  std::ranges::sort(turning);
   std::vector<double> values;
   for (std::size_t i = 0; i < signal.size(); ++i) {
-    bool stands = !wheels.empty();
-    for (Rest& wheel : wheels) stands = wheel.holds_at(signal.t_ns[i]) && stands;
-    if (stands) values.push_back(signal.value[i]);
+    const std::int64_t t_ns = signal.t_ns[i];
+    const auto next = std::ranges::lower_bound(turning, t_ns - margin);
+    if (has_wheel && t_ns > from && t_ns < to && (next == turning.end() || *next > t_ns + margin))
+      values.push_back(signal.value[i]);
   }
   if (values.size() < enough) return std::nullopt;
   const double middle = median_of(values);

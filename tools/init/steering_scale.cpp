@@ -26,22 +26,14 @@ struct Ratio {
 
 /// At constant speed both terms are proportional; then a typical understeer separates them.
 std::optional<Ratio> ratio_of(const DriveCourse& drive, double wheelbase) {
-  const auto angle = drive.moving([&](std::size_t i) { return drive.at(Source::steering, i); });
-  const auto slow = drive.moving([&](std::size_t i) {
-    return std::atan(wheelbase * drive.at(Source::yaw_rate, i) / drive.speed(i));
-  });
-  const auto fast =
-      drive.moving([&](std::size_t i) { return drive.at(Source::yaw_rate, i) * drive.speed(i); });
-  const auto n = static_cast<Eigen::Index>(angle.size());
+  const Eigen::ArrayXd &angle = drive.of(Source::steering), &yaw = drive.of(Source::yaw_rate);
+  const Eigen::ArrayXd slow = (wheelbase * yaw / drive.speed).atan();
+  const Eigen::Index n = angle.size();
   const Relation rough = relation_of(angle, slow);
   if (!(std::fabs(rough.slope) > 0.0)) return std::nullopt;
   Eigen::MatrixXd x(n, 3);
-  Eigen::VectorXd y(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    x.row(i) << slow[k], fast[k], 1.0;
-    y[i] = angle[k];
-  }
+  x << slow, yaw * drive.speed, Eigen::ArrayXd::Ones(n);
+  const Eigen::VectorXd y = angle;
   const auto rest = [&](const Eigen::Vector3d& b) { return (y - x * b).squaredNorm(); };
   // the points of a second are correlated, and count as one
   constexpr double together = 20.0;
@@ -101,26 +93,26 @@ void take_command(Proposal& proposal) {
   for (double& value : choice.series.value) value /= factor;
 }
 
-void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Known& known) {
+void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Car& car) {
   if (!proposal.has(Source::steering)) return;
   Choice& choice = *proposal.of(Source::steering);
   constexpr double usual_ratio = 16.0, full_lock = 0.9;  // rad
   const double sign = choice.scale < 0.0 ? -1.0 : 1.0;
   const auto use = [&](double ratio) { choice.scale = sign * std::round(1e5 / ratio) / 1e5; };
   const bool is_command = choice.candidate.unit == can::Unit::none;
-  if (is_command && known.full_lock) {
-    use(1.0 / *known.full_lock);
+  if (is_command && car.full_lock) {
+    use(1.0 / *car.full_lock);
     choice.reasons.emplace_back("scale: the angle at full lock as given");
     return;
   }
-  if (!is_command && known.steering_ratio) {
-    use(*known.steering_ratio);
+  if (!is_command && car.steering_ratio) {
+    use(*car.steering_ratio);
     choice.reasons.emplace_back("scale: one over the steering ratio as given");
     return;
   }
   const bool compares =
       drive.has(Source::steering) && drive.has(Source::yaw_rate) && drive.has_motion();
-  const auto ratio = known.wheelbase && compares ? ratio_of(drive, *known.wheelbase) : std::nullopt;
+  const auto ratio = car.wheelbase && compares ? ratio_of(drive, *car.wheelbase) : std::nullopt;
   constexpr double front_least = 0.4, front_most = 2.5, steering_wheel = 10.0, most = 40.0;
   constexpr double precise = 0.15;
   const bool is_precise = ratio && ratio->sigma < precise * ratio->value;

@@ -19,8 +19,8 @@ TEST(Comparison, TakesWhatHasNoSquareWithoutHarm) {
   comparison.add(1e300, -1e300, plain, memory);
   for (int k = 0; k < 200; ++k)
     comparison.add(-3.6 * std::sin(0.7 * k), std::sin(0.7 * k), plain, memory);
-  EXPECT_NEAR(comparison.gain(plain), 3.6, 0.036);
-  EXPECT_NEAR(comparison.correlation(plain), -1.0, 0.01);
+  EXPECT_NEAR(comparison.squares(plain).gain(), 3.6, 0.036);
+  EXPECT_NEAR(comparison.squares(plain).correlation(), -1.0, 0.01);
 }
 
 class ConsistencyTest : public ::testing::Test {

@@ -33,7 +33,7 @@ while_played() {
 
 # both: odom init and odom doctor at once, on the same frames.
 both() {
-  odom init --dbc drive/*.dbc --can vcan0 --for 12 --yes --mass 3 --wheelbase 0.26 --track 0.2 \
+  odom init --dbc drive/*.dbc --can vcan0 --for 12 --mass 3 --wheelbase 0.26 --track 0.2 \
     --out proposed.toml >init.log 2>&1 &
   local init=$!
   odom doctor --can vcan0 --for 12 --config drive/car.toml >doctor.log 2>&1

@@ -35,7 +35,7 @@ TEST_F(Inputs, APipeOrADeviceIsRefusedWhereverAFileIsRead) {
              "odom evaluate --pose d/truth.csv --reference ", "odom evaluate --drive d --config ",
              "odom plot --out o.svg ", "odom export --mcap o.mcap ", "odom doctor --config ",
              "odom dbc show ", "odom camera send --log ", "odom identify noise --csv ",
-             "odom init --yes --can d/drive.log --out o.toml --dbc ", "odomd --check --config "})
+             "odom init --can d/drive.log --out o.toml --dbc ", "odomd --check --config "})
       EXPECT_THAT(refused(line + input), HasSubstr(kind)) << line;
 }
 

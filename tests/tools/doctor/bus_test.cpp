@@ -20,65 +20,59 @@ Link sound_link() {
   return link;
 }
 
-Diagnostics of(const Link& link, can::FrameProtocol needed = can::FrameProtocol::classic) {
-  return examine_link("can0", link, needed);
-}
+using Found = ::testing::Matcher<const Diagnostics&>;
 
-TEST(Link, ThatIsSoundOrVirtualGivesNothing) {
-  EXPECT_THAT(of(sound_link()), IsEmpty());
-  EXPECT_THAT(of(Link{}), IsEmpty());
-  Link fd = sound_link();
-  fd.carries_fd = true;
-  EXPECT_THAT(of(fd, can::FrameProtocol::fd), IsEmpty());
-}
-
-TEST(Link, ThatIsMissingOrOfAnotherKindIsNamed) {
-  EXPECT_THAT(examine_link("can7", std::nullopt), ElementsAre(Named("interface_missing", "can7")));
-  Link other;
-  other.is_can = false;
-  EXPECT_THAT(of(other), ElementsAre(Named("interface_not_can", "can0")));
-  EXPECT_FALSE(read_link("no-such-bus"));
-  ASSERT_TRUE(read_link("lo"));
-  EXPECT_FALSE(read_link("lo")->is_can);
-}
-
-TEST(Link, ThatIsDownGetsTheCommandThatSetsItUp) {
-  Link link = sound_link();
-  link.is_up = false;
-  link.controller->health = can::ControllerHealth::stopped;
-  EXPECT_THAT(of(link), ElementsAre(Named("interface_down", "", "sudo ip link set can0 up")));
-}
-
-TEST(Link, WithoutABitRateIsNotAlsoCalledDown) {
-  Link link = sound_link();
-  link.is_up = false;
-  link.controller->bit_timing.reset();
-  link.controller->restart_ms = 0;
-  EXPECT_THAT(of(link), ElementsAre(Named("no_bit_rate", "",
-                                          HasSubstr("ip link set can0 type can bitrate"))));
-}
-
-TEST(Link, ThatStaysOffTheBusOrSeesErrorsIsNamed) {
-  Link link = sound_link();
-  link.controller->restart_ms = 0;
-  EXPECT_THAT(of(link), ElementsAre(Named("no_restart", "",
-                                          HasSubstr("ip link set can0 type can restart-ms 100"))));
-
-  link = sound_link();
-  link.controller->errors = can::ErrorCounters{.transmit = 3, .receive = 131};
-  for (const auto health :
-       {can::ControllerHealth::error_warning, can::ControllerHealth::error_passive}) {
+TEST(Link, GetsAFindingForEachMistake) {
+  using enum can::ControllerHealth;
+  using Change = void (*)(Link&);
+  constexpr auto classic = can::FrameProtocol::classic, fd = can::FrameProtocol::fd;
+  const auto set_up = HasSubstr("ip link set can0 type can bitrate");
+  struct Case {
+    Change change;
+    Found found;
+    can::FrameProtocol needed = classic;
+  };
+  const Case cases[]{
+      {[](Link&) {}, IsEmpty()},
+      {[](Link& link) { link = {}; }, IsEmpty()},  // virtual
+      {[](Link& link) { link.carries_fd = true; }, IsEmpty(), fd},
+      {[](Link&) {}, ElementsAre(Named("no_can_fd", "can0")), fd},
+      {[](Link& link) { link = {.is_can = false}; },
+       ElementsAre(Named("interface_not_can", "can0"))},
+      {[](Link& link) { link.is_up = false, link.controller->health = stopped; },
+       ElementsAre(Named("interface_down", "", "sudo ip link set can0 up"))},
+      // Without a bit rate it is not also called down.
+      {[](Link& link) {
+         link.is_up = false;
+         link.controller->bit_timing.reset();
+         link.controller->restart_ms = 0;
+       },
+       ElementsAre(Named("no_bit_rate", "", set_up))},
+      {[](Link& link) { link.controller->restart_ms = 0; },
+       ElementsAre(Named("no_restart", "", HasSubstr("ip link set can0 type can restart-ms 100")))},
+      {[](Link& link) { link.controller->health = bus_off; },
+       ElementsAre(Named("bus_off", "", HasSubstr("set can0 down and up")))},
+  };
+  for (const Case& one : cases) {
+    Link link = sound_link();
+    one.change(link);
+    EXPECT_THAT(examine_link("can0", link, one.needed), one.found) << &one - cases;
+  }
+  for (const auto health : {error_warning, error_passive}) {
+    Link link = sound_link();
+    link.controller->errors = can::ErrorCounters{.transmit = 3, .receive = 131};
     link.controller->health = health;
-    EXPECT_THAT(of(link),
+    EXPECT_THAT(examine_link("can0", link),
                 ElementsAre(AllOf(Named("bus_errors", "131", HasSubstr("bit rate of can0")),
                                   Named("bus_errors", std::string{can::name_of(health)}))));
   }
-  link.controller->health = can::ControllerHealth::bus_off;
-  EXPECT_THAT(of(link), ElementsAre(Named("bus_off", "", HasSubstr("set can0 down and up"))));
 }
 
-TEST(Link, WithoutCanFdIsNamedWhereItIsNeeded) {
-  EXPECT_THAT(of(sound_link(), can::FrameProtocol::fd), ElementsAre(Named("no_can_fd", "can0")));
+TEST(Link, ThatIsMissingOrOfAnotherKindIsRead) {
+  EXPECT_THAT(examine_link("can7", std::nullopt), ElementsAre(Named("interface_missing", "can7")));
+  EXPECT_FALSE(read_link("no-such-bus"));
+  ASSERT_TRUE(read_link("lo"));
+  EXPECT_FALSE(read_link("lo")->is_can);
 }
 
 // The small car of the fault tests: four messages, every 10 ms, over three seconds.
@@ -95,10 +89,6 @@ Drive small_drive() {
 
 const can::Message& message_of(const Drive& drive, std::string_view name) {
   return *can::find_message(drive.databases[0], name);
-}
-
-TEST(Traffic, OfASoundCarGivesNothing) {
-  EXPECT_THAT(examine_traffic(small_drive()), IsEmpty());
 }
 
 TEST(Traffic, IsCountedByIdentifierMappedOrNot) {
@@ -118,48 +108,48 @@ TEST(Traffic, IsCountedByIdentifierMappedOrNot) {
   EXPECT_THAT(examine_traffic(drive), IsEmpty());
 }
 
-TEST(Traffic, WithTheOtherFormatOfAnIdentifierGivesTheNumberForTheDatabase) {
-  Drive drive = small_drive();
-  const std::uint32_t id = message_of(drive, "STEERING").id;
+void other_format(Drive& drive) {
   for (can::Frame& frame : drive.frames)
-    if (frame.id == id) frame.format = can::IdFormat::extended;
-  EXPECT_THAT(examine_traffic(drive),
-              ElementsAre(Named("other_id_format", "STEERING",
-                                HasSubstr(std::to_string(0x8000'0000U + id)))));
+    if (frame.id == message_of(drive, "STEERING").id) frame.format = can::IdFormat::extended;
 }
-
-TEST(Traffic, AtAnotherRateGivesTheLineForTheDatabase) {
-  Drive drive = small_drive();
+void other_rate(Drive& drive) {
   for (can::Message& message : drive.databases[0].messages)
     if (message.name == "IMU") message.cycle_time_ns = 2 * fault::cycle_ns;
-  EXPECT_THAT(
-      examine_traffic(drive),
-      ElementsAre(Named("other_rate", "100 times", HasSubstr("\"GenMsgCycleTime\" BO_ 418 10;"))));
 }
-
-TEST(Traffic, SlowerThanTheTimeoutNamesTheKey) {
-  Drive drive = small_drive();
+void no_rate(Drive& drive) {
   for (can::Message& message : drive.databases[0].messages) message.cycle_time_ns = 0;
-  EXPECT_THAT(examine_traffic(drive), IsEmpty());  // no timeout is known either
+}
+void short_timeouts(Drive& drive) {
+  no_rate(drive);
   for (daemon::SignalSettings& signal : drive.config.can.signals)
     signal.timeout_ns = fault::cycle_ns / 2;
   drive.config.can.signals[estimator::index_of(estimator::Source::steering)].timeout_ns = 0;
-  const Diagnostics found = examine_traffic(drive);
-  EXPECT_EQ(found.size(), 3U);
-  EXPECT_THAT(found, Contains(Named("slower_than_timeout", "can.signals.yaw_rate")));
+}
+void damaged(Drive& drive) {
+  for (can::Frame& frame : drive.frames) {
+    if (frame.id == message_of(drive, "WHEELS_REAR").id) frame.length = 2;
+    if (frame.id == message_of(drive, "IMU").id) frame.data[frame.length - 1U] ^= 0x55U;
+  }
 }
 
-TEST(Traffic, TooShortOrFailingItsProtectionIsNamed) {
-  Drive drive = small_drive();
-  const std::uint32_t wheels = message_of(drive, "WHEELS_REAR").id;
-  const std::uint32_t imu = message_of(drive, "IMU").id;
-  for (can::Frame& frame : drive.frames) {
-    if (frame.id == wheels) frame.length = 2;
-    if (frame.id == imu) frame.data[frame.length - 1U] ^= 0x55U;
+TEST(Traffic, GetsAFindingForEachMistake) {
+  const std::string extended =
+      std::to_string(0x8000'0000U + message_of(small_drive(), "STEERING").id);
+  const std::pair<void (*)(Drive&), Found> cases[]{
+      {[](Drive&) {}, IsEmpty()},
+      {other_format, ElementsAre(Named("other_id_format", "STEERING", HasSubstr(extended)))},
+      {other_rate,
+       ElementsAre(Named("other_rate", "100 times", HasSubstr("\"GenMsgCycleTime\" BO_ 418 10;")))},
+      {no_rate, IsEmpty()},  // no timeout is known either
+      {short_timeouts,
+       AllOf(::testing::SizeIs(3), Contains(Named("slower_than_timeout", "can.signals.yaw_rate")))},
+      {damaged, UnorderedElementsAre(Named("message_without_value", "WHEELS_REAR"),
+                                     Named("message_without_value", "IMU"))}};
+  for (const auto& [change, found] : cases) {
+    Drive drive = small_drive();
+    change(drive);
+    EXPECT_THAT(examine_traffic(drive), found);
   }
-  EXPECT_THAT(examine_traffic(drive),
-              UnorderedElementsAre(Named("message_without_value", "WHEELS_REAR"),
-                                   Named("message_without_value", "IMU")));
 }
 
 TEST(Acknowledgement, IsMissedByAListenerThatHearsNothingOrOneFrameAgainAndAgain) {

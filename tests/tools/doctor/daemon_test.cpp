@@ -10,7 +10,6 @@
 namespace odomd::tools::doctor::daemon_test {
 namespace {
 
-using diagnostics::Diagnostics;
 using diagnostics::Named;
 using nlohmann::json;
 
@@ -33,48 +32,89 @@ json with(const Changes& changes) {
   return status;
 }
 
-Diagnostics of(const Changes& changes) {
-  return examine_daemon(with(changes), Machine{});
-}
+using Found = ::testing::Matcher<const diagnostics::Diagnostics&>;
 
-TEST(Daemon, ThatIsSoundGivesNothing) {
-  EXPECT_THAT(of({}), IsEmpty());
+TEST(Daemon, GetsAFindingForEachMistake) {
+  Machine sleepy;
+  sleepy.deepest_sleep_us = 300.0;
+  const std::pair<const char*, json> camera_waits{"/mode", "initialising"},
+      camera_silent{"camera/age_s", nullptr}, malformed{"/camera/malformed", 90};
+  const std::pair<const char*, json> never{"/messages/0/age_s", nullptr},
+      useless{"/messages/0/verdicts", {{"decoded", 0}, {"too_short", 700}}};
+  const std::pair<const char*, json> slips{"wheel_rear/flag", "slipping"},
+      ill{"wheel_rear/healthy", false}, scatters{"wheel_rear/innovations/mean_nis", 0.01};
+  struct Case {
+    Changes changes;
+    Found found;
+    Machine machine{};
+  };
+  const Case cases[]{
+      {{}, IsEmpty()},
+      {{{"/version", "0.0.1"}, {"/shm", "/run/odomd/can_front/pose"}},
+       ElementsAre(
+           Named("other_version", "0.0.1", HasSubstr("systemctl restart odomd@can_front")))},
+      // The machine refuses its rights; the missed cycles are a consequence.
+      {{{"/realtime/priority", 0},
+        {"/realtime/memory_locked", false},
+        {"/realtime/dma_latency_held", false},
+        {"/realtime/refusals", {"thread odomd-beat is not pinned to CPU 9: x; set y"}},
+        {"/beat/missed", 5'000}},
+       ElementsAre(Named("no_realtime_priority"), Named("memory_not_locked"),
+                   Named("cpu_not_pinned", "CPU 9"))},
+      {{{"/realtime/dma_latency_held", false}}, ElementsAre(Named("cpus_sleep_deeply")), sleepy},
+      // Its beat is late or too long.
+      {{{"/beat/missed", 100}}, ElementsAre(Named("beat_wakes_late", "100 of 20100"))},
+      {{{"/beat/missed", 19}}, IsEmpty()},
+      {{{"/beat/missed", 10'000}, {"/beat/execution_us/p999", 7'500.0}},
+       ElementsAre(Named("ticks_too_long", "7.5 ms"))},
+      // Frames are lost; messages are missing or useless, but after half a second may still come.
+      {{{"/can/0/lost", 40}}, ElementsAre(Named("frames_lost", "40 frames"))},
+      {{{"/can/0/controller_overflows", 40}},
+       ElementsAre(Named("controller_overflows", "40 frames"))},
+      {{never, {"/messages/0/verdicts", {{"decoded", 0}, {"too_short", 0}}}},
+       ElementsAre(Named("message_missing", "IMU"))},
+      {{never, useless}, ElementsAre(Named("message_without_value", "700"))},
+      {{never, useless, {"/uptime_s", 0.5}}, IsEmpty()},
+      // A slip is temporary.
+      {{slips, ill}, IsEmpty()},
+      {{slips, ill, {"yaw_rate/inconsistent", true}},
+       ElementsAre(Named("inconsistent", "yaw_rate"))},
+      // The filter has not learnt or has stopped.
+      {{{"/conditions", {"camera_refused", "bias_unlearnt", "scale_implausible"}}},
+       ElementsAre(
+           Named("camera_refused", "a connection was refused"),
+           Named("bias_unlearnt", "the gyro's bias is not known", HasSubstr("stand for 2 s")),
+           Named("scale_implausible", "far from its configured value"))},
+      {{{"/conditions", {"model_fault"}}}, ElementsAre(Named("model_fault"))},
+      // Sigmas do not fit, unless much was gated, the cause, or too few samples came.
+      {{{"wheel_rear/innovations/mean_nis", 9.0}},
+       ElementsAre(Named("sigma_off", "3 times", HasSubstr("can.signals.wheel_rear.sigma by 3")))},
+      {{scatters}, ElementsAre(Named("sigma_off", "0.1 times"))},
+      {{scatters, {"wheel_rear/innovations/gated", 400}},
+       ElementsAre(Named("often_gated", "40 %"))},
+      {{scatters, {"wheel_rear/innovations/count", 40}}, IsEmpty()},
+      // The camera is silent or wrong, or not configured.
+      {{camera_silent, camera_waits}, ElementsAre(Named("camera_silent", "waits"))},
+      {{camera_silent, camera_waits, malformed},
+       ElementsAre(Named("camera_messages_malformed", "90"))},
+      {{camera_silent, camera_waits, malformed, {"/camera/socket", ""}}, IsEmpty()},
+      {{{"camera/verdicts", {{"fused", 10}, {"too_old", 90}}}},
+       ElementsAre(Named("camera_times", "90 of its 100"))},
+  };
+  for (const auto& [changes, found, machine] : cases)
+    EXPECT_THAT(examine_daemon(with(changes), machine), found) << json(changes);
+  for (const auto& [flag, kind] :
+       {std::pair{"frozen", "frozen"}, std::pair{"out_of_range", "out_of_range"},
+        std::pair{"drifting", "contradicts_others"}, std::pair{"non_finite", "not_a_number"},
+        std::pair{"failed_protection", "protection_failed"}})
+    EXPECT_THAT(
+        examine_daemon(with({{"yaw_rate/flag", flag}, {"yaw_rate/healthy", false}}), Machine{}),
+        ElementsAre(Named(kind, "yaw_rate")))
+        << flag;
   EXPECT_THAT(examine_daemon(json::object({{"version", ODOMD_VERSION}}), Machine{}), IsEmpty());
 }
 
-TEST(Daemon, OfAnotherVersionIsNamedWithItsService) {
-  EXPECT_THAT(
-      of({{"/version", "0.0.1"}, {"/shm", "/run/odomd/can_front/pose"}}),
-      ElementsAre(Named("other_version", "0.0.1", HasSubstr("systemctl restart odomd@can_front"))));
-}
-
-TEST(Daemon, ThatTheMachineRefusesIsNamedWithTheLimits) {
-  const json status =
-      with({{"/realtime/priority", 0},
-            {"/realtime/memory_locked", false},
-            {"/realtime/dma_latency_held", false},
-            {"/realtime/refusals", {"thread odomd-beat is not pinned to CPU 9: x; set y"}},
-            {"/beat/missed", 5'000}});  // a consequence
-  EXPECT_THAT(examine_daemon(status, Machine{}),
-              ElementsAre(Named("no_realtime_priority"), Named("memory_not_locked"),
-                          Named("cpu_not_pinned", "CPU 9")));
-  Machine machine;
-  machine.deepest_sleep_us = 300.0;
-  EXPECT_THAT(examine_daemon(status, machine), Contains(Named("cpus_sleep_deeply")));
-}
-
-TEST(Daemon, WhoseBeatIsLateOrTooLongIsNamed) {
-  EXPECT_THAT(of({{"/beat/missed", 100}}), ElementsAre(Named("beat_wakes_late", "100 of 20100")));
-  EXPECT_THAT(of({{"/beat/missed", 19}}), IsEmpty());
-  EXPECT_THAT(of({{"/beat/missed", 10'000}, {"/beat/execution_us/p999", 7'500.0}}),
-              ElementsAre(Named("ticks_too_long", "7.5 ms")));
-}
-
-TEST(Daemon, WhoseFramesAreLostOrDoNotComeIsNamed) {
-  EXPECT_THAT(of({{"/can/0/lost", 40}}), ElementsAre(Named("frames_lost", "40 frames")));
-  EXPECT_THAT(of({{"/can/0/controller_overflows", 40}}),
-              ElementsAre(Named("controller_overflows", "40 frames")));
-
+TEST(Daemon, WithoutFramesIsNamedOnce) {
   // A bus without a frame: its messages and sources have no finding of their own.
   json status = with({{"/can/0/received", 0}});
   for (json& message : status["messages"]) {
@@ -95,40 +135,6 @@ TEST(Daemon, WhoseFramesAreLostOrDoNotComeIsNamed) {
   EXPECT_THAT(found(), IsEmpty());
 }
 
-TEST(Daemon, WhoseMessagesAreMissingOrUselessIsNamed) {
-  Changes changes{{"/messages/0/age_s", nullptr},
-                  {"/messages/0/verdicts", {{"decoded", 0}, {"too_short", 0}}}};
-  EXPECT_THAT(of(changes), ElementsAre(Named("message_missing", "IMU")));
-  changes.emplace_back("/messages/0/verdicts/too_short", 700);
-  EXPECT_THAT(of(changes), ElementsAre(Named("message_without_value", "700")));
-  changes.emplace_back("/uptime_s", 0.5);  // frames may still come
-  EXPECT_THAT(of(changes), IsEmpty());
-}
-
-TEST(Daemon, WhoseSourcesAreFlaggedIsNamed) {
-  for (const auto& [flag, kind] :
-       {std::pair{"frozen", "frozen"}, std::pair{"out_of_range", "out_of_range"},
-        std::pair{"drifting", "contradicts_others"}, std::pair{"non_finite", "not_a_number"},
-        std::pair{"failed_protection", "protection_failed"}})
-    EXPECT_THAT(of({{"yaw_rate/flag", flag}, {"yaw_rate/healthy", false}}),
-                ElementsAre(Named(kind, "yaw_rate")))
-        << flag;
-  // Slip is temporary.
-  Changes changes{{"wheel_rear/flag", "slipping"}, {"wheel_rear/healthy", false}};
-  EXPECT_THAT(of(changes), IsEmpty());
-  changes.emplace_back("yaw_rate/inconsistent", true);
-  EXPECT_THAT(of(changes), ElementsAre(Named("inconsistent", "yaw_rate")));
-}
-
-TEST(Daemon, WhoseFilterHasNotLearntOrHasStoppedIsNamed) {
-  EXPECT_THAT(of({{"/conditions", {"camera_refused", "bias_unlearnt", "scale_implausible"}}}),
-              ElementsAre(Named("camera_refused", "a connection was refused"),
-                          Named("bias_unlearnt", "the gyro's bias is not known",
-                                HasSubstr("stand for 2 s")),
-                          Named("scale_implausible", "far from its configured value")));
-  EXPECT_THAT(of({{"/conditions", {"model_fault"}}}), ElementsAre(Named("model_fault")));
-}
-
 TEST(Daemon, WhoseWiringIsWrongOrWhoseSignalsAreOverdueIsNamedOnce) {
   Changes miswired{{"yaw_rate/inconsistent", true}}, overdue;
   for (const std::string name : {"wheel_front_left", "wheel_rear"}) {
@@ -139,33 +145,12 @@ TEST(Daemon, WhoseWiringIsWrongOrWhoseSignalsAreOverdueIsNamedOnce) {
         overdue.end(),
         {{name + "/flag", "timed_out"}, {name + "/healthy", false}, {name + "/age_s", 3.2}});
   }
-  EXPECT_THAT(of(miswired), ElementsAre(Named("left_right_swapped", "wheel_front_left, wheel_rear",
-                                              HasSubstr("can.signals.wheel_front_left"))));
-  EXPECT_THAT(of(overdue),
+  EXPECT_THAT(examine_daemon(with(miswired), Machine{}),
+              ElementsAre(Named("left_right_swapped", "wheel_front_left, wheel_rear",
+                                HasSubstr("can.signals.wheel_front_left"))));
+  EXPECT_THAT(examine_daemon(with(overdue), Machine{}),
               ElementsAre(Named("signal_overdue", "wheel_front_left, wheel_rear: last came 3.2 s",
                                 HasSubstr("candump can0"))));
-}
-
-TEST(Daemon, WhoseSigmasDoNotFitGetsTheFactor) {
-  EXPECT_THAT(
-      of({{"wheel_rear/innovations/mean_nis", 9.0}}),
-      ElementsAre(Named("sigma_off", "3 times", HasSubstr("can.signals.wheel_rear.sigma by 3"))));
-  Changes changes{{"wheel_rear/innovations/mean_nis", 0.01}};
-  EXPECT_THAT(of(changes), ElementsAre(Named("sigma_off", "0.1 times")));
-  changes.emplace_back("wheel_rear/innovations/gated", 400);  // the cause
-  EXPECT_THAT(of(changes), ElementsAre(Named("often_gated", "40 %")));
-  EXPECT_THAT(of({changes[0], {"wheel_rear/innovations/count", 40}}), IsEmpty());  // too few
-}
-
-TEST(Daemon, WhoseCameraIsSilentOrWrongIsNamed) {
-  Changes changes{{"camera/age_s", nullptr}, {"/mode", "initialising"}};
-  EXPECT_THAT(of(changes), ElementsAre(Named("camera_silent", "waits")));
-  changes.emplace_back("/camera/malformed", 90);
-  EXPECT_THAT(of(changes), ElementsAre(Named("camera_messages_malformed", "90")));
-  changes.emplace_back("/camera/socket", "");  // not configured
-  EXPECT_THAT(of(changes), IsEmpty());
-  EXPECT_THAT(of({{"camera/verdicts", {{"fused", 10}, {"too_old", 90}}}}),
-              ElementsAre(Named("camera_times", "90 of its 100")));
 }
 
 }  // namespace

@@ -81,15 +81,6 @@ TEST(Machine, LimitsOfTheUserDoNotMatterToAServiceNorToARunningDaemon) {
               ElementsAre(Named("no_realtime_priority", "46")));
 }
 
-TEST(Machine, WithAnInterruptBelowTheBeatGetsTheThreadRaised) {
-  const Machine machine{.interrupts = {{"irq/45-can0", 812, 50}, {"irq/46-spi0.0", 813, 45}}};
-  EXPECT_THAT(examine_machine(machine), ElementsAre(Named("interrupt_below_beat", "irq/46-spi0.0",
-                                                          "sudo chrt -f -p 50 813")));
-  EXPECT_THAT(examine_machine(machine, {.priority = 60}),
-              ElementsAre(Named("interrupt_below_beat", "can0", "sudo chrt -f -p 61 812"),
-                          Named("interrupt_below_beat", "spi0.0", "sudo chrt -f -p 61 813")));
-}
-
 // A machine in files, without mistakes: user 1000 is in the group odom, and the service is
 // installed.
 class Files {
@@ -117,11 +108,6 @@ class Files {
     write("sys/devices/system/cpu/cpu0/cpuidle/state1/latency", "400\n");
     write("sys/devices/system/cpu/cpufreq/policy0/scaling_governor", "performance\n");
     write("sys/devices/system/clocksource/clocksource0/current_clocksource", "tsc\n");
-    write("sys/class/net/lo/type", "772\n");
-    write("sys/class/net/can0/type", "280\n");
-    std::filesystem::create_symlink("../../../spi0.0", path("sys/class/net/can0/device"));
-    thread(90, "irq/128-spi0.0", 50);
-    thread(91, "irq/24-eth0", 40);
   }
   [[nodiscard]] std::filesystem::path path(const std::string& name) const {
     return scratch_.path(name);
@@ -135,13 +121,6 @@ class Files {
           "Name:\todom\nUid:\t1000\t1000\t1000\t1000\n"
           "Gid:\t1000\t1000\t1000\t1000\nGroups:\t" +
               groups + "\nCapEff:\t0000000000000000\n");
-  }
-  void thread(int pid, const std::string& name, int priority) const {
-    const std::string folder = "proc/" + std::to_string(pid);
-    write(folder + "/comm", name + "\n");
-    std::string stat = std::to_string(pid) + " (" + name + ") S";
-    for (int field = 4; field < 40; ++field) stat += " 7";
-    write(folder + "/stat", stat + " " + std::to_string(priority) + " 1 0 0\n");
   }
   [[nodiscard]] Machine read() const {
     Machine machine = read_machine(scratch_.path(""));
@@ -159,9 +138,6 @@ TEST(Files, OfASoundMachineGiveNothing) {
   EXPECT_EQ(machine.user, "ada");
   EXPECT_EQ(machine.deepest_sleep_us, 400.0);
   EXPECT_EQ(machine.membership, Membership::member);
-  ASSERT_EQ(machine.interrupts.size(), 1U);
-  EXPECT_EQ(machine.interrupts[0].pid, 90);
-  EXPECT_EQ(machine.interrupts[0].priority, 50);
   EXPECT_FALSE(machine.may_lock_memory);
   EXPECT_THAT(examine_machine(machine), IsEmpty());
 }
@@ -174,14 +150,12 @@ TEST(Files, ShowEveryMistakeOfAMachine) {
   files.write("sys/devices/system/cpu/cpufreq/policy0/scaling_governor", "schedutil\n");
   files.write("sys/devices/system/clocksource/clocksource0/current_clocksource", "acpi_pm\n");
   files.process("44");
-  files.thread(90, "irq/128-spi0.0", 10);
   ::chmod(files.path("dev/cpu_dma_latency").c_str(), 0600);
   EXPECT_THAT(
       examine_machine(files.read()),
       ElementsAre(Named("no_realtime_kernel"), Named("login_before_group", "ada"),
                   Named("cpus_sleep_deeply"), Named("realtime_throttled"), Named("slow_clock"),
-                  Named("cpu_frequency_changes"), Named("interrupt_below_beat", "irq/128-spi0.0"),
-                  Named("small_receive_buffer")));
+                  Named("cpu_frequency_changes"), Named("small_receive_buffer")));
 }
 
 TEST(Files, WithoutTheServiceShowTheUsersOwnLimits) {

@@ -20,7 +20,9 @@ struct Motion {
 
 class Behaviour : public testing::Test {
  protected:
-  void add(Source role, can::Unit unit, const std::function<double(double)>& value) {
+  /// In SI units, unless a unit is given.
+  void add(Source role, const std::function<double(double)>& value,
+           can::Unit unit = can::Unit::rad) {
     Choice choice;
     choice.candidate.role = role;
     choice.candidate.message = &message_;
@@ -34,9 +36,9 @@ class Behaviour : public testing::Test {
     proposal_.of(role) = std::move(choice);
   }
   void add_wheels() {
-    add(Source::wheel_rear_left, can::Unit::m_per_s,
+    add(Source::wheel_rear_left,
         [](double t) { return Motion::speed(t) - 0.5 * track * Motion::yaw_rate(t); });
-    add(Source::wheel_rear_right, can::Unit::m_per_s,
+    add(Source::wheel_rear_right,
         [](double t) { return Motion::speed(t) + 0.5 * track * Motion::yaw_rate(t); });
   }
   const Choice& checked(Source role) {
@@ -51,7 +53,7 @@ class Behaviour : public testing::Test {
 
 TEST_F(Behaviour, TurnsAGyroThatCountsToTheRightAndFindsTheTrack) {
   add_wheels();
-  add(Source::yaw_rate, can::Unit::rad_per_s, [](double t) { return -Motion::yaw_rate(t); });
+  add(Source::yaw_rate, [](double t) { return -Motion::yaw_rate(t); });
   EXPECT_EQ(checked(Source::yaw_rate).scale, -1.0);
   EXPECT_TRUE(proposal_.of(Source::yaw_rate)->sure());
   EXPECT_NEAR(proposal_.measured_track.value(), track, 0.02);
@@ -59,16 +61,16 @@ TEST_F(Behaviour, TurnsAGyroThatCountsToTheRightAndFindsTheTrack) {
 
 TEST_F(Behaviour, FindsTheRatioOfASteeringWheel) {
   add_wheels();
-  add(Source::yaw_rate, can::Unit::rad_per_s, Motion::yaw_rate);
-  add(Source::steering, can::Unit::rad, [](double t) { return -15.0 * Motion::angle(t); });
+  add(Source::yaw_rate, Motion::yaw_rate);
+  add(Source::steering, [](double t) { return -15.0 * Motion::angle(t); });
   EXPECT_NEAR(checked(Source::steering).scale, -1.0 / 15.0, 0.003);
   EXPECT_TRUE(proposal_.of(Source::steering)->sure());
 }
 
 TEST_F(Behaviour, KeepsTheAngleOfTheFrontWheelsAndAGyroThatCountsToTheLeft) {
   add_wheels();
-  add(Source::yaw_rate, can::Unit::rad_per_s, Motion::yaw_rate);
-  add(Source::steering, can::Unit::rad, Motion::angle);
+  add(Source::yaw_rate, Motion::yaw_rate);
+  add(Source::steering, Motion::angle);
   EXPECT_EQ(checked(Source::steering).scale, 1.0);
   EXPECT_EQ(proposal_.of(Source::yaw_rate)->scale, 1.0);
   EXPECT_TRUE(proposal_.of(Source::steering)->sure());
@@ -76,27 +78,26 @@ TEST_F(Behaviour, KeepsTheAngleOfTheFrontWheelsAndAGyroThatCountsToTheLeft) {
 
 TEST_F(Behaviour, FindsTheRatioAtOneSpeedAndTheLockOfACommand) {
   const auto slow = [](double) { return 4.0; };
-  add(Source::wheel_rear, can::Unit::m_per_s, slow);
-  add(Source::yaw_rate, can::Unit::rad_per_s,
-      [&](double t) { return slow(t) * std::tan(Motion::angle(t)) / wheelbase; });
+  add(Source::wheel_rear, slow);
+  add(Source::yaw_rate, [&](double t) { return slow(t) * std::tan(Motion::angle(t)) / wheelbase; });
   for (const double ratio : {15.0, 22.0, 1.0}) {
     SCOPED_TRACE(ratio);
-    add(Source::steering, can::Unit::rad, [&](double t) { return ratio * Motion::angle(t); });
+    add(Source::steering, [&](double t) { return ratio * Motion::angle(t); });
     EXPECT_NEAR(checked(Source::steering).scale, 1.0 / ratio, 0.08 / ratio);
     EXPECT_TRUE(proposal_.of(Source::steering)->sure());
   }
   signal_.unit = "";
-  add(Source::steering, can::Unit::none, [](double t) { return Motion::angle(t) / 0.4; });
+  add(
+      Source::steering, [](double t) { return Motion::angle(t) / 0.4; }, can::Unit::none);
   EXPECT_NEAR(checked(Source::steering).scale, 0.4, 0.03);
   EXPECT_TRUE(proposal_.of(Source::steering)->scale_fits);
 }
 
 TEST_F(Behaviour, SetsASignByMajorityButIsUnsure) {
-  add(Source::wheel_rear, can::Unit::m_per_s, Motion::speed);
-  add(Source::yaw_rate, can::Unit::rad_per_s, Motion::yaw_rate);
-  add(Source::steering, can::Unit::rad, Motion::angle);
-  add(Source::accel_y, can::Unit::m_per_s2,
-      [](double t) { return -Motion::speed(t) * Motion::yaw_rate(t); });
+  add(Source::wheel_rear, Motion::speed);
+  add(Source::yaw_rate, Motion::yaw_rate);
+  add(Source::steering, Motion::angle);
+  add(Source::accel_y, [](double t) { return -Motion::speed(t) * Motion::yaw_rate(t); });
   EXPECT_EQ(checked(Source::accel_y).scale, -1.0);
   EXPECT_FALSE(proposal_.of(Source::accel_y)->sure());
   EXPECT_EQ(proposal_.of(Source::yaw_rate)->scale, 1.0);
@@ -104,18 +105,17 @@ TEST_F(Behaviour, SetsASignByMajorityButIsUnsure) {
 }
 
 TEST_F(Behaviour, IsUnsureWhereTwoDisagree) {
-  add(Source::wheel_rear, can::Unit::m_per_s, Motion::speed);
-  add(Source::yaw_rate, can::Unit::rad_per_s, [](double t) { return -Motion::yaw_rate(t); });
-  add(Source::steering, can::Unit::rad, Motion::angle);
+  add(Source::wheel_rear, Motion::speed);
+  add(Source::yaw_rate, [](double t) { return -Motion::yaw_rate(t); });
+  add(Source::steering, Motion::angle);
   EXPECT_FALSE(checked(Source::yaw_rate).sure());
   EXPECT_FALSE(proposal_.of(Source::steering)->sure());
 }
 
 TEST_F(Behaviour, FindsAnAccelerometerThatCountsBackwardsAndABiasAtRest) {
   add_wheels();
-  add(Source::accel_x, can::Unit::m_per_s2,
-      [](double t) { return t < 10.0 ? 0.0 : -1.8 * std::sin(0.3 * (t - 10.0)); });
-  add(Source::yaw_rate, can::Unit::rad_per_s, [](double t) { return Motion::yaw_rate(t) + 0.02; });
+  add(Source::accel_x, [](double t) { return t < 10.0 ? 0.0 : -1.8 * std::sin(0.3 * (t - 10.0)); });
+  add(Source::yaw_rate, [](double t) { return Motion::yaw_rate(t) + 0.02; });
   EXPECT_EQ(checked(Source::accel_x).scale, -1.0);
   EXPECT_NEAR(proposal_.of(Source::yaw_rate)->offset, -0.02, 1e-3);
 }
@@ -133,11 +133,11 @@ TEST_F(Behaviour, TakesABiasOnlyOfACarThatStandsAndDoubtsALargeOne) {
     SCOPED_TRACE(one.what);
     const auto speed = [&](double t) { return t < one.halt ? 0.0 : Motion::speed(t + 10.0); };
     proposal_ = {};
-    add(Source::wheel_rear_left, can::Unit::m_per_s,
+    add(Source::wheel_rear_left,
         [&](double t) { return speed(t) - 0.5 * track * speed(t) * Motion::angle(t) / wheelbase; });
-    add(Source::wheel_rear_right, can::Unit::m_per_s,
+    add(Source::wheel_rear_right,
         [&](double t) { return speed(t) + 0.5 * track * speed(t) * Motion::angle(t) / wheelbase; });
-    add(Source::yaw_rate, can::Unit::rad_per_s, [&](double t) {
+    add(Source::yaw_rate, [&](double t) {
       const double outlier = std::fmod(t, 1.0) < 0.02 ? 2.0 : 0.0;
       const double creep = one.creeps && t < one.halt ? 0.1 * std::sin(2.0 * t) : 0.0;
       return speed(t) * Motion::angle(t) / wheelbase + one.bias + outlier + creep;
@@ -149,10 +149,10 @@ TEST_F(Behaviour, TakesABiasOnlyOfACarThatStandsAndDoubtsALargeOne) {
 }
 
 TEST_F(Behaviour, BlamesTheNumbersOfAMotorBeforeTheGyro) {
-  add(Source::motor, can::Unit::rpm, [](double t) { return 60.0 * Motion::speed(t); });
-  add(Source::yaw_rate, can::Unit::rad_per_s, Motion::yaw_rate);
-  add(Source::accel_y, can::Unit::m_per_s2,
-      [](double t) { return Motion::speed(t) * Motion::yaw_rate(t); });
+  add(
+      Source::motor, [](double t) { return 60.0 * Motion::speed(t); }, can::Unit::rpm);
+  add(Source::yaw_rate, Motion::yaw_rate);
+  add(Source::accel_y, [](double t) { return Motion::speed(t) * Motion::yaw_rate(t); });
   check_behaviour(proposal_, {.wheelbase = wheelbase, .wheel_radius = 0.1, .gear_ratio = 1.0});
   EXPECT_EQ(proposal_.of(Source::motor)->warnings.size(), 1U);
   EXPECT_TRUE(proposal_.of(Source::yaw_rate)->warnings.size() <= 1U);
@@ -160,17 +160,16 @@ TEST_F(Behaviour, BlamesTheNumbersOfAMotorBeforeTheGyro) {
 
 TEST_F(Behaviour, WarnOfAYawRateInTheWrongUnitAndAWheelThatDoesNotFit) {
   add_wheels();
-  add(Source::wheel_front_left, can::Unit::m_per_s,
-      [](double t) { return 3.6 * Motion::speed(t); });
-  add(Source::yaw_rate, can::Unit::rad_per_s, [](double t) { return Motion::yaw_rate(t) / 57.3; });
+  add(Source::wheel_front_left, [](double t) { return 3.6 * Motion::speed(t); });
+  add(Source::yaw_rate, [](double t) { return Motion::yaw_rate(t) / 57.3; });
   check_behaviour(proposal_, {.wheelbase = wheelbase, .track = track});
   EXPECT_FALSE(proposal_.of(Source::yaw_rate)->sure());
   EXPECT_FALSE(proposal_.of(Source::wheel_front_left)->sure());
 }
 
 TEST_F(Behaviour, IsUnsureOfALogAtRest) {
-  add(Source::wheel_rear, can::Unit::m_per_s, [](double) { return 0.0; });
-  add(Source::yaw_rate, can::Unit::rad_per_s, [](double t) { return 0.001 * std::sin(90.0 * t); });
+  add(Source::wheel_rear, [](double) { return 0.0; });
+  add(Source::yaw_rate, [](double t) { return 0.001 * std::sin(90.0 * t); });
   EXPECT_FALSE(checked(Source::yaw_rate).sure());
   EXPECT_THAT(proposal_.notes, Not(IsEmpty()));
 }

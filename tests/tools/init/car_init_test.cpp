@@ -1,8 +1,7 @@
-// odom init as a command, and its questions about the car.
+// odom init as a command, and the numbers of the car that it needs.
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
-#include <sstream>
 
 #include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
@@ -14,66 +13,16 @@ namespace {
 using estimator::Source;
 using nlohmann::json;
 
-// Questions about the car.
-
-TEST(Car, IsAskedForUntilTheAnswerIsANumber) {
-  Car car;
-  std::istringstream in("heavy\n\n2985g\n0.26\n\n");
-  std::ostringstream out;
-  ask(missing_first(car, {}), car, in, out);
-  EXPECT_DOUBLE_EQ(car.mass.value(), 2.985);
-  EXPECT_DOUBLE_EQ(car.wheelbase.value(), 0.26);
-  EXPECT_FALSE(car.front_axle.has_value());  // left open
-  EXPECT_THAT(out.str(), HasSubstr("not a number"));
-  EXPECT_THAT(out.str(), HasSubstr("a number is needed"));  // after the empty answer
-}
-
 TEST(Car, RefusesAnAxleBeyondTheWheelbase) {
-  Car car = parse_car({.mass = "3", .wheelbase = "0.26"});
-  std::istringstream in("0.3\n0.1\n");
-  std::ostringstream out;
-  ask(missing_first(car, {}), car, in, out);
-  EXPECT_DOUBLE_EQ(car.front_axle.value(), 0.1);
   EXPECT_THAT(
       message_of([] { static_cast<void>(parse_car({.wheelbase = "2", .front_axle = "3"})); }),
       HasSubstr("--front-axle"));
 }
 
-TEST(Car, SizesUnlikeACarAreAskedForOnceMore) {
-  Car car;
-  std::istringstream in("2.985\n2.6\n1.3\n2.985\n260mm\n0.13\n");
-  std::ostringstream out;
-  ask(missing_first(car, {}), car, in, out);
-  EXPECT_DOUBLE_EQ(car.wheelbase.value(), 0.26);
-  EXPECT_DOUBLE_EQ(car.front_axle.value(), 0.13);
-  EXPECT_THAT(out.str(), HasSubstr("2.985 kg on a wheelbase of 2.6 m"));
-
-  Car unusual = parse_car({.mass = "2985", .wheelbase = "0.26", .front_axle = "0.13"});
-  unusual.mass.reset();
-  std::istringstream twice("2985\n2985\n0.26\n\n");
-  ask(missing_first(unusual, {}), unusual, twice, out);
-  EXPECT_DOUBLE_EQ(unusual.mass.value(), 2985.0);  // a repeated answer is accepted
-}
-
-TEST(Car, EndOfInputNamesTheOption) {
-  Car car;
-  std::istringstream in;
-  std::ostringstream out;
-  EXPECT_THAT(message_of([&] { ask(missing_first(car, {}), car, in, out); }), HasSubstr("--mass"));
-}
-
-TEST(Car, NothingIsAskedThatIsKnown) {
-  const Car car =
-      parse_car({.mass = "3", .wheelbase = "260mm", .front_axle = "0.13", .track = "160 mm"});
-  EXPECT_THAT(missing_first(car, {}), IsEmpty());
-  EXPECT_THAT(missing_last(car, {}), IsEmpty());
-}
-
-TEST(Car, OnlyWhatARoleNeedsIsAsked) {
-  const auto asked = [](const Proposal& proposal) {
+TEST(Car, OnlyWhatARoleNeedsIsMissing) {
+  const auto needed = [](const Proposal& proposal) {
     std::string options;
-    for (const auto& questions : {missing_first({}, proposal), missing_last({}, proposal)})
-      for (const Question& one : required(questions)) options += std::string(one.option) + ' ';
+    for (const std::string& option : missing_numbers({}, proposal)) options += option + ' ';
     return options;
   };
   const auto mapped = [](Source role, can::Unit unit) {
@@ -86,20 +35,23 @@ TEST(Car, OnlyWhatARoleNeedsIsAsked) {
   };
   const std::string sizes = "--mass --wheelbase ";
   Proposal wheels = mapped(Source::wheel_rear_left, can::Unit::rad_per_s);
-  EXPECT_EQ(asked(wheels), sizes + "--wheel-radius ");
+  EXPECT_EQ(needed(wheels), sizes + "--wheel-radius ");
   wheels.of(Source::wheel_rear_right) = wheels.of(Source::wheel_rear_left);
-  EXPECT_EQ(asked(wheels), sizes + "--wheel-radius --track ");
+  EXPECT_EQ(needed(wheels), sizes + "--track --wheel-radius ");
   wheels.measured_track = 1.5;
-  EXPECT_EQ(asked(wheels), sizes + "--wheel-radius ");
-  EXPECT_EQ(asked(mapped(Source::motor, can::Unit::m_per_s)), sizes);
-  EXPECT_EQ(asked(mapped(Source::motor, can::Unit::rpm)), sizes + "--wheel-radius --gear-ratio ");
-  EXPECT_EQ(asked(mapped(Source::motor, can::Unit::erpm)),
+  EXPECT_EQ(needed(wheels), sizes + "--wheel-radius ");
+  EXPECT_EQ(needed(mapped(Source::motor, can::Unit::m_per_s)), sizes);
+  EXPECT_EQ(needed(mapped(Source::motor, can::Unit::rpm)), sizes + "--wheel-radius --gear-ratio ");
+  EXPECT_EQ(needed(mapped(Source::motor, can::Unit::erpm)),
             sizes + "--wheel-radius --gear-ratio --pole-pairs ");
-  EXPECT_EQ(asked(mapped(Source::steering, can::Unit::deg)), sizes);  // the ratio is optional
+  EXPECT_EQ(needed(mapped(Source::steering, can::Unit::deg)), sizes);  // the ratio is optional
   Proposal command = mapped(Source::steering, can::Unit::none);
-  EXPECT_EQ(asked(command), sizes + "--full-lock ");
+  EXPECT_EQ(needed(command), sizes + "--full-lock ");
   command.of(Source::steering)->scale_fits = true;
-  EXPECT_EQ(asked(command), sizes);
+  EXPECT_EQ(needed(command), sizes);
+  const Car known = parse_car({.mass = "3kg", .wheelbase = "260mm"});
+  EXPECT_EQ(known.wheelbase, 0.26);
+  EXPECT_THAT(missing_numbers(known, {}), IsEmpty());
 }
 
 // odom init as a command: its file loads, and replays like the hand-written one.
@@ -112,7 +64,7 @@ class Init : public testing::Test {
   }
   [[nodiscard]] Outcome init(const std::string& options,
                              const std::string& out = "init.toml") const {
-    return run_shell("odom init --yes --out " + lap_ + "/" + out + " " + options);
+    return run_shell("odom init --out " + lap_ + "/" + out + " " + options);
   }
   [[nodiscard]] json errors(const std::string& config) const {
     const std::string pose = lap_ + "/" + config + ".csv";
@@ -166,37 +118,29 @@ TEST_F(Init, WithoutALogSaysThatNothingWasCompared) {
   for (const json& role : roles) EXPECT_FALSE(role["sure"].get<bool>()) << role;
 }
 
-TEST_F(Init, NamesWhatIsMissing) {
-  // Wheels and gyro give the track.
-  EXPECT_THAT(
-      init("--can " + lap_ + "/drive.log", "missing.toml"),
-      Ends(2, AllOf(HasSubstr("--mass"), HasSubstr("--wheelbase"), Not(HasSubstr("--track")))));
-  EXPECT_FALSE(std::filesystem::exists(lap_ + "/missing.toml"));
-}
-
-TEST_F(Init, OverwritesNothingUnasked) {
-  const std::string before = contents(lap_ + "/car.toml");
-  EXPECT_THAT(init("--can " + lap_ + "/drive.log" + car, "car.toml"),
-              Ends(2, HasSubstr("--force")));
-  EXPECT_EQ(contents(lap_ + "/car.toml"), before);
-}
-
-TEST_F(Init, NamesFileAndLineOfBadInput) {
-  const std::string dbc = scratch_.write("bad.dbc", "VERSION \"\"\nBO_ x\n").string();
-  EXPECT_THAT(init("--dbc " + dbc + car, "bad.toml").err, HasSubstr("bad.dbc:2"));
-  EXPECT_FALSE(std::filesystem::exists(lap_ + "/bad.toml"));
-}
-
-TEST_F(Init, SaysWhatToDoAboutAnUnknownBus) {
-  const std::string log =
+TEST_F(Init, RefusesAndWritesNothing) {
+  const std::string log = "--can " + lap_ + "/drive.log";
+  const std::string bad = scratch_.write("bad.dbc", "VERSION \"\"\nBO_ x\n").string();
+  const std::string other =
       scratch_.write("other.log", "(1.000000) can0 111#00\n(1.100000) can0 111#00\n").string();
-  EXPECT_THAT(init("--can " + log + car, "other.toml"), Ends(2, HasSubstr("--dbc")));
-  const std::string dbc =
+  const std::string lamps =
       scratch_
           .write("lamps.dbc",
                  "VERSION \"\"\nBU_: A\nBO_ 273 LAMP: 1 A\n SG_ On : 0|8@1+ (1,0) [0|1] \"\" A\n")
           .string();
-  EXPECT_THAT(init("--dbc " + dbc + car, "other.toml").err, HasSubstr("lamps.dbc"));
+  const std::pair<std::string, ::testing::Matcher<std::string>> cases[]{
+      // Wheels and gyro give the track.
+      {log, AllOf(HasSubstr("--mass"), HasSubstr("--wheelbase"), Not(HasSubstr("--track")))},
+      {"--dbc " + bad + car, HasSubstr("bad.dbc:2")},
+      {"--can " + other + car, HasSubstr("--dbc")},
+      {"--can " + other + " --dbc " + lamps + car, HasSubstr("lamps.dbc")}};
+  for (const auto& [options, message] : cases) {
+    EXPECT_THAT(init(options, "refused.toml"), Ends(2, message));
+    EXPECT_FALSE(std::filesystem::exists(lap_ + "/refused.toml"));
+  }
+  const std::string before = contents(lap_ + "/car.toml");
+  EXPECT_THAT(init(log + car, "car.toml"), Ends(2, HasSubstr("--force")));
+  EXPECT_EQ(contents(lap_ + "/car.toml"), before);
 }
 
 }  // namespace

@@ -81,7 +81,7 @@ class Bus {
     for (const auto& [t_ns, line] : lines_) log += line;
     const std::string file = scratch_.write("drive.log", log).string();
     const std::string dbc = scratch_.write("car.dbc", dbc_).string();
-    const Outcome outcome = run_shell("odom init --yes --json --dbc " + dbc + " --can " + file +
+    const Outcome outcome = run_shell("odom init --json --dbc " + dbc + " --can " + file +
                                       " --out " + path("init.toml") + car);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     text = contents(scratch_.path("init.toml"));

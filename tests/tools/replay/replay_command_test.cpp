@@ -63,7 +63,7 @@ TEST_F(OdomReplay, RefusesADamagedLogOnlyWhenStrict) {
               Ends(2, HasSubstr("drive.log:2: expected 6 or 9 decimals")));
   for (const std::string command :
        {"dbc decode --dbc DIR/car.dbc DIR/drive.log",
-        "init --yes --dbc DIR/car.dbc --out DIR/new.toml --can DIR/drive.log",
+        "init --dbc DIR/car.dbc --out DIR/new.toml --can DIR/drive.log",
         "fault --config DIR/car.toml --kind wheel_rear.zero --out /dev/null DIR/drive.log",
         "doctor --drive DIR", "evaluate --drive DIR", "export --drive DIR --mcap DIR/drive.mcap",
         "identify latency --config DIR/car.toml --can DIR/drive.log",

@@ -1,6 +1,5 @@
 #include "tools/identify/common/agreement.hpp"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/core/comparison.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/unit_check.hpp"
@@ -23,10 +23,10 @@ namespace {
 using diagnostics::Diagnostic;
 using diagnostics::found;
 using diagnostics::kind;
-using Eigen::ArrayXd;
 using estimator::Source;
 
-constexpr double piece = 0.5, stride = 0.25, grid = 0.01, lag_step = 0.02;  // [s]
+constexpr double piece = 0.5, longest_piece = 0.85, stride = 0.25, grid = 0.01;  // [s]
+constexpr double lag_step = 0.02;                                                // [s]
 constexpr int latest = 20, latest_of_all = 75;  // steps, for a usual sensor and a very late one
 constexpr double off_clock = 0.15;              // more than the latency of any sensor [s]
 constexpr double least_turn = 0.05;             // rad per piece, rms
@@ -34,13 +34,6 @@ constexpr double least_way = 0.1;               // m per piece
 constexpr std::ptrdiff_t fewest = 20;           // pieces
 constexpr double alike = 0.5, certain = 0.7;    // correlations
 constexpr double far_off_unseen = 3.0;  // without poses: allows for slipping wheels and tyres
-
-// The motion in a piece of the drive.
-struct Piece {
-  double t = 0.0;      ///< start of the piece [s]
-  double turn = 0.0;   ///< [rad]
-  double along = 0.0;  ///< distance along the heading [m]; from poses only
-};
 
 enum class Verdict : std::uint8_t { silent, same, other_way, unlike };
 
@@ -50,16 +43,6 @@ struct Comparison {
   double lag = 0.0;    ///< delay of `turned` [s]; 0 if unknown
 };
 
-double rms(const ArrayXd& values) {
-  return values.size() > 0 ? std::sqrt(values.square().mean()) : 0.0;
-}
-
-// a·b / (|a| |b|)
-double cosine(const ArrayXd& a, const ArrayXd& b) {
-  const double both = rms(a) * rms(b);
-  return both > 0.0 ? (a * b).mean() / both : 0.0;
-}
-
 // Turns show the sign; less their means they show whether both signals turn at the same times.
 Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, double least) {
   double most = -1.0, fewest_alike = 1.0, most_shape = -1.0, least_shape = 1.0, ratio = 1.0;
@@ -67,33 +50,38 @@ Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, do
   bool turns = false, varies = false;
   for (int step = -latest_of_all; step <= latest_of_all; ++step) {
     const double lag = lag_step * step;
-    ArrayXd seen(std::ssize(pieces)), by_sensor(std::ssize(pieces));
-    Eigen::Index count = 0;
+    std::vector<std::pair<double, double>> both;  // as seen, and as the sensor turned
+    double squares = 0.0;
     for (const Piece& p : pieces) {
-      const double begin = p.t + lag, end = begin + piece;
-      if (begin < turned.begin || end > turned.end()) continue;
-      seen[count] = p.turn;
-      by_sensor[count++] = turned.at(end) - turned.at(begin);
+      if (p.from + lag < turned.begin || p.to + lag > turned.end()) continue;
+      both.emplace_back(p.turn, turned.at(p.to + lag) - turned.at(p.from + lag));
+      squares += both.back().second * both.back().second;
     }
-    if (count < fewest) continue;
-    by_sensor.conservativeResize(count);
+    if (std::ssize(both) < fewest) continue;
     // A single pose with reversed heading must not outweigh the drive.
-    const double bound = std::max(3.0 * rms(by_sensor), 6.0 * least);
-    seen = seen.head(count).max(-bound).min(bound).eval();
-    const double whole = cosine(seen, by_sensor);
+    const auto count = static_cast<double>(both.size());
+    const double bound = std::max(3.0 * std::sqrt(squares / count), 6.0 * least);
+    daemon::Moments moments;
+    for (const auto& [seen, by_sensor] : both)
+      moments.add(std::clamp(seen, -bound, bound), by_sensor);
+    const daemon::Moments::Squares about_zero = moments.squares(0.0, 0.0);
+    const double whole = about_zero.correlation();
     most_of_all = std::max(most_of_all, whole);
     if (std::abs(step) > latest) continue;
-    if (whole > most && rms(seen) > 0.0) ratio = rms(by_sensor) / rms(seen);
+    if (whole > most && about_zero.aa > 0.0) ratio = std::sqrt(about_zero.bb / about_zero.aa);
     most = std::max(most, whole);
     fewest_alike = std::min(fewest_alike, whole);
-    const ArrayXd a = seen - seen.mean(), b = by_sensor - by_sensor.mean();
-    const double shape = cosine(a, b);
+    const daemon::Moments::Squares about_mean = moments.squares();
+    const double shape = about_mean.correlation();
     if (shape > most_shape) best_lag = lag;
     most_shape = std::max(most_shape, shape);
     least_shape = std::min(least_shape, shape);
-    turns = turns || std::max(rms(seen), rms(by_sensor)) > least;
-    varies = varies || (rms(a) > std::max(least, 0.3 * rms(seen))) ||
-             (rms(b) > std::max(least, 0.3 * rms(by_sensor)));
+    const auto exceeds = [least](double square, double whole_square) {
+      return square > std::max(least * least, 0.09 * whole_square);
+    };
+    turns = turns || std::max(about_zero.aa, about_zero.bb) > least * least;
+    varies =
+        varies || exceeds(about_mean.aa, about_zero.aa) || exceeds(about_mean.bb, about_zero.bb);
   }
   if (!turns) return {};
   // The opposite sign must fit better than any delay.
@@ -106,33 +94,9 @@ Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, do
   return {};
 }
 
-// Uses two poses half a second apart only if there are other poses near them.
-std::vector<Piece> pieces_of_poses(const std::vector<PoseSample>& seen, double camera_yaw,
-                                   double begin, double end) {
-  std::vector<Piece> result;
-  for (std::size_t i = 0, j = 0; i < seen.size(); ++i) {
-    const double t = seen[i].t;
-    if (t < begin || t > end || (!result.empty() && t < result.back().t + stride - 1e-3)) continue;
-    j = std::max(i, j);
-    while (j + 1 < seen.size() && seen[j + 1].t - t <= piece + 1e-3) ++j;
-    const double span = seen[j].t - t;
-    if (span < 0.7 * piece || seen[j].t > end) continue;
-    const double turn = std::remainder(seen[j].yaw - seen[i].yaw, 2.0 * std::numbers::pi);
-    const double heading = seen[i].yaw + 0.5 * turn - camera_yaw;
-    const double along =
-        (seen[j].x - seen[i].x) * std::cos(heading) + (seen[j].y - seen[i].y) * std::sin(heading);
-    result.push_back({t, turn * piece / span, along * piece / span});
-  }
-  return result;
-}
-
 std::vector<Piece> pieces_of(const Resampled& turned) {
-  std::vector<Piece> result;
-  const double last = turned.end() - turned.begin - piece;
-  for (int k = 0; stride * k <= last; ++k) {
-    const double t = turned.begin + stride * k;
-    result.push_back({t, turned.at(t + piece) - turned.at(t), 0.0});
-  }
+  std::vector<Piece> result = even_pieces(turned.begin, turned.end(), stride);
+  for (Piece& p : result) p.turn = turned.at(p.to) - turned.at(p.from);
   return result;
 }
 
@@ -204,13 +168,56 @@ std::optional<double> ratio_of_ways(const std::vector<Piece>& pieces, const Resa
   const Resampled way = integral(speed);
   std::vector<double> ratios;
   for (const Piece& p : pieces)
-    if (std::fabs(p.along) >= least && p.t >= way.begin && p.t + piece <= way.end())
-      ratios.push_back((way.at(p.t + piece) - way.at(p.t)) / p.along);
+    if (std::fabs(p.along) >= least && p.from >= way.begin && p.to <= way.end())
+      ratios.push_back((way.at(p.to) - way.at(p.from)) / p.along);
   if (std::ssize(ratios) < fewest) return std::nullopt;
   return median_of(std::move(ratios));
 }
 
 }  // namespace
+
+Relation relation_of(const Eigen::Ref<const Eigen::ArrayXd>& y,
+                     const Eigen::Ref<const Eigen::ArrayXd>& x) {
+  if (y.size() < 3) return {};
+  daemon::Moments moments;  // from the first values, so that a constant has no variance
+  for (Eigen::Index i = 0; i < y.size(); ++i) moments.add(y[i] - y[0], x[i] - x[0]);
+  const daemon::Moments::Squares squares = moments.squares();
+  if (squares.aa <= 0.0 || squares.bb <= 0.0) return {.count = static_cast<std::size_t>(y.size())};
+  const double slope = squares.ab / squares.bb;
+  return {.slope = slope,
+          .offset = y[0] + moments.mean_a() - slope * (x[0] + moments.mean_b()),
+          .correlation = squares.correlation(),
+          .gain = squares.gain(),
+          .count = static_cast<std::size_t>(y.size())};
+}
+
+std::vector<Piece> pieces_of(std::span<const PoseSample> poses, double stride, double longest,
+                             const std::array<double, 3>& lever_arm) {
+  constexpr double jitter = 1e-3;  // s
+  std::vector<Piece> result;
+  for (std::size_t i = 0, j = 0; i < poses.size(); ++i) {
+    const PoseSample& from = poses[i];
+    if (!result.empty() && from.t < result.back().from + stride - jitter) continue;
+    while (j < poses.size() && poses[j].t < from.t + piece - jitter) ++j;
+    if (j == poses.size()) break;
+    const PoseSample& to = poses[j];
+    if (to.t - from.t > longest) continue;
+    const double turn = std::remainder(to.yaw - from.yaw, 2.0 * std::numbers::pi);
+    const double heading = from.yaw + 0.5 * turn - lever_arm[2];
+    // A point on the left of the centre is slower in a turn to the left.
+    result.push_back({from.t, to.t, turn,
+                      (to.x - from.x) * std::cos(heading) + (to.y - from.y) * std::sin(heading) +
+                          lever_arm[1] * turn});
+  }
+  return result;
+}
+
+std::vector<Piece> even_pieces(double begin, double end, double stride) {
+  std::vector<Piece> result;
+  for (int k = 0; begin + stride * k + piece <= end; ++k)
+    result.push_back({begin + stride * k, begin + stride * k + piece});
+  return result;
+}
 
 std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const SignalLog& log,
                                             std::span<const estimator::CameraPose> poses,
@@ -255,8 +262,10 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
       !units.empty())
     return units.front();
 
-  const std::vector<Piece> seen = pieces_of_poses(
-      in_order(poses, log.first_ns), config.camera.lever_arm[2], signals.begin(), signals.end());
+  std::vector<Piece> seen =
+      pieces_of(in_order(poses, log.first_ns), stride, longest_piece, config.camera.lever_arm);
+  std::erase_if(seen,
+                [&](const Piece& p) { return p.from < signals.begin() || p.to > signals.end(); });
   std::vector<double> yaw_sigmas, sigmas;
   for (const estimator::CameraPose& pose : poses) {
     yaw_sigmas.push_back(pose.sigma_yaw);

@@ -1,11 +1,17 @@
-// Checks that a drive's sensors describe one car and one drive: finds wrong signs, scales that are
-// wrong by a large factor, and poses of another drive. Runs before anything is estimated from them.
+// Compares the signals of a drive with each other. find_disagreement() checks that they describe
+// one car and one drive: it finds wrong signs, scales that are wrong by a large factor, and poses
+// of another drive, before anything is estimated from them.
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "daemon/core/config.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -13,6 +19,40 @@
 #include "tools/identify/common/signal_log.hpp"
 
 namespace odomd::tools {
+
+/// y ≈ slope · x + offset, by least squares.
+struct Relation {
+  double slope = 0.0, offset = 0.0, correlation = 0.0;
+  double gain = 0.0;  ///< ratio of their standard deviations
+  std::size_t count = 0;
+
+  /// Whether the signals correlate, so that the sign is certain.
+  [[nodiscard]] bool clear() const {
+    constexpr std::size_t enough = 40;  // two seconds at 20 Hz
+    return count >= enough && std::fabs(correlation) >= 0.6;
+  }
+};
+
+/// Values of two signals at the same times.
+[[nodiscard]] Relation relation_of(const Eigen::Ref<const Eigen::ArrayXd>& y,
+                                   const Eigen::Ref<const Eigen::ArrayXd>& x);
+
+/// A piece of a drive: the motion between two poses, or what sensors say of it.
+struct Piece {
+  double from = 0.0, to = 0.0;  ///< since the log's first frame [s]
+  double turn = 0.0;            ///< [rad]
+  double along = 0.0;           ///< distance along the heading [m]; of poses only
+
+  [[nodiscard]] double length() const { return to - from; }
+};
+
+/// Pieces that begin `stride` apart or more and end with the first pose half a second later, at
+/// most `longest` later [s]. `lever_arm`: x, y and yaw of the point that the poses observe.
+[[nodiscard]] std::vector<Piece> pieces_of(std::span<const PoseSample> poses, double stride,
+                                           double longest, const std::array<double, 3>& lever_arm);
+
+/// Pieces of half a second every `stride` seconds, without motion.
+[[nodiscard]] std::vector<Piece> even_pieces(double begin, double end, double stride);
 
 /// What to do if the poses' turns are unrelated to the gyro's.
 enum class UnrelatedPoses : std::uint8_t {
@@ -27,10 +67,10 @@ struct AgreementOptions {
   UnrelatedPoses unrelated = UnrelatedPoses::refuse;
 };
 
-/// Compares pieces of half a second, with up to 0.4 s between the clocks: the turns of the poses,
-/// of the gyro, and ∫ v tan δ / l from wheels and steering; and the distance of each wheel with
-/// that of the poses along the heading. Too little data counts as agreement. Poses in any order;
-/// without poses only gyro and steering are compared.
+/// Compares pieces of about half a second, with up to 0.4 s between the clocks: the turns of the
+/// poses, of the gyro, and ∫ v tan δ / l from wheels and steering; and the distance of each wheel
+/// with that of the poses along the heading. Too little data counts as agreement. Poses in any
+/// order; without poses only gyro and steering are compared.
 ///
 /// Reports the first of: no pose was taken during the log; poses in other units (unit_check.hpp);
 /// yaw_rate or steering turns the other way; the poses' turns differ from the gyro's, or are more

@@ -1,8 +1,5 @@
-// Frames of motor controllers, packed here as their makers document them, independently of our
-// databases: the configuration of odom init decodes them, and a drive with them gives a pose.
-#include "tools/init/motor_controller.hpp"
-
-#include <bit>
+// Frames of a VESC, packed here as its documentation says, independently of our database: the
+// configuration of odom init decodes them, and a drive with them gives a pose.
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -14,7 +11,7 @@
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/replay/drive.hpp"
 
-namespace odomd::tools::motor_controller_test {
+namespace odomd::tools::vesc_test {
 namespace {
 
 using nlohmann::json;
@@ -25,19 +22,12 @@ std::string most_significant_first(std::int64_t value, int bytes) {
   for (int i = bytes - 1; i >= 0; --i) text += fmt::format("{:02X}", value >> (8 * i) & 0xFF);
   return text;
 }
-std::string single_least_first(float value) {
-  std::string text;
-  for (int i = 0; i < 4; ++i)
-    text += fmt::format("{:02X}", std::bit_cast<std::uint32_t>(value) >> (8 * i) & 0xFFU);
-  return text;
-}
-
 struct Sample {
   std::string frame;
   std::map<std::string, double> values;
 };
 
-TEST(MotorController, DatabaseReadsEverySignalOfThePublishedLayout) {
+TEST(Vesc, DatabaseReadsEverySignalOfThePublishedLayout) {
   const auto big = most_significant_first;
   struct Case {
     std::string option;
@@ -66,12 +56,6 @@ TEST(MotorController, DatabaseReadsEverySignalOfThePublishedLayout) {
       {"--vesc 254 --pole-pairs 7",
        {{"000009FE#" + big(2'147'483, 4) + "00000000",
          {{"MotorERPM", 2'147'483}, {"Current", 0}, {"DutyCycle", 0}}}}},
-      {"--odrive 3",
-       {{"069#" + single_least_first(-2.5F) + single_least_first(12.25F),
-         {{"Position", -2.5}, {"MotorSpeed", 735.0}}}}},
-      {"--odrive 63",
-       {{"7E9#" + single_least_first(0.0F) + single_least_first(-1.0F),
-         {{"Position", 0.0}, {"MotorSpeed", -60.0}}}}},
   };
   for (const Case& one : cases) {
     SCOPED_TRACE(one.option);
@@ -82,7 +66,7 @@ TEST(MotorController, DatabaseReadsEverySignalOfThePublishedLayout) {
       log += fmt::format("({}.000000) can0 {}\n", 100 + i, one.samples[i].frame);
     scratch.write("bus.log", log);
     must_run("cd " + folder +
-             " && odom init --yes --mass 3 --wheelbase 0.3 "
+             " && odom init --mass 3 --wheelbase 0.3 "
              "--wheel-radius 50mm " +
              one.option);
     const Outcome shown =
@@ -100,7 +84,7 @@ TEST(MotorController, DatabaseReadsEverySignalOfThePublishedLayout) {
   }
 }
 
-/// A simulated car without wheel sensors: a motor controller sends the speed of the rear axle,
+/// A simulated car without wheel sensors: a VESC sends the speed of the rear axle,
 /// another node the rest.
 class Drive : public testing::Test {
  protected:
@@ -147,7 +131,7 @@ class Drive : public testing::Test {
   [[nodiscard]] Outcome init(const std::string& options,
                              const std::string& out = "motor.toml") const {
     return run_shell(
-        "odom init --yes --force --json --mass 2.985 --wheelbase 0.26 --front-axle "
+        "odom init --force --json --mass 2.985 --wheelbase 0.26 --front-axle "
         "0.175 --wheel-radius 33mm --out " +
         lap_ + "/" + out + " " + options);
   }
@@ -157,34 +141,25 @@ class Drive : public testing::Test {
 };
 
 TEST_F(Drive, GivesAPoseByNothingButMassAndSizes) {
-  struct Case {
-    std::string options, log;
-  };
-  const std::vector<Case> cases{
-      {"--vesc 23 --gear-ratio 11.8 --pole-pairs 2", write_log("vesc.log", 20'000'000, vesc_frame)},
-      {"--odrive 5 --gear-ratio 11.8", write_log("odrive.log", 10'000'000, [](double turns) {
-         return "0A9#00000000" + single_least_first(static_cast<float>(turns * gear_ratio));
-       })}};
-  for (const Case& one : cases) {
-    SCOPED_TRACE(one.options);
-    const Outcome made = init(one.options + " --dbc " + lap_ + "/car.dbc --can " + one.log);
-    ASSERT_EQ(made.status, 0) << made.err;
-    const json result = json::parse(made.out);
-    std::string roles;
-    for (const json& role : result.at("roles")) {
-      roles += role.at("role").get<std::string>() + ' ';
-      EXPECT_TRUE(role.at("sure").get<bool>()) << role;
-    }
-    EXPECT_EQ(roles, "yaw_rate accel_x accel_y motor steering ");
-    const std::string pose = lap_ + "/motor.csv";
-    must_run("odom replay --config " + lap_ + "/motor.toml --can " + one.log +
-             " --initial 0,0,0 --out " + pose);
-    const Outcome shown = run_shell("odom evaluate --align first --json --reference " + lap_ +
-                                    "/truth.csv --pose " + pose);
-    const json estimate = json::parse(shown.out).at("estimates").at(0);
-    EXPECT_LT(estimate.at("position").at("rms").get<double>(), 0.25) << shown.out;
-    EXPECT_LT(estimate.at("end_error_cm_per_m").get<double>(), 0.6);
+  const std::string log = write_log("vesc.log", 20'000'000, vesc_frame);
+  const Outcome made =
+      init("--vesc 23 --gear-ratio 11.8 --pole-pairs 2 --dbc " + lap_ + "/car.dbc --can " + log);
+  ASSERT_EQ(made.status, 0) << made.err;
+  const json result = json::parse(made.out);
+  std::string roles;
+  for (const json& role : result.at("roles")) {
+    roles += role.at("role").get<std::string>() + ' ';
+    EXPECT_TRUE(role.at("sure").get<bool>()) << role;
   }
+  EXPECT_EQ(roles, "yaw_rate accel_x accel_y motor steering ");
+  const std::string pose = lap_ + "/motor.csv";
+  must_run("odom replay --config " + lap_ + "/motor.toml --can " + log + " --initial 0,0,0 --out " +
+           pose);
+  const Outcome shown = run_shell("odom evaluate --align first --json --reference " + lap_ +
+                                  "/truth.csv --pose " + pose);
+  const json estimate = json::parse(shown.out).at("estimates").at(0);
+  EXPECT_LT(estimate.at("position").at("rms").get<double>(), 0.25) << shown.out;
+  EXPECT_LT(estimate.at("end_error_cm_per_m").get<double>(), 0.6);
 }
 
 TEST_F(Drive, ThatLacksTheFramesNamesThoseThatCome) {
@@ -193,15 +168,11 @@ TEST_F(Drive, ThatLacksTheFramesNamesThoseThatCome) {
     return "00001B17#" + most_significant_first(std::lround(turns), 4) + "00A80000";
   });
   const std::string slow = write_log("slow.log", 200'000'000, vesc_frame);
-  const std::string turned =
-      write_log("turned.log", 20'000'000, [](double turns) { return vesc_frame(-turns); });
   const std::string motor = " --pole-pairs 2 --gear-ratio 11.8 --can ";
   EXPECT_THAT(init("--vesc 42" + motor + log),
               Ends(2, AllOf(HasSubstr("vesc.log: VESC 42"), HasSubstr("92A"),
                             HasSubstr("it comes from VESC 23"))));
   EXPECT_THAT(init("--vesc 23" + motor + others), Ends(2, HasSubstr("switch it on: VESC Tool")));
-  EXPECT_THAT(init("--odrive 3" + motor + log),
-              Ends(2, AllOf(HasSubstr("ODrive 3"), HasSubstr("encoder_rate_ms"))));
   EXPECT_THAT(init("--vesc 23" + motor + slow).out, HasSubstr("less than 20 times a second"));
   EXPECT_THAT(
       init("--vesc 23" + motor + log).out,
@@ -224,14 +195,10 @@ TEST_F(Drive, IsNotNeededForTheFilesAndMarksWhatNobodySaid) {
 
 TEST_F(Drive, RefusesNumbersThatNoControllerHas) {
   const std::vector<std::pair<std::string, std::string>> cases{
-      {"--vesc 255", "0 to 254"},
+      {"--vesc 255", "--vesc"},
       {"--vesc -1", "--vesc"},
-      {"--vesc 0x17", "'0x17'"},
-      {"--vesc 4294967319", "0 to 254"},
-      {"--odrive 64", "0 to 63"},
-      {"--odrive ''", "--odrive"},
-      {"--vesc 1 --vesc 2 --pole-pairs 2", "VESC 1 and VESC 2"},
-      {"--vesc 1 --odrive 1 --pole-pairs 2", "VESC 1 and ODrive 1"},
+      {"--vesc 4294967319", "--vesc"},
+      {"--vesc 1 --vesc 2", "--vesc"},
       {"--vesc 1", "--pole-pairs"},
       {"--vesc 1 --pole-pairs 0", "--pole-pairs"},
       {"--vesc 1 --pole-pairs 2.5", "--pole-pairs: 2.5 is not a whole number"},
@@ -244,4 +211,4 @@ TEST_F(Drive, RefusesNumbersThatNoControllerHas) {
 }
 
 }  // namespace
-}  // namespace odomd::tools::motor_controller_test
+}  // namespace odomd::tools::vesc_test
