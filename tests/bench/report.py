@@ -140,7 +140,7 @@ def add_work(report, bench):
         ("paper_predict_and_correct", "paper filter, predict and correct", 57, *author),
         ("whole_tick/paper", "paper, whole tick with its samples", None),
         ("whole_tick/kinematic", "kinematic, whole tick with its samples", None),
-        ("camera_pose/8", "paper, tick with a camera pose 40 ms late", None),
+        ("camera_pose", "paper, tick with a camera pose 40 ms late", None),
         ("full_tick/0", "full, whole tick with its samples", 5_000, elsewhere, 11_600.0),
         ("full_tick_late_camera/40", "full, tick with a camera pose 40 ms late", 40_000,
          elsewhere, 78_000.0),
