@@ -89,7 +89,7 @@ TEST_F(CameraSender, AConnectionThatWasClosedOrADaemonThatWasRestartedCostsNoPos
       daemon.reset();
       daemon = std::make_unique<Daemon>(path);
     }
-    EXPECT_EQ(idle.send(seen_pose()), 0);
+    ASSERT_EQ(idle.send(seen_pose()), 0);
     daemon->accept_one();
     const odom_camera_message received = daemon->receive();
     EXPECT_EQ(received.x, 1.5);
