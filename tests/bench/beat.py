@@ -11,7 +11,8 @@ CPU that the host slows down affects both programs alike. Ratios are computed fo
 Then odomd plays the same drive sixteen times as fast: 8,000 frames/s, all of mapped messages, so that
 every frame is decoded, checked and fused.
 
-odomd publishes a sample with every tick; all of them are read from its history.
+odomd publishes a sample with every tick; all of them are read from its history, which is mapped read-only
+and read once a second, so that watching does not affect the beat.
 Both programs sleep until absolute times of CLOCK_MONOTONIC and keep the CPUs awake with
 /dev/cpu_dma_latency. cyclictest rounds down to whole microseconds; odomd's samples are rounded down
 here too.
@@ -21,21 +22,23 @@ Prints JSON.
 
 import argparse
 import collections
-import csv
 import json
 import math
+import mmap
 import os
 import pathlib
 import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 PRIORITY = 45
 PERIOD_US = 5000
 FULL_TRAFFIC = 16
 NOT_REALTIME = 1  # ODOM_COND_NOT_REALTIME
+HEADER_BYTES, SLOT_BYTES, SLOTS, HEAD, POSE_WORDS = 1, 2, 16, 64, 28  # words of the segment: docs/shm.md
 
 
 def percentile(counts, fraction):
@@ -65,8 +68,37 @@ def compress(log, factor, out):
             faster.write(f"({stamp_ns // 10**9}.{stamp_ns % 10**9:09d}){rest}")
 
 
+class Watcher(threading.Thread):
+    """Collects every tick from a segment for so many seconds, beginning with the oldest in its history."""
+
+    def __init__(self, path, seconds):
+        super().__init__(daemon=True)
+        with open(path, "rb") as file:
+            self.words = memoryview(mmap.mmap(file.fileno(), 0, prot=mmap.PROT_READ)).cast("Q")
+        self.seconds, self.ticks = seconds, []
+        self.start()
+
+    def run(self):
+        for second in range(self.seconds + 1):
+            time.sleep(min(second, 1))
+            last = self.ticks[-1]["tick"] if self.ticks else 0
+            read = (self.read(tick) for tick in range(last + 1, self.words[HEAD] // 2))
+            self.ticks += filter(None, read)
+
+    def read(self, tick):
+        """A tick; nothing if it was missed or has been overwritten."""
+        words = self.words
+        at = (words[HEADER_BYTES] + tick % words[SLOTS] * words[SLOT_BYTES]) // 8
+        slot = words[at:at + POSE_WORDS + 62].tolist()
+        if words[at] != slot[0] or slot[0] != 2 * tick + 2:
+            return None
+        details = slot[1 + POSE_WORDS:]
+        return {"tick": tick, "time_ns": slot[2], "mode": slot[24] & 0xFFFFFFFF, "conditions": slot[24] >> 32,
+                "frames": details[50], "wakeup_latency_ns": details[59], "execution_of_last_ns": details[60]}
+
+
 class Daemon:
-    """An odomd that plays a log with its beat on one CPU, and what beat_ticks sees of it."""
+    """An odomd that plays a log with its beat on one CPU, and what a watcher sees of it."""
 
     def __init__(self, args, log, cpu, work, seconds):
         self.shm = f"/odomd-bench-{os.getpid()}"
@@ -82,24 +114,20 @@ class Daemon:
             if self.process.poll() is not None:
                 raise SystemExit("beat.py: odomd ended")
             time.sleep(0.01)
-        # To a file: a full pipe would block the watcher, because nobody reads it before the end.
-        self.seen = work / "ticks.csv"
-        with open(self.seen, "w") as out:
-            self.watcher = subprocess.Popen([args.bin / "beat_ticks", self.shm, str(seconds)], stdout=out)
+        self.watcher = Watcher(self.segment(), seconds)
 
     def segment(self, suffix=""):
         return pathlib.Path(f"/dev/shm{self.shm}{suffix}")
 
     def ticks(self):
         """Waits for the watcher, ends the daemon, and gives every tick as a dictionary."""
-        watched = self.watcher.wait()
+        self.watcher.join()
         self.process.send_signal(signal.SIGTERM)
-        if watched != 0 or self.process.wait() != 0:
-            raise SystemExit("beat.py: odomd or beat_ticks failed")
+        if self.process.wait() != 0:
+            raise SystemExit("beat.py: odomd failed")
         self.segment().unlink()
         self.segment(".lock").unlink(missing_ok=True)
-        with open(self.seen) as rows:
-            ticks = [{name: int(value) for name, value in row.items()} for row in csv.DictReader(rows)]
+        ticks = self.watcher.ticks
         if any(tick["conditions"] & NOT_REALTIME for tick in ticks):
             raise SystemExit("beat.py: odomd was refused SCHED_FIFO or locked memory: run as root")
         return ticks

@@ -41,12 +41,6 @@ void publish(benchmark::State& state) {
 }
 BENCHMARK(publish);
 
-void wake_without_waiters(benchmark::State& state) {
-  Stage stage;
-  for (auto _ : state) stage.writer.wake_clients();
-}
-BENCHMARK(wake_without_waiters);
-
 // For comparison: copies 28 relaxed words from shared memory to the caller.
 void copy_relaxed_words(benchmark::State& state) {
   const std::array<std::uint64_t, ODOM_SLOT_WORDS> words{};
@@ -118,30 +112,6 @@ void in_place(benchmark::State& state) {
   read_hot(state, stage, [&] { look_in_place(stage); });
 }
 BENCHMARK(in_place);
-
-void at_past_time(benchmark::State& state) {
-  Stage stage;
-  for (std::uint64_t tick = 2; tick <= 1000; ++tick)
-    stage.writer.publish(moving_pose(tick), odom_details{});
-  odom_pose pose{};
-  const std::int64_t time_ns = 990 * period_ns + 1'000'000;
-  read_hot(state, stage, [&] {
-    benchmark::DoNotOptimize(odom_at(stage.client.get(), time_ns, &pose, sizeof pose));
-  });
-}
-BENCHMARK(at_past_time);
-
-void predict_35_ms(benchmark::State& state) {
-  odom_pose from = moving_pose(1);
-  from.yaw_rate = 3.0;
-  from.yaw_accel = 1.0;
-  odom_pose to{};
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(odom_predict(&from, from.time_ns + 35'000'000, &to));
-    benchmark::DoNotOptimize(to);
-  }
-}
-BENCHMARK(predict_35_ms);
 
 /// Another thread publishes before every read.
 template <class Read>

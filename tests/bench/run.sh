@@ -1,8 +1,7 @@
 #!/bin/bash
-# All benchmarks, one table: bash tests/bench/run.sh [--quick] [--json FILE]
+# All benchmarks, one table: bash tests/bench/run.sh [--quick]
 #
-#   --quick      one short run, to see that it works; its figures are not valid
-#   --json FILE  write the table and the runs behind it
+#   --quick  one short run, to see that it works; its figures are not valid
 #
 # Installs what it needs (Debian), builds, measures for about five minutes and prints Markdown.
 # Needs a quiet machine, and root or limits that permit SCHED_FIFO. The heads of beat.py and of each
@@ -11,18 +10,15 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 
 usage() {
-  sed -n '2,5s/^# \{0,1\}//p' "$0" >&2
+  sed -n '2,4s/^# \{0,1\}//p' "$0" >&2
   exit 2
 }
-runs=5 repetitions=9 seconds=15 min_time=0.1 json=()
-while [ $# -gt 0 ]; do
-  case $1 in
-    --quick) runs=1 repetitions=3 seconds=2 min_time=0.02 ;;
-    --json) [ $# -ge 2 ] || usage; json=(--json "$(realpath "$2")"); shift ;;
-    *) usage ;;
-  esac
-  shift
-done
+runs=5 repetitions=9 seconds=15 min_time=0.1
+case $* in
+  '') ;;
+  --quick) runs=1 repetitions=3 seconds=2 min_time=0.02 ;;
+  *) usage ;;
+esac
 drive_seconds=400
 
 work=$(mktemp -d --tmpdir=/dev/shm odomd-bench-XXXXXX)
@@ -77,4 +73,4 @@ for model in paper kinematic full; do
 done
 
 python3 tests/bench/beat.py --bin "$bin" --drive "$drive" --runs $runs --seconds $seconds >"$work/beat.json"
-python3 tests/bench/report.py "$work" "${json[@]}"
+python3 tests/bench/report.py "$work"

@@ -9,7 +9,8 @@
 #   - a frame is lost or malformed;
 #   - odomd misses a cycle, and no sample of cyclictest within one period of the missed instant was
 #     late by a fifth of a period (1 ms) or more;
-#   - its memory (VmRSS, every second) grows after the first minute (or third of a shorter run).
+#   - its memory (VmRSS, every second) or the number of its open files grows after the first minute
+#     (or third of a shorter run).
 #
 # Ends with a dated summary line.
 seconds=${1:-600} cpu=${2:-$(($(nproc) - 1))}
@@ -30,19 +31,21 @@ children+=("$witness" "$yardstick")
 
 # After the start, memory is measured every second.
 settled=$((seconds < 180 ? seconds / 3 : 60))
-from=0 most=0
+from=0 most=0 files=
+descriptors() { find "/proc/$daemon/fd" -mindepth 1 | wc -l; }
 begin=$SECONDS
 until [ "$(status '.can[0].link' 2>/dev/null)" = ended ]; do
   kill -0 "$daemon" 2>/dev/null || fail "odomd ended"
   [ $((SECONDS - begin)) -lt $((seconds + 60)) ] || fail "the log does not end: $(status .can -c)"
   memory=$(awk '/^VmRSS/ {print $2}' "/proc/$daemon/status")
   if [ $((SECONDS - begin)) -ge $settled ]; then
-    [ $from != 0 ] || from=$memory
+    [ $from != 0 ] || { from=$memory; files=$(descriptors); }
     [ "$memory" -le $most ] || most=$memory
   fi
   sleep 1
 done
 status . >"$work/status.json"
+files_after=$(descriptors)
 stop_daemon "$daemon" || fail "odomd ended with status $?"
 kill "$witness"
 wait "$witness" "$yardstick"
@@ -86,9 +89,10 @@ summary="$seconds s: $sent frames, $received received, $lost lost, $malformed ma
   $ticks ticks, $missed missed, $unseen of them unseen by cyclictest (it missed $missing_spikes, $spikes samples later than 1 ms);
   wake-up late by (99 %/99.9 %/max) $(value '.beat.wakeup_us | "\(.p99 | round)/\(.p999 | round)/\(.max | round)"') us, cyclictest $cyclic us;
   execution $(value '.beat.execution_us | "\(.p50 | round)/\(.p999 | round)/\(.max | round)"') us (median/99.9 %/max);
-  VmRSS $from kB after $settled s, then at most $most kB"
+  VmRSS $from kB after $settled s, then at most $most kB; open files $files to $files_after"
 summary=$(tr -s '\n ' '  ' <<<"$summary")
 [ "$received" = "$sent" ] && [ "$lost" = 0 ] && [ "$malformed" = 0 ] || fail "frames lost: $summary"
 [ "$unseen" = 0 ] || fail "missed by odomd alone (first at $first_unseen s): $summary"
 [ "$most" -le "$from" ] || fail "memory grew: $summary"
+[ "$files_after" -le "$files" ] || fail "files stay open: $summary"
 echo "$(date -u +%F) traffic: $summary"

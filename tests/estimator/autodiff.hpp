@@ -15,30 +15,14 @@ template <int N, int Size>
 [[nodiscard]] Eigen::Matrix<Dual<N>, Size, 1> variables(
     const Eigen::Matrix<double, Size, 1>& values, int first) {
   Eigen::Matrix<Dual<N>, Size, 1> duals;
-  for (int i = 0; i < Size; ++i) {
-    duals[i] = Dual<N>(values[i], N, first + i);
-  }
-  return duals;
-}
-
-/// The same values as constants.
-template <int N, int Size>
-[[nodiscard]] Eigen::Matrix<Dual<N>, Size, 1> constants(
-    const Eigen::Matrix<double, Size, 1>& values) {
-  Eigen::Matrix<Dual<N>, Size, 1> duals;
-  for (int i = 0; i < Size; ++i) {
-    duals[i] = Dual<N>(values[i]);
-    duals[i].derivatives().setZero();
-  }
+  for (int i = 0; i < Size; ++i) duals[i] = Dual<N>(values[i], N, first + i);
   return duals;
 }
 
 template <int N, int Size>
 [[nodiscard]] Eigen::Matrix<double, Size, 1> values(const Eigen::Matrix<Dual<N>, Size, 1>& duals) {
   Eigen::Matrix<double, Size, 1> plain;
-  for (int i = 0; i < Size; ++i) {
-    plain[i] = duals[i].value();
-  }
+  for (int i = 0; i < Size; ++i) plain[i] = duals[i].value();
   return plain;
 }
 
@@ -46,9 +30,7 @@ template <int N, int Size>
 [[nodiscard]] Eigen::Matrix<double, Size, N> jacobian(
     const Eigen::Matrix<Dual<N>, Size, 1>& duals) {
   Eigen::Matrix<double, Size, N> matrix;
-  for (int i = 0; i < Size; ++i) {
-    matrix.row(i) = duals[i].derivatives().transpose();
-  }
+  for (int i = 0; i < Size; ++i) matrix.row(i) = duals[i].derivatives().transpose();
   return matrix;
 }
 

@@ -56,13 +56,11 @@ TEST(Begin, ItsFirstPoseIsTheSameInBothFrames) {
 
 TEST(Begin, ALateFirstWheelSampleStartsBothFramesTogether) {
   FullFilter filter = started();
-  for (std::int64_t k = 1; k <= 60; ++k) {
+  for (std::int64_t k = 1; k <= 60; ++k)
     EXPECT_FALSE(filter.step(start_ns + k * period_ns).initialised);
-  }
   const std::int64_t now = start_ns + 61 * period_ns;
-  for (std::int64_t age = 200; age > 0; age -= 10) {
+  for (std::int64_t age = 200; age > 0; age -= 10)
     (void)filter.add(Measurement{Source::wheel_rear, now - age * millisecond, 2.0, 0.01});
-  }
   const Estimate first = filter.step(now);
   ASSERT_TRUE(first.initialised);
   EXPECT_NEAR(first.map.x, 0.4, 0.03);

@@ -156,9 +156,8 @@ inline Estimate step_to(FullFilter& filter, const std::vector<Arrival>& arrivals
                         std::int64_t before, std::int64_t tick) {
   const auto by_tick = [](const Arrival& arrival) { return tick_of(arrival.arrival_ns); };
   const auto end = std::ranges::upper_bound(arrivals, tick, {}, by_tick);
-  for (auto it = std::ranges::upper_bound(arrivals, before, {}, by_tick); it != end; ++it) {
+  for (auto it = std::ranges::upper_bound(arrivals, before, {}, by_tick); it != end; ++it)
     (void)(it->signal ? filter.add(*it->signal) : filter.add(*it->camera));
-  }
   return filter.step(start_ns + tick * period_ns);
 }
 
@@ -166,9 +165,8 @@ inline Estimate step_to(FullFilter& filter, const std::vector<Arrival>& arrivals
 inline std::vector<Estimate> run(FullFilter& filter, const std::vector<Arrival>& arrivals,
                                  std::int64_t last, std::int64_t first = 1) {
   std::vector<Estimate> estimates;
-  for (std::int64_t k = first; k <= last; ++k) {
+  for (std::int64_t k = first; k <= last; ++k)
     estimates.push_back(step_to(filter, arrivals, k - 1, k));
-  }
   return estimates;
 }
 

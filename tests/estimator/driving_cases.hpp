@@ -24,11 +24,9 @@ inline std::vector<DrivingCase> grid(const std::vector<double>& speeds) {
   for (const Vehicle& car : {reference_car, full_size_car}) {
     for (const double v_x : speeds) {
       for (const double v_y : {-0.5, 0.0, 0.2}) {
-        for (const double yaw_rate : {-3.0, 0.0, 1.0}) {
-          for (const double steering : {-0.6, -0.1, 0.0, 0.35, 0.6}) {
+        for (const double yaw_rate : {-3.0, 0.0, 1.0})
+          for (const double steering : {-0.6, -0.1, 0.0, 0.35, 0.6})
             cases.push_back({car, {v_x, v_y, yaw_rate}, {steering, 1.3}});
-          }
-        }
       }
     }
   }

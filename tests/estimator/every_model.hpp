@@ -34,9 +34,7 @@ inline Samples slalom(int tick) {
 
 inline Drive slalom_for(Model model, int ticks) {
   Drive drive = start(model);
-  for (int i = 0; i < ticks; ++i) {
-    drive.tick(slalom(i));
-  }
+  for (int i = 0; i < ticks; ++i) drive.tick(slalom(i));
   return drive;
 }
 

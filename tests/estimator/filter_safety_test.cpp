@@ -127,9 +127,7 @@ class Junk {
                         : std::normal_distribution<>{0.0, 2.0}(random_);
   }
   std::int64_t time(std::int64_t now) {
-    if (pick(10) == 0) {
-      return static_cast<std::int64_t>(random_());
-    }
+    if (pick(10) == 0) return static_cast<std::int64_t>(random_());
     return now + std::uniform_int_distribution<std::int64_t>{-300 * millisecond,
                                                              20 * millisecond}(random_);
   }
@@ -148,9 +146,8 @@ TEST_P(Safety, NoInputLeavesAnEstimateThatIsNotFiniteOrASampleWithoutVerdict) {
   int offered = 0;
   const auto offer = [&](const auto& sample) {
     ++offered;
-    if (const auto verdict = add(drive.filter, sample)) {
+    if (const auto verdict = add(drive.filter, sample))
       ++verdicts.at(static_cast<std::size_t>(*verdict));
-    }
   };
   const auto count_judgements = [&] {
     for (const Judgement& judgement : judgements(drive.filter)) {

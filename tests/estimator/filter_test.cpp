@@ -88,9 +88,7 @@ TEST_P(EveryModel, GivesTheSameBitsForTheSameInputs) {
 TEST_P(EveryModel, CopyGoesOnAsTheOriginal) {
   Drive drive = slalom_for(GetParam(), 500);
   Drive copy = drive;
-  for (int i = 500; i < 1000; ++i) {
-    expect_same_bits(drive.tick(slalom(i)), copy.tick(slalom(i)));
-  }
+  for (int i = 500; i < 1000; ++i) expect_same_bits(drive.tick(slalom(i)), copy.tick(slalom(i)));
 }
 
 TEST_P(EveryModel, MicrosecondOfShiftMovesNothing) {
@@ -155,9 +153,8 @@ TEST_P(EveryModel, TickThatDoesNotAdvanceReturnsTheLastEstimate) {
   const Estimate last = drive.last;
   for (const std::int64_t tick :
        {drive.now_ns, drive.now_ns - period_ns, drive.now_ns + period_ns / 2 - 1,
-        std::numeric_limits<std::int64_t>::min()}) {
+        std::numeric_limits<std::int64_t>::min()})
     expect_same_bits(step(drive.filter, tick), last);
-  }
 }
 
 TEST_P(EveryModel, TickAtTheEndOfTimeIsSurvived) {
@@ -187,18 +184,16 @@ TEST_P(EveryModel, TheNoiseOfASourceIsEstimatedByTheFullFilter) {
   std::mt19937 random(5);
   const auto drive_with = [&](double speed, double gyro_noise) {
     std::normal_distribution<double> noise(0.0, gyro_noise);
-    for (int i = 0; i < 1000; ++i) {
+    for (int i = 0; i < 1000; ++i)
       drive.tick({.speed = speed, .steering = 0.0, .yaw_rate = noise(random)});
-    }
   };
   drive_with(0.0, 0.008);
   const SourceNoise standing = noise(drive.filter, Source::yaw_rate);
   drive_with(1.0, 0.02);
   const SourceNoise gyro = noise(drive.filter, Source::yaw_rate);
   const SourceNoise wheel = noise(drive.filter, Source::wheel_rear);
-  for (const Source silent : {Source::accel_x, Source::motor, Source::steering, Source::camera}) {
+  for (const Source silent : {Source::accel_x, Source::motor, Source::steering, Source::camera})
     EXPECT_FALSE(noise(drive.filter, silent).estimated()) << source_names[index_of(silent)];
-  }
   if (GetParam() != Model::full) {
     EXPECT_FALSE(gyro.estimated());
     EXPECT_FALSE(wheel.estimated());
@@ -238,9 +233,8 @@ TEST(MakeFilter, RefusesImpossibleSettingsByName) {
            {"period", [](FilterSettings& s) { s.period_s = 2.0; }},
            {"motor", [](FilterSettings& s) { s.sigma[index_of(Source::motor)] = std::nan(""); }},
            {"R[1]", [](FilterSettings& s) { s.paper.R[1] = -1.0; }},
-       }) {
+       })
     EXPECT_THAT(message_with(change), HasSubstr(name));
-  }
   EXPECT_THROW((void)make_filter(static_cast<Model>(9), {}), std::invalid_argument);
 }
 

@@ -59,9 +59,7 @@ Outcome drive(const Errors& errors, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   std::array<double, 3> lasting{};
-  for (double& error : lasting) {
-    error = errors.camera_lasting * normal(random);
-  }
+  for (double& error : lasting) error = errors.camera_lasting * normal(random);
   Pose2 truth;
   Outcome outcome;
   constexpr int ticks = 12'000;
@@ -80,9 +78,7 @@ Outcome drive(const Errors& errors, unsigned seed) {
     add(Source::steering,
         v > 0.05 ? std::atan(settings.vehicle.wheelbase() * turn_at(steered) / v) : 0.0, 0.002);
     add(Source::yaw_rate, turn_at(t - errors.gyro_latency_s), 0.01);
-    if (k % 2 == 0) {
-      add(Source::wheel_rear, speed_at(t - errors.wheel_latency_s), 0.01);
-    }
+    if (k % 2 == 0) add(Source::wheel_rear, speed_at(t - errors.wheel_latency_s), 0.01);
     if (k % 7 == 0) {
       const double fades = std::exp(-7.0 * period_s / errors.camera_lasting_s);
       for (double& error : lasting) {
@@ -131,20 +127,24 @@ TEST(LastingErrors, ACarWithoutThemIsHonest) {
   EXPECT_LT(outcome.nees, 6.0);
 }
 
-TEST(LastingErrors, AGyroLaterThanConfiguredIsPutBackInTime) {
-  for (const double latency_s : {0.03, 0.08, 0.11}) {
-    const Outcome outcome = drive({.gyro_latency_s = latency_s}, 2);
-    EXPECT_NEAR(outcome.calibration.value[gyro_latency], latency_s, 0.004);
-    EXPECT_LT(outcome.off, 0.006) << latency_s;
-    EXPECT_LT(outcome.nees, 6.0) << latency_s;
-  }
-}
-
-TEST(LastingErrors, WheelsLaterThanConfiguredArePutBackInTime) {
-  for (const double latency_s : {0.04, 0.08}) {
-    const Outcome outcome = drive({.wheel_latency_s = latency_s}, 3);
-    EXPECT_NEAR(outcome.calibration.value[wheel_latency], latency_s, 0.01);
-    EXPECT_LT(outcome.off, 0.008) << latency_s;
+TEST(LastingErrors, SensorsLaterThanConfiguredArePutBackInTime) {
+  struct Late {
+    Errors errors;
+    std::size_t calibration;
+    double latency_s;
+    double tolerance_s;
+    double off;
+    unsigned seed;
+  };
+  for (const auto& [errors, calibration, latency_s, tolerance_s, off, seed] :
+       {Late{{.gyro_latency_s = 0.03}, gyro_latency, 0.03, 0.004, 0.006, 2},
+        {{.gyro_latency_s = 0.08}, gyro_latency, 0.08, 0.004, 0.006, 2},
+        {{.gyro_latency_s = 0.11}, gyro_latency, 0.11, 0.004, 0.006, 2},
+        {{.wheel_latency_s = 0.04}, wheel_latency, 0.04, 0.01, 0.008, 3},
+        {{.wheel_latency_s = 0.08}, wheel_latency, 0.08, 0.01, 0.008, 3}}) {
+    const Outcome outcome = drive(errors, seed);
+    EXPECT_NEAR(outcome.calibration.value[calibration], latency_s, tolerance_s);
+    EXPECT_LT(outcome.off, off) << latency_s;
     EXPECT_LT(outcome.nees, 6.0) << latency_s;
   }
 }
@@ -170,18 +170,14 @@ TEST(LastingErrors, ACameraWhoseErrorsLastIsNotAveragedAway) {
 
 /// Either the map or the filter may be wrong: the covariance contains both cases.
 TEST(LastingErrors, ACameraWhoseMapJumpsIsNotFollowedInSilence) {
-  for (const double jump : {0.2, 0.5, 3.0}) {
+  for (const double jump : {0.2, 0.5, 3.0})
     EXPECT_LT(drive({.jump = jump}, 6).silent_s, 0.5) << jump;
-  }
-  for (const double turn : {0.1, 0.4}) {
-    EXPECT_LT(drive({.turn = turn}, 7).silent_s, 0.5) << turn;
-  }
+  for (const double turn : {0.1, 0.4}) EXPECT_LT(drive({.turn = turn}, 7).silent_s, 0.5) << turn;
 }
 
 TEST(LastingErrors, AnOffsetWithinSigmasThatAreFarTooLargeIsNotFollowedInSilence) {
-  for (const double jump : {0.4, 0.6, 1.0}) {
+  for (const double jump : {0.4, 0.6, 1.0})
     EXPECT_LT(drive({.jump = jump, .camera_sigma = 0.16}, 8).silent_s, 0.5) << jump;
-  }
 }
 
 }  // namespace

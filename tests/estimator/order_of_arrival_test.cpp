@@ -36,9 +36,8 @@ TEST(OrderOfArrival, AnyOrderOfArrivalGivesTheSameBitsThroughGatesSlipRestAndRes
   for (std::int64_t k = 1; k <= ticks; ++k) {
     expected = step_to(reference, in_order, k - 1, k);
     stood = stood || expected.mode == Mode::standstill;
-    for (const Judgement& judgement : reference.judgements()) {
+    for (const Judgement& judgement : reference.judgements())
       gated[index_of(judgement.source)] += judgement.verdict == Verdict::gated ? 1 : 0;
-    }
   }
   ASSERT_TRUE(stood);
   ASSERT_GT(gated[index_of(Source::yaw_rate)], 0);
@@ -69,9 +68,8 @@ TEST(OrderOfArrival, OrderOfArrivalWithinATickLeavesTheBitsOfBothFramesAlone) {
     std::ranges::stable_sort(arrivals, {}, [](const Arrival& a) { return tick_of(a.arrival_ns); });
     FullFilter filter = started();
     const std::vector<Estimate> estimates = run(filter, arrivals, 200);
-    for (std::size_t i = 0; i < estimates.size(); ++i) {
+    for (std::size_t i = 0; i < estimates.size(); ++i)
       expect_same_frames(estimates[i], expected[i]);
-    }
   }
 }
 
@@ -91,9 +89,7 @@ TEST(OrderOfArrival, OfTwoClaimsOfOneSampleTheSameOneCountsInAnyOrder) {
       FullFilter filter = started();
       (void)run(filter, arrivals, 79);
       EXPECT_EQ(filter.add(first), std::nullopt);
-      for (int i = 0; i < ticks_between; ++i) {
-        (void)filter.step(start_ns + (80 + i) * period_ns);
-      }
+      for (int i = 0; i < ticks_between; ++i) (void)filter.step(start_ns + (80 + i) * period_ns);
       EXPECT_EQ(filter.add(second), verdict);
       return filter.step(start_ns + 90 * period_ns);
     };
@@ -123,9 +119,8 @@ TEST(OrderOfArrival, SkippedTicksLeaveTheSameBitsOnceTheirSamplesAreThere) {
   FullFilter some = started();
   std::int64_t before = 0;
   Estimate last;
-  for (const std::int64_t tick : {1, 2, 3, 10, 11, 25, 60, 61, 100, 140, 180}) {
+  for (const std::int64_t tick : {1, 2, 3, 10, 11, 25, 60, 61, 100, 140, 180})
     last = step_to(some, arrivals, std::exchange(before, tick), tick);
-  }
   expect_same_state(last, expected);
 }
 
@@ -152,9 +147,8 @@ TEST(OrderOfArrival, BitsDoNotDependOnTheEpoch) {
   FullFilter filter = started();
   for (std::size_t i = 0, k = 0; k < expected.size(); ++k) {
     const std::int64_t now = expected[k].time_ns;
-    for (; i < later.size() && later[i].arrival_ns <= now; ++i) {
+    for (; i < later.size() && later[i].arrival_ns <= now; ++i)
       (void)(later[i].signal ? filter.add(*later[i].signal) : filter.add(*later[i].camera));
-    }
     expect_same_frames(filter.step(now + later_ns), expected[k]);
   }
 }

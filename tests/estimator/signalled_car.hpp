@@ -43,9 +43,8 @@ class Car {
     advance(context, state, state.time_ns + period_ns);
     for (const auto& [source, value] : values.signals) {
       const bool wheel = source >= Source::wheel_front_left && source <= Source::motor;
-      if (!wheel || state.time_ns % (2 * period_ns) == 0) {
+      if (!wheel || state.time_ns % (2 * period_ns) == 0)
         push(source, value + (source <= Source::accel_y ? tremor() : 0.0));
-      }
     }
     apply_integrity(context, state);
     ASSERT_TRUE(is_covariance(state.covariance));

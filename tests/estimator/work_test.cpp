@@ -50,9 +50,8 @@ class Flood {
 
   void tick() {
     now_ns_ += period_ns_;
-    for (int i = 0; i < samples_per_tick_; ++i) {
+    for (int i = 0; i < samples_per_tick_; ++i)
       (void)filter_.add(Measurement{Source::yaw_rate, now_ns_ - std::int64_t{1000} * i, 0.0, 0.01});
-    }
     step();
   }
   std::optional<Verdict> add_late(std::int64_t late_ns) {
@@ -73,9 +72,7 @@ class Flood {
 
 TEST(FullFilterWork, ATickWithoutLateSamplesDoesOnlyWhatIsNew) {
   Flood flood({}, 8);
-  for (int i = 0; i < 200; ++i) {
-    flood.tick();
-  }
+  for (int i = 0; i < 200; ++i) flood.tick();
   EXPECT_EQ(takes, 8);
   EXPECT_EQ(advances, 9);
 }
@@ -132,9 +129,7 @@ TEST(FullFilterWork, AFloodIsCutOffAtTheCapacity) {
 TEST(FullFilterWork, WakingUpAfterAnyTimeDoesNoMoreThanASecondAndAWindow) {
   Flood flood({}, 4);
   for (const std::int64_t ms : {100, 900, 1'200, 1'300, 10'000, 1'000'000}) {
-    for (int i = 0; i < 100; ++i) {
-      flood.tick();
-    }
+    for (int i = 0; i < 100; ++i) flood.tick();
     flood.sleep(ms * millisecond);
     flood.tick();
     EXPECT_LE(advances - takes, 200 + 75) << ms;

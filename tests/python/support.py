@@ -92,23 +92,8 @@ class Daemon:
         )
         log.close()
 
-    @property
-    def pid(self) -> int:
-        return self._process.pid
-
     def kill(self) -> None:
         """kill -9."""
         self._process.kill()
         self._process.wait()
         self._log.close()
-
-
-def simulate(directory: Path) -> Path:
-    """A lap of the simulated car, from its start on: drive.log, car.toml, truth.csv."""
-    drive = directory / "drive"
-    subprocess.run(
-        [str(BIN / "odom"), "sim", "--duration", "20", "--standstill", "0.5", "--out", str(drive)],
-        check=True,
-        stdout=subprocess.DEVNULL,
-    )
-    return drive

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import pickle
 import socket
 import threading
@@ -259,25 +258,6 @@ class ClientTest(DirectoryTest):
             client.latest()
         self.assert_status(odom.Status.INVALID, client.latest)
         client.close()
-
-    def test_a_forked_child_has_a_client_of_its_own(self) -> None:
-        segment, client = self.opened(x=1.0)
-        ours, theirs = os.pipe()
-        child = os.fork()
-        if child == 0:
-            status = 1
-            try:
-                os.read(ours, 1)
-                status = 0 if client.latest().x == 2.0 else 2
-                client.close()
-            finally:
-                os._exit(status)
-        segment.publish(x=2.0)
-        os.write(theirs, b"!")
-        self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), 0)
-        self.assertEqual(client.latest().x, 2.0)  # the child has closed its own client
-        os.close(ours)
-        os.close(theirs)
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ struct alignas(64) ReaderCounts {
 };
 
 enum class ReaderKind : std::uint8_t {
-  copying,   ///< calls odom_latest repeatedly
+  copying,   ///< copies pose and details repeatedly
   in_place,  ///< holds each view until the writer reaches its slot again
   every_way  ///< alternates between all calls, including those that sleep
 };
@@ -39,41 +39,39 @@ inline void count(std::atomic<std::uint64_t>& counter) {
   counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
 }
 
-// Reads copies, and expects each pose to be whole and not older than the previous one.
-class Copying {
+/// Reads in one way. Each pose must be whole, and, unless writers are killed, not older than the
+/// previous one.
+class Reader {
  public:
-  Copying(odom_client* client, ReaderCounts& counts) : client_(client), counts_(counts) {}
+  Reader(odom_client* client, ReaderKind kind, std::uint64_t slots, ReaderCounts& counts)
+      : client_(client), kind_(kind), slots_(slots), counts_(counts) {}
 
   void turn() {
-    odom_pose pose;
-    const odom_status status = odom_latest(client_, &pose, sizeof pose);
-    if (status == ODOM_BUSY) {
-      count(counts_.starved);
-      if (pose.mode != ODOM_FAULT || pose.x != 0.0) count(counts_.torn);  // a pose in spite of BUSY
-      return;
-    }
-    if (status > ODOM_STALE) return count(counts_.unexpected);
-    count(counts_.reads);
-    if (!is_whole(pose)) count(counts_.torn);
-    if (pose.tick != last_) count(counts_.ticks);
-    if (pose.tick < last_) count(counts_.backwards);
-    last_ = pose.tick;
+    if (kind_ == ReaderKind::in_place) return read_in_place();
+    copy();
+    if (kind_ == ReaderKind::every_way) look_and_wait();
   }
 
  private:
-  odom_client* client_;
-  ReaderCounts& counts_;
-  std::uint64_t last_ = 0;
-};
+  void copy() {
+    odom_pose pose{};
+    odom_details details{};
+    const odom_status status =
+        odom_latest_details(client_, &pose, sizeof pose, &details, sizeof details);
+    if (status == ODOM_BUSY) {
+      count(counts_.starved);
+      if (pose.mode != ODOM_FAULT || pose.x != 0.0) count(counts_.torn);  // a pose in spite of BUSY
+    } else if (status <= ODOM_STALE) {
+      note(pose.tick);
+      if (!is_whole(pose, &details)) count(counts_.torn);
+    } else if (status != ODOM_NO_POSE || kind_ == ReaderKind::copying) {
+      count(counts_.unexpected);
+    }
+  }
 
-// Reads in place, so that each attempt is counted. Half-way through, it waits until its slot is the
-// next to be written, so that the writer overwrites the slot during the other half.
-class InPlace {
- public:
-  InPlace(odom_client* client, std::uint64_t slots, ReaderCounts& counts)
-      : client_(client), slots_(slots), counts_(counts) {}
-
-  void turn() {
+  // Each attempt is counted. Half-way through, it waits until its slot is the next to be written,
+  // so that the writer overwrites the slot during the other half.
+  void read_in_place() {
     odom_view view{};
     if (odom_begin(client_, &view) > ODOM_STALE) return count(counts_.unexpected);
     std::array<std::uint64_t, ODOM_POSE_WORDS + ODOM_DETAILS_WORDS> words{};
@@ -86,30 +84,23 @@ class InPlace {
     }
     for (; i < words.size(); ++i) words[i] = odom_view_word(&view, i + 1);
     if (odom_validate(&view) == 0) return count(counts_.overtaken);
-    count(counts_.reads);
-    if (words[0] != last_) count(counts_.ticks);
-    if (words[0] < last_) count(counts_.backwards);
-    last_ = words[0];
+    note(words[0]);
     for (i = 2; i < words.size(); ++i)
       if (words[i] != pattern(words[0], i)) return count(counts_.torn);
   }
 
- private:
-  odom_client* client_;
-  std::uint64_t slots_;
-  ReaderCounts& counts_;
-  std::uint64_t last_ = 0;
-};
-
-// Checks that hold for any writer, even one that dies or is replaced.
-class EveryWay {
- public:
-  EveryWay(odom_client* client, ReaderCounts& counts) : client_(client), counts_(counts) {}
-
-  void turn() {
-    copy();
-    look();
-    odom_status status = odom_wait(client_, &waited_, sizeof waited_, 100'000);
+  void look_and_wait() {
+    odom_view view{};
+    if (odom_begin(client_, &view) <= ODOM_STALE) {
+      const std::uint64_t tick = odom_view_word(&view, ODOM_WORD_TICK);
+      constexpr std::size_t last_index = ODOM_POSE_WORDS + ODOM_DETAILS_WORDS - 1;
+      const std::uint64_t last = odom_view_word(&view, ODOM_WORD_TICK + last_index);
+      if (odom_validate(&view) == 0)
+        count(counts_.overtaken);
+      else if (last != pattern(tick, last_index))
+        count(counts_.torn);
+    }
+    const odom_status status = odom_wait(client_, &waited_, sizeof waited_, 100'000);
     if (status == ODOM_OK && !is_whole(waited_)) count(counts_.torn);
     odom_info info{};
     if (odom_get_info(client_, &info, sizeof info) > ODOM_STALE) return count(counts_.unexpected);
@@ -117,62 +108,29 @@ class EveryWay {
     instance_ = info.instance_id;
   }
 
- private:
-  void copy() {
-    odom_pose pose{};
-    odom_details details{};
-    const odom_status status =
-        odom_latest_details(client_, &pose, sizeof pose, &details, sizeof details);
-    if (status <= ODOM_STALE) {
-      count(counts_.reads);
-      if (!is_whole(pose, &details)) count(counts_.torn);
-      if (pose.tick != last_) count(counts_.ticks);
-      last_ = pose.tick;
-    } else if (status == ODOM_BUSY) {
-      count(counts_.starved);
-    } else if (status != ODOM_NO_POSE) {
-      count(counts_.unexpected);
-    }
-  }
-
-  void look() {
-    odom_view view{};
-    if (odom_begin(client_, &view) > ODOM_STALE) return;
-    const std::uint64_t tick = odom_view_word(&view, ODOM_WORD_TICK);
-    constexpr std::size_t last_index = ODOM_POSE_WORDS + ODOM_DETAILS_WORDS - 1;
-    const std::uint64_t last = odom_view_word(&view, ODOM_WORD_TICK + last_index);
-    if (odom_validate(&view) == 0)
-      count(counts_.overtaken);
-    else if (last != pattern(tick, last_index))
-      count(counts_.torn);
+  void note(std::uint64_t tick) {
+    count(counts_.reads);
+    if (tick != last_) count(counts_.ticks);
+    if (tick < last_ && kind_ != ReaderKind::every_way) count(counts_.backwards);
+    last_ = tick;
   }
 
   odom_client* client_;
+  ReaderKind kind_;
+  std::uint64_t slots_;
   ReaderCounts& counts_;
   odom_pose waited_{};
   std::uint64_t last_ = 0;
   std::uint64_t instance_ = 0;
 };
 
-template <typename Reader>
-void turn_until(const std::atomic<bool>& stop, ReaderCounts& counts, Reader reader) {
-  while (!stop.load(std::memory_order_relaxed)) {
-    reader.turn();
-    count(counts.turns);
-  }
-}
-
 /// Reads until `stop`; the ring has `slots` slots.
 inline void read_on(const std::string& path, ReaderKind kind, std::uint64_t slots,
                     ReaderCounts& counts, const std::atomic<bool>& stop) {
   const ClientPointer client = open_client(path);
-  switch (kind) {
-    case ReaderKind::copying:
-      return turn_until(stop, counts, Copying(client.get(), counts));
-    case ReaderKind::in_place:
-      return turn_until(stop, counts, InPlace(client.get(), slots, counts));
-    case ReaderKind::every_way:
-      return turn_until(stop, counts, EveryWay(client.get(), counts));
+  for (Reader reader(client.get(), kind, slots, counts); !stop.load(std::memory_order_relaxed);) {
+    reader.turn();
+    count(counts.turns);
   }
 }
 

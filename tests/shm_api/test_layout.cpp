@@ -71,32 +71,6 @@ std::vector<std::uint64_t> written_words() {
   return words_of(path);
 }
 
-TEST(Layout, TheSegmentLiesWhereReadersLook) {
-  const std::vector<std::uint64_t> words = written_words();
-  ASSERT_EQ(words.size(), 512U + 4U * 104U);
-  EXPECT_EQ(std::memcmp(words.data(), "ODOMSEG1", 8), 0);
-  EXPECT_EQ(words[1], 4096U);             // bytes of the header
-  EXPECT_EQ(words[2], 832U);              // bytes per slot
-  EXPECT_EQ(words[3], 8 * words.size());  // bytes of the segment
-  EXPECT_EQ(words[4], 28U);               // words of a pose
-  EXPECT_EQ(words[5], 69U);               // words of its details
-  EXPECT_EQ(words[6], 24U);
-  EXPECT_EQ(words[7], 137U);
-  EXPECT_EQ(words[8], 1U | (std::uint64_t{1} << 32U));  // ABI 1.1: major low, minor high
-  EXPECT_EQ(words[64], 14U);                            // head: tick 6
-  EXPECT_EQ(words[65], 1U);                             // one wake-up
-  EXPECT_EQ(words[67], 4U);                             // ticks
-  EXPECT_EQ(words[68], 2U);                             // missed
-  for (const std::uint64_t tick : {1U, 3U, 6U}) {
-    const std::size_t slot = 512 + (tick % 4) * 104;
-    EXPECT_EQ(words[slot], 2 * tick + 2);
-    EXPECT_EQ(words[slot + 1], tick);
-    EXPECT_EQ(words[slot + 1 + 3], pattern(tick, 3));
-    EXPECT_EQ(words[slot + 29], pattern(tick, 28));
-  }
-  EXPECT_EQ(words[512], 0U);  // tick 4 was missed
-}
-
 TEST(Layout, TheWriterStillWritesTheNewestImage) {
   std::vector<std::uint64_t> written = written_words();
   std::vector<std::uint64_t> kept = words_of(ODOMD_TEST_DATA "/segment_abi_1_1.bin");

@@ -1,7 +1,9 @@
 // Clients read what the writer publishes: copied, in place, with details, and from the header.
 #include <unistd.h>
 #include <cstring>
+#include <fstream>
 
+#include "shm_api/layout/slot.h"
 #include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
@@ -51,6 +53,24 @@ TEST_F(RoundTrip, ValidateDetectsThatTheSlotWasOverwritten) {
   }
   publish_patterned(writer, 9, 9);
   EXPECT_FALSE(odom_validate(&view));
+}
+
+TEST_F(RoundTrip, AWriterThatStopsInTheMiddleOfASlotStopsNoReader) {
+  publish_patterned(writer, 1, 1);
+  // What a reader finds that has preempted the writer on its CPU: tick 2, half written.
+  const std::array<std::uint64_t, 3> half{odomi_sequence(2) - 1, 2, pattern(2, 1)};
+  std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+  file.seekp(8 * (ODOM_SEGMENT_HEADER_WORDS + 2 * ODOM_SLOT_WORDS));
+  file.write(reinterpret_cast<const char*>(half.data()), sizeof half);
+  file.close();
+  odom_view view{};
+  ASSERT_EQ(odom_begin(client.get(), &view), ODOM_OK);
+  EXPECT_EQ(odom_view_word(&view, ODOM_WORD_TICK), 1U);
+  EXPECT_TRUE(odom_validate(&view)) << "at the first attempt";
+  odom_pose pose{};
+  ASSERT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_OK);
+  EXPECT_TRUE(pose.tick == 1 && is_whole(pose));
+  EXPECT_EQ(odom_wait(client.get(), &pose, sizeof pose, 1'000'000), ODOM_TIMEOUT);
 }
 
 TEST_F(RoundTrip, AnOlderProgramsSmallerStructIsFilledAndNothingBeyondIt) {

@@ -115,8 +115,7 @@ TEST_F(TornReads, AUsualRingNeitherTearsNorStarves) {
 class Kills : public Stress {
  protected:
   static constexpr std::int64_t fast_ns = 1'000'000;  // the period: poses are stale after 4 ms
-  static constexpr std::int64_t timeout_ns = 20'000'000'000;
-  static constexpr std::size_t slots = 64;  // as in the publisher
+  static constexpr std::size_t slots = 64;            // as in the publisher
 
   // Number of half-written slots of a dead writer.
   [[nodiscard]] int half_written() const {
@@ -133,25 +132,16 @@ class Kills : public Stress {
     std::this_thread::sleep_for(std::chrono::microseconds(random_() % up_to_us));
   }
 
-  template <typename Condition>
-  bool await(const Condition& condition) {
-    const std::int64_t deadline = now_ns() + timeout_ns;
-    while (!condition()) {
-      if (now_ns() > deadline) return false;
-      pause(100);
-    }
-    return true;
-  }
-
   // Whether each reader completes two more turns.
   bool all_go_on() {
     std::array<std::uint64_t, readers> turns{};
     for (std::size_t i = 0; i < readers; ++i) turns.at(i) = counts_->readers.at(i).turns;
-    return await([&] {
+    const auto all_have = [&] {
       for (std::size_t i = 0; i < readers; ++i)
         if (counts_->readers.at(i).turns < turns.at(i) + 2) return false;
       return true;
-    });
+    };
+    return eventually(all_have, std::chrono::milliseconds{1});
   }
 
   std::mt19937_64 random_{7};
@@ -172,7 +162,9 @@ TEST_F(Kills, ReadersSurviveTheWritersDeathAtAnyInstant) {
       if (i % 4 != 0) {
         // Killed while it publishes: the old client still gets its poses.
         odom_pose pose{};
-        ASSERT_TRUE(await([&] { return odom_latest(client.get(), &pose, sizeof pose) == ODOM_OK; }))
+        ASSERT_TRUE(
+            eventually([&] { return odom_latest(client.get(), &pose, sizeof pose) == ODOM_OK; },
+                       std::chrono::milliseconds{1}))
             << "kill " << i;
         EXPECT_TRUE(is_whole(pose));
         ++followed;
@@ -185,9 +177,8 @@ TEST_F(Kills, ReadersSurviveTheWritersDeathAtAnyInstant) {
     if (half_written() != 0) ++in_a_slot;
     if (i % 8 == 7) {
       const Writer heir({.name = path_, .slots = slots}, test_info(fast_ns));
-      if (heir.predecessor()) {
-        EXPECT_TRUE(is_whole(heir.predecessor()->pose, &heir.predecessor()->details));
-      }
+      ASSERT_TRUE(heir.predecessor()) << "kill " << i;
+      EXPECT_TRUE(is_whole(heir.predecessor()->pose, &heir.predecessor()->details));
     }
   }
   stop_readers();

@@ -90,10 +90,7 @@ TEST(NameHints, StayInTheMessageForAConditionOfIt) {
 // Bindings that are refused ---------------------------------------------------------------------
 
 std::string refusal_of(const SignalBinding& refused, const E2eBinding& e2e = imu_protection()) {
-  const std::vector<Database> all{parse_dbc(car, "car.dbc")};
-  const std::vector<std::string> buses{"can0", "can1"};
-  const std::string text = message_of(
-      [&] { const Decoder decoder(all, std::vector{refused}, std::vector{e2e}, buses); });
+  const std::string text = refusal(parse_dbc(car, "car.dbc"), {refused}, {e2e}, {"can0", "can1"});
   return (text.empty() ? "taken" : text) + '\n';
 }
 

@@ -19,8 +19,10 @@ inline SignalBinding binding_of(std::string message, std::string signal,
 }
 
 /// Why the bindings are refused; empty if accepted.
-inline std::string refusal(const Database& database, const std::vector<SignalBinding>& bindings) {
-  return message_of([&] { const Decoder decoder({&database, 1}, bindings, {}, {}); });
+inline std::string refusal(const Database& database, const std::vector<SignalBinding>& bindings,
+                           const std::vector<E2eBinding>& protections = {},
+                           const std::vector<std::string>& buses = {}) {
+  return message_of([&] { const Decoder decoder({&database, 1}, bindings, protections, buses); });
 }
 
 inline constexpr const char* car = R"(BO_ 416 IMU: 8 X

@@ -187,9 +187,8 @@ TEST_F(PoseAnchorTest, CameraIsAcceptedWhileTheWheelsSpin) {
   for (int i = 0; i < 280; ++i) {  // ten seconds
     spin(7);
     rejected += take(seen(truth, 0)) == Verdict::gated ? 1 : 0;
-    if (i > 28) {
+    if (i > 28)
       worst = std::max(worst, std::hypot(anchor_.map().x - truth.x, anchor_.map().y - truth.y));
-    }
   }
   EXPECT_LT(rejected, 280 / 4);
   // The error grows at most for the length of a run of rejected poses.

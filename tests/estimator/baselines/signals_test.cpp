@@ -13,67 +13,47 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::int64_t latest = 1'000;
 
-Verdict take(HeldSignals& held, std::int64_t time_ns, double value, double sigma = 0.1) {
-  return held.take({Source::wheel_rear, time_ns, value, sigma}, latest);
-}
-
-TEST(HeldSignals, HoldsNothingAtFirst) {
-  const HeldSignals held{{}};
-  EXPECT_FALSE(held[Source::wheel_rear].seen);
-  EXPECT_EQ(held[Source::wheel_rear].value, 0.0);
-}
-
-TEST(HeldSignals, HoldsTheNewestByItsOwnTimeInAnyOrder) {
+TEST(HeldSignals, GivesEverySampleItsVerdictAndHoldsTheNewest) {
+  using enum Verdict;
+  constexpr Source wheel = Source::wheel_rear;
+  constexpr std::int64_t end_of_time = std::numeric_limits<std::int64_t>::max();
+  struct Step {
+    Verdict verdict;
+    double held;  ///< of the wheel, afterwards
+    Measurement sample;
+  };
   HeldSignals held{{}};
-  EXPECT_EQ(take(held, 200, 2.0), Verdict::fused);
-  EXPECT_EQ(take(held, 100, 1.0), Verdict::too_old);
-  EXPECT_EQ(held[Source::wheel_rear].value, 2.0);
-  EXPECT_EQ(take(held, 300, 3.0), Verdict::fused);
-  EXPECT_EQ(held[Source::wheel_rear].value, 3.0);
-  EXPECT_EQ(held[Source::wheel_rear].time_ns, 300);
-}
-
-TEST(HeldSignals, SameSourceAndTimeIsADuplicate) {
-  HeldSignals held{{}};
-  EXPECT_EQ(take(held, 200, 2.0), Verdict::fused);
-  EXPECT_EQ(take(held, 200, 2.5), Verdict::duplicate);
-  EXPECT_EQ(held[Source::wheel_rear].value, 2.0);
-  EXPECT_EQ(held.take({Source::motor, 200, 1.0, 0.1}, latest), Verdict::fused);
-}
-
-TEST(HeldSignals, NonFiniteNumbersChangeNothing) {
-  HeldSignals held{{}};
-  for (const double value : {nan, infinity, -infinity}) {
-    EXPECT_EQ(take(held, 100, value), Verdict::non_finite);
+  EXPECT_FALSE(held[wheel].seen);
+  for (const auto& [verdict, holds, sample] : {
+           Step{non_finite, 0.0, {wheel, 100, nan, 0.1}},
+           {non_finite, 0.0, {wheel, 100, infinity, 0.1}},
+           {non_finite, 0.0, {wheel, 100, -infinity, 0.1}},
+           {non_finite, 0.0, {wheel, 100, 1.0, nan}},
+           {non_finite, 0.0, {wheel, 100, 1.0, infinity}},
+           {non_finite, 0.0, {wheel, 100, 1.0, -0.1}},
+           // what no car does
+           {gated, 0.0, {wheel, 100, 151.0, 0.1}},
+           {gated, 0.0, {wheel, 100, -1e300, 0.1}},
+           {gated, 0.0, {Source::steering, 100, 1.5707, 0.1}},
+           {gated, 0.0, {Source::direction, 100, -2.0, 0.1}},
+           {source_off, 0.0, {Source::camera, 100, 0.0, 0.1}},
+           {source_off, 0.0, {Source::count, 100, 0.0, 0.1}},
+           {source_off, 0.0, {static_cast<Source>(200), 100, 0.0, 0.1}},
+           {fused, -149.0, {wheel, 100, -149.0, 0.1}},
+           {fused, 2.0, {wheel, 200, 2.0, 0.1}},
+           {too_old, 2.0, {wheel, 100, 1.0, 0.1}},
+           {duplicate, 2.0, {wheel, 200, 2.5, 0.1}},
+           {fused, 2.0, {Source::motor, 200, 1.0, 0.1}},
+           {fused, 3.0, {wheel, 300, 3.0, 0.1}},
+           {fused, 1.0, {wheel, latest, 1.0, 0.1}},
+           {future, 1.0, {wheel, latest + 1, 2.0, 0.1}},
+           {future, 1.0, {wheel, end_of_time, 2.0, 0.1}},
+       }) {
+    EXPECT_EQ(held.take(sample, latest), verdict) << sample.time_ns << ' ' << sample.value;
+    EXPECT_EQ(held[wheel].value, holds) << sample.time_ns << ' ' << sample.value;
+    EXPECT_EQ(held[wheel].seen, holds != 0.0);
   }
-  for (const double sigma : {nan, infinity, -0.1}) {
-    EXPECT_EQ(take(held, 100, 1.0, sigma), Verdict::non_finite);
-  }
-  EXPECT_FALSE(held[Source::wheel_rear].seen);
-}
-
-TEST(HeldSignals, SampleAheadOfTheLimitIsFromTheFuture) {
-  HeldSignals held{{}};
-  EXPECT_EQ(take(held, latest, 1.0), Verdict::fused);
-  EXPECT_EQ(take(held, latest + 1, 2.0), Verdict::future);
-  EXPECT_EQ(take(held, std::numeric_limits<std::int64_t>::max(), 2.0), Verdict::future);
-  EXPECT_EQ(held[Source::wheel_rear].value, 1.0);
-}
-
-TEST(HeldSignals, WhatNoCarDoesIsGated) {
-  HeldSignals held{{}};
-  EXPECT_EQ(take(held, 100, 151.0), Verdict::gated);
-  EXPECT_EQ(take(held, 100, -1e300), Verdict::gated);
-  EXPECT_EQ(held.take({Source::steering, 100, 1.5707, 0.1}, latest), Verdict::gated);
-  EXPECT_EQ(held.take({Source::direction, 100, -2.0, 0.1}, latest), Verdict::gated);
-  EXPECT_EQ(take(held, 100, -149.0), Verdict::fused);
-}
-
-TEST(HeldSignals, CameraAndUnknownSourcesAreNoSignals) {
-  HeldSignals held{{}};
-  EXPECT_EQ(held.take({Source::camera, 100, 0.0, 0.1}, latest), Verdict::source_off);
-  EXPECT_EQ(held.take({Source::count, 100, 0.0, 0.1}, latest), Verdict::source_off);
-  EXPECT_EQ(held.take({static_cast<Source>(200), 100, 0.0, 0.1}, latest), Verdict::source_off);
+  EXPECT_EQ(held[wheel].time_ns, latest);
 }
 
 TEST(HeldSignals, SigmaIsTheSamplesOwnElseTheSettingsElseTheDefault) {
@@ -106,9 +86,8 @@ struct Sample {
 
 double v_x_of(const std::vector<Sample>& samples, double turn = turn_rate) {
   HeldSignals held{{}};
-  for (const Sample& s : samples) {
+  for (const Sample& s : samples)
     EXPECT_EQ(held.take({s.source, s.time_ns, s.value, 0.1}, no_limit), Verdict::fused);
-  }
   const auto speed = rear_axle_speed(car, held, turn);
   return speed ? speed->v_x : std::numeric_limits<double>::quiet_NaN();
 }
@@ -148,9 +127,8 @@ TEST(WheelSpeed, AnyWheelOfACarOnACircleGivesTheSpeedOfItsRearAxle) {
            {"front right", {{wheel_front_right, right * faster}, {steering, delta}}},
            // In reverse on the same circle: v_x and ψ̇ change sign together.
            {"in reverse", {{wheel_rear_left, left}, {direction, -1.0}}, -turn_rate, -v_x},
-       }) {
+       })
     EXPECT_NEAR(v_x_of(samples, turn), speed, 1e-15) << name;
-  }
 }
 
 TEST(WheelSpeed, PrecedenceIsThatOfTheDocumentation) {

@@ -13,9 +13,7 @@ TEST(Advance, GoesInStepsOfAtMostAPeriod) {
   State whole = car.state;
   State stepped = car.state;
   advance(car.context, whole, whole.time_ns + 10 * period_ns);
-  for (int i = 0; i < 10; ++i) {
-    advance(car.context, stepped, stepped.time_ns + period_ns);
-  }
+  for (int i = 0; i < 10; ++i) advance(car.context, stepped, stepped.time_ns + period_ns);
   EXPECT_EQ(whole.time_ns, stepped.time_ns);
   EXPECT_LT((whole.mean - stepped.mean).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_LT((whole.covariance - stepped.covariance).cwiseAbs().maxCoeff(), 1e-9);
@@ -44,9 +42,8 @@ TEST(Advance, TheFrontWheelsFollowACommandWithItsLagAndNoFasterThanTheyCan) {
     const double t = 0.005 * static_cast<double>(i + 1);
     EXPECT_NEAR(lags[i], 0.3 * (1.0 - std::exp(-t / lag_s)), 0.005) << t;
   }
-  for (std::size_t i = 0; i < limited.size(); ++i) {
+  for (std::size_t i = 0; i < limited.size(); ++i)
     EXPECT_NEAR(limited[i], std::min(0.3, 0.01 * static_cast<double>(i + 1)), 1e-12) << i;
-  }
   // The slower of the two limits applies.
   EXPECT_NEAR(commanded({.lag_s = 0.01, .rate_limit = 2.0}, 1).back(), 0.01, 1e-12);
   EXPECT_LT(commanded({.lag_s = 1.0, .rate_limit = 2.0}, 1).back(), 0.002);

@@ -40,12 +40,10 @@ TEST(Sound, IsNoStateWithANumberThatIsNone) {
     for (Eigen::Index i = 0; i < at::size; ++i) {
       SCOPED_TRACE(i);
       expect_refused([&](State& s) { s.mean[i] = value; });
-      for (Eigen::Index j = 0; j <= i; ++j) {
+      for (Eigen::Index j = 0; j <= i; ++j)
         expect_refused([&](State& s) { s.covariance(i, j) = s.covariance(j, i) = value; });
-      }
-      for (Eigen::Index j = 0; j < slow::size; ++j) {
+      for (Eigen::Index j = 0; j < slow::size; ++j)
         expect_refused([&](State& s) { s.slow.sensitivity(i, j) = value; });
-      }
     }
     for (Eigen::Index i = 0; i < slow::size; ++i) {
       SCOPED_TRACE(i);
@@ -81,15 +79,12 @@ TEST(Sound, IsACovarianceWhoseEigenvaluesArePositive) {
   for (int trial = 0; trial < 200; ++trial) {
     // One eigenvalue near zero, of either sign, the others from 1e-6 to 1.
     Matrix root;
-    for (Eigen::Index i = 0; i < root.size(); ++i) {
-      root(i) = normal(random);
-    }
+    for (Eigen::Index i = 0; i < root.size(); ++i) root(i) = normal(random);
     const Matrix basis =
         Eigen::SelfAdjointEigenSolver<Matrix>(root + root.transpose()).eigenvectors();
     Vector values;
-    for (Eigen::Index i = 0; i < at::size; ++i) {
+    for (Eigen::Index i = 0; i < at::size; ++i)
       values[i] = std::pow(10.0, -0.4 * static_cast<double>(i));
-    }
     values[trial % at::size] = 1e-9 * normal(random);
     const Matrix product = basis * values.asDiagonal() * basis.transpose();
     State state = some_state();

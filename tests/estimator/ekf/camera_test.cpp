@@ -65,9 +65,8 @@ TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
   const Eigen::Matrix3d S =
       covariance_of_motion(before).topLeftCorner<3, 3>() + 4e-4 * Eigen::Matrix3d::Identity();
   EXPECT_EQ(judgement.degrees, 3);
-  for (std::size_t i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < 3; ++i)
     EXPECT_NEAR(judgement.innovation[i], nu[static_cast<Eigen::Index>(i)], 1e-14);
-  }
   EXPECT_NEAR(judgement.squared_ratio, nu.dot(S.inverse() * nu), 1e-9);
   EXPECT_NEAR(judgement.test_ratio, judgement.squared_ratio / CameraGate{}.gate, 1e-12);
   EXPECT_EQ(state.camera_test_ratio, judgement.test_ratio);
@@ -144,9 +143,8 @@ struct Disagreement {
     for (int i = 0; i < ticks_between_poses; ++i) {
       state.time_ns += between_ns / ticks_between_poses;
       const double tremor = i % 2 == 0 ? 1e-6 : -1e-6;  // a moving sensor does not repeat its value
-      for (const Source source : {Source::wheel_rear_left, Source::wheel_rear_right}) {
+      for (const Source source : {Source::wheel_rear_left, Source::wheel_rear_right})
         state.integrity.add(source, state.time_ns, speed + tremor, 0.01);
-      }
       state.integrity.add(Source::yaw_rate, state.time_ns, tremor, 0.005);
       state.integrity.check({}, state.time_ns, {.camera_noise_scale = state.camera_noise_scale});
     }
@@ -313,9 +311,7 @@ TEST(FullCamera, AFewThatFitBetweenThemClearTheFilterOfSuspicion) {
 TEST(FullCamera, ACameraThatDoesNotMoveWithTheFilterIsRejected) {
   // Another car's pose, or a frozen one, contradicts the wheels.
   Disagreement car{.truth = {5.0, -3.0, 0.0}, .speed = 6.5};
-  for (int i = 1; i < 200; ++i) {
-    EXPECT_EQ(car.pose(0).verdict, Verdict::gated) << i;
-  }
+  for (int i = 1; i < 200; ++i) EXPECT_EQ(car.pose(0).verdict, Verdict::gated) << i;
   EXPECT_EQ(car.state.resets, 0U);
 }
 

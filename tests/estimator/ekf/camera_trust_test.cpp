@@ -23,11 +23,8 @@ double off(const Estimate& e) {
 /// Ten seconds on a circle of 2 m/s; `change` is called with every arrival from the fourth on.
 std::vector<Estimate> drive(const std::function<void(Arrival&)>& change) {
   std::vector<Arrival> arrivals = drive_on_a_circle(ticks * period_ns);
-  for (Arrival& arrival : arrivals) {
-    if (arrival.arrival_ns >= fault_ns) {
-      change(arrival);
-    }
-  }
+  for (Arrival& arrival : arrivals)
+    if (arrival.arrival_ns >= fault_ns) change(arrival);
   FullFilter filter = started();
   return run(filter, arrivals, ticks);
 }
@@ -38,12 +35,8 @@ TEST(CameraTrust, APictureThatStandsStillDragsNoCarAlong) {
     std::normal_distribution<double> trembling;
     std::optional<CameraPose> frozen;
     const auto freeze = [&](Arrival& arrival) {
-      if (!arrival.camera || arrival.arrival_ns > fault_ns + 3'000 * millisecond) {
-        return;
-      }
-      if (!frozen) {
-        frozen = arrival.camera;
-      }
+      if (!arrival.camera || arrival.arrival_ns > fault_ns + 3'000 * millisecond) return;
+      if (!frozen) frozen = arrival.camera;
       arrival.camera->x = frozen->x + noise * trembling(random);
       arrival.camera->y = frozen->y + noise * trembling(random);
       arrival.camera->yaw = frozen->yaw + noise * trembling(random);
@@ -62,9 +55,8 @@ TEST(CameraTrust, APictureOfACarThatStandsIsNotFrozen) {
   for (int k = 1; k <= 800; ++k) {
     const std::int64_t now = start_ns + k * period_ns;
     for (const Source source : {Source::yaw_rate, Source::accel_x, Source::accel_y,
-                                Source::wheel_rear_left, Source::wheel_rear_right}) {
+                                Source::wheel_rear_left, Source::wheel_rear_right})
       (void)filter.add(Measurement{source, now - millisecond, 0.0, 0.01, now});
-    }
     if (k % 7 == 0) {
       const double x = k > 300 ? 1.0 : 0.0;
       (void)filter.add(CameraPose{now - 40 * millisecond, now, x, 0.0, 0.0, 0.008, 0.008, 0.009});
@@ -78,9 +70,8 @@ TEST(CameraTrust, APictureOfACarThatStandsIsNotFrozen) {
 TEST(CameraTrust, AStepOfTheGyroBiasIsLearntOnTheMove) {
   for (const double step : {0.02, 0.05, -0.2}) {
     const std::vector<Estimate> estimates = drive([step](Arrival& arrival) {
-      if (arrival.signal && arrival.signal->source == Source::yaw_rate) {
+      if (arrival.signal && arrival.signal->source == Source::yaw_rate)
         arrival.signal->value += step;
-      }
     });
     const Estimate& last = estimates.back();
     EXPECT_LT(last.reset_count, 6U) << step;
@@ -96,9 +87,8 @@ TEST(CameraTrust, AStepOfTheGyroBiasIsLearntOnTheMove) {
 TEST(CameraTrust, AHeadingThatIsFlippedTurnsNoCarRoundInAnInstant) {
   // Half a turn off, plus noise: the shorter way round changes from pose to pose.
   const auto flip = [](Arrival& arrival) {
-    if (arrival.camera && arrival.arrival_ns < fault_ns + 2'000 * millisecond) {
+    if (arrival.camera && arrival.arrival_ns < fault_ns + 2'000 * millisecond)
       arrival.camera->yaw += std::numbers::pi;
-    }
   };
   const std::vector<Estimate> estimates = drive(flip);
   for (const Estimate& e : estimates) {
@@ -114,9 +104,8 @@ TEST(CameraTrust, WheelsThatSlipLeaveNoError) {
   for (const double slip : {0.8, 1.2, 1.5, 3.0}) {
     const auto slipping = [slip](Arrival& arrival) {
       if (arrival.signal && is_wheel(arrival.signal->source) &&
-          arrival.arrival_ns < fault_ns + 3'000 * millisecond) {
+          arrival.arrival_ns < fault_ns + 3'000 * millisecond)
         arrival.signal->value *= slip;
-      }
     };
     const std::vector<Estimate> estimates = drive(slipping);
     for (const Estimate& e : estimates) {
@@ -147,9 +136,8 @@ TEST(CameraTrust, ACarThatIsSeenDrivingDoesNotStand) {
       const double pull = source == Source::accel_x && t > 2.0 && t < 3.0 ? 1.0 : 0.0;
       (void)filter.add(Measurement{source, now - millisecond, pull + noise(random), 0.01, now});
     }
-    for (const Source source : {Source::wheel_rear_left, Source::wheel_rear_right}) {
+    for (const Source source : {Source::wheel_rear_left, Source::wheel_rear_right})
       (void)filter.add(Measurement{source, now - millisecond, 0.0, 0.01, now});
-    }
     if (k % 7 == 0) {
       (void)filter.add(
           CameraPose{now - 40 * millisecond, now, x_at(t - 0.04), 0.0, 0.0, 0.008, 0.008, 0.009});
@@ -167,9 +155,8 @@ TEST(CameraTrust, ANoisyCameraIsTrustedWhileTheCarStands) {
   FullFilter filter = started();
   for (int k = 1; k <= 12'000; ++k) {  // a minute
     const std::int64_t now = start_ns + k * period_ns;
-    for (const Source source : {Source::yaw_rate, Source::wheel_rear_left}) {
+    for (const Source source : {Source::yaw_rate, Source::wheel_rear_left})
       (void)filter.add(Measurement{source, now - millisecond, 0.0, 0.01, now});
-    }
     if (k % 7 == 0) {
       (void)filter.add(CameraPose{now - 40 * millisecond, now, 0.08 * noise(random),
                                   0.08 * noise(random), 0.009 * noise(random), 0.08, 0.08, 0.009});

@@ -16,32 +16,33 @@ inline Vector stated(const Prediction& prediction) {
   return by;
 }
 
-/// ∂h/∂x by central differences. `predict` maps a State to its Prediction.
-template <typename Predict>
-Vector differences(const State& at, const Predict& predict, double step = 1e-6) {
-  Vector by;
-  for (Eigen::Index i = 0; i < at::size; ++i) {
+/// The derivatives of a prediction by the elements of a vector of the state, by central
+/// differences. `predict` maps a State to its Prediction.
+template <typename Made, typename Predict, typename Select>
+Made differences_by(const State& at, const Predict& predict, const Select& select) {
+  constexpr double step = 1e-6;
+  Made by;
+  for (Eigen::Index i = 0; i < by.size(); ++i) {
     State above = at;
     State below = at;
-    above.mean[i] += step;
-    below.mean[i] -= step;
+    select(above)[i] += step;
+    select(below)[i] -= step;
     by[i] = (predict(above).value - predict(below).value) / (2.0 * step);
   }
   return by;
 }
 
-/// ∂h/∂s by central differences.
+/// ∂h/∂x.
 template <typename Predict>
-SlowVector differences_by_slow(const State& at, const Predict& predict, double step = 1e-6) {
-  SlowVector by;
-  for (Eigen::Index i = 0; i < slow::size; ++i) {
-    State above = at;
-    State below = at;
-    above.slow.mean[i] += step;
-    below.slow.mean[i] -= step;
-    by[i] = (predict(above).value - predict(below).value) / (2.0 * step);
-  }
-  return by;
+Vector differences(const State& at, const Predict& predict) {
+  return differences_by<Vector>(at, predict, [](State& s) -> Vector& { return s.mean; });
+}
+
+/// ∂h/∂s.
+template <typename Predict>
+SlowVector differences_by_slow(const State& at, const Predict& predict) {
+  return differences_by<SlowVector>(
+      at, predict, [](State & s) -> auto& { return s.slow.mean; });
 }
 
 /// The effect of propagate() at a state: x' = f(x, s), F, ∂f/∂s, and the additions to the

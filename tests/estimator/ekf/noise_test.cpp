@@ -214,13 +214,9 @@ TEST(NoiseScale, AnOutlierChangesItLittle) {
 TEST(NoiseScale, TheOneOfThePositionFollowsTheCamera) {
   const Tuning t;
   State state;
-  for (int i = 0; i < 5000; ++i) {
-    adapt_way_noise_scale(t, state, 12.0, 0.035);
-  }
+  for (int i = 0; i < 5000; ++i) adapt_way_noise_scale(t, state, 12.0, 0.035);
   EXPECT_EQ(state.way_noise_scale, t.way_noise_scale_range);
-  for (int i = 0; i < 5000; ++i) {
-    adapt_way_noise_scale(t, state, 1.0, 0.035);
-  }
+  for (int i = 0; i < 5000; ++i) adapt_way_noise_scale(t, state, 1.0, 0.035);
   EXPECT_EQ(state.way_noise_scale, 1.0);
   adapt_way_noise_scale(t, state, 3.0, 0.035);  // as expected of three degrees of freedom
   EXPECT_EQ(state.way_noise_scale, 1.0);

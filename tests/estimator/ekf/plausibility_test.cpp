@@ -95,9 +95,8 @@ TEST(Plausibility, ASourceNeedsConsistentSamplesAfterAGap) {
 TEST(Plausibility, OneWildAccelerationIsNoInput) {
   Car car;
   car.drive(2.0, straight_at(1.0));
-  for (const Source source : {Source::accel_x, Source::accel_y}) {
+  for (const Source source : {Source::accel_x, Source::accel_y})
     EXPECT_EQ(car.push(source, 150.0).verdict, Verdict::gated);
-  }
   EXPECT_NEAR(car.state.accel_x.value, 0.0, 1e-6);
   car.drive(0.1, straight_at(1.0));
   EXPECT_LE(car.gated[Source::accel_x], 1);

@@ -41,9 +41,7 @@ DualVector next(const CarModel& model, const Input& input, const Stiffnesses& ty
   const Dual yaw_rate = x[at::yaw_rate];
   const Dual w = abs(v_x);
   Dual delta = x[at::front_angle];
-  if (input.has_steering) {
-    delta += input.steering - x[at::steering_offset];
-  }
+  if (input.has_steering) delta += input.steering - x[at::steering_offset];
   const Dual a = car.mass * w * v_y - dt * (l_v * c_v - l_h * c_h) * yaw_rate;
   const Dual b = -dt * c_v * delta * v_x + dt * car.mass * v_x * w * yaw_rate -
                  dt * car.mass * w * x[at::side_force];
@@ -101,9 +99,7 @@ Stiffnesses tyres_at(const CarModel& model, const Input& input, const State& sta
 
 void expect_step_of_automatic_differentiation(const CarModel& model) {
   for (const State& state : testing::grid_of_states()) {
-    if (state.mean[at::v_x] == 0.0) {
-      continue;  // the kink of |v_x|
-    }
+    if (state.mean[at::v_x] == 0.0) continue;  // the kink of |v_x|
     for (const bool steering : {true, false}) {
       const Input input{state.front_wheels, steering};
       const DualVector x = variables<variable_count, at::size>(state.mean, 0);
@@ -184,9 +180,7 @@ TEST(Process, NoiseIsADensity) {
   coarse.covariance = Matrix::Identity() * 1e-4;
   State fine = coarse;
   propagate(model, input, 0.002, coarse);
-  for (int i = 0; i < 10; ++i) {
-    propagate(model, input, 0.0002, fine);
-  }
+  for (int i = 0; i < 10; ++i) propagate(model, input, 0.0002, fine);
   for (Eigen::Index i = 0; i < at::size; ++i) {
     const double expected = coarse.covariance(i, i);
     EXPECT_NEAR(fine.covariance(i, i), expected, 0.08 * expected) << i;
@@ -269,9 +263,8 @@ TEST(BrushTyre, IsLinearWhereItHardlySlips) {
 TEST(BrushTyre, PushesAllItHoldsWhereItSlides) {
   const double most = 9.0 * 1.5;
   const double sliding = 3.0 * most / 20.0;  // q = 1
-  for (const double alpha : {sliding, 1.5 * sliding, 40.0}) {
+  for (const double alpha : {sliding, 1.5 * sliding, 40.0})
     EXPECT_NEAR(secant_stiffness(20.0, alpha, 1.0 / 9.0, 1.5).stiffness * alpha, most, 1e-12);
-  }
 }
 
 TEST(BrushTyre, ForceAndItsSlopeAreContinuousAndItNeverFalls) {

@@ -163,9 +163,8 @@ TEST(Publication, ACalibrationIsValidOnceItIsKnownClearlyBetter) {
                                                      0.01,
                                                      0.01,
                                                      1.0 / (Tuning{}.tyre_softness + 0.01)};
-  for (std::size_t i = 0; i < calibration_count; ++i) {
+  for (std::size_t i = 0; i < calibration_count; ++i)
     EXPECT_NEAR(calibration.value[i], values[i], 1e-15) << i;
-  }
   for (const double share : {0.5, 0.3}) {
     state = fresh();
     state.slow.covariance *= share * share;

@@ -10,9 +10,9 @@
 namespace odomd::estimator::full::reversing_test {
 namespace {
 
-using testing::DrivingCase;
-using testing::grid;
-using testing::reference_car;
+using estimator::testing::DrivingCase;
+using estimator::testing::grid;
+using estimator::testing::reference_car;
 
 constexpr double dt = 0.005;
 
@@ -82,9 +82,7 @@ TEST(Reversing, HoldsThroughStandstillAtFullLock) {
 TEST(Reversing, SettlesOnTheKinematicTurnAtWalkingPaceInBothDirections) {
   for (const double v_x : {-0.05, -0.01, 0.01, 0.05}) {
     Eigen::Vector3d x{v_x, 0.0, 0.0};
-    for (int i = 0; i < 2000; ++i) {
-      x = after(reference_car, x, 0.3, 0.0);
-    }
+    for (int i = 0; i < 2000; ++i) x = after(reference_car, x, 0.3, 0.0);
     // The discrete model steers by δ, and the geometry by tan δ.
     const BodyVelocity turn = reckon(Model::kinematic, reference_car, v_x, std::atan(0.3)).velocity;
     EXPECT_NEAR(x[2] / turn.yaw_rate, 1.0, 0.01) << "v_x = " << v_x;

@@ -18,25 +18,20 @@ Sample sample(std::int64_t time_ns, Source source = Source::yaw_rate, double val
 
 std::vector<std::int64_t> times(SampleWindow& window) {
   std::vector<std::int64_t> times;
-  for (const Sample& s : window.after(earliest)) {
-    times.push_back(s.time_ns);
-  }
+  for (const Sample& s : window.after(earliest)) times.push_back(s.time_ns);
   return times;
 }
 
 TEST(SampleWindow, KeepsTheOrderOfTimesWhateverThatOfArrivals) {
   std::vector<Sample> in_order;
-  for (std::int64_t i = 0; i < 300; ++i) {
+  for (std::int64_t i = 0; i < 300; ++i)
     in_order.push_back(sample(i / 3, static_cast<Source>(i % 3), static_cast<double>(i)));
-  }
   std::mt19937 random(3);
   for (int permutation = 0; permutation < 20; ++permutation) {
     std::vector<Sample> shuffled = in_order;
     std::ranges::shuffle(shuffled, random);
     SampleWindow window;
-    for (const Sample& s : shuffled) {
-      ASSERT_EQ(window.insert(s), Insertion::inserted);
-    }
+    for (const Sample& s : shuffled) ASSERT_EQ(window.insert(s), Insertion::inserted);
     const auto kept = window.after(earliest);
     ASSERT_EQ(kept.size(), in_order.size());
     for (std::size_t i = 0; i < kept.size(); ++i) {
@@ -84,9 +79,7 @@ TEST(SampleWindow, OneThatTakesTheOthersPlaceHasItsVerdict) {
 
 TEST(SampleWindow, UntilAndAfterPartIt) {
   SampleWindow window;
-  for (const std::int64_t t : {30, 10, 20}) {
-    window.insert(sample(t));
-  }
+  for (const std::int64_t t : {30, 10, 20}) window.insert(sample(t));
   EXPECT_EQ(window.until(9).size(), 0U);
   EXPECT_EQ(window.after(9).size(), 3U);
   EXPECT_EQ(window.until(20).size(), 2U);
@@ -97,9 +90,7 @@ TEST(SampleWindow, UntilAndAfterPartIt) {
 
 TEST(SampleWindow, ForgetsOnEitherSide) {
   SampleWindow window;
-  for (std::int64_t t = 1; t <= 9; ++t) {
-    window.insert(sample(t));
-  }
+  for (std::int64_t t = 1; t <= 9; ++t) window.insert(sample(t));
   window.forget_until(3);
   window.forget_after(7);
   EXPECT_EQ(times(window), (std::vector<std::int64_t>{4, 5, 6, 7}));
@@ -110,9 +101,8 @@ TEST(SampleWindow, ForgetsOnEitherSide) {
 TEST(SampleWindow, FullItGivesUpTheOldest) {
   SampleWindow window;
   const auto capacity = static_cast<std::int64_t>(SampleWindow::capacity);
-  for (std::int64_t t = 1; t <= capacity; ++t) {
+  for (std::int64_t t = 1; t <= capacity; ++t)
     ASSERT_EQ(window.insert(sample(10 * t)), Insertion::inserted);
-  }
   EXPECT_EQ(window.dropped_until_ns(), earliest);
   // A duplicate drops nothing.
   EXPECT_EQ(window.insert(sample(10 * capacity)), Insertion::duplicate);
@@ -132,16 +122,11 @@ TEST(SampleWindow, FullItGivesUpTheOldest) {
 TEST(SampleWindow, CountsSamplesDroppedWithoutAVerdict) {
   SampleWindow window;
   constexpr auto capacity = static_cast<std::int64_t>(SampleWindow::capacity);
-  for (std::int64_t t = 1; t <= capacity; ++t) {
+  for (std::int64_t t = 1; t <= capacity; ++t)
     window.insert(sample(t, t % 4 == 0 ? Source::motor : Source::yaw_rate));
-  }
-  for (Sample& s : window.after(capacity / 2)) {
-    s.judged = true;
-  }
+  for (Sample& s : window.after(capacity / 2)) s.judged = true;
   // The first half has no verdict yet, the second half has. The refused sample does not count.
-  for (std::int64_t t = capacity + 1; t <= 2 * capacity; ++t) {
-    window.insert(sample(t));
-  }
+  for (std::int64_t t = capacity + 1; t <= 2 * capacity; ++t) window.insert(sample(t));
   EXPECT_EQ(window.insert(sample(0)), Insertion::dropped);
   std::array<std::uint32_t, source_count> counts = window.take_dropped();
   EXPECT_EQ(counts[index_of(Source::motor)], capacity / 2 / 4);
@@ -159,9 +144,8 @@ TEST(SampleWindow, GoesOnForeverInItsRoom) {
   for (std::int64_t t = 0; t < 20'000; ++t) {
     const std::int64_t late = 2 * t + 1 - 2 * static_cast<std::int64_t>(random() % 50);
     const std::int64_t time = random() % 3 == 0 ? late : 2 * t;
-    if (window.insert(sample(time)) == Insertion::inserted) {
+    if (window.insert(sample(time)) == Insertion::inserted)
       expected.insert(std::ranges::upper_bound(expected, time), time);
-    }
     window.forget_until(2 * t - 500);
     std::erase_if(expected, [&](std::int64_t other) { return other <= 2 * t - 500; });
     if (t % 97 == 0) {

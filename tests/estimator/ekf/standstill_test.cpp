@@ -55,9 +55,7 @@ std::int64_t time_to_stand(State& state, std::int64_t duration_ms, const Wheel& 
     state.note_fused(speed.source, speed.time_ns);
     note_wheels(state, speed, !is_turning(wheel(ms), wheel_sigma));
     update_standstill(model, state, turn);
-    if (state.standstill.standing) {
-      return ms;
-    }
+    if (state.standstill.standing) return ms;
   }
   return -1;
 }
@@ -128,9 +126,8 @@ TEST(Standstill, IsOverWhenTheCarSetsOff) {
   EXPECT_FALSE(state.standstill.standing);
   EXPECT_FALSE(state.standstill.wheels_still);
   EXPECT_NEAR(std::sqrt(state.covariance(at::v_x, at::v_x)), 0.2, 1e-12);
-  for (const at::Index unknown : {at::v_y, at::yaw_rate}) {
+  for (const at::Index unknown : {at::v_y, at::yaw_rate})
     EXPECT_GT(std::sqrt(state.covariance(unknown, unknown)), 0.01);
-  }
   EXPECT_TRUE(testing::is_covariance(state.covariance));
 }
 
@@ -153,17 +150,13 @@ TEST(Standstill, ABlindWheelShowsItsDeadBand) {
     note_reading(state, sample);
   };
   state.standstill.wheels_still = true;
-  for (const double speed : {0.3, 0.25, 0.0}) {  // one wheel trembles while the others stand
+  for (const double speed : {0.3, 0.25, 0.0})  // one wheel trembles while the others stand
     reads(speed);
-  }
   state.standstill.wheels_still = false;
-  for (const double speed : {0.9, 0.85, 0.0, 0.0}) {
-    reads(speed);
-  }
+  for (const double speed : {0.9, 0.85, 0.0, 0.0}) reads(speed);
   EXPECT_EQ(state.standstill.dead_band[index_of(Source::wheel_rear_left)], 0.8);
-  for (const double speed : {0.3, 0.0, 0.25, 0.2}) {  // a single reading may be a corrupt frame
+  for (const double speed : {0.3, 0.0, 0.25, 0.2})  // a single reading may be a corrupt frame
     reads(speed);
-  }
   EXPECT_EQ(state.standstill.dead_band[index_of(Source::wheel_rear_left)], 0.25);
 }
 
@@ -225,9 +218,8 @@ TEST(Standstill, BiasesAreLearntBeforeTheFirstMove) {
   EXPECT_NEAR(state.slow.mean[slow::gyro_bias], AtRest::gyro_bias, 1e-3);
   EXPECT_NEAR(state.mean[at::accel_bias_x], AtRest::accel_bias_x, 0.02);
   EXPECT_NEAR(state.mean[at::accel_bias_y], AtRest::accel_bias_y, 0.02);
-  for (const at::Index bias : {at::accel_bias_x, at::accel_bias_y}) {
+  for (const at::Index bias : {at::accel_bias_x, at::accel_bias_y})
     EXPECT_LT(state.covariance(bias, bias), 0.1 * before.covariance(bias, bias));
-  }
   EXPECT_LT(state.slow.covariance(slow::gyro_bias, slow::gyro_bias),
             0.1 * before.slow.covariance(slow::gyro_bias, slow::gyro_bias));
 }

@@ -42,9 +42,8 @@ inline std::vector<State> grid_of_states() {
 template <typename Made>
 Made some_numbers(int seed = 13) {
   Made numbers;
-  for (Eigen::Index i = 0; i < numbers.size(); ++i) {
+  for (Eigen::Index i = 0; i < numbers.size(); ++i)
     numbers(i) = static_cast<double>((i * 7919 + seed) % 101) / 50.0 - 1.0;
-  }
   return numbers;
 }
 

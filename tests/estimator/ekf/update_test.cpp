@@ -147,9 +147,7 @@ TEST(Update, CovariancesStaySoThroughThousandsOfUpdates) {
     const Prediction z = any_prediction(random, 0.0);
     const Innovation nu = innovation(state, z, normal(random));
     Vector gain = optimal_gain(nu);
-    if (i % 2 == 0) {
-      gain[at::x] = gain[at::yaw_rate] = 0.0;
-    }
+    if (i % 2 == 0) gain[at::x] = gain[at::yaw_rate] = 0.0;
     correct(state, nu, gain);
     correct_slow_errors(state, nu, i % 3 == 0 ? all() : only(slow::gyro_bias));
     // The random walks, without which everything would be known in the end.
@@ -217,9 +215,7 @@ TEST(Update, WhatIsOnlyConsideredChangesNothingButHowFarAllMayBeOff) {
     ASSERT_EQ(considering.slow.mean, testing::some_slow_values());
   }
   const Eigen::Matrix<double, 6, 6> admits = covariance_of_motion(considering);
-  for (Eigen::Index i = 0; i < 6; ++i) {
-    EXPECT_GT(admits(i, i), considering.covariance(i, i)) << i;
-  }
+  for (Eigen::Index i = 0; i < 6; ++i) EXPECT_GT(admits(i, i), considering.covariance(i, i)) << i;
 }
 
 TEST(Update, OnlyTheSelectedSlowErrorsChange) {
@@ -264,9 +260,8 @@ TEST(Settle, ThePoseIsNoLongerCorrectedAndTheErrorStaysInItsCovariance) {
   uncorrelated.slow.covariance = alone;
   State settled = uncorrelated;
   detach_from_pose(settled, slow::gyro_bias);
-  for (Eigen::Index i = 0; i < at::size; ++i) {
+  for (Eigen::Index i = 0; i < at::size; ++i)
     EXPECT_NEAR(variance_of(settled, i), variance_of(uncorrelated, i), 1e-15) << i;
-  }
   EXPECT_TRUE(is_covariance(state.covariance));
 
   // A later correction of the bias no longer moves the pose.

@@ -13,9 +13,7 @@ namespace {
 /// correction.
 std::vector<State> states_on_time() {
   std::vector<State> states = testing::grid_of_states();
-  for (State& state : states) {
-    state.slow.mean[slow::wheel_latency] = 0.0;
-  }
+  for (State& state : states) state.slow.mean[slow::wheel_latency] = 0.0;
   return states;
 }
 
@@ -34,9 +32,7 @@ double slip_of(const State& state, Source source) {
 /// The grid's states with zero wheel slip: the prediction leaves out the slip's derivatives.
 std::vector<State> states_without_slip() {
   std::vector<State> states = states_on_time();
-  for (State& state : states) {
-    state.slow.mean[slow::wheel_slip] = 0.0;
-  }
+  for (State& state : states) state.slow.mean[slow::wheel_slip] = 0.0;
   return states;
 }
 constexpr std::array sources{Source::wheel_front_left, Source::wheel_front_right,
@@ -94,9 +90,7 @@ TEST(FullWheelSpeed, DerivativesBySpeedAndScaleAreRight) {
         expected[at::v_y] = 0.0;
         expected[at::steering_offset] = 0.0;
         expected[at::accel_x] = 0.0;
-        if (gyro) {
-          expected[at::yaw_rate] = 0.0;
-        }
+        if (gyro) expected[at::yaw_rate] = 0.0;
         const Prediction z = predict(state);
         EXPECT_LT((testing::stated(z) - expected).cwiseAbs().maxCoeff(), 1e-7);
         const SlowVector by = testing::differences_by_slow(state, predict);

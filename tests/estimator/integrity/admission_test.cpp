@@ -13,9 +13,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 TEST(Refusal, LooksAtEverySignalUpToItsLimit) {
   for (std::size_t i = 0; i < source_count; ++i) {
     const auto source = static_cast<Source>(i);
-    if (source == Source::camera) {
-      continue;
-    }
+    if (source == Source::camera) continue;
     for (const double sign : {-1.0, 1.0}) {
       EXPECT_EQ(refusal({source, 1, sign * physical_limit[i], 0.1}), std::nullopt) << i;
       EXPECT_EQ(refusal({source, 1, sign * 1.001 * physical_limit[i], 0.1}), Verdict::gated) << i;

@@ -37,9 +37,7 @@ class ModeMonitorTest : public ::testing::Test {
   Mode run_with_camera(double seconds, std::int64_t interval_ms) {
     const std::int64_t end = now_ + static_cast<std::int64_t>(seconds * 1e9);
     while (now_ < end) {
-      if (now_ >= camera_ + interval_ms * millisecond) {
-        camera_ = now_;
-      }
+      if (now_ >= camera_ + interval_ms * millisecond) camera_ = now_;
       run(0.005, {.initialised = true, .wheel_speed = 1.0, .camera_ns = camera_});
     }
     return mode_;
@@ -71,9 +69,8 @@ TEST_F(ModeMonitorTest, TurningWithoutWheelSpeedIsNoStandstill) {
 TEST_F(ModeMonitorTest, SpeedAroundTheThresholdDoesNotFlap) {
   run(1.0, {.initialised = true});
   changes_ = 0;
-  for (int i = 0; i < 100; ++i) {
+  for (int i = 0; i < 100; ++i)
     run(0.005, {.initialised = true, .wheel_speed = i % 2 == 0 ? 0.015 : 0.005});
-  }
   EXPECT_EQ(mode_, Mode::standstill);
   EXPECT_EQ(changes_, 0);
 }

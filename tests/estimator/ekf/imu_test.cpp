@@ -1,4 +1,4 @@
-// Compares the accelerometers' predictions with the model and with central differences.
+// Compares the predictions of gyro and accelerometers with the model and with central differences.
 #include "estimator/ekf/predict.hpp"
 
 #include "derivatives.hpp"
@@ -6,7 +6,7 @@
 #include "states.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::accelerometer_test {
+namespace odomd::estimator::full::imu_test {
 namespace {
 
 constexpr double dt = 0.005;
@@ -24,6 +24,26 @@ Input input_at(const State& state, bool steering) {
 
 bool resolved(const CarModel& model, const State& state) {
   return std::abs(state.mean[at::v_x]) >= slowest_resolved_speed(model.car, dt);
+}
+
+TEST(Gyro, IsScaledAndBiased) {
+  for (const State& state : testing::grid_of_states()) {
+    const Prediction z = predict_yaw_rate(state, 0.03);
+    EXPECT_NEAR(z.value, 1.01 * state.mean[at::yaw_rate] + 0.02, 1e-15);
+    EXPECT_EQ(z.variance, 0.03 * 0.03);
+    EXPECT_EQ(z.slack, 0.0);
+  }
+}
+
+TEST(Gyro, DerivativesByStateAndSlowErrorsAreRight) {
+  const auto predict = [](const State& state) { return predict_yaw_rate(state, 0.03); };
+  for (const State& state : testing::grid_of_states()) {
+    const Prediction z = predict(state);
+    EXPECT_LT((testing::stated(z) - testing::differences(state, predict)).cwiseAbs().maxCoeff(),
+              1e-8);
+    EXPECT_LT((z.by_slow - testing::differences_by_slow(state, predict)).cwiseAbs().maxCoeff(),
+              1e-8);
+  }
 }
 
 TEST(AccelX, IsTheForceAtTheImuScaledAndBiased) {
@@ -59,9 +79,7 @@ TEST(AccelY, DependsOnTheStateAsItSays) {
   for (const bool steering : {true, false}) {
     for (State state : testing::grid_of_states()) {
       state.slow.mean[slow::softness] = -1.0;  // linear tyres
-      if (!resolved(model, state)) {
-        continue;
-      }
+      if (!resolved(model, state)) continue;
       const auto predict = [&](const State& at) {
         return predict_accel_y(model, input_at(state, steering), at, sigma, dt);
       };
@@ -142,4 +160,4 @@ TEST(AccelY, AtWalkingPaceAndStandstillCorrectsItsBiasAlone) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::accelerometer_test
+}  // namespace odomd::estimator::full::imu_test
