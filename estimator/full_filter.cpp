@@ -7,7 +7,7 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/ekf/noise.hpp"
+#include "estimator/ekf/judge.hpp"
 #include "estimator/ekf/publication.hpp"
 #include "estimator/ekf/take.hpp"
 #include "estimator/ekf/update.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "estimator/common/time.hpp"
-#include "estimator/common/wheel_place.hpp"
+#include "estimator/common/vehicle.hpp"
 #include "estimator/integrity/admission.hpp"
 
 namespace odomd::estimator {

@@ -97,8 +97,8 @@ void apply_integrity(const Context& context, State& state) noexcept {
   if (agreed.reversed_distance != 0.0) {
     take_back(2.0 * agreed.reversed_distance);
   }
-  const Eigen::Vector2d reversed = state.along_heading(
-      seen ? 0.0 : 2.0 * std::sqrt(context.model.tuning.reverses) * agreed.unsettled_distance);
+  const double reversing = seen ? 0.0 : context.model.tuning.reversing;
+  const Eigen::Vector2d reversed = state.along_heading(reversing * agreed.unsettled_distance);
   state.covariance.topLeftCorner<2, 2>() += reversed * reversed.transpose();
   // 2. Reset the motion to the consensus if it deviates from it.
   const integrity::Solution& all = state.integrity.motion();

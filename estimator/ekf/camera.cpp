@@ -1,5 +1,5 @@
 // docs/model.md, "Camera".
-#include "estimator/ekf/camera.hpp"
+#include "estimator/ekf/take.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/ekf/noise.hpp"
+#include "estimator/ekf/judge.hpp"
 #include "estimator/ekf/standstill.hpp"
 #include "estimator/ekf/update.hpp"
 #include "estimator/integrity/admission.hpp"

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "estimator/common/time.hpp"
-#include "estimator/ekf/noise.hpp"
 #include "estimator/ekf/plausibility.hpp"
 #include "estimator/ekf/standstill.hpp"
 

@@ -1,5 +1,5 @@
 // docs/model.md, "Noise from the data".
-#include "estimator/ekf/noise.hpp"
+#include "estimator/ekf/judge.hpp"
 
 #include <algorithm>
 #include <cmath>

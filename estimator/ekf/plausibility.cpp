@@ -8,7 +8,6 @@
 
 #include "estimator/common/time.hpp"
 #include "estimator/common/vehicle.hpp"
-#include "estimator/common/wheel_place.hpp"
 #include "estimator/ekf/standstill.hpp"
 
 namespace odomd::estimator::full {

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "estimator/common/vehicle.hpp"
-#include "estimator/common/wheel_place.hpp"
 #include "estimator/ekf/process.hpp"
 #include "estimator/ekf/update.hpp"
 

@@ -14,7 +14,6 @@
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/common/vehicle.hpp"
-#include "estimator/common/wheel_place.hpp"
 #include "estimator/ekf/update.hpp"
 #include "estimator/integrity/admission.hpp"
 
@@ -175,11 +174,10 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   const double backwards = std::clamp(std::abs(x[at::v_x]) * unseen_s, 0.0,
                                       std::abs(state.integrity.agreed().unsigned_distance));
   if (backwards > 0.0) {
-    Vector reversed = Vector::Zero();
-    reversed.head<2>() = state.along_heading(2.0 * backwards);
-    reversed[at::v_x] = 2.0 * x[at::v_x];
-    reversed *= std::sqrt(model.tuning.reverses);
-    P += reversed.head<6>() * reversed.head<6>().transpose();
+    Eigen::Vector<double, 6> reversed;
+    reversed << state.along_heading(backwards), 0.0, x[at::v_x], 0.0, 0.0;
+    reversed *= model.tuning.reversing;
+    P += reversed * reversed.transpose();
   }
   if (state.last_camera_pose.capture_ns != 0) {
     // The filter follows the camera's clock: if that is late by τ_c, so is the pose. A

@@ -45,8 +45,7 @@ double odds_of_standing(const CarModel& model, const State& state, std::int64_t 
   const double dead_band = smallest_dead_band(state);
   const Tuning& tuning = model.tuning;
   const double still_s = seconds_between(standstill.since_ns, last_wheel_ns(state));
-  // 1. A moving car leaves the dead band of its wheels soon. Silent wheels may have left it, and
-  // a car that stands does not stand for ever.
+  // 1. A moving car soon leaves the dead band of its wheels. Silent wheels may have left it.
   const double leaves_s = tuning.still_s + tuning.still_per_speed * dead_band;
   const double silence_s = wheel_silence_s(state, time_ns);
   const double most = standstill.standing ? 2.0 * tuning.standing_odds : tuning.most_odds;
@@ -128,11 +127,6 @@ void enter_standstill(State& state, std::int64_t time_ns) noexcept {
        {at::v_x, at::v_y, at::yaw_rate, at::accel_x, at::front_angle, at::side_force}) {
     forget(state, index, std::sqrt(state.variance(index)));
   }
-}
-
-/// Ends a standstill during which the wheels have shown nothing since their last sample.
-void set_off_unnoticed(const CarModel& model, State& state, std::int64_t time_ns) noexcept {
-  set_off(model, state, brisk_accel * seconds_between(last_wheel_ns(state), time_ns));
 }
 
 }  // namespace
@@ -250,24 +244,23 @@ void update_standstill(const CarModel& model, State& state, const Sample& sample
         std::min(before.interval_s / drifts_s, 1.0) *
         (state.integrity.history(Source::yaw_rate).mean() - standstill.still_gyro);
   }
-  const double odds = odds_of_standing(model, state, sample.time_ns);
-  if (!standstill.standing && odds > model.tuning.standing_odds) {
-    enter_standstill(state, sample.time_ns);
-  } else if (standstill.standing && odds < -model.tuning.standing_odds) {
-    // Wheels that read 0 while the camera sees the car move count less from now on.
+  if (standstill.standing) {
     const double less = model.tuning.standing_odds;
-    if (sample.source == Source::camera) {
+    if (doubt_standstill(model, state, sample.time_ns) && sample.source == Source::camera) {
+      // Wheels that read 0 while the camera sees the car move count less from now on.
       standstill.blind = std::min(standstill.blind + less, 2.0 * less);
     }
-    set_off_unnoticed(model, state, sample.time_ns);
+  } else if (odds_of_standing(model, state, sample.time_ns) > model.tuning.standing_odds) {
+    enter_standstill(state, sample.time_ns);
   }
 }
 
-void doubt_standstill(const CarModel& model, State& state, std::int64_t time_ns) noexcept {
-  if (state.standstill.standing && wheel_silence_s(state, time_ns) > 0.0 &&
-      odds_of_standing(model, state, time_ns) < -model.tuning.standing_odds) {
-    set_off_unnoticed(model, state, time_ns);
+bool doubt_standstill(const CarModel& model, State& state, std::int64_t time_ns) noexcept {
+  const bool sets_off = odds_of_standing(model, state, time_ns) < -model.tuning.standing_odds;
+  if (sets_off) {  // the wheels have shown nothing since their last sample
+    set_off(model, state, brisk_accel * seconds_between(last_wheel_ns(state), time_ns));
   }
+  return sets_off;
 }
 
 Judgement take_still_gyro(const CarModel& model, State& state, const Sample& sample) noexcept {

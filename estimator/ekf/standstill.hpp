@@ -37,14 +37,12 @@ void correct_start(State& state, const Sample& sample) noexcept;
 void note_wheels(State& state, const Sample& sample, bool still) noexcept;
 
 /// Call it after each sample. A standstill begins when the evidence of all sources since the wheels
-/// read 0 reaches odds of 100 : 1, and ends at 1 : 100. Time increases the odds; silent wheels, a
-/// gyro reading other than the known bias, a force, and a camera that sees the car move reduce
-/// them.
+/// read 0 reaches odds of 100 : 1, and ends at 1 : 100. Time increases the odds; silent wheels,
+/// a gyro off the known bias, a force, and a camera that sees the car move reduce them.
 void update_standstill(const CarModel& model, State& state, const Sample& sample) noexcept;
 
-/// Ends the standstill at `time_ns` if the wheels are silent for so long that the car may have
-/// left.
-void doubt_standstill(const CarModel& model, State& state, std::int64_t time_ns) noexcept;
+/// Ends the standstill if the odds have fallen that far, and returns whether it did.
+bool doubt_standstill(const CarModel& model, State& state, std::int64_t time_ns) noexcept;
 
 /// Two non-zero readings in a row below a wheel's dead band lower it to the larger of the two. The
 /// other single wheels with an equal dead band follow: their sensors are the same unless configured

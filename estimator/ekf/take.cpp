@@ -8,7 +8,6 @@
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/judge.hpp"
-#include "estimator/ekf/noise.hpp"
 #include "estimator/ekf/plausibility.hpp"
 #include "estimator/ekf/predict.hpp"
 #include "estimator/ekf/standstill.hpp"
@@ -246,7 +245,9 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
     state.time_ns = time_ns;
     return;
   }
-  doubt_standstill(context.model, state, time_ns);
+  if (state.standstill.standing && wheel_silence_s(state, time_ns) > 0.0) {
+    doubt_standstill(context.model, state, time_ns);
+  }
   if (state.standstill.standing) {
     steer(context.model.car.steering, left, state);
     propagate_standing(context.model, left, state);

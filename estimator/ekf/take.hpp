@@ -1,15 +1,24 @@
 // Applies one sample to the state at its time: plausibility, gate, update, standstill. A pure
-// function of state and sample, so that a window can be replayed.
+// function of state and sample, so that a window can be replayed. A camera pose z = (X, Y, ψ)
+// counts at its capture time, as a whole; the filter recovers when it is wrong and the camera is
+// right.
 //
 // docs/model.md, "Process".
 #pragma once
 
-#include "estimator/ekf/camera.hpp"
 #include "estimator/ekf/process.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
 
 namespace odomd::estimator::full {
+
+/// Number of consecutive fused poses that confirm the pose.
+inline constexpr int poses_to_confirm = 6;
+
+struct CameraGate {
+  double gate = FilterSettings{}.camera_gate;  ///< χ² with 3 degrees of freedom, 99.9 %
+  bool locates = true;                         ///< the first pose initialises the filter
+};
 
 /// The constants of a filter.
 struct Context {
@@ -26,6 +35,16 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
 
 /// Applies a sample whose time is the state's.
 [[nodiscard]] Judgement take(const Context& context, State& state, const Sample& sample) noexcept;
+
+/// Updates the camera's noise scale with any pose, fused or not.
+void note_camera_pose(State& state, const Sample& pose) noexcept;
+
+/// ν = z - (X, Y, ψ), S = P + R; fused if νᵀS⁻¹ν <= gate. A pose beyond it is an outlier, or the
+/// filter is wrong: the log odds accumulate from pose to pose. Once they favour the camera, P is
+/// widened by ν and the pose is fused with its correlations (`resets`, `last_jump`). The state is
+/// at the time of the sample; `before` is the previous camera pose.
+[[nodiscard]] Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
+                                    const PosePair& before, const Sample& sample) noexcept;
 
 /// Checks the sources, takes back the effect of a faulty source on the pose, and resets the motion
 /// to the consensus if the filter has deviated from it for a while.

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "estimator/common/symmetric3.hpp"
-#include "estimator/common/wheel_place.hpp"
+#include "estimator/common/vehicle.hpp"
 #include "estimator/integrity/admission.hpp"
 
 namespace odomd::estimator::integrity {

@@ -10,7 +10,6 @@
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/tuning.hpp"
 #include "estimator/common/vehicle.hpp"
-#include "estimator/common/wheel_place.hpp"
 #include "estimator/integrity/consensus.hpp"
 #include "estimator/integrity/source_history.hpp"
 

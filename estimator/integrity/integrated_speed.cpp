@@ -7,7 +7,6 @@
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/common/vehicle.hpp"
-#include "estimator/common/wheel_place.hpp"
 
 namespace odomd::estimator::integrity {
 namespace {

@@ -114,10 +114,8 @@ void Integrity::add(const CameraPose& pose) noexcept {
                  same, Prefilter::none);
     }
   }
-  (outlier ? last_outlier_ : reference_pose_) = pose;
-  if (!outlier) {
-    last_outlier_ = {};
-  }
+  last_outlier_ = outlier ? pose : CameraPose{};
+  reference_pose_ = outlier ? reference_pose_ : pose;
   add_sample(poses, pose.capture_ns, 0.0, 0.0, same);
   for (SourceHistory* const history :
        {&poses, &observed_.camera_speed, &observed_.camera_yaw_rate}) {
@@ -167,7 +165,6 @@ bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& ba
   if (backwards_ != (forward_votes_ < 0)) {
     backwards_ = forward_votes_ < 0;
     agreed_.reversed_distance = std::exchange(distance_, -distance_);
-    agreed_.unsigned_distance = 0.0;
     observed_ = mirrored;
     observed_.integrated_sigma = Observations{}.integrated_sigma;
     for (SourceHistory& history : observed_.sources) {
@@ -323,8 +320,7 @@ void Integrity::raise_flags(Sources suspects, bool by_long_mean) noexcept {
 /// Lowers a flag once the source has agreed with the others for long enough. `misfit` is the
 /// source's addition to the others' misfit. Sensors of a turn prove little on a straight.
 void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcept {
-  constexpr Sources of_turns = only(Source::yaw_rate) | only(Source::accel_y) |
-                               only(Source::steering) | only(Source::camera);
+  constexpr Sources of_turns = turn_models | only(Source::yaw_rate) | only(Source::camera);
   constexpr double slowest_turn = 0.1;  // [rad/s]
   constexpr double without_turn = 0.2;
   Trust& trust = trust_[source];

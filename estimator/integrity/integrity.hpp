@@ -63,7 +63,7 @@ class Integrity {
     double reversed_distance = 0.0;  ///< distance driven with the wrong sign until this check [m]
     /// Distance since the last halt, as far as the sign of unsigned wheel speeds is open [m].
     double unsigned_distance = 0.0;
-    double unsettled_distance = 0.0;  ///< the same of a drive that ends with this check [m]
+    double unsettled_distance = 0.0;  ///< the same, if the car halted at this check [m]
     std::int64_t contradicted_since_ns = 0;
     bool contradicted = false;  ///< sources contradict each other, no fault is isolated
     /// The camera contradicts the filter over several poses, or its clock drifts: the pose is

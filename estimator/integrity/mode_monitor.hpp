@@ -8,7 +8,7 @@
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/settings.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/common/wheel_place.hpp"
+#include "estimator/common/vehicle.hpp"
 
 namespace odomd::estimator {
 

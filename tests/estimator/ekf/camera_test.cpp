@@ -1,5 +1,4 @@
 // The camera's gate and update, and the recovery of a filter that disagrees with it.
-#include "estimator/ekf/camera.hpp"
 
 #include <Eigen/LU>
 #include <numbers>

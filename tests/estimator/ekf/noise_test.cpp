@@ -1,10 +1,10 @@
 // Noise from the data: from a sensor's scatter and from the innovations, and the bounds of both.
-#include "estimator/ekf/noise.hpp"
+#include "estimator/ekf/judge.hpp"
 
 #include <random>
 
-#include "estimator/ekf/camera.hpp"
 #include "estimator/ekf/predict.hpp"
+#include "estimator/ekf/take.hpp"
 #include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::noise_test {

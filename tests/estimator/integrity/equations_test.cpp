@@ -4,7 +4,7 @@
 
 #include <initializer_list>
 
-#include "estimator/common/wheel_place.hpp"
+#include "estimator/common/vehicle.hpp"
 #include "estimator/integrity/consensus.hpp"
 #include "tests/gtest.hpp"
 
