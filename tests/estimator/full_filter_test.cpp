@@ -6,6 +6,7 @@
 
 #include "circle_drive.hpp"
 #include "estimator/common/pose.hpp"
+#include "tests/estimator/drive.hpp"
 #include "tests/gtest.hpp"
 
 namespace odomd::estimator::testing::full_filter_test {
@@ -171,6 +172,34 @@ TEST(FullFilter, AJumpThatALatePoseTakesBackIsOneMoreJump) {
   EXPECT_NEAR(back.map.x - reset.map.x, -1.0, 0.05);
   EXPECT_NEAR(back.map.y - reset.map.y, 2.0, 0.05);
   EXPECT_EQ(estimates.back().reset_count, 3U);
+}
+
+TEST(FullFilter, CoversACarThatReversesUntilTheSignOfItsWheelsIsKnown) {
+  // 1 s at rest, to 0.5 m/s within 0.5 s, 2 s at that speed, a halt. An accelerometer shows the
+  // sign.
+  for (const bool accelerometer : {false, true}) {
+    Drive drive = start(Model::full);
+    const auto go = [&](int ticks, double from, double accel) {
+      for (int i = 0; i < ticks; ++i) {
+        const double noise = i % 2 == 0 ? 1e-2 : -1e-2;
+        const double speed = from + accel * 0.005 * i;
+        drive.tick(accelerometer
+                       ? Samples{.speed = speed, .yaw_rate = 0.01 * noise, .accel_x = accel + noise}
+                       : Samples{.speed = speed, .yaw_rate = 0.01 * noise});
+      }
+      return std::sqrt(drive.last.covariance[0]);
+    };
+    go(200, 0.0, 0.0);
+    go(100, 0.0, 1.0);
+    const double moving = go(400, 0.5, 0.0);
+    const double v_x = std::sqrt(drive.last.velocity_covariance[0]);
+    go(100, 0.5, -1.0);
+    const double halted = go(200, 0.0, 0.0);
+    // Backwards, the position would be wrong by twice the distance of 1.1 m, at 3 sigma.
+    EXPECT_EQ(moving > 2.0 / 3.0, !accelerometer) << moving;
+    EXPECT_EQ(v_x > 0.3, !accelerometer) << v_x;
+    EXPECT_EQ(halted > 2.0 / 3.0, !accelerometer) << halted;
+  }
 }
 
 }  // namespace
