@@ -113,7 +113,7 @@ TEST_F(OdomdTest, PublishesTheSameBitsAsAReplay) {
     const std::string begin = "cd " + desk.file("").string() + " && " ODOMD_BIN_DIR "/odom ";
     const std::string replay = "replay --config car.toml --can drive.log --out replay.csv",
                       follow = "pose --shm " + desk.segment() +
-                               " --follow --csv --clock log --until-stale --wait 10 --out live.csv";
+                               " --follow --csv --clock log --until-stale --wait 10 >live.csv";
     ASSERT_EQ(std::system((begin + replay + " >replay.txt 2>&1").c_str()), 0)
         << desk.read("replay.txt");
     DaemonProcess odomd(desk, {"--can", desk.file("drive.log"), "--exit-at-end"});
