@@ -37,13 +37,17 @@ Observer::Observer(Target target)
 }
 
 void Observer::look(Depth depth) {
-  state_.now_ns =
-      std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
+  const auto note_time = [this] {
+    state_.now_ns =
+        std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
+  };
+  note_time();
   if (depth == Depth::segment_and_status) {
     look_at_status();
     if (follows_socket_) follow_socket();
   }
   if (!follows_socket_ || !target_.segment.empty()) look_at_segment();
+  note_time();  // the status may have taken its time: no pose is newer than this
 }
 
 std::optional<odom_pose> Observer::pose_at(std::int64_t time_ns) {
