@@ -47,8 +47,7 @@ BusRelay::BusRelay(const std::string& from, const std::string& to, const daemon:
     : output_((from == to)
                   ? throw std::invalid_argument(
                         "--to: is the interface of --from; frames would circulate endlessly")
-                  : to,
-              can::StampDecimals::six),
+                  : to),
       arrived_(can::max_frames_per_drain) {
   can::BusNames buses;
   const std::vector<std::string> names = buses_with(from, config, buses);

@@ -18,7 +18,7 @@
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"
 #include "tools/live/camera_feed.hpp"
-#include "tools/sim/can_output.hpp"
+#include "tools/sim/live.hpp"
 
 namespace odomd::fault {
 

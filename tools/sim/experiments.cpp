@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "tools/cli/files.hpp"
-#include "tools/sim/can_output.hpp"
 #include "tools/sim/car/swing.hpp"
 #include "tools/sim/car/vehicle.hpp"
 #include "tools/sim/car_bus.hpp"
@@ -125,9 +124,8 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
 
   make_drive_folder(options.folder, options.existing);
   write_car_files(options.folder, plan, {});
-  DriveWriter writer(options.folder, log_interface, can::StampDecimals::six);
-  CarBus bus(plan.truth, configured_wheel_radius(plan.car_kind), options.seed,
-             plan.options.stamp_step_ns);
+  DriveWriter writer(options.folder, log_interface);
+  CarBus bus(plan.truth, configured_wheel_radius(plan.car_kind), options.seed);
 
   constexpr std::int64_t held_ns = 2'000'000'000;
   const std::int64_t end_ns = held_ns + std::llround(1e9 * options.duration);
@@ -142,12 +140,12 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
       happenings.truth.push_back({plan.options.start_ns + now,
                                   {before.x, before.y, before.yaw},
                                   {before.v_x, before.v_y, before.yaw_rate}});
-    if (now >= held_ns) car.step(1e-9 * static_cast<double>(plant_step_ns));
+    if (now >= held_ns) car.step(seconds(plant_step_ns));
     const PlantOutput& after = car.output();
     bus.advance(now, before, now + plant_step_ns, after, happenings.frames);
     widest = std::max(widest, std::fabs(after.yaw));
     if (before.yaw < 0.0 && after.yaw >= 0.0) {
-      passages.push_back(1e-9 * static_cast<double>(now + plant_step_ns));
+      passages.push_back(seconds(now + plant_step_ns));
       turns.push_back(widest);
       widest = 0.0;
     }

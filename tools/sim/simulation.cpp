@@ -108,9 +108,8 @@ Simulation::Simulation(const RunPlan& plan)
       plant_(plan.car, plan.start.x, plan.start.y, plan.start.heading),
       driver_(plan.car, plan.route.legs, plan.scenario.limits, plan.options.standstill,
               plan.options.ends),
-      bus_(plan.truth, configured_wheel_radius(plan.car_kind), plan.options.seed,
-           plan.options.stamp_step_ns),
-      camera_(plan.truth, plan.options.dropouts, plan.options.seed, plan.options.stamp_step_ns),
+      bus_(plan.truth, configured_wheel_radius(plan.car_kind), plan.options.seed),
+      camera_(plan.truth, plan.options.dropouts, plan.options.seed),
       film_(plan.car_kind, plan.truth, plan.options.seed),
       road_{.grade = plan.truth[Parameter::road_grade], .bank = plan.truth[Parameter::road_bank]} {
   if (plan.options.ends == Ends::moving) plant_.set_speed(driver_.start_speed());

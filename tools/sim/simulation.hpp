@@ -36,7 +36,6 @@ struct RunOptions {
   std::vector<Assignment> fixed;  ///< truths that are set, not drawn
   std::vector<Dropout> dropouts;
   std::int64_t start_ns = 1'760'000'000'000'000'000;  ///< log time of the start
-  std::int64_t stamp_step_ns = 1000;                  ///< resolution of stamps
 };
 
 /// The resolved options, and the drawn truth.

@@ -291,7 +291,7 @@ TEST(Sim, TheFolderHoldsWhatTheToolsRead) {
   make_drive_folder(folder, Existing::keep);
   const Drive d = drive({.duration = 2.0});
   write_car_files(folder, d.plan, {});
-  DriveWriter writer(folder, "can0", can::StampDecimals::six);
+  DriveWriter writer(folder, "can0");
   writer.write(d.all);
   writer.close();
 

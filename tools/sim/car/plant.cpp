@@ -3,21 +3,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <stdexcept>
-#include <string>
+#include <utility>
 
 #include "tools/sim/car/chassis.hpp"
 #include "tools/sim/car/plant_state.hpp"
 
 namespace odomd::sim {
-namespace {
-
-void require(bool holds, const std::string& what) {
-  if (!holds) throw std::invalid_argument("vehicle of the simulation: " + what);
-}
-
-}  // namespace
-
 TyreForce tyre_force(const Tyre& tyre, double load, double friction, double slip_x, double slip_y) {
   const double limit = friction * load;
   if (limit <= 0.0) return {};
@@ -76,30 +67,6 @@ double body_yaw_rate(const PlantOutput& o) {
 Plant::Plant(PlantParameters parameters, double x, double y, double yaw)
     : parameters_(std::move(parameters)) {
   const PlantParameters& p = parameters_;
-  for (const double positive : {p.mass,
-                                p.front_axle,
-                                p.rear_axle,
-                                p.yaw_inertia,
-                                p.track_width,
-                                p.cornering_stiffness_front,
-                                p.cornering_stiffness_rear,
-                                p.slip_stiffness_ratio,
-                                p.tyre_shape,
-                                p.relaxation_length,
-                                p.tyre_damping,
-                                p.friction,
-                                p.wheel_inertia,
-                                p.load_lag,
-                                p.drive_lag,
-                                p.steering_lag,
-                                p.steering_rate_limit,
-                                p.steering_limit,
-                                p.rest_speed,
-                                p.top_speed})
-    require(positive > 0.0, "masses, lengths, stiffnesses, lags and limits must be positive");
-  for (const double radius : p.wheel_radius) require(radius > 0.0, "wheel radii must be positive");
-  require(p.tyre_shape <= 2.0, "tyre_shape must not exceed 2");
-
   // F_z0 of the front axle = m g l_h / l
   const double wheelbase = p.front_axle + p.rear_axle;
   for (std::size_t wheel = 0; wheel < wheel_count; ++wheel) {
@@ -255,16 +222,6 @@ void Plant::set_speed(double v_x) {
   for (std::size_t wheel = 0; wheel < wheel_count; ++wheel)
     state_[at(wheel, spin)] = v_x / parameters_.wheel_radius[wheel];
   write_output({});
-}
-
-double Plant::kinetic_energy() const {
-  const PlantParameters& p = parameters_;
-  double energy = 0.5 * p.mass * (state_[vel_x] * state_[vel_x] + state_[vel_y] * state_[vel_y]) +
-                  0.5 * p.yaw_inertia * state_[rate] * state_[rate];
-  for (std::size_t wheel = 0; wheel < wheel_count; ++wheel) {
-    energy += 0.5 * p.spin_inertia(wheel) * state_[at(wheel, spin)] * state_[at(wheel, spin)];
-  }
-  return energy;
 }
 
 }  // namespace odomd::sim

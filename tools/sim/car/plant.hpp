@@ -149,7 +149,7 @@ enum class Motion : std::uint8_t { rolling, resting };
 
 class Plant {
  public:
-  /// Starts at rest at this pose. Throws std::invalid_argument for parameters that are not a car's.
+  /// Starts at rest at this pose. Masses, lengths, stiffnesses, lags and limits must be positive.
   Plant(PlantParameters parameters, double x, double y, double yaw);
 
   /// Advances by one Runge-Kutta step of at most 1 ms.
@@ -157,18 +157,12 @@ class Plant {
 
   [[nodiscard]] const PlantOutput& output() const { return output_; }
   [[nodiscard]] Motion motion() const { return motion_; }
-  [[nodiscard]] const PlantParameters& parameters() const { return parameters_; }
 
-  /// For tests and plots: vertical loads, and the tyres' slips κ and tan α.
-  [[nodiscard]] std::array<double, wheel_count> loads() const;
-  [[nodiscard]] std::array<double, wheel_count> slip_x() const;
-  [[nodiscard]] std::array<double, wheel_count> slip_y() const;
+  /// Vertical load of each wheel [N].
+  [[nodiscard]] std::array<double, wheel_count> loads() const { return loads(state_); }
 
   /// Makes the car roll straight on without slip.
   void set_speed(double v_x);
-
-  /// Kinetic energy of the body and the wheels [J].
-  [[nodiscard]] double kinetic_energy() const;
 
  private:
   /// X, Y, yaw, v_x, v_y, yaw rate, steering, drive force, load-shifting accelerations (2), roll

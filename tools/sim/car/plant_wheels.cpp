@@ -79,35 +79,30 @@ double torque_part(const PlantParameters& p, Pedal pedal, double v_x, double tre
 
 }  // namespace
 
-// Static load, plus the load that a_x moves to the rear and a_y to the outer wheels:
+// Static load, plus the load that a_x moves to the rear and a_y to the outer wheels. On a rigid car
 //   ΔF_z = m a_x h / l per axle,   ΔF_z = m a_y h / w, divided between the axles by roll stiffness
 std::array<double, wheel_count> Plant::loads(const State& s) const {
   const PlantParameters& p = parameters_;
-  std::array<double, wheel_count> result{};
+  LoadShift shift;
   if (p.suspension.present()) {
     const Tracks tracks{.wheelbase = p.front_axle + p.rear_axle,
                         .front = p.track_width + 0.5 * p.track_difference,
                         .rear = p.track_width - 0.5 * p.track_difference};
-    const LoadShift shift =
-        load_shift(p.suspension, p.mass, attitude(s), tracks, s[shift_x], s[shift_y]);
-    const double upright = up_on(road_).z;
-    for (std::size_t wheel = 0; wheel < wheel_count; ++wheel) {
-      const bool front = wheel < rear_left;
-      const double along = front ? -0.5 * shift.to_rear : 0.5 * shift.to_rear;
-      const double across = front ? shift.front_to_right : shift.rear_to_right;
-      result[wheel] = std::max(
-          0.0, tyres_[wheel].nominal_load * upright + along + (wheel % 2 == 0 ? -across : across));
-    }
-    return result;
+    shift = load_shift(p.suspension, p.mass, attitude(s), tracks, s[shift_x], s[shift_y]);
+  } else {
+    const double across = p.mass * s[shift_y] * p.centre_height / p.track_width;
+    shift = {.to_rear = p.mass * s[shift_x] * p.centre_height / (p.front_axle + p.rear_axle),
+             .front_to_right = p.roll_front_share * across,
+             .rear_to_right = (1.0 - p.roll_front_share) * across};
   }
-  const double along = p.mass * s[shift_x] * p.centre_height / (p.front_axle + p.rear_axle);
-  const double across = p.mass * s[shift_y] * p.centre_height / p.track_width;
+  const double upright = up_on(road_).z;
+  std::array<double, wheel_count> result{};
   for (std::size_t wheel = 0; wheel < wheel_count; ++wheel) {
     const bool front = wheel < rear_left;
-    const double share = front ? p.roll_front_share : 1.0 - p.roll_front_share;
-    const double to_the_rear = front ? -0.5 * along : 0.5 * along;
-    const double to_the_right = wheel % 2 == 0 ? -share * across : share * across;
-    result[wheel] = std::max(0.0, tyres_[wheel].nominal_load + to_the_rear + to_the_right);
+    const double along = front ? -0.5 * shift.to_rear : 0.5 * shift.to_rear;
+    const double across = front ? shift.front_to_right : shift.rear_to_right;
+    result[wheel] = std::max(
+        0.0, tyres_[wheel].nominal_load * upright + along + (wheel % 2 == 0 ? -across : across));
   }
   return result;
 }
@@ -160,24 +155,6 @@ Plant::GroundForces Plant::wheel_forces(const State& state, State& rates) const 
         -motion.slide_y - motion.transport_y * s[at(wheel, bend_y)] / p.relaxation_length;
   }
   return force;
-}
-
-std::array<double, wheel_count> Plant::loads() const {
-  return loads(state_);
-}
-
-std::array<double, wheel_count> Plant::slip_x() const {
-  std::array<double, wheel_count> result{};
-  for (std::size_t wheel = 0; wheel < wheel_count; ++wheel)
-    result[wheel] = wheel_motion(parameters_, state_, wheel).slip_x;
-  return result;
-}
-
-std::array<double, wheel_count> Plant::slip_y() const {
-  std::array<double, wheel_count> result{};
-  for (std::size_t wheel = 0; wheel < wheel_count; ++wheel)
-    result[wheel] = wheel_motion(parameters_, state_, wheel).slip_y;
-  return result;
 }
 
 }  // namespace odomd::sim

@@ -1,29 +1,16 @@
-// The driver: follows a track leg by leg from the true state, as a good controller would, and holds
-// the car in power slides.
+// The driver: follows a track leg by leg from the true state, as a good controller would.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "tools/sim/car/plant.hpp"
 #include "tools/sim/course/track.hpp"
 
 namespace odomd::sim {
-
-/// In a power slide the throttle spins the rear wheels, which uses up their grip, and the front
-/// wheels, turned against the curve, keep the sideslip angle. The target of a slide:
-struct SlideTarget {
-  double sideslip = 0.0;   ///< β [rad], opposite to the curve: negative in a left curve
-  double curvature = 0.0;  ///< of the path [1/m], positive to the left
-};
-
-/// The input for a car with rear-wheel drive that slides through a curve.
-[[nodiscard]] PlantInput hold_slide(const PlantParameters& car, const PlantOutput& now,
-                                    const SlideTarget& target);
 
 enum class Gear : std::uint8_t { forward, reverse };
 
@@ -35,7 +22,6 @@ struct Leg {
   double speed = 1.0;  ///< on straights [m/s]
   double pause = 1.0;  ///< standstill after the leg [s]
   Gear gear = Gear::forward;
-  double slide = 0.0;  ///< sideslip angle to hold in curves with the throttle [rad]
 };
 
 /// Whether a drive begins and ends at standstill or at the planned speed.
@@ -81,9 +67,7 @@ class Driver {
  private:
   void begin_leg();
   [[nodiscard]] double planned_speed(double s) const;
-  [[nodiscard]] double path_curvature(const PlantOutput& car, double curvature, double reach) const;
-  [[nodiscard]] double steering(const PlantOutput& car) const;
-  [[nodiscard]] std::optional<PlantInput> slide(const PlantOutput& car, double dt);
+  [[nodiscard]] double steering(const PlantOutput& car, Point rear) const;
 
   PlantParameters car_;
   std::vector<Leg> legs_;
@@ -96,8 +80,6 @@ class Driver {
   double off_track_ = 0.0;     // distance of the rear axle from the track
   double wanted_speed_ = 0.0;  // after ramping
   double steering_ = 0.0;
-  double sideslip_ = 0.0;         // current target in a slide, ramped [rad]
-  double slide_curvature_ = 0.0;  // of the curve of the current slide
   double finished_ = 0.0;
   double total_ = 0.0;
   std::vector<double> plan_;  // v² at the track's samples, including braking before curves

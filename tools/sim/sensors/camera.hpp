@@ -25,8 +25,7 @@ struct Dropout {
 
 class Camera {
  public:
-  Camera(const ParameterSet& truth, std::vector<Dropout> dropouts, std::uint64_t seed,
-         std::int64_t stamp_step_ns);
+  Camera(const ParameterSet& truth, std::vector<Dropout> dropouts, std::uint64_t seed);
 
   /// Takes the pictures that are due after `from_ns` and up to `to_ns`. Appends the poses of the
   /// reference point in map axes, in the order of arrival, which may be after `to_ns`.
@@ -40,7 +39,6 @@ class Camera {
   std::vector<Dropout> dropouts_;
   RandomStream timing_, noise_, outliers_, lasting_noise_;
   std::array<double, 3> lasting_{};  // errors of x, y and yaw, in standard deviations
-  std::int64_t stamp_step_ns_;
   std::int64_t due_ns_ = 0;
   std::int64_t last_arrival_ns_ = 0;
 };

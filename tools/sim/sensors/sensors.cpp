@@ -11,10 +11,6 @@ namespace {
 
 using enum Parameter;
 
-double seconds(std::int64_t ns) {
-  return 1e-9 * static_cast<double>(ns);
-}
-
 // Noise as a fraction of its full value: a part at rest, plus vibration that grows linearly with
 // speed up to vibration_speed.
 double noise_share(const ParameterSet& truth, const PlantOutput& car) {

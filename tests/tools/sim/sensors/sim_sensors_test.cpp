@@ -140,7 +140,7 @@ TEST(Parameters, SprungCarsHaveTheSensorsThatAreStated) {
   EXPECT_EQ(sizes[wheel_radius_error_rear_right], 0.005);
   EXPECT_DOUBLE_EQ(sizes[steering_offset], 0.3 * degree);
   EXPECT_EQ(sizes[noise_at_rest], 0.2);
-  EXPECT_EQ(sprung_default(camera_noise), 0.05);
+  EXPECT_EQ(sizes[camera_noise], 0.05);
   EXPECT_EQ(default_parameters(CarKind::scale_car)[noise_at_rest], 1.0);
 }
 
@@ -195,7 +195,7 @@ TEST(SteeringSensor, ReadsTheCommandOrTheWheels) {
 
 std::vector<estimator::CameraPose> pictures(const ParameterSet& truth,
                                             std::vector<Dropout> dropouts, double seconds) {
-  Camera camera(truth, std::move(dropouts), 5, 1000);
+  Camera camera(truth, std::move(dropouts), 5);
   std::vector<estimator::CameraPose> poses;
   for (std::int64_t t = 0; t < std::llround(seconds * 1e9); t += 500'000)
     camera.advance(t, {}, t + 500'000, {}, poses);
@@ -253,7 +253,7 @@ TEST(Camera, SeesItsReferencePoint) {
   truth[camera_x] = 0.1;
   truth[camera_y] = 0.02;
   truth[camera_yaw] = 0.3;
-  Camera camera(truth, {}, 5, 1000);
+  Camera camera(truth, {}, 5);
   PlantOutput car;
   car.x = 1.0;
   car.yaw = std::numbers::pi / 2.0;

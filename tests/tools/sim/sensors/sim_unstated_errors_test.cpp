@@ -39,7 +39,7 @@ double signal(const can::Frame& frame, unsigned start, unsigned bits, double fac
 
 // The last values on the bus after half a second of the ramp: yaw rate, a_y, a wheel, steering.
 std::array<double, 4> last_values(const ParameterSet& truth) {
-  CarBus bus(truth, radius, 1, 1000);
+  CarBus bus(truth, radius, 1);
   std::vector<can::Frame> frames;
   for (std::int64_t t = 0; t < 500'000'000; t += 500'000) {
     const double now = 1e-9 * static_cast<double>(t);
@@ -138,7 +138,7 @@ TEST(Imu, DriftsAsItWarmsUp) {
 }
 
 std::vector<estimator::CameraPose> pictures(const ParameterSet& truth, double seconds) {
-  Camera camera(truth, {}, 5, 1000);
+  Camera camera(truth, {}, 5);
   std::vector<estimator::CameraPose> poses;
   for (std::int64_t t = 0; t < std::llround(seconds * 1e9); t += 5'000'000)
     camera.advance(t, {}, t + 5'000'000, {}, poses);
