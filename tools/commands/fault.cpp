@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/wall_clock.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/daemon_options.hpp"
 #include "tools/cli/files.hpp"
@@ -191,7 +192,7 @@ void fail_in_logs(const Options& options, const std::vector<Fault>& faults) {
 void fail_live(const Options& options, const std::vector<Fault>& faults) {
   constexpr std::chrono::microseconds between{500};
   Interrupt interrupt;
-  const std::int64_t start_ns = fault::monotonic_ns();
+  const std::int64_t start_ns = monotonic_now();
   std::optional<fault::BusRelay> bus;
   std::optional<fault::CameraRelay> camera;
   if (!options.from.empty()) {
@@ -206,7 +207,7 @@ void fail_live(const Options& options, const std::vector<Fault>& faults) {
     std::cerr << fmt::format("{} {} to {}", bus ? "," : "", options.camera_from, options.camera_to);
   std::cerr << "; INT ends it\n";
   while (!interrupt.requested()) {
-    const std::int64_t now_ns = fault::monotonic_ns();
+    const std::int64_t now_ns = monotonic_now();
     if (bus) bus->pass_on(now_ns);
     if (camera) camera->pass_on(now_ns);
     std::this_thread::sleep_for(between);

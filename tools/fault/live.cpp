@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <stdexcept>
 #include <utility>
@@ -36,10 +35,6 @@ std::unique_ptr<can::SocketCanSource> open_interface(const std::string& name, st
 }
 
 }  // namespace
-
-std::int64_t monotonic_ns() {
-  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
-}
 
 BusRelay::BusRelay(const std::string& from, const std::string& to, const daemon::Config& config,
                    std::span<const can::Database> databases, std::span<const Fault> faults,

@@ -22,9 +22,6 @@
 
 namespace odomd::fault {
 
-/// CLOCK_MONOTONIC, the clock of live operation.
-[[nodiscard]] std::int64_t monotonic_ns();
-
 /// Relays frames from one interface to another.
 class BusRelay {
  public:

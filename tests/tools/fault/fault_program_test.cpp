@@ -6,6 +6,7 @@
 #include <optional>
 #include <sstream>
 
+#include "base/wall_clock.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/fault/live.hpp"
 
@@ -201,7 +202,7 @@ TEST_F(Relay, HandsPosesOnWithTheirFault) {
   Daemon daemon(scratch_.path("daemon.sock"));
   CameraRelay relay = this->relay({"camera.moved", "camera.early"});
   send(message_at(1.0));
-  relay.pass_on(monotonic_ns());
+  relay.pass_on(monotonic_now());
   const auto received = daemon.receive();
   ASSERT_TRUE(received);
   EXPECT_NEAR(received->x, 1.5, 1e-12);
@@ -214,7 +215,7 @@ TEST_F(Relay, HoldsDelayedPosesBack) {
   Daemon daemon(scratch_.path("daemon.sock"));
   CameraRelay relay = this->relay({"camera.delayed"});
   send(message_at(1.0));
-  const std::int64_t now_ns = monotonic_ns();
+  const std::int64_t now_ns = monotonic_now();
   for (const auto& [after_ns, comes] :
        {std::pair{0, false}, {99'000'000, false}, {100'000'000, true}}) {
     relay.pass_on(now_ns + after_ns);
@@ -228,13 +229,13 @@ TEST_F(Relay, CamerasComeAndGo) {
   CameraRelay relay = this->relay({});
   for (int i = 0; i < 3; ++i) {
     send(message_at(1.0));
-    relay.pass_on(monotonic_ns());
+    relay.pass_on(monotonic_now());
     EXPECT_TRUE(daemon.receive());
   }
   odom_camera_message wrong = message_at(1.0);
   wrong.sigma_x = 1.0;
   send(wrong);
-  relay.pass_on(monotonic_ns());
+  relay.pass_on(monotonic_now());
   EXPECT_EQ(relay.received(), 4U);
   EXPECT_EQ(relay.malformed(), 0U);
 }
