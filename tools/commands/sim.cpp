@@ -164,10 +164,9 @@ void simulate(const Arguments& arguments) {
                 << summary.camera_dropped << " not taken by the daemon\n";
     if (summary.end == sim::LiveEnd::interrupted) std::cerr << "odom sim: interrupted\n";
   } else {
-    sim::Happenings happenings;
     sim::RunState state = sim::RunState::running;
     while (state == sim::RunState::running) {
-      happenings.clear();
+      sim::Happenings happenings;
       state = drive.advance(drive.time_ns() + 100 * sim::truth_period_ns, happenings);
       take(happenings);
       progress.show(sim::progress_text(drive));

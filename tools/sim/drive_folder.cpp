@@ -128,9 +128,8 @@ nlohmann::ordered_json describe(const RunPlan& plan) {
   result["route_length"] = plan.length;
   result["start_pose"] = {plan.start.x, plan.start.y, plan.start.heading};
   result["start_time_ns"] = plan.options.start_ns;
-  const MarkerPlaces markers = configured_markers(plan.car_kind);
-  result["markers"] = {{"front", {markers.front.x, markers.front.y}},
-                       {"rear", {markers.rear.x, markers.rear.y}}};
+  const auto [front, rear] = configured_markers(plan.car_kind);
+  result["markers"] = {{"front", {front.x, front.y}}, {"rear", {rear.x, rear.y}}};
   result["errors"] = plan.options.errors == ErrorModel::ideal ? "ideal" : "realistic";
   if (plan.car.suspension.present()) {
     // a_y reads (1 + g·roll_gradient) times its true value in a steady turn

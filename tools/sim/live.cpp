@@ -124,12 +124,11 @@ LiveSummary play_live(Simulation& simulation, const LiveOptions& options,
   odom::CameraSender camera;
   bool camera_open = false;  // opened as soon as the socket exists
   LiveSummary summary;
-  Happenings happenings;
   // Paced by the monotonic clock, which is never set.
   const std::int64_t start_ns = monotonic_now() + (options.start_ns - read_clock(CLOCK_REALTIME));
   RunState state = RunState::running;
   while (state == RunState::running) {
-    happenings.clear();
+    Happenings happenings;
     state = simulation.advance(simulation.time_ns() + stretch_ns, happenings);
     std::this_thread::sleep_until(std::chrono::steady_clock::time_point{
         std::chrono::nanoseconds{start_ns + simulation.time_ns()}});

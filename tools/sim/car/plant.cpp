@@ -9,7 +9,7 @@
 #include "tools/sim/car/plant_state.hpp"
 
 namespace odomd::sim {
-TyreForce tyre_force(const Tyre& tyre, double load, double friction, double slip_x, double slip_y) {
+Vector2 tyre_force(const Tyre& tyre, double load, double friction, double slip_x, double slip_y) {
   const double limit = friction * load;
   if (limit <= 0.0) return {};
   const double growth = std::pow(load / tyre.nominal_load, tyre.load_exponent);
@@ -31,7 +31,7 @@ PlantOutput interpolate(const PlantOutput& from, const PlantOutput& to, double p
   return std::bit_cast<PlantOutput>(a);
 }
 
-BodyForce specific_force_at(const PlantOutput& o, double x, double y, double z) {
+Vector2 specific_force_at(const PlantOutput& o, double x, double y, double z) {
   // a(p) = a + ψ̈ × p - ψ̇² p: Euler and centripetal terms of the lever arm
   if (o.is_level())
     return {o.accel_x - o.yaw_accel * y - o.yaw_rate * o.yaw_rate * x,

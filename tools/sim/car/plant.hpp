@@ -36,15 +36,11 @@ struct Tyre {
   double load_exponent = 0.8;        ///< p
 };
 
-struct TyreForce {
-  double x = 0.0;  ///< along the wheel [N]
-  double y = 0.0;  ///< to the left of the wheel [N]
-};
-
-/// `slip_x` is κ (positive if the wheel drives), `slip_y` is tan α (positive if the force points to
-/// the left). A wheel without load gives no force.
-[[nodiscard]] TyreForce tyre_force(const Tyre& tyre, double load, double friction, double slip_x,
-                                   double slip_y);
+/// The force along the wheel and to its left [N]. `slip_x` is κ (positive if the wheel drives),
+/// `slip_y` is tan α (positive if the force points to the left). A wheel without load gives no
+/// force.
+[[nodiscard]] Vector2 tyre_force(const Tyre& tyre, double load, double friction, double slip_x,
+                                 double slip_y);
 
 enum Wheel : std::size_t { front_left, front_right, rear_left, rear_right, wheel_count };
 
@@ -74,14 +70,10 @@ struct PlantOutput {
 
 [[nodiscard]] PlantOutput interpolate(const PlantOutput& from, const PlantOutput& to, double part);
 
-struct BodyForce {
-  double x = 0.0, y = 0.0;
-};
-
 /// Specific force (as measured by an accelerometer) at a point of the body, in body axes; `z` is
 /// the height above the ground.
-[[nodiscard]] BodyForce specific_force_at(const PlantOutput& output, double x, double y,
-                                          double z = 0.0);
+[[nodiscard]] Vector2 specific_force_at(const PlantOutput& output, double x, double y,
+                                        double z = 0.0);
 
 /// The rate that a gyro measures about the body's own upward axis [rad/s].
 [[nodiscard]] double body_yaw_rate(const PlantOutput& output);

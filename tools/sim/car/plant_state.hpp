@@ -1,7 +1,6 @@
 // The layout of the plant's state; for its own files only.
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 
 #include "tools/sim/car/chassis.hpp"
@@ -30,15 +29,6 @@ enum : std::size_t { spin, turned, bend_x, bend_y };
 
 constexpr std::size_t at(std::size_t wheel, std::size_t what) {
   return wheels_begin + 4 * wheel + what;
-}
-
-struct Vector2 {
-  double x = 0.0, y = 0.0;
-};
-
-inline Vector2 rotate(Vector2 v, double angle) {
-  const double c = std::cos(angle), s = std::sin(angle);
-  return {c * v.x - s * v.y, s * v.x + c * v.y};
 }
 
 template <class State>

@@ -129,7 +129,7 @@ Plant::GroundForces Plant::wheel_forces(const State& state, State& rates) const 
     const Vector2 place = wheel_position(p, wheel);
     const Vector2 ahead = rotate(place, s[heading]);
     const double friction = friction_at(s[pos_x] + ahead.x, s[pos_y] + ahead.y);
-    const TyreForce tyre =
+    const Vector2 tyre =
         tyre_force(tyres_[wheel], load[wheel], friction, motion.slip_x, motion.slip_y);
 
     const double rolling =

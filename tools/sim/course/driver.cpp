@@ -84,7 +84,7 @@ double Driver::planned_speed(double s) const {
 // makes the loop critically damped with the length λ, forward and in reverse. The steering is
 // ±tan δ = l κ_c; driving forward, with the understeer of linear tyres,
 // δ += (m/l)(l_h/C_v - l_v/C_h) a_y.
-double Driver::steering(const PlantOutput& car, Point rear) const {
+double Driver::steering(const PlantOutput& car, Vector2 rear) const {
   const Leg& leg = legs_[leg_];
   const double wheelbase = car_.front_axle + car_.rear_axle;
   const double speed = std::abs(car.v_x);
@@ -115,8 +115,8 @@ PlantInput Driver::drive(const PlantOutput& car, double dt) {
   }
   const Leg& leg = legs_[leg_];
   const double sign = gear_sign(leg.gear);
-  const Point rear{car.x - car_.rear_axle * std::cos(car.yaw),
-                   car.y - car_.rear_axle * std::sin(car.yaw)};
+  const Vector2 rear{car.x - car_.rear_axle * std::cos(car.yaw),
+                     car.y - car_.rear_axle * std::sin(car.yaw)};
   s_ = leg.track->nearest(rear.x, rear.y, s_);
   const TrackPoint foot = leg.track->at(s_);
   off_track_ = std::hypot(rear.x - foot.x, rear.y - foot.y);

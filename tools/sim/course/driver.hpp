@@ -67,7 +67,7 @@ class Driver {
  private:
   void begin_leg();
   [[nodiscard]] double planned_speed(double s) const;
-  [[nodiscard]] double steering(const PlantOutput& car, Point rear) const;
+  [[nodiscard]] double steering(const PlantOutput& car, Vector2 rear) const;
 
   PlantParameters car_;
   std::vector<Leg> legs_;

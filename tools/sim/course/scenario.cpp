@@ -33,7 +33,7 @@ TrackPointer track_along(const Polygon& line, Shape shape) {
 // A circle that starts along x; to the left for a positive radius.
 TrackPointer circle_through_origin(double radius, double smoothing) {
   constexpr int points = 720;
-  std::vector<Point> line;
+  std::vector<Vector2> line;
   for (int k = 0; k < points; ++k) {
     const double angle = 2.0 * pi * k / points;
     line.push_back({std::abs(radius) * std::sin(angle), radius * (1.0 - std::cos(angle))});
@@ -51,7 +51,7 @@ struct Weave {
 };
 TrackPointer weaving(const Weave& weave, double smoothing) {
   const auto& [length, wave, amplitude, gap, points] = weave;
-  std::vector<Point> line;
+  std::vector<Vector2> line;
   const auto go_along = [&](int k, double y) {
     const double x = length * k / points;
     const double ends = std::min({1.0, x / wave, (length - x) / wave});  // fades in and out

@@ -95,20 +95,17 @@ void Camera::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t
   }
 }
 
-MarkerPlaces configured_markers(CarKind car) {
-  if (car == CarKind::scale_car) return {{0.18, 0.0}, {-0.12, 0.0}};
-  return {{1.4, 0.0}, {-1.6, 0.0}};
+std::array<Vector2, 2> configured_markers(CarKind car) {
+  if (car == CarKind::scale_car) return {{{0.18, 0.0}, {-0.12, 0.0}}};
+  return {{{1.4, 0.0}, {-1.6, 0.0}}};
 }
 
 Film::Film(CarKind car, const ParameterSet& truth, std::uint64_t seed)
-    : truth_(truth), noise_(seed, "noise of the film") {
-  const MarkerPlaces places = configured_markers(car);
-  markers_ = {
-      MarkerPlace{places.front.x + truth[marker_error_front_x],
-                  places.front.y + truth[marker_error_front_y]},
-      MarkerPlace{places.rear.x + truth[marker_error_rear_x],
-                  places.rear.y + truth[marker_error_rear_y]},
-  };
+    : truth_(truth), markers_(configured_markers(car)), noise_(seed, "noise of the film") {
+  markers_[0].x += truth[marker_error_front_x];
+  markers_[0].y += truth[marker_error_front_y];
+  markers_[1].x += truth[marker_error_rear_x];
+  markers_[1].y += truth[marker_error_rear_y];
 }
 
 std::int64_t Film::frame_ns(std::int64_t frame) const {
@@ -127,7 +124,7 @@ void Film::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t t
     frame.t_s = static_cast<double>(frame_) / truth_[film_rate];
     const double c = std::cos(car.yaw), s = std::sin(car.yaw);
     for (std::size_t i = 0; i < markers_.size(); ++i) {
-      const MarkerPlace& place = markers_[i];
+      const Vector2& place = markers_[i];
       const double x = car.x + c * place.x - s * place.y;
       const double y = car.y + s * place.x + c * place.y;
       const double u = 0.5 * width - y / truth_[film_pixel] + truth_[film_noise] * noise_.normal();

@@ -43,15 +43,9 @@ class Camera {
   std::int64_t last_arrival_ns_ = 0;
 };
 
-struct MarkerPlace {
-  double x = 0.0, y = 0.0;  ///< body frame, from the centre of gravity [m]
-};
-
-/// The markers' positions as their owner measured them.
-struct MarkerPlaces {
-  MarkerPlace front, rear;
-};
-[[nodiscard]] MarkerPlaces configured_markers(CarKind car);
+/// The positions of the front and the rear marker as their owner measured them, in the body frame,
+/// from the centre of gravity.
+[[nodiscard]] std::array<Vector2, 2> configured_markers(CarKind car);
 
 /// A picture is 1920 x 1080; its u points to the map's -y, its v (downwards) to -x.
 struct FilmFrame {
@@ -73,7 +67,7 @@ class Film {
 
  private:
   ParameterSet truth_;
-  std::array<MarkerPlace, 2> markers_;
+  std::array<Vector2, 2> markers_;
   RandomStream noise_;
   std::int64_t frame_ = 0;
 };

@@ -154,7 +154,7 @@ TEST_P(PublishedCar, StandsStillOnASlope) {
   EXPECT_EQ(plant.output().v_x, 0.0);
   EXPECT_LT(plant.output().roll, 0.0);   // towards the lower side, the left one
   EXPECT_LT(plant.output().pitch, 0.0);  // onto the rear axle
-  const BodyForce specific_force = specific_force_at(plant.output(), 0.0, 0.0);
+  const Vector2 specific_force = specific_force_at(plant.output(), 0.0, 0.0);
   const double roll = -0.07 + plant.output().roll, pitch = plant.output().pitch - 0.05;
   EXPECT_NEAR(specific_force.x, -gravity * std::sin(pitch), 0.02);
   EXPECT_NEAR(specific_force.y, gravity * std::sin(roll), 0.02);
@@ -204,7 +204,7 @@ TEST_P(AnyCar, TheBodyFeelsWhatItsMotionAsksFor) {
       force[i] = (place(c)[i] - 2.0 * place(b)[i] + place(a)[i]) / (16.0 * dt * dt);
     force[2] += gravity;
     const std::array<double, 3> expected = rotated(b, force, -1.0);
-    const BodyForce specific_force = specific_force_at(b, at[0], at[1], at[2]);
+    const Vector2 specific_force = specific_force_at(b, at[0], at[1], at[2]);
     ASSERT_NEAR(specific_force.x, expected[0], 0.05);
     ASSERT_NEAR(specific_force.y, expected[1], 0.05);
     largest = std::max(largest, std::abs(specific_force.y));
@@ -247,7 +247,7 @@ TEST(Chassis, ARigidCarIsWhatItWas) {
 }
 
 TEST(Road, IsBankedTowardsItsCurvesAndEndsAtItsHeight) {
-  std::vector<Point> line;
+  std::vector<Vector2> line;
   line.reserve(720);
   for (int k = 0; k < 720; ++k)
     line.push_back({40.0 * std::sin(k * degree / 2.0), 40.0 * (1.0 - std::cos(k * degree / 2.0))});

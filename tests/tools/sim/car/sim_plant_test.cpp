@@ -31,7 +31,7 @@ TEST(Tyre, NeverExceedsTheFrictionCircleAndFallsBeyondThePeak) {
   double largest = 0.0;
   for (int percent = 0; percent < 300; ++percent) {
     const double slip = 0.01 * percent;
-    const TyreForce force = tyre_force(tyre, 10.0, 0.7, 0.5 * slip, slip);
+    const Vector2 force = tyre_force(tyre, 10.0, 0.7, 0.5 * slip, slip);
     EXPECT_LE(std::hypot(force.x, force.y), 7.0 + 1e-12);
     largest = std::max(largest, std::hypot(force.x, force.y));
   }
