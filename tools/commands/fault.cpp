@@ -213,19 +213,20 @@ void fail_live(const Options& options, const std::vector<Fault>& faults) {
     std::this_thread::sleep_for(between);
   }
   if (bus) {
-    std::cerr << fmt::format("odom fault: {} frames in, {} out\n", bus->received(), bus->sent());
+    std::cerr << fmt::format("odom fault: {} frames in, {} out\n", bus->relayed().received,
+                             bus->relayed().sent);
     if (bus->lost() > 0)
       warn("fault", fmt::format("the kernel dropped {} frames before they were read", bus->lost()));
     report(bus->acted(), "frames");
   }
   if (camera) {
-    std::cerr << fmt::format("odom fault: {} camera poses in, {} out\n", camera->received(),
-                             camera->sent());
-    if (camera->refused() > 0)
-      warn("fault", fmt::format("{} poses found no daemon", camera->refused()));
-    if (camera->malformed() > 0)
+    std::cerr << fmt::format("odom fault: {} camera poses in, {} out\n", camera->relayed().received,
+                             camera->relayed().sent);
+    if (camera->relayed().refused > 0)
+      warn("fault", fmt::format("{} poses found no daemon", camera->relayed().refused));
+    if (camera->relayed().malformed > 0)
       warn("fault",
-           fmt::format("{} messages were not camera poses; left out", camera->malformed()));
+           fmt::format("{} messages were not camera poses; left out", camera->relayed().malformed));
     report(camera->acted(), "camera poses");
   }
 }

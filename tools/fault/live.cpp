@@ -64,8 +64,8 @@ void BusRelay::pass_on(std::int64_t now_ns) {
   injector_->release(now_ns, leaving_);
   std::erase_if(leaving_, [](const can::Frame& one) { return one.kind == can::FrameKind::error; });
   output_.send(leaving_);
-  received_ += count;
-  sent_ += leaving_.size();
+  relayed_.received += count;
+  relayed_.sent += leaving_.size();
 }
 
 CameraRelay::CameraRelay(const std::filesystem::path& from, const std::string& to, double wait_s,
@@ -95,10 +95,10 @@ bool CameraRelay::read(int connection, std::int64_t now_ns) {
     const ssize_t size = ::recv(connection, &message, sizeof message, MSG_DONTWAIT | MSG_TRUNC);
     if (size < 0) return errno == EAGAIN || errno == EINTR;
     if (size == 0) return false;
-    ++received_;
+    ++relayed_.received;
     if (size != sizeof message || message.magic != ODOM_CAMERA_MAGIC ||
         message.version != ODOM_CAMERA_VERSION || message.clock > ODOM_CLOCK_LOG) {
-      ++malformed_;
+      ++relayed_.malformed;
     } else {
       take(message, now_ns);
     }
@@ -113,7 +113,7 @@ void CameraRelay::pass_on(std::int64_t now_ns) {
   std::erase_if(connections_, [&](const FileDescriptor& one) { return !read(one.get(), now_ns); });
   injector_.release(now_ns, leaving_);
   for (const estimator::CameraPose& pose : leaving_)
-    ++(feed_.send(pose, clock_) ? sent_ : refused_);
+    ++(feed_.send(pose, clock_) ? relayed_.sent : relayed_.refused);
 }
 
 }  // namespace odomd::fault

@@ -208,7 +208,7 @@ TEST_F(Relay, HandsPosesOnWithTheirFault) {
   EXPECT_NEAR(received->x, 1.5, 1e-12);
   EXPECT_EQ(received->clock, ODOM_CLOCK_REALTIME);
   EXPECT_EQ(received->capture_ns, 73'456'789);
-  EXPECT_EQ(relay.sent(), 1U);
+  EXPECT_EQ(relay.relayed().sent, 1U);
 }
 
 TEST_F(Relay, HoldsDelayedPosesBack) {
@@ -236,8 +236,8 @@ TEST_F(Relay, CamerasComeAndGo) {
   wrong.sigma_x = 1.0;
   send(wrong);
   relay.pass_on(monotonic_now());
-  EXPECT_EQ(relay.received(), 4U);
-  EXPECT_EQ(relay.malformed(), 0U);
+  EXPECT_EQ(relay.relayed().received, 4U);
+  EXPECT_EQ(relay.relayed().malformed, 0U);
 }
 
 TEST_F(Relay, NobodyBehindItIsAnError) {

@@ -312,19 +312,5 @@ TEST(Sim, ACarThatSlidesAwayIsFailedWork) {
       std::runtime_error);
 }
 
-TEST(Sim, RefusesWhatDoesNotFit) {
-  for (const RunOptions& options :
-       std::vector<RunOptions>{{.scenario = "nowhere"},
-                               {.scenario = "patch", .car = bmw_320i},
-                               {.scenario = "hills", .car = scale_car},
-                               {.speed = 50.0},
-                               {.laps = 0},
-                               {.standstill = -1.0},
-                               {.duration = std::nan("")},
-                               {.sizes = {{Parameter::friction, 0.0}}},
-                               {.fixed = {{Parameter::gyro_bias, -9.0}}}})
-    EXPECT_THROW((void)make_plan(options), std::invalid_argument) << options.scenario;
-}
-
 }  // namespace
 }  // namespace odomd::sim::sim_drive_test

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "tools/sim/car/chassis.hpp"
-#include "tools/sim/car/plant_state.hpp"
 
 namespace odomd::sim {
 Vector2 tyre_force(const Tyre& tyre, double load, double friction, double slip_x, double slip_y) {
@@ -139,14 +138,14 @@ void Plant::step(const PlantInput& input, double dt) {
   if (parameters_.suspension.present()) road_ = input.road;
   const auto moved = [this](const Derivative& k, double h) {
     State result = state_;
-    for (std::size_t i = 0; i < state_count; ++i) result[i] += h * k.rate[i];
+    for (std::size_t i = 0; i < result.size(); ++i) result[i] += h * k.rate[i];
     return result;
   };
   const Derivative k1 = derivative(state_, acting);
   const Derivative k2 = derivative(moved(k1, 0.5 * dt), acting);
   const Derivative k3 = derivative(moved(k2, 0.5 * dt), acting);
   const Derivative k4 = derivative(moved(k3, dt), acting);
-  for (std::size_t i = 0; i < state_count; ++i)
+  for (std::size_t i = 0; i < state_.size(); ++i)
     state_[i] += dt / 6.0 * (k1.rate[i] + 2.0 * k2.rate[i] + 2.0 * k3.rate[i] + k4.rate[i]);
   come_to_rest_or_go();
   write_output(acting);

@@ -157,13 +157,30 @@ class Plant {
   void set_speed(double v_x);
 
  private:
-  /// X, Y, yaw, v_x, v_y, yaw rate, steering, drive force, load-shifting accelerations (2), roll
-  /// and its rate, pitch and its rate; then for each wheel: spin [rad/s], angle turned [rad], tyre
-  /// deflection along x and y [m].
+  /// Indices in the state, for each wheel with at().
+  enum : std::size_t {
+    pos_x,
+    pos_y,
+    heading,
+    vel_x,
+    vel_y,
+    rate,
+    steer,
+    drive,
+    shift_x,  ///< load-shifting accelerations
+    shift_y,
+    roll,
+    roll_rate,
+    pitch,
+    pitch_rate,
+    wheels_begin
+  };
+  enum : std::size_t { spin, turned, bend_x, bend_y };  ///< bend: the tyre's deflection
   static constexpr std::size_t per_wheel = 4;
-  static constexpr std::size_t body_states = 14;
-  static constexpr std::size_t state_count = body_states + per_wheel * wheel_count;
-  using State = std::array<double, state_count>;
+  using State = std::array<double, wheels_begin + per_wheel * wheel_count>;
+  static constexpr std::size_t at(std::size_t wheel, std::size_t what) {
+    return wheels_begin + per_wheel * wheel + what;
+  }
 
   struct Derivative {
     State rate{};
@@ -173,6 +190,12 @@ class Plant {
     double x = 0.0, y = 0.0, moment = 0.0;
   };
 
+  struct WheelMotion;
+  [[nodiscard]] WheelMotion wheel_motion(const State& state, std::size_t wheel) const;
+  [[nodiscard]] static Attitude attitude(const State& s) {
+    return {
+        .roll = s[roll], .roll_rate = s[roll_rate], .pitch = s[pitch], .pitch_rate = s[pitch_rate]};
+  }
   [[nodiscard]] Derivative derivative(const State& state, const PlantInput& input) const;
   [[nodiscard]] GroundForces wheel_forces(const State& state, State& rates) const;
   [[nodiscard]] double delayed(double steering, double dt);
