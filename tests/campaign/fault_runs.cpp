@@ -47,7 +47,7 @@ constexpr std::string_view tried =
     "wheel_front_right.locked,"
     "wheels.frozen,wheels.zero,wheels.locked,wheels.halved,wheels.scaled,wheels.inverted,"
     "wheels.lost,wheels.delayed,wheels.left_right,wheels.front_rear,wheels.duplicated,"
-    "wheels.bit_flips_repaired,"
+    "wheels.reordered,wheels.bit_flips_repaired,"
     "imu.frozen,imu.lost,imu.delayed,imu.jittered,imu.bit_flips,imu.bit_flips_repaired,"
     "bus.jittered,bus.shifted,"
     "camera.lost,camera.frozen,camera.frozen_noisy,camera.moved,camera.turned,camera.drifting,"

@@ -47,6 +47,7 @@ FrameFault::FrameFault(const CarSignals& signals,
       span_(span),
       random_(fault.seed, name_of(fault.kind)),
       sigma_(sigma),
+      first_of_pair_(signals.message_count()),
       counters_(signals.message_count()),
       stamped_ns_(signals.message_count() + 1) {}
 
@@ -77,11 +78,15 @@ void FrameFault::take(const can::Frame& frame, std::vector<can::Frame>& out) {
       renumbers_ = true;
       out.insert(out.end(), 2, frame);
       out.back().time_ns += after_it_ns;
+    } else if (act == Act::reordered) {
+      renumbers_ = true;
+      if (message) reorder(*message, frame, out);
+      if (!message) out.push_back(frame);
     } else if (act != Act::lost) {
       stamp_anew(message, frame, out);
     }
   }
-  if (act == Act::duplicated && message)
+  if ((act == Act::duplicated || act == Act::reordered) && message)
     for (std::size_t i = before; i < out.size(); ++i) renumber(*message, out[i]);
 }
 
@@ -211,6 +216,18 @@ void FrameFault::leave_at(std::int64_t time_ns, std::optional<std::size_t> messa
   held_.insert(place, stamped);
 }
 
+void FrameFault::reorder(std::size_t message, const can::Frame& frame,
+                         std::vector<can::Frame>& out) {
+  auto& first = first_of_pair_[message];
+  if (!first) {
+    first = frame;
+    return;
+  }
+  out.insert(out.end(), {frame, *first});
+  out.back().time_ns = frame.time_ns + after_it_ns;
+  first.reset();
+}
+
 // Sets counters as the sender of the output frames would.
 void FrameFault::renumber(std::size_t message, can::Frame& frame) {
   can::E2eState& last = counters_[message][frame.bus];
@@ -227,6 +244,13 @@ void FrameFault::release(std::int64_t now_ns, std::vector<can::Frame>& out) {
   const auto due = std::ranges::upper_bound(held_, now_ns, {}, &can::Frame::time_ns);
   out.insert(out.end(), held_.begin(), due);
   held_.erase(held_.begin(), due);
+  if (now_ns < span_.end_ns) return;
+  for (std::size_t message = 0; message < first_of_pair_.size(); ++message) {
+    auto& first = first_of_pair_[message];
+    if (!first) continue;
+    renumber(message, out.emplace_back(*first));
+    first.reset();
+  }
 }
 
 }  // namespace odomd::fault

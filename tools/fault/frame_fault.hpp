@@ -49,6 +49,7 @@ class FrameFault {
                 std::vector<can::Frame>& out);
   void stamp_anew(std::optional<std::size_t> message, const can::Frame& frame,
                   std::vector<can::Frame>& out);
+  void reorder(std::size_t message, const can::Frame& frame, std::vector<can::Frame>& out);
   void renumber(std::size_t message, can::Frame& frame);
 
   const CarSignals& signals_;
@@ -59,8 +60,9 @@ class FrameFault {
   std::array<double, estimator::source_count> sigma_{};
   std::array<Seen, estimator::source_count> seen_{};
   std::array<Reading, can::max_samples_per_frame> readings_{};
-  std::vector<can::Frame> held_;          ///< in order of output time
-  std::vector<Counters> counters_;        ///< per message: of the last output frame
+  std::vector<can::Frame> held_;                          ///< in order of output time
+  std::vector<std::optional<can::Frame>> first_of_pair_;  ///< per message
+  std::vector<Counters> counters_;                        ///< per message: of the last output frame
   std::vector<std::int64_t> stamped_ns_;  ///< last stamp per message, then of all other frames
   bool renumbers_ = false;
   std::uint64_t acted_on_ = 0;

@@ -168,6 +168,27 @@ TEST(FrameFault, DuplicatesHaveCountersOfTheirOwn) {
   EXPECT_GT(values[101].t, values[100].t);
 }
 
+TEST(FrameFault, ReorderedFramesComeInPairs) {
+  const auto old = decoded(healthy_frames()).values.at(Source::wheel_front_left);
+  const Decoded now = decoded(with({in_the_middle("wheels.reordered")}));
+  EXPECT_THAT(now.verdicts, ElementsAre(Pair(FrameVerdict::decoded, 1200)));
+  const auto& values = now.values.at(Source::wheel_front_left);
+  EXPECT_EQ(values[100].value, old[101].value);
+  EXPECT_EQ(values[101].value, old[100].value);
+  EXPECT_GT(values[101].t, values[100].t);
+  EXPECT_EQ(values[200].value, old[200].value);
+}
+
+// A frame that waits for its partner is not lost when the fault ends.
+TEST(FrameFault, AReorderedFrameWithoutAPartnerLeavesAtTheEnd) {
+  Fault fault = in_the_middle("steering.reordered");
+  fault.duration_s = 0.05;
+  EXPECT_EQ(decoded(with({fault})).values.at(Source::steering).size(), 300U);
+  fault.duration_s = 100.0;
+  fault.begin_s = 2.95;
+  EXPECT_EQ(decoded(with({fault})).values.at(Source::steering).size(), 300U);
+}
+
 TEST(FrameFault, JitterIsOfTheStampsAndKeepsTheOrder) {
   const auto old = decoded(healthy_frames()).values.at(Source::yaw_rate);
   Fault fault = in_the_middle("imu.jittered");
