@@ -106,7 +106,7 @@ TEST(SimCommand, WritesMeasurementsThatIdentifyTakes) {
 TEST(SimCommand, ListsItsScenarios) {
   const std::string out = must_run("odom sim --list");
   for (const char* name : {"lap", "circle", "circles", "exercise", "slalom", "stop-and-go",
-                           "parking", "patch", "road", "hills", "banked"})
+                           "parking", "patch", "drift", "road", "hills", "banked"})
     EXPECT_THAT(out, HasSubstr(name));
 }
 

@@ -9,6 +9,60 @@
 namespace odomd::sim {
 namespace {
 
+// The input for a car with rear-wheel drive that slides through a curve: the throttle spins the
+// rear wheels, which uses up their grip, and the front wheels, turned against the curve, keep the
+// sideslip angle β_target, which is opposite to the curve.
+PlantInput hold_slide(const PlantParameters& car, const PlantOutput& now, double target,
+                      double curvature) {
+  constexpr double sideslip_gain = 5.0, yaw_gain = 25.0;  // [1/s]
+  constexpr double throttle_gain = 0.7;                   // force / (mass · speed error) [1/s]
+  constexpr double used_grip = 0.85;  // share of μ g for the centripetal acceleration
+
+  // The course rate ν̇ grows with speed / curve speed. With β̇ = ν̇ - ψ̇ the required yaw rate is
+  // ψ̇ = ν̇ - k (β_target - β).
+  const double grip = car.friction * standard_gravity;
+  const double speed = std::hypot(now.v_x, now.v_y);
+  const double sideslip = std::atan2(now.v_y, now.v_x);
+  const double curve_speed = std::sqrt(used_grip * grip / std::abs(curvature));
+  const double course_part = std::clamp(used_grip + speed / curve_speed - 1.0, 0.7, 0.95);
+  const double centripetal = std::copysign(course_part * grip, curvature);
+  const double yaw_rate = centripetal / speed - sideslip_gain * (target - sideslip);
+  const double moment = car.yaw_inertia * yaw_gain * (yaw_rate - now.yaw_rate);
+
+  // The front axle supplies the yaw moment for it, J ψ̈ = l_v F_v - l_h F_h, as far as it grips; the
+  // rear axle gives up lateral force for the rest.
+  const double rear_share = car.front_axle / (car.front_axle + car.rear_axle);
+  const double front_limit = (1.0 - rear_share) * car.mass * grip;  // μ F_z
+  const double rear_limit = 0.97 * (rear_share * car.mass * grip);
+  const double lateral = car.mass * centripetal * std::cos(sideslip);
+  const double steady = (1.0 - rear_share) * lateral;
+  const double front_y =
+      std::clamp(steady + moment / car.front_axle, -0.9 * front_limit, 0.9 * front_limit);
+  const double rest = moment - car.front_axle * (front_y - steady);
+  const double rear_y = rear_share * lateral - rest / car.rear_axle;
+
+  // δ = angle of the front axle's motion + α, with α from F = μ F_z sin(c atan(s / c)),
+  // s = C α / (μ F_z)
+  const double motion = std::atan2(now.v_y + car.front_axle * now.yaw_rate, now.v_x);
+  const double c = car.tyre_shape;
+  const double s = c * std::tan(std::asin(front_y / front_limit) / c);
+  const double slip_angle = s * front_limit / car.cornering_stiffness_front;
+
+  // The rear axle slides: its force is on the friction circle, and the ratio of its slips is that
+  // of their forces: κ / tan α = (F_x / C_κ) / (F_y / C_α). The throttle holds the speed for κ.
+  const double inwards = std::copysign(rear_y, rear_y * curvature);
+  const double part = std::clamp(inwards / rear_limit, 0.05, 1.0);
+  const double ratio = std::sqrt(1.0 / (part * part) - 1.0);  // F_x / F_y
+  const double forward = std::max(now.v_x, 0.1);
+  const double tan_slip = std::abs(now.v_y - car.rear_axle * now.yaw_rate) / forward;
+  const double slip = std::min(0.7, tan_slip * ratio / car.slip_stiffness_ratio);
+  const double tread = 0.5 * (now.wheel_rate[rear_left] * car.wheel_radius[rear_left] +
+                              now.wheel_rate[rear_right] * car.wheel_radius[rear_right]);
+  return {.steering = std::clamp(motion + slip_angle, -car.steering_limit, car.steering_limit),
+          .force = rear_limit * part * ratio +
+                   throttle_gain * car.mass * (forward / (1.0 - slip) - tread)};
+}
+
 // Distance to the end at which the car has arrived [m].
 constexpr double arrived = 0.002;
 
@@ -81,7 +135,19 @@ double Driver::planned_speed(double s) const {
 // the direction of travel, and κ_c the commanded curvature:  e' = sin θ,  θ' = κ_c - κ  per metre.
 // Then
 //   κ_c = κ - e / λ² - 2 sin θ / λ
-// makes the loop critically damped with the length λ, forward and in reverse. The steering is
+// makes the loop critically damped with the length λ, forward and in reverse.
+double Driver::path_curvature(const PlantOutput& car, Vector2 rear, double curvature,
+                              double reach) const {
+  const TrackPoint here = legs_[leg_].track->at(s_);
+  const double e =
+      (rear.y - here.y) * std::cos(here.heading) - (rear.x - here.x) * std::sin(here.heading);
+  double course = car.yaw + (legs_[leg_].gear == Gear::reverse ? std::numbers::pi : 0.0);
+  if (std::abs(car.v_x) > 2.0 * (car_.front_axle + car_.rear_axle))
+    course += std::atan((car.v_y - car_.rear_axle * car.yaw_rate) / car.v_x);
+  return curvature - std::clamp(e, -reach, reach) / (reach * reach) -
+         2.0 * std::sin(course - here.heading) / reach;
+}
+
 // ±tan δ = l κ_c; driving forward, with the understeer of linear tyres,
 // δ += (m/l)(l_h/C_v - l_v/C_h) a_y.
 double Driver::steering(const PlantOutput& car, Vector2 rear) const {
@@ -91,20 +157,38 @@ double Driver::steering(const PlantOutput& car, Vector2 rear) const {
   const double preview = (car_.steering_delay + car_.steering_lag + 0.07) * speed;
   const double curvature = leg.track->at(s_ + preview).curvature;
   const double reach = std::max(1.5 * wheelbase, limits_.horizon * speed);
-  const TrackPoint here = leg.track->at(s_);
-  const double e =
-      (rear.y - here.y) * std::cos(here.heading) - (rear.x - here.x) * std::sin(here.heading);
-  double course = car.yaw + (leg.gear == Gear::reverse ? std::numbers::pi : 0.0);
-  if (speed > 2.0 * wheelbase)
-    course += std::atan((car.v_y - car_.rear_axle * car.yaw_rate) / car.v_x);
-  const double commanded = curvature - std::clamp(e, -reach, reach) / (reach * reach) -
-                           2.0 * std::sin(course - here.heading) / reach;
+  const double commanded = path_curvature(car, rear, curvature, reach);
   const double understeer = car_.mass / wheelbase *
                             (car_.rear_axle / car_.cornering_stiffness_front -
                              car_.front_axle / car_.cornering_stiffness_rear);
   const double extra = leg.gear == Gear::forward ? understeer * speed * speed * curvature : 0.0;
   return std::clamp(gear_sign(leg.gear) * std::atan(wheelbase * commanded) + extra,
                     -car_.steering_limit, car_.steering_limit);
+}
+
+// A slide begins shortly before a curve if the car is fast enough, and ends before the curve does.
+// The sideslip angle is ramped; normal driving resumes once the car grips again.
+std::optional<PlantInput> Driver::slide(const PlantOutput& car, Vector2 rear, double dt) {
+  const Leg& leg = legs_[leg_];
+  if (leg.slide == 0.0) return std::nullopt;
+  constexpr double begin = 0.3, end = 0.6;    // times before the curve begins and ends [s]
+  constexpr double ramp = 3.0, grips = 0.3;   // [rad/s], [rad]
+  constexpr double quick = 0.4, reach = 3.0;  // lateral acceleration / μ g; length λ [m]
+  const double speed = std::hypot(car.v_x, car.v_y);
+  const double near = leg.track->at(s_ + begin * speed).curvature;
+  const double far = leg.track->at(s_ + end * speed).curvature;
+  const double curvature = std::abs(near) < std::abs(far) ? near : far;
+  double sideslip = 0.0;
+  if (speed * speed * std::abs(curvature) > quick * car_.friction * standard_gravity) {
+    slide_curvature_ = curvature;
+    sideslip = -std::copysign(leg.slide, curvature);
+  }
+  sideslip_ += std::clamp(sideslip - sideslip_, -ramp * dt, ramp * dt);
+  if (sideslip_ == 0.0 && std::abs(std::atan2(car.v_y, car.v_x)) < grips) return std::nullopt;
+
+  // Limited to about the curvature of the curve: a slide cannot change sides.
+  const double corrected = path_curvature(car, rear, slide_curvature_, reach) / slide_curvature_;
+  return hold_slide(car_, car, sideslip_, slide_curvature_ * std::clamp(corrected, 0.5, 1.5));
 }
 
 PlantInput Driver::drive(const PlantOutput& car, double dt) {
@@ -127,6 +211,11 @@ PlantInput Driver::drive(const PlantOutput& car, double dt) {
     ++leg_;
     begin_leg();
     return {.steering = steering_, .force = 0.0};
+  }
+  if (const auto input = slide(car, rear, dt)) {
+    wanted_speed_ = car.v_x;
+    steering_ = input->steering;
+    return *input;
   }
   steering_ = steering(car, rear);
 

@@ -1,10 +1,12 @@
-// The driver: follows a track leg by leg from the true state, as a good controller would.
+// The driver: follows a track leg by leg from the true state, as a good controller would, and holds
+// the car in power slides.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "tools/sim/car/plant.hpp"
@@ -22,6 +24,7 @@ struct Leg {
   double speed = 1.0;  ///< on straights [m/s]
   double pause = 1.0;  ///< standstill after the leg [s]
   Gear gear = Gear::forward;
+  double slide = 0.0;  ///< sideslip angle to hold in curves with the throttle [rad]
 };
 
 /// Whether a drive begins and ends at standstill or at the planned speed.
@@ -67,7 +70,10 @@ class Driver {
  private:
   void begin_leg();
   [[nodiscard]] double planned_speed(double s) const;
+  [[nodiscard]] double path_curvature(const PlantOutput& car, Vector2 rear, double curvature,
+                                      double reach) const;
   [[nodiscard]] double steering(const PlantOutput& car, Vector2 rear) const;
+  [[nodiscard]] std::optional<PlantInput> slide(const PlantOutput& car, Vector2 rear, double dt);
 
   PlantParameters car_;
   std::vector<Leg> legs_;
@@ -80,6 +86,8 @@ class Driver {
   double off_track_ = 0.0;     // distance of the rear axle from the track
   double wanted_speed_ = 0.0;  // after ramping
   double steering_ = 0.0;
+  double sideslip_ = 0.0;         // current target in a slide, ramped [rad]
+  double slide_curvature_ = 0.0;  // of the curve of the current slide
   double finished_ = 0.0;
   double total_ = 0.0;
   std::vector<double> plan_;  // v² at the track's samples, including braking before curves

@@ -179,6 +179,29 @@ Route slalom(double speed, int laps) {
   return {.legs = {rounds(weaving({12.5, 2.5, 0.25, 3.0, 1000}, 0.5), speed, laps)}};
 }
 
+// A figure of eight whose loops are driven in power slides. Starts at the crossing.
+Route drift(double speed, int laps) {
+  constexpr double radius = 1.8, distance = 4.5;  // of the loops' centres from the crossing
+  constexpr int points = 500;
+  const double angle = std::asin(radius / distance);
+  const double straight = distance * std::cos(angle);
+  std::vector<Vector2> line;
+  for (const double side : {1.0, -1.0}) {
+    const auto add_straight = [&](double way, double y) {
+      line.push_back({side * way * std::cos(angle), y * way * std::sin(angle)});
+    };
+    for (int k = 0; k < points; ++k) add_straight(straight * k / points, -1.0);
+    for (int k = 0; k < points; ++k) {
+      const double turned = -angle + (pi + 2.0 * angle) * k / points;
+      line.push_back({side * (distance + radius * std::sin(turned)), -radius * std::cos(turned)});
+    }
+    for (int k = points; k > 0; --k) add_straight(straight * k / points, 1.0);
+  }
+  Leg leg = rounds(std::make_shared<Track>(line, Shape::closed, 0.5), speed, laps);
+  leg.slide = 55.0 * pi / 180.0;
+  return {.legs = {leg}};
+}
+
 // Cones spaced for 4.5 m/s² at the speed. Each wave takes 4 s: with λ = 4 s v and a_y = A (2π / λ)²
 // v² the amplitude is the same at every speed.
 Route full_size_slalom(double speed, int laps) {
@@ -233,6 +256,7 @@ const std::vector<Move> park_full_size{
 };
 
 constexpr DriverLimits brisk{.lateral = 5.0, .acceleration = 2.0, .deceleration = 2.0};
+constexpr DriverLimits drifting{.lateral = 7.5, .acceleration = 3.0, .deceleration = 3.0};
 constexpr DriverLimits gentle{.lateral = 3.0, .acceleration = 0.8, .deceleration = 0.8};
 constexpr DriverLimits blind{.lateral = 50.0, .acceleration = 1.5, .deceleration = 1.5};
 constexpr DriverLimits on_the_road{.lateral = 3.5, .acceleration = 1.8, .deceleration = 2.0};
@@ -258,6 +282,8 @@ const std::vector<Scenario> scenarios{
     {"patch", "laps with ice in two curves and on the straight", scale_car, 1.6, 3.0, 3, blind,
      laps_on({0.01, 1.0, competition},
              {{7.7, 0.4, 0.7, 0.0}, {0.4, 4.6, 0.6, 0.0}, {5.0, 0.0, 0.4, 0.0}})},
+    {"drift", "a figure of eight in power slides, left and right", scale_car, 3.4, 4.0, 3, drifting,
+     drift},
     {"road", "a full-size car on 1.5 km of winding road", saloon, 18.0, 30.0, 1, on_the_road,
      laps_on({0.2, 20.0, country})},
     {"hills", "a full-size car on that road, uphill, downhill and banked", bmw_320i, 18.0, 30.0, 1,
