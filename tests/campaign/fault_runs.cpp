@@ -1,14 +1,18 @@
-// Every kind of fault on one simulated drive, with and without camera: a line of JSON per run.
-// Started by tests/campaign/integrity.py.
+// Every kind of fault on one simulated drive, with and without camera: a line of JSON per run, the
+// first without faults. Started by tests/campaign/integrity.py, with --flags by faults.py: then the
+// sensors of the table in source_flags.hpp fail one at a time, and a line has the source flags.
 //
-//   fault_runs FOLDER SEED [--kinds a,b,c] [--camera on|off|both] [--list]
+//   fault_runs FOLDER SEED [--kinds a,b,c] [--camera on|off|both] [--list|--flags]
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <exception>
 #include <map>
 #include <optional>
+#include <random>
+#include <ranges>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -21,8 +25,7 @@
 
 #include "daemon/housekeeping/status.hpp"
 #include "estimator/integrity/integrity.hpp"
-#include "tests/campaign/faulty_drive.hpp"
-#include "tools/fault/injector.hpp"
+#include "tests/campaign/source_flags.hpp"
 #include "tools/math/random.hpp"
 
 namespace odomd::campaign {
@@ -103,92 +106,79 @@ bool is_warned(const Tick& tick, const Tick* healthy, Camera camera) {
   return healthy == nullptr || healthy->mode != tick.mode;
 }
 
-class Report {
- public:
-  Report(const Drive& drive, Camera camera, std::size_t first)
-      : drive_(drive), camera_(camera), first_(first) {}
+using Json = nlohmann::ordered_json;
 
-  // `healthy`: the same ticks of the drive without fault; empty if `run` is that drive itself.
-  nlohmann::ordered_json of(const Run& run, std::span<const Tick> healthy) const {
-    nlohmann::ordered_json json;
-    const double period_s = static_cast<double>(drive_.config.realtime.period_ns) * 1e-9;
-    std::size_t silent = 0;
-    std::size_t gross = 0;
-    std::optional<std::size_t> first_silent;
-    std::optional<std::size_t> first_gross;
-    std::optional<std::size_t> detected;
-    std::uint32_t bits = 0;
-    Tick worst;
-    double worst_silent_m = 0.0;
-    nlohmann::ordered_json flag = nullptr;
-    for (std::size_t i = 0; i < run.size(); ++i) {
-      const Tick& tick = run[i];
-      const Tick* const other = healthy.empty() ? nullptr : &healthy[i];
-      const bool is_reported = is_warned(tick, other, camera_);
-      if (is_reported && !detected) detected = i;
-      bits |= tick.conditions & heeded & ~(other != nullptr ? other->conditions : 0);
-      if (!is_reported && tick.sigmas > most_sigmas) {
-        ++silent;
-        if (!first_silent) first_silent = i;
-        worst_silent_m = std::max(worst_silent_m, tick.position_m);
-        if (tick.position_m > gross_m || tick.yaw_rad > gross_rad) {
-          ++gross;
-          if (!first_gross) first_gross = i;
-        }
+double rounded(double value) {
+  return std::round(value * 1e4) / 1e4;
+}
+
+Json seconds(const Drive& drive, std::optional<std::int64_t> time_ns) {
+  return time_ns ? Json(rounded(drive.seconds_at(*time_ns))) : Json(nullptr);
+}
+
+// What a controller sees of a run whose first tick has the number `first`. `healthy`: the same
+// ticks of the drive without fault; empty if `run` is that drive itself.
+Json report_of(const Drive& drive, Camera camera, const Run& run, std::size_t first,
+               std::span<const Tick> healthy) {
+  const double period_s = static_cast<double>(drive.config.realtime.period_ns) * 1e-9;
+  std::size_t silent = 0, gross = 0;
+  std::optional<std::int64_t> first_silent, first_gross, detected;
+  std::uint32_t bits = 0;
+  Tick worst;
+  double worst_silent_m = 0.0;
+  Json flag = nullptr;
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    const Tick& tick = run[i];
+    const Tick* const other = healthy.empty() ? nullptr : &healthy[i];
+    const std::int64_t now_ns = drive.tick_ns(first + i);
+    const auto note = [now_ns](std::optional<std::int64_t>& time_ns) {
+      time_ns = time_ns.value_or(now_ns);
+    };
+    bits |= tick.conditions & heeded & ~(other != nullptr ? other->conditions : 0);
+    if (is_warned(tick, other, camera)) {
+      note(detected);
+    } else if (tick.sigmas > most_sigmas) {
+      ++silent;
+      note(first_silent);
+      worst_silent_m = std::max(worst_silent_m, tick.position_m);
+      if (tick.position_m > gross_m || tick.yaw_rad > gross_rad) {
+        ++gross;
+        note(first_gross);
       }
-      worst.position_m = std::max(worst.position_m, tick.position_m);
-      worst.yaw_rad = std::max(worst.yaw_rad, tick.yaw_rad);
-      worst.sigmas = std::max(worst.sigmas, tick.sigmas);
-      for (std::size_t s = 0; flag.is_null() && s < tick.flags.size(); ++s)
-        if (tick.flags[s] != 0 && (other == nullptr || other->flags[s] != tick.flags[s]))
-          flag = {{"source", estimator::source_names[s]},
-                  {"flag", estimator::source_flag_names[tick.flags[s]]},
-                  {"t", seconds(i)}};
     }
-    json["silent_s"] = rounded(static_cast<double>(silent) * period_s);
-    json["silent_gross_s"] = rounded(static_cast<double>(gross) * period_s);
-    json["first_silent"] = optional_seconds(first_silent);
-    json["first_gross"] = optional_seconds(first_gross);
-    json["detected"] = optional_seconds(detected);
-    json["conditions"] = daemon::condition_names(bits);
-    json["first_flag"] = flag;
-    json["worst_m"] = rounded(worst.position_m);
-    json["worst_rad"] = rounded(worst.yaw_rad);
-    json["worst_sigmas"] = rounded(worst.sigmas);
-    json["worst_silent_m"] = rounded(worst_silent_m);
-    json["end_m"] = rounded(run.back().position_m);
-    json["end_rad"] = rounded(run.back().yaw_rad);
-    return json;
+    worst.position_m = std::max(worst.position_m, tick.position_m);
+    worst.yaw_rad = std::max(worst.yaw_rad, tick.yaw_rad);
+    worst.sigmas = std::max(worst.sigmas, tick.sigmas);
+    for (std::size_t s = 0; flag.is_null() && s < tick.flags.size(); ++s)
+      if (tick.flags[s] != 0 && (other == nullptr || other->flags[s] != tick.flags[s]))
+        flag = {{"source", estimator::source_names[s]},
+                {"flag", estimator::source_flag_names[tick.flags[s]]},
+                {"t", seconds(drive, now_ns)}};
   }
+  return {{"silent_s", rounded(static_cast<double>(silent) * period_s)},
+          {"silent_gross_s", rounded(static_cast<double>(gross) * period_s)},
+          {"first_silent", seconds(drive, first_silent)},
+          {"first_gross", seconds(drive, first_gross)},
+          {"detected", seconds(drive, detected)},
+          {"conditions", daemon::condition_names(bits)},
+          {"first_flag", flag},
+          {"worst_m", rounded(worst.position_m)},
+          {"worst_rad", rounded(worst.yaw_rad)},
+          {"worst_sigmas", rounded(worst.sigmas)},
+          {"worst_silent_m", rounded(worst_silent_m)},
+          {"end_m", rounded(run.back().position_m)},
+          {"end_rad", rounded(run.back().yaw_rad)}};
+}
 
-  static double rounded(double value) { return std::round(value * 1e4) / 1e4; }
-
- private:
-  [[nodiscard]] double seconds(std::size_t tick) const {
-    return rounded(drive_.seconds_at(drive_.tick_ns(first_ + tick)));
-  }
-  [[nodiscard]] nlohmann::ordered_json optional_seconds(std::optional<std::size_t> tick) const {
-    return tick ? nlohmann::ordered_json(seconds(*tick)) : nlohmann::ordered_json(nullptr);
-  }
-
-  const Drive& drive_;
-  Camera camera_;
-  std::size_t first_;  ///< the first tick of the run
-};
-
-void print(const nlohmann::ordered_json& head, const nlohmann::ordered_json& rest) {
-  nlohmann::ordered_json line = head;
-  line.update(rest);
-  fmt::print("{}\n", line.dump());
+void print(Json head, const Json& rest) {
+  head.update(rest);
+  fmt::print("{}\n", head.dump());
 }
 
 std::vector<std::string> split(std::string_view list, char separator) {
   std::vector<std::string> words;
-  for (std::size_t at = 0; at <= list.size();) {
-    const std::size_t end = std::min(list.find(separator, at), list.size());
-    if (end > at) words.emplace_back(list.substr(at, end - at));
-    at = end + 1;
-  }
+  for (const auto word : std::views::split(list, separator))
+    if (!word.empty()) words.emplace_back(word.begin(), word.end());
   return words;
 }
 
@@ -218,22 +208,19 @@ void run_all(const Drive& drive, Camera camera, const Options& options) {
   const double begin_s = drive.begin_s(begin);
   const bool ends = options.seed / 2 % 2 == 0;
   const FaultyDrive runs(drive, camera, begin);
-  const bool on = camera == Camera::on;
 
-  const auto head = [&](const std::string& kind) {
-    return nlohmann::ordered_json{
-        {"kind", kind},
-        {"camera", on},
-        {"begin", Report::rounded(begin_s)},
-        {"lasts", ends ? nlohmann::ordered_json(5.0) : nlohmann::ordered_json(nullptr)}};
+  const auto print_run = [&](const std::string& kind, Json result, const Tick& left_out) {
+    result["left_out_m"] = rounded(left_out.position_m);
+    result["left_out_rad"] = rounded(left_out.yaw_rad);
+    print({{"kind", kind},
+           {"camera", camera == Camera::on},
+           {"begin", rounded(begin_s)},
+           {"lasts", ends ? Json(5.0) : Json(nullptr)}},
+          result);
   };
-  nlohmann::ordered_json none = Report(drive, camera, 0).of(runs.healthy(), {});
-  none["left_out_m"] = none["end_m"];
-  none["left_out_rad"] = none["end_rad"];
-  print(head("none"), none);
+  print_run("none", report_of(drive, camera, runs.healthy(), 0, {}), runs.healthy().back());
 
   const std::span healthy = std::span(runs.healthy()).subspan(begin + 1);
-  const Report report(drive, camera, begin + 1);
   std::map<fault::Sources, Tick> left_out{{0, runs.healthy().back()}};
   for (Trial& trial : trials_of(options.kinds)) {
     fault::Sources sources = 0;
@@ -243,33 +230,63 @@ void run_all(const Drive& drive, Camera camera, const Options& options) {
       if (ends && std::isinf(one.duration_s)) one.duration_s = 5.0;
       sources |= fault::sources_of(one.kind);
     }
-    if (sources == camera_bit && !on) continue;
+    if (sources == camera_bit && camera == Camera::off) continue;
     if (!left_out.contains(sources)) left_out[sources] = runs.without(sources).back();
-    nlohmann::ordered_json result = report.of(runs.with(trial.faults), healthy);
-    result["left_out_m"] = Report::rounded(left_out[sources].position_m);
-    result["left_out_rad"] = Report::rounded(left_out[sources].yaw_rad);
-    print(head(trial.name), result);
+    print_run(trial.name, report_of(drive, camera, runs.with(trial.faults), begin + 1, healthy),
+              left_out[sources]);
+  }
+}
+
+void print_flags(const Drive& drive, Json head, const std::vector<FlagChange>& changes) {
+  Json flags = Json::array();
+  for (const FlagChange& change : changes)
+    flags.push_back({seconds(drive, change.tick_ns),
+                     estimator::source_names[estimator::index_of(change.source)], change.flag});
+  print(std::move(head), {{"flags", flags}});
+}
+
+// When the source flags report the sensors that fail, one at a time.
+void run_flags(const Drive& drive, Camera camera, const Options& options) {
+  // The faults begin in the middle half of the drive. The standard fixes the numbers of
+  // std::mt19937, but not those of distributions.
+  std::mt19937 random(static_cast<unsigned>(options.seed));
+  const double share = 0.25 + 0.5 * (static_cast<double>(random()) / 4294967296.0);
+  const auto begin = static_cast<std::size_t>(share * static_cast<double>(drive.ticks));
+  const FaultyDrive runs(drive, camera, begin);
+  print_flags(drive, Json::object(), flag_changes(drive, runs.healthy()));
+  for (const FaultCase& one : fault_cases(drive, drive.begin_s(begin))) {
+    const fault::Sources sources = fault::sources_of(one.fault.kind);
+    if (sources == camera_bit && camera == Camera::off) continue;
+    print_flags(
+        drive,
+        {{"kind", fault::name_of(one.fault.kind)},
+         {"source", estimator::source_names[static_cast<std::size_t>(std::countr_zero(sources))]},
+         {"begin", rounded(one.fault.begin_s)},
+         {"shown", seconds(drive, shown_at(drive, one))}},
+        flag_changes(drive, runs.with({&one.fault, 1}), begin + 1, runs.healthy()[begin]));
   }
 }
 
 int run(int argc, char** argv) {
   Options options;
   CLI::App app("Every kind of fault on one simulated drive");
-  bool list = false;
+  bool list = false, flags = false;
   app.add_option("folder", options.folder, "Drive of odom sim");
   app.add_option("seed", options.seed, "Seed of the faults");
   app.add_option("--kinds", options.kinds, "Kinds, with commas between");
   app.add_option("--camera", options.camera, "on, off, or both")
       ->check(CLI::IsMember({"on", "off", "both"}));
   app.add_flag("--list", list, "The kinds that are tried, a line each");
+  app.add_flag("--flags", flags, "Source flags of single faults");
   CLI11_PARSE(app, argc, argv);
   if (list) {
     for (const Trial& trial : trials_of(options.kinds)) fmt::print("{}\n", trial.name);
     return 0;
   }
   const Drive drive = read_drive({.folder = options.folder});
-  if (options.camera != "on") run_all(drive, Camera::off, options);
-  if (options.camera != "off") run_all(drive, Camera::on, options);
+  for (const Camera camera : {Camera::off, Camera::on})
+    if (options.camera != (camera == Camera::on ? "off" : "on"))
+      (flags ? run_flags : run_all)(drive, camera, options);
   return 0;
 }
 

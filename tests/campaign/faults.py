@@ -34,12 +34,13 @@ def arguments():
 
 
 def measure(build, scenario, seed):
-    """The lines of source_faults for a drive, the first of them for the drive without fault. Every second drive
+    """The lines of fault_runs --flags for a drive, the first of them for the drive without fault. Every second drive
     has a camera."""
     with tempfile.TemporaryDirectory(prefix="faults-") as scratch:
         folder = pathlib.Path(scratch) / "drive"
         common.run(build / "bin/odom", "sim", "--scenario", scenario, "--seed", seed, "--out", folder)
-        lines = common.output(build / "bin/source_faults", folder, "on" if seed % 2 else "off", seed)
+        lines = common.output(build / "bin/fault_runs", folder, seed, "--flags", "--camera",
+                              "on" if seed % 2 else "off")
         return scenario, seed, [json.loads(line) for line in lines.splitlines()]
 
 

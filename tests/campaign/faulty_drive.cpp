@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 #include "daemon/core/pipeline.hpp"
 #include "tools/fault/camera_fault.hpp"
@@ -17,9 +18,6 @@ using estimator::CameraPose;
 // A bus without frames: signals of this bus are left out.
 constexpr const char* no_bus = "nowhere";
 
-// The filter learns the signals in this time before the fault.
-constexpr std::int64_t learning_ns = 1'000'000'000;
-
 double mahalanobis(double dx, double dy, const odom_pose& pose) {
   const double xx = pose.covariance[0];
   const double xy = pose.covariance[1];
@@ -33,6 +31,8 @@ double mahalanobis(double dx, double dy, const odom_pose& pose) {
 
 Drive read_drive(const tools::DriveFiles& files) {
   Drive drive{tools::read_drive(files)};
+  if (!drive.reference)
+    throw std::invalid_argument(files.folder.string() + ": has no truth.csv to compare with");
   drive.buses.emplace_back(no_bus);
   const std::int64_t period_ns = drive.config.realtime.period_ns;
   drive.first_tick_ns = tools::first_tick_ns(drive.frames.front().time_ns, period_ns);
@@ -132,26 +132,11 @@ Run FaultyDrive::play(daemon::Pipeline& pipeline, std::span<const can::Frame> fr
 }
 
 Run FaultyDrive::with(std::span<const fault::Fault> faults) const {
-  fault::Injector injector(drive_.config, drive_.databases, drive_.buses, faults);
-  injector.start(drive_.start_ns());
-  std::vector<can::Frame> frames;
-  frames.reserve(2 * drive_.frames.size());
-  const std::int64_t learn_from_ns = drive_.tick_ns(begin_) - learning_ns;
-  for (std::size_t i = 0; i < drive_.frames.size(); ++i) {
-    if (i == frames_before_) frames.clear();
-    if (drive_.frames[i].time_ns >= learn_from_ns) injector.take(drive_.frames[i], frames);
-  }
-  injector.release(fault::end_of_time, frames);
-
-  fault::CameraInjector camera(faults, drive_.start_ns());
-  std::vector<CameraPose> cameras;
-  for (std::size_t i = 0; i < drive_.cameras.size(); ++i) {
-    if (i == cameras_before_) cameras.clear();
-    camera.take(drive_.cameras[i], cameras);
-  }
-  camera.release(fault::end_of_time, cameras);
+  // Before the faults, what is sent equals the drive.
+  const Sent failed = sent(drive_, faults);
   const auto pipeline = resumed(0);
-  return play(*pipeline, frames, cameras, begin_ + 1, drive_.ticks);
+  return play(*pipeline, std::span(failed.frames).subspan(frames_before_),
+              std::span(failed.cameras).subspan(cameras_before_), begin_ + 1, drive_.ticks);
 }
 
 Run FaultyDrive::without(fault::Sources sources) const {

@@ -54,6 +54,7 @@ struct Drive : tools::Drive {
   [[nodiscard]] double begin_s(std::size_t tick) const { return seconds_at(tick_ns(tick) + 1); }
 };
 
+/// Throws std::invalid_argument for a drive without its truth.
 [[nodiscard]] Drive read_drive(const tools::DriveFiles& files);
 
 /// What a car with faults sends during the drive.

@@ -68,9 +68,9 @@ tools/bridge: base estimator/common shm_api/include/odom tools/math tools/cli to
 tools/export: daemon/diagnostics can_protocol/decode estimator/common daemon/core tools/cli
     tools/drive_files tools/replay tools/bridge
 tools/config_patch: daemon/diagnostics base daemon/core tools/cli
-tools/sim/car: base estimator/common tools/math
+tools/sim/car: base estimator/common tools/math tools/cli
 tools/sim/course: tools/sim/car
-tools/sim/sensors: estimator/common tools/math tools/sim/car
+tools/sim/sensors: estimator/common tools/math tools/cli tools/sim/car
 tools/sim: base can_protocol can_protocol/decode can_protocol/sources estimator/common shm_api/include/odom
     tools/cli tools/drive_files tools/live tools/sim/car tools/sim/course tools/sim/sensors
 tools/fault: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
@@ -100,7 +100,7 @@ tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol
 tools/serve: base tools/cli tools/live tools/live/watch tools/doctor
 tools/import: base can_protocol/dbc can_protocol/decode can_protocol/sources
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/drive_files tools/init tools/sim
-tools/commands: daemon/diagnostics can_protocol can_protocol/dbc can_protocol/sources daemon/core tools/cli
+tools/commands: base daemon/diagnostics can_protocol can_protocol/dbc can_protocol/sources daemon/core tools/cli
     tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation tools/live tools/live/watch
     tools/report tools/bridge tools/export tools/sim/car tools/sim tools/fault
     tools/identify tools/doctor tools/import tools/init tools/serve

@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/wall_clock.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/daemon_options.hpp"
 #include "tools/cli/files.hpp"
@@ -189,7 +190,7 @@ void fail_in_logs(const Options& options, const std::vector<Fault>& faults) {
 void fail_live(const Options& options, const std::vector<Fault>& faults) {
   constexpr std::chrono::microseconds between{500};
   Interrupt interrupt;
-  const std::int64_t start_ns = fault::monotonic_ns();
+  const std::int64_t start_ns = monotonic_now();
   std::optional<fault::BusRelay> bus;
   std::optional<fault::CameraRelay> camera;
   if (!options.from.empty()) {
@@ -204,25 +205,26 @@ void fail_live(const Options& options, const std::vector<Fault>& faults) {
     std::cerr << fmt::format("{} {} to {}", bus ? "," : "", options.camera_from, options.camera_to);
   std::cerr << "; INT ends it\n";
   while (!interrupt.requested()) {
-    const std::int64_t now_ns = fault::monotonic_ns();
+    const std::int64_t now_ns = monotonic_now();
     if (bus) bus->pass_on(now_ns);
     if (camera) camera->pass_on(now_ns);
     std::this_thread::sleep_for(between);
   }
   if (bus) {
-    std::cerr << fmt::format("odom fault: {} frames in, {} out\n", bus->received(), bus->sent());
+    std::cerr << fmt::format("odom fault: {} frames in, {} out\n", bus->relayed().received,
+                             bus->relayed().sent);
     if (bus->lost() > 0)
       warn("fault", fmt::format("the kernel dropped {} frames before they were read", bus->lost()));
     report(bus->acted(), "frames");
   }
   if (camera) {
-    std::cerr << fmt::format("odom fault: {} camera poses in, {} out\n", camera->received(),
-                             camera->sent());
-    if (camera->refused() > 0)
-      warn("fault", fmt::format("{} poses found no daemon", camera->refused()));
-    if (camera->malformed() > 0)
+    std::cerr << fmt::format("odom fault: {} camera poses in, {} out\n", camera->relayed().received,
+                             camera->relayed().sent);
+    if (camera->relayed().refused > 0)
+      warn("fault", fmt::format("{} poses found no daemon", camera->relayed().refused));
+    if (camera->relayed().malformed > 0)
       warn("fault",
-           fmt::format("{} messages were not camera poses; left out", camera->malformed()));
+           fmt::format("{} messages were not camera poses; left out", camera->relayed().malformed));
     report(camera->acted(), "camera poses");
   }
 }

@@ -17,7 +17,6 @@
 #include "tools/cli/progress.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/sim/can_output.hpp"
 #include "tools/sim/car/vehicle.hpp"
 #include "tools/sim/drive_folder.hpp"
 #include "tools/sim/live.hpp"
@@ -37,7 +36,6 @@ struct Arguments {
   std::string out;
   std::string can;
   std::string camera_socket;
-  int decimals = 6;
   bool servo = false;
   bool list = false;
   bool live = false;
@@ -59,9 +57,6 @@ sim::RunOptions run_options(const Arguments& arguments) {
   for (const std::string& text : arguments.fixed) run.fixed.push_back(sim::parse_assignment(text));
   for (const std::string& text : arguments.dropouts)
     run.dropouts.push_back(sim::parse_dropout(text));
-  if (arguments.decimals != 6 && arguments.decimals != 9)
-    throw std::invalid_argument("--decimals: 6 or 9");
-  run.stamp_step_ns = arguments.decimals == 9 ? 1 : 1000;
   if (arguments.live) {
     run.start_ns = sim::live_start_ns();
   } else if (!arguments.start_time.empty()) {
@@ -135,8 +130,6 @@ void simulate(const Arguments& arguments) {
         "writes the same to plant.json");
 
   const sim::RunPlan plan = sim::make_plan(run_options(arguments));
-  const auto decimals =
-      arguments.decimals == 9 ? can::StampDecimals::nine : can::StampDecimals::six;
   std::optional<sim::DriveWriter> writer;
   if (!arguments.out.empty()) {
     sim::make_drive_folder(arguments.out, arguments.existing);
@@ -147,7 +140,7 @@ void simulate(const Arguments& arguments) {
         {.can = can.empty() ? "drive.log" : can,
          .camera_socket = socket.empty() ? socket : std::filesystem::absolute(socket).string()});
     if (arguments.config_only) return;
-    writer.emplace(arguments.out, arguments.live && can != "-" ? can : sim::log_interface, decimals,
+    writer.emplace(arguments.out, arguments.live && can != "-" ? can : sim::log_interface,
                    arguments.markers);
   }
 
@@ -162,21 +155,18 @@ void simulate(const Arguments& arguments) {
                                         ? WithoutTerminal::every_second
                                         : WithoutTerminal::nothing);
   if (arguments.live) {
-    const sim::LiveSummary summary = sim::play_live(drive,
-                                                    {.start_ns = plan.options.start_ns,
-                                                     .can = can,
-                                                     .camera_socket = arguments.camera_socket,
-                                                     .decimals = decimals},
-                                                    progress, take);
+    const sim::LiveSummary summary = sim::play_live(
+        drive,
+        {.start_ns = plan.options.start_ns, .can = can, .camera_socket = arguments.camera_socket},
+        progress, take);
     if (!arguments.camera_socket.empty())
       std::cerr << "odom sim: " << summary.camera_sent << " camera poses sent, "
                 << summary.camera_dropped << " not taken by the daemon\n";
     if (summary.end == sim::LiveEnd::interrupted) std::cerr << "odom sim: interrupted\n";
   } else {
-    sim::Happenings happenings;
     sim::RunState state = sim::RunState::running;
     while (state == sim::RunState::running) {
-      happenings.clear();
+      sim::Happenings happenings;
       state = drive.advance(drive.time_ns() + 100 * sim::truth_period_ns, happenings);
       take(happenings);
       progress.show(sim::progress_text(drive));
@@ -212,8 +202,8 @@ void add_parameter_options(Command command, Arguments& arguments) {
       defaults += ", saloon ";
       append_number(defaults, info.saloon);
     }
-    if (const double published = sim::sprung_default(info.parameter); published != info.saloon)
-      defaults += fmt::format(", published cars {:.4g}", published);
+    if (info.published != info.saloon)
+      defaults += fmt::format(", published cars {:.4g}", info.published);
     const std::string relative =
         info.unit == "1" && info.draw != sim::Draw::exact ? ", relative" : "";
     const std::string_view draw = info.draw == sim::Draw::normal    ? ", standard deviation"
@@ -283,8 +273,6 @@ void add_sim(Command odom) {
       "FILE.yaml, its lens (for odom identify track); takes minutes");
   output.add_flag("--config-only", arguments->config_only,
                   "Write only car.toml, car.dbc and plant.json");
-  output.add("--decimals", "6|9", arguments->decimals,
-             "Decimals of the stamps in drive.log; default: 6");
   output.add("--start-time", "T", arguments->start_time,
              "Stamp of the start [s]; default: 1760000000, live: now");
   output.add_flag("--json", arguments->json, "Print the report as JSON, with the sampled errors");

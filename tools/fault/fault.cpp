@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
+#include <ranges>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "base/nearest_name.hpp"
@@ -26,106 +27,36 @@ constexpr Sources rear =
     only(Source::wheel_rear_left) | only(Source::wheel_rear_right) | only(Source::wheel_rear);
 constexpr Sources wheels = front | rear | only(Source::motor);
 
+constexpr Quantity turn_rate{"rad/s", "rad/s2", 0.5, 0.2, 0.05};
+constexpr Quantity acceleration{"m/s2", "m/s3", 2.0, 3.0, 0.5};
+constexpr Quantity speed{"m/s", "m/s2", 1.0, 0.5, 0.1};
+constexpr Quantity angle{"rad", "rad/s", 0.2, 0.1, 0.02};
+
+constexpr Groups sensors = 1, directions = 2, buses = 4, cameras = 8;
+constexpr Groups quantities = 16, speeds = 32, exchangeable_speeds = 64, exchangeable_axes = 128;
+constexpr Groups signals = sensors | directions, frames = signals | buses;
+constexpr Groups everything = frames | cameras;
+constexpr Groups a_quantity = sensors | quantities, a_speed = a_quantity | speeds;
+constexpr Groups all_speeds = a_speed | exchangeable_speeds;
+constexpr Groups both_axes = a_quantity | exchangeable_axes;
+
 constexpr std::array part_table{
 #define ODOMD_PART(name, what, ...) PartInfo{Part::name, #name, what, __VA_ARGS__},
 #include "tools/fault/kinds.inc"
 };
 
 constexpr std::array act_table{
-#define ODOMD_ACT(name, what, ...) ActInfo{Act::name, #name, what, {__VA_ARGS__}},
+#define ODOMD_ACT(name, what, groups, ...) ActInfo{Act::name, #name, what, groups, {__VA_ARGS__}},
 #include "tools/fault/kinds.inc"
 };
 
-// The unit of a source, and the default size of its faults.
-struct Quantity {
-  std::string_view unit;
-  std::string_view rate_unit;
-  double stuck;
-  double bias;
-  double ramp;  // per second
-};
-constexpr Quantity turn_rate{"rad/s", "rad/s2", 0.5, 0.2, 0.05};
-constexpr Quantity acceleration{"m/s2", "m/s3", 2.0, 3.0, 0.5};
-constexpr Quantity speed{"m/s", "m/s2", 1.0, 0.5, 0.1};
-constexpr Quantity angle{"rad", "rad/s", 0.2, 0.1, 0.02};
-
-constexpr bool is_speed(Part part) {
-  return part >= Part::wheel_front_left && part <= Part::wheels;
-}
-
-// Null for parts with several quantities.
-constexpr const Quantity* quantity_of(Part part) {
-  if (part == Part::gyro) return &turn_rate;
-  if (part == Part::accel_x || part == Part::accel_y || part == Part::accel) return &acceleration;
-  if (part == Part::steering) return &angle;
-  return is_speed(part) ? &speed : nullptr;
-}
-
-constexpr bool can(Part part, Act act) {
-  const bool frames = act >= Act::lost && act <= Act::bit_flips_repaired;
-  switch (part) {
-    case Part::camera:
-      return act >= Act::frozen_noisy || act == Act::frozen || act == Act::noisy ||
-             (act >= Act::lost && act <= Act::duplicated);
-    case Part::bus:
-      return act >= Act::lost && act <= Act::shifted;
-    case Part::direction:
-      return frames || act == Act::frozen || act == Act::zero || act == Act::inverted;
-    default:
-      break;
-  }
-  switch (act) {
-    case Act::stuck:
-    case Act::biased:
-    case Act::ramped:
-      return quantity_of(part) != nullptr;
-    case Act::slipping:
-    case Act::locked:
-      return is_speed(part);
-    case Act::left_right:
-    case Act::front_rear:
-      return part == Part::wheels;
-    case Act::axes_swapped:
-      return part == Part::accel;
-    default:
-      return act <= Act::rounded || frames;
-  }
-}
-
-std::vector<std::string_view> split(std::string_view text) {
-  std::vector<std::string_view> parts;
-  for (std::size_t at = 0; at <= text.size();) {
-    const std::size_t end = std::min(text.find(':', at), text.size());
-    parts.push_back(text.substr(at, end - at));
-    at = end + 1;
-  }
-  return parts;
-}
-
-// An empty part keeps the value.
-void read(std::string_view whole, std::string_view part, std::string_view what, double& value) {
-  if (part.empty()) return;
-  double number = 0.0;
-  const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
-  if (error != std::errc{} || end != part.data() + part.size() || !std::isfinite(number))
-    throw std::invalid_argument(tools::quoted(whole) + ": the " + std::string(what) + " " +
-                                tools::quoted(part) +
-                                " is not a number; a fault is KIND:BEGIN:LENGTH:SIZE");
-  value = number;
-}
-
-constexpr std::size_t width = 100;
-
-std::vector<Kind> kinds_of(Part part) {
-  std::vector<Kind> kinds;
-  std::ranges::copy_if(all_kinds(), std::back_inserter(kinds),
-                       [part](Kind kind) { return kind.part == part; });
-  return kinds;
+std::invalid_argument wrong(std::string_view fault, std::string_view what) {
+  return std::invalid_argument(fmt::format("{}: {}", fault, what));
 }
 
 std::string size_text(Magnitude size) {
-  if (size.unit == "x") return fmt::format("x {}", size.value);
-  return fmt::format("{} {}", size.value, size.unit);
+  return size.unit == "x" ? fmt::format("x {}", size.value)
+                          : fmt::format("{} {}", size.value, size.unit);
 }
 
 // "0.2 rad/s, 3 m/s2": the sizes for all parts, each once.
@@ -136,27 +67,33 @@ std::string sizes_of(Act act) {
     const std::string size = size_text(default_magnitude(kind));
     if (std::ranges::find(sizes, size) == sizes.end()) sizes.push_back(size);
   }
-  std::string text;
-  for (const std::string& size : sizes) text += (text.empty() ? "" : ", ") + size;
-  return text;
+  return fmt::format("{}", fmt::join(sizes, ", "));
 }
 
-void append_ways(std::string& text, Part part) {
-  constexpr std::string_view indent = "    ";
-  std::string line(indent);
-  for (const Kind kind : kinds_of(part)) {
+// The part's ways to fail, in lines of this width.
+std::string ways_of(Part part) {
+  constexpr std::size_t width = 100;
+  std::string text, line = "   ";
+  for (const Kind kind : all_kinds()) {
+    if (kind.part != part) continue;
     const std::string_view name = info(kind.act).name;
-    if (line.size() + name.size() + 1 > width) {
+    if (line.size() + 1 + name.size() > width) {
       text += line + '\n';
-      line = indent;
+      line = "   ";
     }
-    if (line.size() > indent.size()) line += ' ';
-    line += name;
+    line.append(1, ' ').append(name);
   }
-  text += line + '\n';
+  return text + line + '\n';
 }
 
 }  // namespace
+
+std::vector<std::string_view> names_of(Sources sources) {
+  std::vector<std::string_view> names;
+  for (std::size_t i = 0; i < estimator::source_count; ++i)
+    if (contains(sources, static_cast<Source>(i))) names.push_back(estimator::source_names[i]);
+  return names;
+}
 
 std::span<const PartInfo> parts() noexcept {
   return part_table;
@@ -179,7 +116,7 @@ const std::vector<Kind>& all_kinds() {
     std::vector<Kind> all;
     for (const PartInfo& part : part_table)
       for (const ActInfo& act : act_table)
-        if (can(part.part, act.act)) all.push_back({part.part, act.act});
+        if ((part.groups & act.groups) != 0) all.push_back({part.part, act.act});
     return all;
   }();
   return kinds;
@@ -200,10 +137,10 @@ Kind parse_kind(std::string_view name) {
 }
 
 Magnitude default_magnitude(Kind kind) noexcept {
-  const Quantity* const quantity = quantity_of(kind.part);
-  if (kind.act == Act::stuck) return {quantity->stuck, quantity->unit};
-  if (kind.act == Act::biased) return {quantity->bias, quantity->unit};
-  if (kind.act == Act::ramped) return {quantity->ramp, quantity->rate_unit};
+  const Quantity& quantity = info(kind.part).quantity;
+  if (kind.act == Act::stuck) return {quantity.stuck, quantity.unit};
+  if (kind.act == Act::biased) return {quantity.bias, quantity.unit};
+  if (kind.act == Act::ramped) return {quantity.ramp, quantity.rate_unit};
   return info(kind.act).magnitude;
 }
 
@@ -219,29 +156,34 @@ void check(const Fault& fault) {
   const std::string name = name_of(fault.kind);
   const Magnitude usual = default_magnitude(fault.kind);
   if (!(fault.begin_s >= 0.0) || !std::isfinite(fault.begin_s))
-    throw std::invalid_argument(name + ": begins before the first frame; give 0 s or more");
-  if (!(fault.duration_s > 0.0))
-    throw std::invalid_argument(name + ": has no duration; give more than 0 s");
+    throw wrong(name, "begins before the first frame; give 0 s or more");
+  if (!(fault.duration_s > 0.0)) throw wrong(name, "has no duration; give more than 0 s");
   if (usual.unit.empty() && fault.magnitude != usual.value)
-    throw std::invalid_argument(name + ": has no size; leave it out");
+    throw wrong(name, "has no size; leave it out");
   if (usual.unit == "share" && !(fault.magnitude >= 0.0 && fault.magnitude <= 1.0))
-    throw std::invalid_argument(name + ": its size is a share of the frames; give 0 to 1");
-  if (usual.unit == "sigma" && !(fault.magnitude >= 0.0))
-    throw std::invalid_argument(name + ": its size is a number of sigmas; give 0 or more");
-  const bool may_lead = fault.kind.act == Act::shifted;
-  if (usual.unit == "s" && !may_lead && !(fault.magnitude >= 0.0))
-    throw std::invalid_argument(name + ": its size is a time; give 0 s or more");
+    throw wrong(name, "its size is a share of the frames; give 0 to 1");
+  if (fault.kind.act == Act::shifted || fault.magnitude >= 0.0) return;
+  if (usual.unit == "sigma") throw wrong(name, "its size is a number of sigmas; give 0 or more");
+  if (usual.unit == "s") throw wrong(name, "its size is a time; give 0 s or more");
 }
 
 Fault parse_fault(std::string_view text) {
-  const std::vector<std::string_view> parts = split(text);
+  std::vector<std::string> parts;
+  for (const auto part : std::views::split(text, ':')) parts.emplace_back(part.begin(), part.end());
   if (parts.size() > 4)
-    throw std::invalid_argument(tools::quoted(text) +
-                                ": has more parts than KIND:BEGIN:LENGTH:SIZE");
-  Fault fault = fault_of(parse_kind(parts[0]));
-  if (parts.size() > 1) read(text, parts[1], "begin", fault.begin_s);
-  if (parts.size() > 2) read(text, parts[2], "length", fault.duration_s);
-  if (parts.size() > 3) read(text, parts[3], "size", fault.magnitude);
+    throw wrong(tools::quoted(text), "has more parts than KIND:BEGIN:LENGTH:SIZE");
+  Fault fault = fault_of(parse_kind(parts.empty() ? "" : parts[0]));
+  constexpr std::array names{"begin", "length", "size"};
+  const std::array values{&fault.begin_s, &fault.duration_s, &fault.magnitude};
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    if (parts[i].empty()) continue;  // keeps the default
+    const auto number = tools::parse_number(parts[i]);
+    if (!number || !std::isfinite(*number))
+      throw wrong(tools::quoted(text),
+                  fmt::format("the {} {} is not a number; a fault is KIND:BEGIN:LENGTH:SIZE",
+                              names[i - 1], tools::quoted(parts[i])));
+    *values[i - 1] = *number;
+  }
   check(fault);
   return fault;
 }
@@ -250,8 +192,7 @@ std::string kinds_text() {
   std::string text =
       "A kind of fault is PART.WAY, such as gyro.frozen.\n\nParts and their ways to fail:\n";
   for (const PartInfo& part : parts()) {
-    text += fmt::format("  {}: {}\n", part.name, part.what);
-    append_ways(text, part.part);
+    text += fmt::format("  {}: {}\n{}", part.name, part.what, ways_of(part.part));
   }
   text += "\nWays to fail, with the default size:\n";
   for (const ActInfo& act : acts()) {
@@ -266,16 +207,12 @@ nlohmann::ordered_json kinds_json() {
   auto all = nlohmann::ordered_json::array();
   for (const Kind kind : all_kinds()) {
     const Magnitude size = default_magnitude(kind);
-    auto sources = nlohmann::ordered_json::array();
-    for (std::size_t i = 0; i < estimator::source_count; ++i)
-      if (contains(sources_of(kind), static_cast<estimator::Source>(i)))
-        sources.push_back(estimator::source_names[i]);
     nlohmann::ordered_json one{{"kind", name_of(kind)},
                                {"part", info(kind.part).what},
                                {"what", info(kind.act).what},
                                {"size", nullptr},
                                {"unit", nullptr},
-                               {"sources", std::move(sources)}};
+                               {"sources", names_of(sources_of(kind))}};
     if (!size.unit.empty()) {
       one["size"] = size.value;
       one["unit"] = size.unit;

@@ -26,9 +26,24 @@ using Sources = std::uint32_t;
   return (sources & only(source)) != 0;
 }
 
+/// Their names, in the order of the sources.
+[[nodiscard]] std::vector<std::string_view> names_of(Sources sources);
+
 enum class Part : std::uint8_t {
 #define ODOMD_PART(name, ...) name,
 #include "tools/fault/kinds.inc"
+};
+
+/// Groups of parts that can fail alike, as bits.
+using Groups = std::uint32_t;
+
+/// What a sensor measures, with the default sizes of faults.
+struct Quantity {
+  std::string_view unit;
+  std::string_view rate_unit;
+  double stuck;
+  double bias;
+  double ramp;  ///< per second
 };
 
 struct PartInfo {
@@ -36,6 +51,8 @@ struct PartInfo {
   std::string_view name;
   std::string_view what;
   Sources sources;
+  Groups groups;
+  Quantity quantity;  ///< empty for parts that have none or several
 };
 [[nodiscard]] std::span<const PartInfo> parts() noexcept;
 
@@ -55,6 +72,7 @@ struct ActInfo {
   Act act;
   std::string_view name;
   std::string_view what;
+  Groups groups;        ///< parts of these groups can fail so
   Magnitude magnitude;  ///< empty if it depends on the part, too: default_magnitude()
 };
 [[nodiscard]] std::span<const ActInfo> acts() noexcept;

@@ -56,52 +56,38 @@ bool FrameFault::touches(std::optional<std::size_t> message) const {
   return message && signals_.carries(*message, sources_);
 }
 
-bool FrameFault::adds_frames() const noexcept {
-  return fault_.kind.act == Act::duplicated || fault_.kind.act == Act::reordered;
-}
-
 void FrameFault::take(const can::Frame& frame, std::vector<can::Frame>& out) {
   release(frame.time_ns, out);
+  const Act act = fault_.kind.act;
   const std::optional<std::size_t> message = signals_.message_of(frame);
-  if (message && is_of_values(fault_.kind.act)) learn(*message, frame);
-  if (touches(message) && span_.holds(frame.time_ns)) ++acted_on_;
+  if (message && is_of_values(act)) learn(*message, frame);
   const std::size_t before = out.size();
   if (!touches(message)) {
     out.push_back(frame);
-  } else if (!span_.holds(frame.time_ns)) {
-    keep_order(message, frame, out);
-  } else if (is_of_values(fault_.kind.act)) {
-    change_values(*message, out.emplace_back(frame));
-  } else {
-    switch (fault_.kind.act) {
-      case Act::lost:
-        break;
-      case Act::delayed:
-      case Act::jittered:
-      case Act::shifted:
-        stamp_anew(message, frame, out);
-        break;
-      case Act::duplicated:
-        out.push_back(frame);
-        out.push_back(frame);
-        out.back().time_ns += after_it_ns;
-        break;
-      case Act::reordered:
-        if (message) reorder(*message, frame, out);
-        if (!message) out.push_back(frame);
-        break;
-      case Act::bit_flips:
-      case Act::bit_flips_repaired:
-        flip(*message, out.emplace_back(frame));
-        break;
-      default:
-        out.push_back(frame);
-        break;
-    }
-    renumbers_ = renumbers_ || adds_frames();
+    return;
   }
-  if (adds_frames())
-    for (std::size_t i = before; i < out.size(); ++i) renumber(signals_.message_of(out[i]), out[i]);
+  if (!span_.holds(frame.time_ns)) {
+    keep_order(message, frame, out);
+  } else {
+    ++acted_on_;
+    if (is_of_values(act)) {
+      change_values(*message, out.emplace_back(frame));
+    } else if (act == Act::bit_flips || act == Act::bit_flips_repaired) {
+      flip(*message, out.emplace_back(frame));
+    } else if (act == Act::duplicated) {
+      renumbers_ = true;
+      out.insert(out.end(), 2, frame);
+      out.back().time_ns += after_it_ns;
+    } else if (act == Act::reordered) {
+      renumbers_ = true;
+      if (message) reorder(*message, frame, out);
+      if (!message) out.push_back(frame);
+    } else if (act != Act::lost) {
+      stamp_anew(message, frame, out);
+    }
+  }
+  if ((act == Act::duplicated || act == Act::reordered) && message)
+    for (std::size_t i = before; i < out.size(); ++i) renumber(*message, out[i]);
 }
 
 void FrameFault::learn(std::size_t message, const can::Frame& frame) {
@@ -237,20 +223,18 @@ void FrameFault::reorder(std::size_t message, const can::Frame& frame,
     first = frame;
     return;
   }
-  out.push_back(frame);
-  out.push_back(*first);
+  out.insert(out.end(), {frame, *first});
   out.back().time_ns = frame.time_ns + after_it_ns;
   first.reset();
 }
 
 // Sets counters as the sender of the output frames would.
-void FrameFault::renumber(std::optional<std::size_t> message, can::Frame& frame) {
-  if (!message || !touches(message)) return;
-  can::E2eState& last = counters_[*message][frame.bus];
+void FrameFault::renumber(std::size_t message, can::Frame& frame) {
+  can::E2eState& last = counters_[message][frame.bus];
   can::E2eState own;
-  if (!signals_.is_protected_right(*message, frame, own)) return;
+  if (!signals_.is_protected_right(message, frame, own)) return;
   if (renumbers_) {
-    signals_.protect(*message, frame, last);
+    signals_.protect(message, frame, last);
   } else {
     last = own;
   }
@@ -260,11 +244,11 @@ void FrameFault::release(std::int64_t now_ns, std::vector<can::Frame>& out) {
   const auto due = std::ranges::upper_bound(held_, now_ns, {}, &can::Frame::time_ns);
   out.insert(out.end(), held_.begin(), due);
   held_.erase(held_.begin(), due);
-  if (fault_.kind.act != Act::reordered || now_ns < span_.end_ns) return;
-  for (auto& first : first_of_pair_) {
+  if (now_ns < span_.end_ns) return;
+  for (std::size_t message = 0; message < first_of_pair_.size(); ++message) {
+    auto& first = first_of_pair_[message];
     if (!first) continue;
-    out.push_back(*first);
-    renumber(signals_.message_of(*first), out.back());
+    renumber(message, out.emplace_back(*first));
     first.reset();
   }
 }

@@ -50,8 +50,7 @@ class FrameFault {
   void stamp_anew(std::optional<std::size_t> message, const can::Frame& frame,
                   std::vector<can::Frame>& out);
   void reorder(std::size_t message, const can::Frame& frame, std::vector<can::Frame>& out);
-  void renumber(std::optional<std::size_t> message, can::Frame& frame);
-  [[nodiscard]] bool adds_frames() const noexcept;
+  void renumber(std::size_t message, can::Frame& frame);
 
   const CarSignals& signals_;
   Fault fault_;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "can_protocol/sources/candump.hpp"
 #include "daemon/core/config.hpp"
@@ -25,13 +26,13 @@ std::array<double, estimator::source_count> stated_sigma(const daemon::Config& c
   return sigma;
 }
 
-enum class Stream : std::uint8_t { frames, poses };
+bool is_of_camera(const Fault& fault) {
+  return fault.kind.part == Part::camera;
+}
 
-std::vector<Fault> faults_of(std::span<const Fault> all, Stream stream) {
-  std::vector<Fault> faults;
-  std::ranges::copy_if(all, std::back_inserter(faults), [stream](const Fault& fault) {
-    return (fault.kind.part == Part::camera) == (stream == Stream::poses);
-  });
+std::vector<Fault> faults_of(std::span<const Fault> all, bool camera) {
+  std::vector<Fault> faults(all.begin(), all.end());
+  std::erase_if(faults, [camera](const Fault& fault) { return is_of_camera(fault) != camera; });
   return faults;
 }
 
@@ -55,30 +56,26 @@ void write(std::ostream& out, std::string& text, Flush flush) {
 
 void require_mapped(const daemon::Config& config, std::span<const Fault> faults) {
   for (const Fault& fault : faults) {
-    const Part part = fault.kind.part;
-    if (part == Part::bus || part == Part::camera) continue;
+    if (fault.kind.part == Part::bus || is_of_camera(fault)) continue;
     const Sources sources = sources_of(fault.kind);
     const bool mapped = std::ranges::any_of(config.can.bindings, [&](const auto& binding) {
       return contains(sources, static_cast<estimator::Source>(binding.channel));
     });
     if (mapped) continue;
-    std::string keys;
-    for (std::size_t i = 0; i < estimator::source_count; ++i)
-      if (contains(sources, static_cast<estimator::Source>(i)))
-        keys += (keys.empty() ? "" : ", ") + std::string(estimator::source_names[i]);
-    throw std::invalid_argument(config.file.string() + ": [can.signals] maps no " + keys +
-                                ", which " + name_of(fault.kind) + " needs; map it there");
+    throw std::invalid_argument(
+        fmt::format("{}: [can.signals] maps no {}, which {} needs; map it there",
+                    config.file.string(), fmt::join(names_of(sources), ", "), name_of(fault.kind)));
   }
 }
 
 CameraInjector::CameraInjector(std::span<const Fault> faults, std::int64_t start_ns)
-    : Chain(faults_of(faults, Stream::poses)) {
+    : Chain(faults_of(faults, true)) {
   start([&](const Fault& fault) { return CameraFault(fault, span_of(fault, start_ns)); });
 }
 
 Injector::Injector(const daemon::Config& config, std::span<const can::Database> databases,
                    std::span<const std::string> bus_names, std::span<const Fault> faults)
-    : Chain(faults_of(faults, Stream::frames)),
+    : Chain(faults_of(faults, false)),
       signals_(config.can, databases, bus_names),
       sigma_(stated_sigma(config)) {
   require_mapped(config, faults);
@@ -113,12 +110,11 @@ Streamed write_log(can::LogReader& log, const can::BusNames& buses, Injector& in
   };
   while (const can::Frame* const frame = log.next()) {
     if (streamed.in++ == 0) streamed.first_ns = frame->time_ns;
-    streamed.last_ns = frame->time_ns;
     injector.take(*frame, leaving);
     write_leaving();
     if (streamed.in % frames_between_news == 0 && progress)
       progress(fmt::format("{:.0f} s, {} frames",
-                           static_cast<double>(streamed.last_ns - streamed.first_ns) * 1e-9,
+                           static_cast<double>(frame->time_ns - streamed.first_ns) * 1e-9,
                            streamed.in));
   }
   injector.release(end_of_time, leaving);
@@ -134,10 +130,6 @@ Streamed write_camera_log(const std::vector<estimator::CameraPose>& poses, Camer
   injector.release(end_of_time, leaving);
   std::ranges::stable_sort(leaving, {}, &estimator::CameraPose::arrival_ns);
   streamed.out = leaving.size();
-  if (!poses.empty()) {
-    streamed.first_ns = poses.front().arrival_ns;
-    streamed.last_ns = poses.back().arrival_ns;
-  }
   auto text = tools::header_of<estimator::CameraPose>(tools::camera_columns);
   for (const estimator::CameraPose& pose : leaving) append_row(text, tools::camera_columns, pose);
   write(out, text, Flush::at_the_end);

@@ -113,8 +113,7 @@ void require_mapped(const daemon::Config& config, std::span<const Fault> faults)
 struct Streamed {
   std::uint64_t in = 0;
   std::uint64_t out = 0;
-  std::int64_t first_ns = 0;  ///< stamps of the first and the last received
-  std::int64_t last_ns = 0;
+  std::int64_t first_ns = 0;  ///< stamp of the first received
 };
 
 enum class Flush : std::uint8_t { at_the_end, every_frame };

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <stdexcept>
 #include <utility>
@@ -37,18 +36,13 @@ std::unique_ptr<can::SocketCanSource> open_interface(const std::string& name, st
 
 }  // namespace
 
-std::int64_t monotonic_ns() {
-  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
-}
-
 BusRelay::BusRelay(const std::string& from, const std::string& to, const daemon::Config& config,
                    std::span<const can::Database> databases, std::span<const Fault> faults,
                    std::int64_t start_ns)
     : output_((from == to)
                   ? throw std::invalid_argument(
                         "--to: is the interface of --from; frames would circulate endlessly")
-                  : to,
-              can::StampDecimals::six),
+                  : to),
       arrived_(can::max_frames_per_drain) {
   can::BusNames buses;
   const std::vector<std::string> names = buses_with(from, config, buses);
@@ -70,8 +64,8 @@ void BusRelay::pass_on(std::int64_t now_ns) {
   injector_->release(now_ns, leaving_);
   std::erase_if(leaving_, [](const can::Frame& one) { return one.kind == can::FrameKind::error; });
   output_.send(leaving_);
-  received_ += count;
-  sent_ += leaving_.size();
+  relayed_.received += count;
+  relayed_.sent += leaving_.size();
 }
 
 CameraRelay::CameraRelay(const std::filesystem::path& from, const std::string& to, double wait_s,
@@ -101,10 +95,10 @@ bool CameraRelay::read(int connection, std::int64_t now_ns) {
     const ssize_t size = ::recv(connection, &message, sizeof message, MSG_DONTWAIT | MSG_TRUNC);
     if (size < 0) return errno == EAGAIN || errno == EINTR;
     if (size == 0) return false;
-    ++received_;
+    ++relayed_.received;
     if (size != sizeof message || message.magic != ODOM_CAMERA_MAGIC ||
         message.version != ODOM_CAMERA_VERSION || message.clock > ODOM_CLOCK_LOG) {
-      ++malformed_;
+      ++relayed_.malformed;
     } else {
       take(message, now_ns);
     }
@@ -119,7 +113,7 @@ void CameraRelay::pass_on(std::int64_t now_ns) {
   std::erase_if(connections_, [&](const FileDescriptor& one) { return !read(one.get(), now_ns); });
   injector_.release(now_ns, leaving_);
   for (const estimator::CameraPose& pose : leaving_)
-    ++(feed_.send(pose, clock_) ? sent_ : refused_);
+    ++(feed_.send(pose, clock_) ? relayed_.sent : relayed_.refused);
 }
 
 }  // namespace odomd::fault

@@ -18,12 +18,17 @@
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"
 #include "tools/live/camera_feed.hpp"
-#include "tools/sim/can_output.hpp"
+#include "tools/sim/live.hpp"
 
 namespace odomd::fault {
 
-/// CLOCK_MONOTONIC, the clock of live operation.
-[[nodiscard]] std::int64_t monotonic_ns();
+/// What a relay has handed on.
+struct Relayed {
+  std::uint64_t received = 0;
+  std::uint64_t sent = 0;
+  std::uint64_t refused = 0;    ///< poses that found no daemon
+  std::uint64_t malformed = 0;  ///< messages that are not poses
+};
 
 /// Relays frames from one interface to another.
 class BusRelay {
@@ -38,8 +43,7 @@ class BusRelay {
   /// frames cannot be sent, or the interface `from` has disappeared.
   void pass_on(std::int64_t now_ns);
 
-  [[nodiscard]] std::uint64_t received() const noexcept { return received_; }
-  [[nodiscard]] std::uint64_t sent() const noexcept { return sent_; }
+  [[nodiscard]] const Relayed& relayed() const noexcept { return relayed_; }
   [[nodiscard]] std::uint64_t lost() const noexcept { return source_->counters().lost.get(); }
   [[nodiscard]] std::vector<Acted> acted() const { return injector_->acted(); }
 
@@ -50,8 +54,7 @@ class BusRelay {
   std::vector<can::Frame> arrived_;
   std::vector<can::Frame> leaving_;
   std::int64_t maintained_ns_ = 0;
-  std::uint64_t received_ = 0;
-  std::uint64_t sent_ = 0;
+  Relayed relayed_;
 };
 
 /// Relays camera poses from a socket that it creates to the daemon's.
@@ -63,10 +66,7 @@ class CameraRelay {
 
   void pass_on(std::int64_t now_ns);
 
-  [[nodiscard]] std::uint64_t received() const noexcept { return received_; }
-  [[nodiscard]] std::uint64_t sent() const noexcept { return sent_; }
-  [[nodiscard]] std::uint64_t refused() const noexcept { return refused_; }
-  [[nodiscard]] std::uint64_t malformed() const noexcept { return malformed_; }
+  [[nodiscard]] const Relayed& relayed() const noexcept { return relayed_; }
   [[nodiscard]] std::vector<Acted> acted() const { return injector_.acted(); }
 
  private:
@@ -80,10 +80,7 @@ class CameraRelay {
   std::vector<FileDescriptor> connections_;
   std::vector<estimator::CameraPose> leaving_;
   odom_clock clock_ = ODOM_CLOCK_MONOTONIC;  ///< of capture times, from the newest message
-  std::uint64_t received_ = 0;
-  std::uint64_t sent_ = 0;
-  std::uint64_t refused_ = 0;
-  std::uint64_t malformed_ = 0;
+  Relayed relayed_;
 };
 
 }  // namespace odomd::fault

@@ -12,13 +12,6 @@ using enum Parameter;
 // 8 bytes with an identifier of 11 bits: 111 bits and about 15 stuff bits, at 500 kbit/s.
 constexpr std::int64_t frame_ns = 252'000;
 
-double seconds(std::int64_t ns) {
-  return 1e-9 * static_cast<double>(ns);
-}
-std::int64_t nanoseconds(double s) {
-  return std::llround(1e9 * s);
-}
-
 constexpr std::array roles{
     BusRole{"yaw_rate", "IMU", "YawRate", "rad/s"},
     BusRole{"accel_x", "IMU", "AccX", "m/s2"},
@@ -87,10 +80,8 @@ std::span<const BusRole> bus_roles() {
   return roles;
 }
 
-CarBus::CarBus(const ParameterSet& truth, double configured_wheel_radius, std::uint64_t seed,
-               std::int64_t stamp_step_ns)
+CarBus::CarBus(const ParameterSet& truth, double configured_wheel_radius, std::uint64_t seed)
     : truth_(truth),
-      stamp_step_ns_(stamp_step_ns),
       imu_(truth, seed),
       steering_(truth, seed),
       wheels_{WheelEncoder(truth, front_left, configured_wheel_radius, seed),
@@ -169,10 +160,8 @@ can::Frame CarBus::transmit(Unit& unit) {
   bus_free_ns_ = std::max(bus_free_ns_, unit.due_ns) + frame_ns;
   const std::int64_t seen =
       bus_free_ns_ + nanoseconds(truth_[stamp_jitter] * stamp_noise_.exponential());
-  std::int64_t stamp = seen / stamp_step_ns_ * stamp_step_ns_;
-  stamp = std::max(stamp, last_stamp_ns_ + stamp_step_ns_);
-  last_stamp_ns_ = stamp;
-  return unit.encoder.frame(stamp);
+  last_stamp_ns_ = std::max(whole_microseconds(seen), last_stamp_ns_ + 1000);
+  return unit.encoder.frame(last_stamp_ns_);
 }
 
 }  // namespace odomd::sim

@@ -39,9 +39,7 @@ struct BusRole {
 
 class CarBus {
  public:
-  /// Frames are stamped in steps of `stamp_step_ns`.
-  CarBus(const ParameterSet& truth, double configured_wheel_radius, std::uint64_t seed,
-         std::int64_t stamp_step_ns);
+  CarBus(const ParameterSet& truth, double configured_wheel_radius, std::uint64_t seed);
 
   /// Takes the samples that are due after `from_ns` and up to `to_ns`; the car is given at both
   /// times, and interpolated between them. Appends the frames with increasing stamps.
@@ -66,7 +64,6 @@ class CarBus {
   can::Frame transmit(Unit& unit);
 
   ParameterSet truth_;
-  std::int64_t stamp_step_ns_;
   std::vector<Unit> units_;
   Imu imu_;
   SteeringSensor steering_;

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "can_protocol/sources/candump.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/drive_files/camera_csv.hpp"
@@ -27,16 +28,6 @@ std::string number(double value) {
   // A TOML float needs a point or an exponent.
   if (text.find_first_of(".e") == std::string::npos) text += ".0";
   return text;
-}
-
-// With few digits, as a person would write it.
-std::string number(double value, int digits) {
-  return fmt::format("{:.{}g}", value, digits);
-}
-
-// A basic string of TOML, which is also one of JSON.
-std::string quote(std::string_view text) {
-  return tools::json_text(text);
 }
 
 // A wheel's speed is a mean over the previous cycle, so it is half a cycle old.
@@ -74,48 +65,55 @@ nlohmann::ordered_json values(const ParameterSet& set) {
 
 std::string configuration_text(const RunPlan& plan, const Wiring& wiring) {
   const estimator::Vehicle car = configured_vehicle(plan.car_kind);
-  std::string text = "# Made by odom sim: " + made_for(plan) + ".\n\n[vehicle]\n";
-  const auto line = [&text](std::string_view key, const std::string& value) {
-    text.append(key).append(" = ").append(value).append("\n");
-  };
-  line("mass", number(car.mass));
-  line("front_axle", number(car.front_axle));
-  line("rear_axle", number(car.rear_axle));
-  line("yaw_inertia", number(car.yaw_inertia));
-  line("cornering_stiffness_front", number(car.cornering_stiffness_front));
-  line("cornering_stiffness_rear", number(car.cornering_stiffness_rear));
-  line("track_width", number(car.track_width));
-  if (car.driven == estimator::Driven::front) line("driven", quote("front"));
-
-  text += "\n[can]\n";
-  line("source", quote(wiring.can));
-  line("dbc", quote("car.dbc"));
-
-  text += '\n' + bus_protection_text();
-
-  text += "\n[can.signals]\n";
+  std::string signals;
   for (const BusRole& role : bus_roles()) {
     const Quality q = quality(plan, role);
-    line(role.role, "{ message = " + quote(role.message) + ", signal = " + quote(role.signal) +
-                        ", unit = " + quote(role.unit) + ", sigma = " + number(q.sigma, 3) +
-                        (q.latency > 0.0 ? ", latency = " + number(q.latency, 6) : "") + " }");
+    signals += fmt::format(
+        "{} = {{ message = \"{}\", signal = \"{}\", unit = \"{}\", sigma = {:.3g}{} }}\n",
+        role.role, role.message, role.signal, role.unit, q.sigma,
+        q.latency > 0.0 ? fmt::format(", latency = {:.6g}", q.latency) : "");
   }
+  const std::string socket = wiring.camera_socket.string();
+  return fmt::format(
+      R"(# Made by odom sim: {}.
 
-  text += "\n[camera]\n";
-  if (!wiring.camera_socket.empty()) line("socket", quote(wiring.camera_socket.string()));
-  line("lever_arm", "[" + number(plan.truth[camera_x]) + ", " + number(plan.truth[camera_y]) +
-                        ", " + number(plan.truth[camera_yaw]) + "]");
+[vehicle]
+mass = {}
+front_axle = {}
+rear_axle = {}
+yaw_inertia = {}
+cornering_stiffness_front = {}
+cornering_stiffness_rear = {}
+track_width = {}
+{}
+[can]
+source = {}
+dbc = "car.dbc"
 
-  text += "\n[reference]\n";
-  line("lever_arm", "[0.0, 0.0, 0.0]");
+{}
+[can.signals]
+{}
+[camera]
+{}lever_arm = [{}, {}, {}]
 
-  text += "\n[imu]\n";
-  line("position", "[" + number(plan.truth[imu_x]) + ", " + number(plan.truth[imu_y]) + "]");
+[reference]
+lever_arm = [0.0, 0.0, 0.0]
 
-  text += "\n[initial]\n";
-  line("pose", "[" + number(plan.start.x, 9) + ", " + number(plan.start.y, 9) + ", " +
-                   number(plan.start.heading, 9) + "]");
-  return text;
+[imu]
+position = [{}, {}]
+
+[initial]
+pose = [{:.9g}, {:.9g}, {:.9g}]
+)",
+      made_for(plan), number(car.mass), number(car.front_axle), number(car.rear_axle),
+      number(car.yaw_inertia), number(car.cornering_stiffness_front),
+      number(car.cornering_stiffness_rear), number(car.track_width),
+      car.driven == estimator::Driven::front ? "driven = \"front\"\n" : "",
+      tools::json_text(wiring.can), bus_protection_text(), signals,
+      socket.empty() ? "" : fmt::format("socket = {}\n", tools::json_text(socket)),
+      number(plan.truth[camera_x]), number(plan.truth[camera_y]), number(plan.truth[camera_yaw]),
+      number(plan.truth[imu_x]), number(plan.truth[imu_y]), plan.start.x, plan.start.y,
+      plan.start.heading);
 }
 
 nlohmann::ordered_json describe(const RunPlan& plan) {
@@ -130,9 +128,8 @@ nlohmann::ordered_json describe(const RunPlan& plan) {
   result["route_length"] = plan.length;
   result["start_pose"] = {plan.start.x, plan.start.y, plan.start.heading};
   result["start_time_ns"] = plan.options.start_ns;
-  const MarkerPlaces markers = configured_markers(plan.car_kind);
-  result["markers"] = {{"front", {markers.front.x, markers.front.y}},
-                       {"rear", {markers.rear.x, markers.rear.y}}};
+  const auto [front, rear] = configured_markers(plan.car_kind);
+  result["markers"] = {{"front", {front.x, front.y}}, {"rear", {rear.x, rear.y}}};
   result["errors"] = plan.options.errors == ErrorModel::ideal ? "ideal" : "realistic";
   if (plan.car.suspension.present()) {
     // a_y reads (1 + g·roll_gradient) times its true value in a steady turn
@@ -170,10 +167,9 @@ void write_car_files(const std::filesystem::path& folder, const RunPlan& plan,
 }
 
 DriveWriter::DriveWriter(const std::filesystem::path& folder, std::string interface,
-                         can::StampDecimals decimals, FilmMarkers film)
+                         FilmMarkers film)
     : folder_(folder),
       interface_(std::move(interface)),
-      decimals_(decimals),
       log_(tools::open_output(folder / "drive.log")),
       camera_(tools::open_output(folder / "camera.csv")),
       truth_(tools::open_output(folder / "truth.csv")) {
@@ -187,7 +183,7 @@ DriveWriter::DriveWriter(const std::filesystem::path& folder, std::string interf
 void DriveWriter::write(const Happenings& happenings) {
   text_.clear();
   for (const can::Frame& frame : happenings.frames)
-    can::append_candump_line(text_, frame, interface_, decimals_);
+    can::append_candump_line(text_, frame, interface_);
   log_ << text_;
 
   text_.clear();

@@ -8,7 +8,6 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "can_protocol/sources/candump.hpp"
 #include "tools/sim/simulation.hpp"
 
 namespace odomd::sim {
@@ -36,6 +35,9 @@ void make_drive_folder(const std::filesystem::path& folder, Existing existing);
 void write_car_files(const std::filesystem::path& folder, const RunPlan& plan,
                      const Wiring& wiring);
 
+/// The name of the bus in a log.
+inline constexpr const char* log_interface = "can0";
+
 enum class FilmMarkers : std::uint8_t { leave_out, write };
 
 /// Writes drive.log, camera.csv and truth.csv, and on request markers.csv. Throws
@@ -43,7 +45,7 @@ enum class FilmMarkers : std::uint8_t { leave_out, write };
 class DriveWriter {
  public:
   DriveWriter(const std::filesystem::path& folder, std::string interface,
-              can::StampDecimals decimals, FilmMarkers film = FilmMarkers::leave_out);
+              FilmMarkers film = FilmMarkers::leave_out);
 
   void write(const Happenings& happenings);
 
@@ -53,7 +55,6 @@ class DriveWriter {
  private:
   std::filesystem::path folder_;
   std::string interface_;
-  can::StampDecimals decimals_;
   std::ofstream log_, camera_, truth_, film_;
   std::string text_;
 };

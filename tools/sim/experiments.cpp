@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "tools/cli/files.hpp"
-#include "tools/sim/can_output.hpp"
 #include "tools/sim/car/swing.hpp"
 #include "tools/sim/car/vehicle.hpp"
 #include "tools/sim/car_bus.hpp"
@@ -36,45 +35,38 @@ void measure(Json& result, const std::string& name, double truth, double sigma, 
 /// The kitchen scale. All experiments of a seed use the same scale, so that their readings of a
 /// load agree. Readings scatter by half of the last digit, as odom identify assumes if only the
 /// resolution of a scale is known.
-class KitchenScale {
- public:
-  explicit KitchenScale(std::uint64_t seed)
-      : gain_(1.0 + accuracy * RandomStream(seed, "the scale").normal()) {}
-
-  [[nodiscard]] double read(double load, RandomStream& hand) const {
-    const double placing = std::sqrt(sigma * sigma - resolution * resolution / 12.0);
-    return rounded(gain_ * load + placing * hand.normal(), resolution);
-  }
-  [[nodiscard]] double gain() const { return gain_; }
-  [[nodiscard]] static Json data_sheet() {
-    return {{"scale_resolution", resolution}, {"scale_sigma", sigma}, {"scale_accuracy", accuracy}};
-  }
-
- private:
+struct KitchenScale {
   static constexpr double resolution = 1e-3;         // kg
   static constexpr double sigma = 0.5 * resolution;  // of the readings, including rounding
   static constexpr double accuracy = 1e-3;           // of the scale's gain
 
-  double gain_;
+  double gain;
+
+  [[nodiscard]] double read(double load, RandomStream& hand) const {
+    const double placing = std::sqrt(sigma * sigma - resolution * resolution / 12.0);
+    return rounded(gain * load + placing * hand.normal(), resolution);
+  }
 };
 
 void write_json(const std::filesystem::path& file, const Json& json) {
   tools::write_whole(file, json.dump(2) + '\n');
 }
 
+/// The car of a drive with this seed.
 RunPlan plan_of(const ExperimentOptions& options) {
-  RunOptions run;
-  run.seed = options.seed;
-  return make_plan(run);
+  return make_plan({.seed = options.seed});
 }
 
-Json plant_of(const RunPlan& plan, const char* experiment) {
+/// plant.json: the car's part of a drive's, and the truth of the experiment.
+void write_truth(const ExperimentOptions& options, const RunPlan& plan, const char* experiment,
+                 const Json& truth) {
   Json plant = describe(plan);
   plant["scenario"] = experiment;
   for (const char* key :
        {"speed", "laps", "standstill", "moving_start", "route_length", "start_pose"})
     plant.erase(key);
-  return plant;
+  plant["experiment"] = truth;
+  write_json(options.folder / "plant.json", plant);
 }
 
 /// Three consecutive stop-watch timings of 20 full swings, triggered as the car passes the middle
@@ -125,9 +117,8 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
 
   make_drive_folder(options.folder, options.existing);
   write_car_files(options.folder, plan, {});
-  DriveWriter writer(options.folder, log_interface, can::StampDecimals::six);
-  CarBus bus(plan.truth, configured_wheel_radius(plan.car_kind), options.seed,
-             plan.options.stamp_step_ns);
+  DriveWriter writer(options.folder, log_interface);
+  CarBus bus(plan.truth, configured_wheel_radius(plan.car_kind), options.seed);
 
   constexpr std::int64_t held_ns = 2'000'000'000;
   const std::int64_t end_ns = held_ns + std::llround(1e9 * options.duration);
@@ -142,12 +133,12 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
       happenings.truth.push_back({plan.options.start_ns + now,
                                   {before.x, before.y, before.yaw},
                                   {before.v_x, before.v_y, before.yaw_rate}});
-    if (now >= held_ns) car.step(1e-9 * static_cast<double>(plant_step_ns));
+    if (now >= held_ns) car.step(seconds(plant_step_ns));
     const PlantOutput& after = car.output();
     bus.advance(now, before, now + plant_step_ns, after, happenings.frames);
     widest = std::max(widest, std::fabs(after.yaw));
     if (before.yaw < 0.0 && after.yaw >= 0.0) {
-      passages.push_back(1e-9 * static_cast<double>(now + plant_step_ns));
+      passages.push_back(seconds(now + plant_step_ns));
       turns.push_back(widest);
       widest = 0.0;
     }
@@ -157,17 +148,16 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
   writer.write(happenings);
   writer.close();
 
-  Json plant = plant_of(plan, "swing");
-  plant["experiment"] = {{"mass", rig.mass},
-                         {"yaw_inertia", plan.car.yaw_inertia},
-                         {"gravity", rig.gravity},
-                         {"spacing", rig.spacing_above},
-                         {"spacing_below", rig.spacing_below},
-                         {"cord", rig.cord},
-                         {"offset_along", rig.offset_along},
-                         {"offset_across", rig.offset_across},
-                         {"amplitude", rig.amplitude}};
-  write_json(options.folder / "plant.json", plant);
+  write_truth(options, plan, "swing",
+              {{"mass", rig.mass},
+               {"yaw_inertia", plan.car.yaw_inertia},
+               {"gravity", rig.gravity},
+               {"spacing", rig.spacing_above},
+               {"spacing_below", rig.spacing_below},
+               {"cord", rig.cord},
+               {"offset_along", rig.offset_along},
+               {"offset_across", rig.offset_across},
+               {"amplitude", rig.amplitude}});
 
   RandomStream hand(options.seed, "who measures the swing");
   Json result;
@@ -194,21 +184,21 @@ nlohmann::ordered_json simulate_weighing(const ExperimentOptions& options) {
   const double front_axle = plan.car.front_axle;
   const double lateral = 2e-3 * draw.normal();
   const double height = draw.uniform(0.2, 0.3) * wheelbase;
-  const KitchenScale scale(options.seed);
+  const KitchenScale scale{1.0 + KitchenScale::accuracy *
+                                     RandomStream(options.seed, "the scale").normal()};
   const double level = 0.25 * pi / 180.0;
 
   make_drive_folder(options.folder, options.existing);
   write_car_files(options.folder, plan, {});
-  Json plant = plant_of(plan, "weighing");
-  plant["experiment"] = {{"mass", mass},
-                         {"wheelbase", wheelbase},
-                         {"front_axle", front_axle},
-                         {"rear_axle", plan.car.rear_axle},
-                         {"track_width", track},
-                         {"lateral", lateral},
-                         {"height", height},
-                         {"scale_gain", scale.gain()}};
-  write_json(options.folder / "plant.json", plant);
+  write_truth(options, plan, "weighing",
+              {{"mass", mass},
+               {"wheelbase", wheelbase},
+               {"front_axle", front_axle},
+               {"rear_axle", plan.car.rear_axle},
+               {"track_width", track},
+               {"lateral", lateral},
+               {"height", height},
+               {"scale_gain", scale.gain}});
 
   RandomStream hand(options.seed, "who weighs");
   Json measured;
@@ -224,7 +214,9 @@ nlohmann::ordered_json simulate_weighing(const ExperimentOptions& options) {
   weigh("rear", front_axle / wheelbase, wheelbase);
   weigh("left", 0.5 + lateral / track, track);
   weigh("right", 0.5 - lateral / track, track);
-  measured.update(KitchenScale::data_sheet());
+  measured["scale_resolution"] = KitchenScale::resolution;
+  measured["scale_sigma"] = KitchenScale::sigma;
+  measured["scale_accuracy"] = KitchenScale::accuracy;
   measured["level"] = level;
   measure(measured, "wheelbase", wheelbase, 5e-4, 5e-4, hand);
   measure(measured, "track_width", track, 5e-4, 5e-4, hand);

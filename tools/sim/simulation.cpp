@@ -33,10 +33,11 @@ std::int64_t deadline(const RunPlan& plan) {
   return std::llround(1e9 * seconds);
 }
 
-// Moves the leading elements for which `has_come` is true to `to`.
-template <class T, class Test>
-void move_first(std::vector<T>& from, std::vector<T>& to, Test has_come) {
+// Moves the leading elements that have come to `to`, after `shift` has moved them in time.
+template <class T, class Test, class Shift>
+void hand_over(std::vector<T>& from, std::vector<T>& to, Test has_come, Shift shift) {
   const auto end = std::ranges::find_if_not(from, has_come);
+  std::for_each(from.begin(), end, shift);
   to.insert(to.end(), from.begin(), end);
   from.erase(from.begin(), end);
 }
@@ -108,9 +109,8 @@ Simulation::Simulation(const RunPlan& plan)
       plant_(plan.car, plan.start.x, plan.start.y, plan.start.heading),
       driver_(plan.car, plan.route.legs, plan.scenario.limits, plan.options.standstill,
               plan.options.ends),
-      bus_(plan.truth, configured_wheel_radius(plan.car_kind), plan.options.seed,
-           plan.options.stamp_step_ns),
-      camera_(plan.truth, plan.options.dropouts, plan.options.seed, plan.options.stamp_step_ns),
+      bus_(plan.truth, configured_wheel_radius(plan.car_kind), plan.options.seed),
+      camera_(plan.truth, plan.options.dropouts, plan.options.seed),
       film_(plan.car_kind, plan.truth, plan.options.seed),
       road_{.grade = plan.truth[Parameter::road_grade], .bank = plan.truth[Parameter::road_bank]} {
   if (plan.options.ends == Ends::moving) plant_.set_speed(driver_.start_speed());
@@ -152,24 +152,19 @@ RunState Simulation::advance(std::int64_t time_ns, Happenings& happenings) {
     if (now_ns_ % truth_period_ns == 0)
       happenings.truth.push_back(truth_row(start_ns_ + now_ns_, plant_.output()));
   }
-  hand_over(happenings);
+  // Hands over only what has been received by now.
+  hand_over(
+      frames_, happenings.frames,
+      [this](const can::Frame& frame) { return frame.time_ns <= now_ns_; },
+      [this](can::Frame& frame) { frame.time_ns += start_ns_; });
+  hand_over(
+      camera_poses_, happenings.camera,
+      [this](const estimator::CameraPose& pose) { return pose.arrival_ns <= now_ns_; },
+      [this](estimator::CameraPose& pose) {
+        pose.capture_ns += start_ns_;
+        pose.arrival_ns += start_ns_;
+      });
   return state;
-}
-
-// Hands over only what has been received by now.
-void Simulation::hand_over(Happenings& happenings) {
-  const std::size_t old_frames = happenings.frames.size();
-  const std::size_t old_poses = happenings.camera.size();
-  move_first(frames_, happenings.frames,
-             [this](const can::Frame& frame) { return frame.time_ns <= now_ns_; });
-  move_first(camera_poses_, happenings.camera,
-             [this](const estimator::CameraPose& pose) { return pose.arrival_ns <= now_ns_; });
-  for (std::size_t i = old_frames; i < happenings.frames.size(); ++i)
-    happenings.frames[i].time_ns += start_ns_;
-  for (std::size_t i = old_poses; i < happenings.camera.size(); ++i) {
-    happenings.camera[i].capture_ns += start_ns_;
-    happenings.camera[i].arrival_ns += start_ns_;
-  }
 }
 
 }  // namespace odomd::sim

@@ -36,7 +36,6 @@ struct RunOptions {
   std::vector<Assignment> fixed;  ///< truths that are set, not drawn
   std::vector<Dropout> dropouts;
   std::int64_t start_ns = 1'760'000'000'000'000'000;  ///< log time of the start
-  std::int64_t stamp_step_ns = 1000;                  ///< resolution of stamps
 };
 
 /// The resolved options, and the drawn truth.
@@ -64,13 +63,6 @@ struct Happenings {
   std::vector<estimator::CameraPose> camera;
   std::vector<tools::TrajectoryPoint> truth;
   std::vector<FilmFrame> film;
-
-  void clear() {
-    frames.clear();
-    camera.clear();
-    truth.clear();
-    film.clear();
-  }
 };
 
 /// Time between two rows of the truth, and between two ticks of a daemon.
@@ -94,8 +86,6 @@ class Simulation {
   [[nodiscard]] const Driver& driver() const { return driver_; }
 
  private:
-  void hand_over(Happenings& happenings);
-
   [[nodiscard]] RoadTilt road_here(std::int64_t since_ns) const;
 
   std::int64_t start_ns_;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <sstream>
 
+#include "base/wall_clock.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/fault/live.hpp"
 
@@ -201,20 +202,20 @@ TEST_F(Relay, HandsPosesOnWithTheirFault) {
   Daemon daemon(scratch_.path("daemon.sock"));
   CameraRelay relay = this->relay({"camera.moved", "camera.early"});
   send(message_at(1.0));
-  relay.pass_on(monotonic_ns());
+  relay.pass_on(monotonic_now());
   const auto received = daemon.receive();
   ASSERT_TRUE(received);
   EXPECT_NEAR(received->x, 1.5, 1e-12);
   EXPECT_EQ(received->clock, ODOM_CLOCK_REALTIME);
   EXPECT_EQ(received->capture_ns, 73'456'789);
-  EXPECT_EQ(relay.sent(), 1U);
+  EXPECT_EQ(relay.relayed().sent, 1U);
 }
 
 TEST_F(Relay, HoldsDelayedPosesBack) {
   Daemon daemon(scratch_.path("daemon.sock"));
   CameraRelay relay = this->relay({"camera.delayed"});
   send(message_at(1.0));
-  const std::int64_t now_ns = monotonic_ns();
+  const std::int64_t now_ns = monotonic_now();
   for (const auto& [after_ns, comes] :
        {std::pair{0, false}, {99'000'000, false}, {100'000'000, true}}) {
     relay.pass_on(now_ns + after_ns);
@@ -228,15 +229,15 @@ TEST_F(Relay, CamerasComeAndGo) {
   CameraRelay relay = this->relay({});
   for (int i = 0; i < 3; ++i) {
     send(message_at(1.0));
-    relay.pass_on(monotonic_ns());
+    relay.pass_on(monotonic_now());
     EXPECT_TRUE(daemon.receive());
   }
   odom_camera_message wrong = message_at(1.0);
   wrong.sigma_x = 1.0;
   send(wrong);
-  relay.pass_on(monotonic_ns());
-  EXPECT_EQ(relay.received(), 4U);
-  EXPECT_EQ(relay.malformed(), 0U);
+  relay.pass_on(monotonic_now());
+  EXPECT_EQ(relay.relayed().received, 4U);
+  EXPECT_EQ(relay.relayed().malformed, 0U);
 }
 
 TEST_F(Relay, NobodyBehindItIsAnError) {

@@ -114,9 +114,12 @@ TEST(SimCommand, WrongUsageIsOneLineAndStatusTwo) {
   const Scratch scratch;
   for (const char* line :
        {"", "--scenario nowhere --out x", "--fix nonsense --out x", "--speed 99 --out x",
-        "--gyro-noise -1 --out x", "--can can0 --out x", "--live --json", "--decimals 7 --out x",
-        "--start-time x --out x", "--live --can nosuchcan --duration 1",
-        "--camera-dropout 3 --out x", "--camera-latency-min 1 --out x"})
+        "--gyro-noise -1 --out x", "--can can0 --out x", "--live --json",
+        "--car bmw_320i --scenario patch --out x", "--car scale --scenario hills --out x",
+        "--laps 0 --out x", "--standstill -1 --out x", "--duration nan --out x",
+        "--friction 0 --out x", "--fix gyro_bias=-9 --out x", "--start-time x --out x",
+        "--live --can nosuchcan --duration 1", "--camera-dropout 3 --out x",
+        "--camera-latency-min 1 --out x"})
     expect_refused("cd " + scratch.path("").string() + "; odom sim ",
                    {{line, StartsWith("odom sim: ")}});
   expect_refused(

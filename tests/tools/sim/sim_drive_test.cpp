@@ -291,7 +291,7 @@ TEST(Sim, TheFolderHoldsWhatTheToolsRead) {
   make_drive_folder(folder, Existing::keep);
   const Drive d = drive({.duration = 2.0});
   write_car_files(folder, d.plan, {});
-  DriveWriter writer(folder, "can0", can::StampDecimals::six);
+  DriveWriter writer(folder, "can0");
   writer.write(d.all);
   writer.close();
 
@@ -310,20 +310,6 @@ TEST(Sim, ACarThatSlidesAwayIsFailedWork) {
   EXPECT_THROW(
       (void)drive({.scenario = "lap", .speed = 4.0, .fixed = {{Parameter::friction, 0.06}}}),
       std::runtime_error);
-}
-
-TEST(Sim, RefusesWhatDoesNotFit) {
-  for (const RunOptions& options :
-       std::vector<RunOptions>{{.scenario = "nowhere"},
-                               {.scenario = "patch", .car = bmw_320i},
-                               {.scenario = "hills", .car = scale_car},
-                               {.speed = 50.0},
-                               {.laps = 0},
-                               {.standstill = -1.0},
-                               {.duration = std::nan("")},
-                               {.sizes = {{Parameter::friction, 0.0}}},
-                               {.fixed = {{Parameter::gyro_bias, -9.0}}}})
-    EXPECT_THROW((void)make_plan(options), std::invalid_argument) << options.scenario;
 }
 
 }  // namespace

@@ -5,9 +5,21 @@
 // down, both of the body relative to the road. The body turns about axes on the ground.
 #pragma once
 
+#include <cmath>
+
 namespace odomd::sim {
 
 inline constexpr double standard_gravity = 9.80665;  // m/s²
+
+/// In the plane; SI units.
+struct Vector2 {
+  double x = 0.0, y = 0.0;
+};
+
+[[nodiscard]] inline Vector2 rotate(Vector2 v, double angle) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  return {c * v.x - s * v.y, s * v.x + c * v.y};
+}
 
 /// SI units. A rigid body has a sprung mass of 0.
 struct Suspension {

@@ -38,6 +38,7 @@ struct ParameterInfo {
   Nature nature;
   double scale_car;  ///< default of the 1:10 car
   double saloon;     ///< default of the saloon of scenario road
+  double published;  ///< default of the cars with published data
   double minimum;    ///< limits of values that users set; drawn values may be negative
   double maximum;
   std::string_view meaning;
@@ -73,9 +74,6 @@ enum class CarSize : std::uint8_t { scale, full };
 }
 
 [[nodiscard]] ParameterSet default_parameters(CarKind car);
-
-/// The default for all sprung cars.
-[[nodiscard]] double sprung_default(Parameter parameter);
 
 /// Sets every error to zero.
 void make_ideal(ParameterSet& parameters);

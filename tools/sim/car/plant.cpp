@@ -3,22 +3,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <stdexcept>
-#include <string>
+#include <utility>
 
 #include "tools/sim/car/chassis.hpp"
-#include "tools/sim/car/plant_state.hpp"
 
 namespace odomd::sim {
-namespace {
-
-void require(bool holds, const std::string& what) {
-  if (!holds) throw std::invalid_argument("vehicle of the simulation: " + what);
-}
-
-}  // namespace
-
-TyreForce tyre_force(const Tyre& tyre, double load, double friction, double slip_x, double slip_y) {
+Vector2 tyre_force(const Tyre& tyre, double load, double friction, double slip_x, double slip_y) {
   const double limit = friction * load;
   if (limit <= 0.0) return {};
   const double growth = std::pow(load / tyre.nominal_load, tyre.load_exponent);
@@ -40,7 +30,7 @@ PlantOutput interpolate(const PlantOutput& from, const PlantOutput& to, double p
   return std::bit_cast<PlantOutput>(a);
 }
 
-BodyForce specific_force_at(const PlantOutput& o, double x, double y, double z) {
+Vector2 specific_force_at(const PlantOutput& o, double x, double y, double z) {
   // a(p) = a + ψ̈ × p - ψ̇² p: Euler and centripetal terms of the lever arm
   if (o.is_level())
     return {o.accel_x - o.yaw_accel * y - o.yaw_rate * o.yaw_rate * x,
@@ -76,30 +66,6 @@ double body_yaw_rate(const PlantOutput& o) {
 Plant::Plant(PlantParameters parameters, double x, double y, double yaw)
     : parameters_(std::move(parameters)) {
   const PlantParameters& p = parameters_;
-  for (const double positive : {p.mass,
-                                p.front_axle,
-                                p.rear_axle,
-                                p.yaw_inertia,
-                                p.track_width,
-                                p.cornering_stiffness_front,
-                                p.cornering_stiffness_rear,
-                                p.slip_stiffness_ratio,
-                                p.tyre_shape,
-                                p.relaxation_length,
-                                p.tyre_damping,
-                                p.friction,
-                                p.wheel_inertia,
-                                p.load_lag,
-                                p.drive_lag,
-                                p.steering_lag,
-                                p.steering_rate_limit,
-                                p.steering_limit,
-                                p.rest_speed,
-                                p.top_speed})
-    require(positive > 0.0, "masses, lengths, stiffnesses, lags and limits must be positive");
-  for (const double radius : p.wheel_radius) require(radius > 0.0, "wheel radii must be positive");
-  require(p.tyre_shape <= 2.0, "tyre_shape must not exceed 2");
-
   // F_z0 of the front axle = m g l_h / l
   const double wheelbase = p.front_axle + p.rear_axle;
   for (std::size_t wheel = 0; wheel < wheel_count; ++wheel) {
@@ -172,14 +138,14 @@ void Plant::step(const PlantInput& input, double dt) {
   if (parameters_.suspension.present()) road_ = input.road;
   const auto moved = [this](const Derivative& k, double h) {
     State result = state_;
-    for (std::size_t i = 0; i < state_count; ++i) result[i] += h * k.rate[i];
+    for (std::size_t i = 0; i < result.size(); ++i) result[i] += h * k.rate[i];
     return result;
   };
   const Derivative k1 = derivative(state_, acting);
   const Derivative k2 = derivative(moved(k1, 0.5 * dt), acting);
   const Derivative k3 = derivative(moved(k2, 0.5 * dt), acting);
   const Derivative k4 = derivative(moved(k3, dt), acting);
-  for (std::size_t i = 0; i < state_count; ++i)
+  for (std::size_t i = 0; i < state_.size(); ++i)
     state_[i] += dt / 6.0 * (k1.rate[i] + 2.0 * k2.rate[i] + 2.0 * k3.rate[i] + k4.rate[i]);
   come_to_rest_or_go();
   write_output(acting);
@@ -255,16 +221,6 @@ void Plant::set_speed(double v_x) {
   for (std::size_t wheel = 0; wheel < wheel_count; ++wheel)
     state_[at(wheel, spin)] = v_x / parameters_.wheel_radius[wheel];
   write_output({});
-}
-
-double Plant::kinetic_energy() const {
-  const PlantParameters& p = parameters_;
-  double energy = 0.5 * p.mass * (state_[vel_x] * state_[vel_x] + state_[vel_y] * state_[vel_y]) +
-                  0.5 * p.yaw_inertia * state_[rate] * state_[rate];
-  for (std::size_t wheel = 0; wheel < wheel_count; ++wheel) {
-    energy += 0.5 * p.spin_inertia(wheel) * state_[at(wheel, spin)] * state_[at(wheel, spin)];
-  }
-  return energy;
 }
 
 }  // namespace odomd::sim

@@ -36,15 +36,11 @@ struct Tyre {
   double load_exponent = 0.8;        ///< p
 };
 
-struct TyreForce {
-  double x = 0.0;  ///< along the wheel [N]
-  double y = 0.0;  ///< to the left of the wheel [N]
-};
-
-/// `slip_x` is κ (positive if the wheel drives), `slip_y` is tan α (positive if the force points to
-/// the left). A wheel without load gives no force.
-[[nodiscard]] TyreForce tyre_force(const Tyre& tyre, double load, double friction, double slip_x,
-                                   double slip_y);
+/// The force along the wheel and to its left [N]. `slip_x` is κ (positive if the wheel drives),
+/// `slip_y` is tan α (positive if the force points to the left). A wheel without load gives no
+/// force.
+[[nodiscard]] Vector2 tyre_force(const Tyre& tyre, double load, double friction, double slip_x,
+                                 double slip_y);
 
 enum Wheel : std::size_t { front_left, front_right, rear_left, rear_right, wheel_count };
 
@@ -74,14 +70,10 @@ struct PlantOutput {
 
 [[nodiscard]] PlantOutput interpolate(const PlantOutput& from, const PlantOutput& to, double part);
 
-struct BodyForce {
-  double x = 0.0, y = 0.0;
-};
-
 /// Specific force (as measured by an accelerometer) at a point of the body, in body axes; `z` is
 /// the height above the ground.
-[[nodiscard]] BodyForce specific_force_at(const PlantOutput& output, double x, double y,
-                                          double z = 0.0);
+[[nodiscard]] Vector2 specific_force_at(const PlantOutput& output, double x, double y,
+                                        double z = 0.0);
 
 /// The rate that a gyro measures about the body's own upward axis [rad/s].
 [[nodiscard]] double body_yaw_rate(const PlantOutput& output);
@@ -149,7 +141,7 @@ enum class Motion : std::uint8_t { rolling, resting };
 
 class Plant {
  public:
-  /// Starts at rest at this pose. Throws std::invalid_argument for parameters that are not a car's.
+  /// Starts at rest at this pose. Masses, lengths, stiffnesses, lags and limits must be positive.
   Plant(PlantParameters parameters, double x, double y, double yaw);
 
   /// Advances by one Runge-Kutta step of at most 1 ms.
@@ -157,27 +149,38 @@ class Plant {
 
   [[nodiscard]] const PlantOutput& output() const { return output_; }
   [[nodiscard]] Motion motion() const { return motion_; }
-  [[nodiscard]] const PlantParameters& parameters() const { return parameters_; }
 
-  /// For tests and plots: vertical loads, and the tyres' slips κ and tan α.
-  [[nodiscard]] std::array<double, wheel_count> loads() const;
-  [[nodiscard]] std::array<double, wheel_count> slip_x() const;
-  [[nodiscard]] std::array<double, wheel_count> slip_y() const;
+  /// Vertical load of each wheel [N].
+  [[nodiscard]] std::array<double, wheel_count> loads() const { return loads(state_); }
 
   /// Makes the car roll straight on without slip.
   void set_speed(double v_x);
 
-  /// Kinetic energy of the body and the wheels [J].
-  [[nodiscard]] double kinetic_energy() const;
-
  private:
-  /// X, Y, yaw, v_x, v_y, yaw rate, steering, drive force, load-shifting accelerations (2), roll
-  /// and its rate, pitch and its rate; then for each wheel: spin [rad/s], angle turned [rad], tyre
-  /// deflection along x and y [m].
+  /// Indices in the state, for each wheel with at().
+  enum : std::size_t {
+    pos_x,
+    pos_y,
+    heading,
+    vel_x,
+    vel_y,
+    rate,
+    steer,
+    drive,
+    shift_x,  ///< load-shifting accelerations
+    shift_y,
+    roll,
+    roll_rate,
+    pitch,
+    pitch_rate,
+    wheels_begin
+  };
+  enum : std::size_t { spin, turned, bend_x, bend_y };  ///< bend: the tyre's deflection
   static constexpr std::size_t per_wheel = 4;
-  static constexpr std::size_t body_states = 14;
-  static constexpr std::size_t state_count = body_states + per_wheel * wheel_count;
-  using State = std::array<double, state_count>;
+  using State = std::array<double, wheels_begin + per_wheel * wheel_count>;
+  static constexpr std::size_t at(std::size_t wheel, std::size_t what) {
+    return wheels_begin + per_wheel * wheel + what;
+  }
 
   struct Derivative {
     State rate{};
@@ -187,6 +190,12 @@ class Plant {
     double x = 0.0, y = 0.0, moment = 0.0;
   };
 
+  struct WheelMotion;
+  [[nodiscard]] WheelMotion wheel_motion(const State& state, std::size_t wheel) const;
+  [[nodiscard]] static Attitude attitude(const State& s) {
+    return {
+        .roll = s[roll], .roll_rate = s[roll_rate], .pitch = s[pitch], .pitch_rate = s[pitch_rate]};
+  }
   [[nodiscard]] Derivative derivative(const State& state, const PlantInput& input) const;
   [[nodiscard]] GroundForces wheel_forces(const State& state, State& rates) const;
   [[nodiscard]] double delayed(double steering, double dt);

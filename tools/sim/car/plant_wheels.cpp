@@ -4,7 +4,6 @@
 #include <numbers>
 
 #include "tools/sim/car/plant.hpp"
-#include "tools/sim/car/plant_state.hpp"
 
 namespace odomd::sim {
 
@@ -24,8 +23,20 @@ double wheel_steering(const PlantParameters& p, std::size_t wheel, double steeri
   return std::atan2(l * t, l - wheel_position(p, wheel).y * t);
 }
 
+// The share of the requested torque that a wheel gets. The drive fades near its top speed, and a
+// brake holds a wheel that it has stopped.
+enum class Pedal : std::uint8_t { drive, brake };
+double torque_part(const PlantParameters& p, Pedal pedal, double v_x, double tread, double force) {
+  if (pedal == Pedal::brake)
+    return std::clamp(std::copysign(1.0, v_x) * tread / p.walking_speed(), -1.0, 1.0);
+  const double spinning = std::copysign(1.0, force) * tread;
+  return std::clamp(5.0 * (1.0 - spinning / p.top_speed), 0.0, 1.0);
+}
+
+}  // namespace
+
 // Motion of a tyre over the ground, in its own axes.
-struct WheelMotion {
+struct Plant::WheelMotion {
   double steering = 0.0;
   double v_x = 0.0;          // of the hub
   double slide_x = 0.0;      // of the contact: hub - tread, V_sx
@@ -40,8 +51,8 @@ struct WheelMotion {
 //   u̇ = -V_sx - V_t u / σ_κ,   κ = u / σ_κ;      v̇ = -V_sy - V_t v / σ_α,   tan α = v / σ_α
 // At standstill the tyre is a spring along u and v; its damping fades out as the wheel rolls. V_t
 // is the faster of hub and tread, along y at least |V_sy| / 2, which limits κ and tan α to 2.
-template <class State>
-WheelMotion wheel_motion(const PlantParameters& p, const State& s, std::size_t wheel) {
+Plant::WheelMotion Plant::wheel_motion(const State& s, std::size_t wheel) const {
+  const PlantParameters& p = parameters_;
   WheelMotion motion;
   motion.steering = wheel_steering(p, wheel, s[steer]);
   const Vector2 place = wheel_position(p, wheel);
@@ -67,47 +78,30 @@ WheelMotion wheel_motion(const PlantParameters& p, const State& s, std::size_t w
   return motion;
 }
 
-// The share of the requested torque that a wheel gets. The drive fades near its top speed, and a
-// brake holds a wheel that it has stopped.
-enum class Pedal : std::uint8_t { drive, brake };
-double torque_part(const PlantParameters& p, Pedal pedal, double v_x, double tread, double force) {
-  if (pedal == Pedal::brake)
-    return std::clamp(std::copysign(1.0, v_x) * tread / p.walking_speed(), -1.0, 1.0);
-  const double spinning = std::copysign(1.0, force) * tread;
-  return std::clamp(5.0 * (1.0 - spinning / p.top_speed), 0.0, 1.0);
-}
-
-}  // namespace
-
-// Static load, plus the load that a_x moves to the rear and a_y to the outer wheels:
+// Static load, plus the load that a_x moves to the rear and a_y to the outer wheels. On a rigid car
 //   ΔF_z = m a_x h / l per axle,   ΔF_z = m a_y h / w, divided between the axles by roll stiffness
 std::array<double, wheel_count> Plant::loads(const State& s) const {
   const PlantParameters& p = parameters_;
-  std::array<double, wheel_count> result{};
+  LoadShift shift;
   if (p.suspension.present()) {
     const Tracks tracks{.wheelbase = p.front_axle + p.rear_axle,
                         .front = p.track_width + 0.5 * p.track_difference,
                         .rear = p.track_width - 0.5 * p.track_difference};
-    const LoadShift shift =
-        load_shift(p.suspension, p.mass, attitude(s), tracks, s[shift_x], s[shift_y]);
-    const double upright = up_on(road_).z;
-    for (std::size_t wheel = 0; wheel < wheel_count; ++wheel) {
-      const bool front = wheel < rear_left;
-      const double along = front ? -0.5 * shift.to_rear : 0.5 * shift.to_rear;
-      const double across = front ? shift.front_to_right : shift.rear_to_right;
-      result[wheel] = std::max(
-          0.0, tyres_[wheel].nominal_load * upright + along + (wheel % 2 == 0 ? -across : across));
-    }
-    return result;
+    shift = load_shift(p.suspension, p.mass, attitude(s), tracks, s[shift_x], s[shift_y]);
+  } else {
+    const double across = p.mass * s[shift_y] * p.centre_height / p.track_width;
+    shift = {.to_rear = p.mass * s[shift_x] * p.centre_height / (p.front_axle + p.rear_axle),
+             .front_to_right = p.roll_front_share * across,
+             .rear_to_right = (1.0 - p.roll_front_share) * across};
   }
-  const double along = p.mass * s[shift_x] * p.centre_height / (p.front_axle + p.rear_axle);
-  const double across = p.mass * s[shift_y] * p.centre_height / p.track_width;
+  const double upright = up_on(road_).z;
+  std::array<double, wheel_count> result{};
   for (std::size_t wheel = 0; wheel < wheel_count; ++wheel) {
     const bool front = wheel < rear_left;
-    const double share = front ? p.roll_front_share : 1.0 - p.roll_front_share;
-    const double to_the_rear = front ? -0.5 * along : 0.5 * along;
-    const double to_the_right = wheel % 2 == 0 ? -share * across : share * across;
-    result[wheel] = std::max(0.0, tyres_[wheel].nominal_load + to_the_rear + to_the_right);
+    const double along = front ? -0.5 * shift.to_rear : 0.5 * shift.to_rear;
+    const double across = front ? shift.front_to_right : shift.rear_to_right;
+    result[wheel] = std::max(
+        0.0, tyres_[wheel].nominal_load * upright + along + (wheel % 2 == 0 ? -across : across));
   }
   return result;
 }
@@ -130,11 +124,11 @@ Plant::GroundForces Plant::wheel_forces(const State& state, State& rates) const 
   for (std::size_t wheel = 0; wheel < wheel_count; ++wheel) {
     const bool front = wheel < rear_left;
     const double radius = p.wheel_radius[wheel];
-    const WheelMotion motion = wheel_motion(p, s, wheel);
+    const WheelMotion motion = wheel_motion(s, wheel);
     const Vector2 place = wheel_position(p, wheel);
     const Vector2 ahead = rotate(place, s[heading]);
     const double friction = friction_at(s[pos_x] + ahead.x, s[pos_y] + ahead.y);
-    const TyreForce tyre =
+    const Vector2 tyre =
         tyre_force(tyres_[wheel], load[wheel], friction, motion.slip_x, motion.slip_y);
 
     const double rolling =
@@ -160,24 +154,6 @@ Plant::GroundForces Plant::wheel_forces(const State& state, State& rates) const 
         -motion.slide_y - motion.transport_y * s[at(wheel, bend_y)] / p.relaxation_length;
   }
   return force;
-}
-
-std::array<double, wheel_count> Plant::loads() const {
-  return loads(state_);
-}
-
-std::array<double, wheel_count> Plant::slip_x() const {
-  std::array<double, wheel_count> result{};
-  for (std::size_t wheel = 0; wheel < wheel_count; ++wheel)
-    result[wheel] = wheel_motion(parameters_, state_, wheel).slip_x;
-  return result;
-}
-
-std::array<double, wheel_count> Plant::slip_y() const {
-  std::array<double, wheel_count> result{};
-  for (std::size_t wheel = 0; wheel < wheel_count; ++wheel)
-    result[wheel] = wheel_motion(parameters_, state_, wheel).slip_y;
-  return result;
 }
 
 }  // namespace odomd::sim

@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
-#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace odomd::sim {
 namespace {
@@ -58,9 +60,8 @@ constexpr double wheel_radius = 0.344, wheel_inertia = 1.7;
 constexpr double cornering_stiffness_per_load = 21.92, slip_stiffness_per_load = 22.303;
 constexpr double tyre_shape = 1.3507, tyre_load_exponent = 0.85;
 
-// The column of the car.
+// The column of a sprung car.
 std::size_t published(CarKind car) {
-  if (!is_sprung(car)) throw std::invalid_argument("there is no published data of this car");
   return static_cast<std::size_t>(car) - static_cast<std::size_t>(CarKind::bmw_320i);
 }
 
@@ -110,52 +111,43 @@ Suspension suspension(std::size_t car) {
           .pitch_damping = a * a * front.ride_damping + b * b * rear.ride_damping};
 }
 
-constexpr std::array names{
-    std::pair{CarKind::scale_car, std::string_view("scale")},
-    std::pair{CarKind::saloon, std::string_view("saloon")},
-    std::pair{CarKind::bmw_320i, std::string_view("bmw_320i")},
-    std::pair{CarKind::ford_escort, std::string_view("ford_escort")},
-    std::pair{CarKind::vw_vanagon, std::string_view("vw_vanagon")},
-};
+constexpr std::array<std::string_view, 5> names{"scale", "saloon", "bmw_320i", "ford_escort",
+                                                "vw_vanagon"};
 
 // Properties of the 1:10 car that a configuration does not have: soft foam tyres, a brushless
 // motor, a servo.
 PlantParameters scale_car() {
-  PlantParameters p;
-  p.centre_height = 0.04;
-  p.slip_stiffness_ratio = 3.0;
-  p.tyre_damping = 0.03;
-  p.rolling_resistance = 0.02;
-  p.drag = 0.01;
-  p.wheel_inertia = 3.3e-5;
-  p.motor_inertia = 6e-5;
-  p.roll_front_share = 0.5;
-  p.load_lag = 0.03;
-  p.top_speed = 15.0;
-  p.drive_lag = 0.03;
-  p.steering_limit = 0.5;
-  p.rest_speed = 0.001;
-  return p;
+  return {.centre_height = 0.04,
+          .slip_stiffness_ratio = 3.0,
+          .tyre_damping = 0.03,
+          .rolling_resistance = 0.02,
+          .drag = 0.01,
+          .wheel_inertia = 3.3e-5,
+          .motor_inertia = 6e-5,
+          .roll_front_share = 0.5,
+          .load_lag = 0.03,
+          .top_speed = 15.0,
+          .drive_lag = 0.03,
+          .steering_limit = 0.5,
+          .rest_speed = 0.001};
 }
 
 // A saloon of 1.7 t with a rigid body.
 PlantParameters saloon() {
-  PlantParameters p;
-  p.centre_height = 0.55;
-  p.slip_stiffness_ratio = 1.3;
-  p.tyre_damping = 0.02;
-  p.rolling_resistance = 0.012;
-  p.drag = 0.42;
-  p.wheel_inertia = 1.2;
-  p.motor_inertia = 1.0;
-  p.brake_front_share = 0.65;
-  p.roll_front_share = 0.55;
-  p.load_lag = 0.12;
-  p.top_speed = 60.0;
-  p.drive_lag = 0.1;
-  p.steering_limit = 0.55;
-  p.rest_speed = 0.004;
-  return p;
+  return {.centre_height = 0.55,
+          .slip_stiffness_ratio = 1.3,
+          .tyre_damping = 0.02,
+          .rolling_resistance = 0.012,
+          .drag = 0.42,
+          .wheel_inertia = 1.2,
+          .motor_inertia = 1.0,
+          .brake_front_share = 0.65,
+          .roll_front_share = 0.55,
+          .load_lag = 0.12,
+          .top_speed = 60.0,
+          .drive_lag = 0.1,
+          .steering_limit = 0.55,
+          .rest_speed = 0.004};
 }
 
 double millimetres(double length) {
@@ -185,21 +177,18 @@ Suspension true_suspension(Suspension s, double load, double stiffness) {
 }  // namespace
 
 std::string car_names() {
-  std::string all;
-  for (const auto& [car, name] : names) all += (all.empty() ? "" : "|") + std::string(name);
-  return all;
+  return fmt::format("{}", fmt::join(names, "|"));
 }
 
 CarKind find_car(std::string_view name) {
-  for (const auto& [car, known] : names)
-    if (known == name) return car;
-  throw std::invalid_argument("no car \"" + std::string(name) + "\"; available: " + car_names());
+  const auto* const found = std::ranges::find(names, name);
+  if (found == names.end())
+    throw std::invalid_argument(fmt::format("no car \"{}\"; available: {}", name, car_names()));
+  return static_cast<CarKind>(found - names.begin());
 }
 
 std::string_view car_name(CarKind car) {
-  for (const auto& [known, name] : names)
-    if (known == car) return name;
-  return {};
+  return names[static_cast<std::size_t>(car)];
 }
 
 PlantParameters published_car(CarKind kind) {

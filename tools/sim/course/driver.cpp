@@ -9,66 +9,58 @@
 namespace odomd::sim {
 namespace {
 
-constexpr double sideslip_gain = 5.0, yaw_gain = 25.0;  // [1/s]
-constexpr double throttle_gain = 0.7;                   // force / (mass · speed error) [1/s]
-constexpr double used_grip = 0.85;  // share of μ g for the centripetal acceleration
+// The input for a car with rear-wheel drive that slides through a curve: the throttle spins the
+// rear wheels, which uses up their grip, and the front wheels, turned against the curve, keep the
+// sideslip angle β_target, which is opposite to the curve.
+PlantInput hold_slide(const PlantParameters& car, const PlantOutput& now, double target,
+                      double curvature) {
+  constexpr double sideslip_gain = 5.0, yaw_gain = 25.0;  // [1/s]
+  constexpr double throttle_gain = 0.7;                   // force / (mass · speed error) [1/s]
+  constexpr double used_grip = 0.85;  // share of μ g for the centripetal acceleration
 
-/// Required tyre forces, in the car's axes [N].
-struct AxleForces {
-  double front_limit = 0.0, rear_limit = 0.0;  ///< μ F_z
-  double front_y = 0.0, rear_y = 0.0;
-};
-
-// The course rate ν̇ grows with speed / curve speed. With β̇ = ν̇ - ψ̇ the required yaw rate is
-// ψ̇ = ν̇ - k (β_target - β). The front axle supplies the yaw moment for it, J ψ̈ = l_v F_v - l_h F_h,
-// as far as it grips; the rear axle gives up lateral force for the rest.
-AxleForces wanted_forces(const PlantParameters& car, const PlantOutput& now,
-                         const SlideTarget& target) {
+  // The course rate ν̇ grows with speed / curve speed. With β̇ = ν̇ - ψ̇ the required yaw rate is
+  // ψ̇ = ν̇ - k (β_target - β).
   const double grip = car.friction * standard_gravity;
   const double speed = std::hypot(now.v_x, now.v_y);
   const double sideslip = std::atan2(now.v_y, now.v_x);
-  const double curve_speed = std::sqrt(used_grip * grip / std::abs(target.curvature));
-  const double part = std::clamp(used_grip + speed / curve_speed - 1.0, 0.7, 0.95);
-  const double centripetal = std::copysign(part * grip, target.curvature);
-  const double yaw_rate = centripetal / speed - sideslip_gain * (target.sideslip - sideslip);
+  const double curve_speed = std::sqrt(used_grip * grip / std::abs(curvature));
+  const double course_part = std::clamp(used_grip + speed / curve_speed - 1.0, 0.7, 0.95);
+  const double centripetal = std::copysign(course_part * grip, curvature);
+  const double yaw_rate = centripetal / speed - sideslip_gain * (target - sideslip);
   const double moment = car.yaw_inertia * yaw_gain * (yaw_rate - now.yaw_rate);
 
+  // The front axle supplies the yaw moment for it, J ψ̈ = l_v F_v - l_h F_h, as far as it grips; the
+  // rear axle gives up lateral force for the rest.
   const double rear_share = car.front_axle / (car.front_axle + car.rear_axle);
+  const double front_limit = (1.0 - rear_share) * car.mass * grip;  // μ F_z
+  const double rear_limit = 0.97 * (rear_share * car.mass * grip);
   const double lateral = car.mass * centripetal * std::cos(sideslip);
-  AxleForces result{.front_limit = (1.0 - rear_share) * car.mass * grip,
-                    .rear_limit = rear_share * car.mass * grip};
   const double steady = (1.0 - rear_share) * lateral;
-  const double most = 0.9 * result.front_limit;
-  result.front_y = std::clamp(steady + moment / car.front_axle, -most, most);
-  const double rest = moment - car.front_axle * (result.front_y - steady);
-  result.rear_y = rear_share * lateral - rest / car.rear_axle;
-  return result;
-}
+  const double front_y =
+      std::clamp(steady + moment / car.front_axle, -0.9 * front_limit, 0.9 * front_limit);
+  const double rest = moment - car.front_axle * (front_y - steady);
+  const double rear_y = rear_share * lateral - rest / car.rear_axle;
 
-// δ = angle of the front axle's motion + α, with α from F = μ F_z sin(c atan(s / c)),
-// s = C α / (μ F_z)
-double steering(const PlantParameters& car, const PlantOutput& now, const AxleForces& force) {
+  // δ = angle of the front axle's motion + α, with α from F = μ F_z sin(c atan(s / c)),
+  // s = C α / (μ F_z)
   const double motion = std::atan2(now.v_y + car.front_axle * now.yaw_rate, now.v_x);
   const double c = car.tyre_shape;
-  const double s = c * std::tan(std::asin(force.front_y / force.front_limit) / c);
-  const double slip_angle = s * force.front_limit / car.cornering_stiffness_front;
-  return std::clamp(motion + slip_angle, -car.steering_limit, car.steering_limit);
-}
+  const double s = c * std::tan(std::asin(front_y / front_limit) / c);
+  const double slip_angle = s * front_limit / car.cornering_stiffness_front;
 
-// The rear axle slides: its force is on the friction circle, and the ratio of its slips is that of
-// their forces: κ / tan α = (F_x / C_κ) / (F_y / C_α). The throttle holds the wheel speed for κ.
-double throttle(const PlantParameters& car, const PlantOutput& now, const SlideTarget& target,
-                const AxleForces& force) {
-  const double inwards = std::copysign(force.rear_y, force.rear_y * target.curvature);
-  const double part = std::clamp(inwards / (0.97 * force.rear_limit), 0.05, 1.0);
+  // The rear axle slides: its force is on the friction circle, and the ratio of its slips is that
+  // of their forces: κ / tan α = (F_x / C_κ) / (F_y / C_α). The throttle holds the speed for κ.
+  const double inwards = std::copysign(rear_y, rear_y * curvature);
+  const double part = std::clamp(inwards / rear_limit, 0.05, 1.0);
   const double ratio = std::sqrt(1.0 / (part * part) - 1.0);  // F_x / F_y
   const double forward = std::max(now.v_x, 0.1);
   const double tan_slip = std::abs(now.v_y - car.rear_axle * now.yaw_rate) / forward;
   const double slip = std::min(0.7, tan_slip * ratio / car.slip_stiffness_ratio);
   const double tread = 0.5 * (now.wheel_rate[rear_left] * car.wheel_radius[rear_left] +
                               now.wheel_rate[rear_right] * car.wheel_radius[rear_right]);
-  return 0.97 * force.rear_limit * part * ratio +
-         throttle_gain * car.mass * (forward / (1.0 - slip) - tread);
+  return {.steering = std::clamp(motion + slip_angle, -car.steering_limit, car.steering_limit),
+          .force = rear_limit * part * ratio +
+                   throttle_gain * car.mass * (forward / (1.0 - slip) - tread)};
 }
 
 // Distance to the end at which the car has arrived [m].
@@ -97,12 +89,6 @@ std::vector<double> plan_speed(const Leg& leg, const DriverLimits& limits) {
 }
 
 }  // namespace
-
-PlantInput hold_slide(const PlantParameters& car, const PlantOutput& now,
-                      const SlideTarget& target) {
-  const AxleForces force = wanted_forces(car, now, target);
-  return {.steering = steering(car, now, force), .force = throttle(car, now, target, force)};
-}
 
 TrackPoint standing_pose(const PlantParameters& car, const Leg& leg) {
   TrackPoint p = leg.track->at(leg.begin);
@@ -150,42 +136,39 @@ double Driver::planned_speed(double s) const {
 // Then
 //   κ_c = κ - e / λ² - 2 sin θ / λ
 // makes the loop critically damped with the length λ, forward and in reverse.
-double Driver::path_curvature(const PlantOutput& car, double curvature, double reach) const {
-  const Leg& leg = legs_[leg_];
-  const double wheelbase = car_.front_axle + car_.rear_axle;
-  const double rear_x = car.x - car_.rear_axle * std::cos(car.yaw);
-  const double rear_y = car.y - car_.rear_axle * std::sin(car.yaw);
-  const TrackPoint here = leg.track->at(s_);
+double Driver::path_curvature(const PlantOutput& car, Vector2 rear, double curvature,
+                              double reach) const {
+  const TrackPoint here = legs_[leg_].track->at(s_);
   const double e =
-      (rear_y - here.y) * std::cos(here.heading) - (rear_x - here.x) * std::sin(here.heading);
-  double course = car.yaw + (leg.gear == Gear::reverse ? std::numbers::pi : 0.0);
-  if (std::abs(car.v_x) > 2.0 * wheelbase)
+      (rear.y - here.y) * std::cos(here.heading) - (rear.x - here.x) * std::sin(here.heading);
+  double course = car.yaw + (legs_[leg_].gear == Gear::reverse ? std::numbers::pi : 0.0);
+  if (std::abs(car.v_x) > 2.0 * (car_.front_axle + car_.rear_axle))
     course += std::atan((car.v_y - car_.rear_axle * car.yaw_rate) / car.v_x);
-  const double theta = course - here.heading;
-  return curvature - std::clamp(e, -reach, reach) / (reach * reach) - 2.0 * std::sin(theta) / reach;
+  return curvature - std::clamp(e, -reach, reach) / (reach * reach) -
+         2.0 * std::sin(course - here.heading) / reach;
 }
 
-// u = ±tan δ = l κ_c. Driving forward, adds the understeer of linear tyres,
+// ±tan δ = l κ_c; driving forward, with the understeer of linear tyres,
 // δ += (m/l)(l_h/C_v - l_v/C_h) a_y.
-double Driver::steering(const PlantOutput& car) const {
+double Driver::steering(const PlantOutput& car, Vector2 rear) const {
   const Leg& leg = legs_[leg_];
-  const double sign = gear_sign(leg.gear);
   const double wheelbase = car_.front_axle + car_.rear_axle;
   const double speed = std::abs(car.v_x);
   const double preview = (car_.steering_delay + car_.steering_lag + 0.07) * speed;
   const double curvature = leg.track->at(s_ + preview).curvature;
   const double reach = std::max(1.5 * wheelbase, limits_.horizon * speed);
-  const double u = wheelbase * path_curvature(car, curvature, reach);
+  const double commanded = path_curvature(car, rear, curvature, reach);
   const double understeer = car_.mass / wheelbase *
                             (car_.rear_axle / car_.cornering_stiffness_front -
                              car_.front_axle / car_.cornering_stiffness_rear);
   const double extra = leg.gear == Gear::forward ? understeer * speed * speed * curvature : 0.0;
-  return std::clamp(sign * std::atan(u) + extra, -car_.steering_limit, car_.steering_limit);
+  return std::clamp(gear_sign(leg.gear) * std::atan(wheelbase * commanded) + extra,
+                    -car_.steering_limit, car_.steering_limit);
 }
 
 // A slide begins shortly before a curve if the car is fast enough, and ends before the curve does.
 // The sideslip angle is ramped; normal driving resumes once the car grips again.
-std::optional<PlantInput> Driver::slide(const PlantOutput& car, double dt) {
+std::optional<PlantInput> Driver::slide(const PlantOutput& car, Vector2 rear, double dt) {
   const Leg& leg = legs_[leg_];
   if (leg.slide == 0.0) return std::nullopt;
   constexpr double begin = 0.3, end = 0.6;    // times before the curve begins and ends [s]
@@ -204,10 +187,8 @@ std::optional<PlantInput> Driver::slide(const PlantOutput& car, double dt) {
   if (sideslip_ == 0.0 && std::abs(std::atan2(car.v_y, car.v_x)) < grips) return std::nullopt;
 
   // Limited to about the curvature of the curve: a slide cannot change sides.
-  const double corrected = path_curvature(car, slide_curvature_, reach) / slide_curvature_;
-  return hold_slide(
-      car_, car,
-      {.sideslip = sideslip_, .curvature = slide_curvature_ * std::clamp(corrected, 0.5, 1.5)});
+  const double corrected = path_curvature(car, rear, slide_curvature_, reach) / slide_curvature_;
+  return hold_slide(car_, car, sideslip_, slide_curvature_ * std::clamp(corrected, 0.5, 1.5));
 }
 
 PlantInput Driver::drive(const PlantOutput& car, double dt) {
@@ -218,11 +199,11 @@ PlantInput Driver::drive(const PlantOutput& car, double dt) {
   }
   const Leg& leg = legs_[leg_];
   const double sign = gear_sign(leg.gear);
-  const double rear_x = car.x - car_.rear_axle * std::cos(car.yaw);
-  const double rear_y = car.y - car_.rear_axle * std::sin(car.yaw);
-  s_ = leg.track->nearest(rear_x, rear_y, s_);
+  const Vector2 rear{car.x - car_.rear_axle * std::cos(car.yaw),
+                     car.y - car_.rear_axle * std::sin(car.yaw)};
+  s_ = leg.track->nearest(rear.x, rear.y, s_);
   const TrackPoint foot = leg.track->at(s_);
-  off_track_ = std::hypot(rear_x - foot.x, rear_y - foot.y);
+  off_track_ = std::hypot(rear.x - foot.x, rear.y - foot.y);
   if (ends_ == Ends::moving ? s_ >= leg.end : standing && leg.end - s_ <= arrived) {
     finished_ += leg.end - leg.begin;
     wait_ = ends_ == Ends::moving ? 0.0 : leg.pause;
@@ -231,12 +212,12 @@ PlantInput Driver::drive(const PlantOutput& car, double dt) {
     begin_leg();
     return {.steering = steering_, .force = 0.0};
   }
-  if (const auto input = slide(car, dt)) {
+  if (const auto input = slide(car, rear, dt)) {
     wanted_speed_ = car.v_x;
     steering_ = input->steering;
     return *input;
   }
-  steering_ = steering(car);
+  steering_ = steering(car, rear);
 
   // The planned speed one drive lag ahead; only increases are ramped.
   const double speed = sign * car.v_x;

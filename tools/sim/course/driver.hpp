@@ -14,17 +14,6 @@
 
 namespace odomd::sim {
 
-/// In a power slide the throttle spins the rear wheels, which uses up their grip, and the front
-/// wheels, turned against the curve, keep the sideslip angle. The target of a slide:
-struct SlideTarget {
-  double sideslip = 0.0;   ///< β [rad], opposite to the curve: negative in a left curve
-  double curvature = 0.0;  ///< of the path [1/m], positive to the left
-};
-
-/// The input for a car with rear-wheel drive that slides through a curve.
-[[nodiscard]] PlantInput hold_slide(const PlantParameters& car, const PlantOutput& now,
-                                    const SlideTarget& target);
-
 enum class Gear : std::uint8_t { forward, reverse };
 
 /// A drive from the car's position along a track to `end`, with a stop there.
@@ -81,9 +70,10 @@ class Driver {
  private:
   void begin_leg();
   [[nodiscard]] double planned_speed(double s) const;
-  [[nodiscard]] double path_curvature(const PlantOutput& car, double curvature, double reach) const;
-  [[nodiscard]] double steering(const PlantOutput& car) const;
-  [[nodiscard]] std::optional<PlantInput> slide(const PlantOutput& car, double dt);
+  [[nodiscard]] double path_curvature(const PlantOutput& car, Vector2 rear, double curvature,
+                                      double reach) const;
+  [[nodiscard]] double steering(const PlantOutput& car, Vector2 rear) const;
+  [[nodiscard]] std::optional<PlantInput> slide(const PlantOutput& car, Vector2 rear, double dt);
 
   PlantParameters car_;
   std::vector<Leg> legs_;

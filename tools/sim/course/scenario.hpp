@@ -1,7 +1,7 @@
 // The scenarios: car, route, speed, and patches on the road.
 #pragma once
 
-#include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -26,7 +26,7 @@ struct Scenario {
   double max_speed = 3.0;
   int laps = 1;  ///< default
   DriverLimits limits;
-  Route (*route)(double speed, int laps);
+  std::function<Route(double speed, int laps)> route;
   double grade = 0.0;  ///< default of the parameter road_grade [1]
   double bank = 0.0;   ///< default of the parameter road_bank [rad]
 };

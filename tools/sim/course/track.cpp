@@ -3,24 +3,20 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
 namespace odomd::sim {
 namespace {
 
-double distance(Point a, Point b) {
-  return std::hypot(b.x - a.x, b.y - a.y);
-}
-double distance(Corner a, Corner b) {
+double distance(Vector2 a, Vector2 b) {
   return std::hypot(b.x - a.x, b.y - a.y);
 }
 
 // Points at equal distances along a polyline, including its ends. The polyline of a closed track
 // ends at its start.
-std::vector<Point> equidistant(const std::vector<Point>& line, std::size_t intervals) {
+std::vector<Vector2> equidistant(const std::vector<Vector2>& line, std::size_t intervals) {
   std::vector<double> s(line.size(), 0.0);
   for (std::size_t i = 1; i < line.size(); ++i) s[i] = s[i - 1] + distance(line[i - 1], line[i]);
-  std::vector<Point> result;
+  std::vector<Vector2> result;
   result.reserve(intervals + 1);
   std::size_t i = 1;
   for (std::size_t k = 0; k < intervals; ++k) {
@@ -35,7 +31,7 @@ std::vector<Point> equidistant(const std::vector<Point>& line, std::size_t inter
 }
 
 // The point `i`; beyond the ends a closed track continues round, an open one straight on.
-Point beyond(const std::vector<Point>& line, Shape shape, std::ptrdiff_t i) {
+Vector2 beyond(const std::vector<Vector2>& line, Shape shape, std::ptrdiff_t i) {
   const auto last = static_cast<std::ptrdiff_t>(line.size()) - 1;
   const auto get = [&line](std::ptrdiff_t k) { return line[static_cast<std::size_t>(k)]; };
   if (shape == Shape::closed) return get(((i % last) + last) % last);
@@ -52,12 +48,12 @@ Point beyond(const std::vector<Point>& line, Shape shape, std::ptrdiff_t i) {
 }
 
 // A moving average over 2 half + 1 samples.
-std::vector<Point> smoothed(const std::vector<Point>& line, Shape shape, std::ptrdiff_t half) {
-  std::vector<Point> result(line.size());
+std::vector<Vector2> smoothed(const std::vector<Vector2>& line, Shape shape, std::ptrdiff_t half) {
+  std::vector<Vector2> result(line.size());
   for (std::size_t i = 0; i < line.size(); ++i) {
-    Point sum;
+    Vector2 sum;
     for (std::ptrdiff_t k = -half; k <= half; ++k) {
-      const Point p = beyond(line, shape, static_cast<std::ptrdiff_t>(i) + k);
+      const Vector2 p = beyond(line, shape, static_cast<std::ptrdiff_t>(i) + k);
       sum.x += p.x;
       sum.y += p.y;
     }
@@ -67,7 +63,7 @@ std::vector<Point> smoothed(const std::vector<Point>& line, Shape shape, std::pt
   return result;
 }
 
-double length_of(const std::vector<Point>& line) {
+double length_of(const std::vector<Vector2>& line) {
   double sum = 0.0;
   for (std::size_t i = 1; i < line.size(); ++i) sum += distance(line[i - 1], line[i]);
   return sum;
@@ -94,12 +90,10 @@ double bank_at(const RoadProfile& profile, const Track& track, double s) {
 
 }  // namespace
 
-Track::Track(const std::vector<Point>& points, Shape shape, double smoothing) : shape_(shape) {
-  std::vector<Point> line = points;
+Track::Track(const std::vector<Vector2>& points, Shape shape, double smoothing) : shape_(shape) {
+  std::vector<Vector2> line = points;
   if (shape == Shape::closed && !line.empty()) line.push_back(line.front());
   const double length = length_of(line);
-  if (line.size() < 3 || !(length > 0.0) || !(smoothing > 0.0))
-    throw std::invalid_argument("a track needs three points, a length and a smoothing length");
   const auto intervals = static_cast<std::size_t>(std::max(20.0, 20.0 * length / smoothing));
   line = equidistant(line, intervals);
   // Smoothed twice, so that the curvature is continuous and its slope bounded.
@@ -111,7 +105,7 @@ Track::Track(const std::vector<Point>& points, Shape shape, double smoothing) : 
   double before = 0.0;
   for (std::size_t k = 0; k < line.size(); ++k) {
     const auto i = static_cast<std::ptrdiff_t>(k);
-    const Point a = beyond(line, shape, i - 1), b = line[k], c = beyond(line, shape, i + 1);
+    const Vector2 a = beyond(line, shape, i - 1), b = line[k], c = beyond(line, shape, i + 1);
     double heading = std::atan2(c.y - a.y, c.x - a.x);
     if (k > 0) heading = before + std::remainder(heading - before, 2.0 * std::numbers::pi);
     before = heading;
@@ -154,16 +148,12 @@ double Track::nearest(double x, double y, double s) const {
   return s;
 }
 
-std::vector<Point> rounded_polygon(const std::vector<Corner>& corners, Shape shape,
-                                   double spacing) {
+std::vector<Vector2> rounded_polygon(const std::vector<Corner>& corners, Shape shape,
+                                     double spacing) {
   const std::size_t n = corners.size();
-  if (n == 0) throw std::invalid_argument("a track needs corners");
-  std::vector<Point> line;
-  double rounded_off = 0.0;  // length of the current side that the previous corner's arc takes up
-  for (std::size_t i = 0; i <= n; ++i) {
-    // A closed polygon returns to its first corner, to check the length of its last side.
-    if (i == n && shape == Shape::open) break;
-    const Corner& c = corners[i % n];
+  std::vector<Vector2> line;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Corner& c = corners[i];
     if (shape == Shape::open && (i == 0 || i + 1 == n)) {
       line.push_back({c.x, c.y});
       continue;
@@ -173,11 +163,7 @@ std::vector<Point> rounded_polygon(const std::vector<Corner>& corners, Shape sha
     const double turn = std::remainder(out - in, 2.0 * std::numbers::pi);
     // The arc touches both sides at r tan(turn / 2) from the corner.
     const double tangent = c.radius * std::tan(0.5 * std::abs(turn));
-    if (rounded_off + tangent > distance(a, c) || tangent > distance(c, b))
-      throw std::invalid_argument("the corners of a track lie too close for their radii");
-    rounded_off = tangent;
-    if (i == n) break;
-    const Point start{c.x - tangent * std::cos(in), c.y - tangent * std::sin(in)};
+    const Vector2 start{c.x - tangent * std::cos(in), c.y - tangent * std::sin(in)};
     const double side = turn < 0.0 ? -1.0 : 1.0;
     const auto pieces =
         static_cast<std::size_t>(std::ceil(c.radius * std::abs(turn) / spacing)) + 1;

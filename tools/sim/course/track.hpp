@@ -10,10 +10,6 @@
 
 namespace odomd::sim {
 
-struct Point {
-  double x = 0.0, y = 0.0;  ///< [m]
-};
-
 /// A corner of a polygon, and the radius with which it is rounded.
 struct Corner {
   double x = 0.0, y = 0.0, radius = 0.0;  ///< [m]
@@ -29,9 +25,9 @@ enum class Shape : std::uint8_t { open, closed };
 
 class Track {
  public:
-  /// Passes through dense points, smoothed over `smoothing` metres to avoid jumps of the curvature.
-  /// Throws std::invalid_argument for fewer than three points or a length of zero.
-  Track(const std::vector<Point>& points, Shape shape, double smoothing);
+  /// Passes through three or more dense points, smoothed over `smoothing` metres to avoid jumps of
+  /// the curvature.
+  Track(const std::vector<Vector2>& points, Shape shape, double smoothing);
 
   [[nodiscard]] Shape shape() const { return shape_; }
   [[nodiscard]] double length() const { return step_ * static_cast<double>(points_.size() - 1); }
@@ -54,9 +50,9 @@ class Track {
 };
 
 /// Dense points along a polygon whose corners are rounded with arcs; the ends of an open polygon
-/// stay. Throws std::invalid_argument if there are no corners or their arcs do not fit.
-[[nodiscard]] std::vector<Point> rounded_polygon(const std::vector<Corner>& corners, Shape shape,
-                                                 double spacing);
+/// stay. The arcs must fit.
+[[nodiscard]] std::vector<Vector2> rounded_polygon(const std::vector<Corner>& corners, Shape shape,
+                                                   double spacing);
 
 /// Deviations of a road from level.
 struct RoadProfile {

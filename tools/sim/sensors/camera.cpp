@@ -1,49 +1,42 @@
 #include "tools/sim/sensors/camera.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
-#include <string>
 #include <utility>
+
+#include <fmt/format.h>
+
+#include "tools/cli/csv.hpp"
+#include "tools/sim/sensors/sensors.hpp"
 
 namespace odomd::sim {
 namespace {
 
 using enum Parameter;
 
-std::int64_t nanoseconds(double s) {
-  return std::llround(1e9 * s);
-}
-
 constexpr double width = 1920.0, height = 1080.0;
 
 }  // namespace
 
 Dropout parse_dropout(std::string_view text) {
-  Dropout dropout;
-  const char* const end = text.data() + text.size();
-  const auto begin = std::from_chars(text.data(), end, dropout.begin);
-  if (begin.ec == std::errc{} && begin.ptr != end && *begin.ptr == ':') {
-    const auto length = std::from_chars(begin.ptr + 1, end, dropout.length);
-    if (length.ec == std::errc{} && length.ptr == end && dropout.begin >= 0.0 &&
-        dropout.length > 0.0)
-      return dropout;
-  }
-  throw std::invalid_argument("\"" + std::string(text) +
-                              "\": expected BEGIN:LENGTH in seconds, such as 20:2");
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  const auto begin = tools::parse_number(text.substr(0, colon));
+  const auto length = tools::parse_number(text.substr(std::min(colon + 1, text.size())));
+  if (!begin || !length || !(*begin >= 0.0) || !(*length > 0.0))
+    throw std::invalid_argument(
+        fmt::format("\"{}\": expected BEGIN:LENGTH in seconds, such as 20:2", text));
+  return {*begin, *length};
 }
 
-Camera::Camera(const ParameterSet& truth, std::vector<Dropout> dropouts, std::uint64_t seed,
-               std::int64_t stamp_step_ns)
+Camera::Camera(const ParameterSet& truth, std::vector<Dropout> dropouts, std::uint64_t seed)
     : truth_(truth),
       dropouts_(std::move(dropouts)),
       timing_(seed, "latency of the camera"),
       noise_(seed, "noise of the camera"),
       outliers_(seed, "outliers of the camera"),
       lasting_noise_(seed, "lasting errors of the camera"),
-      stamp_step_ns_(stamp_step_ns),
       due_ns_(nanoseconds(timing_.uniform() * truth[camera_period])) {
   for (double& error : lasting_) error = lasting_noise_.normal();
 }
@@ -59,7 +52,7 @@ void Camera::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t
                      const PlantOutput& to, std::vector<estimator::CameraPose>& poses) {
   for (; due_ns_ <= to_ns; due_ns_ += nanoseconds(truth_[camera_period])) {
     // Rounded like a stamp: a stamp without a delay is then the exact time of the picture.
-    const std::int64_t capture_ns = due_ns_ / stamp_step_ns_ * stamp_step_ns_;
+    const std::int64_t capture_ns = whole_microseconds(due_ns_);
     const PlantOutput car = interpolate(
         from, to, static_cast<double>(capture_ns - from_ns) / static_cast<double>(to_ns - from_ns));
     const double x = truth_[camera_x], y = truth_[camera_y];
@@ -73,17 +66,16 @@ void Camera::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t
     const double astray = truth_[camera_outlier_size] * outliers_.uniform();
     const double direction = 2.0 * std::numbers::pi * outliers_.uniform();
 
-    const double second = 1e-9 * static_cast<double>(capture_ns);
+    const double second = seconds(capture_ns);
     const bool blind = std::ranges::any_of(dropouts_, [second](const Dropout& d) {
       return second >= d.begin && second < d.begin + d.length;
     });
     if (blind) continue;
 
     estimator::CameraPose pose;
-    pose.capture_ns =
-        (capture_ns + nanoseconds(truth_[camera_stamp_delay])) / stamp_step_ns_ * stamp_step_ns_;
-    pose.arrival_ns = (pose.capture_ns + nanoseconds(latency)) / stamp_step_ns_ * stamp_step_ns_;
-    pose.arrival_ns = std::max(pose.arrival_ns, last_arrival_ns_ + stamp_step_ns_);
+    pose.capture_ns = whole_microseconds(capture_ns + nanoseconds(truth_[camera_stamp_delay]));
+    pose.arrival_ns = std::max(whole_microseconds(pose.capture_ns + nanoseconds(latency)),
+                               last_arrival_ns_ + 1000);
     last_arrival_ns_ = pose.arrival_ns;
     const double lasting = truth_[camera_lasting_noise];
     const double lasting_yaw = truth_[camera_lasting_yaw_noise];
@@ -103,20 +95,17 @@ void Camera::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t
   }
 }
 
-MarkerPlaces configured_markers(CarKind car) {
-  if (car == CarKind::scale_car) return {{0.18, 0.0}, {-0.12, 0.0}};
-  return {{1.4, 0.0}, {-1.6, 0.0}};
+std::array<Vector2, 2> configured_markers(CarKind car) {
+  if (car == CarKind::scale_car) return {{{0.18, 0.0}, {-0.12, 0.0}}};
+  return {{{1.4, 0.0}, {-1.6, 0.0}}};
 }
 
 Film::Film(CarKind car, const ParameterSet& truth, std::uint64_t seed)
-    : truth_(truth), noise_(seed, "noise of the film") {
-  const MarkerPlaces places = configured_markers(car);
-  markers_ = {
-      MarkerPlace{places.front.x + truth[marker_error_front_x],
-                  places.front.y + truth[marker_error_front_y]},
-      MarkerPlace{places.rear.x + truth[marker_error_rear_x],
-                  places.rear.y + truth[marker_error_rear_y]},
-  };
+    : truth_(truth), markers_(configured_markers(car)), noise_(seed, "noise of the film") {
+  markers_[0].x += truth[marker_error_front_x];
+  markers_[0].y += truth[marker_error_front_y];
+  markers_[1].x += truth[marker_error_rear_x];
+  markers_[1].y += truth[marker_error_rear_y];
 }
 
 std::int64_t Film::frame_ns(std::int64_t frame) const {
@@ -135,7 +124,7 @@ void Film::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t t
     frame.t_s = static_cast<double>(frame_) / truth_[film_rate];
     const double c = std::cos(car.yaw), s = std::sin(car.yaw);
     for (std::size_t i = 0; i < markers_.size(); ++i) {
-      const MarkerPlace& place = markers_[i];
+      const Vector2& place = markers_[i];
       const double x = car.x + c * place.x - s * place.y;
       const double y = car.y + s * place.x + c * place.y;
       const double u = 0.5 * width - y / truth_[film_pixel] + truth_[film_noise] * noise_.normal();

@@ -25,8 +25,7 @@ struct Dropout {
 
 class Camera {
  public:
-  Camera(const ParameterSet& truth, std::vector<Dropout> dropouts, std::uint64_t seed,
-         std::int64_t stamp_step_ns);
+  Camera(const ParameterSet& truth, std::vector<Dropout> dropouts, std::uint64_t seed);
 
   /// Takes the pictures that are due after `from_ns` and up to `to_ns`. Appends the poses of the
   /// reference point in map axes, in the order of arrival, which may be after `to_ns`.
@@ -40,20 +39,13 @@ class Camera {
   std::vector<Dropout> dropouts_;
   RandomStream timing_, noise_, outliers_, lasting_noise_;
   std::array<double, 3> lasting_{};  // errors of x, y and yaw, in standard deviations
-  std::int64_t stamp_step_ns_;
   std::int64_t due_ns_ = 0;
   std::int64_t last_arrival_ns_ = 0;
 };
 
-struct MarkerPlace {
-  double x = 0.0, y = 0.0;  ///< body frame, from the centre of gravity [m]
-};
-
-/// The markers' positions as their owner measured them.
-struct MarkerPlaces {
-  MarkerPlace front, rear;
-};
-[[nodiscard]] MarkerPlaces configured_markers(CarKind car);
+/// The positions of the front and the rear marker as their owner measured them, in the body frame,
+/// from the centre of gravity.
+[[nodiscard]] std::array<Vector2, 2> configured_markers(CarKind car);
 
 /// A picture is 1920 x 1080; its u points to the map's -y, its v (downwards) to -x.
 struct FilmFrame {
@@ -75,7 +67,7 @@ class Film {
 
  private:
   ParameterSet truth_;
-  std::array<MarkerPlace, 2> markers_;
+  std::array<Vector2, 2> markers_;
   RandomStream noise_;
   std::int64_t frame_ = 0;
 };

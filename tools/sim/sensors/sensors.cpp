@@ -11,10 +11,6 @@ namespace {
 
 using enum Parameter;
 
-double seconds(std::int64_t ns) {
-  return 1e-9 * static_cast<double>(ns);
-}
-
 // Noise as a fraction of its full value: a part at rest, plus vibration that grows linearly with
 // speed up to vibration_speed.
 double noise_share(const ParameterSet& truth, const PlantOutput& car) {
@@ -56,7 +52,7 @@ Imu::Imu(const ParameterSet& truth, std::uint64_t seed)
       accel_noise_(seed, "noise of the accelerometers") {}
 
 ImuReading Imu::read(const PlantOutput& gyro_car, const PlantOutput& car, double dt) {
-  const BodyForce force = specific_force_at(car, truth_[imu_x], truth_[imu_y], truth_[imu_z]);
+  const Vector2 force = specific_force_at(car, truth_[imu_x], truth_[imu_y], truth_[imu_z]);
   const double c = std::cos(truth_[imu_yaw_error]), s = std::sin(truth_[imu_yaw_error]);
   const double share = noise_share(truth_, car);
   const double scale = 1.0 + truth_[accel_scale_error];

@@ -15,6 +15,17 @@
 
 namespace odomd::sim {
 
+[[nodiscard]] inline double seconds(std::int64_t ns) {
+  return 1e-9 * static_cast<double>(ns);
+}
+[[nodiscard]] inline std::int64_t nanoseconds(double s) {
+  return std::llround(1e9 * s);
+}
+/// The resolution of stamps in logs.
+[[nodiscard]] constexpr std::int64_t whole_microseconds(std::int64_t ns) {
+  return ns / 1000 * 1000;
+}
+
 /// The car's past outputs, for sensors with latency.
 class PastOutputs {
  public:

@@ -67,14 +67,6 @@ TEST(Track, HasNoJumpsOfCurvature) {
   }
 }
 
-TEST(Track, RefusesNoCornersAndArcsThatDoNotFit) {
-  EXPECT_THROW((void)rounded_polygon({}, Shape::closed, 0.01), std::invalid_argument);
-  EXPECT_THROW((void)rounded_polygon({{0, 0, 1}, {1.5, 0, 1}, {1.5, 6, 1}, {0, 6, 0.1}},
-                                     Shape::closed, 0.01),
-               std::invalid_argument);
-  EXPECT_THROW(Track({{0, 0}, {0, 0}, {0, 0}}, Shape::closed, 0.3), std::invalid_argument);
-}
-
 TEST(Driver, KeepsTheRearAxleOnTheTrack) {
   ParameterSet ideal = default_parameters(CarKind::scale_car);
   make_ideal(ideal);

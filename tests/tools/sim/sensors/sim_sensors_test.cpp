@@ -1,12 +1,11 @@
-// How the simulated sensors and the camera measure the truth.
+// How the simulated sensors measure the truth, also with errors that no configuration states:
+// latency, dead band, range, warm-up.
+#include <cstring>
 #include <numbers>
-#include <stdexcept>
 
-#include "tests/gtest.hpp"
-#include "tests/tools/scratch.hpp"
+#include "tests/tools/sim/sensors/moments.hpp"
 #include "tools/math/random.hpp"
-#include "tools/sim/car/parameters.hpp"
-#include "tools/sim/sensors/camera.hpp"
+#include "tools/sim/car_bus.hpp"
 #include "tools/sim/sensors/sensors.hpp"
 
 namespace odomd::sim::sim_sensors_test {
@@ -14,23 +13,7 @@ namespace {
 
 using enum Parameter;
 
-ParameterSet ideal() {
-  ParameterSet parameters = default_parameters(CarKind::scale_car);
-  make_ideal(parameters);
-  return parameters;
-}
-
-struct Moments {
-  double sum = 0.0, squares = 0.0;
-  int count = 0;
-  void add(double x) {
-    sum += x;
-    squares += x * x;
-    ++count;
-  }
-  [[nodiscard]] double mean() const { return sum / count; }
-  [[nodiscard]] double deviation() const { return std::sqrt(squares / count - mean() * mean()); }
-};
+constexpr double radius = 0.033;
 
 TEST(RandomStream, IsNormalAndTheSameForTheSameSeedAndName) {
   RandomStream a(7, "gyro"), b(7, "gyro"), other_name(7, "wheel"), other_seed(8, "gyro");
@@ -74,7 +57,7 @@ TEST(Parameters, OneErrorLeavesTheOthersAlone) {
 TEST(Imu, TheBiasWalksAsItsDensitySays) {
   Moments ends;
   for (std::uint64_t seed = 0; seed < 500; ++seed) {
-    ParameterSet truth = ideal();
+    ParameterSet truth = ideal_parameters();
     truth[gyro_bias_walk] = 1e-3;
     Imu imu(truth, seed);
     double last = 0.0;
@@ -86,7 +69,7 @@ TEST(Imu, TheBiasWalksAsItsDensitySays) {
 }
 
 TEST(Imu, ScalesBiasesAndTurnsWhatItFeels) {
-  ParameterSet truth = ideal();
+  ParameterSet truth = ideal_parameters();
   truth[gyro_scale_error] = 0.02;
   truth[gyro_bias] = 0.01;
   truth[accel_bias_x] = 0.3;
@@ -118,7 +101,7 @@ std::array<double, 2> noise_at(const ParameterSet& truth, double speed) {
 }
 
 TEST(Imu, VibratesOnTheMove) {
-  ParameterSet truth = ideal();
+  ParameterSet truth = ideal_parameters();
   truth[gyro_noise] = 0.01;
   truth[accel_noise] = 0.2;
   for (const double speed : {0.0, 3.0}) EXPECT_NEAR(noise_at(truth, speed)[0], 0.01, 3e-4);
@@ -140,12 +123,12 @@ TEST(Parameters, SprungCarsHaveTheSensorsThatAreStated) {
   EXPECT_EQ(sizes[wheel_radius_error_rear_right], 0.005);
   EXPECT_DOUBLE_EQ(sizes[steering_offset], 0.3 * degree);
   EXPECT_EQ(sizes[noise_at_rest], 0.2);
-  EXPECT_EQ(sprung_default(camera_noise), 0.05);
+  EXPECT_EQ(sizes[camera_noise], 0.05);
   EXPECT_EQ(default_parameters(CarKind::scale_car)[noise_at_rest], 1.0);
 }
 
 TEST(WheelEncoder, SpeaksInSteps) {
-  ParameterSet truth = ideal();
+  ParameterSet truth = ideal_parameters();
   truth[wheel_step] = 0.01;
   WheelEncoder encoder(truth, rear_left, 0.3, 1);
   PlantOutput car;
@@ -155,9 +138,9 @@ TEST(WheelEncoder, SpeaksInSteps) {
 }
 
 TEST(WheelEncoder, QuantisesWithoutDrift) {
-  ParameterSet truth = ideal();
+  ParameterSet truth = ideal_parameters();
   truth[encoder_counts] = 100;
-  constexpr double radius = 0.033, cycle = 0.01, speed = 0.9;
+  constexpr double cycle = 0.01, speed = 0.9;
   WheelEncoder encoder(truth, rear_left, radius, 1);
   const double count = 2.0 * std::numbers::pi * radius / 100.0;  // distance per encoder count
   PlantOutput car;
@@ -180,7 +163,7 @@ TEST(WheelEncoder, AStandingWheelReadsZero) {
 }
 
 TEST(SteeringSensor, ReadsTheCommandOrTheWheels) {
-  ParameterSet truth = ideal();
+  ParameterSet truth = ideal_parameters();
   truth[steering_offset] = 0.02;
   truth[steering_scale_error] = 0.1;
   PlantOutput car;
@@ -193,76 +176,127 @@ TEST(SteeringSensor, ReadsTheCommandOrTheWheels) {
   EXPECT_NEAR(SteeringSensor(truth, 1).read(car), 0.25, 1e-12);
 }
 
-std::vector<estimator::CameraPose> pictures(const ParameterSet& truth,
-                                            std::vector<Dropout> dropouts, double seconds) {
-  Camera camera(truth, std::move(dropouts), 5, 1000);
-  std::vector<estimator::CameraPose> poses;
-  for (std::int64_t t = 0; t < std::llround(seconds * 1e9); t += 500'000)
-    camera.advance(t, {}, t + 500'000, {}, poses);
-  return poses;
+// With the IMU in the centre of gravity.
+ParameterSet level_imu() {
+  ParameterSet parameters = ideal_parameters();
+  parameters[imu_x] = parameters[imu_y] = 0.0;
+  return parameters;
 }
 
-TEST(Camera, IsLateByWhatIsAskedFor) {
-  const ParameterSet truth = default_parameters(CarKind::scale_car);
-  const auto poses = pictures(truth, {}, 200.0);
-  EXPECT_NEAR(static_cast<double>(poses.size()), 200.0 / 0.035, 2.0);
-  Moments latency, x, yaw;
-  std::int64_t before = 0;
-  for (const estimator::CameraPose& pose : poses) {
-    const double late = 1e-9 * static_cast<double>(pose.arrival_ns - pose.capture_ns);
-    EXPECT_GE(late, 0.03 - 2e-6);
-    EXPECT_LE(late, 0.045);
-    EXPECT_GT(pose.arrival_ns, before);
-    before = pose.arrival_ns;
-    latency.add(late);
-    x.add(pose.x);
-    yaw.add(pose.yaw);
+// All measured quantities grow by 1 per second: yaw rate, accelerations, wheel speeds, steering
+// angle.
+PlantOutput ramp(double t) {
+  PlantOutput car{.yaw_rate = t, .accel_x = t, .accel_y = t, .steering = t};
+  for (double& angle : car.wheel_angle) angle = 0.5 * t * t / radius;
+  for (double& rate : car.wheel_rate) rate = t / radius;
+  return car;
+}
+
+double signal(const can::Frame& frame, unsigned start, unsigned bits, double factor) {
+  std::uint64_t raw = 0;
+  std::memcpy(&raw, frame.data.data(), sizeof raw);
+  return factor * static_cast<double>(static_cast<std::int64_t>(raw << (64U - bits - start)) >>
+                                      (64U - bits));
+}
+
+// The last values on the bus after half a second of the ramp: yaw rate, a_y, a wheel, steering.
+std::array<double, 4> last_values(const ParameterSet& truth) {
+  CarBus bus(truth, radius, 1);
+  std::vector<can::Frame> frames;
+  for (std::int64_t t = 0; t < 500'000'000; t += 500'000) {
+    const double now = 1e-9 * static_cast<double>(t);
+    bus.advance(t, ramp(now), t + 500'000, ramp(now + 0.0005), frames);
   }
-  EXPECT_NEAR(latency.mean(), 0.0375, 5e-4);
-  EXPECT_NEAR(x.deviation(), 0.008, 4e-4);
-  EXPECT_NEAR(yaw.deviation(), 0.0087, 4e-4);
-}
-
-TEST(Camera, StraysAsOftenAndAsFarAsIsAskedFor) {
-  ParameterSet truth = ideal();
-  truth[camera_outliers] = 0.1;
-  const auto poses = pictures(truth, {}, 200.0);
-  int outliers = 0;
-  for (const estimator::CameraPose& pose : poses) {
-    const double error = std::hypot(pose.x, pose.y);
-    EXPECT_LE(error, 0.3);
-    if (error > 0.0) ++outliers;
+  std::array<double, 4> values{};
+  for (const can::Frame& frame : frames) {
+    if (frame.id == 0x1A2) {
+      values[0] = signal(frame, 12, 18, 0.0002);
+      values[1] = signal(frame, 47, 17, 0.0025);
+    }
+    if (frame.id == 0x1A0) values[2] = signal(frame, 16, 24, 1e-5);
+    if (frame.id == 0x1A3) values[3] = signal(frame, 16, 24, 1e-6);
   }
-  EXPECT_NEAR(static_cast<double>(outliers) / static_cast<double>(poses.size()), 0.1, 0.015);
+  return values;
 }
 
-TEST(Camera, DropsOutAndComesBackUnchanged) {
-  const ParameterSet truth = default_parameters(CarKind::scale_car);
-  const auto all = pictures(truth, {}, 20.0);
-  const auto some = pictures(truth, {parse_dropout("5:2.5")}, 20.0);
-  EXPECT_NEAR(static_cast<double>(all.size() - some.size()), 2.5 / 0.035, 1.0);
-  EXPECT_EQ(all.back().x, some.back().x);
-  for (const estimator::CameraPose& pose : some)
-    EXPECT_TRUE(pose.capture_ns < 5'000'000'000 || pose.capture_ns >= 7'500'000'000);
-  EXPECT_THROW((void)parse_dropout("5"), std::invalid_argument);
-  EXPECT_THROW((void)parse_dropout("5:-1"), std::invalid_argument);
+TEST(Latency, MakesOneSourceLateAndLeavesTheOthersAlone) {
+  const std::array<double, 4> in_time = last_values(level_imu());
+  for (const double value : in_time) EXPECT_NEAR(value, 0.49, 0.011);
+  constexpr std::array latencies{gyro_latency, accel_latency, wheel_latency, steering_latency};
+  for (std::size_t late = 0; late < latencies.size(); ++late) {
+    ParameterSet truth = level_imu();
+    truth[latencies[late]] = 0.0803;
+    const std::array<double, 4> values = last_values(truth);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      EXPECT_NEAR(values[i], in_time[i] - (i == late ? 0.0803 : 0.0), i == late ? 0.003 : 0.0)
+          << late << ' ' << i;
+  }
 }
 
-TEST(Camera, SeesItsReferencePoint) {
-  ParameterSet truth = ideal();
-  truth[camera_x] = 0.1;
-  truth[camera_y] = 0.02;
-  truth[camera_yaw] = 0.3;
-  Camera camera(truth, {}, 5, 1000);
+TEST(PastOutputs, KeepsWheelsTurningBeforeTheFirst) {
+  PastOutputs past(20'000'000);
+  for (std::int64_t t = 0; t <= 100'000'000; t += 500'000)
+    past.add(t, ramp(1.0 + 1e-9 * static_cast<double>(t)));
+  EXPECT_NEAR(past.at(80'250'000).yaw_rate, 1.08025, 1e-12);
+
+  PastOutputs begun(20'000'000);
+  begun.add(0, ramp(1.0));
+  const PlantOutput before = begun.at(-10'000'000);
+  EXPECT_EQ(before.yaw_rate, 1.0);
+  EXPECT_NEAR(before.wheel_angle[0], (0.5 - 0.01) / radius, 1e-12);
+}
+
+TEST(WheelEncoder, ReadsZeroBelowTheDeadBand) {
+  ParameterSet truth = level_imu();
+  truth[wheel_dead_band] = 0.5;
+  WheelEncoder encoder(truth, rear_left, radius, 1);
   PlantOutput car;
-  car.x = 1.0;
-  car.yaw = std::numbers::pi / 2.0;
-  std::vector<estimator::CameraPose> poses;
-  camera.advance(0, car, 35'000'000, car, poses);
-  ASSERT_EQ(poses.size(), 1U);
-  EXPECT_NEAR(poses[0].x, 1.0 - 0.02, 1e-12);
-  EXPECT_NEAR(poses[0].y, 0.1, 1e-12);
-  EXPECT_NEAR(poses[0].yaw, std::numbers::pi / 2.0 + 0.3, 1e-12);
+  const auto read = [&](double speed) {
+    car.wheel_angle[rear_left] += speed * 0.01 / radius;
+    return encoder.read(car, 0.01);
+  };
+  EXPECT_EQ(read(0.49), 0.0);
+  EXPECT_NEAR(read(0.51), 0.51, 1e-9);
+  EXPECT_EQ(read(-0.49), 0.0);
+  EXPECT_NEAR(read(-0.51), -0.51, 1e-9);
+}
+
+TEST(WheelEncoder, ReadsTheSpeedAtOnceOfAWheelThatTurns) {
+  WheelEncoder encoder(level_imu(), rear_left, radius, 1);
+  EXPECT_NEAR(encoder.read({.wheel_rate = {0.0, 0.0, 30.0, 0.0}}, 0.01), 30.0 * radius, 1e-9);
+}
+
+TEST(Sensors, SaturateAtTheirRange) {
+  ParameterSet truth = level_imu();
+  truth[gyro_range] = 2.0;
+  truth[accel_range] = 5.0;
+  truth[steering_range] = 0.3;
+  Imu imu(truth, 1);
+  for (const double sign : {1.0, -1.0}) {
+    const PlantOutput hard{
+        .yaw_rate = sign * 3.0, .accel_x = sign * 8.0, .accel_y = sign * 6.0, .steering = sign};
+    const ImuReading reading = imu.read(hard, hard, 0.005);
+    EXPECT_EQ(reading.yaw_rate, sign * 2.0);
+    EXPECT_EQ(reading.accel_x, sign * 5.0);
+    EXPECT_EQ(reading.accel_y, sign * 5.0);
+    EXPECT_EQ(SteeringSensor(truth, 1).read(hard), sign * 0.3);
+    EXPECT_NEAR(imu.read({.yaw_rate = sign}, {}, 0.005).yaw_rate, sign, 1e-12);
+  }
+}
+
+TEST(Imu, DriftsAsItWarmsUp) {
+  ParameterSet truth = level_imu();
+  truth[gyro_drift] = -0.02;
+  truth[gyro_drift_time] = 60.0;
+  Imu imu(truth, 1);
+  double read = 0.0;
+  const auto after = [&](double seconds) {
+    for (long k = 0; k < std::lround(seconds / 0.005); ++k) read = imu.read({}, {}, 0.005).yaw_rate;
+    return read;
+  };
+  EXPECT_NEAR(after(0.005), 0.0, 1e-5);
+  EXPECT_NEAR(after(60.0), -0.02 * (1.0 - std::exp(-1.0)), 1e-5);
+  EXPECT_NEAR(after(600.0), -0.02, 1e-5);
 }
 
 }  // namespace
