@@ -59,7 +59,7 @@ struct Tuning {
   double still_s = 0.06;          ///< mean time that a moving car's wheels read 0 [s]
   double still_per_speed = 0.35;  ///< increase of still_s per dead band [s²/m]
   double departs_s = 0.5;         ///< silence of the wheels that lowers the log odds by 1 [s]
-  double reversing = 0.63;        ///< σ of a distance without a sign / distance: 2 √(1 in 10)
+  double reversing = 0.63;        ///< σ of a distance of unknown sign / distance: 2 √(1/10)
   double dead_band = 0.3;  ///< dead band of wheels, until they show a smaller one [wheelbases/s]
   double sharpest_turn = 0.55;  ///< tan δ of the tightest turn
 

@@ -169,7 +169,7 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
     P.diagonal().head<3>() +=
         model.tuning.outlier_share * Eigen::Vector3d(range, range, std::numbers::pi).cwiseAbs2();
   }
-  // Unsigned wheel speeds: after a halt the car may have reversed, since it was last seen.
+  // Unsigned wheel speeds: since the camera last saw it, the car may reverse after a halt.
   const double unseen_s = seconds_between(state.reading(Source::camera).fused_ns, state.time_ns);
   const double backwards = std::clamp(std::abs(x[at::v_x]) * unseen_s, 0.0,
                                       std::abs(state.integrity.agreed().unsigned_distance));

@@ -61,7 +61,7 @@ class Integrity {
     integrity::Solution without_wheels;  ///< from all trusted sources but the wheels
     bool wheels_distrusted = false;      ///< all wheels are distrusted
     double reversed_distance = 0.0;  ///< distance driven with the wrong sign until this check [m]
-    /// Distance since the last halt, as far as the sign of unsigned wheel speeds is open [m].
+    /// Distance since the last halt while the sign of unsigned wheel speeds is unknown [m].
     double unsigned_distance = 0.0;
     double unsettled_distance = 0.0;  ///< the same, if the car halted at this check [m]
     std::int64_t contradicted_since_ns = 0;

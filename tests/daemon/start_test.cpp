@@ -15,26 +15,43 @@ namespace {
 
 using estimator::Source;
 
-TEST(CheckSummary, ShowsTimesSourcesAndWhoMayReachWhat) {
+Config with_signal(std::int64_t timeout_ns, std::int64_t latency_ns) {
   Config config;
-  config.can.bindings.push_back({.channel = static_cast<std::uint16_t>(Source::wheel_rear),
-                                 .role = "wheel_rear",
-                                 .message = "WHEEL",
-                                 .signals = {"REAR"}});
-  config.can.signals[static_cast<std::size_t>(Source::wheel_rear)] = {true, 0.05, 333'333'333};
-  EXPECT_THAT(summary(config, {}, {}),
-              AllOf(HasSubstr("WHEEL.REAR, sigma 0.05, time-out 0.333333 s\n"),
-                    HasSubstr("every 0.005 s\n"), HasSubstr("none: give --can or [can] source")));
+  can::SignalBinding binding;
+  binding.channel = static_cast<std::uint16_t>(Source::wheel_rear);
+  binding.role = "wheel_rear";
+  binding.message = "WHEEL";
+  binding.signals = {"REAR"};
+  binding.unit = can::Unit::m_per_s;
+  binding.latency_ns = latency_ns;
+  config.can.bindings.push_back(binding);
+  config.can.signals[binding.channel] = {true, 0.05, timeout_ns};
+  return config;
+}
+
+TEST(CheckSummary, ShowsTimesSourcesAndWhoMayReachWhat) {
+  EXPECT_THAT(
+      summary(with_signal(15'000'000, 7'000'000), {}, {}),
+      AllOf(HasSubstr("WHEEL.REAR in m/s, sigma 0.05, time-out 0.015 s, latency 0.007 s\n"),
+            HasSubstr("every 0.005 s\n"), Not(HasSubstr("  grip ")), Not(HasSubstr("  steering ")),
+            Not(HasSubstr("  lean ")), HasSubstr("none: give --can or [can] source")));
+  Config config = with_signal(333'333'333, 0);
   config.can.sources = {"can0", "-"};
   config.shm.mode = 0640;
   config.shm.group = "odom";
   config.status.socket = "/run/odomd/status.sock";
+  config.vehicle.grip_rear = 9.5;
+  config.vehicle.steering = {.delay_s = 0.06, .lag_s = 0.1, .rate_limit = 3.0};
+  config.roll_gradient = 0.12;
   const diagnostics::Diagnostics warnings{
       found(diagnostics::kind("role_not_mapped"), "car.toml", "steering is not mapped")};
   EXPECT_THAT(summary(config, {}, warnings),
-              AllOf(HasSubstr("can0 (interface)\n"), HasSubstr("standard input\n"),
-                    HasSubstr("/odomd (mode 0640, group odom)\n"),
+              AllOf(HasSubstr("time-out 0.333333 s\n"), HasSubstr("can0 (interface)\n"),
+                    HasSubstr("standard input\n"), HasSubstr("/odomd (mode 0640, group odom)\n"),
                     HasSubstr("/run/odomd/status.sock (mode 0666)\n"),
+                    HasSubstr("front without limit, rear at most 9.5 m/s2\n"),
+                    HasSubstr("a command: 0.06 s delay, 0.1 s lag, rate at most 3 rad/s\n"),
+                    HasSubstr("roll 0.12 rad per g, pitch learnt\n"),
                     EndsWith("warnings\n  " + text_of(warnings.front()) + "\n")));
 }
 

@@ -45,7 +45,7 @@ daemon/sockets: base can_protocol estimator/common shm_api/include/odom daemon/c
 daemon/realtime: base can_protocol/sources shm_api/include/odom shm_api daemon/core daemon/journal daemon/sockets
 daemon/housekeeping: base can_protocol can_protocol/sources estimator/common shm_api/include/odom shm_api
     daemon/core daemon/journal daemon/sockets daemon/realtime
-daemon: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/sources
+daemon: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
     shm_api/libodom shm_api daemon/core daemon/journal daemon/sockets daemon/realtime daemon/housekeeping
 
 tools/math: estimator/common

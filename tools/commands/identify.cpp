@@ -10,10 +10,10 @@ void add_identify(Command odom) {
       "Measure the car's parameters with their uncertainties and write them to the configuration");
   identify.require_subcommand();
   identify.footer(
-      "Order: mass, cog, inertia, noise standing, track and stiffness, latency, fit, and noise on\n"
-      "a drive last. At least measure mass and cog by hand; then fit finds the rest on one drive\n"
-      "with camera poses or a reference. The other methods measure a value on its own, and are\n"
-      "needed where there is no such drive.\n"
+      "Order: mass, cog, inertia, noise, track and stiffness, latency, fit. At least measure mass\n"
+      "and cog by hand; then fit finds the rest on one drive with camera poses or a reference. "
+      "The\n"
+      "other methods measure a value on its own, and are needed where there is no such drive.\n"
       "\n"
       "Each method explains its experiment: what to do, what to measure and how precisely. With\n"
       "--write the numbers replace those in the configuration, each with a note on its origin;\n"

@@ -62,7 +62,8 @@ void add_init(Command odom) {
   command.add_flag("--force", options->init.overwrite, Overwrite::replace,
                    "Replace an existing file");
   command.add_flag("--json", options->json, "Print the proposal as JSON");
-  const Command car = command.group("The car; what a proposed signal needs must be given");
+  const Command car = command.group(
+      "The car; mass and wheelbase are required, the others if a proposed signal needs them");
   const auto number = [&](const std::string& name, std::string& value, const std::string& type,
                           const std::string& help) { car.add(name, type, value, help); };
   CarTexts& texts = options->init.car;

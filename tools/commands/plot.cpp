@@ -40,7 +40,7 @@ struct Options {
   std::string shm;
 };
 
-// A file that holds something else than poses, such as the beat.
+// A file that does not hold poses, such as the beat.
 const std::string& only_file(const Options& options, const std::string& what) {
   if (options.files.size() != 1)
     throw std::invalid_argument("--what " + what + ": takes one file only");

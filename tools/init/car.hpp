@@ -18,9 +18,10 @@ struct CarTexts {
 /// Throws std::invalid_argument naming the option.
 [[nodiscard]] Car parse_car(const CarTexts& texts);
 
-/// The options that a proposal needs and that are not given: mass and wheelbase; a radius for
-/// speeds in turns per minute, and the motor's ratios; the track, if both wheels of an axle are
-/// mapped and no gyro has measured it; the full lock of a command whose scale no drive has shown.
+/// The options that the proposal needs and that were not given: always mass and wheelbase; the
+/// wheel radius for speeds in turns per minute; a motor's gear ratio and pole pairs; the track, if
+/// both wheels of an axle are mapped and no gyro measured it; the full lock, if steering is a
+/// command and the drive did not show its scale.
 [[nodiscard]] std::vector<std::string> missing_numbers(const Car& car, const Proposal& proposal);
 
 /// Throws std::invalid_argument that lists the missing options with their hints, if there are any.
