@@ -93,10 +93,11 @@ std::vector<Used> created_files(const Config& config) {
 void require_distinct_paths(const Config& config) {
   const auto is_same = [](const std::filesystem::path& lhs, const std::filesystem::path& rhs) {
     std::error_code missing;
-    return lhs.lexically_normal() == rhs.lexically_normal() ||
-           std::filesystem::equivalent(lhs, rhs, missing) ||
-           (std::filesystem::equivalent(lhs.parent_path(), rhs.parent_path(), missing) &&
-            lhs.filename() == rhs.filename());
+    if (std::filesystem::equivalent(lhs, rhs, missing)) return true;
+    const auto a = std::filesystem::weakly_canonical(lhs, missing);
+    const auto b = std::filesystem::weakly_canonical(rhs, missing);
+    // Empty: no permission to search a folder.
+    return a.empty() || b.empty() ? lhs.lexically_normal() == rhs.lexically_normal() : a == b;
   };
   std::vector<Used> others{{"the configuration", config.file}};
   for (const auto& database : config.can.dbc) others.push_back({"a database", database});

@@ -290,7 +290,8 @@ toml::table parse_toml(const std::string& text, const std::filesystem::path& fil
   std::istringstream lines(text);
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number)
-    if (std::ranges::count(line, '.') > max_dots_per_line)
+    if (line.find_first_not_of(" \t") != line.find('#') &&  // no comment
+        std::ranges::count(line, '.') > max_dots_per_line)
       throw ConfigError(
           fmt::format("{}:{}: has more than {} dots; write the tables that a key means",
                       file.string(), number, max_dots_per_line));

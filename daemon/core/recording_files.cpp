@@ -39,6 +39,7 @@ std::string with_databases(const Config& config, const std::vector<std::string>&
   const std::size_t end = offset_of(config.text, value->source().end);
   std::string text = config.text;
   text.replace(begin, end - begin, fmt::format("[\"{}\"]", fmt::join(names, "\", \"")));
+  static_cast<void>(toml::parse(text));  // a recording with a damaged file would be lost
   return text;
 }
 

@@ -1,6 +1,7 @@
 #include "daemon/housekeeping/process_control.hpp"
 
 #include <sys/signalfd.h>
+#include <sys/syscall.h>
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
 #include <csignal>
@@ -37,6 +38,12 @@ FileDescriptor take_signals() {
       continue;
     static_cast<void>(::signal(signal, SIG_IGN));  // fails for KILL and libc's own
   }
+  // libc reserves two signals for pthread_cancel and setuid, which odomd does not call, and does
+  // not let a program ignore them; the system call does. Its struct begins with the handler; the
+  // rest may be zero.
+  const std::array<std::uintptr_t, 8> ignored{reinterpret_cast<std::uintptr_t>(SIG_IGN)};
+  for (int signal = 32; signal < SIGRTMIN; ++signal)
+    ::syscall(SYS_rt_sigaction, signal, ignored.data(), nullptr, sizeof(std::uint64_t));
   shm::end_where_a_segment_is_cut_short("odomd");
 
   sigset_t set;

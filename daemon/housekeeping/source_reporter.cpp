@@ -25,7 +25,7 @@ SourceReporter::SourceReporter(const Running& running)
     : running_(running), buses_(running.sources.size()) {}
 
 void SourceReporter::look(const PublishedPose& published, std::int64_t now_ns, Journal& journal) {
-  look_at_links(journal);
+  look_at_links(now_ns, journal);
   look_at_camera_times(journal);
   look_at_wiring(journal);
   if (!published.valid) return;
@@ -85,7 +85,7 @@ void SourceReporter::look_at_learning(const odom_pose& pose, Journal& journal) {
          implausible_scale(), "the learnt scales are plausible again");
 }
 
-void SourceReporter::look_at_links(Journal& journal) {
+void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {
   for (std::size_t i = 0; i < buses_.size(); ++i) {
     const can::FrameSource& source = *running_.sources[i];
     Bus& bus = buses_[i];
@@ -126,27 +126,36 @@ void SourceReporter::look_at_links(Journal& journal) {
     const std::vector<std::string> warnings = source.warnings();
     for (; bus.warnings_logged < warnings.size(); ++bus.warnings_logged)
       journal.warn(warnings[bus.warnings_logged]);
-    look_at_controller(i, journal);
+    look_at_controller(i, now_ns, journal);
   }
 }
 
-void SourceReporter::look_at_controller(std::size_t bus, Journal& journal) {
-  const can::FrameSource& source = *running_.sources[bus];
-  const auto controller = running_.controllers.latest(bus);
-  if (controller)
-    if (const auto report = report_change(buses_[bus].controller, source.name(), *controller))
-      report->severity == Severity::warning ? journal.warn_counted(report->text)
-                                            : journal.info_counted(report->text);
-
+void SourceReporter::look_at_controller(std::size_t index, std::int64_t now_ns, Journal& journal) {
+  constexpr std::int64_t second_ns = 1'000'000'000;  // the longest time to the next query
+  const can::FrameSource& source = *running_.sources[index];
+  const auto controller = running_.controllers.latest(index);
+  Bus& bus = buses_[index];
+  if (controller && now_ns >= bus.controller_ns + second_ns) {
+    if (const auto report = report_change(bus.controller, source.name(), *controller)) {
+      report->severity == Severity::warning ? journal.warn(report->text)
+                                            : journal.info(report->text);
+      bus.controller_ns = now_ns;
+    }
+  }
   // For a bus-off that ended before the query, and for controllers in a log, use the error frames.
-  std::uint64_t& reported = buses_[bus].bus_offs;
   const std::uint64_t bus_offs = source.counters().bus_offs.get();
-  if (bus_offs != reported && buses_[bus].controller != can::ControllerHealth::bus_off)
-    journal.warn_counted(
-        fmt::format("{}: bus-off: an error frame reports that a controller has left this "
-                    "bus; frames may be missing",
-                    source.name()));
-  reported = bus_offs;
+  if (bus.controller == can::ControllerHealth::bus_off) bus.bus_offs = bus_offs;
+  if (bus_offs == bus.bus_offs) {
+    bus.bus_off_ns = 0;
+    return;
+  }
+  if (bus.bus_off_ns == 0) bus.bus_off_ns = now_ns;
+  if (controller && now_ns < bus.bus_off_ns + second_ns) return;  // the next query may show it
+  journal.warn_counted(
+      fmt::format("{}: bus-off: an error frame reports that a controller has left this "
+                  "bus; frames may be missing",
+                  source.name()));
+  bus.bus_offs = bus_offs;
 }
 
 void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_t now_ns,

@@ -23,8 +23,8 @@ class SourceReporter {
   void look(const PublishedPose& published, std::int64_t now_ns, Journal& journal);
 
  private:
-  void look_at_links(Journal& journal);
-  void look_at_controller(std::size_t bus, Journal& journal);
+  void look_at_links(std::int64_t now_ns, Journal& journal);
+  void look_at_controller(std::size_t index, std::int64_t now_ns, Journal& journal);
   void look_at_signals(const PublishedPose& published, std::int64_t now_ns, Journal& journal);
   void look_at_camera_times(Journal& journal);
   void look_at_wiring(Journal& journal);
@@ -38,7 +38,9 @@ class SourceReporter {
     std::uint64_t lost = 0;
     std::uint64_t link_downs = 0;
     std::uint64_t error_frames = 0;
-    std::uint64_t bus_offs = 0;
+    std::uint64_t bus_offs = 0;      ///< reported ones, by error frames
+    std::int64_t bus_off_ns = 0;     ///< the first one that is not reported yet; 0: none
+    std::int64_t controller_ns = 0;  ///< of the last report on the controller
     can::ControllerHealth controller = can::ControllerHealth::error_active;
     std::size_t warnings_logged = 0;
   };

@@ -125,8 +125,10 @@ void become(const std::string& program, std::vector<std::string> arguments,
 void hand_over(const Command& command, const std::string& program,
                const std::string& where_missing) {
   std::vector<std::string> words = given_words();
-  for (const CLI::App* app = &command.app(); app != nullptr; app = app->get_parent())
+  for (const CLI::App* app = &command.app(); app != nullptr; app = app->get_parent()) {
+    if (words.empty()) throw std::runtime_error("/proc/self/cmdline cannot be read");
     words.erase(words.begin());
+  }
   become(program, std::move(words), where_missing);
 }
 

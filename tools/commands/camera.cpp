@@ -76,6 +76,8 @@ void send_log(const Options& options) {
   if (options.from_now) {
     played = play_from_now(feed, log.poses);
   } else {
+    if (!options.socket.empty() && options.shm.empty() && std::getenv("ODOM_SHM") == nullptr)
+      throw std::invalid_argument("--socket: give the segment of that daemon with --shm");
     odom::Client client = attach(options.shm, options.wait_s);
     played = play_with_daemon(feed, client, log.poses, options.wait_s);
   }

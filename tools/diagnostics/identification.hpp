@@ -9,6 +9,8 @@ namespace odomd::diagnostics {
 
 // Code, name, meaning, fix; of some also limits, unit and reason.
 inline constexpr auto identification = std::to_array<Kind>({
+    {"W501", "another_value", "A new value is far from the old one.",
+     "is it another car, or another unit?"},
     {"W502", "more_precise_kept", "The more precise configured value is kept.",
      "--force replaces it"},
     {"W511", "weighings_contradict", "The car's weighings contradict each other.",

@@ -149,8 +149,11 @@ LeverArmFit fit_lever_arm(const Trajectory& reference, std::span<const Trajector
     const auto pairs = common_times(reference, estimate);
     const std::int64_t end = pairs.back().estimate.t_ns;
     for (std::int64_t t = pairs.front().estimate.t_ns; t + window_ns <= end; t += stride_ns) {
+      const auto before = at(reference, t);
+      const auto after = at(reference, t + window_ns);
+      if (!before || !after) continue;  // a gap of the reference
       const Pose2 d = relative(at(estimate, t)->pose, at(estimate, t + window_ns)->pose);
-      const Pose2 d_point = relative(at(reference, t)->pose, at(reference, t + window_ns)->pose);
+      const Pose2 d_point = relative(before->pose, after->pose);
       const double c = std::cos(d_point.yaw) - 1.0;
       const double s = std::sin(d_point.yaw);
       Eigen::Matrix<double, 2, 4> A;

@@ -42,6 +42,7 @@ Pose2 pose_in(std::span<const double> row, const Columns& columns) {
 
 Json time_json(std::int64_t time_ns) {
   constexpr std::int64_t second = 1'000'000'000;
+  if (time_ns < 0) throw std::invalid_argument("a time lies before 0, which MCAP cannot store");
   return {{"sec", time_ns / second}, {"nsec", time_ns % second}};
 }
 

@@ -134,8 +134,9 @@ void McapWriter::write(const std::string& topic, const std::string& schema, std:
   if (time_ns < 0) throw std::invalid_argument("a time lies before 0, which MCAP cannot store");
   Channel& channel = channel_for(topic, schema, message);
   const auto time = static_cast<std::uint64_t>(time_ns);
-  if (index_.empty()) chunk_start_ns_ = time;
-  chunk_end_ns_ = time;
+  if (index_.empty()) chunk_start_ns_ = chunk_end_ns_ = time;
+  chunk_start_ns_ = std::min(chunk_start_ns_, time);
+  chunk_end_ns_ = std::max(chunk_end_ns_, time);
   index_[channel.id] += bytes_of(time, std::uint64_t{chunk_.size()});
   const std::string head =
       bytes_of(channel.id, channel.messages++, time, time);  // logged, published

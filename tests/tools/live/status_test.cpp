@@ -52,7 +52,7 @@ const struct {
 } texts[]{
     {"{}",
      {"● degraded it works, but something is missing:", " bus_down a bus is down or gone\n",
-      "y -2.000 m ± 0.020 ", " yaw 28.65 ° ± 0.00 ", "forward 0.000 m/s\n", " jumps 1\n",
+      "y -2.000 m ± 0.020 ", " yaw 28.65 ° ± 0.00 ", "forward 0.000 m/s jumps 1\n", " jumps 1\n",
       "beat 200.0 Hz · 2000 ticks · 3 missed · - overruns ", " yaw_rate overdue ",
       " gated 1.30 1.06 94.3 7 gated\n",
       " can0 up, 2000.0 frames/s, 20000 in all, 5 without a hardware stamp\n controller "

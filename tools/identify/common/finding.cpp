@@ -103,6 +103,16 @@ diagnostics::Diagnostic kept(const std::string& file, const ConfigValue& before,
   return found(tools::kind("more_precise_kept"), file, std::move(seen));
 }
 
+// Whether the value suggests another car: a car's properties are known within a factor of two
+// before they are measured, the noise and latencies of its sensors are not.
+bool of_another_car(const ConfigValue& before, const ConfigValue& value) {
+  constexpr double surprising = 2.0;
+  if (!value.key.starts_with("vehicle.") || !(before.value > 0.0) || !(value.value > 0.0))
+    return false;
+  const double times = value.value / before.value;
+  return times >= surprising || times <= 1.0 / surprising;
+}
+
 // The group of values that are only meaningful together: a tyre's curve, an actuator's delay, a
 // signal's line, the axles of one wheelbase.
 std::string_view together(std::string_view key) {
@@ -152,6 +162,10 @@ Writing prepare(Findings& findings, const Delivery& delivery) {
       ++writing.kept;
       continue;
     }
+    if (one.before && of_another_car(*one.before, one.value))
+      findings.warnings.push_back(found(tools::kind("another_value"), delivery.write,
+                                        fmt::format("{} was {:g} and becomes {:g}", one.value.key,
+                                                    one.before->value, one.value.value)));
     writing.values.push_back(one.value);
   }
   return writing;

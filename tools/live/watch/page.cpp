@@ -92,18 +92,22 @@ Lines numbers(const Segment& segment) {
   const auto& P = pose.covariance;  // xx, xy, xyaw, yy, yyaw, yawyaw
   const auto& V =
       segment.details.velocity_covariance;  // vx-vx, vy-vy, yaw_rate-yaw_rate: 9, 12, 14
-  const Ellipse ellipse = ellipse_of({P[0], P[1], P[3]}, 3.0);
   Lines lines{
       quantity("x", pose.x, "m", P[0], 3),
       quantity("y", pose.y, "m", P[3], 3),
       quantity("yaw", std::remainder(pose.yaw, 2.0 * std::numbers::pi), "°", P[5], 2, degrees),
-      label("3σ", fmt::format("{} × {} cm at {} °", fixed(100.0 * ellipse.long_half_axis, 1),
-                              fixed(100.0 * ellipse.short_half_axis, 1),
-                              fixed(ellipse.direction * degrees, 0))),
       quantity("forward", pose.vx, "m/s", V[9], 3),
       quantity("to left", pose.vy, "m/s", V[12], 3),
       quantity("yaw rate", pose.yaw_rate, "°/s", V[14], 2, degrees),
       quantity("steering", pose.steering, "°", NAN, 2, degrees)};
+  if (std::isfinite(P[1])) {
+    const Ellipse ellipse = ellipse_of({P[0], P[1], P[3]}, 3.0);
+    lines.insert(
+        lines.begin() + 3,
+        label("3σ", fmt::format("{} × {} cm at {} °", fixed(100.0 * ellipse.long_half_axis, 1),
+                                fixed(100.0 * ellipse.short_half_axis, 1),
+                                fixed(ellipse.direction * degrees, 0))));
+  }
   std::string jumps = std::to_string(pose.reset_count);
   if (const double jump = std::hypot(pose.jump_x, pose.jump_y); jump > 0.0)
     jumps += fmt::format(", the last by {} cm", fixed(100.0 * jump, 1));
@@ -111,7 +115,8 @@ Lines numbers(const Segment& segment) {
   return lines;
 }
 
-// What a status document says about the segment of its daemon. Velocities have no sigma.
+// What a status document says about the segment of its daemon. Velocities have no sigma, and the
+// correlation of x and y is unknown.
 Segment segment_reported(const StatusValue& status, std::int64_t now_ns) {
   const auto ns = [](const StatusValue& seconds) {
     return static_cast<std::int64_t>(1e9 * seconds.value());
@@ -123,6 +128,7 @@ Segment segment_reported(const StatusValue& status, std::int64_t now_ns) {
   for (const StatusValue& name : status["conditions"].elements())
     if (const auto condition = condition_named(name.text())) pose.conditions |= condition->bit;
   pose.tick = from["tick"].count();
+  pose.covariance[1] = NAN;
   pose.time_ns = now_ns - ns(from["age_s"]);
   for (const auto& [key, member] : {std::pair{"x", &odom_pose::x},
                                     {"y", &odom_pose::y},

@@ -198,6 +198,8 @@ TEST_F(DeliveryTest, SaysWhatContradicts) {
   EXPECT_THAT(deliver_to_car(weighed(2985.0, 1.0)),
               AllOf(HasSubstr("vehicle.mass stays 3 "), HasSubstr("[W502]")));
   EXPECT_EQ(contents(car_), identified_car);
+  EXPECT_THAT(deliver_to_car(weighed(2985.0, 1.0), true),
+              AllOf(HasSubstr("vehicle.mass was 3 and becomes 2985"), HasSubstr("[W501]")));
 }
 
 TEST_F(DeliveryTest, ShowsInJsonWhatIsKept) {
