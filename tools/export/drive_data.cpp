@@ -9,6 +9,7 @@
 #include "daemon/core/pipeline.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
+#include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/recording_folder.hpp"
 #include "tools/replay/drive.hpp"
 #include "tools/replay/virtual_drive.hpp"
@@ -87,6 +88,12 @@ std::vector<SignalSample> signals_of(const Drive& drive) {
   return signals;
 }
 
+// Not in the recording of a silent bus, nor in a folder of poses alone.
+bool has_frames(const fs::path& folder) {
+  const auto log = log_in(folder);
+  return log && !fs::is_empty(*log);
+}
+
 }  // namespace
 
 DriveData read_drive(const ExportSource& source) {
@@ -97,6 +104,18 @@ DriveData read_drive(const ExportSource& source) {
   if (!is_folder || !source.pose.empty() || fs::exists(pose))
     data.poses = read_poses(pose, data.warnings);
   if (!is_folder) return data;
+  if (!data.poses.fields.empty() && !has_frames(source.drive)) {
+    if (const fs::path file = source.drive / recorded_cameras; fs::exists(file)) {
+      CameraLog camera = read_camera_log(file);
+      data.camera = std::move(camera.poses);
+      append(data.warnings, camera.warnings);
+    }
+    if (const fs::path file = source.drive / "truth.csv"; fs::exists(file)) {
+      data.truth = read_trajectory(file);
+      append(data.warnings, data.truth->warnings);
+    }
+    return data;
+  }
 
   Drive drive =
       read_drive({.folder = source.drive, .config = source.config, .damage = source.damage});

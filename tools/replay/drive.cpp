@@ -107,10 +107,11 @@ std::vector<std::string> names_side_by_side(const std::vector<std::string>& fold
 
 std::vector<fs::path> files_of(const DriveFiles& files) {
   check_folder(files.folder);
-  std::vector<fs::path> all = config_of(files).can.dbc;
+  std::vector<fs::path> all;
+  if (!files.config.empty() || file_in(files.folder, "car.toml")) all = config_of(files).can.dbc;
   all.insert(all.end(), {files.config, files.reference});
-  for (const char* name :
-       {"car.toml", "car.dbc", "drive.log", "can.log", "camera.csv", "truth.csv", "beat.csv"})
+  for (const char* name : {"car.toml", "car.dbc", "drive.log", "can.log", "camera.csv", "truth.csv",
+                           "beat.csv", "pose.csv"})
     all.push_back(files.folder / name);
   return all;
 }

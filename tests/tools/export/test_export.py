@@ -240,6 +240,20 @@ class Export(unittest.TestCase):
         (transform,) = json.loads(mcap.on("/tf")[0].data)["transforms"]
         self.assertEqual((transform["parent_frame_id"], transform["child_frame_id"]), ("map", "base_link"))
 
+    def test_poses_need_no_frames(self) -> None:
+        folder = self.directory.path / "silent"
+        folder.mkdir()
+        (folder / "pose.csv").write_bytes(self.pose.read_bytes())
+        alone = self.export(folder)
+        self.assertEqual(set(alone.topics()), {"/pose", "/tf", "/odomd/pose"})
+        self.assertIn("is what is read", odom("export", folder, "--csv", folder / "pose.csv", status=2))
+        for name in "camera.csv", "car.toml", "truth.csv":
+            (folder / name).write_bytes((self.drive / name).read_bytes())
+        (folder / "can.log").write_bytes(b"")
+        silent = self.export(folder)
+        self.assertEqual(len(silent.on("/pose")), len(alone.on("/pose")))
+        self.assertTrue(silent.on("/camera/pose") and silent.on("/truth/pose"))
+
     def test_the_same_drive_gives_the_same_bytes(self) -> None:
         self.assertEqual(self.export(self.drive).data, self.export(self.drive).data)
 
