@@ -16,6 +16,9 @@ namespace odomd::shm::testing::test_stress {
 namespace {
 
 class Stress : public ::testing::Test {
+ public:
+  ~Stress() override { counts_->stop = true; }  // also after a failed assertion
+
  protected:
   static constexpr std::size_t readers = SharedCounts::capacity;  // two threads and two processes
   using Kinds = std::array<ReaderKind, readers>;
@@ -35,7 +38,7 @@ class Stress : public ::testing::Test {
 
   void stop_readers() {
     counts_->stop = true;
-    for (std::thread& thread : threads_) thread.join();
+    for (std::jthread& thread : threads_) thread.join();
     for (const pid_t process : processes_) {
       int status = -1;
       EXPECT_EQ(waitpid(process, &status, 0), process);
@@ -55,7 +58,7 @@ class Stress : public ::testing::Test {
   TemporaryDirectory directory_;
   std::string path_ = directory_.file("pose");
   SharedCounts counts_;
-  std::vector<std::thread> threads_;
+  std::vector<std::jthread> threads_;
   std::vector<pid_t> processes_;
 };
 
@@ -160,12 +163,15 @@ TEST_F(Kills, ReadersSurviveTheWritersDeathAtAnyInstant) {
       const Process publisher({ODOMD_SHM_PUBLISHER, path_, std::to_string(fast_ns)}, "/dev/null",
                               "/dev/null");
       if (i % 4 != 0) {
-        // Killed while it publishes: the old client still gets its poses.
+        // Killed while it publishes: the old client gets its poses, not only its predecessor's.
         odom_pose pose{};
-        ASSERT_TRUE(
-            eventually([&] { return odom_latest(client.get(), &pose, sizeof pose) == ODOM_OK; },
-                       std::chrono::milliseconds{1}))
-            << "kill " << i;
+        odom_info info{};
+        const auto follows = [&] {
+          return odom_latest(client.get(), &pose, sizeof pose) == ODOM_OK &&
+                 odom_get_info(client.get(), &info, sizeof info) == ODOM_OK &&
+                 info.writer_pid == publisher.pid();
+        };
+        ASSERT_TRUE(eventually(follows, std::chrono::milliseconds{1})) << "kill " << i;
         EXPECT_TRUE(is_whole(pose));
         ++followed;
         pause(2000);
