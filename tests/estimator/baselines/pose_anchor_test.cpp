@@ -229,36 +229,33 @@ TEST_F(PoseAnchorTest, PoseIsAcceptedAgainOnceTheUncertaintyHasGrown) {
   EXPECT_EQ(take(seen(off, 40 * millisecond)), Verdict::fused);
 }
 
-TEST_F(PoseAnchorTest, DuplicateCaptureIsRefused) {
-  begin();
-  drive(100);
-  const CameraPose camera = seen_at({}, 40 * millisecond);
-  EXPECT_EQ(take(camera), Verdict::fused);
-  EXPECT_EQ(take(camera), Verdict::duplicate);
-  Pose2 wrong = odom_at(now_ - 30 * millisecond);
-  wrong.y += 1.0;
-  const CameraPose gated = seen(wrong, 30 * millisecond);
-  EXPECT_EQ(take(gated), Verdict::gated);
-  EXPECT_EQ(take(gated), Verdict::duplicate);
-}
-
-TEST_F(PoseAnchorTest, PoseAheadOfTheLimitIsFromTheFuture) {
-  begin();
-  drive(100);
-  EXPECT_EQ(take(seen(odom_at(now_), -period_ns - 1)), Verdict::future);
-  CameraPose camera = seen(odom_at(now_), 0);
-  camera.capture_ns = std::numeric_limits<std::int64_t>::max();
-  EXPECT_EQ(take(camera), Verdict::future);
-}
-
-TEST_F(PoseAnchorTest, PoseBeyondTheLatencyIsTooOld) {
+TEST_F(PoseAnchorTest, GivesEveryPoseItsVerdict) {
   begin();
   drive(400);
-  EXPECT_EQ(take(seen_at({}, 201 * millisecond)), Verdict::too_old);
-  EXPECT_EQ(take(seen_at({}, 199 * millisecond)), Verdict::fused);
-  CameraPose camera = seen(odom_at(now_), 0);
-  camera.capture_ns = std::numeric_limits<std::int64_t>::min();
-  EXPECT_EQ(take(camera), Verdict::too_old);
+  using Limits = std::numeric_limits<std::int64_t>;
+  const auto taken_at = [&](std::int64_t capture_ns) {
+    CameraPose camera = seen(odom_at(now_), 0);
+    camera.capture_ns = capture_ns;
+    return camera;
+  };
+  CameraPose infinite = seen_at({}, 40 * millisecond);
+  infinite.yaw = std::numeric_limits<double>::infinity();
+  Pose2 wrong = odom_at(now_ - 30 * millisecond);
+  wrong.y += 1.0;
+  for (const auto& [camera, verdict] : {
+           std::pair{seen(odom_at(now_), -period_ns - 1), Verdict::future},
+           {taken_at(Limits::max()), Verdict::future},
+           {seen_at({}, 201 * millisecond), Verdict::too_old},
+           {taken_at(Limits::min()), Verdict::too_old},
+           {seen_at({}, 199 * millisecond), Verdict::fused},
+           {infinite, Verdict::non_finite},
+           {seen_at({}, 40 * millisecond), Verdict::fused},
+           {seen_at({}, 40 * millisecond), Verdict::duplicate},
+           {seen_at({}, 50 * millisecond), Verdict::too_old},  // older than the last fused
+           {seen(wrong, 30 * millisecond), Verdict::gated},
+           {seen(wrong, 30 * millisecond), Verdict::duplicate},
+       })
+    EXPECT_EQ(take(camera), verdict) << now_ - camera.capture_ns;
 }
 
 TEST_F(PoseAnchorTest, PoseFromBeforeTheHistoryIsTooOld) {
@@ -273,23 +270,6 @@ TEST_F(PoseAnchorTest, PoseFromBeforeTheHistoryIsTooOld) {
   EXPECT_EQ(take(seen(odom_at(now_ - oldest - 1), oldest + 1)), Verdict::too_old);
   EXPECT_EQ(take(seen_at({}, oldest)), Verdict::fused);
   expect_positive_definite();
-}
-
-TEST_F(PoseAnchorTest, PoseTakenBeforeTheLastFusedIsTooOld) {
-  begin();
-  drive(100);
-  EXPECT_EQ(take(seen_at({}, 30 * millisecond)), Verdict::fused);
-  EXPECT_EQ(take(seen_at({}, 40 * millisecond)), Verdict::too_old);
-}
-
-TEST_F(PoseAnchorTest, PosesThatAreNotUsableAreRefused) {
-  begin();
-  drive(100);
-  const CameraPose good = seen_at({}, 40 * millisecond);
-  CameraPose bad = good;
-  bad.yaw = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(take(bad), Verdict::non_finite);
-  EXPECT_EQ(take(good), Verdict::fused);
 }
 
 TEST_F(PoseAnchorTest, SillySigmasLeaveAPositiveDefiniteCovariance) {
