@@ -18,7 +18,6 @@ TEST_F(PoseAnchorTest, MapIsTheOdometryUntilACameraSpeaks) {
 TEST_F(PoseAnchorTest, LatePoseReAnchorsWhereItWasTaken) {
   // The true map frame is elsewhere; the pose is 41.3 ms late, between two ticks.
   const Pose2 true_anchor{0.02, -0.03, 0.01};
-  begin();
   drive(100);
   const std::int64_t latency = 41'300'000;
   const Pose2 before = anchor_.map();
@@ -33,7 +32,6 @@ TEST_F(PoseAnchorTest, LatePoseReAnchorsWhereItWasTaken) {
 
 TEST_F(PoseAnchorTest, PoseTakenAfterTheTickReAnchorsToo) {
   const Pose2 true_anchor{0.02, -0.03, 0.01};
-  begin();
   drive(100);
   const CameraPose camera =
       seen(compose(true_anchor, odom_at(now_ + 2 * millisecond)), -2 * millisecond);
@@ -43,7 +41,6 @@ TEST_F(PoseAnchorTest, PoseTakenAfterTheTickReAnchorsToo) {
 }
 
 TEST_F(PoseAnchorTest, YawStaysContinuousWhateverTurnTheCameraCounts) {
-  begin();
   drive(2000);  // 20 rad
   const double yaw = anchor_.map().yaw;
   ASSERT_GT(yaw, 19.0);
@@ -54,7 +51,6 @@ TEST_F(PoseAnchorTest, YawStaysContinuousWhateverTurnTheCameraCounts) {
 }
 
 TEST_F(PoseAnchorTest, CovarianceIsTheCamerasGrownSinceTheCapture) {
-  begin();
   drive(100);
   const double sigma = 0.004;
   ASSERT_EQ(take(seen_at({}, 40 * millisecond, sigma)), Verdict::fused);
@@ -73,7 +69,6 @@ TEST_F(PoseAnchorTest, CovarianceIsTheCamerasGrownSinceTheCapture) {
 }
 
 TEST_F(PoseAnchorTest, CovarianceGrowsOpenLoopAndStaysPositiveDefiniteAndBounded) {
-  begin();
   const Symmetric3 first = anchor_.covariance();
   drive(2000);
   const Symmetric3 later = anchor_.covariance();
@@ -90,7 +85,6 @@ TEST_F(PoseAnchorTest, CovarianceGrowsOpenLoopAndStaysPositiveDefiniteAndBounded
 }
 
 TEST_F(PoseAnchorTest, ImplausiblePoseIsGatedAndChangesNothing) {
-  begin();
   drive(100);
   const Pose2 before = anchor_.map();
   Pose2 map = odom_at(now_ - 40 * millisecond);
@@ -104,7 +98,6 @@ TEST_F(PoseAnchorTest, ImplausiblePoseIsGatedAndChangesNothing) {
 
 TEST_F(PoseAnchorTest, GateIsAtTheChiSquareOfTheSettings) {
   // ν along x alone: ν² / (P + R) against 16.27. A tight yaw keeps P diagonal.
-  begin();
   const double sigma = 0.12;  // S = 0.05² + 0.12² = 0.13²
   const auto off_by = [&](double edges) {
     drive(1);
@@ -119,7 +112,6 @@ TEST_F(PoseAnchorTest, GateIsAtTheChiSquareOfTheSettings) {
 
 TEST_F(PoseAnchorTest, ConsistentRejectedPosesAreAcceptedAfterTen) {
   const Pose2 true_anchor{3.0, -1.0, 1.0};
-  begin();
   drive(50);
   for (int i = 1; i <= PoseAnchor::rejections_to_accept; ++i) {
     drive(7);
@@ -175,7 +167,6 @@ TEST_F(PoseAnchorTest, OnlyAnUnbrokenRunOfRejectedPosesThatAgreeIsAccepted) {
 
 TEST_F(PoseAnchorTest, CameraIsAcceptedWhileTheWheelsSpin) {
   // The car moves at a fifth of the measured speed, and turns half as fast.
-  begin();
   drive(50);
   Pose2 truth = anchor_.map();
   const auto spin = [&](int ticks) {
@@ -197,7 +188,6 @@ TEST_F(PoseAnchorTest, CameraIsAcceptedWhileTheWheelsSpin) {
 
 TEST_F(PoseAnchorTest, DistrustShowsInTheCovarianceAndPasses) {
   const Pose2 true_anchor{3.0, -1.0, 1.0};
-  begin();
   drive(50);
   for (int i = 0; i < PoseAnchor::rejections_to_accept; ++i) {
     drive(7);
@@ -218,7 +208,6 @@ TEST_F(PoseAnchorTest, DistrustShowsInTheCovarianceAndPasses) {
 }
 
 TEST_F(PoseAnchorTest, PoseIsAcceptedAgainOnceTheUncertaintyHasGrown) {
-  begin();
   drive(50);
   Pose2 off = odom_at(now_ - 40 * millisecond);
   off.x += 0.35;
@@ -230,7 +219,6 @@ TEST_F(PoseAnchorTest, PoseIsAcceptedAgainOnceTheUncertaintyHasGrown) {
 }
 
 TEST_F(PoseAnchorTest, GivesEveryPoseItsVerdict) {
-  begin();
   drive(400);
   using Limits = std::numeric_limits<std::int64_t>;
   const auto taken_at = [&](std::int64_t capture_ns) {
@@ -259,7 +247,6 @@ TEST_F(PoseAnchorTest, GivesEveryPoseItsVerdict) {
 }
 
 TEST_F(PoseAnchorTest, PoseFromBeforeTheHistoryIsTooOld) {
-  begin();
   drive(4);
   EXPECT_EQ(take(seen_at({}, 21 * millisecond)), Verdict::too_old);
   FilterSettings high_latency;
@@ -273,7 +260,6 @@ TEST_F(PoseAnchorTest, PoseFromBeforeTheHistoryIsTooOld) {
 }
 
 TEST_F(PoseAnchorTest, SillySigmasLeaveAPositiveDefiniteCovariance) {
-  begin();
   drive(100);
   EXPECT_EQ(take(seen_at({}, 40 * millisecond, 1e-200)), Verdict::fused);
   expect_positive_definite();
@@ -284,7 +270,6 @@ TEST_F(PoseAnchorTest, SillySigmasLeaveAPositiveDefiniteCovariance) {
 }
 
 TEST_F(PoseAnchorTest, SettingAPoseOnTheWayIsAJump) {
-  begin();
   drive(100);
   const Pose2 before = anchor_.map();
   const Pose2 odom = anchor_.odom();
@@ -297,7 +282,6 @@ TEST_F(PoseAnchorTest, SettingAPoseOnTheWayIsAJump) {
 }
 
 TEST_F(PoseAnchorTest, ReAnchoringManyTimesKeepsTheOdometry) {
-  begin();
   std::vector<Pose2> anchors;
   for (int i = 0; i < 200; ++i) {
     drive(7);
