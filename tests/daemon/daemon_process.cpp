@@ -1,6 +1,7 @@
 #include "daemon_process.hpp"
 
 #include <fmt/format.h>
+#include <sys/wait.h>
 
 #include "tests/unix_socket.hpp"
 
@@ -65,6 +66,23 @@ nlohmann::json Desk::status() const {
       text.append(buffer, static_cast<std::size_t>(size));
   }
   return text.empty() ? nlohmann::json() : nlohmann::json::parse(text);
+}
+
+nlohmann::json Desk::await_status(const std::function<bool(nlohmann::json&)>& fits) const {
+  nlohmann::json now;
+  EXPECT_TRUE(eventually([&] {
+    now = status();
+    return !now.is_null() && fits(now);
+  })) << now.dump(1)
+      << read("stderr");
+  return now;
+}
+
+int Desk::odom(const std::string& arguments, const std::string& log) const {
+  const std::string command = fmt::format("cd {} && " ODOMD_BIN_DIR "/odom {} >{} 2>&1",
+                                          directory_.string(), arguments, log);
+  const int raw = std::system(command.c_str());
+  return WIFEXITED(raw) ? WEXITSTATUS(raw) : -1;
 }
 
 Client open_client(const Desk& desk) {

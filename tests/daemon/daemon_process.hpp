@@ -32,6 +32,14 @@ class Desk {
 
   /// The status document from the status socket; null if there is none.
   [[nodiscard]] nlohmann::json status() const;
+  /// Waits for a status that fits and returns it; the test fails if none comes.
+  nlohmann::json await_status(const std::function<bool(nlohmann::json&)>& fits = [](auto&) {
+    return true;
+  }) const;
+
+  /// Runs `odom ARGUMENTS` in the directory, with its output in the file `log`; returns its exit
+  /// status.
+  [[nodiscard]] int odom(const std::string& arguments, const std::string& log) const;
 
  private:
   Scratch scratch_;
@@ -72,6 +80,12 @@ odom_pose await_pose(
 struct DaemonProcess : Process {
   DaemonProcess(const Desk& desk, std::vector<std::string> arguments)
       : Process(words(desk, std::move(arguments)), desk.file("stderr"), desk.file("stderr")) {}
+
+  /// Sends a signal and returns the exit status.
+  int end_by(int number) {
+    signal(number);
+    return wait();
+  }
 
  private:
   static std::vector<std::string> words(const Desk& desk, std::vector<std::string> arguments) {

@@ -1,9 +1,7 @@
 // The camera of a running daemon: its poses, its clock, and its connections.
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <sstream>
 #include <thread>
 
@@ -60,17 +58,13 @@ TEST_F(OdomdCamera, TakesCameraPosesAndCountsMalformedMessages) {
 
   FileDescriptor raw = connected_socket(desk_.file("camera.sock"), SOCK_SEQPACKET);
   ASSERT_EQ(::send(raw.get(), "rubbish", 7, MSG_NOSIGNAL), 7);
-  nlohmann::json status;
-  ASSERT_TRUE(eventually([&] {
-    status = desk_.status();
-    return status["camera"]["malformed"] == 1;
-  })) << status.dump(1);
+  auto status = desk_.await_status([](auto& now) { return now["camera"]["malformed"] == 1; });
   EXPECT_EQ(status["camera"]["messages"], 2);
   EXPECT_EQ(status["camera"]["connections"].size(), 2U);
   EXPECT_EQ(status["camera"]["connections"][0]["pid"], ::getpid());
   raw = {};
   camera.reset();
-  EXPECT_TRUE(eventually([&] { return desk_.status()["camera"]["connections"].empty(); }));
+  desk_.await_status([](auto& now) { return now["camera"]["connections"].empty(); });
   EXPECT_TRUE(desk_.logs("a camera message was invalid: it is not 80 bytes"));
 }
 
@@ -84,7 +78,7 @@ TEST_F(OdomdCamera, SynchronisesAPipeWhoseFirstLineWasLate) {
   std::istringstream lines(straight_drive(12.0, 1.0));
   std::string line;
   long sent = 0;
-  EXPECT_TRUE(eventually([&] {
+  desk_.await_status([&](auto& status) {
     const std::int64_t gone_ns = std::chrono::nanoseconds(Clock::now() - begin).count();
     std::string text;
     for (; sent < 3 * gone_ns / 10'000'000 && std::getline(lines, line); ++sent)
@@ -95,10 +89,8 @@ TEST_F(OdomdCamera, SynchronisesAPipeWhoseFirstLineWasLate) {
     message.y = 2.0;
     odom_camera_send(camera.get(), &message);
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    const auto status = desk_.status();
-    return !status.is_null() &&
-           status["sources"][ODOM_SOURCE_CAMERA]["verdicts"]["fused"].get<int>() > 20;
-  })) << desk_.status().dump(1);
+    return status["sources"][ODOM_SOURCE_CAMERA]["verdicts"]["fused"].template get<int>() > 20;
+  });
   EXPECT_THAT(desk_.read("stderr"), HasSubstr("earlier than before relative to their time stamps"));
 }
 
@@ -160,10 +152,7 @@ TEST_F(OdomdCamera, IdleConnectionsDoNotLockItOut) {
   std::vector<Camera> idle;
   while (idle.size() < 4) idle.push_back(open_camera(desk_));
   const auto send = [&] {
-    const std::string command = ODOMD_BIN_DIR "/odom camera send --pose 1,2,0 --socket " +
-                                desk_.file("camera.sock").string() + " 2> " +
-                                desk_.file("sent").string();
-    return WEXITSTATUS(std::system(command.c_str()));
+    return desk_.odom("camera send --pose 1,2,0 --socket camera.sock", "sent");
   };
   EXPECT_EQ(send(), 1);
   EXPECT_THAT(desk_.read("sent"), HasSubstr("refused: odomd has as many camera connections"));

@@ -1,9 +1,7 @@
 // Logs that are out of order, in the running daemon compared with a replay.
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "daemon_process.hpp"
@@ -39,11 +37,10 @@ std::string drive_beside(int hours) {
 using Verdicts = std::map<std::string, nlohmann::json>;
 
 Verdicts replayed(const Desk& desk) {
-  const std::string command =
-      ODOMD_BIN_DIR "/odom replay --json --config " + desk.file("car.toml").string() + " --can " +
-      desk.file("drive.log").string() + " --out " + desk.file("replay.csv").string() + " 2> " +
-      desk.file("replay.json").string();
-  EXPECT_EQ(std::system(command.c_str()), 0) << desk.read("replay.json");
+  EXPECT_EQ(
+      desk.odom("replay --json --config car.toml --can drive.log --out replay.csv", "replay.json"),
+      0)
+      << desk.read("replay.json");
   const auto summary = nlohmann::json::parse(desk.read("replay.json"));
   EXPECT_LT(summary["drive_s"], 1.1);
   return summary["verdicts"];
@@ -51,11 +48,7 @@ Verdicts replayed(const Desk& desk) {
 
 Verdicts played(const Desk& desk) {
   const DaemonProcess odomd(desk, {"--can", desk.file("drive.log")});
-  nlohmann::json status;
-  EXPECT_TRUE(eventually([&] {
-    status = desk.status();
-    return !status.is_null() && status["can"][0]["link"] == "ended";
-  })) << desk.read("stderr");
+  auto status = desk.await_status([](auto& now) { return now["can"][0]["link"] == "ended"; });
   Verdicts verdicts;
   for (const auto& source : status["sources"])
     for (const auto& [verdict, count] : source["verdicts"].items())

@@ -1,24 +1,13 @@
 // Recording a running daemon, and replaying the recording.
 #include <fmt/format.h>
-#include <sys/wait.h>
 
 #include <csignal>
-#include <cstdlib>
 #include <memory>
 
 #include "daemon_process.hpp"
 
 namespace odomd::testing::odomd_record_test {
 namespace {
-
-/// Runs `odom ARGUMENTS`, with its output in the desk's file `log`; returns its exit status.
-int odom(const Desk& desk, const std::string& arguments, const std::string& log) {
-  const std::string command =
-      fmt::format("cd {} && " ODOMD_BIN_DIR "/odom {} >{} 2>&1", desk.file("").string(), arguments,
-                  desk.file(log).string());
-  const int raw = std::system(command.c_str());
-  return WIFEXITED(raw) ? WEXITSTATUS(raw) : -1;
-}
 
 /// `odom record`, running in parallel with the test, into the desk's folder "drive".
 class RecorderProcess : public Process {
@@ -47,7 +36,7 @@ class OdomdRecord : public ::testing::Test {
   /// Two replays are bit-identical.
   void expect_bit_identical(const std::string& folder) const {
     for (int i = 0; i < 2; ++i) {
-      EXPECT_EQ(odom(desk_, "replay --recording " + folder + " --verify --out again.csv", "v.txt"),
+      EXPECT_EQ(desk_.odom("replay --recording " + folder + " --verify --out again.csv", "v.txt"),
                 0)
           << desk_.read("v.txt") << desk_.read("stderr");
       EXPECT_THAT(desk_.read("v.txt"), HasSubstr("bit-identical to what was published"));
@@ -61,7 +50,7 @@ class OdomdRecord : public ::testing::Test {
       rows += fmt::format("{:.3f},{:.3f},{:.3f},2.01,0.001,0.05,0.05,0.05\n", t + 0.04, t, 1.0 + t);
     }
     desk_.write("camera.csv", rows);
-    EXPECT_EQ(odom(desk_, "camera send --socket camera.sock --from-now --log camera.csv", "c.txt"),
+    EXPECT_EQ(desk_.odom("camera send --socket camera.sock --from-now --log camera.csv", "c.txt"),
               0)
         << desk_.read("c.txt");
   }
@@ -78,8 +67,7 @@ TEST_F(OdomdRecord, ReplaysADriveBitIdentically) {
     return recorder.holds("drive", 300) && recorder.lines("drive/camera.csv") > 20 &&
            recorder.lines("drive/can.log") > 300;
   })) << desk_.read("record.txt");
-  odomd.signal(SIGTERM);
-  EXPECT_EQ(odomd.wait(), 0);
+  EXPECT_EQ(odomd.end_by(SIGTERM), 0);
   EXPECT_EQ(recorder.wait(), 0) << desk_.read("record.txt");
   EXPECT_THAT(desk_.read("record.txt"), HasSubstr("; odomd has ended"));
   EXPECT_THAT(desk_.read("drive/info.json"), HasSubstr("\"end\": \"odomd has ended\""));
@@ -89,10 +77,7 @@ TEST_F(OdomdRecord, ReplaysADriveBitIdentically) {
 TEST_F(OdomdRecord, BeginsInMidDriveAndEndsOnInt) {
   desk_.write("drive.log", straight_drive(30.0, 1.5));
   DaemonProcess odomd(desk_, {"--can", desk_.file("drive.log"), "--model", "kinematic"});
-  ASSERT_TRUE(eventually([&] {
-    const auto status = desk_.status();
-    return !status.is_null() && status["beat"]["ticks"].get<int>() > 200;
-  }));
+  desk_.await_status([](auto& now) { return now["beat"]["ticks"] > 200; });
   RecorderProcess recorder(desk_);
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 200); })) << desk_.read("record.txt");
   recorder.signal(SIGINT);
@@ -103,8 +88,8 @@ TEST_F(OdomdRecord, BeginsInMidDriveAndEndsOnInt) {
   // Further recordings of the same daemon, one right after the other.
   for (const char* folder : {"drive2", "drive3"}) {
     EXPECT_EQ(
-        odom(desk_, fmt::format("record --socket record.sock --duration 0.3 --out {}/", folder),
-             "r.txt"),
+        desk_.odom(fmt::format("record --socket record.sock --duration 0.3 --out {}/", folder),
+                   "r.txt"),
         0);
     EXPECT_THAT(desk_.read("r.txt"), HasSubstr("the recorder was stopped"));
   }
@@ -117,8 +102,7 @@ TEST_F(OdomdRecord, ContinuesInAnotherFolderAfterARestartOfTheDaemon) {
   RecorderProcess recorder(desk_);
   odomd->feed(straight_drive(5.0, 1.0));
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 100); })) << desk_.read("record.txt");
-  odomd->signal(SIGKILL);
-  EXPECT_EQ(odomd->wait(), 128 + SIGKILL);
+  EXPECT_EQ(odomd->end_by(SIGKILL), 128 + SIGKILL);
   odomd = std::make_unique<DaemonProcess>(desk_, std::vector<std::string>{});
   odomd->feed(straight_drive(5.0, 1.0));
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive-2", 100); }))
@@ -143,13 +127,9 @@ TEST_F(OdomdRecord, ARecorderThatDoesNotKeepUpLosesTheRestAndKnowsIt) {
   DaemonProcess odomd(desk_, {"--can", desk_.file("full.log")});
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 50); })) << desk_.read("record.txt");
   recorder.signal(SIGSTOP);
-  const auto received = [&] {
-    auto status = desk_.status();
-    return status.is_null() ? 0 : status["can"][0]["received"].get<int>();
-  };
-  const int at_stop = received();
+  const int at_stop = desk_.await_status()["can"][0]["received"];
   // After SIGCONT the recorder still reads what the rings and sockets hold.
-  ASSERT_TRUE(eventually([&] { return received() > at_stop + 50'000; })) << desk_.read("stderr");
+  desk_.await_status([&](auto& now) { return now["can"][0]["received"] > at_stop + 50'000; });
   recorder.signal(SIGCONT);
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive-2", 20); }))
       << desk_.read("record.txt") << desk_.read("stderr");
@@ -163,13 +143,12 @@ TEST_F(OdomdRecord, ARecorderThatDoesNotKeepUpLosesTheRestAndKnowsIt) {
 TEST_F(OdomdRecord, WhoMayReadThePoseMayRecord) {
   desk_.write("car.toml", desk_.read("car.toml") + "mode = 0o640\n");
   DaemonProcess odomd(desk_, {});
-  ASSERT_TRUE(eventually([&] { return !desk_.status().is_null(); })) << desk_.read("stderr");
+  desk_.await_status();
   EXPECT_TRUE(eventually([&] {
     return std::filesystem::status(desk_.file("record.sock")).permissions() ==
            std::filesystem::perms{0660};
   })) << desk_.read("stderr");
-  odomd.signal(SIGTERM);
-  EXPECT_EQ(odomd.wait(), 0);
+  EXPECT_EQ(odomd.end_by(SIGTERM), 0);
   EXPECT_FALSE(std::filesystem::exists(desk_.file("record.sock")));
 }
 
@@ -177,10 +156,10 @@ TEST_F(OdomdRecord, OneAtATime) {
   DaemonProcess odomd(desk_, {});
   RecorderProcess recorder(desk_);
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 1); })) << desk_.read("record.txt");
-  EXPECT_EQ(odom(desk_, "record --socket record.sock --out other", "r.txt"), 1);
+  EXPECT_EQ(desk_.odom("record --socket record.sock --out other", "r.txt"), 1);
   EXPECT_THAT(desk_.read("r.txt"), HasSubstr("odomd is already being recorded (by pid "));
   EXPECT_FALSE(std::filesystem::exists(desk_.file("other")));
-  EXPECT_EQ(odom(desk_, "record --socket record.sock --out drive", "r.txt"), 2);
+  EXPECT_EQ(desk_.odom("record --socket record.sock --out drive", "r.txt"), 2);
   EXPECT_THAT(desk_.read("r.txt"), HasSubstr("drive: exists already; name another folder"));
 }
 

@@ -48,8 +48,7 @@ TEST_F(OdomdSurvival, IgnoresAllSignalsButTermIntAndFaults) {
     odomd.signal(signal);
     for (int i = 0; i < 3; ++i) ASSERT_TRUE(next_pose(client, pose)) << "signal " << signal;
   }
-  odomd.signal(SIGTERM);
-  EXPECT_EQ(odomd.wait(), 0);
+  EXPECT_EQ(odomd.end_by(SIGTERM), 0);
 }
 
 // Exit statuses as documented in odomd(8)
@@ -130,8 +129,7 @@ TEST_F(OdomdSurvival, RecreatesARemovedSegmentAndReadersSwitchToIt) {
   ASSERT_EQ(::unlink((desk_.segment() + ".lock").c_str()), 0);
   ASSERT_TRUE(desk_.logs("pose.lock was removed while odomd was running; it has been recreated"));
 
-  odomd.signal(SIGTERM);
-  EXPECT_EQ(odomd.wait(), 0) << desk_.read("stderr");
+  EXPECT_EQ(odomd.end_by(SIGTERM), 0) << desk_.read("stderr");
   ASSERT_TRUE(becomes_stale(client, pose));
   odom_beat beat{};
   ASSERT_EQ(odom_get_beat(client.get(), &beat, sizeof beat), ODOM_STALE);
@@ -203,8 +201,7 @@ TEST_F(OdomdSurvival, DoesNotResumeFromADamagedPredecessor) {
     const Client client = open_client(desk_);
     first.feed(straight_drive(1.0, 1.0));
     const odom_pose pose = await_pose(client, [](const odom_pose& p) { return p.x > 1.2; });
-    first.signal(SIGKILL);
-    EXPECT_EQ(first.wait(), 128 + SIGKILL);
+    EXPECT_EQ(first.end_by(SIGKILL), 128 + SIGKILL);
     // Destroys this pose and some later ones, which were published between the read and the kill.
     std::fstream file(desk_.segment(), std::ios::in | std::ios::out | std::ios::binary);
     for (std::uint64_t tick = pose.tick; tick < pose.tick + 60; ++tick) {

@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "daemon_process.hpp"
@@ -51,8 +50,7 @@ TEST_F(OdomdTest, PublishesAPoseEveryPeriodAndCountsEveryCycle) {
   EXPECT_NEAR(pose.x - first.x, static_cast<double>(pose.time_ns - first.time_ns) * 1e-9, 0.05);
   EXPECT_NEAR(pose.y, 2.0, 1e-6);
 
-  odomd.signal(SIGTERM);
-  EXPECT_EQ(odomd.wait(), 0) << desk_.read("stderr");
+  EXPECT_EQ(odomd.end_by(SIGTERM), 0) << desk_.read("stderr");
   EXPECT_TRUE(becomes_stale(client, pose));
   odom_beat beat{};
   ASSERT_EQ(odom_get_beat(client.get(), &beat, sizeof beat), ODOM_STALE);
@@ -95,6 +93,7 @@ std::map<std::string, std::string> poses_in(const std::string& csv) {
   std::istringstream lines(csv);
   for (std::string line; std::getline(lines, line);) {
     const auto after_time = line.find(',');
+    if (after_time == std::string::npos) continue;  // a message
     auto end = after_time;
     for (int column = 0; column < 3; ++column) end = line.find(',', end + 1);
     poses[line.substr(0, after_time)] = line.substr(after_time, end - after_time);
@@ -110,14 +109,13 @@ TEST_F(OdomdTest, PublishesTheSameBitsAsAReplay) {
   for (int attempt = 0; attempt < 10 && (same <= 100 || !different.empty()); ++attempt) {
     const Desk desk;
     desk.write("drive.log", straight_drive(1.0, 1.5));
-    const std::string begin = "cd " + desk.file("").string() + " && " ODOMD_BIN_DIR "/odom ";
-    const std::string replay = "replay --config car.toml --can drive.log --out replay.csv",
-                      follow = "pose --shm " + desk.segment() +
-                               " --follow --csv --clock log --until-stale --wait 10 >live.csv";
-    ASSERT_EQ(std::system((begin + replay + " >replay.txt 2>&1").c_str()), 0)
+    ASSERT_EQ(desk.odom("replay --config car.toml --can drive.log --out replay.csv", "replay.txt"),
+              0)
         << desk.read("replay.txt");
     DaemonProcess odomd(desk, {"--can", desk.file("drive.log"), "--exit-at-end"});
-    static_cast<void>(std::system((begin + follow + " 2>follow.txt").c_str()));
+    static_cast<void>(desk.odom(
+        "pose --shm " + desk.segment() + " --follow --csv --clock log --until-stale --wait 10",
+        "live.csv"));
     EXPECT_EQ(odomd.wait(), 0);
     const auto replayed = poses_in(desk.read("replay.csv"));
     same = 0;
@@ -145,20 +143,17 @@ TEST_F(OdomdTest, ContinuesAfterTheEndOfItsInput) {
   });
   EXPECT_TRUE(next_pose(client, pose));
   EXPECT_TRUE(desk_.logs("warning: mode: degraded ("));
-  odomd.signal(SIGINT);
-  EXPECT_EQ(odomd.wait(), 0);
+  EXPECT_EQ(odomd.end_by(SIGINT), 0);
   EXPECT_THAT(desk_.read("stderr"), Not(HasSubstr("overdue")));
 }
 
 TEST_F(OdomdTest, ReportsItsStatus) {
   DaemonProcess odomd(desk_, {});
   odomd.feed("rubbish\n" + straight_drive(1.0, 1.0));
-  nlohmann::json status;
-  ASSERT_TRUE(eventually([&] {
-    status = desk_.status();
-    return !status.is_null() && status["can"][0]["received"] == 300 &&
-           status["can"][0]["malformed"] == 1 && status["pose"]["x"] > 1.0;
-  })) << status.dump(1);
+  auto status = desk_.await_status([](auto& now) {
+    return now["can"][0]["received"] == 300 && now["can"][0]["malformed"] == 1 &&
+           now["pose"]["x"] > 1.0;
+  });
 
   EXPECT_EQ(status["model"], "full");
   EXPECT_EQ(status["pid"], odomd.pid());
@@ -204,8 +199,7 @@ TEST_F(OdomdTest, ResumesWhereItsPredecessorDied) {
   const odom_pose last = await_pose(client, [](const odom_pose& p) { return p.x > 1.5; });
   odom_info died{};
   ASSERT_EQ(odom_get_info(client.get(), &died, sizeof died), ODOM_OK);
-  first->signal(SIGKILL);
-  EXPECT_EQ(first->wait(), 128 + SIGKILL);
+  EXPECT_EQ(first->end_by(SIGKILL), 128 + SIGKILL);
 
   const DaemonProcess second(desk_, {});
   odom_pose pose = last;
@@ -226,8 +220,7 @@ TEST_F(OdomdTest, AFailedStartKeepsThePredecessorsLastPose) {
   DaemonProcess first(desk_, {});
   const Client client = open_client(desk_);
   const odom_pose pose = await_pose(client);
-  first.signal(SIGKILL);
-  EXPECT_EQ(first.wait(), 128 + SIGKILL);
+  EXPECT_EQ(first.end_by(SIGKILL), 128 + SIGKILL);
   desk_.write("taken", "by a file that is no socket");
   EXPECT_EQ(DaemonProcess(desk_, {"--can", "/nowhere/drive.log"}).wait(), 2);
   EXPECT_EQ(DaemonProcess(desk_, {"--camera-socket", desk_.file("taken")}).wait(), 1);
@@ -243,8 +236,7 @@ TEST_F(OdomdTest, PrefersAGivenInitialPoseToThePredecessors) {
     DaemonProcess first(desk_, {});
     const Client client = open_client(desk_);
     await_pose(client);
-    first.signal(SIGTERM);
-    EXPECT_EQ(first.wait(), 0);
+    EXPECT_EQ(first.end_by(SIGTERM), 0);
   }
   const DaemonProcess second(desk_, {"--initial", "7,8,0"});
   const Client client = open_client(desk_);
@@ -259,8 +251,7 @@ TEST_F(OdomdTest, ReopensItsLogOnHup) {
   odomd.signal(SIGHUP);
   EXPECT_TRUE(eventually(
       [&] { return desk_.read("odomd.log").find("the log was reopened") != std::string::npos; }));
-  odomd.signal(SIGTERM);
-  EXPECT_EQ(odomd.wait(), 0);
+  EXPECT_EQ(odomd.end_by(SIGTERM), 0);
   EXPECT_THAT(desk_.read("odomd.log"), HasSubstr("stopping: signal TERM"));
   EXPECT_THAT(desk_.read("odomd.log.1"), Not(HasSubstr("stopping")));
 }

@@ -68,20 +68,8 @@ TEST(Begin, ALateFirstWheelSampleStartsBothFramesTogether) {
   EXPECT_EQ(first.odom.y, first.map.y);
 }
 
-TEST(Begin, WithoutLeaveACameraPoseDoesNotInitialise) {
-  FullFilter filter({});
-  (void)filter.add(Measurement{Source::wheel_rear, start_ns, 0.0, 0.01});
-  (void)filter.add(CameraPose{start_ns, start_ns, 1.0, 2.0, 0.5, 0.008, 0.008, 0.009});
-  EXPECT_FALSE(filter.step(start_ns).initialised);
-  const auto judgements = filter.judgements();
-  const auto camera = std::ranges::find(judgements, Source::camera, &Judgement::source);
-  ASSERT_NE(camera, judgements.end());
-  EXPECT_EQ(camera->verdict, Verdict::source_off);
-}
-
 TEST(Begin, ResumesWithTheCalibrationOfItsPredecessor) {
-  FullFilter before = started();
-  Estimate predecessor = run(before, drive_on_a_circle(2'000 * millisecond), 400).back();
+  Estimate predecessor = run(drive_on_a_circle(2'000 * millisecond), 400).back();
   Calibration& learnt = predecessor.calibration;
   learnt.value = {0.011, 1.004, 0.12, -0.08, 1.013, 0.007, 0.93};
   learnt.sigma = {0.001, 0.002, 0.01, 0.01, 0.001, 0.001, 0.03};
@@ -103,8 +91,7 @@ TEST(Begin, ResumesWithTheCalibrationOfItsPredecessor) {
 }
 
 TEST(Begin, ResumesInTheMiddleOfADriveAsWellAsAtItsBegin) {
-  FullFilter before = started();
-  const Estimate predecessor = run(before, drive_on_a_circle(500 * millisecond), 100).back();
+  const Estimate predecessor = run(drive_on_a_circle(500 * millisecond), 100).back();
   FullFilter filter = started();
   const std::vector<Arrival> arrivals = drive_on_a_circle(1'000 * millisecond);
   (void)run(filter, arrivals, 100);
@@ -117,8 +104,7 @@ TEST(Begin, ResumesInTheMiddleOfADriveAsWellAsAtItsBegin) {
 }
 
 TEST(Begin, ResumesWithoutCalibrationsThatMeanNothing) {
-  FullFilter before = started();
-  Estimate predecessor = run(before, drive_on_a_circle(500 * millisecond), 100).back();
+  Estimate predecessor = run(drive_on_a_circle(500 * millisecond), 100).back();
   predecessor.calibration.value.fill(std::nan(""));
   predecessor.calibration.sigma = {0.001, 0.0, -1.0, 1e9, std::nan(""), 0.001, 0.0};
   FullFilter filter({});

@@ -156,8 +156,7 @@ std::vector<Arrival> drive_with(const Rail& rail) {
 class RailedSensors : public ::testing::TestWithParam<Rail> {};
 
 TEST_P(RailedSensors, LeaveNothingBehind) {
-  FullFilter filter = started();
-  const std::vector<Estimate> estimates = run(filter, drive_with(GetParam()), 2400);
+  const std::vector<Estimate> estimates = run(drive_with(GetParam()), 2400);
   const Estimate& e = estimates.back();
   EXPECT_EQ(e.recoveries, estimates[1599].recoveries) << "none once it is healthy";
   EXPECT_NEAR(e.v_x, circle.v_x, 0.05);

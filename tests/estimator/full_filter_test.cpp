@@ -12,16 +12,6 @@
 namespace odomd::estimator::testing::full_filter_test {
 namespace {
 
-TEST(FullFilter, FollowsACircleWithALateCamera) {
-  FullFilter filter = started();
-  const auto estimates = run(filter, drive_on_a_circle(5'000 * millisecond), 1000);
-  const Estimate& last = estimates.back();
-  EXPECT_THAT(last.map, testing::PoseNear(testing::on_circle(last.time_ns), 0.02, 0.01));
-  EXPECT_NEAR(last.v_x, 2.0, 0.02);
-  EXPECT_NEAR(last.yaw_rate, 1.0, 0.02);
-  EXPECT_EQ(last.mode, Mode::tracking);
-}
-
 TEST(FullFilter, ACommandTurnsTheWheelsAfterItsDelay) {
   // A servo with a delay of 40 ms, commanded 40 ms earlier, gives the same drive as a servo without
   // delay.
@@ -117,8 +107,7 @@ TEST(FullFilter, ACameraThatIsRightMovesTheMapOnceAndTheOdometryFrameNever) {
       arrival.camera->y -= 2.0;
     }
   }
-  FullFilter filter = started();
-  const std::vector<Estimate> estimates = run(filter, arrivals, 1000);
+  const std::vector<Estimate> estimates = run(arrivals, 1000);
   for (std::size_t i = 1; i < estimates.size(); ++i) {
     const Estimate& before = estimates[i - 1];
     const Estimate& e = estimates[i];
@@ -156,8 +145,7 @@ TEST(FullFilter, AJumpThatALatePoseTakesBackIsOneMoreJump) {
       {late, {}, CameraPose{between, late, truth.x, truth.y, truth.yaw, 0.008, 0.008, 0.009}});
   std::ranges::stable_sort(arrivals, {}, &Arrival::arrival_ns);
 
-  FullFilter filter = started();
-  const std::vector<Estimate> estimates = run(filter, arrivals, 300);
+  const std::vector<Estimate> estimates = run(arrivals, 300);
   const auto at = [&](std::int64_t time_ns) -> const Estimate& {
     return estimates.at(static_cast<std::size_t>(tick_of(time_ns) - 1));
   };

@@ -60,8 +60,7 @@ TEST(HonestStart, TheFirstReadingAfterAGapTurnsNoCar) {
 }
 
 TEST(HonestStart, ASlowGyroIsUsed) {
-  Car car;
-  car.drive(1.0, straight_at(0.0));
+  Car car = car_at_rest(1.0);
   const SensorValues bend = testing::bend_at(1.5, 0.4);
   for (int i = 0; i < 20; ++i) {
     car.drive(0.3, testing::without(bend, Source::yaw_rate, Source::steering));
@@ -75,8 +74,7 @@ TEST(HonestStart, ASlowGyroIsUsed) {
 TEST(HonestStart, AShortHaltDoesNotRewriteTheBias) {
   for (const double turn : {-1.0, 0.1, 0.3, 1.5}) {
     for (const double halt_s : {0.1, 0.3, 0.5}) {
-      Car car;
-      car.drive(2.0, testing::bend_at(1.0, turn));
+      Car car = car_after(2.0, testing::bend_at(1.0, turn));
       const SensorValues halt =
           with(with(straight_at(0.0), Source::yaw_rate, turn), Source::accel_x, -2.0);
       car.drive(halt_s, halt);
@@ -89,9 +87,7 @@ TEST(HonestStart, AShortHaltDoesNotRewriteTheBias) {
 TEST(HonestStart, ADepartureIsNoBias) {
   // Late wheels still read 0 while the car turns.
   for (const double late_s : {0.1, 0.2}) {
-    Car car;
-    car.drive(1.5, straight_at(0.0));
-    ASSERT_TRUE(car.stands());
+    Car car = car_at_rest(1.5);
     for (int i = 0; i < static_cast<int>(200.0 * late_s); ++i) {
       car.tick(with(with(straight_at(0.0), Source::yaw_rate, 0.01 * i), Source::accel_x, 2.0));
     }

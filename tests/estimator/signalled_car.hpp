@@ -78,6 +78,13 @@ class Car {
   std::map<Source, int> gated;
 };
 
+/// A car that has driven for `seconds`.
+inline Car car_after(double seconds, const SensorValues& values) {
+  Car car;
+  car.drive(seconds, values);
+  return car;
+}
+
 inline SensorValues straight_at(double speed) {
   return {{{Source::yaw_rate, 0.0},
            {Source::accel_x, 0.0},
@@ -87,6 +94,12 @@ inline SensorValues straight_at(double speed) {
            {Source::wheel_front_right, speed},
            {Source::wheel_rear_left, speed},
            {Source::wheel_rear_right, speed}}};
+}
+
+inline Car car_at_rest(double seconds = 3.0) {
+  Car car = car_after(seconds, straight_at(0.0));
+  EXPECT_TRUE(car.stands());
+  return car;
 }
 
 /// The signals on a circle to the left, on a road that grips.

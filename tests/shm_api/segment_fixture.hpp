@@ -106,6 +106,16 @@ inline ClientPointer open_client(const std::string& path) {
   return ClientPointer(client);
 }
 
+/// A client of a writer that published one tick, and has gone since.
+inline ClientPointer client_of_dead_writer(const SegmentSettings& settings, std::uint64_t tick) {
+  constexpr std::int64_t fast_ns = 1'000'000;  // stale after 4 ms
+  Writer writer(settings, test_info(fast_ns));
+  publish_patterned(writer, tick, now_ns());
+  ClientPointer client = open_client(settings.name);
+  writer.set_heartbeat(now_ns() - 10 * fast_ns);
+  return client;
+}
+
 using Latest = std::pair<odom_status, std::uint64_t>;
 
 /// The status of odom_latest, and the tick of the pose that it gives.

@@ -80,13 +80,7 @@ TEST_F(Access, ASegmentOfAnotherUserIsRefused) {
 }
 
 TEST_F(Access, ASuccessorOfAnotherUserIsNotFollowed) {
-  ClientPointer client;
-  {
-    Writer writer(settings, test_info(1'000'000));
-    publish_patterned(writer, 1, now_ns());
-    writer.set_heartbeat(now_ns() - 1'000'000'000);
-    client = open_client(path);
-  }
+  const ClientPointer client = client_of_dead_writer(settings, 1);
   Writer successor(settings, test_info(1'000'000'000));
   publish_patterned(successor, 9, now_ns());
   if (give_away(path)) {

@@ -13,7 +13,6 @@ namespace odomd::shm::testing::test_succession {
 namespace {
 
 constexpr std::int64_t slow_ns = 1'000'000'000;  // stale after 4 s, longer than the test takes
-constexpr std::int64_t fast_ns = 1'000'000;      // stale after 4 ms
 
 class Succession : public ::testing::Test {
  protected:
@@ -44,15 +43,9 @@ TEST_F(Succession, SilenceOfFourPeriodsIsStaleAndTheLastPoseIsGiven) {
 }
 
 TEST_F(Succession, AClientGoesOverToTheSuccessorOnceItPublishes) {
-  ClientPointer client;
-  {
-    Writer writer(settings, test_info(fast_ns));
-    publish_patterned(writer, 100, now_ns());
-    client = open_client(path);
-    writer.set_heartbeat(now_ns() - 10 * fast_ns);
-  }
+  const ClientPointer client = client_of_dead_writer(settings, 100);
   Writer successor(settings, test_info(slow_ns));
-  const std::int64_t until = now_ns() + 10 * fast_ns;
+  const std::int64_t until = now_ns() + 10'000'000;
   while (now_ns() < until) ASSERT_EQ(latest(client), Latest(ODOM_STALE, 100));
   odom_pose pose{};
   odom_latest(client.get(), &pose, sizeof pose);
@@ -64,13 +57,7 @@ TEST_F(Succession, AClientGoesOverToTheSuccessorOnceItPublishes) {
 }
 
 TEST_F(Succession, ARemovedNameLeavesTheLastPose) {
-  ClientPointer client;
-  {
-    Writer writer(settings, test_info(fast_ns));
-    publish_patterned(writer, 1, 5);
-    client = open_client(path);
-    writer.set_heartbeat(now_ns() - 10 * fast_ns);
-  }
+  const ClientPointer client = client_of_dead_writer(settings, 1);
   unlink(path.c_str());
   odom_pose pose{};
   EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_STALE);

@@ -148,6 +148,7 @@ class FrameReceiverTest : public testing::Test {
   FileDescriptor receiving_;
   FileDescriptor sending_;
   SourceCounters counters_;
+  FrameReceiver receiver_{0, StampSource::software};
 };
 
 TEST_F(FrameReceiverTest, StampsFramesOnTheMonotonicClock) {
@@ -193,49 +194,45 @@ TEST_F(FrameReceiverTest, FallsBackWhereAStampIsMissing) {
 
 TEST_F(FrameReceiverTest, CarriesOverWhatADrainHasNoRoomFor) {
   ASSERT_TRUE(request_stamps(receiving_.get(), StampSource::software));
-  FrameReceiver receiver(0, StampSource::software);
   for (canid_t id = 0; id < 100; ++id) send(raw_frame(id, 8));
   canid_t next = 0;
   for (const std::size_t room : {30U, 30U, 30U, 30U})
-    for (const Frame& frame : receive(receiver, room)) EXPECT_EQ(frame.id, next++);
+    for (const Frame& frame : receive(receiver_, room)) EXPECT_EQ(frame.id, next++);
   EXPECT_EQ(next, 100U);
   EXPECT_EQ(counters_.carried_over.get(), 3U);
-  EXPECT_TRUE(receive(receiver).empty());
+  EXPECT_TRUE(receive(receiver_).empty());
 }
 
 TEST_F(FrameReceiverTest, TakesNoMoreThanItsMaximumInOneCall) {
-  FrameReceiver receiver(0, StampSource::software);
   const int large = 8 << 20;  // the kernel grants less, but enough for these frames
   ASSERT_EQ(::setsockopt(receiving_.get(), SOL_SOCKET, SO_RCVBUF, &large, sizeof large), 0);
   for (canid_t id = 0; id < 300; ++id) send(raw_frame(id, 8));
-  EXPECT_EQ(receive(receiver, 5000).size(), max_frames_per_drain);
-  EXPECT_EQ(receive(receiver, 5000).size(), 300 - max_frames_per_drain);
+  EXPECT_EQ(receive(receiver_, 5000).size(), max_frames_per_drain);
+  EXPECT_EQ(receive(receiver_, 5000).size(), 300 - max_frames_per_drain);
 }
 
 TEST_F(FrameReceiverTest, CountsWhatTheKernelDropped) {
   const int small = 4096;
   ASSERT_EQ(::setsockopt(receiving_.get(), SOL_SOCKET, SO_RCVBUF, &small, sizeof small), 0);
   ASSERT_TRUE(request_stamps(receiving_.get(), StampSource::software));
-  FrameReceiver receiver(0, StampSource::software);
   constexpr std::uint64_t sent = 200;
   for (canid_t id = 0; id < sent; ++id) send(raw_frame(id, 8));
-  std::size_t received = receive(receiver).size();
+  std::size_t received = receive(receiver_).size();
   EXPECT_LT(received, sent);
   // The kernel reports the count with the next frame that it does not drop.
   send(raw_frame(0x7FF, 0));
-  received += receive(receiver).size();
+  received += receive(receiver_).size();
   EXPECT_EQ(received + counters_.lost.get(), sent + 1);
 }
 
 TEST_F(FrameReceiverTest, CountsErrorFramesAndWhatIsNone) {
-  FrameReceiver receiver(0, StampSource::software);
   canfd_frame overflow = raw_frame(CAN_ERR_FLAG | CAN_ERR_CRTL, 8);
   overflow.data[1] = CAN_ERR_CRTL_RX_OVERFLOW;
   send(overflow);
   send(raw_frame(CAN_ERR_FLAG | CAN_ERR_BUSOFF, 8));
   send(raw_frame(0x120, 8), 5);
   send(raw_frame(0x120, 64), CANFD_MTU);
-  const auto frames = receive(receiver);
+  const auto frames = receive(receiver_);
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].length, 64);
   EXPECT_EQ(counters_.error_frames.get(), 2U);
@@ -246,21 +243,19 @@ TEST_F(FrameReceiverTest, CountsErrorFramesAndWhatIsNone) {
 }
 
 TEST_F(FrameReceiverTest, LeavesNothingOfALongFrameInAShortOne) {
-  FrameReceiver receiver(0, StampSource::software);
   send(raw_frame(0x120, 64), CANFD_MTU);
-  receive(receiver);
+  receive(receiver_);
   send(raw_frame(0x121, 1));
-  const auto frames = receive(receiver);
+  const auto frames = receive(receiver_);
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].data[0], 1);
   for (std::size_t i = 1; i < max_payload; ++i) EXPECT_EQ(frames[0].data[i], 0);
 }
 
 TEST_F(FrameReceiverTest, ReportsTheErrorOfItsSocket) {
-  FrameReceiver receiver(0, StampSource::software);
   std::array<Frame, 4> frames;
-  EXPECT_EQ(receiver.receive(-1, frames, counters_).error, EBADF);
-  EXPECT_EQ(receiver.receive(receiving_.get(), frames, counters_).error, 0);  // no frame is there
+  EXPECT_EQ(receiver_.receive(-1, frames, counters_).error, EBADF);
+  EXPECT_EQ(receiver_.receive(receiving_.get(), frames, counters_).error, 0);  // no frame is there
 }
 
 }  // namespace

@@ -17,8 +17,6 @@
 namespace odomd::can::open_source_test {
 namespace {
 
-constexpr std::int64_t period = 5'000'000;
-
 bool kernel_has_can() {
   return static_cast<bool>(FileDescriptor(::socket(AF_CAN, SOCK_RAW | SOCK_CLOEXEC, 1)));
 }
@@ -44,25 +42,25 @@ TEST(SourceKind, RefusesWhatCanBeNeither) {
     EXPECT_THROW((void)source_kind(name), std::invalid_argument) << name;
 }
 
-TEST(OpenSource, OpensALog) {
-  const TemporaryFile file("drive.log", "(1.000000) can0 100#\n");
+class OpenSource : public testing::Test {
+ protected:
   BusNames buses;
-  LogClock clock(0, period);
+  LogClock clock{0, 5'000'000};
+};
+
+TEST_F(OpenSource, OpensALog) {
+  const TemporaryFile file("drive.log", "(1.000000) can0 100#\n");
   const auto source = open_source(file.path(), buses, clock, {});
   EXPECT_EQ(source->name(), file.path());
   EXPECT_THROW((void)open_source("nonexistent.log", buses, clock, {}), LogError);
 }
 
-TEST(OpenSource, RefusesOneBusTooMany) {
-  BusNames buses;
+TEST_F(OpenSource, RefusesOneBusTooMany) {
   for (char bus = '0'; bus < '8'; ++bus) buses.index_of(std::string("can") + bus);
-  LogClock clock(0, period);
   EXPECT_THROW((void)open_source("can8", buses, clock, {}), std::invalid_argument);
 }
 
-TEST(OpenSource, WaitsForAnInterfaceOrSaysThatTheKernelHasNoCan) {
-  BusNames buses;
-  LogClock clock(0, period);
+TEST_F(OpenSource, WaitsForAnInterfaceOrSaysThatTheKernelHasNoCan) {
   if (kernel_has_can()) {
     const auto source = open_source("odomd-test-none", buses, clock, {});
     EXPECT_EQ(source->link(), LinkState::gone);

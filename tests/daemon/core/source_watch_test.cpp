@@ -46,25 +46,23 @@ TEST(SourceWatch, FlagsASignalThatNoCarCanSendAndForgivesOneValue) {
        {std::tuple{1e6F, Verdict::gated, SourceFlag::out_of_range},
         {std::numeric_limits<float>::quiet_NaN(), Verdict::non_finite, SourceFlag::non_finite}}) {
     const Car car(config);
-    const auto reads = [&car](std::int64_t at_ms, float value) -> const TickRecord& {
+    const TickRecord* record = nullptr;
+    for (const auto& [at_ms, value, expected] : {std::tuple{0, 1.5F, SourceFlag::ok},
+                                                 {10, bad, SourceFlag::ok},
+                                                 {20, bad, flag},
+                                                 {30, 1.5F, flag},
+                                                 {1020, 1.5F, SourceFlag::ok}}) {
       can::Frame frame{.time_ns = start + at_ms * ms, .id = 258, .length = 4};
       std::memcpy(frame.data.data(), &value, sizeof value);
       car.pipeline->take(frame, frame.time_ns);
-      return car.tick(at_ms);
-    };
-    (void)reads(0, 1.5F);
-    (void)reads(10, bad);
-    EXPECT_EQ(car.flag(wheel), SourceFlag::ok);
-    const TickRecord& record = reads(20, bad);
-    EXPECT_EQ(car.flag(wheel), flag);
-    EXPECT_NE(record.pose.conditions & ODOM_COND_SENSOR_FAULT, 0U);
-    EXPECT_EQ(record.pose.health >> wheel & 1U, 0U);
+      record = &car.tick(at_ms);
+      EXPECT_EQ(car.flag(wheel), expected) << at_ms;
+      const bool faulty = (record->pose.conditions & ODOM_COND_SENSOR_FAULT) != 0;
+      EXPECT_EQ(faulty, expected != SourceFlag::ok) << at_ms;
+      EXPECT_EQ(record->pose.health >> wheel & 1U, faulty ? 0U : 1U) << at_ms;
+    }
     EXPECT_EQ(car.count(wheel, verdict), 2U);
-    EXPECT_NEAR(record.pose.vx, 1.5, 1e-9);
-    for (std::int64_t t = 30; t < 1020; t += 10) (void)reads(t, 1.5F);
-    EXPECT_EQ(car.flag(wheel), flag);
-    (void)reads(1020, 1.5F);
-    EXPECT_EQ(car.flag(wheel), SourceFlag::ok);
+    EXPECT_NEAR(record->pose.vx, 1.5, 1e-9);
   }
 }
 

@@ -19,6 +19,8 @@ class PoseAnchorTest : public ::testing::Test {
   static constexpr BodyVelocity velocity{1.0, 0.05, 2.0};
   static constexpr Symmetric3 velocity_covariance{4e-4, 0.0, 0.0, 1e-4, 0.0, 1e-3};
 
+  void SetUp() override { begin(); }
+
   void begin(const FilterSettings& settings = {}, const Pose2& pose = {}) {
     anchor_ = PoseAnchor{settings};
     anchor_.set_pose(pose);

@@ -122,7 +122,7 @@ TEST(Limit, HardlyTouchesWhatIsBelow) {
   limit(state);
   const auto grown = [](const auto& after, const auto& earlier) {
     return (after.diagonal().array() > earlier.diagonal().array()).all() &&
-           (after - earlier).cwiseAbs().maxCoeff() < 2e-9 * earlier.cwiseAbs().maxCoeff();
+           largest(after - earlier) < 2e-9 * earlier.cwiseAbs().maxCoeff();
   };
   EXPECT_TRUE(grown(state.covariance, before.covariance));
   EXPECT_TRUE(grown(state.slow.covariance, before.slow.covariance));

@@ -25,8 +25,7 @@ std::vector<Estimate> drive(const std::function<void(Arrival&)>& change) {
   std::vector<Arrival> arrivals = drive_on_a_circle(ticks * period_ns);
   for (Arrival& arrival : arrivals)
     if (arrival.arrival_ns >= fault_ns) change(arrival);
-  FullFilter filter = started();
-  return run(filter, arrivals, ticks);
+  return run(arrivals, ticks);
 }
 
 TEST(CameraTrust, APictureThatStandsStillDragsNoCarAlong) {

@@ -8,8 +8,7 @@ namespace {
 
 TEST(Heading, AConsistentGyroIsAcceptedAfterItsTimeout) {
   // A bump spins the car on the spot, without an effect on wheels and steering.
-  Car car;
-  car.drive(2.0, straight_at(1.0));
+  Car car = car_after(2.0, straight_at(1.0));
   const SensorValues spun = without(with(straight_at(1.0), Source::yaw_rate, 3.0), Source::accel_y);
   car.drive(0.005, spun);
   EXPECT_EQ(car.fused[Source::yaw_rate], 0);
@@ -86,8 +85,7 @@ TEST(Heading, AGyroWithoutASampleHasNoIntegral) {
 
 TEST(Heading, ASpinByTheGyroAloneIsAFault) {
   // Wheels, steering and lateral acceleration contradict the gyro.
-  Car car;
-  car.drive(2.0, straight_at(1.0));
+  Car car = car_after(2.0, straight_at(1.0));
   const double yaw = car.yaw();
   for (int i = 0; i < 400; ++i)
     car.tick(with(straight_at(1.0), Source::yaw_rate, std::min(0.5 * i, 4.0)));

@@ -39,10 +39,8 @@ TEST(Gyro, DerivativesByStateAndSlowErrorsAreRight) {
   const auto predict = [](const State& state) { return predict_yaw_rate(state, 0.03); };
   for (const State& state : testing::grid_of_states()) {
     const Prediction z = predict(state);
-    EXPECT_LT((testing::stated(z) - testing::differences(state, predict)).cwiseAbs().maxCoeff(),
-              1e-8);
-    EXPECT_LT((z.by_slow - testing::differences_by_slow(state, predict)).cwiseAbs().maxCoeff(),
-              1e-8);
+    EXPECT_LT(testing::largest(testing::stated(z) - testing::differences(state, predict)), 1e-8);
+    EXPECT_LT(testing::largest(z.by_slow - testing::differences_by_slow(state, predict)), 1e-8);
   }
 }
 
@@ -67,9 +65,8 @@ TEST(AccelX, DependsOnTheStateAsItSays) {
       Vector expected = testing::differences(state, predict);
       expected[at::yaw_rate] = 0.0;  // left out on purpose: the gyro measures it better
       const Prediction z = predict(state);
-      EXPECT_LT((testing::stated(z) - expected).cwiseAbs().maxCoeff(), 1e-8);
-      EXPECT_LT((z.by_slow - testing::differences_by_slow(state, predict)).cwiseAbs().maxCoeff(),
-                1e-8);
+      EXPECT_LT(testing::largest(testing::stated(z) - expected), 1e-8);
+      EXPECT_LT(testing::largest(z.by_slow - testing::differences_by_slow(state, predict)), 1e-8);
     }
   }
 }
@@ -86,10 +83,10 @@ TEST(AccelY, DependsOnTheStateAsItSays) {
       Prediction z = predict(state);
       z.by_slow[slow::softness] = 0.0;
       const Vector by = testing::stated(z);
-      EXPECT_LT((by - testing::differences(state, predict)).cwiseAbs().maxCoeff(),
+      EXPECT_LT(testing::largest(by - testing::differences(state, predict)),
                 1e-6 * (1.0 + by.cwiseAbs().maxCoeff()))
           << state.mean.transpose();
-      EXPECT_LT((z.by_slow - testing::differences_by_slow(state, predict)).cwiseAbs().maxCoeff(),
+      EXPECT_LT(testing::largest(z.by_slow - testing::differences_by_slow(state, predict)),
                 1e-6 * (1.0 + z.by_slow.cwiseAbs().maxCoeff()))
           << state.mean.transpose();
     }

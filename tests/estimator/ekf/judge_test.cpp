@@ -113,8 +113,7 @@ TEST(Judge, ADriverWhoBrakesHardIsFollowed) {
 }
 
 TEST(Judge, OneTelegramAloneBrakesNoCar) {
-  Car car;
-  car.drive(3.0, straight_at(2.0));
+  Car car = car_after(3.0, straight_at(2.0));
   for (const double value : {-6.0, 6.0, -9.0}) {
     car.tick(with(straight_at(2.0), Source::accel_x, value));
     EXPECT_NEAR(car.state.mean[at::accel_x], 0.0, 0.1);

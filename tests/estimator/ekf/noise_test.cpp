@@ -133,19 +133,24 @@ TEST(NoiseOf, OfAnInputAndOfACameraIsNothing) {
   }
 }
 
+/// An innovation with a variance of 4, of which a part is the sample's, and a part of that the
+/// wheel's own relative error.
+void adapt(State& state, Source source, double innovation, double of_sample, double relative) {
+  Prediction z;
+  z.variance = 4.0 * of_sample;
+  z.relative = 4.0 * relative;
+  Innovation nu;
+  nu.value = innovation;
+  nu.variance_of_noise = nu.variance = 4.0;
+  adapt_noise_scales({}, state, {.source = source}, z, nu);
+}
+
 /// The state after 100 s of innovations of `sigmas`, 100 a second; `share`: the part of the
 /// variance from the wheel's own relative error, the rest being the state's.
 State surprised(Source source, double sigmas, double share, State state = {}) {
   state.readings[index_of(source)].interval_s = 0.01;
-  const Sample sample{.source = source};
-  Prediction z;
-  z.variance = z.relative = 4.0 * share;
-  Innovation nu;
-  nu.variance_of_noise = nu.variance = 4.0;
-  for (int i = 0; i < 10'000; ++i) {
-    nu.value = 2.0 * sigmas * (i % 2 == 0 ? 1.0 : -1.0);
-    adapt_noise_scales({}, state, sample, z, nu);
-  }
+  for (int i = 0; i < 10'000; ++i)
+    adapt(state, source, 2.0 * sigmas * (i % 2 == 0 ? 1.0 : -1.0), share, share);
   return state;
 }
 
@@ -184,11 +189,7 @@ TEST(NoiseScale, ASampleWithoutInformationChangesNothing) {
   // The part of S from a wheel's stated sigma does not adapt its relative error.
   State state;
   state.readings[index_of(Source::wheel_rear_left)].interval_s = 0.01;
-  Prediction z;
-  z.variance = 2.0;
-  Innovation nu;
-  nu.variance_of_noise = nu.variance = 4.0;
-  adapt_noise_scales({}, state, {.source = Source::wheel_rear_left}, z, nu);
+  adapt(state, Source::wheel_rear_left, 0.0, 0.5, 0.0);
   EXPECT_EQ(state.readings[index_of(Source::wheel_rear_left)].noise_scale, 1.0);
   EXPECT_LT(state.drive_noise_scale, 1.0);
   // A sample at standstill adapts nothing, either.
@@ -201,12 +202,7 @@ TEST(NoiseScale, ASampleWithoutInformationChangesNothing) {
 TEST(NoiseScale, AnOutlierChangesItLittle) {
   State state;
   state.readings[index_of(Source::wheel_rear_left)].interval_s = 1.0;
-  Prediction z;
-  z.variance = z.relative = 0.5;
-  Innovation nu;
-  nu.value = 1e6;
-  nu.variance_of_noise = nu.variance = 1.0;
-  adapt_noise_scales({}, state, {.source = Source::wheel_rear_left}, z, nu);
+  adapt(state, Source::wheel_rear_left, 2e6, 0.5, 0.5);
   EXPECT_LT(state.drive_noise_scale, 1.5);
   EXPECT_LT(state.readings[index_of(Source::wheel_rear_left)].noise_scale, 1.5);
 }

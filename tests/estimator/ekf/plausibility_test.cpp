@@ -37,8 +37,7 @@ TEST(Plausibility, AStillWheelHasNoVoteOnlyAgainstOneWithASmallerDeadBand) {
 
 TEST(Plausibility, ADeadWheelIsOutvotedAfterADropOut) {
   for (const double silence : {0.1, 0.26, 0.3, 1.5}) {
-    Car car;
-    car.drive(3.0, straight_at(2.0));
+    Car car = car_after(3.0, straight_at(2.0));
     const SensorValues dead = with(straight_at(2.0), Source::wheel_front_left, 0.0);
     car.drive(2.0, dead);
     car.drive(silence, {{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}}});
@@ -64,8 +63,7 @@ TEST(Plausibility, FramesThatContradictEachOtherAreNeverForced) {
   const SensorValues silent{{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}}};
   int wrong = 0;
   for (unsigned seed = 0; seed < 20; ++seed) {
-    Car car;
-    car.drive(2.0, straight_at(1.0));
+    Car car = car_after(2.0, straight_at(1.0));
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> any(-100.0, 100.0);
     for (int i = 0; i < 50; ++i) {
@@ -79,8 +77,7 @@ TEST(Plausibility, FramesThatContradictEachOtherAreNeverForced) {
 }
 
 TEST(Plausibility, ASourceNeedsConsistentSamplesAfterAGap) {
-  Car car;
-  car.drive(2.0, straight_at(1.0));
+  Car car = car_after(2.0, straight_at(1.0));
   const SensorValues silent{{{Source::accel_x, 0.0}}};
   car.drive(3.0, silent);
   EXPECT_EQ(car.push(Source::yaw_rate, 9.0).verdict, Verdict::gated);
@@ -93,8 +90,8 @@ TEST(Plausibility, ASourceNeedsConsistentSamplesAfterAGap) {
 }
 
 TEST(Plausibility, OneWildAccelerationIsNoInput) {
-  Car car;
-  car.drive(2.0, straight_at(1.0));
+  Car car = car_at_rest(2.0);
+  car.drive(5.0, straight_at(1.0));
   for (const Source source : {Source::accel_x, Source::accel_y})
     EXPECT_EQ(car.push(source, 150.0).verdict, Verdict::gated);
   EXPECT_NEAR(car.state.accel_x.value, 0.0, 1e-6);
@@ -106,8 +103,7 @@ TEST(Plausibility, OneWildAccelerationIsNoInput) {
 
 TEST(Plausibility, OneReadingOfTheGyroTurnsNoCarEvenIfItPassesTheGate) {
   for (const auto& [spike, yaw] : {std::pair(8.0, 0.005), {1.5, 0.002}}) {
-    Car car;
-    car.drive(2.0, straight_at(1.0));
+    Car car = car_after(2.0, straight_at(1.0));
     for (int i = 0; i < 20; ++i) {
       car.tick(with(straight_at(1.0), Source::yaw_rate, spike));
       EXPECT_LT(std::abs(car.yaw_rate()), spike == 8.0 ? 0.02 : spike);
@@ -121,8 +117,7 @@ TEST(Plausibility, OneReadingOfTheGyroTurnsNoCarEvenIfItPassesTheGate) {
 TEST(Plausibility, LateralAccelerationsToBothSidesAreNeverForced) {
   const SensorValues values = without(straight_at(2.0), Source::accel_y);
   const auto fused_of = [&values](double first, double second) {
-    Car car;
-    car.drive(2.0, values);
+    Car car = car_after(2.0, values);
     int fused = 0;
     for (int i = 0; i < 20; ++i) {
       car.drive(0.1, values);

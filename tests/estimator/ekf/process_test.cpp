@@ -114,9 +114,9 @@ void expect_step_of_automatic_differentiation(const CarModel& model) {
       EXPECT_LT((step.mean - (estimator::testing::values<variable_count, at::size>(after))).norm(),
                 1e-11)
           << state.mean.transpose();
-      EXPECT_LT((step.F - J.leftCols<at::size>()).cwiseAbs().maxCoeff(), 1e-11 * scale)
+      EXPECT_LT(testing::largest(step.F - J.leftCols<at::size>()), 1e-11 * scale)
           << state.mean.transpose();
-      EXPECT_LT((step.by_slow.col(slow::stiffness_scale) - J.col(at::size)).cwiseAbs().maxCoeff(),
+      EXPECT_LT(testing::largest(step.by_slow.col(slow::stiffness_scale) - J.col(at::size)),
                 1e-11 * scale);
       for (Eigen::Index i = 0; i < slow::size; ++i) {
         EXPECT_TRUE(i == slow::stiffness_scale || i == slow::softness ||
@@ -158,15 +158,14 @@ TEST(Process, CovarianceIsThatOfTheWholeJacobian) {
     propagate(model, input, dt, state);
     const Matrix expected = step.F * before.covariance * step.F.transpose() + step.noise;
     const double scale = 1.0 + step.F.norm();
-    EXPECT_LT((state.covariance - expected).cwiseAbs().maxCoeff(), 1e-12 * scale);
+    EXPECT_LT(testing::largest(state.covariance - expected), 1e-12 * scale);
     EXPECT_EQ(state.covariance, state.covariance.transpose());
     EXPECT_EQ(Matrix(step.noise.diagonal().asDiagonal()), step.noise);
     EXPECT_GE(step.noise.diagonal().minCoeff(), 0.0);
     EXPECT_EQ(step.noise(at::x, at::x), step.noise(at::y, at::y));
-    EXPECT_LT((state.slow.sensitivity - step.F * before.slow.sensitivity - step.by_slow)
-                  .cwiseAbs()
-                  .maxCoeff(),
-              1e-12 * scale);
+    EXPECT_LT(
+        testing::largest(state.slow.sensitivity - step.F * before.slow.sensitivity - step.by_slow),
+        1e-12 * scale);
     EXPECT_EQ(state.slow.mean, before.slow.mean);
   }
 }

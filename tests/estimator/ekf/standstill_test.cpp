@@ -210,8 +210,7 @@ TEST(Standstill, BiasesAreLearntBeforeTheFirstMove) {
   const State before = car.state;
   for (int i = 0; i < 600; ++i) {
     car.tick();
-    ASSERT_TRUE(testing::is_covariance(car.state.covariance)) << i;
-    ASSERT_TRUE(testing::is_covariance(car.state.slow.covariance)) << i;
+    ASSERT_TRUE(testing::has_covariances(car.state)) << i;
   }
   const State& state = car.state;
   EXPECT_TRUE(state.standstill.standing);

@@ -69,5 +69,14 @@ template <typename Square>
 bool is_covariance(const Square& P) {
   return P.allFinite() && P == P.transpose() && Eigen::LLT<Square>(P).info() == Eigen::Success;
 }
+inline bool has_covariances(const State& state) {
+  return is_covariance(state.covariance) && is_covariance(state.slow.covariance);
+}
+
+/// The largest of a matrix's numbers, without its sign.
+template <typename Derived>
+double largest(const Eigen::MatrixBase<Derived>& matrix) {
+  return matrix.cwiseAbs().maxCoeff();
+}
 
 }  // namespace odomd::estimator::full::testing

@@ -9,9 +9,7 @@ namespace odomd::estimator::full::testing::stopping_test {
 namespace {
 
 TEST(Stopping, APersistentGyroReadingAtStandstillIsANewBias) {
-  Car car;
-  car.drive(3.0, straight_at(0.0));
-  ASSERT_TRUE(car.stands());
+  Car car = car_at_rest();
   const double yaw = car.yaw();
   car.drive(3.0, with(straight_at(0.0), Source::yaw_rate, 0.06));
   EXPECT_LT(car.yaw() - yaw, 0.06 * 2.0);  // until other sources outweigh the step
@@ -22,8 +20,7 @@ TEST(Stopping, APersistentGyroReadingAtStandstillIsANewBias) {
 
 TEST(Stopping, AShortStepOfTheGyroIsNoNewBias) {
   for (const double step : {0.02, 0.06, 0.12}) {
-    Car car;
-    car.drive(10.0, straight_at(0.0));
+    Car car = car_at_rest(10.0);
     car.drive(0.3, with(straight_at(0.0), Source::yaw_rate, step));
     car.drive(1.0, straight_at(0.0));
     EXPECT_NEAR(car.gyro_bias(), 0.0, 0.1 * step) << step;
@@ -45,8 +42,7 @@ TEST(Stopping, AGyroOfALargeBiasTurnsNoCarThatStands) {
 }
 
 TEST(Stopping, AGyroThatWarmsUpKeepsTheCarStanding) {
-  Car car;
-  car.drive(2.0, straight_at(0.0));
+  Car car = car_at_rest(2.0);
   const double yaw = car.yaw();
   for (int i = 0; i <= 600; ++i) {
     car.drive(0.1, with(straight_at(0.0), Source::yaw_rate, 5e-5 * i));
@@ -57,8 +53,7 @@ TEST(Stopping, AGyroThatWarmsUpKeepsTheCarStanding) {
 }
 
 TEST(Stopping, LockedWheelsThatSlideAreNoStandstill) {
-  Car car;
-  car.drive(3.0, straight_at(0.0));
+  Car car = car_at_rest();
   for (int i = 0; i < 200; ++i) {  // to 3 m/s at 3 m/s²
     car.tick(with(straight_at(0.015 * i), Source::accel_x, 3.0));
   }
@@ -75,8 +70,7 @@ TEST(Stopping, LockedWheelsThatSlideAreNoStandstill) {
 TEST(Stopping, WheelsThatStopWithTheCarAreAccepted) {
   // The car hits a wall, too suddenly for the accelerometer. Dead wheels would look the same, so
   // the standstill takes a while, and the pose is doubtful.
-  Car car;
-  car.drive(2.0, straight_at(3.0));
+  Car car = car_after(2.0, straight_at(3.0));
   const double x = car.x();
   car.drive(4.0, straight_at(0.0));
   EXPECT_TRUE(car.stands());
@@ -86,9 +80,7 @@ TEST(Stopping, WheelsThatStopWithTheCarAreAccepted) {
 
 TEST(Stopping, SetsOffAtOnceWithWheelsThatAreBlindToSlowSpeeds) {
   for (const double speed : {0.6, -0.6}) {
-    Car car;
-    car.drive(2.0, straight_at(0.0));
-    ASSERT_TRUE(car.stands());
+    Car car = car_at_rest(2.0);
     car.drive(0.02, straight_at(speed));
     EXPECT_NEAR(car.v_x(), speed, 0.02);
     car.drive(0.1, straight_at(speed));
@@ -97,8 +89,7 @@ TEST(Stopping, SetsOffAtOnceWithWheelsThatAreBlindToSlowSpeeds) {
 }
 
 TEST(Stopping, WheelsThatAreBlindToACreepDoNotHoldACarWhoseMotorTurns) {
-  Car car;
-  car.drive(3.0, with(straight_at(0.0), Source::motor, 0.0));
+  Car car = car_after(3.0, with(straight_at(0.0), Source::motor, 0.0));
   ASSERT_TRUE(car.stands());
   const double x = car.x();
   car.drive(10.0, with(straight_at(0.0), Source::motor, 0.05));
@@ -121,8 +112,7 @@ TEST(Stopping, OneWheelThatTurnsMovesNoCarThatStands) {
 }
 
 TEST(Stopping, DrivenWheelsThatSpinAtTheStartDoNotSetItsSpeed) {
-  Car car;
-  car.drive(3.0, straight_at(0.0));
+  Car car = car_at_rest();
   const double x = car.x();
   SensorValues spinning = with(straight_at(0.0), Source::wheel_rear_left, 3.0);
   spinning.signals[Source::wheel_rear_right] = 3.0;
@@ -150,8 +140,7 @@ TEST(Stopping, AWheelOfOnesOwnSetsOffWithItsSecondTurningSample) {
 }
 
 TEST(Stopping, ABiasThatIsKnownIsNotGivenUpForACreepThatTheWheelsDoNotSee) {
-  Car car;
-  car.drive(10.0, straight_at(0.0));
+  Car car = car_at_rest(10.0);
   ASSERT_LT(std::sqrt(car.state.slow.covariance(slow::gyro_bias, slow::gyro_bias)), 0.005);
   car.drive(1.5, with(straight_at(0.0), Source::yaw_rate, 0.09));
   EXPECT_FALSE(car.stands());
@@ -179,17 +168,14 @@ TEST(Stopping, AGyroWithoutFaultKeepsTheCarStanding) {
 }
 
 TEST(Stopping, NoCarIsKnownToStandWithoutItsWheels) {
-  Car car;
-  car.drive(3.0, straight_at(0.0));
-  ASSERT_TRUE(car.stands());
+  Car car = car_at_rest();
   car.drive(4.0, {{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}}});
   EXPECT_FALSE(car.stands());
   EXPECT_GT(std::sqrt(car.state.covariance(at::v_x, at::v_x)), 0.05);
 }
 
 TEST(Stopping, OneWildSpeedMovesNoCarThatStands) {
-  Car car;
-  car.drive(2.0, straight_at(0.0));
+  Car car = car_at_rest(2.0);
   const double x = car.x();
   for (int i = 0; i < 10; ++i) {
     EXPECT_EQ(car.push(Source::wheel_rear_left, 80.0).verdict, Verdict::gated);
@@ -200,23 +186,19 @@ TEST(Stopping, OneWildSpeedMovesNoCarThatStands) {
 }
 
 TEST(Stopping, APersistentAccelerationAtStandstillIsANewBiasOnASlopeToo) {
-  Car side;
-  side.drive(3.0, straight_at(0.0));
+  Car side = car_at_rest();
   const double front = side.state.covariance(at::front_angle, at::front_angle);
   side.drive(1.0, with(straight_at(0.0), Source::accel_y, 1.0));
   EXPECT_GT(side.gated[Source::accel_y], 20);
   EXPECT_NEAR(side.state.mean[at::accel_bias_y], 1.0, 0.05);
   EXPECT_EQ(side.state.covariance(at::front_angle, at::front_angle), front);
-  Car slope;
-  slope.drive(3.0, straight_at(0.0));
-  ASSERT_TRUE(slope.stands());
+  Car slope = car_at_rest();
   slope.drive(2.0, with(straight_at(0.0), Source::accel_x, 2.0));
   EXPECT_NEAR(slope.state.mean[at::accel_bias_x], 2.0, 0.1);
 }
 
 TEST(Stopping, AWheelThatEntersItsDeadBandHasNotFailed) {
-  Car car;
-  car.drive(2.0, straight_at(0.0));
+  Car car = car_at_rest(2.0);
   car.drive(2.0, with(straight_at(0.3), Source::motor, 0.3));
   for (int i = 0; i < 1000; ++i) {
     car.tick(with(straight_at(0.0), Source::motor, 0.06));
@@ -228,8 +210,7 @@ TEST(Stopping, AWheelThatEntersItsDeadBandHasNotFailed) {
 
 TEST(Stopping, SettingOffBelowTheWheelsResolutionCorrectsNoBiasAndWidensThePlace) {
   // The car sets off at 1 m/s², with wheels that read zero below 0.7 m/s.
-  Car car;
-  car.drive(3.0, straight_at(0.0));
+  Car car = car_at_rest();
   car.state.standstill.dead_band.fill(0.8);
   const double x = car.x();
   const double bias = car.state.mean[at::accel_bias_x];
@@ -250,8 +231,7 @@ SensorValues of_two_wheels(double left, double right) {
 }
 
 TEST(Stopping, OneDeadWheelOfTwoHoldsNoCar) {
-  Car car;
-  car.drive(3.0, of_two_wheels(0.0, 0.0));
+  Car car = car_after(3.0, of_two_wheels(0.0, 0.0));
   ASSERT_TRUE(car.stands());
   for (int i = 0; i < 200; ++i) {  // sets off at 1 m/s²
     car.tick(with(of_two_wheels(0.005 * i, 0.0), Source::accel_x, 1.0));
@@ -278,8 +258,7 @@ TEST(Stopping, OneDeadWheelOfTwoHoldsNoCarThatTheGyroHasSetOff) {
 }
 
 TEST(Stopping, DrivenWheelsThatSpinOnTheSpotMoveNoCar) {
-  Car car;
-  car.drive(3.0, straight_at(0.0));
+  Car car = car_at_rest();
   const double x = car.x();
   car.drive(3.0, with(with(straight_at(0.0), Source::wheel_rear_left, 3.0),
                       Source::wheel_rear_right, 3.0));
@@ -289,8 +268,7 @@ TEST(Stopping, DrivenWheelsThatSpinOnTheSpotMoveNoCar) {
 
 TEST(Stopping, SettingOffDuringAGapMakesThePositionUncertain) {
   // No samples arrive while the car sets off; then the gyro is first.
-  Car car;
-  car.drive(3.0, straight_at(0.0));
+  Car car = car_at_rest();
   const double before = car.state.covariance(at::x, at::x);
   advance(car.context, car.state, car.state.time_ns + 400 * millisecond);
   for (int i = 0; i < 3; ++i) {
@@ -307,8 +285,7 @@ TEST(Stopping, SilentWheelsHideNoDeparture) {
   // The wheels fall silent before the car sets off, and are back once it drives.
   constexpr double accel = 1.5;
   for (const double silent_s : {0.2, 1.0, 1.5}) {
-    Car car;
-    car.drive(3.0, straight_at(0.0));
+    Car car = car_at_rest();
     const double x = car.x();
     const auto only_inertial = [&](double a) {
       advance(car.context, car.state, car.state.time_ns + period_ns);
@@ -326,8 +303,7 @@ TEST(Stopping, SilentWheelsHideNoDeparture) {
 }
 
 TEST(Stopping, ASilentCarIsNotAtOnceOneThatHasLeft) {
-  Car car;
-  car.drive(3.0, straight_at(0.0));
+  Car car = car_at_rest();
   advance(car.context, car.state, car.state.time_ns + 1500 * millisecond);
   EXPECT_TRUE(car.stands());
   advance(car.context, car.state, car.state.time_ns + 2000 * millisecond);
@@ -336,8 +312,7 @@ TEST(Stopping, ASilentCarIsNotAtOnceOneThatHasLeft) {
 }
 
 TEST(Stopping, ATurnThatWasABiasLeavesTheHeadingUncertain) {
-  Car car;
-  car.drive(5.0, straight_at(0.0));
+  Car car = car_at_rest(5.0);
   const double yaw = car.yaw();
   car.drive(8.0, with(straight_at(0.0), Source::yaw_rate, 0.3));
   EXPECT_TRUE(car.stands());
