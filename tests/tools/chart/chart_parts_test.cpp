@@ -164,12 +164,9 @@ TEST(Thinned, LeavesFewDotsAsTheyAre) {
   EXPECT_EQ(thinned(points, x, 160, 12).size(), points.size());
 }
 
-TEST(Escaped, LeavesLettersAndHidesWhatIsMarkup) {
+TEST(Escaped, HidesMarkupAndReplacesWhatIsNoUtf8) {
   EXPECT_EQ(svg::escaped("a<b>&\"c\" ψ±3√S 🚗"), "a&lt;b&gt;&amp;&quot;c&quot; ψ±3√S 🚗");
   EXPECT_EQ(svg::escaped("two\nlines\x01"), "two\nlines ");
-}
-
-TEST(Escaped, ReplacesWhatIsNoUtf8) {
   EXPECT_EQ(svg::escaped("lap\xff.csv"), "lap\uFFFD.csv");
   EXPECT_EQ(svg::escaped("caf\xe9"), "caf\uFFFD");                // Latin-1
   EXPECT_EQ(svg::escaped("\xc0\xaf"), "\uFFFD\uFFFD");            // overlong encoding

@@ -2,7 +2,6 @@
 #include <limits>
 #include <set>
 
-#include "tests/tools/markup.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/chart/chart.hpp"
 #include "tools/chart/picture.hpp"

@@ -1,6 +1,4 @@
 // Camera logs, pose files and trajectories, written and read.
-#include <sstream>
-
 #include <odom/odom.h>
 
 #include "tests/diagnostics.hpp"
@@ -177,19 +175,17 @@ TEST(Trajectory, ReportsWhatItHas) {
   EXPECT_EQ(read("t,x,y,yaw,reset_count\n0,0,0,0,3\n").points[0].reset_count, 3.0);
 }
 
-TEST(Trajectory, OfEqualTimesTheFirstRowCountsWithAWarning) {
+TEST(Trajectory, RefusesTimesThatRunBackwardsAndWarnsOfEqualOnes) {
+  EXPECT_THAT(error_of("t,x,y,yaw\n0,0,0,0\n2,0,0,0\n1,0,0,0\n"),
+              HasSubstr("ref.csv:4: column \"t\": the time runs backwards"));
+  EXPECT_THAT(error_of("t,x,y,yaw\n"), HasSubstr("has no rows"));
+  // Of equal times the first row counts.
   const Trajectory trajectory = read("t,x,y,yaw\n0,1,0,0\n0,2,0,0\n0,3,0,0\n1,4,0,0\n");
   ASSERT_EQ(trajectory.points.size(), 2U);
   EXPECT_EQ(trajectory.points[0].pose.x, 1.0);
   EXPECT_THAT(trajectory.warnings,
               ElementsAre(diagnostics::Named(
                   "file_content", "ref.csv:3: column \"t\": a time is repeated (2 rows")));
-}
-
-TEST(Trajectory, RefusesTimesThatRunBackwardsAndFilesWithoutRows) {
-  EXPECT_THAT(error_of("t,x,y,yaw\n0,0,0,0\n2,0,0,0\n1,0,0,0\n"),
-              HasSubstr("ref.csv:4: column \"t\": the time runs backwards"));
-  EXPECT_THAT(error_of("t,x,y,yaw\n"), HasSubstr("has no rows"));
 }
 
 }  // namespace

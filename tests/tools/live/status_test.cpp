@@ -1,14 +1,11 @@
 // odom status: how it asks for the document and prints it.
 #include <odom/odom.h>
 
-#include <nlohmann/json.hpp>
 #include <optional>
-#include <regex>
 #include <tuple>
 #include <vector>
 
 #include "daemon/housekeeping/status.hpp"
-#include "tests/gtest.hpp"
 #include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/diagnostics/conditions.hpp"
@@ -146,11 +143,10 @@ TEST(Conditions, HaveANameAndAMeaningForEveryBit) {
 
 TEST(Status, PassesTheDocumentOnOrShowsIt) {
   const Scratch scratch;
-  const std::string socket = scratch.path("s").string();
   const std::string text = document(10.0, 2000).dump() + "\n";
-  const AnsweringSocket daemon{socket, text};
-  EXPECT_EQ(run_shell("odom status --json --socket " + socket).out, text);
-  EXPECT_THAT(run_shell("odom status --socket " + socket).out, HasSubstr("degraded"));
+  const AnsweringSocket daemon{scratch.path("s").string(), text};
+  EXPECT_EQ(scratch.must_run("odom status --json --socket s"), text);
+  EXPECT_THAT(scratch.must_run("odom status --socket s"), HasSubstr("degraded"));
 }
 
 // Deep nesting would exhaust the stack: the JSON library recurses.
@@ -161,10 +157,9 @@ TEST(Status, RefusesWhatIsNoStatusOrNestedTooDeep) {
   for (const auto& [answer, says] :
        {std::pair{std::string("{\"mode\":"), "not a status document"}, {deep, ""}}) {
     const Scratch scratch;
-    const std::string socket = scratch.path("s").string();
-    const AnsweringSocket other_service{socket, answer};
-    for (const char* form : {"status --json", "status", "watch --once"}) {
-      const Outcome outcome = run_shell(std::string("odom ") + form + " --socket " + socket);
+    const AnsweringSocket other_service{scratch.path("s").string(), answer};
+    for (const std::string form : {"status --json", "status", "watch --once"}) {
+      const Outcome outcome = scratch.run("odom " + form + " --socket s");
       EXPECT_THAT(outcome, Ends(1, HasSubstr(says))) << form;
       EXPECT_EQ(outcome.out, "") << form;
     }
