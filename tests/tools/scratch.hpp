@@ -134,17 +134,4 @@ inline void expect_answers(const Scratch& scratch, int status, const std::string
   });
 }
 
-/// Runs each of the lines after `before`. Each must be refused: status 2, nothing on standard
-/// output, and on standard error one line that equals or matches the given text.
-inline void expect_refused(
-    const std::string& before,
-    const std::vector<std::pair<std::string, ::testing::Matcher<std::string>>>& lines) {
-  for (const auto& [line, error] : lines) {
-    const Outcome outcome = run_shell(before + line);
-    EXPECT_THAT(outcome, Ends(2, error)) << line << ": " << outcome.err;
-    EXPECT_EQ(outcome.out, "") << line;
-    EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << line << ": " << outcome.err;
-  }
-}
-
 }  // namespace odomd::tools
