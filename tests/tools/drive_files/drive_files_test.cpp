@@ -39,13 +39,10 @@ TEST(CameraLog, IsSortedByArrivalAndKeepsTheOrderOfEqualOnes) {
   EXPECT_THAT(log.warnings, ElementsAre(Named("file_content", "not in the order of t_arrival")));
 }
 
-TEST(CameraLog, LeavesACutOffLastLineOutWithAWarning) {
+TEST(CameraLog, WarnsOfACutOffLastLineAndOfPosesThatArriveBeforeTheyAreCaptured) {
   const CameraLog log = read_camera(camera_header + "1,1,0,0,0,1,1,1\n2,2,0,0,0,1,1,0.0");
   EXPECT_EQ(log.poses.size(), 1U);
   EXPECT_THAT(log.warnings, ElementsAre(Named("file_content", ":3: the last line is cut off")));
-}
-
-TEST(CameraLog, ReportsPosesThatArriveBeforeTheyAreCaptured) {
   EXPECT_THAT(read_camera(camera_header + "1,1.03,0,0,0,1,1,1\n2,1.97,0,0,0,1,1,1\n").warnings,
               ElementsAre(Named("camera_columns_exchanged", "1 of 2 poses")));
 }
