@@ -6,7 +6,6 @@
 #include <chrono>
 #include <odom/odom.hpp>
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 #include <thread>
 
 #include "tests/tools/scratch.hpp"

@@ -1,6 +1,4 @@
 // Tests tools/demo.sh without driving, building or downloading anything.
-#include <filesystem>
-
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::demo_test {
@@ -26,9 +24,7 @@ class Demo : public ::testing::Test {
                      arguments + "' timeout 60 bash " + scratch_.path("tools/demo.sh").string() +
                      more);
   }
-  [[nodiscard]] std::string earlier() const {
-    return contents(scratch_.path("build/demo/evaluation.txt"));
-  }
+  [[nodiscard]] std::string earlier() const { return scratch_.text("build/demo/evaluation.txt"); }
 
  private:
   Scratch scratch_;

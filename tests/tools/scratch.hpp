@@ -1,20 +1,21 @@
-// Shared by tests of the tools: running a program in a directory of its own.
+// Shared by tests of the tools: running programs in a directory of their own, and what they answer.
 #pragma once
 
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "tests/gtest.hpp"
 #include "tests/scratch.hpp"
+#include "tests/table.hpp"
 
 namespace odomd::tools {
 
 using odomd::contents;
 using odomd::message_of;
-using odomd::Scratch;
 
 struct Outcome {
   int status = -1;  ///< exit status, or 128 + the signal that ended it
@@ -31,7 +32,7 @@ inline ::testing::Matcher<const Outcome&> Ends(int status,
 
 /// Runs a shell command line in which `odom` is the built program.
 inline Outcome run_shell(const std::string& command) {
-  const Scratch scratch;
+  const odomd::Scratch scratch;
   const std::string line = "PATH=" ODOMD_BIN_DIR ":$PATH; (" + command + ") >" +
                            scratch.path("out").string() + " 2>" + scratch.path("err").string();
   const int raw = std::system(line.c_str());
@@ -49,6 +50,41 @@ inline std::string must_run(const std::string& command) {
   return outcome.out;
 }
 
+/// A directory in which commands run: they name its files without a path.
+class Scratch : public odomd::Scratch {
+ public:
+  [[nodiscard]] Outcome run(const std::string& command) const {
+    return run_shell("cd " + path("").string() + " && " + command);
+  }
+  /// The standard output of a command line, which must succeed.
+  std::string must_run(const std::string& command) const {
+    return tools::must_run("cd " + path("").string() + " && " + command);
+  }
+  /// The document on the standard output of a command line.
+  [[nodiscard]] nlohmann::json json(const std::string& command) const {
+    const Outcome outcome = run(command);
+    EXPECT_TRUE(nlohmann::json::accept(outcome.out)) << command << ": " << outcome.err;
+    return nlohmann::json::parse(outcome.out, nullptr, false);
+  }
+  [[nodiscard]] std::string text(std::string_view name) const { return contents(path(name)); }
+};
+
+/// The first error of a text as XML, as our own pages and pictures are; empty if there is none.
+inline std::string markup_fault(std::string_view text) {
+  const Scratch scratch;
+  scratch.write("page", text);
+  return scratch
+      .run("python3 -c 'import xml.etree.ElementTree as xml; xml.parse(\"page\")' 2>&1 | tail -n 1")
+      .out;
+}
+
+/// Matches a JSON object that has these members, perhaps among others.
+MATCHER_P(Includes, members, std::string{"includes "} + members) {
+  nlohmann::json patched = arg;
+  patched.merge_patch(nlohmann::json::parse(members));
+  return patched == arg;
+}
+
 /// Runs `odom sim` with these options; returns the drive's folder in the directory. Throws if it
 /// fails.
 inline std::string simulate(const Scratch& scratch, const std::string& options,
@@ -59,25 +95,43 @@ inline std::string simulate(const Scratch& scratch, const std::string& options,
   return folder;
 }
 
+/// The estimate of odom evaluate for a replay with these options, compared with a reference.
+inline nlohmann::json errors_of_replay(const Scratch& scratch, const std::string& options,
+                                       const std::string& reference) {
+  scratch.must_run("odom replay " + options + " --out replayed.csv");
+  return scratch.json("odom evaluate --json --pose replayed.csv --reference " + reference)
+      .at("estimates")
+      .at(0);
+}
+
 /// A simulated drive in a directory of its own, for all tests of a suite.
 struct SharedDrive {
   explicit SharedDrive(const std::string& options, std::string_view name = "drive")
       : folder(simulate(scratch, options, name)) {}
+  /// Runs a command in the drive's folder.
+  [[nodiscard]] Outcome run(const std::string& command) const {
+    return run_shell("cd " + folder.string() + " && " + command);
+  }
   Scratch scratch;
   std::filesystem::path folder;
 };
 
-/// Runs each of the lines after `before`. Each must be refused: status 2, nothing on standard
-/// output, and on standard error one line that equals or matches the given text.
-inline void expect_refused(
-    const std::string& before,
-    const std::vector<std::pair<std::string, ::testing::Matcher<std::string>>>& lines) {
-  for (const auto& [line, error] : lines) {
-    const Outcome outcome = run_shell(before + line);
-    EXPECT_THAT(outcome, Ends(2, error)) << line << ": " << outcome.err;
-    EXPECT_EQ(outcome.out, "") << line;
-    EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << line << ": " << outcome.err;
-  }
+/// Runs `command` with the left part of each row of a table, in the directory. It must end with
+/// this status and say the right part on standard error: as a part, or whole if it begins with
+/// "odom". With status 2 that is one line, and nothing is on standard output.
+inline void expect_answers(const Scratch& scratch, int status, const std::string& command,
+                           const char* table) {
+  for_each_row(table, [&](const std::string& arguments, const std::string& says) {
+    const Outcome outcome = scratch.run(command + ' ' + arguments);
+    EXPECT_EQ(outcome.status, status) << arguments << ": " << outcome.err;
+    if (says.starts_with("odom"))
+      EXPECT_EQ(outcome.err, says + '\n') << arguments;
+    else
+      EXPECT_THAT(outcome.err, HasSubstr(says)) << arguments;
+    if (status != 2) return;
+    EXPECT_EQ(outcome.out, "") << arguments;
+    EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << arguments << ": " << outcome.err;
+  });
 }
 
 }  // namespace odomd::tools

@@ -5,11 +5,9 @@
 #include <unistd.h>
 
 #include <bit>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "ros.h"
-#include "tests/gtest.hpp"
 #include "tests/tools/bridge/network.hpp"
 
 namespace odomd::tools::dds_test {

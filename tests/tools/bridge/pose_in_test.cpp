@@ -4,11 +4,9 @@
 #include <odom/odom.h>
 
 #include <chrono>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "ros_poses.h"
-#include "tests/gtest.hpp"
 #include "tests/tools/bridge/network.hpp"
 
 namespace odomd::tools::pose_in_test {

@@ -4,8 +4,6 @@
 #include <unistd.h>
 
 #include <limits>
-#include <sstream>
-#include <stdexcept>
 
 #include "base/file_descriptor.hpp"
 #include "tests/tools/scratch.hpp"
@@ -106,7 +104,7 @@ TEST(CsvReader, ReadsTheLayoutsOfOtherPrograms) {
   EXPECT_FALSE(reader.next());
 }
 
-TEST(ParseSeconds, IsExactWhereADoubleIsNotAndRoundsBeyondTheNinthDecimal) {
+TEST(ParseSeconds, IsExactWhereADoubleIsNotAndRefusesWhatIsNoTimeOrDoesNotFit) {
   const std::pair<const char*, std::int64_t> cases[]{
       {"1760000000.123456789", 1'760'000'000'123'456'789},
       {"-0.000000001", -1},
@@ -125,9 +123,6 @@ TEST(ParseSeconds, IsExactWhereADoubleIsNotAndRoundsBeyondTheNinthDecimal) {
       {"1.5E+1", 15'000'000'000},
       {"1e-400", 0}};
   for (const auto& [text, ns] : cases) EXPECT_EQ(parse_seconds(text), ns) << text;
-}
-
-TEST(ParseSeconds, RefusesWhatIsNoTimeOrDoesNotFit) {
   for (const char* bad : {"", "-", ".", "e5", "1e", "1e+", "1.2.3", "nan", "inf", "0x1", "1 ", "1s",
                           "9223372036.854775808", "1e10", "1e99999999999", "--1"}) {
     EXPECT_EQ(parse_seconds(bad), std::nullopt) << bad;
@@ -168,9 +163,7 @@ std::string on_a_terminal(unsigned short columns = 80) {
 
 TEST(ProgressLine, IsRewrittenOnATerminalAndEndsWithALineBreak) {
   EXPECT_EQ(on_a_terminal(), "\rhalf done\x1b[K\r\n");
-}
-
-TEST(ProgressLine, IsCutToTheTerminalBecauseAWrappedLineCannotBeRewritten) {
+  // It is cut: a wrapped line cannot be rewritten.
   EXPECT_EQ(on_a_terminal(6), "\rhalf…\x1b[K\r\n");
 }
 

@@ -29,16 +29,15 @@ constexpr const char* drive =
 
 class OdomDbc : public testing::Test {
  protected:
-  [[nodiscard]] std::string decode(const std::string& arguments) const {
-    return "odom dbc decode --dbc " + dbc_.string() + ' ' + arguments;
+  OdomDbc() {
+    scratch_.write("car.dbc", car);
+    scratch_.write("drive.log", drive);
   }
   Scratch scratch_;
-  std::filesystem::path dbc_ = scratch_.write("car.dbc", car);
-  std::filesystem::path log_ = scratch_.write("drive.log", drive);
 };
 
 TEST_F(OdomDbc, DecodesOneJsonObjectAFrame) {
-  const Outcome outcome = run_shell(decode("--json " + log_.string()));
+  const Outcome outcome = scratch_.run("odom dbc decode --dbc car.dbc --json drive.log");
   EXPECT_THAT(outcome, Ends(0, ""));
   EXPECT_EQ(outcome.out,
             R"({"t":1760000000.069964,"bus":"can0","id":288,"message":"Imu",)"
@@ -56,75 +55,64 @@ TEST_F(OdomDbc, DecodesOneJsonObjectAFrame) {
 }
 
 TEST_F(OdomDbc, DecodesStandardInputForPeople) {
-  EXPECT_THAT(must_run(decode("- <" + log_.string())),
+  EXPECT_THAT(scratch_.must_run("odom dbc decode --dbc car.dbc - <drive.log"),
               StartsWith("(1760000000.069964) can0 120 Imu  Yaw 2 °/s  Acc -1.96 m/s2\n"
                          "(1760000000.080001) can1 00000160 Paged  Page 1 (first)  One 10\n"));
 }
 
 TEST_F(OdomDbc, WritesNumbersAsPeopleDo) {
-  const auto dbc = scratch_.write(
-      "fine.dbc",
-      "BO_ 288 Imu: 4 X\n SG_ Acc : 0|16@1- (0.0005,0) [0|0] \"m/s2\" X\n"
-      " SG_ Level : 16|16@1+ (0.1,-100) [0|0] \"m\" X\nVAL_ 288 Level 1001 \"low\" ;\n");
-  const auto log = scratch_.write("fine.log", "(1.000000) can0 120#15FFE903\n");
-  const std::string command = "odom dbc decode --dbc " + dbc.string() + ' ' + log.string();
-  EXPECT_EQ(run_shell(command).out,
+  scratch_.write("fine.dbc",
+                 "BO_ 288 Imu: 4 X\n SG_ Acc : 0|16@1- (0.0005,0) [0|0] \"m/s2\" X\n"
+                 " SG_ Level : 16|16@1+ (0.1,-100) [0|0] \"m\" X\nVAL_ 288 Level 1001 \"low\" ;\n");
+  scratch_.write("fine.log", "(1.000000) can0 120#15FFE903\n");
+  const std::string command = "odom dbc decode --dbc fine.dbc fine.log";
+  EXPECT_EQ(scratch_.must_run(command),
             "(1.000000) can0 120 Imu  Acc -0.1175 m/s2  Level 0.1 m (low)\n");
-  EXPECT_THAT(run_shell(command + " --json").out,
+  EXPECT_THAT(scratch_.must_run(command + " --json"),
               HasSubstr(R"("signals":{"Acc":-0.1175,"Level":0.1}})"));
 }
 
 TEST_F(OdomDbc, TakesTheFirstOfSeveralDatabases) {
-  const auto other = scratch_.write("other.dbc",
-                                    "BO_ 288 Shadowed: 4 X\nBO_ 2047 Diagnosis: 1 X\n"
-                                    " SG_ Code : 0|8@1+ (1,0) [0|0] \"\" X\n");
-  const Outcome outcome = run_shell(decode("--json --dbc " + other.string() + ' ' + log_.string()));
-  EXPECT_THAT(outcome.out, HasSubstr(R"("message":"Imu")"));
-  EXPECT_THAT(outcome.out, HasSubstr(R"("message":"Diagnosis","signals":{"Code":0.0}})"));
-  EXPECT_THAT(outcome.out, Not(HasSubstr("Shadowed")));
+  scratch_.write("other.dbc",
+                 "BO_ 288 Shadowed: 4 X\nBO_ 2047 Diagnosis: 1 X\n"
+                 " SG_ Code : 0|8@1+ (1,0) [0|0] \"\" X\n");
+  EXPECT_THAT(scratch_.must_run("odom dbc decode --dbc car.dbc --json --dbc other.dbc drive.log"),
+              AllOf(HasSubstr(R"("message":"Imu")"),
+                    HasSubstr(R"("message":"Diagnosis","signals":{"Code":0.0}})"),
+                    Not(HasSubstr("Shadowed"))));
 }
 
 TEST_F(OdomDbc, ShowsADatabase) {
-  const std::string out = must_run("odom dbc show " + dbc_.string());
-  EXPECT_THAT(out, HasSubstr("2 messages, 5 signals\n"));
-  EXPECT_THAT(out, HasSubstr("120 Imu  id 288, 4 bytes, every 10 ms, from ECU\n"
-                             "  Inertial sensor\n"));
-  EXPECT_THAT(out, HasSubstr("00000160 Paged  id 352 extended, 3 bytes, from ECU\n"));
-  EXPECT_THAT(out, HasSubstr("m2 of Page"));
-}
-
-TEST_F(OdomDbc, ShowsLongNamesWithTheShortOnes) {
-  const auto dbc =
-      scratch_.write("long.dbc", std::string(car) +
-                                     "BA_ \"SystemMessageLongSymbol\" BO_ 288 \"Inertial\";\n"
-                                     "BA_ \"SystemSignalLongSymbol\" SG_ 288 Yaw \"YawRate\";\n");
-  const Outcome outcome = run_shell("odom dbc show " + dbc.string());
-  EXPECT_THAT(outcome.out, HasSubstr("120 Inertial (Imu)  id 288"));
-  EXPECT_THAT(outcome.out, HasSubstr("YawRate (Yaw)"));
-}
-
-TEST_F(OdomDbc, SaysWhatIsWrongWithTheOnlyMessage) {
-  const auto dbc = scratch_.write("wide.dbc", "BO_ 536870912 Wide: 8 X\n");
-  EXPECT_THAT(run_shell("odom dbc show " + dbc.string()),
-              Ends(2, HasSubstr("wide.dbc:1: no frame has the identifier 536870912")));
+  EXPECT_THAT(scratch_.must_run("odom dbc show car.dbc"),
+              AllOf(HasSubstr("2 messages, 5 signals\n"),
+                    HasSubstr("120 Imu  id 288, 4 bytes, every 10 ms, from ECU\n"
+                              "  Inertial sensor\n"),
+                    HasSubstr("00000160 Paged  id 352 extended, 3 bytes, from ECU\n"),
+                    HasSubstr("m2 of Page")));
+  scratch_.write("long.dbc", std::string(car) +
+                                 "BA_ \"SystemMessageLongSymbol\" BO_ 288 \"Inertial\";\n"
+                                 "BA_ \"SystemSignalLongSymbol\" SG_ 288 Yaw \"YawRate\";\n");
+  EXPECT_THAT(scratch_.must_run("odom dbc show long.dbc"),
+              AllOf(HasSubstr("120 Inertial (Imu)  id 288"), HasSubstr("YawRate (Yaw)")));
 }
 
 TEST_F(OdomDbc, SaysWhichFileItCannotUseAndWhy) {
-  const auto cut =
-      scratch_.write("cut.dbc", std::string_view(car).substr(0, std::string_view(car).size() / 2));
-  const auto unusual =
-      scratch_.write("unusual.dbc", std::string(car) + "CM_ BO_ 77 \"no such\";\n");
-  const auto bad = scratch_.write("bad.log", std::string(drive) + "(1) can0 1#\n");
-  expect_refused("odom dbc ",
-                 {{"show " + cut.string(), HasSubstr("cut.dbc:6: expected ")},
-                  {"show " + log_.string(), HasSubstr("drive.log:1: expected a statement")},
-                  {"show /nonexistent.dbc", HasSubstr("/nonexistent.dbc: cannot be read")},
-                  {"decode --dbc " + cut.string() + ' ' + log_.string(), HasSubstr("cut.dbc:6: ")},
-                  {"decode /nonexistent.log --dbc " + dbc_.string(), HasSubstr("/nonexistent.log")},
-                  {"decode " + dbc_.string() + " --dbc " + dbc_.string(), HasSubstr("car.dbc:1: ")},
-                  {"decode " + log_.string(), HasSubstr("--dbc")}});
+  scratch_.write("cut.dbc", std::string_view(car).substr(0, std::string_view(car).size() / 2));
+  scratch_.write("unusual.dbc", std::string(car) + "CM_ BO_ 77 \"no such\";\n");
+  scratch_.write("wide.dbc", "BO_ 536870912 Wide: 8 X\n");
+  scratch_.write("bad.log", std::string(drive) + "(1) can0 1#\n");
+  expect_answers(scratch_, 2, "odom dbc", R"(
+show cut.dbc -> cut.dbc:6: expected
+show drive.log -> drive.log:1: expected a statement
+show /nonexistent.dbc -> /nonexistent.dbc: cannot be read
+show wide.dbc -> wide.dbc:1: no frame has the identifier 536870912
+decode --dbc cut.dbc drive.log -> cut.dbc:6:
+decode /nonexistent.log --dbc car.dbc -> /nonexistent.log
+decode car.dbc --dbc car.dbc -> car.dbc:1:
+decode drive.log -> --dbc
+)");
   // The frames before the bad line are still printed.
-  EXPECT_THAT(run_shell("odom dbc decode --strict --dbc " + unusual.string() + ' ' + bad.string()),
+  EXPECT_THAT(scratch_.run("odom dbc decode --strict --dbc unusual.dbc bad.log"),
               Ends(2, MatchesRegex("odom dbc decode: [^\n]*bad.log:7: expected [^\n]*\n")));
 }
 

@@ -2,8 +2,6 @@
 
 #include <sys/stat.h>
 
-#include <stdexcept>
-
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::config_patch_test {
@@ -27,13 +25,13 @@ TEST(ConfigPatch, ReplacesANumberWhereItStandsAndKeepsEverythingElse) {
             "# my car\n[vehicle]\n  mass=3.1 # kg\n\n\n[can]\nmass = 7\n");
   EXPECT_EQ(patch("[vehicle]\nmass = 2\n[can]\nmass = 7", {{"can.mass", 0.1, ""}}),
             "[vehicle]\nmass = 2\n[can]\nmass = 0.1");
-}
-
-TEST(ConfigPatch, WritesTheShortestFormThatReadsBackTheSame) {
+  // The shortest form that reads back the same.
   EXPECT_EQ(patch("a = 1", {{"a", 2.0, ""}}), "a = 2.0");
   EXPECT_EQ(patch("a = +1_0", {{"a", 0.1 + 0.2, ""}}), "a = 0.30000000000000004");
   EXPECT_EQ(patch("a = 0x1F", {{"a", -1e-7, ""}}), "a = -1e-07");
   EXPECT_EQ(patch("a = inf", {{"a", 1e300, ""}}), "a = 1e+300");
+  // A number that is too long for its column moves the comment.
+  EXPECT_EQ(patch("a = 1 # x", {{"a", 12.345, ""}}), "a = 12.345 # x");
 }
 
 TEST(ConfigPatch, PutsTheNoteBehindTheCommentThatIsThere) {
@@ -77,10 +75,6 @@ TEST(ConfigPatch, FindsTheNumberOfAKeyAndRefusesWhatIsNone) {
                 "key");
 }
 
-TEST(ConfigPatch, ANumberTooLongForItsColumnMovesTheComment) {
-  EXPECT_EQ(patch("a = 1 # x", {{"a", 12.345, ""}}), "a = 12.345 # x");
-}
-
 TEST(ConfigPatch, ReachesIntoInlineTablesAndTheNoteSaysWhichNumber) {
   const std::string text =
       "[can.signals]\nyaw_rate = { message = \"I#M\", sigma = 0.03, latency = 0 } # gyro\n";
@@ -93,13 +87,6 @@ TEST(ConfigPatch, ReachesIntoInlineTablesAndTheNoteSaysWhichNumber) {
   EXPECT_EQ(patch(once, {{"can.signals.yaw_rate.sigma", 0.5, "odom identify noise: c"}}),
             "[can.signals]\nyaw_rate = { message = \"I#M\", sigma = 0.5, latency = 0.01 } # gyro "
             "(sigma: odom identify noise: c) (latency: odom identify latency: b)\n");
-}
-
-TEST(ConfigPatch, AddsWhatIsMissingToAnInlineTable) {
-  EXPECT_EQ(patch("[s]\ny = { m = \"ü\" }\n", {{"s.y.sigma", 1, ""}}),
-            "[s]\ny = { m = \"ü\", sigma = 1.0 }\n");
-  EXPECT_EQ(patch("s = {y={m=1}, z = {}}", {{"s.y.x", 1, ""}, {"s.z.x", 2, ""}, {"s.w.v", 3, ""}}),
-            "s = {y={m=1, x = 1.0}, z = { x = 2.0 }, w.v = 3.0}");
 }
 
 TEST(ConfigPatch, ReachesIntoListsAlsoOfSeveralLines) {
@@ -118,7 +105,7 @@ TEST(ConfigPatch, ReachesIntoListsAlsoOfSeveralLines) {
   EXPECT_EQ(patch("", {{"imu.position[1]", 1, ""}}), "[imu]\nposition = [0.0, 1.0]\n");
 }
 
-TEST(ConfigPatch, AddsAKeyBelowTheLastOfItsTable) {
+TEST(ConfigPatch, AddsAKeyBelowTheLastOfItsTableAndATableAtTheEnd) {
   EXPECT_EQ(patch("[vehicle]\n  mass = 1 # kg\n  front_axle = [\n  1,\n  2]\n\n[can]\nx = 1\n",
                   {{"vehicle.rear_axle", 2, note}}),
             "[vehicle]\n  mass = 1 # kg\n  front_axle = [\n  1,\n  2]\n  rear_axle = 2.0  # (" +
@@ -127,12 +114,14 @@ TEST(ConfigPatch, AddsAKeyBelowTheLastOfItsTable) {
             "[vehicle] # empty\nmass = 2.0\n[can]");
   EXPECT_EQ(patch("\t[vehicle]\n", {{"vehicle.mass", 2, ""}}), "\t[vehicle]\n\tmass = 2.0\n");
   EXPECT_EQ(patch("[vehicle]\nmass = 2", {{"vehicle.x", 3, ""}}), "[vehicle]\nmass = 2\nx = 3.0");
-}
-
-TEST(ConfigPatch, AddsAMissingTableAtTheEnd) {
   EXPECT_EQ(patch("[can]\nx = 1", {{"vehicle.mass", 2, note}, {"vehicle.front_axle", 3, ""}}),
             "[can]\nx = 1\n\n[vehicle]\nmass = 2.0  # (" + note + ")\nfront_axle = 3.0\n");
   EXPECT_EQ(patch("[a]\nx = 1\n", {{"a.b.c", 2, ""}}), "[a]\nx = 1\n\n[a.b]\nc = 2.0\n");
+  // To an inline table.
+  EXPECT_EQ(patch("[s]\ny = { m = \"ü\" }\n", {{"s.y.sigma", 1, ""}}),
+            "[s]\ny = { m = \"ü\", sigma = 1.0 }\n");
+  EXPECT_EQ(patch("s = {y={m=1}, z = {}}", {{"s.y.x", 1, ""}, {"s.z.x", 2, ""}, {"s.w.v", 3, ""}}),
+            "s = {y={m=1, x = 1.0}, z = { x = 2.0 }, w.v = 3.0}");
 }
 
 TEST(ConfigPatch, RefusesShapesThatItDoesNotWrite) {
@@ -195,14 +184,7 @@ TEST(ConfigPatch, OfAFileKeepsItsModeAndLinks) {
   EXPECT_EQ(static_cast<unsigned>(std::filesystem::status(file).permissions()), 0640U);
 }
 
-TEST(ConfigPatch, OfAPipeDoesNotWait) {
-  const Scratch scratch;
-  must_run("mkfifo " + scratch.path("pipe").string());
-  EXPECT_THAT(message_of([&] { check_patchable(scratch.path("pipe")); }),
-              HasSubstr("is not a regular file"));
-}
-
-TEST(ConfigPatch, OfAFileIsWholeOrNotAtAll) {
+TEST(ConfigPatch, OfAFileIsWholeOrNotAtAllAndDoesNotWaitForAPipe) {
   const Scratch scratch;
   const auto file = scratch.write("car.toml", car);
   const std::vector<ConfigValue> values{{"can.signals.wheel_rear.sigma", 0.25, note},
@@ -217,6 +199,9 @@ TEST(ConfigPatch, OfAFileIsWholeOrNotAtAll) {
   EXPECT_THAT(
       message_of([&] { patch_config(scratch.path("no.toml"), values); }),
       HasSubstr("no.toml: there is no such file; --write changes an existing configuration"));
+  must_run("mkfifo " + scratch.path("pipe").string());
+  EXPECT_THAT(message_of([&] { check_patchable(scratch.path("pipe")); }),
+              HasSubstr("is not a regular file"));
 }
 
 }  // namespace

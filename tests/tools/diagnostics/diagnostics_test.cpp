@@ -2,7 +2,6 @@
 #include <numbers>
 
 #include "tests/diagnostics.hpp"
-#include "tests/gtest.hpp"
 #include "tests/tools/drives.hpp"
 #include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/diagnostics/unit_check.hpp"
@@ -109,9 +108,7 @@ TEST(CoverageCheck, IsOfTheWayThatIsDriven) {
     return point.t_ns > 4'000'000'000 && point.t_ns < 9'000'000'000;
   });
   EXPECT_THAT(check_coverage(truth, hole), Optional(Named("estimate_covers_part", "15.0 s")));
-}
-
-TEST(CoverageCheck, HasNoneOfRowsThatAreFarApart) {
+  // Rows that are far apart.
   EXPECT_FALSE(check_coverage(truth, wavy_drive(0.0, 20.0, 1.0)));
 }
 
@@ -132,19 +129,14 @@ Trajectory with_yaw(double factor, double offset) {
   return drive;
 }
 
-TEST(HeadingCheck, HasNoneOfACarThatDrivesReversesOrDrifts) {
+TEST(HeadingCheck, SuspectsDegreesAndClockwiseTurnsButNotReversingOrDrifting) {
   EXPECT_FALSE(check_headings(with_yaw(1.0, 0.0)));
   EXPECT_FALSE(check_headings(with_yaw(1.0, std::numbers::pi)));  // backwards
   EXPECT_FALSE(check_headings(with_yaw(1.0, 0.7)));               // with a slip angle of 40°
-}
-
-TEST(HeadingCheck, SuspectsDegreesAndClockwiseTurns) {
   EXPECT_THAT(check_headings(with_yaw(180.0 / std::numbers::pi, 0.0)),
               Optional(Named("headings_off_path")));
   EXPECT_THAT(check_headings(with_yaw(-1.0, 0.0)), Optional(Named("headings_off_path")));
-}
-
-TEST(HeadingCheck, SaysNothingOfACarThatHardlyMoves) {
+  // A car that hardly moves.
   Trajectory standing = with_yaw(-1.0, 0.0);
   for (auto& point : standing.points) point.pose.x = point.pose.y = 0.0;
   EXPECT_FALSE(check_headings(standing));

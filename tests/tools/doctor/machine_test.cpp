@@ -4,10 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <filesystem>
-
 #include "tests/diagnostics.hpp"
-#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::doctor::machine_test {

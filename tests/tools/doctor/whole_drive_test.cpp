@@ -6,7 +6,6 @@
 #include <map>
 
 #include "tests/diagnostics.hpp"
-#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/doctor/drive.hpp"
 #include "tools/doctor/sensor_checks.hpp"
@@ -122,7 +121,7 @@ TEST(Wiring, ThatIsWrongIsNamedAtItsKey) {
     expect_only(found_in(drive_with(edits, options)), kind, "can.signals." + key);
 }
 
-TEST(Camera, OfAnotherMapOrUnitIsNamed) {
+TEST(Camera, OfAnotherMapUnitOrClockIsNamed) {
   struct Mistake {
     double scale, mirror, shift;
     const char *kind, *key;
@@ -139,9 +138,7 @@ TEST(Camera, OfAnotherMapOrUnitIsNamed) {
     }
     expect_only(found_in(drive), kind, key);
   }
-}
-
-TEST(Camera, ByAnotherClockIsNamedEvenIfThereIsNoPoseForIt) {
+  // Another clock, even if there is no pose for it.
   Drive drive = drive_with({});
   drive.config.initial_pose.reset();
   for (estimator::CameraPose& pose : drive.cameras) {
@@ -158,9 +155,7 @@ TEST(Configuration, InOtherUnitsOrWithoutARoleIsNamedOnce) {
               ElementsAre(Named("mass_unlike_a_car", "front_axle and rear_axle in metres")));
   EXPECT_THAT(found_in(drive_with({{"yaw_rate = {", "#"}})),
               ElementsAre(Named("role_not_mapped", "yaw_rate")));
-}
-
-TEST(Configuration, WithGuessesOfInitSaysHowMany) {
+  // Guesses of odom init.
   const Drive drive = drive_with({{"mass = 2.985", "mass = 2.985  # UNSURE: a guess"}});
   EXPECT_THAT(examine_drive(drive).note, StartsWith("1 line of edited.toml is marked UNSURE"));
 }

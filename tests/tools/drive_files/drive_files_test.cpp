@@ -1,6 +1,4 @@
 // Camera logs, pose files and trajectories, written and read.
-#include <sstream>
-
 #include <odom/odom.h>
 
 #include "tests/diagnostics.hpp"
@@ -41,13 +39,10 @@ TEST(CameraLog, IsSortedByArrivalAndKeepsTheOrderOfEqualOnes) {
   EXPECT_THAT(log.warnings, ElementsAre(Named("file_content", "not in the order of t_arrival")));
 }
 
-TEST(CameraLog, LeavesACutOffLastLineOutWithAWarning) {
+TEST(CameraLog, WarnsOfACutOffLastLineAndOfPosesThatArriveBeforeTheyAreCaptured) {
   const CameraLog log = read_camera(camera_header + "1,1,0,0,0,1,1,1\n2,2,0,0,0,1,1,0.0");
   EXPECT_EQ(log.poses.size(), 1U);
   EXPECT_THAT(log.warnings, ElementsAre(Named("file_content", ":3: the last line is cut off")));
-}
-
-TEST(CameraLog, ReportsPosesThatArriveBeforeTheyAreCaptured) {
   EXPECT_THAT(read_camera(camera_header + "1,1.03,0,0,0,1,1,1\n2,1.97,0,0,0,1,1,1\n").warnings,
               ElementsAre(Named("camera_columns_exchanged", "1 of 2 poses")));
 }
@@ -177,19 +172,17 @@ TEST(Trajectory, ReportsWhatItHas) {
   EXPECT_EQ(read("t,x,y,yaw,reset_count\n0,0,0,0,3\n").points[0].reset_count, 3.0);
 }
 
-TEST(Trajectory, OfEqualTimesTheFirstRowCountsWithAWarning) {
+TEST(Trajectory, RefusesTimesThatRunBackwardsAndWarnsOfEqualOnes) {
+  EXPECT_THAT(error_of("t,x,y,yaw\n0,0,0,0\n2,0,0,0\n1,0,0,0\n"),
+              HasSubstr("ref.csv:4: column \"t\": the time runs backwards"));
+  EXPECT_THAT(error_of("t,x,y,yaw\n"), HasSubstr("has no rows"));
+  // Of equal times the first row counts.
   const Trajectory trajectory = read("t,x,y,yaw\n0,1,0,0\n0,2,0,0\n0,3,0,0\n1,4,0,0\n");
   ASSERT_EQ(trajectory.points.size(), 2U);
   EXPECT_EQ(trajectory.points[0].pose.x, 1.0);
   EXPECT_THAT(trajectory.warnings,
               ElementsAre(diagnostics::Named(
                   "file_content", "ref.csv:3: column \"t\": a time is repeated (2 rows")));
-}
-
-TEST(Trajectory, RefusesTimesThatRunBackwardsAndFilesWithoutRows) {
-  EXPECT_THAT(error_of("t,x,y,yaw\n0,0,0,0\n2,0,0,0\n1,0,0,0\n"),
-              HasSubstr("ref.csv:4: column \"t\": the time runs backwards"));
-  EXPECT_THAT(error_of("t,x,y,yaw\n"), HasSubstr("has no rows"));
 }
 
 }  // namespace

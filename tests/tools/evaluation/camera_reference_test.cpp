@@ -2,9 +2,6 @@
 // truth.
 #include "tools/evaluation/camera_reference.hpp"
 
-#include <filesystem>
-#include <nlohmann/json.hpp>
-
 #include "tests/diagnostics.hpp"
 #include "tests/recorded_drives.hpp"
 #include "tests/tools/scratch.hpp"

@@ -11,33 +11,20 @@ from collections import namedtuple
 from typing import Any, NamedTuple
 
 MAGIC = b"\x89MCAP0\r\n"
-NAMES = {
-    0x01: "Header",
-    0x02: "Footer",
-    0x03: "Schema",
-    0x04: "Channel",
-    0x05: "Message",
-    0x06: "Chunk",
-    0x07: "MessageIndex",
-    0x08: "ChunkIndex",
-    0x0B: "Statistics",
-    0x0E: "SummaryOffset",
-    0x0F: "DataEnd",
-}
-# The fields of a record: B, H, I and Q are integers, s a text, b and q bytes after their number of four or eight bytes,
-# {..} a list of pairs, * the rest.
-FIELDS = {
-    "Header": "ss",
-    "Footer": "QQI",
-    "Schema": "Hssb",
-    "Channel": "HHss{ss}",
-    "Message": "HIQQ*",
-    "Chunk": "QQQIsq",
-    "MessageIndex": "H{QQ}",
-    "ChunkIndex": "QQQQ{HQ}QsQQ",
-    "Statistics": "QHIIIIQQ{HQ}",
-    "SummaryOffset": "BQQ",
-    "DataEnd": "I",
+# Opcode, name and fields of a record: B, H, I and Q are integers, s a text, b and q bytes after their number of four or
+# eight bytes, {..} a list of pairs, * the rest.
+RECORDS = {
+    0x01: ("Header", "ss"),
+    0x02: ("Footer", "QQI"),
+    0x03: ("Schema", "Hssb"),
+    0x04: ("Channel", "HHss{ss}"),
+    0x05: ("Message", "HIQQ*"),
+    0x06: ("Chunk", "QQQIsq"),
+    0x07: ("MessageIndex", "H{QQ}"),
+    0x08: ("ChunkIndex", "QQQQ{HQ}QsQQ"),
+    0x0B: ("Statistics", "QHIIIIQQ{HQ}"),
+    0x0E: ("SummaryOffset", "BQQ"),
+    0x0F: ("DataEnd", "I"),
 }
 SIZES = {"B": 1, "H": 2, "I": 4, "Q": 8}
 
@@ -108,10 +95,10 @@ def records(data: bytes, begin: int, end: int) -> list[Record]:
     while at < end:
         check(at + 9 <= end, "a record is cut off")
         opcode, length = struct.unpack_from("<BQ", data, at)
-        check(opcode in NAMES, f"unknown opcode {opcode}")
+        check(opcode in RECORDS, f"unknown opcode {opcode}")
         check(at + 9 + length <= end, "a record reaches over the end of its section")
-        name = NAMES[opcode]
-        found.append(Record(name, at, 9 + length, Bytes(data[at + 9 : at + 9 + length]).fields(FIELDS[name])))
+        name, kinds = RECORDS[opcode]
+        found.append(Record(name, at, 9 + length, Bytes(data[at + 9 : at + 9 + length]).fields(kinds)))
         at += 9 + length
     return found
 
@@ -151,7 +138,7 @@ class File:
         offsets: dict[str, list[int]] = {}
         for record in records(data, offsets_start, footer_at):
             check(record.name == "SummaryOffset", f"{record.name} among the summary offsets")
-            offsets[NAMES[record.fields[0]]] = record.fields[1:]
+            offsets[RECORDS[record.fields[0]][0]] = record.fields[1:]
         check(offsets == groups, "summary offsets")
 
     def _read_data(self, found: list[Record]) -> None:

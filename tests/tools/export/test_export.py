@@ -106,16 +106,12 @@ class Export(unittest.TestCase):
         odom("export", *arguments, "--mcap", file)
         return self.read(file)
 
-    def schema_of(self, mcap: mcap_reader.File, topic: str) -> str:
-        return str(mcap.schemas[mcap.topics()[topic].schema_id].name)
-
     def test_a_drive_has_all_of_its_topics(self) -> None:
         mcap = self.export(self.drive, "--pose", self.pose)
         self.assertGreater(len(mcap.chunks), 1)
-        self.assertEqual(self.schema_of(mcap, "/pose"), "foxglove.PoseInFrame")
-        self.assertEqual(self.schema_of(mcap, "/tf"), "foxglove.FrameTransforms")
-        self.assertEqual(self.schema_of(mcap, "/camera/pose"), "foxglove.PoseInFrame")
-        self.assertEqual(self.schema_of(mcap, "/truth/pose"), "foxglove.PoseInFrame")
+        schemas = {topic: mcap.schemas[channel.schema_id].name for topic, channel in mcap.topics().items()}
+        self.assertEqual(schemas["/tf"], "foxglove.FrameTransforms")
+        self.assertEqual({schemas[of + "/pose"] for of in ("", "/camera", "/truth")}, {"foxglove.PoseInFrame"})
         signals = {topic for topic in mcap.topics() if topic.startswith("/can/")}
         self.assertLessEqual({"/can/yaw_rate", "/can/steering", "/can/accel_x"}, signals)
         frames = (self.drive / "drive.log").read_text(encoding="ascii").splitlines()
@@ -162,12 +158,9 @@ class Export(unittest.TestCase):
             turn = 2 * math.atan2(to_odom["rotation"]["z"], to_odom["rotation"]["w"])
             x, y = to_base["translation"]["x"], to_base["translation"]["y"]
             position = json.loads(pose.data)["pose"]["position"]
-            self.assertAlmostEqual(
-                to_odom["translation"]["x"] + math.cos(turn) * x - math.sin(turn) * y, position["x"]
-            )
-            self.assertAlmostEqual(
-                to_odom["translation"]["y"] + math.sin(turn) * x + math.cos(turn) * y, position["y"]
-            )
+            shift, c, s = to_odom["translation"], math.cos(turn), math.sin(turn)
+            self.assertAlmostEqual(shift["x"] + c * x - s * y, position["x"])
+            self.assertAlmostEqual(shift["y"] + s * x + c * y, position["y"])
 
     def test_a_drive_without_poses_is_replayed(self) -> None:
         replayed = self.export(self.drive)
@@ -231,10 +224,6 @@ class Export(unittest.TestCase):
             self.assertIn("is what is read; name another file", said)
         self.assertEqual(self.pose.read_bytes(), before)
 
-    def test_a_table_is_no_mcap(self) -> None:
-        said = odom("export", self.pose, "--mcap", self.directory.path / "a.csv", status=2)
-        self.assertIn("use --csv", said)
-
     def test_a_trajectory_will_do(self) -> None:
         mcap = self.export(self.drive / "truth.csv")
         (transform,) = json.loads(mcap.on("/tf")[0].data)["transforms"]
@@ -276,6 +265,7 @@ class Export(unittest.TestCase):
             self.assertFalse(out.exists())
         self.assertIn("has no car.toml", odom("export", "/usr", "--mcap", out, status=2))
         self.assertIn("--mcap, --csv or --tum", odom("export", self.pose, status=2))
+        self.assertIn("use --csv", odom("export", self.pose, "--mcap", self.directory.path / "a.csv", status=2))
         self.assertIn("--drive", odom("export", "--mcap", out, status=2))
 
     def test_a_recording_has_what_was_published(self) -> None:

@@ -1,8 +1,6 @@
 // Kinds of faults as a command line names them, and the faults of the camera.
 #include <set>
 
-#include <nlohmann/json.hpp>
-
 #include "tests/tools/fault/small_car.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/fault/camera_fault.hpp"
@@ -14,13 +12,21 @@ namespace {
 using estimator::CameraPose;
 using tools::message_of;
 
-TEST(FaultKinds, EachHasANameOfItsOwn) {
+TEST(FaultKinds, EachHasANameOfItsOwnAndIsInTheList) {
   std::set<std::string> names;
   for (const Kind kind : all_kinds()) {
     EXPECT_TRUE(names.insert(name_of(kind)).second) << name_of(kind);
     EXPECT_EQ(parse_kind(name_of(kind)), kind);
   }
   EXPECT_GT(names.size(), 67U);
+  const auto json = kinds_json();
+  EXPECT_EQ(json.size(), all_kinds().size());
+  EXPECT_EQ(json[0]["kind"], "gyro.frozen");
+  EXPECT_TRUE(json[0]["size"].is_null());
+  const std::string text = kinds_text();
+  for (const PartInfo& part : parts()) EXPECT_THAT(text, HasSubstr(std::string(part.name)));
+  for (const ActInfo& act : acts()) EXPECT_THAT(text, HasSubstr(std::string(act.what)));
+  EXPECT_THAT(text, HasSubstr("0.2 rad/s, 3 m/s2"));
 }
 
 TEST(FaultKinds, SourcesAreThoseOfThePart) {
@@ -32,7 +38,7 @@ TEST(FaultKinds, SourcesAreThoseOfThePart) {
   EXPECT_EQ(sources_of(parse_kind("bus.shifted")), 0U);
 }
 
-TEST(FaultKinds, AFaultIsWrittenInOneWord) {
+TEST(FaultKinds, AFaultIsWrittenInOneWordInWhichAMistakeIsNamed) {
   const Fault whole = parse_fault("gyro.biased:10:5:-0.3");
   EXPECT_EQ(whole.kind, parse_kind("gyro.biased"));
   EXPECT_EQ(whole.begin_s, 10.0);
@@ -43,9 +49,6 @@ TEST(FaultKinds, AFaultIsWrittenInOneWord) {
   EXPECT_EQ(rest.magnitude, 1.1);
   EXPECT_EQ(parse_fault("imu.lost").begin_s, 0.0);
   EXPECT_EQ(parse_fault("accel_x.biased").magnitude, 3.0);
-}
-
-TEST(FaultKinds, WhatIsWrongWithAFaultIsNamed) {
   for (const auto& [word, says] : {std::pair{"gyro.zero:ten", "the begin \"ten\" is not a number"},
                                    {"gyro.zero:1:0", "has no duration"},
                                    {"gyro.zero:-1", "before the first frame"},
@@ -54,17 +57,6 @@ TEST(FaultKinds, WhatIsWrongWithAFaultIsNamed) {
                                    {"gyro.zero:1:1:3:4", "more parts than"}})
     EXPECT_THAT(message_of([&] { (void)parse_fault(word); }), HasSubstr(says));
   EXPECT_EQ(message_of([] { (void)parse_fault("bus.shifted:::-0.1"); }), "");
-}
-
-TEST(FaultKinds, TheListHasThemAll) {
-  const auto json = kinds_json();
-  EXPECT_EQ(json.size(), all_kinds().size());
-  EXPECT_EQ(json[0]["kind"], "gyro.frozen");
-  EXPECT_TRUE(json[0]["size"].is_null());
-  const std::string text = kinds_text();
-  for (const PartInfo& part : parts()) EXPECT_THAT(text, HasSubstr(std::string(part.name)));
-  for (const ActInfo& act : acts()) EXPECT_THAT(text, HasSubstr(std::string(act.what)));
-  EXPECT_THAT(text, HasSubstr("0.2 rad/s, 3 m/s2"));
 }
 
 // Three seconds, a pose every 20 ms that arrives 50 ms after it was captured.
@@ -84,6 +76,8 @@ std::vector<CameraPose> healthy_poses() {
   return poses;
 }
 
+const std::vector<CameraPose> old = healthy_poses();
+
 std::vector<CameraPose> with(const Fault& fault, const std::vector<CameraPose>& poses) {
   CameraInjector injector(std::vector{fault}, start_ns);
   std::vector<CameraPose> out;
@@ -93,7 +87,7 @@ std::vector<CameraPose> with(const Fault& fault, const std::vector<CameraPose>& 
 }
 
 std::vector<CameraPose> with(std::string_view kind) {
-  return with(in_the_middle(kind), healthy_poses());
+  return with(in_the_middle(kind), old);
 }
 
 bool same(const CameraPose& a, const CameraPose& b) {
@@ -104,7 +98,6 @@ bool same(const CameraPose& a, const CameraPose& b) {
 
 // 50 poses before the fault, 50 during it, 50 after it.
 TEST(CameraFault, OutsideOfItsTimeNothingChanges) {
-  const auto old = healthy_poses();
   int tried = 0;
   for (const Kind kind : all_kinds()) {
     if (kind.part != Part::camera || kind.act == Act::lost || kind.act == Act::delayed ||
@@ -126,7 +119,6 @@ TEST(CameraFault, OutsideOfItsTimeNothingChanges) {
 }
 
 TEST(CameraFault, FrozenPosesGoOnBeingStamped) {
-  const auto old = healthy_poses();
   const auto now = with("camera.frozen");
   EXPECT_EQ(now[75].x, old[49].x);
   EXPECT_EQ(now[75].y, old[49].y);
@@ -138,8 +130,7 @@ TEST(CameraFault, FrozenPosesGoOnBeingStamped) {
   EXPECT_NEAR(noisy[75].yaw, old[49].yaw, 0.025);
 }
 
-TEST(CameraFault, PosesAreOffByTheSize) {
-  const auto old = healthy_poses();
+TEST(CameraFault, PosesAndStampsAreOffByTheSize) {
   EXPECT_NEAR(with("camera.moved")[75].x, old[75].x + 0.5, 1e-12);
   EXPECT_NEAR(with("camera.turned")[75].yaw, old[75].yaw + 0.3, 1e-12);
   EXPECT_NEAR(with("camera.drifting")[75].x, old[75].x + 0.1 * 0.5, 1e-12);
@@ -148,10 +139,6 @@ TEST(CameraFault, PosesAreOffByTheSize) {
   const auto outliers = with("camera.outliers");
   EXPECT_NEAR(std::hypot(outliers[55].x - old[55].x, outliers[55].y - old[55].y), 1.0, 1e-12);
   EXPECT_TRUE(same(outliers[56], old[56]));
-}
-
-TEST(CameraFault, CapturesAreStampedWrongly) {
-  const auto old = healthy_poses();
   EXPECT_EQ(with("camera.early")[75].capture_ns, old[75].capture_ns - 50'000'000);
   EXPECT_EQ(with("camera.late")[75].capture_ns, old[75].capture_ns + 50'000'000);
   EXPECT_EQ(with("camera.late")[75].arrival_ns, old[75].arrival_ns);
@@ -162,7 +149,6 @@ TEST(CameraFault, CapturesAreStampedWrongly) {
 }
 
 TEST(CameraFault, PicturesAreMixed) {
-  const auto old = healthy_poses();
   const auto now = with("camera.mixed");
   std::size_t shifted = 0;
   for (std::size_t i = 55; i < 95; ++i) {
@@ -173,7 +159,6 @@ TEST(CameraFault, PicturesAreMixed) {
 }
 
 TEST(CameraFault, NoiseIsOfTheStatedSigmas) {
-  const auto old = healthy_poses();
   const auto now = with("camera.noisy");
   double x = 0.0;
   double yaw = 0.0;
@@ -188,7 +173,6 @@ TEST(CameraFault, NoiseIsOfTheStatedSigmas) {
 }
 
 TEST(CameraFault, PosesComeLaterOrTwiceOrNotAtAll) {
-  const auto old = healthy_poses();
   const auto late = with("camera.delayed");
   ASSERT_EQ(late.size(), old.size());
   const auto one = std::ranges::find(late, old[60].capture_ns, &CameraPose::capture_ns);

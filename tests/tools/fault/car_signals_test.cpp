@@ -69,8 +69,7 @@ Reading only_reading(const CarSignals& signals, const can::Frame& frame) {
 
 // 1000 * 0.01 km/h, big-endian; the neighbouring bits stay.
 TEST(CarSignals, AValueComesAndGoesInSi) {
-  const Car car;
-  const CarSignals signals = car.signals();
+  const CarSignals signals = Car{}.signals();
   can::Frame frame = frame_of(101, {0x03, 0xE8, 0x01, 0xAB, 0, 0, 0, 0});
   const Reading reading = only_reading(signals, frame);
   EXPECT_EQ(reading.source, Source::wheel_rear);
@@ -86,8 +85,7 @@ TEST(CarSignals, AValueComesAndGoesInSi) {
 }
 
 TEST(CarSignals, AValueThatIsNotValidIsNotThere) {
-  const Car car;
-  const CarSignals signals = car.signals();
+  const CarSignals signals = Car{}.signals();
   std::array<Reading, can::max_samples_per_frame> readings{};
   const can::Frame frame = frame_of(101, {0x03, 0xE8, 0x00, 0, 0, 0, 0, 0});
   EXPECT_EQ(signals.read(signals.message_of(frame).value_or(0), frame, readings), 0U);
@@ -96,8 +94,7 @@ TEST(CarSignals, AValueThatIsNotValidIsNotThere) {
 }
 
 TEST(CarSignals, ASumIsSharedOutAmongItsSignals) {
-  const Car car;
-  const CarSignals signals = car.signals();
+  const CarSignals signals = Car{}.signals();
   can::Frame frame = frame_of(102, {10, 50, 0x77, 0x88});  // 10.5°
   const Reading reading = only_reading(signals, frame);
   constexpr double degree = 3.14159265358979323846 / 180.0;
@@ -153,8 +150,7 @@ BO_ 103 REAR: 4 CAR
 }
 
 TEST(CarSignals, ADirectionIsOneOfItsValues) {
-  const Car car;
-  const CarSignals signals = car.signals();
+  const CarSignals signals = Car{}.signals();
   can::Frame frame = frame_of(100, {0xF4, 0xFF});
   const Reading reading = only_reading(signals, frame);
   EXPECT_EQ(reading.value, 1.0);
@@ -166,8 +162,7 @@ TEST(CarSignals, ADirectionIsOneOfItsValues) {
 }
 
 TEST(CarSignals, OneBitOfTheSignalIsFlipped) {
-  const Car car;
-  const CarSignals signals = car.signals();
+  const CarSignals signals = Car{}.signals();
   for (std::uint64_t draw = 0; draw < 200; ++draw) {
     can::Frame frame = frame_of(101, {0, 0, 0x01, 0, 0, 0, 0, 0});
     signals.flip_bit(only_reading(signals, frame).binding, draw, frame);

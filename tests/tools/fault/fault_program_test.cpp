@@ -1,10 +1,8 @@
 // odom fault as a program.
 #include <sys/socket.h>
-#include <nlohmann/json.hpp>
 #include <odom/odom.hpp>
 
 #include <optional>
-#include <sstream>
 
 #include "base/wall_clock.hpp"
 #include "tests/tools/scratch.hpp"
@@ -13,7 +11,6 @@
 namespace odomd::fault::fault_program_test {
 namespace {
 
-using tools::contents;
 using tools::Ends;
 using tools::must_run;
 using tools::Outcome;
@@ -36,22 +33,19 @@ class FaultCommand : public ::testing::Test {
     static const tools::SharedDrive made{"--laps 1 --scenario lap --standstill 1"};
     return made.scratch;
   }
-  static std::string in(const std::string& name) { return scratch().path(name).string(); }
   static Outcome fault(const std::string& options) {
-    return run_shell("odom fault --config " + in("drive/car.toml") + " " + options);
+    return scratch().run("odom fault --config drive/car.toml " + options);
   }
+  static bool exists(const char* name) { return std::filesystem::exists(scratch().path(name)); }
 };
 
 // One message's lines differ during the fault; no other character of the log changes.
 TEST_F(FaultCommand, ChangesTheFramesThatAreMeant) {
-  const std::string out = in("gyro.log");
-  const Outcome outcome =
-      fault("--kind gyro.zero --begin 4 --for 2 " + in("drive/drive.log") + " -o " + out);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome outcome = fault("--kind gyro.zero --begin 4 --for 2 drive/drive.log -o gyro.log");
+  EXPECT_THAT(outcome, Ends(0, HasSubstr("gyro.zero: 400 frames\n")));
   EXPECT_THAT(outcome.out, IsEmpty());
-  EXPECT_THAT(outcome.err, HasSubstr("gyro.zero: 400 frames\n"));
-  const auto before = lines_of(contents(in("drive/drive.log")));
-  const auto after = lines_of(contents(out));
+  const auto before = lines_of(scratch().text("drive/drive.log"));
+  const auto after = lines_of(scratch().text("gyro.log"));
   ASSERT_EQ(after.size(), before.size());
   const double start = std::stod(before.front().substr(1));
   int changed = 0;
@@ -60,95 +54,80 @@ TEST_F(FaultCommand, ChangesTheFramesThatAreMeant) {
     ++changed;
     EXPECT_THAT(after[i], HasSubstr(" can0 1A2#"));
     const double t = std::stod(after[i].substr(1)) - start;
-    EXPECT_GE(t, 4.0);
-    EXPECT_LT(t, 6.0);
+    EXPECT_TRUE(t >= 4.0 && t < 6.0) << t;
   }
   EXPECT_GT(changed, 390);
   EXPECT_LE(changed, 400);
 }
 
 TEST_F(FaultCommand, SeveralFaultsInBothLogs) {
-  const Outcome outcome = fault("--fault wheels.scaled:3::1.1 --fault camera.lost:5:2 " +
-                                in("drive/drive.log") + " --out " + in("both.log") + " --camera " +
-                                in("drive/camera.csv") + " --camera-out " + in("both.csv"));
+  const Outcome outcome = fault(
+      "--fault wheels.scaled:3::1.1 --fault camera.lost:5:2 drive/drive.log "
+      "--out both.log --camera drive/camera.csv --camera-out both.csv");
   EXPECT_EQ(outcome.status, 0) << outcome.err;
-  const auto before = lines_of(contents(in("drive/camera.csv")));
-  const auto after = lines_of(contents(in("both.csv")));
+  const auto before = lines_of(scratch().text("drive/camera.csv"));
+  const auto after = lines_of(scratch().text("both.csv"));
   EXPECT_EQ(before.front(), after.front());
   EXPECT_NEAR(static_cast<double>(before.size() - after.size()), 2.0 / 0.035, 5.0);
 }
 
 // As a filter it gives the same bytes as from file to file, and passes each line on at once.
 TEST_F(FaultCommand, IsAFilter) {
-  ASSERT_EQ(
-      fault("--kind imu.noisy --seed 3 " + in("drive/drive.log") + " -o " + in("file.log")).status,
-      0);
-  const Outcome piped =
-      fault("--kind imu.noisy --seed 3 - -o - < " + in("drive/drive.log") + " > " + in("pipe.log"));
+  EXPECT_EQ(fault("--kind imu.noisy --seed 3 drive/drive.log -o file.log").status, 0);
+  const Outcome piped = fault("--kind imu.noisy --seed 3 - -o - < drive/drive.log");
   EXPECT_EQ(piped.status, 0) << piped.err;
-  EXPECT_EQ(contents(in("pipe.log")), contents(in("file.log")));
+  EXPECT_EQ(piped.out, scratch().text("file.log"));
 
   // The pipe stays open until all five lines have come out, or the loop's limit is reached.
-  const Outcome live = run_shell(
-      "cd " + in("drive") +
-      "; mkfifo in; { odom fault --config car.toml --kind gyro.zero - -o - < in > out.log "
+  const Outcome live = scratch().run(
+      "cd drive; mkfifo in; { odom fault --config car.toml --kind gyro.zero - -o - < in > out.log "
       "2> /dev/null & }; exec 3> in; head -n 5 drive.log >&3; for i in $(seq 400); do "
       "[ $(wc -l < out.log) = 5 ] && break; sleep 0.05; done; wc -l < out.log; exec 3>&-; wait");
   EXPECT_EQ(live.out, "5\n");
 }
 
-// A log that breaks off in the middle leaves no output.
+// Neither a log that breaks off in the middle nor an unusable camera log leaves an output.
 TEST_F(FaultCommand, AnOutputIsWholeOrNotThere) {
-  std::ofstream{in("broken.log")} << "(1.000000) can0 1A2#0000000000000000\nnonsense\n(2) x\n";
-  EXPECT_THAT(fault("--strict --kind gyro.zero " + in("broken.log") + " -o " + in("not.log")),
-              Ends(2, HasSubstr("broken.log:3")));
-  EXPECT_FALSE(std::filesystem::exists(in("not.log")));
-  EXPECT_FALSE(std::filesystem::exists(in("not.log.partial")));
-  // Nor does an unusable camera log.
-  std::ofstream{in("broken.csv")} << "t,x\n1,2\n";
-  EXPECT_EQ(fault("--kind gyro.zero " + in("drive/drive.log") + " -o " + in("not.log") +
-                  " --camera " + in("broken.csv") + " --camera-out " + in("not.csv"))
-                .status,
-            2);
-  EXPECT_FALSE(std::filesystem::exists(in("not.log")));
+  scratch().write("broken.log", "(1.000000) can0 1A2#0000000000000000\nnonsense\n(2) x\n");
+  scratch().write("broken.csv", "t,x\n1,2\n");
+  tools::expect_answers(scratch(), 2, "odom fault --config drive/car.toml --kind gyro.zero", R"(
+--strict broken.log -o not.log -> broken.log:3
+drive/drive.log -o not.log --camera broken.csv --camera-out not.csv -> broken.csv:1
+)");
+  EXPECT_FALSE(exists("not.log") || exists("not.log.partial") || exists("not.csv"));
 }
 
 TEST_F(FaultCommand, ErrorsSayHowToFixThem) {
-  const std::string log = in("drive/drive.log") + " -o " + in("x.log");
-  const std::string before = contents(in("drive/drive.log"));
-  tools::expect_refused(
-      "odom fault --config " + in("drive/car.toml") + ' ',
-      {{"--kind gyro.forzen " + log,
-        HasSubstr("there is no kind of fault \"gyro.forzen\"; the nearest is 'gyro.frozen'; odom "
-                  "fault --list shows all\n")},
-       {"--kind weels.zero " + log, HasSubstr("'wheels.zero'")},
-       {"--kind motor.zero " + log, HasSubstr("[can.signals] maps no motor")},
-       {log, HasSubstr("--kind (or --fault) is required")},
-       {"--kind gyro.zero " + in("drive/drive.log"), HasSubstr("--out (for LOG) is required")},
-       {"--kind camera.lost " + log, HasSubstr("--camera and --camera-out")},
-       {"--kind gyro.zero --camera " + in("drive/camera.csv") + " --camera-out " + in("x.csv"),
-        HasSubstr("LOG and --out")},
-       {"--kind gyro.zero --from vcan7 --to vcan8 " + log, HasSubstr("not both")},
-       {"--kind gyro.zero --from vcan7 --to vcan7", HasSubstr("is the interface of --from")},
-       {"--kind bus.shifted --from vcan7 --to vcan8", HasSubstr("bus.delayed")},
-       {"--kind gyro.zero --begin 4 --for 0 " + log, HasSubstr("--for")},
-       {"--kind gyro.zero " + in("drive/drive.log") + " -o " + in("drive/drive.log"),
-        HasSubstr("is what is read; name another file")}});
+  const std::string before = scratch().text("drive/drive.log");
+  tools::expect_answers(scratch(), 2, "odom fault --config drive/car.toml", R"(
+--kind gyro.forzen drive/drive.log -o x -> odom fault: there is no kind of fault "gyro.forzen";
+  the nearest is 'gyro.frozen'; odom fault --list shows all
+--kind weels.zero drive/drive.log -o x -> 'wheels.zero'
+--kind motor.zero drive/drive.log -o x -> [can.signals] maps no motor
+drive/drive.log -o x -> --kind (or --fault) is required
+--kind gyro.zero drive/drive.log -> --out (for LOG) is required
+--kind camera.lost drive/drive.log -o x -> --camera and --camera-out
+--kind gyro.zero --camera drive/camera.csv --camera-out x.csv -> LOG and --out
+--kind gyro.zero --from vcan7 --to vcan8 drive/drive.log -o x -> not both
+--kind gyro.zero --from vcan7 --to vcan7 -> is the interface of --from
+--kind bus.shifted --from vcan7 --to vcan8 -> bus.delayed
+--kind gyro.zero --begin 4 --for 0 drive/drive.log -o x -> --for
+--kind gyro.zero drive/drive.log -o drive/drive.log -> is what is read; name another file
+)");
   EXPECT_THAT(fault("--kind gyro.zero --from vcan7 --to vcan8").err, HasSubstr("vcan"));
-  EXPECT_EQ(contents(in("drive/drive.log")), before);
+  EXPECT_EQ(scratch().text("drive/drive.log"), before);
 }
 
 TEST_F(FaultCommand, AFaultThatNeverComesIsWarnedOf) {
   EXPECT_THAT(
-      fault("--kind gyro.zero --begin 900 " + in("drive/drive.log") + " -o " + in("never.log")),
+      fault("--kind gyro.zero --begin 900 drive/drive.log -o never.log"),
       Ends(0,
            HasSubstr("warning: gyro.zero: had no effect; it begins 900 s after the first frame")));
 }
 
 TEST_F(FaultCommand, ListsTheKinds) {
   EXPECT_THAT(must_run("odom fault --list"), HasSubstr("repeats its last value"));
-  const Outcome json = run_shell("odom fault --list --json");
-  EXPECT_GT(nlohmann::json::parse(json.out).size(), 67U);
+  EXPECT_GT(scratch().json("odom fault --list --json").size(), 67U);
 }
 
 // Camera poses through two sockets: a camera sends, a fault changes them, a daemon receives.

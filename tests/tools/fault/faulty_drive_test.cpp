@@ -62,23 +62,15 @@ class FaultyDriveTest : public ::testing::TestWithParam<Camera> {
   }
 };
 
-TEST_P(FaultyDriveTest, TheHealthyRunIsTheReplay) {
+TEST_P(FaultyDriveTest, ARunIsTheReplayOfTheLogWithAndWithoutFaults) {
   const FaultyDrive runs(drive(), GetParam(), begin());
   expect_same(runs.healthy(), 0, replayed({}));
-}
-
-TEST_P(FaultyDriveTest, ARunWithAFaultIsTheReplayOfAFaultyLog) {
-  const FaultyDrive runs(drive(), GetParam(), begin());
   for (const char* kind : {"gyro.stuck", "wheels.noisy", "imu.delayed", "camera.moved"}) {
     SCOPED_TRACE(kind);
     const Fault one = from_begin_on(kind);
     expect_same(runs.with({&one, 1}), begin() + 1, replayed({one}));
   }
-}
-
-// Leaving a source out equals losing it.
-TEST_P(FaultyDriveTest, ASourceIsLeftOut) {
-  const FaultyDrive runs(drive(), GetParam(), begin());
+  // Leaving a source out equals losing it.
   const Fault lost = from_begin_on("imu.lost");
   expect_same(runs.without(fault::sources_of(lost.kind)), begin() + 1, replayed({lost}));
 }

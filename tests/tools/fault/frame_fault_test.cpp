@@ -177,10 +177,7 @@ TEST(FrameFault, ReorderedFramesComeInPairs) {
   EXPECT_EQ(values[101].value, old[100].value);
   EXPECT_GT(values[101].t, values[100].t);
   EXPECT_EQ(values[200].value, old[200].value);
-}
-
-// A frame that waits for its partner is not lost when the fault ends.
-TEST(FrameFault, AReorderedFrameWithoutAPartnerLeavesAtTheEnd) {
+  // A frame that waits for its partner is not lost when the fault ends.
   Fault fault = in_the_middle("steering.reordered");
   fault.duration_s = 0.05;
   EXPECT_EQ(decoded(with({fault})).values.at(Source::steering).size(), 300U);

@@ -1,7 +1,7 @@
-// odom import: tables as written by other tools.
-#include <nlohmann/json.hpp>
+// odom import: tables as written by other tools. Whatever is not a table of a drive is refused in
+// one line, and no file is left.
+#include <optional>
 
-#include "tests/gtest.hpp"
 #include "tests/tools/import/importing.hpp"
 
 namespace odomd::tools::import_command_test {
@@ -105,7 +105,7 @@ TEST(Import, ReadsTheTablesOfTools) {
     EXPECT_NEAR(role["least"].get<double>(), one.least, 1e-6);
     EXPECT_NEAR(role["most"].get<double>(), one.most, 1e-6);
     EXPECT_NEAR(result["first"].get<double>(), one.first, 1e-6);
-    must_run("odomd --check --config " + scratch.path("out/car.toml").string());
+    scratch.must_run("odomd --check --config out/car.toml");
   }
 }
 
@@ -120,9 +120,9 @@ TEST(Import, SendsEachValueOnceAtItsTime) {
              "--column motor=b:s" +
                  std::string(a_car));
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(contents(scratch.path("out/car.toml")),
+  EXPECT_THAT(scratch.text("out/car.toml"),
               AllOf(HasSubstr("signal = \"AccX\""), HasSubstr("bus = \"can2\"")));
-  const std::string log = contents(scratch.path("out/drive.log"));
+  const std::string log = scratch.text("out/drive.log");
   EXPECT_EQ(std::ranges::count(log, '\n'), 3 + 2 + 1 + 2 + 2);
   EXPECT_THAT(log, AllOf(HasSubstr("1.050000000) can1 1A1#"), HasSubstr("1.100000000) can0 1A2#"),
                          Not(HasSubstr("1.100000000) can1 1A2#"))));
@@ -146,10 +146,10 @@ TEST(Import, MakesPosesOfQuaternionsDegreesAndMillimetres) {
       "--column truth.yaw=head,unit=deg,scale=-1,offset=1.57079632679" +
           std::string(a_car));
   ASSERT_THAT(outcome, Ends(0, HasSubstr("2 of 3 rows lack a value")));
-  const std::string camera = contents(scratch.path("out/camera.csv"));
+  const std::string camera = scratch.text("out/camera.csv");
   EXPECT_THAT(camera, HasSubstr("\n100.160000000,100.100000000,1,2,1.570796"));
   EXPECT_THAT(camera, HasSubstr(",0.01,0.01,0.0174532"));
-  const std::string truth = contents(scratch.path("out/truth.csv"));
+  const std::string truth = scratch.text("out/truth.csv");
   EXPECT_THAT(truth, HasSubstr("t,x,y,yaw,vx,vy,yaw_rate\n100.000000000,0,1,"));
   EXPECT_THAT(truth, HasSubstr("\n100.200000000,0.5,1,1.57079632679,2,0,0\n"));
 }
@@ -163,19 +163,124 @@ TEST(Import, KeepsTheCarOfAConfigurationAndReplacesADriveOnlyByForce) {
                    columns + "--column truth.x=x --column truth.y=x --column truth.yaw=yaw")
                 .status,
             0);
-  EXPECT_THAT(contents(scratch.path("out/car.toml")),
+  EXPECT_THAT(scratch.text("out/car.toml"),
               AllOf(HasSubstr("yaw_inertia = 0.028"), HasSubstr("lever_arm"), HasSubstr("[imu]"),
                     HasSubstr("sigma = 0.00649, timeout = 0.7, latency = 0.005"),
                     Not(HasSubstr("SteeringAngle"))));
   ASSERT_TRUE(std::filesystem::exists(scratch.path("out/truth.csv")));
   scratch.write("out/notes.txt", "mine");
-  const std::string log = contents(scratch.path("out/drive.log"));
+  const std::string log = scratch.text("out/drive.log");
   EXPECT_THAT(import(scratch, files, columns), Ends(2, HasSubstr("--force")));
   EXPECT_EQ(import(scratch, files, "--force --column motor=w").status, 2);
-  EXPECT_EQ(contents(scratch.path("out/drive.log")), log);
+  EXPECT_EQ(scratch.text("out/drive.log"), log);
   EXPECT_EQ(import(scratch, files, columns + "--force").status, 0);
   EXPECT_FALSE(std::filesystem::exists(scratch.path("out/truth.csv")));
-  EXPECT_EQ(contents(scratch.path("out/notes.txt")), "mine");
+  EXPECT_EQ(scratch.text("out/notes.txt"), "mine");
+}
+
+struct Refusal {
+  std::string what;
+  std::optional<std::string> table;  ///< a.csv
+  std::string options, message;
+  std::vector<TextFile> others{};
+};
+
+const std::string motor = "--column motor=v ";
+const std::string pose = "--column camera.x=a --column camera.y=a --column camera.yaw=a ";
+
+const std::vector<Refusal> refusals{
+    {"time that runs back", "t,v\n1,1\n1.1,1\n1.05,1\n", motor,
+     "a.csv:4: the time runs back by 0.050000 s"},
+    {"an unknown column", "t,speed_x,speed_y\n1,1,1\n", "--column motor=sped_x",
+     "no column \"sped_x\"; the nearest is 'speed_x'"},
+    {"an unknown column for the time", "tick,v\n1,1\n", motor + "--time tik",
+     "no column \"tik\" for the time; the nearest is 'tick'"},
+    {"no time", "tick,v\n1,1\n", motor, "name it with --time COLUMN: tick, v"},
+    {"a column in two tables",
+     "t,v\n1,1\n",
+     motor,
+     "is in a.csv and in b.csv; name its table too: b.csv:v",
+     {{"b.csv", "t,v\n1,1\n"}}},
+    {"a column that occurs twice", "t,v,v\n1,1,2\n", motor, "column \"v\" occurs twice"},
+    {"a word for a number", "t,v\n1,1\n2,fast\n", motor,
+     "a.csv:3: column \"v\": \"fast\" is not a number"},
+    {"a word for a time", "t,v\n1,1\nlater,2\n", motor, "\"later\" is not a time"},
+    {"a row of other length", "t,v\n1,1\n2,1,5\n", motor,
+     "a.csv:3: 3 fields where the header has 2"},
+    {"rows of hours", "t,v\n0,1\n10,1\n20,1\n", motor,
+     "its rows are 10 s apart; state the unit of the time"},
+    {"a unit that is not supported", "t,v (mph)\n0,1\n", motor, "\"mph\" is not known"},
+    {"a unit of something else", "t,v\n0,1\n", "--column motor=v,unit=m/s2",
+     "does not fit this role"},
+    {"turns without a radius", "t,v\n0,1\n", "--column motor=v,unit=rpm", "radius"},
+    {"an unknown key", "t,v\n0,1\n", "--column motor=v,scal=2", "did you mean \"scale\""},
+    {"a key of frames", "t,v\n0,1\n", "--column motor=v,bus=can0", "unknown key"},
+    {"an unknown role", "t,v\n0,1\n", "--column moter=v", "did you mean \"motor\""},
+    {"no role", "t,v\n0,1\n", "--column v", "ROLE=COLUMN"},
+    {"no sensor", "t,a\n0,1\n", pose, "no column is mapped to a role"},
+    {"no speed", rows_of("t,w", 0), "--column yaw_rate=w", "no speed is mapped"},
+    {"speeds beyond any car", "t,v\n0,100\n0.1,300\n", motor,
+     "2 of 2 values are beyond -83 to 83 m/s, up to 300"},
+    {"a column without a value", "t,v,w\n0,1,\n0.1,1,nan\n", motor + "--column yaw_rate=w",
+     "the column has no value"},
+    {"other clocks",
+     rows_of("t,v", 0),
+     motor + "--column yaw_rate=w",
+     "these have no time in common",
+     {{"b.csv", rows_of("t,w", 1.7e9)}}},
+    {"a camera without sigma", "t,v,a\n0,1,1\n", motor + pose, "camera.sigma_x is missing"},
+    {"a camera without a heading", "t,v,a\n0,1,1\n",
+     motor + "--column camera.x=a --column camera.y=a", "camera.yaw is missing"},
+    {"half a quaternion", "t,v,a\n0,1,1\n",
+     motor + "--column truth.x=a --column truth.y=a --column truth.qw=a", "truth.qz is missing"},
+    {"poses of two tables",
+     "t,v,a\n0,1,1\n",
+     motor + "--column truth.x=a --column truth.y=b --column truth.yaw=a",
+     "in another table",
+     {{"b.csv", "t,b\n0,1\n"}}},
+    {"an unknown field", "t,v,a\n0,1,1\n", motor + "--column camera.z=a", "unknown field"},
+    {"UTF-16", std::string("\xFF\xFEt\0,\0v\0", 8), motor, "iconv -f UTF-16"},
+    {"nothing", "", motor, "a.csv: is empty"},
+    {"a header alone", "t,v\n", motor, "a.csv: has no rows"},
+    {"numbers alone", "1,2\n2,3\n", motor,
+     "a.csv:1: holds numbers where the names of the columns should be"},
+    {"a candump log", "(1.000000) can0 1A3#00\n", motor, "is a candump log"},
+    {"a VBOX file", "[column names]\ntime v\n[data]\n1 2\n", motor, ".vbo"},
+    {"times of day", "time,v\n101558.5,1\n101559.5,1\n101600.5,1\n101601.5,1\n", motor,
+     "--time 'time,unit=hhmmss'"},
+    {"a unit in Latin-1", "t,v (\xB0/s)\n0,1\n", motor, "needs `radius`"},
+    {"no table", {}, motor, "no table"},
+    {"an empty name", "t,v,\n0,1,\n", "--column motor=", "names no column"},
+};
+
+TEST(Import, RefusesAndLeavesNothingBehind) {
+  for (const Refusal& one : refusals) {
+    SCOPED_TRACE(one.what);
+    const Scratch scratch;
+    std::vector<TextFile> files = one.others;
+    if (one.table) files.insert(files.begin(), {"a.csv", *one.table});
+    EXPECT_THAT(import(scratch, files, one.options + a_car), Ends(2, HasSubstr(one.message)));
+    std::size_t entries = 0;
+    for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(scratch.path("")))
+      ++entries;
+    EXPECT_EQ(entries, files.size());
+  }
+}
+
+TEST(Import, AsksForTheCar) {
+  const Scratch scratch;
+  EXPECT_THAT(import(scratch, {{"a.csv", "t,v\n0,1\n"}}, motor), Ends(2, HasSubstr("--wheelbase")));
+}
+
+TEST(Import, LeavesOutAndCountsWhatDoesNotFit) {
+  const Scratch scratch;
+  std::string table = "t,v,w\n";
+  for (int i = 0; i < 50; ++i)
+    table += std::to_string(0.01 * i) + (i == 7 ? ",900" : ",1") + ",0.000" +
+             std::to_string(i % 3) + "\n";
+  EXPECT_THAT(import(scratch, {{"a.csv", table + ",1,1\n"}}, motor + "--column yaw_rate=w" + a_car),
+              Ends(0, AllOf(HasSubstr("1 of 50 values are beyond -83 to 83 m/s, up to 900"),
+                            HasSubstr("1 row without a time left out"))));
 }
 
 }  // namespace

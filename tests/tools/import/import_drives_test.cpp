@@ -1,6 +1,5 @@
 // Recorded drives as tables of their decoded frames: their import replays to the same errors.
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include <fmt/format.h>
 
@@ -10,7 +9,6 @@
 #include "can_protocol/decode/units.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
-#include "tests/gtest.hpp"
 #include "tests/recorded_drives.hpp"
 #include "tests/tools/import/importing.hpp"
 #include "tools/cli/csv.hpp"

@@ -19,8 +19,7 @@ inline Outcome import(const Scratch& scratch, const std::vector<TextFile>& files
     scratch.write(file.name, file.text);
     if (file.name.ends_with(".csv")) tables += ' ' + file.name;
   }
-  return run_shell("cd " + scratch.path("").string() + " && odom import" + tables + " --out out " +
-                   options);
+  return scratch.run("odom import" + tables + " --out out " + options);
 }
 
 /// A moving car at 10 rows a second: the header "t,v", and further cells of each row.

@@ -1,12 +1,13 @@
 // A simulated drive on another maker's bus: signs and validity in separate bits, all ones while
 // sensors start, motor turns, a command without a unit.
+#include <functional>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include <fmt/format.h>
 
-#include "tests/gtest.hpp"
+#include "can_protocol/decode/message_encoder.hpp"
+#include "can_protocol/sources/candump.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/replay/drive.hpp"
@@ -17,34 +18,18 @@ namespace {
 using estimator::Source;
 using nlohmann::json;
 
-struct Field {
-  const char* name;
-  int start, length;  // little-endian
-  double scale, offset;
-  const char* unit;
-  bool is_signed = false;
-
-  [[nodiscard]] std::uint64_t raw(double value) const {
-    const auto mask = length == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << length) - 1;
-    return (static_cast<std::uint64_t>(std::llround((value - offset) / scale)) & mask) << start;
-  }
-};
-struct Message {
-  std::uint32_t id;
-  const char* name;
-  std::vector<Field> fields;
-};
-
 constexpr double degrees = 180.0 / std::numbers::pi;
 
-/// A drive of `odom sim` whose signals a test encodes in other messages.
+/// A drive of `odom sim` whose signals a test sends in other messages.
 class Bus {
  public:
-  explicit Bus(const std::string& options) {
-    const std::string folder = scratch_.path("sim").string();
-    must_run("odom sim " + options + " --out " + folder);
-    drive = read_drive({.folder = folder});
-    signals = signals_of(drive);
+  using Values = std::vector<std::pair<std::string_view, double>>;
+
+  Bus(const std::string& options, const std::string& dbc)
+      : drive(read_drive({.folder = simulate(scratch, options, "sim")})),
+        signals(signals_of(drive)),
+        database_(can::parse_dbc(dbc, "car.dbc")) {
+    scratch.write("car.dbc", dbc);
   }
 
   [[nodiscard]] double at(Source source, std::int64_t t_ns) const {
@@ -53,51 +38,37 @@ class Bus {
     return series.value[std::min(static_cast<std::size_t>(next), series.size() - 1)];
   }
 
-  /// Sends the message for each sample of the source `clock`; `values` gives its fields in order.
-  template <class Values>
-  void send(const Message& message, Source clock, Values values) {
-    dbc_ += fmt::format("BO_ {} {}: 8 A\n", message.id, message.name);
-    for (const Field& field : message.fields)
-      dbc_ += fmt::format(" SG_ {} : {}|{}@1{} ({},{}) [0|0] \"{}\" A\n", field.name, field.start,
-                          field.length, field.is_signed ? '-' : '+', field.scale, field.offset,
-                          field.unit);
+  /// Sends the message for each sample of the source `clock`; all ones in the first second.
+  void send(const char* message, Source clock, const std::function<Values(std::int64_t)>& values) {
+    can::MessageEncoder encoder(*can::find_message(database_, message));
     for (const std::int64_t t_ns : signals.of(clock).t_ns) {
-      const bool starts = t_ns < signals.first_ns + 1'000'000'000;
-      std::uint64_t payload = 0;
-      const std::vector<double> now = values(t_ns);
-      for (std::size_t i = 0; i < now.size(); ++i) payload |= message.fields[i].raw(now[i]);
-      if (starts) payload = ~std::uint64_t{0};
-      std::string bytes;
-      for (int i = 0; i < 8; ++i) bytes += fmt::format("{:02X}", payload >> (8 * i) & 0xFFU);
-      lines_.emplace(t_ns, fmt::format("({}.{:06}) can0 {:03X}#{}\n", t_ns / 1'000'000'000,
-                                       t_ns / 1000 % 1'000'000, message.id, bytes));
+      for (const auto& [signal, value] : values(t_ns)) encoder.set(signal, value);
+      frames_.push_back(encoder.frame(t_ns));
+      if (t_ns < signals.first_ns + 1'000'000'000) frames_.back().data.fill(0xFF);
     }
   }
 
   /// The output of init, which writes init.toml; hand.toml has its vehicle and the signals
   /// `by_hand`.
   json init(const std::string& car, const std::string& by_hand) {
+    std::ranges::stable_sort(frames_, {}, &can::Frame::time_ns);
     std::string log;
-    for (const auto& [t_ns, line] : lines_) log += line;
-    const std::string file = scratch_.write("drive.log", log).string();
-    const std::string dbc = scratch_.write("car.dbc", dbc_).string();
-    const Outcome outcome = run_shell("odom init --json --dbc " + dbc + " --can " + file +
-                                      " --out " + path("init.toml") + car);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    text = contents(scratch_.path("init.toml"));
-    scratch_.write("hand.toml",
-                   text.substr(0, text.find("[can.signals]")) + "[can.signals]\n" + by_hand);
-    return outcome.status == 0 ? json::parse(outcome.out) : json{};
+    for (const can::Frame& frame : frames_) can::append_candump_line(log, frame, "can0");
+    scratch.write("drive.log", log);
+    const std::string out =
+        scratch.must_run("odom init --json --dbc car.dbc --can drive.log --out init.toml" + car);
+    text = scratch.text("init.toml");
+    scratch.write("hand.toml",
+                  text.substr(0, text.find("[can.signals]")) + "[can.signals]\n" + by_hand);
+    return json::parse(out);
   }
 
   [[nodiscard]] json errors(const char* config) const {
     const auto& pose = drive.config.initial_pose.value();
-    must_run(fmt::format("odom replay --config {} --can {} --initial={},{},{} --out {}",
-                         path(config), path("drive.log"), pose.x, pose.y, pose.yaw,
-                         path("pose.csv")));
-    return json::parse(run_shell("odom evaluate --align first --json --reference " +
-                                 path("sim/truth.csv") + " --pose " + path("pose.csv"))
-                           .out)["estimates"][0];
+    return errors_of_replay(scratch,
+                            fmt::format("--can drive.log --initial={},{},{} --config {}", pose.x,
+                                        pose.y, pose.yaw, config),
+                            "sim/truth.csv --align first");
   }
   void expect_as_by_hand(double within) const {
     const json hand = errors("hand.toml"), made = errors("init.toml");
@@ -105,16 +76,14 @@ class Bus {
       EXPECT_LT(made[error]["rms"], within * hand[error]["rms"].get<double>()) << error;
   }
 
+  Scratch scratch;
   Drive drive;
   SignalLog signals;
   std::string text;
 
  private:
-  [[nodiscard]] std::string path(const char* name) const { return scratch_.path(name).string(); }
-
-  Scratch scratch_;
-  std::string dbc_ = "VERSION \"\"\nBU_: A\n";
-  std::multimap<std::int64_t, std::string> lines_;
+  can::Database database_;
+  std::vector<can::Frame> frames_;
 };
 
 std::map<std::string, json> by_role(const json& result) {
@@ -124,45 +93,47 @@ std::map<std::string, json> by_role(const json& result) {
 }
 
 TEST(OtherBus, WithSignBitsAndQualityBitsIsReadAsByHand) {
-  Bus bus("--scenario road --duration 60 --seed 2");
-  bus.send({257,
-            "ESP_02",
-            {{"ESP_QBit_Gierrate", 12, 1, 1, 0, ""},
-             {"ESP_QBit_Laengsbeschl", 13, 1, 1, 0, ""},
-             {"ESP_Laengsbeschl", 24, 10, 0.03125, -16, "Unit_MeterPerSeconSquar"},
-             {"ESP_Gierrate", 40, 14, 0.01, 0, "Unit_DegreOfArcPerSecon"},
-             {"ESP_VZ_Gierrate", 54, 1, 1, 0, ""}}},
-           Source::yaw_rate, [&](std::int64_t t) {
-             const double turn = degrees * bus.at(Source::yaw_rate, t);
-             return std::vector{0.0, 0.0, bus.at(Source::accel_x, t), std::fabs(turn),
-                                turn < 0.0 ? 1.0 : 0.0};
-           });
-  bus.send({178,
-            "ESP_19",
-            {{"ESP_HL_Radgeschw_02", 0, 16, 0.0075, 0, "Unit_KiloMeterPerHour"},
-             {"ESP_HR_Radgeschw_02", 16, 16, 0.0075, 0, "Unit_KiloMeterPerHour"}}},
-           Source::wheel_rear_left, [&](std::int64_t t) {
-             return std::vector{3.6 * std::fabs(bus.at(Source::wheel_rear_left, t)),
-                                3.6 * std::fabs(bus.at(Source::wheel_rear_right, t))};
-           });
-  bus.send({134,
-            "LWI_01",
-            {{"LWI_QBit_Lenkradwinkel", 15, 1, 1, 0, ""},
-             {"LWI_Lenkradwinkel", 16, 13, 0.1, 0, "Unit_DegreOfArc"},
-             {"LWI_VZ_Lenkradwinkel", 29, 1, 1, 0, ""},
-             {"LWI_Lenkradw_Geschw", 31, 9, 5, 0, "Unit_DegreOfArcPerSecon"}}},
-           Source::steering, [&](std::int64_t t) {
-             const double turn = 15.6 * degrees * bus.at(Source::steering, t);
-             return std::vector{0.0, std::fabs(turn), turn < 0.0 ? 1.0 : 0.0, 100.0};
-           });
-  bus.send({914,
-            "ESP_07",
-            {{"ESP_RTA_HL", 16, 8, 0.048828125, -6.20117, "Unit_PerCent"},
-             {"TrlrYawRate", 24, 16, 0.01, 0, "deg/s"},
-             {"Whl_FL_Cnt", 40, 8, 1, 0, "Unitless"}}},
-           Source::yaw_rate, [](std::int64_t t) {
-             return std::vector{0.0, 1.0, static_cast<double>(t / 10'000'000 % 200)};
-           });
+  Bus bus("--scenario road --duration 60 --seed 2", R"(BU_: A
+BO_ 257 ESP_02: 8 A
+ SG_ ESP_QBit_Gierrate : 12|1@1+ (1,0) [0|0] "" A
+ SG_ ESP_QBit_Laengsbeschl : 13|1@1+ (1,0) [0|0] "" A
+ SG_ ESP_Laengsbeschl : 24|10@1+ (0.03125,-16) [0|0] "Unit_MeterPerSeconSquar" A
+ SG_ ESP_Gierrate : 40|14@1+ (0.01,0) [0|0] "Unit_DegreOfArcPerSecon" A
+ SG_ ESP_VZ_Gierrate : 54|1@1+ (1,0) [0|0] "" A
+BO_ 178 ESP_19: 8 A
+ SG_ ESP_HL_Radgeschw_02 : 0|16@1+ (0.0075,0) [0|0] "Unit_KiloMeterPerHour" A
+ SG_ ESP_HR_Radgeschw_02 : 16|16@1+ (0.0075,0) [0|0] "Unit_KiloMeterPerHour" A
+BO_ 134 LWI_01: 8 A
+ SG_ LWI_QBit_Lenkradwinkel : 15|1@1+ (1,0) [0|0] "" A
+ SG_ LWI_Lenkradwinkel : 16|13@1+ (0.1,0) [0|0] "Unit_DegreOfArc" A
+ SG_ LWI_VZ_Lenkradwinkel : 29|1@1+ (1,0) [0|0] "" A
+ SG_ LWI_Lenkradw_Geschw : 31|9@1+ (5,0) [0|0] "Unit_DegreOfArcPerSecon" A
+BO_ 914 ESP_07: 8 A
+ SG_ ESP_RTA_HL : 16|8@1+ (0.048828125,-6.20117) [0|0] "Unit_PerCent" A
+ SG_ TrlrYawRate : 24|16@1+ (0.01,0) [0|0] "deg/s" A
+ SG_ Whl_FL_Cnt : 40|8@1+ (1,0) [0|0] "Unitless" A
+)");
+  bus.send("ESP_02", Source::yaw_rate, [&](std::int64_t t) -> Bus::Values {
+    const double turn = degrees * bus.at(Source::yaw_rate, t);
+    return {{"ESP_Laengsbeschl", bus.at(Source::accel_x, t)},
+            {"ESP_Gierrate", std::fabs(turn)},
+            {"ESP_VZ_Gierrate", turn < 0.0 ? 1.0 : 0.0}};
+  });
+  bus.send("ESP_19", Source::wheel_rear_left, [&](std::int64_t t) -> Bus::Values {
+    return {{"ESP_HL_Radgeschw_02", 3.6 * std::fabs(bus.at(Source::wheel_rear_left, t))},
+            {"ESP_HR_Radgeschw_02", 3.6 * std::fabs(bus.at(Source::wheel_rear_right, t))}};
+  });
+  bus.send("LWI_01", Source::steering, [&](std::int64_t t) -> Bus::Values {
+    const double turn = 15.6 * degrees * bus.at(Source::steering, t);
+    return {{"LWI_Lenkradwinkel", std::fabs(turn)},
+            {"LWI_VZ_Lenkradwinkel", turn < 0.0 ? 1.0 : 0.0},
+            {"LWI_Lenkradw_Geschw", 100.0}};
+  });
+  bus.send("ESP_07", Source::yaw_rate, [](std::int64_t t) -> Bus::Values {
+    return {{"ESP_RTA_HL", 0.0},
+            {"TrlrYawRate", 1.0},
+            {"Whl_FL_Cnt", static_cast<double>(t / 10'000'000 % 200)}};
+  });
   const json result = bus.init(
       " --mass 1700 --wheelbase 2.7 --front-axle 1.25 --track 1.58",
       R"(yaw_rate = { message = "ESP_02", signal = "ESP_Gierrate", unit = "deg/s", offset = 0.0086, sigma = 0.005, sign = { signal = "ESP_VZ_Gierrate", negative = 1 }, valid_when = { signal = "ESP_QBit_Gierrate", equals = 0 } }
@@ -188,19 +159,26 @@ steering = { message = "LWI_01", signal = "LWI_Lenkradwinkel", unit = "deg", sca
 }
 
 TEST(OtherBus, WithTheTurnsOfAMotorAndACommandIsReadAsByHand) {
-  Bus bus("--scenario lap --laps 2 --seed 5");
-  bus.send({9,
-            "VESC_Status1",
-            {{"ERPM", 0, 32, 1, 0, "erpm", true}, {"DutyCycle", 48, 16, 0.001, 0, "%", true}}},
-           Source::wheel_rear_left, [&](std::int64_t t) {
-             const double v =
-                 0.5 * (bus.at(Source::wheel_rear_left, t) + bus.at(Source::wheel_rear_right, t));
-             return std::vector{v / 0.033 * 8.0 * 2.0 * 30.0 / std::numbers::pi, 20.0};
-           });
-  bus.send({32, "Imu", {{"gyro_z_yaw_rate", 0, 16, 0.01, 0, "dps", true}}}, Source::yaw_rate,
-           [&](std::int64_t t) { return std::vector{degrees * bus.at(Source::yaw_rate, t)}; });
-  bus.send({33, "Servo", {{"steering_cmd", 0, 16, 0.0001, 0, "", true}}}, Source::steering,
-           [&](std::int64_t t) { return std::vector{bus.at(Source::steering, t) / 0.45}; });
+  Bus bus("--scenario lap --laps 2 --seed 5", R"(BU_: A
+BO_ 9 VESC_Status1: 8 A
+ SG_ ERPM : 0|32@1- (1,0) [0|0] "erpm" A
+ SG_ DutyCycle : 48|16@1- (0.001,0) [0|0] "%" A
+BO_ 32 Imu: 8 A
+ SG_ gyro_z_yaw_rate : 0|16@1- (0.01,0) [0|0] "dps" A
+BO_ 33 Servo: 8 A
+ SG_ steering_cmd : 0|16@1- (0.0001,0) [0|0] "" A
+)");
+  bus.send("VESC_Status1", Source::wheel_rear_left, [&](std::int64_t t) -> Bus::Values {
+    const double v =
+        0.5 * (bus.at(Source::wheel_rear_left, t) + bus.at(Source::wheel_rear_right, t));
+    return {{"ERPM", v / 0.033 * 8.0 * 2.0 * 30.0 / std::numbers::pi}, {"DutyCycle", 20.0}};
+  });
+  bus.send("Imu", Source::yaw_rate, [&](std::int64_t t) -> Bus::Values {
+    return {{"gyro_z_yaw_rate", degrees * bus.at(Source::yaw_rate, t)}};
+  });
+  bus.send("Servo", Source::steering, [&](std::int64_t t) -> Bus::Values {
+    return {{"steering_cmd", bus.at(Source::steering, t) / 0.45}};
+  });
   const json result = bus.init(
       " --mass 2.985 --wheelbase 0.26 --front-axle 0.175 --wheel-radius 33mm --gear-ratio 8 "
       "--pole-pairs 2",

@@ -1,12 +1,10 @@
 // Frames of a VESC, packed here as its documentation says, independently of our database: the
 // configuration of odom init decodes them, and a drive with them gives a pose.
 #include <map>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include <fmt/format.h>
 
-#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/replay/drive.hpp"
@@ -60,17 +58,12 @@ TEST(Vesc, DatabaseReadsEverySignalOfThePublishedLayout) {
   for (const Case& one : cases) {
     SCOPED_TRACE(one.option);
     const Scratch scratch;
-    const std::string folder = scratch.path("").string();
     std::string log;
     for (std::size_t i = 0; i < one.samples.size(); ++i)
       log += fmt::format("({}.000000) can0 {}\n", 100 + i, one.samples[i].frame);
     scratch.write("bus.log", log);
-    must_run("cd " + folder +
-             " && odom init --mass 3 --wheelbase 0.3 "
-             "--wheel-radius 50mm " +
-             one.option);
-    const Outcome shown =
-        run_shell("cd " + folder + " && odom dbc decode --json --dbc *-*.dbc bus.log");
+    scratch.must_run("odom init --mass 3 --wheelbase 0.3 --wheel-radius 50mm " + one.option);
+    const Outcome shown = scratch.run("odom dbc decode --json --dbc *-*.dbc bus.log");
     ASSERT_THAT(shown, Ends(0, ""));
     std::istringstream lines(shown.out);
     std::string line;
@@ -91,16 +84,15 @@ class Drive : public testing::Test {
   static constexpr double wheel_radius = 0.033, gear_ratio = 11.8;
   static constexpr int pole_pairs = 2;
 
-  static const SharedDrive& shared() {
+  static const Scratch& scratch() {
     static const SharedDrive made{"--seed 3", "lap"};
-    return made;
+    return made.scratch;
   }
 
   /// Writes lap/NAME; `frame_of` makes a frame from a wheel's turns per second.
   template <class FrameOf>
-  [[nodiscard]] std::string write_log(const std::string& name, int every_ns,
-                                      FrameOf frame_of) const {
-    const tools::Drive drive = read_drive({.folder = lap_});
+  static void write_log(const std::string& name, int every_ns, FrameOf frame_of) {
+    const tools::Drive drive = read_drive({.folder = scratch().path("lap")});
     const auto signals = signals_of(drive);
     const Series& left = signals.of(estimator::Source::wheel_rear_left);
     const Series& right = signals.of(estimator::Source::wheel_rear_right);
@@ -116,98 +108,97 @@ class Drive : public testing::Test {
       lines.emplace(stamp, stamp + " can0 " +
                                frame_of(speed / (2.0 * std::numbers::pi * wheel_radius)) + "\n");
     }
-    std::istringstream recorded(contents(lap_ + "/drive.log"));
+    std::istringstream recorded(scratch().text("lap/drive.log"));
     for (std::string line; std::getline(recorded, line);)
       if (line.find(" 1A2#") != std::string::npos || line.find(" 1A3#") != std::string::npos)
         lines.emplace(line.substr(0, line.find(')') + 1), line + "\n");
     std::string text;
     for (const auto& line : lines) text += line.second;
-    return scratch_.write("lap/" + name, text).string();
+    scratch().write("lap/" + name, text);
   }
   static std::string vesc_frame(double turns) {
     const auto erpm = std::lround(60.0 * turns * gear_ratio * pole_pairs);
     return "00000917#" + most_significant_first(erpm, 4) + "00000000";
   }
-  [[nodiscard]] Outcome init(const std::string& options,
-                             const std::string& out = "motor.toml") const {
-    return run_shell(
-        "odom init --force --json --mass 2.985 --wheelbase 0.26 --front-axle "
-        "0.175 --wheel-radius 33mm --out " +
-        lap_ + "/" + out + " " + options);
+  [[nodiscard]] static Outcome init(const std::string& options) {
+    return scratch().run(
+        "cd lap && odom init --force --json --mass 2.985 --wheelbase 0.26 --front-axle 0.175 "
+        "--wheel-radius 33mm --out motor.toml " +
+        options);
   }
-
-  const Scratch& scratch_ = shared().scratch;
-  const std::string lap_ = shared().folder.string();
 };
 
 TEST_F(Drive, GivesAPoseByNothingButMassAndSizes) {
-  const std::string log = write_log("vesc.log", 20'000'000, vesc_frame);
+  write_log("vesc.log", 20'000'000, vesc_frame);
   const Outcome made =
-      init("--vesc 23 --gear-ratio 11.8 --pole-pairs 2 --dbc " + lap_ + "/car.dbc --can " + log);
+      init("--vesc 23 --gear-ratio 11.8 --pole-pairs 2 --dbc car.dbc --can vesc.log");
   ASSERT_EQ(made.status, 0) << made.err;
-  const json result = json::parse(made.out);
   std::string roles;
+  const json result = json::parse(made.out);
   for (const json& role : result.at("roles")) {
     roles += role.at("role").get<std::string>() + ' ';
-    EXPECT_TRUE(role.at("sure").get<bool>()) << role;
+    EXPECT_EQ(role.at("sure"), true) << role;
   }
   EXPECT_EQ(roles, "yaw_rate accel_x accel_y motor steering ");
-  const std::string pose = lap_ + "/motor.csv";
-  must_run("odom replay --config " + lap_ + "/motor.toml --can " + log + " --initial 0,0,0 --out " +
-           pose);
-  const Outcome shown = run_shell("odom evaluate --align first --json --reference " + lap_ +
-                                  "/truth.csv --pose " + pose);
-  const json estimate = json::parse(shown.out).at("estimates").at(0);
-  EXPECT_LT(estimate.at("position").at("rms").get<double>(), 0.25) << shown.out;
+  const json estimate =
+      errors_of_replay(scratch(), "--config lap/motor.toml --can lap/vesc.log --initial 0,0,0",
+                       "lap/truth.csv --align first");
+  EXPECT_LT(estimate.at("position").at("rms").get<double>(), 0.25) << estimate;
   EXPECT_LT(estimate.at("end_error_cm_per_m").get<double>(), 0.6);
 }
 
 TEST_F(Drive, ThatLacksTheFramesNamesThoseThatCome) {
-  const std::string log = write_log("vesc.log", 20'000'000, vesc_frame);
-  const std::string others = write_log("others.log", 20'000'000, [](double turns) {
+  write_log("vesc.log", 20'000'000, vesc_frame);
+  write_log("others.log", 20'000'000, [](double turns) {
     return "00001B17#" + most_significant_first(std::lround(turns), 4) + "00A80000";
   });
-  const std::string slow = write_log("slow.log", 200'000'000, vesc_frame);
+  write_log("slow.log", 200'000'000, vesc_frame);
   const std::string motor = " --pole-pairs 2 --gear-ratio 11.8 --can ";
-  EXPECT_THAT(init("--vesc 42" + motor + log),
+  EXPECT_THAT(init("--vesc 42" + motor + "vesc.log"),
               Ends(2, AllOf(HasSubstr("vesc.log: VESC 42"), HasSubstr("92A"),
                             HasSubstr("it comes from VESC 23"))));
-  EXPECT_THAT(init("--vesc 23" + motor + others), Ends(2, HasSubstr("switch it on: VESC Tool")));
-  EXPECT_THAT(init("--vesc 23" + motor + slow).out, HasSubstr("less than 20 times a second"));
+  EXPECT_THAT(init("--vesc 23" + motor + "others.log"),
+              Ends(2, HasSubstr("switch it on: VESC Tool")));
+  EXPECT_THAT(init("--vesc 23" + motor + "slow.log").out, HasSubstr("less than 20 times a second"));
   EXPECT_THAT(
-      init("--vesc 23" + motor + log).out,
+      init("--vesc 23" + motor + "vesc.log").out,
       AllOf(HasSubstr("sends no yaw rate and no steering"), Not(HasSubstr("times a second"))));
 }
 
 TEST_F(Drive, IsNotNeededForTheFilesAndMarksWhatNobodySaid) {
   const Outcome made = init("--vesc 23 --pole-pairs 2");
   ASSERT_EQ(made.status, 0) << made.err;
-  EXPECT_THAT(contents(lap_ + "/motor.toml"),
+  EXPECT_THAT(scratch().text("lap/motor.toml"),
               AllOf(HasSubstr("# UNSURE: ratio 1"), HasSubstr("ratio = 1.0, pole_pairs = 2"),
                     HasSubstr("dbc = \"vesc-23.dbc\"")));
-  must_run("odomd --check --config " + lap_ + "/motor.toml");
-  scratch_.write("lap/vesc-24.dbc", "VERSION \"mine\"\n");
+  scratch().must_run("odomd --check --config lap/motor.toml");
+  scratch().write("lap/vesc-24.dbc", "VERSION \"mine\"\n");
   EXPECT_THAT(init("--vesc 24 --pole-pairs 2"), Ends(2, HasSubstr("vesc-24.dbc: exists already")));
-  EXPECT_EQ(contents(lap_ + "/vesc-24.dbc"), "VERSION \"mine\"\n");
-  EXPECT_THAT(init("--vesc 25 --pole-pairs 2 --track 0.16 --dbc " + lap_ + "/car.dbc").out,
+  EXPECT_EQ(scratch().text("lap/vesc-24.dbc"), "VERSION \"mine\"\n");
+  EXPECT_THAT(init("--vesc 25 --pole-pairs 2 --track 0.16 --dbc car.dbc").out,
               HasSubstr("VESC 25 is not mapped"));
 }
 
-TEST_F(Drive, RefusesNumbersThatNoControllerHas) {
-  const std::vector<std::pair<std::string, std::string>> cases{
-      {"--vesc 255", "--vesc"},
-      {"--vesc -1", "--vesc"},
-      {"--vesc 4294967319", "--vesc"},
-      {"--vesc 1 --vesc 2", "--vesc"},
-      {"--vesc 1", "--pole-pairs"},
-      {"--vesc 1 --pole-pairs 0", "--pole-pairs"},
-      {"--vesc 1 --pole-pairs 2.5", "--pole-pairs: 2.5 is not a whole number"},
-      {"--vesc 1 --pole-pairs 2 --gear-ratio 0", "--gear-ratio"},
-  };
-  for (const auto& [options, message] : cases) {
-    EXPECT_THAT(init(options, "refused.toml"), Ends(2, HasSubstr(message))) << options;
-    EXPECT_FALSE(std::filesystem::exists(lap_ + "/refused.toml"));
-  }
+TEST(Vesc, RefusesNumbersThatNoControllerHas) {
+  const Scratch scratch;
+  for_each_row(R"(
+--vesc 255 -> --vesc
+--vesc -1 -> --vesc
+--vesc 4294967319 -> --vesc
+--vesc 1 --vesc 2 -> --vesc
+--vesc 1 -> --pole-pairs
+--vesc 1 --pole-pairs 0 -> --pole-pairs
+--vesc 1 --pole-pairs 2.5 -> --pole-pairs: 2.5 is not a whole number
+--vesc 1 --pole-pairs 2 --gear-ratio 0 -> --gear-ratio
+)",
+               [&](const std::string& options, const std::string& says) {
+                 EXPECT_THAT(scratch.run("odom init --mass 3 --wheelbase 0.26 --wheel-radius 33mm "
+                                         "--out refused.toml " +
+                                         options),
+                             Ends(2, HasSubstr(says)))
+                     << options;
+               });
+  EXPECT_FALSE(std::filesystem::exists(scratch.path("refused.toml")));
 }
 
 }  // namespace

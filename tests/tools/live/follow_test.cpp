@@ -5,10 +5,8 @@
 
 #include <chrono>
 #include <csignal>
-#include <filesystem>
 #include <memory>
 
-#include "tests/gtest.hpp"
 #include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/live/daemon_link.hpp"
@@ -30,37 +28,26 @@ std::string problem_of(const std::string& leaf) {
   }
 }
 
-TEST(SocketPath, ANamedOneIsTakenWhetherItIsThereOrNot) {
-  EXPECT_EQ(socket_path("nowhere.sock", "status.sock"), "nowhere.sock");
-}
-
-TEST(SocketPath, AnErrorNamesAllPlaces) {
+TEST(SocketPath, AnErrorNamesAllPlacesUnlessOneIsNamed) {
   ASSERT_EQ(::setenv("XDG_RUNTIME_DIR", "/run/user/4711", 1), 0);
   EXPECT_THAT(problem_of("none.sock"),
               HasSubstr("/run/user/4711/odomd/none.sock, /run/odomd/*/none.sock, "
                         "/run/odomd/none.sock: no such socket; is odomd running?"));
   ASSERT_EQ(::unsetenv("XDG_RUNTIME_DIR"), 0);
   EXPECT_THAT(problem_of("none.sock"), HasSubstr("$XDG_RUNTIME_DIR (not set), /run/odomd/*/"));
+  EXPECT_EQ(socket_path("nowhere.sock", "status.sock"), "nowhere.sock");
 }
 
-TEST(SocketPath, TheStatusIsThatOfTheUsersOwnDaemon) {
+TEST(SocketPath, IsThatOfTheUsersOwnDaemonForEveryCommand) {
   const Scratch runtime;
   std::filesystem::create_directory(runtime.path("odomd"));
-  const AnsweringSocket daemon{runtime.path("odomd/status.sock").string(), R"({"pid": 4711})"};
-  EXPECT_THAT(must_run("XDG_RUNTIME_DIR=" + runtime.path("").string() + " odom status --json"),
-              HasSubstr("4711"));
-}
-
-TEST(SocketPath, RecordAndCameraSendLookInTheSamePlaces) {
-  const Scratch runtime;
-  std::filesystem::create_directory(runtime.path("odomd"));
-  const std::string own = runtime.path("").string();
-  const std::string with = "XDG_RUNTIME_DIR=" + own;
+  const AnsweringSocket status{runtime.path("odomd/status.sock").string(), R"({"pid": 4711})"};
   const AnsweringSocket recorder{runtime.path("odomd/record.sock").string(), "no recording"};
-  EXPECT_THAT(run_shell(with + " odom record").err, HasSubstr(own + "/odomd/record.sock: "));
   const AnsweringSocket camera{runtime.path("odomd/camera.sock").string(), "no camera"};
-  EXPECT_THAT(run_shell(with + " odom camera send --pose 1,2,3").err,
-              HasSubstr(own + "/odomd/camera.sock: "));
+  const std::string own = "export XDG_RUNTIME_DIR=$PWD; odom ";
+  EXPECT_THAT(runtime.must_run(own + "status --json"), HasSubstr("4711"));
+  EXPECT_THAT(runtime.run(own + "record").err, HasSubstr("/odomd/record.sock: "));
+  EXPECT_THAT(runtime.run(own + "camera send --pose 1,2,3").err, HasSubstr("/odomd/camera.sock: "));
 }
 
 TEST(NobodyThere, IsOneSentenceOfEachCommand) {

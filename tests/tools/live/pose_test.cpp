@@ -1,8 +1,6 @@
 // odom pose as a command, on the test's own segment.
-#include <nlohmann/json.hpp>
 #include <optional>
 
-#include "tests/gtest.hpp"
 #include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 
@@ -51,11 +49,6 @@ TEST_F(PoseCommand, OfADeadDaemonIsShownAndFails) {
   EXPECT_THAT(outcome.err, HasSubstr("the daemon has stopped publishing: this was its last pose"));
 }
 
-TEST_F(PoseCommand, KnowsNoLogClockWhereNoLogIsPlayed) {
-  publish(slow_ns);
-  EXPECT_THAT(run("--clock log"), Ends(1, HasSubstr("the daemon is not playing a log")));
-}
-
 TEST_F(PoseCommand, FollowingEndsWithTheDaemonAndSumsUp) {
   publish(100'000);
   const auto file = scratch_.path("live.csv");
@@ -75,9 +68,15 @@ TEST_F(PoseCommand, FollowingEndsCleanlyOnTerm) {
               Ends(0, HasSubstr("odom pose: 0 ticks in")));
 }
 
-TEST_F(PoseCommand, OptionsOfFollowingNeedIt) {
-  for (const char* bad : {"--csv", "--follow --json", "--until-stale", "--clock sundial"})
-    expect_refused("odom pose ", {{bad, HasSubstr("; see odom pose --help\n")}});
+TEST_F(PoseCommand, OptionsOfFollowingNeedItAndTheLogClockALog) {
+  expect_answers(Scratch{}, 2, "odom pose", R"(
+--csv -> ; see odom pose --help
+--follow --json -> ; see odom pose --help
+--until-stale -> ; see odom pose --help
+--clock sundial -> ; see odom pose --help
+)");
+  publish(slow_ns);
+  EXPECT_THAT(run("--clock log"), Ends(1, HasSubstr("the daemon is not playing a log")));
 }
 
 }  // namespace

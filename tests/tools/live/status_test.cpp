@@ -1,14 +1,11 @@
 // odom status: how it asks for the document and prints it.
 #include <odom/odom.h>
 
-#include <nlohmann/json.hpp>
 #include <optional>
-#include <regex>
 #include <tuple>
 #include <vector>
 
 #include "daemon/housekeeping/status.hpp"
-#include "tests/gtest.hpp"
 #include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/diagnostics/conditions.hpp"
@@ -69,6 +66,12 @@ const struct {
     {R"({"/sources/0/healthy": true, "/sources/0/inconsistent": true})",
      {" yaw_rate inconsistent "},
      {}},
+    // Wrong wiring, unless the values are missing or impossible.
+    {R"({"/sources/0/wiring": "left_right_swapped"})", {"miswired: left right swapped"}, {}},
+    {R"({"/sources/0/wiring": "sign", "/sources/0/flag": "failed_protection"})", {}, {"miswired:"}},
+    {R"({"/sources/0/wiring": "sign", "/sources/0/flag": "out_of_range"})", {}, {"miswired:"}},
+    {R"({"/sources/0/wiring": "sign", "/sources/0/flag": "non_finite"})", {}, {"miswired:"}},
+    {R"({"/sources/0/wiring": "sign", "/sources/0/flag": "frozen"})", {}, {"miswired:"}},
     {R"({"/sources/0/innovations": null})", {" gated 1.30 7 gated\n"}, {"NIS"}},
     {R"({"/sources/0/innovations": {"dimension": 0, "mean_nis": null}})", {}, {"NIS"}},
     {R"({"/calibrations": [
@@ -110,16 +113,6 @@ TEST(StatusText, ShowsWhatTheDocumentSays) {
   }
 }
 
-TEST(StatusText, NamesWrongWiringUnlessTheValuesAreMissingOrImpossible) {
-  json wrong = document(10.0, 2000);
-  wrong["sources"][0]["wiring"] = "left_right_swapped";
-  EXPECT_THAT(watch::status_as_text(wrong, {}), HasSubstr("miswired: left right swapped"));
-  for (const char* const before : {"failed_protection", "out_of_range", "non_finite", "frozen"}) {
-    wrong["sources"][0]["flag"] = before;
-    EXPECT_THAT(watch::status_as_text(wrong, {}), Not(HasSubstr("miswired:"))) << before;
-  }
-}
-
 TEST(StatusText, TakesRatesFromTheTimeBetweenTwoDocuments) {
   const json before = document(10.0, 2000);
   json other = before;
@@ -146,11 +139,10 @@ TEST(Conditions, HaveANameAndAMeaningForEveryBit) {
 
 TEST(Status, PassesTheDocumentOnOrShowsIt) {
   const Scratch scratch;
-  const std::string socket = scratch.path("s").string();
   const std::string text = document(10.0, 2000).dump() + "\n";
-  const AnsweringSocket daemon{socket, text};
-  EXPECT_EQ(run_shell("odom status --json --socket " + socket).out, text);
-  EXPECT_THAT(run_shell("odom status --socket " + socket).out, HasSubstr("degraded"));
+  const AnsweringSocket daemon{scratch.path("s").string(), text};
+  EXPECT_EQ(scratch.must_run("odom status --json --socket s"), text);
+  EXPECT_THAT(scratch.must_run("odom status --socket s"), HasSubstr("degraded"));
 }
 
 // Deep nesting would exhaust the stack: the JSON library recurses.
@@ -161,10 +153,9 @@ TEST(Status, RefusesWhatIsNoStatusOrNestedTooDeep) {
   for (const auto& [answer, says] :
        {std::pair{std::string("{\"mode\":"), "not a status document"}, {deep, ""}}) {
     const Scratch scratch;
-    const std::string socket = scratch.path("s").string();
-    const AnsweringSocket other_service{socket, answer};
-    for (const char* form : {"status --json", "status", "watch --once"}) {
-      const Outcome outcome = run_shell(std::string("odom ") + form + " --socket " + socket);
+    const AnsweringSocket other_service{scratch.path("s").string(), answer};
+    for (const std::string form : {"status --json", "status", "watch --once"}) {
+      const Outcome outcome = scratch.run("odom " + form + " --socket s");
       EXPECT_THAT(outcome, Ends(1, HasSubstr(says))) << form;
       EXPECT_EQ(outcome.out, "") << form;
     }

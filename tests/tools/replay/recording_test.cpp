@@ -193,18 +193,16 @@ INSTANTIATE_TEST_SUITE_P(Models, RecordingTest, ::testing::Values("full", "paper
 
 TEST_F(RecordingTest, TheCommandWritesThePosesThatWereRecordedOrThoseOfAPlainReplay) {
   const auto folder = record(137);
-  const auto out = scratch_.path("replayed.csv");
-  EXPECT_THAT(
-      run_shell("odom replay --recording " + folder.string() + " --verify --out " + out.string()),
-      Ends(0, HasSubstr("bit-identical to what was published: 400 ticks\n")));
+  EXPECT_THAT(scratch_.run("odom replay --recording drive --verify --out replayed.csv"),
+              Ends(0, HasSubstr("bit-identical to what was published: 400 ticks\n")));
   const std::string live = contents(folder / "pose.csv");
-  EXPECT_EQ(contents(out), live);
+  EXPECT_EQ(scratch_.text("replayed.csv"), live);
 
-  const std::string config = contents(folder / "car.toml");
-  EXPECT_THAT(config, StartsWith("# a comment that stays\n"));
-  EXPECT_THAT(config, HasSubstr("dbc = [\"wheels _of_ car.dbc\", \"_gyro.dbc\"]\n[can.e2e]"));
-  must_run("cd " + folder.string() +
-           " && odom replay --config car.toml --can can.log --camera camera.csv --out p.csv");
+  EXPECT_THAT(scratch_.text("drive/car.toml"),
+              AllOf(StartsWith("# a comment that stays\n"),
+                    HasSubstr("dbc = [\"wheels _of_ car.dbc\", \"_gyro.dbc\"]\n[can.e2e]")));
+  scratch_.must_run(
+      "cd drive && odom replay --config car.toml --can can.log --camera camera.csv --out p.csv");
   // Its ticks have the same times as the daemon's.
   const std::string last_time = live.substr(live.rfind('\n', live.size() - 2) + 1, 20);
   EXPECT_THAT(contents(folder / "p.csv"), HasSubstr(last_time));
@@ -224,7 +222,7 @@ TEST_F(RecordingTest, ATickThatDiffersIsNamed) {
   const std::string difference = "tick 145 (t = 1700001000.725000000)";
   EXPECT_EQ(verify(folder).difference, difference);
   EXPECT_THAT(
-      run_shell("odom replay --verify --recording " + folder.string()),
+      scratch_.run("odom replay --verify --recording drive"),
       Ends(1, EndsWith("odom replay: differs from the published poses: " + difference + '\n')));
 }
 
@@ -244,12 +242,11 @@ TEST_F(RecordingTest, WithoutItsStateItBeginsAtTheRecordedPoseAndSaysSo) {
   std::filesystem::remove(folder / "state.bin");
   EXPECT_THAT(verify(folder).inexact, HasSubstr("state.bin: no such file"));
 
-  EXPECT_THAT(run_shell("odom replay --verify --recording " + folder.string()),
+  EXPECT_THAT(scratch_.run("odom replay --verify --recording drive"),
               Ends(1, HasSubstr("cannot be verified without the filter's state")));
-  const auto out = scratch_.path("replayed.csv");
-  EXPECT_THAT(run_shell("odom replay --recording " + folder.string() + " --out " + out.string()),
+  EXPECT_THAT(scratch_.run("odom replay --recording drive --out replayed.csv"),
               Ends(0, HasSubstr("the replay begins with the recorded pose")));
-  EXPECT_GT(std::filesystem::file_size(out), 50'000U);
+  EXPECT_GT(std::filesystem::file_size(scratch_.path("replayed.csv")), 50'000U);
 }
 
 TEST_F(RecordingTest, ARecordingThatLostItsEndReplaysWhatIsThere) {
@@ -300,15 +297,15 @@ TEST_F(RecordingTest, NoFolderIsWrittenInto) {
 TEST(ReplayOfARecording, ExcludesWhatTheRecordingKnows) {
   const Scratch drive;
   drive.write("drive.log", "");
-  expect_refused("odom replay ",
-                 {{"--recording x --config y --out -", HasSubstr("excludes")},
-                  {"--recording x --initial 0,0,0 --out -", HasSubstr("excludes")},
-                  {"--recording x", HasSubstr("--out")},
-                  {"--config y --out - --verify", HasSubstr("--recording")},
-                  {"--out -", HasSubstr("--config")},
-                  {"--out - --recording " + drive.path(".").string(),
-                   HasSubstr("is a drive, not a recording of odom record: replay it with")},
-                  {"--recording x --out -", HasSubstr("x/info.json: no such")}});
+  expect_answers(drive, 2, "odom replay", R"(
+--recording x --config y --out - -> excludes
+--recording x --initial 0,0,0 --out - -> excludes
+--recording x -> --out
+--config y --out - --verify -> --recording
+--out - -> --config
+--out - --recording . -> is a drive, not a recording of odom record: replay it with
+--recording x --out - -> x/info.json: no such
+)");
 }
 
 }  // namespace

@@ -1,50 +1,37 @@
 // Sources that a drive does not use are named with the reason.
 #include <functional>
-#include <nlohmann/json.hpp>
 
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::unused_sources_test {
 namespace {
 
-using nlohmann::json;
 using testing::Each;
 
 /// A copy of a sound drive, to be modified.
-class Copy {
+class Copy : public Scratch {
  public:
-  Copy() : folder_(scratch_.path("drive")) {
+  Copy() {
     static const SharedDrive sound{"--seed 3 --duration 20"};
-    std::filesystem::copy(sound.folder, folder_);
+    std::filesystem::copy(sound.folder, path(""));
   }
   void change(const std::string& file, const std::string& what, const std::string& by) const {
-    std::string text = contents(folder_ / file);
-    const std::size_t at = text.find(what);
+    std::string all = text(file);
+    const std::size_t at = all.find(what);
     ASSERT_NE(at, std::string::npos) << what;
-    text.replace(at, what.size(), by);
-    std::ofstream(folder_ / file) << text;
-  }
-  void shell(const std::string& command) const {
-    must_run("cd " + folder_.string() + " && " + command);
-  }
-  [[nodiscard]] Outcome run(const std::string& command) const {
-    return run_shell("cd " + folder_.string() + " && " + command);
+    write(file, all.replace(at, what.size(), by));
   }
   /// "W322 camera: text" for each diagnostic.
   [[nodiscard]] std::vector<std::string> replayed() const {
     std::vector<std::string> all;
-    const std::string text = run("odom replay --json --drive . --out pose.csv").err;
-    const json result = json::parse(text.substr(0, text.find('\n')));
+    const std::string errors = run("odom replay --json --drive . --out pose.csv").err;
+    const auto result = nlohmann::json::parse(errors.substr(0, errors.find('\n')));
     EXPECT_EQ(result["warnings"].size(), result["diagnostics"].size());
-    for (const json& one : result["diagnostics"])
+    for (const auto& one : result["diagnostics"])
       all.push_back(one["code"].get<std::string>() + ' ' + one["subject"].get<std::string>() +
                     ": " + one["seen"].get<std::string>() + "; " + one["fix"].get<std::string>());
     return all;
   }
-
- private:
-  Scratch scratch_;
-  std::filesystem::path folder_;
 };
 
 struct Case {
@@ -61,14 +48,14 @@ const std::vector<Case> cases{
      "W322 camera: all of its", "camera.max_latency"},
     {"a quarter of the camera poses arrive late",
      [](const Copy& drive) {
-       drive.shell(
+       drive.must_run(
            "awk -F, -v OFS=, 'NR>1 && NR%4==0 {$1=sprintf(\"%.6f\", $2+0.5)} {print}' "
            "camera.csv >c && mv c camera.csv");
      },
      "W322 camera: ", "too_old"},
     {"poses that come three times",
      [](const Copy& drive) {
-       drive.shell(
+       drive.must_run(
            "awk 'NR==1 {print; next} {print; print; print}' camera.csv >c && mv c camera.csv");
      },
      "W322 camera: ", "duplicate"},
@@ -87,21 +74,21 @@ const std::vector<Case> cases{
      "W322 yaw_rate (IMU): it gave no value", "timeout"},
     {"a steering that comes for half of the drive",
      [](const Copy& drive) {
-       drive.shell("awk '!/ 1A3#/ || NR%6000<3000' drive.log >l && mv l drive.log");
+       drive.must_run("awk '!/ 1A3#/ || NR%6000<3000' drive.log >l && mv l drive.log");
      },
      "W322 steering (STEERING): it gave no value", "rate of its frames"},
     {"a message whose protection always fails",
      [](const Copy& drive) { drive.change("car.toml", "data_id = 419", "data_id = 7"); },
      "W204 message 'STEERING' (steering)", "failed their protection"},
     {"a message that is not in the log",
-     [](const Copy& drive) { drive.shell("grep -v ' 1A3#' drive.log >l && mv l drive.log"); },
+     [](const Copy& drive) { drive.must_run("grep -v ' 1A3#' drive.log >l && mv l drive.log"); },
      "W203 message 'STEERING' (steering)", "no frame of it"},
     {"every seventh wheel sample is nonsense",
      [](const Copy& drive) {
        drive.change("car.toml", "WHEELS_REAR = {", "WHEELS_FRONT = {");
        drive.change("car.toml", "WHEELS_FRONT = {", "# ");
        drive.change("car.toml", "\nWHEELS_FRONT = {", "\n# ");
-       drive.shell(
+       drive.must_run(
            "awk '/ 1A1#/ && ++n%7==0 {sub(/#.*/, \"#0000404B4C404B4C\")} {print}' drive.log "
            ">l && mv l drive.log");
      },
@@ -114,8 +101,8 @@ TEST(UnusedSources, AreNamedWithTheReason) {
     const Copy drive;
     one.spoil(drive);
     EXPECT_THAT(drive.replayed(), Contains(AllOf(HasSubstr(one.code), HasSubstr(one.said))));
-    const json evaluation = json::parse(drive.run("odom evaluate --drive . --json").out);
-    EXPECT_NE(evaluation["drives"][0]["verdict"]["grade"], "good");
+    EXPECT_NE(drive.json("odom evaluate --drive . --json")["drives"][0]["verdict"]["grade"],
+              "good");
     // For gated wheels, doctor names the cause.
     EXPECT_THAT(
         drive.run("odom doctor --drive .").out,
@@ -123,14 +110,18 @@ TEST(UnusedSources, AreNamedWithTheReason) {
   }
 }
 
-TEST(UnusedSources, AreNoneInASoundDrive) {
+TEST(UnusedSources, AreNoneInASoundDriveNorWithoutASteering) {
   const Copy drive;
   EXPECT_THAT(drive.replayed(), Each(Not(testing::AnyOf(HasSubstr("W322"), HasSubstr("W317")))));
+  // Without steering, the kinematic model is no baseline.
+  EXPECT_THAT(drive.run("odom evaluate --drive . --json").out, HasSubstr("that of kinematic"));
+  drive.change("car.toml", "\nsteering = {", "\n# ");
+  EXPECT_THAT(drive.run("odom evaluate --drive . --json").out, Not(HasSubstr("that of kinematic")));
 }
 
 TEST(UnusedSources, LogOfAnotherCarIsOneFinding) {
   const Copy drive;
-  drive.shell("sed 's/ 1A/ 2B/' drive.log >l && mv l drive.log");
+  drive.must_run("sed 's/ 1A/ 2B/' drive.log >l && mv l drive.log");
   const auto lines = drive.replayed();
   EXPECT_THAT(lines, Contains(HasSubstr("none of the 4 mapped messages is among the ")));
   EXPECT_THAT(lines, Each(Not(HasSubstr("W203"))));
@@ -140,26 +131,19 @@ TEST(UnusedSources, LogOfAnotherCarIsOneFinding) {
 
 TEST(UnusedSources, CameraOfAnotherTimeIsOneFinding) {
   const Copy drive;
-  drive.shell(
+  drive.must_run(
       "awk -F, -v OFS=, 'NR>1 {$1=sprintf(\"%.6f\", $1-1e3); $2=sprintf(\"%.6f\", $2-1e3)} "
       "{print}' camera.csv >c && mv c camera.csv");
   const auto lines = drive.replayed();
   EXPECT_THAT(lines, AllOf(Contains(HasSubstr("W407 camera")), Each(Not(HasSubstr("W322")))));
 }
 
-// Without steering, the kinematic model is no baseline.
-TEST(UnusedSources, NothingIsComparedWithKinematicsWithoutASteering) {
-  const Copy drive;
-  EXPECT_THAT(drive.run("odom evaluate --drive . --json").out, HasSubstr("that of kinematic"));
-  drive.change("car.toml", "\nsteering = {", "\n# ");
-  EXPECT_THAT(drive.run("odom evaluate --drive . --json").out, Not(HasSubstr("that of kinematic")));
-}
-
 TEST(UnusedSources, EstimatesMayEndAMomentApart) {
   const Copy drive;
-  drive.shell("odom replay --config car.toml --can drive.log --camera camera.csv --out pose.csv");
+  drive.must_run(
+      "odom replay --config car.toml --can drive.log --camera camera.csv --out pose.csv");
   for (const auto& [rows, differs] : {std::pair{2, false}, {600, true}}) {
-    drive.shell("head -n -" + std::to_string(rows) + " pose.csv >other.csv");
+    drive.must_run("head -n -" + std::to_string(rows) + " pose.csv >other.csv");
     EXPECT_EQ(drive.run("odom evaluate --reference truth.csv --pose pose.csv --pose other.csv")
                       .err.find("its common time differs") != std::string::npos,
               differs)
@@ -170,10 +154,11 @@ TEST(UnusedSources, EstimatesMayEndAMomentApart) {
 // A very uncertain heading is not good, however small its error is.
 TEST(UnusedSources, UncertainHeadingIsNotGood) {
   const Copy drive;
-  drive.shell("odom replay --config car.toml --can drive.log --camera camera.csv --out pose.csv");
+  drive.must_run(
+      "odom replay --config car.toml --can drive.log --camera camera.csv --out pose.csv");
   for (const auto& [degrees, is_uncertain] : {std::pair{9.0, false}, {11.0, true}}) {
-    drive.shell("awk -F, -v OFS=, 'NR>1 {$10=" + std::to_string(degrees * 3.14159265 / 180.0) +
-                "} {print}' pose.csv >other.csv");
+    drive.must_run("awk -F, -v OFS=, 'NR>1 {$10=" + std::to_string(degrees * 3.14159265 / 180.0) +
+                   "} {print}' pose.csv >other.csv");
     const Outcome outcome =
         drive.run("odom evaluate --reference truth.csv --pose other.csv --json");
     EXPECT_EQ(outcome.out.find("Its heading is uncertain") != std::string::npos, is_uncertain)

@@ -5,7 +5,6 @@
 
 #include "daemon/core/record.hpp"
 #include "tests/tools/drives.hpp"
-#include "tests/tools/markup.hpp"
 #include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/innovation_file.hpp"
@@ -18,7 +17,7 @@ namespace {
 
 class Plot : public ::testing::Test {
  protected:
-  void SetUp() override {
+  Plot() {
     std::string rows =
         "t,x,y,yaw,vx,vy,yaw_rate,sigma_x,sigma_y,sigma_yaw,mode,steering,accel_x,accel_y,"
         "gyro_bias\n";
@@ -27,18 +26,16 @@ class Plot : public ::testing::Test {
       const std::string v = i == 77 ? "9.5" : "1.5";  // one spike
       rows += t + ",0.1,0.2,0.3," + v + ",0,0.1,0.01,0.01,0.02,tracking,0.1,0.2,0.3,0.004\n";
     }
-    pose_ = scratch_.write("pose.csv", rows).string();
-    reference_ = scratch_.write("truth.csv", csv_of(shifted(wavy_drive(0.0, 1.0, 0.01)))).string();
+    scratch_.write("pose.csv", rows);
+    Trajectory truth = wavy_drive(0.0, 1.0, 0.01);
+    for (auto& point : truth.points) point.t_ns += 100'000'000'000;
+    scratch_.write("truth.csv", csv_of(truth));
   }
-  static Trajectory shifted(Trajectory drive) {
-    for (auto& point : drive.points) point.t_ns += 100'000'000'000;
-    return drive;
-  }
-  [[nodiscard]] static Outcome run(const std::string& arguments) {
-    return run_shell("odom plot " + arguments);
+  [[nodiscard]] Outcome run(const std::string& arguments) const {
+    return scratch_.run("odom plot " + arguments);
   }
   // The SVG of a plot that must succeed.
-  [[nodiscard]] static std::string svg_of(const std::string& arguments) {
+  [[nodiscard]] std::string svg_of(const std::string& arguments) const {
     const Outcome outcome = run(arguments + " --out -");
     EXPECT_THAT(outcome, Ends(0, ""));
     EXPECT_EQ(markup_fault(outcome.out), "");
@@ -46,11 +43,10 @@ class Plot : public ::testing::Test {
     return outcome.out;
   }
   Scratch scratch_;
-  std::string pose_, reference_;
 };
 
 TEST_F(Plot, DrawsTheTrajectoryByDefault) {
-  EXPECT_THAT(svg_of(pose_ + " --reference " + reference_ + " --title 'A&B'"),
+  EXPECT_THAT(svg_of("pose.csv --reference truth.csv --title 'A&B'"),
               AllOf(HasSubstr(">reference<"), HasSubstr(">pose<"), HasSubstr("A&amp;B")));
 }
 
@@ -62,10 +58,10 @@ TEST_F(Plot, DrawsEveryQuantityThatAPoseFileHas) {
                                    {"acceleration", "along y"},
                                    {"sigma", "sigma_yaw [deg]"},
                                    {"calibrations", "gyro_bias"}})
-    EXPECT_THAT(svg_of(pose_ + " --what " + what),
+    EXPECT_THAT(svg_of(std::string("pose.csv --what ") + what),
                 AllOf(HasSubstr(says), Not(HasSubstr("wheel_scale"))));
-  EXPECT_THAT(svg_of(pose_ + " --what heading --reference " + reference_),
-              HasSubstr(">reference<"));
+  EXPECT_THAT(svg_of("pose.csv --what heading --reference truth.csv"), HasSubstr(">reference<"));
+  EXPECT_THAT(svg_of("pose.csv --what speed"), HasSubstr(">8<"));  // the axis includes the spike
 }
 
 std::size_t count(const std::string& text, const std::string& what) {
@@ -83,14 +79,12 @@ TEST_F(Plot, OfTheCalibrationsFitsOnAPage) {
     for (std::size_t i = 0; i < 3; ++i) daemon::calibration_sigma(record.details, i) = 0.5;
     append_record_row(rows, record, t_ns);
   }
-  const std::string all = scratch_.write("all.csv", rows).string() + " --what calibrations";
+  scratch_.write("all.csv", rows);
+  simulate(scratch_, "--config-only --seed 3", "sim");
+  scratch_.write("sim/truth.csv", scratch_.text("truth.csv"));
   for (const bool simulated : {false, true}) {
-    if (simulated) {
-      simulate(scratch_, "--config-only --seed 3", "sim");
-      scratch_.write("sim/truth.csv", contents(reference_));
-    }
-    const std::string truth = simulated ? scratch_.path("sim/truth.csv").string() : reference_;
-    const Outcome outcome = run(all + " --reference " + truth + " --out -");
+    const Outcome outcome = run(std::string("all.csv --what calibrations --out - --reference ") +
+                                (simulated ? "sim/truth.csv" : "truth.csv"));
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     const std::string& svg = outcome.out;
     EXPECT_THAT(svg, AllOf(HasSubstr(">gyro_bias<"), HasSubstr(">grip<"),
@@ -128,7 +122,7 @@ TEST_F(Plot, TrueCalibrationsAreThoseOfThePlant) {
   EXPECT_TRUE(true_calibrations(file.parent_path()).empty());
   for (const char* other : {"{", R"({"truth":{"gyro_bias":1}})", R"({"truth":7})"}) {
     scratch_.write("plant.json", other);
-    const std::string plot = pose_ + " --reference " + reference_ + " --out - --what ";
+    const std::string plot = "pose.csv --reference truth.csv --out - --what ";
     EXPECT_THAT(run(plot + "calibrations"),
                 Ends(2, HasSubstr("plant.json: is not a plant.json of odom sim: ")))
         << other;
@@ -136,31 +130,23 @@ TEST_F(Plot, TrueCalibrationsAreThoseOfThePlant) {
   }
 }
 
-TEST_F(Plot, KeepsASpikeOfASingleTick) {
-  EXPECT_THAT(svg_of(pose_ + " --what speed"), HasSubstr(">8<"));  // the axis includes the spike
-}
-
 TEST_F(Plot, PutsSeveralFilesOverEachOtherAndSeveralQuantitiesBelow) {
-  const auto other = scratch_.write("other.csv", contents(pose_)).string();
-  const std::string svg = svg_of(pose_ + " " + other + " --what speed --what heading");
-  EXPECT_THAT(svg, AllOf(HasSubstr(">pose<"), HasSubstr(">other<"), HasSubstr(">Speed<"),
-                         HasSubstr(">Heading<")));
-}
-
-TEST_F(Plot, OfFilesWithoutACommonTimeBeginsEachAtZeroAndSaysSo) {
-  const auto early = scratch_.write("early.csv", csv_of(wavy_drive(0.0, 1.0, 0.01))).string();
+  scratch_.write("other.csv", scratch_.text("pose.csv"));
+  EXPECT_THAT(svg_of("pose.csv other.csv --what speed --what heading"),
+              AllOf(HasSubstr(">pose<"), HasSubstr(">other<"), HasSubstr(">Speed<"),
+                    HasSubstr(">Heading<")));
+  // Without a common time, each begins at 0.
+  scratch_.write("early.csv", csv_of(wavy_drive(0.0, 1.0, 0.01)));
   EXPECT_THAT(
-      run(pose_ + " " + early + " --what heading --out -"),
+      run("pose.csv early.csv --what heading --out -"),
       Ends(0, "odom plot: warning: the files have no time in common; each begins at 0 s\n"));
 }
 
 TEST_F(Plot, DrawsTheInnovationsOfAReplay) {
-  const std::string lap = simulate(scratch_, "--scenario lap --standstill 0.5 --duration 3");
-  const std::string file = scratch_.path("nu.csv").string();
-  must_run("odom replay --drive " + lap + " --out /dev/null --innovations " + file);
-  const auto judgements = read_innovations(file);
-  EXPECT_GT(judgements.size(), 1500U);
-  EXPECT_THAT(svg_of(file + " --what innovation"),
+  simulate(scratch_, "--scenario lap --standstill 0.5 --duration 3");
+  scratch_.must_run("odom replay --drive drive --out /dev/null --innovations nu.csv");
+  EXPECT_GT(read_innovations(scratch_.path("nu.csv")).size(), 1500U);
+  EXPECT_THAT(svg_of("nu.csv --what innovation"),
               AllOf(HasSubstr(">yaw_rate<"), HasSubstr("innovation [deg/s]"),
                     HasSubstr(">camera yaw<"), HasSubstr("±3√S")));
 }
@@ -179,25 +165,22 @@ TEST_F(Plot, FollowsARunningDaemon) {
 }
 
 TEST_F(Plot, SaysInOneLineWhatIsWrong) {
-  const auto bad = scratch_.write("bad.csv", "t,x,y,yaw\n1,0,0,0\n0,1,1,1\n").string();
-  const auto nan = scratch_.write("nan.csv", "t,x,y,yaw,steering\n1,0,0,0,nan\n").string();
-  const std::string out = scratch_.path("x.svg").string();
-  expect_refused(
-      "odom plot --out " + out + ' ',
-      {{"", HasSubstr("A pose file or --for is required")},
-       {pose_ + " --what speeds", HasSubstr("\"speeds\" cannot be drawn; available: trajectory|")},
-       {"/nonexistent.csv", HasSubstr("/nonexistent.csv: no such file")},
-       {reference_ + " --what speed",
-        HasSubstr(
-            R"(truth.csv: has no columns "vx", "vy", "yaw_rate"; use a file of odom replay)")},
-       {pose_ + " --what innovation", HasSubstr(R"(pose.csv:1: no column "source")")},
-       {pose_ + " --what beat", HasSubstr(R"(pose.csv:1: no column "tick")")},
-       {"--for 1 --what innovation", HasSubstr("the daemon does not keep innovations")},
-       {bad, HasSubstr("bad.csv:3: column \"t\": the time runs backwards")},
-       {nan + " --what steering", HasSubstr("nan.csv:2: column \"steering\": \"nan\"")}});
-  EXPECT_FALSE(std::filesystem::exists(out));
-  expect_refused("odom plot ",
-                 {{pose_ + " --out x.jpg", HasSubstr("pictures end in .svg or .png")}});
+  scratch_.write("bad.csv", "t,x,y,yaw\n1,0,0,0\n0,1,1,1\n");
+  scratch_.write("nan.csv", "t,x,y,yaw,steering\n1,0,0,0,nan\n");
+  expect_answers(scratch_, 2, "odom plot", R"(
+--out x.svg -> A pose file or --for is required
+--out x.svg pose.csv --what speeds -> "speeds" cannot be drawn; available: trajectory|
+--out x.svg /nonexistent.csv -> /nonexistent.csv: no such file
+--out x.svg truth.csv --what speed -> truth.csv: has no columns "vx", "vy", "yaw_rate"; use a file
+  of odom replay
+--out x.svg pose.csv --what innovation -> pose.csv:1: no column "source"
+--out x.svg pose.csv --what beat -> pose.csv:1: no column "tick"
+--out x.svg --for 1 --what innovation -> the daemon does not keep innovations
+--out x.svg bad.csv -> bad.csv:3: column "t": the time runs backwards
+--out x.svg nan.csv --what steering -> nan.csv:2: column "steering": "nan"
+--out x.jpg pose.csv -> pictures end in .svg or .png
+)");
+  EXPECT_FALSE(std::filesystem::exists(scratch_.path("x.svg")));
 }
 
 TEST(InnovationChart, ExpectsNothingWhereThereAreNoSamples) {

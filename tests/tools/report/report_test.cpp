@@ -1,8 +1,4 @@
 // odom evaluate of whole drives, and its report.
-#include <nlohmann/json.hpp>
-#include <regex>
-
-#include "tests/tools/markup.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/beat_histogram.hpp"
 
@@ -13,35 +9,33 @@ namespace {
 // under sanitizers, only where they need it.
 class Report : public ::testing::Test {
  protected:
-  static const SharedDrive& shared() {
+  static const Scratch& scratch() {
     static const SharedDrive made{"--scenario circle --laps 1 --speed 1.5 --standstill 2 --seed 3",
                                   "lap"};
-    return made;
+    return made.scratch;
   }
-  static std::string lap() { return shared().folder.string(); }
   static Outcome run(const std::string& arguments) {
-    return run_shell("odom evaluate " + arguments);
+    return scratch().run("odom evaluate " + arguments);
   }
-  static nlohmann::json json_of(const std::string& arguments) {
-    return nlohmann::json::parse(run("--json " + arguments).out);
+  /// Of an evaluation of one drive.
+  static nlohmann::json drive_json(const std::string& arguments) {
+    return scratch().json("odom evaluate --json --drive lap " + arguments)["drives"][0];
   }
   /// The page of an evaluation of the lap that must succeed.
   static std::string page(const std::string& how) {
-    const auto file = shared().scratch.path("page.html");
-    const Outcome outcome = run("--drive " + lap() + " --html " + file.string() + how);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    return contents(file);
+    scratch().must_run("odom evaluate --drive lap --html page.html" + how);
+    return scratch().text("page.html");
   }
-  /// A configuration in which the gyro has the wrong sign.
-  static std::string turned() {
+  /// Writes turned.toml, in which the gyro has the wrong sign.
+  static void turn_gyro() {
     const std::regex gyro("(yaw_rate = .*unit = \"rad/s\")");
-    return shared().scratch.write(
-        "turned.toml", std::regex_replace(contents(lap() + "/car.toml"), gyro, "$1, scale = -1"));
+    scratch().write("turned.toml",
+                    std::regex_replace(scratch().text("lap/car.toml"), gyro, "$1, scale = -1"));
   }
 };
 
 TEST_F(Report, OfADriveIsThePapersTable) {
-  const Outcome outcome = run("--drive " + lap() + " --dead-reckoning");
+  const Outcome outcome = run("--drive lap --dead-reckoning");
   EXPECT_THAT(outcome, Ends(0, ""));
   EXPECT_THAT(
       outcome.out,
@@ -52,31 +46,29 @@ TEST_F(Report, OfADriveIsThePapersTable) {
 }
 
 TEST_F(Report, ComparesWithTheModelInertialOnlyWhereThereIsAGyro) {
-  const auto file = shared().scratch.path("no_gyro.toml").string();
-  must_run("grep -v ^yaw_rate " + lap() + "/car.toml > " + file);
-  const std::string drive = "--drive " + lap() + " --config " + file;
-  const Outcome usual = run(drive);
+  scratch().must_run("grep -v ^yaw_rate lap/car.toml > no_gyro.toml");
+  const Outcome usual = run("--drive lap --config no_gyro.toml");
   EXPECT_EQ(usual.status, 0) << usual.err;
   EXPECT_THAT(usual.out, AllOf(HasSubstr("\npaper "), Not(HasSubstr("inertial"))));
-  EXPECT_THAT(run(drive + " --model inertial"),
+  EXPECT_THAT(run("--drive lap --config no_gyro.toml --model inertial"),
               Ends(2, HasSubstr("no_gyro.toml: [can.signals]: yaw_rate is not mapped")));
 }
 
 TEST_F(Report, OfADriveHasTheFiguresOfItsPoseFiles) {
-  const auto poses = shared().scratch.path("pose.csv").string();
   nlohmann::json json, full;
   for (const auto& [without, with] :
-       {std::pair<std::string, std::string>{"", " --camera " + lap() + "/camera.csv"},
-        {" --dead-reckoning", ""}}) {
-    json = json_of("--drive " + lap() + without + " --align none --model kinematic --model full");
-    must_run("odom replay --config " + lap() + "/car.toml --can " + lap() + "/drive.log --out " +
-             poses + with);
-    const auto file = json_of("--align none --reference " + lap() + "/truth.csv --pose " + poses);
+       {std::pair{"", " --camera lap/camera.csv"}, {" --dead-reckoning", ""}}) {
+    json = scratch().json(
+        std::string(
+            "odom evaluate --json --drive lap --align none --model kinematic --model full") +
+        without);
+    const auto file =
+        errors_of_replay(scratch(), std::string("--config lap/car.toml --can lap/drive.log") + with,
+                         "lap/truth.csv --align none");
     full = json["drives"][0]["estimates"][1];
     EXPECT_EQ(full["pose"], "full");
-    for (const char* figure : {"end_error", "path_length", "samples", "heading", "error_35ms"}) {
-      EXPECT_EQ(full[figure], file["estimates"][0][figure]) << figure << with;
-    }
+    for (const char* figure : {"end_error", "path_length", "samples", "heading", "error_35ms"})
+      EXPECT_EQ(full[figure], file[figure]) << figure << with;
   }
   EXPECT_EQ(full["improvement_percent"]["against"], "kinematic");
   EXPECT_EQ(full["horizons"].size(), 10U);
@@ -90,8 +82,8 @@ TEST_F(Report, OfADriveHasTheFiguresOfItsPoseFiles) {
 
 TEST_F(Report, ComparesWithTheBaselineThatIsNamed) {
   const auto against = [](const std::string& name) {
-    return json_of("--drive " + lap() + " --model paper --model kinematic --baseline " +
-                   name)["drives"][0]["estimates"][0]["improvement_percent"];
+    return drive_json("--model paper --model kinematic --baseline " +
+                      name)["estimates"][0]["improvement_percent"];
   };
   EXPECT_TRUE(against("paper").is_null());
   EXPECT_EQ(against("kinematic")["against"], "kinematic");
@@ -99,7 +91,7 @@ TEST_F(Report, ComparesWithTheBaselineThatIsNamed) {
 
 TEST_F(Report, TakesACameraInWithoutAligning) {
   const auto align = [](const std::string& how) {
-    return json_of("--drive " + lap() + " --model paper" + how)["drives"][0]["align"];
+    return drive_json("--model paper" + how)["align"];
   };
   EXPECT_EQ(align(""), "none");
   EXPECT_EQ(align(" --dead-reckoning"), "first");
@@ -107,41 +99,32 @@ TEST_F(Report, TakesACameraInWithoutAligning) {
   EXPECT_EQ(align(" --align fit"), "fit");
 }
 
-TEST_F(Report, OfSeveralDrivesDrawsTheErrorsBySpeed) {
-  const Scratch scratch;
-  const std::string slow = simulate(scratch, "--speed 0.8 --duration 8", "slow"),
-                    picture = scratch.path("speed.svg");
-  const Outcome outcome = run("--drive " + lap() + " --drive " + slow +
-                              " --model paper --model full --dead-reckoning --picture " + picture);
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
-  const std::string svg = contents(picture);
+TEST_F(Report, OfSeveralDrivesHasTheMeansAndDrawsTheErrorsBySpeed) {
+  EXPECT_THAT(
+      scratch().must_run("odom evaluate --drive lap --drive lap --model kinematic --model paper"),
+      AllOf(ContainsRegex("mean of 2 +kinematic"), ContainsRegex("mean of 2 +paper"),
+            Not(HasSubstr("samples of"))));
+  simulate(scratch(), "--speed 0.8 --duration 8", "slow");
+  scratch().must_run(
+      "odom evaluate --drive lap --drive slow --model paper --model full --dead-reckoning "
+      "--picture speed.svg");
+  const std::string svg = scratch().text("speed.svg");
   for (const char* axis : {"mean speed [m/s]", "35 ms error mean [mm]", "end error [cm/m]",
                            "heading error at the end [deg]", "paper", "full"})
     EXPECT_THAT(svg, HasSubstr(axis));
 }
 
-TEST_F(Report, OfSeveralDrivesHasTheMeans) {
-  const Outcome outcome =
-      run("--drive " + lap() + " --drive " + lap() + " --model kinematic --model paper");
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.out, AllOf(ContainsRegex("mean of 2 +kinematic"),
-                                 ContainsRegex("mean of 2 +paper"), Not(HasSubstr("samples of"))));
-}
-
 TEST_F(Report, DistinguishesDrivesOfOneName) {
-  const std::string folder = shared().scratch.path("other").string();
-  must_run("mkdir " + folder + " && cp -r " + lap() + " " + folder);
-  const std::string other = folder + "/lap";
-  const Outcome outcome =
-      run("--drive " + lap() + " --drive " + other + " --model kinematic --dead-reckoning");
-  EXPECT_THAT(outcome.out, AllOf(HasSubstr('\n' + lap() + ' '), HasSubstr('\n' + other + ' ')));
-  EXPECT_THAT(run("--drive " + other + " --model kinematic --json").out,
-              HasSubstr("\"drive\": \"lap\""));
+  scratch().must_run("mkdir other && cp -r lap other");
+  EXPECT_THAT(run("--drive lap --drive other/lap --model kinematic --dead-reckoning").out,
+              AllOf(HasSubstr("\nlap "), HasSubstr("\nother/lap ")));
+  EXPECT_EQ(scratch().json(
+                "odom evaluate --json --drive other/lap --model kinematic")["drives"][0]["drive"],
+            "lap");
 }
 
 TEST_F(Report, OfAClosedLoopNeedsNoReference) {
-  const auto json =
-      json_of("--drive " + lap() + " --dead-reckoning --closed-loop --model paper")["drives"][0];
+  const auto json = drive_json("--dead-reckoning --closed-loop --model paper");
   EXPECT_EQ(json["closed_loop"], true);
   const auto& paper = json["estimates"][0];
   EXPECT_LT(paper["end_error_cm_per_m"], 3.0);
@@ -150,18 +133,17 @@ TEST_F(Report, OfAClosedLoopNeedsNoReference) {
   // With camera poses, the error at the end is the camera's; this is said once for all drives.
   constexpr auto note =
       "--closed-loop with camera poses: the error at the end is only as good as the camera";
-  const std::string closed = "--drive " + lap() + " --closed-loop --model paper";
-  const std::string said = run(closed + " --drive " + lap()).err;
+  const std::string closed = "--drive lap --closed-loop --model paper";
+  const std::string said = run(closed + " --drive lap").err;
   EXPECT_THAT(said, HasSubstr(note));
   EXPECT_EQ(said.find(note), said.rfind(note));
   EXPECT_THAT(run(closed + " --dead-reckoning").err, Not(HasSubstr(note)));
   EXPECT_THAT(run(closed + " --frame odom").err, Not(HasSubstr(note)));
   // The first half of the lap is not a closed loop.
-  const Outcome half = run("--drive " + lap() + " --closed-loop --model paper --to +3");
-  EXPECT_EQ(half.status, 2);
+  const Outcome half = run(closed + " --to +3");
+  EXPECT_THAT(half, Ends(2, AllOf(StartsWith("odom evaluate: lap: the lap does not close"),
+                                  HasSubstr("cut it to whole laps with --from and --to"))));
   EXPECT_EQ(half.out, "");
-  EXPECT_THAT(half.err, AllOf(StartsWith("odom evaluate: lap: the lap does not close"),
-                              HasSubstr("cut it to whole laps with --from and --to")));
 }
 
 TEST_F(Report, IsOneWellFormedPageThatNeedsNothingElse) {
@@ -200,11 +182,10 @@ TEST_F(Report, SaysWhatItsColumnsMeanAndWhatIsOfTheWholeDrive) {
 }
 
 TEST_F(Report, SaysWhichSensorWasNotBelieved) {
-  const auto html = shared().scratch.path("wrong.html");
+  turn_gyro();
   const std::string arguments =
-      "--drive " + lap() + " --dead-reckoning --model kinematic --model full";
-  const Outcome outcome =
-      run(arguments + " --json --config " + turned() + " --html " + html.string());
+      "--drive lap --dead-reckoning --model kinematic --model full --json --html wrong.html";
+  const Outcome outcome = run(arguments + " --config turned.toml");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   // Which sensor is flagged on a circle does not matter here: the accelerometer or the gyro.
   const std::string flagged = " \\(IMU\\): contradicts the other sensors";
@@ -217,26 +198,18 @@ TEST_F(Report, SaysWhichSensorWasNotBelieved) {
   const auto warnings = nlohmann::json::parse(outcome.out)["drives"][0]["warnings"].dump();
   EXPECT_THAT(warnings,
               AllOf(ContainsRegex("\"[a-z: ]*[a-z_]*" + flagged), ContainsRegex("\"" + gated)));
-  const std::string page = contents(html);
+  const std::string page = scratch().text("wrong.html");
   EXPECT_THAT(page, AllOf(ContainsRegex("<p class=\"warning\">[a-z: ]*[a-z_]*" + flagged),
                           ContainsRegex("<p class=\"warning\">" + gated)));
 
-  const Outcome right = run(arguments + " --json --html " + html.string());
+  const Outcome right = run(arguments);
   EXPECT_EQ(right.err, "");
   EXPECT_TRUE(nlohmann::json::parse(right.out)["drives"][0]["warnings"].empty());
-  EXPECT_THAT(contents(html), Not(HasSubstr("class=\"warning\"")));
-}
-
-TEST_F(Report, KeepsItsColumnsOnAPhone) {
-  const std::string page = Report::page(" --model paper --model kinematic_printed");
-  EXPECT_THAT(page, HasSubstr("kinematic_<wbr/>printed</th>"));
-  // Each cell of a card has its column's name, and each row of figures its label.
-  EXPECT_THAT(page, HasSubstr("<td data-name=\"kinematic_printed\">"));
-  EXPECT_THAT(page, Not(ContainsRegex("<td class=\"words\">[a-z0-9 ]+ (rms|max|error)[^<]*</td>")));
-  EXPECT_THAT(page, HasSubstr("<div class=\"scroll short\">"));  // not scrolled on a printed page
+  EXPECT_THAT(scratch().text("wrong.html"), Not(HasSubstr("class=\"warning\"")));
 }
 
 TEST_F(Report, OpensWithAVerdictAndItsReasons) {
+  turn_gyro();
   const auto verdict = [](const std::string& how) {
     const std::string text = page(how);
     EXPECT_LT(text.find("<div class=\"verdict"), text.find("<table>"));
@@ -249,22 +222,27 @@ TEST_F(Report, OpensWithAVerdictAndItsReasons) {
             HasSubstr("Its sigmas fit its errors")));
   EXPECT_THAT(verdict(" --model full --model kinematic --dead-reckoning --baseline full"),
               HasSubstr("by dead reckoning"));
-  EXPECT_THAT(run("--drive " + lap() + " --model full").out,
+  EXPECT_THAT(run("--drive lap --model full").out,
               ContainsRegex("\nverdict: good: full with the camera\n  good: With the camera its "
                             "position is off by [0-9.]+ mm rms"));
-  EXPECT_THAT(verdict(" --model inertial --dead-reckoning --config " + turned()),
+  EXPECT_THAT(verdict(" --model inertial --dead-reckoning --config turned.toml"),
               StartsWith("<div class=\"verdict wrong\">"));
-  const Outcome two = run("--drive " + lap() + " --drive " + lap() +
-                          "/. --model inertial --dead-reckoning --config " + turned());
-  EXPECT_THAT(two.out, ContainsRegex("\n[^\n]*: wrong: Without the camera its position"));
+  EXPECT_THAT(run("--drive lap --drive lap/. --model inertial --dead-reckoning "
+                  "--config turned.toml")
+                  .out,
+              ContainsRegex("\n[^\n]*: wrong: Without the camera its position"));
 }
 
-TEST_F(Report, HasItsCommandAsAShellTakesIt) {
-  EXPECT_THAT(page(" --model paper --title \"it's\""), HasSubstr("--title 'it'\\''s'"));
-}
-
-TEST_F(Report, IsTheSameEveryTime) {
+TEST_F(Report, IsTheSameEveryTimeAndKeepsItsColumnsOnAPhone) {
   EXPECT_EQ(page(" --model paper"), page(" --model paper"));
+  // Its command is as a shell takes it.
+  EXPECT_THAT(page(" --model paper --title \"it's\""), HasSubstr("--title 'it'\\''s'"));
+  const std::string page = Report::page(" --model paper --model kinematic_printed");
+  EXPECT_THAT(page, HasSubstr("kinematic_<wbr/>printed</th>"));
+  // Each cell of a card has its column's name, and each row of figures its label.
+  EXPECT_THAT(page, HasSubstr("<td data-name=\"kinematic_printed\">"));
+  EXPECT_THAT(page, Not(ContainsRegex("<td class=\"words\">[a-z0-9 ]+ (rms|max|error)[^<]*</td>")));
+  EXPECT_THAT(page, HasSubstr("<div class=\"scroll short\">"));  // not scrolled on a printed page
 }
 
 TEST_F(Report, HasTheBeatOfARecording) {
@@ -274,7 +252,7 @@ TEST_F(Report, HasTheBeatOfARecording) {
     beat += std::to_string(tick) + ',' + std::to_string(0.005 * tick) + ',' +
             std::to_string(0.005 * tick + (i == 70 ? 0.002 : 0.00002)) + '\n';
   }
-  const auto file = shared().scratch.write("beat.csv", beat);
+  const auto file = scratch().write("beat.csv", beat);
   const BeatHistogram histogram = read_beat_log(file);
   EXPECT_EQ(histogram.ticks, 100U);
   EXPECT_EQ(histogram.missed, 3U);
@@ -288,25 +266,19 @@ TEST_F(Report, HasTheBeatOfARecording) {
 }
 
 TEST_F(Report, SaysInOneLineWhatIsWrongWithADrive) {
-  const auto file = [](const char* name, const char* text) {
-    return shared().scratch.write(name, text).string();
-  };
-  const std::string paper = lap() + " --model paper";
-  const std::string early = file("early.csv", "t,x,y,yaw\n1,0,0,0\n2,1,0,0\n");
-  const std::string unsorted = file("beat2.csv", "tick,t,t_woke\n2,1,1\n1,2,2\n");
-  expect_refused(
-      "odom evaluate --drive ",
-      {{"/nonexistent", HasSubstr("/nonexistent: is not a folder")},
-       {lap() + " --model fancy", HasSubstr("fancy")},
-       {lap() + " --pose a.csv", HasSubstr("--pose")},
-       {lap() + " --drive " + lap() + " --reference a.csv",
-        HasSubstr("--reference: is for one drive only")},
-       {lap() + " --model paper --baseline best",
-        "odom evaluate: --baseline: no estimate \"best\"; available: paper\n"},
-       {paper + " --html /nonexistent/a.html", HasSubstr("/nonexistent/a.html")},
-       {paper + " --reference " + early, HasSubstr("fewer than two common times")},
-       {paper + " --html " + shared().scratch.path("a.html").string() + " --beat " + unsorted,
-        HasSubstr("beat2.csv:3: column \"tick\": the tick number does not increase")}});
+  scratch().write("early.csv", "t,x,y,yaw\n1,0,0,0\n2,1,0,0\n");
+  scratch().write("unsorted.csv", "tick,t,t_woke\n2,1,1\n1,2,2\n");
+  expect_answers(scratch(), 2, "odom evaluate --drive", R"(
+/nonexistent -> /nonexistent: is not a folder
+lap --model fancy -> fancy
+lap --pose a.csv -> --pose
+lap --drive lap --reference a.csv -> --reference: is for one drive only
+lap --model paper --baseline best -> odom evaluate: --baseline: no estimate "best"; available: paper
+lap --model paper --html /nonexistent/a.html -> /nonexistent/a.html
+lap --model paper --reference early.csv -> fewer than two common times
+lap --model paper --html a.html --beat unsorted.csv -> unsorted.csv:3: column "tick": the tick
+  number does not increase
+)");
 }
 
 }  // namespace

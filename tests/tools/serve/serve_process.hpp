@@ -5,7 +5,6 @@
 #include <sys/socket.h>
 
 #include <memory>
-#include <regex>
 
 #include "tests/tools/child.hpp"
 #include "tests/tools/scratch.hpp"

@@ -75,32 +75,36 @@ TEST_F(Serve, NeedsTheToken) {
 
 TEST(ServeCommand, RefusesWhatIsNotSafeOrNotUsable) {
   const Scratch scratch;
-  const auto token_file = [&](const char* name, const std::string& text, unsigned mode) {
-    const auto file = scratch.write(name, text);
-    std::filesystem::permissions(file, std::filesystem::perms{mode});
-    return " --token-file " + file.string();
-  };
   const std::string good{token};
-  expect_refused("timeout 20 odom serve ",
-                 {{"--listen 0.0.0.0", HasSubstr("so it needs a --token-file")},
-                  {"--listen [::]:0", HasSubstr("so it needs a --token-file")},
-                  {"--listen 192.168.1.5:80", HasSubstr("so it needs a --token-file")},
-                  {"--listen example.org", HasSubstr("not ADDR[:PORT]")},
-                  {"--listen 127.0.0.1:65536", HasSubstr("not ADDR[:PORT]")},
-                  {"--listen 127.0.0.1:", HasSubstr("not ADDR[:PORT]")},
-                  {"--listen 127.0.0.1:12x", HasSubstr("not ADDR[:PORT]")},
-                  {"--listen ''", HasSubstr("is empty")},
-                  {"--listen 127.0.0.1:0" + token_file("a", good, 0644), HasSubstr("chmod 0640")},
-                  {"--listen 127.0.0.1:0" + token_file("b", good, 0660), HasSubstr("mode 0660")},
-                  {token_file("c", "short\n", 0600), HasSubstr("16 to 128 letters")},
-                  {token_file("d", good + "\nsecond line\n", 0600), HasSubstr("16 to 128")},
-                  {token_file("e", good + "; Path", 0600), HasSubstr("16 to 128")},
-                  {token_file("f", std::string(300, 'a'), 0600), HasSubstr("16 to 128")},
-                  {"--token-file " + scratch.path("none").string(), HasSubstr("No such file")},
-                  {"--token-file " + scratch.path("").string(), HasSubstr("not a file")}});
-  EXPECT_THAT(
-      run_shell("timeout 20 odom serve --listen 203.0.113.1:9 " + token_file("g", good, 0400)),
-      Ends(1, HasSubstr("cannot listen at 203.0.113.1 port 9")));
+  for (const auto& [name, text, mode] : std::vector<std::tuple<std::string, std::string, unsigned>>{
+           {"world", good, 0644},
+           {"writable", good, 0660},
+           {"short", "short\n", 0600},
+           {"lines", good + "\nsecond line\n", 0600},
+           {"letters", good + "; Path", 0600},
+           {"long", std::string(300, 'a'), 0600},
+           {"good", good, 0400}})
+    std::filesystem::permissions(scratch.write(name, text), std::filesystem::perms{mode});
+  expect_answers(scratch, 2, "timeout 20 odom serve", R"(
+--listen 0.0.0.0 -> so it needs a --token-file
+--listen [::]:0 -> so it needs a --token-file
+--listen 192.168.1.5:80 -> so it needs a --token-file
+--listen example.org -> not ADDR[:PORT]
+--listen 127.0.0.1:65536 -> not ADDR[:PORT]
+--listen 127.0.0.1: -> not ADDR[:PORT]
+--listen 127.0.0.1:12x -> not ADDR[:PORT]
+--listen '' -> is empty
+--listen 127.0.0.1:0 --token-file world -> chmod 0640
+--listen 127.0.0.1:0 --token-file writable -> mode 0660
+--token-file short -> 16 to 128 letters
+--token-file lines -> 16 to 128
+--token-file letters -> 16 to 128
+--token-file long -> 16 to 128
+--token-file none -> No such file
+--token-file . -> not a file
+)");
+  EXPECT_THAT(scratch.run("timeout 20 odom serve --listen 203.0.113.1:9 --token-file good"),
+              Ends(1, HasSubstr("cannot listen at 203.0.113.1 port 9")));
 }
 
 TEST_F(Serve, ASecondOneDoesNotShareThePort) {

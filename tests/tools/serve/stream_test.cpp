@@ -1,6 +1,4 @@
 // What odom serve says of a daemon: its stream of events and its metrics.
-#include <fstream>
-
 #include "tests/tools/own_daemon.hpp"
 #include "tests/tools/serve/serve_process.hpp"
 

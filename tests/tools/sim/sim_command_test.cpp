@@ -1,14 +1,10 @@
 // odom sim as a command.
 #include <sys/socket.h>
 
-#include <sstream>
-
 #include <odom/odom.h>
-#include <nlohmann/json.hpp>
 
 #include "base/file_descriptor.hpp"
 #include "can_protocol/sources/candump.hpp"
-#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tests/unix_socket.hpp"
 #include "tools/sim/car/vehicle.hpp"
@@ -30,32 +26,26 @@ std::vector<can::Frame> frames_of(const std::string& text) {
 TEST(SimCommand, KeepsAForeignDirectory) {
   const Scratch scratch;
   scratch.write("precious", "data");
-  const std::string folder = scratch.path("").string();
-  EXPECT_THAT(run_shell("odom sim --duration 1 --out " + folder), Ends(2, HasSubstr("--force")));
-  EXPECT_THAT(run_shell("odom sim --duration 1 --force --out " + folder), Ends(0, ""));
-  EXPECT_EQ(contents(scratch.path("precious")), "data");
+  EXPECT_THAT(scratch.run("odom sim --duration 1 --out ."), Ends(2, HasSubstr("--force")));
+  EXPECT_THAT(scratch.run("odom sim --duration 1 --force --out ."), Ends(0, ""));
+  EXPECT_EQ(scratch.text("precious"), "data");
 }
 
 TEST(SimCommand, JsonContainsWhatWasDrawn) {
   const Scratch scratch;
-  const std::string folder = scratch.path("drive").string();
-  const auto report = nlohmann::json::parse(must_run(
-      "odom sim --json --duration 1 --seed 4 --fix gyro_bias=-0.02 --gyro-scale-error 0 --out " +
-      folder));
-  EXPECT_EQ(report["truth"]["gyro_bias"], -0.02);
-  EXPECT_EQ(report["truth"]["gyro_scale_error"], 0.0);
+  const auto report = scratch.json(
+      "odom sim --json --duration 1 --seed 4 --fix gyro_bias=-0.02 --gyro-scale-error 0 --out .");
+  EXPECT_THAT(report,
+              Includes(R"({"truth": {"gyro_bias": -0.02, "gyro_scale_error": 0.0}, "seed": 4})"));
   EXPECT_NE(report["truth"]["wheel_radius_error"], 0.0);
-  EXPECT_EQ(report["seed"], 4);
-  const auto file = nlohmann::json::parse(contents(scratch.path("drive/plant.json")));
-  EXPECT_EQ(file["truth"], report["truth"]);
+  EXPECT_EQ(nlohmann::json::parse(scratch.text("plant.json"))["truth"], report["truth"]);
 }
 
 TEST(SimCommand, WeighsAndSwingsTheCarThatItDrives) {
-  const auto plant_of = [](const std::string& what, const std::string& seed) {
-    const Scratch scratch;
-    const std::string folder = scratch.path("made").string();
-    must_run("odom sim " + what + " --seed " + seed + " --out " + folder);
-    return nlohmann::json::parse(contents(folder + "/plant.json"));
+  const Scratch scratch;
+  const auto plant_of = [&scratch](const std::string& what, const std::string& seed) {
+    scratch.must_run("odom sim " + what + " --force --out made --seed " + seed);
+    return nlohmann::json::parse(scratch.text("made/plant.json"));
   };
   // Every drive of the 1:10 car has this car, except for the errors of mass and inertia, which its
   // owner measures.
@@ -77,27 +67,24 @@ TEST(SimCommand, WeighsAndSwingsTheCarThatItDrives) {
 
 TEST(SimCommand, WritesMeasurementsThatIdentifyTakes) {
   const Scratch scratch;
-  const std::string scale = scratch.path("weighing").string(),
-                    swing = scratch.path("swing").string();
   for (const std::string seed : {"1", "5", "15", "20"}) {
-    for (const std::string& folder : {scale, swing})
-      must_run("odom sim " + folder.substr(folder.rfind('/') + 1) + " --force --seed " + seed +
-               " --out " + folder);
+    for (const std::string what : {"weighing", "swing"})
+      scratch.must_run("odom sim " + what + " --force --out " + what + " --seed " + seed);
     // Rounded like a reading.
-    for (const std::string name : {"wheelbase", "spacing", "spacing_below", "cord"}) {
+    for (const auto& [file, name] : {std::pair{"weighing", "wheelbase"},
+                                     {"swing", "spacing"},
+                                     {"swing", "spacing_below"},
+                                     {"swing", "cord"}}) {
       const auto measured =
-          nlohmann::json::parse(contents((name == "wheelbase" ? scale : swing) + "/measured.json"));
+          nlohmann::json::parse(scratch.text(std::string(file) + "/measured.json"));
       EXPECT_LE(measured.at(name).dump().size(), std::string("0.2195").size()) << name;
     }
     // One method's result, the stored mass, is an input of the next.
-    const std::string car = swing + "/car.toml";
-    const std::string weighed = " --measured " + scale + "/measured.json --write " + car;
-    for (const std::string& method :
-         {"mass" + weighed, "cog" + weighed,
-          "inertia --measured " + swing + "/measured.json --write " + car}) {
-      EXPECT_THAT(run_shell("odom identify " + method), Ends(0, Not(HasSubstr("contradict"))));
-    }
-    EXPECT_THAT(contents(car),
+    for (const std::string method :
+         {"mass --measured weighing", "cog --measured weighing", "inertia --measured swing"})
+      EXPECT_THAT(scratch.run("odom identify " + method + "/measured.json --write swing/car.toml"),
+                  Ends(0, Not(HasSubstr("contradict"))));
+    EXPECT_THAT(scratch.text("swing/car.toml"),
                 AllOf(HasSubstr("odom identify mass"), HasSubstr("odom identify cog"),
                       HasSubstr("odom identify inertia")));
   }
@@ -112,7 +99,7 @@ TEST(SimCommand, ListsItsScenarios) {
 
 TEST(SimCommand, WrongUsageIsOneLineAndStatusTwo) {
   const Scratch scratch;
-  for (const char* line :
+  for (const std::string line :
        {"", "--scenario nowhere --out x", "--fix nonsense --out x", "--speed 99 --out x",
         "--gyro-noise -1 --out x", "--can can0 --out x", "--live --json",
         "--car bmw_320i --scenario patch --out x", "--car scale --scenario hills --out x",
@@ -120,27 +107,25 @@ TEST(SimCommand, WrongUsageIsOneLineAndStatusTwo) {
         "--friction 0 --out x", "--fix gyro_bias=-9 --out x", "--start-time x --out x",
         "--live --can nosuchcan --duration 1", "--camera-dropout 3 --out x",
         "--camera-latency-min 1 --out x"})
-    expect_refused("cd " + scratch.path("").string() + "; odom sim ",
-                   {{line, StartsWith("odom sim: ")}});
-  expect_refused(
-      "cd " + scratch.path("").string() + "; odom sim --out x --fix ",
-      {{"gyro_bais=1", HasSubstr("the nearest is 'gyro_bias'")},
-       {"gyro_bias", HasSubstr("NAME=VALUE")},
-       {"gyro_bias=1x", HasSubstr("not a finite number")},
-       {"gyro_bias=nan", HasSubstr("not a finite number")},
-       {"foo=1", HasSubstr("not a parameter of the simulation; available: friction, ")}});
+    EXPECT_THAT(scratch.run("odom sim " + line),
+                Ends(2, ::testing::MatchesRegex("odom sim: [^\n]*\n")));
+  expect_answers(scratch, 2, "odom sim --out x --fix", R"(
+gyro_bais=1 -> the nearest is 'gyro_bias'
+gyro_bias -> NAME=VALUE
+gyro_bias=1x -> not a finite number
+gyro_bias=nan -> not a finite number
+foo=1 -> not a parameter of the simulation; available: friction,
+)");
   EXPECT_FALSE(std::filesystem::exists(scratch.path("x")));
 }
 
 TEST(SimCommand, LiveOnStandardOutputIsTheSameDriveAtAnotherTime) {
   const Scratch scratch;
   const std::string options = "odom sim --duration 1.5 --standstill 0.3 --seed 3 --out ";
-  const std::string offline = scratch.path("offline").string();
-  const std::string live = scratch.path("live").string();
-  must_run(options + offline);
-  const std::string played = must_run(options + live + " --live");
+  scratch.must_run(options + "offline");
+  const std::string played = scratch.must_run(options + "live --live");
 
-  const auto expected = frames_of(contents(scratch.path("offline/drive.log")));
+  const auto expected = frames_of(scratch.text("offline/drive.log"));
   const auto seen = frames_of(played);
   ASSERT_EQ(seen.size(), expected.size());
   ASSERT_GT(seen.size(), 500U);
@@ -149,7 +134,7 @@ TEST(SimCommand, LiveOnStandardOutputIsTheSameDriveAtAnotherTime) {
     EXPECT_EQ(seen[i].data, expected[i].data);
     EXPECT_EQ(seen[i].time_ns - seen[0].time_ns, expected[i].time_ns - expected[0].time_ns);
   }
-  EXPECT_EQ(contents(scratch.path("live/drive.log")), played);
+  EXPECT_EQ(scratch.text("live/drive.log"), played);
 }
 
 TEST(SimCommand, LiveFramesAreNotSentBeforeTheirTime) {
@@ -164,37 +149,34 @@ TEST(SimCommand, LiveFramesAreNotSentBeforeTheirTime) {
 
 TEST(SimCommand, AReaderThatGoesEndsItWithOneLine) {
   const Scratch scratch;
-  const std::string status = scratch.path("status").string();
   const Outcome outcome =
-      run_shell("(odom sim --live --duration 20; echo $? >" + status + ") | head -n 3");
-  EXPECT_EQ(contents(status), "1\n");
+      scratch.run("(odom sim --live --duration 20; echo $? > status) | head -n 3");
+  EXPECT_EQ(scratch.text("status"), "1\n");
   EXPECT_THAT(outcome.err, HasSubstr("standard output: the reader has gone"));
 }
 
-/// Shell code: starts a live drive as $pid, and waits for its first frames.
-std::string drive_live(const std::string& folder) {
-  return "rm -rf " + folder + "; odom sim --live --out " + folder +
-         " >/dev/null & pid=$!; i=0; until [ -s " + folder +
-         "/drive.log ] || [ $((i += 1)) -gt 1200 ]; do sleep 0.05; done; ";
-}
-
+// A live drive that has sent its first frames.
 TEST(SimCommand, ASignalEndsItWithWholeFilesWhateverSignalsFollow) {
   const Scratch scratch;
-  const std::string folder = scratch.path("drive").string();
   for (const std::string more : {"", "kill -TERM $pid; kill -TERM $pid; "})
-    EXPECT_THAT(run_shell(drive_live(folder) + "kill -INT $pid; " + more +
-                          "wait $pid && odom replay --config " + folder + "/car.toml --can " +
-                          folder + "/drive.log --out " + folder + "/pose.csv"),
-                Ends(0, HasSubstr("interrupted")));
+    EXPECT_THAT(
+        scratch.run(
+            "rm -rf drive; odom sim --live --out drive >/dev/null & pid=$!; i=0; "
+            "until [ -s drive/drive.log ] || [ $((i += 1)) -gt 1200 ]; do sleep 0.05; done; "
+            "kill -INT $pid; " +
+            more +
+            "wait $pid && odom replay --config drive/car.toml --can drive/drive.log "
+            "--out pose.csv"),
+        Ends(0, HasSubstr("interrupted")));
 }
 
 TEST(SimCommand, SendsCameraPosesToTheSocket) {
   const Scratch scratch;
   const std::string path = scratch.path("camera.sock").string();
   const FileDescriptor door = listening_socket(path, SOCK_SEQPACKET);
-  must_run("cd " + scratch.path("").string() +
-           " && odom sim --live --duration 1 --camera-socket camera.sock --out drive >/dev/null");
-  EXPECT_THAT(contents(scratch.path("drive/car.toml")), HasSubstr(path));
+  scratch.must_run(
+      "odom sim --live --duration 1 --camera-socket camera.sock --out drive >/dev/null");
+  EXPECT_THAT(scratch.text("drive/car.toml"), HasSubstr(path));
 
   const FileDescriptor connection(::accept(door.get(), nullptr, nullptr));
   ASSERT_TRUE(connection);
@@ -207,7 +189,7 @@ TEST(SimCommand, SendsCameraPosesToTheSocket) {
     EXPECT_EQ(message.clock, ODOM_CLOCK_LOG);
     EXPECT_NEAR(message.sigma_x, 0.008, 1e-12);
   }
-  const std::string log = contents(scratch.path("drive/camera.csv"));
+  const std::string log = scratch.text("drive/camera.csv");
   EXPECT_EQ(messages + 1, static_cast<std::size_t>(std::count(log.begin(), log.end(), '\n')));
   EXPECT_GT(messages, 20U);
 }

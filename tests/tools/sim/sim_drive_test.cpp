@@ -1,13 +1,11 @@
 // Whole simulated drives: they end, close and repeat, and their frames contain the sensed values.
 #include <map>
 #include <optional>
-#include <stdexcept>
 #include <tuple>
 
 #include "can_protocol/decode/decoder.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/core/pipeline.hpp"
-#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/sim/drive_folder.hpp"

@@ -80,9 +80,7 @@ TEST(Agreement, SensorsThatAreSomewhatOffPass) {
   Recorded blind = recorded();
   blind.poses.clear();
   EXPECT_FALSE(blind.verdict());
-}
-
-TEST(Agreement, AFewPosesUpsideDownDoNotMatter) {
+  // So do a few poses upside down.
   Recorded drive = recorded();
   for (std::size_t i = 0; i < drive.poses.size(); i += 60) drive.poses[i].yaw += std::numbers::pi;
   EXPECT_FALSE(drive.verdict());

@@ -1,6 +1,5 @@
 // What the methods of odom identify share.
 #include "tests/diagnostics.hpp"
-#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/identify/common/finding.hpp"

@@ -1,7 +1,6 @@
 // The command line of odom identify fit, before it starts odom-fit.
 #include <CLI/CLI.hpp>
 
-#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/fit/options.hpp"
 #include "tools/identify/fit/parameters.hpp"

@@ -1,7 +1,6 @@
 // The fit on a short simulated drive, and its errors for unsuitable ones.
 #include "estimator/ekf/process.hpp"
 #include "tests/diagnostics.hpp"
-#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/fit/drive.hpp"
 #include "tools/identify/fit/findings.hpp"
@@ -99,8 +98,9 @@ Recorded recorded(const daemon::Config& config, const Way& way = {}) {
   return result;
 }
 
+const daemon::Config config = car();
+
 TEST(Fit, RefusesADriveWithoutPosesOrWithPosesOfAnotherTime) {
-  const daemon::Config config = car();
   Recorded drive = recorded(config);
   EXPECT_THAT(message_of([&] { (void)prepare("lap", config, drive.log, {}); }),
               HasSubstr("lap: 0 poses"));
@@ -131,7 +131,6 @@ TEST(Fit, AllowsForMoreWhereTheSpeedSeparatesNothing) {
 }
 
 TEST(Fit, BelievesNeitherOfTwoThatOneSpeedMakesAlikeWhereOneIsFarFromWhatIsConfigured) {
-  const daemon::Config config = car();
   Settings settings = freeing({stiffness_rear, camera_x, gyro_scale}, 0.4);
   Result result = unmoved();
   const auto remarks = [&](double tyres, double variety) {
@@ -169,7 +168,6 @@ TEST(Fit, AsksWhetherThePosesAreStampedLateWhereASensorIsBeforeThem) {
 }
 
 TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
-  const daemon::Config config = car();
   const Recorded drive = recorded(config);
   const std::vector<Drive> drives{prepare("lap", config, drive.log, drive.poses)};
   Settings settings;
@@ -196,7 +194,6 @@ TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
 }
 
 TEST(Fit, RefusesToFitNothing) {
-  const daemon::Config config = car();
   const Recorded drive = recorded(config);
   const std::vector<Drive> drives{prepare("lap", config, drive.log, drive.poses)};
   Settings settings;
@@ -209,22 +206,22 @@ TEST(Fit, RefusesToFitNothing) {
 
 // At 60 m/s the slip settles in 3 ms, a tenth of a full-size car's step.
 TEST(Fit, FollowsTyresThatSettleWithinAStep) {
-  daemon::Config config = car();
-  config.vehicle = {.mass = 982.0,
-                    .front_axle = 1.33,
-                    .rear_axle = 1.07,
-                    .yaw_inertia = 1605.0,
-                    .cornering_stiffness_front = 90000.0,
-                    .cornering_stiffness_rear = 120000.0,
-                    .track_width = 1.35};
-  const Recorded drive = recorded(config, {.speed = 60.0, .steering = 0.01});
-  const std::vector<Drive> drives{prepare("straight", config, drive.log, drive.poses)};
+  daemon::Config full_size = car();
+  full_size.vehicle = {.mass = 982.0,
+                       .front_axle = 1.33,
+                       .rear_axle = 1.07,
+                       .yaw_inertia = 1605.0,
+                       .cornering_stiffness_front = 90000.0,
+                       .cornering_stiffness_rear = 120000.0,
+                       .track_width = 1.35};
+  const Recorded drive = recorded(full_size, {.speed = 60.0, .steering = 0.01});
+  const std::vector<Drive> drives{prepare("straight", full_size, drive.log, drive.poses)};
   Settings settings;
   settings.free[gyro_scale] = true;
-  settings.prior_sigma = sigmas_of(&ParameterInfo::prior, config.vehicle.wheelbase());
+  settings.prior_sigma = sigmas_of(&ParameterInfo::prior, full_size.vehicle.wheelbase());
   settings.window = 1.5;
   settings.passes = 2;
-  const Result result = solve(config, drives, settings);
+  const Result result = solve(full_size, drives, settings);
   EXPECT_NEAR(std::exp(result.p[gyro_scale]), 1.03, 0.01);
   EXPECT_EQ(stable_parts(2.0, 0.044, 0.02), 1);  // slow cars need no smaller steps
   EXPECT_EQ(stable_parts(-60.0, 0.41, 0.03), 3);
@@ -310,7 +307,6 @@ TEST(FitTyres, AreNotBelievedWhereTheirCurveIsThatOfNoTyre) {
 }
 
 TEST(FitSteering, IsAnActuatorWhereDelayAndLagShow) {
-  const daemon::Config config = car();
   const Settings settings = freeing({steering_delay, steering_lag}, 0.8);
   Result result = unmoved();
   const auto keys = [&](double whole) {

@@ -1,8 +1,6 @@
 // Fitted values tried on the filter: it keeps those that help.
-#include <nlohmann/json.hpp>
 #include <set>
 
-#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/identify/common/finding.hpp"
@@ -68,7 +66,7 @@ class Trial : public testing::Test {
   std::vector<tools::Drive> drives_;
 };
 
-TEST_F(Trial, PosesOfAfterTheLogAreNoPartOfIt) {
+TEST_F(Trial, PosesOfAfterTheLogAreNoPartOfItAndNoPosesAreRefused) {
   std::vector<estimator::CameraPose> poses = read_camera_log(scratch_.path("lap/camera.csv")).poses;
   const std::int64_t end = poses.back().capture_ns;
   for (std::int64_t k = 1; k <= 1000; ++k) {
@@ -79,6 +77,7 @@ TEST_F(Trial, PosesOfAfterTheLogAreNoPartOfIt) {
   drives_ = {trial_drive("lap", config_, logs, poses, 0.0, 1e9)};
   EXPECT_LE(drives_[0].reference->points.back().t_ns, drives_[0].frames.back().time_ns);
   EXPECT_NO_THROW((void)tried({}));
+  EXPECT_THROW((void)trial_drive("lap", config_, logs, {}, 0.0, 1e9), std::invalid_argument);
 }
 
 TEST_F(Trial, WhatHarmsIsLeftAsConfiguredAndSaysWhy) {
@@ -137,11 +136,6 @@ TEST(Choose, TakesNothingThatHarmsAHalf) {
   });
   EXPECT_EQ(found.all, 1.0);
   EXPECT_FALSE(all.front().taken);
-}
-
-TEST_F(Trial, ADriveWithoutPosesIsRefused) {
-  const std::vector<std::string> logs{scratch_.path("lap/drive.log").string()};
-  EXPECT_THROW((void)trial_drive("lap", config_, logs, {}, 0.0, 1e9), std::invalid_argument);
 }
 
 }  // namespace

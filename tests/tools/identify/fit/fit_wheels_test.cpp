@@ -105,10 +105,7 @@ TEST(FitWheels, SpinUpAsLateAsTheSimulatedOnes) {
     EXPECT_NEAR(unexplained_age(front, speed, 1.0), 0.0, 0.15e-3) << speed << " m/s";
     EXPECT_NEAR(unexplained_age(rear, speed, 1.0), 0.0, 0.3e-3) << speed << " m/s";
   }
-}
-
-// Without wheel spin in the model, this car's stamps would seem 1 ms late per m/s.
-TEST(FitWheels, WithoutSpinWouldSeemToBeStampedLate) {
+  // Without wheel spin in the model, this car's stamps would seem 1 ms late per m/s.
   EXPECT_NEAR(unexplained_age(front, 1.6, 1e-3), 1.6e-3, 0.2e-3);
   EXPECT_NEAR(unexplained_age(rear, 1.6, 1e-3), 1.5e-3, 0.3e-3);
 }

@@ -1,9 +1,7 @@
 // The pendulum's formulas compared with a rigid body on two elastic cords, and results from
 // records.
-#include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/inertia/bifilar.hpp"
 #include "tools/math/random.hpp"
@@ -57,7 +55,7 @@ TEST(Bifilar, AsksWhetherSpacingAndCordAreExchanged) {
                         "are apart: are --spacing and --cord exchanged?"));
 }
 
-TEST(Bifilar, RefusesPeriodAndMassThatNoCarHas) {
+TEST(Bifilar, RefusesWhatNoCarHasOrCannotHang) {
   const double period = small_period(reference, mass, gravity, inertia);
   const Bifilar millimetres{.spacing_above = 200, .spacing_below = 200, .cord = 1000};
   const auto refusal = [](const Bifilar& pendulum, double seconds, double kilograms) {
@@ -69,6 +67,9 @@ TEST(Bifilar, RefusesPeriodAndMassThatNoCarHas) {
   EXPECT_THAT(refusal(millimetres, period, mass), HasSubstr("check --swings, --time"));
   EXPECT_THAT(refusal(reference, period, 1e3 * mass),
               HasSubstr("--mass: 2985 kg does not fit the radius of gyration of 0.097 m"));
+  EXPECT_THROW(check({.spacing_above = 0.2, .spacing_below = 2.5, .cord = 1.0}),
+               std::invalid_argument);
+  EXPECT_THROW((void)period_at(reference, mass, gravity, inertia, 2.0), std::invalid_argument);
 }
 
 // The rig simulates a body on springs only: no formula of the pendulum is in it.
@@ -121,12 +122,6 @@ TEST(Bifilar, HungOffItsMidstAndByCordsThatAreNotParallel) {
   Bifilar spread = reference;
   spread.spacing_below = 0.24;
   EXPECT_NEAR(period_of_rig(rig) / period_at(spread, mass, gravity, inertia, 0.1), 1.0, 1e-3);
-}
-
-TEST(Bifilar, WhatCannotHangIsRefused) {
-  EXPECT_THROW(check({.spacing_above = 0.2, .spacing_below = 2.5, .cord = 1.0}),
-               std::invalid_argument);
-  EXPECT_THROW((void)period_at(reference, mass, gravity, inertia, 2.0), std::invalid_argument);
 }
 
 Series record_of(const sim::SwingParameters& rig, double seconds, double noise, double bias) {
@@ -191,7 +186,7 @@ TEST(SwingFit, RefusesWhatIsNoSwing) {
   EXPECT_THAT(refusal(), HasSubstr("is not that of a free swing"));
 }
 
-TEST(SwingTiming, AllowsForTheSwingsWidth) {
+TEST(SwingTiming, AllowsForTheSwingsWidthAndFindsAMiscount) {
   const double small = small_period(reference, mass, gravity, inertia);
   const double wide = period_at(reference, mass, gravity, inertia, 0.4);
   const TimedSwing timed = small_period_of({.times = {20.0 * wide, 20.0 * wide},
@@ -203,9 +198,6 @@ TEST(SwingTiming, AllowsForTheSwingsWidth) {
   EXPECT_NEAR(timed.period.value, small, 3e-5);
   EXPECT_NEAR(timed.period.sigma, std::hypot(0.1 / std::sqrt(2.0) / 20.0, 0.25 * (wide - small)),
               2e-4);
-}
-
-TEST(SwingTiming, FindsAMiscount) {
   const auto refusal = message_of([] {
     (void)small_period_of({.times = {40.0, 42.0}, .swings = 20, .sigma = 0.1}, reference);
   });
@@ -233,48 +225,45 @@ TEST(IdentifyInertia, ByStopWatch) {
 
 TEST(IdentifyInertia, ByTheGyroOfASimulatedSwing) {
   const Scratch scratch;
-  const std::string folder = scratch.path("swing").string();
-  must_run("odom sim swing --duration 20 --seed 5 --out " + folder);
-  const auto truth = nlohmann::json::parse(contents(folder + "/plant.json"))["experiment"];
-  const auto json = nlohmann::json::parse(
-      must_run("odom identify inertia --json --config " + folder + "/car.toml --can " + folder +
-               "/drive.log --mass " + truth["mass"].dump() + " --spacing " +
-               truth["spacing"].dump() + " --spacing-below " + truth["spacing_below"].dump() +
-               " --cord " + truth["cord"].dump() + " --gravity " + truth["gravity"].dump()));
-  EXPECT_NEAR(json["values"][0]["value"].get<double>() / truth["yaw_inertia"].get<double>(), 1.0,
-              0.005);
+  scratch.must_run("odom sim swing --duration 20 --seed 5 --out .  --force");
+  const auto truth = nlohmann::json::parse(scratch.text("plant.json"))["experiment"];
+  std::string line = "odom identify inertia --json --config car.toml --can drive.log";
+  for (const auto& [option, value] : {std::pair{" --mass ", "mass"},
+                                      {" --spacing ", "spacing"},
+                                      {" --spacing-below ", "spacing_below"},
+                                      {" --cord ", "cord"},
+                                      {" --gravity ", "gravity"}})
+    line += option + truth[value].dump();
+  EXPECT_NEAR(
+      scratch.json(line)["values"][0]["value"].get<double>() / truth["yaw_inertia"].get<double>(),
+      1.0, 0.005);
 }
 
 TEST(IdentifyInertia, AsksWhetherPassagesWereCounted) {
   const Scratch scratch;
-  const std::string car =
-      scratch.write("car.toml", "[vehicle]\nfront_axle = 0.175\nrear_axle = 0.085\n").string();
+  scratch.write("car.toml", "[vehicle]\nfront_axle = 0.175\nrear_axle = 0.085\n");
   const double period = small_period(reference, mass, 9.806, inertia);
-  const auto warnings = [&](int swings) {
-    const Outcome outcome =
-        run_shell(hang + "--amplitude 0 --config " + car + " --time " +
-                  std::to_string(20.0 * period) + " --swings " + std::to_string(swings));
+  for (const auto& [swings, asks] : {std::pair{"10", true}, {"20", false}, {"40", true}}) {
+    const Outcome outcome = scratch.run(hang + "--amplitude 0 --config car.toml --time " +
+                                        std::to_string(20.0 * period) + " --swings " + swings);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
-    return outcome.err;
-  };
-  EXPECT_THAT(warnings(20), testing::Not(HasSubstr("passages")));
-  EXPECT_THAT(warnings(40), HasSubstr("passages counted instead of full swings"));
-  EXPECT_THAT(warnings(10), HasSubstr("passages counted instead of full swings"));
+    EXPECT_EQ(outcome.err.find("passages counted instead of full swings") != std::string::npos,
+              asks)
+        << swings << outcome.err;
+  }
 }
 
 TEST(IdentifyInertia, SaysWhatIsMissingOrWrong) {
   const Scratch scratch;
   scratch.write("back.csv", "t,yaw_rate\n1,0\n0.5,1\n");
   scratch.write("other.csv", "t,rate\n1,0\n");
-  const std::pair<const char*, const char*> cases[]{
-      {"", "give --time and --swings, --csv, or --config and --can"},
-      {"--time 40", "--swings is missing"},
-      {"--can drive.log", "--can needs --config"},
-      {"--csv back.csv", "back.csv:3: column \"t\": earlier"},
-      {"--csv other.csv", "yaw_rate"}};
-  for (const auto& [options, says] : cases)
-    EXPECT_THAT(run_shell("cd " + scratch.path("").string() + " && " + hang + options),
-                Ends(2, HasSubstr(says)));
+  expect_answers(scratch, 2, hang, R"(
+ -> give --time and --swings, --csv, or --config and --can
+--time 40 -> --swings is missing
+--can drive.log -> --can needs --config
+--csv back.csv -> back.csv:3: column "t": earlier
+--csv other.csv -> yaw_rate
+)");
 }
 
 }  // namespace

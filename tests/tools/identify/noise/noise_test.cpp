@@ -1,4 +1,3 @@
-#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/noise/standing_noise.hpp"
 #include "tools/math/random.hpp"
@@ -141,38 +140,33 @@ TEST(StandingNoise, OfFineStepsIsTheSensorsOwn) {
 
 TEST(IdentifyNoise, OfAStandingCarIsWritten) {
   const Scratch scratch;
-  const std::string folder = scratch.path("standing").string();
-  must_run("odom sim --standstill 30 --duration 30 --gyro-noise 0.012 --out " + folder);
-  must_run("odom identify noise --config " + folder + "/car.toml --can " + folder +
-           "/drive.log --write " + folder + "/car.toml");
-  const std::string car = contents(folder + "/car.toml");
-  EXPECT_THAT(car, HasSubstr("(sigma: odom identify noise: +- "));
+  const std::string car =
+      simulate(scratch, "--standstill 30 --duration 30 --gyro-noise 0.012") + "/car.toml";
+  scratch.must_run(
+      "cd drive && odom identify noise --config car.toml --can drive.log --write car.toml");
+  EXPECT_THAT(contents(car), HasSubstr("(sigma: odom identify noise: +- "));
   // R as in the paper, ten times the gyro's variance; v_x is unchanged.
-  const auto R = daemon::load_config(folder + "/car.toml").paper_noise.R;
+  const auto R = daemon::load_config(car).paper_noise.R;
   EXPECT_NEAR(R[0], 10.0 * 0.012 * 0.012, 1e-4);
   EXPECT_EQ(R[1], 0.10);
-  must_run("odom replay --config " + folder + "/car.toml --can " + folder +
-           "/drive.log --out /dev/null");
+  scratch.must_run("cd drive && odom replay --config car.toml --can drive.log --out /dev/null");
 }
 
 TEST(IdentifyNoise, SaysWhatCannotBeUsed) {
   const Scratch scratch;
-  const std::string folder = scratch.path("drive").string();
-  must_run("odom sim --duration 10 --standstill 2 --out " + folder);
-  const std::string drive = " --config " + folder + "/car.toml --can " + folder + "/drive.log";
-  must_run("cd " + folder + " && grep ' 1A2#' drive.log > imu.log");
-  const std::string imu = " --config " + folder + "/car.toml --can " + folder + "/imu.log";
-  const std::string csv = scratch.write("a.csv", "t,speed\n1,2\n").string();
-  const std::string nothing = scratch.write("nothing.csv", "").string();
-  const std::pair<std::string, const char*> cases[]{
-      {"", "give a record of the standing car"},
-      {drive, "the car moves: wheel_"},
-      {imu, "the car moves: yaw_rate is "},  // without the wheels, the gyro shows that it moves
-      {drive + " --to 0.5", "samples are too few"},
-      {"--csv " + nothing, "a first line \"t,yaw_rate,accel_x,accel_y\" is expected, with t [s]"},
-      {"--csv " + csv, "none of the columns yaw_rate, accel_x, accel_y"}};
-  for (const auto& [options, says] : cases)
-    EXPECT_THAT(run_shell("odom identify noise " + options), Ends(2, HasSubstr(says))) << options;
+  simulate(scratch, "--duration 10 --standstill 2");
+  scratch.must_run("grep ' 1A2#' drive/drive.log > imu.log");
+  scratch.write("a.csv", "t,speed\n1,2\n");
+  scratch.write("nothing.csv", "");
+  // Without the wheels, the gyro shows that the car moves.
+  expect_answers(scratch, 2, "odom identify noise", R"(
+ -> give a record of the standing car
+--config drive/car.toml --can drive/drive.log -> the car moves: wheel_
+--config drive/car.toml --can imu.log -> the car moves: yaw_rate is
+--config drive/car.toml --can drive/drive.log --to 0.5 -> samples are too few
+--csv nothing.csv -> a first line "t,yaw_rate,accel_x,accel_y" is expected, with t [s]
+--csv a.csv -> none of the columns yaw_rate, accel_x, accel_y
+)");
 }
 
 }  // namespace

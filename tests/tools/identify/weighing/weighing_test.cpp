@@ -1,9 +1,6 @@
 #include "tools/identify/weighing/weighing.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include "tests/diagnostics.hpp"
-#include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/quantity.hpp"
@@ -46,66 +43,80 @@ TEST(Quantity, OfAnotherKindOrImpossibleIsRefused) {
 
 constexpr Scale scale{.resolution = 0.0, .sigma = 0.002, .accuracy = 0.001};
 
-TEST(Weighing, RepeatingTakesTheScatterDownButNotTheGainNorTheRounding) {
-  const std::vector<Weighing> four(4, {Load::total, 2.0});
-  const auto mass = mass_of(wheel_loads(four, scale), scale);
-  ASSERT_TRUE(mass);
-  EXPECT_DOUBLE_EQ(mass->value, 2.0);
-  EXPECT_NEAR(mass->sigma, std::hypot(0.001, 0.002), 1e-12);
-  const Scale digits{.resolution = 0.012, .sigma = 1e-9};
-  EXPECT_NEAR(mass_of(wheel_loads(four, digits), digits)->sigma, 0.012 / std::sqrt(12.0), 1e-6);
+std::optional<Measured> mass(const std::vector<Weighing>& weighings, const Scale& by = scale) {
+  return mass_of(wheel_loads(weighings, by), by);
 }
 
-TEST(Weighing, ThatDifferByADigitOfTheScaleDoNotContradictEachOther) {
-  const std::vector<Weighing> weighings{
-      {Load::total, 2.985}, {Load::total, 2.986}, {Load::total, 2.985}};
-  const Scale grams{.resolution = 0.001};
-  const WheelLoads loads = wheel_loads(weighings, grams);
-  EXPECT_FALSE(contradiction(loads));
-  const std::optional<Measured> mass = mass_of(loads, grams);
-  ASSERT_TRUE(mass);
-  EXPECT_NEAR(mass->value, 2.9853, 1e-3);
-  EXPECT_LT(mass->sigma, 0.001);
+TEST(Weighing, RepeatingTakesTheScatterDownButNotTheGainNorTheRounding) {
+  const std::vector<Weighing> four(4, {Load::total, 2.0});
+  ASSERT_TRUE(mass(four));
+  EXPECT_DOUBLE_EQ(mass(four)->value, 2.0);
+  EXPECT_NEAR(mass(four)->sigma, std::hypot(0.001, 0.002), 1e-12);
+  EXPECT_NEAR(mass(four, {.resolution = 0.012, .sigma = 1e-9})->sigma, 0.012 / std::sqrt(12.0),
+              1e-6);
 }
 
 TEST(Weighing, AddsUpWhateverPartsDetermineTheWhole) {
-  const std::vector<Weighing> axles{{Load::front, 1.0}, {Load::rear, 2.0}};
-  const auto mass = mass_of(wheel_loads(axles, scale), scale);
-  EXPECT_NEAR(mass->value, 3.0, 1e-12);
-  EXPECT_NEAR(mass->sigma, std::hypot(0.002 * std::sqrt(2.0), 0.003), 1e-12);
-  const std::vector<Weighing> wheels{{Load::front_left, 0.5},
-                                     {Load::front_right, 0.6},
-                                     {Load::rear_left, 0.7},
-                                     {Load::rear_right, 0.8}};
-  EXPECT_NEAR(mass_of(wheel_loads(wheels, scale), scale)->value, 2.6, 1e-12);
-  const std::vector<Weighing> part{{Load::front, 1.0}, {Load::left, 2.0}};
-  EXPECT_FALSE(mass_of(wheel_loads(part, scale), scale));
+  const auto axles = mass({{Load::front, 1.0}, {Load::rear, 2.0}});
+  EXPECT_NEAR(axles->value, 3.0, 1e-12);
+  EXPECT_NEAR(axles->sigma, std::hypot(0.002 * std::sqrt(2.0), 0.003), 1e-12);
+  const auto wheels = mass({{Load::front_left, 0.5},
+                            {Load::front_right, 0.6},
+                            {Load::rear_left, 0.7},
+                            {Load::rear_right, 0.8}});
+  EXPECT_NEAR(wheels->value, 2.6, 1e-12);
+  EXPECT_FALSE(mass({{Load::front, 1.0}, {Load::left, 2.0}}));
 }
 
 TEST(Weighing, ContradictionsWidenTheUncertaintyAndAreReported) {
-  const std::vector<Weighing> weighings{{Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 3.1}};
-  const WheelLoads loads = wheel_loads(weighings, scale);
-  EXPECT_THAT(contradiction(loads),
+  const auto contradiction_in = [](const std::vector<Weighing>& weighings, const Scale& by) {
+    return contradiction(wheel_loads(weighings, by));
+  };
+  const auto axles_and = [](double total) {
+    return std::vector<Weighing>{{Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, total}};
+  };
+  EXPECT_THAT(contradiction_in(axles_and(3.1), scale),
               testing::Optional(diagnostics::Named("weighings_contradict", "28.9 times")));
-  EXPECT_GT(mass_of(loads, scale)->sigma, 0.04);
-  const std::vector<Weighing> fitting{{Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 3.003}};
-  EXPECT_FALSE(contradiction(wheel_loads(fitting, scale)));
-}
-
-TEST(Weighing, ThatScatterAreAsUncertainAsTheirScatter) {
-  const std::vector<Weighing> scattering{{Load::total, 2.98}, {Load::total, 3.02}};
-  const auto both = mass_of(wheel_loads(scattering, scale), scale);
+  EXPECT_GT(mass(axles_and(3.1))->sigma, 0.04);
+  EXPECT_FALSE(contradiction_in(axles_and(3.003), scale));
+  // They differ by a digit of the scale.
+  const std::vector<Weighing> close{
+      {Load::total, 2.985}, {Load::total, 2.986}, {Load::total, 2.985}};
+  EXPECT_FALSE(contradiction_in(close, {.resolution = 0.001}));
+  EXPECT_NEAR(mass(close, {.resolution = 0.001})->value, 2.9853, 1e-3);
+  EXPECT_LT(mass(close, {.resolution = 0.001})->sigma, 0.001);
+  // They scatter.
+  const auto both = mass({{Load::total, 2.98}, {Load::total, 3.02}});
   EXPECT_NEAR(both->value, 3.0, 1e-9);
   EXPECT_NEAR(both->sigma, 0.02, 0.003);
 }
 
-TEST(Weighing, InAnotherUnitIsRefused) {
-  const std::vector<Weighing> grams{{Load::total, 2985.0}};
-  EXPECT_EQ(message_of([&] { (void)wheel_loads(grams, {.resolution = 0.001}); }),
-            "--total: no scale shows 2985 kg with steps of 0.001 kg; write grams as 2985g");
-  const std::vector<Weighing> axles{{Load::front, 978.0}, {Load::rear, 2.006}};
-  EXPECT_THAT(message_of([&] { (void)wheel_loads(axles, {.resolution = 0.001}); }),
-              HasSubstr("--front: no scale shows 978 kg with steps of 0.001 kg"));
+TEST(Weighing, WhatCannotBeIsRefused) {
+  const Scale grams{.resolution = 0.001};
+  const struct {
+    std::vector<Weighing> weighings;
+    Scale scale;
+    ::testing::Matcher<std::string> says;
+  } cases[]{{{{Load::total, 2985.0}},
+             grams,
+             "--total: no scale shows 2985 kg with steps of 0.001 kg; write grams as 2985g"},
+            {{{Load::front, 978.0}, {Load::rear, 2.006}},
+             grams,
+             HasSubstr("--front: no scale shows 978 kg with steps of 0.001 kg")},
+            {{{Load::front, 3.2}, {Load::total, 3.0}},
+             scale,
+             HasSubstr("--front: 3.2 kg is more than the whole car, 3 kg")},
+            {{{Load::right, 3.2}, {Load::total, 3.0}}, scale, HasSubstr("--right: ")},
+            {{{Load::total, 1.0}}, {}, HasSubstr("--scale-resolution")},
+            {{}, scale, HasSubstr("no load is given")},
+            {{{Load::rear_left, 0.0}},
+             scale,
+             "--rear-left: 0 kg is not possible; it must be greater than 0"}};
+  const auto refusal = [](const std::vector<Weighing>& weighings, const Scale& by) {
+    return message_of([&] { check_shares(wheel_loads(weighings, by)); });
+  };
+  for (const auto& [weighings, by, says] : cases) EXPECT_THAT(refusal(weighings, by), says);
+  EXPECT_EQ(refusal({{Load::front, 1.2}, {Load::total, 3.0}}, scale), "");
 }
 
 TEST(Weighing, LaysTheCentreOfGravityByTheLevers) {
@@ -123,16 +134,6 @@ TEST(Weighing, LaysTheCentreOfGravityByTheLevers) {
               0.3 * 0.002 * std::sqrt(5.0) / 9.0, 1e-12);
 }
 
-TEST(Weighing, OfAnAxleHeavierThanTheCarIsRefused) {
-  const auto refusal = [](std::vector<Weighing> weighings) {
-    return message_of([&] { check_shares(wheel_loads(weighings, scale)); });
-  };
-  EXPECT_THAT(refusal({{Load::front, 3.2}, {Load::total, 3.0}}),
-              HasSubstr("--front: 3.2 kg is more than the whole car, 3 kg"));
-  EXPECT_THAT(refusal({{Load::right, 3.2}, {Load::total, 3.0}}), HasSubstr("--right: "));
-  EXPECT_EQ(refusal({{Load::front, 1.2}, {Load::total, 3.0}}), "");
-}
-
 TEST(Weighing, AllowsForTapeAndSlope) {
   const Scale exact{.sigma = 1e-9};
   const std::vector<Weighing> axles{{Load::front, 1.0}, {Load::rear, 2.0}};
@@ -147,15 +148,6 @@ TEST(Weighing, AllowsForTapeAndSlope) {
   EXPECT_NEAR(sloping.axle_shift, 0.0075, 1e-6);
   EXPECT_NEAR(centre_of_gravity(wheel_loads(axles, sloping), level).rear_axle->sigma,
               0.3 * 0.0075 * std::sqrt(5.0) / 9.0, 1e-6);
-}
-
-TEST(Weighing, WithoutWhatItNeedsIsRefused) {
-  const std::vector<Weighing> one{{Load::total, 1.0}};
-  EXPECT_THAT(message_of([&] { (void)wheel_loads(one, {}); }), HasSubstr("--scale-resolution"));
-  EXPECT_THAT(message_of([&] { (void)wheel_loads({}, scale); }), HasSubstr("no load is given"));
-  const std::vector<Weighing> none{{Load::rear_left, 0.0}};
-  EXPECT_EQ(message_of([&] { (void)wheel_loads(none, scale); }),
-            "--rear-left: 0 kg is not possible; it must be greater than 0");
 }
 
 TEST(Findings, HaveAPerCentWhereZeroIsNoValueLikeAnyOther) {
@@ -183,30 +175,19 @@ constexpr const char* car_toml =
 TEST(IdentifyMass, ReportsAndWrites) {
   const Scratch scratch;
   scratch.write("car.toml", car_toml);
-  const std::string car = scratch.path("car.toml").string();
-  const Outcome mass = run_shell(
-      "odom identify mass --total 3021g --total 3.02 --scale-resolution 1g --scale-sigma 1g "
-      "--write " +
-      car);
-  EXPECT_EQ(mass.status, 0) << mass.err;
-  EXPECT_THAT(mass.out, HasSubstr("3.0205"));
-  EXPECT_THAT(contents(scratch.path("car.toml")),
+  EXPECT_THAT(
+      scratch.must_run("odom identify mass --total 3021g --total 3.02 --scale-resolution 1g "
+                       "--scale-sigma 1g --write car.toml"),
+      HasSubstr("3.0205"));
+  EXPECT_THAT(scratch.text("car.toml"),
               HasSubstr("mass = 3.0205  # kg (odom identify mass: +- 0.0062 kg, scale, 2 "
                         "weighings)\n"));
-  const Outcome cog = run_shell(
+  const Outcome cog = scratch.run(
       "odom identify cog --front 1 --rear 2 --scale-resolution 1g --wheelbase 270mm --json "
-      "--write " +
-      car);
+      "--write car.toml");
   EXPECT_THAT(cog, Ends(0, HasSubstr("make a wheelbase of 0.2600 m, measured are 0.2700 m")));
   EXPECT_THAT(cog.out, HasSubstr("\"vehicle.rear_axle\""));
-  EXPECT_THAT(contents(scratch.path("car.toml")), HasSubstr("\nfront_axle = 0.18"));
-}
-
-TEST(IdentifyMass, NamesTheKeyOfADecimalCommaInAFile) {
-  const Scratch scratch;
-  const std::string file = scratch.write("m.json", R"({"total": 2,985, "front": 1.0})").string();
-  EXPECT_THAT(run_shell("odom identify mass --scale-resolution 1g --measured " + file).err,
-              HasSubstr("m.json: total: write a number with a decimal point: 2.5, not 2,5"));
+  EXPECT_THAT(scratch.text("car.toml"), HasSubstr("\nfront_axle = 0.18"));
 }
 
 TEST(IdentifyMass, ReportsATargetThatCannotBeWrittenBeforeTheWorkElseItsNumbers) {
@@ -215,18 +196,21 @@ TEST(IdentifyMass, ReportsATargetThatCannotBeWrittenBeforeTheWorkElseItsNumbers)
   scratch.write("broken.toml", "[vehicle\n");
   scratch.write("car.toml", car_toml);
   scratch.write("heavy.toml", heavy);
-  const std::string in_scratch = "cd " + scratch.path("").string() + " && odom identify mass ";
-  expect_refused(in_scratch + "--total 3apples --write ",
-                 {{"nope.toml", HasSubstr("nope.toml: there is no such file")},
-                  {".", HasSubstr("is a directory")},
-                  {"broken.toml", HasSubstr("broken.toml:")},
-                  {"car.toml", HasSubstr("3apples")}});
-  EXPECT_EQ(contents(scratch.path("car.toml")), car_toml);
+  scratch.write("m.json", R"({"total": 2,985, "front": 1.0})");
+  expect_answers(scratch, 2, "odom identify mass", R"(
+--total 3apples --write nope.toml -> nope.toml: there is no such file
+--total 3apples --write . -> is a directory
+--total 3apples --write broken.toml -> broken.toml:
+--total 3apples --write car.toml -> 3apples
+--scale-resolution 1g --measured m.json -> m.json: total: write a number with a decimal point:
+  2.5, not 2,5
+)");
+  EXPECT_EQ(scratch.text("car.toml"), car_toml);
   const Outcome outcome =
-      run_shell(in_scratch + "--total 3 --scale-resolution 1g --write heavy.toml");
+      scratch.run("odom identify mass --total 3 --scale-resolution 1g --write heavy.toml");
   EXPECT_THAT(outcome, Ends(2, HasSubstr("heavy.toml:2")));
   EXPECT_THAT(outcome.out, HasSubstr("vehicle.mass"));
-  EXPECT_EQ(contents(scratch.path("heavy.toml")), heavy);
+  EXPECT_EQ(scratch.text("heavy.toml"), heavy);
 }
 
 TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {
@@ -243,24 +227,18 @@ TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {
 }
 
 TEST(IdentifyMass, SaysWhatIsMissingOrInOtherUnits) {
-  struct Case {
-    const char* command;
-    int status;
-    const char* says;
-  };
-  constexpr Case cases[]{
-      {"mass --total 2.985 --scale-resolution 1", 0,
-       "odom identify mass: warning: 2 sigma of the mass is 38.7 %"},
-      {"mass --total 2.985 --scale-resolution 1g --scale-accuracy 5", 2,
-       "odom identify mass: --scale-accuracy: 5 is more than a tenth"},
-      {"cog --front 1 --rear 2 --scale-resolution 1g --wheelbase 0.26 --wheelbase-sigma 1", 2,
-       "odom identify cog: --wheelbase-sigma: 1 is more than a tenth of 0.26 m"},
-      {"mass --front 1 --scale-resolution 1g", 2, "do not add up to the whole car"},
-      {"cog --total 3 --scale-sigma 1g --wheelbase 1", 2,
-       "do not determine the weight distribution"}};
-  for (const Case& one : cases)
-    EXPECT_THAT(run_shell(std::string("odom identify ") + one.command),
-                Ends(one.status, HasSubstr(one.says)));
+  const Scratch scratch;
+  expect_answers(scratch, 0, "odom identify", R"(
+mass --total 2.985 --scale-resolution 1 -> warning: 2 sigma of the mass is 38.7 %
+)");
+  expect_answers(scratch, 2, "odom identify", R"(
+mass --total 2.985 --scale-resolution 1g --scale-accuracy 5 -> mass: --scale-accuracy: 5 is more
+  than a tenth
+cog --front 1 --rear 2 --scale-resolution 1g --wheelbase 0.26 --wheelbase-sigma 1 -> cog:
+  --wheelbase-sigma: 1 is more than a tenth of 0.26 m
+mass --front 1 --scale-resolution 1g -> do not add up to the whole car
+cog --total 3 --scale-sigma 1g --wheelbase 1 -> do not determine the weight distribution
+)");
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <memory>
 #include <thread>
 
-#include "tests/gtest.hpp"
 #include "tests/tools/on_a_terminal.hpp"
 #include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"

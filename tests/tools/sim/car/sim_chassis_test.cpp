@@ -23,7 +23,10 @@ double sum(const std::array<double, wheel_count>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0);
 }
 
-class PublishedCar : public ::testing::TestWithParam<CarKind> {};
+class PublishedCar : public ::testing::TestWithParam<CarKind> {
+ protected:
+  const PlantParameters car = ideal_car(GetParam());
+};
 
 INSTANTIATE_TEST_SUITE_P(Sim, PublishedCar,
                          ::testing::Values(CarKind::bmw_320i, CarKind::ford_escort,
@@ -39,7 +42,6 @@ INSTANTIATE_TEST_SUITE_P(Sim, AnyCar,
                          [](const auto& car) { return std::string(car_name(car.param)); });
 
 TEST_P(PublishedCar, RollsInASteadyTurnAsItsGradientSays) {
-  const PlantParameters car = ideal_car(GetParam());
   for (const double steering : {0.06, -0.06}) {
     const PlantOutput out = steady(car, 10.0, steering).output();
     EXPECT_GT(std::abs(out.accel_y), 1.5);
@@ -54,16 +56,14 @@ TEST_P(PublishedCar, RollsInASteadyTurnAsItsGradientSays) {
 
 TEST_P(PublishedCar, RollsAndPitchesAsCarsDo) {
   const double per_g = gravity / degree;
-  const Suspension usual = ideal_car(GetParam()).suspension;
-  EXPECT_NEAR(usual.roll_gradient() * per_g, 7.5, 1.5);
+  EXPECT_NEAR(car.suspension.roll_gradient() * per_g, 7.5, 1.5);
   EXPECT_NEAR(
       ideal_car(GetParam(), {{Parameter::roll_stiffness, 2.5}}).suspension.roll_gradient() * per_g,
       3.0, 1.0);
-  EXPECT_NEAR(usual.pitch_gradient() * per_g, 3.0, 0.5);
+  EXPECT_NEAR(car.suspension.pitch_gradient() * per_g, 3.0, 0.5);
 }
 
 TEST_P(PublishedCar, DivesUnderTheBrakesAndSwingsOut) {
-  const PlantParameters car = ideal_car(GetParam());
   Plant plant(car, 0.0, 0.0, 0.0);
   plant.set_speed(20.0);
   drive(plant, {.force = -3.0 * car.mass}, 2.0);
@@ -83,7 +83,6 @@ TEST_P(PublishedCar, DivesUnderTheBrakesAndSwingsOut) {
 }
 
 TEST_P(PublishedCar, ItsWheelsCarryItsWeight) {
-  const PlantParameters car = ideal_car(GetParam());
   const Plant turning = steady(car, 12.0, 0.05);
   EXPECT_NEAR(sum(turning.loads()), car.mass * gravity, 1e-6 * car.mass * gravity);
   EXPECT_GT(turning.loads()[front_right], turning.loads()[front_left]);
@@ -108,7 +107,6 @@ TEST_P(PublishedCar, ItsWheelsCarryItsWeight) {
 }
 
 TEST_P(PublishedCar, DrivesItsOwnAxle) {
-  const PlantParameters car = ideal_car(GetParam());
   const bool front = GetParam() == CarKind::ford_escort;
   Plant plant(car, 0.0, 0.0, 0.0);
   drive(plant, {.force = 2.0 * car.mass}, 1.0);
@@ -120,7 +118,6 @@ TEST_P(PublishedCar, DrivesItsOwnAxle) {
 }
 
 TEST_P(PublishedCar, GainsNoEnergyWhereNothingDrivesIt) {
-  const PlantParameters car = ideal_car(GetParam());
   Plant plant = steady(car, 12.0, 0.05);
   drive(plant, {.steering = 0.05}, 0.6);  // lag of the drive
   for (int k = 0; k < 20; ++k) {
@@ -131,7 +128,6 @@ TEST_P(PublishedCar, GainsNoEnergyWhereNothingDrivesIt) {
 }
 
 TEST_P(PublishedCar, AFinerStepGivesTheSameCar) {
-  const PlantParameters car = ideal_car(GetParam());
   const auto drive = [&](double step) {
     Plant plant(car, 0.0, 0.0, 0.0);
     for (int k = 0; k < std::lround(4.0 / step); ++k)
@@ -146,7 +142,6 @@ TEST_P(PublishedCar, AFinerStepGivesTheSameCar) {
 }
 
 TEST_P(PublishedCar, StandsStillOnASlope) {
-  const PlantParameters car = ideal_car(GetParam());
   Plant plant(car, 0.0, 0.0, 0.0);
   const RoadTilt road{.grade = 0.05, .bank = -0.07};
   drive(plant, {.road = road}, 10.0);
@@ -163,7 +158,6 @@ TEST_P(PublishedCar, StandsStillOnASlope) {
 
 // Specific force at a point of the body, compared with differences of that point's motion.
 TEST_P(AnyCar, TheBodyFeelsWhatItsMotionAsksFor) {
-  const PlantParameters car = ideal_car(GetParam());
   constexpr std::array at{0.35, 0.8, 0.45};
   const auto rotated = [](const PlantOutput& o, std::array<double, 3> v, double sign) {
     // R_z(ψ) R_y(θ) R_x(φ) v, or the inverse
@@ -213,17 +207,16 @@ TEST_P(AnyCar, TheBodyFeelsWhatItsMotionAsksFor) {
 }
 
 TEST_P(PublishedCar, ItsGyroTurnsAboutTheBodysAxis) {
-  const PlantParameters car = ideal_car(GetParam());
   const PlantOutput out = steady(car, 12.0, 0.09).output();
   EXPECT_LT(body_yaw_rate(out), out.yaw_rate);
   EXPECT_NEAR(body_yaw_rate(out), out.yaw_rate * std::cos(out.roll) * std::cos(out.pitch), 1e-4);
 }
 
 TEST_P(PublishedCar, TheOwnerReadsTheTyresUnderTheStaticLoad) {
-  const estimator::Vehicle car = configured_vehicle(GetParam());
-  const double load = car.mass * gravity / car.wheelbase();
-  EXPECT_NEAR(car.cornering_stiffness_front, 21.92 * load * car.rear_axle, 1000.0);
-  EXPECT_NEAR(car.cornering_stiffness_rear, 21.92 * load * car.front_axle, 1000.0);
+  const estimator::Vehicle owned = configured_vehicle(GetParam());
+  const double load = owned.mass * gravity / owned.wheelbase();
+  EXPECT_NEAR(owned.cornering_stiffness_front, 21.92 * load * owned.rear_axle, 1000.0);
+  EXPECT_NEAR(owned.cornering_stiffness_rear, 21.92 * load * owned.front_axle, 1000.0);
 }
 
 TEST(Chassis, UnloadedWheelsDoNotLockOrSpin) {

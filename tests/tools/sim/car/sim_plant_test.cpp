@@ -20,11 +20,18 @@ constexpr Tyre tyre{.cornering_stiffness = 30.0,
                     .shape = 1.35,
                     .load_exponent = 0.8};
 
-TEST(Tyre, StartsWithItsStiffnesses) {
+TEST(Tyre, StartsWithItsStiffnessesAndGrowsLessThanTheLoad) {
   constexpr double slip = 1e-4;
   EXPECT_NEAR(tyre_force(tyre, 10.0, 1.0, 0.0, slip).y / slip, 30.0, 1e-3);
   EXPECT_NEAR(tyre_force(tyre, 10.0, 1.0, slip, 0.0).x / slip, 90.0, 1e-3);
   EXPECT_NEAR(tyre_force(tyre, 10.0, 1.0, 0.0, -slip).y / slip, -30.0, 1e-3);
+  const double at_nominal = tyre_force(tyre, 10.0, 1.0, 0.0, 0.01).y;
+  const double doubled = tyre_force(tyre, 20.0, 1.0, 0.0, 0.01).y;
+  EXPECT_NEAR(doubled / at_nominal, std::pow(2.0, 0.8), 0.01);
+  EXPECT_EQ(tyre_force(tyre, 0.0, 1.0, 0.1, 0.1).y, 0.0);
+  // Driving costs side force.
+  const double free = tyre_force(tyre, 10.0, 1.0, 0.0, 0.2).y;
+  EXPECT_LT(tyre_force(tyre, 10.0, 1.0, 0.2, 0.2).y, 0.7 * free);
 }
 
 TEST(Tyre, NeverExceedsTheFrictionCircleAndFallsBeyondThePeak) {
@@ -37,18 +44,6 @@ TEST(Tyre, NeverExceedsTheFrictionCircleAndFallsBeyondThePeak) {
   }
   EXPECT_NEAR(largest, 7.0, 0.01);
   EXPECT_LT(tyre_force(tyre, 10.0, 0.7, 0.0, 3.0).y, 6.9);
-}
-
-TEST(Tyre, DrivingCostsSideForce) {
-  const double free = tyre_force(tyre, 10.0, 1.0, 0.0, 0.2).y;
-  EXPECT_LT(tyre_force(tyre, 10.0, 1.0, 0.2, 0.2).y, 0.7 * free);
-}
-
-TEST(Tyre, GrowsLessThanTheLoad) {
-  const double at_nominal = tyre_force(tyre, 10.0, 1.0, 0.0, 0.01).y;
-  const double doubled = tyre_force(tyre, 20.0, 1.0, 0.0, 0.01).y;
-  EXPECT_NEAR(doubled / at_nominal, std::pow(2.0, 0.8), 0.01);
-  EXPECT_EQ(tyre_force(tyre, 0.0, 1.0, 0.1, 0.1).y, 0.0);
 }
 
 // ψ̇ = v δ / (l + K v²),  K = (m / l)(l_h / C_v - l_v / C_h),  v_y = ψ̇ (l_h - m l_v v² / (C_h l))

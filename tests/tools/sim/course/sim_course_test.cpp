@@ -27,14 +27,15 @@ TEST(Track, HasTheLengthAndTheCurvesOfItsPolygon) {
     turned += track.samples()[i].curvature * track.step();
   EXPECT_NEAR(turned, 2.0 * pi, 1e-3);
   EXPECT_NEAR(track.at(3.0 + pi / 4.0).curvature, 0.0, 0.02);
-}
-
-TEST(Track, GoesRoundAndRound) {
-  const Track track = square();
+  // It goes round and round.
   const TrackPoint once = track.at(1.3), again = track.at(1.3 + 3.0 * track.length());
   EXPECT_NEAR(once.x, again.x, 1e-9);
   EXPECT_NEAR(once.y, again.y, 1e-9);
   EXPECT_NEAR(once.heading + 6.0 * pi, again.heading, 1e-9);
+  // The nearest point.
+  const TrackPoint p = track.at(7.5);
+  EXPECT_NEAR(track.nearest(p.x - 0.1 * std::sin(p.heading), p.y + 0.1 * std::cos(p.heading), 7.3),
+              7.5, 0.02);
 }
 
 TEST(Track, AnOpenOneGoesStraightOn) {
@@ -42,13 +43,6 @@ TEST(Track, AnOpenOneGoesStraightOn) {
                     Shape::open, 0.3);
   EXPECT_NEAR(track.at(track.length() + 1.0).x, 5.0, 1e-6);
   EXPECT_NEAR(track.at(-1.0).x, -1.0, 1e-6);
-}
-
-TEST(Track, FindsTheNearestPoint) {
-  const Track track = square();
-  const TrackPoint p = track.at(7.5);
-  EXPECT_NEAR(track.nearest(p.x - 0.1 * std::sin(p.heading), p.y + 0.1 * std::cos(p.heading), 7.3),
-              7.5, 0.02);
 }
 
 TEST(Track, HasNoJumpsOfCurvature) {
@@ -148,14 +142,11 @@ TEST(PowerSlide, IsHeldInEveryLoopAndEndsOnTheCourse) {
   }
 }
 
-TEST(PowerSlide, SpinsTheDrivenWheelsAndCountersteers) {
+TEST(PowerSlide, SpinsTheDrivenWheelsCountersteersAndNeedsSpeed) {
   const Slides slides = slides_of({.scenario = "drift", .laps = 1});
   EXPECT_GT(slides.spin, 1.8);
   EXPECT_LT(slides.free_wheels, 1.1);  // on the outer side of the turn
   EXPECT_GT(slides.countersteer, 10.0 * degree);
-}
-
-TEST(PowerSlide, NeedsSpeed) {
   const Slides slow = slides_of({.scenario = "drift", .speed = 2.0, .laps = 1});
   EXPECT_LT(slow.largest, 10.0 * degree);
   EXPECT_LT(slow.distance, 0.02);
