@@ -5,7 +5,6 @@
 #include "tests/gtest.hpp"
 #include "tests/tools/drives.hpp"
 #include "tools/diagnostics/trajectory_checks.hpp"
-#include "tools/diagnostics/unit_check.hpp"
 
 namespace odomd::tools::diagnostics_test {
 namespace {

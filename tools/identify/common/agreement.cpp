@@ -12,7 +12,7 @@
 #include "daemon/core/comparison.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/diagnostics/unit_check.hpp"
+#include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/identify/common/resampled.hpp"
 #include "tools/math/median.hpp"

@@ -72,11 +72,11 @@ struct AgreementOptions {
 /// with that of the poses along the heading. Too little data counts as agreement. Poses in any
 /// order; without poses only gyro and steering are compared.
 ///
-/// Reports the first of: no pose was taken during the log; poses in other units (unit_check.hpp);
-/// yaw_rate or steering turns the other way; the poses' turns differ from the gyro's, or are more
-/// than 0.15 s before or after it (neither with UnrelatedPoses::accept); yaw_rate or a wheel is off
-/// by a factor above 1.5 (without poses: yaw_rate by 3 from wheels and steering); a wheel runs
-/// backwards. Those further down may be consequences of the first.
+/// Reports the first of: no pose was taken during the log; poses in other units
+/// (trajectory_checks.hpp); yaw_rate or steering turns the other way; the poses' turns differ from
+/// the gyro's, or are more than 0.15 s before or after it (neither with UnrelatedPoses::accept);
+/// yaw_rate or a wheel is off by a factor above 1.5 (without poses: yaw_rate by 3 from wheels and
+/// steering); a wheel runs backwards. Those further down may be consequences of the first.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> find_disagreement(
     const daemon::Config& config, const SignalLog& log,
     std::span<const estimator::CameraPose> poses, const AgreementOptions& options = {});
