@@ -5,7 +5,7 @@
 
 #include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/init/car.hpp"
+#include "tools/init/proposal.hpp"
 
 namespace odomd::tools::car_init_test {
 namespace {
