@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "tools/doctor/bus.hpp"
-#include "tools/doctor/sensor_checks.hpp"
 #include "tools/evaluation/evaluation_checks.hpp"
 #include "tools/identify/common/agreement.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"

@@ -1,5 +1,5 @@
 // Mistakes of a running daemon, planted in its status.
-#include "tools/doctor/daemon.hpp"
+#include "tools/doctor/machine.hpp"
 
 #include <nlohmann/json.hpp>
 

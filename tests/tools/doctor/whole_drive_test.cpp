@@ -9,7 +9,6 @@
 #include "tests/gtest.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/doctor/drive.hpp"
-#include "tools/doctor/sensor_checks.hpp"
 
 namespace odomd::tools::doctor::whole_drive_test {
 namespace {
