@@ -278,7 +278,7 @@ nlohmann::ordered_json details_of(const Builder& b) {
 }  // namespace
 
 Findings findings_of(const daemon::Config& config, std::span<const Drive> drives,
-                     const Settings& settings, const Result& result, double mass_sigma) {
+                     const Settings& settings, const Result& result) {
   Findings findings{.method = "fit", .origin = "", .values = {}, .warnings = {}, .details = {}};
   double seconds = 0.0;
   for (const Drive& drive : drives) seconds += drive.end - drive.begin;
@@ -292,7 +292,7 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
       sigma[k] =
           std::min(std::hypot(sigma[k], beyond[k]), std::max(sigma[k], settings.prior_sigma[k]));
   for (const Parameter k : {stiffness_front, stiffness_rear, yaw_inertia})
-    if (settings.free[k]) sigma[k] = std::hypot(sigma[k], mass_sigma);
+    if (settings.free[k]) sigma[k] = std::hypot(sigma[k], settings.mass_sigma);
 
   const Numbers<double> nominal = nominal_values(config);
   Builder b{config, settings, result, nominal, sigma, findings};
