@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -26,6 +27,12 @@ struct Relation {
   double gain = 0.0;  ///< ratio of their standard deviations
   std::size_t count = 0;
 
+  /// Standard uncertainty of the slope, from the residuals of more than two values.
+  [[nodiscard]] double slope_sigma() const {
+    const double unexplained = std::max(0.0, 1.0 - correlation * correlation);
+    return gain * std::sqrt(unexplained / (static_cast<double>(count) - 2.0));
+  }
+
   /// Whether the signals correlate, so that the sign is certain.
   [[nodiscard]] bool clear() const {
     constexpr std::size_t enough = 40;  // two seconds at 20 Hz
@@ -33,7 +40,8 @@ struct Relation {
   }
 };
 
-/// Values of two signals at the same times.
+/// Values of two signals at the same times; without a slope if there are fewer than two, or if x is
+/// constant.
 [[nodiscard]] Relation relation_of(const Eigen::Ref<const Eigen::ArrayXd>& y,
                                    const Eigen::Ref<const Eigen::ArrayXd>& x);
 

@@ -202,8 +202,6 @@ Explained explain(const Series& series) {
   noise.resolution = resolution_of(series.value);
   noise.from_the_last = noise.sigma.value;
   allow_for_resolution(series, high - low, duration, noise);
-  const double root = std::sqrt(noise.sample_period);
-  noise.density = {noise.sigma.value * root, noise.sigma.sigma * root};
   explained.lambda = for_bias;
   explained.variance = variance;
   explained.runs_away = best_value > none && best >= most - 4.0 * step;
@@ -266,8 +264,6 @@ void explain_by_means(const Series& series, Explained& explained) {
                          : static_cast<int>(far_off(means, explained.lambda, 0.0).size());
     noise.outliers_left_out = own.outliers_left_out;
     noise.from_the_last = own.from_the_last;
-    const double root = std::sqrt(noise.sample_period);
-    noise.density = {noise.sigma.value * root, noise.sigma.sigma * root};
     return;
   }
 }

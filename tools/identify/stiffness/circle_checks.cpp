@@ -9,6 +9,7 @@
 
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
+#include "tools/identify/common/agreement.hpp"
 #include "tools/identify/common/refuse.hpp"
 #include "tools/identify/stiffness/stiffness_findings.hpp"
 #include "tools/math/median.hpp"
@@ -36,14 +37,12 @@ std::optional<Measured> accelerometer_slope(std::span<const CircleRun> circles) 
     film[i] = seen[static_cast<std::size_t>(i)].lateral_accel;
     log[i] = seen[static_cast<std::size_t>(i)].accelerometer.value;
   }
-  film -= film.mean();
-  log -= log.mean();
-  const double spread = film.square().sum();
-  if (!(spread > 0.0) || !(std::max(spread, log.square().sum()) > 1.0)) return std::nullopt;
-  const double slope = (film * log).sum() / spread;
-  // The residuals of the regression give the uncertainty of the slope.
-  const double residual = (log - slope * film).square().sum();
-  return Measured{slope, std::sqrt(residual / (static_cast<double>(n - 2) * spread))};
+  const Relation relation = relation_of(log, film);
+  const auto varies = [](const Eigen::ArrayXd& accel) {
+    return (accel - accel.mean()).square().sum() > 1.0;
+  };
+  if (relation.slope == 0.0 || !(varies(film) || varies(log))) return std::nullopt;
+  return Measured{relation.slope, relation.slope_sigma()};
 }
 
 void compare_accelerations(std::span<const CircleRun> circles, diagnostics::Diagnostics& warnings) {
