@@ -88,7 +88,7 @@ struct Turning {
 // longest mean that suits turns.
 Turning turning_above_noise(const GyroDrive& drive, double shortest) {
   const double cycle = 0.5 * two_cycles(drive.log.of(Source::yaw_rate));
-  const double white = std::pow(white_sigma(drive.log.of(Source::yaw_rate)), 2);
+  const double white = std::pow(white_sigma(drive.log.of(Source::yaw_rate).value), 2);
   constexpr double enough = 0.1, longest = 0.25;
   double half = shortest;
   while (true) {

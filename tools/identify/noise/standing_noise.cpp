@@ -138,8 +138,8 @@ struct Explained {
 
 Explained explain(const Series& series) {
   const auto [low, high] = std::ranges::minmax(series.value);
-  const double duration = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front());
   const auto n = static_cast<double>(series.size() - 1);
+  const double duration = n * series.cycle();
   // The likelihood of λ with the best r for this λ: r = Σ ν²/s / n.
   const auto variance_of = [&](double lambda) {
     return filter_bias(series, lambda, Direction::forwards).squares / n;
@@ -168,7 +168,7 @@ Explained explain(const Series& series) {
 
   Explained explained;
   StandingNoise& noise = explained.noise;
-  noise.sample_period = duration / n;
+  noise.sample_period = series.cycle();
   const double lambda = best_value > none ? std::exp(best) : 0.0;
   const double variance = variance_of(lambda);
   // ln L falls by 1/2 at one standard deviation; its curvature in ln r is n/2, in ln λ measured.
@@ -281,10 +281,9 @@ StandingNoise standing_noise(const Series& series, const std::string& name) {
     refuse("{}: always {}: the sensor is switched off, or its resolution hides the noise", name,
            low);
   constexpr double slowest = 2.0;
-  const double period = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front()) /
-                        static_cast<double>(series.size() - 1);
-  if (period > slowest)
-    refuse("{}: a sample every {:.3g} s: are the times in ms? Divide them by 1000", name, period);
+  if (series.cycle() > slowest)
+    refuse("{}: a sample every {:.3g} s: are the times in ms? Divide them by 1000", name,
+           series.cycle());
   Series kept = series;
   Explained explained = without_outliers(kept);
   explain_by_means(kept, explained);

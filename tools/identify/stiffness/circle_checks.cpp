@@ -28,15 +28,16 @@ constexpr double gross_scale_error = 0.15;  // of the film against the accelerom
 /// The log's lateral acceleration / the film's v_x ψ̇: shows a wrong scale of the film. Nothing if
 /// there is too little data.
 std::optional<Measured> accelerometer_slope(std::span<const CircleRun> circles) {
-  std::vector<CircleRun> seen(circles.begin(), circles.end());
-  std::erase_if(seen, [](const CircleRun& run) { return !(run.accelerometer.sigma > 0.0); });
-  const auto n = static_cast<Eigen::Index>(seen.size());
-  if (n < 4) return std::nullopt;
-  Eigen::ArrayXd film(n), log(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    film[i] = seen[static_cast<std::size_t>(i)].lateral_accel;
-    log[i] = seen[static_cast<std::size_t>(i)].accelerometer.value;
+  Eigen::ArrayXd film(std::ssize(circles)), log(std::ssize(circles));
+  Eigen::Index n = 0;
+  for (const CircleRun& run : circles) {
+    if (!(run.accelerometer.sigma > 0.0)) continue;
+    film[n] = run.lateral_accel;
+    log[n++] = run.accelerometer.value;
   }
+  if (n < 4) return std::nullopt;
+  film.conservativeResize(n);
+  log.conservativeResize(n);
   const Relation relation = relation_of(log, film);
   const auto varies = [](const Eigen::ArrayXd& accel) {
     return (accel - accel.mean()).square().sum() > 1.0;
