@@ -89,7 +89,7 @@ tools/identify/latency: daemon/diagnostics estimator/common daemon/core tools/ma
     tools/diagnostics tools/replay tools/identify tools/identify/common
 tools/identify/stiffness: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/diagnostics
     tools/replay tools/identify tools/identify/common
-tools/identify/fit: daemon/diagnostics base can_protocol estimator/common daemon/core
+tools/identify/fit: daemon/diagnostics base estimator/common daemon/core
     tools/math tools/cli tools/drive_files tools/diagnostics tools/replay tools/evaluation
     tools/config_patch tools/marker_tracking tools/identify tools/identify/common tools/identify/latency
 tools/init: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common

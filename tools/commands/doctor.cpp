@@ -20,7 +20,6 @@
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/doctor/bus.hpp"
-#include "tools/doctor/daemon.hpp"
 #include "tools/doctor/drive.hpp"
 #include "tools/doctor/machine.hpp"
 #include "tools/live/daemon_link.hpp"

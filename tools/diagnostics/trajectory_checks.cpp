@@ -16,6 +16,7 @@ namespace odomd::tools {
 namespace {
 
 using diagnostics::Diagnostic;
+using diagnostics::Diagnostics;
 using diagnostics::kind;
 using estimator::CameraPose;
 using estimator::Pose2;
@@ -62,6 +63,34 @@ bool turns_otherwise(const Trajectory& reference, const Trajectory& estimate) {
   return samples >= least_samples &&
          turned > least_turn * least_turn * static_cast<double>(samples) &&
          !kind("other_drive").limits.hold(std::sqrt(difference / turned));
+}
+
+constexpr double degrees = 180.0 / std::numbers::pi;
+
+// Ratios per piece; their medians are robust against outliers and jumps of the filter.
+struct Sizes {
+  std::vector<double> ways;   ///< distance between the poses / distance driven
+  std::vector<double> turns;  ///< relative error of their turn, read in degrees
+};
+
+Sizes sizes_of(std::span<const TrajectoryPoint> poses, const Trajectory& driven) {
+  constexpr std::int64_t piece_ns = 500'000'000, longest_ns = 1'000'000'000;
+  constexpr double least_way = 0.1;  // m per piece; less may come from a wrong scale of the wheels
+  constexpr double least_turn = 0.05;  // rad per piece
+  Sizes sizes;
+  for (std::size_t i = 0, j = 0; i < poses.size(); i = j) {
+    while (j < poses.size() && poses[j].t_ns - poses[i].t_ns < piece_ns) ++j;
+    if (j == poses.size()) break;
+    if (poses[j].t_ns - poses[i].t_ns > longest_ns) continue;
+    const auto from = at(driven, poses[i].t_ns), to = at(driven, poses[j].t_ns);
+    if (!from || !to) continue;
+    const double way = distance(from->pose, to->pose);
+    if (way > least_way) sizes.ways.push_back(distance(poses[i].pose, poses[j].pose) / way);
+    const double turn = to->pose.yaw - from->pose.yaw;
+    const double read = std::remainder(poses[j].pose.yaw - poses[i].pose.yaw, 360.0);
+    if (std::fabs(turn) > least_turn) sizes.turns.push_back(read / degrees / turn - 1.0);
+  }
+  return sizes;
 }
 
 /// The motion of the centre of gravity from the initial pose to the camera's pose.
@@ -177,8 +206,41 @@ std::optional<Diagnostic> check_initial_pose(const daemon::Config& config,
                fmt::format("the initial pose ({:.2f} m, {:.2f} m, {:.0f} deg) lies {:.2f} m and "
                            "{:.0f} deg from what the camera saw first: it is of another drive",
                            config.initial_pose->x, config.initial_pose->y,
-                           config.initial_pose->yaw * 180.0 / std::numbers::pi,
-                           std::hypot(gap.x, gap.y), turn(gap) * 180.0 / std::numbers::pi));
+                           degrees * config.initial_pose->yaw, std::hypot(gap.x, gap.y),
+                           degrees * turn(gap)));
+}
+
+Diagnostics check_units(const std::string& subject, std::span<const TrajectoryPoint> poses,
+                        const Driven& driven) {
+  constexpr std::size_t fewest = 10;  // pieces
+  constexpr double about = 3.0;       // tolerance factor, since wheels may spin
+  constexpr double alike = 0.5;       // relative error of a turn; poses in radians have 56/57
+  Diagnostics result;
+  const Sizes sizes = sizes_of(poses, driven.trajectory);
+  const double ratio = sizes.ways.size() < fewest ? 1.0 : median_of(sizes.ways);
+  for (const auto& [kind, times] : {std::pair{&diagnostics::kind("positions_in_millimetres"), 1000},
+                                    {&diagnostics::kind("positions_in_centimetres"), 100}})
+    if (ratio > times / about && ratio < times * about)
+      result.push_back(
+          found(*kind, subject,
+                fmt::format("x and y go about {} times as far as {}", times, driven.way_of)));
+  if (sizes.turns.size() >= fewest && median_of_magnitudes(sizes.turns) <= alike)
+    result.push_back(found(kind("yaw_in_degrees"), subject,
+                           "yaw turns about 57 times as far as " + driven.turn_of));
+  return result;
+}
+
+Diagnostics check_units(const std::string& subject, std::span<const estimator::CameraPose> poses,
+                        const Driven& driven) {
+  std::vector<TrajectoryPoint> points;
+  points.reserve(poses.size());
+  for (const estimator::CameraPose& pose : poses) {
+    TrajectoryPoint& point = points.emplace_back();
+    point.t_ns = pose.capture_ns;
+    point.pose = {pose.x, pose.y, pose.yaw};
+  }
+  std::ranges::sort(points, {}, &TrajectoryPoint::t_ns);
+  return check_units(subject, points, driven);
 }
 
 }  // namespace odomd::tools

@@ -1,9 +1,11 @@
-// Detects poses that cannot be compared: of another drive, of a part of it, or in other axes.
+// Detects poses that cannot be compared: of another drive, of a part of it, in other axes, or in
+// other units than metres and radians, which would make the wheels or the gyro look wrong.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 
 #include "daemon/core/config.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -32,5 +34,23 @@ namespace odomd::tools {
 [[nodiscard]] std::optional<diagnostics::Diagnostic> check_initial_pose(
     const daemon::Config& config, std::span<const estimator::CameraPose> cameras,
     std::int64_t first_tick_ns);
+
+/// The motion that poses are compared with. Only its distances and turns matter, not its start.
+struct Driven {
+  const Trajectory& trajectory;
+  std::string way_of = "the wheels";  ///< source of the distances, in messages
+  std::string turn_of = "the gyro";
+};
+
+/// Reports poses of `subject` that go a hundred or a thousand times as far as driven, or turn 57
+/// times as far. Empty if they do not, or if the drive is too short to decide.
+[[nodiscard]] diagnostics::Diagnostics check_units(const std::string& subject,
+                                                   std::span<const TrajectoryPoint> poses,
+                                                   const Driven& driven);
+
+/// The same for poses of a camera, in any order.
+[[nodiscard]] diagnostics::Diagnostics check_units(const std::string& subject,
+                                                   std::span<const estimator::CameraPose> poses,
+                                                   const Driven& driven);
 
 }  // namespace odomd::tools

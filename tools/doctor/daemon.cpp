@@ -1,4 +1,4 @@
-#include "tools/doctor/daemon.hpp"
+#include "tools/doctor/machine.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

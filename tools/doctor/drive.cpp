@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "tools/doctor/bus.hpp"
-#include "tools/doctor/sensor_checks.hpp"
 #include "tools/evaluation/evaluation_checks.hpp"
 #include "tools/identify/common/agreement.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
@@ -83,25 +82,17 @@ std::optional<Diagnostic> check_scatter(const Drive& drive, const SignalLog& log
   constexpr std::size_t enough = 40;  // poses
   const std::vector<PoseSample> poses = in_order(drive.cameras, log.first_ns);
   if (poses.size() < enough) return std::nullopt;
-  const auto scatter_of = [&](double PoseSample::*value) {
-    Series series;
-    for (const PoseSample& pose : poses) {
-      series.t_ns.push_back(std::llround(1e9 * pose.t));
-      series.value.push_back(pose.*value);
-    }
-    return white_sigma(series);
-  };
-  const auto sigma_of = [&](double PoseSample::*sigma) {
+  const auto all = [&](double PoseSample::*member) {
     std::vector<double> values;
-    values.reserve(poses.size());
-    for (const PoseSample& pose : poses) values.push_back(pose.*sigma);
-    return median_of(std::move(values));
+    for (const PoseSample& pose : poses) values.push_back(pose.*member);
+    return values;
   };
   constexpr double degrees = 180.0 / std::numbers::pi;
-  const double way = std::max(scatter_of(&PoseSample::x), scatter_of(&PoseSample::y));
-  const double turn = scatter_of(&PoseSample::yaw);
-  const double sigma = std::max(sigma_of(&PoseSample::sigma_x), sigma_of(&PoseSample::sigma_y));
-  const double sigma_yaw = sigma_of(&PoseSample::sigma_yaw);
+  const double way = std::max(white_sigma(all(&PoseSample::x)), white_sigma(all(&PoseSample::y)));
+  const double turn = white_sigma(all(&PoseSample::yaw));
+  const double sigma =
+      std::max(median_of(all(&PoseSample::sigma_x)), median_of(all(&PoseSample::sigma_y)));
+  const double sigma_yaw = median_of(all(&PoseSample::sigma_yaw));
   constexpr double far = 4.0;
   if (way < far * sigma && turn < far * sigma_yaw) return std::nullopt;
   return found(kind("sigma_off"), "camera",

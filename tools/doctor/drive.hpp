@@ -3,9 +3,14 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <span>
 #include <string>
 
+#include "daemon/core/config.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/identify/common/signal_log.hpp"
+#include "tools/identify/latency/latency_estimate.hpp"
 #include "tools/replay/drive.hpp"
 
 namespace odomd::tools::doctor {
@@ -21,5 +26,30 @@ struct DriveExamination {
 /// Faults of a drive in its configuration, its traffic (examine_traffic() in bus.hpp), and in the
 /// replay. Throws std::invalid_argument if the drive cannot be replayed.
 [[nodiscard]] DriveExamination examine_drive(const Drive& drive);
+
+// Its parts: checks of the sensors beyond the replay.
+
+/// Finds the sensor with a wrong scale: compares the wheels' distances, the turns from gyro, wheels
+/// and steering, and the accelerations with the camera's poses, or the reference's, or each other.
+/// The result is the factor on one sensor, an axle's wheels or all wheels that explains the
+/// comparisons best (scales.cpp). Nothing if no factor is certain and distinct.
+[[nodiscard]] std::optional<diagnostics::Diagnostic> find_wrong_scale(const Drive& drive,
+                                                                      const SignalLog& log);
+
+// Finds sensors whose stated latency is wrong, and camera poses that are not on the bus's clock
+// (latencies.cpp).
+
+/// Delay of the steering's stamps: the response time in [steering] less the measured one. A lower
+/// bound, since the actuator may be slower.
+[[nodiscard]] SourceOffset offset_of(const SteeringResponse& response,
+                                     const estimator::SteeringActuator& configured);
+
+/// Reports each source whose offset against the gyro is too large, or only the gyro if all others
+/// are off alike and a wrong latency of the gyro explains that.
+[[nodiscard]] diagnostics::Diagnostics examine_latencies(const daemon::Config& config,
+                                                         std::span<const SourceOffset> offsets);
+
+/// Sources whose latency this drive cannot determine, in words; empty if there are none.
+[[nodiscard]] std::string latencies_unjudged(std::span<const SourceOffset> offsets);
 
 }  // namespace odomd::tools::doctor

@@ -1,4 +1,4 @@
-#include "tools/doctor/sensor_checks.hpp"
+#include "tools/doctor/drive.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -54,8 +54,7 @@ std::string late(double seconds) {
 
 // `offset`: delay of the source's stamps behind those of other sources [s].
 Diagnostic of_sensor(const daemon::Config& config, Source source, double offset) {
-  const can::SignalBinding* const binding = binding_of(config, source);
-  const double stated = binding == nullptr ? 0.0 : 1e-9 * static_cast<double>(binding->latency_ns);
+  const double stated = configured_latency(config, source);
   return found(
       off_kind, name_of(source),
       fmt::format("its samples are {}{} compared with the others{}; the latency stated is "
@@ -75,13 +74,10 @@ bool is_the_gyros(const daemon::Config& config, std::span<const SourceOffset> ju
   const auto is_camera = [](const SourceOffset& one) { return one.source == Source::camera; };
   if (std::ranges::any_of(judged, is_camera) && !std::ranges::all_of(judged, is_camera))
     return true;
-  const auto stated = [&config](Source source) {
-    const can::SignalBinding* const binding = binding_of(config, source);
-    return binding == nullptr ? 0.0 : 1e-9 * static_cast<double>(binding->latency_ns);
-  };
-  if (offset > 0.0) return off_kind.limits.hold(offset - stated(Source::yaw_rate));
+  if (offset > 0.0)
+    return off_kind.limits.hold(offset - configured_latency(config, Source::yaw_rate));
   return std::ranges::any_of(judged, [&](const SourceOffset& one) {
-    return !off_kind.limits.hold(-one.offset - stated(one.source));
+    return !off_kind.limits.hold(-one.offset - configured_latency(config, one.source));
   });
 }
 

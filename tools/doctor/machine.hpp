@@ -1,9 +1,10 @@
 // Examines the machine that odomd runs on, or will run on: causes of late ticks, and the right to
-// read the pose.
+// read the pose; and a running daemon by its status.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -56,5 +57,13 @@ struct Needs {
 
 [[nodiscard]] diagnostics::Diagnostics examine_machine(const Machine& machine,
                                                        const Needs& needs = {});
+
+/// Examines a running daemon: rights that the machine refused, its beat, buses, sources and camera.
+/// `status` is the document of the status socket; `machine` shows whose limits to raise. Causes are
+/// reported without their consequences: no late beat without real-time priority, no overdue signal
+/// of a silent bus. The interfaces themselves are left to examine_link() (bus.hpp). Throws a
+/// nlohmann::json::exception if a member has the wrong type.
+[[nodiscard]] diagnostics::Diagnostics examine_daemon(const nlohmann::json& status,
+                                                      const Machine& machine);
 
 }  // namespace odomd::tools::doctor

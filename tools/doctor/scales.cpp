@@ -1,4 +1,4 @@
-#include "tools/doctor/sensor_checks.hpp"
+#include "tools/doctor/drive.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -12,7 +12,6 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/trajectory_checks.hpp"
-#include "tools/diagnostics/unit_check.hpp"
 #include "tools/evaluation/camera_reference.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
 

@@ -16,7 +16,7 @@
 #include "tools/cli/text.hpp"
 #include "tools/config_patch/toml_lines.hpp"
 #include "tools/import/drive_parts.hpp"
-#include "tools/init/writer.hpp"
+#include "tools/init/init.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -10,7 +10,7 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/progress.hpp"
 #include "tools/import/column_map.hpp"
-#include "tools/init/car.hpp"
+#include "tools/init/proposal.hpp"
 #include "tools/sim/drive_folder.hpp"
 
 namespace odomd::tools {

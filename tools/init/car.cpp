@@ -1,4 +1,4 @@
-#include "tools/init/car.hpp"
+#include "tools/init/proposal.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "tools/identify/common/quantity.hpp"
+#include "tools/identify/common/refuse.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -61,13 +62,11 @@ Car parse_car(const CarTexts& texts) {
     if (const std::string& text = texts.*item.text; !text.empty())
       car.*item.value = parse_plausible(text, item.dimension, item.option, {item.from, item.to});
   if (car.front_axle && car.wheelbase && *car.front_axle >= *car.wheelbase)
-    throw std::invalid_argument(
-        fmt::format("--front-axle: {:g} m is not between the axles, which are {:g} m apart",
-                    *car.front_axle, *car.wheelbase));
+    refuse("--front-axle: {:g} m is not between the axles, which are {:g} m apart", *car.front_axle,
+           *car.wheelbase);
   if (car.pole_pairs && *car.pole_pairs != std::floor(*car.pole_pairs))
-    throw std::invalid_argument(
-        fmt::format("--pole-pairs: {:g} is not a whole number; it is half the poles of the motor",
-                    *car.pole_pairs));
+    refuse("--pole-pairs: {:g} is not a whole number; it is half the poles of the motor",
+           *car.pole_pairs);
   return car;
 }
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <set>
-#include <stdexcept>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,6 +12,7 @@
 #include "can_protocol/sources/open_source.hpp"
 #include "daemon/core/config.hpp"
 #include "tools/cli/files.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/init/vesc.hpp"
 #include "tools/sim/car_bus.hpp"
 
@@ -86,9 +86,8 @@ bool is_own_bus(const Traffic& traffic) {
 /// Refuses to replace an existing file without --force.
 void check_free(const fs::path& file, Overwrite overwrite) {
   if (fs::exists(file) && overwrite == Overwrite::refuse)
-    throw std::invalid_argument(
-        fmt::format("{}: exists already; name another file with --out, or replace it with --force",
-                    file.string()));
+    refuse("{}: exists already; name another file with --out, or replace it with --force",
+           file.string());
   check_writable(file);
 }
 
@@ -99,8 +98,7 @@ Traffic traffic_of(const InitOptions& options) {
   });
   if (interfaces == 0) return read_logs(options.can, options.damage);
   if (options.can.size() > 1)
-    throw std::invalid_argument(
-        "--can: one interface, or logs; log several interfaces at once with candump -l any");
+    refuse("--can: one interface, or logs; log several interfaces at once with candump -l any");
   return listen(options.can.front(), options.listen_s);
 }
 
@@ -115,11 +113,11 @@ std::optional<MadeDatabase> made_database(const InitOptions& options, const Traf
     return MadeDatabase{fmt::format("vesc-{}.dbc", *options.vesc), vesc_database(*options.vesc)};
   if (!options.databases.empty()) return std::nullopt;
   if (!traffic.empty() && !is_own_bus(traffic))
-    throw std::invalid_argument(fmt::format(
+    refuse(
         "{}: its identifiers are not those of odomd.dbc, so a database must say what they mean: "
         "give it with --dbc, or name a motor controller with --vesc. The maker of the "
         "car or of its control units has it; collections such as opendbc have many cars",
-        traffic.name));
+        traffic.name);
   return MadeDatabase{"odomd.dbc", std::string(sim::bus_database_text())};
 }
 
@@ -177,9 +175,8 @@ InitResult init(const InitOptions& options) {
     if (!fs::exists(made_file))
       result.wrote_database = made->name;
     else if (read_whole(made_file) != made->text)
-      throw std::invalid_argument(fmt::format(
-          "{}: exists already and is another database; name it with --dbc, or move it away",
-          made_file.string()));
+      refuse("{}: exists already and is another database; name it with --dbc, or move it away",
+             made_file.string());
   }
   Proposal proposal = propose(result.databases, traffic);
   if (options.vesc) settle_motor(proposal, *options.vesc, car);

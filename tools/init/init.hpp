@@ -1,17 +1,43 @@
-// odom init: creates a car.toml that loads, from databases and a drive.
+// odom init: creates a car.toml that loads, from databases and a drive, with a table for people and
+// JSON.
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "can_protocol/decode/signal_binding.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/init/car.hpp"
-#include "tools/init/writer.hpp"
+#include "tools/init/proposal.hpp"
 
 namespace odomd::tools {
+
+struct Draft {
+  Proposal proposal;
+  Car car;
+  std::vector<can::E2eBinding> protections;
+  std::vector<std::string> databases;  ///< as the configuration names them
+  std::vector<std::string> sources;    ///< interfaces
+  std::string made_from;               ///< "car.dbc and drive.log"
+};
+
+/// A number of the vehicle and its origin.
+struct VehicleValue {
+  std::string key;
+  double value = 0.0;
+  std::string origin;
+  bool sure = true;
+};
+
+/// The keys of [vehicle]. Unknown numbers are typical of the class, and marked as not sure.
+[[nodiscard]] std::vector<VehicleValue> vehicle_values(const Draft& draft);
+
+[[nodiscard]] std::string as_toml(const Draft& draft);
+[[nodiscard]] std::string as_text(const Draft& draft);
+[[nodiscard]] nlohmann::ordered_json as_json(const Draft& draft);
 
 enum class Overwrite : std::uint8_t { refuse, replace };
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <stdexcept>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "can_protocol/decode/units.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/init/drive_course.hpp"
 
 namespace odomd::tools {
@@ -105,15 +105,15 @@ void require_speed(const Proposal& proposal, std::span<const can::Database> data
   std::vector<std::string> files;
   for (const can::Database& database : databases) files.push_back(database.file);
   if (!absent.empty())
-    throw std::invalid_argument(fmt::format(
+    refuse(
         "{}: has no frame of a speed: {} {} in {}, but not in the log; log the bus that "
         "carries it, or check the database",
         traffic.name, fmt::join(absent, ", "), absent.size() == 1 ? "is" : "are",
-        fmt::join(files, ", ")));
-  throw std::invalid_argument(
-      fmt::format("{}: no signal looks like a wheel's or the car's speed, which odomd needs; write "
-                  "car.toml by hand: odom dbc show lists the signals, odomd.toml(5) the roles",
-                  fmt::join(files, ", ")));
+        fmt::join(files, ", "));
+  refuse(
+      "{}: no signal looks like a wheel's or the car's speed, which odomd needs; write "
+      "car.toml by hand: odom dbc show lists the signals, odomd.toml(5) the roles",
+      fmt::join(files, ", "));
 }
 
 /// Drops the sign signal of a speed if it is already mapped as the gear.

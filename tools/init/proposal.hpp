@@ -1,4 +1,5 @@
-// The proposal: for each role the signal that probably measures it, with reasons and warnings.
+// The proposal: for each role the signal that probably measures it, with reasons and warnings; and
+// the numbers of a car that no database and no log contains.
 #pragma once
 
 #include <array>
@@ -55,11 +56,49 @@ struct Proposal {
 /// Throws std::invalid_argument if there is no speed.
 [[nodiscard]] Proposal propose(std::span<const can::Database> databases, const Traffic& traffic);
 
-/// Numbers of the car that a person must give, in SI units. None: not given.
+/// Numbers of the car that a person must give, in SI units. None: not given. A message about
+/// missing ones has a hint on how to measure each (car.cpp).
 struct Car {
   std::optional<double> mass, wheelbase, front_axle, track, wheel_radius, steering_ratio, full_lock,
       gear_ratio, pole_pairs;
 };
+
+/// The numbers as given, with their units; empty: not given.
+struct CarTexts {
+  std::string mass, wheelbase, front_axle, track, wheel_radius, steering_ratio, full_lock,
+      gear_ratio, pole_pairs;
+};
+
+/// Throws std::invalid_argument naming the option.
+[[nodiscard]] Car parse_car(const CarTexts& texts);
+
+/// The options that the proposal needs and that were not given: always mass and wheelbase; the
+/// wheel radius for speeds in turns per minute; a motor's gear ratio and pole pairs; the track, if
+/// both wheels of an axle are mapped and no gyro measured it; the full lock, if steering is a
+/// command and the drive did not show its scale.
+[[nodiscard]] std::vector<std::string> missing_numbers(const Car& car, const Proposal& proposal);
+
+/// Throws std::invalid_argument that lists the missing options with their hints, if there are any.
+void require_numbers(const Car& car, const Proposal& proposal);
+
+inline constexpr double gravity = 9.80665;
+
+/// Typical values of a class of cars, for numbers that nobody has measured.
+struct Typical {
+  double inertia;                          ///< J_z / (m l_v l_h)
+  double stiffness_front, stiffness_rear;  ///< C / weight on the axle [1/rad]
+  double grip;                             ///< [m/s²]
+
+  /// Front-wheel angle per lateral acceleration, beyond that of a turn without slip [s²/m].
+  [[nodiscard]] double understeer() const {
+    return (1.0 / stiffness_front - 1.0 / stiffness_rear) / gravity;
+  }
+};
+
+[[nodiscard]] inline Typical typical_for(double wheelbase) {
+  constexpr double model_car = 1.0;  // m; shorter wheelbases are models
+  return wheelbase < model_car ? Typical{0.5, 4.0, 6.0, 10.0} : Typical{1.0, 15.0, 22.0, 9.0};
+}
 
 /// Compares the signals of the log with each other: sets signs, the steering's scale, biases and
 /// sigmas, and adds reasons and warnings (behaviour.cpp).

@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include "can_protocol/decode/units.hpp"
-#include "tools/init/role_words.hpp"
 #include "tools/init/words.hpp"
 
 namespace odomd::tools {

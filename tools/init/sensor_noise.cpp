@@ -75,7 +75,8 @@ void set_noise(Proposal& proposal) {
   for (std::size_t i = 0; i < estimator::index_of(Source::steering); ++i) {
     auto& choice = proposal.roles.at(i);
     if (!choice || choice->series.size() < 20) continue;
-    const double noise = std::max(white_sigma(choice->series), resolution_of(choice->series.value));
+    const double noise =
+        std::max(white_sigma(choice->series.value), resolution_of(choice->series.value));
     const auto [least, most] = range_of(static_cast<Source>(i));
     choice->sigma = two_digits(std::clamp(noise, least, most));
     choice->reasons.emplace_back("sigma from the log");

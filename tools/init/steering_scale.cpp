@@ -12,7 +12,7 @@
 
 #include "can_protocol/decode/name_words.hpp"
 #include "can_protocol/decode/units.hpp"
-#include "tools/init/typical.hpp"
+#include "tools/init/proposal.hpp"
 #include "tools/init/words.hpp"
 
 namespace odomd::tools {

@@ -15,6 +15,7 @@
 #include "can_protocol/decode/decoder.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
+#include "tools/identify/common/refuse.hpp"
 #include "tools/live/listen.hpp"
 
 namespace odomd::tools {
@@ -48,7 +49,7 @@ Rhythm rhythm_of(Arrivals arrivals, const std::vector<std::string>& buses) {
 /// The binding as in the configuration.
 can::SignalBinding binding_for(const Candidate& candidate) {
   can::SignalBinding binding;
-  binding.role = estimator::source_names.at(estimator::index_of(candidate.role));
+  binding.role = name_of(candidate.role);
   binding.message = candidate.message->name;
   binding.signals = {candidate.signal->name};
   if (candidate.fraction != nullptr) binding.signals.push_back(candidate.fraction->name);
@@ -127,8 +128,8 @@ Traffic listen(const std::string& interface, double seconds) {
                 [](const can::Frame& frame) { return frame.kind != can::FrameKind::data; });
   traffic.buses = buses.all();
   if (traffic.empty())
-    throw std::invalid_argument(fmt::format(
-        "{}: no frame came in {:g} s; is the interface up and the car awake?", interface, seconds));
+    refuse("{}: no frame came in {:g} s; is the interface up and the car awake?", interface,
+           seconds);
   return traffic;
 }
 

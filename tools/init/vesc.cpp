@@ -4,12 +4,12 @@
 
 #include <array>
 #include <set>
-#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "tools/identify/common/refuse.hpp"
 namespace odomd::tools {
 namespace {
 
@@ -75,12 +75,11 @@ void require_frames(int vesc, const Traffic& traffic) {
         frame.format == can::IdFormat::extended && id < all_controllers && frame.length == 8)
       senders.insert(id);
   if (senders.contains(static_cast<std::uint32_t>(vesc))) return;
-  throw std::invalid_argument(fmt::format(
-      "{}: VESC {} does not send STATUS (identifier {:X}) there; {}", traffic.name, vesc,
-      frame_id(speed_packet, vesc),
-      senders.empty() ? fmt::format("switch it on: {}", frame_setting)
-                      : fmt::format("it comes from VESC {}: give that number with --vesc",
-                                    fmt::join(senders, " and "))));
+  refuse("{}: VESC {} does not send STATUS (identifier {:X}) there; {}", traffic.name, vesc,
+         frame_id(speed_packet, vesc),
+         senders.empty() ? fmt::format("switch it on: {}", frame_setting)
+                         : fmt::format("it comes from VESC {}: give that number with --vesc",
+                                       fmt::join(senders, " and ")));
 }
 
 void settle_motor(Proposal& proposal, int vesc, Car& car) {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "tools/init/car.hpp"
+#include "tools/init/proposal.hpp"
 
 namespace odomd::tools {
 

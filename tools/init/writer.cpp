@@ -1,4 +1,4 @@
-#include "tools/init/writer.hpp"
+#include "tools/init/init.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,14 +11,12 @@
 #include "can_protocol/decode/units.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/config_patch/toml_lines.hpp"
-#include "tools/init/typical.hpp"
+#include "tools/init/proposal.hpp"
 
 namespace odomd::tools {
 namespace {
 
 using estimator::Source;
-
-constexpr double gravity = 9.80665;
 
 /// The text as a TOML basic string.
 std::string quoted(const std::string& text) {
@@ -39,10 +37,6 @@ double rounded(double value) {
 std::string number(double value) {
   std::string text = shortest(value);
   return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
-}
-
-std::string_view role_name(Source role) {
-  return estimator::source_names.at(estimator::index_of(role));
 }
 
 std::vector<std::string> signals_of(const Choice& choice) {
@@ -117,20 +111,20 @@ std::string with_unsure(const VehicleValue& value) {
 
 void add_signals(std::string& text, const Draft& draft) {
   text += "\n[can.signals]\n";
-  std::vector<std::string_view> missing;
+  std::vector<std::string> missing;
   for (std::size_t i = 0; i < estimator::index_of(Source::camera); ++i) {
     const auto role = static_cast<Source>(i);
     const auto& choice = draft.proposal.of(role);
     if (!choice) {
-      if (role == Source::yaw_rate || role == Source::steering) missing.push_back(role_name(role));
+      if (role == Source::yaw_rate || role == Source::steering) missing.push_back(name_of(role));
       continue;
     }
     add_comment(text, fmt::format("{}{}{}", quantity_of(role), choice->reasons.empty() ? "" : ": ",
                                   fmt::join(choice->reasons, "; ")));
     for (const std::string& warning : choice->warnings) add_comment(text, "UNSURE: " + warning);
-    text += fmt::format("{} = {}\n", role_name(role), entry(*choice));
+    text += fmt::format("{} = {}\n", name_of(role), entry(*choice));
   }
-  for (const std::string_view role : missing)
+  for (const std::string& role : missing)
     add_comment(text,
                 fmt::format("UNSURE: nothing fits {}; without it the pose is less precise", role));
 }
@@ -212,8 +206,8 @@ std::string as_toml(const Draft& draft) {
 
 std::string as_text(const Draft& draft) {
   Table table{{"role", "signal", "unit", "sure"}, {}, {0, 1, 2, 3}};
-  std::vector<std::pair<std::string, std::vector<std::string_view>>> warnings;  // with their roles
-  const auto add_warning = [&](const std::string& warning, std::string_view whose) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> warnings;  // with their roles
+  const auto add_warning = [&](const std::string& warning, const std::string& whose) {
     auto found = std::ranges::find(warnings, warning, &decltype(warnings)::value_type::first);
     if (found == warnings.end()) found = warnings.insert(warnings.end(), {warning, {}});
     found->second.push_back(whose);
@@ -223,12 +217,12 @@ std::string as_text(const Draft& draft) {
     const Candidate& candidate = choice->candidate;
     const bool has_unit = candidate.role != Source::direction;
     table.rows.push_back(
-        {std::string(role_name(candidate.role)),
+        {name_of(candidate.role),
          fmt::format("{}.{}", candidate.message->name, fmt::join(signals_of(*choice), " + ")),
          std::string(has_unit ? can::unit_name(candidate.unit) : "-"),
          choice->sure() ? "yes" : "no"});
     for (const std::string& warning : choice->warnings)
-      add_warning(warning, role_name(candidate.role));
+      add_warning(warning, name_of(candidate.role));
   }
   const std::vector<VehicleValue> vehicle = vehicle_values(draft);
   for (const VehicleValue& value : vehicle)
@@ -247,7 +241,7 @@ nlohmann::ordered_json as_json(const Draft& draft) {
   for (const auto& choice : draft.proposal.roles) {
     if (!choice) continue;
     const Candidate& candidate = choice->candidate;
-    ordered_json role{{"role", role_name(candidate.role)},
+    ordered_json role{{"role", name_of(candidate.role)},
                       {"message", candidate.message->name},
                       {"signals", signals_of(*choice)}};
     if (candidate.role == Source::direction) {

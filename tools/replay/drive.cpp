@@ -54,6 +54,14 @@ daemon::Config config_of(const DriveFiles& files) {
   return daemon::load_config(*own);
 }
 
+void check_folder(const fs::path& folder) {
+  std::error_code ignored;
+  if (fs::is_directory(folder, ignored)) return;
+  const bool file = fs::exists(folder, ignored);
+  throw std::invalid_argument(folder.string() + (file ? ": is a file; give the folder of its drive"
+                                                      : ": is not a folder; check the path"));
+}
+
 void read_camera(Drive& drive, const fs::path& file, CameraUse use) try {
   CameraLog camera = read_camera_log(file);
   // Poses that are neither used nor in place of a reference need no fix.
@@ -69,14 +77,6 @@ void read_camera(Drive& drive, const fs::path& file, CameraUse use) try {
 
 }  // namespace
 
-void check_folder(const fs::path& folder) {
-  std::error_code ignored;
-  if (fs::is_directory(folder, ignored)) return;
-  const bool file = fs::exists(folder, ignored);
-  throw std::invalid_argument(folder.string() + (file ? ": is a file; give the folder of its drive"
-                                                      : ": is not a folder; check the path"));
-}
-
 std::optional<fs::path> log_in(const fs::path& folder) {
   for (const char* name : {"drive.log", "can.log"}) {
     const auto file = file_in(folder, name);
@@ -87,13 +87,6 @@ std::optional<fs::path> log_in(const fs::path& folder) {
     return file;
   }
   return std::nullopt;
-}
-
-fs::path need_log_in(const fs::path& folder) {
-  if (auto file = log_in(folder)) return *std::move(file);
-  throw std::invalid_argument(
-      folder.string() +
-      ": has no drive.log and no can.log; give a folder of odom sim or odom record");
 }
 
 std::vector<std::string> names_side_by_side(const std::vector<std::string>& folders) {
@@ -136,7 +129,13 @@ can::MergedLog open_mapped_log(const daemon::Config& config,
 daemon::Config drive_config(const DriveFiles& files) {
   check_folder(files.folder);
   daemon::Config config = config_of(files);
-  config.can.sources = {need_log_in(files.folder).string()};
+  if (!files.dbc.empty()) config.can.dbc = files.dbc;
+  const auto log = log_in(files.folder);
+  if (!log)
+    throw std::invalid_argument(
+        files.folder.string() +
+        ": has no drive.log and no can.log; give a folder of odom sim or odom record");
+  config.can.sources = {log->string()};
   return config;
 }
 

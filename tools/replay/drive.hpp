@@ -28,9 +28,10 @@ enum class CameraUse : std::uint8_t {
 
 struct DriveFiles {
   std::filesystem::path folder;
-  std::filesystem::path config;     ///< instead of the folder's car.toml; a database that is not at
-                                    ///< its path is taken from the folder
-  std::filesystem::path reference;  ///< instead of the folder's truth.csv
+  std::filesystem::path config;  ///< instead of the folder's car.toml; a database that is not at
+                                 ///< its path is taken from the folder
+  std::vector<std::filesystem::path> dbc;  ///< instead of the configuration's databases
+  std::filesystem::path reference;         ///< instead of the folder's truth.csv
   CameraUse camera = CameraUse::take;
   can::Damage damage = can::Damage::left_out;
 };
@@ -51,13 +52,8 @@ struct Drive {
   diagnostics::Diagnostics warnings;
 };
 
-/// Throws std::invalid_argument if it is not a folder.
-void check_folder(const std::filesystem::path& folder);
-
-/// The log of a drive's folder: drive.log (odom sim), otherwise can.log (odom record). If neither
-/// exists, log_in() is empty and need_log_in() throws std::invalid_argument.
+/// The log of a drive's folder: drive.log (odom sim), otherwise can.log (odom record), if any.
 [[nodiscard]] std::optional<std::filesystem::path> log_in(const std::filesystem::path& folder);
-[[nodiscard]] std::filesystem::path need_log_in(const std::filesystem::path& folder);
 
 /// Names for several drives: the last part of each folder, or the whole path if that is not unique.
 [[nodiscard]] std::vector<std::string> names_side_by_side(const std::vector<std::string>& folders);

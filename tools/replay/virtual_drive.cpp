@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "daemon/core/pipeline.hpp"
-#include "tools/diagnostics/unit_check.hpp"
+#include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/drive_files/trajectory.hpp"
 
 namespace odomd::tools {

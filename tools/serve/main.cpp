@@ -12,7 +12,7 @@
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/doctor/daemon.hpp"
+#include "tools/doctor/machine.hpp"
 #include "tools/live/status_text.hpp"
 #include "tools/live/watch/observer.hpp"
 #include "tools/live/watch/page.hpp"

@@ -4,7 +4,6 @@
 #include "tests/diagnostics.hpp"
 #include "tests/tools/drives.hpp"
 #include "tools/diagnostics/trajectory_checks.hpp"
-#include "tools/diagnostics/unit_check.hpp"
 
 namespace odomd::tools::diagnostics_test {
 namespace {

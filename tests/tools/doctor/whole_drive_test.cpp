@@ -8,7 +8,6 @@
 #include "tests/diagnostics.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/doctor/drive.hpp"
-#include "tools/doctor/sensor_checks.hpp"
 
 namespace odomd::tools::doctor::whole_drive_test {
 namespace {

@@ -1,6 +1,6 @@
 // odom init as a command, and the numbers of the car that it needs.
 #include "tests/tools/scratch.hpp"
-#include "tools/init/car.hpp"
+#include "tools/init/proposal.hpp"
 
 namespace odomd::tools::car_init_test {
 namespace {

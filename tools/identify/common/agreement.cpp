@@ -12,7 +12,7 @@
 #include "daemon/core/comparison.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/diagnostics/unit_check.hpp"
+#include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/identify/common/resampled.hpp"
 #include "tools/math/median.hpp"
@@ -178,11 +178,11 @@ std::optional<double> ratio_of_ways(const std::vector<Piece>& pieces, const Resa
 
 Relation relation_of(const Eigen::Ref<const Eigen::ArrayXd>& y,
                      const Eigen::Ref<const Eigen::ArrayXd>& x) {
-  if (y.size() < 3) return {};
+  if (y.size() < 2) return {};
   daemon::Moments moments;  // from the first values, so that a constant has no variance
   for (Eigen::Index i = 0; i < y.size(); ++i) moments.add(y[i] - y[0], x[i] - x[0]);
   const daemon::Moments::Squares squares = moments.squares();
-  if (squares.aa <= 0.0 || squares.bb <= 0.0) return {.count = static_cast<std::size_t>(y.size())};
+  if (squares.bb <= 0.0) return {.count = static_cast<std::size_t>(y.size())};
   const double slope = squares.ab / squares.bb;
   return {.slope = slope,
           .offset = y[0] + moments.mean_a() - slope * (x[0] + moments.mean_b()),

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -26,6 +27,12 @@ struct Relation {
   double gain = 0.0;  ///< ratio of their standard deviations
   std::size_t count = 0;
 
+  /// Standard uncertainty of the slope, from the residuals of more than two values.
+  [[nodiscard]] double slope_sigma() const {
+    const double unexplained = std::max(0.0, 1.0 - correlation * correlation);
+    return gain * std::sqrt(unexplained / (static_cast<double>(count) - 2.0));
+  }
+
   /// Whether the signals correlate, so that the sign is certain.
   [[nodiscard]] bool clear() const {
     constexpr std::size_t enough = 40;  // two seconds at 20 Hz
@@ -33,7 +40,8 @@ struct Relation {
   }
 };
 
-/// Values of two signals at the same times.
+/// Values of two signals at the same times; without a slope if there are fewer than two, or if x is
+/// constant.
 [[nodiscard]] Relation relation_of(const Eigen::Ref<const Eigen::ArrayXd>& y,
                                    const Eigen::Ref<const Eigen::ArrayXd>& x);
 
@@ -72,11 +80,11 @@ struct AgreementOptions {
 /// with that of the poses along the heading. Too little data counts as agreement. Poses in any
 /// order; without poses only gyro and steering are compared.
 ///
-/// Reports the first of: no pose was taken during the log; poses in other units (unit_check.hpp);
-/// yaw_rate or steering turns the other way; the poses' turns differ from the gyro's, or are more
-/// than 0.15 s before or after it (neither with UnrelatedPoses::accept); yaw_rate or a wheel is off
-/// by a factor above 1.5 (without poses: yaw_rate by 3 from wheels and steering); a wheel runs
-/// backwards. Those further down may be consequences of the first.
+/// Reports the first of: no pose was taken during the log; poses in other units
+/// (trajectory_checks.hpp); yaw_rate or steering turns the other way; the poses' turns differ from
+/// the gyro's, or are more than 0.15 s before or after it (neither with UnrelatedPoses::accept);
+/// yaw_rate or a wheel is off by a factor above 1.5 (without poses: yaw_rate by 3 from wheels and
+/// steering); a wheel runs backwards. Those further down may be consequences of the first.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> find_disagreement(
     const daemon::Config& config, const SignalLog& log,
     std::span<const estimator::CameraPose> poses, const AgreementOptions& options = {});

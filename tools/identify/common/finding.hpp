@@ -71,6 +71,9 @@ inline void to_json(nlohmann::ordered_json& json, const Measured& measured) {
   return finding;
 }
 
+/// A latency for the configuration, where a negative one becomes 0, with a remark.
+[[nodiscard]] Finding not_negative(Finding latency);
+
 struct Delivery {
   bool json = false;
   std::string write;   ///< the configuration to patch; empty: none

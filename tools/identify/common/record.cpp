@@ -25,8 +25,7 @@ std::int64_t limit(const std::string& text, const std::string& option, std::int6
 
 SignalLog read_csv(const std::string& file, const std::vector<estimator::Source>& columns) {
   std::vector<std::string> names{"t"};
-  for (const estimator::Source source : columns)
-    names.emplace_back(estimator::source_names[static_cast<std::size_t>(source)]);
+  for (const estimator::Source source : columns) names.push_back(name_of(source));
   const std::size_t required = columns.size() == 1 ? 2 : 1;
   const std::span optional = std::span(names).subspan(1);
   std::ifstream input = open_input(file);

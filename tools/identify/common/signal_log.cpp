@@ -123,11 +123,10 @@ const Series& SignalLog::need(estimator::Source source) const {
                          : why);
 }
 
-double white_sigma(const Series& series) {
+double white_sigma(std::span<const double> values) {
   std::vector<double> third;
-  for (std::size_t i = 0; i + 3 < series.size(); ++i)
-    third.push_back(series.value[i + 3] - 3.0 * series.value[i + 2] + 3.0 * series.value[i + 1] -
-                    series.value[i]);
+  for (std::size_t i = 0; i + 3 < values.size(); ++i)
+    third.push_back(values[i + 3] - 3.0 * values[i + 2] + 3.0 * values[i + 1] - values[i]);
   return robust_sigma(third) / std::sqrt(20.0);  // 1 + 9 + 9 + 1
 }
 

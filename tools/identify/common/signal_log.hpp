@@ -55,6 +55,10 @@ struct Series {
 
   [[nodiscard]] bool empty() const { return t_ns.empty(); }
   [[nodiscard]] std::size_t size() const { return t_ns.size(); }
+  /// Mean time between samples [s], of at least two.
+  [[nodiscard]] double cycle() const {
+    return 1e-9 * static_cast<double>(t_ns.back() - t_ns.front()) / static_cast<double>(size() - 1);
+  }
   void add(std::int64_t time_ns, double sample) {
     t_ns.push_back(time_ns);
     value.push_back(sample);
@@ -89,9 +93,10 @@ struct SignalLog {
 /// A speed that is negative in reverse gear; unchanged if there is no gear.
 [[nodiscard]] Series with_direction(Series speed, const Series& gear);
 
-/// The noise of a sample; an upper bound while the car drives. From third differences, which remove
-/// smooth motion, and the median of their magnitudes, so that jerks and outliers do not count.
-[[nodiscard]] double white_sigma(const Series& series);
+/// The noise of a sample, evenly spaced in time; an upper bound while the car drives. From third
+/// differences, which remove smooth motion, and the median of their magnitudes, so that jerks and
+/// outliers do not count.
+[[nodiscard]] double white_sigma(std::span<const double> values);
 
 /// A pose of the car as a camera or a reference sees it.
 struct PoseSample {

@@ -119,8 +119,7 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
   });
   std::ranges::sort(drive.samples, {}, &Sample::t);
 
-  drive.steering_cycle = 1e-9 * static_cast<double>(steering.t_ns.back() - steering.t_ns.front()) /
-                         static_cast<double>(steering.size() - 1);
+  drive.steering_cycle = steering.cycle();
   drive.steering_sigma = std::max(5e-4, sigma_of(Source::steering));
   // With margins: latencies shift the times at which the signals are read.
   const auto on_grid = [&](const Series& series) {

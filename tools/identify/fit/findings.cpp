@@ -180,22 +180,18 @@ void add_tyres(Builder& b, const AxleParameters& a) {
   }
   // σ² = gᵀ Σ g, with g the derivatives with respect to the curve's parameters.
   constexpr double h = 1e-3;
-  double of_stiffness = 0.0, of_grip = 0.0;
-  const std::array<Parameter, 3> curve{a.stiffness, a.bend, load_arm};
-  std::array<double, 3> by_stiffness{}, by_grip{};
+  const std::array<std::size_t, 3> curve{a.stiffness, a.bend, load_arm};
+  Eigen::Vector3d by_stiffness, by_grip;
   for (std::size_t i = 0; i < curve.size(); ++i) {
     Numbers<double> p = b.result.p;
-    p[curve[i]] += h;
+    p[curve.at(i)] += h;
     const BrushTyre moved = brush_at(p).value_or(*brush);
-    by_stiffness[i] = (moved.stiffness - brush->stiffness) / h;
-    by_grip[i] = (moved.grip - brush->grip) / h;
+    by_stiffness(static_cast<Eigen::Index>(i)) = (moved.stiffness - brush->stiffness) / h;
+    by_grip(static_cast<Eigen::Index>(i)) = (moved.grip - brush->grip) / h;
   }
-  for (std::size_t i = 0; i < curve.size(); ++i)
-    for (std::size_t j = 0; j < curve.size(); ++j) {
-      const double covariance = b.covariance(curve[i], curve[j]);
-      of_stiffness += by_stiffness[i] * covariance * by_stiffness[j];
-      of_grip += by_grip[i] * covariance * by_grip[j];
-    }
+  const Eigen::Matrix3d covariance = b.result.covariance(curve, curve);
+  const double of_stiffness = by_stiffness.dot(covariance * by_stiffness);
+  const double of_grip = by_grip.dot(covariance * by_grip);
   // The stiffness is no more precise than the fitted one.
   b.add(a.stiffness, Builder::meaning(a.stiffness), stiffness_key,
         {brush->stiffness,
@@ -278,7 +274,7 @@ nlohmann::ordered_json details_of(const Builder& b) {
 }  // namespace
 
 Findings findings_of(const daemon::Config& config, std::span<const Drive> drives,
-                     const Settings& settings, const Result& result, double mass_sigma) {
+                     const Settings& settings, const Result& result) {
   Findings findings{.method = "fit", .origin = "", .values = {}, .warnings = {}, .details = {}};
   double seconds = 0.0;
   for (const Drive& drive : drives) seconds += drive.end - drive.begin;
@@ -292,7 +288,7 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
       sigma[k] =
           std::min(std::hypot(sigma[k], beyond[k]), std::max(sigma[k], settings.prior_sigma[k]));
   for (const Parameter k : {stiffness_front, stiffness_rear, yaw_inertia})
-    if (settings.free[k]) sigma[k] = std::hypot(sigma[k], mass_sigma);
+    if (settings.free[k]) sigma[k] = std::hypot(sigma[k], settings.mass_sigma);
 
   const Numbers<double> nominal = nominal_values(config);
   Builder b{config, settings, result, nominal, sigma, findings};

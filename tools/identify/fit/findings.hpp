@@ -12,11 +12,8 @@
 
 namespace odomd::tools::fitting {
 
-/// `mass_sigma`: relative standard uncertainty of the configured mass. A drive shows only ratios to
-/// the mass, so this adds to the uncertainty of stiffnesses and inertia.
 [[nodiscard]] Findings findings_of(const daemon::Config& config, std::span<const Drive> drives,
-                                   const Settings& settings, const Result& result,
-                                   double mass_sigma);
+                                   const Settings& settings, const Result& result);
 
 // Model errors of the fit, as uncertainties of its parameters.
 

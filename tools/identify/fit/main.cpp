@@ -13,7 +13,6 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/output.hpp"
-#include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/identify/common/agreement.hpp"
 #include "tools/identify/common/finding.hpp"
@@ -27,7 +26,6 @@
 namespace odomd::tools::fitting {
 namespace {
 
-namespace fs = std::filesystem;
 using estimator::Source;
 
 // The parameters that the mapped signals can determine.
@@ -57,45 +55,40 @@ std::array<bool, parameters> free_by_default(const daemon::Config& config) {
   return free;
 }
 
-struct Priors {
-  Settings settings;
-  double mass = 0.01;
-};
-
-Priors priors_of(const daemon::Config& config, const FitOptions& options) {
-  Priors result;
-  result.settings.free = free_by_default(config);
-  result.settings.prior_sigma = sigmas_of(&ParameterInfo::prior, config.vehicle.wheelbase());
-  for (const std::string& name : options.freed)
-    result.settings.free[parameter_named(name).parameter] = true;
+Settings settings_of(const daemon::Config& config, const FitOptions& options) {
+  Settings result;
+  result.free = free_by_default(config);
+  result.prior_sigma = sigmas_of(&ParameterInfo::prior, config.vehicle.wheelbase());
+  for (const std::string& name : options.freed) result.free[parameter_named(name).parameter] = true;
   for (const std::string& name : options.fixed)
-    result.settings.free[parameter_named(name).parameter] = false;
+    result.free[parameter_named(name).parameter] = false;
   for (const std::string& text : options.priors) {
     const Prior prior = parse_prior(text);
-    (prior.parameter ? result.settings.prior_sigma[*prior.parameter] : result.mass) = prior.sigma;
+    (prior.parameter ? result.prior_sigma[*prior.parameter] : result.mass_sigma) = prior.sigma;
   }
-  result.settings.window = 0.5 * slowness(config);
-  result.settings.threads = options.threads;
+  result.window = 0.5 * slowness(config);
+  result.threads = options.threads;
   if (!options.quiet)
-    result.settings.progress = [](const std::string& line) { say("odom identify fit: " + line); };
+    result.progress = [](const std::string& line) { say("odom identify fit: " + line); };
   return result;
 }
 
-std::vector<estimator::CameraPose> poses_of_reference(const std::string& file, double spacing) {
+// The poses of a reference as a camera's. Denser poses would get more weight than their information
+// deserves.
+std::vector<estimator::CameraPose> poses_of(const Trajectory& reference, double spacing) {
   constexpr double sigma = 0.005;  // m, rad: the residuals decide in the end
+  const auto least_ns = static_cast<std::int64_t>(1e9 * spacing);
   std::vector<estimator::CameraPose> poses;
-  for (const TrajectoryPoint& point : read_trajectory(file).points) {
-    estimator::CameraPose pose;
-    pose.capture_ns = pose.arrival_ns = point.t_ns;
-    pose.x = point.pose.x;
-    pose.y = point.pose.y;
-    pose.yaw = point.pose.yaw;
-    pose.sigma_x = pose.sigma_y = pose.sigma_yaw = sigma;
-    // Denser poses would get more weight than their information deserves.
-    const auto least = static_cast<std::int64_t>(1e9 * spacing);
-    if (!poses.empty() && pose.capture_ns - poses.back().capture_ns < least) continue;
-    poses.push_back(pose);
-  }
+  for (const TrajectoryPoint& point : reference.points)
+    if (poses.empty() || point.t_ns - poses.back().capture_ns >= least_ns)
+      poses.push_back({.capture_ns = point.t_ns,
+                       .arrival_ns = point.t_ns,
+                       .x = point.pose.x,
+                       .y = point.pose.y,
+                       .yaw = point.pose.yaw,
+                       .sigma_x = sigma,
+                       .sigma_y = sigma,
+                       .sigma_yaw = sigma});
   return poses;
 }
 
@@ -112,78 +105,60 @@ std::optional<Measured> at_rest(std::span<const fitting::Drive> drives) {
   return Measured{mean_of(values).value, sigma};
 }
 
-bool is_there(const fs::path& file) {
+tools::Drive read(const FitOptions& options, const std::string& folder) {
+  tools::Drive drive =
+      read_drive({.folder = folder,
+                  .config = options.config,
+                  .dbc = {options.dbc.begin(), options.dbc.end()},
+                  .camera = options.use_reference ? CameraUse::leave_out : CameraUse::take,
+                  .damage = options.damage});
   std::error_code ignored;
-  return fs::exists(file, ignored);
-}
-
-// The configuration of all drives: drives with different ones are refused.
-daemon::Config config_of(const FitOptions& options) {
-  if (!options.config.empty()) return daemon::load_config(options.config);
-  std::optional<daemon::Config> config;
-  for (const std::string& drive : options.drives) {
-    check_folder(drive);
-    const fs::path file = fs::path(drive) / "car.toml";
-    if (!is_there(file))
-      refuse("{}: has no car.toml; give the car's configuration with --config", drive);
-    daemon::Config own = daemon::load_config(file);
-    if (config && own.text != config->text)
-      refuse("{} and {} differ; give the car's configuration with --config", file.string(),
-             config->file.string());
-    if (!config) config = std::move(own);
-  }
-  return std::move(config).value();
-}
-
-std::string poses_in(const std::string& folder, bool use_reference) {
-  const fs::path poses = fs::path(folder) / (use_reference ? "truth.csv" : "camera.csv");
-  if (!is_there(poses))
-    throw std::invalid_argument(
-        folder + (use_reference ? ": has no truth.csv to fit to"
-                                : ": has no camera.csv to fit to; use its truth.csv with "
-                                  "--use-reference, or another drive"));
-  return poses.string();
+  if (options.use_reference && !drive.reference) refuse("{}: has no truth.csv to fit to", folder);
+  if (!options.use_reference && !std::filesystem::exists(drive.folder / "camera.csv", ignored))
+    refuse(
+        "{}: has no camera.csv to fit to; use its truth.csv with --use-reference, or another drive",
+        folder);
+  drive.name = folder;
+  return drive;
 }
 
 void fit(const FitOptions& options) {
   check(options);
   check(options.delivery);
-  daemon::Config config = config_of(options);
-  if (!options.dbc.empty()) config.can.dbc.assign(options.dbc.begin(), options.dbc.end());
-  Priors priors = priors_of(config, options);
-
-  diagnostics::Diagnostics warnings = config.warnings;
   std::vector<fitting::Drive> drives;
   std::vector<tools::Drive> trials;
+  std::optional<daemon::Config> config;  // of all drives
+  diagnostics::Diagnostics warnings;
   const Part part{options.from, options.to > 0.0 ? options.to : 1e9};
   for (const std::string& folder : options.drives) {
-    check_folder(folder);
-    const std::vector<std::string> logs{need_log_in(folder).string()};
-    const std::string file = poses_in(folder, options.use_reference);
-    const SignalLog log = read_signals(config, logs, options.damage);
-    append(warnings, log.warnings);
-    std::vector<estimator::CameraPose> poses;
-    if (options.use_reference) {
-      poses = poses_of_reference(file, least_spacing(config));
-    } else {
-      CameraLog camera = read_camera_log(file);
-      append(warnings, camera.warnings);
-      poses = std::move(camera.poses);
+    tools::Drive drive = read(options, folder);
+    if (!config) {
+      config = drive.config;
+      warnings = config->warnings;
+    } else if (drive.config.text != config->text) {
+      refuse("{} and {} differ; give the car's configuration with --config",
+             drive.config.file.string(), config->file.string());
     }
-    check_agreement(config, log, poses,
+    append(warnings, drive.warnings);
+    SignalLog log = signals_of(drive);
+    log.name = can::log_label(drive.config.can.sources.front());
+    append(warnings, log.warnings);
+    std::vector<estimator::CameraPose> poses =
+        options.use_reference ? poses_of(*drive.reference, least_spacing(*config)) : drive.cameras;
+    check_agreement(*config, log, poses,
                     {.drive = folder,
                      .pose_source = options.use_reference ? "reference" : "camera",
                      .from = part.from,
                      .to = part.to});
-    drives.push_back(prepare(folder, config, log, poses, part));
-    if (!options.untried)
-      trials.push_back(trial_drive(folder, config, logs, std::move(poses), part.from, part.to));
+    drives.push_back(prepare(folder, *config, log, poses, part));
+    if (!options.untried) trials.push_back(trial_drive(std::move(drive), std::move(poses), part));
   }
-  priors.settings.rest = at_rest(drives);
-  const Result result = solve(config, drives, priors.settings);
-  Findings findings = findings_of(config, drives, priors.settings, result, priors.mass);
+  Settings settings = settings_of(*config, options);
+  settings.rest = at_rest(drives);
+  const Result result = solve(*config, drives, settings);
+  Findings findings = findings_of(*config, drives, settings, result);
   findings.warnings.insert(findings.warnings.begin(), warnings.begin(), warnings.end());
-  if (!options.untried) try_out(findings, trials, priors.settings.progress);
+  if (!options.untried) try_out(findings, trials, settings.progress);
   // Numbers of a fit that did not converge are only written if they improve the replay.
   const bool kept_back = !result.settled && options.untried && !options.delivery.write.empty();
   Delivery delivery = options.delivery;

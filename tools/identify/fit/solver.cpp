@@ -5,6 +5,7 @@
 #include <ceres/dynamic_autodiff_cost_function.h>
 #include <ceres/normal_prior.h>
 #include <ceres/problem.h>
+#include <fmt/format.h>
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
@@ -226,12 +227,10 @@ class ProgressReport final : public ceres::IterationCallback {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
     const double left = gone / iterations_ * std::max(usual_iterations - iterations_, 5);
     if (settings_.progress)
-      settings_.progress("pass " + std::to_string(pass_) + " of " +
-                         std::to_string(std::max(pass_, settings_.passes)) + " (" +
-                         std::to_string(most_passes) + " at most), iteration " +
-                         std::to_string(summary.iteration) + ": cost " + fixed(summary.cost, 1) +
-                         ", " + fixed(gone, 0) + " s elapsed, about " + fixed(left, 0) +
-                         " s to go");
+      settings_.progress(fmt::format(
+          "pass {} of {} ({} at most), iteration {}: cost {}, {} s elapsed, about {} s to go",
+          pass_, std::max(pass_, settings_.passes), most_passes, summary.iteration,
+          fixed(summary.cost, 1), fixed(gone, 0), fixed(left, 0)));
     return ceres::SOLVER_CONTINUE;
   }
 

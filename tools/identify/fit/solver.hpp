@@ -69,8 +69,11 @@ struct Settings {
   std::array<bool, parameters> free{};
   Numbers<double> prior_sigma{};  ///< standard deviations of p before the fit
   std::optional<Measured> rest;   ///< the gyro's bias at rest [rad/s]
-  double window = 0.5;            ///< [s]
-  int passes = 3;  ///< minimum; after each, residuals give the noise, and outliers lose weight
+  /// Relative standard uncertainty of the configured mass. A drive shows only ratios to the mass,
+  /// so this adds to the uncertainty of stiffnesses and inertia.
+  double mass_sigma = 0.01;
+  double window = 0.5;  ///< [s]
+  int passes = 3;       ///< minimum; after each, residuals give the noise, and outliers lose weight
   int threads = 1;
   std::function<void(const std::string&)> progress;  ///< called with a line now and then
 

@@ -8,12 +8,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "can_protocol/bus_names.hpp"
 #include "daemon/core/config_keys.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
 #include "tools/identify/common/refuse.hpp"
-#include "tools/identify/fit/drive.hpp"
 
 namespace odomd::tools::fitting {
 namespace {
@@ -166,33 +164,26 @@ Trajectory smoothed(std::span<const estimator::CameraPose> poses, double half) {
   return result;
 }
 
-tools::Drive trial_drive(const std::string& name, const daemon::Config& config,
-                         std::span<const std::string> logs,
-                         std::vector<estimator::CameraPose> poses, double from, double to) {
-  tools::Drive drive{.name = name, .folder = name, .config = config};
-  drive.databases = daemon::load_databases(drive.config, drive.warnings);
-  can::BusNames buses;
-  can::MergedLog log =
-      tools::open_mapped_log(drive.config, drive.databases, logs, buses, can::Damage::left_out);
-  const auto after = [&drive](double seconds) {
-    return drive.frames.front().time_ns + static_cast<std::int64_t>(1e9 * seconds);
+tools::Drive trial_drive(tools::Drive drive, std::vector<estimator::CameraPose> poses,
+                         const Part& part) {
+  const std::int64_t first_ns = drive.frames.empty() ? 0 : drive.frames.front().time_ns;
+  const auto after = [first_ns](double seconds) {
+    return first_ns + static_cast<std::int64_t>(1e9 * seconds);
   };
-  while (const can::Frame* frame = log.next()) {
-    drive.frames.push_back(*frame);
-    if (frame->time_ns <= after(std::min(to, 1e8))) continue;
-    drive.frames.pop_back();
-    break;
-  }
-  drive.buses = buses.all();
+  const std::int64_t end_ns = after(std::min(part.to, 1e8));
+  const auto later = std::ranges::find_if(
+      drive.frames, [end_ns](const can::Frame& frame) { return frame.time_ns > end_ns; });
+  drive.frames.erase(later, drive.frames.end());
   std::ranges::sort(poses, {}, &estimator::CameraPose::capture_ns);
   // Poses before and after the log cannot be compared with a replay.
   std::erase_if(poses, [&](const estimator::CameraPose& pose) {
-    return drive.frames.empty() || pose.capture_ns < after(from) ||
+    return drive.frames.empty() || pose.capture_ns < after(part.from) ||
            pose.capture_ns > drive.frames.back().time_ns;
   });
-  drive.reference = smoothed(poses, 0.25 * slowness(config));
+  drive.cameras.clear();
+  drive.reference = smoothed(poses, 0.25 * slowness(drive.config));
   if (drive.reference->points.size() < 100)
-    refuse("{}: too few poses to evaluate a replay of the drive", name);
+    refuse("{}: too few poses to evaluate a replay of the drive", drive.name);
   return drive;
 }
 

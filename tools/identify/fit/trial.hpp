@@ -14,6 +14,7 @@
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/identify/common/finding.hpp"
+#include "tools/identify/fit/drive.hpp"
 #include "tools/replay/drive.hpp"
 
 namespace odomd::tools::fitting {
@@ -23,12 +24,10 @@ namespace odomd::tools::fitting {
 /// are too few poses. Poses in the order of capture.
 [[nodiscard]] Trajectory smoothed(std::span<const estimator::CameraPose> poses, double half);
 
-/// A drive to replay, between two times from its first frame [s]; the reference is its smoothed
-/// poses. Throws std::invalid_argument if there are too few of them.
-[[nodiscard]] tools::Drive trial_drive(const std::string& name, const daemon::Config& config,
-                                       std::span<const std::string> logs,
-                                       std::vector<estimator::CameraPose> poses, double from,
-                                       double to);
+/// A part of a drive, to replay in dead reckoning; the reference is its smoothed poses. Throws
+/// std::invalid_argument if there are too few of them.
+[[nodiscard]] tools::Drive trial_drive(tools::Drive drive, std::vector<estimator::CameraPose> poses,
+                                       const Part& part = {});
 
 using Patch = std::vector<ConfigValue>;
 

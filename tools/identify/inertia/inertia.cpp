@@ -125,13 +125,8 @@ Measured gravity_of(const std::string& text) {
   return {value, 0.001};
 }
 
-struct Input {
-  std::string name;              ///< in words: "distance of the cords"
-  Measured* measured = nullptr;  ///< the variable from which the result is computed
-};
-
 struct Contribution {
-  std::string name;
+  std::string name;    ///< of the input, in words: "distance of the cords"
   double sigma = 0.0;  ///< uncertainty of the result from this input alone
 };
 
@@ -140,6 +135,9 @@ struct Propagated {
   std::vector<Contribution> contributions;  ///< in the order of the inputs
 };
 
+/// A name, and the variable from which the result is computed.
+using Input = std::pair<const char*, Measured*>;
+
 /// `result` computes with the variables that the inputs point to; these are changed one by one and
 /// restored. Inputs are independent: correlated quantities must be computed inside `result`.
 Propagated propagate(std::span<const Input> inputs, const std::function<double()>& result) {
@@ -147,12 +145,12 @@ Propagated propagate(std::span<const Input> inputs, const std::function<double()
   propagated.result.value = result();
   double variance = 0.0;
   for (const auto& [name, input] : inputs) {
-    const double value = input->value;
-    input->value = value + input->sigma;
+    const Measured kept = *input;
+    input->value = kept.value + kept.sigma;
     const double above = result();
-    input->value = value - input->sigma;
+    input->value = kept.value - kept.sigma;
     const double part = 0.5 * std::fabs(above - result());
-    input->value = value;
+    *input = kept;
     propagated.contributions.push_back({name, part});
     variance += part * part;
   }

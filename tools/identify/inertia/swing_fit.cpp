@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tools/diagnostics/kinds.hpp"
+#include "tools/identify/common/agreement.hpp"
 #include "tools/identify/common/refuse.hpp"
 #include "tools/math/median.hpp"
 
@@ -60,19 +61,13 @@ std::vector<TurningPoint> turning_points(const Record& record, std::size_t begin
 /// Refines time and slope with a straight line through the samples within `half` of the point.
 void refine(const Record& record, double half, TurningPoint& point) {
   for (int round = 0; round < 2; ++round) {
-    double n = 0.0, x_sum = 0.0, y_sum = 0.0, xx = 0.0, xy = 0.0;
-    auto i = static_cast<std::size_t>(std::ranges::lower_bound(record.t, point.t - half) -
-                                      record.t.begin());
-    for (; i < record.t.size() && record.t[i] <= point.t + half; ++i) {
-      const double x = record.t[i] - point.t, y = record.rate[i];
-      n += 1.0;
-      x_sum += x;
-      y_sum += y;
-      xx += x * x;
-      xy += x * y;
-    }
-    point.slope = (n * xy - x_sum * y_sum) / (n * xx - x_sum * x_sum);
-    point.t += (x_sum - y_sum / point.slope) / n;
+    const auto begin = std::ranges::lower_bound(record.t, point.t - half) - record.t.begin();
+    const auto end = std::ranges::upper_bound(record.t, point.t + half) - record.t.begin();
+    using Values = Eigen::Map<const Eigen::ArrayXd>;
+    const Relation line = relation_of(Values(record.rate.data() + begin, end - begin),
+                                      Values(record.t.data() + begin, end - begin) - point.t);
+    point.slope = line.slope;
+    point.t -= line.offset / line.slope;
   }
 }
 

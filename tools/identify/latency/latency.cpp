@@ -51,15 +51,12 @@ bool is_early(const Finding& finding) {
 // ones are not written.
 Finding for_configuration(Finding finding, Source source, const std::string& late) {
   if (finding.determined == Determined::no) return finding;
-  const std::string measured = "measured " + fixed(1e3 * finding.value, 1) + " ms";
-  if (is_early(finding))
+  if (is_early(finding)) {
+    const std::string measured = "measured " + fixed(1e3 * finding.value, 1) + " ms";
     return undetermined(std::move(finding), measured + ", which is not possible; " + late);
+  }
   finding.key = key_of(source, ".latency");
-  if (finding.value >= 0.0) return finding;
-  finding.remark +=
-      (finding.remark.empty() ? "" : "; ") + measured + ", but a latency cannot be negative";
-  finding.value = 0.0;
-  return finding;
+  return not_negative(std::move(finding));
 }
 
 // The reference for all sources but the camera: with a camera its stamps, without one the gyro with

@@ -36,9 +36,7 @@ struct GyroDrive {
 
 /// Two cycles of a signal, within bounds: the interval for its derivative [s].
 [[nodiscard]] inline double two_cycles(const Series& series) {
-  const double span = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front());
-  return std::clamp(2.0 * span / static_cast<double>(std::max<std::size_t>(series.size(), 2) - 1),
-                    0.01, 0.2);
+  return std::clamp(2.0 * series.cycle(), 0.01, 0.2);
 }
 
 [[nodiscard]] inline Resampled times(const Resampled& a, const Resampled& b) {

@@ -227,11 +227,8 @@ std::string reason_undetermined(const SteeringResponse& response, const Measured
 }
 
 Finding finding_of(const char* name, const char* key, const Measured& time) {
-  Finding finding = as_finding(name, key, {std::max(time.value, 0.0), time.sigma}, "s");
+  Finding finding = not_negative(as_finding(name, key, time, "s"));
   finding.share = Share::meaningless;
-  if (time.value < 0.0)
-    finding.remark =
-        "measured " + fixed(1e3 * time.value, 1) + " ms, but a latency cannot be negative";
   return finding;
 }
 

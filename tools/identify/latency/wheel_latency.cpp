@@ -4,14 +4,13 @@
 #include <cmath>
 #include <cstdint>
 
+#include "tools/identify/common/car_model.hpp"
 #include "tools/identify/latency/source_offsets.hpp"
 
 namespace odomd::tools {
 namespace {
 
 using estimator::Source;
-
-constexpr double gravity = 9.80665;
 
 enum class Axle : std::uint8_t { front, rear };
 
@@ -89,7 +88,7 @@ struct Turning {
 // longest mean that suits turns.
 Turning turning_above_noise(const GyroDrive& drive, double shortest) {
   const double cycle = 0.5 * two_cycles(drive.log.of(Source::yaw_rate));
-  const double white = std::pow(white_sigma(drive.log.of(Source::yaw_rate)), 2);
+  const double white = std::pow(white_sigma(drive.log.of(Source::yaw_rate).value), 2);
   constexpr double enough = 0.1, longest = 0.25;
   double half = shortest;
   while (true) {
@@ -187,7 +186,7 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   double accel = 0.0;  // a_y² = (v ψ̇)², mean
   for (const double t : regression.t)
     accel += std::pow(speed.at(t) * turning.at(t), 2) / static_cast<double>(regression.t.size());
-  const double of_load = unmodelled_load * car.wheelbase() * std::sqrt(accel) / gravity;
+  const double of_load = unmodelled_load * car.wheelbase() * std::sqrt(accel) / car_model::gravity;
   result.sigma = std::hypot(result.sigma, std::hypot(unmodelled_wheel, of_load), of_lag);
   return result;
 }

@@ -70,7 +70,7 @@ void add_sensor(const Sensor& sensor, const StandingNoise& noise,
     add(", variance in the paper's R", "filter.paper_r[0]",
         {10.0 * sigma * sigma, 20.0 * sigma * noise.sigma.sigma}, "rad2/s2",
         fmt::format("ten times the gyro's, {:.3g}^2, as printed", sigma));
-  add(", density", "", noise.density, unit + "/√Hz");
+  add(", density", "", noise.density(), unit + "/√Hz");
   add(", bias", "", noise.bias, unit, "at the start of the record").share = Share::meaningless;
   Finding& walk =
       add(", bias walk", sensor.walk_key, noise.walk.value_or(Measured{}), unit + "/√s");

@@ -138,8 +138,8 @@ struct Explained {
 
 Explained explain(const Series& series) {
   const auto [low, high] = std::ranges::minmax(series.value);
-  const double duration = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front());
   const auto n = static_cast<double>(series.size() - 1);
+  const double duration = n * series.cycle();
   // The likelihood of λ with the best r for this λ: r = Σ ν²/s / n.
   const auto variance_of = [&](double lambda) {
     return filter_bias(series, lambda, Direction::forwards).squares / n;
@@ -168,7 +168,7 @@ Explained explain(const Series& series) {
 
   Explained explained;
   StandingNoise& noise = explained.noise;
-  noise.sample_period = duration / n;
+  noise.sample_period = series.cycle();
   const double lambda = best_value > none ? std::exp(best) : 0.0;
   const double variance = variance_of(lambda);
   // ln L falls by 1/2 at one standard deviation; its curvature in ln r is n/2, in ln λ measured.
@@ -202,8 +202,6 @@ Explained explain(const Series& series) {
   noise.resolution = resolution_of(series.value);
   noise.from_the_last = noise.sigma.value;
   allow_for_resolution(series, high - low, duration, noise);
-  const double root = std::sqrt(noise.sample_period);
-  noise.density = {noise.sigma.value * root, noise.sigma.sigma * root};
   explained.lambda = for_bias;
   explained.variance = variance;
   explained.runs_away = best_value > none && best >= most - 4.0 * step;
@@ -266,8 +264,6 @@ void explain_by_means(const Series& series, Explained& explained) {
                          : static_cast<int>(far_off(means, explained.lambda, 0.0).size());
     noise.outliers_left_out = own.outliers_left_out;
     noise.from_the_last = own.from_the_last;
-    const double root = std::sqrt(noise.sample_period);
-    noise.density = {noise.sigma.value * root, noise.sigma.sigma * root};
     return;
   }
 }
@@ -285,10 +281,9 @@ StandingNoise standing_noise(const Series& series, const std::string& name) {
     refuse("{}: always {}: the sensor is switched off, or its resolution hides the noise", name,
            low);
   constexpr double slowest = 2.0;
-  const double period = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front()) /
-                        static_cast<double>(series.size() - 1);
-  if (period > slowest)
-    refuse("{}: a sample every {:.3g} s: are the times in ms? Divide them by 1000", name, period);
+  if (series.cycle() > slowest)
+    refuse("{}: a sample every {:.3g} s: are the times in ms? Divide them by 1000", name,
+           series.cycle());
   Series kept = series;
   Explained explained = without_outliers(kept);
   explain_by_means(kept, explained);

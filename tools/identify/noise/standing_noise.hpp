@@ -5,6 +5,7 @@
 // as many samples as necessary are used.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -18,7 +19,6 @@ struct StandingNoise {
   /// White noise of a sample. For correlated samples the value that gives the right uncertainty for
   /// means of many samples.
   Measured sigma;
-  Measured density;                ///< the same per √Hz: σ √(time between samples)
   Measured bias;                   ///< at the start of the record
   std::optional<Measured> walk;    ///< K [unit/√s], if the record determines it
   double walk_below = 0.0;         ///< upper limit of K (97.5 %)
@@ -30,6 +30,12 @@ struct StandingNoise {
   double resolution = 0.0;         ///< step between adjacent values
   /// The noise is smaller than the resolution: `sigma` is the rounding noise, q/√12.
   bool resolution_hides_noise = false;
+
+  /// White noise per √Hz: σ √(time between samples)
+  [[nodiscard]] Measured density() const {
+    const double root = std::sqrt(sample_period);
+    return {sigma.value * root, sigma.sigma * root};
+  }
 };
 
 /// The bias's uncertainty includes the resolution. Throws std::invalid_argument, with `name`, for

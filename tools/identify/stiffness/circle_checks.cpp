@@ -9,6 +9,7 @@
 
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
+#include "tools/identify/common/agreement.hpp"
 #include "tools/identify/common/refuse.hpp"
 #include "tools/identify/stiffness/stiffness_findings.hpp"
 #include "tools/math/median.hpp"
@@ -27,23 +28,22 @@ constexpr double gross_scale_error = 0.15;  // of the film against the accelerom
 /// The log's lateral acceleration / the film's v_x ψ̇: shows a wrong scale of the film. Nothing if
 /// there is too little data.
 std::optional<Measured> accelerometer_slope(std::span<const CircleRun> circles) {
-  std::vector<CircleRun> seen(circles.begin(), circles.end());
-  std::erase_if(seen, [](const CircleRun& run) { return !(run.accelerometer.sigma > 0.0); });
-  const auto n = static_cast<Eigen::Index>(seen.size());
-  if (n < 4) return std::nullopt;
-  Eigen::ArrayXd film(n), log(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    film[i] = seen[static_cast<std::size_t>(i)].lateral_accel;
-    log[i] = seen[static_cast<std::size_t>(i)].accelerometer.value;
+  Eigen::ArrayXd film(std::ssize(circles)), log(std::ssize(circles));
+  Eigen::Index n = 0;
+  for (const CircleRun& run : circles) {
+    if (!(run.accelerometer.sigma > 0.0)) continue;
+    film[n] = run.lateral_accel;
+    log[n++] = run.accelerometer.value;
   }
-  film -= film.mean();
-  log -= log.mean();
-  const double spread = film.square().sum();
-  if (!(spread > 0.0) || !(std::max(spread, log.square().sum()) > 1.0)) return std::nullopt;
-  const double slope = (film * log).sum() / spread;
-  // The residuals of the regression give the uncertainty of the slope.
-  const double residual = (log - slope * film).square().sum();
-  return Measured{slope, std::sqrt(residual / (static_cast<double>(n - 2) * spread))};
+  if (n < 4) return std::nullopt;
+  film.conservativeResize(n);
+  log.conservativeResize(n);
+  const Relation relation = relation_of(log, film);
+  const auto varies = [](const Eigen::ArrayXd& accel) {
+    return (accel - accel.mean()).square().sum() > 1.0;
+  };
+  if (relation.slope == 0.0 || !(varies(film) || varies(log))) return std::nullopt;
+  return Measured{relation.slope, relation.slope_sigma()};
 }
 
 void compare_accelerations(std::span<const CircleRun> circles, diagnostics::Diagnostics& warnings) {

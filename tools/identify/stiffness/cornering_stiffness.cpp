@@ -5,13 +5,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "tools/identify/common/car_model.hpp"
 #include "tools/identify/common/refuse.hpp"
 #include "tools/math/least_squares.hpp"
 
 namespace odomd::tools {
 namespace {
 
-constexpr double gravity = 9.80665;
+using car_model::gravity;
 
 // Model error relative to each stiffness: effects of four wheels that the single-track model leaves
 // out (the two angles of the front wheels, load transfer, drive forces, different resistance left

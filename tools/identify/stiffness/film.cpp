@@ -13,6 +13,7 @@
 #include "tools/cli/files.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
+#include "tools/identify/common/agreement.hpp"
 #include "tools/identify/common/refuse.hpp"
 #include "tools/math/median.hpp"
 
@@ -146,9 +147,9 @@ std::optional<LocalMotion> local_motion(const FilmMotion& motion, std::int64_t t
     path[i] = begin[i].centre;
   }
   // ψ(τ) = ψ₀ + ψ̇ τ
-  const Eigen::ArrayXd off = tau - tau.mean();
-  local.yaw_rate = (off * (heading - heading.mean())).sum() / off.square().sum();
-  local.heading = heading.mean() - local.yaw_rate * tau.mean();
+  const Relation line = relation_of(heading, tau);
+  local.yaw_rate = line.slope;
+  local.heading = line.offset;
   const Eigen::ArrayXd turned = local.yaw_rate * tau;
   local.heading_residual =
       std::sqrt((heading - local.heading - turned).square().sum() / static_cast<double>(n - 2));

@@ -38,6 +38,7 @@ car_model::Car<double> fitted_car(const Numbers<double>& p, const daemon::Config
 
 Settings freeing(std::initializer_list<Parameter> parameters, double prior_sigma) {
   Settings settings;
+  settings.mass_sigma = 0.0;
   for (const Parameter k : parameters) settings.free[k] = true;
   settings.prior_sigma.fill(prior_sigma);
   return settings;
@@ -137,7 +138,7 @@ TEST(Fit, BelievesNeitherOfTwoThatOneSpeedMakesAlikeWhereOneIsFarFromWhatIsConfi
     result.p[stiffness_rear] = tyres;
     result.turns.speed_variety = variety;
     std::vector<std::string> reasons;
-    for (const Finding& finding : findings_of(config, {}, settings, result, 0.0).values)
+    for (const Finding& finding : findings_of(config, {}, settings, result).values)
       if (finding.determined == Determined::no) reasons.push_back(finding.remark);
     return reasons;
   };
@@ -160,7 +161,7 @@ TEST(Fit, AsksWhetherThePosesAreStampedLateWhereASensorIsBeforeThem) {
   result.settled = true;
   const auto warnings = [&](double latency) {
     result.p[gyro_latency] = latency;
-    return findings_of(car(), {}, settings, result, 0.0).warnings;
+    return findings_of(car(), {}, settings, result).warnings;
   };
   EXPECT_THAT(warnings(0.01), IsEmpty());
   EXPECT_THAT(warnings(-0.08),
@@ -185,7 +186,7 @@ TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
   EXPECT_LT(result.sigma[gyro_scale], 0.02);
   EXPECT_EQ(result.sigma[stiffness_front], 0.0);
 
-  const Findings findings = findings_of(config, drives, settings, result, 0.01);
+  const Findings findings = findings_of(config, drives, settings, result);
   ASSERT_FALSE(findings.values.empty());
   const auto scale =
       std::ranges::find(findings.values, "can.signals.yaw_rate.scale", &Finding::key);
@@ -272,7 +273,7 @@ std::vector<Finding> found_at(double hardest, double sigma_of_bend) {
   constexpr auto bend = static_cast<Eigen::Index>(bend_rear);
   result.covariance(bend, bend) = sigma_of_bend * sigma_of_bend;
   result.sigma[bend_rear] = sigma_of_bend;
-  return findings_of(car(), {}, settings, result, 0.0).values;
+  return findings_of(car(), {}, settings, result).values;
 }
 
 TEST(FitTyres, HaveAGripWhereTheDriveShowsHowTheySaturate) {
@@ -299,7 +300,7 @@ TEST(FitTyres, AreNotBelievedWhereTheirCurveIsThatOfNoTyre) {
   Result result = unmoved({.speed_variety = 0.5, .hard = 0.0, .hardest = 9.0});
   const auto stiffness = [&](double bend) {
     result.p[bend_front] = bend;
-    return findings_of(car(), {}, settings, result, 0.0).values.at(0);
+    return findings_of(car(), {}, settings, result).values.at(0);
   };
   EXPECT_EQ(stiffness(-0.2).determined, Determined::yes);
   EXPECT_EQ(stiffness(-2.4).determined, Determined::no);
@@ -312,7 +313,7 @@ TEST(FitSteering, IsAnActuatorWhereDelayAndLagShow) {
   const auto keys = [&](double whole) {
     result.p[steering_delay] = whole - 0.05;
     std::vector<std::string> written;
-    for (const Finding& finding : findings_of(config, {}, settings, result, 0.0).values)
+    for (const Finding& finding : findings_of(config, {}, settings, result).values)
       if (finding.determined == Determined::yes && !finding.key.empty())
         written.push_back(finding.key);
     return written;

@@ -52,9 +52,8 @@ class Trial : public testing::Test {
                   " && odom sim --duration 16 --out lap && sed -i /^accel/d lap/car.toml");
     if (made.status != 0) throw std::runtime_error(made.err);
     config_ = daemon::load_config(scratch_.path("lap/car.toml"));
-    const std::vector<std::string> logs{scratch_.path("lap/drive.log").string()};
-    drives_.push_back(trial_drive(
-        "lap", config_, logs, read_camera_log(scratch_.path("lap/camera.csv")).poses, 0.0, 1e9));
+    const tools::Drive drive = read_drive({.folder = scratch_.path("lap")});
+    drives_.push_back(trial_drive(drive, drive.cameras));
   }
   [[nodiscard]] Findings tried(Findings findings) const {
     findings.method = "fit";
@@ -73,11 +72,10 @@ TEST_F(Trial, PosesOfAfterTheLogAreNoPartOfItAndNoPosesAreRefused) {
     poses.push_back(poses.back());
     poses.back().capture_ns = poses.back().arrival_ns = end + 35'000'000 * k;
   }
-  const std::vector<std::string> logs{scratch_.path("lap/drive.log").string()};
-  drives_ = {trial_drive("lap", config_, logs, poses, 0.0, 1e9)};
+  drives_ = {trial_drive(read_drive({.folder = scratch_.path("lap")}), poses)};
   EXPECT_LE(drives_[0].reference->points.back().t_ns, drives_[0].frames.back().time_ns);
   EXPECT_NO_THROW((void)tried({}));
-  EXPECT_THROW((void)trial_drive("lap", config_, logs, {}, 0.0, 1e9), std::invalid_argument);
+  EXPECT_THROW((void)trial_drive(drives_[0], {}), std::invalid_argument);
 }
 
 TEST_F(Trial, WhatHarmsIsLeftAsConfiguredAndSaysWhy) {

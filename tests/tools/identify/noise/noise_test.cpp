@@ -38,7 +38,7 @@ TEST(StandingNoise, SeparatesWhiteNoiseBiasAndItsWalk) {
     inside[0] += is_inside(noise.sigma, sensor.sigma, 2.0);
     inside[1] += is_inside(noise.bias, sensor.bias, 2.0);
     inside[2] += is_inside(*noise.walk, sensor.walk, 2.0);
-    EXPECT_NEAR(noise.density.value, 0.1 * noise.sigma.value, 1e-9);
+    EXPECT_NEAR(noise.density().value, 0.1 * noise.sigma.value, 1e-9);
     EXPECT_LT(noise.walk->sigma, 0.3 * sensor.walk);
     EXPECT_EQ(noise.outliers, 0);
   }
@@ -129,7 +129,7 @@ TEST(StandingNoise, OfASingleStepIsThatOfTheSteps) {
   const StandingNoise noise = standing_noise(series, "gyro");
   EXPECT_TRUE(noise.resolution_hides_noise);
   EXPECT_NEAR(noise.sigma.value, 0.001 / std::sqrt(12.0), 1e-9);
-  EXPECT_NEAR(noise.density.value, 0.1 * noise.sigma.value, 1e-9);
+  EXPECT_NEAR(noise.density().value, 0.1 * noise.sigma.value, 1e-9);
 }
 
 TEST(StandingNoise, OfFineStepsIsTheSensorsOwn) {
