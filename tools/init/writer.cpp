@@ -118,15 +118,15 @@ std::string with_unsure(const VehicleValue& value) {
 void add_signals(std::string& text, const Draft& draft) {
   text += "\n[can.signals]\n";
   std::vector<std::string_view> missing;
-  for (std::size_t i = 0; i < estimator::index_of(Source::camera); ++i) {
-    const auto role = static_cast<Source>(i);
+  for (const Source role : estimator::all_sources) {
     const auto& choice = draft.proposal.of(role);
     if (!choice) {
       if (role == Source::yaw_rate || role == Source::steering) missing.push_back(role_name(role));
       continue;
     }
-    add_comment(text, fmt::format("{}{}{}", quantity_of(role), choice->reasons.empty() ? "" : ": ",
-                                  fmt::join(choice->reasons, "; ")));
+    add_comment(text,
+                fmt::format("{}{}{}", info_of(role).meaning, choice->reasons.empty() ? "" : ": ",
+                            fmt::join(choice->reasons, "; ")));
     for (const std::string& warning : choice->warnings) add_comment(text, "UNSURE: " + warning);
     text += fmt::format("{} = {}\n", role_name(role), entry(*choice));
   }
