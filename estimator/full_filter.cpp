@@ -23,7 +23,7 @@ FullFilter::FullFilter(const FilterSettings& settings) noexcept
     : context_{.model = {{settings.vehicle, settings.tuning}, settings.imu_position},
                .camera = {settings.camera_gate, settings.initialise_from_camera},
                .period_s = settings.period_s},
-      sigma_(sigmas_of(settings)),
+      sigma_(settings.sigma),
       initial_(full::initial_state(settings)),
       period_ns_(std::llround(settings.period_s * ns_per_second)),
       window_ns_(std::llround(settings.window_s * ns_per_second)),
@@ -107,10 +107,8 @@ std::optional<Verdict> FullFilter::add(const CameraPose& camera) noexcept {
 
 std::optional<Verdict> FullFilter::insert(const Sample& sample, std::int64_t arrival_ns,
                                           std::int64_t delay_ns) noexcept {
-  const std::int64_t next_tick_ns = last_tick_ns_ ? ns_after(*last_tick_ns_, period_ns_)
-                                                  : std::numeric_limits<std::int64_t>::max();
-  if (sample.time_ns >
-      ns_after(arrival_ns != 0 ? arrival_ns : next_tick_ns, period_ns_ + delay_ns)) {
+  const std::int64_t latest_ns = arrival_of(arrival_ns, last_tick_ns_, period_ns_);
+  if (sample.time_ns > ns_after(latest_ns, period_ns_ + delay_ns)) {
     return Verdict::future;
   }
   if (last_tick_ns_ &&

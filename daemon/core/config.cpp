@@ -126,6 +126,12 @@ std::uint32_t record_mode(const Config& config) {
   return config.shm.mode | (config.shm.mode & 0444U) >> 1U;  // connecting needs write permission
 }
 
+const can::SignalBinding* binding_of(const Config& config, estimator::Source source) {
+  const auto found = std::ranges::find(config.can.bindings, estimator::index_of(source),
+                                       &can::SignalBinding::channel);
+  return found == config.can.bindings.end() ? nullptr : &*found;
+}
+
 estimator::Model parse_model(std::string_view name) {
   const auto* const found = std::ranges::find(estimator::model_names, name);
   if (found == estimator::model_names.end())

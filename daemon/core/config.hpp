@@ -14,6 +14,7 @@
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/decode/signal_binding.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/settings.hpp"
 
@@ -115,6 +116,12 @@ struct Config {
   LogConfig log;
   diagnostics::Diagnostics warnings;  ///< about assumptions
 };
+
+[[nodiscard]] inline bool is_mapped(const Config& config, estimator::Source source) {
+  return config.can.signals[estimator::index_of(source)].configured;
+}
+/// The signal that a source is mapped to; null: none.
+[[nodiscard]] const can::SignalBinding* binding_of(const Config& config, estimator::Source source);
 
 /// Reads and checks a file. Throws ConfigError (a std::invalid_argument) with one line: file, line,
 /// key and fix. Does not open the databases.

@@ -26,10 +26,6 @@ using estimator::Model;
 using estimator::Source;
 using estimator::full::SampleWindow;
 
-bool is_mapped(const Config& config, Source source) {
-  return config.can.signals[static_cast<std::size_t>(source)].configured;
-}
-
 /// Warns if steering or gyro is not mapped, with the sources that still measure turns.
 void warn_of_turns(const Config& config, diagnostics::Diagnostics& warnings) {
   std::vector<std::string_view> missing, others;
@@ -38,9 +34,9 @@ void warn_of_turns(const Config& config, diagnostics::Diagnostics& warnings) {
     (is_mapped(config, source) ? others : missing).push_back(name);
   if (missing.empty()) return;
   // Only both wheels of an axle show a turn.
-  if ((is_mapped(config, Source::wheel_front_left) &&
-       is_mapped(config, Source::wheel_front_right)) ||
-      (is_mapped(config, Source::wheel_rear_left) && is_mapped(config, Source::wheel_rear_right)))
+  if (std::ranges::any_of(estimator::wheel_pairs, [&](const auto& pair) {
+        return is_mapped(config, pair.first) && is_mapped(config, pair.second);
+      }))
     others.push_back("the wheels");
   warnings.push_back(found(
       kind("role_not_mapped"), config.file.string() + ": [can.signals]",
@@ -55,10 +51,8 @@ void warn_of_turns(const Config& config, diagnostics::Diagnostics& warnings) {
 
 /// Checks that a speed is mapped, and warns of what the model does without the other roles.
 void check_roles(const Config& config, diagnostics::Diagnostics& warnings) {
-  constexpr Source speeds[] = {Source::wheel_front_left, Source::wheel_front_right,
-                               Source::wheel_rear_left,  Source::wheel_rear_right,
-                               Source::wheel_rear,       Source::motor};
-  if (std::ranges::none_of(speeds, [&](Source source) { return is_mapped(config, source); }))
+  if (std::ranges::none_of(estimator::wheel_sources,
+                           [&](Source source) { return is_mapped(config, source); }))
     throw ConfigError(fmt::format(
         "{}: [can.signals]: no speed is mapped; map wheel_rear, the four wheels or motor",
         config.file.string()));
@@ -82,12 +76,6 @@ void check_roles(const Config& config, diagnostics::Diagnostics& warnings) {
     warnings.push_back(found(kind("actuator_without_steering"),
                              config.file.string() + ": [steering]",
                              "steering is not mapped, so this table has no effect"));
-}
-
-const can::SignalBinding* binding_of(const Config& config, Source source) {
-  const auto found = std::ranges::find(config.can.bindings, static_cast<std::uint16_t>(source),
-                                       &can::SignalBinding::channel);
-  return found == config.can.bindings.end() ? nullptr : &*found;
 }
 
 /// Checks that both axes of the accelerometer are mapped alike: they can only be rotated together.
@@ -235,8 +223,9 @@ estimator::FilterSettings filter_settings(const Config& config) {
   settings.pitch_gradient = config.pitch_gradient;
   settings.window_s = config.window_s;
   for (std::size_t i = 0; i < estimator::source_count; ++i) {
-    settings.sigma[i] = config.can.signals[i].sigma;
-    settings.dead_band[i] = config.can.signals[i].dead_band;
+    const SignalSettings& signal = config.can.signals[i];
+    if (signal.configured) settings.sigma[i] = signal.sigma;
+    settings.dead_band[i] = signal.dead_band;
   }
   settings.camera_max_latency_s = config.camera.max_latency_s;
   settings.camera_gate = config.camera_gate;

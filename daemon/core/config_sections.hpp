@@ -16,6 +16,8 @@ void read_buses(TableReader& table, CanConfig& can);
 void read_messages(TableReader& table, CanConfig& can);
 [[nodiscard]] can::E2eBinding read_protection(const std::string& message, TableReader table);
 void read_signal(const std::string& role, TableReader table, CanConfig& can);
+/// The units that a role may have, its SI unit first.
+[[nodiscard]] std::span<const can::Unit> units_of(estimator::Source role);
 
 /// Checks roles, mounting and window against the model. Throws ConfigError.
 void check_model(const Config& config, diagnostics::Diagnostics& warnings);

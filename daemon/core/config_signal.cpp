@@ -14,6 +14,7 @@ namespace odomd::daemon {
 namespace {
 
 using can::Unit;
+using estimator::Quantity;
 using estimator::Source;
 
 constexpr std::array angle{Unit::rad, Unit::deg};
@@ -22,32 +23,17 @@ constexpr std::array acceleration{Unit::m_per_s2, Unit::g};
 constexpr std::array speed{Unit::m_per_s,   Unit::km_per_h,  Unit::rpm,
                            Unit::rad_per_s, Unit::deg_per_s, Unit::erpm};
 
-/// The units that a role may have.
-std::span<const Unit> units_of(Source role) {
-  switch (role) {
-    case Source::yaw_rate:
-      return angular_rate;
-    case Source::accel_x:
-    case Source::accel_y:
-      return acceleration;
-    case Source::steering:
-      return angle;
-    default:
-      return speed;
-  }
-}
-
 Source role_named(const std::string& role, const TableReader& table) {
-  if (role == estimator::source_names[static_cast<std::size_t>(Source::camera)])
-    table.fail("the camera is not on the bus; configure it in its own table, [camera]");
-  const auto names =
-      std::span(estimator::source_names).first(static_cast<std::size_t>(Source::camera));
-  const auto found = std::ranges::find(names, role);
-  if (found == names.end()) {
-    const std::vector<std::string> all(names.begin(), names.end());
+  const auto found = std::ranges::find(estimator::source_table, role, &estimator::SourceInfo::name);
+  if (found == estimator::source_table.end()) {
+    std::vector<std::string> all;
+    for (const estimator::SourceInfo& source : estimator::source_table)
+      if (source.quantity != Quantity::pose) all.emplace_back(source.name);
     table.fail("unknown role" + suggestion(role, all));
   }
-  return static_cast<Source>(found - names.begin());
+  if (found->quantity == Quantity::pose)
+    table.fail("the camera is not on the bus; configure it in its own table, [camera]");
+  return static_cast<Source>(found - estimator::source_table.begin());
 }
 
 void read_signal_names(TableReader& table, can::SignalBinding& binding) {
@@ -168,6 +154,19 @@ void read_sign(TableReader& table, can::SignalBinding& binding) {
 
 }  // namespace
 
+std::span<const Unit> units_of(Source role) {
+  switch (info_of(role).quantity) {
+    case Quantity::yaw_rate:
+      return angular_rate;
+    case Quantity::acceleration:
+      return acceleration;
+    case Quantity::angle:
+      return angle;
+    default:
+      return speed;
+  }
+}
+
 void read_signal(const std::string& role, TableReader table, CanConfig& can) {
   const Source source = role_named(role, table);
 
@@ -199,8 +198,7 @@ void read_signal(const std::string& role, TableReader table, CanConfig& can) {
 
   SignalSettings& settings = can.signals[static_cast<std::size_t>(source)];
   settings.configured = true;
-  settings.sigma =
-      source == Source::direction ? 0.5 : estimator::default_sigma[estimator::index_of(source)];
+  settings.sigma = info_of(source).sigma;
   table.read("sigma", settings.sigma, positive);
   table.read_seconds("timeout", settings.timeout_ns, {0.0, 60.0, false, "between 0 and 60 (s)"});
   if (estimator::is_wheel(source)) {

@@ -42,7 +42,6 @@ Pipeline::Pipeline(const Config& config, std::span<const can::Database> database
       state_{.filter = initial_filter(config, camera_expected), .wiring = Wiring(config.vehicle)} {
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
     const SignalSettings& signal = config.can.signals[source];
-    sigma_[source] = signal.sigma;
     if (signal.configured) state_.watch.configure(source, signal.timeout_ns);
   }
   if (camera_expected)
@@ -91,7 +90,6 @@ void Pipeline::take_samples(std::span<can::Sample> samples, const can::Frame& fr
     const estimator::Measurement measurement{.source = static_cast<Source>(sample.channel),
                                              .time_ns = sample.time_ns,
                                              .value = sample.value,
-                                             .sigma = sigma_[sample.channel],
                                              .arrival_ns = now_ns};
     const std::optional<Verdict> verdict = add(state_.filter, measurement);
     if (verdict) count(sample.channel, *verdict);

@@ -107,7 +107,6 @@ class Pipeline {
   can::Decoder decoder_;
   std::array<double, 3> camera_lever_arm_;
   double imu_yaw_;
-  std::array<double, estimator::source_count> sigma_{};
   std::array<can::Sample, can::max_samples_per_frame> samples_;  ///< of the current frame
   PipelineState state_;
   PipelineStatistics statistics_;

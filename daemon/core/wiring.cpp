@@ -55,14 +55,15 @@ double most_gentle(const estimator::Vehicle& car) {
 
 // The median speed of the sources in `which`.
 double middle_speed(const std::array<double, source_count>& values, std::uint32_t which) {
-  std::array<double, last_wheel - first_wheel + 1> speeds{};
+  std::array<double, wheel_sources.size()> speeds{};
   std::size_t count = 0;
-  for (std::size_t wheel = index_of(wheel_front_left); wheel <= index_of(motor); ++wheel) {
-    if (std::isnan(values[wheel]) || (which >> wheel & 1U) == 0) continue;
+  for (const Source wheel : wheel_sources) {
+    const double value = values[index_of(wheel)];
+    if (std::isnan(value) || !contains(which, wheel)) continue;
     double* const end = speeds.data() + count++;
-    double* const place = std::upper_bound(speeds.data(), end, values[wheel]);
+    double* const place = std::upper_bound(speeds.data(), end, value);
     std::move_backward(place, end, end + 1);
-    *place = values[wheel];
+    *place = value;
   }
   return middle({speeds.data(), count});
 }
@@ -146,18 +147,20 @@ void Wiring::close(const Piece& piece) noexcept {
 
 // Speeds without a sign get it from `direction`, or from speeds that have had both signs.
 void Wiring::give_signs(Means& now) noexcept {
-  for (std::size_t wheel = index_of(wheel_front_left); wheel <= index_of(motor); ++wheel) {
-    if (now.of[wheel] > least_backwards) ever_ahead_ |= 1U << wheel;
-    if (now.of[wheel] < -least_backwards) ever_back_ |= 1U << wheel;
+  for (const Source wheel : wheel_sources) {
+    if (now.of[index_of(wheel)] > least_backwards) ever_ahead_ |= only(wheel);
+    if (now.of[index_of(wheel)] < -least_backwards) ever_back_ |= only(wheel);
   }
   const double gear = now.of[index_of(direction)];
   const double signed_speed = middle_speed(now.of, ever_ahead_ & ever_back_);
   if (std::abs(gear) > 0.0 || ever_back_ != 0) speed_has_sign_ = true;
   if (!(gear < 0.0) && !(signed_speed < -least_backwards)) return;
-  for (std::size_t wheel = index_of(wheel_front_left); wheel <= index_of(motor); ++wheel) {
-    if (!(gear < 0.0) && (ever_back_ >> wheel & 1U) != 0) continue;
-    for (double* const v : {&now.of[wheel], &now.rising[wheel], &now.falling[wheel]})
-      *v = -std::abs(*v);
+  for (const Source wheel : wheel_sources) {
+    if (!(gear < 0.0) && contains(ever_back_, wheel)) continue;
+    for (auto* const means : {&now.of, &now.rising, &now.falling}) {
+      double& v = (*means)[index_of(wheel)];
+      v = -std::abs(v);
+    }
   }
 }
 
@@ -183,8 +186,7 @@ void Wiring::compare(const Means& before, const Means& now) noexcept {
   q[side] = value_of(accel_y);
   q[ahead] = value_of(accel_x);
   q[faster] = (now.speed - before.speed) / piece_s;
-  for (std::size_t i = 0; i <= last_wheel - first_wheel; ++i)
-    q[first_wheel + i] = value_of(static_cast<Source>(index_of(wheel_front_left) + i));
+  for (const Source wheel : wheel_sources) q[quantity_of(wheel)] = value_of(wheel);
   q[speed] = v;
   q[speed_camera] = std::copysign(
       std::hypot(now.pose[0] - before.pose[0], now.pose[1] - before.pose[1]) / piece_s, v);

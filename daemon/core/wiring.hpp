@@ -53,8 +53,8 @@ class Wiring {
   }
 
   /// The number of compared pairs (wiring_causes.hpp).
-  static constexpr std::size_t pair_count = 21;
-  static constexpr std::uint8_t cause_count = 34;
+  static constexpr std::size_t pair_count = 15 + estimator::wheel_sources.size();
+  static constexpr std::uint8_t cause_count = 22 + 2 * estimator::wheel_sources.size();
 
  private:
   // A weighted sum, and the sum of its weights.

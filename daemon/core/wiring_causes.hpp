@@ -17,6 +17,7 @@ namespace odomd::daemon::wiring {
 
 using estimator::index_of;
 using estimator::Source;
+using estimator::wheel_sources;
 
 // The compared quantities, each over two consecutive pieces. Wheels give the turn as a curvature,
 // because a difference of their radii then causes a constant offset only.
@@ -33,8 +34,8 @@ enum Quantity : std::uint8_t {
   side,              // a_y
   ahead,             // a_x
   faster,            // dv/dt
-  first_wheel,       // [m/s], in the order of Source
-  last_wheel = first_wheel + 5,
+  first_wheel,       // [m/s], in the order of wheel_sources
+  last_wheel = first_wheel + wheel_sources.size() - 1,
   speed,         // median of the wheels' speeds
   speed_camera,  //
   axle_gap,      // how much faster the front wheels are than the rear ones [1]
@@ -42,7 +43,9 @@ enum Quantity : std::uint8_t {
   quantity_count
 };
 constexpr Quantity quantity_of(Source wheel) {
-  return static_cast<Quantity>(first_wheel + index_of(wheel) - index_of(Source::wheel_front_left));
+  return static_cast<Quantity>(
+      first_wheel +
+      std::ranges::distance(wheel_sources.begin(), std::ranges::find(wheel_sources, wheel)));
 }
 
 // Whether a pair measures the same quantity or unrelated ones.
@@ -57,7 +60,7 @@ struct Pair {
 inline constexpr double any = 1e12;
 inline constexpr Comparison::Bounds turns{0.05, 0.05, 0.08}, curves{0.02, 0.02, 0.01},
     sideways{1.0, 0.3, 0.6}, lengthways{1.0, 0.0, 0.4}, ways{0.0, 0.0, 0.1}, axles{0.1, 0.1, 0.008};
-inline constexpr std::array<Pair, Wiring::pair_count> pairs{{
+inline constexpr Pair pairs_without_wheels[] = {
     {turn_gyro, turn_steering, turns, 2.0, 25.0},
     {turn_gyro, turn_camera, turns, 2.0, 10.0},
     {turn_steering, turn_camera, turns, 2.0, 25.0},
@@ -71,15 +74,16 @@ inline constexpr std::array<Pair, Wiring::pair_count> pairs{{
     {ahead, faster, lengthways, 2.0, 3.0},
     {ahead, lateral_gyro, sideways, 2.0, any, Relation::none},
     {side, faster, lengthways, 2.0, any, Relation::none},
-    {quantity_of(Source::wheel_front_left), speed, ways, 1.5, 1.7},
-    {quantity_of(Source::wheel_front_right), speed, ways, 1.5, 1.7},
-    {quantity_of(Source::wheel_rear_left), speed, ways, 1.5, 1.7},
-    {quantity_of(Source::wheel_rear_right), speed, ways, 1.5, 1.7},
-    {quantity_of(Source::wheel_rear), speed, ways, 1.5, 1.7},
-    {quantity_of(Source::motor), speed, ways, 1.5, 1.7},
     {speed_camera, speed, ways, 2.0, 3.0},
     {axle_gap, axle_bend, axles, 1.5, any},
-}};
+};
+inline constexpr auto pairs = [] {
+  std::array<Pair, Wiring::pair_count> all{};
+  auto* next = std::ranges::copy(pairs_without_wheels, all.begin()).out;
+  for (const Source wheel : wheel_sources) *next++ = {quantity_of(wheel), speed, ways, 1.5, 1.7};
+  return all;
+}();
+static_assert(std::size(pairs_without_wheels) + wheel_sources.size() == pairs.size());
 
 // The effect of a cause on a quantity: a factor from `least` to `most` with a sign. Sign 0: not
 // predictable.
@@ -116,14 +120,16 @@ using WiringFault::axes_swapped, WiringFault::front_rear_swapped, WiringFault::l
     WiringFault::sign, WiringFault::unit;
 inline constexpr std::uint32_t front_wheels = bits(wheel_front_left, wheel_front_right);
 inline constexpr std::uint32_t rear_wheels = bits(wheel_rear_left, wheel_rear_right);
-inline constexpr std::uint32_t all_wheels = front_wheels | rear_wheels | bits(wheel_rear, motor);
+inline constexpr std::uint32_t all_wheels = estimator::wheels;
 inline constexpr std::uint32_t by_gyro = bits(turn_gyro, curve_gyro, lateral_gyro);
 inline constexpr std::uint32_t by_steering = bits(turn_steering, curve_steering, lateral_steering);
 inline constexpr std::uint32_t by_slip = bits(curve_front, curve_rear, axle_gap);
 inline constexpr std::uint32_t speeds = (bits(speed) << 1U) - bits(first_wheel);
 
-// `shown_in`: the other quantities that are then not predictable.
-constexpr Cause one_wheel(WiringFault fault, Source wheel, std::uint32_t shown_in) {
+constexpr Cause one_wheel(WiringFault fault, Source wheel) {
+  const std::uint32_t shown_in = !is_single_wheel(wheel) ? 0
+                                 : is_front(wheel)       ? bits(curve_front, axle_gap)
+                                                         : bits(curve_rear, axle_gap);
   return {fault,
           2,
           bits(wheel),
@@ -136,9 +142,7 @@ constexpr Cause one_side(Source front, Source rear) {
           {{{bits(quantity_of(front), quantity_of(rear)), reversed},
             {bits(curve_front, curve_rear, axle_gap), lost}}}};
 }
-inline constexpr std::uint32_t in_front = bits(curve_front, axle_gap),
-                               in_rear = bits(curve_rear, axle_gap);
-inline constexpr Cause causes[] = {
+inline constexpr Cause causes_of_several[] = {
     {sign, 2, bits(yaw_rate), {{{by_gyro, reversed}}}},
     {unit, 2, bits(yaw_rate), {{{by_gyro, cut_degrees}, {bits(axle_bend), lost}}}},
     {unit, 2, bits(yaw_rate), {{{by_gyro, radians}, {bits(axle_bend), lost}}}},
@@ -170,23 +174,18 @@ inline constexpr Cause causes[] = {
     {unit, 2, bits(accel_y), {{{bits(side), in_g}}}},
     {sign, 2, bits(camera), {{{bits(turn_camera), reversed}}}},
     {unit, 2, bits(camera), {{{bits(speed_camera), millimetres}}}},
-    one_wheel(sign, wheel_front_left, in_front),
-    one_wheel(sign, wheel_front_right, in_front),
-    one_wheel(sign, wheel_rear_left, in_rear),
-    one_wheel(sign, wheel_rear_right, in_rear),
-    one_wheel(sign, wheel_rear, 0),
-    one_wheel(sign, motor, 0),
-    one_wheel(unit, wheel_front_left, in_front),
-    one_wheel(unit, wheel_front_right, in_front),
-    one_wheel(unit, wheel_rear_left, in_rear),
-    one_wheel(unit, wheel_rear_right, in_rear),
-    one_wheel(unit, wheel_rear, 0),
-    one_wheel(unit, motor, 0),
-    one_side(wheel_front_left, wheel_rear_left),
-    one_side(wheel_front_right, wheel_rear_right),
 };
+inline constexpr auto causes = [] {
+  std::array<Cause, Wiring::cause_count> all{};
+  auto* next = std::ranges::copy(causes_of_several, all.begin()).out;
+  for (const WiringFault fault : {sign, unit})
+    for (const Source wheel : wheel_sources) *next++ = one_wheel(fault, wheel);
+  *next++ = one_side(wheel_front_left, wheel_rear_left);
+  *next++ = one_side(wheel_front_right, wheel_rear_right);
+  return all;
+}();
+static_assert(std::size(causes_of_several) + 2 * wheel_sources.size() + 2 == causes.size());
 inline constexpr std::uint8_t nothing = Wiring::cause_count;  ///< no cause
-static_assert(std::size(causes) == nothing);
 
 using Factors = std::array<Factor, quantity_count>;
 inline constexpr std::array<Factors, nothing + 1> factors = [] {

@@ -12,13 +12,6 @@ namespace {
 
 using can::LinkState;
 
-/// The binding of a source; every configured source has one.
-can::SignalBinding binding_of(const Config& config, std::size_t source) {
-  for (const auto& binding : config.can.bindings)
-    if (binding.channel == source) return binding;
-  return {};
-}
-
 }  // namespace
 
 SourceReporter::SourceReporter(const Running& running)
@@ -163,6 +156,8 @@ void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_
   for (std::size_t i = 0; i < signals_.size(); ++i) {
     if (!running_.config.can.signals[i].configured) continue;
     Signal& signal = signals_[i];
+    const can::SignalBinding& binding =
+        *binding_of(running_.config, static_cast<estimator::Source>(i));
     const auto flag =
         static_cast<estimator::SourceFlag>(running_.pipeline.statistics().sources[i].flag.get());
     // While a wiring fault is reported for the source, do not report drift or recovery.
@@ -173,16 +168,14 @@ void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_
     const bool healthy =
         (published.pose.health >> i & 1U) != 0 || flag == estimator::SourceFlag::slipping;
     const auto label = [&] {
-      return fmt::format("{} ({})", estimator::source_names[i],
-                         binding_of(running_.config, i).message);
+      return fmt::format("{} ({})", estimator::source_names[i], binding.message);
     };
     if (healthy) {
       if (signal == Signal::unhealthy) journal.info(label() + " is fine again");
       signal = Signal::healthy;
     } else if (signal == Signal::healthy) {
       // The time since reception: source_age_ns includes the latency of the sensor.
-      const std::int64_t unheard_ns =
-          published.details.source_age_ns[i] - binding_of(running_.config, i).latency_ns;
+      const std::int64_t unheard_ns = published.details.source_age_ns[i] - binding.latency_ns;
       const bool overdue = unheard_ns > running_.config.can.signals[i].timeout_ns;
       if (overdue && inputs_ended(running_)) continue;  // reported, and no sender is at fault
       const auto wrong = overdue ? std::nullopt : diagnostic_of(flag, label());

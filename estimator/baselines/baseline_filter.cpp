@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/time.hpp"
@@ -38,7 +37,7 @@ bool BaselineFilter::resume(const Estimate& predecessor, double gap_s) noexcept 
 }
 
 Verdict BaselineFilter::add(const Measurement& sample) noexcept {
-  const std::int64_t arrival_ns = arrival_of(sample.arrival_ns);
+  const std::int64_t arrival_ns = arrival_of(sample.arrival_ns, last_tick_ns_, period_ns_);
   const Verdict verdict = held_.take(sample, ns_after(arrival_ns, period_ns_));
   if (verdict == Verdict::fused) {
     const bool reverse = is_wheel(sample.source) && held_[Source::direction].value < 0.0;
@@ -58,21 +57,12 @@ Verdict BaselineFilter::add(const CameraPose& camera) noexcept {
   if (motion_.stopped) {
     return Verdict::source_off;
   }
-  const std::int64_t arrival_ns = arrival_of(camera.arrival_ns);
+  const std::int64_t arrival_ns = arrival_of(camera.arrival_ns, last_tick_ns_, period_ns_);
   const Verdict verdict = anchor_.take(camera, ns_after(arrival_ns, period_ns_), arrival_ns);
   if (verdict == Verdict::fused || verdict == Verdict::gated) {
     integrity_.add(camera);
   }
   return verdict;
-}
-
-/// A sample without an arrival time counts as arriving at the next tick.
-std::int64_t BaselineFilter::arrival_of(std::int64_t stated_ns) const noexcept {
-  if (stated_ns != 0) {
-    return stated_ns;
-  }
-  return last_tick_ns_ ? ns_after(*last_tick_ns_, period_ns_)
-                       : std::numeric_limits<std::int64_t>::max();
 }
 
 Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {

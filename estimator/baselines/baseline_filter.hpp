@@ -33,7 +33,6 @@ class BaselineFilter {
   [[nodiscard]] SourceFlag flag(Source source) const noexcept { return integrity_.flag(source); }
 
  private:
-  [[nodiscard]] std::int64_t arrival_of(std::int64_t stated_ns) const noexcept;
   void advance(std::int64_t tick_ns) noexcept;
   [[nodiscard]] Estimate estimate(std::int64_t tick_ns) noexcept;
 

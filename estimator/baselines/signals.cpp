@@ -9,7 +9,7 @@
 
 namespace odomd::estimator {
 
-HeldSignals::HeldSignals(const FilterSettings& settings) noexcept : sigma_(sigmas_of(settings)) {
+HeldSignals::HeldSignals(const FilterSettings& settings) noexcept : sigma_(settings.sigma) {
   for (std::size_t i = 0; i < source_count; ++i) {
     held_[i].sigma = sigma_[i];
   }

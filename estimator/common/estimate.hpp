@@ -51,7 +51,7 @@ struct Estimate {
   bool model_fault = false;    ///< the model has left its domain and stopped (paper: reversing)
   bool bias_unlearnt = false;  ///< the gyro's bias is not known well: stop for 2 s
   bool scale_implausible =
-      false;  ///< a learnt scale is far outside its prior: check the configured one
+      false;  ///< a learnt scale is far outside its prior: check the configured
 
   Pose2 map;   ///< centre of gravity in the map frame; jumps when a camera pose re-anchors it
   Pose2 odom;  ///< the same in the odometry frame, which never jumps and starts at the initial pose
@@ -75,8 +75,7 @@ struct Estimate {
   std::array<double, 9> cross_covariance{};
   Calibration calibration;
 
-  std::uint32_t reset_count =
-      0;            ///< changes of the map pose by re-anchoring, including the initialisation
+  std::uint32_t reset_count = 0;  ///< re-anchorings of the map pose, including the initialisation
   Pose2 last_jump;  ///< displacement by the last re-anchoring, in map axes; initialising: 0
   std::int64_t camera_ns = 0;      ///< capture time of the last fused camera pose, 0: none yet
   double camera_test_ratio = 0.0;  ///< νᵀS⁻¹ν / gate, of the last camera pose

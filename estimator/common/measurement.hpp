@@ -7,46 +7,9 @@
 #include <cstdint>
 #include <string_view>
 
+#include "estimator/common/source.hpp"
+
 namespace odomd::estimator {
-
-/// The origin of a measurement. The numbers are part of the shared memory's layout (ages and health
-/// bits are indexed by them): append only.
-enum class Source : std::uint8_t {
-  yaw_rate,          ///< ψ̇ [rad/s]
-  accel_x,           ///< specific force along x at the IMU [m/s²]
-  accel_y,           ///< specific force along y at the IMU [m/s²]
-  wheel_front_left,  ///< ground speed of the wheel, signed [m/s]
-  wheel_front_right,
-  wheel_rear_left,
-  wheel_rear_right,
-  wheel_rear,  ///< mean of the rear axle [m/s]
-  motor,       ///< speed of the driven (rear) axle, from the motor's speed [m/s]
-  steering,    ///< δ at the front wheels [rad], left positive
-  direction,   ///< +1 forward, -1 reverse, 0 unknown: the sign of unsigned wheel speeds
-  camera,      ///< a pose in the map frame
-  count
-};
-inline constexpr std::size_t source_count = static_cast<std::size_t>(Source::count);
-
-inline constexpr std::array<std::string_view, source_count> source_names{
-    "yaw_rate",         "accel_x",           "accel_y",
-    "wheel_front_left", "wheel_front_right", "wheel_rear_left",
-    "wheel_rear_right", "wheel_rear",        "motor",
-    "steering",         "direction",         "camera"};
-
-[[nodiscard]] constexpr std::size_t index_of(Source source) noexcept {
-  return static_cast<std::size_t>(source);
-}
-
-/// Sources of wheel speeds: four wheels, the rear axle, the motor.
-[[nodiscard]] constexpr bool is_wheel(Source source) noexcept {
-  return source >= Source::wheel_front_left && source <= Source::motor;
-}
-
-/// One of the four wheels, in contrast to an axle or the motor.
-[[nodiscard]] constexpr bool is_single_wheel(Source source) noexcept {
-  return source >= Source::wheel_front_left && source <= Source::wheel_rear_right;
-}
 
 struct Measurement {
   Source source = Source::yaw_rate;

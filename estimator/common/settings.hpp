@@ -6,7 +6,6 @@
 #include <optional>
 #include <string_view>
 
-#include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/tuning.hpp"
 #include "estimator/common/vehicle.hpp"
@@ -31,17 +30,6 @@ struct PaperNoise {
   std::array<double, 2> R{0.125, 0.10};       ///< of (ψ̇, v_x)
 };
 
-/// In the order of Source: typical values of a car's own sensors. The camera states its own sigmas.
-inline constexpr std::array<double, source_count> default_sigma{
-    0.03,                    // yaw_rate [rad/s]
-    0.3,  0.3,               // accel_x, accel_y [m/s²]
-    0.05, 0.05, 0.05, 0.05,  // wheels [m/s]
-    0.05, 0.05,              // wheel_rear, motor [m/s]
-    0.02,                    // steering [rad]
-    1.0,                     // direction
-    1.0,                     // camera
-};
-
 /// Standard deviation of a pose that is set [m, rad].
 inline constexpr double initial_sigma = 0.05;
 
@@ -59,8 +47,8 @@ struct FilterSettings {
   std::optional<double> pitch_gradient;
   double window_s = 0.25;  ///< a sample may be this late
 
-  /// Standard deviations of samples that state none. 0: the default of the source.
-  std::array<double, source_count> sigma{};
+  /// Standard deviations of samples that state none.
+  std::array<double, source_count> sigma = default_sigma;
 
   /// A wheel may turn at up to this speed while it reads 0 [m/s]. Set to 0: learnt from readings.
   std::array<double, source_count> dead_band{};

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 namespace odomd::estimator {
 
@@ -31,6 +32,15 @@ inline constexpr double ns_per_second = 1e9;
                   : std::numeric_limits<std::int64_t>::max();
   }
   return later;
+}
+
+/// When a sample arrived; one that does not state it counts as arriving at the next tick.
+[[nodiscard]] inline std::int64_t arrival_of(std::int64_t stated_ns,
+                                             std::optional<std::int64_t> last_tick_ns,
+                                             std::int64_t period_ns) noexcept {
+  const std::int64_t next_tick_ns =
+      last_tick_ns ? ns_after(*last_tick_ns, period_ns) : std::numeric_limits<std::int64_t>::max();
+  return stated_ns != 0 ? stated_ns : next_tick_ns;
 }
 
 }  // namespace odomd::estimator

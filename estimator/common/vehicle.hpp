@@ -2,11 +2,10 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 
-#include "estimator/common/measurement.hpp"
+#include "estimator/common/source.hpp"
 
 namespace odomd::estimator {
 
@@ -50,18 +49,9 @@ struct Vehicle {
          std::max((c_v + c_h) / car.mass, (l_v * l_v * c_v + l_h * l_h * c_h) / car.yaw_inertia);
 }
 
-/// All sources for which is_wheel() is true.
-inline constexpr std::array wheel_sources{Source::wheel_front_left, Source::wheel_front_right,
-                                          Source::wheel_rear_left,  Source::wheel_rear_right,
-                                          Source::wheel_rear,       Source::motor};
-
-[[nodiscard]] constexpr bool is_front(Source wheel) noexcept {
-  return wheel == Source::wheel_front_left || wheel == Source::wheel_front_right;
-}
-
 /// Whether a source's wheel is driven; the motor counts as a driven wheel.
 [[nodiscard]] constexpr bool is_driven(Driven driven, Source source) noexcept {
-  return driven == Driven::all || source == Source::motor ||
+  return driven == Driven::all || info_of(source).axle == Axle::driven ||
          is_front(source) == (driven == Driven::front);
 }
 
@@ -88,14 +78,8 @@ struct WheelPlace {
   bool steered = false;
 };
 [[nodiscard]] inline WheelPlace wheel_place(const Vehicle& car, Source source) noexcept {
-  const double half_track = 0.5 * car.track_width;
-  const bool left = source == Source::wheel_front_left || source == Source::wheel_rear_left;
-  const bool right = source == Source::wheel_front_right || source == Source::wheel_rear_right;
-  return {is_front(source) ? car.front_axle : -car.rear_axle,
-          left    ? half_track
-          : right ? -half_track
-                  : 0.0,
-          is_front(source)};
+  const double left = 0.5 * car.track_width * static_cast<double>(info_of(source).side);
+  return {is_front(source) ? car.front_axle : -car.rear_axle, left, is_front(source)};
 }
 
 }  // namespace odomd::estimator

@@ -219,8 +219,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   };
   if (!state.located) {
     if (!gate.locates) {
-      judgement.verdict = Verdict::source_off;
-      return judgement;
+      return {.source = Source::camera, .verdict = Verdict::source_off};
     }
     begin_at(state, sample);
     fused();

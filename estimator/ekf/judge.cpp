@@ -6,35 +6,12 @@
 
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/plausibility.hpp"
-#include "estimator/ekf/standstill.hpp"
 
 namespace odomd::estimator::full {
 namespace {
 
 // After a gyro gap this long, wheels and steering determine ψ̇.
 constexpr double gyro_lifetime_s = 0.35;
-
-/// How the samples of a source are judged.
-struct Rules {
-  double Tuning::*gate;  ///< threshold of ν²/S
-  double timeout_s;      ///< samples rejected for this long are accepted
-  at::Index inflated;    ///< state whose variance grows then
-  bool turn;             ///< they measure a turn and do not correct the speed
-};
-
-constexpr Rules rules_of(Source source) noexcept {
-  switch (source) {
-    case Source::yaw_rate:
-      return {&Tuning::signal_gate, 0.05, at::yaw_rate, true};
-    case Source::accel_y:
-      return {&Tuning::signal_gate, longest_gap_s, at::accel_bias_y, true};
-    case Source::accel_x:
-      // Longer: a car that sets off accelerates before its wheels resolve the speed.
-      return {&Tuning::signal_gate, 1.5, at::accel_bias_x, false};
-    default:
-      return {&Tuning::wheel_gate, 0.1, at::v_x, false};
-  }
-}
 
 /// Time since `since_ns`, at most the gap up to which a gate widens [s].
 double gap_s(std::int64_t since_ns, const Sample& sample) noexcept {

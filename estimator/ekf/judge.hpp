@@ -14,9 +14,6 @@
 
 namespace odomd::estimator::full {
 
-/// A longer gap between two samples does not widen a gate any further [s].
-inline constexpr double longest_gap_s = 0.2;
-
 /// Time of the last fused sample of this source (of any wheel, for a wheel); 0: never.
 [[nodiscard]] std::int64_t last_fused_ns(const State& state, Source source) noexcept;
 

@@ -63,17 +63,16 @@ void measure_noise(const Tuning& tuning, State& state, Sample& sample) noexcept 
 SourceNoise noise_of(const Tuning& tuning, const State& state, Source source,
                      double stated) noexcept {
   SourceNoise noise{.stated = stated};
-  const std::size_t i = index_of(source);
-  if (i < state.noise.size()) {
-    const NoiseLevel& level = state.noise[i];
+  if (is_inertial(source)) {
+    const NoiseLevel& level = state.noise[index_of(source)];
     if (level.still.samples >= least_samples_to_use) {
       noise.at_rest = stated * bounded(tuning, level.still.mean, true);
     }
     if (level.moving.samples >= least_samples_to_use) {
       noise.moving = stated * bounded(tuning, level.moving.mean, false);
     }
-  } else if (is_wheel(source) && state.readings[i].consistent > 0) {
-    noise.speed_share = tuning.wheel_radius * std::sqrt(state.readings[i].noise_scale);
+  } else if (is_wheel(source) && state.reading(source).consistent > 0) {
+    noise.speed_share = tuning.wheel_radius * std::sqrt(state.reading(source).noise_scale);
   }
   return noise;
 }

@@ -23,25 +23,11 @@ constexpr double fresh_s = 0.25;
 
 constexpr int most_counted = 3;
 
-/// Two samples are consistent if |z_2 - z_1| ≤ at_once + share |z| + rate Δt, share |z| at most 2.
-/// That includes kerbs, and the wheels of one axle in a tight turn.
-struct Change {
-  double at_once;
-  double share;
-  double rate;  ///< per second
-};
 constexpr double largest_share = 2.0;
-
-constexpr Change largest_turn{0.5, 0.0, integrity::largest_yaw_accel};
-constexpr Change largest_jerk{10.0, 0.0, 100.0};
-constexpr Change largest_wheel_change{0.3, 0.3, 10.0};
 
 bool agree(const Reading& before, const Sample& sample) noexcept {
   const double elapsed_s = seconds_between(before.time_ns, sample.time_ns);
-  const bool accel = sample.source == Source::accel_x || sample.source == Source::accel_y;
-  const Change& change = sample.source == Source::yaw_rate ? largest_turn
-                         : accel                           ? largest_jerk
-                                                           : largest_wheel_change;
+  const Rules change = rules_of(sample.source);
   return before.consistent > 0 && elapsed_s <= longest_pause_s &&
          std::abs(sample.value[0] - before.value) <=
              change.at_once + std::min(change.share * std::abs(sample.value[0]), largest_share) +
@@ -54,9 +40,8 @@ constexpr double fastest_reversal = 0.5;
 
 int consistent_samples(const State& state, const Sample& sample) noexcept {
   int most = 0;
-  for (std::size_t i = 0; i < source_count; ++i) {
-    const auto source = static_cast<Source>(i);
-    const Reading& before = state.readings[i];
+  for (const Source source : all_sources) {
+    const Reading& before = state.reading(source);
     if ((source == sample.source || (is_wheel(source) && is_wheel(sample.source))) &&
         agree(before, sample)) {
       most = std::max(most, before.consistent);

@@ -1,5 +1,6 @@
-// Compares a sample with earlier ones, independently of the filter's state. A jump that no car can
-// make may be a corrupt frame, so a second consistent sample is needed.
+// How samples of each source are judged, and compared with earlier ones, without the filter's
+// state. A jump that no car can make may be a corrupt frame, so a second consistent sample is
+// needed.
 //
 // docs/model.md, "Gates and rejection timeouts".
 #pragma once
@@ -15,6 +16,34 @@ namespace odomd::estimator::full {
 
 /// A source without a fused sample for this long is silent [s].
 inline constexpr double silence_s = 1.0;
+
+/// A longer gap between two samples does not widen a gate any further [s].
+inline constexpr double longest_gap_s = 0.2;
+
+/// How the samples of a source are judged.
+struct Rules {
+  double Tuning::*gate;  ///< threshold of ν²/S
+  double timeout_s;      ///< samples rejected for this long are accepted
+  at::Index inflated;    ///< state whose variance grows then
+  bool turn;             ///< they measure a turn and do not correct the speed
+  /// Two samples are consistent if |z_2 - z_1| ≤ at_once + share |z| + rate Δt, share |z| at most
+  /// 2. That includes kerbs, and the wheels of one axle in a tight turn.
+  double at_once, share, rate;
+};
+[[nodiscard]] constexpr Rules rules_of(Source source) noexcept {
+  switch (source) {
+    case Source::yaw_rate:
+      return {&Tuning::signal_gate,        0.05, at::yaw_rate, true, 0.5, 0.0,
+              integrity::largest_yaw_accel};
+    case Source::accel_y:
+      return {&Tuning::signal_gate, longest_gap_s, at::accel_bias_y, true, 10.0, 0.0, 100.0};
+    case Source::accel_x:
+      // Longer: a car that sets off accelerates before its wheels resolve the speed.
+      return {&Tuning::signal_gate, 1.5, at::accel_bias_x, false, 10.0, 0.0, 100.0};
+    default:
+      return {&Tuning::wheel_gate, 0.1, at::v_x, false, 0.3, 0.3, 10.0};
+  }
+}
 
 /// Longest cycle at which a decision waits for the next sample [s].
 inline constexpr double next_sample_s = 0.05;

@@ -3,8 +3,6 @@
 // docs/model.md, "Measurements".
 #pragma once
 
-#include <cmath>
-
 #include "estimator/common/vehicle.hpp"
 #include "estimator/ekf/process.hpp"
 #include "estimator/ekf/update.hpp"

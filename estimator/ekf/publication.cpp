@@ -13,7 +13,6 @@
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/common/vehicle.hpp"
 #include "estimator/ekf/update.hpp"
 #include "estimator/integrity/admission.hpp"
 

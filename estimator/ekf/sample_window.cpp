@@ -1,6 +1,8 @@
 // docs/model.md, "Late samples".
 #include "estimator/ekf/sample_window.hpp"
 
+#include <algorithm>
+
 namespace odomd::estimator::full {
 
 Insertion SampleWindow::insert(const Sample& sample) noexcept {

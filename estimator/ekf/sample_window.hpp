@@ -4,13 +4,12 @@
 // docs/model.md, "Late samples".
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <tuple>
 #include <utility>
 
 #include "estimator/common/measurement.hpp"
@@ -29,13 +28,8 @@ struct Sample {
 
 /// A total order: by time, then by source, then by the numbers.
 [[nodiscard]] inline bool operator<(const Sample& a, const Sample& b) noexcept {
-  if (a.time_ns != b.time_ns) {
-    return a.time_ns < b.time_ns;
-  }
-  if (a.source != b.source) {
-    return a.source < b.source;
-  }
-  return a.value != b.value ? a.value < b.value : a.sigma < b.sigma;
+  return std::tie(a.time_ns, a.source, a.value, a.sigma) <
+         std::tie(b.time_ns, b.source, b.value, b.sigma);
 }
 
 /// Result of inserting a sample.
@@ -105,12 +99,12 @@ class Judgements {
   /// Reports the number of samples that a full window has dropped.
   void report_dropped(SampleWindow& window) noexcept {
     const std::array<std::uint32_t, source_count> dropped = window.take_dropped();
-    for (std::size_t i = 0; i < source_count; ++i) {
-      if (dropped[i] > 0) {
-        report({.source = static_cast<Source>(i),
+    for (const Source source : all_sources) {
+      if (const std::uint32_t count = dropped[index_of(source)]; count > 0) {
+        report({.source = source,
                 .verdict = Verdict::too_old,
                 .time_ns = window.dropped_until_ns(),
-                .count = dropped[i]});
+                .count = count});
       }
     }
   }

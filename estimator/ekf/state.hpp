@@ -13,7 +13,6 @@
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/pose.hpp"
-#include "estimator/common/time.hpp"
 #include "estimator/common/tuning.hpp"
 #include "estimator/integrity/integrity.hpp"
 
@@ -208,7 +207,7 @@ struct State {
   double front_wheels = 0.0;                  ///< δ after the steering actuator [rad]
   double side_accel = 0.0;     ///< measured a_y, smoothed over `grip_shown_s` [m/s²]
   double largest_accel = 0.0;  ///< the largest |side_accel| so far [m/s²]
-  std::array<NoiseLevel, index_of(Source::wheel_front_left)> noise{};  ///< of the inertial sensors
+  std::array<NoiseLevel, source_count> noise{};  ///< of the inertial sensors
 
   bool moving = false;          ///< a wheel speed has started the motion
   Pose2 start;                  ///< pose at the start of the motion

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
@@ -299,8 +298,6 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
       }
       return {.source = sample.source, .verdict = verdict};
     }
-    case Source::count:
-      return {.source = sample.source, .verdict = Verdict::source_off};
     default:
       break;
   }

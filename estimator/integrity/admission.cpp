@@ -29,9 +29,9 @@ void require_possible(const FilterSettings& s) {
     }
   }
   for (std::size_t i = 0; i < source_count; ++i) {
-    if (!std::isfinite(s.sigma[i]) || s.sigma[i] < 0.0) {
+    if (!std::isfinite(s.sigma[i]) || s.sigma[i] <= 0.0) {
       throw std::invalid_argument("sigma of " + std::string(source_names[i]) +
-                                  " must be a positive number, or 0 for the default");
+                                  " must be a positive number");
     }
   }
   if (s.period_s < 1e-4 || s.period_s > 1.0) {

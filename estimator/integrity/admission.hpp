@@ -2,7 +2,6 @@
 // finite or beyond what any car can do.
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <optional>
 
@@ -17,17 +16,6 @@ namespace odomd::estimator {
 
 /// Throws std::invalid_argument with the setting's name if a number is impossible.
 void require_possible(const FilterSettings& settings);
-
-/// Largest magnitudes for a car of any size, in the order of Source. A larger sample means a broken
-/// sensor or a wrong scale.
-inline constexpr std::array<double, source_count> physical_limit = [] {
-  constexpr double accel = 200.0;    // [m/s²]
-  constexpr double wheel = 150.0;    // [m/s]
-  constexpr double yaw_rate = 35.0;  // [rad/s]
-  constexpr double steering = 1.4;   // [rad], short of the tangent's pole
-  return std::array{yaw_rate, accel, accel, wheel,    wheel, wheel,
-                    wheel,    wheel, wheel, steering, 1.0,   0.0};
-}();
 
 /// Beyond these a double no longer resolves a step [m] or a turn [rad].
 inline constexpr double largest_coordinate = 1e8;
@@ -44,16 +32,6 @@ inline constexpr double largest_camera_sigma = 1e3;  ///< [m, rad]
 
 [[nodiscard]] constexpr double bounded_sigma(double sigma, double largest) noexcept {
   return std::clamp(sigma, smallest_sigma, largest);
-}
-
-/// Standard deviations for samples that state none.
-[[nodiscard]] inline std::array<double, source_count> sigmas_of(
-    const FilterSettings& settings) noexcept {
-  std::array<double, source_count> sigma = settings.sigma;
-  for (std::size_t i = 0; i < source_count; ++i) {
-    sigma[i] = sigma[i] > 0.0 ? sigma[i] : default_sigma[i];
-  }
-  return sigma;
 }
 
 /// Why a signal's sample is refused: source_off (the camera, or no source), non_finite, gated

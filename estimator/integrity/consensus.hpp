@@ -4,9 +4,7 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
 
 #include <Eigen/Core>
 #include <Eigen/LU>
@@ -16,23 +14,8 @@
 
 namespace odomd::estimator::integrity {
 
-/// A set of sources, one bit each.
-using Sources = std::uint32_t;
-
-[[nodiscard]] constexpr Sources only(Source source) noexcept {
-  return Sources{1} << index_of(source);
-}
-
-[[nodiscard]] constexpr bool contains(Sources sources, std::size_t source) noexcept {
-  return (sources >> source & 1U) != 0;
-}
-
-inline constexpr Sources front_wheels =
-    only(Source::wheel_front_left) | only(Source::wheel_front_right);
-inline constexpr Sources rear_wheels = only(Source::wheel_rear_left) |
-                                       only(Source::wheel_rear_right) | only(Source::wheel_rear) |
-                                       only(Source::motor);
-inline constexpr Sources wheels = front_wheels | rear_wheels;
+inline constexpr Sources front_wheels = set_of(is_front);
+inline constexpr Sources rear_wheels = wheels & ~front_wheels;
 
 /// The unknowns: speed [m/s] and yaw rate [rad/s] of the car, and the slip of front and rear wheels
 /// [m/s].

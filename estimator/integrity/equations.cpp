@@ -282,19 +282,18 @@ void learn_radii(const Sensors& sensors, const Consensus& all, const Solution& b
     return;
   }
   const double side = v * base.motion[of::yaw_rate] / gravity;
-  for (const Row& row : all) {
-    for (const Source wheel : wheel_sources) {
-      if (row.sources != only(wheel)) {
-        continue;
-      }
-      const double error = row.off(base.motion) * row.sigma / v;
-      double& radius = observed.radius[index_of(wheel)];
-      radius = std::clamp(radius + dt / learnt_s * error, -most, most);
-      const double left = wheel_place(sensors.car, wheel).left;
-      if (left != 0.0) {
-        observed.load =
-            std::clamp(observed.load - std::copysign(dt, left) * side * error, -most, most);
-      }
+  for (const Source wheel : wheel_sources) {
+    const Row* const row = std::ranges::find(all, only(wheel), &Row::sources);
+    if (row == all.end()) {
+      continue;
+    }
+    const double error = row->off(base.motion) * row->sigma / v;
+    double& radius = observed.radius[index_of(wheel)];
+    radius = std::clamp(radius + dt / learnt_s * error, -most, most);
+    const double left = wheel_place(sensors.car, wheel).left;
+    if (left != 0.0) {
+      observed.load =
+          std::clamp(observed.load - std::copysign(dt, left) * side * error, -most, most);
     }
   }
   const double unknown = observed.load_sigma - load_known;

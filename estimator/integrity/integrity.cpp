@@ -124,11 +124,7 @@ void Integrity::add(const CameraPose& pose) noexcept {
 }
 
 Sources Integrity::distrusted() const noexcept {
-  Sources all = 0;
-  for (std::size_t i = 0; i < source_count; ++i) {
-    all |= trust_[i].flag != SourceFlag::ok ? Sources{1} << i : 0;
-  }
-  return all;
+  return set_of([&](Source source) { return !trusted(source); });
 }
 
 /// Decides the sign of unsigned wheel speeds. A car reverses only after a halt, so all checks since
@@ -244,14 +240,11 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
   agreed_.without_wheels = all.without(out | faulty | wheels);
   const Sources trusted = ~distrusted();
   // A source that pauses has not failed.
-  Sources lately = 0;
-  for (std::size_t i = 0; i < source_count; ++i) {
+  const Sources lately = set_of([&](Source source) {
     constexpr double pause_s = 0.5;
-    const SourceHistory& history = observed_.sources[i];
-    if (history.seen() && seconds_between(history.time_ns, now_ns) <= pause_s) {
-      lately |= only(static_cast<Source>(i));
-    }
-  }
+    const SourceHistory& history = observed_.history(source);
+    return history.seen() && seconds_between(history.time_ns, now_ns) <= pause_s;
+  });
   const auto all_distrusted = [&](Sources sources) {
     return (present & sources) != 0 && (lately & sources & trusted) == 0;
   };
@@ -276,16 +269,16 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
     follow_consensus(observed_, dt, agreed_.contradicted,
                      suspected_ == 0 && (~trusted & (wheels | only(Source::accel_x))) == 0);
   }
-  for (std::size_t i = 0; i < source_count; ++i) {
-    const Sources it = Sources{1} << i;
-    if (trust_[i].flag != SourceFlag::ok) {
-      const Sources others = (out | faulty) & ~it;
+  for (const Source source : all_sources) {
+    Trust& trust = trust_[index_of(source)];
+    if (contains(trusted, source)) {
+      trust.required_s -= dt / required_s.second * trust.required_s;
+    } else {
+      const Sources others = (out | faulty) & ~only(source);
       const double short_increase = all.without(others).misfit - base.misfit;
       const double long_increase = longer.without(others).misfit - longer_base.misfit;
-      lower_flag(
-          i, trust_[i].by_long_mean ? std::max(short_increase, long_increase) : short_increase, dt);
-    } else {
-      trust_[i].required_s -= dt / required_s.second * trust_[i].required_s;
+      lower_flag(source,
+                 trust.by_long_mean ? std::max(short_increase, long_increase) : short_increase, dt);
     }
   }
 }
@@ -296,15 +289,13 @@ void Integrity::raise_flags(Sources suspects, bool by_long_mean) noexcept {
     suspected_since_ns_ = observed_.now_ns;
   }
   suspected_ = suspects;
-  for (std::size_t i = 0; i < source_count; ++i) {
-    if (!contains(suspects, i)) {
-      continue;
-    }
-    const bool wheel = is_wheel(static_cast<Source>(i));
-    const bool frozen = observed_.repeats(static_cast<Source>(i));
-    const double elapsed_s = seconds_between(suspected_since_ns_, observed_.now_ns);
-    if (elapsed_s >= (frozen || wheel ? frozen_persistence_s : persistence_s)) {
-      Trust& trust = trust_[i];
+  const double elapsed_s = seconds_between(suspected_since_ns_, observed_.now_ns);
+  for (const Source source : all_sources) {
+    const bool wheel = is_wheel(source);
+    const bool frozen = observed_.repeats(source);
+    if (contains(suspects, source) &&
+        elapsed_s >= (frozen || wheel ? frozen_persistence_s : persistence_s)) {
+      Trust& trust = trust_[index_of(source)];
       if (trust.flag == SourceFlag::ok) {
         trust.raised_ns = observed_.now_ns;
         trust.by_long_mean = by_long_mean;
@@ -322,18 +313,17 @@ void Integrity::raise_flags(Sources suspects, bool by_long_mean) noexcept {
 
 /// Lowers a flag once the source has agreed with the others for long enough. `misfit` is the
 /// source's addition to the others' misfit. Sensors of a turn prove little on a straight.
-void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcept {
+void Integrity::lower_flag(Source source, double misfit, double dt) noexcept {
   constexpr Sources of_turns = turn_models | only(Source::yaw_rate) | only(Source::camera);
   constexpr double slowest_turn = 0.1;  // [rad/s]
   constexpr double without_turn = 0.2;
-  Trust& trust = trust_[source];
-  if (trust.flag == SourceFlag::drifting && observed_.repeats(static_cast<Source>(source))) {
+  Trust& trust = trust_[index_of(source)];
+  SourceHistory& history = observed_.sources[index_of(source)];
+  if (trust.flag == SourceFlag::drifting && observed_.repeats(source)) {
     trust.flag = SourceFlag::frozen;
   }
-  const bool still =
-      trust.flag == SourceFlag::frozen && observed_.sources[source].same_since_ns < trust.raised_ns;
-  if (misfit > squared(most_sigmas) || still ||
-      !observed_.sources[source].alive(observed_.now_ns)) {
+  const bool still = trust.flag == SourceFlag::frozen && history.same_since_ns < trust.raised_ns;
+  if (misfit > squared(most_sigmas) || still || !history.alive(observed_.now_ns)) {
     trust.agreed_s = 0.0;
     return;
   }
@@ -342,8 +332,8 @@ void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcep
   trust.agreed_s += conclusive ? dt : without_turn * dt;
   if (trust.agreed_s >= trust.required_s) {
     trust.flag = SourceFlag::ok;
-    restart_means(observed_.sources[source]);
-    if (source == index_of(Source::camera)) {
+    restart_means(history);
+    if (source == Source::camera) {
       restart_means(observed_.camera_speed);
       restart_means(observed_.camera_yaw_rate);
     }

@@ -7,7 +7,6 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 
 #include "estimator/common/measurement.hpp"
@@ -47,7 +46,7 @@ class Integrity {
 
   /// Whether the source is trusted and was consistent with the others at the last check.
   [[nodiscard]] bool agrees(Source source) const noexcept {
-    return trusted(source) && !agreed_.contradicted && (suspected_ & integrity::only(source)) == 0;
+    return trusted(source) && !agreed_.contradicted && (suspected_ & only(source)) == 0;
   }
 
   /// Motion from the short means of all trusted sources at the last check.
@@ -100,9 +99,9 @@ class Integrity {
                                 const CameraPose& pose) const noexcept;
   bool decide_sign(const integrity::Sensors& sensors, integrity::Consensus& all,
                    integrity::Solution& base) noexcept;
-  [[nodiscard]] integrity::Sources distrusted() const noexcept;
-  void raise_flags(integrity::Sources suspects, bool by_long_mean) noexcept;
-  void lower_flag(std::size_t source, double misfit, double dt) noexcept;
+  [[nodiscard]] Sources distrusted() const noexcept;
+  void raise_flags(Sources suspects, bool by_long_mean) noexcept;
+  void lower_flag(Source source, double misfit, double dt) noexcept;
 
   static constexpr int max_votes = 50;
   static constexpr int decisive_votes = 20;
@@ -110,7 +109,7 @@ class Integrity {
   integrity::Observations observed_;
   integrity::CameraConsistency camera_innovations_;
   std::array<Trust, source_count> trust_{};
-  integrity::Sources suspected_ = 0;  ///< at the last check
+  Sources suspected_ = 0;  ///< at the last check
   std::int64_t suspected_since_ns_ = 0;
   std::array<double, 3> newest_pose_{};
   CameraPose reference_pose_;  ///< start of the camera's step to the next pose

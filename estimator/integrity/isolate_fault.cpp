@@ -5,12 +5,11 @@
 #include <cmath>
 
 #include "estimator/common/symmetric3.hpp"
-#include "estimator/common/time.hpp"
 
 namespace odomd::estimator::integrity {
 namespace {
 
-constexpr Sources inertial = only(Source::yaw_rate) | only(Source::accel_x) | only(Source::accel_y);
+constexpr Sources inertial = set_of(is_inertial);
 
 /// A set of sources that may fail together, and its score: first the penalty, -2 log of its
 /// probability relative to a single source's; later the misfit of the observations is added.
@@ -35,12 +34,12 @@ constexpr double anomaly_bonus = 20.0;
 
 /// Whether all live ones of these sources repeat their bits, or slip.
 bool is_anomalous(const Observations& observed, Sources sources, const Solution& without) noexcept {
-  for (std::size_t i = 0; i < source_count; ++i) {
-    const SourceHistory& history = observed.sources[i];
-    if (!contains(sources, i) || !history.alive(observed.now_ns)) {
+  for (const Source source : all_sources) {
+    const SourceHistory& history = observed.history(source);
+    if (!contains(sources, source) || !history.alive(observed.now_ns)) {
       continue;
     }
-    const bool wheel = is_wheel(static_cast<Source>(i));
+    const bool wheel = is_wheel(source);
     // A quantised wheel speed repeats while the car goes at a constant speed, or stands.
     const bool stands = std::abs(history.value) < slowest_turning;
     const bool constant = wheel &&
@@ -48,8 +47,8 @@ bool is_anomalous(const Observations& observed, Sources sources, const Solution&
                                          most_sigmas * history.sigma) &&
                           std::abs(history.mean() - without.motion[of::speed]) <
                               (stands ? 0.5 : most_sigmas) * without.sigma[of::speed];
-    const bool slips = wheel && observed.slips(static_cast<Source>(i));
-    if (!slips && (constant || !observed.repeats(static_cast<Source>(i)))) {
+    const bool slips = wheel && observed.slips(source);
+    if (!slips && (constant || !observed.repeats(source))) {
       return false;
     }
   }
@@ -65,15 +64,13 @@ Sources isolate_fault(const Observations& observed, const Consensus& all, const 
   const Sources speeds = suspects & (wheels | only(Source::camera));
   const bool slides = observed.slides(observed.now_ns, Over::long_time);
   const bool witnessed = observed.slid() && observed.seen();
-  const Sources outer_wheels =
-      observed.speed() * observed.yaw_rate() > 0.0
-          ? only(Source::wheel_front_right) | only(Source::wheel_rear_right)
-          : only(Source::wheel_front_left) | only(Source::wheel_rear_left);
+  const Side outside = observed.speed() * observed.yaw_rate() > 0.0 ? Side::right : Side::left;
+  const Sources outer_wheels = set_of([&](Source wheel) { return info_of(wheel).side == outside; });
   std::array<Hypothesis, source_count + groups.size()> tried{};
   Hypothesis best{.score = base.misfit - gate};
   for (std::size_t i = 0; i < tried.size(); ++i) {
     const Hypothesis hypothesis =
-        i < source_count ? Hypothesis{only(static_cast<Source>(i)), 0.0} : groups[i - source_count];
+        i < source_count ? Hypothesis{only(all_sources[i]), 0.0} : groups[i - source_count];
     const Sources sources = hypothesis.sources & suspects;
     if (sources == 0 || (witnessed && (sources & ~witnesses) == 0) ||
         (!observed.seen() && hypothesis.sources == turn_models)) {

@@ -120,9 +120,7 @@ std::vector<Comparison> compare(const Drive& drive, const SignalLog& log,
                 seen_turn = each([](const Piece&p) { return p.turn / p.length(); });
   std::vector<ArrayXd> middle;  // speed of the axle's middle, from each wheel
   for (const Source wheel : wheels) {
-    const bool is_left = wheel == Source::wheel_front_left || wheel == Source::wheel_rear_left;
-    const bool is_axle = wheel == Source::wheel_rear || wheel == Source::motor;
-    const double left = is_axle ? 0.0 : (is_left ? 0.5 : -0.5) * car.track_width;
+    const double left = wheel_place(car, wheel).left;
     middle.push_back(mean(speed_of(wheel)) + left * (has_poses ? seen_turn : turn));
     if (has_poses)
       add_median(all, middle.back(), seen_speed, pose_sigma, {{{wheel}}});
@@ -130,8 +128,7 @@ std::vector<Comparison> compare(const Drive& drive, const SignalLog& log,
       add_median(all, middle.back(), middle[0], wheel_sigma, {{{wheel}}, {{wheels[0]}, -1.0}});
   }
   if (has_poses) add_slope(all, turn, seen_turn, pose_sigma, {{gyro}});
-  for (const auto& [left, right] : {std::pair{Source::wheel_front_left, Source::wheel_front_right},
-                                    std::pair{Source::wheel_rear_left, Source::wheel_rear_right}})
+  for (const auto& [left, right] : estimator::wheel_pairs)
     if (log.has(left) && log.has(right))
       // Divided by v, the effect of a factor on one wheel is constant.
       add_slope(all, (mean(speed_of(right)) - mean(speed_of(left))) / v, car.track_width * turn / v,
@@ -165,12 +162,9 @@ std::optional<Diagnostic> find_wrong_scale(const Drive& drive, const SignalLog& 
   std::ranges::copy_if(wheel_sources, std::back_inserter(wheels),
                        [&](Source wheel) { return log.has(wheel); });
   if (wheels.empty()) return std::nullopt;
-  std::vector<Suspect> suspects{{wheels},
-                                {{Source::yaw_rate}},
-                                {{Source::steering}},
-                                {{Source::accel_x, Source::accel_y}},
-                                {{Source::wheel_front_left, Source::wheel_front_right}},
-                                {{Source::wheel_rear_left, Source::wheel_rear_right}}};
+  std::vector<Suspect> suspects{
+      {wheels}, {{Source::yaw_rate}}, {{Source::steering}}, {{Source::accel_x, Source::accel_y}}};
+  for (const auto& [left, right] : estimator::wheel_pairs) suspects.push_back({{left, right}});
   for (const Source wheel : wheels) suspects.push_back({{wheel}});
   const std::vector<Comparison> all = compare(drive, log, wheels);
   for (auto& [sources, factor, explained] : suspects) {

@@ -22,10 +22,9 @@ using estimator::Source;
 constexpr Sources gyro = only(Source::yaw_rate);
 constexpr Sources accel_x = only(Source::accel_x);
 constexpr Sources accel_y = only(Source::accel_y);
-constexpr Sources front = only(Source::wheel_front_left) | only(Source::wheel_front_right);
-constexpr Sources rear =
-    only(Source::wheel_rear_left) | only(Source::wheel_rear_right) | only(Source::wheel_rear);
-constexpr Sources wheels = front | rear | only(Source::motor);
+constexpr Sources wheels = estimator::wheels;
+constexpr Sources front = estimator::set_of(estimator::is_front);
+constexpr Sources rear = wheels & ~front & ~only(Source::motor);
 
 constexpr Quantity turn_rate{"rad/s", "rad/s2", 0.5, 0.2, 0.05};
 constexpr Quantity acceleration{"m/s2", "m/s3", 2.0, 3.0, 0.5};
@@ -90,8 +89,8 @@ std::string ways_of(Part part) {
 
 std::vector<std::string_view> names_of(Sources sources) {
   std::vector<std::string_view> names;
-  for (std::size_t i = 0; i < estimator::source_count; ++i)
-    if (contains(sources, static_cast<Source>(i))) names.push_back(estimator::source_names[i]);
+  for (const Source source : estimator::all_sources)
+    if (contains(sources, source)) names.push_back(info_of(source).name);
   return names;
 }
 

@@ -12,21 +12,13 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "estimator/common/measurement.hpp"
+#include "estimator/common/source.hpp"
 
 namespace odomd::fault {
 
-/// A set of sources: bit s is estimator::Source s.
-using Sources = std::uint32_t;
+using estimator::contains, estimator::only, estimator::Sources;
 
-[[nodiscard]] constexpr Sources only(estimator::Source source) noexcept {
-  return 1U << estimator::index_of(source);
-}
-[[nodiscard]] constexpr bool contains(Sources sources, estimator::Source source) noexcept {
-  return (sources & only(source)) != 0;
-}
-
-/// Their names, in the order of the sources.
+/// The names of the sources, in their order.
 [[nodiscard]] std::vector<std::string_view> names_of(Sources sources);
 
 enum class Part : std::uint8_t {

@@ -17,8 +17,6 @@ constexpr std::int64_t after_it_ns = 1000;  // delay of the second of two frames
 constexpr double spinning_up_s = 0.15;
 
 using Pair = std::pair<Source, Source>;
-constexpr std::array left_and_right{Pair{Source::wheel_front_left, Source::wheel_front_right},
-                                    Pair{Source::wheel_rear_left, Source::wheel_rear_right}};
 constexpr std::array front_and_rear{Pair{Source::wheel_front_left, Source::wheel_rear_left},
                                     Pair{Source::wheel_front_right, Source::wheel_rear_right}};
 constexpr std::array x_and_y{Pair{Source::accel_x, Source::accel_y}};
@@ -113,7 +111,7 @@ void FrameFault::change_values(std::size_t message, can::Frame& frame) {
 
 std::optional<double> FrameFault::partner(Source source) const {
   std::span<const Pair> pairs = x_and_y;
-  if (fault_.kind.act == Act::left_right) pairs = left_and_right;
+  if (fault_.kind.act == Act::left_right) pairs = estimator::wheel_pairs;
   if (fault_.kind.act == Act::front_rear) pairs = front_and_rear;
   return seen_[estimator::index_of(exchanged(source, pairs))].latest;
 }

@@ -17,15 +17,6 @@
 namespace odomd::fault {
 namespace {
 
-std::array<double, estimator::source_count> stated_sigma(const daemon::Config& config) {
-  std::array<double, estimator::source_count> sigma{};
-  for (std::size_t i = 0; i < sigma.size(); ++i) {
-    const double stated = config.can.signals[i].sigma;
-    sigma[i] = stated > 0.0 ? stated : estimator::default_sigma[i];
-  }
-  return sigma;
-}
-
 bool is_of_camera(const Fault& fault) {
   return fault.kind.part == Part::camera;
 }
@@ -77,7 +68,7 @@ Injector::Injector(const daemon::Config& config, std::span<const can::Database> 
                    std::span<const std::string> bus_names, std::span<const Fault> faults)
     : Chain(faults_of(faults, false)),
       signals_(config.can, databases, bus_names),
-      sigma_(stated_sigma(config)) {
+      sigma_(daemon::filter_settings(config).sigma) {
   require_mapped(config, faults);
 }
 

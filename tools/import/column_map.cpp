@@ -35,11 +35,10 @@ std::string role_like(const MappedColumn& column) {
 }
 
 std::string_view si_unit(std::string_view role) {
-  return role.empty()                 ? "1"
-         : role == "yaw_rate"         ? "rad/s"
-         : role == "steering"         ? "rad"
-         : role.starts_with("accel_") ? "m/s2"
-                                      : "m/s";
+  const auto source = std::ranges::find(estimator::source_names, role);
+  if (source == estimator::source_names.end()) return "1";
+  const auto index = source - estimator::source_names.begin();
+  return can::unit_name(daemon::units_of(static_cast<estimator::Source>(index)).front());
 }
 
 /// Keys of a role of [can.signals] that belong to the sensor, not to its frames.

@@ -19,9 +19,9 @@ namespace {
 const sim::BusRole& target_of(std::string_view role) {
   // odomd.dbc has four wheel speeds: any other speed uses the signal of a rear wheel, on another
   // bus if that is taken.
-  const bool is_other_speed = role == "wheel_rear" || role == "motor";
-  return *std::ranges::find(sim::bus_roles(), is_other_speed ? "wheel_rear_left" : role,
-                            &sim::BusRole::role);
+  const auto own = std::ranges::find(sim::bus_roles(), role, &sim::BusRole::role);
+  if (own != sim::bus_roles().end()) return *own;
+  return *std::ranges::find(sim::bus_roles(), "wheel_rear_left", &sim::BusRole::role);
 }
 
 const can::Message& message_of(const ImportedRole& role) {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <ranges>
 #include <utility>
 
 #include <fmt/format.h>
@@ -67,8 +68,7 @@ void turn(Proposal& proposal, DriveCourse& drive, Source role, std::string_view 
 }
 
 std::optional<ArrayXd> wheel_difference(const DriveCourse& drive) {
-  for (const auto& [left, right] : {std::pair{Source::wheel_rear_left, Source::wheel_rear_right},
-                                    std::pair{Source::wheel_front_left, Source::wheel_front_right}})
+  for (const auto& [left, right] : std::views::reverse(estimator::wheel_pairs))
     if (drive.has(left) && drive.has(right)) return drive.of(right) - drive.of(left);
   return std::nullopt;
 }

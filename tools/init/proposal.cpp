@@ -85,16 +85,14 @@ void take_rhythm(Choice& choice, const Rhythm& rhythm) {
   }
 }
 
-constexpr std::array four_wheels{Source::wheel_front_left, Source::wheel_front_right,
-                                 Source::wheel_rear_left, Source::wheel_rear_right};
-
 /// Keeps one kind of speed: both wheels of an axle, or else the rear axle, or else the motor.
 void keep_one_speed(Proposal& proposal) {
   const bool pair = proposal.has_axle();
   if (pair) {
     proposal.of(Source::wheel_rear).reset();
   } else if (proposal.has(Source::wheel_rear)) {
-    for (const Source role : four_wheels) proposal.of(role).reset();
+    for (const Source role : wheel_sources)
+      if (is_single_wheel(role)) proposal.of(role).reset();
   }
   if (pair || proposal.has(Source::wheel_rear)) proposal.of(Source::motor).reset();
 }
@@ -148,8 +146,8 @@ bool Proposal::needs_radius() const {
 }
 
 bool Proposal::has_axle() const {
-  return (has(Source::wheel_rear_left) && has(Source::wheel_rear_right)) ||
-         (has(Source::wheel_front_left) && has(Source::wheel_front_right));
+  return std::ranges::any_of(estimator::wheel_pairs,
+                             [&](const auto& pair) { return has(pair.first) && has(pair.second); });
 }
 
 Proposal propose(std::span<const can::Database> databases, const Traffic& traffic) {
@@ -157,8 +155,8 @@ Proposal propose(std::span<const can::Database> databases, const Traffic& traffi
   const Rhythms came = rhythms(traffic, databases);
   Proposal proposal;
   std::vector<std::string> absent_speeds;
-  for (std::size_t i = 0; i < estimator::index_of(Source::camera); ++i) {
-    const auto role = static_cast<Source>(i);
+  for (const Source role : estimator::all_sources) {
+    if (role == Source::camera) continue;
     std::vector<Candidate> candidates = candidates_for(role, databases, 8);
     std::string absent;
     if (has_log)
@@ -170,7 +168,7 @@ Proposal propose(std::span<const can::Database> databases, const Traffic& traffi
     if (candidates.empty()) {
       if (!absent.empty() && role != Source::direction)
         proposal.notes.push_back(fmt::format("{}: {} is in the database, but not in the log",
-                                             estimator::source_names.at(i), absent));
+                                             info_of(role).name, absent));
       if (!absent.empty() && estimator::is_wheel(role)) absent_speeds.push_back(absent);
       continue;
     }
@@ -181,7 +179,7 @@ Proposal propose(std::span<const can::Database> databases, const Traffic& traffi
     }
     Choice choice = best_of(std::move(observed), has_log);
     if (has_log) take_rhythm(choice, came.at(key_of(choice.candidate)));
-    proposal.roles.at(i) = std::move(choice);
+    proposal.of(role) = std::move(choice);
   }
   require_speed(proposal, databases, traffic, absent_speeds);
   keep_one_speed(proposal);

@@ -15,6 +15,8 @@ namespace {
 
 using can::Dimension;
 using can::NameWords;
+using estimator::Quantity;
+using estimator::Side;
 using estimator::Source;
 using namespace role_words;
 
@@ -93,9 +95,16 @@ void fit_one_speed(Fit& fit) {
 }
 
 can::Unit usual_unit(Source role) {
-  if (role == Source::yaw_rate) return can::Unit::deg_per_s;
-  if (role == Source::accel_x || role == Source::accel_y) return can::Unit::m_per_s2;
-  return role == Source::steering ? can::Unit::deg : can::Unit::km_per_h;
+  switch (info_of(role).quantity) {
+    case Quantity::yaw_rate:
+      return can::Unit::deg_per_s;
+    case Quantity::acceleration:
+      return can::Unit::m_per_s2;
+    case Quantity::angle:
+      return can::Unit::deg;
+    default:
+      return can::Unit::km_per_h;
+  }
 }
 
 Dimension dimension_of(Source role) {
@@ -129,9 +138,10 @@ void fit_words(Fit& fit, Source role) {
     if (has_word(fit.seen.own, rate_word)) fit.possible = false;
   } else if (role == Source::wheel_rear) {
     fit_one_speed(fit);
+  } else if (!is_single_wheel(role)) {
+    fit.possible = false;
   } else {
-    fit_wheel(fit, static_cast<int>(estimator::index_of(role)) -
-                       static_cast<int>(estimator::index_of(Source::wheel_front_left)));
+    fit_wheel(fit, (is_front(role) ? 0 : 2) + (info_of(role).side == Side::left ? 0 : 1));
   }
 }
 
@@ -225,23 +235,6 @@ void add_direction(const can::Message& message, const can::Signal& signal,
 }
 
 }  // namespace
-
-std::string_view quantity_of(Source role) {
-  constexpr std::array<std::string_view, estimator::source_count> names{
-      "yaw rate",
-      "acceleration along the car",
-      "acceleration across the car",
-      "speed of the front left wheel",
-      "speed of the front right wheel",
-      "speed of the rear left wheel",
-      "speed of the rear right wheel",
-      "speed of the rear axle",
-      "speed from the motor",
-      "steering angle",
-      "forward or reverse",
-      "camera"};
-  return names.at(estimator::index_of(role));
-}
 
 std::vector<Candidate> candidates_for(Source role, std::span<const can::Database> databases,
                                       std::size_t most) {

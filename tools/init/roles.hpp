@@ -31,9 +31,6 @@ struct Candidate {
   [[nodiscard]] std::string name() const { return message->name + "." + signal->name; }
 };
 
-/// "rear left wheel's speed": the role's quantity, for people.
-[[nodiscard]] std::string_view quantity_of(estimator::Source role);
-
 /// The candidates for a role, the best first; at most `most`.
 [[nodiscard]] std::vector<Candidate> candidates_for(estimator::Source role,
                                                     std::span<const can::Database> databases,

@@ -25,9 +25,8 @@ struct Range {
 
 /// The range of sigmas that a filter can use; below it the errors of its model are larger.
 Range range_of(Source role) {
-  if (role == Source::yaw_rate) return {0.005, 0.05};
-  if (role == Source::accel_x || role == Source::accel_y) return {0.3, 2.0};
-  return {0.02, 0.1};
+  if (is_wheel(role)) return {0.02, 0.1};
+  return role == Source::yaw_rate ? Range{0.005, 0.05} : Range{0.3, 2.0};
 }
 
 /// The mean reading while all wheels are at rest, without outliers; none if the car still turns.
@@ -72,12 +71,12 @@ std::optional<double> bias_standing(const Series& signal, const Proposal& propos
 }  // namespace
 
 void set_noise(Proposal& proposal) {
-  for (std::size_t i = 0; i < estimator::index_of(Source::steering); ++i) {
-    auto& choice = proposal.roles.at(i);
-    if (!choice || choice->series.size() < 20) continue;
+  for (const Source role : estimator::all_sources) {
+    auto& choice = proposal.of(role);
+    if (!(is_inertial(role) || is_wheel(role)) || !choice || choice->series.size() < 20) continue;
     const double noise =
         std::max(white_sigma(choice->series.value), resolution_of(choice->series.value));
-    const auto [least, most] = range_of(static_cast<Source>(i));
+    const auto [least, most] = range_of(role);
     choice->sigma = two_digits(std::clamp(noise, least, most));
     choice->reasons.emplace_back("sigma from the log");
   }

@@ -111,20 +111,20 @@ std::string with_unsure(const VehicleValue& value) {
 
 void add_signals(std::string& text, const Draft& draft) {
   text += "\n[can.signals]\n";
-  std::vector<std::string> missing;
-  for (std::size_t i = 0; i < estimator::index_of(Source::camera); ++i) {
-    const auto role = static_cast<Source>(i);
+  std::vector<std::string_view> missing;
+  for (const Source role : estimator::all_sources) {
     const auto& choice = draft.proposal.of(role);
     if (!choice) {
       if (role == Source::yaw_rate || role == Source::steering) missing.push_back(name_of(role));
       continue;
     }
-    add_comment(text, fmt::format("{}{}{}", quantity_of(role), choice->reasons.empty() ? "" : ": ",
-                                  fmt::join(choice->reasons, "; ")));
+    add_comment(text,
+                fmt::format("{}{}{}", info_of(role).meaning, choice->reasons.empty() ? "" : ": ",
+                            fmt::join(choice->reasons, "; ")));
     for (const std::string& warning : choice->warnings) add_comment(text, "UNSURE: " + warning);
     text += fmt::format("{} = {}\n", name_of(role), entry(*choice));
   }
-  for (const std::string& role : missing)
+  for (const std::string_view role : missing)
     add_comment(text,
                 fmt::format("UNSURE: nothing fits {}; without it the pose is less precise", role));
 }

@@ -182,16 +182,10 @@ bool is_miswired(const ReplaySummary& summary, std::size_t source) {
 }  // namespace
 
 std::string_view what_to_check(Source source) {
-  switch (source) {
-    case Source::camera:
-      return "that its poses are of this drive and this map, its clock and its sigmas";
-    case Source::yaw_rate:
-    case Source::accel_x:
-    case Source::accel_y:
-      return "its unit, sign, scale, offset and mounting";
-    default:
-      return "its unit, scale and sign, and the vehicle";
-  }
+  if (source == Source::camera)
+    return "that its poses are of this drive and this map, its clock and its sigmas";
+  return is_inertial(source) ? "its unit, sign, scale, offset and mounting"
+                             : "its unit, scale and sign, and the vehicle";
 }
 
 diagnostics::Diagnostics check_sources(const can::Decoder& decoder, const ReplaySummary& summary) {

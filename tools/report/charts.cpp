@@ -45,6 +45,7 @@ std::string percentiles(const BeatBuckets& buckets, std::int64_t max_ns) {
 }
 
 using estimator::Judgement;
+using estimator::Quantity;
 using estimator::Source;
 
 struct Dimension {
@@ -56,13 +57,12 @@ struct Dimension {
 constexpr double degrees = 180.0 / std::numbers::pi;
 
 std::vector<Dimension> dimensions_of(Source source) {
-  switch (source) {
-    case Source::yaw_rate:
+  switch (info_of(source).quantity) {
+    case Quantity::yaw_rate:
       return {{"", "deg/s", degrees}};
-    case Source::accel_x:
-    case Source::accel_y:
+    case Quantity::acceleration:
       return {{"", "m/s²", 1.0}};
-    case Source::camera:
+    case Quantity::pose:
       return {{" x", "mm", 1e3}, {" y", "mm", 1e3}, {" yaw", "deg", degrees}};
     default:
       return {{"", "m/s", 1.0}};

@@ -314,12 +314,5 @@ TEST(Take, InputsAreForgottenWithAge) {
   EXPECT_FALSE(input_of(state).has_steering);
 }
 
-TEST(Take, WhatIsNoSourceIsOff) {
-  Car car;
-  EXPECT_EQ(car.push(Source::yaw_rate, 0.0).verdict, Verdict::fused);
-  const Sample sample{.time_ns = car.state.time_ns, .source = Source::count};
-  EXPECT_EQ(take(car.context, car.state, sample).verdict, Verdict::source_off);
-}
-
 }  // namespace
 }  // namespace odomd::estimator::full::testing::take_test

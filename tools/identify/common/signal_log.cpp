@@ -78,12 +78,6 @@ class SignalReader {
 
 }  // namespace
 
-const can::SignalBinding* binding_of(const daemon::Config& config, estimator::Source source) {
-  const auto found = std::ranges::find(config.can.bindings, estimator::index_of(source),
-                                       &can::SignalBinding::channel);
-  return found == config.can.bindings.end() ? nullptr : &*found;
-}
-
 Series with_direction(Series speed, const Series& gear) {
   std::size_t g = 0;
   for (std::size_t i = 0; i < speed.size() && !gear.empty(); ++i) {

@@ -26,21 +26,10 @@ struct Drive;  // tools/replay/drive.hpp
   return "can.signals." + name_of(source) + key;
 }
 
-[[nodiscard]] inline bool is_mapped(const daemon::Config& config, estimator::Source source) {
-  return config.can.signals[estimator::index_of(source)].configured;
-}
-
 /// The configured latency of a source [s].
 [[nodiscard]] double configured_latency(const daemon::Config& config, estimator::Source source);
 
-/// The signal that a source is mapped to; null: none.
-[[nodiscard]] const can::SignalBinding* binding_of(const daemon::Config& config,
-                                                   estimator::Source source);
-
-inline constexpr std::array wheel_sources{
-    estimator::Source::wheel_front_left, estimator::Source::wheel_front_right,
-    estimator::Source::wheel_rear_left,  estimator::Source::wheel_rear_right,
-    estimator::Source::wheel_rear,       estimator::Source::motor};
+using estimator::wheel_sources;
 
 /// Sources for the speed of the car, in the order of preference.
 inline constexpr std::array speed_sources{

@@ -107,11 +107,10 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
   const auto take = [&](Source source, const Series& series) {
     add(drive.samples, series, source, sigma_of(source), log.first_ns, least_spacing(config));
   };
-  for (std::size_t k = 0; k < estimator::source_count; ++k) {
-    const auto source = static_cast<Source>(k);
-    if (estimator::is_wheel(source))
+  for (const Source source : estimator::all_sources) {
+    if (is_wheel(source))
       take(source, with_direction(log.of(source), gear));
-    else if (source < Source::wheel_front_left)
+    else if (is_inertial(source))
       take(source, log.of(source));
   }
   std::erase_if(drive.samples, [&](const Sample& sample) {

@@ -34,9 +34,7 @@ std::array<bool, parameters> free_by_default(const daemon::Config& config) {
   free.fill(true);
   if (one_imu(config)) free[accel_latency] = false;
   free[load_lag] = free[drive_spin] = false;  // hardly observable, and disturb the others
-  for (std::size_t k = 0; k < estimator::source_count; ++k)
-    if (const auto source = static_cast<Source>(k); estimator::is_wheel(source))
-      free[wheel_scale(source)] = is_mapped(config, source);
+  for (const Source source : wheel_sources) free[wheel_scale(source)] = is_mapped(config, source);
   const auto any = [&](std::initializer_list<Parameter> scales) {
     return std::ranges::any_of(scales, [&](Parameter k) { return free[k]; });
   };

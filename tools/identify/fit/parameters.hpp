@@ -4,6 +4,7 @@
 // configured + p. So p = 0 is the configuration.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -27,12 +28,14 @@ using Numbers = std::array<T, parameters>;
 
 /// The scale of a wheel's speed.
 [[nodiscard]] constexpr Parameter wheel_scale(estimator::Source wheel) {
-  return static_cast<Parameter>(wheel_scale_front_left + estimator::index_of(wheel) -
-                                estimator::index_of(estimator::Source::wheel_front_left));
+  const auto* const place = std::ranges::find(estimator::wheel_sources, wheel);
+  const auto number = static_cast<std::size_t>(place - estimator::wheel_sources.begin());
+  return static_cast<Parameter>(wheel_scale_front_left + number);
 }
+static_assert(wheel_scale(estimator::wheel_sources.back()) + 1 == wheel_slip);
 
 [[nodiscard]] constexpr Parameter wheel_latency(estimator::Source wheel) {
-  return wheel <= estimator::Source::wheel_front_right ? wheel_latency_front : wheel_latency_rear;
+  return is_front(wheel) ? wheel_latency_front : wheel_latency_rear;
 }
 
 enum class Kind : std::uint8_t {

@@ -258,9 +258,9 @@ T rolled(const Setup& setup, const car_model::Car<T>& car, estimator::Source sou
   const T half = 0.5 * setup.nominal[track_width] * exp(p[track_width]);
   const T &r = now.x[st::yaw_rate], &forward = now.x[st::v_x];
   const T per_force = usual_slip + p[wheel_slip];
-  const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
-  const bool left = source == Source::wheel_front_left || source == Source::wheel_rear_left;
-  const T out = (left ? 1.0 : -1.0) * half;
+  const bool front = estimator::is_front(source);
+  const estimator::Side on = estimator::info_of(source).side;
+  const T out = (on == estimator::Side::left ? 1.0 : -1.0) * half;
   // The inner wheel has less load, and slips more.
   const T wheelbase = car.front_axle + car.rear_axle;
   const T share =
@@ -285,7 +285,7 @@ T rolled(const Setup& setup, const car_model::Car<T>& car, estimator::Source sou
   const T accel_x = now.accel - now.x[st::v_y] * r;
   const T drive = car_model::push(car, now.x, accel_x).drive;
   const T per_newton = per_force / setup.nominal[stiffness_rear];
-  if (source == Source::wheel_rear || source == Source::motor)
+  if (on == estimator::Side::middle)
     return scale * forward * (static_cast<T>(1.0) + per_newton * drive);
   // Both wheels get the same torque, and the outer one spins up in a turn: F_i = D / 2 + m_w y_i ψ̈
   const T drive_spun = setup.nominal[drive_spin] * exp(p[drive_spin]) * car.mass;  // both wheels

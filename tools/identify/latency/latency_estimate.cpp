@@ -73,9 +73,7 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
     camera_offset = result.offsets.back().offset;
   }
   const auto place_pairs = [&](const std::optional<FrontWheels>& front_wheels) {
-    for (const auto& [left, right] :
-         {std::pair{Source::wheel_front_left, Source::wheel_front_right},
-          std::pair{Source::wheel_rear_left, Source::wheel_rear_right}}) {
+    for (const auto& [left, right] : estimator::wheel_pairs) {
       if (!log.has(left) || !log.has(right)) continue;
       begin(name_of(left) + " and " + name_of(right) + " against yaw_rate");
       const SourceOffset found = wheel_pair(drive, left, right, front_wheels);
