@@ -149,17 +149,6 @@ double smallest_dead_band(const State& state) noexcept {
   return smallest;
 }
 
-bool knows_speed(Driven driven, const State& state) noexcept {
-  const auto current = [&state](std::int64_t time_ns) {
-    return seconds_between(time_ns, state.time_ns) <= fresh_s;
-  };
-  return current(state.reading(Source::camera).fused_ns) ||
-         std::ranges::any_of(wheel_sources, [&](Source wheel) {
-           const Reading& reading = state.reading(wheel);
-           return !is_driven(driven, wheel) && reading.consistent > 0 && current(reading.time_ns);
-         });
-}
-
 double rear_spin(const State& state) noexcept {
   const double v_x = state.mean[at::v_x];
   double most = 0.0;

@@ -7,7 +7,6 @@
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/common/vehicle.hpp"
-#include "estimator/ekf/plausibility.hpp"
 
 namespace odomd::estimator::full {
 
@@ -103,14 +102,13 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   z.relative = noise_scale * squared(tuning.wheel_radius * rolling);
   // A driven tyre that slides to the side also spins.
   const double sideways = across * c - along * s;
-  const double spinning =
-      is_driven(model.car.driven, source) && knows_speed(model.car.driven, state)
-          ? tuning.spin * slide_of(sideways, along, model.car)
-          : 0.0;
-  const double slipping = squared(tuning.slip_noise * share * force * rolling);
+  const double spinning = is_driven(model.car.driven, source)
+                              ? tuning.spin * slide_of(sideways, along, model.car)
+                              : 0.0;
+  const double slipping = squared(tuning.slip_noise * share * force * rolling) + squared(spinning);
   z.slack = z.relative * (1.0 - 1.0 / std::max(least, 1.0)) + (free ? 0.0 : slipping);
   z.slip = squared(state.integrity.slip_sigma(source));
-  z.variance = squared(sigma) + z.slip + z.relative + slipping + squared(spinning) +
+  z.variance = squared(sigma) + z.slip + z.relative + slipping +
                squared(by_delta * tuning.front_wheel) + squared(s) * state.variance(at::v_y);
   z.depends_on(at::v_x, scale * c);
   z.by_slow[slow::wheel_latency] = -scale * c * v_x_dot;

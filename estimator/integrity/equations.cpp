@@ -211,16 +211,12 @@ Consensus equations(const Sensors& sensors, const Observations& observed, bool b
           : std::abs(faster);
   const double accel = std::min(measured, std::abs(faster));
   const bool brakes = faster * v < 0.0;
-  const bool known = observed.seen() || std::ranges::any_of(wheel_sources, [&](Source wheel) {
-                       return observed.usable(wheel) && !is_driven(sensors.car.driven, wheel);
-                     });
   const auto slip = [&](Source wheel) {
     const bool driven = is_driven(sensors.car.driven, wheel);
     const bool slips = brakes || driven;
-    return root_of_squares(
-        slip_floor, (slid ? sensors.tuning.sliding_slip : slip_share) * v,
-        driven && known ? slide_of(observed.errors.rear_slip, v, sensors.car) : 0.0,
-        slips ? observed.errors.wheel_slip * accel * v : 0.0);
+    return root_of_squares(slip_floor, (slid ? sensors.tuning.sliding_slip : slip_share) * v,
+                           driven ? slide_of(observed.errors.rear_slip, v, sensors.car) : 0.0,
+                           slips ? observed.errors.wheel_slip * accel * v : 0.0);
   };
   add(0, of::front_slip, 0.0, slip(Source::wheel_front_left));
   add(0, of::rear_slip, 0.0, slip(Source::wheel_rear_left));
