@@ -34,8 +34,6 @@ void apply_integrity(const Context& context, State& state) noexcept {
       .steering_offset_sigma = std::sqrt(state.variance(at::steering_offset)),
       .wheel_slip = std::abs(state.slow.mean[slow::wheel_slip]) + state.sigma(slow::wheel_slip),
       .camera_noise_scale = state.camera_noise_scale,
-      .rear_slip = state.mean[at::v_y] - context.model.car.rear_axle * state.mean[at::yaw_rate],
-      .rear_slip_sigma = std::sqrt(state.variance(at::v_y)),
       .gyro_latency = std::abs(state.slow.mean[slow::gyro_latency] -
                                state.reading(Source::yaw_rate).advanced_s) +
                       state.sigma(slow::gyro_latency),

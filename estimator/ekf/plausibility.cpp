@@ -149,19 +149,6 @@ double smallest_dead_band(const State& state) noexcept {
   return smallest;
 }
 
-double rear_spin(const State& state) noexcept {
-  const double v_x = state.mean[at::v_x];
-  double most = 0.0;
-  for (const Source wheel : wheel_sources) {
-    const Reading& reading = state.reading(wheel);
-    if (!is_front(wheel) && reading.consistent > 0 &&
-        seconds_between(reading.time_ns, state.time_ns) <= fresh_s) {
-      most = std::max(most, std::abs(reading.value - v_x));
-    }
-  }
-  return std::min(most / std::max(std::abs(v_x), integrity::slowest_rolling), 1.0);
-}
-
 void note_reading(State& state, const Sample& sample) noexcept {
   Reading& reading = state.reading(sample.source);
   reading.interval_s =

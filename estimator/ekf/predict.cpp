@@ -100,12 +100,7 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
     }
   }
   z.relative = noise_scale * squared(tuning.wheel_radius * rolling);
-  // A driven tyre that slides to the side also spins.
-  const double sideways = across * c - along * s;
-  const double spinning = is_driven(model.car.driven, source)
-                              ? tuning.spin * slide_of(sideways, along, model.car)
-                              : 0.0;
-  const double slipping = squared(tuning.slip_noise * share * force * rolling) + squared(spinning);
+  const double slipping = squared(tuning.slip_noise * share * force * rolling);
   z.slack = z.relative * (1.0 - 1.0 / std::max(least, 1.0)) + (free ? 0.0 : slipping);
   z.slip = squared(state.integrity.slip_sigma(source));
   z.variance = squared(sigma) + z.slip + z.relative + slipping +

@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "estimator/common/symmetric3.hpp"
-#include "estimator/ekf/plausibility.hpp"
 
 namespace odomd::estimator::full {
 namespace {
@@ -151,13 +150,10 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
   const double known = squared(tuning.side_slip_grip);
   const double share = std::sqrt(known + (1.0 - known) * unknown);
   const double side = share * tuning.side_slip * gravity * bend * bend * bend;
-  state.variance(at::v_y) += squared(tuning.side_slip_floor * gravity) * F.dt;
-  // The accelerometer measures the force, whatever its error: v̇_y = a_y - v_x ψ̇. A white error of
-  // v̇_y with the density q is e with the variance q / 2T.
-  const double force =
-      std::hypot(tuning.side_force, rear_spin(state)) * x[at::v_x] * x[at::yaw_rate];
-  state.variance(at::side_force) += (squared(force) + squared(side) / (2.0 * tuning.side_force_s) +
-                                     squared(tuning.side_force_floor * gravity)) *
+  state.variance(at::v_y) += (squared(side) + squared(tuning.side_slip_floor * gravity)) * F.dt;
+  const double force = (state.integrity.slid() ? tuning.sliding_force : tuning.side_force) *
+                       x[at::v_x] * x[at::yaw_rate];
+  state.variance(at::side_force) += (squared(force) + squared(tuning.side_force_floor * gravity)) *
                                     (1.0 - squared(F.force_decay));
   state.variance(at::yaw_rate) += squared(tuning.turn * model.gyro_sigma) * F.dt;
   state.variance(at::accel_x) += state.drive_noise_scale * squared(tuning.drive_accel * gravity) *

@@ -57,10 +57,10 @@ Row wheel_row(const View& view, Source source, bool backwards) noexcept {
   const SourceHistory& history = view.observed.history(source);
   const Averaged wheel = view.average(source);
   const auto [v, r] = std::pair(view.v, view.r);
-  // A front wheel moves sideways with the rear axle's slip and l ψ̇.
+  // A front wheel moves sideways with l ψ̇, as the rear axle does not slip.
   const double l = place.steered ? view.sensors.car.wheelbase() : 0.0;
   const double along = v - place.left * r;
-  const double across = place.steered ? view.observed.errors.rear_slip + l * r : 0.0;
+  const double across = l * r;
   const double f = std::copysign(std::hypot(along, across), along);
   const bool still = std::abs(f) < slowest;
   const double by_v = still ? 1.0 : along / f;
@@ -72,20 +72,17 @@ Row wheel_row(const View& view, Source source, bool backwards) noexcept {
   const double hidden = std::abs(history.value) < slowest_turning
                             ? view.observed.errors.dead_band[index_of(source)]
                             : 0.0;
-  // It rolls along itself. How a wheel that slides to the side rolls is known less.
-  const bool steers = place.steered && !still && view.observed.usable(Source::steering);
-  const double slip_angle = steers
-                                ? view.average(Source::steering).mean -
-                                      view.observed.errors.steering_offset - std::atan(across / v)
-                                : 0.0;
-  const double rolls = std::cos(slip_angle);
-  const double aside = still ? 0.0 : across / f * view.observed.errors.rear_slip_sigma;
-  const double sigma = root_of_squares(
-      hidden, 0.5 * (1.0 - rolls) * f, aside, view.observed.slip_sigma(source), wheel.noise,
-      lasting_share * history.sigma, view.sensors.tuning.wheel_radius * f,
-      view.observed.load_sigma * view.side / gravity * f, wheel.lateness);
-  const Motion by{rolls * by_v, rolls * by_r, place.steered ? 1.0 : 0.0, place.steered ? 0.0 : 1.0};
-  return {only(source), by, (backwards ? -mean : mean) - rolls * (f - by_v * v - by_r * r), sigma};
+  // A sliding front axle also moves sideways.
+  const double sideways =
+      place.steered && view.observed.slid()
+          ? std::abs(v * std::sin(view.observed.history(Source::steering).mean()))
+          : 0.0;
+  const double sigma =
+      root_of_squares(hidden, sideways, view.observed.slip_sigma(source), wheel.noise,
+                      lasting_share * history.sigma, view.sensors.tuning.wheel_radius * f,
+                      view.observed.load_sigma * view.side / gravity * f, wheel.lateness);
+  const Motion by{by_v, by_r, place.steered ? 1.0 : 0.0, place.steered ? 0.0 : 1.0};
+  return {only(source), by, (backwards ? -mean : mean) - f + by_v * v + by_r * r, sigma};
 }
 
 /// ψ̇ = v tan δ / (l + K v²), K the understeer gradient.
@@ -152,9 +149,7 @@ Row accel_y_row(const View& view) noexcept {
   constexpr double bank = 0.05;  // [g]
   const Averaged accel_y = view.average(Source::accel_y);
   const double demanded = view.v * view.r;
-  const double turned = view.v * view.observed.history(Source::yaw_rate).mean();
-  const double sideways =
-      accel_y.slides ? 0.5 * std::max({std::abs(demanded), std::abs(turned), sliding_accel}) : 0.0;
+  const double sideways = accel_y.slides ? 0.5 * std::max(std::abs(demanded), sliding_accel) : 0.0;
   const double sigma =
       root_of_squares(accel_y.noise, view.sensors.tuning.accel_bias, bank * gravity,
                       view.sensors.tuning.roll_gradient * view.side, accel_y.lateness, sideways,
@@ -212,10 +207,8 @@ Consensus equations(const Sensors& sensors, const Observations& observed, bool b
   const double accel = std::min(measured, std::abs(faster));
   const bool brakes = faster * v < 0.0;
   const auto slip = [&](Source wheel) {
-    const bool driven = is_driven(sensors.car.driven, wheel);
-    const bool slips = brakes || driven;
+    const bool slips = brakes || is_driven(sensors.car.driven, wheel);
     return root_of_squares(slip_floor, (slid ? sensors.tuning.sliding_slip : slip_share) * v,
-                           driven ? slide_of(observed.errors.rear_slip, v, sensors.car) : 0.0,
                            slips ? observed.errors.wheel_slip * accel * v : 0.0);
   };
   add(0, of::front_slip, 0.0, slip(Source::wheel_front_left));

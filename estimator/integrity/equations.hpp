@@ -34,9 +34,7 @@ struct SensorErrors {
   double steering_offset_sigma = Tuning{}.steering_offset;
   double wheel_slip = Tuning{}.wheel_slip;  ///< slip of a driven wheel, per acceleration [s²/m]
   double camera_noise_scale = 1.0;          ///< variance of camera poses / stated variance
-  double rear_slip = 0.0;        ///< the rear axle's speed to the side, v_y - l_h ψ̇ [m/s]
-  double rear_slip_sigma = 0.0;  ///< [m/s]
-  double gyro_latency = Tuning{}.latency;  ///< error of the configured latency, plus one sigma [s]
+  double gyro_latency = Tuning{}.latency;   ///< error of the configured latency, plus one sigma [s]
   std::array<double, source_count> dead_band{};  ///< a wheel that reads 0 may be this fast [m/s]
 };
 

@@ -249,8 +249,8 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
     return (present & sources) != 0 && (lately & sources & trusted) == 0;
   };
   agreed_.wheels_distrusted = all_distrusted(wheels);
-  // The car may slide at a high lateral acceleration, while an axle slips or the rear axle moves
-  // aside, and afterwards while it yaws faster than any steering angle allows.
+  // The car may slide at a high lateral acceleration or while an axle slips, and afterwards while
+  // it yaws faster than any steering angle allows.
   const double largest_yaw_rate =
       std::abs(observed_.speed()) * sensors.tuning.sharpest_turn / sensors.car.wheelbase();
   const bool spins = observed_.slides(now_ns, Over::long_time) &&
@@ -258,11 +258,8 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
   if (slides || spins) {
     observed_.slid_ns = now_ns;
   }
-  const bool aside =
-      std::abs(errors.rear_slip) > sensors.tuning.sliding_slip * std::abs(observed_.speed()) +
-                                       most_sigmas * errors.rear_slip_sigma;
   if (lateral_accel(observed_, Over::short_time) > sliding_accel || all_distrusted(front_wheels) ||
-      all_distrusted(rear_wheels) || slides || spins || aside) {
+      all_distrusted(rear_wheels) || slides || spins) {
     observed_.last_slide_ns = now_ns;
   }
   if ((present & trusted & (wheels | only(Source::camera))) != 0) {
