@@ -111,7 +111,7 @@ std::string with_unsure(const VehicleValue& value) {
 
 void add_signals(std::string& text, const Draft& draft) {
   text += "\n[can.signals]\n";
-  std::vector<std::string_view> missing;
+  std::vector<std::string> missing;
   for (const Source role : estimator::all_sources) {
     const auto& choice = draft.proposal.of(role);
     if (!choice) {
@@ -124,7 +124,7 @@ void add_signals(std::string& text, const Draft& draft) {
     for (const std::string& warning : choice->warnings) add_comment(text, "UNSURE: " + warning);
     text += fmt::format("{} = {}\n", name_of(role), entry(*choice));
   }
-  for (const std::string_view role : missing)
+  for (const std::string& role : missing)
     add_comment(text,
                 fmt::format("UNSURE: nothing fits {}; without it the pose is less precise", role));
 }
