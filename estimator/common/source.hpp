@@ -46,8 +46,8 @@ struct SourceInfo {
   std::string_view name;     ///< in configurations and outputs
   std::string_view meaning;  ///< for people
   Quantity quantity;
-  double sigma;            ///< default standard deviation: typical of a car's own sensor
-  double limit;            ///< largest magnitude for a car of any size
+  double sigma;            ///< default standard deviation [unit of the quantity]
+  double limit;            ///< largest magnitude for a car of any size [unit of the quantity]
   Axle axle = Axle::none;  ///< where a speed is measured
   Side side = Side::middle;
 };

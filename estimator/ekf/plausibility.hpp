@@ -28,7 +28,7 @@ struct Rules {
   bool turn;             ///< they measure a turn and do not correct the speed
   /// Two samples are consistent if |z_2 - z_1| ≤ at_once + share |z| + rate Δt, share |z| at most
   /// 2. That includes kerbs, and the wheels of one axle in a tight turn.
-  double at_once, share, rate;
+  double at_once, share, rate;  ///< at_once [unit], rate [unit/s]
 };
 [[nodiscard]] constexpr Rules rules_of(Source source) noexcept {
   switch (source) {

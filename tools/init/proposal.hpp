@@ -11,6 +11,7 @@
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/decode/units.hpp"
 #include "estimator/common/measurement.hpp"
+#include "tools/identify/common/car_model.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/init/roles.hpp"
 #include "tools/init/traffic.hpp"
@@ -81,8 +82,6 @@ struct CarTexts {
 /// Throws std::invalid_argument that lists the missing options with their hints, if there are any.
 void require_numbers(const Car& car, const Proposal& proposal);
 
-inline constexpr double gravity = 9.80665;
-
 /// Typical values of a class of cars, for numbers that nobody has measured.
 struct Typical {
   double inertia;                          ///< J_z / (m l_v l_h)
@@ -91,7 +90,7 @@ struct Typical {
 
   /// Front-wheel angle per lateral acceleration, beyond that of a turn without slip [s²/m].
   [[nodiscard]] double understeer() const {
-    return (1.0 / stiffness_front - 1.0 / stiffness_rear) / gravity;
+    return (1.0 / stiffness_front - 1.0 / stiffness_rear) / car_model::gravity;
   }
 };
 

@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "tools/identify/common/refuse.hpp"
+
 namespace odomd::tools {
 namespace {
 

@@ -137,7 +137,7 @@ std::vector<VehicleValue> vehicle_values(const Draft& draft) {
   const double front = draft.car.front_axle.value_or(0.5 * wheelbase);
   const double rear = std::stod(fmt::format("{:.6g}", wheelbase - front));
   const Typical typical = typical_for(wheelbase);
-  const double weight = mass * gravity;
+  const double weight = mass * car_model::gravity;
   const std::string guess = "typical of its class; odom identify ";
   const bool has_axle = draft.car.front_axle.has_value();
   const std::string axle_origin =

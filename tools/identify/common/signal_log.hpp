@@ -44,8 +44,9 @@ struct Series {
 
   [[nodiscard]] bool empty() const { return t_ns.empty(); }
   [[nodiscard]] std::size_t size() const { return t_ns.size(); }
-  /// Mean time between samples [s], of at least two.
+  /// Mean time between samples [s]; 0 for fewer than two.
   [[nodiscard]] double cycle() const {
+    if (size() < 2) return 0.0;
     return 1e-9 * static_cast<double>(t_ns.back() - t_ns.front()) / static_cast<double>(size() - 1);
   }
   void add(std::int64_t time_ns, double sample) {
