@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "tools/cli/refuse.hpp"
 #include "tools/identify/common/quantity.hpp"
-#include "tools/identify/common/refuse.hpp"
 
 namespace odomd::tools {
 namespace {

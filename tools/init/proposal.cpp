@@ -8,7 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "can_protocol/decode/units.hpp"
-#include "tools/identify/common/refuse.hpp"
+#include "tools/cli/refuse.hpp"
 #include "tools/init/drive_course.hpp"
 
 namespace odomd::tools {

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "tools/identify/common/refuse.hpp"
+#include "tools/cli/refuse.hpp"
 
 namespace odomd::tools {
 namespace {

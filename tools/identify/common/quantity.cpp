@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "tools/cli/csv.hpp"
-#include "tools/identify/common/refuse.hpp"
+#include "tools/cli/refuse.hpp"
 
 namespace odomd::tools {
 namespace {

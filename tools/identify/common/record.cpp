@@ -11,7 +11,7 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
-#include "tools/identify/common/refuse.hpp"
+#include "tools/cli/refuse.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/fit/parameters.hpp"
 
 namespace odomd::tools::fitting {

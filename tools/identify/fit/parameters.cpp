@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "base/nearest_name.hpp"
+#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/identify/common/quantity.hpp"
-#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/common/signal_log.hpp"
 
 namespace odomd::tools::fitting {

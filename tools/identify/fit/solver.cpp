@@ -18,8 +18,8 @@
 #include <utility>
 #include <vector>
 
+#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/identify/common/refuse.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools::fitting {

@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "daemon/core/config_keys.hpp"
+#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
-#include "tools/identify/common/refuse.hpp"
 
 namespace odomd::tools::fitting {
 namespace {

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <numbers>
 
+#include "tools/cli/refuse.hpp"
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/diagnostics/kinds.hpp"
-#include "tools/identify/common/refuse.hpp"
 
 namespace odomd::tools {
 

@@ -9,12 +9,12 @@
 #include <optional>
 #include <span>
 
+#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/quantity.hpp"
 #include "tools/identify/common/record.hpp"
-#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/inertia/bifilar.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/replay/log_options.hpp"

@@ -8,9 +8,9 @@
 #include <numbers>
 #include <vector>
 
+#include "tools/cli/refuse.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/agreement.hpp"
-#include "tools/identify/common/refuse.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/identify/common/agreement.hpp"
-#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/latency/source_offsets.hpp"
 
 namespace odomd::tools {

@@ -9,11 +9,11 @@
 #include <string>
 
 #include "daemon/core/config.hpp"
+#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/record.hpp"
-#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/noise/standing_noise.hpp"
 #include "tools/math/median.hpp"

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "tools/cli/refuse.hpp"
 #include "tools/identify/common/measured.hpp"
-#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/common/search.hpp"
 #include "tools/math/median.hpp"
 

@@ -7,10 +7,10 @@
 
 #include <fmt/format.h>
 
+#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/agreement.hpp"
-#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/stiffness/stiffness_findings.hpp"
 #include "tools/math/median.hpp"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tools/cli/refuse.hpp"
 #include "tools/identify/common/car_model.hpp"
-#include "tools/identify/common/refuse.hpp"
 #include "tools/math/least_squares.hpp"
 
 namespace odomd::tools {

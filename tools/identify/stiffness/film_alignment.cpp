@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "tools/identify/common/refuse.hpp"
+#include "tools/cli/refuse.hpp"
 #include "tools/identify/common/time_shift.hpp"
 
 namespace odomd::tools {

@@ -11,10 +11,10 @@
 #include <utility>
 
 #include "daemon/core/config.hpp"
+#include "tools/cli/refuse.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/quantity.hpp"
-#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/stiffness/stiffness_findings.hpp"

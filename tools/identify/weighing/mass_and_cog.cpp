@@ -6,11 +6,11 @@
 #include <memory>
 
 #include "daemon/core/config.hpp"
+#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/quantity.hpp"
-#include "tools/identify/common/refuse.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/weighing/weighing.hpp"
 

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "tools/cli/refuse.hpp"
 #include "tools/diagnostics/kinds.hpp"
-#include "tools/identify/common/refuse.hpp"
 
 namespace odomd::tools {
 namespace {
