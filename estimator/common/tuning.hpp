@@ -12,7 +12,7 @@ inline constexpr double gravity = 9.81;  // [m/s²]
 /// "GM" is a Gauss-Markov process of this standard deviation and correlation time.
 ///
 /// Origins: physics, then simulated cars (NEES, NIS, drift) and the training drives, except for:
-/// side_slip, sliding_force, sliding_slip, slip_share, velocity_odds: simulated slides.
+/// side_slip, spin, sliding_slip, slip_share, velocity_odds: simulated slides.
 /// side_slip_grip, grip_used, grip_shown_s: v_y in the first half of revs_250lm, and for the last
 /// two also in xray_duck_1. slip_noise, wheel_noise_scale_range: the wheels of revs_250lm, and
 /// braking simulated cars. signal_gate: χ² of one degree of freedom. turn_noise_scale_range: the
@@ -25,7 +25,6 @@ struct Tuning {
 
   // --- model errors ---
   double side_force = 0.1;         ///< e, GM: relative error of the tyre force
-  double sliding_force = 0.3;      ///< e: relative error of a sliding car's tyre force
   double side_force_floor = 0.01;  ///< e: sigma in a straight line [g]
   double side_force_s = 0.05;      ///< e: correlation time [s]
   double side_slip = 0.06;         ///< white noise of v̇_y at 1 g, growing with a_y³ [g √s]
@@ -42,6 +41,7 @@ struct Tuning {
   double wheel_radius = 0.0025;  ///< relative difference between the wheels' radii
   double slip_noise = 0.0025;    ///< variation of a driven wheel's slip, per acceleration [s²/m]
   double sliding_slip = 0.2;     ///< wheel slip of a sliding car, relative to its speed
+  double spin = 0.25;            ///< sigma of a driven wheel's spin, relative to slide_of()
   double slip_memory_s = 20.0;   ///< decay time of a detected slip [s]
   double slip_share = 0.4;       ///< sigma of a wheel that has just slipped, relative to its slip
   double front_wheel = 0.05;     ///< error of δ at a front wheel [rad]

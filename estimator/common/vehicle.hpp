@@ -55,6 +55,12 @@ struct Vehicle {
          is_front(source) == (driven == Driven::front);
 }
 
+/// Speed to the side times the slip angle's tangent: the scale of a sliding tyre's spin [m/s]. At
+/// less than a wheelbase per second a tyre does not slide.
+[[nodiscard]] inline double slide_of(double sideways, double along, const Vehicle& car) noexcept {
+  return sideways * sideways / std::max(std::abs(along), car.wheelbase());
+}
+
 /// A wheel with a lower measured speed may stand [m/s].
 inline constexpr double slowest_turning = 0.01;
 

@@ -7,6 +7,7 @@
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/judge.hpp"
+#include "estimator/ekf/plausibility.hpp"
 #include "estimator/ekf/standstill.hpp"
 #include "estimator/ekf/update.hpp"
 
@@ -34,6 +35,9 @@ void apply_integrity(const Context& context, State& state) noexcept {
       .steering_offset_sigma = std::sqrt(state.variance(at::steering_offset)),
       .wheel_slip = std::abs(state.slow.mean[slow::wheel_slip]) + state.sigma(slow::wheel_slip),
       .camera_noise_scale = state.camera_noise_scale,
+      .rear_slip = state.mean[at::v_y] - context.model.car.rear_axle * state.mean[at::yaw_rate],
+      .rear_slip_sigma = std::sqrt(state.variance(at::v_y)),
+      .speed_known = knows_speed(context.model.car.driven, state),
       .gyro_latency = std::abs(state.slow.mean[slow::gyro_latency] -
                                state.reading(Source::yaw_rate).advanced_s) +
                       state.sigma(slow::gyro_latency),

@@ -238,7 +238,9 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   Eigen::Matrix3d S = P.topLeftCorner<3, 3>();
   S.diagonal() += Eigen::Vector3d(sample.sigma.data()).cwiseAbs2();
   judgement.variance = {S(0, 0), S(1, 1), S(2, 2)};
-  state.integrity.add_camera_innovation(judgement.innovation, judgement.variance);
+  if (!state.integrity.slides()) {  // where tyres slide, the filter may be wrong
+    state.integrity.add_camera_innovation(judgement.innovation, judgement.variance);
+  }
   judgement.squared_ratio = mahalanobis_squared(S, judgement.innovation);
   judgement.test_ratio = judgement.squared_ratio / gate.gate;
   state.camera_test_ratio = judgement.test_ratio;

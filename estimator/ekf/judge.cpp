@@ -127,6 +127,9 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   const Rules rules = rules_of(sample.source);
   const bool gyro = sample.source == Source::yaw_rate;
   Judgement judgement{.source = sample.source, .verdict = Verdict::fused, .degrees = 1};
+  if (is_wheel(sample.source) && state.integrity.slid()) {
+    judgement.degrees = 0;  // not a test of the filter
+  }
   judgement.innovation[0] = nu.value;
   const double variance = nu.variance - prediction.slip;
   judgement.variance[0] = variance;
@@ -148,7 +151,10 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     if (sample.source == Source::accel_y && before * nu.value <= 0.0) {
       rejected_ns = sample.time_ns;  // a vibration deviates to both sides
     }
-    if (rejected_s(state, sample) < rules.timeout_s || !state.integrity.agrees(sample.source)) {
+    // While other wheels are fused, this one is wrong, not the filter.
+    const double alone_s = seconds_between(last_fused_ns(state, sample.source), sample.time_ns);
+    if (std::min(rejected_s(state, sample), alone_s) < rules.timeout_s ||
+        !state.integrity.agrees(sample.source)) {
       if (state.standstill.standing && sample.source == Source::accel_x) {
         judgement.degrees = 0;  // the car may be setting off: not a test of the filter
       }
@@ -199,7 +205,15 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     state.turned_by.setZero();
     state.turned_since_ns = sample.time_ns;
   }
-  correct_slow_errors(state, nu, updates.slow);
+  // Noise mistaken for a force would make its gradient too small.
+  SlowVector learns = updates.slow;
+  for (const slow::Index gradient : {slow::roll_gradient, slow::pitch_gradient}) {
+    const double uncertain = nu.variance_of_noise - prediction.variance;
+    if (squared(prediction.by_slow[gradient]) <= squared(most_sigmas) * uncertain) {
+      learns[gradient] = 0.0;
+    }
+  }
+  correct_slow_errors(state, nu, learns);
   return judgement;
 }
 

@@ -38,6 +38,11 @@ bool agree(const Reading& before, const Sample& sample) noexcept {
 constexpr double fastest_reversal = 0.5;
 }  // namespace
 
+bool is_current(const State& state, Source wheel, std::int64_t time_ns) noexcept {
+  const Reading& reading = state.reading(wheel);
+  return reading.consistent > 0 && seconds_between(reading.time_ns, time_ns) <= fresh_s;
+}
+
 int consistent_samples(const State& state, const Sample& sample) noexcept {
   int most = 0;
   for (const Source source : all_sources) {
@@ -106,9 +111,7 @@ WheelCount count_wheels(Driven driven, const State& state, const Sample& sample)
     return wheel == sample.source ? sample.value[0] : state.reading(wheel).value;
   };
   const auto fresh = [&](Source wheel) {
-    const Reading& reading = state.reading(wheel);
-    return wheel == sample.source ||
-           (reading.consistent > 0 && seconds_between(reading.time_ns, sample.time_ns) <= fresh_s);
+    return wheel == sample.source || is_current(state, wheel, sample.time_ns);
   };
   const auto turns = [&](Source wheel) { return is_turning(reads(wheel), sample.sigma[0]); };
   const auto dead_band = [&](Source wheel) { return state.standstill.dead_band[index_of(wheel)]; };
@@ -147,6 +150,24 @@ double smallest_dead_band(const State& state) noexcept {
     }
   }
   return smallest;
+}
+
+bool knows_speed(Driven driven, const State& state) noexcept {
+  return seconds_between(state.reading(Source::camera).fused_ns, state.time_ns) <= fresh_s ||
+         std::ranges::any_of(wheel_sources, [&](Source wheel) {
+           return !is_driven(driven, wheel) && is_current(state, wheel, state.time_ns);
+         });
+}
+
+double rear_spin(const State& state) noexcept {
+  const double v_x = state.mean[at::v_x];
+  double most = 0.0;
+  for (const Source wheel : wheel_sources) {
+    if (!is_front(wheel) && is_current(state, wheel, state.time_ns)) {
+      most = std::max(most, std::abs(state.reading(wheel).value - v_x));
+    }
+  }
+  return std::min(most / std::max(std::abs(v_x), integrity::slowest_rolling), 1.0);
 }
 
 void note_reading(State& state, const Sample& sample) noexcept {

@@ -7,6 +7,7 @@
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/common/vehicle.hpp"
+#include "estimator/ekf/plausibility.hpp"
 
 namespace odomd::estimator::full {
 
@@ -16,8 +17,6 @@ namespace {
 // their direction is defined.
 constexpr double largest_steering = 0.6;
 constexpr double slowest_steered = 0.3;
-// A wheel without a sample for this long is left out [s].
-constexpr double silent_s = 0.5;
 
 /// δ: the measured one, or the direction of the front axle's velocity, atan((v_y + l_v ψ̇) / v_x).
 double steering_of(const Vehicle& car, const Input& input, const Vector& x) noexcept {
@@ -93,17 +92,22 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   double least = noise_scale;
   bool free = share == 0.0;
   for (const Source wheel : wheel_sources) {
-    const Reading& reading = state.reading(wheel);
-    if (reading.consistent > 0 && seconds_between(reading.time_ns, state.time_ns) <= silent_s) {
+    if (is_current(state, wheel, state.time_ns)) {
       least = std::min(least, state.reading(wheel).noise_scale);
       free = free || slip_share(model.car.driven, wheel, force) == 0.0;
     }
   }
   z.relative = noise_scale * squared(tuning.wheel_radius * rolling);
+  // A driven tyre that slides to the side also spins.
+  const double sideways = across * c - along * s;
+  const double spinning =
+      is_driven(model.car.driven, source) && knows_speed(model.car.driven, state)
+          ? tuning.spin * slide_of(sideways, along, model.car)
+          : 0.0;
   const double slipping = squared(tuning.slip_noise * share * force * rolling);
   z.slack = z.relative * (1.0 - 1.0 / std::max(least, 1.0)) + (free ? 0.0 : slipping);
   z.slip = squared(state.integrity.slip_sigma(source));
-  z.variance = squared(sigma) + z.slip + z.relative + slipping +
+  z.variance = squared(sigma) + z.slip + z.relative + slipping + squared(spinning) +
                squared(by_delta * tuning.front_wheel) + squared(s) * state.variance(at::v_y);
   z.depends_on(at::v_x, scale * c);
   z.by_slow[slow::wheel_latency] = -scale * c * v_x_dot;

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "estimator/common/symmetric3.hpp"
+#include "estimator/ekf/plausibility.hpp"
 
 namespace odomd::estimator::full {
 namespace {
@@ -150,11 +151,17 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
   const double known = squared(tuning.side_slip_grip);
   const double share = std::sqrt(known + (1.0 - known) * unknown);
   const double side = share * tuning.side_slip * gravity * bend * bend * bend;
-  state.variance(at::v_y) += (squared(side) + squared(tuning.side_slip_floor * gravity)) * F.dt;
-  const double force = (state.integrity.slid() ? tuning.sliding_force : tuning.side_force) *
-                       x[at::v_x] * x[at::yaw_rate];
-  state.variance(at::side_force) += (squared(force) + squared(tuning.side_force_floor * gravity)) *
-                                    (1.0 - squared(F.force_decay));
+  // If v_x is known, the accelerometer knows v_y whatever the tyres do: v̇_y = a_y - v_x ψ̇. Then a
+  // white error of v̇_y with the density q is e with the variance q / 2T.
+  const bool known_speed = knows_speed(model.car.driven, state);
+  state.variance(at::v_y) +=
+      ((known_speed ? 0.0 : squared(side)) + squared(tuning.side_slip_floor * gravity)) * F.dt;
+  const double relative = std::hypot(tuning.side_force, known_speed ? rear_spin(state) : 0.0);
+  state.variance(at::side_force) +=
+      (squared(relative * x[at::v_x] * x[at::yaw_rate]) +
+       (known_speed ? squared(side) / (2.0 * tuning.side_force_s) : 0.0) +
+       squared(tuning.side_force_floor * gravity)) *
+      (1.0 - squared(F.force_decay));
   state.variance(at::yaw_rate) += squared(tuning.turn * model.gyro_sigma) * F.dt;
   state.variance(at::accel_x) += state.drive_noise_scale * squared(tuning.drive_accel * gravity) *
                                  (1.0 - squared(F.driving_decay));

@@ -118,12 +118,8 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
     return gated(sample.source);
   }
   hold(state.accel_x, sample);
-  // Learn the gradient only from a force well above its own uncertainty: noise mistaken for a force
-  // would make the gradient too small.
-  const double force = state.mean[at::accel_x];
-  const bool significant = squared(force) > squared(most_sigmas) * state.variance(at::accel_x);
   return judge(context.model, state, sample, predict_accel_x(context.model, state, sample.sigma[0]),
-               {.slow = significant ? only(slow::pitch_gradient) : none()});
+               {.slow = only(slow::pitch_gradient)});
 }
 
 /// A tyre has more grip than it has shown: 1/μ ≤ `grip_used` / |a_y|.

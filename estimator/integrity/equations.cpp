@@ -57,32 +57,34 @@ Row wheel_row(const View& view, Source source, bool backwards) noexcept {
   const SourceHistory& history = view.observed.history(source);
   const Averaged wheel = view.average(source);
   const auto [v, r] = std::pair(view.v, view.r);
-  // A front wheel moves sideways with l ψ̇, as the rear axle does not slip.
+  // A front wheel moves sideways with the rear axle's slip and l ψ̇.
   const double l = place.steered ? view.sensors.car.wheelbase() : 0.0;
   const double along = v - place.left * r;
-  const double across = l * r;
+  const double across = place.steered ? view.observed.errors.rear_slip + l * r : 0.0;
   const double f = std::copysign(std::hypot(along, across), along);
   const bool still = std::abs(f) < slowest;
   const double by_v = still ? 1.0 : along / f;
   const double by_r = still ? -place.left : (l * across - place.left * along) / f;
-  // Radii differ, and load transfer makes those of the outer wheels smaller.
-  const double outer = -std::copysign(place.left == 0.0 ? 0.0 : 1.0, place.left) * v * r / gravity;
-  const double mean =
-      wheel.mean / (1.0 + view.observed.radius[index_of(source)] + view.observed.load * outer);
+  const double mean = wheel.mean / (1.0 + view.observed.radius[index_of(source)]);
   const double hidden = std::abs(history.value) < slowest_turning
                             ? view.observed.errors.dead_band[index_of(source)]
                             : 0.0;
-  // A sliding front axle also moves sideways.
-  const double sideways =
-      place.steered && view.observed.slid()
-          ? std::abs(v * std::sin(view.observed.history(Source::steering).mean()))
-          : 0.0;
+  // It rolls along itself. How a wheel that slides to the side rolls is known less.
+  const bool steers = place.steered && !still && view.observed.usable(Source::steering);
+  const double slip_angle = steers
+                                ? view.average(Source::steering).mean -
+                                      view.observed.errors.steering_offset - std::atan(across / v)
+                                : 0.0;
+  const double rolls = std::cos(slip_angle);
+  const double aside = still ? 0.0 : across / f * view.observed.errors.rear_slip_sigma;
+  // Radii differ, and at 1 g as much again by the wheels' load.
+  const double unequal =
+      view.sensors.tuning.wheel_radius * f * std::hypot(1.0, view.side / gravity);
   const double sigma =
-      root_of_squares(hidden, sideways, view.observed.slip_sigma(source), wheel.noise,
-                      lasting_share * history.sigma, view.sensors.tuning.wheel_radius * f,
-                      view.observed.load_sigma * view.side / gravity * f, wheel.lateness);
-  const Motion by{by_v, by_r, place.steered ? 1.0 : 0.0, place.steered ? 0.0 : 1.0};
-  return {only(source), by, (backwards ? -mean : mean) - f + by_v * v + by_r * r, sigma};
+      root_of_squares(hidden, 0.5 * (1.0 - rolls) * f, aside, view.observed.slip_sigma(source),
+                      wheel.noise, lasting_share * history.sigma, unequal, wheel.lateness);
+  const Motion by{rolls * by_v, rolls * by_r, place.steered ? 1.0 : 0.0, place.steered ? 0.0 : 1.0};
+  return {only(source), by, (backwards ? -mean : mean) - rolls * (f - by_v * v - by_r * r), sigma};
 }
 
 /// ψ̇ = v tan δ / (l + K v²), K the understeer gradient.
@@ -149,7 +151,9 @@ Row accel_y_row(const View& view) noexcept {
   constexpr double bank = 0.05;  // [g]
   const Averaged accel_y = view.average(Source::accel_y);
   const double demanded = view.v * view.r;
-  const double sideways = accel_y.slides ? 0.5 * std::max(std::abs(demanded), sliding_accel) : 0.0;
+  const double turned = view.v * view.observed.history(Source::yaw_rate).mean();
+  const double sideways =
+      accel_y.slides ? 0.5 * std::max({std::abs(demanded), std::abs(turned), sliding_accel}) : 0.0;
   const double sigma =
       root_of_squares(accel_y.noise, view.sensors.tuning.accel_bias, bank * gravity,
                       view.sensors.tuning.roll_gradient * view.side, accel_y.lateness, sideways,
@@ -207,8 +211,10 @@ Consensus equations(const Sensors& sensors, const Observations& observed, bool b
   const double accel = std::min(measured, std::abs(faster));
   const bool brakes = faster * v < 0.0;
   const auto slip = [&](Source wheel) {
-    const bool slips = brakes || is_driven(sensors.car.driven, wheel);
+    const bool driven = is_driven(sensors.car.driven, wheel);
+    const bool slips = brakes || driven;
     return root_of_squares(slip_floor, (slid ? sensors.tuning.sliding_slip : slip_share) * v,
+                           driven && observed.errors.speed_known ? observed.spin : 0.0,
                            slips ? observed.errors.wheel_slip * accel * v : 0.0);
   };
   add(0, of::front_slip, 0.0, slip(Source::wheel_front_left));
@@ -265,16 +271,14 @@ Consensus equations(const Sensors& sensors, const Observations& observed, bool b
   return all;
 }
 
-void learn_radii(const Sensors& sensors, const Consensus& all, const Solution& base, double dt,
+void learn_radii(const Consensus& all, const Solution& base, double dt,
                  Observations& observed) noexcept {
   constexpr double learnt_s = 20.0;
   constexpr double most = 0.02;
-  constexpr double load_known = 0.002;
   const double v = base.motion[of::speed];
   if (std::abs(v) < min_learning_speed) {
     return;
   }
-  const double side = v * base.motion[of::yaw_rate] / gravity;
   for (const Source wheel : wheel_sources) {
     const Row* const row = std::ranges::find(all, only(wheel), &Row::sources);
     if (row == all.end()) {
@@ -283,14 +287,7 @@ void learn_radii(const Sensors& sensors, const Consensus& all, const Solution& b
     const double error = row->off(base.motion) * row->sigma / v;
     double& radius = observed.radius[index_of(wheel)];
     radius = std::clamp(radius + dt / learnt_s * error, -most, most);
-    const double left = wheel_place(sensors.car, wheel).left;
-    if (left != 0.0) {
-      observed.load =
-          std::clamp(observed.load - std::copysign(dt, left) * side * error, -most, most);
-    }
   }
-  const double unknown = observed.load_sigma - load_known;
-  observed.load_sigma -= std::min(2.0 * dt * side * side, 1.0) * unknown;
 }
 
 }  // namespace odomd::estimator::integrity

@@ -34,7 +34,10 @@ struct SensorErrors {
   double steering_offset_sigma = Tuning{}.steering_offset;
   double wheel_slip = Tuning{}.wheel_slip;  ///< slip of a driven wheel, per acceleration [s²/m]
   double camera_noise_scale = 1.0;          ///< variance of camera poses / stated variance
-  double gyro_latency = Tuning{}.latency;   ///< error of the configured latency, plus one sigma [s]
+  double rear_slip = 0.0;        ///< the rear axle's speed to the side, v_y - l_h ψ̇ [m/s]
+  double rear_slip_sigma = 0.0;  ///< [m/s]
+  bool speed_known = false;      ///< by a camera or an undriven wheel
+  double gyro_latency = Tuning{}.latency;  ///< error of the configured latency, plus one sigma [s]
   std::array<double, source_count> dead_band{};  ///< a wheel that reads 0 may be this fast [m/s]
 };
 
@@ -64,10 +67,9 @@ struct Observations {
   std::array<Solution, 2> last_consensus;  ///< indexed by Over
   std::int64_t last_slide_ns = 0;          ///< last time that the car may have slid; 0: never
   std::int64_t slid_ns = 0;                ///< last time that the car slid; 0: never
+  double spin = 0.0;  ///< a driven wheel's, by its slide; the largest in the long mean's time [m/s]
   SensorErrors errors;
   std::array<double, source_count> radius{};  ///< relative error of each wheel's speed
-  double load = 0.0;  ///< relative speed increase of an outer wheel at 1 g lateral acceleration
-  double load_sigma = 0.013;
 
   [[nodiscard]] double speed(Over over = Over::short_time) const noexcept {
     return last_consensus[static_cast<std::size_t>(over)].motion[of::speed];
@@ -140,9 +142,9 @@ inline constexpr double min_learning_speed = 0.3;
 [[nodiscard]] Consensus equations(const Sensors& sensors, const Observations& observed,
                                   bool backwards, Over over) noexcept;
 
-/// Learns the radius error of each wheel, and the load transfer, from the residuals of `all` at
-/// `base` over `dt` [s]. Call it while no source is suspected.
-void learn_radii(const Sensors& sensors, const Consensus& all, const Solution& base, double dt,
+/// Learns the radius error of each wheel from the residuals of `all` at `base` over `dt` [s]. Call
+/// it while no source is suspected.
+void learn_radii(const Consensus& all, const Solution& base, double dt,
                  Observations& observed) noexcept;
 
 /// Integrates the measured acceleration over `dt` [s], unless accel_x is silent or distrusted.

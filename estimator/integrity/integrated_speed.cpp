@@ -38,7 +38,7 @@ void stop_with_locked_wheels(Observations& observed, bool wheels_distrusted) noe
 
 }  // namespace
 
-/// v̇_x = a_x + v_y ψ̇, v_y = l_h ψ̇ - α_h v, with linear tyres α_h = m l_v a_y / (l C_h).
+/// v̇_x = a_x + v_y ψ̇, v_y = l_h ψ̇ + the rear axle's slip.
 void integrate_acceleration(const Sensors& sensors, Observations& observed, double dt,
                             bool wheels_distrusted) noexcept {
   constexpr double sliding_share = 0.5;  // v_y / v of a sliding car
@@ -46,19 +46,15 @@ void integrate_acceleration(const Sensors& sensors, Observations& observed, doub
     observed.integrated_sigma += gravity * dt;
     return;
   }
-  const Vehicle& car = sensors.car;
   const SourceHistory& accel_x = observed.history(Source::accel_x);
   const double yaw_rate = observed.yaw_rate();
-  const double side = lateral_accel(observed, Over::short_time);
-  const double compliance =
-      car.mass * car.front_axle / (car.wheelbase() * car.cornering_stiffness_rear);
-  const double by_turn = car.rear_axle * yaw_rate * yaw_rate;
-  const double by_tyres = std::copysign(compliance * side * side, observed.speed());
-  const double v_x_dot = accel_x.mean() - observed.accel_offset + by_turn - by_tyres;
+  const double by_turn = sensors.car.rear_axle * yaw_rate * yaw_rate;
+  const double by_slip = observed.errors.rear_slip * yaw_rate;
+  const double v_x_dot = accel_x.mean() - observed.accel_offset + by_turn + by_slip;
   observed.integrated_speed += v_x_dot * dt;
   const double sideways = observed.slides(observed.now_ns)
                               ? sliding_share * observed.speed() * yaw_rate
-                              : by_turn + std::abs(by_tyres);
+                              : by_turn + std::abs(by_slip);
   observed.integrated_sigma +=
       dt * std::sqrt(squared(observed.accel_offset_sigma) +
                      squared(accel_x.sigma) * accel_x.cycle_s / follow_s +

@@ -191,6 +191,8 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
   observed_.integrated_sigma += gravity * (elapsed_s - dt);
   observed_.speed_unknown_s += elapsed_s - dt;
   integrate_acceleration(sensors, observed_, dt, agreed_.wheels_distrusted);
+  observed_.spin = std::max(slide_of(errors.rear_slip, observed_.speed(), sensors.car),
+                            observed_.spin * std::exp(-elapsed_s / seconds_of(Over::long_time)));
   // 2. The consensus of the trusted sources; if it is contradicted, the sources at fault.
   Consensus all = equations(sensors, observed_, backwards_, Over::short_time);
   Solution base = all.without(out);
@@ -228,7 +230,7 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
   }
   // 3. The result, and learning from it.
   if (suspected_ == 0 && distrusted() == 0 && !agreed_.contradicted) {
-    learn_radii(sensors, longer, longer_base, dt, observed_);
+    learn_radii(longer, longer_base, dt, observed_);
   }
   const Sources speed_sources = wheels | only(Source::camera) | only(Source::accel_x);
   observed_.speed_unknown_s =
@@ -249,8 +251,8 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
     return (present & sources) != 0 && (lately & sources & trusted) == 0;
   };
   agreed_.wheels_distrusted = all_distrusted(wheels);
-  // The car may slide at a high lateral acceleration or while an axle slips, and afterwards while
-  // it yaws faster than any steering angle allows.
+  // The car may slide at a high lateral acceleration, while an axle slips or the rear axle moves
+  // aside, and afterwards while it yaws faster than any steering angle allows.
   const double largest_yaw_rate =
       std::abs(observed_.speed()) * sensors.tuning.sharpest_turn / sensors.car.wheelbase();
   const bool spins = observed_.slides(now_ns, Over::long_time) &&
@@ -258,8 +260,11 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
   if (slides || spins) {
     observed_.slid_ns = now_ns;
   }
+  const bool aside =
+      std::abs(errors.rear_slip) > sensors.tuning.sliding_slip * std::abs(observed_.speed()) +
+                                       most_sigmas * errors.rear_slip_sigma;
   if (lateral_accel(observed_, Over::short_time) > sliding_accel || all_distrusted(front_wheels) ||
-      all_distrusted(rear_wheels) || slides || spins) {
+      all_distrusted(rear_wheels) || slides || spins || aside) {
     observed_.last_slide_ns = now_ns;
   }
   if ((present & trusted & (wheels | only(Source::camera))) != 0) {

@@ -110,7 +110,7 @@ inline SensorValues bend_at(double speed, double yaw_rate) {
   return {{{Source::yaw_rate, yaw_rate},
            {Source::accel_x, 0.0},
            {Source::accel_y, speed * yaw_rate},
-           {Source::steering, std::atan2(across, speed)},
+           {Source::steering, std::atan2(speed < 0.0 ? -across : across, std::abs(speed))},
            {Source::wheel_front_left, std::hypot(speed - half, across)},
            {Source::wheel_front_right, std::hypot(speed + half, across)},
            {Source::wheel_rear_left, speed - half},

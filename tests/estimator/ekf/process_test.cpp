@@ -215,10 +215,16 @@ TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
     state.mean[at::v_x] = 10.0;
     state.mean[at::yaw_rate] = side_accel / 10.0;
     propagate(model, {0.0, true}, 0.005, state);
-    return state.covariance(at::v_y, at::v_y) / 0.005;
+    EXPECT_NEAR(std::sqrt(state.variance(at::v_y) / 0.005), model.tuning.side_slip_floor * gravity,
+                1e-3);
+    // e of variance V decays like white noise of v̇_y with the density 2 T V.
+    const double T = model.tuning.side_force_s;
+    const double decay = T / (T + 0.005);
+    return 2.0 * T *
+           (state.variance(at::side_force) / (1.0 - decay * decay) -
+            squared(model.tuning.side_force * side_accel));
   };
   const double straight = grown(0.0);
-  EXPECT_NEAR(std::sqrt(straight), model.tuning.side_slip_floor * gravity, 1e-3);
   // The noise uses the yaw rate after the step, which is a little smaller.
   EXPECT_NEAR(std::sqrt(grown(gravity) - straight), model.tuning.side_slip * gravity, 0.15);
   EXPECT_NEAR(std::sqrt(grown(0.5 * gravity) - straight), model.tuning.side_slip * gravity / 8.0,
@@ -226,10 +232,10 @@ TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
   // The model error of a known tyre is smaller. High grip keeps the stiffness.
   const double unknown = grown(gravity) - straight;
   softness_sigma = 0.0;
-  EXPECT_NEAR(std::sqrt((grown(gravity) - straight) / unknown), model.tuning.side_slip_grip, 1e-2);
+  EXPECT_NEAR(std::sqrt((grown(gravity) - straight) / unknown), model.tuning.side_slip_grip, 0.02);
   softness_sigma = model.tuning.softness;
   model.car.grip_rear = 1e6;
-  EXPECT_NEAR(std::sqrt((grown(gravity) - straight) / unknown), model.tuning.side_slip_grip, 1e-2);
+  EXPECT_NEAR(std::sqrt((grown(gravity) - straight) / unknown), model.tuning.side_slip_grip, 0.02);
 }
 
 TEST(Process, StandingOnlyWhatVariesSlowlyDoesSo) {

@@ -193,7 +193,8 @@ TEST_F(Report, SaysWhichSensorWasNotBelieved) {
   const std::string gated =
       "full: [a-z_]* \\([A-Z_]*\\): [0-9]* of its [0-9]* samples \\([0-9]* %\\) were gated";
   // A warning that all models share is given once; any other names its model.
-  EXPECT_THAT(outcome.err, ContainsRegex("odom evaluate: warning: lap[a-z, ]*: [a-z_]*" + flagged));
+  EXPECT_THAT(outcome.err,
+              ContainsRegex("odom evaluate: warning: lap[a-z:, ]*: [a-z_]*" + flagged));
   EXPECT_THAT(outcome.err, ContainsRegex("odom evaluate: warning: lap: " + gated));
   const auto warnings = nlohmann::json::parse(outcome.out)["drives"][0]["warnings"].dump();
   EXPECT_THAT(warnings,
