@@ -28,6 +28,8 @@ constexpr double contradicted_s = 0.25;
 
 void apply_integrity(const Context& context, State& state) noexcept {
   const std::int64_t checked_ns = state.integrity.checked_ns();
+  const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
+  const Eigen::Vector2d rear{1.0, -context.model.car.rear_axle};  // v_y - l_h ψ̇
   const integrity::SensorErrors errors{
       .gyro_bias = state.slow.mean[slow::gyro_bias],
       .gyro_bias_sigma = state.sigma(slow::gyro_bias),
@@ -35,8 +37,8 @@ void apply_integrity(const Context& context, State& state) noexcept {
       .steering_offset_sigma = std::sqrt(state.variance(at::steering_offset)),
       .wheel_slip = std::abs(state.slow.mean[slow::wheel_slip]) + state.sigma(slow::wheel_slip),
       .camera_noise_scale = state.camera_noise_scale,
-      .rear_slip = state.mean[at::v_y] - context.model.car.rear_axle * state.mean[at::yaw_rate],
-      .rear_slip_sigma = std::sqrt(state.variance(at::v_y)),
+      .rear_slip = rear.dot(state.mean.segment<2>(at::v_y)),
+      .rear_slip_sigma = std::sqrt(rear.dot(P.block<2, 2>(at::v_y, at::v_y) * rear)),
       .speed_known = knows_speed(context.model.car.driven, state),
       .gyro_latency = std::abs(state.slow.mean[slow::gyro_latency] -
                                state.reading(Source::yaw_rate).advanced_s) +
@@ -80,7 +82,6 @@ void apply_integrity(const Context& context, State& state) noexcept {
       fails(turn, state.mean[at::yaw_rate], agreed.without_gyro, of::yaw_rate, gyro_distrusted);
   const bool wheels_failed =
       fails(drive, state.mean[at::v_x], agreed.without_wheels, of::speed, agreed.wheels_distrusted);
-  const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
   const double uncertain = squared(context.model.tuning.fault_share);
   const auto take_back = [&](double distance) {
     mark_doubtful();

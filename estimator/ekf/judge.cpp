@@ -151,7 +151,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     if (sample.source == Source::accel_y && before * nu.value <= 0.0) {
       rejected_ns = sample.time_ns;  // a vibration deviates to both sides
     }
-    // While other wheels are fused, this one is wrong, not the filter.
+    // A wheel is wrong, not the filter, while another one is fused.
     const double alone_s = seconds_between(last_fused_ns(state, sample.source), sample.time_ns);
     if (std::min(rejected_s(state, sample), alone_s) < rules.timeout_s ||
         !state.integrity.agrees(sample.source)) {

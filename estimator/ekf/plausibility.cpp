@@ -153,18 +153,24 @@ double smallest_dead_band(const State& state) noexcept {
 }
 
 bool knows_speed(Driven driven, const State& state) noexcept {
-  return seconds_between(state.reading(Source::camera).fused_ns, state.time_ns) <= fresh_s ||
+  const std::int64_t camera_ns = state.reading(Source::camera).fused_ns;
+  return (camera_ns != 0 && seconds_between(camera_ns, state.time_ns) <= fresh_s) ||
          std::ranges::any_of(wheel_sources, [&](Source wheel) {
-           return !is_driven(driven, wheel) && is_current(state, wheel, state.time_ns);
+           return !is_driven(driven, wheel) && state.integrity.trusted(wheel) &&
+                  is_current(state, wheel, state.time_ns);
          });
 }
 
-double rear_spin(const State& state) noexcept {
+double rear_spin(const Vehicle& car, const State& state) noexcept {
   const double v_x = state.mean[at::v_x];
   double most = 0.0;
   for (const Source wheel : wheel_sources) {
-    if (!is_front(wheel) && is_current(state, wheel, state.time_ns)) {
-      most = std::max(most, std::abs(state.reading(wheel).value - v_x));
+    const bool rear = wheel == Source::motor ? car.driven != Driven::front : !is_front(wheel);
+    const SourceFlag flag = state.integrity.flag(wheel);
+    if (rear && (flag == SourceFlag::ok || flag == SourceFlag::slipping) &&
+        is_current(state, wheel, state.time_ns)) {
+      const double rolls = v_x - wheel_place(car, wheel).left * state.mean[at::yaw_rate];
+      most = std::max(most, std::abs(state.reading(wheel).value - rolls));
     }
   }
   return std::min(most / std::max(std::abs(v_x), integrity::slowest_rolling), 1.0);

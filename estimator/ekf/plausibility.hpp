@@ -85,12 +85,12 @@ struct WheelCount {
 /// Whether a wheel has had a sample lately.
 [[nodiscard]] bool is_current(const State& state, Source wheel, std::int64_t time_ns) noexcept;
 
-/// Whether a camera or an undriven wheel knows v_x, even in a slide.
+/// Whether a camera or a trusted undriven wheel knows v_x, even in a slide.
 [[nodiscard]] bool knows_speed(Driven driven, const State& state) noexcept;
 
-/// The largest slip of a rear wheel, |v_wheel - v_x| / |v_x|, at most 1: a tyre that spins or locks
-/// holds less to the side.
-[[nodiscard]] double rear_spin(const State& state) noexcept;
+/// The largest slip of a rear wheel relative to |v_x|, at most 1: a tyre that spins or locks holds
+/// less to the side.
+[[nodiscard]] double rear_spin(const Vehicle& car, const State& state) noexcept;
 
 /// Time of the last fused sample of any wheel; 0: never.
 [[nodiscard]] std::int64_t last_wheel_ns(const State& state) noexcept;

@@ -156,7 +156,8 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
   const bool known_speed = knows_speed(model.car.driven, state);
   state.variance(at::v_y) +=
       ((known_speed ? 0.0 : squared(side)) + squared(tuning.side_slip_floor * gravity)) * F.dt;
-  const double relative = std::hypot(tuning.side_force, known_speed ? rear_spin(state) : 0.0);
+  const double relative =
+      std::hypot(tuning.side_force, known_speed ? rear_spin(model.car, state) : 0.0);
   state.variance(at::side_force) +=
       (squared(relative * x[at::v_x] * x[at::yaw_rate]) +
        (known_speed ? squared(side) / (2.0 * tuning.side_force_s) : 0.0) +

@@ -49,42 +49,43 @@ struct View {
   }
 };
 
-/// Speed of a wheel's contact point, linear about (v_0, ψ̇_0): f = ± |(v - y ψ̇, l ψ̇)|.
+/// A wheel rolls with the velocity of its place along δ_i: (v - y ψ̇) cos δ_i + (u + l ψ̇) sin δ_i, u
+/// being the rear axle's speed to the side. tan δ_i = l tan δ / (l - y tan δ), after Ackermann;
+/// without a steering signal δ_i is the direction of that velocity.
 Row wheel_row(const View& view, Source source, bool backwards) noexcept {
   constexpr double lasting_share = 0.25;  // share of a sample's noise that does not average out
   constexpr double slowest = 1e-3;        // [m/s]
   const WheelPlace place = wheel_place(view.sensors.car, source);
+  const SensorErrors& errors = view.observed.errors;
   const SourceHistory& history = view.observed.history(source);
   const Averaged wheel = view.average(source);
-  const auto [v, r] = std::pair(view.v, view.r);
-  // A front wheel moves sideways with the rear axle's slip and l ψ̇.
   const double l = place.steered ? view.sensors.car.wheelbase() : 0.0;
-  const double along = v - place.left * r;
-  const double across = place.steered ? view.observed.errors.rear_slip + l * r : 0.0;
-  const double f = std::copysign(std::hypot(along, across), along);
-  const bool still = std::abs(f) < slowest;
-  const double by_v = still ? 1.0 : along / f;
-  const double by_r = still ? -place.left : (l * across - place.left * along) / f;
+  const double along = view.v - place.left * view.r;
+  const double across = place.steered ? errors.rear_slip + l * view.r : 0.0;
+  double delta = 0.0;
+  if (place.steered && view.observed.usable(Source::steering)) {
+    const double measured = view.average(Source::steering).mean - errors.steering_offset;
+    delta = std::atan2(l * std::sin(measured),
+                       l * std::cos(measured) - place.left * std::sin(measured));
+  } else if (std::abs(along) >= slowest) {
+    delta = std::atan(across / along);
+  }
+  const double c = std::cos(delta);
+  const double s = std::sin(delta);
+  const double rolls = along * c + across * s;
   const double mean = wheel.mean / (1.0 + view.observed.radius[index_of(source)]);
-  const double hidden = std::abs(history.value) < slowest_turning
-                            ? view.observed.errors.dead_band[index_of(source)]
-                            : 0.0;
-  // It rolls along itself. How a wheel that slides to the side rolls is known less.
-  const bool steers = place.steered && !still && view.observed.usable(Source::steering);
-  const double slip_angle = steers
-                                ? view.average(Source::steering).mean -
-                                      view.observed.errors.steering_offset - std::atan(across / v)
-                                : 0.0;
-  const double rolls = std::cos(slip_angle);
-  const double aside = still ? 0.0 : across / f * view.observed.errors.rear_slip_sigma;
+  const double hidden =
+      std::abs(history.value) < slowest_turning ? errors.dead_band[index_of(source)] : 0.0;
+  // How a wheel that slides to the side rolls is known less.
+  const double slides = 0.5 * (std::hypot(along, across) - std::abs(rolls));
   // Radii differ, and at 1 g as much again by the wheels' load.
   const double unequal =
-      view.sensors.tuning.wheel_radius * f * std::hypot(1.0, view.side / gravity);
+      view.sensors.tuning.wheel_radius * rolls * std::hypot(1.0, view.side / gravity);
   const double sigma =
-      root_of_squares(hidden, 0.5 * (1.0 - rolls) * f, aside, view.observed.slip_sigma(source),
+      root_of_squares(hidden, slides, s * errors.rear_slip_sigma, view.observed.slip_sigma(source),
                       wheel.noise, lasting_share * history.sigma, unequal, wheel.lateness);
-  const Motion by{rolls * by_v, rolls * by_r, place.steered ? 1.0 : 0.0, place.steered ? 0.0 : 1.0};
-  return {only(source), by, (backwards ? -mean : mean) - rolls * (f - by_v * v - by_r * r), sigma};
+  const Motion by{c, l * s - place.left * c, place.steered ? 1.0 : 0.0, place.steered ? 0.0 : 1.0};
+  return {only(source), by, (backwards ? -mean : mean) - errors.rear_slip * s, sigma};
 }
 
 /// ψ̇ = v tan δ / (l + K v²), K the understeer gradient.
@@ -151,7 +152,10 @@ Row accel_y_row(const View& view) noexcept {
   constexpr double bank = 0.05;  // [g]
   const Averaged accel_y = view.average(Source::accel_y);
   const double demanded = view.v * view.r;
-  const double turned = view.v * view.observed.history(Source::yaw_rate).mean();
+  const double turned =
+      view.observed.usable(Source::yaw_rate)
+          ? view.v * (view.average(Source::yaw_rate).mean - view.observed.errors.gyro_bias)
+          : 0.0;
   const double sideways =
       accel_y.slides ? 0.5 * std::max({std::abs(demanded), std::abs(turned), sliding_accel}) : 0.0;
   const double sigma =

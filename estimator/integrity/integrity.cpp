@@ -144,6 +144,7 @@ bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& ba
   for (Solution& solution : mirrored.last_consensus) {
     solution.motion[of::speed] *= -1.0;
   }
+  mirrored.errors.rear_slip = -observed_.errors.rear_slip;
   if (!halted_) {
     mirrored.integrated_speed = -observed_.integrated_speed;  // a halt makes its sign known
   }

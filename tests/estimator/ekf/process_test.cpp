@@ -211,6 +211,7 @@ TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
   double softness_sigma = model.tuning.softness;
   const auto grown = [&](double side_accel) {
     State state;
+    state.time_ns = state.reading(Source::camera).fused_ns = 1;  // the speed is known
     state.variance(slow::softness) = softness_sigma * softness_sigma;
     state.mean[at::v_x] = 10.0;
     state.mean[at::yaw_rate] = side_accel / 10.0;

@@ -1,4 +1,5 @@
-// Power slides without a camera: the accelerometers carry the velocity.
+// Power slides without a camera: the accelerometers carry the velocity. What counts as a spin.
+#include "estimator/ekf/plausibility.hpp"
 #include "tests/estimator/signalled_car.hpp"
 
 namespace odomd::estimator::full::testing::slide_test {
@@ -46,6 +47,18 @@ TEST(Slide, TheAccelerometersCarryTheVelocityWhileTheRearWheelsSpin) {
     EXPECT_TRUE(car.state.integrity.trusted(Source::yaw_rate)) << side;
     EXPECT_TRUE(car.state.integrity.trusted(Source::accel_y)) << side;
   }
+}
+
+TEST(Slide, NeitherATightTurnNorTheMotorOfAFrontDrivenCarIsASpinOfTheRearWheels) {
+  const Car turning = car_after(3.0, bend_at(1.0, 2.0));
+  EXPECT_LT(rear_spin(Vehicle{}, turning.state), 0.03);
+  State state;
+  state.time_ns = 1;
+  state.mean[at::v_x] = 2.0;
+  state.reading(Source::motor) = {.consistent = 3, .time_ns = 1, .value = 3.0};
+  EXPECT_EQ(rear_spin(Vehicle{}, state), 0.5);
+  EXPECT_FALSE(knows_speed(Driven::rear, state));
+  EXPECT_EQ(rear_spin({.driven = Driven::front}, state), 0.0);
 }
 
 }  // namespace

@@ -131,6 +131,26 @@ TEST(Equations, AFrontWheelMeasuresItsSpeedAlongTheWheel) {
   }
 }
 
+TEST(Equations, AFrontWheelOfASpinningCarRollsForwardsThoughItsPlaceMovesBackwards) {
+  const Circle spin{0.3, 8.0};
+  const Vehicle car;
+  const WheelPlace place = wheel_place(car, Source::wheel_front_left);
+  const double rear_slip = 1.0;
+  const double along = spin.speed - place.left * spin.turn;
+  ASSERT_LT(along, 0.0);
+  const double across = rear_slip + car.wheelbase() * spin.turn;
+  const double tan = std::tan(0.5);
+  const double delta = std::atan(car.wheelbase() * tan / (car.wheelbase() - place.left * tan));
+  Observations observed = spin.observed();
+  observed.errors.rear_slip = rear_slip;
+  observed.sources[index_of(Source::steering)].means.fill({0.5, 0.5});
+  const double rolls = along * std::cos(delta) + across * std::sin(delta);
+  ASSERT_GT(rolls, 0.0);
+  observed.sources[index_of(Source::wheel_front_left)].means.fill({rolls, rolls});
+  const Consensus all = equations_at(Circle::now_ns, observed, false, Over::short_time);
+  EXPECT_LT(off(all, Source::wheel_front_left, spin.truth()), 0.1);
+}
+
 TEST(Equations, EachSourceThatIsFarOffIsOffItsRowBySigmas) {
   struct Wrong {
     Source source;
