@@ -6,6 +6,7 @@ import math
 import os
 import subprocess
 import sys
+import tempfile
 import unittest
 from pathlib import Path
 from typing import NamedTuple
@@ -77,10 +78,9 @@ class Controller:
 
 class SameCommands(unittest.TestCase):
     def setUp(self) -> None:
-        self.directory = support.Directory()
-        self.addCleanup(self.directory.remove)
-        self.shm = self.directory.path / "pose"
-        self.path = self.directory.path / "path.csv"
+        self.directory = Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.shm = self.directory / "pose"
+        self.path = self.directory / "path.csv"
         angles = [i * 0.02 for i in range(round(2 * math.pi / 0.02))]
         rows = [f"{RADIUS * math.sin(a)!r},{RADIUS - RADIUS * math.cos(a)!r}" for a in angles]
         self.path.write_text("x,y\n" + "\n".join(rows) + "\n")
@@ -93,7 +93,7 @@ class SameCommands(unittest.TestCase):
         for name in programs():
             controller = Controller(
                 name,
-                self.directory.path,
+                self.directory,
                 ["--path", str(self.path), "--shm", str(self.shm), *arguments],
             )
             self.addCleanup(controller.kill)

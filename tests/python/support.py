@@ -4,9 +4,7 @@ timeouts. Timeouts are generous: machines may be slow and busy."""
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
-import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -22,16 +20,6 @@ def await_(condition: Callable[[], object], what: Callable[[], str] = lambda: ""
         if time.monotonic() > until:
             raise AssertionError(f"waited {TIMEOUT:.0f} s in vain: {what()}")
         time.sleep(0.01)
-
-
-class Directory:
-    """A directory that is removed with the test."""
-
-    def __init__(self) -> None:
-        self.path = Path(tempfile.mkdtemp(prefix="odomd-clients-"))
-
-    def remove(self) -> None:
-        shutil.rmtree(self.path, ignore_errors=True)
 
 
 class Segment:
@@ -75,7 +63,6 @@ class Daemon:
     """odomd on a drive, as a process of its own."""
 
     def __init__(self, directory: Path, drive: Path) -> None:
-        self.segment = directory / "pose"
         self._log = open(directory / "odomd.log", "a", encoding="utf-8")
         # Through standard input, like a bus: opening the log by name would start a separate drive.
         log = open(drive / "drive.log", "rb")
@@ -83,9 +70,7 @@ class Daemon:
             [
                 str(BIN / "odomd"),
                 *("--config", str(drive / "car.toml"), "--can", "-"),
-                *("--shm", str(self.segment), "--log-level", "warn"),
-                *("--camera-socket", str(directory / "camera.sock")),
-                *("--status-socket", str(directory / "status.sock")),
+                *("--runtime-directory", str(directory), "--log-level", "warn"),
             ],
             stdin=log,
             stderr=self._log,

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 import pickle
 import socket
+import tempfile
 import threading
 import time
 import unittest
+from pathlib import Path
 
 import odom
 import support
@@ -19,9 +21,7 @@ FAST = 0.01  # s: silent soon
 
 class DirectoryTest(unittest.TestCase):
     def setUp(self) -> None:
-        self.directory = support.Directory()
-        self.addCleanup(self.directory.remove)
-        self.path = self.directory.path / "pose"
+        self.path = Path(self.enterContext(tempfile.TemporaryDirectory())) / "pose"
 
 
 class Camera(DirectoryTest):
@@ -249,7 +249,7 @@ class ClientTest(DirectoryTest):
         self.path.chmod(0o666)
         self.assert_status(odom.Status.REFUSED, odom.Client, self.path)
         with self.assertRaisesRegex(odom.OdomError, "is odomd running"):
-            odom.Client(self.directory.path / "elsewhere")
+            odom.Client(self.path.with_name("elsewhere"))
 
     def test_a_closed_client_answers_invalid(self) -> None:
         segment = self.segment()

@@ -7,6 +7,7 @@ import json
 import math
 import re
 import subprocess
+import tempfile
 import unittest
 from pathlib import Path
 from typing import Any
@@ -64,17 +65,16 @@ def stamp(seconds: str) -> int:
 
 
 class Export(unittest.TestCase):
-    directory: support.Directory
+    directory: Path
     drive: Path
     pose: Path
 
     @classmethod
     def setUpClass(cls) -> None:
-        cls.directory = support.Directory()
-        cls.addClassCleanup(cls.directory.remove)
-        cls.drive = cls.directory.path / "drive"
+        cls.directory = Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.drive = cls.directory / "drive"
         odom("sim", "--duration", "2.5", "--standstill", "0.5", "--out", cls.drive)
-        cls.pose = cls.directory.path / "pose.csv"
+        cls.pose = cls.directory / "pose.csv"
         files = ["--can", cls.drive / "drive.log", "--camera", cls.drive / "camera.csv"]
         odom("replay", "--config", cls.drive / "car.toml", *files, "--out", cls.pose)
 
@@ -102,7 +102,7 @@ class Export(unittest.TestCase):
         return mcap
 
     def export(self, *arguments: object) -> mcap_reader.File:
-        file = self.directory.path / "out.mcap"
+        file = self.directory / "out.mcap"
         odom("export", *arguments, "--mcap", file)
         return self.read(file)
 
@@ -171,7 +171,7 @@ class Export(unittest.TestCase):
         )
 
     def test_csv_for_plotjuggler(self) -> None:
-        file = self.directory.path / "out.csv"
+        file = self.directory / "out.csv"
         odom("export", self.pose, "--csv", file)
         rows = rows_of(file)
         poses = rows_of(self.pose)
@@ -185,7 +185,7 @@ class Export(unittest.TestCase):
 
     def test_tum_for_evo(self) -> None:
         # https://github.com/MichaelGrupp/evo/wiki/Formats: eight numbers, one blank between, # before comments
-        folder = self.directory.path / "tum"
+        folder = self.directory / "tum"
         odom("export", self.drive, "--pose", self.pose, "--tum", folder)
         sources = {"pose": (self.pose, "t", ""), "odometry": (self.pose, "t", "odom_"),
                    "camera": (self.drive / "camera.csv", "t_capture", ""), "truth": (self.drive / "truth.csv", "t", "")}
@@ -230,7 +230,7 @@ class Export(unittest.TestCase):
         self.assertEqual((transform["parent_frame_id"], transform["child_frame_id"]), ("map", "base_link"))
 
     def test_poses_need_no_frames(self) -> None:
-        folder = self.directory.path / "silent"
+        folder = self.directory / "silent"
         folder.mkdir()
         (folder / "pose.csv").write_bytes(self.pose.read_bytes())
         alone = self.export(folder)
@@ -247,8 +247,8 @@ class Export(unittest.TestCase):
         self.assertEqual(self.export(self.drive).data, self.export(self.drive).data)
 
     def test_what_cannot_be_exported_is_refused_in_one_line(self) -> None:
-        out = self.directory.path / "never.mcap"
-        bad = self.directory.path / "bad.csv"
+        out = self.directory / "never.mcap"
+        bad = self.directory / "bad.csv"
         for text, expected in (
             ("", "is empty"),
             ("t,x,y\n", 'no column "yaw"'),
@@ -265,14 +265,14 @@ class Export(unittest.TestCase):
             self.assertFalse(out.exists())
         self.assertIn("has no car.toml", odom("export", "/usr", "--mcap", out, status=2))
         self.assertIn("--mcap, --csv or --tum", odom("export", self.pose, status=2))
-        self.assertIn("use --csv", odom("export", self.pose, "--mcap", self.directory.path / "a.csv", status=2))
+        self.assertIn("use --csv", odom("export", self.pose, "--mcap", self.directory / "a.csv", status=2))
         self.assertIn("--drive", odom("export", "--mcap", out, status=2))
 
     def test_a_recording_has_what_was_published(self) -> None:
-        recording = self.directory.path / "recording"
-        daemon = support.Daemon(self.directory.path, self.drive)
+        recording = self.directory / "recording"
+        daemon = support.Daemon(self.directory, self.drive)
         self.addCleanup(daemon.kill)
-        socket = self.directory.path / "record.sock"
+        socket = self.directory / "record.sock"
         odom("record", "--out", recording, "--socket", socket, "--wait", 60, "--duration", 3)
         mcap = self.export(recording)
         rows = rows_of(recording / "pose.csv")
@@ -285,11 +285,10 @@ class Reader(unittest.TestCase):
     """The reader can fail: no byte of a file may change unnoticed."""
 
     def test_finds_every_changed_byte(self) -> None:
-        directory = support.Directory()
-        self.addCleanup(directory.remove)
-        pose = directory.path / "pose.csv"
+        directory = Path(self.enterContext(tempfile.TemporaryDirectory()))
+        pose = directory / "pose.csv"
         pose.write_text("t,x,y,yaw\n1.0,2,3,0\n1.005,2.1,3,0\n")
-        out = directory.path / "out.mcap"
+        out = directory / "out.mcap"
         odom("export", pose, "--mcap", out)
         data = out.read_bytes()
         mcap_reader.File(data)
