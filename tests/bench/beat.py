@@ -101,23 +101,19 @@ class Daemon:
     """An odomd that plays a log with its beat on one CPU, and what a watcher sees of it."""
 
     def __init__(self, args, log, cpu, work, seconds):
-        self.shm = f"/odomd-bench-{os.getpid()}"
+        self.segment = work / "pose"
         config = work / "car.toml"
         car = (args.drive / "car.toml").read_text().replace("car.dbc", f"{args.drive}/car.dbc")
         config.write_text(f"{car}\n[realtime]\npriority = {PRIORITY}\ncpu = {cpu}\n")
         command = [args.bin / "odomd", "--config", config, "--can", log, "--initial", "0,0,0"]
-        command += ["--shm", self.shm, "--log-level", "error"]
-        command += ["--camera-socket", work / "camera.sock", "--status-socket", work / "status.sock"]
+        command += ["--runtime-directory", work, "--log-level", "error"]
         self.exec_ns = time.monotonic_ns()
         self.process = subprocess.Popen(command)
-        while not self.segment().exists():
+        while not self.segment.exists():
             if self.process.poll() is not None:
                 raise SystemExit("beat.py: odomd ended")
             time.sleep(0.01)
-        self.watcher = Watcher(self.segment(), seconds)
-
-    def segment(self, suffix=""):
-        return pathlib.Path(f"/dev/shm{self.shm}{suffix}")
+        self.watcher = Watcher(self.segment, seconds)
 
     def ticks(self):
         """Waits for the watcher, ends the daemon, and gives every tick as a dictionary."""
@@ -125,8 +121,7 @@ class Daemon:
         self.process.send_signal(signal.SIGTERM)
         if self.process.wait() != 0:
             raise SystemExit("beat.py: odomd failed")
-        self.segment().unlink()
-        self.segment(".lock").unlink(missing_ok=True)
+        self.segment.unlink()
         ticks = self.watcher.ticks
         if any(tick["conditions"] & NOT_REALTIME for tick in ticks):
             raise SystemExit("beat.py: odomd was refused SCHED_FIFO or locked memory: run as root")
@@ -202,7 +197,7 @@ def main():
     cpus = sorted(os.sched_getaffinity(0))[-2:]
     if len(cpus) < 2:
         raise SystemExit("beat.py: needs two CPUs, one for odomd and one for cyclictest")
-    with tempfile.TemporaryDirectory(prefix="odomd-bench-") as directory:
+    with tempfile.TemporaryDirectory(dir="/dev/shm", prefix="odomd-bench-") as directory:
         work = pathlib.Path(directory)
         full = work / "full.log"
         compress(args.drive / "drive.log", FULL_TRAFFIC, full)

@@ -34,16 +34,15 @@ def wait_for(path):
 
 def half(args, work, with_bridge):
     """The beat's figures; the bridge's share of a CPU, and its summary."""
-    segment, status = work / "pose", work / "status.sock"
+    status = work / "status.sock"
     command = [args.bin / "odomd", "--config", work / "drive/car.toml", "--can", work / "drive/drive.log"]
-    command += ["--initial", "0,0,0", "--shm", segment, "--status-socket", status]
-    command += ["--camera-socket", work / "camera.sock", "--log-level", "error"]
+    command += ["--initial", "0,0,0", "--runtime-directory", work, "--log-level", "error"]
     daemon = subprocess.Popen(command)
     wait_for(status)
     share, said = 0.0, {}
     if with_bridge:
         bridge = [args.bin / "odom", "bridge", "--ros", "--udp", "127.0.0.1:9", "--rate", "1000", "--json"]
-        bridge += ["--shm", segment, "--domain", "99"]
+        bridge += ["--shm", work / "pose", "--domain", "99"]
         environment = dict(os.environ, CYCLONEDDS_URI=LOOPBACK)
         begin = time.monotonic()
         with open(work / "bridge.json", "w") as out:

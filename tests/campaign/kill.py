@@ -58,7 +58,7 @@ def start(binaries, directory, log):
     with open(log, "ab") as errors:
         return subprocess.Popen(
             [binaries / "odomd", "--config", directory / "drive/car.toml", "--can", "-",
-             "--shm", directory / "pose", "--status-socket", directory / "status.sock"],
+             "--runtime-directory", directory],
             stdin=subprocess.PIPE, stderr=errors)
 
 

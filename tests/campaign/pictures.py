@@ -67,8 +67,7 @@ def drive(run: pathlib.Path) -> Iterator[list[str]]:
     subprocess.run([*sim, "--config-only", "--out", str(run / "car")], check=True, stdout=subprocess.DEVNULL)
     with (subprocess.Popen([*sim, "--out", str(run / "drive")], stdout=subprocess.PIPE,
                            stderr=subprocess.DEVNULL) as car,
-          subprocess.Popen(["odomd", "--config", "car/car.toml", "--can", "-", "--shm", str(run / "pose"),
-                            "--camera-socket", str(run / "camera.sock"), "--status-socket", str(run / "status.sock"),
+          subprocess.Popen(["odomd", "--config", "car/car.toml", "--can", "-", "--runtime-directory", str(run),
                             "--log-level", "error"], stdin=car.stdout, cwd=run) as daemon):
         time.sleep(1.5)
         try:

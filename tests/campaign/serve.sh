@@ -19,8 +19,7 @@ cd "$run"
 sim=(odom sim --scenario lap --laps 40 --live --can - --camera-socket "$run/camera.sock")
 "${sim[@]}" --config-only --out car >/dev/null
 mkfifo bus
-odomd --config car/car.toml --can - --exit-at-end --shm "$run/pose" --log-level error \
-  --camera-socket "$run/camera.sock" --status-socket "$run/status.sock" <bus &
+odomd --config car/car.toml --can - --exit-at-end --runtime-directory "$run" --log-level error <bus &
 "${sim[@]}" --out drive >bus 2>/dev/null &
 sleep 5
 

@@ -13,6 +13,14 @@ fail() {
   echo "$*" >&2
   exit 1
 }
+# is_sound UNIT: systemd's own checks of a unit. Exposure in tenths: at most 2.0.
+is_sound() {
+  systemd-analyze verify --man=no "$1" >"$work/verify" 2>&1 && [ ! -s "$work/verify" ] ||
+    fail "systemd-analyze verify: $(cat "$work/verify")"
+  systemd-analyze security --offline=true --threshold=20 --no-pager "$1" >"$work/security" 2>&1 ||
+    fail "$(cat "$work/security")"
+  tail -n 1 "$work/security"
+}
 installed() { DESTDIR=$root cmake --install "$build" --prefix /usr --component daemon >"$work/log"; }
 
 installed
@@ -41,12 +49,7 @@ grep -q "^ExecStart=$work/opt/bin/odomd --config $work/opt/etc/odomd/%i.toml " "
   fail "odomd does not take its example"
 if grep -q '^warnings' "$work/check"; then fail "$(cat "$work/check")"; fi
 
-# systemd's own check. Exposure in tenths: at most 2.0.
-systemd-analyze verify --man=no "$own" >"$work/verify" 2>&1 && [ ! -s "$work/verify" ] ||
-  fail "systemd-analyze verify: $(cat "$work/verify")"
-systemd-analyze security --offline=true --threshold=20 --no-pager "$unit" >"$work/security" 2>&1 ||
-  fail "$(cat "$work/security")"
-tail -n 1 "$work/security"
+is_sound "$own"
 
 # The bridge and the page, if built.
 for part in bridge web; do
@@ -55,11 +58,7 @@ for part in bridge web; do
   own=$work/opt/lib/systemd/system/odomd-$part@.service
   grep -q "^ExecStart=$work/opt/bin/odom-$part .*--shm %t/odomd/%i/pose " "$own" ||
     fail "the unit of odom-$part names other paths"
-  systemd-analyze verify --man=no "$own" >"$work/verify" 2>&1 && [ ! -s "$work/verify" ] ||
-    fail "systemd-analyze verify: $(cat "$work/verify")"
-  systemd-analyze security --offline=true --threshold=20 --no-pager "$own" >"$work/security" 2>&1 ||
-    fail "$(cat "$work/security")"
-  tail -n 1 "$work/security"
+  is_sound "$own"
 done
 
 # Creates the user and the groups in the directory.
