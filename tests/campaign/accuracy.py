@@ -10,14 +10,21 @@ drives follow those of the small car. Exit status 1 if a bar is missed or the wo
 """
 
 import os
+import pathlib
 
 import common
-from accuracy import bars, courses, fullsize
+from accuracy import bars, courses, drives, fullsize
 
 
 def arguments():
-    parser = common.parser(__doc__, seeds=20)
-    common.add_bars(parser, [*dict.fromkeys((*bars.BARS, *fullsize.BARS))])
+    every = [*dict.fromkeys((*bars.BARS, *fullsize.BARS))]
+    parser = common.parser(__doc__, seeds=20, work=True)
+    parser.add_argument("--only", action="append", choices=every, metavar="BAR",
+                        help=f"this bar; several times: these. One of {', '.join(every)}")
+    parser.add_argument("--slack", type=float, default=1.0, metavar="X",
+                        help="widen the limits by this factor: figures of a few seeds scatter")
+    parser.add_argument("--model", default="full", help="the model to evaluate; default: full")
+    parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write all figures as JSON")
     parser.add_argument("--full-size", dest="campaign", action="store_const", const=fullsize, default=bars,
                         help="the full-size cars in place of the small one")
     parser.add_argument("--speed", action="append", type=float, choices=courses.SPEEDS, metavar="V",
@@ -30,33 +37,31 @@ def arguments():
     return given
 
 
-def recorded_drives(given):
+def recorded_drives(given, models):
     """The tables of the training drives; nothing if there are none."""
     if given.only or given.campaign is fullsize or not os.environ.get("ODOMD_DRIVES"):
         return ""
-    return common.output(common.ROOT / "tests/campaign/drives.py", "--training", "--odom", given.odom.resolve(),
-                         *(f"--model={model}" for model in given.models))
+    return common.output(common.ROOT / "tests/campaign/drives.py", "--training", "--bin", given.bin,
+                         *(f"--model={model}" for model in models))
 
 
 def main():
     given = arguments()
     campaign, wanted = given.campaign, given.only or list(given.campaign.BARS)
-    begun = common.now()
-    given.models = [*(one for one in campaign.COMPARED if one != given.model), given.model]
+    models = [*(one for one in campaign.COMPARED if one != given.model), given.model]
     read = tuple(begin for name in wanted for begin in campaign.BARS[name][1])
-    measured = common.each_drive(
-        given, lambda course, seed, folder, scratch: campaign.measure(
-            given.odom, course, seed, given.models, folder, scratch),
-        [(course, campaign.seed_of(course, number)) for course in campaign.all_courses(given.speed)
-         if course.name.startswith(read) for number in range(1, given.seeds + 1)])
-    recorded = recorded_drives(given)
+    courses_read = {course.name: course for course in campaign.all_courses(given.speed) if course.name.startswith(read)}
+    tasks = [(course.name, course.options, course.seeds_after + number) for course in courses_read.values()
+             for number in range(1, given.seeds + 1)]
+    measured = common.each_drive(given, tasks, lambda name, seed, folder, scratch: {
+        "course": name, "seed": seed, **drives.measure(given.odom, courses_read[name], models, folder, scratch)})
+    recorded = recorded_drives(given, models)
     results = campaign.Results(measured, given)
     rows = [(name, row) for name in wanted for row in campaign.BARS[name][0](results)]
-    print(f"`--model {given.model}`, {begun:%F}, {given.seeds} seeds a course; medians (smallest to largest):\n")
+    print(f"`--model {given.model}`, {common.BEGUN:%F}, {given.seeds} seeds a course; medians (smallest to largest):\n")
     print("\n".join(common.table(rows)), "\n")
-    print("\n".join(campaign.further(results)) + recorded)
-    return common.finish("accuracy", begun, rows, given.json,
-                         {"model": given.model, "seeds": given.seeds, "drives": measured})
+    print("\n".join(fullsize.further(results)) if campaign is fullsize else recorded)
+    return common.finish(rows, given.json, {"model": given.model, "seeds": given.seeds, "drives": measured})
 
 
 if __name__ == "__main__":

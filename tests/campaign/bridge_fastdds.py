@@ -1,13 +1,10 @@
 #!/usr/bin/env python3
 """Checks that Fast DDS, the middleware of most ROS 2 installations, receives what odom bridge publishes.
 
-    python3 tests/campaign/bridge_fastdds.py [--bin build/release/bin] [--seconds 10]
-
 odomd plays a simulated lap, odom bridge publishes every second tick by DDS and as JSON over UDP. A reader on Fast DDS
 (libfastrtps-dev; compiled here) subscribes with a ROS 2 node's quality of service. Every message is decoded by the
 definitions of nav_msgs/Odometry and tf2_msgs/TFMessage and compared, number by number, with its stamp's datagram.
 """
-import argparse
 import json
 import math
 import os
@@ -15,12 +12,12 @@ import pathlib
 import socket
 import struct
 import subprocess
-import sys
 import tempfile
 import threading
 import time
 
-here = pathlib.Path(__file__).resolve().parent
+import common
+
 domain = "97"
 Sample = dict[str, dict[str, float]]  # the checked part of a tick's JSON
 
@@ -122,23 +119,15 @@ def listen(receiver: socket.socket, expected: dict[int, Sample], end: threading.
         expected[int(stamp.replace(".", ""))] = json.loads(datagram)["odomd"]
 
 
-def compile_node(folder: pathlib.Path) -> str:
-    node = str(folder / "node")
-    subprocess.run(["g++", "-std=c++20", "-O1", str(here / "fastdds_node.cpp"), "-o", node, "-lfastrtps", "-lfastcdr"],
-                   check=True)
-    return node
-
-
-def parser(doc: str) -> argparse.ArgumentParser:
-    made = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
-    made.add_argument("--bin", type=pathlib.Path, default=pathlib.Path("build/release/bin"))
-    return made
+def compile_node(folder: pathlib.Path) -> pathlib.Path:
+    source = pathlib.Path(__file__).with_name("fastdds_node.cpp")
+    common.run("g++", "-std=c++20", "-O1", source, "-o", folder / "node", "-lfastrtps", "-lfastcdr")
+    return folder / "node"
 
 
 def run(folder: pathlib.Path, programs: pathlib.Path, seconds: int) -> str:
-    odom, reader = str(programs / "odom"), compile_node(folder)
-    subprocess.run([odom, "sim", "--duration", str(seconds + 5), "--out", str(folder / "lap")], check=True,
-                   capture_output=True)
+    odom, reader = programs / "odom", compile_node(folder)
+    common.run(odom, "sim", "--duration", seconds + 5, "--out", folder / "lap")
     receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 22)
     receiver.bind(("127.0.0.1", 0))
@@ -147,17 +136,16 @@ def run(folder: pathlib.Path, programs: pathlib.Path, seconds: int) -> str:
     end = threading.Event()
     listener = threading.Thread(target=listen, args=(receiver, expected, end))
     listener.start()
-    environment = dict(os.environ)
-    environment.pop("CYCLONEDDS_URI", None)
+    environment = {name: value for name, value in os.environ.items() if name != "CYCLONEDDS_URI"}
     bridge = subprocess.Popen([odom, "bridge", "--ros", "--domain", domain, "--udp",
-                               f"127.0.0.1:{receiver.getsockname()[1]}", "--shm", str(folder / "pose"), "--rate", "100",
+                               f"127.0.0.1:{receiver.getsockname()[1]}", "--shm", folder / "pose", "--rate", "100",
                                "--duration", str(seconds + 4), "--json"], stdout=subprocess.PIPE, text=True,
                               env=environment)
     with open(folder / "samples", "w", encoding="ascii") as samples:
         read = subprocess.Popen([reader, domain, str(seconds + 6)], stdout=samples)
     time.sleep(3)  # for discovery: messages sent before are lost
-    daemon = subprocess.Popen([str(programs / "odomd"), "--config", str(folder / "lap/car.toml"), "--can",
-                               str(folder / "lap/drive.log"), "--runtime-directory", str(folder), "--log-level", "error"])
+    daemon = subprocess.Popen([programs / "odomd", "--config", folder / "lap/car.toml", "--can",
+                               folder / "lap/drive.log", "--runtime-directory", folder, "--log-level", "error"])
     try:
         sent = json.loads(bridge.communicate(timeout=seconds + 30)[0])
         read.wait(timeout=seconds + 30)
@@ -174,19 +162,18 @@ def run(folder: pathlib.Path, programs: pathlib.Path, seconds: int) -> str:
         received[topic] += 1
     result = f"{by_dds} sent, {received['rt/odom']} of /odom and {received['rt/tf']} of /tf received and right"
     if by_dds == 0 or set(received.values()) != {by_dds}:
-        raise AssertionError(result)
+        raise common.Failed(result)
     return result
 
 
-def main() -> int:
-    made = parser(__doc__)
-    made.add_argument("--seconds", type=int, default=10)
-    options = made.parse_args()
+def main() -> None:
+    made = common.parser(__doc__, jobs=False, programs=("odom", "odomd"))
+    made.add_argument("--seconds", type=int, default=10, metavar="N", help="of the drive; default: 10")
+    given = common.parse(made)
     with tempfile.TemporaryDirectory() as folder:
-        result = run(pathlib.Path(folder), options.bin.resolve(), options.seconds)
+        result = run(pathlib.Path(folder), given.bin, given.seconds)
     print(time.strftime("%Y-%m-%d"), "bridge_fastdds:", result)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    common.main(main)

@@ -1,8 +1,6 @@
 #!/usr/bin/env python3
 """Shows that a lap with camera poses from a ROS 2 topic is as good as the same lap with the camera's socket.
 
-    python3 tests/campaign/bridge_pose_in.py [--bin build/release/bin]
-
 Two daemons play one simulated lap, with poses 30 to 120 ms late and out of order: one gets them by odom camera send, the
 other by odom bridge from a publisher on Fast DDS (libfastrtps-dev; compiled here), reliable or best effort. To every
 fifth pose the publisher adds a bad copy 5 m away: in another frame, or stamped 0, ahead of now or yesterday. Every bad
@@ -47,7 +45,7 @@ def schedule(camera: list[dict[str, str]], offset: int) -> list[str]:
 
 
 def drive(folder: pathlib.Path, programs: pathlib.Path, quality: str) -> str:
-    odom, lap = str(programs / "odom"), folder / "lap"
+    odom, lap = programs / "odom", folder / "lap"
     camera = list(csv.DictReader((lap / "camera.csv").read_text(encoding="ascii").splitlines()))
     ways = [folder / f"socket-{quality}", folder / f"dds-{quality}"]
     bridge = subprocess.Popen([odom, "bridge", "--pose-topic", "/mocap/car/pose", "--pose-frame", "world", "--pose-sigma",
@@ -79,9 +77,8 @@ def drive(folder: pathlib.Path, programs: pathlib.Path, quality: str) -> str:
         bridge.terminate()
     received = json.loads(bridge.communicate(timeout=30)[0])["input"]
     refused, bad = sum(count for name, count in received.items() if name.startswith("refused")), len(lines) - len(camera)
-    evaluated = common.run(odom, "evaluate", "--reference", lap / "truth.csv", "--pose", ways[0] / "pose.csv", "--pose",
-                           ways[1] / "pose.csv", "--align", "none", "--from", "+2", "--json")
-    rms = [1e3 * estimate["position"]["rms"] for estimate in json.loads(evaluated.stdout)["estimates"]]
+    evaluated = common.evaluate(odom, lap, [way / "pose.csv" for way in ways], "--align", "none", "--from", "+2")
+    rms = [1e3 * estimate["position"]["rms"] for estimate in evaluated]
     result = (f"{quality}: {received['sent']} of {len(camera)} poses taken, {refused} of {bad} bad ones refused; position "
               f"rms {rms[1]:.2f} mm, by the socket {rms[0]:.2f} mm")
     if (received["sent"], refused) != (len(camera), bad) or abs(rms[1] / rms[0] - 1) > 0.1:
@@ -90,7 +87,7 @@ def drive(folder: pathlib.Path, programs: pathlib.Path, quality: str) -> str:
 
 
 def main() -> None:
-    programs = bridge_fastdds.parser(__doc__).parse_args().bin.resolve()
+    programs = common.parse(common.parser(__doc__, jobs=False, programs=("odom", "odomd"))).bin
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         bridge_fastdds.compile_node(folder)
@@ -101,4 +98,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    common.main(main)

@@ -13,30 +13,18 @@ import statistics
 import subprocess
 import sys
 import tempfile
-from typing import Any
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-ODOM = pathlib.Path(os.environ.get("ODOM", ROOT / "build/release/bin/odom"))
-PROCESSORS = len(os.sched_getaffinity(0))
 DEGREES = 180 / math.pi
-
-
-@dataclasses.dataclass(frozen=True)
-class Row:
-    """A bar's row in the table."""
-    what: str
-    required: str
-    measured: str
-    met: bool
+NAME = pathlib.Path(sys.argv[0]).stem
+BEGUN = datetime.datetime.now(datetime.timezone.utc)
 
 
 class Failed(Exception):
     """A failed command, described in one line."""
 
 
-def geometric_mean(values: list[float]) -> float:
-    return math.exp(statistics.fmean(math.log(max(value, 1e-9)) for value in values))
-
+# Programs.
 
 def last_line(text: str) -> str:
     lines = text.strip().splitlines()
@@ -55,6 +43,22 @@ def output(*command: object) -> str:
     return run(*command).stdout
 
 
+def replay(odom, config, folder, poses, *options):
+    """Replays a drive's log into a file of poses. Returns what the program says with --json."""
+    done = run(odom, "replay", "--config", config, "--dbc", folder / "car.dbc", "--can", folder / "drive.log",
+               "--out", poses, *options, "--json")
+    return json.loads(last_line(done.stderr))
+
+
+def evaluate(odom, folder, poses, *options):
+    """The errors of files of poses against the drive's truth, as odom evaluate computes them."""
+    files = [word for file in poses for word in ("--pose", file)]
+    return json.loads(output(odom, "evaluate", "--reference", folder / "truth.csv", *files, *options,
+                             "--json"))["estimates"]
+
+
+# Many drives.
+
 @contextlib.contextmanager
 def named(what):
     """Puts `what` before the message of a failure inside."""
@@ -71,7 +75,7 @@ def side_by_side(jobs, measure, tasks):
         try:
             for done, _ in enumerate(concurrent.futures.as_completed(started), start=1):
                 if sys.stderr.isatty():
-                    print(f"\r{done} of {len(tasks)} drives ", end="", file=sys.stderr, flush=True)
+                    print(f"\r{done} of {len(tasks)} ", end="", file=sys.stderr, flush=True)
             return [one.result() for one in started]
         except BaseException:
             pool.shutdown(cancel_futures=True)
@@ -81,79 +85,77 @@ def side_by_side(jobs, measure, tasks):
                 print(file=sys.stderr)
 
 
-def each_drive(given, measure, tasks):
-    """The results of `measure(course, seed, folder, scratch)` for the tasks (course, seed); the folder stays with --work."""
-    def one(course, seed):
-        with tempfile.TemporaryDirectory(prefix="drive-") as name, named(f"{course.name}, seed {seed}"):
-            scratch = pathlib.Path(name)
-            return measure(course, seed, (given.work or scratch / "drives") / course.name / str(seed), scratch)
+def simulate(odom, options, seed, folder):
+    """Runs odom sim, unless the folder has a drive that the same command made."""
+    command = [odom, "sim", *options, "--seed", seed]
+    text = " ".join(str(word) for word in command[1:]) + "\n"
+    made_by = folder / "command"
+    if made_by.exists() and made_by.read_text() == text:
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    made_by.unlink(missing_ok=True)
+    run(*command, "--out", folder, "--force")
+    made_by.write_text(text)
+
+
+def each_drive(given, tasks, measure):
+    """Simulates drives, the tasks (name, options of odom sim, seed). Returns the results of
+    `measure(name, seed, folder, scratch)`; the drive's folder stays with --work."""
+    def one(name, options, seed):
+        with tempfile.TemporaryDirectory(prefix="drive-") as made, named(f"{name}, seed {seed}"):
+            scratch = pathlib.Path(made)
+            folder = (given.work or scratch / "drives") / name / str(seed)
+            simulate(given.odom, options, seed, folder)
+            return measure(name, seed, folder, scratch)
 
     return side_by_side(given.jobs, one, tasks)
 
 
-def parser(doc, seeds=None, what="drives of each course", jobs=True, odom=True):
-    """A parser for a campaign with this docstring."""
+# The command line.
+
+def parser(doc, seeds=None, what="drives of each course", jobs=True, work=False, programs=("odom",)):
+    """A parser for a campaign with this docstring, which runs these programs. `work`: for each_drive."""
     made = argparse.ArgumentParser(description=doc.splitlines()[0])
+    made.set_defaults(programs=programs)
+    made.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin", metavar="DIR",
+                      help="folder of the programs; default: build/release/bin")
     if seeds:
         made.add_argument("--seeds", type=int, default=seeds, metavar="N", help=f"{what}; default: {seeds}")
     if jobs:
-        made.add_argument("--jobs", type=int, default=PROCESSORS, metavar="N",
+        made.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
                           help="in parallel; default: one per processor")
-    if odom:
-        made.add_argument("--odom", type=pathlib.Path, default=ODOM, metavar="FILE",
-                          help="the program; default: $ODOM, else the one of the release build")
+    if work:
+        made.add_argument("--work", type=pathlib.Path, metavar="DIR",
+                          help="keep the simulated drives here, and reuse existing ones: "
+                               "empty it when the simulator has changed")
     return made
-
-
-def add_work(made):
-    made.add_argument("--work", type=pathlib.Path, metavar="DIR",
-                      help="keep the simulated drives here, and reuse existing ones: "
-                           "empty it when the simulator has changed")
-
-
-def add_bars(made, bars):
-    """The options of a campaign that compares a model with bars."""
-    made.add_argument("--only", action="append", choices=bars, metavar="BAR",
-                      help=f"this bar; several times: these. One of {', '.join(bars)}")
-    made.add_argument("--slack", type=float, default=1.0, metavar="X",
-                      help="widen the limits by this factor: figures of a few seeds scatter")
-    made.add_argument("--model", default="full", help="the model to evaluate; default: full")
-    made.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write all figures as JSON")
-    add_work(made)
 
 
 def parse(made):
     given = made.parse_args()
     if any(getattr(given, name, 1) < 1 for name in ("seeds", "jobs")) or not getattr(given, "slack", 1.0) >= 1:
         made.error("1 or more: " + ", ".join(f"--{name}" for name in ("seeds", "jobs", "slack") if hasattr(given, name)))
-    require_program(made, getattr(given, "odom", None))
+    given.bin = given.bin.resolve()
+    for program in given.programs:
+        if not os.access(given.bin / program, os.X_OK):
+            made.error(f"{given.bin / program} is missing: cmake --preset release && cmake --build --preset release")
+    given.odom = given.bin / "odom"
     return given
 
 
-def require_program(made, program):
-    if program and not os.access(program, os.X_OK):
-        made.error(f"{program} is missing: cmake --preset release && cmake --build --preset release")
+# Results.
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """A bar's row in the table."""
+    what: str
+    required: str
+    measured: str
+    met: bool
 
 
-def finish(name: str, begun: datetime.datetime, rows: list[Any], file: pathlib.Path | None,
-           figures: dict[str, Any]) -> int:
-    """Writes the figures and the last line. Returns 1 if one of the rows, (bar, row), is not met, otherwise 0."""
-    if file:
-        document = {**figures, "rows": [{"bar": bar, **vars(row)} for bar, row in rows]}
-        file.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
-    missed = sum(not row.met for _, row in rows)
-    return last_words(name, begun, f"{len(rows) - missed} bars met, {missed} missed", missed)
-
-
-def last_words(name, begun, text, bad):
-    """Prints the dated last line; returns the exit status."""
-    took = (datetime.datetime.now(datetime.timezone.utc) - begun).total_seconds()
-    print(f"{begun:%F} {name}: {text}, in {took:.0f} s")
-    return 1 if bad else 0
-
-
-def now():
-    return datetime.datetime.now(datetime.timezone.utc)
+def geometric_mean(values: list[float]) -> float:
+    return math.exp(statistics.fmean(math.log(max(value, 1e-9)) for value in values))
 
 
 def table(rows):
@@ -163,9 +165,26 @@ def table(rows):
         yield f"| {bar} | {row.what} | {row.required} | {row.measured} | {'yes' if row.met else '**no**'} |"
 
 
+def finish(rows, file=None, figures=None):
+    """Writes the figures into a file and prints the last line. Returns 1 if one of the rows, (bar, row), is not met,
+    otherwise 0."""
+    if file:
+        document = {**figures, "rows": [{"bar": bar, **vars(row)} for bar, row in rows]}
+        file.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
+    missed = sum(not row.met for _, row in rows)
+    return last_words(f"{len(rows) - missed} bars met, {missed} missed", missed)
+
+
+def last_words(text, bad):
+    """Prints the dated last line; returns the exit status."""
+    took = (datetime.datetime.now(datetime.timezone.utc) - BEGUN).total_seconds()
+    print(f"{BEGUN:%F} {NAME}: {text}, in {took:.0f} s")
+    return 1 if bad else 0
+
+
 def main(campaign):
     """Runs a campaign and exits with its status, or with 1 and a line if the work failed."""
     try:
         sys.exit(campaign())
     except (Failed, OSError) as error:
-        sys.exit(f"{pathlib.Path(sys.argv[0]).stem}: {error}")
+        sys.exit(f"{NAME}: {error}")

@@ -8,13 +8,10 @@ Standard output is a table in Markdown. Exit status 1 if a flag is missed, late 
 on wrong usage.
 """
 
-import collections
 import datetime
 import json
-import pathlib
 import statistics
 import sys
-import tempfile
 
 import common
 
@@ -25,23 +22,10 @@ STEP = 0.005  # s per tick: a flag appears at the end of its tick
 
 
 def arguments():
-    parser = common.parser(__doc__, seeds=20, odom=False)
+    parser = common.parser(__doc__, seeds=20, work=True, programs=("odom", "fault_runs"))
     parser.add_argument("--scenario", action="append", choices=SCENARIOS, help="this one; several times: these")
-    parser.add_argument("--bin", type=pathlib.Path, default=common.ROOT / "build/release", metavar="DIR",
-                        help="the build; default: build/release")
     parser.add_argument("--verbose", action="store_true", help="name every fault that was missed or late")
     return common.parse(parser)
-
-
-def measure(build, scenario, seed):
-    """The lines of fault_runs --flags for a drive, the first of them for the drive without fault. Every second drive
-    has a camera."""
-    with tempfile.TemporaryDirectory(prefix="faults-") as scratch:
-        folder = pathlib.Path(scratch) / "drive"
-        common.run(build / "bin/odom", "sim", "--scenario", scenario, "--seed", seed, "--out", folder)
-        lines = common.output(build / "bin/fault_runs", folder, seed, "--flags", "--camera",
-                              "on" if seed % 2 else "off")
-        return scenario, seed, [json.loads(line) for line in lines.splitlines()]
 
 
 def raised(flags):
@@ -49,22 +33,43 @@ def raised(flags):
 
 
 def judge(fault, known):
-    """Delay of the flag in s, None if it is missed; and the flags of other sources that came before it. `known`
-    are the flags of the drive without fault, which do not count."""
-    own = [t for t, source, _ in raised(fault["flags"]) if source == fault["source"] and t >= fault["begin"]]
-    until = own[0] if own else float("inf")
-    others = [flag for flag in raised(fault["flags"])
-              if flag[1] != fault["source"] and flag[0] < until and flag[0] >= fault["begin"] and flag not in known]
-    if fault["shown"] is None:
-        return None, others if not own else []
-    return (max(0.0, own[0] - fault["shown"]) if own else None), others
+    """The fault with the delay of its flag [s], None without one; whether it is late or missed; and the flags of other
+    sources that came before it. `known` are the flags of the drive without fault, which do not count."""
+    flags = raised(fault["flags"])
+    own = [t for t, source, _ in flags if source == fault["source"] and t >= fault["begin"]]
+    shown, until = fault["shown"], own[0] if own else float("inf")
+    others = [flag for flag in flags
+              if flag[1] != fault["source"] and fault["begin"] <= flag[0] < until and flag not in known]
+    delay = max(0.0, own[0] - shown) if own and shown is not None else None
+    return {**fault, "delay": delay, "late": delay is not None and delay > LIMIT + STEP,
+            "missed": shown is not None and not own, "others": others if shown is not None or not own else []}
+
+
+def measure(given, scenario, seed, folder):
+    """Of a drive: its scenario and name, its flags without a fault, and its faults, judged. Every second drive has a
+    camera."""
+    lines = common.output(given.bin / "fault_runs", folder, seed, "--flags", "--camera", "on" if seed % 2 else "off")
+    as_it_is, *faults = map(json.loads, lines.splitlines())
+    flags = raised(as_it_is["flags"])
+    return scenario, f"{scenario}, seed {seed}", flags, [judge(fault, flags) for fault in faults]
+
+
+def name_trouble(name, fault):
+    what = f"{name}: {fault['kind']} at {fault['begin']:.2f} s"
+    if fault["others"]:
+        t, source, flag = fault["others"][0]
+        print(f"{what}: {source} {flag} at {t:.2f} s", file=sys.stderr)
+    delay = fault["delay"]
+    if fault["missed"] or fault["late"]:
+        print(f"{what}, shown at {fault['shown']:.2f} s: "
+              f"{'missed' if fault['missed'] else f'after {delay:.2f} s'}", file=sys.stderr)
 
 
 def main():
     given = arguments()
     scenarios = given.scenario or SCENARIOS
-    results = common.side_by_side(given.jobs, measure, [(given.bin, scenario, seed) for scenario in scenarios
-                                                        for seed in range(1, given.seeds + 1)])
+    tasks = [(scenario, ("--scenario", scenario), seed) for scenario in scenarios for seed in range(1, given.seeds + 1)]
+    drives = common.each_drive(given, tasks, lambda scenario, seed, folder, _: measure(given, scenario, seed, folder))
 
     good = True
     print(f"Source flags, {datetime.date.today()}: {given.seeds} drives of each of "
@@ -72,43 +77,29 @@ def main():
     print("| drives as they are | drives | false flags | wheels flagged as slipping |")
     print("|---|--:|--:|--:|")
     for scenario in scenarios:
-        drives = [(seed, raised(lines[0]["flags"])) for name, seed, lines in results if name == scenario]
-        slips = [flag for _, flags in drives for flag in flags if flag[2] == "slipping"]
-        false = [(seed, flag) for seed, flags in drives for flag in flags
-                 if flag[2] != "slipping" or scenario not in SLIPPERY]
-        for seed, flag in false:
-            print(f"{scenario}, seed {seed}: {flag[1]} {flag[2]} at {flag[0]:.2f} s", file=sys.stderr)
+        flags = [(name, flag) for of, name, flags, _ in drives if of == scenario for flag in flags]
+        slips = [flag for _, flag in flags if flag[2] == "slipping"]
+        false = [(name, flag) for name, flag in flags if flag[2] != "slipping" or scenario not in SLIPPERY]
+        for name, (t, source, flag) in false:
+            print(f"{name}: {source} {flag} at {t:.2f} s", file=sys.stderr)
         good = good and not false
-        print(f"| {scenario} | {len(drives)} | {len(false)} | {len(slips)} |")
+        print(f"| {scenario} | {given.seeds} | {len(false)} | {len(slips)} |")
 
-    rows = collections.defaultdict(lambda: {"shown": 0, "delays": [], "missed": 0, "late": 0, "others": 0, "hidden": 0})
-    for scenario, seed, lines in results:
-        for fault in lines[1:]:
-            delay, others = judge(fault, lines[0]["flags"])
-            row = rows[fault["kind"]]
-            row["others"] += bool(others)
-            label = f"{scenario}, seed {seed}: {fault['kind']} at {fault['begin']:.2f} s"
-            if others and given.verbose:
-                print(f"{label}: {others[0][1]} {others[0][2]} at {others[0][0]:.2f} s", file=sys.stderr)
-            if fault["shown"] is None:
-                row["hidden"] += 1
-                continue
-            row["shown"] += 1
-            if delay is None:
-                row["missed"] += 1
-            else:
-                row["delays"].append(delay)
-                row["late"] += delay > LIMIT + STEP
-            if given.verbose and (delay is None or delay > LIMIT + STEP):
-                print(f"{label}, shown at {fault['shown']:.2f} s: "
-                      f"{'missed' if delay is None else f'after {delay:.2f} s'}", file=sys.stderr)
+    by_kind = {}
+    for _, name, _, faults in drives:
+        for fault in faults:
+            by_kind.setdefault(fault["kind"], []).append(fault)
+            if given.verbose:
+                name_trouble(name, fault)
     print("\n| fault | faults that show | median [s] | latest [s] | late | missed | others flagged |")
     print("|---|--:|--:|--:|--:|--:|--:|")
-    for kind, row in rows.items():
-        delays = row["delays"] or [float("nan")]
-        good = good and not row["late"] and not row["missed"] and not row["others"]
-        print(f"| {kind} | {row['shown']} of {row['shown'] + row['hidden']} | {statistics.median(delays):.3f} | "
-              f"{max(delays):.3f} | {row['late']} | {row['missed']} | {row['others']} |")
+    for kind, faults in by_kind.items():
+        shown = sum(fault["shown"] is not None for fault in faults)
+        delays = [fault["delay"] for fault in faults if fault["delay"] is not None] or [float("nan")]
+        late, missed, others = (sum(bool(fault[key]) for fault in faults) for key in ("late", "missed", "others"))
+        good = good and not late + missed + others
+        print(f"| {kind} | {shown} of {len(faults)} | {statistics.median(delays):.3f} | {max(delays):.3f} | "
+              f"{late} | {missed} | {others} |")
     return 0 if good else 1
 
 

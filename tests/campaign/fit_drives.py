@@ -11,8 +11,6 @@ of the point that is compared; by hand, with tests/data/drives: the scales and o
 who knew the references of all these drives; as fitted. The table is Markdown; docs/dev/results.md has the figures
 that matter. Exit status 1 if, on any drive, a fit does not lower the 35 ms error, the end error and the position's
 rms of the published parameters.
-
-ODOM=FILE: the odom program.
 """
 import datetime
 import os
@@ -24,7 +22,7 @@ import tempfile
 import time
 
 import common
-from common import DEGREES, ODOM, ROOT, output
+from common import DEGREES, ROOT, output
 from recorded import measure
 
 # Car, drive for the fit, its length [s], and the drives to evaluate with their options. In
@@ -45,15 +43,18 @@ def as_delivered(by_hand: pathlib.Path, published: pathlib.Path) -> None:
     published.write_text("\n".join(lines) + "\n")
 
 
-def fit(published: pathlib.Path, folder: pathlib.Path, until: float, fitted: pathlib.Path) -> None:
+def fit(odom: pathlib.Path, published: pathlib.Path, folder: pathlib.Path, until: float, fitted: pathlib.Path) -> None:
     shutil.copy(published, fitted)
     begun = time.monotonic()
-    sys.stderr.write(output(ODOM, "identify", "fit", "--config", published, "--dbc", folder / "car.dbc",
+    sys.stderr.write(output(odom, "identify", "fit", "--config", published, "--dbc", folder / "car.dbc",
                             "--drive", folder, "--quiet", "--to", until, "--write", fitted))
     print(f"fit_drives: {folder.name}: {time.monotonic() - begun:.0f} s", file=sys.stderr)
 
 
 def main() -> int:
+    parser = common.parser(__doc__ or "", jobs=False)
+    parser.add_argument("cars", nargs="*", default=[car for car, *_ in CASES], metavar="CAR", help="default: all")
+    given = common.parse(parser)
     if not os.environ.get("ODOMD_DRIVES"):
         sys.exit("fit_drives: set ODOMD_DRIVES to the folders of recorded drives")
     print(f"Fitted parameters, {datetime.date.today()}:\n")
@@ -61,14 +62,13 @@ def main() -> int:
           "| position rms [m] | 35 ms mean [mm] |")
     print("|---|---|---|--:|--:|--:|--:|--:|")
     worse = []
-    wanted = sys.argv[1:] or [case[0] for case in CASES]
-    for car, taught, until, others in [case for case in CASES if case[0] in wanted]:
+    for car, taught, until, others in [case for case in CASES if case[0] in given.cars]:
         with tempfile.TemporaryDirectory() as scratch:
             work = pathlib.Path(scratch)
             by_hand = ROOT / f"tests/data/drives/{car}.toml"
             published, fitted = work / "published.toml", work / "fitted.toml"
             as_delivered(by_hand, published)
-            fit(published, measure.folder_of(taught), until, fitted)
+            fit(given.odom, published, measure.folder_of(taught), until, fitted)
             arm, own = measure.lever_arm(fitted), measure.lever_arm(published)
             for other, options in others:
                 name = " ".join([other, *options])
@@ -79,7 +79,7 @@ def main() -> int:
                 for label, config, lever in rows:
                     if label.endswith("arm of the fit") and lever == own:
                         continue
-                    e = measure.dead_reckoning(ODOM, config, measure.folder_of(other), work,
+                    e = measure.dead_reckoning(given.odom, config, measure.folder_of(other), work,
                                                f"--lever-arm={lever}", *options)
                     figures.append((e["error_35ms"]["position"]["mean"], e["end_error"], e["position"]["rms"]))
                     print(f"| {taught} to {until:g} s | {name} "

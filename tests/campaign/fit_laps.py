@@ -1,20 +1,14 @@
 #!/usr/bin/env python3
 """The gain of `odom identify fit` on one lap with a camera for other laps, compared with measuring by hand.
 
-  tests/campaign/fit_laps.py [SEEDS]
-
-Each of the simulated cars (8) has a configuration by hand, as measured with scale, cords and film: mass to 5 g,
+Each of the simulated cars has a configuration by hand, as measured with scale, cords and film: mass to 5 g,
 axles to 0.5 mm, stiffnesses to 1.5 %, yaw inertia to 0.5 % (standard uncertainties), the sensors as in their data
 sheets. The fit starts from it, knows these uncertainties, and gets one lap at 1.5 m/s with its camera. Other laps
 of the same car, at other speeds and with the biases of another start, are replayed by dead reckoning with both
 configurations. The table is Markdown; docs/dev/results.md has the figures that matter. Exit status 1 if the fit
 does not lower the errors of each lap, as a geometric mean over the cars.
-
-ODOM=FILE: the odom program.
 """
 import datetime
-import json
-import math
 import pathlib
 import random
 import shutil
@@ -23,9 +17,9 @@ import sys
 import tempfile
 
 import common
-from common import DEGREES, ODOM, PROCESSORS, output
+from common import DEGREES, output
 from identify import rows
-from identify.methods import INERTIA, STIFFNESS
+from identify.methods import INERTIA, STIFFNESS, simulate
 from recorded import measure
 
 OTHERS = {"lap at 1 m/s": ("lap", 1.0, 1), "lap at 2 m/s": ("lap", 2.0, 1), "three laps at 2.5 m/s": ("lap", 2.5, 3),
@@ -36,54 +30,49 @@ ERRORS = {"35 ms, mean": (1e3, lambda e: e["error_35ms"]["position"]["mean"]),  
           "heading, rms": (DEGREES, lambda e: e["heading"]["rms"])}
 
 
-def drive(folder: pathlib.Path, seed: int, scenario: str, speed: float, laps: int, *more: object) -> None:
-    output(ODOM, "sim", "--scenario", scenario, "--seed", seed, "--speed", speed, "--laps", laps, "--out", folder, *more)
-
-
 def measured_by_hand(config: pathlib.Path, truth: dict, chance: random.Random) -> None:
-    values = {"mass": rows.MASS * (1.0 + truth["mass_error"]) + chance.gauss(0.0, 0.005),
-              "front_axle": rows.FRONT_AXLE + chance.gauss(0.0, 0.0005),
-              "rear_axle": rows.REAR_AXLE + chance.gauss(0.0, 0.0005),
-              "yaw_inertia": INERTIA * (1.0 + truth["inertia_error"]) * (1.0 + chance.gauss(0.0, 0.005))}
+    values = rows.weighed(truth, chance)
+    values["yaw_inertia"] = INERTIA * (1.0 + truth["inertia_error"]) * (1.0 + chance.gauss(0.0, 0.005))
     for axle, value in STIFFNESS.items():
         true = value * (1.0 + truth[f"stiffness_error_{axle}"])
         values[f"cornering_stiffness_{axle}"] = true * (1.0 + chance.gauss(0.0, 0.015))
     rows.write_values(config, {key: f"{value:.6g}" for key, value in values.items()})
 
 
-def judged(config: pathlib.Path, folder: pathlib.Path) -> dict:
-    estimate = measure.dead_reckoning(ODOM, config, folder, folder)
+def judged(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Path) -> dict:
+    estimate = measure.dead_reckoning(odom, config, folder, folder)
     return {name: error(estimate) for name, (_, error) in ERRORS.items()}
 
 
-def car(seed: int, work: pathlib.Path) -> dict:
+def car(odom: pathlib.Path, seed: int, work: pathlib.Path) -> dict:
     """Errors of each lap, by hand and fitted."""
+    def drive(folder: pathlib.Path, scenario: str, speed: float, laps: int, *more: object) -> dict:
+        return simulate(odom, folder, seed, "--scenario", scenario, "--speed", speed, "--laps", laps, *more)
+
     chance = random.Random(seed)
     taught = work / f"{seed}"
-    drive(taught, seed, "lap", 1.5, 1)
-    truth = json.loads((taught / "plant.json").read_text())["truth"]
-    by_hand = taught / "car.toml"
-    measured_by_hand(by_hand, truth, chance)
-    fitted = taught / "fitted.toml"
+    by_hand, fitted = taught / "car.toml", taught / "fitted.toml"
+    measured_by_hand(by_hand, drive(taught, "lap", 1.5, 1)["truth"], chance)
     shutil.copy(by_hand, fitted)
-    output(ODOM, "identify", "fit", "--quiet", "--config", by_hand, "--drive", taught, "--prior", "mass=0.0017",
+    output(odom, "identify", "fit", "--quiet", "--config", by_hand, "--drive", taught, "--prior", "mass=0.0017",
            "--prior", "stiffness_front=0.015", "--prior", "stiffness_rear=0.015", "--prior", "yaw_inertia=0.005",
            "--write", fitted)
     result = {}
-    for k, (name, (scenario, speed, laps)) in enumerate(OTHERS.items()):
+    for k, (name, course) in enumerate(OTHERS.items()):
         other = work / f"{seed}-{k}"
-        drive(other, seed, scenario, speed, laps, "--fix", f"gyro_bias={chance.gauss(0.0, 0.0122):.6f}",
+        drive(other, *course, "--fix", f"gyro_bias={chance.gauss(0.0, 0.0122):.6f}",
               "--fix", f"accel_bias_x={chance.gauss(0.0, 0.1):.4f}", "--fix", f"accel_bias_y={chance.gauss(0.0, 0.1):.4f}")
-        result[name] = (judged(by_hand, other), judged(fitted, other))
+        result[name] = (judged(odom, by_hand, other), judged(odom, fitted, other))
         shutil.rmtree(other)
     print(f"fit_laps: car {seed} done", file=sys.stderr)
     return result
 
 
 def main() -> int:
-    seeds = range(1, 1 + int(sys.argv[1] if len(sys.argv) > 1 else 8))
+    given = common.parse(common.parser(__doc__ or "", seeds=8, what="cars"))
     with tempfile.TemporaryDirectory() as scratch:
-        cars = common.side_by_side(PROCESSORS, car, [(seed, pathlib.Path(scratch)) for seed in seeds])
+        cars = common.side_by_side(given.jobs, car, [(given.odom, seed, pathlib.Path(scratch))
+                                                     for seed in range(1, given.seeds + 1)])
     print(f"Fitted on one lap, {len(cars)} cars, {datetime.date.today()}; medians, by hand > fitted "
           "(geometric mean of the ratios; cars that do better):\n")
     print("| judged on | 35 ms mean [mm] | position rms [mm] | end [mm] | heading rms [°] |")
@@ -93,7 +82,7 @@ def main() -> int:
         cells = []
         for error, (unit, _) in ERRORS.items():
             pairs = [(c[lap][0][error], c[lap][1][error]) for c in cars]
-            ratio = math.exp(statistics.fmean(math.log(after / before) for before, after in pairs))
+            ratio = common.geometric_mean([after / before for before, after in pairs])
             better = sum(after < before for before, after in pairs)
             cells.append(f"{unit * statistics.median(b for b, _ in pairs):.2f} > "
                          f"{unit * statistics.median(a for _, a in pairs):.2f} ({ratio:.2f}; {better})")

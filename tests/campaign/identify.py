@@ -18,7 +18,7 @@ from identify.methods import METHODS, ONE_SEED, rows_of
 
 
 def arguments():
-    parser = common.parser(__doc__, seeds=40, what="cars", jobs=False)
+    parser = common.parser(__doc__, seeds=40, what="cars")
     parser.add_argument("--only", action="append", choices=METHODS, metavar="METHOD",
                         help=f"this method; several times: these. One of {', '.join(METHODS)}")
     parser.add_argument("--first", type=int, default=1, metavar="N", help="the first seed; default: 1")
@@ -51,7 +51,7 @@ def main():
             work.mkdir(parents=True, exist_ok=True)
             try:
                 for experiment in METHODS[method]:
-                    for row in rows_of(experiment, seeds[:1] if method in ONE_SEED else seeds, work, given.odom):
+                    for row in rows_of(experiment, seeds[:1] if method in ONE_SEED else seeds, work, given):
                         met = met and row.met
                         print(line(row), flush=True)
             except common.Failed as error:
@@ -62,4 +62,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    common.main(main)

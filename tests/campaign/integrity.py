@@ -18,7 +18,6 @@ import json
 import pathlib
 import statistics
 import sys
-import tempfile
 
 import common
 
@@ -64,16 +63,13 @@ MOST_NOT_DETECTABLE = 8
 
 
 def arguments():
-    parser = common.parser(__doc__, seeds=20, odom=False)
+    parser = common.parser(__doc__, seeds=20, work=True, programs=("odom", "fault_runs"))
     parser.add_argument("--scenario", action="append", choices=SCENARIOS, help="this one; several times: these")
     parser.add_argument("--kind", action="append", metavar="NAME",
                         help="this kind of fault, or all of a part (gyro), or the drives as they are (none); "
                              "several times: these")
     parser.add_argument("--camera", choices=("on", "off", "both"), default="both",
                         help="replay with the camera, without, or both; default: both")
-    parser.add_argument("--bin", type=pathlib.Path, default=common.ROOT / "build/release/bin", metavar="DIR",
-                        help="folder of odom and fault_runs; default: the release build")
-    common.add_work(parser)
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write every run as JSON")
     parser.add_argument("--write", action="store_true", help="write the results to docs/dev/integrity.md")
     parser.add_argument("--verbose", action="store_true", help="name every run that is silent too long")
@@ -82,8 +78,6 @@ def arguments():
         parser.error("--write: with all scenarios and kinds, the camera on and off")
     if max(map(len, NOT_DETECTABLE.values())) > MOST_NOT_DETECTABLE:
         sys.exit(f"integrity: {MOST_NOT_DETECTABLE} kinds at most may be declared not detectable")
-    for program in ("odom", "fault_runs"):
-        common.require_program(parser, given.bin / program)
     return given
 
 
@@ -100,16 +94,11 @@ def kinds(given):
     return list(dict.fromkeys(chosen))
 
 
-def measure(given, scenario, seed, wanted):
+def measure(given, scenario, seed, folder, wanted):
     """The output lines of fault_runs for a drive."""
-    with tempfile.TemporaryDirectory(prefix="integrity-") as scratch:
-        folder = (given.work or pathlib.Path(scratch)) / f"{scenario}-{seed}"
-        if not (folder / "truth.csv").exists():
-            folder.parent.mkdir(parents=True, exist_ok=True)
-            common.run(given.bin / "odom", "sim", *SCENARIOS[scenario], "--seed", seed, "--out", folder, "--force")
-        lines = common.output(given.bin / "fault_runs", folder, seed, "--camera", given.camera, "--kinds",
-                              ",".join(wanted) or "none")
-        return [{"scenario": scenario, "seed": seed, **json.loads(line)} for line in lines.splitlines()]
+    lines = common.output(given.bin / "fault_runs", folder, seed, "--camera", given.camera, "--kinds",
+                          ",".join(wanted) or "none")
+    return [{"scenario": scenario, "seed": seed, **json.loads(line)} for line in lines.splitlines()]
 
 
 def silence(one):
@@ -186,9 +175,9 @@ def documented_table(rows, ends):
             yield documented_row(f"`{part}`: {len(others)} {'others' if alone else 'kinds'}", others, ends)
 
 
-def documented(rows, begun, given):
+def documented(rows, given):
     """The part of docs/dev/integrity.md that is measured."""
-    yield (f"Measured on {begun:%F}: {given.seeds} simulated drives of each of {len(SCENARIOS)} scenarios "
+    yield (f"Measured on {common.BEGUN:%F}: {given.seeds} simulated drives of each of {len(SCENARIOS)} scenarios "
            f"({', '.join(SCENARIOS)}), with one fault each.")
     for camera in (False, True):
         these = [row for row in rows if row.camera == camera and row.kind != "none"]
@@ -204,10 +193,10 @@ def documented(rows, begun, given):
     yield ""
 
 
-def write_document(rows, begun, given):
+def write_document(rows, given):
     before, rest = DOCUMENT.read_text().split(MARKS[0])
     after = rest.split(MARKS[1])[1]
-    measured = "\n".join(documented(rows, begun, given)) + "\n"
+    measured = "\n".join(documented(rows, given)) + "\n"
     DOCUMENT.write_text(before + MARKS[0] + measured + MARKS[1] + after)
 
 
@@ -238,11 +227,12 @@ def summary(rows):
 
 def main():
     given = arguments()
-    begun = common.now()
     wanted = kinds(given)
-    tasks = [(given, scenario, seed, wanted)
-             for scenario in given.scenario or SCENARIOS for seed in range(1, given.seeds + 1)]
-    runs = [one for drive in common.side_by_side(given.jobs, measure, tasks) for one in drive]
+    scenarios = given.scenario or SCENARIOS
+    tasks = [(scenario, SCENARIOS[scenario], seed) for scenario in scenarios for seed in range(1, given.seeds + 1)]
+    drives = common.each_drive(
+        given, tasks, lambda scenario, seed, folder, _: measure(given, scenario, seed, folder, wanted))
+    runs = [run for drive in drives for run in drive]
     found = {}
     for one in runs:
         found.setdefault((one["camera"], one["kind"]), []).append(one)
@@ -252,7 +242,7 @@ def main():
             print(f"{one['scenario']}, seed {one['seed']}, camera {'on' if one['camera'] else 'off'}: {one['kind']} "
                   f"at {one['begin']:.2f} s: silent for {silence(one):.2f} s, first at "
                   f"{one['first_gross' if one['camera'] else 'first_silent']} s", file=sys.stderr)
-    print(f"Integrity, {begun:%F}: {given.seeds} drives of each of {len(given.scenario or SCENARIOS)} scenarios.\n")
+    print(f"Integrity, {common.BEGUN:%F}: {given.seeds} drives of each of {len(scenarios)} scenarios.\n")
     for camera in (False, True):
         these = [row for row in rows if row.camera == camera]
         if these:
@@ -261,9 +251,9 @@ def main():
     if given.json:
         given.json.write_text("[\n" + ",\n".join(json.dumps(one) for one in runs) + "\n]\n")
     if given.write:
-        write_document(rows, begun, given)
+        write_document(rows, given)
     missed = sum(bool(row.missed) for row in rows)
-    return common.last_words("integrity", begun, f"{len(rows) - missed} kinds met, {missed} missed", missed)
+    return common.last_words(f"{len(rows) - missed} kinds met, {missed} missed", missed)
 
 
 if __name__ == "__main__":

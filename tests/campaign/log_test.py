@@ -48,12 +48,13 @@ class Log(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.page = pathlib.Path(folder.name) / "judged.md"
         self.page.write_text(PAGE, encoding="utf-8")
+        (self.page.parent / "odom").symlink_to("/bin/true")
         for part in measure.JUDGED:
             (self.page.parent / part.drive).mkdir()
             (self.page.parent / part.drive / "camera.csv").touch()
 
     def run_campaign(self, campaign, *options: str) -> int:
-        words = [campaign.__name__, *options, "--log", str(self.page), "--odom", sys.executable]
+        words = [campaign.__name__, *options, "--log", str(self.page), "--bin", str(self.page.parent)]
         with mock.patch.object(sys, "argv", words), mock.patch.dict(os.environ, ODOMD_DRIVES=str(self.page.parent)), \
                 contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
             return campaign.main()

@@ -6,8 +6,6 @@ tests are those in the mirror of its folder. A crash and a timeout count as kill
 equivalent to the original, so that a rate of 100 % is out of reach.
 """
 
-import argparse
-import concurrent.futures
 import hashlib
 import json
 import os
@@ -71,54 +69,42 @@ def run(program, tests, mutant, limit):
 
 
 def survivors(area, mutants, jobs):
+    """The mutants, {mutant: number}, that no test kills."""
     programs = [(path, tests) for path in tree.programs(AREAS[area]).values() if (tests := own_tests(area, path))]
-    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        timed = []
-        for path, tests in programs:  # as parallel as later, to show that they do not disturb each other
-            times = list(pool.map(lambda _: run(path, tests, 0, 900), range(jobs)))
-            if None in times:
-                sys.exit(f"mutants: {path.name} fails without a mutant")
-            timed.append((max(times), path, tests))
-        timed.sort()
-        print(f"{area}: {sum(seconds for seconds, *_ in timed):.1f} s without a mutant", file=sys.stderr)
+    timed = []
+    for path, tests in programs:  # as parallel as later, to show that they do not disturb each other
+        times = common.side_by_side(jobs, run, jobs * [(path, tests, 0, 900)])
+        if None in times:
+            sys.exit(f"mutants: {path.name} fails without a mutant")
+        timed.append((max(times), path, tests))
+    timed.sort()
+    print(f"{area}: {sum(seconds for seconds, *_ in timed):.1f} s without a mutant", file=sys.stderr)
 
-        def survives(number):  # a test may fail by chance: only two failures kill
-            return all(any(run(path, tests, number, 10 + 5 * seconds) for _ in range(2))
-                       for seconds, path, tests in timed)
+    def survives(number):  # a test may fail by chance: only two failures kill
+        return all(any(run(path, tests, number, 10 + 5 * seconds) for _ in range(2)) for seconds, path, tests in timed)
 
-        alive, asked = [], {pool.submit(survives, number): mutant for mutant, number in mutants.items()}
-        try:
-            for done, one in enumerate(concurrent.futures.as_completed(asked), start=1):
-                alive += [asked[one]] if one.result() else []
-                if sys.stderr.isatty() or done == len(asked):
-                    print(f"\r{area}: {done} of {len(asked)}, {len(alive)} survive ", end="", file=sys.stderr,
-                          flush=True)
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
-        print(file=sys.stderr)
+    survived = common.side_by_side(jobs, survives, [(number,) for number in mutants.values()])
+    alive = [mutant for mutant, lives in zip(mutants, survived) if lives]
+    print(f"{area}: {len(alive)} of {len(mutants)} survive", file=sys.stderr)
     return sorted(alive, key=lambda mutant: (mutant.file, mutant.line))
 
 
 def options():
-    made = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    made = common.parser(__doc__, programs=())
     made.add_argument("--seed", type=int, default=1, help="of the choice; default: 1")
     made.add_argument("--mutants", type=int, default=60, metavar="N", help="of each area; default: 60")
     made.add_argument("--area", action="append", choices=AREAS, help="this area; several times: these")
     made.add_argument("--list", action="store_true", help="only print the mutants, with a third to spare")
-    made.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
-                      help="mutants in parallel; default: one per processor")
     made.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write the result as JSON")
     made.add_argument("--baseline", type=pathlib.Path, metavar="FILE", help="fail if a rate is below this result's")
-    given = made.parse_args()
-    if given.mutants < 1 or given.jobs < 1:
-        made.error("--mutants and --jobs: 1 or more")
+    given = common.parse(made)
+    if given.mutants < 1:
+        made.error("--mutants: 1 or more")
     return given
 
 
 def main():
     given = options()
-    begun = common.now()
     areas = given.area or list(AREAS)
     # A third more than needed, because some do not compile.
     chosen = {area: choose(area, given.seed, given.mutants + given.mutants // 3) for area in areas}
@@ -150,8 +136,8 @@ def main():
             given.json.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     print(*rows, *fallen, sep="\n")
     killed, of = (sum(result[area][key] for area in areas) for key in ("killed", "mutants"))
-    return common.last_words("mutants", begun, f"{killed} of {of} killed", fallen)
+    return common.last_words(f"{killed} of {of} killed", fallen)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    common.main(main)

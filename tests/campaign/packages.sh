@@ -14,15 +14,13 @@ tree=$(cd "$here/../.." && pwd)
 packages=$tree/build/release/packages
 
 if [ "${1-}" != --in-the-machine ]; then
-  cd "$tree" || exit 1
-  begin=$SECONDS
-  tools/dependencies.sh campaign || exit 1
+  . "$here/common.sh"
   rm -rf "$packages"
   if [ -n "${1-}" ]; then
     mkdir -p "$packages" && cp "$1"/*_{amd64,all}.deb "$packages" || exit 1
   else
-    cmake --preset release -DODOMD_TESTS=ON >/dev/null && cmake --build --preset release >/dev/null &&
-      cpack --config build/release/CPackConfig.cmake >/dev/null || exit 1
+    build all
+    cpack --config build/release/CPackConfig.cmake >/dev/null || exit 1
   fi
   # The upgrade: a higher version.
   mkdir "$packages/younger"
@@ -34,7 +32,6 @@ if [ "${1-}" != --in-the-machine ]; then
   done
 
   log=build/logs/packages.log
-  mkdir -p build/logs
   LAB_TIMEOUT=${LAB_TIMEOUT:-1800} tests/lab/lab.sh run --systemd "$here/packages.sh" --in-the-machine | tee $log
   passed=$(grep -c '^ok ' $log)
   failed=$(grep -c '^not ok ' $log)

@@ -20,7 +20,6 @@ import common
 from common import ROOT, Row, output
 from identify import rows
 from identify.methods import STIFFNESS, findings, simulate
-from identify.rows import sample
 
 MODELS = ["kinematic_printed", "kinematic", "paper", "full"]
 # Column heading: key in the summary, and the column's unit in terms of the summary's.
@@ -37,7 +36,7 @@ SPEEDS = {"small car": [0.6, 1, 1.5, 2], "saloon": [5, 10, 15, 20]}
 
 
 def identified(odom, work, seed):
-    """Runs the chain of methods. Returns the configuration, and a sample per value."""
+    """Runs the chain of methods. Returns the configuration, and the values."""
     weighed = simulate(odom, work / "weighing", seed, "weighing")["experiment"]
     swung = simulate(odom, work / "swing", seed, "swing")["experiment"]
     plant = simulate(odom, work / "circles", seed, "--scenario", "circles", "--laps", 1, "--markers")
@@ -62,7 +61,7 @@ def identified(odom, work, seed):
              **{f"cornering stiffness, {axle}": value * (1.0 + plant["truth"][f"stiffness_error_{axle}"])
                 for axle, value in STIFFNESS.items()},
              "yaw_rate, noise": plant["truth"]["gyro_noise"]}
-    return car, {name: sample(value, found[name]) for name, value in truth.items()}
+    return car, [rows.Value(name, value, found[name]) for name, value in truth.items()]
 
 
 def lap_of(odom, work, options, configuration=()):
@@ -101,8 +100,7 @@ def printed_right(printed, found):
 
 
 def main():
-    begun = common.now()
-    given = common.parse(common.parser(__doc__, seeds=10, what="cars", jobs=False))
+    given = common.parse(common.parser(__doc__, seeds=10, what="cars"))
 
     def one(seed):
         with tempfile.TemporaryDirectory(prefix="paper-") as folder:
@@ -111,11 +109,10 @@ def main():
             lap = "--fix", "gyro_bias=0", *SMALL_SCALE_ERROR, "--seed", seed
             return values, lap_of(given.odom, work, lap, ("--config", car))
 
-    cars = rows.each(range(1, given.seeds + 1), one)
+    cars = common.side_by_side(given.jobs, one, [(seed,) for seed in range(1, given.seeds + 1)])
     bars = []
-    for name in cars[0][0]:
-        row = rows.judge(name, [values[name] for values, _ in cars])
-        bars.append(("identified", Row(name, "truth within 2 sigma for 90 %",
+    for row in map(rows.judge, zip(*(values for values, _ in cars))):
+        bars.append(("identified", Row(row.what, "truth within 2 sigma for 90 %",
                                        f"{row.inside} of {row.of}; rms error {row.error:.2g} %",
                                        row.undetermined == 0 and row.inside >= 0.9 * row.of)))
     means = {model: [statistics.fmean(column) for column in zip(*(laps[model] for _, laps in cars))]
@@ -129,7 +126,7 @@ def main():
     print(f"\n| mean of {given.seeds} laps | {' | '.join(FIGURES)} |\n|---|" + "--:|" * len(FIGURES))
     for model, figures in means.items():
         print(f"| {model} | {' | '.join(f'{mean:.2f}' for mean in figures)} |")
-    return common.finish("paper", begun, bars, None, {})
+    return common.finish(bars)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@
 # itself, with its own signing key. Ends with a dated summary line.
 set -uo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
-tree=$(cd "$here/../.." && pwd)
 
 # In the bare Debian -------------------------------------------------------------------------------
 
@@ -85,9 +84,7 @@ fi
 twice=
 [ "${1-}" != --twice ] || { twice=yes; shift; }
 dist=${1-}
-cd "$tree" || exit 1
-begin=$SECONDS
-tools/dependencies.sh campaign || exit 1
+. "$here/common.sh"
 LAB_TEST=release
 . tests/lab/guest.sh
 work=$(mktemp -d "${TMPDIR:-/tmp}/odomd-release-test.XXXXXX")
@@ -99,7 +96,6 @@ clean_up() {
   rm -rf "$work"
 }
 trap clean_up EXIT
-mkdir -p build/logs
 
 if [ -z "$dist" ]; then
   dist=$work/dist
@@ -131,7 +127,7 @@ fi
 on_bare_debian() { # on_bare_debian ARCH; its output comes from the hook's standard error
   mmdebstrap --quiet --format=null --variant=minbase --architectures="$1" \
     --customize-hook='mkdir "$1/dist" "$1/older"' --customize-hook="sync-in $dist /dist" \
-    --customize-hook="sync-in $work/older /older" --customize-hook="copy-in $here/release.sh $tree/tests/lab/guest.sh $tree/README.md /tmp" \
+    --customize-hook="sync-in $work/older /older" --customize-hook="copy-in $here/release.sh $PWD/tests/lab/guest.sh $PWD/README.md /tmp" \
     --customize-hook='chroot "$1" bash /tmp/release.sh --in-the-bare-debian' bookworm /dev/null 2>&1
 }
 container() {

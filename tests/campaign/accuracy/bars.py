@@ -12,7 +12,6 @@ from common import DEGREES, Row
 
 from . import courses
 from .courses import all_courses  # noqa: F401
-from .drives import measure  # noqa: F401
 
 COMPARED = ("kinematic", "paper")
 
@@ -46,18 +45,27 @@ class Results:
         return [f"{form}-{speed:g}" for speed in self.speeds]
 
     def figures(self, course, view, figure, model=None):
-        """The figure for every seed; infinite where a pose was not finite."""
-        return of_all(figure, (drive["views"][view][model or self.judged] for drive in self.by_course[course]))
+        """The figure for every seed."""
+        return self.of_drives(self.by_course[course], view, figure, model)
+
+    def of_drives(self, drives, view, figure, model=None):
+        """The figure for each of these drives; infinite where a pose was not finite."""
+        found = (drive["views"][view][model or self.judged] for drive in drives)
+        return [math.inf if one is None else figure.of(one) for one in found]
+
+    def innovations(self, drives):
+        """The sources whose innovations the drives' replays report, each with its reports."""
+        by_source = {}
+        for drive in drives:
+            for source, report in drive["replay"][self.judged].get("innovations", {}).items():
+                by_source.setdefault(source, []).append(report)
+        return by_source
 
     def within(self, value, limit, low=-math.inf):
         return low / self.slack <= value <= limit * self.slack
 
     def row(self, what, required, measured, value, limit, low=-math.inf):
         return Row(what, required, measured, self.within(value, limit, low))
-
-
-def of_all(figure, evaluations):
-    return [math.inf if one is None else figure.of(one) for one in evaluations]
 
 
 # Statistics of the figures of all seeds.
@@ -185,14 +193,13 @@ def nees_of_laps(results):
 
 def nis_of_laps(results):
     """Over all samples of all drives."""
-    reports = [drive["replay"][results.judged].get("innovations", {})
-               for course in results.laps("camera-lap") for drive in results.by_course[course]]
-    sources = list(dict.fromkeys(source for report in reports for source in report))
-    if not sources:
+    by_source = results.innovations(drive for course in results.laps("camera-lap")
+                                    for drive in results.by_course[course])
+    if not by_source:
         yield Row("camera-lap: NIS of every source", "0.5 to 2 of expectation",
                   f"odom replay reports no innovations of {results.judged}", False)
-    for source in sources:
-        measured = [report[source] for report in reports if report.get(source, {"count": 0})["count"] > 0]
+    for source, reports in by_source.items():
+        measured = [report for report in reports if report["count"] > 0]
         count, nis = mean_nis(measured)
         if count:
             inside = 100 * sum(one["count"] * one["inside_95"] for one in measured) / count
@@ -239,11 +246,3 @@ BARS = {  # name: (function, prefixes of the courses that it reads)
     "standing": (standing, ("shaken-",)),
     "close": (close, ("camera-lap-", "lost-15-")),
 }
-
-
-def seed_of(_course, number):
-    return number
-
-
-def further(_results):
-    return ()

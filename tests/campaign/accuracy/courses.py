@@ -16,8 +16,11 @@ MANOEUVRES = ("stop-and-go", "slalom", "parking", "patch")
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """One evaluation of a drive: the options of odom evaluate. `metres`: it ends this far after its begin."""
+    """One evaluation of a drive: of the replay with or without the camera's poses, with these options of odom evaluate.
+    `metres`: it ends this far after its begin."""
 
+    camera: bool = False
+    compared: bool = True  # whether also for the models to compare with
     align: str = "first"
     frame: str = "map"
     begin: float | None = None  # s after the start of the drive
@@ -25,13 +28,16 @@ class View:
     metres: float | None = None
 
 
+MAP = View(camera=True, align="none")
+
+
 @dataclasses.dataclass(frozen=True)
 class Course:
     name: str
     options: tuple[str, ...]  # options of odom sim
     views: dict[str, View]
-    camera: bool = False  # whether the replay uses the camera's poses
     shift: bool = False  # whether to replay again with all stamps a microsecond later
+    seeds_after: int = 0
 
 
 def lap(speed, *options):
@@ -43,11 +49,11 @@ def without_camera(name, *options):
 
 
 def with_camera(name, *options, shift=False, **views):
-    return Course(name, options, {"map": View(align="none"), **views}, camera=True, shift=shift)
+    return Course(name, options, {"map": MAP, **views}, shift=shift)
 
 
 def lost(name, speed, begin, **views):
-    return Course(name, lap(speed, "--camera-dropout", f"{begin}:{FOREVER}"), views, camera=True)
+    return Course(name, lap(speed, "--camera-dropout", f"{begin}:{FOREVER}"), views)
 
 
 def shaken_lap(speed):
@@ -63,15 +69,15 @@ def all_courses(speeds=SPEEDS):
         yield without_camera(scenario, "--scenario", scenario)
     for speed in speeds:
         yield with_camera(f"camera-lap-{speed:g}", *lap(speed), shift=True,
-                          odom=View(frame="odom", begin=10))
+                          odom=View(camera=True, frame="odom", begin=10))
         yield with_camera(f"outliers-lap-{speed:g}", *lap(speed, "--camera-outliers", "0.01"))
-        yield lost(f"lost-10-lap-{speed:g}", speed, 10, after=View(begin=10 + LATEST))
-        yield lost(f"lost-15-lap-{speed:g}", speed, 15, after=View(begin=15 + LATEST, metres=20))
+        yield lost(f"lost-10-lap-{speed:g}", speed, 10, after=View(camera=True, begin=10 + LATEST))
+        yield lost(f"lost-15-lap-{speed:g}", speed, 15, after=View(camera=True, begin=15 + LATEST, metres=20))
     for scenario in MANOEUVRES:
         yield with_camera(f"camera-{scenario}", "--scenario", scenario)
     dropouts = [word for begin, length in GAPS for word in ("--camera-dropout", f"{begin}:{length:g}")]
     yield with_camera("gaps-lap", *lap(GAP_SPEED, *dropouts), **{
-        f"gap-{begin}": View(align="none", begin=begin, end=begin + length + LATEST)
+        f"gap-{begin}": dataclasses.replace(MAP, begin=begin, end=begin + length + LATEST)
         for begin, length in GAPS})
     for speed in speeds:
         yield shaken_lap(speed)

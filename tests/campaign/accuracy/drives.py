@@ -1,34 +1,12 @@
-"""Simulates a drive, replays it through the models and evaluates what comes out."""
+"""Replays a simulated drive through the models and evaluates what comes out."""
 
 import csv
-import json
 import math
 
-from common import Failed, last_line, run
+from common import Failed, evaluate, replay
 
 SHIFT_NS = 1000  # added to all stamps
 PERIOD_NS = 5_000_000  # period of the tick grid
-
-
-def simulate(odom, course, seed, folder):
-    """An existing drive in the folder is reused if its command was the same."""
-    command = [odom, "sim", *course.options, "--seed", seed]
-    text = " ".join(str(word) for word in command[1:]) + "\n"
-    made_by = folder / "command"
-    if made_by.exists() and made_by.read_text() == text:
-        return
-    folder.mkdir(parents=True, exist_ok=True)
-    made_by.unlink(missing_ok=True)
-    run(*command, "--out", folder, "--force")
-    made_by.write_text(text)
-
-
-def replay(odom, course, model, folder, pose):
-    """What the replay reports, as JSON."""
-    camera = ["--camera", folder / "camera.csv"] if course.camera else []
-    done = run(odom, "replay", "--config", folder / "car.toml", "--can", folder / "drive.log", *camera,
-               "--model", model, "--out", pose, "--json")
-    return json.loads(last_line(done.stderr))
 
 
 def seconds_to_metres(truth, begin, metres):
@@ -47,8 +25,8 @@ def seconds_to_metres(truth, begin, metres):
     raise Failed(f"{truth}: the drive ends {driven:.1f} m after {begin} s, before {metres} m")
 
 
-def evaluate(odom, view, folder, poses):
-    """The result of odom evaluate by model; None if it refuses the poses (not finite)."""
+def results_of(odom, view, folder, poses):
+    """The result of odom evaluate by model; None for poses that it refuses (not finite)."""
     options = ["--align", view.align, "--frame", view.frame]
     if view.begin is not None:
         options += ["--from", f"+{view.begin:g}"]
@@ -57,21 +35,16 @@ def evaluate(odom, view, folder, poses):
     elif view.end is not None:
         options += ["--to", f"+{view.end:g}"]
 
-    def of(files):
-        words = [word for file in files for word in ("--pose", file)]
-        done = run(odom, "evaluate", "--reference", folder / "truth.csv", *words, *options, "--json")
-        return json.loads(done.stdout)["estimates"]
+    def of(pose):
+        try:
+            return evaluate(odom, folder, [pose], *options)[0]
+        except Failed:
+            return None
 
     try:
-        return dict(zip(poses, of(poses.values())))
+        return dict(zip(poses, evaluate(odom, folder, poses.values(), *options)))
     except Failed:
-        results = {}
-        for model, pose in poses.items():
-            try:
-                results[model] = of([pose])[0]
-            except Failed:
-                results[model] = None
-        return results
+        return {model: of(pose) for model, pose in poses.items()}
 
 
 def nanoseconds(stamp):
@@ -116,26 +89,33 @@ def read_poses(file):
         return {nanoseconds(row[0]): (float(row[1]), float(row[2])) for row in list(csv.reader(lines))[1:]}
 
 
-def shift_change(odom, course, model, folder, pose, shifted):
+def replayed(odom, model, folder, poses, camera):
+    return replay(odom, folder / "car.toml", folder, poses, "--model", model,
+                  *(("--camera", folder / "camera.csv") if camera else ()))
+
+
+def shift_change(odom, model, folder, poses, shifted):
     """The largest distance [m] between the poses of a tick with and without a shift of all stamps by a
     microsecond: over the ticks that know the same frames and camera poses, and over all ticks."""
     crossed = write_shifted(folder, shifted)
-    replay(odom, course, model, shifted, shifted / "pose.csv")
-    here, there = read_poses(pose), read_poses(shifted / "pose.csv")
+    replayed(odom, model, shifted, shifted / "pose.csv", camera=True)
+    here, there = read_poses(poses), read_poses(shifted / "pose.csv")
     change = {t: math.dist(here[t], there[t]) for t in here.keys() & there.keys()}
     return {"largest": max(value for t, value in change.items() if t not in crossed),
             "largest_of_all": max(change.values()), "crossed": len(crossed & change.keys())}
 
 
-def measure(odom, course, seed, models, folder, scratch):
-    """A drive's results: by view and model, those of odom evaluate; by model, those of the replay; and, if the
-    course asks for it, the effect of the shift of the stamps on the last model."""
-    simulate(odom, course, seed, folder)
-    poses = {model: scratch / f"{model}.csv" for model in models}
-    result = {"course": course.name, "seed": seed}
-    result["replay"] = {model: replay(odom, course, model, folder, poses[model]) for model in models}
-    result["views"] = {name: evaluate(odom, view, folder, poses) for name, view in course.views.items()}
+def measure(odom, course, models, folder, scratch):
+    """A drive's results: by view and model, those of odom evaluate; by model, those of the replay, if there are two the
+    one with the camera; and, if the course asks for it, the effect of the shift of the stamps on the last model."""
+    judged = models[-1]
+    result = {"replay": {}, "views": {}}
+    for camera in (False, True):
+        views = {name: view for name, view in course.views.items() if view.camera == camera}
+        poses = {model: scratch / f"{model}-{camera}.csv" for model in models
+                 if any(view.compared or model == judged for view in views.values())}
+        result["replay"] |= {model: replayed(odom, model, folder, file, camera) for model, file in poses.items()}
+        result["views"] |= {name: results_of(odom, view, folder, poses) for name, view in views.items()}
     if course.shift:
-        judged = models[-1]
-        result["shift"] = shift_change(odom, course, judged, folder, poses[judged], scratch / "shifted")
+        result["shift"] = shift_change(odom, judged, folder, poses[judged], scratch / "shifted")
     return result

@@ -9,7 +9,7 @@ import statistics
 
 from common import Row, geometric_mean
 
-from . import bars, courses, drives
+from . import bars, courses
 
 # Roll of 8.5, 8.4, 6.2 and 3.2 ° per g; driven wheels: rear, front, rear (rear engine), rear.
 CARS = {
@@ -18,7 +18,6 @@ CARS = {
     "vanagon": ("--car", "vw_vanagon"),
     "stiff": ("--car", "bmw_320i", "--roll-stiffness", "2.5"),
 }
-
 
 # Scenario, speed on the straights [m/s], duration [s].
 DRIVES = {f"{scenario}-{speed}": ("--scenario", scenario, "--speed", speed, "--duration", duration)
@@ -30,35 +29,14 @@ REFERENCE = COMPARED[0]
 PLAIN = tuple(name for name in DRIVES if name != "hills-18")  # the drives for the ratios
 AT_15 = tuple(name for name in DRIVES if name.endswith("-15"))
 
-DEAD = courses.View()
-MAP = courses.View(align="none")
+VIEWS = {"dead": courses.View(), "map": dataclasses.replace(courses.MAP, compared=False)}
 
 
 def all_courses(_speeds=()):
-    for car, options in CARS.items():
-        for name, drive in DRIVES.items():
-            yield courses.Course(f"{car}-{name}", (*options, *drive), {})
-
-
-def seed_of(course, number):
-    """A seed of its own for each course, so that no two courses share their sensors' errors."""
-    return 1000 * [one.name for one in all_courses()].index(course.name) + number
-
-
-def measure(odom, course, seed, models, folder, scratch):
-    """The drive by dead reckoning through all models, and with the camera through the last."""
-    drives.simulate(odom, course, seed, folder)
-    poses = {model: scratch / f"{model}.csv" for model in models}
-    judged = models[-1]
-    for model in models:
-        drives.replay(odom, course, model, folder, poses[model])
-    with_camera = dataclasses.replace(course, camera=True)
-    seen = scratch / "camera.csv"
-    replay = drives.replay(odom, with_camera, judged, folder, seen)
-    return {"course": course.name, "seed": seed,
-            "dead": drives.evaluate(odom, DEAD, folder, poses),
-            "camera": drives.evaluate(odom, MAP, folder, {judged: seen})[judged],
-            "innovations": replay.get("innovations", {})}
+    """Each with seeds of its own, so that no two courses share their sensors' errors."""
+    every = [(f"{car}-{name}", (*options, *drive)) for car, options in CARS.items() for name, drive in DRIVES.items()]
+    for i, (name, options) in enumerate(every):
+        yield courses.Course(name, options, VIEWS, seeds_after=1000 * i)
 
 
 FIGURES = {"35 ms [mm]": bars.AHEAD, "heading rms [°]": bars.YAW,
@@ -73,10 +51,10 @@ class Results(bars.Results):
         return [one for found in self.by_course.values() for one in found if one["course"].split("-", 1)[1] in names]
 
     def values(self, found, figure, model=None):
-        return bars.of_all(figure, (one["dead"][model or self.judged] for one in found))
+        return self.of_drives(found, "dead", figure, model)
 
-    def seen(self, found, figure):
-        return bars.of_all(figure, (one["camera"] for one in found))
+    def seen(self, course, figure):
+        return self.figures(course, "map", figure)
 
     def ratios(self, found, figure):
         return list(map(bars.ratio, self.values(found, figure), self.values(found, figure, REFERENCE)))
@@ -102,23 +80,23 @@ def prediction(results):
 
 
 def camera(results):
-    for course, found in results.by_course.items():
-        values = results.seen(found, SEEN_CM)
+    for course in results.by_course:
+        values = results.seen(course, SEEN_CM)
         yield results.row(f"{course}: position with camera, rms", "≤ 3 cm",
                           f"{bars.rms(values):.2f} cm; of a drive {bars.spread(values)}", bars.rms(values), 3)
 
 
 def nees(results):
-    for course, found in results.by_course.items():
-        yield bars.nees_row(results, f"{course}: NEES of (x, y, yaw) with camera", results.seen(found, bars.NEES))
+    for course in results.by_course:
+        yield bars.nees_row(results, f"{course}: NEES of (x, y, yaw) with camera", results.seen(course, bars.NEES))
 
 
 def nis(results):
     """The mean NIS of every source over the seeds of a course; the worst course counts."""
     by_source = {}
     for course, found in results.by_course.items():
-        for source in dict.fromkeys(name for one in found for name in one["innovations"]):
-            count, mean = bars.mean_nis([one["innovations"][source] for one in found if source in one["innovations"]])
+        for source, reports in results.innovations(found).items():
+            count, mean = bars.mean_nis(reports)
             if count:
                 by_source.setdefault(source, {})[course] = mean
     if not by_source:
@@ -126,8 +104,8 @@ def nis(results):
     for source, means in by_source.items():
         worst = max(means, key=lambda course: abs(math.log(max(means[course], 1e-9))))
         yield Row(f"{source}: NIS by its expectation, of every course", "0.5 to 2",
-                       f"{bars.spread(list(means.values()))}; furthest off: {worst}, {means[worst]:.2f}",
-                       all(results.within(mean, 2, low=0.5) for mean in means.values()))
+                  f"{bars.spread(list(means.values()))}; furthest off: {worst}, {means[worst]:.2f}",
+                  all(results.within(mean, 2, low=0.5) for mean in means.values()))
 
 
 EVERY = ("",)
@@ -144,5 +122,5 @@ def further(results):
         cells = [f"{statistics.median(results.values(found, figure)):.3g} / "
                  f"{statistics.median(results.values(found, figure, REFERENCE)):.3g}"
                  for figure in FIGURES.values()]
-        seen = statistics.median(results.seen(found, SEEN_CM))
+        seen = statistics.median(results.seen(course, SEEN_CM))
         yield f"| {course} | " + " | ".join(cells) + f" | {seen:.2f} |"

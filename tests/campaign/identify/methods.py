@@ -7,11 +7,10 @@ import math
 import random
 import re
 import shlex
-from typing import Any, NamedTuple
 
-from common import output
+from common import output, side_by_side
 
-from .rows import MASS, SIGMA_MASS, each, judge, measure_car, plant_of, sample
+from .rows import MASS, SIGMA_MASS, Value, judge, measure_car, plant_of
 
 # The configured car of odom sim, before its errors.
 INERTIA, TRACK, RADIUS = 0.0283384, 0.16, 0.033
@@ -21,20 +20,10 @@ ON_THE_WIRE = 0.3e-3  # a frame takes 0.25 ms and is stamped 0.05 ms later
 CYCLE = 0.01  # of the control units: a wheel's speed is the mean over it, the steering's command is renewed and held
 
 
-class Value(NamedTuple):
-    row: str
-    truth: float
-    found: dict[str, Any] | None  # nothing if the method does not give it
-    unit: str = "%"  # of the truth, or the unit that scale converts to
-    scale: float = 1.0
-    bar: float | None = None  # for 2 sigma
-
-
-def rows_of(method, seeds, work, odom):
+def rows_of(method, seeds, work, given):
     """The rows of a method over the cars."""
-    for values in zip(*each(seeds, lambda seed: list(method(odom, work, seed)))):
-        one = values[0]
-        yield judge(one.row, [sample(value.truth, value.found) for value in values], one.unit, one.scale, one.bar)
+    cars = side_by_side(given.jobs, lambda seed: list(method(given.odom, work, seed)), [(seed,) for seed in seeds])
+    return map(judge, zip(*cars))
 
 
 def simulate(odom, folder, seed, *options):

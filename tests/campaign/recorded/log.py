@@ -93,6 +93,6 @@ def look(doc: str, header: str, seeds: int, judged: list[Part], courses: dict[st
             for course, options in courses.items():
                 for seed in range(1, given.seeds + 1):
                     folder = pathlib.Path(work) / f"{course}_{seed}"
-                    common.output(given.odom, "sim", *options, "--seed", seed, "--out", folder)
+                    common.simulate(given.odom, options, seed, folder)
                     compare(given.odom, folder, Part(folder.name), False)
     return 0 if found.good() else 1

@@ -1,7 +1,6 @@
 """The recorded drives, which part of each is for training and which for evaluation, and a model's errors there."""
 
 import csv
-import json
 import math
 import os
 import pathlib
@@ -10,7 +9,7 @@ import tomllib
 from typing import Any, NamedTuple
 
 import common
-from common import ROOT, Failed, output
+from common import ROOT, Failed
 
 CONFIGS = ROOT / "tests/data/drives"
 LOG = ROOT / "docs/dev/judged.md"
@@ -60,10 +59,11 @@ APART = [Part("dart_drift1"), Part("dart_track_v1")]
 # Drives whose position is an integral of the true velocity.
 VELOCITIES_ONLY = {"revs_250lm", "xray_duck_1"}
 
-# Figures of a model on a part, in the unit that the column's name gives; "" without a figure.
-COLUMNS = ["heading_rms_deg", "position_rms_m", "error_35ms_mm", "vx_rms", "vy_rms",
-           "camera_position_rms_m", "camera_nees"]
-CELLS = COLUMNS[:3]
+# Figures of a model on a part, in the unit that the column's name gives: their headers and digits in tables.
+COLUMNS = {"heading_rms_deg": ("heading rms [°]", 1), "position_rms_m": ("position rms [m]", 2),
+           "error_35ms_mm": ("35 ms mean [mm]", 2), "vx_rms": ("v_x rms [m/s]", 3), "vy_rms": ("v_y rms [m/s]", 3),
+           "camera_position_rms_m": ("position rms with camera [m]", 3), "camera_nees": ("NEES with camera", 1)}
+CELLS = {"heading_rms_deg": "heading", "position_rms_m": "position", "error_35ms_mm": "35 ms"}  # for the verdict
 
 Figures = dict[str, float]
 
@@ -117,70 +117,57 @@ def stopped_after(poses: pathlib.Path) -> str:
     return ""
 
 
-def replay(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Path, out: pathlib.Path, *options: object) -> None:
-    output(odom, "replay", "--config", config, "--dbc", folder / "car.dbc", "--can", folder / "drive.log", "--out", out,
-           *options)
-
-
 def errors(odom: pathlib.Path, folder: pathlib.Path, poses: pathlib.Path, align: str, *options: str) -> dict[str, Any]:
     """What odom evaluate says of these poses."""
-    text = output(odom, "evaluate", "--reference", folder / "truth.csv", "--pose", poses, "--align", align, "--json",
-                  *options)
-    found: dict[str, Any] = json.loads(text)["estimates"][0]
+    found: dict[str, Any] = common.evaluate(odom, folder, [poses], "--align", align, *options)[0]
     return found
+
+
+def replay_alone(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Path, model: str, poses: pathlib.Path) -> None:
+    """By dead reckoning from the reference's first pose."""
+    common.replay(odom, config, folder, poses, "--model", model, f"--initial={first_pose(folder / 'truth.csv')}")
 
 
 def dead_reckoning(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Path, work: pathlib.Path,
                    *options: str) -> dict[str, Any]:
     """The errors of full from the reference's first pose, with these options of odom evaluate."""
-    poses = work / "pose.csv"
-    replay(odom, config, folder, poses, "--model", "full", f"--initial={first_pose(folder / 'truth.csv')}")
-    return errors(odom, folder, poses, "first", *options)
+    replay_alone(odom, config, folder, "full", work / "pose.csv")
+    return errors(odom, folder, work / "pose.csv", "first", *options)
 
 
-class Replays(NamedTuple):
-    """The pose files of one drive through one model: by dead reckoning, and with the camera."""
-
-    alone: pathlib.Path
-    with_camera: pathlib.Path | None
-
-
-def replays(odom: pathlib.Path, folder: pathlib.Path, model: str, work: pathlib.Path) -> Replays:
-    config, alone = config_of(folder), work / "alone.csv"
-    replay(odom, config, folder, alone, "--model", model, f"--initial={first_pose(folder / 'truth.csv')}")
-    if folder.name in VELOCITIES_ONLY or not (folder / "camera.csv").exists():
-        return Replays(alone, None)
-    with_camera = work / "camera.csv"
-    replay(odom, config, folder, with_camera, "--model", model, "--camera", folder / "camera.csv")
-    return Replays(alone, with_camera)
+def figures_alone(found: dict[str, Any], velocities_only: bool) -> Figures:
+    figures = {"error_35ms_mm": 1e3 * found["error_35ms"]["position"]["mean"]}
+    if velocities_only:
+        return {**figures, "vx_rms": found["velocity_rms"]["vx"], "vy_rms": found["velocity_rms"]["vy"]}
+    return {**figures, "heading_rms_deg": math.degrees(found["heading"]["rms"]),
+            "position_rms_m": found["position"]["rms"]}
 
 
-def figures_of(odom: pathlib.Path, folder: pathlib.Path, part: Part, poses: Replays) -> Figures:
-    options = f"--lever-arm={lever_arm(config_of(folder))}", *part.options
-    alone = errors(odom, folder, poses.alone, "first", *options)
-    figures = {"error_35ms_mm": 1e3 * alone["error_35ms"]["position"]["mean"]}
-    if folder.name in VELOCITIES_ONLY:
-        velocity = alone["velocity_rms"]
-        return {**figures, "vx_rms": velocity["vx"], "vy_rms": velocity["vy"]}
-    figures["heading_rms_deg"] = math.degrees(alone["heading"]["rms"])
-    figures["position_rms_m"] = alone["position"]["rms"]
-    if poses.with_camera:
-        seen = errors(odom, folder, poses.with_camera, "none", *options)
-        figures["camera_position_rms_m"] = seen["position"]["rms"]
-        if "nees" in seen:
-            figures["camera_nees"] = seen["nees"]["mean"]
-    return figures
+def figures_with_camera(found: dict[str, Any]) -> Figures:
+    figures = {"camera_position_rms_m": found["position"]["rms"]}
+    return {**figures, "camera_nees": found["nees"]["mean"]} if "nees" in found else figures
 
 
 def rows_of(odom: pathlib.Path, folder: pathlib.Path, model: str, parts: list[Part]) -> list[Row]:
+    """Replays the drive once, for all its parts."""
+    config, camera, velocities_only = config_of(folder), folder / "camera.csv", folder.name in VELOCITIES_ONLY
     with tempfile.TemporaryDirectory(prefix="drives-") as scratch, common.named(f"{folder.name}, {model}"):
-        poses = replays(odom, folder, model, pathlib.Path(scratch))
-        remark = stopped_after(poses.alone)
-        return [Row(part, model, figures_of(odom, folder, part, poses), remark) for part in parts]
+        alone, seen = pathlib.Path(scratch) / "alone.csv", pathlib.Path(scratch) / "camera.csv"
+        replay_alone(odom, config, folder, model, alone)
+        if camera.exists() and not velocities_only:
+            common.replay(odom, config, folder, seen, "--model", model, "--camera", camera)
+        rows = []
+        for part in parts:
+            options = f"--lever-arm={lever_arm(config)}", *part.options
+            figures = figures_alone(errors(odom, folder, alone, "first", *options), velocities_only)
+            if seen.exists():
+                figures |= figures_with_camera(errors(odom, folder, seen, "none", *options))
+            rows.append(Row(part, model, figures, stopped_after(alone)))
+        return rows
 
 
 def measure(odom: pathlib.Path, parts: list[Part], models: list[str], jobs: int) -> list[Row]:
-    """The rows in the order of the parts, then of the models. Each model replays a drive once, for all its parts."""
+    """The rows in the order of the parts, then of the models."""
     of_drive: dict[str, list[Part]] = {}
     for part in parts:
         of_drive.setdefault(part.drive, []).append(part)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from common import geometric_mean
 
-from .measure import CELLS, Part, Row
+from .measure import CELLS, COLUMNS, Part, Row
 
 JUDGED_MODEL = "full"
 TO_BEAT = "inertial"
@@ -12,18 +12,14 @@ TO_BEAT = "inertial"
 GOOD_RATIO = 1.05  # in three quarters of the cells
 BAD_RATIO = 1.3  # a worse cell must be explained by an experiment
 
-COLUMNS = [("heading rms [°]", "heading_rms_deg", 1), ("position rms [m]", "position_rms_m", 2),
-           ("35 ms mean [mm]", "error_35ms_mm", 2), ("v_x rms [m/s]", "vx_rms", 3), ("v_y rms [m/s]", "vy_rms", 3),
-           ("position rms with camera [m]", "camera_position_rms_m", 3), ("NEES with camera", "camera_nees", 1)]
-NAMES = {"heading_rms_deg": "heading", "position_rms_m": "position", "error_35ms_mm": "35 ms"}
-
 
 def table(rows: list[Row]) -> Iterator[str]:
-    columns = [column for column in COLUMNS if any(column[1] in row.figures for row in rows)]
-    yield "| drive | model | " + " | ".join(header for header, _, _ in columns) + " | remark |"
+    columns = {name: shown for name, shown in COLUMNS.items() if any(name in row.figures for row in rows)}
+    yield "| drive | model | " + " | ".join(header for header, _ in columns.values()) + " | remark |"
     yield "|---|---|" + "--:|" * len(columns) + "---|"
     for row in rows:
-        cells = [f"{row.figures[name]:.{digits}f}" if name in row.figures else "" for _, name, digits in columns]
+        cells = [f"{row.figures[name]:.{digits}f}" if name in row.figures else ""
+                 for name, (_, digits) in columns.items()]
         yield f"| {row.part.name} | {row.model} | " + " | ".join(cells) + f" | {row.remark} |"
 
 
@@ -45,7 +41,7 @@ def summary(rows: list[Row]) -> Iterator[str]:
         return
     good = sum(ratio <= GOOD_RATIO for _, _, ratio in every)
     yield f"at most {GOOD_RATIO}: {good} of {len(every)} cells, {100 * good / len(every):.0f} %"
-    bad = [f"{part.name} {NAMES[cell]} {ratio:.2f}" for part, cell, ratio in every if ratio > BAD_RATIO]
+    bad = [f"{part.name} {CELLS[cell]} {ratio:.2f}" for part, cell, ratio in every if ratio > BAD_RATIO]
     yield f"above {BAD_RATIO}: {', '.join(bad) or 'none'}"
 
 

@@ -1,7 +1,6 @@
 """tests/data/drives/training.csv: every model's figures on the training drives, which must not get worse."""
 
 import csv
-import pathlib
 from collections.abc import Iterator
 
 from .measure import CONFIGS, COLUMNS, Row
@@ -16,20 +15,17 @@ UNCHANGED = 0.002  # allowed difference of other models: rounding, and other com
 HONEST_NEES = 3.0
 
 
-def shown(figures: dict[str, float], column: str) -> str:
-    return f"{figures[column]:.4g}" if column in figures else ""
-
-
-def write(rows: list[Row], file: pathlib.Path = FILE) -> None:
-    with file.open("w", newline="") as out:
+def write(rows: list[Row]) -> None:
+    with FILE.open("w", newline="") as out:
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(["drive", "model", *COLUMNS])
         for row in rows:
-            writer.writerow([row.part.name, row.model, *(shown(row.figures, column) for column in COLUMNS)])
+            figures = (f"{row.figures[column]:.4g}" if column in row.figures else "" for column in COLUMNS)
+            writer.writerow([row.part.name, row.model, *figures])
 
 
-def read(file: pathlib.Path = FILE) -> dict[tuple[str, str], dict[str, float]]:
-    with file.open() as text:
+def read() -> dict[tuple[str, str], dict[str, float]]:
+    with FILE.open() as text:
         return {(row["drive"], row["model"]): {column: float(row[column]) for column in COLUMNS if row[column]}
                 for row in csv.DictReader(text)}
 
@@ -41,13 +37,13 @@ def badness(column: str, value: float) -> float:
     return value
 
 
-def complaints(rows: list[Row], tolerance: float = TOLERANCE, file: pathlib.Path = FILE) -> Iterator[str]:
+def complaints(rows: list[Row], tolerance: float) -> Iterator[str]:
     """Figures of the judged model that are worse than in the file, and changed figures of the others."""
-    known = read(file)
+    known = read()
     for row in rows:
         old = known.get((row.part.name, row.model))
         if old is None:
-            yield f"{row.part.name}, {row.model}: not in {file.name}; write it with --update"
+            yield f"{row.part.name}, {row.model}: not in {FILE.name}; write it with --update"
             continue
         for column in COLUMNS:
             if (column in old) != (column in row.figures):
