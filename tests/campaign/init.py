@@ -16,7 +16,8 @@ import math
 import pathlib
 import tempfile
 import tomllib
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import Any
 
 import common
 from recorded import log, measure
@@ -29,28 +30,16 @@ KNOWN = {"message", "signal", "sum", "unit", "valid_when"}
 Table = dict[str, Any]
 
 
-class Found(NamedTuple):
-    """What the drives show so far."""
-
-    ratios: list[tuple[str, str, float]]  # drive, error, with init / by hand
-    other_roles: list[tuple[str, str, bool]]  # drive, role, whether it was sure
-
-    def drives(self) -> list[str]:
-        return [drive for drive, *_ in self.other_roles + self.ratios]
-
-    def good(self) -> bool:
-        return (all(ratio <= MOST_WORSE for _, _, ratio in self.ratios)
-                and not any(sure for _, _, sure in self.other_roles))
-
-    def headline(self) -> str:
-        ranges = []
-        for name in dict.fromkeys(name for _, name, _ in self.ratios):
-            some = [ratio for _, other, ratio in self.ratios if other == name]
-            ranges.append(f"{name} {min(some):.2f} to {max(some):.2f}")
-        worse = [f"{drive} {name} {ratio:.2f}" for drive, name, ratio in self.ratios if ratio > MOST_WORSE]
-        roles = [f"{drive} {role} ({'SURE' if sure else 'unsure'})" for drive, role, sure in self.other_roles]
-        return (f"init / by hand: {', '.join(ranges) or 'none'}; above {MOST_WORSE}: {', '.join(worse) or 'none'}; "
-                f"other roles: {', '.join(roles) or 'none'}")
+def headline(lines: list[log.Line]) -> str:
+    errors = [line for line in lines if "ratio" in line]
+    by_name: dict[str, list[float]] = {}
+    for error in errors:
+        by_name.setdefault(error["name"], []).append(error["ratio"])
+    ranges = [f"{name} {min(some):.2f} to {max(some):.2f}" for name, some in by_name.items()]
+    worse = [f"{error['drive']} {error['name']} {error['ratio']:.2f}" for error in errors if error["bad"]]
+    roles = [f"{line['drive']} {line['other_role']}" for line in lines if "other_role" in line]
+    return (f"init / by hand: {', '.join(ranges) or 'none'}; above {MOST_WORSE}: {', '.join(worse) or 'none'}; "
+            f"other roles: {', '.join(roles) or 'none'}")
 
 
 def toml(value: Any) -> str:
@@ -86,7 +75,25 @@ def is_same_role(by_hand: Table, found: Table) -> bool:
     return bool(by_hand.get("message") == found["message"] and named == found["signals"])
 
 
-def compare(odom: pathlib.Path, folder: pathlib.Path, part: measure.Part, recorded: bool, seen: Found) -> None:
+def compare_roles(drive: str, by_hand: Table, found: Table) -> Iterator[log.Line]:
+    for role in sorted(set(by_hand) | set(found)):
+        if role not in found or role not in by_hand:
+            what = "is not proposed" if role not in found else "is proposed too"
+            yield {"drive": drive, "bad": False, "text": f"{drive}: {role} {what}"}
+        elif not is_same_role(by_hand[role], found[role]):
+            its, sure = found[role], "SURE" if found[role]["sure"] else "unsure"
+            yield {"drive": drive, "other_role": f"{role} ({sure})", "bad": its["sure"],
+                   "text": f"{drive}: {role} = {its['message']}.{'+'.join(its['signals'])}, {sure}"}
+
+
+def compare_errors(drive: str, by_hand: measure.Figures, found: measure.Figures) -> Iterator[log.Line]:
+    for name, before in by_hand.items():
+        ratio = found[name] / before
+        yield {"drive": drive, "name": name, "ratio": ratio, "bad": not ratio <= MOST_WORSE,  # also for NaN
+               "text": f"| {drive} | {name} | {before:.4g} | {found[name]:.4g} | {ratio:.2f} |"}
+
+
+def compare(odom: pathlib.Path, folder: pathlib.Path, part: measure.Part, recorded: bool) -> Iterator[log.Line]:
     with tempfile.TemporaryDirectory(prefix="init-") as scratch:
         work = pathlib.Path(scratch)
         by_hand, config, options = folder / "car.toml", work / "init.toml", list(part.options)
@@ -95,32 +102,18 @@ def compare(odom: pathlib.Path, folder: pathlib.Path, part: measure.Part, record
             write_by_hand(tested, folder, by_hand)
             options.insert(0, f"--lever-arm={measure.lever_arm(tested)}")
         hand = tomllib.loads(by_hand.read_text())
-        vehicle, signals = hand["vehicle"], hand["can"]["signals"]
+        vehicle = hand["vehicle"]
         car: list[object] = ["--mass", vehicle["mass"], "--front-axle", vehicle["front_axle"], "--wheelbase",
                              vehicle["front_axle"] + vehicle["rear_axle"], "--track", vehicle["track_width"]]
         proposal = json.loads(common.output(odom, "init", "--json", "--dbc", folder / "car.dbc",
                                             "--can", folder / "drive.log", *car, "--out", config, "--force"))
-        found = {role["role"]: role for role in proposal["roles"]}
-        for role in sorted(set(signals) | set(found)):
-            if role not in found:
-                print(f"{part.name}: {role} is not proposed", flush=True)
-            elif role not in signals:
-                print(f"{part.name}: {role} is proposed too", flush=True)
-            elif not is_same_role(signals[role], found[role]):
-                seen.other_roles.append((part.name, role, found[role]["sure"]))
-                print(f"{part.name}: {role} = {found[role]['message']}.{'+'.join(found[role]['signals'])}, "
-                      f"{'SURE' if found[role]['sure'] else 'unsure'}", flush=True)
-        with_hand, with_init = (errors(odom, one, folder, work, options) for one in (by_hand, config))
-        for name, before in with_hand.items():
-            ratio = with_init[name] / before
-            seen.ratios.append((part.name, name, ratio))
-            print(f"| {part.name} | {name} | {before:.4g} | {with_init[name]:.4g} | {ratio:.2f} |", flush=True)
+        yield from compare_roles(part.name, hand["can"]["signals"], {role["role"]: role for role in proposal["roles"]})
+        yield from compare_errors(part.name, *(errors(odom, one, folder, work, options) for one in (by_hand, config)))
 
 
 def main() -> int:
-    seen = Found([], [])
     return log.look(__doc__ or "", "| drive | error | by hand | init | ratio |\n|---|---|--:|--:|--:|",
-                    2, measure.JUDGED, COURSES, seen, lambda *drive: compare(*drive, seen))
+                    2, measure.JUDGED, COURSES, compare, headline)
 
 
 if __name__ == "__main__":

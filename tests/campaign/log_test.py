@@ -28,8 +28,8 @@ def made_up(_odom, parts, models, _jobs):
             for i, part in enumerate(parts) for model in models]
 
 
-def compared(_odom, _folder, part, _recorded, found):
-    found.rows.append(without_truth.Row(part.name, "camera", "full", 1.3, True))
+def compared(_odom, _folder, part, _recorded):
+    yield without_truth.line(part.name, "camera", "full", 1.0, 1.3, True)
     if part == measure.JUDGED[1]:
         raise measure.Failed("broken off")
 
@@ -96,9 +96,11 @@ class Log(unittest.TestCase):
         self.assertTrue(self.page.read_text(encoding="utf-8").endswith(f"{log.NEWEST}\nold tables\n"))
 
     def test_init_logs_its_look(self):
-        def compare(_odom, _folder, part, _recorded, seen):
-            seen.ratios.append((part.name, "position [m]", 1.2 if part == measure.JUDGED[0] else 0.9))
-            seen.other_roles.append((part.name, "yaw_rate", False))
+        def compare(_odom, _folder, part, _recorded):
+            worse = 1.2 if part == measure.JUDGED[0] else 0.9
+            yield from init.compare_errors(part.name, {"position [m]": 1.0}, {"position [m]": worse})
+            other = {"yaw_rate": {"message": "M", "signals": ["A"], "sure": False}}
+            yield from init.compare_roles(part.name, {"yaw_rate": {"message": "M", "signal": "B"}}, other)
         with mock.patch.object(init, "compare", compare):
             self.assertEqual(self.run_campaign(init, "--judged"), 1)
         self.assertTrue(self.newest_row()[4].startswith(

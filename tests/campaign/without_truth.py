@@ -14,7 +14,7 @@ import itertools
 import json
 import pathlib
 import tempfile
-from typing import NamedTuple
+from collections.abc import Iterator
 
 import common
 from recorded import log, measure
@@ -25,36 +25,15 @@ EQUAL = 0.05
 COURSES = {"laps": ["--scenario", "lap", "--laps", "3"], "slalom": ["--scenario", "slalom", "--duration", "40"]}
 
 
-class Row(NamedTuple):
-    drive: str
-    how: str
-    model: str
-    ratio: float  # rms without truth / true rms
-    same_order: bool
-
-    @property
-    def off(self) -> bool:
-        return not abs(self.ratio - 1) <= MOST_OFF  # also for NaN
-
-
-class Found(NamedTuple):
-    rows: list[Row]
-
-    def drives(self) -> list[str]:
-        return [row.drive for row in self.rows]
-
-    def good(self) -> bool:
-        return not any(row.off or not row.same_order for row in self.rows)
-
-    def headline(self) -> str:
-        ratios: dict[str, list[float]] = {}
-        for row in self.rows:
-            ratios.setdefault(row.how, []).append(row.ratio)
-        ranges = [f"{how} {min(some):.2f} to {max(some):.2f}" for how, some in ratios.items()]
-        off = [f"{row.drive} {row.how} {row.model} {row.ratio:.2f}" for row in self.rows if row.off]
-        other = dict.fromkeys(f"{row.drive} {row.how}" for row in self.rows if not row.same_order)
-        return (f"position rms without truth / true: {', '.join(ranges)}; off by more than {100 * MOST_OFF:.0f} %: "
-                f"{', '.join(off) or 'none'}; another order: {', '.join(other) or 'none'}")
+def headline(lines: list[log.Line]) -> str:
+    ratios: dict[str, list[float]] = {}
+    for line in lines:
+        ratios.setdefault(line["how"], []).append(line["ratio"])
+    ranges = [f"{how} {min(some):.2f} to {max(some):.2f}" for how, some in ratios.items()]
+    off = [f"{line['drive']} {line['how']} {line['model']} {line['ratio']:.2f}" for line in lines if line["off"]]
+    other = dict.fromkeys(f"{line['drive']} {line['how']}" for line in lines if not line["same_order"])
+    return (f"position rms without truth / true: {', '.join(ranges)}; off by more than {100 * MOST_OFF:.0f} %: "
+            f"{', '.join(off) or 'none'}; another order: {', '.join(other) or 'none'}")
 
 
 def rms(odom: pathlib.Path, folder: pathlib.Path, *options: str) -> dict[str, float]:
@@ -78,28 +57,31 @@ def without_truth(folder: pathlib.Path, work: pathlib.Path) -> pathlib.Path:
     return copy
 
 
-def compare(odom: pathlib.Path, folder: pathlib.Path, part: measure.Part, recorded: bool, found: Found) -> None:
+def line(drive: str, how: str, model: str, true: float, found: float, order: bool) -> log.Line:
+    ratio = found / true
+    off = not abs(ratio - 1) <= MOST_OFF  # also for NaN
+    return {"drive": drive, "how": how, "model": model, "ratio": ratio, "off": off, "same_order": order,
+            "bad": off or not order, "text": f"| {drive} | {how} | {model} | {true:.4f} | {found:.4f} | {ratio:.2f} | "
+                                             f"{'yes' if order else 'no'} |"}
+
+
+def compare(odom: pathlib.Path, folder: pathlib.Path, part: measure.Part, recorded: bool) -> Iterator[log.Line]:
     if recorded and (part.drive in measure.VELOCITIES_ONLY or not (folder / "camera.csv").exists()):
         return
     options = ("--config", str(measure.config_of(folder)), *part.options) if recorded else ()
     with tempfile.TemporaryDirectory() as work:
         blind = without_truth(folder, pathlib.Path(work))
         for how, more in (("dead reckoning", ["--dead-reckoning"]), ("camera", [])):
-            true, seen = rms(odom, folder, *options, *more), rms(odom, blind, *options, *more)
-            order = same_order(true, seen)
-            for model in MODELS:
-                ratio = seen[model] / true[model]
-                print(f"| {part.name} | {how} | {model} | {true[model]:.4f} | {seen[model]:.4f} | {ratio:.2f} | "
-                      f"{'yes' if order else 'no'} |", flush=True)
-                found.rows.append(Row(part.name, how, model, ratio, order))
+            true, found = rms(odom, folder, *options, *more), rms(odom, blind, *options, *more)
+            order = same_order(true, found)
+            yield from (line(part.name, how, model, true[model], found[model], order) for model in MODELS)
 
 
 def main() -> int:
-    found = Found([])
     return log.look(
         __doc__ or "",
         "| drive | | model | true rms [m] | without truth [m] | ratio | same order |\n|---|---|---|--:|--:|--:|---|",
-        3, measure.JUDGED + measure.APART, COURSES, found, lambda *drive: compare(*drive, found))
+        3, measure.JUDGED + measure.APART, COURSES, compare, headline)
 
 
 if __name__ == "__main__":

@@ -1,14 +1,15 @@
 """docs/dev/judged.md: a row for every look at the judged drives, and the tables of drives.py's newest look."""
 
 import datetime
+import itertools
 import os
 import pathlib
 import statistics
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
-from typing import Protocol
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
 
 import common
 
@@ -57,18 +58,14 @@ def add(page: pathlib.Path, looked_at: str, figures: str, newest: str = "") -> N
     print(f"logged in {page}: write there, for {UNSAID}, what was changed before and after", file=sys.stderr)
 
 
-class Found(Protocol):
-    """What a campaign has found so far."""
-
-    def drives(self) -> list[str]: ...
-    def headline(self) -> str: ...
-    def good(self) -> bool: ...
+Line = dict[str, Any]  # what a campaign found: its drive, the text to print, whether it is bad, and what its headline needs
 
 
-def look(doc: str, header: str, seeds: int, judged: list[Part], courses: dict[str, list[str]], found: Found,
-         compare: Callable[[pathlib.Path, pathlib.Path, Part, bool], None]) -> int:
+def look(doc: str, header: str, seeds: int, judged: list[Part], courses: dict[str, list[str]],
+         compare: Callable[[pathlib.Path, pathlib.Path, Part, bool], Iterable[Line]],
+         headline_of: Callable[[list[Line]], str]) -> int:
     """A campaign with this docstring: compares the recorded drives that its command line asks for, and logs the look at
-    those that judge; without any, simulated drives. compare(odom, folder, part, recorded) adds to `found`. Returns the
+    those that judge; without any, simulated drives. `compare(odom, folder, part, recorded)` finds lines. Returns the
     exit status."""
     parser = common.parser(doc, seeds, "simulated drives per course", jobs=False)
     which = parser.add_mutually_exclusive_group()
@@ -80,19 +77,24 @@ def look(doc: str, header: str, seeds: int, judged: list[Part], courses: dict[st
     parts = TRAINING if given.training else judged if given.judged else []
     if parts and not os.environ.get("ODOMD_DRIVES"):
         sys.exit(f"{parser.prog}: set ODOMD_DRIVES to the folders of recorded drives")
+
+    def drives(work: pathlib.Path) -> Iterator[tuple[pathlib.Path, Part]]:
+        yield from ((folder_of(part.drive), part) for part in parts)
+        for course, seed in itertools.product({} if parts else courses, range(1, given.seeds + 1)):
+            folder = work / f"{course}_{seed}"
+            common.simulate(given.odom, courses[course], seed, folder)
+            yield folder, Part(folder.name)
+
+    found = []
     print(header)
     try:
-        for part in parts:
-            compare(given.odom, folder_of(part.drive), part, True)
-    finally:
-        if given.judged and found.drives():  # even if it was interrupted
-            drives = ", ".join(dict.fromkeys(found.drives()))
-            add(given.log, f"`{pathlib.Path(sys.argv[0]).stem}.py --judged`, {drives}", found.headline())
-    if not parts:
         with tempfile.TemporaryDirectory() as work:
-            for course, options in courses.items():
-                for seed in range(1, given.seeds + 1):
-                    folder = pathlib.Path(work) / f"{course}_{seed}"
-                    common.simulate(given.odom, options, seed, folder)
-                    compare(given.odom, folder, Part(folder.name), False)
-    return 0 if found.good() else 1
+            for folder, part in drives(pathlib.Path(work)):
+                for line in compare(given.odom, folder, part, bool(parts)):
+                    found.append(line)
+                    print(line["text"], flush=True)
+    finally:
+        if given.judged and found:  # even if it was interrupted
+            names = ", ".join(dict.fromkeys(line["drive"] for line in found))
+            add(given.log, f"`{pathlib.Path(sys.argv[0]).stem}.py --judged`, {names}", headline_of(found))
+    return 1 if any(line["bad"] for line in found) else 0
