@@ -12,7 +12,6 @@ import pathlib
 import socket
 import struct
 import subprocess
-import tempfile
 import threading
 import time
 
@@ -170,9 +169,8 @@ def main() -> None:
     made = common.parser(__doc__, jobs=False, programs=("odom", "odomd"))
     made.add_argument("--seconds", type=int, default=10, metavar="N", help="of the drive; default: 10")
     given = common.parse(made)
-    with tempfile.TemporaryDirectory() as folder:
-        result = run(pathlib.Path(folder), given.bin, given.seconds)
-    print(time.strftime("%Y-%m-%d"), "bridge_fastdds:", result)
+    with common.scratch() as folder:
+        print(f"{common.BEGUN:%F} {common.NAME}:", run(folder, given.bin, given.seconds))
 
 
 if __name__ == "__main__":

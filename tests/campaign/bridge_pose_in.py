@@ -12,7 +12,6 @@ import math
 import pathlib
 import struct
 import subprocess
-import tempfile
 import time
 
 import bridge_fastdds
@@ -88,13 +87,12 @@ def drive(folder: pathlib.Path, programs: pathlib.Path, quality: str) -> str:
 
 def main() -> None:
     programs = common.parse(common.parser(__doc__, jobs=False, programs=("odom", "odomd"))).bin
-    with tempfile.TemporaryDirectory() as name:
-        folder = pathlib.Path(name)
+    with common.scratch() as folder:
         bridge_fastdds.compile_node(folder)
         common.run(programs / "odom", "sim", "--scenario", "lap", "--laps", "1", "--camera-latency-max", "0.12",
                    "--out", folder / "lap")
         for quality in ("reliable", "best_effort"):
-            print(time.strftime("%Y-%m-%d"), "bridge_pose_in:", drive(folder, programs, quality), flush=True)
+            print(f"{common.BEGUN:%F} {common.NAME}:", drive(folder, programs, quality), flush=True)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 DEGREES = 180 / math.pi
@@ -55,6 +56,13 @@ def evaluate(odom, folder, poses, *options):
     files = [word for file in poses for word in ("--pose", file)]
     return json.loads(output(odom, "evaluate", "--reference", folder / "truth.csv", *files, *options,
                              "--json"))["estimates"]
+
+
+@contextlib.contextmanager
+def scratch() -> Iterator[pathlib.Path]:
+    """A folder that is removed at the end."""
+    with tempfile.TemporaryDirectory(prefix=f"{NAME}-") as folder:
+        yield pathlib.Path(folder)
 
 
 # Many drives.
@@ -100,13 +108,12 @@ def simulate(odom, options, seed, folder):
 
 def each_drive(given, tasks, measure):
     """Simulates drives, the tasks (name, options of odom sim, seed). Returns the results of
-    `measure(name, seed, folder, scratch)`; the drive's folder stays with --work."""
+    `measure(name, seed, folder, work)`, where `work` is a scratch folder; the drive's folder stays with --work."""
     def one(name, options, seed):
-        with tempfile.TemporaryDirectory(prefix="drive-") as made, named(f"{name}, seed {seed}"):
-            scratch = pathlib.Path(made)
-            folder = (given.work or scratch / "drives") / name / str(seed)
+        with scratch() as work, named(f"{name}, seed {seed}"):
+            folder = (given.work or work / "drives") / name / str(seed)
             simulate(given.odom, options, seed, folder)
-            return measure(name, seed, folder, scratch)
+            return measure(name, seed, folder, work)
 
     return side_by_side(given.jobs, one, tasks)
 

@@ -8,7 +8,6 @@ Standard output is a table in Markdown. Exit status 1 if a flag is missed, late 
 on wrong usage.
 """
 
-import datetime
 import json
 import statistics
 import sys
@@ -72,7 +71,7 @@ def main():
     drives = common.each_drive(given, tasks, lambda scenario, seed, folder, _: measure(given, scenario, seed, folder))
 
     good = True
-    print(f"Source flags, {datetime.date.today()}: {given.seeds} drives of each of "
+    print(f"Source flags, {common.BEGUN:%F}: {given.seeds} drives of each of "
           f"{len(scenarios)} scenarios, every second one with a camera.\n")
     print("| drives as they are | drives | false flags | wheels flagged as slipping |")
     print("|---|--:|--:|--:|")

@@ -12,13 +12,11 @@ who knew the references of all these drives; as fitted. The table is Markdown; d
 that matter. Exit status 1 if, on any drive, a fit does not lower the 35 ms error, the end error and the position's
 rms of the published parameters.
 """
-import datetime
 import os
 import pathlib
 import re
 import shutil
 import sys
-import tempfile
 import time
 
 import common
@@ -57,14 +55,13 @@ def main() -> int:
     given = common.parse(parser)
     if not os.environ.get("ODOMD_DRIVES"):
         sys.exit("fit_drives: set ODOMD_DRIVES to the folders of recorded drives")
-    print(f"Fitted parameters, {datetime.date.today()}:\n")
+    print(f"Fitted parameters, {common.BEGUN:%F}:\n")
     print("| fitted on | judged on | parameters | end [m] | cm/m | heading end [°] "
           "| position rms [m] | 35 ms mean [mm] |")
     print("|---|---|---|--:|--:|--:|--:|--:|")
     worse = []
     for car, taught, until, others in [case for case in CASES if case[0] in given.cars]:
-        with tempfile.TemporaryDirectory() as scratch:
-            work = pathlib.Path(scratch)
+        with common.scratch() as work:
             by_hand = ROOT / f"tests/data/drives/{car}.toml"
             published, fitted = work / "published.toml", work / "fitted.toml"
             as_delivered(by_hand, published)

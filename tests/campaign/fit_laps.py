@@ -8,13 +8,11 @@ of the same car, at other speeds and with the biases of another start, are repla
 configurations. The table is Markdown; docs/dev/results.md has the figures that matter. Exit status 1 if the fit
 does not lower the errors of each lap, as a geometric mean over the cars.
 """
-import datetime
 import pathlib
 import random
 import shutil
 import statistics
 import sys
-import tempfile
 
 import common
 from common import DEGREES, output
@@ -70,10 +68,9 @@ def car(odom: pathlib.Path, seed: int, work: pathlib.Path) -> dict:
 
 def main() -> int:
     given = common.parse(common.parser(__doc__ or "", seeds=8, what="cars"))
-    with tempfile.TemporaryDirectory() as scratch:
-        cars = common.side_by_side(given.jobs, car, [(given.odom, seed, pathlib.Path(scratch))
-                                                     for seed in range(1, given.seeds + 1)])
-    print(f"Fitted on one lap, {len(cars)} cars, {datetime.date.today()}; medians, by hand > fitted "
+    with common.scratch() as work:
+        cars = common.side_by_side(given.jobs, car, [(given.odom, seed, work) for seed in range(1, given.seeds + 1)])
+    print(f"Fitted on one lap, {len(cars)} cars, {common.BEGUN:%F}; medians, by hand > fitted "
           "(geometric mean of the ratios; cars that do better):\n")
     print("| judged on | 35 ms mean [mm] | position rms [mm] | end [mm] | heading rms [°] |")
     print("|---|---|---|---|---|")

@@ -7,10 +7,8 @@ is a bar. Standard output is a table in Markdown. Exit status 1 if a bar is miss
 failed, 2 on wrong usage.
 """
 
-import datetime
 import pathlib
 import sys
-import tempfile
 import time
 
 import common
@@ -41,13 +39,13 @@ def main():
     given = arguments()
     seeds = range(given.first, given.first + given.seeds)
     met = True
-    print(f"{datetime.date.today()}, seeds {seeds[0]} to {seeds[-1]}\n")
+    print(f"{common.BEGUN:%F}, seeds {seeds[0]} to {seeds[-1]}\n")
     print("| value | true value within 2 sigma | largest 2 sigma | its bar | rms error | |")
     print("|---|--:|--:|--:|--:|---|")
     for method in given.only or METHODS:
         begun = time.monotonic()
-        with tempfile.TemporaryDirectory(prefix="identify-") as scratch:
-            work = (given.work or pathlib.Path(scratch)) / method
+        with common.scratch() as scratch:
+            work = (given.work or scratch) / method
             work.mkdir(parents=True, exist_ok=True)
             try:
                 for experiment in METHODS[method]:

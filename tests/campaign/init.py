@@ -14,7 +14,6 @@ with init's file is more than 10 % larger, or a role differs and is not marked a
 import json
 import math
 import pathlib
-import tempfile
 import tomllib
 from collections.abc import Iterator
 from typing import Any
@@ -94,8 +93,7 @@ def compare_errors(drive: str, by_hand: measure.Figures, found: measure.Figures)
 
 
 def compare(odom: pathlib.Path, folder: pathlib.Path, part: measure.Part, recorded: bool) -> Iterator[log.Line]:
-    with tempfile.TemporaryDirectory(prefix="init-") as scratch:
-        work = pathlib.Path(scratch)
+    with common.scratch() as work:
         by_hand, config, options = folder / "car.toml", work / "init.toml", list(part.options)
         if recorded:
             tested, by_hand = measure.config_of(folder), work / "hand.toml"

@@ -10,11 +10,9 @@ be what its commands give. Prints tables in Markdown. Exit status 1 if a bar is 
 
 import json
 import math
-import pathlib
 import re
 import shutil
 import statistics
-import tempfile
 
 import common
 from common import ROOT, Row, output
@@ -87,8 +85,8 @@ def errors_by_speed(odom):
         pairs = []
         for speed, cell in zip(SPEEDS[car], cells, strict=True):
             options = *DRIVEN[driven], "--speed", speed, *(("--car", car) if car == "saloon" else ())
-            with tempfile.TemporaryDirectory(prefix="paper-") as folder:
-                found = lap_of(odom, pathlib.Path(folder), options)[model]
+            with common.scratch() as work:
+                found = lap_of(odom, work, options)[model]
             pairs += zip(cell.split(", "), found)
         yield f"{car}, {name}", pairs
 
@@ -103,8 +101,7 @@ def main():
     given = common.parse(common.parser(__doc__, seeds=10, what="cars"))
 
     def one(seed):
-        with tempfile.TemporaryDirectory(prefix="paper-") as folder:
-            work = pathlib.Path(folder)
+        with common.scratch() as work:
             car, values = identified(given.odom, work, seed)
             lap = "--fix", "gyro_bias=0", *SMALL_SCALE_ERROR, "--seed", seed
             return values, lap_of(given.odom, work, lap, ("--config", car))

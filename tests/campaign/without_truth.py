@@ -13,7 +13,6 @@ Two models whose true rms differ by less than 5 % may change places. Exit status
 import itertools
 import json
 import pathlib
-import tempfile
 from collections.abc import Iterator
 
 import common
@@ -69,8 +68,8 @@ def compare(odom: pathlib.Path, folder: pathlib.Path, part: measure.Part, record
     if recorded and (part.drive in measure.VELOCITIES_ONLY or not (folder / "camera.csv").exists()):
         return
     options = ("--config", str(measure.config_of(folder)), *part.options) if recorded else ()
-    with tempfile.TemporaryDirectory() as work:
-        blind = without_truth(folder, pathlib.Path(work))
+    with common.scratch() as work:
+        blind = without_truth(folder, work)
         for how, more in (("dead reckoning", ["--dead-reckoning"]), ("camera", [])):
             true, found = rms(odom, folder, *options, *more), rms(odom, blind, *options, *more)
             order = same_order(true, found)

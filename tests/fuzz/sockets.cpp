@@ -1,6 +1,5 @@
 // Any actions of cameras and a recorder on their sockets, in any order: no more poses and warnings
-// than messages were sent, none without a message, and the recorder gets complete messages. Clients
-// of the status socket are sent a status; what they send is not read.
+// than messages were sent, none without a message, and the recorder gets complete messages.
 //
 // The input consists of commands of one byte: a camera connects (0), disconnects (1), sends raw
 // bytes (2: one byte for their number, then the bytes), or sends a message with correct magic and

@@ -1,13 +1,11 @@
 """docs/dev/judged.md: a row for every look at the judged drives, and the tables of drives.py's newest look."""
 
-import datetime
 import itertools
 import os
 import pathlib
 import statistics
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
@@ -49,7 +47,7 @@ def add(page: pathlib.Path, looked_at: str, figures: str, newest: str = "") -> N
     """Append a look's row; if `newest` is given, replace the tables with it."""
     text = page.read_text(encoding="utf-8") if page.exists() else HEADER
     head, _, old = text.partition(NEWEST)
-    stamp, at = f"{datetime.datetime.now(datetime.timezone.utc):%F %H:%M}", commit()
+    stamp, at = f"{common.BEGUN:%F %H:%M}", commit()
     row = f"| {stamp} | {at} | {looked_at} | {UNSAID} | {figures} |"
     below = f"\n{stamp} UTC, commit {at}: {looked_at}. {OF_TRAINING}\n\n{newest.strip()}\n" if newest else old
     whole = page.with_name(page.name + ".new")
@@ -58,7 +56,7 @@ def add(page: pathlib.Path, looked_at: str, figures: str, newest: str = "") -> N
     print(f"logged in {page}: write there, for {UNSAID}, what was changed before and after", file=sys.stderr)
 
 
-Line = dict[str, Any]  # what a campaign found: its drive, the text to print, whether it is bad, and what its headline needs
+Line = dict[str, Any]  # what a campaign found: drive, text to print, whether it is bad, and what the headline needs
 
 
 def look(doc: str, header: str, seeds: int, judged: list[Part], courses: dict[str, list[str]],
@@ -88,8 +86,8 @@ def look(doc: str, header: str, seeds: int, judged: list[Part], courses: dict[st
     found = []
     print(header)
     try:
-        with tempfile.TemporaryDirectory() as work:
-            for folder, part in drives(pathlib.Path(work)):
+        with common.scratch() as work:
+            for folder, part in drives(work):
                 for line in compare(given.odom, folder, part, bool(parts)):
                     found.append(line)
                     print(line["text"], flush=True)

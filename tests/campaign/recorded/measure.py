@@ -4,7 +4,6 @@ import csv
 import math
 import os
 import pathlib
-import tempfile
 import tomllib
 from typing import Any, NamedTuple
 
@@ -123,7 +122,8 @@ def errors(odom: pathlib.Path, folder: pathlib.Path, poses: pathlib.Path, align:
     return found
 
 
-def replay_alone(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Path, model: str, poses: pathlib.Path) -> None:
+def replay_alone(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Path, model: str,
+                 poses: pathlib.Path) -> None:
     """By dead reckoning from the reference's first pose."""
     common.replay(odom, config, folder, poses, "--model", model, f"--initial={first_pose(folder / 'truth.csv')}")
 
@@ -151,8 +151,8 @@ def figures_with_camera(found: dict[str, Any]) -> Figures:
 def rows_of(odom: pathlib.Path, folder: pathlib.Path, model: str, parts: list[Part]) -> list[Row]:
     """Replays the drive once, for all its parts."""
     config, camera, velocities_only = config_of(folder), folder / "camera.csv", folder.name in VELOCITIES_ONLY
-    with tempfile.TemporaryDirectory(prefix="drives-") as scratch, common.named(f"{folder.name}, {model}"):
-        alone, seen = pathlib.Path(scratch) / "alone.csv", pathlib.Path(scratch) / "camera.csv"
+    with common.scratch() as work, common.named(f"{folder.name}, {model}"):
+        alone, seen = work / "alone.csv", work / "camera.csv"
         replay_alone(odom, config, folder, model, alone)
         if camera.exists() and not velocities_only:
             common.replay(odom, config, folder, seen, "--model", model, "--camera", camera)
