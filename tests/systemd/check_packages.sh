@@ -24,6 +24,11 @@ has() {
 }
 # depends NAME PACKAGE: NAME must depend on PACKAGE.
 depends() { dpkg-deb -f "$(package "$1")" Depends | grep -qw "$2" || fail "$1 does not depend on $2"; }
+has_sound_scripts() {
+  for script in postinst prerm postrm; do
+    dpkg-deb -I "$(package "$1")" "$script" | sh -n || fail "$1: $script: no shell script"
+  done
+}
 
 has odomd usr/bin/odomd usr/lib/systemd/system/odomd@.service etc/odomd/can0.toml \
   usr/lib/sysusers.d/odomd.conf usr/share/odomd/odomd.dbc usr/share/doc/odomd/copyright
@@ -31,33 +36,19 @@ has libodom0 usr/lib/libodom.so.0 usr/share/doc/libodom0/copyright
 has libodom-dev usr/include/odom/odom.h usr/lib/libodom.so usr/lib/pkgconfig/odom.pc
 has odom-tools usr/bin/odom usr/share/odomd/foxglove-layout.json
 has python3-odom usr/lib/python3/dist-packages/odom/__init__.py
-if [ -x "$build/bin/odom-bridge" ]; then
-  has odom-bridge usr/bin/odom-bridge usr/lib/systemd/system/odomd-bridge@.service \
-    usr/share/man/man1/odom-bridge.1
-  depends odom-bridge libddsc0debian
-fi
-if [ -x "$build/bin/odom-web" ]; then
-  has odom-web usr/bin/odom-web usr/lib/systemd/system/odomd-web@.service \
-    usr/share/man/man1/odom-web.1
-  depends odom-web libcpp-httplib0.11
-fi
-for name in odom-bridge odom-web; do
+# Optional programs, if built: NAME LIBRARY PACKAGE PATH...; those that need odomd are services.
+while read -r name library needed paths; do
   [ -x "$build/bin/$name" ] || continue
-  depends $name odomd
-  for script in postinst prerm postrm; do
-    dpkg-deb -I "$(package $name)" "$script" | sh -n || fail "$name: $script: no shell script"
-  done
-done
-if [ -x "$build/bin/odom-track" ]; then
-  has odom-track usr/bin/odom-track
-  depends odom-track libopencv
-  depends odom-track odom-tools
-fi
-if [ -x "$build/bin/odom-fit" ]; then
-  has odom-fit usr/bin/odom-fit
-  depends odom-fit liblapack3
-  depends odom-fit odom-tools
-fi
+  has "$name" "usr/bin/$name" $paths
+  depends "$name" "$library"
+  depends "$name" "$needed"
+  [ "$needed" != odomd ] || has_sound_scripts "$name"
+done <<end
+odom-bridge libddsc0debian odomd usr/lib/systemd/system/odomd-bridge@.service usr/share/man/man1/odom-bridge.1
+odom-web libcpp-httplib0.11 odomd usr/lib/systemd/system/odomd-web@.service usr/share/man/man1/odom-web.1
+odom-track libopencv odom-tools
+odom-fit liblapack3 odom-tools
+end
 for name in odomd odom-tools libodom0; do
   if dpkg-deb -f "$(package $name)" Depends | grep -qE "ddsc|opencv|ceres|httplib"; then fail "$name depends on DDS, OpenCV, Ceres or HTTP"; fi
 done
@@ -72,9 +63,7 @@ depends libodom0 libc6
 dpkg-deb --fsys-tarfile "$(package odomd)" | tar -xO ./usr/lib/systemd/system/odomd@.service |
   grep -q '^ExecStart=/usr/bin/odomd ' || fail "the unit starts another program"
 dpkg-deb -I "$(package odomd)" conffiles | grep -qx /etc/odomd/can0.toml || fail "can0.toml is no conffile"
-for script in postinst prerm postrm; do
-  dpkg-deb -I "$(package odomd)" "$script" | sh -n || fail "$script: no shell script"
-done
+has_sound_scripts odomd
 
 # Every installed file is in exactly one package.
 DESTDIR=$work/all cmake --install "$build" --prefix /usr >"$work/log"
