@@ -12,7 +12,6 @@ with init's file is more than 10 % larger, or a role differs and is not marked a
 """
 
 import json
-import math
 import pathlib
 import tomllib
 from collections.abc import Iterator
@@ -24,6 +23,7 @@ from recorded import log, measure
 MOST_WORSE = 1.10
 COURSES = {"lap": ["--scenario", "lap", "--laps", "3"], "road": ["--scenario", "road", "--duration", "60"],
            "parking": ["--scenario", "parking", "--duration", "40"]}
+ERRORS = {"heading_rms_deg": "heading [deg]", "position_rms_m": "position [m]", "error_35ms_mm": "error_35ms [mm]"}
 KNOWN = {"message", "signal", "sum", "unit", "valid_when"}
 
 Table = dict[str, Any]
@@ -63,10 +63,8 @@ def write_by_hand(config: pathlib.Path, folder: pathlib.Path, out: pathlib.Path)
 def errors(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Path, work: pathlib.Path,
            options: list[str]) -> measure.Figures:
     found = measure.dead_reckoning(odom, config, folder, work, *options)
-    figures = {"error_35ms [mm]": 1e3 * found["error_35ms"]["position"]["mean"]}
-    if folder.name in measure.VELOCITIES_ONLY:
-        return figures
-    return {"heading [deg]": math.degrees(found["heading"]["rms"]), "position [m]": found["position"]["rms"], **figures}
+    figures = measure.figures_alone(found, folder.name in measure.VELOCITIES_ONLY)
+    return {name: figures[key] for key, name in ERRORS.items() if key in figures}
 
 
 def is_same_role(by_hand: Table, found: Table) -> bool:

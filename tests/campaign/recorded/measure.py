@@ -116,12 +116,6 @@ def stopped_after(poses: pathlib.Path) -> str:
     return ""
 
 
-def errors(odom: pathlib.Path, folder: pathlib.Path, poses: pathlib.Path, align: str, *options: str) -> dict[str, Any]:
-    """What odom evaluate says of these poses."""
-    found: dict[str, Any] = common.evaluate(odom, folder, [poses], "--align", align, *options)[0]
-    return found
-
-
 def replay_alone(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Path, model: str,
                  poses: pathlib.Path) -> None:
     """By dead reckoning from the reference's first pose."""
@@ -132,7 +126,7 @@ def dead_reckoning(odom: pathlib.Path, config: pathlib.Path, folder: pathlib.Pat
                    *options: str) -> dict[str, Any]:
     """The errors of full from the reference's first pose, with these options of odom evaluate."""
     replay_alone(odom, config, folder, "full", work / "pose.csv")
-    return errors(odom, folder, work / "pose.csv", "first", *options)
+    return common.evaluate(odom, folder, [work / "pose.csv"], "--align", "first", *options)[0]
 
 
 def figures_alone(found: dict[str, Any], velocities_only: bool) -> Figures:
@@ -159,9 +153,11 @@ def rows_of(odom: pathlib.Path, folder: pathlib.Path, model: str, parts: list[Pa
         rows = []
         for part in parts:
             options = f"--lever-arm={lever_arm(config)}", *part.options
-            figures = figures_alone(errors(odom, folder, alone, "first", *options), velocities_only)
+            found = common.evaluate(odom, folder, [alone], "--align", "first", *options)
+            figures = figures_alone(found[0], velocities_only)
             if seen.exists():
-                figures |= figures_with_camera(errors(odom, folder, seen, "none", *options))
+                found = common.evaluate(odom, folder, [seen], "--align", "none", *options)
+                figures |= figures_with_camera(found[0])
             rows.append(Row(part, model, figures, stopped_after(alone)))
         return rows
 
