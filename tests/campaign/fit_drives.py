@@ -18,6 +18,8 @@ import re
 import shutil
 import sys
 import time
+from collections.abc import Iterator
+from typing import Any
 
 import common
 from common import DEGREES, ROOT, output
@@ -49,6 +51,31 @@ def fit(odom: pathlib.Path, published: pathlib.Path, folder: pathlib.Path, until
     print(f"fit_drives: {folder.name}: {time.monotonic() - begun:.0f} s", file=sys.stderr)
 
 
+def judge(odom: pathlib.Path, car: str, taught: str, until: float, others: Any, work: pathlib.Path) -> Iterator[str]:
+    """Prints a row for each configuration on each of the other drives. Gives the errors that the fit does not lower."""
+    by_hand = ROOT / f"tests/data/drives/{car}.toml"
+    published, fitted = work / "published.toml", work / "fitted.toml"
+    as_delivered(by_hand, published)
+    fit(odom, published, measure.folder_of(taught), until, fitted)
+    arm, own = measure.lever_arm(fitted), measure.lever_arm(published)
+    rows = [("published", published, own), ("published, arm of the fit", published, arm),
+            ("by hand", by_hand, own), ("by hand, arm of the fit", by_hand, arm), ("fitted", fitted, arm)]
+    for other, options in others:
+        name = " ".join([other, *options])
+        figures = []
+        for label, config, lever in rows:
+            if label.endswith("arm of the fit") and lever == own:
+                continue
+            e = measure.dead_reckoning(odom, config, measure.folder_of(other), work, f"--lever-arm={lever}", *options)
+            figures.append((e["error_35ms"]["position"]["mean"], e["end_error"], e["position"]["rms"]))
+            print(f"| {taught} to {until:g} s | {name} | {label} | {e['end_error']:.2f} | "
+                  f"{e['end_error_cm_per_m']:.2f} | {e['heading']['end'] * DEGREES:.1f} | {e['position']['rms']:.2f} | "
+                  f"{e['error_35ms']['position']['mean'] * 1e3:.2f} |", flush=True)
+        for what, before, after in zip(("35 ms", "end", "position"), figures[0], figures[-1]):
+            if not after < before:
+                yield f"{what} on {name}"
+
+
 def main() -> int:
     parser = common.parser(__doc__ or "", jobs=False)
     parser.add_argument("cars", nargs="*", default=[car for car, *_ in CASES], metavar="CAR", help="default: all")
@@ -60,32 +87,10 @@ def main() -> int:
           "| position rms [m] | 35 ms mean [mm] |")
     print("|---|---|---|--:|--:|--:|--:|--:|")
     worse = []
-    for car, taught, until, others in [case for case in CASES if case[0] in given.cars]:
-        with common.scratch() as work:
-            by_hand = ROOT / f"tests/data/drives/{car}.toml"
-            published, fitted = work / "published.toml", work / "fitted.toml"
-            as_delivered(by_hand, published)
-            fit(given.odom, published, measure.folder_of(taught), until, fitted)
-            arm, own = measure.lever_arm(fitted), measure.lever_arm(published)
-            for other, options in others:
-                name = " ".join([other, *options])
-                rows = [("published", published, own), ("published, arm of the fit", published, arm),
-                        ("by hand", by_hand, own), ("by hand, arm of the fit", by_hand, arm),
-                        ("fitted", fitted, arm)]
-                figures = []
-                for label, config, lever in rows:
-                    if label.endswith("arm of the fit") and lever == own:
-                        continue
-                    e = measure.dead_reckoning(given.odom, config, measure.folder_of(other), work,
-                                               f"--lever-arm={lever}", *options)
-                    figures.append((e["error_35ms"]["position"]["mean"], e["end_error"], e["position"]["rms"]))
-                    print(f"| {taught} to {until:g} s | {name} "
-                          f"| {label} | {e['end_error']:.2f} | {e['end_error_cm_per_m']:.2f} "
-                          f"| {e['heading']['end'] * DEGREES:.1f} | {e['position']['rms']:.2f} "
-                          f"| {e['error_35ms']['position']['mean'] * 1e3:.2f} |", flush=True)
-                for what, before, after in zip(("35 ms", "end", "position"), figures[0], figures[-1]):
-                    if not after < before:
-                        worse.append(f"{what} on {name}")
+    for case in CASES:
+        if case[0] in given.cars:
+            with common.scratch() as work:
+                worse += judge(given.odom, *case, work)
     for what in worse:
         print(f"fit_drives: not lowered: {what}", file=sys.stderr)
     return 1 if worse else 0
