@@ -39,15 +39,11 @@ struct Recording {
     arrivals.push_back({arrival, Measurement{source, taken, value, sigma, arrival}, {}});
   }
   void see(std::int64_t now, const Pose2& pose, double off_x = 0.0, double off_y = 0.0) {
-    const CameraPose seen{now,
-                          now + 40 * millisecond,
-                          pose.x + 0.008 * normal(random) + off_x,
-                          pose.y + 0.008 * normal(random) + off_y,
-                          pose.yaw + 0.009 * normal(random),
-                          0.008,
-                          0.008,
-                          0.009};
-    arrivals.push_back({seen.arrival_ns, {}, seen});
+    const std::int64_t arrival = now + 40 * millisecond;
+    const Pose2 seen{pose.x + 0.008 * normal(random) + off_x,
+                     pose.y + 0.008 * normal(random) + off_y, pose.yaw + 0.009 * normal(random)};
+    arrivals.push_back(
+        {arrival, {}, CameraPose{now, arrival, seen.x, seen.y, seen.yaw, 0.008, 0.008, 0.009}});
   }
   std::vector<Arrival> in_order() {
     std::ranges::stable_sort(arrivals, {}, &Arrival::arrival_ns);
