@@ -92,35 +92,20 @@ TEST(HonestStart, ADepartureIsNoBias) {
 /// Rms distance from the truth [m] and number of doubtful ticks, over the last five of ten seconds
 /// on the circle, with `looks` camera poses per picture, `apart` nanoseconds after each other.
 std::tuple<double, int> after_looks(int looks, std::int64_t apart, double stated) {
-  std::vector<Arrival> arrivals;
-  std::mt19937 random(3);
-  std::normal_distribution<double> normal;
+  estimator::testing::Recording drive{.random = std::mt19937(3)};
   for (const Arrival& arrival : drive_on_a_circle(10'000 * millisecond)) {
     if (!arrival.camera) {
-      arrivals.push_back(arrival);
+      drive.arrivals.push_back(arrival);
       continue;
     }
     for (int look = 0; look < looks; ++look) {
-      Arrival other = arrival;
-      CameraPose& pose = *other.camera;
-      const std::int64_t later = look * apart;
-      const Pose2 truth = on_circle(pose.capture_ns + later);
-      pose = {pose.capture_ns + later,
-              pose.arrival_ns + later,
-              truth.x + 0.008 * normal(random),
-              truth.y + 0.008 * normal(random),
-              truth.yaw + 0.009 * normal(random),
-              0.008 * stated,
-              0.008 * stated,
-              0.009 * stated};
-      other.arrival_ns += later;
-      arrivals.push_back(other);
+      const std::int64_t capture_ns = arrival.camera->capture_ns + look * apart;
+      drive.see(capture_ns, on_circle(capture_ns), stated);
     }
   }
-  std::ranges::stable_sort(arrivals, {}, &Arrival::arrival_ns);
   double squares = 0.0;
   int doubtful = 0;
-  const std::vector<Estimate> estimates = run(arrivals, 2000);
+  const std::vector<Estimate> estimates = run(drive.in_order(), 2000);
   for (std::size_t i = 1000; i < estimates.size(); ++i) {
     const Estimate& e = estimates[i];
     const Pose2 truth = on_circle(e.time_ns);

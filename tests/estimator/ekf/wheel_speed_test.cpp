@@ -18,6 +18,13 @@ std::vector<State> states_on_time() {
 
 constexpr double sigma = 0.02;
 
+/// The prediction as a function of the state, with the state's own input.
+auto prediction_of(const CarModel& model, Source source, bool gyro = true) {
+  return [&model, source, gyro](const State& at) {
+    return predict_wheel_speed(model, input_of(at), at, source, sigma, gyro);
+  };
+}
+
 /// 1 ± c_s η (a_x + d) of the grid's states, d the drag of the front tyres.
 double slip_of(const State& state, Source source) {
   const Vehicle car;
@@ -77,9 +84,7 @@ TEST(FullWheelSpeed, DerivativesBySpeedAndScaleAreRight) {
   for (const State& state : states_without_slip()) {
     for (const Source source : wheel_sources) {
       for (const bool gyro : {true, false}) {
-        const auto predict = [&](const State& at) {
-          return predict_wheel_speed(model, input_of(at), at, source, sigma, gyro);
-        };
+        const auto predict = prediction_of(model, source, gyro);
         // Left out on purpose: the side slip, the steering offset, the effect of a_x on the slip
         // and, if a gyro is alive, the yaw rate.
         expect_derivatives(
@@ -94,9 +99,7 @@ TEST(FullWheelSpeed, WhatCountsAsKnownDoesSoWithItsVariance) {
   const CarModel model;
   for (const State& state : states_without_slip()) {
     for (const Source source : wheel_sources) {
-      const auto predict = [&](const State& at) {
-        return predict_wheel_speed(model, input_of(at), at, source, sigma, true);
-      };
+      const auto predict = prediction_of(model, source);
       const Vector by = differences(state, predict);
       for (const at::Index known : {at::v_y, at::yaw_rate}) {
         State uncertain = state;
@@ -158,9 +161,7 @@ TEST(FullWheelSpeed, WhatTheSlipMakesOfAnAccelerationIsItsDerivative) {
   for (State state : states_on_time()) {
     state.steering = {};  // no steering, no drag: the derivatives leave drag out
     for (const Source source : wheel_sources) {
-      const auto predict = [&](const State& at) {
-        return predict_wheel_speed(model, input_of(at), at, source, sigma, true);
-      };
+      const auto predict = prediction_of(model, source);
       EXPECT_NEAR(stated(predict(state))[at::accel_x], differences(state, predict)[at::accel_x],
                   1e-7);
     }
