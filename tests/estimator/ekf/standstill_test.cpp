@@ -72,10 +72,8 @@ TEST(Standstill, AHaltMovesNoPose) {
 TEST(Standstill, BeginsWhenNoWheelHasTurnedForLongEnough) {
   State state = just_stopped();
   EXPECT_NEAR(static_cast<double>(time_to_stand(state, 1000, zero, zero)), 230.0, 90.0);
-  EXPECT_EQ(state.mean[at::v_x], 0.0);
-  EXPECT_EQ(state.mean[at::v_y], 0.0);
-  EXPECT_EQ(state.mean[at::yaw_rate], 0.0);
-  EXPECT_EQ(state.mean[at::front_angle], 0.0);
+  for (const at::Index still : {at::v_x, at::v_y, at::yaw_rate, at::front_angle})
+    EXPECT_EQ(state.mean[still], 0.0) << still;
   EXPECT_LT(std::sqrt(state.variance(at::v_x)), 2e-4);
   EXPECT_TRUE(is_covariance(state.covariance));
 }
@@ -226,6 +224,7 @@ TEST(Standstill, HoldsThePoseAndWithoutACameraKnowsItNoBetterForIt) {
     }
   }
   EXPECT_TRUE(car.stands());
+  EXPECT_TRUE(car.gated.empty());
   EXPECT_THAT(car.state.pose(), estimator::testing::PoseNear(before, 1e-6));
   EXPECT_NEAR(car.v_x(), 0.0, 1e-6);
 }
