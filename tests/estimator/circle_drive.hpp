@@ -38,16 +38,15 @@ struct Recording {
   void add(Source source, std::int64_t taken, std::int64_t arrival, double value, double sigma) {
     arrivals.push_back({arrival, Measurement{source, taken, value, sigma, arrival}, {}});
   }
-  void see(std::int64_t now, const Pose2& pose, double off_x = 0.0, double off_y = 0.0) {
-    const CameraPose seen{now,
-                          now + 40 * millisecond,
-                          pose.x + 0.008 * normal(random) + off_x,
-                          pose.y + 0.008 * normal(random) + off_y,
-                          pose.yaw + 0.009 * normal(random),
-                          0.008,
-                          0.008,
-                          0.009};
-    arrivals.push_back({seen.arrival_ns, {}, seen});
+  /// A camera pose with noise; it states `stated` times that noise.
+  void see(std::int64_t now, const Pose2& pose, double stated = 1.0) {
+    const std::int64_t arrival = now + 40 * millisecond;
+    const Pose2 seen{pose.x + 0.008 * normal(random), pose.y + 0.008 * normal(random),
+                     pose.yaw + 0.009 * normal(random)};
+    arrivals.push_back({arrival,
+                        {},
+                        CameraPose{now, arrival, seen.x, seen.y, seen.yaw, 0.008 * stated,
+                                   0.008 * stated, 0.009 * stated}});
   }
   std::vector<Arrival> in_order() {
     std::ranges::stable_sort(arrivals, {}, &Arrival::arrival_ns);
@@ -121,7 +120,7 @@ inline std::vector<Arrival> eventful_drive() {
     }
     if (t_ns % (7 * period_ns) == 0) {
       const bool wrong = t_ns == 140 * period_ns || t > 3.2;
-      drive.see(now, pose, wrong ? 1.0 : 0.0, wrong ? -2.0 : 0.0);
+      drive.see(now, wrong ? Pose2{pose.x + 1.0, pose.y - 2.0, pose.yaw} : pose);
     }
     pose = moved(pose, {v, 0.0, turn}, 0.005);
   }

@@ -35,52 +35,36 @@ struct Motion {
 };
 
 /// Half a second of a car's own samples, one corrupt frame, and 1.5 s afterwards.
-class Drive {
- public:
-  Drive(Motion motion, Then then) : motion_(motion), then_(then) {
-    filter_.set_initial_pose(Pose2{});
-  }
-
-  Estimate with(const Frame* frame, std::mt19937& random) {
-    std::uniform_real_distribution<double> any(-1.0, 1.0);
-    Estimate last;
-    for (int tick = 1; tick <= 400; ++tick) {
-      now_ns_ = start_ns + tick * period_ns;
-      if (tick <= 100 || then_ == Then::more) own(tick);
-      if (tick == 100 && frame != nullptr)
-        for (const auto& [source, reach] : frame->signals)
-          if (reach > 0.0) give(source, reach * std::pow(any(random), 3), 500'000);
-      last = filter_.step(now_ns_);
+Estimate drive(const Motion& motion, Then then, const Frame* frame, std::mt19937& random) {
+  static constexpr std::array<double, source_count> sigmas{0.0005, 0.005, 0.005, 0.001, 0.001,
+                                                           0.001,  0.001, 0.001, 0.001, 0.0005};
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  Drive car = start(Model::full);
+  const auto send = [&car](Source source, double value, std::int64_t age_ns) {
+    car.send(source, value, sigmas[index_of(source)], age_ns);
+  };
+  for (int tick = 1; tick <= 400; ++tick) {
+    if (tick <= 100 || then == Then::more) {
+      send(Source::yaw_rate, motion.turn, millisecond);
+      send(Source::accel_x, 0.0, millisecond);
+      send(Source::accel_y, motion.speed * motion.turn, millisecond);
+      if (tick % 2 == 0) {
+        send(Source::steering, motion.speed == 0.0 ? 0.0 : 0.26 * motion.turn / motion.speed,
+             millisecond);
+        const double side = 0.08 * motion.turn;
+        send(Source::wheel_rear_left, motion.speed - side, 2 * millisecond);
+        send(Source::wheel_rear_right, motion.speed + side, 2 * millisecond);
+        send(Source::wheel_front_left, motion.speed - side, 3 * millisecond);
+        send(Source::wheel_front_right, motion.speed + side, 3 * millisecond);
+      }
     }
-    return last;
+    if (tick == 100 && frame != nullptr)
+      for (const auto& [source, reach] : frame->signals)
+        if (reach > 0.0) send(source, reach * std::pow(any(random), 3), 500'000);
+    car.tick();
   }
-
- private:
-  void give(Source source, double value, std::int64_t age_ns) {
-    constexpr std::array<double, source_count> sigma{0.0005, 0.005, 0.005, 0.001, 0.001,
-                                                     0.001,  0.001, 0.001, 0.001, 0.0005};
-    (void)filter_.add({source, now_ns_ - age_ns, value, sigma[index_of(source)], now_ns_});
-  }
-  void own(int tick) {
-    give(Source::yaw_rate, motion_.turn, millisecond);
-    give(Source::accel_x, 0.0, millisecond);
-    give(Source::accel_y, motion_.speed * motion_.turn, millisecond);
-    if (tick % 2 == 0) {
-      give(Source::steering, motion_.speed == 0.0 ? 0.0 : 0.26 * motion_.turn / motion_.speed,
-           millisecond);
-      const double side = 0.08 * motion_.turn;
-      give(Source::wheel_rear_left, motion_.speed - side, 2 * millisecond);
-      give(Source::wheel_rear_right, motion_.speed + side, 2 * millisecond);
-      give(Source::wheel_front_left, motion_.speed - side, 3 * millisecond);
-      give(Source::wheel_front_right, motion_.speed + side, 3 * millisecond);
-    }
-  }
-
-  FullFilter filter_{FilterSettings{}};
-  Motion motion_;
-  Then then_;
-  std::int64_t now_ns_ = 0;
-};
+  return car.last;
+}
 
 constexpr std::array motions{Motion{}, Motion{2.0, 0.0}, Motion{2.0, 1.0}};
 
@@ -89,11 +73,11 @@ void try_all(Then then,
              const std::function<void(const Estimate& corrupt, const Estimate& clean)>& check) {
   for (const Motion motion : motions) {
     std::mt19937 random(1);
-    const Estimate clean = Drive(motion, then).with(nullptr, random);
+    const Estimate clean = drive(motion, then, nullptr, random);
     for (const Frame& frame : frames) {
       for (const unsigned seed : {3U, 5U, 7U}) {
         random.seed(seed);
-        const Estimate e = Drive(motion, then).with(&frame, random);
+        const Estimate e = drive(motion, then, &frame, random);
         check(e, clean);
         if (motion.speed == 0.0) {  // a standstill goes on
           EXPECT_LT(std::hypot(e.map.x, e.map.y), 0.01);
@@ -144,11 +128,8 @@ std::vector<Arrival> drive_with(const Rail& rail) {
       continue;
     }
     const Source source = arrival.signal->source;
-    if (source == Source::yaw_rate && rail.gyro != 0.0) {
-      arrival.signal->value = rail.gyro;
-    } else if ((source == Source::accel_x || source == Source::accel_y) && rail.accel != 0.0) {
-      arrival.signal->value = rail.accel;
-    }
+    const double reads = source == Source::yaw_rate ? rail.gyro : rail.accel;
+    if (is_inertial(source) && reads != 0.0) arrival.signal->value = reads;
   }
   return arrivals;
 }

@@ -63,16 +63,26 @@ struct Drive {
   std::int64_t now_ns = 1'000'000'000;
   Estimate last{};
 
+  /// Sends a sample that arrives with the next tick.
+  std::optional<Verdict> send(Source source, double value, double sigma = 0.0,
+                              std::int64_t age_ns = 0) {
+    const std::int64_t arrival_ns = now_ns + period_ns;
+    return add(filter, Measurement{source, arrival_ns - age_ns, value, sigma, arrival_ns});
+  }
+  std::optional<Verdict> see(const Pose2& pose, double sigma, double sigma_yaw,
+                             std::int64_t age_ns = 0) {
+    const std::int64_t arrival_ns = now_ns + period_ns;
+    return add(filter, CameraPose{arrival_ns - age_ns, arrival_ns, pose.x, pose.y, pose.yaw, sigma,
+                                  sigma, sigma_yaw});
+  }
+
   /// Drives one tick; the samples have its time.
-  Estimate tick(const Samples& samples) {
+  Estimate tick(const Samples& samples = {}) {
+    if (samples.speed) send(Source::wheel_rear, *samples.speed);
+    if (samples.steering) send(Source::steering, *samples.steering);
+    if (samples.yaw_rate) send(Source::yaw_rate, *samples.yaw_rate);
+    if (samples.accel_x) send(Source::accel_x, *samples.accel_x);
     now_ns += period_ns;
-    const auto send = [&](Source source, const std::optional<double>& value) {
-      if (value) add(filter, Measurement{source, now_ns, *value, 0.0});
-    };
-    send(Source::wheel_rear, samples.speed);
-    send(Source::steering, samples.steering);
-    send(Source::yaw_rate, samples.yaw_rate);
-    send(Source::accel_x, samples.accel_x);
     last = step(filter, now_ns);
     return last;
   }

@@ -69,11 +69,7 @@ TEST_P(Safety, TakesNothingFromTheHeap) {
   Drive drive = slalom_for(GetParam(), 300);
   const std::size_t before = allocation_count();
   for (int i = 300; i < 900; ++i) {
-    if (i % 7 == 0) {
-      const Pose2 map = drive.last.map;
-      add(drive.filter,
-          CameraPose{drive.now_ns, drive.now_ns, map.x, map.y, map.yaw, 0.1, 0.1, 0.1});
-    }
+    if (i % 7 == 0) drive.see(drive.last.map, 0.1, 0.1, testing::period_ns);
     drive.tick(slalom(i));
   }
   EXPECT_EQ(allocation_count(), before);
@@ -135,10 +131,11 @@ TEST_P(Safety, NoInputLeavesAnEstimateThatIsNotFiniteOrASampleWithoutVerdict) {
     if (const auto verdict = add(drive.filter, sample))
       ++verdicts.at(static_cast<std::size_t>(*verdict));
   };
-  const auto count_judgements = [&] {
-    for (const Judgement& judgement : judgements(drive.filter)) {
+  const auto tick = [&] {
+    const Estimate e = drive.tick();
+    for (const Judgement& judgement : judgements(drive.filter))
       verdicts.at(static_cast<std::size_t>(judgement.verdict)) += static_cast<int>(judgement.count);
-    }
+    return e;
   };
   // A step of the full filter replays a window full of invalid samples.
   const int steps = GetParam() == Model::full ? 5'000 : 20'000;
@@ -155,20 +152,15 @@ TEST_P(Safety, NoInputLeavesAnEstimateThatIsNotFiniteOrASampleWithoutVerdict) {
     }
     // Sometimes a gap of seconds.
     drive.now_ns += static_cast<std::int64_t>(junk.pick(i % 1000 == 999 ? 1000 : 3)) * period_ns;
-    const Estimate e = drive.tick({});
-    count_judgements();
+    const Estimate e = tick();
     ASSERT_TRUE(is_finite(e.map) && is_finite(e.odom) && is_finite(e.last_jump)) << i;
     ASSERT_TRUE(is_finite(BodyVelocity{e.v_x, e.v_y, e.yaw_rate})) << i;
     ASSERT_TRUE(is_finite(BodyVelocity{e.v_x_dot, e.v_y_dot, e.yaw_accel})) << i;
-    ASSERT_TRUE(is_finite(e.covariance) && is_positive_definite(e.covariance)) << i;
-    ASSERT_TRUE(is_finite(e.velocity_covariance) && is_positive_definite(e.velocity_covariance))
-        << i;
+    ASSERT_TRUE(is_positive_definite(e.covariance)) << i;
+    ASSERT_TRUE(is_positive_definite(e.velocity_covariance)) << i;
     ASSERT_FALSE(std::isnan(e.camera_test_ratio)) << i;
   }
-  for (int i = 0; i < 100; ++i) {
-    drive.tick({});
-    count_judgements();
-  }
+  for (int i = 0; i < 100; ++i) tick();
   EXPECT_EQ(std::accumulate(verdicts.begin(), verdicts.end(), 0), offered);
   for (const Verdict verdict : {Verdict::fused, Verdict::gated, Verdict::too_old, Verdict::future,
                                 Verdict::non_finite, Verdict::source_off}) {

@@ -5,20 +5,14 @@
 #include <Eigen/LU>
 
 #include "estimator/common/pose.hpp"
-#include "estimator/full_filter.hpp"
+#include "estimator/common/symmetric3.hpp"
+#include "tests/estimator/drive.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator {
+namespace odomd::estimator::testing::lasting_errors_test {
 namespace {
 
 constexpr double period_s = 0.005;
-
-/// A car of the default size on stiff tyres: its rear axle follows its heading.
-struct Truth {
-  Pose2 pose;
-  double v_x = 0.0;
-  double yaw_rate = 0.0;
-};
 
 struct Errors {
   double gyro_latency_s = 0.0;
@@ -48,14 +42,14 @@ double turn_at(double t) {
   return t < 2.0 ? 0.0 : 1.2 * std::sin(2.1 * (t - 2.0)) * (1.0 - std::exp(2.0 - t));
 }
 
+/// A minute of a car of the default size on stiff tyres: its rear axle follows its heading.
 Outcome drive(const Errors& errors, unsigned seed) {
   FilterSettings settings;
   settings.vehicle.cornering_stiffness_front = 2000.0;
   settings.vehicle.cornering_stiffness_rear = 2000.0;
   const double rear = settings.vehicle.rear_axle;
   settings.tuning.camera_latency = 0.0;  // the camera's clock is exact
-  FullFilter filter(settings);
-  filter.set_initial_pose({});
+  Drive car = start(Model::full, settings);
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   std::array<double, 3> lasting{};
@@ -65,20 +59,17 @@ Outcome drive(const Errors& errors, unsigned seed) {
   constexpr int ticks = 12'000;
   for (int k = 1; k <= ticks; ++k) {
     const double t = k * period_s;
-    const std::int64_t now = 1'000'000'000 + k * 5'000'000LL;
-    truth = moved(truth,
-                  {speed_at(t - 0.5 * period_s), rear * turn_at(t - 0.5 * period_s),
-                   turn_at(t - 0.5 * period_s)},
-                  period_s);
-    const auto add = [&](Source source, double value, double sigma) {
-      (void)filter.add(Measurement{source, now, value + sigma * normal(random), sigma});
+    const double middle = t - 0.5 * period_s;
+    truth = moved(truth, {speed_at(middle), rear * turn_at(middle), turn_at(middle)}, period_s);
+    const auto send = [&](Source source, double value, double sigma) {
+      car.send(source, value + sigma * normal(random), sigma);
     };
     const double steered = t - errors.steering_latency_s;
     const double v = speed_at(steered);
-    add(Source::steering,
-        v > 0.05 ? std::atan(settings.vehicle.wheelbase() * turn_at(steered) / v) : 0.0, 0.002);
-    add(Source::yaw_rate, turn_at(t - errors.gyro_latency_s), 0.01);
-    if (k % 2 == 0) add(Source::wheel_rear, speed_at(t - errors.wheel_latency_s), 0.01);
+    send(Source::steering,
+         v > 0.05 ? std::atan(settings.vehicle.wheelbase() * turn_at(steered) / v) : 0.0, 0.002);
+    send(Source::yaw_rate, turn_at(t - errors.gyro_latency_s), 0.01);
+    if (k % 2 == 0) send(Source::wheel_rear, speed_at(t - errors.wheel_latency_s), 0.01);
     if (k % 7 == 0) {
       const double fades = std::exp(-7.0 * period_s / errors.camera_lasting_s);
       for (double& error : lasting) {
@@ -87,26 +78,20 @@ Outcome drive(const Errors& errors, unsigned seed) {
       }
       const double jump = t < 30.0 ? 0.0 : errors.jump;
       const double turn = t < 30.0 ? 0.0 : errors.turn;
-      const double sigma = errors.camera_sigma;
-      (void)filter.add(CameraPose{now, now, truth.x + jump + lasting[0] + 0.008 * normal(random),
-                                  truth.y + lasting[1] + 0.008 * normal(random),
-                                  truth.yaw + turn + 0.5 * lasting[2] + 0.01 * normal(random),
-                                  sigma, sigma, 1.25 * sigma});
+      const Pose2 seen{truth.x + jump + lasting[0] + 0.008 * normal(random),
+                       truth.y + lasting[1] + 0.008 * normal(random),
+                       truth.yaw + turn + 0.5 * lasting[2] + 0.01 * normal(random)};
+      car.see(seen, errors.camera_sigma, 1.25 * errors.camera_sigma);
     }
-    const Estimate e = filter.step(now);
+    const Estimate e = car.tick();
     outcome.calibration = e.calibration;
     outcome.sigma_x = std::sqrt(e.covariance[0]);
-    const double way = std::hypot(e.map.x - truth.x, e.map.y - truth.y);
-    const bool beyond =
-        way > 5.0 * std::sqrt(e.covariance[0] + e.covariance[3]) ||
-        std::abs(wrap_angle(e.map.yaw - truth.yaw)) > 5.0 * std::sqrt(e.covariance[5]);
+    const Eigen::Vector3d off(difference(e.map, truth).data());
+    const Eigen::Matrix3d P = unpacked(e.covariance);
+    const bool beyond = off.head<2>().norm() > 5.0 * std::sqrt(P(0, 0) + P(1, 1)) ||
+                        std::abs(off[2]) > 5.0 * std::sqrt(P(2, 2));
     outcome.silent_s += beyond && !e.doubtful ? period_s : 0.0;
     if (k > ticks / 2) {
-      const Eigen::Vector3d off(e.map.x - truth.x, e.map.y - truth.y,
-                                wrap_angle(e.map.yaw - truth.yaw));
-      const auto& c = e.covariance;
-      Eigen::Matrix3d P;
-      P << c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5];
       outcome.nees += off.dot(P.inverse() * off) / (ticks / 2);
       outcome.off += off.head<2>().squaredNorm() / (ticks / 2);
     }
@@ -181,4 +166,4 @@ TEST(LastingErrors, AnOffsetWithinSigmasThatAreFarTooLargeIsNotFollowedInSilence
 }
 
 }  // namespace
-}  // namespace odomd::estimator
+}  // namespace odomd::estimator::testing::lasting_errors_test

@@ -1,8 +1,8 @@
 """literals.txt lists every number in estimator/ outside of two tables, and the list only becomes shorter.
 
 Numbers other than 0, 1, 2 and ½ belong in tuning.hpp, with meaning and origin, or, if they describe a sensor, in the
-table of source.hpp. Those that are elsewhere are listed with their line of code; a new number fails this test, and so
-does a listed one that has gone.
+table of source.hpp. Those that are elsewhere are listed after their file; a new number fails this test, and so does a
+listed one that has gone.
 
   tests/estimator/literals_test.py            checks the list
   tests/estimator/literals_test.py --update   writes it: only to take lines away
@@ -23,27 +23,24 @@ NO_QUANTITY = re.compile(r'//.*|"[^"]*"|#include.*|<[^<>;=]*\d[^<>;=]*>\(?(?:\d(
 PLAIN = {0.0, 0.5, 1.0, 2.0}
 
 
-def numbers():
-    """Lines "file: number: code" of all numbers."""
-    found = []
-    for path in sorted((ROOT / "estimator").rglob("*.?pp")):
-        if path.name in ("tuning.hpp", "source.hpp"):
-            continue
-        for line in path.read_text(encoding="utf-8").splitlines():
-            for number in NUMBER.findall(NO_QUANTITY.sub(" ", line)):
-                if float(number.replace("'", "")) not in PLAIN:
-                    found.append(f"{path.relative_to(ROOT / 'estimator')}: {number}: {line.strip()}")
-    return found
+def numbers(path):
+    """The numbers of a source file that are not plain, sorted as text."""
+    code = [NO_QUANTITY.sub(" ", line) for line in path.read_text(encoding="utf-8").splitlines()]
+    found = [number for line in code for number in NUMBER.findall(line)]
+    return sorted(number for number in found if float(number.replace("'", "")) not in PLAIN)
+
+
+def lines():
+    """A line "file: number number ..." for every file that has any."""
+    files = {str(path.relative_to(ROOT / "estimator")): numbers(path)
+             for path in sorted((ROOT / "estimator").rglob("*.?pp")) if path.name not in ("tuning.hpp", "source.hpp")}
+    return [f"{name}: {' '.join(found)}" for name, found in files.items() if found]
 
 
 class Literals(unittest.TestCase):
     def test_every_number_outside_of_tuning_is_listed(self):
-        listed = LIST.read_text(encoding="utf-8").splitlines()
-        found = numbers()
-        new = [line for line in found if found.count(line) > listed.count(line)]
-        gone = [line for line in listed if listed.count(line) > found.count(line)]
-        self.assertFalse(new, f"write it into tuning.hpp, with its meaning: {new}")
-        self.assertFalse(gone, f"take it off {LIST.name}: {gone}")
+        self.assertEqual(LIST.read_text(encoding="utf-8").splitlines(), lines(),
+                         f"write a new number into tuning.hpp, with its meaning; take a gone one off {LIST.name}")
 
     def test_every_tuned_number_has_a_meaning(self):
         for line in (ROOT / "estimator/common/tuning.hpp").read_text(encoding="utf-8").splitlines():
@@ -53,6 +50,6 @@ class Literals(unittest.TestCase):
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["--update"]:
-        LIST.write_text("\n".join(numbers()) + "\n", encoding="utf-8")
+        LIST.write_text("\n".join(lines()) + "\n", encoding="utf-8")
     else:
         unittest.main()

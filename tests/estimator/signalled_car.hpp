@@ -16,9 +16,7 @@ using estimator::testing::millisecond;
 using estimator::testing::period_ns;
 
 /// Values of the sensors; those that are missing send nothing.
-struct SensorValues {
-  std::map<Source, double> signals;
-};
+using SensorValues = std::map<Source, double>;
 
 /// Drives a car, a tick at a time; counts each source's fused and gated samples.
 class Car {
@@ -41,21 +39,23 @@ class Car {
 
   void tick(const SensorValues& values) {
     advance(context, state, state.time_ns + period_ns);
-    for (const auto& [source, value] : values.signals) {
-      const bool wheel = source >= Source::wheel_front_left && source <= Source::motor;
-      if (!wheel || state.time_ns % (2 * period_ns) == 0)
-        push(source, value + (source <= Source::accel_y ? tremor() : 0.0));
+    for (const auto& [source, value] : values) {
+      if (!is_wheel(source) || state.time_ns % (2 * period_ns) == 0)
+        push(source, value + (is_inertial(source) ? tremor() : 0.0));
     }
     apply_integrity(context, state);
-    ASSERT_TRUE(is_covariance(state.covariance));
-    ASSERT_TRUE(is_covariance(state.slow.covariance));
+    ASSERT_TRUE(has_covariances(state));
   }
 
-  /// Resets the counts, then drives for `seconds`.
-  void drive(double seconds, const SensorValues& values) {
+  /// Resets the counts, then drives for `seconds` with the values at each time since now [s].
+  template <std::invocable<double> ValuesAt>
+  void drive(double seconds, const ValuesAt& values_at) {
     fused.clear();
     gated.clear();
-    for (int i = 0; i < static_cast<int>(std::lround(200.0 * seconds)); ++i) tick(values);
+    for (int i = 0; i < std::lround(200.0 * seconds); ++i) tick(values_at(0.005 * i));
+  }
+  void drive(double seconds, const SensorValues& values) {
+    drive(seconds, [&](double) { return values; });
   }
 
   [[nodiscard]] double x() const { return state.mean[at::x]; }
@@ -85,15 +85,15 @@ inline Car car_after(double seconds, const SensorValues& values) {
   return car;
 }
 
-inline SensorValues straight_at(double speed) {
-  return {{{Source::yaw_rate, 0.0},
-           {Source::accel_x, 0.0},
-           {Source::accel_y, 0.0},
-           {Source::steering, 0.0},
-           {Source::wheel_front_left, speed},
-           {Source::wheel_front_right, speed},
-           {Source::wheel_rear_left, speed},
-           {Source::wheel_rear_right, speed}}};
+inline SensorValues straight_at(double speed, double accel = 0.0) {
+  return {{Source::yaw_rate, 0.0},
+          {Source::accel_x, accel},
+          {Source::accel_y, 0.0},
+          {Source::steering, 0.0},
+          {Source::wheel_front_left, speed},
+          {Source::wheel_front_right, speed},
+          {Source::wheel_rear_left, speed},
+          {Source::wheel_rear_right, speed}};
 }
 
 inline Car car_at_rest(double seconds = 3.0) {
@@ -107,32 +107,27 @@ inline SensorValues bend_at(double speed, double yaw_rate) {
   const Vehicle car;
   const double half = 0.5 * car.track_width * yaw_rate;
   const double across = car.wheelbase() * yaw_rate;
-  return {{{Source::yaw_rate, yaw_rate},
-           {Source::accel_x, 0.0},
-           {Source::accel_y, speed * yaw_rate},
-           {Source::steering, std::atan2(speed < 0.0 ? -across : across, std::abs(speed))},
-           {Source::wheel_front_left, std::hypot(speed - half, across)},
-           {Source::wheel_front_right, std::hypot(speed + half, across)},
-           {Source::wheel_rear_left, speed - half},
-           {Source::wheel_rear_right, speed + half}}};
+  return {{Source::yaw_rate, yaw_rate},
+          {Source::accel_x, 0.0},
+          {Source::accel_y, speed * yaw_rate},
+          {Source::steering, std::atan2(speed < 0.0 ? -across : across, std::abs(speed))},
+          {Source::wheel_front_left, std::hypot(speed - half, across)},
+          {Source::wheel_front_right, std::hypot(speed + half, across)},
+          {Source::wheel_rear_left, speed - half},
+          {Source::wheel_rear_right, speed + half}};
 }
 
-inline SensorValues with(SensorValues values, const std::map<Source, double>& changes) {
-  for (const auto& [source, value] : changes) values.signals[source] = value;
-  return values;
+inline SensorValues with(const SensorValues& values, SensorValues changes) {
+  changes.insert(values.begin(), values.end());
+  return changes;
 }
 inline SensorValues with(const SensorValues& values, Source source, double value) {
   return with(values, {{source, value}});
 }
 
 inline SensorValues without(SensorValues values, std::same_as<Source> auto... sources) {
-  (values.signals.erase(sources), ...);
+  (values.erase(sources), ...);
   return values;
-}
-
-inline SensorValues without_wheels(const SensorValues& values) {
-  return without(values, Source::wheel_front_left, Source::wheel_front_right,
-                 Source::wheel_rear_left, Source::wheel_rear_right);
 }
 
 }  // namespace odomd::estimator::full::testing

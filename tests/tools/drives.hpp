@@ -1,6 +1,7 @@
 // Artificial drives for tests of the evaluation.
 #pragma once
 
+#include "estimator/common/pose.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/drive_files/trajectory.hpp"
@@ -30,6 +31,20 @@ inline Trajectory wavy_drive(double from_s, double to_s, double step_s) {
     }
     x += 1e-3 * std::cos(yaw_at(s + 0.5e-3));
     y += 1e-3 * std::sin(yaw_at(s + 0.5e-3));
+  }
+  return drive;
+}
+
+/// From the origin at t = 0, with the heading along x, at a speed and a yaw rate.
+inline Trajectory arc_drive(double speed, double yaw_rate, double seconds, double step_s) {
+  Trajectory drive;
+  drive.name = "arc.csv";
+  for (std::int64_t i = 0; i <= std::llround(seconds / step_s); ++i) {
+    TrajectoryPoint point;
+    point.t_ns = i * std::llround(step_s * 1e9);
+    point.pose =
+        estimator::moved({}, {speed, 0.0, yaw_rate}, 1e-9 * static_cast<double>(point.t_ns));
+    drive.points.push_back(point);
   }
   return drive;
 }

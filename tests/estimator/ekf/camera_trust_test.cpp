@@ -16,12 +16,12 @@ constexpr std::int64_t ticks = 2000;
 constexpr std::int64_t fault_ns = start_ns + 4'000 * millisecond;
 
 double off(const Estimate& e) {
-  const Pose2 truth = estimator::testing::on_circle(e.time_ns);
+  const Pose2 truth = on_circle(e.time_ns);
   return std::hypot(e.map.x - truth.x, e.map.y - truth.y);
 }
 
 /// Ten seconds on a circle of 2 m/s; `change` is called with every arrival from the fourth on.
-std::vector<Estimate> drive(const std::function<void(Arrival&)>& change) {
+std::vector<Estimate> drive_with(const std::function<void(Arrival&)>& change) {
   std::vector<Arrival> arrivals = drive_on_a_circle(ticks * period_ns);
   for (Arrival& arrival : arrivals)
     if (arrival.arrival_ns >= fault_ns) change(arrival);
@@ -36,11 +36,10 @@ TEST(CameraTrust, APictureThatStandsStillDragsNoCarAlong) {
     const auto freeze = [&](Arrival& arrival) {
       if (!arrival.camera || arrival.arrival_ns > fault_ns + 3'000 * millisecond) return;
       if (!frozen) frozen = arrival.camera;
-      arrival.camera->x = frozen->x + noise * trembling(random);
-      arrival.camera->y = frozen->y + noise * trembling(random);
-      arrival.camera->yaw = frozen->yaw + noise * trembling(random);
+      for (double CameraPose::*const number : {&CameraPose::x, &CameraPose::y, &CameraPose::yaw})
+        (*arrival.camera).*number = (*frozen).*number + noise * trembling(random);
     };
-    for (const Estimate& e : drive(freeze)) {
+    for (const Estimate& e : drive_with(freeze)) {
       ASSERT_LT(off(e), 0.05) << e.time_ns - start_ns << " ns, noise " << noise;
       ASSERT_EQ(e.reset_count, 1U);
     }
@@ -49,26 +48,21 @@ TEST(CameraTrust, APictureThatStandsStillDragsNoCarAlong) {
 
 TEST(CameraTrust, APictureOfACarThatStandsIsNotFrozen) {
   // Noise-free poses of a car that was put down elsewhere.
-  FullFilter filter = started();
-  Estimate e;
+  Drive car = start(Model::full);
   for (int k = 1; k <= 800; ++k) {
-    const std::int64_t now = start_ns + k * period_ns;
     for (const Source source : {Source::yaw_rate, Source::accel_x, Source::accel_y,
                                 Source::wheel_rear_left, Source::wheel_rear_right})
-      (void)filter.add(Measurement{source, now - millisecond, 0.0, 0.01, now});
-    if (k % 7 == 0) {
-      const double x = k > 300 ? 1.0 : 0.0;
-      (void)filter.add(CameraPose{now - 40 * millisecond, now, x, 0.0, 0.0, 0.008, 0.008, 0.009});
-    }
-    e = filter.step(now);
+      car.send(source, 0.0, 0.01, millisecond);
+    if (k % 7 == 0) car.see({k > 300 ? 1.0 : 0.0, 0.0, 0.0}, 0.008, 0.009, 40 * millisecond);
+    car.tick();
   }
-  EXPECT_NEAR(e.map.x, 1.0, 0.01);
-  EXPECT_EQ(e.mode, Mode::standstill);
+  EXPECT_NEAR(car.last.map.x, 1.0, 0.01);
+  EXPECT_EQ(car.last.mode, Mode::standstill);
 }
 
 TEST(CameraTrust, AStepOfTheGyroBiasIsLearntOnTheMove) {
   for (const double step : {0.02, 0.05, -0.2}) {
-    const std::vector<Estimate> estimates = drive([step](Arrival& arrival) {
+    const std::vector<Estimate> estimates = drive_with([step](Arrival& arrival) {
       if (arrival.signal && arrival.signal->source == Source::yaw_rate)
         arrival.signal->value += step;
     });
@@ -89,7 +83,7 @@ TEST(CameraTrust, AHeadingThatIsFlippedTurnsNoCarRoundInAnInstant) {
     if (arrival.camera && arrival.arrival_ns < fault_ns + 2'000 * millisecond)
       arrival.camera->yaw += std::numbers::pi;
   };
-  const std::vector<Estimate> estimates = drive(flip);
+  const std::vector<Estimate> estimates = drive_with(flip);
   for (const Estimate& e : estimates) {
     ASSERT_LT(std::abs(e.yaw_rate), 5.0) << e.time_ns - start_ns;
     ASSERT_TRUE(e.time_ns < fault_ns || off(e) < 0.05) << e.time_ns - start_ns << ": " << off(e);
@@ -106,7 +100,7 @@ TEST(CameraTrust, WheelsThatSlipLeaveNoError) {
           arrival.arrival_ns < fault_ns + 3'000 * millisecond)
         arrival.signal->value *= slip;
     };
-    const std::vector<Estimate> estimates = drive(slipping);
+    const std::vector<Estimate> estimates = drive_with(slipping);
     for (const Estimate& e : estimates) {
       ASSERT_LT(off(e), 0.3) << slip << ' ' << e.time_ns - start_ns;
       ASSERT_TRUE(off(e) < 0.2 || e.doubtful) << slip << ' ' << e.time_ns - start_ns;
@@ -118,50 +112,41 @@ TEST(CameraTrust, WheelsThatSlipLeaveNoError) {
 
 TEST(CameraTrust, ACarThatIsSeenDrivingDoesNotStand) {
   // A departure from a standstill, with dead wheels.
-  FullFilter filter = started();
-  constexpr double speed = 1.0;
+  Drive car = start(Model::full);
   int badly = 0;
-  Estimate e;
   std::mt19937 random(4);
   std::normal_distribution<double> noise(0.0, 0.01);
-  const auto x_at = [](double t) {  // sets off at 1 m/s²
-    return t < 2.0 ? 0.0 : t < 3.0 ? 0.5 * (t - 2.0) * (t - 2.0) : speed * (t - 2.5);
+  const auto x_at = [](double t) {  // sets off at 1 m/s², to 1 m/s
+    return t < 2.0 ? 0.0 : t < 3.0 ? 0.5 * (t - 2.0) * (t - 2.0) : t - 2.5;
   };
   for (int k = 1; k <= 1200; ++k) {
-    const std::int64_t now = start_ns + k * period_ns;
     const double t = k * 0.005;
-    const double x = x_at(t);
     for (const Source source : {Source::yaw_rate, Source::accel_x, Source::accel_y}) {
       const double pull = source == Source::accel_x && t > 2.0 && t < 3.0 ? 1.0 : 0.0;
-      (void)filter.add(Measurement{source, now - millisecond, pull + noise(random), 0.01, now});
+      car.send(source, pull + noise(random), 0.01, millisecond);
     }
     for (const Source source : {Source::wheel_rear_left, Source::wheel_rear_right})
-      (void)filter.add(Measurement{source, now - millisecond, 0.0, 0.01, now});
-    if (k % 7 == 0) {
-      (void)filter.add(
-          CameraPose{now - 40 * millisecond, now, x_at(t - 0.04), 0.0, 0.0, 0.008, 0.008, 0.009});
-    }
-    e = filter.step(now);
-    badly += std::abs(e.map.x - x) > 0.3 ? 1 : 0;
+      car.send(source, 0.0, 0.01, millisecond);
+    if (k % 7 == 0) car.see({x_at(t - 0.04), 0.0, 0.0}, 0.008, 0.009, 40 * millisecond);
+    badly += std::abs(car.tick().map.x - x_at(t)) > 0.3 ? 1 : 0;
   }
   EXPECT_LT(badly, 160);
-  EXPECT_LT(e.reset_count, 8U);
+  EXPECT_LT(car.last.reset_count, 8U);
 }
 
 TEST(CameraTrust, ANoisyCameraIsTrustedWhileTheCarStands) {
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0.0, 1.0);
-  FullFilter filter = started();
+  Drive car = start(Model::full);
   for (int k = 1; k <= 12'000; ++k) {  // a minute
-    const std::int64_t now = start_ns + k * period_ns;
     for (const Source source : {Source::yaw_rate, Source::wheel_rear_left})
-      (void)filter.add(Measurement{source, now - millisecond, 0.0, 0.01, now});
+      car.send(source, 0.0, 0.01, millisecond);
     if (k % 7 == 0) {
-      (void)filter.add(CameraPose{now - 40 * millisecond, now, 0.08 * noise(random),
-                                  0.08 * noise(random), 0.009 * noise(random), 0.08, 0.08, 0.009});
+      const Pose2 pose{0.08 * noise(random), 0.08 * noise(random), 0.009 * noise(random)};
+      car.see(pose, 0.08, 0.009, 40 * millisecond);
     }
-    (void)filter.step(now);
-    ASSERT_EQ(filter.flag(Source::camera), SourceFlag::ok) << k;
+    car.tick();
+    ASSERT_EQ(flag(car.filter, Source::camera), SourceFlag::ok) << k;
   }
 }
 

@@ -1,9 +1,13 @@
 // Compares the derivatives of a prediction, and of a step of the process, with central differences.
 #pragma once
 
+#include <initializer_list>
+
 #include "estimator/ekf/process.hpp"
 #include "estimator/ekf/state.hpp"
 #include "estimator/ekf/update.hpp"
+#include "tests/estimator/ekf/states.hpp"
+#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::testing {
 
@@ -43,6 +47,21 @@ template <typename Predict>
 SlowVector differences_by_slow(const State& at, const Predict& predict) {
   return differences_by<SlowVector>(
       at, predict, [](State & s) -> auto& { return s.slow.mean; });
+}
+
+/// Expects that a prediction states its derivatives, to `tolerance` of the largest or of 1. Those
+/// by the states `left_out` it states as 0.
+template <typename Predict>
+void expect_derivatives(const State& at, const Predict& predict, double tolerance,
+                        std::initializer_list<at::Index> left_out = {}) {
+  const Prediction z = predict(at);
+  Vector expected = differences(at, predict);
+  for (const at::Index state : left_out) expected[state] = 0.0;
+  EXPECT_LT(largest(stated(z) - expected), tolerance * std::max(1.0, largest(expected)))
+      << at.mean.transpose();
+  EXPECT_LT(largest(z.by_slow - differences_by_slow(at, predict)),
+            tolerance * std::max(1.0, largest(z.by_slow)))
+      << at.mean.transpose();
 }
 
 /// The effect of propagate() at a state: x' = f(x, s), F, ∂f/∂s, and the additions to the

@@ -63,11 +63,11 @@ TEST(Heading, TheHeadingIsNoMorePreciseThanTheGyrosNoise) {
     Car car;
     car.context.model.tuning.noise_range = 1.0;
     drive_with_slow_gyro(car, 20.0, straight_at(speed), 0.0);
-    const double before = car.state.covariance(at::yaw, at::yaw);
+    const double before = car.state.variance(at::yaw);
     drive_with_slow_gyro(car, 20.0, straight_at(speed), 0.0);
     // The noise of two hundred intervals of 0.1 s.
     const double noise = 0.1 * Car::sigmas[index_of(Source::yaw_rate)];
-    EXPECT_GE(car.state.covariance(at::yaw, at::yaw) - before, 0.99 * 200 * noise * noise) << speed;
+    EXPECT_GE(car.state.variance(at::yaw) - before, 0.99 * 200 * noise * noise) << speed;
   }
 }
 
@@ -87,8 +87,9 @@ TEST(Heading, ASpinByTheGyroAloneIsAFault) {
   // Wheels, steering and lateral acceleration contradict the gyro.
   Car car = car_after(2.0, straight_at(1.0));
   const double yaw = car.yaw();
-  for (int i = 0; i < 400; ++i)
-    car.tick(with(straight_at(1.0), Source::yaw_rate, std::min(0.5 * i, 4.0)));
+  car.drive(2.0, [](double t) {
+    return with(straight_at(1.0), Source::yaw_rate, std::min(100.0 * t, 4.0));
+  });
   EXPECT_FALSE(car.state.integrity.trusted(Source::yaw_rate));
   EXPECT_NEAR(car.yaw(), yaw, 0.5);
   EXPECT_TRUE(car.state.doubtful);
@@ -102,7 +103,7 @@ TEST(Direction, ReversesThroughStandstill) {
   for (int i = 0; i < 100; ++i) {  // at 2 m/s²
     const double v = 0.5 - 0.01 * i;
     car.push(Source::direction, v < 0.0 ? -1.0 : 1.0);
-    car.tick(with(straight_at(std::abs(v)), Source::accel_x, -2.0));
+    car.tick(straight_at(std::abs(v), -2.0));
   }
   car.drive(1.0, straight_at(0.5));
   EXPECT_NEAR(car.v_x(), -0.5, 0.02);
@@ -114,14 +115,13 @@ TEST(Direction, ADirectionThatComesLateLeavesThePlaceUncertain) {
   Car car;
   car.push(Source::direction, 1.0);
   car.drive(3.0, straight_at(0.0));
-  const double before = car.state.covariance(at::x, at::x);
+  const double before = car.state.variance(at::x);
   const double x = car.x();
-  for (int i = 0; i < 80; ++i)  // reverses at 1 m/s²
-    car.tick(with(straight_at(0.005 * i), Source::accel_x, -1.0));
+  car.drive(0.4, [](double t) { return straight_at(t, -1.0); });
   car.push(Source::direction, -1.0);
   const double off = car.x() - (x - 0.5 * 0.4 * 0.4);
   EXPECT_GT(off, 0.05);
-  EXPECT_LT(off, 4.0 * std::sqrt(car.state.covariance(at::x, at::x) - before));
+  EXPECT_LT(off, 4.0 * std::sqrt(car.state.variance(at::x) - before));
 }
 
 TEST(Direction, ALostDirectionIsUnknownAfterAHalt) {
@@ -135,8 +135,7 @@ TEST(Direction, ALostDirectionIsUnknownAfterAHalt) {
   EXPECT_LT(car.v_x(), -0.9);  // it cannot have turned around without a halt
   car.drive(2.0, straight_at(0.0));
   const double x = car.x();
-  for (int i = 0; i < 100; ++i)  // at 2 m/s²
-    car.tick(with(straight_at(0.01 * i), Source::accel_x, 2.0));
+  car.drive(0.5, [](double t) { return straight_at(2.0 * t, 2.0); });
   car.drive(3.0, straight_at(1.0));
   EXPECT_NEAR(car.v_x(), 1.0, 0.05);
   EXPECT_NEAR(car.x() - x, 3.25, 0.1);
@@ -145,14 +144,13 @@ TEST(Direction, ALostDirectionIsUnknownAfterAHalt) {
 TEST(Direction, NoiseAboutZeroDoesNotShowThatSpeedsHaveASign) {
   const auto reversing = [](double speed) {
     SensorValues values = bend_at(-speed, 0.5 * speed);
-    for (auto& [source, value] : values.signals)
+    for (auto& [source, value] : values)
       if (is_wheel(source)) value = std::abs(value);
     return values;
   };
   Car car;
   for (int i = 0; i < 400; ++i) car.tick(straight_at(i % 20 < 10 ? 0.0 : -0.001));
-  for (int i = 0; i < 100; ++i)  // at 2 m/s²
-    car.tick(with(reversing(0.01 * i), Source::accel_x, -2.0));
+  car.drive(0.5, [&](double t) { return with(reversing(2.0 * t), Source::accel_x, -2.0); });
   car.drive(3.0, reversing(1.0));
   EXPECT_NEAR(car.v_x(), -1.0, 0.05);
 }

@@ -3,10 +3,9 @@
 
 #include "derivatives.hpp"
 #include "estimator/common/vehicle.hpp"
-#include "states.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::imu_test {
+namespace odomd::estimator::full::testing::imu_test {
 namespace {
 
 constexpr double dt = 0.005;
@@ -27,26 +26,19 @@ bool resolved(const CarModel& model, const State& state) {
 }
 
 TEST(Gyro, IsScaledAndBiased) {
-  for (const State& state : testing::grid_of_states()) {
+  for (const State& state : grid_of_states()) {
     const Prediction z = predict_yaw_rate(state, 0.03);
     EXPECT_NEAR(z.value, 1.01 * state.mean[at::yaw_rate] + 0.02, 1e-15);
     EXPECT_EQ(z.variance, 0.03 * 0.03);
     EXPECT_EQ(z.slack, 0.0);
-  }
-}
-
-TEST(Gyro, DerivativesByStateAndSlowErrorsAreRight) {
-  const auto predict = [](const State& state) { return predict_yaw_rate(state, 0.03); };
-  for (const State& state : testing::grid_of_states()) {
-    const Prediction z = predict(state);
-    EXPECT_LT(testing::largest(testing::stated(z) - testing::differences(state, predict)), 1e-8);
-    EXPECT_LT(testing::largest(z.by_slow - testing::differences_by_slow(state, predict)), 1e-8);
+    expect_derivatives(
+        state, [](const State& at) { return predict_yaw_rate(at, 0.03); }, 5e-9);
   }
 }
 
 TEST(AccelX, IsTheForceAtTheImuScaledAndBiased) {
   const CarModel model = car_with_imu_off_centre();
-  for (State state : testing::grid_of_states()) {
+  for (State state : grid_of_states()) {
     const double yaw_rate = state.mean[at::yaw_rate];
     EXPECT_NEAR(predict_accel_x(model, state, sigma).value,
                 0.97 * (0.6 - yaw_rate * yaw_rate * 0.04) - 0.08, 1e-14);
@@ -58,15 +50,12 @@ TEST(AccelX, IsTheForceAtTheImuScaledAndBiased) {
 
 TEST(AccelX, DependsOnTheStateAsItSays) {
   const CarModel model = car_with_imu_off_centre();
-  for (State state : testing::grid_of_states()) {
+  for (State state : grid_of_states()) {
     for (const bool standing : {false, true}) {
       state.standstill.standing = standing;
       const auto predict = [&](const State& at) { return predict_accel_x(model, at, sigma); };
-      Vector expected = testing::differences(state, predict);
-      expected[at::yaw_rate] = 0.0;  // left out on purpose: the gyro measures it better
-      const Prediction z = predict(state);
-      EXPECT_LT(testing::largest(testing::stated(z) - expected), 1e-8);
-      EXPECT_LT(testing::largest(z.by_slow - testing::differences_by_slow(state, predict)), 1e-8);
+      // The yaw rate is left out on purpose: the gyro measures it better.
+      expect_derivatives(state, predict, 5e-9, {at::yaw_rate});
     }
   }
 }
@@ -74,21 +63,15 @@ TEST(AccelX, DependsOnTheStateAsItSays) {
 TEST(AccelY, DependsOnTheStateAsItSays) {
   const CarModel model = car_with_imu_off_centre();
   for (const bool steering : {true, false}) {
-    for (State state : testing::grid_of_states()) {
+    for (State state : grid_of_states()) {
       state.slow.mean[slow::softness] = -1.0;  // linear tyres
       if (!resolved(model, state)) continue;
       const auto predict = [&](const State& at) {
-        return predict_accel_y(model, input_at(state, steering), at, sigma, dt);
+        Prediction z = predict_accel_y(model, input_at(state, steering), at, sigma, dt);
+        z.by_slow[slow::softness] = 0.0;
+        return z;
       };
-      Prediction z = predict(state);
-      z.by_slow[slow::softness] = 0.0;
-      const Vector by = testing::stated(z);
-      EXPECT_LT(testing::largest(by - testing::differences(state, predict)),
-                1e-6 * (1.0 + by.cwiseAbs().maxCoeff()))
-          << state.mean.transpose();
-      EXPECT_LT(testing::largest(z.by_slow - testing::differences_by_slow(state, predict)),
-                1e-6 * (1.0 + z.by_slow.cwiseAbs().maxCoeff()))
-          << state.mean.transpose();
+      expect_derivatives(state, predict, 1e-6);
     }
   }
 }
@@ -136,19 +119,19 @@ TEST(AccelY, AtWalkingPaceAndStandstillCorrectsItsBiasAlone) {
   Vector bias = Vector::Zero();
   bias[at::accel_bias_y] = 1.0;
   int slow = 0;
-  for (State state : testing::grid_of_states()) {
+  for (State state : grid_of_states()) {
     const Input input = input_at(state, true);
     if (!resolved(model, state)) {
       const Prediction z = predict_accel_y(model, input, state, sigma, dt);
       const double side = state.mean[at::v_x] * state.mean[at::yaw_rate];
-      EXPECT_EQ(testing::stated(z), bias);
+      EXPECT_EQ(stated(z), bias);
       // The unmodelled part has a sigma as large as itself.
       EXPECT_NEAR(z.variance, sigma * sigma + side * side, 1e-15);
       ++slow;
     }
     state.standstill.standing = true;
     const Prediction z = predict_accel_y(model, input, state, sigma, dt);
-    EXPECT_EQ(testing::stated(z), bias);
+    EXPECT_EQ(stated(z), bias);
     EXPECT_EQ(z.by_slow, SlowVector(SlowVector::Zero()));
     EXPECT_EQ(z.value, state.mean[at::accel_bias_y]);
     EXPECT_EQ(z.variance, sigma * sigma);
@@ -157,4 +140,4 @@ TEST(AccelY, AtWalkingPaceAndStandstillCorrectsItsBiasAlone) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::imu_test
+}  // namespace odomd::estimator::full::testing::imu_test

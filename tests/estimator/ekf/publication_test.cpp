@@ -33,15 +33,13 @@ Estimate predecessor() {
   return e;
 }
 
-Symmetric3 packed(const Matrix& P, Eigen::Index first) {
-  return {P(first, first),         P(first, first + 1),     P(first, first + 2),
-          P(first + 1, first + 1), P(first + 1, first + 2), P(first + 2, first + 2)};
+Symmetric3 of_velocity(const State& state) {
+  return packed(state.covariance.block<3, 3>(at::v_x, at::v_x));
 }
 
 TEST(Resumed, KeepsWhatIsKnownOfTheVelocity) {
   // The car may have braked or steered since.
-  const State later = resumed({}, predecessor(), 0.5, fresh());
-  const Symmetric3 grown = packed(later.covariance, at::v_x);
+  const Symmetric3 grown = of_velocity(resumed({}, predecessor(), 0.5, fresh()));
   EXPECT_NEAR(grown[0], 1e-3 + 1.0, 1e-12);
   EXPECT_NEAR(grown[3], 4e-3 + 1.0, 1e-12);
   EXPECT_NEAR(grown[5], 9e-4 + 6.25, 1e-12);
@@ -53,8 +51,7 @@ TEST(Resumed, StartsWithItsOwnVelocityCovarianceIfThereIsNone) {
                                   diagonal(std::nan(""), 1.0, 1.0), Symmetric3{1, 2, 0, 1, 0, 1}}) {
     Estimate e = predecessor();
     e.velocity_covariance = given;
-    const State state = resumed({}, e, 0.0, fresh());
-    EXPECT_EQ(packed(state.covariance, at::v_x), diagonal(1.0, 1.0, 1.0));
+    EXPECT_EQ(of_velocity(resumed({}, e, 0.0, fresh())), diagonal(1.0, 1.0, 1.0));
   }
 }
 
@@ -125,7 +122,7 @@ TEST(Publication, StandingNothingChanges) {
   state.located = state.moving = state.standstill.standing = true;
   state.mean[at::accel_x] = 0.7;
   const Estimate e = published(state);
-  EXPECT_EQ((std::array{e.v_x_dot, e.v_y_dot, e.yaw_accel}), (std::array<double, 3>{}));
+  EXPECT_THAT((std::array{e.v_x_dot, e.v_y_dot, e.yaw_accel}), ::testing::Each(0.0));
 }
 
 TEST(Publication, TheCovarianceIncludesTheSlowErrors) {
@@ -146,17 +143,9 @@ TEST(Publication, ACalibrationIsValidOnceItIsKnownClearlyBetter) {
   state.slow.mean = SlowVector::Constant(0.01);
   state.mean.tail<3>().setConstant(0.02);  // the accelerometers' biases, the steering's offset
   const Calibration calibration = published(state).calibration;
-  const std::array<double, calibration_count> values{0.01,
-                                                     1.01,
-                                                     0.02,
-                                                     0.02,
-                                                     1.01,
-                                                     0.02,
-                                                     1.01,
-                                                     0.01,
-                                                     0.01,
-                                                     0.01,
-                                                     1.0 / (Tuning{}.tyre_softness + 0.01)};
+  const double grip = 1.0 / (Tuning{}.tyre_softness + 0.01);
+  const std::array<double, calibration_count> values{0.01, 1.01, 0.02, 0.02, 1.01, 0.02,
+                                                     1.01, 0.01, 0.01, 0.01, grip};
   for (std::size_t i = 0; i < calibration_count; ++i)
     EXPECT_NEAR(calibration.value[i], values[i], 1e-15) << i;
   for (const double share : {0.5, 0.3}) {

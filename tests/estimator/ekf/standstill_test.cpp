@@ -2,19 +2,16 @@
 #include "estimator/ekf/standstill.hpp"
 
 #include <random>
-#include <tuple>
 
 #include "estimator/ekf/publication.hpp"
 #include "estimator/ekf/take.hpp"
 #include "estimator/ekf/update.hpp"
-#include "tests/estimator/drive.hpp"
-#include "tests/estimator/ekf/states.hpp"
+#include "tests/estimator/signalled_car.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::standstill_test {
+namespace odomd::estimator::full::testing::standstill_test {
 namespace {
 
-constexpr std::int64_t millisecond = 1'000'000;
 constexpr double wheel_sigma = 0.01;
 constexpr double gyro_sigma = 0.005;
 
@@ -26,8 +23,8 @@ State just_stopped() {
   state.mean[at::v_x] = 0.01;
   state.mean[at::yaw_rate] = 0.02;
   state.mean[at::front_angle] = 0.3;
-  state.covariance = testing::some_covariance(1e-3);
-  state.slow = testing::some_slow_errors(1e-3);
+  state.covariance = some_covariance(1e-3);
+  state.slow = some_slow_errors(1e-3);
   state.slow.mean.setZero();
   state.standstill.dead_band.fill(0.02);
   return state;
@@ -69,18 +66,16 @@ TEST(Standstill, AHaltMovesNoPose) {
   const Eigen::Vector3d before = state.mean.head<3>();
   ASSERT_GE(time_to_stand(state, 1000, zero, [](std::int64_t) { return 0.02; }), 0);
   EXPECT_EQ(state.mean.head<3>(), before);
-  EXPECT_TRUE(testing::is_covariance(state.covariance));
+  EXPECT_TRUE(is_covariance(state.covariance));
 }
 
 TEST(Standstill, BeginsWhenNoWheelHasTurnedForLongEnough) {
   State state = just_stopped();
   EXPECT_NEAR(static_cast<double>(time_to_stand(state, 1000, zero, zero)), 230.0, 90.0);
-  EXPECT_EQ(state.mean[at::v_x], 0.0);
-  EXPECT_EQ(state.mean[at::v_y], 0.0);
-  EXPECT_EQ(state.mean[at::yaw_rate], 0.0);
-  EXPECT_EQ(state.mean[at::front_angle], 0.0);
-  EXPECT_LT(std::sqrt(state.covariance(at::v_x, at::v_x)), 2e-4);
-  EXPECT_TRUE(testing::is_covariance(state.covariance));
+  for (const at::Index still : {at::v_x, at::v_y, at::yaw_rate, at::front_angle})
+    EXPECT_EQ(state.mean[still], 0.0) << still;
+  EXPECT_LT(std::sqrt(state.variance(at::v_x)), 2e-4);
+  EXPECT_TRUE(is_covariance(state.covariance));
 }
 
 TEST(Standstill, BeginsByWheelsAndGyro) {
@@ -125,10 +120,10 @@ TEST(Standstill, IsOverWhenTheCarSetsOff) {
   EXPECT_EQ(state.standstill.dead_band[index_of(Source::wheel_rear)], 0.02);
   EXPECT_FALSE(state.standstill.standing);
   EXPECT_FALSE(state.standstill.wheels_still);
-  EXPECT_NEAR(std::sqrt(state.covariance(at::v_x, at::v_x)), 0.2, 1e-12);
+  EXPECT_NEAR(std::sqrt(state.variance(at::v_x)), 0.2, 1e-12);
   for (const at::Index unknown : {at::v_y, at::yaw_rate})
-    EXPECT_GT(std::sqrt(state.covariance(unknown, unknown)), 0.01);
-  EXPECT_TRUE(testing::is_covariance(state.covariance));
+    EXPECT_GT(std::sqrt(state.variance(unknown)), 0.01);
+  EXPECT_TRUE(is_covariance(state.covariance));
 }
 
 TEST(Standstill, TheDeadBandMayBeConfigured) {
@@ -160,98 +155,50 @@ TEST(Standstill, ABlindWheelShowsItsDeadBand) {
   EXPECT_EQ(state.standstill.dead_band[index_of(Source::wheel_rear_left)], 0.25);
 }
 
-/// A car that has not moved yet, with its samples.
-class AtRest {
- public:
-  static constexpr double gyro_bias = 0.013;
-  static constexpr double accel_bias_x = 0.2;
-  static constexpr double accel_bias_y = -0.15;
-
-  explicit AtRest(State from) : state(std::move(from)) {}
-
-  /// Drives one tick, with gyro and accelerometer, and with the wheels every second time.
-  void tick() {
-    state_time_ns_ += 5 * millisecond;
-    push(Source::yaw_rate, gyro_bias, gyro_sigma);
-    push(Source::accel_x, accel_bias_x, 0.1);
-    push(Source::accel_y, accel_bias_y, 0.1);
-    if (++ticks_ % 2 == 0) {
-      push(Source::wheel_rear_left, 0.0, wheel_sigma);
-      push(Source::wheel_rear_right, 0.0, wheel_sigma);
-    }
-    advance(context_, state, state_time_ns_);
-  }
-
-  State state;
-
- private:
-  void push(Source source, double value, double sigma) {
-    advance(context_, state, state_time_ns_);
-    const Judgement judgement =
-        take(context_, state,
-             {.time_ns = state_time_ns_, .source = source, .value = {value}, .sigma = {sigma}});
-    EXPECT_EQ(judgement.verdict, Verdict::fused) << source_names[static_cast<std::size_t>(source)];
-  }
-
-  Context context_;
-  std::int64_t state_time_ns_ = state.time_ns;
-  int ticks_ = 0;
-};
-
-State never_moved() {
-  State state = initial_state({});
-  state.time_ns = 1'000 * millisecond;
-  state.located = true;
-  return state;
+/// The sensors of a car that stands, with their biases.
+SensorValues biased_at_rest() {
+  return {{Source::yaw_rate, 0.013},
+          {Source::accel_x, 0.2},
+          {Source::accel_y, -0.15},
+          {Source::wheel_rear_left, 0.0},
+          {Source::wheel_rear_right, 0.0}};
 }
 
 TEST(Standstill, BiasesAreLearntBeforeTheFirstMove) {
-  AtRest car(never_moved());
-  const State before = car.state;
-  for (int i = 0; i < 600; ++i) {
-    car.tick();
-    ASSERT_TRUE(testing::has_covariances(car.state)) << i;
-  }
-  const State& state = car.state;
-  EXPECT_TRUE(state.standstill.standing);
-  EXPECT_NEAR(state.slow.mean[slow::gyro_bias], AtRest::gyro_bias, 1e-3);
-  EXPECT_NEAR(state.mean[at::accel_bias_x], AtRest::accel_bias_x, 0.02);
-  EXPECT_NEAR(state.mean[at::accel_bias_y], AtRest::accel_bias_y, 0.02);
+  const State before = Car{}.state;
+  Car car = car_after(3.0, biased_at_rest());
+  EXPECT_TRUE(car.gated.empty());
+  EXPECT_TRUE(car.stands());
+  EXPECT_NEAR(car.gyro_bias(), 0.013, 1e-3);
+  EXPECT_NEAR(car.state.mean[at::accel_bias_x], 0.2, 0.02);
+  EXPECT_NEAR(car.state.mean[at::accel_bias_y], -0.15, 0.02);
   for (const at::Index bias : {at::accel_bias_x, at::accel_bias_y})
-    EXPECT_LT(state.covariance(bias, bias), 0.1 * before.covariance(bias, bias));
-  EXPECT_LT(state.slow.covariance(slow::gyro_bias, slow::gyro_bias),
-            0.1 * before.slow.covariance(slow::gyro_bias, slow::gyro_bias));
+    EXPECT_LT(car.state.variance(bias), 0.1 * before.variance(bias));
+  EXPECT_LT(car.state.variance(slow::gyro_bias), 0.1 * before.variance(slow::gyro_bias));
 }
 
 TEST(Standstill, TheBiasIsLearntWithTheNoiseAtRest) {
   // The bias's sigma follows the actual scatter, a fifth of the stated noise or all of it: that of
   // about 1.5 s at 200 samples a second, and of the walk.
   for (const double share : {0.2, 1.0}) {
-    State state = never_moved();
-    const Context context;
+    const double scatter = share * Car::sigmas[index_of(Source::yaw_rate)];
     std::mt19937 random(3);
-    std::normal_distribution<double> normal(0.013, share * gyro_sigma);
-    for (int i = 0; i < 480; ++i) {
-      advance(context, state, state.time_ns + 5 * millisecond);
-      for (const auto& [source, value, sigma] :
-           {std::tuple(Source::wheel_rear, 0.0, wheel_sigma),
-            std::tuple(Source::yaw_rate, normal(random), gyro_sigma)}) {
-        (void)take(
-            context, state,
-            {.time_ns = state.time_ns, .source = source, .value = {value}, .sigma = {sigma}});
-      }
-    }
-    ASSERT_TRUE(state.standstill.standing);
-    const double sigma = std::sqrt(state.slow.covariance(slow::gyro_bias, slow::gyro_bias));
-    EXPECT_NEAR(sigma, share * gyro_sigma / std::sqrt(300.0), 0.5 * share * gyro_sigma / 17.0);
-    EXPECT_LT(std::abs(state.slow.mean[slow::gyro_bias] - 0.013), 3.0 * sigma);
+    std::normal_distribution<double> reading(0.013, scatter);
+    Car car;
+    car.drive(2.4, [&](double) {
+      return SensorValues{{Source::wheel_rear, 0.0}, {Source::yaw_rate, reading(random)}};
+    });
+    ASSERT_TRUE(car.stands());
+    const double sigma = car.state.sigma(slow::gyro_bias);
+    EXPECT_NEAR(sigma, scatter / std::sqrt(300.0), 0.5 * scatter / 17.0);
+    EXPECT_LT(std::abs(car.gyro_bias() - 0.013), 3.0 * sigma);
   }
 }
 
 TEST(Standstill, NothingIsRelatedToTheMotionOfACarThatStands) {
   State state = just_stopped();
   ASSERT_GT(time_to_stand(state, 1000, zero, zero), 0);
-  Matrix related = state.covariance.block<at::size, at::size>(0, 0);
+  Matrix related = state.covariance;
   for (const at::Index still : {at::v_x, at::v_y, at::yaw_rate, at::accel_x, at::front_angle}) {
     related(still, still) = 0.0;
     EXPECT_TRUE(related.row(still).isZero(0.0)) << still;
@@ -260,27 +207,27 @@ TEST(Standstill, NothingIsRelatedToTheMotionOfACarThatStands) {
 }
 
 TEST(Standstill, HoldsThePoseAndWithoutACameraKnowsItNoBetterForIt) {
-  AtRest car(never_moved());
+  Car car;
   const auto known = [&car]() -> Eigen::Vector3d {
     return covariance_of_motion(car.state).diagonal().head<3>();
   };
   Eigen::Vector3d variances = known();
   Pose2 before;
   for (int i = 0; i < 6000; ++i) {
-    car.tick();
-    const Eigen::Vector3d next = known();
+    car.tick(biased_at_rest());
     // The variances fall at most by what one step of the corrected velocity explains.
-    ASSERT_TRUE((next.array() >= 0.9999 * variances.array()).all()) << i;
+    ASSERT_TRUE((known().array() >= 0.9999 * variances.array()).all()) << i;
     if (i == 200) {
-      variances = next;
+      variances = known();
       before = car.state.pose();
-      ASSERT_TRUE(car.state.standstill.standing);
+      ASSERT_TRUE(car.stands());
     }
   }
-  EXPECT_TRUE(car.state.standstill.standing);
+  EXPECT_TRUE(car.stands());
+  EXPECT_TRUE(car.gated.empty());
   EXPECT_THAT(car.state.pose(), estimator::testing::PoseNear(before, 1e-6));
-  EXPECT_NEAR(car.state.mean[at::v_x], 0.0, 1e-6);
+  EXPECT_NEAR(car.v_x(), 0.0, 1e-6);
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::standstill_test
+}  // namespace odomd::estimator::full::testing::standstill_test

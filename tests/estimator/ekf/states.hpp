@@ -64,6 +64,18 @@ inline SlowErrors some_slow_errors(double size = 1e-2) {
   return some;
 }
 
+inline constexpr int joint_size = int{at::size} + int{slow::size};
+using JointMatrix = Eigen::Matrix<double, joint_size, joint_size>;
+
+/// The covariance of states and slow errors as one joint state.
+inline JointMatrix joint_covariance(const State& state) {
+  const auto& B = state.slow.sensitivity;
+  const SlowMatrix& P_s = state.slow.covariance;
+  JointMatrix P;
+  P << state.covariance + B * P_s * B.transpose(), B * P_s, P_s * B.transpose(), P_s;
+  return P;
+}
+
 /// Positive definite, and symmetric to the bit, as after every update.
 template <typename Square>
 bool is_covariance(const Square& P) {

@@ -13,7 +13,7 @@ namespace odomd::estimator::full::testing::take_test {
 namespace {
 
 TEST(Take, TheFirstWheelSpeedThatIsConfirmedStartsTheMotion) {
-  Car car = car_after(0.1, testing::without_wheels(straight_at(2.0)));
+  Car car = car_after(0.1, {{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}});
   EXPECT_FALSE(car.state.moving);
   EXPECT_EQ(car.x(), 0.0);
   EXPECT_EQ(car.push(Source::wheel_rear, 2.0).verdict, Verdict::fused);
@@ -60,9 +60,7 @@ TEST(Take, NoiseDoesNotCorrectThePitchGradient) {
   Car car;
   for (int i = 0; i < 200 * 60; ++i) {
     SensorValues values = straight_at(1.5);
-    for (auto& [source, value] : values.signals) {
-      value += noise(random) * Car::sigmas[index_of(source)];
-    }
+    for (auto& [source, value] : values) value += noise(random) * Car::sigmas[index_of(source)];
     car.tick(values);
   }
   EXPECT_NEAR(car.state.slow.mean[slow::pitch_gradient], 0.0, 0.05);
@@ -79,12 +77,11 @@ double weave(Car& car, double grip, double seconds) {
   for (double t = 0.0; t < seconds; t += dt) {
     now.front_wheel = 0.2 * std::sin(3.0 * t);
     const Eigen::Vector3d next = velocity_step(plant, now, dt).velocity;
-    SensorValues values = bend_at(speed, next[2]);
-    values.signals[Source::accel_y] = (next[1] - now.v_y) / dt + speed * now.yaw_rate;
-    values.signals[Source::steering] = now.front_wheel;
+    car.tick(with(bend_at(speed, next[2]),
+                  {{Source::accel_y, (next[1] - now.v_y) / dt + speed * now.yaw_rate},
+                   {Source::steering, now.front_wheel}}));
     now.v_y = next[1];
     now.yaw_rate = next[2];
-    car.tick(values);
     sum += squared(car.state.mean[at::v_y] - now.v_y) * dt / seconds;
   }
   return std::sqrt(sum);
@@ -134,7 +131,7 @@ TEST(Take, TheWayThatIsMadeUpIsUncertain) {
   car.push(Source::wheel_rear, 38.0);
   ASSERT_TRUE(car.state.moving);
   EXPECT_GT(car.x(), 3.0);
-  EXPECT_LT(car.x(), 3.0 * std::sqrt(car.state.covariance(at::x, at::x)));
+  EXPECT_LT(car.x(), 3.0 * std::sqrt(car.state.variance(at::x)));
 }
 
 TEST(Take, ADriveWithoutFaultsIsFollowedAndNothingIsGated) {
@@ -171,10 +168,10 @@ TEST(Take, AWheelThatSpinsOrLocksIsLeftOutWhileOthersRoll) {
 TEST(Take, AWheelThatHasBeenCalmMayErrAsAnyOtherAgain) {
   // At 20 m/s, calm wheels are precise to 1 cm/s, others to 5 cm/s.
   Car calm = car_after(20.0, straight_at(20.0));
-  const double noise_scale = calm.state.readings[index_of(Source::wheel_rear_left)].noise_scale;
+  const double& noise_scale = calm.state.reading(Source::wheel_rear_left).noise_scale;
   ASSERT_LT(noise_scale, 0.1);
   EXPECT_EQ(calm.push(Source::wheel_rear_left, 20.5).verdict, Verdict::fused);
-  EXPECT_GE(calm.state.readings[index_of(Source::wheel_rear_left)].noise_scale, 1.0);
+  EXPECT_GE(noise_scale, 1.0);
   EXPECT_EQ(calm.push(Source::wheel_rear_right, 23.0).verdict, Verdict::gated);
 }
 
@@ -205,10 +202,10 @@ TEST(Take, SettingOffBeforeAWheelTurnsIsNoTestOfTheAccelerometer) {
 TEST(Take, NothingIsFusedBeforeTheMotionStarts) {
   // On a circle, with IMU samples long before the first wheel sample.
   Car car;
-  const SensorValues imu{{{Source::yaw_rate, 1.0},
-                          {Source::accel_x, 0.0},
-                          {Source::accel_y, 1.5},
-                          {Source::steering, 0.175}}};
+  const SensorValues imu{{Source::yaw_rate, 1.0},
+                         {Source::accel_x, 0.0},
+                         {Source::accel_y, 1.5},
+                         {Source::steering, 0.175}};
   car.drive(2.0, imu);
   EXPECT_EQ(car.state.mean[at::accel_bias_y], 0.0);
   car.drive(1.0, with(imu, Source::motor, 1.5));
@@ -220,22 +217,18 @@ TEST(Take, NothingIsFusedBeforeTheMotionStarts) {
 TEST(Take, AForcedLateralAccelerationDoesNotMoveASlowCar) {
   Car car = car_after(2.0, straight_at(0.05));
   ASSERT_FALSE(car.stands());
-  const double force = car.state.covariance(at::front_angle, at::front_angle);
+  const double force = car.state.variance(at::front_angle);
   car.drive(1.0, with(straight_at(0.05), Source::accel_y, 6.0));
-  EXPECT_LT(car.state.covariance(at::front_angle, at::front_angle), 1.5 * force);
+  EXPECT_LT(car.state.variance(at::front_angle), 1.5 * force);
   EXPECT_NEAR(car.yaw(), 0.0, 1e-3);
   EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-2);
 }
 
 TEST(Take, WithoutAGyroTheWheelsMeasureTheYawRate) {
-  Car car;
-  const double yaw_rate = 1.0;
-  const Vehicle vehicle;
-  const double half_track = 0.5 * vehicle.track_width;
-  const SensorValues values{{{Source::wheel_rear_left, 1.5 - half_track * yaw_rate},
-                             {Source::wheel_rear_right, 1.5 + half_track * yaw_rate}}};
-  car.drive(4.0, values);
-  EXPECT_NEAR(car.yaw_rate(), yaw_rate, 0.1);
+  const double half_track = 0.5 * Vehicle{}.track_width;
+  const Car car = car_after(4.0, {{Source::wheel_rear_left, 1.5 - half_track},
+                                  {Source::wheel_rear_right, 1.5 + half_track}});
+  EXPECT_NEAR(car.yaw_rate(), 1.0, 0.1);
   EXPECT_NEAR(car.v_x(), 1.5, 0.02);
 }
 
@@ -296,7 +289,7 @@ TEST(Take, ASteeringThatJumpsMayBeATelegramsAlone) {
   const auto unknown_after = [](double angle) {
     Car car = car_after(3.0, straight_at(1.0));
     car.tick(with(straight_at(1.0), Source::steering, angle));
-    return std::sqrt(car.state.covariance(at::front_angle, at::front_angle));
+    return std::sqrt(car.state.variance(at::front_angle));
   };
   EXPECT_LT(unknown_after(0.05), 0.05);  // a driver steers like this
   EXPECT_GT(unknown_after(-0.5), 0.3);

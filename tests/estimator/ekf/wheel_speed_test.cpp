@@ -3,21 +3,27 @@
 
 #include "derivatives.hpp"
 #include "estimator/ekf/take.hpp"
-#include "states.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::wheel_speed_test {
+namespace odomd::estimator::full::testing::wheel_speed_test {
 namespace {
 
 /// The grid's states with zero wheel latency: the prediction leaves out the derivatives of its
 /// correction.
 std::vector<State> states_on_time() {
-  std::vector<State> states = testing::grid_of_states();
+  std::vector<State> states = grid_of_states();
   for (State& state : states) state.slow.mean[slow::wheel_latency] = 0.0;
   return states;
 }
 
 constexpr double sigma = 0.02;
+
+/// The prediction as a function of the state, with the state's own input.
+auto prediction_of(const CarModel& model, Source source, bool gyro = true) {
+  return [&model, source, gyro](const State& at) {
+    return predict_wheel_speed(model, input_of(at), at, source, sigma, gyro);
+  };
+}
 
 /// 1 ± c_s η (a_x + d) of the grid's states, d the drag of the front tyres.
 double slip_of(const State& state, Source source) {
@@ -35,13 +41,10 @@ std::vector<State> states_without_slip() {
   for (State& state : states) state.slow.mean[slow::wheel_slip] = 0.0;
   return states;
 }
-constexpr std::array sources{Source::wheel_front_left, Source::wheel_front_right,
-                             Source::wheel_rear_left,  Source::wheel_rear_right,
-                             Source::wheel_rear,       Source::motor};
 
 TEST(FullWheelSpeed, EveryWheelIsAtItsCornerOfTheCar) {
   const Vehicle car;
-  for (const Source source : sources) {
+  for (const Source source : wheel_sources) {
     const WheelPlace place = wheel_place(car, source);
     const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
     const bool left = source == Source::wheel_front_left || source == Source::wheel_rear_left;
@@ -63,7 +66,7 @@ double unlike(const WheelPlace& place) {
 TEST(FullWheelSpeed, IsTheScaledVelocityOfItsPlaceAlongTheWheel) {
   const CarModel model;
   for (const State& state : states_on_time()) {
-    for (const Source source : sources) {
+    for (const Source source : wheel_sources) {
       // (v_x, v_y, 0) + (0, 0, ψ̇) × (x_w, y_w, 0), projected on the wheel's direction
       const WheelPlace place = wheel_place(model.car, source);
       const double delta = place.steered ? state.steering.value - 0.01 : 0.0;
@@ -79,22 +82,14 @@ TEST(FullWheelSpeed, IsTheScaledVelocityOfItsPlaceAlongTheWheel) {
 TEST(FullWheelSpeed, DerivativesBySpeedAndScaleAreRight) {
   const CarModel model;
   for (const State& state : states_without_slip()) {
-    for (const Source source : sources) {
+    for (const Source source : wheel_sources) {
       for (const bool gyro : {true, false}) {
-        const auto predict = [&](const State& at) {
-          return predict_wheel_speed(model, input_of(at), at, source, sigma, gyro);
-        };
-        Vector expected = testing::differences(state, predict);
+        const auto predict = prediction_of(model, source, gyro);
         // Left out on purpose: the side slip, the steering offset, the effect of a_x on the slip
         // and, if a gyro is alive, the yaw rate.
-        expected[at::v_y] = 0.0;
-        expected[at::steering_offset] = 0.0;
-        expected[at::accel_x] = 0.0;
-        if (gyro) expected[at::yaw_rate] = 0.0;
-        const Prediction z = predict(state);
-        EXPECT_LT(testing::largest(testing::stated(z) - expected), 1e-7);
-        const SlowVector by = testing::differences_by_slow(state, predict);
-        EXPECT_LT(testing::largest(z.by_slow - by), 1e-7);
+        expect_derivatives(
+            state, predict, 4e-9,
+            {at::v_y, at::steering_offset, at::accel_x, gyro ? at::yaw_rate : at::accel_x});
       }
     }
   }
@@ -103,11 +98,9 @@ TEST(FullWheelSpeed, DerivativesBySpeedAndScaleAreRight) {
 TEST(FullWheelSpeed, WhatCountsAsKnownDoesSoWithItsVariance) {
   const CarModel model;
   for (const State& state : states_without_slip()) {
-    for (const Source source : sources) {
-      const auto predict = [&](const State& at) {
-        return predict_wheel_speed(model, input_of(at), at, source, sigma, true);
-      };
-      const Vector by = testing::differences(state, predict);
+    for (const Source source : wheel_sources) {
+      const auto predict = prediction_of(model, source);
+      const Vector by = differences(state, predict);
       for (const at::Index known : {at::v_y, at::yaw_rate}) {
         State uncertain = state;
         uncertain.covariance(known, known) += 0.09;
@@ -145,7 +138,7 @@ TEST(FullWheelSpeed, SlipsWhereItDrivesAndHalfAsMuchWhereAllBrake) {
   CarModel model;
   State state;
   state.slow.mean[slow::wheel_slip] = 0.01;
-  for (const Source source : sources) {
+  for (const Source source : wheel_sources) {
     const auto value = [&](double speed, double accel_x) {
       state.mean[at::v_x] = speed;
       state.mean[at::accel_x] = accel_x;
@@ -167,12 +160,10 @@ TEST(FullWheelSpeed, WhatTheSlipMakesOfAnAccelerationIsItsDerivative) {
   const CarModel model;
   for (State state : states_on_time()) {
     state.steering = {};  // no steering, no drag: the derivatives leave drag out
-    for (const Source source : sources) {
-      const auto predict = [&](const State& at) {
-        return predict_wheel_speed(model, input_of(at), at, source, sigma, true);
-      };
-      EXPECT_NEAR(testing::stated(predict(state))[at::accel_x],
-                  testing::differences(state, predict)[at::accel_x], 1e-7);
+    for (const Source source : wheel_sources) {
+      const auto predict = prediction_of(model, source);
+      EXPECT_NEAR(stated(predict(state))[at::accel_x], differences(state, predict)[at::accel_x],
+                  1e-7);
     }
   }
 }
@@ -187,7 +178,7 @@ TEST(FullWheelSpeed, ASlippingWheelCountsLessIfAnUndrivenOneIsAlive) {
     return z.variance - z.slack;
   };
   const double alone = gained(Source::wheel_rear_left);
-  state.readings[index_of(Source::wheel_front_left)] = {.consistent = 1};
+  state.reading(Source::wheel_front_left) = {.consistent = 1};
   EXPECT_GT(gained(Source::wheel_rear_left), 10.0 * alone);
   // If all wheels brake or all are driven, none is free.
   state.mean[at::accel_x] = -6.0;
@@ -229,4 +220,4 @@ TEST(FullWheelSpeed, OfWheelsThatErrTheBestCountsInFull) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::wheel_speed_test
+}  // namespace odomd::estimator::full::testing::wheel_speed_test

@@ -42,6 +42,8 @@ inline std::optional<double> sound(Source, double, double value) {
 struct Equipment {
   bool unsigned_wheels = false;
   bool camera = false;
+  /// With the speed of the rear axle, the only sensor of the car's own.
+  std::optional<Source> alone = std::nullopt;
   std::optional<double> direction = std::nullopt;  ///< its constant value
   double outliers = 0.0;  ///< share of the camera's poses; up to 2 m off in x, y
 };
@@ -58,8 +60,8 @@ class Drive {
       if (now_ns_ / ms % 10 == 0) sense(t, failure);
       if (equipment_.camera) look(t);
       integrity.check({}, now_ns_);
-      for (std::size_t i = 0; i < source_count; ++i)
-        if (!raised_s_[i] && !integrity.trusted(static_cast<Source>(i))) raised_s_[i] = t;
+      for (const Source source : all_sources)
+        if (!raised_s(source) && !integrity.trusted(source)) raised_s_[index_of(source)] = t;
     }
   }
 
@@ -67,11 +69,15 @@ class Drive {
   [[nodiscard]] std::optional<double> raised_s(Source source) const {
     return raised_s_[index_of(source)];
   }
-  [[nodiscard]] int flagged() const {
-    int count = 0;
-    for (const auto& raised : raised_s_) count += raised ? 1 : 0;
-    return count;
+  /// All sources that have been flagged.
+  [[nodiscard]] std::vector<std::string_view> flagged() const {
+    std::vector<std::string_view> names;
+    for (const Source source : all_sources)
+      if (raised_s(source)) names.push_back(source_names[index_of(source)]);
+    return names;
   }
+  [[nodiscard]] SourceFlag flag(Source source) const { return integrity.flag(source); }
+  [[nodiscard]] double speed() const { return integrity.motion().motion[integrity::of::speed]; }
 
   /// From now on the camera shows the same picture.
   void freeze_camera() { camera_frozen_ = true; }
@@ -90,6 +96,7 @@ class Drive {
     // On the move sensors have noise; at rest they repeat.
     const double noise = v == 0.0 ? 0.0 : 0.01 * std::sin(97.0 * t);
     const auto give = [&](Source source, double value) {
+      if (source != equipment_.alone.value_or(source) && source != Source::wheel_rear) return;
       if (const std::optional<double> sample = failure(source, t, value))
         integrity.add(source, now_ns_ - ms, *sample, sigmas[index_of(source)]);
     };
@@ -104,6 +111,7 @@ class Drive {
     give(Source::wheel_front_right, wheel((v + half_track * turn) / std::cos(delta)));
     give(Source::wheel_rear_left, wheel(v - half_track * turn));
     give(Source::wheel_rear_right, wheel(v + half_track * turn));
+    if (equipment_.alone) give(Source::wheel_rear, v + noise);
     give(Source::steering, delta);
     if (equipment_.direction) give(Source::direction, *equipment_.direction);
   }
@@ -143,6 +151,13 @@ inline Failure failing(Source which, const std::function<double(double t, double
 }
 inline Failure offset(Source which, double by) {
   return failing(which, [by](double, double value) { return value + by; });
+}
+/// Holds the first value.
+inline Failure frozen(Source which) {
+  return failing(which, [held = std::optional<double>()](double, double value) mutable {
+    held = held.value_or(value);
+    return *held;
+  });
 }
 
 }  // namespace odomd::estimator::integrity_test

@@ -1,6 +1,7 @@
 // Comparison of poses with a reference: alignment, lever arm, time offset, and errors.
 #include <numbers>
 
+#include "tests/estimator/drive.hpp"
 #include "tests/tools/drives.hpp"
 #include "tools/evaluation/evaluation.hpp"
 #include "tools/evaluation/pose_error.hpp"
@@ -10,20 +11,16 @@
 namespace odomd::tools::alignment_test {
 namespace {
 
-void expect_near(const estimator::Pose2& a, const estimator::Pose2& b, double tolerance) {
-  EXPECT_NEAR(a.x, b.x, tolerance);
-  EXPECT_NEAR(a.y, b.y, tolerance);
-  EXPECT_NEAR(a.yaw, b.yaw, tolerance);
-}
+using estimator::testing::PoseNear;
 
 TEST(Alignment, FirstAndFitBothUndoARigidMotion) {
   const Trajectory reference = wavy_drive(0.0, 10.0, 0.01);
   const estimator::Pose2 away{5.0, -2.0, 2.5};
   const Trajectory estimate = moved_by(inverse(away), reference);
   const auto pairs = common_times(reference, estimate);
-  expect_near(alignment(pairs, Align::first), away, 1e-12);
-  expect_near(alignment(pairs, Align::fit), away, 1e-12);
-  expect_near(alignment(pairs, Align::none), {}, 0.0);
+  EXPECT_THAT(alignment(pairs, Align::first), PoseNear(away, 1e-12));
+  EXPECT_THAT(alignment(pairs, Align::fit), PoseNear(away, 1e-12));
+  EXPECT_THAT(alignment(pairs, Align::none), PoseNear(estimator::Pose2{}, 0.0));
 }
 
 TEST(Alignment, FitIsBetterThanAnyNeighbour) {
@@ -54,7 +51,8 @@ TEST(Alignment, FitOfACarThatStandsTakesTheRotationFromTheHeadings) {
   for (auto& point : reference.points) point.pose = {2.0, 1.0, 0.7};
   Trajectory estimate = reference;
   for (auto& point : estimate.points) point.pose = {0.0, 0.0, 0.2};
-  expect_near(alignment(common_times(reference, estimate), Align::fit), {2.0, 1.0, 0.5}, 1e-12);
+  EXPECT_THAT(alignment(common_times(reference, estimate), Align::fit),
+              PoseNear(estimator::Pose2{2.0, 1.0, 0.5}, 1e-12));
 }
 
 TEST(LeverArm, IsFoundAgainWhateverTheAlignmentDriftAndScale) {
@@ -69,7 +67,7 @@ TEST(LeverArm, IsFoundAgainWhateverTheAlignmentDriftAndScale) {
   }
   const std::vector<Trajectory> estimates{estimate};
   const LeverArmFit fit = fit_lever_arm(reference, estimates);
-  expect_near(fit.lever_arm, lever, 1e-4);
+  EXPECT_THAT(fit.lever_arm, PoseNear(lever, 1e-4));
   EXPECT_GT(fit.windows, 100U);
 }
 
@@ -88,7 +86,7 @@ TEST(LeverArm, IsTakenOutOfPoseAndVelocity) {
   }
   const Trajectory back = at_centre_of_gravity(reference, lever);
   for (std::size_t i = 0; i < car.points.size(); ++i) {
-    expect_near(back.points[i].pose, car.points[i].pose, 1e-13);
+    EXPECT_THAT(back.points[i].pose, PoseNear(car.points[i].pose, 1e-13));
     EXPECT_NEAR(back.points[i].motion.vx, car.points[i].motion.vx, 1e-13);
     EXPECT_NEAR(back.points[i].motion.vy, car.points[i].motion.vy, 1e-13);
   }
@@ -206,32 +204,14 @@ TEST(TimeOffset, SaysNothingOfACarThatStandsOrOfLittle) {
 
 constexpr std::int64_t tick = 5'000'000;
 
-// Along x at a speed and a yaw rate: rows of 5 ms.
-Trajectory turning(double speed, double rate, int rows) {
-  Trajectory drive;
-  drive.name = "turning.csv";
-  for (int i = 0; i < rows; ++i) {
-    const double t = 0.005 * i;
-    TrajectoryPoint point;
-    point.t_ns = i * tick;
-    // ∫ v (cos ωt, sin ωt)
-    point.pose = rate == 0.0
-                     ? estimator::Pose2{speed * t, 0.0, 0.0}
-                     : estimator::Pose2{speed / rate * std::sin(rate * t),
-                                        speed / rate * (1.0 - std::cos(rate * t)), rate * t};
-    drive.points.push_back(point);
-  }
-  return drive;
-}
-
 TEST(HorizonErrors, OfAGyroErrorAreAChordNextToAnother) {
   // Both at 1 m/s; ψ̇ 0.5 and 0.6 rad/s. In the body frame of the start, each moves by v/ω (sin ωT,
   // 1 − cos ωT).
   const auto chord = [](double rate, double t) {
     return std::pair{std::sin(rate * t) / rate, (1.0 - std::cos(rate * t)) / rate};
   };
-  const Trajectory slower = turning(1.0, 0.5, 401);
-  const Trajectory estimate = turning(1.0, 0.6, 401);
+  const Trajectory slower = arc_drive(1.0, 0.5, 2.0, 0.005);
+  const Trajectory estimate = arc_drive(1.0, 0.6, 2.0, 0.005);
   const auto errors = horizon_errors(slower, estimate, common_times(slower, estimate));
   ASSERT_EQ(errors.size(), horizons_ns.size());
   for (const HorizonError& e : errors) {
@@ -248,7 +228,7 @@ TEST(HorizonErrors, OfAGyroErrorAreAChordNextToAnother) {
 }
 
 TEST(HorizonErrors, LeaveOutHorizonsThatAreLongerThanTheDrive) {
-  const Trajectory drive = turning(1.0, 0.3, 21);  // 100 ms
+  const Trajectory drive = arc_drive(1.0, 0.3, 0.1, 0.005);
   const auto errors = horizon_errors(drive, drive, common_times(drive, drive));
   ASSERT_EQ(errors.size(), 6U);
   EXPECT_EQ(errors.back().horizon_ns, 100'000'000);
@@ -274,8 +254,7 @@ TEST(PoseErrors, LieAlongAndAcrossTheReferencesHeading) {
 
 // A circle of 2 m radius, driven for this many turns.
 Trajectory lap(double turns) {
-  return turning(2.0, 1.0,
-                 1 + static_cast<int>(std::lround(turns * 2.0 * std::numbers::pi / 0.005)));
+  return arc_drive(2.0, 1.0, turns * 2.0 * std::numbers::pi, 0.005);
 }
 
 TEST(ClosedLoop, IsHeldAgainstItsOwnStart) {

@@ -4,6 +4,7 @@
 
 #include "tests/diagnostics.hpp"
 #include "tests/recorded_drives.hpp"
+#include "tests/tools/drives.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
@@ -13,25 +14,14 @@ namespace odomd::tools::camera_reference_test {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr std::int64_t tick = 5'000'000;
 constexpr double sigma = 0.01;      // m
 constexpr double sigma_yaw = 0.01;  // rad
 
-// A circle of 2 m radius at 1.5 m/s.
-estimator::Pose2 pose_at(double t) {
-  const double turned = 0.75 * t;
-  return {2.0 * std::sin(turned), 2.0 * (1.0 - std::cos(turned)), turned};
-}
+// A circle of 2 m radius.
+constexpr estimator::BodyVelocity velocity{1.5, 0.0, 0.75};
 
 Trajectory circle(double seconds) {
-  Trajectory drive;
-  for (std::int64_t t = 0; static_cast<double>(t) * 1e-9 <= seconds; t += tick) {
-    TrajectoryPoint point;
-    point.t_ns = t;
-    point.pose = pose_at(static_cast<double>(t) * 1e-9);
-    drive.points.push_back(point);
-  }
-  return drive;
+  return arc_drive(velocity.v_x, velocity.yaw_rate, seconds, 0.005);
 }
 
 // Poses of a 28 Hz camera that does not count whole turns.
@@ -39,7 +29,7 @@ std::vector<estimator::CameraPose> seen(double seconds) {
   sim::RandomStream noise(1, "camera");
   std::vector<estimator::CameraPose> poses;
   for (double t = 0.01; t < seconds; t += 0.0357) {
-    const estimator::Pose2 pose = pose_at(t);
+    const estimator::Pose2 pose = estimator::moved({}, velocity, t);
     poses.push_back({.capture_ns = std::llround(t * 1e9),
                      .x = pose.x + sigma * noise.normal(),
                      .y = pose.y + sigma * noise.normal(),
@@ -182,8 +172,7 @@ void compare(const fs::path& folder, const fs::path& config, const Scratch& scra
       fs::create_symlink(file.path(), blind / file.path().filename());
   for (const CameraUse camera : {CameraUse::take, CameraUse::leave_out}) {
     const auto evaluated = [&](const fs::path& drive) {
-      return evaluate_folder({.folder = drive, .config = config, .reference = {}, .camera = camera},
-                             {}, {});
+      return evaluate_folder({.folder = drive, .config = config, .camera = camera}, {}, {});
     };
     expect_alike({.by_truth = rms_of(evaluated(folder), Against::reference),
                   .without = rms_of(evaluated(blind), Against::camera)},
@@ -210,8 +199,7 @@ TEST(DrivesWithoutTruth, BearAGapOfTheCamera) {
   must_run("cd " + folder.string() +
            " && awk -F, 'NR == 2 {t = $1} NR < 3 || $1 < t + 8 || $1 > t + 12' camera.csv > c"
            " && mv c camera.csv");
-  const EvaluatedDrive drive = evaluate_folder({.folder = folder, .config = {}, .reference = {}},
-                                               {estimator::Model::full}, {});
+  const EvaluatedDrive drive = evaluate_folder({.folder = folder}, {estimator::Model::full}, {});
   EXPECT_EQ(drive.report.evaluations.front().against, Against::camera);
   EXPECT_THAT(drive.warnings, Contains(diagnostics::Named("reference_covers_part")));
 }
@@ -230,8 +218,7 @@ EvaluatedDrive alone(const Scratch& scratch, const std::string& how) {
   const fs::path folder = simulate(scratch, "--gyro-scale-error 0.003 --seed 1" + how, "alone");
   fs::remove(folder / "truth.csv");
   fs::remove(folder / "camera.csv");
-  return evaluate_folder({.folder = folder, .config = {}, .reference = {}},
-                         {estimator::Model::full}, {});
+  return evaluate_folder({.folder = folder}, {estimator::Model::full}, {});
 }
 
 TEST(DrivesWithoutTruth, AreClosedLoopsWithoutCameraElseTheirInnovations) {

@@ -26,7 +26,7 @@ Evaluation evaluated(const Drive& drive,
 }
 
 TEST_F(DriveEvaluation, KeepsEveryJudgementWithItsTimeAndVariance) {
-  const Drive drive = read_drive({.folder = lap(), .config = {}, .reference = {}});
+  const Drive drive = read_drive({.folder = lap()});
   EXPECT_TRUE(replay_drive(drive, drive.config).judgements.empty());
   const ReplayedDrive replayed = replay_drive(drive, drive.config, Frame::map, Judgements::keep);
   std::array<std::size_t, estimator::source_count> tested{};
@@ -75,8 +75,7 @@ TEST_F(DriveEvaluation, TakesAnotherConfigurationWithItsDatabaseAndReference) {
 }
 
 TEST_F(DriveEvaluation, TakesTheTruthToTheCentreOfGravityByItsLeverArm) {
-  const Drive drive =
-      read_drive({.folder = lap(), .config = {}, .reference = {}, .camera = CameraUse::leave_out});
+  const Drive drive = read_drive({.folder = lap(), .camera = CameraUse::leave_out});
   ASSERT_TRUE(drive.config.reference_lever_arm);  // 0 in drives of odom sim
   const double expected = evaluated(drive).position.rms;
 
@@ -95,8 +94,7 @@ TEST_F(DriveEvaluation, TakesTheTruthToTheCentreOfGravityByItsLeverArm) {
 
 TEST_F(DriveEvaluation, ReportHasTheLeverArmOfTheConfiguration) {
   const auto arm_of = [](const std::filesystem::path& config, const Judging& judging) {
-    const DriveFiles files{
-        .folder = lap(), .config = config, .reference = {}, .camera = CameraUse::leave_out};
+    const DriveFiles files{.folder = lap(), .config = config, .camera = CameraUse::leave_out};
     return evaluate_folder(files, {estimator::Model::inertial}, judging).report.lever_arm;
   };
   EXPECT_FALSE(arm_of({}, {}));
@@ -116,30 +114,28 @@ TEST_F(DriveEvaluation, SaysInOneLineWhatAFolderLacks) {
   std::filesystem::create_directory(folder);
   const auto refusal = [&folder] {
     return message_of([&] {
-      const Drive drive = read_drive({.folder = folder, .config = {}, .reference = {}});
+      const Drive drive = read_drive({.folder = folder});
       (void)replay_drive(drive, drive.config);
     });
   };
-  EXPECT_THAT(message_of([] {
-                (void)read_drive({.folder = "/nonexistent", .config = {}, .reference = {}});
-              }),
+  EXPECT_THAT(message_of([] { (void)read_drive({.folder = "/nonexistent"}); }),
               HasSubstr("/nonexistent: is not a folder"));
   EXPECT_THAT(refusal(), HasSubstr("has no car.toml; give the car's configuration with --config"));
   for (const char* file : {"car.toml", "car.dbc"})
     std::filesystem::copy(lap() / file, folder / file);
   EXPECT_THAT(refusal(), StartsWith(folder.string() + ": has no drive.log and no can.log"));
   std::filesystem::copy(lap() / "drive.log", folder / "drive.log");
-  const Drive blind = read_drive({.folder = folder, .config = {}, .reference = {}});
+  const Drive blind = read_drive({.folder = folder});
   EXPECT_FALSE(blind.reference);
   EXPECT_FALSE(replay_drive(blind, blind.config).poses.points.empty());
   std::ofstream{folder / "drive.log"} << "(1.000000) can0 123#00\n";
-  const Drive silent = read_drive({.folder = folder, .config = {}, .reference = {}});
+  const Drive silent = read_drive({.folder = folder});
   EXPECT_THAT(
       message_of([&] { (void)replay_drive(silent, silent.config); }),
       StartsWith(folder.string() + ": none of the 4 mapped messages is among the 1 frames"));
   // A known frame, but no wheel.
   std::ofstream{folder / "drive.log"} << "(1.000000) can0 1A2#0000000000000000\n";
-  const Drive still = read_drive({.folder = folder, .config = {}, .reference = {}});
+  const Drive still = read_drive({.folder = folder});
   EXPECT_THAT(message_of([&] { (void)replay_drive(still, still.config); }),
               StartsWith(folder.string() + ": no pose: "));
 }

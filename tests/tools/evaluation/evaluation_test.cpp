@@ -8,19 +8,6 @@
 namespace odomd::tools::evaluation_test {
 namespace {
 
-Trajectory straight(double speed, double seconds, double step) {
-  Trajectory drive;
-  drive.name = "straight.csv";
-  const auto count = std::llround(seconds / step);
-  for (long long i = 0; i <= count; ++i) {
-    TrajectoryPoint point;
-    point.t_ns = i * std::llround(step * 1e9);
-    point.pose.x = speed * 1e-9 * static_cast<double>(point.t_ns);
-    drive.points.push_back(point);
-  }
-  return drive;
-}
-
 TEST(Evaluation, OfTheReferenceItselfIsZero) {
   const Trajectory drive = wavy_drive(0.0, 5.0, 0.005);
   for (const Align align : {Align::first, Align::fit, Align::none}) {
@@ -37,7 +24,7 @@ TEST(Evaluation, OfTheReferenceItselfIsZero) {
 TEST(Evaluation, OfAScaleErrorIsWhatThePaperMeans) {
   // 1 % too far over 10 m: 10 cm at the end, 1 cm/m, 0.35 mm in 35 ms, rms = 0.1/√3 of a ramp.
   const Evaluation e =
-      evaluate(straight(1.0, 10.0, 0.01), straight(1.01, 10.0, 0.005), Align::first);
+      evaluate(arc_drive(1.0, 0.0, 10.0, 0.01), arc_drive(1.01, 0.0, 10.0, 0.005), Align::first);
   EXPECT_NEAR(e.path_length, 10.0, 1e-9);
   EXPECT_NEAR(e.end_error, 0.1, 1e-9);
   EXPECT_NEAR(e.end_cm_per_m.value(), 1.0, 1e-9);
@@ -87,19 +74,19 @@ TEST(Evaluation, CoversTheCommonSpanAlone) {
 }
 
 TEST(Evaluation, HasNoRelativeFigureWithoutAPathNorForTheNoiseOfAReferenceThatStands) {
-  Trajectory reference = straight(0.0, 1.0, 0.01);
-  const Evaluation still = evaluate(reference, straight(0.1, 1.0, 0.01), Align::first);
+  Trajectory reference = arc_drive(0.0, 0.0, 1.0, 0.01);
+  const Evaluation still = evaluate(reference, arc_drive(0.1, 0.0, 1.0, 0.01), Align::first);
   EXPECT_EQ(still.path_length, 0.0);
   EXPECT_FALSE(still.end_cm_per_m);
   EXPECT_NEAR(still.end_error, 0.1, 1e-12);
   for (std::size_t i = 0; i < reference.points.size(); i += 2) reference.points[i].pose.y = 0.02;
-  const Evaluation noisy = evaluate(reference, straight(0.1, 1.0, 0.01), Align::none);
+  const Evaluation noisy = evaluate(reference, arc_drive(0.1, 0.0, 1.0, 0.01), Align::none);
   EXPECT_GT(noisy.path_length, 1.9);
   EXPECT_FALSE(noisy.end_cm_per_m);
 }
 
 TEST(Evaluation, NeesCountsErrorsInTheirOwnSigmas) {
-  const Trajectory reference = straight(1.0, 2.0, 0.01);
+  const Trajectory reference = arc_drive(1.0, 0.0, 2.0, 0.01);
   Trajectory estimate = reference;
   estimate.has_covariance = true;
   for (auto& point : estimate.points) {
@@ -114,7 +101,7 @@ TEST(Evaluation, NeesCountsErrorsInTheirOwnSigmas) {
 }
 
 TEST(Evaluation, OfAnEstimateThatIsAlignedHasNoNeesOfWhereItBegan) {
-  const Trajectory reference = straight(1.0, 2.0, 0.01);
+  const Trajectory reference = arc_drive(1.0, 0.0, 2.0, 0.01);
   Trajectory estimate = reference;
   estimate.has_covariance = true;
   for (auto& point : estimate.points) point.covariance = {0.01, 0.0, 0.0, 0.01, 0.0, 0.01};
@@ -128,7 +115,7 @@ TEST(Evaluation, OfAnEstimateThatIsAlignedHasNoNeesOfWhereItBegan) {
 
 TEST(Evaluation, NeesTurnsTheCovarianceWithTheMapAndLeavesSingularOnesOut) {
   // The estimate's map is rotated by 90°: its sigma along x lies along the reference's y.
-  const Trajectory reference = straight(1.0, 2.0, 0.01);
+  const Trajectory reference = arc_drive(1.0, 0.0, 2.0, 0.01);
   Trajectory estimate = moved_by({0.0, 0.0, -std::numbers::pi / 2.0}, reference);
   estimate.has_covariance = true;
   for (auto& point : estimate.points) point.covariance = {1.0, 0.0, 0.0, 0.01, 0.0, 1.0};
@@ -173,9 +160,9 @@ TEST(Evaluation, SeesAReferenceThatHasLostTheCarOrJumps) {
     if (point.t_ns < 4'000'000'000) point.pose.y += 3.0;
   }
   EXPECT_EQ(evaluate(lost, elsewhere, Align::none).reference_stuck_ns, 0);
-  Trajectory reference = straight(1.0, 2.0, 0.01);
+  Trajectory reference = arc_drive(1.0, 0.0, 2.0, 0.01);
   reference.points[100].pose.x += 5.0;  // there and back
-  EXPECT_EQ(evaluate(reference, straight(1.0, 2.0, 0.01), Align::first).reference_jumps, 2U);
+  EXPECT_EQ(evaluate(reference, arc_drive(1.0, 0.0, 2.0, 0.01), Align::first).reference_jumps, 2U);
 }
 
 TEST(Improvement, IsInPercentOfTheBaseline) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tests/gtest.hpp"
+#include "tests/tools/sim/sensors/moments.hpp"
 #include "tools/sim/car/plant.hpp"
 #include "tools/sim/car/vehicle.hpp"
 
@@ -11,10 +12,7 @@ inline constexpr double plant_dt = 0.0005;  // step of the integration [s]
 
 /// A car without errors; `changes` replace its parameters.
 inline PlantParameters ideal_car(CarKind kind, const std::vector<Assignment>& changes = {}) {
-  ParameterSet ideal = default_parameters(kind);
-  make_ideal(ideal);
-  for (const Assignment& change : changes) ideal[change.parameter] = change.value;
-  return true_vehicle(kind, ideal);
+  return true_vehicle(kind, ideal_parameters(changes, kind));
 }
 
 inline void drive(Plant& plant, const PlantInput& input, double seconds) {

@@ -6,10 +6,13 @@
 
 namespace odomd::sim {
 
-inline ParameterSet ideal_parameters() {
-  ParameterSet parameters = default_parameters(CarKind::scale_car);
-  make_ideal(parameters);
-  return parameters;
+/// Parameters without errors; `changes` replace some of them.
+inline ParameterSet ideal_parameters(const std::vector<Assignment>& changes = {},
+                                     CarKind kind = CarKind::scale_car) {
+  ParameterSet ideal = default_parameters(kind);
+  make_ideal(ideal);
+  for (const Assignment& change : changes) ideal[change.parameter] = change.value;
+  return ideal;
 }
 
 struct Moments {

@@ -41,8 +41,7 @@ TEST(Camera, IsLateByWhatIsAskedFor) {
 }
 
 TEST(Camera, StraysAsOftenAndAsFarAsIsAskedFor) {
-  ParameterSet truth = ideal_parameters();
-  truth[camera_outliers] = 0.1;
+  const ParameterSet truth = ideal_parameters({{camera_outliers, 0.1}});
   const auto poses = pictures(truth, 200.0);
   int outliers = 0;
   for (const estimator::CameraPose& pose : poses) {
@@ -66,10 +65,8 @@ TEST(Camera, DropsOutAndComesBackUnchanged) {
 }
 
 TEST(Camera, SeesItsReferencePoint) {
-  ParameterSet truth = ideal_parameters();
-  truth[camera_x] = 0.1;
-  truth[camera_y] = 0.02;
-  truth[camera_yaw] = 0.3;
+  const ParameterSet truth =
+      ideal_parameters({{camera_x, 0.1}, {camera_y, 0.02}, {camera_yaw, 0.3}});
   Camera camera(truth, {}, 5);
   PlantOutput car;
   car.x = 1.0;
@@ -83,10 +80,8 @@ TEST(Camera, SeesItsReferencePoint) {
 }
 
 TEST(Camera, ErrsForAsLongAsIsAskedFor) {
-  ParameterSet truth = ideal_parameters();
-  truth[camera_lasting_noise] = 0.05;
-  truth[camera_lasting_yaw_noise] = 0.02;
-  truth[camera_lasting_time] = 2.0;
+  const ParameterSet truth = ideal_parameters(
+      {{camera_lasting_noise, 0.05}, {camera_lasting_yaw_noise, 0.02}, {camera_lasting_time, 2.0}});
   const auto poses = pictures(truth, 20'000.0);
   const auto later = static_cast<std::size_t>(std::lround(2.0 / truth[camera_period]));
   double variance = 0.0, covariance = 0.0, yaw_variance = 0.0;

@@ -57,8 +57,7 @@ TEST(Parameters, OneErrorLeavesTheOthersAlone) {
 TEST(Imu, TheBiasWalksAsItsDensitySays) {
   Moments ends;
   for (std::uint64_t seed = 0; seed < 500; ++seed) {
-    ParameterSet truth = ideal_parameters();
-    truth[gyro_bias_walk] = 1e-3;
+    const ParameterSet truth = ideal_parameters({{gyro_bias_walk, 1e-3}});
     Imu imu(truth, seed);
     double last = 0.0;
     for (int k = 0; k < 2000; ++k) last = imu.read({}, {}, 0.005).yaw_rate;
@@ -69,11 +68,8 @@ TEST(Imu, TheBiasWalksAsItsDensitySays) {
 }
 
 TEST(Imu, ScalesBiasesAndTurnsWhatItFeels) {
-  ParameterSet truth = ideal_parameters();
-  truth[gyro_scale_error] = 0.02;
-  truth[gyro_bias] = 0.01;
-  truth[accel_bias_x] = 0.3;
-  truth[imu_yaw_error] = 0.1;
+  const ParameterSet truth = ideal_parameters(
+      {{gyro_scale_error, 0.02}, {gyro_bias, 0.01}, {accel_bias_x, 0.3}, {imu_yaw_error, 0.1}});
   Imu imu(truth, 1);
   PlantOutput car;
   car.yaw_rate = 2.0;
@@ -101,9 +97,7 @@ std::array<double, 2> noise_at(const ParameterSet& truth, double speed) {
 }
 
 TEST(Imu, VibratesOnTheMove) {
-  ParameterSet truth = ideal_parameters();
-  truth[gyro_noise] = 0.01;
-  truth[accel_noise] = 0.2;
+  ParameterSet truth = ideal_parameters({{gyro_noise, 0.01}, {accel_noise, 0.2}});
   for (const double speed : {0.0, 3.0}) EXPECT_NEAR(noise_at(truth, speed)[0], 0.01, 3e-4);
   truth[noise_at_rest] = 0.2;
   truth[vibration_speed] = 2.0;
@@ -128,8 +122,7 @@ TEST(Parameters, SprungCarsHaveTheSensorsThatAreStated) {
 }
 
 TEST(WheelEncoder, SpeaksInSteps) {
-  ParameterSet truth = ideal_parameters();
-  truth[wheel_step] = 0.01;
+  const ParameterSet truth = ideal_parameters({{wheel_step, 0.01}});
   WheelEncoder encoder(truth, rear_left, 0.3, 1);
   PlantOutput car;
   (void)encoder.read(car, 0.02);
@@ -138,8 +131,7 @@ TEST(WheelEncoder, SpeaksInSteps) {
 }
 
 TEST(WheelEncoder, QuantisesWithoutDrift) {
-  ParameterSet truth = ideal_parameters();
-  truth[encoder_counts] = 100;
+  const ParameterSet truth = ideal_parameters({{encoder_counts, 100.0}});
   constexpr double cycle = 0.01, speed = 0.9;
   WheelEncoder encoder(truth, rear_left, radius, 1);
   const double count = 2.0 * std::numbers::pi * radius / 100.0;  // distance per encoder count
@@ -163,9 +155,7 @@ TEST(WheelEncoder, AStandingWheelReadsZero) {
 }
 
 TEST(SteeringSensor, ReadsTheCommandOrTheWheels) {
-  ParameterSet truth = ideal_parameters();
-  truth[steering_offset] = 0.02;
-  truth[steering_scale_error] = 0.1;
+  ParameterSet truth = ideal_parameters({{steering_offset, 0.02}, {steering_scale_error, 0.1}});
   PlantOutput car;
   car.steering = 0.1;
   car.commanded_steering = 0.2;
@@ -177,8 +167,8 @@ TEST(SteeringSensor, ReadsTheCommandOrTheWheels) {
 }
 
 // With the IMU in the centre of gravity.
-ParameterSet level_imu() {
-  ParameterSet parameters = ideal_parameters();
+ParameterSet level_imu(const std::vector<Assignment>& changes = {}) {
+  ParameterSet parameters = ideal_parameters(changes);
   parameters[imu_x] = parameters[imu_y] = 0.0;
   return parameters;
 }
@@ -224,8 +214,7 @@ TEST(Latency, MakesOneSourceLateAndLeavesTheOthersAlone) {
   for (const double value : in_time) EXPECT_NEAR(value, 0.49, 0.011);
   constexpr std::array latencies{gyro_latency, accel_latency, wheel_latency, steering_latency};
   for (std::size_t late = 0; late < latencies.size(); ++late) {
-    ParameterSet truth = level_imu();
-    truth[latencies[late]] = 0.0803;
+    const ParameterSet truth = level_imu({{latencies[late], 0.0803}});
     const std::array<double, 4> values = last_values(truth);
     for (std::size_t i = 0; i < values.size(); ++i)
       EXPECT_NEAR(values[i], in_time[i] - (i == late ? 0.0803 : 0.0), i == late ? 0.003 : 0.0)
@@ -247,8 +236,7 @@ TEST(PastOutputs, KeepsWheelsTurningBeforeTheFirst) {
 }
 
 TEST(WheelEncoder, ReadsZeroBelowTheDeadBand) {
-  ParameterSet truth = level_imu();
-  truth[wheel_dead_band] = 0.5;
+  const ParameterSet truth = level_imu({{wheel_dead_band, 0.5}});
   WheelEncoder encoder(truth, rear_left, radius, 1);
   PlantOutput car;
   const auto read = [&](double speed) {
@@ -267,10 +255,8 @@ TEST(WheelEncoder, ReadsTheSpeedAtOnceOfAWheelThatTurns) {
 }
 
 TEST(Sensors, SaturateAtTheirRange) {
-  ParameterSet truth = level_imu();
-  truth[gyro_range] = 2.0;
-  truth[accel_range] = 5.0;
-  truth[steering_range] = 0.3;
+  const ParameterSet truth =
+      level_imu({{gyro_range, 2.0}, {accel_range, 5.0}, {steering_range, 0.3}});
   Imu imu(truth, 1);
   for (const double sign : {1.0, -1.0}) {
     const PlantOutput hard{
@@ -285,9 +271,7 @@ TEST(Sensors, SaturateAtTheirRange) {
 }
 
 TEST(Imu, DriftsAsItWarmsUp) {
-  ParameterSet truth = level_imu();
-  truth[gyro_drift] = -0.02;
-  truth[gyro_drift_time] = 60.0;
+  const ParameterSet truth = level_imu({{gyro_drift, -0.02}, {gyro_drift_time, 60.0}});
   Imu imu(truth, 1);
   double read = 0.0;
   const auto after = [&](double seconds) {
