@@ -192,12 +192,11 @@ void add_delivery(Command method, Delivery& delivery) {
   method.add_flag("--force", delivery.force, "Also replace numbers that are more precise");
 }
 
-Finding not_negative(Finding latency) {
-  if (!(latency.value < 0.0)) return latency;
+void raise_to_zero(Finding& latency) {
+  if (!(latency.value < 0.0)) return;
   latency.remark += fmt::format("{}measured {} ms, but a latency cannot be negative",
                                 latency.remark.empty() ? "" : "; ", fixed(1e3 * latency.value, 1));
   latency.value = 0.0;
-  return latency;
 }
 
 std::string as_text(const Findings& findings) {

@@ -44,6 +44,11 @@ struct Builder {
     return std::fabs(result.p[k]) > astray_sigmas * settings.prior_sigma[k];
   }
 
+  [[nodiscard]] std::string sigmas_off(Parameter k) const {
+    return fixed(std::fabs(result.p[k]) / settings.prior_sigma[k], 1);
+  }
+
+  /// Why the drive does not determine the parameter; empty if it does.
   [[nodiscard]] std::string why_not(Parameter k) const {
     if (!settings.free[k]) return "fixed";
     const std::optional<Parameter> other =
@@ -51,8 +56,7 @@ struct Builder {
     if (other && (astray(k) || astray(*other))) {
       const Parameter far = astray(k) ? k : *other;
       return "at one speed indistinguishable from " + meaning(*other) +
-             (far == k ? ", and " : ", which came out ") +
-             fixed(std::fabs(result.p[far]) / settings.prior_sigma[far], 1) +
+             (far == k ? ", and " : ", which came out ") + sigmas_off(far) +
              " sigmas from the configured value";
     }
     if (sigma[k] < reported_below * settings.prior_sigma[k]) return "";
@@ -63,34 +67,25 @@ struct Builder {
     };
     std::string reason = "the drive adds little to what was known (2 sigma " + two_sigma(sigma[k]) +
                          ", before " + two_sigma(settings.prior_sigma[k]) + ")";
-    double strongest = 0.0;
-    std::size_t partner = k;
-    for (std::size_t j = 0; j < parameters; ++j) {
-      if (j == k || !settings.free[j]) continue;
-      const double r = covariance(k, j) / std::sqrt(covariance(k, k) * covariance(j, j));
-      if (std::fabs(r) > std::fabs(strongest)) {
-        strongest = r;
-        partner = j;
-      }
-    }
-    if (std::fabs(strongest) > 0.7)
-      reason += "; correlated with " + std::string(parameter_table()[partner].name) + " (" +
-                fixed(strongest, 2) + ")";
+    const auto correlation = [&](const ParameterInfo& partner) {
+      const std::size_t j = partner.parameter;
+      if (j == k || !settings.free[j]) return 0.0;
+      return covariance(k, j) / std::sqrt(covariance(k, k) * covariance(j, j));
+    };
+    const ParameterInfo& strongest = *std::ranges::max_element(
+        parameter_table(), {},
+        [&](const auto& partner) { return std::fabs(correlation(partner)); });
+    if (const double r = correlation(strongest); std::fabs(r) > 0.7)
+      reason += "; correlated with " + std::string(strongest.name) + " (" + fixed(r, 2) + ")";
     return reason;
   }
 
   void add(Parameter k, std::string name, std::string key, const Measured& measured,
            std::string remark = "") {
     if (!settings.free[k]) return;
-    findings.values.push_back(as_finding(std::move(name), std::move(key), measured,
-                                         std::string(parameter_table()[k].unit),
-                                         std::move(remark)));
-    if (std::string reason = why_not(k); !reason.empty())
-      reject(findings.values.back(), std::move(reason));
-  }
-
-  static void reject(Finding& finding, std::string reason) {
-    finding = undetermined(std::move(finding), std::move(reason));
+    Finding& finding = findings.add(std::move(name), std::move(key), measured,
+                                    std::string(parameter_table()[k].unit), std::move(remark));
+    if (std::string reason = why_not(k); !reason.empty()) finding.reject(std::move(reason));
   }
 
   [[nodiscard]] static std::string meaning(Parameter k) {
@@ -132,8 +127,8 @@ struct Builder {
     if (!(measured < -2.0 * sigma[k])) {
       add(k, name, key, {std::max(0.0, measured), sigma[k]}, std::move(remark));
     } else if (settings.free[k]) {
-      findings.values.push_back(undetermined(as_finding(name, key, {measured, sigma[k]}, "s"),
-                                             remark + ": are the poses' stamps late?"));
+      findings.add(name, key, {measured, sigma[k]}, "s")
+          .reject(remark + ": are the poses' stamps late?");
     }
   }
 };
@@ -167,15 +162,13 @@ void add_tyres(Builder& b, const AxleParameters& a) {
     // If the curve is impossible, another cause has changed it, and its slope as well.
     if (b.settings.free[a.stiffness] && b.settings.free[a.bend] && b.astray(a.bend) &&
         b.findings.values.back().determined == Determined::yes) {
-      Builder::reject(b.findings.values.back(),
-                      "correlated with " + Builder::meaning(a.bend) + ", which came out " +
-                          fixed(std::fabs(b.result.p[a.bend]) / b.settings.prior_sigma[a.bend], 1) +
-                          " sigmas from the usual value");
+      b.findings.values.back().reject("correlated with " + Builder::meaning(a.bend) +
+                                      ", which came out " + b.sigmas_off(a.bend) +
+                                      " sigmas from the usual value");
     }
     if (b.settings.free[a.bend])
-      b.findings.values.push_back(
-          undetermined(as_finding("grip, " + end, "", {brush ? brush->grip : 0.0, 0.0}, "m/s2"),
-                       linear + ": linear tyres"));
+      b.findings.add("grip, " + end, "", {brush ? brush->grip : 0.0, 0.0}, "m/s2")
+          .reject(linear + ": linear tyres");
     return;
   }
   // σ² = gᵀ Σ g, with g the derivatives with respect to the curve's parameters.
@@ -197,8 +190,7 @@ void add_tyres(Builder& b, const AxleParameters& a) {
         {brush->stiffness,
          std::max(std::sqrt(of_stiffness), brush->stiffness * b.sigma[a.stiffness])},
         "of a tyre that saturates");
-  b.findings.values.push_back(
-      as_finding("grip, " + end, "vehicle.grip_" + end, {brush->grip, std::sqrt(of_grip)}, "m/s2"));
+  b.findings.add("grip, " + end, "vehicle.grip_" + end, {brush->grip, std::sqrt(of_grip)}, "m/s2");
 }
 
 // Delay and lag of an actuator, if the steering signal is a command.
@@ -217,9 +209,7 @@ void add_steering(Builder& b) {
   response.time_constant = {lag, of_lag};
   response.dead_time = {
       whole - lag, std::sqrt(std::max(of_whole * of_whole + of_lag * of_lag - 2.0 * both, 0.0))};
-  ActuatorFindings actuator = actuator_findings(response, {}, b.config.vehicle.steering);
-  for (Finding& finding : actuator.values) b.findings.values.push_back(std::move(finding));
-  append(b.findings.warnings, actuator.warnings);
+  add_actuator(response, {}, b.config.vehicle.steering, b.findings);
 }
 
 void add_accelerometers(Builder& b) {
@@ -275,7 +265,7 @@ nlohmann::ordered_json details_of(const Builder& b) {
 
 Findings findings_of(const daemon::Config& config, std::span<const Drive> drives,
                      const Settings& settings, const Result& result) {
-  Findings findings{.method = "fit", .origin = "", .values = {}, .warnings = {}, .details = {}};
+  Findings findings{.method = "fit"};
   double seconds = 0.0;
   for (const Drive& drive : drives) seconds += drive.end - drive.begin;
   findings.origin = fixed(seconds, 0) + " s of drive";

@@ -220,9 +220,9 @@ Findings identify_inertia(const Options& options) {
   const Propagated inertia = inertia_on_cords(options, pendulum, mass, period.small);
 
   findings.origin = "bifilar pendulum, " + period.origin;
-  findings.values = {as_finding("yaw inertia", "vehicle.yaw_inertia", inertia.result, "kg m2",
-                                largest_contributions(inertia)),
-                     as_finding("period of small swings", "", period.small, "s")};
+  findings.add("yaw inertia", "vehicle.yaw_inertia", inertia.result, "kg m2",
+               largest_contributions(inertia));
+  findings.add("period of small swings", "", period.small, "s");
   for (const Contribution& part : inertia.contributions)
     findings.details["contributions"][part.name] = part.sigma;
   if (!tools::kind("inertia_uncertain")

@@ -54,8 +54,7 @@ void add_sensor(const Sensor& sensor, const StandingNoise& noise,
   const bool mapped = config && is_mapped(*config, sensor.source);
   const auto add = [&](const std::string& what, const std::string& key, const Measured& measured,
                        const std::string& in, const std::string& remark = "") -> Finding& {
-    return findings.values.emplace_back(
-        as_finding(name + what, mapped ? key : "", measured, in, remark));
+    return findings.add(name + what, mapped ? key : "", measured, in, remark);
   };
   add(", noise", key_of(sensor.source, ".sigma"), noise.sigma, unit,
       noise.resolution_hides_noise
@@ -75,8 +74,7 @@ void add_sensor(const Sensor& sensor, const StandingNoise& noise,
   Finding& walk =
       add(", bias walk", sensor.walk_key, noise.walk.value_or(Measured{}), unit + "/√s");
   if (!noise.walk)
-    walk = undetermined(walk,
-                        fmt::format("below {:.2g}: log longer to determine it", noise.walk_below));
+    walk.reject(fmt::format("below {:.2g}: log longer to determine it", noise.walk_below));
   const auto outliers = static_cast<std::uint64_t>(noise.outliers);
   const bool one = outliers == 1;
   if (outliers > 0)

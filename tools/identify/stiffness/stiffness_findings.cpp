@@ -18,16 +18,13 @@ using tools::kind;
 
 constexpr double degrees = 180.0 / std::numbers::pi;
 
-Finding stiffness_finding(const std::string& axle, const AxleStiffness& found) {
-  Finding finding = as_finding("cornering stiffness, " + axle,
-                               "vehicle.cornering_stiffness_" + axle, found.stiffness, "N/rad",
-                               fmt::format("slope at zero slip; within 10 % of it up to {:.1f}°",
-                                           degrees * found.linear_range()));
-  return found.is_undetermined()
-             ? undetermined(
-                   std::move(finding),
-                   "too little slip for these markers; drive faster circles, and slow ones too")
-             : finding;
+void add_stiffness(const std::string& axle, const AxleStiffness& found, Findings& findings) {
+  Finding& finding = findings.add("cornering stiffness, " + axle,
+                                  "vehicle.cornering_stiffness_" + axle, found.stiffness, "N/rad",
+                                  fmt::format("slope at zero slip; within 10 % of it up to {:.1f}°",
+                                              degrees * found.linear_range()));
+  if (found.is_undetermined())
+    finding.reject("too little slip for these markers; drive faster circles, and slow ones too");
 }
 
 /// One row per circle.
@@ -57,16 +54,15 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
                     .origin = fmt::format("{} filmed", counted(films.circles.size(), "circle")),
                     .warnings = films.warnings,
                     .table = circle_table(films, found) + '\n'};
-  findings.values.push_back(stiffness_finding("front", found.front));
-  findings.values.push_back(stiffness_finding("rear", found.rear));
+  add_stiffness("front", found.front, findings);
+  add_stiffness("rear", found.rear, findings);
   append(findings.warnings, against);
   if (!against.empty())
-    for (Finding& finding : findings.values)
-      finding = undetermined(std::move(finding), "contradicted: see the warning");
+    for (Finding& finding : findings.values) finding.reject("contradicted: see the warning");
   const auto add = [&findings](const std::string& name, const Measured& measured,
                                const std::string& unit, const std::string& remark) {
-    findings.values.push_back(as_finding(name, "", measured, unit, remark));
-    findings.values.back().share = unit.empty() ? Share::meaningful : Share::meaningless;
+    findings.add(name, "", measured, unit, remark).share =
+        unit.empty() ? Share::meaningful : Share::meaningless;
   };
   add("steering angle when straight ahead", found.steering_offset, "rad",
       "for information; fit determines it from a lap");

@@ -121,7 +121,7 @@ Findings identify_mass(const Options& options) {
         "the loads do not add up to the whole car; give --total, --front and --rear, or all "
         "wheels");
   Findings findings{.method = "mass", .origin = origin_of(weighed)};
-  findings.values = {as_finding("mass", "vehicle.mass", *weighed.mass, "kg")};
+  findings.add("mass", "vehicle.mass", *weighed.mass, "kg");
   check_precision(weighed, findings);
   return findings;
 }
@@ -141,9 +141,9 @@ Findings identify_cog(const Options& options) {
                                const std::optional<Measured>& measured,
                                const std::string& unit = "m",
                                const std::string& otherwise = "") -> Finding& {
-    Finding finding = as_finding(name, key, measured.value_or(Measured{}), unit);
-    if (!measured) finding = undetermined(std::move(finding), otherwise);
-    return findings.values.emplace_back(std::move(finding));
+    Finding& finding = findings.add(name, key, measured.value_or(Measured{}), unit);
+    if (!measured) finding.reject(otherwise);
+    return finding;
   };
   const std::string one_axle = "needs the load of one axle, and of the other or the whole car";
   add("centre of gravity to front axle", "vehicle.front_axle", centre.front_axle, "m", one_axle);

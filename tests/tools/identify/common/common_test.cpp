@@ -114,7 +114,7 @@ yaw_rate = { message = "G", signal = "R", unit = "rad/s", sigma = 0.002 } # (sig
 )";
 
 Finding finding(const std::string& key, double value, double sigma) {
-  return as_finding(key, key, {value, sigma}, "");
+  return {.name = key, .key = key, .value = value, .sigma = sigma};
 }
 
 Findings findings(const std::string& method, const std::string& origin,

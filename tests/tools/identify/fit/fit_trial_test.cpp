@@ -80,9 +80,8 @@ TEST_F(Trial, PosesOfAfterTheLogAreNoPartOfItAndNoPosesAreRefused) {
 
 TEST_F(Trial, WhatHarmsIsLeftAsConfiguredAndSaysWhy) {
   const Findings findings =
-      tried({.values = {as_finding("gyro scale", "can.signals.yaw_rate.scale", {0.8, 0.01}, ""),
-                        as_finding("yaw inertia", "vehicle.yaw_inertia",
-                                   {config_.vehicle.yaw_inertia, 1e-4}, "kg m2")}});
+      tried({.values = {{.key = "can.signals.yaw_rate.scale", .value = 0.8},
+                        {.key = "vehicle.yaw_inertia", .value = config_.vehicle.yaw_inertia}}});
   EXPECT_EQ(findings.values[0].use, Use::leave);
   EXPECT_THAT(findings.values[0].remark, HasSubstr("left as configured: replayed"));
   EXPECT_THAT(as_json(findings).dump(), HasSubstr("\"left_as_configured\":true"));

@@ -270,8 +270,15 @@ SteeringResponse response(double delay, double lag, double sigma_whole) {
   return s;
 }
 
+Findings actuator(const SteeringResponse& response, const Measured& clock = {},
+                  const estimator::SteeringActuator& configured = {}) {
+  Findings findings;
+  add_actuator(response, clock, configured, findings);
+  return findings;
+}
+
 TEST(ActuatorFindings, AreWrittenWhereDelayAndLagAreSeparable) {
-  const auto found = actuator_findings(response(0.064, 0.1, 0.004), {0.004, 0.0}, {});
+  const auto found = actuator(response(0.064, 0.1, 0.004), {0.004, 0.0});
   ASSERT_EQ(found.values.size(), 2U);
   EXPECT_EQ(found.values[0].key, "steering.delay");
   EXPECT_EQ(found.values[0].determined, Determined::yes);
@@ -282,19 +289,19 @@ TEST(ActuatorFindings, AreWrittenWhereDelayAndLagAreSeparable) {
 }
 
 TEST(ActuatorFindings, AreNoneOfAMeasuredAngle) {
-  const auto found = actuator_findings(response(-0.02, 0.025, 0.004), {}, {});
+  const auto found = actuator(response(-0.02, 0.025, 0.004));
   for (const Finding& finding : found.values) {
     EXPECT_EQ(finding.determined, Determined::no);
     EXPECT_EQ(finding.key, "");
     EXPECT_THAT(finding.remark, testing::HasSubstr("none visible, 5 +- 4 ms in total"));
   }
-  EXPECT_THAT(actuator_findings(response(-0.02, 0.025, 0.004), {}, {.lag_s = 0.1}).warnings,
+  EXPECT_THAT(actuator(response(-0.02, 0.025, 0.004), {}, {.lag_s = 0.1}).warnings,
               testing::ElementsAre(diagnostics::Named("actuator_not_seen", "100 ms")));
 }
 
 TEST(ActuatorFindings, AreNotWrittenWhereTheDriveHasTooLittleExcitation) {
   const auto remark = [](const SteeringResponse& s) {
-    const auto found = actuator_findings(s, {}, {});
+    const auto found = actuator(s);
     EXPECT_EQ(found.values[0].determined, Determined::no);
     return found.values[0].remark;
   };
@@ -309,7 +316,7 @@ TEST(ActuatorFindings, AreNotWrittenWhereTheDriveHasTooLittleExcitation) {
 }
 
 TEST(ActuatorFindings, NeverAreEarly) {
-  const auto found = actuator_findings(response(-0.004, 0.2, 0.004), {}, {});
+  const auto found = actuator(response(-0.004, 0.2, 0.004));
   EXPECT_EQ(found.values[0].determined, Determined::yes);
   EXPECT_EQ(found.values[0].value, 0.0);
   EXPECT_THAT(found.values[0].remark, testing::HasSubstr("measured -4.0 ms"));

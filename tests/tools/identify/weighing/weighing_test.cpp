@@ -153,7 +153,7 @@ TEST(Weighing, AllowsForTapeAndSlope) {
 TEST(Findings, HaveAPerCentWhereZeroIsNoValueLikeAnyOther) {
   const auto text = [](Finding finding) { return as_text({.method = "cog", .values = {finding}}); };
   const auto finding = [](const char* key, double value, double sigma) {
-    return as_finding("x", key, {value, sigma}, "m");
+    return Finding{.name = "x", .key = key, .value = value, .sigma = sigma, .unit = "m"};
   };
   EXPECT_THAT(text(finding("", 1e-5, 1e-3)), Not(HasSubstr("%")));
   EXPECT_THAT(text(finding("", 0.01, 1e-3)), HasSubstr(" 20 %"));
