@@ -11,6 +11,7 @@
 
 #include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
+#include "tools/config_patch/config_patch.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/quantity.hpp"
@@ -75,10 +76,9 @@ Period period_of_record(const Options& options, const Bifilar& pendulum, Finding
   const Series yaw_rate = read_yaw_rate(options.record, findings.warnings);
   const SwingFit fit = fit_swing(yaw_rate, pendulum, name_of(options.record));
   append(findings.warnings, fit.warnings);
-  const double radius_squared = inertia_of(pendulum, 1.0, 9.81, fit.period.value);  // J/m
-  const double mean_square =
-      0.5 * (fit.amplitude_begin * fit.amplitude_begin + fit.amplitude_end * fit.amplitude_end);
-  const double correction = lengthening(pendulum, radius_squared, std::sqrt(mean_square)) - 1.0;
+  const double rms_amplitude = std::hypot(fit.amplitude_begin, fit.amplitude_end) / std::sqrt(2.0);
+  const double correction =
+      lengthening(pendulum, inertia_per_mass(pendulum, fit.period.value), rms_amplitude) - 1.0;
   constexpr double scale = 0.03, clock = 1e-4;  // relative, of an uncalibrated gyro and a quartz
   findings.details["swing"] = {{"swings", fit.swings},
                                {"amplitude_begin", fit.amplitude_begin},
@@ -125,18 +125,14 @@ Measured gravity_of(const std::string& text) {
   return {value, 0.001};
 }
 
-struct Contribution {
-  std::string name;    ///< of the input, in words: "distance of the cords"
-  double sigma = 0.0;  ///< uncertainty of the result from this input alone
-};
+/// A name, and the variable from which the result is computed.
+using Input = std::pair<const char*, Measured*>;
 
 struct Propagated {
   Measured result;
-  std::vector<Contribution> contributions;  ///< in the order of the inputs
+  /// Per input: the uncertainty of the result from it alone, and its name.
+  std::vector<std::pair<double, const char*>> contributions;
 };
-
-/// A name, and the variable from which the result is computed.
-using Input = std::pair<const char*, Measured*>;
 
 /// `result` computes with the variables that the inputs point to; these are changed one by one and
 /// restored. Inputs are independent: correlated quantities must be computed inside `result`.
@@ -151,7 +147,7 @@ Propagated propagate(std::span<const Input> inputs, const std::function<double()
     input->value = kept.value - kept.sigma;
     const double part = 0.5 * std::fabs(above - result());
     *input = kept;
-    propagated.contributions.push_back({name, part});
+    propagated.contributions.emplace_back(part, name);
     variance += part * part;
   }
   propagated.result.sigma = std::sqrt(variance);
@@ -163,14 +159,13 @@ Propagated propagate(std::span<const Input> inputs, const std::function<double()
 std::string largest_contributions(const Propagated& propagated) {
   const double variance = propagated.result.sigma * propagated.result.sigma;
   if (!(variance > 0.0)) return "";
-  std::vector<Contribution> parts = propagated.contributions;
-  std::ranges::stable_sort(parts, std::greater<>{}, &Contribution::sigma);
-  std::string text = "mostly from the ";
-  for (std::size_t i = 0; i < parts.size() && i < 2; ++i) {
-    const double share = parts[i].sigma * parts[i].sigma / variance;
-    if (i > 0 && share < 0.1) break;
-    text += (i > 0 ? " and the " : "") + fmt::format("{} ({:.0f} %)", parts[i].name, 100.0 * share);
-  }
+  auto parts = propagated.contributions;
+  std::ranges::stable_sort(parts, std::greater<>{}, [](const auto& part) { return part.first; });
+  const auto share = [variance](double sigma) { return 100.0 * sigma * sigma / variance; };
+  std::string text =
+      fmt::format("mostly from the {} ({:.0f} %)", parts[0].second, share(parts[0].first));
+  if (share(parts[1].first) >= 10.0)
+    text += fmt::format(" and the {} ({:.0f} %)", parts[1].second, share(parts[1].first));
   return text;
 }
 
@@ -205,8 +200,25 @@ Propagated inertia_on_cords(const Options& options, const Bifilar& pendulum, Mea
                        .spacing_below = below.value,
                        .cord = cord.value,
                        .offset = std::sqrt(std::fmax(offset2.value, 0.0))};
-    return inertia_of(hung, mass.value, gravity.value, period.value) * (1.0 + tilt.value);
+    return mass.value * inertia_per_mass(hung, period.value, gravity.value) * (1.0 + tilt.value);
   });
+}
+
+/// Warns if J / (m l_v l_h) is far from 1, its usual value for cars. If passages were counted
+/// instead of swings, the inertia is a quarter of the true one.
+void compare_with_axles(const std::string& config, double mass, double inertia,
+                        Findings& findings) {
+  const auto front = value_in(config, "vehicle.front_axle");
+  const auto rear = value_in(config, "vehicle.rear_axle");
+  if (!front || !rear || !(front->value * rear->value > 0.0)) return;
+  const double ratio = inertia / (mass * front->value * rear->value);
+  constexpr double least = 0.4, most = 2.0;
+  if (ratio > least && ratio < most) return;
+  findings.warnings.push_back(
+      found(tools::kind("measured_inertia_unlike"), config,
+            fmt::format("the yaw inertia is {:.2g} times m l_v l_h with its axles, and cars have "
+                        "{} to {}",
+                        ratio, least, most)));
 }
 
 Findings identify_inertia(const Options& options) {
@@ -223,15 +235,14 @@ Findings identify_inertia(const Options& options) {
   findings.add("yaw inertia", "vehicle.yaw_inertia", inertia.result, "kg m2",
                largest_contributions(inertia));
   findings.add("period of small swings", "", period.small, "s");
-  for (const Contribution& part : inertia.contributions)
-    findings.details["contributions"][part.name] = part.sigma;
+  for (const auto& [sigma, input] : inertia.contributions)
+    findings.details["contributions"][input] = sigma;
   if (!tools::kind("inertia_uncertain")
            .limits.hold(2.0 * inertia.result.sigma / inertia.result.value))
     findings.warnings.push_back(
         found(tools::kind("inertia_uncertain"), {},
               "2 sigma is more than 2 %: " + largest_contributions(inertia)));
-  if (!config.empty())
-    append(findings.warnings, check_inertia(config, mass.value, inertia.result.value));
+  if (!config.empty()) compare_with_axles(config, mass.value, inertia.result.value, findings);
   return findings;
 }
 

@@ -81,7 +81,7 @@ struct Timing {
 
 Timing fit_times(const std::vector<TurningPoint>& points, const Bifilar& pendulum, double period) {
   const auto n = static_cast<Eigen::Index>(points.size());
-  const double radius_squared = inertia_of(pendulum, 1.0, 9.81, period);
+  const double inertia = inertia_per_mass(pendulum, period);
   const double damping = std::log(points.front().peak / points[points.size() - 2].peak) /
                          (pi * static_cast<double>(n));
   const double slow = 1.0 / std::sqrt(1.0 - std::min(damping * damping, 0.5));
@@ -93,7 +93,7 @@ Timing fit_times(const std::vector<TurningPoint>& points, const Bifilar& pendulu
     weight[k] = std::fabs(point.slope);  // noise of the rate shifts steep passages less
     design.row(k) << 1.0, swings, 1.0 / point.slope;
     times[k] = point.t;
-    swings += 0.5 * slow * lengthening(pendulum, radius_squared, point.peak * period / (2.0 * pi));
+    swings += 0.5 * slow * lengthening(pendulum, inertia, point.peak * period / (2.0 * pi));
   }
   const Eigen::MatrixX3d weighted = weight.asDiagonal() * design;
   const Eigen::Vector3d found = weighted.colPivHouseholderQr().solve(weight.cwiseProduct(times));
