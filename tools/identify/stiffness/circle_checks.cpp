@@ -28,16 +28,15 @@ constexpr double gross_scale_error = 0.15;  // of the film against the accelerom
 /// The log's lateral acceleration / the film's v_x ψ̇: shows a wrong scale of the film. Nothing if
 /// there is too little data.
 std::optional<Measured> accelerometer_slope(std::span<const CircleRun> circles) {
-  Eigen::ArrayXd film(std::ssize(circles)), log(std::ssize(circles));
-  Eigen::Index n = 0;
+  std::vector<double> by_film, by_log;
   for (const CircleRun& run : circles) {
     if (!(run.accelerometer.sigma > 0.0)) continue;
-    film[n] = run.lateral_accel;
-    log[n++] = run.accelerometer.value;
+    by_film.push_back(run.lateral_accel);
+    by_log.push_back(run.accelerometer.value);
   }
-  if (n < 4) return std::nullopt;
-  film.conservativeResize(n);
-  log.conservativeResize(n);
+  if (by_film.size() < 4) return std::nullopt;
+  const Eigen::Map<const Eigen::ArrayXd> film(by_film.data(), std::ssize(by_film)),
+      log(by_log.data(), std::ssize(by_log));
   const Relation relation = relation_of(log, film);
   const auto varies = [](const Eigen::ArrayXd& accel) {
     return (accel - accel.mean()).square().sum() > 1.0;

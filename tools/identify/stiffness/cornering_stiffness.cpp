@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -101,11 +102,8 @@ struct AxleView {
   }
 };
 
-struct RunView {
-  AxleView front, rear;
-};
-
-RunView view(const CircleRun& run, const Unknowns& x) {
+// Front and rear axle.
+std::array<AxleView, 2> view(const CircleRun& run, const Unknowns& x) {
   const double drift = run.drift.value - x[marker_angle];
   const double speed = x[film_scale] * run.speed;
   const double v_x = speed * std::cos(drift);
@@ -116,22 +114,27 @@ RunView view(const CircleRun& run, const Unknowns& x) {
   const double load_rear = x[mass] * gravity * x[front_axle] / wheelbase;
   const double side = x[mass] * x[film_scale] * run.lateral_accel / wheelbase;
   const double rolling = x[rolling_resistance] * load_front * std::sin(steering);
-  return {.front = {.slip = steering - std::atan2(v_y + x[front_axle] * run.yaw_rate, v_x),
-                    .force = (x[rear_axle] * side + rolling) / std::cos(steering),
-                    .stiffness = std::exp(x[log_stiffness_front]),
-                    .grip = std::exp(x[log_grip_front]) * load_front},
-          .rear = {.slip = -std::atan2(v_y - x[rear_axle] * run.yaw_rate, v_x),
+  return {AxleView{.slip = steering - std::atan2(v_y + x[front_axle] * run.yaw_rate, v_x),
+                   .force = (x[rear_axle] * side + rolling) / std::cos(steering),
+                   .stiffness = std::exp(x[log_stiffness_front]),
+                   .grip = std::exp(x[log_grip_front]) * load_front},
+          AxleView{.slip = -std::atan2(v_y - x[rear_axle] * run.yaw_rate, v_x),
                    .force = x[front_axle] * side,
                    .stiffness = std::exp(x[log_stiffness_rear]),
                    .grip = std::exp(x[log_grip_rear]) * load_rear}};
+}
+
+// Scatter of the measured slips of front and rear axle.
+std::array<double, 2> slip_sigmas(const CircleRun& run) {
+  return {std::hypot(run.drift.sigma, run.steering.sigma), run.drift.sigma};
 }
 
 // Measured slip less that of the curve: front and rear for each circle.
 Eigen::VectorXd residuals(std::span<const CircleRun> runs, const Unknowns& x) {
   Eigen::VectorXd r(static_cast<Eigen::Index>(2 * runs.size()));
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    const RunView seen = view(runs[k], x);
-    r.segment<2>(static_cast<Eigen::Index>(2 * k)) << seen.front.residual(), seen.rear.residual();
+    const auto [front, rear] = view(runs[k], x);
+    r.segment<2>(static_cast<Eigen::Index>(2 * k)) << front.residual(), rear.residual();
   }
   return r;
 }
@@ -148,9 +151,7 @@ Solution fit(std::span<const CircleRun> runs, const Prior& prior) {
   constexpr double huber = 2.0;
   Eigen::VectorXd own(static_cast<Eigen::Index>(2 * runs.size()));
   for (std::size_t k = 0; k < runs.size(); ++k)
-    own.segment<2>(static_cast<Eigen::Index>(2 * k))
-        << std::hypot(runs[k].drift.sigma, runs[k].steering.sigma),
-        runs[k].drift.sigma;
+    own.segment<2>(static_cast<Eigen::Index>(2 * k)) = Eigen::Vector2d(slip_sigmas(runs[k]).data());
   Solution solution;
   for (int round = 0; round < 4; ++round) {
     LeastSquares problem{.step = 1e-6 * prior.sigma.cwiseMin(0.1),
@@ -194,13 +195,6 @@ Measured stiffness_of(const Solution& s, Unknown which) {
   return {value, value * std::hypot(logarithm.sigma, sigma_model)};
 }
 
-std::vector<CircleRun> chosen(std::span<const CircleRun> runs, const std::vector<bool>& in_range) {
-  std::vector<CircleRun> result;
-  for (std::size_t k = 0; k < runs.size(); ++k)
-    if (in_range[k]) result.push_back(runs[k]);
-  return result;
-}
-
 }  // namespace
 
 double AxleStiffness::linear_range() const {
@@ -227,13 +221,13 @@ CorneringStiffness fit_stiffness(std::span<const CircleRun> runs, const CircleCa
   for (int round = 0; round < 3; ++round) {
     s = fit(used, prior);
     std::vector<bool> in_range(runs.size());
-    for (std::size_t k = 0; k < runs.size(); ++k) {
-      const RunView seen = view(runs[k], s.x);
-      in_range[k] = !seen.front.is_beyond() && !seen.rear.is_beyond();
-    }
+    for (std::size_t k = 0; k < runs.size(); ++k)
+      in_range[k] = std::ranges::none_of(view(runs[k], s.x), &AxleView::is_beyond);
     if (in_range == result.in_range || std::ranges::count(in_range, true) < 2) break;
     result.in_range = in_range;
-    used = chosen(runs, in_range);
+    used.clear();
+    for (std::size_t k = 0; k < runs.size(); ++k)
+      if (in_range[k]) used.push_back(runs[k]);
   }
 
   Prior free = prior;
@@ -244,25 +238,23 @@ CorneringStiffness fit_stiffness(std::span<const CircleRun> runs, const CircleCa
   result.free_steering_scale = measured(by_circles, steering_scale);
 
   result.scatter = s.scatter;
-  result.front.stiffness = stiffness_of(s, log_stiffness_front);
-  result.rear.stiffness = stiffness_of(s, log_stiffness_rear);
-  result.front.grip = view(runs.front(), s.x).front.grip;
-  result.rear.grip = view(runs.front(), s.x).rear.grip;
+  const auto [front, rear] = view(runs.front(), s.x);
+  result.front = {.stiffness = stiffness_of(s, log_stiffness_front), .grip = front.grip};
+  result.rear = {.stiffness = stiffness_of(s, log_stiffness_rear), .grip = rear.grip};
   result.steering_offset = measured(s, steering_offset);
   result.steering_scale = measured(s, steering_scale);
   result.marker_angle = measured(s, marker_angle);
   Eigen::Index row = 0;
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    const RunView seen = view(runs[k], s.x);
-    const double weight_front = result.in_range[k] ? s.weights[row] : 0.0;
-    const double weight_rear = result.in_range[k] ? s.weights[row + 1] : 0.0;
-    if (result.in_range[k]) row += 2;
-    if (weight_front > 0.5 && weight_rear > 0.5) ++result.used;
-    const double sigma = s.scatter * runs[k].drift.sigma;
-    result.front.points.push_back({seen.front.slip, seen.front.force,
-                                   std::hypot(sigma, s.scatter * runs[k].steering.sigma),
-                                   weight_front});
-    result.rear.points.push_back({seen.rear.slip, seen.rear.force, sigma, weight_rear});
+    const std::array axles{&result.front, &result.rear};
+    for (std::size_t i = 0; i < axles.size(); ++i) {
+      const AxleView axle = view(runs[k], s.x)[i];
+      axles[i]->points.push_back({.slip = axle.slip,
+                                  .force = axle.force,
+                                  .sigma = s.scatter * slip_sigmas(runs[k])[i],
+                                  .weight = result.in_range[k] ? s.weights[row++] : 0.0});
+    }
+    if (result.is_used(k)) ++result.used;
   }
   return result;
 }

@@ -111,6 +111,7 @@ struct YawRates {
 [[nodiscard]] YawRates yaw_rates_of(const Series& gyro);
 
 struct FilmAlignment {
+  std::string film;            ///< its name
   std::int64_t offset_ns = 0;  ///< log time = film time + offset
   double sigma_s = 0.0;        ///< standard uncertainty of the offset at the film's begin
   double agreement = 0.0;      ///< 1: equal yaw rates; 0: their difference is as large as they are

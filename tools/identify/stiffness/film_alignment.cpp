@@ -75,8 +75,7 @@ Offset refine(const YawRates& film, const YawRates& gyro, const Shift& shift) {
     regression.t.push_back(step * static_cast<double>(k));
     regression.y.push_back(film.at(k));
   }
-  const Resampled one = on_grid_of(turn, [](double) { return 1.0; });
-  regression.basis = {{std::move(turn)}, {one}};
+  regression.basis = {{turn}, {on_grid_of(turn, [](double) { return 1.0; })}};
   return solve(regression);
 }
 
@@ -137,7 +136,7 @@ FilmAlignment align_film(const std::string& name, const FilmMotion& motion, cons
   if (best.agreement < good_agreement)
     fail_to_fit(name, film, turn, best.agreement, best_shift(film, turn, -1.0).agreement);
   const Offset refined = refine(film, turn, best);
-  FilmAlignment result{.agreement = best.agreement};
+  FilmAlignment result{.film = name, .agreement = best.agreement};
   result.offset_ns = turn.first_ns + YawRates::step_ns * best.steps - film.first_ns -
                      std::llround(1e9 * refined.value);
   // The offset is that of the film's middle.

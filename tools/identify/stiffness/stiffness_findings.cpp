@@ -33,14 +33,13 @@ std::string circle_table(const FilmedCircles& films, const CorneringStiffness& f
                          "slip front [deg]", "rear [deg]", ""}};
   for (std::size_t k = 0; k < films.circles.size(); ++k) {
     const CircleRun& run = films.circles[k];
-    const bool kept = found.front.points[k].weight > 0.5 && found.rear.points[k].weight > 0.5;
     table.rows.push_back({run.film, fixed(1e-9 * static_cast<double>(run.begin_ns), 1),
                           fixed(run.turned / (2.0 * std::numbers::pi), 2), fixed(run.speed, 2),
                           fixed(run.radius(), 2), fixed(run.lateral_accel, 2),
                           fixed(degrees * found.front.points[k].slip, 2),
                           fixed(degrees * found.rear.points[k].slip, 2),
                           !found.in_range[k] ? "beyond the linear range"
-                          : kept             ? ""
+                          : found.is_used(k) ? ""
                                              : "off the curve"});
   }
   return table.text();
@@ -68,10 +67,9 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
       "for information; fit determines it from a lap");
   add("steering angle reported per angle of the wheels", found.steering_scale, "",
       "includes rolling resistance");
-  for (std::size_t k = 0; k < films.names.size(); ++k)
+  for (const FilmAlignment& alignment : films.alignments)
     add("begin of the film after the log",
-        {1e-9 * static_cast<double>(films.alignments[k].offset_ns), films.alignments[k].sigma_s},
-        "s", films.names[k]);
+        {1e-9 * static_cast<double>(alignment.offset_ns), alignment.sigma_s}, "s", alignment.film);
 
   nlohmann::ordered_json& details = findings.details;
   details["scatter"] = found.scatter;
