@@ -73,8 +73,10 @@ Measured mass_of_car(const Options& options, const std::string& config) {
 /// The period from the record. Its uncertainty combines those of the fit, of the clock's rate, and
 /// of the amplitude (the gyro's scale).
 Period period_of_record(const Options& options, const Bifilar& pendulum, Findings& findings) {
-  const Series yaw_rate = read_yaw_rate(options.record, findings.warnings);
-  const SwingFit fit = fit_swing(yaw_rate, pendulum, name_of(options.record));
+  const SignalLog log = read_record(options.record, {estimator::Source::yaw_rate});
+  append(findings.warnings, log.warnings);
+  const SwingFit fit =
+      fit_swing(log.need(estimator::Source::yaw_rate), pendulum, options.record.name());
   append(findings.warnings, fit.warnings);
   const double rms_amplitude = std::hypot(fit.amplitude_begin, fit.amplitude_end) / std::sqrt(2.0);
   const double correction =
@@ -109,7 +111,7 @@ Period period_of_watch(const Options& options, const Bifilar& pendulum, Findings
 }
 
 Period period_of_car(const Options& options, const Bifilar& pendulum, Findings& findings) {
-  if (is_given(options.record)) return period_of_record(options, pendulum, findings);
+  if (options.record.is_given()) return period_of_record(options, pendulum, findings);
   if (!options.times.empty()) return period_of_watch(options, pendulum, findings);
   refuse(
       "give --time and --swings, --csv, or --config and --can; odom identify inertia --help "

@@ -140,7 +140,7 @@ void settle_accel_walk(Findings& findings) {
 }
 
 Findings identify_noise(const Options& options) {
-  if (!is_given(options.record))
+  if (!options.record.is_given())
     refuse(
         "give a record of the standing car, --config and --can or --csv; odom identify noise "
         "--help explains each");
@@ -149,7 +149,7 @@ Findings identify_noise(const Options& options) {
     if (!config && !file.empty()) config = daemon::load_config(file);
 
   Findings findings{.method = "noise", .origin = "standing"};
-  const std::string record = name_of(options.record);
+  const std::string record = options.record.name();
   const SignalLog log =
       read_record(options.record, {Source::yaw_rate, Source::accel_x, Source::accel_y});
   append(findings.warnings, log.warnings);
