@@ -100,8 +100,7 @@ double scatter_within(const Series& series, std::size_t count) {
 
 /// No sample is more precise than its resolution q, and the mean of mostly equal samples may be
 /// anywhere within it. A bias that moves by less than a few steps shows no walk.
-void allow_for_resolution(const Series& series, double range, double duration,
-                          StandingNoise& noise) {
+void allow_for_resolution(const Series& series, double duration, StandingNoise& noise) {
   const double rounding = rounding_noise(noise.resolution);
   const auto begin = std::span(series.value).first(series.size() / 10);
   noise.bias.sigma = std::hypot(noise.bias.sigma, rounding_left(begin, noise.resolution));
@@ -109,7 +108,8 @@ void allow_for_resolution(const Series& series, double range, double duration,
   noise.resolution_hides_noise = true;
   noise.sigma = {rounding, 0.5 * rounding};
   constexpr double few_steps = 10.0;
-  if (range > few_steps * noise.resolution) return;
+  const auto [low, high] = std::ranges::minmax(series.value);
+  if (high - low > few_steps * noise.resolution) return;
   noise.walk.reset();
   noise.walk_below = std::max(noise.walk_below, noise.resolution / std::sqrt(duration));
 }
@@ -123,7 +123,6 @@ struct Explained {
 };
 
 Explained explain(const Series& series) {
-  const auto [low, high] = std::ranges::minmax(series.value);
   const auto n = static_cast<double>(series.size() - 1);
   const double duration = n * series.cycle();
   // The likelihood of λ with the best r for this λ: r = Σ ν²/s / n.
@@ -146,7 +145,10 @@ Explained explain(const Series& series) {
     best = least + step * i;
     best_value = value;
   }
-  best = argmax_unimodal(of_log, {std::max(best - step, least), std::min(best + step, most)}, 12);
+  // The likelihood has one maximum there, where it starts to fall.
+  const double low = std::max(best - step, least), high = std::min(best + step, most);
+  const double h = 0.01 * (high - low);
+  best = bisect(low, high, 12, [&](double x) { return of_log(x + h) > of_log(x - h); });
   best_value = of_log(best);
   const double none = likelihood(0.0);
 
@@ -175,9 +177,8 @@ Explained explain(const Series& series) {
     noise.walk = Measured{walk, log_sigma * walk};
   }
   const double reached = std::max(best_value, none) - 1.92;
-  const double limit = bisect({lambda > 0.0 ? best : least, most}, 30, [&](double log_lambda) {
-                         return of_log(log_lambda) > reached;
-                       }).middle();
+  const double limit = bisect(lambda > 0.0 ? best : least, most, 30,
+                              [&](double log_lambda) { return of_log(log_lambda) > reached; });
   noise.walk_below = std::sqrt(std::exp(limit) * variance_of(std::exp(limit)));
   // Even a walk too small to be detected adds to the bias's uncertainty.
   const double for_bias = walks ? lambda : std::exp(limit);
@@ -185,7 +186,7 @@ Explained explain(const Series& series) {
   noise.bias = {begin.bias, std::sqrt(begin.variance * variance)};
   noise.resolution = resolution_of(series.value);
   noise.from_the_last = noise.sigma.value;
-  allow_for_resolution(series, high - low, duration, noise);
+  allow_for_resolution(series, duration, noise);
   explained.lambda = for_bias;
   explained.variance = variance;
   explained.runs_away = best_value > none && best >= most - 4.0 * step;
