@@ -36,22 +36,14 @@ double rounded(double value, double sigma) {
   return std::round(value / step) * step;
 }
 
-bool share_is_meaningful(const Finding& finding) {
-  const std::string& key = finding.key;
-  return finding.share == Share::meaningful && 2.0 * finding.sigma < std::fabs(finding.value) &&
-         !key.ends_with(".offset") && !key.ends_with(".latency") && !key.starts_with("imu.") &&
-         !key.starts_with("camera.");
-}
-
 // The uncertainty in per cent with two digits.
 std::string in_per_cent(const Finding& finding) {
-  if (!share_is_meaningful(finding)) return "";
+  const std::string& key = finding.key;
   const double share = 200.0 * finding.sigma / std::fabs(finding.value);
+  if (finding.share == Share::meaningless || !(share < 100.0) || key.ends_with(".offset") ||
+      key.ends_with(".latency") || key.starts_with("imu.") || key.starts_with("camera."))
+    return "";
   return fixed(share, share < 1.0 ? 2 : share < 10.0 ? 1 : 0) + " %";
-}
-
-bool is_written(const Finding& finding) {
-  return !finding.key.empty() && finding.determined == Determined::yes && finding.use == Use::write;
 }
 
 ConfigValue config_value(const Findings& findings, const Finding& finding) {
@@ -141,7 +133,8 @@ struct Writing {
 Writing prepare(Findings& findings, const Delivery& delivery) {
   std::vector<Candidate> candidates;
   for (Finding& finding : findings.values) {
-    if (!is_written(finding)) continue;
+    if (finding.key.empty() || finding.determined == Determined::no || finding.use == Use::leave)
+      continue;
     Candidate one{&finding, config_value(findings, finding), value_in(delivery.write, finding.key)};
     one.less_precise = one.before && !delivery.force && more_precise(*one.before, one.value);
     candidates.push_back(std::move(one));
@@ -163,9 +156,9 @@ Writing prepare(Findings& findings, const Delivery& delivery) {
       continue;
     }
     if (one.before && of_another_car(*one.before, one.value))
-      findings.warnings.push_back(found(tools::kind("another_value"), delivery.write,
-                                        fmt::format("{} was {:g} and becomes {:g}", one.value.key,
-                                                    one.before->value, one.value.value)));
+      add_warning(findings.warnings, tools::kind("another_value"), delivery.write,
+                  "{} was {:g} and becomes {:g}", one.value.key, one.before->value,
+                  one.value.value);
     writing.values.push_back(one.value);
   }
   return writing;

@@ -3,6 +3,8 @@
 // output, with warnings on standard error, and writes them to a configuration if requested.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include <cstdint>
@@ -66,6 +68,14 @@ struct Findings {
     return values.back();
   }
 };
+
+/// Warns of what was seen, a format and its values.
+template <typename... Values>
+void add_warning(diagnostics::Diagnostics& warnings, const diagnostics::Kind& kind,
+                 std::string subject, fmt::format_string<Values...> seen, Values&&... values) {
+  warnings.push_back(
+      found(kind, std::move(subject), fmt::format(seen, std::forward<Values>(values)...)));
+}
 
 inline void to_json(nlohmann::ordered_json& json, const Measured& measured) {
   json = {{"value", measured.value}, {"sigma", measured.sigma}};

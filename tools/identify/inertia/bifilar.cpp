@@ -7,6 +7,7 @@
 
 #include "tools/cli/refuse.hpp"
 #include "tools/diagnostics/kinds.hpp"
+#include "tools/identify/common/finding.hpp"
 
 namespace odomd::tools {
 
@@ -106,10 +107,9 @@ TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
              time, mean, off);
   }
   if (n > 1.0 && scatter > 2.5 * watch.sigma)
-    result.warnings.push_back(
-        found(tools::kind("timings_scatter"), {},
-              fmt::format("the timings scatter by {:.2f} s, more than --time-sigma {} s", scatter,
-                          watch.sigma)));
+    add_warning(result.warnings, tools::kind("timings_scatter"), {},
+                "the timings scatter by {:.2f} s, more than --time-sigma {} s", scatter,
+                watch.sigma);
   return result;
 }
 

@@ -37,11 +37,6 @@ struct Options {
   Delivery delivery;
 };
 
-struct Period {
-  Measured small;  ///< period of small swings [s]
-  std::string origin;
-};
-
 Bifilar pendulum_of(const Options& options) {
   constexpr Plausible between_cords{0.01, 10.0}, along_cords{0.05, 50.0};  // m
   const auto length = [](const std::string& text, const std::string& option, Plausible range) {
@@ -70,9 +65,9 @@ Measured mass_of_car(const Options& options, const std::string& config) {
   return *mass;
 }
 
-/// The period from the record. Its uncertainty combines those of the fit, of the clock's rate, and
-/// of the amplitude (the gyro's scale).
-Period period_of_record(const Options& options, const Bifilar& pendulum, Findings& findings) {
+/// The period of small swings from the record. Its uncertainty combines those of the fit, of the
+/// clock's rate, and of the amplitude (the gyro's scale).
+Measured period_of_record(const Options& options, const Bifilar& pendulum, Findings& findings) {
   const SignalLog log = read_record(options.record, {estimator::Source::yaw_rate});
   append(findings.warnings, log.warnings);
   const SwingFit fit =
@@ -88,11 +83,11 @@ Period period_of_record(const Options& options, const Bifilar& pendulum, Finding
                                {"gyro_bias", fit.gyro_bias},
                                {"lengthening", correction}};
   const double relative = std::hypot(clock, 2.0 * scale * correction);
-  return {{fit.period.value, std::hypot(fit.period.sigma, relative * fit.period.value)},
-          fmt::format("gyro, {:.0f} swings", fit.swings)};
+  findings.origin = fmt::format("bifilar pendulum, gyro, {:.0f} swings", fit.swings);
+  return {fit.period.value, std::hypot(fit.period.sigma, relative * fit.period.value)};
 }
 
-Period period_of_watch(const Options& options, const Bifilar& pendulum, Findings& findings) {
+Measured period_of_watch(const Options& options, const Bifilar& pendulum, Findings& findings) {
   StopWatch watch{.swings = options.swings};
   for (const std::string& text : options.times)
     watch.times.push_back(parse_positive(text, Dimension::time, "--time"));
@@ -106,11 +101,12 @@ Period period_of_watch(const Options& options, const Bifilar& pendulum, Findings
   findings.details["swing"] = {{"swings", watch.swings},
                                {"timings", watch.times.size()},
                                {"lengthening", swing.lengthening}};
-  return {swing.period, fmt::format("stop-watch, {} of {} swings",
-                                    counted(watch.times.size(), "timing"), watch.swings)};
+  findings.origin = fmt::format("bifilar pendulum, stop-watch, {} of {} swings",
+                                counted(watch.times.size(), "timing"), watch.swings);
+  return swing.period;
 }
 
-Period period_of_car(const Options& options, const Bifilar& pendulum, Findings& findings) {
+Measured period_of_car(const Options& options, const Bifilar& pendulum, Findings& findings) {
   if (options.record.is_given()) return period_of_record(options, pendulum, findings);
   if (!options.times.empty()) return period_of_watch(options, pendulum, findings);
   refuse(
@@ -216,41 +212,42 @@ void compare_with_axles(const std::string& config, double mass, double inertia,
   const double ratio = inertia / (mass * front->value * rear->value);
   constexpr double least = 0.4, most = 2.0;
   if (ratio > least && ratio < most) return;
-  findings.warnings.push_back(
-      found(tools::kind("measured_inertia_unlike"), config,
-            fmt::format("the yaw inertia is {:.2g} times m l_v l_h with its axles, and cars have "
-                        "{} to {}",
-                        ratio, least, most)));
+  add_warning(findings.warnings, tools::kind("measured_inertia_unlike"), config,
+              "the yaw inertia is {:.2g} times m l_v l_h with its axles, and cars have "
+              "{} to {}",
+              ratio, least, most);
 }
 
 Findings identify_inertia(const Options& options) {
   Findings findings{.method = "inertia"};
   const Bifilar pendulum = pendulum_of(options);
-  const Period period = period_of_car(options, pendulum, findings);
+  const Measured period = period_of_car(options, pendulum, findings);
   const std::string& config =
       options.record.config.empty() ? options.delivery.write : options.record.config;
   const Measured mass = mass_of_car(options, config);
-  check_size(pendulum, period.small.value, mass.value);
-  const Propagated inertia = inertia_on_cords(options, pendulum, mass, period.small);
+  check_size(pendulum, period.value, mass.value);
+  const Propagated inertia = inertia_on_cords(options, pendulum, mass, period);
 
-  findings.origin = "bifilar pendulum, " + period.origin;
   findings.add("yaw inertia", "vehicle.yaw_inertia", inertia.result, "kg m2",
                largest_contributions(inertia));
-  findings.add("period of small swings", "", period.small, "s");
+  findings.add("period of small swings", "", period, "s");
   for (const auto& [sigma, input] : inertia.contributions)
     findings.details["contributions"][input] = sigma;
   if (!tools::kind("inertia_uncertain")
            .limits.hold(2.0 * inertia.result.sigma / inertia.result.value))
-    findings.warnings.push_back(
-        found(tools::kind("inertia_uncertain"), {},
-              "2 sigma is more than 2 %: " + largest_contributions(inertia)));
+    add_warning(findings.warnings, tools::kind("inertia_uncertain"), {},
+                "2 sigma is more than 2 %: {}", largest_contributions(inertia));
   if (!config.empty()) compare_with_axles(config, mass.value, inertia.result.value, findings);
   return findings;
 }
 
-void describe_inertia(Command command, Options& options) {
-  command.description("Measure the yaw inertia by swinging the car on two cords");
-  command.footer(
+}  // namespace
+
+void add_inertia(Command identify) {
+  const auto options = std::make_shared<Options>();
+  const Command method = identify.add_subcommand(
+      "inertia", "Measure the yaw inertia by swinging the car on two cords");
+  method.footer(
       R"(Hang the car level by two thin cords of equal length, one on each side of its centre of
 gravity and equally far from it, vertical and parallel. Turn the car by 10 to 20 degrees
 about the vertical, let it come to rest there, and let go without a push. Record its gyro
@@ -273,51 +270,42 @@ Examples:
       --time 42.95 --time 42.77 --amplitude 15deg --amplitude-end 8deg
   odom identify inertia --mass 2.985 --spacing 0.2 --cord 1.2 --csv phone.csv)");
 
-  add_measured_option(command);
-  command.add(
-      "--mass", "MASS", options.mass,
-      "Mass of the car as it hangs [kg], or 2985g; default: the one of --config or --write, "
-      "with the uncertainty in its note");
-  command.add("--mass-sigma", "MASS", options.mass_sigma,
-              "Standard uncertainty of the mass; default: 0.2 % of it");
-  command.add("--spacing", "LENGTH", options.spacing,
-              "Distance of the cords from each other [m], or 200mm", {required()});
-  command.add("--spacing-below", "LENGTH", options.spacing_below,
-              "Distance of the cords at the car, if different; default: the same");
-  command.add("--spacing-sigma", "LENGTH", options.spacing_sigma,
-              "Standard uncertainty of each distance of the cords; default: 0.5mm");
-  command.add("--cord", "LENGTH", options.cord,
-              "Length of the cords between their fixings, under load [m]", {required()});
-  command.add("--cord-sigma", "LENGTH", options.cord_sigma,
-              "Standard uncertainty of the cords' length; default: 2mm");
-  command.add("--offset-sigma", "LENGTH", options.offset_sigma,
-              "Standard uncertainty of the centre of gravity's offset from the middle, along the "
-              "line of the cords; default: 2 % of their distance");
-  command.add("--gravity", "G", options.gravity,
-              "Local gravity [m/s2], known to 0.001; default: 9.806 +- 0.015, anywhere on Earth");
+  add_measured_option(method);
+  method.add("--mass", "MASS", options->mass,
+             "Mass of the car as it hangs [kg], or 2985g; default: the one of --config or --write, "
+             "with the uncertainty in its note");
+  method.add("--mass-sigma", "MASS", options->mass_sigma,
+             "Standard uncertainty of the mass; default: 0.2 % of it");
+  method.add("--spacing", "LENGTH", options->spacing,
+             "Distance of the cords from each other [m], or 200mm", {required()});
+  method.add("--spacing-below", "LENGTH", options->spacing_below,
+             "Distance of the cords at the car, if different; default: the same");
+  method.add("--spacing-sigma", "LENGTH", options->spacing_sigma,
+             "Standard uncertainty of each distance of the cords; default: 0.5mm");
+  method.add("--cord", "LENGTH", options->cord,
+             "Length of the cords between their fixings, under load [m]", {required()});
+  method.add("--cord-sigma", "LENGTH", options->cord_sigma,
+             "Standard uncertainty of the cords' length; default: 2mm");
+  method.add("--offset-sigma", "LENGTH", options->offset_sigma,
+             "Standard uncertainty of the centre of gravity's offset from the middle, along the "
+             "line of the cords; default: 2 % of their distance");
+  method.add("--gravity", "G", options->gravity,
+             "Local gravity [m/s2], known to 0.001; default: 9.806 +- 0.015, anywhere on Earth");
 
-  const Command watch = command.group("By stop-watch");
-  watch.add("--time", "T", options.times,
+  const Command watch = method.group("By stop-watch");
+  watch.add("--time", "T", options->times,
             "Time of --swings swings [s]; repeat the option for each timing", {one_each()});
-  watch.add("--swings", "N", options.swings, "Number of full swings in each timing");
-  watch.add("--time-sigma", "T", options.time_sigma,
+  watch.add("--swings", "N", options->swings, "Number of full swings in each timing");
+  watch.add("--time-sigma", "T", options->time_sigma,
             "Standard uncertainty of a timing, start and stop [s]; default: 0.15");
-  watch.add("--amplitude", "ANGLE", options.amplitude,
+  watch.add("--amplitude", "ANGLE", options->amplitude,
             "Amplitude of the first swing timed, from the middle [rad]; default: 10deg");
-  watch.add("--amplitude-end", "ANGLE", options.amplitude_end,
+  watch.add("--amplitude-end", "ANGLE", options->amplitude_end,
             "Amplitude of the last swing timed [rad]; default: half of the first");
 
-  const Command log = command.group("By a gyro's record");
-  add_record_options(log, options.record);
+  const Command log = method.group("By a gyro's record");
+  add_record_options(log, options->record);
   watch.add_rules("--time", {excludes("--can"), excludes("--csv")});
-}
-
-}  // namespace
-
-void add_inertia(Command identify) {
-  auto options = std::make_shared<Options>();
-  Command method = identify.add_subcommand("inertia");
-  describe_inertia(method, *options);
   add_delivery(method, options, identify_inertia);
   add_strict(method, options->record.damage);
 }

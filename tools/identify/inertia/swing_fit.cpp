@@ -11,6 +11,7 @@
 #include "tools/cli/refuse.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/agreement.hpp"
+#include "tools/identify/common/finding.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools {
@@ -177,11 +178,10 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
                   .gyro_bias = mean + timing.bias,
                   .swings = 0.5 * static_cast<double>(points.size() - 1)};
   if (timing.scatter > not_free * rough)
-    result.warnings.push_back(found(
-        tools::kind("swing_not_free"), name,
-        fmt::format("the car turns back at other times than a free swing, by {:.1f} % of a period "
-                    "(rms)",
-                    100.0 * timing.scatter / rough)));
+    add_warning(result.warnings, tools::kind("swing_not_free"), name,
+                "the car turns back at other times than a free swing, by {:.1f} % of a period "
+                "(rms)",
+                100.0 * timing.scatter / rough);
   return result;
 }
 

@@ -151,11 +151,10 @@ Findings findings_of(const Options& options) {
   for (const SourceOffset& found : estimate.offsets)
     if (found.source == Source::camera) clock = add_gyro(config, found, findings);
   if (options.camera.empty() || !clock.of_camera)
-    findings.warnings.push_back(
-        found(tools::kind("latencies_relative"), {},
-              "the gyro's configured latency, " +
-                  fixed(1e3 * configured_latency(config, Source::yaw_rate), 1) +
-                  " ms, is assumed to be correct: all others are relative to it"));
+    add_warning(findings.warnings, tools::kind("latencies_relative"), {},
+                "the gyro's configured latency, {} ms, is assumed to be correct: all others are "
+                "relative to it",
+                fixed(1e3 * configured_latency(config, Source::yaw_rate), 1));
   for (const SourceOffset& found : estimate.offsets)
     if (found.source != Source::camera) add_source(config, clock, found, findings);
   for (const Source source : {Source::accel_x, Source::accel_y})

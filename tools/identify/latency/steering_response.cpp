@@ -246,10 +246,9 @@ void add_actuator(const SteeringResponse& response, const Measured& clock,
   const double expected = configured.delay_s + configured.lag_s;
   if (!failure.empty() && response.failure.empty() && expected > 0.0 &&
       std::abs(whole.value - expected) > chance * whole.sigma)
-    findings.warnings.push_back(
-        diagnostics::found(diagnostics::kind("actuator_not_seen"), "[steering]",
-                           "has " + fixed(1e3 * expected, 0) +
-                               " ms of delay and lag, the drive shows " + milliseconds(whole)));
+    add_warning(findings.warnings, diagnostics::kind("actuator_not_seen"), "[steering]",
+                "has {} ms of delay and lag, the drive shows {}", fixed(1e3 * expected, 0),
+                milliseconds(whole));
 }
 
 }  // namespace odomd::tools

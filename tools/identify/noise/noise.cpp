@@ -60,10 +60,10 @@ void add_sensor(const Sensor& sensor, const StandingNoise& noise,
       noise.resolution_hides_noise
           ? fmt::format("of the resolution of {:.3g}, which hides the sensor's own",
                         noise.resolution)
-      : noise.together > 1 ? fmt::format("at rest; about {} samples are correlated, filtered or "
-                                         "held: the value fits their means",
-                                         noise.together)
-                           : "white, of a sample, at rest");
+      : noise.group_size > 1 ? fmt::format("at rest; about {} samples are correlated, filtered or "
+                                           "held: the value fits their means",
+                                           noise.group_size)
+                             : "white, of a sample, at rest");
   // "multiplied by a factor of ten to compensate for additional uncertainties and vibrations"
   if (const double sigma = noise.sigma.value; sensor.source == Source::yaw_rate)
     add(", variance in the paper's R", "filter.paper_r[0]",
@@ -78,12 +78,11 @@ void add_sensor(const Sensor& sensor, const StandingNoise& noise,
   const auto outliers = static_cast<std::uint64_t>(noise.outliers);
   const bool one = outliers == 1;
   if (outliers > 0)
-    findings.warnings.push_back(
-        found(kind("disturbed_record"), name,
-              fmt::format("{} {} 6 sigma off{}", counted(outliers, "sample"), one ? "lies" : "lie",
-                          !noise.outliers_left_out ? ""
-                          : one                    ? ", and is left out"
-                                                   : ", and are left out")));
+    add_warning(findings.warnings, kind("disturbed_record"), name, "{} {} 6 sigma off{}",
+                counted(outliers, "sample"), one ? "lies" : "lie",
+                !noise.outliers_left_out ? ""
+                : one                    ? ", and is left out"
+                                         : ", and are left out");
 }
 
 [[noreturn]] void refuse_moving(const SignalLog& log, const std::string& record,
@@ -160,7 +159,7 @@ Findings identify_noise(const Options& options) {
     if (series.empty()) continue;
     const std::string name = record + ": " + name_of(sensor.source);
     const StandingNoise noise = standing_noise(series, name);
-    if (sensor.source == Source::yaw_rate) check_turning(log, noise.from_the_last, record);
+    if (sensor.source == Source::yaw_rate) check_turning(log, noise.prediction_error, record);
     if (std::fabs(noise.bias.value) >= sensor.most_bias || noise.sigma.value >= sensor.most_noise)
       refuse("{}: at rest it reads {:.3g} +- {:.3g} {}: {}", name, noise.bias.value,
              noise.sigma.value, sensor.unit, sensor.other_units);
@@ -176,8 +175,8 @@ Findings identify_noise(const Options& options) {
         record);
   }
   if (!has_wheels)
-    findings.warnings.push_back(found(kind("standstill_unconfirmed"), record,
-                                      "no wheel speed confirms that the car stood"));
+    add_warning(findings.warnings, kind("standstill_unconfirmed"), record,
+                "no wheel speed confirms that the car stood");
   settle_accel_walk(findings);
   return findings;
 }

@@ -185,7 +185,7 @@ Explained explain(const Series& series) {
   const FilteredBias begin = filter_bias(series, for_bias, Direction::backwards);
   noise.bias = {begin.bias, std::sqrt(begin.variance * variance)};
   noise.resolution = resolution_of(series.value);
-  noise.from_the_last = noise.sigma.value;
+  noise.prediction_error = noise.sigma.value;
   allow_for_resolution(series, duration, noise);
   explained.lambda = for_bias;
   explained.variance = variance;
@@ -218,14 +218,14 @@ Explained without_outliers(Series& series) {
 
 /// Fits means over 2, 4, ... samples, until they are uncorrelated.
 void explain_by_means(const Series& series, Explained& explained) {
-  constexpr std::size_t most = 4096, fewest_means = 100;
+  constexpr std::size_t most = 4096, min_means = 100;
   constexpr double unexplained = 0.05;  // from correlation below the detection threshold
   const auto correlated = [](const Series& samples, const Explained& model) {
     return model.runs_away || are_correlated(samples, model.lambda);
   };
   StandingNoise& noise = explained.noise;
   if (noise.resolution_hides_noise || !correlated(series, explained)) return;
-  const auto enough = [&](std::size_t m) { return m <= most && series.size() / m >= fewest_means; };
+  const auto enough = [&](std::size_t m) { return m <= most && series.size() / m >= min_means; };
   bool white = false;
   for (std::size_t m = 2; enough(m); m *= 2) {
     const Series means = means_of(series, m);
@@ -243,7 +243,7 @@ void explain_by_means(const Series& series, Explained& explained) {
     noise.walk = by_means.noise.walk;
     noise.walk_below = by_means.noise.walk_below;
     noise.resolution_hides_noise = by_means.noise.resolution_hides_noise;
-    noise.together = m;
+    noise.group_size = m;
     if (!noise.outliers_left_out)
       noise.outliers =
           static_cast<int>(means.size() - without_far_samples(means, by_means.lambda, 0.0).size());

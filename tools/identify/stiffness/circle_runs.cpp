@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "tools/diagnostics/kinds.hpp"
-#include "tools/identify/common/measured.hpp"
+#include "tools/identify/common/finding.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -47,11 +47,11 @@ Samples sample(const FilmMotion& motion) {
 struct Span {
   double low = 0.0, high = 0.0;
 
-  void take(double value) {
+  void add(double value) {
     low = std::min(low, value);
     high = std::max(high, value);
   }
-  [[nodiscard]] bool within(double noise) const {
+  [[nodiscard]] bool is_within(double noise) const {
     constexpr double part = 0.12;
     return high - low <= part * 0.5 * std::abs(high + low) + noise;
   }
@@ -69,9 +69,9 @@ SteadySamples steady_from(const Samples& samples, std::size_t begin, std::size_t
   const Sample& first = *samples[begin];
   Span speed{first.speed, first.speed}, yaw_rate{first.yaw_rate, first.yaw_rate};
   for (std::size_t k = begin; k < end && samples[k]; ++k) {
-    speed.take(samples[k]->speed);
-    yaw_rate.take(samples[k]->yaw_rate);
-    if (!speed.within(0.0) || !yaw_rate.within(8.0 * first.yaw_rate_noise)) break;
+    speed.add(samples[k]->speed);
+    yaw_rate.add(samples[k]->yaw_rate);
+    if (!speed.is_within(0.0) || !yaw_rate.is_within(8.0 * first.yaw_rate_noise)) break;
     steady.turn += seconds(step_ns) * samples[k]->yaw_rate;
     ++steady.length;
   }
@@ -180,14 +180,14 @@ std::vector<CircleRun> measure_circles(const std::string& film, const FilmMotion
     if (run.steering.sigma <= 0.0) {
       const std::string circle = fmt::format("{}: the circle from {:.1f} to {:.1f} s", film,
                                              seconds(run.begin_ns), seconds(run.end_ns));
-      warnings.push_back(found(
-          tools::kind("circle_left_out"), circle,
-          run.gyro.sigma <= 0.0
-              ? "is not in the log; left out"
-              : fmt::format("is left out: the log has {} samples of steering there, but {} are "
-                            "needed",
-                            values_between(log.of(Source::steering), from, to).size(),
-                            samples_per_window * windows)));
+      if (run.gyro.sigma <= 0.0)
+        add_warning(warnings, tools::kind("circle_left_out"), circle,
+                    "is not in the log; left out");
+      else
+        add_warning(warnings, tools::kind("circle_left_out"), circle,
+                    "is left out: the log has {} samples of steering there, but {} are needed",
+                    values_between(log.of(Source::steering), from, to).size(),
+                    samples_per_window * windows);
       continue;
     }
     runs.push_back(run);

@@ -22,7 +22,7 @@ constexpr double sigma_model = 0.01;
 
 // A circle whose slip exceeds the linear slip by this factor is left out: there the shape of the
 // curve would weigh more than its slope.
-constexpr double farthest_beyond = 1.25;
+constexpr double max_slip_factor = 1.25;
 
 enum Unknown : Eigen::Index {
   log_stiffness_front,  // ln C
@@ -73,7 +73,7 @@ Prior prior_of(const CircleCar& car) {
 }
 
 // atanh(u) / u as a function of u², continued as a straight line near u = 1.
-double beyond_line(double u_squared) {
+double slip_factor(double u_squared) {
   constexpr double end = 0.9;
   if (u_squared > end) {
     const double u = std::sqrt(end);
@@ -86,7 +86,7 @@ double beyond_line(double u_squared) {
 }
 
 double slip_of(double force, double stiffness, double grip) {
-  return force / stiffness * beyond_line(force * force / (grip * grip));
+  return force / stiffness * slip_factor(force * force / (grip * grip));
 }
 
 // An axle on a circle, for assumed values of the unknowns, with the characteristic of its tyres.
@@ -96,9 +96,9 @@ struct AxleView {
   double stiffness = 0.0, grip = 0.0;
 
   [[nodiscard]] double residual() const { return slip - slip_of(force, stiffness, grip); }
-  [[nodiscard]] bool is_beyond() const {
+  [[nodiscard]] bool is_beyond_range() const {
     const double u = force / grip;
-    return beyond_line(u * u) > farthest_beyond;
+    return slip_factor(u * u) > max_slip_factor;
   }
 };
 
@@ -200,7 +200,7 @@ Measured stiffness_of(const Solution& s, Unknown which) {
 double AxleStiffness::linear_range() const {
   // α C / F = 1 / 0.9 for this atanh(u) / u
   double u = 0.5;
-  for (int k = 0; k < 60; ++k) u += 0.5 * (1.0 / 0.9 - beyond_line(u * u));
+  for (int k = 0; k < 60; ++k) u += 0.5 * (1.0 / 0.9 - slip_factor(u * u));
   return slip_of(u * grip, stiffness.value, grip);
 }
 
@@ -222,7 +222,7 @@ CorneringStiffness fit_stiffness(std::span<const CircleRun> runs, const CircleCa
     s = fit(used, prior);
     std::vector<bool> in_range(runs.size());
     for (std::size_t k = 0; k < runs.size(); ++k)
-      in_range[k] = std::ranges::none_of(view(runs[k], s.x), &AxleView::is_beyond);
+      in_range[k] = std::ranges::none_of(view(runs[k], s.x), &AxleView::is_beyond_range);
     if (in_range == result.in_range || std::ranges::count(in_range, true) < 2) break;
     result.in_range = in_range;
     used.clear();
@@ -233,9 +233,9 @@ CorneringStiffness fit_stiffness(std::span<const CircleRun> runs, const CircleCa
   Prior free = prior;
   free.sigma[centre_shift] = car.wheelbase();
   free.sigma[marker_angle] = free.sigma[steering_scale] = 1.0;
-  const Solution by_circles = fit(used, free);
-  result.centre_ahead = measured(by_circles, centre_shift);
-  result.free_steering_scale = measured(by_circles, steering_scale);
+  const Solution without_priors = fit(used, free);
+  result.centre_ahead = measured(without_priors, centre_shift);
+  result.free_steering_scale = measured(without_priors, steering_scale);
 
   result.scatter = s.scatter;
   const auto [front, rear] = view(runs.front(), s.x);

@@ -121,8 +121,7 @@ void measure_film(const Options& options, const daemon::Config& config, const Ma
                                                    config.imu_position[1], films.warnings);
   alignment.offset_ns -= log.first_ns;  // relative to the log's start, for people
   if (circles.empty() && films.warnings.size() == warned)
-    films.warnings.push_back(
-        found(tools::kind("no_circle"), track.name, "contains no steady circle"));
+    add_warning(films.warnings, tools::kind("no_circle"), track.name, "contains no steady circle");
   films.circles.insert(films.circles.end(), circles.begin(), circles.end());
   films.alignments.push_back(alignment);
 }
@@ -150,8 +149,8 @@ Findings identify_stiffness(const Options& options) {
   if (films.circles.empty()) throw std::invalid_argument(text_of(films.warnings.back()));
   check_circles(films.circles, config.vehicle.wheelbase());
   if (places.front.real() * places.rear.real() >= 0.0)
-    films.warnings.push_back(
-        found(tools::kind("no_rear_marker"), {}, "no marker lies behind the centre of gravity"));
+    add_warning(films.warnings, tools::kind("no_rear_marker"), {},
+                "no marker lies behind the centre of gravity");
   append(films.warnings, circle_warnings(films.circles));
   const CorneringStiffness found = fit_stiffness(films.circles, car);
   const diagnostics::Diagnostics against = contradictions(films, found, car);
@@ -160,10 +159,13 @@ Findings identify_stiffness(const Options& options) {
   return stiffness_findings(films, found, against);
 }
 
-void describe_stiffness(Command command, Options& options) {
-  command.description(
-      "Measure the cornering stiffness of both axles, from circles filmed from above");
-  command.footer(
+}  // namespace
+
+void add_stiffness(Command identify) {
+  const auto options = std::make_shared<Options>();
+  const Command method = identify.add_subcommand(
+      "stiffness", "Measure the cornering stiffness of both axles, from circles filmed from above");
+  method.footer(
       R"(The experiment: fix two markers to the roof, at the same height, as far apart as the car
 allows; measure from the centre of gravity how far ahead and to the left each is. Film (take
 a video) from above, the camera fixed and looking straight down, 50 frames a second or more,
@@ -185,37 +187,28 @@ Examples:
     --run markers.csv,drive.log --plot tyres.svg --write car.toml
   odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 --metres \
     --run left.csv,left.log --run right.csv,right.log)");
-  command.add(
-      "--run", "MARKERS,LOG", options.runs,
+  method.add(
+      "--run", "MARKERS,LOG", options->runs,
       "Film and its log: a CSV with t,x_front,y_front,x_rear,y_rear, t in seconds; repeatable",
       {required()});
-  command.add("--config", "FILE", options.config, "Configuration of the car (TOML)", {required()});
-  command.add("--front", "X,Y", options.front,
-              "Place of the front marker: ahead of the centre of gravity and to its left [m]",
-              {required()});
-  command.add("--rear", "X,Y", options.rear, "Place of the rear marker, likewise: -0.12,0 [m]",
-              {required()});
-  command.add("--metres-per-pixel", "S", options.metres_per_pixel,
-              "Scale of the tracks [m/px]; default: from the distance of the markers",
-              {positive()});
-  command.add_flag("--metres", options.metres, "The tracks are in metres");
-  command.add_flag("--y-down", options.y_down,
-                   "The tracks' y points down, as pixels do, or the film is mirrored");
-  command.add("--plot", "FILE", options.plot, "Picture of force over slip angle, .svg or .png");
-  const Command known = command.group("Uncertainty of the measurements");
+  method.add("--config", "FILE", options->config, "Configuration of the car (TOML)", {required()});
+  method.add("--front", "X,Y", options->front,
+             "Place of the front marker: ahead of the centre of gravity and to its left [m]",
+             {required()});
+  method.add("--rear", "X,Y", options->rear, "Place of the rear marker, likewise: -0.12,0 [m]",
+             {required()});
+  method.add("--metres-per-pixel", "S", options->metres_per_pixel,
+             "Scale of the tracks [m/px]; default: from the distance of the markers", {positive()});
+  method.add_flag("--metres", options->metres, "The tracks are in metres");
+  method.add_flag("--y-down", options->y_down,
+                  "The tracks' y points down, as pixels do, or the film is mirrored");
+  method.add("--plot", "FILE", options->plot, "Picture of force over slip angle, .svg or .png");
+  const Command known = method.group("Uncertainty of the measurements");
   known.add(
-      "--sigma-marker", "S", options.sigma_marker,
+      "--sigma-marker", "S", options->sigma_marker,
       "Standard uncertainty of a marker's place on the car [m]; default: 1/300 of their distance");
-  known.add("--sigma-scale", "S", options.sigma_scale,
+  known.add("--sigma-scale", "S", options->sigma_scale,
             "Standard uncertainty of a given scale, relative; default: 0.3%");
-}
-
-}  // namespace
-
-void add_stiffness(Command identify) {
-  auto options = std::make_shared<Options>();
-  Command method = identify.add_subcommand("stiffness");
-  describe_stiffness(method, *options);
   add_delivery(method, options, identify_stiffness);
   add_strict(method, options->damage);
 }

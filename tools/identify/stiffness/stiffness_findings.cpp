@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "tools/chart/chart.hpp"
@@ -104,10 +105,9 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
     const Finding& finding = findings.values[axle];
     if (finding.determined == Determined::yes &&
         !kind("stiffness_uncertain").limits.hold(2.0 * finding.sigma / finding.value))
-      findings.warnings.push_back(
-          diagnostics::found(kind("stiffness_uncertain"), finding.name,
-                             fmt::format("2 sigma is {:.1f} %, and 5 % is possible",
-                                         200.0 * finding.sigma / finding.value)));
+      add_warning(findings.warnings, kind("stiffness_uncertain"), finding.name,
+                  "2 sigma is {:.1f} %, and 5 % is possible",
+                  200.0 * finding.sigma / finding.value);
   }
   return findings;
 }
@@ -116,27 +116,21 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
 // points, the slope at zero slip with its uncertainty, the fitted curve, and the linear range.
 namespace {
 
-enum class Side : std::uint8_t { left, right, left_out };
-
-Side side_of(const AxlePoint& point) {
-  if (!(point.weight > 0.5)) return Side::left_out;
-  return point.force > 0.0 ? Side::left : Side::right;
-}
-
-// Right-hand circles are mirrored, so that both directions can be compared.
-chart::Series dots(const AxleStiffness& axle, Side side, std::string label, std::string colour) {
-  chart::Series series{.label = std::move(label),
-                       .note = {},
-                       .colour = std::move(colour),
-                       .points = {},
-                       .mark = chart::Mark::discs};
+// The circles of an axle. Right-hand circles are mirrored, so that both directions can be compared.
+std::vector<chart::Series> dots(const AxleStiffness& axle) {
+  constexpr auto discs = chart::Mark::discs;
+  std::vector<chart::Series> groups{
+      {.label = "circles to the left", .colour = chart::colour_of(1), .mark = discs},
+      {.label = "circles to the right", .colour = chart::colour_of(2), .mark = discs},
+      {.label = "left out", .colour = chart::faint_ink, .mark = discs}};
   for (const AxlePoint& point : axle.points) {
     const double sign = point.force < 0.0 ? -1.0 : 1.0;
-    if (side_of(point) == side)
-      series.points.push_back({sign * degrees * point.slip, sign * point.force});
+    chart::Series& group = groups[!(point.weight > 0.5) ? 2 : point.force > 0.0 ? 0 : 1];
+    group.points.push_back({sign * degrees * point.slip, sign * point.force});
   }
-  std::ranges::sort(series.points, {}, &chart::Point::x);
-  return series;
+  std::erase_if(groups, [](const chart::Series& group) { return group.points.empty(); });
+  for (chart::Series& group : groups) std::ranges::sort(group.points, {}, &chart::Point::x);
+  return groups;
 }
 
 chart::Drawing draw_axle(const AxleStiffness& axle, const std::string& name) {
@@ -164,16 +158,13 @@ chart::Drawing draw_axle(const AxleStiffness& axle, const std::string& name) {
                             .note = fixed(c.value, 2) + " N/rad ± " + fixed(2.0 * c.sigma, 2),
                             .colour = chart::colour_of(0),
                             .points = {{0.0, 0.0}, {degrees * slip, c.value * slip}}});
-  chart::Series curve{.label = "fitted curve", .note = {}, .colour = chart::ink, .points = {}};
+  chart::Series curve{.label = "fitted curve", .colour = chart::ink};
   for (int k = 0; k <= 100; ++k) {
     const double at = slip * k / 100.0;
     curve.points.push_back({degrees * at, axle.force(at)});
   }
   picture.series.push_back(std::move(curve));
-  picture.series.push_back(dots(axle, Side::left, "circles to the left", chart::colour_of(1)));
-  picture.series.push_back(dots(axle, Side::right, "circles to the right", chart::colour_of(2)));
-  picture.series.push_back(dots(axle, Side::left_out, "left out", chart::faint_ink));
-  std::erase_if(picture.series, [](const chart::Series& series) { return series.points.empty(); });
+  std::ranges::move(dots(axle), std::back_inserter(picture.series));
   return draw(picture);
 }
 

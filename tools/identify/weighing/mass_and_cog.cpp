@@ -73,10 +73,9 @@ void check_precision(const Weighed& weighed, Findings& findings) {
     findings.warnings.push_back(*line);
   else if (const auto& mass = weighed.mass;
            mass && !coarse.limits.hold(2.0 * mass->sigma / mass->value))
-    findings.warnings.push_back(
-        found(coarse, {},
-              fmt::format("2 sigma of the mass is {:.1f} %, and 0.5 % is sufficient",
-                          200.0 * mass->sigma / mass->value)));
+    add_warning(findings.warnings, coarse, {},
+                "2 sigma of the mass is {:.1f} %, and 0.5 % is sufficient",
+                200.0 * mass->sigma / mass->value);
 }
 
 /// A length from a tape; a sigma above a tenth of it must be in another unit.
@@ -105,11 +104,10 @@ void compare_with(const std::string& file, const Measured& wheelbase, Findings& 
   if (std::fabs(configured - wheelbase.value) <=
       std::max(3.0 * wheelbase.sigma, 0.002 * wheelbase.value))
     return;
-  findings.warnings.push_back(
-      found(kind("another_wheelbase"), file,
-            fmt::format("[vehicle] front_axle + rear_axle make a wheelbase of {:.4f} m, measured "
-                        "are {:.4f} m",
-                        configured, wheelbase.value)));
+  add_warning(findings.warnings, kind("another_wheelbase"), file,
+              "[vehicle] front_axle + rear_axle make a wheelbase of {:.4f} m, measured "
+              "are {:.4f} m",
+              configured, wheelbase.value);
 }
 
 Findings identify_mass(const Options& options) {
@@ -159,9 +157,8 @@ Findings identify_cog(const Options& options) {
   if (centre.front_axle) findings.details["correlation"] = centre.correlation;
   if (centre.lateral && std::fabs(centre.lateral->value) >
                             0.05 * dimensions.track_width->value + 2.0 * centre.lateral->sigma)
-    findings.warnings.push_back(
-        found(kind("centre_off_side"), {},
-              "the centre of gravity lies far to one side; the models assume it in the middle"));
+    add_warning(findings.warnings, kind("centre_off_side"), {},
+                "the centre of gravity lies far to one side; the models assume it in the middle");
   check_precision(weighed, findings);
   if (const std::string file = options.config.empty() ? options.delivery.write : options.config;
       !file.empty())
