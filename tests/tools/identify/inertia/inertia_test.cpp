@@ -63,7 +63,7 @@ TEST(Bifilar, AsksWhetherSpacingAndCordAreExchanged) {
                         "are apart: are --spacing and --cord exchanged?"));
 }
 
-TEST(Bifilar, RefusesWhatNoCarHasOrCannotHang) {
+TEST(Bifilar, RefusesImpossibleCarsAndCords) {
   const double period = small_period();
   const Bifilar millimetres{.spacing_above = 200, .spacing_below = 200, .cord = 1000};
   const auto refusal = [](const Bifilar& pendulum, double seconds, double kilograms) {
@@ -117,7 +117,7 @@ TEST(Bifilar, SwingsAsABodyOnTwoCords) {
   EXPECT_GT(lengthening(reference, inertia / mass, 0.5), 1.01);
 }
 
-TEST(Bifilar, HungOffItsMidstAndByCordsThatAreNotParallel) {
+TEST(Bifilar, SwingsOffCentreAndOnCordsThatAreNotParallel) {
   sim::SwingParameters rig = ideal_rig();
   rig.offset_along = 0.02;
   Bifilar off = reference;
@@ -142,7 +142,7 @@ Series record_of(const sim::SwingParameters& rig, double seconds, double noise, 
   return series;
 }
 
-TEST(SwingFit, FindsThePeriodOfSmallSwingsFromWideDampedNoisyOnes) {
+TEST(SwingFit, FindsTheSmallPeriodOfWideDampedNoisySwings) {
   sim::SwingParameters rig = ideal_rig();
   rig.amplitude = 0.35;
   rig.viscous = 0.01 * inertia;
@@ -172,7 +172,7 @@ TEST(SwingFit, ReportsARecordInOtherUnits) {
   EXPECT_THAT(refusal(milliseconds), HasSubstr("are they in ms? Divide them by 1000"));
 }
 
-TEST(SwingFit, RefusesWhatIsNoSwing) {
+TEST(SwingFit, RefusesRecordsWithoutAFreeSwing) {
   Series series;
   sim::RandomStream random(1, "nothing");
   const auto refusal = [&series] {
@@ -192,7 +192,7 @@ TEST(SwingFit, RefusesWhatIsNoSwing) {
   EXPECT_THAT(refusal(), HasSubstr("is not that of a free swing"));
 }
 
-TEST(SwingTiming, AllowsForTheSwingsWidthAndFindsAMiscount) {
+TEST(SwingTiming, CorrectsForTheAmplitudeAndRefusesAMiscount) {
   const double small = small_period(), wide = period_at(reference, 0.4);
   const TimedSwing timed = small_period_of({.times = {20.0 * wide, 20.0 * wide},
                                             .swings = 20,
@@ -244,7 +244,7 @@ TEST(IdentifyInertia, ByTheGyroOfASimulatedSwing) {
       1.0, 0.005);
 }
 
-TEST(IdentifyInertia, AsksWhetherPassagesWereCounted) {
+TEST(IdentifyInertia, WarnsIfPassagesWereCounted) {
   const Scratch scratch;
   scratch.write("car.toml", "[vehicle]\nfront_axle = 0.175\nrear_axle = 0.085\n");
   const double period = small_period(9.806);
