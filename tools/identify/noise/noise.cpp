@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "daemon/core/config.hpp"
 #include "tools/cli/refuse.hpp"
@@ -126,16 +127,14 @@ bool check_wheels(const SignalLog& log, const std::string& record) {
 
 /// The two accelerometers share the key of their walks: it goes to the larger one.
 void settle_accel_walk(Findings& findings) {
-  Finding* kept = nullptr;
-  for (Finding& finding : findings.values) {
-    if (finding.key != "filter.accel_bias_walk") continue;
-    const auto size = [](const Finding& walk) {
-      return walk.determined == Determined::yes ? walk.value : -1.0;
-    };
-    const bool replaces = kept == nullptr || size(finding) > size(*kept);
-    if (Finding* other = replaces ? kept : &finding) other->key.clear();
-    if (replaces) kept = &finding;
-  }
+  std::vector<Finding*> walks;
+  for (Finding& finding : findings.values)
+    if (finding.key == "filter.accel_bias_walk") walks.push_back(&finding);
+  if (walks.size() < 2) return;
+  const auto size = [](const Finding& walk) {
+    return walk.determined == Determined::yes ? walk.value : -1.0;
+  };
+  (size(*walks[1]) > size(*walks[0]) ? walks[0] : walks[1])->key.clear();
 }
 
 Findings identify_noise(const Options& options) {

@@ -30,7 +30,7 @@ struct Options {
 };
 
 struct Weighed {
-  std::size_t weighings = 0;
+  std::string origin;  ///< for the note: "scale, 3 weighings"
   WheelLoads loads;
   std::optional<Measured> mass;
 };
@@ -51,7 +51,7 @@ Weighed weigh(const Options& options, Dimensions dimensions) {
   dimensions.level = parse_not_negative(options.level, Dimension::angle, "--level");
   if (dimensions.level > 0.2)
     refuse("--level: with this slope the loads are useless; level the car");
-  Weighed weighed{.weighings = weighings.size()};
+  Weighed weighed{.origin = "scale, " + counted(weighings.size(), "weighing")};
   for (int round = 0; round < 2; ++round) {  // the load shifts need the mass
     weighed.loads = wheel_loads(weighings, scale);
     weighed.mass = mass_of(weighed.loads, scale);
@@ -59,10 +59,6 @@ Weighed weigh(const Options& options, Dimensions dimensions) {
     scale = with_slopes(scale, weighed.mass->value, dimensions);
   }
   return weighed;
-}
-
-std::string origin_of(const Weighed& weighed) {
-  return "scale, " + counted(weighed.weighings, "weighing");
 }
 
 /// Warns of loads that contradict each other, or otherwise of a mass with 2 % uncertainty or more,
@@ -118,7 +114,7 @@ Findings identify_mass(const Options& options) {
     refuse(
         "the loads do not add up to the whole car; give --total, --front and --rear, or all "
         "wheels");
-  Findings findings{.method = "mass", .origin = origin_of(weighed)};
+  Findings findings{.method = "mass", .origin = weighed.origin};
   findings.add("mass", "vehicle.mass", *weighed.mass, "kg");
   check_precision(weighed, findings);
   return findings;
@@ -134,7 +130,7 @@ Findings identify_cog(const Options& options) {
         "the loads do not determine the weight distribution; give --front and --rear (or --total "
         "with one of them), --left and --right, or all four wheels");
 
-  Findings findings{.method = "cog", .origin = origin_of(weighed) + " and tape"};
+  Findings findings{.method = "cog", .origin = weighed.origin + " and tape"};
   const auto add = [&findings](const std::string& name, const std::string& key,
                                const std::optional<Measured>& measured,
                                const std::string& unit = "m",

@@ -105,6 +105,17 @@ void check(std::span<const Weighing> weighings, const Scale& scale) {
   }
 }
 
+/// The weight distribution: the share of the weight on some of the wheels.
+std::optional<Measured> share_of(const WheelLoads& loads, const Eigen::Vector4d& wheels) {
+  const Eigen::Vector4d all = Eigen::Vector4d::Ones();
+  if (!loads.determine(all) || !loads.determine(wheels)) return std::nullopt;
+  // s = p/m: ds = (dp - s dm)/m; the scale's gain cancels.
+  const double mass = all.dot(loads.load);
+  const double share = wheels.dot(loads.load) / mass;
+  const Eigen::Vector4d gradient = (wheels - share * all) / mass;
+  return Measured{share, std::sqrt(gradient.dot(loads.covariance * gradient))};
+}
+
 }  // namespace
 
 const LoadInfo& info_of(Load load) {
@@ -143,21 +154,6 @@ std::optional<Measured> mass_of(const WheelLoads& loads, const Scale& scale) {
   const double variance = all.dot(loads.covariance * all);
   return Measured{mass, std::hypot(std::sqrt(variance), scale.accuracy * mass)};
 }
-
-namespace {
-
-/// The weight distribution: the share of the weight on some of the wheels.
-std::optional<Measured> share_of(const WheelLoads& loads, const Eigen::Vector4d& wheels) {
-  const Eigen::Vector4d all = Eigen::Vector4d::Ones();
-  if (!loads.determine(all) || !loads.determine(wheels)) return std::nullopt;
-  // s = p/m: ds = (dp - s dm)/m; the scale's gain cancels.
-  const double mass = all.dot(loads.load);
-  const double share = wheels.dot(loads.load) / mass;
-  const Eigen::Vector4d gradient = (wheels - share * all) / mass;
-  return Measured{share, std::sqrt(gradient.dot(loads.covariance * gradient))};
-}
-
-}  // namespace
 
 void check_shares(const WheelLoads& loads) {
   for (const Load load : {Load::front, Load::rear, Load::left, Load::right}) {
