@@ -40,7 +40,7 @@ struct Builder {
     return result.covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
   }
 
-  [[nodiscard]] bool astray(Parameter k) const {
+  [[nodiscard]] bool is_astray(Parameter k) const {
     return std::fabs(result.p[k]) > astray_sigmas * settings.prior_sigma[k];
   }
 
@@ -53,8 +53,8 @@ struct Builder {
     if (!settings.free[k]) return "fixed";
     const std::optional<Parameter> other =
         twin(config.vehicle.wheelbase(), settings, result.turns.speed_variety, k);
-    if (other && (astray(k) || astray(*other))) {
-      const Parameter far = astray(k) ? k : *other;
+    if (other && (is_astray(k) || is_astray(*other))) {
+      const Parameter far = is_astray(k) ? k : *other;
       return "at one speed indistinguishable from " + meaning(*other) +
              (far == k ? ", and " : ", which came out ") + sigmas_off(far) +
              " sigmas from the configured value";
@@ -154,7 +154,7 @@ void add_tyres(Builder& b, const AxleParameters& a) {
   if (!linear.empty()) {
     b.add_value(a.stiffness, stiffness_key);
     // If the curve is impossible, another cause has changed it, and its slope as well.
-    if (b.settings.free[a.stiffness] && b.settings.free[a.bend] && b.astray(a.bend) &&
+    if (b.settings.free[a.stiffness] && b.settings.free[a.bend] && b.is_astray(a.bend) &&
         b.findings.values.back().determined == Determined::yes) {
       b.findings.values.back().reject("correlated with " + Builder::meaning(a.bend) +
                                       ", which came out " + b.sigmas_off(a.bend) +
@@ -222,9 +222,9 @@ void add_accelerometers(Builder& b) {
   b.add_value(imu_x, "imu.position[0]");
   b.add_value(imu_y, "imu.position[1]");
   // The configuration rotates both axes together: they must have the same message and latency.
-  const bool together =
+  const bool same_message =
       x != nullptr && y != nullptr && x->message == y->message && x->latency_ns == y->latency_ns;
-  b.add_value(imu_yaw, together ? "imu.yaw" : "");
+  b.add_value(imu_yaw, same_message ? "imu.yaw" : "");
 }
 
 void add_wheels(Builder& b) {

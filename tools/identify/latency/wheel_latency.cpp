@@ -194,7 +194,7 @@ SourceOffset speed_by_camera(const GyroDrive& drive, Source source,
     return on_grid_of(
         signal, [&](double t) { return signal.at(t + 0.5 * tau) - signal.at(t - 0.5 * tau); });
   };
-  const Resampled way = over_tau(integral(drive.on_grid(drive.log.of(source))));
+  const Resampled distance = over_tau(integral(drive.on_grid(drive.log.of(source))));
   const Resampled turn = over_tau(drive.turned);
   const std::vector<PoseSample> seen = in_order(camera, drive.log.first_ns);
   for (std::size_t i = 0, j = 0; i < seen.size(); ++i) {
@@ -210,7 +210,7 @@ SourceOffset speed_by_camera(const GyroDrive& drive, Source source,
     r.t.push_back(t);
     r.y.push_back(along * tau / span * (1.0 + turned * turned / 24.0));
   }
-  r.basis = {{way, 1.0, 0.1}, {turn, 0.0, 0.5 * drive.config.vehicle.wheelbase()}};
+  r.basis = {{distance, 1.0, 0.1}, {turn, 0.0, 0.5 * drive.config.vehicle.wheelbase()}};
   Offset found = solve(r);
   // The camera was shifted, not the source: reverse the sign, and refer the offset to the gyro.
   found.value = camera_offset - found.value;

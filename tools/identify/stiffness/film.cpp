@@ -59,27 +59,27 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
   distances.reserve(track.frames.size());
   for (const MarkerFrame& frame : track.frames)
     distances.push_back(std::abs(frame.front - frame.rear));
-  const double apart = median_of(distances);
-  if (!(apart > 0.0))
+  const double spacing = median_of(distances);
+  if (!(spacing > 0.0))
     refuse("{}: front and rear marker are at the same place; track two different markers",
            track.name);
 
   FilmMotion motion;
-  motion.metres_per_unit = scale.metres_per_unit.value_or(places.distance() / apart);
-  const double ratio = apart * motion.metres_per_unit / places.distance();
+  motion.metres_per_unit = scale.metres_per_unit.value_or(places.distance() / spacing);
+  const double ratio = spacing * motion.metres_per_unit / places.distance();
   if (std::abs(ratio - 1.0) > 0.05)
     refuse(
         "{}: the markers are {:.4g} m apart in the film, and {:.4g} m by --front and "
         "--rear; correct the scale (--metres-per-pixel, --metres) or the places",
-        track.name, apart * motion.metres_per_unit, places.distance());
+        track.name, spacing * motion.metres_per_unit, places.distance());
   if (scale.metres_per_unit && std::abs(ratio - 1.0) > 3.0 * scale.ratio_sigma)
     add_warning(motion.warnings, tools::kind("film_scale_off"), track.name,
                 "by the scale the markers are {:.4g} m apart, {:.1f} % {} than the {:.4g} m of "
                 "--front and --rear",
-                apart * motion.metres_per_unit, 100.0 * std::abs(ratio - 1.0),
+                spacing * motion.metres_per_unit, 100.0 * std::abs(ratio - 1.0),
                 ratio > 1.0 ? "more" : "less", places.distance());
 
-  for (double& distance : distances) distance = std::abs(distance / apart - 1.0);
+  for (double& distance : distances) distance = std::abs(distance / spacing - 1.0);
   // A standard deviation is 1.48 median absolute deviations.
   const double limit = std::max(6.0 * 1.48 * median_of(distances), 0.02);
   std::size_t left_out = 0;
