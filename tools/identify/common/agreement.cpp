@@ -25,30 +25,40 @@ using diagnostics::found;
 using diagnostics::kind;
 using estimator::Source;
 
-constexpr double piece = 0.5, longest_piece = 0.85, stride = 0.25, grid = 0.01;  // [s]
-constexpr double lag_step = 0.02;                                                // [s]
-constexpr int latest = 20, latest_of_all = 75;  // steps, for a usual sensor and a very late one
-constexpr double off_clock = 0.15;              // more than the latency of any sensor [s]
-constexpr double least_turn = 0.05;             // rad per piece, rms
-constexpr double least_way = 0.1;               // m per piece
-constexpr std::ptrdiff_t fewest = 20;           // pieces
-constexpr double alike = 0.5, certain = 0.7;    // correlations
-constexpr double far_off_unseen = 3.0;  // without poses: allows for slipping wheels and tyres
+constexpr double piece = 0.5, max_piece = 0.85, stride = 0.25, grid = 0.01;  // [s]
+constexpr double lag_step = 0.02;                                            // [s]
+constexpr int max_lag = 20, max_late_lag = 75;  // steps, for a usual sensor and a very late one
+constexpr double max_latency = 0.15;            // more than the latency of any sensor [s]
+constexpr double min_turn = 0.05;               // rad per piece, rms
+constexpr double min_distance = 0.1;            // m per piece
+constexpr std::ptrdiff_t min_pieces = 20;
+constexpr double related = 0.5, clearly_related = 0.7;  // correlations
+constexpr double max_unseen_ratio = 3.0;  // without poses: allows for slipping wheels and tyres
 
-enum class Verdict : std::uint8_t { silent, same, other_way, unlike };
+enum class Verdict : std::uint8_t { unknown, same, opposite, unrelated };
 
 struct Comparison {
-  Verdict verdict = Verdict::silent;
+  Verdict verdict = Verdict::unknown;
   double ratio = 1.0;  ///< `turned` / pieces, if they agree
   double lag = 0.0;    ///< delay of `turned` [s]; 0 if unknown
 };
 
+/// Correlations over all lags.
+struct Range {
+  double lowest = 1.0, highest = -1.0;
+
+  void add(double correlation) {
+    lowest = std::min(lowest, correlation);
+    highest = std::max(highest, correlation);
+  }
+};
+
 // Turns show the sign; less their means they show whether both signals turn at the same times.
-Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, double least) {
-  double most = -1.0, fewest_alike = 1.0, most_shape = -1.0, least_shape = 1.0, ratio = 1.0;
-  double best_lag = 0.0, most_of_all = -1.0;
-  bool turns = false, varies = false;
-  for (int step = -latest_of_all; step <= latest_of_all; ++step) {
+Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, double min_rms) {
+  Range late, turns, variations;
+  double ratio = 1.0, best_lag = 0.0;
+  bool is_turning = false, is_varying = false;
+  for (int step = -max_late_lag; step <= max_late_lag; ++step) {
     const double lag = lag_step * step;
     std::vector<std::pair<double, double>> both;  // as seen, and as the sensor turned
     double squares = 0.0;
@@ -57,41 +67,39 @@ Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, do
       both.emplace_back(p.turn, turned.at(p.to + lag) - turned.at(p.from + lag));
       squares += both.back().second * both.back().second;
     }
-    if (std::ssize(both) < fewest) continue;
+    if (std::ssize(both) < min_pieces) continue;
     // A single pose with reversed heading must not outweigh the drive.
     const auto count = static_cast<double>(both.size());
-    const double bound = std::max(3.0 * std::sqrt(squares / count), 6.0 * least);
+    const double bound = std::max(3.0 * std::sqrt(squares / count), 6.0 * min_rms);
     daemon::Moments moments;
     for (const auto& [seen, by_sensor] : both)
       moments.add(std::clamp(seen, -bound, bound), by_sensor);
     const daemon::Moments::Squares about_zero = moments.squares(0.0, 0.0);
-    const double whole = about_zero.correlation();
-    most_of_all = std::max(most_of_all, whole);
-    if (std::abs(step) > latest) continue;
-    if (whole > most && about_zero.aa > 0.0) ratio = std::sqrt(about_zero.bb / about_zero.aa);
-    most = std::max(most, whole);
-    fewest_alike = std::min(fewest_alike, whole);
     const daemon::Moments::Squares about_mean = moments.squares();
-    const double shape = about_mean.correlation();
-    if (shape > most_shape) best_lag = lag;
-    most_shape = std::max(most_shape, shape);
-    least_shape = std::min(least_shape, shape);
-    const auto exceeds = [least](double square, double whole_square) {
-      return square > std::max(least * least, 0.09 * whole_square);
+    const double whole = about_zero.correlation(), varying = about_mean.correlation();
+    late.add(whole);
+    if (std::abs(step) > max_lag) continue;
+    if (whole > turns.highest && about_zero.aa > 0.0)
+      ratio = std::sqrt(about_zero.bb / about_zero.aa);
+    if (varying > variations.highest) best_lag = lag;
+    turns.add(whole);
+    variations.add(varying);
+    const auto exceeds = [min_rms](double square, double whole_square) {
+      return square > std::max(min_rms * min_rms, 0.09 * whole_square);
     };
-    turns = turns || std::max(about_zero.aa, about_zero.bb) > least * least;
-    varies =
-        varies || exceeds(about_mean.aa, about_zero.aa) || exceeds(about_mean.bb, about_zero.bb);
+    is_turning = is_turning || std::max(about_zero.aa, about_zero.bb) > min_rms * min_rms;
+    is_varying = is_varying || exceeds(about_mean.aa, about_zero.aa) ||
+                 exceeds(about_mean.bb, about_zero.bb);
   }
-  if (!turns) return {};
+  if (!is_turning) return {};
   // The opposite sign must fit better than any delay.
-  if (fewest_alike < -certain && most < alike && most_of_all < -fewest_alike &&
-      (!varies || least_shape < -certain))
-    return {Verdict::other_way};
-  if (varies && most_shape < alike) return {Verdict::unlike};
-  const double shown = varies && most_shape > certain ? best_lag : 0.0;
-  if (most > certain) return {Verdict::same, ratio, shown};
-  return {};
+  if (turns.lowest < -clearly_related && turns.highest < related && late.highest < -turns.lowest &&
+      (!is_varying || variations.lowest < -clearly_related))
+    return {Verdict::opposite};
+  if (is_varying && variations.highest < related) return {Verdict::unrelated};
+  if (!(turns.highest > clearly_related)) return {};
+  return {Verdict::same, ratio,
+          is_varying && variations.highest > clearly_related ? best_lag : 0.0};
 }
 
 std::vector<Piece> pieces_of(const Resampled& turned) {
@@ -140,14 +148,13 @@ class Signals {
   [[nodiscard]] Trajectory driven() const {
     const Resampled turned = integral(on_grid(log_.of(Source::yaw_rate)));
     const std::optional<Resampled> rolled = speed();
-    const Resampled way = rolled ? integral(*rolled) : Resampled{};
+    const Resampled distance = rolled ? integral(*rolled) : Resampled{};
     Trajectory result;
-    constexpr std::size_t apart = 5;
-    for (std::size_t k = 0; k < turned.value.size(); k += apart) {
+    constexpr std::size_t every = 5;
+    for (std::size_t k = 0; k < turned.value.size(); k += every) {
       const double t = turned.begin + turned.step * static_cast<double>(k);
-      TrajectoryPoint& point = result.points.emplace_back();
-      point.t_ns = log_.first_ns + std::llround(1e9 * t);
-      point.pose = {rolled ? way.at(t) : 0.0, 0.0, turned.value[k]};
+      result.points.push_back({.t_ns = log_.first_ns + std::llround(1e9 * t),
+                               .pose = {rolled ? distance.at(t) : 0.0, 0.0, turned.value[k]}});
     }
     return result;
   }
@@ -158,19 +165,15 @@ class Signals {
   double begin_ = 0.0, end_ = 0.0;
 };
 
-bool is_far_off(double ratio) {
-  return !kind("scale_off").limits.hold(ratio);
-}
-
 // Distance of a wheel / that of the poses, median of the pieces; empty if too little was driven.
-std::optional<double> ratio_of_ways(const std::vector<Piece>& pieces, const Resampled& speed,
-                                    double least) {
-  const Resampled way = integral(speed);
+std::optional<double> distance_ratio(const std::vector<Piece>& pieces, const Resampled& speed,
+                                     double min_along) {
+  const Resampled distance = integral(speed);
   std::vector<double> ratios;
   for (const Piece& p : pieces)
-    if (std::fabs(p.along) >= least && p.from >= way.begin && p.to <= way.end())
-      ratios.push_back((way.at(p.to) - way.at(p.from)) / p.along);
-  if (std::ssize(ratios) < fewest) return std::nullopt;
+    if (std::fabs(p.along) >= min_along && p.from >= distance.begin && p.to <= distance.end())
+      ratios.push_back((distance.at(p.to) - distance.at(p.from)) / p.along);
+  if (std::ssize(ratios) < min_pieces) return std::nullopt;
   return median_of(std::move(ratios));
 }
 
@@ -235,26 +238,25 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
   const Resampled turned = integral(signals.on_grid(log.of(Source::yaw_rate)));
   const std::optional<Resampled> steered = signals.steered();
   const Comparison gyro_to_steering =
-      steered ? compare(pieces_of(turned), *steered, least_turn) : Comparison{};
+      steered ? compare(pieces_of(turned), *steered, min_turn) : Comparison{};
   const auto wrong_sign = [](Source sensor, const std::string& others) {
     return found(kind("wrong_sign"), name_of(sensor), "turns the other way than " + others,
                  key_of(sensor));
   };
   if (poses.empty()) {
-    if (gyro_to_steering.verdict == Verdict::other_way)
+    if (gyro_to_steering.verdict == Verdict::opposite)
       return found(kind("wrong_sign"), name_of(Source::yaw_rate),
                    "turns the other way than wheels and steering",
                    key_of(Source::yaw_rate) + ".scale and " + key_of(Source::steering));
     if (!steered) return std::nullopt;
     // Compares in both directions: compare() limits large pieces, which hides small ratios.
-    const double far = compare(pieces_of(*steered), turned, least_turn).ratio;
+    const double far = compare(pieces_of(*steered), turned, min_turn).ratio;
     const double little = gyro_to_steering.ratio;
-    if (std::max(far, little) > far_off_unseen)
-      return found(kind("scale_off"), name_of(Source::yaw_rate),
-                   "turns " + fixed(std::max(far, little), 1) + " times as " +
-                       (far > little ? "far" : "little") + " as by wheels and steering",
-                   "yaw_rate, steering and the wheels");
-    return std::nullopt;
+    if (std::max(far, little) <= max_unseen_ratio) return std::nullopt;
+    return found(kind("scale_off"), name_of(Source::yaw_rate),
+                 "turns " + fixed(std::max(far, little), 1) + " times as " +
+                     (far > little ? "far" : "little") + " as by wheels and steering",
+                 "yaw_rate, steering and the wheels");
   }
 
   if (const auto units =
@@ -263,33 +265,34 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
     return units.front();
 
   std::vector<Piece> seen =
-      pieces_of(in_order(poses, log.first_ns), stride, longest_piece, config.camera.lever_arm);
+      pieces_of(in_order(poses, log.first_ns), stride, max_piece, config.camera.lever_arm);
   std::erase_if(seen,
                 [&](const Piece& p) { return p.from < signals.begin() || p.to > signals.end(); });
+  const auto scale_limits = kind("scale_off").limits;
   std::vector<double> yaw_sigmas, sigmas;
   for (const estimator::CameraPose& pose : poses) {
     yaw_sigmas.push_back(pose.sigma_yaw);
     sigmas.push_back(std::max(pose.sigma_x, pose.sigma_y));
   }
-  const double least = std::max(least_turn, 4.0 * median_of(std::move(yaw_sigmas)));
-  const Comparison gyro = compare(seen, turned, least);
-  if (gyro.verdict == Verdict::other_way) {
+  const double min_rms = std::max(min_turn, 4.0 * median_of(std::move(yaw_sigmas)));
+  const Comparison gyro = compare(seen, turned, min_rms);
+  if (gyro.verdict == Verdict::opposite) {
     if (gyro_to_steering.verdict == Verdict::same)
       return found(kind("camera_mirrored"), source,
                    "turns the other way than yaw_rate and steering: is its file of this drive?");
     return wrong_sign(Source::yaw_rate, poses_of);
   }
-  if (gyro.verdict == Verdict::unlike) {
+  if (gyro.verdict == Verdict::unrelated) {
     if (options.unrelated == UnrelatedPoses::accept) return std::nullopt;
     return found(kind("camera_turns_unrelated"), source,
                  "its turns and those of yaw_rate have nothing in common");
   }
-  if (options.unrelated == UnrelatedPoses::refuse && std::fabs(gyro.lag) > off_clock)
+  if (options.unrelated == UnrelatedPoses::refuse && std::fabs(gyro.lag) > max_latency)
     return found(kind("clocks_differ"), source,
                  "the times of its poses are " + fixed(std::fabs(gyro.lag), 1) +
-                     (std::fabs(gyro.lag) < (latest - 0.5) * lag_step ? " s " : " s or more ") +
+                     (std::fabs(gyro.lag) < (max_lag - 0.5) * lag_step ? " s " : " s or more ") +
                      (gyro.lag < 0.0 ? "late" : "early") + " compared with yaw_rate");
-  if (gyro.verdict == Verdict::same && is_far_off(gyro.ratio))
+  if (gyro.verdict == Verdict::same && !scale_limits.hold(gyro.ratio))
     return found(kind("scale_off"), name_of(Source::yaw_rate),
                  "turns " + fixed(gyro.ratio, 2) + " times as far as " + poses_of,
                  key_of(Source::yaw_rate));
@@ -297,21 +300,21 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
   for (const Source wheel : wheel_sources) {
     if (!log.has(wheel)) continue;
     const auto ratio =
-        ratio_of_ways(seen, signals.speed(wheel), std::max(least_way, 6.0 * median_of(sigmas)));
+        distance_ratio(seen, signals.speed(wheel), std::max(min_distance, 6.0 * median_of(sigmas)));
     if (ratio && *ratio < 0.0)
       return found(kind("runs_backwards"), name_of(wheel),
                    "runs backwards where " + poses_of + " sees the car go ahead", key_of(wheel));
-    if (ratio && is_far_off(*ratio))
+    if (ratio && !scale_limits.hold(*ratio))
       return found(kind("scale_off"), name_of(wheel),
                    "is " + fixed(*ratio, 2) + " times as fast as " + poses_of + " sees the car",
                    key_of(wheel));
   }
 
   if (!steered) return std::nullopt;
-  const Comparison steering = compare(seen, *steered, least);
+  const Comparison steering = compare(seen, *steered, min_rms);
   const bool by_gyro =
-      gyro.verdict == Verdict::same && gyro_to_steering.verdict == Verdict::other_way;
-  if (steering.verdict == Verdict::other_way || by_gyro)
+      gyro.verdict == Verdict::same && gyro_to_steering.verdict == Verdict::opposite;
+  if (steering.verdict == Verdict::opposite || by_gyro)
     return wrong_sign(Source::steering, poses_of + " and yaw_rate");
   return std::nullopt;
 }

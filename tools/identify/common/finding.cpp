@@ -36,22 +36,14 @@ double rounded(double value, double sigma) {
   return std::round(value / step) * step;
 }
 
-bool share_is_meaningful(const Finding& finding) {
-  const std::string& key = finding.key;
-  return finding.share == Share::meaningful && 2.0 * finding.sigma < std::fabs(finding.value) &&
-         !key.ends_with(".offset") && !key.ends_with(".latency") && !key.starts_with("imu.") &&
-         !key.starts_with("camera.");
-}
-
 // The uncertainty in per cent with two digits.
 std::string in_per_cent(const Finding& finding) {
-  if (!share_is_meaningful(finding)) return "";
+  const std::string& key = finding.key;
   const double share = 200.0 * finding.sigma / std::fabs(finding.value);
+  if (finding.share == Share::meaningless || !(share < 100.0) || key.ends_with(".offset") ||
+      key.ends_with(".latency") || key.starts_with("imu.") || key.starts_with("camera."))
+    return "";
   return fixed(share, share < 1.0 ? 2 : share < 10.0 ? 1 : 0) + " %";
-}
-
-bool is_written(const Finding& finding) {
-  return !finding.key.empty() && finding.determined == Determined::yes && finding.use == Use::write;
 }
 
 ConfigValue config_value(const Findings& findings, const Finding& finding) {
@@ -73,39 +65,29 @@ double uncertainty_in(const std::string& note) {
 // Whether the two cannot be compared: a fit's inertia includes the wheels' spin, as the filter
 // needs it, and a swing's does not.
 bool are_different_quantities(const ConfigValue& before, const ConfigValue& value) {
-  const auto is_fitted = [](const ConfigValue& one) {
-    return one.note.find("odom identify fit:") != std::string::npos;
+  const auto is_fitted = [](const ConfigValue& each) {
+    return each.note.find("odom identify fit:") != std::string::npos;
   };
   return value.key == "vehicle.yaw_inertia" && is_fitted(before) != is_fitted(value);
 }
 
 // Whether `before` is clearly more precise, not only by chance between two runs of an experiment.
-bool more_precise(const ConfigValue& before, const ConfigValue& value) {
+bool is_more_precise(const ConfigValue& before, const ConfigValue& value) {
   constexpr double clearly = 1.3;
   const double was = uncertainty_in(before.note);
   return was > 0.0 && uncertainty_in(value.note) > clearly * was &&
          !are_different_quantities(before, value);
 }
 
-bool contradict(const ConfigValue& one, const ConfigValue& other) {
+bool do_contradict(const ConfigValue& lhs, const ConfigValue& rhs) {
   constexpr double sigmas = 3.0;
-  return std::fabs(one.value - other.value) >
-         0.5 * sigmas * std::hypot(uncertainty_in(one.note), uncertainty_in(other.note));
-}
-
-diagnostics::Diagnostic kept(const std::string& file, const ConfigValue& before,
-                             const ConfigValue& value) {
-  std::string seen =
-      fmt::format("{} stays {:.9g} ({}), which is more precise than {:.9g} +- {:g}", value.key,
-                  before.value, before.note, value.value, uncertainty_in(value.note));
-  if (contradict(before, value))
-    seen += ", but they contradict each other: unless the car has changed, measure again";
-  return found(tools::kind("more_precise_kept"), file, std::move(seen));
+  return std::fabs(lhs.value - rhs.value) >
+         0.5 * sigmas * std::hypot(uncertainty_in(lhs.note), uncertainty_in(rhs.note));
 }
 
 // Whether the value suggests another car: a car's properties are known within a factor of two
 // before they are measured, the noise and latencies of its sensors are not.
-bool of_another_car(const ConfigValue& before, const ConfigValue& value) {
+bool suggests_another_car(const ConfigValue& before, const ConfigValue& value) {
   constexpr double surprising = 2.0;
   if (!value.key.starts_with("vehicle.") || !(before.value > 0.0) || !(value.value > 0.0))
     return false;
@@ -115,7 +97,7 @@ bool of_another_car(const ConfigValue& before, const ConfigValue& value) {
 
 // The group of values that are only meaningful together: a tyre's curve, an actuator's delay, a
 // signal's line, the axles of one wheelbase.
-std::string_view together(std::string_view key) {
+std::string_view group_of(std::string_view key) {
   const daemon::ConfigKey* row = daemon::config_key(key);
   if (row != nullptr && (row->table == "vehicle" || row->table == "steering") &&
       !row->group.empty())
@@ -141,32 +123,41 @@ struct Writing {
 Writing prepare(Findings& findings, const Delivery& delivery) {
   std::vector<Candidate> candidates;
   for (Finding& finding : findings.values) {
-    if (!is_written(finding)) continue;
-    Candidate one{&finding, config_value(findings, finding), value_in(delivery.write, finding.key)};
-    one.less_precise = one.before && !delivery.force && more_precise(*one.before, one.value);
-    candidates.push_back(std::move(one));
+    if (finding.key.empty() || finding.determined == Determined::no || finding.use == Use::leave)
+      continue;
+    Candidate candidate{&finding, config_value(findings, finding),
+                        value_in(delivery.write, finding.key)};
+    candidate.less_precise =
+        candidate.before && !delivery.force && is_more_precise(*candidate.before, candidate.value);
+    candidates.push_back(std::move(candidate));
   }
   Writing writing;
-  for (const Candidate& one : candidates) {
+  for (const Candidate& candidate : candidates) {
     const bool keep = std::ranges::all_of(candidates, [&](const Candidate& other) {
-      return other.less_precise || together(other.value.key) != together(one.value.key);
+      return other.less_precise || group_of(other.value.key) != group_of(candidate.value.key);
     });
     if (keep) {
-      Finding& finding = *one.finding;
+      Finding& finding = *candidate.finding;
       finding.use = Use::leave;
       finding.remark +=
           fmt::format("{}kept: the previous value is more precise (+- {:g}{}{})",
-                      finding.remark.empty() ? "" : "; ", uncertainty_in(one.before->note),
+                      finding.remark.empty() ? "" : "; ", uncertainty_in(candidate.before->note),
                       finding.unit.empty() ? "" : " ", finding.unit);
-      findings.warnings.push_back(kept(delivery.write, *one.before, one.value));
+      const ConfigValue &before = *candidate.before, &value = candidate.value;
+      add_warning(findings.warnings, tools::kind("more_precise_kept"), delivery.write,
+                  "{} stays {:.9g} ({}), which is more precise than {:.9g} +- {:g}{}", value.key,
+                  before.value, before.note, value.value, uncertainty_in(value.note),
+                  !do_contradict(before, value) ? ""
+                                                : ", but they contradict each other: unless the "
+                                                  "car has changed, measure again");
       ++writing.kept;
       continue;
     }
-    if (one.before && of_another_car(*one.before, one.value))
-      findings.warnings.push_back(found(tools::kind("another_value"), delivery.write,
-                                        fmt::format("{} was {:g} and becomes {:g}", one.value.key,
-                                                    one.before->value, one.value.value)));
-    writing.values.push_back(one.value);
+    if (candidate.before && suggests_another_car(*candidate.before, candidate.value))
+      add_warning(findings.warnings, tools::kind("another_value"), delivery.write,
+                  "{} was {:g} and becomes {:g}", candidate.value.key, candidate.before->value,
+                  candidate.value.value);
+    writing.values.push_back(candidate.value);
   }
   return writing;
 }
@@ -192,12 +183,11 @@ void add_delivery(Command method, Delivery& delivery) {
   method.add_flag("--force", delivery.force, "Also replace numbers that are more precise");
 }
 
-Finding not_negative(Finding latency) {
-  if (!(latency.value < 0.0)) return latency;
+void raise_to_zero(Finding& latency) {
+  if (!(latency.value < 0.0)) return;
   latency.remark += fmt::format("{}measured {} ms, but a latency cannot be negative",
                                 latency.remark.empty() ? "" : "; ", fixed(1e3 * latency.value, 1));
   latency.value = 0.0;
-  return latency;
 }
 
 std::string as_text(const Findings& findings) {

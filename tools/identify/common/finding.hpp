@@ -3,6 +3,8 @@
 // output, with warnings on standard error, and writes them to a configuration if requested.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include <cstdint>
@@ -37,6 +39,12 @@ struct Finding {
   std::string remark;    ///< limits of the value, or why it is undetermined; may be empty
   Use use = Use::write;  ///< leave: shown with the reason, not written
   Share share = Share::meaningful;  ///< as_text() also decides by the key
+
+  /// The experiment does not determine the value, for this reason.
+  void reject(std::string why) {
+    determined = Determined::no;
+    remark = std::move(why);
+  }
 };
 
 /// The results of one run of a method.
@@ -47,32 +55,34 @@ struct Findings {
   diagnostics::Diagnostics warnings;
   std::string table;               ///< data of the method, printed above the values; may be empty
   nlohmann::ordered_json details;  ///< further figures of the method for --json; may be null
+
+  /// Adds a value that the experiment determined.
+  Finding& add(std::string name, std::string key, const Measured& measured, std::string unit,
+               std::string remark = "") {
+    values.push_back({.name = std::move(name),
+                      .key = std::move(key),
+                      .value = measured.value,
+                      .sigma = measured.sigma,
+                      .unit = std::move(unit),
+                      .remark = std::move(remark)});
+    return values.back();
+  }
 };
+
+/// Warns of what was seen, a format and its values.
+template <typename... Values>
+void add_warning(diagnostics::Diagnostics& warnings, const diagnostics::Kind& kind,
+                 std::string subject, fmt::format_string<Values...> seen, Values&&... values) {
+  warnings.push_back(
+      found(kind, std::move(subject), fmt::format(seen, std::forward<Values>(values)...)));
+}
 
 inline void to_json(nlohmann::ordered_json& json, const Measured& measured) {
   json = {{"value", measured.value}, {"sigma", measured.sigma}};
 }
 
-/// A value that the experiment determined.
-[[nodiscard]] inline Finding as_finding(std::string name, std::string key, const Measured& measured,
-                                        std::string unit, std::string remark = "") {
-  return {.name = std::move(name),
-          .key = std::move(key),
-          .value = measured.value,
-          .sigma = measured.sigma,
-          .unit = std::move(unit),
-          .remark = std::move(remark)};
-}
-
-/// A value that the experiment did not determine, with the reason.
-[[nodiscard]] inline Finding undetermined(Finding finding, std::string why) {
-  finding.determined = Determined::no;
-  finding.remark = std::move(why);
-  return finding;
-}
-
-/// A latency for the configuration, where a negative one becomes 0, with a remark.
-[[nodiscard]] Finding not_negative(Finding latency);
+/// Raises a negative latency to 0, the minimum of the configuration, with a remark.
+void raise_to_zero(Finding& latency);
 
 struct Delivery {
   bool json = false;

@@ -97,14 +97,6 @@ void add_record_options(Command method, RecordOptions& options) {
   method.add("--to", "T", options.to, "End time [s] after the record's first sample");
 }
 
-bool is_given(const RecordOptions& options) {
-  return !options.csv.empty() || !options.logs.empty();
-}
-
-std::string name_of(const RecordOptions& options) {
-  return options.csv.empty() ? options.logs.front() : options.csv;
-}
-
 SignalLog read_record(const RecordOptions& options, const std::vector<estimator::Source>& columns) {
   if (!options.csv.empty() && !options.logs.empty()) refuse("--csv and --can: give one of them");
   if (!options.logs.empty() && options.config.empty())
@@ -114,12 +106,6 @@ SignalLog read_record(const RecordOptions& options, const std::vector<estimator:
                                       : read_csv(options.csv, columns);
   cut(log, options);
   return log;
-}
-
-Series read_yaw_rate(const RecordOptions& options, diagnostics::Diagnostics& warnings) {
-  const SignalLog log = read_record(options, {estimator::Source::yaw_rate});
-  append(warnings, log.warnings);
-  return log.need(estimator::Source::yaw_rate);
 }
 
 }  // namespace odomd::tools

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/command.hpp"
 #include "tools/identify/common/signal_log.hpp"
 
@@ -16,20 +15,16 @@ struct RecordOptions {
   std::string csv;
   std::string from, to;
   can::Damage damage = can::Damage::left_out;
+
+  [[nodiscard]] bool is_given() const { return !csv.empty() || !logs.empty(); }
+  [[nodiscard]] std::string name() const { return csv.empty() ? logs.front() : csv; }
 };
 
 void add_record_options(Command method, RecordOptions& options);
-
-[[nodiscard]] bool is_given(const RecordOptions& options);
-[[nodiscard]] std::string name_of(const RecordOptions& options);
 
 /// The signals between --from and --to; a CSV gives those of `columns` that it contains, and must
 /// contain one. Throws std::invalid_argument for an unusable record.
 [[nodiscard]] SignalLog read_record(const RecordOptions& options,
                                     const std::vector<estimator::Source>& columns);
-
-/// The yaw rate of a record.
-[[nodiscard]] Series read_yaw_rate(const RecordOptions& options,
-                                   diagnostics::Diagnostics& warnings);
 
 }  // namespace odomd::tools

@@ -16,6 +16,7 @@
 #include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/log_order.hpp"
+#include "tools/identify/common/finding.hpp"
 #include "tools/math/median.hpp"
 #include "tools/replay/drive.hpp"
 #include "tools/replay/replay_checks.hpp"
@@ -59,10 +60,9 @@ class SignalReader {
         for (const std::uint16_t channel : decoder_.messages()[i].channels)
           log_.why_empty.at(channel) = text_of(*warning);
     if (left_out_ > 0)
-      log_.warnings.push_back(
-          found(diagnostics::kind("log_content"), log_.name,
-                fmt::format("{} without a time of {} own, or not finite, left out",
-                            counted(left_out_, "sample"), left_out_ == 1 ? "its" : "their")));
+      add_warning(log_.warnings, diagnostics::kind("log_content"), log_.name,
+                  "{} without a time of {} own, or not finite, left out",
+                  counted(left_out_, "sample"), left_out_ == 1 ? "its" : "their");
     return std::move(log_);
   }
 

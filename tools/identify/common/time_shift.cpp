@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "tools/cli/text.hpp"
 #include "tools/math/least_squares.hpp"
@@ -120,10 +121,8 @@ Offset solve(const OffsetRegression& r) {
   result.explained = std::max(0.0, 1.0 - variance / spread);
 
   const std::vector<std::size_t> block = blocks_of(r.t, r.block);
-  std::size_t blocks = 1;
-  for (std::size_t i = 1; i < block.size(); ++i) blocks += block[i] != block[i - 1] ? 1U : 0U;
-  const double few_blocks =
-      blocks > 4 ? static_cast<double>(blocks) / (static_cast<double>(blocks) - 2.0) : 4.0;
+  const auto blocks = static_cast<double>(std::set(block.begin(), block.end()).size());
+  const double few_blocks = blocks > 4.0 ? blocks / (blocks - 2.0) : 4.0;
   const MatrixXd covariance = covariance_by_blocks(problem, found, block, few_blocks);
   const double known_share = 1.0 - found.weights.sum() * result.coefficients[0] *
                                        result.coefficients[0] * r.slope_noise *

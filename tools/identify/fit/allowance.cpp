@@ -11,13 +11,13 @@ Numbers<double> at_many_speeds(double wheelbase) {
   return sigmas_of(&ParameterInfo::model_error, wheelbase);
 }
 
-constexpr double of_the_exercise = 0.4;  // speed variety that suffices
-constexpr double most_times = 30.0;
+constexpr double exercise_speed_variety = 0.4;  // of the exercise in the help: sufficient
+constexpr double max_factor = 30.0;
 
 /// Factor on the allowance for parameters that only different speeds separate, from the errors in
 /// simulated laps and slaloms at one speed.
-double times(double variety) {
-  return std::clamp(std::pow(of_the_exercise / std::max(variety, 1e-3), 2), 1.0, most_times);
+double widening(double variety) {
+  return std::clamp(std::pow(exercise_speed_variety / std::max(variety, 1e-3), 2), 1.0, max_factor);
 }
 
 /// At one speed, more steering looks like softer front tyres, and a camera farther ahead like
@@ -30,7 +30,7 @@ constexpr std::array all_look_alikes{LookAlikes{stiffness_front, steering_scale,
 
 /// The pairs in which neither parameter is known beforehand as precisely as a fit over many speeds
 /// would determine it.
-std::vector<LookAlikes> open_ones(double wheelbase, const Settings& settings) {
+std::vector<LookAlikes> open_pairs(double wheelbase, const Settings& settings) {
   const Numbers<double> sigma = at_many_speeds(wheelbase);
   const auto open = [&](Parameter k) {
     return settings.free[k] && settings.prior_sigma[k] > sigma[k];
@@ -43,7 +43,7 @@ std::vector<LookAlikes> open_ones(double wheelbase, const Settings& settings) {
 
 }  // namespace
 
-std::vector<std::size_t> Settings::free_ones() const {
+std::vector<std::size_t> Settings::free_parameters() const {
   std::vector<std::size_t> ones;
   for (std::size_t k = 0; k < parameters; ++k)
     if (free[k]) ones.push_back(k);
@@ -58,13 +58,13 @@ Measured Settings::known(std::size_t k) const {
 }
 
 bool at_one_speed(double wheelbase, const Settings& settings, double variety) {
-  return times(variety) > 2.0 && !open_ones(wheelbase, settings).empty();
+  return widening(variety) > 2.0 && !open_pairs(wheelbase, settings).empty();
 }
 
 std::optional<Parameter> twin(double wheelbase, const Settings& settings, double variety,
                               Parameter k) {
   if (!at_one_speed(wheelbase, settings, variety)) return std::nullopt;
-  for (const LookAlikes& pair : open_ones(wheelbase, settings)) {
+  for (const LookAlikes& pair : open_pairs(wheelbase, settings)) {
     if (k == pair.tyres) return pair.other;
     if (k == pair.other) return pair.tyres;
   }
@@ -73,8 +73,8 @@ std::optional<Parameter> twin(double wheelbase, const Settings& settings, double
 
 Numbers<double> allowance(double wheelbase, const Settings& settings, double variety) {
   Numbers<double> sigma = at_many_speeds(wheelbase);
-  for (const LookAlikes& pair : open_ones(wheelbase, settings))
-    for (const Parameter k : {pair.tyres, pair.other, pair.third}) sigma[k] *= times(variety);
+  for (const LookAlikes& pair : open_pairs(wheelbase, settings))
+    for (const Parameter k : {pair.tyres, pair.other, pair.third}) sigma[k] *= widening(variety);
   return sigma;
 }
 

@@ -73,7 +73,7 @@ Chain chain_between(const Setup& setup, const Drive& drive, double begin, std::s
   return chain;
 }
 
-bool fast(const Setup& setup, const Drive& drive, double begin) {
+bool is_fast(const Setup& setup, const Drive& drive, double begin) {
   for (std::size_t k = 0; k <= setup.knots(); ++k)
     if (std::fabs(drive.speed.at(begin + static_cast<double>(k) * setup.knot)) < setup.slow)
       return false;
@@ -90,7 +90,7 @@ std::vector<Chain> chains_of(const Setup& setup, const Drive& drive) {
   };
   std::size_t first = 0;
   for (std::size_t k = 0; k <= count; ++k) {
-    if (k < count && fast(setup, drive, begin_of(k))) continue;
+    if (k < count && is_fast(setup, drive, begin_of(k))) continue;
     if (k - first >= 2) chains.push_back(chain_between(setup, drive, begin_of(first), k - first));
     first = k + 1;
   }

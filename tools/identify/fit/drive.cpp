@@ -14,8 +14,8 @@ namespace {
 using estimator::Source;
 
 // Adds means over neighbouring samples, to limit the number of samples of a fast sensor.
-void add(std::vector<Sample>& samples, const Series& series, Source source, double sigma,
-         std::int64_t origin_ns, double spacing) {
+void add_means(std::vector<Sample>& samples, const Series& series, Source source, double sigma,
+               std::int64_t origin_ns, double spacing) {
   const auto time = [&](std::size_t i) {
     return 1e-9 * static_cast<double>(series.t_ns[i] - origin_ns);
   };
@@ -104,14 +104,14 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
   const auto sigma_of = [&](Source source) {
     return config.can.signals[estimator::index_of(source)].sigma;
   };
-  const auto take = [&](Source source, const Series& series) {
-    add(drive.samples, series, source, sigma_of(source), log.first_ns, least_spacing(config));
+  const auto add_source = [&](Source source, const Series& series) {
+    add_means(drive.samples, series, source, sigma_of(source), log.first_ns, least_spacing(config));
   };
   for (const Source source : estimator::all_sources) {
     if (is_wheel(source))
-      take(source, with_direction(log.of(source), gear));
+      add_source(source, with_direction(log.of(source), gear));
     else if (is_inertial(source))
-      take(source, log.of(source));
+      add_source(source, log.of(source));
   }
   std::erase_if(drive.samples, [&](const Sample& sample) {
     return sample.t < drive.begin || sample.t > drive.end;

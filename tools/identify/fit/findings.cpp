@@ -40,19 +40,23 @@ struct Builder {
     return result.covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
   }
 
-  [[nodiscard]] bool astray(Parameter k) const {
+  [[nodiscard]] bool is_astray(Parameter k) const {
     return std::fabs(result.p[k]) > astray_sigmas * settings.prior_sigma[k];
   }
 
+  [[nodiscard]] std::string sigmas_off(Parameter k) const {
+    return fixed(std::fabs(result.p[k]) / settings.prior_sigma[k], 1);
+  }
+
+  /// Why the drive does not determine the parameter; empty if it does.
   [[nodiscard]] std::string why_not(Parameter k) const {
     if (!settings.free[k]) return "fixed";
     const std::optional<Parameter> other =
         twin(config.vehicle.wheelbase(), settings, result.turns.speed_variety, k);
-    if (other && (astray(k) || astray(*other))) {
-      const Parameter far = astray(k) ? k : *other;
+    if (other && (is_astray(k) || is_astray(*other))) {
+      const Parameter far = is_astray(k) ? k : *other;
       return "at one speed indistinguishable from " + meaning(*other) +
-             (far == k ? ", and " : ", which came out ") +
-             fixed(std::fabs(result.p[far]) / settings.prior_sigma[far], 1) +
+             (far == k ? ", and " : ", which came out ") + sigmas_off(far) +
              " sigmas from the configured value";
     }
     if (sigma[k] < reported_below * settings.prior_sigma[k]) return "";
@@ -63,34 +67,25 @@ struct Builder {
     };
     std::string reason = "the drive adds little to what was known (2 sigma " + two_sigma(sigma[k]) +
                          ", before " + two_sigma(settings.prior_sigma[k]) + ")";
-    double strongest = 0.0;
-    std::size_t partner = k;
-    for (std::size_t j = 0; j < parameters; ++j) {
-      if (j == k || !settings.free[j]) continue;
-      const double r = covariance(k, j) / std::sqrt(covariance(k, k) * covariance(j, j));
-      if (std::fabs(r) > std::fabs(strongest)) {
-        strongest = r;
-        partner = j;
-      }
-    }
-    if (std::fabs(strongest) > 0.7)
-      reason += "; correlated with " + std::string(parameter_table()[partner].name) + " (" +
-                fixed(strongest, 2) + ")";
+    const auto correlation = [&](const ParameterInfo& partner) {
+      const Parameter j = partner.parameter;
+      if (j == k || !settings.free[j]) return 0.0;
+      return covariance(k, j) / std::sqrt(covariance(k, k) * covariance(j, j));
+    };
+    const ParameterInfo& strongest = *std::ranges::max_element(
+        parameter_table(), {},
+        [&](const auto& partner) { return std::fabs(correlation(partner)); });
+    if (const double r = correlation(strongest); std::fabs(r) > 0.7)
+      reason += "; correlated with " + std::string(strongest.name) + " (" + fixed(r, 2) + ")";
     return reason;
   }
 
   void add(Parameter k, std::string name, std::string key, const Measured& measured,
            std::string remark = "") {
     if (!settings.free[k]) return;
-    findings.values.push_back(as_finding(std::move(name), std::move(key), measured,
-                                         std::string(parameter_table()[k].unit),
-                                         std::move(remark)));
-    if (std::string reason = why_not(k); !reason.empty())
-      reject(findings.values.back(), std::move(reason));
-  }
-
-  static void reject(Finding& finding, std::string reason) {
-    finding = undetermined(std::move(finding), std::move(reason));
+    Finding& finding = findings.add(std::move(name), std::move(key), measured,
+                                    std::string(parameter_table()[k].unit), std::move(remark));
+    if (std::string reason = why_not(k); !reason.empty()) finding.reject(std::move(reason));
   }
 
   [[nodiscard]] static std::string meaning(Parameter k) {
@@ -104,21 +99,15 @@ struct Builder {
     add(k, meaning(k), key, {value, info.kind == Kind::factor ? value * sigma[k] : sigma[k]});
   }
 
-  // measured = e^s true + b, so true = (measured - b) / e^s, in addition to the configured scale.
-  void add_scale(Source source, Parameter scale) {
+  // measured = e^s true + b, so true = (measured - b) / e^s, in addition to the configured line.
+  void add_line(Source source, Parameter scale, std::optional<Parameter> offset = {}) {
     const can::SignalBinding* binding = binding_of(config, source);
     if (binding == nullptr) return;
-    const double value = binding->scale * std::exp(-result.p[scale]);
+    const double factor = std::exp(-result.p[scale]), value = binding->scale * factor;
     add(scale, meaning(scale), key_of(source, ".scale"), {value, std::fabs(value) * sigma[scale]});
-  }
-
-  void add_scale_and_offset(Source source, Parameter scale, Parameter offset) {
-    add_scale(source, scale);
-    const can::SignalBinding* binding = binding_of(config, source);
-    if (binding == nullptr) return;
-    const double factor = std::exp(-result.p[scale]);
-    add(offset, meaning(offset), key_of(source, ".offset"),
-        {(binding->offset - result.p[offset]) * factor, sigma[offset] * factor});
+    if (offset)
+      add(*offset, meaning(*offset), key_of(source, ".offset"),
+          {(binding->offset - result.p[*offset]) * factor, sigma[*offset] * factor});
   }
 
   // Latencies are not negative: slightly negative ones become 0.
@@ -132,8 +121,8 @@ struct Builder {
     if (!(measured < -2.0 * sigma[k])) {
       add(k, name, key, {std::max(0.0, measured), sigma[k]}, std::move(remark));
     } else if (settings.free[k]) {
-      findings.values.push_back(undetermined(as_finding(name, key, {measured, sigma[k]}, "s"),
-                                             remark + ": are the poses' stamps late?"));
+      findings.add(name, key, {measured, sigma[k]}, "s")
+          .reject(remark + ": are the poses' stamps late?");
     }
   }
 };
@@ -165,45 +154,41 @@ void add_tyres(Builder& b, const AxleParameters& a) {
   if (!linear.empty()) {
     b.add_value(a.stiffness, stiffness_key);
     // If the curve is impossible, another cause has changed it, and its slope as well.
-    if (b.settings.free[a.stiffness] && b.settings.free[a.bend] && b.astray(a.bend) &&
+    if (b.settings.free[a.stiffness] && b.settings.free[a.bend] && b.is_astray(a.bend) &&
         b.findings.values.back().determined == Determined::yes) {
-      Builder::reject(b.findings.values.back(),
-                      "correlated with " + Builder::meaning(a.bend) + ", which came out " +
-                          fixed(std::fabs(b.result.p[a.bend]) / b.settings.prior_sigma[a.bend], 1) +
-                          " sigmas from the usual value");
+      b.findings.values.back().reject("correlated with " + Builder::meaning(a.bend) +
+                                      ", which came out " + b.sigmas_off(a.bend) +
+                                      " sigmas from the usual value");
     }
     if (b.settings.free[a.bend])
-      b.findings.values.push_back(
-          undetermined(as_finding("grip, " + end, "", {brush ? brush->grip : 0.0, 0.0}, "m/s2"),
-                       linear + ": linear tyres"));
+      b.findings.add("grip, " + end, "", {brush ? brush->grip : 0.0, 0.0}, "m/s2")
+          .reject(linear + ": linear tyres");
     return;
   }
-  // σ² = gᵀ Σ g, with g the derivatives with respect to the curve's parameters.
+  // Σ' = J Σ Jᵀ, with J the derivatives of stiffness and grip with respect to the curve's
+  // parameters.
   constexpr double h = 1e-3;
   const std::array<std::size_t, 3> curve{a.stiffness, a.bend, load_arm};
-  Eigen::Vector3d by_stiffness, by_grip;
+  Eigen::Matrix<double, 2, 3> jacobian;
   for (std::size_t i = 0; i < curve.size(); ++i) {
     Numbers<double> p = b.result.p;
     p[curve.at(i)] += h;
     const BrushTyre moved = brush_at(p).value_or(*brush);
-    by_stiffness(static_cast<Eigen::Index>(i)) = (moved.stiffness - brush->stiffness) / h;
-    by_grip(static_cast<Eigen::Index>(i)) = (moved.grip - brush->grip) / h;
+    jacobian.col(static_cast<Eigen::Index>(i)) << (moved.stiffness - brush->stiffness) / h,
+        (moved.grip - brush->grip) / h;
   }
-  const Eigen::Matrix3d covariance = b.result.covariance(curve, curve);
-  const double of_stiffness = by_stiffness.dot(covariance * by_stiffness);
-  const double of_grip = by_grip.dot(covariance * by_grip);
+  const Eigen::Vector2d sigmas =
+      (jacobian * b.result.covariance(curve, curve) * jacobian.transpose()).diagonal().cwiseSqrt();
   // The stiffness is no more precise than the fitted one.
   b.add(a.stiffness, Builder::meaning(a.stiffness), stiffness_key,
-        {brush->stiffness,
-         std::max(std::sqrt(of_stiffness), brush->stiffness * b.sigma[a.stiffness])},
+        {brush->stiffness, std::max(sigmas[0], brush->stiffness * b.sigma[a.stiffness])},
         "of a tyre that saturates");
-  b.findings.values.push_back(
-      as_finding("grip, " + end, "vehicle.grip_" + end, {brush->grip, std::sqrt(of_grip)}, "m/s2"));
+  b.findings.add("grip, " + end, "vehicle.grip_" + end, {brush->grip, sigmas[1]}, "m/s2");
 }
 
 // Delay and lag of an actuator, if the steering signal is a command.
 void add_steering(Builder& b) {
-  b.add_scale_and_offset(Source::steering, steering_scale, steering_offset);
+  b.add_line(Source::steering, steering_scale, steering_offset);
   b.add_value(steering_delay, "");
   if (!b.settings.free[steering_delay] || !b.settings.free[steering_lag]) return;
   // The fitted parameters are the total delay and the logarithm of the lag: dτ = τ dp
@@ -217,9 +202,7 @@ void add_steering(Builder& b) {
   response.time_constant = {lag, of_lag};
   response.dead_time = {
       whole - lag, std::sqrt(std::max(of_whole * of_whole + of_lag * of_lag - 2.0 * both, 0.0))};
-  ActuatorFindings actuator = actuator_findings(response, {}, b.config.vehicle.steering);
-  for (Finding& finding : actuator.values) b.findings.values.push_back(std::move(finding));
-  append(b.findings.warnings, actuator.warnings);
+  add_actuator(response, {}, b.config.vehicle.steering, b.findings);
 }
 
 void add_accelerometers(Builder& b) {
@@ -239,13 +222,13 @@ void add_accelerometers(Builder& b) {
   b.add_value(imu_x, "imu.position[0]");
   b.add_value(imu_y, "imu.position[1]");
   // The configuration rotates both axes together: they must have the same message and latency.
-  const bool together =
+  const bool same_message =
       x != nullptr && y != nullptr && x->message == y->message && x->latency_ns == y->latency_ns;
-  b.add_value(imu_yaw, together ? "imu.yaw" : "");
+  b.add_value(imu_yaw, same_message ? "imu.yaw" : "");
 }
 
 void add_wheels(Builder& b) {
-  for (const Source source : wheel_sources) b.add_scale(source, wheel_scale(source));
+  for (const Source source : wheel_sources) b.add_line(source, wheel_scale(source));
   for (const Source source : wheel_sources) b.add_latency(wheel_latency(source), source);
 }
 
@@ -275,7 +258,7 @@ nlohmann::ordered_json details_of(const Builder& b) {
 
 Findings findings_of(const daemon::Config& config, std::span<const Drive> drives,
                      const Settings& settings, const Result& result) {
-  Findings findings{.method = "fit", .origin = "", .values = {}, .warnings = {}, .details = {}};
+  Findings findings{.method = "fit"};
   double seconds = 0.0;
   for (const Drive& drive : drives) seconds += drive.end - drive.begin;
   findings.origin = fixed(seconds, 0) + " s of drive";
@@ -297,7 +280,7 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
   b.add_value(yaw_inertia, "vehicle.yaw_inertia");
   b.add_value(track_width, "vehicle.track_width");
   add_steering(b);
-  b.add_scale_and_offset(Source::yaw_rate, gyro_scale, gyro_bias);
+  b.add_line(Source::yaw_rate, gyro_scale, gyro_bias);
   b.add_latency(gyro_latency, Source::yaw_rate);
   add_accelerometers(b);
   add_wheels(b);
@@ -305,29 +288,27 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
   b.add_value(camera_y, "camera.lever_arm[1]");
   b.add_value(camera_yaw, "camera.lever_arm[2]");
   if (at_one_speed(config.vehicle.wheelbase(), settings, result.turns.speed_variety))
-    findings.warnings.push_back(
-        found(kind("one_speed"), {},
-              "the turns are driven at much the same speed, where more steering and softer front "
-              "tyres look alike, as do softer rear tyres and a camera farther ahead: these are "
-              "poorly determined"));
+    add_warning(findings.warnings, kind("one_speed"), {},
+                "the turns are driven at much the same speed, where more steering and softer front "
+                "tyres look alike, as do softer rear tyres and a camera farther ahead: these are "
+                "poorly determined");
   if (!kind("hard_turns").limits.hold(result.turns.hard))
-    findings.warnings.push_back(found(
-        kind("hard_turns"), {},
-        fixed(100.0 * result.turns.hard, 0) +
-            " % of the drive is above half of the grip (4.9 m/s2), where tyres are not "
-            "linear: latencies of the wheels and stiffnesses may be off by more than stated"));
+    add_warning(
+        findings.warnings, kind("hard_turns"), {},
+        "{} % of the drive is above half of the grip (4.9 m/s2), where tyres are not linear: "
+        "latencies of the wheels and stiffnesses may be off by more than stated",
+        fixed(100.0 * result.turns.hard, 0));
   const auto before_the_poses = [](const Finding& finding) {
     return finding.name.starts_with("latency of ") && finding.value < 0.0;
   };
   const auto early = std::ranges::find_if(findings.values, before_the_poses);
   if (early != findings.values.end())
-    findings.warnings.push_back(
-        found(kind("poses_stamped_late"), early->name,
-              "came out " + fixed(-1e3 * early->value, 0) +
-                  " ms before the poses: their stamps look late, and latencies and the steering's "
-                  "delay are off by as much"));
+    add_warning(findings.warnings, kind("poses_stamped_late"), early->name,
+                "came out {} ms before the poses: their stamps look late, and latencies and the "
+                "steering's delay are off by as much",
+                fixed(-1e3 * early->value, 0));
   if (!result.settled)
-    findings.warnings.push_back(found(kind("not_converged"), {}, "the fit did not converge"));
+    add_warning(findings.warnings, kind("not_converged"), {}, "the fit did not converge");
   findings.details = details_of(b);
   findings.details["turns"] = {{"speed_variety", result.turns.speed_variety},
                                {"beyond_half_of_the_grip", result.turns.hard},

@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <stdexcept>
 #include <string>
 
 #include "tools/cli/command_line.hpp"
+#include "tools/cli/refuse.hpp"
 #include "tools/identify/fit/parameters.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/marker_tracking/options.hpp"
@@ -75,12 +75,11 @@ Examples:
 }
 
 void check(const FitOptions& o) {
-  const auto refuse = [](const char* what) { throw std::invalid_argument(what); };
   if (!(o.from >= 0.0)) refuse("--from: must not be negative");
   if (o.to != 0.0 && !(o.to - o.from >= fitting::least_duration))
     refuse("--to: must be at least ten seconds after --from");
-  for (const std::string& name : o.freed) static_cast<void>(fitting::parameter_named(name));
-  for (const std::string& name : o.fixed) static_cast<void>(fitting::parameter_named(name));
+  for (const auto& names : {o.freed, o.fixed})
+    for (const std::string& name : names) static_cast<void>(fitting::parameter_named(name));
   for (const std::string& text : o.priors) static_cast<void>(fitting::parse_prior(text));
 }
 

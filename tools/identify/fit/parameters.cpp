@@ -1,8 +1,10 @@
 #include "tools/identify/fit/parameters.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <vector>
 
 #include "base/nearest_name.hpp"
@@ -29,21 +31,15 @@ const ParameterInfo* find(std::string_view name) {
 
 std::vector<std::string> names_of_all() {
   std::vector<std::string> names;
-  names.reserve(table.size() + 1);
   for (const ParameterInfo& info : table) names.emplace_back(info.name);
   return names;
 }
 
-std::string list_of(const std::vector<std::string>& names) {
-  std::string list = "; available:";
-  for (const std::string& name : names) list += ' ' + name;
-  return list;
-}
-
 [[noreturn]] void refuse_name(std::string_view name, const std::vector<std::string>& names) {
   const bool misspelt = resembles(name, nearest_name(name, names));
-  throw std::invalid_argument("\"" + std::string(name) + "\" is not a parameter of the fit" +
-                              (misspelt ? nearest_hint(name, names) : list_of(names)));
+  refuse(
+      "\"{}\" is not a parameter of the fit{}", name,
+      misspelt ? nearest_hint(name, names) : fmt::format("; available: {}", fmt::join(names, " ")));
 }
 
 // The unit of a prior's sigma: relative for factors and for the mass, which is not a parameter.

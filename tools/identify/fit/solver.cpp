@@ -35,7 +35,7 @@ constexpr double huber = 2.5;            // in standard deviations
 constexpr double knot_change = 0.7;
 
 /// Standard deviations of the gap between a window's end and the start of the next.
-std::array<double, st::states> believed(double wheelbase) {
+std::array<double, st::states> gap_sigmas(double wheelbase) {
   const double pace = std::sqrt(wheelbase / 0.26);  // for speeds and times (Froude number)
   return {0.004 * wheelbase,
           0.004 * wheelbase,
@@ -50,7 +50,7 @@ std::array<double, st::states> believed(double wheelbase) {
 
 /// Residual e such that e² is Huber's loss.
 template <class T>
-T bounded(const T& e) {
+T huber_residual(const T& e) {
   using std::sqrt;
   if (number(e) > huber) return sqrt(2.0 * huber * e - huber * huber);
   if (number(e) < -huber) return -sqrt(-2.0 * huber * e - huber * huber);
@@ -89,12 +89,12 @@ struct WindowCost {
     for_each_residual(setup, window, p, trajectory,
                       [&](std::size_t kind, const T& e, double stated) {
                         const double noise = setup.noise[kind];
-                        *out++ = bounded(static_cast<T>(e / (noise > 0.0 ? noise : stated)));
+                        *out++ = huber_residual(static_cast<T>(e / (noise > 0.0 ? noise : stated)));
                       });
     for (std::size_t k = 0; k < course.last; ++k)
       *out++ = (course.accel(k + 1) - course.accel(k)) / knot_change;
     for (std::size_t k = 0; k <= course.last; ++k) *out++ = course.steering(k);
-    const auto sigma = believed(setup.wheelbase);
+    const auto sigma = gap_sigmas(setup.wheelbase);
     for (std::size_t k = 0; k < st::states; ++k)
       *out++ = (trajectory.states.back()[k] - blocks[3][k]) / sigma[k];
     return std::all_of(residuals, out, [](const T& e) { return is_finite(e); });
@@ -111,11 +111,11 @@ struct Built {
 /// The result refers to the setup and the chains.
 Built build(const Setup& setup, const Settings& settings, const Numbers<double>& p,
             std::vector<Chain>& chains) {
-  const std::vector<std::size_t> free = settings.free_ones();
+  const std::vector<std::size_t> free = settings.free_parameters();
   const auto count = static_cast<Eigen::Index>(free.size());
   Built built{.problem = std::make_unique<ceres::Problem>(), .p = {}, .cluster_rows = {}};
   for (const std::size_t k : free) built.p.push_back(p[k]);
-  const auto together =
+  const auto windows_per_cluster =
       std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(independent_s / setup.window)));
   // 72 derivatives: one pass for a usual window (30 free parameters, 10 knots).
   using Cost = ceres::DynamicAutoDiffCostFunction<WindowCost, 72>;
@@ -130,7 +130,7 @@ Built build(const Setup& setup, const Settings& settings, const Numbers<double>&
       built.problem->AddResidualBlock(cost.release(), nullptr, built.p.data(),
                                       chain.nodes[w].data(), chain.inner[w].data(),
                                       chain.nodes[w + 1].data());
-      if (w % together == 0) built.cluster_rows.push_back(0);
+      if (w % windows_per_cluster == 0) built.cluster_rows.push_back(0);
       built.cluster_rows.back() += rows;
     }
   }
@@ -158,7 +158,7 @@ Built build(const Setup& setup, const Settings& settings, const Numbers<double>&
 //   cov = A⁻¹ (Σ_c s_c s_cᵀ + P) A⁻¹,  s_c = J_cᵀ e_c,  P the priors' part of A.
 // Only the parameters' rows are needed: A⁻¹ E.
 void uncertainties(const Built& built, const Settings& settings, Result& result) {
-  const std::vector<std::size_t> free = settings.free_ones();
+  const std::vector<std::size_t> free = settings.free_parameters();
   const auto count = static_cast<Eigen::Index>(free.size());
   ceres::Problem::EvaluateOptions options;
   options.num_threads = settings.threads;
@@ -206,13 +206,7 @@ void uncertainties(const Built& built, const Settings& settings, Result& result)
   }
 }
 
-std::string name_of_kind(std::size_t kind) {
-  if (kind == position_kind) return "position";
-  if (kind == yaw_kind) return "yaw";
-  return std::string(estimator::source_names[kind]);
-}
-
-constexpr int most_passes = 6;            // unless it converges sooner
+constexpr int max_passes = 6;             // unless it converges sooner
 constexpr int iterations_of_a_pass = 15;  // at most
 /// Iterations for a drive with much excitation; others take up to five times as many.
 constexpr int usual_iterations = 30;
@@ -229,7 +223,7 @@ class ProgressReport final : public ceres::IterationCallback {
     if (settings_.progress)
       settings_.progress(fmt::format(
           "pass {} of {} ({} at most), iteration {}: cost {}, {} s elapsed, about {} s to go",
-          pass_, std::max(pass_, settings_.passes), most_passes, summary.iteration,
+          pass_, std::max(pass_, settings_.passes), max_passes, summary.iteration,
           fixed(summary.cost, 1), fixed(gone, 0), fixed(left, 0)));
     return ceres::SOLVER_CONTINUE;
   }
@@ -242,17 +236,14 @@ class ProgressReport final : public ceres::IterationCallback {
 };
 
 constexpr double small_gain = 2e-3;  // relative decrease of the cost in a pass
-constexpr double still = 3e-3;       // change of latencies between passes, for a 1:10 car [s]
+constexpr double max_latency_change =
+    3e-3;  // change of latencies between passes, for a 1:10 car [s]
 
-double moved(const Numbers<double>& before, const Numbers<double>& after) {
-  double most = 0.0;
+double latency_change(const Numbers<double>& before, const Numbers<double>& after) {
+  double largest = 0.0;
   for (const Parameter k : {gyro_latency, accel_latency, wheel_latency_front, wheel_latency_rear})
-    most = std::max(most, std::fabs(after[k] - before[k]));
-  return most;
-}
-
-double rounded_window(double wanted, double knot) {
-  return knot * std::max(2.0, std::round(wanted / knot));
+    largest = std::max(largest, std::fabs(after[k] - before[k]));
+  return largest;
 }
 
 }  // namespace
@@ -270,7 +261,7 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
   // With knots finer than the sensors' cycles, the motion between two samples would be arbitrary.
   for (const Drive& drive : drives)
     setup.knot = std::max(setup.knot, 0.05 * std::ceil(drive.steering_cycle / 0.05 - 0.1));
-  setup.window = rounded_window(settings.window, setup.knot);
+  setup.window = setup.knot * std::max(2.0, std::round(settings.window / setup.knot));
   // Speeds, like times, scale with the square root of the car's size (Froude number).
   setup.floor_speed = 0.04 * std::sqrt(setup.wheelbase);
   setup.slow = 0.6 * std::sqrt(setup.wheelbase);
@@ -283,11 +274,11 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     std::ranges::move(parts, std::back_inserter(chains));
   }
 
-  const std::vector<std::size_t> free = settings.free_ones();
+  const std::vector<std::size_t> free = settings.free_parameters();
   if (free.empty()) refuse("--fix: no parameter is left to fit");
   Result result;
   ProgressReport progress(settings);
-  for (int pass = 1; !result.settled && pass <= most_passes; ++pass) {
+  for (int pass = 1; !result.settled && pass <= max_passes; ++pass) {
     const Numbers<double> before = result.p;
     // Coarse steps suffice far from the solution, if a window contains a whole number of them.
     setup.step = pass == 1 && setup.knots() % 2 == 0 ? 2.0 * fine : fine;
@@ -319,8 +310,8 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     // The next pass assigns samples with the fitted latencies, with noise from the residuals.
     const double gained = summary.initial_cost - summary.final_cost;
     result.settled = pass >= settings.passes && gained < small_gain * summary.final_cost &&
-                     moved(before, result.p) < still * slowness(config);
-    if (result.settled || pass == most_passes) {
+                     latency_change(before, result.p) < max_latency_change * slowness(config);
+    if (result.settled || pass == max_passes) {
       uncertainties(built, settings, result);
     } else if (pass <= settings.passes) {  // later the noise stays fixed, so that the fit converges
       update_noise(setup, residuals_of(setup, chains, result.p));
@@ -330,7 +321,10 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
   result.turns = turns_of(chains);
   const Residuals rest = residuals_of(setup, chains, result.p);
   for (std::size_t kind = 0; kind < kinds; ++kind)
-    result.sources.push_back({name_of_kind(kind), rest.values[kind].size(), rest.stated[kind],
+    result.sources.push_back({kind == position_kind ? "position"
+                              : kind == yaw_kind    ? "yaw"
+                                                    : std::string(estimator::source_names[kind]),
+                              rest.values[kind].size(), rest.stated[kind],
                               robust_sigma(rest.values[kind])});
   return result;
 }

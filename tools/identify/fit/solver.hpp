@@ -77,7 +77,7 @@ struct Settings {
   int threads = 1;
   std::function<void(const std::string&)> progress;  ///< called with a line now and then
 
-  [[nodiscard]] std::vector<std::size_t> free_ones() const;
+  [[nodiscard]] std::vector<std::size_t> free_parameters() const;
   /// The prior of p: its value and standard deviation.
   [[nodiscard]] Measured known(std::size_t k) const;
 };

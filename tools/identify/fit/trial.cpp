@@ -32,7 +32,7 @@ constexpr double both_sides = 0.25;  // of `half`: maximum distance to a pose on
 
 // The cubic's value at u = 0 for x, y and yaw: least squares, then again with weights 1 / (1 + (r /
 // 3σ)²) from the residuals r.
-Eigen::Vector3d middle_of(std::span<const PoseSample> places, double t, double half) {
+Eigen::Vector3d smoothed_pose(std::span<const PoseSample> places, double t, double half) {
   const auto count = static_cast<Eigen::Index>(places.size());
   Eigen::MatrixX4d a(count, 4);
   Eigen::MatrixX3d b(count, 3);
@@ -43,22 +43,16 @@ Eigen::Vector3d middle_of(std::span<const PoseSample> places, double t, double h
     b.row(i) << place.x, place.y, place.yaw;
   }
   const Eigen::MatrixX3d rest = b - a * a.householderQr().solve(b);
-  Eigen::VectorXd weight(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const PoseSample& place = places[static_cast<std::size_t>(i)];
     const double off =
         std::hypot(rest(i, 0), rest(i, 1)) / std::hypot(place.sigma_x, place.sigma_y) +
         std::fabs(rest(i, 2)) / place.sigma_yaw;
-    weight(i) = 1.0 / std::hypot(1.0, off / far_off);
+    const double weight = 1.0 / std::hypot(1.0, off / far_off);
+    a.row(i) *= weight;
+    b.row(i) *= weight;
   }
-  const Eigen::MatrixX4d weighted = weight.asDiagonal() * a;
-  const Eigen::MatrixX3d wanted = weight.asDiagonal() * b;
-  return weighted.householderQr().solve(wanted).row(0);
-}
-
-bool is_wheel(std::string_view key) {
-  return key.find(".wheel_") != std::string_view::npos ||
-         key.find(".motor.") != std::string_view::npos;
+  return a.householderQr().solve(b).row(0);
 }
 
 // The group of a value: correlated values are accepted together.
@@ -66,7 +60,8 @@ std::string_view group_of(std::string_view key) {
   if (key == "camera.lever_arm[2]") return "yaw of the camera";
   if (const daemon::ConfigKey* row = daemon::config_key(key)) return row->group;
   if (key.starts_with("can.signals.steering")) return "steering";
-  if (is_wheel(key)) return key.ends_with(".latency") ? "ages of the wheels" : "wheel scales";
+  if (key.starts_with("can.signals.wheel_") || key.starts_with("can.signals.motor."))
+    return key.ends_with(".latency") ? "ages of the wheels" : "wheel scales";
   if (key.ends_with(".latency")) return "ages of gyro and accelerometers";
   if (key.starts_with("can.signals.yaw_rate")) return "gyro's scale and bias";
   if (key.starts_with("can.signals.accel")) return "accelerometers' biases";
@@ -93,13 +88,13 @@ std::vector<Group> groups_of(const Findings& findings) {
   return groups;
 }
 
-/// The errors if one group is switched.
-Ratio turned(std::vector<Group> groups, std::size_t which,
-             const std::function<Ratio(const Patch&)>& judge) {
-  groups[which].taken = !groups[which].taken;
+/// The errors if one group is accepted that is not yet, or dropped if it is.
+Ratio evaluate_with_toggled(std::vector<Group> groups, std::size_t which,
+                            const std::function<Ratio(const Patch&)>& judge) {
+  groups[which].accepted = !groups[which].accepted;
   Patch all;
   for (const Group& group : groups)
-    if (group.taken) all.insert(all.end(), group.patch.begin(), group.patch.end());
+    if (group.accepted) all.insert(all.end(), group.patch.begin(), group.patch.end());
   return judge(all);
 }
 
@@ -111,17 +106,17 @@ std::vector<Score> scores(std::span<const tools::Drive> drives, const Patch& pat
     const ReplayedDrive replayed = replay_drive(drive, config);
     const auto [x, y, yaw] = config.camera.lever_arm;
     const Trajectory whole = at_centre_of_gravity(*drive.reference, {x, y, yaw});
-    const auto take = [&](const Trajectory& path) {
+    const auto add_score = [&](const Trajectory& path) {
       result.push_back(score_of(evaluate(path, replayed.poses, Align::first)));
     };
-    take(whole);
+    add_score(whole);
     const std::int64_t first = whole.points.front().t_ns;
     const std::int64_t span = whole.points.back().t_ns - first;
     const auto count = static_cast<std::int64_t>(
         std::clamp(1e-9 * static_cast<double>(span) / (part_s * slowness(drive.config)), 2.0,
                    static_cast<double>(most_parts)));
     for (std::int64_t k = 0; k < count; ++k)
-      take(cut_to(whole, first + k * (span / count), first + (k + 1) * (span / count)));
+      add_score(cut_to(whole, first + k * (span / count), first + (k + 1) * (span / count)));
   }
   return result;
 }
@@ -142,8 +137,7 @@ Ratio ratio_of(const std::vector<Score>& tried, const std::vector<Score>& before
 }  // namespace
 
 Trajectory smoothed(std::span<const estimator::CameraPose> poses, double half) {
-  Trajectory result;
-  result.name = "smoothed poses";
+  Trajectory result{.name = "smoothed poses"};
   if (poses.empty()) return result;
   const std::int64_t first = poses.front().capture_ns;
   const std::vector<PoseSample> places = in_order(poses, first);
@@ -155,11 +149,8 @@ Trajectory smoothed(std::span<const estimator::CameraPose> poses, double half) {
     const auto here = std::ranges::lower_bound(places, t, {}, &PoseSample::t);
     if (end - begin < static_cast<std::ptrdiff_t>(fewest) || here == end || here == begin) continue;
     if (here->t - t > both_sides * half || t - std::prev(here)->t > both_sides * half) continue;
-    const Eigen::Vector3d now = middle_of({begin, end}, t, half);
-    TrajectoryPoint point;
-    point.t_ns = first + after;
-    point.pose = {now(0), now(1), now(2)};
-    result.points.push_back(point);
+    const Eigen::Vector3d now = smoothed_pose({begin, end}, t, half);
+    result.points.push_back({.t_ns = first + after, .pose = {now(0), now(1), now(2)}});
   }
   return result;
 }
@@ -193,8 +184,8 @@ Ratio choose(std::vector<Group>& groups, const std::function<Ratio(const Patch&)
   const auto best_of = [&](bool to_drop) {
     std::optional<std::pair<std::size_t, Ratio>> best;
     for (std::size_t i = 0; i < groups.size(); ++i) {
-      if (groups[i].taken != to_drop) continue;
-      const Ratio then = turned(groups, i, judge);
+      if (groups[i].accepted != to_drop) continue;
+      const Ratio then = evaluate_with_toggled(groups, i, judge);
       const bool fits = then.all < (to_drop ? better : as_good) * now.all &&
                         then.half[0] <= half_as_good * now.half[0] &&
                         then.half[1] <= half_as_good * now.half[1];
@@ -208,9 +199,9 @@ Ratio choose(std::vector<Group>& groups, const std::function<Ratio(const Patch&)
     if (!next) next = best_of(true);
     if (!next) break;
     Group& group = groups[next->first];
-    group.taken = !group.taken;
+    group.accepted = !group.accepted;
     if (progress)
-      progress((group.taken ? "" : "without ") + group.name + " " +
+      progress((group.accepted ? "" : "without ") + group.name + " " +
                in_words(next->second.all / now.all));
     now = next->second;
   }
@@ -239,18 +230,18 @@ void try_out(Findings& findings, std::span<const tools::Drive> drives,
   nlohmann::ordered_json tried;
   for (std::size_t i = 0; i < groups.size(); ++i) {
     const Group& group = groups[i];
-    const double then = turned(groups, i, judge).all;
-    const double change = group.taken ? now.all / then : then / now.all;
-    tried[group.name] = {{"taken", group.taken}, {"error", change}};
+    const double then = evaluate_with_toggled(groups, i, judge).all;
+    const double change = group.accepted ? now.all / then : then / now.all;
+    tried[group.name] = {{"taken", group.accepted}, {"error", change}};
     const bool equal = change <= as_good;
-    if (group.taken && change < shown_worse) continue;
-    const std::string remark = group.taken
+    if (group.accepted && change < shown_worse) continue;
+    const std::string remark = group.accepted
                                    ? "kept: replayed " + in_words(change) + ", too little to matter"
                                    : "left as configured: replayed " + in_words(change) +
                                          (equal ? ", but much worse on half of it" : "");
     for (const std::size_t k : group.findings) {
       Finding& finding = findings.values[k];
-      if (!group.taken) finding.use = Use::leave;
+      if (!group.accepted) finding.use = Use::leave;
       finding.remark += (finding.remark.empty() ? "" : "; ") + remark;
     }
   }

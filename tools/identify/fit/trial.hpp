@@ -43,7 +43,7 @@ struct Group {
   std::string name;
   Patch patch;
   std::vector<std::size_t> findings;  ///< the findings with these values
-  bool taken = false;
+  bool accepted = false;
 };
 
 /// Accepts the best group, or if there is none drops the one that hurts most, until neither helps.

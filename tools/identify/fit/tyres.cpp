@@ -10,8 +10,14 @@ namespace {
 
 /// The argument at which an increasing function reaches a value.
 template <class Function>
-double where(const Function& rising, double value, Interval range) {
-  return bisect(range, 50, [&](double x) { return rising(x) < value; }).middle();
+double where(const Function& rising, double value, double low, double high) {
+  return bisect(low, high, 50, [&](double x) { return rising(x) < value; });
+}
+
+/// The axle's share of the mass.
+double mass_on(const car_model::Car<double>& car, Axle axle) {
+  return (axle == Axle::front ? car.rear_axle : car.front_axle) / (car.front_axle + car.rear_axle) *
+         car.mass;
 }
 
 /// Slip angle of a brush tyre / slip angle of a linear one, at u = F / F_max.
@@ -23,10 +29,9 @@ double brush_slip(double u) {
 }  // namespace
 
 double slip_at(const car_model::Car<double>& car, Axle axle, double accel) {
-  constexpr double most = 0.79;  // [rad]
+  constexpr double max_slip = 0.79;  // [rad]
   const bool front = axle == Axle::front;
-  const double share =
-      (front ? car.rear_axle : car.front_axle) / (car.front_axle + car.rear_axle) * car.mass;
+  const double share = mass_on(car, axle);
   const double load = 0.5 * share * car_model::gravity;
   // The load transfer of car_model::push in a steady turn, limited to just below tipping over.
   const double shift = std::fmin(
@@ -38,8 +43,8 @@ double slip_at(const car_model::Car<double>& car, Axle axle, double accel) {
                                    front ? car.bend_front : car.bend_rear, load, side, slip, 0.0);
     return sum;
   };
-  if (!(force(most) > share * accel)) return std::numeric_limits<double>::infinity();
-  return where(force, share * accel, {0.0, most});
+  if (!(force(max_slip) > share * accel)) return std::numeric_limits<double>::infinity();
+  return where(force, share * accel, 0.0, max_slip);
 }
 
 std::optional<BrushTyre> brush_like(const car_model::Car<double>& car, Axle axle, double accel) {
@@ -48,11 +53,9 @@ std::optional<BrushTyre> brush_like(const car_model::Car<double>& car, Axle axle
   constexpr double linear = 2.0 + 1e-6;
   if (!std::isfinite(slip) || !(ratio > linear)) return std::nullopt;
   const auto ratio_of = [](double u) { return brush_slip(u) / brush_slip(0.5 * u); };
-  const double u = where(ratio_of, ratio, {1e-6, 1.0});
+  const double u = where(ratio_of, ratio, 1e-6, 1.0);
   const double grip = accel / u;
-  const double share = axle == Axle::front ? car.rear_axle : car.front_axle;
-  const double mass = share / (car.front_axle + car.rear_axle) * car.mass;
-  return BrushTyre{.stiffness = mass * grip * brush_slip(u) / slip, .grip = grip};
+  return BrushTyre{.stiffness = mass_on(car, axle) * grip * brush_slip(u) / slip, .grip = grip};
 }
 
 }  // namespace odomd::tools::fitting

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "tools/cli/refuse.hpp"
-#include "tools/config_patch/config_patch.hpp"
 #include "tools/diagnostics/kinds.hpp"
+#include "tools/identify/common/finding.hpp"
 
 namespace odomd::tools {
 
@@ -27,15 +27,14 @@ std::string exchange_hint(const Bifilar& pendulum) {
       pendulum.cord, pendulum.spacing_above);
 }
 
-double inertia_of(const Bifilar& pendulum, double mass, double gravity, double period) {
-  // J = m g p T² / (4 π² h(0))
-  return mass * gravity * pendulum.product() * period * period /
-         (4.0 * pi * pi * pendulum.height());
+// J / m = g p T² / (4 π² h(0))
+double inertia_per_mass(const Bifilar& pendulum, double period, double gravity) {
+  return gravity * pendulum.product() * period * period / (4.0 * pi * pi * pendulum.height());
 }
 
 // m / k³ with the radius of gyration k: about 3000 kg/m³ for a 1:10 car, 800 for a full-size car.
 void check_size(const Bifilar& pendulum, double period, double mass) {
-  const double radius = std::sqrt(inertia_of(pendulum, 1.0, 9.81, period));
+  const double radius = std::sqrt(inertia_per_mass(pendulum, period));
   const double spacing = pendulum.spacing_below, cube = radius * radius * radius;
   constexpr double lightest = 50.0, heaviest = 50e3;
   if (!(radius > 0.1 * spacing && radius < 10.0 * spacing))
@@ -50,19 +49,15 @@ void check_size(const Bifilar& pendulum, double period, double mass) {
         mass, radius, lightest * cube, heaviest * cube, exchange_hint(pendulum));
 }
 
-double small_period(const Bifilar& pendulum, double mass, double gravity, double inertia) {
-  return 2.0 * pi * std::sqrt(inertia * pendulum.height() / (mass * gravity * pendulum.product()));
-}
-
-double period_at(const Bifilar& pendulum, double mass, double gravity, double inertia,
-                 double amplitude) {
+double lengthening(const Bifilar& pendulum, double radius_squared, double amplitude) {
+  if (!(amplitude > 1e-6)) return 1.0;
   const double p = pendulum.product();
   const double top = pendulum.height(amplitude);
   if (!(top > 0.0) || amplitude > 0.5 * pi)
     refuse("--amplitude: {:.3g} rad is too large for these cords; 0.1 to 0.4 is good{}", amplitude,
            exchange_hint(pendulum));
-  // ½ (J + m z'²) θ'² = m g (z(A) - z(θ)); with θ = A sin φ the integrand of T = 4 ∫ dθ/θ' is
-  // smooth, so that the midpoint rule is exact with few points.
+  // ½ (k² + z'²) θ'² = g (z(A) - z(θ)); with θ = A sin φ the integrand of T = 4 ∫ dθ/θ' is
+  // smooth, so that the midpoint rule is exact with few points. g cancels: it is 1 here.
   constexpr int points = 64;
   double sum = 0.0;
   for (int i = 0; i < points; ++i) {
@@ -74,16 +69,10 @@ double period_at(const Bifilar& pendulum, double mass, double gravity, double in
     const double rise =
         4.0 * p * std::sin(0.5 * (amplitude + angle)) * std::sin(0.5 * missing) / (height + top);
     const double slope = p * std::sin(angle) / height;
-    sum += amplitude * std::cos(phi) *
-           std::sqrt((inertia + mass * slope * slope) / (2.0 * mass * gravity * rise));
+    sum += amplitude * std::cos(phi) * std::sqrt((radius_squared + slope * slope) / (2.0 * rise));
   }
-  return 4.0 * sum * 0.5 * pi / points;
-}
-
-double lengthening(const Bifilar& pendulum, double inertia_by_mass, double amplitude) {
-  if (!(amplitude > 1e-6)) return 1.0;
-  return period_at(pendulum, 1.0, 1.0, inertia_by_mass, amplitude) /
-         small_period(pendulum, 1.0, 1.0, inertia_by_mass);
+  // T(0) = 2 π sqrt(k² h(0) / p)
+  return sum / (points * std::sqrt(radius_squared * pendulum.height() / p));
 }
 
 TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
@@ -92,8 +81,8 @@ TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
     refuse("--amplitude-end: a swing does not grow; it is {}",
            fmt::format("{:.3g} rad after {:.3g} rad", watch.amplitude_end, watch.amplitude_begin));
   const auto n = static_cast<double>(watch.times.size());
-  const Measured all = mean_of(watch.times);
-  const double mean = all.value, scatter = n > 1.0 ? all.sigma * std::sqrt(n) : 0.0;
+  const auto [mean, sigma_of_mean] = mean_of(watch.times);
+  const double scatter = n > 1.0 ? sigma_of_mean * std::sqrt(n) : 0.0;
   const double period = mean / watch.swings;
   const double sigma = std::max(watch.sigma, scatter) / std::sqrt(n) / watch.swings;
 
@@ -103,8 +92,8 @@ TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
   const double decay = begin > 0.0 ? std::log(begin / end) : 0.0;
   const double mean_square =
       decay > 1e-6 ? (begin * begin - end * end) / (2.0 * decay) : begin * begin;
-  const double radius_squared = inertia_of(pendulum, 1.0, 9.81, period);
-  const double wide = lengthening(pendulum, radius_squared, std::sqrt(mean_square));
+  const double wide =
+      lengthening(pendulum, inertia_per_mass(pendulum, period), std::sqrt(mean_square));
   // The timings together span the decay. T = T0 / sqrt(1 - ζ²).
   const double damping = decay / (2.0 * pi * watch.swings * n);
   const double slow = 1.0 / std::sqrt(1.0 - std::min(damping * damping, 0.5));
@@ -118,25 +107,10 @@ TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
              time, mean, off);
   }
   if (n > 1.0 && scatter > 2.5 * watch.sigma)
-    result.warnings.push_back(
-        found(tools::kind("timings_scatter"), {},
-              fmt::format("the timings scatter by {:.2f} s, more than --time-sigma {} s", scatter,
-                          watch.sigma)));
+    add_warning(result.warnings, tools::kind("timings_scatter"), {},
+                "the timings scatter by {:.2f} s, more than --time-sigma {} s", scatter,
+                watch.sigma);
   return result;
-}
-
-// The inertia is a quarter of the true one if passages were counted instead of swings.
-diagnostics::Diagnostics check_inertia(const std::string& config, double mass, double inertia) {
-  const auto front = value_in(config, "vehicle.front_axle");
-  const auto rear = value_in(config, "vehicle.rear_axle");
-  if (!front || !rear || !(front->value * rear->value > 0.0)) return {};
-  const double ratio = inertia / (mass * front->value * rear->value);
-  constexpr double least = 0.4, most = 2.0;
-  if (ratio > least && ratio < most) return {};
-  return {found(tools::kind("measured_inertia_unlike"), config,
-                fmt::format("the yaw inertia is {:.2g} times m l_v l_h with its axles, and cars "
-                            "have {} to {}",
-                            ratio, least, most))};
 }
 
 }  // namespace odomd::tools

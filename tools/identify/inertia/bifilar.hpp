@@ -55,18 +55,14 @@ void check(const Bifilar& pendulum);
 /// for a mass [kg] that does not fit this radius.
 void check_size(const Bifilar& pendulum, double period, double mass);
 
-/// J of a body with this mass and this period of small swings.
-[[nodiscard]] double inertia_of(const Bifilar& pendulum, double mass, double gravity,
-                                double period);
-[[nodiscard]] double small_period(const Bifilar& pendulum, double mass, double gravity,
-                                  double inertia);
+/// J/m = k² [m²] of a body with this period of small swings; k is its radius of gyration.
+[[nodiscard]] double inertia_per_mass(const Bifilar& pendulum, double period,
+                                      double gravity = 9.81);
 
-/// The period of undamped swings between ±amplitude [rad], by quadrature of the energy equation.
-[[nodiscard]] double period_at(const Bifilar& pendulum, double mass, double gravity, double inertia,
-                               double amplitude);
-
-/// T(amplitude) / T(0), the second being the period of small swings, for a body with this J/m [m²].
-[[nodiscard]] double lengthening(const Bifilar& pendulum, double inertia_by_mass, double amplitude);
+/// T(amplitude) / T(0) of undamped swings between ±amplitude [rad] of a body with this k² [m²],
+/// T(0) being the period of small swings; by quadrature of the energy equation. Throws
+/// std::invalid_argument for an amplitude that the cords do not allow.
+[[nodiscard]] double lengthening(const Bifilar& pendulum, double radius_squared, double amplitude);
 
 // The period from a stop-watch.
 
@@ -104,9 +100,5 @@ struct SwingFit {
 /// short.
 [[nodiscard]] SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum,
                                  const std::string& name);
-
-/// Warns if J / (m l_v l_h) with the configuration's axles is far from 1, its usual value for cars.
-[[nodiscard]] diagnostics::Diagnostics check_inertia(const std::string& config, double mass,
-                                                     double inertia);
 
 }  // namespace odomd::tools

@@ -11,6 +11,7 @@
 
 #include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
+#include "tools/config_patch/config_patch.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/quantity.hpp"
@@ -34,11 +35,6 @@ struct Options {
   std::string time_sigma = "0.15";
   std::string gravity;
   Delivery delivery;
-};
-
-struct Period {
-  Measured small;  ///< period of small swings [s]
-  std::string origin;
 };
 
 Bifilar pendulum_of(const Options& options) {
@@ -69,16 +65,17 @@ Measured mass_of_car(const Options& options, const std::string& config) {
   return *mass;
 }
 
-/// The period from the record. Its uncertainty combines those of the fit, of the clock's rate, and
-/// of the amplitude (the gyro's scale).
-Period period_of_record(const Options& options, const Bifilar& pendulum, Findings& findings) {
-  const Series yaw_rate = read_yaw_rate(options.record, findings.warnings);
-  const SwingFit fit = fit_swing(yaw_rate, pendulum, name_of(options.record));
+/// The period of small swings from the record. Its uncertainty combines those of the fit, of the
+/// clock's rate, and of the amplitude (the gyro's scale).
+Measured period_of_record(const Options& options, const Bifilar& pendulum, Findings& findings) {
+  const SignalLog log = read_record(options.record, {estimator::Source::yaw_rate});
+  append(findings.warnings, log.warnings);
+  const SwingFit fit =
+      fit_swing(log.need(estimator::Source::yaw_rate), pendulum, options.record.name());
   append(findings.warnings, fit.warnings);
-  const double radius_squared = inertia_of(pendulum, 1.0, 9.81, fit.period.value);  // J/m
-  const double mean_square =
-      0.5 * (fit.amplitude_begin * fit.amplitude_begin + fit.amplitude_end * fit.amplitude_end);
-  const double correction = lengthening(pendulum, radius_squared, std::sqrt(mean_square)) - 1.0;
+  const double rms_amplitude = std::hypot(fit.amplitude_begin, fit.amplitude_end) / std::sqrt(2.0);
+  const double correction =
+      lengthening(pendulum, inertia_per_mass(pendulum, fit.period.value), rms_amplitude) - 1.0;
   constexpr double scale = 0.03, clock = 1e-4;  // relative, of an uncalibrated gyro and a quartz
   findings.details["swing"] = {{"swings", fit.swings},
                                {"amplitude_begin", fit.amplitude_begin},
@@ -86,11 +83,11 @@ Period period_of_record(const Options& options, const Bifilar& pendulum, Finding
                                {"gyro_bias", fit.gyro_bias},
                                {"lengthening", correction}};
   const double relative = std::hypot(clock, 2.0 * scale * correction);
-  return {{fit.period.value, std::hypot(fit.period.sigma, relative * fit.period.value)},
-          fmt::format("gyro, {:.0f} swings", fit.swings)};
+  findings.origin = fmt::format("bifilar pendulum, gyro, {:.0f} swings", fit.swings);
+  return {fit.period.value, std::hypot(fit.period.sigma, relative * fit.period.value)};
 }
 
-Period period_of_watch(const Options& options, const Bifilar& pendulum, Findings& findings) {
+Measured period_of_watch(const Options& options, const Bifilar& pendulum, Findings& findings) {
   StopWatch watch{.swings = options.swings};
   for (const std::string& text : options.times)
     watch.times.push_back(parse_positive(text, Dimension::time, "--time"));
@@ -104,12 +101,13 @@ Period period_of_watch(const Options& options, const Bifilar& pendulum, Findings
   findings.details["swing"] = {{"swings", watch.swings},
                                {"timings", watch.times.size()},
                                {"lengthening", swing.lengthening}};
-  return {swing.period, fmt::format("stop-watch, {} of {} swings",
-                                    counted(watch.times.size(), "timing"), watch.swings)};
+  findings.origin = fmt::format("bifilar pendulum, stop-watch, {} of {} swings",
+                                counted(watch.times.size(), "timing"), watch.swings);
+  return swing.period;
 }
 
-Period period_of_car(const Options& options, const Bifilar& pendulum, Findings& findings) {
-  if (is_given(options.record)) return period_of_record(options, pendulum, findings);
+Measured period_of_car(const Options& options, const Bifilar& pendulum, Findings& findings) {
+  if (options.record.is_given()) return period_of_record(options, pendulum, findings);
   if (!options.times.empty()) return period_of_watch(options, pendulum, findings);
   refuse(
       "give --time and --swings, --csv, or --config and --can; odom identify inertia --help "
@@ -125,18 +123,14 @@ Measured gravity_of(const std::string& text) {
   return {value, 0.001};
 }
 
-struct Contribution {
-  std::string name;    ///< of the input, in words: "distance of the cords"
-  double sigma = 0.0;  ///< uncertainty of the result from this input alone
-};
+/// A name, and the variable from which the result is computed.
+using Input = std::pair<const char*, Measured*>;
 
 struct Propagated {
   Measured result;
-  std::vector<Contribution> contributions;  ///< in the order of the inputs
+  /// Per input: the uncertainty of the result from it alone, and its name.
+  std::vector<std::pair<double, const char*>> contributions;
 };
-
-/// A name, and the variable from which the result is computed.
-using Input = std::pair<const char*, Measured*>;
 
 /// `result` computes with the variables that the inputs point to; these are changed one by one and
 /// restored. Inputs are independent: correlated quantities must be computed inside `result`.
@@ -151,7 +145,7 @@ Propagated propagate(std::span<const Input> inputs, const std::function<double()
     input->value = kept.value - kept.sigma;
     const double part = 0.5 * std::fabs(above - result());
     *input = kept;
-    propagated.contributions.push_back({name, part});
+    propagated.contributions.emplace_back(part, name);
     variance += part * part;
   }
   propagated.result.sigma = std::sqrt(variance);
@@ -163,14 +157,13 @@ Propagated propagate(std::span<const Input> inputs, const std::function<double()
 std::string largest_contributions(const Propagated& propagated) {
   const double variance = propagated.result.sigma * propagated.result.sigma;
   if (!(variance > 0.0)) return "";
-  std::vector<Contribution> parts = propagated.contributions;
-  std::ranges::stable_sort(parts, std::greater<>{}, &Contribution::sigma);
-  std::string text = "mostly from the ";
-  for (std::size_t i = 0; i < parts.size() && i < 2; ++i) {
-    const double share = parts[i].sigma * parts[i].sigma / variance;
-    if (i > 0 && share < 0.1) break;
-    text += (i > 0 ? " and the " : "") + fmt::format("{} ({:.0f} %)", parts[i].name, 100.0 * share);
-  }
+  auto parts = propagated.contributions;
+  std::ranges::stable_sort(parts, std::greater<>{}, [](const auto& part) { return part.first; });
+  const auto share = [variance](double sigma) { return 100.0 * sigma * sigma / variance; };
+  std::string text =
+      fmt::format("mostly from the {} ({:.0f} %)", parts[0].second, share(parts[0].first));
+  if (share(parts[1].first) >= 10.0)
+    text += fmt::format(" and the {} ({:.0f} %)", parts[1].second, share(parts[1].first));
   return text;
 }
 
@@ -205,39 +198,56 @@ Propagated inertia_on_cords(const Options& options, const Bifilar& pendulum, Mea
                        .spacing_below = below.value,
                        .cord = cord.value,
                        .offset = std::sqrt(std::fmax(offset2.value, 0.0))};
-    return inertia_of(hung, mass.value, gravity.value, period.value) * (1.0 + tilt.value);
+    return mass.value * inertia_per_mass(hung, period.value, gravity.value) * (1.0 + tilt.value);
   });
+}
+
+/// Warns if J / (m l_v l_h) is far from 1, its usual value for cars. If passages were counted
+/// instead of swings, the inertia is a quarter of the true one.
+void compare_with_axles(const std::string& config, double mass, double inertia,
+                        Findings& findings) {
+  const auto front = value_in(config, "vehicle.front_axle");
+  const auto rear = value_in(config, "vehicle.rear_axle");
+  if (!front || !rear || !(front->value * rear->value > 0.0)) return;
+  const double ratio = inertia / (mass * front->value * rear->value);
+  constexpr double least = 0.4, most = 2.0;
+  if (ratio > least && ratio < most) return;
+  add_warning(findings.warnings, tools::kind("measured_inertia_unlike"), config,
+              "the yaw inertia is {:.2g} times m l_v l_h with its axles, and cars have "
+              "{} to {}",
+              ratio, least, most);
 }
 
 Findings identify_inertia(const Options& options) {
   Findings findings{.method = "inertia"};
   const Bifilar pendulum = pendulum_of(options);
-  const Period period = period_of_car(options, pendulum, findings);
+  const Measured period = period_of_car(options, pendulum, findings);
   const std::string& config =
       options.record.config.empty() ? options.delivery.write : options.record.config;
   const Measured mass = mass_of_car(options, config);
-  check_size(pendulum, period.small.value, mass.value);
-  const Propagated inertia = inertia_on_cords(options, pendulum, mass, period.small);
+  check_size(pendulum, period.value, mass.value);
+  const Propagated inertia = inertia_on_cords(options, pendulum, mass, period);
 
-  findings.origin = "bifilar pendulum, " + period.origin;
-  findings.values = {as_finding("yaw inertia", "vehicle.yaw_inertia", inertia.result, "kg m2",
-                                largest_contributions(inertia)),
-                     as_finding("period of small swings", "", period.small, "s")};
-  for (const Contribution& part : inertia.contributions)
-    findings.details["contributions"][part.name] = part.sigma;
+  findings.add("yaw inertia", "vehicle.yaw_inertia", inertia.result, "kg m2",
+               largest_contributions(inertia));
+  findings.add("period of small swings", "", period, "s");
+  for (const auto& [sigma, input] : inertia.contributions)
+    findings.details["contributions"][input] = sigma;
   if (!tools::kind("inertia_uncertain")
            .limits.hold(2.0 * inertia.result.sigma / inertia.result.value))
-    findings.warnings.push_back(
-        found(tools::kind("inertia_uncertain"), {},
-              "2 sigma is more than 2 %: " + largest_contributions(inertia)));
-  if (!config.empty())
-    append(findings.warnings, check_inertia(config, mass.value, inertia.result.value));
+    add_warning(findings.warnings, tools::kind("inertia_uncertain"), {},
+                "2 sigma is more than 2 %: {}", largest_contributions(inertia));
+  if (!config.empty()) compare_with_axles(config, mass.value, inertia.result.value, findings);
   return findings;
 }
 
-void describe_inertia(Command command, Options& options) {
-  command.description("Measure the yaw inertia by swinging the car on two cords");
-  command.footer(
+}  // namespace
+
+void add_inertia(Command identify) {
+  const auto options = std::make_shared<Options>();
+  const Command method = identify.add_subcommand(
+      "inertia", "Measure the yaw inertia by swinging the car on two cords");
+  method.footer(
       R"(Hang the car level by two thin cords of equal length, one on each side of its centre of
 gravity and equally far from it, vertical and parallel. Turn the car by 10 to 20 degrees
 about the vertical, let it come to rest there, and let go without a push. Record its gyro
@@ -260,51 +270,42 @@ Examples:
       --time 42.95 --time 42.77 --amplitude 15deg --amplitude-end 8deg
   odom identify inertia --mass 2.985 --spacing 0.2 --cord 1.2 --csv phone.csv)");
 
-  add_measured_option(command);
-  command.add(
-      "--mass", "MASS", options.mass,
-      "Mass of the car as it hangs [kg], or 2985g; default: the one of --config or --write, "
-      "with the uncertainty in its note");
-  command.add("--mass-sigma", "MASS", options.mass_sigma,
-              "Standard uncertainty of the mass; default: 0.2 % of it");
-  command.add("--spacing", "LENGTH", options.spacing,
-              "Distance of the cords from each other [m], or 200mm", {required()});
-  command.add("--spacing-below", "LENGTH", options.spacing_below,
-              "Distance of the cords at the car, if different; default: the same");
-  command.add("--spacing-sigma", "LENGTH", options.spacing_sigma,
-              "Standard uncertainty of each distance of the cords; default: 0.5mm");
-  command.add("--cord", "LENGTH", options.cord,
-              "Length of the cords between their fixings, under load [m]", {required()});
-  command.add("--cord-sigma", "LENGTH", options.cord_sigma,
-              "Standard uncertainty of the cords' length; default: 2mm");
-  command.add("--offset-sigma", "LENGTH", options.offset_sigma,
-              "Standard uncertainty of the centre of gravity's offset from the middle, along the "
-              "line of the cords; default: 2 % of their distance");
-  command.add("--gravity", "G", options.gravity,
-              "Local gravity [m/s2], known to 0.001; default: 9.806 +- 0.015, anywhere on Earth");
+  add_measured_option(method);
+  method.add("--mass", "MASS", options->mass,
+             "Mass of the car as it hangs [kg], or 2985g; default: the one of --config or --write, "
+             "with the uncertainty in its note");
+  method.add("--mass-sigma", "MASS", options->mass_sigma,
+             "Standard uncertainty of the mass; default: 0.2 % of it");
+  method.add("--spacing", "LENGTH", options->spacing,
+             "Distance of the cords from each other [m], or 200mm", {required()});
+  method.add("--spacing-below", "LENGTH", options->spacing_below,
+             "Distance of the cords at the car, if different; default: the same");
+  method.add("--spacing-sigma", "LENGTH", options->spacing_sigma,
+             "Standard uncertainty of each distance of the cords; default: 0.5mm");
+  method.add("--cord", "LENGTH", options->cord,
+             "Length of the cords between their fixings, under load [m]", {required()});
+  method.add("--cord-sigma", "LENGTH", options->cord_sigma,
+             "Standard uncertainty of the cords' length; default: 2mm");
+  method.add("--offset-sigma", "LENGTH", options->offset_sigma,
+             "Standard uncertainty of the centre of gravity's offset from the middle, along the "
+             "line of the cords; default: 2 % of their distance");
+  method.add("--gravity", "G", options->gravity,
+             "Local gravity [m/s2], known to 0.001; default: 9.806 +- 0.015, anywhere on Earth");
 
-  const Command watch = command.group("By stop-watch");
-  watch.add("--time", "T", options.times,
+  const Command watch = method.group("By stop-watch");
+  watch.add("--time", "T", options->times,
             "Time of --swings swings [s]; repeat the option for each timing", {one_each()});
-  watch.add("--swings", "N", options.swings, "Number of full swings in each timing");
-  watch.add("--time-sigma", "T", options.time_sigma,
+  watch.add("--swings", "N", options->swings, "Number of full swings in each timing");
+  watch.add("--time-sigma", "T", options->time_sigma,
             "Standard uncertainty of a timing, start and stop [s]; default: 0.15");
-  watch.add("--amplitude", "ANGLE", options.amplitude,
+  watch.add("--amplitude", "ANGLE", options->amplitude,
             "Amplitude of the first swing timed, from the middle [rad]; default: 10deg");
-  watch.add("--amplitude-end", "ANGLE", options.amplitude_end,
+  watch.add("--amplitude-end", "ANGLE", options->amplitude_end,
             "Amplitude of the last swing timed [rad]; default: half of the first");
 
-  const Command log = command.group("By a gyro's record");
-  add_record_options(log, options.record);
+  const Command log = method.group("By a gyro's record");
+  add_record_options(log, options->record);
   watch.add_rules("--time", {excludes("--can"), excludes("--csv")});
-}
-
-}  // namespace
-
-void add_inertia(Command identify) {
-  auto options = std::make_shared<Options>();
-  Command method = identify.add_subcommand("inertia");
-  describe_inertia(method, *options);
   add_delivery(method, options, identify_inertia);
   add_strict(method, options->record.damage);
 }

@@ -11,6 +11,7 @@
 #include "tools/cli/refuse.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/agreement.hpp"
+#include "tools/identify/common/finding.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools {
@@ -81,7 +82,7 @@ struct Timing {
 
 Timing fit_times(const std::vector<TurningPoint>& points, const Bifilar& pendulum, double period) {
   const auto n = static_cast<Eigen::Index>(points.size());
-  const double radius_squared = inertia_of(pendulum, 1.0, 9.81, period);
+  const double inertia = inertia_per_mass(pendulum, period);
   const double damping = std::log(points.front().peak / points[points.size() - 2].peak) /
                          (pi * static_cast<double>(n));
   const double slow = 1.0 / std::sqrt(1.0 - std::min(damping * damping, 0.5));
@@ -93,7 +94,7 @@ Timing fit_times(const std::vector<TurningPoint>& points, const Bifilar& pendulu
     weight[k] = std::fabs(point.slope);  // noise of the rate shifts steep passages less
     design.row(k) << 1.0, swings, 1.0 / point.slope;
     times[k] = point.t;
-    swings += 0.5 * slow * lengthening(pendulum, radius_squared, point.peak * period / (2.0 * pi));
+    swings += 0.5 * slow * lengthening(pendulum, inertia, point.peak * period / (2.0 * pi));
   }
   const Eigen::MatrixX3d weighted = weight.asDiagonal() * design;
   const Eigen::Vector3d found = weighted.colPivHouseholderQr().solve(weight.cwiseProduct(times));
@@ -177,11 +178,10 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
                   .gyro_bias = mean + timing.bias,
                   .swings = 0.5 * static_cast<double>(points.size() - 1)};
   if (timing.scatter > not_free * rough)
-    result.warnings.push_back(found(
-        tools::kind("swing_not_free"), name,
-        fmt::format("the car turns back at other times than a free swing, by {:.1f} % of a period "
-                    "(rms)",
-                    100.0 * timing.scatter / rough)));
+    add_warning(result.warnings, tools::kind("swing_not_free"), name,
+                "the car turns back at other times than a free swing, by {:.1f} % of a period "
+                "(rms)",
+                100.0 * timing.scatter / rough);
   return result;
 }
 

@@ -30,33 +30,31 @@ struct Options {
 
 constexpr double known_below = 0.01;  // standard uncertainty [s] of a determined value
 
-Finding finding_of(const std::string& name, const Measured& measured, std::string failure,
-                   const std::string& remark) {
-  Finding finding = as_finding(name, "", measured, "s", remark);
+/// Adds a time, which is determined if it is known to 20 ms.
+Finding& add_time(Findings& findings, const std::string& name, const Measured& measured,
+                  const std::string& failure, const std::string& remark) {
+  Finding& finding = findings.add(name, "", measured, "s", remark);
   finding.share = Share::meaningless;
-  if (failure.empty() && !(measured.sigma < known_below))
-    failure =
-        "too little excitation to determine it to 20 ms; drive with more turns "
-        "and changes of speed";
-  return failure.empty() ? finding : undetermined(std::move(finding), failure);
+  if (!failure.empty())
+    finding.reject(failure);
+  else if (!(measured.sigma < known_below))
+    finding.reject(
+        "too little excitation to determine it to 20 ms; drive with more turns and changes of "
+        "speed");
+  return finding;
 }
 
-// Significantly negative: the reference clock must be late.
-bool is_early(const Finding& finding) {
+// Configured latencies are not negative: slightly negative values become 0. Significantly negative
+// ones are not written, as the reference clock must be late.
+void assign_key(Finding& finding, Source source, const std::string& question) {
   constexpr double chance = 3.0;  // standard uncertainties
-  return finding.value < -chance * finding.sigma;
-}
-
-// Configured latencies are not negative: slightly negative values become 0, significantly negative
-// ones are not written.
-Finding for_configuration(Finding finding, Source source, const std::string& late) {
-  if (finding.determined == Determined::no) return finding;
-  if (is_early(finding)) {
-    const std::string measured = "measured " + fixed(1e3 * finding.value, 1) + " ms";
-    return undetermined(std::move(finding), measured + ", which is not possible; " + late);
+  if (finding.determined == Determined::no) return;
+  if (finding.value < -chance * finding.sigma) {
+    const std::string measured = fixed(1e3 * finding.value, 1);
+    return finding.reject("measured " + measured + " ms, which is not possible; " + question);
   }
   finding.key = key_of(source, ".latency");
-  return not_negative(std::move(finding));
+  raise_to_zero(finding);
 }
 
 // The reference for all sources but the camera: with a camera its stamps, without one the gyro with
@@ -74,15 +72,13 @@ struct Clock {
 Clock add_gyro(const daemon::Config& config, const SourceOffset& camera, Findings& findings) {
   const Measured latency{configured_latency(config, Source::yaw_rate) - camera.offset,
                          camera.sigma};
-  Finding gyro =
-      finding_of("latency of yaw_rate", latency, camera.failure, "against the camera's stamps");
+  Finding& gyro = add_time(findings, "latency of yaw_rate", latency, camera.failure,
+                           "against the camera's stamps");
   if (gyro.determined == Determined::no) gyro.remark += "; is the camera's file of this drive?";
   findings.details["measured"]["yaw_rate"] = gyro.value;
-  const bool usable = gyro.determined == Determined::yes && !is_early(gyro);
-  findings.values.push_back(
-      for_configuration(std::move(gyro), Source::yaw_rate,
-                        "t_capture is when the picture was taken: are the poses stamped later?"));
-  if (!usable) return {};
+  assign_key(gyro, Source::yaw_rate,
+             "t_capture is when the picture was taken: are the poses stamped later?");
+  if (gyro.determined == Determined::no) return {};
   return {.gyro = {-camera.offset, camera.sigma}, .of_camera = true};
 }
 
@@ -93,9 +89,9 @@ void add_source(const daemon::Config& config, const Clock& clock, const SourceOf
                          std::hypot(found.sigma, clock.gyro.sigma)};
   findings.details["measured"][role] = latency.value;
   findings.details["explained"][role] = found.explained;
-  Finding finding =
-      finding_of("latency of " + role, latency, found.failure, "against " + found.against);
-  findings.values.push_back(for_configuration(std::move(finding), found.source, clock.question()));
+  assign_key(
+      add_time(findings, "latency of " + role, latency, found.failure, "against " + found.against),
+      found.source, clock.question());
 }
 
 // Drag and slip of the tyres shift an acceleration by tens of milliseconds, so its latency is only
@@ -108,34 +104,28 @@ void add_accel(const daemon::Config& config, const Clock& clock, Source source,
   Measured latency;
   if (known)
     latency = {configured_latency(config, Source::yaw_rate) + clock.gyro.value, clock.gyro.sigma};
-  Finding finding = finding_of("latency of " + name_of(source), latency, "",
-                               "as the gyro, from the same message");
-  if (!known)
-    finding = undetermined(std::move(finding), "only known in the gyro's message, with a camera");
-  findings.values.push_back(for_configuration(std::move(finding), source, clock.question()));
+  assign_key(add_time(findings, "latency of " + name_of(source), latency,
+                      known ? "" : "only known in the gyro's message, with a camera",
+                      "as the gyro, from the same message"),
+             source, clock.question());
 }
 
 void add_steering(const daemon::Config& config, const Clock& clock, const SteeringResponse& s,
                   Findings& findings) {
   const double late = configured_latency(config, Source::steering) + clock.gyro.value;
   const Finding all =
-      finding_of("lag of the wheels behind steering, in all",
-                 {s.in_all.value - late, std::hypot(s.in_all.sigma, clock.gyro.sigma)}, s.failure,
-                 "delay and lag together");
-  findings.values.push_back(all);
-  ActuatorFindings actuator = actuator_findings(s, clock.gyro, config.vehicle.steering);
-  for (Finding& finding : actuator.values) findings.values.push_back(std::move(finding));
-  append(findings.warnings, actuator.warnings);
+      add_time(findings, "lag of the wheels behind steering, in all",
+               {s.in_all.value - late, std::hypot(s.in_all.sigma, clock.gyro.sigma)}, s.failure,
+               "delay and lag together");
+  add_actuator(s, clock.gyro, config.vehicle.steering, findings);
   findings.details["measured"]["steering_lag"] = all.value;
   findings.details["measured"]["steering_dead_time"] = s.dead_time.value - late;
   findings.details["measured"]["steering_time_constant"] = s.time_constant.value;
   findings.details["explained"]["steering"] = s.explained;
   // A sensor of the wheel angle may be late itself: then the wheels move before its signal.
   if (all.determined == Determined::no || all.value >= -2.0 * all.sigma) return;
-  Finding late_sensor =
-      finding_of("latency of steering", {-all.value, all.sigma}, "", "the car turns before it");
-  late_sensor.key = key_of(Source::steering, ".latency");
-  findings.values.push_back(std::move(late_sensor));
+  add_time(findings, "latency of steering", {-all.value, all.sigma}, "", "the car turns before it")
+      .key = key_of(Source::steering, ".latency");
 }
 
 Findings findings_of(const Options& options) {
@@ -161,11 +151,10 @@ Findings findings_of(const Options& options) {
   for (const SourceOffset& found : estimate.offsets)
     if (found.source == Source::camera) clock = add_gyro(config, found, findings);
   if (options.camera.empty() || !clock.of_camera)
-    findings.warnings.push_back(
-        found(tools::kind("latencies_relative"), {},
-              "the gyro's configured latency, " +
-                  fixed(1e3 * configured_latency(config, Source::yaw_rate), 1) +
-                  " ms, is assumed to be correct: all others are relative to it"));
+    add_warning(findings.warnings, tools::kind("latencies_relative"), {},
+                "the gyro's configured latency, {} ms, is assumed to be correct: all others are "
+                "relative to it",
+                fixed(1e3 * configured_latency(config, Source::yaw_rate), 1));
   for (const SourceOffset& found : estimate.offsets)
     if (found.source != Source::camera) add_source(config, clock, found, findings);
   for (const Source source : {Source::accel_x, Source::accel_y})

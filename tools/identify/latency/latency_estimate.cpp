@@ -72,28 +72,26 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
     camera_placed = result.offsets.back().failure.empty();
     camera_offset = result.offsets.back().offset;
   }
-  const auto place_pairs = [&](const std::optional<FrontWheels>& front_wheels) {
+  const auto pair_offsets = [&](const std::optional<FrontWheels>& front_wheels) {
+    std::vector<SourceOffset> offsets;
     for (const auto& [left, right] : estimator::wheel_pairs) {
       if (!log.has(left) || !log.has(right)) continue;
       begin(name_of(left) + " and " + name_of(right) + " against yaw_rate");
-      const SourceOffset found = wheel_pair(drive, left, right, front_wheels);
-      for (const Source source : {left, right}) {
-        std::erase_if(result.offsets,
-                      [source](const SourceOffset& old) { return old.source == source; });
-        result.offsets.push_back(found);
-        result.offsets.back().source = source;
-      }
+      offsets.insert(offsets.end(), 2, wheel_pair(drive, left, right, front_wheels));
+      offsets.back().source = right;
     }
+    return offsets;
   };
   // Approximate offsets first: with them the steering gives the angle of the front wheels, which
   // affects their speeds.
-  place_pairs({});
-  const auto rough = best_speed(drive, result.offsets);
+  std::vector<SourceOffset> pairs = pair_offsets({});
+  const auto rough = best_speed(drive, pairs);
   if (rough && log.has(Source::steering)) {
     result.steering = steering_response(config.vehicle, drive.on_grid(log.of(Source::steering)),
                                         smooth(*rough, 0.04), gyro, log.first_ns, report);
-    if (result.steering->failure.empty()) place_pairs(result.steering->front_wheels);
+    if (result.steering->failure.empty()) pairs = pair_offsets(result.steering->front_wheels);
   }
+  result.offsets.insert(result.offsets.end(), pairs.begin(), pairs.end());
   for (const Source source : wheel_sources) {
     if (!log.has(source)) continue;
     const bool paired = std::ranges::any_of(

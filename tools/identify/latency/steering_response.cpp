@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -197,7 +196,7 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
 // The part of the response that goes into [steering].
 namespace {
 
-constexpr double chance = 3.0;  // standard uncertainties
+constexpr double chance = 3.0;  // standard uncertainties that chance explains
 // Known: the total to a tenth of itself, within limits of 10 and 20 ms; delay and lag to a quarter
 // of the total.
 constexpr double known_below = 0.01, known_at_most = 0.02, known_share = 0.1,
@@ -226,38 +225,30 @@ std::string reason_undetermined(const SteeringResponse& response, const Measured
   return "";
 }
 
-Finding finding_of(const char* name, const char* key, const Measured& time) {
-  Finding finding = not_negative(as_finding(name, key, time, "s"));
-  finding.share = Share::meaningless;
-  return finding;
-}
-
 }  // namespace
 
-ActuatorFindings actuator_findings(const SteeringResponse& response, const Measured& clock,
-                                   const estimator::SteeringActuator& configured) {
+void add_actuator(const SteeringResponse& response, const Measured& clock,
+                  const estimator::SteeringActuator& configured, Findings& findings) {
   const auto by_clock = [&clock](const Measured& time) {
     return Measured{time.value - clock.value, std::hypot(time.sigma, clock.sigma)};
   };
   const Measured whole = by_clock(response.in_all);
   const Measured delay = by_clock(response.dead_time);
-  ActuatorFindings found;
-  found.values = {finding_of("... of this delay", "steering.delay", delay),
-                  finding_of("... and lag", "steering.lag", response.time_constant)};
   const std::string failure = reason_undetermined(response, whole, delay);
-  if (failure.empty()) return found;
-  for (Finding& finding : found.values) {
-    finding = undetermined(std::move(finding), failure);
-    finding.key.clear();
-  }
+  const auto add = [&](const char* name, const char* key, const Measured& time) {
+    Finding& finding = findings.add(name, failure.empty() ? key : "", time, "s");
+    finding.share = Share::meaningless;
+    raise_to_zero(finding);
+    if (!failure.empty()) finding.reject(failure);
+  };
+  add("... of this delay", "steering.delay", delay);
+  add("... and lag", "steering.lag", response.time_constant);
   const double expected = configured.delay_s + configured.lag_s;
-  if (response.failure.empty() && std::abs(whole.value - expected) > chance * whole.sigma &&
-      expected > 0.0)
-    found.warnings.push_back(
-        diagnostics::found(diagnostics::kind("actuator_not_seen"), "[steering]",
-                           "has " + fixed(1e3 * expected, 0) +
-                               " ms of delay and lag, the drive shows " + milliseconds(whole)));
-  return found;
+  if (!failure.empty() && response.failure.empty() && expected > 0.0 &&
+      std::abs(whole.value - expected) > chance * whole.sigma)
+    add_warning(findings.warnings, diagnostics::kind("actuator_not_seen"), "[steering]",
+                "has {} ms of delay and lag, the drive shows {}", fixed(1e3 * expected, 0),
+                milliseconds(whole));
 }
 
 }  // namespace odomd::tools

@@ -4,9 +4,7 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/vehicle.hpp"
 #include "tools/cli/progress.hpp"
 #include "tools/identify/common/finding.hpp"
@@ -39,16 +37,10 @@ struct SteeringResponse {
                                                  const Series& gyro, std::int64_t origin_ns,
                                                  const ReportProgress& report = {});
 
-struct ActuatorFindings {
-  std::vector<Finding> values;        ///< steering.delay and .lag
-  diagnostics::Diagnostics warnings;  ///< about the configured values
-};
-
-/// `clock` is the latency of the gyro's stamps, the reference of the response, in addition to the
-/// configured one [s]. Delay and lag are determined if the drive shows an actuator and separates
-/// the two.
-[[nodiscard]] ActuatorFindings actuator_findings(const SteeringResponse& response,
-                                                 const Measured& clock,
-                                                 const estimator::SteeringActuator& configured);
+/// Adds steering.delay and .lag, determined if the drive shows an actuator and separates the two,
+/// and warns if it contradicts the configured values. `clock` is the latency of the gyro's stamps,
+/// the reference of the response, in addition to the configured one [s].
+void add_actuator(const SteeringResponse& response, const Measured& clock,
+                  const estimator::SteeringActuator& configured, Findings& findings);
 
 }  // namespace odomd::tools

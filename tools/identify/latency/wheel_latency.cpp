@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 
 #include "tools/identify/common/car_model.hpp"
 #include "tools/identify/latency/source_offsets.hpp"
@@ -11,8 +10,6 @@ namespace odomd::tools {
 namespace {
 
 using estimator::Source;
-
-enum class Axle : std::uint8_t { front, rear };
 
 // Errors of the model of an axle's wheels, as a standard uncertainty [s], from simulated cars.
 constexpr double unmodelled_wheel = 0.3e-3;
@@ -106,12 +103,9 @@ Turning turning_above_noise(const GyroDrive& drive, double shortest) {
 
 // A wheel's spin lags the ground by I v / (r² C_κ): I / r² is about 0.7 of the wheel's mass, or 1 %
 // of the car's; a geared motor at the rear adds the same; a wheel's C_κ is about twice its C_α. All
-// within a factor of two. Returns the lag per speed [s per m/s].
-double spin_lag(const estimator::Vehicle& car, Axle axle) {
-  return 0.0105 * car.mass /
-         (axle == Axle::front ? car.cornering_stiffness_front : 0.5 * car.cornering_stiffness_rear);
-}
-constexpr double spin_lag_sigma = 0.5;  // relative
+// within a factor of two.
+constexpr double front_spin = 0.0105, rear_spin = 2.0 * front_spin;  // lag · C / (m v)
+constexpr double spin_lag_sigma = 0.5;                               // relative
 
 }  // namespace
 
@@ -142,7 +136,8 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
     regression.y.push_back(right_side.at(t) - l.value[i]);
   }
   const estimator::Vehicle& car = drive.config.vehicle;
-  const Axle axle = left == Source::wheel_front_left ? Axle::front : Axle::rear;
+  const bool front = estimator::is_front(left);
+  const double stiffness = front ? car.cornering_stiffness_front : car.cornering_stiffness_rear;
   const Resampled speed = mean_of(left_side, right_side);
   // A wheel's speed is a mean over its cycle. The gyro's interpolated noise is smaller between two
   // samples than at a sample: without averaging, the offset would be biased to the middle between
@@ -153,8 +148,7 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   regression.slope_noise = car.track_width * car.track_width * turn.slope_noise;
   Difference difference{turning, {}};
   for (double& value : difference.turn.value) value *= car.track_width;
-  if (axle == Axle::front && front_wheels)
-    difference = front_difference(car, turning, speed, *front_wheels);
+  if (front && front_wheels) difference = front_difference(car, turning, speed, *front_wheels);
 
   // The lag has its expected value; the effect of its uncertainty adds to that of the offset.
   const Resampled lagging = combined(slope_around(difference.turn, 0.02), speed,
@@ -164,8 +158,7 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
       return own - seconds_per_speed * lag;
     });
     const Resampled force = times(turning, slope_around(speed, 0.05));
-    const double slip = car.mass / (4.0 * (axle == Axle::front ? car.cornering_stiffness_front
-                                                               : car.cornering_stiffness_rear));
+    const double slip = car.mass / (4.0 * stiffness);
     const double shift = 0.06 * slip;
     regression.basis = {{late, 1.0, 0.1},
                         {constant(speed)},  // the gyro's bias
@@ -176,8 +169,7 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
       regression.basis.push_back({difference.ackermann, 1.0, 0.5});
     return solve(regression);
   };
-  const double lag = spin_lag(car, axle);
-  const Offset found = with_lag(lag);
+  const Offset found = with_lag((front ? front_spin : rear_spin) * car.mass / stiffness);
   const Offset without = with_lag(0.0);
   SourceOffset result = as_offset(left, "the gyro, by the difference of both wheels", found);
   if (result.failure.empty() && found.coefficients[0] < 0.0)
@@ -202,7 +194,7 @@ SourceOffset speed_by_camera(const GyroDrive& drive, Source source,
     return on_grid_of(
         signal, [&](double t) { return signal.at(t + 0.5 * tau) - signal.at(t - 0.5 * tau); });
   };
-  const Resampled way = over_tau(integral(drive.on_grid(drive.log.of(source))));
+  const Resampled distance = over_tau(integral(drive.on_grid(drive.log.of(source))));
   const Resampled turn = over_tau(drive.turned);
   const std::vector<PoseSample> seen = in_order(camera, drive.log.first_ns);
   for (std::size_t i = 0, j = 0; i < seen.size(); ++i) {
@@ -218,7 +210,7 @@ SourceOffset speed_by_camera(const GyroDrive& drive, Source source,
     r.t.push_back(t);
     r.y.push_back(along * tau / span * (1.0 + turned * turned / 24.0));
   }
-  r.basis = {{way, 1.0, 0.1}, {turn, 0.0, 0.5 * drive.config.vehicle.wheelbase()}};
+  r.basis = {{distance, 1.0, 0.1}, {turn, 0.0, 0.5 * drive.config.vehicle.wheelbase()}};
   Offset found = solve(r);
   // The camera was shifted, not the source: reverse the sign, and refer the offset to the gyro.
   found.value = camera_offset - found.value;
@@ -229,29 +221,24 @@ std::optional<Resampled> best_speed(const GyroDrive& drive,
                                     const std::vector<SourceOffset>& offsets) {
   const auto has = [&](Source source) { return drive.log.has(source); };
   const auto on_grid = [&](Source source) { return drive.on_grid(drive.log.of(source)); };
-  const auto mean = [&](Source left, Source right) {
-    return mean_of(on_grid(left), on_grid(right));
-  };
-  Source source = Source::wheel_front_left;
-  Resampled speed;
-  if (has(Source::wheel_front_left) && has(Source::wheel_front_right)) {
-    speed = straightened(mean(Source::wheel_front_left, Source::wheel_front_right), drive);
-  } else if (has(Source::wheel_rear_left) && has(Source::wheel_rear_right)) {
-    source = Source::wheel_rear_left;
-    speed = mean(Source::wheel_rear_left, Source::wheel_rear_right);
-  } else {
-    constexpr std::array singles{Source::wheel_rear, Source::motor, Source::wheel_rear_left,
-                                 Source::wheel_rear_right};
-    const auto* const one = std::ranges::find_if(singles, has);
-    if (one == singles.end()) return std::nullopt;
-    source = *one;
-    speed = on_grid(source);
+  Source source{};
+  std::optional<Resampled> speed;
+  for (const auto& [left, right] : estimator::wheel_pairs) {  // the undriven front wheels first
+    if (speed || !has(left) || !has(right)) continue;
+    source = left;
+    speed = mean_of(on_grid(left), on_grid(right));
+    if (estimator::is_front(left)) speed = straightened(*speed, drive);
   }
-  for (const SourceOffset& found : offsets) {
-    if (found.source != source || !found.failure.empty()) continue;
-    speed.begin -= found.offset;
-    break;
+  for (const Source single :
+       {Source::wheel_rear, Source::motor, Source::wheel_rear_left, Source::wheel_rear_right}) {
+    if (speed || !has(single)) continue;
+    source = single;
+    speed = on_grid(single);
   }
+  const auto found = std::ranges::find_if(offsets, [source](const SourceOffset& offset) {
+    return offset.source == source && offset.failure.empty();
+  });
+  if (speed && found != offsets.end()) speed->begin -= found->offset;
   return speed;
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "daemon/core/config.hpp"
 #include "tools/cli/refuse.hpp"
@@ -54,17 +55,16 @@ void add_sensor(const Sensor& sensor, const StandingNoise& noise,
   const bool mapped = config && is_mapped(*config, sensor.source);
   const auto add = [&](const std::string& what, const std::string& key, const Measured& measured,
                        const std::string& in, const std::string& remark = "") -> Finding& {
-    return findings.values.emplace_back(
-        as_finding(name + what, mapped ? key : "", measured, in, remark));
+    return findings.add(name + what, mapped ? key : "", measured, in, remark);
   };
   add(", noise", key_of(sensor.source, ".sigma"), noise.sigma, unit,
       noise.resolution_hides_noise
           ? fmt::format("of the resolution of {:.3g}, which hides the sensor's own",
                         noise.resolution)
-      : noise.together > 1 ? fmt::format("at rest; about {} samples are correlated, filtered or "
-                                         "held: the value fits their means",
-                                         noise.together)
-                           : "white, of a sample, at rest");
+      : noise.group_size > 1 ? fmt::format("at rest; about {} samples are correlated, filtered or "
+                                           "held: the value fits their means",
+                                           noise.group_size)
+                             : "white, of a sample, at rest");
   // "multiplied by a factor of ten to compensate for additional uncertainties and vibrations"
   if (const double sigma = noise.sigma.value; sensor.source == Source::yaw_rate)
     add(", variance in the paper's R", "filter.paper_r[0]",
@@ -75,17 +75,15 @@ void add_sensor(const Sensor& sensor, const StandingNoise& noise,
   Finding& walk =
       add(", bias walk", sensor.walk_key, noise.walk.value_or(Measured{}), unit + "/√s");
   if (!noise.walk)
-    walk = undetermined(walk,
-                        fmt::format("below {:.2g}: log longer to determine it", noise.walk_below));
+    walk.reject(fmt::format("below {:.2g}: log longer to determine it", noise.walk_below));
   const auto outliers = static_cast<std::uint64_t>(noise.outliers);
   const bool one = outliers == 1;
   if (outliers > 0)
-    findings.warnings.push_back(
-        found(kind("disturbed_record"), name,
-              fmt::format("{} {} 6 sigma off{}", counted(outliers, "sample"), one ? "lies" : "lie",
-                          !noise.outliers_left_out ? ""
-                          : one                    ? ", and is left out"
-                                                   : ", and are left out")));
+    add_warning(findings.warnings, kind("disturbed_record"), name, "{} {} 6 sigma off{}",
+                counted(outliers, "sample"), one ? "lies" : "lie",
+                !noise.outliers_left_out ? ""
+                : one                    ? ", and is left out"
+                                         : ", and are left out");
 }
 
 [[noreturn]] void refuse_moving(const SignalLog& log, const std::string& record,
@@ -129,20 +127,18 @@ bool check_wheels(const SignalLog& log, const std::string& record) {
 
 /// The two accelerometers share the key of their walks: it goes to the larger one.
 void settle_accel_walk(Findings& findings) {
-  Finding* kept = nullptr;
-  for (Finding& finding : findings.values) {
-    if (finding.key != "filter.accel_bias_walk") continue;
-    const auto size = [](const Finding& walk) {
-      return walk.determined == Determined::yes ? walk.value : -1.0;
-    };
-    const bool replaces = kept == nullptr || size(finding) > size(*kept);
-    if (Finding* other = replaces ? kept : &finding) other->key.clear();
-    if (replaces) kept = &finding;
-  }
+  std::vector<Finding*> walks;
+  for (Finding& finding : findings.values)
+    if (finding.key == "filter.accel_bias_walk") walks.push_back(&finding);
+  if (walks.size() < 2) return;
+  const auto size = [](const Finding& walk) {
+    return walk.determined == Determined::yes ? walk.value : -1.0;
+  };
+  (size(*walks[1]) > size(*walks[0]) ? walks[0] : walks[1])->key.clear();
 }
 
 Findings identify_noise(const Options& options) {
-  if (!is_given(options.record))
+  if (!options.record.is_given())
     refuse(
         "give a record of the standing car, --config and --can or --csv; odom identify noise "
         "--help explains each");
@@ -151,7 +147,7 @@ Findings identify_noise(const Options& options) {
     if (!config && !file.empty()) config = daemon::load_config(file);
 
   Findings findings{.method = "noise", .origin = "standing"};
-  const std::string record = name_of(options.record);
+  const std::string record = options.record.name();
   const SignalLog log =
       read_record(options.record, {Source::yaw_rate, Source::accel_x, Source::accel_y});
   append(findings.warnings, log.warnings);
@@ -162,7 +158,7 @@ Findings identify_noise(const Options& options) {
     if (series.empty()) continue;
     const std::string name = record + ": " + name_of(sensor.source);
     const StandingNoise noise = standing_noise(series, name);
-    if (sensor.source == Source::yaw_rate) check_turning(log, noise.from_the_last, record);
+    if (sensor.source == Source::yaw_rate) check_turning(log, noise.prediction_error, record);
     if (std::fabs(noise.bias.value) >= sensor.most_bias || noise.sigma.value >= sensor.most_noise)
       refuse("{}: at rest it reads {:.3g} +- {:.3g} {}: {}", name, noise.bias.value,
              noise.sigma.value, sensor.unit, sensor.other_units);
@@ -178,8 +174,8 @@ Findings identify_noise(const Options& options) {
         record);
   }
   if (!has_wheels)
-    findings.warnings.push_back(found(kind("standstill_unconfirmed"), record,
-                                      "no wheel speed confirms that the car stood"));
+    add_warning(findings.warnings, kind("standstill_unconfirmed"), record,
+                "no wheel speed confirms that the car stood");
   settle_accel_walk(findings);
   return findings;
 }

@@ -20,22 +20,23 @@ namespace {
 /// Variances are in units of the white noise's variance r: with λ = K²/r the bias's variance grows
 /// by λ dt between samples, and the innovations' variances are r s.
 struct FilteredBias {
-  double log_sum = 0.0;   ///< Σ ln s
-  double squares = 0.0;   ///< Σ ν²/s
-  double bias = 0.0;      ///< after the last sample
-  double variance = 0.0;  ///< its variance over r
+  double log_sum = 0.0;             ///< Σ ln s
+  double squares = 0.0;             ///< Σ ν²/s
+  std::vector<double> innovations;  ///< ν/√s of each sample but the first
+  double bias = 0.0;                ///< after the last sample
+  double variance = 0.0;            ///< its variance over r
 };
 
 enum class Direction : std::uint8_t { forwards, backwards };
 
-/// Appends ν/√s of each sample but the first to `innovations`, if given.
-FilteredBias filter_bias(const Series& series, double lambda, Direction direction,
-                         std::vector<double>* innovations = nullptr) {
+FilteredBias filter_bias(const Series& series, double lambda,
+                         Direction direction = Direction::forwards) {
   const std::size_t n = series.size();
   const auto at = [&](std::size_t i) { return direction == Direction::forwards ? i : n - 1 - i; };
   FilteredBias f;
   f.bias = series.value[at(0)];
   f.variance = 1.0;
+  f.innovations.reserve(n);
   for (std::size_t i = 1; i < n; ++i) {
     const double dt =
         1e-9 * std::fabs(static_cast<double>(series.t_ns[at(i)] - series.t_ns[at(i - 1)]));
@@ -44,43 +45,28 @@ FilteredBias filter_bias(const Series& series, double lambda, Direction directio
     const double innovation = series.value[at(i)] - f.bias;
     f.log_sum += std::log(s);
     f.squares += innovation * innovation / s;
-    if (innovations != nullptr) innovations->push_back(innovation / std::sqrt(s));
+    f.innovations.push_back(innovation / std::sqrt(s));
     f.bias += f.variance / s * innovation;
     f.variance /= s;
   }
   return f;
 }
 
-/// The samples more than 6 σ from the prediction. σ comes from the median of the innovations, and
-/// is at least `least`.
-std::vector<std::size_t> far_off(const Series& series, double lambda, double least) {
-  std::vector<double> all;
-  (void)filter_bias(series, lambda, Direction::forwards, &all);
-  const double sigma = std::max(robust_sigma(all), least);
-  std::vector<std::size_t> far;
-  for (std::size_t i = 0; i < all.size(); ++i)
-    if (std::fabs(all[i]) > 6.0 * sigma) far.push_back(i + 1);
-  return far;
-}
-
-/// The series without the samples with these sorted indices.
-Series without(const Series& series, std::span<const std::size_t> samples) {
+/// The samples within 6 σ of the prediction. σ comes from the median of the innovations, and is at
+/// least `min_sigma`.
+Series without_far_samples(const Series& series, double lambda, double min_sigma) {
+  const std::vector<double> innovations = filter_bias(series, lambda).innovations;
+  const double sigma = std::max(robust_sigma(innovations), min_sigma);
   Series kept;
-  auto next = samples.begin();
-  for (std::size_t i = 0; i < series.size(); ++i) {
-    if (next != samples.end() && *next == i) {
-      ++next;
-      continue;
-    }
-    kept.add(series.t_ns[i], series.value[i]);
-  }
+  kept.add(series.t_ns[0], series.value[0]);
+  for (std::size_t i = 1; i < series.size(); ++i)
+    if (std::fabs(innovations[i - 1]) <= 6.0 * sigma) kept.add(series.t_ns[i], series.value[i]);
   return kept;
 }
 
 /// Whether successive innovations are significantly correlated, by more than 0.1.
 bool are_correlated(const Series& series, double lambda) {
-  std::vector<double> all;
-  (void)filter_bias(series, lambda, Direction::forwards, &all);
+  const std::vector<double> all = filter_bias(series, lambda).innovations;
   double squares = 0.0, products = 0.0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     squares += all[i] * all[i];
@@ -114,16 +100,16 @@ double scatter_within(const Series& series, std::size_t count) {
 
 /// No sample is more precise than its resolution q, and the mean of mostly equal samples may be
 /// anywhere within it. A bias that moves by less than a few steps shows no walk.
-void allow_for_resolution(const Series& series, double range, double duration,
-                          StandingNoise& noise) {
+void allow_for_resolution(const Series& series, double duration, StandingNoise& noise) {
   const double rounding = rounding_noise(noise.resolution);
-  const auto begin = std::span<const double>(series.value).first(series.size() / 10);
+  const auto begin = std::span(series.value).first(series.size() / 10);
   noise.bias.sigma = std::hypot(noise.bias.sigma, rounding_left(begin, noise.resolution));
   if (noise.sigma.value >= rounding) return;
   noise.resolution_hides_noise = true;
   noise.sigma = {rounding, 0.5 * rounding};
   constexpr double few_steps = 10.0;
-  if (range > few_steps * noise.resolution) return;
+  const auto [low, high] = std::ranges::minmax(series.value);
+  if (high - low > few_steps * noise.resolution) return;
   noise.walk.reset();
   noise.walk_below = std::max(noise.walk_below, noise.resolution / std::sqrt(duration));
 }
@@ -137,15 +123,12 @@ struct Explained {
 };
 
 Explained explain(const Series& series) {
-  const auto [low, high] = std::ranges::minmax(series.value);
   const auto n = static_cast<double>(series.size() - 1);
   const double duration = n * series.cycle();
   // The likelihood of λ with the best r for this λ: r = Σ ν²/s / n.
-  const auto variance_of = [&](double lambda) {
-    return filter_bias(series, lambda, Direction::forwards).squares / n;
-  };
+  const auto variance_of = [&](double lambda) { return filter_bias(series, lambda).squares / n; };
   const auto likelihood = [&](double lambda) {
-    const FilteredBias f = filter_bias(series, lambda, Direction::forwards);
+    const FilteredBias f = filter_bias(series, lambda);
     return -0.5 * (n * std::log(f.squares / n) + f.log_sum);
   };
   const auto of_log = [&](double log_lambda) { return likelihood(std::exp(log_lambda)); };
@@ -162,7 +145,10 @@ Explained explain(const Series& series) {
     best = least + step * i;
     best_value = value;
   }
-  best = argmax_unimodal(of_log, {std::max(best - step, least), std::min(best + step, most)}, 12);
+  // The likelihood has one maximum there, where it starts to fall.
+  const double low = std::max(best - step, least), high = std::min(best + step, most);
+  const double h = 0.01 * (high - low);
+  best = bisect(low, high, 12, [&](double x) { return of_log(x + h) > of_log(x - h); });
   best_value = of_log(best);
   const double none = likelihood(0.0);
 
@@ -191,17 +177,16 @@ Explained explain(const Series& series) {
     noise.walk = Measured{walk, log_sigma * walk};
   }
   const double reached = std::max(best_value, none) - 1.92;
-  const double limit = bisect({lambda > 0.0 ? best : least, most}, 30, [&](double log_lambda) {
-                         return of_log(log_lambda) > reached;
-                       }).middle();
+  const double limit = bisect(lambda > 0.0 ? best : least, most, 30,
+                              [&](double log_lambda) { return of_log(log_lambda) > reached; });
   noise.walk_below = std::sqrt(std::exp(limit) * variance_of(std::exp(limit)));
   // Even a walk too small to be detected adds to the bias's uncertainty.
   const double for_bias = walks ? lambda : std::exp(limit);
   const FilteredBias begin = filter_bias(series, for_bias, Direction::backwards);
   noise.bias = {begin.bias, std::sqrt(begin.variance * variance)};
   noise.resolution = resolution_of(series.value);
-  noise.from_the_last = noise.sigma.value;
-  allow_for_resolution(series, high - low, duration, noise);
+  noise.prediction_error = noise.sigma.value;
+  allow_for_resolution(series, duration, noise);
   explained.lambda = for_bias;
   explained.variance = variance;
   explained.runs_away = best_value > none && best >= most - 4.0 * step;
@@ -212,58 +197,56 @@ Explained explain(const Series& series) {
 Explained without_outliers(Series& series) {
   Explained explained = explain(series);
   constexpr double few = 0.01;
-  int left_out = 0;
+  int outliers = 0;
   for (int round = 0; round < 4; ++round) {
-    const std::vector<std::size_t> far =
-        far_off(series, explained.lambda, rounding_noise(explained.noise.resolution));
-    if (far.empty()) break;
-    if (static_cast<double>(far.size()) > few * static_cast<double>(series.size())) {
-      explained.noise.outliers = left_out + static_cast<int>(far.size());
+    Series kept =
+        without_far_samples(series, explained.lambda, rounding_noise(explained.noise.resolution));
+    const std::size_t far = series.size() - kept.size();
+    if (far == 0) break;
+    outliers += static_cast<int>(far);
+    if (static_cast<double>(far) > few * static_cast<double>(series.size())) {
+      explained.noise.outliers = outliers;
       return explained;
     }
-    left_out += static_cast<int>(far.size());
-    series = without(series, far);
+    series = std::move(kept);
     explained = explain(series);
   }
-  explained.noise.outliers = left_out;
-  explained.noise.outliers_left_out = left_out > 0;
+  explained.noise.outliers = outliers;
+  explained.noise.outliers_left_out = outliers > 0;
   return explained;
 }
 
 /// Fits means over 2, 4, ... samples, until they are uncorrelated.
 void explain_by_means(const Series& series, Explained& explained) {
-  constexpr std::size_t most = 4096, fewest_means = 100;
+  constexpr std::size_t most = 4096, min_means = 100;
   constexpr double unexplained = 0.05;  // from correlation below the detection threshold
   const auto correlated = [](const Series& samples, const Explained& model) {
     return model.runs_away || are_correlated(samples, model.lambda);
   };
-  if (explained.noise.resolution_hides_noise || !correlated(series, explained)) return;
-  const auto enough = [&](std::size_t m) { return m <= most && series.size() / m >= fewest_means; };
+  StandingNoise& noise = explained.noise;
+  if (noise.resolution_hides_noise || !correlated(series, explained)) return;
+  const auto enough = [&](std::size_t m) { return m <= most && series.size() / m >= min_means; };
   bool white = false;
   for (std::size_t m = 2; enough(m); m *= 2) {
     const Series means = means_of(series, m);
-    Explained by_means = explain(means);
+    const Explained by_means = explain(means);
     // The first white means are still slightly correlated: use twice as many samples.
     const bool last = white || !enough(2 * m);
     white = !correlated(means, by_means);
     if (!last) continue;
-    const StandingNoise own = explained.noise;
-    explained = by_means;
-    StandingNoise& noise = explained.noise;
     // A sample is no more precise than its scatter about the bias.
-    const double apart = std::sqrt(scatter_within(series, m) + by_means.variance);
-    const double together = std::sqrt(static_cast<double>(m)) * noise.sigma.value;
-    const double relative = std::hypot(noise.sigma.sigma / noise.sigma.value, unexplained);
-    noise.sigma.value = std::max(apart, together);
-    noise.sigma.sigma = relative * noise.sigma.value;
-    noise.together = m;
-    noise.sample_period = own.sample_period;
-    noise.resolution = own.resolution;
-    noise.outliers = own.outliers_left_out
-                         ? own.outliers
-                         : static_cast<int>(far_off(means, explained.lambda, 0.0).size());
-    noise.outliers_left_out = own.outliers_left_out;
-    noise.from_the_last = own.from_the_last;
+    const Measured& of_mean = by_means.noise.sigma;
+    const double sigma = std::max(std::sqrt(scatter_within(series, m) + by_means.variance),
+                                  std::sqrt(static_cast<double>(m)) * of_mean.value);
+    noise.sigma = {sigma, std::hypot(of_mean.sigma / of_mean.value, unexplained) * sigma};
+    noise.bias = by_means.noise.bias;
+    noise.walk = by_means.noise.walk;
+    noise.walk_below = by_means.noise.walk_below;
+    noise.resolution_hides_noise = by_means.noise.resolution_hides_noise;
+    noise.group_size = m;
+    if (!noise.outliers_left_out)
+      noise.outliers =
+          static_cast<int>(means.size() - without_far_samples(means, by_means.lambda, 0.0).size());
     return;
   }
 }

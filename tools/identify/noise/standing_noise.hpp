@@ -25,8 +25,8 @@ struct StandingNoise {
   double sample_period = 0.0;      ///< mean [s]
   int outliers = 0;                ///< samples more than 6 σ from their prediction
   bool outliers_left_out = false;  ///< they are few, and affect nothing else here
-  std::size_t together = 1;        ///< number of correlated samples that count as one
-  double from_the_last = 0.0;      ///< error of a sample's prediction from earlier samples
+  std::size_t group_size = 1;      ///< number of correlated samples that count as one
+  double prediction_error = 0.0;   ///< error of a sample's prediction from earlier samples
   double resolution = 0.0;         ///< step between adjacent values
   /// The noise is smaller than the resolution: `sigma` is the rounding noise, q/√12.
   bool resolution_hides_noise = false;

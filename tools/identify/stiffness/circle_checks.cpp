@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <ranges>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -21,23 +22,22 @@ using diagnostics::found;
 using tools::kind;
 
 // Beyond these limits the circles and the given data contradict each other.
-constexpr double farthest_centre = 0.03;    // shift of the centre of gravity / wheelbase
-constexpr double farthest_steering = 1.33;  // factor on the steering angle, or its inverse
-constexpr double gross_scale_error = 0.15;  // of the film against the accelerometer
+constexpr double max_centre_shift = 0.03;     // shift of the centre of gravity / wheelbase
+constexpr double max_steering_factor = 1.33;  // factor on the steering angle, or its inverse
+constexpr double gross_scale_error = 0.15;    // of the film against the accelerometer
 
 /// The log's lateral acceleration / the film's v_x ψ̇: shows a wrong scale of the film. Nothing if
 /// there is too little data.
 std::optional<Measured> accelerometer_slope(std::span<const CircleRun> circles) {
-  Eigen::ArrayXd film(std::ssize(circles)), log(std::ssize(circles));
-  Eigen::Index n = 0;
+  std::vector<double> by_film, by_log;
   for (const CircleRun& run : circles) {
     if (!(run.accelerometer.sigma > 0.0)) continue;
-    film[n] = run.lateral_accel;
-    log[n++] = run.accelerometer.value;
+    by_film.push_back(run.lateral_accel);
+    by_log.push_back(run.accelerometer.value);
   }
-  if (n < 4) return std::nullopt;
-  film.conservativeResize(n);
-  log.conservativeResize(n);
+  if (by_film.size() < 4) return std::nullopt;
+  const Eigen::Map<const Eigen::ArrayXd> film(by_film.data(), std::ssize(by_film)),
+      log(by_log.data(), std::ssize(by_log));
   const Relation relation = relation_of(log, film);
   const auto varies = [](const Eigen::ArrayXd& accel) {
     return (accel - accel.mean()).square().sum() > 1.0;
@@ -46,48 +46,19 @@ std::optional<Measured> accelerometer_slope(std::span<const CircleRun> circles) 
   return Measured{relation.slope, relation.slope_sigma()};
 }
 
-void compare_accelerations(std::span<const CircleRun> circles, diagnostics::Diagnostics& warnings) {
-  const std::optional<Measured> slope = accelerometer_slope(circles);
-  const double off = slope ? std::abs(slope->value - 1.0) : 0.0;
-  if (off > std::max(0.02, 3.0 * slope.value_or(Measured{}).sigma) && off <= gross_scale_error)
-    warnings.push_back(
-        found(kind("film_acceleration_off"), "accel_y",
-              fmt::format("the accelerometer reads {:.1f} % of the film's lateral acceleration",
-                          100.0 * slope->value)));
-}
-
 // At any speed a car's wheels have about the angle that its circle needs: l ψ̇ / v.
 void check_steering(std::span<const CircleRun> circles, double wheelbase) {
-  constexpr double far_off = 4.0;
+  constexpr double max_ratio = 4.0;
   std::vector<double> ratios;
   for (const CircleRun& run : circles)
     ratios.push_back(run.steering.value / std::atan(wheelbase * run.yaw_rate / run.speed));
   const double ratio = median_of(std::move(ratios));
-  if (ratio > far_off || ratio < 1.0 / far_off)
+  if (ratio > max_ratio || ratio < 1.0 / max_ratio)
     refuse(
         "{}: the log's steering is {:.3g} times the angle that the circles need: correct scale and "
         "unit of [can.signals] steering, which is the angle of the wheels; or the places of the "
         "markers (--front, --rear), which give the circles their size",
         circles.front().film, ratio);
-}
-
-void warn_of_what_is_missing(std::span<const CircleRun> circles,
-                             diagnostics::Diagnostics& warnings) {
-  const auto left =
-      std::ranges::count_if(circles, [](const CircleRun& r) { return r.yaw_rate > 0; });
-  if (left == 0 || left == std::ssize(circles))
-    warnings.push_back(
-        found(kind("circles_one_sided"), {},
-              fmt::format("all circles turn to the {}: the steering's offset and the "
-                          "angle of the markers cannot be separated from slip",
-                          left == 0 ? "right" : "left"),
-              left == 0 ? "left" : "right"));
-  const auto [slow, fast] = std::ranges::minmax_element(
-      circles, {}, [](const CircleRun& r) { return std::abs(r.lateral_accel); });
-  if (std::abs(slow->lateral_accel) > 0.5 * std::abs(fast->lateral_accel))
-    warnings.push_back(found(kind("circles_as_fast"), {},
-                             "all circles are about as fast: the steering's scale and the markers' "
-                             "places cannot be separated from slip"));
 }
 
 }  // namespace
@@ -120,8 +91,29 @@ void check_circles(std::span<const CircleRun> circles, double wheelbase) {
 
 diagnostics::Diagnostics circle_warnings(std::span<const CircleRun> circles) {
   diagnostics::Diagnostics warnings;
-  warn_of_what_is_missing(circles, warnings);
-  compare_accelerations(circles, warnings);
+  const auto left =
+      std::ranges::count_if(circles, [](const CircleRun& r) { return r.yaw_rate > 0; });
+  if (left == 0 || left == std::ssize(circles))
+    warnings.push_back(
+        found(kind("circles_one_sided"), {},
+              fmt::format("all circles turn to the {}: the steering's offset and the "
+                          "angle of the markers cannot be separated from slip",
+                          left == 0 ? "right" : "left"),
+              left == 0 ? "left" : "right"));
+  const auto [slow, fast] =
+      std::ranges::minmax(circles | std::views::transform([](const CircleRun& r) {
+                            return std::abs(r.lateral_accel);
+                          }));
+  if (slow > 0.5 * fast)
+    add_warning(warnings, kind("circles_as_fast"), {},
+                "all circles are about as fast: the steering's scale and the markers' "
+                "places cannot be separated from slip");
+  const std::optional<Measured> slope = accelerometer_slope(circles);
+  const double off = slope ? std::abs(slope->value - 1.0) : 0.0;
+  if (off > std::max(0.02, 3.0 * slope.value_or(Measured{}).sigma) && off <= gross_scale_error)
+    add_warning(warnings, kind("film_acceleration_off"), "accel_y",
+                "the accelerometer reads {:.1f} % of the film's lateral acceleration",
+                100.0 * slope->value);
   return warnings;
 }
 
@@ -146,32 +138,27 @@ diagnostics::Diagnostics contradictions(const FilmedCircles& films, const Corner
   diagnostics::Diagnostics lines;
   const Measured& ahead = found.centre_ahead;
   if (std::abs(ahead.value) >
-      std::max(4.0 * std::hypot(ahead.sigma, car.sigma_marker), farthest_centre * car.wheelbase()))
-    lines.push_back(diagnostics::found(
-        kind("centre_contradicted"), {},
-        fmt::format(
-            "by the circles the centre of gravity lies {:.3f} m {} the place in --front and "
-            "--rear",
-            std::abs(ahead.value), ahead.value > 0.0 ? "ahead of" : "behind")));
+      std::max(4.0 * std::hypot(ahead.sigma, car.sigma_marker), max_centre_shift * car.wheelbase()))
+    add_warning(lines, kind("centre_contradicted"), {},
+                "by the circles the centre of gravity lies {:.3f} m {} the place in --front and "
+                "--rear",
+                std::abs(ahead.value), ahead.value > 0.0 ? "ahead of" : "behind");
   for (const Measured& scale : {found.steering_scale, found.free_steering_scale})
-    if (lines.empty() && (scale.value > farthest_steering || scale.value < 1.0 / farthest_steering))
-      lines.push_back(diagnostics::found(
-          kind("steering_contradicted"), {},
-          fmt::format("the log's steering is {:.2f} times the angle of the wheels by the circles",
-                      scale.value)));
+    if (lines.empty() &&
+        (scale.value > max_steering_factor || scale.value < 1.0 / max_steering_factor))
+      add_warning(lines, kind("steering_contradicted"), {},
+                  "the log's steering is {:.2f} times the angle of the wheels by the circles",
+                  scale.value);
   const auto slope = accelerometer_slope(films.circles);
   if (slope && std::abs(slope->value - 1.0) > std::max(gross_scale_error, 3.0 * slope->sigma))
-    lines.push_back(diagnostics::found(
-        kind("film_acceleration_off"), {},
-        fmt::format("the accelerometer reads {:.0f} % of the film's lateral acceleration, and one "
-                    "of the two is wrong",
-                    100.0 * slope->value)));
+    add_warning(lines, kind("film_acceleration_off"), {},
+                "the accelerometer reads {:.0f} % of the film's lateral acceleration, and one "
+                "of the two is wrong",
+                100.0 * slope->value);
   const auto fitted = std::ranges::count(found.in_range, true);
   if (lines.empty() && 2 * found.used < static_cast<std::size_t>(fitted))
-    lines.push_back(diagnostics::found(
-        kind("circles_off_curve"), {},
-        fmt::format("of {} fitted {} lie on the curve",
-                    counted(static_cast<std::size_t>(fitted), "circle"), found.used)));
+    add_warning(lines, kind("circles_off_curve"), {}, "of {} fitted {} lie on the curve",
+                counted(static_cast<std::size_t>(fitted), "circle"), found.used);
   return lines;
 }
 

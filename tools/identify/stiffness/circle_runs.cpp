@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "tools/diagnostics/kinds.hpp"
-#include "tools/identify/common/measured.hpp"
+#include "tools/identify/common/finding.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -47,55 +47,49 @@ Samples sample(const FilmMotion& motion) {
 struct Span {
   double low = 0.0, high = 0.0;
 
-  void take(double value) {
+  void add(double value) {
     low = std::min(low, value);
     high = std::max(high, value);
   }
-  [[nodiscard]] bool within(double noise) const {
+  [[nodiscard]] bool is_within(double noise) const {
     constexpr double part = 0.12;
     return high - low <= part * 0.5 * std::abs(high + low) + noise;
   }
 };
 
-// The number of samples from `begin` on with steady speed and yaw rate.
-std::size_t steady_length(const Samples& samples, std::size_t begin, std::size_t end) {
-  if (!samples[begin]) return 0;
+// Successive samples with steady speed and yaw rate.
+struct SteadySamples {
+  std::size_t begin = 0, length = 0;
+  double turn = 0.0;  // [rad]
+};
+
+SteadySamples steady_from(const Samples& samples, std::size_t begin, std::size_t end) {
+  SteadySamples steady{.begin = begin};
+  if (!samples[begin]) return steady;
   const Sample& first = *samples[begin];
-  Span speed{first.speed, first.speed}, turn{first.yaw_rate, first.yaw_rate};
-  std::size_t k = begin;
-  for (; k < end && samples[k]; ++k) {
-    speed.take(samples[k]->speed);
-    turn.take(samples[k]->yaw_rate);
-    if (!speed.within(0.0) || !turn.within(8.0 * first.yaw_rate_noise)) break;
+  Span speed{first.speed, first.speed}, yaw_rate{first.yaw_rate, first.yaw_rate};
+  for (std::size_t k = begin; k < end && samples[k]; ++k) {
+    speed.add(samples[k]->speed);
+    yaw_rate.add(samples[k]->yaw_rate);
+    if (!speed.is_within(0.0) || !yaw_rate.is_within(8.0 * first.yaw_rate_noise)) break;
+    steady.turn += seconds(step_ns) * samples[k]->yaw_rate;
+    ++steady.length;
   }
-  return k - begin;
+  steady.turn = std::abs(steady.turn);
+  return steady;
 }
 
-double turn_of(const Samples& samples, std::size_t begin, std::size_t length) {
-  double turn = 0.0;
-  for (std::size_t k = begin; k < begin + length; ++k)
-    turn += seconds(step_ns) * samples[k]->yaw_rate;
-  return std::abs(turn);
-}
-
-// Finds the stretch that turns most, then those before and after it.
-void find_stretches(const Samples& samples, std::size_t begin, std::size_t end,
-                    std::vector<std::pair<std::size_t, std::size_t>>& found) {
-  std::size_t best = begin, best_length = 0;
-  double best_turn = 0.0;
-  for (std::size_t k = begin; k < end; ++k) {
-    const std::size_t length = steady_length(samples, k, end);
-    const double turn = length > 0 ? turn_of(samples, k, length) : 0.0;
-    if (turn > best_turn) {
-      best = k;
-      best_length = length;
-      best_turn = turn;
-    }
-  }
-  if (best_turn < shortest_turn) return;
-  find_stretches(samples, begin, best, found);
-  found.emplace_back(best, best_length);
-  find_stretches(samples, best + best_length, end, found);
+// Finds the steady samples that turn most, then those before and after them.
+void find_steady(const Samples& samples, std::size_t begin, std::size_t end,
+                 std::vector<SteadySamples>& found) {
+  SteadySamples best{.begin = begin};
+  for (std::size_t k = begin; k < end; ++k)
+    if (const SteadySamples steady = steady_from(samples, k, end); steady.turn > best.turn)
+      best = steady;
+  if (best.turn < shortest_turn) return;
+  find_steady(samples, begin, best.begin, found);
+  found.push_back(best);
+  find_steady(samples, best.begin + best.length, end, found);
 }
 
 std::vector<double> values_between(const Series& series, std::int64_t from, std::int64_t to) {
@@ -125,14 +119,15 @@ Measured mean_of_signal(const Series& series, std::int64_t from, std::int64_t to
 
 std::vector<Stretch> steady_stretches(const FilmMotion& motion) {
   const Samples samples = sample(motion);
-  std::vector<std::pair<std::size_t, std::size_t>> found;
-  find_stretches(samples, 0, samples.size(), found);
+  std::vector<SteadySamples> found;
+  find_steady(samples, 0, samples.size(), found);
+  const auto time_of = [&motion](std::size_t k) {
+    return motion.frames.front().t_ns + static_cast<std::int64_t>(k) * step_ns;
+  };
   std::vector<Stretch> stretches;
-  for (const auto& [begin, length] : found) {
-    const std::int64_t first =
-        motion.frames.front().t_ns + static_cast<std::int64_t>(begin) * step_ns;
-    const Stretch stretch{first + settling_ns,
-                          first + static_cast<std::int64_t>(length - 1) * step_ns - settling_ns};
+  for (const SteadySamples& steady : found) {
+    const Stretch stretch{time_of(steady.begin) + settling_ns,
+                          time_of(steady.begin + steady.length - 1) - settling_ns};
     if (stretch.end_ns - stretch.begin_ns > 2 * half_window_ns) stretches.push_back(stretch);
   }
   return stretches;
@@ -185,14 +180,14 @@ std::vector<CircleRun> measure_circles(const std::string& film, const FilmMotion
     if (run.steering.sigma <= 0.0) {
       const std::string circle = fmt::format("{}: the circle from {:.1f} to {:.1f} s", film,
                                              seconds(run.begin_ns), seconds(run.end_ns));
-      warnings.push_back(found(
-          tools::kind("circle_left_out"), circle,
-          run.gyro.sigma <= 0.0
-              ? "is not in the log; left out"
-              : fmt::format("is left out: the log has {} samples of steering there, but {} are "
-                            "needed",
-                            values_between(log.of(Source::steering), from, to).size(),
-                            samples_per_window * windows)));
+      if (run.gyro.sigma <= 0.0)
+        add_warning(warnings, tools::kind("circle_left_out"), circle,
+                    "is not in the log; left out");
+      else
+        add_warning(warnings, tools::kind("circle_left_out"), circle,
+                    "is left out: the log has {} samples of steering there, but {} are needed",
+                    values_between(log.of(Source::steering), from, to).size(),
+                    samples_per_window * windows);
       continue;
     }
     runs.push_back(run);

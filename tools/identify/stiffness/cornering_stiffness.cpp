@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -21,7 +22,7 @@ constexpr double sigma_model = 0.01;
 
 // A circle whose slip exceeds the linear slip by this factor is left out: there the shape of the
 // curve would weigh more than its slope.
-constexpr double farthest_beyond = 1.25;
+constexpr double max_slip_factor = 1.25;
 
 enum Unknown : Eigen::Index {
   log_stiffness_front,  // ln C
@@ -72,7 +73,7 @@ Prior prior_of(const CircleCar& car) {
 }
 
 // atanh(u) / u as a function of u², continued as a straight line near u = 1.
-double beyond_line(double u_squared) {
+double slip_factor(double u_squared) {
   constexpr double end = 0.9;
   if (u_squared > end) {
     const double u = std::sqrt(end);
@@ -85,7 +86,7 @@ double beyond_line(double u_squared) {
 }
 
 double slip_of(double force, double stiffness, double grip) {
-  return force / stiffness * beyond_line(force * force / (grip * grip));
+  return force / stiffness * slip_factor(force * force / (grip * grip));
 }
 
 // An axle on a circle, for assumed values of the unknowns, with the characteristic of its tyres.
@@ -95,17 +96,14 @@ struct AxleView {
   double stiffness = 0.0, grip = 0.0;
 
   [[nodiscard]] double residual() const { return slip - slip_of(force, stiffness, grip); }
-  [[nodiscard]] bool is_beyond() const {
+  [[nodiscard]] bool is_beyond_range() const {
     const double u = force / grip;
-    return beyond_line(u * u) > farthest_beyond;
+    return slip_factor(u * u) > max_slip_factor;
   }
 };
 
-struct RunView {
-  AxleView front, rear;
-};
-
-RunView view(const CircleRun& run, const Unknowns& x) {
+// Front and rear axle.
+std::array<AxleView, 2> view(const CircleRun& run, const Unknowns& x) {
   const double drift = run.drift.value - x[marker_angle];
   const double speed = x[film_scale] * run.speed;
   const double v_x = speed * std::cos(drift);
@@ -116,22 +114,27 @@ RunView view(const CircleRun& run, const Unknowns& x) {
   const double load_rear = x[mass] * gravity * x[front_axle] / wheelbase;
   const double side = x[mass] * x[film_scale] * run.lateral_accel / wheelbase;
   const double rolling = x[rolling_resistance] * load_front * std::sin(steering);
-  return {.front = {.slip = steering - std::atan2(v_y + x[front_axle] * run.yaw_rate, v_x),
-                    .force = (x[rear_axle] * side + rolling) / std::cos(steering),
-                    .stiffness = std::exp(x[log_stiffness_front]),
-                    .grip = std::exp(x[log_grip_front]) * load_front},
-          .rear = {.slip = -std::atan2(v_y - x[rear_axle] * run.yaw_rate, v_x),
+  return {AxleView{.slip = steering - std::atan2(v_y + x[front_axle] * run.yaw_rate, v_x),
+                   .force = (x[rear_axle] * side + rolling) / std::cos(steering),
+                   .stiffness = std::exp(x[log_stiffness_front]),
+                   .grip = std::exp(x[log_grip_front]) * load_front},
+          AxleView{.slip = -std::atan2(v_y - x[rear_axle] * run.yaw_rate, v_x),
                    .force = x[front_axle] * side,
                    .stiffness = std::exp(x[log_stiffness_rear]),
                    .grip = std::exp(x[log_grip_rear]) * load_rear}};
+}
+
+// Scatter of the measured slips of front and rear axle.
+std::array<double, 2> slip_sigmas(const CircleRun& run) {
+  return {std::hypot(run.drift.sigma, run.steering.sigma), run.drift.sigma};
 }
 
 // Measured slip less that of the curve: front and rear for each circle.
 Eigen::VectorXd residuals(std::span<const CircleRun> runs, const Unknowns& x) {
   Eigen::VectorXd r(static_cast<Eigen::Index>(2 * runs.size()));
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    const RunView seen = view(runs[k], x);
-    r.segment<2>(static_cast<Eigen::Index>(2 * k)) << seen.front.residual(), seen.rear.residual();
+    const auto [front, rear] = view(runs[k], x);
+    r.segment<2>(static_cast<Eigen::Index>(2 * k)) << front.residual(), rear.residual();
   }
   return r;
 }
@@ -148,9 +151,7 @@ Solution fit(std::span<const CircleRun> runs, const Prior& prior) {
   constexpr double huber = 2.0;
   Eigen::VectorXd own(static_cast<Eigen::Index>(2 * runs.size()));
   for (std::size_t k = 0; k < runs.size(); ++k)
-    own.segment<2>(static_cast<Eigen::Index>(2 * k))
-        << std::hypot(runs[k].drift.sigma, runs[k].steering.sigma),
-        runs[k].drift.sigma;
+    own.segment<2>(static_cast<Eigen::Index>(2 * k)) = Eigen::Vector2d(slip_sigmas(runs[k]).data());
   Solution solution;
   for (int round = 0; round < 4; ++round) {
     LeastSquares problem{.step = 1e-6 * prior.sigma.cwiseMin(0.1),
@@ -194,19 +195,12 @@ Measured stiffness_of(const Solution& s, Unknown which) {
   return {value, value * std::hypot(logarithm.sigma, sigma_model)};
 }
 
-std::vector<CircleRun> chosen(std::span<const CircleRun> runs, const std::vector<bool>& in_range) {
-  std::vector<CircleRun> result;
-  for (std::size_t k = 0; k < runs.size(); ++k)
-    if (in_range[k]) result.push_back(runs[k]);
-  return result;
-}
-
 }  // namespace
 
 double AxleStiffness::linear_range() const {
   // α C / F = 1 / 0.9 for this atanh(u) / u
   double u = 0.5;
-  for (int k = 0; k < 60; ++k) u += 0.5 * (1.0 / 0.9 - beyond_line(u * u));
+  for (int k = 0; k < 60; ++k) u += 0.5 * (1.0 / 0.9 - slip_factor(u * u));
   return slip_of(u * grip, stiffness.value, grip);
 }
 
@@ -227,42 +221,40 @@ CorneringStiffness fit_stiffness(std::span<const CircleRun> runs, const CircleCa
   for (int round = 0; round < 3; ++round) {
     s = fit(used, prior);
     std::vector<bool> in_range(runs.size());
-    for (std::size_t k = 0; k < runs.size(); ++k) {
-      const RunView seen = view(runs[k], s.x);
-      in_range[k] = !seen.front.is_beyond() && !seen.rear.is_beyond();
-    }
+    for (std::size_t k = 0; k < runs.size(); ++k)
+      in_range[k] = std::ranges::none_of(view(runs[k], s.x), &AxleView::is_beyond_range);
     if (in_range == result.in_range || std::ranges::count(in_range, true) < 2) break;
     result.in_range = in_range;
-    used = chosen(runs, in_range);
+    used.clear();
+    for (std::size_t k = 0; k < runs.size(); ++k)
+      if (in_range[k]) used.push_back(runs[k]);
   }
 
   Prior free = prior;
   free.sigma[centre_shift] = car.wheelbase();
   free.sigma[marker_angle] = free.sigma[steering_scale] = 1.0;
-  const Solution by_circles = fit(used, free);
-  result.centre_ahead = measured(by_circles, centre_shift);
-  result.free_steering_scale = measured(by_circles, steering_scale);
+  const Solution without_priors = fit(used, free);
+  result.centre_ahead = measured(without_priors, centre_shift);
+  result.free_steering_scale = measured(without_priors, steering_scale);
 
   result.scatter = s.scatter;
-  result.front.stiffness = stiffness_of(s, log_stiffness_front);
-  result.rear.stiffness = stiffness_of(s, log_stiffness_rear);
-  result.front.grip = view(runs.front(), s.x).front.grip;
-  result.rear.grip = view(runs.front(), s.x).rear.grip;
+  const auto [front, rear] = view(runs.front(), s.x);
+  result.front = {.stiffness = stiffness_of(s, log_stiffness_front), .grip = front.grip};
+  result.rear = {.stiffness = stiffness_of(s, log_stiffness_rear), .grip = rear.grip};
   result.steering_offset = measured(s, steering_offset);
   result.steering_scale = measured(s, steering_scale);
   result.marker_angle = measured(s, marker_angle);
   Eigen::Index row = 0;
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    const RunView seen = view(runs[k], s.x);
-    const double weight_front = result.in_range[k] ? s.weights[row] : 0.0;
-    const double weight_rear = result.in_range[k] ? s.weights[row + 1] : 0.0;
-    if (result.in_range[k]) row += 2;
-    if (weight_front > 0.5 && weight_rear > 0.5) ++result.used;
-    const double sigma = s.scatter * runs[k].drift.sigma;
-    result.front.points.push_back({seen.front.slip, seen.front.force,
-                                   std::hypot(sigma, s.scatter * runs[k].steering.sigma),
-                                   weight_front});
-    result.rear.points.push_back({seen.rear.slip, seen.rear.force, sigma, weight_rear});
+    const std::array axles{&result.front, &result.rear};
+    for (std::size_t i = 0; i < axles.size(); ++i) {
+      const AxleView axle = view(runs[k], s.x)[i];
+      axles[i]->points.push_back({.slip = axle.slip,
+                                  .force = axle.force,
+                                  .sigma = s.scatter * slip_sigmas(runs[k])[i],
+                                  .weight = result.in_range[k] ? s.weights[row++] : 0.0});
+    }
+    if (result.is_used(k)) ++result.used;
   }
   return result;
 }

@@ -78,6 +78,11 @@ struct CorneringStiffness {
   double scatter = 1.0;        ///< ratio of the circles' scatter to their own sigmas
   std::size_t used = 0;        ///< circles with a weight above one half
   std::vector<bool> in_range;  ///< for each given circle, whether it was fitted
+
+  /// Whether the fitted curves explain a circle.
+  [[nodiscard]] bool is_used(std::size_t circle) const {
+    return front.points[circle].weight > 0.5 && rear.points[circle].weight > 0.5;
+  }
 };
 
 /// Throws std::invalid_argument if there is no circle, or if all are too slow to determine a

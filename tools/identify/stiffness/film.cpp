@@ -15,14 +15,10 @@
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/agreement.hpp"
+#include "tools/identify/common/finding.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools {
-namespace {
-
-constexpr std::int64_t smoothing_ns = 200'000'000;  // half of the window of a yaw rate
-
-}  // namespace
 
 MarkerTrack read_marker_track(const std::filesystem::path& file) {
   std::ifstream input = open_input(file);
@@ -63,28 +59,27 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
   distances.reserve(track.frames.size());
   for (const MarkerFrame& frame : track.frames)
     distances.push_back(std::abs(frame.front - frame.rear));
-  const double apart = median_of(distances);
-  if (!(apart > 0.0))
+  const double spacing = median_of(distances);
+  if (!(spacing > 0.0))
     refuse("{}: front and rear marker are at the same place; track two different markers",
            track.name);
 
   FilmMotion motion;
-  motion.metres_per_unit = scale.metres_per_unit.value_or(places.distance() / apart);
-  const double ratio = apart * motion.metres_per_unit / places.distance();
+  motion.metres_per_unit = scale.metres_per_unit.value_or(places.distance() / spacing);
+  const double ratio = spacing * motion.metres_per_unit / places.distance();
   if (std::abs(ratio - 1.0) > 0.05)
     refuse(
         "{}: the markers are {:.4g} m apart in the film, and {:.4g} m by --front and "
         "--rear; correct the scale (--metres-per-pixel, --metres) or the places",
-        track.name, apart * motion.metres_per_unit, places.distance());
+        track.name, spacing * motion.metres_per_unit, places.distance());
   if (scale.metres_per_unit && std::abs(ratio - 1.0) > 3.0 * scale.ratio_sigma)
-    motion.warnings.push_back(found(
-        tools::kind("film_scale_off"), track.name,
-        fmt::format("by the scale the markers are {:.4g} m apart, {:.1f} % {} than the {:.4g} m of "
-                    "--front and --rear",
-                    apart * motion.metres_per_unit, 100.0 * std::abs(ratio - 1.0),
-                    ratio > 1.0 ? "more" : "less", places.distance())));
+    add_warning(motion.warnings, tools::kind("film_scale_off"), track.name,
+                "by the scale the markers are {:.4g} m apart, {:.1f} % {} than the {:.4g} m of "
+                "--front and --rear",
+                spacing * motion.metres_per_unit, 100.0 * std::abs(ratio - 1.0),
+                ratio > 1.0 ? "more" : "less", places.distance());
 
-  for (double& distance : distances) distance = std::abs(distance / apart - 1.0);
+  for (double& distance : distances) distance = std::abs(distance / spacing - 1.0);
   // A standard deviation is 1.48 median absolute deviations.
   const double limit = std::max(6.0 * 1.48 * median_of(distances), 0.02);
   std::size_t left_out = 0;
@@ -113,13 +108,12 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
         "others; was something else tracked there?",
         track.name, left_out, track.frames.size());
   if (track.gaps > 0)
-    motion.warnings.push_back(found(tools::kind("film_rows_left_out"), track.name,
-                                    counted(track.gaps, "row") + " without both markers"));
+    add_warning(motion.warnings, tools::kind("film_rows_left_out"), track.name,
+                "{} without both markers", counted(track.gaps, "row"));
   if (left_out > 0)
-    motion.warnings.push_back(
-        found(tools::kind("film_rows_left_out"), track.name,
-              counted(left_out, "frame") +
-                  " left out, as the distance of the markers differs from that in the others"));
+    add_warning(motion.warnings, tools::kind("film_rows_left_out"), track.name,
+                "{} left out, as the distance of the markers differs from that in the others",
+                counted(left_out, "frame"));
   return motion;
 }
 
@@ -162,32 +156,6 @@ std::optional<LocalMotion> local_motion(const FilmMotion& motion, std::int64_t t
   f -= f.mean();
   local.velocity = (f.conjugate() * (path - path.mean())).sum() / f.abs2().sum();
   return local;
-}
-
-YawRates yaw_rates_of(const FilmMotion& motion) {
-  YawRates rates{motion.frames.front().t_ns, {}};
-  for (std::int64_t t = rates.first_ns; t <= motion.frames.back().t_ns; t += YawRates::step_ns) {
-    const auto local = local_motion(motion, t, smoothing_ns);
-    rates.value.push_back(local ? local->yaw_rate : std::numeric_limits<double>::quiet_NaN());
-  }
-  return rates;
-}
-
-// The slope of a line through ψ over ±h weighs the rates with a parabola, as wide as the weights of
-// a mean over ±h √(3/5).
-YawRates yaw_rates_of(const Series& gyro) {
-  YawRates rates{gyro.t_ns.front(), {}};
-  const auto half_ns =
-      static_cast<std::int64_t>(std::sqrt(0.6) * static_cast<double>(smoothing_ns));
-  std::size_t begin = 0, end = 0;
-  double sum = 0.0;
-  for (std::int64_t t = rates.first_ns; t <= gyro.t_ns.back(); t += YawRates::step_ns) {
-    for (; end < gyro.size() && gyro.t_ns[end] <= t + half_ns; ++end) sum += gyro.value[end];
-    for (; begin < end && gyro.t_ns[begin] < t - half_ns; ++begin) sum -= gyro.value[begin];
-    rates.value.push_back(end > begin ? sum / static_cast<double>(end - begin)
-                                      : std::numeric_limits<double>::quiet_NaN());
-  }
-  return rates;
 }
 
 }  // namespace odomd::tools

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -88,32 +87,10 @@ struct LocalMotion {
 [[nodiscard]] std::optional<LocalMotion> local_motion(const FilmMotion& motion, std::int64_t t_ns,
                                                       std::int64_t half_ns);
 
-/// The yaw rates of a film or a gyro on a grid of step_ns [rad/s], smoothed in the same way, so
-/// that they can be compared; NaN if unknown.
-struct YawRates {
-  static constexpr std::int64_t step_ns = 20'000'000;
-
-  std::int64_t first_ns = 0;
-  std::vector<double> value;
-
-  [[nodiscard]] std::int64_t size() const { return static_cast<std::int64_t>(value.size()); }
-  [[nodiscard]] double at(std::int64_t k) const {
-    return k < 0 || k >= size() ? std::numeric_limits<double>::quiet_NaN()
-                                : value[static_cast<std::size_t>(k)];
-  }
-
-  [[nodiscard]] static double seconds(std::int64_t steps) {
-    return 1e-9 * static_cast<double>(steps * step_ns);
-  }
-};
-
-[[nodiscard]] YawRates yaw_rates_of(const FilmMotion& motion);
-[[nodiscard]] YawRates yaw_rates_of(const Series& gyro);
-
 struct FilmAlignment {
+  std::string film;            ///< its name
   std::int64_t offset_ns = 0;  ///< log time = film time + offset
   double sigma_s = 0.0;        ///< standard uncertainty of the offset at the film's begin
-  double agreement = 0.0;      ///< 1: equal yaw rates; 0: their difference is as large as they are
   diagnostics::Diagnostics warnings;
 };
 

@@ -1,8 +1,10 @@
 #include "tools/diagnostics/kinds.hpp"
+#include "tools/identify/common/finding.hpp"
 #include "tools/identify/stiffness/film.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -14,11 +16,55 @@ namespace {
 
 constexpr std::int64_t coarse = 5;  // steps
 constexpr double good_agreement = 0.9;
+constexpr std::int64_t smoothing_ns = 200'000'000;  // half of the window of a yaw rate
 
 // Covers two quartz clocks, and a film of 29.97 frames per second taken for 30.
 constexpr double clock_sigma = 1e-3;
 // An uncalibrated gyro's scale is no farther off: the film's clock is.
 constexpr double surprising_rate = 0.025;
+
+// The yaw rates of a film or a gyro on an even grid [rad/s], smoothed in the same way, so that they
+// can be compared; NaN if unknown.
+struct YawRates {
+  static constexpr std::int64_t step_ns = 20'000'000;
+  static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+  std::int64_t first_ns = 0;
+  std::vector<double> value;
+
+  [[nodiscard]] std::int64_t size() const { return std::ssize(value); }
+  [[nodiscard]] double at(std::int64_t k) const {
+    return k < 0 || k >= size() ? unknown : value[static_cast<std::size_t>(k)];
+  }
+  [[nodiscard]] static double seconds(std::int64_t steps) {
+    return 1e-9 * static_cast<double>(steps * step_ns);
+  }
+};
+
+YawRates yaw_rates_of(const FilmMotion& motion) {
+  YawRates rates{motion.frames.front().t_ns, {}};
+  for (std::int64_t t = rates.first_ns; t <= motion.frames.back().t_ns; t += YawRates::step_ns) {
+    const auto local = local_motion(motion, t, smoothing_ns);
+    rates.value.push_back(local ? local->yaw_rate : YawRates::unknown);
+  }
+  return rates;
+}
+
+// The slope of a line through ψ over ±h weighs the rates with a parabola, as wide as the weights of
+// a mean over ±h √(3/5).
+YawRates yaw_rates_of(const Series& gyro) {
+  YawRates rates{gyro.t_ns.front(), {}};
+  const auto half_ns =
+      static_cast<std::int64_t>(std::sqrt(0.6) * static_cast<double>(smoothing_ns));
+  std::size_t begin = 0, end = 0;
+  double sum = 0.0;
+  for (std::int64_t t = rates.first_ns; t <= gyro.t_ns.back(); t += YawRates::step_ns) {
+    for (; end < gyro.size() && gyro.t_ns[end] <= t + half_ns; ++end) sum += gyro.value[end];
+    for (; begin < end && gyro.t_ns[begin] < t - half_ns; ++begin) sum -= gyro.value[begin];
+    rates.value.push_back(end > begin ? sum / static_cast<double>(end - begin) : YawRates::unknown);
+  }
+  return rates;
+}
 
 // The film's first sample is at this step of the gyro.
 struct Shift {
@@ -44,13 +90,13 @@ double agreement_at(const YawRates& film, const YawRates& gyro, std::int64_t shi
   return count * stride < enough || !(size > 0.0) ? -1.0 : 1.0 - off / size;
 }
 
-// The best of every `by`th shift, except those near the shift `taken`.
+// The best of every `by`th shift, except those near the shift `excluded`.
 Shift best_among(const YawRates& film, const YawRates& gyro, double sense, std::int64_t from,
-                 std::int64_t to, std::int64_t by, const Shift* taken = nullptr) {
+                 std::int64_t to, std::int64_t by, const Shift* excluded = nullptr) {
   constexpr std::int64_t apart = 1'500'000'000 / YawRates::step_ns;
   Shift best;
   for (std::int64_t shift = from; shift <= to; shift += by) {
-    if (taken != nullptr && std::abs(shift - taken->steps) < apart) continue;
+    if (excluded != nullptr && std::abs(shift - excluded->steps) < apart) continue;
     const double agreement = agreement_at(film, gyro, shift, sense, by);
     if (agreement > best.agreement) best = {shift, agreement};
   }
@@ -75,12 +121,11 @@ Offset refine(const YawRates& film, const YawRates& gyro, const Shift& shift) {
     regression.t.push_back(step * static_cast<double>(k));
     regression.y.push_back(film.at(k));
   }
-  const Resampled one = on_grid_of(turn, [](double) { return 1.0; });
-  regression.basis = {{std::move(turn)}, {one}};
+  regression.basis = {{turn}, {on_grid_of(turn, [](double) { return 1.0; })}};
   return solve(regression);
 }
 
-double fastest(const YawRates& rates) {
+double high_rate_of(const YawRates& rates) {
   std::vector<double> sizes;
   for (const double value : rates.value)
     if (!std::isnan(value)) sizes.push_back(std::abs(value));
@@ -90,14 +135,14 @@ double fastest(const YawRates& rates) {
   return *place;
 }
 
-[[noreturn]] void fail_to_fit(const std::string& name, const YawRates& film, const YawRates& gyro,
-                              double agreement, double mirrored) {
+[[noreturn]] void refuse_unrelated(const std::string& name, const YawRates& film,
+                                   const YawRates& gyro, double agreement, double mirrored) {
   if (mirrored > good_agreement)
     refuse(
         "{}: the film turns the other way than the gyro; add --y-down if the track's y points down "
         "(or omit it if it points up)",
         name);
-  const double ratio = fastest(film) / fastest(gyro);
+  const double ratio = high_rate_of(film) / high_rate_of(gyro);
   const bool other_rate = ratio > 0.0 && (ratio < 0.9 || ratio > 1.1);
   refuse(
       "{}: film and log do not overlap or are not of one drive: their yaw rates agree to {:.0f} % "
@@ -135,25 +180,23 @@ FilmAlignment align_film(const std::string& name, const FilmMotion& motion, cons
   require_seen(name, film);
   const Shift best = best_shift(film, turn, 1.0);
   if (best.agreement < good_agreement)
-    fail_to_fit(name, film, turn, best.agreement, best_shift(film, turn, -1.0).agreement);
+    refuse_unrelated(name, film, turn, best.agreement, best_shift(film, turn, -1.0).agreement);
   const Offset refined = refine(film, turn, best);
-  FilmAlignment result{.agreement = best.agreement};
+  FilmAlignment result{.film = name};
   result.offset_ns = turn.first_ns + YawRates::step_ns * best.steps - film.first_ns -
                      std::llround(1e9 * refined.value);
   // The offset is that of the film's middle.
   result.sigma_s = std::hypot(refined.sigma, clock_sigma * 0.5 * YawRates::seconds(film.size()));
   if (const double rate = refined.coefficients[0] - 1.0; std::abs(rate) > surprising_rate)
-    result.warnings.push_back(
-        found(tools::kind("film_clock_off"), name,
-              fmt::format("the film turns {:.1f} % {} than the gyro", 100.0 * std::abs(rate),
-                          rate > 0.0 ? "faster" : "slower")));
+    add_warning(result.warnings, tools::kind("film_clock_off"), name,
+                "the film turns {:.1f} % {} than the gyro", 100.0 * std::abs(rate),
+                rate > 0.0 ? "faster" : "slower");
   const Shift other = best_among(film, turn, 1.0, -film.size(), turn.size(), coarse, &best);
   const std::int64_t later = other.steps - best.steps;
   if (1.0 - other.agreement < 1.5 * (1.0 - best.agreement))
-    result.warnings.push_back(
-        found(tools::kind("film_start_ambiguous"), name,
-              fmt::format("the film may also begin {:.1f} s {}", YawRates::seconds(std::abs(later)),
-                          later > 0 ? "later" : "earlier")));
+    add_warning(result.warnings, tools::kind("film_start_ambiguous"), name,
+                "the film may also begin {:.1f} s {}", YawRates::seconds(std::abs(later)),
+                later > 0 ? "later" : "earlier");
   return result;
 }
 

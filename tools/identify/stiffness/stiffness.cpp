@@ -54,17 +54,6 @@ Plane parse_place(const std::string& option, const std::string& text) {
           parse_quantity(parts[1], Dimension::length, option)};
 }
 
-double sigma_marker_of(const Options& options, const MarkerPlaces& places) {
-  return options.sigma_marker.empty()
-             ? places.distance() / 300.0
-             : parse_positive(options.sigma_marker, Dimension::length, "--sigma-marker");
-}
-
-// Relative sigma of a scale from the markers' distance.
-double sigma_by_distance(const Options& options, const MarkerPlaces& places) {
-  return std::numbers::sqrt2 * sigma_marker_of(options, places) / places.distance();
-}
-
 // Relative sigma of a given scale.
 double sigma_scale_of(const Options& options) {
   constexpr double largest = 0.1;
@@ -76,10 +65,6 @@ double sigma_scale_of(const Options& options) {
             : fmt::format("--sigma-scale: {} is {:g} %; write per cent as {}%", options.sigma_scale,
                           100.0 * sigma, options.sigma_scale));
   return sigma;
-}
-
-bool scale_given(const Options& options) {
-  return options.metres || options.metres_per_pixel.has_value();
 }
 
 // Requires configured values: a default would be another car's.
@@ -96,39 +81,32 @@ void require_measured(const daemon::Config& config) {
              name_of(source));
 }
 
-FilmScale film_scale(const Options& options, const MarkerPlaces& places) {
-  return {.metres_per_unit = options.metres ? 1.0 : options.metres_per_pixel,
-          .ratio_sigma = std::hypot(sigma_scale_of(options), sigma_by_distance(options, places)),
-          .axes = options.y_down ? ImageAxes::y_down : ImageAxes::y_up};
-}
-
 CircleCar circle_car(const Options& options, const daemon::Config& config,
                      const MarkerPlaces& places) {
-  const double wheelbase = config.vehicle.wheelbase();
-  const double mass = config.vehicle.mass;
-  const auto sigma_of = [&](const char* key, double otherwise) {
+  const estimator::Vehicle& vehicle = config.vehicle;
+  const auto measured = [&](const char* key, double value, double otherwise) {
     const auto noted = measured_in(options.config, key);
-    return noted && noted->sigma > 0.0 ? noted->sigma : otherwise;
+    return Measured{value, noted && noted->sigma > 0.0 ? noted->sigma : otherwise};
   };
-  const double sigma_marker = sigma_marker_of(options, places);
-  const double given = sigma_scale_of(options);
-  return {
-      .mass = {mass, sigma_of("vehicle.mass", 0.005 * mass)},
-      .front_axle = {config.vehicle.front_axle, sigma_of("vehicle.front_axle", 0.004 * wheelbase)},
-      .rear_axle = {config.vehicle.rear_axle, sigma_of("vehicle.rear_axle", 0.004 * wheelbase)},
-      .rolling_resistance = {0.015, 0.01},
-      .sigma_scale = scale_given(options) ? given : sigma_by_distance(options, places),
-      .sigma_marker = sigma_marker,
-      .marker_distance = places.distance()};
+  const double tape = 0.004 * vehicle.wheelbase();
+  return {.mass = measured("vehicle.mass", vehicle.mass, 0.005 * vehicle.mass),
+          .front_axle = measured("vehicle.front_axle", vehicle.front_axle, tape),
+          .rear_axle = measured("vehicle.rear_axle", vehicle.rear_axle, tape),
+          .rolling_resistance = {0.015, 0.01},
+          .sigma_marker =
+              options.sigma_marker.empty()
+                  ? places.distance() / 300.0
+                  : parse_positive(options.sigma_marker, Dimension::length, "--sigma-marker"),
+          .marker_distance = places.distance()};
 }
 
 /// `run`: the film and log of one --run.
 void measure_film(const Options& options, const daemon::Config& config, const MarkerPlaces& places,
-                  const std::string& run, FilmedCircles& films) {
+                  const FilmScale& scale, const std::string& run, FilmedCircles& films) {
   const std::vector<std::string> files = parts_of(run);
   if (files.size() != 2) refuse("--run: \"{}\" is not MARKERS,LOG", run);
   const MarkerTrack track = read_marker_track(files[0]);
-  const FilmMotion motion = film_motion(track, places, film_scale(options, places));
+  const FilmMotion motion = film_motion(track, places, scale);
   append(films.warnings, motion.warnings);
 
   const SignalLog log = read_signals(config, {&files.back(), 1}, options.damage);
@@ -143,11 +121,9 @@ void measure_film(const Options& options, const daemon::Config& config, const Ma
                                                    config.imu_position[1], films.warnings);
   alignment.offset_ns -= log.first_ns;  // relative to the log's start, for people
   if (circles.empty() && films.warnings.size() == warned)
-    films.warnings.push_back(
-        found(tools::kind("no_circle"), track.name, "contains no steady circle"));
+    add_warning(films.warnings, tools::kind("no_circle"), track.name, "contains no steady circle");
   films.circles.insert(films.circles.end(), circles.begin(), circles.end());
   films.alignments.push_back(alignment);
-  films.names.push_back(track.name);
 }
 
 Findings identify_stiffness(const Options& options) {
@@ -159,15 +135,23 @@ Findings identify_stiffness(const Options& options) {
   const daemon::Config config = daemon::load_config(options.config);
   require_measured(config);
 
+  CircleCar car = circle_car(options, config, places);
+  const double given = sigma_scale_of(options);
+  const double by_markers = std::numbers::sqrt2 * car.sigma_marker / car.marker_distance;
+  const FilmScale scale{.metres_per_unit = options.metres ? 1.0 : options.metres_per_pixel,
+                        .ratio_sigma = std::hypot(given, by_markers),
+                        .axes = options.y_down ? ImageAxes::y_down : ImageAxes::y_up};
+  car.sigma_scale = scale.metres_per_unit ? given : by_markers;
+
   FilmedCircles films;
-  for (const std::string& run : options.runs) measure_film(options, config, places, run, films);
+  for (const std::string& run : options.runs)
+    measure_film(options, config, places, scale, run, films);
   if (films.circles.empty()) throw std::invalid_argument(text_of(films.warnings.back()));
   check_circles(films.circles, config.vehicle.wheelbase());
   if (places.front.real() * places.rear.real() >= 0.0)
-    films.warnings.push_back(
-        found(tools::kind("no_rear_marker"), {}, "no marker lies behind the centre of gravity"));
+    add_warning(films.warnings, tools::kind("no_rear_marker"), {},
+                "no marker lies behind the centre of gravity");
   append(films.warnings, circle_warnings(films.circles));
-  const CircleCar car = circle_car(options, config, places);
   const CorneringStiffness found = fit_stiffness(films.circles, car);
   const diagnostics::Diagnostics against = contradictions(films, found, car);
   if (against.empty()) require_slip(found);
@@ -175,10 +159,13 @@ Findings identify_stiffness(const Options& options) {
   return stiffness_findings(films, found, against);
 }
 
-void describe_stiffness(Command command, Options& options) {
-  command.description(
-      "Measure the cornering stiffness of both axles, from circles filmed from above");
-  command.footer(
+}  // namespace
+
+void add_stiffness(Command identify) {
+  const auto options = std::make_shared<Options>();
+  const Command method = identify.add_subcommand(
+      "stiffness", "Measure the cornering stiffness of both axles, from circles filmed from above");
+  method.footer(
       R"(The experiment: fix two markers to the roof, at the same height, as far apart as the car
 allows; measure from the centre of gravity how far ahead and to the left each is. Film (take
 a video) from above, the camera fixed and looking straight down, 50 frames a second or more,
@@ -200,37 +187,28 @@ Examples:
     --run markers.csv,drive.log --plot tyres.svg --write car.toml
   odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 --metres \
     --run left.csv,left.log --run right.csv,right.log)");
-  command.add(
-      "--run", "MARKERS,LOG", options.runs,
+  method.add(
+      "--run", "MARKERS,LOG", options->runs,
       "Film and its log: a CSV with t,x_front,y_front,x_rear,y_rear, t in seconds; repeatable",
       {required()});
-  command.add("--config", "FILE", options.config, "Configuration of the car (TOML)", {required()});
-  command.add("--front", "X,Y", options.front,
-              "Place of the front marker: ahead of the centre of gravity and to its left [m]",
-              {required()});
-  command.add("--rear", "X,Y", options.rear, "Place of the rear marker, likewise: -0.12,0 [m]",
-              {required()});
-  command.add("--metres-per-pixel", "S", options.metres_per_pixel,
-              "Scale of the tracks [m/px]; default: from the distance of the markers",
-              {positive()});
-  command.add_flag("--metres", options.metres, "The tracks are in metres");
-  command.add_flag("--y-down", options.y_down,
-                   "The tracks' y points down, as pixels do, or the film is mirrored");
-  command.add("--plot", "FILE", options.plot, "Picture of force over slip angle, .svg or .png");
-  const Command known = command.group("Uncertainty of the measurements");
+  method.add("--config", "FILE", options->config, "Configuration of the car (TOML)", {required()});
+  method.add("--front", "X,Y", options->front,
+             "Place of the front marker: ahead of the centre of gravity and to its left [m]",
+             {required()});
+  method.add("--rear", "X,Y", options->rear, "Place of the rear marker, likewise: -0.12,0 [m]",
+             {required()});
+  method.add("--metres-per-pixel", "S", options->metres_per_pixel,
+             "Scale of the tracks [m/px]; default: from the distance of the markers", {positive()});
+  method.add_flag("--metres", options->metres, "The tracks are in metres");
+  method.add_flag("--y-down", options->y_down,
+                  "The tracks' y points down, as pixels do, or the film is mirrored");
+  method.add("--plot", "FILE", options->plot, "Picture of force over slip angle, .svg or .png");
+  const Command known = method.group("Uncertainty of the measurements");
   known.add(
-      "--sigma-marker", "S", options.sigma_marker,
+      "--sigma-marker", "S", options->sigma_marker,
       "Standard uncertainty of a marker's place on the car [m]; default: 1/300 of their distance");
-  known.add("--sigma-scale", "S", options.sigma_scale,
+  known.add("--sigma-scale", "S", options->sigma_scale,
             "Standard uncertainty of a given scale, relative; default: 0.3%");
-}
-
-}  // namespace
-
-void add_stiffness(Command identify) {
-  auto options = std::make_shared<Options>();
-  Command method = identify.add_subcommand("stiffness");
-  describe_stiffness(method, *options);
   add_delivery(method, options, identify_stiffness);
   add_strict(method, options->damage);
 }

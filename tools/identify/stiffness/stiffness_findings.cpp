@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "tools/chart/chart.hpp"
@@ -18,16 +19,13 @@ using tools::kind;
 
 constexpr double degrees = 180.0 / std::numbers::pi;
 
-Finding stiffness_finding(const std::string& axle, const AxleStiffness& found) {
-  Finding finding = as_finding("cornering stiffness, " + axle,
-                               "vehicle.cornering_stiffness_" + axle, found.stiffness, "N/rad",
-                               fmt::format("slope at zero slip; within 10 % of it up to {:.1f}°",
-                                           degrees * found.linear_range()));
-  return found.is_undetermined()
-             ? undetermined(
-                   std::move(finding),
-                   "too little slip for these markers; drive faster circles, and slow ones too")
-             : finding;
+void add_stiffness(const std::string& axle, const AxleStiffness& found, Findings& findings) {
+  Finding& finding = findings.add("cornering stiffness, " + axle,
+                                  "vehicle.cornering_stiffness_" + axle, found.stiffness, "N/rad",
+                                  fmt::format("slope at zero slip; within 10 % of it up to {:.1f}°",
+                                              degrees * found.linear_range()));
+  if (found.is_undetermined())
+    finding.reject("too little slip for these markers; drive faster circles, and slow ones too");
 }
 
 /// One row per circle.
@@ -36,14 +34,13 @@ std::string circle_table(const FilmedCircles& films, const CorneringStiffness& f
                          "slip front [deg]", "rear [deg]", ""}};
   for (std::size_t k = 0; k < films.circles.size(); ++k) {
     const CircleRun& run = films.circles[k];
-    const bool kept = found.front.points[k].weight > 0.5 && found.rear.points[k].weight > 0.5;
     table.rows.push_back({run.film, fixed(1e-9 * static_cast<double>(run.begin_ns), 1),
                           fixed(run.turned / (2.0 * std::numbers::pi), 2), fixed(run.speed, 2),
                           fixed(run.radius(), 2), fixed(run.lateral_accel, 2),
                           fixed(degrees * found.front.points[k].slip, 2),
                           fixed(degrees * found.rear.points[k].slip, 2),
                           !found.in_range[k] ? "beyond the linear range"
-                          : kept             ? ""
+                          : found.is_used(k) ? ""
                                              : "off the curve"});
   }
   return table.text();
@@ -57,25 +54,23 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
                     .origin = fmt::format("{} filmed", counted(films.circles.size(), "circle")),
                     .warnings = films.warnings,
                     .table = circle_table(films, found) + '\n'};
-  findings.values.push_back(stiffness_finding("front", found.front));
-  findings.values.push_back(stiffness_finding("rear", found.rear));
+  add_stiffness("front", found.front, findings);
+  add_stiffness("rear", found.rear, findings);
   append(findings.warnings, against);
   if (!against.empty())
-    for (Finding& finding : findings.values)
-      finding = undetermined(std::move(finding), "contradicted: see the warning");
+    for (Finding& finding : findings.values) finding.reject("contradicted: see the warning");
   const auto add = [&findings](const std::string& name, const Measured& measured,
                                const std::string& unit, const std::string& remark) {
-    findings.values.push_back(as_finding(name, "", measured, unit, remark));
-    findings.values.back().share = unit.empty() ? Share::meaningful : Share::meaningless;
+    findings.add(name, "", measured, unit, remark).share =
+        unit.empty() ? Share::meaningful : Share::meaningless;
   };
   add("steering angle when straight ahead", found.steering_offset, "rad",
       "for information; fit determines it from a lap");
   add("steering angle reported per angle of the wheels", found.steering_scale, "",
       "includes rolling resistance");
-  for (std::size_t k = 0; k < films.names.size(); ++k)
+  for (const FilmAlignment& alignment : films.alignments)
     add("begin of the film after the log",
-        {1e-9 * static_cast<double>(films.alignments[k].offset_ns), films.alignments[k].sigma_s},
-        "s", films.names[k]);
+        {1e-9 * static_cast<double>(alignment.offset_ns), alignment.sigma_s}, "s", alignment.film);
 
   nlohmann::ordered_json& details = findings.details;
   details["scatter"] = found.scatter;
@@ -110,10 +105,9 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
     const Finding& finding = findings.values[axle];
     if (finding.determined == Determined::yes &&
         !kind("stiffness_uncertain").limits.hold(2.0 * finding.sigma / finding.value))
-      findings.warnings.push_back(
-          diagnostics::found(kind("stiffness_uncertain"), finding.name,
-                             fmt::format("2 sigma is {:.1f} %, and 5 % is possible",
-                                         200.0 * finding.sigma / finding.value)));
+      add_warning(findings.warnings, kind("stiffness_uncertain"), finding.name,
+                  "2 sigma is {:.1f} %, and 5 % is possible",
+                  200.0 * finding.sigma / finding.value);
   }
   return findings;
 }
@@ -122,27 +116,21 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
 // points, the slope at zero slip with its uncertainty, the fitted curve, and the linear range.
 namespace {
 
-enum class Side : std::uint8_t { left, right, left_out };
-
-Side side_of(const AxlePoint& point) {
-  if (!(point.weight > 0.5)) return Side::left_out;
-  return point.force > 0.0 ? Side::left : Side::right;
-}
-
-// Right-hand circles are mirrored, so that both directions can be compared.
-chart::Series dots(const AxleStiffness& axle, Side side, std::string label, std::string colour) {
-  chart::Series series{.label = std::move(label),
-                       .note = {},
-                       .colour = std::move(colour),
-                       .points = {},
-                       .mark = chart::Mark::discs};
+// The circles of an axle. Right-hand circles are mirrored, so that both directions can be compared.
+std::vector<chart::Series> dots(const AxleStiffness& axle) {
+  constexpr auto discs = chart::Mark::discs;
+  std::vector<chart::Series> groups{
+      {.label = "circles to the left", .colour = chart::colour_of(1), .mark = discs},
+      {.label = "circles to the right", .colour = chart::colour_of(2), .mark = discs},
+      {.label = "left out", .colour = chart::faint_ink, .mark = discs}};
   for (const AxlePoint& point : axle.points) {
     const double sign = point.force < 0.0 ? -1.0 : 1.0;
-    if (side_of(point) == side)
-      series.points.push_back({sign * degrees * point.slip, sign * point.force});
+    chart::Series& group = groups[!(point.weight > 0.5) ? 2 : point.force > 0.0 ? 0 : 1];
+    group.points.push_back({sign * degrees * point.slip, sign * point.force});
   }
-  std::ranges::sort(series.points, {}, &chart::Point::x);
-  return series;
+  std::erase_if(groups, [](const chart::Series& group) { return group.points.empty(); });
+  for (chart::Series& group : groups) std::ranges::sort(group.points, {}, &chart::Point::x);
+  return groups;
 }
 
 chart::Drawing draw_axle(const AxleStiffness& axle, const std::string& name) {
@@ -170,16 +158,13 @@ chart::Drawing draw_axle(const AxleStiffness& axle, const std::string& name) {
                             .note = fixed(c.value, 2) + " N/rad ± " + fixed(2.0 * c.sigma, 2),
                             .colour = chart::colour_of(0),
                             .points = {{0.0, 0.0}, {degrees * slip, c.value * slip}}});
-  chart::Series curve{.label = "fitted curve", .note = {}, .colour = chart::ink, .points = {}};
+  chart::Series curve{.label = "fitted curve", .colour = chart::ink};
   for (int k = 0; k <= 100; ++k) {
     const double at = slip * k / 100.0;
     curve.points.push_back({degrees * at, axle.force(at)});
   }
   picture.series.push_back(std::move(curve));
-  picture.series.push_back(dots(axle, Side::left, "circles to the left", chart::colour_of(1)));
-  picture.series.push_back(dots(axle, Side::right, "circles to the right", chart::colour_of(2)));
-  picture.series.push_back(dots(axle, Side::left_out, "left out", chart::faint_ink));
-  std::erase_if(picture.series, [](const chart::Series& series) { return series.points.empty(); });
+  std::ranges::move(dots(axle), std::back_inserter(picture.series));
   return draw(picture);
 }
 

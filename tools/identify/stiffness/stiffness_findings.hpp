@@ -17,8 +17,7 @@ namespace odomd::tools {
 
 struct FilmedCircles {
   std::vector<CircleRun> circles;
-  std::vector<std::string> names;         ///< of the films
-  std::vector<FilmAlignment> alignments;  ///< one per film; offset from the log's first frame
+  std::vector<FilmAlignment> alignments;  ///< offsets from the log's first frame
   diagnostics::Diagnostics warnings;
 };
 

@@ -30,7 +30,7 @@ struct Options {
 };
 
 struct Weighed {
-  std::size_t weighings = 0;
+  std::string origin;  ///< for the note: "scale, 3 weighings"
   WheelLoads loads;
   std::optional<Measured> mass;
 };
@@ -51,7 +51,7 @@ Weighed weigh(const Options& options, Dimensions dimensions) {
   dimensions.level = parse_not_negative(options.level, Dimension::angle, "--level");
   if (dimensions.level > 0.2)
     refuse("--level: with this slope the loads are useless; level the car");
-  Weighed weighed{.weighings = weighings.size()};
+  Weighed weighed{.origin = "scale, " + counted(weighings.size(), "weighing")};
   for (int round = 0; round < 2; ++round) {  // the load shifts need the mass
     weighed.loads = wheel_loads(weighings, scale);
     weighed.mass = mass_of(weighed.loads, scale);
@@ -59,10 +59,6 @@ Weighed weigh(const Options& options, Dimensions dimensions) {
     scale = with_slopes(scale, weighed.mass->value, dimensions);
   }
   return weighed;
-}
-
-std::string origin_of(const Weighed& weighed) {
-  return "scale, " + counted(weighed.weighings, "weighing");
 }
 
 /// Warns of loads that contradict each other, or otherwise of a mass with 2 % uncertainty or more,
@@ -73,10 +69,9 @@ void check_precision(const Weighed& weighed, Findings& findings) {
     findings.warnings.push_back(*line);
   else if (const auto& mass = weighed.mass;
            mass && !coarse.limits.hold(2.0 * mass->sigma / mass->value))
-    findings.warnings.push_back(
-        found(coarse, {},
-              fmt::format("2 sigma of the mass is {:.1f} %, and 0.5 % is sufficient",
-                          200.0 * mass->sigma / mass->value)));
+    add_warning(findings.warnings, coarse, {},
+                "2 sigma of the mass is {:.1f} %, and 0.5 % is sufficient",
+                200.0 * mass->sigma / mass->value);
 }
 
 /// A length from a tape; a sigma above a tenth of it must be in another unit.
@@ -105,11 +100,10 @@ void compare_with(const std::string& file, const Measured& wheelbase, Findings& 
   if (std::fabs(configured - wheelbase.value) <=
       std::max(3.0 * wheelbase.sigma, 0.002 * wheelbase.value))
     return;
-  findings.warnings.push_back(
-      found(kind("another_wheelbase"), file,
-            fmt::format("[vehicle] front_axle + rear_axle make a wheelbase of {:.4f} m, measured "
-                        "are {:.4f} m",
-                        configured, wheelbase.value)));
+  add_warning(findings.warnings, kind("another_wheelbase"), file,
+              "[vehicle] front_axle + rear_axle make a wheelbase of {:.4f} m, measured "
+              "are {:.4f} m",
+              configured, wheelbase.value);
 }
 
 Findings identify_mass(const Options& options) {
@@ -120,8 +114,8 @@ Findings identify_mass(const Options& options) {
     refuse(
         "the loads do not add up to the whole car; give --total, --front and --rear, or all "
         "wheels");
-  Findings findings{.method = "mass", .origin = origin_of(weighed)};
-  findings.values = {as_finding("mass", "vehicle.mass", *weighed.mass, "kg")};
+  Findings findings{.method = "mass", .origin = weighed.origin};
+  findings.add("mass", "vehicle.mass", *weighed.mass, "kg");
   check_precision(weighed, findings);
   return findings;
 }
@@ -136,14 +130,14 @@ Findings identify_cog(const Options& options) {
         "the loads do not determine the weight distribution; give --front and --rear (or --total "
         "with one of them), --left and --right, or all four wheels");
 
-  Findings findings{.method = "cog", .origin = origin_of(weighed) + " and tape"};
+  Findings findings{.method = "cog", .origin = weighed.origin + " and tape"};
   const auto add = [&findings](const std::string& name, const std::string& key,
                                const std::optional<Measured>& measured,
                                const std::string& unit = "m",
                                const std::string& otherwise = "") -> Finding& {
-    Finding finding = as_finding(name, key, measured.value_or(Measured{}), unit);
-    if (!measured) finding = undetermined(std::move(finding), otherwise);
-    return findings.values.emplace_back(std::move(finding));
+    Finding& finding = findings.add(name, key, measured.value_or(Measured{}), unit);
+    if (!measured) finding.reject(otherwise);
+    return finding;
   };
   const std::string one_axle = "needs the load of one axle, and of the other or the whole car";
   add("centre of gravity to front axle", "vehicle.front_axle", centre.front_axle, "m", one_axle);
@@ -159,9 +153,8 @@ Findings identify_cog(const Options& options) {
   if (centre.front_axle) findings.details["correlation"] = centre.correlation;
   if (centre.lateral && std::fabs(centre.lateral->value) >
                             0.05 * dimensions.track_width->value + 2.0 * centre.lateral->sigma)
-    findings.warnings.push_back(
-        found(kind("centre_off_side"), {},
-              "the centre of gravity lies far to one side; the models assume it in the middle"));
+    add_warning(findings.warnings, kind("centre_off_side"), {},
+                "the centre of gravity lies far to one side; the models assume it in the middle");
   check_precision(weighed, findings);
   if (const std::string file = options.config.empty() ? options.delivery.write : options.config;
       !file.empty())

@@ -29,13 +29,13 @@ constexpr std::array<LoadInfo, static_cast<std::size_t>(Load::count)> loads_tabl
 }};
 
 // Limits of load / resolution. Scales with finer steps do not exist: a unit is wrong.
-constexpr double most_digits = 1e6;
-constexpr double most_digits_of_a_heavy_one = 2e5;
+constexpr double max_digits = 1e6;
+constexpr double max_digits_of_heavy_loads = 2e5;
 constexpr double heavy = 60.0;  // kg
 
-bool shows(const Scale& scale, double mass) {
+bool can_show(const Scale& scale, double mass) {
   return !(scale.resolution > 0.0) ||
-         mass <= (mass > heavy ? most_digits_of_a_heavy_one : most_digits) * scale.resolution;
+         mass <= (mass > heavy ? max_digits_of_heavy_loads : max_digits) * scale.resolution;
 }
 
 // Default scatter of weighings of one load, relative to the last digit.
@@ -53,7 +53,7 @@ WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale) {
   // The scale rounds one load the same way each time; each weighing has its own scatter.
   const double rounding = scale.resolution * scale.resolution / 12.0;
   const double scatter = scale.sigma > 0.0 ? scale.sigma : half_a_digit * scale.resolution;
-  const auto once_a_load = [&](Load load) {
+  const auto shared_variance = [&](Load load) {
     const Eigen::Vector4d wheels = wheels_of(load);
     const double axle = 0.5 * wheels.dot(Eigen::Vector4d{1, 1, -1, -1}) * scale.axle_shift;
     const double side = 0.5 * wheels.dot(Eigen::Vector4d{1, -1, 1, -1}) * scale.side_shift;
@@ -66,7 +66,7 @@ WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale) {
     shown(i) = weighing.mass;
     for (Eigen::Index j = 0; j < n; ++j)
       if (weighings[static_cast<std::size_t>(j)].load == weighing.load)
-        variance(i, j) = once_a_load(weighing.load);
+        variance(i, j) = shared_variance(weighing.load);
     // Keeps repeated weighings from being singular, however small the given scatter is.
     variance(i, i) += std::max(scatter * scatter, 1e-4 * rounding);
   }
@@ -99,10 +99,21 @@ void check(std::span<const Weighing> weighings, const Scale& scale) {
           "--{}: {} kg is not possible; it must be greater "
           "than 0",
           info_of(weighing.load).option, weighing.mass);
-    if (!shows(scale, weighing.mass))
+    if (!can_show(scale, weighing.mass))
       refuse("--{}: no scale shows {:g} kg with steps of {:g} kg; write grams as 2985g",
              info_of(weighing.load).option, weighing.mass, scale.resolution);
   }
+}
+
+/// The weight distribution: the share of the weight on some of the wheels.
+std::optional<Measured> share_of(const WheelLoads& loads, const Eigen::Vector4d& wheels) {
+  const Eigen::Vector4d all = Eigen::Vector4d::Ones();
+  if (!loads.determine(all) || !loads.determine(wheels)) return std::nullopt;
+  // s = p/m: ds = (dp - s dm)/m; the scale's gain cancels.
+  const double mass = all.dot(loads.load);
+  const double share = wheels.dot(loads.load) / mass;
+  const Eigen::Vector4d gradient = (wheels - share * all) / mass;
+  return Measured{share, std::sqrt(gradient.dot(loads.covariance * gradient))};
 }
 
 }  // namespace
@@ -143,21 +154,6 @@ std::optional<Measured> mass_of(const WheelLoads& loads, const Scale& scale) {
   const double variance = all.dot(loads.covariance * all);
   return Measured{mass, std::hypot(std::sqrt(variance), scale.accuracy * mass)};
 }
-
-namespace {
-
-/// The weight distribution: the share of the weight on some of the wheels.
-std::optional<Measured> share_of(const WheelLoads& loads, const Eigen::Vector4d& wheels) {
-  const Eigen::Vector4d all = Eigen::Vector4d::Ones();
-  if (!loads.determine(all) || !loads.determine(wheels)) return std::nullopt;
-  // s = p/m: ds = (dp - s dm)/m; the scale's gain cancels.
-  const double mass = all.dot(loads.load);
-  const double share = wheels.dot(loads.load) / mass;
-  const Eigen::Vector4d gradient = (wheels - share * all) / mass;
-  return Measured{share, std::sqrt(gradient.dot(loads.covariance * gradient))};
-}
-
-}  // namespace
 
 void check_shares(const WheelLoads& loads) {
   for (const Load load : {Load::front, Load::rear, Load::left, Load::right}) {

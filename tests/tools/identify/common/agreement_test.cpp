@@ -58,14 +58,9 @@ Recorded recorded(double phase = 0.0, double frequency = 0.7) {
       put(Source::steering, steering(t + 0.1) + 0.02);
     }
     if (k % 35 == 0) {
-      estimator::CameraPose pose;
-      pose.capture_ns = pose.arrival_ns = t_ns;
-      pose.x = x + 0.005 * noise(random);
-      pose.y = y + 0.005 * noise(random);
-      pose.yaw = std::remainder(yaw + 0.01 * noise(random), 2.0 * std::numbers::pi);
-      pose.sigma_x = pose.sigma_y = 0.005;
-      pose.sigma_yaw = 0.01;
-      drive.poses.push_back(pose);
+      const double noisy_x = x + 0.005 * noise(random), noisy_y = y + 0.005 * noise(random);
+      const double noisy_yaw = std::remainder(yaw + 0.01 * noise(random), 2.0 * std::numbers::pi);
+      drive.poses.push_back({t_ns, t_ns, noisy_x, noisy_y, noisy_yaw, 0.005, 0.005, 0.01});
     }
     x += 1e-3 * speed(t) * std::cos(yaw);
     y += 1e-3 * speed(t) * std::sin(yaw);
@@ -74,7 +69,7 @@ Recorded recorded(double phase = 0.0, double frequency = 0.7) {
   return drive;
 }
 
-TEST(Agreement, SensorsThatAreSomewhatOffPass) {
+TEST(Agreement, AcceptsSmallErrors) {
   EXPECT_FALSE(recorded().verdict());
   EXPECT_FALSE(recorded(0.0, 1.5).verdict());
   Recorded blind = recorded();
@@ -112,7 +107,7 @@ void of_another_drive(Recorded& drive) {
   drive.poses = recorded(2.0, 0.53).poses;
 }
 
-TEST(Agreement, WhatIsWrongIsNamed) {
+TEST(Agreement, NamesTheFault) {
   struct Fault {
     void (*make)(Recorded&);
     const char *kind, *says;
@@ -149,7 +144,7 @@ TEST(Agreement, WhatIsWrongIsNamed) {
   EXPECT_FALSE(drive.verdict({.unrelated = accept}));
 }
 
-TEST(Agreement, ARefusalBeginsWithTheDrive) {
+TEST(Agreement, BeginsARefusalWithTheDrive) {
   Recorded drive = recorded();
   drive.scale(Source::yaw_rate, -1.0);
   EXPECT_THAT([&] { check_agreement(drive.config, drive.log, drive.poses, {.drive = "lap"}); },
@@ -158,7 +153,7 @@ TEST(Agreement, ARefusalBeginsWithTheDrive) {
   EXPECT_THAT(drive.verdict(), Optional(Named("wrong_sign", "can.signals.steering.scale")));
 }
 
-TEST(Agreement, WithoutPosesAGyroFarOffWheelsAndSteeringIsNamed) {
+TEST(Agreement, NamesAGyroFarFromWheelsAndSteeringWithoutPoses) {
   Recorded drive = recorded();
   drive.poses.clear();
   drive.scale(Source::yaw_rate, 57.3);
@@ -170,7 +165,7 @@ TEST(Agreement, WithoutPosesAGyroFarOffWheelsAndSteeringIsNamed) {
   EXPECT_FALSE(drive.verdict());
 }
 
-TEST(Agreement, TheMessageOnPosesOfAnotherClockSaysHowLateTheyAre) {
+TEST(Agreement, StatesTheDelayOfPosesOfAnotherClock) {
   Recorded drive = recorded();
   const auto shifted = [&drive](double by_s) {
     Recorded other = drive;
@@ -184,7 +179,7 @@ TEST(Agreement, TheMessageOnPosesOfAnotherClockSaysHowLateTheyAre) {
 }
 
 // Circles at one speed: without variation only the sign of the yaw rate can be checked.
-TEST(Agreement, SteadyCirclesShowTheSenseOnly) {
+TEST(Agreement, ChecksOnlyTheSignOnSteadyCircles) {
   Recorded drive = recorded();
   for (double& value : drive.of(Source::yaw_rate).value) value = 1.0;
   for (estimator::CameraPose& pose : drive.poses)
@@ -196,7 +191,7 @@ TEST(Agreement, SteadyCirclesShowTheSenseOnly) {
   EXPECT_THAT(drive.verdict(), Optional(Named("wrong_sign", "yaw_rate")));
 }
 
-TEST(Agreement, ADriveThatNeverTurnsShowsNothing) {
+TEST(Agreement, AcceptsADriveThatNeverTurns) {
   Recorded drive = recorded();
   for (double& value : drive.of(Source::yaw_rate).value) value = 0.01;
   for (estimator::CameraPose& pose : drive.poses) pose.yaw = 0.0;

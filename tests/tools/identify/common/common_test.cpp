@@ -36,7 +36,7 @@ SignalLog read(const Scratch& scratch, const std::string& log) {
   return read_signals(config, logs);
 }
 
-TEST(SignalLog, HoldsEachSignalInSiAtTheTimeItWasTaken) {
+TEST(SignalLog, HasEachSignalInSiUnitsAtItsSampleTime) {
   const Scratch scratch;
   const SignalLog log = read(scratch,
                              "(100.000000) can0 101#E803\n"
@@ -54,7 +54,7 @@ TEST(SignalLog, HoldsEachSignalInSiAtTheTimeItWasTaken) {
               testing::Not(testing::Contains(diagnostics::Named("log_content", "left out"))));
 }
 
-TEST(SignalLog, LeavesOutSamplesWithoutATimeOfTheirOwnAndSaysHowMany) {
+TEST(SignalLog, CountsSamplesWithoutATimeOfTheirOwn) {
   const Scratch scratch;
   const SignalLog log = read(scratch,
                              "(100.000000) can0 101#E803\n"
@@ -65,7 +65,7 @@ TEST(SignalLog, LeavesOutSamplesWithoutATimeOfTheirOwnAndSaysHowMany) {
                                 "log_content", "1 sample without a time of its own")));
 }
 
-TEST(SignalLog, ALogWhoseTimesRunBackwardsIsToBeSorted) {
+TEST(SignalLog, RefusesALogWhoseTimesRunBackwards) {
   const Scratch scratch;
   const auto refused = [&](const std::string& log) {
     return message_of([&] { (void)read(scratch, log); });
@@ -84,7 +84,7 @@ TEST(SignalLog, ALogWhoseTimesRunBackwardsIsToBeSorted) {
       "");
 }
 
-TEST(SignalLog, SaysWhichMessageOfANeededSignalIsMissing) {
+TEST(SignalLog, NamesTheMissingMessageOfANeededSignal) {
   const Scratch scratch;
   const SignalLog log = read(scratch, "(100.000000) can0 101#E803\n(100.100000) can0 101#E903\n");
   const auto refused = [&](Source source) { return message_of([&] { (void)log.need(source); }); };
@@ -114,7 +114,7 @@ yaw_rate = { message = "G", signal = "R", unit = "rad/s", sigma = 0.002 } # (sig
 )";
 
 Finding finding(const std::string& key, double value, double sigma) {
-  return as_finding(key, key, {value, sigma}, "");
+  return {.name = key, .key = key, .value = value, .sigma = sigma};
 }
 
 Findings findings(const std::string& method, const std::string& origin,
@@ -139,7 +139,7 @@ class DeliveryTest : public testing::Test {
   std::string output_;
 };
 
-TEST_F(DeliveryTest, KeepsWhatIsMorePreciseAndWritesTheRest) {
+TEST_F(DeliveryTest, KeepsMorePreciseValuesAndWritesTheRest) {
   const Findings fit =
       findings("fit", "60 s of drive",
                {finding("vehicle.mass", 3.02, 0.01), finding("vehicle.front_axle", 0.17, 0.002),
@@ -158,7 +158,7 @@ TEST_F(DeliveryTest, KeepsWhatIsMorePreciseAndWritesTheRest) {
   EXPECT_EQ(now("vehicle.mass"), 3.02);
 }
 
-TEST_F(DeliveryTest, ReplacesWhatIsAsPreciseUpToScatter) {
+TEST_F(DeliveryTest, ReplacesValuesOfTheSamePrecision) {
   const auto weighed = [](double sigma) {
     return findings("mass", "scale", {finding("vehicle.mass", 3.1, sigma)});
   };
@@ -169,7 +169,7 @@ TEST_F(DeliveryTest, ReplacesWhatIsAsPreciseUpToScatter) {
 }
 
 // The stiffness of one curve with the grip of another does not describe a tyre.
-TEST_F(DeliveryTest, ReplacesTogetherWhatMeansSomethingOnlyTogether) {
+TEST_F(DeliveryTest, ReplacesAGroupOfValuesAsAWhole) {
   const auto measured = [](double sigma_of_grip) {
     return findings("fit", "60 s of drive",
                     {finding("vehicle.cornering_stiffness_front", 21.0, 1.0),
@@ -186,7 +186,7 @@ TEST_F(DeliveryTest, ReplacesTogetherWhatMeansSomethingOnlyTogether) {
   EXPECT_EQ(now("vehicle.cornering_stiffness_front"), 20.5);
 }
 
-TEST_F(DeliveryTest, SaysWhatContradicts) {
+TEST_F(DeliveryTest, WarnsOfContradictions) {
   const auto weighed = [](double value, double sigma) {
     return findings("mass", "scale", {finding("vehicle.mass", value, sigma)});
   };
@@ -201,7 +201,7 @@ TEST_F(DeliveryTest, SaysWhatContradicts) {
               AllOf(HasSubstr("vehicle.mass was 3 and becomes 2985"), HasSubstr("[W501]")));
 }
 
-TEST_F(DeliveryTest, ShowsInJsonWhatIsKept) {
+TEST_F(DeliveryTest, ShowsKeptValuesInJson) {
   const Findings fit = findings("fit", "60 s of drive", {finding("vehicle.mass", 3.02, 0.01)});
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();

@@ -62,7 +62,7 @@ TEST_F(FitCommand, WritesTheActuatorOfASteeringCommand) {
   EXPECT_NEAR(delay + lag, 0.16, 0.015);
 }
 
-TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
+TEST_F(FitCommand, ReportsAFaultyDriveInOneLine) {
   expect_answers(scratch_, 2, "odom identify fit --quiet --config lap/car.toml --drive", R"(
 nowhere -> nowhere: is not a folder
 lap/drive.log -> lap/drive.log: is a file; give the folder
@@ -97,7 +97,7 @@ fit --quiet --config lap/unsteered.toml --drive lap -> steering
 }
 
 // Where a file is found, the error is about the duration.
-TEST_F(FitCommand, TakesTheFilesOfADriveAndSaysWhatItLookedFor) {
+TEST_F(FitCommand, AcceptsTheFilesOfADriveAndNamesMissingOnes) {
   scratch_.must_run(
       "cp -r lap by_other_name && mv by_other_name/drive.log by_other_name/can.log && "
       "cp -r lap logless && mv logless/drive.log logless/bus.log && "

@@ -24,7 +24,7 @@ std::string refusal(std::vector<std::string> arguments) {
   return "taken";
 }
 
-TEST(FitOptions, WhatDoesNotFitTogetherIsRefused) {
+TEST(FitOptions, RefusesOptionsThatContradictEachOther) {
   const std::pair<std::vector<std::string>, std::string> cases[]{
       {{"--drive=lap"}, "taken"},
       {{"--drive=lap", "--from=-1"}, "--from"},

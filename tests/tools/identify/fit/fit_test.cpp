@@ -57,13 +57,13 @@ struct Recorded {
   std::vector<estimator::CameraPose> poses;
 };
 
-struct Way {
+struct Driving {
   double speed = 1.0;     // [m/s]
   double steering = 0.2;  // [rad]
 };
 
 // Twelve seconds of a car whose gyro reads 3 % too much, and whose wheels read 2 % too much.
-Recorded recorded(const daemon::Config& config, const Way& way = {}) {
+Recorded recorded(const daemon::Config& config, const Driving& driving = {}) {
   const car_model::Car<double> model = fitted_car({}, config);
   constexpr std::int64_t start = 1'760'000'000'000'000'000;
   Recorded result;
@@ -72,11 +72,11 @@ Recorded recorded(const daemon::Config& config, const Way& way = {}) {
     result.log.of(source).add(t_ns, value);
   };
   st::State<double> x{};
-  x[st::v_x] = way.speed;
+  x[st::v_x] = driving.speed;
   for (int k = 0; k < 12000; ++k) {
     const double t = 1e-3 * k;
     const std::int64_t t_ns = start + std::int64_t{1'000'000} * k;
-    const double command = way.steering * (std::sin(2.0 * t) + 0.5 * std::sin(4.7 * t));
+    const double command = driving.steering * (std::sin(2.0 * t) + 0.5 * std::sin(4.7 * t));
     const double accel = 0.6 * std::cos(0.9 * t);
     if (k % 10 == 0) {
       put(Source::yaw_rate, t_ns, 1.03 * x[st::yaw_rate] + 0.01);
@@ -84,14 +84,8 @@ Recorded recorded(const daemon::Config& config, const Way& way = {}) {
       put(Source::steering, t_ns, command + 0.004);
     }
     if (k % 35 == 0) {
-      estimator::CameraPose pose;
-      pose.capture_ns = pose.arrival_ns = t_ns;
-      pose.x = x[st::pos_x];
-      pose.y = x[st::pos_y];
-      pose.yaw = x[st::yaw];
-      pose.sigma_x = pose.sigma_y = 0.005;
-      pose.sigma_yaw = 0.005;
-      result.poses.push_back(pose);
+      result.poses.push_back(
+          {t_ns, t_ns, x[st::pos_x], x[st::pos_y], x[st::yaw], 0.005, 0.005, 0.005});
     }
     x = st::step(model, x, command, accel, accel, 1e-3);
   }
@@ -101,7 +95,7 @@ Recorded recorded(const daemon::Config& config, const Way& way = {}) {
 
 const daemon::Config config = car();
 
-TEST(Fit, RefusesADriveWithoutPosesOrWithPosesOfAnotherTime) {
+TEST(Fit, RefusesMissingPosesAndPosesOfAnotherTime) {
   Recorded drive = recorded(config);
   EXPECT_THAT(message_of([&] { (void)prepare("lap", config, drive.log, {}); }),
               HasSubstr("lap: 0 poses"));
@@ -110,7 +104,7 @@ TEST(Fit, RefusesADriveWithoutPosesOrWithPosesOfAnotherTime) {
               HasSubstr("overlap for 0.0 s"));
 }
 
-TEST(Fit, AllowsForMoreWhereTheSpeedSeparatesNothing) {
+TEST(Fit, WidensUncertaintiesAtOneSpeed) {
   Settings settings;
   settings.free.fill(true);
   settings.prior_sigma.fill(0.3);
@@ -131,7 +125,7 @@ TEST(Fit, AllowsForMoreWhereTheSpeedSeparatesNothing) {
   EXPECT_FALSE(at_one_speed(0.26, settings, 0.1));
 }
 
-TEST(Fit, BelievesNeitherOfTwoThatOneSpeedMakesAlikeWhereOneIsFarFromWhatIsConfigured) {
+TEST(Fit, RejectsLookAlikesIfOneIsFarFromItsConfiguredValue) {
   Settings settings = freeing({stiffness_rear, camera_x, gyro_scale}, 0.4);
   Result result = unmoved();
   const auto remarks = [&](double tyres, double variety) {
@@ -155,7 +149,7 @@ TEST(Fit, BelievesNeitherOfTwoThatOneSpeedMakesAlikeWhereOneIsFarFromWhatIsConfi
   EXPECT_THAT(remarks(-1.1, 0.2), IsEmpty());
 }
 
-TEST(Fit, AsksWhetherThePosesAreStampedLateWhereASensorIsBeforeThem) {
+TEST(Fit, WarnsOfLatePosesIfASensorIsEarlierThanThem) {
   const Settings settings = freeing({gyro_latency}, 0.05);
   Result result = unmoved({.speed_variety = 0.5});
   result.settled = true;
@@ -168,7 +162,7 @@ TEST(Fit, AsksWhetherThePosesAreStampedLateWhereASensorIsBeforeThem) {
               ElementsAre(diagnostics::Named("poses_stamped_late", "80 ms before the poses")));
 }
 
-TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
+TEST(Fit, FindsScalesAndOffsetsOfADriveFromItsOwnModel) {
   const Recorded drive = recorded(config);
   const std::vector<Drive> drives{prepare("lap", config, drive.log, drive.poses)};
   Settings settings;
@@ -194,7 +188,7 @@ TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
   EXPECT_NEAR(scale->value, 1.0 / 1.03, 3e-3);
 }
 
-TEST(Fit, RefusesToFitNothing) {
+TEST(Fit, RefusesAFitWithoutParametersOrWindows) {
   const Recorded drive = recorded(config);
   const std::vector<Drive> drives{prepare("lap", config, drive.log, drive.poses)};
   Settings settings;
@@ -240,7 +234,7 @@ double force(const BrushTyre& tyre, double slip, double mass) {
          estimator::full::secant_stiffness(tyre.stiffness, slip, 1.0 / tyre.grip, mass).stiffness;
 }
 
-TEST(FitTyres, AreTheFiltersAtTheHardestTurnsAndAtHalfOfThem) {
+TEST(FitTyres, MatchTheFilterInTheHardestTurnsAndAtHalfTheirAcceleration) {
   const estimator::Vehicle v = car().vehicle;
   const double rear_mass = v.mass * v.front_axle / v.wheelbase();
   for (const Numbers<double>& p : {Numbers<double>{}, without_load_transfer()}) {
@@ -259,7 +253,7 @@ TEST(FitTyres, AreTheFiltersAtTheHardestTurnsAndAtHalfOfThem) {
               u / std::sqrt(1.0 - fitted.bend_rear * u * u) * load / fitted.stiffness_rear, 1e-9);
 }
 
-TEST(FitTyres, AreNoBrushWhereNothingSaturatesOrHolds) {
+TEST(FitTyres, AreNoBrushIfNothingSaturatesOrGripIsExceeded) {
   Numbers<double> p = without_load_transfer();
   EXPECT_FALSE(brush_like(fitted_car(p), Axle::front, 14.0));  // μ = 1.2 holds 11.7
   p[bend_front] = -30.0;
@@ -276,7 +270,7 @@ std::vector<Finding> found_at(double hardest, double sigma_of_bend) {
   return findings_of(car(), {}, settings, result).values;
 }
 
-TEST(FitTyres, HaveAGripWhereTheDriveShowsHowTheySaturate) {
+TEST(FitTyres, HaveAGripIfTheDriveShowsSaturation) {
   const std::vector<Finding> hard = found_at(9.0, 0.1);
   ASSERT_EQ(hard.size(), 2U);
   EXPECT_EQ(hard[0].key, "vehicle.cornering_stiffness_rear");
@@ -295,7 +289,7 @@ TEST(FitTyres, HaveAGripWhereTheDriveShowsHowTheySaturate) {
   linear(found_at(9.0, 0.4), "adds little");
 }
 
-TEST(FitTyres, AreNotBelievedWhereTheirCurveIsThatOfNoTyre) {
+TEST(FitTyres, AreRejectedIfTheirCurveIsImpossible) {
   const Settings settings = freeing({stiffness_front, bend_front}, 0.5);
   Result result = unmoved({.speed_variety = 0.5, .hard = 0.0, .hardest = 9.0});
   const auto stiffness = [&](double bend) {
@@ -307,7 +301,7 @@ TEST(FitTyres, AreNotBelievedWhereTheirCurveIsThatOfNoTyre) {
   EXPECT_THAT(stiffness(-2.4).remark, HasSubstr("came out 4.8 sigmas from the usual value"));
 }
 
-TEST(FitSteering, IsAnActuatorWhereDelayAndLagShow) {
+TEST(FitSteering, IsAnActuatorIfDelayAndLagAreVisible) {
   const Settings settings = freeing({steering_delay, steering_lag}, 0.8);
   Result result = unmoved();
   const auto keys = [&](double whole) {

@@ -9,22 +9,17 @@
 namespace odomd::tools::fitting::fit_trial_test {
 namespace {
 
-TEST(Smoothed, FollowsACurveThroughNoiseAndForgetsAnOutlier) {
+TEST(Smoothed, FollowsACurveThroughNoiseAndIgnoresAnOutlier) {
   std::vector<estimator::CameraPose> poses;
   for (int k = 0; k < 100; ++k) {
     const double t = 0.03 * k;
-    estimator::CameraPose pose;
-    pose.capture_ns = 30'000'000LL * k;
-    pose.x = std::sin(t) + 0.004 * (k % 2 == 0 ? 1.0 : -1.0);
-    pose.y = std::cos(t) + (k == 50 ? 0.5 : 0.0);
-    pose.yaw = std::remainder(3.0 + t, 6.283185307179586);
-    pose.sigma_x = pose.sigma_y = 0.005;
-    pose.sigma_yaw = 0.01;
-    poses.push_back(pose);
+    const double noise = k % 2 == 0 ? 0.004 : -0.004, outlier = k == 50 ? 0.5 : 0.0;
+    poses.push_back({30'000'000LL * k, 0, std::sin(t) + noise, std::cos(t) + outlier,
+                     std::remainder(3.0 + t, 6.283185307179586), 0.005, 0.005, 0.01});
   }
-  const Trajectory way = smoothed(poses, 0.25);
-  ASSERT_GT(way.points.size(), 100U);
-  for (const TrajectoryPoint& point : way.points) {
+  const Trajectory path = smoothed(poses, 0.25);
+  ASSERT_GT(path.points.size(), 100U);
+  for (const TrajectoryPoint& point : path.points) {
     const double t = 1e-9 * static_cast<double>(point.t_ns);
     EXPECT_NEAR(point.pose.x, std::sin(t), 4e-3) << t;
     EXPECT_NEAR(point.pose.y, std::cos(t), 0.03) << t;
@@ -34,12 +29,9 @@ TEST(Smoothed, FollowsACurveThroughNoiseAndForgetsAnOutlier) {
 
 TEST(Smoothed, HasNoPointsWherePosesAreMissing) {
   std::vector<estimator::CameraPose> poses;
-  for (int k = 0; k < 200; ++k) {
-    estimator::CameraPose pose;
-    pose.capture_ns = 20'000'000LL * k + (k < 100 ? 0 : 1'000'000'000LL);
-    pose.sigma_x = pose.sigma_y = pose.sigma_yaw = 0.01;
-    poses.push_back(pose);
-  }
+  for (int k = 0; k < 200; ++k)
+    poses.push_back(
+        {20'000'000LL * k + (k < 100 ? 0 : 1'000'000'000LL), 0, 0, 0, 0, 0.01, 0.01, 0.01});
   for (const TrajectoryPoint& point : smoothed(poses, 0.25).points)
     EXPECT_FALSE(point.t_ns > 2'060'000'000 && point.t_ns < 2'920'000'000) << point.t_ns;
 }
@@ -47,10 +39,8 @@ TEST(Smoothed, HasNoPointsWherePosesAreMissing) {
 class Trial : public testing::Test {
  protected:
   Trial() {
-    const Outcome made =
-        run_shell("cd " + scratch_.path("").string() +
-                  " && odom sim --duration 16 --out lap && sed -i /^accel/d lap/car.toml");
-    if (made.status != 0) throw std::runtime_error(made.err);
+    simulate(scratch_, "--duration 16", "lap");
+    scratch_.must_run("sed -i /^accel/d lap/car.toml");
     config_ = daemon::load_config(scratch_.path("lap/car.toml"));
     const tools::Drive drive = read_drive({.folder = scratch_.path("lap")});
     drives_.push_back(trial_drive(drive, drive.cameras));
@@ -65,7 +55,7 @@ class Trial : public testing::Test {
   std::vector<tools::Drive> drives_;
 };
 
-TEST_F(Trial, PosesOfAfterTheLogAreNoPartOfItAndNoPosesAreRefused) {
+TEST_F(Trial, LeavesOutPosesAfterTheLogAndRefusesNoPoses) {
   std::vector<estimator::CameraPose> poses = read_camera_log(scratch_.path("lap/camera.csv")).poses;
   const std::int64_t end = poses.back().capture_ns;
   for (std::int64_t k = 1; k <= 1000; ++k) {
@@ -78,11 +68,10 @@ TEST_F(Trial, PosesOfAfterTheLogAreNoPartOfItAndNoPosesAreRefused) {
   EXPECT_THROW((void)trial_drive(drives_[0], {}), std::invalid_argument);
 }
 
-TEST_F(Trial, WhatHarmsIsLeftAsConfiguredAndSaysWhy) {
+TEST_F(Trial, LeavesHarmfulValuesAsConfiguredWithTheReason) {
   const Findings findings =
-      tried({.values = {as_finding("gyro scale", "can.signals.yaw_rate.scale", {0.8, 0.01}, ""),
-                        as_finding("yaw inertia", "vehicle.yaw_inertia",
-                                   {config_.vehicle.yaw_inertia, 1e-4}, "kg m2")}});
+      tried({.values = {{.key = "can.signals.yaw_rate.scale", .value = 0.8},
+                        {.key = "vehicle.yaw_inertia", .value = config_.vehicle.yaw_inertia}}});
   EXPECT_EQ(findings.values[0].use, Use::leave);
   EXPECT_THAT(findings.values[0].remark, HasSubstr("left as configured: replayed"));
   EXPECT_THAT(as_json(findings).dump(), HasSubstr("\"left_as_configured\":true"));
@@ -105,7 +94,7 @@ Ratio errors(const Patch& patch, Error&& error) {
   return {.all = all, .half = {all, all}};
 }
 
-TEST(Choose, LeavesAnExpedientAgainWhereTheCauseCameIn) {
+TEST(Choose, DropsAnExpedientOnceItsCauseIsAccepted) {
   std::vector<Group> all = groups({"expedient", "cause", "rest of it", "harm that is none"});
   std::vector<std::string> turns;
   const Ratio found = choose(
@@ -123,17 +112,17 @@ TEST(Choose, LeavesAnExpedientAgainWhereTheCauseCameIn) {
                                    "rest of it 20.0 % better", HasSubstr("harm that is none"),
                                    "without expedient 16.7 % better"));
   EXPECT_EQ(found.all, 0.5);
-  EXPECT_FALSE(all.front().taken);
+  EXPECT_FALSE(all.front().accepted);
 }
 
-TEST(Choose, TakesNothingThatHarmsAHalf) {
+TEST(Choose, AcceptsNothingThatHarmsOneHalf) {
   std::vector<Group> all = groups({"half"});
   const Ratio found = choose(all, [](const Patch& patch) {
     return patch.empty() ? Ratio{.all = 1.0, .half = {1.0, 1.0}}
                          : Ratio{.all = 0.8, .half = {1.2, 0.5}};
   });
   EXPECT_EQ(found.all, 1.0);
-  EXPECT_FALSE(all.front().taken);
+  EXPECT_FALSE(all.front().accepted);
 }
 
 }  // namespace

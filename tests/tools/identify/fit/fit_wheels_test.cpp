@@ -100,7 +100,7 @@ double unexplained_age(const Pair& pair, double speed, double spin_factor) {
   return normal.ldlt().solve(right)[1];
 }
 
-TEST(FitWheels, SpinUpAsLateAsTheSimulatedOnes) {
+TEST(FitWheels, LagLikeTheSimulatedOnes) {
   for (const double speed : {1.2, 1.6, 2.0}) {
     EXPECT_NEAR(unexplained_age(front, speed, 1.0), 0.0, 0.15e-3) << speed << " m/s";
     EXPECT_NEAR(unexplained_age(rear, speed, 1.0), 0.0, 0.3e-3) << speed << " m/s";

@@ -15,14 +15,22 @@ using std::numbers::pi;
 constexpr Bifilar reference{.spacing_above = 0.2, .spacing_below = 0.2, .cord = 1.0};
 constexpr double mass = 2.985, inertia = 0.0283384, gravity = 9.81;
 
+// T = 2 π sqrt(J h / (m g p)) of the reference, for small swings.
+double small_period(double g = gravity) {
+  return 2.0 * pi * std::sqrt(inertia / (mass * g * 0.1 * 0.1));
+}
+double period_at(const Bifilar& pendulum, double amplitude) {
+  const double small =
+      std::sqrt(inertia / mass / inertia_per_mass(pendulum, 1.0, gravity));  // J/m ~ T²
+  return small * lengthening(pendulum, inertia / mass, amplitude);
+}
+
 TEST(Bifilar, HasTheFormulaOfThePaperWithPiSquared) {
   const double period = 1.95;
-  EXPECT_NEAR(inertia_of(reference, mass, gravity, period),
+  EXPECT_NEAR(mass * inertia_per_mass(reference, period, gravity),
               mass * gravity * 0.2 * 0.2 * period * period / (16.0 * pi * pi * 1.0), 1e-15);
-  EXPECT_NEAR(small_period(reference, mass, gravity, inertia_of(reference, mass, gravity, period)),
-              period, 1e-12);
-  EXPECT_NEAR(period_at(reference, mass, gravity, inertia, 1e-4),
-              small_period(reference, mass, gravity, inertia), 1e-8);
+  EXPECT_NEAR(period_at(reference, 0.0), small_period(), 1e-12);
+  EXPECT_NEAR(period_at(reference, 1e-4), small_period(), 1e-8);
 }
 
 // A swing with a new random period each time.
@@ -45,7 +53,7 @@ Series no_pendulum() {
 TEST(Bifilar, AsksWhetherSpacingAndCordAreExchanged) {
   const Bifilar hung{.spacing_above = 0.21, .spacing_below = 0.21, .cord = 1.16};
   const Bifilar exchanged{.spacing_above = 1.16, .spacing_below = 1.16, .cord = 0.21};
-  const double period = small_period(hung, 3.0, 9.81, 0.04);
+  constexpr double period = 2.376;  // of 3 kg and 0.04 kg m²
   EXPECT_THAT(message_of([&] { check_size(exchanged, period, 3.0); }),
               HasSubstr("are --spacing and --cord exchanged?"));
   EXPECT_THAT(message_of([&] { check_size(hung, period, 3e4); }),
@@ -55,8 +63,8 @@ TEST(Bifilar, AsksWhetherSpacingAndCordAreExchanged) {
                         "are apart: are --spacing and --cord exchanged?"));
 }
 
-TEST(Bifilar, RefusesWhatNoCarHasOrCannotHang) {
-  const double period = small_period(reference, mass, gravity, inertia);
+TEST(Bifilar, RefusesImpossibleCarsAndCords) {
+  const double period = small_period();
   const Bifilar millimetres{.spacing_above = 200, .spacing_below = 200, .cord = 1000};
   const auto refusal = [](const Bifilar& pendulum, double seconds, double kilograms) {
     return message_of([&] { check_size(pendulum, seconds, kilograms); });
@@ -69,7 +77,7 @@ TEST(Bifilar, RefusesWhatNoCarHasOrCannotHang) {
               HasSubstr("--mass: 2985 kg does not fit the radius of gyration of 0.097 m"));
   EXPECT_THROW(check({.spacing_above = 0.2, .spacing_below = 2.5, .cord = 1.0}),
                std::invalid_argument);
-  EXPECT_THROW((void)period_at(reference, mass, gravity, inertia, 2.0), std::invalid_argument);
+  EXPECT_THROW((void)lengthening(reference, inertia / mass, 2.0), std::invalid_argument);
 }
 
 // The rig simulates a body on springs only: no formula of the pendulum is in it.
@@ -104,24 +112,22 @@ TEST(Bifilar, SwingsAsABodyOnTwoCords) {
   sim::SwingParameters rig = ideal_rig();
   for (const double amplitude : {0.05, 0.2, 0.5}) {
     rig.amplitude = amplitude;
-    EXPECT_NEAR(period_of_rig(rig) / period_at(reference, mass, gravity, inertia, amplitude), 1.0,
-                3e-4)
-        << amplitude;
+    EXPECT_NEAR(period_of_rig(rig) / period_at(reference, amplitude), 1.0, 3e-4) << amplitude;
   }
   EXPECT_GT(lengthening(reference, inertia / mass, 0.5), 1.01);
 }
 
-TEST(Bifilar, HungOffItsMidstAndByCordsThatAreNotParallel) {
+TEST(Bifilar, SwingsOffCentreAndOnCordsThatAreNotParallel) {
   sim::SwingParameters rig = ideal_rig();
   rig.offset_along = 0.02;
   Bifilar off = reference;
   off.offset = 0.02;
-  EXPECT_NEAR(period_of_rig(rig) / period_at(off, mass, gravity, inertia, 0.1), 1.0, 1e-3);
+  EXPECT_NEAR(period_of_rig(rig) / period_at(off, 0.1), 1.0, 1e-3);
   rig = ideal_rig();
   rig.spacing_below = 0.24;
   Bifilar spread = reference;
   spread.spacing_below = 0.24;
-  EXPECT_NEAR(period_of_rig(rig) / period_at(spread, mass, gravity, inertia, 0.1), 1.0, 1e-3);
+  EXPECT_NEAR(period_of_rig(rig) / period_at(spread, 0.1), 1.0, 1e-3);
 }
 
 Series record_of(const sim::SwingParameters& rig, double seconds, double noise, double bias) {
@@ -136,13 +142,13 @@ Series record_of(const sim::SwingParameters& rig, double seconds, double noise, 
   return series;
 }
 
-TEST(SwingFit, FindsThePeriodOfSmallSwingsFromWideDampedNoisyOnes) {
+TEST(SwingFit, FindsTheSmallPeriodOfWideDampedNoisySwings) {
   sim::SwingParameters rig = ideal_rig();
   rig.amplitude = 0.35;
   rig.viscous = 0.01 * inertia;
   rig.quadratic = 0.01 * inertia;
   const SwingFit fit = fit_swing(record_of(rig, 34.0, 0.005, 0.02), reference, "swing.log");
-  const double truth = small_period(reference, mass, gravity, inertia);
+  const double truth = small_period();
   EXPECT_NEAR(fit.period.value / truth, 1.0, 3e-4);
   EXPECT_LT(fit.period.sigma, 3e-4 * truth);
   EXPECT_NEAR(fit.amplitude_begin, 0.35, 0.02);
@@ -166,7 +172,7 @@ TEST(SwingFit, ReportsARecordInOtherUnits) {
   EXPECT_THAT(refusal(milliseconds), HasSubstr("are they in ms? Divide them by 1000"));
 }
 
-TEST(SwingFit, RefusesWhatIsNoSwing) {
+TEST(SwingFit, RefusesRecordsWithoutAFreeSwing) {
   Series series;
   sim::RandomStream random(1, "nothing");
   const auto refusal = [&series] {
@@ -186,9 +192,8 @@ TEST(SwingFit, RefusesWhatIsNoSwing) {
   EXPECT_THAT(refusal(), HasSubstr("is not that of a free swing"));
 }
 
-TEST(SwingTiming, AllowsForTheSwingsWidthAndFindsAMiscount) {
-  const double small = small_period(reference, mass, gravity, inertia);
-  const double wide = period_at(reference, mass, gravity, inertia, 0.4);
+TEST(SwingTiming, CorrectsForTheAmplitudeAndRefusesAMiscount) {
+  const double small = small_period(), wide = period_at(reference, 0.4);
   const TimedSwing timed = small_period_of({.times = {20.0 * wide, 20.0 * wide},
                                             .swings = 20,
                                             .sigma = 0.1,
@@ -207,7 +212,7 @@ TEST(SwingTiming, AllowsForTheSwingsWidthAndFindsAMiscount) {
 const std::string hang = "odom identify inertia --mass 2.985 --spacing 0.2 --cord 1 ";
 
 TEST(IdentifyInertia, ByStopWatch) {
-  const double period = small_period(reference, mass, 9.806, inertia);
+  const double period = small_period(9.806);
   const auto json = nlohmann::json::parse(
       must_run(hang + "--amplitude 0 --offset-sigma 0 --json --swings 20 --time " +
                std::to_string(20.0 * period)));
@@ -239,10 +244,10 @@ TEST(IdentifyInertia, ByTheGyroOfASimulatedSwing) {
       1.0, 0.005);
 }
 
-TEST(IdentifyInertia, AsksWhetherPassagesWereCounted) {
+TEST(IdentifyInertia, WarnsIfPassagesWereCounted) {
   const Scratch scratch;
   scratch.write("car.toml", "[vehicle]\nfront_axle = 0.175\nrear_axle = 0.085\n");
-  const double period = small_period(reference, mass, 9.806, inertia);
+  const double period = small_period(9.806);
   for (const auto& [swings, asks] : {std::pair{"10", true}, {"20", false}, {"40", true}}) {
     const Outcome outcome = scratch.run(hang + "--amplitude 0 --config car.toml --time " +
                                         std::to_string(20.0 * period) + " --swings " + swings);

@@ -49,12 +49,7 @@ Series sampled(F value, const Sampling& how) {
 }
 
 estimator::CameraPose pose_at(double t, double x, double y, double turned) {
-  estimator::CameraPose pose;
-  pose.capture_ns = start_ns + std::llround(1e9 * t);
-  pose.x = x;
-  pose.y = y;
-  pose.yaw = turned;
-  return pose;
+  return {.capture_ns = start_ns + std::llround(1e9 * t), .x = x, .y = y, .yaw = turned};
 }
 
 /// The rear wheels' speeds, `side` [m] left and right of the middle (below 0: exchanged), each with
@@ -100,8 +95,9 @@ struct Lap {
   std::map<std::string, nlohmann::json> values;  ///< by name
 };
 
-const SourceOffset& of(const LatencyEstimate& estimate, Source source) {
-  for (const SourceOffset& offset : estimate.offsets)
+SourceOffset offset_of(Source source, const SignalLog& log,
+                       const std::vector<estimator::CameraPose>& camera = {}) {
+  for (const SourceOffset& offset : estimate_latencies(car(), log, camera).offsets)
     if (offset.source == source) return offset;
   throw std::logic_error("no such source");
 }
@@ -114,9 +110,7 @@ TEST(OffsetRegression, FindsAShiftOfAFractionOfASample) {
     regression.y.push_back(0.16 * yaw_rate(t - 0.0123) + 0.05);
   }
   const Resampled grid = resampled(reference, start_ns, 0.0, 30.0);
-  Resampled one = grid;
-  for (double& value : one.value) value = 1.0;
-  regression.basis = {{grid}, {one}};
+  regression.basis = {{grid}, {on_grid_of(grid, [](double) { return 1.0; })}};
   const Offset found = solve(regression);
   EXPECT_EQ(found.failure, "");
   EXPECT_NEAR(found.value, 0.0123, 1e-4);
@@ -124,7 +118,7 @@ TEST(OffsetRegression, FindsAShiftOfAFractionOfASample) {
   EXPECT_GT(found.explained, 0.99);
 }
 
-TEST(OffsetRegression, SaysThatNoiseHasNoOffset) {
+TEST(OffsetRegression, FindsNoOffsetInNoise) {
   OffsetRegression regression;
   std::mt19937 random(1);
   std::normal_distribution<double> noise;
@@ -136,15 +130,15 @@ TEST(OffsetRegression, SaysThatNoiseHasNoOffset) {
   EXPECT_NE(solve(regression).failure, "");
 }
 
-TEST(Latency, OfWheelsShowsInTheDifferenceOfLeftAndRight) {
+TEST(Latency, OfWheelsComesFromTheDifferenceOfLeftAndRight) {
   SignalLog log = log_with_gyro();
   add_rear_wheels(log, 0.08, {.late = 0.021, .noise = 0.005}, 1e-3);
   std::vector<std::string> reports;
-  const LatencyEstimate estimate = estimate_latencies(
-      car(), log, {}, [&reports](const std::string& now) { reports.push_back(now); });
+  (void)estimate_latencies(car(), log, {},
+                           [&reports](const std::string& now) { reports.push_back(now); });
   EXPECT_THAT(reports, testing::Contains("wheel_rear_left and wheel_rear_right against yaw_rate"));
   for (const Source wheels : {Source::wheel_rear_left, Source::wheel_rear_right}) {
-    const SourceOffset found = of(estimate, wheels);
+    const SourceOffset found = offset_of(wheels, log);
     EXPECT_EQ(found.failure, "");
     EXPECT_NEAR(found.offset, 0.021, 2.0 * found.sigma);
     EXPECT_LT(found.sigma, 1.2e-3);
@@ -152,11 +146,11 @@ TEST(Latency, OfWheelsShowsInTheDifferenceOfLeftAndRight) {
 }
 
 // Interpolation between two samples reduces the noise, which must not shift the offset.
-TEST(Latency, OfWheelsIsNotDrawnToWhereTheGyroIsLessNoisy) {
+TEST(Latency, OfWheelsIsUnbiasedByInterpolationBetweenGyroSamples) {
   SignalLog log = log_with_gyro();
   log.of(Source::yaw_rate) = sampled(yaw_rate, {.period = 0.005, .noise = 0.2});
   add_rear_wheels(log, 0.08, {.late = 0.02}, 1e-3);  // four samples of the gyro
-  const SourceOffset found = of(estimate_latencies(car(), log, {}), Source::wheel_rear_left);
+  const SourceOffset found = offset_of(Source::wheel_rear_left, log);
   EXPECT_NEAR(found.offset, 0.02, 1e-3);
 }
 
@@ -175,28 +169,27 @@ TEST(Latency, OfWheelsIsNoMoreCertainThanTheGyrosNoiseAllows) {
         sampled([&](double t) { return speed(t) - 0.08 * calm(t); }, noisy(0.005, 1));
     log.of(Source::wheel_rear_right) =
         sampled([&](double t) { return speed(t) + 0.08 * calm(t); }, noisy(0.005, 2));
-    const SourceOffset found = of(estimate_latencies(car(), log, {}), Source::wheel_rear_left);
+    const SourceOffset found = offset_of(Source::wheel_rear_left, log);
     if (!found.failure.empty()) continue;
     EXPECT_NEAR(found.offset, 0.02, 2.5 * found.sigma) << "seed " << seed;
   }
 }
 
-TEST(Latency, OfTheGyroShowsAgainstACamera) {
+TEST(Latency, OfTheGyroComesFromTheCamera) {
   const SignalLog log = log_with_gyro();
   std::vector<estimator::CameraPose> camera;
   for (double t = 0.0; t < 30.0; t += 0.035)
     camera.push_back(
         pose_at(t - 0.012, 0.0, 0.0, std::remainder(yaw(t) + 3.0, 2.0 * std::numbers::pi)));
-  const SourceOffset found = of(estimate_latencies(car(), log, camera), Source::camera);
+  const SourceOffset found = offset_of(Source::camera, log, camera);
   EXPECT_EQ(found.failure, "");
   EXPECT_NEAR(found.offset, -0.012, 1e-3);
 }
 
-TEST(Latency, OfOneSpeedIsDeterminedByTheCamerasPathAlone) {
+TEST(Latency, OfOneSpeedNeedsTheCamerasPath) {
   SignalLog log = log_with_gyro();
   log.of(Source::wheel_rear) = sampled(speed, {.late = 0.03, .noise = 0.005});
-  EXPECT_THAT(of(estimate_latencies(car(), log, {}), Source::wheel_rear).failure,
-              testing::HasSubstr("--camera"));
+  EXPECT_THAT(offset_of(Source::wheel_rear, log).failure, testing::HasSubstr("--camera"));
 
   std::vector<estimator::CameraPose> camera;
   double x = 0.0, y = 0.0;
@@ -207,7 +200,7 @@ TEST(Latency, OfOneSpeedIsDeterminedByTheCamerasPathAlone) {
     x += dt * speed(t) * std::cos(yaw(t));
     y += dt * speed(t) * std::sin(yaw(t));
   }
-  const SourceOffset found = of(estimate_latencies(car(), log, camera), Source::wheel_rear);
+  const SourceOffset found = offset_of(Source::wheel_rear, log, camera);
   EXPECT_EQ(found.failure, "");
   EXPECT_NEAR(found.offset, 0.03, 3e-3);
 }
@@ -215,16 +208,16 @@ TEST(Latency, OfOneSpeedIsDeterminedByTheCamerasPathAlone) {
 TEST(Latency, OfExchangedWheelsIsNotReported) {
   SignalLog log = log_with_gyro();
   add_rear_wheels(log, -0.08, {.noise = 0.005});
-  EXPECT_THAT(of(estimate_latencies(car(), log, {}), Source::wheel_rear_left).failure,
+  EXPECT_THAT(offset_of(Source::wheel_rear_left, log).failure,
               testing::HasSubstr("left and right exchanged?"));
 }
 
-TEST(Latency, ADriveStraightAheadDeterminesNothing) {
+TEST(Latency, IsUndeterminedOnAStraightDrive) {
   SignalLog log = log_with_gyro();
   log.of(Source::yaw_rate) = sampled([](double) { return 0.0; }, {.noise = 0.005});
   log.of(Source::wheel_rear_left) = sampled(speed, {.noise = 0.005});
   log.of(Source::wheel_rear_right) = sampled(speed, {.noise = 0.005, .seed = 8});
-  EXPECT_NE(of(estimate_latencies(car(), log, {}), Source::wheel_rear_left).failure, "");
+  EXPECT_NE(offset_of(Source::wheel_rear_left, log).failure, "");
 }
 
 // At a steady speed the tyres' relaxation and the steering's lag look alike: details that no model
@@ -239,7 +232,7 @@ TEST(Latency, OfTheSteeringIsNoMoreCertainThanTheTyresAtASteadySpeed) {
 }
 
 // With poses stamped on arrival all sensors seem early: the camera is no clock, and 0 is wrong.
-TEST(Latency, HoldsBackWhatIsEarlyAndBelievesTheGyroInTheCamerasPlace) {
+TEST(Latency, RejectsEarlySensorsAndFallsBackToTheGyro) {
   Lap lap("awk -F, -v OFS=, 'NR > 1 {$2 = $1} 1' camera.csv > late.csv &&",
           "--camera late.csv --write car.toml");
   EXPECT_THAT(lap.outcome.err, AllOf(HasSubstr("the gyro's configured latency, 0.0 ms, is assumed"),
@@ -254,7 +247,7 @@ TEST(Latency, HoldsBackWhatIsEarlyAndBelievesTheGyroInTheCamerasPlace) {
   EXPECT_NEAR(wheel["value"].get<double>(), 0.005, 2.0 * wheel["sigma"].get<double>());
 }
 
-TEST(Latency, NeedsAGyroTimeAndACameraOfTheSameDrive) {
+TEST(Latency, RefusesAMissingGyroAShortLogAndAnotherDrivesCamera) {
   SignalLog none;
   EXPECT_THROW((void)estimate_latencies(car(), none, {}), std::invalid_argument);
   EXPECT_THROW((void)estimate_latencies(car(), log_with_gyro(5.0), {}), std::invalid_argument);
@@ -270,8 +263,15 @@ SteeringResponse response(double delay, double lag, double sigma_whole) {
   return s;
 }
 
-TEST(ActuatorFindings, AreWrittenWhereDelayAndLagAreSeparable) {
-  const auto found = actuator_findings(response(0.064, 0.1, 0.004), {0.004, 0.0}, {});
+Findings actuator(const SteeringResponse& response, const Measured& clock = {},
+                  const estimator::SteeringActuator& configured = {}) {
+  Findings findings;
+  add_actuator(response, clock, configured, findings);
+  return findings;
+}
+
+TEST(ActuatorFindings, AreDeterminedIfDelayAndLagAreSeparable) {
+  const auto found = actuator(response(0.064, 0.1, 0.004), {0.004, 0.0});
   ASSERT_EQ(found.values.size(), 2U);
   EXPECT_EQ(found.values[0].key, "steering.delay");
   EXPECT_EQ(found.values[0].determined, Determined::yes);
@@ -281,20 +281,20 @@ TEST(ActuatorFindings, AreWrittenWhereDelayAndLagAreSeparable) {
   EXPECT_THAT(found.warnings, testing::IsEmpty());
 }
 
-TEST(ActuatorFindings, AreNoneOfAMeasuredAngle) {
-  const auto found = actuator_findings(response(-0.02, 0.025, 0.004), {}, {});
+TEST(ActuatorFindings, AreUndeterminedForAMeasuredAngle) {
+  const auto found = actuator(response(-0.02, 0.025, 0.004));
   for (const Finding& finding : found.values) {
     EXPECT_EQ(finding.determined, Determined::no);
     EXPECT_EQ(finding.key, "");
     EXPECT_THAT(finding.remark, testing::HasSubstr("none visible, 5 +- 4 ms in total"));
   }
-  EXPECT_THAT(actuator_findings(response(-0.02, 0.025, 0.004), {}, {.lag_s = 0.1}).warnings,
+  EXPECT_THAT(actuator(response(-0.02, 0.025, 0.004), {}, {.lag_s = 0.1}).warnings,
               testing::ElementsAre(diagnostics::Named("actuator_not_seen", "100 ms")));
 }
 
-TEST(ActuatorFindings, AreNotWrittenWhereTheDriveHasTooLittleExcitation) {
+TEST(ActuatorFindings, AreUndeterminedWithoutExcitation) {
   const auto remark = [](const SteeringResponse& s) {
-    const auto found = actuator_findings(s, {}, {});
+    const auto found = actuator(s);
     EXPECT_EQ(found.values[0].determined, Determined::no);
     return found.values[0].remark;
   };
@@ -308,15 +308,15 @@ TEST(ActuatorFindings, AreNotWrittenWhereTheDriveHasTooLittleExcitation) {
   EXPECT_EQ(remark(failed), "the car does not turn");
 }
 
-TEST(ActuatorFindings, NeverAreEarly) {
-  const auto found = actuator_findings(response(-0.004, 0.2, 0.004), {}, {});
+TEST(ActuatorFindings, AreNeverNegative) {
+  const auto found = actuator(response(-0.004, 0.2, 0.004));
   EXPECT_EQ(found.values[0].determined, Determined::yes);
   EXPECT_EQ(found.values[0].value, 0.0);
   EXPECT_THAT(found.values[0].remark, testing::HasSubstr("measured -4.0 ms"));
 }
 
 // The simulated servo, and a drive with a measured steering angle.
-TEST(ActuatorFindings, AreTheServoOfACommandAndNoneOfAMeasuredAngle) {
+TEST(ActuatorFindings, AreThoseOfTheSimulatedServo) {
   const Scratch scratch;
   const auto steering_after = [&scratch](const std::string& options) {
     const std::string drive = scratch.path("drive").string();

@@ -45,7 +45,7 @@ TEST(StandingNoise, SeparatesWhiteNoiseBiasAndItsWalk) {
   for (const int count : inside) EXPECT_GE(count, 16);
 }
 
-TEST(StandingNoise, OfAWalkTooSmallToBeSeenSaysHowLargeItMayBe) {
+TEST(StandingNoise, BoundsAWalkTooSmallToDetect) {
   const StandingNoise noise = standing_noise(record({.walk = 0.0}, 3'000, 1), "gyro");
   EXPECT_FALSE(noise.walk);
   EXPECT_GT(noise.walk_below, 0.0);
@@ -54,7 +54,7 @@ TEST(StandingNoise, OfAWalkTooSmallToBeSeenSaysHowLargeItMayBe) {
 }
 
 // A single outlier would otherwise weigh as much as ten thousand samples.
-TEST(StandingNoise, LeavesOutWhatLiesFarOff) {
+TEST(StandingNoise, LeavesOutOutliers) {
   Series series = record({}, 30'000, 1);
   for (std::size_t i = 0; i < 10; ++i) series.value[1'000 + 2'500 * i] += 4.0;
   for (std::size_t i = 20'000; i < 20'030; ++i) series.value[i] += 0.1;
@@ -67,7 +67,7 @@ TEST(StandingNoise, LeavesOutWhatLiesFarOff) {
 
 // A filtering sensor, or a message sent more often than its value changes: the stated sigma is that
 // of long means, and no bias walk is found.
-TEST(StandingNoise, OfSamplesThatHangTogetherIsThatOfTheirMeans) {
+TEST(StandingNoise, OfCorrelatedSamplesIsThatOfTheirMeans) {
   const Series white = record({}, 30'000, 1);
   Series filtered = white, held = white;
   for (std::size_t i = 7; i < white.size(); ++i) {
@@ -79,16 +79,16 @@ TEST(StandingNoise, OfSamplesThatHangTogetherIsThatOfTheirMeans) {
   for (const auto& [series, sigma] :
        {std::pair{&filtered, 0.01}, std::pair{&held, 0.01 * std::sqrt(5.0)}}) {
     const StandingNoise noise = standing_noise(*series, "gyro");
-    EXPECT_GT(noise.together, 4U);
+    EXPECT_GT(noise.group_size, 4U);
     EXPECT_TRUE(is_inside(noise.sigma, sigma, 2.0)) << noise.sigma.value;
     EXPECT_LT(noise.sigma.sigma, 0.1 * sigma);
     EXPECT_TRUE(is_inside(noise.bias, 0.3, 2.5)) << noise.bias.value;
     EXPECT_FALSE(noise.walk);
   }
-  EXPECT_EQ(standing_noise(white, "gyro").together, 1U);
+  EXPECT_EQ(standing_noise(white, "gyro").group_size, 1U);
 }
 
-TEST(StandingNoise, RefusesWhatHasNoNoise) {
+TEST(StandingNoise, RefusesRecordsWithoutNoise) {
   Series series = record({.sigma = 0.0}, 1'000, 1);
   EXPECT_THAT(message_of([&] { (void)standing_noise(series, "a.log: yaw_rate"); }),
               HasSubstr("a.log: yaw_rate: always 0.3"));
@@ -106,7 +106,7 @@ Series in_steps(Series series, double step) {
   return series;
 }
 
-TEST(StandingNoise, OfCoarseStepsIsNoSmallerThanTheirRounding) {
+TEST(StandingNoise, OfCoarseStepsIsAtLeastTheirRounding) {
   constexpr double step = 0.01;
   // Noise of a tenth and of a fifth of a step; the bias's error depends on where in a step the bias
   // lies.
@@ -123,7 +123,7 @@ TEST(StandingNoise, OfCoarseStepsIsNoSmallerThanTheirRounding) {
   }
 }
 
-TEST(StandingNoise, OfASingleStepIsThatOfTheSteps) {
+TEST(StandingNoise, OfASingleStepIsItsRounding) {
   Series series = record({.sigma = 0.0}, 6'000, 1);
   series.value[3'000] += 0.001;
   const StandingNoise noise = standing_noise(series, "gyro");
@@ -132,13 +132,13 @@ TEST(StandingNoise, OfASingleStepIsThatOfTheSteps) {
   EXPECT_NEAR(noise.density().value, 0.1 * noise.sigma.value, 1e-9);
 }
 
-TEST(StandingNoise, OfFineStepsIsTheSensorsOwn) {
+TEST(StandingNoise, OfFineStepsIsThatOfTheSensor) {
   const StandingNoise noise = standing_noise(in_steps(record({}, 30'000, 1), 0.005), "gyro");
   EXPECT_FALSE(noise.resolution_hides_noise);
   EXPECT_NEAR(noise.sigma.value, std::hypot(0.01, 0.005 / std::sqrt(12.0)), 2e-4);
 }
 
-TEST(IdentifyNoise, OfAStandingCarIsWritten) {
+TEST(IdentifyNoise, WritesTheNoiseOfAStandingCar) {
   const Scratch scratch;
   const std::string car =
       simulate(scratch, "--standstill 30 --duration 30 --gyro-noise 0.012") + "/car.toml";
@@ -152,7 +152,7 @@ TEST(IdentifyNoise, OfAStandingCarIsWritten) {
   scratch.must_run("cd drive && odom replay --config car.toml --can drive.log --out /dev/null");
 }
 
-TEST(IdentifyNoise, SaysWhatCannotBeUsed) {
+TEST(IdentifyNoise, RefusesUnusableRecords) {
   const Scratch scratch;
   simulate(scratch, "--duration 10 --standstill 2");
   scratch.must_run("grep ' 1A2#' drive/drive.log > imu.log");

@@ -77,7 +77,7 @@ TEST(CorneringStiffness, LargeSteeringAnglesDoNotBiasIt) {
   EXPECT_NEAR(fit_stiffness(runs, car()).front.stiffness.value, truth.front, 0.15);
 }
 
-TEST(CorneringStiffness, OneCircleThatIsOffDoesNotPullTheRest) {
+TEST(CorneringStiffness, IgnoresOneCircleThatIsOff) {
   const Truth truth;
   std::vector<CircleRun> runs = circles(truth);
   runs[4].drift.value += 0.02;
@@ -106,7 +106,7 @@ TEST(CorneringStiffness, LessPreciseInputsGiveLargerUncertainties) {
   EXPECT_GT(sigma, 2.0 * fit_stiffness(runs, car()).rear.stiffness.sigma);
 }
 
-TEST(CorneringStiffness, CrawlingDeterminesNothing) {
+TEST(CorneringStiffness, DeterminesNothingAtWalkingPace) {
   std::vector<CircleRun> runs;
   for (const double radius : {1.2, -1.2}) runs.push_back(circle({}, 0.1, radius));
   const CorneringStiffness found = fit_stiffness(runs, car());
@@ -138,7 +138,7 @@ void write(const std::string& file, const std::string& text) {
   std::ofstream(afternoon().folder / file) << text;
 }
 
-TEST(StiffnessCommand, TheTruthLiesWithinTwoSigmaAndGoesIntoTheConfiguration) {
+TEST(StiffnessCommand, WritesTheTruthWithinTwoSigma) {
   write("mine.toml", contents("car.toml"));
   const Outcome outcome = identify(as_it_is + "--json --plot tyres.svg --write mine.toml");
   ASSERT_THAT(outcome,
@@ -168,7 +168,7 @@ Outcome identify_scaled(const std::string& signal, const std::string& scale) {
   return identify("--config scaled.toml " + places + film);
 }
 
-TEST(StiffnessCommand, WarnsOfAScaleThatTheAccelerometerContradictsAndOfACarThatIsNotWellKnown) {
+TEST(StiffnessCommand, WarnsOfAContradictedScaleAndOfAnUncertainMass) {
   EXPECT_THAT(identify_scaled("\"AccY\", unit = \"m/s2\"", "1.05"),
               Ends(0, HasSubstr("% of the film's lateral acceleration")));
   std::string text = contents("car.toml");
@@ -178,7 +178,7 @@ TEST(StiffnessCommand, WarnsOfAScaleThatTheAccelerometerContradictsAndOfACarThat
               Ends(0, HasSubstr("and 5 % is possible; drive faster circles")));
 }
 
-TEST(StiffnessCommand, WhatTheCirclesContradictIsNotWritten) {
+TEST(StiffnessCommand, DoesNotWriteWhatTheCirclesContradict) {
   const auto expect = [](const std::string& options, const std::string& reason) {
     const std::string car = contents("car.toml");
     write("kept.toml", car);
@@ -203,7 +203,7 @@ TEST(StiffnessCommand, WhatTheCirclesContradictIsNotWritten) {
   expect("--front 0.36,0 --rear -0.24,0 ", "accelerometer reads 50 %");
 }
 
-TEST(StiffnessCommand, ASteeringOfAnotherScaleIsRefusedOrContradicted) {
+TEST(StiffnessCommand, RefusesOrContradictsAWrongSteeringScale) {
   const auto with_scale = [](const std::string& scale) {
     return identify_scaled("\"SteeringAngle\", unit = \"rad\"", scale);
   };
@@ -216,7 +216,7 @@ TEST(StiffnessCommand, ASteeringOfAnotherScaleIsRefusedOrContradicted) {
   EXPECT_THAT(contradicted.out, HasSubstr("not determined"));
 }
 
-TEST(StiffnessCommand, TakesUnits) {
+TEST(StiffnessCommand, AcceptsUnits) {
   const Outcome plain = identify(as_it_is + "--sigma-marker 0.001");
   const Outcome units =
       identify("--config car.toml --front 18cm,0 --rear -120mm,0 " + film + "--sigma-marker 0.1cm");
@@ -224,7 +224,7 @@ TEST(StiffnessCommand, TakesUnits) {
   EXPECT_EQ(units.out, plain.out);
 }
 
-TEST(StiffnessCommand, EachMistakeIsOneLineThatSaysWhatToDo) {
+TEST(StiffnessCommand, ReportsEachMistakeInOneLine) {
   std::string text = contents("car.toml");
   text.erase(text.find("[vehicle]"), text.find("[can]") - text.find("[vehicle]"));
   write("no_car.toml", text);

@@ -17,7 +17,7 @@ TEST(Quantity, IsReadWithItsUnit) {
   EXPECT_DOUBLE_EQ(parse_not_negative("0.1%", Dimension::pure, "--x"), 0.001);
 }
 
-TEST(Quantity, OfAnotherKindOrImpossibleIsRefused) {
+TEST(Quantity, IsRefusedWithAnotherUnitOrIfImpossible) {
   const std::pair<const char*, const char*> cases[]{
       {"3mm", "--front: \"3mm\": the unit must be kg or g"},
       {"3N", "--front: \"3N\": the unit must be kg or g"},
@@ -47,7 +47,7 @@ std::optional<Measured> mass(const std::vector<Weighing>& weighings, const Scale
   return mass_of(wheel_loads(weighings, by), by);
 }
 
-TEST(Weighing, RepeatingTakesTheScatterDownButNotTheGainNorTheRounding) {
+TEST(Weighing, ReducesScatterByRepetitionButNotGainOrRounding) {
   const std::vector<Weighing> four(4, {Load::total, 2.0});
   ASSERT_TRUE(mass(four));
   EXPECT_DOUBLE_EQ(mass(four)->value, 2.0);
@@ -56,7 +56,7 @@ TEST(Weighing, RepeatingTakesTheScatterDownButNotTheGainNorTheRounding) {
               1e-6);
 }
 
-TEST(Weighing, AddsUpWhateverPartsDetermineTheWhole) {
+TEST(Weighing, AddsPartsThatDetermineTheWhole) {
   const auto axles = mass({{Load::front, 1.0}, {Load::rear, 2.0}});
   EXPECT_NEAR(axles->value, 3.0, 1e-12);
   EXPECT_NEAR(axles->sigma, std::hypot(0.002 * std::sqrt(2.0), 0.003), 1e-12);
@@ -68,7 +68,7 @@ TEST(Weighing, AddsUpWhateverPartsDetermineTheWhole) {
   EXPECT_FALSE(mass({{Load::front, 1.0}, {Load::left, 2.0}}));
 }
 
-TEST(Weighing, ContradictionsWidenTheUncertaintyAndAreReported) {
+TEST(Weighing, WidensTheUncertaintyForContradictionsAndReportsThem) {
   const auto contradiction_in = [](const std::vector<Weighing>& weighings, const Scale& by) {
     return contradiction(wheel_loads(weighings, by));
   };
@@ -91,7 +91,7 @@ TEST(Weighing, ContradictionsWidenTheUncertaintyAndAreReported) {
   EXPECT_NEAR(both->sigma, 0.02, 0.003);
 }
 
-TEST(Weighing, WhatCannotBeIsRefused) {
+TEST(Weighing, RefusesImpossibleLoads) {
   const Scale grams{.resolution = 0.001};
   const struct {
     std::vector<Weighing> weighings;
@@ -119,7 +119,7 @@ TEST(Weighing, WhatCannotBeIsRefused) {
   EXPECT_EQ(refusal({{Load::front, 1.2}, {Load::total, 3.0}}, scale), "");
 }
 
-TEST(Weighing, LaysTheCentreOfGravityByTheLevers) {
+TEST(Weighing, ComputesTheCentreOfGravity) {
   const std::vector<Weighing> weighings{
       {Load::front, 1.0}, {Load::rear, 2.0}, {Load::left, 1.6}, {Load::right, 1.4}};
   const Dimensions tape{.wheelbase = {0.3, 0.0}, .track_width = Measured{0.15, 0.0}};
@@ -150,10 +150,10 @@ TEST(Weighing, AllowsForTapeAndSlope) {
               0.3 * 0.0075 * std::sqrt(5.0) / 9.0, 1e-6);
 }
 
-TEST(Findings, HaveAPerCentWhereZeroIsNoValueLikeAnyOther) {
+TEST(Findings, HaveAPercentageUnlessZeroIsANormalValue) {
   const auto text = [](Finding finding) { return as_text({.method = "cog", .values = {finding}}); };
   const auto finding = [](const char* key, double value, double sigma) {
-    return as_finding("x", key, {value, sigma}, "m");
+    return Finding{.name = "x", .key = key, .value = value, .sigma = sigma, .unit = "m"};
   };
   EXPECT_THAT(text(finding("", 1e-5, 1e-3)), Not(HasSubstr("%")));
   EXPECT_THAT(text(finding("", 0.01, 1e-3)), HasSubstr(" 20 %"));
@@ -190,7 +190,7 @@ TEST(IdentifyMass, ReportsAndWrites) {
   EXPECT_THAT(scratch.text("car.toml"), HasSubstr("\nfront_axle = 0.18"));
 }
 
-TEST(IdentifyMass, ReportsATargetThatCannotBeWrittenBeforeTheWorkElseItsNumbers) {
+TEST(IdentifyMass, ReportsAnUnwritableTargetBeforeTheWorkOrPrintsItsNumbers) {
   const Scratch scratch;
   const std::string heavy = "[vehicle]\nmass = \"heavy\"\n";
   scratch.write("broken.toml", "[vehicle\n");
@@ -213,7 +213,7 @@ TEST(IdentifyMass, ReportsATargetThatCannotBeWrittenBeforeTheWorkElseItsNumbers)
   EXPECT_EQ(scratch.text("heavy.toml"), heavy);
 }
 
-TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {
+TEST(IdentifyMass, HasTheSameUncertaintyByAxlesAsCog) {
   const std::string loads = " --front 1 --rear 2 --scale-resolution 1g --json";
   const auto sigma = [&](const std::string& method) {
     const auto json = nlohmann::json::parse(must_run("odom identify " + method + loads));
@@ -226,7 +226,7 @@ TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {
   EXPECT_LT(sigma("mass --level 0"), 0.0032);
 }
 
-TEST(IdentifyMass, SaysWhatIsMissingOrInOtherUnits) {
+TEST(IdentifyMass, ReportsMissingLoadsAndWrongUnits) {
   const Scratch scratch;
   expect_answers(scratch, 0, "odom identify", R"(
 mass --total 2.985 --scale-resolution 1 -> warning: 2 sigma of the mass is 38.7 %
