@@ -21,28 +21,24 @@
 namespace odomd::tools {
 namespace {
 
-struct Arrivals {
-  std::vector<std::int64_t> t_ns;
-  std::array<std::uint64_t, can::max_buses> of_bus{};
-};
-
-Rhythm rhythm_of(Arrivals arrivals, const std::vector<std::string>& buses) {
+Rhythm rhythm_of(const std::vector<const can::Frame*>& frames,
+                 const std::vector<std::string>& buses) {
   Rhythm rhythm;
-  rhythm.frames = arrivals.t_ns.size();
+  std::map<std::size_t, std::size_t> count;  // of frames on each bus
   std::vector<std::int64_t> gaps;
-  for (std::size_t i = 1; i < arrivals.t_ns.size(); ++i)
-    gaps.push_back(arrivals.t_ns[i] - arrivals.t_ns[i - 1]);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    ++count[frames[i]->bus];
+    if (i > 0) gaps.push_back(frames[i]->time_ns - frames[i - 1]->time_ns);
+  }
   if (!gaps.empty()) {
     std::ranges::sort(gaps);
     rhythm.cycle = 1e-9 * static_cast<double>(gaps[gaps.size() / 2]);
     rhythm.longest = 1e-9 * static_cast<double>(gaps[(gaps.size() - 1) * 999 / 1000]);
   }
-  std::vector<std::size_t> order;
-  for (std::size_t bus = 0; bus < buses.size(); ++bus)
-    if (arrivals.of_bus.at(bus) > 0) order.push_back(bus);
-  std::ranges::sort(order, std::ranges::greater{},
-                    [&](std::size_t bus) { return arrivals.of_bus.at(bus); });
-  for (const std::size_t bus : order) rhythm.buses.push_back(buses[bus]);
+  std::vector<std::pair<std::size_t, std::size_t>> busiest(count.begin(), count.end());
+  std::ranges::stable_sort(busiest, std::ranges::greater{},
+                           [](const auto& bus) { return bus.second; });
+  for (const auto& [bus, frames_of_it] : busiest) rhythm.buses.push_back(buses.at(bus));
   return rhythm;
 }
 
@@ -135,16 +131,13 @@ Traffic listen(const std::string& interface, double seconds) {
 
 std::map<std::uint32_t, Rhythm> rhythms(const Traffic& traffic,
                                         std::span<const can::Database> databases) {
-  std::map<std::uint32_t, Arrivals> arrivals;
+  std::map<std::uint32_t, std::vector<const can::Frame*>> came;
   const can::MessageIndex index(databases);
   for (const can::Frame& frame : traffic.frames)
-    if (const can::Message* message = index.find(frame)) {
-      Arrivals& arrived = arrivals[can::frame_key(message->id, message->format)];
-      arrived.t_ns.push_back(frame.time_ns);
-      ++arrived.of_bus.at(frame.bus);
-    }
+    if (const can::Message* message = index.find(frame))
+      came[can::frame_key(message->id, message->format)].push_back(&frame);
   std::map<std::uint32_t, Rhythm> result;
-  for (auto& [key, arrived] : arrivals) result[key] = rhythm_of(std::move(arrived), traffic.buses);
+  for (const auto& [key, frames] : came) result[key] = rhythm_of(frames, traffic.buses);
   return result;
 }
 
