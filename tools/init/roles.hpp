@@ -2,6 +2,7 @@
 // their size. Pure: does not look at a log (behaviour.cpp does that).
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,19 +22,17 @@ struct Candidate {
   const can::Signal* fraction = nullptr;  ///< the fine part of a coarse signal, which is added
   std::vector<Companion> valid_when;      ///< all must hold; those without a value are ignored
   std::optional<Companion> sign;
-  std::vector<std::int64_t> unless_raw;  ///< named by the database as invalid
-  bool all_ones = false;                 ///< occurs in the log, and is left out
-  can::Unit unit = can::Unit::none;      ///< the database's, or the role's usual one
-  double score = 0.0;                    ///< comparable within a role only
-  std::vector<std::string> warnings;     ///< why name, unit or size are uncertain; empty: none
-  double forward = 0.0, reverse = 0.0;   ///< physical values of the role direction
+  std::optional<can::UnlessRaw> unless_raw;  ///< named by the database, or all ones in the log
+  can::Unit unit = can::Unit::none;          ///< the database's, or the role's usual one
+  double score = 0.0;                        ///< comparable within a role only
+  std::vector<std::string> warnings;         ///< why name, unit or size are uncertain
+  std::optional<double> forward, reverse;    ///< physical values; of the role direction only
 
   [[nodiscard]] std::string name() const { return message->name + "." + signal->name; }
 };
 
-/// The candidates for a role, the best first; at most `most`.
+/// The eight best candidates for a role, the best first.
 [[nodiscard]] std::vector<Candidate> candidates_for(estimator::Source role,
-                                                    std::span<const can::Database> databases,
-                                                    std::size_t most = 4);
+                                                    std::span<const can::Database> databases);
 
 }  // namespace odomd::tools

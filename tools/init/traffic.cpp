@@ -52,25 +52,17 @@ can::SignalBinding binding_for(const Candidate& candidate) {
   for (const Companion& one : candidate.valid_when)
     binding.valid_when.push_back({one.signal->name, one.value.value()});
   if (candidate.sign) binding.sign = {candidate.sign->signal->name, *candidate.sign->value};
-  if (!candidate.unless_raw.empty())
-    binding.unless_raw = {can::UnlessRaw::Pattern::listed, candidate.unless_raw};
-  else if (candidate.all_ones)
-    binding.unless_raw = {can::UnlessRaw::Pattern::all_ones, {}};
+  binding.unless_raw = candidate.unless_raw;
   binding.unit = candidate.unit;
   binding.radius_m = 1.0;  // a speed in rpm becomes an angular velocity
-  if (candidate.role == estimator::Source::direction) {
-    binding.forward = candidate.forward;
-    binding.reverse = candidate.reverse;
-  }
+  binding.forward = candidate.forward;
+  binding.reverse = candidate.reverse;
   return binding;
 }
 
-std::uint64_t bits_in(const can::Signal& signal, const can::Frame& frame) {
-  return can::extract_bits(can::layout_of(signal), frame.data);
-}
-
 double physical_in(const can::Signal& signal, const can::Frame& frame) {
-  return can::physical_value(can::layout_of(signal), bits_in(signal, frame));
+  const can::SignalLayout layout = can::layout_of(signal);
+  return can::physical_value(layout, can::extract_bits(layout, frame.data));
 }
 
 /// The frames with the signals of the candidate and its companions; their stamps rise.
@@ -152,16 +144,17 @@ Series series_of(const Traffic& traffic, std::span<const can::Database> database
   }
   std::erase_if(candidate.valid_when, [](const Companion& one) { return !one.value; });
   constexpr int shortest = 8, longest = 52;  // bits
-  const std::uint64_t ones = can::low_bits(signal.length);
-  candidate.all_ones = signal.type == can::ValueType::unsigned_integer &&
-                       signal.length >= shortest && signal.length < longest &&
-                       std::ranges::any_of(frames, [&](const can::Frame* frame) {
-                         return bits_in(signal, *frame) == ones;
-                       });
-  if (candidate.all_ones && !candidate.unless_raw.empty() &&
-      std::ranges::find(candidate.unless_raw, static_cast<std::int64_t>(ones)) ==
-          candidate.unless_raw.end())
-    candidate.unless_raw.push_back(static_cast<std::int64_t>(ones));
+  const auto ones = static_cast<std::int64_t>(can::low_bits(signal.length));
+  if (signal.type == can::ValueType::unsigned_integer && signal.length >= shortest &&
+      signal.length < longest && std::ranges::any_of(frames, [&](const can::Frame* frame) {
+        return can::extract_bits(can::layout_of(signal), frame->data) ==
+               static_cast<std::uint64_t>(ones);
+      })) {
+    if (!candidate.unless_raw)
+      candidate.unless_raw = {can::UnlessRaw::Pattern::all_ones, {}};
+    else if (auto& raws = candidate.unless_raw->values; std::ranges::find(raws, ones) == raws.end())
+      raws.push_back(ones);
+  }
   // While it starts, a control unit may send the range's minimum or maximum; 0 counts as a value.
   const auto ready = std::ranges::find_if_not(frames, [&](const can::Frame* frame) {
     const double value = physical_in(signal, *frame);

@@ -150,7 +150,7 @@ TEST(Roles, TakeNoRawValueThatASignalCannotHave) {
   const can::Database made =
       database(signal("YawRate", "deg/s", 9) +
                "VAL_ 100 YawRate 255 \"SNA\" 256 \"Invalid\" -300 \"Fault\" ;\n");
-  EXPECT_EQ(candidates_for(Source::yaw_rate, {&made, 1}).at(0).unless_raw,
+  EXPECT_EQ(candidates_for(Source::yaw_rate, {&made, 1}).at(0).unless_raw.value().values,
             std::vector<std::int64_t>{255});
 }
 
