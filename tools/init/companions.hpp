@@ -28,8 +28,9 @@ struct Companion {
 /// Raw values that the database names as invalid.
 [[nodiscard]] std::vector<std::int64_t> invalid_raws(const can::Signal& measured);
 
-/// Sets the value of a validity signal: the most frequent one in the log's second half, or without
-/// a log by its name. A log that contradicts the database leaves none, with a warning.
+/// Sets the value of a validity signal: the most frequent one in the log's second half; without a
+/// log it is the database's or none. A log that contradicts the database leaves none, with a
+/// warning.
 void settle(Companion& companion, std::span<const double> seen, std::vector<std::string>& warnings);
 
 }  // namespace odomd::tools
