@@ -150,6 +150,9 @@ TEST(Configuration, InOtherUnitsOrWithoutARoleIsNamedOnce) {
               ElementsAre(Named("mass_unlike_a_car", "front_axle and rear_axle in metres")));
   EXPECT_THAT(found_in(drive_with({{"yaw_rate = {", "#"}})),
               ElementsAre(Named("role_not_mapped", "yaw_rate")));
+  EXPECT_THAT(found_in(drive_with({{steering, steering + ", timeout = 0.005"}})),
+              ElementsAre(Named("source_unused", "gave no value in its timeout",
+                                HasSubstr("can.signals.steering"))));
   // Guesses of odom init.
   const Drive drive = drive_with({{"mass = 2.985", "mass = 2.985  # UNSURE: a guess"}});
   EXPECT_THAT(examine_drive(drive).note, StartsWith("1 line of edited.toml is marked UNSURE"));
