@@ -1,6 +1,6 @@
 // A companion is named like its signal, with an additional token and perhaps without the ending:
 // "IMU_YawSigSta" for "IMU_YawRtVal".
-#include "tools/init/companions.hpp"
+#include "tools/init/roles.hpp"
 
 #include <algorithm>
 #include <array>

@@ -133,11 +133,6 @@ void add_speed_notes(Proposal& proposal) {
 
 }  // namespace
 
-bool Proposal::needs_radius() const {
-  return std::ranges::any_of(wheel_sources,
-                             [&](Source role) { return has(role) && of(role)->turns(); });
-}
-
 bool Proposal::has_axle() const {
   return std::ranges::any_of(estimator::wheel_pairs,
                              [&](const auto& pair) { return has(pair.first) && has(pair.second); });
