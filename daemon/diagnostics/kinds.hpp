@@ -187,8 +187,6 @@ inline constexpr auto bus = std::to_array<Kind>({
     {"W714", "other_rate", "A mapped message's rate differs from the database.",
      "if its sender is right, write {LINE} in the database", within(0.5, 1.5), "",
      "ratio to GenMsgCycleTime"},
-    {"W715", "slower_than_timeout", "A mapped message is rarer than its signals' timeout.",
-     "set timeout of {KEY}"},
 });
 
 /// A running daemon, from its status. Those of its sensors are in `sensors`.

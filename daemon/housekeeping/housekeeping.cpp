@@ -17,6 +17,7 @@
 #include <fmt/ranges.h>
 
 #include "base/wall_clock.hpp"
+#include "daemon/core/conditions.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -171,9 +172,8 @@ void Housekeeping::report(const Event& event) {
 
 void Housekeeping::report_mode(const odom_pose& pose, std::int64_t now_ns) {
   if (pose.mode == logged_mode_ || now_ns - mode_logged_ns_ < mode_every_ns) return;
-  const auto conditions = condition_names(pose.conditions);
-  const auto because =
-      conditions.empty() ? std::string() : fmt::format(" ({})", fmt::join(conditions, ", "));
+  const auto names = condition_names(pose.conditions);
+  const auto because = names.empty() ? std::string() : fmt::format(" ({})", fmt::join(names, ", "));
   const std::string text = fmt::format("mode: {}{}, was {}", odom_mode_name(pose.mode), because,
                                        odom_mode_name(logged_mode_));
   const bool matters = pose.mode == ODOM_FAULT || pose.mode == ODOM_DEGRADED ||

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "daemon/core/conditions.hpp"
 #include "daemon/core/pipeline.hpp"
 #include "daemon/core/record.hpp"
 #include "daemon/sockets/json.hpp"
@@ -19,12 +20,6 @@ namespace {
 
 constexpr double ns_per_s = 1e9;
 constexpr double ns_per_us = 1e3;
-
-constexpr std::array<std::string_view, 20> conditions_by_bit{
-    "not_realtime", "restarted",    "bus_down",      "signal_timeout",    "protection",
-    "frames_lost",  "carried_over", "clock_stepped", "suspended",         "camera_rejected",
-    "model_fault",  "non_finite",   "input_ended",   "sensor_fault",      "wheel_slip",
-    "miswired",     "inconsistent", "bias_unlearnt", "scale_implausible", "camera_refused"};
 
 constexpr std::array<std::string_view, 4> link_names{"up", "down", "gone", "ended"};
 
@@ -342,13 +337,6 @@ std::string status_json(const Running& running, const PublishedPose& published,
   json.member("events_dropped", running.events.dropped());
   json.end_object();
   return json.text() + "\n";
-}
-
-std::vector<std::string_view> condition_names(std::uint32_t conditions) {
-  std::vector<std::string_view> names;
-  for (std::size_t bit = 0; bit < conditions_by_bit.size(); ++bit)
-    if ((conditions >> bit & 1U) != 0) names.push_back(conditions_by_bit[bit]);
-  return names;
 }
 
 double percentile_us(std::span<const std::uint64_t, ODOM_HISTOGRAM_BUCKETS> histogram, double share,

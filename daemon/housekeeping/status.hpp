@@ -5,8 +5,6 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include <odom/odom.h>
 
@@ -23,9 +21,6 @@ struct PublishedPose {
 
 [[nodiscard]] std::string status_json(const Running& running, const PublishedPose& published,
                                       std::int64_t now_ns);
-
-/// The names of the ODOM_COND_ bits that are set, in their order.
-[[nodiscard]] std::vector<std::string_view> condition_names(std::uint32_t conditions);
 
 /// The quantile [us] of a histogram: the upper edge of its bucket, at most `max_ns`. 0 without
 /// samples.

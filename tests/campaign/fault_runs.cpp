@@ -23,7 +23,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "daemon/housekeeping/status.hpp"
+#include "daemon/core/conditions.hpp"
 #include "estimator/integrity/integrity.hpp"
 #include "tests/campaign/source_flags.hpp"
 #include "tools/math/random.hpp"

@@ -53,7 +53,7 @@ tools/cli: base shm_api daemon/core
 tools/drive_files: daemon/diagnostics base can_protocol can_protocol/sources estimator/common estimator/integrity
     shm_api/include/odom daemon/core tools/cli
 tools/chart: tools/cli
-tools/diagnostics: daemon/diagnostics estimator/common shm_api/include/odom daemon/core tools/math tools/cli
+tools/diagnostics: daemon/diagnostics estimator/common daemon/core tools/math tools/cli
     tools/drive_files
 tools/replay: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
     estimator/common daemon/core tools/cli tools/drive_files tools/diagnostics
@@ -61,7 +61,7 @@ tools/evaluation: daemon/diagnostics estimator/common daemon/core tools/math too
     tools/diagnostics tools/replay
 tools/live: base can_protocol can_protocol/sources estimator/common shm_api/include/odom
     shm_api/libodom daemon/core tools/cli
-tools/live/watch: base shm_api/include/odom shm_api tools/cli tools/drive_files tools/diagnostics tools/live
+tools/live/watch: base shm_api/include/odom shm_api daemon/core tools/cli tools/drive_files tools/live
 tools/report: estimator/common daemon/core tools/math tools/cli tools/drive_files tools/chart tools/evaluation
     tools/live
 tools/bridge: base estimator/common shm_api/include/odom tools/math tools/cli tools/drive_files tools/live

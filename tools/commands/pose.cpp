@@ -11,13 +11,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "daemon/core/conditions.hpp"
 #include "tools/cli/command.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/daemon_options.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/diagnostics/conditions.hpp"
 #include "tools/drive_files/pose_csv.hpp"
 #include "tools/live/daemon_link.hpp"
 #include "tools/live/tick_follower.hpp"
@@ -53,9 +53,6 @@ std::string as_json(const odom_pose& pose, std::int64_t age_ns, odom_clock clock
   const auto sigma = [&pose](std::size_t diagonal) {
     return std::sqrt(std::max(0.0, pose.covariance[diagonal]));
   };
-  nlohmann::ordered_json conditions = nlohmann::ordered_json::array();
-  for (const Condition& condition : conditions_in(pose.conditions))
-    conditions.push_back(condition.name);
   const nlohmann::ordered_json json{
       {"fresh", fresh},
       {"tick", pose.tick},
@@ -64,7 +61,7 @@ std::string as_json(const odom_pose& pose, std::int64_t age_ns, odom_clock clock
       {"time_ns", t_ns},
       {"age_s", static_cast<double>(age_ns) / 1e9},
       {"mode", mode_name(pose.mode)},
-      {"conditions", conditions},
+      {"conditions", daemon::condition_names(pose.conditions)},
       {"x", pose.x},
       {"y", pose.y},
       {"yaw", pose.yaw},

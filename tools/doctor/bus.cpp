@@ -41,40 +41,21 @@ std::string id_text(const can::BoundMessage& message, can::IdFormat format) {
                                            : fmt::format("{:08X} (29 bits)", message.id);
 }
 
-bool comes_as(const can::BoundMessage& message, std::uint32_t id, can::IdFormat format) {
-  return message.format == format && ((message.id ^ id) & message.id_mask) == 0;
+bool has_id(const can::BoundMessage& message, std::uint32_t id) {
+  return ((message.id ^ id) & message.id_mask) == 0;
 }
 
-// Compares a message's rate on one bus with the database's, or else with the signals' time-outs.
-std::optional<Diagnostic> check_rate(const Drive& drive, const can::BoundMessage& message,
-                                     const Identifier& seen) {
-  if (seen.rate_hz <= 0.0) return std::nullopt;
-  const std::string subject = fmt::format("message '{}' on {}", message.name, seen.bus);
-  const double period_ms = 1e3 / seen.rate_hz;
-  if (message.cycle_time_ns > 0) {
-    constexpr const diagnostics::Kind& off = kind("other_rate");
-    const double usual_hz = 1e9 / static_cast<double>(message.cycle_time_ns);
-    if (off.limits.hold(seen.rate_hz / usual_hz)) return std::nullopt;
-    return found(off, subject,
-                 fmt::format("comes {:.3g} times a second, by the database {:.3g} times",
-                             seen.rate_hz, usual_hz),
-                 fmt::format("BA_ \"GenMsgCycleTime\" BO_ {} {:.0f};",
-                             can::frame_key(message.id, message.format), period_ms));
-  }
-  std::string keys;
-  std::int64_t shortest_ns = 0;
-  for (const std::uint16_t channel : message.channels) {
-    const std::int64_t timeout_ns = drive.config.can.signals.at(channel).timeout_ns;
-    if (timeout_ns <= 0 || static_cast<double>(timeout_ns) * 1e-6 >= period_ms) continue;
-    keys += (keys.empty() ? "can.signals." : ", can.signals.") +
-            std::string{estimator::source_names.at(channel)};
-    shortest_ns = shortest_ns == 0 ? timeout_ns : std::min(shortest_ns, timeout_ns);
-  }
-  if (keys.empty()) return std::nullopt;
-  return found(kind("slower_than_timeout"), subject,
-               fmt::format("comes every {:.3g} s, the timeout of its signals is {:.3g} s",
-                           1e-3 * period_ms, 1e-9 * static_cast<double>(shortest_ns)),
-               fmt::format("{} to {:.2g} or more", keys, 3e-3 * period_ms));
+// Compares a message's rate on one bus with the database's. The replay compares it with timeouts.
+std::optional<Diagnostic> check_rate(const can::BoundMessage& message, const Identifier& seen) {
+  constexpr const diagnostics::Kind& off = kind("other_rate");
+  if (seen.rate_hz <= 0.0 || message.cycle_time_ns <= 0) return std::nullopt;
+  const double usual_hz = 1e9 / static_cast<double>(message.cycle_time_ns);
+  if (off.limits.hold(seen.rate_hz / usual_hz)) return std::nullopt;
+  return found(off, fmt::format("message '{}' on {}", message.name, seen.bus),
+               fmt::format("comes {:.3g} times a second, by the database {:.3g} times",
+                           seen.rate_hz, usual_hz),
+               fmt::format("BA_ \"GenMsgCycleTime\" BO_ {} {:.0f};",
+                           can::frame_key(message.id, message.format), 1e3 / seen.rate_hz));
 }
 
 }  // namespace
@@ -173,7 +154,7 @@ std::vector<Identifier> identifiers_of(const Drive& drive) {
       one.rate_hz = 1e9 * static_cast<double>(times.frames - 1) /
                     static_cast<double>(times.last_ns - times.first_ns);
     for (const can::BoundMessage& message : decoder.messages())
-      if (comes_as(message, id, format)) one.message = message.name;
+      if (message.format == format && has_id(message, id)) one.message = message.name;
     all.push_back(std::move(one));
   }
   return all;
@@ -210,11 +191,14 @@ Diagnostics examine_traffic(const Drive& drive) {
   const std::vector<Identifier> seen = identifiers_of(drive);
   if (seen.empty()) return {found(kind("no_frames"), drive.name, "no frame came")};
   can::Decoder decoder = decoder_of(drive);
-  if (std::ranges::all_of(seen, [](const Identifier& one) { return one.message.empty(); }) &&
-      decoder.messages().size() > 1 &&
+  const auto comes_as = [&](const can::BoundMessage& message, can::IdFormat format) {
+    return std::ranges::any_of(seen, [&](const Identifier& one) {
+      return one.format == format && has_id(message, one.id);
+    });
+  };
+  if (decoder.messages().size() > 1 &&
       std::ranges::none_of(decoder.messages(), [&](const can::BoundMessage& message) {
-        return std::ranges::any_of(
-            seen, [&](const Identifier& one) { return comes_as(message, one.id, message.format); });
+        return comes_as(message, message.format) || comes_as(message, other(message.format));
       }))
     return {found(kind("other_database"), drive.name,
                   fmt::format("none of the {} mapped messages comes, but {} other identifiers",
@@ -226,13 +210,8 @@ Diagnostics examine_traffic(const Drive& drive) {
   Diagnostics all;
   for (std::size_t i = 0; i < decoder.messages().size(); ++i) {
     const can::BoundMessage& message = decoder.messages()[i];
-    const auto with_format = [&](can::IdFormat format) {
-      return std::ranges::find_if(seen, [&](const Identifier& one) {
-        return one.format == format && comes_as(message, one.id, message.format);
-      });
-    };
     const can::IdFormat swapped = other(message.format);
-    if (with_format(message.format) == seen.end() && with_format(swapped) != seen.end()) {
+    if (!comes_as(message, message.format) && comes_as(message, swapped)) {
       all.push_back(found(kind("other_id_format"), fmt::format("message '{}'", message.name),
                           fmt::format("comes as {}, by the database it is {}",
                                       id_text(message, swapped), id_text(message, message.format)),
@@ -241,7 +220,7 @@ Diagnostics examine_traffic(const Drive& drive) {
     }
     append(all, check_message(message, decoder.counters(i)));
     for (const Identifier& one : seen)
-      if (one.message == message.name) append(all, check_rate(drive, message, one));
+      if (one.message == message.name) append(all, check_rate(message, one));
   }
   return all;
 }

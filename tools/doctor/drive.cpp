@@ -139,6 +139,18 @@ Diagnostics find_culprits(const Drive& drive, const SignalLog& log) {
   return all;
 }
 
+/// Delay of the steering's stamps: the response time in [steering] less the measured one. A lower
+/// bound, since the actuator may be slower.
+SourceOffset offset_of(const SteeringResponse& response,
+                       const estimator::SteeringActuator& configured) {
+  return {Source::steering,
+          "the gyro's turn",
+          configured.delay_s + configured.lag_s - response.in_all.value,
+          response.in_all.sigma,
+          response.explained,
+          response.failure};
+}
+
 // Looks for faults that hide others first, then for signs and scales that the replay does not
 // compare, then for latencies. A late sensor, if found, replaces the finding that the camera's
 // poses and the gyro's turns differ in time.

@@ -39,11 +39,6 @@ struct DriveExamination {
 // Finds sensors whose stated latency is wrong, and camera poses that are not on the bus's clock
 // (latencies.cpp).
 
-/// Delay of the steering's stamps: the response time in [steering] less the measured one. A lower
-/// bound, since the actuator may be slower.
-[[nodiscard]] SourceOffset offset_of(const SteeringResponse& response,
-                                     const estimator::SteeringActuator& configured);
-
 /// Reports each source whose offset against the gyro is too large, or only the gyro if all others
 /// are off alike and a wrong latency of the gyro explains that.
 [[nodiscard]] diagnostics::Diagnostics examine_latencies(const daemon::Config& config,

@@ -96,16 +96,6 @@ std::string latencies_unjudged(std::span<const SourceOffset> offsets) {
   return text;
 }
 
-SourceOffset offset_of(const SteeringResponse& response,
-                       const estimator::SteeringActuator& configured) {
-  return {Source::steering,
-          "the gyro's turn",
-          configured.delay_s + configured.lag_s - response.in_all.value,
-          response.in_all.sigma,
-          response.explained,
-          response.failure};
-}
-
 Diagnostics examine_latencies(const daemon::Config& config, std::span<const SourceOffset> offsets) {
   std::vector<SourceOffset> judged;
   std::ranges::copy_if(offsets, std::back_inserter(judged), is_judged);

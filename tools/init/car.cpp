@@ -73,10 +73,11 @@ Car parse_car(const CarTexts& texts) {
 std::vector<std::string> missing_numbers(const Car& car, const Proposal& proposal) {
   const auto& motor = proposal.of(estimator::Source::motor);
   const auto& steering = proposal.of(estimator::Source::steering);
-  const bool motor_turns = motor && motor->turns();
+  const auto turns = [](const std::optional<Choice>& speed) { return speed && speed->turns(); };
+  const bool motor_turns = turns(motor);
   const bool has_command = steering && steering->candidate.unit == can::Unit::none;
   const auto is_needed = [&](std::string_view option) {
-    if (option == "--wheel-radius") return proposal.needs_radius();
+    if (option == "--wheel-radius") return std::ranges::any_of(proposal.roles, turns);
     if (option == "--gear-ratio") return motor_turns;
     if (option == "--pole-pairs") return motor_turns && motor->candidate.unit == can::Unit::erpm;
     if (option == "--track") return !proposal.measured_track && proposal.has_axle();

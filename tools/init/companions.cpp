@@ -1,6 +1,6 @@
 // A companion is named like its signal, with an additional token and perhaps without the ending:
 // "IMU_YawSigSta" for "IMU_YawRtVal".
-#include "tools/init/companions.hpp"
+#include "tools/init/roles.hpp"
 
 #include <algorithm>
 #include <array>
@@ -100,20 +100,6 @@ std::optional<double> value_where(const can::Signal& signal, Named named) {
   return has_raw(signal, raw) ? std::optional(physical(signal, raw)) : std::nullopt;
 }
 
-/// The valid value as the signal's name suggests it, if neither database nor log shows it.
-std::optional<double> value_by_name(const can::Signal& signal) {
-  constexpr auto wrong = std::to_array<std::string_view>(
-      {"invalid", "fault", "falt", "flt", "err", "fehler", "fail", "qbit"});
-  constexpr auto right = std::to_array<std::string_view>({"valid", "vld", "available", "ok"});
-  const auto contains = [name = squeezed(signal.name)](std::string_view token) {
-    return name.find(token) != std::string::npos;
-  };
-  if (signal.length > 1) return std::nullopt;
-  if (std::ranges::any_of(wrong, contains)) return physical(signal, 0);
-  if (std::ranges::any_of(right, contains)) return physical(signal, 1);
-  return std::nullopt;
-}
-
 }  // namespace
 
 std::vector<Companion> validity_of(const can::Message& message, const can::Signal& measured) {
@@ -169,10 +155,7 @@ void settle(Companion& companion, std::span<const double> seen,
   // In the second half a sensor has finished starting.
   std::map<double, std::size_t> counts;
   for (const double value : seen.subspan(seen.size() / 2)) ++counts[value];
-  if (counts.empty()) {
-    if (!companion.value) companion.value = value_by_name(*companion.signal);
-    return;
-  }
+  if (counts.empty()) return;
   const auto usual =
       std::ranges::max_element(counts, {}, [](const auto& one) { return one.second; });
   if (!companion.value) {

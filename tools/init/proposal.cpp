@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <ranges>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -20,11 +21,6 @@ using Rhythms = std::map<std::uint32_t, Rhythm>;
 std::uint32_t key_of(const Candidate& candidate) {
   return can::frame_key(candidate.message->id, candidate.message->format);
 }
-
-struct Observed {
-  Candidate candidate;
-  Series series;
-};
 
 bool moves(const Series& series) {
   const auto [least, most] = std::ranges::minmax_element(series.value);
@@ -45,17 +41,14 @@ bool are_alike(const Series& one, const Series& other) {
   return std::fabs(relation_of(values(0), values(1)).correlation) >= alike;
 }
 
-Choice best_of(std::vector<Observed> observed, bool has_log) {
+Choice best_of(std::vector<Choice> choices, bool has_log) {
   // a signal that never moves ranks below those that do
-  std::ranges::stable_sort(observed, std::ranges::greater{}, [&](const Observed& one) {
-    return one.candidate.score - (has_log && !moves(one.series) ? 2.0 * close_score : 0.0);
+  std::ranges::stable_sort(choices, std::ranges::greater{}, [&](const Choice& choice) {
+    return choice.candidate.score - (has_log && !moves(choice.series) ? 2.0 * close_score : 0.0);
   });
-  Choice choice;
-  choice.candidate = observed.front().candidate;
-  choice.series = std::move(observed.front().series);
+  Choice choice = std::move(choices.front());
   choice.warnings = choice.candidate.warnings;
-  for (std::size_t i = 1; i < observed.size(); ++i) {
-    const Observed& other = observed[i];
+  for (const Choice& other : std::views::drop(choices, 1)) {
     if (choice.candidate.score - other.candidate.score >= close_score) continue;
     if (has_log && !moves(other.series) && moves(choice.series)) continue;
     if (has_log && are_alike(choice.series, other.series))
@@ -140,11 +133,6 @@ void add_speed_notes(Proposal& proposal) {
 
 }  // namespace
 
-bool Proposal::needs_radius() const {
-  return std::ranges::any_of(wheel_sources,
-                             [&](Source role) { return has(role) && of(role)->turns(); });
-}
-
 bool Proposal::has_axle() const {
   return std::ranges::any_of(estimator::wheel_pairs,
                              [&](const auto& pair) { return has(pair.first) && has(pair.second); });
@@ -157,7 +145,7 @@ Proposal propose(std::span<const can::Database> databases, const Traffic& traffi
   std::vector<std::string> absent_speeds;
   for (const Source role : estimator::all_sources) {
     if (role == Source::camera) continue;
-    std::vector<Candidate> candidates = candidates_for(role, databases, 8);
+    std::vector<Candidate> candidates = candidates_for(role, databases);
     std::string absent;
     if (has_log)
       std::erase_if(candidates, [&](const Candidate& candidate) {
@@ -172,12 +160,12 @@ Proposal propose(std::span<const can::Database> databases, const Traffic& traffi
       if (!absent.empty() && estimator::is_wheel(role)) absent_speeds.push_back(absent);
       continue;
     }
-    std::vector<Observed> observed;
+    std::vector<Choice> choices;
     for (Candidate& candidate : candidates) {
       Series series = series_of(traffic, databases, candidate);
-      observed.push_back({std::move(candidate), std::move(series)});
+      choices.push_back({.candidate = std::move(candidate), .series = std::move(series)});
     }
-    Choice choice = best_of(std::move(observed), has_log);
+    Choice choice = best_of(std::move(choices), has_log);
     if (has_log) take_rhythm(choice, came.at(key_of(choice.candidate)));
     proposal.of(role) = std::move(choice);
   }

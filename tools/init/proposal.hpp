@@ -49,8 +49,7 @@ struct Proposal {
     return roles.at(estimator::index_of(role));
   }
   [[nodiscard]] bool has(estimator::Source role) const { return of(role).has_value(); }
-  [[nodiscard]] bool needs_radius() const;  ///< has a speed in turns per minute
-  [[nodiscard]] bool has_axle() const;      ///< has both wheels of an axle
+  [[nodiscard]] bool has_axle() const;  ///< has both wheels of an axle
 };
 
 /// Proposes by names, units and the traffic on the bus; without traffic by the database alone.

@@ -224,8 +224,8 @@ void add_direction(const can::Message& message, const can::Signal& signal,
   const NameWords own = split_words(signal.name), around = split_words(message.name);
   if (!forward || !reverse || is_another({own, around})) return;
   Candidate candidate{.role = Source::direction, .message = &message, .signal = &signal};
-  candidate.forward = *forward;
-  candidate.reverse = *reverse;
+  candidate.forward = forward;
+  candidate.reverse = reverse;
   candidate.score = has(own, gear) ? Fit::in_name : has(around, gear) ? Fit::in_message : 0.0;
   if (has(own, gear_lever)) {
     candidate.score -= Fit::in_message;
@@ -236,8 +236,7 @@ void add_direction(const can::Message& message, const can::Signal& signal,
 
 }  // namespace
 
-std::vector<Candidate> candidates_for(Source role, std::span<const can::Database> databases,
-                                      std::size_t most) {
+std::vector<Candidate> candidates_for(Source role, std::span<const can::Database> databases) {
   std::vector<Candidate> found;
   for (const can::Database& database : databases)
     for (const can::Message& message : database.messages) {
@@ -261,14 +260,15 @@ std::vector<Candidate> candidates_for(Source role, std::span<const can::Database
         candidate.warnings = std::move(fit.warnings);
         candidate.valid_when = validity_of(message, signal);
         candidate.sign = sign_of(message, signal);
-        candidate.unless_raw = invalid_raws(signal);
+        if (auto raws = invalid_raws(signal); !raws.empty())
+          candidate.unless_raw = {can::UnlessRaw::Pattern::listed, std::move(raws)};
         if (role == Source::motor && has_word(seen.own, {&electrical, 1}))
           candidate.unit = can::Unit::erpm;
         if (role == Source::steering) candidate.fraction = fraction_of(message, signal);
       }
     }
   std::ranges::stable_sort(found, std::ranges::greater{}, &Candidate::score);
-  if (found.size() > most) found.resize(most);
+  if (constexpr std::size_t enough = 8; found.size() > enough) found.resize(enough);
   return found;
 }
 

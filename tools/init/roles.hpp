@@ -1,7 +1,10 @@
 // Finds signals of a database that may have a role, from the words of their names, their unit and
-// their size. Pure: does not look at a log (behaviour.cpp does that).
+// their size, with the signals next to them that say whether they are valid, and their sign. Pure:
+// does not look at a log (behaviour.cpp does that).
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -9,9 +12,15 @@
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/decode/signal_binding.hpp"
 #include "estimator/common/measurement.hpp"
-#include "tools/init/companions.hpp"
 
 namespace odomd::tools {
+
+/// A signal next to a measured one, in its message.
+struct Companion {
+  const can::Signal* signal = nullptr;
+  /// The physical value that means "valid", or "negative". None: only a log shows it.
+  std::optional<double> value;
+};
 
 /// A signal that may have a role. Points into the databases.
 struct Candidate {
@@ -21,19 +30,35 @@ struct Candidate {
   const can::Signal* fraction = nullptr;  ///< the fine part of a coarse signal, which is added
   std::vector<Companion> valid_when;      ///< all must hold; those without a value are ignored
   std::optional<Companion> sign;
-  std::vector<std::int64_t> unless_raw;  ///< named by the database as invalid
-  bool all_ones = false;                 ///< occurs in the log, and is left out
-  can::Unit unit = can::Unit::none;      ///< the database's, or the role's usual one
-  double score = 0.0;                    ///< comparable within a role only
-  std::vector<std::string> warnings;     ///< why name, unit or size are uncertain; empty: none
-  double forward = 0.0, reverse = 0.0;   ///< physical values of the role direction
+  std::optional<can::UnlessRaw> unless_raw;  ///< named by the database, or all ones in the log
+  can::Unit unit = can::Unit::none;          ///< the database's, or the role's usual one
+  double score = 0.0;                        ///< comparable within a role only
+  std::vector<std::string> warnings;         ///< why name, unit or size are uncertain
+  std::optional<double> forward, reverse;    ///< physical values; of the role direction only
 
   [[nodiscard]] std::string name() const { return message->name + "." + signal->name; }
 };
 
-/// The candidates for a role, the best first; at most `most`.
+/// The eight best candidates for a role, the best first.
 [[nodiscard]] std::vector<Candidate> candidates_for(estimator::Source role,
-                                                    std::span<const can::Database> databases,
-                                                    std::size_t most = 4);
+                                                    std::span<const can::Database> databases);
+
+// The signals next to a measured one (companions.cpp).
+
+/// Found by name ("YawRate_Stat", "QBit_YawRate", "IMU_Valid") and by the names of the values.
+[[nodiscard]] std::vector<Companion> validity_of(const can::Message& message,
+                                                 const can::Signal& measured);
+
+/// Found by name ("VZ_YawRate", "YawRateSign", "YawRate_Dir"), for a signal without a sign.
+[[nodiscard]] std::optional<Companion> sign_of(const can::Message& message,
+                                               const can::Signal& measured);
+
+/// Raw values that the database names as invalid.
+[[nodiscard]] std::vector<std::int64_t> invalid_raws(const can::Signal& measured);
+
+/// Sets the value of a validity signal: the most frequent one in the log's second half; without a
+/// log it is the database's or none. A log that contradicts the database leaves none, with a
+/// warning.
+void settle(Companion& companion, std::span<const double> seen, std::vector<std::string>& warnings);
 
 }  // namespace odomd::tools

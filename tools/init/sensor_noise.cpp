@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include <fmt/format.h>
@@ -35,15 +34,11 @@ std::optional<double> bias_standing(const Series& signal, const Proposal& propos
   constexpr double quiet = 0.02;  // rad/s: the readings of a creeping car scatter more
   constexpr double still = 0.01;  // m/s
   constexpr std::int64_t margin = 750'000'000;  // ns, before and after a reading
-  std::int64_t from = 0, to = std::numeric_limits<std::int64_t>::max();
-  std::vector<std::int64_t> turning;  // times at which a wheel turns
-  bool has_wheel = false;
+  std::vector<std::int64_t> turning;  // times at which a wheel turns, or its record begins or ends
   for (const Source role : wheel_sources) {
     if (!proposal.has(role) || proposal.of(role)->series.empty()) continue;
     const Series& wheel = proposal.of(role)->series;
-    has_wheel = true;
-    from = std::max(from, wheel.t_ns.front() + margin);
-    to = std::min(to, wheel.t_ns.back() - margin);
+    turning.insert(turning.end(), {wheel.t_ns.front(), wheel.t_ns.back()});
     for (std::size_t i = 0; i < wheel.size(); ++i)
       if (std::fabs(wheel.value[i]) >= still) turning.push_back(wheel.t_ns[i]);
   }
@@ -52,20 +47,17 @@ std::optional<double> bias_standing(const Series& signal, const Proposal& propos
   for (std::size_t i = 0; i < signal.size(); ++i) {
     const std::int64_t t_ns = signal.t_ns[i];
     const auto next = std::ranges::lower_bound(turning, t_ns - margin);
-    if (has_wheel && t_ns > from && t_ns < to && (next == turning.end() || *next > t_ns + margin))
+    if (next != turning.begin() && next != turning.end() && *next > t_ns + margin)
       values.push_back(signal.value[i]);
   }
   if (values.size() < enough) return std::nullopt;
   const double middle = median_of(values);
-  std::vector<double> off;
-  for (const double value : values) off.push_back(value - middle);
-  const double spread = median_of_magnitudes(off);
+  for (double& value : values) value -= middle;
+  const double spread = median_of_magnitudes(values);
   if (spread > quiet) return std::nullopt;
   const double bound = std::max(4.0 * spread, std::min(resolution_of(values), quiet));
-  double sum = 0.0, count = 0.0;
-  for (const double value : off)
-    if (std::fabs(value) <= bound) sum += value, ++count;
-  return middle + sum / count;
+  std::erase_if(values, [bound](double value) { return std::fabs(value) > bound; });
+  return middle + mean_of(values).value;
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 
 #include "can_protocol/decode/name_words.hpp"
 #include "can_protocol/decode/units.hpp"
+#include "tools/identify/common/measured.hpp"
 #include "tools/init/proposal.hpp"
 #include "tools/init/words.hpp"
 
@@ -20,12 +21,9 @@ namespace {
 
 using estimator::Source;
 
-struct Ratio {
-  double value = 0.0, sigma = 0.0;  ///< measured angle / angle of the front wheels
-};
-
-/// At constant speed both terms are proportional; then a typical understeer separates them.
-std::optional<Ratio> ratio_of(const DriveCourse& drive, double wheelbase) {
+/// Measured angle / angle of the front wheels. At constant speed both terms are proportional; then
+/// a typical understeer separates them.
+std::optional<Measured> ratio_of(const DriveCourse& drive, double wheelbase) {
   const Eigen::ArrayXd &angle = drive.of(Source::steering), &yaw = drive.of(Source::yaw_rate);
   const Eigen::ArrayXd slow = (wheelbase * yaw / drive.speed).atan();
   const Eigen::Index n = angle.size();
@@ -56,7 +54,7 @@ std::optional<Ratio> ratio_of(const DriveCourse& drive, double wheelbase) {
   if (!(unexplained < 1.0) || !(std::fabs(found[0]) > 0.0)) return std::nullopt;
   // The gyro's noise makes the slope too small: sigma is half the distance to slope / R².
   const double noise = 0.5 * found[0] * unexplained / (1.0 - unexplained);
-  return Ratio{found[0], std::hypot(std::sqrt(covariance(0, 0)), noise)};
+  return Measured{found[0], std::hypot(std::sqrt(covariance(0, 0)), noise)};
 }
 
 /// The largest angle [rad] in the log; without a log, that of the database.

@@ -21,28 +21,24 @@
 namespace odomd::tools {
 namespace {
 
-struct Arrivals {
-  std::vector<std::int64_t> t_ns;
-  std::array<std::uint64_t, can::max_buses> of_bus{};
-};
-
-Rhythm rhythm_of(Arrivals arrivals, const std::vector<std::string>& buses) {
+Rhythm rhythm_of(const std::vector<const can::Frame*>& frames,
+                 const std::vector<std::string>& buses) {
   Rhythm rhythm;
-  rhythm.frames = arrivals.t_ns.size();
+  std::map<std::size_t, std::size_t> count;  // of frames on each bus
   std::vector<std::int64_t> gaps;
-  for (std::size_t i = 1; i < arrivals.t_ns.size(); ++i)
-    gaps.push_back(arrivals.t_ns[i] - arrivals.t_ns[i - 1]);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    ++count[frames[i]->bus];
+    if (i > 0) gaps.push_back(frames[i]->time_ns - frames[i - 1]->time_ns);
+  }
   if (!gaps.empty()) {
     std::ranges::sort(gaps);
     rhythm.cycle = 1e-9 * static_cast<double>(gaps[gaps.size() / 2]);
     rhythm.longest = 1e-9 * static_cast<double>(gaps[(gaps.size() - 1) * 999 / 1000]);
   }
-  std::vector<std::size_t> order;
-  for (std::size_t bus = 0; bus < buses.size(); ++bus)
-    if (arrivals.of_bus.at(bus) > 0) order.push_back(bus);
-  std::ranges::sort(order, std::ranges::greater{},
-                    [&](std::size_t bus) { return arrivals.of_bus.at(bus); });
-  for (const std::size_t bus : order) rhythm.buses.push_back(buses[bus]);
+  std::vector<std::pair<std::size_t, std::size_t>> busiest(count.begin(), count.end());
+  std::ranges::stable_sort(busiest, std::ranges::greater{},
+                           [](const auto& bus) { return bus.second; });
+  for (const auto& [bus, frames_of_it] : busiest) rhythm.buses.push_back(buses.at(bus));
   return rhythm;
 }
 
@@ -56,25 +52,17 @@ can::SignalBinding binding_for(const Candidate& candidate) {
   for (const Companion& one : candidate.valid_when)
     binding.valid_when.push_back({one.signal->name, one.value.value()});
   if (candidate.sign) binding.sign = {candidate.sign->signal->name, *candidate.sign->value};
-  if (!candidate.unless_raw.empty())
-    binding.unless_raw = {can::UnlessRaw::Pattern::listed, candidate.unless_raw};
-  else if (candidate.all_ones)
-    binding.unless_raw = {can::UnlessRaw::Pattern::all_ones, {}};
+  binding.unless_raw = candidate.unless_raw;
   binding.unit = candidate.unit;
   binding.radius_m = 1.0;  // a speed in rpm becomes an angular velocity
-  if (candidate.role == estimator::Source::direction) {
-    binding.forward = candidate.forward;
-    binding.reverse = candidate.reverse;
-  }
+  binding.forward = candidate.forward;
+  binding.reverse = candidate.reverse;
   return binding;
 }
 
-std::uint64_t bits_in(const can::Signal& signal, const can::Frame& frame) {
-  return can::extract_bits(can::layout_of(signal), frame.data);
-}
-
 double physical_in(const can::Signal& signal, const can::Frame& frame) {
-  return can::physical_value(can::layout_of(signal), bits_in(signal, frame));
+  const can::SignalLayout layout = can::layout_of(signal);
+  return can::physical_value(layout, can::extract_bits(layout, frame.data));
 }
 
 /// The frames with the signals of the candidate and its companions; their stamps rise.
@@ -135,16 +123,13 @@ Traffic listen(const std::string& interface, double seconds) {
 
 std::map<std::uint32_t, Rhythm> rhythms(const Traffic& traffic,
                                         std::span<const can::Database> databases) {
-  std::map<std::uint32_t, Arrivals> arrivals;
+  std::map<std::uint32_t, std::vector<const can::Frame*>> came;
   const can::MessageIndex index(databases);
   for (const can::Frame& frame : traffic.frames)
-    if (const can::Message* message = index.find(frame)) {
-      Arrivals& arrived = arrivals[can::frame_key(message->id, message->format)];
-      arrived.t_ns.push_back(frame.time_ns);
-      ++arrived.of_bus.at(frame.bus);
-    }
+    if (const can::Message* message = index.find(frame))
+      came[can::frame_key(message->id, message->format)].push_back(&frame);
   std::map<std::uint32_t, Rhythm> result;
-  for (auto& [key, arrived] : arrivals) result[key] = rhythm_of(std::move(arrived), traffic.buses);
+  for (const auto& [key, frames] : came) result[key] = rhythm_of(frames, traffic.buses);
   return result;
 }
 
@@ -159,16 +144,17 @@ Series series_of(const Traffic& traffic, std::span<const can::Database> database
   }
   std::erase_if(candidate.valid_when, [](const Companion& one) { return !one.value; });
   constexpr int shortest = 8, longest = 52;  // bits
-  const std::uint64_t ones = can::low_bits(signal.length);
-  candidate.all_ones = signal.type == can::ValueType::unsigned_integer &&
-                       signal.length >= shortest && signal.length < longest &&
-                       std::ranges::any_of(frames, [&](const can::Frame* frame) {
-                         return bits_in(signal, *frame) == ones;
-                       });
-  if (candidate.all_ones && !candidate.unless_raw.empty() &&
-      std::ranges::find(candidate.unless_raw, static_cast<std::int64_t>(ones)) ==
-          candidate.unless_raw.end())
-    candidate.unless_raw.push_back(static_cast<std::int64_t>(ones));
+  const auto ones = static_cast<std::int64_t>(can::low_bits(signal.length));
+  if (signal.type == can::ValueType::unsigned_integer && signal.length >= shortest &&
+      signal.length < longest && std::ranges::any_of(frames, [&](const can::Frame* frame) {
+        return can::extract_bits(can::layout_of(signal), frame->data) ==
+               static_cast<std::uint64_t>(ones);
+      })) {
+    if (!candidate.unless_raw)
+      candidate.unless_raw = {can::UnlessRaw::Pattern::all_ones, {}};
+    else if (auto& raws = candidate.unless_raw->values; std::ranges::find(raws, ones) == raws.end())
+      raws.push_back(ones);
+  }
   // While it starts, a control unit may send the range's minimum or maximum; 0 counts as a value.
   const auto ready = std::ranges::find_if_not(frames, [&](const can::Frame* frame) {
     const double value = physical_in(signal, *frame);

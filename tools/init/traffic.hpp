@@ -32,7 +32,6 @@ struct Traffic {
 
 /// How often a message comes, and on which buses.
 struct Rhythm {
-  std::uint64_t frames = 0;
   double cycle = 0.0;              ///< median time between frames [s]
   double longest = 0.0;            ///< 99.9 % of these times are shorter [s]
   std::vector<std::string> buses;  ///< the buses that carry it, the busiest first

@@ -98,10 +98,7 @@ void settle_motor(Proposal& proposal, int vesc, Car& car) {
         "ratio 1: a wheel that turns with its motor; with gears give --gear-ratio");
   }
   constexpr double slow_s = 0.05;
-  const Series& series = motor->series;
-  if (const auto count = static_cast<double>(series.size());
-      count > 1.0 &&
-      1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front()) > slow_s * count)
+  if (motor->series.cycle() > slow_s)
     motor->warnings.push_back(
         fmt::format("it comes less than {:g} times a second; {}", 1.0 / slow_s, frame_setting));
   if (!proposal.has(estimator::Source::yaw_rate))

@@ -58,10 +58,10 @@ std::string conditions(const Candidate& candidate) {
                         quoted(candidate.sign->signal->name), shortest(*candidate.sign->value));
   if (valid.size() == 1) text += ", valid_when = " + valid.front();
   if (valid.size() > 1) text += fmt::format(", valid_when = [{}]", fmt::join(valid, ", "));
-  if (!candidate.unless_raw.empty())
-    text += fmt::format(", unless_raw = [{}]", fmt::join(candidate.unless_raw, ", "));
-  else if (candidate.all_ones)
-    text += ", unless_raw = \"all_ones\"";
+  if (candidate.unless_raw)
+    text += candidate.unless_raw->values.empty()
+                ? ", unless_raw = \"all_ones\""
+                : fmt::format(", unless_raw = [{}]", fmt::join(candidate.unless_raw->values, ", "));
   return text;
 }
 
@@ -72,8 +72,8 @@ std::string entry(const Choice& choice) {
   std::string text = fmt::format("{{ message = {}, ", quoted(candidate.message->name));
   text += signals.size() == 1 ? "signal = " + quoted(signals.front()) : "sum = " + list_of(signals);
   if (candidate.role == Source::direction) {
-    text += fmt::format(", forward = {}, reverse = {}", shortest(candidate.forward),
-                        shortest(candidate.reverse));
+    text += fmt::format(", forward = {}, reverse = {}", shortest(candidate.forward.value()),
+                        shortest(candidate.reverse.value()));
   } else {
     text += fmt::format(", unit = {}", quoted(std::string(can::unit_name(candidate.unit))));
     if (choice.radius) text += ", radius = " + number(*choice.radius);
@@ -245,8 +245,8 @@ nlohmann::ordered_json as_json(const Draft& draft) {
                       {"message", candidate.message->name},
                       {"signals", signals_of(*choice)}};
     if (candidate.role == Source::direction) {
-      role["forward"] = candidate.forward;
-      role["reverse"] = candidate.reverse;
+      role["forward"] = candidate.forward.value();
+      role["reverse"] = candidate.reverse.value();
     } else {
       role["unit"] = can::unit_name(candidate.unit);
       role["scale"] = choice->scale;

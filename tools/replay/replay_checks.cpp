@@ -10,10 +10,10 @@
 #include <string_view>
 #include <vector>
 
+#include "daemon/core/conditions.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/cli/csv.hpp"
-#include "tools/diagnostics/conditions.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -51,7 +51,7 @@ Diagnostic fault(const ReplaySummary& summary) {
   std::string t;
   append_seconds(t, *summary.fault_ns);
   std::string why;
-  for (const Condition& condition : conditions_in(summary.fault_conditions))
+  for (const daemon::Condition& condition : daemon::conditions_in(summary.fault_conditions))
     why += fmt::format("{}{}: {}", why.empty() ? "" : "; ", condition.name, condition.meaning);
   const double into = static_cast<double>(*summary.fault_ns - summary.first_tick_ns) * 1e-9;
   return found(

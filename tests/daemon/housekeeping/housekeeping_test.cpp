@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "daemon/core/conditions.hpp"
 #include "daemon/housekeeping/controllers.hpp"
 #include "daemon/housekeeping/process_control.hpp"
 #include "daemon/housekeeping/status.hpp"
@@ -118,13 +119,19 @@ TEST(Percentile, IsTheUpperEdgeOfItsBucketAndNoMoreThanTheMaximum) {
   EXPECT_EQ(percentile_us(histogram, 0.5, 70'000'000), 70'000.0);
 }
 
-TEST(ConditionNames, NameEveryBit) {
+TEST(Conditions, HaveANameAndAMeaningForEveryBit) {
+  std::uint32_t bit = 1;
+  for (const Condition& condition : conditions) {
+    EXPECT_EQ(condition.bit, bit) << condition.name;
+    EXPECT_FALSE(condition.meaning.empty()) << condition.name;
+    bit *= 2U;
+  }
+  EXPECT_EQ(bit, 2U * ODOM_COND_CAMERA_REFUSED);
   EXPECT_THAT(condition_names(ODOM_COND_NOT_REALTIME | ODOM_COND_INPUT_ENDED),
               ElementsAre("not_realtime", "input_ended"));
   EXPECT_THAT(condition_names(ODOM_COND_MISWIRED | ODOM_COND_INCONSISTENT |
                               ODOM_COND_BIAS_UNLEARNT | ODOM_COND_SCALE_IMPLAUSIBLE),
               ElementsAre("miswired", "inconsistent", "bias_unlearnt", "scale_implausible"));
-  EXPECT_EQ(condition_names(0xFFFF'FFFF).size(), 20U);
 }
 
 TEST(Json, IsReadBackAsItWasWritten) {

@@ -20,13 +20,9 @@ using ::testing::Each;
 constexpr auto slalom = "--scenario slalom --duration 22";
 
 /// A drive of `odom sim` with these options, simulated once.
-const Scratch& simulated(const std::string& options) {
-  static std::map<std::string, Scratch> made;
-  const auto [place, is_new] = made.try_emplace(options);
-  if (is_new) {
-    must_run("odom sim " + options + " --out " + place->second.path("drive").string());
-  }
-  return place->second;
+const SharedDrive& simulated(const std::string& options) {
+  static std::map<std::string, SharedDrive> made;
+  return made.try_emplace(options, options).first->second;
 }
 
 /// A replacement of all occurrences in car.toml.
@@ -43,11 +39,11 @@ std::string edited(std::string text, const Edit& edit) {
 }
 
 Drive drive_with(const std::vector<Edit>& edits, const std::string& options = slalom) {
-  const Scratch& scratch = simulated(options);
-  std::string text = contents(scratch.path("drive") / "car.toml");
+  const SharedDrive& drive = simulated(options);
+  std::string text = contents(drive.folder / "car.toml");
   for (const Edit& edit : edits) text = edited(std::move(text), edit);
   return read_drive(
-      {.folder = scratch.path("drive"), .config = scratch.write("drive/edited.toml", text)});
+      {.folder = drive.folder, .config = drive.scratch.write("drive/edited.toml", text)});
 }
 
 std::vector<Edit> exchange(const std::string& one, const std::string& other) {
@@ -154,6 +150,9 @@ TEST(Configuration, InOtherUnitsOrWithoutARoleIsNamedOnce) {
               ElementsAre(Named("mass_unlike_a_car", "front_axle and rear_axle in metres")));
   EXPECT_THAT(found_in(drive_with({{"yaw_rate = {", "#"}})),
               ElementsAre(Named("role_not_mapped", "yaw_rate")));
+  EXPECT_THAT(found_in(drive_with({{steering, steering + ", timeout = 0.005"}})),
+              ElementsAre(Named("source_unused", "gave no value in its timeout",
+                                HasSubstr("can.signals.steering"))));
   // Guesses of odom init.
   const Drive drive = drive_with({{"mass = 2.985", "mass = 2.985  # UNSURE: a guess"}});
   EXPECT_THAT(examine_drive(drive).note, StartsWith("1 line of edited.toml is marked UNSURE"));

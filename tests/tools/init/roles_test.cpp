@@ -139,7 +139,8 @@ TEST(Roles, KnowWhoSpeaksOfASignal) {
     const can::Message& message = made.messages.front();
     auto found = validity_of(message, message.signals.front());
     std::vector<std::string> warnings;
-    for (Companion& companion : found) settle(companion, {}, warnings);
+    const std::array in_log{one.valid.value_or(1.0)};
+    for (Companion& companion : found) settle(companion, in_log, warnings);
     EXPECT_EQ(found.empty() ? std::nullopt : found.front().value, one.valid);
     const auto sign = sign_of(message, message.signals.front());
     EXPECT_EQ(sign ? sign->value : std::nullopt, one.negative);
@@ -150,7 +151,7 @@ TEST(Roles, TakeNoRawValueThatASignalCannotHave) {
   const can::Database made =
       database(signal("YawRate", "deg/s", 9) +
                "VAL_ 100 YawRate 255 \"SNA\" 256 \"Invalid\" -300 \"Fault\" ;\n");
-  EXPECT_EQ(candidates_for(Source::yaw_rate, {&made, 1}).at(0).unless_raw,
+  EXPECT_EQ(candidates_for(Source::yaw_rate, {&made, 1}).at(0).unless_raw.value().values,
             std::vector<std::int64_t>{255});
 }
 

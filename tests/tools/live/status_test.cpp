@@ -1,14 +1,10 @@
 // odom status: how it asks for the document and prints it.
-#include <odom/odom.h>
-
 #include <optional>
 #include <tuple>
 #include <vector>
 
-#include "daemon/housekeeping/status.hpp"
 #include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/diagnostics/conditions.hpp"
 #include "tools/live/watch/page.hpp"
 
 namespace odomd::tools::status_test {
@@ -122,19 +118,6 @@ TEST(StatusText, TakesRatesFromTheTimeBetweenTwoDocuments) {
         {before, std::nullopt, "200.0 Hz"},
         {document(0.5, 100), std::optional{other}, "200.0 Hz"}})
     EXPECT_THAT(watch::status_as_text(now, earlier), HasSubstr(rate));
-}
-
-TEST(Conditions, HaveANameAndAMeaningForEveryBit) {
-  const auto all = conditions_in(0xFFFFFFFFU);
-  std::uint32_t bits = 0;
-  for (const Condition& condition : all) {
-    EXPECT_EQ(condition_named(condition.name)->bit, condition.bit);
-    EXPECT_FALSE(condition.meaning.empty());
-    EXPECT_THAT(daemon::condition_names(condition.bit), ::testing::ElementsAre(condition.name));
-    EXPECT_EQ(bits & condition.bit, 0U);
-    bits |= condition.bit;
-  }
-  EXPECT_EQ(bits, 2U * ODOM_COND_CAMERA_REFUSED - 1U);
 }
 
 TEST(Status, PassesTheDocumentOnOrShowsIt) {

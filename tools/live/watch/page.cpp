@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <sstream>
 
 #include <fmt/format.h>
 
+#include "daemon/core/conditions.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/diagnostics/conditions.hpp"
 #include "tools/drive_files/pose_csv.hpp"
 #include "tools/live/status_text.hpp"
 
@@ -59,7 +58,7 @@ Line who(const State& state, std::size_t columns) {
 }
 
 // A condition and its meaning, on as many lines as it needs.
-void append_condition(Lines& lines, const Condition& condition, std::size_t columns) {
+void append_condition(Lines& lines, const daemon::Condition& condition, std::size_t columns) {
   Line line{{fmt::format("   {}", condition.name), Style::warning}, {" "}};
   std::istringstream words{std::string{condition.meaning}};
   for (std::string word; words >> word;) {
@@ -126,7 +125,8 @@ Segment segment_reported(const StatusValue& status, std::int64_t now_ns) {
   odom_pose& pose = segment.pose;
   while (pose.mode < modes.size() && mode_name(pose.mode) != status["mode"].text()) ++pose.mode;
   for (const StatusValue& name : status["conditions"].elements())
-    if (const auto condition = condition_named(name.text())) pose.conditions |= condition->bit;
+    for (const daemon::Condition& condition : daemon::conditions)
+      if (condition.name == name.text()) pose.conditions |= condition.bit;
   pose.tick = from["tick"].count();
   pose.covariance[1] = NAN;
   pose.time_ns = now_ns - ns(from["age_s"]);
@@ -141,7 +141,7 @@ Segment segment_reported(const StatusValue& status, std::int64_t now_ns) {
   for (const auto& [key, index] : {std::pair{"sigma_x", 0}, {"sigma_y", 3}, {"sigma_yaw", 5}})
     pose.covariance[index] = std::pow(from[key].value(), 2);
   pose.reset_count = static_cast<std::uint32_t>(from["reset_count"].count());
-  std::ranges::fill(segment.details.velocity_covariance, std::numeric_limits<double>::quiet_NaN());
+  std::ranges::fill(segment.details.velocity_covariance, NAN);
   odom_info& info = segment.info;
   fmt::format_to_n(info.version, sizeof info.version - 1, "{}", status["version"].text());
   fmt::format_to_n(info.model, sizeof info.model - 1, "{}", status["model"].text());
@@ -194,7 +194,7 @@ Lines mode_lines(const State& state, std::size_t columns) {
     lines.push_back(
         {{fmt::format(" ● {}  ", mode_name(segment.pose.mode)), style}, {std::string{meaning}}});
   }
-  for (const Condition& condition : conditions_in(segment.pose.conditions))
+  for (const daemon::Condition& condition : daemon::conditions_in(segment.pose.conditions))
     append_condition(lines, condition, columns);
   return lines;
 }

@@ -2,8 +2,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "daemon/core/conditions.hpp"
 #include "tests/gtest.hpp"
-#include "tools/diagnostics/conditions.hpp"
 #include "tools/live/line.hpp"
 #include "tools/live/watch/page.hpp"
 #include "tools/live/watch/terminal.hpp"
@@ -165,7 +165,7 @@ TEST(Watch, KeepsTheTextOfAConditionOnANarrowTerminal) {
   std::string text = screen_of(state, {.columns = 60, .rows = 60});
   std::erase(text, '\n');
   for (std::size_t at = 0; (at = text.find("  ", at)) != std::string::npos;) text.erase(at, 1);
-  for (const tools::Condition& condition : tools::conditions_in(0x1FFF))
+  for (const daemon::Condition& condition : daemon::conditions_in(0x1FFF))
     EXPECT_THAT(text,
                 HasSubstr(std::string{condition.name} + " " + std::string{condition.meaning}));
 }

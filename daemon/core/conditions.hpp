@@ -1,15 +1,24 @@
-#include "tools/diagnostics/conditions.hpp"
+// The bits of odom_pose.conditions: their names, and what they mean to people.
+#pragma once
 
 #include <odom/types.h>
 
-#include <algorithm>
 #include <array>
-#include <iterator>
+#include <cstdint>
+#include <ranges>
+#include <string_view>
+#include <vector>
 
-namespace odomd::tools {
-namespace {
+namespace odomd::daemon {
 
-constexpr std::array<Condition, 20> all{{
+struct Condition {
+  std::uint32_t bit = 0;     ///< an ODOM_COND_
+  std::string_view name;     ///< as in the status document
+  std::string_view meaning;  ///< one clause
+};
+
+/// In the order of their bits.
+inline constexpr auto conditions = std::to_array<Condition>({
     {ODOM_COND_NOT_REALTIME, "not_realtime", "the machine refused real-time scheduling or locking"},
     {ODOM_COND_RESTARTED, "restarted", "resumed from the last pose"},
     {ODOM_COND_BUS_DOWN, "bus_down", "a bus is down or gone"},
@@ -35,23 +44,18 @@ constexpr std::array<Condition, 20> all{{
      "a learnt scale is far from its configured value: check it"},
     {ODOM_COND_CAMERA_REFUSED, "camera_refused",
      "a camera connection was refused within the last ten seconds"},
-}};
+});
 
-}  // namespace
-
-std::vector<Condition> conditions_in(std::uint32_t bits) {
-  std::vector<Condition> set;
-  std::copy_if(all.begin(), all.end(), std::back_inserter(set),
-               [bits](const Condition& condition) { return (bits & condition.bit) != 0; });
-  return set;
+/// The conditions that are set.
+[[nodiscard]] inline auto conditions_in(std::uint32_t bits) {
+  return std::views::filter(
+      conditions, [bits](const Condition& condition) { return (bits & condition.bit) != 0; });
 }
 
-std::optional<Condition> condition_named(std::string_view name) {
-  const auto* const found =
-      std::find_if(all.begin(), all.end(),
-                   [name](const Condition& condition) { return condition.name == name; });
-  if (found == all.end()) return std::nullopt;
-  return *found;
+[[nodiscard]] inline std::vector<std::string_view> condition_names(std::uint32_t bits) {
+  std::vector<std::string_view> names;
+  for (const Condition& condition : conditions_in(bits)) names.push_back(condition.name);
+  return names;
 }
 
-}  // namespace odomd::tools
+}  // namespace odomd::daemon
