@@ -179,13 +179,12 @@ Json message_json(const can::BoundMessage& message, const can::MessageCounters& 
           {"some_lost", counters.some_lost.get()}};
 }
 
-Json innovations_json(const InnovationStatistics& statistics) {
-  const bool tested = statistics.count() > 0;
-  return {{"count", statistics.count()},
-          {"gated", statistics.gated()},
-          {"dimension", statistics.dimension()},
-          {"mean_nis", tested ? statistics.mean_nis() : NAN},
-          {"inside_95", tested ? statistics.inside_95() : NAN}};
+Json innovations_json(const InnovationStatistics& tested) {
+  return {{"count", tested.count},
+          {"gated", tested.gated},
+          {"dimension", tested.dimension},
+          {"mean_nis", tested.count > 0 ? tested.mean_nis() : NAN},
+          {"inside_95", tested.count > 0 ? tested.inside_95() : NAN}};
 }
 
 /// `index` is that of an estimator::Source.
@@ -199,12 +198,11 @@ Json source_json(std::size_t index, const Running& running, const PublishedPose&
   };
   const estimator::SourceNoise noise = source.noise.get();
   const std::uint64_t judged = source.judged();
+  const InnovationStatistics innovations = source.innovations.get();
   // A model that does not report each test gives only the ratio of the camera's last one.
-  const double test_ratio = source.innovations.count() > 0 ? source.innovations.last_test_ratio()
-                            : is_camera && judged > 0      ? source.last_test_ratio.get()
-                                                           : NAN;
-  const std::array<double, 3> innovation = source.innovations.last_innovation();
-  const auto dimension = static_cast<std::size_t>(source.innovations.dimension());
+  const double test_ratio = innovations.count > 0     ? innovations.test_ratio
+                            : is_camera && judged > 0 ? source.last_test_ratio.get()
+                                                      : NAN;
   return {
       {"name", estimator::source_names[index]},
       {"configured", is_camera ? running.config.camera.configured : settings.configured},
@@ -221,8 +219,8 @@ Json source_json(std::size_t index, const Running& running, const PublishedPose&
         {"speed_share", estimated(noise.speed_share)}}},
       {"last_verdict", judged == 0 ? "none" : name(estimator::verdict_names, source.last_verdict)},
       {"test_ratio", test_ratio},
-      {"innovation", std::span(innovation).first(dimension)},
-      {"innovations", innovations_json(source.innovations)},
+      {"innovation", std::span(innovations.innovation).first(innovations.dimension)},
+      {"innovations", innovations_json(innovations)},
       {"verdicts", counts_json(estimator::verdict_names, source.verdicts)}};
 }
 

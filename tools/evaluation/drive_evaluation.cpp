@@ -90,8 +90,8 @@ std::optional<double> nis_factor(const ReplaySummary& summary) {
   double logarithms = 0.0;
   int sources = 0;
   for (const daemon::InnovationStatistics& source : summary.innovations) {
-    if (source.count() == 0 || !(source.mean_nis() > 0.0)) continue;
-    logarithms += std::fabs(std::log(source.mean_nis() / source.dimension()));
+    if (source.count == 0 || !(source.mean_nis() > 0.0)) continue;
+    logarithms += std::fabs(std::log(source.nis_per_degree()));
     ++sources;
   }
   if (sources == 0) return std::nullopt;
