@@ -251,12 +251,12 @@ Json clock_json(const Running& running) {
           {"suspends", counters.suspends.get()}};
 }
 
-Json realtime_json(const RealtimeFacts& facts) {
-  return {{"priority", facts.priority},
-          {"cpu", facts.cpu},
-          {"memory_locked", facts.memory_locked},
-          {"dma_latency_held", facts.dma_latency_held},
-          {"refusals", facts.refusals}};
+Json realtime_json(const MachineGrant& machine, const ThreadGrant& beat) {
+  return {{"priority", beat.priority},
+          {"cpu", beat.cpu},
+          {"memory_locked", machine.memory_locked},
+          {"dma_latency_held", static_cast<bool>(machine.dma_latency)},
+          {"refusals", machine.refusals}};
 }
 
 }  // namespace
@@ -290,7 +290,7 @@ std::string status_json(const Running& running, const PublishedPose& published,
     json["sources"].push_back(source_json(i, running, published, now_ns));
   json["camera"] = camera_json(running);
   json["clock"] = clock_json(running);
-  json["realtime"] = realtime_json(running.realtime);
+  json["realtime"] = realtime_json(running.machine, running.beat_thread);
   json["events_dropped"] = running.events.dropped();
   return json.dump(-1, ' ', true, Json::error_handler_t::replace) + '\n';
 }
