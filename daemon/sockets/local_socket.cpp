@@ -138,22 +138,19 @@ gid_t group_named(const std::string& name) {
   return entry.gr_gid;
 }
 
-std::optional<Peer> peer_of(int connection) noexcept {
+Peer peer_of(int connection) noexcept {
   ucred credentials{};
   socklen_t size = sizeof credentials;
-  if (::getsockopt(connection, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)
-    return std::nullopt;
-  return Peer{credentials.pid, credentials.uid};
+  if (::getsockopt(connection, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return {};
+  return {credentials.pid, credentials.uid, credentials.gid};
 }
 
 bool peer_is_welcome(int connection, gid_t group, std::uint32_t mode) {
-  ucred credentials{};
-  socklen_t size = sizeof credentials;
-  if (::getsockopt(connection, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return false;
-  if (credentials.uid == 0 || credentials.uid == ::geteuid()) return true;
-  if ((mode & S_IWOTH) != 0 || credentials.gid == group) return true;
+  const Peer peer = peer_of(connection);
+  if (peer.uid == 0 || peer.uid == ::geteuid()) return true;
+  if ((mode & S_IWOTH) != 0 || peer.gid == group) return true;
   std::vector<gid_t> groups(1 << 10);
-  size = static_cast<socklen_t>(groups.size() * sizeof(gid_t));
+  auto size = static_cast<socklen_t>(groups.size() * sizeof(gid_t));
   if (::getsockopt(connection, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size) != 0) return false;
   groups.resize(size / sizeof(gid_t));
   return std::ranges::find(groups, group) != groups.end();

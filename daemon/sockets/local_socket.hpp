@@ -7,7 +7,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 
 #include "base/file_descriptor.hpp"
@@ -61,11 +60,12 @@ class LocalSocket {
 
 struct Peer {
   pid_t pid = 0;
-  uid_t uid = 0;
+  uid_t uid = static_cast<uid_t>(-1);  ///< -1 is nobody's
+  gid_t gid = static_cast<gid_t>(-1);
 };
 
 /// The process at the other end, as reported by the kernel (SO_PEERCRED).
-[[nodiscard]] std::optional<Peer> peer_of(int connection) noexcept;
+[[nodiscard]] Peer peer_of(int connection) noexcept;
 
 /// Whether the peer may connect: root, our own user, members of `group` (primary, or supplementary
 /// at the time of connecting: SO_PEERGROUPS), or anyone if the mode lets everyone write.

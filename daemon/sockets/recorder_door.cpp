@@ -43,7 +43,7 @@ void RecorderDoor::accept(std::int64_t now_ns, Journal& journal) {
       continue;
     }
     recorder_ = std::move(connection);
-    peer_ = peer_of(recorder_.get()).value_or(Peer{});
+    peer_ = peer_of(recorder_.get());
     stage_ = Stage::waiting;
     begun_ = false;
     buses_ = 0;
