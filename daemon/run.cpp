@@ -122,10 +122,10 @@ std::string socket_advice(std::string_view by) {
 }
 
 /// The status is optional: without its socket the daemon still works.
-std::optional<LocalSocket> open_status_socket(const StatusConfig& config, Journal& journal) {
+std::optional<LocalSocket> open_status_socket(const SocketConfig& config, Journal& journal) {
   try {
-    return LocalSocket({config.socket, SocketType::stream, config.socket_mode, config.socket_group,
-                        socket_advice("--status-socket PATH or [status] socket")});
+    return LocalSocket(
+        {config, SocketType::stream, socket_advice("--status-socket PATH or [status] socket")});
   } catch (const std::exception& error) {
     journal.warn(fmt::format("odom status is not available: {}", error.what()));
     return std::nullopt;
@@ -140,8 +140,7 @@ std::optional<RecorderDoor> open_recorder_door(const Running& running, Journal& 
     return std::optional<RecorderDoor>(
         std::in_place,
         Recorded{config, running.buses, running.writer.info().instance_id, running.tap},
-        LocalSocket({record_socket(config), SocketType::stream, record_mode(config),
-                     config.shm.group, socket_advice("[record] socket")}),
+        LocalSocket({config.record, SocketType::stream, socket_advice("[record] socket")}),
         std::move(files));
   } catch (const std::exception& error) {
     journal.warn(fmt::format("odom record is not available: {}", error.what()));
@@ -151,7 +150,7 @@ std::optional<RecorderDoor> open_recorder_door(const Running& running, Journal& 
 
 std::optional<LocalSocket> open_camera_socket(const CameraConfig& config) {
   if (!config.configured) return std::nullopt;
-  return LocalSocket({config.socket, SocketType::packets, config.socket_mode, config.socket_group,
+  return LocalSocket({config.socket, SocketType::packets,
                       socket_advice("--camera-socket PATH or [camera] socket")});
 }
 

@@ -48,9 +48,9 @@ Housekeeping::Housekeeping(const Running& running, Journal& journal, FileDescrip
       camera_(std::move(camera)),
       status_(std::move(status)),
       recorders_(std::move(recorders)),
-      camera_group_(running.config.camera.socket_group.empty()
+      camera_group_(running.config.camera.socket.group.empty()
                         ? ::getegid()
-                        : group_named(running.config.camera.socket_group)),
+                        : group_named(running.config.camera.socket.group)),
       at_end_(at_end) {}
 
 void Housekeeping::run() {
@@ -99,7 +99,7 @@ void Housekeeping::accept_cameras(std::int64_t now_ns) {
     auto connection = camera_->accept();
     if (!connection) return;
     const Peer peer = peer_of(connection.get());
-    if (!peer_is_welcome(connection.get(), camera_group_, running_.config.camera.socket_mode)) {
+    if (!peer_is_welcome(connection.get(), camera_group_, running_.config.camera.socket.mode)) {
       journal_.warn_counted(
           fmt::format("a camera process (pid {}, uid {}) was refused; add its user to "
                       "the group of [camera] socket_group",

@@ -236,7 +236,7 @@ Json camera_json(const Running& running) {
                              {"messages", connection.messages},
                              {"malformed", connection.malformed}});
   const CameraConfig& config = running.config.camera;
-  return {{"socket", config.configured ? config.socket.string() : ""},
+  return {{"socket", config.configured ? config.socket.path.string() : ""},
           {"messages", counters.camera_messages.get()},
           {"malformed", counters.camera_malformed.get()},
           {"last_latency_s", seen ? seconds(source.last_latency_ns.get()) : NAN},

@@ -39,7 +39,7 @@ TEST(CheckSummary, ShowsTimesSourcesAndWhoMayReachWhat) {
   config.can.sources = {"can0", "-"};
   config.shm.mode = 0640;
   config.shm.group = "odom";
-  config.status.socket = "/run/odomd/status.sock";
+  config.status.path = "/run/odomd/status.sock";
   config.vehicle.grip_rear = 9.5;
   config.vehicle.steering = {.delay_s = 0.06, .lag_s = 0.1, .rate_limit = 3.0};
   config.roll_gradient = 0.12;
@@ -103,9 +103,9 @@ socket_group = "video"
 /// The interfaces' paths and permissions: shared memory, status, camera.
 std::string doors_of(const Config& config) {
   return fmt::format("{} {:o} {}, {} {:o} {}, {} {:o} {}", config.shm.name, config.shm.mode,
-                     config.shm.group, config.status.socket.string(), config.status.socket_mode,
-                     config.status.socket_group, config.camera.socket.string(),
-                     config.camera.socket_mode, config.camera.socket_group);
+                     config.shm.group, config.status.path.string(), config.status.mode,
+                     config.status.group, config.camera.socket.path.string(),
+                     config.camera.socket.mode, config.camera.socket.group);
 }
 
 TEST(Options, CountMoreThanTheFile) {
@@ -141,9 +141,9 @@ TEST(Options, SocketsWithoutAPathAreInTheRuntimeDirectoryOfAnOrdinaryUser) {
   ASSERT_EQ(::setenv("XDG_RUNTIME_DIR", scratch.path("").c_str(), 1), 0);
   const Config config = configured(scratch, "[camera]\nlever_arm = [0.1, 0.0, 0.0]\n");
   const std::filesystem::path directory = ordinary ? scratch.path("") / "odomd" : "/run/odomd";
-  EXPECT_EQ(config.camera.socket, directory / "camera.sock");
-  EXPECT_EQ(config.status.socket, directory / "status.sock");
-  EXPECT_EQ(record_socket(config), directory / "record.sock");
+  EXPECT_EQ(config.camera.socket.path, directory / "camera.sock");
+  EXPECT_EQ(config.status.path, directory / "status.sock");
+  EXPECT_EQ(config.record.path, directory / "record.sock");
   EXPECT_EQ(config.shm.name, "/odomd");
 }
 
