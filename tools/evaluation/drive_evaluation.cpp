@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "daemon/core/pipeline.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/evaluation/camera_reference.hpp"
 #include "tools/evaluation/evaluation.hpp"
@@ -50,7 +51,7 @@ ReplayedDrive replay_with(const Drive& drive, const daemon::Config& config, Fram
   if (result.poses.points.empty()) {
     // The last warning says why there is no pose; if the database is another car's, the first.
     const auto& first = result.warnings.front();
-    const bool is_cause = first.kind == &diagnostics::kind("other_database");
+    const bool is_cause = first.kind == &kind("other_database");
     throw NoPose(drive.folder.string() + ": " + text_of(is_cause ? first : result.warnings.back()),
                  result.warnings);
   }
