@@ -8,31 +8,25 @@
 #include "daemon/check.hpp"
 #include "daemon/core/record.hpp"
 #include "daemon/options.hpp"
+#include "tests/daemon/core/one_wheel.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::daemon::start_test {
 namespace {
 
-using estimator::Source;
-
 Config with_signal(std::int64_t timeout_ns, std::int64_t latency_ns) {
   Config config;
-  can::SignalBinding binding;
-  binding.channel = static_cast<std::uint16_t>(Source::wheel_rear);
-  binding.role = "wheel_rear";
-  binding.message = "WHEEL";
-  binding.signals = {"REAR"};
-  binding.unit = can::Unit::m_per_s;
-  binding.latency_ns = latency_ns;
-  config.can.bindings.push_back(binding);
-  config.can.signals[binding.channel] = {true, 0.05, timeout_ns};
+  config.can.bindings = one_wheel::bindings();
+  can::SignalBinding& wheel = config.can.bindings.front();
+  wheel.latency_ns = latency_ns;
+  config.can.signals[wheel.channel] = {true, 0.05, timeout_ns};
   return config;
 }
 
 TEST(CheckSummary, ShowsTimesSourcesAndWhoMayReachWhat) {
   EXPECT_THAT(
       summary(with_signal(15'000'000, 7'000'000), {}, {}),
-      AllOf(HasSubstr("WHEEL.REAR in m/s, sigma 0.05, time-out 0.015 s, latency 0.007 s\n"),
+      AllOf(HasSubstr("WHEEL.Speed in m/s, sigma 0.05, time-out 0.015 s, latency 0.007 s\n"),
             HasSubstr("every 0.005 s\n"), Not(HasSubstr("  grip ")), Not(HasSubstr("  steering ")),
             Not(HasSubstr("  lean ")), HasSubstr("none: give --can or [can] source")));
   Config config = with_signal(333'333'333, 0);
