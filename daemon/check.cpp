@@ -68,9 +68,10 @@ constexpr std::array symbols{"=", "!=", "<", ">="};
 /// In the order of can::UnlessRaw::Pattern.
 constexpr std::array unavailable{"raw ", "the largest raw value", "all ones"};
 
-std::string access(std::uint32_t mode, const std::string& group) {
-  return group.empty() ? fmt::format("mode {:04o}", mode)
-                       : fmt::format("mode {:04o}, group {}", mode, group);
+/// "/odomd (mode 0640, group odom)"
+std::string described(const SocketConfig& file) {
+  return fmt::format("{} (mode {:04o}{}{})", file.path.string(), file.mode,
+                     file.group.empty() ? "" : ", group ", file.group);
 }
 
 /// Describes a limit; 0 means that there is none.
@@ -143,14 +144,11 @@ std::string summary(const Config& config, std::span<const can::Database> databas
   for (const auto& database : databases)
     lines.add("database", "{}: {} messages", database.file, database.messages.size());
   if (config.camera.configured)
-    lines.add("camera", "{} ({}), at most {} s old", config.camera.socket.string(),
-              access(config.camera.socket_mode, config.camera.socket_group),
+    lines.add("camera", "{}, at most {} s old", described(config.camera.socket),
               config.camera.max_latency_s);
-  lines.add("shared memory", "{} ({})", config.shm.name, access(config.shm.mode, config.shm.group));
-  lines.add("status", "{} ({})", config.status.socket.string(),
-            access(config.status.socket_mode, config.status.socket_group));
-  lines.add("recorders", "{} ({})", record_socket(config).string(),
-            access(record_mode(config), config.shm.group));
+  lines.add("shared memory", "{}", described({config.shm.name, config.shm.mode, config.shm.group}));
+  lines.add("status", "{}", described(config.status));
+  lines.add("recorders", "{}", described(config.record));
   add_signals(lines, config);
   if (!config.can.protections.empty()) lines.title("protection");
   for (const auto& protection : config.can.protections)

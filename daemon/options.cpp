@@ -41,9 +41,9 @@ void place(const Options& options, Config& config) {
   if (!options.runtime_directory.empty()) {
     const auto directory = std::filesystem::absolute(options.runtime_directory);
     config.shm.name = directory / "pose";
-    config.status.socket = directory / "status.sock";
-    config.camera.socket = directory / "camera.sock";
-    config.record.socket = directory / "record.sock";
+    config.status.path = directory / "status.sock";
+    config.camera.socket.path = directory / "camera.sock";
+    config.record.path = directory / "record.sock";
   }
   if (!options.shm.empty()) {
     if (options.shm.size() < 2 || options.shm.front() != '/')
@@ -53,21 +53,21 @@ void place(const Options& options, Config& config) {
   }
   if (!options.camera_socket.empty()) {
     config.camera.configured = true;
-    config.camera.socket = std::filesystem::absolute(options.camera_socket);
+    config.camera.socket.path = std::filesystem::absolute(options.camera_socket);
   }
   if (!options.status_socket.empty())
-    config.status.socket = std::filesystem::absolute(options.status_socket);
-  place_sockets(config, socket_directory());
+    config.status.path = std::filesystem::absolute(options.status_socket);
   if (!options.readers.empty()) {
     config.shm.mode = 0640;
     config.shm.group = options.readers;
-    config.status.socket_mode = 0660;
-    config.status.socket_group = options.readers;
+    config.status.mode = 0660;
+    config.status.group = options.readers;
   }
   if (!options.camera_senders.empty()) {
-    config.camera.socket_mode = 0660;
-    config.camera.socket_group = options.camera_senders;
+    config.camera.socket.mode = 0660;
+    config.camera.socket.group = options.camera_senders;
   }
+  place_sockets(config, socket_directory());
 }
 
 struct Used {
@@ -81,10 +81,11 @@ std::vector<Used> created_files(const Config& config) {
       {"the segment ([shm] name, --shm)", segment},
       {"the lock of the segment", segment + ".lock"},
       {"the unfinished segment", segment + ".tmp"},
-      {"the status socket ([status] socket, --status-socket)", config.status.socket},
-      {"the record socket ([record] socket)", record_socket(config)}};
+      {"the status socket ([status] socket, --status-socket)", config.status.path},
+      {"the record socket ([record] socket)", config.record.path}};
   if (config.camera.configured)
-    all.push_back({"the camera socket ([camera] socket, --camera-socket)", config.camera.socket});
+    all.push_back(
+        {"the camera socket ([camera] socket, --camera-socket)", config.camera.socket.path});
   if (!config.log.file.empty()) all.push_back({"the log ([log] file)", config.log.file});
   return all;
 }
@@ -205,10 +206,9 @@ void require_groups(const Options& options, const Config& config) {
   };
   require(config.shm.group, !options.readers.empty(), "--readers", "[shm] group");
   if (config.camera.configured)
-    require(config.camera.socket_group, !options.camera_senders.empty(), "--camera-senders",
+    require(config.camera.socket.group, !options.camera_senders.empty(), "--camera-senders",
             "[camera] socket_group");
-  require(config.status.socket_group, !options.readers.empty(), "--readers",
-          "[status] socket_group");
+  require(config.status.group, !options.readers.empty(), "--readers", "[status] socket_group");
 }
 
 }  // namespace odomd::daemon

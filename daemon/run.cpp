@@ -122,10 +122,10 @@ std::string socket_advice(std::string_view by) {
 }
 
 /// The status is optional: without its socket the daemon still works.
-std::optional<LocalSocket> open_status_socket(const StatusConfig& config, Journal& journal) {
+std::optional<LocalSocket> open_status_socket(const SocketConfig& config, Journal& journal) {
   try {
-    return LocalSocket({config.socket, SocketType::stream, config.socket_mode, config.socket_group,
-                        socket_advice("--status-socket PATH or [status] socket")});
+    return LocalSocket(
+        {config, SocketType::stream, socket_advice("--status-socket PATH or [status] socket")});
   } catch (const std::exception& error) {
     journal.warn(fmt::format("odom status is not available: {}", error.what()));
     return std::nullopt;
@@ -140,8 +140,7 @@ std::optional<RecorderDoor> open_recorder_door(const Running& running, Journal& 
     return std::optional<RecorderDoor>(
         std::in_place,
         Recorded{config, running.buses, running.writer.info().instance_id, running.tap},
-        LocalSocket({record_socket(config), SocketType::stream, record_mode(config),
-                     config.shm.group, socket_advice("[record] socket")}),
+        LocalSocket({config.record, SocketType::stream, socket_advice("[record] socket")}),
         std::move(files));
   } catch (const std::exception& error) {
     journal.warn(fmt::format("odom record is not available: {}", error.what()));
@@ -151,17 +150,8 @@ std::optional<RecorderDoor> open_recorder_door(const Running& running, Journal& 
 
 std::optional<LocalSocket> open_camera_socket(const CameraConfig& config) {
   if (!config.configured) return std::nullopt;
-  return LocalSocket({config.socket, SocketType::packets, config.socket_mode, config.socket_group,
+  return LocalSocket({config.socket, SocketType::packets,
                       socket_advice("--camera-socket PATH or [camera] socket")});
-}
-
-RealtimeFacts facts_of(const MachineGrant& machine, const ThreadGrant& beat,
-                       const ThreadGrant& relay) {
-  RealtimeFacts facts{machine.memory_locked, static_cast<bool>(machine.dma_latency), beat.priority,
-                      beat.cpu, machine.refusals};
-  for (const auto* grant : {&beat, &relay})
-    facts.refusals.insert(facts.refusals.end(), grant->refusals.begin(), grant->refusals.end());
-  return facts;
 }
 
 }  // namespace
@@ -175,7 +165,7 @@ void run_daemon(const Config& config, std::span<const can::Database> databases,
   auto signals = take_signals();
   Journal journal(config.log);
   for (const auto& warning : warnings) journal.warn(text_of(warning));
-  const MachineGrant machine = prepare_machine();
+  MachineGrant machine = prepare_machine();
 
   // First, because its lock prevents a second daemon from changing anything else.
   shm::Claim claim({config.shm.name, 1024, config.shm.mode, config.shm.group});
@@ -210,16 +200,18 @@ void run_daemon(const Config& config, std::span<const can::Database> databases,
       config.realtime.period_ns);
   const std::int64_t started_ns = monotonic_now();
   BeatThread thread(*beat, config.realtime, machine.memory_locked, resumed);
-  const RealtimeFacts facts = facts_of(machine, thread.grant(), relay.grant());
+  const ThreadGrant granted = thread.grant();
+  for (const auto* grant : {&granted, &relay.grant()})
+    machine.refusals.insert(machine.refusals.end(), grant->refusals.begin(), grant->refusals.end());
 
-  for (const auto& refusal : facts.refusals) journal.warn(refusal);
+  for (const auto& refusal : machine.refusals) journal.warn(refusal);
   if (resumed) journal.info("resuming from the last pose");
   journal.info(fmt::format("odomd {}: model {}, {} into {}", ODOMD_VERSION, name_of(config.model),
                            fmt::join(config.can.sources, ", "), config.shm.name));
 
   ControllerWatch controllers(interfaces_of(config));
-  const Running running{config,  buses,  facts, sources,     log_clock, *pipeline, writer,
-                        cameras, events, *beat, controllers, *tap,      started_ns};
+  const Running running{config, buses,   machine, granted, sources,     log_clock, *pipeline,
+                        writer, cameras, events,  *beat,   controllers, *tap,      started_ns};
   Housekeeping(running, journal, std::move(signals), std::move(camera_socket),
                std::move(status_socket), open_recorder_door(running, journal), settings.at_end)
       .run();

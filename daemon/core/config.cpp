@@ -113,17 +113,15 @@ Config parse_config(std::string text, const std::filesystem::path& file) {
 }
 
 void place_sockets(Config& config, const std::filesystem::path& directory) {
-  if (config.camera.socket.empty()) config.camera.socket = directory / "camera.sock";
-  if (config.status.socket.empty()) config.status.socket = directory / "status.sock";
-}
-
-std::filesystem::path record_socket(const Config& config) {
-  return config.record.socket.empty() ? config.status.socket.parent_path() / "record.sock"
-                                      : config.record.socket;
-}
-
-std::uint32_t record_mode(const Config& config) {
-  return config.shm.mode | (config.shm.mode & 0444U) >> 1U;  // connecting needs write permission
+  const auto place = [](SocketConfig& socket, const std::filesystem::path& path) {
+    if (socket.path.empty()) socket.path = path;
+  };
+  place(config.camera.socket, directory / "camera.sock");
+  place(config.status, directory / "status.sock");
+  place(config.record, config.status.path.parent_path() / "record.sock");
+  const std::uint32_t mode = config.shm.mode;
+  config.record.mode = mode | (mode & 0444U) >> 1U;  // connecting needs write permission
+  config.record.group = config.shm.group;
 }
 
 const can::SignalBinding* binding_of(const Config& config, estimator::Source source) {

@@ -47,11 +47,16 @@ struct CanConfig {
   int receive_buffer = 1 << 20;  ///< SO_RCVBUF in bytes
 };
 
+/// A socket that odomd makes for other programs.
+struct SocketConfig {
+  std::filesystem::path path;  ///< empty: set by place_sockets()
+  std::uint32_t mode = 0660;
+  std::string group;  ///< empty: the group of the process
+};
+
 struct CameraConfig {
   bool configured = false;
-  std::filesystem::path socket;  ///< empty: set by place_sockets()
-  std::uint32_t socket_mode = 0660;
-  std::string socket_group;           ///< empty: the group of the process
+  SocketConfig socket;
   std::array<double, 3> lever_arm{};  ///< x, y [m], yaw [rad] of the reference point, body frame
   double max_latency_s = 0.2;
 };
@@ -66,17 +71,6 @@ struct ShmConfig {
   std::string name = "/odomd";
   std::uint32_t mode = 0644;
   std::string group;
-};
-
-struct StatusConfig {
-  std::filesystem::path socket;  ///< empty: set by place_sockets()
-  std::uint32_t socket_mode = 0666;
-  std::string socket_group;  ///< empty: the group of the process
-};
-
-struct RecordConfig {
-  std::filesystem::path
-      socket;  ///< where `odom record` connects; default: next to the status socket
 };
 
 struct LogConfig {
@@ -111,8 +105,8 @@ struct Config {
   estimator::PaperNoise paper_noise;
   RealtimeConfig realtime;
   ShmConfig shm;
-  StatusConfig status;
-  RecordConfig record;
+  SocketConfig status{.mode = 0666};
+  SocketConfig record;  ///< where `odom record` connects; place_sockets() sets mode and group
   LogConfig log;
   diagnostics::Diagnostics warnings;  ///< about assumptions
 };
@@ -129,12 +123,10 @@ struct Config {
 /// The same for a text; `file` is the name in errors, and paths are relative to it.
 [[nodiscard]] Config parse_config(std::string text, const std::filesystem::path& file);
 
-/// Puts the camera's and the status socket into `directory` if the file names no path.
+/// Places the sockets without a path: the camera's and the status socket in `directory`, the
+/// recorders' next to the status socket. Whoever may read the pose may also record it with its
+/// inputs: call this when [shm] is final.
 void place_sockets(Config& config, const std::filesystem::path& directory);
-/// Where recorders connect: [record] socket, or record.sock next to the status socket.
-[[nodiscard]] std::filesystem::path record_socket(const Config& config);
-/// The mode of record_socket(): whoever may read the pose may also record it with its inputs.
-[[nodiscard]] std::uint32_t record_mode(const Config& config);
 
 /// The model with this name; throws std::invalid_argument that lists the models.
 [[nodiscard]] estimator::Model parse_model(std::string_view name);

@@ -25,6 +25,8 @@ constexpr auto servo = at<&Config::vehicle, &Vehicle::steering, member>;
 template <auto member>
 constexpr auto camera = at<&Config::camera, member>;
 template <auto member>
+constexpr auto camera_socket = at<&Config::camera, &CameraConfig::socket, member>;
+template <auto member>
 constexpr auto tuning = at<&Config::tuning, member>;
 
 constexpr std::array<std::string_view, 7> level_names{"trace", "debug",    "info", "warn",
@@ -81,9 +83,9 @@ constexpr ConfigKey keys[] = {
     {"vehicle", "driven", Choice{driven_names, set_driven}},
     {"can", "timestamps", Choice{timestamp_names, set_timestamps}},
     {"can", "receive_buffer", at<&Config::can, &CanConfig::receive_buffer>, Range{4096, 1 << 30}},
-    {"camera", "socket", camera<&CameraConfig::socket>},
-    {"camera", "socket_mode", camera<&CameraConfig::socket_mode>},
-    {"camera", "socket_group", camera<&CameraConfig::socket_group>},
+    {"camera", "socket", camera_socket<&SocketConfig::path>},
+    {"camera", "socket_mode", camera_socket<&SocketConfig::mode>},
+    {"camera", "socket_group", camera_socket<&SocketConfig::group>},
     {"camera", "lever_arm", camera<&CameraConfig::lever_arm>, any_number, view},
     {"camera", "max_latency", camera<&CameraConfig::max_latency_s>,
      Range{0.0, 10.0, false, "between 0 and 10 (s)"}},
@@ -123,10 +125,10 @@ constexpr ConfigKey keys[] = {
     {"shm", "name", at<&Config::shm, &ShmConfig::name>, any_number, {}, problem_of_name},
     {"shm", "mode", at<&Config::shm, &ShmConfig::mode>, any_number, {}, problem_of_mode},
     {"shm", "group", at<&Config::shm, &ShmConfig::group>},
-    {"status", "socket", at<&Config::status, &StatusConfig::socket>},
-    {"status", "socket_mode", at<&Config::status, &StatusConfig::socket_mode>},
-    {"status", "socket_group", at<&Config::status, &StatusConfig::socket_group>},
-    {"record", "socket", at<&Config::record, &RecordConfig::socket>},
+    {"status", "socket", at<&Config::status, &SocketConfig::path>},
+    {"status", "socket_mode", at<&Config::status, &SocketConfig::mode>},
+    {"status", "socket_group", at<&Config::status, &SocketConfig::group>},
+    {"record", "socket", at<&Config::record, &SocketConfig::path>},
     {"log", "file", at<&Config::log, &LogConfig::file>},
     {"log", "level", Choice{level_names, set_level}},
 };

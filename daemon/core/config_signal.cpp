@@ -52,14 +52,10 @@ void read_signal_names(TableReader& table, can::SignalBinding& binding) {
 
 /// Reads the keys that convert the rotation of a wheel or motor to a speed.
 void read_rolling(TableReader& table, bool rolls, can::SignalBinding& binding) {
-  if (!rolls) {
-    for (const auto* key : {"radius", "ratio", "pole_pairs"})
-      if (table.has(key))
-        table.fail(key,
-                   "applies only to wheels and motor with unit = \"rpm\", \"erpm\", \"rad/s\" "
-                   "or \"deg/s\"");
-    return;
-  }
+  if (!rolls)
+    return table.refuse({"radius", "ratio", "pole_pairs"},
+                        "applies only to wheels and motor with unit = \"rpm\", \"erpm\", \"rad/s\" "
+                        "or \"deg/s\"");
   const auto unit = can::unit_name(binding.unit);
   if (!table.has("radius"))
     table.fail(
@@ -102,8 +98,8 @@ void read_unit(TableReader& table, std::span<const Unit> possible, can::SignalBi
 /// Forward and reverse are physical values of the signal: the sample is +1, -1 or 0.
 void read_direction(TableReader& table, can::SignalBinding& binding) {
   if (binding.signals.size() > 1) table.fail("sum", "a direction is taken from one signal");
-  for (const auto* key : {"unit", "scale", "offset", "radius", "ratio", "pole_pairs", "sign"})
-    if (table.has(key)) table.fail(key, "does not apply to a direction");
+  table.refuse({"unit", "scale", "offset", "radius", "ratio", "pole_pairs", "sign"},
+               "does not apply to a direction");
   table.require("forward");
   table.require("reverse");
   table.read("forward", binding.forward.emplace(), any_number);
@@ -183,8 +179,7 @@ void read_signal(const std::string& role, TableReader table, CanConfig& can) {
   if (source == Source::direction) {
     read_direction(table, binding);
   } else {
-    for (const auto* key : {"forward", "reverse"})
-      if (table.has(key)) table.fail(key, "belongs to the role direction");
+    table.refuse({"forward", "reverse"}, "belongs to the role direction");
     read_unit(table, units_of(source), binding);
     table.read("scale", binding.scale, any_number);
     if (binding.scale == 0.0) table.fail("scale", "must not be 0");
@@ -203,8 +198,8 @@ void read_signal(const std::string& role, TableReader table, CanConfig& can) {
   table.read_seconds("timeout", settings.timeout_ns, {0.0, 60.0, false, "between 0 and 60 (s)"});
   if (estimator::is_wheel(source)) {
     table.read("dead_band", settings.dead_band, {0.0, 3.0, true, "between 0 and 3 (m/s)"});
-  } else if (table.has("dead_band")) {
-    table.fail("dead_band", "applies only to wheels and motor; leave it out");
+  } else {
+    table.refuse({"dead_band"}, "applies only to wheels and motor; leave it out");
   }
   table.finish();
   can.bindings.push_back(std::move(binding));

@@ -62,12 +62,7 @@ void TableReader::fail(std::string_view key, const std::string& what) const {
   const toml::node* node = table_->get(key);
   const auto line = (node != nullptr ? node->source() : table_->source()).begin.line;
   throw ConfigError(fmt::format("{}:{}: {}{}{}: {}", file_->string(), std::max(line, 1U), name_,
-                                name_.empty() ? "" : " ", key, what));
-}
-
-void TableReader::fail(const std::string& what) const {
-  const auto line = table_->source().begin.line;
-  throw ConfigError(fmt::format("{}:{}: {}: {}", file_->string(), std::max(line, 1U), name_, what));
+                                name_.empty() || key.empty() ? "" : " ", key, what));
 }
 
 const toml::node* TableReader::find(std::string_view key) {
@@ -77,6 +72,11 @@ const toml::node* TableReader::find(std::string_view key) {
 
 bool TableReader::has(std::string_view key) {
   return find(key) != nullptr;
+}
+
+void TableReader::refuse(std::initializer_list<std::string_view> keys, const std::string& why) {
+  for (const std::string_view key : keys)
+    if (has(key)) fail(key, why);
 }
 
 void TableReader::require(std::string_view key, std::string_view fix) {

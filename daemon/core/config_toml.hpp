@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <optional>
 #include <span>
 #include <string>
@@ -62,7 +63,10 @@ class TableReader {
   void finish() const;
 
   [[noreturn]] void fail(std::string_view key, const std::string& what) const;
-  [[noreturn]] void fail(const std::string& what) const;
+  /// The same about the table as a whole.
+  [[noreturn]] void fail(const std::string& what) const { fail("", what); }
+  /// Throws when the table has one of these keys, which do not apply to it.
+  void refuse(std::initializer_list<std::string_view> keys, const std::string& why);
   /// Throws when the key is missing; `fix` follows "is missing". Names a misspelt key, if any.
   void require(std::string_view key, std::string_view fix = "");
 

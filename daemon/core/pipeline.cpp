@@ -190,7 +190,9 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
   const estimator::Estimate estimate = step(state_.filter, tick_ns);
   for (const estimator::Judgement& judgement : judgements()) {
     const auto source = static_cast<std::size_t>(judgement.source);
-    statistics_.sources[source].innovations.take(judgement);
+    InnovationStatistics innovations = statistics_.sources[source].innovations.get();
+    innovations.take(judgement);
+    statistics_.sources[source].innovations.set(innovations);
     state_.consistency[source].take(judgement);
     if (source == camera) {
       judge_camera(judgement.verdict, judgement.count);

@@ -4,7 +4,9 @@
 
 #include <array>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <tuple>
 
 #include "base/counter.hpp"
 #include "can_protocol/decode/decoder.hpp"
@@ -13,67 +15,60 @@
 
 namespace odomd::daemon {
 
-/// A signed time or a double, as the bit pattern in a counter.
-template <typename Number>
-class SharedNumber {
+/// A value that one thread sets and any may get, word by word: the words may be of two values.
+template <typename T>
+class Shared {
  public:
-  void set(Number value) noexcept { bits_.set(std::bit_cast<std::uint64_t>(value)); }
-  [[nodiscard]] Number get() const noexcept { return std::bit_cast<Number>(bits_.get()); }
+  void set(const T& value) noexcept {
+    const auto words = std::bit_cast<Words>(value);
+    for (std::size_t i = 0; i < words.size(); ++i) counters_[i].set(words[i]);
+  }
+  [[nodiscard]] T get() const noexcept {
+    Words words;
+    for (std::size_t i = 0; i < words.size(); ++i) words[i] = counters_[i].get();
+    return std::bit_cast<T>(words);
+  }
 
  private:
-  Counter bits_;
+  using Words = std::array<std::uint64_t, sizeof(T) / sizeof(std::uint64_t)>;
+  std::array<Counter, std::tuple_size_v<Words>> counters_;
 };
 
 /// Statistics of the innovations of a source: of the samples that were tested, including gated
 /// ones; inputs (without degrees of freedom) are not counted. In a consistent filter the mean of
 /// νᵀS⁻¹ν is the dimension of the innovation, and 95 % of the values are below χ²₉₅.
-class InnovationStatistics {
- public:
+struct InnovationStatistics {
+  std::uint64_t count = 0;
+  std::uint64_t gated = 0;  ///< part of count
+  std::uint64_t dimension = 0;
+  std::uint64_t below_95 = 0;  ///< samples with νᵀS⁻¹ν <= χ²₉₅
+  double nis_sum = 0.0;        ///< of νᵀS⁻¹ν
+  // Of the newest sample.
+  double test_ratio = 0.0;             ///< νᵀS⁻¹ν / gate
+  std::array<double, 3> innovation{};  ///< `dimension` values
+
   void take(const estimator::Judgement& judgement) noexcept;
 
-  [[nodiscard]] std::uint64_t count() const noexcept { return count_.get(); }
-  [[nodiscard]] std::uint64_t gated() const noexcept { return gated_.get(); }  ///< part of count()
-
-  // Statistics of the counted samples; 0 if there are none.
-  [[nodiscard]] int dimension() const noexcept { return static_cast<int>(dimension_.get()); }
-  [[nodiscard]] double mean_nis() const noexcept;  ///< mean of νᵀS⁻¹ν; expected: dimension()
+  [[nodiscard]] double mean_nis() const noexcept;   ///< mean of νᵀS⁻¹ν; 0 without samples
   [[nodiscard]] double inside_95() const noexcept;  ///< share with νᵀS⁻¹ν <= χ²₉₅
-  /// νᵀS⁻¹ν / gate of the newest sample
-  [[nodiscard]] double last_test_ratio() const noexcept { return last_test_ratio_.get(); }
-  [[nodiscard]] std::array<double, 3> last_innovation() const noexcept;  ///< dimension() values
-
- private:
-  Counter count_;
-  Counter gated_;
-  Counter dimension_;
-  Counter inside_95_;
-  SharedNumber<double> nis_sum_;
-  SharedNumber<double> last_test_ratio_;
-  std::array<SharedNumber<double>, 3> last_innovation_;
-};
-
-/// The noise that the filter estimates for a source.
-class NoiseStatistics {
- public:
-  void set(const estimator::SourceNoise& noise) noexcept;
-  [[nodiscard]] estimator::SourceNoise get() const noexcept;
-
- private:
-  SharedNumber<double> stated_, at_rest_, moving_, speed_share_;
+  /// The mean of νᵀS⁻¹ν over its expectation; there must be samples.
+  [[nodiscard]] double nis_per_degree() const noexcept {
+    return mean_nis() / static_cast<double>(dimension);
+  }
 };
 
 struct SourceStatistics {
   std::array<Counter, estimator::verdict_count> verdicts;
-  SharedNumber<std::int64_t> last_time_ns;  ///< when the newest sample was taken
-  Counter last_verdict;                     ///< an estimator::Verdict
-  Counter flag;                             ///< an estimator::SourceFlag, at the last tick
-  Counter wiring;                           ///< a WiringFault, at the last tick
+  Shared<std::int64_t> last_time_ns;  ///< when the newest sample was taken
+  Counter last_verdict;               ///< an estimator::Verdict
+  Counter flag;                       ///< an estimator::SourceFlag, at the last tick
+  Counter wiring;                     ///< a WiringFault, at the last tick
   Counter inconsistent;  ///< 1: at the last tick the NIS had been too large for seconds
   /// Camera only: from the capture of the newest pose to its arrival.
-  SharedNumber<std::int64_t> last_latency_ns;
-  SharedNumber<double> last_test_ratio;  ///< camera only: νᵀS⁻¹ν / gate
-  InnovationStatistics innovations;      ///< for models that test each sample
-  NoiseStatistics noise;                 ///< at the last tick, for models that estimate it
+  Shared<std::int64_t> last_latency_ns;
+  Shared<double> last_test_ratio;            ///< camera only: νᵀS⁻¹ν / gate
+  Shared<InnovationStatistics> innovations;  ///< for models that test each sample
+  Shared<estimator::SourceNoise> noise;      ///< at the last tick, for models that estimate it
 
   /// The samples that got a verdict.
   [[nodiscard]] std::uint64_t judged() const noexcept;

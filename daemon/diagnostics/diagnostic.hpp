@@ -1,5 +1,5 @@
 // A diagnostic: one thing that is wrong or implausible, as the daemon, odomd --check and the tools
-// show it. Each subject has a table of kinds; the kinds for experiments and machines are in
+// show it. Each subject has a table of kinds; the kinds that only tools give are in
 // tools/diagnostics/kinds.hpp.
 #pragma once
 
@@ -26,9 +26,6 @@ inline constexpr std::array chapters{
     Chapter{"Configuration and databases", configuration},
     Chapter{"Logs and records", records},
     Chapter{"Sensors", sensors},
-    Chapter{"Poses: camera, reference and estimate", poses},
-    Chapter{"CAN buses", bus},
-    Chapter{"The running daemon", running},
 };
 
 /// The kind with this name. The compiler checks that the tables have it.

@@ -49,9 +49,9 @@ Housekeeping::Housekeeping(const Running& running, Journal& journal, FileDescrip
       camera_(std::move(camera)),
       status_(std::move(status)),
       recorders_(std::move(recorders)),
-      camera_group_(running.config.camera.socket_group.empty()
+      camera_group_(running.config.camera.socket.group.empty()
                         ? ::getegid()
-                        : group_named(running.config.camera.socket_group)),
+                        : group_named(running.config.camera.socket.group)),
       at_end_(at_end) {}
 
 void Housekeeping::run() {
@@ -99,24 +99,23 @@ void Housekeeping::accept_cameras(std::int64_t now_ns) {
   for (int i = 0; i < accepts_per_turn; ++i) {
     auto connection = camera_->accept();
     if (!connection) return;
-    const auto peer = peer_of(connection.get());
-    if (!peer ||
-        !peer_is_welcome(connection.get(), camera_group_, running_.config.camera.socket_mode)) {
+    const Peer peer = peer_of(connection.get());
+    if (!peer_is_welcome(connection.get(), camera_group_, running_.config.camera.socket.mode)) {
       journal_.warn_counted(
           fmt::format("a camera process (pid {}, uid {}) was refused; add its user to "
                       "the group of [camera] socket_group",
-                      peer ? peer->pid : 0, peer ? peer->uid : 0));
+                      peer.pid, peer.uid));
       running_.cameras.refuse(std::move(connection), -EACCES);
       continue;
     }
-    const auto admission = running_.cameras.admit(std::move(connection), *peer, now_ns);
+    const auto admission = running_.cameras.admit(std::move(connection), peer, now_ns);
     if (admission == CameraDoor::Admission::refused)
       journal_.warn_counted(fmt::format(
           "a camera process (pid {}) was refused: {} are already connected; stop one of them",
-          peer->pid, CameraDoor::max_connections));
+          peer.pid, CameraDoor::max_connections));
     else
       journal_.info_counted(
-          fmt::format("a camera process connected (pid {}, uid {}){}", peer->pid, peer->uid,
+          fmt::format("a camera process connected (pid {}, uid {}){}", peer.pid, peer.uid,
                       admission == CameraDoor::Admission::free_slot
                           ? ""
                           : " in place of one that sent no valid pose for 2 s: all were taken"));

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "can_protocol/bus_names.hpp"
@@ -23,19 +22,11 @@ namespace odomd::daemon {
 class Pipeline;
 class RecordingTap;
 
-/// The real-time privileges that the machine granted, for the status.
-struct RealtimeFacts {
-  bool memory_locked = false;
-  bool dma_latency_held = false;
-  int priority = 0;
-  int cpu = -1;
-  std::vector<std::string> refusals;
-};
-
 struct Running {
   const Config& config;
   const can::BusNames& buses;
-  const RealtimeFacts& realtime;
+  const MachineGrant& machine;
+  const ThreadGrant& beat_thread;
   const std::vector<std::unique_ptr<can::FrameSource>>& sources;
   const can::LogClock& log_clock;
   const Pipeline& pipeline;

@@ -15,7 +15,7 @@ namespace odomd::daemon {
 struct MachineGrant {
   bool memory_locked = false;
   FileDescriptor dma_latency;  ///< /dev/cpu_dma_latency, kept open: prevents deep sleep of the CPUs
-  std::vector<std::string> refusals;  ///< one line each, with the fix
+  std::vector<std::string> refusals;  ///< one line each, with the fix; finally also the threads'
 };
 
 /// Locks present and future memory, and keeps the CPUs out of deep sleep. Call before threads are

@@ -53,7 +53,7 @@ FileDescriptor make_socket(SocketType type) {
 
 /// Makes the directory: after a boot it is gone from /run.
 void make_directory(const LocalSocketSettings& settings) {
-  const std::filesystem::path& path = settings.path;
+  const std::filesystem::path& path = settings.file.path;
   const auto directory = path.parent_path();
   std::error_code error;
   if (std::filesystem::is_directory(directory, error)) return;
@@ -66,22 +66,24 @@ void make_directory(const LocalSocketSettings& settings) {
 /// Removes a socket on which nobody listens any more.
 void remove_stale(const LocalSocketSettings& settings, const sockaddr_un& address) {
   struct stat status {};
-  if (::lstat(settings.path.c_str(), &status) != 0) return;
+  if (::lstat(settings.file.path.c_str(), &status) != 0) return;
   if (!S_ISSOCK(status.st_mode))
-    refuse(settings.path, "exists and is not a socket; remove it or choose another name");
+    refuse(settings.file.path, "exists and is not a socket; remove it or choose another name");
   const FileDescriptor probe = make_socket(settings.type);
   if (::connect(probe.get(), generic(address), sizeof address) == 0 || errno != ECONNREFUSED)
-    refuse(settings.path, "another program is listening there; is odomd already running?");
-  if (::unlink(settings.path.c_str()) != 0) fail(settings.path, "cannot remove the old socket");
+    refuse(settings.file.path, "another program is listening there; is odomd already running?");
+  if (::unlink(settings.file.path.c_str()) != 0)
+    fail(settings.file.path, "cannot remove the old socket");
 }
 
 }  // namespace
 
 LocalSocket::LocalSocket(const LocalSocketSettings& settings) : settings_(settings) {
-  const std::filesystem::path& path = settings_.path;
+  const std::filesystem::path& path = settings_.file.path;
   const sockaddr_un address = address_of(path);
   // As for chown, -1 changes nothing.
-  const gid_t group = settings.group.empty() ? static_cast<gid_t>(-1) : group_named(settings.group);
+  const gid_t group =
+      settings.file.group.empty() ? static_cast<gid_t>(-1) : group_named(settings.file.group);
   make_directory(settings);
   remove_stale(settings, address);
 
@@ -97,8 +99,8 @@ LocalSocket::LocalSocket(const LocalSocketSettings& settings) : settings_(settin
   // Nobody can connect before listen(), so mode and group are set in time. The unit's system call
   // filter allows fchownat, not lchown.
   if (::fchownat(AT_FDCWD, path.c_str(), static_cast<uid_t>(-1), group, AT_SYMLINK_NOFOLLOW) != 0)
-    fail(path, fmt::format("cannot give it to the group {}", settings.group));
-  if (::chmod(path.c_str(), settings.mode) != 0) fail(path, "cannot set its mode");
+    fail(path, fmt::format("cannot give it to the group {}", settings.file.group));
+  if (::chmod(path.c_str(), settings.file.mode) != 0) fail(path, "cannot set its mode");
   if (::listen(descriptor_.get(), backlog) != 0) fail(path, "cannot listen");
 }
 
@@ -138,22 +140,19 @@ gid_t group_named(const std::string& name) {
   return entry.gr_gid;
 }
 
-std::optional<Peer> peer_of(int connection) noexcept {
+Peer peer_of(int connection) noexcept {
   ucred credentials{};
   socklen_t size = sizeof credentials;
-  if (::getsockopt(connection, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)
-    return std::nullopt;
-  return Peer{credentials.pid, credentials.uid};
+  if (::getsockopt(connection, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return {};
+  return {credentials.pid, credentials.uid, credentials.gid};
 }
 
 bool peer_is_welcome(int connection, gid_t group, std::uint32_t mode) {
-  ucred credentials{};
-  socklen_t size = sizeof credentials;
-  if (::getsockopt(connection, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return false;
-  if (credentials.uid == 0 || credentials.uid == ::geteuid()) return true;
-  if ((mode & S_IWOTH) != 0 || credentials.gid == group) return true;
+  const Peer peer = peer_of(connection);
+  if (peer.uid == 0 || peer.uid == ::geteuid()) return true;
+  if ((mode & S_IWOTH) != 0 || peer.gid == group) return true;
   std::vector<gid_t> groups(1 << 10);
-  size = static_cast<socklen_t>(groups.size() * sizeof(gid_t));
+  auto size = static_cast<socklen_t>(groups.size() * sizeof(gid_t));
   if (::getsockopt(connection, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size) != 0) return false;
   groups.resize(size / sizeof(gid_t));
   return std::ranges::find(groups, group) != groups.end();

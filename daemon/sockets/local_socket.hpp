@@ -7,22 +7,27 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 
 #include "base/file_descriptor.hpp"
+#include "daemon/core/config.hpp"
 
 namespace odomd::daemon {
 
 enum class SocketType : int { stream = SOCK_STREAM, packets = SOCK_SEQPACKET };
 
 struct LocalSocketSettings {
-  std::filesystem::path path;
+  SocketConfig file;
   SocketType type = SocketType::stream;
-  std::uint32_t mode = 0660;
-  std::string group;                      ///< of the file; empty: the group of the process
   std::string fix = "name another path";  ///< advice when the socket cannot be created there
 };
+
+/// A socket with this path, for the process's user and group.
+[[nodiscard]] inline SocketConfig socket_at(const std::filesystem::path& path) {
+  SocketConfig socket;
+  socket.path = path;
+  return socket;
+}
 
 /// Listens while it lives; the destructor removes its file, but no other file of that name.
 class LocalSocket {
@@ -38,7 +43,7 @@ class LocalSocket {
   LocalSocket& operator=(const LocalSocket&) = delete;
 
   [[nodiscard]] int get() const noexcept { return descriptor_.get(); }
-  [[nodiscard]] const std::filesystem::path& path() const noexcept { return settings_.path; }
+  [[nodiscard]] const std::filesystem::path& path() const noexcept { return settings_.file.path; }
 
   /// A connection, non-blocking and close-on-exec; empty when none is waiting.
   [[nodiscard]] FileDescriptor accept() const noexcept;
@@ -61,11 +66,12 @@ class LocalSocket {
 
 struct Peer {
   pid_t pid = 0;
-  uid_t uid = 0;
+  uid_t uid = static_cast<uid_t>(-1);  ///< -1 is nobody's
+  gid_t gid = static_cast<gid_t>(-1);
 };
 
 /// The process at the other end, as reported by the kernel (SO_PEERCRED).
-[[nodiscard]] std::optional<Peer> peer_of(int connection) noexcept;
+[[nodiscard]] Peer peer_of(int connection) noexcept;
 
 /// Whether the peer may connect: root, our own user, members of `group` (primary, or supplementary
 /// at the time of connecting: SO_PEERGROUPS), or anyone if the mode lets everyone write.

@@ -5,11 +5,10 @@
 
 #include <cerrno>
 #include <chrono>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include <fmt/format.h>
-
-#include "daemon/sockets/json.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -44,7 +43,7 @@ void RecorderDoor::accept(std::int64_t now_ns, Journal& journal) {
       continue;
     }
     recorder_ = std::move(connection);
-    peer_ = peer_of(recorder_.get()).value_or(Peer{});
+    peer_ = peer_of(recorder_.get());
     stage_ = Stage::waiting;
     begun_ = false;
     buses_ = 0;
@@ -114,18 +113,15 @@ void RecorderDoor::begin_stream() {
 
 std::string RecorderDoor::hello() const {
   const Config& config = recorded_.config;
-  JsonWriter json;
-  json.begin_object();
-  json.member("build", build_identity());
-  json.member("version", ODOMD_VERSION);
-  json.member("instance", fmt::format("{:016x}", recorded_.instance_id));
-  json.member("config", config.file.string());
-  json.member("model", name_of(config.model));
-  json.member("period_ns", config.realtime.period_ns);
-  json.member("camera_expected", config.camera.configured);
-  json.list("sources", config.can.sources);
-  json.end_object();
-  return json.text();
+  const nlohmann::ordered_json json{{"build", build_identity()},
+                                    {"version", ODOMD_VERSION},
+                                    {"instance", fmt::format("{:016x}", recorded_.instance_id)},
+                                    {"config", config.file.string()},
+                                    {"model", name_of(config.model)},
+                                    {"period_ns", config.realtime.period_ns},
+                                    {"camera_expected", config.camera.configured},
+                                    {"sources", config.can.sources}};
+  return json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 void RecorderDoor::send_buses() {

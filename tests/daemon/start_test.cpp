@@ -8,38 +8,32 @@
 #include "daemon/check.hpp"
 #include "daemon/core/record.hpp"
 #include "daemon/options.hpp"
+#include "tests/daemon/core/one_wheel.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::daemon::start_test {
 namespace {
 
-using estimator::Source;
-
 Config with_signal(std::int64_t timeout_ns, std::int64_t latency_ns) {
   Config config;
-  can::SignalBinding binding;
-  binding.channel = static_cast<std::uint16_t>(Source::wheel_rear);
-  binding.role = "wheel_rear";
-  binding.message = "WHEEL";
-  binding.signals = {"REAR"};
-  binding.unit = can::Unit::m_per_s;
-  binding.latency_ns = latency_ns;
-  config.can.bindings.push_back(binding);
-  config.can.signals[binding.channel] = {true, 0.05, timeout_ns};
+  config.can.bindings = one_wheel::bindings();
+  can::SignalBinding& wheel = config.can.bindings.front();
+  wheel.latency_ns = latency_ns;
+  config.can.signals[wheel.channel] = {true, 0.05, timeout_ns};
   return config;
 }
 
 TEST(CheckSummary, ShowsTimesSourcesAndWhoMayReachWhat) {
   EXPECT_THAT(
       summary(with_signal(15'000'000, 7'000'000), {}, {}),
-      AllOf(HasSubstr("WHEEL.REAR in m/s, sigma 0.05, time-out 0.015 s, latency 0.007 s\n"),
+      AllOf(HasSubstr("WHEEL.Speed in m/s, sigma 0.05, time-out 0.015 s, latency 0.007 s\n"),
             HasSubstr("every 0.005 s\n"), Not(HasSubstr("  grip ")), Not(HasSubstr("  steering ")),
             Not(HasSubstr("  lean ")), HasSubstr("none: give --can or [can] source")));
   Config config = with_signal(333'333'333, 0);
   config.can.sources = {"can0", "-"};
   config.shm.mode = 0640;
   config.shm.group = "odom";
-  config.status.socket = "/run/odomd/status.sock";
+  config.status.path = "/run/odomd/status.sock";
   config.vehicle.grip_rear = 9.5;
   config.vehicle.steering = {.delay_s = 0.06, .lag_s = 0.1, .rate_limit = 3.0};
   config.roll_gradient = 0.12;
@@ -103,9 +97,9 @@ socket_group = "video"
 /// The interfaces' paths and permissions: shared memory, status, camera.
 std::string doors_of(const Config& config) {
   return fmt::format("{} {:o} {}, {} {:o} {}, {} {:o} {}", config.shm.name, config.shm.mode,
-                     config.shm.group, config.status.socket.string(), config.status.socket_mode,
-                     config.status.socket_group, config.camera.socket.string(),
-                     config.camera.socket_mode, config.camera.socket_group);
+                     config.shm.group, config.status.path.string(), config.status.mode,
+                     config.status.group, config.camera.socket.path.string(),
+                     config.camera.socket.mode, config.camera.socket.group);
 }
 
 TEST(Options, CountMoreThanTheFile) {
@@ -141,9 +135,9 @@ TEST(Options, SocketsWithoutAPathAreInTheRuntimeDirectoryOfAnOrdinaryUser) {
   ASSERT_EQ(::setenv("XDG_RUNTIME_DIR", scratch.path("").c_str(), 1), 0);
   const Config config = configured(scratch, "[camera]\nlever_arm = [0.1, 0.0, 0.0]\n");
   const std::filesystem::path directory = ordinary ? scratch.path("") / "odomd" : "/run/odomd";
-  EXPECT_EQ(config.camera.socket, directory / "camera.sock");
-  EXPECT_EQ(config.status.socket, directory / "status.sock");
-  EXPECT_EQ(record_socket(config), directory / "record.sock");
+  EXPECT_EQ(config.camera.socket.path, directory / "camera.sock");
+  EXPECT_EQ(config.status.path, directory / "status.sock");
+  EXPECT_EQ(config.record.path, directory / "record.sock");
   EXPECT_EQ(config.shm.name, "/odomd");
 }
 

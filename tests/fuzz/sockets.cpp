@@ -90,10 +90,9 @@ class Recording {
         pipeline_(pipeline_of(config_, true)),
         tap_(std::make_unique<daemon::RecordingTap>(*pipeline_)),
         journal_({directory().path("log"), "error"}),
-        door_(
-            {config_, buses_, 1, *tap_},
-            daemon::LocalSocket({directory().path("socket"), daemon::SocketType::stream, 0600, ""}),
-            {{"car.toml", "# a car\n"}}) {
+        door_({config_, buses_, 1, *tap_},
+              daemon::LocalSocket({{directory().path("socket"), 0600}, daemon::SocketType::stream}),
+              {{"car.toml", "# a car\n"}}) {
     static_cast<void>(buses_.index_of("can0"));
   }
 

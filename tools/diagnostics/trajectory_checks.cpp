@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tools/cli/text.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/math/median.hpp"
 #include "tools/math/se2.hpp"
 
@@ -17,7 +18,6 @@ namespace {
 
 using diagnostics::Diagnostic;
 using diagnostics::Diagnostics;
-using diagnostics::kind;
 using estimator::CameraPose;
 using estimator::Pose2;
 
@@ -218,8 +218,8 @@ Diagnostics check_units(const std::string& subject, std::span<const TrajectoryPo
   Diagnostics result;
   const Sizes sizes = sizes_of(poses, driven.trajectory);
   const double ratio = sizes.ways.size() < fewest ? 1.0 : median_of(sizes.ways);
-  for (const auto& [kind, times] : {std::pair{&diagnostics::kind("positions_in_millimetres"), 1000},
-                                    {&diagnostics::kind("positions_in_centimetres"), 100}})
+  for (const auto& [kind, times] : {std::pair{&tools::kind("positions_in_millimetres"), 1000},
+                                    {&tools::kind("positions_in_centimetres"), 100}})
     if (ratio > times / about && ratio < times * about)
       result.push_back(
           found(*kind, subject,

@@ -17,6 +17,7 @@
 #include "base/file_descriptor.hpp"
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/decode/decoder.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/live/listen.hpp"
 #include "tools/replay/replay_checks.hpp"
 
@@ -26,7 +27,6 @@ namespace {
 using diagnostics::Diagnostic;
 using diagnostics::Diagnostics;
 using diagnostics::found;
-using diagnostics::kind;
 
 can::Decoder decoder_of(const Drive& drive) {
   return {drive.databases, drive.config.can.bindings, drive.config.can.protections, drive.buses};

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/doctor/bus.hpp"
 #include "tools/evaluation/evaluation_checks.hpp"
 #include "tools/identify/common/agreement.hpp"
@@ -25,7 +26,6 @@ namespace {
 using diagnostics::Diagnostic;
 using diagnostics::Diagnostics;
 using diagnostics::found;
-using diagnostics::kind;
 using estimator::Source;
 
 // Findings that are only consequences if the drive also has a cause.

@@ -9,13 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "tools/diagnostics/kinds.hpp"
+
 namespace odomd::tools::doctor {
 namespace {
 
 using diagnostics::Diagnostic;
 using diagnostics::Diagnostics;
 using diagnostics::found;
-using diagnostics::kind;
 using estimator::Source;
 
 constexpr const diagnostics::Kind& off_kind = kind("latency_off");

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "daemon/core/pipeline.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/evaluation/camera_reference.hpp"
 #include "tools/evaluation/evaluation.hpp"
@@ -50,7 +51,7 @@ ReplayedDrive replay_with(const Drive& drive, const daemon::Config& config, Fram
   if (result.poses.points.empty()) {
     // The last warning says why there is no pose; if the database is another car's, the first.
     const auto& first = result.warnings.front();
-    const bool is_cause = first.kind == &diagnostics::kind("other_database");
+    const bool is_cause = first.kind == &kind("other_database");
     throw NoPose(drive.folder.string() + ": " + text_of(is_cause ? first : result.warnings.back()),
                  result.warnings);
   }
@@ -90,8 +91,8 @@ std::optional<double> nis_factor(const ReplaySummary& summary) {
   double logarithms = 0.0;
   int sources = 0;
   for (const daemon::InnovationStatistics& source : summary.innovations) {
-    if (source.count() == 0 || !(source.mean_nis() > 0.0)) continue;
-    logarithms += std::fabs(std::log(source.mean_nis() / source.dimension()));
+    if (source.count == 0 || !(source.mean_nis() > 0.0)) continue;
+    logarithms += std::fabs(std::log(source.nis_per_degree()));
     ++sources;
   }
   if (sources == 0) return std::nullopt;

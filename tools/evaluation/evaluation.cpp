@@ -6,9 +6,9 @@
 #include <span>
 #include <stdexcept>
 
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/symmetric3.hpp"
 #include "tools/cli/text.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/math/se2.hpp"
 
 namespace odomd::tools {
@@ -16,7 +16,7 @@ namespace {
 
 using estimator::Pose2;
 
-constexpr double fastest_car = diagnostics::kind("reference_jumps").limits.most;
+constexpr double fastest_car = kind("reference_jumps").limits.most;
 constexpr double standing = 0.1;  // m: no car turns so tightly; a reference that stays within only
                                   // shows noise
 
@@ -237,7 +237,7 @@ std::optional<diagnostics::Diagnostic> check_that_it_closes(
         "; cut it to whole laps with --from and --to, or give a --reference");
   }
   if (closes_badly(*best)) {
-    return found(diagnostics::kind("loop_closes_badly"), drive,
+    return found(kind("loop_closes_badly"), drive,
                  "the lap closes badly: by the best estimate it ends " + how_far(*best));
   }
   return std::nullopt;

@@ -9,8 +9,8 @@
 
 #include <fmt/format.h>
 
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/evaluation/camera_reference.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
@@ -20,7 +20,6 @@ namespace {
 
 using diagnostics::Diagnostic;
 using diagnostics::found;
-using diagnostics::kind;
 
 bool is_in(const diagnostics::Diagnostics& some, const Diagnostic& one) {
   return std::ranges::any_of(some, [&one](const Diagnostic& other) {
@@ -31,7 +30,7 @@ bool is_in(const diagnostics::Diagnostics& some, const Diagnostic& one) {
 constexpr double same_clock = 0.015;  // s
 
 std::optional<Diagnostic> report(const std::string& whose, const std::string& seen) {
-  return found(diagnostics::kind("clocks_differ"), whose, seen);
+  return found(kind("clocks_differ"), whose, seen);
 }
 
 // Keeps the offset that leaves the smallest error: a poor model has time errors of its own.

@@ -141,12 +141,12 @@ Table source_table(const ReplaySummary& summary) {
     const auto other =
         all - count(Verdict::fused) - count(Verdict::gated) - count(Verdict::too_old);
     const daemon::InnovationStatistics& statistics = summary.innovations[source];
-    const bool tested = statistics.count() > 0;
+    const bool tested = statistics.count > 0;
     table.rows.push_back(
         {std::string{estimator::source_names[source]}, std::to_string(count(Verdict::fused)),
          std::to_string(count(Verdict::gated)), std::to_string(count(Verdict::too_old)),
-         std::to_string(other), std::to_string(statistics.count()),
-         tested ? fixed(statistics.mean_nis() / statistics.dimension(), 2) : "-",
+         std::to_string(other), std::to_string(statistics.count),
+         tested ? fixed(statistics.nis_per_degree(), 2) : "-",
          tested ? fixed(100.0 * statistics.inside_95(), 1) : "-"});
   }
   return table;

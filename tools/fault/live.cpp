@@ -70,7 +70,7 @@ void BusRelay::pass_on(std::int64_t now_ns) {
 
 CameraRelay::CameraRelay(const std::filesystem::path& from, const std::string& to, double wait_s,
                          std::span<const Fault> faults, std::int64_t start_ns)
-    : socket_({.path = from,
+    : socket_({.file = daemon::socket_at(from),
                .type = daemon::SocketType::packets,
                .fix = "name another path by --camera-from"}),
       feed_(to, wait_s, tools::Admission::assumed),

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "daemon/core/conditions.hpp"
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/cli/csv.hpp"
+#include "tools/diagnostics/kinds.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -21,7 +21,6 @@ namespace {
 using can::FrameVerdict;
 using diagnostics::Diagnostic;
 using diagnostics::found;
-using diagnostics::kind;
 
 std::string roles(const can::BoundMessage& message) {
   std::vector<std::string_view> names;

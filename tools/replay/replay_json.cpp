@@ -43,10 +43,10 @@ Json wiring_json(const ReplaySummary& summary) {
 Json innovations_json(const ReplaySummary& summary) {
   return by_source([&](std::size_t source) -> Json {
     const daemon::InnovationStatistics& statistics = summary.innovations[source];
-    if (statistics.count() == 0) return {};
-    return {{"count", statistics.count()},
-            {"gated", statistics.gated()},
-            {"dimension", statistics.dimension()},
+    if (statistics.count == 0) return {};
+    return {{"count", statistics.count},
+            {"gated", statistics.gated},
+            {"dimension", statistics.dimension},
             {"mean_nis", statistics.mean_nis()},
             {"inside_95", statistics.inside_95()}};
   });

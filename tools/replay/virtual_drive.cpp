@@ -32,7 +32,7 @@ void ReplaySummary::take_flags(const daemon::Pipeline& pipeline, const odom_pose
 void ReplaySummary::take_statistics(const daemon::Pipeline& pipeline) {
   for (std::size_t source = 0; source < innovations.size(); ++source) {
     const daemon::SourceStatistics& statistics = pipeline.statistics().sources[source];
-    innovations[source] = statistics.innovations;
+    innovations[source] = statistics.innovations.get();
     noise[source] = statistics.noise.get();
     for (std::size_t verdict = 0; verdict < verdicts[source].size(); ++verdict)
       verdicts[source][verdict] = statistics.verdicts[verdict].get();

@@ -185,8 +185,8 @@ void judge_innovations(const EvaluatedDrive& drive, std::size_t focus, Verdict& 
   std::string off;
   const auto& all = drive.replays[focus].summary.innovations;
   for (std::size_t source = 0; source < all.size(); ++source) {
-    if (all[source].count() == 0) continue;
-    const double ratio = all[source].mean_nis() / all[source].dimension();
+    if (all[source].count == 0) continue;
+    const double ratio = all[source].nis_per_degree();
     if (ratio >= least_nis && ratio <= most_nis) continue;
     off += fmt::format("{}{} ({})", off.empty() ? "" : ", ", estimator::source_names[source],
                        fixed(ratio, 2));

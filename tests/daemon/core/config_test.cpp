@@ -160,7 +160,7 @@ TEST_F(ConfigTest, ReadsEveryKeyOfTheOtherTables) {
   const Config config = load(every_key);
   EXPECT_THAT(config.vehicle, FieldsAre(3.5, 0.2, 0.1, 0.03, 25.0, 65.0, 0.18, 9.5, 8.5,
                                         FieldsAre(0.06, 0.1, 3.0), Driven::front));
-  EXPECT_THAT(config.camera, FieldsAre(true, "/run/odomd/camera.sock", 0600U, "odom",
+  EXPECT_THAT(config.camera, FieldsAre(true, FieldsAre("/run/odomd/camera.sock", 0600U, "odom"),
                                        ElementsAre(0.1, 0.0, 0.5), 0.3));
   EXPECT_THAT(config.reference_lever_arm, Optional(ElementsAre(-0.2, 0.1, 0.0)));
   EXPECT_THAT(config.imu_position, ElementsAre(0.05, -0.01));
@@ -181,18 +181,19 @@ TEST_F(ConfigTest, ReadsEveryKeyOfTheOtherTables) {
   EXPECT_THAT(config.realtime, FieldsAre(10'000'000, 60, 3));
   EXPECT_THAT(config.shm, FieldsAre("/test", 0640U, "odom"));
   EXPECT_THAT(config.status, FieldsAre(directory_ / "status.sock", 0660U, "status"));
-  EXPECT_EQ(config.record.socket, directory_ / "record.sock");
+  EXPECT_EQ(config.record.path, directory_ / "record.sock");
   EXPECT_THAT(config.log, FieldsAre(directory_ / "log/odomd.log", "debug"));
   EXPECT_THAT(config.warnings, IsEmpty());
 }
 
 // The test of the page compares the other defaults.
 TEST_F(ConfigTest, TakesTheReferenceCarWithAWarningAndNoSensorsWhereTheFileIsSilent) {
-  const Config config = load(small_bus);
+  Config config = load(small_bus);
+  place_sockets(config, "/run/odomd");
   EXPECT_THAT(config.vehicle, FieldsAre(2.985, 0.175, 0.085, 0.0283384, 20.0, 60.0, 0.16, 0.0, 0.0,
                                         FieldsAre(0.0, 0.0, 0.0), Driven::rear));
   EXPECT_THAT(config.warnings, ElementsAre(Named("reference_car")));
-  EXPECT_EQ(record_mode(config), 0666U) << "who may read the pose may record";
+  EXPECT_EQ(config.record.mode, 0666U) << "who may read the pose may record";
   EXPECT_THAT(config.can.sources, IsEmpty());
   EXPECT_FALSE(config.camera.configured || config.reference_lever_arm || config.initial_pose ||
                config.roll_gradient || config.pitch_gradient);

@@ -145,9 +145,8 @@ std::string tabulated_configuration() {
 TEST_F(ConfigurationPage, ItsTablesHaveTheDefaults) {
   const std::string text = tabulated_configuration();
   EXPECT_EQ(std::count(text.begin(), text.end(), '='), 9 + 39) << text;
-  const Config shown = load(text);
-  Config taken = load(small_bus);
-  place_sockets(taken, "/run/odomd");
+  Config shown = load(text), taken = load(small_bus);
+  for (Config* const config : {&shown, &taken}) place_sockets(*config, "/run/odomd");
   for (const ConfigKey& key : config_keys())
     EXPECT_TRUE(std::visit(AreEqual{shown, taken}, key.member)) << key.table << '.' << key.name;
   EXPECT_EQ(shown.can.timestamps, taken.can.timestamps);

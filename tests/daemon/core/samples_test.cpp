@@ -102,23 +102,6 @@ TEST(SourceWatch, CountsAgeFromWhenTheSampleWasTakenAndTimeoutFromWhenItWasHeard
   EXPECT_TRUE(watch.healthy(gyro, 106 * ms)) << "a good sample ends the failure";
 }
 
-TEST(SourceWatch, FlagsWhatIsRefusedTwiceInARowUntilNothingIsForASecond) {
-  using estimator::SourceFlag;
-  using estimator::Verdict;
-  SourceWatch watch;
-  watch.refused(gyro, Verdict::gated, 5'000 * ms);
-  watch.usable(gyro);
-  watch.refused(gyro, Verdict::gated, 5'010 * ms);  // not the second in a row
-  EXPECT_EQ(watch.flag(gyro), SourceFlag::ok);
-  watch.refused(gyro, Verdict::gated, 5'020 * ms);
-  EXPECT_EQ(watch.flag(gyro), SourceFlag::out_of_range);
-  watch.usable(gyro);
-  watch.settle(6'015 * ms);
-  EXPECT_EQ(watch.flag(gyro), SourceFlag::out_of_range);
-  watch.settle(6'020 * ms);
-  EXPECT_EQ(watch.flag(gyro), SourceFlag::ok);
-}
-
 TEST(SourceWatch, AUsablePoseInATickCountsMoreThanUnusableOnes) {
   using estimator::SourceFlag;
   constexpr auto camera = static_cast<std::size_t>(estimator::Source::camera);

@@ -38,7 +38,7 @@ TEST(SourceWatch, SaysWhichSourceIsOverdueAndDegrades) {
   EXPECT_EQ(late.pose.mode, ODOM_DEGRADED);
 }
 
-TEST(SourceWatch, FlagsASignalThatNoCarCanSendAndForgivesOneValue) {
+TEST(SourceWatch, FlagsASignalThatNoCarCanSendTwiceInARowUntilNoneComesForASecond) {
   using estimator::SourceFlag;
   Config config = two_signals();
   config.can.bindings[1].message = "FLOAT";
@@ -48,9 +48,12 @@ TEST(SourceWatch, FlagsASignalThatNoCarCanSendAndForgivesOneValue) {
     const Car car(config);
     const TickRecord* record = nullptr;
     for (const auto& [at_ms, value, expected] : {std::tuple{0, 1.5F, SourceFlag::ok},
+                                                 {5, bad, SourceFlag::ok},
+                                                 {7, 1.5F, SourceFlag::ok},
                                                  {10, bad, SourceFlag::ok},
                                                  {20, bad, flag},
                                                  {30, 1.5F, flag},
+                                                 {1019, 1.5F, flag},
                                                  {1020, 1.5F, SourceFlag::ok}}) {
       can::Frame frame{.time_ns = start + at_ms * ms, .id = 258, .length = 4};
       std::memcpy(frame.data.data(), &value, sizeof value);
@@ -61,7 +64,7 @@ TEST(SourceWatch, FlagsASignalThatNoCarCanSendAndForgivesOneValue) {
       EXPECT_EQ(faulty, expected != SourceFlag::ok) << at_ms;
       EXPECT_EQ(record->pose.health >> wheel & 1U, faulty ? 0U : 1U) << at_ms;
     }
-    EXPECT_EQ(car.count(wheel, verdict), 2U);
+    EXPECT_EQ(car.count(wheel, verdict), 3U);
     EXPECT_NEAR(record->pose.vx, 1.5, 1e-9);
   }
 }

@@ -98,33 +98,35 @@ Judgement tested(int degrees, double squared_ratio) {
 TEST(InnovationStatistics, AverageWhatWasTestedGatedOrNot) {
   InnovationStatistics statistics;
   statistics.take(tested(0, 100.0));  // an input
-  EXPECT_EQ(statistics.count(), 0U);
+  EXPECT_EQ(statistics.count, 0U);
   EXPECT_EQ(statistics.mean_nis(), 0.0);
   EXPECT_EQ(statistics.inside_95(), 0.0);
-  EXPECT_EQ(statistics.last_test_ratio(), 0.0);
+  EXPECT_EQ(statistics.test_ratio, 0.0);
   Judgement gated = tested(1, 30.0);
   gated.verdict = estimator::Verdict::gated;
   for (const double ratio : {0.5, 1.5, 3.84}) statistics.take(tested(1, ratio));
   for (const double none : {std::numeric_limits<double>::infinity(), std::nan("")})
     statistics.take(tested(1, none));
   statistics.take(gated);
-  EXPECT_EQ(statistics.count(), 4U);
-  EXPECT_EQ(statistics.dimension(), 1);
+  EXPECT_EQ(statistics.count, 4U);
+  EXPECT_EQ(statistics.dimension, 1U);
   EXPECT_DOUBLE_EQ(statistics.mean_nis(), 35.84 / 4.0);
   EXPECT_EQ(statistics.inside_95(), 0.75);
-  EXPECT_EQ(statistics.gated(), 1U);
-  EXPECT_EQ(statistics.last_test_ratio(), 1.5);
-  EXPECT_EQ(statistics.last_innovation()[0], 0.1);
+  EXPECT_EQ(statistics.gated, 1U);
+  EXPECT_EQ(statistics.test_ratio, 1.5);
+  EXPECT_EQ(statistics.innovation[0], 0.1);
 }
 
 TEST(InnovationStatistics, HoldAPoseAgainstThreeDegreesOfFreedom) {
-  InnovationStatistics statistics;
-  statistics.take(tested(3, 7.8));
-  EXPECT_EQ(statistics.inside_95(), 1.0);
-  statistics.take(tested(3, 7.9));
-  EXPECT_EQ(statistics.inside_95(), 0.5);
-  EXPECT_EQ(statistics.dimension(), 3);
-  EXPECT_EQ(statistics.last_innovation()[2], 0.3);
+  Shared<InnovationStatistics> shared;
+  for (const double ratio : {7.8, 7.9}) {
+    InnovationStatistics statistics = shared.get();
+    statistics.take(tested(3, ratio));
+    shared.set(statistics);
+  }
+  EXPECT_EQ(shared.get().inside_95(), 0.5);
+  EXPECT_EQ(shared.get().nis_per_degree(), (7.8 + 7.9) / 6.0);
+  EXPECT_THAT(shared.get().innovation, ElementsAre(0.1, 0.2, 0.3));
 }
 
 }  // namespace

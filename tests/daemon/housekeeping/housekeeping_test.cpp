@@ -1,16 +1,13 @@
 // Reports of housekeeping: CAN controllers, the service manager, the status.
 #include <sys/socket.h>
 #include <unistd.h>
-#include <nlohmann/json.hpp>
 
 #include <cstdlib>
-#include <limits>
 
 #include "daemon/core/conditions.hpp"
 #include "daemon/housekeeping/controllers.hpp"
 #include "daemon/housekeeping/process_control.hpp"
 #include "daemon/housekeeping/status.hpp"
-#include "daemon/sockets/json.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tests/unix_socket.hpp"
 
@@ -132,32 +129,6 @@ TEST(Conditions, HaveANameAndAMeaningForEveryBit) {
   EXPECT_THAT(condition_names(ODOM_COND_MISWIRED | ODOM_COND_INCONSISTENT |
                               ODOM_COND_BIAS_UNLEARNT | ODOM_COND_SCALE_IMPLAUSIBLE),
               ElementsAre("miswired", "inconsistent", "bias_unlearnt", "scale_implausible"));
-}
-
-TEST(Json, IsReadBackAsItWasWritten) {
-  JsonWriter json;
-  json.begin_object();
-  json.member("text", "a\"b\\c\n\x01");
-  json.member("bytes", std::string("\xff\xc3"));
-  json.member("number", 0.1);
-  json.member("large", std::int64_t{-9'007'199'254'740'993});
-  json.member("none", std::numeric_limits<double>::quiet_NaN());
-  json.member("yes", true);
-  json.begin_array("list");
-  json.element(1);
-  json.begin_object();
-  json.end_object();
-  json.element("x");
-  json.end_array();
-  json.begin_object("inner");
-  json.member("a", 1);
-  json.member("b", 2);
-  json.end_object();
-  json.end_object();
-  EXPECT_EQ(nlohmann::json::parse(json.text()), nlohmann::json::parse(R"({
-      "text": "a\"b\\c\n\u0001", "bytes": "\u00ff\u00c3", "number": 0.1,
-      "large": -9007199254740993, "none": null, "yes": true, "list": [1, {}, "x"],
-      "inner": {"a": 1, "b": 2}})"));
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ class RecorderDoorTest : public testing::Test {
     static_cast<void>(buses_.index_of("can0"));
     journal_.emplace(LogConfig{directory_ / "log", "info"});
     door_.emplace(Recorded{config_, buses_, 0xABCDEF, *tap_},
-                  LocalSocket({directory_ / "record.sock", SocketType::stream, 0600, ""}),
+                  LocalSocket({{directory_ / "record.sock", 0600}, SocketType::stream}),
                   std::vector<RecordingFile>{{"car.toml", "# a car\n"}});
   }
   Recorder connect() {

@@ -43,14 +43,14 @@ TEST_F(DriveEvaluation, KeepsEveryJudgementWithItsTimeAndVariance) {
     if (judgement.degrees > 0) ++tested[static_cast<std::size_t>(judgement.source)];
   }
   for (std::size_t source = 0; source < tested.size(); ++source) {
-    EXPECT_EQ(tested[source], replayed.summary.innovations[source].count())
+    EXPECT_EQ(tested[source], replayed.summary.innovations[source].count)
         << estimator::source_names[source];
   }
   constexpr auto camera = static_cast<std::size_t>(estimator::Source::camera);
   EXPECT_GT(tested[camera], 80U);
   EXPECT_EQ(
       replayed.summary.verdicts[camera][static_cast<std::size_t>(estimator::Verdict::fused)] +
-          replayed.summary.innovations[camera].gated(),
+          replayed.summary.innovations[camera].gated,
       replayed.summary.cameras -
           replayed.summary.verdicts[camera][static_cast<std::size_t>(estimator::Verdict::too_old)]);
 }

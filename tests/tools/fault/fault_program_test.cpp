@@ -145,7 +145,7 @@ odom_camera_message message_at(double x) {
 class Daemon {
  public:
   explicit Daemon(const std::filesystem::path& path)
-      : socket_({.path = path, .type = daemon::SocketType::packets}) {}
+      : socket_({.file = daemon::socket_at(path), .type = daemon::SocketType::packets}) {}
 
   std::optional<odom_camera_message> receive() {
     if (!connection_) connection_ = socket_.accept();

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "daemon/core/comparison.hpp"
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/identify/common/resampled.hpp"
@@ -22,7 +22,6 @@ namespace {
 
 using diagnostics::Diagnostic;
 using diagnostics::found;
-using diagnostics::kind;
 using estimator::Source;
 
 constexpr double piece = 0.5, max_piece = 0.85, stride = 0.25, grid = 0.01;  // [s]
