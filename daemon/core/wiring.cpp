@@ -201,8 +201,14 @@ void Wiring::compare(const Means& before, const Means& now) noexcept {
   };
   calm_ = violent(lateral_gyro) || violent(side) || violent(faster) ? 0 : calm_ + 1;
   spun_ = std::abs(q[axle_gap]) > most_gap + q[axle_bend] ? 0 : spun_ + 1;
+  // An axle whose wheels agree with each other and not with the other axle's, which agree too,
+  // slips as a whole: which axle has the car's speed is unknown.
+  const double difference =
+      std::max(std::abs(q[curve_front]), std::abs(q[curve_rear])) * std::abs(v);
+  const bool axle_slips = spun_ == 0 && difference < 0.5 * std::abs(front - rear);
   const std::uint32_t unknown = (calm_ == 0 || spun_ < pieces_of_calm ? by_slip : 0U) |
-                                (calm_ < pieces_of_calm ? by_steering : 0U);
+                                (calm_ < pieces_of_calm ? by_steering : 0U) |
+                                (axle_slips ? by_speed : 0U);
   for (std::size_t i = 0; i < quantity_count; ++i)
     if ((unknown >> i & 1U) != 0) q[i] = nan;
   for (std::size_t i = 0; i < pairs.size(); ++i) {

@@ -124,6 +124,8 @@ inline constexpr std::uint32_t all_wheels = estimator::wheels;
 inline constexpr std::uint32_t by_gyro = bits(turn_gyro, curve_gyro, lateral_gyro);
 inline constexpr std::uint32_t by_steering = bits(turn_steering, curve_steering, lateral_steering);
 inline constexpr std::uint32_t by_slip = bits(curve_front, curve_rear, axle_gap);
+inline constexpr std::uint32_t by_speed =
+    (bits(quantity_count) - 1U) & ~bits(turn_gyro, turn_camera, side, ahead);
 inline constexpr std::uint32_t speeds = (bits(speed) << 1U) - bits(first_wheel);
 
 constexpr Cause one_wheel(WiringFault fault, Source wheel) {

@@ -286,6 +286,9 @@ void rear_axle_spins(Samples& samples, const Motion& motion) {
   for (const Source wheel : {wheel_rear_left, wheel_rear_right})
     samples[wheel] *= 1.0 + 0.7 * bend * bend;
 }
+void rear_axle_races(Samples& samples, const Motion&) {
+  factor({wheel_rear_left, wheel_rear_right}, 2.5)(samples);
+}
 
 TEST(Wiring, TakesWildDrivingForNoMistake) {
   struct Conduct {
@@ -303,7 +306,8 @@ TEST(Wiring, TakesWildDrivingForNoMistake) {
                         {swinging(3.0, 0.4, 0.8), ploughing_on},
                         {swinging(1.5, 1.5, 0.8), inner_rear_spins},
                         {swinging(0.8, 1.2, 0.8), inner_rear_spins},
-                        {swinging(0.8, 1.2, 0.8), rear_axle_spins}};
+                        {swinging(0.8, 1.2, 0.8), rear_axle_spins},
+                        {weaving, rear_axle_races}};
   for (const Conduct& conduct : cases) {
     Drive drive;
     const Mistake mistake = [&](Samples& samples) {
