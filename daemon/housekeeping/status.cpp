@@ -258,7 +258,7 @@ Json realtime_json(const MachineGrant& machine, const ThreadGrant& beat) {
 
 std::string status_json(const Running& running, const PublishedPose& published,
                         std::int64_t now_ns) {
-  const std::uint32_t conditions = published.valid ? published.pose.conditions : 0;
+  const std::uint32_t raised = published.valid ? published.pose.conditions : 0;
   Json json{{"version", ODOMD_VERSION},
             {"instance", fmt::format("{:016x}", running.writer.info().instance_id)},
             {"pid", ::getpid()},
@@ -267,7 +267,7 @@ std::string status_json(const Running& running, const PublishedPose& published,
             {"shm", running.config.shm.name},
             {"model", name_of(running.config.model)},
             {"mode", odom_mode_name(published.pose.mode)},
-            {"conditions", condition_names(conditions)}};
+            {"conditions", condition_names(raised)}};
   if (published.valid) {
     json["pose"] = pose_json(published.pose, now_ns);
     json["calibrations"] = calibrations_json(published.details);

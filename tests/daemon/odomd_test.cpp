@@ -159,7 +159,7 @@ TEST_F(OdomdTest, ReportsItsStatus) {
   EXPECT_EQ(status["pid"], odomd.pid());
   EXPECT_EQ(status["instance"].get<std::string>().size(), 16U);
   EXPECT_EQ(status["shm"], desk_.segment());
-  EXPECT_EQ(status["camera"]["socket"], desk_.file("ä\uFFFD")) << "\\xff is not UTF-8";
+  EXPECT_EQ(status["camera"]["socket"], desk_.file("ä\uFFFD").string()) << "\\xff is not UTF-8";
   EXPECT_TRUE(status["mode"] == "dead_reckoning" || status["mode"] == "degraded");
   EXPECT_GT(status["pose"]["sigma_x"], 0.0);
   EXPECT_EQ(status["beat"]["period_s"], 0.005);
