@@ -27,6 +27,9 @@ constexpr double contradicted_s = 0.25;
 }  // namespace
 
 void apply_integrity(const Context& context, State& state) noexcept {
+  if (!state.integrity.is_due(state.time_ns)) {
+    return;
+  }
   const std::int64_t checked_ns = state.integrity.checked_ns();
   const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
   const Eigen::Vector2d rear{1.0, -context.model.car.rear_axle};  // v_y - l_h ψ̇
@@ -45,10 +48,7 @@ void apply_integrity(const Context& context, State& state) noexcept {
                       state.sigma(slow::gyro_latency),
       .dead_band = state.standstill.dead_band};
   state.integrity.check(context.model, state.time_ns, errors);
-  const double dt = seconds_between(checked_ns, state.integrity.checked_ns());
-  if (checked_ns == 0 || dt <= 0.0) {
-    return;
-  }
+  const double dt = seconds_between(checked_ns, state.time_ns);
   const Integrity::Agreed& agreed = state.integrity.agreed();
   const auto mark_doubtful = [&state] {
     state.doubtful = true;
@@ -63,7 +63,7 @@ void apply_integrity(const Context& context, State& state) noexcept {
   if (!gyro_alive(state)) {
     state.turn_noise_scale = 1.0;
   }
-  if (!state.moving) {
+  if (!state.moving || checked_ns == 0) {
     state.of_speed = state.of_yaw_rate = {};
     return;
   }
@@ -128,23 +128,20 @@ void apply_integrity(const Context& context, State& state) noexcept {
     state.mean[at::accel_x] = 0.0;
     forget(state, at::v_x, all.sigma[of::speed]);
     forget(state, at::accel_x, context.model.tuning.drive_accel * gravity);
-    drive.filter = {};
-    drive.since_ns = 0;
+    drive = {.sum = drive.sum, .distrusted = drive.distrusted};
   }
   if (state.standstill.standing) {
     return;  // at standstill the gyro measures its bias
   }
-  const double yaw_rate = all.motion[of::yaw_rate];
-  const double turning = yaw_rate - turn.filter.mean();
+  const double turning = all.motion[of::yaw_rate] - turn.filter.mean();
   if (lasts(turn, turning, of::yaw_rate, P(at::yaw_rate, at::yaw_rate)) || gyro_failed) {
     state.variance(at::yaw) += squared(turning * deviation_s);
-    state.mean[at::yaw_rate] = yaw_rate;
+    state.mean[at::yaw_rate] = all.motion[of::yaw_rate];
     state.mean[at::front_angle] = 0.0;
     forget(state, at::yaw_rate, all.sigma[of::yaw_rate]);
     forget(state, at::front_angle, context.model.tuning.front_angle);
     state.turned_since_ns = 0;
-    turn.filter = {};
-    turn.since_ns = 0;
+    turn = {.sum = turn.sum, .distrusted = turn.distrusted};
   }
 }
 

@@ -15,9 +15,6 @@ using namespace integrity;
 
 namespace {
 
-// Every 20 ms, less the jitter of the ticks.
-constexpr std::int64_t check_interval_ns = 19'000'000;
-
 constexpr double persistence_s = 0.1;
 constexpr double frozen_persistence_s = 0.05;
 // Required agreement before a flag is lowered [s]: the first time, and at most.
@@ -178,12 +175,12 @@ bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& ba
 
 void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
                       const SensorErrors& errors) noexcept {
-  observed_.errors = errors;
-  constexpr double usual_misfit = 8.0;
-  constexpr double longest_s = 0.1;
-  if (observed_.now_ns != 0 && ns_between(observed_.now_ns, now_ns) < check_interval_ns) {
+  if (!is_due(now_ns)) {
     return;
   }
+  constexpr double usual_misfit = 8.0;
+  constexpr double longest_s = 0.1;
+  observed_.errors = errors;
   const std::int64_t before_ns = std::exchange(observed_.now_ns, now_ns);
   const double elapsed_s = before_ns != 0 ? seconds_between(before_ns, now_ns) : 0.0;
   const double dt = std::min(elapsed_s, longest_s);

@@ -83,6 +83,11 @@ class Integrity {
   [[nodiscard]] double slip_sigma(Source wheel) const noexcept {
     return observed_.slip_sigma(wheel);
   }
+  /// Whether check() has an effect at this time.
+  [[nodiscard]] bool is_due(std::int64_t now_ns) const noexcept {
+    constexpr std::int64_t interval_ns = 19'000'000;  // 20 ms, less the jitter of the ticks
+    return checked_ns() == 0 || ns_between(checked_ns(), now_ns) >= interval_ns;
+  }
   /// Time of the last check; 0: never.
   [[nodiscard]] std::int64_t checked_ns() const noexcept { return observed_.now_ns; }
 
