@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include <fmt/format.h>
 
@@ -34,11 +33,13 @@ std::optional<double> bias_standing(const Series& signal, const Proposal& propos
   constexpr double quiet = 0.02;  // rad/s: the readings of a creeping car scatter more
   constexpr double still = 0.01;  // m/s
   constexpr std::int64_t margin = 750'000'000;  // ns, before and after a reading
-  std::vector<std::int64_t> turning;  // times at which a wheel turns, or its record begins or ends
+  std::int64_t from = 0, to = 0;                // the time in which all wheels have samples
+  std::vector<std::int64_t> turning;            // times at which a wheel turns
   for (const Source role : wheel_sources) {
     if (!proposal.has(role) || proposal.of(role)->series.empty()) continue;
     const Series& wheel = proposal.of(role)->series;
-    turning.insert(turning.end(), {wheel.t_ns.front(), wheel.t_ns.back()});
+    from = std::max(from, wheel.t_ns.front());
+    to = to == 0 ? wheel.t_ns.back() : std::min(to, wheel.t_ns.back());
     for (std::size_t i = 0; i < wheel.size(); ++i)
       if (std::fabs(wheel.value[i]) >= still) turning.push_back(wheel.t_ns[i]);
   }
@@ -47,7 +48,8 @@ std::optional<double> bias_standing(const Series& signal, const Proposal& propos
   for (std::size_t i = 0; i < signal.size(); ++i) {
     const std::int64_t t_ns = signal.t_ns[i];
     const auto next = std::ranges::lower_bound(turning, t_ns - margin);
-    if (next != turning.begin() && next != turning.end() && *next > t_ns + margin)
+    if (t_ns - margin > from && t_ns + margin < to &&
+        (next == turning.end() || *next > t_ns + margin))
       values.push_back(signal.value[i]);
   }
   if (values.size() < enough) return std::nullopt;

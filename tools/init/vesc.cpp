@@ -98,7 +98,7 @@ void settle_motor(Proposal& proposal, int vesc, Car& car) {
         "ratio 1: a wheel that turns with its motor; with gears give --gear-ratio");
   }
   constexpr double slow_s = 0.05;
-  if (motor->series.cycle() > slow_s)
+  if (motor->series.cycle() > 1.02 * slow_s)  // stamps jitter
     motor->warnings.push_back(
         fmt::format("it comes less than {:g} times a second; {}", 1.0 / slow_s, frame_setting));
   if (!proposal.has(estimator::Source::yaw_rate))

@@ -30,6 +30,7 @@ class Behaviour : public testing::Test {
     choice.candidate.unit = unit;
     for (int k = 0; k < 4000; ++k) {
       const double t = 0.02 * k;
+      if (std::isnan(value(t))) continue;
       choice.series.t_ns.push_back(std::llround(t * 1e9));
       choice.series.value.push_back(value(t));
     }
@@ -121,20 +122,22 @@ TEST_F(Behaviour, FindsAnAccelerometerThatCountsBackwards) {
 TEST_F(Behaviour, TakesABiasOnlyOfACarThatStandsAndDoubtsALargeOne) {
   struct Case {
     const char* what;
-    double halt, bias;  // [s], [rad/s]
+    double halt, bias, right_begins;  // [s], [rad/s], [s]
     bool creeps, has_offset, sure;
   };
-  for (const Case& one : {Case{"stands", 10.0, 0.02, false, true, true},
-                          {"a brief halt", 1.2, 0.02, false, false, true},
-                          {"far off", 10.0, -0.11, false, true, false},
-                          {"creeps with wheels at 0", 10.0, 0.0, true, false, true}}) {
+  for (const Case& one : {Case{"stands", 10.0, 0.02, 0.0, false, true, true},
+                          {"a brief halt", 1.2, 0.02, 0.0, false, false, true},
+                          {"far off", 10.0, -0.11, 0.0, false, true, false},
+                          {"creeps with wheels at 0", 10.0, 0.0, 0.0, true, false, true},
+                          {"one wheel alone is at 0", 10.0, 0.02, 10.0, false, false, true}}) {
     SCOPED_TRACE(one.what);
     const auto speed = [&](double t) { return t < one.halt ? 0.0 : Motion::speed(t + 10.0); };
     proposal_ = {};
-    add(Source::wheel_rear_left,
-        [&](double t) { return speed(t) - 0.5 * track * speed(t) * Motion::angle(t) / wheelbase; });
-    add(Source::wheel_rear_right,
-        [&](double t) { return speed(t) + 0.5 * track * speed(t) * Motion::angle(t) / wheelbase; });
+    for (const double y : {0.5 * track, -0.5 * track})
+      add(y > 0.0 ? Source::wheel_rear_left : Source::wheel_rear_right, [&](double t) {
+        const bool silent = y < 0.0 && t < one.right_begins;
+        return silent ? NAN : speed(t) * (1.0 - y * Motion::angle(t) / wheelbase);
+      });
     add(Source::yaw_rate, [&](double t) {
       const double outlier = std::fmod(t, 1.0) < 0.02 ? 2.0 : 0.0;
       const double creep = one.creeps && t < one.halt ? 0.1 * std::sin(2.0 * t) : 0.0;
