@@ -1,6 +1,6 @@
 // A diagnostic: one thing that is wrong or implausible, as the daemon, odomd --check and the tools
-// show it. Each subject has a table of kinds; the kinds that only tools give are in
-// tools/diagnostics/kinds.hpp.
+// show it. Each subject has a table of kinds; those of poses, experiments, machines and buses are
+// in tools (tools/diagnostics/kinds.hpp has all).
 #pragma once
 
 #include <array>

@@ -10,7 +10,6 @@
 #include <unistd.h>
 #include <cstdlib>
 #include <exception>
-#include <functional>
 #include <iostream>
 #include <map>
 #include <sstream>

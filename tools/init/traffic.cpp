@@ -7,8 +7,6 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include <fmt/format.h>
-
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/dbc/message_index.hpp"
 #include "can_protocol/dbc/signal_layout.hpp"

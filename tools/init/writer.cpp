@@ -1,7 +1,6 @@
 #include "tools/init/init.hpp"
 
 #include <algorithm>
-#include <array>
 #include <string>
 
 #include <fmt/format.h>

@@ -283,11 +283,7 @@ void inner_rear_spins(Samples& samples, const Motion& motion) {
 }
 void rear_axle_spins(Samples& samples, const Motion& motion) {
   const double bend = car.wheelbase() * motion.turn / motion.speed;
-  for (const Source wheel : {wheel_rear_left, wheel_rear_right})
-    samples[wheel] *= 1.0 + 0.7 * bend * bend;
-}
-void rear_axle_races(Samples& samples, const Motion&) {
-  factor({wheel_rear_left, wheel_rear_right}, 2.5)(samples);
+  factor({wheel_rear_left, wheel_rear_right}, 1.0 + 0.7 * bend * bend)(samples);
 }
 
 TEST(Wiring, TakesWildDrivingForNoMistake) {
@@ -296,6 +292,9 @@ TEST(Wiring, TakesWildDrivingForNoMistake) {
     void (*car_does)(Samples&, const Motion&);
   };
   constexpr double hz = 2.0 * std::numbers::pi;
+  const auto rear_axle_races = [](Samples& samples, const Motion&) {
+    factor({wheel_rear_left, wheel_rear_right}, 2.5)(samples);
+  };
   const Conduct cases[]{{swinging(1.5, 1.2, 1.2 * hz), as_it_is},
                         {swinging(1.5, 1.2, 1.5 * hz), as_it_is},
                         {swinging(1.5, 1.2, 2.3 * hz), as_it_is},

@@ -1,7 +1,5 @@
 #include "tools/identify/common/signal_log.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>

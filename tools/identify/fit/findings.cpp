@@ -14,7 +14,6 @@
 namespace odomd::tools::fitting {
 namespace {
 
-using diagnostics::found;
 using estimator::Source;
 using tools::kind;
 

@@ -1,7 +1,5 @@
 #include "tools/identify/inertia/bifilar.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>

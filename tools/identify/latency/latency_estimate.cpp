@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"

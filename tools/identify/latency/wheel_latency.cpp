@@ -1,6 +1,5 @@
 // Latencies of wheel speeds.
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "tools/identify/common/car_model.hpp"

@@ -17,7 +17,6 @@
 namespace odomd::tools {
 namespace {
 
-using diagnostics::found;
 using tools::kind;
 
 struct Options {
