@@ -123,9 +123,9 @@ def each_drive(given, tasks, measure):
 def parser(doc, seeds=None, what="drives of each course", jobs=True, work=False, programs=("odom",)):
     """A parser for a campaign with this docstring, which runs these programs. `work`: for each_drive."""
     made = argparse.ArgumentParser(description=doc.splitlines()[0])
-    made.set_defaults(programs=programs)
-    made.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin", metavar="DIR",
-                      help="folder of the programs; default: build/release/bin")
+    made.set_defaults(programs=programs, bin=ROOT / "build/release/bin")
+    if programs:
+        made.add_argument("--bin", type=pathlib.Path, metavar="DIR", help="programs; default: build/release/bin")
     if seeds:
         made.add_argument("--seeds", type=int, default=seeds, metavar="N", help=f"{what}; default: {seeds}")
     if jobs:

@@ -74,7 +74,7 @@ TEST(Sound, IsACovarianceWhoseEigenvaluesArePositive) {
   const State state = some_state();
   const double smallest =
       Eigen::SelfAdjointEigenSolver<Matrix>(state.covariance).eigenvalues().minCoeff();
-  for (const double share : {0.99, 1.01}) {
+  for (const double share : {1.0 - 1e-6, 1.0 + 1e-6}) {
     State less = state;
     less.covariance.diagonal().array() -= share * smallest;
     EXPECT_EQ(is_valid(less), share < 1.0);

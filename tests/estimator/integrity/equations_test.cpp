@@ -70,11 +70,11 @@ void add_error(Observations& observed, Source source, double error) {
     mean = {mean.value + error, mean.slow + error};
 }
 
-/// Largest deviation of the truth from a source's rows, in sigmas.
+/// Largest deviation of the truth from a source's rows, in sigmas; NaN without a row.
 double off(const Consensus& all, Source source, const Motion& truth) {
-  double most = -1.0;
+  double most = NAN;
   for (const Row& row : all)
-    if ((row.sources & only(source)) != 0) most = std::max(most, std::abs(row.off(truth)));
+    if ((row.sources & only(source)) != 0) most = std::fmax(most, std::abs(row.off(truth)));
   return most;
 }
 
@@ -110,8 +110,8 @@ TEST(Equations, ASilentSourceHasNoRow) {
   observed.sources[index_of(Source::steering)] = {};
   observed.sources[index_of(Source::wheel_front_left)].arrival_ns -= 500 * ms;
   const Consensus all = equations_of(observed);
-  EXPECT_LT(off(all, Source::steering, circle.truth()), 0.0);
-  EXPECT_LT(off(all, Source::wheel_front_left, circle.truth()), 0.0);
+  EXPECT_TRUE(std::isnan(off(all, Source::steering, circle.truth())));
+  EXPECT_TRUE(std::isnan(off(all, Source::wheel_front_left, circle.truth())));
 }
 
 TEST(Equations, AFrontWheelMeasuresItsSpeedAlongTheWheel) {

@@ -149,15 +149,15 @@ TEST(Integrity, DetectsFrozenSourcesByTheCameraAlone) {
 }
 
 TEST(Integrity, IfBothRepeatFlagsTheCameraThatSeesNoMotion) {
-  // In a long bend, a steering that is held still repeats its value without a fault.
-  const auto bend = [](double) {
-    return Motion{1.5, std::atan(0.8 * Vehicle{}.wheelbase() / 1.5)};
-  };
+  // In a long bend, a coarse gyro and a steering within its range repeat without a fault.
+  const auto bend = [](double t) { return Motion{1.5, t < 1.0 ? 0.17 : 0.14}; };
+  const Failure coarse = failing(
+      Source::yaw_rate, [](double, double value) { return 0.1 * std::round(10.0 * value); });
   for (const Source source : {Source::yaw_rate, Source::steering}) {
     Drive drive(bend, {.camera = true, .alone = source});
-    drive.until(4.0);
+    drive.until(4.0, coarse);
     drive.freeze_camera();
-    drive.until(8.0);
+    drive.until(8.0, coarse);
     EXPECT_EQ(drive.flag(source), SourceFlag::ok) << source_names[index_of(source)];
     EXPECT_EQ(drive.flag(Source::camera), SourceFlag::frozen) << source_names[index_of(source)];
   }
