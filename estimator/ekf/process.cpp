@@ -35,7 +35,7 @@ void add_walks(const CarModel& model, double dt, State& state) noexcept {
   state.variance(at::steering_offset) += squared(tuning.steering_offset_walk) * dt;
   for (const slow::Index error :
        {slow::gyro_bias, slow::gyro_scale, slow::wheel_scale, slow::stiffness_scale}) {
-    const double walk = tuning.*slow_priors[error].walk;
+    const double walk = tuning.*slow_priors.begin()[error].walk;
     state.variance(error) +=
         squared(error == slow::gyro_bias ? gyro_bias_walk(model, state) : walk) * dt;
   }
