@@ -20,7 +20,7 @@ release='apt-utils dpkg-dev git gpg gpg-agent mmdebstrap python3-build python3-s
   xz-utils'
 test="$build $release libopencv-dev libceres-dev libapriltag-dev libgtest-dev libgmock-dev clang-format can-utils mandoc
   iproute2 openssl rt-tests systemd udev jq strace python3 qemu-system-x86 busybox-static cpio kmod v4l-utils"
-campaign="$test clang clang-tidy libclang-rt-14-dev libbenchmark-dev jq mypy dbus libfastrtps-dev chromium
+campaign="$test clang-16 clang-tidy-16 libclang-rt-16-dev libbenchmark-dev jq mypy dbus libfastrtps-dev chromium
   fonts-dejavu-core imagemagick python3-pil python3-prometheus-client python3-pyte python3-websocket qemu-user-static
   podman runc"
 bench="$build libbenchmark-dev rt-tests libiceoryx-posh-dev iceoryx python3"

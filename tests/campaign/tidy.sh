@@ -8,7 +8,7 @@
 . "$(dirname "$0")/common.sh"
 log=build/logs/tidy.log
 # clang's own compile commands for everything that can be built, including benchmarks and fuzzers.
-cmake -G Ninja -B build/tidy -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
+cmake -G Ninja -B build/tidy -DCMAKE_C_COMPILER=clang-16 -DCMAKE_CXX_COMPILER=clang++-16 -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
   -DODOMD_TESTS=ON -DODOMD_UNITY_TESTS=OFF -DODOMD_BENCH=ON -DODOMD_FUZZ=ON >build/logs/configure-tidy.log 2>&1 || {
   cat build/logs/configure-tidy.log
   exit 1
@@ -26,7 +26,7 @@ done
 [ ${#passed_over[@]} = 0 ] || echo "not built here, so not checked: ${passed_over[*]}"
 
 printf '%s\0' "${checked[@]}" |
-  xargs -0 -n 1 -P "$(nproc)" clang-tidy --quiet -p build/tidy 2>&1 |
+  xargs -0 -n 1 -P "$(nproc)" clang-tidy-16 --quiet -p build/tidy 2>&1 |
   grep -v -E '^[0-9]+ warnings? (and [0-9]+ errors? )?(generated|treated as errors?)' | tee "$log"
 status=${PIPESTATUS[1]}
 # Each file that includes a header repeats the header's warnings.
