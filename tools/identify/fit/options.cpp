@@ -30,18 +30,17 @@ void describe_fit(Command command, FitOptions& options) {
   command.add("--to", "S", options.to,
               "End time [s] after the log's first frame; default: its end");
   command.add("--fix", "NAME", options.fixed, "Leave this parameter as configured; repeatable");
-  command.add(
-      "--free", "NAME", options.freed,
-      "Fit this parameter too; otherwise load_lag, drive_spin and what no mapped signal shows "
-      "stay as configured; repeatable");
+  command.add("--free", "NAME", options.freed,
+              "Also fit this parameter; by default load_lag, drive_spin and parameters that no "
+              "mapped signal shows stay as configured; repeatable");
   command.add("--prior", "NAME=SIGMA", options.priors,
-              "Standard uncertainty of a parameter before the fit, in its unit; for those marked * "
-              "relative (0.02: 2 %); default of mass: 0.01; repeatable");
+              "Standard uncertainty of a parameter before the fit, in its unit, or relative for "
+              "those marked * (0.02: 2 %); default for the mass: 0.01; repeatable");
   command.add("--threads", "N", options.threads, "Number of threads, 1 to 64; default: 1",
               {within(1, 64, Bounds::in_text)});
   command.add_flag("--untried", options.untried,
-                   "Write every value that was determined, without the replays that otherwise "
-                   "decide which are written");
+                   "Write every determined value, without the replays that otherwise decide which "
+                   "ones are written");
   command.add_flag("--quiet", options.quiet, "Do not show progress");
   add_delivery(command, options.delivery);
   add_strict(command, options.damage);

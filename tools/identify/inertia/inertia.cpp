@@ -272,18 +272,18 @@ Examples:
 
   add_measured_option(method);
   method.add("--mass", "MASS", options->mass,
-             "Mass of the car as it hangs [kg], or 2985g; default: the one of --config or --write, "
+             "Mass of the car as it hangs [kg], or 2985g; default: that of --config or --write, "
              "with the uncertainty in its note");
   method.add("--mass-sigma", "MASS", options->mass_sigma,
              "Standard uncertainty of the mass; default: 0.2 % of it");
-  method.add("--spacing", "LENGTH", options->spacing,
-             "Distance of the cords from each other [m], or 200mm", {required()});
+  method.add("--spacing", "LENGTH", options->spacing, "Distance between the cords [m], or 200mm",
+             {required()});
   method.add("--spacing-below", "LENGTH", options->spacing_below,
-             "Distance of the cords at the car, if different; default: the same");
+             "Distance between the cords at the car, if different; default: the same");
   method.add("--spacing-sigma", "LENGTH", options->spacing_sigma,
-             "Standard uncertainty of each distance of the cords; default: 0.5mm");
+             "Standard uncertainty of each distance between the cords; default: 0.5mm");
   method.add("--cord", "LENGTH", options->cord,
-             "Length of the cords between their fixings, under load [m]", {required()});
+             "Length of the cords between their attachment points, under load [m]", {required()});
   method.add("--cord-sigma", "LENGTH", options->cord_sigma,
              "Standard uncertainty of the cords' length; default: 2mm");
   method.add("--offset-sigma", "LENGTH", options->offset_sigma,
@@ -294,14 +294,14 @@ Examples:
 
   const Command watch = method.group("By stop-watch");
   watch.add("--time", "T", options->times,
-            "Time of --swings swings [s]; repeat the option for each timing", {one_each()});
+            "Time for --swings swings [s]; repeat the option for each timing", {one_each()});
   watch.add("--swings", "N", options->swings, "Number of full swings in each timing");
   watch.add("--time-sigma", "T", options->time_sigma,
-            "Standard uncertainty of a timing, start and stop [s]; default: 0.15");
+            "Standard uncertainty of a timing, including start and stop [s]; default: 0.15");
   watch.add("--amplitude", "ANGLE", options->amplitude,
-            "Amplitude of the first swing timed, from the middle [rad]; default: 10deg");
+            "Amplitude of the first timed swing, from the middle [rad]; default: 10deg");
   watch.add("--amplitude-end", "ANGLE", options->amplitude_end,
-            "Amplitude of the last swing timed [rad]; default: half of the first");
+            "Amplitude of the last timed swing [rad]; default: half of the first");
 
   const Command log = method.group("By a gyro's record");
   add_record_options(log, options->record);

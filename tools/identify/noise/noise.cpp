@@ -185,7 +185,7 @@ Findings identify_noise(const Options& options) {
 void add_noise(Command identify) {
   const auto options = std::make_shared<Options>();
   Command method = identify.add_subcommand(
-      "noise", "Measure the noise of gyro and accelerometers on a standing car");
+      "noise", "Measure the noise of gyro and accelerometers of a stationary car");
   method.footer(
       R"(Let the car stand where nothing shakes it, motor on, warm, and log its IMU for ten
 minutes; an hour also shows the bias's walk. From it come the white noise of a sample and

@@ -193,20 +193,20 @@ Examples:
       {required()});
   method.add("--config", "FILE", options->config, "Configuration of the car (TOML)", {required()});
   method.add("--front", "X,Y", options->front,
-             "Place of the front marker: ahead of the centre of gravity and to its left [m]",
+             "Position of the front marker: ahead of the centre of gravity and to its left [m]",
              {required()});
-  method.add("--rear", "X,Y", options->rear, "Place of the rear marker, likewise: -0.12,0 [m]",
+  method.add("--rear", "X,Y", options->rear, "Position of the rear marker, likewise: -0.12,0 [m]",
              {required()});
   method.add("--metres-per-pixel", "S", options->metres_per_pixel,
-             "Scale of the tracks [m/px]; default: from the distance of the markers", {positive()});
+             "Scale of the tracks [m/px]; default: from the markers' distance", {positive()});
   method.add_flag("--metres", options->metres, "The tracks are in metres");
   method.add_flag("--y-down", options->y_down,
-                  "The tracks' y points down, as pixels do, or the film is mirrored");
+                  "y of the tracks points down, as in pixels, or the film is mirrored");
   method.add("--plot", "FILE", options->plot, "Picture of force over slip angle, .svg or .png");
   const Command known = method.group("Uncertainty of the measurements");
-  known.add(
-      "--sigma-marker", "S", options->sigma_marker,
-      "Standard uncertainty of a marker's place on the car [m]; default: 1/300 of their distance");
+  known.add("--sigma-marker", "S", options->sigma_marker,
+            "Standard uncertainty of a marker's position on the car [m]; default: 1/300 of their "
+            "distance");
   known.add("--sigma-scale", "S", options->sigma_scale,
             "Standard uncertainty of a given scale, relative; default: 0.3%");
   add_delivery(method, options, identify_stiffness);

@@ -238,7 +238,7 @@ Examples:
              "Standard uncertainty of the track width; default: 1mm");
   method.add(
       "--config", "TOML", options->config,
-      "Configuration of the car (TOML) to compare the wheelbase with; default: the one of --write");
+      "Configuration of the car (TOML) to compare the wheelbase with; default: that of --write");
   add_delivery(method, options, identify_cog);
 }
 
