@@ -23,7 +23,7 @@ if(ODOMD_HAS_HTTPLIB)
   list(APPEND CPACK_COMPONENTS_ALL web)
 endif()
 set(CPACK_STRIP_FILES ON)
-# The unit and the configuration get the paths of the installation.
+# The unit and the configuration contain the paths of the installation.
 set(CPACK_SET_DESTDIR ON)
 set(CPACK_INSTALL_PREFIX /usr)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS

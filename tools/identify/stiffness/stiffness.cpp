@@ -201,7 +201,7 @@ Examples:
              "Scale of the tracks [m/px]; default: from the markers' distance", {positive()});
   method.add_flag("--metres", options->metres, "The tracks are in metres");
   method.add_flag("--y-down", options->y_down,
-                  "y of the tracks points down, as in pixels, or the film is mirrored");
+                  "The y axis of the tracks points down, as in pixels, or the film is mirrored");
   method.add("--plot", "FILE", options->plot, "Picture of force over slip angle, .svg or .png");
   const Command known = method.group("Uncertainty of the measurements");
   known.add("--sigma-marker", "S", options->sigma_marker,
