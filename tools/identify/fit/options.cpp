@@ -52,15 +52,15 @@ void describe_fit(Command command, FitOptions& options) {
   }
   command.footer(
       R"(Weigh the car first, and measure its axles. Then drive for three minutes under the camera:
-circles to both sides at three speeds, and weave as quickly as the steering follows, at three
-speeds, within a half of the grip, as odom sim --scenario exercise does. A car with tyres
-that saturate and a steering that lags is fitted to all sensors and poses; what makes it fit
-best is the result. The poses' stamps are the time reference of all latencies. The inertia
-is that of the car with its wheels spinning.
+circles to both sides at three speeds, and weaving as quickly as the steering follows, at
+three speeds, using at most half of the grip, as odom sim --scenario exercise does. A model
+with saturating tyres and lagging steering is fitted to all sensors and poses; the best
+fitting parameters are the result. The stamps of the poses are the time reference of all
+latencies. The inertia is that of the car with spinning wheels.
 
-A drive shows stiffness and inertia only in proportion to the mass: state how
-well the car is weighed (--prior mass=0.002). What the drive did not determine is
-marked, with the reason, and is not written.
+A drive determines stiffness and inertia only in proportion to the mass, so state
+how precisely the car was weighed (--prior mass=0.002). Parameters that the drive
+does not determine are marked, with the reason, and are not written.
 
 Parameters (* --prior is relative); the result names their keys:)" +
       names + R"(
